@@ -1,0 +1,36 @@
+// Figures of one render, as written to the statistics file. Names here are the names there.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+
+namespace kanuka {
+
+struct Stats {
+    struct Time {
+        double ingest_s = 0, dice_s = 0, shade_s = 0, bvh_s = 0, transport_s = 0, film_s = 0, total_s = 0,
+               first_pixel_s = 0;
+    } time;
+    struct Count {
+        std::atomic<uint64_t> primitives{0}, grids{0}, vertices{0}, micropolygons{0}, traced_polygons{0}, instances{0},
+            shader_evaluations{0}, paths{0}, rays{0}, nan_samples{0};
+    } count;
+    struct Bytes {
+        uint64_t grids = 0, lobe_inputs = 0, bvh = 0, textures = 0, peak_rss = 0;
+    } bytes;
+};
+
+// Adds the time of its own life to `seconds`.
+class ScopedTimer {
+  public:
+    explicit ScopedTimer(double& seconds) : m_seconds(seconds), m_start(std::chrono::steady_clock::now()) {}
+    ~ScopedTimer() { m_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count(); }
+    ScopedTimer(const ScopedTimer&) = delete;
+
+  private:
+    double& m_seconds;
+    std::chrono::steady_clock::time_point m_start;
+};
+
+} // namespace kanuka

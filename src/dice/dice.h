@@ -1,0 +1,56 @@
+// From primitives to grids: bound, split, choose rates, dice, displace, weld edges; then the traced density.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "base/error.h"
+#include "grid/grid.h"
+#include "scene/scene.h"
+
+namespace kanuka::dice {
+
+// Rates are chosen as seen from here. `pixels_per_unit(P)`, for an edge or area at P in render space, follows from it.
+struct DicingCamera {
+    Transform render_from_camera; // RISpec camera space: x right, y up, z forward
+    bool perspective = true;
+    float pixels_per_tangent = 0; // perspective: pixels per unit of tangent; orthographic: pixels per unit
+    float near_clip = 1e-4f;
+    int width = 0, height = 0;
+    // Primitives outside the frustum are diced too (rays reach them), ever coarser away from it.
+    float offscreen_falloff = 1;
+};
+
+struct DiceOptions {
+    DicingCamera camera;
+    float shading_rate_scale = 1;      // multiplies every attribute's shading rate (command line)
+    int max_grid_cells = 32;           // a side; a power of two
+    float geometry_tolerance = 0.25f;  // pixels; 0 = traced geometry at shading density
+    float normal_tolerance = 3;        // degrees
+};
+
+// What a primitive became. Either grids (with their traced lattices, parallel), or a mesh that is finer than the rate.
+struct Diced {
+    std::vector<grid::Grid> grids;
+    std::vector<grid::TracedGrid> traced;
+    bool is_mesh = false;
+    grid::Grid mesh_vertices; // nu = vertices - 1, nv = 0
+    grid::TracedMesh mesh;
+};
+
+// Displaces one grid in place; empty = the surface is not displaced. Must depend on each vertex and its neighbours alone.
+using Displace = std::function<void(grid::Grid&)>;
+// For instanced primitives, the closest instances decide the rate: see `scale_hint`.
+struct DiceTarget {
+    Transform render_from_object;
+    // Instances: diced uniformly in group space, as if `pixels_per_unit` held everywhere; 0 = use the camera.
+    float pixels_per_unit = 0;
+    bool shade_uniform = false; // the material is constant: rates serve geometry alone, flat pieces need one cell
+};
+
+// Never throws for bad geometry: NaN and degenerate parts are reported at primitive.where and dropped. The result is the
+// same for any thread count. Uses tasks:: inside.
+Diced dice(const scene::Primitive& primitive, const DiceTarget& target, const DiceOptions& options,
+           const Displace& displace, Journal& journal);
+
+} // namespace kanuka::dice

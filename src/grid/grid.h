@@ -1,0 +1,70 @@
+// The structure-of-arrays micropolygon grid: what dicing makes and shading fills in. Data only.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/vec.h"
+
+namespace kanuka::grid {
+
+// Arrays are padded to a multiple of this many floats, so that 16-lane code may read past the last vertex.
+inline constexpr int LanePadding = 16;
+
+// A varying quantity over a grid. Components one after another: value(c, i) = data[c * stride + i].
+struct Channel {
+    std::string name;
+    int components = 1;
+    int stride = 0;
+    std::vector<float> data;
+
+    float* component(int c) { return data.data() + size_t(c) * stride; }
+    const float* component(int c) const { return data.data() + size_t(c) * stride; }
+};
+
+// Edges of a grid in the order v = 0, u = 1, v = 1, u = 0 (walked with u, v rising).
+enum Edge { VMin = 0, UMax = 1, VMax = 2, UMin = 3 };
+
+// (nu + 1) x (nv + 1) vertices, u fastest: vertex(i, j) = j * (nu + 1) + i. Positions and normals are in *render space*
+// for ordinary primitives and in group space for instanced ones. Normals point to the outside of the surface; they need
+// not be unit length.
+struct Grid {
+    int nu = 0, nv = 0; // cells
+    int stride = 0;     // padded vertex count
+    // Every array below has 3 (or 1) components of `stride` floats.
+    std::vector<float> P, N, Ng, dPdu, dPdv; // 3 each; dPdu and dPdv per unit of u and v, before displacement
+    std::vector<float> u, v, s, t;           // 1 each: surface parameters, texture coordinates
+    std::vector<Channel> primvars;           // the varying ones, by name; constants stay with the primitive
+    int face = 0;                            // which face or sub-patch it came from: the "uniform" index
+    // Number of cells of the shared boundary polyline, at shading density; at most nu or nv. Where it is less, boundary
+    // vertices have been moved (in P, u, v and all primvars) onto its points, so neighbours agree bit for bit.
+    std::array<int, 4> edge_cells{};
+    bool flips = false; // cross(dPdu, dPdv) points to the inside
+
+    int vertices() const { return (nu + 1) * (nv + 1); }
+    void allocate(int nu, int nv);
+    Vec3f position(int i) const { return {P[i], P[stride + i], P[2 * stride + i]}; }
+    Vec3f normal(int i) const { return {N[i], N[stride + i], N[2 * stride + i]}; }
+};
+
+// The traced density: a subset of the shading lattice. Vertex (i, j) of the traced lattice is vertex (i * step_u,
+// j * step_v) of the shading lattice, except on edges coarser than that, where it is collapsed to the nearest vertex of
+// the edge's own polyline. Steps and edge steps are powers of two. A flat wall is one quad under a fine shading grid.
+struct TracedGrid {
+    int mu = 0, mv = 0;            // cells
+    int step_u = 1, step_v = 1;    // shading cells a traced cell
+    std::array<int, 4> edge_step{1, 1, 1, 1}; // shading cells between vertices of each edge (Edge order); >= step
+    std::vector<float> P;          // (mu + 1) * (mv + 1) xyz triples, ready for the ray tracer
+};
+
+// A mesh that is already finer than the shading rate: traced as it is, shaded at its vertices (nu = vertices - 1, nv = 0
+// in its Grid). Triangles or quads; a triangle in a quad mesh repeats its last vertex.
+struct TracedMesh {
+    int vertices_per_face = 3;
+    std::vector<uint32_t> indices;
+};
+
+} // namespace kanuka::grid

@@ -1,0 +1,26 @@
+#include "grid/layering.h"
+
+namespace kanuka::grid {
+
+bool LayeringProgram::emits() const {
+    for (const LayerNode& n : nodes)
+        if (n.op == LayerOp::Lobe && lobe(n.lobe).kind == LobeKind::Emission)
+            return true;
+    return false;
+}
+
+std::string LayeringProgram::key() const {
+    std::string k = "v" + std::to_string(LayeringVersion);
+    for (const LayerNode& n : nodes) {
+        k += ";" + std::to_string(int(n.op)) + "," + std::to_string(int(n.lobe)) + "," + std::to_string(n.upper) + "," +
+             std::to_string(n.lower) + "," + std::to_string(n.weight);
+        for (int s : n.inputs)
+            k += ":" + std::to_string(s);
+    }
+    for (const Slot& s : slots)
+        k += "|" + std::to_string(int(s.type)) + std::to_string(int(s.storage));
+    k += "|p" + std::to_string(presence) + "i" + std::to_string(has_interior);
+    return k;
+}
+
+} // namespace kanuka::grid

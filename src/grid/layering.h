@@ -1,0 +1,70 @@
+// Layering programs: which lobes a material has and how they layer. Data, fixed once a primitive by mnk_init; the lobes'
+// inputs are computed at every vertex. This is the contract between compiler, store, CPU and GPU transport and preview.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "grid/lobe_schema.h"
+
+namespace kanuka::grid {
+
+inline constexpr int LayeringVersion = 1;
+
+// Upper and lower refer to the operator's two children; w is the operator's weight at the vertex.
+enum class LayerOp : uint8_t {
+    Lobe, // a leaf: lobe weight times lobe
+    Mix,  // w upper + (1 - w) lower
+    Over, // w upper + (1 - w * coverage) lower, coverage = sum of the upper's lobe weights, at most 1
+    Coat, // w upper + lower attenuated by the remaining albedo of the upper, 1 - w * albedo(upper, wo)
+    Add,  // upper + lower, weights unchanged: emission only
+};
+
+struct LayerNode {
+    LayerOp op = LayerOp::Lobe;
+    LobeId lobe = LobeId::LambertBrdf; // leaves
+    std::string name;                  // as the shader named it
+    int upper = -1, lower = -1;        // children: indices of earlier nodes
+    int weight = -1;                   // slot of the weight; -1 = one
+    std::vector<int> inputs;           // leaves: slot of each input of the lobe, in schema order; -1 = its default
+};
+
+// A value the shader computes at every vertex (or once, if uniform).
+struct Slot {
+    InputType type = InputType::Float;
+    Storage storage = Storage::Half;
+    float low = 0, high = 1;
+    bool uniform = false; // the shader computes one value a grid
+    std::string name;     // "reflection.diffuseReflectance", for messages
+};
+
+// Nodes in post-order; the last is the root. A material without layers is all leaves joined under implicit Add nodes,
+// their weights as given: SetLobe(boundary, "reflection", 0.25, …) and 0.75 of transmission is 0.25 a + 0.75 b.
+struct LayeringProgram {
+    std::vector<LayerNode> nodes;
+    std::vector<Slot> slots;
+    int presence = -1;     // slot of presence (cut-out opacity), float; -1 = opaque
+    bool has_interior = false;
+    float interior_ior = 1.5f;
+    Rgb interior_absorption{0, 0, 0}; // 1/m, homogeneous
+    Rgb interior_scattering{0, 0, 0};
+    float interior_g = 0;             // Henyey–Greenstein mean cosine
+
+    bool emits() const;
+    std::string key() const; // two materials with the same key run the same code on the same record
+};
+
+// What shading hands to the store for one grid: for each slot, an array of `vertices` values (SoA, 3 components for
+// colours, stride as in the Grid), or one value if the slot is uniform. The shading normal travels beside them.
+struct SlotValues {
+    bool uniform = false;
+    Vec3f value{0, 0, 0};    // if uniform
+    std::vector<float> data; // else components * stride floats
+};
+
+struct VertexInputs {
+    int stride = 0;
+    std::vector<SlotValues> slots; // parallel to LayeringProgram::slots
+};
+
+} // namespace kanuka::grid

@@ -1,0 +1,60 @@
+// The one declaration of every lobe: name, inputs, types, ranges, units, docs, storage. The shading language's types, the
+// vertex record, the transport code and the manual all derive from it.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "base/vec.h"
+
+namespace kanuka::grid {
+
+enum class InputType : uint8_t { Float, Color };
+
+// How an input that varies over a grid is kept at a vertex. Everything is a part of a 32-bit word; floats share a word
+// two by two. An input that is constant over a grid is kept once, unquantised.
+enum class Storage : uint8_t {
+    Rgb11,  // colour in [0, 1]: square root, 11-11-10 bits. One word
+    Rgb9e5, // colour >= 0 without upper bound: shared exponent. One word
+    Half,   // float: half precision. Half a word
+};
+
+struct LobeInput {
+    std::string_view name;
+    InputType type;
+    Vec3f fallback;   // the default; x alone for floats
+    float low, high;  // values outside are clamped, and reported once
+    std::string_view unit;
+    Storage storage;
+    std::string_view doc;
+};
+
+enum class LobeKind : uint8_t { Reflection, Transmission, ReflectionTransmission, Emission, Phase };
+
+// The order here is the order of lobe_table().
+enum class LobeId : uint8_t {
+    LambertBrdf,
+    LambertBtdf,
+    MicrofacetConductorBrdf,
+    MicrofacetDielectricBrdf,
+    MicrosurfaceDielectricBsdfRgb_v1,
+    DiffuseEmission,
+    HenyeyGreensteinPfrgb,
+    Count
+};
+
+struct LobeDecl {
+    LobeId id;
+    std::string_view name; // the type's name in the shading language
+    LobeKind kind;
+    std::span<const LobeInput> inputs; // in the order that bsdf/ reads them
+    std::string_view doc;
+};
+
+std::span<const LobeDecl> lobe_table();
+const LobeDecl& lobe(LobeId id);
+const LobeDecl* find_lobe(std::string_view name); // null = no such lobe
+int find_input(const LobeDecl& lobe, std::string_view name); // -1 = no such input
+
+} // namespace kanuka::grid

@@ -1,0 +1,39 @@
+// Sessions drive the whole way: scene to picture. The batch session renders to the last pixel.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "base/error.h"
+#include "base/progress.h"
+#include "base/stats.h"
+#include "film/film.h"
+#include "scene/scene.h"
+
+namespace kanuka::render {
+
+// What the command line or Python sets over the scene's own options; unset = as the scene says.
+struct Overrides {
+    std::optional<int> progressions, threads, width, height, max_depth;
+    std::optional<std::array<float, 4>> crop;
+    std::optional<float> shading_rate;       // multiplies every attribute's
+    std::optional<float> geometry_tolerance; // pixels; 0 = one micropolygon traced per shading cell
+    std::optional<std::string> integrator;
+    std::optional<uint32_t> seed;
+    int lanes = 0;                           // transport and shading lanes: 1, 8, 16; 0 = widest
+    std::string standard_shaders;            // folder
+};
+
+struct Result {
+    film::Picture picture;
+    bool cancelled = false;
+};
+
+// Renders the scene. Fills `stats` and the journal; throws Error only where no picture can be made. The scene's large
+// buffers may be released as soon as they are diced. Bit-identical for any thread count.
+Result render(const scene::Scene& scene, const Overrides& overrides, Journal& journal, Stats& stats,
+              const Progress& progress);
+
+std::vector<std::string> integrator_names();
+
+} // namespace kanuka::render

@@ -1,0 +1,128 @@
+// The shading-language compiler's public face: source text to machine code over grids. LLVM stays inside codegen/.
+//
+//   source ──parse──▶ AST ──sema──▶ typed AST ──ir──▶ IR (uniform/varying, closures extracted) ──codegen──▶ native code
+//
+// A Shader is compiled once and serves all its instances: parameters are data. An Instance is a shader with the
+// parameters of one primitive; making it runs mnk_init (or, for a classic surface, the extracted closure's structure).
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "grid/grid.h"
+#include "grid/layering.h"
+
+namespace kanuka::sl {
+
+enum class Type : uint8_t { Float, Color, Point, Vector, Normal, Matrix, String };
+int components(Type type);
+
+struct Parameter {
+    std::string name;
+    Type type = Type::Float;
+    bool varying = false;
+    bool output = false;
+    int array_size = 0; // 0 = not an array
+    std::vector<float> floats;        // default value; empty where it is computed at run time
+    std::vector<std::string> strings;
+    std::string doc;                  // from "#pragma annotation" or the comment at the declaration
+};
+
+enum class ShaderKind : uint8_t { Class, Surface, Displacement, Light, Volume, Imager };
+
+struct CompileOptions {
+    int lanes = 0;     // 1, 8 or 16 grid points at a time; 0 = the widest this machine runs
+    int opt_level = 2; // 0 to 3
+    std::vector<std::string> include_path;
+    std::vector<std::pair<std::string, std::string>> defines;
+    std::string cache_dir; // empty = KANUKA_SHADER_CACHE, else the user's cache folder
+    bool use_cache = true;
+};
+
+// ---- services: what a running shader may ask of its surroundings; shade/ implements it ------------------------------
+
+struct TextureRequest {
+    const char* file;
+    const float *s, *t;                        // one per point
+    const float *dsdu, *dtdu, *dsdv, *dtdv;    // filter footprint: differences to the next grid point
+    int count, channels, first_channel;
+    float blur, width;
+    const char* wrap;                          // "periodic", "black", "clamp"; null = the file's own
+    float fill;
+    float* result;                             // channels arrays, one after another, `result_stride` floats apart
+    int result_stride;
+};
+
+class Services {
+  public:
+    virtual ~Services() = default;
+    virtual void texture(const TextureRequest& request) = 0;
+    virtual void environment(const TextureRequest& request, const float* x, const float* y, const float* z) = 0;
+    // Row-major 4x4 that takes points of space `from` to space `to`; "current" is the space of Grid::P. False = unknown.
+    virtual bool transform(const char* from, const char* to, float matrix[16]) = 0;
+    // A run-time fault or message, located in the shader's source.
+    virtual void report(Severity severity, const Location& where, const std::string& message) = 0;
+};
+
+// ---- running ---------------------------------------------------------------------------------------------------------
+
+// A parameter's value: constant for the primitive, or one per grid vertex (a primvar).
+struct Argument {
+    std::string name;
+    std::vector<float> floats;        // constant: components * max(1, array_size)
+    std::vector<std::string> strings;
+    bool varying = false;             // taken from Grid::primvars by name instead
+};
+
+// Values of the surroundings, constant over a grid.
+struct GridGlobals {
+    Vec3f Cs{1, 1, 1}, Os{1, 1, 1}; // unless the grid has primvars "Cs", "Os"
+    Vec3f E{0, 0, 0};               // the eye, in current space
+    float time = 0;
+    float du = 0, dv = 0; // filled by shade: parameter steps between vertices
+};
+
+class Shader;
+
+class Instance {
+  public:
+    virtual ~Instance() = default;
+    virtual const Shader& shader() const = 0;
+    // Fixed by mnk_init and mnk_interior, which have run.
+    virtual const grid::LayeringProgram& program() const = 0;
+    virtual bool displaces() const = 0;
+    // Run begin and mnk_displacement (or the displacement shader): move P, set N. Thread safe: grids are independent.
+    virtual void displace(grid::Grid& grid, const GridGlobals& globals, Services& services) const = 0;
+    // Run begin and mnk_prelighting (or the surface shader): fills every slot of program(). May also set N (bump).
+    virtual void shade(grid::Grid& grid, const GridGlobals& globals, Services& services,
+                       grid::VertexInputs& out) const = 0;
+    // True where no slot varies over a grid, whatever the grid: one point need be shaded.
+    virtual bool uniform_material() const = 0;
+};
+
+class Shader {
+  public:
+    virtual ~Shader() = default;
+    virtual const std::string& name() const = 0;
+    virtual ShaderKind kind() const = 0;
+    virtual std::span<const Parameter> parameters() const = 0;
+    virtual uint64_t hash() const = 0; // of its source, the compiler's version and the options: part of a grid's key
+    virtual bool from_cache() const = 0;
+    // Unknown arguments and wrong types are reported to the journal (with the names there are) and skipped.
+    virtual std::unique_ptr<Instance> instantiate(std::span<const Argument> arguments, Services& services) const = 0;
+};
+
+// Compiles the first shader of a file (.sl or .slo). On errors: all of them go to the journal, each as
+// "file:line:column: what", the source line and a caret below; null is returned. The cache is consulted first.
+std::shared_ptr<const Shader> compile_file(const std::string& path, const CompileOptions& options, Journal& journal);
+std::shared_ptr<const Shader> compile_source(const std::string& name, const std::string& source,
+                                             const CompileOptions& options, Journal& journal);
+
+std::string default_cache_dir();
+inline constexpr int CompilerVersion = 1;
+
+} // namespace kanuka::sl
