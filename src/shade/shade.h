@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -55,5 +56,16 @@ class ShadingSystem {
     virtual std::vector<scene::Light> lights(const std::vector<scene::ShaderRef>& shaders) = 0;
     virtual uint64_t texture_bytes() const = 0;
 };
+
+// A whole environment picture, linear Rec.709, row by row from the top. The top row is the light's +z (its
+// pole); column x looks along phi = 2 pi (x + 1/2) / width, phi = atan2(y, x) in the light's space.
+// environment() in shaders does the same.
+struct LatLong {
+    int width = 0, height = 0;
+    std::vector<float> rgb;
+};
+// At most `max_width` wide, averaged where the file is larger; 0 = as it is. None = reported for `asker`.
+std::optional<LatLong> read_latlong(const std::string& file, int max_width, const Location& asker,
+                                    Journal& journal);
 
 } // namespace kanuka::shade

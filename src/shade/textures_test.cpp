@@ -5,6 +5,7 @@
 #include <cmath>
 #include <thread>
 
+#include "shade/shade.h"
 #include "shade/test_support.h"
 
 namespace kanuka::shade {
@@ -158,6 +159,23 @@ TEST_F(TexturesTest, EnvironmentPoleIsPlusZ) {
     EXPECT_NEAR(lookup.result[1], 1, 1e-2f);
     EXPECT_NEAR(lookup.result[2], 0, 1e-2f);
     EXPECT_NEAR(lookup.result[3 * 2 + 2], 1, 1e-2f);
+}
+
+TEST_F(TexturesTest, LatLongIsReadWholeLinearAndShrunk) {
+    write("sky.png", OIIO::TypeDesc::UINT8, {0.5f, 0.5f, 0.5f}, {0, 1, 0});
+    const std::string path = (folder.path / "sky.png").string();
+    const auto full = read_latlong(path, 0, where, journal), small = read_latlong(path, 4, where, journal);
+    ASSERT_TRUE(full && small);
+    EXPECT_EQ(full->width, 64);
+    EXPECT_EQ(small->width, 4);
+    EXPECT_EQ(small->height, 4);
+    for (const auto& picture : {*full, *small}) {
+        EXPECT_NEAR(picture.rgb[0], 0.2159f, 1e-3f);
+        EXPECT_NEAR(picture.rgb[size_t(picture.width) * 3 - 2], 1, 1e-3f);
+    }
+    folder.write("broken.exr", "no");
+    EXPECT_FALSE(read_latlong((folder.path / "broken.exr").string(), 0, where, journal));
+    EXPECT_EQ(journal.entries().size(), 1u);
 }
 
 TEST_F(TexturesTest, ManyThreadsReadTheSame) {
