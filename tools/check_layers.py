@@ -145,9 +145,7 @@ class Checker:
                 f"{user} ({LEVELS[user]}) includes {target} of {used} ({LEVELS[used]}), a higher level",
             )
         elif LEVELS[used] == LEVELS[user]:
-            self.breach(
-                file, line, f"{user} includes {target} of {used}, a folder of its own level {LEVELS[user]}"
-            )
+            self.breach(file, line, f"{user} includes {target} of {used}, a folder of its own level {LEVELS[user]}")
 
     def check_plugin_edge(self, file: Path, target: Path, line: int) -> None:
         if target.parts[0] == "include" or target == file:
@@ -180,9 +178,7 @@ class Checker:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("root", nargs="?", type=Path, default=Path(__file__).resolve().parent.parent)
     checker = Checker(parser.parse_args(arguments).root)
     breaches = checker.run()
