@@ -1,8 +1,8 @@
 """Checks the layer rule over the include graph of src/, include/ and plugins/.
 
-A folder includes only from folders of a lower number, never from another one of its own number; files never include each
-other in a circle; some third-party libraries are seen in one folder alone. Prints "file:line: what, and what would do"
-for every breach and exits 1; prints a summary and exits 0 otherwise.
+A folder includes only from folders of a lower number, never from another one of its own number; files never include
+each other in a circle; some third-party libraries are seen in one folder alone. Prints "file:line: what, and what would
+do" for every breach and exits 1; prints a summary and exits 0 otherwise.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ LEVELS: dict[str, int] = {
     for folder in folders
 }
 
-# Plug-ins stand apart: they see the public headers and these folders (with what those need below them), never each other.
+# Plug-ins stand apart: they see the public headers and these folders, never each other.
 PLUGIN_FOLDERS = ("bsdf", "transport")
 
 # Third-party headers, by the first part of their path, and the folders under src/ that may see them.

@@ -4,6 +4,10 @@
 #include <memory>
 
 #include <nanobind/nanobind.h>
+// In every source alike: a type converted differently in two of them would break the one-definition rule.
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
 
 #include "base/error.h"
 #include "base/stats.h"

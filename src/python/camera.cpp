@@ -1,6 +1,4 @@
 #include <nanobind/stl/array.h>
-#include <nanobind/stl/optional.h>
-#include <nanobind/stl/string.h>
 
 #include "python/arrays.h"
 #include "python/bindings.h"

@@ -1,6 +1,4 @@
 // Meshes, curves, points and quadrics, alike for a scene and for a group of it.
-#include <nanobind/stl/optional.h>
-#include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include "python/arrays.h"

@@ -1,6 +1,3 @@
-#include <nanobind/stl/optional.h>
-#include <nanobind/stl/string.h>
-
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/values.h"

@@ -8,10 +8,7 @@
 
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/filesystem.h>
-#include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
-#include <nanobind/stl/shared_ptr.h>
-#include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include "ingest/rib/rib.h"
@@ -81,7 +78,12 @@ class Supervisor {
             std::rethrow_exception(m_failure);
     }
 
-    bool interrupted() const { return m_interrupted; }
+    void rethrow_interrupt() const {
+        if (!m_interrupted)
+            return;
+        PyErr_SetNone(PyExc_KeyboardInterrupt);
+        nb::raise_python_error();
+    }
 
   private:
     void serve() {
@@ -136,10 +138,8 @@ Picture render(std::shared_ptr<Scene> scene, const render::Overrides& given, nb:
     render::Result result;
     supervisor.run(
         [&] { result = render::render(s, overrides, *journal, *picture.stats, supervisor.progress()); });
-    if (supervisor.interrupted() && result.picture.channels.empty()) { // nothing to keep
-        PyErr_SetNone(PyExc_KeyboardInterrupt);
-        nb::raise_python_error();
-    }
+    if (result.picture.channels.empty()) // nothing to keep
+        supervisor.rethrow_interrupt();
     picture.picture = std::move(result.picture);
     picture.cancelled = result.cancelled;
     return picture;
@@ -156,6 +156,7 @@ std::shared_ptr<Scene> load(const std::string& path, const std::vector<std::stri
         ScopedTimer timer(scene->ingest_s);
         scene->scene = ingest::read_rib(path, options, *scene->journal);
     });
+    supervisor.rethrow_interrupt();
     scene->scene.journal = scene->journal.get();
     scene->camera.camera = scene->scene.camera;
     for (const auto& p : scene->scene.primitives)

@@ -1,6 +1,5 @@
 #include "python/values.h"
 
-#include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include "python/arrays.h"
