@@ -1,7 +1,9 @@
-// Runs compiled shaders over grids: binds a primitive's attributes and primvars to a shader instance, serves textures.
+// Runs compiled shaders over grids: binds a primitive's attributes and primvars to a shader instance, serves
+// textures.
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,25 +16,26 @@
 namespace kanuka::shade {
 
 struct ShadingOptions {
-    std::vector<std::string> shader_path, texture_path; // folders, in order; then the folder of the scene file
-    std::string standard_shaders;                       // folder of the shaders that ship with Kanuka
-    std::string cache_dir;                              // empty = default
-    int lanes = 0;                                      // 0 = widest
-    size_t texture_bytes = size_t(1) << 30;             // memory for texture tiles
-    Transform render_from_world;                        // "world" and "camera" spaces for shaders
+    std::vector<std::string> shader_path,
+        texture_path;                       // folders, in order; then the folder of the scene file
+    std::string standard_shaders;           // folder of the shaders that ship with Kanuka
+    std::string cache_dir;                  // empty = default
+    int lanes = 0;                          // 0 = widest
+    size_t texture_bytes = size_t(1) << 30; // memory for texture tiles
+    Transform render_from_world;            // "world" and "camera" spaces for shaders
     Transform camera_from_render;
 };
 
-// What one primitive looks like: its surface and displacement shaders with parameters bound. A shader that is missing or
-// does not compile is reported and replaced by matte, as RISpec asks.
-// Thread safety: displace and shade may run on many grids at once.
+// What one primitive looks like: its surface and displacement shaders with parameters bound. A shader that is
+// missing or does not compile is reported and replaced by matte, as RISpec asks. Thread safety: displace and
+// shade may run on many grids at once.
 class Material {
   public:
     virtual ~Material() = default;
     virtual const grid::LayeringProgram& program() const = 0;
     virtual bool displaces() const = 0;
-    virtual bool uniform() const = 0;    // no input varies over a grid: shade one vertex
-    virtual uint64_t hash() const = 0;   // shader objects and parameters; part of a grid's store key
+    virtual bool uniform() const = 0;  // no input varies over a grid: shade one vertex
+    virtual uint64_t hash() const = 0; // shader objects and parameters; part of a grid's store key
     virtual void displace(grid::Grid& grid) const = 0;
     virtual void shade(grid::Grid& grid, grid::VertexInputs& out) const = 0;
 };
@@ -42,14 +45,27 @@ class ShadingSystem {
     static std::unique_ptr<ShadingSystem> create(const ShadingOptions& options, const scene::Scene& scene,
                                                  Journal& journal, Stats& stats);
     virtual ~ShadingSystem() = default;
-    // `render_from_object`: object space of this primitive for the shader's transforms. Primvars of constant detail are
-    // bound as parameters; varying ones are found on the grid. Materials are shared where all they depend on is equal.
+    // `render_from_object`: object space of this primitive for the shader's transforms. Primvars of constant
+    // detail are bound as parameters; varying ones are found on the grid. Materials are shared where all they
+    // depend on is equal.
     virtual std::shared_ptr<const Material> material(const scene::Primitive& primitive,
                                                      const Transform& render_from_object) = 0;
-    // Light shaders to lights: the standard ones by name with RISpec's parameters (ambientlight, distantlight, pointlight,
-    // spotlight) and Kanuka's own (environmentlight: texture, skylight); others are reported.
+    // Light shaders to lights: the standard ones by name with RISpec's parameters (ambientlight,
+    // distantlight, pointlight, spotlight) and Kanuka's own (environmentlight: texture, skylight); others are
+    // reported.
     virtual std::vector<scene::Light> lights(const std::vector<scene::ShaderRef>& shaders) = 0;
     virtual uint64_t texture_bytes() const = 0;
 };
+
+// A whole environment picture, linear Rec.709, row by row from the top. The top row is the light's +z (its
+// pole); column x looks along phi = 2 pi (x + 1/2) / width, phi = atan2(y, x) in the light's space.
+// environment() in shaders does the same.
+struct LatLong {
+    int width = 0, height = 0;
+    std::vector<float> rgb;
+};
+// At most `max_width` wide, averaged where the file is larger; 0 = as it is. None = reported for `asker`.
+std::optional<LatLong> read_latlong(const std::string& file, int max_width, const Location& asker,
+                                    Journal& journal);
 
 } // namespace kanuka::shade

@@ -1,0 +1,160 @@
+#include "shade/lights.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include "shade/search.h"
+
+namespace kanuka::shade {
+
+namespace {
+
+constexpr float Degrees = 180 * InvPi;
+
+// Name, type and meaning of every light parameter stand once, here; docs/shade.md has the same table for
+// readers.
+struct LightShader {
+    std::string_view name;
+    scene::Light::Kind kind;
+    std::vector<std::string_view> parameters;
+};
+
+const std::vector<LightShader>& light_shaders() {
+    using enum scene::Light::Kind;
+    static const std::vector<LightShader> table = {
+        {"ambientlight", Ambient, {"intensity", "lightcolor"}},
+        {"distantlight", Distant, {"intensity", "lightcolor", "from", "to", "angle"}},
+        {"pointlight", Point, {"intensity", "lightcolor", "from", "radius"}},
+        {"spotlight",
+         Spot,
+         {"intensity", "lightcolor", "from", "to", "coneangle", "conedeltaangle", "beamdistribution",
+          "radius"}},
+        {"environmentlight", Environment, {"intensity", "lightcolor", "texture", "mapname", "visible"}},
+    };
+    return table;
+}
+
+constexpr std::string_view AreaParameters[] = {"intensity", "lightcolor"};
+
+std::string joined(std::span<const std::string_view> names) {
+    std::string all;
+    for (std::string_view n : names)
+        all += (all.empty() ? "" : ", ") + std::string(n);
+    return all;
+}
+
+void check_parameters(const scene::ShaderRef& ref, std::span<const std::string_view> known,
+                      Journal& journal) {
+    for (const scene::Value& v : ref.parameters.values)
+        if (std::find(known.begin(), known.end(), v.name) == known.end())
+            journal.warning(v.where.line > 0 ? v.where : ref.where, "light shader \"" + ref.name +
+                                                                        "\" has no parameter \"" + v.name +
+                                                                        "\"; it has " + joined(known));
+}
+
+Vec3f point_of(const scene::ShaderRef& ref, std::string_view name, Vec3f fallback) {
+    const scene::Value* v = ref.parameters.find(name);
+    if (!v || v->floats.size() < 3)
+        return fallback;
+    return {v->floats[0], v->floats[1], v->floats[2]};
+}
+
+// A frame without scale: origin at `from`, +z towards `to`, both in world space.
+Transform aimed(const Vec3f& from, const Vec3f& to) {
+    Vec3f z = to - from;
+    z = length(z) > 0 ? normalize(z) : Vec3f(0, 0, 1);
+    const Vec3f x = normalize(cross(std::abs(z.x) < 0.9f ? Vec3f(1, 0, 0) : Vec3f(0, 1, 0), z));
+    const Vec3f y = cross(z, x);
+    Transform t;
+    t.m[0] = {x.x, y.x, z.x, from.x};
+    t.m[1] = {x.y, y.y, z.y, from.y};
+    t.m[2] = {x.z, y.z, z.z, from.z};
+    return t;
+}
+
+void place(scene::Light& light, const scene::ShaderRef& ref) {
+    const Transform& m = ref.world_from_shader;
+    const Vec3f from = point_of(ref, "from", {0, 0, 0}), to = point_of(ref, "to", {0, 0, 1});
+    light.world_from_light = aimed(m.point(from), m.point(to));
+}
+
+void take_texture(scene::Light& light, const scene::ShaderRef& ref, const Textures& textures,
+                  Journal& journal) {
+    const std::string name = ref.parameters.get_string("texture", ref.parameters.get_string("mapname", ""));
+    if (name.empty())
+        return;
+    light.texture = textures.find(name);
+    if (light.texture.empty())
+        journal.error(ref.where,
+                      "environment picture \"" + name + "\" is not found; searched in " +
+                          join_folders(textures.folders()) +
+                          ". Add its folder: Option \"searchpath\" \"texture\" [\"FOLDER\"]. A constant "
+                          "environment stands in for it");
+}
+
+} // namespace
+
+Rgb light_amount(const scene::ShaderRef& ref) {
+    return ref.parameters.get_color("lightcolor", Rgb(1)) * ref.parameters.get_float("intensity", 1);
+}
+
+std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textures& textures,
+                                       Journal& journal) {
+    const LightShader* shader = nullptr;
+    for (const LightShader& s : light_shaders())
+        if (s.name == ref.name)
+            shader = &s;
+    if (!shader) {
+        std::vector<std::string_view> names;
+        for (const LightShader& s : light_shaders())
+            names.push_back(s.name);
+        journal.error(ref.where, "unknown light shader \"" + ref.name + "\"; the light is left out. One of " +
+                                     joined(names) + " will do, or an AreaLightSource \"arealight\"");
+        return std::nullopt;
+    }
+    check_parameters(ref, shader->parameters, journal);
+
+    scene::Light light;
+    light.kind = shader->kind;
+    light.name = ref.handle;
+    light.where = ref.where;
+    light.amount = light_amount(ref);
+    // RISpec's light shaders hand Cl to a surface whose diffuse() multiplies it by the cosine alone. A white
+    // Lambertian surface reflects radiance E / pi, so Cl stands for an irradiance of pi Cl.
+    switch (light.kind) {
+    case scene::Light::Kind::Distant:
+        place(light, ref);
+        light.amount *= Pi;
+        light.angle = std::clamp(ref.parameters.get_float("angle", 0), 0.0f, 180.0f);
+        break;
+    case scene::Light::Kind::Point:
+    case scene::Light::Kind::Spot:
+        place(light, ref);
+        light.amount *= Pi; // Cl = intensity / r^2, so the radiant intensity is pi times `intensity`
+        light.radius = std::max(0.0f, ref.parameters.get_float("radius", 0));
+        light.cone_angle = ref.parameters.get_float("coneangle", 30 / Degrees) * Degrees;
+        light.cone_delta_angle = ref.parameters.get_float("conedeltaangle", 5 / Degrees) * Degrees;
+        light.beam_distribution = ref.parameters.get_float("beamdistribution", 2);
+        break;
+    case scene::Light::Kind::Environment:
+        light.world_from_light = ref.world_from_shader;
+        light.visible_camera = ref.parameters.get_float("visible", 1) != 0;
+        take_texture(light, ref, textures, journal);
+        break;
+    case scene::Light::Kind::Ambient:
+        light.visible_camera = false;
+        break;
+    }
+    return light;
+}
+
+void check_area_light(const scene::ShaderRef& ref, Journal& journal) {
+    if (ref.name != "arealight")
+        journal.warning(ref.where,
+                        "unknown area light shader \"" + ref.name +
+                            "\"; it shines as \"arealight\" does: radiance intensity times lightcolor");
+    check_parameters(ref, AreaParameters, journal);
+}
+
+} // namespace kanuka::shade

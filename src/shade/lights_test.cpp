@@ -1,0 +1,95 @@
+#include "shade/lights.h"
+
+#include "shade/test_support.h"
+
+namespace kanuka::shade {
+namespace {
+
+using test::value;
+
+struct Lights : testing::Test {
+    Journal journal;
+    test::TemporaryFolder folder;
+    Textures textures{{folder.str()}, 1 << 20, journal};
+    scene::ShaderRef ref;
+
+    Lights() { ref.where = {"scene.rib", 3, 1}; }
+    std::optional<scene::Light> make(const std::string& name) {
+        ref.name = name;
+        return make_light(ref, textures, journal);
+    }
+};
+
+void expect_near(const Vec3f& a, const Vec3f& b) {
+    EXPECT_NEAR(a.x, b.x, 1e-5f);
+    EXPECT_NEAR(a.y, b.y, 1e-5f);
+    EXPECT_NEAR(a.z, b.z, 1e-5f);
+}
+
+TEST_F(Lights, ClassicIntensitiesBecomeRadiometricAmounts) {
+    ref.parameters.set(value("intensity", scene::Type::Float, {2}));
+    ref.parameters.set(value("lightcolor", scene::Type::Color, {1, 0.5f, 0}));
+    expect_near(make("distantlight")->amount, {2 * Pi, Pi, 0});
+    expect_near(make("pointlight")->amount, {2 * Pi, Pi, 0});
+    expect_near(make("spotlight")->amount, {2 * Pi, Pi, 0});
+    expect_near(make("ambientlight")->amount, {2, 1, 0});
+    expect_near(make("environmentlight")->amount, {2, 1, 0});
+    EXPECT_FALSE(make("ambientlight")->visible_camera);
+    EXPECT_TRUE(journal.entries().empty());
+}
+
+TEST_F(Lights, PlacedInShaderSpaceWithoutItsScale) {
+    ref.parameters.set(value("from", scene::Type::Point, {1, 0, 0}));
+    ref.parameters.set(value("to", scene::Type::Point, {1, -2, 0}));
+    ref.world_from_shader = Transform::translate(0, 0, 7) * Transform::scale(3, 3, -3);
+    const Transform t = make("spotlight")->world_from_light;
+    expect_near(t.point({0, 0, 0}), {3, 0, 7});
+    expect_near(t.vector({0, 0, 1}), {0, -1, 0});
+    EXPECT_NEAR(t.determinant3(), 1, 1e-5);
+    ref.parameters.values.clear();
+    expect_near(make("spotlight")->world_from_light.vector({0, 0, 1}), {0, 0, -1}); // RISpec: to (0, 0, 1)
+}
+
+TEST_F(Lights, SpotAnglesAreRadiansInDegreesOut) {
+    ref.parameters.set(value("coneangle", scene::Type::Float, {0.5f}));
+    const auto spot = make("spotlight");
+    EXPECT_NEAR(spot->cone_angle, 28.6479f, 1e-3f);
+    EXPECT_NEAR(spot->cone_delta_angle, 5, 1e-4f); // RISpec's default
+    EXPECT_EQ(spot->beam_distribution, 2);
+}
+
+TEST_F(Lights, UnknownShadersAndParametersAreReported) {
+    ref.parameters.set(value("shadows", scene::Type::Float, {1}));
+    EXPECT_FALSE(make("uberlight"));
+    EXPECT_TRUE(make("pointlight"));
+    const auto entries = journal.entries();
+    ASSERT_EQ(entries.size(), 2u);
+    EXPECT_NE(entries[0].message.find("no parameter \"shadows\"; it has intensity, lightcolor, from, radius"),
+              std::string::npos);
+    EXPECT_NE(entries[1].message.find("unknown light shader \"uberlight\""), std::string::npos);
+    EXPECT_NE(entries[1].message.find("ambientlight, distantlight, pointlight, spotlight, environmentlight"),
+              std::string::npos);
+}
+
+TEST_F(Lights, EnvironmentPictureIsLookedFor) {
+    const std::string sky = folder.write("sky.exr", "");
+    ref.parameters.set(test::text("mapname", "sky.exr"));
+    EXPECT_EQ(make("environmentlight")->texture, sky);
+    EXPECT_TRUE(journal.entries().empty());
+    ref.parameters.set(test::text("texture", "night.exr"));
+    EXPECT_EQ(make("environmentlight")->texture, "");
+    ASSERT_EQ(journal.entries().size(), 1u);
+    EXPECT_NE(journal.entries()[0].message.find("\"night.exr\" is not found; searched in " + folder.str()),
+              std::string::npos);
+}
+
+TEST_F(Lights, AreaLightsOfOtherNamesShineAlike) {
+    ref.name = "finite";
+    ref.parameters.set(value("intensity", scene::Type::Float, {5}));
+    check_area_light(ref, journal);
+    EXPECT_EQ(journal.entries().size(), 1u);
+    expect_near(light_amount(ref), {5, 5, 5});
+}
+
+} // namespace
+} // namespace kanuka::shade

@@ -1,0 +1,126 @@
+#include "shade/linear_input.h"
+
+#include <OpenImageIO/half.h>
+#include <array>
+#include <cmath>
+
+namespace kanuka::shade {
+
+namespace {
+
+// IEC 61966-2-1
+float srgb_to_linear(float encoded) {
+    return encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
+}
+
+const std::array<half, 256>& table8() {
+    static const std::array<half, 256> table = [] {
+        std::array<half, 256> t;
+        for (int i = 0; i < 256; i++)
+            t[size_t(i)] = half(srgb_to_linear(float(i) / 255));
+        return t;
+    }();
+    return table;
+}
+
+} // namespace
+
+bool is_srgb(const OIIO::ImageSpec& spec) {
+    if (spec.format != OIIO::TypeDesc::UINT8 && spec.format != OIIO::TypeDesc::UINT16)
+        return false;
+    const OIIO::string_view space = spec.get_string_attribute("oiio:ColorSpace");
+    return spec.nchannels >= 3 && OIIO::Strutil::iequals(space, "sRGB");
+}
+
+bool LinearInput::pass(bool success) {
+    if (!success)
+        errorfmt("{}", m_file->geterror());
+    return success;
+}
+
+void LinearInput::take_spec() {
+    m_spec = m_file->spec();
+    m_decodes = is_srgb(m_spec);
+    if (m_decodes) {
+        m_spec.set_format(OIIO::TypeDesc::HALF);
+        m_spec.channelformats.clear();
+        m_spec.attribute("oiio:ColorSpace", "Linear");
+        m_spec.erase_attribute("oiio:BitsPerSample");
+    }
+}
+
+bool LinearInput::open(const std::string& name, OIIO::ImageSpec& spec) {
+    return open(name, spec, {});
+}
+
+bool LinearInput::open(const std::string& name, OIIO::ImageSpec& spec, const OIIO::ImageSpec& config) {
+    m_file = OIIO::ImageInput::open(name, &config);
+    if (!m_file) {
+        errorfmt("{}", OIIO::geterror());
+        return false;
+    }
+    take_spec();
+    spec = m_spec;
+    return true;
+}
+
+bool LinearInput::close() {
+    const bool closed = !m_file || m_file->close();
+    m_file.reset();
+    return closed;
+}
+
+bool LinearInput::seek_subimage(int subimage, int miplevel) {
+    if (!m_file)
+        return false;
+    if (subimage == current_subimage() && miplevel == current_miplevel())
+        return true;
+    if (!m_file->seek_subimage(subimage, miplevel))
+        return false;
+    take_spec();
+    return true;
+}
+
+void LinearInput::decode(const unsigned char* from, size_t pixels, void* to) const {
+    const OIIO::ImageSpec& file = m_file->spec();
+    const int channels = file.nchannels;
+    half* out = static_cast<half*>(to);
+    for (size_t i = 0; i < pixels; i++)
+        for (int c = 0; c < channels; c++, out++) {
+            const bool color = c < 3 && c != file.alpha_channel;
+            if (file.format == OIIO::TypeDesc::UINT8) {
+                const unsigned char value = from[i * size_t(channels) + size_t(c)];
+                *out = color ? table8()[value] : half(float(value) / 255);
+            } else {
+                const float value =
+                    float(reinterpret_cast<const uint16_t*>(from)[i * size_t(channels) + size_t(c)]) / 65535;
+                *out = half(color ? srgb_to_linear(value) : value);
+            }
+        }
+}
+
+bool LinearInput::read_native_scanline(int subimage, int miplevel, int y, int z, void* data) {
+    if (!seek_subimage(subimage, miplevel))
+        return false;
+    if (!m_decodes)
+        return pass(m_file->read_native_scanline(subimage, miplevel, y, z, data));
+    m_buffer.resize(m_file->spec().scanline_bytes(true));
+    if (!pass(m_file->read_native_scanline(subimage, miplevel, y, z, m_buffer.data())))
+        return false;
+    decode(m_buffer.data(), size_t(m_spec.width), data);
+    return true;
+}
+
+bool LinearInput::read_native_tile(int subimage, int miplevel, int x, int y, int z, void* data) {
+    if (!seek_subimage(subimage, miplevel))
+        return false;
+    if (!m_decodes)
+        return pass(m_file->read_native_tile(subimage, miplevel, x, y, z, data));
+    m_buffer.resize(m_file->spec().tile_bytes(true));
+    if (!pass(m_file->read_native_tile(subimage, miplevel, x, y, z, m_buffer.data())))
+        return false;
+    decode(m_buffer.data(), m_spec.tile_pixels(), data);
+    return true;
+}
+
+} // namespace kanuka::shade

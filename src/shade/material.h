@@ -1,0 +1,64 @@
+// A Material: shader instances that many primitives share, and what is one primitive's own.
+#pragma once
+
+#include <memory>
+
+#include "base/stats.h"
+#include "shade/services.h"
+#include "shade/shade.h"
+#include "sl/sl.h"
+
+namespace kanuka::shade {
+
+// What all primitives of equal shaders and parameters share.
+struct MaterialCore {
+    std::shared_ptr<const sl::Shader> surface_shader,
+        displacement_shader;                             // keep the instances' code alive; may be null
+    std::unique_ptr<sl::Instance> surface, displacement; // displacement: null = none of its own
+    grid::LayeringProgram program;                       // the surface's, with emission and presence added
+    int emission_slot = -1;                              // of the area light's radiance
+    Rgb emission{0, 0, 0};
+    int presence_slot =
+        -1; // of Attributes::opacity; -1 where the shader computes presence itself, or it is one
+    std::string key;
+};
+
+// Adds a DiffuseEmission lobe beside all of the program's: emission is added, the surface keeps what it
+// reflects.
+//      Add
+//     /   \      upper: the emission, lower: the surface as it was
+// Returns the slot of its radiance.
+int add_emission(grid::LayeringProgram& program);
+
+class MaterialImpl final : public Material {
+  public:
+    struct Own {
+        Spaces spaces;
+        Rgb color{1, 1, 1}, opacity{1, 1, 1};
+        bool varying_color_or_opacity = false;
+        Transform displacement_from_shader; // current_from_shader of the displacement shader
+        Location surface_where, displacement_where;
+    };
+    MaterialImpl(std::shared_ptr<const MaterialCore> core, Own own, Textures& textures, Journal& journal,
+                 Stats& stats, uint64_t hash);
+
+    const grid::LayeringProgram& program() const override { return m_core->program; }
+    bool displaces() const override;
+    bool uniform() const override;
+    uint64_t hash() const override { return m_hash; }
+    void displace(grid::Grid& grid) const override;
+    void shade(grid::Grid& grid, grid::VertexInputs& out) const override;
+
+  private:
+    sl::GridGlobals globals(const grid::Grid& grid) const;
+
+    std::shared_ptr<const MaterialCore> m_core;
+    Own m_own;
+    Textures& m_textures;
+    Journal& m_journal;
+    Stats& m_stats;
+    uint64_t m_hash;
+    Vec3f m_eye;
+};
+
+} // namespace kanuka::shade

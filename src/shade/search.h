@@ -1,0 +1,23 @@
+// Where shaders and textures are looked for.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace kanuka::shade {
+
+// The folders of a search path in order, then the scene file's folder, then `last` (if not empty). A relative
+// folder counts from the working directory first, then from the scene file's folder. "@" stands for `last`.
+std::vector<std::string> search_folders(const std::vector<std::string>& path, const std::string& scene_file,
+                                        const std::string& last);
+
+// The first file FOLDER/NAME+EXTENSION there is; all extensions are tried in one folder before the next.
+// Absolute names are taken as they are.
+std::optional<std::string> find_file(const std::string& name, std::span<const std::string> folders,
+                                     std::span<const char* const> extensions);
+
+std::string join_folders(std::span<const std::string> folders); // "a, b, c", for messages
+
+} // namespace kanuka::shade

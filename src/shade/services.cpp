@@ -1,0 +1,36 @@
+#include "shade/services.h"
+
+#include <cstring>
+
+namespace kanuka::shade {
+
+MaterialServices::MaterialServices(const Spaces& spaces, Textures& textures, Journal& journal,
+                                   const Location& where)
+    : m_spaces(spaces), m_textures(textures), m_journal(journal), m_where(where) {}
+
+void MaterialServices::texture(const sl::TextureRequest& request) {
+    m_textures.lookup(request, m_where);
+}
+
+void MaterialServices::environment(const sl::TextureRequest& request, const float* x, const float* y,
+                                   const float* z) {
+    m_textures.lookup_environment(request, x, y, z, m_where);
+}
+
+bool MaterialServices::transform(const char* from, const char* to, float matrix[16]) {
+    if (!std::strcmp(from, "object") || !std::strcmp(to, "object"))
+        m_asked_for_object = true;
+    const std::optional<Transform> to_from = m_spaces.to_from(to, from);
+    if (!to_from)
+        return false;
+    for (size_t i = 0; i < 4; i++)
+        for (size_t j = 0; j < 4; j++)
+            matrix[4 * i + j] = float(to_from->m[i][j]);
+    return true;
+}
+
+void MaterialServices::report(Severity severity, const Location& where, const std::string& message) {
+    m_journal.report(severity, where.file.empty() ? m_where : where, message);
+}
+
+} // namespace kanuka::shade

@@ -1,0 +1,330 @@
+#include "shade/system.h"
+
+#define XXH_INLINE_ALL
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <future>
+#include <map>
+#include <mutex>
+#include <xxhash.h>
+
+#include "shade/arguments.h"
+#include "shade/default_surface.h"
+#include "shade/lights.h"
+#include "shade/material.h"
+#include "shade/opacity.h"
+#include "shade/search.h"
+
+namespace kanuka::shade {
+
+namespace {
+
+constexpr const char* ShaderExtensions[] = {".slo", ".sl"};
+constexpr const char* AsNamed[] = {""};
+
+// A shader found, compiled and with its values bound; null where there is none.
+struct Bound {
+    std::shared_ptr<const sl::Shader> shader;
+    std::vector<sl::Argument> arguments;
+    Location where;
+};
+
+template <class T>
+void append(std::string& bytes, const T& value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+bool close(const Transform& a, const Transform& b) {
+    double size = 0, difference = 0;
+    for (size_t i = 0; i < 4; i++)
+        for (size_t j = 0; j < 4; j++) {
+            size = std::max(size, std::abs(a.m[i][j]));
+            difference = std::max(difference, std::abs(a.m[i][j] - b.m[i][j]));
+        }
+    return difference <= 1e-9 * size;
+}
+
+class SystemImpl final : public ShadingSystem {
+  public:
+    SystemImpl(const ShadingOptions& options, const scene::Scene& scene, Journal& journal, Stats& stats,
+               CompileShader compile)
+        : m_journal(journal), m_stats(stats), m_compile(std::move(compile)),
+          m_shader_folders(search_folders(options.shader_path, scene.file, options.standard_shaders)),
+          m_textures(search_folders(options.texture_path, scene.file, ""), options.texture_bytes, journal),
+          m_render_from_world(options.render_from_world),
+          m_world_spaces(scene, options.camera_from_render * options.render_from_world) {
+        m_compile_options.lanes = options.lanes;
+        m_compile_options.cache_dir = options.cache_dir;
+        m_compile_options.include_path = m_shader_folders;
+    }
+
+    std::shared_ptr<const Material> material(const scene::Primitive& primitive,
+                                             const Transform& render_from_object) override;
+    std::vector<scene::Light> lights(const std::vector<scene::ShaderRef>& shaders) override;
+    uint64_t texture_bytes() const override { return m_textures.bytes(); }
+
+  private:
+    using Loaded = std::shared_ptr<const sl::Shader>;
+
+    Transform current_from_world(const scene::Primitive& primitive,
+                                 const Transform& current_from_object) const;
+    Loaded load(const scene::ShaderRef& ref, bool displacement);
+    Bound bind(const std::optional<scene::ShaderRef>& ref, bool displacement,
+               const scene::Primitive& primitive, Spaces spaces);
+    std::shared_ptr<const MaterialCore> core(Bound& surface, Bound& displacement,
+                                             const scene::Attributes& attributes,
+                                             const MaterialImpl::Own& own, const DefaultSurface& coverage);
+    uint64_t hash(const std::string& key, const Bound& surface, const Bound& displacement) const;
+
+    Journal& m_journal;
+    Stats& m_stats;
+    CompileShader m_compile;
+    sl::CompileOptions m_compile_options;
+    std::vector<std::string> m_shader_folders;
+    Textures m_textures;
+    Transform m_render_from_world;
+    WorldSpaces m_world_spaces;
+
+    std::mutex m_mutex; // guards the maps below; nothing is compiled while it is held
+    std::map<std::string, std::shared_future<Loaded>> m_shaders; // by path
+    std::map<std::string, std::shared_ptr<const MaterialCore>> m_cores;
+    std::map<std::pair<uint64_t, uint64_t>, std::shared_ptr<const Material>> m_materials;
+};
+
+// A primitive of a group is shaded in group space, and its world_from_object is relative to the group; the
+// space that `current_from_object` leads to tells which it is. Rounding must not make equal materials differ,
+// hence the first case.
+Transform SystemImpl::current_from_world(const scene::Primitive& primitive,
+                                         const Transform& current_from_object) const {
+    if (close(m_render_from_world * primitive.world_from_object, current_from_object))
+        return m_render_from_world;
+    if (close(primitive.world_from_object, current_from_object))
+        return {};
+    return current_from_object * inverse_or_identity(primitive.world_from_object);
+}
+
+SystemImpl::Loaded SystemImpl::load(const scene::ShaderRef& ref, bool displacement) {
+    const std::string instead = displacement ? "The surface is not displaced" : "Matte stands in for it";
+    const std::string extension = std::filesystem::path(ref.name).extension().string();
+    std::optional<std::string> path;
+    if (extension == ".sl" || extension == ".slo")
+        path = find_file(ref.name, m_shader_folders, AsNamed);
+    if (!path)
+        path = find_file(ref.name, m_shader_folders, ShaderExtensions);
+    if (!path) {
+        m_journal.error(ref.where, "shader \"" + ref.name + "\" is not found (" + ref.name + ".slo or " +
+                                       ref.name + ".sl); searched in " + join_folders(m_shader_folders) +
+                                       ". Add its folder: Option \"searchpath\" \"shader\" [\"FOLDER\"]. " +
+                                       instead);
+        return nullptr;
+    }
+    std::promise<Loaded> promise;
+    std::shared_future<Loaded> future;
+    bool mine = false;
+    {
+        std::lock_guard lock(m_mutex);
+        const auto [place, fresh] = m_shaders.try_emplace(*path);
+        if (fresh)
+            place->second = promise.get_future().share();
+        mine = fresh;
+        future = place->second;
+    }
+    if (mine) {
+        Loaded compiled;
+        try {
+            compiled = m_compile(*path, m_compile_options, m_journal);
+        } catch (const std::exception& e) {
+            m_journal.error(Location{*path}, e.what());
+        }
+        promise.set_value(compiled);
+    }
+    Loaded shader = future.get();
+    if (!shader) {
+        m_journal.error(ref.where, "shader \"" + ref.name + "\" (" + *path +
+                                       ") does not compile; mend it as its messages say. " + instead);
+        return nullptr;
+    }
+    const sl::ShaderKind kind = shader->kind();
+    if (kind == sl::ShaderKind::Class ||
+        kind == (displacement ? sl::ShaderKind::Displacement : sl::ShaderKind::Surface))
+        return shader;
+    constexpr const char* kinds[] = {"class", "surface", "displacement", "light", "volume", "imager"};
+    m_journal.error(ref.where, "\"" + ref.name + "\" (" + *path + ") is a " + kinds[int(kind)] +
+                                   " shader, where a " + (displacement ? "displacement" : "surface") +
+                                   " shader is called for. " + instead);
+    return nullptr;
+}
+
+Bound SystemImpl::bind(const std::optional<scene::ShaderRef>& ref, bool displacement,
+                       const scene::Primitive& primitive, Spaces spaces) {
+    Bound bound;
+    bound.where = ref ? ref->where : primitive.where;
+    if (!ref)
+        return bound;
+    bound.shader = load(*ref, displacement);
+    if (bound.shader)
+        bound.arguments = bind_arguments(*bound.shader, *ref, primitive.primvars, spaces, m_journal);
+    return bound;
+}
+
+std::shared_ptr<const MaterialCore> SystemImpl::core(Bound& surface, Bound& displacement,
+                                                     const scene::Attributes& attributes,
+                                                     const MaterialImpl::Own& own,
+                                                     const DefaultSurface& coverage) {
+    std::string key;
+    for (const Bound* b : {&surface, &displacement}) {
+        append(key, b->shader ? b->shader->hash() : uint64_t(0));
+        key += serialize(b->arguments) + ";";
+    }
+    if (attributes.area_light)
+        append(key, light_amount(*attributes.area_light));
+    append(key, char((attributes.area_light ? 1 : 0) | (coverage.varying_color ? 2 : 0) |
+                     (coverage.has_presence ? 4 : 0) | (coverage.varying_presence ? 8 : 0)));
+    {
+        std::lock_guard lock(m_mutex);
+        if (const auto found = m_cores.find(key); found != m_cores.end())
+            return found->second;
+    }
+    auto core = std::make_shared<MaterialCore>();
+    bool depends_on_object = false;
+    const auto instantiate = [&](const Bound& bound, const Transform& current_from_shader) {
+        Spaces spaces = own.spaces;
+        spaces.current_from_shader = current_from_shader;
+        MaterialServices services(spaces, m_textures, m_journal, bound.where);
+        auto instance = bound.shader->instantiate(bound.arguments, services);
+        depends_on_object = depends_on_object || services.asked_for_object();
+        return instance;
+    };
+    if (surface.shader)
+        core->surface = instantiate(surface, own.spaces.current_from_shader);
+    if (core->surface)
+        core->surface_shader = surface.shader;
+    else
+        core->surface = make_default_surface(coverage);
+    if (displacement.shader) {
+        core->displacement = instantiate(displacement, own.displacement_from_shader);
+        core->displacement_shader = displacement.shader;
+        if (core->displacement && !core->displacement->displaces())
+            core->displacement.reset();
+    }
+    core->program = core->surface->program();
+    if (coverage.has_presence && core->program.presence < 0 &&
+        core->surface->shader().kind() == sl::ShaderKind::Class)
+        core->presence_slot = core->program.presence =
+            add_presence_slot(core->program, !coverage.varying_presence);
+    if (attributes.area_light) {
+        core->emission = light_amount(*attributes.area_light);
+        core->emission_slot = add_emission(core->program);
+    }
+    core->key = key;
+    if (depends_on_object) // what mnk_init decided holds for this primitive alone
+        return core;
+    std::lock_guard lock(m_mutex);
+    return m_cores.try_emplace(key, core).first->second; // another thread may have been first
+}
+
+// Files that string parameters name count with their size and time of change: a texture painted anew is
+// another material.
+uint64_t SystemImpl::hash(const std::string& key, const Bound& surface, const Bound& displacement) const {
+    std::string bytes = key;
+    const auto add_file = [&](const std::string& name) {
+        const std::string path = name.empty() ? "" : m_textures.find(name);
+        if (path.empty())
+            return;
+        std::error_code failed;
+        append(bytes, uint64_t(std::filesystem::file_size(path, failed)));
+        append(bytes, std::filesystem::last_write_time(path, failed).time_since_epoch().count());
+    };
+    for (const Bound* bound : {&surface, &displacement}) {
+        for (const sl::Argument& a : bound->arguments)
+            for (const std::string& s : a.strings)
+                add_file(s);
+        if (bound->shader)
+            for (const sl::Parameter& p : bound->shader->parameters())
+                for (const std::string& s : p.strings)
+                    add_file(s);
+    }
+    return XXH3_64bits(bytes.data(), bytes.size());
+}
+
+std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& primitive,
+                                                     const Transform& render_from_object) {
+    static const scene::Attributes fallback;
+    const scene::Attributes& attributes = primitive.attributes ? *primitive.attributes : fallback;
+
+    // 1. Spaces, colours
+    MaterialImpl::Own own;
+    own.spaces.shared = &m_world_spaces;
+    own.spaces.current_from_object = render_from_object;
+    own.spaces.current_from_world = current_from_world(primitive, render_from_object);
+    const auto shader_space = [&](const std::optional<scene::ShaderRef>& ref) {
+        return ref ? own.spaces.current_from_world * ref->world_from_shader : render_from_object;
+    };
+    own.spaces.current_from_shader = shader_space(attributes.surface);
+    own.displacement_from_shader = shader_space(attributes.displacement);
+    own.color = attributes.color;
+    own.opacity = attributes.opacity;
+    DefaultSurface coverage;
+    const auto take_primvar = [&](const char* name, Rgb& constant, bool& varying) {
+        const scene::Value* v = primitive.primvars.find(name);
+        if (!v || v->type != scene::Type::Color)
+            return;
+        if (!is_constant(*v))
+            varying = true;
+        else if (v->floats.size() >= 3)
+            constant = {v->floats[0], v->floats[1], v->floats[2]};
+    };
+    take_primvar("Cs", own.color, coverage.varying_color);
+    take_primvar("Os", own.opacity, coverage.varying_presence);
+    coverage.has_presence = coverage.varying_presence || !(own.opacity == Rgb(1));
+    own.varying_color_or_opacity = coverage.varying_color || coverage.varying_presence;
+
+    // 2. Shaders and their values
+    if (attributes.area_light)
+        check_area_light(*attributes.area_light, m_journal);
+    Bound surface = bind(attributes.surface, false, primitive, own.spaces);
+    Spaces displacement_spaces = own.spaces;
+    displacement_spaces.current_from_shader = own.displacement_from_shader;
+    Bound displacement = bind(attributes.displacement, true, primitive, displacement_spaces);
+    own.surface_where = surface.where;
+    own.displacement_where = displacement.where;
+
+    // 3. What is shared, then what is this primitive's own
+    std::shared_ptr<const MaterialCore> shared = core(surface, displacement, attributes, own, coverage);
+    std::string key = shared->key;
+    append(key, own.color);
+    append(key, own.opacity);
+    for (const Transform* t :
+         {&own.spaces.current_from_object, &own.spaces.current_from_world, &own.spaces.current_from_shader,
+          &own.displacement_from_shader, &m_world_spaces.camera_from_world})
+        append(key, t->m);
+    const XXH128_hash_t name = XXH3_128bits(key.data(), key.size());
+    const std::pair id(name.high64, name.low64);
+    {
+        std::lock_guard lock(m_mutex);
+        if (const auto found = m_materials.find(id); found != m_materials.end())
+            return found->second;
+    }
+    const uint64_t content = hash(key, surface, displacement);
+    auto material = std::make_shared<MaterialImpl>(shared, own, m_textures, m_journal, m_stats, content);
+    std::lock_guard lock(m_mutex);
+    return m_materials.try_emplace(id, std::move(material)).first->second;
+}
+
+std::vector<scene::Light> SystemImpl::lights(const std::vector<scene::ShaderRef>& shaders) {
+    std::vector<scene::Light> all;
+    for (const scene::ShaderRef& ref : shaders)
+        if (auto light = make_light(ref, m_textures, m_journal))
+            all.push_back(std::move(*light));
+    return all;
+}
+
+} // namespace
+
+std::unique_ptr<ShadingSystem> make_shading_system(const ShadingOptions& options, const scene::Scene& scene,
+                                                   Journal& journal, Stats& stats, CompileShader compile) {
+    return std::make_unique<SystemImpl>(options, scene, journal, stats, std::move(compile));
+}
+
+} // namespace kanuka::shade

@@ -1,0 +1,183 @@
+#include "shade/textures.h"
+
+#include <OpenImageIO/imagecache.h>
+#include <OpenImageIO/texture.h>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <shared_mutex>
+
+#include "base/vec.h"
+#include "shade/linear_input.h"
+#include "shade/search.h"
+
+namespace kanuka::shade {
+
+namespace {
+
+constexpr float Missing = 0.5f; // mid-grey: visible, and neither pushes out nor burns
+constexpr int MaxChannels = 16;
+
+float finite(float x) {
+    return std::isfinite(x) ? x : 0;
+}
+
+// Scenes name the output of MakeTexture (or of another renderer's tools); the picture it was made from does
+// as well.
+constexpr const char* PictureExtensions[] = {".tx", ".exr", ".tif", ".tiff", ".png", ".jpg", ".jpeg", ".hdr"};
+
+} // namespace
+
+struct Textures::Entry {
+    OIIO::TextureSystem::TextureHandle* handle = nullptr; // null = missing or broken
+    OIIO::TextureOpt::Wrap s_wrap = OIIO::TextureOpt::WrapPeriodic, t_wrap = OIIO::TextureOpt::WrapPeriodic;
+    std::string problem;
+};
+
+struct Textures::Cache {
+    OIIO::ImageCache* images = OIIO::ImageCache::create(false);
+    OIIO::TextureSystem* system = OIIO::TextureSystem::create(false, images);
+    std::shared_mutex mutex;
+    std::map<std::string, Entry, std::less<>> entries;
+
+    ~Cache() {
+        OIIO::TextureSystem::destroy(system);
+        OIIO::ImageCache::destroy(images);
+    }
+};
+
+Textures::Textures(std::vector<std::string> folders, size_t bytes, Journal& journal)
+    : m_folders(std::move(folders)), m_journal(journal), m_cache(std::make_unique<Cache>()) {
+    OIIO::ImageCache& images = *m_cache->images;
+    images.attribute("max_memory_MB", std::max(1.0f, float(double(bytes) / (1 << 20))));
+    images.attribute("autotile", 64);
+    images.attribute("automip", 1);
+    images.attribute("accept_untiled", 1);
+    images.attribute("accept_unmipped", 1);
+    images.attribute("deduplicate", 0); // fingerprints of files that LinearInput changes would mislead
+    m_cache->system->attribute("gray_to_rgb", 1);
+}
+
+Textures::~Textures() = default;
+
+std::string Textures::find(const std::string& name) const {
+    constexpr const char* as_named[] = {""};
+    if (auto path = find_file(name, m_folders, as_named))
+        return *path;
+    // "wood.tx" for wood.png, "wood.tif.tx" for wood.tif
+    const std::filesystem::path stem = std::filesystem::path(name).replace_extension();
+    if (auto path = find_file(stem.string(), m_folders, as_named); path && stem.has_extension())
+        return *path;
+    return find_file(stem.string(), m_folders, PictureExtensions).value_or("");
+}
+
+const Textures::Entry& Textures::entry(const char* name) {
+    const std::string_view key = name ? name : "";
+    {
+        std::shared_lock lock(m_cache->mutex);
+        if (const auto found = m_cache->entries.find(key); found != m_cache->entries.end())
+            return found->second;
+    }
+    std::unique_lock lock(m_cache->mutex);
+    const auto [place, fresh] = m_cache->entries.try_emplace(std::string(key));
+    Entry& entry = place->second;
+    if (!fresh)
+        return entry;
+    const std::string path = find(place->first);
+    if (path.empty()) {
+        entry.problem =
+            "texture \"" + place->first + "\" is not found; searched in " + join_folders(m_folders) +
+            ". Add its folder: Option \"searchpath\" \"texture\" [\"FOLDER\"]. Mid-grey stands in for it";
+        return entry;
+    }
+    const OIIO::ustring file(path);
+    m_cache->images->add_file(file, LinearInput::create);
+    OIIO::TextureSystem::TextureHandle* handle = m_cache->system->get_texture_handle(file);
+    const OIIO::ImageSpec* spec = handle ? m_cache->system->imagespec(handle) : nullptr;
+    if (!spec) {
+        std::string why = m_cache->system->geterror();
+        if (why.empty())
+            why = m_cache->images->geterror();
+        entry.problem = "texture \"" + path + "\" cannot be read" + (why.empty() ? "" : " (" + why + ")") +
+                        "; write it anew, as a TIFF, EXR, PNG or JPEG file. Mid-grey stands in for it";
+        return entry;
+    }
+    // A file made by a texture tool says how it wraps; plain pictures repeat.
+    if (const std::string wraps = spec->get_string_attribute("wrapmodes"); !wraps.empty())
+        OIIO::TextureOpt::parse_wrapmodes(wraps.c_str(), entry.s_wrap, entry.t_wrap);
+    entry.handle = handle;
+    return entry;
+}
+
+void Textures::lookup(const sl::TextureRequest& request, const Location& asker) {
+    const Entry& entry = this->entry(request.file);
+    const int channels = std::clamp(request.channels, 0, MaxChannels);
+    const auto store = [&](int point, const float* values) {
+        for (int c = 0; c < channels; c++)
+            request.result[size_t(c) * size_t(request.result_stride) + size_t(point)] = finite(values[c]);
+    };
+    const float grey[MaxChannels] = {Missing, Missing, Missing, Missing, Missing, Missing, Missing, Missing,
+                                     Missing, Missing, Missing, Missing, Missing, Missing, Missing, Missing};
+    if (!entry.handle) {
+        m_journal.error(asker, entry.problem);
+        for (int i = 0; i < request.count; i++)
+            store(i, grey);
+        return;
+    }
+    OIIO::TextureSystem& system = *m_cache->system;
+    OIIO::TextureOpt options;
+    options.firstchannel = std::max(0, request.first_channel);
+    options.swrap = entry.s_wrap, options.twrap = entry.t_wrap;
+    if (request.wrap && *request.wrap)
+        OIIO::TextureOpt::parse_wrapmodes(request.wrap, options.swrap, options.twrap);
+    options.sblur = options.tblur = std::max(0.0f, finite(request.blur));
+    options.swidth = options.twidth = std::max(0.0f, finite(request.width));
+    options.fill = request.fill;
+    OIIO::TextureSystem::Perthread* thread = system.get_perthread_info();
+    const auto at = [](const float* values, int i) { return values ? finite(values[i]) : 0.0f; };
+    for (int i = 0; i < request.count; i++) {
+        float values[MaxChannels] = {};
+        // A point of infinite coordinates has no place on the picture: its corner will do.
+        if (system.texture(entry.handle, thread, options, at(request.s, i), at(request.t, i),
+                           at(request.dsdu, i), at(request.dtdu, i), at(request.dsdv, i), at(request.dtdv, i),
+                           channels, values)) {
+            store(i, values);
+            continue;
+        }
+        m_journal.error(asker, "texture \"" + std::string(request.file) + "\" cannot be read (" +
+                                   system.geterror() + "); mid-grey stands in where it is broken");
+        store(i, grey);
+    }
+}
+
+void Textures::lookup_environment(const sl::TextureRequest& request, const float* x, const float* y,
+                                  const float* z, const Location& asker) {
+    constexpr int Block = 64;
+    float s[Block], t[Block], zero[Block] = {};
+    for (int begin = 0; begin < request.count; begin += Block) {
+        const int count = std::min(Block, request.count - begin);
+        for (int i = 0; i < count; i++) {
+            const Vec3f d(x[begin + i], y[begin + i], z[begin + i]);
+            const float len = length(d);
+            const float phi = std::atan2(finite(d.y), finite(d.x));
+            s[i] = (phi < 0 ? phi + 2 * Pi : phi) * (0.5f * InvPi);
+            t[i] = len > 0 ? std::acos(std::clamp(d.z / len, -1.0f, 1.0f)) * InvPi : 0.5f;
+        }
+        sl::TextureRequest block = request;
+        block.s = s, block.t = t;
+        block.dsdu = block.dtdu = block.dsdv = block.dtdv = zero;
+        block.count = count;
+        block.wrap = "periodic,clamp";
+        block.result = request.result + begin;
+        lookup(block, asker);
+    }
+}
+
+uint64_t Textures::bytes() const {
+    OIIO::imagesize_t used = 0;
+    m_cache->images->getattribute("stat:cache_memory_used", OIIO::TypeDesc::INT64, &used);
+    return uint64_t(used);
+}
+
+} // namespace kanuka::shade

@@ -1,0 +1,43 @@
+// Texture lookups: one bounded cache for a render, mip-mapped and filtered. OpenImageIO stays behind this
+// file.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "sl/sl.h"
+
+namespace kanuka::shade {
+
+// Files of any format that OpenImageIO reads serve as they are: untiled ones are cut to tiles and mip-mapped
+// as they are read. What the colours of a file mean is in linear_input.h. t = 0 is the picture's top row, as
+// RISpec has it. Thread safety: all members may be called from any thread.
+class Textures {
+  public:
+    Textures(std::vector<std::string> folders, size_t bytes, Journal& journal);
+    ~Textures();
+
+    // A file that is missing or broken is reported for `asker` and reads as mid-grey.
+    void lookup(const sl::TextureRequest& request, const Location& asker);
+    // Latitude-longitude pictures: the pole of +z is the top row, the horizontal runs with atan2(y, x) from 0
+    // to 2 pi.
+    void lookup_environment(const sl::TextureRequest& request, const float* x, const float* y, const float* z,
+                            const Location& asker);
+
+    std::string find(const std::string& name) const; // the file it stands for; empty = none
+    const std::vector<std::string>& folders() const { return m_folders; }
+    uint64_t bytes() const; // memory that tiles take now
+
+  private:
+    struct Entry;
+    struct Cache;
+    const Entry& entry(const char* name);
+
+    std::vector<std::string> m_folders;
+    Journal& m_journal;
+    std::unique_ptr<Cache> m_cache;
+};
+
+} // namespace kanuka::shade

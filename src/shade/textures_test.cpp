@@ -1,0 +1,204 @@
+#include "shade/textures.h"
+
+#include <OpenImageIO/imagebuf.h>
+#include <OpenImageIO/imagebufalgo.h>
+#include <cmath>
+#include <thread>
+
+#include "shade/shade.h"
+#include "shade/test_support.h"
+
+namespace kanuka::shade {
+namespace {
+
+struct Lookup {
+    std::vector<float> s, t, zero, step;
+    std::vector<float> result;
+    sl::TextureRequest request{};
+
+    Lookup(const std::string& file, std::vector<float> s_in, std::vector<float> t_in, float footprint = 0,
+           int channels = 3)
+        : s(std::move(s_in)), t(std::move(t_in)), zero(s.size(), 0.0f), step(s.size(), footprint),
+          result(s.size() * size_t(channels), -1.0f), name(file) {
+        request.file = name.c_str();
+        request.s = s.data(), request.t = t.data();
+        request.dsdu = step.data(), request.dtdu = zero.data();
+        request.dsdv = zero.data(), request.dtdv = step.data();
+        request.count = int(s.size());
+        request.channels = channels;
+        request.width = 1;
+        request.result = result.data();
+        request.result_stride = int(s.size());
+    }
+
+  private:
+    std::string name;
+};
+
+struct TexturesTest : testing::Test {
+    test::TemporaryFolder folder;
+    Journal journal;
+    Textures textures{{folder.str()}, size_t(64) << 20, journal};
+    Location where{"scene.rib", 4, 2};
+
+    // Left half `left`, right half `right`.
+    void write(const std::string& name, OIIO::TypeDesc format, std::vector<float> left,
+               std::vector<float> right, int size = 64) {
+        OIIO::ImageBuf picture(OIIO::ImageSpec(size, size, int(left.size()), format));
+        OIIO::ImageBufAlgo::fill(picture, left, OIIO::ROI(0, size / 2, 0, size));
+        OIIO::ImageBufAlgo::fill(picture, right, OIIO::ROI(size / 2, size, 0, size));
+        ASSERT_TRUE(picture.write((folder.path / name).string())) << picture.geterror();
+    }
+};
+
+TEST_F(TexturesTest, EightBitColoursAreDecodedToLinearLight) {
+    write("color.png", OIIO::TypeDesc::UINT8, {0.5f, 0.25f, 1}, {0, 0, 0});
+    write("color.jpg", OIIO::TypeDesc::UINT8, {0.5f, 0.5f, 0.5f}, {0, 0, 0});
+    Lookup png("color.png", {0.25f}, {0.5f}), jpg("color.jpg", {0.25f}, {0.5f});
+    textures.lookup(png.request, where);
+    textures.lookup(jpg.request, where);
+    const float half_encoded = std::pow((128 / 255.0f + 0.055f) / 1.055f, 2.4f);
+    EXPECT_NEAR(png.result[0], half_encoded, 2e-3f);
+    EXPECT_NEAR(png.result[1], 0.0513f, 1e-3f);
+    EXPECT_NEAR(png.result[2], 1, 1e-3f);
+    EXPECT_NEAR(jpg.result[0], half_encoded, 5e-3f);
+}
+
+TEST_F(TexturesTest, DataIsNotDecoded) {
+    write("height.png", OIIO::TypeDesc::UINT8, {0.5f}, {0}); // one channel: heights
+    write("linear.exr", OIIO::TypeDesc::HALF, {0.5f, 2, 8}, {0, 0, 0});
+    Lookup height("height.png", {0.25f}, {0.5f}), exr("linear.exr", {0.25f}, {0.5f});
+    textures.lookup(height.request, where);
+    textures.lookup(exr.request, where);
+    for (int c = 0; c < 3; c++)
+        EXPECT_NEAR(height.result[size_t(c)], 128 / 255.0f, 1e-3f) << "grey serves as a colour";
+    EXPECT_NEAR(exr.result[0], 0.5f, 1e-3f);
+    EXPECT_NEAR(exr.result[2], 8, 1e-2f);
+}
+
+TEST_F(TexturesTest, AlphaIsNotDecoded) {
+    write("leaf.png", OIIO::TypeDesc::UINT8, {0.2f, 0.2f, 0.2f, 0.5f}, {0, 0, 0, 0});
+    Lookup leaf("leaf.png", {0.25f}, {0.5f}, 0, 4);
+    textures.lookup(leaf.request, where);
+    EXPECT_NEAR(leaf.result[3], 128 / 255.0f, 2e-3f);
+}
+
+TEST_F(TexturesTest, FiltersLightNotCodesOverTheFootprint) {
+    write("steps.png", OIIO::TypeDesc::UINT8, {1, 1, 1}, {0, 0, 0});
+    Lookup sharp("steps.png", {0.25f, 0.75f}, {0.5f, 0.5f}, 1 / 64.0f), wide("steps.png", {0.5f}, {0.5f}, 1);
+    textures.lookup(sharp.request, where);
+    textures.lookup(wide.request, where);
+    EXPECT_NEAR(sharp.result[0], 1, 1e-3f);
+    EXPECT_NEAR(sharp.result[1], 0, 1e-3f);
+    EXPECT_NEAR(wide.result[0], 0.5f, 0.03f) << "half of the light; codes would give 0.21";
+    EXPECT_GT(textures.bytes(), 0u);
+}
+
+TEST_F(TexturesTest, TopRowIsTZeroAndPlainPicturesRepeat) {
+    OIIO::ImageBuf picture(OIIO::ImageSpec(8, 8, 3, OIIO::TypeDesc::HALF));
+    OIIO::ImageBufAlgo::fill(picture, {1.0f, 1.0f, 1.0f}, OIIO::ROI(0, 8, 0, 4));
+    OIIO::ImageBufAlgo::fill(picture, {0.0f, 0.0f, 0.0f}, OIIO::ROI(0, 8, 4, 8));
+    ASSERT_TRUE(picture.write((folder.path / "top.exr").string()));
+    Lookup repeat("top.exr", {0.5f, 3.5f}, {0.25f, -2.75f}), black("top.exr", {3.5f}, {0.25f});
+    black.request.wrap = "black";
+    textures.lookup(repeat.request, where);
+    textures.lookup(black.request, where);
+    EXPECT_NEAR(repeat.result[0], 1, 1e-3f);
+    EXPECT_NEAR(repeat.result[1], 1, 1e-3f);
+    EXPECT_NEAR(black.result[0], 0, 1e-3f);
+}
+
+TEST_F(TexturesTest, MissingFilesAreReportedOnceForWhoAsks) {
+    Lookup lookup("nowhere.tx", {0, 0.5f}, {0, 0.5f});
+    textures.lookup(lookup.request, where);
+    textures.lookup(lookup.request, where);
+    const auto entries = journal.entries();
+    ASSERT_EQ(entries.size(), 1u);
+    EXPECT_EQ(entries[0].where.str(), "scene.rib:4:2");
+    EXPECT_NE(entries[0].message.find("\"nowhere.tx\" is not found; searched in " + folder.str()),
+              std::string::npos);
+    for (float v : lookup.result)
+        EXPECT_EQ(v, 0.5f);
+}
+
+TEST_F(TexturesTest, BrokenFilesAreReported) {
+    folder.write("broken.png", "this is no picture");
+    Lookup lookup("broken.png", {0.5f}, {0.5f});
+    textures.lookup(lookup.request, where);
+    ASSERT_EQ(journal.entries().size(), 1u);
+    EXPECT_NE(journal.entries()[0].message.find("broken.png\" cannot be read"), std::string::npos)
+        << journal.entries()[0].message;
+    EXPECT_EQ(lookup.result[0], 0.5f);
+}
+
+TEST_F(TexturesTest, AMadeTexturesNameFindsThePictureItWasMadeFrom) {
+    write("grid.tif", OIIO::TypeDesc::FLOAT, {1, 0, 0}, {1, 0, 0});
+    EXPECT_EQ(textures.find("grid.tx"), folder.str() + "/grid.tif");
+    EXPECT_EQ(textures.find("grid.tif.tx"), folder.str() + "/grid.tif");
+    EXPECT_EQ(textures.find("other.tx"), "");
+}
+
+TEST_F(TexturesTest, NotANumberReadsAPicturesCorner) {
+    write("color.exr", OIIO::TypeDesc::HALF, {0.25f, 0.5f, 1}, {0.25f, 0.5f, 1});
+    const float nan = std::nanf(""), infinity = HUGE_VALF;
+    Lookup lookup("color.exr", {nan, infinity}, {0.5f, nan}, nan);
+    textures.lookup(lookup.request, where);
+    EXPECT_NEAR(lookup.result[0], 0.25f, 1e-3f);
+    EXPECT_NEAR(lookup.result[1], 0.25f, 1e-3f);
+}
+
+TEST_F(TexturesTest, EnvironmentPoleIsPlusZ) {
+    OIIO::ImageBuf picture(OIIO::ImageSpec(64, 32, 3, OIIO::TypeDesc::HALF));
+    OIIO::ImageBufAlgo::fill(picture, {1.0f, 0.0f, 0.0f}, OIIO::ROI(0, 64, 0, 16));
+    OIIO::ImageBufAlgo::fill(picture, {0.0f, 0.0f, 1.0f}, OIIO::ROI(0, 64, 16, 32));
+    ASSERT_TRUE(picture.write((folder.path / "sky.exr").string()));
+    const float x[] = {0, 0.6f, 0}, y[] = {0, 0, 0}, z[] = {1, 0.8f, -1};
+    Lookup lookup("sky.exr", {0, 0, 0}, {0, 0, 0});
+    textures.lookup_environment(lookup.request, x, y, z, where);
+    EXPECT_NEAR(lookup.result[0], 1, 1e-2f);
+    EXPECT_NEAR(lookup.result[1], 1, 1e-2f);
+    EXPECT_NEAR(lookup.result[2], 0, 1e-2f);
+    EXPECT_NEAR(lookup.result[3 * 2 + 2], 1, 1e-2f);
+}
+
+TEST_F(TexturesTest, LatLongIsReadWholeLinearAndShrunk) {
+    write("sky.png", OIIO::TypeDesc::UINT8, {0.5f, 0.5f, 0.5f}, {0, 1, 0});
+    const std::string path = (folder.path / "sky.png").string();
+    const auto full = read_latlong(path, 0, where, journal), small = read_latlong(path, 4, where, journal);
+    ASSERT_TRUE(full && small);
+    EXPECT_EQ(full->width, 64);
+    EXPECT_EQ(small->width, 4);
+    EXPECT_EQ(small->height, 4);
+    for (const auto& picture : {*full, *small}) {
+        EXPECT_NEAR(picture.rgb[0], 0.2159f, 1e-3f);
+        EXPECT_NEAR(picture.rgb[size_t(picture.width) * 3 - 2], 1, 1e-3f);
+    }
+    folder.write("broken.exr", "no");
+    EXPECT_FALSE(read_latlong((folder.path / "broken.exr").string(), 0, where, journal));
+    EXPECT_EQ(journal.entries().size(), 1u);
+}
+
+TEST_F(TexturesTest, ManyThreadsReadTheSame) {
+    write("steps.png", OIIO::TypeDesc::UINT8, {0.8f, 0.4f, 0.1f}, {0.1f, 0.2f, 0.9f}, 256);
+    std::vector<float> s, t;
+    for (int i = 0; i < 4096; i++)
+        s.push_back(float((i * 7919) % 4096) / 4096), t.push_back(float((i * 104729) % 4096) / 4096);
+    Lookup one("steps.png", s, t, 0.01f);
+    std::vector<Lookup> many;
+    for (int i = 0; i < 4; i++)
+        many.emplace_back("steps.png", s, t, 0.01f);
+    std::vector<std::thread> threads;
+    for (Lookup& l : many)
+        threads.emplace_back([&, file = std::string("steps.png")] {
+            l.request.file = file.c_str(); // moved with its vector
+            textures.lookup(l.request, where);
+        });
+    for (auto& thread : threads)
+        thread.join();
+    textures.lookup(one.request, where);
+    for (const Lookup& l : many)
+        EXPECT_EQ(l.result, one.result);
+}
+
+} // namespace
+} // namespace kanuka::shade
