@@ -1,0 +1,41 @@
+# Kanuka: `make render` and `make test` do everything from a fresh Debian 12 on. `make help` lists the rest.
+SHELL := /bin/bash
+.DEFAULT_GOAL := help
+.PHONY: help setup build render test test-cpp test-python lint format bench clean
+
+BUILD ?= build
+JOBS ?= $(shell nproc)
+PY := .venv/bin/python
+KANUKA := .venv/bin/kanuka
+SCENE ?= scenes/showcase.rib
+PICTURE := out/$(basename $(notdir $(SCENE))).exr
+
+help:           ## this list
+	@sed -n 's/^\([a-z-]*\): .*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 20
+
+setup:          ## install what is missing: Debian packages, .venv, Python packages
+	@tools/setup.sh
+
+build: setup    ## compile the library, the Python module and the tests (Release)
+	@[ -f $(BUILD)/build.ninja ] || cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release
+	@ninja -C $(BUILD) -j $(JOBS)
+
+render: build   ## render SCENE (the showcase) to out/*.exr and out/*.png
+	@mkdir -p out
+	$(KANUKA) render $(SCENE) -o $(PICTURE) --png
+
+test: build     ## all tests: C++ and Python
+	@tools/run_tests.sh $(BUILD) $(JOBS)
+
+lint: build     ## formatting, ruff, clang-tidy, layer rule
+	@tools/lint.sh $(BUILD) $(JOBS)
+
+format: setup   ## format all C++ and Python files in place
+	@git ls-files '*.cpp' '*.h' | xargs -r clang-format-19 -i
+	@.venv/bin/ruff check --quiet --fix . && .venv/bin/ruff format --quiet .
+
+bench: build    ## time the benchmark scenes; figures go to out/bench.json
+	@$(PY) bench/run.py -o out/bench.json
+
+clean:          ## remove build products and pictures; keeps .venv
+	rm -rf $(BUILD) out python/kanuka/_native*

@@ -1,0 +1,55 @@
+"""Kanuka, a production renderer that shades before it traces.
+
+import kanuka
+
+scene = kanuka.Scene()
+scene.camera = kanuka.Camera(origin=(0, 1, 5), target=(0, 0, 0), fov=40)
+scene.add_mesh(points, faces, material=kanuka.Material("matte", color=(0.8, 0.2, 0.1)))
+scene.add_light("distant", amount=3, direction=(-1, -1, -1))
+picture = kanuka.render(scene, progressions=64)
+picture.write("picture.exr")
+"""
+
+from ._native import (
+    Camera,
+    Comparison,
+    CompiledShader,
+    Error,
+    Group,
+    Journal,
+    Material,
+    Message,
+    Options,
+    Picture,
+    Scene,
+    Shader,
+    __version__,
+    compare,
+    compile_shader,
+    integrator_names,
+    load,
+    read,
+    render,
+)
+
+__all__ = [
+    "Camera",
+    "Comparison",
+    "CompiledShader",
+    "Error",
+    "Group",
+    "Journal",
+    "Material",
+    "Message",
+    "Options",
+    "Picture",
+    "Scene",
+    "Shader",
+    "__version__",
+    "compare",
+    "compile_shader",
+    "integrator_names",
+    "load",
+    "read",
+    "render",
+]

@@ -1,0 +1,57 @@
+"""kanuka info: what is in a scene."""
+
+from __future__ import annotations
+
+import argparse
+import json
+
+import kanuka
+
+from . import exit_codes, messages
+from .exit_codes import ExitCode
+
+
+def add_parser(subparsers: argparse._SubParsersAction) -> None:
+    parser = subparsers.add_parser(
+        "info",
+        help="say what is in a scene",
+        description="Reads a scene and says what is in it: picture, camera, geometry, lights, shaders.",
+        epilog="examples:\n  kanuka info scene.rib\n  kanuka info scene.rib --json\n\n" + exit_codes.HELP,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("scene", metavar="SCENE", help="RIB file, gzipped or not; - is standard input")
+    parser.add_argument("--json", action="store_true", help="as JSON")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    scene = kanuka.load(arguments.scene)
+    summary = scene.summary()
+    if arguments.json:
+        print(json.dumps(summary, indent=2))
+    else:
+        print(text(summary))
+    messages.Printer(scene.journal).flush()
+    return ExitCode.ERRORS if scene.journal.error_count else ExitCode.OK
+
+
+def text(summary: dict) -> str:
+    width, height = summary["resolution"]
+    rows = [
+        ("scene", summary["file"]),
+        ("picture", f"{width} × {height}, filter {summary['filter']}"),
+        ("camera", f"{summary['projection']}, {summary['fov']:g}° across the shorter side"),
+        ("integrator", f"{summary['integrator']}, depth {summary['max_depth']}"),
+    ]
+    rows += [("display", f"{d['file']} ({d['driver']}, {d['mode']})") for d in summary["displays"]]
+    rows += [("geometry", f"{count} × {kind}") for kind, count in summary["primitives"].items()]
+    rows.append(("points", f"{summary['points']}"))
+    if summary["groups"]:
+        rows.append(("instances", f"{summary['instances']} of {summary['groups']} groups"))
+    if summary["area_lights"]:
+        rows.append(("area lights", f"{summary['area_lights']}"))
+    rows.append(("lights", ", ".join(summary["lights"]) or "none"))
+    for kind, names in summary["shaders"].items():
+        if names:
+            rows.append((f"{kind} shaders", ", ".join(names)))
+    return "\n".join(f"{name:<22}{value}" for name, value in rows)

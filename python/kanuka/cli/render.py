@@ -1,0 +1,168 @@
+"""kanuka render: from a scene file to a picture."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+import time
+from pathlib import Path
+
+import kanuka
+
+from . import arguments as types
+from . import exit_codes, messages, statistics
+from .exit_codes import ExitCode, fail
+from .progress import ProgressBar, duration
+
+EXAMPLES = """\
+examples:
+  kanuka render scene.rib
+  kanuka render scene.rib -o frames/a.exr --png --stats frames/a.json
+  kanuka render scene.rib --progressions 4 --crop 0.4,0.6,0.4,0.6
+
+The picture appears under its name complete or not at all. Ctrl-C (or SIGTERM) stops early and saves what is there as
+NAME.partial.exr; a second one stops at once. Paths of the pictures go to standard output, all else to standard error.
+
+"""
+
+
+def add_parser(subparsers: argparse._SubParsersAction) -> None:
+    parser = subparsers.add_parser(
+        "render",
+        help="render a scene to a picture",
+        description="Renders a RIB scene to an OpenEXR picture.",
+        epilog=EXAMPLES + exit_codes.HELP,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("scene", metavar="SCENE", help="RIB file, gzipped or not; - is standard input")
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="FILE.exr", help="default: the scene's Display, or SCENE.exr"
+    )
+    parser.add_argument("--png", action="store_true", help="write a PNG beside the EXR")
+    parser.add_argument("--stats", type=Path, metavar="FILE.json", help="write times, counts and bytes")
+    parser.add_argument("--quiet", action="store_true", help="no progress; messages still come")
+    picture = parser.add_argument_group("picture", "over what the scene says")
+    picture.add_argument("--progressions", type=types.positive_int, metavar="N", help="paths a pixel")
+    picture.add_argument("--resolution", type=types.resolution, metavar="WxH", help="pixels")
+    picture.add_argument("--crop", type=types.crop, metavar="X0,X1,Y0,Y1", help="fractions of the picture, y down")
+    picture.add_argument("--shading-rate", type=types.positive_float, metavar="R", help="multiplies micropolygon areas")
+    picture.add_argument(
+        "--geometry-tolerance",
+        type=types.non_negative_float,
+        metavar="PX",
+        help="pixels that traced geometry may be off the diced surface; 0 traces every micropolygon",
+    )
+    picture.add_argument("--max-depth", type=types.natural, metavar="N", help="scattering events of a path")
+    picture.add_argument("--integrator", metavar="NAME", help=", ".join(kanuka.integrator_names()))
+    picture.add_argument("--seed", type=types.natural, metavar="N", help="another seed, another noise")
+    machine = parser.add_argument_group("machine", "the picture does not depend on these")
+    machine.add_argument("--threads", type=types.positive_int, metavar="N", help="default: all there are")
+    machine.add_argument("--lanes", type=int, choices=(0, 1, 8, 16), default=0, help="SIMD lanes; 0 = the widest")
+    parser.set_defaults(run=run, parser=parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    started = time.monotonic()
+    if arguments.integrator is not None and arguments.integrator not in kanuka.integrator_names():
+        arguments.parser.error(
+            f"--integrator: {arguments.integrator!r} is not one of {', '.join(kanuka.integrator_names())}"
+        )
+    if arguments.output:
+        check_output(arguments.output)
+    interruption = Interruption()
+    try:
+        return render(arguments, started, interruption)
+    except KeyboardInterrupt:
+        print("interrupted before there was a picture", file=sys.stderr)
+        return interruption.exit_code
+
+
+def render(arguments: argparse.Namespace, started: float, interruption: Interruption) -> int:
+    bar = ProgressBar(arguments.quiet)
+    bar.update("ingest", 0)
+    scene = kanuka.load(arguments.scene)
+    printer = messages.Printer(scene.journal)
+    bar.between = printer.flush
+    bar.finish()
+
+    output = arguments.output or default_output(arguments.scene, scene)
+    check_output(output)
+    picture = kanuka.render(
+        scene,
+        progressions=arguments.progressions,
+        threads=arguments.threads,
+        resolution=arguments.resolution,
+        crop=arguments.crop,
+        shading_rate=arguments.shading_rate,
+        geometry_tolerance=arguments.geometry_tolerance,
+        max_depth=arguments.max_depth,
+        integrator=arguments.integrator,
+        seed=arguments.seed,
+        lanes=arguments.lanes,
+        progress=bar.update,
+        journal=scene.journal,
+    )
+    bar.finish()
+
+    if picture.cancelled:
+        output = output.with_suffix(".partial.exr")
+    written = write(picture, output, arguments.png and not picture.cancelled)
+    total = time.monotonic() - started
+    if arguments.stats:
+        statistics.write(arguments.stats, picture, total)
+    printer.flush()
+    if not arguments.quiet:
+        print(f"{picture.width} × {picture.height} pixels in {duration(total)}", file=sys.stderr)
+    for path in written:
+        print(path)
+    if picture.cancelled:
+        return interruption.exit_code
+    return ExitCode.ERRORS if scene.journal.error_count else ExitCode.OK
+
+
+def write(picture: kanuka.Picture, output: Path, png: bool) -> list[Path]:
+    written = [output]
+    picture.write(output)
+    if png and output.suffix == ".exr":
+        written.append(output.with_suffix(".png"))
+        picture.write(written[-1])
+    return written
+
+
+def default_output(scene_file: str, scene: kanuka.Scene) -> Path:
+    """The first Display that goes to a file, as an EXR; else the scene's own name, in this folder."""
+    for display in scene.options.displays:
+        if display["driver"] != "framebuffer" and display["file"]:
+            return Path(display["file"].lstrip("+")).with_suffix(".exr")
+    if scene_file == "-":
+        return Path("picture.exr")
+    name = Path(scene_file).name
+    for suffix in (".gz", ".rib"):
+        name = name.removesuffix(suffix)
+    return Path(name + ".exr")
+
+
+def check_output(output: Path) -> None:
+    """Says before the work what would fail after it."""
+    if output.suffix not in (".exr", ".png"):
+        fail(ExitCode.USAGE, f"{output}: pictures are written as .exr or .png")
+    if output.is_dir():
+        fail(ExitCode.OUTPUT, f"{output}: is a folder; name a file in it")
+    if not output.parent.is_dir():
+        fail(ExitCode.OUTPUT, f"{output}: there is no folder {output.parent}; make it first")
+
+
+class Interruption:
+    """Ctrl-C and SIGTERM alike raise KeyboardInterrupt once; the second time they have their usual effect."""
+
+    def __init__(self) -> None:
+        self.exit_code = ExitCode.INTERRUPTED
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self.handle)
+
+    def handle(self, number: int, _frame: object) -> None:
+        self.exit_code = ExitCode(128 + number)
+        for each in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(each, signal.SIG_DFL)
+        raise KeyboardInterrupt

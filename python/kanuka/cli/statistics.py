@@ -1,0 +1,47 @@
+"""The statistics file: time, count and bytes of a render, with the machine, the version and the command."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import sys
+from pathlib import Path
+
+import kanuka
+
+from .exit_codes import ExitCode, fail
+
+
+def machine() -> dict[str, object]:
+    model = ""
+    try:
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith("model name"):
+                model = line.split(":", 1)[1].strip()
+                break
+    except OSError:
+        pass
+    return {
+        "name": platform.node(),
+        "system": platform.platform(),
+        "processor": model or platform.processor(),
+        "threads": len(os.sched_getaffinity(0)),
+        "memory_bytes": os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"),
+    }
+
+
+def collect(picture: kanuka.Picture, total_s: float) -> dict[str, object]:
+    stats = picture.stats or {}
+    stats["time"]["total_s"] = total_s  # with start, reading and writing
+    return {**stats, "machine": machine(), "version": kanuka.__version__, "arguments": sys.argv[1:]}
+
+
+def write(path: Path, picture: kanuka.Picture, total_s: float) -> None:
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        temporary.write_text(json.dumps(collect(picture, total_s), indent=2) + "\n")
+        os.replace(temporary, path)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        fail(ExitCode.OUTPUT, f"{path}: {error.strerror}")

@@ -1,0 +1,301 @@
+// Lanes: Float<W>, Int<W>, Mask<W> hold W values and act on all at once. W = 1 (tests, and a GPU thread), 8 (AVX2) and 16
+// (AVX-512) are one source. Built on the compiler's vector types, whose operators cover most of this file; intrinsics
+// stand in for the few operations that those lack, in the Native<W> blocks below. Every operation is correctly rounded or
+// an explicit sequence of such, so all W compute the same bits.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <immintrin.h>
+
+#include "base/vec.h"
+
+namespace kanuka {
+
+template <int W>
+struct NativeLanes {
+    typedef float F __attribute__((vector_size(4 * W), aligned(4 * W)));
+    typedef int32_t I __attribute__((vector_size(4 * W), aligned(4 * W)));
+    typedef uint32_t U __attribute__((vector_size(4 * W), aligned(4 * W)));
+};
+
+template <int W>
+struct Mask {
+    typename NativeLanes<W>::I v; // all bits of a lane set, or none
+
+    Mask() = default;
+    Mask(typename NativeLanes<W>::I v) : v(v) {}
+    explicit Mask(bool b) : v(typename NativeLanes<W>::I{} - int(b)) {}
+    friend Mask operator&(Mask a, Mask b) { return a.v & b.v; }
+    friend Mask operator|(Mask a, Mask b) { return a.v | b.v; }
+    friend Mask operator^(Mask a, Mask b) { return a.v ^ b.v; }
+    Mask operator!() const { return ~v; }
+    Mask& operator&=(Mask o) { return v &= o.v, *this; }
+    Mask& operator|=(Mask o) { return v |= o.v, *this; }
+    bool operator[](int i) const { return v[i] != 0; }
+    uint32_t bits() const {
+        if constexpr (W == 1)
+            return uint32_t(v[0]) & 1;
+        else if constexpr (W == 8)
+            return uint32_t(_mm256_movemask_ps((__m256)v));
+#ifdef __AVX512F__
+        else if constexpr (W == 16)
+            return _mm512_movepi32_mask((__m512i)v);
+#endif
+        else {
+            uint32_t b = 0;
+            for (int i = 0; i < W; i++)
+                b |= uint32_t(v[i] & 1) << i;
+            return b;
+        }
+    }
+};
+
+template <int W>
+bool any(Mask<W> m) {
+    return m.bits() != 0;
+}
+template <int W>
+bool all(Mask<W> m) {
+    return m.bits() == (W == 32 ? ~0u : (1u << W) - 1);
+}
+template <int W>
+bool none(Mask<W> m) {
+    return m.bits() == 0;
+}
+
+template <int W>
+struct Float;
+
+template <int W>
+struct Int {
+    using I = typename NativeLanes<W>::I;
+    using U = typename NativeLanes<W>::U;
+    I v;
+
+    Int() = default;
+    Int(I v) : v(v) {}
+    Int(int s) : v(I{} + s) {}
+    static Int load(const int32_t* p) {
+        Int r;
+        std::memcpy(&r.v, p, sizeof r.v);
+        return r;
+    }
+    void store(int32_t* p) const { std::memcpy(p, &v, sizeof v); }
+    static Int lane_index() {
+        Int r;
+        for (int i = 0; i < W; i++)
+            r.v[i] = i;
+        return r;
+    }
+    int operator[](int i) const { return v[i]; }
+
+    friend Int operator+(Int a, Int b) { return a.v + b.v; }
+    friend Int operator-(Int a, Int b) { return a.v - b.v; }
+    friend Int operator*(Int a, Int b) { return a.v * b.v; }
+    friend Int operator&(Int a, Int b) { return a.v & b.v; }
+    friend Int operator|(Int a, Int b) { return a.v | b.v; }
+    friend Int operator^(Int a, Int b) { return a.v ^ b.v; }
+    friend Int operator<<(Int a, int s) { return I(U(a.v) << s); }
+    friend Int operator>>(Int a, int s) { return I(U(a.v) >> s); } // logical: lanes carry bits, not signs
+    friend Int operator<<(Int a, Int s) { return I(U(a.v) << U(s.v)); }
+    friend Int operator>>(Int a, Int s) { return I(U(a.v) >> U(s.v)); }
+    friend Mask<W> operator<(Int a, Int b) { return I(a.v < b.v); }
+    friend Mask<W> operator>(Int a, Int b) { return I(a.v > b.v); }
+    friend Mask<W> operator<=(Int a, Int b) { return I(a.v <= b.v); }
+    friend Mask<W> operator>=(Int a, Int b) { return I(a.v >= b.v); }
+    friend Mask<W> operator==(Int a, Int b) { return I(a.v == b.v); }
+    friend Mask<W> operator!=(Int a, Int b) { return I(a.v != b.v); }
+};
+
+template <int W>
+struct Float {
+    using F = typename NativeLanes<W>::F;
+    using I = typename NativeLanes<W>::I;
+    F v;
+
+    Float() = default;
+    Float(F v) : v(v) {}
+    Float(float s) : v(F{} + s) {}
+    explicit Float(Int<W> i) : v(__builtin_convertvector(i.v, F)) {}
+    static Float load(const float* p) {
+        Float r;
+        std::memcpy(&r.v, p, sizeof r.v);
+        return r;
+    }
+    void store(float* p) const { std::memcpy(p, &v, sizeof v); }
+    float operator[](int i) const { return v[i]; }
+
+    Float operator-() const { return -v; }
+    friend Float operator+(Float a, Float b) { return a.v + b.v; }
+    friend Float operator-(Float a, Float b) { return a.v - b.v; }
+    friend Float operator*(Float a, Float b) { return a.v * b.v; }
+    friend Float operator/(Float a, Float b) { return a.v / b.v; }
+    Float& operator+=(Float o) { return v += o.v, *this; }
+    Float& operator-=(Float o) { return v -= o.v, *this; }
+    Float& operator*=(Float o) { return v *= o.v, *this; }
+    friend Mask<W> operator<(Float a, Float b) { return I(a.v < b.v); }
+    friend Mask<W> operator>(Float a, Float b) { return I(a.v > b.v); }
+    friend Mask<W> operator<=(Float a, Float b) { return I(a.v <= b.v); }
+    friend Mask<W> operator>=(Float a, Float b) { return I(a.v >= b.v); }
+    friend Mask<W> operator==(Float a, Float b) { return I(a.v == b.v); }
+    friend Mask<W> operator!=(Float a, Float b) { return I(a.v != b.v); }
+};
+
+template <int W>
+Float<W> select(Mask<W> m, Float<W> a, Float<W> b) {
+    return m.v ? a.v : b.v;
+}
+template <int W>
+Int<W> select(Mask<W> m, Int<W> a, Int<W> b) {
+    return m.v ? a.v : b.v;
+}
+template <int W>
+Vec3<Float<W>> select(Mask<W> m, const Vec3<Float<W>>& a, const Vec3<Float<W>>& b) {
+    return {select(m, a.x, b.x), select(m, a.y, b.y), select(m, a.z, b.z)};
+}
+
+// min and max return b where either is NaN, as SSE does.
+template <int W>
+Float<W> min(Float<W> a, Float<W> b) {
+    return a.v < b.v ? a.v : b.v;
+}
+template <int W>
+Float<W> max(Float<W> a, Float<W> b) {
+    return a.v > b.v ? a.v : b.v;
+}
+template <int W>
+Int<W> min(Int<W> a, Int<W> b) {
+    return a.v < b.v ? a.v : b.v;
+}
+template <int W>
+Int<W> max(Int<W> a, Int<W> b) {
+    return a.v > b.v ? a.v : b.v;
+}
+
+template <int W>
+Float<W> fma(Float<W> a, Float<W> b, Float<W> c) {
+    if constexpr (W == 8)
+        return (typename Float<W>::F)_mm256_fmadd_ps((__m256)a.v, (__m256)b.v, (__m256)c.v);
+#ifdef __AVX512F__
+    else if constexpr (W == 16)
+        return (typename Float<W>::F)_mm512_fmadd_ps((__m512)a.v, (__m512)b.v, (__m512)c.v);
+#endif
+    else {
+        Float<W> r;
+        for (int i = 0; i < W; i++)
+            r.v[i] = __builtin_fmaf(a.v[i], b.v[i], c.v[i]);
+        return r;
+    }
+}
+template <int W>
+Float<W> sqrt(Float<W> a) {
+    if constexpr (W == 8)
+        return (typename Float<W>::F)_mm256_sqrt_ps((__m256)a.v);
+#ifdef __AVX512F__
+    else if constexpr (W == 16)
+        return (typename Float<W>::F)_mm512_sqrt_ps((__m512)a.v);
+#endif
+    else {
+        Float<W> r;
+        for (int i = 0; i < W; i++)
+            r.v[i] = __builtin_sqrtf(a.v[i]);
+        return r;
+    }
+}
+template <int W>
+Float<W> floor(Float<W> a) {
+    if constexpr (W == 8)
+        return (typename Float<W>::F)_mm256_floor_ps((__m256)a.v);
+#ifdef __AVX512F__
+    else if constexpr (W == 16)
+        return (typename Float<W>::F)_mm512_roundscale_ps((__m512)a.v, _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
+#endif
+    else {
+        Float<W> r;
+        for (int i = 0; i < W; i++)
+            r.v[i] = __builtin_floorf(a.v[i]);
+        return r;
+    }
+}
+template <int W>
+Int<W> to_int(Float<W> a) { // truncates
+    return Int<W>(__builtin_convertvector(a.v, typename Int<W>::I));
+}
+template <int W>
+Int<W> bitcast_int(Float<W> a) {
+    return (typename Int<W>::I)a.v;
+}
+template <int W>
+Float<W> bitcast_float(Int<W> a) {
+    return (typename Float<W>::F)a.v;
+}
+template <int W>
+Float<W> abs(Float<W> a) {
+    return bitcast_float(bitcast_int(a) & Int<W>(0x7fffffff));
+}
+template <int W>
+Float<W> copysign(Float<W> magnitude, Float<W> sign) {
+    return bitcast_float((bitcast_int(magnitude) & Int<W>(0x7fffffff)) | (bitcast_int(sign) & Int<W>(int(0x80000000))));
+}
+template <int W>
+Float<W> clamp(Float<W> x, Float<W> lo, Float<W> hi) {
+    return min(max(x, lo), hi);
+}
+template <int W>
+Mask<W> is_finite(Float<W> a) {
+    return abs(a) <= Float<W>(3.402823466e38f);
+}
+
+// base[index], lane by lane; every index must be readable.
+template <int W>
+Float<W> gather(const float* base, Int<W> index) {
+    if constexpr (W == 8)
+        return (typename Float<W>::F)_mm256_i32gather_ps(base, (__m256i)index.v, 4);
+#ifdef __AVX512F__
+    else if constexpr (W == 16)
+        return (typename Float<W>::F)_mm512_i32gather_ps((__m512i)index.v, base, 4);
+#endif
+    else {
+        Float<W> r;
+        for (int i = 0; i < W; i++)
+            r.v[i] = base[index.v[i]];
+        return r;
+    }
+}
+template <int W>
+Int<W> gather(const int32_t* base, Int<W> index) {
+    return bitcast_int(gather(reinterpret_cast<const float*>(base), index));
+}
+template <int W>
+Int<W> gather(const uint32_t* base, Int<W> index) {
+    return bitcast_int(gather(reinterpret_cast<const float*>(base), index));
+}
+template <int W>
+void scatter(float* base, Int<W> index, Float<W> value, Mask<W> m) {
+    for (uint32_t bits = m.bits(); bits; bits &= bits - 1) {
+        const int i = __builtin_ctz(bits);
+        base[index.v[i]] = value.v[i];
+    }
+}
+
+// Half-precision values in the low 16 bits of each lane.
+template <int W>
+Float<W> half_to_float(Int<W> h) {
+    // Exponent rebias by a multiply: exact for all finite halves, subnormals included.
+    const Int<W> magnitude = (h & Int<W>(0x7fff)) << 13;
+    const Int<W> sign = (h & Int<W>(0x8000)) << 16;
+    const Float<W> f = bitcast_float(magnitude) * Float<W>(0x1p112f);
+    return bitcast_float(bitcast_int(f) | sign);
+}
+
+// Moves the lanes of m to consecutive places from `out` on; returns how many.
+template <int W>
+int compress_store(float* out, Float<W> value, uint32_t bits) {
+    int n = 0;
+    for (; bits; bits &= bits - 1)
+        out[n++] = value.v[__builtin_ctz(bits)];
+    return n;
+}
+
+} // namespace kanuka

@@ -1,0 +1,118 @@
+// Spectra in lanes: four hero wavelengths a path, and the uplift of RGB inputs at a hit.
+#pragma once
+
+#include "base/lanes.h"
+
+namespace kanuka::bsdf {
+
+inline constexpr int Wavelengths = 4;
+
+template <int W>
+struct Spectrum {
+    Float<W> c[Wavelengths];
+
+    Spectrum() = default;
+    explicit Spectrum(Float<W> s) {
+        for (auto& x : c)
+            x = s;
+    }
+    Float<W>& operator[](int i) { return c[i]; }
+    const Float<W>& operator[](int i) const { return c[i]; }
+    friend Spectrum operator+(const Spectrum& a, const Spectrum& b) {
+        Spectrum r;
+        for (int i = 0; i < Wavelengths; i++)
+            r.c[i] = a.c[i] + b.c[i];
+        return r;
+    }
+    friend Spectrum operator*(const Spectrum& a, const Spectrum& b) {
+        Spectrum r;
+        for (int i = 0; i < Wavelengths; i++)
+            r.c[i] = a.c[i] * b.c[i];
+        return r;
+    }
+    friend Spectrum operator*(const Spectrum& a, Float<W> s) {
+        Spectrum r;
+        for (int i = 0; i < Wavelengths; i++)
+            r.c[i] = a.c[i] * s;
+        return r;
+    }
+    Spectrum& operator+=(const Spectrum& o) { return *this = *this + o; }
+    Spectrum& operator*=(const Spectrum& o) { return *this = *this * o; }
+};
+
+template <int W>
+Spectrum<W> select(Mask<W> m, const Spectrum<W>& a, const Spectrum<W>& b) {
+    Spectrum<W> r;
+    for (int i = 0; i < Wavelengths; i++)
+        r.c[i] = kanuka::select(m, a.c[i], b.c[i]);
+    return r;
+}
+template <int W>
+Float<W> mean(const Spectrum<W>& s) {
+    return ((s.c[0] + s.c[1]) + (s.c[2] + s.c[3])) * Float<W>(0.25f);
+}
+template <int W>
+Float<W> max_component(const Spectrum<W>& s) {
+    return max(max(s.c[0], s.c[1]), max(s.c[2], s.c[3]));
+}
+
+// The smooth bounded spectrum of Jakob and Hanika (2019) at four wavelengths; l = (lambda - 360) / 470. Written without
+// cancellation in the dark, as color::uplift_eval.
+template <int W>
+Spectrum<W> sigmoid_spectrum(Float<W> c0, Float<W> c1, Float<W> c2, const Float<W> l[Wavelengths]) {
+    Spectrum<W> r;
+    for (int i = 0; i < Wavelengths; i++) {
+        const Float<W> x = fma(fma(c0, l[i], c1), l[i], c2);
+        const Float<W> s = sqrt(fma(x, x, Float<W>(1.0f)));
+        const Float<W> h = Float<W>(0.5f) / (s * (s + abs(x)));
+        r.c[i] = kanuka::select(x < Float<W>(0.0f), h, Float<W>(1.0f) - h);
+    }
+    return r;
+}
+
+// Where the uplift table of color/ lies; see color.h for its layout and the steps below.
+struct UpliftView {
+    const float* coefficients;
+    int resolution;
+};
+
+template <int W>
+void uplift(const UpliftView& table, Vec3<Float<W>> rgb, Float<W>& c0, Float<W>& c1, Float<W>& c2) {
+    using F = Float<W>;
+    using I = Int<W>;
+    const F zero(0.0f), one(1.0f), third(1.0f / 3), last(float(table.resolution - 1));
+    rgb = {clamp(rgb.x, zero, one), clamp(rgb.y, zero, one), clamp(rgb.z, zero, one)};
+    F average = (rgb.x + rgb.y + rgb.z) * third;
+    const Mask<W> bright = average > F(0.5f);
+    rgb = kanuka::select(bright, Vec3<F>(one, one, one) - rgb, rgb);
+    average = (rgb.x + rgb.y + rgb.z) * third;
+    const Mask<W> x_largest = (rgb.x >= rgb.y) & (rgb.x >= rgb.z), y_largest = (!x_largest) & (rgb.y >= rgb.z);
+    const I m = kanuka::select(x_largest, I(0), kanuka::select(y_largest, I(1), I(2)));
+    const F v = kanuka::select(x_largest, rgb.x, kanuka::select(y_largest, rgb.y, rgb.z));
+    const F a = kanuka::select(x_largest, rgb.y, kanuka::select(y_largest, rgb.z, rgb.x));
+    const F b = kanuka::select(x_largest, rgb.z, kanuka::select(y_largest, rgb.x, rgb.y));
+    const F inv = kanuka::select(v > zero, one / max(v, F(1e-37f)), zero);
+    const F at[3] = {sqrt(min(a * inv, one)) * last, sqrt(min(b * inv, one)) * last,
+                     F(0.5f) * (sqrt(v) + one - sqrt(one - v)) * last};
+    I cell[3];
+    F f[3];
+    for (int k = 0; k < 3; k++) {
+        cell[k] = min(to_int(at[k]), I(table.resolution - 2));
+        f[k] = at[k] - F(cell[k]);
+    }
+    const I n(table.resolution);
+    const I base = (((m * n + cell[2]) * n + cell[1]) * n + cell[0]) * I(3);
+    F q[3] = {zero, zero, average - F(0.5f)};
+    for (int corner = 0; corner < 8; corner++) {
+        const int dx = corner & 1, dy = corner >> 1 & 1, dz = corner >> 2;
+        const F w = (dx ? f[0] : one - f[0]) * (dy ? f[1] : one - f[1]) * (dz ? f[2] : one - f[2]);
+        const I knot = base + I(((dz * table.resolution + dy) * table.resolution + dx) * 3);
+        for (int k = 0; k < 3; k++)
+            q[k] = fma(w, gather(table.coefficients + k, knot), q[k]);
+    }
+    const F s = one / sqrt(max(average * (one - average), F(1e-30f)));
+    const F sign = kanuka::select(bright, -s, s);
+    c0 = q[0] * sign, c1 = q[1] * sign, c2 = q[2] * sign;
+}
+
+} // namespace kanuka::bsdf

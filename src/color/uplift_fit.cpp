@@ -1,0 +1,183 @@
+#include "color/uplift_fit.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/tasks.h"
+
+namespace kanuka::color {
+
+namespace {
+
+using V3 = std::array<double, 3>;
+
+// S = 1/2 + f / (2 sqrt(n + f^2)) for the polynomial f = q0 l^2 + q1 l + q2: the sigmoid of Jakob and Hanika
+// (2019), eq. 3 and 4, with coefficients c = q / sqrt(n). With n = m (1 - m), m the mean of the components, q
+// stays finite and smooth from black to white, where c itself runs to infinity; for greys q is (0, 0, m -
+// 1/2).
+struct Model {
+    const Response& response;
+    V3 target;
+    double largest; // residuals are relative to it, so that dark colours are met as well as bright ones
+    double mean;
+    double n; // mean (1 - mean)
+
+    V3 residual(const V3& q, std::array<V3, 3>* jacobian) const {
+        V3 sum{};
+        std::array<V3, 3> slope{};
+        for (int i = 0; i < LambdaCount; i++) {
+            const double l = double(i) / (LambdaCount - 1);
+            const double f = (q[0] * l + q[1]) * l + q[2];
+            const double root = std::sqrt(n + f * f);
+            const double small = root > 0 ? 0.5 * n / (root * (root + std::abs(f))) : 0.5; // no cancellation
+            const double s = f < 0 ? small : 1 - small;
+            const double ds = root > 0 ? 0.5 * n / (root * root * root) : 0;
+            for (int c = 0; c < 3; c++) {
+                const double w = response[c][i];
+                sum[c] += w * s;
+                const double dw = w * ds;
+                slope[c][0] += dw * l * l;
+                slope[c][1] += dw * l;
+                slope[c][2] += dw;
+            }
+        }
+        for (int c = 0; c < 3; c++) {
+            sum[c] = (sum[c] - target[c]) / largest;
+            for (int k = 0; k < 3; k++)
+                slope[c][k] /= largest;
+        }
+        if (jacobian)
+            *jacobian = slope;
+        return sum;
+    }
+};
+
+double norm2(const V3& v) {
+    return v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+}
+
+// Solves the symmetric 3x3 system a x = b by Cramer's rule; false where a is singular.
+bool solve(const std::array<V3, 3>& a, const V3& b, V3& x) {
+    const auto det = [](const V3& u, const V3& v, const V3& w) {
+        return u[0] * (v[1] * w[2] - v[2] * w[1]) - u[1] * (v[0] * w[2] - v[2] * w[0]) +
+               u[2] * (v[0] * w[1] - v[1] * w[0]);
+    };
+    const double d = det(a[0], a[1], a[2]); // a is symmetric: rows are columns
+    if (!(std::abs(d) > 0))
+        return false;
+    x = {det(b, a[1], a[2]) / d, det(a[0], b, a[2]) / d, det(a[0], a[1], b) / d};
+    return std::isfinite(norm2(x));
+}
+
+constexpr double Accepted = 1e-6; // residual
+
+// Gauss–Newton with Levenberg–Marquardt damping, from q; returns the largest residual.
+double fit(const Model& model, V3& q) {
+    constexpr int MaxSteps = 60;
+    std::array<V3, 3> j;
+    V3 r = model.residual(q, &j);
+    double damping = 1e-6;
+    for (int step = 0; step < MaxSteps && norm2(r) > 0.01 * Accepted * Accepted; step++) {
+        std::array<V3, 3> jtj{};
+        V3 jtr{};
+        for (int a = 0; a < 3; a++)
+            for (int c = 0; c < 3; c++) {
+                jtr[a] -= j[c][a] * r[c];
+                for (int b = 0; b < 3; b++)
+                    jtj[a][b] += j[c][a] * j[c][b];
+            }
+        for (int a = 0; a < 3; a++)
+            jtj[a][a] *= 1 + damping;
+        V3 d;
+        if (!solve(jtj, jtr, d))
+            break;
+        const V3 next{q[0] + d[0], q[1] + d[1], q[2] + d[2]};
+        std::array<V3, 3> next_j;
+        const V3 next_r = model.residual(next, &next_j);
+        if (norm2(next_r) < norm2(r)) {
+            q = next;
+            r = next_r;
+            j = next_j;
+            damping = std::max(damping * 0.1, 1e-12);
+        } else {
+            damping *= 10;
+            if (damping > 1e12)
+                break;
+        }
+    }
+    return std::max({std::abs(r[0]), std::abs(r[1]), std::abs(r[2])});
+}
+
+} // namespace
+
+std::vector<float> fit_uplift_table(const Response& response, int resolution, double& residual) {
+    const int n = resolution;
+    const auto knot = [&](int m, int z, int y, int x) { return ((size_t(m) * n + z) * n + y) * n + x; };
+    const auto model = [&](int m, double largest, int y, int x) {
+        const double steps = double(n - 1) * (n - 1);
+        V3 rgb;
+        rgb[m] = largest;
+        rgb[(m + 1) % 3] = largest * x * x / steps;
+        rgb[(m + 2) % 3] = largest * y * y / steps;
+        const double mean = (rgb[0] + rgb[1] + rgb[2]) / 3;
+        return Model{response, rgb, largest, mean, mean * (1 - mean)};
+    };
+    std::vector<V3> solved(size_t(3) * n * n * n);
+    std::vector<double> worst(size_t(3) * n * n, 0.0);
+
+    // 1. A middling plane of each table, from grey (x = y = 1), whose answer is known, outwards: each knot
+    // starts at its solved neighbour's answer, so that all lie on one branch of solutions and interpolate
+    // well.
+    int middle = 0;
+    while (middle < n - 1 && uplift_scale(middle, n) < 0.25)
+        middle++;
+    tasks::parallel_for(3, [&](size_t m) {
+        for (int y = n - 1; y >= 0; y--)
+            for (int x = n - 1; x >= 0; x--) {
+                const Model wanted = model(int(m), uplift_scale(middle, n), y, x);
+                V3& q = solved[knot(int(m), middle, y, x)];
+                if (x == n - 1 && y == n - 1)
+                    q = {0, 0, wanted.mean - 0.5};
+                else
+                    q = solved[x < n - 1 ? knot(int(m), middle, y, x + 1) : knot(int(m), middle, y + 1, x)];
+                worst[m] = std::max(worst[m], fit(wanted, q));
+            }
+    });
+
+    // 2. From there each column to darker and to brighter knots, in smaller steps where needed: there are
+    // other branches, which hide a pole of the sigmoid beyond the visible range.
+    tasks::parallel_for(size_t(3) * n * n, [&](size_t column) {
+        const int m = int(column) / (n * n), y = int(column) / n % n, x = int(column) % n;
+        for (const int direction : {-1, 1})
+            for (int z = middle + direction; z >= 0 && z < n; z += direction) {
+                V3& q = solved[knot(m, z, y, x)];
+                const double from = uplift_scale(z - direction, n), to = uplift_scale(z, n);
+                if (x == n - 1 && y == n - 1) {
+                    q = {0, 0, to - 0.5};
+                    continue;
+                }
+                double error = 1;
+                for (int steps = 1; steps <= 8 && error > Accepted; steps *= 2) {
+                    q = solved[knot(m, z - direction, y, x)];
+                    for (int i = 1; i <= steps; i++)
+                        error = fit(model(m, from * std::pow(to / from, double(i) / steps), y, x), q);
+                }
+                worst[column] = std::max(worst[column], error);
+            }
+    });
+    residual = *std::max_element(worst.begin(), worst.end());
+
+    std::vector<float> table(solved.size() * 3);
+    for (int m = 0; m < 3; m++)
+        for (int z = 0; z < n; z++)
+            for (int y = 0; y < n; y++)
+                for (int x = 0; x < n; x++) {
+                    const double grey = model(m, uplift_scale(z, n), y, x).mean - 0.5;
+                    const V3& q = solved[knot(m, z, y, x)];
+                    for (int k = 0; k < 3; k++)
+                        table[knot(m, z, y, x) * 3 + k] = float(q[k] - (k == 2 ? grey : 0));
+                }
+    return table;
+}
+
+} // namespace kanuka::color

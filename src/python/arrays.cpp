@@ -1,0 +1,84 @@
+#include "python/arrays.h"
+
+#include <nanobind/ndarray.h>
+
+namespace kanuka::python {
+
+std::string shape_text(const std::vector<size_t>& shape) {
+    std::string text = "(";
+    for (size_t i = 0; i < shape.size(); i++)
+        text += (i ? ", " : "") + std::to_string(shape[i]);
+    return text + (shape.size() == 1 ? ",)" : ")");
+}
+
+template <class T>
+static void share(nb::handle value, const char* dtype, const char* what, scene::Buffer<T>& buffer,
+                  std::vector<size_t>& shape) {
+    using Array = nb::ndarray<const T, nb::c_contig, nb::device::cpu>;
+    Array array;
+    try {
+        // Returns its argument where type and layout are right already: no copy then.
+        const nb::object even = nb::module_::import_("numpy").attr("ascontiguousarray")(value, dtype);
+        array = nb::cast<Array>(even);
+    } catch (nb::python_error& error) {
+        throw nb::type_error(
+            (std::string(what) + ": not an array of " + dtype + ": " + error.what()).c_str());
+    }
+    for (size_t i = 0; i < array.ndim(); i++)
+        shape.push_back(array.shape(i));
+    // The ndarray holds a reference to the array; its last copy takes the interpreter's lock to let go.
+    auto owner = std::make_shared<Array>(array);
+    buffer = scene::Buffer<T>(owner->data(), owner->size(), owner);
+}
+
+FloatArray float_array(nb::handle value, const char* what) {
+    FloatArray array;
+    share<float>(value, "float32", what, array.buffer, array.shape);
+    return array;
+}
+
+IntArray int_array(nb::handle value, const char* what) {
+    IntArray array;
+    share<int32_t>(value, "int32", what, array.buffer, array.shape);
+    return array;
+}
+
+FloatArray float_rows(nb::handle value, size_t columns, const char* what) {
+    FloatArray array = float_array(value, what);
+    if (array.shape.size() != 2 || array.shape[1] != columns)
+        throw nb::value_error((std::string(what) + ": expected shape (N, " + std::to_string(columns) +
+                               "), got " + shape_text(array.shape))
+                                  .c_str());
+    return array;
+}
+
+Vec3f vec3(nb::handle value, const char* what) {
+    const FloatArray array = float_array(value, what);
+    if (array.buffer.size() != 3)
+        throw nb::value_error(
+            (std::string(what) + ": expected three numbers, got shape " + shape_text(array.shape)).c_str());
+    return {array.buffer[0], array.buffer[1], array.buffer[2]};
+}
+
+Rgb rgb(nb::handle value, const char* what) {
+    const FloatArray array = float_array(value, what);
+    return array.buffer.size() == 1 ? Rgb(array.buffer[0]) : vec3(value, what);
+}
+
+Transform transform(nb::handle value, const char* what) {
+    Transform result;
+    if (value.is_none())
+        return result;
+    using Array = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
+    const auto array =
+        nb::cast<Array>(nb::module_::import_("numpy").attr("ascontiguousarray")(value, "float64"));
+    if (array.ndim() != 2 || array.shape(1) != 4 || (array.shape(0) != 3 && array.shape(0) != 4))
+        throw nb::value_error(
+            (std::string(what) + ": expected a 4x4 or 3x4 matrix that acts on columns").c_str());
+    for (size_t row = 0; row < array.shape(0); row++)
+        for (size_t column = 0; column < 4; column++)
+            result.m[row][column] = array.data()[row * 4 + column];
+    return result;
+}
+
+} // namespace kanuka::python

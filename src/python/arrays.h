@@ -1,0 +1,29 @@
+// NumPy arrays to the scene's buffers. An array of the right type and layout is shared, never copied.
+#pragma once
+
+#include "python/bindings.h"
+
+namespace kanuka::python {
+
+struct FloatArray {
+    scene::Buffer<float> buffer;
+    std::vector<size_t> shape;
+};
+struct IntArray {
+    scene::Buffer<int32_t> buffer;
+    std::vector<size_t> shape;
+};
+
+// Anything NumPy makes an array of. `what` names it in messages. Throw nb::type_error or nb::value_error.
+FloatArray float_array(nb::handle value, const char* what);
+IntArray int_array(nb::handle value, const char* what);
+// The same, with the shape checked: columns fixed, rows free. Text as in "(N, 3)".
+FloatArray float_rows(nb::handle value, size_t columns, const char* what);
+
+Rgb rgb(nb::handle value, const char* what);             // a number or three
+Vec3f vec3(nb::handle value, const char* what);          // three numbers
+Transform transform(nb::handle value, const char* what); // 4x4 or 3x4, acting on columns; None = identity
+
+std::string shape_text(const std::vector<size_t>& shape);
+
+} // namespace kanuka::python

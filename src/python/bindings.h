@@ -1,0 +1,72 @@
+// What the binding sources share. Each bind_* adds its classes to the module; module.cpp calls them in order.
+#pragma once
+
+#include <memory>
+
+#include <nanobind/nanobind.h>
+// In every source alike: a type converted differently in two of them would break the one-definition rule.
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+
+#include "base/error.h"
+#include "base/stats.h"
+#include "film/film.h"
+#include "scene/scene.h"
+
+namespace kanuka::python {
+
+namespace nb = nanobind;
+
+// A material as Python gives it: shaders, and the attributes that belong to looks.
+struct Material {
+    scene::ShaderRef surface;
+    std::optional<scene::ShaderRef> displacement;
+    float displacement_bound = 0;
+    Rgb color{1, 1, 1}, opacity{1, 1, 1};
+};
+
+// A camera, with its field of view as it was given: which side of the picture it spans is known only once the
+// picture's size is.
+struct Camera {
+    enum class FovAxis { Smaller, X, Y };
+    scene::Camera camera;
+    FovAxis axis = FovAxis::Smaller;
+    scene::Camera resolve(const scene::Options& options, int width, int height) const;
+};
+
+// A scene under construction, or read from a file. Arrays given to it are kept by reference.
+struct Scene {
+    scene::Scene scene;
+    Camera camera;
+    std::shared_ptr<Journal> journal = std::make_shared<Journal>(); // what reading it reported
+    double ingest_s = 0;
+    int next_id = 1;
+};
+
+// A group of a scene; instances of it are added to the scene or to later groups.
+struct Group {
+    std::shared_ptr<Scene> owner;
+    int index;
+    scene::Group& get() const { return owner->scene.groups[size_t(index)]; }
+};
+
+// A picture with how it came to be.
+struct Picture {
+    film::Picture picture;
+    std::shared_ptr<Stats> stats; // null where it was read from a file
+    std::shared_ptr<Journal> journal;
+    bool cancelled = false;
+    float exposure_gamma = 1;
+};
+
+void bind_journal(nb::module_& m);
+void bind_material(nb::module_& m);
+void bind_camera(nb::module_& m);
+void bind_scene(nb::module_& m);
+void bind_geometry(nb::class_<Scene>& scene, nb::class_<Group>& group);
+void bind_picture(nb::module_& m);
+void bind_render(nb::module_& m);
+void bind_shader(nb::module_& m);
+
+} // namespace kanuka::python

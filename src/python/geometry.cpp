@@ -1,0 +1,289 @@
+// Meshes, curves, points and quadrics, alike for a scene and for a group of it.
+#include <nanobind/stl/vector.h>
+
+#include "python/arrays.h"
+#include "python/values.h"
+
+namespace kanuka::python {
+
+using scene::Detail;
+using scene::Type;
+
+namespace {
+
+// What every add_* takes beside its geometry.
+struct Looks {
+    nb::handle material, transform, area_light;
+    std::string name;
+    float shading_rate;
+    bool visible_camera, double_sided, reverse_orientation;
+};
+
+std::shared_ptr<const scene::Attributes> attributes(const Looks& looks) {
+    auto result = std::make_shared<scene::Attributes>();
+    if (!looks.material.is_none()) {
+        const auto& material = nb::cast<const Material&>(looks.material);
+        result->surface = material.surface;
+        result->displacement = material.displacement;
+        result->displacement_bound = material.displacement_bound;
+        result->color = material.color;
+        result->opacity = material.opacity;
+    }
+    if (!looks.area_light.is_none()) {
+        scene::ShaderRef light;
+        light.name = "arealight";
+        const Rgb radiance = rgb(looks.area_light, "area_light");
+        light.parameters.set({.name = "intensity", .type = Type::Float, .floats = std::vector<float>{1}});
+        light.parameters.set({.name = "lightcolor",
+                              .type = Type::Color,
+                              .floats = std::vector<float>{radiance.x, radiance.y, radiance.z}});
+        result->area_light = light;
+    }
+    result->shading_rate = looks.shading_rate;
+    result->sides = looks.double_sided ? 2 : 1;
+    result->reverse_orientation = looks.reverse_orientation;
+    result->visible_camera = looks.visible_camera;
+    result->name = looks.name;
+    return result;
+}
+
+scene::Value positions(nb::handle points) {
+    scene::Value P;
+    P.name = "P";
+    P.type = Type::Point;
+    P.detail = Detail::Vertex;
+    P.floats = float_rows(points, 3, "points").buffer;
+    return P;
+}
+
+// Faces as an array (M, k), or flat with the number of corners of each.
+struct Faces {
+    scene::Buffer<int32_t> vertices, corners; // corners empty = triangles
+    size_t count;
+};
+
+Faces read_faces(nb::handle faces, nb::handle counts, size_t points) {
+    Faces result;
+    const IntArray array = int_array(faces, "faces");
+    result.vertices = array.buffer;
+    if (!counts.is_none()) {
+        result.corners = int_array(counts, "counts").buffer;
+        result.count = result.corners.size();
+        int64_t total = 0;
+        for (const int32_t n : result.corners) {
+            if (n < 3)
+                throw nb::value_error("counts: every face needs three corners or more");
+            total += n;
+        }
+        if (size_t(total) != result.vertices.size())
+            throw nb::value_error(("counts: they add up to " + std::to_string(total) + ", but faces has " +
+                                   std::to_string(result.vertices.size()) + " indices")
+                                      .c_str());
+    } else {
+        if (array.shape.size() != 2 || array.shape[1] < 3)
+            throw nb::value_error(
+                ("faces: expected shape (M, 3) or (M, 4), or a flat array and `counts`; got " +
+                 shape_text(array.shape))
+                    .c_str());
+        result.count = array.shape[0];
+        if (array.shape[1] != 3)
+            result.corners = std::vector<int32_t>(array.shape[0], int32_t(array.shape[1]));
+    }
+    for (size_t i = 0; i < result.vertices.size(); i++)
+        if (const int32_t v = result.vertices[i]; v < 0 || size_t(v) >= points)
+            throw nb::value_error(("faces: index " + std::to_string(v) + " at position " + std::to_string(i) +
+                                   ", but there are " + std::to_string(points) + " points")
+                                      .c_str());
+    return result;
+}
+
+struct MeshPrimvars {
+    nb::handle normals, uv;
+    nb::dict primvars;
+};
+
+void add_primvars(scene::Primitive& primitive, const MeshPrimvars& given, size_t points, const Faces& faces) {
+    const DetailCount counts[] = {{Detail::Vertex, points},
+                                  {Detail::Varying, points},
+                                  {Detail::FaceVarying, faces.vertices.size()},
+                                  {Detail::Uniform, faces.count},
+                                  {Detail::Constant, 1}};
+    if (!given.normals.is_none())
+        primitive.primvars.set(primvar("normal N", given.normals, counts));
+    if (!given.uv.is_none())
+        primitive.primvars.set(primvar("float[2] st", given.uv, counts));
+    for (auto [key, value] : given.primvars)
+        primitive.primvars.set(primvar(nb::cast<std::string>(key), value, counts));
+}
+
+// Where primitives go: a scene's list or a group's, with the scene that hands out ids.
+struct Place {
+    Scene& scene;
+    std::vector<scene::Primitive>& primitives;
+};
+Place place(Scene& s) {
+    return {s, s.scene.primitives};
+}
+Place place(Group& g) {
+    return {*g.owner, g.get().primitives};
+}
+
+int add(Place place, scene::Primitive primitive, const Looks& looks) {
+    primitive.attributes = attributes(looks);
+    primitive.world_from_object = transform(looks.transform, "transform");
+    primitive.id = place.scene.next_id++;
+    place.primitives.push_back(std::move(primitive));
+    return place.primitives.back().id;
+}
+
+int add_mesh(Place place, nb::handle points, nb::handle faces, nb::handle counts, const MeshPrimvars& given,
+             const Looks& looks) {
+    scene::Primitive primitive;
+    primitive.primvars.set(positions(points));
+    const size_t vertices = primitive.primvars.values[0].items();
+    const Faces f = read_faces(faces, counts, vertices);
+    primitive.geometry = scene::PolygonMesh{{}, f.corners, f.vertices};
+    add_primvars(primitive, given, vertices, f);
+    return add(place, std::move(primitive), looks);
+}
+
+struct Creases {
+    std::vector<std::vector<int32_t>> edges; // chains of vertices
+    std::vector<float> sharpness;
+    std::vector<int32_t> corners, holes;
+    std::vector<float> corner_sharpness;
+    bool interpolate_boundary;
+};
+
+std::vector<scene::SubdivisionMesh::Tag> tags(const Creases& creases) {
+    if (creases.edges.size() != creases.sharpness.size())
+        throw nb::value_error("creases and crease_sharpness: one sharpness a chain of vertices");
+    if (creases.corners.size() != creases.corner_sharpness.size())
+        throw nb::value_error("corners and corner_sharpness: one sharpness a corner");
+    std::vector<scene::SubdivisionMesh::Tag> result;
+    for (size_t i = 0; i < creases.edges.size(); i++)
+        result.push_back({"crease", creases.edges[i], {creases.sharpness[i]}, {}});
+    if (!creases.corners.empty())
+        result.push_back({"corner", creases.corners, creases.corner_sharpness, {}});
+    if (!creases.holes.empty())
+        result.push_back({"hole", creases.holes, {}, {}});
+    if (creases.interpolate_boundary)
+        result.push_back({"interpolateboundary", {1}, {}, {}});
+    return result;
+}
+
+int add_subdivision(Place place, nb::handle points, nb::handle faces, nb::handle counts,
+                    const std::string& scheme, const Creases& creases, const MeshPrimvars& given,
+                    const Looks& looks) {
+    if (scheme != "catmull-clark" && scheme != "loop" && scheme != "bilinear")
+        throw nb::value_error("scheme: expected \"catmull-clark\", \"loop\" or \"bilinear\"");
+    scene::Primitive primitive;
+    primitive.primvars.set(positions(points));
+    const size_t vertices = primitive.primvars.values[0].items();
+    Faces f = read_faces(faces, counts, vertices);
+    if (f.corners.empty())
+        f.corners = std::vector<int32_t>(f.count, 3);
+    primitive.geometry = scene::SubdivisionMesh{scheme, f.corners, f.vertices, tags(creases)};
+    add_primvars(primitive, given, vertices, f);
+    return add(place, std::move(primitive), looks);
+}
+
+int add_sphere(Place place, float radius, const Looks& looks) {
+    if (!(radius > 0))
+        throw nb::value_error("radius: expected a positive number");
+    scene::Primitive primitive;
+    primitive.geometry = scene::Quadric{scene::Quadric::Kind::Sphere, {radius, -radius, radius, 360}};
+    return add(place, std::move(primitive), looks);
+}
+
+#define LOOKS_SIG                                                                                            \
+    "material: Material | None = None, transform: ArrayLike | None = None, area_light: Sequence[float] | "   \
+    "None = None, "                                                                                          \
+    "name: str = '', shading_rate: float = 1, visible_camera: bool = True, double_sided: bool = True, "      \
+    "reverse_orientation: bool = False"
+#define MESH_SIG                                                                                             \
+    "(self, points: ArrayLike, faces: ArrayLike, counts: ArrayLike | None = None, *, normals: ArrayLike | "  \
+    "None = None, "                                                                                          \
+    "uv: ArrayLike | None = None, primvars: dict[str, ArrayLike] = {}, "
+
+template <class Owner>
+void bind(nb::class_<Owner>& c) {
+    c.def(
+         "add_mesh",
+         [](Owner& owner, nb::handle points, nb::handle faces, nb::handle counts, nb::handle normals,
+            nb::handle uv, nb::dict primvars, nb::handle material, nb::handle transform,
+            nb::handle area_light, std::string name, float shading_rate, bool visible, bool double_sided,
+            bool reverse) {
+             return add_mesh(
+                 place(owner), points, faces, counts, {normals, uv, primvars},
+                 {material, transform, area_light, name, shading_rate, visible, double_sided, reverse});
+         },
+         nb::arg("points"), nb::arg("faces"), nb::arg("counts") = nb::none(), nb::kw_only(),
+         nb::arg("normals") = nb::none(), nb::arg("uv") = nb::none(), nb::arg("primvars") = nb::dict(),
+         nb::arg("material") = nb::none(), nb::arg("transform") = nb::none(),
+         nb::arg("area_light") = nb::none(), nb::arg("name") = "", nb::arg("shading_rate") = 1.0f,
+         nb::arg("visible_camera") = true, nb::arg("double_sided") = true,
+         nb::arg("reverse_orientation") = false,
+         "Adds polygons and returns the primitive's id, as in the picture's 'id' layer.\n\n"
+         "`points` (N, 3) float32 and `faces` (M, 3) or (M, 4) int32 are kept by reference, not copied: "
+         "leave them\n"
+         "as they are until the picture is rendered. With `counts`, `faces` is flat and counts[i] is the "
+         "number of\n"
+         "corners of face i. `primvars` are bound to shader parameters of their name; the number of rows "
+         "tells\n"
+         "whether they are given for each vertex, face corner, face, or once. `area_light` is the radiance "
+         "that\n"
+         "the surface sends out. `transform` is 4x4, acting on columns.",
+         nb::sig("def add_mesh" MESH_SIG LOOKS_SIG ") -> int"))
+        .def(
+            "add_subdivision",
+            [](Owner& owner, nb::handle points, nb::handle faces, nb::handle counts, nb::handle normals,
+               nb::handle uv, nb::dict primvars, std::string scheme,
+               std::vector<std::vector<int32_t>> creases, std::vector<float> crease_sharpness,
+               std::vector<int32_t> corners, std::vector<float> corner_sharpness, std::vector<int32_t> holes,
+               bool interpolate_boundary, nb::handle material, nb::handle transform, nb::handle area_light,
+               std::string name, float shading_rate, bool visible, bool double_sided, bool reverse) {
+                return add_subdivision(
+                    place(owner), points, faces, counts, scheme,
+                    {creases, crease_sharpness, corners, holes, corner_sharpness, interpolate_boundary},
+                    {normals, uv, primvars},
+                    {material, transform, area_light, name, shading_rate, visible, double_sided, reverse});
+            },
+            nb::arg("points"), nb::arg("faces"), nb::arg("counts") = nb::none(), nb::kw_only(),
+            nb::arg("normals") = nb::none(), nb::arg("uv") = nb::none(), nb::arg("primvars") = nb::dict(),
+            nb::arg("scheme") = "catmull-clark", nb::arg("creases") = nb::list(),
+            nb::arg("crease_sharpness") = nb::list(), nb::arg("corners") = nb::list(),
+            nb::arg("corner_sharpness") = nb::list(), nb::arg("holes") = nb::list(),
+            nb::arg("interpolate_boundary") = true, nb::arg("material") = nb::none(),
+            nb::arg("transform") = nb::none(), nb::arg("area_light") = nb::none(), nb::arg("name") = "",
+            nb::arg("shading_rate") = 1.0f, nb::arg("visible_camera") = true, nb::arg("double_sided") = true,
+            nb::arg("reverse_orientation") = false,
+            "Adds a subdivision surface: arguments as add_mesh, and its creases as chains of vertices.",
+            nb::sig("def add_subdivision" MESH_SIG
+                    "scheme: str = 'catmull-clark', creases: Sequence[Sequence[int]] = [], "
+                    "crease_sharpness: Sequence[float] = [], corners: Sequence[int] = [], "
+                    "corner_sharpness: Sequence[float] = [], holes: Sequence[int] = [], "
+                    "interpolate_boundary: bool = True, " LOOKS_SIG ") -> int"))
+        .def(
+            "add_sphere",
+            [](Owner& owner, float radius, nb::handle material, nb::handle transform, nb::handle area_light,
+               std::string name, float shading_rate, bool visible, bool double_sided, bool reverse) {
+                return add_sphere(
+                    place(owner), radius,
+                    {material, transform, area_light, name, shading_rate, visible, double_sided, reverse});
+            },
+            nb::arg("radius") = 1.0f, nb::kw_only(), nb::arg("material") = nb::none(),
+            nb::arg("transform") = nb::none(), nb::arg("area_light") = nb::none(), nb::arg("name") = "",
+            nb::arg("shading_rate") = 1.0f, nb::arg("visible_camera") = true, nb::arg("double_sided") = true,
+            nb::arg("reverse_orientation") = false, "Adds a sphere about the origin of its own space.",
+            nb::sig("def add_sphere(self, radius: float = 1, *, " LOOKS_SIG ") -> int"));
+}
+
+} // namespace
+
+void bind_geometry(nb::class_<Scene>& scene, nb::class_<Group>& group) {
+    bind(scene);
+    bind(group);
+}
+
+} // namespace kanuka::python

@@ -1,0 +1,65 @@
+#include "python/arrays.h"
+#include "python/bindings.h"
+#include "python/values.h"
+
+namespace kanuka::python {
+
+static scene::ShaderRef shader(const std::string& name, const nb::dict& values) {
+    scene::ShaderRef ref;
+    ref.name = name;
+    ref.parameters = parameters(values);
+    return ref;
+}
+
+// Splits what belongs to the material itself from the shader's parameters.
+static void init_material(Material* self, const std::string& surface, const nb::kwargs& keywords) {
+    new (self) Material();
+    nb::dict values;
+    for (auto [key, value] : keywords) {
+        const std::string name = nb::cast<std::string>(key);
+        if (name == "color")
+            self->color = rgb(value, "color");
+        else if (name == "opacity")
+            self->opacity = rgb(value, "opacity");
+        else if (name == "displacement")
+            self->displacement = nb::cast<scene::ShaderRef>(value);
+        else if (name == "displacement_bound")
+            self->displacement_bound = nb::cast<float>(value);
+        else if (name == "parameters")
+            values.update(value);
+        else
+            values[key] = value;
+    }
+    self->surface = shader(surface, values);
+}
+
+void bind_material(nb::module_& m) {
+    nb::class_<scene::ShaderRef>(m, "Shader", "A shader by name with values for its parameters.")
+        .def(
+            "__init__",
+            [](scene::ShaderRef* self, const std::string& name, const nb::kwargs& values) {
+                new (self) scene::ShaderRef(shader(name, values));
+            },
+            nb::arg("name"), nb::arg("parameters"),
+            nb::sig("def __init__(self, name: str, **parameters: object) -> None"))
+        .def_ro("name", &scene::ShaderRef::name)
+        .def("__repr__", [](const scene::ShaderRef& s) { return "kanuka.Shader('" + s.name + "')"; });
+
+    nb::class_<Material>(
+        m, "Material",
+        "A surface shader with its parameters, and optionally a displacement.\n\n"
+        "Keywords are parameters of the shader: numbers, texts, colours as three numbers, 4x4\n"
+        "matrices. A keyword that is no Python name, or needs a type, goes into `parameters`:\n"
+        "Material('marble', parameters={'point center': (0, 1, 0)}).\n"
+        "`color` and `opacity` are the shader's Cs and Os; `displacement` is a Shader and\n"
+        "`displacement_bound` the farthest that it moves a point, in object space.")
+        .def("__init__", &init_material, nb::arg("surface") = "matte", nb::arg("parameters"),
+             nb::sig("def __init__(self, surface: str = 'matte', *, color: Sequence[float] = (1, 1, 1), "
+                     "opacity: Sequence[float] = (1, 1, 1), displacement: Shader | None = None, "
+                     "displacement_bound: float = 0, parameters: dict[str, object] = {}, **keywords: object) "
+                     "-> None"))
+        .def_prop_ro("surface", [](const Material& mat) { return mat.surface.name; })
+        .def("__repr__", [](const Material& mat) { return "kanuka.Material('" + mat.surface.name + "')"; });
+}
+
+} // namespace kanuka::python

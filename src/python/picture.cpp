@@ -1,0 +1,269 @@
+#include <filesystem>
+
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/filesystem.h>
+#include <nanobind/stl/map.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/vector.h>
+
+#include "python/arrays.h"
+
+namespace kanuka::python {
+
+namespace {
+
+// A layer is what Python sees: channels that belong together. R G B = "rgb", A = "alpha", N.X N.Y N.Z = "N".
+struct Layer {
+    std::string name;
+    std::vector<const film::Picture::Channel*> channels;
+};
+
+std::string layer_of(const std::string& channel) {
+    if (channel == "R" || channel == "G" || channel == "B")
+        return "rgb";
+    if (channel == "A")
+        return "alpha";
+    return channel.substr(0, channel.rfind('.'));
+}
+
+std::vector<Layer> layers(const film::Picture& picture) {
+    std::vector<Layer> result;
+    for (const auto& channel : picture.channels) {
+        const std::string name = layer_of(channel.name);
+        auto it = std::find_if(result.begin(), result.end(), [&](const Layer& l) { return l.name == name; });
+        if (it == result.end())
+            it = result.insert(result.end(), Layer{name, {}});
+        it->channels.push_back(&channel);
+    }
+    return result;
+}
+
+std::vector<std::string> keys(const Picture& p) {
+    std::vector<std::string> names;
+    for (const Layer& layer : layers(p.picture))
+        names.push_back(layer.name);
+    return names;
+}
+
+nb::object to_numpy(const film::Picture& picture,
+                    const std::vector<const film::Picture::Channel*>& channels) {
+    const size_t pixels = size_t(picture.width) * size_t(picture.height), count = channels.size();
+    auto data = std::make_unique<float[]>(pixels * count);
+    for (size_t c = 0; c < count; c++)
+        for (size_t i = 0; i < pixels; i++)
+            data[i * count + c] = channels[c]->data[i];
+    float* raw = data.release();
+    nb::capsule owner(raw, [](void* p) noexcept { delete[] static_cast<float*>(p); });
+    const size_t shape[] = {size_t(picture.height), size_t(picture.width), count};
+    nb::ndarray<nb::numpy, float> array(raw, count == 1 ? 2 : 3, shape, owner);
+    return array.cast();
+}
+
+nb::object get_layer(const Picture& p, const std::string& name) {
+    std::string wanted = name == "rgba" ? "rgb" : name;
+    for (Layer& layer : layers(p.picture))
+        if (layer.name == wanted) {
+            if (name == "rgba")
+                if (const auto* alpha = p.picture.find("A"))
+                    layer.channels.push_back(alpha);
+            return to_numpy(p.picture, layer.channels);
+        }
+    if (const auto* channel = p.picture.find(name))
+        return to_numpy(p.picture, {channel});
+    std::string there;
+    for (const std::string& key : keys(p))
+        there += (there.empty() ? "" : ", ") + key;
+    throw nb::key_error(("no layer \"" + name + "\"; there are " + there).c_str());
+}
+
+void init_picture(Picture* self, const nb::dict& arrays) {
+    new (self) Picture();
+    film::Picture& picture = self->picture;
+    for (auto [key, value] : arrays) {
+        const auto name = nb::cast<std::string>(key);
+        const FloatArray array = float_array(value, name.c_str());
+        if (array.shape.size() < 2 || array.shape.size() > 3)
+            throw nb::value_error(
+                (name + ": expected shape (height, width) or (height, width, channels)").c_str());
+        const int height = int(array.shape[0]), width = int(array.shape[1]);
+        const size_t count = array.shape.size() == 3 ? array.shape[2] : 1;
+        if (!picture.channels.empty() && (width != picture.width || height != picture.height))
+            throw nb::value_error((name + ": layers differ in size").c_str());
+        picture.width = picture.full_width = width;
+        picture.height = picture.full_height = height;
+        const bool is_rgb = name == "rgb" || name == "rgba";
+        const std::string letters = name == "N" || name == "P" ? "XYZ" : "RGBA";
+        if (count > letters.size())
+            throw nb::value_error((name + ": too many channels").c_str());
+        for (size_t c = 0; c < count; c++) {
+            film::Picture::Channel channel;
+            channel.name = count == 1 ? (name == "alpha" ? "A" : name)
+                                      : (is_rgb ? "" : name + ".") + std::string(1, letters[c]);
+            channel.half = false;
+            for (size_t i = 0; i < size_t(width) * size_t(height); i++)
+                channel.data.push_back(array.buffer[i * count + c]);
+            picture.channels.push_back(std::move(channel));
+        }
+    }
+    if (picture.channels.empty())
+        throw nb::value_error("a picture needs a layer");
+}
+
+void write(Picture& p, const std::filesystem::path& path, std::optional<float> gamma) {
+    const std::string suffix = path.extension().string(), file = path.string();
+    const float png_gamma = gamma.value_or(p.exposure_gamma);
+    double unused = 0;
+    nb::gil_scoped_release free;
+    ScopedTimer timer(p.stats ? p.stats->time.film_s : unused);
+    if (suffix == ".exr")
+        film::write_exr(file, p.picture);
+    else if (suffix == ".png")
+        film::write_png(file, p.picture, 1, png_gamma);
+    else
+        throw Error(file + ": pictures are written as .exr or .png", ExitCode::Usage);
+}
+
+nb::object stats_dict(const Picture& p) {
+    if (!p.stats)
+        return nb::none();
+    const Stats& s = *p.stats;
+    nb::dict time, count, bytes, all;
+    time["ingest_s"] = s.time.ingest_s;
+    time["dice_s"] = s.time.dice_s;
+    time["shade_s"] = s.time.shade_s;
+    time["bvh_s"] = s.time.bvh_s;
+    time["transport_s"] = s.time.transport_s;
+    time["film_s"] = s.time.film_s;
+    time["total_s"] = s.time.total_s;
+    time["first_pixel_s"] = s.time.first_pixel_s;
+    count["primitives"] = s.count.primitives.load();
+    count["grids"] = s.count.grids.load();
+    count["vertices"] = s.count.vertices.load();
+    count["micropolygons"] = s.count.micropolygons.load();
+    count["traced_polygons"] = s.count.traced_polygons.load();
+    count["instances"] = s.count.instances.load();
+    count["shader_evaluations"] = s.count.shader_evaluations.load();
+    count["paths"] = s.count.paths.load();
+    count["rays"] = s.count.rays.load();
+    count["nan_samples"] = s.count.nan_samples.load();
+    bytes["grids"] = s.bytes.grids;
+    bytes["lobe_inputs"] = s.bytes.lobe_inputs;
+    bytes["bvh"] = s.bytes.bvh;
+    bytes["textures"] = s.bytes.textures;
+    bytes["peak_rss"] = s.bytes.peak_rss;
+    all["time"] = time;
+    all["count"] = count;
+    all["bytes"] = bytes;
+    return all;
+}
+
+Picture read(const std::filesystem::path& path) {
+    nb::gil_scoped_release free;
+    Picture p;
+    p.picture = film::read_exr(path.string());
+    return p;
+}
+
+void bind_comparison(nb::module_& m) {
+    using C = film::Comparison;
+    nb::class_<C>(m, "Comparison", "How far one picture is from another.")
+        .def_ro("relative_mse", &C::relative_mse, "mean of (a - b)² / (b² + 0.01)")
+        .def_ro("mean_a", &C::mean_a)
+        .def_ro("mean_b", &C::mean_b)
+        .def_ro("mean_ratio", &C::mean_ratio)
+        .def_ro("max_error", &C::max_error)
+        .def_prop_ro(
+            "max_at", [](const C& c) { return std::pair(c.max_x, c.max_y); }, "pixel of the largest error")
+        .def_ro("flip", &C::flip, "mean LDR-FLIP, 0 to 1")
+        .def_prop_ro(
+            "difference", [](const C& c) { return Picture{.picture = c.difference}; }, "the FLIP map");
+    m.def(
+        "compare",
+        [](const Picture& a, const Picture& b) {
+            nb::gil_scoped_release free;
+            return film::compare(a.picture, b.picture);
+        },
+        nb::arg("a"), nb::arg("b"), "Compares two pictures of one size; b is the reference.");
+}
+
+} // namespace
+
+void bind_journal(nb::module_& m) {
+    using Entry = Journal::Entry;
+    nb::class_<Entry>(m, "Message", "Something that a render survived.")
+        .def_prop_ro("severity",
+                     [](const Entry& e) {
+                         return e.severity == Severity::Error     ? "error"
+                                : e.severity == Severity::Warning ? "warning"
+                                                                  : "info";
+                     })
+        .def_prop_ro("file", [](const Entry& e) { return e.where.file; })
+        .def_prop_ro("line", [](const Entry& e) { return e.where.line; })
+        .def_prop_ro("column", [](const Entry& e) { return e.where.column; })
+        .def_ro("message", &Entry::message)
+        .def_ro("count", &Entry::count)
+        .def("__str__", [](const Entry& e) {
+            const std::string at = e.where.str();
+            return (at.empty() ? "" : at + ": ") + e.message;
+        });
+    nb::class_<Journal>(m, "Journal",
+                        "What went wrong without stopping: the same message at the same place once.")
+        .def(nb::init<>())
+        .def("__len__", [](const Journal& j) { return j.entries().size(); })
+        .def_prop_ro("messages", &Journal::entries)
+        .def_prop_ro("error_count", &Journal::error_count)
+        .def(
+            "__iter__", [](const Journal& j) { return nb::iter(nb::cast(j.entries())); },
+            nb::sig("def __iter__(self) -> Iterator[Message]"));
+}
+
+void bind_picture(nb::module_& m) {
+    nb::class_<Picture>(
+        m, "Picture",
+        "Pixels by layer: picture['rgb'] is a (height, width, 3) array of scene-linear Rec.709, others\n"
+        "are 'alpha', 'albedo', 'N', 'Z', … as picture.keys() says; rows run from the top.")
+        .def("__init__", &init_picture, nb::arg("layers"), "A picture from arrays: Picture({'rgb': array}).",
+             nb::sig("def __init__(self, layers: dict[str, ArrayLike]) -> None"))
+        .def("__getitem__", &get_layer, nb::arg("layer"),
+             nb::sig("def __getitem__(self, layer: str) -> numpy.typing.NDArray[numpy.float32]"))
+        .def("__contains__",
+             [](const Picture& p, const std::string& name) {
+                 const auto names = keys(p);
+                 return std::find(names.begin(), names.end(), name) != names.end();
+             })
+        .def("keys", &keys)
+        .def(
+            "__iter__", [](const Picture& p) { return nb::iter(nb::cast(keys(p))); },
+            nb::sig("def __iter__(self) -> Iterator[str]"))
+        .def("__len__", [](const Picture& p) { return keys(p).size(); })
+        .def_prop_ro("width", [](const Picture& p) { return p.picture.width; })
+        .def_prop_ro("height", [](const Picture& p) { return p.picture.height; })
+        .def_prop_ro(
+            "full_size",
+            [](const Picture& p) { return std::pair(p.picture.full_width, p.picture.full_height); },
+            "of the whole frame; a cropped picture is smaller")
+        .def_prop_ro(
+            "offset", [](const Picture& p) { return std::pair(p.picture.x0, p.picture.y0); },
+            "where the picture sits in the whole frame")
+        .def_prop_rw(
+            "metadata", [](const Picture& p) { return p.picture.metadata; },
+            [](Picture& p, const std::map<std::string, std::string>& metadata) {
+                p.picture.metadata = metadata;
+            })
+        .def_prop_ro("stats", &stats_dict, "Figures of the render; None for a picture that was read.",
+                     nb::sig("def stats(self) -> dict[str, dict[str, float]] | None"))
+        .def_ro("journal", &Picture::journal)
+        .def_ro("cancelled", &Picture::cancelled,
+                "True where rendering stopped early; the pixels are what was there.")
+        .def("write", &write, nb::arg("path"), nb::kw_only(), nb::arg("gamma") = nb::none(),
+             "Writes .exr (all layers, linear) or .png (sRGB, 8 bits). The file appears complete or not at "
+             "all.")
+        .def("__repr__", [](const Picture& p) {
+            return "<kanuka.Picture " + std::to_string(p.picture.width) + " x " +
+                   std::to_string(p.picture.height) + ">";
+        });
+    m.def("read", &read, nb::arg("path"), "Reads an EXR file.");
+    bind_comparison(m);
+}
+
+} // namespace kanuka::python

@@ -1,0 +1,222 @@
+// Rendering and loading. The work runs on a thread of its own; the calling thread keeps serving Python: it
+// calls the progress function, and notices Ctrl-C.
+#include <chrono>
+#include <condition_variable>
+#include <filesystem>
+#include <mutex>
+#include <thread>
+
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/filesystem.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/vector.h>
+
+#include "ingest/rib/rib.h"
+#include "python/bindings.h"
+#include "render/session.h"
+
+namespace kanuka::python {
+
+namespace {
+
+// Runs `work` on another thread while the caller polls Python. Progress is handed over, one report a phase at
+// least.
+class Supervisor {
+  public:
+    explicit Supervisor(nb::handle callback) : m_callback(callback) {}
+
+    Progress progress() {
+        Progress p;
+        p.update = [this](std::string_view phase, double fraction) {
+            std::lock_guard lock(m_mutex);
+            if (m_reports.empty() || m_reports.back().first != phase)
+                m_reports.emplace_back(phase, fraction);
+            else
+                m_reports.back().second = fraction;
+        };
+        p.cancelled = [this] { return m_cancelled.load(); };
+        return p;
+    }
+
+    // Throws what `work` threw, or what the progress function did. A KeyboardInterrupt cancels; see
+    // `interrupted`.
+    void run(const std::function<void()>& work) {
+        std::thread thread([&] {
+            try {
+                work();
+            } catch (...) {
+                m_failure = std::current_exception();
+            }
+            std::lock_guard lock(m_mutex);
+            m_done = true;
+            m_wake.notify_one();
+        });
+        std::exception_ptr python_failure;
+        for (bool done = false; !done;) {
+            {
+                nb::gil_scoped_release free;
+                std::unique_lock lock(m_mutex);
+                done = m_wake.wait_for(lock, std::chrono::milliseconds(50), [this] { return m_done; });
+            }
+            try {
+                serve();
+            } catch (nb::python_error& error) {
+                m_cancelled = true;
+                if (error.matches(PyExc_KeyboardInterrupt))
+                    m_interrupted = true;
+                else if (!python_failure)
+                    python_failure = std::current_exception();
+            }
+        }
+        {
+            nb::gil_scoped_release free;
+            thread.join();
+        }
+        if (python_failure)
+            std::rethrow_exception(python_failure);
+        if (m_failure)
+            std::rethrow_exception(m_failure);
+    }
+
+    void rethrow_interrupt() const {
+        if (!m_interrupted)
+            return;
+        PyErr_SetNone(PyExc_KeyboardInterrupt);
+        nb::raise_python_error();
+    }
+
+  private:
+    void serve() {
+        if (PyErr_CheckSignals() != 0)
+            nb::raise_python_error();
+        std::vector<std::pair<std::string, double>> reports;
+        {
+            std::lock_guard lock(m_mutex);
+            reports.swap(m_reports);
+        }
+        if (!m_callback.is_none() && !m_cancelled)
+            for (const auto& [phase, fraction] : reports)
+                m_callback(phase, fraction);
+    }
+
+    nb::handle m_callback;
+    std::mutex m_mutex;
+    std::condition_variable m_wake;
+    bool m_done = false, m_interrupted = false;
+    std::atomic<bool> m_cancelled{false};
+    std::vector<std::pair<std::string, double>> m_reports;
+    std::exception_ptr m_failure;
+};
+
+std::string standard_shaders() {
+    return nb::cast<std::string>(nb::module_::import_("kanuka.paths").attr("standard_shaders")());
+}
+
+Picture render(std::shared_ptr<Scene> scene, const render::Overrides& given, nb::handle callback,
+               std::shared_ptr<Journal> journal) {
+    render::Overrides overrides = given;
+    overrides.standard_shaders = standard_shaders();
+    scene::Scene& s = scene->scene;
+    const int width = overrides.width.value_or(s.options.width),
+              height = overrides.height.value_or(s.options.height);
+    if (width < 1 || height < 1)
+        throw nb::value_error("resolution: expected two positive numbers");
+    s.camera = scene->camera.resolve(s.options, width, height);
+    if (!journal) {
+        journal = std::make_shared<Journal>();
+        for (const Journal::Entry& e : scene->journal->entries())
+            for (uint64_t i = 0; i < e.count; i++)
+                journal->report(e.severity, e.where, e.message);
+    }
+    Picture picture;
+    picture.journal = journal;
+    picture.stats = std::make_shared<Stats>();
+    picture.stats->time.ingest_s = scene->ingest_s;
+    picture.exposure_gamma = s.options.exposure_gamma;
+
+    Supervisor supervisor(callback);
+    render::Result result;
+    supervisor.run(
+        [&] { result = render::render(s, overrides, *journal, *picture.stats, supervisor.progress()); });
+    if (result.picture.channels.empty()) // nothing to keep
+        supervisor.rethrow_interrupt();
+    picture.picture = std::move(result.picture);
+    picture.cancelled = result.cancelled;
+    return picture;
+}
+
+std::shared_ptr<Scene> load(const std::string& path, const std::vector<std::string>& archive_path,
+                            int frame) {
+    auto scene = std::make_shared<Scene>();
+    ingest::RibOptions options;
+    options.archive_path = archive_path;
+    options.frame = frame;
+    Supervisor supervisor{nb::none()};
+    supervisor.run([&] {
+        ScopedTimer timer(scene->ingest_s);
+        scene->scene = ingest::read_rib(path, options, *scene->journal);
+    });
+    supervisor.rethrow_interrupt();
+    scene->scene.journal = scene->journal.get();
+    scene->camera.camera = scene->scene.camera;
+    for (const auto& p : scene->scene.primitives)
+        scene->next_id = std::max(scene->next_id, p.id + 1);
+    return scene;
+}
+
+} // namespace
+
+void bind_render(nb::module_& m) {
+    m.def(
+        "render",
+        [](std::shared_ptr<Scene> scene, std::optional<int> progressions, std::optional<int> threads,
+           std::optional<std::pair<int, int>> resolution, std::optional<std::array<float, 4>> crop,
+           std::optional<float> shading_rate, std::optional<float> geometry_tolerance,
+           std::optional<int> max_depth, std::optional<std::string> integrator, std::optional<uint32_t> seed,
+           int lanes, nb::handle progress, std::shared_ptr<Journal> journal) {
+            render::Overrides o;
+            o.progressions = progressions;
+            o.threads = threads;
+            if (resolution)
+                o.width = resolution->first, o.height = resolution->second;
+            o.crop = crop;
+            o.shading_rate = shading_rate;
+            o.geometry_tolerance = geometry_tolerance;
+            o.max_depth = max_depth;
+            o.integrator = integrator;
+            o.seed = seed;
+            o.lanes = lanes;
+            return render(scene, o, progress, journal);
+        },
+        nb::arg("scene"), nb::kw_only(), nb::arg("progressions") = nb::none(),
+        nb::arg("threads") = nb::none(), nb::arg("resolution") = nb::none(), nb::arg("crop") = nb::none(),
+        nb::arg("shading_rate") = nb::none(), nb::arg("geometry_tolerance") = nb::none(),
+        nb::arg("max_depth") = nb::none(), nb::arg("integrator") = nb::none(), nb::arg("seed") = nb::none(),
+        nb::arg("lanes") = 0, nb::arg("progress") = nb::none(), nb::arg("journal") = nb::none(),
+        "Renders a scene. Arguments go over the scene's own options; None leaves them.\n\n"
+        "`progressions` is the number of paths a pixel, `shading_rate` multiplies every object's "
+        "micropolygon area.\n"
+        "`progress(phase, fraction)` is called on the calling thread. Ctrl-C stops early and returns what is "
+        "there,\n"
+        "with `cancelled` set. The picture is the same, bit for bit, for any number of threads.",
+        nb::sig("def render(scene: Scene, *, progressions: int | None = None, threads: int | None = None, "
+                "resolution: tuple[int, int] | None = None, crop: tuple[float, float, float, float] | None = "
+                "None, "
+                "shading_rate: float | None = None, geometry_tolerance: float | None = None, "
+                "max_depth: int | None = None, integrator: str | None = None, seed: int | None = None, "
+                "lanes: int = 0, "
+                "progress: Callable[[str, float], object] | None = None, journal: Journal | None = None) -> "
+                "Picture"));
+    m.def(
+        "load",
+        [](const std::filesystem::path& path, const std::vector<std::string>& archive_path, int frame) {
+            return load(path.string(), archive_path, frame);
+        },
+        nb::arg("path"), nb::kw_only(), nb::arg("archive_path") = nb::list(), nb::arg("frame") = 0,
+        "Reads a RIB file, compressed or not; '-' is standard input. What it could not make sense of is in "
+        "the\n"
+        "scene's journal.");
+    m.def("integrator_names", &render::integrator_names, "Names that `integrator` takes.");
+}
+
+} // namespace kanuka::python

@@ -1,0 +1,287 @@
+#include <set>
+
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/vector.h>
+
+#include "python/arrays.h"
+#include "python/values.h"
+
+namespace kanuka::python {
+
+namespace {
+
+scene::Group::Instances instances(Scene& owner, const Group& group, nb::handle transforms) {
+    if (group.owner.get() != &owner)
+        throw nb::value_error("group: it belongs to another scene");
+    const FloatArray array = float_array(transforms, "transforms");
+    if (array.shape.size() != 3 || array.shape[2] != 4 || (array.shape[1] != 3 && array.shape[1] != 4))
+        throw nb::value_error(
+            ("transforms: expected shape (N, 3, 4) or (N, 4, 4), got " + shape_text(array.shape)).c_str());
+    scene::Group::Instances result;
+    result.group = group.index;
+    result.first_id = owner.next_id;
+    owner.next_id += int(array.shape[0]);
+    if (array.shape[1] == 3) {
+        result.transforms = array.buffer;
+        return result;
+    }
+    std::vector<float> rows(array.shape[0] * 12); // drop the last row
+    for (size_t i = 0; i < array.shape[0]; i++)
+        std::copy_n(array.buffer.data() + i * 16, 12, rows.begin() + ptrdiff_t(i * 12));
+    result.transforms = std::move(rows);
+    return result;
+}
+
+scene::Light::Kind light_kind(const std::string& name) {
+    constexpr const char* names[] = {"distant", "point", "spot", "environment", "ambient"};
+    for (int i = 0; i < 5; i++)
+        if (name == names[i])
+            return scene::Light::Kind(i);
+    throw nb::value_error(("kind: \"" + name +
+                           "\" is not one of \"distant\", \"point\", \"spot\", \"environment\", \"ambient\"")
+                              .c_str());
+}
+
+// World from light: +z along `direction`, the origin at `position`.
+Transform aim(const Vec3f& position, const Vec3f& direction) {
+    if (!(length(direction) > 0))
+        throw nb::value_error("direction: a vector of length zero");
+    const Vec3f z = normalize(direction);
+    const Vec3f side = std::abs(z.y) < 0.9f ? Vec3f(0, 1, 0) : Vec3f(1, 0, 0);
+    const Vec3f x = normalize(cross(side, z)), y = cross(z, x);
+    Transform t;
+    for (int i = 0; i < 3; i++)
+        t.m[size_t(i)] = {x[i], y[i], z[i], position[i]};
+    return t;
+}
+
+void add_light(Scene& s, const std::string& kind, nb::handle amount, nb::handle position,
+               nb::handle direction, nb::handle placement, float angle, float cone_angle,
+               float cone_delta_angle, float beam_distribution, float radius, const std::string& texture,
+               bool visible_camera, const std::string& name) {
+    scene::Light light;
+    light.kind = light_kind(kind);
+    light.amount = rgb(amount, "amount");
+    if (!placement.is_none())
+        light.world_from_light = transform(placement, "transform");
+    else if (light.kind != scene::Light::Kind::Environment && light.kind != scene::Light::Kind::Ambient)
+        light.world_from_light = aim(vec3(position, "position"), vec3(direction, "direction"));
+    light.angle = angle;
+    light.cone_angle = cone_angle;
+    light.cone_delta_angle = cone_delta_angle;
+    light.beam_distribution = beam_distribution;
+    light.radius = radius;
+    light.texture = texture;
+    light.visible_camera = visible_camera;
+    light.name = name;
+    s.scene.lights.push_back(light);
+}
+
+// ---- what `kanuka info` prints
+// ---------------------------------------------------------------------------------------
+
+const char* kind_name(const scene::Geometry& geometry) {
+    constexpr const char* names[] = {"polygon mesh", "subdivision mesh", "patch mesh", "NURBS patch",
+                                     "quadric",      "curves",           "points"};
+    static_assert(std::size(names) == std::variant_size_v<scene::Geometry>);
+    return names[geometry.index()];
+}
+
+nb::list displays(const scene::Options& options) {
+    nb::list list;
+    for (const scene::Display& d : options.displays) {
+        nb::dict entry;
+        entry["file"] = d.file;
+        entry["driver"] = d.driver;
+        entry["mode"] = d.mode;
+        list.append(entry);
+    }
+    return list;
+}
+
+nb::dict summary(const Scene& s) {
+    std::map<std::string, size_t> kinds;
+    std::set<std::string> surfaces, displacements;
+    size_t points = 0, area_lights = 0;
+    const auto count = [&](const std::vector<scene::Primitive>& primitives) {
+        for (const scene::Primitive& p : primitives) {
+            kinds[kind_name(p.geometry)]++;
+            if (const scene::Value* P = p.primvars.find("P"))
+                points += P->items();
+            if (!p.attributes)
+                continue;
+            if (p.attributes->surface)
+                surfaces.insert(p.attributes->surface->name);
+            if (p.attributes->displacement)
+                displacements.insert(p.attributes->displacement->name);
+            area_lights += p.attributes->area_light.has_value();
+        }
+    };
+    count(s.scene.primitives);
+    size_t placed = 0;
+    const auto count_instances = [&](const std::vector<scene::Group::Instances>& list) {
+        for (const auto& i : list)
+            placed += i.transforms.size() / 12;
+    };
+    count_instances(s.scene.instances);
+    for (const scene::Group& g : s.scene.groups) {
+        count(g.primitives);
+        count_instances(g.instances);
+    }
+    nb::list lights;
+    for (const scene::ShaderRef& l : s.scene.light_shaders)
+        lights.append(l.name);
+    constexpr const char* light_names[] = {"distant", "point", "spot", "environment", "ambient"};
+    for (const scene::Light& l : s.scene.lights)
+        lights.append(light_names[int(l.kind)]);
+
+    nb::dict primitives, result, shaders;
+    for (const auto& [name, n] : kinds)
+        primitives[name.c_str()] = n;
+    nb::list surface_list, displacement_list;
+    for (const auto& name : surfaces)
+        surface_list.append(name);
+    for (const auto& name : displacements)
+        displacement_list.append(name);
+    shaders["surface"] = surface_list;
+    shaders["displacement"] = displacement_list;
+    const scene::Options& o = s.scene.options;
+    result["file"] = s.scene.file;
+    result["resolution"] = nb::make_tuple(o.width, o.height);
+    result["crop"] = nb::make_tuple(o.crop[0], o.crop[1], o.crop[2], o.crop[3]);
+    result["filter"] = o.filter;
+    result["samples"] = o.samples;
+    result["max_depth"] = o.max_depth;
+    result["integrator"] = o.integrator;
+    result["displays"] = displays(o);
+    result["projection"] =
+        s.camera.camera.projection == scene::Camera::Projection::Perspective ? "perspective" : "orthographic";
+    result["fov"] = s.camera.camera.fov;
+    result["primitives"] = primitives;
+    result["points"] = points;
+    result["groups"] = s.scene.groups.size();
+    result["instances"] = placed;
+    result["area_lights"] = area_lights;
+    result["lights"] = lights;
+    result["shaders"] = shaders;
+    return result;
+}
+
+void bind_options(nb::module_& m) {
+    using O = scene::Options;
+    nb::class_<O>(m, "Options", "Options of a scene; those of render() go over them.")
+        .def_prop_rw(
+            "resolution", [](const O& o) { return std::pair(o.width, o.height); },
+            [](O& o, std::pair<int, int> size) {
+                if (size.first < 1 || size.second < 1)
+                    throw nb::value_error("resolution: expected two positive numbers");
+                o.width = size.first, o.height = size.second;
+            })
+        .def_rw("pixel_aspect", &O::pixel_aspect)
+        .def_rw("crop", &O::crop, "xmin, xmax, ymin, ymax as fractions, y down")
+        .def_rw("filter", &O::filter)
+        .def_prop_rw(
+            "filter_width", [](const O& o) { return std::pair(o.filter_width[0], o.filter_width[1]); },
+            [](O& o, std::pair<float, float> w) {
+                o.filter_width[0] = w.first, o.filter_width[1] = w.second;
+            })
+        .def_rw("exposure_gain", &O::exposure_gain)
+        .def_rw("exposure_gamma", &O::exposure_gamma, "of the PNG; the EXR stays linear")
+        .def_rw("samples", &O::samples, "paths a pixel; 0 = the renderer's default")
+        .def_rw("max_depth", &O::max_depth)
+        .def_rw("integrator", &O::integrator)
+        .def_rw("geometry_tolerance", &O::geometry_tolerance,
+                "pixels; 0 = micropolygons are traced one to one")
+        .def_rw("normal_tolerance", &O::normal_tolerance, "degrees")
+        .def_rw("seed", &O::seed)
+        .def_rw("shader_path", &O::shader_path)
+        .def_rw("texture_path", &O::texture_path)
+        .def_rw("archive_path", &O::archive_path)
+        .def_prop_ro("displays", &displays, nb::sig("def displays(self) -> list[dict[str, str]]"));
+}
+
+} // namespace
+
+void bind_scene(nb::module_& m) {
+    bind_options(m);
+    nb::class_<Group> group(m, "Group",
+                            "Geometry that is placed any number of times; made by Scene.add_group().");
+    nb::class_<Scene> scene(m, "Scene", "What is rendered: geometry, lights, camera, options.");
+    bind_geometry(scene, group);
+    const char* instances_doc = "Places a group once for each matrix of (N, 3, 4) or (N, 4, 4), acting on "
+                                "columns. Float32 (N, 3, 4) is kept "
+                                "by reference.";
+
+    group.def_prop_ro("name", [](const Group& g) { return g.get().name; })
+        .def(
+            "add_instances",
+            [](Group& g, const Group& child, nb::handle transforms) {
+                if (child.index >= g.index)
+                    throw nb::value_error("group: a group holds instances of groups made before it");
+                g.get().instances.push_back(instances(*g.owner, child, transforms));
+            },
+            nb::arg("group"), nb::arg("transforms"), instances_doc,
+            nb::sig("def add_instances(self, group: Group, transforms: ArrayLike) -> None"));
+
+    scene.def(nb::init<>())
+        .def_prop_ro(
+            "options", [](Scene& s) -> scene::Options& { return s.scene.options; },
+            nb::rv_policy::reference_internal)
+        .def_prop_rw(
+            "camera", [](Scene& s) -> Camera& { return s.camera; },
+            [](Scene& s, const Camera& c) { s.camera = c; }, nb::rv_policy::reference_internal)
+        .def_prop_rw(
+            "resolution",
+            [](const Scene& s) { return std::pair(s.scene.options.width, s.scene.options.height); },
+            [](nb::handle self, nb::handle size) { self.attr("options").attr("resolution") = size; },
+            nb::for_setter(nb::sig("def resolution(self, size: tuple[int, int], /) -> None")))
+        .def_prop_ro("file", [](const Scene& s) { return s.scene.file; })
+        .def_prop_ro(
+            "journal", [](const Scene& s) { return s.journal; }, "What reading the scene reported.")
+        .def(
+            "add_group",
+            [](std::shared_ptr<Scene> s, const std::string& name) {
+                s->scene.groups.emplace_back().name = name;
+                return Group{s, int(s->scene.groups.size()) - 1};
+            },
+            nb::arg("name") = "")
+        .def(
+            "add_instances",
+            [](Scene& s, const Group& g, nb::handle transforms) {
+                s.scene.instances.push_back(instances(s, g, transforms));
+            },
+            nb::arg("group"), nb::arg("transforms"), instances_doc,
+            nb::sig("def add_instances(self, group: Group, transforms: ArrayLike) -> None"))
+        .def("add_light", &add_light, nb::arg("kind"), nb::kw_only(),
+             nb::arg("amount") = nb::make_tuple(1, 1, 1), nb::arg("position") = nb::make_tuple(0, 0, 0),
+             nb::arg("direction") = nb::make_tuple(0, 0, -1), nb::arg("transform") = nb::none(),
+             nb::arg("angle") = 0.0f, nb::arg("cone_angle") = 30.0f, nb::arg("cone_delta_angle") = 5.0f,
+             nb::arg("beam_distribution") = 2.0f, nb::arg("radius") = 0.0f, nb::arg("texture") = "",
+             nb::arg("visible_camera") = true, nb::arg("name") = "",
+             "Adds a light: 'distant', 'point', 'spot', 'environment' or 'ambient'.\n\n"
+             "`amount` is RGB: the irradiance of a distant light, the radiant intensity of a point or spot "
+             "light, the\n"
+             "radiance of an environment or ambient light. `angle` is a distant light's diameter, "
+             "`cone_angle` a spot\n"
+             "light's half angle, both in degrees; `radius` makes a point or spot light a sphere.",
+             nb::sig("def add_light(self, kind: str, *, amount: Sequence[float] | float = (1, 1, 1), "
+                     "position: Sequence[float] = (0, 0, 0), direction: Sequence[float] = (0, 0, -1), "
+                     "transform: ArrayLike | None = None, angle: float = 0, cone_angle: float = 30, "
+                     "cone_delta_angle: float = 5, beam_distribution: float = 2, radius: float = 0, texture: "
+                     "str = '', "
+                     "visible_camera: bool = True, name: str = '') -> None"))
+        .def(
+            "add_light_shader",
+            [](Scene& s, const scene::ShaderRef& shader, nb::handle placement) {
+                s.scene.light_shaders.push_back(shader);
+                s.scene.light_shaders.back().world_from_shader = transform(placement, "transform");
+            },
+            nb::arg("shader"), nb::arg("transform") = nb::none(),
+            "Adds a light by its shader: Shader('spotlight', intensity=3, …).",
+            nb::sig("def add_light_shader(self, shader: Shader, transform: ArrayLike | None = None) -> None"))
+        .def("summary", &summary, "Counts and names of what is in the scene.",
+             nb::sig("def summary(self) -> dict[str, object]"));
+}
+
+} // namespace kanuka::python

@@ -1,0 +1,171 @@
+#include "python/values.h"
+
+#include <nanobind/stl/vector.h>
+
+#include "python/arrays.h"
+
+namespace kanuka::python {
+
+using scene::Detail;
+using scene::Type;
+
+namespace {
+
+// "[class] [type[n]] name", RISpec's inline declaration; all but the name may be left out.
+struct Declaration {
+    std::optional<Detail> detail;
+    std::optional<Type> type;
+    std::optional<int> array_size;
+    std::string name;
+};
+
+Declaration parse_declaration(const std::string& key) {
+    std::vector<std::string> words;
+    for (size_t i = 0; i < key.size();) {
+        const size_t begin = key.find_first_not_of(' ', i);
+        if (begin == std::string::npos)
+            break;
+        const size_t end = std::min(key.find(' ', begin), key.size());
+        words.push_back(key.substr(begin, end - begin));
+        i = end;
+    }
+    if (words.empty())
+        throw nb::value_error("a parameter needs a name");
+    Declaration result;
+    result.name = words.back();
+    words.pop_back();
+    for (std::string word : words) {
+        if (const size_t bracket = word.find('['); bracket != std::string::npos) {
+            result.array_size = std::max(1, std::atoi(word.c_str() + bracket + 1));
+            word.resize(bracket);
+        }
+        bool known = false;
+        for (int d = 0; d <= int(Detail::FaceVertex); d++)
+            if (word == scene::name(Detail(d)))
+                result.detail = Detail(d), known = true;
+        for (int t = 0; t <= int(Type::Matrix); t++)
+            if (word == scene::name(Type(t)) || (word == "int" && Type(t) == Type::Integer))
+                result.type = Type(t), known = true;
+        if (!known)
+            throw nb::value_error(
+                ("\"" + key + "\": \"" + word +
+                 "\" is neither a class (constant, uniform, varying, vertex, facevarying) nor a type "
+                 "(float, integer, string, color, point, vector, normal, hpoint, matrix)")
+                    .c_str());
+    }
+    return result;
+}
+
+bool is_text(nb::handle value) {
+    return nb::isinstance<nb::str>(value);
+}
+
+bool is_list_of_text(nb::handle value) {
+    return nb::isinstance<nb::sequence>(value) && !is_text(value) && nb::len(value) > 0 && is_text(value[0]);
+}
+
+} // namespace
+
+scene::Value parameter(const std::string& key, nb::handle value) {
+    const Declaration declared = parse_declaration(key);
+    scene::Value result;
+    result.name = declared.name;
+    result.detail = declared.detail.value_or(Detail::Uniform);
+
+    if (is_text(value) || is_list_of_text(value)) {
+        auto strings = is_text(value) ? std::vector<std::string>{nb::cast<std::string>(value)}
+                                      : nb::cast<std::vector<std::string>>(value);
+        result.type = Type::String;
+        result.array_size = declared.array_size.value_or(int(strings.size()));
+        result.strings = std::move(strings);
+        return result;
+    }
+    if (declared.type == Type::Integer) {
+        const IntArray array = int_array(value, key.c_str());
+        result.type = Type::Integer;
+        result.array_size = declared.array_size.value_or(int(array.buffer.size()));
+        result.ints = array.buffer;
+        return result;
+    }
+    const FloatArray array = float_array(value, key.c_str());
+    const size_t count = array.buffer.size();
+    if (count == 0)
+        throw nb::value_error((key + ": an empty value").c_str());
+    Type guess = Type::Float;
+    if (!array.shape.empty() && array.shape.back() == 3)
+        guess = Type::Color;
+    else if (array.shape == std::vector<size_t>{4, 4})
+        guess = Type::Matrix;
+    result.type = declared.type.value_or(guess);
+    const size_t one = size_t(scene::components(result.type));
+    if (count % one != 0)
+        throw nb::value_error((key + ": " + std::string(scene::name(result.type)) + " takes " +
+                               std::to_string(one) + " numbers a value, got " + std::to_string(count))
+                                  .c_str());
+    result.array_size = declared.array_size.value_or(int(count / one));
+    result.floats = array.buffer;
+    if (result.type == Type::Matrix) { // shaders take RenderMan's row-vector matrices
+        std::vector<float> rows(count);
+        for (size_t i = 0; i < count; i++)
+            rows[i] = array.buffer[i / 16 * 16 + i % 4 * 4 + i / 4 % 4];
+        result.floats = std::move(rows);
+    }
+    return result;
+}
+
+scene::ValueList parameters(const nb::dict& values) {
+    scene::ValueList list;
+    for (auto [key, value] : values)
+        list.set(parameter(nb::cast<std::string>(key), value));
+    return list;
+}
+
+scene::Value primvar(const std::string& key, nb::handle value, std::span<const DetailCount> counts) {
+    const Declaration declared = parse_declaration(key);
+    if (is_text(value))
+        return parameter("constant string " + declared.name, value);
+    const FloatArray array = float_array(value, key.c_str());
+    const size_t rows = array.shape.empty() ? 1 : array.shape[0];
+    const size_t columns = rows ? array.buffer.size() / rows : 0;
+
+    scene::Value result;
+    result.name = declared.name;
+    result.floats = array.buffer;
+    const auto guess = [&] {
+        if (declared.name == "N")
+            return Type::Normal;
+        return columns == 3 ? Type::Color : columns == 16 ? Type::Matrix : Type::Float;
+    };
+    result.type = declared.type.value_or(guess());
+    // A bare list of three numbers is one color (or point, …), unless there are three vertices and it says
+    // nothing.
+    const bool three = array.shape.size() == 1 && rows == 3;
+    const bool color_by_name = !declared.type && (declared.name == "Cs" || declared.name == "Os");
+    if (three && (color_by_name || (declared.type && scene::components(*declared.type) == 3)) &&
+        declared.detail.value_or(Detail::Constant) == Detail::Constant) {
+        result.detail = Detail::Constant;
+        result.type = declared.type.value_or(Type::Color);
+        result.array_size = 1;
+        return result;
+    }
+    const size_t one = size_t(scene::components(result.type));
+    if (columns == 0 || columns % one != 0)
+        throw nb::value_error((key + ": shape " + shape_text(array.shape) + " does not hold values of type " +
+                               std::string(scene::name(result.type)))
+                                  .c_str());
+    result.array_size = declared.array_size.value_or(int(columns / one));
+
+    std::string expected;
+    for (const DetailCount& c : counts) {
+        if (rows == c.count && declared.detail.value_or(c.detail) == c.detail) {
+            result.detail = c.detail;
+            return result;
+        }
+        expected += (expected.empty() ? "" : ", ") + std::to_string(c.count) + " (" +
+                    std::string(scene::name(c.detail)) + ")";
+    }
+    throw nb::value_error(
+        (key + ": " + std::to_string(rows) + " values fit nothing here; one of " + expected).c_str());
+}
+
+} // namespace kanuka::python

@@ -1,0 +1,24 @@
+// Python values to the scene model's typed values: shader parameters, primvars.
+#pragma once
+
+#include <span>
+
+#include "python/bindings.h"
+
+namespace kanuka::python {
+
+// A parameter of a shader from a Python value: number -> float, text -> string, three numbers -> color, 4x4
+// -> matrix, other sequences -> arrays. A key may carry a declaration as in RIB: "point center", "uniform
+// float[2] range".
+scene::Value parameter(const std::string& key, nb::handle value);
+scene::ValueList parameters(const nb::dict& values);
+
+// How many values each detail has on a mesh; the count of a primvar's rows tells its detail, the finest
+// first.
+struct DetailCount {
+    scene::Detail detail;
+    size_t count;
+};
+scene::Value primvar(const std::string& key, nb::handle value, std::span<const DetailCount> counts);
+
+} // namespace kanuka::python

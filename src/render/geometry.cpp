@@ -1,0 +1,226 @@
+#include "render/geometry.h"
+
+#include <cmath>
+#include <mutex>
+
+#include "base/tasks.h"
+#include "color/color.h"
+
+namespace kanuka::render {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+// One primitive on its way to the store.
+struct Prepared {
+    store::Page page;
+    std::shared_ptr<const shade::Material> material;
+    bool empty = true;
+};
+
+class GeometryBuilder {
+  public:
+    explicit GeometryBuilder(const GeometryRequest& request) : m_request(request), m_out(std::make_unique<Geometry>()) {}
+
+    std::unique_ptr<Geometry> run() {
+        const scene::Scene& scene = m_request.scene;
+        rate_groups();
+        m_total = scene.primitives.size();
+        for (const scene::Group& g : scene.groups)
+            m_total += g.primitives.size();
+        const auto start = Clock::now();
+        for (size_t g = 0; g < scene.groups.size(); g++) {
+            bvh::GroupDesc desc;
+            // A group that nothing shows is not diced.
+            if (m_pixels_per_unit[g] > 0)
+                add_primitives(scene.groups[g].primitives, Transform(), m_pixels_per_unit[g], desc);
+            add_instances(scene.groups[g].instances, Transform(), desc);
+            m_out->groups.push_back(std::move(desc));
+        }
+        bvh::GroupDesc world;
+        add_primitives(scene.primitives, m_request.render_from_world, 0, world);
+        add_instances(scene.instances, m_request.render_from_world, world);
+        m_out->groups.push_back(std::move(world));
+        share_wall_time(seconds_since(start));
+        m_request.stats.bytes.grids = m_out->store.grid_bytes();
+        m_request.stats.bytes.lobe_inputs = m_out->store.input_bytes();
+        return std::move(m_out);
+    }
+
+  private:
+    // The closest instance decides how finely a group is diced: pixels per unit of its own space, from the top down.
+    void rate_groups() {
+        const scene::Scene& scene = m_request.scene;
+        const dice::DicingCamera& camera = m_request.dice.camera;
+        m_pixels_per_unit.assign(scene.groups.size(), 0.0f);
+        for (const auto& in : scene.instances)
+            for (size_t i = 0; i + 12 <= in.transforms.size(); i += 12) {
+                const float* m = in.transforms.data() + i;
+                const Vec3f p = m_request.render_from_world.point({m[3], m[7], m[11]});
+                const float scale = scale_of(m);
+                const float distance = std::max(length(p) - scale, 0.1f * scale);
+                const float rate = camera.perspective ? camera.pixels_per_tangent / std::max(distance, 1e-6f) : camera.pixels_per_tangent;
+                m_pixels_per_unit[size_t(in.group)] = std::max(m_pixels_per_unit[size_t(in.group)], rate * scale);
+            }
+        for (size_t g = scene.groups.size(); g-- > 0;)
+            for (const auto& in : scene.groups[g].instances)
+                for (size_t i = 0; i + 12 <= in.transforms.size(); i += 12)
+                    m_pixels_per_unit[size_t(in.group)] =
+                        std::max(m_pixels_per_unit[size_t(in.group)], m_pixels_per_unit[g] * scale_of(in.transforms.data() + i));
+    }
+    static float scale_of(const float* m) {
+        return std::sqrt(std::max({m[0] * m[0] + m[4] * m[4] + m[8] * m[8], m[1] * m[1] + m[5] * m[5] + m[9] * m[9],
+                                   m[2] * m[2] + m[6] * m[6] + m[10] * m[10]}));
+    }
+
+    void add_primitives(const std::vector<scene::Primitive>& primitives, const Transform& render_from_group,
+                        float pixels_per_unit, bvh::GroupDesc& desc) {
+        // Runs of primitives are prepared in parallel and made resident in order: the same store for any thread count,
+        // and never more than a run's pages twice in memory.
+        constexpr size_t Run = 256;
+        const int first = int(m_out->store.shapes().size());
+        for (size_t begin = 0; begin < primitives.size() && !m_request.progress.cancelled(); begin += Run) {
+            const size_t end = std::min(primitives.size(), begin + Run);
+            std::vector<Prepared> prepared(end - begin);
+            tasks::parallel_for(end - begin, [&](size_t i) {
+                prepare(primitives[begin + i], render_from_group, pixels_per_unit, prepared[i]);
+            });
+            for (Prepared& p : prepared) {
+                if (p.empty)
+                    continue;
+                const auto& program = p.material->program();
+                m_out->store.add_page(p.page, m_out->store.add_program(program), interior_of(program));
+                const store::PageHeader& h = p.page.header();
+                m_request.stats.count.grids += h.shapes;
+                m_request.stats.count.vertices += h.vertices;
+                m_request.stats.count.micropolygons += h.micropolygons;
+                m_request.stats.count.traced_polygons += h.traced_polygons;
+                p = {};
+            }
+        }
+        m_request.stats.count.primitives += primitives.size();
+        const int count = int(m_out->store.shapes().size()) - first;
+        if (count > 0)
+            desc.shapes.push_back({first, count});
+    }
+
+    void prepare(const scene::Primitive& primitive, const Transform& render_from_group, float pixels_per_unit, Prepared& out) {
+        try {
+            const Transform render_from_object = render_from_group * primitive.world_from_object;
+            const auto start = Clock::now();
+            out.material = m_request.shading.material(primitive, render_from_object);
+            const shade::Material& material = *out.material;
+            dice::DiceTarget target{render_from_object, pixels_per_unit, material.uniform() && !material.displaces()};
+            std::atomic<double> displacing{0};
+            dice::Displace displace;
+            if (material.displaces())
+                displace = [&](grid::Grid& g) {
+                    const auto t = Clock::now();
+                    material.displace(g);
+                    displacing += seconds_since(t);
+                };
+            dice::Diced diced = dice::dice(primitive, target, m_request.dice, displace, m_request.journal);
+            const double dicing = seconds_since(start);
+            const auto shading_start = Clock::now();
+            shade_and_encode(primitive, diced, material, out);
+            m_dice_time += std::max(0.0, dicing - displacing.load() / tasks::max_threads());
+            m_shade_time += seconds_since(shading_start) + displacing.load() / tasks::max_threads();
+        } catch (const std::exception& e) {
+            out.empty = true;
+            m_request.journal.error(primitive.where, std::string("the primitive is left out: ") + e.what());
+        }
+        const std::lock_guard lock(m_progress_mutex);
+        m_request.progress.update("dice", double(++m_done) / double(std::max<size_t>(m_total, 1)));
+    }
+
+    void shade_and_encode(const scene::Primitive& primitive, dice::Diced& diced, const shade::Material& material, Prepared& out) {
+        const size_t count = diced.is_mesh ? 1 : diced.grids.size();
+        std::vector<grid::VertexInputs> inputs(count);
+        std::vector<store::ShadedGrid> shaded(count);
+        // A material that nothing varies in is shaded at one point, once for all its grids.
+        grid::VertexInputs once;
+        if (material.uniform()) {
+            grid::Grid point;
+            point.allocate(0, 0);
+            point.N[2 * size_t(point.stride)] = 1;
+            material.shade(point, once);
+            for (auto& slot : once.slots)
+                if (!slot.uniform) {
+                    for (size_t c = 0; c * once.stride < slot.data.size() && c < 3; c++)
+                        slot.value[int(c)] = slot.data[c * size_t(once.stride)];
+                    slot.uniform = true;
+                    slot.data.clear();
+                }
+            m_request.stats.count.shader_evaluations += 1;
+        }
+        tasks::parallel_for(count, [&](size_t i) {
+            grid::Grid& g = diced.is_mesh ? diced.mesh_vertices : diced.grids[i]; // shading may set N: bumps
+            if (!material.uniform()) {
+                material.shade(g, inputs[i]);
+                m_request.stats.count.shader_evaluations += uint64_t(g.vertices());
+            }
+            shaded[i] = {&g, diced.is_mesh ? nullptr : &diced.traced[i], diced.is_mesh ? &diced.mesh : nullptr,
+                         material.uniform() ? &once : &inputs[i]};
+        });
+        if (count == 0)
+            return;
+        uint64_t bad = 0;
+        out.page = store::encode(shaded, material.program(), primitive.id, bad);
+        out.empty = false;
+        if (bad > 0)
+            m_request.journal.warning(primitive.where, std::to_string(bad) + " shader outputs were not finite and have been replaced");
+    }
+
+    int interior_of(const grid::LayeringProgram& program) {
+        if (!program.has_interior)
+            return -1;
+        store::Interior interior;
+        interior.ior = program.interior_ior;
+        const Rgb& a = program.interior_absorption;
+        const float m = std::max({a.x, a.y, a.z});
+        interior.absorbs = m > 0;
+        if (m > 0) {
+            const auto c = color::uplift(a * (0.5f / m));
+            interior.absorption_spectrum = {c[0], c[1], c[2], 2 * m};
+        }
+        return m_out->store.add_interior(interior);
+    }
+
+    void add_instances(const std::vector<scene::Group::Instances>& all, const Transform& render_from_parent, bvh::GroupDesc& desc) {
+        const float shift[3] = {float(render_from_parent.m[0][3]), float(render_from_parent.m[1][3]), float(render_from_parent.m[2][3])};
+        for (const auto& in : all) {
+            // render_from_parent is a translation (or nothing), so only the last column moves.
+            std::vector<float> t(in.transforms.begin(), in.transforms.end());
+            for (size_t i = 0; i + 12 <= t.size(); i += 12)
+                for (int r = 0; r < 3; r++)
+                    t[i + size_t(4 * r + 3)] += shift[r];
+            m_request.stats.count.instances += t.size() / 12;
+            m_out->instanced |= !t.empty();
+            m_out->transforms.push_back(std::move(t));
+            desc.instances.push_back({in.group, m_out->transforms.back()});
+        }
+    }
+
+    // Dicing and shading overlap on all threads; their shares of the wall clock are those of the time spent in each.
+    void share_wall_time(double wall) {
+        const double dice = m_dice_time.load(), shade = m_shade_time.load(), sum = std::max(dice + shade, 1e-12);
+        m_request.stats.time.dice_s += wall * dice / sum;
+        m_request.stats.time.shade_s += wall * shade / sum;
+    }
+
+    const GeometryRequest& m_request;
+    std::unique_ptr<Geometry> m_out;
+    std::vector<float> m_pixels_per_unit;
+    std::atomic<double> m_dice_time{0}, m_shade_time{0};
+    std::mutex m_progress_mutex;
+    size_t m_done = 0, m_total = 0;
+};
+
+} // namespace
+
+std::unique_ptr<Geometry> build_geometry(const GeometryRequest& request) { return GeometryBuilder(request).run(); }
+
+} // namespace kanuka::render

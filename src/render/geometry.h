@@ -1,0 +1,37 @@
+// The front of a session: primitives diced, shaded, encoded and made resident; groups and instances laid out for the BVH.
+#pragma once
+
+#include <atomic>
+#include <memory>
+
+#include "base/progress.h"
+#include "base/stats.h"
+#include "bvh/bvh.h"
+#include "dice/dice.h"
+#include "scene/scene.h"
+#include "shade/shade.h"
+#include "store/store.h"
+
+namespace kanuka::render {
+
+struct Geometry {
+    store::Store store;
+    std::vector<bvh::GroupDesc> groups; // the last is the world
+    std::vector<std::vector<float>> transforms; // what the groups' instances point to
+    bool instanced = false;
+};
+
+struct GeometryRequest {
+    const scene::Scene& scene;
+    shade::ShadingSystem& shading;
+    dice::DiceOptions dice;
+    Transform render_from_world;
+    Journal& journal;
+    Stats& stats;
+    const Progress& progress;
+};
+
+// Thread count changes nothing in what is built.
+std::unique_ptr<Geometry> build_geometry(const GeometryRequest& request);
+
+} // namespace kanuka::render

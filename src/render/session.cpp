@@ -1,0 +1,365 @@
+#include "render/session.h"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <sys/resource.h>
+
+#include "base/tasks.h"
+#include "render/geometry.h"
+#include "transport/kernel.h"
+#include "transport/scene_data.h"
+
+#ifndef KANUKA_VERSION
+#define KANUKA_VERSION "unknown"
+#endif
+
+namespace kanuka::render {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr int BucketSize = 32; // pixels a side: one transport batch
+
+struct Window {
+    int x0, y0, x1, y1;
+};
+
+// RISpec: a pixel is in the crop window if its number is at least ceil(res * min) and at most ceil(res * max - 1).
+Window crop_window(const std::array<float, 4>& crop, int width, int height) {
+    const auto clamp_to = [](double v, int hi) { return std::clamp(int(v), 0, hi); };
+    Window w;
+    w.x0 = clamp_to(std::ceil(double(width) * crop[0] - 1e-4), width);
+    w.x1 = clamp_to(std::ceil(double(width) * crop[1] - 1e-4), width);
+    w.y0 = clamp_to(std::ceil(double(height) * crop[2] - 1e-4), height);
+    w.y1 = clamp_to(std::ceil(double(height) * crop[3] - 1e-4), height);
+    if (w.x0 >= w.x1 || w.y0 >= w.y1)
+        throw Error("the crop window is empty; it is xmin,xmax,ymin,ymax in [0, 1]", ExitCode::Usage);
+    return w;
+}
+
+class BatchSession {
+  public:
+    BatchSession(const scene::Scene& scene, const Overrides& o, Journal& journal, Stats& stats, const Progress& progress)
+        : m_scene(scene), m_journal(journal), m_stats(stats), m_progress(progress), m_lanes(o.lanes),
+          m_standard_shaders(o.standard_shaders), m_options(scene.options) {
+        m_options.width = o.width.value_or(m_options.width);
+        m_options.height = o.height.value_or(m_options.height);
+        if (m_options.width < 1 || m_options.height < 1 || int64_t(m_options.width) * m_options.height > (int64_t(1) << 30))
+            throw Error("the resolution must be at least 1x1 and at most 2^30 pixels", ExitCode::Usage);
+        m_options.crop = o.crop.value_or(m_options.crop);
+        m_options.seed = o.seed.value_or(m_options.seed);
+        m_options.max_depth = o.max_depth.value_or(m_options.max_depth);
+        m_options.integrator = o.integrator.value_or(m_options.integrator);
+        m_options.geometry_tolerance = o.geometry_tolerance.value_or(m_options.geometry_tolerance);
+        m_shading_rate = o.shading_rate.value_or(1.0f);
+        m_progressions = o.progressions.value_or(m_options.samples > 0 ? m_options.samples : 64);
+        const auto names = integrator_names();
+        if (std::find(names.begin(), names.end(), m_options.integrator) == names.end()) {
+            std::string list;
+            for (const auto& n : names)
+                list += (list.empty() ? "" : ", ") + n;
+            throw Error("unknown integrator \"" + m_options.integrator + "\"; there are " + list, ExitCode::Usage);
+        }
+        if (m_options.integrator == "direct")
+            m_options.max_depth = 1;
+        if (m_progressions < 1)
+            throw Error("at least one progression is needed", ExitCode::Usage);
+        m_window = crop_window(m_options.crop, m_options.width, m_options.height);
+    }
+
+    Result run() {
+        m_start = Clock::now();
+        place_camera();
+        build();
+        Result result;
+        if (m_progress.cancelled()) {
+            result.cancelled = true;
+            return result;
+        }
+        trace();
+        const ScopedTimer timer(m_stats.time.film_s);
+        result.picture = develop();
+        result.cancelled = m_progress.cancelled();
+        return result;
+    }
+
+    void close_statistics() {
+        m_stats.time.total_s += std::chrono::duration<double>(Clock::now() - m_start).count();
+        rusage usage;
+        getrusage(RUSAGE_SELF, &usage);
+        m_stats.bytes.peak_rss = uint64_t(usage.ru_maxrss) * 1024;
+    }
+
+  private:
+    // Rendering happens in a world whose origin is the eye, for precision far from the scene's own origin.
+    void place_camera() {
+        const scene::Camera& c = m_scene.camera;
+        const Transform world_from_camera = c.camera_from_world.inverse();
+        m_eye = {world_from_camera.m[0][3], world_from_camera.m[1][3], world_from_camera.m[2][3]};
+        m_render_from_world = Transform::translate(-m_eye[0], -m_eye[1], -m_eye[2]);
+        const Transform render_from_camera = m_render_from_world * world_from_camera;
+
+        const float aspect = float(m_options.width) * m_options.pixel_aspect / float(m_options.height);
+        std::array<float, 4> screen = aspect >= 1 ? std::array<float, 4>{-aspect, aspect, -1, 1}
+                                                  : std::array<float, 4>{-1, 1, -1 / aspect, 1 / aspect};
+        if (c.screen_window)
+            screen = *c.screen_window;
+        transport::CameraView& v = m_camera;
+        v.perspective = c.projection == scene::Camera::Projection::Perspective;
+        const float half = v.perspective ? std::tan(std::clamp(c.fov, 0.01f, 179.9f) * 0.5f * Pi / 180) : 1.0f;
+        v.left = screen[0] * half;
+        v.right = screen[1] * half;
+        v.bottom = screen[2] * half;
+        v.top = screen[3] * half;
+        v.width = m_options.width;
+        v.height = m_options.height;
+        for (int r = 0; r < 3; r++)
+            for (int k = 0; k < 4; k++)
+                v.render_from_camera[4 * r + k] = float(render_from_camera.m[r][k]);
+        v.near_clip = c.near_clip > 1e-3f ? c.near_clip : 0;
+        if (c.f_stop > 0 && c.f_stop < 1e10f && c.focal_length > 0) {
+            v.lens_radius = 0.5f * c.focal_length / c.f_stop;
+            v.focal_distance = c.focal_distance;
+        }
+        m_dice.camera.render_from_camera = render_from_camera;
+        m_dice.camera.perspective = v.perspective;
+        m_dice.camera.pixels_per_tangent = float(m_options.width) / std::abs(v.right - v.left);
+        m_dice.camera.near_clip = c.near_clip;
+        m_dice.camera.width = m_options.width;
+        m_dice.camera.height = m_options.height;
+        m_dice.shading_rate_scale = m_shading_rate;
+        m_dice.geometry_tolerance = m_options.geometry_tolerance;
+        m_dice.normal_tolerance = m_options.normal_tolerance;
+        m_forward = {float(render_from_camera.m[0][2]), float(render_from_camera.m[1][2]), float(render_from_camera.m[2][2])};
+        m_forward = normalize(m_forward);
+        m_camera_from_render = render_from_camera.inverse();
+    }
+
+    void build() {
+        shade::ShadingOptions so;
+        so.shader_path = m_options.shader_path;
+        so.texture_path = m_options.texture_path;
+        so.standard_shaders = m_standard_shaders;
+        so.lanes = m_lanes;
+        so.render_from_world = m_render_from_world;
+        so.camera_from_render = m_camera_from_render;
+        m_shading = shade::ShadingSystem::create(so, m_scene, m_journal, m_stats);
+        m_geometry = build_geometry({m_scene, *m_shading, m_dice, m_render_from_world, m_journal, m_stats, m_progress});
+        {
+            const ScopedTimer timer(m_stats.time.bvh_s);
+            m_progress.update("build", 0);
+            const bool compact = m_stats.count.traced_polygons > 1000000;
+            m_bvh = std::make_unique<bvh::Scene>(m_geometry->store, m_geometry->groups, compact);
+            m_stats.bytes.bvh = m_bvh->bytes();
+            m_progress.update("build", 1);
+        }
+        transport::SceneInputs in;
+        in.store = &m_geometry->store;
+        in.bvh = m_bvh.get();
+        in.world = m_geometry->groups.back();
+        in.instanced = m_geometry->instanced;
+        in.lights = m_scene.lights;
+        for (scene::Light& l : m_shading->lights(m_scene.light_shaders))
+            in.lights.push_back(std::move(l));
+        load_environment(in);
+        in.render_from_world = m_render_from_world;
+        in.camera = m_camera;
+        try {
+            m_filter = std::make_unique<film::Filter>(m_options.filter, m_options.filter_width[0], m_options.filter_width[1]);
+        } catch (const Error& e) {
+            m_journal.error({m_scene.file}, std::string(e.what()) + "; gaussian 2 2 is used");
+            m_filter = std::make_unique<film::Filter>("gaussian", 2.0f, 2.0f);
+        }
+        in.filter_x = m_filter->table_x();
+        in.filter_y = m_filter->table_y();
+        in.max_depth = m_options.max_depth;
+        in.seed = m_options.seed;
+        m_view = transport::make_scene_view(in, m_journal);
+        m_stats.bytes.textures = m_shading->texture_bytes();
+    }
+
+    void load_environment(transport::SceneInputs& in) {
+        for (scene::Light& light : in.lights) {
+            if (light.kind != scene::Light::Kind::Environment || light.texture.empty() || in.map.width > 0)
+                continue;
+            try {
+                const film::Picture picture = film::read_exr(light.texture);
+                const auto *r = picture.find("R"), *g = picture.find("G"), *b = picture.find("B");
+                if (!r || !g || !b)
+                    throw Error("it has no R, G and B channels");
+                in.map.width = picture.width;
+                in.map.height = picture.height;
+                in.map.rgb.resize(r->data.size() * 3);
+                for (size_t i = 0; i < r->data.size(); i++) {
+                    in.map.rgb[3 * i] = r->data[i];
+                    in.map.rgb[3 * i + 1] = g->data[i];
+                    in.map.rgb[3 * i + 2] = b->data[i];
+                }
+            } catch (const Error& e) {
+                m_journal.error(light.where, "the environment picture \"" + light.texture + "\" cannot be used (" + e.what() +
+                                                 "); give a latitude-longitude OpenEXR file");
+                light.texture.clear();
+            }
+        }
+    }
+
+    void trace() {
+        const int width = m_window.x1 - m_window.x0, height = m_window.y1 - m_window.y0;
+        const int across = (width + BucketSize - 1) / BucketSize, down = (height + BucketSize - 1) / BucketSize;
+        m_pixels.assign(size_t(width) * size_t(height), transport::PixelSums{});
+        m_done.assign(size_t(across) * size_t(down), 0);
+        const ScopedTimer timer(m_stats.time.transport_s);
+        const uint64_t work = uint64_t(across * down) * uint64_t(m_progressions);
+        std::atomic<uint64_t> finished{0};
+        // The first pass shows a whole picture; later ones stay with a bucket longer, for the caches' sake.
+        int from = 0;
+        while (from < m_progressions && !m_progress.cancelled()) {
+            const int to = std::min(m_progressions, from == 0 ? 1 : from + 8);
+            tasks::parallel_for(m_done.size(), [&](size_t bucket) {
+                if (m_progress.cancelled())
+                    return;
+                std::unique_ptr<transport::Kernel> kernel = take_kernel();
+                transport::BatchCounts counts;
+                transport::BatchRequest r;
+                r.x0 = m_window.x0 + int(bucket) % across * BucketSize;
+                r.y0 = m_window.y0 + int(bucket) / across * BucketSize;
+                r.x1 = std::min(r.x0 + BucketSize, m_window.x1);
+                r.y1 = std::min(r.y0 + BucketSize, m_window.y1);
+                r.pixels = m_pixels.data() - (ptrdiff_t(m_window.y0) * width + m_window.x0);
+                r.stride = width;
+                for (int p = from; p < to; p++) {
+                    r.progression = uint32_t(p);
+                    kernel->trace(r, counts);
+                }
+                m_done[bucket] = to;
+                give_kernel(std::move(kernel));
+                count(counts);
+                const uint64_t n = finished += uint64_t(to - from);
+                const std::lock_guard lock(m_mutex);
+                m_progress.update("progressions", double(n) / double(work));
+            });
+            if (from == 0)
+                m_stats.time.first_pixel_s = m_stats.time.ingest_s + std::chrono::duration<double>(Clock::now() - m_start).count();
+            from = to;
+        }
+    }
+
+    std::unique_ptr<transport::Kernel> take_kernel() {
+        {
+            const std::lock_guard lock(m_mutex);
+            if (!m_kernels.empty()) {
+                auto k = std::move(m_kernels.back());
+                m_kernels.pop_back();
+                return k;
+            }
+        }
+        return transport::make_kernel(m_view, m_lanes);
+    }
+    void give_kernel(std::unique_ptr<transport::Kernel> kernel) {
+        const std::lock_guard lock(m_mutex);
+        m_kernels.push_back(std::move(kernel));
+    }
+
+    void count(const transport::BatchCounts& c) {
+        m_stats.count.paths += c.paths;
+        m_stats.count.rays += c.rays;
+        m_stats.count.nan_samples += c.nan_samples;
+        if (c.nan_samples > 0)
+            m_journal.warning({m_scene.file}, "samples that were not finite have been dropped, the first of a bucket at pixel " +
+                                                  std::to_string(c.nan_x) + ", " + std::to_string(c.nan_y));
+    }
+
+    film::Picture develop() {
+        film::Picture picture;
+        picture.width = m_window.x1 - m_window.x0;
+        picture.height = m_window.y1 - m_window.y0;
+        picture.full_width = m_options.width;
+        picture.full_height = m_options.height;
+        picture.x0 = m_window.x0;
+        picture.y0 = m_window.y0;
+        struct Out {
+            const char* name;
+            bool half;
+        };
+        static constexpr Out outs[] = {{"R", true}, {"G", true}, {"B", true}, {"A", true}, {"albedo.R", true}, {"albedo.G", true},
+                                       {"albedo.B", true}, {"N.X", true}, {"N.Y", true}, {"N.Z", true}, {"Z", false},
+                                       {"P.X", false}, {"P.Y", false}, {"P.Z", false}, {"id", false}};
+        for (const Out& o : outs)
+            picture.channels.push_back({o.name, o.half, std::vector<float>(m_pixels.size())});
+        const int across = (picture.width + BucketSize - 1) / BucketSize;
+        const Transform world_from_render = Transform::translate(m_eye[0], m_eye[1], m_eye[2]);
+        for (int y = 0; y < picture.height; y++)
+            for (int x = 0; x < picture.width; x++) {
+                const size_t i = size_t(y) * size_t(picture.width) + size_t(x);
+                const transport::PixelSums& s = m_pixels[i];
+                const int done = m_done[size_t(y / BucketSize) * size_t(across) + size_t(x / BucketSize)];
+                const float n = done > 0 ? 1 / float(done) : 0, h = s.hits > 0 ? 1 / s.hits : 0;
+                auto put = [&, c = 0](float v) mutable { picture.channels[size_t(c++)].data[i] = v; };
+                for (float v : s.rgb)
+                    put(v * n);
+                put(std::clamp(s.alpha * n, 0.0f, 1.0f));
+                for (float v : s.albedo)
+                    put(v * n);
+                Vec3f normal{s.normal[0], s.normal[1], s.normal[2]};
+                normal = dot(normal, normal) > 0 ? normalize(normal) : Vec3f(0.0f);
+                put(normal.x), put(normal.y), put(normal.z);
+                const Vec3f p{s.position[0] * h, s.position[1] * h, s.position[2] * h};
+                put(s.hits > 0 ? dot(p, m_forward) : std::numeric_limits<float>::infinity());
+                const Vec3f world = s.hits > 0 ? world_from_render.point(p) : Vec3f(0.0f);
+                put(world.x), put(world.y), put(world.z);
+                put(s.id);
+            }
+        const int least = *std::min_element(m_done.begin(), m_done.end());
+        picture.metadata = {{"kanuka.version", KANUKA_VERSION},
+                            {"kanuka.scene", m_scene.file},
+                            {"kanuka.integrator", m_options.integrator},
+                            {"kanuka.progressions", std::to_string(least)},
+                            {"kanuka.seed", std::to_string(m_options.seed)}};
+        return picture;
+    }
+
+    const scene::Scene& m_scene;
+    Journal& m_journal;
+    Stats& m_stats;
+    const Progress& m_progress;
+    int m_lanes;
+    std::string m_standard_shaders;
+    scene::Options m_options;
+    float m_shading_rate;
+    int m_progressions;
+    Window m_window;
+    Clock::time_point m_start;
+
+    std::array<double, 3> m_eye;
+    Transform m_render_from_world, m_camera_from_render;
+    Vec3f m_forward;
+    transport::CameraView m_camera{};
+    dice::DiceOptions m_dice;
+    std::unique_ptr<shade::ShadingSystem> m_shading;
+    std::unique_ptr<Geometry> m_geometry;
+    std::unique_ptr<bvh::Scene> m_bvh;
+    std::unique_ptr<film::Filter> m_filter;
+    transport::SceneView m_view;
+
+    std::mutex m_mutex;
+    std::vector<std::unique_ptr<transport::Kernel>> m_kernels;
+    std::vector<transport::PixelSums> m_pixels;
+    std::vector<int> m_done; // progressions of each bucket
+};
+
+} // namespace
+
+Result render(const scene::Scene& scene, const Overrides& overrides, Journal& journal, Stats& stats, const Progress& progress) {
+    Result result;
+    tasks::with_threads(overrides.threads.value_or(0), [&] {
+        BatchSession session(scene, overrides, journal, stats, progress);
+        result = session.run();
+        session.close_statistics();
+    });
+    return result;
+}
+
+std::vector<std::string> integrator_names() { return {"path", "direct"}; }
+
+} // namespace kanuka::render

@@ -1,0 +1,340 @@
+// Grids to pages: fold what is constant, quantise what is not.
+#include <atomic>
+
+#include "base/tasks.h"
+#include "color/color.h"
+#include "store/quantize.h"
+#include "store/store.h"
+
+namespace kanuka::store {
+
+namespace {
+
+using grid::InputType;
+using grid::LayerOp;
+using grid::WordLayout;
+
+// Everything of one grid, offsets relative to its own sections.
+struct Encoded {
+    ShapeRecord shape{};
+    std::vector<uint32_t> table; // {offset into inputs, stride}
+    std::vector<uint32_t> inputs;
+    std::vector<float> positions;
+    std::vector<uint32_t> indices;
+    std::vector<Emitter> emitters;
+    uint64_t bad = 0;
+};
+
+uint32_t bits_of(float f) {
+    uint32_t b;
+    std::memcpy(&b, &f, 4);
+    return b;
+}
+
+float log2_step(int step) { return float(__builtin_ctz(unsigned(step))); }
+
+class GridEncoder {
+  public:
+    GridEncoder(const ShadedGrid& shaded, const grid::LayeringProgram& program, const WordLayout& layout, int object_id,
+                Encoded& out)
+        : m_shaded(shaded), m_grid(*shaded.grid), m_program(program), m_layout(layout), m_out(out),
+          m_count(m_grid.vertices()) {
+        m_out.shape.object_id = object_id;
+    }
+
+    void run() {
+        encode_geometry();
+        for (size_t w = 0; w < m_layout.words.size(); w++)
+            encode_word(w);
+        encode_normals();
+        if (m_program.emits())
+            encode_emitters();
+        else
+            m_out.shape.emitter = -1;
+    }
+
+  private:
+    float clean(float x, const grid::Slot& slot) {
+        if (!(x >= slot.low && x <= slot.high)) {
+            m_out.bad += !std::isfinite(x);
+            x = std::isfinite(x) ? std::clamp(x, slot.low, slot.high) : x > 0 ? std::min(slot.high, 65504.0f) : std::max(slot.low, 0.0f);
+        }
+        return x;
+    }
+
+    float value(int slot, int component, int vertex) {
+        const grid::SlotValues& values = m_shaded.inputs->slots[slot];
+        const float x = values.uniform ? values.value[component]
+                                       : values.data[size_t(component) * m_shaded.inputs->stride + vertex];
+        return clean(x, m_program.slots[slot]);
+    }
+
+    bool constant(int slot) const {
+        const grid::SlotValues& values = m_shaded.inputs->slots[slot];
+        if (values.uniform)
+            return true;
+        const int components = m_program.slots[slot].type == InputType::Color ? 3 : 1;
+        for (int c = 0; c < components; c++) {
+            const float* a = values.data.data() + size_t(c) * m_shaded.inputs->stride;
+            for (int i = 1; i < m_count; i++)
+                if (bits_of(a[i]) != bits_of(a[0]))
+                    return false;
+        }
+        return true;
+    }
+
+    Rgb color(int slot, int i) { return {value(slot, 0, i), value(slot, 1, i), value(slot, 2, i)}; }
+
+    void encode_word(size_t w) {
+        const auto [low, high] = m_layout.slots_of_word[w];
+        const bool folds = constant(low) && (high < 0 || constant(high));
+        m_out.table.push_back(uint32_t(m_out.inputs.size()));
+        m_out.table.push_back(folds ? 0 : 1);
+        auto& out = m_out.inputs;
+        if (folds && m_layout.words[w] == WordLayout::Word::HalfPair) {
+            out.push_back(bits_of(value(low, 0, 0)));
+            out.push_back(bits_of(high < 0 ? 0.0f : value(high, 0, 0)));
+        } else if (folds) {
+            // Reflectances lie in [0, 1]; amounts without bound are scaled into it, twice their maximum to keep the
+            // spectrum smooth.
+            const Rgb rgb = color(low, 0);
+            const float m = std::max({rgb.x, rgb.y, rgb.z});
+            const float scale = m_layout.words[w] == WordLayout::Word::Rgb9e5 && m > 0 ? 2 * m : 1;
+            const auto c = color::uplift(rgb * (1 / scale));
+            for (float f : {c[0], c[1], c[2], scale})
+                out.push_back(bits_of(f));
+        } else {
+            const size_t base = out.size();
+            out.resize(base + m_count);
+            for (int i = 0; i < m_count; i++) {
+                switch (m_layout.words[w]) {
+                case WordLayout::Word::Rgb11: out[base + i] = to_rgb11(color(low, i)); break;
+                case WordLayout::Word::Rgb9e5: out[base + i] = to_rgb9e5(color(low, i)); break;
+                case WordLayout::Word::HalfPair:
+                    out[base + i] = to_half(value(low, 0, i)) |
+                                    uint32_t(high < 0 ? 0 : to_half(value(high, 0, i))) << 16;
+                    break;
+                }
+            }
+        }
+    }
+
+    void encode_normals() {
+        const Vec3f first = m_grid.normal(0);
+        bool flat = true, zero = true;
+        for (int i = 0; i < m_count; i++) {
+            const Vec3f n = m_grid.normal(i);
+            flat &= n == first;
+            zero &= n == Vec3f(0.0f);
+        }
+        m_out.table.push_back(uint32_t(m_out.inputs.size()));
+        m_out.table.push_back(flat ? 0 : 1);
+        if (zero) {
+            for (int c = 0; c < 3; c++)
+                m_out.inputs.push_back(0);
+            return;
+        }
+        m_out.shape.flags |= ShapeRecord::HasNormals;
+        if (flat) {
+            m_out.shape.flags |= ShapeRecord::FlatNormal;
+            const Vec3f n = normalize(first);
+            for (float f : {n.x, n.y, n.z})
+                m_out.inputs.push_back(bits_of(f));
+            return;
+        }
+        Vec3f last(0, 0, 1);
+        for (int i = 0; i < m_count; i++) {
+            const Vec3f n = m_grid.normal(i);
+            const float l2 = dot(n, n);
+            if (l2 > 0 && std::isfinite(l2))
+                last = n * (1 / std::sqrt(l2));
+            else
+                m_out.bad++;
+            m_out.inputs.push_back(to_oct32(last));
+        }
+    }
+
+    void encode_geometry() {
+        ShapeRecord& s = m_out.shape;
+        s.albedo = -1;
+        s.interior = -1;
+        s.nu = m_grid.nu;
+        s.nv = m_grid.nv;
+        s.flags |= m_grid.flips ? ShapeRecord::Flips : 0;
+        if (m_shaded.mesh) {
+            const grid::TracedMesh& mesh = *m_shaded.mesh;
+            s.flags |= ShapeRecord::Mesh | (mesh.vertices_per_face == 4 ? ShapeRecord::Quads : 0);
+            s.mu = m_count;
+            s.mv = int(mesh.indices.size() / mesh.vertices_per_face);
+            m_out.positions.resize(size_t(m_count) * 3);
+            for (int i = 0; i < m_count; i++)
+                for (int c = 0; c < 3; c++)
+                    m_out.positions[size_t(i) * 3 + c] = m_grid.P[size_t(c) * m_grid.stride + i];
+            m_out.indices = mesh.indices;
+            return;
+        }
+        const grid::TracedGrid& t = *m_shaded.traced;
+        s.mu = t.mu;
+        s.mv = t.mv;
+        s.steps = int(log2_step(t.step_u)) | int(log2_step(t.step_v)) << 4;
+        for (int e = 0; e < 4; e++) {
+            s.steps |= int(log2_step(t.edge_step[e])) << (8 + 4 * e);
+            if (t.edge_step[e] > (e % 2 == 0 ? t.step_u : t.step_v))
+                s.flags |= ShapeRecord::Collapsed;
+        }
+        m_out.positions.assign(t.P.begin(), t.P.begin() + size_t(t.mu + 1) * (t.mv + 1) * 3);
+    }
+
+    // ---- emission
+
+    // Radiance of the tree below `node` at a vertex, seen head-on; coats are taken as clear.
+    Rgb emission(int node, int i) {
+        const grid::LayerNode& n = m_program.nodes[node];
+        const float w = n.weight < 0 ? 1 : value(n.weight, 0, i);
+        switch (n.op) {
+        case LayerOp::Lobe:
+            if (grid::lobe(n.lobe).kind != grid::LobeKind::Emission)
+                return Rgb(0);
+            return (n.inputs[0] < 0 ? grid::lobe(n.lobe).inputs[0].fallback : color(n.inputs[0], i)) * w;
+        case LayerOp::Mix: return emission(n.upper, i) * w + emission(n.lower, i) * (1 - w);
+        case LayerOp::Over:
+        case LayerOp::Coat: return emission(n.upper, i) * w + emission(n.lower, i);
+        case LayerOp::Add: return emission(n.upper, i) + emission(n.lower, i);
+        }
+        return Rgb(0);
+    }
+
+    void add_emitter(const std::array<Vec3f, 3>& p, const std::array<int, 3>& vertex) {
+        Emitter e{};
+        e.p0 = p[0];
+        e.e1 = p[1] - p[0];
+        e.e2 = p[2] - p[0];
+        const int root = int(m_program.nodes.size()) - 1;
+        const Rgb rgb = (emission(root, vertex[0]) + emission(root, vertex[1]) + emission(root, vertex[2])) * (1 / 3.0f);
+        const float m = std::max({rgb.x, rgb.y, rgb.z});
+        e.scale = 2 * m;
+        const auto c = color::uplift(m > 0 ? rgb * (1 / e.scale) : Rgb(0));
+        e.c0 = c[0], e.c1 = c[1], e.c2 = c[2];
+        e.area = 0.5f * length(cross(e.e1, e.e2));
+        e.area = std::isfinite(e.area) ? e.area : 0;
+        e.power = e.area * color::luminance(rgb);
+        e.flags = m_grid.flips;
+        m_out.emitters.push_back(e);
+    }
+
+    void encode_emitters() {
+        m_out.shape.emitter = 0;
+        const auto traced_point = [&](int v) {
+            const float* p = m_out.positions.data() + size_t(v) * 3;
+            return Vec3f(p[0], p[1], p[2]);
+        };
+        if (m_shaded.mesh) {
+            const int n = m_shaded.mesh->vertices_per_face;
+            for (size_t f = 0; f < m_out.indices.size(); f += n) {
+                const uint32_t* v = &m_out.indices[f];
+                const auto add = [&](int a, int b, int c) {
+                    add_emitter({traced_point(v[a]), traced_point(v[b]), traced_point(v[c])}, {int(v[a]), int(v[b]), int(v[c])});
+                };
+                if (n == 3)
+                    add(0, 1, 2);
+                else {
+                    add(0, 1, 3);
+                    add(2, 3, 1);
+                }
+            }
+            return;
+        }
+        const grid::TracedGrid& t = *m_shaded.traced;
+        for (int j = 0; j < t.mv; j++)
+            for (int i = 0; i < t.mu; i++) {
+                // The ray tracer's split of a cell: (0,0) (1,0) (0,1) and (1,1) (0,1) (1,0).
+                const auto traced = [&](int a, int b) { return traced_point((j + b) * (t.mu + 1) + i + a); };
+                const auto shading = [&](int a, int b) {
+                    return std::min((j + b) * t.step_v, m_grid.nv) * (m_grid.nu + 1) + std::min((i + a) * t.step_u, m_grid.nu);
+                };
+                add_emitter({traced(0, 0), traced(1, 0), traced(0, 1)}, {shading(0, 0), shading(1, 0), shading(0, 1)});
+                add_emitter({traced(1, 1), traced(0, 1), traced(1, 0)}, {shading(1, 1), shading(0, 1), shading(1, 0)});
+            }
+    }
+
+    const ShadedGrid& m_shaded;
+    const grid::Grid& m_grid;
+    const grid::LayeringProgram& m_program;
+    const WordLayout& m_layout;
+    Encoded& m_out;
+    int m_count;
+};
+
+template <class T>
+uint32_t* bytes_at(Page& page, uint32_t at, const std::vector<T>& source) {
+    if (!source.empty())
+        std::memcpy(page.words.data() + at, source.data(), source.size() * sizeof(T));
+    return page.words.data() + at;
+}
+
+} // namespace
+
+Page encode(std::span<const ShadedGrid> grids, const grid::LayeringProgram& program, int object_id, uint64_t& bad_inputs) {
+    const WordLayout layout(program);
+    std::vector<Encoded> encoded(grids.size());
+    tasks::parallel_for(grids.size(), [&](size_t i) { GridEncoder(grids[i], program, layout, object_id, encoded[i]).run(); });
+
+    // Sections one after another; each grid's part of each section one after another.
+    struct Offsets {
+        uint32_t table = 0, inputs = 0, positions = 0, indices = 0, emitters = 0;
+    };
+    std::vector<Offsets> at(grids.size() + 1);
+    for (size_t i = 0; i < grids.size(); i++) {
+        const Encoded& e = encoded[i];
+        at[i + 1] = {at[i].table + uint32_t(e.table.size()), at[i].inputs + uint32_t(e.inputs.size()),
+                     at[i].positions + uint32_t(e.positions.size()), at[i].indices + uint32_t(e.indices.size()),
+                     at[i].emitters + uint32_t(e.emitters.size())};
+    }
+    const Offsets& total = at.back();
+    const auto round_up = [](uint64_t n, uint64_t m) { return uint32_t((n + m - 1) / m * m); };
+    PageHeader h{};
+    h.magic = PageMagic;
+    h.version = PageVersion;
+    h.shapes = uint32_t(grids.size());
+    h.shapes_at = round_up(sizeof(PageHeader) / 4, 16);
+    h.tables_at = h.shapes_at + h.shapes * ShapeWords;
+    h.inputs_at = h.tables_at + total.table;
+    h.positions_at = round_up(h.inputs_at + total.inputs, 3);
+    h.indices_at = h.positions_at + total.positions;
+    h.emitters_at = h.indices_at + total.indices;
+    h.emitters = total.emitters;
+    h.words = h.emitters_at + total.emitters * uint32_t(sizeof(Emitter) / 4);
+    h.grid_bytes = (h.shapes * ShapeWords + total.table + total.positions + total.indices) * 4;
+    h.input_bytes = total.inputs * 4;
+
+    Page page;
+    page.words.assign(h.words, 0);
+    tasks::parallel_for(grids.size(), [&](size_t i) {
+        Encoded& e = encoded[i];
+        const Offsets& o = at[i];
+        for (size_t w = 0; w < e.table.size(); w += 2)
+            e.table[w] += h.inputs_at + o.inputs;
+        e.shape.slot_table = int32_t(h.tables_at + o.table);
+        e.shape.positions = int32_t(h.positions_at + o.positions);
+        e.shape.indices = e.indices.empty() ? -1 : int32_t(h.indices_at + o.indices);
+        if (e.shape.emitter >= 0)
+            e.shape.emitter = int32_t(o.emitters);
+        bytes_at(page, h.tables_at + o.table, e.table);
+        bytes_at(page, h.inputs_at + o.inputs, e.inputs);
+        bytes_at(page, h.positions_at + o.positions, e.positions);
+        bytes_at(page, h.indices_at + o.indices, e.indices);
+        bytes_at(page, h.emitters_at + o.emitters * uint32_t(sizeof(Emitter) / 4), e.emitters);
+        std::memcpy(page.words.data() + h.shapes_at + i * ShapeWords, &e.shape, sizeof e.shape);
+    });
+    for (size_t i = 0; i < grids.size(); i++) {
+        const ShapeRecord& s = encoded[i].shape;
+        bad_inputs += encoded[i].bad;
+        h.vertices += uint32_t(grids[i].grid->vertices());
+        h.micropolygons += grids[i].mesh ? uint32_t(s.mv) : uint32_t(s.nu * s.nv);
+        h.traced_polygons += grids[i].mesh ? uint32_t(s.mv) : uint32_t(s.mu * s.mv);
+    }
+    page.header() = h;
+    return page;
+}
+
+} // namespace kanuka::store

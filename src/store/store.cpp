@@ -1,0 +1,101 @@
+#include "store/store.h"
+
+#include <cstring>
+#include <sys/mman.h>
+
+#include "store/quantize.h"
+
+namespace kanuka::store {
+
+namespace {
+// 2^31 words, the reach of a 32-bit gather index. Reserved, not committed: memory comes as pages are added.
+constexpr size_t ArenaWords = size_t(1) << 31;
+constexpr size_t PageAlignment = 48; // words: whole cache lines, and whole xyz triples
+} // namespace
+
+Store::Store() : m_capacity(ArenaWords) {
+    void* p = mmap(nullptr, m_capacity * 4 + 64, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (p == MAP_FAILED)
+        throw Error("cannot reserve address space for the micropolygon store; check ulimit -v", ExitCode::Internal);
+    m_arena = static_cast<uint32_t*>(p);
+}
+
+Store::~Store() { munmap(m_arena, m_capacity * 4 + 64); }
+
+int Store::add_program(const grid::LayeringProgram& program) {
+    const std::string key = program.key();
+    for (size_t i = 0; i < m_program_keys.size(); i++)
+        if (m_program_keys[i] == key)
+            return int(i);
+    m_programs.push_back(program);
+    m_program_keys.push_back(key);
+    return int(m_programs.size()) - 1;
+}
+
+int Store::add_interior(const Interior& interior) {
+    for (size_t i = 0; i < m_interiors.size(); i++)
+        if (m_interiors[i] == interior)
+            return int(i);
+    m_interiors.push_back(interior);
+    return int(m_interiors.size()) - 1;
+}
+
+int Store::add_page(const Page& page, int program, int interior) {
+    const PageHeader& h = page.header();
+    const size_t base = (m_used + PageAlignment - 1) / PageAlignment * PageAlignment;
+    if (base + h.words > m_capacity)
+        throw Error("the micropolygon store is full (8 GiB of grids); raise the shading rate or the geometry tolerance");
+    // Emitters live in their own table; the rest of the page moves in as it is.
+    std::memcpy(m_arena + base, page.words.data(), size_t(h.emitters_at) * 4);
+    m_used = base + h.emitters_at;
+    const int first = int(m_shapes.size());
+    const int first_emitter = int(m_emitters.size());
+    const auto absolute = [&](int32_t offset) { return offset < 0 ? offset : int32_t(base + size_t(offset)); };
+    for (uint32_t i = 0; i < h.shapes; i++) {
+        ShapeRecord s;
+        std::memcpy(&s, page.words.data() + h.shapes_at + i * ShapeWords, sizeof s);
+        s.program = program;
+        s.interior = interior;
+        s.slot_table = absolute(s.slot_table);
+        s.positions = absolute(s.positions);
+        s.indices = absolute(s.indices);
+        s.emitter = s.emitter < 0 ? -1 : s.emitter + first_emitter;
+        m_shapes.push_back(s);
+    }
+    for (uint32_t w = h.tables_at; w < h.inputs_at; w += 2)
+        m_arena[base + w] += uint32_t(base);
+    m_emitters.resize(m_emitters.size() + h.emitters);
+    if (h.emitters)
+        std::memcpy(m_emitters.data() + first_emitter, page.words.data() + h.emitters_at, h.emitters * sizeof(Emitter));
+    m_grid_bytes += h.grid_bytes;
+    m_input_bytes += h.input_bytes;
+    return first;
+}
+
+float Store::presence(int shape, int prim, float u, float v) const {
+    const ShapeRecord& s = m_shapes[size_t(shape)];
+    const grid::LayeringProgram& program = m_programs[size_t(s.program)];
+    if (program.presence < 0)
+        return 1;
+    const grid::WordLayout layout(program);
+    const auto place = layout.places[size_t(program.presence)];
+    const uint32_t base = m_arena[s.slot_table + 2 * place.word], stride = m_arena[s.slot_table + 2 * place.word + 1];
+    if (stride == 0)
+        return floats()[base + uint32_t(place.half)];
+    const auto at = [&](int vertex) { return from_half(uint16_t(m_arena[base + uint32_t(vertex)] >> (16 * place.half))); };
+    if (s.flags & ShapeRecord::Mesh) {
+        const bool quads = s.flags & ShapeRecord::Quads;
+        const uint32_t* index = m_arena + s.indices + prim * (quads ? 4 : 3);
+        if (!quads)
+            return (1 - u - v) * at(int(index[0])) + u * at(int(index[1])) + v * at(int(index[2]));
+        return (1 - u) * (1 - v) * at(int(index[0])) + u * (1 - v) * at(int(index[1])) + u * v * at(int(index[2])) +
+               (1 - u) * v * at(int(index[3]));
+    }
+    const float x = u * float(s.nu), y = v * float(s.nv);
+    const int i = std::clamp(int(x), 0, s.nu - 1), j = std::clamp(int(y), 0, s.nv - 1);
+    const float fx = x - float(i), fy = y - float(j);
+    const int a = j * (s.nu + 1) + i;
+    return (1 - fy) * ((1 - fx) * at(a) + fx * at(a + 1)) + fy * ((1 - fx) * at(a + s.nu + 1) + fx * at(a + s.nu + 2));
+}
+
+} // namespace kanuka::store

@@ -1,0 +1,259 @@
+// From a hit to its place in the store: position, normals, and lobe inputs, interpolated between the four (or three)
+// vertices around it. All lanes of a call are hits on shapes of one layering program.
+#pragma once
+
+#include "transport/path_state.h"
+#include "transport/scene_view.h"
+
+namespace kanuka::transport {
+
+using bsdf::Spectrum;
+
+template <int W>
+struct ShapeLanes {
+    Int<W> flags, slot_table, positions, mu, mv, steps, nu, nv, indices, emitter, object_id, interior;
+
+    ShapeLanes(const int32_t* shapes, Int<W> shape) {
+        using R = store::ShapeRecord;
+        const Int<W> at = shape * Int<W>(store::ShapeWords);
+        const auto get = [&](size_t offset) { return gather(shapes + offset / 4, at); };
+        flags = get(offsetof(R, flags));
+        slot_table = get(offsetof(R, slot_table));
+        positions = get(offsetof(R, positions));
+        mu = get(offsetof(R, mu));
+        mv = get(offsetof(R, mv));
+        nu = get(offsetof(R, nu));
+        nv = get(offsetof(R, nv));
+        indices = get(offsetof(R, indices));
+        emitter = get(offsetof(R, emitter));
+        interior = get(offsetof(R, interior));
+        if (any((flags & Int<W>(R::Collapsed)) != Int<W>(0)))
+            steps = get(offsetof(R, steps));
+    }
+    Mask<W> has(int flag) const { return (flags & Int<W>(flag)) != Int<W>(0); }
+};
+
+// Where on its shape a hit lies: the traced cell with local coordinates, and the triangle of the cell.
+template <int W>
+struct HitPlace {
+    Int<W> anchor{0};  // traced vertex that both triangles of the cell share: (1, 0), or a mesh triangle's first
+    Int<W> triangle{0}; // number of the triangle on the shape
+    // Vertices of the record around the hit, and their weights.
+    Int<W> vertex[4] = {0, 0, 0, 0};
+    Float<W> weight[4] = {0.0f, 0.0f, 0.0f, 0.0f};
+
+    HitPlace(const SceneView& scene, const ShapeLanes<W>& s, Int<W> prim, Float<W> u, Float<W> v) {
+        using R = store::ShapeRecord;
+        const Mask<W> mesh = s.has(R::Mesh);
+        if (!all(mesh))
+            place_on_grid(s, u, v);
+        if (any(mesh))
+            place_on_mesh(scene, s, prim, u, v, mesh);
+    }
+
+  private:
+    void place_on_grid(const ShapeLanes<W>& s, Float<W> u, Float<W> v) {
+        using F = Float<W>;
+        using I = Int<W>;
+        const F zero(0.0f), one(1.0f);
+        const F x = clamp(u, zero, one) * F(s.mu), y = clamp(v, zero, one) * F(s.mv);
+        const I i = max(min(to_int(x), s.mu - I(1)), I(0)), j = max(min(to_int(y), s.mv - I(1)), I(0));
+        const F fx = x - F(i), fy = y - F(j);
+        const Mask<W> second = fx + fy > one;
+        anchor = j * (s.mu + I(1)) + i + I(1);
+        triangle = (j * s.mu + i) * I(2) + select(second, I(1), I(0));
+        F a = clamp(u, zero, one) * F(s.nu), b = clamp(v, zero, one) * F(s.nv); // on the shading lattice
+        const Mask<W> collapsed = s.has(store::ShapeRecord::Collapsed);
+        if (any(collapsed)) {
+            F ca, cb;
+            collapsed_parameters(s, i, j, fx, fy, second, ca, cb);
+            a = select(collapsed, ca, a);
+            b = select(collapsed, cb, b);
+        }
+        const I si = max(min(to_int(a), s.nu - I(1)), I(0)), sj = max(min(to_int(b), s.nv - I(1)), I(0));
+        const F p = clamp(a - F(si), zero, one), q = clamp(b - F(sj), zero, one);
+        const I row = s.nu + I(1);
+        vertex[0] = sj * row + si;
+        vertex[1] = vertex[0] + I(1);
+        vertex[2] = vertex[0] + row;
+        vertex[3] = vertex[2] + I(1);
+        weight[0] = (one - p) * (one - q);
+        weight[1] = p * (one - q);
+        weight[2] = (one - p) * q;
+        weight[3] = p * q;
+    }
+
+    // Boundary vertices that were moved onto a coarser edge carry that edge's parameters.
+    void collapsed_parameters(const ShapeLanes<W>& s, Int<W> i, Int<W> j, Float<W> fx, Float<W> fy, Mask<W> second,
+                              Float<W>& a, Float<W>& b) const {
+        using F = Float<W>;
+        using I = Int<W>;
+        const I nibble(15), one_i(1);
+        const I step_u = one_i << (s.steps & nibble), step_v = one_i << ((s.steps >> 4) & nibble);
+        const auto edge = [&](int e) { return one_i << ((s.steps >> (8 + 4 * e)) & nibble); };
+        const auto snap = [](I k, I step) { return (k + (step >> 1)) & (I(0) - step); };
+        const auto corner = [&](int di, int dj, F& x, F& y) {
+            const I vi = i + I(di), vj = j + I(dj);
+            I px = vi * step_u, py = vj * step_v;
+            const I sx0 = snap(px, edge(grid::VMin)), sx1 = snap(px, edge(grid::VMax));
+            const I sy0 = snap(py, edge(grid::UMin)), sy1 = snap(py, edge(grid::UMax));
+            const I mx = select(vj == I(0), sx0, select(vj == s.mv, sx1, px));
+            const I my = select(vi == I(0), sy0, select(vi == s.mu, sy1, py));
+            x = F(mx), y = F(my);
+        };
+        F x0, y0, x1, y1, x2, y2, x3, y3;
+        corner(0, 0, x0, y0);
+        corner(1, 0, x1, y1);
+        corner(0, 1, x2, y2);
+        corner(1, 1, x3, y3);
+        const F one(1.0f);
+        const F w0 = one - fx - fy, w3 = fx + fy - one;
+        a = select(second, w3 * x3 + (one - fx) * x2 + (one - fy) * x1, w0 * x0 + fx * x1 + fy * x2);
+        b = select(second, w3 * y3 + (one - fx) * y2 + (one - fy) * y1, w0 * y0 + fx * y1 + fy * y2);
+    }
+
+    void place_on_mesh(const SceneView& scene, const ShapeLanes<W>& s, Int<W> prim, Float<W> u, Float<W> v, Mask<W> mesh) {
+        using F = Float<W>;
+        using I = Int<W>;
+        const F zero(0.0f), one(1.0f);
+        const Mask<W> quads = mesh & s.has(store::ShapeRecord::Quads);
+        const I zero_i(0);
+        const I base = select(mesh, s.indices + prim * select(quads, I(4), I(3)), zero_i);
+        const I v0 = gather(scene.words, base), v1 = gather(scene.words, base + I(1));
+        const I v2 = gather(scene.words, base + I(2)), v3 = gather(scene.words, base + select(quads, I(3), I(2)));
+        const Mask<W> second = quads & (u + v > one);
+        // Quads split into (v0, v1, v3) and (v2, v3, v1); triangles are (v0, v1, v2).
+        const I p0 = select(second, v2, v0), p1 = select(second, v3, v1);
+        const I p2 = select(quads, select(second, v1, v3), v2);
+        const F b1 = select(second, one - u, u), b2 = select(second, one - v, v);
+        anchor = select(mesh, v1, anchor);
+        triangle = select(mesh, select(quads, prim + prim + select(second, I(1), zero_i), prim), triangle);
+        vertex[0] = select(mesh, p0, vertex[0]);
+        vertex[1] = select(mesh, p1, vertex[1]);
+        vertex[2] = select(mesh, p2, vertex[2]);
+        vertex[3] = select(mesh, p2, vertex[3]);
+        weight[0] = select(mesh, one - b1 - b2, weight[0]);
+        weight[1] = select(mesh, b1, weight[1]);
+        weight[2] = select(mesh, b2, weight[2]);
+        weight[3] = select(mesh, zero, weight[3]);
+    }
+};
+
+// Reads lobe inputs at a place. Constant words (stride 0) are floats already; varying ones are decoded at the vertices
+// around the hit, interpolated, and then uplifted: the order that keeps a texture's colours.
+template <int W>
+class InputFetch {
+  public:
+    InputFetch(const SceneView& scene, const bsdf::MaterialCode& code, const ShapeLanes<W>& shape, const HitPlace<W>& place,
+               const Float<W>* l)
+        : m_scene(scene), m_code(code), m_table(shape.slot_table), m_place(place), m_l(l) {}
+
+    Spectrum<W> color(const bsdf::MaterialCode::Place& input) const {
+        if (input.word < 0) {
+            // Schema defaults are greys: their spectra are constants.
+            return Spectrum<W>(Float<W>(input.fallback.x));
+        }
+        Int<W> base, stride;
+        entry(input.word, base, stride);
+        const Mask<W> constant = stride == Int<W>(0);
+        Float<W> c0, c1, c2, scale(1.0f);
+        if (any(constant)) {
+            const Int<W> at = kanuka::select(constant, base, Int<W>(0));
+            c0 = gather(m_scene.floats, at), c1 = gather(m_scene.floats + 1, at);
+            c2 = gather(m_scene.floats + 2, at), scale = gather(m_scene.floats + 3, at);
+        }
+        if (!all(constant)) {
+            Float<W> v0, v1, v2;
+            bsdf::uplift(m_scene.uplift, interpolate_rgb11(base, stride, constant), v0, v1, v2);
+            c0 = kanuka::select(constant, c0, v0), c1 = kanuka::select(constant, c1, v1), c2 = kanuka::select(constant, c2, v2);
+            scale = kanuka::select(constant, scale, Float<W>(1.0f));
+        }
+        return bsdf::sigmoid_spectrum(c0, c1, c2, m_l) * scale;
+    }
+
+    Float<W> number(const bsdf::MaterialCode::Place& input) const {
+        if (input.word < 0)
+            return Float<W>(input.fallback.x);
+        Int<W> base, stride;
+        entry(input.word, base, stride);
+        const Mask<W> constant = stride == Int<W>(0);
+        Float<W> r(0.0f);
+        if (any(constant))
+            r = gather(m_scene.floats + input.half, kanuka::select(constant, base, Int<W>(0)));
+        if (!all(constant)) {
+            Float<W> sum(0.0f);
+            for (int k = 0; k < 4; k++) {
+                const Int<W> at = kanuka::select(constant, Int<W>(0), base + m_place.vertex[k]);
+                const Int<W> word = gather(m_scene.words, at);
+                sum = fma(m_place.weight[k], half_to_float((word >> (16 * input.half)) & Int<W>(0xffff)), sum);
+            }
+            r = kanuka::select(constant, r, sum);
+        }
+        return r;
+    }
+
+    // A colour whose mean is meant (a roughness given as one); constants hold spectra, so those are averaged.
+    Float<W> mean_color(const bsdf::MaterialCode::Place& input) const { return mean(color(input)); }
+
+    // The shading normal, in the space of the shape; zero where the shape has none.
+    Vec3<Float<W>> normal(const ShapeLanes<W>& shape) const {
+        Int<W> base, stride;
+        entry(m_code.words, base, stride);
+        const Mask<W> constant = stride == Int<W>(0);
+        Vec3<Float<W>> n{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
+        if (any(constant)) {
+            const Int<W> at = kanuka::select(constant, base, Int<W>(0));
+            n = {gather(m_scene.floats, at), gather(m_scene.floats + 1, at), gather(m_scene.floats + 2, at)};
+        }
+        if (!all(constant)) {
+            Vec3<Float<W>> sum{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
+            for (int k = 0; k < 4; k++) {
+                const Int<W> at = kanuka::select(constant, Int<W>(0), base + m_place.vertex[k]);
+                sum += decode_oct(gather(m_scene.words, at)) * m_place.weight[k];
+            }
+            n = kanuka::select(constant, n, sum);
+        }
+        const Mask<W> has = shape.has(store::ShapeRecord::HasNormals);
+        const Vec3<Float<W>> zero{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
+        return kanuka::select(has, n, zero);
+    }
+
+  private:
+    void entry(int word, Int<W>& base, Int<W>& stride) const {
+        const Int<W> at = m_table + Int<W>(2 * word);
+        base = gather(m_scene.words, at);
+        stride = gather(m_scene.words, at + Int<W>(1));
+    }
+
+    Vec3<Float<W>> interpolate_rgb11(Int<W> base, Int<W> stride, Mask<W> constant) const {
+        Vec3<Float<W>> sum{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
+        (void)stride;
+        for (int k = 0; k < 4; k++) {
+            const Int<W> word = gather(m_scene.words, kanuka::select(constant, Int<W>(0), base + m_place.vertex[k]));
+            const Float<W> r = Float<W>(word & Int<W>(2047)) * Float<W>(1 / 2047.0f);
+            const Float<W> g = Float<W>((word >> 11) & Int<W>(2047)) * Float<W>(1 / 2047.0f);
+            const Float<W> b = Float<W>(word >> 22) * Float<W>(1 / 1023.0f);
+            sum += Vec3<Float<W>>(r * r, g * g, b * b) * m_place.weight[k];
+        }
+        return sum;
+    }
+
+    static Vec3<Float<W>> decode_oct(Int<W> w) {
+        const Float<W> s(1 / 32767.0f), zero(0.0f), one(1.0f);
+        Float<W> x = (Float<W>(w & Int<W>(0xffff)) - Float<W>(32767.0f)) * s;
+        Float<W> y = (Float<W>(w >> 16) - Float<W>(32767.0f)) * s;
+        const Float<W> z = one - abs(x) - abs(y);
+        const Mask<W> below = z < zero;
+        const Float<W> fx = copysign(one - abs(y), x), fy = copysign(one - abs(x), y);
+        x = kanuka::select(below, fx, x), y = kanuka::select(below, fy, y);
+        return normalize(Vec3<Float<W>>(x, y, z));
+    }
+
+    const SceneView& m_scene;
+    const bsdf::MaterialCode& m_code;
+    Int<W> m_table;
+    const HitPlace<W>& m_place;
+    const Float<W>* m_l;
+};
+
+} // namespace kanuka::transport

@@ -1,0 +1,54 @@
+// The order of the stages. Included once per lane count.
+#pragma once
+
+#include "transport/stage_film.h"
+#include "transport/stage_generate.h"
+#include "transport/stage_surface.h"
+
+namespace kanuka::transport {
+
+template <int W>
+class KernelOf final : public Kernel {
+  public:
+    KernelOf(const SceneView& scene, const RgbFromXyz& matrix) : m_scene(scene), m_matrix(matrix), m(std::make_unique<Memory>()) {
+        if (scene.instanced)
+            for (auto& a : m->hits.world_from_shape)
+                a.assign(BatchPadded, 0.0f);
+    }
+
+    void trace(const BatchRequest& request, BatchCounts& counts) override {
+        PathState *paths = &m->paths[0], *next = &m->paths[1];
+        const int pixels = generate<W>(m_scene, request, m->batch, *paths);
+        const uint32_t reversed = reverse_bits_scalar(request.progression);
+        int count = pixels;
+        for (int bounce = 0; count > 0 && bounce <= m_scene.max_depth; bounce++) {
+            counts.rays += uint64_t(count);
+            intersect<W>(m_scene, m->batch, *paths, count, bounce, m->hits, m->runs);
+            SurfaceStage<W> surface(m_scene, m->batch, *paths, m->hits, *next, m->shadows, bounce, reversed);
+            for (size_t program = 0; program < m_scene.materials.size(); program++) {
+                const int end = m->runs.first[program + 1];
+                for (int i = m->runs.first[program]; i < end; i += W)
+                    surface.run(m_scene.materials[program], m->runs.order.data() + i, std::min(W, end - i));
+            }
+            counts.rays += uint64_t(surface.shadow_count());
+            occlude<W>(m_scene, m->batch, m->shadows, surface.shadow_count());
+            count = surface.next_count();
+            std::swap(paths, next);
+        }
+        finish<W>(m_scene, m->batch, pixels, request, m_matrix, counts);
+    }
+
+  private:
+    struct Memory {
+        PathState paths[2];
+        BatchState batch;
+        HitState hits;
+        ShadowState shadows;
+        ProgramRuns runs;
+    };
+    const SceneView& m_scene;
+    RgbFromXyz m_matrix;
+    std::unique_ptr<Memory> m;
+};
+
+} // namespace kanuka::transport

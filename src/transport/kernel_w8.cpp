@@ -1,0 +1,9 @@
+#include "transport/kernel_impl.h"
+
+namespace kanuka::transport {
+
+std::unique_ptr<Kernel> make_kernel_w8(const SceneView& scene, const RgbFromXyz& matrix) {
+    return std::make_unique<KernelOf<8>>(scene, matrix);
+}
+
+} // namespace kanuka::transport

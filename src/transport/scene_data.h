@@ -1,0 +1,32 @@
+// Prepares what the kernels read: wavelength quantiles, light tables, material code, camera.
+#pragma once
+
+#include <span>
+
+#include "transport/scene_view.h"
+
+namespace kanuka::transport {
+
+struct LatLong { // an environment picture: rows from +z down, linear Rec.709, 3 floats a texel
+    int width = 0, height = 0;
+    std::vector<float> rgb;
+};
+
+struct SceneInputs {
+    const store::Store* store = nullptr;
+    const bvh::Scene* bvh = nullptr;
+    bvh::GroupDesc world;               // whose emitters are sampled; instanced ones are found by chance alone
+    bool instanced = false;
+    std::vector<scene::Light> lights;
+    LatLong map;                        // of the environment light that has a texture, if any
+    Transform render_from_world;
+    CameraView camera;
+    std::span<const float> filter_x, filter_y, filter_weight_x, filter_weight_y;
+    int max_depth = 8;
+    uint32_t seed = 0;
+};
+
+// `inputs` and what it points to must outlive the view.
+SceneView make_scene_view(const SceneInputs& inputs, Journal& journal);
+
+} // namespace kanuka::transport

@@ -1,0 +1,95 @@
+// What the kernels read: flat arrays and plain structs, prepared once by SceneData. Nothing here is written while tracing.
+#pragma once
+
+#include <vector>
+
+#include "bsdf/material.h"
+#include "bvh/bvh.h"
+#include "scene/scene.h"
+#include "store/store.h"
+
+namespace kanuka::transport {
+
+// Quantiles of the wavelength density: lambda(u) is linear between knots, so density and inverse are exact.
+struct WavelengthTable {
+    static constexpr int Segments = 256;
+    std::vector<float> quantile; // Segments + 1 values of l = (lambda - 360) / 470
+    float lookup_cmf[3][480];    // CIE 1931 observer at 1 nm, over cie_y_integral; padded
+    float lookup_d65[480];
+};
+
+struct AnalyticLight {
+    int kind;                // scene::Light::Kind
+    float c[4];              // uplifted amount: c0 c1 c2 scale
+    Vec3f position, axis;    // axis: the way light travels
+    float cos_outer, cos_inner, exponent; // spot
+    float cos_angle;         // distant: cosine of the angular radius; 1 = delta
+    float radius;            // point, spot: 0 = delta
+};
+
+struct EnvironmentMap {
+    int width = 0, height = 0;
+    std::vector<float> rgb;            // 3 a texel, rows from +z (theta = 0) down; bounded and finite
+    std::vector<float> marginal, conditional; // cumulative, height + 1 and height * (width + 1)
+    float total = 0;                   // sum of weights: luminance * sin(theta)
+    float environment_from_render[9];  // rows
+    bool visible_camera = true;
+};
+
+struct ConstantEnvironment {
+    bool present = false, visible_camera = false;
+    float c[4] = {0, 0, 0, 0};
+};
+
+struct CameraView {
+    bool perspective;
+    // Film plane at z = 1 in camera space: x = left + (right - left) * px / width, y downwards.
+    float left, right, top, bottom;
+    int width, height;
+    float render_from_camera[12];
+    float lens_radius = 0, focal_distance = 0;
+    float near_clip = 0;
+};
+
+struct SceneView {
+    const uint32_t* words;
+    const float* floats;
+    const int32_t* shapes; // ShapeRecord as words
+    const store::Emitter* emitters;
+    const bvh::Scene* bvh;
+    std::vector<bsdf::MaterialCode> materials; // by program
+    bool dispersive = false;
+    bool instanced = false;
+
+    bsdf::UpliftView uplift;
+    WavelengthTable wavelengths;
+    const float* filter_x;  // inverse cumulative tables of the pixel filter, offsets in pixels
+    const float* filter_y;
+    const float* filter_weight_x; // signs of negative lobes; may be null
+    const float* filter_weight_y;
+    int filter_size;
+
+    CameraView camera;
+    int max_depth = 8;
+    int roulette_depth = 4;
+    uint32_t seed = 0;
+
+    // Lights: the choices are all emitters together (if any), the environment map, the constant environment, and each
+    // analytic light.
+    std::vector<AnalyticLight> lights;
+    EnvironmentMap map;
+    ConstantEnvironment constant;
+    int choices = 0, emitter_choice = -1, map_choice = -1, constant_choice = -1, first_light_choice = 0;
+    std::vector<float> alias_probability; // over emitters, by power
+    std::vector<int32_t> alias_other;
+    std::vector<float> emitter_density;   // chance of the emitter over its area, choice included; 0 = not sampled
+    std::vector<int32_t> sampled_emitters;
+
+    struct Interior {
+        float c[4];
+        bool absorbs;
+    };
+    std::vector<Interior> interiors;
+};
+
+} // namespace kanuka::transport

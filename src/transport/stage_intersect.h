@@ -1,0 +1,116 @@
+// Intersect: the closest hit of every living path. What misses meets the environment; hits are put in the order of their
+// layering programs, so that all lanes of a surface call run the same lobes.
+#pragma once
+
+#include "transport/lights.h"
+#include "transport/path_state.h"
+
+namespace kanuka::transport {
+
+template <int W>
+void add_radiance(BatchState& batch, Int<W> path, const Spectrum<W>& contribution, Mask<W> m) {
+    for (uint32_t bits = m.bits(); bits; bits &= bits - 1) {
+        const int i = __builtin_ctz(bits);
+        for (int k = 0; k < Wavelengths; k++)
+            batch.radiance[k][path.v[i]] += contribution[k].v[i];
+    }
+}
+
+template <int W>
+Float<W> sum_of_ratios(const SceneView& scene, const PathState& paths, Int<W> slot) {
+    if (!scene.dispersive)
+        return Float<W>(float(Wavelengths));
+    return (gather(paths.ratio[0], slot) + gather(paths.ratio[1], slot)) +
+           (gather(paths.ratio[2], slot) + gather(paths.ratio[3], slot));
+}
+
+// Light from where nothing is: the hit side of the balance between light and direction sampling.
+template <int W>
+void add_environment(const SceneView& scene, BatchState& batch, const PathState& paths, Int<W> slot, Mask<W> m, int bounce) {
+    if (scene.map_choice < 0 && !scene.constant.present)
+        return;
+    using F = Float<W>;
+    const Int<W> path = gather(paths.path, slot);
+    F l[Wavelengths];
+    Spectrum<W> beta;
+    for (int k = 0; k < Wavelengths; k++) {
+        l[k] = gather(batch.l[k], path);
+        beta[k] = gather(paths.beta[k], slot);
+    }
+    const Vec3<F> d(gather(paths.d[0], slot), gather(paths.d[1], slot), gather(paths.d[2], slot));
+    const F mis = gather(paths.mis, slot), ratios = sum_of_ratios(scene, paths, slot);
+    const F chance(1.0f / float(std::max(scene.choices, 1)));
+    if (scene.constant.present && (bounce > 0 || scene.constant.visible_camera)) {
+        const F weight = F(1.0f) / fma(mis, F(1 / (4 * Pi)) * chance, ratios);
+        add_radiance(batch, path, beta * emission_spectrum(scene, scene.constant.c, l) * weight, m);
+    }
+    if (scene.map_choice >= 0 && (bounce > 0 || scene.map.visible_camera)) {
+        const MapPlace<W> p = map_place(scene.map, d);
+        const F weight = F(1.0f) / fma(mis, map_pdf(scene.map, p) * chance, ratios);
+        add_radiance(batch, path, beta * map_radiance(scene, p, l) * weight, m);
+    }
+}
+
+struct ProgramRuns {
+    std::vector<int> first; // of each program's run in `order`; one more at the end
+    std::vector<int32_t> order;
+    std::vector<int32_t> program; // by slot; -1 = missed
+};
+
+template <int W>
+void intersect(const SceneView& scene, BatchState& batch, const PathState& paths, int count, int bounce, HitState& hits,
+               ProgramRuns& runs) {
+    const int programs = int(scene.materials.size());
+    runs.first.assign(size_t(programs) + 1, 0);
+    runs.program.resize(BatchPadded);
+    runs.order.resize(BatchPadded);
+    bvh::HitPacket<W> hit;
+    for (int first = 0; first < count; first += W) {
+        const Int<W> slot = Int<W>::lane_index() + Int<W>(first);
+        bvh::RayPacket<W> rays;
+        for (int c = 0; c < 3; c++) {
+            rays.o[c] = Float<W>::load(paths.o[c] + first);
+            rays.d[c] = Float<W>::load(paths.d[c] + first);
+        }
+        rays.t_max = Float<W>(1e30f);
+        rays.active = slot < Int<W>(count);
+        rays.seed = select(rays.active, gather(batch.pixel_hash, select(rays.active, Int<W>::load(paths.path + first), Int<W>(0))),
+                           Int<W>(0)) ^ Int<W>(bounce * 0x3c6ef372);
+        scene.bvh->intersect(rays, hit);
+        hit.t.store(hits.t + first);
+        hit.u.store(hits.u + first);
+        hit.v.store(hits.v + first);
+        for (int c = 0; c < 3; c++)
+            hit.Ng[c].store(hits.ng[c] + first);
+        hit.shape.store(hits.shape + first);
+        hit.prim.store(hits.prim + first);
+        if (scene.instanced) {
+            hit.instanced.store(hits.instanced + first);
+            if (any(hit.instanced != Int<W>(0)))
+                for (int k = 0; k < 12; k++)
+                    std::memcpy(hits.world_from_shape[k].data() + first, hit.world_from_shape[k], sizeof(float) * W);
+        }
+        const Int<W> program = select(
+            hit.hit, gather(scene.shapes + offsetof(store::ShapeRecord, program) / 4, hit.shape * Int<W>(store::ShapeWords)), Int<W>(-1));
+        program.store(runs.program.data() + first);
+        const Mask<W> missed = rays.active & !hit.hit;
+        if (any(missed))
+            add_environment(scene, batch, paths, min(slot, Int<W>(count - 1)), missed, bounce);
+    }
+    // Counting sort by program; stable, so the order of slots is a function of the batch alone.
+    for (int i = 0; i < count; i++)
+        if (runs.program[size_t(i)] >= 0)
+            runs.first[size_t(runs.program[size_t(i)]) + 1]++;
+    for (int p = 0; p < programs; p++)
+        runs.first[size_t(p) + 1] += runs.first[size_t(p)];
+    std::vector<int>& next = runs.first;
+    // `next` is advanced past each run while filling, then shifted back by one program.
+    for (int i = 0; i < count; i++)
+        if (runs.program[size_t(i)] >= 0)
+            runs.order[size_t(next[size_t(runs.program[size_t(i)])]++)] = i;
+    for (int p = programs; p > 0; p--)
+        next[size_t(p)] = next[size_t(p) - 1];
+    next[0] = 0;
+}
+
+} // namespace kanuka::transport

@@ -1,0 +1,292 @@
+// Surface: at every hit, emission; a light sampled, its shadow ray queued; a direction sampled, the path continued.
+#pragma once
+
+#include "base/sampling.h"
+#include "transport/fetch.h"
+#include "transport/stage_intersect.h"
+
+namespace kanuka::transport {
+
+template <int W>
+class SurfaceStage {
+    using F = Float<W>;
+    using I = Int<W>;
+    using V = Vec3<F>;
+    using M = Mask<W>;
+    using S = Spectrum<W>;
+
+  public:
+    SurfaceStage(const SceneView& scene, BatchState& batch, const PathState& paths, const HitState& hits, PathState& next,
+                 ShadowState& shadows, int bounce, uint32_t reversed_progression)
+        : m_scene(scene), m_batch(batch), m_paths(paths), m_hits(hits), m_next(next), m_shadows(shadows), m_bounce(bounce),
+          m_reversed(reversed_progression) {}
+
+    int next_count() const { return m_next_count; }
+    int shadow_count() const { return m_shadow_count; }
+
+    // W hits of program `code`; lanes beyond `count` are idle.
+    void run(const bsdf::MaterialCode& code, const int32_t* order, int count) {
+        M active = I::lane_index() < I(count);
+        const I slot = select(active, I::load(order), I(order[0]));
+        Hit h(*this, code, slot);
+        shade_interior(h);
+        if (any(h.shape.emitter >= I(0)))
+            add_emission(h, active & (h.shape.emitter >= I(0)));
+        if (m_bounce == 0)
+            record_first_hit(h, active, code);
+        if (m_bounce >= m_scene.max_depth || code.leaves == 0)
+            return;
+        const V wo_world = -h.d;
+        const bsdf::Material<W> material(code, h.fetch, h.outside, h.cos_o, h.l);
+        if (m_bounce == 0)
+            record_albedo(h, active, material.albedo());
+        active &= !material.black();
+        const V wo = h.to_local(wo_world);
+        const Sampler<W> sampler{gather(m_batch.pixel_hash, h.path), m_reversed};
+        sample_lights(h, material, wo, sampler, active);
+        sample_direction(h, material, wo, sampler, active);
+    }
+
+  private:
+    struct Hit {
+        I slot, path;
+        F l[Wavelengths];
+        S beta;
+        V d, P, Ng, N;      // Ng and N: unit, on the side of the viewer; N may lean from Ng
+        V T, B;
+        M outside;          // the viewer is on the outside
+        F cos_o, t;
+        F raw_cos_outside;
+        ShapeLanes<W> shape;
+        HitPlace<W> place;
+        InputFetch<W> fetch;
+
+        Hit(SurfaceStage& stage, const bsdf::MaterialCode& code, I slot)
+            : slot(slot), path(gather(stage.m_paths.path, slot)), shape(stage.m_scene.shapes, gather(stage.m_hits.shape, slot)),
+              place(stage.m_scene, shape, gather(stage.m_hits.prim, slot), gather(stage.m_hits.u, slot), gather(stage.m_hits.v, slot)),
+              fetch(stage.m_scene, code, shape, place, l) {
+            const PathState& p = stage.m_paths;
+            for (int k = 0; k < Wavelengths; k++) {
+                l[k] = gather(stage.m_batch.l[k], path);
+                beta[k] = gather(p.beta[k], slot);
+            }
+            d = {gather(p.d[0], slot), gather(p.d[1], slot), gather(p.d[2], slot)};
+            const V o(gather(p.o[0], slot), gather(p.o[1], slot), gather(p.o[2], slot));
+            t = gather(stage.m_hits.t, slot);
+            Ng = {gather(stage.m_hits.ng[0], slot), gather(stage.m_hits.ng[1], slot), gather(stage.m_hits.ng[2], slot)};
+            V anchor = stage.traced_vertex(shape, place.anchor);
+            N = fetch.normal(shape);
+            if (stage.m_scene.instanced)
+                stage.leave_instance(slot, anchor, Ng, N);
+            // Cast the hit onto the plane of its triangle: the ray parameter loses digits far from the origin.
+            P = o + d * t;
+            const F n2 = max(dot(Ng, Ng), F(1e-37f));
+            P += Ng * (dot(anchor - P, Ng) / n2);
+            Ng = Ng * (F(1.0f) / sqrt(n2));
+            orient();
+            coordinate_frame(N, T, B);
+        }
+
+        // The outside is where the shading normals point; where there are none, where the winding says.
+        void orient() {
+            using R = store::ShapeRecord;
+            const M has_normal = shape.has(R::HasNormals);
+            const V winding = select(shape.has(R::Flips), -Ng, Ng);
+            V out = select(has_normal & (dot(Ng, N) < F(0.0f)), -Ng, select(has_normal, Ng, winding));
+            N = select(has_normal, N, out);
+            N = N * (F(1.0f) / sqrt(max(dot(N, N), F(1e-37f))));
+            const F c = -dot(d, out);
+            outside = c > F(0.0f);
+            raw_cos_outside = c;
+            Ng = select(outside, out, -out);
+            N = select(outside, N, -N);
+            // A shading normal that faces away from the viewer is bent back to the horizon.
+            const F facing = -dot(d, N);
+            const F low(0.01f);
+            const V bent = N + (-d) * (low - facing);
+            N = select(facing < low, bent * (F(1.0f) / sqrt(dot(bent, bent))), N);
+            cos_o = max(-dot(d, N), F(1e-4f));
+        }
+        V to_local(const V& w) const { return {dot(w, T), dot(w, B), dot(w, N)}; }
+        V to_world(const V& w) const { return T * w.x + B * w.y + N * w.z; }
+        // A start for rays on the side of w, clear of the surface by a few units in the last place of the position.
+        V offset(const V& w) const {
+            const F size = max(max(abs(P.x), abs(P.y)), abs(P.z));
+            const F e = fma(size, F(1.5e-6f), F(1e-12f));
+            return P + Ng * copysign(e, dot(w, Ng));
+        }
+    };
+
+    V traced_vertex(const ShapeLanes<W>& shape, I vertex) const {
+        const I at = shape.positions + vertex * I(3);
+        return {gather(m_scene.floats, at), gather(m_scene.floats + 1, at), gather(m_scene.floats + 2, at)};
+    }
+
+    void leave_instance(I slot, V& anchor, V& Ng, V& N) const {
+        const M inside = gather(m_hits.instanced, slot) != I(0);
+        if (!any(inside))
+            return;
+        F m[12];
+        for (int k = 0; k < 12; k++)
+            m[k] = gather(m_hits.world_from_shape[k].data(), slot);
+        const V row0(m[0], m[1], m[2]), row1(m[4], m[5], m[6]), row2(m[8], m[9], m[10]);
+        const V world(dot(row0, anchor) + m[3], dot(row1, anchor) + m[7], dot(row2, anchor) + m[11]);
+        // Normals go with the cofactors; those keep their direction under mirroring once multiplied by the sign of the
+        // determinant.
+        const V c0 = cross(row1, row2), c1 = cross(row2, row0), c2 = cross(row0, row1);
+        const F sign = copysign(F(1.0f), dot(row0, c0));
+        const auto turn = [&](const V& n) { return V(dot(c0, n), dot(c1, n), dot(c2, n)) * sign; };
+        anchor = select(inside, world, anchor);
+        Ng = select(inside, turn(Ng), Ng);
+        N = select(inside, turn(N), N);
+    }
+
+    // Absorption on the way here, if the path was inside something (Beer and Lambert).
+    void shade_interior(Hit& h) {
+        const I interior = gather(m_paths.interior, h.slot);
+        if (!any(interior >= I(0)))
+            return;
+        for (size_t k = 0; k < m_scene.interiors.size(); k++) {
+            const auto& medium = m_scene.interiors[k];
+            const M m = interior == I(int(k));
+            if (!medium.absorbs || !any(m))
+                continue;
+            const S sigma = bsdf::sigmoid_spectrum(F(medium.c[0]), F(medium.c[1]), F(medium.c[2]), h.l) * F(medium.c[3]);
+            for (int i = 0; i < Wavelengths; i++)
+                h.beta[i] = select(m, h.beta[i] * exp(-sigma[i] * h.t), h.beta[i]);
+        }
+    }
+
+    void add_emission(const Hit& h, M m) {
+        // Only the outside shines.
+        m &= h.outside;
+        if (!any(m))
+            return;
+        const I e = select(m, h.shape.emitter + h.place.triangle, I(0));
+        const float* data = reinterpret_cast<const float*>(m_scene.emitters);
+        const I at = e * I(int(sizeof(store::Emitter) / 4));
+        const S radiance = emission_spectrum(m_scene, gather(data + 9, at), gather(data + 10, at), gather(data + 11, at),
+                                             gather(data + 12, at), h.l);
+        const F density = gather(m_scene.emitter_density.data(), e) * h.t * h.t / max(h.raw_cos_outside, F(1e-6f));
+        const F weight = F(1.0f) / fma(gather(m_paths.mis, h.slot), density, sum_of_ratios(m_scene, m_paths, h.slot));
+        add_radiance(m_batch, h.path, h.beta * radiance * weight, m);
+    }
+
+    void sample_lights(const Hit& h, const bsdf::Material<W>& material, const V& wo, const Sampler<W>& sampler, M active) {
+        if (m_scene.choices == 0)
+            return;
+        F u_choice, u_part, u0, u1;
+        sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LightChoice), u_choice, u_part);
+        sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LightPosition), u0, u1);
+        const LightSample<W> light = sample_light(m_scene, h.P, u_choice, u_part, u0, u1, h.l, active);
+        const V wi = h.to_local(light.wi);
+        // Geometric and shading normal must agree on which side the light is.
+        const F side = dot(light.wi, h.Ng) * wi.z;
+        M m = active & light.valid & (side > F(0.0f));
+        if (!any(m))
+            return;
+        const bsdf::LobeValue<W> value = material.eval(wo, wi);
+        // Balance over both techniques and all wavelengths: sum_j r_j (p_light + p_j).
+        F denominator(0.0f);
+        for (int k = 0; k < Wavelengths; k++) {
+            const F ratio = m_scene.dispersive ? gather(m_paths.ratio[k], h.slot) : F(1.0f);
+            denominator += ratio * (light.pdf + select(light.delta, F(0.0f), value.pdf[k]));
+        }
+        const F weight = F(1.0f) / max(denominator, F(1e-30f));
+        const S contribution = h.beta * value.f * light.radiance * weight;
+        m &= bsdf::max_component(contribution) > F(0.0f);
+        const uint32_t bits = m.bits();
+        if (!bits)
+            return;
+        const V o = h.offset(light.wi);
+        const int at = m_shadow_count;
+        for (int c = 0; c < 3; c++) {
+            compress_store(m_shadows.o[c] + at, o[c], bits);
+            compress_store(m_shadows.d[c] + at, light.wi[c], bits);
+        }
+        for (int k = 0; k < Wavelengths; k++)
+            compress_store(m_shadows.contribution[k] + at, contribution[k], bits);
+        compress_store(m_shadows.t_max + at, light.distance, bits);
+        compress_store(reinterpret_cast<float*>(m_shadows.path) + at, bitcast_float(h.path), bits);
+        const I seed = gather(m_batch.pixel_hash, h.path) ^ I(m_bounce * 0x3c6ef372 + 0x1b873593);
+        m_shadow_count += compress_store(reinterpret_cast<float*>(m_shadows.seed) + at, bitcast_float(seed), bits);
+    }
+
+    void sample_direction(const Hit& h, const bsdf::Material<W>& material, const V& wo, const Sampler<W>& sampler, M active) {
+        F u_lobe, u_roulette, u0, u1;
+        sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LobeRoulette), u_lobe, u_roulette);
+        sampler.sample_2d(bounce_dimension(m_bounce, Dimension::Direction), u0, u1);
+        const bsdf::LobeSample<W> s = material.sample(wo, u_lobe, u0, u1);
+        const V wi = normalize(h.to_world(s.wi));
+        const F side = dot(wi, h.Ng) * s.wi.z;
+        M m = active & s.valid & (side > F(0.0f)) & (s.value.pdf[0] > F(0.0f));
+        const F inv_pdf = F(1.0f) / max(s.value.pdf[0], F(1e-30f));
+        S beta = h.beta * s.value.f * inv_pdf;
+        F ratios{float(Wavelengths)}, next_ratios{float(Wavelengths)};
+        S ratio(F(1.0f));
+        if (m_scene.dispersive) {
+            ratios = sum_of_ratios(m_scene, m_paths, h.slot);
+            next_ratios = F(0.0f);
+            for (int k = 0; k < Wavelengths; k++) {
+                ratio[k] = gather(m_paths.ratio[k], h.slot) * (s.value.pdf[k] * inv_pdf);
+                next_ratios += ratio[k];
+            }
+        }
+        const F mis = select(s.delta, F(0.0f), ratios * inv_pdf);
+        // Roulette on what the path can still bring, relative to its start.
+        if (m_bounce >= m_scene.roulette_depth) {
+            const F keep = min(bsdf::max_component(beta) * F(float(Wavelengths)) / next_ratios, F(0.95f));
+            m &= u_roulette < keep;
+            beta = beta * (F(1.0f) / max(keep, F(1e-6f)));
+        }
+        m &= bsdf::max_component(beta) > F(0.0f);
+        const uint32_t bits = m.bits();
+        if (!bits)
+            return;
+        const V o = h.offset(wi);
+        const M through = s.wi.z < F(0.0f);
+        const I interior =
+            select(through, select(h.outside, h.shape.interior, I(-1)), gather(m_paths.interior, h.slot));
+        const int at = m_next_count;
+        for (int c = 0; c < 3; c++) {
+            compress_store(m_next.o[c] + at, o[c], bits);
+            compress_store(m_next.d[c] + at, wi[c], bits);
+        }
+        for (int k = 0; k < Wavelengths; k++) {
+            compress_store(m_next.beta[k] + at, beta[k], bits);
+            if (m_scene.dispersive)
+                compress_store(m_next.ratio[k] + at, ratio[k], bits);
+        }
+        compress_store(m_next.mis + at, mis, bits);
+        compress_store(reinterpret_cast<float*>(m_next.path) + at, bitcast_float(h.path), bits);
+        m_next_count += compress_store(reinterpret_cast<float*>(m_next.interior) + at, bitcast_float(interior), bits);
+    }
+
+    void record_first_hit(const Hit& h, M m, const bsdf::MaterialCode&) {
+        const V n = select(h.outside, h.N, -h.N);
+        const I id = gather(m_scene.shapes + offsetof(store::ShapeRecord, object_id) / 4, gather(m_hits.shape, h.slot) * I(store::ShapeWords));
+        for (int c = 0; c < 3; c++) {
+            scatter(m_batch.normal[c], h.path, n[c], m);
+            scatter(m_batch.position[c], h.path, h.P[c], m);
+        }
+        scatter(m_batch.depth, h.path, h.t, m);
+        scatter(m_batch.alpha, h.path, F(1.0f), m);
+        scatter(reinterpret_cast<float*>(m_batch.id), h.path, bitcast_float(id), m);
+    }
+    void record_albedo(const Hit& h, M m, const S& albedo) {
+        for (int k = 0; k < Wavelengths; k++)
+            scatter(m_batch.albedo[k], h.path, albedo[k], m);
+    }
+
+    const SceneView& m_scene;
+    BatchState& m_batch;
+    const PathState& m_paths;
+    const HitState& m_hits;
+    PathState& m_next;
+    ShadowState& m_shadows;
+    int m_bounce;
+    uint32_t m_reversed;
+    int m_next_count = 0, m_shadow_count = 0;
+};
+
+} // namespace kanuka::transport
