@@ -13,9 +13,9 @@ class carved(
     // 0 in the grooves, 1 on the cushions. Depends on the direction from the centre alone, which carving leaves as it is.
     float cushions(vector D)
     {
-        float z = clamp(D[2], -0.985, 0.985);
+        float z = clamp(zcomp(D), -0.985, 0.985);
         float mercator = 0.5 * log((1 + z) / (1 - z));
-        float around = atan(D[1], D[0]);
+        float around = atan(ycomp(D), xcomp(D));
         float a = abs(sin(0.5 * count * (around + mercator)));
         float b = abs(sin(0.5 * count * (around - mercator)));
         return sqrt(a * b);
@@ -31,8 +31,8 @@ class carved(
     {
         point Q = transform("object", P);
         vector D = normalize(vector(Q));
-        float polar = sqrt(max(0, 1 - D[2] * D[2]));
-        float rough = noise(grainScale * Q) + 0.5 * noise(2.1 * grainScale * Q) - 0.75;
+        float polar = sqrt(max(0, 1 - zcomp(D) * zcomp(D)));
+        float rough = float noise(grainScale * Q) + 0.5 * float noise(2.1 * grainScale * Q) - 0.75;
         float height = depth * smoothstep(0.05, 0.5, polar) * (cushions(D) - 1) + grain * rough;
         P += normalize(N) * height;
         N = normalize(calculatenormal(P));
@@ -44,10 +44,10 @@ class carved(
         vector D = normalize(vector(Q));
         float high = cushions(D);
         // Sediment: layers across z, bent by noise.
-        float bend = 0.35 * noise(2.3 * Q);
-        float layers = noise(14 * (Q[2] + bend)) * 0.7 + 0.3 * noise(9 * Q);
+        float bend = 0.35 * float noise(2.3 * Q);
+        float layers = float noise(14 * (zcomp(Q) + bend)) * 0.7 + 0.3 * float noise(9 * Q);
         color body = mix(stone, veins, smoothstep(0.45, 0.75, layers));
-        body *= 0.85 + 0.3 * noise(31 * Q);
+        body *= 0.85 + 0.3 * float noise(31 * Q);
         color all = mix(dust, body, smoothstep(0.1, 0.45, high));
         SetLobe(boundary, "stone", 1.0, LambertBrdf("diffuseReflectance", all));
     }

@@ -18,7 +18,7 @@ class conductor(
         float worn = roughness;
         if (unevenness > 0) {
             point Q = transform("shader", P) * scale;
-            worn = clamp(roughness * (1 + unevenness * (2 * noise(Q) - 1) + 0.5 * unevenness * (2 * noise(3.1 * Q) - 1)),
+            worn = clamp(roughness * (1 + unevenness * (2 * float noise(Q) - 1) + 0.5 * unevenness * (2 * float noise(3.1 * Q) - 1)),
                          0, 1);
         }
         MicrofacetConductorBrdf metal = MicrofacetConductorBrdf(

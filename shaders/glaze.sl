@@ -39,16 +39,16 @@ class glaze(
     public void mnk_prelighting(output MnkMaterialBoundary boundary)
     {
         point Q = transform("object", P);
-        float ragged = 0.02 * (noise(9 * Q) - 0.5) + 0.008 * (noise(31 * Q) - 0.5);
+        float ragged = 0.02 * (float noise(9 * Q) - 0.5) + 0.008 * (float noise(31 * Q) - 0.5);
         float glazed = smoothstep(foot, foot + 0.006, v + ragged);
-        float runs = noise(point(5 * Q[0], 1.2 * Q[1], 5 * Q[2]));
+        float runs = float noise(point(5 * xcomp(Q), 1.2 * ycomp(Q), 5 * zcomp(Q)));
         float thickness = clamp(0.75 - 0.7 * fluted() + 0.45 * (1 - smoothstep(foot, 0.55, v)) + 0.6 * (runs - 0.5)
                                 + 0.35 * smoothstep(0.55, 0.9, v), 0, 1);
-        float cracks = 1 - smoothstep(0.0, 0.035, abs(noise(17 * Q) - 0.5));
+        float cracks = 1 - smoothstep(0.0, 0.035, abs(float noise(17 * Q) - 0.5));
         color body = mix(thin, thick, thickness) * (1 - crackle * 0.5 * cracks);
         float shine = roughness + (1 - glazed) * 0.6;
         SetLobe(boundary, "gloss", 1.0, MicrofacetDielectricBrdf("ior", 1.5, "roughness", shine));
-        SetLobe(boundary, "body", 1.0, LambertBrdf("diffuseReflectance", mix(clay * (0.8 + 0.4 * noise(40 * Q)), body, glazed)));
+        SetLobe(boundary, "body", 1.0, LambertBrdf("diffuseReflectance", mix(clay * (0.8 + 0.4 * float noise(40 * Q)), body, glazed)));
         SetLayer(boundary, "glazed", mix(0.2, 1, glazed));
     }
 }

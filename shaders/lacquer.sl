@@ -28,7 +28,7 @@ class lacquer(
     {
         if (orangePeel > 0) {
             normal Nn = normalize(N);
-            float wave = noise(transform("shader", P) * peelScale) - 0.5;
+            float wave = float noise(transform("shader", P) * peelScale) - 0.5;
             N = normalize(calculatenormal(P + Nn * (orangePeel / peelScale * wave)));
         }
     }

@@ -14,7 +14,7 @@ class rock(
         float sum = 0, amplitude = 0.5, i;
         point R = Q;
         for (i = 0; i < octaves; i += 1) {
-            sum += amplitude * (1 - abs(2 * noise(R) - 1));
+            sum += amplitude * (1 - abs(2 * float noise(R) - 1));
             R = 2.07 * R + vector(13.7, 5.1, 9.3);
             amplitude *= 0.42 + 0.3 * grain;
         }
@@ -31,8 +31,8 @@ class rock(
     public void mnk_prelighting(output MnkMaterialBoundary boundary)
     {
         point Q = transform("shader", P) * scale;
-        float patches = smoothstep(0.3, 0.7, noise(0.8 * Q) * 0.6 + noise(2.9 * Q) * 0.4);
-        float specks = smoothstep(0.62, 0.75, noise(24 * Q));
+        float patches = smoothstep(0.3, 0.7, float noise(0.8 * Q) * 0.6 + float noise(2.9 * Q) * 0.4);
+        float specks = smoothstep(0.62, 0.75, float noise(24 * Q));
         color stone = mix(dark, pale, patches) * (1 - 0.35 * specks);
         SetLobe(boundary, "stone", 1.0, LambertBrdf("diffuseReflectance", stone));
     }

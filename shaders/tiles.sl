@@ -33,11 +33,11 @@ class tiles(
     public void mnk_displacement(output point P; output normal N)
     {
         point Q = transform("shader", P) / size;
-        float x = Q[0], y = Q[1];
+        float x = xcomp(Q), y = ycomp(Q);
         normal Nn = normalize(N);
         float corner = floor(x) + 57 * floor(y);
-        float lean = tilt * size * ((cellnoise(corner) - 0.5) * (mod(x, 1) - 0.5)
-                                    + (cellnoise(corner + 0.5) - 0.5) * (mod(y, 1) - 0.5));
+        float lean = tilt * size * ((float cellnoise(corner, 0) - 0.5) * (mod(x, 1) - 0.5)
+                                    + (float cellnoise(corner, 1) - 0.5) * (mod(y, 1) - 0.5));
         float height = depth * (slab(x, y, 0.5 * joint / size) - 1) + lean;
         N = normalize(calculatenormal(P + Nn * height));
     }
@@ -45,17 +45,17 @@ class tiles(
     public void mnk_prelighting(output MnkMaterialBoundary boundary)
     {
         point Q = transform("shader", P) / size;
-        float x = Q[0], y = Q[1];
+        float x = xcomp(Q), y = ycomp(Q);
         float on = slab(x, y, 0.25 * joint / size);
         float corner = floor(x) + 57 * floor(y);
         color stone = tint;
         if (texturename != "") {
-            float ss = picture * x + cellnoise(corner + 0.25);
-            float tt = picture * y + cellnoise(corner + 0.75);
+            float ss = picture * x + float cellnoise(corner, 2);
+            float tt = picture * y + float cellnoise(corner, 3);
             stone *= color texture(texturename, ss, tt);
         }
-        stone *= 0.9 + 0.2 * cellnoise(corner + 0.125);
-        float dull = wear * smoothstep(0.35, 0.75, noise(1.7 * Q) * 0.6 + noise(6.3 * Q) * 0.4);
+        stone *= 0.9 + 0.2 * float cellnoise(corner, 4);
+        float dull = wear * smoothstep(0.35, 0.75, float noise(1.7 * Q) * 0.6 + float noise(6.3 * Q) * 0.4);
         SetLobe(boundary, "polish", 1.0,
                 MicrofacetDielectricBrdf("ior", ior, "roughness", clamp(roughness * (1 + dull) + 0.5 * (1 - on), 0, 1)));
         SetLobe(boundary, "stone", 1.0, LambertBrdf("diffuseReflectance", mix(jointColor, stone, on)));
