@@ -255,9 +255,10 @@ void bind_picture(nb::module_& m) {
         .def_ro("journal", &Picture::journal)
         .def_ro("cancelled", &Picture::cancelled,
                 "True where rendering stopped early; the pixels are what was there.")
-        .def("write", &write, nb::arg("path"), nb::kw_only(), nb::arg("gamma") = nb::none(),
-             "Writes .exr (all layers, linear) or .png (sRGB, 8 bits). The file appears complete or not at "
-             "all.")
+        .def("write", &write, nb::arg("path"), nb::kw_only(), nb::arg("gain") = nb::none(),
+             nb::arg("gamma") = nb::none(),
+             "Writes .exr (all layers, linear) or .png (sRGB, 8 bits; `gain` and `gamma` default to the\n"
+             "scene's Exposure). The file appears complete or not at all.")
         .def("__repr__", [](const Picture& p) {
             return "<kanuka.Picture " + std::to_string(p.picture.width) + " x " +
                    std::to_string(p.picture.height) + ">";
