@@ -1,7 +1,8 @@
-"""What all Python tests share."""
+"""What all Python tests share: the command, small scenes."""
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +12,28 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 COMMAND = Path(sys.executable).parent / "kanuka"
 
+HEADER = """\
+Format 48 32 1
+Display "ball.exr" "file" "rgba"
+PixelSamples 2 2
+Projection "perspective" "fov" [40]
+Translate 0 0 5
+"""
+WORLD = """\
+WorldBegin
+LightSource "distantlight" 1 "intensity" [2] "from" [1 1 -1] "to" [0 0 0]
+Color [0.8 0.3 0.1]
+Surface "matte"
+Sphere 1 -1 1 360
+WorldEnd
+"""
+
+
+@pytest.fixture(scope="session", autouse=True)
+def shader_cache(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Tests neither read nor fill the user's shader cache."""
+    os.environ["KANUKA_SHADER_CACHE"] = str(tmp_path_factory.mktemp("shader_cache"))
+
 
 @pytest.fixture
 def root() -> Path:
@@ -18,12 +41,20 @@ def root() -> Path:
 
 
 @pytest.fixture
-def kanuka(tmp_path: Path):
-    """Runs the command in an empty folder: kanuka("render", scene, …) -> CompletedProcess."""
+def ball(tmp_path: Path) -> Path:
+    """A lit ball, 48 by 32 pixels: the smallest scene that shows something."""
+    path = tmp_path / "ball.rib"
+    path.write_text(HEADER + WORLD)
+    return path
 
-    def run(*arguments: object, **kwargs) -> subprocess.CompletedProcess[str]:
-        kwargs.setdefault("cwd", tmp_path)
-        kwargs.setdefault("timeout", 120)
-        return subprocess.run([COMMAND, *map(str, arguments)], capture_output=True, text=True, **kwargs)
+
+@pytest.fixture
+def kanuka_command(tmp_path: Path):
+    """Runs the command in an empty folder: kanuka_command("render", scene, …) -> CompletedProcess."""
+
+    def run(*arguments: object, **keywords) -> subprocess.CompletedProcess[str]:
+        keywords.setdefault("cwd", tmp_path)
+        keywords.setdefault("timeout", 300)
+        return subprocess.run([COMMAND, *map(str, arguments)], capture_output=True, text=True, **keywords)
 
     return run

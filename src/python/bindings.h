@@ -57,7 +57,7 @@ struct Picture {
     std::shared_ptr<Stats> stats; // null where it was read from a file
     std::shared_ptr<Journal> journal;
     bool cancelled = false;
-    float exposure_gamma = 1;
+    float exposure_gain = 1, exposure_gamma = 1; // of the scene; for the PNG
 };
 
 void bind_journal(nb::module_& m);

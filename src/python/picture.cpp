@@ -109,16 +109,16 @@ void init_picture(Picture* self, const nb::dict& arrays) {
         throw nb::value_error("a picture needs a layer");
 }
 
-void write(Picture& p, const std::filesystem::path& path, std::optional<float> gamma) {
+void write(Picture& p, const std::filesystem::path& path, std::optional<float> gain,
+           std::optional<float> gamma) {
     const std::string suffix = path.extension().string(), file = path.string();
-    const float png_gamma = gamma.value_or(p.exposure_gamma);
     double unused = 0;
     nb::gil_scoped_release free;
     ScopedTimer timer(p.stats ? p.stats->time.film_s : unused);
     if (suffix == ".exr")
         film::write_exr(file, p.picture);
     else if (suffix == ".png")
-        film::write_png(file, p.picture, 1, png_gamma);
+        film::write_png(file, p.picture, gain.value_or(p.exposure_gain), gamma.value_or(p.exposure_gamma));
     else
         throw Error(file + ": pictures are written as .exr or .png", ExitCode::Usage);
 }
@@ -255,9 +255,10 @@ void bind_picture(nb::module_& m) {
         .def_ro("journal", &Picture::journal)
         .def_ro("cancelled", &Picture::cancelled,
                 "True where rendering stopped early; the pixels are what was there.")
-        .def("write", &write, nb::arg("path"), nb::kw_only(), nb::arg("gamma") = nb::none(),
-             "Writes .exr (all layers, linear) or .png (sRGB, 8 bits). The file appears complete or not at "
-             "all.")
+        .def("write", &write, nb::arg("path"), nb::kw_only(), nb::arg("gain") = nb::none(),
+             nb::arg("gamma") = nb::none(),
+             "Writes .exr (all layers, linear) or .png (sRGB, 8 bits; `gain` and `gamma` default to the\n"
+             "scene's Exposure). The file appears complete or not at all.")
         .def("__repr__", [](const Picture& p) {
             return "<kanuka.Picture " + std::to_string(p.picture.width) + " x " +
                    std::to_string(p.picture.height) + ">";

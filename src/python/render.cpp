@@ -131,7 +131,8 @@ Picture render(std::shared_ptr<Scene> scene, const render::Overrides& given, nb:
     Picture picture;
     picture.journal = journal;
     picture.stats = std::make_shared<Stats>();
-    picture.stats->time.ingest_s = scene->ingest_s;
+    picture.stats->time.ingest_s = picture.stats->time.total_s = scene->ingest_s;
+    picture.exposure_gain = s.options.exposure_gain;
     picture.exposure_gamma = s.options.exposure_gamma;
 
     Supervisor supervisor(callback);

@@ -149,12 +149,12 @@ scene::Value primvar(const std::string& key, nb::handle value, std::span<const D
         return result;
     }
     const size_t one = size_t(scene::components(result.type));
-    if (columns == 0 || columns % one != 0)
+    result.array_size = declared.array_size.value_or(int(std::max<size_t>(1, columns / one)));
+    if (columns != one * size_t(result.array_size))
         throw nb::value_error((key + ": shape " + shape_text(array.shape) + " does not hold values of type " +
-                               std::string(scene::name(result.type)))
+                               std::string(scene::name(result.type)) +
+                               (result.array_size > 1 ? "[" + std::to_string(result.array_size) + "]" : ""))
                                   .c_str());
-    result.array_size = declared.array_size.value_or(int(columns / one));
-
     std::string expected;
     for (const DetailCount& c : counts) {
         if (rows == c.count && declared.detail.value_or(c.detail) == c.detail) {
