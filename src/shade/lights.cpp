@@ -51,10 +51,14 @@ std::string joined(std::span<const std::string_view> names) {
     return all;
 }
 
+bool contains(std::span<const std::string_view> names, std::string_view name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+}
+
 void check_parameters(const scene::ShaderRef& ref, std::span<const std::string_view> known,
-                      Journal& journal) {
+                      std::span<const std::string_view> silent, Journal& journal) {
     for (const scene::Value& v : ref.parameters.values)
-        if (std::find(known.begin(), known.end(), v.name) == known.end())
+        if (!contains(known, v.name) && !contains(silent, v.name))
             journal.warning(v.where.line > 0 ? v.where : ref.where, "light shader \"" + ref.name +
                                                                         "\" has no parameter \"" + v.name +
                                                                         "\"; it has " + joined(known));
