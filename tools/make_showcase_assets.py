@@ -281,7 +281,7 @@ def balustrade(path, count=44, spacing=0.36):
 
 
 def gem(path, sides=8):
-    """A brilliant of two tiers, lying on one facet of its pavilion: y = 0 is the ground."""
+    """A brilliant of two tiers, its tip in the origin, its table up; the girdle has radius 1."""
     girdle, table, crown, pavilion, edge = 1.0, 0.56, 0.36, 0.86, 0.04
     middle_height = 0.55 * crown
     t = (crown - middle_height) / (crown - edge)  # where the kites' fold lies, so that they are flat
@@ -303,18 +303,7 @@ def gem(path, sides=8):
         p = points[face]
         n = np.cross(p[1] - p[0], p[2] - p[0])
         turned.append(face if n @ (p.mean(0) - inside) > 0 else face[::-1])
-    # Lie down: the pavilion facet towards +x becomes the ground.
-    facet = points[[h + sides - 1, h, tip]]
-    n = np.cross(facet[1] - facet[0], facet[2] - facet[0])
-    n = n / np.linalg.norm(n) * np.sign(n @ (facet.mean(0) - inside))
-    axis = np.cross(n, [0, -1, 0])
-    s, cth = np.linalg.norm(axis), n @ [0, -1, 0]
-    axis = axis / s
-    skew = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
-    turn = np.eye(3) + s * skew + (1 - cth) * skew @ skew
-    points = points @ turn.T
-    points[:, 1] -= points[:, 1].min()
-    points[:, [0, 2]] -= points[:, [0, 2]].mean(0)
+    points[:, 1] += pavilion
     with open(path, "w") as f:
         f.write("# A cut stone; tools/make_showcase_assets.py\n")
         f.write("PointsPolygons [" + numbers([len(t) for t in turned]) + "]\n  [")
