@@ -27,7 +27,7 @@ struct Attributes {
     bool matte = false;
     std::optional<ShaderRef> surface;  // none = the default surface: matte
     std::optional<ShaderRef> displacement;
-    std::optional<ShaderRef> interior;
+    std::optional<ShaderRef> interior, exterior, atmosphere;
     std::optional<ShaderRef> area_light; // AreaLightSource: the primitive emits
     float displacement_bound = 0;
     std::string displacement_bound_space = "object";
@@ -169,6 +169,8 @@ struct Options {
     uint32_t seed = 0;
     std::vector<std::string> shader_path, texture_path, archive_path; // "&" expanded on ingest
     std::vector<Display> displays;
+    std::optional<ShaderRef> imager;
+    float shutter_open = 0, shutter_close = 0; // equal = no motion blur
     ValueList user;                        // every other Option call, as "category:name"
 };
 

@@ -1,8 +1,8 @@
 // Reads RIB (ASCII, gzip, archives) into the scene model.
 #pragma once
 
-#include <string>
 #include "scene/scene.h"
+#include <string>
 
 namespace kanuka::ingest {
 
@@ -11,9 +11,10 @@ struct RibOptions {
     int frame = 0;                         // which FrameBegin block; 0 = the first
 };
 
-// Throws Error where the file cannot be read at all; everything else is reported with file, line, column and mend, and
-// reading goes on at the next request. "-" reads standard input.
+// Throws Error where the file cannot be read at all; everything else is reported with file, line, column and
+// mend, and reading goes on at the next request. "-" reads standard input.
 scene::Scene read_rib(const std::string& path, const RibOptions& options, Journal& journal);
-scene::Scene parse_rib(const std::string& text, const std::string& name, const RibOptions& options, Journal& journal);
+scene::Scene parse_rib(const std::string& text, const std::string& name, const RibOptions& options,
+                       Journal& journal);
 
 } // namespace kanuka::ingest

@@ -1,0 +1,177 @@
+// Patch and PatchMesh: bilinear or bicubic in any basis, wrapping round in either direction, rational with "Pw".
+#include "geom/kinds.h"
+#include "geom/lattice_surface.h"
+
+namespace kanuka::geom {
+namespace {
+
+class PatchSurface : public Surface {
+  public:
+    PatchSurface(const scene::Primitive& primitive, const scene::PatchMesh& mesh, const Transform& m)
+        : Surface(primitive, m), m_mesh(mesh), m_points(control_points(primitive, m)) {
+        m_order = mesh.cubic ? 4 : 2;
+        m_step_u = mesh.cubic ? std::max(1, mesh.u_basis.step) : 1;
+        m_step_v = mesh.cubic ? std::max(1, mesh.v_basis.step) : 1;
+        m_nu = mesh.u_periodic ? mesh.nu / m_step_u : (mesh.nu - m_order) / m_step_u + 1;
+        m_nv = mesh.v_periodic ? mesh.nv / m_step_v : (mesh.nv - m_order) / m_step_v + 1;
+        m_corners_u = mesh.u_periodic ? m_nu : m_nu + 1;
+        m_corners_v = mesh.v_periodic ? m_nv : m_nv + 1;
+        m_bulges = mesh.cubic;
+    }
+
+    bool prepare(const scene::Primitive& primitive, Journal& journal) {
+        const scene::PatchMesh& mesh = m_mesh;
+        if (mesh.nu < (mesh.u_periodic ? 1 : m_order) || mesh.nv < (mesh.v_periodic ? 1 : m_order) || m_nu < 1 ||
+            m_nv < 1) {
+            journal.error(primitive.where, "a patch mesh of " + std::to_string(mesh.nu) + " x " +
+                                               std::to_string(mesh.nv) + " control points is too small for its type");
+            return false;
+        }
+        const size_t need = size_t(mesh.nu) * mesh.nv;
+        if (const scene::Value* z = primitive.primvars.find("Pz"); m_points.size() == 0 && z)
+            height_field(*z);
+        if (m_points.size() < need) {
+            journal.error(primitive.where, "a patch mesh of " + std::to_string(mesh.nu) + " x " +
+                                               std::to_string(mesh.nv) + " needs " + std::to_string(need) +
+                                               " control points, found " + std::to_string(m_points.size()));
+            return false;
+        }
+        for (size_t i = 0; i < need; i++)
+            if (!m_points.finite(i)) {
+                Dropped{1, 0, 0}.report(1, "patch meshes", primitive.where, journal);
+                return false;
+            }
+        ItemCounts counts;
+        counts.uniform = size_t(m_nu) * m_nv;
+        counts.varying = counts.facevarying = size_t(m_corners_u) * m_corners_v;
+        counts.vertex = need;
+        m_primvars = collect_primvars(primitive, m_render_from_object, counts, journal);
+        build_lattice(*this, m_topology, {m_nu, m_nv, mesh.u_periodic, mesh.v_periodic, {}});
+        return true;
+    }
+
+    void positions(int face, Line u, Line v, float* out, int stride) const override {
+        Weights wu(m_order, u.count), wv(m_order, v.count);
+        weights(u, m_mesh.u_basis, wu);
+        weights(v, m_mesh.v_basis, wv);
+        float control[3][16];
+        float homogeneous[16];
+        gather_points(face, control, homogeneous);
+        for (int c = 0; c < 3; c++)
+            tensor_values(control[c], wu, wv, out + size_t(c) * stride, u.count);
+        if (m_points.weights.empty())
+            return;
+        std::vector<float> w(size_t(u.count) * v.count);
+        tensor_values(homogeneous, wu, wv, w.data(), u.count);
+        for (int c = 0; c < 3; c++)
+            for (size_t i = 0; i < w.size(); i++)
+                out[size_t(c) * stride + i] /= w[i];
+    }
+
+    FaceRange range(int face) const override {
+        const int i = face % m_nu, j = face / m_nu;
+        return {float(i) / m_nu, float(i + 1) / m_nu, float(j) / m_nv, float(j + 1) / m_nv};
+    }
+
+  protected:
+    void shape(int face, Line u, Line v, Lattice out) const override {
+        Weights wu(m_order, u.count), wv(m_order, v.count);
+        weights(u, m_mesh.u_basis, wu);
+        weights(v, m_mesh.v_basis, wv);
+        grid::Grid& g = out.grid;
+        float control[3][16];
+        float homogeneous[16];
+        gather_points(face, control, homogeneous);
+        for (int c = 0; c < 3; c++) {
+            const size_t at = size_t(c) * g.stride + out.base;
+            tensor_slopes(control[c], wu, wv, &g.P[at], &g.dPdu[at], &g.dPdv[at], out.pitch);
+        }
+        if (!m_points.weights.empty())
+            project_rational(homogeneous, wu, wv, out);
+        Weights lu(2, u.count), lv(2, v.count);
+        linear_weights(u, lu);
+        linear_weights(v, lv);
+        for (const Primvar& p : m_primvars.list)
+            for (int c = 0; c < p.components; c++) {
+                float* to = p.destination(g, c) + out.base;
+                float q[16];
+                if (p.detail == scene::Detail::Uniform) {
+                    std::fill_n(q, 4, p(face, c));
+                    tensor_values(q, lu, lv, to, out.pitch);
+                } else if (p.detail == scene::Detail::Vertex) {
+                    for (int k = 0; k < m_order * m_order; k++)
+                        q[k] = p(vertex(face, k), c);
+                    tensor_values(q, wu, wv, to, out.pitch);
+                } else {
+                    for (int k = 0; k < 4; k++)
+                        q[k] = p(corner(face, k), c);
+                    tensor_values(q, lu, lv, to, out.pitch);
+                }
+            }
+    }
+
+  private:
+    void height_field(const scene::Value& z) {
+        // RISpec: a height field over the unit square of parameter space.
+        const int nu = m_mesh.nu, nv = m_mesh.nv;
+        if (z.floats.size() < size_t(nu) * nv)
+            return;
+        m_points.xyz.resize(size_t(nu) * nv * 3);
+        for (int j = 0; j < nv; j++)
+            for (int i = 0; i < nu; i++) {
+                const int at = j * nu + i;
+                const Vec3f p = m_render_from_object.point({nu > 1 ? float(i) / (nu - 1) : 0.0f,
+                                                            nv > 1 ? float(j) / (nv - 1) : 0.0f, z.floats[at]});
+                for (int c = 0; c < 3; c++)
+                    m_points.xyz[3 * at + c] = p[c];
+            }
+    }
+
+    void weights(Line t, const scene::Basis& basis, Weights& w) const {
+        if (m_mesh.cubic)
+            cubic_weights(t, basis.m, w);
+        else
+            linear_weights(t, w);
+    }
+
+    // k-th control point of a face, u fastest.
+    size_t vertex(int face, int k) const {
+        const int i = ((face % m_nu) * m_step_u + k % m_order) % m_mesh.nu;
+        const int j = ((face / m_nu) * m_step_v + k / m_order) % m_mesh.nv;
+        return size_t(j) * m_mesh.nu + i;
+    }
+    size_t corner(int face, int k) const {
+        const int i = (face % m_nu + k % 2) % m_corners_u, j = (face / m_nu + k / 2) % m_corners_v;
+        return size_t(j) * m_corners_u + i;
+    }
+
+    void gather_points(int face, float control[3][16], float* homogeneous) const {
+        for (int k = 0; k < m_order * m_order; k++) {
+            const size_t at = vertex(face, k);
+            for (int c = 0; c < 3; c++)
+                control[c][k] = m_points.xyz[3 * at + c];
+            homogeneous[k] = m_points.weights.empty() ? 1 : m_points.weights[at];
+        }
+    }
+
+    void project_rational(const float* homogeneous, const Weights& wu, const Weights& wv, Lattice out) const {
+        std::vector<float> w(size_t(3) * wu.count() * wv.count());
+        const size_t n = w.size() / 3;
+        tensor_slopes(homogeneous, wu, wv, w.data(), w.data() + n, w.data() + 2 * n, wu.count());
+        divide_rational(w.data(), w.data() + n, w.data() + 2 * n, wu.count(), wv.count(), out);
+    }
+
+    const scene::PatchMesh m_mesh;
+    ControlPoints m_points;
+    int m_order, m_step_u, m_step_v, m_nu, m_nv, m_corners_u, m_corners_v;
+};
+
+} // namespace
+
+SurfacePtr make_patch_mesh(const scene::Primitive& primitive, const scene::PatchMesh& mesh, const Transform& m,
+                           Journal& journal) {
+    auto surface = std::make_unique<PatchSurface>(primitive, mesh, m);
+    return surface->prepare(primitive, journal) ? std::move(surface) : nullptr;
+}
+
+} // namespace kanuka::geom

@@ -1,0 +1,132 @@
+// Polygons as quad-domain faces: convex quads as they are, triangles and n-gons cut to a quad at every corner (corner,
+// middle of an edge, centre, middle of the other edge), on which linear data stay linear.
+#include "geom/kinds.h"
+#include "geom/polygon_faces.h"
+
+namespace kanuka::geom {
+namespace {
+
+class PolygonSurface : public Surface {
+  public:
+    PolygonSurface(const scene::Primitive& primitive, const scene::PolygonMesh& mesh, const Transform& m)
+        : Surface(primitive, m), m_mesh(mesh), m_points(control_points(primitive, m)),
+          m_polygons(m_mesh, m_points.size()) {
+        m_bulges = false;
+    }
+
+    bool prepare(const scene::Primitive& primitive, Journal& journal) {
+        Dropped dropped;
+        m_pieces = cut_polygons(m_polygons, m_points, false, dropped);
+        if (m_polygons.truncated())
+            dropped.bad_index++;
+        dropped.report(m_polygons.count(), "polygons", primitive.where, journal);
+        if (m_pieces.face.empty())
+            return false;
+        m_primvars = collect_primvars(primitive, m_render_from_object, m_polygons.item_counts(), journal);
+        texture_from_position(primitive);
+        build_topology();
+        return true;
+    }
+
+    void positions(int face, Line u, Line v, float* out, int stride) const override {
+        Weights wu(2, u.count), wv(2, v.count);
+        linear_weights(u, wu);
+        linear_weights(v, wv);
+        for (int c = 0; c < 3; c++) {
+            float q[4];
+            corner_values(face, [&](int corner) { return m_points.xyz[3 * m_polygons.vertex(corner) + c]; }, q);
+            tensor_values(q, wu, wv, out + size_t(c) * stride, u.count);
+        }
+    }
+    int uniform_index(int face) const override { return m_pieces.face[m_quads[face].piece]; }
+
+  protected:
+    void shape(int face, Line u, Line v, Lattice out) const override {
+        Weights wu(2, u.count), wv(2, v.count);
+        linear_weights(u, wu);
+        linear_weights(v, wv);
+        grid::Grid& g = out.grid;
+        float q[4];
+        for (int c = 0; c < 3; c++) {
+            corner_values(face, [&](int corner) { return m_points.xyz[3 * m_polygons.vertex(corner) + c]; }, q);
+            const size_t at = size_t(c) * g.stride + out.base;
+            tensor_slopes(q, wu, wv, &g.P[at], &g.dPdu[at], &g.dPdv[at], out.pitch);
+        }
+        const size_t polygon = m_pieces.face[m_quads[face].piece];
+        for (const Primvar& p : m_primvars.list)
+            for (int c = 0; c < p.components; c++) {
+                corner_values(
+                    face,
+                    [&](int corner) {
+                        switch (p.detail) {
+                        case scene::Detail::Uniform: return p(polygon, c);
+                        case scene::Detail::FaceVarying:
+                        case scene::Detail::FaceVertex: return p(corner, c);
+                        default: return p(m_polygons.vertex(corner), c);
+                        }
+                    },
+                    q);
+                tensor_values(q, wu, wv, p.destination(g, c) + out.base, out.pitch);
+            }
+    }
+
+  private:
+    // Values at (0,0), (1,0), (0,1), (1,1).
+    template <class Value>
+    void corner_values(int face, Value value, float q[4]) const {
+        const PieceQuad quad = m_quads[face];
+        const int* c = &m_pieces.corner[m_pieces.first[quad.piece]];
+        if (quad.corner < 0) {
+            q[0] = value(c[0]), q[1] = value(c[1]), q[3] = value(c[2]), q[2] = value(c[3]);
+            return;
+        }
+        const int n = m_pieces.first[quad.piece + 1] - m_pieces.first[quad.piece], k = quad.corner;
+        float sum = 0;
+        for (int i = 0; i < n; i++)
+            sum += value(c[i]);
+        q[0] = value(c[k]);
+        q[1] = (q[0] + value(c[(k + 1) % n])) * 0.5f;
+        q[2] = (q[0] + value(c[(k + n - 1) % n])) * 0.5f;
+        q[3] = sum / float(n);
+    }
+
+    // RISpec 3.2, 5.1: polygons take (x, y) of object space where no texture coordinates are given.
+    void texture_from_position(const scene::Primitive& primitive) {
+        const scene::Value* p = primitive.primvars.find("P");
+        for (int c = 0; c < 2; c++) {
+            if (c == 0 ? m_primvars.s : m_primvars.t)
+                continue;
+            std::vector<float> values(m_points.size());
+            for (size_t i = 0; i < values.size(); i++)
+                values[i] = p ? p->floats[3 * i + c] : 0;
+            Primvar& st = m_primvars.list.emplace_back();
+            st.name = c == 0 ? "s" : "t";
+            st.detail = scene::Detail::Vertex;
+            st.target = c == 0 ? Primvar::Target::S : Primvar::Target::T;
+            st.values = std::move(values);
+        }
+    }
+
+    void build_topology() {
+        std::vector<int> vertices(m_pieces.corner.size());
+        for (size_t i = 0; i < vertices.size(); i++)
+            vertices[i] = m_polygons.vertex(m_pieces.corner[i]);
+        m_topology = polygon_topology(m_pieces.first, vertices, int(m_points.size()), false, m_quads);
+    }
+
+    const scene::PolygonMesh m_mesh; // shares its buffers with the scene's
+    ControlPoints m_points;
+    PolygonFaces m_polygons;
+    Pieces m_pieces;
+    std::vector<PieceQuad> m_quads; // per face
+};
+
+} // namespace
+
+SurfacePtr make_polygons(const scene::Primitive& primitive, const scene::PolygonMesh& mesh, const Transform& m,
+                         Journal& journal) {
+    auto surface = std::make_unique<PolygonSurface>(primitive, mesh, m);
+    return surface->prepare(primitive, journal) ? std::move(surface) : nullptr;
+}
+
+} // namespace kanuka::geom

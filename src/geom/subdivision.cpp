@@ -1,0 +1,287 @@
+// Subdivision surfaces: limit points and derivatives by OpenSubdiv's Bfr, face by face. Regular patches are bicubic (or
+// bilinear) polynomials, so four corner evaluations with derivatives give their Bezier form, and the lattice is filled by
+// the same vectorised loops that patches use; irregular ones are evaluated point by point.
+#include "geom/subdivision.h"
+
+#include "geom/kinds.h"
+
+namespace kanuka::geom {
+namespace {
+
+using BfrSurface = osd::Bfr::Surface<float>;
+using osd::Bfr::Parameterization;
+
+// One face's patch for one kind of data.
+struct FacePatch {
+    BfrSurface surface;
+    std::vector<float> points;
+    BfrSurface::PointDescriptor layout;
+
+    void prepare(const float* mesh, int width) {
+        layout = BfrSurface::PointDescriptor(width);
+        points.resize(size_t(surface.GetNumPatchPoints()) * width);
+        surface.PreparePatchPoints(mesh, layout, points.data(), layout);
+    }
+};
+
+class SubdivisionSurface : public Surface {
+  public:
+    SubdivisionSurface(const scene::Primitive& primitive, const Transform& m)
+        : Surface(primitive, m), m_points(control_points(primitive, m)) {
+        m_bulges = false;
+    }
+
+    bool prepare(const scene::Primitive& primitive, const scene::SubdivisionMesh& mesh, Journal& journal) {
+        if (!read_cage(primitive, mesh, m_points, m_cage, journal))
+            return false;
+        m_primvars = collect_primvars(primitive, m_render_from_object,
+                                      {m_cage.faces, m_points.size(), m_points.size(), m_cage.corners}, journal);
+        gather_data();
+        make_factory();
+        std::vector<int> first{0}, vertices;
+        for (size_t f = 0; f < m_cage.sizes.size(); f++) {
+            if (!m_factory->FaceHasLimitSurface(int(f)))
+                continue;
+            m_face.push_back(int(f));
+            vertices.insert(vertices.end(), m_cage.vertices.begin() + m_cage.first[f],
+                            m_cage.vertices.begin() + m_cage.first[f + 1]);
+            first.push_back(int(vertices.size()));
+        }
+        if (m_face.empty()) {
+            journal.warning(primitive.where, "no face of a subdivision mesh has a surface; a mesh with a boundary needs "
+                                             "the tag \"interpolateboundary\"");
+            return false;
+        }
+        m_topology = polygon_topology(first, vertices, int(m_points.size()), false, m_quads);
+        return true;
+    }
+
+    void positions(int face, Line u, Line v, float* out, int stride) const override {
+        FacePatch patch;
+        if (!m_factory->InitVertexSurface(m_face[m_quads[face].piece], &patch.surface))
+            return;
+        patch.prepare(m_points.xyz.data(), 3);
+        for (int j = 0; j < v.count; j++)
+            for (int i = 0; i < u.count; i++) {
+                const Place at = place(patch.surface, face, u[i], v[j]);
+                float p[3];
+                patch.surface.Evaluate(at.uv, patch.points.data(), patch.layout, p);
+                for (int c = 0; c < 3; c++)
+                    out[size_t(c) * stride + j * u.count + i] = p[c];
+            }
+    }
+    int uniform_index(int face) const override { return m_cage.face[m_face[m_quads[face].piece]]; }
+
+  protected:
+    void shape(int face, Line u, Line v, Lattice out) const override {
+        const int base_face = m_face[m_quads[face].piece];
+        FacePatch patch;
+        if (m_factory->InitVertexSurface(base_face, &patch.surface)) {
+            patch.prepare(m_vertex_data.data(), m_vertex_width);
+            fill(patch, face, u, v, out, m_vertex_targets, true);
+        }
+        if (m_varying_width > 0 && m_factory->InitVaryingSurface(base_face, &patch.surface)) {
+            patch.prepare(m_varying_data.data(), m_varying_width);
+            fill(patch, face, u, v, out, m_varying_targets, false);
+        }
+        for (size_t k = 0; k < m_channels.size(); k++)
+            if (m_factory->InitFaceVaryingSurface(base_face, &patch.surface, int(k))) {
+                patch.prepare(m_channels[k].values.data(), int(m_channel_targets[k].size()));
+                fill(patch, face, u, v, out, m_channel_targets[k], false);
+            }
+        for (const Primvar& p : m_primvars.list)
+            if (p.detail == scene::Detail::Uniform)
+                for (int c = 0; c < p.components; c++)
+                    for (int j = 0; j < v.count; j++)
+                        std::fill_n(p.destination(out.grid, c) + out.base + size_t(j) * out.pitch, u.count,
+                                    p(uniform_index(face), c));
+    }
+
+  private:
+    // A component of a primvar; -1 - k = coordinate k of P.
+    struct Component {
+        int primvar, component;
+    };
+    using Components = std::vector<Component>;
+
+    // Bfr's own coordinates of a point of one of our faces, and how they change with ours.
+    struct Place {
+        float uv[2];
+        float du[2], dv[2]; // d(uv)/du, d(uv)/dv
+    };
+    Place place(const BfrSurface& surface, int face, float u, float v) const {
+        const int k = m_quads[face].corner;
+        if (k < 0)
+            return {{u, v}, {1, 0}, {0, 1}};
+        const Parameterization p = surface.GetParameterization();
+        Place out;
+        if (p.GetType() == Parameterization::TRI) {
+            // Bilinear between the corner, the middles of its two edges and the centre.
+            float c[3][2];
+            for (int i = 0; i < 3; i++)
+                p.GetVertexCoord((k + i) % 3, c[i]);
+            for (int d = 0; d < 2; d++) {
+                const float a = c[0][d], b = (c[0][d] + c[1][d]) / 2, e = (c[0][d] + c[2][d]) / 2,
+                            m = (c[0][d] + c[1][d] + c[2][d]) / 3;
+                out.uv[d] = (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * e + u * m);
+                out.du[d] = (1 - v) * (b - a) + v * (m - e);
+                out.dv[d] = (1 - u) * (e - a) + u * (m - b);
+            }
+            return out;
+        }
+        const float local[2] = {u, v};
+        p.ConvertNormalizedSubFaceToCoord(k, local, out.uv);
+        return {{out.uv[0], out.uv[1]}, {0.5f, 0}, {0, 0.5f}};
+    }
+
+    float* destination(grid::Grid& g, const Component& c) const {
+        if (c.primvar < 0)
+            return g.P.data() + size_t(c.component) * g.stride;
+        return m_primvars.list[c.primvar].destination(g, c.component);
+    }
+
+    void fill(const FacePatch& patch, int face, Line u, Line v, Lattice out, const Components& components,
+              bool derivatives) const {
+        const bool whole = m_quads[face].corner < 0;
+        if (whole && patch.surface.IsRegular() && u.count * v.count > 12) {
+            fill_regular(patch, u, v, out, components, derivatives);
+            return;
+        }
+        grid::Grid& g = out.grid;
+        const int n = int(components.size());
+        std::vector<float> value(size_t(3) * n);
+        float *p = value.data(), *pu = p + n, *pv = pu + n;
+        for (int j = 0; j < v.count; j++)
+            for (int i = 0; i < u.count; i++) {
+                const Place at = place(patch.surface, face, u[i], v[j]);
+                const size_t to = out.base + size_t(j) * out.pitch + i;
+                if (derivatives)
+                    patch.surface.Evaluate(at.uv, patch.points.data(), patch.layout, p, pu, pv);
+                else
+                    patch.surface.Evaluate(at.uv, patch.points.data(), patch.layout, p);
+                for (int c = 0; c < n; c++)
+                    destination(g, components[c])[to] = p[c];
+                if (derivatives)
+                    for (int c = 0; c < 3; c++) {
+                        g.dPdu[to + size_t(c) * g.stride] = fma(pu[c], at.du[0], pv[c] * at.du[1]);
+                        g.dPdv[to + size_t(c) * g.stride] = fma(pu[c], at.dv[0], pv[c] * at.dv[1]);
+                    }
+            }
+    }
+
+    void fill_regular(const FacePatch& patch, Line u, Line v, Lattice out, const Components& components,
+                      bool derivatives) const {
+        const int n = int(components.size());
+        const size_t size = size_t(6) * n;
+        std::vector<float> corner(4 * size), control(size_t(16) * n);
+        for (int k = 0; k < 4; k++) {
+            const float uv[2] = {float(k & 1), float(k >> 1)};
+            float* d = corner.data() + k * size;
+            patch.surface.Evaluate(uv, patch.points.data(), patch.layout, d, d + n, d + 2 * n, d + 3 * n, d + 4 * n,
+                                   d + 5 * n);
+        }
+        for (int c = 0; c < n; c++)
+            for (int j = 0; j < 4; j++)
+                for (int i = 0; i < 4; i++) {
+                    // Hermite data of the nearest corner: value, both slopes and the twist.
+                    const float* d = corner.data() + ((i > 1) + 2 * (j > 1)) * size + c;
+                    const float a = i == 1 ? 1.0f / 3 : i == 2 ? -1.0f / 3 : 0, b = j == 1 ? 1.0f / 3 : j == 2 ? -1.0f / 3 : 0;
+                    control[16 * c + 4 * j + i] = d[0] + a * d[n] + b * d[2 * n] + a * b * d[4 * n];
+                }
+        Weights wu(4, u.count), wv(4, v.count);
+        cubic_weights(u, BezierBasis, wu);
+        cubic_weights(v, BezierBasis, wv);
+        grid::Grid& g = out.grid;
+        for (int c = 0; c < n; c++) {
+            const size_t at = size_t(c) * g.stride + out.base;
+            const bool slopes = derivatives && c < 3;
+            tensor_slopes(&control[16 * c], wu, wv, destination(g, components[c]) + out.base,
+                          slopes ? &g.dPdu[at] : nullptr, slopes ? &g.dPdv[at] : nullptr, out.pitch);
+        }
+    }
+
+    // Interleaves what is interpolated alike.
+    void gather_data() {
+        for (int c = 0; c < 3; c++)
+            m_vertex_targets.push_back({-1, c});
+        for (size_t i = 0; i < m_primvars.list.size(); i++) {
+            const Primvar& p = m_primvars.list[i];
+            if (p.detail == scene::Detail::FaceVarying || p.detail == scene::Detail::FaceVertex) {
+                m_channels.push_back(join_face_varying(m_cage, p, m_points.size()));
+                m_channel_targets.emplace_back();
+            }
+            Components& to = p.detail == scene::Detail::Vertex    ? m_vertex_targets
+                             : p.detail == scene::Detail::Varying ? m_varying_targets
+                             : p.detail == scene::Detail::Uniform ? m_uniform_targets
+                                                                  : m_channel_targets.back();
+            for (int c = 0; c < p.components; c++)
+                to.push_back({int(i), c});
+        }
+        m_vertex_width = int(m_vertex_targets.size());
+        m_varying_width = int(m_varying_targets.size());
+        const size_t n = m_points.size();
+        m_vertex_data.resize(n * m_vertex_width);
+        m_varying_data.resize(n * m_varying_width);
+        for (size_t i = 0; i < n; i++) {
+            for (int k = 0; k < m_vertex_width; k++) {
+                const Component& c = m_vertex_targets[k];
+                m_vertex_data[i * m_vertex_width + k] =
+                    c.primvar < 0 ? m_points.xyz[3 * i + c.component] : m_primvars.list[c.primvar](i, c.component);
+            }
+            for (int k = 0; k < m_varying_width; k++)
+                m_varying_data[i * m_varying_width + k] =
+                    m_primvars.list[m_varying_targets[k].primvar](i, m_varying_targets[k].component);
+        }
+    }
+
+    void make_factory() {
+        osd::Far::TopologyDescriptor d;
+        d.numVertices = int(m_points.size());
+        d.numFaces = int(m_cage.sizes.size());
+        d.numVertsPerFace = m_cage.sizes.data();
+        d.vertIndicesPerFace = m_cage.vertices.data();
+        d.numCreases = int(m_cage.crease_weights.size());
+        d.creaseVertexIndexPairs = m_cage.crease_pairs.data();
+        d.creaseWeights = m_cage.crease_weights.data();
+        d.numCorners = int(m_cage.corner_weights.size());
+        d.cornerVertexIndices = m_cage.corner_vertices.data();
+        d.cornerWeights = m_cage.corner_weights.data();
+        d.numHoles = int(m_cage.holes.size());
+        d.holeIndices = m_cage.holes.data();
+        std::vector<osd::Far::TopologyDescriptor::FVarChannel> channels(m_channels.size());
+        for (size_t k = 0; k < channels.size(); k++) {
+            channels[k].numValues = m_channels[k].count;
+            channels[k].valueIndices = m_channels[k].indices.data();
+        }
+        d.numFVarChannels = int(channels.size());
+        d.fvarChannels = channels.data();
+        using Factory = osd::Far::TopologyRefinerFactory<osd::Far::TopologyDescriptor>;
+        m_refiner.reset(Factory::Create(d, Factory::Options(m_cage.scheme, m_cage.options)));
+        SurfaceFactory::Options options;
+        if (!channels.empty())
+            options.SetDefaultFVarID(0);
+        m_factory = std::make_unique<SurfaceFactory>(*m_refiner, options);
+    }
+
+    ControlPoints m_points;
+    Cage m_cage;
+    std::vector<PieceQuad> m_quads;
+    std::vector<int> m_face; // cage face of a piece
+    Components m_vertex_targets, m_varying_targets, m_uniform_targets;
+    std::vector<Components> m_channel_targets;
+    int m_vertex_width = 3, m_varying_width = 0;
+    std::vector<float> m_vertex_data, m_varying_data;
+    std::vector<FaceVaryingChannel> m_channels;
+    std::unique_ptr<osd::Far::TopologyRefiner> m_refiner;
+    std::unique_ptr<SurfaceFactory> m_factory;
+};
+
+} // namespace
+
+SurfacePtr make_subdivision(const scene::Primitive& primitive, const scene::SubdivisionMesh& mesh, const Transform& m,
+                            Journal& journal) {
+    auto surface = std::make_unique<SubdivisionSurface>(primitive, m);
+    return surface->prepare(primitive, mesh, journal) ? std::move(surface) : nullptr;
+}
+
+} // namespace kanuka::geom

@@ -1,0 +1,205 @@
+#include "geom/subdivision.h"
+
+#include <cstring>
+#include <set>
+
+namespace kanuka::geom {
+namespace {
+
+using Sdc = osd::Sdc::Options;
+constexpr float InfinitelySharp = 10; // to OpenSubdiv
+
+void read_faces(const scene::SubdivisionMesh& mesh, const ControlPoints& points, bool triangles_only, Cage& cage,
+                Dropped& dropped) {
+    cage.first.push_back(0);
+    cage.faces = mesh.vertices_per_face.size();
+    size_t corner = 0;
+    for (size_t f = 0; f < cage.faces; f++) {
+        const int n = mesh.vertices_per_face[f];
+        const size_t begin = corner;
+        if (n < 3 || corner + n > mesh.vertices.size() || (triangles_only && n != 3)) {
+            dropped.bad_index++;
+            corner += std::max(0, n);
+            continue;
+        }
+        corner += n;
+        bool good = true, finite = true;
+        for (int i = 0; i < n && good; i++) {
+            const int v = mesh.vertices[begin + i];
+            good = uint32_t(v) < points.size();
+            for (int k = 0; k < i && good; k++)
+                good = mesh.vertices[begin + k] != v;
+            finite = finite && good && points.finite(v);
+        }
+        if (!good || !finite) {
+            (good ? dropped.non_finite : dropped.bad_index)++;
+            continue;
+        }
+        for (int i = 0; i < n; i++)
+            cage.vertices.push_back(mesh.vertices[begin + i]);
+        cage.first.push_back(int(cage.vertices.size()));
+        cage.sizes.push_back(n);
+        cage.face.push_back(int(f));
+        cage.corner.push_back(int(begin));
+    }
+    cage.corners = corner;
+}
+
+class TagReader {
+  public:
+    TagReader(const scene::Primitive& primitive, Cage& cage, Journal& journal)
+        : m_primitive(primitive), m_cage(cage), m_journal(journal) {
+        for (size_t f = 0; f < cage.sizes.size(); f++)
+            for (int i = cage.first[f]; i < cage.first[f + 1]; i++) {
+                const int a = cage.vertices[i], b = cage.vertices[i + 1 < cage.first[f + 1] ? i + 1 : cage.first[f]];
+                m_edges.insert({std::min(a, b), std::max(a, b)});
+            }
+        m_vertices.insert(cage.vertices.begin(), cage.vertices.end());
+    }
+
+    void read(const scene::SubdivisionMesh::Tag& tag) {
+        if (tag.name == "crease")
+            crease(tag);
+        else if (tag.name == "corner")
+            corner(tag);
+        else if (tag.name == "hole")
+            hole(tag);
+        else if (tag.name == "interpolateboundary")
+            boundary(tag);
+        else if (tag.name == "facevaryinginterpolateboundary")
+            face_varying(tag);
+        else if (tag.name == "creasemethod")
+            m_cage.options.SetCreasingMethod(!tag.strings.empty() && tag.strings[0] == "chaikin" ? Sdc::CREASE_CHAIKIN
+                                                                                                 : Sdc::CREASE_UNIFORM);
+        else if (tag.name == "smoothtriangles")
+            m_cage.options.SetTriangleSubdivision(tag.ints.empty() || tag.ints[0] != 0 ? Sdc::TRI_SUB_SMOOTH
+                                                                                       : Sdc::TRI_SUB_CATMARK);
+        else if (tag.name != "facevaryingpropagatecorners")
+            m_journal.warning(m_primitive.where,
+                              "unknown subdivision tag \"" + tag.name +
+                                  "\"; one of crease, corner, hole, interpolateboundary, "
+                                  "facevaryinginterpolateboundary, facevaryingpropagatecorners, creasemethod, "
+                                  "smoothtriangles");
+    }
+
+    void finish() const {
+        if (m_missing > 0)
+            m_journal.warning(m_primitive.where,
+                              std::to_string(m_missing) +
+                                  " creases, corners or holes name edges, vertices or faces that the mesh has not");
+    }
+
+  private:
+    static float sharpness(const scene::SubdivisionMesh::Tag& tag, size_t i) {
+        if (tag.floats.empty())
+            return InfinitelySharp;
+        const float s = tag.floats[std::min(i, tag.floats.size() - 1)];
+        return std::isfinite(s) ? std::clamp(s, 0.0f, InfinitelySharp) : InfinitelySharp;
+    }
+
+    void crease(const scene::SubdivisionMesh::Tag& tag) {
+        for (size_t i = 0; i + 1 < tag.ints.size(); i++) {
+            const int a = tag.ints[i], b = tag.ints[i + 1];
+            if (!m_edges.count({std::min(a, b), std::max(a, b)})) {
+                m_missing++;
+                continue;
+            }
+            m_cage.crease_pairs.insert(m_cage.crease_pairs.end(), {a, b});
+            m_cage.crease_weights.push_back(sharpness(tag, i));
+        }
+    }
+    void corner(const scene::SubdivisionMesh::Tag& tag) {
+        for (size_t i = 0; i < tag.ints.size(); i++) {
+            if (!m_vertices.count(tag.ints[i])) {
+                m_missing++;
+                continue;
+            }
+            m_cage.corner_vertices.push_back(tag.ints[i]);
+            m_cage.corner_weights.push_back(sharpness(tag, i));
+        }
+    }
+    void hole(const scene::SubdivisionMesh::Tag& tag) {
+        for (const int f : tag.ints) {
+            const auto at = std::lower_bound(m_cage.face.begin(), m_cage.face.end(), f);
+            if (at == m_cage.face.end() || *at != f)
+                m_missing++;
+            else
+                m_cage.holes.push_back(int(at - m_cage.face.begin()));
+        }
+    }
+    void boundary(const scene::SubdivisionMesh::Tag& tag) {
+        const int how = tag.ints.empty() ? 1 : tag.ints[0];
+        m_cage.options.SetVtxBoundaryInterpolation(how == 0   ? Sdc::VTX_BOUNDARY_NONE
+                                                   : how == 2 ? Sdc::VTX_BOUNDARY_EDGE_ONLY
+                                                              : Sdc::VTX_BOUNDARY_EDGE_AND_CORNER);
+    }
+    void face_varying(const scene::SubdivisionMesh::Tag& tag) {
+        constexpr Sdc::FVarLinearInterpolation How[] = {Sdc::FVAR_LINEAR_NONE,          Sdc::FVAR_LINEAR_CORNERS_ONLY,
+                                                        Sdc::FVAR_LINEAR_CORNERS_PLUS1, Sdc::FVAR_LINEAR_CORNERS_PLUS2,
+                                                        Sdc::FVAR_LINEAR_BOUNDARIES,    Sdc::FVAR_LINEAR_ALL};
+        const int how = tag.ints.empty() ? 1 : std::clamp(tag.ints[0], 0, 5);
+        m_cage.options.SetFVarLinearInterpolation(How[how]);
+    }
+
+    const scene::Primitive& m_primitive;
+    Cage& m_cage;
+    Journal& m_journal;
+    std::set<std::pair<int, int>> m_edges;
+    std::set<int> m_vertices;
+    size_t m_missing = 0;
+};
+
+} // namespace
+
+bool read_cage(const scene::Primitive& primitive, const scene::SubdivisionMesh& mesh, const ControlPoints& points,
+               Cage& cage, Journal& journal) {
+    if (mesh.scheme == "loop")
+        cage.scheme = osd::Sdc::SCHEME_LOOP;
+    else if (mesh.scheme == "bilinear")
+        cage.scheme = osd::Sdc::SCHEME_BILINEAR;
+    else if (mesh.scheme != "catmull-clark")
+        journal.warning(primitive.where, "unknown subdivision scheme \"" + mesh.scheme +
+                                             "\", catmull-clark is used; one of catmull-clark, loop, bilinear");
+    Dropped dropped;
+    read_faces(mesh, points, cage.scheme == osd::Sdc::SCHEME_LOOP, cage, dropped);
+    dropped.report(cage.faces, "subdivision faces", primitive.where, journal);
+    if (cage.sizes.empty())
+        return false;
+    // RISpec: without the tag, faces at a boundary only guide the others.
+    cage.options.SetVtxBoundaryInterpolation(Sdc::VTX_BOUNDARY_NONE);
+    cage.options.SetFVarLinearInterpolation(Sdc::FVAR_LINEAR_CORNERS_PLUS1);
+    if (cage.scheme == osd::Sdc::SCHEME_BILINEAR)
+        cage.options.SetVtxBoundaryInterpolation(Sdc::VTX_BOUNDARY_EDGE_AND_CORNER);
+    if (!mesh.tags.empty()) {
+        TagReader reader(primitive, cage, journal);
+        for (const auto& tag : mesh.tags)
+            reader.read(tag);
+        reader.finish();
+    }
+    return true;
+}
+
+FaceVaryingChannel join_face_varying(const Cage& cage, const Primvar& primvar, size_t points) {
+    FaceVaryingChannel out;
+    const int n = primvar.components;
+    std::vector<int> head(points, -1), next;
+    out.indices.resize(cage.vertices.size());
+    for (size_t f = 0; f < cage.sizes.size(); f++)
+        for (int i = 0; i < cage.sizes[f]; i++) {
+            const float* value = primvar.values.data() + size_t(cage.corner[f] + i) * n;
+            const int v = cage.vertices[cage.first[f] + i];
+            int k = head[v];
+            while (k >= 0 && std::memcmp(&out.values[size_t(k) * n], value, n * sizeof(float)) != 0)
+                k = next[k];
+            if (k < 0) {
+                k = out.count++;
+                out.values.insert(out.values.end(), value, value + n);
+                next.push_back(head[v]);
+                head[v] = k;
+            }
+            out.indices[cage.first[f] + i] = k;
+        }
+    return out;
+}
+
+} // namespace kanuka::geom

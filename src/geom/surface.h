@@ -1,0 +1,86 @@
+// Surfaces as quad-domain faces that can be evaluated over lattices: every kind of geometry that is diced becomes one.
+#pragma once
+
+#include <memory>
+
+#include "geom/primvars.h"
+#include "geom/tensor.h"
+#include "geom/topology.h"
+
+namespace kanuka::geom {
+
+// A lattice inside a grid: vertex (i, j) = base + j * pitch + i.
+struct Lattice {
+    grid::Grid& grid;
+    int base, pitch;
+};
+
+// Part of the primitive's parameter space that a face covers.
+struct FaceRange {
+    float u0 = 0, u1 = 1, v0 = 0, v1 = 1;
+};
+
+// Control points are in render space from the start; (u, v) of a face run over [0, 1]^2.
+// Thread safety: const members may run at the same time.
+class Surface {
+  public:
+    virtual ~Surface() = default;
+    const Topology& topology() const { return m_topology; }
+    int faces() const { return int(m_topology.faces.size()); }
+
+    // Positions alone: out[c * stride + j * u.count + i].
+    virtual void positions(int face, Line u, Line v, float* out, int stride) const = 0;
+    // Everything: P, N, Ng, dPdu, dPdv, u, v, s, t and the primvars.
+    void evaluate(int face, Line u, Line v, Lattice out) const;
+    // Positions at parameters t of an edge: out[c * stride + i].
+    void edge_positions(int edge, Line t, float* out, int stride) const;
+
+    void allocate_channels(grid::Grid& grid) const { m_primvars.allocate_channels(grid); }
+    bool flips() const { return m_flips; }
+    // Interior lines of a face may be much longer than its sides.
+    bool bulges() const { return m_bulges; }
+    virtual int uniform_index(int face) const { return face; }
+
+  protected:
+    Surface(const scene::Primitive& primitive, const Transform& render_from_object);
+    // Fills P, dPdu, dPdv (per unit of the face's own u and v) and all primvars, and N if owns_normals().
+    virtual void shape(int face, Line u, Line v, Lattice out) const = 0;
+    virtual bool owns_normals() const { return false; }
+    virtual FaceRange range(int) const { return {}; }
+
+    Topology m_topology;
+    Primvars m_primvars;
+    Transform m_render_from_object;
+    std::array<float, 8> m_texture_coordinates;
+    bool m_flips, m_bulges = true;
+
+  private:
+    void frame(int face, Line u, Line v, Lattice out) const;
+    Vec3f normal_beside(int face, float u, float v) const;
+};
+
+// Null where nothing of it can be diced; the reason has gone to the journal. Curves and Points are not surfaces in this
+// sense: see ribbons.h and points.h.
+std::unique_ptr<Surface> make_surface(const scene::Primitive& primitive, const Transform& render_from_object,
+                                      Journal& journal);
+
+// "P" (or "Pw" as four floats) in render space; `weights` is filled for Pw alone. Non-finite points are kept.
+struct ControlPoints {
+    std::vector<float> xyz;     // homogeneous (wx, wy, wz) where there are weights
+    std::vector<float> weights; // empty = not rational
+    size_t size() const { return xyz.size() / 3; }
+    Vec3f operator[](size_t i) const { return {xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]}; }
+    bool finite(size_t i) const {
+        return std::isfinite(xyz[3 * i]) && std::isfinite(xyz[3 * i + 1]) && std::isfinite(xyz[3 * i + 2]) &&
+               (weights.empty() || (std::isfinite(weights[i]) && weights[i] != 0));
+    }
+};
+ControlPoints control_points(const scene::Primitive& primitive, const Transform& render_from_object);
+
+// Faces left out, and why: one message each.
+struct Dropped {
+    size_t non_finite = 0, bad_index = 0, degenerate = 0;
+    void report(size_t total, std::string_view what, const Location& where, Journal& journal) const;
+};
+
+} // namespace kanuka::geom

@@ -1,0 +1,279 @@
+#include "ingest/rib/context.h"
+
+#include <cmath>
+
+#include "ingest/rib/handlers.h"
+#include "ingest/rib/primvars.h"
+
+namespace kanuka::ingest {
+
+std::string_view begin_name(BlockKind kind) {
+    constexpr std::string_view names[] = {"FrameBegin", "WorldBegin",  "AttributeBegin", "TransformBegin",
+                                          "SolidBegin", "ObjectBegin", "MotionBegin"};
+    return names[size_t(kind)];
+}
+
+Context::Context(Stream& stream, Declarations& declarations, Journal& journal, FrameChoice frame,
+                 std::string scene_folder, std::vector<std::string> extra_archive_path)
+    : reports(journal), stream(stream), declarations(declarations),
+      extra_archive_path(std::move(extra_archive_path)), m_frame_choice(frame) {
+    if (!scene_folder.empty() && scene_folder != ".")
+        default_path.push_back(std::move(scene_folder));
+    default_path.push_back(".");
+    options.options.shader_path = options.options.texture_path = options.options.archive_path = default_path;
+    options.camera.projection = scene::Camera::Projection::Orthographic; // RISpec's default
+    m_scene.journal = &journal;
+}
+
+Scope Context::scope() const {
+    if (m_open_object >= 0)
+        return InObject;
+    if (m_in_world)
+        return InWorld;
+    return m_frame_open ? InFrame : InOuter;
+}
+
+// ---- execution
+// ------------------------------------------------------------------------------------------------------
+
+static std::string places(uint8_t scopes) {
+    if (!(scopes & (InWorld | InObject)))
+        return "it belongs before WorldBegin";
+    if (!(scopes & (InOuter | InFrame)))
+        return scopes & InWorld ? "it belongs between WorldBegin and WorldEnd" : "it belongs into an object";
+    return "it belongs to " + scope_names(scopes);
+}
+
+void Context::execute(Call& call) {
+    const RequestSpec& spec = *call.spec;
+    const std::string name(spec.name);
+    const bool in_motion = !m_blocks.empty() && m_blocks.back().kind == BlockKind::Motion;
+
+    // Step 1: is it legal here?
+    if (!(spec.scopes & scope())) {
+        reports.error("scope of " + name, call.where,
+                      name + " is not legal here and was left out: " + places(spec.scopes));
+        return;
+    }
+    if (in_motion && !(spec.scopes & InMotion)) {
+        reports.error("motion block", call.where,
+                      name + " is not legal between MotionBegin and MotionEnd; the block opened at " +
+                          m_blocks.back().where.str() +
+                          " holds samples of one transformation, colour or primitive, and was closed here");
+        end_motion(call.where);
+    } else if (in_motion && spec.handler != &handlers::motion_end) {
+        // Step 2: of the samples of a motion block the first one counts.
+        if (m_motion_request && m_motion_request != &spec)
+            reports.error("motion block", call.where,
+                          name + " in a motion block of " + std::string(m_motion_request->name) +
+                              ": all samples must be of one request; left out");
+        m_motion_request = m_motion_request ? m_motion_request : &spec;
+        if (m_motion_calls++ > 0)
+            return;
+    }
+    // Step 3: do it, or say why not.
+    const std::string note = spec.note.empty() ? "" : ": " + std::string(spec.note);
+    switch (spec.support) {
+    case Support::Missing: {
+        const bool geometry = !(spec.scopes & InOuter);
+        reports.once(geometry ? Severity::Error : Severity::Warning, name, call.where,
+                     name + " is not supported and was left out" + note);
+        return;
+    }
+    case Support::Needless:
+        reports.once(Severity::Info, name, call.where, name + " is not needed" + note);
+        return;
+    case Support::Ignored:
+        return;
+    default:
+        break;
+    }
+    spec.handler(*this, call);
+}
+
+bool Context::finite(const Call& call, size_t arguments) {
+    for (size_t i = 0; i < arguments; i++) {
+        bool good = std::isfinite(call.args[i].number);
+        for (const float f : call.args[i].floats)
+            good = good && std::isfinite(f);
+        if (!good) {
+            reports.error("not finite", call.where,
+                          std::string(call.spec->name) + ": \"" + std::string(call.spec->args[i].name) +
+                              "\" is not a finite number; the request was left out");
+            return false;
+        }
+    }
+    return true;
+}
+
+// ---- blocks
+// ---------------------------------------------------------------------------------------------------------
+
+void Context::open(BlockKind kind, const Location& where) {
+    m_blocks.push_back({kind, where, attributes, ctm, nullptr});
+}
+
+void Context::restore(Block& block) {
+    if (block.kind == BlockKind::Motion) {
+        m_motion_request = nullptr;
+        m_motion_calls = 0;
+        return;
+    }
+    ctm = block.ctm;
+    if (block.kind != BlockKind::Transform)
+        attributes = std::move(block.attributes);
+    if (block.options)
+        options = std::move(*block.options);
+}
+
+bool Context::close(BlockKind kind, const Location& where) {
+    // Step 1: find it, but not beyond the object, world or frame that we are in.
+    size_t at = m_blocks.size();
+    while (at > 0 && m_blocks[at - 1].kind != kind) {
+        const BlockKind other = m_blocks[at - 1].kind;
+        const bool wall =
+            other == BlockKind::Object || other == BlockKind::World || other == BlockKind::Frame;
+        if (wall &&
+            (kind == BlockKind::Attribute || kind == BlockKind::Transform || kind == BlockKind::Solid ||
+             kind == BlockKind::Motion || (kind == BlockKind::Object && other != BlockKind::Object))) {
+            at = 0;
+            break;
+        }
+        at--;
+    }
+    const std::string begin(begin_name(kind));
+    if (at == 0) {
+        const std::string end = begin.substr(0, begin.size() - 5) + "End";
+        reports.error("unmatched " + end, where, end + " without " + begin + " was left out");
+        return false;
+    }
+    // Step 2: what is open inside it ends with it.
+    while (m_blocks.size() > at) {
+        reports.error("block not closed", m_blocks.back().where,
+                      std::string(begin_name(m_blocks.back().kind)) + " is not closed before the end of " +
+                          begin + " at " + where.str() + "; it was closed there");
+        if (m_blocks.back().kind == BlockKind::Object)
+            end_object(where);
+        else {
+            restore(m_blocks.back());
+            m_blocks.pop_back();
+        }
+    }
+    restore(m_blocks.back());
+    m_blocks.pop_back();
+    return true;
+}
+
+void Context::begin_motion(const Location& where) {
+    open(BlockKind::Motion, where);
+    m_motion_request = nullptr;
+    m_motion_calls = 0;
+}
+
+void Context::end_motion(const Location& where) {
+    const bool empty = m_motion_calls == 0;
+    if (close(BlockKind::Motion, where) && empty)
+        reports.warning("empty motion block", where, "MotionEnd: the motion block has no sample");
+}
+
+// ---- objects
+// --------------------------------------------------------------------------------------------------------
+
+void Context::begin_object(const std::string& handle, const Location& where) {
+    if (m_open_object >= 0) {
+        reports.error("nested object", where,
+                      "ObjectBegin inside ObjectBegin: the object before ends here; close it by ObjectEnd");
+        end_object(where);
+    }
+    m_object_outer = ctm;
+    open(BlockKind::Object, where);
+    m_open_object = objects.begin(handle, where);
+    ctm = {};
+    attributes.shared =
+        std::make_shared<scene::Attributes>(); // what is not set inside comes from the instance
+    attributes.set = 0;
+}
+
+void Context::end_object(const Location& where) {
+    if (m_open_object < 0)
+        return;
+    const int object = m_open_object;
+    while (!m_blocks.empty() && m_blocks.back().kind != BlockKind::Object) {
+        reports.error("block not closed", m_blocks.back().where,
+                      std::string(begin_name(m_blocks.back().kind)) + " is not closed before ObjectEnd at " +
+                          where.str() + "; it was closed there");
+        restore(m_blocks.back());
+        m_blocks.pop_back();
+    }
+    m_open_object = -1;
+    restore(m_blocks.back());
+    m_blocks.pop_back();
+    objects.end(object);
+}
+
+void Context::add_instance(const Call& call) {
+    const int object = objects.find(call.handle(0));
+    if (object < 0) {
+        reports.error("unknown object", call.where,
+                      "ObjectInstance \"" + call.handle(0) +
+                          "\": there is no such object; define it by ObjectBegin … ObjectEnd first");
+        return;
+    }
+    if (!attributes.detail_visible || !usable_transform(call))
+        return;
+    if (m_open_object >= 0) {
+        ObjectRecord::Member member;
+        member.object = object;
+        member.set = attributes.set;
+        member.primitive.world_from_object = ctm;
+        member.primitive.attributes = attributes.shared;
+        objects.record(m_open_object).members.push_back(std::move(member));
+        return;
+    }
+    lights.shine(attributes);
+    objects.instance(m_scene, object, attributes.shared, ctm);
+}
+
+// ---- primitives
+// -----------------------------------------------------------------------------------------------------
+
+Transform Context::camera_from_current() const {
+    if (m_open_object >= 0)
+        return (m_in_world ? m_camera_from_world : Transform{}) * m_object_outer * ctm;
+    return m_in_world ? m_camera_from_world * ctm : ctm;
+}
+
+bool Context::usable_transform(const Call& call) {
+    const double det = ctm.determinant3();
+    if (std::isfinite(det) && det != 0)
+        return true;
+    reports.error(
+        "singular transformation", call.where,
+        std::string(call.spec->name) +
+            " was left out: the current transformation flattens it to nothing; look for a Scale by 0");
+    return false;
+}
+
+scene::ShaderRef Context::shader(Call& call, size_t name_argument) const {
+    scene::ShaderRef ref;
+    ref.name = call.text(name_argument);
+    ref.parameters = std::move(call.params);
+    ref.world_from_shader = ctm;
+    ref.where = call.where;
+    return ref;
+}
+
+void Context::add_primitive(Call& call, scene::Geometry geometry) {
+    if (!attributes.detail_visible || !usable_transform(call) || !check_primvars(call, geometry, reports))
+        return;
+    scene::Primitive primitive{
+        std::move(geometry), std::move(call.params), ctm, attributes.shared, m_next_id++, call.where};
+    if (m_open_object >= 0) {
+        objects.record(m_open_object).members.push_back({std::move(primitive), -1, attributes.set});
+        return;
+    }
+    lights.shine(attributes);
+    m_scene.primitives.push_back(std::move(primitive));
+}
+
+} // namespace kanuka::ingest

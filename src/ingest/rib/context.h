@@ -1,0 +1,111 @@
+// Executes Ri requests: keeps the graphics state and fills the scene. The RIB reader and the C binding drive
+// it alike.
+#pragma once
+
+#include "ingest/rib/call.h"
+#include "ingest/rib/declarations.h"
+#include "ingest/rib/lights.h"
+#include "ingest/rib/objects.h"
+#include "ingest/rib/reports.h"
+#include "ingest/rib/requests.h"
+#include "ingest/rib/rib.h"
+#include "ingest/rib/state.h"
+
+namespace kanuka::ingest {
+
+// What requests that change the flow of requests need of whoever makes the calls.
+class Stream {
+  public:
+    virtual ~Stream() = default;
+    virtual void read_archive(const std::string& name, const Location& where) = 0;
+    // Passes over requests up to the next of `stops` that is not nested in a block opened by `begin`; it is
+    // executed next. Declarations on the way count.
+    virtual void skip_to(std::string_view begin, std::initializer_list<std::string_view> stops) = 0;
+    // Remembers the requests up to ArchiveEnd under a name.
+    virtual void record_archive(const std::string& name) = 0;
+    virtual void stop() = 0;
+    virtual std::string folder() const = 0; // of the file being read; empty = the working directory
+};
+
+struct FrameChoice {
+    int frame = 0;                // FrameBegin's number; 0 = the first that makes a picture
+    bool take_depth_pass = false; // a frame that writes depth alone counts as a picture
+};
+
+class Context {
+  public:
+    Context(Stream& stream, Declarations& declarations, Journal& journal, FrameChoice frame,
+            std::string scene_folder, std::vector<std::string> extra_archive_path);
+
+    void execute(Call& call);
+    void finish(const Location& end); // closes what is open and completes the scene
+    scene::Scene& scene() { return m_scene; }
+    bool world_done() const { return m_world_done; }
+    bool depth_pass_skipped() const { return m_depth_pass_skipped; }
+    const std::vector<int>& frames_seen() const { return m_frames_seen; }
+
+    // ---- for handlers
+    // ------------------------------------------------------------------------------------------
+    Reports reports;
+    Stream& stream;
+    Declarations& declarations;
+    OptionState options;
+    AttributeState attributes;
+    Transform ctm; // camera_from_current before WorldBegin, world_from_current after it, object_from_current
+                   // in objects
+    Lights lights;
+    Objects objects;
+    std::map<std::string, Transform> coordinate_systems;
+    std::vector<bool> conditions;          // of open IfBegin blocks: a branch was taken
+    std::vector<std::string> default_path; // what "@" means in search paths, and "&" at first
+    const std::vector<std::string> extra_archive_path;
+
+    Scope scope() const;
+    bool in_world() const { return m_in_world; }
+    const std::vector<Block>& blocks() const { return m_blocks; }
+    void open(BlockKind kind, const Location& where);
+    // Closes the innermost open block of a kind, and what was left open inside it. False: there is none to
+    // close.
+    bool close(BlockKind kind, const Location& where);
+    void begin_frame(int number, const Location& where);
+    void end_frame(const Location& where);
+    void begin_world(const Location& where);
+    void end_world(const Location& where);
+    void begin_object(const std::string& handle, const Location& where);
+    void end_object(const Location& where);
+    void begin_motion(const Location& where);
+    void end_motion(const Location& where);
+
+    // camera_from_current: what handedness and level of detail are measured by.
+    Transform camera_from_current() const;
+    bool left_handed() const { return camera_from_current().determinant3() >= 0; }
+    scene::ShaderRef shader(Call& call, size_t name_argument) const;
+    // Checks the primvars against the geometry and adds the primitive to the world or the open object.
+    void add_primitive(Call& call, scene::Geometry geometry);
+    void add_instance(const Call& call);
+    // Scales, positions, matrices: a NaN or infinity would spread. Reported; false = leave the call out.
+    bool finite(const Call& call, size_t arguments);
+
+  private:
+    bool usable_transform(const Call& call);
+    void restore(Block& block);
+    bool writes_depth_only() const;
+
+    scene::Scene m_scene;
+    FrameChoice m_frame_choice;
+    std::vector<Block> m_blocks;
+    bool m_in_world = false, m_world_done = false, m_depth_pass_skipped = false;
+    bool m_frame_open = false, m_frame_chosen = false;
+    int m_frames_begun = 0, m_loose_worlds = 0;
+    std::vector<int> m_frames_seen;
+    Location m_world_where;
+    Transform m_camera_from_world;
+    size_t m_frame_lights = 0;
+    int m_next_id = 1;
+    int m_open_object = -1;
+    Transform m_object_outer; // the transformation at ObjectBegin
+    const RequestSpec* m_motion_request = nullptr;
+    int m_motion_calls = 0;
+};
+
+} // namespace kanuka::ingest

@@ -1,0 +1,168 @@
+#include "ingest/rib/declarations.h"
+
+#include <cctype>
+#include <charconv>
+#include <cmath>
+
+#include "ingest/rib/number.h"
+#include "ingest/rib/spelling.h"
+
+namespace kanuka::ingest {
+
+using scene::Detail;
+using scene::Type;
+
+static std::optional<Detail> detail_by_name(std::string_view w) {
+    constexpr std::pair<std::string_view, Detail> names[] = {
+        {"constant", Detail::Constant},       {"uniform", Detail::Uniform},
+        {"varying", Detail::Varying},         {"vertex", Detail::Vertex},
+        {"facevarying", Detail::FaceVarying}, {"facevertex", Detail::FaceVertex}};
+    for (const auto& [name, detail] : names)
+        if (w == name)
+            return detail;
+    return std::nullopt;
+}
+
+static std::optional<Type> type_by_name(std::string_view w) {
+    constexpr std::pair<std::string_view, Type> names[] = {
+        {"float", Type::Float},   {"integer", Type::Integer}, {"int", Type::Integer},
+        {"string", Type::String}, {"color", Type::Color},     {"point", Type::Point},
+        {"vector", Type::Vector}, {"normal", Type::Normal},   {"hpoint", Type::HPoint},
+        {"matrix", Type::Matrix}, {"mpoint", Type::Matrix}};
+    for (const auto& [name, type] : names)
+        if (w == name)
+            return type;
+    return std::nullopt;
+}
+
+std::optional<InlineDeclaration> parse_declaration(std::string_view text, bool need_name,
+                                                   std::string& problem) {
+    InlineDeclaration r;
+    size_t at = 0;
+    const auto space = [&] {
+        while (at < text.size() && std::isspace(static_cast<unsigned char>(text[at])))
+            at++;
+    };
+    const auto next = [&] {
+        space();
+        const size_t start = at;
+        while (at < text.size() && text[at] != '[' && !std::isspace(static_cast<unsigned char>(text[at])))
+            at++;
+        return text.substr(start, at - start);
+    };
+    std::string_view w = next();
+    if (const auto detail = detail_by_name(w)) {
+        r.declaration.detail = *detail;
+        r.declaration.declared_detail = true;
+        w = next();
+    }
+    const auto type = type_by_name(w);
+    if (!type) {
+        problem = "\"" + std::string(w) +
+                  "\" is no type; use float, integer, string, color, point, vector, normal, hpoint or matrix";
+        return std::nullopt;
+    }
+    r.declaration.type = *type;
+    space();
+    if (at < text.size() && text[at] == '[') {
+        at++;
+        space();
+        // "[ 2.0 ]" is seen in the wild, so the size is read as any number.
+        const ScannedNumber n = scan_number(text.data() + at, text.data() + text.size());
+        if (!n.end || !(n.value >= 1) || n.value > 1e6 || n.value != std::floor(n.value)) {
+            problem = "the array size in \"" + std::string(text) + "\" must be a whole number of 1 or more";
+            return std::nullopt;
+        }
+        r.declaration.array_size = int(n.value);
+        at = size_t(n.end - text.data());
+        space();
+        if (at >= text.size() || text[at] != ']') {
+            problem = "the array size in \"" + std::string(text) + "\" is not closed by ]";
+            return std::nullopt;
+        }
+        at++;
+    }
+    r.name = next();
+    space();
+    if (r.name.empty() && need_name) {
+        problem = "the declaration \"" + std::string(text) + "\" names no parameter";
+        return std::nullopt;
+    }
+    if (at < text.size()) {
+        problem = "\"" + std::string(text.substr(at)) + "\" is left over in the declaration \"" +
+                  std::string(text) + "\"";
+        return std::nullopt;
+    }
+    return r;
+}
+
+namespace {
+
+struct Standard {
+    std::string_view declaration; // "class type[n]"
+    std::string_view names;       // separated by spaces
+};
+
+// RISpec 3.2: table 3.1 and the standard shaders' parameters (appendix A), then the options and attributes
+// that RenderMan renderers share, which files use without declaring them.
+constexpr Standard StandardDeclarations[] = {
+    {"uniform float",
+     "Ka Kd Ks Kr Km roughness amplitude intensity coneangle conedeltaangle beamdistribution mindistance "
+     "maxdistance distance fov flatness sphere jitter dither bandwidth samplingrate"},
+    {"uniform color", "lightcolor specularcolor background bgcolor color opacity"},
+    {"uniform point", "from to"},
+    {"uniform string",
+     "texturename coordinatesystem shader texture archive procedural display displays name shadinggroup "
+     "shadows depthfilter shadowname mapname bucketorder sense "
+     "casts_shadows"},
+    {"vertex point", "P"},
+    {"vertex float", "Pz"},
+    {"vertex hpoint", "Pw"},
+    {"varying normal", "N"},
+    {"uniform normal", "Np"},
+    {"varying color", "Cs Os"},
+    {"varying float", "s t width"},
+    {"varying float[2]", "st"},
+    {"constant float", "constantwidth"},
+    {"constant normal", "constantnormal"},
+    {"uniform integer",
+     "gridsize texturememory geocachememory eyesplits endofframe maxdepth progressions seed diceflatness "
+     "camera truedisplacement"},
+    {"uniform integer[2]", "bucketsize origin"},
+    {"uniform float[4]", "quantize"},
+    {"uniform float", "geometrytolerance normaltolerance"},
+    {"uniform string", "integrator"},
+};
+
+} // namespace
+
+Declarations::Declarations() {
+    std::string problem;
+    for (const Standard& row : StandardDeclarations) {
+        const auto parsed = parse_declaration(row.declaration, false, problem);
+        for (size_t at = 0; at < row.names.size();) {
+            const size_t stop = std::min(row.names.find(' ', at), row.names.size());
+            if (stop > at)
+                declare(row.names.substr(at, stop - at), parsed->declaration);
+            at = stop + 1;
+        }
+    }
+}
+
+void Declarations::declare(std::string_view name, const Declaration& declaration) {
+    m_map.insert_or_assign(std::string(name), declaration);
+}
+
+const Declaration* Declarations::find(std::string_view name) const {
+    const auto it = m_map.find(name);
+    return it == m_map.end() ? nullptr : &it->second;
+}
+
+std::string_view Declarations::nearest(std::string_view name) const {
+    Nearest nearest(name);
+    for (const auto& [known, declaration] : m_map)
+        nearest.offer(known);
+    return nearest.best();
+}
+
+} // namespace kanuka::ingest

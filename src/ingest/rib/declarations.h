@@ -1,0 +1,42 @@
+// What a parameter's token means: the standard declarations of RISpec 3.2, Declare, and inline declarations.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "scene/values.h"
+
+namespace kanuka::ingest {
+
+struct Declaration {
+    scene::Detail detail = scene::Detail::Uniform;
+    scene::Type type = scene::Type::Float;
+    int array_size = 1;
+    bool declared_detail = false; // the class was written, not defaulted
+};
+
+struct InlineDeclaration {
+    std::string_view name; // a view into the token
+    Declaration declaration;
+};
+
+// "[class] type [ '[' n ']' ] name"; with `need_name` false the name may be missing (as in Declare). nullopt
+// = not one; `problem` then says what is wrong with it.
+std::optional<InlineDeclaration> parse_declaration(std::string_view text, bool need_name,
+                                                   std::string& problem);
+
+class Declarations {
+  public:
+    Declarations(); // the standard ones
+    void declare(std::string_view name, const Declaration& declaration);
+    const Declaration* find(std::string_view name) const;
+    // The declared name nearest to a misspelled one; empty = none is near.
+    std::string_view nearest(std::string_view name) const;
+
+  private:
+    std::map<std::string, Declaration, std::less<>> m_map;
+};
+
+} // namespace kanuka::ingest

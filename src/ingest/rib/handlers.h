@@ -1,0 +1,52 @@
+// The handlers that the table of requests names, by subject. Arguments are those of the table, checked for
+// number and type.
+#pragma once
+
+namespace kanuka::ingest {
+
+class Context;
+struct Call;
+
+namespace handlers {
+
+// handlers_blocks.cpp
+void declare(Context&, Call&), frame_begin(Context&, Call&), frame_end(Context&, Call&),
+    world_begin(Context&, Call&), world_end(Context&, Call&), attribute_begin(Context&, Call&),
+    attribute_end(Context&, Call&), transform_begin(Context&, Call&), transform_end(Context&, Call&),
+    solid_begin(Context&, Call&), solid_end(Context&, Call&), object_begin(Context&, Call&),
+    object_end(Context&, Call&), object_instance(Context&, Call&), motion_begin(Context&, Call&),
+    motion_end(Context&, Call&), read_archive(Context&, Call&), archive_begin(Context&, Call&),
+    archive_end(Context&, Call&), if_begin(Context&, Call&), else_if(Context&, Call&),
+    else_branch(Context&, Call&), if_end(Context&, Call&), procedural(Context&, Call&);
+
+// handlers_options.cpp
+void format(Context&, Call&), frame_aspect_ratio(Context&, Call&), screen_window(Context&, Call&),
+    crop_window(Context&, Call&), projection(Context&, Call&), clipping(Context&, Call&),
+    depth_of_field(Context&, Call&), shutter(Context&, Call&), pixel_samples(Context&, Call&),
+    pixel_filter(Context&, Call&), exposure(Context&, Call&), imager(Context&, Call&),
+    quantize(Context&, Call&), display(Context&, Call&), hider(Context&, Call&),
+    color_samples(Context&, Call&), relative_detail(Context&, Call&), pixel_variance(Context&, Call&),
+    option(Context&, Call&);
+
+// handlers_attributes.cpp
+void color(Context&, Call&), opacity(Context&, Call&), texture_coordinates(Context&, Call&),
+    light_source(Context&, Call&), area_light_source(Context&, Call&), illuminate(Context&, Call&),
+    surface(Context&, Call&), displacement(Context&, Call&), interior(Context&, Call&),
+    exterior(Context&, Call&), atmosphere(Context&, Call&), shading_rate(Context&, Call&),
+    matte(Context&, Call&), detail(Context&, Call&), detail_range(Context&, Call&),
+    orientation(Context&, Call&), reverse_orientation(Context&, Call&), sides(Context&, Call&),
+    basis(Context&, Call&), trim_curve(Context&, Call&), attribute(Context&, Call&);
+
+// handlers_transform.cpp
+void identity(Context&, Call&), transform(Context&, Call&), concat_transform(Context&, Call&),
+    perspective(Context&, Call&), translate(Context&, Call&), rotate(Context&, Call&), scale(Context&, Call&),
+    skew(Context&, Call&), coordinate_system(Context&, Call&), coord_sys_transform(Context&, Call&);
+
+// handlers_geometry.cpp, handlers_patches.cpp
+void polygon(Context&, Call&), general_polygon(Context&, Call&), points_polygons(Context&, Call&),
+    points_general_polygons(Context&, Call&), subdivision_mesh(Context&, Call&), patch(Context&, Call&),
+    patch_mesh(Context&, Call&), nu_patch(Context&, Call&), quadric(Context&, Call&), curves(Context&, Call&),
+    points(Context&, Call&);
+
+} // namespace handlers
+} // namespace kanuka::ingest

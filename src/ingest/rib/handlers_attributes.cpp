@@ -1,0 +1,277 @@
+// Attributes: what holds for the primitives that follow.
+
+#include <cmath>
+
+#include "ingest/rib/context.h"
+#include "ingest/rib/handlers.h"
+
+namespace kanuka::ingest::handlers {
+
+using scene::ShaderRef;
+using scene::Value;
+
+// ---- colour
+// ---------------------------------------------------------------------------------------------------------
+
+static bool color_of(Context& c, const Call& call, Rgb& rgb) {
+    const auto& v = call.args[0].floats;
+    const auto& samples = c.options.rgb_from_samples;
+    const size_t n = samples.empty() ? 3 : samples.size() / 3;
+    if (v.size() != n) {
+        c.reports.error("colour components", call.where,
+                        std::string(call.spec->name) + ": expected " + std::to_string(n) +
+                            " numbers, found " + std::to_string(v.size()) + "; it stays as it was");
+        return false;
+    }
+    if (!c.finite(call, 1))
+        return false;
+    rgb = Rgb(0.0f);
+    for (size_t i = 0; i < n; i++)
+        for (int k = 0; k < 3; k++)
+            rgb[k] += v[i] * (samples.empty() ? float(int(i) == k) : samples[i * 3 + size_t(k)]);
+    return true;
+}
+
+void color(Context& c, Call& call) {
+    Rgb rgb;
+    if (color_of(c, call, rgb) && !(c.attributes.shared->color == rgb && (c.attributes.set & FieldColor)))
+        c.attributes.edit(FieldColor).color = rgb;
+}
+
+void opacity(Context& c, Call& call) {
+    Rgb rgb;
+    if (color_of(c, call, rgb) && !(c.attributes.shared->opacity == rgb && (c.attributes.set & FieldOpacity)))
+        c.attributes.edit(FieldOpacity).opacity = rgb;
+}
+
+void texture_coordinates(Context& c, Call& call) {
+    if (!c.finite(call, 1))
+        return;
+    auto& to = c.attributes.edit(FieldTextureCoordinates).texture_coordinates;
+    std::copy_n(call.args[0].floats.begin(), 8, to.begin());
+}
+
+// ---- shaders
+// --------------------------------------------------------------------------------------------------------
+
+void light_source(Context& c, Call& call) {
+    if (c.scope() == InObject) {
+        c.reports.error("light in object", call.where,
+                        "LightSource inside ObjectBegin … ObjectEnd was left out: lights cannot be "
+                        "instanced; move it out");
+        return;
+    }
+    const std::string handle = call.handle(1);
+    ShaderRef light = c.shader(call, 0);
+    light.handle = handle;
+    c.lights.declare(std::move(light), c.attributes);
+}
+
+void area_light_source(Context& c, Call& call) {
+    const std::string handle = call.handle(1);
+    const std::string& name = call.text(0);
+    c.lights.declare_area(handle);
+    if (name.empty() || name == "null") {
+        c.attributes.edit(FieldAreaLight).area_light.reset(); // ends an area light
+        return;
+    }
+    ShaderRef light = c.shader(call, 0);
+    light.handle = handle;
+    c.attributes.edit(FieldAreaLight).area_light = std::move(light);
+}
+
+void illuminate(Context& c, Call& call) {
+    c.lights.illuminate(call.handle(0), call.i(1) != 0, c.attributes, c.reports, call.where);
+}
+
+void surface(Context& c, Call& call) {
+    c.attributes.edit(FieldSurface).surface = c.shader(call, 0);
+}
+
+void displacement(Context& c, Call& call) {
+    auto& a = c.attributes.edit(FieldDisplacement);
+    if (call.text(0).empty() || call.text(0) == "null")
+        a.displacement.reset();
+    else
+        a.displacement = c.shader(call, 0);
+}
+
+void interior(Context& c, Call& call) {
+    c.attributes.edit(FieldInterior).interior = c.shader(call, 0);
+}
+
+static void not_run(Context& c, const Call& call) {
+    c.reports.once(Severity::Warning, call.spec->name, call.where,
+                   std::string(call.spec->name) + " \"" + call.text(0) +
+                       "\" is kept with the scene but not run: " + std::string(call.spec->note));
+}
+
+void exterior(Context& c, Call& call) {
+    not_run(c, call);
+    c.attributes.edit(FieldExterior).exterior = c.shader(call, 0);
+}
+
+void atmosphere(Context& c, Call& call) {
+    not_run(c, call);
+    c.attributes.edit(FieldAtmosphere).atmosphere = c.shader(call, 0);
+}
+
+// ---- numbers and switches
+// -------------------------------------------------------------------------------------------
+
+void shading_rate(Context& c, Call& call) {
+    if (!c.finite(call, 1))
+        return;
+    if (!(call.f(0) > 0)) {
+        c.reports.error("ShadingRate", call.where,
+                        "ShadingRate must be more than 0 pixels; it stays as it was");
+        return;
+    }
+    if (c.attributes.shared->shading_rate != call.f(0) || !(c.attributes.set & FieldShadingRate))
+        c.attributes.edit(FieldShadingRate).shading_rate = call.f(0);
+}
+
+void matte(Context& c, Call& call) {
+    c.attributes.edit(FieldMatte).matte = call.i(0) != 0;
+}
+
+void sides(Context& c, Call& call) {
+    if (call.i(0) != 1 && call.i(0) != 2) {
+        c.reports.error("Sides", call.where,
+                        "Sides " + std::to_string(call.i(0)) + ": it must be 1 or 2; it stays as it was");
+        return;
+    }
+    c.attributes.edit(FieldSides).sides = call.i(0);
+}
+
+// reverse_orientation = the outside is not where the handedness of the primitive's own space puts it. "lh"
+// and "rh" name a handedness outright: they are compared with that of the space current now, as seen from the
+// (left-handed) camera.
+void orientation(Context& c, Call& call) {
+    const std::string& o = call.text(0);
+    bool reverse;
+    if (o == "outside" || o == "inside") {
+        reverse = o == "inside";
+    } else if (o == "lh" || o == "rh") {
+        reverse = c.left_handed() != (o == "lh");
+    } else {
+        c.reports.error("Orientation", call.where,
+                        "Orientation \"" + o +
+                            "\": it must be outside, inside, lh or rh; it stays as it was");
+        return;
+    }
+    c.attributes.edit(FieldOrientation).reverse_orientation = reverse;
+}
+
+void reverse_orientation(Context& c, Call&) {
+    auto& a = c.attributes.edit(FieldToggleOrientation);
+    a.reverse_orientation = !a.reverse_orientation;
+}
+
+// ---- level of detail
+// ------------------------------------------------------------------------------------------------
+
+void detail(Context& c, Call& call) {
+    const auto& v = call.args[0].floats;
+    if (!c.finite(call, 1))
+        return;
+    Bounds3f b;
+    b.extend(Vec3f(v[0], v[2], v[4]));
+    b.extend(Vec3f(v[1], v[3], v[5]));
+    c.attributes.detail_bound = b;
+    c.attributes.detail_transform = c.camera_from_current();
+}
+
+// The area in pixels of the bound's image, times RelativeDetail (RISpec 4.2.5). Infinite where it reaches
+// behind the eye.
+static double detail_size(const Context& c) {
+    const Bounds3f& b = *c.attributes.detail_bound;
+    const scene::Camera& camera = c.options.camera;
+    const bool perspective = camera.projection == scene::Camera::Projection::Perspective;
+    double lo[2] = {1e300, 1e300}, hi[2] = {-1e300, -1e300};
+    for (int corner = 0; corner < 8; corner++) {
+        const Vec3f p = c.attributes.detail_transform.point(
+            {corner & 1 ? b.hi.x : b.lo.x, corner & 2 ? b.hi.y : b.lo.y, corner & 4 ? b.hi.z : b.lo.z});
+        if (perspective && p.z <= camera.near_clip)
+            return std::numeric_limits<double>::infinity();
+        for (int k = 0; k < 2; k++) {
+            const double s = perspective ? double(p[k]) / p.z : double(p[k]);
+            lo[k] = std::min(lo[k], s);
+            hi[k] = std::max(hi[k], s);
+        }
+    }
+    const scene::Options& o = c.options.options;
+    const double aspect = o.width * double(o.pixel_aspect) / o.height;
+    std::array<float, 4> window{-1, 1, -1, 1};
+    if (camera.screen_window)
+        window = *camera.screen_window;
+    else if (const double f = c.options.frame_aspect_ratio ? double(*c.options.frame_aspect_ratio) : aspect;
+             f >= 1)
+        window = {float(-f), float(f), -1, 1};
+    else
+        window = {-1, 1, float(-1 / f), float(1 / f)};
+    const double focal = perspective ? 1 / std::tan(double(camera.fov) * 3.14159265358979323846 / 360) : 1;
+    const double sx = focal * o.width / std::abs(double(window[1]) - window[0]);
+    const double sy = focal * o.height / std::abs(double(window[3]) - window[2]);
+    return (hi[0] - lo[0]) * sx * (hi[1] - lo[1]) * sy * c.options.relative_detail;
+}
+
+// A representation fades in from minvisible to lowertransition, and out from uppertransition to maxvisible.
+// Neighbours share their transitions, so switching in the middle shows one of them at every size.
+void detail_range(Context& c, Call& call) {
+    const auto& v = call.args[0].floats;
+    if (!(v[0] <= v[1] && v[1] <= v[2] && v[2] <= v[3])) {
+        c.reports.error("DetailRange", call.where,
+                        "DetailRange was left out: its four numbers must not fall");
+        return;
+    }
+    if (!c.attributes.detail_bound) {
+        c.attributes.detail_visible = true;
+        return;
+    }
+    const double size = detail_size(c);
+    const double in = (double(v[0]) + v[1]) / 2, out = (double(v[2]) + v[3]) / 2;
+    c.attributes.detail_visible = size >= in && (size < out || v[3] >= 1e37f);
+}
+
+// ---- Attribute
+// ------------------------------------------------------------------------------------------------------
+
+static int integer_of(const Value& v) {
+    if (!v.ints.empty())
+        return v.ints[0];
+    if (!v.floats.empty())
+        return int(v.floats[0]);
+    return 0;
+}
+
+void attribute(Context& c, Call& call) {
+    const std::string& category = call.text(0);
+    for (Value& v : call.params.values) {
+        const auto is = [&](std::string_view wanted_category, std::string_view name) {
+            return category == wanted_category && v.name == name;
+        };
+        const bool text = v.type == scene::Type::String;
+        if (is("identifier", "name") && text && !v.strings.empty()) {
+            c.attributes.edit(FieldName).name = v.strings[0];
+        } else if (is("displacementbound", "sphere") && !text) {
+            const float bound = !v.floats.empty() ? v.floats[0] : float(integer_of(v));
+            c.attributes.edit(FieldDisplacementBound).displacement_bound =
+                std::isfinite(bound) ? std::abs(bound) : 0.0f;
+        } else if (is("displacementbound", "coordinatesystem") && text && !v.strings.empty()) {
+            c.attributes.edit(FieldDisplacementBound).displacement_bound_space = v.strings[0];
+        } else if (is("visibility", "camera") && !text) {
+            c.attributes.edit(FieldVisibility).visible_camera = integer_of(v) != 0;
+        } else if ((is("dice", "flatness") || is("kanuka", "diceflatness")) && !text) {
+            c.attributes.edit(FieldDiceFlatness).dice_flatness = integer_of(v) != 0;
+        } else if (category == "kanuka") {
+            c.reports.error("Attribute kanuka", v.where,
+                            "Attribute \"kanuka\": there is no \"" + v.name + "\"; there is diceflatness");
+        } else {
+            v.name = category + ":" + v.name;
+            c.attributes.edit(FieldUser).user.set(std::move(v));
+        }
+    }
+}
+
+} // namespace kanuka::ingest::handlers

@@ -1,0 +1,168 @@
+// Blocks, archives, conditions, procedurals.
+
+#include "ingest/rib/condition.h"
+#include "ingest/rib/context.h"
+#include "ingest/rib/handlers.h"
+
+namespace kanuka::ingest::handlers {
+
+void declare(Context& c, Call& call) {
+    std::string problem;
+    const auto parsed = parse_declaration(call.text(1), false, problem);
+    if (!parsed || !parsed->name.empty()) {
+        c.reports.error(
+            "Declare", call.where,
+            "Declare \"" + call.text(0) + "\" was left out: " +
+                (parsed ? "the declaration \"" + call.text(1) + "\" must not hold a name" : problem));
+        return;
+    }
+    c.declarations.declare(call.text(0), parsed->declaration);
+}
+
+void frame_begin(Context& c, Call& call) {
+    c.begin_frame(call.i(0), call.where);
+}
+void frame_end(Context& c, Call& call) {
+    c.end_frame(call.where);
+}
+void world_begin(Context& c, Call& call) {
+    c.begin_world(call.where);
+}
+void world_end(Context& c, Call& call) {
+    c.end_world(call.where);
+}
+void attribute_begin(Context& c, Call& call) {
+    c.open(BlockKind::Attribute, call.where);
+}
+void attribute_end(Context& c, Call& call) {
+    c.close(BlockKind::Attribute, call.where);
+}
+void transform_begin(Context& c, Call& call) {
+    c.open(BlockKind::Transform, call.where);
+}
+void transform_end(Context& c, Call& call) {
+    c.close(BlockKind::Transform, call.where);
+}
+
+void solid_begin(Context& c, Call& call) {
+    const std::string& operation = call.text(0);
+    if (operation != "primitive" && operation != "union" && operation != "intersection" &&
+        operation != "difference")
+        c.reports.error("SolidBegin", call.where,
+                        "SolidBegin \"" + operation +
+                            "\": it must be primitive, union, intersection or difference");
+    else if (operation == "intersection" || operation == "difference")
+        c.reports.once(
+            Severity::Warning, "SolidBegin", call.where,
+            "SolidBegin \"" + operation +
+                "\": set operations on solids are not supported yet; their primitives are rendered whole");
+    c.open(BlockKind::Solid, call.where);
+}
+void solid_end(Context& c, Call& call) {
+    c.close(BlockKind::Solid, call.where);
+}
+
+void object_begin(Context& c, Call& call) {
+    c.begin_object(call.handle(0), call.where);
+}
+void object_end(Context& c, Call& call) {
+    c.end_object(call.where);
+}
+void object_instance(Context& c, Call& call) {
+    c.add_instance(call);
+}
+
+void motion_begin(Context& c, Call& call) {
+    if (call.args[0].floats.size() > 1)
+        c.reports.once(Severity::Info, "MotionBegin", call.where,
+                       "MotionBegin: motion blur is not supported yet; the first sample was used");
+    c.begin_motion(call.where);
+}
+void motion_end(Context& c, Call& call) {
+    c.end_motion(call.where);
+}
+
+void read_archive(Context& c, Call& call) {
+    c.stream.read_archive(call.text(0), call.where);
+}
+void archive_begin(Context& c, Call& call) {
+    c.stream.record_archive(call.text(0));
+}
+
+void archive_end(Context& c, Call& call) {
+    c.reports.error("unmatched ArchiveEnd", call.where, "ArchiveEnd without ArchiveBegin was left out");
+}
+
+// ---- conditions
+// -----------------------------------------------------------------------------------------------------
+
+static bool holds(Context& c, const Call& call) {
+    std::string problem;
+    const bool result = evaluate_condition(call.text(0), c, problem);
+    if (!problem.empty())
+        c.reports.error("condition", call.where,
+                        std::string(call.spec->name) + " \"" + call.text(0) + "\": " + problem +
+                            "; taken as false");
+    return result && problem.empty();
+}
+
+static void enter(Context& c, bool take) {
+    if (take)
+        c.conditions.back() = true;
+    else
+        c.stream.skip_to("IfBegin", {"ElseIf", "Else", "IfEnd"});
+}
+
+static bool inside_if(Context& c, const Call& call) {
+    if (!c.conditions.empty())
+        return true;
+    c.reports.error("unmatched " + std::string(call.spec->name), call.where,
+                    std::string(call.spec->name) + " without IfBegin was left out");
+    return false;
+}
+
+void if_begin(Context& c, Call& call) {
+    c.conditions.push_back(false);
+    enter(c, holds(c, call));
+}
+
+void else_if(Context& c, Call& call) {
+    if (inside_if(c, call))
+        enter(c, !c.conditions.back() && holds(c, call));
+}
+
+void else_branch(Context& c, Call& call) {
+    if (inside_if(c, call))
+        enter(c, !c.conditions.back());
+}
+
+void if_end(Context& c, Call& call) {
+    if (inside_if(c, call))
+        c.conditions.pop_back();
+}
+
+// ---- procedurals
+// ----------------------------------------------------------------------------------------------------
+
+void procedural(Context& c, Call& call) {
+    const std::string& type = call.text(0);
+    const auto& arguments = call.args[1].strings;
+    if (type == "DelayedReadArchive" && !arguments.empty()) {
+        // A procedural starts from the state around it and leaves none behind.
+        c.open(BlockKind::Attribute, call.where);
+        const size_t depth = c.blocks().size();
+        const Location where = call.where; // the archive's own calls reuse `call`
+        c.stream.read_archive(arguments[0], where);
+        if (c.blocks().size() >= depth)
+            c.close(BlockKind::Attribute, where);
+        return;
+    }
+    c.reports.once(Severity::Error, "Procedural " + type, call.where,
+                   "Procedural \"" + type + "\" is not supported and was left out" +
+                       (type == "RunProgram"
+                            ? ": run \"" + (arguments.empty() ? "" : arguments[0]) +
+                                  "\" beforehand, save its RIB, and use Procedural \"DelayedReadArchive\""
+                            : ": use \"DelayedReadArchive\" with a RIB file"));
+}
+
+} // namespace kanuka::ingest::handlers

@@ -1,0 +1,288 @@
+// Options: what holds for the whole picture.
+
+#include <cmath>
+
+#include "ingest/rib/context.h"
+#include "ingest/rib/handlers.h"
+#include "ingest/rib/search_path.h"
+
+namespace kanuka::ingest::handlers {
+
+using scene::Value;
+
+static void keep(scene::ValueList& list, std::string name, std::vector<float> floats) {
+    Value v;
+    v.name = std::move(name);
+    v.array_size = int(floats.size());
+    v.floats = std::move(floats);
+    list.set(std::move(v));
+}
+
+static void keep_text(scene::ValueList& list, std::string name, std::string text) {
+    Value v;
+    v.name = std::move(name);
+    v.type = scene::Type::String;
+    v.strings = std::vector<std::string>{std::move(text)};
+    list.set(std::move(v));
+}
+
+static void out_of_range(Context& c, const Call& call, const std::string& what) {
+    c.reports.error("range of " + std::string(call.spec->name), call.where,
+                    std::string(call.spec->name) + ": " + what + "; it stays as it was");
+}
+
+void format(Context& c, Call& call) {
+    if (!c.finite(call, 3))
+        return;
+    scene::Options& o = c.options.options;
+    // -1 asks for the default of the display (RISpec 4.1.2).
+    const auto side = [&](size_t i, int& side) {
+        if (call.i(i) > 0)
+            side = call.i(i);
+        else if (call.i(i) != -1)
+            out_of_range(c, call, "a resolution of " + std::to_string(call.i(i)) + " must be 1 or more");
+    };
+    side(0, o.width);
+    side(1, o.height);
+    if (call.args[2].given && call.f(2) > 0)
+        o.pixel_aspect = call.f(2);
+    else if (call.args[2].given && call.f(2) != -1)
+        out_of_range(c, call, "the pixel aspect ratio must be more than 0");
+}
+
+void frame_aspect_ratio(Context& c, Call& call) {
+    if (c.finite(call, 1) && call.f(0) > 0)
+        c.options.frame_aspect_ratio = call.f(0);
+    else
+        out_of_range(c, call, "the ratio must be more than 0");
+}
+
+void screen_window(Context& c, Call& call) {
+    const auto& v = call.args[0].floats;
+    if (!c.finite(call, 1))
+        return;
+    if (v[0] == v[1] || v[2] == v[3])
+        return out_of_range(c, call, "the window is empty; left and right, bottom and top must differ");
+    c.options.camera.screen_window = {v[0], v[1], v[2], v[3]};
+}
+
+void crop_window(Context& c, Call& call) {
+    const auto& v = call.args[0].floats;
+    if (!c.finite(call, 1))
+        return;
+    if (!(v[0] < v[1] && v[2] < v[3] && v[0] >= 0 && v[1] <= 1 && v[2] >= 0 && v[3] <= 1))
+        return out_of_range(c, call, "it takes xmin < xmax and ymin < ymax between 0 and 1");
+    c.options.options.crop = {v[0], v[1], v[2], v[3]};
+}
+
+void projection(Context& c, Call& call) {
+    scene::Camera& camera = c.options.camera;
+    if (call.text(0) == "perspective") {
+        camera.projection = scene::Camera::Projection::Perspective;
+        const float fov = call.params.get_float("fov", 90);
+        if (fov > 0 && fov < 180)
+            camera.fov = fov;
+        else
+            out_of_range(c, call, "the field of view must lie between 0 and 180 degrees");
+    } else if (call.text(0) == "orthographic") {
+        camera.projection = scene::Camera::Projection::Orthographic;
+    } else if (call.text(0) != "null") {
+        c.reports.error("Projection", call.where,
+                        "Projection \"" + call.text(0) +
+                            "\" is unknown; the projection stays as it was (there are "
+                            "perspective and orthographic)");
+    }
+    // What comes before Projection would transform the projected picture (RISpec 4.1.1); what comes after it,
+    // the camera.
+    if (!(c.ctm == Transform{}))
+        c.reports.warning(
+            "transformation before Projection", call.where,
+            "transformations before Projection were dropped; move them behind Projection, or use "
+            "ScreenWindow to shift the picture");
+    c.ctm = {};
+    // Names of spaces are relative to the camera: "screen" and "NDC" have no affine place in the scene.
+}
+
+void clipping(Context& c, Call& call) {
+    if (!c.finite(call, 2))
+        return;
+    if (!(call.f(0) < call.f(1)))
+        return out_of_range(c, call, "near must be less than far");
+    c.options.camera.near_clip = call.f(0);
+    c.options.camera.far_clip = call.f(1);
+}
+
+void depth_of_field(Context& c, Call& call) {
+    scene::Camera& camera = c.options.camera;
+    if (!call.args[0].given) {
+        camera.f_stop = camera.focal_length = camera.focal_distance = 0;
+        return;
+    }
+    if (!call.args[2].given)
+        return out_of_range(c, call,
+                            "it takes fstop, focallength and focaldistance, or nothing for a pinhole");
+    if (!c.finite(call, 3) || !(call.f(0) > 0 && call.f(1) > 0 && call.f(2) > 0))
+        return out_of_range(c, call, "fstop, focallength and focaldistance must be more than 0");
+    // Exporters write a huge f-stop for a pinhole.
+    const bool pinhole = call.f(0) >= 1e30f;
+    camera.f_stop = pinhole ? 0 : call.f(0);
+    camera.focal_length = pinhole ? 0 : call.f(1);
+    camera.focal_distance = pinhole ? 0 : call.f(2);
+}
+
+void shutter(Context& c, Call& call) {
+    if (!c.finite(call, 2))
+        return;
+    c.options.options.shutter_open = call.f(0);
+    c.options.options.shutter_close = call.f(1);
+}
+
+void pixel_variance(Context& c, Call& call) {
+    keep(c.options.options.user, "pixelvariance", {call.f(0)});
+}
+
+void pixel_samples(Context& c, Call& call) {
+    const double samples = call.d(0) * call.d(1);
+    if (!(samples > 0 && samples <= 1e6))
+        return out_of_range(c, call, "the number of samples must lie between 1 and 1000000");
+    c.options.options.samples = std::max(1, int(std::lround(samples)));
+}
+
+void pixel_filter(Context& c, Call& call) {
+    constexpr std::string_view known[] = {"box",  "triangle", "gaussian",       "catmull-rom",
+                                          "sinc", "mitchell", "blackman-harris"};
+    std::string name = call.text(0);
+    if (name == "separable-catmull-rom")
+        name = "catmull-rom";
+    if (!c.finite(call, 3) || !(call.f(1) > 0 && call.f(2) > 0 && call.f(1) <= 64 && call.f(2) <= 64))
+        return out_of_range(c, call, "the widths must lie between 0 and 64 pixels");
+    if (std::find(std::begin(known), std::end(known), name) == std::end(known)) {
+        std::string names;
+        for (const std::string_view k : known)
+            names += (names.empty() ? "" : ", ") + std::string(k);
+        return out_of_range(c, call, "there is no filter \"" + name + "\" (there are " + names + ")");
+    }
+    c.options.options.filter = name;
+    c.options.options.filter_width[0] = call.f(1);
+    c.options.options.filter_width[1] = call.f(2);
+}
+
+void exposure(Context& c, Call& call) {
+    if (!c.finite(call, 2) || !(call.f(1) > 0))
+        return out_of_range(c, call, "gamma must be more than 0");
+    c.options.options.exposure_gain = call.f(0);
+    c.options.options.exposure_gamma = call.f(1);
+}
+
+void imager(Context& c, Call& call) {
+    c.reports.once(Severity::Warning, "Imager", call.where,
+                   "Imager \"" + call.text(0) +
+                       "\" is kept with the scene but not run: imager shaders are not supported yet");
+    c.options.options.imager = c.shader(call, 0);
+}
+
+void quantize(Context& c, Call& call) {
+    keep(c.options.options.user, "quantize:" + call.text(0), {call.f(1), call.f(2), call.f(3), call.f(4)});
+}
+
+void display(Context& c, Call& call) {
+    scene::Display d;
+    d.file = call.text(0);
+    d.driver = call.text(1);
+    d.mode = call.text(2);
+    d.parameters = std::move(call.params);
+    auto& displays = c.options.options.displays;
+    if (!d.file.empty() && d.file[0] == '+')
+        d.file.erase(0, 1);
+    else
+        displays.clear();
+    displays.push_back(std::move(d));
+}
+
+void hider(Context& c, Call& call) {
+    scene::ValueList& user = c.options.options.user;
+    keep_text(user, "hider", call.text(0));
+    for (Value& v : call.params.values) {
+        v.name = "hider:" + v.name;
+        user.set(std::move(v));
+    }
+}
+
+void color_samples(Context& c, Call& call) {
+    const auto& n_rgb = call.args[0].floats;
+    const size_t n = n_rgb.size() / 3;
+    if (n == 0 || n_rgb.size() != 3 * n || call.args[1].floats.size() != 3 * n)
+        return out_of_range(c, call, "both arrays must have three numbers a colour component");
+    if (!c.finite(call, 2))
+        return;
+    c.options.rgb_from_samples = n_rgb;
+    if (n != 3)
+        c.reports.once(Severity::Warning, "ColorSamples", call.where,
+                       "ColorSamples with " + std::to_string(n) +
+                           " components is applied to Color and Opacity; colours among parameters stay RGB");
+}
+
+void relative_detail(Context& c, Call& call) {
+    if (!c.finite(call, 1) || !(call.f(0) >= 0))
+        return out_of_range(c, call, "the scale must be 0 or more");
+    c.options.relative_detail = call.f(0);
+}
+
+// ---- Option
+// ---------------------------------------------------------------------------------------------------------
+
+static void kanuka_option(Context& c, const Value& v) {
+    scene::Options& o = c.options.options;
+    const float f = !v.floats.empty() ? v.floats[0] : !v.ints.empty() ? float(v.ints[0]) : 0;
+    const bool number = v.type != scene::Type::String;
+    const auto wrong = [&](const char* needs) {
+        c.reports.error("Option kanuka", v.where,
+                        "Option \"kanuka\": \"" + v.name + "\" must be " + needs + "; it stays as it was");
+    };
+    if (v.name == "geometrytolerance") {
+        number&& f >= 0 ? void(o.geometry_tolerance = f) : wrong("a number of pixels, 0 or more");
+    } else if (v.name == "normaltolerance") {
+        number&& f >= 0 ? void(o.normal_tolerance = f) : wrong("an angle in degrees, 0 or more");
+    } else if (v.name == "maxdepth") {
+        number&& f >= 0 && f <= 1000 ? void(o.max_depth = int(f)) : wrong("a whole number from 0 to 1000");
+    } else if (v.name == "progressions" || v.name == "samples") {
+        number&& f >= 1 ? void(o.samples = int(std::min(f, 1e6f))) : wrong("a whole number of 1 or more");
+    } else if (v.name == "seed") {
+        number ? void(o.seed = v.ints.empty() ? uint32_t(int64_t(f)) : uint32_t(v.ints[0]))
+               : wrong("a whole number");
+    } else if (v.name == "integrator") {
+        number ? wrong("the name of an integrator")
+               : void(o.integrator = v.strings.empty() ? "path" : v.strings[0]);
+    } else {
+        c.reports.error(
+            "Option kanuka", v.where,
+            "Option \"kanuka\": there is no \"" + v.name +
+                "\"; there are geometrytolerance, normaltolerance, maxdepth, progressions, integrator, seed");
+    }
+}
+
+static void search_path_option(Context& c, const Value& v) {
+    scene::Options& o = c.options.options;
+    std::vector<std::string>* path = v.name == "shader"    ? &o.shader_path
+                                     : v.name == "texture" ? &o.texture_path
+                                     : v.name == "archive" ? &o.archive_path
+                                                           : nullptr;
+    if (path && !v.strings.empty())
+        *path = expand_search_path(v.strings[0], *path, c.default_path, c.stream.folder());
+}
+
+void option(Context& c, Call& call) {
+    const std::string& category = call.text(0);
+    for (Value& v : call.params.values) {
+        if (category == "kanuka") {
+            kanuka_option(c, v);
+            continue;
+        }
+        if (category == "searchpath")
+            search_path_option(c, v);
+        v.name = category + ":" + v.name;
+        c.options.options.user.set(std::move(v));
+    }
+}
+
+} // namespace kanuka::ingest::handlers

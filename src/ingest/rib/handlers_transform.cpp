@@ -1,0 +1,129 @@
+// Transformations. RenderMan multiplies row vectors, p' = p M, and puts each new matrix in front: CTM' = M
+// CTM. Here p' = M p with transposed matrices, so each new one goes behind: ctm' = ctm * M.
+
+#include <cmath>
+
+#include "ingest/rib/context.h"
+#include "ingest/rib/handlers.h"
+
+namespace kanuka::ingest::handlers {
+
+namespace {
+
+Transform from_rows(const std::vector<float>& rows) {
+    Transform t;
+    for (size_t i = 0; i < 4; i++)
+        for (size_t j = 0; j < 4; j++)
+            t.m[j][i] = double(rows[i * 4 + j]);
+    return t;
+}
+
+} // namespace
+
+void identity(Context& c, Call&) {
+    c.ctm = {};
+}
+
+void transform(Context& c, Call& call) {
+    if (c.finite(call, 1))
+        c.ctm = from_rows(call.args[0].floats);
+}
+
+void concat_transform(Context& c, Call& call) {
+    if (c.finite(call, 1))
+        c.ctm = c.ctm * from_rows(call.args[0].floats);
+}
+
+void translate(Context& c, Call& call) {
+    const auto& v = call.args[0].floats;
+    if (c.finite(call, 1))
+        c.ctm = c.ctm * Transform::translate(v[0], v[1], v[2]);
+}
+
+void scale(Context& c, Call& call) {
+    const auto& v = call.args[0].floats;
+    if (c.finite(call, 1))
+        c.ctm = c.ctm * Transform::scale(v[0], v[1], v[2]);
+}
+
+// Rotate about z by a positive angle takes x towards y. In RenderMan's left-handed camera space that is the
+// left-hand rule, in a right-handed space the right-hand rule: the matrix is Rodrigues' in both.
+void rotate(Context& c, Call& call) {
+    const auto& v = call.args[0].floats;
+    if (!c.finite(call, 1))
+        return;
+    if (v[1] == 0 && v[2] == 0 && v[3] == 0) {
+        if (v[0] != 0)
+            c.reports.warning("axis of rotation", call.where,
+                              "Rotate about the axis 0 0 0 was left out; give a direction");
+        return;
+    }
+    c.ctm = c.ctm * Transform::rotate(v[0], v[1], v[2], v[3]);
+}
+
+// Shears along d2 so that d1 turns by `angle` towards d2 (RISpec 4.3). With e the part of d1 across d2 and a
+// the angle between d1 and d2, p' = p + (p . e) (cot(a - angle) - cot(a)) d2 does that and keeps the plane
+// across e fixed.
+void skew(Context& c, Call& call) {
+    const auto& v = call.args[0].floats;
+    if (!c.finite(call, 1))
+        return;
+    const Vec3<double> d1(v[1], v[2], v[3]), d2(v[4], v[5], v[6]);
+    const double l1 = std::sqrt(d1.x * d1.x + d1.y * d1.y + d1.z * d1.z);
+    const double l2 = std::sqrt(d2.x * d2.x + d2.y * d2.y + d2.z * d2.z);
+    const double angle = v[0] * 3.14159265358979323846 / 180;
+    const double cosine = (d1.x * d2.x + d1.y * d2.y + d1.z * d2.z) / (l1 * l2);
+    const double between = std::acos(std::min(1.0, std::max(-1.0, cosine)));
+    const double sine = std::sin(between);
+    // Written so that NaN (directions of length zero) fails too.
+    if (!(l1 > 0 && l2 > 0 && sine > 1e-9) || angle >= between || angle <= between - 3.14159265358979323846) {
+        c.reports.error("Skew", call.where,
+                        "Skew was left out: the two directions must differ, and the angle be smaller than "
+                        "the one between "
+                        "them");
+        return;
+    }
+    const double s = 1 / std::tan(between - angle) - cosine / sine;
+    const double u[3] = {d2.x / l2, d2.y / l2, d2.z / l2};
+    const double w[3] = {d1.x / l1, d1.y / l1, d1.z / l1};
+    Transform t;
+    for (size_t i = 0; i < 3; i++)
+        for (size_t j = 0; j < 3; j++)
+            t.m[i][j] += s * u[i] * (w[j] - cosine * u[j]) / sine;
+    c.ctm = c.ctm * t;
+}
+
+// x' = x / (z tan(fov/2)), y' likewise, z' = 1 - 1/z.
+void perspective(Context& c, Call& call) {
+    if (!c.finite(call, 1))
+        return;
+    const double d = std::tan(call.d(0) * 3.14159265358979323846 / 360);
+    if (!(d > 0)) {
+        c.reports.error("Perspective", call.where,
+                        "Perspective was left out: the field of view must lie between 0 and 180 degrees");
+        return;
+    }
+    Transform t;
+    t.m = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, d, -d}, {0, 0, d, 0}}};
+    c.ctm = c.ctm * t;
+}
+
+void coordinate_system(Context& c, Call& call) {
+    c.coordinate_systems[call.text(0)] = c.ctm;
+}
+
+void coord_sys_transform(Context& c, Call& call) {
+    const auto known = c.coordinate_systems.find(call.text(0));
+    if (known == c.coordinate_systems.end()) {
+        std::string names;
+        for (const auto& [name, transform] : c.coordinate_systems)
+            names += (names.empty() ? "" : ", ") + name;
+        c.reports.error("unknown coordinate system", call.where,
+                        "CoordSysTransform: there is no coordinate system \"" + call.text(0) +
+                            "\"; there are: " + (names.empty() ? "none" : names));
+        return;
+    }
+    c.ctm = known->second;
+}
+
+} // namespace kanuka::ingest::handlers

@@ -1,0 +1,37 @@
+// Light sources and what they shine on.
+#pragma once
+
+#include <map>
+
+#include "ingest/rib/reports.h"
+#include "ingest/rib/state.h"
+
+namespace kanuka::ingest {
+
+class Lights {
+  public:
+    // Adds a light and turns it on in `attributes`. A handle used again means the newer light from here on.
+    void declare(scene::ShaderRef shader, AttributeState& attributes);
+    // AreaLightSource: known by its handle, but lit by its primitives.
+    void declare_area(const std::string& handle) { m_handles[handle] = AreaLight; }
+    void illuminate(const std::string& handle, bool on, AttributeState& attributes, Reports& reports,
+                    const Location& where);
+    // A primitive is declared under this attribute state.
+    void shine(const AttributeState& attributes);
+    // WorldBegin: what was declared in camera space gets its place in the world.
+    void place(const Transform& world_from_camera);
+    // The lights that are on for at least one primitive, in order of declaration. Lights that are on for some
+    // only shine on all, which is reported.
+    std::vector<scene::ShaderRef> finish(Reports& reports) const;
+    size_t size() const { return m_lights.size(); }
+    void truncate(size_t size); // forgets the lights of a frame that ends
+
+  private:
+    static constexpr int AreaLight = -1;
+    std::vector<scene::ShaderRef> m_lights;
+    std::map<std::string, int> m_handles;
+    std::set<std::shared_ptr<const LightSet>> m_seen; // every set that a primitive was declared under
+    std::shared_ptr<const LightSet> m_last;
+};
+
+} // namespace kanuka::ingest

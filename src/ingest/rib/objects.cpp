@@ -1,0 +1,193 @@
+#include "ingest/rib/objects.h"
+
+#include <algorithm>
+
+namespace kanuka::ingest {
+
+using scene::Attributes;
+using scene::ShaderRef;
+
+namespace {
+
+bool same(const scene::Value& a, const scene::Value& b) {
+    return a.name == b.name && a.type == b.type && a.array_size == b.array_size &&
+           std::ranges::equal(a.floats, b.floats) && std::ranges::equal(a.ints, b.ints) &&
+           std::ranges::equal(a.strings, b.strings);
+}
+bool same(const scene::ValueList& a, const scene::ValueList& b) {
+    return std::ranges::equal(a.values, b.values, [](const auto& x, const auto& y) { return same(x, y); });
+}
+// Where a shader was declared does not count: instances share what was shaded once, in the shader space of
+// the first.
+bool same(const std::optional<ShaderRef>& a, const std::optional<ShaderRef>& b) {
+    if (!a || !b)
+        return !a && !b;
+    return a->name == b->name && same(a->parameters, b->parameters);
+}
+
+// The look of what inherits from either is the same; the name does not count.
+bool same_look(const Attributes& a, const Attributes& b) {
+    return a.color == b.color && a.opacity == b.opacity && a.shading_rate == b.shading_rate &&
+           a.sides == b.sides && a.reverse_orientation == b.reverse_orientation && a.matte == b.matte &&
+           same(a.surface, b.surface) && same(a.displacement, b.displacement) &&
+           same(a.interior, b.interior) && same(a.exterior, b.exterior) && same(a.atmosphere, b.atmosphere) &&
+           same(a.area_light, b.area_light) && a.displacement_bound == b.displacement_bound &&
+           a.displacement_bound_space == b.displacement_bound_space && a.visible_camera == b.visible_camera &&
+           a.dice_flatness == b.dice_flatness && a.texture_coordinates == b.texture_coordinates &&
+           same(a.user, b.user);
+}
+
+// Of what most often differs; equal looks have equal hashes.
+size_t look_hash(const Attributes& a) {
+    size_t h = 0;
+    const auto add = [&](size_t v) { h = (h ^ v) * 0x9e3779b97f4a7c15ull + (h >> 29); };
+    const auto add_float = [&](float v) { add(std::hash<float>{}(v)); };
+    for (int i = 0; i < 3; i++)
+        add_float(a.color[i]), add_float(a.opacity[i]);
+    for (const std::optional<ShaderRef>* shader : {&a.surface, &a.displacement})
+        if (*shader) {
+            add(std::hash<std::string>{}((*shader)->name));
+            for (const scene::Value& v : (*shader)->parameters.values) {
+                for (const float f : v.floats)
+                    add_float(f);
+                for (const std::string& s : v.strings)
+                    add(std::hash<std::string>{}(s));
+            }
+        }
+    for (const scene::Value& v : a.user.values)
+        for (const float f : v.floats)
+            add_float(f);
+    return h;
+}
+
+} // namespace
+
+std::shared_ptr<const Attributes> inherit(const std::shared_ptr<const Attributes>& inherited,
+                                          const std::shared_ptr<const Attributes>& own, uint32_t set) {
+    if (set == 0)
+        return inherited;
+    auto r = std::make_shared<Attributes>(*inherited);
+    const auto take = [&](uint32_t field, auto member) {
+        if (set & field)
+            (*r).*member = (*own).*member;
+    };
+    take(FieldColor, &Attributes::color);
+    take(FieldOpacity, &Attributes::opacity);
+    take(FieldShadingRate, &Attributes::shading_rate);
+    take(FieldSides, &Attributes::sides);
+    take(FieldOrientation, &Attributes::reverse_orientation);
+    take(FieldMatte, &Attributes::matte);
+    take(FieldSurface, &Attributes::surface);
+    take(FieldDisplacement, &Attributes::displacement);
+    take(FieldInterior, &Attributes::interior);
+    take(FieldExterior, &Attributes::exterior);
+    take(FieldAtmosphere, &Attributes::atmosphere);
+    take(FieldAreaLight, &Attributes::area_light);
+    take(FieldDisplacementBound, &Attributes::displacement_bound);
+    take(FieldDisplacementBound, &Attributes::displacement_bound_space);
+    take(FieldName, &Attributes::name);
+    take(FieldVisibility, &Attributes::visible_camera);
+    take(FieldDiceFlatness, &Attributes::dice_flatness);
+    take(FieldTextureCoordinates, &Attributes::texture_coordinates);
+    if ((set & FieldToggleOrientation) && !(set & FieldOrientation))
+        r->reverse_orientation = inherited->reverse_orientation != own->reverse_orientation;
+    if (set & FieldUser)
+        for (const scene::Value& value : own->user.values)
+            r->user.set(value);
+    return r;
+}
+
+int Objects::begin(const std::string& handle, const Location& where) {
+    m_records.push_back({handle, where, {}, {}, {}});
+    return int(m_records.size()) - 1;
+}
+
+void Objects::end(int object) {
+    m_handles[record(object).name] = object;
+}
+
+int Objects::find(const std::string& handle) const {
+    const auto it = m_handles.find(handle);
+    return it == m_handles.end() ? -1 : it->second;
+}
+
+static void append_3x4(std::vector<float>& out, const Transform& t) {
+    for (size_t row = 0; row < 3; row++)
+        for (size_t column = 0; column < 4; column++)
+            out.push_back(float(t.m[row][column]));
+}
+
+// Group indices of children are lower than their parent's: children are made first.
+int Objects::group_for(scene::Scene& scene, int object, const std::shared_ptr<const Attributes>& attributes,
+                       const Transform& world_from_object) {
+    {
+        ObjectRecord& r = record(object);
+        if (const auto it = r.by_pointer.find(attributes.get()); it != r.by_pointer.end())
+            return it->second.group;
+        const auto [first, last] = r.looks.equal_range(look_hash(*attributes));
+        for (auto v = first; v != last; ++v)
+            if (same_look(*v->second.attributes, *attributes)) {
+                r.by_pointer[attributes.get()] = {attributes, v->second.group};
+                return v->second.group;
+            }
+    }
+    scene::Group group;
+    group.name = record(object).name;
+    // Inherited shaders were declared in world space; group members see them from the group.
+    auto local = std::make_shared<Attributes>(*attributes);
+    const Transform object_from_world = world_from_object.inverse();
+    for (std::optional<ShaderRef>* shader : {&local->surface, &local->displacement, &local->interior,
+                                             &local->exterior, &local->atmosphere, &local->area_light})
+        if (*shader)
+            (*shader)->world_from_shader = object_from_world * (*shader)->world_from_shader;
+    const std::shared_ptr<const Attributes> shared_local = local;
+    std::map<std::pair<const Attributes*, uint32_t>, std::shared_ptr<const Attributes>> merged;
+    std::map<int, std::vector<float>> children;
+    for (size_t i = 0; i < record(object).members.size(); i++) {
+        const ObjectRecord::Member& member = record(object).members[i];
+        auto& look = merged[{member.primitive.attributes.get(), member.set}];
+        if (!look)
+            look = inherit(shared_local, member.primitive.attributes, member.set);
+        if (member.object < 0) {
+            group.primitives.push_back(member.primitive);
+            group.primitives.back().attributes = look;
+        } else {
+            const int child = group_for(scene, member.object, look, member.primitive.world_from_object);
+            append_3x4(children[child], record(object).members[i].primitive.world_from_object);
+        }
+    }
+    int first_id = 0;
+    for (auto& [child, transforms] : children) {
+        scene::Group::Instances instances;
+        instances.group = child;
+        instances.first_id = first_id;
+        first_id += int(transforms.size() / 12);
+        instances.transforms = std::move(transforms);
+        group.instances.push_back(std::move(instances));
+    }
+    const int index = int(scene.groups.size());
+    scene.groups.push_back(std::move(group));
+    ObjectRecord& r = record(object);
+    r.looks.emplace(look_hash(*attributes), ObjectRecord::Variant{attributes, index});
+    r.by_pointer[attributes.get()] = {attributes, index};
+    return index;
+}
+
+void Objects::instance(scene::Scene& scene, int object, const std::shared_ptr<const Attributes>& attributes,
+                       const Transform& world_from_object) {
+    append_3x4(m_transforms[group_for(scene, object, attributes, world_from_object)], world_from_object);
+}
+
+void Objects::finish(scene::Scene& scene, int next_id) {
+    for (auto& [group, transforms] : m_transforms) {
+        scene::Group::Instances instances;
+        instances.group = group;
+        instances.first_id = next_id;
+        next_id += int(transforms.size() / 12);
+        instances.transforms = std::move(transforms);
+        scene.instances.push_back(std::move(instances));
+    }
+    m_transforms.clear();
+}
+
+} // namespace kanuka::ingest

@@ -1,0 +1,60 @@
+// Retained objects: ObjectBegin … ObjectEnd is recorded once, and becomes a Group for every attribute state
+// that it is instanced under, since primitives inherit what they do not set themselves from the instance
+// (RISpec 5.8).
+#pragma once
+
+#include <map>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "ingest/rib/reports.h"
+#include "ingest/rib/state.h"
+
+namespace kanuka::ingest {
+
+struct ObjectRecord {
+    struct Member { // a primitive, or an instance of an earlier object
+        scene::Primitive primitive;
+        int object = -1; // >= 0: an instance; the primitive's transform and attributes are the instance's
+        uint32_t set = 0;
+    };
+    struct Variant {
+        std::shared_ptr<const scene::Attributes> attributes;
+        int group;
+    };
+    std::string name;
+    Location where;
+    std::vector<Member> members;
+    std::unordered_multimap<size_t, Variant> looks;         // by hash of the look
+    std::map<const scene::Attributes*, Variant> by_pointer; // holds the pointers, so that they stay unique
+};
+
+class Objects {
+  public:
+    // Index of the record; the handle means it from now on.
+    int begin(const std::string& handle, const Location& where);
+    void end(int object);                      // from here on it can be instanced
+    int find(const std::string& handle) const; // -1 = unknown or not ended
+    ObjectRecord& record(int object) { return m_records[size_t(object)]; }
+
+    // One more instance in the world.
+    void instance(scene::Scene& scene, int object, const std::shared_ptr<const scene::Attributes>& attributes,
+                  const Transform& world_from_object);
+    // Writes the instances to the scene; ids go on from `next_id`.
+    void finish(scene::Scene& scene, int next_id);
+
+  private:
+    int group_for(scene::Scene& scene, int object, const std::shared_ptr<const scene::Attributes>& attributes,
+                  const Transform& world_from_object);
+    std::vector<ObjectRecord> m_records;
+    std::map<std::string, int> m_handles;
+    std::map<int, std::vector<float>> m_transforms; // by group
+};
+
+// What a primitive inside an object looks like: `own` where its bits are set, else `inherited`.
+std::shared_ptr<const scene::Attributes> inherit(const std::shared_ptr<const scene::Attributes>& inherited,
+                                                 const std::shared_ptr<const scene::Attributes>& own,
+                                                 uint32_t set);
+
+} // namespace kanuka::ingest

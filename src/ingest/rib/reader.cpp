@@ -1,0 +1,246 @@
+#include "ingest/rib/reader.h"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+
+#include "ingest/rib/handlers.h"
+#include "ingest/rib/search_path.h"
+
+namespace kanuka::ingest {
+
+Reader::Reader(Journal& journal, FrameChoice frame, const RibOptions& options, const Source& scene)
+    : m_extra_path(options.archive_path),
+      m_context(*this, m_declarations, journal, frame, folder_of(scene.name()), options.archive_path) {}
+
+std::string Reader::folder() const {
+    return m_lexer ? folder_of(m_lexer->source()->name()) : "";
+}
+
+void Reader::run(const std::shared_ptr<const Source>& source) {
+    constexpr std::string_view ByteOrderMark = "\xEF\xBB\xBF";
+    const size_t begin = source->text().substr(0, 3) == ByteOrderMark ? 3 : 0;
+    Lexer lexer(source, begin, source->text().size());
+    run(lexer);
+}
+
+void Reader::run(Lexer& lexer) {
+    Lexer* const outer = m_lexer;
+    m_lexer = &lexer;
+    lexer.is_request = [](std::string_view word) { return find_request(word) != nullptr; };
+    while (!m_stopped) {
+        const Token token = lexer.peek();
+        if (token == Token::End)
+            break;
+        if (token == Token::Word) {
+            request();
+            continue;
+        }
+        m_context.reports.error("stray token", lexer.where(),
+                                "expected a request, found " + found() +
+                                    "; reading goes on at the next request");
+        resynchronise();
+    }
+    m_lexer = outer;
+}
+
+void Reader::request() {
+    const size_t offset = m_lexer->offset();
+    const std::string_view word = m_lexer->word();
+    const RequestSpec* spec = find_request(word);
+    m_call.spec = spec;
+    m_call.where = m_lexer->where(offset);
+    m_request = word;
+    if (!spec) {
+        unknown_request(word);
+        return;
+    }
+    if (!read_arguments(m_call) || !read_parameters(m_call)) {
+        resynchronise();
+        return;
+    }
+    const Token next = m_lexer->peek();
+    if (next != Token::Word && next != Token::End) {
+        m_context.reports.error("surplus arguments", m_lexer->where(),
+                                m_request + ": expected the next request, found " + found() +
+                                    "; it takes: " + spec->usage());
+        resynchronise();
+    }
+    m_context.execute(m_call);
+}
+
+void Reader::unknown_request(std::string_view word) {
+    const std::string_view nearest = nearest_request(word);
+    m_context.reports.once(Severity::Error, "unknown request " + m_request, m_call.where,
+                           "unknown request " + m_request + " was left out" +
+                               (nearest.empty() ? "" : "; did you mean " + std::string(nearest) + "?"));
+    resynchronise();
+}
+
+// To the next word that is a request or looks like one (a capital first letter).
+void Reader::resynchronise() {
+    for (;;) {
+        m_lexer->clear_unterminated();
+        const Token token = m_lexer->peek();
+        if (token == Token::End)
+            return;
+        if (token == Token::Word) {
+            const size_t offset = m_lexer->offset();
+            const std::string_view word = m_lexer->word();
+            if (find_request(word) || (!word.empty() && std::isupper(static_cast<unsigned char>(word[0])))) {
+                m_lexer->seek(offset);
+                return;
+            }
+            continue;
+        }
+        m_lexer->skip();
+    }
+}
+
+std::string Reader::found() {
+    switch (m_lexer->peek()) {
+    case Token::End:
+        return "the end of the file";
+    case Token::Word: {
+        const size_t offset = m_lexer->offset();
+        std::string word(m_lexer->word());
+        m_lexer->seek(offset);
+        return (find_request(word) ? "the request " : "the word ") + word;
+    }
+    case Token::Number:
+        return "a number";
+    case Token::String: {
+        const size_t offset = m_lexer->offset();
+        std::string text(m_lexer->string());
+        m_lexer->seek(offset);
+        if (text.size() > 40)
+            text = text.substr(0, 40) + "…";
+        return "the string \"" + text + "\"";
+    }
+    case Token::Open:
+        return "[";
+    case Token::Close:
+        return "]";
+    case Token::Floats:
+        return "a binary array";
+    case Token::Bad: {
+        const auto c = static_cast<unsigned char>(m_lexer->bad_character());
+        if (c >= 0200)
+            return "a byte of value " + std::to_string(int(c)) + ", which no encoding of RIB has here";
+        return std::isprint(c) ? std::string("the character ") + char(c)
+                               : "a character of value " + std::to_string(int(c));
+    }
+    }
+    return "nothing";
+}
+
+// ---- archives
+// -------------------------------------------------------------------------------------------------------
+
+void Reader::read_archive(const std::string& given_name, const Location& given_where) {
+    const std::string name = given_name; // both are overwritten by the archive's own requests
+    const Location where = given_where;
+    const auto guarded = [&](const std::string& id, auto&& read) {
+        if (std::find(m_open_archives.begin(), m_open_archives.end(), id) != m_open_archives.end() ||
+            m_open_archives.size() >= MaxArchiveDepth) {
+            std::string chain;
+            for (size_t i = 0; i < m_open_archives.size(); i++)
+                if (i < 4 || i + 2 >= m_open_archives.size())
+                    chain += m_open_archives[i] + " > ";
+            m_context.reports.error("archive in itself", where,
+                                    "ReadArchive \"" + name + "\" was left out: the archive reads itself (" +
+                                        chain + id + ")");
+            return;
+        }
+        m_open_archives.push_back(id);
+        read();
+        m_open_archives.pop_back();
+    };
+    // Step 1: archives within the file go before files.
+    if (const auto known = m_inline_archives.find(name); known != m_inline_archives.end()) {
+        const InlineArchive archive = known->second;
+        guarded(name, [&] {
+            Lexer lexer(archive.source, archive.begin, archive.end);
+            run(lexer);
+        });
+        return;
+    }
+    // Step 2: the folder of the file that asks, then the caller's folders, then Option "searchpath"
+    // "archive".
+    std::vector<std::string> folders{folder()};
+    folders.insert(folders.end(), m_extra_path.begin(), m_extra_path.end());
+    const auto& option = m_context.options.options.archive_path;
+    folders.insert(folders.end(), option.begin(), option.end());
+    const auto path = find_file(name, folders);
+    if (!path) {
+        std::string looked;
+        for (const std::string& folder : folders) {
+            const std::string shown = folder.empty() ? "." : folder;
+            if (looked.find("\"" + shown + "\"") == std::string::npos)
+                looked += (looked.empty() ? "\"" : ", \"") + shown + "\"";
+        }
+        m_context.reports.error("missing archive", where,
+                                "ReadArchive \"" + name + "\" was left out: the file is not in " + looked +
+                                    "; set Option \"searchpath\" \"archive\"");
+        return;
+    }
+    std::error_code ignored;
+    const std::string real = std::filesystem::weakly_canonical(*path, ignored).string();
+    guarded(real.empty() ? *path : real, [&] {
+        std::shared_ptr<const Source> source;
+        try {
+            source = Source::open(*path);
+        } catch (const Error& e) {
+            m_context.reports.error("missing archive", where,
+                                    "ReadArchive \"" + name + "\" was left out: " + std::string(e.what()));
+            return;
+        }
+        run(source);
+    });
+}
+
+void Reader::record_archive(const std::string& name) {
+    const std::string key = name;
+    const size_t begin = m_lexer->position();
+    skip_to("ArchiveBegin", {"ArchiveEnd"});
+    m_lexer->peek();
+    m_inline_archives[key] = {m_lexer->source(), begin, m_lexer->offset()};
+    if (m_lexer->peek() == Token::End)
+        m_context.reports.error("file ends early", m_call.where,
+                                "ArchiveBegin \"" + key + "\" is not closed; add ArchiveEnd");
+    else
+        m_lexer->skip();
+}
+
+void Reader::skip_to(std::string_view begin, std::initializer_list<std::string_view> stops) {
+    const bool declarations_count = begin == "FrameBegin" || begin == "WorldBegin";
+    for (int depth = 0;;) {
+        const Token token = m_lexer->peek();
+        if (token == Token::End)
+            return; // whoever opened the block reports that nothing closes it
+        if (token != Token::Word) {
+            m_lexer->skip();
+            continue;
+        }
+        const size_t offset = m_lexer->offset();
+        const std::string_view word = m_lexer->word();
+        if (word == begin) {
+            depth++;
+        } else if (depth > 0) {
+            depth -= word == *(stops.end() - 1);
+        } else if (std::find(stops.begin(), stops.end(), word) != stops.end()) {
+            m_lexer->seek(offset);
+            return;
+        }
+        if (declarations_count && word == "Declare") {
+            Call call;
+            call.spec = find_request(word);
+            call.where = m_lexer->where(offset);
+            m_request = word;
+            if (read_arguments(call))
+                handlers::declare(m_context, call);
+        }
+    }
+}
+
+} // namespace kanuka::ingest

@@ -1,0 +1,72 @@
+// The RIB parser: tokens to calls by the table of requests, archives, and recovery from what it cannot read.
+#pragma once
+
+#include <map>
+#include <memory>
+
+#include "ingest/rib/context.h"
+#include "ingest/rib/lexer.h"
+
+namespace kanuka::ingest {
+
+// Thread safety: none; one reader a scene.
+class Reader final : public Stream {
+  public:
+    Reader(Journal& journal, FrameChoice frame, const RibOptions& options, const Source& scene);
+
+    void run(const std::shared_ptr<const Source>& source);
+    Context& context() { return m_context; }
+
+    void read_archive(const std::string& name, const Location& where) override;
+    void skip_to(std::string_view begin, std::initializer_list<std::string_view> stops) override;
+    void record_archive(const std::string& name) override;
+    void stop() override { m_stopped = true; }
+    std::string folder() const override;
+
+    static constexpr size_t MaxArchiveDepth = 100;
+
+  private:
+    struct InlineArchive {
+        std::shared_ptr<const Source> source;
+        size_t begin, end;
+    };
+    void run(Lexer& lexer);
+    void request();
+    void unknown_request(std::string_view word);
+    void resynchronise();
+
+    // reader_arguments.cpp. False: reported, and the request is to be left out.
+    bool read_arguments(Call& call);
+    bool read_argument(const ArgSpec& spec, Argument& argument, bool& in_brackets);
+    bool read_numbers(std::vector<float>& out, const std::string& what);
+    bool read_integers(std::vector<int32_t>& out, const std::string& what);
+    bool read_strings(std::vector<std::string>& out, const std::string& what);
+    bool read_string(std::string& out);
+    bool wrong(const std::string& expected, const std::string& what);
+    // After the elements of an array: true at ']', which is consumed; else says what stands there instead.
+    bool close_array(size_t open, const std::string& what, const char* elements);
+    std::string found();
+
+    // reader_parameters.cpp
+    bool read_parameters(Call& call);
+    bool read_parameter(Call& call);
+    bool read_value(Call& call, scene::Value& value, const Declaration& declaration);
+    bool read_undeclared(Call& call, scene::Value& value);
+    bool fit_value(const Call& call, scene::Value& value, size_t found);
+
+    Declarations m_declarations;
+    const std::vector<std::string> m_extra_path;
+    Context m_context;
+    Lexer* m_lexer = nullptr;
+    Call m_call;
+    std::string m_request; // name of the request being read, for messages
+    std::string m_token;
+    std::vector<float> m_floats; // scratch
+    std::vector<int32_t> m_ints;
+    std::vector<std::string> m_strings;
+    std::map<std::string, InlineArchive> m_inline_archives;
+    std::vector<std::string> m_open_archives; // names, outermost first
+    bool m_stopped = false;
+};
+
+} // namespace kanuka::ingest

@@ -1,0 +1,193 @@
+// Reading parameter lists: tokens with their declarations, and values of the declared types.
+
+#include <cmath>
+
+#include "ingest/rib/reader.h"
+
+namespace kanuka::ingest {
+
+using scene::Type;
+using scene::Value;
+
+bool Reader::read_parameters(Call& call) {
+    if (call.spec->params == Params::None)
+        return true;
+    while (m_lexer->peek() == Token::String)
+        if (!read_parameter(call))
+            return false;
+    return true;
+}
+
+bool Reader::read_parameter(Call& call) {
+    const Location where = m_lexer->where();
+    if (!read_string(m_token))
+        return false;
+    Value value;
+    value.where = where;
+    // A space or bracket in the token means an inline declaration.
+    if (m_token.find_first_of(" \t\n[") != std::string::npos) {
+        std::string problem;
+        const auto parsed = parse_declaration(m_token, true, problem);
+        if (!parsed) {
+            m_context.reports.error("declaration", where,
+                                    m_request + ": \"" + m_token + "\" was left out: " + problem);
+            m_context.reports.at(
+                Severity::Info, "declaration form", {},
+                "an inline declaration is \"class type[size] name\", as in \"varying float[2] st\"");
+            return read_undeclared(call, value); // consumes the value; the caller drops it for want of a name
+        }
+        value.name = parsed->name;
+        const Declaration declaration = parsed->declaration;
+        return read_value(call, value, declaration);
+    }
+    value.name = m_token;
+    if (const Declaration* declaration = m_declarations.find(m_token))
+        return read_value(call, value, *declaration);
+    return read_undeclared(call, value);
+}
+
+bool Reader::read_value(Call& call, Value& value, const Declaration& declaration) {
+    value.type = declaration.type;
+    value.detail = declaration.detail;
+    value.array_size = declaration.array_size;
+    const Token next = m_lexer->peek();
+    const bool text = declaration.type == Type::String;
+    if (next != Token::Open && next != Token::Floats && next != Token::Number && next != Token::String) {
+        m_context.reports.error("parameter without value", value.where,
+                                m_request + ": the parameter \"" + value.name + "\" has no value; found " +
+                                    found());
+        return false;
+    }
+    // A value of the wrong kind: strings for numbers or the other way round. It is read as what it is, and
+    // dropped.
+    Token kind = next;
+    if (next == Token::Open) {
+        const size_t open = m_lexer->offset();
+        m_lexer->skip();
+        kind = m_lexer->peek();
+        m_lexer->seek(open);
+        m_lexer->peek();
+    }
+    if ((kind == Token::String) != text && kind != Token::Close) {
+        m_context.reports.error("type of value", value.where,
+                                m_request + ": \"" + value.name + "\" is declared as " +
+                                    std::string(name(value.type)) + ", found " +
+                                    (text ? "numbers" : "strings") +
+                                    "; the parameter was left out. Declare it otherwise if that is meant");
+        return kind == Token::String ? read_strings(m_strings, value.name)
+                                     : read_numbers(m_floats, value.name);
+    }
+    const std::string what = "\"" + value.name + "\"";
+    size_t found;
+    if (text) {
+        if (!read_strings(m_strings, what))
+            return false;
+        found = m_strings.size();
+        value.strings = std::vector<std::string>(m_strings);
+    } else if (declaration.type == Type::Integer) {
+        if (!read_integers(m_ints, what))
+            return false;
+        found = m_ints.size();
+        value.ints = std::vector<int32_t>(m_ints);
+    } else {
+        if (!read_numbers(m_floats, what))
+            return false;
+        found = m_floats.size();
+        value.floats = std::vector<float>(m_floats);
+    }
+    if (call.spec->params == Params::Primitive || fit_value(call, value, found))
+        call.params.set(std::move(value));
+    return true;
+}
+
+// Parameters of shaders, options and attributes hold one element of their type.
+bool Reader::fit_value(const Call& call, Value& value, size_t found) {
+    const size_t components = size_t(scene::components(value.type));
+    const size_t needed = components * size_t(value.array_size);
+    if (found == needed)
+        return true;
+    const bool loose = call.spec->params != Params::Shader;
+    if (loose && found > 0 && found % components == 0) {
+        value.array_size = int(found / components); // options of other renderers, declared or not
+        return true;
+    }
+    const std::string message = m_request + ": \"" + value.name + "\": expected " + std::to_string(needed) +
+                                " values (" + std::string(name(value.type)) +
+                                (value.array_size > 1 ? "[" + std::to_string(value.array_size) + "]" : "") +
+                                "), found " + std::to_string(found);
+    if (found < needed) {
+        m_context.reports.error("too few values", value.where, message + "; the parameter was left out");
+        return false;
+    }
+    m_context.reports.warning("too many values", value.where, message + "; the last ones were not used");
+    if (value.type == Type::String)
+        value.strings = std::vector<std::string>(m_strings.begin(), m_strings.begin() + long(needed));
+    else if (value.type == Type::Integer)
+        value.ints = std::vector<int32_t>(m_ints.begin(), m_ints.begin() + long(needed));
+    else
+        value.floats = std::vector<float>(m_floats.begin(), m_floats.begin() + long(needed));
+    return true;
+}
+
+// A token that nobody declared: options and attributes of other renderers, misspelled parameters.
+bool Reader::read_undeclared(Call& call, Value& value) {
+    const Token next = m_lexer->peek();
+    Token kind = next;
+    const size_t start = m_lexer->offset();
+    if (next == Token::Open) {
+        m_lexer->skip();
+        kind = m_lexer->peek();
+        m_lexer->seek(start);
+        m_lexer->peek();
+    }
+    if (kind == Token::String) {
+        if (!read_strings(m_strings, "\"" + value.name + "\""))
+            return false;
+        value.type = Type::String;
+        value.array_size = int(std::max<size_t>(m_strings.size(), 1));
+        value.strings = std::vector<std::string>(m_strings);
+    } else if (kind == Token::Number || kind == Token::Floats || kind == Token::Close) {
+        if (!read_numbers(m_floats, "\"" + value.name + "\""))
+            return false;
+        bool whole = call.spec->params == Params::Option || call.spec->params == Params::Attribute;
+        for (const float f : m_floats)
+            whole = whole && f == std::trunc(f) && std::abs(f) < 1e6f;
+        value.array_size = int(std::max<size_t>(m_floats.size(), 1));
+        if (whole) {
+            value.type = Type::Integer;
+            value.ints = std::vector<int32_t>(m_floats.begin(), m_floats.end());
+        } else {
+            value.floats = std::vector<float>(m_floats);
+        }
+    } else {
+        m_context.reports.error("parameter without value", value.where,
+                                m_request + ": the parameter \"" + m_token + "\" has no value; found " +
+                                    found());
+        return false;
+    }
+    if (value.name.empty())
+        return true; // its declaration could not be read, which was said
+    const std::string_view nearest = m_declarations.nearest(value.name);
+    const std::string mend = "; declare it: \"uniform " + std::string(name(value.type)) + " " + value.name +
+                             "\"" +
+                             (nearest.empty() ? "" : " (or is \"" + std::string(nearest) + "\" meant?)");
+    if (call.spec->params == Params::Primitive) {
+        if (value.array_size != 1) {
+            m_context.reports.once(Severity::Error, "undeclared primvar " + value.name, value.where,
+                                   m_request + ": \"" + value.name + "\" is not declared and was left out" +
+                                       mend);
+            return true;
+        }
+        value.detail = scene::Detail::Constant;
+    }
+    if (call.spec->params == Params::Shader || call.spec->params == Params::Primitive)
+        m_context.reports.once(
+            Severity::Warning, "undeclared parameter " + value.name, value.where,
+            m_request + ": \"" + value.name + "\" is not declared and was taken for a " +
+                std::string(name(value.type)) +
+                (value.array_size > 1 ? "[" + std::to_string(value.array_size) + "]" : "") + mend);
+    call.params.set(std::move(value));
+    return true;
+}
+
+} // namespace kanuka::ingest

@@ -1,0 +1,26 @@
+#include "ingest/rib/reports.h"
+
+namespace kanuka::ingest {
+
+void Reports::at(Severity severity, std::string_view kind, const Location& where, std::string message) {
+    auto it = m_places.find(kind);
+    if (it == m_places.end())
+        it = m_places.emplace(std::string(kind), 0).first;
+    if (++it->second <= MaxPlaces) {
+        m_journal.report(severity, where, std::move(message));
+        return;
+    }
+    m_journal.report(severity, Location{where.file},
+                     "more of the same (" + std::string(kind) + "): the places after the first " +
+                         std::to_string(MaxPlaces) + " are only counted");
+}
+
+void Reports::once(Severity severity, std::string_view key, const Location& where,
+                   const std::string& message) {
+    auto it = m_firsts.find(key);
+    if (it == m_firsts.end())
+        it = m_firsts.emplace(std::string(key), First{where, message}).first;
+    m_journal.report(severity, it->second.where, it->second.message);
+}
+
+} // namespace kanuka::ingest

@@ -1,0 +1,40 @@
+// The bytes of one RIB stream: a plain file (mapped), a gzip file (inflated), standard input, or a text in
+// memory.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "base/error.h"
+
+namespace kanuka::ingest {
+
+// Thread safety: none; one reader a source.
+class Source {
+  public:
+    // "-" is standard input. Throws Error where the file cannot be read. Gzip is told by its first two bytes.
+    static std::shared_ptr<Source> open(const std::string& path);
+    static std::shared_ptr<Source> from_text(std::string text, std::string name);
+    ~Source();
+    Source(const Source&) = delete;
+    Source& operator=(const Source&) = delete;
+
+    const std::string& name() const { return m_name; }
+    std::string_view text() const { return m_text; }
+    // Line and column of a byte. Lines are counted from the last place asked, so that asking in order costs
+    // one pass over the file in all, and scanning numbers need not watch for line ends.
+    Location locate(size_t offset) const;
+
+  private:
+    explicit Source(std::string name) : m_name(std::move(name)) {}
+    std::string m_name;
+    std::string m_owned;
+    void* m_mapping = nullptr;
+    size_t m_mapped_size = 0;
+    std::string_view m_text;
+    mutable size_t m_checkpoint = 0; // byte up to which lines are counted
+    mutable int m_line = 1;          // line of m_checkpoint
+};
+
+} // namespace kanuka::ingest

@@ -1,0 +1,79 @@
+// The graphics state of RISpec chapter 4: options, attributes, transformation, and the blocks that save them.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "scene/scene.h"
+
+namespace kanuka::ingest {
+
+struct OptionState {
+    scene::Options options;
+    scene::Camera camera; // its matrix is set by WorldBegin
+    std::optional<float> frame_aspect_ratio;
+    float relative_detail = 1;
+    // ColorSamples: colours have n components; Rgb = row vector * rgb_from_samples (n x 3). Empty = plain
+    // RGB.
+    std::vector<float> rgb_from_samples;
+    bool shutter_given = false;
+};
+
+// Which attributes were set since ObjectBegin: the others come from the instance (RISpec 5.8).
+enum AttributeField : uint32_t {
+    FieldColor = 1u << 0,
+    FieldOpacity = 1u << 1,
+    FieldShadingRate = 1u << 2,
+    FieldSides = 1u << 3,
+    FieldOrientation = 1u << 4,
+    FieldMatte = 1u << 5,
+    FieldSurface = 1u << 6,
+    FieldDisplacement = 1u << 7,
+    FieldInterior = 1u << 8,
+    FieldExterior = 1u << 9,
+    FieldAtmosphere = 1u << 10,
+    FieldAreaLight = 1u << 11,
+    FieldDisplacementBound = 1u << 12,
+    FieldName = 1u << 13,
+    FieldVisibility = 1u << 14,
+    FieldDiceFlatness = 1u << 15,
+    FieldTextureCoordinates = 1u << 16,
+    FieldUser = 1u << 17,
+    FieldToggleOrientation = 1u << 18, // ReverseOrientation without Orientation
+};
+
+using LightSet = std::set<int>; // indices of lights that are on
+
+struct AttributeState {
+    // Copied when written while somebody else holds it, so that primitives and blocks share one.
+    std::shared_ptr<scene::Attributes> shared = std::make_shared<scene::Attributes>();
+    uint32_t set = 0; // AttributeField bits
+    std::shared_ptr<const LightSet> lights = std::make_shared<LightSet>();
+    scene::Basis u_basis = scene::basis_by_name("bezier"), v_basis = scene::basis_by_name("bezier");
+    std::optional<Bounds3f> detail_bound; // of Detail, in the space it was given in
+    Transform detail_transform;           // that space
+    bool detail_visible = true;           // DetailRange's verdict
+    bool trimmed = false;
+
+    scene::Attributes& edit(uint32_t field) {
+        if (shared.use_count() > 1)
+            shared = std::make_shared<scene::Attributes>(*shared);
+        set |= field;
+        return *shared;
+    }
+};
+
+enum class BlockKind : uint8_t { Frame, World, Attribute, Transform, Solid, Object, Motion };
+std::string_view begin_name(BlockKind kind); // "AttributeBegin", …
+
+struct Block {
+    BlockKind kind;
+    Location where;
+    AttributeState attributes;
+    Transform ctm;
+    std::unique_ptr<OptionState> options; // frames and worlds
+};
+
+} // namespace kanuka::ingest

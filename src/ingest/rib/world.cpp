@@ -1,0 +1,150 @@
+// Frames and worlds: which of them makes the scene, and what the scene takes from the state.
+
+#include <algorithm>
+
+#include "ingest/rib/context.h"
+
+namespace kanuka::ingest {
+
+// A shadow-map pass: pictures of depth for a renderer that cannot trace shadows.
+bool Context::writes_depth_only() const {
+    const auto& displays = options.options.displays;
+    return !displays.empty() && std::ranges::all_of(displays, [](const scene::Display& d) {
+        return d.driver == "zfile" || d.driver == "shadow" || d.driver == "deepshad" || d.mode == "z" ||
+               d.mode == "deepopacity";
+    });
+}
+
+void Context::begin_frame(int number, const Location& where) {
+    open(BlockKind::Frame, where);
+    m_blocks.back().options = std::make_unique<OptionState>(options);
+    m_frame_open = true;
+    m_frames_seen.push_back(number);
+    m_frame_lights = lights.size();
+    const int wanted = m_frame_choice.frame;
+    m_frame_chosen = !m_world_done && (wanted == 0 || wanted == number);
+    if (!m_frame_chosen)
+        stream.skip_to("FrameBegin", {"FrameEnd"});
+}
+
+void Context::end_frame(const Location& where) {
+    if (m_frame_open && m_in_world) {
+        reports.error("block not closed", m_world_where,
+                      "WorldBegin is not closed before FrameEnd at " + where.str() + "; it was closed there");
+        end_world(where);
+    }
+    if (!close(BlockKind::Frame, where))
+        return;
+    m_frame_open = false;
+    if (m_world_done)
+        stream.stop(); // the frames after it are not read
+    else
+        lights.truncate(m_frame_lights);
+}
+
+void Context::begin_world(const Location& where) {
+    // Step 1: is this the world to be rendered?
+    const bool in_frame = m_frame_open;
+    const int number = in_frame ? m_frames_seen.back() : ++m_loose_worlds;
+    if (!in_frame)
+        m_frames_seen.push_back(number);
+    bool take = !m_world_done &&
+                (in_frame ? m_frame_chosen : m_frame_choice.frame == 0 || m_frame_choice.frame == number);
+    if (m_world_done)
+        reports.once(Severity::Info, "further world", where,
+                     "a further WorldBegin: one world is rendered at a time; ask for frame " +
+                         std::to_string(number) + " to get this one");
+    if (take && m_frame_choice.frame == 0 && !m_frame_choice.take_depth_pass && writes_depth_only()) {
+        take = false;
+        m_depth_pass_skipped = true;
+        reports.info(
+            "depth pass", where,
+            "frame " + std::to_string(number) +
+                " writes depth alone and was passed over: shadows are traced and need no maps; ask for the "
+                "frame by its number to render it");
+    }
+    open(BlockKind::World, where);
+    m_blocks.back().options = std::make_unique<OptionState>(options);
+    m_in_world = true;
+    m_world_where = where;
+    if (!take) {
+        stream.skip_to("WorldBegin", {"WorldEnd"});
+        return;
+    }
+    // Step 2: the camera is where the transformations before the world put it.
+    m_world_done = true;
+    m_camera_from_world = ctm;
+    Transform world_from_camera;
+    try {
+        world_from_camera = ctm.inverse();
+    } catch (const Error&) {
+        reports.error("camera", where,
+                      "the camera's transformation cannot be inverted; look for a Scale by 0 before "
+                      "WorldBegin. The identity was used instead");
+        m_camera_from_world = {};
+    }
+    m_scene.options = options.options;
+    m_scene.camera = options.camera;
+    m_scene.camera.camera_from_world = m_camera_from_world;
+    if (options.frame_aspect_ratio && !m_scene.camera.screen_window) {
+        const float f = *options.frame_aspect_ratio; // RISpec 4.1.1: the shorter side runs from -1 to 1
+        m_scene.camera.screen_window =
+            f >= 1 ? std::array<float, 4>{-f, f, -1, 1} : std::array<float, 4>{-1, 1, -1 / f, 1 / f};
+    }
+    // Step 3: what was declared in camera space so far gets its place in the world.
+    ctm = {};
+    lights.place(world_from_camera);
+    for (auto& [name, transform] : coordinate_systems)
+        transform = world_from_camera * transform;
+    scene::Attributes& a = attributes.edit(0);
+    for (std::optional<scene::ShaderRef>* shader :
+         {&a.surface, &a.displacement, &a.interior, &a.exterior, &a.atmosphere, &a.area_light})
+        if (*shader)
+            (*shader)->world_from_shader = world_from_camera * (*shader)->world_from_shader;
+    if (m_scene.options.imager)
+        m_scene.options.imager->world_from_shader =
+            world_from_camera * m_scene.options.imager->world_from_shader;
+    coordinate_systems["world"] = {};
+    coordinate_systems["camera"] = world_from_camera;
+}
+
+void Context::end_world(const Location& where) {
+    if (m_open_object >= 0) {
+        reports.error("block not closed", where,
+                      "WorldEnd inside an object: ObjectEnd is missing; it was closed here");
+        end_object(where);
+    }
+    if (!close(BlockKind::World, where))
+        return;
+    m_in_world = false;
+}
+
+void Context::finish(const Location& end) {
+    while (!m_blocks.empty()) {
+        const Block& block = m_blocks.back();
+        const std::string begin(begin_name(block.kind));
+        const std::string block_end = begin.substr(0, begin.size() - 5) + "End";
+        reports.error("file ends early", block.where,
+                      begin + " is not closed at the end of the file; " + block_end + " was added there");
+        switch (block.kind) {
+        case BlockKind::Object:
+            end_object(end);
+            break;
+        case BlockKind::World:
+            end_world(end);
+            break;
+        default:
+            close(block.kind, end);
+        }
+    }
+    if (!conditions.empty())
+        reports.error("file ends early", end, "IfBegin is not closed at the end of the file; add IfEnd");
+    m_scene.light_shaders = lights.finish(reports);
+    objects.finish(m_scene, m_next_id);
+    m_scene.coordinate_systems = coordinate_systems;
+    if (m_world_done && m_scene.primitives.empty() && m_scene.instances.empty())
+        reports.warning("empty world", m_world_where,
+                        "the world has no primitives: the picture will be empty");
+}
+
+} // namespace kanuka::ingest
