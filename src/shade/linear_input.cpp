@@ -2,22 +2,18 @@
 
 #include <OpenImageIO/half.h>
 #include <array>
-#include <cmath>
+
+#include "color/color.h"
 
 namespace kanuka::shade {
 
 namespace {
 
-// IEC 61966-2-1
-float srgb_to_linear(float encoded) {
-    return encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
-}
-
 const std::array<half, 256>& table8() {
     static const std::array<half, 256> table = [] {
         std::array<half, 256> t;
         for (int i = 0; i < 256; i++)
-            t[size_t(i)] = half(srgb_to_linear(float(i) / 255));
+            t[size_t(i)] = half(color::srgb_decode(float(i) / 255));
         return t;
     }();
     return table;
@@ -94,7 +90,7 @@ void LinearInput::decode(const unsigned char* from, size_t pixels, void* to) con
             } else {
                 const float value =
                     float(reinterpret_cast<const uint16_t*>(from)[i * size_t(channels) + size_t(c)]) / 65535;
-                *out = half(color ? srgb_to_linear(value) : value);
+                *out = half(color ? color::srgb_decode(value) : value);
             }
         }
 }

@@ -27,9 +27,9 @@ int add_emission(grid::LayeringProgram& program) {
 }
 
 MaterialImpl::MaterialImpl(std::shared_ptr<const MaterialCore> core, Own own, Textures& textures,
-                           Journal& journal, Stats& stats, uint64_t hash)
-    : m_core(std::move(core)), m_own(std::move(own)), m_textures(textures), m_journal(journal),
-      m_stats(stats), m_hash(hash), m_eye(m_own.spaces.eye()) {}
+                           Journal& journal, uint64_t hash)
+    : m_core(std::move(core)), m_own(std::move(own)), m_textures(textures), m_journal(journal), m_hash(hash),
+      m_eye(m_own.spaces.eye()) {}
 
 bool MaterialImpl::displaces() const {
     return m_core->displacement || m_core->surface->displaces();
@@ -72,7 +72,6 @@ void MaterialImpl::displace(grid::Grid& grid) const {
 void MaterialImpl::shade(grid::Grid& grid, grid::VertexInputs& out) const {
     MaterialServices services(m_own.spaces, m_textures, m_journal, m_own.surface_where);
     m_core->surface->shade(grid, globals(grid), services, out);
-    m_stats.count.shader_evaluations.fetch_add(uint64_t(grid.vertices()), std::memory_order_relaxed);
     out.slots.resize(m_core->program.slots.size());
     if (m_core->emission_slot >= 0) {
         grid::SlotValues& radiance = out.slots[size_t(m_core->emission_slot)];

@@ -3,7 +3,6 @@
 
 #include <memory>
 
-#include "base/stats.h"
 #include "shade/services.h"
 #include "shade/shade.h"
 #include "sl/sl.h"
@@ -40,7 +39,7 @@ class MaterialImpl final : public Material {
         Location surface_where, displacement_where;
     };
     MaterialImpl(std::shared_ptr<const MaterialCore> core, Own own, Textures& textures, Journal& journal,
-                 Stats& stats, uint64_t hash);
+                 uint64_t hash);
 
     const grid::LayeringProgram& program() const override { return m_core->program; }
     bool displaces() const override;
@@ -56,7 +55,6 @@ class MaterialImpl final : public Material {
     Own m_own;
     Textures& m_textures;
     Journal& m_journal;
-    Stats& m_stats;
     uint64_t m_hash;
     Vec3f m_eye;
 };

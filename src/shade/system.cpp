@@ -47,9 +47,9 @@ bool close(const Transform& a, const Transform& b) {
 
 class SystemImpl final : public ShadingSystem {
   public:
-    SystemImpl(const ShadingOptions& options, const scene::Scene& scene, Journal& journal, Stats& stats,
+    SystemImpl(const ShadingOptions& options, const scene::Scene& scene, Journal& journal,
                CompileShader compile)
-        : m_journal(journal), m_stats(stats), m_compile(std::move(compile)),
+        : m_journal(journal), m_compile(std::move(compile)),
           m_shader_folders(search_folders(options.shader_path, scene.file, options.standard_shaders)),
           m_textures(search_folders(options.texture_path, scene.file, ""), options.texture_bytes, journal),
           m_render_from_world(options.render_from_world),
@@ -78,7 +78,6 @@ class SystemImpl final : public ShadingSystem {
     uint64_t hash(const std::string& key, const Bound& surface, const Bound& displacement) const;
 
     Journal& m_journal;
-    Stats& m_stats;
     CompileShader m_compile;
     sl::CompileOptions m_compile_options;
     std::vector<std::string> m_shader_folders;
@@ -307,7 +306,7 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
             return found->second;
     }
     const uint64_t content = hash(key, surface, displacement);
-    auto material = std::make_shared<MaterialImpl>(shared, own, m_textures, m_journal, m_stats, content);
+    auto material = std::make_shared<MaterialImpl>(shared, own, m_textures, m_journal, content);
     std::lock_guard lock(m_mutex);
     return m_materials.try_emplace(id, std::move(material)).first->second;
 }
@@ -323,8 +322,8 @@ std::vector<scene::Light> SystemImpl::lights(const std::vector<scene::ShaderRef>
 } // namespace
 
 std::unique_ptr<ShadingSystem> make_shading_system(const ShadingOptions& options, const scene::Scene& scene,
-                                                   Journal& journal, Stats& stats, CompileShader compile) {
-    return std::make_unique<SystemImpl>(options, scene, journal, stats, std::move(compile));
+                                                   Journal& journal, CompileShader compile) {
+    return std::make_unique<SystemImpl>(options, scene, journal, std::move(compile));
 }
 
 } // namespace kanuka::shade

@@ -13,6 +13,6 @@ using CompileShader = std::function<std::shared_ptr<const sl::Shader>(const std:
                                                                       const sl::CompileOptions&, Journal&)>;
 
 std::unique_ptr<ShadingSystem> make_shading_system(const ShadingOptions& options, const scene::Scene& scene,
-                                                   Journal& journal, Stats& stats, CompileShader compile);
+                                                   Journal& journal, CompileShader compile);
 
 } // namespace kanuka::shade

@@ -1,0 +1,30 @@
+// Clear or tinted glass with an inside: rough or smooth interface, dispersion, absorption.
+class glass(
+    float ior = 1.5;            // index of refraction, at 587.6 nm
+    float abbe = 0;             // Abbe number; crown glass 59, dense flint 25, 0 = no dispersion
+    float roughness = 0;        // perceptual roughness of the surface; 0 is polished
+    color reflectance = 1;      // tint of what is reflected
+    color transmittance = 1;    // tint of what passes the surface
+    color absorption = 0;       // taken from light inside, per metre
+)
+{
+    public void mnk_init(output MnkObjectProperties objectProperties; output MnkMaterial material)
+    {
+        MnkMaterialBoundary boundary = CreateBoundary(material);
+        AddLobe(boundary, "bsdf", MicrosurfaceDielectricBsdfRgb_v1());
+        CreateInterior(material, "homogeneous", ior);
+    }
+
+    public void mnk_interior(output MnkMaterialInterior interior)
+    {
+        SetAbsorption(interior, absorption);
+    }
+
+    public void mnk_prelighting(output MnkMaterialBoundary boundary)
+    {
+        MicrosurfaceDielectricBsdfRgb_v1 bsdf = MicrosurfaceDielectricBsdfRgb_v1(
+            "roughness", color(roughness), "reflectance", reflectance, "transmittance", transmittance,
+            "ior", ior, "abbe", abbe);
+        SetLobe(boundary, "bsdf", 1.0, bsdf);
+    }
+}
