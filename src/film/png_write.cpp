@@ -98,10 +98,6 @@ void write_png(const std::string& path, const Picture& picture, float gain, floa
         status = spng_set_ihdr(png.get(), &header);
     if (!status)
         status = spng_set_srgb(png.get(), Perceptual);
-    // Rendered pictures are noisy: higher levels take thrice the time for a few percent.
-    constexpr int CompressionLevel = 4;
-    if (!status)
-        status = spng_set_option(png.get(), SPNG_IMG_COMPRESSION_LEVEL, CompressionLevel);
     if (!status)
         status = spng_encode_image(png.get(), bytes.data(), bytes.size(), SPNG_FMT_PNG, SPNG_ENCODE_FINALIZE);
     if (status)
