@@ -1,0 +1,85 @@
+"""The renderers by name, and how one of them is asked for pictures."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+FOLDER = Path(__file__).resolve().parent
+ROOT = FOLDER.parent.parent
+
+
+class WorkerError(Exception):
+    """A renderer that is not installed, cannot render the scene, or failed."""
+
+
+@dataclass(frozen=True)
+class Renderer:
+    name: str
+    worker: str
+    environment: str = ""  # folder of its virtual environment; "" = this Python
+    variant: str = ""
+
+    def python(self) -> Path:
+        return environments() / self.environment / "bin" / "python" if self.environment else Path(sys.executable)
+
+    @property
+    def installed(self) -> bool:
+        return self.python().exists()
+
+
+def environments() -> Path:
+    return Path(os.environ.get("KANUKA_PEERS") or ROOT / "build" / "peers")
+
+
+RENDERERS = {
+    r.name: r
+    for r in (
+        Renderer("kanuka", "kanuka_worker.py"),
+        Renderer("mitsuba-llvm-spectral", "mitsuba_worker.py", "mitsuba", "llvm_ad_spectral"),
+        Renderer("mitsuba-llvm-rgb", "mitsuba_worker.py", "mitsuba", "llvm_ad_rgb"),
+        Renderer("mitsuba-scalar-spectral", "mitsuba_worker.py", "mitsuba", "scalar_spectral"),
+        Renderer("mitsuba-scalar-rgb", "mitsuba_worker.py", "mitsuba", "scalar_rgb"),
+        Renderer("cycles", "cycles_worker.py", "bpy"),
+        Renderer("luxcore", "luxcore_worker.py", "luxcore"),
+    )
+}
+
+
+@dataclass(frozen=True)
+class Answer:
+    figures: dict[str, object]
+    pictures: np.ndarray  # (seeds, height, width, 3), linear Rec.709; empty where none were asked for
+
+
+def ask(renderer: Renderer, request: dict[str, object], *, pictures: bool = True, timeout_s: float = 1800) -> Answer:
+    """Starts the renderer's worker and waits for its figures."""
+    if not renderer.installed:
+        raise WorkerError(f"{renderer.name} is not installed: bench/setup.sh does it, or set KANUKA_PEERS")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "pictures.npy"
+        given = {**request, "variant": renderer.variant, "picture": str(path) if pictures else ""}
+        environment = {**os.environ, "PYTHONPATH": str(ROOT / "python")} if not renderer.environment else None
+        try:
+            done = subprocess.run(
+                [renderer.python(), FOLDER / renderer.worker, json.dumps(given)],
+                capture_output=True,
+                text=True,
+                timeout=timeout_s,
+                env=environment,
+            )
+        except subprocess.TimeoutExpired as error:
+            raise WorkerError(f"{renderer.name} took more than {timeout_s:.0f} s for {request}") from error
+        lines = done.stdout.strip().splitlines()
+        # A library that crashes while its process ends has answered all the same.
+        if not lines or not lines[-1].startswith("{"):
+            tail = "\n".join(done.stderr.strip().splitlines()[-8:])
+            raise WorkerError(f"{renderer.name} ended with {done.returncode} for {request}:\n{tail}")
+        return Answer(json.loads(lines[-1]), np.load(path) if path.exists() else np.empty(0))
