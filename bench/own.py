@@ -19,7 +19,7 @@ def lattice(n: int, half: float, height: Callable[[np.ndarray, np.ndarray], np.n
     y = height(x, z) if height else 0 * x
     points = np.stack([x, y, z], -1).reshape(-1, 3).astype(np.float32)
     corner = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).reshape(-1, 1)
-    return points, (corner + [0, n + 1, n + 2, 1]).astype(np.int32)
+    return points, (corner + np.array([0, n + 1, n + 2, 1])).astype(np.int32)
 
 
 def daylight(scene: kanuka.Scene) -> None:

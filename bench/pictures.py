@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from statistics import NormalDist
 
 import numpy as np
 
@@ -49,7 +50,7 @@ class Estimate:
         return np.maximum(self.squares - self.total**2 / self.batches, 0) / (self.batches - 1)
 
     def noise(self) -> float:
-        """Relative variance of a single batch, averaged over the picture: what more samples bring down, as 1 / samples."""
+        """Relative variance of a single batch, averaged over the picture; falls as 1 / samples."""
         return float(np.mean(self.variance / (self.mean**2 + 0.01)))
 
     def scaled(self, factor: np.ndarray) -> Estimate:
@@ -62,10 +63,9 @@ def block_means(picture: np.ndarray) -> np.ndarray:
     return picture[:height, :width].reshape(height // BLOCK, BLOCK, width // BLOCK, BLOCK, -1).mean((1, 3))
 
 
-def two_sided_p(t: np.ndarray, freedom: np.ndarray | float) -> np.ndarray:
-    """Student's t, by Wallace's normal approximation (1959); its relative error matters little beside the thresholds."""
-    z = (8 * freedom + 1) / (8 * freedom + 3) * np.sqrt(freedom * np.log1p(t * t / freedom))
-    return np.vectorize(math.erfc)(z / math.sqrt(2))
+def normal_score(t: np.ndarray, freedom: np.ndarray) -> np.ndarray:
+    """|z| of the normal distribution that is as rare as Student's t: Wallace's approximation (1959)."""
+    return (8 * freedom + 1) / (8 * freedom + 3) * np.sqrt(freedom * np.log1p(t * t / freedom))
 
 
 @dataclass(frozen=True)
@@ -74,9 +74,9 @@ class Agreement:
     mean_sigma: tuple[float, float, float]  # of those ratios
     # After the means are made equal, blocks of 16²: their differences over what noise explains.
     rms_z: float  # 1 = noise alone
+    rms_limit: float  # four sigma above 1, were a block's three channels one
     worst_z: float
-    smallest_p: float
-    threshold_p: float  # Šidák's, at 1 in 1000
+    worst_limit: float  # Šidák's, at 1 in 1000
     residual: float  # what noise does not explain, r.m.s., as a part of the mean
     noise: float  # what it does
 
@@ -87,7 +87,7 @@ class Agreement:
     @property
     def structure(self) -> bool:
         """Is there more in the difference than noise?"""
-        return self.smallest_p < self.threshold_p
+        return self.rms_z > self.rms_limit or self.worst_z > self.worst_limit
 
 
 def agreement(ours: Estimate, theirs: Estimate, level: bool = True) -> Agreement:
@@ -104,18 +104,16 @@ def agreement(ours: Estimate, theirs: Estimate, level: bool = True) -> Agreement
     variance = va + vb + floor
     freedom = variance**2 / (va**2 / (ours.batches - 1) + vb**2 / (theirs.batches - 1) + 1e-300)
     freedom = np.minimum(freedom, 1e6)
-    t = difference / np.sqrt(variance)
-    p = two_sided_p(t, freedom)
-    expected = np.where(freedom > 2, freedom / np.maximum(freedom - 2, 1e-9), np.nan)  # variance of t
+    z = normal_score(difference / np.sqrt(variance), freedom)
     scale = float(theirs.blocks.mean())
     unexplained = float(np.mean(difference**2 - variance))
     return Agreement(
         tuple(map(float, ratio)),
         tuple(map(float, sigma)),
-        float(np.sqrt(np.mean(t**2) / np.nanmean(expected))),
-        float(np.abs(t).max()),
-        float(p.min()),
-        1 - (1 - 1e-3) ** (1 / p.size),
+        float(np.sqrt(np.mean(z**2))),
+        math.sqrt(1 + 4 * math.sqrt(2 / z[..., 0].size)),
+        float(z.max()),
+        NormalDist().inv_cdf(1 - (1 - (1 - 1e-3) ** (1 / z.size)) / 2),
         math.sqrt(max(unexplained, 0)) / scale,
         math.sqrt(float(variance.mean())) / scale,
     )

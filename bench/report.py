@@ -86,8 +86,8 @@ def page(results: dict) -> str:
         f"{machine['load_before']}. {results['threads']} threads each. Commit {results['commit']}, {results['date']}, "
         f"`{results['command']}`.\n",
         f"Medians of {results['repeats']} runs, a process each, taken in turn (ours, theirs, ours, theirs). Ratios are "
-        "ours over theirs: below 1, Kanuka takes less. They hold within this page alone; figures of two machines or two "
-        "runs do not compare. `docs/bench.md` says what is measured and how.\n",
+        "ours over theirs: below 1, Kanuka takes less. They hold within this page alone; figures of two machines or "
+        "of two runs do not compare. `docs/bench.md` says what is measured and how.\n",
     ]
     if results["quick"]:
         parts.append("**A quick run: small pictures and scenes. It shows that all works, not how fast it is.**\n")
@@ -119,7 +119,7 @@ def side_by_side(results: dict) -> list[str]:
         parts += [f"## {scene}\n", table(["", *TITLES.values()], rows)]
     if parts:
         parts.append(
-            "In brackets: our figure over this one. *Render*: sampling alone, compiled kernels and built scenes at hand. "
+            "In brackets: our figure over this one. *Render*: sampling alone, kernels compiled and the scene built. "
             "*First picture*: reading, building and one sample a pixel. *Noise²*: relative variance of a pixel.\n"
         )
     return parts
@@ -134,7 +134,7 @@ def agreement(results: dict) -> list[str]:
             f"{100 * (r - 1):+.2f} ± {100 * s:.2f} %" for r, s in zip(a["mean_ratio"], a["mean_sigma"], strict=True)
         )
         samples = f"{a['our_samples']}, {a['their_samples']}"
-        blocks = f"{a['rms_z']:.2f} r.m.s., {a['worst_z']:.1f} at most"
+        blocks = f"{a['rms_z']:.2f} r.m.s. (limit {a['rms_limit']:.2f}), worst {a['worst_z']:.1f} ({a['worst_limit']:.1f})"
         rows.append([a["scene"], a["peer"], samples, means, blocks, f"{100 * a['residual']:.2f} %"])
     head = ["", "against", "samples", "means of R, G, B", "z of 16² blocks", "beyond noise"]
     return ["## The same picture?\n", table(head, rows)]

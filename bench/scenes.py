@@ -139,7 +139,7 @@ def tree(leaves: int = 9900) -> tuple[np.ndarray, np.ndarray]:
     corners = [center - along - across, center + along - across, center + along + across, center - along + across]
     crown = np.stack(corners, 1).reshape(-1, 3)
     first = len(trunk) + 4 * np.arange(leaves)[:, None]
-    blades = (first + [0, 1, 2, 0, 2, 3]).reshape(-1, 3)
+    blades = (first + np.array([0, 1, 2, 0, 2, 3])).reshape(-1, 3)
     return np.concatenate([trunk, crown]).astype(np.float32), np.concatenate([bark, blades]).astype(np.int32)
 
 
@@ -164,7 +164,8 @@ def placements(n: int) -> tuple[np.ndarray, float]:
 
 
 def cache_folder() -> Path:
-    folder = Path(os.environ.get("KANUKA_BENCH_CACHE") or Path(__file__).resolve().parent.parent / "build" / "bench")
+    usual = Path(__file__).resolve().parent.parent / "build" / "bench"
+    folder = Path(os.environ.get("KANUKA_BENCH_CACHE") or usual).absolute()
     folder.mkdir(parents=True, exist_ok=True)
     return folder
 

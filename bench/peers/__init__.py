@@ -12,8 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-FOLDER = Path(__file__).resolve().parent
-ROOT = FOLDER.parent.parent
+import scenes
+
+BENCH = Path(__file__).resolve().parent.parent
+ROOT = BENCH.parent
 
 
 class WorkerError(Exception):
@@ -36,19 +38,19 @@ class Renderer:
 
 
 def environments() -> Path:
-    return Path(os.environ.get("KANUKA_PEERS") or ROOT / "build" / "peers")
+    return Path(os.environ.get("KANUKA_PEERS") or ROOT / "build" / "peers").absolute()
 
 
 RENDERERS = {
     r.name: r
     for r in (
-        Renderer("kanuka", "kanuka_worker.py"),
-        Renderer("mitsuba-llvm-spectral", "mitsuba_worker.py", "mitsuba", "llvm_ad_spectral"),
-        Renderer("mitsuba-llvm-rgb", "mitsuba_worker.py", "mitsuba", "llvm_ad_rgb"),
-        Renderer("mitsuba-scalar-spectral", "mitsuba_worker.py", "mitsuba", "scalar_spectral"),
-        Renderer("mitsuba-scalar-rgb", "mitsuba_worker.py", "mitsuba", "scalar_rgb"),
-        Renderer("cycles", "cycles_worker.py", "bpy"),
-        Renderer("luxcore", "luxcore_worker.py", "luxcore"),
+        Renderer("kanuka", "kanuka_worker"),
+        Renderer("mitsuba-llvm-spectral", "mitsuba_worker", "mitsuba", "llvm_ad_spectral"),
+        Renderer("mitsuba-llvm-rgb", "mitsuba_worker", "mitsuba", "llvm_ad_rgb"),
+        Renderer("mitsuba-scalar-spectral", "mitsuba_worker", "mitsuba", "scalar_spectral"),
+        Renderer("mitsuba-scalar-rgb", "mitsuba_worker", "mitsuba", "scalar_rgb"),
+        Renderer("cycles", "cycles_worker", "bpy"),
+        Renderer("luxcore", "luxcore_worker", "luxcore"),
     )
 }
 
@@ -66,10 +68,13 @@ def ask(renderer: Renderer, request: dict[str, object], *, pictures: bool = True
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "pictures.npy"
         given = {**request, "variant": renderer.variant, "picture": str(path) if pictures else ""}
-        environment = {**os.environ, "PYTHONPATH": str(ROOT / "python")} if not renderer.environment else None
+        environment = {**os.environ, "KANUKA_BENCH_CACHE": str(scenes.cache_folder())}
+        if not renderer.environment:
+            environment.setdefault("PYTHONPATH", str(ROOT / "python"))
         try:
             done = subprocess.run(
-                [renderer.python(), FOLDER / renderer.worker, json.dumps(given)],
+                [renderer.python(), "-m", f"peers.{renderer.worker}", json.dumps(given)],
+                cwd=BENCH,
                 capture_output=True,
                 text=True,
                 timeout=timeout_s,

@@ -7,18 +7,16 @@ import tempfile
 import time
 from pathlib import Path
 
+import bpy
 import numpy as np
-import worker
+from mathutils import Matrix, Vector
+
+import scenes
+from peers import worker
 
 say = worker.claim_stdout()
 request = worker.Request.read()
 figures = worker.Figures()
-
-with figures.time("import_s"):
-    import bpy
-    from mathutils import Matrix, Vector
-
-import scenes  # noqa: E402  after `worker`, which says where it is
 
 
 def settings(scene: scenes.Scene) -> None:

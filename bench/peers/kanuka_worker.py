@@ -5,17 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import worker
+
+import kanuka
+import own
+import scenes
+from peers import worker
 
 say = worker.claim_stdout()
 request = worker.Request.read()
 figures = worker.Figures()
-
-with figures.time("import_s"):
-    import kanuka
-
-import own  # noqa: E402  after `worker`, which says where it is
-import scenes  # noqa: E402
 
 
 def chain_shader(n: int) -> Path:

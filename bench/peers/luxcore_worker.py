@@ -6,18 +6,16 @@ import os
 import time
 
 import numpy as np
-import worker
+import pyluxcore
+
+import scenes
+from peers import worker
 
 say = worker.claim_stdout()
 request = worker.Request.read()
 figures = worker.Figures()
 
-with figures.time("import_s"):
-    import pyluxcore
-
-    pyluxcore.Init(lambda _message: None)
-
-import scenes  # noqa: E402  after `worker`, which says where it is
+pyluxcore.Init(lambda _message: None)
 
 
 def properties(values: dict[str, object]) -> pyluxcore.Properties:

@@ -10,8 +10,12 @@ import os
 import tempfile
 from pathlib import Path
 
+import drjit
+import mitsuba as mi
 import numpy as np
-import worker
+
+import scenes
+from peers import worker
 
 say = worker.claim_stdout()
 request = worker.Request.read()
@@ -24,14 +28,8 @@ if "DRJIT_LIBLLVM_PATH" not in os.environ:
             os.environ["DRJIT_LIBLLVM_PATH"] = found[0]
             break
 
-with figures.time("import_s"):
-    import drjit
-    import mitsuba as mi
-
-    mi.set_variant(request.variant)
-    drjit.set_thread_count(request.thread_count())
-
-import scenes  # noqa: E402  after `worker`, which says where it is
+mi.set_variant(request.variant)
+drjit.set_thread_count(request.thread_count())
 
 Place = mi.ScalarTransform4f
 folder = tempfile.TemporaryDirectory()  # meshes that Mitsuba reads as files

@@ -1,7 +1,7 @@
 """What the workers share. A worker is a process of one renderer: it takes a request as JSON, renders the scene once for
 each seed, keeps the pictures in a file, and prints its figures as the last line of standard output, as JSON.
 
-Runs under each renderer's own Python; NumPy alone.
+Runs under each renderer's own Python, as `python -m peers.mitsuba_worker REQUEST` in bench/; NumPy alone.
 """
 
 from __future__ import annotations
@@ -14,11 +14,8 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
-
-sys.path[0] = str(Path(__file__).resolve().parent.parent)  # for `scenes`; and so that `mitsuba` is not looked for here
 
 import scenes
 
