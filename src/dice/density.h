@@ -2,29 +2,31 @@
 #pragma once
 
 #include "dice/dice.h"
+#include "geom/traced_mesh.h"
 
 namespace kanuka::dice {
 
 // Thread safety: const members may run at the same time.
-class Density {
+class Density final : public geom::Viewpoint {
   public:
     Density(const DiceTarget& target, const DiceOptions& options, float shading_rate);
 
     // Pixels a unit of render space spans at p, seen face on.
-    float pixels_per_unit(const Vec3f& p) const { return m_uniform > 0 ? m_uniform : pixels_at(to_camera(p)); }
+    float pixels_per_unit(const Vec3f& p) const override {
+        return m_uniform > 0 ? m_uniform : pixels_at(to_camera(p));
+    }
+    bool has_camera() const override { return m_uniform <= 0; }
     // Micropolygon edges that fit between two near points; foreshortened as the camera sees them.
-    float cells(const Vec3f& a, const Vec3f& b) const;
+    float cells(const Vec3f& a, const Vec3f& b) const override;
     // Micropolygons that fit into a triangle.
     float area(const Vec3f& a, const Vec3f& b, const Vec3f& c) const;
     // Direction from p to the camera, not normalised; towards the viewer for orthographic cameras.
-    Vec3f towards_camera(const Vec3f& p) const;
+    Vec3f towards_camera(const Vec3f& p) const override;
     void coarsen(float factor) { m_cells_per_pixel *= factor; }
 
   private:
-    struct Outside {
-        float depth, beyond; // distance that sets the scale; how far out of the frustum, 0 = inside
-    };
     Vec3f to_camera(const Vec3f& p) const;
+    // `beyond`: how far out of the frustum, 0 = inside.
     float pixels_at(const Vec3f& camera_point, float* beyond = nullptr) const;
 
     float m_uniform = 0, m_cells_per_pixel = 1;

@@ -46,8 +46,15 @@ class GridSteps {
   public:
     GridSteps(const grid::Grid& g, float budget, float cos_tolerance)
         : m_g(g), m_budget(budget), m_cos2(cos_tolerance * cos_tolerance), m_row(g.nu + 1) {
+        const float* p = g.P.data();
+        if (g.edge_cells != std::array<int, 4>{g.nu, g.nv, g.nu, g.nv}) {
+            m_even = g.P;
+            for (int side = 0; side < 4; side++)
+                spread(side);
+            p = m_even.data();
+        }
         for (int c = 0; c < 3; c++)
-            m_p[c] = g.P.data() + size_t(c) * g.stride;
+            m_p[c] = p + size_t(c) * g.stride;
     }
 
     void choose(int limit_u, int limit_v) {
@@ -84,6 +91,24 @@ class GridSteps {
     int su = 1, sv = 1;
 
   private:
+    // Vertices that a side has moved onto a coarser polyline are spread over it evenly again: sliding along the surface
+    // is no distance from it.
+    void spread(int side) {
+        const bool along_u = side == grid::VMin || side == grid::VMax;
+        const int n = along_u ? m_g.nu : m_g.nv, stride = along_u ? 1 : m_row, cells = m_g.edge_cells[side];
+        const int base = side == grid::VMax ? m_g.nv * m_row : side == grid::UMax ? m_g.nu : 0;
+        if (cells == 0 || cells == n)
+            return;
+        const int run = n / cells;
+        for (int c = 0; c < 3; c++) {
+            float* p = m_even.data() + size_t(c) * m_g.stride + base;
+            for (int i = 0; i < n; i++) {
+                const float a = p[i / run * run * stride], b = p[(i / run + 1) * run * stride];
+                p[i * stride] = a + (b - a) * (float(i % run) / float(run));
+            }
+        }
+    }
+
     Vec3f at(int i, int j) const {
         const int k = j * m_row + i;
         return {m_p[0][k], m_p[1][k], m_p[2][k]};
@@ -174,7 +199,7 @@ class GridSteps {
     const float m_budget, m_cos2;
     const int m_row;
     const float* m_p[3];
-    std::vector<float> m_normal;
+    std::vector<float> m_even, m_normal;
 };
 
 } // namespace

@@ -43,8 +43,8 @@ Picture sample(int width = 37, int height = 23) {
             c.data.push_back(float((i * 7 + int(name[0])) % 512) / 64 - 1);
         p.channels.push_back(c);
     }
-    p.find("Z")->data[3] = 1234.56789f;
-    p.find("id")->data[4] = 16777215;
+    p.find("Z")->data.front() = 1234.56789f;
+    p.find("id")->data.back() = 16777215;
     p.metadata = {
         {"comments", "a render"}, {"kanuka.version", "0.1.0"}, {"kanuka.scene", "päth/ώ.rib\nline"}};
     return p;
@@ -133,7 +133,7 @@ TEST(Exr, RoundTrip) {
         EXPECT_EQ(q.metadata.at(name), value);
     EXPECT_EQ(dir.names(), std::vector<std::string>{"a.exr"});
     EXPECT_FALSE(p.find("nothing"));
-    EXPECT_EQ(q.find("Z")->data[3], 1234.56789f);
+    EXPECT_EQ(q.find("Z")->data.front(), 1234.56789f);
 }
 
 TEST(Exr, DisplayWindowIsTheDataWindowUnlessGiven) {

@@ -75,7 +75,7 @@ double chi_square_p(double statistic, int dof) {
 } // namespace
 
 TEST(Filter, DensityIsTheAbsoluteKernel) {
-    constexpr int Bins = 24, Samples = 20000;
+    constexpr int Bins = 16, Samples = 100000;
     std::mt19937 generator(3);
     std::uniform_real_distribution<float> u;
     for (const Shape& shape : shapes()) {
@@ -92,20 +92,22 @@ TEST(Filter, DensityIsTheAbsoluteKernel) {
             ASSERT_LE(std::abs(s.dx), shape.width / 2 * 1.00001f);
             count[std::clamp(int((s.dx + shape.width / 2) / step), 0, Bins - 1)]++;
         }
-        // The table has steps of 1/1024 of the mass: bins are pooled until they hold several, and there are
-        // no more samples than make that grain invisible.
-        double statistic = 0, pooled_expected = 0, pooled_count = 0;
-        int dof = -1;
+        // The table has steps of 1/1024 of the mass: bins are pooled until they hold many.
+        std::vector<std::pair<double, double>> pools; // expected, found
+        double remaining = Samples, pooled_expected = 0, pooled_count = 0;
         for (int b = 0; b < Bins; b++) {
             pooled_expected += expected[b] / total * Samples;
             pooled_count += count[b];
-            if (pooled_expected < Samples / 200 && b + 1 < Bins)
+            remaining -= expected[b] / total * Samples;
+            if (b + 1 < Bins && (pooled_expected < Samples / 100 || remaining < Samples / 100))
                 continue;
-            statistic += (pooled_count - pooled_expected) * (pooled_count - pooled_expected) /
-                         std::max(pooled_expected, 1.0);
+            pools.push_back({pooled_expected, pooled_count});
             pooled_expected = pooled_count = 0;
-            dof++;
         }
+        double statistic = 0;
+        const int dof = int(pools.size()) - 1;
+        for (const auto& [wanted, found] : pools)
+            statistic += (found - wanted) * (found - wanted) / wanted;
         if (dof > 0) {
             EXPECT_GT(chi_square_p(statistic, dof), 1e-3)
                 << shape.name << ' ' << shape.width << ": " << statistic;

@@ -209,8 +209,8 @@ void sample_analytic(const SceneView& scene, const AnalyticLight& light, const V
 }
 
 template <int W>
-LightSample<W> sample_light(const SceneView& scene, const Vec3<Float<W>>& P, Float<W> u_choice, Float<W> u_part, Float<W> u0,
-                            Float<W> u1, const Float<W> l[Wavelengths], Mask<W> active) {
+LightSample<W> sample_light(const SceneView& scene, const Vec3<Float<W>>& P, const Vec3<Float<W>>& N, Float<W> u_choice,
+                            Float<W> u_part, Float<W> u0, Float<W> u1, const Float<W> l[Wavelengths], Mask<W> active) {
     using F = Float<W>;
     LightSample<W> s;
     s.wi = {F(0.0f), F(0.0f), F(1.0f)};
@@ -219,8 +219,7 @@ LightSample<W> sample_light(const SceneView& scene, const Vec3<Float<W>>& P, Flo
     s.pdf = F(1.0f);
     s.delta = Mask<W>(false);
     s.valid = active;
-    const Int<W> choice = min(to_int(u_choice * F(float(scene.choices))), Int<W>(scene.choices - 1));
-    const F chance(1.0f / float(scene.choices));
+    const Int<W> choice = search(scene.choice_cdf.data(), Int<W>(0), scene.choices, u_choice);
     if (scene.emitter_choice >= 0) {
         const Mask<W> m = active & (choice == Int<W>(scene.emitter_choice));
         if (any(m)) // emitter_density holds the chance already
@@ -230,25 +229,26 @@ LightSample<W> sample_light(const SceneView& scene, const Vec3<Float<W>>& P, Flo
         const Mask<W> m = active & (choice == Int<W>(scene.map_choice));
         if (any(m)) {
             sample_map(scene, u0, u1, s, l, m);
-            s.pdf = select(m, s.pdf * chance, s.pdf);
+            s.pdf = select(m, s.pdf * F(scene.chance(scene.map_choice)), s.pdf);
         }
     }
     if (scene.constant_choice >= 0) {
         const Mask<W> m = active & (choice == Int<W>(scene.constant_choice));
         if (any(m)) {
-            F sp, cp;
-            sincos_2pi(u0, sp, cp);
-            const F z = fma(u1, F(-2.0f), F(1.0f)), r = sqrt(max(F(1.0f) - z * z, F(0.0f)));
-            s.wi = select(m, Vec3<F>(r * cp, r * sp, z), s.wi);
+            // By the cosine about the normal: all that such a sky leaves to be known is the material and what is in the way.
+            Vec3<F> t, b;
+            coordinate_frame(N, t, b);
+            const Vec3<F> d = bsdf::sample_cosine(u0, u1);
+            s.wi = select(m, normalize(t * d.x + b * d.y + N * d.z), s.wi);
             s.radiance = bsdf::select(m, emission_spectrum(scene, scene.constant.c, l), s.radiance);
-            s.pdf = select(m, F(1 / (4 * Pi)) * chance, s.pdf);
+            s.pdf = select(m, d.z * F(InvPi * scene.chance(scene.constant_choice)), s.pdf);
         }
     }
     for (size_t k = 0; k < scene.lights.size(); k++) {
         const Mask<W> m = active & (choice == Int<W>(scene.first_light_choice + int(k)));
         if (any(m)) {
             sample_analytic(scene, scene.lights[k], P, u0, u1, s, l, m);
-            s.pdf = select(m, chance, s.pdf);
+            s.pdf = select(m, F(scene.chance(scene.first_light_choice + int(k))), s.pdf);
         }
     }
     return s;

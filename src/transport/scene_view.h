@@ -80,6 +80,8 @@ struct SceneView {
     EnvironmentMap map;
     ConstantEnvironment constant;
     int choices = 0, emitter_choice = -1, map_choice = -1, constant_choice = -1, first_light_choice = 0;
+    std::vector<float> choice_cdf;    // choices + 1 values; chances follow what each light can bring
+    float chance(int choice) const { return choice < 0 ? 0 : choice_cdf[size_t(choice) + 1] - choice_cdf[size_t(choice)]; }
     std::vector<float> alias_probability; // over emitters, by power
     std::vector<int32_t> alias_other;
     std::vector<float> emitter_density;   // chance of the emitter over its area, choice included; 0 = not sampled

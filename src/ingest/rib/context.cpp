@@ -222,6 +222,14 @@ void Context::add_instance(const Call& call) {
     if (!attributes.detail_visible || !usable_transform(call))
         return;
     if (m_open_object >= 0) {
+        int& depth = objects.record(m_open_object).depth;
+        if (objects.record(object).depth >= Objects::MaxDepth) {
+            reports.error("objects too deep", call.where,
+                          "ObjectInstance \"" + call.handle(0) + "\" was left out: objects nest " +
+                              std::to_string(Objects::MaxDepth) + " levels deep at most");
+            return;
+        }
+        depth = std::max(depth, objects.record(object).depth + 1);
         ObjectRecord::Member member;
         member.object = object;
         member.set = attributes.set;
@@ -231,7 +239,12 @@ void Context::add_instance(const Call& call) {
         return;
     }
     lights.shine(attributes);
-    objects.instance(m_scene, object, attributes.shared, ctm);
+    try {
+        objects.instance(m_scene, object, attributes.shared, ctm);
+    } catch (const Error& e) { // an inverse that double precision cannot hold
+        reports.error("singular transformation", call.where,
+                      "ObjectInstance was left out: " + std::string(e.what()));
+    }
 }
 
 // ---- primitives

@@ -102,8 +102,8 @@ void interior(Context& c, Call& call) {
 
 static void not_run(Context& c, const Call& call) {
     c.reports.once(Severity::Warning, call.spec->name, call.where,
-                   std::string(call.spec->name) + " \"" + call.text(0) +
-                       "\" is kept with the scene but not run: " + std::string(call.spec->note));
+                   std::string(call.spec->name) + " \"" + call.text(0) + "\" is kept with the scene, but " +
+                       std::string(call.spec->note));
 }
 
 void exterior(Context& c, Call& call) {
