@@ -15,6 +15,7 @@ from pictures import Estimate, agreement
 
 OURS = peers.RENDERERS["kanuka"]
 REFERENCE = peers.RENDERERS["mitsuba-llvm-spectral"]  # spectral as ours, and the fastest
+REFERENCE_SAMPLES = {"cornell": 64, "terrain": 16}  # of one batch; there are 64
 Say = Callable[[str], None]
 
 
@@ -121,12 +122,10 @@ def ratios(summaries: list[dict[str, object]]) -> list[dict[str, object]]:
 
 def agrees(settings: Settings, scene: str, say: Say) -> dict[str, object]:
     """Our picture against Mitsuba's, both far longer than usual."""
-    batches = 4 if settings.quick else 16
-    lengths = {"cornell": 256, "terrain": 64, "forest": 64}
-    long = settings.request(scene, samples=64 if settings.quick else lengths[scene])
-    version = peers.ask(REFERENCE, {**long, "samples": 1}, pictures=False).figures["version"]
-    theirs = references.converged(REFERENCE, long, batches, version=version, say=say)
-    samples = 16 if settings.quick else 64
+    theirs = references.converged(
+        REFERENCE, settings.request(scene, samples=REFERENCE_SAMPLES[scene]), 8 if settings.quick else 64, say
+    )
+    batches, samples = (4, 16) if settings.quick else (16, 64)
     ours = None
     for batch in range(batches):
         answer = peers.ask(OURS, settings.request(scene, samples=samples) | {"seeds": [3000 + batch]})

@@ -13,11 +13,14 @@ import scenes
 from pictures import Estimate
 
 
-def _path(renderer: peers.Renderer, version: str, request: dict[str, object]) -> Path:
+AT_A_TIME = 4
+
+
+def _path(renderer: peers.Renderer, request: dict[str, object]) -> Path:
     folder = scenes.cache_folder() / "references"
     folder.mkdir(exist_ok=True)
     extent = "-".join(str(request[key]) for key in ("scene", "n", "scale", "samples"))
-    return folder / f"{renderer.name}-{version}-{extent}.npz"
+    return folder / f"{renderer.name}-{renderer.version()}-{extent}.npz"
 
 
 def _load(path: Path) -> Estimate | None:
@@ -35,19 +38,16 @@ def _save(path: Path, estimate: Estimate) -> None:
 
 
 def converged(
-    renderer: peers.Renderer,
-    request: dict[str, object],
-    batches: int,
-    *,
-    version: str,
-    at_a_time: int = 2,
-    say: Callable[[str], None] = print,
+    renderer: peers.Renderer, request: dict[str, object], batches: int, say: Callable[[str], None]
 ) -> Estimate:
-    """`batches` renders of `request`, each with a seed of its own; those made before are taken from the cache."""
-    path = _path(renderer, version, request)
+    """`batches` renders of `request`, each with a seed of its own; those made before are taken from the cache.
+
+    Some at a time go to one process, so that it starts up and compiles seldom, and little is lost if it is stopped.
+    """
+    path = _path(renderer, request)
     estimate = _load(path)
     while (done := estimate.batches if estimate else 0) < batches:
-        seeds = list(range(5000 + done, 5000 + min(batches, done + at_a_time)))
+        seeds = list(range(5000 + done, 5000 + min(batches, done + AT_A_TIME)))
         answer = peers.ask(renderer, {**request, "seeds": seeds})
         more = Estimate.of(answer.pictures, int(request["samples"]))
         estimate = estimate + more if estimate else more

@@ -134,7 +134,9 @@ def agreement(results: dict) -> list[str]:
             f"{100 * (r - 1):+.2f} ± {100 * s:.2f} %" for r, s in zip(a["mean_ratio"], a["mean_sigma"], strict=True)
         )
         samples = f"{a['our_samples']}, {a['their_samples']}"
-        blocks = f"{a['rms_z']:.2f} r.m.s. (limit {a['rms_limit']:.2f}), worst {a['worst_z']:.1f} ({a['worst_limit']:.1f})"
+        blocks = (
+            f"{a['rms_z']:.2f} r.m.s. (limit {a['rms_limit']:.2f}), worst {a['worst_z']:.1f} ({a['worst_limit']:.1f})"
+        )
         rows.append([a["scene"], a["peer"], samples, means, blocks, f"{100 * a['residual']:.2f} %"])
     head = ["", "against", "samples", "means of R, G, B", "z of 16² blocks", "beyond noise"]
     return ["## The same picture?\n", table(head, rows)]

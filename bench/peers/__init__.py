@@ -27,6 +27,7 @@ class Renderer:
     name: str
     worker: str
     environment: str = ""  # folder of its virtual environment; "" = this Python
+    package: str = ""
     variant: str = ""
 
     def python(self) -> Path:
@@ -35,6 +36,11 @@ class Renderer:
     @property
     def installed(self) -> bool:
         return self.python().exists()
+
+    def version(self) -> str:
+        """Of its package, without starting it."""
+        found = self.python().parent.parent.glob(f"lib/python*/site-packages/{self.package}-*.dist-info")
+        return next((folder.name.removesuffix(".dist-info").split("-")[-1] for folder in found), "unknown")
 
 
 def environments() -> Path:
@@ -45,12 +51,12 @@ RENDERERS = {
     r.name: r
     for r in (
         Renderer("kanuka", "kanuka_worker"),
-        Renderer("mitsuba-llvm-spectral", "mitsuba_worker", "mitsuba", "llvm_ad_spectral"),
-        Renderer("mitsuba-llvm-rgb", "mitsuba_worker", "mitsuba", "llvm_ad_rgb"),
-        Renderer("mitsuba-scalar-spectral", "mitsuba_worker", "mitsuba", "scalar_spectral"),
-        Renderer("mitsuba-scalar-rgb", "mitsuba_worker", "mitsuba", "scalar_rgb"),
-        Renderer("cycles", "cycles_worker", "bpy"),
-        Renderer("luxcore", "luxcore_worker", "luxcore"),
+        Renderer("mitsuba-llvm-spectral", "mitsuba_worker", "mitsuba", "mitsuba", "llvm_ad_spectral"),
+        Renderer("mitsuba-llvm-rgb", "mitsuba_worker", "mitsuba", "mitsuba", "llvm_ad_rgb"),
+        Renderer("mitsuba-scalar-spectral", "mitsuba_worker", "mitsuba", "mitsuba", "scalar_spectral"),
+        Renderer("mitsuba-scalar-rgb", "mitsuba_worker", "mitsuba", "mitsuba", "scalar_rgb"),
+        Renderer("cycles", "cycles_worker", "bpy", "bpy"),
+        Renderer("luxcore", "luxcore_worker", "luxcore", "pyluxcore"),
     )
 }
 
