@@ -12,7 +12,6 @@ import peers
 import scenes
 from pictures import Estimate
 
-
 AT_A_TIME = 4
 
 
