@@ -74,6 +74,7 @@ Spectrum<W> sigmoid_spectrum(Float<W> c0, Float<W> c1, Float<W> c2, const Float<
 struct UpliftView {
     const float* coefficients;
     int resolution;
+    float z_factor, z_offset;
 };
 
 template <int W>
@@ -91,14 +92,14 @@ void uplift(const UpliftView& table, Vec3<Float<W>> rgb, Float<W>& c0, Float<W>&
     const F v = kanuka::select(x_largest, rgb.x, kanuka::select(y_largest, rgb.y, rgb.z));
     const F a = kanuka::select(x_largest, rgb.y, kanuka::select(y_largest, rgb.z, rgb.x));
     const F b = kanuka::select(x_largest, rgb.z, kanuka::select(y_largest, rgb.x, rgb.y));
-    const F inv = kanuka::select(v > zero, one / max(v, F(1e-37f)), zero);
-    const F at[3] = {sqrt(min(a * inv, one)) * last, sqrt(min(b * inv, one)) * last,
-                     F(0.5f) * (sqrt(v) + one - sqrt(one - v)) * last};
+    const F divisor = kanuka::select(v > zero, v, one);
+    const F z = fma(F(table.z_factor), sqrt(sqrt(v)) - sqrt(one - v), F(table.z_offset));
+    const F at[3] = {sqrt(a / divisor) * last, sqrt(b / divisor) * last, max(z, zero)};
     I cell[3];
     F f[3];
     for (int k = 0; k < 3; k++) {
         cell[k] = min(to_int(at[k]), I(table.resolution - 2));
-        f[k] = at[k] - F(cell[k]);
+        f[k] = min(at[k] - F(cell[k]), one);
     }
     const I n(table.resolution);
     const I base = (((m * n + cell[2]) * n + cell[1]) * n + cell[0]) * I(3);

@@ -173,7 +173,7 @@ Features find_features(const Plane& luminance, int width, int height, float pixe
         Plane x = convolve(luminance, width, height, taps, flat);
         const Plane y = convolve(luminance, width, height, flat, taps);
         for (size_t i = 0; i < x.size(); i++)
-            x[i] = std::hypot(x[i], y[i]);
+            x[i] = std::sqrt(fma(x[i], x[i], y[i] * y[i]));
         return x;
     };
     return {gradient(edge), gradient(point)};

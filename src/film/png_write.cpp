@@ -3,6 +3,7 @@
 
 #include <spng.h>
 
+#include "base/tasks.h"
 #include "color/color.h"
 #include "film/atomic_file.h"
 #include "film/film.h"
@@ -66,13 +67,17 @@ void write_png(const std::string& path, const Picture& picture, float gain, floa
     const int colors = rgb ? 3 : 1, components = colors + (alpha ? 1 : 0);
     const Encoder encode{gain, 1 / gamma};
     std::vector<uint8_t> bytes(pixels * components);
-    for (size_t i = 0; i < pixels; i++) {
+    const auto encode_pixel = [&](size_t i) {
         const float a = alpha ? clamp01(alpha->data[i]) : 1.0f;
         for (int c = 0; c < colors; c++)
             bytes[i * components + c] = a > 0 ? encode(color[c]->data[i] / a) : 0;
         if (alpha)
             bytes[i * components + colors] = to_byte(a);
-    }
+    };
+    tasks::parallel_chunks(pixels, 1 << 14, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; i++)
+            encode_pixel(i);
+    });
 
     // 3. File.
     AtomicFile file(path);

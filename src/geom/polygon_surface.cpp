@@ -29,28 +29,24 @@ class PolygonSurface : public Surface {
     }
 
     void positions(int face, Line u, Line v, float* out, int stride) const override {
-        Weights wu(2, u.count), wv(2, v.count);
-        linear_weights(u, wu);
-        linear_weights(v, wv);
+        const TensorLattice lattice(u, nullptr, v, nullptr);
         for (int c = 0; c < 3; c++) {
             float q[4];
             corner_values(face, [&](int corner) { return m_points.xyz[3 * m_polygons.vertex(corner) + c]; }, q);
-            tensor_values(q, wu, wv, out + size_t(c) * stride, u.count);
+            lattice.values(q, out + size_t(c) * stride, u.count);
         }
     }
     int uniform_index(int face) const override { return m_pieces.face[m_quads[face].piece]; }
 
   protected:
     void shape(int face, Line u, Line v, Lattice out) const override {
-        Weights wu(2, u.count), wv(2, v.count);
-        linear_weights(u, wu);
-        linear_weights(v, wv);
+        const TensorLattice lattice(u, nullptr, v, nullptr);
         grid::Grid& g = out.grid;
         float q[4];
         for (int c = 0; c < 3; c++) {
             corner_values(face, [&](int corner) { return m_points.xyz[3 * m_polygons.vertex(corner) + c]; }, q);
             const size_t at = size_t(c) * g.stride + out.base;
-            tensor_slopes(q, wu, wv, &g.P[at], &g.dPdu[at], &g.dPdv[at], out.pitch);
+            lattice.slopes(q, &g.P[at], &g.dPdu[at], &g.dPdv[at], out.pitch);
         }
         const size_t polygon = m_pieces.face[m_quads[face].piece];
         for (const Primvar& p : m_primvars.list)
@@ -66,7 +62,7 @@ class PolygonSurface : public Surface {
                         }
                     },
                     q);
-                tensor_values(q, wu, wv, p.destination(g, c) + out.base, out.pitch);
+                lattice.values(q, p.destination(g, c) + out.base, out.pitch);
             }
     }
 

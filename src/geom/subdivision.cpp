@@ -188,15 +188,13 @@ class SubdivisionSurface : public Surface {
                     const float a = i == 1 ? 1.0f / 3 : i == 2 ? -1.0f / 3 : 0, b = j == 1 ? 1.0f / 3 : j == 2 ? -1.0f / 3 : 0;
                     control[16 * c + 4 * j + i] = d[0] + a * d[n] + b * d[2 * n] + a * b * d[4 * n];
                 }
-        Weights wu(4, u.count), wv(4, v.count);
-        cubic_weights(u, BezierBasis, wu);
-        cubic_weights(v, BezierBasis, wv);
+        const TensorLattice lattice(u, &BezierBasis, v, &BezierBasis);
         grid::Grid& g = out.grid;
         for (int c = 0; c < n; c++) {
             const size_t at = size_t(c) * g.stride + out.base;
             const bool slopes = derivatives && c < 3;
-            tensor_slopes(&control[16 * c], wu, wv, destination(g, components[c]) + out.base,
-                          slopes ? &g.dPdu[at] : nullptr, slopes ? &g.dPdv[at] : nullptr, out.pitch);
+            lattice.slopes(&control[16 * c], destination(g, components[c]) + out.base, slopes ? &g.dPdu[at] : nullptr,
+                           slopes ? &g.dPdv[at] : nullptr, out.pitch);
         }
     }
 

@@ -18,15 +18,27 @@ Surface::Surface(const scene::Primitive& primitive, const Transform& render_from
 
 void Surface::edge_positions(int edge, Line t, float* out, int stride) const {
     const Topology::Edge& e = m_topology.edges[edge];
-    for (int i = 0; i < t.count; i++) {
-        int half = t[i] > 0.5f ? 1 : 0;
-        if (e.face[half] < 0)
-            half = 1 - half;
-        const int f = e.face[half], side = e.side[half];
-        float u, v;
-        side_position(side, side_parameter(m_topology.faces[f].sides[side], t[i]), u, v);
-        u = std::clamp(u, 0.0f, 1.0f), v = std::clamp(v, 0.0f, 1.0f);
-        positions(f, {&u, 1}, {&v, 1}, out + i, stride);
+    const auto half_of = [&](float x) {
+        const int half = x > 0.5f ? 1 : 0;
+        return e.face[half] < 0 || e.face[half] == e.face[1 - half] ? int(e.face[0] < 0) : half;
+    };
+    std::vector<float> x;
+    for (int i = 0, end; i < t.count; i = end) { // runs that one face evaluates
+        const int half = half_of(t[i]), f = e.face[half], side = e.side[half];
+        for (end = i, x.clear(); end < t.count && half_of(t[end]) == half; end++)
+            x.push_back(std::clamp(side_parameter(m_topology.faces[f].sides[side], t[end]), 0.0f, 1.0f));
+        // Lines rise; a side that is walked backwards is evaluated from its other end.
+        const bool backwards = x.front() > x.back();
+        if (backwards)
+            std::reverse(x.begin(), x.end());
+        const Line line{x.data(), end - i};
+        const float fixed = side == 1 || side == 2 ? 1.0f : 0.0f;
+        const Line one{&fixed, 1};
+        const bool along_u = side == 0 || side == 2;
+        positions(f, along_u ? line : one, along_u ? one : line, out + i, stride);
+        if (backwards)
+            for (int c = 0; c < 3; c++)
+                std::reverse(out + size_t(c) * stride + i, out + size_t(c) * stride + end);
     }
 }
 

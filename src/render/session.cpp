@@ -173,6 +173,10 @@ class BatchSession {
         }
         in.filter_x = m_filter->table_x();
         in.filter_y = m_filter->table_y();
+        if (m_filter->has_weights()) {
+            in.filter_weight_x = m_filter->weight_x();
+            in.filter_weight_y = m_filter->weight_y();
+        }
         in.max_depth = m_options.max_depth;
         in.seed = m_options.seed;
         m_view = transport::make_scene_view(in, m_journal);

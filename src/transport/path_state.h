@@ -33,7 +33,8 @@ struct alignas(64) BatchState {
     Lane<float> radiance[4];
     Lane<int32_t> pixel_hash;
     // First hits, for AOVs.
-    Lane<float> albedo[4], normal[3], position[3], depth, alpha;
+    Lane<float> albedo[4], normal[3], position[3], depth, hit;
+    Lane<float> alpha; // a hit, or a visible environment
     Lane<int32_t> id;
     Lane<float> filter_weight;
 };

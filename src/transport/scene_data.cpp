@@ -222,7 +222,8 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
         i.absorbs = interior.absorbs;
         view.interiors.push_back(i);
     }
-    view.uplift = {color::uplift_table().coefficients.data(), color::uplift_table().resolution};
+    const color::UpliftTable& table = color::uplift_table();
+    view.uplift = {table.coefficients.data(), table.resolution, table.z_factor, table.z_offset};
     fill_wavelengths(view.wavelengths);
     view.filter_x = in.filter_x.data();
     view.filter_y = in.filter_y.data();

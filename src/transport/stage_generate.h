@@ -94,6 +94,7 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
         }
         F(0.0f).store(batch.depth + first);
         F(0.0f).store(batch.alpha + first);
+        F(0.0f).store(batch.hit + first);
         F(0.0f).store(paths.mis + first); // camera rays meet lights with full weight
         F(0.0f).store(paths.cosine + first);
         I(0).store(batch.id + first);

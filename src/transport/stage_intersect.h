@@ -38,13 +38,17 @@ void add_environment(const SceneView& scene, BatchState& batch, const PathState&
         beta[k] = gather(paths.beta[k], slot);
     }
     const Vec3<F> d(gather(paths.d[0], slot), gather(paths.d[1], slot), gather(paths.d[2], slot));
+    const bool constant = scene.constant.present && (bounce > 0 || scene.constant.visible_camera);
+    const bool map = scene.map_choice >= 0 && (bounce > 0 || scene.map.visible_camera);
+    if (bounce == 0 && (constant || map))
+        scatter(batch.alpha, path, F(1.0f), m);
     const F mis = gather(paths.mis, slot), ratios = sum_of_ratios(scene, paths, slot);
-    if (scene.constant.present && (bounce > 0 || scene.constant.visible_camera)) {
+    if (constant) {
         const F density = gather(paths.cosine, slot) * F(InvPi * scene.chance(scene.constant_choice));
         const F weight = F(1.0f) / fma(mis, density, ratios);
         add_radiance(batch, path, beta * emission_spectrum(scene, scene.constant.c, l) * weight, m);
     }
-    if (scene.map_choice >= 0 && (bounce > 0 || scene.map.visible_camera)) {
+    if (map) {
         const MapPlace<W> p = map_place(scene.map, d);
         const F weight = F(1.0f) / fma(mis, map_pdf(scene.map, p) * F(scene.chance(scene.map_choice)), ratios);
         add_radiance(batch, path, beta * map_radiance(scene, p, l) * weight, m);

@@ -272,6 +272,7 @@ class SurfaceStage {
         }
         scatter(m_batch.depth, h.path, h.t, m);
         scatter(m_batch.alpha, h.path, F(1.0f), m);
+        scatter(m_batch.hit, h.path, F(1.0f), m);
         scatter(reinterpret_cast<float*>(m_batch.id), h.path, bitcast_float(id), m);
     }
     void record_albedo(const Hit& h, M m, const S& albedo) {
