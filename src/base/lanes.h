@@ -90,9 +90,10 @@ struct Int {
     }
     int operator[](int i) const { return v[i]; }
 
-    friend Int operator+(Int a, Int b) { return a.v + b.v; }
-    friend Int operator-(Int a, Int b) { return a.v - b.v; }
-    friend Int operator*(Int a, Int b) { return a.v * b.v; }
+    // Wrap, as hashes want it: signed overflow would be undefined, and optimisers make use of that.
+    friend Int operator+(Int a, Int b) { return I(U(a.v) + U(b.v)); }
+    friend Int operator-(Int a, Int b) { return I(U(a.v) - U(b.v)); }
+    friend Int operator*(Int a, Int b) { return I(U(a.v) * U(b.v)); }
     friend Int operator&(Int a, Int b) { return a.v & b.v; }
     friend Int operator|(Int a, Int b) { return a.v | b.v; }
     friend Int operator^(Int a, Int b) { return a.v ^ b.v; }
@@ -116,7 +117,7 @@ struct Float {
 
     Float() = default;
     Float(F v) : v(v) {}
-    Float(float s) : v(F{} + s) {}
+    Float(float s) : v(s - F{}) {} // minus zero: the one sum that keeps the sign of -0
     explicit Float(Int<W> i) : v(__builtin_convertvector(i.v, F)) {}
     static Float load(const float* p) {
         Float r;
@@ -247,7 +248,8 @@ Mask<W> is_finite(Float<W> a) {
     return abs(a) <= Float<W>(3.402823466e38f);
 }
 
-// base[index], lane by lane; every index must be readable.
+// base[index], lane by lane; every index must be readable. The store keeps floats and integers in one arena, so loads
+// may alias anything.
 template <int W>
 Float<W> gather(const float* base, Int<W> index) {
     if constexpr (W == 8)
@@ -258,24 +260,42 @@ Float<W> gather(const float* base, Int<W> index) {
 #endif
     else {
         Float<W> r;
-        for (int i = 0; i < W; i++)
-            r.v[i] = base[index.v[i]];
+        for (int i = 0; i < W; i++) {
+            float f;
+            std::memcpy(&f, base + index.v[i], 4);
+            r.v[i] = f;
+        }
         return r;
     }
 }
 template <int W>
 Int<W> gather(const int32_t* base, Int<W> index) {
-    return bitcast_int(gather(reinterpret_cast<const float*>(base), index));
+    if constexpr (W == 8)
+        return (typename Int<W>::I)_mm256_i32gather_epi32(base, (__m256i)index.v, 4);
+#ifdef __AVX512F__
+    else if constexpr (W == 16)
+        return (typename Int<W>::I)_mm512_i32gather_epi32((__m512i)index.v, base, 4);
+#endif
+    else {
+        Int<W> r;
+        for (int i = 0; i < W; i++) {
+            int32_t n;
+            std::memcpy(&n, base + index.v[i], 4);
+            r.v[i] = n;
+        }
+        return r;
+    }
 }
 template <int W>
 Int<W> gather(const uint32_t* base, Int<W> index) {
-    return bitcast_int(gather(reinterpret_cast<const float*>(base), index));
+    return gather(reinterpret_cast<const int32_t*>(base), index); // signed and unsigned may alias
 }
 template <int W>
 void scatter(float* base, Int<W> index, Float<W> value, Mask<W> m) {
     for (uint32_t bits = m.bits(); bits; bits &= bits - 1) {
         const int i = __builtin_ctz(bits);
-        base[index.v[i]] = value.v[i];
+        const float f = value.v[i];
+        std::memcpy(base + index.v[i], &f, 4); // integers pass through here as bits
     }
 }
 
@@ -293,8 +313,10 @@ Float<W> half_to_float(Int<W> h) {
 template <int W>
 int compress_store(float* out, Float<W> value, uint32_t bits) {
     int n = 0;
-    for (; bits; bits &= bits - 1)
-        out[n++] = value.v[__builtin_ctz(bits)];
+    for (; bits; bits &= bits - 1) {
+        const float f = value.v[__builtin_ctz(bits)];
+        std::memcpy(out + n++, &f, 4);
+    }
     return n;
 }
 

@@ -91,9 +91,9 @@ struct Bounds3f {
         lo = {min(lo.x, p.x), min(lo.y, p.y), min(lo.z, p.z)};
         hi = {max(hi.x, p.x), max(hi.y, p.y), max(hi.z, p.z)};
     }
-    void extend(const Bounds3f& b) {
-        extend(b.lo);
-        extend(b.hi);
+    void extend(const Bounds3f& b) { // an empty one adds nothing
+        lo = {min(lo.x, b.lo.x), min(lo.y, b.lo.y), min(lo.z, b.lo.z)};
+        hi = {max(hi.x, b.hi.x), max(hi.y, b.hi.y), max(hi.z, b.hi.z)};
     }
     Vec3f center() const { return (lo + hi) * 0.5f; }
     Vec3f diagonal() const { return hi - lo; }

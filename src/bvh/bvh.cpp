@@ -95,7 +95,7 @@ void presence_filter(const RTCFilterFunctionNArguments* args) {
         const float t = RTCRayN_tfar(args->ray, args->N, i);
         int t_bits;
         std::memcpy(&t_bits, &t, 4);
-        const Int<1> h = hash_bits(Int<1>(seed) ^ hash_bits(Int<1>(shape * 0x9e3779b + int(prim) + (t_bits & ~0xff))));
+        const Int<1> h = hash_bits(Int<1>(seed) ^ hash_bits(Int<1>(int(uint32_t(shape) * 0x9e3779b1u + prim + (uint32_t(t_bits) & ~0xffu)))));
         if (to_unit(h)[0] >= g.store->presence(shape, int(prim), u, v))
             args->valid[i] = 0;
     }

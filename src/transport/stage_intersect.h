@@ -79,7 +79,7 @@ void intersect(const SceneView& scene, BatchState& batch, const PathState& paths
         rays.t_max = Float<W>(1e30f);
         rays.active = slot < Int<W>(count);
         rays.seed = select(rays.active, gather(batch.pixel_hash, select(rays.active, Int<W>::load(paths.path + first), Int<W>(0))),
-                           Int<W>(0)) ^ Int<W>(bounce * 0x3c6ef372);
+                           Int<W>(0)) ^ Int<W>(int(uint32_t(bounce) * 0x3c6ef372u));
         scene.bvh->intersect(rays, hit);
         hit.t.store(hits.t + first);
         hit.u.store(hits.u + first);

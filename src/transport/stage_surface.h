@@ -208,7 +208,7 @@ class SurfaceStage {
             compress_store(m_shadows.contribution[k] + at, contribution[k], bits);
         compress_store(m_shadows.t_max + at, light.distance, bits);
         compress_store(reinterpret_cast<float*>(m_shadows.path) + at, bitcast_float(h.path), bits);
-        const I seed = gather(m_batch.pixel_hash, h.path) ^ I(m_bounce * 0x3c6ef372 + 0x1b873593);
+        const I seed = gather(m_batch.pixel_hash, h.path) ^ I(int(uint32_t(m_bounce) * 0x3c6ef372u + 0x1b873593u));
         m_shadow_count += compress_store(reinterpret_cast<float*>(m_shadows.seed) + at, bitcast_float(seed), bits);
     }
 
