@@ -1,7 +1,7 @@
 # Kanuka: `make render` and `make test` do everything from a fresh Debian 12 on. `make help` lists the rest.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup build render test test-cpp test-python lint format bench bench-setup clean
+.PHONY: help setup build render test lint format bench bench-setup clean
 
 BUILD ?= build
 JOBS ?= $(shell nproc)
