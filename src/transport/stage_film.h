@@ -69,6 +69,7 @@ void finish(const SceneView& scene, const BatchState& batch, int count, const Ba
             }
             p.alpha += w * batch.alpha[path];
             p.hits += hit;
+            p.weight += w;
             p.depth += hit * batch.depth[path];
             for (int c = 0; c < 3; c++) {
                 p.albedo[c] += w * albedo[c].v[i];
