@@ -1,4 +1,7 @@
 // Every shadeop at every lane count and optimisation level, against values computed here.
+#include <filesystem>
+#include <fstream>
+
 #include "sl/ops/noise.h"
 #include "sl/ops/shadeops.h"
 #include "sl/test_support.h"
@@ -241,6 +244,16 @@ TEST(SlOps, TableIsConsistent) {
             EXPECT_NE(s.result.base, ast::Base::Error) << op.name;
     }
     EXPECT_NE(ops::shadeops_manual().find("**noise**"), std::string::npos);
+}
+
+// docs/shadeops.md is printed from the table; KANUKA_WRITE_DOCS=1 writes it anew.
+TEST(SlOps, ManualIsUpToDate) {
+    const std::filesystem::path file = std::filesystem::path(__FILE__).parent_path() / "../../docs/shadeops.md";
+    if (std::getenv("KANUKA_WRITE_DOCS"))
+        std::ofstream(file) << ops::shadeops_manual();
+    std::ifstream in(file);
+    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    EXPECT_EQ(text, ops::shadeops_manual()) << "run this test with KANUKA_WRITE_DOCS=1";
 }
 
 TEST(SlOps, SpacesAndPrintfReport) {
