@@ -186,7 +186,8 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
         i.absorbs = interior.absorbs;
         view.interiors.push_back(i);
     }
-    view.uplift = {color::uplift_table().coefficients.data(), color::uplift_table().resolution};
+    const color::UpliftTable& uplift = color::uplift_table();
+    view.uplift = {uplift.coefficients.data(), uplift.resolution, uplift.z_factor, uplift.z_offset};
     fill_wavelengths(view.wavelengths);
     view.filter_x = in.filter_x.data();
     view.filter_y = in.filter_y.data();
