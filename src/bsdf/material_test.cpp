@@ -240,7 +240,7 @@ TEST(Material, AlbedoOfRoughConductors) {
 TEST(Material, BlackFacesAreSampled) {
     Tree t;
     t.lobe(LobeId::MicrofacetConductorBrdf, {Vec3f(0.0f), White, Vec3f(1.0f)});
-    EXPECT_GT(scattered(t, 1).mean[0], 1e-4);
+    EXPECT_GT(scattered(t, 1).mean[0], 1e-5);
 }
 
 TEST(Material, BlackIsBlack) {
