@@ -206,8 +206,8 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
         i.absorbs = interior.absorbs;
         view.interiors.push_back(i);
     }
-    const color::UpliftTable& table = color::uplift_table();
-    view.uplift = {table.coefficients.data(), table.resolution, table.z_factor, table.z_offset};
+    const color::UpliftTable& uplift = color::uplift_table();
+    view.uplift = {uplift.coefficients.data(), uplift.resolution, uplift.z_factor, uplift.z_offset};
     fill_wavelengths(view.wavelengths);
     view.filter_x = in.filter_x.data();
     view.filter_y = in.filter_y.data();
