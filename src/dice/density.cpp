@@ -112,6 +112,8 @@ LineMeasure RateRule::line(const Vec3f* p, int count) const {
         squares += l * l;
         peak = std::max(peak, l);
     }
+    if (!std::isfinite(squares))
+        return {1, false}; // beyond single precision: nothing to be seen there
     LineMeasure m;
     m.cells = std::sqrt(squares * float(pieces));
     peak *= float(pieces);

@@ -409,3 +409,28 @@ TEST(Dice, BadDisplacementIsReportedAndUndone) {
         for (int i = 0; i < g.vertices(); i++)
             EXPECT_NEAR(length(g.position(i)), 1, 1e-5f);
 }
+
+TEST(Dice, HostileTransformsAndSizesEnd) {
+    Journal journal;
+    for (const Transform& m : {Transform::scale(0, 1, 1), Transform::scale(1e20, 1e20, 1e20), Transform::scale(1e-30, 1, 1),
+                               Transform::scale(1e38, 1e38, 1e38)})
+        for (const scene::Primitive& p : {sphere(), cube(true), cube(false), torus_net(true)}) {
+            DiceTarget t;
+            t.render_from_object = m;
+            DiceOptions o = looking(3, 100);
+            o.max_micropolygons = 100000;
+            const Diced d = dice::dice(p, t, o, {}, journal);
+            EXPECT_LE(cell_count(d), 200000u);
+        }
+    // Far too fine: coarser, and said so.
+    DiceOptions o = looking(3, 1000);
+    o.max_micropolygons = 50000;
+    const Diced d = dice::dice(sphere(1, 1e-2f), {}, o, {}, journal);
+    EXPECT_LT(cell_count(d), 60000u);
+    EXPECT_GT(cell_count(d), 5000u);
+    expect_closed(d);
+    bool told = false;
+    for (const auto& e : journal.entries())
+        told |= e.message.find("million micropolygons") != std::string::npos;
+    EXPECT_TRUE(told);
+}

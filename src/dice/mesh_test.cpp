@@ -297,3 +297,73 @@ TEST(Points, SpheresOfEqualSilhouette) {
     // Larger in the picture, rounder.
     EXPECT_GT(dice::dice(prim, {}, looking(10, 20000), {}, journal).mesh.indices.size(), 4 * d.mesh.indices.size());
 }
+
+TEST(Merge, FineSubdivisionBecomesOneMeshOnItsLimit) {
+    // A torus cage of 40 x 40 quads in few pixels.
+    constexpr int N = 40;
+    std::vector<float> p, st;
+    std::vector<int32_t> v;
+    for (int j = 0; j < N; j++)
+        for (int i = 0; i < N; i++) {
+            const float a = 2 * Pi * float(i) / N, b = 2 * Pi * float(j) / N, r = 1 + 0.4f * std::cos(b);
+            p.insert(p.end(), {r * std::cos(a), r * std::sin(a), 0.4f * std::sin(b)});
+            const int i1 = (i + 1) % N, j1 = (j + 1) % N;
+            v.insert(v.end(), {j * N + i, j * N + i1, j1 * N + i1, j1 * N + i});
+            for (const auto& [x, y] : {std::pair{i, j}, {i + 1, j}, {i + 1, j + 1}, {i, j + 1}})
+                st.insert(st.end(), {float(x) / N, float(y) / N});
+        }
+    scene::SubdivisionMesh m;
+    m.vertices_per_face = std::vector<int32_t>(N * N, 4);
+    m.vertices = v;
+    scene::Primitive prim = primitive(m, p);
+    const DiceOptions o = looking(4, 32);
+    const Diced d = run(prim, o);
+    ASSERT_TRUE(d.is_mesh);
+    EXPECT_EQ(d.mesh_vertices.vertices(), N * N);
+    EdgeCount edges;
+    for (const auto& t : triangles(d.mesh)) {
+        std::array<Key, 3> k;
+        for (int c = 0; c < 3; c++) {
+            const Vec3f q = vertex(d, t[c]);
+            k[c] = positive_zero({q.x, q.y, q.z});
+        }
+        edges.triangle(k[0], k[1], k[2]);
+    }
+    EXPECT_EQ(edges.open(), 0u);
+    for (int i = 0; i < d.mesh_vertices.vertices(); i++) {
+        const Vec3f q = d.mesh_vertices.position(i);
+        const Vec3f ring = Vec3f(q.x, q.y, 0) / std::hypot(q.x, q.y);
+        EXPECT_NEAR(length(q - ring), 0.4f, 0.01f); // the limit lies a little inside its cage
+        EXPECT_GT(dot(normalize(d.mesh_vertices.normal(i)), normalize(q - ring)), 0.999f);
+    }
+    // Texture seams double their vertices, and nothing else.
+    prim.primvars.set(floats("st", Type::Float, Detail::FaceVarying, st, 2));
+    EXPECT_EQ(run(prim, o).mesh_vertices.vertices(), (N + 1) * (N + 1));
+    // Displacement moves it along its normals.
+    const Diced moved = run(prim, o, [](grid::Grid& g) {
+        for (int i = 0; i < g.vertices(); i++)
+            for (int c = 0; c < 3; c++)
+                g.P[i + c * g.stride] += 0.1f * g.N[i + c * g.stride];
+    });
+    for (int i = 0; i < moved.mesh_vertices.vertices(); i++) {
+        const Vec3f q = moved.mesh_vertices.position(i);
+        EXPECT_NEAR(length(q - Vec3f(q.x, q.y, 0) / std::hypot(q.x, q.y)), 0.5f, 0.01f);
+    }
+}
+
+TEST(Mesh, SmallTrianglesAreOneGridEach) {
+    const Diced d = run(field(10, 3), looking(2, 40));
+    ASSERT_FALSE(d.is_mesh);
+    EXPECT_EQ(d.grids.size(), 200u);
+    double area = 0; // of the triangles as they are
+    DiceTarget uniform;
+    uniform.shade_uniform = true;
+    const Diced whole = run(field(10, 3), looking(2, 40), {}, uniform);
+    for (const auto& t : triangles(whole.mesh))
+        area += 0.5 * length(cross(vertex(whole, t[1]) - vertex(whole, t[0]), vertex(whole, t[2]) - vertex(whole, t[0])));
+    EXPECT_NEAR(grid_area(d) / area, 1, 1e-4); // nothing folds over
+    EXPECT_NEAR(traced_area(d) / area, 1, 1e-4);
+    for (const grid::Grid& g : d.grids)
+        for (int i = 0; i < g.vertices(); i++)
+            EXPECT_NEAR(length(g.normal(i)), 1, 1e-5f);
+}

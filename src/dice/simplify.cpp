@@ -260,11 +260,8 @@ grid::TracedGrid trace_grid(const Splitter& splitter, const Piece& piece, const 
         const Segment& s = piece.sides[side];
         if (s.cells == 0 || t.edge_step[side] == step)
             continue;
-        const int keep = splitter.edges[s.edge].step;
         for (int i = 0; i <= m; i++) {
-            int index = splitter.polyline_index(s, i * step, n); // on the edge
-            index = (2 * index + keep - 1) / (2 * keep) * keep;
-            const int local = (s.reversed ? s.begin + s.cells - index : index - s.begin) * (n / s.cells);
+            const int local = nearest_kept(i * step, t.edge_step[side], n) * t.edge_step[side];
             const int k = side == grid::VMin   ? local
                           : side == grid::VMax ? g.nv * (g.nu + 1) + local
                           : side == grid::UMin ? local * (g.nu + 1)

@@ -46,6 +46,14 @@ struct Piece {
     int nu = 1, nv = 1;
 };
 
+// Which vertex of a side's coarser polyline, `spacing` lattice cells apart, lattice vertex i of n goes to: the nearest.
+// From midway it goes towards the nearer end of the side, so that at a corner the two sides do not both pull away from it
+// and fold the cell there. (Both neighbours need the same polyline, not the same choice.)
+inline int nearest_kept(int i, int spacing, int n) {
+    const int rest = i % spacing;
+    return i / spacing + (2 * rest > spacing || (2 * rest == spacing && 2 * i > n));
+}
+
 class Splitter {
   public:
     Splitter(const geom::Surface& surface, const RateRule& rule);
@@ -61,12 +69,13 @@ class Splitter {
     int points() const { return int(m_point_alias.size()); }
     int point(const Edge& edge, int index) const;
     // Polyline vertex that lattice vertex i of n along a side is moved onto, and its parameter in the piece's face.
-    int polyline_index(const Segment& s, int i, int n) const;
+    static int polyline_index(const Segment& s, int i, int n);
     float parameter(const Piece& piece, int side, int polyline_index) const;
 
   private:
     void start();
     void grow_edges(size_t begin);
+    LineMeasure measure(const Edge& edge, int samples) const;
     bool wants_cut(Edge& edge) const;
     void plan(Piece& piece, int& split) const;
     void cut(const Piece& piece, int axis, std::vector<Piece>& out);
@@ -80,6 +89,7 @@ class Splitter {
     const geom::Surface& m_surface;
     const RateRule& m_rule;
     int m_vertices = 0;
+    size_t m_most_edges = 0;
     std::unordered_map<uint64_t, int> m_forced; // (edge, index) of a corner inside an uncut edge -> vertex
     std::vector<std::pair<int, int>> m_merged;  // vertex, the vertex it is the same as
     std::vector<int> m_point_alias;

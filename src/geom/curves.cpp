@@ -62,10 +62,13 @@ class CurveMesher {
         dropped.report(total, "curves", primitive.where, journal);
         m_primvars = collect_primvars(primitive, m, {total, varying, m_points.size(), varying}, journal);
         if (m_widths.varying()) {
-            const bool per_vertex = m_widths.varying()->detail == scene::Detail::Vertex;
-            if (m_widths.varying()->floats.size() < (per_vertex ? m_points.size() : varying)) {
+            const scene::Detail detail = m_widths.varying()->detail;
+            const size_t need = detail == scene::Detail::Vertex    ? m_points.size()
+                                : detail == scene::Detail::Uniform ? total
+                                                                   : varying;
+            if (m_widths.varying()->floats.size() < need) {
                 journal.warning(primitive.where, "curves have " + std::to_string(m_widths.varying()->floats.size()) +
-                                                     " widths where " + std::to_string(varying) +
+                                                     " widths where " + std::to_string(need) +
                                                      " are needed; the first is used for all");
                 m_first_width_only = true;
             }
@@ -154,12 +157,14 @@ class CurveMesher {
         return blend_varying(m_list[curve], p, [&](size_t i) { return v(i, c); });
     }
 
-    float width(const Curve& c, const Place& p) const {
+    float width(size_t curve, const Place& p) const {
         const scene::Value* w = m_widths.varying();
         if (!w || m_first_width_only)
             return m_widths.at(0);
         const auto at = [&](size_t i) { return m_widths.at(i); };
-        return w->detail == scene::Detail::Vertex ? blend(p.value, p, at) : blend_varying(c, p, at);
+        if (w->detail == scene::Detail::Uniform)
+            return at(curve);
+        return w->detail == scene::Detail::Vertex ? blend(p.value, p, at) : blend_varying(m_list[curve], p, at);
     }
 
     void choose_cuts(Curve& c) const {
@@ -222,7 +227,7 @@ class CurveMesher {
                 else if (ring == 0 || !(length_squared(side) > 0))
                     side = normalize(cross(abs(tangent.x) < 0.9f ? Vec3f(1, 0, 0) : Vec3f(0, 1, 0), tangent));
                 const Vec3f out = cross(tangent, side);
-                const float half = 0.5f * width(c, at), v = (float(s) + at.t) / float(c.segments);
+                const float half = 0.5f * width(index, at), v = (float(s) + at.t) / float(c.segments);
                 for (int x = 0; x < m_across; x++) {
                     const size_t i = (c.first_ring + ring) * m_across + x, n = size_t(g.stride);
                     const float angle = float(x) * (2 * Pi / 3), u = m_tube ? float(x) / 3 : float(x);

@@ -37,7 +37,10 @@ class SubdivisionSurface : public Surface {
         m_primvars = collect_primvars(primitive, m_render_from_object,
                                       {m_cage.faces, m_points.size(), m_points.size(), m_cage.corners}, journal);
         gather_data();
-        make_factory();
+        if (!make_factory()) {
+            journal.error(primitive.where, "the topology of a subdivision mesh is refused by OpenSubdiv");
+            return false;
+        }
         std::vector<int> first{0}, vertices;
         for (size_t f = 0; f < m_cage.sizes.size(); f++) {
             if (!m_factory->FaceHasLimitSurface(int(f)))
@@ -232,7 +235,7 @@ class SubdivisionSurface : public Surface {
         }
     }
 
-    void make_factory() {
+    bool make_factory() {
         osd::Far::TopologyDescriptor d;
         d.numVertices = int(m_points.size());
         d.numFaces = int(m_cage.sizes.size());
@@ -255,10 +258,13 @@ class SubdivisionSurface : public Surface {
         d.fvarChannels = channels.data();
         using Factory = osd::Far::TopologyRefinerFactory<osd::Far::TopologyDescriptor>;
         m_refiner.reset(Factory::Create(d, Factory::Options(m_cage.scheme, m_cage.options)));
+        if (!m_refiner)
+            return false;
         SurfaceFactory::Options options;
         if (!channels.empty())
             options.SetDefaultFVarID(0);
         m_factory = std::make_unique<SurfaceFactory>(*m_refiner, options);
+        return true;
     }
 
     ControlPoints m_points;

@@ -78,14 +78,14 @@ void Surface::frame(int face, Line u, Line v, Lattice out) const {
     grid::Grid& g = out.grid;
     const size_t n = size_t(g.stride);
     const float sign = m_flips ? -1.0f : 1.0f;
-    const bool own = owns_normals(), user = m_primvars.normals;
+    const bool own = owns_normals(face);
     for (int j = 0; j < v.count; j++) {
         const int row = out.base + j * out.pitch;
         const float *ax = &g.dPdu[row], *ay = ax + n, *az = ay + n;
         const float *bx = &g.dPdv[row], *by = bx + n, *bz = by + n;
         float *nx = &g.Ng[row], *ny = nx + n, *nz = ny + n;
         int degenerate = 0;
-        for (int i = 0; i < u.count; i++) {
+        for (int i = 0; i < u.count && !own; i++) {
             const float x = fma(ay[i], bz[i], -(az[i] * by[i]));
             const float y = fma(az[i], bx[i], -(ax[i] * bz[i]));
             const float z = fma(ax[i], by[i], -(ay[i] * bx[i]));
@@ -98,21 +98,15 @@ void Surface::frame(int face, Line u, Line v, Lattice out) const {
             nz[i] = z * inv;
             degenerate += !(l > 1e-9f * aa * bb) || !(l > 1e-37f);
         }
-        if (own) {
-            std::copy_n(&g.N[row], u.count, nx);
-            std::copy_n(&g.N[row + n], u.count, ny);
-            std::copy_n(&g.N[row + 2 * n], u.count, nz);
-        } else if (degenerate) {
-            for (int i = 0; i < u.count; i++) {
-                const Vec3f a{ax[i], ay[i], az[i]}, b{bx[i], by[i], bz[i]}, c = cross(a, b);
-                const float l = length_squared(c);
-                if (l > 1e-9f * length_squared(a) * length_squared(b) && l > 1e-37f)
-                    continue;
-                const Vec3f m = normal_beside(face, u[i], v[j]) * sign;
-                nx[i] = m.x, ny[i] = m.y, nz[i] = m.z;
-            }
+        for (int i = 0; i < u.count && degenerate; i++) {
+            const Vec3f a{ax[i], ay[i], az[i]}, b{bx[i], by[i], bz[i]}, c = cross(a, b);
+            const float l = length_squared(c);
+            if (l > 1e-9f * length_squared(a) * length_squared(b) && l > 1e-37f)
+                continue;
+            const Vec3f m = normal_beside(face, u[i], v[j]) * sign;
+            nx[i] = m.x, ny[i] = m.y, nz[i] = m.z;
         }
-        if (!own && !user) {
+        if (!m_primvars.normals) {
             std::copy_n(nx, u.count, &g.N[row]);
             std::copy_n(ny, u.count, &g.N[row + n]);
             std::copy_n(nz, u.count, &g.N[row + 2 * n]);
@@ -175,11 +169,12 @@ void Dropped::report(size_t total, std::string_view what, const Location& where,
     say(degenerate, "have no area");
 }
 
-std::unique_ptr<Surface> make_surface(const scene::Primitive& primitive, const Transform& m, Journal& journal) {
+std::unique_ptr<Surface> make_surface(const scene::Primitive& primitive, const Transform& m, Journal& journal,
+                                      SurfaceHints hints) {
     const auto make = [&](const auto& geometry) -> std::unique_ptr<Surface> {
         using G = std::decay_t<decltype(geometry)>;
         if constexpr (std::is_same_v<G, scene::PolygonMesh>)
-            return make_polygons(primitive, geometry, m, journal);
+            return make_polygons(primitive, geometry, m, journal, hints);
         else if constexpr (std::is_same_v<G, scene::SubdivisionMesh>)
             return make_subdivision(primitive, geometry, m, journal);
         else if constexpr (std::is_same_v<G, scene::PatchMesh>)

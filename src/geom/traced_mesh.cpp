@@ -218,7 +218,7 @@ void turn_concave_quads(const grid::Grid& g, grid::TracedMesh& mesh) {
 
 } // namespace
 
-void allocate_mesh(MeshParts& parts, size_t vertices, const Primvars& primvars) {
+static void allocate_arrays(MeshParts& parts, size_t vertices) {
     grid::Grid& g = parts.vertices;
     g.nu = int(vertices) - 1;
     g.nv = 0;
@@ -226,7 +226,16 @@ void allocate_mesh(MeshParts& parts, size_t vertices, const Primvars& primvars) 
     std::vector<float>* arrays[] = {&g.P, &g.N, &g.Ng, &g.dPdu, &g.dPdv, &g.u, &g.v, &g.s, &g.t};
     tasks::parallel_for(std::size(arrays),
                         [&](size_t i) { arrays[i]->assign(size_t(g.stride) * (i < 5 ? 3 : 1), 0.0f); });
-    primvars.allocate_channels(g);
+}
+
+void allocate_mesh(MeshParts& parts, size_t vertices, const Primvars& primvars) {
+    allocate_arrays(parts, vertices);
+    primvars.allocate_channels(parts.vertices);
+}
+
+void allocate_mesh(MeshParts& parts, size_t vertices, const Surface& surface) {
+    allocate_arrays(parts, vertices);
+    surface.allocate_channels(parts.vertices);
 }
 
 bool mesh_from_polygons(const scene::Primitive& primitive, const scene::PolygonMesh& mesh, const Transform& m,

@@ -23,6 +23,7 @@ class Viewpoint {
 
 // Allocates the vertices' arrays, in parallel; also the primvar channels.
 void allocate_mesh(MeshParts& parts, size_t vertices, const Primvars& primvars);
+void allocate_mesh(MeshParts& parts, size_t vertices, const Surface& surface);
 
 // The polygons as they are. Vertices are the scene's, split where face-varying or uniform data differ. Pairs of triangles
 // become quads where nine in ten do (see grid::TracedMesh), which changes no point of the surface. False = nothing left.
