@@ -321,6 +321,7 @@ class BatchSession {
                             {"kanuka.scene", m_scene.file},
                             {"kanuka.integrator", m_options.integrator},
                             {"kanuka.progressions", std::to_string(least)},
+                            {"kanuka.shutter", std::to_string(m_options.shutter_open) + " " + std::to_string(m_options.shutter_close)},
                             {"kanuka.seed", std::to_string(m_options.seed)}};
         return picture;
     }
