@@ -1,7 +1,7 @@
 # Kanuka: `make render` and `make test` do everything from a fresh Debian 12 on. `make help` lists the rest.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup build render test test-cpp test-python lint format bench clean
+.PHONY: help setup build render test test-cpp test-python lint format bench bench-setup clean
 
 BUILD ?= build
 JOBS ?= $(shell nproc)
@@ -34,8 +34,11 @@ format: setup   ## format all C++ and Python files in place
 	@git ls-files '*.cpp' '*.h' | xargs -r clang-format-19 -i
 	@.venv/bin/ruff check --quiet --fix . && .venv/bin/ruff format --quiet .
 
-bench: build    ## time the benchmark scenes; figures go to out/bench.json
-	@$(PY) bench/run.py -o out/bench.json
+bench: build    ## measure beside the renderers of bench-setup; figures go to bench/RESULTS.md
+	@$(PY) bench/run.py
+
+bench-setup:    ## install those renderers into build/peers (KANUKA_PEERS), from PyPI
+	@bench/setup.sh
 
 clean:          ## remove build products and pictures; keeps .venv
 	rm -rf $(BUILD) out python/kanuka/_native*

@@ -1,8 +1,7 @@
-// Light of the same strength from everywhere.
+// Light of the same strength from everywhere: no illuminate or solar statement, so no direction.
 light ambientlight(
     float intensity = 1;  // scales lightcolor
     color lightcolor = 1; // colour of the light
 ) {
-    L = 0; // tells that it comes from no direction
     Cl = intensity * lightcolor;
 }

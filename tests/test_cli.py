@@ -94,7 +94,7 @@ def test_render_writes_picture_png_and_statistics(kanuka_command, ball: Path, tm
 
 def test_progress_is_a_line_a_phase_and_quiet_is_silent(kanuka_command, ball: Path) -> None:
     loud = kanuka_command("render", ball, "--progressions", 1)
-    for label in ("reading", "dicing", "shading", "tracing"):
+    for label in ("reading", "dicing", "building BVH", "tracing"):
         assert len(re.findall(rf"^{label} .*\d s$", loud.stderr, re.MULTILINE)) == 1, loud.stderr
     assert "\r" not in loud.stderr
     quiet = kanuka_command("render", ball, "--progressions", 1, "--quiet")

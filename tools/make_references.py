@@ -23,7 +23,7 @@ import scenes  # noqa: E402
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", default=list(scenes.ALL), metavar="NAME", help=", ".join(scenes.ALL))
-    parser.add_argument("--runs", type=int, default=64)
+    parser.add_argument("--runs", type=int, default=256)
     parser.add_argument("--progressions", type=int, default=256)
     arguments = parser.parse_args()
     folder = ROOT / "tests" / "references"
@@ -35,7 +35,8 @@ def main() -> None:
             pictures.append(
                 kanuka.render(scene, progressions=arguments.progressions, seed=seed)["rgb"].astype(np.float64)
             )
-            print(f"\r{name}: {seed} of {arguments.runs}", end="", flush=True)
+            if sys.stderr.isatty():
+                print(f"\r{name}: {seed} of {arguments.runs}", end="\r", file=sys.stderr, flush=True)
         stack = np.stack(pictures)
         mean, variance = stack.mean(axis=0), stack.var(axis=0, ddof=1)
         np.savez_compressed(
@@ -46,7 +47,7 @@ def main() -> None:
             progressions=arguments.progressions,
         )
         noise = np.sqrt(variance).mean() / mean.mean()
-        print(f"\r{name}: mean {mean.mean(axis=(0, 1)).round(4)}, noise of one run {noise:.2%}")
+        print(f"{name}: mean {mean.mean(axis=(0, 1)).round(4)}, noise of one run {noise:.2%}")
 
 
 if __name__ == "__main__":

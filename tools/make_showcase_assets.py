@@ -135,7 +135,7 @@ def terrazzo(size=512):
     return picture * (1 + grain[..., None])
 
 
-def sky(width=512):
+def sky(width=1024):
     """Early evening, latitude-longitude, pole at the top: a warm horizon, a deep zenith, thin bands of cloud."""
     height = width // 2
     rng = np.random.default_rng(3)
@@ -180,9 +180,9 @@ def sky(width=512):
 
     glow = 5.0 * np.exp(-((angle / 9) ** 2)) + 1.2 * np.exp(-angle / 16)
     color = color + glow[..., None] * np.array([1.0, 0.62, 0.30])
-    ground = np.array([0.20, 0.17, 0.15])
-    below = np.clip(-up / 0.02, 0, 1)[..., None]
-    color = color * (1 - below) + ground * below
+    sea = 0.35 * horizon + np.array([0.02, 0.03, 0.04])
+    below = np.clip(-up / 0.01, 0, 1)[..., None]
+    color = color * (1 - below) + sea * below
     return np.maximum(color, 0)
 
 
@@ -230,17 +230,8 @@ def knot(path, segments=72):
         f.write('  "P" [' + numbers(points) + "]\n")
 
 
-def vase(path):
-    """A vase: a profile of cubic Bezier pieces turned about the y axis, as one bicubic patch mesh."""
-    profile = [  # (radius, height); each piece ends where the next begins
-        (0.00, 0.00), (0.12, 0.00), (0.24, 0.00), (0.30, 0.015),
-        (0.33, 0.03), (0.315, 0.06), (0.34, 0.14),
-        (0.46, 0.48), (0.66, 0.66), (0.66, 0.98),
-        (0.66, 1.30), (0.24, 1.34), (0.185, 1.62),
-        (0.165, 1.74), (0.21, 1.82), (0.31, 1.88),
-        (0.335, 1.895), (0.325, 1.925), (0.295, 1.915),
-        (0.20, 1.88), (0.12, 1.76), (0.14, 1.60),
-    ]
+def lathe(path, what, profile):
+    """A profile of cubic Bezier pieces, (radius, height), turned about the y axis: one bicubic patch mesh."""
     kappa = 4 / 3 * (math.sqrt(2) - 1)
     c = []
     for quarter in range(4):
@@ -250,14 +241,47 @@ def vase(path):
     c.append(c[0])
     points = [(r * x, h, -r * z) for r, h in profile for x, z in c]  # dPdu x dPdv leaves the body
     with open(path, "w") as f:
-        f.write("# A vase; tools/make_showcase_assets.py\n")
+        f.write(f"# {what}; tools/make_showcase_assets.py\n")
         f.write('Basis "bezier" 3 "bezier" 3\n')
         f.write(f'PatchMesh "bicubic" {len(c)} "nonperiodic" {len(profile)} "nonperiodic"\n')
         f.write('  "P" [' + numbers(points) + "]\n")
 
 
+def vase(path):
+    lathe(path, "A vase", [
+        (0.00, 0.00), (0.12, 0.00), (0.24, 0.00), (0.30, 0.015),
+        (0.33, 0.03), (0.315, 0.06), (0.34, 0.14),
+        (0.46, 0.48), (0.66, 0.66), (0.66, 0.98),
+        (0.66, 1.30), (0.24, 1.34), (0.185, 1.62),
+        (0.165, 1.74), (0.21, 1.82), (0.31, 1.88),
+        (0.335, 1.895), (0.325, 1.925), (0.295, 1.915),
+        (0.20, 1.88), (0.12, 1.76), (0.14, 1.60),
+    ])
+
+
+def baluster(path):
+    lathe(path, "A baluster", [
+        (0.115, 0.00), (0.115, 0.03), (0.115, 0.05), (0.11, 0.06),
+        (0.07, 0.07), (0.06, 0.09), (0.06, 0.11),
+        (0.07, 0.16), (0.14, 0.20), (0.14, 0.30),
+        (0.14, 0.42), (0.06, 0.50), (0.05, 0.62),
+        (0.048, 0.65), (0.05, 0.67), (0.085, 0.675),
+        (0.11, 0.68), (0.11, 0.70), (0.11, 0.73),
+    ])
+
+
+def balustrade(path, count=44, spacing=0.36):
+    """Balusters as instances of object 2, posts as instances of object 3."""
+    with open(path, "w") as f:
+        f.write("# A balustrade along x; tools/make_showcase_assets.py\n")
+        for i in range(count):
+            x = (i - (count - 1) / 2) * spacing
+            thing = 3 if i % 11 == 5 else 2
+            f.write(f"TransformBegin Translate {x:.4g} 0 0 ObjectInstance {thing} TransformEnd\n")
+
+
 def gem(path, sides=8):
-    """A brilliant of two tiers, lying on one facet of its pavilion: y = 0 is the ground."""
+    """A brilliant of two tiers, its tip in the origin, its table up; the girdle has radius 1."""
     girdle, table, crown, pavilion, edge = 1.0, 0.56, 0.36, 0.86, 0.04
     middle_height = 0.55 * crown
     t = (crown - middle_height) / (crown - edge)  # where the kites' fold lies, so that they are flat
@@ -279,18 +303,7 @@ def gem(path, sides=8):
         p = points[face]
         n = np.cross(p[1] - p[0], p[2] - p[0])
         turned.append(face if n @ (p.mean(0) - inside) > 0 else face[::-1])
-    # Lie down: the pavilion facet towards +x becomes the ground.
-    facet = points[[h + sides - 1, h, tip]]
-    n = np.cross(facet[1] - facet[0], facet[2] - facet[0])
-    n = n / np.linalg.norm(n) * np.sign(n @ (facet.mean(0) - inside))
-    axis = np.cross(n, [0, -1, 0])
-    s, cth = np.linalg.norm(axis), n @ [0, -1, 0]
-    axis = axis / s
-    skew = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
-    turn = np.eye(3) + s * skew + (1 - cth) * skew @ skew
-    points = points @ turn.T
-    points[:, 1] -= points[:, 1].min()
-    points[:, [0, 2]] -= points[:, [0, 2]].mean(0)
+    points[:, 1] += pavilion
     with open(path, "w") as f:
         f.write("# A cut stone; tools/make_showcase_assets.py\n")
         f.write("PointsPolygons [" + numbers([len(t) for t in turned]) + "]\n  [")
@@ -304,6 +317,8 @@ def main():
     write_exr(SCENES / "textures" / "evening.exr", sky())
     knot(SCENES / "geometry" / "knot.rib")
     vase(SCENES / "geometry" / "vase.rib")
+    baluster(SCENES / "geometry" / "baluster.rib")
+    balustrade(SCENES / "geometry" / "balustrade.rib")
     gem(SCENES / "geometry" / "gem.rib")
 
 

@@ -23,6 +23,7 @@ from ._native import (
     Picture,
     Scene,
     Shader,
+    ZTestResult,
     __version__,
     compare,
     compile_shader,
@@ -30,6 +31,7 @@ from ._native import (
     load,
     read,
     render,
+    z_test,
 )
 
 __all__ = [
@@ -45,6 +47,7 @@ __all__ = [
     "Picture",
     "Scene",
     "Shader",
+    "ZTestResult",
     "__version__",
     "compare",
     "compile_shader",
@@ -52,4 +55,5 @@ __all__ = [
     "load",
     "read",
     "render",
+    "z_test",
 ]

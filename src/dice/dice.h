@@ -27,9 +27,12 @@ struct DiceOptions {
     int max_grid_cells = 32;           // a side; a power of two
     float geometry_tolerance = 0.25f;  // pixels; 0 = traced geometry at shading density
     float normal_tolerance = 3;        // degrees
+    // A primitive that would need more micropolygons is diced coarser, and reported.
+    double max_micropolygons = double(1 << 25);
 };
 
-// What a primitive became. Either grids (with their traced lattices, parallel), or a mesh that is finer than the rate.
+// What a primitive became: grids (with their traced lattices, parallel), or a mesh: one that is finer than the rate, curves
+// as ribbons (tubes, if instanced), points as small spheres.
 struct Diced {
     std::vector<grid::Grid> grids;
     std::vector<grid::TracedGrid> traced;

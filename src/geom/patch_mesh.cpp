@@ -51,18 +51,16 @@ class PatchSurface : public Surface {
     }
 
     void positions(int face, Line u, Line v, float* out, int stride) const override {
-        Weights wu(m_order, u.count), wv(m_order, v.count);
-        weights(u, m_mesh.u_basis, wu);
-        weights(v, m_mesh.v_basis, wv);
+        const TensorLattice lattice(u, basis(m_mesh.u_basis), v, basis(m_mesh.v_basis));
         float control[3][16];
         float homogeneous[16];
         gather_points(face, control, homogeneous);
         for (int c = 0; c < 3; c++)
-            tensor_values(control[c], wu, wv, out + size_t(c) * stride, u.count);
+            lattice.values(control[c], out + size_t(c) * stride, u.count);
         if (m_points.weights.empty())
             return;
         std::vector<float> w(size_t(u.count) * v.count);
-        tensor_values(homogeneous, wu, wv, w.data(), u.count);
+        lattice.values(homogeneous, w.data(), u.count);
         for (int c = 0; c < 3; c++)
             for (size_t i = 0; i < w.size(); i++)
                 out[size_t(c) * stride + i] /= w[i];
@@ -75,37 +73,33 @@ class PatchSurface : public Surface {
 
   protected:
     void shape(int face, Line u, Line v, Lattice out) const override {
-        Weights wu(m_order, u.count), wv(m_order, v.count);
-        weights(u, m_mesh.u_basis, wu);
-        weights(v, m_mesh.v_basis, wv);
+        const TensorLattice lattice(u, basis(m_mesh.u_basis), v, basis(m_mesh.v_basis));
         grid::Grid& g = out.grid;
         float control[3][16];
         float homogeneous[16];
         gather_points(face, control, homogeneous);
         for (int c = 0; c < 3; c++) {
             const size_t at = size_t(c) * g.stride + out.base;
-            tensor_slopes(control[c], wu, wv, &g.P[at], &g.dPdu[at], &g.dPdv[at], out.pitch);
+            lattice.slopes(control[c], &g.P[at], &g.dPdu[at], &g.dPdv[at], out.pitch);
         }
         if (!m_points.weights.empty())
-            project_rational(homogeneous, wu, wv, out);
-        Weights lu(2, u.count), lv(2, v.count);
-        linear_weights(u, lu);
-        linear_weights(v, lv);
+            project_rational(homogeneous, lattice, u.count, v.count, out);
+        const TensorLattice linear(u, nullptr, v, nullptr);
         for (const Primvar& p : m_primvars.list)
             for (int c = 0; c < p.components; c++) {
                 float* to = p.destination(g, c) + out.base;
                 float q[16];
                 if (p.detail == scene::Detail::Uniform) {
                     std::fill_n(q, 4, p(face, c));
-                    tensor_values(q, lu, lv, to, out.pitch);
+                    linear.values(q, to, out.pitch);
                 } else if (p.detail == scene::Detail::Vertex) {
                     for (int k = 0; k < m_order * m_order; k++)
                         q[k] = p(vertex(face, k), c);
-                    tensor_values(q, wu, wv, to, out.pitch);
+                    lattice.values(q, to, out.pitch);
                 } else {
                     for (int k = 0; k < 4; k++)
                         q[k] = p(corner(face, k), c);
-                    tensor_values(q, lu, lv, to, out.pitch);
+                    linear.values(q, to, out.pitch);
                 }
             }
     }
@@ -127,12 +121,7 @@ class PatchSurface : public Surface {
             }
     }
 
-    void weights(Line t, const scene::Basis& basis, Weights& w) const {
-        if (m_mesh.cubic)
-            cubic_weights(t, basis.m, w);
-        else
-            linear_weights(t, w);
-    }
+    const BasisMatrix* basis(const scene::Basis& b) const { return m_mesh.cubic ? &b.m : nullptr; }
 
     // k-th control point of a face, u fastest.
     size_t vertex(int face, int k) const {
@@ -154,11 +143,11 @@ class PatchSurface : public Surface {
         }
     }
 
-    void project_rational(const float* homogeneous, const Weights& wu, const Weights& wv, Lattice out) const {
-        std::vector<float> w(size_t(3) * wu.count() * wv.count());
-        const size_t n = w.size() / 3;
-        tensor_slopes(homogeneous, wu, wv, w.data(), w.data() + n, w.data() + 2 * n, wu.count());
-        divide_rational(w.data(), w.data() + n, w.data() + 2 * n, wu.count(), wv.count(), out);
+    static void project_rational(const float* homogeneous, const TensorLattice& lattice, int nu, int nv, Lattice out) {
+        const size_t n = size_t(nu) * nv;
+        std::vector<float> w(3 * n);
+        lattice.slopes(homogeneous, w.data(), w.data() + n, w.data() + 2 * n, nu);
+        divide_rational(w.data(), w.data() + n, w.data() + 2 * n, nu, nv, out);
     }
 
     const scene::PatchMesh m_mesh;

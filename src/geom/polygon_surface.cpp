@@ -1,5 +1,6 @@
 // Polygons as quad-domain faces: convex quads as they are, triangles and n-gons cut to a quad at every corner (corner,
-// middle of an edge, centre, middle of the other edge), on which linear data stay linear.
+// middle of an edge, centre, middle of the other edge), small triangles as quads with a collapsed side. On all of them
+// linear data stay linear.
 #include "geom/kinds.h"
 #include "geom/polygon_faces.h"
 
@@ -8,8 +9,8 @@ namespace {
 
 class PolygonSurface : public Surface {
   public:
-    PolygonSurface(const scene::Primitive& primitive, const scene::PolygonMesh& mesh, const Transform& m)
-        : Surface(primitive, m), m_mesh(mesh), m_points(control_points(primitive, m)),
+    PolygonSurface(const scene::Primitive& primitive, const scene::PolygonMesh& mesh, const Transform& m, SurfaceHints hints)
+        : Surface(primitive, m), m_hints(hints), m_mesh(mesh), m_points(control_points(primitive, m)),
           m_polygons(m_mesh, m_points.size()) {
         m_bulges = false;
     }
@@ -29,28 +30,32 @@ class PolygonSurface : public Surface {
     }
 
     void positions(int face, Line u, Line v, float* out, int stride) const override {
-        Weights wu(2, u.count), wv(2, v.count);
-        linear_weights(u, wu);
-        linear_weights(v, wv);
+        const TensorLattice lattice(u, nullptr, v, nullptr);
         for (int c = 0; c < 3; c++) {
             float q[4];
             corner_values(face, [&](int corner) { return m_points.xyz[3 * m_polygons.vertex(corner) + c]; }, q);
-            tensor_values(q, wu, wv, out + size_t(c) * stride, u.count);
+            lattice.values(q, out + size_t(c) * stride, u.count);
         }
     }
     int uniform_index(int face) const override { return m_pieces.face[m_quads[face].piece]; }
 
   protected:
     void shape(int face, Line u, Line v, Lattice out) const override {
-        Weights wu(2, u.count), wv(2, v.count);
-        linear_weights(u, wu);
-        linear_weights(v, wv);
+        const TensorLattice lattice(u, nullptr, v, nullptr);
         grid::Grid& g = out.grid;
         float q[4];
         for (int c = 0; c < 3; c++) {
             corner_values(face, [&](int corner) { return m_points.xyz[3 * m_polygons.vertex(corner) + c]; }, q);
             const size_t at = size_t(c) * g.stride + out.base;
-            tensor_slopes(q, wu, wv, &g.P[at], &g.dPdu[at], &g.dPdv[at], out.pitch);
+            lattice.slopes(q, &g.P[at], &g.dPdu[at], &g.dPdv[at], out.pitch);
+        }
+        if (owns_normals(face)) {
+            const int* c = &m_pieces.corner[m_pieces.first[m_quads[face].piece]];
+            const Vec3f n = cross(point(c[1]) - point(c[0]), point(c[2]) - point(c[0]));
+            const Vec3f unit = n * ((m_flips ? -1.0f : 1.0f) / length(n)); // triangles without area have been dropped
+            for (int k = 0; k < 3; k++)
+                for (int j = 0; j < v.count; j++)
+                    std::fill_n(&g.Ng[size_t(k) * g.stride + out.base + size_t(j) * out.pitch], u.count, unit[k]);
         }
         const size_t polygon = m_pieces.face[m_quads[face].piece];
         for (const Primvar& p : m_primvars.list)
@@ -66,21 +71,27 @@ class PolygonSurface : public Surface {
                         }
                     },
                     q);
-                tensor_values(q, wu, wv, p.destination(g, c) + out.base, out.pitch);
+                lattice.values(q, p.destination(g, c) + out.base, out.pitch);
             }
     }
 
+    // Triangles are flat: one normal, exact where a side is collapsed too.
+    bool owns_normals(int face) const override { return corners(m_quads[face].piece) == 3; }
+
   private:
+    int corners(int piece) const { return m_pieces.first[piece + 1] - m_pieces.first[piece]; }
+    Vec3f point(int corner) const { return m_points[m_polygons.vertex(corner)]; }
+
     // Values at (0,0), (1,0), (0,1), (1,1).
     template <class Value>
     void corner_values(int face, Value value, float q[4]) const {
         const PieceQuad quad = m_quads[face];
         const int* c = &m_pieces.corner[m_pieces.first[quad.piece]];
-        if (quad.corner < 0) {
-            q[0] = value(c[0]), q[1] = value(c[1]), q[3] = value(c[2]), q[2] = value(c[3]);
+        const int n = corners(quad.piece), k = quad.corner;
+        if (k < 0) {
+            q[0] = value(c[0]), q[1] = value(c[1]), q[3] = value(c[2]), q[2] = k == PieceQuad::Triangle ? q[3] : value(c[3]);
             return;
         }
-        const int n = m_pieces.first[quad.piece + 1] - m_pieces.first[quad.piece], k = quad.corner;
         float sum = 0;
         for (int i = 0; i < n; i++)
             sum += value(c[i]);
@@ -111,9 +122,10 @@ class PolygonSurface : public Surface {
         std::vector<int> vertices(m_pieces.corner.size());
         for (size_t i = 0; i < vertices.size(); i++)
             vertices[i] = m_polygons.vertex(m_pieces.corner[i]);
-        m_topology = polygon_topology(m_pieces.first, vertices, int(m_points.size()), false, m_quads);
+        m_topology = polygon_topology(m_pieces.first, vertices, int(m_points.size()), m_hints.small_triangles, m_quads);
     }
 
+    const SurfaceHints m_hints;
     const scene::PolygonMesh m_mesh; // shares its buffers with the scene's
     ControlPoints m_points;
     PolygonFaces m_polygons;
@@ -124,8 +136,8 @@ class PolygonSurface : public Surface {
 } // namespace
 
 SurfacePtr make_polygons(const scene::Primitive& primitive, const scene::PolygonMesh& mesh, const Transform& m,
-                         Journal& journal) {
-    auto surface = std::make_unique<PolygonSurface>(primitive, mesh, m);
+                         Journal& journal, SurfaceHints hints) {
+    auto surface = std::make_unique<PolygonSurface>(primitive, mesh, m, hints);
     return surface->prepare(primitive, journal) ? std::move(surface) : nullptr;
 }
 

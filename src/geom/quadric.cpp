@@ -56,7 +56,7 @@ class QuadricSurface : public Surface {
     int uniform_index(int) const override { return 0; }
 
   protected:
-    bool owns_normals() const override { return !m_primvars.normals; }
+    bool owns_normals(int) const override { return true; }
 
     void shape(int face, Line u, Line v, Lattice out) const override {
         grid::Grid& g = out.grid;
@@ -87,12 +87,10 @@ class QuadricSurface : public Surface {
                     g.dPdu[at + k * n] = float(m[k][0] * ux + m[k][1] * uy);
                     g.dPdv[at + k * n] = float(m[k][0] * vx + m[k][1] * vy + m[k][2] * vz);
                 }
-                if (m_primvars.normals)
-                    continue;
                 const Vec3f o{float((nx * c - ny * s) * sign), float((nx * s + ny * c) * sign), float(nz * sign)};
                 const Vec3f w = normalize(m_render_from_object.normal(o, m_inverse));
                 for (int k = 0; k < 3; k++)
-                    g.N[at + k * n] = w[k];
+                    g.Ng[at + k * n] = w[k];
             }
         }
         // All classes are four corner values over the whole quadric.

@@ -37,7 +37,10 @@ class SubdivisionSurface : public Surface {
         m_primvars = collect_primvars(primitive, m_render_from_object,
                                       {m_cage.faces, m_points.size(), m_points.size(), m_cage.corners}, journal);
         gather_data();
-        make_factory();
+        if (!make_factory()) {
+            journal.error(primitive.where, "the topology of a subdivision mesh is refused by OpenSubdiv");
+            return false;
+        }
         std::vector<int> first{0}, vertices;
         for (size_t f = 0; f < m_cage.sizes.size(); f++) {
             if (!m_factory->FaceHasLimitSurface(int(f)))
@@ -188,15 +191,13 @@ class SubdivisionSurface : public Surface {
                     const float a = i == 1 ? 1.0f / 3 : i == 2 ? -1.0f / 3 : 0, b = j == 1 ? 1.0f / 3 : j == 2 ? -1.0f / 3 : 0;
                     control[16 * c + 4 * j + i] = d[0] + a * d[n] + b * d[2 * n] + a * b * d[4 * n];
                 }
-        Weights wu(4, u.count), wv(4, v.count);
-        cubic_weights(u, BezierBasis, wu);
-        cubic_weights(v, BezierBasis, wv);
+        const TensorLattice lattice(u, &BezierBasis, v, &BezierBasis);
         grid::Grid& g = out.grid;
         for (int c = 0; c < n; c++) {
             const size_t at = size_t(c) * g.stride + out.base;
             const bool slopes = derivatives && c < 3;
-            tensor_slopes(&control[16 * c], wu, wv, destination(g, components[c]) + out.base,
-                          slopes ? &g.dPdu[at] : nullptr, slopes ? &g.dPdv[at] : nullptr, out.pitch);
+            lattice.slopes(&control[16 * c], destination(g, components[c]) + out.base, slopes ? &g.dPdu[at] : nullptr,
+                           slopes ? &g.dPdv[at] : nullptr, out.pitch);
         }
     }
 
@@ -234,7 +235,7 @@ class SubdivisionSurface : public Surface {
         }
     }
 
-    void make_factory() {
+    bool make_factory() {
         osd::Far::TopologyDescriptor d;
         d.numVertices = int(m_points.size());
         d.numFaces = int(m_cage.sizes.size());
@@ -257,10 +258,13 @@ class SubdivisionSurface : public Surface {
         d.fvarChannels = channels.data();
         using Factory = osd::Far::TopologyRefinerFactory<osd::Far::TopologyDescriptor>;
         m_refiner.reset(Factory::Create(d, Factory::Options(m_cage.scheme, m_cage.options)));
+        if (!m_refiner)
+            return false;
         SurfaceFactory::Options options;
         if (!channels.empty())
             options.SetDefaultFVarID(0);
         m_factory = std::make_unique<SurfaceFactory>(*m_refiner, options);
+        return true;
     }
 
     ControlPoints m_points;

@@ -18,15 +18,27 @@ Surface::Surface(const scene::Primitive& primitive, const Transform& render_from
 
 void Surface::edge_positions(int edge, Line t, float* out, int stride) const {
     const Topology::Edge& e = m_topology.edges[edge];
-    for (int i = 0; i < t.count; i++) {
-        int half = t[i] > 0.5f ? 1 : 0;
-        if (e.face[half] < 0)
-            half = 1 - half;
-        const int f = e.face[half], side = e.side[half];
-        float u, v;
-        side_position(side, side_parameter(m_topology.faces[f].sides[side], t[i]), u, v);
-        u = std::clamp(u, 0.0f, 1.0f), v = std::clamp(v, 0.0f, 1.0f);
-        positions(f, {&u, 1}, {&v, 1}, out + i, stride);
+    const auto half_of = [&](float x) {
+        const int half = x > 0.5f ? 1 : 0;
+        return e.face[half] < 0 || e.face[half] == e.face[1 - half] ? int(e.face[0] < 0) : half;
+    };
+    std::vector<float> x;
+    for (int i = 0, end; i < t.count; i = end) { // runs that one face evaluates
+        const int half = half_of(t[i]), f = e.face[half], side = e.side[half];
+        for (end = i, x.clear(); end < t.count && half_of(t[end]) == half; end++)
+            x.push_back(std::clamp(side_parameter(m_topology.faces[f].sides[side], t[end]), 0.0f, 1.0f));
+        // Lines rise; a side that is walked backwards is evaluated from its other end.
+        const bool backwards = x.front() > x.back();
+        if (backwards)
+            std::reverse(x.begin(), x.end());
+        const Line line{x.data(), end - i};
+        const float fixed = side == 1 || side == 2 ? 1.0f : 0.0f;
+        const Line one{&fixed, 1};
+        const bool along_u = side == 0 || side == 2;
+        positions(f, along_u ? line : one, along_u ? one : line, out + i, stride);
+        if (backwards)
+            for (int c = 0; c < 3; c++)
+                std::reverse(out + size_t(c) * stride + i, out + size_t(c) * stride + end);
     }
 }
 
@@ -66,14 +78,14 @@ void Surface::frame(int face, Line u, Line v, Lattice out) const {
     grid::Grid& g = out.grid;
     const size_t n = size_t(g.stride);
     const float sign = m_flips ? -1.0f : 1.0f;
-    const bool own = owns_normals(), user = m_primvars.normals;
+    const bool own = owns_normals(face);
     for (int j = 0; j < v.count; j++) {
         const int row = out.base + j * out.pitch;
         const float *ax = &g.dPdu[row], *ay = ax + n, *az = ay + n;
         const float *bx = &g.dPdv[row], *by = bx + n, *bz = by + n;
         float *nx = &g.Ng[row], *ny = nx + n, *nz = ny + n;
         int degenerate = 0;
-        for (int i = 0; i < u.count; i++) {
+        for (int i = 0; i < u.count && !own; i++) {
             const float x = fma(ay[i], bz[i], -(az[i] * by[i]));
             const float y = fma(az[i], bx[i], -(ax[i] * bz[i]));
             const float z = fma(ax[i], by[i], -(ay[i] * bx[i]));
@@ -86,21 +98,15 @@ void Surface::frame(int face, Line u, Line v, Lattice out) const {
             nz[i] = z * inv;
             degenerate += !(l > 1e-9f * aa * bb) || !(l > 1e-37f);
         }
-        if (own) {
-            std::copy_n(&g.N[row], u.count, nx);
-            std::copy_n(&g.N[row + n], u.count, ny);
-            std::copy_n(&g.N[row + 2 * n], u.count, nz);
-        } else if (degenerate) {
-            for (int i = 0; i < u.count; i++) {
-                const Vec3f a{ax[i], ay[i], az[i]}, b{bx[i], by[i], bz[i]}, c = cross(a, b);
-                const float l = length_squared(c);
-                if (l > 1e-9f * length_squared(a) * length_squared(b) && l > 1e-37f)
-                    continue;
-                const Vec3f m = normal_beside(face, u[i], v[j]) * sign;
-                nx[i] = m.x, ny[i] = m.y, nz[i] = m.z;
-            }
+        for (int i = 0; i < u.count && degenerate; i++) {
+            const Vec3f a{ax[i], ay[i], az[i]}, b{bx[i], by[i], bz[i]}, c = cross(a, b);
+            const float l = length_squared(c);
+            if (l > 1e-9f * length_squared(a) * length_squared(b) && l > 1e-37f)
+                continue;
+            const Vec3f m = normal_beside(face, u[i], v[j]) * sign;
+            nx[i] = m.x, ny[i] = m.y, nz[i] = m.z;
         }
-        if (!own && !user) {
+        if (!m_primvars.normals) {
             std::copy_n(nx, u.count, &g.N[row]);
             std::copy_n(ny, u.count, &g.N[row + n]);
             std::copy_n(nz, u.count, &g.N[row + 2 * n]);
@@ -163,11 +169,12 @@ void Dropped::report(size_t total, std::string_view what, const Location& where,
     say(degenerate, "have no area");
 }
 
-std::unique_ptr<Surface> make_surface(const scene::Primitive& primitive, const Transform& m, Journal& journal) {
+std::unique_ptr<Surface> make_surface(const scene::Primitive& primitive, const Transform& m, Journal& journal,
+                                      SurfaceHints hints) {
     const auto make = [&](const auto& geometry) -> std::unique_ptr<Surface> {
         using G = std::decay_t<decltype(geometry)>;
         if constexpr (std::is_same_v<G, scene::PolygonMesh>)
-            return make_polygons(primitive, geometry, m, journal);
+            return make_polygons(primitive, geometry, m, journal, hints);
         else if constexpr (std::is_same_v<G, scene::SubdivisionMesh>)
             return make_subdivision(primitive, geometry, m, journal);
         else if constexpr (std::is_same_v<G, scene::PatchMesh>)

@@ -91,4 +91,73 @@ void tensor_values(const float* control, const Weights& wu, const Weights& wv, f
     tensor_slopes(control, wu, wv, out, nullptr, nullptr, pitch);
 }
 
+TensorLattice::TensorLattice(Line u, const BasisMatrix* basis_u, Line v, const BasisMatrix* basis_v)
+    : m_wu(basis_u ? 4 : 2, u.count), m_wv(basis_v ? 4 : 2, v.count), m_u(restrict_range(u, basis_u, m_wu)),
+      m_v(restrict_range(v, basis_v, m_wv)) {}
+
+TensorLattice::Matrix TensorLattice::restrict_range(Line t, const BasisMatrix* basis, Weights& w) {
+    const double t0 = t[0], range = double(t[t.count - 1]) - t0, d = range > 0 ? range : 1;
+    // Weights in the range's own parameter x = (t - t0) / d; slopes are per unit of t.
+    constexpr int Short = 40;
+    float local[Short];
+    std::vector<float> longer;
+    float* x = local;
+    if (t.count > Short) {
+        longer.resize(t.count);
+        x = longer.data();
+    }
+    for (int i = 0; i < t.count; i++)
+        x[i] = float((t[i] - t0) / d);
+    if (basis)
+        cubic_weights({x, t.count}, BezierBasis, w);
+    else
+        linear_weights({x, t.count}, w);
+    for (int k = 0; k < w.terms(); k++)
+        for (int i = 0; i < t.count; i++)
+            w.slope(k)[i] *= float(1 / d);
+    Matrix m{};
+    if (!basis) {
+        m[0] = {1 - t0, t0};
+        m[1] = {1 - (t0 + d), t0 + d};
+        return m;
+    }
+    // (t0 + d x)^3 … expanded in x, then power to Bezier form.
+    const double r[4][4] = {{d * d * d, 0, 0, 0}, // coefficients of x^3
+                            {3 * t0 * d * d, d * d, 0, 0},
+                            {3 * t0 * t0 * d, 2 * t0 * d, d, 0},
+                            {t0 * t0 * t0, t0 * t0, t0, 1}};
+    for (int k = 0; k < 4; k++) {
+        double c[4] = {};
+        for (int p = 0; p < 4; p++)
+            for (int q = 0; q < 4; q++)
+                c[p] += r[p][q] * double((*basis)[q][k]);
+        m[0][k] = c[3];
+        m[1][k] = c[3] + c[2] / 3;
+        m[2][k] = c[3] + (2 * c[2] + c[1]) / 3;
+        m[3][k] = c[3] + c[2] + c[1] + c[0];
+    }
+    return m;
+}
+
+void TensorLattice::slopes(const float* control, float* out, float* du, float* dv, int pitch) const {
+    const int ku = m_wu.terms(), kv = m_wv.terms();
+    double half[4][4];
+    for (int j = 0; j < kv; j++)
+        for (int i = 0; i < ku; i++) {
+            double sum = 0;
+            for (int k = 0; k < ku; k++)
+                sum += m_u[i][k] * double(control[j * ku + k]);
+            half[j][i] = sum;
+        }
+    float restricted[16];
+    for (int j = 0; j < kv; j++)
+        for (int i = 0; i < ku; i++) {
+            double sum = 0;
+            for (int k = 0; k < kv; k++)
+                sum += m_v[j][k] * half[k][i];
+            restricted[j * ku + i] = float(sum);
+        }
+    tensor_slopes(restricted, m_wu, m_wv, out, du, dv, pitch);
+}
+
 } // namespace kanuka::geom

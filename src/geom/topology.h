@@ -64,13 +64,15 @@ struct PolygonEdges {
 // first[f] … first[f + 1]: corners of face f in `vertices`.
 PolygonEdges find_edges(const std::vector<int>& first, const std::vector<int>& vertices, int vertex_count);
 
-// Polygonal faces as quad-domain faces: quads as they are (unless `cut_quads`), others as one quad at each corner: corner,
-// middle of the edge to the next corner, centre, middle of the edge before. `quads` says what each face came from.
+// Polygonal faces as quad-domain faces: quads as they are, others as one quad at each corner: corner, middle of the edge to
+// the next corner, centre, middle of the edge before. With `collapse_triangles` a triangle is one quad whose VMax side is
+// its last corner. `quads` says what each face came from.
 struct PieceQuad {
     int piece;
-    int corner; // -1 = the piece is the quad
+    int corner; // Quad, Triangle: the piece is the face
+    static constexpr int Quad = -1, Triangle = -2;
 };
 Topology polygon_topology(const std::vector<int>& first, const std::vector<int>& vertices, int vertex_count,
-                          bool cut_quads, std::vector<PieceQuad>& quads);
+                          bool collapse_triangles, std::vector<PieceQuad>& quads);
 
 } // namespace kanuka::geom

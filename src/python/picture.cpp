@@ -6,6 +6,7 @@
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/vector.h>
 
+#include "film/ztest.h"
 #include "python/arrays.h"
 
 namespace kanuka::python {
@@ -35,6 +36,13 @@ std::vector<Layer> layers(const film::Picture& picture) {
             it = result.insert(result.end(), Layer{name, {}});
         it->channels.push_back(&channel);
     }
+    // Files keep channels in the order of the alphabet: B G R.
+    const auto place = [](const film::Picture::Channel* c) {
+        return std::string("RGBAXYZ").find(c->name.back());
+    };
+    for (Layer& layer : result)
+        std::stable_sort(layer.channels.begin(), layer.channels.end(),
+                         [&](const auto* a, const auto* b) { return place(a) < place(b); });
     return result;
 }
 
@@ -109,8 +117,16 @@ void init_picture(Picture* self, const nb::dict& arrays) {
         throw nb::value_error("a picture needs a layer");
 }
 
+// The look of the picture: what stands behind a surface, an environment that the camera sees too, has no
+// alpha.
+film::Picture without_alpha(const film::Picture& picture) {
+    film::Picture result = picture;
+    std::erase_if(result.channels, [](const auto& channel) { return channel.name == "A"; });
+    return result;
+}
+
 void write(Picture& p, const std::filesystem::path& path, std::optional<float> gain,
-           std::optional<float> gamma) {
+           std::optional<float> gamma, bool alpha) {
     const std::string suffix = path.extension().string(), file = path.string();
     double unused = 0;
     nb::gil_scoped_release free;
@@ -118,7 +134,8 @@ void write(Picture& p, const std::filesystem::path& path, std::optional<float> g
     if (suffix == ".exr")
         film::write_exr(file, p.picture);
     else if (suffix == ".png")
-        film::write_png(file, p.picture, gain.value_or(p.exposure_gain), gamma.value_or(p.exposure_gamma));
+        film::write_png(file, alpha ? p.picture : without_alpha(p.picture), gain.value_or(p.exposure_gain),
+                        gamma.value_or(p.exposure_gamma));
     else
         throw Error(file + ": pictures are written as .exr or .png", ExitCode::Usage);
 }
@@ -157,6 +174,34 @@ nb::object stats_dict(const Picture& p) {
     return all;
 }
 
+void bind_z_test(nb::module_& m) {
+    using R = film::ZTestResult;
+    nb::class_<R>(m, "ZTestResult", "Whether a noisy picture may have the expectation of a reference.")
+        .def_prop_ro("passed", &R::passed)
+        .def_ro("tests", &R::tests)
+        .def_ro("rejected", &R::rejected)
+        .def_ro("level", &R::level, "a value is rejected where its p is below")
+        .def_ro("smallest_p", &R::smallest_p)
+        .def_prop_ro("worst_at", [](const R& r) { return std::pair(r.worst_x, r.worst_y); })
+        .def_prop_ro("p_values", [](const R& r) { return Picture{.picture = r.p_values}; });
+    m.def(
+        "z_test",
+        [](const Picture& reference, const Picture& variance, const Picture& test, double reference_samples,
+           double test_samples, double significance) {
+            film::ZTestOptions options;
+            options.significance = significance;
+            options.reference_samples = reference_samples;
+            options.test_samples = test_samples;
+            nb::gil_scoped_release free;
+            return film::z_test(reference.picture, variance.picture, test.picture, nullptr, options);
+        },
+        nb::arg("reference"), nb::arg("variance"), nb::arg("test"), nb::kw_only(),
+        nb::arg("reference_samples"), nb::arg("test_samples"), nb::arg("significance") = 0.01,
+        "A Z-test a pixel, with Šidák's correction over all. `variance` is that of the reference's means; "
+        "the test\n"
+        "picture's is taken to be it, times reference_samples / test_samples.");
+}
+
 Picture read(const std::filesystem::path& path) {
     nb::gil_scoped_release free;
     Picture p;
@@ -175,15 +220,18 @@ void bind_comparison(nb::module_& m) {
         .def_prop_ro(
             "max_at", [](const C& c) { return std::pair(c.max_x, c.max_y); }, "pixel of the largest error")
         .def_ro("flip", &C::flip, "mean LDR-FLIP, 0 to 1")
+        .def_ro("nonfinite_a", &C::nonfinite_a, "pixels that hold a NaN or infinity; they are in no mean")
+        .def_ro("nonfinite_b", &C::nonfinite_b)
         .def_prop_ro(
             "difference", [](const C& c) { return Picture{.picture = c.difference}; }, "the FLIP map");
     m.def(
         "compare",
-        [](const Picture& a, const Picture& b) {
+        [](const Picture& a, const Picture& b, float gain) {
             nb::gil_scoped_release free;
-            return film::compare(a.picture, b.picture);
+            return film::compare(a.picture, b.picture, gain);
         },
-        nb::arg("a"), nb::arg("b"), "Compares two pictures of one size; b is the reference.");
+        nb::arg("a"), nb::arg("b"), nb::kw_only(), nb::arg("gain") = 1.0f,
+        "Compares two pictures of one size; b is the reference. FLIP sees both times `gain`.");
 }
 
 } // namespace
@@ -256,15 +304,18 @@ void bind_picture(nb::module_& m) {
         .def_ro("cancelled", &Picture::cancelled,
                 "True where rendering stopped early; the pixels are what was there.")
         .def("write", &write, nb::arg("path"), nb::kw_only(), nb::arg("gain") = nb::none(),
-             nb::arg("gamma") = nb::none(),
-             "Writes .exr (all layers, linear) or .png (sRGB, 8 bits; `gain` and `gamma` default to the\n"
-             "scene's Exposure). The file appears complete or not at all.")
+             nb::arg("gamma") = nb::none(), nb::arg("alpha") = false,
+             "Writes .exr (all layers, linear) or .png (sRGB, 8 bits, what is transparent over black unless\n"
+             "`alpha` is set; `gain` and `gamma` default to the scene's Exposure). The file appears complete "
+             "or\n"
+             "not at all.")
         .def("__repr__", [](const Picture& p) {
             return "<kanuka.Picture " + std::to_string(p.picture.width) + " x " +
                    std::to_string(p.picture.height) + ">";
         });
     m.def("read", &read, nb::arg("path"), "Reads an EXR file.");
     bind_comparison(m);
+    bind_z_test(m);
 }
 
 } // namespace kanuka::python

@@ -92,6 +92,10 @@ class GeometryBuilder {
                 if (p.empty)
                     continue;
                 const auto& program = p.material->program();
+                if (program.has_interior && std::max({program.interior_scattering.x, program.interior_scattering.y,
+                                                      program.interior_scattering.z}) > 0)
+                    m_request.journal.warning(primitives[begin + size_t(&p - prepared.data())].where,
+                                              "scattering inside this interior is not simulated yet; absorption is");
                 m_out->store.add_page(p.page, m_out->store.add_program(program), interior_of(program));
                 const store::PageHeader& h = p.page.header();
                 m_request.stats.count.grids += h.shapes;

@@ -35,6 +35,13 @@ const std::vector<LightShader>& light_shaders() {
     return table;
 }
 
+// Light shaders of other renderers that are a standard one with a shadow map. Shadows are traced here, so
+// what they say of the map is taken without a word and does nothing.
+constexpr std::pair<std::string_view, std::string_view> ShadowLights[] = {
+    {"shadowdistant", "distantlight"}, {"shadowpoint", "pointlight"}, {"shadowspot", "spotlight"}};
+constexpr std::string_view ShadowMapParameters[] = {"shadowname", "sfpx", "sfnx", "sfpy",  "sfny",   "sfpz",
+                                                    "sfnz",       "blur", "bias", "width", "samples"};
+
 constexpr std::string_view AreaParameters[] = {"intensity", "lightcolor"};
 
 std::string joined(std::span<const std::string_view> names) {
@@ -44,10 +51,14 @@ std::string joined(std::span<const std::string_view> names) {
     return all;
 }
 
+bool contains(std::span<const std::string_view> names, std::string_view name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+}
+
 void check_parameters(const scene::ShaderRef& ref, std::span<const std::string_view> known,
-                      Journal& journal) {
+                      std::span<const std::string_view> silent, Journal& journal) {
     for (const scene::Value& v : ref.parameters.values)
-        if (std::find(known.begin(), known.end(), v.name) == known.end())
+        if (!contains(known, v.name) && !contains(silent, v.name))
             journal.warning(v.where.line > 0 ? v.where : ref.where, "light shader \"" + ref.name +
                                                                         "\" has no parameter \"" + v.name +
                                                                         "\"; it has " + joined(known));
@@ -101,9 +112,17 @@ Rgb light_amount(const scene::ShaderRef& ref) {
 
 std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textures& textures,
                                        Journal& journal) {
+    std::string_view name = ref.name;
+    std::span<const std::string_view> silent;
+    for (const auto& [theirs, ours] : ShadowLights)
+        if (name == theirs) {
+            name = ours;
+            silent = ShadowMapParameters;
+            break;
+        }
     const LightShader* shader = nullptr;
     for (const LightShader& s : light_shaders())
-        if (s.name == ref.name)
+        if (s.name == name)
             shader = &s;
     if (!shader) {
         std::vector<std::string_view> names;
@@ -113,7 +132,7 @@ std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textur
                                      joined(names) + " will do, or an AreaLightSource \"arealight\"");
         return std::nullopt;
     }
-    check_parameters(ref, shader->parameters, journal);
+    check_parameters(ref, shader->parameters, silent, journal);
 
     scene::Light light;
     light.kind = shader->kind;
@@ -154,7 +173,7 @@ void check_area_light(const scene::ShaderRef& ref, Journal& journal) {
         journal.warning(ref.where,
                         "unknown area light shader \"" + ref.name +
                             "\"; it shines as \"arealight\" does: radiance intensity times lightcolor");
-    check_parameters(ref, AreaParameters, journal);
+    check_parameters(ref, AreaParameters, {}, journal);
 }
 
 } // namespace kanuka::shade

@@ -71,6 +71,18 @@ TEST_F(Lights, UnknownShadersAndParametersAreReported) {
               std::string::npos);
 }
 
+TEST_F(Lights, ShadowMapLightsAreTheirStandardOnes) {
+    ref.parameters.set(test::text("shadowname", "spot.shad"));
+    ref.parameters.set(value("coneangle", scene::Type::Float, {0.35f}));
+    const auto light = make("shadowspot");
+    ASSERT_TRUE(light);
+    EXPECT_EQ(light->kind, scene::Light::Kind::Spot);
+    EXPECT_NEAR(light->cone_angle, 20.0535f, 1e-3f);
+    EXPECT_TRUE(journal.entries().empty());
+    EXPECT_TRUE(make("spotlight"));
+    EXPECT_EQ(journal.entries().size(), 1u) << "but a plain spotlight has no shadow map";
+}
+
 TEST_F(Lights, EnvironmentPictureIsLookedFor) {
     const std::string sky = folder.write("sky.exr", "");
     ref.parameters.set(test::text("mapname", "sky.exr"));

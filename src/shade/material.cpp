@@ -36,7 +36,10 @@ bool MaterialImpl::displaces() const {
 }
 
 bool MaterialImpl::uniform() const {
-    return m_core->surface->uniform_material() && !m_own.varying_color_or_opacity;
+    // Presence of a varying Os may be added here, to a surface that is uniform itself.
+    if (m_core->presence_slot >= 0 && m_own.varying_color_or_opacity)
+        return false;
+    return m_core->surface->uniform_material(m_own.varying_color_or_opacity);
 }
 
 sl::GridGlobals MaterialImpl::globals(const grid::Grid& grid) const {

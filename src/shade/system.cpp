@@ -45,6 +45,23 @@ bool close(const Transform& a, const Transform& b) {
     return difference <= 1e-9 * size;
 }
 
+// The compiler wants to know which of Cs and Os the grids will carry, and whether the surface is opaque: then it keeps
+// no presence.
+void add_colors(std::vector<sl::Argument>& arguments, const MaterialImpl::Own& own, const DefaultSurface& coverage) {
+    if (coverage.varying_color) {
+        sl::Argument color;
+        color.name = "Cs";
+        color.varying = true;
+        arguments.push_back(std::move(color));
+    }
+    sl::Argument opacity;
+    opacity.name = "Os";
+    opacity.varying = coverage.varying_presence;
+    if (!opacity.varying)
+        opacity.floats = {own.opacity.x, own.opacity.y, own.opacity.z};
+    arguments.push_back(std::move(opacity));
+}
+
 class SystemImpl final : public ShadingSystem {
   public:
     SystemImpl(const ShadingOptions& options, const scene::Scene& scene, Journal& journal,
@@ -286,6 +303,8 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
     Spaces displacement_spaces = own.spaces;
     displacement_spaces.current_from_shader = own.displacement_from_shader;
     Bound displacement = bind(attributes.displacement, true, primitive, displacement_spaces);
+    if (surface.shader)
+        add_colors(surface.arguments, own, coverage);
     own.surface_where = surface.where;
     own.displacement_where = displacement.where;
 

@@ -144,7 +144,7 @@ TEST_F(System, EqualMaterialsAreShared) {
     EXPECT_EQ(shaders["wood"]->instances, 1) << "but the instance serves both";
     EXPECT_NE(m->hash(), material(tinted)->hash());
     EXPECT_EQ(shaders["wood"]->instances, 2);
-    EXPECT_EQ(shaders["wood"]->last_arguments[0].floats[0], 0.5f);
+    EXPECT_EQ(shaders["wood"]->last_arguments.at(0).floats[0], 0.5f);
 }
 
 TEST_F(System, AnInitThatDependsOnObjectSpaceIsRunForEachPrimitive) {

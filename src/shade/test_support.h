@@ -99,6 +99,7 @@ class FakeInstance final : public sl::Instance {
             grid.P[size_t(2 * grid.stride + i)] += 1;
     }
     bool uniform_material() const override { return true; }
+    bool uniform_material(bool) const override { return true; }
     void shade(grid::Grid& grid, const sl::GridGlobals& globals, sl::Services& services,
                grid::VertexInputs& out) const override {
         m_shader.last_globals = globals;

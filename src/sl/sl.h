@@ -1,9 +1,12 @@
-// The shading-language compiler's public face: source text to machine code over grids. LLVM stays inside codegen/.
+// The shading-language compiler's public face: source text to machine code over grids. LLVM stays inside
+// codegen/.
 //
-//   source ──parse──▶ AST ──sema──▶ typed AST ──ir──▶ IR (uniform/varying, closures extracted) ──codegen──▶ native code
+//   source ──parse──▶ AST ──sema──▶ typed AST ──ir──▶ IR (uniform/varying, closures extracted) ──codegen──▶
+//   native code
 //
-// A Shader is compiled once and serves all its instances: parameters are data. An Instance is a shader with the
-// parameters of one primitive; making it runs mnk_init (or, for a classic surface, the extracted closure's structure).
+// A Shader is compiled once and serves all its instances: parameters are data. An Instance is a shader with
+// the parameters of one primitive; making it runs mnk_init (or, for a classic surface, the extracted
+// closure's structure).
 #pragma once
 
 #include <functional>
@@ -26,10 +29,10 @@ struct Parameter {
     Type type = Type::Float;
     bool varying = false;
     bool output = false;
-    int array_size = 0; // 0 = not an array
-    std::vector<float> floats;        // default value; empty where it is computed at run time
+    int array_size = 0;        // 0 = not an array
+    std::vector<float> floats; // default value; empty where it is computed at run time
     std::vector<std::string> strings;
-    std::string doc;                  // from "#pragma annotation" or the comment at the declaration
+    std::string doc; // from "#pragma annotation" or the comment at the declaration
 };
 
 enum class ShaderKind : uint8_t { Class, Surface, Displacement, Light, Volume, Imager };
@@ -43,17 +46,18 @@ struct CompileOptions {
     bool use_cache = true;
 };
 
-// ---- services: what a running shader may ask of its surroundings; shade/ implements it ------------------------------
+// ---- services: what a running shader may ask of its surroundings; shade/ implements it
+// ------------------------------
 
 struct TextureRequest {
     const char* file;
-    const float *s, *t;                        // one per point
-    const float *dsdu, *dtdu, *dsdv, *dtdv;    // filter footprint: differences to the next grid point
+    const float *s, *t;                     // one per point
+    const float *dsdu, *dtdu, *dsdv, *dtdv; // filter footprint: differences to the next grid point
     int count, channels, first_channel;
     float blur, width;
-    const char* wrap;                          // "periodic", "black", "clamp"; null = the file's own
+    const char* wrap; // "periodic", "black", "clamp"; null = the file's own
     float fill;
-    float* result;                             // channels arrays, one after another, `result_stride` floats apart
+    float* result; // channels arrays, one after another, `result_stride` floats apart
     int result_stride;
 };
 
@@ -61,21 +65,24 @@ class Services {
   public:
     virtual ~Services() = default;
     virtual void texture(const TextureRequest& request) = 0;
-    virtual void environment(const TextureRequest& request, const float* x, const float* y, const float* z) = 0;
-    // Row-major 4x4 that takes points of space `from` to space `to`; "current" is the space of Grid::P. False = unknown.
+    virtual void environment(const TextureRequest& request, const float* x, const float* y,
+                             const float* z) = 0;
+    // Row-major 4x4 that takes points of space `from` to space `to`; "current" is the space of Grid::P. False
+    // = unknown.
     virtual bool transform(const char* from, const char* to, float matrix[16]) = 0;
     // A run-time fault or message, located in the shader's source.
     virtual void report(Severity severity, const Location& where, const std::string& message) = 0;
 };
 
-// ---- running ---------------------------------------------------------------------------------------------------------
+// ---- running
+// ---------------------------------------------------------------------------------------------------------
 
 // A parameter's value: constant for the primitive, or one per grid vertex (a primvar).
 struct Argument {
     std::string name;
-    std::vector<float> floats;        // constant: components * max(1, array_size)
+    std::vector<float> floats; // constant: components * max(1, array_size)
     std::vector<std::string> strings;
-    bool varying = false;             // taken from Grid::primvars by name instead
+    bool varying = false; // taken from Grid::primvars by name instead
 };
 
 // Values of the surroundings, constant over a grid.
@@ -95,13 +102,17 @@ class Instance {
     // Fixed by mnk_init and mnk_interior, which have run.
     virtual const grid::LayeringProgram& program() const = 0;
     virtual bool displaces() const = 0;
-    // Run begin and mnk_displacement (or the displacement shader): move P, set N. Thread safe: grids are independent.
+    // Run begin and mnk_displacement (or the displacement shader): move P, set N. Thread safe: grids are
+    // independent.
     virtual void displace(grid::Grid& grid, const GridGlobals& globals, Services& services) const = 0;
-    // Run begin and mnk_prelighting (or the surface shader): fills every slot of program(). May also set N (bump).
+    // Run begin and mnk_prelighting (or the surface shader): fills every slot of program(). May also set N
+    // (bump).
     virtual void shade(grid::Grid& grid, const GridGlobals& globals, Services& services,
                        grid::VertexInputs& out) const = 0;
     // True where no slot varies over a grid, whatever the grid: one point need be shaded.
     virtual bool uniform_material() const = 0;
+    // The same for grids that are known to carry, or not to carry, primvars "Cs" and "Os".
+    virtual bool uniform_material(bool grids_have_colors) const = 0;
 };
 
 class Shader {
@@ -110,15 +121,19 @@ class Shader {
     virtual const std::string& name() const = 0;
     virtual ShaderKind kind() const = 0;
     virtual std::span<const Parameter> parameters() const = 0;
-    virtual uint64_t hash() const = 0; // of its source, the compiler's version and the options: part of a grid's key
+    virtual uint64_t
+    hash() const = 0; // of its source, the compiler's version and the options: part of a grid's key
     virtual bool from_cache() const = 0;
     // Unknown arguments and wrong types are reported to the journal (with the names there are) and skipped.
-    virtual std::unique_ptr<Instance> instantiate(std::span<const Argument> arguments, Services& services) const = 0;
+    virtual std::unique_ptr<Instance> instantiate(std::span<const Argument> arguments,
+                                                  Services& services) const = 0;
 };
 
 // Compiles the first shader of a file (.sl or .slo). On errors: all of them go to the journal, each as
-// "file:line:column: what", the source line and a caret below; null is returned. The cache is consulted first.
-std::shared_ptr<const Shader> compile_file(const std::string& path, const CompileOptions& options, Journal& journal);
+// "file:line:column: what", the source line and a caret below; null is returned. The cache is consulted
+// first.
+std::shared_ptr<const Shader> compile_file(const std::string& path, const CompileOptions& options,
+                                           Journal& journal);
 std::shared_ptr<const Shader> compile_source(const std::string& name, const std::string& source,
                                              const CompileOptions& options, Journal& journal);
 

@@ -144,7 +144,27 @@ void fill_alias(SceneView& view, const std::vector<store::Emitter>& emitters, co
         }
     }
     for (int32_t e : sampled)
-        view.emitter_density[size_t(e)] = float(double(emitters[size_t(e)].power) / total / emitters[size_t(e)].area / view.choices);
+        view.emitter_density[size_t(e)] =
+            float(double(emitters[size_t(e)].power) / total / emitters[size_t(e)].area);
+}
+
+// Estimates for LightChances: irradiance, in units of luminance.
+void fill_choices(SceneView& view, const std::vector<store::Emitter>& emitters, const std::vector<int32_t>& sampled) {
+    Bounds3f bounds;
+    double power = 0;
+    for (int32_t e : sampled) {
+        bounds.extend(emitters[size_t(e)].p0 + (emitters[size_t(e)].e1 + emitters[size_t(e)].e2) * (1 / 3.0f));
+        power += emitters[size_t(e)].power;
+    }
+    if (!sampled.empty()) {
+        const Vec3f d = bounds.diagonal();
+        view.emitter_center = bounds.center();
+        view.emitter_radius2 = std::max(0.25f * dot(d, d), 1e-12f);
+        view.emitter_power = float(power);
+    }
+    if (view.map_choice >= 0) // pi times the mean of luminance over the sphere
+        view.map_brings = view.map.total * 0.5f * Pi * Pi / (float(view.map.width) * float(view.map.height));
+    view.constant_brings = Pi * 0.5f * view.constant.c[3];
 }
 
 std::vector<int32_t> emitters_to_sample(const SceneInputs& in) {
@@ -226,6 +246,8 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
     view.first_light_choice = view.choices;
     view.choices += int(view.lights.size());
     view.emitter_density.assign(in.store->emitters().size() + 1, 0.0f);
+    if (view.choices > 0)
+        fill_choices(view, in.store->emitters(), sampled);
     if (!sampled.empty())
         fill_alias(view, in.store->emitters(), sampled);
     return view;

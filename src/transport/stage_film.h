@@ -59,7 +59,7 @@ void finish(const SceneView& scene, const BatchState& batch, int count, const Ba
         for (int i = 0; i < W && first + i < count; i++) {
             const int path = first + i, x = request.x0 + path % width, y = request.y0 + path / width;
             PixelSums& p = request.pixels[size_t(y) * request.stride + x];
-            const float w = batch.filter_weight[path], hit = batch.alpha[path];
+            const float w = batch.filter_weight[path], hit = batch.hit[path];
             if (std::isfinite(rgb[0].v[i]) && std::isfinite(rgb[1].v[i]) && std::isfinite(rgb[2].v[i])) {
                 for (int c = 0; c < 3; c++)
                     p.rgb[c] += w * rgb[c].v[i];
@@ -67,8 +67,9 @@ void finish(const SceneView& scene, const BatchState& batch, int count, const Ba
                 counts.nan_x = x;
                 counts.nan_y = y;
             }
-            p.alpha += w * hit;
+            p.alpha += w * batch.alpha[path];
             p.hits += hit;
+            p.weight += w;
             p.depth += hit * batch.depth[path];
             for (int c = 0; c < 3; c++) {
                 p.albedo[c] += w * albedo[c].v[i];

@@ -38,15 +38,18 @@ void add_environment(const SceneView& scene, BatchState& batch, const PathState&
         beta[k] = gather(paths.beta[k], slot);
     }
     const Vec3<F> d(gather(paths.d[0], slot), gather(paths.d[1], slot), gather(paths.d[2], slot));
+    const bool constant = scene.constant.present && (bounce > 0 || scene.constant.visible_camera);
+    const bool map = scene.map_choice >= 0 && (bounce > 0 || scene.map.visible_camera);
+    if (bounce == 0 && (constant || map))
+        scatter(batch.alpha, path, F(1.0f), m);
     const F mis = gather(paths.mis, slot), ratios = sum_of_ratios(scene, paths, slot);
-    const F chance(1.0f / float(std::max(scene.choices, 1)));
-    if (scene.constant.present && (bounce > 0 || scene.constant.visible_camera)) {
-        const F weight = F(1.0f) / fma(mis, F(1 / (4 * Pi)) * chance, ratios);
+    if (constant) {
+        const F weight = F(1.0f) / fma(mis, gather(paths.ask_constant, slot), ratios);
         add_radiance(batch, path, beta * emission_spectrum(scene, scene.constant.c, l) * weight, m);
     }
-    if (scene.map_choice >= 0 && (bounce > 0 || scene.map.visible_camera)) {
+    if (map) {
         const MapPlace<W> p = map_place(scene.map, d);
-        const F weight = F(1.0f) / fma(mis, map_pdf(scene.map, p) * chance, ratios);
+        const F weight = F(1.0f) / fma(mis, map_pdf(scene.map, p) * gather(paths.ask_map, slot), ratios);
         add_radiance(batch, path, beta * map_radiance(scene, p, l) * weight, m);
     }
 }

@@ -43,8 +43,9 @@ class SurfaceStage {
         active &= !material.black();
         const V wo = h.to_local(wo_world);
         const Sampler<W> sampler{gather(m_batch.pixel_hash, h.path), m_reversed};
-        sample_lights(h, material, wo, sampler, active);
-        sample_direction(h, material, wo, sampler, active);
+        const LightChances<W> chances(m_scene, h.P, h.N);
+        sample_lights(h, material, wo, sampler, chances, active);
+        sample_direction(h, material, wo, sampler, chances, active);
     }
 
   private:
@@ -167,18 +168,20 @@ class SurfaceStage {
         const I at = e * I(int(sizeof(store::Emitter) / 4));
         const S radiance = emission_spectrum(m_scene, gather(data + 9, at), gather(data + 10, at), gather(data + 11, at),
                                              gather(data + 12, at), h.l);
-        const F density = gather(m_scene.emitter_density.data(), e) * h.t * h.t / max(h.raw_cos_outside, F(1e-6f));
+        const F density = gather(m_paths.ask_emitters, h.slot) * gather(m_scene.emitter_density.data(), e) * h.t * h.t /
+                          max(h.raw_cos_outside, F(1e-6f));
         const F weight = F(1.0f) / fma(gather(m_paths.mis, h.slot), density, sum_of_ratios(m_scene, m_paths, h.slot));
         add_radiance(m_batch, h.path, h.beta * radiance * weight, m);
     }
 
-    void sample_lights(const Hit& h, const bsdf::Material<W>& material, const V& wo, const Sampler<W>& sampler, M active) {
+    void sample_lights(const Hit& h, const bsdf::Material<W>& material, const V& wo, const Sampler<W>& sampler,
+                       const LightChances<W>& chances, M active) {
         if (m_scene.choices == 0)
             return;
         F u_choice, u_part, u0, u1;
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LightChoice), u_choice, u_part);
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LightPosition), u0, u1);
-        const LightSample<W> light = sample_light(m_scene, h.P, u_choice, u_part, u0, u1, h.l, active);
+        const LightSample<W> light = sample_light(m_scene, chances, h.P, h.N, u_choice, u_part, u0, u1, h.l, active);
         const V wi = h.to_local(light.wi);
         // Geometric and shading normal must agree on which side the light is.
         const F side = dot(light.wi, h.Ng) * wi.z;
@@ -212,7 +215,8 @@ class SurfaceStage {
         m_shadow_count += compress_store(reinterpret_cast<float*>(m_shadows.seed) + at, bitcast_float(seed), bits);
     }
 
-    void sample_direction(const Hit& h, const bsdf::Material<W>& material, const V& wo, const Sampler<W>& sampler, M active) {
+    void sample_direction(const Hit& h, const bsdf::Material<W>& material, const V& wo, const Sampler<W>& sampler,
+                          const LightChances<W>& chances, M active) {
         F u_lobe, u_roulette, u0, u1;
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LobeRoulette), u_lobe, u_roulette);
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::Direction), u0, u1);
@@ -258,6 +262,9 @@ class SurfaceStage {
                 compress_store(m_next.ratio[k] + at, ratio[k], bits);
         }
         compress_store(m_next.mis + at, mis, bits);
+        compress_store(m_next.ask_emitters + at, chances.of(m_scene.emitter_choice), bits);
+        compress_store(m_next.ask_map + at, chances.of(m_scene.map_choice), bits);
+        compress_store(m_next.ask_constant + at, chances.of(m_scene.constant_choice) * max(s.wi.z, F(0.0f)) * F(InvPi), bits);
         compress_store(reinterpret_cast<float*>(m_next.path) + at, bitcast_float(h.path), bits);
         m_next_count += compress_store(reinterpret_cast<float*>(m_next.interior) + at, bitcast_float(interior), bits);
     }
@@ -271,6 +278,7 @@ class SurfaceStage {
         }
         scatter(m_batch.depth, h.path, h.t, m);
         scatter(m_batch.alpha, h.path, F(1.0f), m);
+        scatter(m_batch.hit, h.path, F(1.0f), m);
         scatter(reinterpret_cast<float*>(m_batch.id), h.path, bitcast_float(id), m);
     }
     void record_albedo(const Hit& h, M m, const S& albedo) {

@@ -7,6 +7,7 @@ import json
 
 import kanuka
 
+from . import arguments as types
 from . import exit_codes, messages
 from .exit_codes import ExitCode
 
@@ -20,12 +21,13 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("scene", metavar="SCENE", help="RIB file, gzipped or not; - is standard input")
+    parser.add_argument("--frame", type=types.natural, default=0, metavar="N", help="of the file; default: the first")
     parser.add_argument("--json", action="store_true", help="as JSON")
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    scene = kanuka.load(arguments.scene)
+    scene = kanuka.load(arguments.scene, frame=arguments.frame)
     summary = scene.summary()
     if arguments.json:
         print(json.dumps(summary, indent=2))

@@ -39,6 +39,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "-o", "--output", type=Path, metavar="FILE.exr", help="default: the scene's Display, or SCENE.exr"
     )
+    parser.add_argument("--frame", type=types.natural, default=0, metavar="N", help="of the file; default: the first")
     parser.add_argument("--png", action="store_true", help="write a PNG beside the EXR")
     parser.add_argument("--stats", type=Path, metavar="FILE.json", help="write times, counts and bytes")
     parser.add_argument("--quiet", action="store_true", help="no progress; messages still come")
@@ -81,7 +82,7 @@ def run(arguments: argparse.Namespace) -> int:
 def render(arguments: argparse.Namespace, started: float, interruption: Interruption) -> int:
     bar = ProgressBar(arguments.quiet)
     bar.update("ingest", 0)
-    scene = kanuka.load(arguments.scene)
+    scene = kanuka.load(arguments.scene, frame=arguments.frame)
     printer = messages.Printer(scene.journal)
     bar.between = printer.flush
     bar.finish()

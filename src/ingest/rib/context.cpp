@@ -33,8 +33,7 @@ Scope Context::scope() const {
     return m_frame_open ? InFrame : InOuter;
 }
 
-// ---- execution
-// ------------------------------------------------------------------------------------------------------
+// ---- execution --------------------------------------------------------------------------------------
 
 static std::string places(uint8_t scopes) {
     if (!(scopes & (InWorld | InObject)))
@@ -106,8 +105,7 @@ bool Context::finite(const Call& call, size_t arguments) {
     return true;
 }
 
-// ---- blocks
-// ---------------------------------------------------------------------------------------------------------
+// ---- blocks -----------------------------------------------------------------------------------------
 
 void Context::open(BlockKind kind, const Location& where) {
     m_blocks.push_back({kind, where, attributes, ctm, nullptr});
@@ -176,8 +174,7 @@ void Context::end_motion(const Location& where) {
         reports.warning("empty motion block", where, "MotionEnd: the motion block has no sample");
 }
 
-// ---- objects
-// --------------------------------------------------------------------------------------------------------
+// ---- objects ----------------------------------------------------------------------------------------
 
 void Context::begin_object(const std::string& handle, const Location& where) {
     if (m_open_object >= 0) {
@@ -222,6 +219,14 @@ void Context::add_instance(const Call& call) {
     if (!attributes.detail_visible || !usable_transform(call))
         return;
     if (m_open_object >= 0) {
+        int& depth = objects.record(m_open_object).depth;
+        if (objects.record(object).depth >= Objects::MaxDepth) {
+            reports.error("objects too deep", call.where,
+                          "ObjectInstance \"" + call.handle(0) + "\" was left out: objects nest " +
+                              std::to_string(Objects::MaxDepth) + " levels deep at most");
+            return;
+        }
+        depth = std::max(depth, objects.record(object).depth + 1);
         ObjectRecord::Member member;
         member.object = object;
         member.set = attributes.set;
@@ -231,11 +236,15 @@ void Context::add_instance(const Call& call) {
         return;
     }
     lights.shine(attributes);
-    objects.instance(m_scene, object, attributes.shared, ctm);
+    try {
+        objects.instance(m_scene, object, attributes.shared, ctm);
+    } catch (const Error& e) { // an inverse that double precision cannot hold
+        reports.error("singular transformation", call.where,
+                      "ObjectInstance was left out: " + std::string(e.what()));
+    }
 }
 
-// ---- primitives
-// -----------------------------------------------------------------------------------------------------
+// ---- primitives -------------------------------------------------------------------------------------
 
 Transform Context::camera_from_current() const {
     if (m_open_object >= 0)

@@ -41,11 +41,10 @@ class Context {
     void finish(const Location& end); // closes what is open and completes the scene
     scene::Scene& scene() { return m_scene; }
     bool world_done() const { return m_world_done; }
-    bool depth_pass_skipped() const { return m_depth_pass_skipped; }
+    bool depth_pass_skipped() const { return !m_depth_passes.empty(); }
     const std::vector<int>& frames_seen() const { return m_frames_seen; }
 
-    // ---- for handlers
-    // ------------------------------------------------------------------------------------------
+    // ---- for handlers -------------------------------------------------------------------------------
     Reports reports;
     Stream& stream;
     Declarations& declarations;
@@ -94,7 +93,8 @@ class Context {
     scene::Scene m_scene;
     FrameChoice m_frame_choice;
     std::vector<Block> m_blocks;
-    bool m_in_world = false, m_world_done = false, m_depth_pass_skipped = false;
+    bool m_in_world = false, m_world_done = false;
+    std::vector<std::pair<int, Location>> m_depth_passes; // passed over: frame and place
     bool m_frame_open = false, m_frame_chosen = false;
     int m_frames_begun = 0, m_loose_worlds = 0;
     std::vector<int> m_frames_seen;

@@ -176,8 +176,8 @@ void exposure(Context& c, Call& call) {
 
 void imager(Context& c, Call& call) {
     c.reports.once(Severity::Warning, "Imager", call.where,
-                   "Imager \"" + call.text(0) +
-                       "\" is kept with the scene but not run: imager shaders are not supported yet");
+                   "Imager \"" + call.text(0) + "\" is kept with the scene, but " +
+                       std::string(call.spec->note));
     c.options.options.imager = c.shader(call, 0);
 }
 
@@ -228,8 +228,14 @@ void relative_detail(Context& c, Call& call) {
     c.options.relative_detail = call.f(0);
 }
 
-// ---- Option
-// ---------------------------------------------------------------------------------------------------------
+// Textures are looked up as the pictures that they were made of: "maketexture:NAME" holds the picture's name.
+void make_texture(Context& c, Call& call) {
+    keep_text(c.options.options.user, "maketexture:" + call.text(1), call.text(0));
+    c.reports.once(Severity::Info, call.spec->name, call.where,
+                   std::string(call.spec->name) + ": " + std::string(call.spec->note));
+}
+
+// ---- Option -----------------------------------------------------------------------------------------
 
 static void kanuka_option(Context& c, const Value& v) {
     scene::Options& o = c.options.options;

@@ -10,11 +10,21 @@ namespace kanuka::ingest::handlers {
 
 namespace {
 
-Transform from_rows(const std::vector<float>& rows) {
+// A matrix and its multiples mean the same; most code downstream expects the last row to be 0 0 0 1.
+Transform from_rows(Context& c, const Call& call) {
+    const auto& rows = call.args[0].floats;
+    const double w = double(rows[15]);
+    const bool affine = rows[3] == 0 && rows[7] == 0 && rows[11] == 0 && w != 0;
+    if (!affine)
+        c.reports.once(
+            Severity::Warning, "projective transformation", call.where,
+            std::string(call.spec->name) +
+                ": the matrix is projective; shapes under it may come out wrong. Its fourth column should "
+                "be 0 0 0 1");
     Transform t;
     for (size_t i = 0; i < 4; i++)
         for (size_t j = 0; j < 4; j++)
-            t.m[j][i] = double(rows[i * 4 + j]);
+            t.m[j][i] = double(rows[i * 4 + j]) / (affine ? w : 1);
     return t;
 }
 
@@ -26,12 +36,12 @@ void identity(Context& c, Call&) {
 
 void transform(Context& c, Call& call) {
     if (c.finite(call, 1))
-        c.ctm = from_rows(call.args[0].floats);
+        c.ctm = from_rows(c, call);
 }
 
 void concat_transform(Context& c, Call& call) {
     if (c.finite(call, 1))
-        c.ctm = c.ctm * from_rows(call.args[0].floats);
+        c.ctm = c.ctm * from_rows(c, call);
 }
 
 void translate(Context& c, Call& call) {

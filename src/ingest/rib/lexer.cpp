@@ -48,8 +48,8 @@ void Lexer::skip_space() {
             p++;
         if (p == end || *p != '#')
             break;
-        const void* newline = std::memchr(p, '\n', size_t(end - p));
-        p = newline ? static_cast<const char*>(newline) : end;
+        while (p < end && *p != '\n' && *p != '\r') // old files end lines by a carriage return alone
+            p++;
     }
     m_at = size_t(p - m_text.data());
 }
@@ -226,6 +226,26 @@ double Lexer::number(bool* integer) {
     return n.value;
 }
 
+// "nan", "-inf", "-nan(ind)", "1.#QNAN", "-1.#IND00": where C libraries left them in a file. Null = none of
+// these.
+const char* Lexer::skip_not_finite(const char* p) const {
+    const char* const end = m_text.data() + m_end;
+    const char* q = p + (p < end && (*p == '-' || *p == '+'));
+    const auto matches = [&](std::string_view word) {
+        for (size_t i = 0; i < word.size(); i++)
+            if (q + i >= end || (q[i] | 0x20) != word[i])
+                return false;
+        return true;
+    };
+    const bool word = matches("nan") || matches("inf");
+    const bool microsoft = end - q > 3 && *q == '1' && q[1] == '.' && q[2] == '#';
+    if (!word && !microsoft)
+        return nullptr;
+    while (q < end && (is(*q, WordPart | NumberStart) || *q == '#' || *q == '(' || *q == ')'))
+        q++;
+    return q;
+}
+
 void Lexer::numbers(std::vector<float>& out) {
     m_peeked = false;
     const char* const end = m_text.data() + m_end;
@@ -238,17 +258,33 @@ void Lexer::numbers(std::vector<float>& out) {
             if (p == end || !is(*p, NumberStart))
                 break;
             const ScannedNumber n = scan_number(p, end);
-            if (!n.end)
+            if (!n.end || (n.end < end && *n.end == '#'))
                 break;
             out.push_back(to_float(n, p));
             p = n.end;
         }
         m_at = size_t(p - m_text.data());
         const Token next = peek();
-        if (next != Token::Number || (!m_binary && !scan_number(m_text.data() + m_at, end).end))
+        if (next != Token::Number && next != Token::Word)
             return;
-        if (m_binary)
+        p = m_text.data() + m_at;
+        if (m_binary) {
+            if (next == Token::Word)
+                return;
             out.push_back(float(number()));
+        } else if (const char* after = skip_not_finite(p)) {
+            out.push_back(0);
+            not_finite++;
+            m_at = size_t(after - m_text.data());
+        } else if (next == Token::Number && scan_number(p, end).end) {
+            out.push_back(float(number())); // with a comment glued to it
+        } else {
+            return;
+        }
+        if (!std::isfinite(out.back())) {
+            out.back() = 0;
+            not_finite++;
+        }
         m_peeked = false;
     }
 }

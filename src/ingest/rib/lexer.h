@@ -29,6 +29,8 @@ class Lexer {
     // Appends the numbers of an array up to its ']' or up to the first thing that is not a number, which
     // stays unread. Call after Open was skipped.
     void numbers(std::vector<float>& out);
+    // How many of them were nan, inf or 1.#IND, and became 0. Reset by the caller.
+    size_t not_finite = 0;
     // For integers: numbers with a fraction are cut and counted.
     void integers(std::vector<int32_t>& out, size_t& fractions);
     void binary_floats(std::vector<float>& out); // a Floats token: a whole array
@@ -58,6 +60,7 @@ class Lexer {
     uint64_t big_endian(size_t at, int bytes) const;
     bool binary_string(size_t at, std::string_view& out, size_t& after) const;
     bool next_line_is_request(size_t at) const;
+    const char* skip_not_finite(const char* p) const;
 
     std::shared_ptr<const Source> m_source;
     std::string_view m_text;

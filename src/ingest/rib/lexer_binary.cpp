@@ -8,6 +8,7 @@
 //   string 0317 + w        code (w + 1 bytes): the string so defined
 
 #include <bit>
+#include <cmath>
 #include <cstring>
 
 #include "ingest/rib/lexer.h"
@@ -138,7 +139,9 @@ void Lexer::binary_floats(std::vector<float>& out) {
     for (size_t i = 0; i < count; i++) {
         uint32_t bits;
         std::memcpy(&bits, p + 4 * i, 4);
-        out[base + i] = std::bit_cast<float>(__builtin_bswap32(bits));
+        const float v = std::bit_cast<float>(__builtin_bswap32(bits));
+        not_finite += !std::isfinite(v);
+        out[base + i] = std::isfinite(v) ? v : 0;
     }
     m_at = m_binary_end;
     m_peeked = false;

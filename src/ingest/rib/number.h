@@ -74,15 +74,17 @@ inline ScannedNumber scan_number(const char* p, const char* end) {
 }
 
 // To the nearest float of the decimal itself. Rounding twice can only go wrong where the double lies exactly
-// between two floats; then the text is read again.
+// between two floats, or among the denormal floats, which lie elsewhere; then the text is read again.
 inline float to_float(const ScannedNumber& n, const char* text) {
     const double magnitude = n.value < 0 ? -n.value : n.value;
     if (magnitude > double(std::numeric_limits<float>::max()))
         return n.value < 0 ? -std::numeric_limits<float>::max() : std::numeric_limits<float>::max();
-    if ((std::bit_cast<uint64_t>(n.value) & 0x1fffffff) != 0x10000000)
-        return float(n.value);
+    const bool middle = (std::bit_cast<uint64_t>(n.value) & 0x1fffffff) == 0x10000000;
+    const bool denormal = magnitude < double(std::numeric_limits<float>::min()) && magnitude != 0;
     float value = float(n.value);
-    std::from_chars(*text == '+' ? text + 1 : text, n.end, value);
+    if (middle || denormal)
+        std::from_chars(*text == '+' ? text + 1 : text, n.end,
+                        value); // leaves `value` where it is out of range
     return value;
 }
 

@@ -98,7 +98,10 @@ std::shared_ptr<const Attributes> inherit(const std::shared_ptr<const Attributes
 }
 
 int Objects::begin(const std::string& handle, const Location& where) {
-    m_records.push_back({handle, where, {}, {}, {}});
+    ObjectRecord record;
+    record.name = handle;
+    record.where = where;
+    m_records.push_back(std::move(record));
     return int(m_records.size()) - 1;
 }
 

@@ -26,6 +26,7 @@ struct ObjectRecord {
     std::string name;
     Location where;
     std::vector<Member> members;
+    int depth = 1;                                          // levels of objects, this one included
     std::unordered_multimap<size_t, Variant> looks;         // by hash of the look
     std::map<const scene::Attributes*, Variant> by_pointer; // holds the pointers, so that they stay unique
 };
@@ -36,6 +37,7 @@ class Objects {
     int begin(const std::string& handle, const Location& where);
     void end(int object);                      // from here on it can be instanced
     int find(const std::string& handle) const; // -1 = unknown or not ended
+    static constexpr int MaxDepth = 64;        // of objects in objects
     ObjectRecord& record(int object) { return m_records[size_t(object)]; }
 
     // One more instance in the world.

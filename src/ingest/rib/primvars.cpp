@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "ingest/rib/repair.h"
 #include "ingest/rib/requests.h"
 #include "scene/counts.h"
 
@@ -60,7 +61,7 @@ std::string would_fit(const scene::PrimvarCounts& counts, size_t items, Detail e
 
 } // namespace
 
-bool check_primvars(Call& call, const scene::Geometry& geometry, Reports& reports) {
+bool check_primvars(Call& call, scene::Geometry& geometry, Reports& reports) {
     const std::string request(call.spec->name);
     auto& values = call.params.values;
     const bool quadric = std::holds_alternative<scene::Quadric>(geometry);
@@ -89,6 +90,9 @@ bool check_primvars(Call& call, const scene::Geometry& geometry, Reports& report
         }
 
     // Step 2: the shape.
+    drop_bad_parts(call, geometry, positions, reports);
+    if (const Value* p = call.params.find("P"); p && std::holds_alternative<scene::Curves>(geometry))
+        positions = p->items(); // those of dropped curves are gone
     if (const auto fault = scene::fault_of(geometry, positions)) {
         reports.error("shape of " + request, call.where, request + " was left out: " + *fault);
         return false;

@@ -31,6 +31,7 @@ bool Reader::wrong(const std::string& expected, const std::string& what) {
 
 bool Reader::read_string(std::string& out) {
     const size_t offset = m_lexer->offset();
+    m_lexer->clear_unterminated();
     out = m_lexer->string();
     if (!m_lexer->unterminated())
         return true;
@@ -69,26 +70,31 @@ bool Reader::close_array(size_t open, const std::string& what, const char* eleme
 
 bool Reader::read_numbers(std::vector<float>& out, const std::string& what) {
     out.clear();
-    switch (m_lexer->peek()) {
-    case Token::Floats:
+    const Token next = m_lexer->peek();
+    const size_t open = m_lexer->offset();
+    m_lexer->not_finite = 0;
+    if (next == Token::Floats) {
         m_lexer->binary_floats(out);
-        return true;
-    case Token::Number:
+    } else if (next == Token::Number) {
+        m_lexer->numbers(out); // without brackets: all that follow
+    } else if (next == Token::Open) {
+        m_lexer->skip();
         m_lexer->numbers(out);
-        return true; // without brackets: all that follow
-    case Token::Open:
-        break;
-    default:
+        while (m_lexer->peek() == Token::Floats) { // binary arrays may stand in brackets
+            m_lexer->binary_floats(out);
+            m_lexer->numbers(out);
+        }
+        if (!close_array(open, what, "numbers"))
+            return false;
+    } else {
         return wrong("numbers", what);
     }
-    const size_t open = m_lexer->offset();
-    m_lexer->skip();
-    m_lexer->numbers(out);
-    while (m_lexer->peek() == Token::Floats) { // binary arrays may stand in brackets
-        m_lexer->binary_floats(out);
-        m_lexer->numbers(out);
-    }
-    return close_array(open, what, "numbers");
+    if (m_lexer->not_finite > 0)
+        m_context.reports.error("not finite", m_lexer->where(open),
+                                m_request + ": " + std::to_string(m_lexer->not_finite) +
+                                    " of the numbers for " + what +
+                                    " are not finite (nan or inf); 0 was used instead");
+    return true;
 }
 
 bool Reader::read_integers(std::vector<int32_t>& out, const std::string& what) {

@@ -8,7 +8,9 @@ namespace kanuka::ingest {
 
 struct RibOptions {
     std::vector<std::string> archive_path; // searched after the folder of the file that asks
-    int frame = 0;                         // which FrameBegin block; 0 = the first
+    // The number of a FrameBegin; 0 = the first frame that writes more than depth (shadow-map passes are
+    // passed over).
+    int frame = 0;
 };
 
 // Throws Error where the file cannot be read at all; everything else is reported with file, line, column and

@@ -86,6 +86,7 @@ std::shared_ptr<Source> Source::open(const std::string& path) {
         if (is_gzip(source->m_owned))
             source->m_owned = inflate_gzip(source->m_owned, source->m_name);
         source->m_text = source->m_owned;
+        source->find_line_end();
         return source;
     }
     std::shared_ptr<Source> source(new Source(path));
@@ -117,6 +118,7 @@ std::shared_ptr<Source> Source::open(const std::string& path) {
         source->m_owned = inflate_gzip(source->m_text, path);
         source->m_text = source->m_owned;
     }
+    source->find_line_end();
     return source;
 }
 
@@ -124,7 +126,14 @@ std::shared_ptr<Source> Source::from_text(std::string text, std::string name) {
     std::shared_ptr<Source> source(new Source(std::move(name)));
     source->m_owned = std::move(text);
     source->m_text = source->m_owned;
+    source->find_line_end();
     return source;
+}
+
+void Source::find_line_end() {
+    const std::string_view start = m_text.substr(0, 65536);
+    if (start.find('\n') == std::string_view::npos && start.find('\r') != std::string_view::npos)
+        m_line_end = '\r';
 }
 
 Source::~Source() {
@@ -138,9 +147,9 @@ Location Source::locate(size_t offset) const {
         m_checkpoint = 0;
         m_line = 1;
     }
-    m_line += int(std::count(m_text.data() + m_checkpoint, m_text.data() + offset, '\n'));
+    m_line += int(std::count(m_text.data() + m_checkpoint, m_text.data() + offset, m_line_end));
     m_checkpoint = offset;
-    const size_t newline = offset == 0 ? std::string_view::npos : m_text.rfind('\n', offset - 1);
+    const size_t newline = offset == 0 ? std::string_view::npos : m_text.rfind(m_line_end, offset - 1);
     const size_t start = newline == std::string_view::npos ? 0 : newline + 1;
     return {m_name, m_line, int(offset - start) + 1};
 }

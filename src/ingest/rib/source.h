@@ -35,6 +35,8 @@ class Source {
     std::string_view m_text;
     mutable size_t m_checkpoint = 0; // byte up to which lines are counted
     mutable int m_line = 1;          // line of m_checkpoint
+    char m_line_end = '\n';          // '\r' in files of old Macintoshes
+    void find_line_end();
 };
 
 } // namespace kanuka::ingest

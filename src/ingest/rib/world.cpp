@@ -56,12 +56,7 @@ void Context::begin_world(const Location& where) {
                          std::to_string(number) + " to get this one");
     if (take && m_frame_choice.frame == 0 && !m_frame_choice.take_depth_pass && writes_depth_only()) {
         take = false;
-        m_depth_pass_skipped = true;
-        reports.info(
-            "depth pass", where,
-            "frame " + std::to_string(number) +
-                " writes depth alone and was passed over: shadows are traced and need no maps; ask for the "
-                "frame by its number to render it");
+        m_depth_passes.push_back({number, where});
     }
     open(BlockKind::World, where);
     m_blocks.back().options = std::make_unique<OptionState>(options);
@@ -139,6 +134,13 @@ void Context::finish(const Location& end) {
     }
     if (!conditions.empty())
         reports.error("file ends early", end, "IfBegin is not closed at the end of the file; add IfEnd");
+    for (const auto& [number, where] : m_depth_passes)
+        if (m_world_done)
+            reports.info(
+                "depth pass", where,
+                "frame " + std::to_string(number) +
+                    " writes depth alone and was passed over: shadows are traced and need no maps; ask "
+                    "for the frame by its number to render it");
     m_scene.light_shaders = lights.finish(reports);
     objects.finish(m_scene, m_next_id);
     m_scene.coordinate_systems = coordinate_systems;

@@ -1,0 +1,120 @@
+"""Kanuka, by its Python package. Options: geometry_tolerance, shading_rate, lanes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+import kanuka
+import own
+import scenes
+from peers import worker
+
+say = worker.claim_stdout()
+request = worker.Request.read()
+figures = worker.Figures()
+
+
+def chain_shader(n: int) -> Path:
+    """Writes the chain of noises as a shader of n links; returns its folder."""
+    folder = scenes.cache_folder() / "shaders"
+    folder.mkdir(exist_ok=True)
+    first, links = scenes.chain(n)
+
+    def color(rgb: scenes.Color) -> str:
+        return "color(" + ", ".join(f"{value:.6f}" for value in rgb) + ")"
+
+    mixes = "\n".join(f"    c = mix(c, {color(k.color)}, octaves(Q, {k.frequency:.6f}));" for k in links)
+    source = f"""// Four octaves of noise, scaled to [0, 1].
+float octaves(point Q; float frequency) {{
+    float sum = float noise(Q * frequency) + 0.5 * float noise(Q * (2 * frequency));
+    sum += 0.25 * float noise(Q * (4 * frequency)) + 0.125 * float noise(Q * (8 * frequency));
+    return sum / 1.875;
+}}
+
+surface chain{n}() {{
+    point Q = transform("object", P);
+    color c = {color(first)};
+{mixes}
+    Oi = Os;
+    Ci = Oi * c * diffuse(normalize(N));
+}}
+"""
+    path = folder / f"chain{n}.sl"
+    if not path.exists() or path.read_text() != source:
+        path.write_text(source)
+    return folder
+
+
+def material(scene: kanuka.Scene, mesh: scenes.Mesh) -> kanuka.Material:
+    if mesh.chain:
+        scene.options.shader_path = [str(chain_shader(mesh.chain))]
+        return kanuka.Material(f"chain{mesh.chain}")
+    return kanuka.Material("matte", color=mesh.color)
+
+
+def build(made: scenes.Scene) -> kanuka.Scene:
+    scene = kanuka.Scene()
+    scene.resolution = made.resolution
+    scene.options.max_depth = made.depth
+    camera = made.camera
+    scene.camera = kanuka.Camera(camera.origin, camera.target, camera.up, fov=camera.fov, fov_axis="x")
+    for mesh in made.meshes:
+        points, faces = mesh.arrays()
+        scene.add_mesh(points, faces, material=material(scene, mesh), area_light=mesh.radiance, name=mesh.name)
+    for copies in made.copies:
+        group = scene.add_group(copies.mesh.name)
+        group.add_mesh(*copies.mesh.arrays(), material=material(scene, copies.mesh))
+        scene.add_instances(group, np.ascontiguousarray(copies.transforms[:, :3]))
+    if made.sky:
+        scene.add_light("environment", amount=[made.sky] * 3)
+    return scene
+
+
+def load() -> tuple[kanuka.Scene, int]:
+    if maker := own.MAKERS.get(request.scene):
+        scene, samples = maker(request.n), 64
+        scene.resolution = tuple(max(1, round(side * request.scale)) for side in scene.resolution)
+    else:
+        made = request.make_scene()
+        scene, samples = build(made), made.samples
+    scene.options.filter, scene.options.filter_width = "box", (1, 1)
+    return scene, request.samples or samples
+
+
+pictures: list[np.ndarray] = []
+per_seed: dict[str, list[float]] = {}
+for seed in request.seeds:
+    one = worker.Figures()
+    with one.time("load_s"):
+        scene, samples = load()
+    with one.time("total_s"):
+        picture = kanuka.render(
+            scene,
+            progressions=samples,
+            seed=seed,
+            threads=request.thread_count(),
+            geometry_tolerance=request.option("geometry_tolerance"),
+            shading_rate=request.option("shading_rate"),
+            lanes=request.option("lanes", 0),
+        )
+    if picture.journal.error_count:
+        raise SystemExit("\n".join(str(message) for message in picture.journal))
+    pictures.append(picture["rgb"])
+    time = picture.stats["time"]
+    one |= {name: time[name] for name in ("dice_s", "shade_s", "bvh_s")}
+    one["build_s"] = one["dice_s"] + one["shade_s"] + one["bvh_s"]
+    one["render_s"] = time["transport_s"]
+    # Reading aside, from the start of the work to a whole picture of one sample: `load_s` and `build_s` are in it.
+    one["first_picture_s"] = one["load_s"] + time["first_pixel_s"]
+    for name, value in one.items():
+        per_seed.setdefault(name, []).append(value)
+
+figures["render_s"] = per_seed.pop("render_s")
+figures |= {name: float(np.median(values)) for name, values in per_seed.items()}
+figures |= {f"{name}_bytes": picture.stats["bytes"][name] for name in ("grids", "lobe_inputs", "bvh")}
+figures |= {name: picture.stats["count"][name] for name in ("micropolygons", "traced_polygons", "rays", "nan_samples")}
+figures["samples"] = samples
+figures["version"] = kanuka.__version__
+worker.finish(say, request, figures, pictures)

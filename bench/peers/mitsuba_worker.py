@@ -1,0 +1,122 @@
+"""Mitsuba 3. Variants: llvm_ad_spectral, llvm_ad_rgb, scalar_spectral, scalar_rgb.
+
+The LLVM variants compile a kernel for each scene; it is compiled before the clock runs, and its time is `compile_s`.
+"""
+
+from __future__ import annotations
+
+import glob
+import os
+import tempfile
+from pathlib import Path
+
+import drjit
+import mitsuba as mi
+import numpy as np
+
+import scenes
+from peers import worker
+
+say = worker.claim_stdout()
+request = worker.Request.read()
+figures = worker.Figures()
+
+# Of several LLVMs, Dr.Jit takes the one it finds first; 14 is too old for it and 15 crashes with AVX-512.
+if "DRJIT_LIBLLVM_PATH" not in os.environ:
+    for version in ("20.1", "19.1", "18.1", "17", "16"):
+        if found := glob.glob(f"/usr/lib/*/libLLVM*{version}*"):
+            os.environ["DRJIT_LIBLLVM_PATH"] = found[0]
+            break
+
+mi.set_variant(request.variant)
+drjit.set_thread_count(request.thread_count())
+
+Place = mi.ScalarTransform4f
+folder = tempfile.TemporaryDirectory()  # meshes that Mitsuba reads as files
+
+
+def diffuse(mesh: scenes.Mesh) -> dict:
+    if mesh.chain:
+        raise SystemExit("Mitsuba has no procedural textures: it cannot render the chain of noises")
+    color = {"type": "rgb", "value": list(mesh.color)}
+    return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": color}}
+
+
+def shape(mesh: scenes.Mesh) -> dict:
+    path = mesh.path
+    if path is None:
+        path = Path(folder.name) / f"{mesh.name}.ply"
+        scenes.write_ply(path, *mesh.triangles())
+    made = {"type": "ply", "filename": str(path), "face_normals": True, "bsdf": diffuse(mesh)}
+    if mesh.radiance:
+        made["emitter"] = {"type": "area", "radiance": {"type": "rgb", "value": list(mesh.radiance)}}
+    return made
+
+
+def describe(scene: scenes.Scene) -> dict:
+    width, height = scene.resolution
+    camera = scene.camera
+    described = {
+        "type": "scene",
+        # max_depth counts the vertices after the camera's, the light's own included.
+        "integrator": {"type": "path", "max_depth": scene.depth + 1, "rr_depth": 5},
+        "sensor": {
+            "type": "perspective",
+            "fov": camera.fov,
+            "fov_axis": "x",
+            "near_clip": 1e-3,
+            "far_clip": 1e5,
+            "to_world": Place().look_at(origin=camera.origin, target=camera.target, up=camera.up),
+            "sampler": {"type": "independent"},
+            "film": {
+                "type": "hdrfilm",
+                "width": width,
+                "height": height,
+                "rfilter": {"type": "box"},
+                "pixel_format": "rgb",
+                "component_format": "float32",
+            },
+        },
+    }
+    if scene.sky:
+        described["sky"] = {"type": "constant", "radiance": {"type": "rgb", "value": [scene.sky] * 3}}
+    with figures.time("load_s"):
+        for mesh in scene.meshes:
+            described[f"mesh_{mesh.name}"] = mi.load_dict(shape(mesh))
+    for copies in scene.copies:
+        described[copies.mesh.name] = {"type": "shapegroup", "mesh": shape(copies.mesh)}
+        group = {"type": "ref", "id": copies.mesh.name}
+        with figures.time("load_s"):
+            for i, matrix in enumerate(copies.transforms.astype(float)):
+                described[f"copy_{i}"] = {"type": "instance", "to_world": Place(matrix), "shapegroup": group}
+    return described
+
+
+def render(scene: mi.Scene, samples: int, seed: int) -> np.ndarray:
+    image = mi.render(scene, spp=samples, seed=seed)
+    drjit.eval(image)
+    drjit.sync_thread()
+    return np.array(image)
+
+
+described = describe(made := request.make_scene())
+samples = request.samples or made.samples
+with figures.time("build_s"):
+    loaded = mi.load_dict(described)
+described.clear()
+with figures.time("first_s"):
+    render(loaded, 1, 1000)
+if "llvm" in request.variant:
+    with figures.time("compile_s"):  # the kernel differs from that of a single sample
+        render(loaded, samples, 1001)
+
+pictures, figures["render_s"] = [], []
+for seed in request.seeds:
+    one = worker.Figures()
+    with one.time("s"):
+        pictures.append(render(loaded, samples, seed))
+    figures["render_s"].append(one["s"])
+figures["first_picture_s"] = sum(figures.get(name, 0) for name in ("load_s", "build_s", "first_s"))
+figures["version"] = mi.__version__
+figures["samples"] = samples
+worker.finish(say, request, figures, pictures)

@@ -1,0 +1,189 @@
+"""From figures to pages: goals and what became of them, results.json, RESULTS.md, and the lines on the console."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+UNITS = {"_s": ("{:.3g} s", 1), "_bytes": ("{:.0f} MB", 1e-6)}
+TITLES = {
+    "load_s": "load",
+    "build_s": "build",
+    "first_picture_s": "first picture",
+    "render_s": "render",
+    "noise": "noise²",
+    "noise_x_time": "noise² × render",
+    "peak_bytes": "peak memory",
+}
+
+
+def _ratio(results: dict, scene: str, peer: str, figure: str) -> float | None:
+    for r in results.get("ratios", ()):
+        if (r["scene"], r["peer"], r["figure"]) == (scene, peer, figure):
+            return r["ratio"]
+    return None
+
+
+def goals(results: dict) -> list[dict[str, object]]:
+    """What was aimed at, for what was measured."""
+    found: list[dict[str, object]] = []
+
+    def add(name: str, goal: str, measured: str, met: bool) -> None:
+        found.append({"name": name, "goal": goal, "measured": measured, "met": bool(met)})
+
+    peer = "mitsuba-llvm-spectral"
+    ratio = _ratio(results, "cornell", peer, "render_s")
+    if ratio is not None:
+        add("cornell: transport, against " + peer, "≤ 2×", f"{ratio:.2f}×", ratio <= 2)
+        add("cornell: transport, against " + peer, "< 1×", f"{ratio:.2f}×", ratio < 1)
+    for scene in ("cornell", "terrain"):
+        quality = _ratio(results, scene, peer, "noise_x_time")
+        if quality is not None:
+            add(f"{scene}: noise² × time, against {peer}", "< 1×", f"{quality:.2f}×", quality < 1)
+    for a in results.get("agreement", ()):
+        where = f"{a['scene']}: picture, against {a['peer']}"
+        add(where, "means within 0.5 %", f"{100 * a['mean_error']:.2f} %", a["mean_error"] <= 0.005)
+        beyond = f"z {a['rms_z']:.2f} r.m.s., {100 * a['residual']:.2f} % beyond noise"
+        add(where, "no structure", beyond, not a["structure"])
+    for m in results.get("micropolygons", ()):
+        many = f"{m['micropolygons'] / 1e6:.1f} M micropolygons"
+        add(f"{many}: dice, shade, build", "≤ 2 s", f"{m['build_s']:.2f} s", m["build_s"] <= 2)
+        add(f"{many}: geometry and BVH", "≤ 30 bytes each", f"{m['bytes_each']:.1f}", m["bytes_each"] <= 30)
+    for t in results.get("tolerance", ()):
+        measured = f"means {100 * t['mean_error']:.2f} % apart, z {t['rms_z']:.2f} r.m.s."
+        add(f"{t['kind']}: tolerance on and off", "same within noise", measured, not t["structure"])
+    return found
+
+
+def show(name: str, value: object) -> str:
+    if not isinstance(value, int | float):
+        return "–"
+    for ending, (text, factor) in UNITS.items():
+        if name.endswith(ending):
+            return text.format(value * factor)
+    return f"{value:.3g}"
+
+
+def write(folder: Path, results: dict) -> None:
+    for name, text in (("results.json", json.dumps(results, indent=2) + "\n"), ("RESULTS.md", page(results))):
+        temporary = folder / f".{name}.{os.getpid()}"
+        temporary.write_text(text)
+        os.replace(temporary, folder / name)
+
+
+def table(head: list[str], rows: list[list[str]]) -> str:
+    lines = ["| " + " | ".join(cells) + " |" for cells in (head, *rows)]
+    return "\n".join([lines[0], "|" + "---|" * len(head), *lines[1:]]) + "\n"
+
+
+def page(results: dict) -> str:
+    machine = results["machine"]
+    parts = [
+        "# Results\n",
+        f"{machine['cpu']} (family-model-stepping {machine['family_model_stepping']}), {machine['cores']} cores, "
+        f"{machine['isa']}, {machine['memory_gib']} GiB; {machine['system']}; load before the run "
+        f"{machine['load_before']}. {results['threads']} threads each. Commit {results['commit']}, {results['date']}, "
+        f"`{results['command']}`.\n",
+        f"Medians of {results['repeats']} runs, a process each, taken in turn (ours, theirs, ours, theirs). Ratios are "
+        "ours over theirs: below 1, Kanuka takes less. They hold within this page alone; figures of two machines or "
+        "of two runs do not compare. `docs/bench.md` says what is measured and how.\n",
+    ]
+    if results["quick"]:
+        parts.append("**A quick run: small pictures and scenes. It shows that all works, not how fast it is.**\n")
+    if results["goals"]:
+        rows = [[g["name"], g["goal"], g["measured"], "met" if g["met"] else "**not met**"] for g in results["goals"]]
+        parts += ["## Goals\n", table(["", "goal", "measured", ""], rows)]
+    parts += side_by_side(results)
+    parts += agreement(results)
+    parts += micropolygons(results)
+    parts += tolerance(results)
+    if results["failures"]:
+        parts += [
+            "## What did not run\n",
+            "\n".join(f"- {line.splitlines()[0]}" for line in results["failures"]) + "\n",
+        ]
+    return "\n".join(parts)
+
+
+def side_by_side(results: dict) -> list[str]:
+    parts = []
+    for scene in dict.fromkeys(m["scene"] for m in results.get("medians", ())):
+        rows = []
+        for m in (m for m in results["medians"] if m["scene"] == scene):
+            cells = [f"{m['renderer']} {m['figures'].get('version', '')}"]
+            for figure in TITLES:
+                ratio = _ratio(results, scene, m["renderer"], figure)
+                cells.append(show(figure, m["figures"].get(figure)) + (f" ({ratio:.2f}×)" if ratio is not None else ""))
+            rows.append(cells)
+        parts += [f"## {scene}\n", table(["", *TITLES.values()], rows)]
+    if parts:
+        parts.append(
+            "In brackets: our figure over this one. *Render*: sampling alone, kernels compiled and the scene built. "
+            "*First picture*: reading, building and one sample a pixel. *Noise²*: relative variance of a pixel.\n"
+        )
+    return parts
+
+
+def agreement(results: dict) -> list[str]:
+    if not results.get("agreement"):
+        return []
+    rows = []
+    for a in results["agreement"]:
+        means = ", ".join(
+            f"{100 * (r - 1):+.2f} ± {100 * s:.2f} %" for r, s in zip(a["mean_ratio"], a["mean_sigma"], strict=True)
+        )
+        samples = f"{a['our_samples']}, {a['their_samples']}"
+        blocks = (
+            f"{a['rms_z']:.2f} r.m.s. (limit {a['rms_limit']:.2f}), worst {a['worst_z']:.1f} ({a['worst_limit']:.1f})"
+        )
+        rows.append([a["scene"], a["peer"], samples, means, blocks, f"{100 * a['residual']:.2f} %"])
+    head = ["", "against", "samples", "means of R, G, B", "z of 16² blocks", "beyond noise"]
+    return ["## The same picture?\n", table(head, rows)]
+
+
+def micropolygons(results: dict) -> list[str]:
+    rows = []
+    for m in results.get("micropolygons", ()):
+        times = [show(name, m[name]) for name in ("dice_s", "shade_s", "bvh_s", "build_s")]
+        each = [f"{m[name] / m['micropolygons']:.1f}" for name in ("grids_bytes", "bvh_bytes", "lobe_inputs_bytes")]
+        rows.append([f"{m['micropolygons'] / 1e6:.2f} M", *times, *each, show("peak_bytes", m["peak_bytes"])])
+    if not rows:
+        return []
+    head = ["micropolygons", "dice", "shade", "BVH", "together", "geometry B", "BVH B", "lobe inputs B", "peak memory"]
+    return ["## Micropolygons\n", table(head, rows), "Bytes are for each micropolygon.\n"]
+
+
+def tolerance(results: dict) -> list[str]:
+    rows = []
+    for t in results.get("tolerance", ()):
+        for side in ("on", "off"):
+            f = t[side]
+            polygons = f"{f['traced_polygons']:.0f} of {f['micropolygons']:.0f}"
+            built = show("_s", f["dice_s"] + f["shade_s"] + f["bvh_s"])
+            memory = f"{(f['grids_bytes'] + f['bvh_bytes']) / 1e6:.2f} MB"
+            same = f"{100 * t['mean_error']:.2f} %, {t['rms_z']:.2f}" if side == "on" else ""
+            rows.append([t["kind"], side, polygons, built, show("_s", f["render_s"]), memory, same])
+    if not rows:
+        return []
+    head = [
+        "",
+        "tolerance",
+        "traced polygons",
+        "dice, shade, build",
+        "transport",
+        "geometry and BVH",
+        "means apart, z r.m.s.",
+    ]
+    return ["## Geometry tolerance\n", table(head, rows)]
+
+
+def console(results: dict) -> str:
+    lines = []
+    for r in results.get("ratios", ()):
+        ours, theirs = show(r["figure"], r["ours"]), show(r["figure"], r["theirs"])
+        title = TITLES[r["figure"]]
+        lines.append(f"{r['scene']:<9} {r['peer']:<24} {title:<16} {ours:>10} / {theirs:>10} = {r['ratio']:.2f}")
+    for g in results["goals"]:
+        lines.append(f"{'met    ' if g['met'] else 'NOT MET'} {g['name']}: {g['measured']} (goal {g['goal']})")
+    return "\n".join(lines)

@@ -1,0 +1,149 @@
+#include "dice/density.h"
+
+#include <cmath>
+
+namespace kanuka::dice {
+
+// Surfaces seen edge on are not diced coarser than this: displacement, reflections and silhouettes show them.
+constexpr float LeastForeshortening = 1.0f / 8;
+constexpr float FalloffStrength = 8;
+
+Density::Density(const DiceTarget& target, const DiceOptions& options, float shading_rate) {
+    const DicingCamera& camera = options.camera;
+    const float rate = std::max(1e-4f, shading_rate * options.shading_rate_scale);
+    m_cells_per_pixel = 1 / std::sqrt(rate);
+    m_uniform = target.pixels_per_unit;
+    m_perspective = camera.perspective;
+    m_pixels_per_tangent = camera.pixels_per_tangent > 0 ? camera.pixels_per_tangent : 1;
+    m_near = std::max(camera.near_clip, 1e-6f);
+    m_falloff = std::max(0.0f, camera.offscreen_falloff) * FalloffStrength;
+    m_half_width = 0.5f * float(camera.width) / m_pixels_per_tangent;
+    m_half_height = 0.5f * float(camera.height) / m_pixels_per_tangent;
+    m_edge_cosine = 1 / std::sqrt(1 + m_half_width * m_half_width + m_half_height * m_half_height);
+    Transform inverse;
+    try {
+        inverse = camera.render_from_camera.inverse();
+    } catch (const Error&) {
+        m_uniform = m_uniform > 0 ? m_uniform : 1; // a camera that sees nothing
+    }
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 4; j++)
+            m_camera_from_render[i][j] = float(inverse.m[i][j]);
+    m_scale = float(std::cbrt(std::abs(inverse.determinant3())));
+    m_eye = camera.render_from_camera.point({0, 0, 0});
+    m_view = camera.render_from_camera.vector({0, 0, 1});
+}
+
+Vec3f Density::to_camera(const Vec3f& p) const {
+    const auto& m = m_camera_from_render;
+    return {fma(m[0][0], p.x, fma(m[0][1], p.y, fma(m[0][2], p.z, m[0][3]))),
+            fma(m[1][0], p.x, fma(m[1][1], p.y, fma(m[1][2], p.z, m[1][3]))),
+            fma(m[2][0], p.x, fma(m[2][1], p.y, fma(m[2][2], p.z, m[2][3])))};
+}
+
+float Density::pixels_at(const Vec3f& q, float* beyond) const {
+    float outside, pixels;
+    if (m_perspective) {
+        const float r = length(q), inv = 1 / std::max(r, 1e-20f);
+        // Outside the cone around the frustum the scale goes by distance, so that nothing is infinite beside or behind
+        // the camera.
+        const float depth = std::max(q.z, r * m_edge_cosine);
+        pixels = m_pixels_per_tangent / std::max(depth, m_near);
+        outside = max(max(abs(q.x) - m_half_width * q.z, abs(q.y) - m_half_height * q.z) * inv, 0.0f) +
+                  max(-q.z * inv, 0.0f);
+    } else {
+        pixels = m_pixels_per_tangent;
+        outside = max(max(abs(q.x) / std::max(m_half_width, 1e-20f), abs(q.y) / std::max(m_half_height, 1e-20f)) - 1,
+                      0.0f);
+    }
+    if (beyond)
+        *beyond = outside;
+    return pixels * m_scale / (1 + m_falloff * outside);
+}
+
+float Density::cells(const Vec3f& a, const Vec3f& b) const {
+    if (m_uniform > 0)
+        return length(b - a) * m_uniform * m_cells_per_pixel;
+    const Vec3f qa = to_camera(a), qb = to_camera(b);
+    const Vec3f middle = (qa + qb) * 0.5f, d = qb - qa;
+    float beyond;
+    const float pixels = pixels_at(middle, &beyond) / m_scale;
+    const float l2 = length_squared(d);
+    const float r2 = m_perspective ? length_squared(middle) : 1;
+    const float along = m_perspective ? dot(d, middle) : d.z;
+    const float across2 = l2 - along * along / std::max(r2, 1e-30f);
+    const float least = std::min(1.0f, LeastForeshortening + beyond); // outside the picture orientation means nothing
+    return std::sqrt(std::max(across2, l2 * least * least)) * pixels * m_cells_per_pixel;
+}
+
+float Density::area(const Vec3f& a, const Vec3f& b, const Vec3f& c) const {
+    const Vec3f n = cross(b - a, c - a), p = (a + b + c) * (1.0f / 3);
+    const float full = 0.5f * length(n);
+    float seen = full;
+    float pixels = m_uniform;
+    if (m_uniform <= 0) {
+        float beyond;
+        pixels = pixels_at(to_camera(p), &beyond);
+        const Vec3f w = towards_camera(p);
+        const float facing = 0.5f * abs(dot(n, w)) / std::max(length(w), 1e-30f);
+        seen = std::max(facing, full * std::min(1.0f, LeastForeshortening + beyond));
+    }
+    return seen * pixels * pixels * m_cells_per_pixel * m_cells_per_pixel;
+}
+
+Vec3f Density::towards_camera(const Vec3f& p) const { return m_perspective ? m_eye - p : -m_view; }
+
+int round_to_power(float x) {
+    int n = 1;
+    // sqrt(2) n is where the next power becomes the nearer one.
+    while (x > 1.41421356f * float(n) && n < (1 << 24))
+        n *= 2;
+    return n;
+}
+
+LineMeasure RateRule::line(const Vec3f* p, int count) const {
+    // Equal steps serve a line of uneven density best at the quadratic mean of what its parts ask for.
+    constexpr float Uneven = 2.5f, Worthwhile = 4;
+    const int pieces = count - 1;
+    float sum = 0, squares = 0, peak = 0;
+    for (int i = 0; i < pieces; i++) {
+        const float l = density.cells(p[i], p[i + 1]);
+        sum += l;
+        squares += l * l;
+        peak = std::max(peak, l);
+    }
+    if (!std::isfinite(squares))
+        return {1, false}; // beyond single precision: nothing to be seen there
+    LineMeasure m;
+    m.cells = std::sqrt(squares * float(pieces));
+    peak *= float(pieces);
+    m.uneven = peak > Worthwhile && peak > Uneven * sum;
+    if (!shape_only)
+        return m;
+    // A curve cut into n equal steps lies dev / n^2 off its chords, and turns turn / n a step.
+    float deviation = 0, turn = 0;
+    const float pixels = density.pixels_per_unit(p[count / 2]);
+    for (int i = 1; i < pieces; i++) {
+        deviation = std::max(deviation, length(p[i] - lerp(float(i) / float(pieces), p[0], p[pieces])));
+        const Vec3f a = p[i] - p[i - 1], b = p[i + 1] - p[i];
+        turn += std::atan2(length(cross(a, b)), dot(a, b));
+    }
+    deviation *= pixels;
+    if (deviation < 1e-3f)
+        return {std::min(m.cells, 1.0f), false};
+    if (geometry_tolerance > 0) {
+        const float by_distance = std::sqrt(deviation / geometry_tolerance);
+        const float by_angle = turn * (180 / Pi) / (2 * std::max(normal_tolerance, 0.1f));
+        m.cells = std::min(m.cells, 1.41f * std::max(by_distance, by_angle)); // never rounded down
+        m.uneven = m.uneven && m.cells > Worthwhile;
+    }
+    return m;
+}
+
+float RateRule::twist(const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3f& d) const {
+    // Two triangles are this far from the bilinear quad at its centre; n x n cells bring it down by n^2.
+    const float off = 0.25f * length(a - b + c - d) * density.pixels_per_unit((a + c) * 0.5f);
+    return std::sqrt(off / std::max(geometry_tolerance, 0.01f));
+}
+
+} // namespace kanuka::dice

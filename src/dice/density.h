@@ -1,0 +1,63 @@
+// How finely to dice, as seen from the dicing camera.
+#pragma once
+
+#include "dice/dice.h"
+#include "geom/traced_mesh.h"
+
+namespace kanuka::dice {
+
+// Thread safety: const members may run at the same time.
+class Density final : public geom::Viewpoint {
+  public:
+    Density(const DiceTarget& target, const DiceOptions& options, float shading_rate);
+
+    // Pixels a unit of render space spans at p, seen face on.
+    float pixels_per_unit(const Vec3f& p) const override {
+        return m_uniform > 0 ? m_uniform : pixels_at(to_camera(p));
+    }
+    bool has_camera() const override { return m_uniform <= 0; }
+    // Micropolygon edges that fit between two near points; foreshortened as the camera sees them.
+    float cells(const Vec3f& a, const Vec3f& b) const override;
+    // Micropolygons that fit into a triangle.
+    float area(const Vec3f& a, const Vec3f& b, const Vec3f& c) const;
+    // Direction from p to the camera, not normalised; towards the viewer for orthographic cameras.
+    Vec3f towards_camera(const Vec3f& p) const override;
+    void coarsen(float factor) { m_cells_per_pixel *= factor; }
+
+  private:
+    Vec3f to_camera(const Vec3f& p) const;
+    // `beyond`: how far out of the frustum, 0 = inside.
+    float pixels_at(const Vec3f& camera_point, float* beyond = nullptr) const;
+
+    float m_uniform = 0, m_cells_per_pixel = 1;
+    bool m_perspective = true;
+    float m_pixels_per_tangent = 1, m_near = 1e-4f, m_falloff = 1;
+    float m_half_width = 1, m_half_height = 1, m_edge_cosine = 0.5f; // tangents (or units) at the frustum's sides
+    float m_scale = 1;                                                // camera units a render unit
+    float m_camera_from_render[3][4];
+    Vec3f m_eye{0, 0, 0}, m_view{0, 0, 1};                            // in render space
+};
+
+// Desired cells along a line of points, and whether they are spread too unevenly for equal steps.
+struct LineMeasure {
+    float cells = 0;
+    bool uneven = false;
+};
+
+// What decides the number of cells. Where the material is uniform and nothing is displaced, only the shape counts.
+struct RateRule {
+    Density density;
+    bool shape_only = false;
+    float geometry_tolerance = 0.25f; // pixels
+    float normal_tolerance = 3;       // degrees
+    int max_cells = 32;
+
+    LineMeasure line(const Vec3f* points, int count) const;
+    // Cells that a twisted quad (a, b, c, d in cyclic order) needs in either direction, for shape alone.
+    float twist(const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3f& d) const;
+};
+
+// The power of two nearest to x, at least 1.
+int round_to_power(float x);
+
+} // namespace kanuka::dice

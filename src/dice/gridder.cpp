@@ -1,0 +1,99 @@
+#include "dice/gridder.h"
+
+namespace kanuka::dice {
+
+static int side_cells(const Piece& p, int side) { return side == grid::VMin || side == grid::VMax ? p.nu : p.nv; }
+
+static float natural(const Piece& p, int side, int i) {
+    const bool along_u = side == grid::VMin || side == grid::VMax;
+    const float a = along_u ? p.u0 : p.v0, b = along_u ? p.u1 : p.v1;
+    return a + (b - a) * (float(i) / float(side_cells(p, side)));
+}
+
+void side_parameters(const Splitter& splitter, const Piece& piece, int side, std::vector<float>& out) {
+    const int n = side_cells(piece, side);
+    const Segment& s = piece.sides[side];
+    out.resize(n + 1);
+    const bool keep = s.cells == n || splitter.edges[s.edge].point;
+    for (int i = 0; i <= n; i++)
+        out[i] = keep ? natural(piece, side, i) : splitter.parameter(piece, side, splitter.polyline_index(s, i, n));
+}
+
+grid::Grid make_grid(const Splitter& splitter, const Piece& piece) {
+    const geom::Surface& surface = splitter.surface();
+    grid::Grid g;
+    const int nu = piece.nu, nv = piece.nv;
+    g.allocate(nu, nv);
+    surface.allocate_channels(g);
+    g.face = surface.uniform_index(piece.face);
+    g.flips = surface.flips();
+    std::vector<float> us(nu + 1), vs(nv + 1), moved;
+    for (int i = 0; i <= nu; i++)
+        us[i] = natural(piece, grid::VMin, i);
+    for (int j = 0; j <= nv; j++)
+        vs[j] = natural(piece, grid::UMin, j);
+    surface.evaluate(piece.face, {us.data(), nu + 1}, {vs.data(), nv + 1}, {g, 0, nu + 1});
+    for (int side = 0; side < 4; side++) {
+        const Segment& s = piece.sides[side];
+        const int n = side_cells(piece, side);
+        const bool point = splitter.edges[s.edge].point;
+        g.edge_cells[side] = point ? n : s.cells;
+        if (point || s.cells == n)
+            continue;
+        side_parameters(splitter, piece, side, moved);
+        // A corner belongs to two sides; the one that moves it says where to.
+        const int from = moved[0] != natural(piece, side, 0) ? 0 : 1;
+        const int to = moved[n] != natural(piece, side, n) ? n : n - 1;
+        if (to < from)
+            continue;
+        const geom::Line line{moved.data() + from, to - from + 1};
+        if (side == grid::VMin)
+            surface.evaluate(piece.face, line, {vs.data(), 1}, {g, from, nu + 1});
+        else if (side == grid::VMax)
+            surface.evaluate(piece.face, line, {vs.data() + nv, 1}, {g, nv * (nu + 1) + from, nu + 1});
+        else if (side == grid::UMin)
+            surface.evaluate(piece.face, {us.data(), 1}, line, {g, from * (nu + 1), nu + 1});
+        else
+            surface.evaluate(piece.face, {us.data() + nu, 1}, line, {g, from * (nu + 1) + nu, nu + 1});
+    }
+    return g;
+}
+
+void list_boundary(const Splitter& splitter, const Piece& piece, std::vector<BoundaryVertex>& out) {
+    out.clear();
+    const int nu = piece.nu, nv = piece.nv, row = nu + 1;
+    const auto lattice = [&](int side, int i) {
+        switch (side) {
+        case grid::VMin: return i;
+        case grid::VMax: return nv * row + i;
+        case grid::UMin: return i * row;
+        default: return i * row + nu;
+        }
+    };
+    std::array<bool, 4> corner_moved{}; // (0,0), (nu,0), (nu,nv), (0,nv)
+    std::array<int, 4> corner_point{-1, -1, -1, -1};
+    for (int side = 0; side < 4; side++) {
+        const Segment& s = piece.sides[side];
+        const Edge& e = splitter.edges[s.edge];
+        const int n = side_cells(piece, side);
+        for (int i = 0; i <= n; i++) {
+            const int k = splitter.polyline_index(s, i, n);
+            const bool moved = !e.point && s.cells != n && splitter.parameter(piece, side, k) != natural(piece, side, i);
+            const int point = splitter.point(e, k);
+            if (i > 0 && i < n) {
+                out.push_back({lattice(side, i), point, moved});
+                continue;
+            }
+            constexpr int Corner[4][2] = {{0, 1}, {1, 2}, {3, 2}, {0, 3}};
+            const int c = Corner[side][i > 0];
+            if (moved || corner_point[c] < 0)
+                corner_point[c] = point;
+            corner_moved[c] |= moved;
+        }
+    }
+    const int corner_index[4] = {0, nu, nv * row + nu, nv * row};
+    for (int c = 0; c < 4; c++)
+        out.push_back({corner_index[c], corner_point[c], corner_moved[c]});
+}
+
+} // namespace kanuka::dice

@@ -1,0 +1,20 @@
+// Pieces to grids: evaluates each piece's lattice, its sides moved onto the shared polylines.
+#pragma once
+
+#include "dice/split.h"
+
+namespace kanuka::dice {
+
+// Walks the boundary of a piece: each vertex once.
+struct BoundaryVertex {
+    int index;   // in the grid
+    int point;   // Splitter's number
+    bool moved;  // not where the polyline's vertex lies of itself
+};
+
+grid::Grid make_grid(const Splitter& splitter, const Piece& piece);
+void list_boundary(const Splitter& splitter, const Piece& piece, std::vector<BoundaryVertex>& out);
+// Where side k's polyline vertices lie: lattice index i of the side is moved to side_parameters[i].
+void side_parameters(const Splitter& splitter, const Piece& piece, int side, std::vector<float>& out);
+
+} // namespace kanuka::dice

@@ -1,0 +1,34 @@
+// Makes boundaries of grids agree bit for bit: positions and normals before displacement, positions after it.
+#pragma once
+
+#include "dice/gridder.h"
+
+namespace kanuka::dice {
+
+// All grids' boundary vertices, gathered by point.
+// Thread safety: the members run tasks of their own; call one at a time.
+class Seams {
+  public:
+    Seams(const Splitter& splitter, const std::vector<grid::Grid>& grids);
+
+    // The point's first member lends its position to the others, and its normal to those that have almost the same (the
+    // surface is smooth there; across a crease or between flat polygons each side keeps its own).
+    void join(std::vector<grid::Grid>& grids);
+    // After displacement: everybody moves to the mean; normals that were joined become their mean.
+    void weld(std::vector<grid::Grid>& grids) const;
+
+    int points() const { return int(m_first.size()) - 1; }
+    Vec3f position(const std::vector<grid::Grid>& grids, int point) const;
+
+  private:
+    struct Member {
+        uint32_t grid;
+        uint32_t vertex : 31;
+        uint32_t moved : 1;
+    };
+    std::vector<uint32_t> m_first; // of a point in m_members
+    std::vector<Member> m_members; // of a point: those that lie there of themselves first
+    std::vector<uint8_t> m_group;  // of a member: which of the point's smooth groups its normal belongs to
+};
+
+} // namespace kanuka::dice

@@ -1,0 +1,328 @@
+#include "dice/split.h"
+
+#include "base/tasks.h"
+
+namespace kanuka::dice {
+
+constexpr float LeastRange = 1.0f / (1 << 18); // of a face's u or v; deeper than any picture needs
+constexpr int EdgeSamples = 9;
+constexpr size_t Grain = 64;
+
+Splitter::Splitter(const geom::Surface& surface, const RateRule& rule) : m_surface(surface), m_rule(rule) {}
+
+bool Splitter::run(double limit) {
+    m_most_edges = size_t(limit);
+    start();
+    if (edges.size() > m_most_edges)
+        return false;
+    std::vector<Piece> todo;
+    std::swap(todo, pieces);
+    std::vector<int> split;
+    double total = 0;
+    while (!todo.empty()) {
+        split.assign(todo.size(), 0);
+        tasks::parallel_chunks(todo.size(), Grain, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; i++)
+                plan(todo[i], split[i]);
+        });
+        std::vector<Piece> next;
+        const size_t known_edges = edges.size();
+        for (size_t i = 0; i < todo.size(); i++) {
+            if (split[i] == 0) {
+                total += double(todo[i].nu) * todo[i].nv;
+                pieces.push_back(todo[i]);
+            } else {
+                cut(todo[i], split[i] - 1, next);
+            }
+        }
+        grow_edges(known_edges);
+        if (total > limit || double(next.size()) > limit || edges.size() > m_most_edges)
+            return false;
+        // Sides on edges that have just been measured.
+        for (Piece& p : next)
+            for (Segment& s : p.sides)
+                if (s.edge >= int(known_edges) && s.begin == 0 && s.cells == 0)
+                    s = whole(s.edge, s.reversed);
+        todo = std::move(next);
+    }
+    for (const Piece& p : pieces)
+        for (const Segment& s : p.sides)
+            if (s.cells > 0)
+                edges[s.edge].least = std::min(edges[s.edge].least, s.cells);
+    number_points();
+    return true;
+}
+
+double Splitter::cells() const {
+    double n = 0;
+    for (const Piece& p : pieces)
+        n += double(p.nu) * p.nv;
+    return n;
+}
+
+void Splitter::start() {
+    const geom::Topology& t = m_surface.topology();
+    m_vertices = t.vertices;
+    edges.resize(t.edges.size());
+    for (size_t i = 0; i < edges.size(); i++) {
+        Edge& e = edges[i];
+        e.topology = int(i);
+        e.a = t.edges[i].a;
+        e.b = t.edges[i].b;
+        e.middle = t.edges[i].middle;
+        e.point = t.edges[i].point;
+    }
+    m_most_edges += edges.size();
+    grow_edges(0);
+    if (edges.size() > m_most_edges)
+        return;
+    for (size_t i = 0; i < t.edges.size(); i++)
+        if (const Edge& e = edges[i]; e.middle >= 0 && e.child < 0 && (e.cells == 1 || e.point))
+            m_merged.push_back({e.middle, e.a});
+    pieces.resize(t.faces.size());
+    for (size_t f = 0; f < pieces.size(); f++) {
+        pieces[f].face = int(f);
+        for (int k = 0; k < 4; k++) {
+            const geom::Topology::Side& side = t.faces[f].sides[k];
+            Segment s = whole(side.edge, side.reversed);
+            if (side.part != geom::Topology::Part::Whole) {
+                s = half(s, side.part == geom::Topology::Part::First ? 0 : 1);
+                s.reversed = side.reversed;
+            }
+            pieces[f].sides[k] = s;
+        }
+    }
+}
+
+LineMeasure Splitter::measure(const Edge& e, int samples) const {
+    float t[EdgeSamples], xyz[3 * EdgeSamples];
+    for (int i = 0; i < samples; i++)
+        t[i] = e.t0 + (e.t1 - e.t0) * (float(i) / float(samples - 1));
+    if (e.topology >= 0) {
+        m_surface.edge_positions(e.topology, {t, samples}, xyz, samples);
+    } else {
+        const geom::Line line{t, samples}, one{&e.fixed, 1};
+        m_surface.positions(e.face, e.axis == 0 ? line : one, e.axis == 0 ? one : line, xyz, samples);
+    }
+    Vec3f p[EdgeSamples];
+    for (int i = 0; i < samples; i++)
+        p[i] = {xyz[i], xyz[samples + i], xyz[2 * samples + i]};
+    return m_rule.line(p, samples);
+}
+
+bool Splitter::wants_cut(Edge& e) const {
+    if (e.point) {
+        e.cells = 1;
+        return false;
+    }
+    // Most edges of fine meshes are short: three points tell, unless the surface may make an arch between them.
+    LineMeasure m = measure(e, 3);
+    if (m_surface.bulges() || m_rule.shape_only || m.cells > 2)
+        m = measure(e, EdgeSamples);
+    e.cells = round_to_power(m.cells);
+    if (e.cells <= m_rule.max_cells && !m.uneven)
+        return false;
+    if (e.t1 - e.t0 > LeastRange)
+        return true;
+    e.cells = std::min(e.cells, m_rule.max_cells);
+    return false;
+}
+
+// Measures the edges from `begin` on, cuts those that want it, and goes on with their halves.
+void Splitter::grow_edges(size_t begin) {
+    std::vector<char> cut_it;
+    while (begin < edges.size() && edges.size() <= m_most_edges) {
+        const size_t end = edges.size();
+        cut_it.assign(end - begin, 0);
+        tasks::parallel_chunks(end - begin, Grain, [&](size_t from, size_t to) {
+            for (size_t i = from; i < to; i++)
+                cut_it[i] = wants_cut(edges[begin + i]);
+        });
+        for (size_t i = begin; i < end; i++) {
+            if (!cut_it[i - begin])
+                continue;
+            Edge e = edges[i];
+            if (e.middle < 0)
+                e.middle = m_vertices++;
+            edges[i].middle = e.middle;
+            edges[i].child = int(edges.size());
+            Edge first = e, second = e;
+            first.t1 = second.t0 = (e.t0 + e.t1) / 2;
+            first.b = second.a = e.middle;
+            first.middle = second.middle = -1;
+            edges.push_back(first);
+            edges.push_back(second);
+        }
+        begin = end;
+    }
+}
+
+void Splitter::plan(Piece& piece, int& split) const {
+    // The patch lattice is sampled where interior lines can be longer than the sides: in bulging patches, and where the
+    // camera is nearer to the middle than to the sides.
+    const auto side_cells = [&](int k) {
+        const Segment& s = piece.sides[k];
+        return is_cut(s) ? 2 * m_rule.max_cells : edges[s.edge].point ? 0 : s.cells;
+    };
+    const int along_u[2] = {side_cells(0), side_cells(2)}, along_v[2] = {side_cells(3), side_cells(1)};
+    const int most = std::max(std::max(along_u[0], along_u[1]), std::max(along_v[0], along_v[1]));
+    const bool small = most <= 2 && !m_surface.bulges();
+    float want_u = float(std::max(along_u[0], along_u[1])), want_v = float(std::max(along_v[0], along_v[1]));
+    float least_u = float(std::min(along_u[0], along_u[1])), least_v = float(std::min(along_v[0], along_v[1]));
+    bool uneven_u = is_cut(piece.sides[0]) || is_cut(piece.sides[2]);
+    bool uneven_v = is_cut(piece.sides[1]) || is_cut(piece.sides[3]);
+    if (!small || m_rule.shape_only) {
+        const int n = most > 4 || m_surface.bulges() ? 5 : 3;
+        float us[5], vs[5], xyz[3 * 25];
+        for (int i = 0; i < n; i++) {
+            us[i] = piece.u0 + (piece.u1 - piece.u0) * (float(i) / float(n - 1));
+            vs[i] = piece.v0 + (piece.v1 - piece.v0) * (float(i) / float(n - 1));
+        }
+        m_surface.positions(piece.face, {us, n}, {vs, n}, xyz, n * n);
+        const auto at = [&](int i, int j) {
+            const int k = j * n + i;
+            return Vec3f{xyz[k], xyz[n * n + k], xyz[2 * n * n + k]};
+        };
+        for (int k = 1; k < n - 1; k++) {
+            Vec3f row[5], column[5];
+            for (int i = 0; i < n; i++) {
+                row[i] = at(i, k);
+                column[i] = at(k, i);
+            }
+            const LineMeasure u = m_rule.line(row, n), v = m_rule.line(column, n);
+            want_u = std::max(want_u, u.cells), want_v = std::max(want_v, v.cells);
+            least_u = std::min(least_u, u.cells), least_v = std::min(least_v, v.cells);
+            uneven_u |= u.uneven, uneven_v |= v.uneven;
+        }
+        if (m_rule.shape_only) {
+            const float twist = m_rule.twist(at(0, 0), at(n - 1, 0), at(n - 1, n - 1), at(0, n - 1));
+            want_u = std::max(want_u, twist), want_v = std::max(want_v, twist);
+        }
+    }
+    const int nu = std::max(round_to_power(want_u), std::max(along_u[0], along_u[1]));
+    const int nv = std::max(round_to_power(want_v), std::max(along_v[0], along_v[1]));
+    bool cut_u = uneven_u || nu > m_rule.max_cells, cut_v = uneven_v || nv > m_rule.max_cells;
+    if (!m_rule.shape_only) {
+        // A piece whose rows need very different numbers of cells wastes most of them.
+        cut_v |= nu >= 8 && nv >= 4 && want_u > 4 * least_u;
+        cut_u |= nv >= 8 && nu >= 4 && want_v > 4 * least_v;
+    }
+    cut_u = cut_u && piece.u1 - piece.u0 > LeastRange;
+    cut_v = cut_v && piece.v1 - piece.v0 > LeastRange;
+    if (cut_u && cut_v)
+        (nu >= nv ? cut_v : cut_u) = false;
+    split = cut_u ? 1 : cut_v ? 2 : 0;
+    piece.nu = std::min(nu, m_rule.max_cells);
+    piece.nv = std::min(nv, m_rule.max_cells);
+}
+
+void Splitter::cut(const Piece& piece, int axis, std::vector<Piece>& out) {
+    // Sides that are cut across, then those that stay whole on the first and second half.
+    const int low = axis == 0 ? grid::VMin : grid::UMin, high = axis == 0 ? grid::VMax : grid::UMax;
+    const int before = axis == 0 ? grid::UMin : grid::VMin, after = axis == 0 ? grid::UMax : grid::VMax;
+    Edge e;
+    e.face = piece.face;
+    e.axis = uint8_t(1 - axis);
+    e.fixed = axis == 0 ? (piece.u0 + piece.u1) / 2 : (piece.v0 + piece.v1) / 2;
+    e.t0 = axis == 0 ? piece.v0 : piece.u0;
+    e.t1 = axis == 0 ? piece.v1 : piece.u1;
+    e.a = middle_vertex(piece.sides[low]);
+    e.b = middle_vertex(piece.sides[high]);
+    Segment between;
+    between.edge = int(edges.size());
+    edges.push_back(e);
+    Piece first = piece, second = piece;
+    (axis == 0 ? first.u1 : first.v1) = e.fixed;
+    (axis == 0 ? second.u0 : second.v0) = e.fixed;
+    for (const int side : {low, high}) {
+        const Segment& s = piece.sides[side];
+        first.sides[side] = half(s, s.reversed ? 1 : 0);
+        second.sides[side] = half(s, s.reversed ? 0 : 1);
+    }
+    first.sides[before] = piece.sides[before];
+    first.sides[after] = between;
+    second.sides[before] = between;
+    second.sides[after] = piece.sides[after];
+    out.push_back(first);
+    out.push_back(second);
+}
+
+Segment Splitter::whole(int edge, bool reversed) const {
+    const Edge& e = edges[edge];
+    return {edge, 0, e.child >= 0 ? -1 : e.point ? 0 : e.cells, reversed};
+}
+
+Segment Splitter::half(const Segment& s, int which) const {
+    if (is_cut(s))
+        return whole(edges[s.edge].child + which, s.reversed);
+    Segment h = s;
+    if (s.cells >= 2) {
+        h.cells = s.cells / 2;
+        h.begin += which * h.cells;
+    } else if (s.cells == 1 && which == 0) {
+        h.cells = 0;
+    }
+    return h;
+}
+
+int Splitter::middle_vertex(const Segment& s) {
+    if (is_cut(s))
+        return edges[edges[s.edge].child].b;
+    return vertex_at(s.edge, s.begin + s.cells / 2);
+}
+
+int Splitter::vertex_at(int edge, int index) {
+    Edge& e = edges[edge];
+    if (index == 0 || e.point)
+        return e.a;
+    if (index == e.cells)
+        return e.b;
+    int& vertex = index == e.cells / 2 ? e.middle
+                                       : m_forced.try_emplace(uint64_t(edge) << 32 | uint32_t(index), -1).first->second;
+    if (vertex < 0)
+        vertex = m_vertices++;
+    return vertex;
+}
+
+void Splitter::number_points() {
+    int next = m_vertices;
+    for (Edge& e : edges)
+        if (e.child < 0 && !e.point) {
+            e.first_point = next;
+            next += e.cells - 1;
+        }
+    m_point_alias.resize(next);
+    for (int i = 0; i < next; i++)
+        m_point_alias[i] = i;
+    for (const auto& [vertex, same] : m_merged)
+        m_point_alias[vertex] = same;
+    for (const Edge& e : edges)
+        if (e.child < 0 && !e.point && e.middle >= 0 && e.cells >= 2)
+            m_point_alias[e.first_point + e.cells / 2 - 1] = e.middle;
+    for (const auto& [key, vertex] : m_forced)
+        m_point_alias[edges[key >> 32].first_point + int(uint32_t(key)) - 1] = vertex;
+}
+
+int Splitter::point(const Edge& e, int index) const {
+    if (e.point || index == 0)
+        return m_point_alias[e.a];
+    if (index == e.cells)
+        return m_point_alias[e.b];
+    return m_point_alias[e.first_point + index - 1];
+}
+
+int Splitter::polyline_index(const Segment& s, int i, int n) {
+    const int k = s.cells == 0 ? 0 : nearest_kept(i, n / s.cells, n);
+    return s.begin + (s.reversed ? s.cells - k : k);
+}
+
+float Splitter::parameter(const Piece& piece, int side, int index) const {
+    const Edge& e = edges[piece.sides[side].edge];
+    const float t = e.t0 + (e.t1 - e.t0) * (float(index) / float(e.cells));
+    if (e.topology < 0)
+        return t;
+    const float x = geom::side_parameter(m_surface.topology().faces[piece.face].sides[side], t);
+    return std::clamp(x, 0.0f, 1.0f);
+}
+
+} // namespace kanuka::dice

@@ -1,0 +1,82 @@
+// Geometry that is traced as a mesh and shaded at its vertices: polygon meshes finer than the rate, curves and points.
+#pragma once
+
+#include "geom/polygon_faces.h"
+
+namespace kanuka::geom {
+
+struct MeshParts {
+    grid::Grid vertices; // nu = vertices - 1, nv = 0
+    grid::TracedMesh mesh;
+    bool flat = false;   // normals are left zero: the tracer takes those of its faces
+};
+
+// What curves and points need to know of the view. Thread safety: const members may run at the same time.
+class Viewpoint {
+  public:
+    virtual ~Viewpoint() = default;
+    virtual float cells(const Vec3f& a, const Vec3f& b) const = 0;     // micropolygon edges from a to b
+    virtual float pixels_per_unit(const Vec3f& p) const = 0;
+    virtual Vec3f towards_camera(const Vec3f& p) const = 0;
+    virtual bool has_camera() const = 0;                               // false: seen from anywhere (instances)
+};
+
+// Allocates the vertices' arrays, in parallel; also the primvar channels.
+void allocate_mesh(MeshParts& parts, size_t vertices, const Primvars& primvars);
+void allocate_mesh(MeshParts& parts, size_t vertices, const Surface& surface);
+
+// The polygons as they are. Vertices are the scene's, split where face-varying or uniform data differ. Pairs of triangles
+// become quads where nine in ten do (see grid::TracedMesh), which changes no point of the surface. False = nothing left.
+bool mesh_from_polygons(const scene::Primitive& primitive, const scene::PolygonMesh& mesh, const Transform& m,
+                        Journal& journal, MeshParts& out);
+// Calls visit(points, count) for the outlines of about `samples` faces spread over the mesh, in render space.
+template <class Visit>
+void sample_polygons(const scene::Primitive& primitive, const scene::PolygonMesh& mesh, const Transform& m,
+                     size_t samples, Visit visit);
+
+// Ribbons: turned to the camera, or across "N" where it is given; three-sided tubes where there is no camera.
+bool mesh_from_curves(const scene::Primitive& primitive, const scene::Curves& curves, const Transform& m,
+                      const Viewpoint& view, Journal& journal, MeshParts& out);
+// Spheres: octahedra, refined as their size in the picture asks; their mean silhouette has the sphere's area.
+bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, const Viewpoint& view, Journal& journal,
+                      MeshParts& out);
+
+// Area-weighted vertex normals of the mesh, unit length (zero where there is no area), oriented as cross products of the
+// faces are, turned around by `flips`. Deterministic. `to` has 3 * stride floats.
+void vertex_normals(const grid::Grid& vertices, const grid::TracedMesh& mesh, bool flips, std::vector<float>& to);
+
+// "width" or "constantwidth", in render space units.
+class Widths {
+  public:
+    Widths(const scene::Primitive& primitive, const Transform& m);
+    const scene::Value* varying() const { return m_varying; }
+    float at(size_t item) const { return m_scale * (m_varying ? m_varying->floats[item] : m_constant); }
+    float scaled(float width) const { return m_scale * width; }
+
+  private:
+    const scene::Value* m_varying = nullptr;
+    float m_constant = 1, m_scale = 1;
+};
+
+// ---------------------------------------------------------------------------------------------------------------------
+
+template <class Visit>
+void sample_polygons(const scene::Primitive& primitive, const scene::PolygonMesh& mesh, const Transform& m,
+                     size_t samples, Visit visit) {
+    const scene::Value* p = primitive.primvars.find("P");
+    if (!p)
+        return;
+    const PolygonFaces faces(mesh, p->floats.size() / 3);
+    const size_t step = std::max<size_t>(1, faces.count() / std::max<size_t>(1, samples));
+    std::vector<Vec3f> outline;
+    for (size_t f = 0; f < faces.count(); f += step) {
+        const std::vector<int> loops = faces.loops(f);
+        outline.clear();
+        for (int c = loops[0]; c < loops[1]; c++)
+            if (const int v = faces.vertex(c); v >= 0)
+                outline.push_back(m.point({p->floats[3 * v], p->floats[3 * v + 1], p->floats[3 * v + 2]}));
+        visit(outline.data(), int(outline.size()));
+    }
+}
+
+} // namespace kanuka::geom

@@ -1,0 +1,91 @@
+// Retained objects become groups; attributes that an object does not set come from the instance.
+
+#include "ingest/rib/test_support.h"
+
+namespace kanuka::ingest::test {
+
+TEST(RibObjects, InstancesShareOneGroup) {
+    const Parsed r(world("ObjectBegin 1 Translate 0 0 1 Sphere 1 -1 1 360 ObjectEnd\nSurface \"plastic\"\n"
+                         "AttributeBegin Attribute \"identifier\" \"name\" \"a\" Translate 5 0 0 "
+                         "ObjectInstance 1 AttributeEnd\n"
+                         "AttributeBegin Attribute \"identifier\" \"name\" \"b\" Rotate 90 0 0 1 "
+                         "ObjectInstance 1.0 AttributeEnd"));
+    EXPECT_SILENT(r);
+    EXPECT_TRUE(r.scene.primitives.empty());
+    ASSERT_EQ(r.scene.groups.size(), 1u); // names alone make no difference
+    ASSERT_EQ(r.scene.instances.size(), 1u);
+    ASSERT_EQ(r.scene.instances[0].transforms.size(), 24u);
+    const float first[12] = {1, 0, 0, 5, 0, 1, 0, 0, 0, 0, 1, 0};
+    for (size_t i = 0; i < 12; i++)
+        EXPECT_EQ(r.scene.instances[0].transforms[i], first[i]);
+    EXPECT_NEAR(r.scene.instances[0].transforms[13], -1, 1e-6f);
+    const scene::Primitive& p = r.scene.groups[0].primitives.at(0);
+    EXPECT_EQ(p.attributes->surface->name, "plastic");
+    expect_point(p.world_from_object.point({0, 0, 0}), 0, 0, 1);
+    EXPECT_GT(r.scene.instances[0].first_id, p.id);
+}
+
+TEST(RibObjects, AttributesComeFromTheInstance) {
+    const Parsed r(world(
+        "Color 0 0 1\nObjectBegin \"thing\" Sphere 1 -1 1 360 AttributeBegin Color 0 1 0 Sphere 1 -1 1 360 "
+        "AttributeEnd ReverseOrientation Sphere 1 -1 1 360 ObjectEnd\n"
+        "Color 1 0 0 ObjectInstance \"thing\" Color 1 1 0 Orientation \"inside\" ObjectInstance \"thing\""));
+    EXPECT_SILENT(r);
+    ASSERT_EQ(r.scene.groups.size(), 2u);
+    const auto& one = r.scene.groups[0].primitives;
+    const auto& two = r.scene.groups[1].primitives;
+    EXPECT_EQ(one[0].attributes->color, Rgb(1, 0, 0)); // not what held at ObjectBegin
+    EXPECT_EQ(one[1].attributes->color, Rgb(0, 1, 0));
+    EXPECT_EQ(two[0].attributes->color, Rgb(1, 1, 0));
+    EXPECT_EQ(two[1].attributes->color, Rgb(0, 1, 0));
+    EXPECT_FALSE(one[0].attributes->reverse_orientation);
+    EXPECT_TRUE(one[2].attributes->reverse_orientation);
+    EXPECT_TRUE(two[0].attributes->reverse_orientation);
+    EXPECT_FALSE(two[2].attributes->reverse_orientation);
+}
+
+TEST(RibObjects, ObjectsInObjects) {
+    const Parsed r(world("ObjectBegin \"leaf\" Sphere 1 -1 1 360 ObjectEnd\n"
+                         "ObjectBegin \"tree\" Translate 1 0 0 ObjectInstance \"leaf\" Translate 1 0 0 "
+                         "ObjectInstance \"leaf\" "
+                         "Disk 0 1 360 ObjectEnd\nTranslate 0 9 0 ObjectInstance \"tree\""));
+    EXPECT_SILENT(r);
+    ASSERT_EQ(r.scene.groups.size(), 2u);
+    const scene::Group& tree = r.scene.groups[1];
+    ASSERT_EQ(tree.instances.size(), 1u);
+    EXPECT_EQ(tree.instances[0].group, 0);
+    EXPECT_EQ(tree.instances[0].transforms.size(), 24u);
+    EXPECT_EQ(tree.instances[0].transforms[15], 2);
+    EXPECT_EQ(tree.primitives.size(), 1u);
+    EXPECT_EQ(r.scene.instances.at(0).group, 1);
+}
+
+TEST(RibObjects, ShadersAreSeenFromTheGroup) {
+    const Parsed r(world(
+        "ObjectBegin 1 Sphere 1 -1 1 360 ObjectEnd\nTranslate 5 0 0 Surface \"marble\" ObjectInstance 1"));
+    expect_point(
+        r.scene.groups.at(0).primitives.at(0).attributes->surface->world_from_shader.point({0, 0, 0}), 0, 0,
+        0);
+}
+
+TEST(RibObjects, Mistakes) {
+    EXPECT_TRUE(Parsed(world("ObjectInstance 5 Sphere 1 -1 1 360")).says("there is no such object"));
+    EXPECT_TRUE(Parsed(world("ObjectBegin 1 ObjectInstance 1 ObjectEnd Sphere 1 -1 1 360"))
+                    .says("there is no such object"));
+    const Parsed nested(
+        world("ObjectBegin 1 Sphere 1 -1 1 360 ObjectBegin 2 Sphere 1 -1 1 360 ObjectEnd ObjectInstance 1"));
+    EXPECT_TRUE(nested.says("ObjectBegin inside ObjectBegin"));
+    EXPECT_EQ(nested.scene.groups.size(), 1u);
+    const Parsed open(world("ObjectBegin 1 AttributeBegin Sphere 1 -1 1 360"));
+    EXPECT_TRUE(open.says("ObjectEnd is missing"));
+    EXPECT_TRUE(Parsed(world("ObjectBegin 1 LightSource \"pointlight\" 1 ObjectEnd Sphere 1 -1 1 360"))
+                    .says("lights cannot be instanced"));
+    std::string deep = "ObjectBegin 0 Sphere 1 -1 1 360 ObjectEnd\n";
+    for (int i = 1; i < 1000; i++)
+        deep +=
+            "ObjectBegin " + std::to_string(i) + " ObjectInstance " + std::to_string(i - 1) + " ObjectEnd\n";
+    const Parsed r(world(deep + "ObjectInstance 999"));
+    EXPECT_TRUE(r.says("levels deep at most"));
+}
+
+} // namespace kanuka::ingest::test

@@ -1,0 +1,330 @@
+// Options, attributes, transformations, blocks, lights, objects: what a text makes of the scene.
+
+#include <cmath>
+
+#include "ingest/rib/test_support.h"
+
+namespace kanuka::ingest::test {
+
+using scene::Camera;
+
+// ---- transformations --------------------------------------------------------------------------------
+
+static Vec3f place(const std::string& transform, const Vec3f& p) {
+    const Parsed r(world(transform + "\nSphere 1 -1 1 360"));
+    EXPECT_SILENT(r);
+    return r.primitive(0).world_from_object.point(p);
+}
+
+TEST(RibTransform, RotationSense) {
+    // RISpec: about z, x goes towards y; about x, y towards z; about y, z towards x.
+    expect_point(place("Rotate 90 0 0 1", {1, 0, 0}), 0, 1, 0);
+    expect_point(place("Rotate 90 1 0 0", {0, 1, 0}), 0, 0, 1);
+    expect_point(place("Rotate 90 0 1 0", {0, 0, 1}), 1, 0, 0);
+    expect_point(place("Rotate -90 0 0 2", {1, 0, 0}), 0, -1, 0);
+}
+
+TEST(RibTransform, LastGivenIsAppliedFirst) {
+    expect_point(place("Translate 1 0 0 Scale 2 2 2", {1, 1, 1}), 3, 2, 2);
+    expect_point(place("Scale 2 2 2 Translate 1 0 0", {1, 1, 1}), 4, 2, 2);
+}
+
+TEST(RibTransform, MatricesAreRowVectors) {
+    expect_point(place("ConcatTransform [1 0 0 0  0 1 0 0  0 0 1 0  5 6 7 1]", {1, 0, 0}), 6, 6, 7);
+    expect_point(place("Transform [0 1 0 0  -1 0 0 0  0 0 1 0  0 0 0 1]", {1, 0, 0}), 0, 1,
+                 0); // Rotate 90 0 0 1
+    expect_point(place("Translate 9 9 9 Transform 1 0 0 0  0 1 0 0  0 0 1 0  5 6 7 1", {0, 0, 0}), 5, 6, 7);
+    expect_point(place("Translate 9 9 9 Identity", {1, 2, 3}), 1, 2, 3);
+    // A matrix and its multiple mean the same.
+    expect_point(place("ConcatTransform [2 0 0 0  0 2 0 0  0 0 2 0  10 0 0 2]", {1, 0, 0}), 6, 0, 0);
+}
+
+TEST(RibTransform, SkewTurnsTheFirstDirectionTowardsTheSecond) {
+    const float s = std::sqrt(0.5f);
+    const Vec3f p = place("Skew 45 0 1 0 1 0 0", {0, 1, 0});
+    expect_point(p / length(p), s, s, 0);
+    EXPECT_NEAR(p.y, 1, 1e-6f); // shear keeps the height
+    expect_point(place("Skew 45 0 1 0 1 0 0", {1, 0, 0}), 1, 0, 0);
+    const Vec3f q = place("Skew 20 0 1 0 1 1 0", {0, 1, 0}); // directions that are not perpendicular
+    EXPECT_NEAR(std::atan2(q.x, q.y) * 180 / Pi, 20, 1e-4f);
+    EXPECT_TRUE(Parsed(world("Skew 90 0 1 0 1 0 0 Sphere 1 -1 1 360")).says("Skew was left out"));
+    EXPECT_TRUE(Parsed(world("Skew 10 0 1 0 0 0 0 Sphere 1 -1 1 360")).says("Skew was left out"));
+}
+
+TEST(RibTransform, NamedSpaces) {
+    const Parsed r(world("TransformBegin Translate 1 2 3 CoordinateSystem \"here\" TransformEnd "
+                         "Translate 7 7 7 CoordSysTransform \"here\" Sphere 1 -1 1 360"));
+    EXPECT_SILENT(r);
+    expect_point(r.primitive(0).world_from_object.point({0, 0, 0}), 1, 2, 3);
+    expect_point(r.scene.coordinate_systems.at("here").point({0, 0, 0}), 1, 2, 3);
+    EXPECT_TRUE(Parsed(world("CoordSysTransform \"nowhere\" Sphere 1 -1 1 360"))
+                    .says("there is no coordinate system"));
+}
+
+TEST(RibTransform, SingularOnesDropPrimitives) {
+    const Parsed r(world("Scale 1 0 1\nSphere 1 -1 1 360\nObjectBegin 1 ObjectEnd ObjectInstance 1"));
+    EXPECT_EQ(r.scene.primitives.size(), 0u);
+    EXPECT_EQ(r.scene.instances.size(), 0u);
+    EXPECT_TRUE(r.says("error 4:1 Sphere was left out: the current transformation flattens it"));
+}
+
+// ---- camera, lights before the world ----------------------------------------------------------------
+
+TEST(RibCamera, IsWhatStandsBeforeTheWorld) {
+    const Parsed r("Projection \"perspective\" \"fov\" [30]\nRotate 90 0 0 1\nTranslate 0 0 5\n"
+                   "CoordinateSystem \"rig\"\nLightSource \"pointlight\" 1 \"from\" [1 2 3]\n"
+                   "WorldBegin Sphere 1 -1 1 360 WorldEnd");
+    EXPECT_SILENT(r);
+    EXPECT_EQ(r.scene.camera.projection, Camera::Projection::Perspective);
+    EXPECT_EQ(r.scene.camera.fov, 30);
+    expect_point(r.scene.camera.camera_from_world.point({1, 0, 0}), 0, 1, 5);
+    // Declared where the world is: nothing between them.
+    ASSERT_EQ(r.scene.light_shaders.size(), 1u);
+    expect_point(r.scene.light_shaders[0].world_from_shader.point({1, 2, 3}), 1, 2, 3);
+    expect_point(r.scene.coordinate_systems.at("rig").point({1, 2, 3}), 1, 2, 3);
+    expect_point(r.scene.coordinate_systems.at("camera").point({0, 1, 5}), 1, 0, 0);
+}
+
+TEST(RibCamera, LightOnTheCamera) {
+    const Parsed r("Projection \"perspective\"\nLightSource \"spotlight\" \"lamp\"\nTranslate 0 0 5\n"
+                   "WorldBegin Sphere 1 -1 1 360 WorldEnd");
+    expect_point(r.scene.light_shaders.at(0).world_from_shader.point({0, 0, 0}), 0, 0, -5);
+    EXPECT_EQ(r.scene.light_shaders[0].handle, "lamp");
+}
+
+TEST(RibCamera, DefaultsAndOptions) {
+    const Parsed plain("WorldBegin Sphere 1 -1 1 360 WorldEnd");
+    EXPECT_EQ(plain.scene.camera.projection, Camera::Projection::Orthographic);
+    EXPECT_FALSE(plain.scene.camera.screen_window);
+
+    const Parsed r(
+        "Format 320 200 1.5 PixelSamples 3 2 PixelFilter \"catmull-rom\" 3 4 Exposure 2 2.2\n"
+        "CropWindow 0.25 0.5 0 1 Clipping 0.1 100 DepthOfField 5.6 0.05 3 Shutter 0 0.5\n"
+        "FrameAspectRatio 2 Projection \"orthographic\" Display \"a.exr\" \"openexr\" \"rgba\"\n"
+        "Display \"b.exr\" \"openexr\" \"rgb\" Display \"+c.exr\" \"openexr\" \"z\" \"integer tile\" 5\n"
+        "ShadingRate [0.5] Option \"limits\" \"bucketsize\" [16 16] Quantize \"rgba\" 255 0 255 0.5\n"
+        "WorldBegin Sphere 1 -1 1 360 WorldEnd");
+    EXPECT_SILENT(r);
+    const scene::Options& o = r.scene.options;
+    EXPECT_EQ(o.width, 320);
+    EXPECT_EQ(o.height, 200);
+    EXPECT_EQ(o.pixel_aspect, 1.5f);
+    EXPECT_EQ(o.samples, 6);
+    EXPECT_EQ(o.filter, "catmull-rom");
+    EXPECT_EQ(o.filter_width[1], 4);
+    EXPECT_EQ(o.exposure_gain, 2);
+    EXPECT_EQ(o.crop, (std::array<float, 4>{0.25f, 0.5f, 0, 1}));
+    EXPECT_EQ(o.shutter_close, 0.5f);
+    ASSERT_EQ(o.displays.size(), 2u); // b replaced a, c was added
+    EXPECT_EQ(o.displays[0].file, "b.exr");
+    EXPECT_EQ(o.displays[1].file, "c.exr");
+    EXPECT_EQ(o.displays[1].parameters.get_int("tile", 0), 5);
+    EXPECT_EQ(r.scene.camera.near_clip, 0.1f);
+    EXPECT_EQ(r.scene.camera.focal_distance, 3);
+    EXPECT_EQ(*r.scene.camera.screen_window, (std::array<float, 4>{-2, 2, -1, 1}));
+    EXPECT_EQ(r.primitive(0).attributes->shading_rate, 0.5f);
+    EXPECT_EQ(o.user.find("limits:bucketsize")->ints[1], 16);
+    EXPECT_EQ(o.user.find("quantize:rgba")->floats[2], 255);
+}
+
+TEST(RibOptions, Kanuka) {
+    const Parsed r(
+        "Option \"kanuka\" \"float geometrytolerance\" 0.5 \"normaltolerance\" [7] \"integer maxdepth\" 3 "
+        "\"progressions\" [64] \"string integrator\" \"volpath\" \"seed\" 9\n" +
+        world("Sphere 1 -1 1 360"));
+    EXPECT_SILENT(r);
+    EXPECT_EQ(r.scene.options.geometry_tolerance, 0.5f);
+    EXPECT_EQ(r.scene.options.normal_tolerance, 7);
+    EXPECT_EQ(r.scene.options.max_depth, 3);
+    EXPECT_EQ(r.scene.options.samples, 64);
+    EXPECT_EQ(r.scene.options.integrator, "volpath");
+    EXPECT_EQ(r.scene.options.seed, 9u);
+    const Parsed bad("Option \"kanuka\" \"float geometrytolerance\" -1 \"string integrater\" \"x\" \"string "
+                     "maxdepth\" \"deep\"\n" +
+                     world("Sphere 1 -1 1 360"));
+    EXPECT_TRUE(bad.says("\"geometrytolerance\" must be a number of pixels"));
+    EXPECT_TRUE(bad.says("there is no \"integrater\""));
+    EXPECT_TRUE(bad.says("\"maxdepth\" must be"));
+}
+
+TEST(RibOptions, MadeTexturesStandForTheirPictures) {
+    const Parsed r("MakeTexture \"a.tif\" \"a.tex\" \"periodic\" \"clamp\" \"gaussian\" 2 2\n" +
+                   world("Sphere 1 -1 1 360"));
+    EXPECT_EQ(r.scene.options.user.get_string("maketexture:a.tex", ""), "a.tif");
+}
+
+TEST(RibOptions, OutOfRangeStaysAsItWas) {
+    const Parsed r(
+        "Format 0 100 1\nPixelSamples 0 4\nPixelFilter \"hat\" 1 1\nCropWindow 0.5 0.2 0 1\nClipping 5 1\n"
+        "DepthOfField -1 1 1\nExposure 1 0\nScreenWindow 1 1 0 1\nShadingRate -2\nFrameAspectRatio 0\n" +
+        world("Sphere 1 -1 1 360"));
+    EXPECT_EQ(r.messages(Severity::Error).size(), 10u) << r.all_messages();
+    EXPECT_EQ(r.scene.options.width, 640);
+    EXPECT_EQ(r.scene.options.filter, "gaussian");
+    EXPECT_EQ(r.scene.camera.f_stop, 0);
+    EXPECT_EQ(r.primitive(0).attributes->shading_rate, 1);
+}
+
+// ---- attributes -------------------------------------------------------------------------------------
+
+TEST(RibAttributes, StackAndValues) {
+    const Parsed r(world(
+        "Color 1 0 0 Surface \"matte\" \"Kd\" 0.5\nAttributeBegin Color [0 1 0] Opacity [.5 .5 .5] Sides 1 "
+        "Matte 1\nAttribute \"identifier\" \"name\" [\"ball\"] \"uniform string shadinggroup\" \"a\"\n"
+        "Attribute \"displacementbound\" \"sphere\" [0.25] \"coordinatesystem\" [\"shader\"]\n"
+        "Attribute \"visibility\" \"integer camera\" [0] Attribute \"dice\" \"integer flatness\" 0\n"
+        "TextureCoordinates 0 0 2 0 0 2 2 2 Translate 1 0 0 Displacement \"bumpy\" Interior \"fog\"\n"
+        "Sphere 1 -1 1 360 AttributeEnd\nTransformBegin Translate 5 0 0 Color 0 0 1 TransformEnd "
+        "Sphere 1 -1 1 360"));
+    EXPECT_SILENT(r);
+    const scene::Attributes& a = *r.primitive(0).attributes;
+    EXPECT_EQ(a.color, Rgb(0, 1, 0));
+    EXPECT_EQ(a.opacity, Rgb(.5f, .5f, .5f));
+    EXPECT_EQ(a.sides, 1);
+    EXPECT_TRUE(a.matte);
+    EXPECT_EQ(a.name, "ball");
+    EXPECT_EQ(a.user.get_string("identifier:shadinggroup", ""), "a");
+    EXPECT_EQ(a.displacement_bound, 0.25f);
+    EXPECT_EQ(a.displacement_bound_space, "shader");
+    EXPECT_FALSE(a.visible_camera);
+    EXPECT_FALSE(a.dice_flatness);
+    EXPECT_EQ(a.texture_coordinates[2], 2);
+    EXPECT_EQ(a.surface->name, "matte");
+    EXPECT_EQ(a.surface->parameters.get_float("Kd", 0), 0.5f);
+    EXPECT_EQ(a.displacement->name, "bumpy");
+    expect_point(a.displacement->world_from_shader.point({0, 0, 0}), 1, 0, 0);
+    EXPECT_EQ(a.interior->name, "fog");
+    const scene::Attributes& b = *r.primitive(1).attributes;
+    EXPECT_EQ(b.color, Rgb(0, 0, 1)); // TransformEnd restores the transformation alone
+    EXPECT_EQ(b.name, "");
+    EXPECT_TRUE(b.visible_camera);
+    expect_point(r.primitive(1).world_from_object.point({0, 0, 0}), 0, 0, 0);
+    EXPECT_EQ(r.primitive(0).id, 1);
+    EXPECT_EQ(r.primitive(1).id, 2);
+}
+
+TEST(RibAttributes, PrimitivesShareStates) {
+    const Parsed r(world(
+        "Sphere 1 -1 1 360 Translate 1 0 0 Sphere 1 -1 1 360 AttributeBegin Sphere 1 -1 1 360 AttributeEnd"));
+    EXPECT_EQ(r.primitive(0).attributes.get(), r.primitive(1).attributes.get());
+    EXPECT_EQ(r.primitive(0).attributes.get(), r.primitive(2).attributes.get());
+}
+
+static bool reversed(const std::string& before_world, const std::string& in_world) {
+    const Parsed r("Projection \"perspective\"\n" + before_world + "\nWorldBegin\n" + in_world +
+                   " Sphere 1 -1 1 360\nWorldEnd");
+    EXPECT_SILENT(r);
+    return r.primitive(0).attributes->reverse_orientation;
+}
+
+TEST(RibAttributes, OrientationIsRelativeToHandedness) {
+    EXPECT_FALSE(reversed("", ""));
+    EXPECT_TRUE(reversed("", "Orientation \"inside\""));
+    EXPECT_TRUE(reversed("", "ReverseOrientation"));
+    EXPECT_FALSE(reversed("", "ReverseOrientation ReverseOrientation"));
+    // The camera is left-handed, and so is a world without a mirror.
+    EXPECT_FALSE(reversed("", "Orientation \"lh\""));
+    EXPECT_TRUE(reversed("", "Orientation \"rh\""));
+    EXPECT_TRUE(reversed("Orientation \"rh\"", ""));
+    // Mirrors count wherever they stand, if before the request.
+    EXPECT_TRUE(reversed("", "Scale -1 1 1 Orientation \"lh\""));
+    EXPECT_FALSE(reversed("", "Scale -1 1 1 Orientation \"rh\""));
+    EXPECT_FALSE(reversed("Scale 1 1 -1", "Orientation \"rh\""));
+    EXPECT_FALSE(reversed("", "Orientation \"lh\" Scale -1 1 1"));
+    EXPECT_FALSE(reversed("", "Scale -1 1 1 Orientation \"outside\""));
+}
+
+TEST(RibAttributes, ColorSamples) {
+    const Parsed r("ColorSamples [.3 .6 .1] [1 1 1]\n" +
+                   world("Color [2] Sphere 1 -1 1 360 Color [1 1 1] Sphere 1 -1 1 360"));
+    EXPECT_NEAR(r.primitive(0).attributes->color.y, 1.2f, 1e-6f);
+    EXPECT_TRUE(r.says("Color: expected 1 numbers, found 3"));
+    EXPECT_EQ(r.primitive(1).attributes.get(), r.primitive(0).attributes.get());
+}
+
+TEST(RibAttributes, LevelOfDetail) {
+    // 480 pixels a unit at distance 1 (fov 90, 960 x 960): at z = 10 a side of 1 is 48 pixels, the bound
+    // 2304.
+    const auto shown = [](const std::string& range) {
+        const Parsed r("Format 960 960 1 " +
+                       world("Translate 0 0 10 Detail [-.5 .5 -.5 .5 0 0]\nDetailRange " + range +
+                             " Sphere 1 -1 1 360\nDetailRange 0 0 1e38 1e38 Disk 0 1 360"));
+        EXPECT_SILENT(r);
+        return r.scene.primitives.size() == 2;
+    };
+    EXPECT_TRUE(shown("0 0 3000 3000"));
+    EXPECT_FALSE(shown("0 0 2000 2200"));
+    EXPECT_TRUE(shown("2200 2250 9000 9000"));
+    EXPECT_FALSE(shown("2300 2500 1e38 1e38"));
+    EXPECT_TRUE(shown("0 0 2300 2500"));
+}
+
+// ---- lights -----------------------------------------------------------------------------------------
+
+TEST(RibLights, WhatIsOnForNothingIsLeftOut) {
+    const Parsed r(
+        world("LightSource \"ambientlight\" 1\nLightSource \"pointlight\" \"off\"\nIlluminate \"off\" 0\n"
+              "AttributeBegin LightSource \"distantlight\" 3 AttributeEnd\n"
+              "AttributeBegin LightSource \"spotlight\" 4 AttributeEnd Illuminate 4 1\n"
+              "Sphere 1 -1 1 360\nIlluminate 1.0 0\nSphere 1 -1 1 360"));
+    ASSERT_EQ(r.scene.light_shaders.size(), 2u);
+    EXPECT_EQ(r.scene.light_shaders[0].name, "ambientlight");
+    EXPECT_EQ(r.scene.light_shaders[1].name, "spotlight");
+    EXPECT_TRUE(r.says("\"pointlight\" \"off\" is on for no primitive"));
+    EXPECT_TRUE(r.says("\"distantlight\" \"3\" is on for no primitive"));
+    EXPECT_TRUE(r.says("\"ambientlight\" \"1\" is on for some primitives only"));
+    EXPECT_TRUE(Parsed(world("Illuminate 9 1 Sphere 1 -1 1 360")).says("no light source has this handle"));
+}
+
+TEST(RibLights, HandlesMayBeUsedAgain) {
+    const Parsed r(world(
+        "LightSource \"distantlight\" 1 \"intensity\" 1\nLightSource \"distantlight\" 1 \"intensity\" 2\n"
+        "Sphere 1 -1 1 360"));
+    EXPECT_SILENT(r);
+    EXPECT_EQ(r.scene.light_shaders.size(), 2u);
+}
+
+TEST(RibLights, AreaLightsAreAttributes) {
+    const Parsed r(
+        world("AttributeBegin AreaLightSource \"arealight\" 7 \"intensity\" 3 Sphere 1 -1 1 360 AttributeEnd "
+              "Sphere 1 -1 1 360"));
+    EXPECT_SILENT(r);
+    EXPECT_EQ(r.primitive(0).attributes->area_light->name, "arealight");
+    EXPECT_EQ(r.primitive(0).attributes->area_light->handle, "7");
+    EXPECT_FALSE(r.primitive(1).attributes->area_light);
+    EXPECT_TRUE(r.scene.light_shaders.empty());
+}
+
+// ---- motion, solids ---------------------------------------------------------------------------------
+
+TEST(RibBlocks, TheFirstMotionSampleCounts) {
+    const Parsed r(world("MotionBegin [0 1] Translate 1 0 0 Translate 2 0 0 MotionEnd\n"
+                         "MotionBegin [0 1] Sphere 1 -1 1 360 Sphere 2 -2 2 360 MotionEnd"));
+    ASSERT_EQ(r.scene.primitives.size(), 1u);
+    EXPECT_EQ(std::get<scene::Quadric>(r.primitive(0).geometry).arguments[0], 1);
+    expect_point(r.primitive(0).world_from_object.point({0, 0, 0}), 1, 0, 0);
+    EXPECT_EQ(r.messages().size(), 1u);
+    EXPECT_TRUE(r.says("info 3:1 MotionBegin: motion blur is not supported yet"));
+}
+
+TEST(RibBlocks, MotionBlocksHoldOneRequest) {
+    EXPECT_TRUE(Parsed(world("MotionBegin [0 1] Translate 1 0 0 Rotate 1 0 0 1 MotionEnd Sphere 1 -1 1 360"))
+                    .says("Rotate in a motion block of Translate"));
+    const Parsed open(
+        world("MotionBegin [0 1]\nTranslate 1 0 0\nAttributeBegin\nSphere 1 -1 1 360 AttributeEnd"));
+    EXPECT_TRUE(open.says("AttributeBegin is not legal between MotionBegin and MotionEnd"));
+    EXPECT_EQ(open.scene.primitives.size(), 1u);
+}
+
+TEST(RibBlocks, SolidsSaveAttributesAndPassThrough) {
+    const Parsed r(world(
+        "SolidBegin \"difference\" Rotate 90 0 0 1 SolidBegin \"primitive\" Color 1 0 0 Sphere 1 -1 1 360 "
+        "SolidEnd SolidBegin \"primitive\" Sphere 1 -1 1 360 SolidEnd SolidEnd Sphere 1 -1 1 360"));
+    ASSERT_EQ(r.scene.primitives.size(), 3u);
+    EXPECT_EQ(r.primitive(1).attributes->color, Rgb(1, 1, 1));
+    expect_point(r.primitive(1).world_from_object.point({1, 0, 0}), 0, 1, 0);
+    expect_point(r.primitive(2).world_from_object.point({1, 0, 0}), 1, 0, 0);
+    EXPECT_EQ(r.messages().size(), 1u);
+}
+
+} // namespace kanuka::ingest::test

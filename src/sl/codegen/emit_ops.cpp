@@ -1,0 +1,386 @@
+#include "sl/codegen/emit.h"
+#include "sl/ops/noise.h"
+
+#include <llvm/IR/Intrinsics.h>
+
+namespace kanuka::sl {
+
+using namespace ir;
+
+void StageEmitter::instruction(Ref r) {
+    const Instr& i = m_stage.instrs[size_t(r)];
+    switch (i.op) {
+    case Op::Store: {
+        const Var& var = m_stage.vars[size_t(i.imm)];
+        llvm::Value* mask = i.args.size() > 1 ? mask_bits(get(i.args[1], true).part[0]) : nullptr;
+        store_var(i.imm, get(i.args[0], var.varying), mask);
+        return;
+    }
+    case Op::StoreElement:
+        return store_element(i);
+    default:
+        break;
+    }
+    const Value v = compute(i);
+    m_r->values[r] = v;
+    // Values that outlive the region go into the frame.
+    const Slot& slot = m_plan.refs[size_t(r)];
+    if (slot.kind == Slot::Local)
+        return;
+    for (int c = 0; c < comps(i.ty); c++) {
+        llvm::Value* x = v.part[c];
+        if (slot.kind == Slot::Array)
+            x = widen(x);
+        if (i.ty == Ty::Bool)
+            x = m_b.CreateUIToFP(x, lane_type(Ty::Float, slot.kind == Slot::Array));
+        llvm::Value* p = slot_pointer(slot, c);
+        if (slot.kind == Slot::Array)
+            p = m_b.CreateGEP(m_float, p, m_r->index);
+        m_b.CreateAlignedStore(x, p, llvm::Align(slot.kind == Slot::Text ? 8 : 4));
+    }
+}
+
+llvm::Value* StageEmitter::scalar_op(const Instr& i, llvm::Value* a, llvm::Value* b) {
+    const auto zero = [&] { return llvm::Constant::getNullValue(a->getType()); };
+    switch (i.op) {
+    case Op::Add:
+        return m_b.CreateFAdd(a, b);
+    case Op::Sub:
+        return m_b.CreateFSub(a, b);
+    case Op::Mul:
+        return m_b.CreateFMul(a, b);
+    case Op::Div:
+        return m_b.CreateFDiv(a, b);
+    case Op::Neg:
+        return m_b.CreateFNeg(a);
+    case Op::Min:
+        return m_b.CreateSelect(m_b.CreateFCmpOLT(b, a), b, a);
+    case Op::Max:
+        return m_b.CreateSelect(m_b.CreateFCmpOGT(b, a), b, a);
+    case Op::Abs:
+        return m_b.CreateUnaryIntrinsic(llvm::Intrinsic::fabs, a);
+    case Op::Floor:
+        return m_b.CreateUnaryIntrinsic(llvm::Intrinsic::floor, a);
+    case Op::Ceil:
+        return m_b.CreateUnaryIntrinsic(llvm::Intrinsic::ceil, a);
+    case Op::Sqrt:
+        return m_b.CreateUnaryIntrinsic(llvm::Intrinsic::sqrt,
+                                        m_b.CreateSelect(m_b.CreateFCmpOGT(a, zero()), a, zero()));
+    case Op::Lt:
+        return m_b.CreateFCmpOLT(a, b);
+    case Op::Le:
+        return m_b.CreateFCmpOLE(a, b);
+    case Op::Gt:
+        return m_b.CreateFCmpOGT(a, b);
+    case Op::Ge:
+        return m_b.CreateFCmpOGE(a, b);
+    case Op::Eq:
+        return m_b.CreateFCmpOEQ(a, b);
+    case Op::Ne:
+        return m_b.CreateFCmpUNE(a, b);
+    case Op::And:
+        return m_b.CreateAnd(a, b);
+    case Op::Or:
+        return m_b.CreateOr(a, b);
+    case Op::AndNot:
+        return m_b.CreateAnd(a, m_b.CreateNot(b));
+    case Op::Not:
+        return m_b.CreateNot(a);
+    case Op::ToFloat:
+        return m_b.CreateUIToFP(a, a->getType()->isVectorTy() ? lane_type(Ty::Float, true) : m_float);
+    case Op::ToMask:
+        return m_b.CreateSExt(a, a->getType()->isVectorTy() ? lane_type(Ty::Mask, true) : m_int);
+    case Op::ToBool:
+        return mask_bits(a);
+    case Op::Math1:
+    case Op::Math2:
+        return math(Fn(i.imm), a, b);
+    default:
+        return a;
+    }
+}
+
+// The vector functions of glibc's libmvec, called by name: LLVM does not pick the 16-lane ones itself.
+llvm::Value* StageEmitter::math(Fn fn, llvm::Value* a, llvm::Value* b) {
+    static constexpr const char* Names[] = {"sin", "cos",  "tan",   "asin", "acos", "atan", "exp",
+                                            "log", "log2", "log10", "exp2", "cbrt", "pow",  "atan2"};
+    const bool two = fn >= Fn::Pow;
+    std::string name = std::string(Names[int(fn)]) + "f";
+    llvm::Type* type = a->getType();
+    if (type->isVectorTy())
+        name = (m_lanes == 16 ? "_ZGVeN16v" : "_ZGVdN8v") + std::string(two ? "v_" : "_") + name;
+    llvm::FunctionType* ft = two ? llvm::FunctionType::get(type, {type, type}, false)
+                                 : llvm::FunctionType::get(type, {type}, false);
+    llvm::FunctionCallee f = m_module.getOrInsertFunction(name, ft);
+    if (auto* function = llvm::dyn_cast<llvm::Function>(f.getCallee())) {
+        function->setDoesNotAccessMemory();
+        function->setDoesNotThrow();
+        function->setWillReturn();
+    }
+    return two ? m_b.CreateCall(f, {a, b}) : m_b.CreateCall(f, {a});
+}
+
+StageEmitter::Value StageEmitter::noise(const Instr& i) {
+    const int lanes = i.varying ? m_lanes : 1;
+    if (!m_r->noise_in) {
+        llvm::Type* wide = llvm::ArrayType::get(m_float, uint64_t(8 * m_lanes));
+        m_r->noise_in = alloca_in_entry(wide, "noise_in");
+        m_r->noise_out = alloca_in_entry(wide, "noise_out");
+    }
+    const auto at = [&](llvm::Value* base, int c) {
+        return m_b.CreateConstGEP1_32(m_float, base, unsigned(c * lanes));
+    };
+    for (size_t k = 0; k < i.args.size(); k++)
+        m_b.CreateAlignedStore(get(i.args[k], i.varying).part[0], at(m_r->noise_in, int(k)), llvm::Align(4));
+    const std::string name =
+        "kanuka_" + std::string(ops::noise_kernels()[size_t(i.imm)].symbol) + "_w" + std::to_string(lanes);
+    llvm::FunctionCallee f = m_module.getOrInsertFunction(name, m_void, m_pointer, m_pointer);
+    if (auto* function = llvm::dyn_cast<llvm::Function>(f.getCallee())) {
+        function->setOnlyAccessesArgMemory();
+        function->setDoesNotThrow();
+        function->setWillReturn();
+    }
+    m_b.CreateCall(f, {m_r->noise_in, m_r->noise_out});
+    Value v;
+    v.varying = i.varying;
+    for (int c = 0; c < comps(i.ty); c++)
+        v.part[c] =
+            m_b.CreateAlignedLoad(lane_type(Ty::Float, i.varying), at(m_r->noise_out, c), llvm::Align(4));
+    return v;
+}
+
+// A derivative of what does not vary.
+StageEmitter::Value StageEmitter::trivial_call(const Instr& i) {
+    Value v;
+    for (int c = 0; c < comps(i.ty); c++)
+        v.part[c] = llvm::Constant::getNullValue(m_float);
+    return v;
+}
+
+StageEmitter::Value StageEmitter::compute(const Instr& i) {
+    Value v;
+    v.varying = i.varying;
+    const int n = comps(i.ty);
+    const auto arg = [&](size_t k) { return get(i.args[k], i.varying); };
+    const auto fma = [&](llvm::Value* a, llvm::Value* b, llvm::Value* c) {
+        return m_b.CreateIntrinsic(llvm::Intrinsic::fma, {a->getType()}, {a, b, c});
+    };
+    switch (i.op) {
+    case Op::Load:
+        return load_var(i.imm, i.varying);
+    case Op::LoadElement:
+        return element(i);
+    case Op::Call:
+        return trivial_call(i);
+    case Op::Noise:
+        return noise(i);
+    case Op::SameText: {
+        llvm::FunctionCallee f = m_module.getOrInsertFunction("kanuka_sl_same", m_int, m_pointer, m_pointer);
+        if (auto* function = llvm::dyn_cast<llvm::Function>(f.getCallee())) {
+            function->setOnlyReadsMemory();
+            function->setDoesNotThrow();
+            function->setWillReturn();
+        }
+        llvm::Value* same = m_b.CreateCall(f, {get(i.args[0], false).part[0], get(i.args[1], false).part[0]});
+        v.part[0] = m_b.CreateICmpNE(same, m_b.getInt32(0));
+        if (i.varying)
+            v.part[0] = widen(v.part[0]);
+        return v;
+    }
+    case Op::Select: {
+        const Value c = arg(0), a = arg(1), b = arg(2);
+        for (int k = 0; k < n; k++)
+            v.part[k] = m_b.CreateSelect(c.part[0], a.part[k], b.part[k]);
+        return v;
+    }
+    case Op::Splat: {
+        const Value a = arg(0);
+        for (int k = 0; k < n; k++)
+            v.part[k] = a.part[0];
+        return v;
+    }
+    case Op::Make:
+        for (int k = 0; k < n; k++)
+            v.part[k] = arg(size_t(k)).part[0];
+        return v;
+    case Op::Extract:
+        v.part[0] = arg(0).part[i.imm];
+        return v;
+    case Op::Dot: {
+        const Value a = arg(0), b = arg(1);
+        v.part[0] =
+            fma(a.part[0], b.part[0], fma(a.part[1], b.part[1], m_b.CreateFMul(a.part[2], b.part[2])));
+        return v;
+    }
+    case Op::Cross: {
+        const Value a = arg(0), b = arg(1);
+        for (int k = 0; k < 3; k++) {
+            const int p = (k + 1) % 3, q = (k + 2) % 3;
+            v.part[k] = fma(a.part[p], b.part[q], m_b.CreateFNeg(m_b.CreateFMul(a.part[q], b.part[p])));
+        }
+        return v;
+    }
+    case Op::MatMul: {
+        const Value a = arg(0), b = arg(1);
+        for (int row = 0; row < 4; row++)
+            for (int column = 0; column < 4; column++) {
+                llvm::Value* sum = m_b.CreateFMul(a.part[row * 4 + 3], b.part[12 + column]);
+                for (int k = 2; k >= 0; k--)
+                    sum = fma(a.part[row * 4 + k], b.part[k * 4 + column], sum);
+                v.part[row * 4 + column] = sum;
+            }
+        return v;
+    }
+    case Op::AllLanes: {
+        llvm::Value* index = m_b.CreateTrunc(m_r->index, m_int);
+        llvm::Value* count = field(0, m_int, "count");
+        if (m_lanes > 1) {
+            std::vector<llvm::Constant*> steps;
+            for (int k = 0; k < m_lanes; k++)
+                steps.push_back(m_b.getInt32(uint32_t(k)));
+            index = m_b.CreateAdd(widen(index), llvm::ConstantVector::get(steps));
+            count = widen(count);
+        }
+        v.part[0] = m_b.CreateSExt(m_b.CreateICmpSLT(index, count), lane_type(Ty::Mask, true));
+        return v;
+    }
+    default: {
+        const Value a = i.args.empty() ? Value{} : arg(0), b = i.args.size() > 1 ? arg(1) : Value{};
+        for (int k = 0; k < n; k++)
+            v.part[k] = scalar_op(i, a.part[k], b.part[k]);
+        return v;
+    }
+    }
+}
+
+// ---- arrays
+// ---------------------------------------------------------------------------------------------------------------
+
+// The index as an integer within the array; lanes outside of it are reported once and take the nearest
+// element.
+llvm::Value* StageEmitter::clamp_index(const Instr& i, int size, bool varying) {
+    const Instr& index = m_stage.instrs[size_t(i.args[0])];
+    if (index.op == Op::Const) {
+        const float f = index.floats[0];
+        llvm::Value* k = m_b.getInt32(uint32_t(f >= 0 && f < float(size) ? int(f) : f < 0 ? 0 : size - 1));
+        return varying ? widen(k) : k;
+    }
+    llvm::Value* f = get(i.args[0], varying).part[0];
+    llvm::Value* zero = llvm::Constant::getNullValue(f->getType());
+    llvm::Value* last = llvm::ConstantFP::get(f->getType(), double(size - 1));
+    // An index is a whole number carried in a float: a hair below it is still that number.
+    llvm::Value* whole = m_b.CreateUnaryIntrinsic(
+        llvm::Intrinsic::floor, m_b.CreateFAdd(f, llvm::ConstantFP::get(f->getType(), 1e-4)));
+    llvm::Value* low = m_b.CreateFCmpOGE(whole, zero);
+    llvm::Value* high = m_b.CreateFCmpOLE(whole, last);
+    if (!i.floats.empty()) {
+        llvm::Value* bad = m_b.CreateNot(m_b.CreateAnd(low, high));
+        const bool masked =
+            varying && !i.args.empty() && m_stage.instrs[size_t(i.args.back())].ty == Ty::Mask;
+        if (masked)
+            bad = m_b.CreateAnd(bad, mask_bits(get(i.args.back(), true).part[0]));
+        llvm::Value* some = varying ? any(bad) : bad;
+        llvm::BasicBlock* report = llvm::BasicBlock::Create(m_context, "fault", m_r->function);
+        llvm::BasicBlock* next = llvm::BasicBlock::Create(m_context, "next", m_r->function);
+        m_b.CreateCondBr(some, report, next);
+        m_b.SetInsertPoint(report);
+        llvm::Value* lanes = m_b.getInt32(1);
+        if (varying && m_lanes > 1) {
+            llvm::Value* word = m_b.CreateBitCast(bad, m_b.getIntNTy(unsigned(m_lanes)));
+            lanes = m_b.CreateZExt(m_b.CreateUnaryIntrinsic(llvm::Intrinsic::ctpop, word), m_int);
+        }
+        llvm::FunctionCallee fault =
+            m_module.getOrInsertFunction("kanuka_sl_fault", m_void, m_pointer, m_int, m_int);
+        m_b.CreateCall(fault, {m_frame, m_b.getInt32(uint32_t(i.floats[0])), lanes});
+        m_b.CreateBr(next);
+        m_b.SetInsertPoint(next);
+    }
+    whole = m_b.CreateSelect(low, whole, zero);
+    whole = m_b.CreateSelect(m_b.CreateFCmpOLE(whole, last), whole, last);
+    return m_b.CreateFPToSI(whole, f->getType()->isVectorTy() ? lane_type(Ty::Mask, true) : m_int);
+}
+
+// Address of an element's component: a pointer, or one for each lane where the index varies.
+llvm::Value* StageEmitter::element_pointer(int v, llvm::Value* index, int component) {
+    const Var& var = m_stage.vars[size_t(v)];
+    const Slot& slot = m_plan.vars[size_t(v)];
+    const int n = comps(var.ty);
+    const bool wide_index = index->getType()->isVectorTy();
+    const auto number = [&](uint64_t k) -> llvm::Value* {
+        llvm::Value* c = m_b.getInt64(k);
+        return wide_index ? widen(c) : c;
+    };
+    const auto spread = [&](llvm::Value* x) { return wide_index ? widen(x) : x; };
+    llvm::Value* lanes = nullptr;
+    if (wide_index) {
+        std::vector<llvm::Constant*> steps;
+        for (int k = 0; k < m_lanes; k++)
+            steps.push_back(m_b.getInt64(uint64_t(k)));
+        lanes = llvm::ConstantVector::get(steps);
+    }
+    llvm::Value* wide =
+        m_b.CreateZExt(index, wide_index ? llvm::FixedVectorType::get(m_long, unsigned(m_lanes)) : m_long);
+    llvm::Value* element =
+        m_b.CreateAdd(m_b.CreateMul(wide, number(uint64_t(n))), number(uint64_t(component)));
+    if (slot.kind == Slot::Array) {
+        llvm::Value* base = slot_pointer(slot, 0);
+        llvm::Value* offset =
+            m_b.CreateAdd(m_b.CreateMul(element, spread(field(2, m_long, "stride"))), spread(m_r->index));
+        if (lanes)
+            offset = m_b.CreateAdd(offset, lanes);
+        return m_b.CreateGEP(m_float, base, offset);
+    }
+    llvm::Value* base = m_r->arrays[v];
+    if (var.varying && wide_index) {
+        llvm::Value* offset = m_b.CreateAdd(m_b.CreateMul(element, number(uint64_t(m_lanes))), lanes);
+        return m_b.CreateGEP(m_float, base, offset);
+    }
+    return m_b.CreateGEP(lane_type(var.ty, var.varying), base, element);
+}
+
+StageEmitter::Value StageEmitter::element(const Instr& i) {
+    const Var& var = m_stage.vars[size_t(i.imm)];
+    prepare_var(i.imm);
+    const bool wide_index = m_stage.instrs[size_t(i.args[0])].varying && m_lanes > 1;
+    llvm::Value* index = clamp_index(i, var.array, m_stage.instrs[size_t(i.args[0])].varying);
+    Value v;
+    v.varying = i.varying;
+    for (int c = 0; c < comps(var.ty); c++) {
+        llvm::Value* p = element_pointer(i.imm, index, c);
+        if (wide_index) {
+            v.part[c] = m_b.CreateMaskedGather(lane_type(var.ty, true), p, llvm::Align(4));
+        } else {
+            v.part[c] = m_b.CreateAlignedLoad(lane_type(var.ty, var.varying), p,
+                                              llvm::Align(var.ty == Ty::String ? 8 : 4));
+            if (i.varying)
+                v.part[c] = widen(v.part[c]);
+        }
+    }
+    return v;
+}
+
+void StageEmitter::store_element(const Instr& i) {
+    const Var& var = m_stage.vars[size_t(i.imm)];
+    prepare_var(i.imm);
+    m_r->written.insert(i.imm);
+    const bool wide_index = m_stage.instrs[size_t(i.args[0])].varying && m_lanes > 1;
+    const bool masked = i.args.size() > 2;
+    const Value value = get(i.args[1], var.varying);
+    llvm::Value* index = clamp_index(i, var.array, m_stage.instrs[size_t(i.args[0])].varying);
+    llvm::Value* mask = masked ? mask_bits(get(i.args[2], true).part[0]) : nullptr;
+    for (int c = 0; c < comps(var.ty); c++) {
+        llvm::Value* p = element_pointer(i.imm, index, c);
+        if (wide_index) {
+            llvm::Value* all = mask ? mask : widen(m_b.getInt1(true));
+            m_b.CreateMaskedScatter(value.part[c], p, llvm::Align(4), all);
+            continue;
+        }
+        llvm::Value* x = value.part[c];
+        const llvm::Align align(var.ty == Ty::String ? 8 : 4);
+        if (mask)
+            x = m_b.CreateSelect(mask, x, m_b.CreateAlignedLoad(x->getType(), p, align));
+        m_b.CreateAlignedStore(x, p, align);
+    }
+}
+
+} // namespace kanuka::sl

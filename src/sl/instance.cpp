@@ -1,0 +1,531 @@
+#include <algorithm>
+#include <cstring>
+
+#include "sl/shader.h"
+
+namespace kanuka::sl {
+
+using grid::LayerOp;
+
+// ---- parameters
+// ---------------------------------------------------------------------------------------------------------
+
+InstanceImpl::InstanceImpl(std::shared_ptr<const ShaderImpl> shader, std::span<const Argument> arguments,
+                           Services& services)
+    : m_shader(std::move(shader)) {
+    const ir::Program& p = m_shader->program();
+    bind(arguments, services);
+    const Build& b = m_shader->build({});
+    if (b.defaults && !p.defaults.outputs.empty())
+        run_once(b.defaults, services, nullptr);
+    // What the defaults computed gives way to what was given.
+    bind(arguments, services);
+    m_members.assign(size_t(p.member_floats) + 1, 0.0f);
+    m_member_texts.assign(size_t(p.member_strings) + 1, "");
+    ops::MaterialBuild build;
+    for (const auto& [name, lobe] : p.fixed_lobes) {
+        ops::MaterialBuild::Node n;
+        n.name = name;
+        n.lobe = lobe;
+        build.nodes.push_back(std::move(n));
+    }
+    if (b.init)
+        run_once(b.init, services, &build);
+    if (b.interior && build.has_interior)
+        run_once(b.interior, services, &build);
+    build_material(build, services);
+    settle_presence(services);
+}
+
+void InstanceImpl::bind(std::span<const Argument> arguments, Services& services) {
+    const ir::Program& p = m_shader->program();
+    const bool first = m_params.empty();
+    if (first) {
+        m_params.assign(size_t(p.floats) + 16, 0.0f);
+        m_param_texts.assign(size_t(p.strings) + 1, "");
+        m_variant.params.assign(p.parameters.size(), false);
+        m_primvars.assign(p.parameters.size(), {});
+        for (size_t i = 0; i < p.parameters.size(); i++) {
+            const ir::Place& place = p.places[i];
+            if (place.text)
+                for (size_t k = 0; k < p.parameters[i].strings.size(); k++)
+                    m_param_texts[size_t(place.offset) + k] =
+                        m_texts.emplace_back(p.parameters[i].strings[k]).c_str();
+            else
+                std::copy(p.parameters[i].floats.begin(), p.parameters[i].floats.end(),
+                          m_params.begin() + place.offset);
+        }
+    }
+    for (const Argument& a : arguments) {
+        if (a.name == "Cs" || a.name == "Os") {
+            if (a.varying)
+                (a.name == "Cs" ? m_variant.Cs : m_variant.Os) = true;
+            else if (a.name == "Os" && a.floats.size() >= 3)
+                m_opacity = Vec3f(a.floats[0], a.floats[1], a.floats[2]);
+            continue;
+        }
+        const auto it = std::find_if(p.parameters.begin(), p.parameters.end(),
+                                     [&](const Parameter& q) { return q.name == a.name; });
+        const auto complain = [&](const std::string& what) {
+            if (first)
+                services.report(Severity::Warning, {p.name}, what);
+        };
+        if (it == p.parameters.end()) {
+            std::string have;
+            for (const Parameter& q : p.parameters)
+                have += (have.empty() ? "" : ", ") + q.name;
+            complain("shader \"" + p.name + "\" has no parameter \"" + a.name + "\"; it has " +
+                     (have.empty() ? "none" : have));
+            continue;
+        }
+        const size_t index = size_t(it - p.parameters.begin());
+        const ir::Place& place = p.places[index];
+        if (a.varying) {
+            if (!place.varying) {
+                complain("parameter \"" + a.name + "\" of shader \"" + p.name +
+                         "\" is uniform, so a varying primvar cannot set it; declare it varying");
+                continue;
+            }
+            m_variant.params[index] = true;
+            m_primvars[index] = a.name;
+        } else if (place.text) {
+            if (int(a.strings.size()) != place.count) {
+                complain("parameter \"" + a.name + "\" takes " + std::to_string(place.count) +
+                         " strings, found " + std::to_string(a.strings.size()));
+                continue;
+            }
+            for (size_t k = 0; k < a.strings.size(); k++)
+                m_param_texts[size_t(place.offset) + k] = m_texts.emplace_back(a.strings[k]).c_str();
+        } else if (int(a.floats.size()) == place.count) {
+            std::copy(a.floats.begin(), a.floats.end(), m_params.begin() + place.offset);
+        } else if (a.floats.size() == 1 && place.count == 3) {
+            std::fill_n(m_params.begin() + place.offset, 3, a.floats[0]);
+        } else {
+            complain("parameter \"" + a.name + "\" takes " + std::to_string(place.count) + " floats, found " +
+                     std::to_string(a.floats.size()));
+        }
+    }
+}
+
+// ---- running once: defaults, init, interior
+// -----------------------------------------------------------------------------
+
+void InstanceImpl::run_once(const BuiltStage& built, Services& services, ops::MaterialBuild* build) {
+    const ir::Program& p = m_shader->program();
+    ops::Runner runner{p, built.stage, services, 1, 1, build, {}, {}};
+    std::vector<float> uniforms(size_t(built.plan.uniforms) + 16, 0.0f),
+        scratch(size_t(built.plan.arrays + 1) * 16, 0.0f);
+    std::vector<const char*> texts(size_t(built.plan.texts) + 1, "");
+    std::vector<float> inputs(size_t(ir::Input::Count) * 3, 0.0f);
+    std::vector<const float*> input_pointers(size_t(ir::Input::Count) * 3, scratch.data());
+    std::vector<const float*> varying(size_t(p.floats) + 1, nullptr);
+    std::vector<std::vector<float>> results(built.stage.outputs.size(), std::vector<float>(32, 0.0f));
+    std::vector<float*> outputs(built.stage.outputs.size() * 16 + 1, nullptr);
+    for (size_t k = 0; k < results.size(); k++)
+        for (size_t c = 0; c < 16; c++)
+            outputs[k * 16 + c] = results[k].data() + c;
+    Frame f{};
+    f.count = 1;
+    f.stride = 16;
+    f.uniforms = uniforms.data();
+    f.texts = texts.data();
+    f.scratch = scratch.data();
+    f.inputs = input_pointers.data();
+    f.uniform_inputs = inputs.data();
+    f.params = m_params.data();
+    f.param_texts = m_param_texts.data();
+    f.varying_params = varying.data();
+    f.members = m_members.data();
+    f.member_texts = m_member_texts.data();
+    f.channels = m_channels.data();
+    f.outputs = outputs.data();
+    f.host = &runner;
+    built.run(&f);
+    runner.report_faults();
+    for (size_t k = 0; k < built.stage.outputs.size(); k++) {
+        const ir::Output& o = built.stage.outputs[k];
+        const bool member = o.kind == ir::Output::Member;
+        const ir::Place& place = (member ? p.members : p.places)[size_t(o.index)];
+        if (place.text) {
+            const char* s;
+            std::memcpy(&s, results[k].data(), sizeof s);
+            (member ? m_member_texts : m_param_texts)[size_t(place.offset)] =
+                m_texts.emplace_back(s ? s : "").c_str();
+        } else {
+            std::copy_n(results[k].begin(), place.count,
+                        (member ? m_members : m_params).begin() + place.offset);
+        }
+    }
+}
+
+// ---- the layering program
+// -------------------------------------------------------------------------------------------------
+
+static grid::Slot make_slot(const grid::LobeInput& in, const std::string& node) {
+    grid::Slot s;
+    s.type = in.type;
+    s.storage = in.storage;
+    s.low = in.low;
+    s.high = in.high;
+    s.name = node + "." + std::string(in.name);
+    return s;
+}
+
+int InstanceImpl::node_of(const ops::MaterialBuild& build, const std::string& name, std::vector<int>& made,
+                          int depth, Services& services) {
+    const ir::Program& p = m_shader->program();
+    const auto found =
+        std::find_if(build.nodes.begin(), build.nodes.end(), [&](const auto& n) { return n.name == name; });
+    if (found == build.nodes.end() || depth > 64)
+        return -1;
+    const size_t index = size_t(found - build.nodes.begin());
+    if (made[index] >= 0)
+        return -1; // a node has one parent
+    const ops::MaterialBuild::Node& n = *found;
+    const auto where = [&] {
+        return Location{n.loc.file < p.files.size() ? p.files[n.loc.file] : p.name, int(n.loc.line),
+                        int(n.loc.column)};
+    };
+    grid::LayerNode node;
+    node.op = n.op;
+    node.lobe = n.lobe;
+    node.name = n.name;
+    made[index] = 0;
+    if (n.op != LayerOp::Lobe) {
+        node.upper = node_of(build, n.upper, made, depth + 1, services);
+        node.lower = node_of(build, n.lower, made, depth + 1, services);
+        for (const auto& [child, given] : {std::pair{node.upper, &n.upper}, std::pair{node.lower, &n.lower}})
+            if (child < 0)
+                services.report(Severity::Error, where(),
+                                "layer \"" + n.name + "\" names \"" + *given +
+                                    "\", which is no lobe or layer of this material that is still free");
+        if (node.upper < 0 || node.lower < 0)
+            return std::max(node.upper, node.lower);
+    }
+    // Slots: the weight, then the inputs that the shader sets or that differ from their default.
+    const auto add = [&](grid::Slot slot, int channel, Vec3f value) {
+        m_layering.slots.push_back(std::move(slot));
+        SlotSource source;
+        source.value = value;
+        for (size_t k = 0; k < p.shade.outputs.size(); k++)
+            if (p.shade.outputs[k].kind == ir::Output::Slot && p.shade.outputs[k].index == channel &&
+                channel >= 0)
+                source.output = int(k);
+        m_sources.push_back(source);
+        return int(m_layering.slots.size()) - 1;
+    };
+    const grid::LobeDecl& lobe = grid::lobe(n.lobe);
+    std::vector<int> channels(lobe.inputs.size() + 1, -1);
+    for (size_t c = 0; c < p.channels.size(); c++) {
+        const ir::Channel& channel = p.channels[c];
+        if (channel.node != n.name || channel.presence)
+            continue;
+        if (channel.input >= 0 && (n.op != LayerOp::Lobe || channel.lobe != n.lobe)) {
+            services.report(Severity::Error, where(),
+                            "SetLobe gives \"" + n.name + "\" a " +
+                                std::string(grid::lobe(channel.lobe).name) + ", AddLobe made it a " +
+                                (n.op == LayerOp::Lobe ? std::string(lobe.name) : "layer"));
+            continue;
+        }
+        channels[size_t(channel.input + 1)] = int(c);
+    }
+    if (channels[0] >= 0) {
+        grid::Slot weight;
+        weight.name = n.name + ".weight";
+        if (n.op == LayerOp::Lobe && lobe.kind == grid::LobeKind::Emission)
+            weight.high = 65504;
+        m_channels[size_t(channels[0]) * 3] = 1;
+        node.weight = add(std::move(weight), channels[0], Vec3f(1, 0, 0));
+    }
+    if (n.op == LayerOp::Lobe) {
+        node.inputs.assign(lobe.inputs.size(), -1);
+        for (size_t i = 0; i < lobe.inputs.size(); i++) {
+            const auto given = std::find(n.given.begin(), n.given.end(), int(i));
+            const Vec3f value =
+                given != n.given.end() ? n.values[size_t(given - n.given.begin())] : lobe.inputs[i].fallback;
+            const int channel = channels[i + 1];
+            if (channel >= 0)
+                for (int c = 0; c < 3; c++)
+                    m_channels[size_t(channel) * 3 + size_t(c)] = value[c];
+            if (channel >= 0 || given != n.given.end())
+                node.inputs[i] = add(make_slot(lobe.inputs[i], n.name), channel, value);
+        }
+    }
+    m_layering.nodes.push_back(std::move(node));
+    made[index] = 1;
+    return int(m_layering.nodes.size()) - 1;
+}
+
+void InstanceImpl::build_material(const ops::MaterialBuild& build, Services& services) {
+    const ir::Program& p = m_shader->program();
+    m_channels.assign(p.channels.size() * 3 + 3, 0.0f);
+    std::vector<int> made(build.nodes.size(), -1);
+    // Roots: nodes that no layer names. Layers are made from the top, lobes in the order of their AddLobe.
+    std::vector<int> roots;
+    for (const auto& n : build.nodes) {
+        bool inner = false;
+        for (const auto& layer : build.nodes)
+            inner = inner || (layer.op != LayerOp::Lobe && (layer.upper == n.name || layer.lower == n.name) &&
+                              &layer != &n);
+        if (inner)
+            continue;
+        const int root = node_of(build, n.name, made, 0, services);
+        if (root >= 0)
+            roots.push_back(root);
+    }
+    for (size_t c = 0; c < p.channels.size(); c++) {
+        if (!p.channels[c].presence)
+            continue;
+        m_channels[c * 3] = 1;
+        grid::Slot slot;
+        slot.name = "presence";
+        m_layering.presence = int(m_layering.slots.size());
+        m_layering.slots.push_back(std::move(slot));
+        SlotSource source;
+        for (size_t k = 0; k < p.shade.outputs.size(); k++)
+            if (p.shade.outputs[k].kind == ir::Output::Slot && p.shade.outputs[k].index == int(c))
+                source.output = int(k);
+        source.value = Vec3f(1, 0, 0);
+        m_sources.push_back(source);
+    }
+    // Several roots lie side by side under implicit Add nodes.
+    int top = roots.empty() ? -1 : roots[0];
+    for (size_t i = 1; i < roots.size(); i++) {
+        grid::LayerNode add;
+        add.op = LayerOp::Add;
+        add.upper = top;
+        add.lower = roots[i];
+        m_layering.nodes.push_back(std::move(add));
+        top = int(m_layering.nodes.size()) - 1;
+    }
+    m_layering.has_interior = build.has_interior;
+    m_layering.interior_ior = build.ior;
+    m_layering.interior_absorption = build.absorption;
+    m_layering.interior_scattering = build.scattering;
+    m_layering.interior_g = build.g;
+
+    ir::Variant colors = m_variant;
+    colors.Cs = colors.Os = true;
+    const std::vector<bool> always = m_shader->uniform_outputs(colors),
+                            plain = m_shader->uniform_outputs(m_variant);
+    m_uniform = m_uniform_plain = true;
+    for (size_t s = 0; s < m_sources.size(); s++) {
+        const int k = m_sources[s].output;
+        m_layering.slots[s].uniform = k < 0 || always[size_t(k)];
+        m_uniform = m_uniform && m_layering.slots[s].uniform;
+        m_uniform_plain = m_uniform_plain && (k < 0 || plain[size_t(k)]);
+    }
+    for (const ir::Output& o : p.shade.outputs)
+        if (o.kind == ir::Output::Normal)
+            m_uniform = m_uniform_plain = false; // bump: every vertex has its normal
+}
+
+// A surface that the arguments make opaque has no presence to test at every hit.
+void InstanceImpl::settle_presence(Services& services) {
+    const int slot = m_layering.presence;
+    if (slot < 0 || !m_opacity || m_variant.Os || !m_shader->program().shade.root)
+        return;
+    const int output = m_sources[size_t(slot)].output;
+    if (output < 0 || !m_shader->uniform_outputs(m_variant)[size_t(output)])
+        return;
+    grid::Grid point;
+    point.allocate(0, 0);
+    GridGlobals globals;
+    globals.Os = *m_opacity;
+    grid::VertexInputs values;
+    shade(point, globals, services, values);
+    if (values.slots[size_t(slot)].uniform && values.slots[size_t(slot)].value.x >= 1) {
+        // It is the last slot: build_material adds it so.
+        m_layering.slots.pop_back();
+        m_sources.pop_back();
+        m_layering.presence = -1;
+    }
+}
+
+// ---- running over grids
+// -----------------------------------------------------------------------------------------------------
+
+ir::Variant InstanceImpl::variant_for(const grid::Grid& grid) const {
+    ir::Variant v = m_variant;
+    v.Cs = v.Os = false;
+    for (const grid::Channel& c : grid.primvars) {
+        v.Cs = v.Cs || (c.name == "Cs" && c.components == 3);
+        v.Os = v.Os || (c.name == "Os" && c.components == 3);
+    }
+    const ir::Program& p = m_shader->program();
+    for (size_t i = 0; i < v.params.size(); i++) {
+        bool found = false;
+        for (const grid::Channel& c : grid.primvars)
+            found = found || (c.name == p.parameters[i].name && c.components == p.places[i].count);
+        v.params[i] = v.params[i] && found;
+    }
+    return v;
+}
+
+void InstanceImpl::run(const BuiltStage& built, const ir::Variant& variant, grid::Grid& grid,
+                       const GridGlobals& globals, Services& services,
+                       const std::vector<float*>& outputs) const {
+    const ir::Program& p = m_shader->program();
+    const int vertices = grid.vertices();
+    // Without neighbours (a mesh) any number of vertices is a grid: blocks keep the scratch memory in the
+    // cache.
+    constexpr int BlockSize = 2048;
+    const bool mesh = grid.nv == 0;
+    const int block = mesh ? std::min(vertices, BlockSize) : vertices;
+    const int64_t stride = (block + 31) / 16 * 16;
+    ops::Runner runner{p,       built.stage, services, mesh ? block : grid.nu + 1, mesh ? 1 : grid.nv + 1,
+                       nullptr, {},          {}};
+    const std::unique_ptr<float[]> scratch(new float[size_t(built.plan.arrays) * size_t(stride) + 16]);
+    std::vector<float> uniforms(size_t(built.plan.uniforms) + 16, 0.0f);
+    std::vector<const char*> texts(size_t(built.plan.texts) + 1, "");
+
+    std::vector<float> uniform_inputs(size_t(ir::Input::Count) * 3, 0.0f);
+    std::vector<const float*> inputs(size_t(ir::Input::Count) * 3, nullptr);
+    const auto triple = [&](ir::Input i, const float* base, int64_t s) {
+        for (int c = 0; c < 3; c++)
+            inputs[size_t(i) * 3 + size_t(c)] = base + c * s;
+    };
+    const auto uniform = [&](ir::Input i, const Vec3f& v) {
+        for (int c = 0; c < 3; c++)
+            uniform_inputs[size_t(i) * 3 + size_t(c)] = v[c];
+    };
+    using enum ir::Input;
+    triple(P, grid.P.data(), grid.stride);
+    triple(N, grid.N.data(), grid.stride);
+    triple(Ng, grid.Ng.data(), grid.stride);
+    triple(dPdu, grid.dPdu.data(), grid.stride);
+    triple(dPdv, grid.dPdv.data(), grid.stride);
+    inputs[size_t(u) * 3] = grid.u.data();
+    inputs[size_t(v) * 3] = grid.v.data();
+    inputs[size_t(s) * 3] = grid.s.data();
+    inputs[size_t(t) * 3] = grid.t.data();
+    uniform(Cs, globals.Cs);
+    uniform(Os, globals.Os);
+    uniform(E, globals.E);
+    uniform(time, Vec3f(globals.time));
+    uniform(du, Vec3f(globals.du));
+    uniform(dv, Vec3f(globals.dv));
+    std::vector<const float*> varying(size_t(p.floats) + 1, nullptr);
+    for (const grid::Channel& c : grid.primvars) {
+        if (c.name == "Cs" && variant.Cs)
+            triple(Cs, c.component(0), c.stride);
+        if (c.name == "Os" && variant.Os)
+            triple(Os, c.component(0), c.stride);
+        for (size_t i = 0; i < variant.params.size(); i++)
+            if (variant.params[i] && c.name == p.parameters[i].name && c.components == p.places[i].count)
+                for (int k = 0; k < c.components; k++)
+                    varying[size_t(p.places[i].offset + k)] = c.component(k);
+    }
+    std::vector<float*> out = outputs;
+
+    Frame f{};
+    f.stride = stride;
+    f.uniforms = uniforms.data();
+    f.texts = texts.data();
+    f.scratch = scratch.get();
+    f.inputs = inputs.data();
+    f.uniform_inputs = uniform_inputs.data();
+    f.params = m_params.data();
+    f.param_texts = m_param_texts.data();
+    f.varying_params = varying.data();
+    f.members = m_members.data();
+    f.member_texts = m_member_texts.data();
+    f.channels = m_channels.data();
+    f.outputs = out.data();
+    f.host = &runner;
+    for (int begin = 0; begin < vertices; begin += block) {
+        f.count = std::min(block, vertices - begin);
+        if (mesh)
+            runner.columns = f.count;
+        built.run(&f);
+        // On to the next block: everything that has a value a vertex.
+        for (const float*& x : inputs)
+            x = x ? x + f.count : nullptr;
+        for (const float*& x : varying)
+            x = x ? x + f.count : nullptr;
+        for (size_t k = 0; k < out.size(); k++)
+            if (out[k] && built.stage.vars[size_t(built.stage.outputs[k / 16].var)].varying)
+                out[k] += f.count;
+    }
+    runner.report_faults();
+}
+
+void InstanceImpl::displace(grid::Grid& grid, const GridGlobals& globals, Services& services) const {
+    if (!displaces())
+        return;
+    const ir::Variant variant = variant_for(grid);
+    const BuiltStage& built = m_shader->build(variant).displace;
+    // Results go beside the grid: the stage reads its neighbours' old positions to the end.
+    std::vector<std::vector<float>> moved(built.stage.outputs.size());
+    std::vector<float*> outputs(built.stage.outputs.size() * 16, nullptr);
+    for (size_t k = 0; k < moved.size(); k++) {
+        if (built.stage.outputs[k].var < 0)
+            continue;
+        moved[k] = built.stage.outputs[k].kind == ir::Output::Position ? grid.P : grid.N;
+        moved[k].resize(size_t(grid.stride) * 3 + 32);
+        for (size_t c = 0; c < 3; c++)
+            outputs[k * 16 + c] = moved[k].data() + c * size_t(grid.stride);
+    }
+    run(built, variant, grid, globals, services, outputs);
+    for (size_t k = 0; k < moved.size(); k++) {
+        if (built.stage.outputs[k].var < 0)
+            continue;
+        moved[k].resize(size_t(grid.stride) * 3);
+        (built.stage.outputs[k].kind == ir::Output::Position ? grid.P : grid.N).swap(moved[k]);
+    }
+}
+
+void InstanceImpl::shade(grid::Grid& grid, const GridGlobals& globals, Services& services,
+                         grid::VertexInputs& out) const {
+    out.stride = grid.stride;
+    out.slots.assign(m_layering.slots.size(), {});
+    for (size_t s = 0; s < m_sources.size(); s++) {
+        out.slots[s].uniform = true;
+        out.slots[s].value = m_sources[s].value;
+    }
+    if (!m_shader->program().shade.root)
+        return;
+    const ir::Variant variant = variant_for(grid);
+    const BuiltStage& built = m_shader->build(variant).shade;
+    const ir::Stage& stage = built.stage;
+    std::vector<float> unused(size_t(grid.stride) + 32, 0.0f), normals;
+    std::vector<float*> outputs(stage.outputs.size() * 16, unused.data());
+    std::vector<std::array<float, 16>> values(stage.outputs.size());
+    for (size_t k = 0; k < stage.outputs.size(); k++) {
+        const ir::Output& o = stage.outputs[k];
+        if (o.kind == ir::Output::Normal) {
+            normals = grid.N;
+            normals.resize(size_t(grid.stride) * 3 + 32);
+            for (size_t c = 0; c < 3; c++)
+                outputs[k * 16 + c] = normals.data() + c * size_t(grid.stride);
+        } else if (o.var >= 0 && !stage.vars[size_t(o.var)].varying) {
+            for (size_t c = 0; c < 16; c++)
+                outputs[k * 16 + c] = &values[k][c];
+        }
+    }
+    for (size_t s = 0; s < m_sources.size(); s++) {
+        const int k = m_sources[s].output;
+        if (k < 0 || !stage.vars[size_t(stage.outputs[size_t(k)].var)].varying)
+            continue;
+        const size_t n = m_layering.slots[s].type == grid::InputType::Color ? 3 : 1;
+        out.slots[s].uniform = false;
+        out.slots[s].data.resize(n * size_t(grid.stride) + 32);
+        for (size_t c = 0; c < n; c++)
+            outputs[size_t(k) * 16 + c] = out.slots[s].data.data() + c * size_t(grid.stride);
+    }
+    run(built, variant, grid, globals, services, outputs);
+    for (size_t s = 0; s < m_sources.size(); s++) {
+        const int k = m_sources[s].output;
+        if (!out.slots[s].uniform)
+            out.slots[s].data.resize((m_layering.slots[s].type == grid::InputType::Color ? 3 : 1) *
+                                     size_t(grid.stride));
+        else if (k >= 0)
+            out.slots[s].value = Vec3f(values[size_t(k)][0], values[size_t(k)][1], values[size_t(k)][2]);
+    }
+    if (!normals.empty()) {
+        normals.resize(size_t(grid.stride) * 3);
+        grid.N.swap(normals);
+    }
+}
+
+} // namespace kanuka::sl

@@ -1,0 +1,107 @@
+// What depends on the direction a surface is seen from. Shading runs before any ray is traced, so nothing
+// that a surface hands out may: the source of all direction is E, which I = P - E brings in.
+#include "sl/ir/passes.h"
+
+namespace kanuka::sl::ir {
+
+namespace {
+
+class Walk {
+  public:
+    explicit Walk(const Stage& s) : m_stage(s) {
+        m_d.refs.assign(s.instrs.size(), false);
+        m_d.vars.assign(s.vars.size(), false);
+        for (size_t r = 0; r < s.instrs.size(); r++)
+            m_d.refs[r] = s.instrs[r].op == Op::Input && Input(s.instrs[r].imm) == Input::E;
+    }
+    Directions run() {
+        do {
+            m_changed = false;
+            walk(*m_stage.root, false);
+        } while (m_changed);
+        return std::move(m_d);
+    }
+
+  private:
+    void walk(const Block& b, bool control) {
+        for (const Item& item : b.items) {
+            if (item.kind == Item::Instruction) {
+                const Instr& i = m_stage.instrs[size_t(item.ref)];
+                bool depends = false;
+                for (Ref a : i.args)
+                    depends = depends || m_d.refs[size_t(a)];
+                if (i.op == Op::Closure)
+                    depends = false; // light comes later, from wherever it comes
+                if (i.op == Op::Load || i.op == Op::LoadElement)
+                    depends = depends || m_d.vars[size_t(i.imm)];
+                if ((i.op == Op::Store || i.op == Op::StoreElement) && (depends || control) &&
+                    !m_d.vars[size_t(i.imm)]) {
+                    m_d.vars[size_t(i.imm)] = true;
+                    m_changed = true;
+                }
+                if (depends && !m_d.refs[size_t(item.ref)]) {
+                    m_d.refs[size_t(item.ref)] = true;
+                    m_changed = true;
+                }
+            }
+            const bool inner = control || (item.kind == Item::If && m_d.refs[size_t(item.ref)]);
+            if (item.body)
+                walk(*item.body, inner);
+            if (item.orelse)
+                walk(*item.orelse, inner);
+        }
+    }
+    const Stage& m_stage;
+    Directions m_d;
+    bool m_changed = false;
+};
+
+} // namespace
+
+Directions find_directions(const Stage& stage) {
+    return Walk(stage).run();
+}
+
+void check_directions(const Stage& stage, const std::string& what, Diagnostics& diagnostics) {
+    if (!stage.root)
+        return;
+    const Directions d = find_directions(stage);
+    bool bad = false;
+    for (const Output& o : stage.outputs)
+        bad = bad || (o.var >= 0 && d.vars[size_t(o.var)]);
+    if (!bad)
+        return;
+    // Everything that no output needs is gone: each place where the eye comes in matters.
+    int found = 0;
+    for (const Instr& i : stage.instrs) {
+        bool source = false;
+        for (Ref a : i.args)
+            source = source || (stage.instrs[size_t(a)].op == Op::Input &&
+                                Input(stage.instrs[size_t(a)].imm) == Input::E);
+        if (!source || i.op == Op::Closure)
+            continue;
+        bool live = false;
+        const Ref self = Ref(&i - stage.instrs.data());
+        const auto search = [&](auto& again, const Block& b) -> void {
+            for (const Item& item : b.items) {
+                live = live || (item.kind == Item::Instruction && item.ref == self);
+                if (item.body)
+                    again(again, *item.body);
+                if (item.orelse)
+                    again(again, *item.orelse);
+            }
+        };
+        search(search, *stage.root);
+        if (!live || found++ > 3)
+            continue;
+        diagnostics.error(
+            i.loc, "the " + what +
+                       " depends on the viewing direction I here, which is not known: shading runs before "
+                       "rays. Give the direction to the lobe instead: a Fresnel effect is "
+                       "MicrofacetDielectricBrdf, a rim "
+                       "\"coat\" or edgeReflectance of MicrofacetConductorBrdf; faceforward(), specular() "
+                       "and trace() take I");
+    }
+}
+
+} // namespace kanuka::sl::ir

@@ -1,0 +1,246 @@
+// The intermediate representation: typed operations on values in structured control flow.
+//
+// A value is the result of one instruction (a Ref); variables are read and written by Load and Store.
+// Functions are inlined, loops and returns are Loop, Scope and Jump. What a value's detail is (one a grid, or
+// one a vertex) is found by detail.cpp; masks.cpp then replaces varying control flow by masks, so that only
+// uniform control flow remains.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "grid/layering.h"
+#include "sl/parse/source.h"
+#include "sl/sl.h"
+
+namespace kanuka::sl::ir {
+
+enum class Ty : uint8_t { Void, Bool, Float, Triple, Matrix, String, Mask };
+int comps(Ty ty); // floats (or masks) of a value; strings count as one
+
+using Ref = int32_t;
+inline constexpr Ref None = -1;
+
+enum class Op : uint8_t { // is_leaf() knows where the leaves end
+    // leaves: may stand anywhere, are not placed in blocks
+    Const,   // floats
+    Text,    // string
+    Input,   // imm: Input
+    Param,   // imm: index of a parameter
+    Member,  // imm: index of a member variable: its value when the stage begins
+    Channel, // imm: index of a channel: its value before any SetLobe
+    // variables; imm: index of the variable
+    Load,
+    Store,        // value [, mask]
+    LoadElement,  // index
+    StoreElement, // index, value [, mask]
+    // componentwise
+    Add,
+    Sub,
+    Mul,
+    Div,
+    Neg,
+    Min,
+    Max,
+    Abs,
+    Floor,
+    Ceil,
+    Sqrt,
+    Math1, // imm: Fn
+    Math2,
+    // comparisons and logic
+    Lt,
+    Le,
+    Gt,
+    Ge,
+    Eq,
+    Ne,       // floats to Bool
+    SameText, // strings to Bool
+    And,
+    Or,
+    Not,    // Bool or Mask
+    Select, // Bool, a, b
+    // shapes
+    ToFloat, // Bool to 0 or 1
+    Splat,   // float to triple
+    Make,    // floats to triple or matrix
+    Extract, // imm: component
+    // geometry
+    Dot,
+    Cross,
+    MatMul, // row vectors: a * b applies a first
+    Noise,  // imm: index of a noise kernel; args: floats
+    // masks
+    AllLanes, // those within the grid
+    ToMask,
+    ToBool,
+    AndNot, // a and not b, masks
+    // what needs the whole grid or the host; imm: index of a CallSite
+    Call,
+    // surface colours that are not known before light is: imm: Closure
+    Closure,
+};
+
+// Scalar names as in <cmath>.
+enum class Fn : uint8_t { Sin, Cos, Tan, Asin, Acos, Atan, Exp, Log, Log2, Log10, Exp2, Cbrt, Pow, Atan2 };
+
+enum class Input : uint8_t { P, N, Ng, dPdu, dPdv, u, v, s, t, Cs, Os, E, time, du, dv, Count };
+struct InputInfo {
+    std::string_view name;
+    Ty ty;
+    bool varying; // on every grid
+    bool primvar; // on grids that carry a primvar of this name
+};
+const InputInfo& input_info(Input input);
+
+enum class Closure : uint8_t { Ambient, Diffuse, Specular, Phong, Mirror, Refraction, Environment };
+
+enum class CallKind : uint8_t {
+    Dx,
+    Dy,              // differences to the next vertex in u, in v
+    CalculateNormal, // P, N
+    Texture,         // channels = imm; see Call arguments in runtime.cpp
+    Environment,
+    SpaceMatrix, // from, to
+    Printf,
+    Format,
+    Concat,
+    Match,
+    Report,
+    Query, // attribute, option, rendererinfo, textureinfo: found = 0
+    CreateBoundary,
+    AddLobe,
+    AddLayer,
+    CreateInterior,
+    AddPhaseFunction,
+    SetPhaseFunction,
+    SetAbsorption,
+    SetScattering,
+};
+
+struct CallSite {
+    CallKind kind;
+    Loc loc;
+    Ref result = None;
+    std::vector<Ref> args;
+    std::vector<std::string> names; // of the arguments, where they have one
+    int imm = 0;                    // lobe, channels, …
+};
+
+struct Instr {
+    Op op;
+    Ty ty = Ty::Void;
+    bool varying = false;
+    int imm = 0;
+    Loc loc;
+    std::vector<Ref> args;
+    std::vector<float> floats; // Const
+    std::string text;          // Text
+};
+
+struct Var {
+    std::string name;
+    Ty ty = Ty::Float;
+    int array = 0; // elements; 0 = not an array
+    bool varying = false;
+    bool must_be_uniform = false; // declared so
+    Loc loc;
+    int context = -1; // masks: where it was declared
+};
+
+struct Block;
+
+struct Item {
+    enum Kind : uint8_t {
+        Instruction, // ref
+        If,          // ref: condition; body, orelse
+        Loop,        // body, for ever: left by jumps
+        Scope,       // target; body: jumps to the target end here
+        Jump,        // target
+        Declare,     // target: variable comes to life
+        // made by masks.cpp
+        Guard,     // target: mask variable; body runs if any lane is on
+        LeaveLoop, // target: mask variable; leaves the innermost Loop if no lane is on
+    };
+    Kind kind;
+    Ref ref = None;
+    int target = -1;
+    Block* body = nullptr;
+    Block* orelse = nullptr;
+    Loc loc;
+    bool masked = false; // Loop: lanes leave it one by one. Scope: lanes jump to its end one by one
+};
+
+struct Block {
+    std::vector<Item> items;
+};
+
+// What a stage hands out: a variable's value at its end.
+struct Output {
+    enum Kind : uint8_t { Position, Normal, Slot, Member, Parameter };
+    Kind kind = Slot;
+    int var = -1;
+    int index = 0; // Slot: channel; Member, Parameter: index
+};
+
+// One stage of a shader.
+struct Stage {
+    std::string name;
+    std::vector<Instr> instrs;
+    std::vector<Var> vars;
+    std::deque<Block> blocks;
+    Block* root = nullptr;
+    std::vector<CallSite> calls;
+    std::vector<Output> outputs;
+    std::vector<std::pair<Loc, std::string>> faults; // places where a run-time fault may arise
+    int targets = 0;
+
+    Block* block() { return &blocks.emplace_back(); }
+    Stage() = default;
+    Stage(const Stage& other) { *this = other; }
+    Stage& operator=(const Stage& other); // deep: blocks point at each other
+};
+
+// A parameter or member in the block of floats that stages read: its place there.
+struct Place {
+    int offset = 0; // in floats, or in strings
+    int count = 0;
+    bool text = false;
+    bool varying = false; // may be bound to a primvar
+};
+
+// One number or colour of the material: written by SetLobe, or a part of an extracted closure.
+struct Channel {
+    std::string node; // the leaf or layer it belongs to
+    int input = -1;   // of the lobe; -1 = weight
+    grid::LobeId lobe = grid::LobeId::LambertBrdf;
+    bool presence = false;
+    Ty ty = Ty::Float;
+};
+
+struct Program {
+    ShaderKind kind = ShaderKind::Class;
+    std::string name;
+    std::vector<Parameter> parameters;
+    std::vector<Place> places;   // of parameters
+    int floats = 0, strings = 0; // sizes of the parameter block
+    std::vector<Place> members;
+    int member_floats = 0, member_strings = 0;
+    std::vector<Channel> channels;
+    // Stages that the shader lacks have no root. defaults: parameters' values that only the run time can
+    // compute.
+    Stage defaults, init, interior, displace, shade;
+    // Variables of the shade stage that a surface leaves its result in; -1 = it sets lobes itself.
+    int Ci = -1, Oi = -1;
+    // Fixed layering of a classic surface, in order; class shaders make theirs in init.
+    std::vector<std::pair<std::string, grid::LobeId>> fixed_lobes;
+    std::vector<std::string> files; // names of the sources, for locations at run time
+    uint64_t source_hash = 0;
+};
+
+std::string dump(const Stage& stage); // for tests and for reading
+
+} // namespace kanuka::sl::ir

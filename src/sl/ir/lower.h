@@ -1,0 +1,139 @@
+// Typed tree to IR: one Stage for each entry point, functions inlined, the Mnk calls turned into channels and
+// host calls.
+#pragma once
+
+#include <map>
+#include <unordered_map>
+
+#include "sl/ir/builder.h"
+#include "sl/ops/noise.h"
+#include "sl/sema/sema.h"
+
+namespace kanuka::sl::ir {
+
+class Lower {
+  public:
+    Lower(Program& program, Sema& sema, Diagnostics& diagnostics, ast::ShaderDecl& shader)
+        : m_program(program), m_sema(sema), m_diagnostics(diagnostics), m_shader(shader),
+          m_b(program.defaults) {}
+    void run();
+
+  private:
+    enum class Role { Defaults, Init, Interior, Displace, Shade };
+    struct Binding {
+        enum Kind : uint8_t { None, Value, Variable, Lobe, Handle } kind = None;
+        Ref value = ir::None;    // Value
+        int var = -1;            // Variable; arrays too
+        std::vector<int> inputs; // Lobe: a variable for each input of the lobe
+        std::vector<bool> given; // Lobe: inputs that some constructor named
+    };
+    struct LobeValue {
+        grid::LobeId lobe;
+        std::vector<Ref> inputs; // None = not given
+    };
+    struct LoopTargets {
+        int leave, next;
+    };
+
+    // lower.cpp: stages, statements
+    void parameters();
+    void members();
+    void begin_stage(Stage& stage, Role role, const char* name);
+    void end_stage();
+    void class_stage(const char* method, Stage& stage, Role role);
+    void classic_stage();
+    void normal_output();
+    ast::FunctionDecl* method(std::string_view name);
+    void run_method(ast::FunctionDecl* f);
+    void statement(const ast::Stmt* s);
+    void declare(const ast::VarDecl* v);
+    void branch(Ref condition, const ast::Stmt* yes, const ast::Stmt* no, Loc at);
+    void loop(const ast::Stmt* s);
+    void jump(int target, Loc at);
+    template <class F>
+    Block* in_block(F&& body) {
+        Block* const outer = m_b.block();
+        Block* const b = m_b.stage().block();
+        m_b.set_block(b);
+        body();
+        m_b.set_block(outer);
+        return b;
+    }
+
+    // lower_expr.cpp
+    Ref expr(const ast::Expr* e);
+    Ref expr_as(const ast::Expr* e, const ast::Type& to) { return convert(expr(e), e->type, to, e->loc); }
+    Ref convert(Ref value, const ast::Type& from, const ast::Type& to, Loc at);
+    Ref condition(const ast::Expr* e);
+    Ref truth(Ref value);
+    Ref name(const ast::Expr* e);
+    Ref global(const ast::VarDecl* v, Loc at);
+    Ref binary(const ast::Expr* e);
+    Ref arithmetic(ast::BinOp op, Ref a, const ast::Type& ta, Ref b, const ast::Type& tb,
+                   const ast::Type& result, Loc at);
+    Ref matrix_arithmetic(ast::BinOp op, Ref a, Ref b, Loc at);
+    Ref inverse(Ref m, Loc at);
+    Ref determinant(Ref m, Loc at);
+    Ref ternary(const ast::Expr* e);
+    Ref tuple(const ast::Expr* e);
+    Ref in_space(Ref value, const ast::Type& type, const ast::Expr* space, Loc at);
+    Ref assign(const ast::Expr* e);
+    void assign_to(const ast::Expr* target, Ref value, Loc at);
+    void assign_array(int var, const ast::Expr* value, const ast::Type& type, Loc at);
+    Binding& bind(const ast::VarDecl* v);
+    Ref zero(Ty ty);
+    int fault(Loc at, std::string what);
+    Ref input(Input input);
+
+    // lower_calls.cpp
+    Ref call(const ast::Expr* e);
+    Ref inline_function(ast::FunctionDecl* f, const std::vector<const ast::Expr*>& args, Loc at);
+    Ref inline_with(ast::FunctionDecl* f, std::vector<Binding> bindings, Loc at);
+    Ref shadeop(const ast::Expr* e);
+    Ref primitive(const ast::Expr* e, const ops::Signature& s);
+    Ref noise(const ast::Expr* e, const ops::Signature& s);
+    Ref special(const ast::Expr* e, const ops::Signature& s);
+    Ref closure(const ast::Expr* e, const ops::Signature& s);
+    Ref spline(const ast::Expr* e, const ops::Signature& s);
+    Ref texture(const ast::Expr* e, const ops::Signature& s);
+    Ref component(const ast::Expr* e);
+    Ref space(const ast::Expr* e);
+    Ref host(CallKind kind, const ast::Expr* e, const ops::Signature& s);
+    bool returns_early(const ast::FunctionDecl* f);
+
+    // lower_material.cpp
+    Ref material(const ast::Expr* e, const ops::Signature& s, bool& known);
+    LobeValue lobe_value(const ast::Expr* e);
+    void bind_lobe(const ast::VarDecl* v, const ast::Expr* init);
+    void set_lobe(const ast::Expr* e);
+    void set_channel(const std::string& node, int input, grid::LobeId lobe, Ty ty, Ref value, Loc at);
+    int channel(const std::string& node, int input, grid::LobeId lobe, Ty ty, bool presence, Loc at);
+    std::string constant_text(const ast::Expr* e, const char* what);
+    bool only_in(Role role, const ast::Expr* e, const char* stage);
+
+    static Ty ty(const ast::Type& t);
+
+    Program& m_program;
+    Sema& m_sema;
+    Diagnostics& m_diagnostics;
+    ast::ShaderDecl& m_shader;
+    Builder m_b;
+    Role m_role = Role::Defaults;
+    Block* m_prologue = nullptr;
+    std::unordered_map<const ast::VarDecl*, Binding> m_bind;
+    std::unordered_map<const ast::VarDecl*, int> m_parameter_index, m_member_index;
+    std::map<std::pair<Ref, Ref>, Ref> m_spaces_by_ref;
+    std::map<std::string, Ref> m_spaces;
+    std::unordered_map<int, int> m_channel_vars; // of the stage
+    std::map<std::string, int> m_channels;       // by node and input
+    std::vector<ast::FunctionDecl*> m_active;
+    std::unordered_map<const ast::FunctionDecl*, bool> m_early;
+    std::vector<LoopTargets> m_loops;
+    struct Return {
+        int target, var;
+    };
+    std::vector<Return> m_returns;
+    bool m_overflow = false;
+};
+
+} // namespace kanuka::sl::ir

@@ -1,0 +1,526 @@
+#include "sl/ir/lower.h"
+
+namespace kanuka::sl::ir {
+
+using namespace ast;
+
+Ref Lower::zero(Ty ty) {
+    if (ty == Ty::String)
+        return m_b.text("");
+    return m_b.constant(std::vector<float>(size_t(comps(ty)), 0.0f), ty);
+}
+
+int Lower::fault(Loc at, std::string what) {
+    m_b.stage().faults.emplace_back(at, std::move(what));
+    return int(m_b.stage().faults.size() - 1);
+}
+
+Ref Lower::input(Input input) {
+    return m_b.leaf(Op::Input, input_info(input).ty, int(input));
+}
+
+// The binding of a variable; parameters and globals get theirs at first use.
+Lower::Binding& Lower::bind(const VarDecl* v) {
+    const auto it = m_bind.find(v);
+    if (it != m_bind.end() && it->second.kind != Binding::None)
+        return it->second;
+    Binding b;
+    if (v->kind == VarDecl::Parameter) {
+        const int index = m_parameter_index[v];
+        if (!v->output && !v->type.array) {
+            b.kind = Binding::Value;
+            b.value = m_b.leaf(Op::Param, ty(v->type), index);
+        } else {
+            b.kind = Binding::Variable;
+            b.var = m_b.var(std::string(v->name), ty(v->type), v->loc, v->type.array ? v->type.size : 0);
+            Block* const here = m_b.block();
+            m_b.set_block(m_prologue);
+            m_b.declare(b.var);
+            if (v->type.array) {
+                // Elements are copied: constants of the instance, so the copies fold away where they are not
+                // indexed.
+                for (int i = 0; i < v->type.size; i++) {
+                    const Ref element = m_b.leaf(Op::Param, ty(v->type), index);
+                    m_b.stage().instrs[element].floats = {float(i)}; // which element
+                    m_b.emit(Op::StoreElement, Ty::Void, {m_b.constant(float(i)), element}, v->loc, b.var);
+                }
+            } else {
+                m_b.store(b.var, m_b.leaf(Op::Param, ty(v->type), index), v->loc);
+            }
+            m_b.set_block(here);
+        }
+    } else if (v->kind == VarDecl::Global) {
+        const ops::Global& g = ops::globals()[v->global];
+        const bool shading = m_role == Role::Displace || m_role == Role::Shade;
+        b.kind = Binding::Variable;
+        Ref initial;
+        if (g.name == "Ci")
+            initial = input(Input::Cs);
+        else if (g.name == "Oi")
+            initial = input(Input::Os);
+        else if (g.input >= 0)
+            initial = input(Input(g.input));
+        else
+            initial = zero(ty(v->type));
+        if (g.written && shading) {
+            b.var = m_b.var(std::string(v->name), ty(v->type), v->loc);
+            Block* const here = m_b.block();
+            m_b.set_block(m_prologue);
+            m_b.declare(b.var);
+            m_b.store(b.var, initial, v->loc);
+            m_b.set_block(here);
+        } else {
+            b.kind = Binding::Value;
+            b.value = initial;
+        }
+    }
+    return m_bind[v] = b;
+}
+
+Ref Lower::global(const VarDecl* v, Loc at) {
+    const std::string_view n = v->name;
+    if (n == "PI")
+        return m_b.constant(3.14159265358979f);
+    if (n == "ncomps")
+        return m_b.constant(3.0f);
+    const bool needs_grid = m_role != Role::Displace && m_role != Role::Shade;
+    if (needs_grid) {
+        m_diagnostics.error(
+            at, "\"" + std::string(n) +
+                    "\" varies over the surface; it is not known where this runs (once a primitive)");
+        return zero(ty(v->type));
+    }
+    if (n == "I") {
+        const Ref i = m_b.emit(Op::Sub, Ty::Triple, {input(Input::P), input(Input::E)}, at);
+        return i;
+    }
+    if (n == "L" || n == "Cl" || n == "Ol" || n == "Ps" || n == "alpha") {
+        m_diagnostics.error(at, "\"" + std::string(n) + "\" is not known here: light comes after shading");
+        return zero(ty(v->type));
+    }
+    if (n == "dtime" || n == "dPdtime")
+        return zero(ty(v->type));
+    const Binding& b = bind(v);
+    return b.kind == Binding::Value ? b.value : m_b.load(b.var, at);
+}
+
+Ref Lower::name(const Expr* e) {
+    const VarDecl* v = e->var;
+    if (!v)
+        return zero(ty(e->type));
+    if (v->kind == VarDecl::Global)
+        return global(v, e->loc);
+    const Binding& b = bind(v);
+    switch (b.kind) {
+    case Binding::Value:
+        return b.value;
+    case Binding::Variable:
+        return m_b.load(b.var, e->loc);
+    default:
+        return zero(Ty::Float);
+    }
+}
+
+Ref Lower::truth(Ref value) {
+    if (m_b.at(value).ty == Ty::Bool)
+        return value;
+    return m_b.emit(Op::Ne, Ty::Bool, {value, m_b.constant(0.0f)}, m_b.at(value).loc);
+}
+
+Ref Lower::condition(const Expr* e) {
+    return truth(expr(e));
+}
+
+Ref Lower::convert(Ref value, const ast::Type& from, const ast::Type& to, Loc at) {
+    if (value == ir::None)
+        return zero(ty(to));
+    const Ty have = m_b.at(value).ty, need = ty(to);
+    (void)from;
+    if (have == need || need == Ty::Void)
+        return value;
+    if (have == Ty::Bool)
+        return convert(m_b.emit(Op::ToFloat, Ty::Float, {value}, at), from, to, at);
+    if (need == Ty::Bool)
+        return truth(value);
+    if (need == Ty::Triple)
+        return m_b.splat(value, at);
+    if (need == Ty::Matrix) { // a float times the identity
+        std::vector<Ref> m(16, m_b.constant(0.0f));
+        for (int i = 0; i < 4; i++)
+            m[size_t(5 * i)] = value;
+        return m_b.emit(Op::Make, Ty::Matrix, std::move(m), at);
+    }
+    return zero(need); // sema has complained
+}
+
+Ref Lower::expr(const Expr* e) {
+    switch (e->kind) {
+    case ExprKind::Number:
+        return m_b.constant(e->number);
+    case ExprKind::String:
+        return m_b.text(std::string(e->text));
+    case ExprKind::Name:
+        return name(e);
+    case ExprKind::Index: {
+        if (e->type.is(Base::String) && !e->args[0]->type.array) {
+            m_diagnostics.error(e->loc,
+                                "a string has no elements; a channel is picked within texture() alone");
+            return zero(Ty::String);
+        }
+        const Ref i = expr_as(e->args[1], {Base::Float});
+        if (!e->args[0]->var)
+            return zero(ty(e->type));
+        const Binding& b = bind(e->args[0]->var);
+        if (b.kind != Binding::Variable)
+            return zero(ty(e->type));
+        const int var = b.var;
+        const Ref r = m_b.emit(Op::LoadElement, ty(e->type), {i}, e->loc, var);
+        m_b.stage().instrs[r].floats = {float(
+            fault(e->args[1]->loc, "index outside of array \"" + std::string(e->args[0]->var->name) + "\""))};
+        return r;
+    }
+    case ExprKind::Call:
+        return call(e);
+    case ExprKind::Construct:
+        return ir::None;
+    case ExprKind::Cast: {
+        const Ref v = expr_as(e->args[0], e->type);
+        return e->args.size() > 1 ? in_space(v, e->type, e->args[1], e->loc) : v;
+    }
+    case ExprKind::Tuple:
+    case ExprKind::TupleIn:
+        return tuple(e);
+    case ExprKind::Unary: {
+        if (!e->negate)
+            return m_b.emit(Op::Not, Ty::Bool, {condition(e->args[0])}, e->loc);
+        const Ref v = expr_as(e->args[0], e->type);
+        return m_b.emit(Op::Neg, ty(e->type), {v}, e->loc);
+    }
+    case ExprKind::Binary:
+        return binary(e);
+    case ExprKind::Ternary:
+        return ternary(e);
+    case ExprKind::Assign:
+        return assign(e);
+    case ExprKind::List:
+    case ExprKind::Method:
+        break;
+    }
+    return zero(ty(e->type));
+}
+
+Ref Lower::tuple(const Expr* e) {
+    const size_t first = e->kind == ExprKind::TupleIn ? 1 : 0;
+    std::vector<Ref> parts;
+    for (size_t i = first; i < e->args.size(); i++)
+        parts.push_back(expr_as(e->args[i], {Base::Float}));
+    const Ty t = ty(e->type);
+    if (int(parts.size()) != comps(t))
+        return zero(t);
+    const Ref v = t == Ty::Float ? parts[0] : m_b.emit(Op::Make, t, std::move(parts), e->loc);
+    return first ? in_space(v, e->type, e->args[0], e->loc) : v;
+}
+
+// point "world" (…): given in that space, wanted in the current one.
+Ref Lower::in_space(Ref value, const ast::Type& type, const Expr* space, Loc at) {
+    const char* op = type.is(Base::Color)    ? "ctransform"
+                     : type.is(Base::Vector) ? "vtransform"
+                     : type.is(Base::Normal) ? "ntransform"
+                     : type.is(Base::Matrix) ? "mtransform"
+                                             : "transform";
+    const ops::Shadeop* shadeop = ops::find_shadeop(op);
+    for (size_t k = 0; shadeop && k < shadeop->signatures.size(); k++) {
+        const ops::Signature& s = shadeop->signatures[k];
+        if (s.args.size() != 3)
+            continue;
+        FunctionDecl* f = m_sema.source(*shadeop, int(k));
+        if (!f)
+            continue;
+        const Ref from = expr(space);
+        const Ref to = m_b.text(type.is(Base::Color) ? "rgb" : "current");
+        std::vector<Binding> b(3);
+        for (size_t i = 0; i < 3; i++) {
+            b[i].kind = Binding::Value;
+            b[i].value = i == 0 ? from : i == 1 ? to : value;
+        }
+        return inline_with(f, std::move(b), at);
+    }
+    return value;
+}
+
+Ref Lower::binary(const Expr* e) {
+    const Expr *x = e->args[0], *y = e->args[1];
+    const Ref a = expr(x);
+    const Ref b = expr(y);
+    return arithmetic(e->op, a, x->type, b, y->type, e->type, e->loc);
+}
+
+Ref Lower::arithmetic(BinOp op, Ref a, const ast::Type& ta, Ref b, const ast::Type& tb,
+                      const ast::Type& result, Loc at) {
+    switch (op) {
+    case BinOp::And:
+    case BinOp::Or:
+        return m_b.emit(op == BinOp::And ? Op::And : Op::Or, Ty::Bool, {truth(a), truth(b)}, at);
+    case BinOp::Eq:
+    case BinOp::Ne: {
+        Ref equal;
+        if (m_b.at(a).ty == Ty::String || m_b.at(b).ty == Ty::String) {
+            equal = m_b.emit(Op::SameText, Ty::Bool, {a, b}, at);
+        } else {
+            const ast::Type wide = comps(m_b.at(a).ty) >= comps(m_b.at(b).ty) ? ta : tb;
+            const ast::Type common = wide.is(Base::Bool) ? ast::Type{Base::Float} : wide;
+            a = convert(a, ta, common, at);
+            b = convert(b, tb, common, at);
+            const int n = comps(ty(common));
+            if (n == 1)
+                return m_b.emit(op == BinOp::Eq ? Op::Eq : Op::Ne, Ty::Bool, {a, b}, at);
+            equal = m_b.boolean(true);
+            for (int i = 0; i < n; i++) {
+                const Ref p = m_b.emit(Op::Extract, Ty::Float, {a}, at, i),
+                          q = m_b.emit(Op::Extract, Ty::Float, {b}, at, i);
+                const Ref same = m_b.emit(Op::Eq, Ty::Bool, {p, q}, at);
+                equal = m_b.emit(Op::And, Ty::Bool, {equal, same}, at);
+            }
+        }
+        return op == BinOp::Eq ? equal : m_b.emit(Op::Not, Ty::Bool, {equal}, at);
+    }
+    case BinOp::Lt:
+    case BinOp::Le:
+    case BinOp::Gt:
+    case BinOp::Ge: {
+        static constexpr Op Ops[] = {Op::Lt, Op::Le, Op::Gt, Op::Ge};
+        const ast::Type f{Base::Float};
+        a = convert(a, ta, f, at);
+        b = convert(b, tb, f, at);
+        return m_b.emit(Ops[int(op) - int(BinOp::Lt)], Ty::Bool, {a, b}, at);
+    }
+    case BinOp::Dot:
+        return m_b.emit(Op::Dot, Ty::Float, {a, b}, at);
+    case BinOp::Cross:
+        return m_b.emit(Op::Cross, Ty::Triple, {a, b}, at);
+    default:
+        break;
+    }
+    if (result.is(Base::Matrix)) {
+        a = convert(a, ta, result, at);
+        b = convert(b, tb, result, at);
+        return matrix_arithmetic(op, a, b, at);
+    }
+    a = convert(a, ta, result, at);
+    b = convert(b, tb, result, at);
+    const Op o = op == BinOp::Add   ? Op::Add
+                 : op == BinOp::Sub ? Op::Sub
+                 : op == BinOp::Mul ? Op::Mul
+                                    : Op::Div;
+    return m_b.emit(o, ty(result), {a, b}, at);
+}
+
+Ref Lower::matrix_arithmetic(BinOp op, Ref a, Ref b, Loc at) {
+    switch (op) {
+    case BinOp::Add:
+        return m_b.emit(Op::Add, Ty::Matrix, {a, b}, at);
+    case BinOp::Sub:
+        return m_b.emit(Op::Sub, Ty::Matrix, {a, b}, at);
+    case BinOp::Div:
+        return m_b.emit(Op::MatMul, Ty::Matrix, {a, inverse(b, at)}, at);
+    default:
+        return m_b.emit(Op::MatMul, Ty::Matrix, {a, b}, at);
+    }
+}
+
+namespace {
+
+// The 2x2 minors of the upper two rows (s) and the lower two (c) give determinant and inverse (Laplace
+// expansion).
+struct Minors {
+    Ref m[16], s[6], c[6];
+};
+
+Minors minors(Builder& b, Ref matrix, Loc at) {
+    Minors r;
+    for (int i = 0; i < 16; i++)
+        r.m[i] = b.emit(Op::Extract, Ty::Float, {matrix}, at, i);
+    const auto minor = [&](int row, int i, int j) {
+        const Ref x = b.emit(Op::Mul, Ty::Float, {r.m[row * 4 + i], r.m[row * 4 + 4 + j]}, at);
+        const Ref y = b.emit(Op::Mul, Ty::Float, {r.m[row * 4 + 4 + i], r.m[row * 4 + j]}, at);
+        return b.emit(Op::Sub, Ty::Float, {x, y}, at);
+    };
+    static constexpr int Columns[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
+    for (int k = 0; k < 6; k++) {
+        r.s[k] = minor(0, Columns[k][0], Columns[k][1]);
+        r.c[k] = minor(2, Columns[k][0], Columns[k][1]);
+    }
+    return r;
+}
+
+Ref sum(Builder& b, Loc at, std::initializer_list<std::tuple<int, Ref, Ref>> terms) {
+    Ref total = ir::None;
+    for (const auto& [sign, x, y] : terms) {
+        Ref t = b.emit(Op::Mul, Ty::Float, {x, y}, at);
+        if (total == ir::None)
+            total = sign > 0 ? t : b.emit(Op::Neg, Ty::Float, {t}, at);
+        else
+            total = b.emit(sign > 0 ? Op::Add : Op::Sub, Ty::Float, {total, t}, at);
+    }
+    return total;
+}
+
+Ref determinant_of(Builder& b, const Minors& q, Loc at) {
+    return sum(b, at,
+               {{1, q.s[0], q.c[5]},
+                {-1, q.s[1], q.c[4]},
+                {1, q.s[2], q.c[3]},
+                {1, q.s[3], q.c[2]},
+                {-1, q.s[4], q.c[1]},
+                {1, q.s[5], q.c[0]}});
+}
+
+} // namespace
+
+Ref Lower::determinant(Ref m, Loc at) {
+    return determinant_of(m_b, minors(m_b, m, at), at);
+}
+
+Ref Lower::inverse(Ref matrix, Loc at) {
+    const Minors q = minors(m_b, matrix, at);
+    const Ref* m = q.m;
+    const Ref *s = q.s, *c = q.c;
+    const Ref det = determinant_of(m_b, q, at);
+    // A singular matrix has the inverse zero.
+    const Ref singular = m_b.emit(Op::Eq, Ty::Bool, {det, m_b.constant(0.0f)}, at);
+    const Ref safe = m_b.emit(Op::Select, Ty::Float, {singular, m_b.constant(1.0f), det}, at);
+    const Ref one = m_b.emit(Op::Select, Ty::Float, {singular, m_b.constant(0.0f), m_b.constant(1.0f)}, at);
+    const Ref scale = m_b.emit(Op::Div, Ty::Float, {one, safe}, at);
+    const std::vector<Ref> adjugate = {
+        sum(m_b, at, {{1, m[5], c[5]}, {-1, m[6], c[4]}, {1, m[7], c[3]}}),
+        sum(m_b, at, {{-1, m[1], c[5]}, {1, m[2], c[4]}, {-1, m[3], c[3]}}),
+        sum(m_b, at, {{1, m[13], s[5]}, {-1, m[14], s[4]}, {1, m[15], s[3]}}),
+        sum(m_b, at, {{-1, m[9], s[5]}, {1, m[10], s[4]}, {-1, m[11], s[3]}}),
+        sum(m_b, at, {{-1, m[4], c[5]}, {1, m[6], c[2]}, {-1, m[7], c[1]}}),
+        sum(m_b, at, {{1, m[0], c[5]}, {-1, m[2], c[2]}, {1, m[3], c[1]}}),
+        sum(m_b, at, {{-1, m[12], s[5]}, {1, m[14], s[2]}, {-1, m[15], s[1]}}),
+        sum(m_b, at, {{1, m[8], s[5]}, {-1, m[10], s[2]}, {1, m[11], s[1]}}),
+        sum(m_b, at, {{1, m[4], c[4]}, {-1, m[5], c[2]}, {1, m[7], c[0]}}),
+        sum(m_b, at, {{-1, m[0], c[4]}, {1, m[1], c[2]}, {-1, m[3], c[0]}}),
+        sum(m_b, at, {{1, m[12], s[4]}, {-1, m[13], s[2]}, {1, m[15], s[0]}}),
+        sum(m_b, at, {{-1, m[8], s[4]}, {1, m[9], s[2]}, {-1, m[11], s[0]}}),
+        sum(m_b, at, {{-1, m[4], c[3]}, {1, m[5], c[1]}, {-1, m[6], c[0]}}),
+        sum(m_b, at, {{1, m[0], c[3]}, {-1, m[1], c[1]}, {1, m[2], c[0]}}),
+        sum(m_b, at, {{-1, m[12], s[3]}, {1, m[13], s[1]}, {-1, m[14], s[0]}}),
+        sum(m_b, at, {{1, m[8], s[3]}, {-1, m[9], s[1]}, {1, m[10], s[0]}}),
+    };
+    std::vector<Ref> out;
+    for (Ref a : adjugate)
+        out.push_back(m_b.emit(Op::Mul, Ty::Float, {a, scale}, at));
+    return m_b.emit(Op::Make, Ty::Matrix, std::move(out), at);
+}
+
+// True if evaluating the expression costs or does something: then it is evaluated only where it is wanted.
+static bool heavy(const Expr* e) {
+    if (e->kind == ExprKind::Call || e->kind == ExprKind::Assign || e->kind == ExprKind::Method)
+        return true;
+    for (const Expr* a : e->args)
+        if (heavy(a))
+            return true;
+    return false;
+}
+
+Ref Lower::ternary(const Expr* e) {
+    const Ref c = condition(e->args[0]);
+    if (m_b.is_const(c))
+        return expr_as(e->args[m_b.at(c).floats[0] != 0 ? 1 : 2], e->type);
+    if (!heavy(e->args[1]) && !heavy(e->args[2])) {
+        const Ref a = expr_as(e->args[1], e->type);
+        const Ref b = expr_as(e->args[2], e->type);
+        return m_b.emit(Op::Select, ty(e->type), {c, a, b}, e->loc);
+    }
+    const int var = m_b.var("?", ty(e->type), e->loc);
+    m_b.declare(var);
+    Item i{Item::If};
+    i.ref = c;
+    i.loc = e->loc;
+    i.body = in_block([&] { m_b.store(var, expr_as(e->args[1], e->type), e->loc); });
+    i.orelse = in_block([&] { m_b.store(var, expr_as(e->args[2], e->type), e->loc); });
+    m_b.item(i);
+    return m_b.load(var, e->loc);
+}
+
+void Lower::assign_array(int var, const Expr* value, const ast::Type& type, Loc at) {
+    ast::Type element = type;
+    element.array = false;
+    const int n = m_b.stage().vars[var].array;
+    const auto put = [&](int i, Ref r) {
+        m_b.emit(Op::StoreElement, Ty::Void, {m_b.constant(float(i)), r}, at, var);
+    };
+    if (value->kind == ExprKind::List) {
+        for (int i = 0; i < n; i++)
+            put(i,
+                i < int(value->args.size()) ? expr_as(value->args[size_t(i)], element) : zero(ty(element)));
+    } else if (value->type.array) {
+        if (!value->var)
+            return;
+        const Binding& b = bind(value->var);
+        const int from = b.var;
+        if (from < 0)
+            return;
+        for (int i = 0; i < std::min(n, m_b.stage().vars[from].array); i++) {
+            const Ref r = m_b.emit(Op::LoadElement, ty(element), {m_b.constant(float(i))}, at, from);
+            put(i, r);
+        }
+    } else {
+        const Ref r = expr_as(value, element);
+        for (int i = 0; i < n; i++)
+            put(i, r);
+    }
+}
+
+void Lower::assign_to(const Expr* target, Ref value, Loc at) {
+    const bool element = target->kind == ExprKind::Index;
+    const Expr* base = element ? target->args[0] : target;
+    if (!base->var)
+        return;
+    const Ref i = element ? expr_as(target->args[1], {Base::Float}) : ir::None;
+    const Binding& b = bind(base->var);
+    if (b.kind != Binding::Variable)
+        return;
+    const int var = b.var;
+    if (!element)
+        return m_b.store(var, value, at);
+    const Ref r = m_b.emit(Op::StoreElement, Ty::Void, {i, value}, at, var);
+    m_b.stage().instrs[r].floats = {float(
+        fault(target->args[1]->loc, "index outside of array \"" + std::string(base->var->name) + "\""))};
+}
+
+Ref Lower::assign(const Expr* e) {
+    const Expr *target = e->args[0], *from = e->args[1];
+    if (target->type.handle()) {
+        expr(from);
+        return ir::None;
+    }
+    if (target->type.base == Base::Lobe) {
+        if (target->var)
+            bind_lobe(target->var, from);
+        return ir::None;
+    }
+    if (target->type.array) {
+        if (target->var)
+            assign_array(bind(target->var).var, from, target->type, e->loc);
+        return zero(Ty::Float);
+    }
+    Ref value;
+    if (e->op == BinOp::None) {
+        value = expr_as(from, target->type);
+    } else {
+        const Ref old = expr(target);
+        const Ref change = expr(from);
+        ast::Type result = target->type;
+        if (e->op == BinOp::Dot)
+            result = {Base::Float};
+        value = convert(arithmetic(e->op, old, target->type, change, from->type, result, e->loc), result,
+                        target->type, e->loc);
+    }
+    assign_to(target, value, e->loc);
+    return value;
+}
+
+} // namespace kanuka::sl::ir

@@ -1,0 +1,198 @@
+// The Mnk calls. In mnk_init they become host calls that build the layering program; in mnk_prelighting
+// SetLobe and its kin write channels: one variable for every weight and input that the shader sets, by the
+// name of its lobe.
+#include "sl/ir/lower.h"
+
+namespace kanuka::sl::ir {
+
+using namespace ast;
+
+std::string Lower::constant_text(const Expr* e, const char* what) {
+    const Ref r = expr(e);
+    if (m_b.at(r).op == Op::Text)
+        return m_b.at(r).text;
+    m_diagnostics.error(e->loc, std::string(what) + " must be a string constant");
+    return {};
+}
+
+bool Lower::only_in(Role role, const Expr* e, const char* stage) {
+    if (m_role == role)
+        return true;
+    m_diagnostics.error(e->loc, e->shadeop->name + "() belongs into " + stage);
+    return false;
+}
+
+int Lower::channel(const std::string& node, int input, grid::LobeId lobe, Ty ty, bool presence, Loc at) {
+    const std::string key = node + '\0' + std::to_string(input) + (presence ? "p" : "");
+    const auto [it, fresh] = m_channels.try_emplace(key, int(m_program.channels.size()));
+    if (fresh)
+        m_program.channels.push_back({node, input, lobe, presence, ty});
+    const int index = it->second;
+    if (!m_channel_vars.count(index)) {
+        const int var = m_b.var(presence ? "presence" : node, ty, at);
+        Block* const here = m_b.block();
+        m_b.set_block(m_prologue);
+        m_b.declare(var);
+        m_b.store(var, m_b.leaf(Op::Channel, ty, index), at);
+        m_b.set_block(here);
+        m_channel_vars[index] = var;
+    }
+    return index;
+}
+
+void Lower::set_channel(const std::string& node, int input, grid::LobeId lobe, Ty ty, Ref value, Loc at) {
+    const int index = channel(node, input, lobe, ty, false, at);
+    m_b.store(m_channel_vars[index], value, at);
+}
+
+// A lobe's variable is a variable for each input that a constructor names.
+void Lower::bind_lobe(const VarDecl* v, const Expr* init) {
+    const grid::LobeDecl& lobe = grid::lobe(v->type.lobe);
+    Binding& b = m_bind[v];
+    if (b.kind != Binding::Lobe || b.inputs.empty()) {
+        b.kind = Binding::Lobe;
+        b.inputs.assign(lobe.inputs.size(), -1);
+        b.given.assign(lobe.inputs.size(), false);
+    }
+    if (!init)
+        return;
+    const LobeValue value = lobe_value(init);
+    Binding& bound = m_bind[v];
+    for (size_t i = 0; i < value.inputs.size() && i < bound.inputs.size(); i++) {
+        const grid::LobeInput& in = lobe.inputs[i];
+        const Ty t = in.type == grid::InputType::Color ? Ty::Triple : Ty::Float;
+        Ref r = value.inputs[i];
+        if (r == ir::None && bound.inputs[i] < 0)
+            continue;
+        if (r == ir::None) // assigned again without this input: its default
+            r = t == Ty::Triple ? m_b.constant({in.fallback.x, in.fallback.y, in.fallback.z}, t)
+                                : m_b.constant(in.fallback.x);
+        if (bound.inputs[i] < 0) {
+            bound.inputs[i] = m_b.var(std::string(v->name) + "." + std::string(in.name), t, v->loc);
+            m_b.declare(bound.inputs[i]);
+            bound.given[i] = true;
+        }
+        m_b.store(bound.inputs[i], r, init->loc);
+    }
+}
+
+Lower::LobeValue Lower::lobe_value(const Expr* e) {
+    LobeValue value{e->type.lobe, {}};
+    const grid::LobeDecl& lobe = grid::lobe(e->type.lobe);
+    value.inputs.assign(lobe.inputs.size(), ir::None);
+    if (e->kind == ExprKind::Construct) {
+        for (size_t i = 0; i + 1 < e->args.size(); i += 2) {
+            const int input = grid::find_input(lobe, e->args[i]->text);
+            if (input >= 0)
+                value.inputs[size_t(input)] = expr_as(
+                    e->args[i + 1],
+                    {lobe.inputs[size_t(input)].type == grid::InputType::Color ? Base::Color : Base::Float});
+        }
+    } else if (e->kind == ExprKind::Name && e->var) {
+        const Binding& b = bind(e->var);
+        for (size_t i = 0; i < b.inputs.size(); i++)
+            if (b.inputs[i] >= 0)
+                value.inputs[i] = m_b.load(b.inputs[i], e->loc);
+    } else {
+        m_diagnostics.error(e->loc, "expected a lobe's constructor or a variable that holds a lobe");
+    }
+    return value;
+}
+
+void Lower::set_lobe(const Expr* e) {
+    const std::string node = constant_text(e->args[1], "the name of a lobe");
+    const Ref weight = expr_as(e->args[2], {Base::Float});
+    const LobeValue value = lobe_value(e->args[3]);
+    if (grid::lobe(value.lobe).kind == grid::LobeKind::Phase) {
+        m_diagnostics.error(e->args[3]->loc,
+                            std::string(grid::lobe(value.lobe).name) +
+                                " is a phase function: it belongs into the interior (AddPhaseFunction)");
+        return;
+    }
+    // A weight that is one for ever needs no place; any other store would meet it in this channel.
+    const std::string key = node + '\0' + "-1";
+    if (!m_b.is_const(weight, 1) || m_channels.count(key))
+        set_channel(node, -1, value.lobe, Ty::Float, weight, e->args[2]->loc);
+    for (size_t i = 0; i < value.inputs.size(); i++)
+        if (value.inputs[i] != ir::None)
+            set_channel(node, int(i), value.lobe, m_b.at(value.inputs[i]).ty, value.inputs[i], e->loc);
+}
+
+Ref Lower::material(const Expr* e, const ops::Signature& s, bool& known) {
+    const std::string& n = e->shadeop->name;
+    const auto nothing = [&] { return zero(Ty::Float); };
+    if (n == "CreateBoundary") {
+        if (only_in(Role::Init, e, "mnk_init"))
+            host(CallKind::CreateBoundary, e, s);
+        return nothing();
+    }
+    if (n == "CreateInterior") {
+        if (only_in(Role::Init, e, "mnk_init"))
+            host(CallKind::CreateInterior, e, s);
+        return nothing();
+    }
+    if (n == "AddLayer") {
+        if (only_in(Role::Init, e, "mnk_init"))
+            host(CallKind::AddLayer, e, s);
+        return nothing();
+    }
+    if (n == "AddLobe" || n == "AddPhaseFunction" || n == "SetPhaseFunction") {
+        const bool interior = n == "SetPhaseFunction";
+        if (!only_in(interior ? Role::Interior : Role::Init, e, interior ? "mnk_interior" : "mnk_init"))
+            return nothing();
+        const bool phase = n != "AddLobe";
+        const LobeValue value = lobe_value(e->args[2]);
+        const grid::LobeDecl& lobe = grid::lobe(value.lobe);
+        if ((lobe.kind == grid::LobeKind::Phase) != phase) {
+            m_diagnostics.error(e->args[2]->loc, std::string(lobe.name) +
+                                                     (phase ? " is not a phase function"
+                                                            : " is a phase function: use AddPhaseFunction"));
+            return nothing();
+        }
+        CallSite site{n == "AddLobe" ? CallKind::AddLobe
+                      : interior     ? CallKind::SetPhaseFunction
+                                     : CallKind::AddPhaseFunction,
+                      e->loc};
+        site.imm = int(value.lobe);
+        site.args = {expr(e->args[1])};
+        site.names = {"name"};
+        for (size_t i = 0; i < value.inputs.size(); i++)
+            if (value.inputs[i] != ir::None) {
+                site.args.push_back(value.inputs[i]);
+                site.names.emplace_back(lobe.inputs[i].name);
+            }
+        m_b.call(std::move(site), Ty::Void);
+        return nothing();
+    }
+    if (n == "SetLobe") {
+        if (only_in(Role::Shade, e, "mnk_prelighting"))
+            set_lobe(e);
+        return nothing();
+    }
+    if (n == "SetLayer") {
+        if (only_in(Role::Shade, e, "mnk_prelighting"))
+            set_channel(constant_text(e->args[1], "the name of a layer"), -1, grid::LobeId::LambertBrdf,
+                        Ty::Float, expr_as(e->args[2], {Base::Float}), e->loc);
+        return nothing();
+    }
+    if (n == "SetPresence") {
+        if (only_in(Role::Shade, e, "mnk_prelighting")) {
+            const Ref value = expr_as(e->args[1], {Base::Float});
+            const int index = channel("", -1, grid::LobeId::LambertBrdf, Ty::Float, true, e->loc);
+            m_b.store(m_channel_vars[index], value, e->loc);
+        }
+        return nothing();
+    }
+    if (n == "SetAbsorption" || n == "SetScattering") {
+        if (only_in(Role::Interior, e, "mnk_interior")) {
+            CallSite site{n == "SetAbsorption" ? CallKind::SetAbsorption : CallKind::SetScattering, e->loc};
+            site.args = {expr_as(e->args[1], {Base::Color})};
+            m_b.call(std::move(site), Ty::Void);
+        }
+        return nothing();
+    }
+    known = false;
+    return ir::None;
+}
+
+} // namespace kanuka::sl::ir

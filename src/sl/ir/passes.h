@@ -1,0 +1,41 @@
+// Passes over a stage's IR, in the order in which they run.
+#pragma once
+
+#include "sl/ir/builder.h"
+
+namespace kanuka::sl::ir {
+
+// Which of the inputs that may vary do vary: one object is compiled for each combination that occurs.
+struct Variant {
+    bool Cs = false, Os = false;
+    std::vector<bool> params; // by parameter; empty = none
+    std::string key() const;
+    bool varies(int param) const { return size_t(param) < params.size() && params[size_t(param)]; }
+};
+
+// Reads Ci as a material (closures.cpp). Classic surfaces only.
+void extract_closures(Program& program, Diagnostics& diagnostics);
+
+// Forwards values through variables that are assigned once; removes what no output depends on.
+void simplify(Stage& stage);
+
+// Marks what varies over a grid (detail.cpp). With diagnostics, complains about uniform variables that do.
+void infer_detail(Stage& stage, const Variant& variant, Diagnostics* diagnostics);
+
+// What depends on where the eye is: a flag for each value and each variable.
+struct Directions {
+    std::vector<bool> refs, vars;
+};
+Directions find_directions(const Stage& stage);
+// Complains where what leaves the stage depends on the direction it is seen from (direction.cpp).
+void check_directions(const Stage& stage, const std::string& what, Diagnostics& diagnostics);
+
+// Replaces varying control flow by masks. After infer_detail.
+void make_masks(Stage& stage);
+
+// What decides how a call is made: true if it needs whole arrays or the host (not if its arguments make it
+// trivial).
+bool grid_level(const Stage& stage, const Instr& instr);
+bool has_effect(CallKind kind);
+
+} // namespace kanuka::sl::ir

@@ -1,0 +1,357 @@
+#include "sl/ops/runtime.h"
+
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <regex>
+
+#include "sl/ops/host_calls.h"
+
+namespace kanuka::sl::ops {
+
+Location Runner::location(Loc loc) const {
+    if (loc.file >= program.files.size())
+        return {program.name};
+    return {program.files[loc.file], int(loc.line), int(loc.column)};
+}
+
+void Runner::report_faults() {
+    for (size_t i = 0; i < faults.size(); i++)
+        if (faults[i])
+            services.report(Severity::Warning, location(stage.faults[i].first), stage.faults[i].second);
+}
+
+// ---- derivatives
+// ------------------------------------------------------------------------------------------------------
+
+// n values, `step` apart: (x[k+1] - x[k-1]) / 2, at the ends (-3 x[0] + 4 x[1] - x[2]) / 2.
+static float edge(float a, float b, float c) {
+    return 2.0f * (b - a) - 0.5f * (c - a);
+}
+
+void difference_u(const float* x, float* out, int columns, int rows) {
+    for (int j = 0; j < rows; j++, x += columns, out += columns) {
+        if (rows == 1 || columns < 2) {
+            std::fill_n(out, columns, 0.0f);
+        } else if (columns == 2) {
+            out[0] = out[1] = x[1] - x[0];
+        } else {
+            for (int i = 1; i + 1 < columns; i++)
+                out[i] = 0.5f * (x[i + 1] - x[i - 1]);
+            out[0] = edge(x[0], x[1], x[2]);
+            out[columns - 1] = -edge(x[columns - 1], x[columns - 2], x[columns - 3]);
+        }
+    }
+}
+
+void difference_v(const float* x, float* out, int columns, int rows) {
+    const int n = columns;
+    if (rows == 1) {
+        std::fill_n(out, columns, 0.0f);
+    } else if (rows == 2) {
+        for (int i = 0; i < n; i++)
+            out[i] = out[n + i] = x[n + i] - x[i];
+    } else {
+        for (int j = 1; j + 1 < rows; j++)
+            for (int i = 0; i < n; i++)
+                out[j * n + i] = 0.5f * (x[(j + 1) * n + i] - x[(j - 1) * n + i]);
+        const float* last = x + (rows - 1) * n;
+        for (int i = 0; i < n; i++) {
+            out[i] = edge(x[i], x[n + i], x[2 * n + i]);
+            out[(rows - 1) * n + i] = -edge(last[i], last[i - n], last[i - 2 * n]);
+        }
+    }
+}
+
+// Cross product of the two derivatives, of the length of the area element, turned to the side of the original
+// normal (RISpec: calculatenormal follows the orientation of the surface). Where it vanishes (poles,
+// collapsed edges) that of the next vertex inwards serves, and if there is none, the original normal.
+static void calculate_normal(Runner& r, const Arguments& a) {
+    const int n = r.columns * r.rows;
+    const float* const* P = a.at(0);
+    const float* const* N = a.at(1);
+    float* const* out = a.result();
+    if (r.rows == 1) {
+        for (int c = 0; c < 3; c++)
+            std::copy_n(N[c], n, out[c]);
+        return;
+    }
+    std::vector<float> d(size_t(n) * 6);
+    float* du[3];
+    float* dv[3];
+    for (int c = 0; c < 3; c++) {
+        du[c] = d.data() + size_t(c) * n;
+        dv[c] = d.data() + size_t(c + 3) * n;
+        difference_u(P[c], du[c], r.columns, r.rows);
+        difference_v(P[c], dv[c], r.columns, r.rows);
+    }
+    float *x = out[0], *y = out[1], *z = out[2];
+    double side = 0;
+    for (int i = 0; i < n; i++) {
+        x[i] = du[1][i] * dv[2][i] - du[2][i] * dv[1][i];
+        y[i] = du[2][i] * dv[0][i] - du[0][i] * dv[2][i];
+        z[i] = du[0][i] * dv[1][i] - du[1][i] * dv[0][i];
+        side += double(x[i]) * N[0][i] + double(y[i]) * N[1][i] + double(z[i]) * N[2][i];
+    }
+    if (side < 0)
+        for (int c = 0; c < 3; c++)
+            for (int i = 0; i < n; i++)
+                out[c][i] = -out[c][i];
+    const auto size2 = [&](int i) { return x[i] * x[i] + y[i] * y[i] + z[i] * z[i]; };
+    double mean = 0;
+    for (int i = 0; i < n; i++)
+        mean += double(size2(i));
+    const float tiny = float(mean / n * 1e-8);
+    for (int i = 0; i < n; i++) {
+        if (size2(i) > tiny)
+            continue;
+        const int column = i % r.columns, row = i / r.columns;
+        const int inward_u = column * 2 < r.columns ? 1 : -1, inward_v = row * 2 < r.rows ? 1 : -1;
+        int from = -1;
+        for (int k : {i + inward_v * r.columns, i + inward_u, i + inward_v * r.columns + inward_u})
+            if (from < 0 && k >= 0 && k < n && size2(k) > tiny)
+                from = k;
+        for (int c = 0; c < 3; c++)
+            out[c][i] = from >= 0 ? out[c][from] : N[c][i];
+    }
+}
+
+// ---- textures
+// -----------------------------------------------------------------------------------------------------------
+
+static float uniform_value(const Runner& r, const Arguments& a, const char* name, float fallback) {
+    for (size_t k = 0; k < a.site.names.size(); k++)
+        if (a.site.names[k] == name && r.stage.instrs[size_t(a.site.args[k])].ty == ir::Ty::Float)
+            return a.at(int(k))[0][0];
+    return fallback;
+}
+
+static void texture(Runner& r, const Frame& frame, const Arguments& a) {
+    const ir::Instr& result = r.stage.instrs[size_t(a.site.result)];
+    const int n = result.varying ? frame.count : 1;
+    const bool environment = a.site.kind == ir::CallKind::Environment;
+    std::vector<std::vector<float>> buffers;
+    const auto buffer = [&]() -> float* { return buffers.emplace_back(size_t(n) + 16, 0.0f).data(); };
+    // A value a vertex, of the argument's component c.
+    const auto whole = [&](int k, int c) -> const float* {
+        const float* p = a.at(k)[c];
+        if (r.stage.instrs[size_t(a.site.args[size_t(k)])].varying || n == 1)
+            return p;
+        float* b = buffer();
+        std::fill_n(b, n, *p);
+        return b;
+    };
+    TextureRequest q{};
+    q.file = a.text(0);
+    q.first_channel = int(a.at(1)[0][0]);
+    q.count = n;
+    q.channels = ir::comps(result.ty);
+    q.blur = uniform_value(r, a, "blur",
+                           std::max(uniform_value(r, a, "sblur", 0), uniform_value(r, a, "tblur", 0)));
+    q.width = uniform_value(r, a, "width", 1);
+    q.fill = uniform_value(r, a, "fill", 0);
+    q.wrap = nullptr;
+    for (size_t k = 0; k < a.site.names.size(); k++)
+        if (a.site.names[k] == "wrap" || a.site.names[k] == "swrap")
+            q.wrap = a.text(int(k));
+    q.result = a.result()[0];
+    q.result_stride = int(frame.stride);
+    if (q.first_channel < 0)
+        q.first_channel = 0;
+    std::vector<float> contiguous;
+    if (!result.varying) { // components of a uniform result lie side by side
+        contiguous.resize(3);
+        q.result = contiguous.data();
+        q.result_stride = 1;
+    }
+    const float swidth = uniform_value(r, a, "swidth", 1), twidth = uniform_value(r, a, "twidth", 1);
+    const auto differences = [&](const float* x, float scale, const float*& du, const float*& dv) {
+        float *p = buffer(), *o = buffer();
+        if (n > 1) {
+            difference_u(x, p, r.columns, r.rows);
+            difference_v(x, o, r.columns, r.rows);
+        }
+        if (scale != 1)
+            for (int i = 0; i < n; i++)
+                p[i] *= scale, o[i] *= scale;
+        du = p;
+        dv = o;
+    };
+    if (environment) {
+        const float *x = whole(2, 0), *y = whole(2, 1), *z = whole(2, 2);
+        q.s = q.t = q.dsdu = q.dtdu = q.dsdv = q.dtdv = buffer();
+        r.services.environment(q, x, y, z);
+    } else if (a.site.args.size() >= 10 && a.site.names[2] == "s1") {
+        // The mean of the four corners, as wide as they are apart.
+        float *s = buffer(), *t = buffer(), *d[4] = {buffer(), buffer(), buffer(), buffer()};
+        const float* c[8];
+        for (int k = 0; k < 8; k++)
+            c[k] = whole(2 + k, 0);
+        for (int i = 0; i < n; i++) {
+            s[i] = 0.25f * (c[0][i] + c[2][i] + c[4][i] + c[6][i]);
+            t[i] = 0.25f * (c[1][i] + c[3][i] + c[5][i] + c[7][i]);
+            d[0][i] = 0.5f * (c[2][i] - c[0][i] + c[4][i] - c[6][i]);
+            d[1][i] = 0.5f * (c[3][i] - c[1][i] + c[5][i] - c[7][i]);
+            d[2][i] = 0.5f * (c[6][i] - c[0][i] + c[4][i] - c[2][i]);
+            d[3][i] = 0.5f * (c[7][i] - c[1][i] + c[5][i] - c[3][i]);
+        }
+        q.s = s, q.t = t, q.dsdu = d[0], q.dtdu = d[1], q.dsdv = d[2], q.dtdv = d[3];
+        r.services.texture(q);
+    } else {
+        q.s = whole(2, 0);
+        q.t = whole(3, 0);
+        differences(q.s, swidth, q.dsdu, q.dsdv);
+        differences(q.t, twidth, q.dtdu, q.dtdv);
+        r.services.texture(q);
+    }
+    if (!result.varying)
+        for (int c = 0; c < q.channels; c++)
+            a.result()[c][0] = contiguous[size_t(c)];
+}
+
+// ---- strings
+// ------------------------------------------------------------------------------------------------------------
+
+static void append_value(std::string& out, const Runner& r, const Arguments& a, int k) {
+    const ir::Ty ty = r.stage.instrs[size_t(a.site.args[size_t(k)])].ty;
+    if (ty == ir::Ty::String) {
+        out += a.text(k);
+        return;
+    }
+    for (int c = 0; c < ir::comps(ty); c++) {
+        char number[48];
+        std::snprintf(number, sizeof number, "%g", double(a.at(k)[c][0]));
+        out += (c ? " " : "") + std::string(number);
+    }
+}
+
+// %f %g %d %c %p %n %v %m %s take the next argument, whatever its type; %% is a percent sign. Widths are
+// skipped.
+static std::string format(const Runner& r, const Arguments& a) {
+    const char* p = a.text(0);
+    std::string out;
+    size_t next = 1;
+    for (; *p; p++) {
+        if (*p != '%') {
+            out += *p;
+        } else if (p[1] == '%') {
+            out += *p++;
+        } else {
+            while (p[1] && std::strchr("0123456789.-+ ", p[1]))
+                p++;
+            if (p[1])
+                p++;
+            if (next < a.site.args.size())
+                append_value(out, r, a, int(next++));
+        }
+    }
+    return out;
+}
+
+static float match(const char* pattern, const char* subject) {
+    try {
+        return std::regex_search(subject, std::regex(pattern, std::regex::extended)) ? 1.0f : 0.0f;
+    } catch (const std::regex_error&) {
+        return 0;
+    }
+}
+
+static void space_matrix(Runner& r, const Arguments& a) {
+    float m[16];
+    const char *from = a.text(0), *to = a.text(1);
+    if (!r.services.transform(from, to, m)) {
+        r.services.report(Severity::Warning, r.location(a.site.loc),
+                          "unknown coordinate system: no transform from \"" + std::string(from) + "\" to \"" +
+                              to + "\"; nothing is transformed");
+        for (int i = 0; i < 16; i++)
+            m[i] = i % 5 == 0;
+    }
+    // Services: p' = M p. The language: p' = p M, so it sees the transpose.
+    for (int row = 0; row < 4; row++)
+        for (int column = 0; column < 4; column++)
+            a.result()[column * 4 + row][0] = m[row * 4 + column];
+}
+
+void host_call(Runner& r, const Frame& frame, const Arguments& a) {
+    using ir::CallKind;
+    switch (a.site.kind) {
+    case CallKind::Dx:
+    case CallKind::Dy: {
+        const int n = ir::comps(r.stage.instrs[size_t(a.site.result)].ty);
+        for (int c = 0; c < n; c++)
+            (a.site.kind == CallKind::Dx ? difference_u : difference_v)(a.at(0)[c], a.result()[c], r.columns,
+                                                                        r.rows);
+        break;
+    }
+    case CallKind::CalculateNormal:
+        calculate_normal(r, a);
+        break;
+    case CallKind::Texture:
+    case CallKind::Environment:
+        texture(r, frame, a);
+        break;
+    case CallKind::SpaceMatrix:
+        space_matrix(r, a);
+        break;
+    case CallKind::Printf:
+        r.services.report(Severity::Info, r.location(a.site.loc), format(r, a));
+        break;
+    case CallKind::Report:
+        r.services.report(Severity::Warning, r.location(a.site.loc),
+                          std::string(a.text(0)) + " \"" + a.text(1) + "\"");
+        break;
+    case CallKind::Format:
+        a.set_text(r.texts.emplace_back(format(r, a)).c_str());
+        break;
+    case CallKind::Concat: {
+        std::string s;
+        for (size_t k = 0; k < a.site.args.size(); k++)
+            append_value(s, r, a, int(k));
+        a.set_text(r.texts.emplace_back(std::move(s)).c_str());
+        break;
+    }
+    case CallKind::Match:
+        a.result()[0][0] = match(a.text(0), a.text(1));
+        break;
+    case CallKind::Query:
+        a.result()[0][0] = 0;
+        break;
+    default:
+        build_call(r, a);
+        break;
+    }
+}
+
+} // namespace kanuka::sl::ops
+
+// ---- what generated code calls
+// --------------------------------------------------------------------------------------------
+
+using kanuka::sl::Frame;
+using kanuka::sl::ops::Runner;
+
+extern "C" void kanuka_sl_call(Frame* frame, int32_t site, void** args) {
+    Runner& r = *static_cast<Runner*>(frame->host);
+    kanuka::sl::ops::host_call(r, *frame, {r.stage, r.stage.calls[size_t(site)], args});
+}
+
+extern "C" void kanuka_sl_fault(Frame* frame, int32_t fault, int32_t lanes) {
+    Runner& r = *static_cast<Runner*>(frame->host);
+    if (r.faults.size() <= size_t(fault))
+        r.faults.resize(size_t(fault) + 1);
+    r.faults[size_t(fault)] += lanes;
+}
+
+extern "C" int32_t kanuka_sl_any(const Frame* frame, const float* mask) {
+    for (int i = 0; i < frame->count; i++) {
+        int32_t bits;
+        std::memcpy(&bits, mask + i, 4);
+        if (bits < 0)
+            return 1;
+    }
+    return 0;
+}
+
+extern "C" int32_t kanuka_sl_same(const char* a, const char* b) {
+    return a == b || std::strcmp(a, b) == 0;
+}

@@ -1,0 +1,194 @@
+// The syntax tree. The parser fills in what was written; sema adds what it means (types, declarations).
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "grid/lobe_schema.h"
+#include "sl/parse/source.h"
+#include "sl/sl.h"
+
+namespace kanuka::sl::ops {
+struct Shadeop;
+}
+
+namespace kanuka::sl::ast {
+
+enum class Base : uint8_t {
+    Error, // of an expression that was already complained about
+    Void,
+    Bool,
+    Float,
+    Color,
+    Point,
+    Vector,
+    Normal,
+    Matrix,
+    String,
+    Lobe,
+    Material,
+    Boundary,
+    Interior,
+    ObjectProperties,
+};
+
+struct Type {
+    Base base = Base::Error;
+    bool array = false;
+    int size = 0;                                  // of an array; 0 = as long as what is bound to it
+    grid::LobeId lobe = grid::LobeId::LambertBrdf; // of Base::Lobe
+
+    bool operator==(const Type& o) const {
+        return base == o.base && array == o.array && (base != Base::Lobe || lobe == o.lobe);
+    }
+    bool is(Base b) const { return base == b && !array; }
+    bool triple() const { return base >= Base::Color && base <= Base::Normal && !array; }
+    bool spatial() const { return base >= Base::Point && base <= Base::Normal && !array; }
+    bool numeric() const { return base >= Base::Bool && base <= Base::Matrix && !array; }
+    bool handle() const { return base >= Base::Material; }
+    std::string str() const;
+};
+
+enum class Detail : uint8_t { Unspecified, Uniform, Varying };
+
+struct Expr;
+struct Stmt;
+struct FunctionDecl;
+
+struct VarDecl {
+    enum Kind : uint8_t { Local, Formal, Parameter, Member, Global };
+    std::string_view name;
+    Loc loc;
+    Kind kind = Local;
+    Type type;
+    Detail detail = Detail::Unspecified;
+    bool output = false;
+    bool is_extern = false;
+    Expr* size = nullptr; // the array's, as written
+    Expr* init = nullptr;
+    int global = -1; // index into ops::globals()
+    std::string doc;
+    // sema
+    bool read = false, written = false, internal = false;
+};
+
+enum class ExprKind : uint8_t {
+    Number,
+    String,
+    Name,    // text
+    Index,   // args: array, index
+    Call,    // text, args
+    Method,  // args[0] -> text (args[1...])
+    Cast,    // to `type`, in space args[1] if there are two
+    Tuple,   // args: 3 or 16 components
+    TupleIn, // args: space, components…: color "hsv" (h, s, v)
+    List,    // { … }
+    Unary,   // op: - !
+    Binary,  // op
+    Ternary,
+    Assign,   // op: = += …
+    Construct // sema: a lobe, args: name, value, …
+};
+
+enum class BinOp : uint8_t { Add, Sub, Mul, Div, Dot, Cross, Lt, Le, Gt, Ge, Eq, Ne, And, Or, None };
+std::string_view spelling(BinOp op);
+
+struct Expr {
+    ExprKind kind;
+    Loc loc;
+    BinOp op = BinOp::None; // Binary and compound Assign; None = plain assignment
+    bool negate = false;    // Unary: - rather than !
+    float number = 0;
+    std::string_view text;
+    std::vector<Expr*> args;
+    Type type;                           // Cast, Tuple: as written; else by sema
+    Detail detail = Detail::Unspecified; // Cast: as written
+    // sema
+    VarDecl* var = nullptr;
+    FunctionDecl* function = nullptr;
+    const ops::Shadeop* shadeop = nullptr;
+    int signature = -1; // of the shadeop
+};
+
+enum class StmtKind : uint8_t {
+    Empty,
+    Block,
+    Declare,
+    Expression,
+    If,          // expr, body, orelse
+    While,       // expr, body
+    For,         // init, expr, step, body
+    Break,       // levels
+    Continue,    // levels
+    Return,      // expr or null
+    Illuminance, // args, body
+    Illuminate,
+    Solar,
+    Function, // nested
+};
+
+struct Stmt {
+    StmtKind kind;
+    Loc loc;
+    Expr* expr = nullptr;
+    Expr* init = nullptr;
+    Expr* step = nullptr;
+    Stmt* first = nullptr; // For: a declaration as initialisation
+    Stmt* body = nullptr;
+    Stmt* orelse = nullptr;
+    int levels = 1;
+    std::vector<Stmt*> block;
+    std::vector<VarDecl*> vars;
+    std::vector<Expr*> args;
+    FunctionDecl* function = nullptr;
+};
+
+struct FunctionDecl {
+    std::string_view name;
+    Loc loc;
+    Type result;
+    std::vector<VarDecl*> formals;
+    Stmt* body = nullptr;
+    bool is_public = false;
+    // sema
+    enum { Unchecked, Checking, Checked } state = Unchecked;
+    FunctionDecl* outer = nullptr;
+    void* scope = nullptr; // sema: where its name lookups start
+};
+
+struct ShaderDecl {
+    ShaderKind kind = ShaderKind::Surface;
+    std::string_view name;
+    Loc loc;
+    std::vector<VarDecl*> parameters;
+    std::vector<VarDecl*> members;        // class
+    std::vector<FunctionDecl*> functions; // class: methods and functions
+    Stmt* body = nullptr;                 // classic
+};
+
+// Owns all nodes of a compilation.
+class Arena {
+  public:
+    Expr* expr(ExprKind kind, Loc loc) { return &m_exprs.emplace_back(Expr{kind, loc}); }
+    Stmt* stmt(StmtKind kind, Loc loc) { return &m_stmts.emplace_back(Stmt{kind, loc}); }
+    VarDecl* var() { return &m_vars.emplace_back(); }
+    FunctionDecl* function() { return &m_functions.emplace_back(); }
+    ShaderDecl* shader() { return &m_shaders.emplace_back(); }
+
+  private:
+    std::deque<Expr> m_exprs;
+    std::deque<Stmt> m_stmts;
+    std::deque<VarDecl> m_vars;
+    std::deque<FunctionDecl> m_functions;
+    std::deque<ShaderDecl> m_shaders;
+};
+
+struct Unit {
+    std::vector<FunctionDecl*> functions;
+    std::vector<ShaderDecl*> shaders;
+};
+
+} // namespace kanuka::sl::ast

@@ -1,0 +1,333 @@
+#include "sl/sema/sema.h"
+
+#include "sl/parse/parser.h"
+
+namespace kanuka::sl {
+
+using namespace ast;
+
+Sema::Scope* Sema::push() {
+    Scope& s = m_scopes.emplace_back();
+    s.parent = m_scope;
+    return m_scope = &s;
+}
+
+void Sema::declare(VarDecl* v) {
+    if (v->is_extern && v->kind != VarDecl::Parameter) {
+        // "extern float x": the enclosing x, which is visible anyway. It must be there.
+        if (!find(v->name))
+            m_diagnostics.error(v->loc,
+                                "there is no \"" + std::string(v->name) + "\" outside of this function");
+        return;
+    }
+    const auto [it, fresh] = m_scope->vars.try_emplace(v->name, v);
+    if (!fresh)
+        m_diagnostics.error(v->loc, "\"" + std::string(v->name) +
+                                        "\" is declared twice here, first in line " +
+                                        std::to_string(it->second->loc.line));
+}
+
+void Sema::declare(FunctionDecl* f) {
+    m_scope->functions[f->name].push_back(f);
+    f->scope = m_scope;
+    f->outer = m_function;
+}
+
+VarDecl* Sema::global(std::string_view name) {
+    if (const auto it = m_globals.find(name); it != m_globals.end())
+        return it->second;
+    for (size_t i = 0; i < ops::globals().size(); i++) {
+        const ops::Global& g = ops::globals()[i];
+        if (g.name != name)
+            continue;
+        VarDecl* v = m_arena.var();
+        v->name = g.name;
+        v->kind = VarDecl::Global;
+        v->type.base = g.type;
+        v->global = int(i);
+        v->written = true;
+        return m_globals[g.name] = v;
+    }
+    return nullptr;
+}
+
+VarDecl* Sema::find(std::string_view name) {
+    for (Scope* s = m_scope; s; s = s->parent)
+        if (const auto it = s->vars.find(name); it != s->vars.end())
+            return it->second;
+    return global(name);
+}
+
+// ---- shaders and functions
+// ----------------------------------------------------------------------------------------
+
+void Sema::check(Unit& unit, ShaderDecl& shader) {
+    m_shader = &shader;
+    m_root = push();
+    for (FunctionDecl* f : unit.functions)
+        declare(f);
+    push();
+    for (VarDecl* v : shader.parameters) {
+        variable(v);
+        v->written = true;
+        if (!v->init)
+            m_diagnostics.error(v->loc, "parameter \"" + std::string(v->name) +
+                                            "\" has no default value; write \"" + v->type.str() + " " +
+                                            std::string(v->name) + " = …\"");
+    }
+    for (VarDecl* v : shader.members) {
+        variable(v);
+        v->written = true;
+    }
+    for (FunctionDecl* f : shader.functions)
+        declare(f);
+    if (shader.body)
+        statement(shader.body);
+    for (FunctionDecl* f : shader.functions)
+        check_function(f);
+    for (FunctionDecl* f : unit.functions)
+        check_function(f);
+    if (shader.kind == ShaderKind::Class)
+        check_stages(shader);
+    if (m_diagnostics.errors() == 0)
+        warn_unused(shader);
+}
+
+void Sema::warn_unused(const ShaderDecl& shader) {
+    for (const VarDecl* v : shader.parameters)
+        if (!v->read && !v->output)
+            m_diagnostics.warning(v->loc, "parameter \"" + std::string(v->name) + "\" is never used");
+}
+
+void Sema::check_stages(ShaderDecl& shader) {
+    struct Form {
+        std::string_view name, text;
+        std::vector<Base> formals;
+    };
+    static const std::vector<Form> forms = {
+        {"mnk_init",
+         "mnk_init(output MnkObjectProperties objectProperties; output MnkMaterial material)",
+         {Base::ObjectProperties, Base::Material}},
+        {"mnk_interior", "mnk_interior(output MnkMaterialInterior interior)", {Base::Interior}},
+        {"mnk_prelighting", "mnk_prelighting(output MnkMaterialBoundary boundary)", {Base::Boundary}},
+        {"mnk_displacement",
+         "mnk_displacement(output point P; output normal N)",
+         {Base::Point, Base::Normal}},
+        {"displacement", "displacement(output point P; output normal N)", {Base::Point, Base::Normal}},
+        {"surface", "surface(output color Ci, Oi)", {Base::Color, Base::Color}},
+        {"begin", "begin()", {}},
+    };
+    bool any = false;
+    for (const FunctionDecl* f : shader.functions)
+        for (const Form& form : forms) {
+            if (f->name != form.name)
+                continue;
+            any = any || !form.formals.empty();
+            bool fits = f->formals.size() == form.formals.size() && f->result.is(Base::Void);
+            for (size_t i = 0; fits && i < form.formals.size(); i++)
+                fits = f->formals[i]->type.is(form.formals[i]);
+            if (!fits)
+                m_diagnostics.error(f->loc,
+                                    "this stage must be \"public void " + std::string(form.text) + "\"");
+        }
+    if (!any)
+        m_diagnostics.error(shader.loc, "class \"" + std::string(shader.name) +
+                                            "\" has no stage; expected a method mnk_init, mnk_prelighting, "
+                                            "mnk_displacement, mnk_interior or surface");
+}
+
+void Sema::check_function(FunctionDecl* f) {
+    if (f->state == FunctionDecl::Checked)
+        return;
+    if (f->state == FunctionDecl::Checking)
+        return; // recursion is reported where the call is lowered
+    f->state = FunctionDecl::Checking;
+    Scope* const scope = m_scope;
+    FunctionDecl* const function = m_function;
+    const int loops = m_loops;
+    m_scope = static_cast<Scope*>(f->scope);
+    m_function = f;
+    m_loops = 0;
+    push();
+    for (VarDecl* v : f->formals) {
+        variable(v);
+        v->written = true;
+    }
+    statement(f->body);
+    m_scope = scope;
+    m_function = function;
+    m_loops = loops;
+    f->state = FunctionDecl::Checked;
+}
+
+FunctionDecl* Sema::source(const ops::Shadeop& op, int signature) {
+    FunctionDecl*& f = m_sources[{&op, signature}];
+    if (f)
+        return f;
+    Sources& sources = m_diagnostics.sources();
+    const uint32_t file = sources.add("<" + op.name + ">", op.signatures[signature].source);
+    m_source_tokens.push_back(lex(sources, file, m_diagnostics));
+    FunctionDecl* parsed = Parser(m_source_tokens.back(), m_arena, m_diagnostics).function_alone();
+    if (!parsed)
+        return nullptr;
+    f = parsed;
+    Scope* const scope = m_scope;
+    m_scope = nullptr; // sees globals and shadeops only
+    Scope* own = push();
+    m_scope = scope;
+    parsed->scope = own;
+    check_function(parsed);
+    return parsed;
+}
+
+// ---- declarations and statements
+// ----------------------------------------------------------------------------------
+
+void Sema::resolve_size(VarDecl* v) {
+    if (!v->size)
+        return;
+    expr(v->size);
+    // Constant, or a sum or product of constants.
+    const auto value = [](auto& self, const Expr* e) -> double {
+        if (e->kind == ExprKind::Number)
+            return e->number;
+        if (e->kind == ExprKind::Binary && e->args.size() == 2) {
+            const double a = self(self, e->args[0]), b = self(self, e->args[1]);
+            switch (e->op) {
+            case BinOp::Add:
+                return a + b;
+            case BinOp::Sub:
+                return a - b;
+            case BinOp::Mul:
+                return a * b;
+            case BinOp::Div:
+                return b != 0 ? a / b : 0;
+            default:
+                return 0;
+            }
+        }
+        return 0;
+    };
+    const double n = value(value, v->size);
+    if (n < 1 || n > 65536)
+        m_diagnostics.error(v->size->loc, "an array's size must be a constant from 1 to 65536");
+    v->type.size = n >= 1 && n <= 65536 ? int(n) : 1;
+}
+
+void Sema::variable(VarDecl* v) {
+    resolve_size(v);
+    if (v->type.base == Base::Void)
+        m_diagnostics.error(v->loc, "a variable cannot be void");
+    if (v->init) {
+        const ast::Type t = expr(v->init, &v->type);
+        if (v->type.array) {
+            if (v->init->kind == ExprKind::List) {
+                const int given = int(v->init->args.size());
+                if (v->type.size == 0)
+                    v->type.size = given;
+                if (given > v->type.size)
+                    m_diagnostics.error(v->init->loc, std::to_string(given) + " values for an array of " +
+                                                          std::to_string(v->type.size));
+            } else if (!t.array && t.base != Base::Error) {
+                ast::Type element = v->type;
+                element.array = false;
+                want(v->init, element, "array \"" + std::string(v->name) + "\"");
+            } else if (t.array && v->type.size == 0) {
+                v->type.size = t.size;
+            }
+        } else {
+            want(v->init, v->type, "variable \"" + std::string(v->name) + "\"");
+        }
+        v->written = true;
+    }
+    if (v->type.array && v->type.size == 0 && v->kind != VarDecl::Formal)
+        m_diagnostics.error(v->loc, "array \"" + std::string(v->name) + "\" needs a size or values");
+    declare(v);
+}
+
+void Sema::condition(Expr* e) {
+    const ast::Type t = expr(e);
+    if (t.base != Base::Error && !t.is(Base::Bool) && !t.is(Base::Float))
+        m_diagnostics.error(e->loc, "a condition must be a comparison or a float, found " + t.str());
+}
+
+void Sema::statement(Stmt* s) {
+    if (!s)
+        return;
+    switch (s->kind) {
+    case StmtKind::Empty:
+        return;
+    case StmtKind::Block:
+        push();
+        for (Stmt* b : s->block)
+            statement(b);
+        pop();
+        return;
+    case StmtKind::Declare:
+        for (VarDecl* v : s->vars)
+            variable(v);
+        return;
+    case StmtKind::Expression:
+        expr(s->expr);
+        return;
+    case StmtKind::If:
+        condition(s->expr);
+        statement(s->body);
+        statement(s->orelse);
+        return;
+    case StmtKind::While:
+    case StmtKind::For:
+        push();
+        statement(s->first);
+        if (s->init)
+            expr(s->init);
+        if (s->expr)
+            condition(s->expr);
+        m_loops++;
+        statement(s->body);
+        m_loops--;
+        if (s->step)
+            expr(s->step);
+        pop();
+        return;
+    case StmtKind::Break:
+    case StmtKind::Continue: {
+        const char* word = s->kind == StmtKind::Break ? "break" : "continue";
+        if (m_loops == 0)
+            m_diagnostics.error(s->loc, std::string(word) + " outside of a loop");
+        else if (s->levels < 1 || s->levels > m_loops)
+            m_diagnostics.error(s->loc, std::string(word) + " " + std::to_string(s->levels) + " inside of " +
+                                            std::to_string(m_loops) + " loops");
+        return;
+    }
+    case StmtKind::Return:
+        if (!m_function) {
+            if (s->expr)
+                m_diagnostics.error(s->loc, "a shader returns no value");
+        } else if (s->expr) {
+            expr(s->expr, &m_function->result);
+            if (m_function->result.is(Base::Void))
+                m_diagnostics.error(s->loc, "function \"" + std::string(m_function->name) +
+                                                "\" is void: it returns no value");
+            else
+                want(s->expr, m_function->result, "the result of \"" + std::string(m_function->name) + "\"");
+        } else if (!m_function->result.is(Base::Void)) {
+            m_diagnostics.error(s->loc, "function \"" + std::string(m_function->name) + "\" must return a " +
+                                            m_function->result.str());
+        }
+        return;
+    case StmtKind::Illuminance:
+    case StmtKind::Illuminate:
+    case StmtKind::Solar:
+        for (Expr* a : s->args)
+            expr(a);
+        statement(s->body);
+        return;
+    case StmtKind::Function:
+        declare(s->function);
+        check_function(s->function);
+        return;
+    }
+}
+
+} // namespace kanuka::sl

@@ -1,0 +1,94 @@
+// Meaning: which declaration every name stands for, which type every expression has, which overload a call
+// takes. Annotates the tree in place. Whether values are uniform or varying is not decided here but on the
+// IR, where functions are inlined and all assignments are known.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <unordered_map>
+
+#include "sl/ops/shadeops.h"
+#include "sl/parse/ast.h"
+#include "sl/parse/token.h"
+
+namespace kanuka::sl {
+
+class Sema {
+  public:
+    Sema(ast::Arena& arena, Diagnostics& diagnostics) : m_arena(arena), m_diagnostics(diagnostics) {}
+
+    void check(ast::Unit& unit, ast::ShaderDecl& shader);
+    // The variables that stand for globals which the shader uses.
+    ast::VarDecl* global(std::string_view name);
+    // The tree of a shadeop's own source; parsed and checked at its first use.
+    ast::FunctionDecl* source(const ops::Shadeop& op, int signature);
+
+  private:
+    struct Scope {
+        Scope* parent = nullptr;
+        std::unordered_map<std::string_view, ast::VarDecl*> vars;
+        std::unordered_map<std::string_view, std::vector<ast::FunctionDecl*>> functions;
+    };
+    struct Candidate {
+        ast::FunctionDecl* function = nullptr;
+        int signature = -1;
+        int cost = 0;
+    };
+
+    // sema.cpp
+    Scope* push();
+    void pop() { m_scope = m_scope->parent; }
+    void declare(ast::VarDecl* v);
+    void declare(ast::FunctionDecl* f);
+    void resolve_size(ast::VarDecl* v);
+    void check_function(ast::FunctionDecl* f);
+    void check_stages(ast::ShaderDecl& shader);
+    void statement(ast::Stmt* s);
+    void variable(ast::VarDecl* v);
+    void condition(ast::Expr* e);
+    void warn_unused(const ast::ShaderDecl& shader);
+    ast::VarDecl* find(std::string_view name);
+
+    // sema_expr.cpp
+    ast::Type expr(ast::Expr* e, const ast::Type* expected = nullptr);
+    ast::Type expr_kind(ast::Expr* e, const ast::Type* expected);
+    ast::Type name(ast::Expr* e, bool reading);
+    ast::Type index(ast::Expr* e);
+    ast::Type cast(ast::Expr* e);
+    ast::Type tuple(ast::Expr* e, const ast::Type* expected);
+    ast::Type unary(ast::Expr* e, const ast::Type* expected);
+    ast::Type binary(ast::Expr* e, const ast::Type* expected);
+    ast::Type arithmetic(Loc at, ast::BinOp op, const ast::Type& a, const ast::Type& b);
+    ast::Type ternary(ast::Expr* e, const ast::Type* expected);
+    ast::Type assign(ast::Expr* e);
+    ast::Type list(ast::Expr* e, const ast::Type* expected);
+    void want(ast::Expr* e, const ast::Type& to, const std::string& where);
+
+    // sema_calls.cpp
+    ast::Type call(ast::Expr* e, const ast::Type* expected);
+    ast::Type construct(ast::Expr* e);
+    ast::Type call_function(ast::Expr* e, const std::vector<ast::FunctionDecl*>& candidates,
+                            const ast::Type* expected);
+    ast::Type call_shadeop(ast::Expr* e, const ops::Shadeop& op, const ast::Type* expected);
+    void written(ast::Expr* e, const std::string& by);
+    std::vector<ast::FunctionDecl*> find_functions(std::string_view name);
+
+    ast::Arena& m_arena;
+    Diagnostics& m_diagnostics;
+    std::deque<Scope> m_scopes;
+    Scope* m_scope = nullptr;
+    Scope* m_root = nullptr;
+    ast::FunctionDecl* m_function = nullptr;
+    ast::ShaderDecl* m_shader = nullptr;
+    std::unordered_map<std::string_view, ast::VarDecl*> m_globals;
+    std::map<std::pair<const ops::Shadeop*, int>, ast::FunctionDecl*> m_sources;
+    std::deque<std::vector<Token>> m_source_tokens;
+    int m_loops = 0;
+    int m_depth = 0;
+};
+
+// Cost of an implicit conversion: 0 = none needed, negative = there is none.
+int conversion_cost(const ast::Type& from, const ast::Type& to);
+bool castable(const ast::Type& from, const ast::Type& to);
+
+} // namespace kanuka::sl

@@ -1,0 +1,229 @@
+#include <algorithm>
+
+#include "sl/sema/sema.h"
+
+namespace kanuka::sl {
+
+using namespace ast;
+
+// An expression that is assigned to: its variable must allow it.
+void Sema::written(Expr* e, const std::string& by) {
+    if (e->kind == ExprKind::Index && e->args[0]->kind == ExprKind::Name)
+        e = e->args[0];
+    if (e->kind != ExprKind::Name) {
+        m_diagnostics.error(e->loc, "this is " + by + ", so it must be a variable");
+        return;
+    }
+    VarDecl* v = e->var;
+    if (!v)
+        return;
+    v->written = true;
+    const std::string name = "\"" + std::string(v->name) + "\"";
+    if (v->kind == VarDecl::Parameter && !v->output)
+        m_diagnostics.error(e->loc, name + " is a parameter and is " + by +
+                                        "; copy it into a variable, or declare it output");
+    else if (v->kind == VarDecl::Formal && !v->output && !v->type.handle())
+        m_diagnostics.error(e->loc, name + " is a parameter of this function and is " + by +
+                                        "; declare it output to change the caller's variable");
+    else if (v->kind == VarDecl::Global && !ops::globals()[v->global].written)
+        m_diagnostics.error(e->loc, name + " cannot be changed by a shader, but is " + by);
+}
+
+std::vector<FunctionDecl*> Sema::find_functions(std::string_view name) {
+    for (Scope* s = m_scope; s; s = s->parent)
+        if (const auto it = s->functions.find(name); it != s->functions.end())
+            return it->second;
+    return {};
+}
+
+ast::Type Sema::call(Expr* e, const ast::Type* expected) {
+    const std::vector<FunctionDecl*> functions = find_functions(e->text);
+    if (!functions.empty())
+        return call_function(e, functions, expected);
+    if (const ops::Shadeop* op = ops::find_shadeop(e->text))
+        return call_shadeop(e, *op, expected);
+    std::vector<std::string_view> names;
+    for (Scope* s = m_scope; s; s = s->parent)
+        for (const auto& [n, f] : s->functions)
+            names.push_back(n);
+    for (const ops::Shadeop& op : ops::shadeops())
+        if (!op.name.starts_with("__"))
+            names.push_back(op.name);
+    std::sort(names.begin(), names.end());
+    const std::string near = closest(e->text, names);
+    m_diagnostics.error(e->loc, "there is no function \"" + std::string(e->text) + "\"" +
+                                    (near.empty() ? "" : "; did you mean \"" + near + "\"?"));
+    for (Expr* a : e->args)
+        expr(a);
+    return {};
+}
+
+static int result_cost(const ast::Type& result, const ast::Type* expected) {
+    if (!expected || expected->base == Base::Error)
+        return 0;
+    const int c = conversion_cost(result, *expected);
+    return c < 0 ? 50 : c;
+}
+
+ast::Type Sema::call_function(Expr* e, const std::vector<FunctionDecl*>& candidates,
+                              const ast::Type* expected) {
+    const bool single = candidates.size() == 1;
+    for (size_t i = 0; i < e->args.size(); i++) {
+        const bool known = single && i < candidates[0]->formals.size();
+        expr(e->args[i], known ? &candidates[0]->formals[i]->type : nullptr);
+        if (e->args[i]->type.base == Base::Error && e->args[i]->kind != ExprKind::Name)
+            return {};
+    }
+    FunctionDecl* best = nullptr;
+    int best_cost = 1 << 20;
+    for (FunctionDecl* f : candidates) {
+        if (f->formals.size() != e->args.size())
+            continue;
+        int cost = result_cost(f->result, expected);
+        bool fits = true;
+        for (size_t i = 0; i < e->args.size() && fits; i++) {
+            const int c = conversion_cost(e->args[i]->type, f->formals[i]->type);
+            fits = c >= 0;
+            cost += c * 4;
+        }
+        if (fits && cost < best_cost) {
+            best = f;
+            best_cost = cost;
+        }
+    }
+    if (!best) {
+        std::string found, have;
+        for (const Expr* a : e->args)
+            found += (found.empty() ? "" : ", ") + a->type.str();
+        for (const FunctionDecl* f : candidates) {
+            have += "\n  " + f->result.str() + " " + std::string(f->name) + "(";
+            for (size_t i = 0; i < f->formals.size(); i++)
+                have += (i ? ", " : "") + f->formals[i]->type.str();
+            have += ")";
+        }
+        m_diagnostics.error(e->loc, "function \"" + std::string(e->text) + "\" does not take (" + found +
+                                        "); there is" + have);
+        return {};
+    }
+    e->function = best;
+    for (size_t i = 0; i < e->args.size(); i++)
+        if (best->formals[i]->output)
+            written(e->args[i], "an output of \"" + std::string(best->name) + "\"");
+    check_function(best);
+    return best->result;
+}
+
+ast::Type Sema::call_shadeop(Expr* e, const ops::Shadeop& op, const ast::Type* expected) {
+    // Arguments of one-signature shadeops have their type from it; the others stand for themselves.
+    const bool single = op.signatures.size() == 1;
+    bool broken = false;
+    for (size_t i = 0; i < e->args.size(); i++) {
+        const bool known = single && i < op.signatures[0].args.size();
+        // An output argument is not read: no warning that it has no value yet.
+        bool output = false;
+        for (const ops::Signature& s : op.signatures)
+            output = output || (i < s.args.size() && s.args[i].output);
+        Expr* a = e->args[i];
+        if (output && a->kind == ExprKind::Name && find(a->text))
+            find(a->text)->written = true;
+        expr(a, known ? &op.signatures[0].args[i].type : nullptr);
+        broken = broken || a->type.base == Base::Error;
+    }
+    if (broken)
+        return {};
+    int best = -1, best_cost = 1 << 20;
+    for (size_t k = 0; k < op.signatures.size(); k++) {
+        const ops::Signature& s = op.signatures[k];
+        if (e->args.size() < s.args.size() || (e->args.size() > s.args.size() && !s.variadic))
+            continue;
+        int cost = result_cost(s.result, expected) + (s.variadic ? 1 : 0);
+        bool fits = true;
+        for (size_t i = 0; i < s.args.size() && fits; i++) {
+            const ast::Type& from = e->args[i]->type;
+            const ast::Type& to = s.args[i].type;
+            int c = conversion_cost(from, to);
+            if (to.base == Base::Lobe)
+                c = from.base == Base::Lobe ? 0 : -1;
+            else if (to.base == Base::Void)
+                c = 0;
+            else if (s.args[i].output && from.base != to.base && !(from.spatial() && to.spatial()))
+                c = -1;
+            fits = c >= 0;
+            cost += c * 4;
+        }
+        // min and max: further arguments are of the same type.
+        if (fits && s.impl == ops::Impl::Primitive)
+            for (size_t i = s.args.size(); i < e->args.size() && fits; i++) {
+                const int c = conversion_cost(e->args[i]->type, s.args.back().type);
+                fits = c >= 0;
+                cost += c * 4;
+            }
+        if (fits && cost < best_cost) {
+            best = int(k);
+            best_cost = cost;
+        }
+    }
+    if (best < 0) {
+        std::string found, have;
+        for (const Expr* a : e->args)
+            found += (found.empty() ? "" : ", ") + a->type.str();
+        for (const ops::Signature& s : op.signatures) {
+            have += "\n  " + s.result.str() + " " + op.name + "(";
+            for (size_t i = 0; i < s.args.size(); i++)
+                have += std::string(i ? ", " : "") + (s.args[i].output ? "output " : "") +
+                        (s.args[i].type.base == Base::Lobe ? "lobe" : s.args[i].type.str()) + " " +
+                        s.args[i].name;
+            have += s.variadic ? ", …)" : ")";
+        }
+        m_diagnostics.error(e->loc,
+                            "shadeop \"" + op.name + "\" does not take (" + found + "); there is" + have);
+        return {};
+    }
+    e->shadeop = &op;
+    e->signature = best;
+    const ops::Signature& s = op.signatures[best];
+    for (size_t i = 0; i < s.args.size(); i++)
+        if (s.args[i].output)
+            written(e->args[i], "an output of " + op.name + "()");
+    if (s.impl == ops::Impl::Source && !source(op, best))
+        return {};
+    return s.result;
+}
+
+// LambertBrdf("diffuseReflectance", color (1, 0, 0)): names and values of inputs.
+ast::Type Sema::construct(Expr* e) {
+    const grid::LobeDecl& lobe = grid::lobe(e->type.lobe);
+    const ast::Type type = e->type;
+    for (size_t i = 0; i < e->args.size(); i += 2) {
+        Expr* name = e->args[i];
+        if (name->kind != ExprKind::String) {
+            m_diagnostics.error(name->loc, "expected the name of an input as a string constant");
+            return type;
+        }
+        name->type = {Base::String};
+        if (i + 1 >= e->args.size()) {
+            m_diagnostics.error(name->loc, "input \"" + std::string(name->text) + "\" has no value");
+            return type;
+        }
+        const int input = grid::find_input(lobe, name->text);
+        if (input < 0) {
+            std::string have;
+            std::vector<std::string_view> names;
+            for (const grid::LobeInput& in : lobe.inputs) {
+                have += (have.empty() ? "" : ", ") + std::string(in.name);
+                names.push_back(in.name);
+            }
+            m_diagnostics.error(name->loc, std::string(lobe.name) + " has no input \"" +
+                                               std::string(name->text) + "\"; it has " + have);
+            expr(e->args[i + 1]);
+            continue;
+        }
+        const ast::Type want_type{lobe.inputs[input].type == grid::InputType::Color ? Base::Color
+                                                                                    : Base::Float};
+        expr(e->args[i + 1], &want_type);
+        want(e->args[i + 1], want_type, "input \"" + std::string(name->text) + "\"");
+    }
+    return type;
+}
+
+} // namespace kanuka::sl

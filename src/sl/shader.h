@@ -1,0 +1,104 @@
+// Shader and Instance behind sl.h.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <mutex>
+#include <optional>
+
+#include "sl/codegen/codegen.h"
+#include "sl/ir/plan.h"
+#include "sl/ops/runtime.h"
+#include "sl/sl.h"
+
+namespace kanuka::sl {
+
+// One stage as it is compiled for a variant.
+struct BuiltStage {
+    ir::Stage stage;
+    ir::Plan plan;
+    StageFunction run = nullptr;
+    explicit operator bool() const { return run != nullptr; }
+};
+
+// Machine code for one choice of what varies.
+struct Build {
+    ir::Variant variant;
+    BuiltStage defaults, init, interior, displace, shade;
+    std::unique_ptr<NativeCode> code;
+    bool from_cache = false;
+};
+
+class ShaderImpl final : public Shader, public std::enable_shared_from_this<ShaderImpl> {
+  public:
+    ShaderImpl(ir::Program program, CompileOptions options);
+
+    const std::string& name() const override { return m_program.name; }
+    ShaderKind kind() const override { return m_program.kind; }
+    std::span<const Parameter> parameters() const override { return m_program.parameters; }
+    uint64_t hash() const override { return m_hash; }
+    bool from_cache() const override { return m_from_cache; }
+    std::unique_ptr<Instance> instantiate(std::span<const Argument> arguments,
+                                          Services& services) const override;
+
+    const ir::Program& program() const { return m_program; }
+    int lanes() const { return m_options.lanes; }
+    // Compiles at first use. Thread safe.
+    const Build& build(const ir::Variant& variant) const;
+    // Outputs of the shade stage that are uniform, for a variant (no code needed).
+    std::vector<bool> uniform_outputs(const ir::Variant& variant) const;
+
+  private:
+    ir::Program m_program;
+    CompileOptions m_options;
+    uint64_t m_hash = 0;
+    bool m_from_cache = false;
+    mutable std::mutex m_mutex;
+    mutable std::map<std::string, std::unique_ptr<Build>> m_builds;
+};
+
+class InstanceImpl final : public Instance {
+  public:
+    InstanceImpl(std::shared_ptr<const ShaderImpl> shader, std::span<const Argument> arguments,
+                 Services& services);
+
+    const Shader& shader() const override { return *m_shader; }
+    const grid::LayeringProgram& program() const override { return m_layering; }
+    bool displaces() const override { return m_shader->program().displace.root != nullptr; }
+    void displace(grid::Grid& grid, const GridGlobals& globals, Services& services) const override;
+    void shade(grid::Grid& grid, const GridGlobals& globals, Services& services,
+               grid::VertexInputs& out) const override;
+    bool uniform_material() const override { return m_uniform; }
+    bool uniform_material(bool grids_have_colors) const override {
+        return grids_have_colors ? m_uniform : m_uniform_plain;
+    }
+
+  private:
+    void bind(std::span<const Argument> arguments, Services& services);
+    void run_once(const BuiltStage& stage, Services& services, ops::MaterialBuild* build);
+    void build_material(const ops::MaterialBuild& build, Services& services);
+    int node_of(const ops::MaterialBuild& build, const std::string& name, std::vector<int>& made, int depth,
+                Services& services);
+    void settle_presence(Services& services);
+    ir::Variant variant_for(const grid::Grid& grid) const;
+    struct Run;
+    void run(const BuiltStage& stage, const ir::Variant& variant, grid::Grid& grid,
+             const GridGlobals& globals, Services& services, const std::vector<float*>& outputs) const;
+
+    struct SlotSource {
+        int output = -1; // of the shade stage
+        Vec3f value{0, 0, 0};
+    };
+    std::shared_ptr<const ShaderImpl> m_shader;
+    std::vector<float> m_params, m_members, m_channels;
+    std::deque<std::string> m_texts; // what the pointers below point at
+    std::vector<const char*> m_param_texts, m_member_texts;
+    ir::Variant m_variant; // parameters bound to primvars
+    std::vector<std::string> m_primvars;
+    grid::LayeringProgram m_layering;
+    std::vector<SlotSource> m_sources; // parallel to the slots
+    std::optional<Vec3f> m_opacity;    // Os, where the arguments fix it
+    bool m_uniform = false, m_uniform_plain = false;
+};
+
+} // namespace kanuka::sl

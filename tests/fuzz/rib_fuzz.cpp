@@ -1,0 +1,25 @@
+// Fuzzes the RIB reader with libFuzzer (clang):
+//
+//   cmake -S . -B build-fuzz -G Ninja -DCMAKE_CXX_COMPILER=clang++-19 -DKANUKA_FUZZ=ON \
+//         -DKANUKA_SANITIZE=fuzzer-no-link,address,undefined -DKANUKA_TESTS=OFF -DKANUKA_PYTHON=OFF
+//   ninja -C build-fuzz rib_fuzz && build-fuzz/tests/fuzz/rib_fuzz -dict=tests/fuzz/rib.dict CORPUS
+//
+// Archives on disk are out of reach: names in the input must not make it read the machine's files.
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "ingest/rib/rib.h"
+#include "scene/summary.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+    using namespace kanuka;
+    const std::string text(reinterpret_cast<const char*>(data), size);
+    if (text.find("Archive \"/") != std::string::npos || text.find("..") != std::string::npos)
+        return 0;
+    Journal journal;
+    const scene::Scene scene = ingest::parse_rib(text, "/nonexistent/fuzz.rib", {}, journal);
+    const scene::Summary summary = scene::summarize(scene);
+    return scene::to_json(summary).empty() || scene::to_text(summary).empty();
+}
