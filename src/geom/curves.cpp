@@ -7,15 +7,15 @@
 namespace kanuka::geom {
 namespace {
 
-constexpr int Samples = 9;                // a segment, to find how finely it must be cut
-constexpr float ChordTolerance = 0.1f;    // pixels
-constexpr float TurnTolerance = 12;       // degrees a cut
-constexpr float LengthPerCut = 8;         // micropolygon edges: colour changes slowly along a hair
+constexpr int Samples = 9;             // a segment, to find how finely it must be cut
+constexpr float ChordTolerance = 0.1f; // pixels
+constexpr float TurnTolerance = 12;    // degrees a cut
+constexpr float LengthPerCut = 8;      // micropolygon edges: colour changes slowly along a hair
 
 struct Curve {
     size_t first_vertex = 0, first_varying = 0; // in the primvars
     int vertices = 0, segments = 0, varying = 0;
-    std::vector<int> cuts;                      // per segment
+    std::vector<int> cuts; // per segment
     size_t first_ring = 0;
     int rings = 0;
 };
@@ -40,7 +40,8 @@ class CurveMesher {
             c.vertices = n;
             c.segments = m_curves.periodic ? n / m_step : (n - m_order) / m_step + 1;
             c.varying = m_curves.periodic ? c.segments : c.segments + 1;
-            const bool good = n >= (m_curves.periodic ? 1 : m_order) && c.segments > 0 && vertex + n <= m_points.size();
+            const bool good =
+                n >= (m_curves.periodic ? 1 : m_order) && c.segments > 0 && vertex + n <= m_points.size();
             if (!good) {
                 dropped.bad_index++;
                 c.segments = 0;
@@ -67,7 +68,8 @@ class CurveMesher {
                                 : detail == scene::Detail::Uniform ? total
                                                                    : varying;
             if (m_widths.varying()->floats.size() < need) {
-                journal.warning(primitive.where, "curves have " + std::to_string(m_widths.varying()->floats.size()) +
+                journal.warning(primitive.where, "curves have " +
+                                                     std::to_string(m_widths.varying()->floats.size()) +
                                                      " widths where " + std::to_string(need) +
                                                      " are needed; the first is used for all");
                 m_first_width_only = true;
@@ -164,7 +166,8 @@ class CurveMesher {
         const auto at = [&](size_t i) { return m_widths.at(i); };
         if (w->detail == scene::Detail::Uniform)
             return at(curve);
-        return w->detail == scene::Detail::Vertex ? blend(p.value, p, at) : blend_varying(m_list[curve], p, at);
+        return w->detail == scene::Detail::Vertex ? blend(p.value, p, at)
+                                                  : blend_varying(m_list[curve], p, at);
     }
 
     void choose_cuts(Curve& c) const {
@@ -175,7 +178,8 @@ class CurveMesher {
             if (m_curves.cubic) {
                 Vec3f p[Samples];
                 for (int i = 0; i < Samples; i++)
-                    p[i] = blend_points(place(c, s, float(i) / (Samples - 1)).value, place(c, s, float(i) / (Samples - 1)));
+                    p[i] = blend_points(place(c, s, float(i) / (Samples - 1)).value,
+                                        place(c, s, float(i) / (Samples - 1)));
                 float cells = 0, off = 0, turn = 0;
                 for (int i = 1; i < Samples; i++)
                     cells += m_view.cells(p[i - 1], p[i]);
@@ -185,8 +189,10 @@ class CurveMesher {
                     turn += std::atan2(length(cross(a, b)), dot(a, b));
                 }
                 off *= m_view.pixels_per_unit(p[Samples / 2]);
-                const float shape = std::max(std::sqrt(off / ChordTolerance), turn * (180 / Pi) / TurnTolerance);
-                n = int(std::clamp(std::ceil(std::max(std::min(shape, cells), cells / LengthPerCut)), 1.0f, 256.0f));
+                const float shape =
+                    std::max(std::sqrt(off / ChordTolerance), turn * (180 / Pi) / TurnTolerance);
+                n = int(std::clamp(std::ceil(std::max(std::min(shape, cells), cells / LengthPerCut)), 1.0f,
+                                   256.0f));
             } else {
                 const Vec3f a = blend_points(place(c, s, 0).value, place(c, s, 0));
                 const Vec3f b = blend_points(place(c, s, 1).value, place(c, s, 1));
@@ -231,7 +237,8 @@ class CurveMesher {
                 for (int x = 0; x < m_across; x++) {
                     const size_t i = (c.first_ring + ring) * m_across + x, n = size_t(g.stride);
                     const float angle = float(x) * (2 * Pi / 3), u = m_tube ? float(x) / 3 : float(x);
-                    const Vec3f arm = m_tube ? side * std::cos(angle) + out * std::sin(angle) : side * (x == 0 ? -1.0f : 1.0f);
+                    const Vec3f arm = m_tube ? side * std::cos(angle) + out * std::sin(angle)
+                                             : side * (x == 0 ? -1.0f : 1.0f);
                     const Vec3f q = p + arm * half, normal = m_tube ? arm : out;
                     const Vec3f length_wise = d * float(c.segments), cross_wise = side * (2 * half);
                     for (int e = 0; e < 3; e++) {
@@ -242,8 +249,10 @@ class CurveMesher {
                     }
                     g.u[i] = u;
                     g.v[i] = v;
-                    g.s[i] = (1 - u) * (1 - v) * tc[0] + u * (1 - v) * tc[2] + (1 - u) * v * tc[4] + u * v * tc[6];
-                    g.t[i] = (1 - u) * (1 - v) * tc[1] + u * (1 - v) * tc[3] + (1 - u) * v * tc[5] + u * v * tc[7];
+                    g.s[i] =
+                        (1 - u) * (1 - v) * tc[0] + u * (1 - v) * tc[2] + (1 - u) * v * tc[4] + u * v * tc[6];
+                    g.t[i] =
+                        (1 - u) * (1 - v) * tc[1] + u * (1 - v) * tc[3] + (1 - u) * v * tc[5] + u * v * tc[7];
                     for (const Primvar& primvar : m_primvars.list)
                         for (int e = 0; e < primvar.components; e++)
                             primvar.destination(g, e)[i] = value(primvar, index, at, e);
