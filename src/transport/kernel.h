@@ -37,7 +37,7 @@ class Kernel {
     virtual void trace(const BatchRequest& request, BatchCounts& counts) = 0;
 };
 
-// lanes: 1, 8 or 16; 0 = the widest this machine runs. The scene must outlive the kernel.
+// lanes: 1, 8 or 16; 0 = the widest that pays on this machine. The scene must outlive the kernel.
 std::unique_ptr<Kernel> make_kernel(const SceneView& scene, int lanes);
 int widest_lanes();
 

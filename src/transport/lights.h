@@ -68,10 +68,12 @@ Spectrum<W> map_radiance(const SceneView& scene, const MapPlace<W>& p, const Flo
     const Int<W> w(map.width), last_row(map.height - 1), zero(0);
     Int<W> i0 = to_int(xf), j0 = to_int(yf);
     i0 = select(i0 < zero, i0 + w, i0);
+    i0 = min(max(i0, zero), w - Int<W>(1)); // a direction may be NaN
     Int<W> i1 = i0 + Int<W>(1);
     i1 = select(i1 >= w, i1 - w, i1);
+    j0 = min(max(j0, Int<W>(-1)), last_row);
     const Int<W> j1 = min(j0 + Int<W>(1), last_row);
-    j0 = min(max(j0, zero), last_row);
+    j0 = max(j0, zero);
     const Float<W> fx = x - xf, fy = y - yf;
     const auto texel = [&](Int<W> i, Int<W> j) {
         const Int<W> at = (j * w + i) * Int<W>(3);

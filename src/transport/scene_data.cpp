@@ -49,6 +49,14 @@ void uplift_amount(const Rgb& rgb, float out[4]) {
     out[0] = c[0], out[1] = c[1], out[2] = c[2], out[3] = 2 * m;
 }
 
+bool finite(const Transform& t) {
+    for (const auto& row : t.m)
+        for (double x : row)
+            if (!std::isfinite(x))
+                return false;
+    return true;
+}
+
 bool usable(const Rgb& c) { return std::isfinite(c.x + c.y + c.z) && std::max({c.x, c.y, c.z}) > 0; }
 
 AnalyticLight make_light(const scene::Light& light, const Transform& render_from_world) {
@@ -223,6 +231,10 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
     bool constant_visible = false;
     for (const scene::Light& light : in.lights) {
         const bool environment = light.kind == Kind::Environment || light.kind == Kind::Ambient;
+        if (!std::isfinite(light.amount.x + light.amount.y + light.amount.z) || !finite(light.world_from_light)) {
+            journal.warning(light.where, "a light whose amount or place is not a number is left out");
+            continue;
+        }
         if (!usable(light.amount))
             continue;
         if (environment && light.texture.empty()) {

@@ -185,6 +185,7 @@ class SurfaceStage {
         const V wi = h.to_local(light.wi);
         // Geometric and shading normal must agree on which side the light is.
         const F side = dot(light.wi, h.Ng) * wi.z;
+        count_broken(h, active & light.valid, side * light.pdf);
         M m = active & light.valid & (side > F(0.0f));
         if (!any(m))
             return;
@@ -197,7 +198,7 @@ class SurfaceStage {
         }
         const F weight = F(1.0f) / max(denominator, F(1e-30f));
         const S contribution = h.beta * value.f * light.radiance * weight;
-        m &= bsdf::max_component(contribution) > F(0.0f);
+        m &= !(bsdf::mean(contribution) <= F(0.0f)); // NaN goes on, and is counted
         const uint32_t bits = m.bits();
         if (!bits)
             return;
@@ -223,6 +224,7 @@ class SurfaceStage {
         const bsdf::LobeSample<W> s = material.sample(wo, u_lobe, u0, u1);
         const V wi = normalize(h.to_world(s.wi));
         const F side = dot(wi, h.Ng) * s.wi.z;
+        count_broken(h, active & s.valid, side + s.value.pdf[0]);
         M m = active & s.valid & (side > F(0.0f)) & (s.value.pdf[0] > F(0.0f));
         const F inv_pdf = F(1.0f) / max(s.value.pdf[0], F(1e-30f));
         S beta = h.beta * s.value.f * inv_pdf;
@@ -243,7 +245,7 @@ class SurfaceStage {
             m &= u_roulette < keep;
             beta = beta * (F(1.0f) / max(keep, F(1e-6f)));
         }
-        m &= bsdf::max_component(beta) > F(0.0f);
+        m &= !(bsdf::mean(beta) <= F(0.0f));
         const uint32_t bits = m.bits();
         if (!bits)
             return;
@@ -267,6 +269,13 @@ class SurfaceStage {
         compress_store(m_next.ask_constant + at, chances.of(m_scene.constant_choice) * max(s.wi.z, F(0.0f)) * F(InvPi), bits);
         compress_store(reinterpret_cast<float*>(m_next.path) + at, bitcast_float(h.path), bits);
         m_next_count += compress_store(reinterpret_cast<float*>(m_next.interior) + at, bitcast_float(interior), bits);
+    }
+
+    // A sample that comes to NaN is made NaN as a whole, which the film counts, locates and drops.
+    void count_broken(const Hit& h, M m, F number) {
+        m &= number != number;
+        if (any(m))
+            add_radiance(m_batch, h.path, S(F(std::numeric_limits<float>::quiet_NaN())), m);
     }
 
     void record_first_hit(const Hit& h, M m, const bsdf::MaterialCode&) {
