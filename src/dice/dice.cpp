@@ -97,13 +97,14 @@ Diced dice_mesh(geom::MeshParts parts, const scene::Primitive& primitive, const 
     return out;
 }
 
-// Many pieces of hardly more than a micropolygon are a mesh already finer than the rate. Very many small ones go the same
-// way, since a grid of its own costs each of them some two kilobytes.
+// Many pieces of hardly more than a micropolygon are a mesh already finer than the rate. Very many small ones
+// go the same way, since a grid of its own costs each of them some two kilobytes.
 bool is_merged(const Splitter& splitter, const RateRule& rule) {
     constexpr double Many = 256, VeryMany = 200000;
     constexpr double FinerThanRate = 1.5, Small = 6; // micropolygons a piece
     const double pieces = double(splitter.pieces.size()), each = splitter.cells() / std::max(1.0, pieces);
-    return !rule.shape_only && ((pieces >= Many && each < FinerThanRate) || (pieces >= VeryMany && each < Small));
+    return !rule.shape_only &&
+           ((pieces >= Many && each < FinerThanRate) || (pieces >= VeryMany && each < Small));
 }
 
 Diced dice_surface(const geom::Surface& surface, const scene::Primitive& primitive, RateRule rule,

@@ -243,7 +243,7 @@ TEST(Curves, RibbonsFaceTheCamera) {
                                        1, 3, 3, 1, -1, 0, 0, -1, 1, 0, -1, 2, 0, -1, 3, 0});
     p.primvars.set(floats("width", Type::Float, Detail::Varying, {0.1f, 0.1f, 0.1f, 0.2f, 0.05f}));
     p.primvars.set(floats("id", Type::Float, Detail::Uniform, {5, 6}));
-    const Diced d = run(p, looking(5, 400));
+    const Diced d = run(p, looking(5, 60)); // thin: two vertices a ring
     ASSERT_TRUE(d.is_mesh);
     const grid::Grid& g = d.mesh_vertices;
     for (int i = 0; i < g.vertices(); i += 2) {
@@ -258,6 +258,16 @@ TEST(Curves, RibbonsFaceTheCamera) {
     EXPECT_NEAR(g.position(last).y, 3, 1e-5f);
     EXPECT_EQ(g.v[last], 1);
     EXPECT_EQ(g.primvars[0].data[0], 5);
+    // Near enough to be a surface, it is shaded at the full rate: the same shape, more vertices both ways.
+    const Diced wide = run(p, looking(5, 800));
+    const auto area = [](const Diced& x) {
+        double sum = 0;
+        for (const auto& t : triangles(x.mesh))
+            sum += 0.5 * length(cross(vertex(x, t[1]) - vertex(x, t[0]), vertex(x, t[2]) - vertex(x, t[0])));
+        return sum;
+    };
+    EXPECT_GT(wide.mesh_vertices.vertices(), 20 * g.vertices());
+    EXPECT_NEAR(area(wide) / area(d), 1, 0.02);
 }
 
 TEST(Curves, TubesForInstancesAndOrientedRibbons) {
