@@ -30,7 +30,7 @@ void expect_grey(const TestScene::Estimate& e, double value, double relative, co
 
 // A sphere of one material, all of the picture, in a sky of radiance 1.
 TestScene::Estimate sphere_in_sky(const std::vector<Lobe>& lobes, float half_width = 0.24f,
-                                  int progressions = 32, int seeds = 12) {
+                                  int progressions = 24, int seeds = 10) {
     TestScene s;
     s.add_sphere({0, 0, 3}, 1, 96, lobes);
     s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, half_width, Size, Size);

