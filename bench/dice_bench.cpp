@@ -1,5 +1,5 @@
-// Times dicing: a bicubic patch of about four million micropolygons, plain and roughened, a terrain of four million
-// triangles that goes through as a mesh, and a sphere per thousand. Not run by the tests.
+// Times dicing: a bicubic patch of about four million micropolygons, plain and roughened, a terrain of four
+// million triangles that goes through as a mesh, and a sphere per thousand. Not run by the tests.
 //   kanuka_dice_bench [threads]
 #include <chrono>
 #include <cstdio>
@@ -62,6 +62,27 @@ scene::Primitive terrain(int n) {
     return primitive;
 }
 
+// A torus of n x n quads as a subdivision cage.
+scene::Primitive torus_cage(int n) {
+    std::vector<float> p;
+    std::vector<int32_t> index;
+    for (int j = 0; j < n; j++)
+        for (int i = 0; i < n; i++) {
+            const float a = 2 * Pi * float(i) / float(n), b = 2 * Pi * float(j) / float(n);
+            const float r = 0.7f + 0.3f * std::cos(b);
+            p.insert(p.end(), {r * std::cos(a), r * std::sin(a), 0.3f * std::sin(b)});
+            const int i1 = (i + 1) % n, j1 = (j + 1) % n;
+            index.insert(index.end(), {j * n + i, j * n + i1, j1 * n + i1, j1 * n + i});
+        }
+    scene::SubdivisionMesh mesh;
+    mesh.vertices_per_face = std::vector<int32_t>(size_t(n) * n, 4);
+    mesh.vertices = std::move(index);
+    scene::Primitive primitive;
+    primitive.geometry = mesh;
+    primitive.primvars.set(points(std::move(p)));
+    return primitive;
+}
+
 void roughen(grid::Grid& g) {
     const size_t n = size_t(g.stride);
     for (int i = 0; i < g.stride; i++) {
@@ -90,8 +111,8 @@ void run(const char* name, const scene::Primitive& primitive, int pixels, const 
             traced += double(t.mu) * t.mv;
         if (d.is_mesh)
             cells = traced = double(d.mesh.indices.size()) / d.mesh.vertices_per_face;
-        std::printf("%-22s %8.3f s  %7.3f M cells  %7.3f M traced  %6.1f ns a cell\n", name, seconds, cells * 1e-6,
-                    traced * 1e-6, seconds / std::max(cells, 1.0) * 1e9);
+        std::printf("%-22s %8.3f s  %7.3f M cells  %7.3f M traced  %6.1f ns a cell\n", name, seconds,
+                    cells * 1e-6, traced * 1e-6, seconds / std::max(cells, 1.0) * 1e9);
     }
     for (const auto& e : journal.entries())
         std::printf("  %s\n", e.message.c_str());
@@ -105,5 +126,8 @@ int main(int argc, char** argv) {
         run("bicubic patch", wavy_patch(), 2048, {});
         run("bicubic patch, rough", wavy_patch(), 2048, roughen);
         run("terrain of triangles", terrain(1414), 700, {});
+        run("terrain, diced", terrain(256), 700, {});
+        run("subdivision, 4 x 4", torus_cage(256), 1400, {});
+        run("subdivision, 1 x 1", torus_cage(512), 700, {});
     });
 }

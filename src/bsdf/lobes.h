@@ -86,7 +86,8 @@ struct MicrofacetLobe {
         const Float<W> zero(0.0f);
         const Float<W> pdf = kanuka::select(valid, d / (Float<W>(1.0f) + lo), zero);
         const Float<W> f = kanuka::select(valid, d / (Float<W>(1.0f) + lo + li), zero);
-        return {fresnel(in, dot(wo, m)) * f, Spectrum<W>(pdf)};
+        // Opposite directions have no half vector: max() turns its NaN into 0.
+        return {fresnel(in, max(dot(wo, m), zero)) * f, Spectrum<W>(pdf)};
     }
     static LobeSample<W> sample(const LobeInputs<W>& in, const V& wo, Float<W> u0, Float<W> u1) {
         const Mask<W> smooth = in.alpha < Float<W>(SmoothAlpha);
@@ -209,8 +210,9 @@ Spectrum<W> albedo_of_lobe(LobeId id, const LobeInputs<W>& in, Float<W> cos_o) {
     case LobeId::LambertBrdf:
     case LobeId::LambertBtdf: return in.a;
     case LobeId::MicrofacetConductorBrdf: {
-        const Float<W> w = schlick_weight(cos_o);
-        return (in.a * (Float<W>(1.0f) - w) + in.b * w) * albedo_table().ggx(cos_o, in.alpha);
+        // Fresnel's mean over the visible normals: a black face still has its bright edges.
+        const Float<W> edge = albedo_table().schlick(cos_o, in.alpha);
+        return in.a * (albedo_table().ggx(cos_o, in.alpha) - edge) + in.b * edge;
     }
     case LobeId::MicrofacetDielectricBrdf: return in.a * albedo_table().dielectric(cos_o, in.alpha, in.eta[0]);
     case LobeId::MicrosurfaceDielectricBsdfRgb_v1: {

@@ -82,7 +82,7 @@ void uplift(const UpliftView& table, Vec3<Float<W>> rgb, Float<W>& c0, Float<W>&
     using F = Float<W>;
     using I = Int<W>;
     const F zero(0.0f), one(1.0f), third(1.0f / 3), last(float(table.resolution - 1));
-    rgb = {clamp(rgb.x, zero, one), clamp(rgb.y, zero, one), clamp(rgb.z, zero, one)};
+    rgb = {clamp(rgb.x, zero, one), clamp(rgb.y, zero, one), clamp(rgb.z, zero, one)}; // NaN is 0
     F average = (rgb.x + rgb.y + rgb.z) * third;
     const Mask<W> bright = average > F(0.5f);
     rgb = kanuka::select(bright, Vec3<F>(one, one, one) - rgb, rgb);
@@ -92,28 +92,29 @@ void uplift(const UpliftView& table, Vec3<Float<W>> rgb, Float<W>& c0, Float<W>&
     const F v = kanuka::select(x_largest, rgb.x, kanuka::select(y_largest, rgb.y, rgb.z));
     const F a = kanuka::select(x_largest, rgb.y, kanuka::select(y_largest, rgb.z, rgb.x));
     const F b = kanuka::select(x_largest, rgb.z, kanuka::select(y_largest, rgb.x, rgb.y));
-    const F divisor = kanuka::select(v > zero, v, one);
+    const F divisor = kanuka::select(v > zero, v, one); // divided, not times 1 / v: x / x must be 1
     const F z = fma(F(table.z_factor), sqrt(sqrt(v)) - sqrt(one - v), F(table.z_offset));
     const F at[3] = {sqrt(a / divisor) * last, sqrt(b / divisor) * last, max(z, zero)};
     I cell[3];
-    F f[3];
+    F weight[3][2];
     for (int k = 0; k < 3; k++) {
         cell[k] = min(to_int(at[k]), I(table.resolution - 2));
-        f[k] = min(at[k] - F(cell[k]), one);
+        weight[k][1] = min(at[k] - F(cell[k]), one);
+        weight[k][0] = one - weight[k][1];
     }
     const I n(table.resolution);
     const I base = (((m * n + cell[2]) * n + cell[1]) * n + cell[0]) * I(3);
     F q[3] = {zero, zero, average - F(0.5f)};
     for (int corner = 0; corner < 8; corner++) {
         const int dx = corner & 1, dy = corner >> 1 & 1, dz = corner >> 2;
-        const F w = (dx ? f[0] : one - f[0]) * (dy ? f[1] : one - f[1]) * (dz ? f[2] : one - f[2]);
+        const F w = weight[0][dx] * weight[1][dy] * weight[2][dz];
         const I knot = base + I(((dz * table.resolution + dy) * table.resolution + dx) * 3);
         for (int k = 0; k < 3; k++)
             q[k] = fma(w, gather(table.coefficients + k, knot), q[k]);
     }
     const F s = one / sqrt(max(average * (one - average), F(1e-30f)));
-    const F sign = kanuka::select(bright, -s, s);
-    c0 = q[0] * sign, c1 = q[1] * sign, c2 = q[2] * sign;
+    const F scale = kanuka::select(bright, -s, s);
+    c0 = q[0] * scale, c1 = q[1] * scale, c2 = q[2] * scale;
 }
 
 } // namespace kanuka::bsdf

@@ -47,6 +47,24 @@ bool invert(const float* m, float* out) {
     return true;
 }
 
+// Embree's packaged build asserts that rays lie in the range that it can compute with. What does not hits nothing.
+constexpr float LargestCoordinate = 1e18f;
+
+bool traceable(const RTCRay& r) {
+    const float largest = std::max({std::abs(r.org_x), std::abs(r.org_y), std::abs(r.org_z), std::abs(r.dir_x),
+                                    std::abs(r.dir_y), std::abs(r.dir_z)});
+    const float sum = (r.org_x + r.org_y + r.org_z) + (r.dir_x + r.dir_y + r.dir_z); // max() overlooks NaN
+    return largest < LargestCoordinate && std::isfinite(sum);
+}
+
+template <int W>
+Mask<W> traceable(const RayPacket<W>& rays) {
+    Mask<W> m = rays.active & (rays.t_max >= Float<W>(0.0f));
+    for (int c = 0; c < 3; c++)
+        m &= (abs(rays.o[c]) < Float<W>(LargestCoordinate)) & (abs(rays.d[c]) < Float<W>(LargestCoordinate));
+    return m;
+}
+
 struct Geometry {
     const store::Store* store;
     std::vector<int> shape_of_grid; // grids: by primID; meshes: one entry
@@ -138,6 +156,8 @@ void instance_intersect(const RTCIntersectFunctionNArguments* args) {
             continue;
         RTCRayHit rh;
         rh.ray = ray_in_child(rays, args->N, i, in.inverses.data() + size_t(args->primID) * 12);
+        if (!traceable(rh.ray))
+            continue;
         rh.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         rh.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
         const float before = rh.ray.tfar;
@@ -166,6 +186,8 @@ void instance_occluded(const RTCOccludedFunctionNArguments* args) {
         if (args->valid[i] == 0)
             continue;
         RTCRay ray = ray_in_child(args->ray, args->N, i, in.inverses.data() + size_t(args->primID) * 12);
+        if (!traceable(ray))
+            continue;
         rtcOccluded1(in.target->scene, &context.embree, &ray);
         if (ray.tfar < 0)
             RTCRayN_tfar(args->ray, args->N, i) = -std::numeric_limits<float>::infinity();
@@ -372,8 +394,9 @@ void Scene::intersect(const RayPacket<W>& rays, HitPacket<W>& hits) const {
     std::memcpy(&rh.hit.geomID, &none.v, sizeof none.v);
     std::memcpy(&rh.hit.instID[0], &none.v, sizeof none.v);
     Context context = m_impl->context<W>(rays, &hits.world_from_shape[0][0], hit_group);
+    const Mask<W> active = traceable(rays);
     alignas(64) int32_t valid[W];
-    std::memcpy(valid, &rays.active.v, sizeof valid);
+    std::memcpy(valid, &active.v, sizeof valid);
     if (W > 1 || valid[0])
         E::intersect(valid, m_impl->groups.back().scene, &context.embree, &rh);
     const auto get = [](auto& value, const auto& field) { std::memcpy(&value.v, &field, sizeof value.v); };
@@ -384,7 +407,7 @@ void Scene::intersect(const RayPacket<W>& rays, HitPacket<W>& hits) const {
     Int<W> geometry, instance;
     get(geometry, rh.hit.geomID);
     get(instance, rh.hit.instID[0]);
-    hits.hit = (geometry != none) & rays.active;
+    hits.hit = (geometry != none) & active;
     hits.instanced = Int<W>(0);
     hits.shape = Int<W>(0);
     for (uint32_t bits = hits.hit.bits(); bits; bits &= bits - 1) {
@@ -404,13 +427,14 @@ Mask<W> Scene::occluded(const RayPacket<W>& rays) const {
     int32_t hit_group[W];
     fill<W>(r, rays);
     Context context = m_impl->context<W>(rays, transforms, hit_group);
+    const Mask<W> active = traceable(rays);
     alignas(64) int32_t valid[W];
-    std::memcpy(valid, &rays.active.v, sizeof valid);
+    std::memcpy(valid, &active.v, sizeof valid);
     if (W > 1 || valid[0])
         E::occluded(valid, m_impl->groups.back().scene, &context.embree, &r);
     Float<W> t;
     std::memcpy(&t.v, &r.tfar, sizeof t.v);
-    return (t < Float<W>(0.0f)) & rays.active;
+    return (t < Float<W>(0.0f)) & active;
 }
 
 template void Scene::intersect<1>(const RayPacket<1>&, HitPacket<1>&) const;

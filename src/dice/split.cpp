@@ -11,7 +11,10 @@ constexpr size_t Grain = 64;
 Splitter::Splitter(const geom::Surface& surface, const RateRule& rule) : m_surface(surface), m_rule(rule) {}
 
 bool Splitter::run(double limit) {
+    m_most_edges = size_t(limit);
     start();
+    if (edges.size() > m_most_edges)
+        return false;
     std::vector<Piece> todo;
     std::swap(todo, pieces);
     std::vector<int> split;
@@ -32,9 +35,9 @@ bool Splitter::run(double limit) {
                 cut(todo[i], split[i] - 1, next);
             }
         }
-        if (total > limit || double(next.size()) > limit)
-            return false;
         grow_edges(known_edges);
+        if (total > limit || double(next.size()) > limit || edges.size() > m_most_edges)
+            return false;
         // Sides on edges that have just been measured.
         for (Piece& p : next)
             for (Segment& s : p.sides)
@@ -69,7 +72,10 @@ void Splitter::start() {
         e.middle = t.edges[i].middle;
         e.point = t.edges[i].point;
     }
+    m_most_edges += edges.size();
     grow_edges(0);
+    if (edges.size() > m_most_edges)
+        return;
     for (size_t i = 0; i < t.edges.size(); i++)
         if (const Edge& e = edges[i]; e.middle >= 0 && e.child < 0 && (e.cells == 1 || e.point))
             m_merged.push_back({e.middle, e.a});
@@ -88,24 +94,32 @@ void Splitter::start() {
     }
 }
 
+LineMeasure Splitter::measure(const Edge& e, int samples) const {
+    float t[EdgeSamples], xyz[3 * EdgeSamples];
+    for (int i = 0; i < samples; i++)
+        t[i] = e.t0 + (e.t1 - e.t0) * (float(i) / float(samples - 1));
+    if (e.topology >= 0) {
+        m_surface.edge_positions(e.topology, {t, samples}, xyz, samples);
+    } else {
+        const geom::Line line{t, samples}, one{&e.fixed, 1};
+        m_surface.positions(e.face, e.axis == 0 ? line : one, e.axis == 0 ? one : line, xyz, samples);
+    }
+    Vec3f p[EdgeSamples];
+    for (int i = 0; i < samples; i++)
+        p[i] = {xyz[i], xyz[samples + i], xyz[2 * samples + i]};
+    return m_rule.line(p, samples);
+}
+
 bool Splitter::wants_cut(Edge& e) const {
     if (e.point) {
         e.cells = 1;
         return false;
     }
-    float t[EdgeSamples], xyz[3 * EdgeSamples];
-    for (int i = 0; i < EdgeSamples; i++)
-        t[i] = e.t0 + (e.t1 - e.t0) * (float(i) / (EdgeSamples - 1));
-    if (e.topology >= 0) {
-        m_surface.edge_positions(e.topology, {t, EdgeSamples}, xyz, EdgeSamples);
-    } else {
-        const geom::Line line{t, EdgeSamples}, one{&e.fixed, 1};
-        m_surface.positions(e.face, e.axis == 0 ? line : one, e.axis == 0 ? one : line, xyz, EdgeSamples);
-    }
-    Vec3f p[EdgeSamples];
-    for (int i = 0; i < EdgeSamples; i++)
-        p[i] = {xyz[i], xyz[EdgeSamples + i], xyz[2 * EdgeSamples + i]};
-    const LineMeasure m = m_rule.line(p, EdgeSamples);
+    // Most edges of fine meshes are short: three points tell, unless the surface may make an arch between
+    // them.
+    LineMeasure m = measure(e, 3);
+    if (m_surface.bulges() || m_rule.shape_only || m.cells > 2)
+        m = measure(e, EdgeSamples);
     e.cells = round_to_power(m.cells);
     if (e.cells <= m_rule.max_cells && !m.uneven)
         return false;
@@ -118,7 +132,7 @@ bool Splitter::wants_cut(Edge& e) const {
 // Measures the edges from `begin` on, cuts those that want it, and goes on with their halves.
 void Splitter::grow_edges(size_t begin) {
     std::vector<char> cut_it;
-    while (begin < edges.size()) {
+    while (begin < edges.size() && edges.size() <= m_most_edges) {
         const size_t end = edges.size();
         cut_it.assign(end - begin, 0);
         tasks::parallel_chunks(end - begin, Grain, [&](size_t from, size_t to) {
@@ -145,8 +159,8 @@ void Splitter::grow_edges(size_t begin) {
 }
 
 void Splitter::plan(Piece& piece, int& split) const {
-    // The patch lattice is sampled where interior lines can be longer than the sides: in bulging patches, and where the
-    // camera is nearer to the middle than to the sides.
+    // The patch lattice is sampled where interior lines can be longer than the sides: in bulging patches, and
+    // where the camera is nearer to the middle than to the sides.
     const auto side_cells = [&](int k) {
         const Segment& s = piece.sides[k];
         return is_cut(s) ? 2 * m_rule.max_cells : edges[s.edge].point ? 0 : s.cells;
@@ -155,7 +169,8 @@ void Splitter::plan(Piece& piece, int& split) const {
     const int most = std::max(std::max(along_u[0], along_u[1]), std::max(along_v[0], along_v[1]));
     const bool small = most <= 2 && !m_surface.bulges();
     float want_u = float(std::max(along_u[0], along_u[1])), want_v = float(std::max(along_v[0], along_v[1]));
-    float least_u = float(std::min(along_u[0], along_u[1])), least_v = float(std::min(along_v[0], along_v[1]));
+    float least_u = float(std::min(along_u[0], along_u[1])),
+          least_v = float(std::min(along_v[0], along_v[1]));
     bool uneven_u = is_cut(piece.sides[0]) || is_cut(piece.sides[2]);
     bool uneven_v = is_cut(piece.sides[1]) || is_cut(piece.sides[3]);
     if (!small || m_rule.shape_only) {
@@ -264,8 +279,9 @@ int Splitter::vertex_at(int edge, int index) {
         return e.a;
     if (index == e.cells)
         return e.b;
-    int& vertex = index == e.cells / 2 ? e.middle
-                                       : m_forced.try_emplace(uint64_t(edge) << 32 | uint32_t(index), -1).first->second;
+    int& vertex = index == e.cells / 2
+                      ? e.middle
+                      : m_forced.try_emplace(uint64_t(edge) << 32 | uint32_t(index), -1).first->second;
     if (vertex < 0)
         vertex = m_vertices++;
     return vertex;
@@ -298,8 +314,8 @@ int Splitter::point(const Edge& e, int index) const {
     return m_point_alias[e.first_point + index - 1];
 }
 
-int Splitter::polyline_index(const Segment& s, int i, int n) const {
-    const int k = s.cells == 0 ? 0 : (2 * i * s.cells + n - 1) / (2 * n);
+int Splitter::polyline_index(const Segment& s, int i, int n) {
+    const int k = s.cells == 0 ? 0 : nearest_kept(i, n / s.cells, n);
     return s.begin + (s.reversed ? s.cells - k : k);
 }
 

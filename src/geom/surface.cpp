@@ -11,8 +11,8 @@ Surface::Surface(const scene::Primitive& primitive, const Transform& render_from
     : m_render_from_object(render_from_object) {
     const scene::Attributes* a = primitive.attributes.get();
     m_texture_coordinates = a ? a->texture_coordinates : scene::Attributes{}.texture_coordinates;
-    // In object space the outside is where the components of dPdu x dPdv point, whatever the handedness; a mirroring
-    // transform turns the cross product around, a normal not.
+    // In object space the outside is where the components of dPdu x dPdv point, whatever the handedness; a
+    // mirroring transform turns the cross product around, a normal not.
     m_flips = (render_from_object.determinant3() < 0) != (a && a->reverse_orientation);
 }
 
@@ -78,14 +78,14 @@ void Surface::frame(int face, Line u, Line v, Lattice out) const {
     grid::Grid& g = out.grid;
     const size_t n = size_t(g.stride);
     const float sign = m_flips ? -1.0f : 1.0f;
-    const bool own = owns_normals(), user = m_primvars.normals;
+    const bool own = owns_normals(face);
     for (int j = 0; j < v.count; j++) {
         const int row = out.base + j * out.pitch;
         const float *ax = &g.dPdu[row], *ay = ax + n, *az = ay + n;
         const float *bx = &g.dPdv[row], *by = bx + n, *bz = by + n;
         float *nx = &g.Ng[row], *ny = nx + n, *nz = ny + n;
         int degenerate = 0;
-        for (int i = 0; i < u.count; i++) {
+        for (int i = 0; i < u.count && !own; i++) {
             const float x = fma(ay[i], bz[i], -(az[i] * by[i]));
             const float y = fma(az[i], bx[i], -(ax[i] * bz[i]));
             const float z = fma(ax[i], by[i], -(ay[i] * bx[i]));
@@ -98,21 +98,15 @@ void Surface::frame(int face, Line u, Line v, Lattice out) const {
             nz[i] = z * inv;
             degenerate += !(l > 1e-9f * aa * bb) || !(l > 1e-37f);
         }
-        if (own) {
-            std::copy_n(&g.N[row], u.count, nx);
-            std::copy_n(&g.N[row + n], u.count, ny);
-            std::copy_n(&g.N[row + 2 * n], u.count, nz);
-        } else if (degenerate) {
-            for (int i = 0; i < u.count; i++) {
-                const Vec3f a{ax[i], ay[i], az[i]}, b{bx[i], by[i], bz[i]}, c = cross(a, b);
-                const float l = length_squared(c);
-                if (l > 1e-9f * length_squared(a) * length_squared(b) && l > 1e-37f)
-                    continue;
-                const Vec3f m = normal_beside(face, u[i], v[j]) * sign;
-                nx[i] = m.x, ny[i] = m.y, nz[i] = m.z;
-            }
+        for (int i = 0; i < u.count && degenerate; i++) {
+            const Vec3f a{ax[i], ay[i], az[i]}, b{bx[i], by[i], bz[i]}, c = cross(a, b);
+            const float l = length_squared(c);
+            if (l > 1e-9f * length_squared(a) * length_squared(b) && l > 1e-37f)
+                continue;
+            const Vec3f m = normal_beside(face, u[i], v[j]) * sign;
+            nx[i] = m.x, ny[i] = m.y, nz[i] = m.z;
         }
-        if (!own && !user) {
+        if (!m_primvars.normals) {
             std::copy_n(nx, u.count, &g.N[row]);
             std::copy_n(ny, u.count, &g.N[row + n]);
             std::copy_n(nz, u.count, &g.N[row + 2 * n]);
@@ -120,7 +114,8 @@ void Surface::frame(int face, Line u, Line v, Lattice out) const {
     }
 }
 
-// Where derivatives vanish or are parallel (a collapsed side), the normal is the limit from the inside of the face.
+// Where derivatives vanish or are parallel (a collapsed side), the normal is the limit from the inside of the
+// face.
 Vec3f Surface::normal_beside(int face, float u, float v) const {
     grid::Grid g;
     g.allocate(0, 0);
@@ -157,7 +152,8 @@ ControlPoints control_points(const scene::Primitive& primitive, const Transform&
         for (size_t i = 0; i < n; i++) {
             const float* q = pw->floats.data() + 4 * i;
             for (int r = 0; r < 3; r++)
-                out.xyz[3 * i + r] = float(m.m[r][0] * q[0] + m.m[r][1] * q[1] + m.m[r][2] * q[2] + m.m[r][3] * q[3]);
+                out.xyz[3 * i + r] =
+                    float(m.m[r][0] * q[0] + m.m[r][1] * q[1] + m.m[r][2] * q[2] + m.m[r][3] * q[3]);
             out.weights[i] = q[3];
         }
     }
@@ -167,19 +163,20 @@ ControlPoints control_points(const scene::Primitive& primitive, const Transform&
 void Dropped::report(size_t total, std::string_view what, const Location& where, Journal& journal) const {
     const auto say = [&](size_t n, const char* why) {
         if (n > 0)
-            journal.warning(where, std::to_string(n) + " of " + std::to_string(total) + " " + std::string(what) + " " +
-                                       why + " and were left out");
+            journal.warning(where, std::to_string(n) + " of " + std::to_string(total) + " " +
+                                       std::string(what) + " " + why + " and were left out");
     };
     say(non_finite, "have positions that are not finite");
     say(bad_index, "have vertex indices or counts out of range");
     say(degenerate, "have no area");
 }
 
-std::unique_ptr<Surface> make_surface(const scene::Primitive& primitive, const Transform& m, Journal& journal) {
+std::unique_ptr<Surface> make_surface(const scene::Primitive& primitive, const Transform& m, Journal& journal,
+                                      SurfaceHints hints) {
     const auto make = [&](const auto& geometry) -> std::unique_ptr<Surface> {
         using G = std::decay_t<decltype(geometry)>;
         if constexpr (std::is_same_v<G, scene::PolygonMesh>)
-            return make_polygons(primitive, geometry, m, journal);
+            return make_polygons(primitive, geometry, m, journal, hints);
         else if constexpr (std::is_same_v<G, scene::SubdivisionMesh>)
             return make_subdivision(primitive, geometry, m, journal);
         else if constexpr (std::is_same_v<G, scene::PatchMesh>)

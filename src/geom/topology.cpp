@@ -92,7 +92,8 @@ Topology lattice_topology(const LatticeShape& shape) {
 }
 
 PolygonEdges find_edges(const std::vector<int>& first, const std::vector<int>& vertices, int vertex_count) {
-    // Edges are bucketed by their lower vertex; a bucket holds a handful, so matching within it is a linear search.
+    // Edges are bucketed by their lower vertex; a bucket holds a handful, so matching within it is a linear
+    // search.
     PolygonEdges out;
     const int faces = int(first.size()) - 1;
     out.halves.resize(vertices.size());
@@ -118,7 +119,7 @@ PolygonEdges find_edges(const std::vector<int>& first, const std::vector<int>& v
 }
 
 Topology polygon_topology(const std::vector<int>& first, const std::vector<int>& vertices, int vertex_count,
-                          bool cut_quads, std::vector<PieceQuad>& quads) {
+                          bool collapse_triangles, std::vector<PieceQuad>& quads) {
     using Part = Topology::Part;
     Topology t;
     const PolygonEdges edges = find_edges(first, vertices, vertex_count);
@@ -132,8 +133,20 @@ Topology polygon_topology(const std::vector<int>& first, const std::vector<int>&
         const PolygonEdges::Half* h = &edges.halves[first[piece]];
         const int n = first[piece + 1] - first[piece];
         int f = int(t.faces.size());
-        if (n == 4 && !cut_quads) {
-            quads.push_back({piece, -1});
+        if (n == 3 && collapse_triangles) {
+            quads.push_back({piece, PieceQuad::Triangle});
+            t.faces.emplace_back();
+            const int tip = int(t.edges.size()), corner = vertices[first[piece] + 2];
+            t.edges.push_back({corner, corner});
+            t.edges[tip].point = true;
+            t.attach(f, 0, h[0].edge, Part::Whole, h[0].reversed);
+            t.attach(f, 1, h[1].edge, Part::Whole, h[1].reversed);
+            t.attach(f, 2, tip, Part::Whole, false);
+            t.attach(f, 3, h[2].edge, Part::Whole, !h[2].reversed);
+            continue;
+        }
+        if (n == 4) {
+            quads.push_back({piece, PieceQuad::Quad});
             t.faces.emplace_back();
             for (int side = 0; side < 4; side++) // sides 2 and 3 are walked against the face's cycle
                 t.attach(f, side, h[side].edge, Part::Whole, h[side].reversed != (side >= 2));
@@ -153,7 +166,8 @@ Topology polygon_topology(const std::vector<int>& first, const std::vector<int>&
             t.attach(f, 0, h[k].edge, h[k].reversed ? Part::Second : Part::First, h[k].reversed);
             t.attach(f, 1, spokes + k, Part::Whole, false);
             t.attach(f, 2, spokes + before, Part::Whole, false);
-            t.attach(f, 3, h[before].edge, h[before].reversed ? Part::First : Part::Second, !h[before].reversed);
+            t.attach(f, 3, h[before].edge, h[before].reversed ? Part::First : Part::Second,
+                     !h[before].reversed);
         }
     }
     return t;

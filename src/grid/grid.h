@@ -40,7 +40,8 @@ struct Grid {
     std::vector<Channel> primvars;           // the varying ones, by name; constants stay with the primitive
     int face = 0;                            // which face or sub-patch it came from: the "uniform" index
     // Number of cells of the shared boundary polyline, at shading density; at most nu or nv. Where it is less, boundary
-    // vertices have been moved (in P, u, v and all primvars) onto its points, so neighbours agree bit for bit.
+    // vertices have been moved (in P, u, v and all primvars) onto its points, so neighbours agree bit for bit. 0: the whole
+    // side has been moved to one point of a neighbour's coarser polyline. (A pole is not: it keeps its u and v.)
     std::array<int, 4> edge_cells{};
     bool flips = false; // cross(dPdu, dPdv) points to the inside
 
@@ -61,7 +62,9 @@ struct TracedGrid {
 };
 
 // A mesh that is already finer than the shading rate: traced as it is, shaded at its vertices (nu = vertices - 1, nv = 0
-// in its Grid). Triangles or quads; a triangle in a quad mesh repeats its last vertex.
+// in its Grid; neighbours in the arrays are no neighbours on the surface). Triangles or quads; a triangle in a quad mesh
+// repeats its last vertex. Quad (0, 1, 2, 3) stands for the triangles (0, 1, 3) and (2, 3, 1), flat each, with values
+// interpolated linearly on each: as Embree traces quads.
 struct TracedMesh {
     int vertices_per_face = 3;
     std::vector<uint32_t> indices;

@@ -298,7 +298,9 @@ class BatchSession {
                 const size_t i = size_t(y) * size_t(picture.width) + size_t(x);
                 const transport::PixelSums& s = m_pixels[i];
                 const int done = m_done[size_t(y / BucketSize) * size_t(across) + size_t(x / BucketSize)];
-                const float n = done > 0 ? 1 / float(done) : 0, h = s.hits > 0 ? 1 / s.hits : 0;
+                // Filters with negative lobes are divided by the weights that came, or their spread would show as noise.
+                const float n = s.weight > 0.25f * float(done) ? 1 / s.weight : done > 0 ? 1 / float(done) : 0;
+                const float h = s.hits > 0 ? 1 / s.hits : 0;
                 auto put = [&, c = 0](float v) mutable { picture.channels[size_t(c++)].data[i] = v; };
                 for (float v : s.rgb)
                     put(v * n);
@@ -319,6 +321,7 @@ class BatchSession {
                             {"kanuka.scene", m_scene.file},
                             {"kanuka.integrator", m_options.integrator},
                             {"kanuka.progressions", std::to_string(least)},
+                            {"kanuka.shutter", std::to_string(m_options.shutter_open) + " " + std::to_string(m_options.shutter_close)},
                             {"kanuka.seed", std::to_string(m_options.seed)}};
         return picture;
     }

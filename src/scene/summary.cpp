@@ -251,7 +251,7 @@ std::string to_text(const Summary& s) {
     };
     const auto count = [](size_t n) { return std::to_string(n); };
     line("scene", s.file);
-    line("primitives", count(s.primitives) + " (" + counts_text(s.by_kind) + ")");
+    line("primitives", count(s.primitives + s.group_primitives) + " (" + counts_text(s.by_kind) + ")");
     line("geometry", count(s.control_points) + " control points, " + count(s.faces) + " faces, " +
                          count(s.curves) + " curves, " + number(double(s.value_bytes) / 1e6) + " MB");
     if (s.groups > 0)

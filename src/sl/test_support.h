@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <mutex>
+#include <span>
 
 #include "sl/sl.h"
 
@@ -138,8 +139,60 @@ inline Vec3f value(const grid::VertexInputs& in, int slot, int vertex) {
                                   : Vec3f(s.data[v], 0, 0);
 }
 
-// Evaluates an RSL float or color expression at every vertex of a grid through the emission lobe (which is
-// not clamped above); negative results come back by an offset of 1000.
-std::vector<Vec3f> evaluate(const std::string& statements, Config c, grid::Grid& g, TestServices& services);
+// A shader that runs `statements`, which leave a color in r; `before` stands outside of it (functions).
+inline std::string probe(const std::string& statements, const std::string& before = {},
+                         const std::string& parameters = {}) {
+    return before + "\nclass probe(" + parameters + R"() {
+    public void mnk_init(output MnkObjectProperties o; output MnkMaterial m) {
+        MnkMaterialBoundary boundary = CreateBoundary(m);
+        AddLobe(boundary, "plus", DiffuseEmission());
+        AddLobe(boundary, "minus", DiffuseEmission());
+    }
+    public void mnk_prelighting(output MnkMaterialBoundary boundary) {
+        color r = 0;
+        )" +
+           statements + R"(
+        SetLobe(boundary, "plus", 1, DiffuseEmission("radiance", r));
+        SetLobe(boundary, "minus", 1, DiffuseEmission("radiance", -r));
+    }
+})";
+}
+
+// What the probe leaves in r at every vertex, negative values too.
+inline std::vector<Vec3f> run_probe(const Shader& shader, grid::Grid& g, TestServices& services,
+                                    std::span<const Argument> arguments = {},
+                                    const GridGlobals& globals = {}) {
+    const auto instance = shader.instantiate(arguments, services);
+    grid::VertexInputs out;
+    instance->shade(g, globals, services, out);
+    const int plus = slot(instance->program(), "plus.radiance"),
+              minus = slot(instance->program(), "minus.radiance");
+    std::vector<Vec3f> r;
+    for (int i = 0; i < g.vertices(); i++)
+        r.push_back(value(out, plus, i) - value(out, minus, i));
+    return r;
+}
+
+// r after the statements, on an 9 x 5 plane, at every lane count and optimisation; they must agree.
+inline std::vector<Vec3f> evaluate(const std::string& statements, const std::string& before = {},
+                                   float tolerance = 4e-6f, TestServices* given = nullptr) {
+    std::vector<Vec3f> first;
+    for (const Config c : configs()) {
+        TestServices own;
+        TestServices& services = given ? *given : own;
+        const auto shader = compile(probe(statements, before), c);
+        if (!shader)
+            return std::vector<Vec3f>(54, Vec3f(NAN, NAN, NAN));
+        grid::Grid g = plane(8, 5);
+        const std::vector<Vec3f> r = run_probe(*shader, g, services);
+        if (first.empty())
+            first = r;
+        for (size_t i = 0; i < r.size(); i++)
+            for (int k = 0; k < 3; k++)
+                EXPECT_NEAR(r[i][k], first[i][k], tolerance * std::max(1.0f, std::abs(first[i][k])))
+                    << statements << " vertex " << i << " lanes " << c.lanes << " O" << c.opt;
+    }
+    return first;
+}
 
 } // namespace kanuka::sl::test

@@ -54,12 +54,14 @@ class GridEncoder {
     }
 
   private:
+    // Into the slot's range and to what half precision holds. Infinity lies in the range of an unbounded slot, but one
+    // infinite radiance would be the whole picture's.
     float clean(float x, const grid::Slot& slot) {
-        if (!(x >= slot.low && x <= slot.high)) {
-            m_out.bad += !std::isfinite(x);
-            x = std::isfinite(x) ? std::clamp(x, slot.low, slot.high) : x > 0 ? std::min(slot.high, 65504.0f) : std::max(slot.low, 0.0f);
-        }
-        return x;
+        const float low = std::max(slot.low, -65504.0f), high = std::min(slot.high, 65504.0f);
+        if (x >= low && x <= high)
+            return x;
+        m_out.bad += !std::isfinite(x);
+        return std::isnan(x) ? std::clamp(0.0f, low, high) : std::clamp(x, low, high);
     }
 
     float value(int slot, int component, int vertex) {
@@ -119,39 +121,51 @@ class GridEncoder {
         }
     }
 
+    // Unit length, or zero where there is none to be had.
+    static Vec3f unit(const Vec3f& n) {
+        const float largest = std::max({std::abs(n.x), std::abs(n.y), std::abs(n.z)});
+        return largest > 0 && std::isfinite(n.x + n.y + n.z) ? normalize(n * (1 / largest)) : Vec3f(0.0f);
+    }
+
+    // Vertices without a usable normal (poles, NaN) take that of the vertex before; the first ones, that of the first
+    // that has one.
     void encode_normals() {
-        const Vec3f first = m_grid.normal(0);
-        bool flat = true, zero = true;
+        std::vector<Vec3f> normals(size_t(m_count), Vec3f(0.0f));
+        Vec3f last(0.0f);
+        bool flat = true, given = false;
         for (int i = 0; i < m_count; i++) {
-            const Vec3f n = m_grid.normal(i);
-            flat &= n == first;
-            zero &= n == Vec3f(0.0f);
+            const Vec3f raw = m_grid.normal(i);
+            normals[size_t(i)] = unit(raw);
+            flat &= raw == m_grid.normal(0);
+            given |= !(raw == Vec3f(0.0f));
+            if (last == Vec3f(0.0f))
+                last = normals[size_t(i)];
         }
+        const bool usable = !(last == Vec3f(0.0f));
+        flat |= !usable;
         m_out.table.push_back(uint32_t(m_out.inputs.size()));
         m_out.table.push_back(flat ? 0 : 1);
-        if (zero) {
-            for (int c = 0; c < 3; c++)
-                m_out.inputs.push_back(0);
-            return;
-        }
-        m_out.shape.flags |= ShapeRecord::HasNormals;
+        if (usable)
+            m_out.shape.flags |= ShapeRecord::HasNormals;
+        else if (given)
+            m_out.bad += uint64_t(m_count);
         if (flat) {
-            m_out.shape.flags |= ShapeRecord::FlatNormal;
-            const Vec3f n = normalize(first);
-            for (float f : {n.x, n.y, n.z})
+            if (usable)
+                m_out.shape.flags |= ShapeRecord::FlatNormal;
+            for (float f : {last.x, last.y, last.z})
                 m_out.inputs.push_back(bits_of(f));
+            m_normals.assign(1, last);
             return;
         }
-        Vec3f last(0, 0, 1);
-        for (int i = 0; i < m_count; i++) {
-            const Vec3f n = m_grid.normal(i);
-            const float l2 = dot(n, n);
-            if (l2 > 0 && std::isfinite(l2))
-                last = n * (1 / std::sqrt(l2));
-            else
+        for (Vec3f& n : normals) {
+            if (n == Vec3f(0.0f))
                 m_out.bad++;
-            m_out.inputs.push_back(to_oct32(last));
+            else
+                last = n;
+            n = last;
+            m_out.inputs.push_back(to_oct32(n));
         }
+        m_normals = std::move(normals);
     }
 
     void encode_geometry() {
@@ -187,21 +201,48 @@ class GridEncoder {
 
     // ---- emission
 
-    // Radiance of the tree below `node` at a vertex, seen head-on; coats are taken as clear.
+    // How much of what lies below a subtree covers, as bsdf::Material has it.
+    float coverage(int node, int i) {
+        const grid::LayerNode& n = m_program.nodes[size_t(node)];
+        const float w = n.weight < 0 ? 1 : value(n.weight, 0, i);
+        float c = w;
+        switch (n.op) {
+        case LayerOp::Lobe: break;
+        case LayerOp::Mix: c = coverage(n.upper, i) * w + coverage(n.lower, i) * (1 - w); break;
+        case LayerOp::Over:
+        case LayerOp::Coat: {
+            const float upper = coverage(n.upper, i);
+            c = upper * w + coverage(n.lower, i) * (1 - w * upper);
+            break;
+        }
+        case LayerOp::Add: c = coverage(n.upper, i) + coverage(n.lower, i); break;
+        }
+        return std::min(c, 1.0f);
+    }
+
+    // Radiance of the tree below `node` at a vertex; coats are taken as clear.
     Rgb emission(int node, int i) {
-        const grid::LayerNode& n = m_program.nodes[node];
+        const grid::LayerNode& n = m_program.nodes[size_t(node)];
         const float w = n.weight < 0 ? 1 : value(n.weight, 0, i);
         switch (n.op) {
         case LayerOp::Lobe:
             if (grid::lobe(n.lobe).kind != grid::LobeKind::Emission)
                 return Rgb(0);
-            return (n.inputs[0] < 0 ? grid::lobe(n.lobe).inputs[0].fallback : color(n.inputs[0], i)) * w;
+            return (n.inputs.empty() || n.inputs[0] < 0 ? grid::lobe(n.lobe).inputs[0].fallback : color(n.inputs[0], i)) * w;
         case LayerOp::Mix: return emission(n.upper, i) * w + emission(n.lower, i) * (1 - w);
-        case LayerOp::Over:
+        case LayerOp::Over: return emission(n.upper, i) * w + emission(n.lower, i) * (1 - w * coverage(n.upper, i));
         case LayerOp::Coat: return emission(n.upper, i) * w + emission(n.lower, i);
         case LayerOp::Add: return emission(n.upper, i) + emission(n.lower, i);
         }
         return Rgb(0);
+    }
+
+    // Emits to the outside: where shading normals point, as a hit has it; without them, where the winding says.
+    bool emits_backwards(const Vec3f& cross_product, const std::array<int, 3>& vertex) const {
+        if (!(m_out.shape.flags & ShapeRecord::HasNormals))
+            return m_grid.flips;
+        const auto normal = [&](int i) { return m_normals.size() == 1 ? m_normals[0] : m_normals[size_t(i)]; };
+        return dot(cross_product, normal(vertex[0]) + normal(vertex[1]) + normal(vertex[2])) < 0;
     }
 
     void add_emitter(const std::array<Vec3f, 3>& p, const std::array<int, 3>& vertex) {
@@ -215,10 +256,11 @@ class GridEncoder {
         e.scale = 2 * m;
         const auto c = color::uplift(m > 0 ? rgb * (1 / e.scale) : Rgb(0));
         e.c0 = c[0], e.c1 = c[1], e.c2 = c[2];
-        e.area = 0.5f * length(cross(e.e1, e.e2));
+        const Vec3f c2 = cross(e.e1, e.e2);
+        e.area = 0.5f * length(c2);
         e.area = std::isfinite(e.area) ? e.area : 0;
-        e.power = e.area * color::luminance(rgb);
-        e.flags = m_grid.flips;
+        e.power = e.area * std::max(color::luminance(rgb), 0.0f);
+        e.flags = emits_backwards(c2, vertex);
         m_out.emitters.push_back(e);
     }
 
@@ -263,6 +305,7 @@ class GridEncoder {
     const WordLayout& m_layout;
     Encoded& m_out;
     int m_count;
+    std::vector<Vec3f> m_normals; // one if flat, none if there are none
 };
 
 template <class T>

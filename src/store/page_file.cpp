@@ -16,15 +16,18 @@ struct Closer {
 using File = std::unique_ptr<std::FILE, Closer>;
 constexpr size_t HeaderWords = sizeof(PageHeader) / 4;
 
-uint64_t checksum(const Page& page) {
-    return XXH3_64bits(page.words.data() + HeaderWords, (page.words.size() - HeaderWords) * 4);
+// Of the header too, its own place taken as zero: a wrong count or key is as bad as a wrong position.
+uint64_t checksum(PageHeader header, const Page& page) {
+    header.checksum = 0;
+    const uint64_t seed = XXH3_64bits(&header, sizeof header);
+    return XXH3_64bits_withSeed(page.words.data() + HeaderWords, (page.words.size() - HeaderWords) * 4, seed);
 }
 
 } // namespace
 
 void write_page(const std::string& path, const Page& page) {
     PageHeader header = page.header();
-    header.checksum = checksum(page);
+    header.checksum = checksum(header, page);
     const std::string temporary = path + ".part" + std::to_string(getpid());
     {
         File f(std::fopen(temporary.c_str(), "wb"));
@@ -67,7 +70,7 @@ Page read_page(const std::string& path) {
     std::fseek(f.get(), sizeof h, SEEK_SET);
     if (std::fread(page.words.data() + HeaderWords, 4, h.words - HeaderWords, f.get()) != h.words - HeaderWords)
         throw broken("it ends early");
-    if (checksum(page) != h.checksum)
+    if (checksum(h, page) != h.checksum)
         throw broken("its checksum does not match");
     return page;
 }

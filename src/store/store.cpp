@@ -29,6 +29,8 @@ int Store::add_program(const grid::LayeringProgram& program) {
             return int(i);
     m_programs.push_back(program);
     m_program_keys.push_back(key);
+    m_presence.push_back(program.presence < 0 ? grid::WordLayout::Place{}
+                                              : grid::WordLayout(program).places[size_t(program.presence)]);
     return int(m_programs.size()) - 1;
 }
 
@@ -74,11 +76,9 @@ int Store::add_page(const Page& page, int program, int interior) {
 
 float Store::presence(int shape, int prim, float u, float v) const {
     const ShapeRecord& s = m_shapes[size_t(shape)];
-    const grid::LayeringProgram& program = m_programs[size_t(s.program)];
-    if (program.presence < 0)
+    const auto place = m_presence[size_t(s.program)];
+    if (place.word < 0)
         return 1;
-    const grid::WordLayout layout(program);
-    const auto place = layout.places[size_t(program.presence)];
     const uint32_t base = m_arena[s.slot_table + 2 * place.word], stride = m_arena[s.slot_table + 2 * place.word + 1];
     if (stride == 0)
         return floats()[base + uint32_t(place.half)];

@@ -20,7 +20,7 @@
 namespace kanuka::store {
 
 inline constexpr uint32_t PageMagic = 0x53504d4b; // "KMPS"
-inline constexpr uint32_t PageVersion = 1;
+inline constexpr uint32_t PageVersion = 2;
 
 // One traced shape: a grid, or a mesh. Sixteen words; offsets are page-relative in a page, arena-absolute when resident.
 // Hot: read for every hit.
@@ -69,8 +69,10 @@ struct PageHeader {
     uint32_t tables_at, inputs_at, positions_at, indices_at, emitters_at, emitters;
     uint32_t grid_bytes, input_bytes; // for the statistics
     uint32_t vertices, micropolygons, traced_polygons;
-    uint64_t checksum;    // xxh3 of everything after the header
+    uint64_t checksum;    // xxh3 of all else
 };
+
+static_assert(sizeof(PageHeader) == 88); // no padding: it is hashed and written as it is
 
 class Page {
   public:
@@ -125,6 +127,7 @@ class Store {
     uint32_t* m_arena = nullptr;
     size_t m_capacity = 0, m_used = 0; // words
     std::vector<grid::LayeringProgram> m_programs;
+    std::vector<grid::WordLayout::Place> m_presence; // of each program; word -1 = always present
     std::vector<std::string> m_program_keys;
     std::vector<Interior> m_interiors;
     std::vector<ShapeRecord> m_shapes;

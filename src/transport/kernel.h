@@ -7,12 +7,13 @@
 
 namespace kanuka::transport {
 
-// What a pixel has gathered; sums over progressions. One cache line.
-struct alignas(64) PixelSums {
+// What a pixel has gathered; sums over progressions.
+struct alignas(16) PixelSums {
     float rgb[3], alpha;
     float albedo[3], depth;
     float normal[3], id;      // id: of the first progression's hit
-    float position[3], hits;  // hits: weight of samples that found a surface
+    float position[3], hits;  // hits: how many samples found a surface
+    float weight;             // of the pixel filter
 };
 
 struct BatchCounts {
@@ -36,7 +37,7 @@ class Kernel {
     virtual void trace(const BatchRequest& request, BatchCounts& counts) = 0;
 };
 
-// lanes: 1, 8 or 16; 0 = the widest this machine runs. The scene must outlive the kernel.
+// lanes: 1, 8 or 16; 0 = the widest that pays on this machine. The scene must outlive the kernel.
 std::unique_ptr<Kernel> make_kernel(const SceneView& scene, int lanes);
 int widest_lanes();
 

@@ -68,10 +68,12 @@ Spectrum<W> map_radiance(const SceneView& scene, const MapPlace<W>& p, const Flo
     const Int<W> w(map.width), last_row(map.height - 1), zero(0);
     Int<W> i0 = to_int(xf), j0 = to_int(yf);
     i0 = select(i0 < zero, i0 + w, i0);
+    i0 = min(max(i0, zero), w - Int<W>(1)); // a direction may be NaN
     Int<W> i1 = i0 + Int<W>(1);
     i1 = select(i1 >= w, i1 - w, i1);
+    j0 = min(max(j0, Int<W>(-1)), last_row);
     const Int<W> j1 = min(j0 + Int<W>(1), last_row);
-    j0 = min(max(j0, zero), last_row);
+    j0 = max(j0, zero);
     const Float<W> fx = x - xf, fy = y - yf;
     const auto texel = [&](Int<W> i, Int<W> j) {
         const Int<W> at = (j * w + i) * Int<W>(3);
@@ -169,6 +171,18 @@ void sample_emitters(const SceneView& scene, const Vec3<Float<W>>& P, Float<W> u
     s.valid &= ok | !m;
 }
 
+// RISpec's spotlight: a smooth edge inside the cone, and a power of the cosine.
+template <int W>
+Float<W> spot_falloff(const AnalyticLight& light, Float<W> cosine) {
+    using F = Float<W>;
+    const F t = clamp((cosine - F(light.cos_outer)) / F(std::max(light.cos_inner - light.cos_outer, 1e-6f)), F(0.0f), F(1.0f));
+    F beam(1.0f);
+    const int n = int(light.exponent);
+    for (int i = 0; i < n; i++)
+        beam *= cosine;
+    return t * t * (F(3.0f) - F(2.0f) * t) * max(beam, F(0.0f));
+}
+
 template <int W>
 void sample_analytic(const SceneView& scene, const AnalyticLight& light, const Vec3<Float<W>>& P, Float<W> u0, Float<W> u1,
                      LightSample<W>& s, const Float<W> l[Wavelengths], Mask<W> m) {
@@ -194,13 +208,7 @@ void sample_analytic(const SceneView& scene, const AnalyticLight& light, const V
     const Vec3<F> wi = to / d;
     F falloff = F(1.0f) / d2;
     if (kind == Kind::Spot) {
-        const F c = -dot(wi, axis);
-        const F t = clamp((c - F(light.cos_outer)) / F(std::max(light.cos_inner - light.cos_outer, 1e-6f)), F(0.0f), F(1.0f));
-        F beam(1.0f);
-        const int n = int(light.exponent);
-        for (int i = 0; i < n; i++)
-            beam *= c;
-        falloff *= t * t * (F(3.0f) - F(2.0f) * t) * max(beam, F(0.0f));
+        falloff *= spot_falloff(light, -dot(wi, axis));
     }
     s.wi = select(m, wi, s.wi);
     s.distance = select(m, d, s.distance);
@@ -208,9 +216,78 @@ void sample_analytic(const SceneView& scene, const AnalyticLight& light, const V
     s.delta |= m;
 }
 
+// How often each choice of light is asked at a point: by an estimate of the irradiance it brings there unshadowed, mixed
+// with equal shares, so that none starves where the estimate is wrong. Exact where lights are few; scenes with more fall
+// back on equal shares.
 template <int W>
-LightSample<W> sample_light(const SceneView& scene, const Vec3<Float<W>>& P, const Vec3<Float<W>>& N, Float<W> u_choice,
-                            Float<W> u_part, Float<W> u0, Float<W> u1, const Float<W> l[Wavelengths], Mask<W> active) {
+class LightChances {
+    using F = Float<W>;
+
+  public:
+    static constexpr int Exact = 24;
+
+    LightChances(const SceneView& scene, const Vec3<F>& P, const Vec3<F>& N) : m_count(scene.choices) {
+        if (m_count > Exact || m_count < 2)
+            return;
+        F total(0.0f);
+        const auto set = [&](int choice, F brings) {
+            m_chance[choice] = brings;
+            total += brings;
+        };
+        if (scene.emitter_choice >= 0) {
+            const Vec3f c = scene.emitter_center;
+            const Vec3<F> to = Vec3<F>(F(c.x), F(c.y), F(c.z)) - P;
+            set(scene.emitter_choice, F(scene.emitter_power) / max(dot(to, to), F(scene.emitter_radius2)));
+        }
+        if (scene.map_choice >= 0)
+            set(scene.map_choice, F(scene.map_brings));
+        if (scene.constant_choice >= 0)
+            set(scene.constant_choice, F(scene.constant_brings));
+        for (size_t k = 0; k < scene.lights.size(); k++)
+            set(scene.first_light_choice + int(k), brings(scene.lights[k], P, N));
+        const F scale = F(0.85f) / max(total, F(1e-20f)), share(0.15f / float(m_count));
+        for (int k = 0; k < m_count; k++)
+            m_chance[k] = kanuka::select(total > F(1e-20f), fma(m_chance[k], scale, share), F(1.0f / float(m_count)));
+    }
+    F of(int choice) const {
+        if (choice < 0)
+            return F(0.0f);
+        return m_count > Exact || m_count < 2 ? F(1.0f / float(m_count)) : m_chance[choice];
+    }
+    Int<W> choose(F u) const {
+        if (m_count > Exact || m_count < 2)
+            return min(to_int(u * F(float(m_count))), Int<W>(m_count - 1));
+        Int<W> choice(0);
+        F from(0.0f);
+        for (int k = 0; k + 1 < m_count; k++) {
+            from += m_chance[k];
+            choice = kanuka::select(u >= from, Int<W>(k + 1), choice);
+        }
+        return choice;
+    }
+
+  private:
+    static F brings(const AnalyticLight& light, const Vec3<F>& P, const Vec3<F>& N) {
+        using Kind = scene::Light::Kind;
+        const F amount(0.5f * light.c[3]);
+        const Vec3<F> axis(F(light.axis.x), F(light.axis.y), F(light.axis.z));
+        const auto facing = [&](F cosine) { return max(cosine, F(0.02f)); }; // surfaces may transmit, too
+        if (Kind(light.kind) == Kind::Distant)
+            return amount * facing(-dot(axis, N));
+        const Vec3<F> to = Vec3<F>(F(light.position.x), F(light.position.y), F(light.position.z)) - P;
+        const F d2 = max(dot(to, to), F(1e-20f)), inv = F(1.0f) / sqrt(d2);
+        const F b = amount / d2 * facing(dot(to, N) * inv);
+        return Kind(light.kind) == Kind::Spot ? b * spot_falloff(light, -dot(to, axis) * inv) : b;
+    }
+
+    int m_count;
+    F m_chance[Exact];
+};
+
+template <int W>
+LightSample<W> sample_light(const SceneView& scene, const LightChances<W>& chances, const Vec3<Float<W>>& P,
+                            const Vec3<Float<W>>& N, Float<W> u_choice, Float<W> u_part, Float<W> u0, Float<W> u1,
+                            const Float<W> l[Wavelengths], Mask<W> active) {
     using F = Float<W>;
     LightSample<W> s;
     s.wi = {F(0.0f), F(0.0f), F(1.0f)};
@@ -219,17 +296,19 @@ LightSample<W> sample_light(const SceneView& scene, const Vec3<Float<W>>& P, con
     s.pdf = F(1.0f);
     s.delta = Mask<W>(false);
     s.valid = active;
-    const Int<W> choice = search(scene.choice_cdf.data(), Int<W>(0), scene.choices, u_choice);
+    const Int<W> choice = chances.choose(u_choice);
     if (scene.emitter_choice >= 0) {
         const Mask<W> m = active & (choice == Int<W>(scene.emitter_choice));
-        if (any(m)) // emitter_density holds the chance already
+        if (any(m)) {
             sample_emitters(scene, P, u_part, u0, u1, s, l, m);
+            s.pdf = select(m, s.pdf * chances.of(scene.emitter_choice), s.pdf);
+        }
     }
     if (scene.map_choice >= 0) {
         const Mask<W> m = active & (choice == Int<W>(scene.map_choice));
         if (any(m)) {
             sample_map(scene, u0, u1, s, l, m);
-            s.pdf = select(m, s.pdf * F(scene.chance(scene.map_choice)), s.pdf);
+            s.pdf = select(m, s.pdf * chances.of(scene.map_choice), s.pdf);
         }
     }
     if (scene.constant_choice >= 0) {
@@ -241,14 +320,14 @@ LightSample<W> sample_light(const SceneView& scene, const Vec3<Float<W>>& P, con
             const Vec3<F> d = bsdf::sample_cosine(u0, u1);
             s.wi = select(m, normalize(t * d.x + b * d.y + N * d.z), s.wi);
             s.radiance = bsdf::select(m, emission_spectrum(scene, scene.constant.c, l), s.radiance);
-            s.pdf = select(m, d.z * F(InvPi * scene.chance(scene.constant_choice)), s.pdf);
+            s.pdf = select(m, d.z * F(InvPi) * chances.of(scene.constant_choice), s.pdf);
         }
     }
     for (size_t k = 0; k < scene.lights.size(); k++) {
         const Mask<W> m = active & (choice == Int<W>(scene.first_light_choice + int(k)));
         if (any(m)) {
             sample_analytic(scene, scene.lights[k], P, u0, u1, s, l, m);
-            s.pdf = select(m, F(scene.chance(scene.first_light_choice + int(k))), s.pdf);
+            s.pdf = select(m, chances.of(scene.first_light_choice + int(k)), s.pdf);
         }
     }
     return s;

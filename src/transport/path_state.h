@@ -21,7 +21,9 @@ struct alignas(64) PathState {
     Lane<float> beta[4];       // throughput f / pdf(hero), a wavelength
     Lane<float> ratio[4];      // pdf(lambda_i) / pdf(hero) of the path so far; kept only where something disperses
     Lane<float> mis;           // sum of ratios before the last bounce over the hero's pdf of it; 0 after a delta lobe
-    Lane<float> cosine;        // of d with the normal it left, for the density of cosine-sampled light; 0 = none
+    // Densities with which light sampling at the last vertex would have asked for what this ray may find.
+    Lane<float> ask_emitters, ask_map; // chance of the choice
+    Lane<float> ask_constant;          // chance of the choice times cosine over pi
     Lane<int32_t> path;        // index in the batch
     Lane<int32_t> interior;    // medium the path is in; -1 = none
 };

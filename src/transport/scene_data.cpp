@@ -49,6 +49,14 @@ void uplift_amount(const Rgb& rgb, float out[4]) {
     out[0] = c[0], out[1] = c[1], out[2] = c[2], out[3] = 2 * m;
 }
 
+bool finite(const Transform& t) {
+    for (const auto& row : t.m)
+        for (double x : row)
+            if (!std::isfinite(x))
+                return false;
+    return true;
+}
+
 bool usable(const Rgb& c) { return std::isfinite(c.x + c.y + c.z) && std::max({c.x, c.y, c.z}) > 0; }
 
 AnalyticLight make_light(const scene::Light& light, const Transform& render_from_world) {
@@ -145,42 +153,26 @@ void fill_alias(SceneView& view, const std::vector<store::Emitter>& emitters, co
     }
     for (int32_t e : sampled)
         view.emitter_density[size_t(e)] =
-            float(double(emitters[size_t(e)].power) / total / emitters[size_t(e)].area * view.chance(view.emitter_choice));
+            float(double(emitters[size_t(e)].power) / total / emitters[size_t(e)].area);
 }
 
-// How often each light is asked: by an estimate of the irradiance it brings to the middle of the scene, mixed with equal
-// shares, so that none starves where the estimate is wrong.
-void fill_choices(SceneView& view, const std::vector<store::Emitter>& emitters, const std::vector<int32_t>& sampled,
-                  const Bounds3f& bounds) {
-    const Vec3f center = bounds.empty() ? Vec3f(0.0f) : bounds.center();
-    const float radius = bounds.empty() ? 1.0f : std::max(0.5f * length(bounds.diagonal()), 1e-6f);
-    const auto inverse_square = [&](const Vec3f& p) {
-        const Vec3f d = p - center;
-        return 1 / std::max(dot(d, d), radius * radius * 0.25f);
-    };
-    std::vector<double> brings;
-    if (view.emitter_choice >= 0) {
-        double sum = 0;
-        for (int32_t e : sampled)
-            sum += double(emitters[size_t(e)].power) * inverse_square(emitters[size_t(e)].p0);
-        brings.push_back(sum);
+// Estimates for LightChances: irradiance, in units of luminance.
+void fill_choices(SceneView& view, const std::vector<store::Emitter>& emitters, const std::vector<int32_t>& sampled) {
+    Bounds3f bounds;
+    double power = 0;
+    for (int32_t e : sampled) {
+        bounds.extend(emitters[size_t(e)].p0 + (emitters[size_t(e)].e1 + emitters[size_t(e)].e2) * (1 / 3.0f));
+        power += emitters[size_t(e)].power;
     }
-    if (view.map_choice >= 0) // the mean of luminance over the sphere, times pi
-        brings.push_back(double(view.map.total) * 2 * Pi * Pi / (double(view.map.width) * view.map.height) / 4);
-    if (view.constant_choice >= 0)
-        brings.push_back(Pi * 0.5 * view.constant.c[3]);
-    for (const AnalyticLight& l : view.lights)
-        brings.push_back(0.5 * double(l.c[3]) * (Kind(l.kind) == Kind::Distant ? 1.0f : inverse_square(l.position)));
-    double total = 0;
-    for (double& b : brings)
-        total += b = std::isfinite(b) ? b : 0;
-    view.choice_cdf.assign(1, 0.0f);
-    double cumulative = 0;
-    for (double b : brings) {
-        cumulative += 0.3 / double(brings.size()) + 0.7 * (total > 0 ? b / total : 1.0 / double(brings.size()));
-        view.choice_cdf.push_back(float(cumulative));
+    if (!sampled.empty()) {
+        const Vec3f d = bounds.diagonal();
+        view.emitter_center = bounds.center();
+        view.emitter_radius2 = std::max(0.25f * dot(d, d), 1e-12f);
+        view.emitter_power = float(power);
     }
-    view.choice_cdf.back() = 1;
+    if (view.map_choice >= 0) // pi times the mean of luminance over the sphere
+        view.map_brings = view.map.total * 0.5f * Pi * Pi / (float(view.map.width) * float(view.map.height));
+    view.constant_brings = Pi * 0.5f * view.constant.c[3];
 }
 
 std::vector<int32_t> emitters_to_sample(const SceneInputs& in) {
@@ -222,8 +214,8 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
         i.absorbs = interior.absorbs;
         view.interiors.push_back(i);
     }
-    const color::UpliftTable& table = color::uplift_table();
-    view.uplift = {table.coefficients.data(), table.resolution, table.z_factor, table.z_offset};
+    const color::UpliftTable& uplift = color::uplift_table();
+    view.uplift = {uplift.coefficients.data(), uplift.resolution, uplift.z_factor, uplift.z_offset};
     fill_wavelengths(view.wavelengths);
     view.filter_x = in.filter_x.data();
     view.filter_y = in.filter_y.data();
@@ -239,6 +231,10 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
     bool constant_visible = false;
     for (const scene::Light& light : in.lights) {
         const bool environment = light.kind == Kind::Environment || light.kind == Kind::Ambient;
+        if (!std::isfinite(light.amount.x + light.amount.y + light.amount.z) || !finite(light.world_from_light)) {
+            journal.warning(light.where, "a light whose amount or place is not a number is left out");
+            continue;
+        }
         if (!usable(light.amount))
             continue;
         if (environment && light.texture.empty()) {
@@ -263,7 +259,7 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
     view.choices += int(view.lights.size());
     view.emitter_density.assign(in.store->emitters().size() + 1, 0.0f);
     if (view.choices > 0)
-        fill_choices(view, in.store->emitters(), sampled, in.bvh->bounds());
+        fill_choices(view, in.store->emitters(), sampled);
     if (!sampled.empty())
         fill_alias(view, in.store->emitters(), sampled);
     return view;

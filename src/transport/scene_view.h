@@ -80,11 +80,13 @@ struct SceneView {
     EnvironmentMap map;
     ConstantEnvironment constant;
     int choices = 0, emitter_choice = -1, map_choice = -1, constant_choice = -1, first_light_choice = 0;
-    std::vector<float> choice_cdf;    // choices + 1 values; chances follow what each light can bring
-    float chance(int choice) const { return choice < 0 ? 0 : choice_cdf[size_t(choice) + 1] - choice_cdf[size_t(choice)]; }
+    // What the environment brings to a surface that sees all of it, and all emitters as one sphere: estimates that decide
+    // how often each is asked (LightChoice in lights.h).
+    float map_brings = 0, constant_brings = 0, emitter_power = 0, emitter_radius2 = 0;
+    Vec3f emitter_center{0, 0, 0};
     std::vector<float> alias_probability; // over emitters, by power
     std::vector<int32_t> alias_other;
-    std::vector<float> emitter_density;   // chance of the emitter over its area, choice included; 0 = not sampled
+    std::vector<float> emitter_density;   // chance of the emitter among all, over its area; 0 = not sampled
     std::vector<int32_t> sampled_emitters;
 
     struct Interior {

@@ -69,11 +69,13 @@ void finish(const SceneView& scene, const BatchState& batch, int count, const Ba
             }
             p.alpha += w * batch.alpha[path];
             p.hits += hit;
-            p.depth += hit * batch.depth[path];
+            p.weight += w;
+            const auto finite = [](float x) { return std::isfinite(x) ? x : 0.0f; };
+            p.depth += finite(hit * batch.depth[path]);
             for (int c = 0; c < 3; c++) {
-                p.albedo[c] += w * albedo[c].v[i];
-                p.normal[c] += hit * batch.normal[c][path];
-                p.position[c] += hit * batch.position[c][path];
+                p.albedo[c] += finite(w * albedo[c].v[i]);
+                p.normal[c] += finite(hit * batch.normal[c][path]);
+                p.position[c] += finite(hit * batch.position[c][path]);
             }
             if (request.progression == 0)
                 p.id = float(batch.id[path]);

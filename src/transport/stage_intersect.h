@@ -44,13 +44,12 @@ void add_environment(const SceneView& scene, BatchState& batch, const PathState&
         scatter(batch.alpha, path, F(1.0f), m);
     const F mis = gather(paths.mis, slot), ratios = sum_of_ratios(scene, paths, slot);
     if (constant) {
-        const F density = gather(paths.cosine, slot) * F(InvPi * scene.chance(scene.constant_choice));
-        const F weight = F(1.0f) / fma(mis, density, ratios);
+        const F weight = F(1.0f) / fma(mis, gather(paths.ask_constant, slot), ratios);
         add_radiance(batch, path, beta * emission_spectrum(scene, scene.constant.c, l) * weight, m);
     }
     if (map) {
         const MapPlace<W> p = map_place(scene.map, d);
-        const F weight = F(1.0f) / fma(mis, map_pdf(scene.map, p) * F(scene.chance(scene.map_choice)), ratios);
+        const F weight = F(1.0f) / fma(mis, map_pdf(scene.map, p) * gather(paths.ask_map, slot), ratios);
         add_radiance(batch, path, beta * map_radiance(scene, p, l) * weight, m);
     }
 }

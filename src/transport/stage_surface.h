@@ -43,8 +43,9 @@ class SurfaceStage {
         active &= !material.black();
         const V wo = h.to_local(wo_world);
         const Sampler<W> sampler{gather(m_batch.pixel_hash, h.path), m_reversed};
-        sample_lights(h, material, wo, sampler, active);
-        sample_direction(h, material, wo, sampler, active);
+        const LightChances<W> chances(m_scene, h.P, h.N);
+        sample_lights(h, material, wo, sampler, chances, active);
+        sample_direction(h, material, wo, sampler, chances, active);
     }
 
   private:
@@ -167,21 +168,24 @@ class SurfaceStage {
         const I at = e * I(int(sizeof(store::Emitter) / 4));
         const S radiance = emission_spectrum(m_scene, gather(data + 9, at), gather(data + 10, at), gather(data + 11, at),
                                              gather(data + 12, at), h.l);
-        const F density = gather(m_scene.emitter_density.data(), e) * h.t * h.t / max(h.raw_cos_outside, F(1e-6f));
+        const F density = gather(m_paths.ask_emitters, h.slot) * gather(m_scene.emitter_density.data(), e) * h.t * h.t /
+                          max(h.raw_cos_outside, F(1e-6f));
         const F weight = F(1.0f) / fma(gather(m_paths.mis, h.slot), density, sum_of_ratios(m_scene, m_paths, h.slot));
         add_radiance(m_batch, h.path, h.beta * radiance * weight, m);
     }
 
-    void sample_lights(const Hit& h, const bsdf::Material<W>& material, const V& wo, const Sampler<W>& sampler, M active) {
+    void sample_lights(const Hit& h, const bsdf::Material<W>& material, const V& wo, const Sampler<W>& sampler,
+                       const LightChances<W>& chances, M active) {
         if (m_scene.choices == 0)
             return;
         F u_choice, u_part, u0, u1;
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LightChoice), u_choice, u_part);
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LightPosition), u0, u1);
-        const LightSample<W> light = sample_light(m_scene, h.P, h.N, u_choice, u_part, u0, u1, h.l, active);
+        const LightSample<W> light = sample_light(m_scene, chances, h.P, h.N, u_choice, u_part, u0, u1, h.l, active);
         const V wi = h.to_local(light.wi);
         // Geometric and shading normal must agree on which side the light is.
         const F side = dot(light.wi, h.Ng) * wi.z;
+        count_broken(h, active & light.valid, side * light.pdf);
         M m = active & light.valid & (side > F(0.0f));
         if (!any(m))
             return;
@@ -194,7 +198,7 @@ class SurfaceStage {
         }
         const F weight = F(1.0f) / max(denominator, F(1e-30f));
         const S contribution = h.beta * value.f * light.radiance * weight;
-        m &= bsdf::max_component(contribution) > F(0.0f);
+        m &= !(bsdf::mean(contribution) <= F(0.0f)); // NaN goes on, and is counted
         const uint32_t bits = m.bits();
         if (!bits)
             return;
@@ -212,13 +216,15 @@ class SurfaceStage {
         m_shadow_count += compress_store(reinterpret_cast<float*>(m_shadows.seed) + at, bitcast_float(seed), bits);
     }
 
-    void sample_direction(const Hit& h, const bsdf::Material<W>& material, const V& wo, const Sampler<W>& sampler, M active) {
+    void sample_direction(const Hit& h, const bsdf::Material<W>& material, const V& wo, const Sampler<W>& sampler,
+                          const LightChances<W>& chances, M active) {
         F u_lobe, u_roulette, u0, u1;
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LobeRoulette), u_lobe, u_roulette);
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::Direction), u0, u1);
         const bsdf::LobeSample<W> s = material.sample(wo, u_lobe, u0, u1);
         const V wi = normalize(h.to_world(s.wi));
         const F side = dot(wi, h.Ng) * s.wi.z;
+        count_broken(h, active & s.valid, side + s.value.pdf[0]);
         M m = active & s.valid & (side > F(0.0f)) & (s.value.pdf[0] > F(0.0f));
         const F inv_pdf = F(1.0f) / max(s.value.pdf[0], F(1e-30f));
         S beta = h.beta * s.value.f * inv_pdf;
@@ -239,7 +245,7 @@ class SurfaceStage {
             m &= u_roulette < keep;
             beta = beta * (F(1.0f) / max(keep, F(1e-6f)));
         }
-        m &= bsdf::max_component(beta) > F(0.0f);
+        m &= !(bsdf::mean(beta) <= F(0.0f));
         const uint32_t bits = m.bits();
         if (!bits)
             return;
@@ -258,9 +264,18 @@ class SurfaceStage {
                 compress_store(m_next.ratio[k] + at, ratio[k], bits);
         }
         compress_store(m_next.mis + at, mis, bits);
-        compress_store(m_next.cosine + at, max(s.wi.z, F(0.0f)), bits);
+        compress_store(m_next.ask_emitters + at, chances.of(m_scene.emitter_choice), bits);
+        compress_store(m_next.ask_map + at, chances.of(m_scene.map_choice), bits);
+        compress_store(m_next.ask_constant + at, chances.of(m_scene.constant_choice) * max(s.wi.z, F(0.0f)) * F(InvPi), bits);
         compress_store(reinterpret_cast<float*>(m_next.path) + at, bitcast_float(h.path), bits);
         m_next_count += compress_store(reinterpret_cast<float*>(m_next.interior) + at, bitcast_float(interior), bits);
+    }
+
+    // A sample that comes to NaN is made NaN as a whole, which the film counts, locates and drops.
+    void count_broken(const Hit& h, M m, F number) {
+        m &= number != number;
+        if (any(m))
+            add_radiance(m_batch, h.path, S(F(std::numeric_limits<float>::quiet_NaN())), m);
     }
 
     void record_first_hit(const Hit& h, M m, const bsdf::MaterialCode&) {

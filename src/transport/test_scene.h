@@ -2,9 +2,13 @@
 #pragma once
 
 #include <array>
+#include <atomic>
+#include <memory>
 #include <numeric>
+#include <span>
 
 #include "base/tasks.h"
+#include "base/test_statistics.h"
 #include "color/color.h"
 #include "transport/kernel.h"
 #include "transport/scene_data.h"
@@ -31,7 +35,7 @@ inline grid::LayeringProgram make_program(const std::vector<Lobe>& lobes, std::v
         };
         n.weight = add(grid::InputType::Float, grid::Storage::Half, 0, 1, {l.weight, 0, 0});
         const auto& decl = grid::lobe(l.id);
-        for (size_t i = 0; i < decl.inputs.size(); i++)
+        for (size_t i = 0; i < l.inputs.size(); i++) // those not given keep their defaults
             n.inputs.push_back(add(decl.inputs[i].type, decl.inputs[i].storage, decl.inputs[i].low, decl.inputs[i].high, l.inputs[i]));
         p.nodes.push_back(n);
         const int leaf = int(p.nodes.size()) - 1;
@@ -58,7 +62,8 @@ class TestScene {
     Journal journal;
 
     // A lattice of (mu + 1) x (mv + 1) points; normals from `normal` or flat.
-    void add_lattice(int mu, int mv, const std::vector<Vec3f>& points, const std::vector<Vec3f>& normals, const std::vector<Lobe>& lobes) {
+    void add_lattice(int mu, int mv, const std::vector<Vec3f>& points, const std::vector<Vec3f>& normals, const std::vector<Lobe>& lobes,
+                     int interior = -1) {
         grid::Grid g;
         g.allocate(mu, mv);
         grid::TracedGrid t;
@@ -76,16 +81,18 @@ class TestScene {
         in.stride = g.stride;
         for (const Vec3f& v : values)
             in.slots.push_back({true, v, {}});
-        const store::ShadedGrid shaded[] = {{&g, &t, nullptr, &in}};
+        add({&g, &t, nullptr, &in}, program, interior);
+    }
+    void add(const store::ShadedGrid& shaded, const grid::LayeringProgram& program, int interior = -1) {
         uint64_t bad = 0;
-        const auto page = store::encode(shaded, program, ++m_id, bad);
-        store.add_page(page, store.add_program(program), -1);
+        const auto page = store::encode(std::span(&shaded, 1), program, ++m_id, bad);
+        store.add_page(page, store.add_program(program), interior);
     }
-    void add_quad(Vec3f p, Vec3f ex, Vec3f ey, const std::vector<Lobe>& lobes) {
+    void add_quad(Vec3f p, Vec3f ex, Vec3f ey, const std::vector<Lobe>& lobes, int interior = -1) {
         const Vec3f n = normalize(cross(ex, ey));
-        add_lattice(1, 1, {p - ex - ey, p + ex - ey, p - ex + ey, p + ex + ey}, {n, n, n, n}, lobes);
+        add_lattice(1, 1, {p - ex - ey, p + ex - ey, p - ex + ey, p + ex + ey}, {n, n, n, n}, lobes, interior);
     }
-    void add_sphere(Vec3f center, float radius, int n, const std::vector<Lobe>& lobes) {
+    void add_sphere(Vec3f center, float radius, int n, const std::vector<Lobe>& lobes, int interior = -1) {
         std::vector<Vec3f> points, normals;
         for (int j = 0; j <= n; j++)
             for (int i = 0; i <= 2 * n; i++) {
@@ -96,7 +103,7 @@ class TestScene {
                 normals.push_back(d);
                 points.push_back(center + d * radius);
             }
-        add_lattice(2 * n, n, points, normals, lobes);
+        add_lattice(2 * n, n, points, normals, lobes, interior);
     }
     // Camera at the origin of render space, looking along +z of `look`.
     void camera(Vec3f right, Vec3f up, Vec3f forward, float half_width, int width, int height) {
@@ -115,21 +122,34 @@ class TestScene {
             c.render_from_camera[4 * r + 3] = 0;
         }
     }
-    void finish() {
-        bvh::GroupDesc world;
-        world.shapes.push_back({0, int(store.shapes().size())});
-        bvh = std::make_unique<bvh::Scene>(store, std::span(&world, 1), false);
+    // Shapes from `first_instance` on are one group, instanced once.
+    void finish(int first_instance = -1, const Transform& world_from_group = Transform()) {
+        const int count = int(store.shapes().size()), flat = first_instance < 0 ? count : first_instance;
+        std::vector<bvh::GroupDesc> groups(first_instance < 0 ? 1 : 2);
+        bvh::GroupDesc& world = groups.back();
+        world.shapes.push_back({0, flat});
+        if (first_instance >= 0) {
+            groups[0].shapes.push_back({flat, count - flat});
+            for (int r = 0; r < 3; r++)
+                for (int c = 0; c < 4; c++)
+                    m_transforms.push_back(float(world_from_group.m[size_t(r)][size_t(c)]));
+            world.instances.push_back({0, m_transforms});
+        }
+        bvh = std::make_unique<bvh::Scene>(store, groups, false);
         inputs.store = &store;
         inputs.bvh = bvh.get();
         inputs.world = world;
+        inputs.instanced = first_instance >= 0;
         inputs.filter_x = inputs.filter_y = filter;
         view = make_scene_view(inputs, journal);
     }
+    uint64_t nan_samples = 0; // of the last render
     // Sums over progressions [0, n), divided by n.
     std::vector<PixelSums> render(int progressions, int lanes) {
         const int w = inputs.camera.width, h = inputs.camera.height;
         std::vector<PixelSums> pixels(size_t(w * h), PixelSums{});
         const int across = (w + 31) / 32, down = (h + 31) / 32;
+        std::atomic<uint64_t> bad{0};
         tasks::parallel_for(size_t(across * down), [&](size_t b) {
             auto kernel = make_kernel(view, lanes);
             BatchCounts counts;
@@ -142,15 +162,69 @@ class TestScene {
                 r.stride = w;
                 kernel->trace(r, counts);
             }
+            bad += counts.nan_samples;
         });
+        nan_samples = bad;
         for (auto& p : pixels)
             for (int c = 0; c < 3; c++)
                 p.rgb[c] /= float(progressions);
         return pixels;
     }
 
+    // Mean of the picture, a channel, and its error: over `seeds` renders of their own.
+    struct Estimate {
+        kanuka::testing::RunningMean channel[3];
+    };
+    Estimate estimate(int progressions, int seeds, int lanes = 8) {
+        Estimate e;
+        for (int seed = 0; seed < seeds; seed++) {
+            view.seed = uint32_t(seed);
+            const auto pixels = render(progressions, lanes);
+            for (int c = 0; c < 3; c++) {
+                double sum = 0;
+                for (const PixelSums& p : pixels)
+                    sum += double(p.rgb[c]);
+                e.channel[c].add(sum / double(pixels.size()));
+            }
+        }
+        return e;
+    }
+
+    // From the camera through the middle of a pixel, in camera space, z = 1.
+    Vec3f pixel_direction(int x, int y) const {
+        const CameraView& c = inputs.camera;
+        return {c.left + (c.right - c.left) * (float(x) + 0.5f) / float(c.width),
+                c.top + (c.bottom - c.top) * (float(y) + 0.5f) / float(c.height), 1};
+    }
+
   private:
     int m_id = 0;
+    std::vector<float> m_transforms;
 };
+
+// One lobe and what it costs to write it down.
+inline Lobe matte(const Rgb& reflectance, float weight = 1) {
+    return {grid::LobeId::LambertBrdf, {reflectance}, weight};
+}
+inline Lobe metal(float roughness, const Rgb& face = Rgb(1), const Rgb& edge = Rgb(1)) {
+    return {grid::LobeId::MicrofacetConductorBrdf, {face, edge, Vec3f(roughness)}};
+}
+inline Lobe glass(float roughness, float ior = 1.5f) {
+    return {grid::LobeId::MicrosurfaceDielectricBsdfRgb_v1, {Vec3f(roughness), Rgb(1), Rgb(1), Vec3f(ior)}};
+}
+inline Lobe prism(float roughness, float ior, float abbe) {
+    Lobe l = glass(roughness, ior);
+    l.inputs.push_back(Vec3f(abbe));
+    return l;
+}
+inline Lobe glow(const Rgb& radiance) {
+    return {grid::LobeId::DiffuseEmission, {radiance}};
+}
+inline scene::Light constant_sky(const Rgb& radiance) {
+    scene::Light l;
+    l.kind = scene::Light::Kind::Environment;
+    l.amount = radiance;
+    return l;
+}
 
 } // namespace kanuka::transport::testing

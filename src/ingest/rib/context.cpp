@@ -33,8 +33,7 @@ Scope Context::scope() const {
     return m_frame_open ? InFrame : InOuter;
 }
 
-// ---- execution
-// ------------------------------------------------------------------------------------------------------
+// ---- execution --------------------------------------------------------------------------------------
 
 static std::string places(uint8_t scopes) {
     if (!(scopes & (InWorld | InObject)))
@@ -106,8 +105,7 @@ bool Context::finite(const Call& call, size_t arguments) {
     return true;
 }
 
-// ---- blocks
-// ---------------------------------------------------------------------------------------------------------
+// ---- blocks -----------------------------------------------------------------------------------------
 
 void Context::open(BlockKind kind, const Location& where) {
     m_blocks.push_back({kind, where, attributes, ctm, nullptr});
@@ -176,8 +174,7 @@ void Context::end_motion(const Location& where) {
         reports.warning("empty motion block", where, "MotionEnd: the motion block has no sample");
 }
 
-// ---- objects
-// --------------------------------------------------------------------------------------------------------
+// ---- objects ----------------------------------------------------------------------------------------
 
 void Context::begin_object(const std::string& handle, const Location& where) {
     if (m_open_object >= 0) {
@@ -247,8 +244,7 @@ void Context::add_instance(const Call& call) {
     }
 }
 
-// ---- primitives
-// -----------------------------------------------------------------------------------------------------
+// ---- primitives -------------------------------------------------------------------------------------
 
 Transform Context::camera_from_current() const {
     if (m_open_object >= 0)

@@ -44,8 +44,7 @@ class Context {
     bool depth_pass_skipped() const { return !m_depth_passes.empty(); }
     const std::vector<int>& frames_seen() const { return m_frames_seen; }
 
-    // ---- for handlers
-    // ------------------------------------------------------------------------------------------
+    // ---- for handlers -------------------------------------------------------------------------------
     Reports reports;
     Stream& stream;
     Declarations& declarations;

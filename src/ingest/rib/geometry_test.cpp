@@ -171,8 +171,7 @@ TEST(RibGeometry, CurvesAndPoints) {
                     .says("linear or cubic"));
 }
 
-// ---- what does not fit
-// ----------------------------------------------------------------------------------------------
+// ---- what does not fit ------------------------------------------------------------------------------
 
 TEST(RibPrimvars, TooFewAndTooMany) {
     const Parsed r(world("PointsPolygons [3 3] [0 1 2 0 2 3] " + Square +

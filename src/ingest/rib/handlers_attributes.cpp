@@ -10,8 +10,7 @@ namespace kanuka::ingest::handlers {
 using scene::ShaderRef;
 using scene::Value;
 
-// ---- colour
-// ---------------------------------------------------------------------------------------------------------
+// ---- colour -----------------------------------------------------------------------------------------
 
 static bool color_of(Context& c, const Call& call, Rgb& rgb) {
     const auto& v = call.args[0].floats;
@@ -51,8 +50,7 @@ void texture_coordinates(Context& c, Call& call) {
     std::copy_n(call.args[0].floats.begin(), 8, to.begin());
 }
 
-// ---- shaders
-// --------------------------------------------------------------------------------------------------------
+// ---- shaders ----------------------------------------------------------------------------------------
 
 void light_source(Context& c, Call& call) {
     if (c.scope() == InObject) {
@@ -116,8 +114,7 @@ void atmosphere(Context& c, Call& call) {
     c.attributes.edit(FieldAtmosphere).atmosphere = c.shader(call, 0);
 }
 
-// ---- numbers and switches
-// -------------------------------------------------------------------------------------------
+// ---- numbers and switches ---------------------------------------------------------------------------
 
 void shading_rate(Context& c, Call& call) {
     if (!c.finite(call, 1))
@@ -168,8 +165,7 @@ void reverse_orientation(Context& c, Call&) {
     a.reverse_orientation = !a.reverse_orientation;
 }
 
-// ---- level of detail
-// ------------------------------------------------------------------------------------------------
+// ---- level of detail --------------------------------------------------------------------------------
 
 void detail(Context& c, Call& call) {
     const auto& v = call.args[0].floats;
@@ -234,8 +230,7 @@ void detail_range(Context& c, Call& call) {
     c.attributes.detail_visible = size >= in && (size < out || v[3] >= 1e37f);
 }
 
-// ---- Attribute
-// ------------------------------------------------------------------------------------------------------
+// ---- Attribute --------------------------------------------------------------------------------------
 
 static int integer_of(const Value& v) {
     if (!v.ints.empty())

@@ -93,8 +93,7 @@ void archive_end(Context& c, Call& call) {
     c.reports.error("unmatched ArchiveEnd", call.where, "ArchiveEnd without ArchiveBegin was left out");
 }
 
-// ---- conditions
-// -----------------------------------------------------------------------------------------------------
+// ---- conditions -------------------------------------------------------------------------------------
 
 static bool holds(Context& c, const Call& call) {
     std::string problem;
@@ -141,8 +140,7 @@ void if_end(Context& c, Call& call) {
         c.conditions.pop_back();
 }
 
-// ---- procedurals
-// ----------------------------------------------------------------------------------------------------
+// ---- procedurals ------------------------------------------------------------------------------------
 
 void procedural(Context& c, Call& call) {
     const std::string& type = call.text(0);

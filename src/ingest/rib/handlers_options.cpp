@@ -228,8 +228,14 @@ void relative_detail(Context& c, Call& call) {
     c.options.relative_detail = call.f(0);
 }
 
-// ---- Option
-// ---------------------------------------------------------------------------------------------------------
+// Textures are looked up as the pictures that they were made of: "maketexture:NAME" holds the picture's name.
+void make_texture(Context& c, Call& call) {
+    keep_text(c.options.options.user, "maketexture:" + call.text(1), call.text(0));
+    c.reports.once(Severity::Info, call.spec->name, call.where,
+                   std::string(call.spec->name) + ": " + std::string(call.spec->note));
+}
+
+// ---- Option -----------------------------------------------------------------------------------------
 
 static void kanuka_option(Context& c, const Value& v) {
     scene::Options& o = c.options.options;

@@ -134,8 +134,7 @@ std::string Reader::found() {
     return "nothing";
 }
 
-// ---- archives
-// -------------------------------------------------------------------------------------------------------
+// ---- archives ---------------------------------------------------------------------------------------
 
 void Reader::read_archive(const std::string& given_name, const Location& given_where) {
     const std::string name = given_name; // both are overwritten by the archive's own requests

@@ -11,8 +11,7 @@ namespace kanuka::ingest::test {
 
 namespace fs = std::filesystem;
 
-// ---- frames
-// ---------------------------------------------------------------------------------------------------------
+// ---- frames -----------------------------------------------------------------------------------------
 
 static const std::string ThreeFrames =
     "Format 10 20 1\nFrameBegin 1\nDisplay \"s\" \"zfile\" \"z\"\nFormat 64 64 1\n"
@@ -68,8 +67,7 @@ TEST(RibFrames, WorldsWithoutFrames) {
     EXPECT_EQ(Parsed(two, options).scene.primitives.size(), 2u);
 }
 
-// ---- archives, conditions
-// -------------------------------------------------------------------------------------------
+// ---- archives, conditions ---------------------------------------------------------------------------
 
 class RibFiles : public ::testing::Test {
   protected:
@@ -184,8 +182,7 @@ TEST(RibConditions, Branches) {
     EXPECT_TRUE(Parsed(world("IfBegin \"1 +\" Disk 0 1 360 IfEnd Sphere 1 -1 1 360")).says("taken as false"));
 }
 
-// ---- mistakes
-// -------------------------------------------------------------------------------------------------------
+// ---- mistakes ---------------------------------------------------------------------------------------
 
 TEST(RibErrors, UnknownRequestsDoNotCascade) {
     const Parsed r(world("Shpere 1 -1 1 360\nColor 1 0 0\nFrobnicate [1 2 \"x\"] \"a\" 5\nSphere 1 -1 1 "
@@ -296,8 +293,7 @@ TEST(RibErrors, MissingRequestsAreNamedOnce) {
     EXPECT_TRUE(r.says("error 5:1 Blobby is not supported"));
 }
 
-// ---- binary
-// ---------------------------------------------------------------------------------------------------------
+// ---- binary -----------------------------------------------------------------------------------------
 
 TEST(RibBinary, AWholeSceneMixedWithText) {
     std::string s = "WorldBegin\n";
@@ -324,8 +320,7 @@ TEST(RibBinary, AWholeSceneMixedWithText) {
     EXPECT_TRUE(Parsed(world("Sphere 1 -1 1 360\n\xff\nDisk 0 1 360")).says("a byte of value 255"));
 }
 
-// ---- the table
-// ------------------------------------------------------------------------------------------------------
+// ---- the table --------------------------------------------------------------------------------------
 
 TEST(RibTable, IsWellFormed) {
     std::set<std::string_view> names;

@@ -24,7 +24,7 @@ constexpr Params No = Params::None;
 
 // clang-format off
 constexpr RequestSpec Table[] = {
-    // ---- structure -------------------------------------------------------------------------------------------------
+    // ---- structure ----------------------------------------------------------------------------------
     {"version", V31, Anywhere, {{{"number", A::Float}}}, No, Support::Ignored, nullptr, ""},
     {"Declare", V31, Anywhere, {{{"name", A::String}, {"declaration", A::String}}}, No, Support::Full, h::declare, ""},
     {"FrameBegin", V31, InOuter, {{{"number", A::Integer}}}, No, Support::Full, h::frame_begin,
@@ -57,7 +57,7 @@ constexpr RequestSpec Table[] = {
     {"ErrorHandler", V31, Anywhere, {{{"handler", A::String}}}, No, Support::Ignored, nullptr,
      "messages always go to the journal"},
 
-    // ---- options ---------------------------------------------------------------------------------------------------
+    // ---- options ------------------------------------------------------------------------------------
     {"Format", V31, Outside, {{{"xresolution", A::Integer}, {"yresolution", A::Integer}, {"pixelaspect", A::Float, 0, true}}},
      No, Support::Full, h::format, ""},
     {"FrameAspectRatio", V31, Outside, {{{"ratio", A::Float}}}, No, Support::Full, h::frame_aspect_ratio, ""},
@@ -90,7 +90,7 @@ constexpr RequestSpec Table[] = {
     {"RelativeDetail", V31, Outside, {{{"scale", A::Float}}}, No, Support::Full, h::relative_detail, ""},
     {"Option", V31, Outside, {{{"name", A::String}}}, Params::Option, Support::Full, h::option, ""},
 
-    // ---- attributes ------------------------------------------------------------------------------------------------
+    // ---- attributes ---------------------------------------------------------------------------------
     {"Color", V31, Moving, {{{"color", A::FloatArray}}}, No, Support::Full, h::color, ""},
     {"Opacity", V31, Moving, {{{"color", A::FloatArray}}}, No, Support::Full, h::opacity, ""},
     {"TextureCoordinates", V31, Anywhere, {{{"s1 t1 s2 t2 s3 t3 s4 t4", A::Floats, 8}}}, No, Support::Full,
@@ -131,7 +131,7 @@ constexpr RequestSpec Table[] = {
      {"w", A::FloatArray}}}, No, Support::Partial, h::trim_curve, "trimmed NuPatches are rendered whole"},
     {"Attribute", V31, Anywhere, {{{"name", A::String}}}, Params::Attribute, Support::Full, h::attribute, ""},
 
-    // ---- transformations -------------------------------------------------------------------------------------------
+    // ---- transformations ----------------------------------------------------------------------------
     {"Identity", V31, Moving, {}, No, Support::Full, h::identity, ""},
     {"Transform", V31, Moving, {{{"matrix", A::Floats, 16}}}, No, Support::Full, h::transform, ""},
     {"ConcatTransform", V31, Moving, {{{"matrix", A::Floats, 16}}}, No, Support::Full, h::concat_transform, ""},
@@ -147,7 +147,7 @@ constexpr RequestSpec Table[] = {
      "as CoordinateSystem"},
     {"CoordSysTransform", V32, Anywhere, {{{"space", A::String}}}, No, Support::Full, h::coord_sys_transform, ""},
 
-    // ---- geometry --------------------------------------------------------------------------------------------------
+    // ---- geometry -----------------------------------------------------------------------------------
     {"Polygon", V31, MovingSolid, {}, Params::Primitive, Support::Full, h::polygon, ""},
     {"GeneralPolygon", V31, MovingSolid, {{{"nverts", A::IntegerArray}}}, Params::Primitive, Support::Full,
      h::general_polygon, ""},
@@ -195,16 +195,16 @@ constexpr RequestSpec Table[] = {
     {"Geometry", V31, MovingSolid, {{{"type", A::String}}}, Params::Primitive, Support::Missing, nullptr,
      "renderer-specific shapes are not provided; use a standard primitive"},
 
-    // ---- textures --------------------------------------------------------------------------------------------------
+    // ---- textures -----------------------------------------------------------------------------------
     {"MakeTexture", V31, Outside, {{{"picture", A::String}, {"texture", A::String}, {"swrap", A::String},
      {"twrap", A::String}, {"filter", A::String}, {"swidth", A::Float}, {"twidth", A::Float}}}, Params::Other,
-     Support::Needless, nullptr, "pictures are read as textures directly; run maketx beforehand for speed"},
+     Support::Partial, h::make_texture, "the picture itself is used under the texture's name; run maketx beforehand for speed"},
     {"MakeBump", V31, Outside, {{{"picture", A::String}, {"texture", A::String}, {"swrap", A::String},
      {"twrap", A::String}, {"filter", A::String}, {"swidth", A::Float}, {"twidth", A::Float}}}, Params::Other,
-     Support::Needless, nullptr, "pictures are read as textures directly; run maketx beforehand for speed"},
+     Support::Partial, h::make_texture, "the picture itself is used under the texture's name; run maketx beforehand for speed"},
     {"MakeLatLongEnvironment", V31, Outside, {{{"picture", A::String}, {"texture", A::String}, {"filter", A::String},
-     {"swidth", A::Float}, {"twidth", A::Float}}}, Params::Other, Support::Needless, nullptr,
-     "latitude-longitude pictures are read directly"},
+     {"swidth", A::Float}, {"twidth", A::Float}}}, Params::Other, Support::Partial, h::make_texture,
+     "the picture itself is used under the texture's name"},
     {"MakeCubeFaceEnvironment", V31, Outside, {{{"px", A::String}, {"nx", A::String}, {"py", A::String},
      {"ny", A::String}, {"pz", A::String}, {"nz", A::String}, {"texture", A::String}, {"fov", A::Float},
      {"filter", A::String}, {"swidth", A::Float}, {"twidth", A::Float}}}, Params::Other, Support::Missing, nullptr,
@@ -216,7 +216,7 @@ constexpr RequestSpec Table[] = {
     {"MakeBrickMap", Ext, Outside, {{{"pointclouds", A::StringArray}, {"brickmap", A::String}}}, Params::Other,
      Support::Needless, nullptr, "point clouds are not used"},
 
-    // ---- of other renderers ----------------------------------------------------------------------------------------
+    // ---- of other renderers -------------------------------------------------------------------------
     {"ShaderLayer", Ext, Anywhere, {{{"type", A::String}, {"name", A::String}, {"layer", A::String}}}, Params::Shader,
      Support::Missing, nullptr, "write one shader that does what the layers do"},
     {"ConnectShaderLayers", Ext, Anywhere, {{{"type", A::String}, {"layer1", A::String}, {"variable1", A::String},

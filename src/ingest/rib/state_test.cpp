@@ -8,8 +8,7 @@ namespace kanuka::ingest::test {
 
 using scene::Camera;
 
-// ---- transformations
-// ------------------------------------------------------------------------------------------------
+// ---- transformations --------------------------------------------------------------------------------
 
 static Vec3f place(const std::string& transform, const Vec3f& p) {
     const Parsed r(world(transform + "\nSphere 1 -1 1 360"));
@@ -69,8 +68,7 @@ TEST(RibTransform, SingularOnesDropPrimitives) {
     EXPECT_TRUE(r.says("error 4:1 Sphere was left out: the current transformation flattens it"));
 }
 
-// ---- camera, lights before the world
-// --------------------------------------------------------------------------------
+// ---- camera, lights before the world ----------------------------------------------------------------
 
 TEST(RibCamera, IsWhatStandsBeforeTheWorld) {
     const Parsed r("Projection \"perspective\" \"fov\" [30]\nRotate 90 0 0 1\nTranslate 0 0 5\n"
@@ -149,6 +147,12 @@ TEST(RibOptions, Kanuka) {
     EXPECT_TRUE(bad.says("\"maxdepth\" must be"));
 }
 
+TEST(RibOptions, MadeTexturesStandForTheirPictures) {
+    const Parsed r("MakeTexture \"a.tif\" \"a.tex\" \"periodic\" \"clamp\" \"gaussian\" 2 2\n" +
+                   world("Sphere 1 -1 1 360"));
+    EXPECT_EQ(r.scene.options.user.get_string("maketexture:a.tex", ""), "a.tif");
+}
+
 TEST(RibOptions, OutOfRangeStaysAsItWas) {
     const Parsed r(
         "Format 0 100 1\nPixelSamples 0 4\nPixelFilter \"hat\" 1 1\nCropWindow 0.5 0.2 0 1\nClipping 5 1\n"
@@ -161,8 +165,7 @@ TEST(RibOptions, OutOfRangeStaysAsItWas) {
     EXPECT_EQ(r.primitive(0).attributes->shading_rate, 1);
 }
 
-// ---- attributes
-// -----------------------------------------------------------------------------------------------------
+// ---- attributes -------------------------------------------------------------------------------------
 
 TEST(RibAttributes, StackAndValues) {
     const Parsed r(world(
@@ -256,8 +259,7 @@ TEST(RibAttributes, LevelOfDetail) {
     EXPECT_TRUE(shown("0 0 2300 2500"));
 }
 
-// ---- lights
-// ---------------------------------------------------------------------------------------------------------
+// ---- lights -----------------------------------------------------------------------------------------
 
 TEST(RibLights, WhatIsOnForNothingIsLeftOut) {
     const Parsed r(
@@ -293,8 +295,7 @@ TEST(RibLights, AreaLightsAreAttributes) {
     EXPECT_TRUE(r.scene.light_shaders.empty());
 }
 
-// ---- motion, solids
-// -------------------------------------------------------------------------------------------------
+// ---- motion, solids ---------------------------------------------------------------------------------
 
 TEST(RibBlocks, TheFirstMotionSampleCounts) {
     const Parsed r(world("MotionBegin [0 1] Translate 1 0 0 Translate 2 0 0 MotionEnd\n"

@@ -63,7 +63,7 @@ void forward(Stage& s) {
         if (i.op != Op::Load)
             continue;
         const Use& u = uses[size_t(i.imm)];
-        if (u.stores == 1 && u.stored == u.declared && u.declared)
+        if (u.stores == 1 && u.stored == u.declared && u.declared && !s.vars[size_t(i.imm)].must_be_uniform)
             alias[r] = u.value;
     }
     const auto resolve = [&](Ref r) {

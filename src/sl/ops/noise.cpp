@@ -30,7 +30,7 @@ NoiseFunction noise_function(int kernel, int width) {
     const NoiseKernel& k = kernels[kernel];
     if (width == 16)
         return __builtin_cpu_supports("avx512f") ? noise_function16(k) : nullptr;
-    return width == 8 ? avx2::Kernel<8>::find(k) : avx2::Kernel<1>::find(k);
+    return avx2::Kernel<8>::find(k, width == 1);
 }
 
 } // namespace kanuka::sl::ops

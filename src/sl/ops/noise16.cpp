@@ -6,7 +6,7 @@
 namespace kanuka::sl::ops {
 
 NoiseFunction noise_function16(const NoiseKernel& kernel) {
-    return avx512::Kernel<16>::find(kernel);
+    return avx512::Kernel<16>::find(kernel, false);
 }
 
 } // namespace kanuka::sl::ops

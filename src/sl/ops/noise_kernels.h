@@ -55,51 +55,51 @@ struct Kernel {
         return i;
     }
 
+    // The high bits of the result are the good ones.
     static U mix(U h) {
-        h ^= h >> 16;
-        h *= 0x7feb352du; // constants: C. Wellons' search of two-round hashes with low bias
         h ^= h >> 15;
-        h *= 0x846ca68bu;
-        h ^= h >> 16;
+        h *= 0x2c1b3c6du; // constants: C. Wellons' search of two-round hashes with low bias
+        h ^= h >> 12;
+        h *= 0x297a2d39u;
         return h;
     }
     static constexpr uint32_t Prime[4] = {0x8da6b343u, 0xd8163841u, 0xcb1ab31fu, 0x165667b1u};
 
     static F fade(F t) { return t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f); }
     static F lerp(F t, F a, F b) { return a + t * (b - a); }
-    // x with its sign flipped where the bit `k` of h is set.
+    // Bit k of h, counted from the top, as the sign of a lane: what a blend looks at.
+    static I bit(U h, int k) { return I(h << k); }
+    static F choose(I sign, F a, F b) { return sign < 0 ? a : b; }
+    // x with its sign flipped where bit k from the top is set.
     static F signed_by(U h, int k, F x) {
-        const U sign = (h << (31 - k)) & 0x80000000u;
-        const U u = to_bits(x) ^ sign;
+        const U u = to_bits(x) ^ ((h << k) & 0x80000000u);
         F f;
         std::memcpy(&f, &u, sizeof f);
         return f;
     }
-    static F choose(I m, F a, F b) { return bits((I(to_bits(a)) & m) | (I(to_bits(b)) & ~m)); }
 
-    // Dot product of the corner's gradient and the offset to it.
+    // Dot product of the corner's gradient, picked by the top five bits of h, and the offset to it.
     template <int D>
     static F gradient(U h, const F* d) {
         if constexpr (D == 1) {
-            // slopes ±1/8 … ±1 as in Perlin's one-dimensional noise
-            const F g = __builtin_convertvector(I((h >> 1) & 7u), F) * 0.125f + 0.125f;
-            return signed_by(h, 0, g * d[0]) * 2.0f;
+            // slopes +-1/4 to +-2
+            const F g = __builtin_convertvector(I((h >> 28) & 7u), F) * 0.25f + 0.25f;
+            return signed_by(h, 0, g * d[0]);
         } else if constexpr (D == 2) {
-            const I swap = I(((h >> 2) & 1u)) == 1;
-            const F a = choose(swap, d[1], d[0]), b = choose(swap, d[0], d[1]);
+            const F a = choose(bit(h, 2), d[1], d[0]), b = choose(bit(h, 2), d[0], d[1]);
             return signed_by(h, 0, a) + signed_by(h, 1, b * 0.5f);
         } else if constexpr (D == 3) {
             // the twelve edges of a cube, four of them twice
-            const U k = h & 15u;
-            const F a = choose(I(k) < 8, d[0], d[1]);
-            const F b = choose(I(k) < 4, d[1], choose((I(k) == 12) | (I(k) == 14), d[0], d[2]));
+            const I b0 = bit(h, 0), b2 = bit(h, 2), b3 = bit(h, 3);
+            const F a = choose(b3, d[1], d[0]);
+            const F b = choose(b3 | b2, choose(b3 & b2 & ~b0, d[0], d[2]), d[1]);
             return signed_by(h, 0, a) + signed_by(h, 1, b);
         } else {
-            // the 32 edges of a hypercube
-            const U k = h & 31u;
-            const F a = choose(I(k) < 24, d[0], d[1]);
-            const F b = choose(I(k) < 16, d[1], d[2]);
-            const F c = choose(I(k) < 8, d[2], d[3]);
+            // the 32 edges of a hypercube: three of four offsets
+            const I b3 = bit(h, 3), b4 = bit(h, 4);
+            const F a = choose(b3 & b4, d[1], d[0]);
+            const F b = choose(b4, d[2], d[1]);
+            const F c = choose(b3 | b4, d[3], d[2]);
             return signed_by(h, 0, a) + signed_by(h, 1, b) + signed_by(h, 2, c);
         }
     }
@@ -107,7 +107,7 @@ struct Kernel {
     // Largest absolute value of the sum above over the cell, so that the result lies within [-1, 1].
     template <int D>
     static constexpr float scale() {
-        return D == 1 ? 1.0f : D == 2 ? 1.0f : D == 3 ? 0.98f : 0.84f;
+        return D == 1 ? 1.0f : D == 2 ? 1.25f : D == 3 ? 0.98f : 0.84f;
     }
 
     template <int D>
@@ -141,20 +141,24 @@ struct Kernel {
             low[d] = U(i) * Prime[d];
             high[d] = U(j) * Prime[d];
         }
+        // Hashes of the corners: sums of the axes' hashes, shared between neighbours.
+        U corner_hash[1 << D];
+        corner_hash[0] = low[0] + uint32_t(D) * 0x9e3779b9u;
+        corner_hash[1] = high[0] + uint32_t(D) * 0x9e3779b9u;
+        for (int k = 1; k < D; k++)
+            for (int c = 0; c < (1 << k); c++) {
+                corner_hash[c + (1 << k)] = corner_hash[c] + high[k];
+                corner_hash[c] += low[k];
+            }
         F corner[C][1 << D];
         for (int c = 0; c < (1 << D); c++) {
-            U h = U{} + uint32_t(D) * 0x9e3779b9u;
             F d[D];
-            for (int k = 0; k < D; k++) {
-                const bool up = (c >> k) & 1;
-                h ^= up ? high[k] : low[k];
-                h = (h << 13) | (h >> 19);
-                d[k] = up ? fraction[k] - 1.0f : fraction[k];
-            }
-            h = mix(h);
+            for (int k = 0; k < D; k++)
+                d[k] = (c >> k) & 1 ? fraction[k] - 1.0f : fraction[k];
+            const U h = mix(corner_hash[c]);
             // three results read disjoint bits of one hash
             for (int r = 0; r < C; r++)
-                corner[r][c] = gradient<D>(h >> (8 * r + 3), d);
+                corner[r][c] = gradient<D>(h << (5 * r), d);
         }
         for (int r = 0; r < C; r++) {
             const F n = interpolate<D>(corner[r], t) * scale<D>();
@@ -171,37 +175,60 @@ struct Kernel {
             h = mix(h);
         }
         for (int r = 0; r < C; r++) {
-            const U k = r ? mix(h + uint32_t(r) * 0x9e3779b9u) : h;
+            const U k = mix(h + uint32_t(r) * 0x9e3779b9u);
             store(out + r * W, __builtin_convertvector(I(k >> 8), F) * (1.0f / 16777216.0f));
         }
     }
 
-    template <int D>
-    static NoiseFunction select(NoiseKind kind, int results) {
-        const bool one = results == 1;
+    // A single point goes through the same code in the first of W lanes: the same bits, and faster than code
+    // for one.
+    template <NoiseFunction Wide, int Inputs, int C>
+    static void single(const float* in, float* out) {
+        float wide_in[Inputs * W], wide_out[C * W];
+        for (int c = 0; c < Inputs; c++)
+            store(wide_in + c * W, broadcast(in[c]));
+        Wide(wide_in, wide_out);
+        for (int c = 0; c < C; c++)
+            out[c] = wide_out[c * W];
+    }
+
+    template <int D, int C>
+    static NoiseFunction select(NoiseKind kind, bool one) {
+        constexpr NoiseFunction Noise = gradient_noise<D, C, false, false>,
+                                Signed = gradient_noise<D, C, false, true>,
+                                Periodic = gradient_noise<D, C, true, false>, Cell = cell_noise<D, C>;
         switch (kind) {
         case NoiseKind::Noise:
-            return one ? gradient_noise<D, 1, false, false> : gradient_noise<D, 3, false, false>;
+            return one ? single<Noise, D, C> : Noise;
         case NoiseKind::SignedNoise:
-            return one ? gradient_noise<D, 1, false, true> : gradient_noise<D, 3, false, true>;
+            return one ? single<Signed, D, C> : Signed;
         case NoiseKind::PeriodicNoise:
-            return one ? gradient_noise<D, 1, true, false> : gradient_noise<D, 3, true, false>;
+            return one ? single<Periodic, 2 * D, C> : Periodic;
         case NoiseKind::CellNoise:
-            return one ? cell_noise<D, 1> : cell_noise<D, 3>;
+            return one ? single<Cell, D, C> : Cell;
         }
         return nullptr;
     }
 
-    static NoiseFunction find(const NoiseKernel& k) {
-        switch (k.dimensions) {
-        case 1:
-            return select<1>(k.kind, k.results);
-        case 2:
-            return select<2>(k.kind, k.results);
-        case 3:
-            return select<3>(k.kind, k.results);
+    // one: a kernel for a single point rather than W.
+    static NoiseFunction find(const NoiseKernel& k, bool one) {
+        switch (k.dimensions * 4 + k.results) {
+        case 5:
+            return select<1, 1>(k.kind, one);
+        case 7:
+            return select<1, 3>(k.kind, one);
+        case 9:
+            return select<2, 1>(k.kind, one);
+        case 11:
+            return select<2, 3>(k.kind, one);
+        case 13:
+            return select<3, 1>(k.kind, one);
+        case 15:
+            return select<3, 3>(k.kind, one);
+        case 17:
+            return select<4, 1>(k.kind, one);
         default:
-            return select<4>(k.kind, k.results);
+            return select<4, 3>(k.kind, one);
         }
     }
 };

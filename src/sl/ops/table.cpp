@@ -285,8 +285,9 @@ const Row table[] = {
         "b,"
         "0.5959 * r - 0.2746 * g - 0.3213 * b, 0.2115 * r - 0.5227 * g + 0.3112 * b);"),
     rsl(C, "color __yiq_to_rgb(color c)",
-        "float y = comp(c, 0), i = comp(c, 1), q = comp(c, 2); return color(y + 0.9563 * i + 0.6210 * q,"
-        "y - 0.2721 * i - 0.6474 * q, y - 1.1070 * i + 1.7046 * q);"),
+        "float y = comp(c, 0), i = comp(c, 1), q = comp(c, 2); return color(1.0000000 * y + 0.9560502 * i + "
+        "0.6207549 * q,"
+        "1.0000000 * y - 0.2720523 * i - 0.6472057 * q, 1.0000000 * y - 1.1067043 * i + 1.7044213 * q);"),
     // ---- matrices
     // -----------------------------------------------------------------------------------------------------
     special(X, "float determinant(matrix m)", "determinant"),

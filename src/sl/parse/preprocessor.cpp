@@ -9,7 +9,7 @@ namespace kanuka::sl {
 namespace {
 
 constexpr int MaxIncludeDepth = 64;
-constexpr size_t MaxTokens = size_t(1) << 24; // macros that double themselves end here
+constexpr size_t MaxTokens = size_t(1) << 22; // macros that double themselves end here
 
 struct Macro {
     bool function = false;
@@ -216,7 +216,7 @@ class Preprocessor {
                 t.loc = *at;
             if (m_out.tokens.size() + out.size() + work.size() > MaxTokens) {
                 if (!m_overflow)
-                    m_diagnostics.error(t.loc, "macros expand to more than 16 million tokens");
+                    m_diagnostics.error(t.loc, "macros expand to more than 4 million tokens");
                 m_overflow = true;
                 return;
             }

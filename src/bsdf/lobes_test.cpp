@@ -1,0 +1,304 @@
+// Each lobe: what is sampled has the density that is stated, densities integrate to the share of samples that
+// are valid, reflection is reciprocal, no more leaves than comes in.
+#include "bsdf/test_lobes.h"
+
+#include <gtest/gtest.h>
+#include <numeric>
+
+#include "base/test_statistics.h"
+
+namespace kanuka::bsdf {
+namespace {
+
+using namespace testing;
+using kanuka::testing::chi_square;
+using kanuka::testing::normal_p;
+using kanuka::testing::RunningMean;
+using kanuka::testing::sidak;
+
+// Counts of sampled directions over a grid of the sphere, 10 rings a hemisphere; the last cell holds the
+// invalid ones.
+std::vector<double> histogram(const LobeCase& c, int count) {
+    Uniform u(uint32_t(std::hash<std::string>()(c.str())));
+    const auto in = c.inputs<8>();
+    const V8 wo = c.wo<8>();
+    std::vector<double> cells(Rings * Sectors + 1, 0.0);
+    for (int i = 0; i < count; i += 8) {
+        const auto s = sample_lobe(c.id, in, wo, u.lanes<8>(), u.lanes<8>(), u.lanes<8>());
+        const F8 turn = turn_of(s.wi.y, s.wi.x);
+        for (int k = 0; k < 8; k++) {
+            if (!s.valid[k]) {
+                cells.back()++;
+                continue;
+            }
+            const int ring = std::clamp(int((s.wi.z[k] + 1) * 0.5f * Rings), 0, Rings - 1);
+            const int sector = std::min(int(turn[k] * Sectors), Sectors - 1);
+            cells[size_t(ring * Sectors + sector)]++;
+        }
+    }
+    return cells;
+}
+
+std::vector<double> expectation(const LobeCase& c) {
+    const auto in = c.inputs<8>();
+    const V8 wo = c.wo<8>();
+    const auto pdf = [&](const V8& wi) { return eval_lobe(c.id, in, wo, wi).pdf[0]; };
+    std::vector<double> cells = integrate_cells(pdf);
+    const double total = std::accumulate(cells.begin(), cells.end(), 0.0);
+    cells.push_back(std::max(1 - total, 0.0));
+    return cells;
+}
+
+V8 random_direction(Uniform& u, float low, float high) {
+    return direction(F8(low) + u.lanes<8>() * F8(high - low), u.lanes<8>());
+}
+
+} // namespace
+
+// The histogram's last cell is the invalid share, so this also says that densities integrate to the valid
+// one.
+TEST(Lobes, SamplesFollowTheirDensity) {
+    const auto cases = rough_cases();
+    constexpr int Count = 100000;
+    for (const LobeCase& c : cases) {
+        const auto seen = histogram(c, Count);
+        auto expected = expectation(c);
+        double total = 0;
+        for (size_t i = 0; i + 1 < expected.size(); i++)
+            total += expected[i];
+        EXPECT_LE(total, 1 + 2e-4) << c.str();
+        EXPECT_NEAR(1 - seen.back() / Count, total,
+                    5 * std::sqrt(total * std::max(1 - total, 1e-4) / Count) + 3e-4)
+            << c.str();
+        for (double& e : expected)
+            e *= Count;
+        const auto test = chi_square(seen, expected);
+        EXPECT_GT(test.p, sidak(1e-3, int(cases.size()))) << c.str();
+        EXPECT_LE(test.impossible, 1e-4 * Count) << c.str() << ": sampled where the density is zero";
+    }
+}
+
+// Every wavelength's density is what sampling with that wavelength as the hero would have.
+TEST(Lobes, DensitiesOfOtherWavelengths) {
+    for (float eta : {1.5f, 1 / 1.5f}) {
+        LobeCase c{LobeId::MicrosurfaceDielectricBsdfRgb_v1, 0.2f, eta, 0.7f, true};
+        const auto in = c.inputs<8>();
+        Uniform u(5);
+        for (int i = 0; i < 200; i++) {
+            const V8 wi = random_direction(u, -1, 1);
+            const auto all = eval_lobe(c.id, in, c.wo<8>(), wi);
+            for (int k = 0; k < Wavelengths; k++) {
+                auto turned = in;
+                std::swap(turned.eta[0], turned.eta[k]);
+                const auto alone = eval_lobe(c.id, turned, c.wo<8>(), wi);
+                for (int lane = 0; lane < 8; lane++) {
+                    ASSERT_EQ(all.pdf[k][lane], alone.pdf[0][lane]);
+                    ASSERT_EQ(all.f[k][lane], alone.f[0][lane]);
+                }
+            }
+        }
+    }
+}
+
+// f(wo, wi) = f(wi, wo) for reflection. Paths carry radiance over the square of the index, for which Walter
+// et al.'s transmission (2007, eq. 21) obeys f(wo, wi) = eta^2 f(wi, wo), eta = index on the side of wi over
+// that of wo.
+TEST(Lobes, Reciprocity) {
+    for (const LobeCase& c : rough_cases()) {
+        Uniform u(11);
+        const auto in = c.inputs<8>();
+        auto back = in; // seen from the other side
+        for (int k = 0; k < Wavelengths; k++)
+            back.eta[k] = F8(1.0f) / in.eta[k];
+        int compared = 0;
+        for (int i = 0; i < 400; i++) {
+            const V8 wo = random_direction(u, 0.05f, 1),
+                     wi = random_direction(u, c.transmits() ? -1 : 0.05f, 1);
+            const auto flip = [](const V8& w) { return V8(w.x, w.y, -w.z); };
+            const auto there = eval_lobe(c.id, in, wo, wi);
+            const auto reflected = eval_lobe(c.id, in, wi, wo);
+            const auto transmitted = eval_lobe(c.id, back, flip(wi), flip(wo));
+            for (int k = 0; k < 8; k++) {
+                if (std::abs(wi.z[k]) < 0.05f)
+                    continue;
+                const bool through = wi.z[k] < 0;
+                if (through && c.id == LobeId::LambertBtdf)
+                    continue; // constant, see below
+                for (int l = 0; l < Wavelengths; l += 3) {
+                    const double eta = through ? double(in.eta[l][k]) : 1;
+                    const double a = double(there.f[l][k]) / std::abs(double(wi.z[k]));
+                    const double b =
+                        double((through ? transmitted : reflected).f[l][k]) / double(wo.z[k]) * eta * eta;
+                    if (std::max(a, b) < 1e-3) // near the critical angle, where digits are few
+                        continue;
+                    ASSERT_NEAR(a / b, 1, 2e-3) << c.str();
+                    compared++;
+                }
+            }
+        }
+        if (c.id != LobeId::LambertBtdf) {
+            EXPECT_GT(compared, 100) << c.str();
+        }
+    }
+}
+
+TEST(Lobes, LambertianIsConstant) {
+    Uniform u(1);
+    for (bool transmits : {false, true}) {
+        const LobeCase c{transmits ? LobeId::LambertBtdf : LobeId::LambertBrdf};
+        for (int i = 0; i < 20; i++) {
+            const V8 wi = random_direction(u, -1, 1);
+            const auto v = eval_lobe(c.id, c.inputs<8>(), c.wo<8>(), wi);
+            for (int k = 0; k < 8; k++)
+                EXPECT_FLOAT_EQ(v.f[0][k], std::max(transmits ? -wi.z[k] : wi.z[k], 0.0f) * InvPi);
+        }
+    }
+}
+
+// Energy: no lobe gives back more than it gets; f / pdf averages to the integral of f.
+TEST(Lobes, AlbedoIsAtMostOne) {
+    for (const LobeCase& c : rough_cases()) {
+        Uniform u(3);
+        const auto in = c.inputs<8>();
+        const V8 wo = c.wo<8>();
+        RunningMean mean;
+        for (int i = 0; i < 4000; i++) {
+            const auto s = sample_lobe(c.id, in, wo, u.lanes<8>(), u.lanes<8>(), u.lanes<8>());
+            const auto v = eval_lobe(c.id, in, wo, s.wi);
+            for (int k = 0; k < 8; k++)
+                mean.add(s.valid[k] && v.pdf[0][k] > 0 ? double(v.f[0][k] / v.pdf[0][k]) : 0.0);
+        }
+        EXPECT_LE(mean.mean(), 1 + 1e-5) << c.str();
+        const auto cells = integrate_cells([&](const V8& wi) { return eval_lobe(c.id, in, wo, wi).f[0]; });
+        const double integral = std::accumulate(cells.begin(), cells.end(), 0.0);
+        EXPECT_NEAR(mean.mean(), integral, 4 * mean.error() + 2e-3) << c.str();
+    }
+}
+
+// A smooth dielectric loses nothing: R + T = 1, with R of Fresnel's equations.
+TEST(Lobes, SmoothDielectric) {
+    for (float eta : {1.5f, 1 / 1.5f, 2.4f, 1.0001f})
+        for (float cosine : {1.0f, 0.7f, 0.3f, 0.05f}) {
+            const LobeCase c{LobeId::MicrosurfaceDielectricBsdfRgb_v1, 0, eta, cosine};
+            Uniform u(9);
+            RunningMean reflected;
+            for (int i = 0; i < 2000; i++) {
+                const auto s =
+                    sample_lobe(c.id, c.inputs<8>(), c.wo<8>(), u.lanes<8>(), u.lanes<8>(), u.lanes<8>());
+                for (int k = 0; k < 8; k++) {
+                    ASSERT_TRUE(s.valid[k] && s.delta[k]) << c.str();
+                    ASSERT_FLOAT_EQ(s.value.f[0][k] / s.value.pdf[0][k], 1.0f);
+                    reflected.add(s.wi.z[k] > 0);
+                    // Mirror direction, or Snell's law.
+                    const V8 wo = c.wo<8>();
+                    const float ratio = s.wi.z[k] > 0 ? -1 : -1 / eta;
+                    ASSERT_NEAR(s.wi.x[k], ratio * wo.x[k], 1e-6f);
+                    ASSERT_NEAR(s.wi.y[k], ratio * wo.y[k], 1e-6f);
+                    ASSERT_NEAR(length(Vec3f(s.wi.x[k], s.wi.y[k], s.wi.z[k])), 1, 1e-5f);
+                }
+            }
+            const double ci = cosine, st2 = (1 - ci * ci) / (double(eta) * eta);
+            double F = 1;
+            if (st2 < 1) {
+                const double ct = std::sqrt(1 - st2), rs = (ci - eta * ct) / (ci + eta * ct),
+                             rp = (eta * ci - ct) / (eta * ci + ct);
+                F = 0.5 * (rs * rs + rp * rp);
+            }
+            const double error = std::sqrt(std::max(F * (1 - F), 1e-7) / double(reflected.count()));
+            EXPECT_NEAR(reflected.mean(), F, 4 * error) << c.str();
+            EXPECT_NEAR(albedo_of_lobe(c.id, c.inputs<1>(), Float<1>(cosine))[0][0], 1, 1e-6f);
+        }
+}
+
+// A smooth dispersive refraction goes where the hero's wavelength alone goes; what reflects serves all.
+TEST(Lobes, SmoothDispersion) {
+    const LobeCase c{LobeId::MicrosurfaceDielectricBsdfRgb_v1, 0, 1.5f, 0.5f, true};
+    Uniform u(2);
+    int refracted = 0, reflected = 0;
+    for (int i = 0; i < 100; i++) {
+        const auto in = c.inputs<8>();
+        const auto s = sample_lobe(c.id, in, c.wo<8>(), u.lanes<8>(), u.lanes<8>(), u.lanes<8>());
+        for (int k = 0; k < 8; k++)
+            for (int l = 0; l < Wavelengths; l++) {
+                Float<1> cos_t;
+                const float F = fresnel_dielectric(Float<1>(0.5f), Float<1>(in.eta[l][k]), cos_t)[0];
+                const bool up = s.wi.z[k] > 0;
+                EXPECT_FLOAT_EQ(s.value.pdf[l][k], up ? F : l == 0 ? 1 - F : 0.0f);
+                (up ? reflected : refracted)++;
+            }
+    }
+    EXPECT_GT(refracted, 1000);
+    EXPECT_GT(reflected, 100);
+}
+
+TEST(Lobes, MirrorsReflect) {
+    const LobeCase c{LobeId::MicrofacetConductorBrdf, 0, 1.5f, 0.3f};
+    auto in = c.inputs<8>();
+    in.a = Spectrum<8>(F8(0.5f));
+    in.b = Spectrum<8>(F8(1.0f));
+    const auto s = sample_lobe(c.id, in, c.wo<8>(), F8(0.5f), F8(0.25f), F8(0.75f));
+    for (int k = 0; k < 8; k++) {
+        EXPECT_TRUE(s.valid[k] && s.delta[k]);
+        EXPECT_FLOAT_EQ(s.value.f[0][k], 0.5f + 0.5f * std::pow(0.7f, 5.0f));
+        EXPECT_FLOAT_EQ(s.wi.x[k], -c.wo<8>().x[k]);
+        EXPECT_FLOAT_EQ(s.wi.z[k], 0.3f);
+    }
+    // A smooth lobe has no value between directions.
+    EXPECT_EQ(eval_lobe(c.id, in, c.wo<8>(), s.wi).f[0][0], 0.0f);
+    EXPECT_EQ(eval_lobe(c.id, in, c.wo<8>(), s.wi).pdf[0][0], 0.0f);
+}
+
+// Where the geometry degenerates, numbers stay finite.
+TEST(Lobes, DegenerateDirections) {
+    for (const LobeCase& base : rough_cases())
+        for (float cosine : {1.0f, 1e-4f}) {
+            LobeCase c = base;
+            c.cosine = cosine;
+            const V8 wo = c.wo<8>();
+            for (const V8& wi :
+                 {wo, -wo, V8(wo.x, wo.y, -wo.z), V8(-wo.x, -wo.y, wo.z), V8(F8(1.0f), F8(0.0f), F8(0.0f)),
+                  V8(F8(0.0f), F8(0.0f), F8(1.0f)), V8(F8(0.0f), F8(0.0f), F8(-1.0f))}) {
+                const auto v = eval_lobe(c.id, c.inputs<8>(), wo, wi);
+                EXPECT_TRUE(std::isfinite(v.f[0][0]) && v.f[0][0] >= 0) << c.str();
+                EXPECT_TRUE(std::isfinite(v.pdf[0][0]) && v.pdf[0][0] >= 0) << c.str();
+            }
+            for (float a : {0.0f, 0.5f, 0.99999994f})
+                for (float b : {0.0f, 0.5f, 0.99999994f}) {
+                    const auto s = sample_lobe(c.id, c.inputs<8>(), wo, F8(b), F8(a), F8(b));
+                    EXPECT_TRUE(std::isfinite(s.wi.x[0] + s.wi.y[0] + s.wi.z[0])) << c.str();
+                }
+        }
+}
+
+TEST(Lobes, LaneCountsAgree) {
+    const auto compare = [](const LobeCase& c, auto width) {
+        constexpr int W = decltype(width)::value;
+        Uniform u(21);
+        float a[16], b[16], d[16];
+        for (int i = 0; i < 16; i++)
+            a[i] = u.one(), b[i] = u.one(), d[i] = u.one();
+        for (int base = 0; base < 16; base += W) {
+            const auto wide = sample_lobe(c.id, c.inputs<W>(), c.wo<W>(), Float<W>::load(a + base),
+                                          Float<W>::load(b + base), Float<W>::load(d + base));
+            const auto value = eval_lobe(c.id, c.inputs<W>(), c.wo<W>(), wide.wi);
+            for (int k = 0; k < W; k++) {
+                const auto one = sample_lobe(c.id, c.inputs<1>(), c.wo<1>(), Float<1>(a[base + k]),
+                                             Float<1>(b[base + k]), Float<1>(d[base + k]));
+                ASSERT_EQ(one.valid[0], wide.valid[k]) << c.str();
+                for (int x = 0; x < 3; x++)
+                    ASSERT_EQ(one.wi[x][0], wide.wi[x][k]) << c.str();
+                const auto alone = eval_lobe(c.id, c.inputs<1>(), c.wo<1>(), one.wi);
+                for (int l = 0; l < Wavelengths; l++) {
+                    ASSERT_EQ(alone.f[l][0], value.f[l][k]) << c.str();
+                    ASSERT_EQ(alone.pdf[l][0], value.pdf[l][k]) << c.str();
+                }
+            }
+        }
+    };
+    for (const LobeCase& c : rough_cases()) {
+        compare(c, std::integral_constant<int, 8>());
+        compare(c, std::integral_constant<int, 16>());
+    }
+}
+
+} // namespace kanuka::bsdf

@@ -1,0 +1,358 @@
+// Layering: weights of mix, over and coat trees, the furnace, mixtures of smooth and rough lobes, lane
+// counts.
+#include "bsdf/material.h"
+
+#include <gtest/gtest.h>
+
+#include "base/test_statistics.h"
+#include "bsdf/test_lobes.h"
+
+namespace kanuka::bsdf {
+namespace {
+
+using namespace testing;
+using grid::LayeringProgram;
+using grid::LayerOp;
+using kanuka::testing::RunningMean;
+
+// A program whose every slot has one value.
+class Tree {
+  public:
+    LayeringProgram program;
+    std::vector<Vec3f> values;
+
+    // Inputs in schema order.
+    int lobe(LobeId id, std::vector<Vec3f> inputs, float weight = 1) {
+        grid::LayerNode n;
+        n.lobe = id;
+        n.weight = slot(grid::InputType::Float, {weight, 0, 0});
+        const auto& decl = grid::lobe(id);
+        for (size_t i = 0; i < inputs.size(); i++)
+            n.inputs.push_back(slot(decl.inputs[i].type, inputs[i]));
+        return push(n);
+    }
+    int join(LayerOp op, int upper, int lower, float weight = 1) {
+        grid::LayerNode n;
+        n.op = op;
+        n.upper = upper;
+        n.lower = lower;
+        n.weight = slot(grid::InputType::Float, {weight, 0, 0});
+        return push(n);
+    }
+
+  private:
+    int slot(grid::InputType type, Vec3f v) {
+        program.slots.push_back({type, grid::Storage::Half, 0, 1, true, ""});
+        values.push_back(v);
+        return int(program.slots.size()) - 1;
+    }
+    int push(grid::LayerNode n) {
+        program.nodes.push_back(n);
+        return int(program.nodes.size()) - 1;
+    }
+};
+
+// Reads a tree's values; colours are spectra of three steps and their mean.
+template <int W>
+struct TreeFetch {
+    const Tree& tree;
+    const grid::WordLayout layout;
+
+    explicit TreeFetch(const Tree& tree) : tree(tree), layout(tree.program) {}
+    Vec3f value(const MaterialCode::Place& p) const {
+        return p.word < 0 ? p.fallback
+                          : tree.values[size_t(layout.slots_of_word[size_t(p.word)][size_t(p.half)])];
+    }
+    Spectrum<W> color(const MaterialCode::Place& p) const {
+        const Vec3f v = value(p);
+        Spectrum<W> s;
+        s[0] = Float<W>(v.x), s[1] = Float<W>(v.y), s[2] = Float<W>(v.z),
+        s[3] = Float<W>((v.x + v.y + v.z) / 3);
+        return s;
+    }
+    Float<W> number(const MaterialCode::Place& p) const { return Float<W>(value(p).x); }
+    Float<W> mean_color(const MaterialCode::Place& p) const { return mean(color(p)); }
+};
+
+template <int W>
+void wavelengths(Float<W> l[Wavelengths]) {
+    for (int k = 0; k < Wavelengths; k++)
+        l[k] = Float<W>(0.2f + 0.2f * float(k));
+}
+
+template <int W>
+Vec3<Float<W>> seen_from(float cosine) {
+    return LobeCase{LobeId::LambertBrdf, 0, 1, cosine}.wo<W>();
+}
+
+struct Energy {
+    double mean[Wavelengths], error;
+    Spectrum<8> albedo;
+};
+
+Energy scattered(const Tree& tree, float cosine, bool outside = true, int count = 6000) {
+    const MaterialCode code(tree.program);
+    F8 l[Wavelengths];
+    wavelengths<8>(l);
+    const Material<8> material(code, TreeFetch<8>(tree), Mask<8>(outside), F8(cosine), l);
+    const V8 wo = seen_from<8>(cosine);
+    Uniform u(17);
+    RunningMean mean[Wavelengths];
+    for (int i = 0; i < count; i++) {
+        const auto s = material.sample(wo, u.lanes<8>(), u.lanes<8>(), u.lanes<8>());
+        for (int k = 0; k < 8; k++)
+            for (int w = 0; w < Wavelengths; w++)
+                mean[w].add(s.valid[k] && s.value.pdf[0][k] > 0 ? double(s.value.f[w][k] / s.value.pdf[0][k])
+                                                                : 0.0);
+    }
+    Energy e;
+    e.error = 0;
+    for (int w = 0; w < Wavelengths; w++) {
+        e.mean[w] = mean[w].mean();
+        e.error = std::max(e.error, mean[w].error());
+    }
+    e.albedo = material.albedo();
+    return e;
+}
+
+void expect_energy(const Tree& tree, float cosine, double expected, const char* what, double slack = 1e-5) {
+    const Energy e = scattered(tree, cosine);
+    for (int w = 0; w < Wavelengths; w++) {
+        EXPECT_NEAR(e.mean[w], expected, 4.5 * e.error + slack) << what << " at cosine " << cosine;
+        EXPECT_NEAR(e.albedo[w][0], expected, slack) << what << " at cosine " << cosine;
+    }
+}
+
+const Vec3f White(1, 1, 1), Half(0.5f, 0.5f, 0.5f);
+const float Cosines[] = {1.0f, 0.7f, 0.3f, 0.1f};
+
+int white_lambert(Tree& t, float weight = 1) {
+    return t.lobe(LobeId::LambertBrdf, {White}, weight);
+}
+int white_mirror(Tree& t, float weight = 1) {
+    return t.lobe(LobeId::MicrofacetConductorBrdf, {White, White, Vec3f(0.0f)}, weight);
+}
+int glass(Tree& t, float roughness, float weight = 1) {
+    return t.lobe(LobeId::MicrosurfaceDielectricBsdfRgb_v1, {Vec3f(roughness), White, White, Vec3f(1.5f)},
+                  weight);
+}
+int varnish(Tree& t, float roughness, float weight = 1) {
+    return t.lobe(LobeId::MicrofacetDielectricBrdf, {White, Vec3f(1.5f), Vec3f(roughness)}, weight);
+}
+
+} // namespace
+
+TEST(Material, FurnaceOfLosslessLobes) {
+    for (float cosine : Cosines) {
+        Tree a, b, c;
+        white_lambert(a);
+        expect_energy(a, cosine, 1, "Lambert");
+        white_mirror(b);
+        expect_energy(b, cosine, 1, "mirror");
+        glass(c, 0);
+        expect_energy(c, cosine, 1, "glass");
+    }
+}
+
+TEST(Material, FurnaceOfMixes) {
+    for (float cosine : Cosines) {
+        Tree t;
+        const int a = white_lambert(t), b = white_mirror(t);
+        const int inner = t.join(LayerOp::Mix, a, b, 0.3f), c = glass(t, 0);
+        t.join(LayerOp::Mix, inner, c, 0.6f);
+        expect_energy(t, cosine, 1, "mix");
+    }
+}
+
+TEST(Material, FurnaceOfOver) {
+    for (float cosine : Cosines) {
+        Tree t; // a half-present layer over a whole one; what it covers the base does not show
+        const int a = white_mirror(t, 0.5f), b = white_lambert(t);
+        t.join(LayerOp::Over, a, b, 0.8f);
+        expect_energy(t, cosine, 1, "over");
+        Tree deep; // over (over (a, b), c): coverage of the upper pair is 0.4 + 0.6 * 0.5
+        const int p = white_mirror(deep, 0.4f), q = white_lambert(deep, 0.5f), r = white_lambert(deep);
+        const int pair = deep.join(LayerOp::Over, p, q);
+        deep.join(LayerOp::Over, pair, r);
+        expect_energy(deep, cosine, 1, "nested over");
+    }
+}
+
+TEST(Material, FurnaceOfCoats) {
+    for (float cosine : Cosines)
+        for (float roughness : {0.0f, 0.2f, 0.5f, 0.9f})
+            for (float weight : {1.0f, 0.5f}) {
+                Tree t;
+                const int a = varnish(t, roughness), b = white_lambert(t);
+                t.join(LayerOp::Coat, a, b, weight);
+                expect_energy(t, cosine, 1, "coat", 0.005); // the albedo table's share
+            }
+}
+
+TEST(Material, FurnaceOfATallTree) {
+    for (float cosine : Cosines) {
+        Tree t; // coat (varnish, coat (varnish, mix (mirror, over (half Lambert, glass))))
+        const int clear = varnish(t, 0.1f), second = varnish(t, 0.6f), mirror = white_mirror(t);
+        const int paint = white_lambert(t, 0.5f), base = glass(t, 0);
+        const int painted = t.join(LayerOp::Over, paint, base);
+        const int mixed = t.join(LayerOp::Mix, mirror, painted, 0.25f);
+        const int coated = t.join(LayerOp::Coat, second, mixed);
+        t.join(LayerOp::Coat, clear, coated);
+        expect_energy(t, cosine, 1, "tall tree", 0.006);
+    }
+}
+
+TEST(Material, AddSumsWeights) {
+    Tree t;
+    const int a = t.lobe(LobeId::LambertBrdf, {Half}, 0.25f), b = t.lobe(LobeId::LambertBtdf, {White}, 0.75f);
+    t.join(LayerOp::Add, a, b);
+    expect_energy(t, 0.5f, 0.125 + 0.75, "add");
+}
+
+TEST(Material, ColoursStayWhereTheyBelong) {
+    Tree t;
+    const int a = t.lobe(LobeId::LambertBrdf, {Vec3f(1, 0.5f, 0)}),
+              b = t.lobe(LobeId::LambertBrdf, {Vec3f(0, 0, 1)});
+    t.join(LayerOp::Mix, a, b, 0.75f);
+    const Energy e = scattered(t, 0.6f);
+    const double expected[] = {0.75, 0.375, 0.25, 0.75 * 0.5 + 0.25 / 3};
+    for (int w = 0; w < Wavelengths; w++) {
+        EXPECT_NEAR(e.mean[w], expected[w], 1e-5);
+        EXPECT_NEAR(e.albedo[w][0], expected[w], 1e-6);
+    }
+}
+
+// Stated albedos against sampled ones where lobes do lose energy: rough metal between face and edge colour.
+TEST(Material, AlbedoOfRoughConductors) {
+    for (float cosine : Cosines)
+        for (float roughness : {0.2f, 0.5f, 1.0f})
+            for (const Vec3f& face : {Vec3f(0.0f), Vec3f(0.9f, 0.6f, 0.3f)}) {
+                Tree t;
+                t.lobe(LobeId::MicrofacetConductorBrdf, {face, White, Vec3f(roughness)});
+                const Energy e = scattered(t, cosine, true, 20000);
+                for (int w = 0; w < Wavelengths; w++)
+                    EXPECT_NEAR(e.mean[w], e.albedo[w][0], 0.005 + 4.5 * e.error)
+                        << cosine << " " << roughness;
+            }
+}
+
+// A black face seen head-on still shines at its edges when rough: it must be sampled, or light is lost.
+TEST(Material, BlackFacesAreSampled) {
+    Tree t;
+    t.lobe(LobeId::MicrofacetConductorBrdf, {Vec3f(0.0f), White, Vec3f(1.0f)});
+    EXPECT_GT(scattered(t, 1).mean[0], 1e-5);
+}
+
+TEST(Material, BlackIsBlack) {
+    Tree t;
+    t.lobe(LobeId::LambertBrdf, {Vec3f(0.0f)});
+    const Energy e = scattered(t, 0.5f, true, 10);
+    EXPECT_EQ(e.mean[0], 0);
+    EXPECT_EQ(e.albedo[0][0], 0);
+    const MaterialCode code(t.program);
+    F8 l[Wavelengths];
+    wavelengths<8>(l);
+    EXPECT_TRUE(all(Material<8>(code, TreeFetch<8>(t), Mask<8>(true), F8(0.5f), l).black()));
+}
+
+// The mixture's density is what its samples have: f / pdf over samples is the integral of f, for lobes that
+// differ.
+TEST(Material, MixturesIntegrate) {
+    for (float cosine : {0.9f, 0.2f}) {
+        Tree t;
+        const int a = t.lobe(LobeId::MicrofacetConductorBrdf, {Half, White, Vec3f(0.4f)});
+        const int b = t.lobe(LobeId::LambertBrdf, {Vec3f(0.2f, 0.5f, 0.9f)}), c = glass(t, 0.5f);
+        const int mixed = t.join(LayerOp::Mix, a, b, 0.4f);
+        t.join(LayerOp::Mix, mixed, c, 0.6f);
+        const MaterialCode code(t.program);
+        F8 l[Wavelengths];
+        wavelengths<8>(l);
+        const Material<8> material(code, TreeFetch<8>(t), Mask<8>(true), F8(cosine), l);
+        const Energy e = scattered(t, cosine, true, 20000);
+        for (int w = 0; w < Wavelengths; w++) {
+            double sum = 0;
+            for (double cell :
+                 integrate_cells([&](const V8& wi) { return material.eval(seen_from<8>(cosine), wi).f[w]; }))
+                sum += cell;
+            EXPECT_NEAR(e.mean[w], sum, 4.5 * e.error + 1e-3) << cosine << ", wavelength " << w;
+        }
+    }
+}
+
+// Seen from inside, the index turns over: total reflection beyond the critical angle of 41.8 degrees.
+TEST(Material, InsideOfGlass) {
+    Tree t;
+    glass(t, 0);
+    const MaterialCode code(t.program);
+    F8 l[Wavelengths];
+    wavelengths<8>(l);
+    const float cosine = 0.7f; // 45.6 degrees
+    const Material<8> inside(code, TreeFetch<8>(t), Mask<8>(false), F8(cosine), l);
+    const Material<8> outside(code, TreeFetch<8>(t), Mask<8>(true), F8(cosine), l);
+    Uniform u(4);
+    int through = 0;
+    for (int i = 0; i < 100; i++) {
+        const auto a = inside.sample(seen_from<8>(cosine), u.lanes<8>(), u.lanes<8>(), u.lanes<8>());
+        const auto b = outside.sample(seen_from<8>(cosine), u.lanes<8>(), u.lanes<8>(), u.lanes<8>());
+        for (int k = 0; k < 8; k++) {
+            EXPECT_GT(a.wi.z[k], 0.0f);
+            through += b.wi.z[k] < 0;
+        }
+    }
+    EXPECT_GT(through, 700);
+}
+
+TEST(Material, TooManyLobesAreRefused) {
+    Tree t;
+    int root = white_lambert(t);
+    for (int i = 0; i < MaxLobes; i++)
+        root = t.join(LayerOp::Add, root, white_lambert(t));
+    EXPECT_THROW(MaterialCode{t.program}, std::length_error);
+}
+
+TEST(Material, CodeKnowsWhatItDoes) {
+    Tree plain, clear, prism;
+    white_lambert(plain);
+    glass(clear, 0.1f);
+    prism.lobe(LobeId::MicrosurfaceDielectricBsdfRgb_v1,
+               {Vec3f(0.0f), White, White, Vec3f(1.5f), Vec3f(30.0f)});
+    EXPECT_FALSE(MaterialCode(plain.program).transmits);
+    EXPECT_TRUE(MaterialCode(clear.program).transmits);
+    EXPECT_FALSE(MaterialCode(clear.program).dispersive);
+    EXPECT_TRUE(MaterialCode(prism.program).dispersive);
+}
+
+TEST(Material, LaneCountsAgree) {
+    Tree t;
+    const int a = varnish(t, 0.3f), b = t.lobe(LobeId::LambertBrdf, {Vec3f(0.2f, 0.5f, 0.9f)}),
+              c = glass(t, 0.5f), d = white_mirror(t);
+    const int base = t.join(LayerOp::Mix, b, c, 0.4f), under = t.join(LayerOp::Over, d, base, 0.3f);
+    t.join(LayerOp::Coat, a, under, 0.9f);
+    const MaterialCode code(t.program);
+    const auto run = [&](auto width) {
+        constexpr int W = decltype(width)::value;
+        Float<W> l[Wavelengths];
+        wavelengths<W>(l);
+        const Material<W> material(code, TreeFetch<W>(t), Mask<W>(true), Float<W>(0.6f), l);
+        Uniform u(8);
+        std::vector<float> out;
+        for (int i = 0; i < 4096 / W; i++) {
+            float x[3][W];
+            for (int k = 0; k < W; k++)
+                for (auto& r : x)
+                    r[k] = u.one();
+            const auto s = material.sample(seen_from<W>(0.6f), Float<W>::load(x[0]), Float<W>::load(x[1]),
+                                           Float<W>::load(x[2]));
+            for (int k = 0; k < W; k++)
+                for (float f : {s.wi.x[k], s.wi.y[k], s.wi.z[k], s.value.f[0][k], s.value.pdf[0][k],
+                                s.value.f[3][k], float(s.valid[k]), float(s.delta[k])})
+                    out.push_back(f);
+        }
+        return out;
+    };
+    const auto one = run(std::integral_constant<int, 1>());
+    EXPECT_EQ(one, run(std::integral_constant<int, 8>()));
+    EXPECT_EQ(one, run(std::integral_constant<int, 16>()));
+}
+
+} // namespace kanuka::bsdf

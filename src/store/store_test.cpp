@@ -1,0 +1,392 @@
+// Pages: encoding, folding, emitters, presence, files and what breaks them.
+#include "store/test_pages.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+
+#include "base/tasks.h"
+#include "color/color.h"
+#include "store/quantize.h"
+
+namespace kanuka::store {
+namespace {
+
+using namespace testing;
+
+constexpr float Inf = std::numeric_limits<float>::infinity(), NaN = std::numeric_limits<float>::quiet_NaN();
+
+// A file of its own, gone at the end.
+class TemporaryFile {
+  public:
+    TemporaryFile()
+        : m_path((std::filesystem::temp_directory_path() /
+                  ("kanuka_store_test_" + std::to_string(std::random_device()()) + ".page"))
+                     .string()) {}
+    ~TemporaryFile() { std::filesystem::remove(m_path); }
+    const std::string& path() const { return m_path; }
+    std::vector<char> bytes() const {
+        std::ifstream f(m_path, std::ios::binary);
+        return {std::istreambuf_iterator<char>(f), {}};
+    }
+    void write(const std::vector<char>& bytes) const {
+        std::ofstream f(m_path, std::ios::binary | std::ios::trunc);
+        f.write(bytes.data(), std::streamsize(bytes.size()));
+    }
+
+  private:
+    std::string m_path;
+};
+
+// The words of slot table entry `word` of a resident shape.
+struct Entry {
+    uint32_t base, stride;
+};
+Entry entry(const Store& store, int shape, int word) {
+    const uint32_t* t = store.words() + store.shapes()[size_t(shape)].slot_table + 2 * word;
+    return {t[0], t[1]};
+}
+
+} // namespace
+
+TEST(Encode, ConstantInputsFoldExactly) {
+    const auto program = lamp_program();
+    HandMade made(3, 2, program);
+    for (int i = 0; i < made.grid.vertices(); i++) {
+        made.at(0, 0, i) = 0.123456f, made.at(0, 1, i) = 0.3f, made.at(0, 2, i) = 0.987654f;
+        made.at(1, 0, i) = 0.1234567f;
+    }
+    made.set_uniform(2, {3, 2, 1});
+    made.set_uniform(3, {0.7654321f, 0, 0});
+    Store store;
+    store.add_page(encode_one(made, program), store.add_program(program), -1);
+    // Words: reflectance, {weight, presence}, radiance.
+    const Entry reflectance = entry(store, 0, 0), pair = entry(store, 0, 1), radiance = entry(store, 0, 2),
+                normal = entry(store, 0, 3);
+    for (const Entry& e : {reflectance, pair, radiance, normal})
+        EXPECT_EQ(e.stride, 0u);
+    const auto c = color::uplift({0.123456f, 0.3f, 0.987654f});
+    for (uint32_t k = 0; k < 3; k++)
+        EXPECT_EQ(store.floats()[reflectance.base + k], c[k]);
+    EXPECT_EQ(store.floats()[reflectance.base + 3], 1.0f);
+    EXPECT_EQ(store.floats()[pair.base], 0.1234567f);
+    EXPECT_EQ(store.floats()[pair.base + 1], 0.7654321f);
+    EXPECT_EQ(store.floats()[radiance.base + 3], 6.0f); // twice the largest
+    EXPECT_EQ(store.floats()[normal.base + 2], 1.0f);
+    EXPECT_EQ(store.presence(0, 0, 0.3f, 0.4f), 0.7654321f);
+    EXPECT_TRUE(store.shapes()[0].flags & ShapeRecord::FlatNormal);
+}
+
+TEST(Encode, VaryingInputsComeBackWithinTheirStep) {
+    const auto program = lamp_program();
+    HandMade made(7, 5, program);
+    made.scramble(1);
+    Store store;
+    store.add_page(encode_one(made, program), store.add_program(program), -1);
+    for (int i = 0; i < made.grid.vertices(); i++) {
+        const auto word = [&](int w) {
+            const Entry e = entry(store, 0, w);
+            EXPECT_EQ(e.stride, 1u);
+            return store.words()[e.base + uint32_t(i)];
+        };
+        const Rgb r = from_rgb11(word(0)), l = from_rgb9e5(word(2));
+        for (int c = 0; c < 3; c++) {
+            EXPECT_NEAR(r[c], made.at(0, c, i), 1.1e-3f);
+            EXPECT_NEAR(l[c], made.at(2, c, i), 1 / 511.0f);
+        }
+        EXPECT_NEAR(from_half(uint16_t(word(1))), made.at(1, 0, i), 0x1p-11f);
+        EXPECT_NEAR(from_half(uint16_t(word(1) >> 16)), made.at(3, 0, i), 0x1p-11f);
+        EXPECT_LT(length(from_oct32(word(3)) - normalize(made.grid.normal(i))), 1e-4f);
+    }
+}
+
+TEST(Encode, OneVertexThatDiffersKeepsAWordVarying) {
+    const auto program = lamp_program();
+    HandMade made(3, 3, program);
+    made.at(3, 0, made.grid.vertices() - 1) = 0.25f;
+    Store store;
+    store.add_page(encode_one(made, program), store.add_program(program), -1);
+    EXPECT_EQ(entry(store, 0, 0).stride, 0u);
+    EXPECT_EQ(entry(store, 0, 1).stride, 1u); // weight shares presence's word
+    EXPECT_EQ(store.presence(0, 0, 1, 1), 0.25f);
+    EXPECT_EQ(store.presence(0, 0, 0, 0), 0.5f);
+}
+
+TEST(Encode, BadInputsAreReplacedAndCounted) {
+    const auto program = lamp_program();
+    HandMade made(2, 2, program);
+    made.at(0, 1, 4) = NaN;
+    made.at(1, 0, 2) = 7; // out of range, but a number: clamped
+    made.at(2, 0, 5) = Inf;
+    made.at(3, 0, 3) = -Inf;
+    uint64_t bad = 0;
+    Store store;
+    store.add_page(encode_one(made, program, &bad), store.add_program(program), -1);
+    EXPECT_GE(bad, 3u);
+    EXPECT_EQ(from_rgb11(store.words()[entry(store, 0, 0).base + 4]).y, 0.0f);
+    EXPECT_EQ(from_half(uint16_t(store.words()[entry(store, 0, 1).base + 2])), 1.0f);
+    EXPECT_EQ(from_half(uint16_t(store.words()[entry(store, 0, 1).base + 3] >> 16)), 0.0f);
+    for (const Emitter& e : store.emitters())
+        EXPECT_TRUE(std::isfinite(e.c0 + e.c1 + e.c2 + e.scale + e.power + e.area));
+    // A constant infinity folds to a number too.
+    HandMade hot(1, 1, program);
+    hot.set_uniform(2, {Inf, NaN, 1});
+    store.add_page(encode_one(hot, program, &bad), store.add_program(program), -1);
+    EXPECT_GT(bad, 0u);
+    EXPECT_TRUE(std::isfinite(store.emitters().back().power));
+    EXPECT_GT(store.emitters().back().power, 0.0f);
+}
+
+TEST(Encode, BadNormalsTakeTheirNeighbours) {
+    const auto program = lamp_program();
+    HandMade made(2, 2, program);
+    const auto set = [&](int i, Vec3f n) {
+        for (int c = 0; c < 3; c++)
+            made.grid.N[size_t(c * made.grid.stride + i)] = n[c];
+    };
+    set(0, {0, 0, 0}); // a pole: what comes first has no vertex before it
+    set(1, {1, 0, 0});
+    set(2, {NaN, 0, 1});
+    set(3, {0, 3e30f, 0}); // finite, though its square is not
+    set(4, {0, 1e-30f, 0});
+    uint64_t bad = 0;
+    Store store;
+    store.add_page(encode_one(made, program, &bad), store.add_program(program), -1);
+    const auto normal = [&](uint32_t i) { return from_oct32(store.words()[entry(store, 0, 3).base + i]); };
+    EXPECT_EQ(normal(0), Vec3f(1, 0, 0));
+    EXPECT_EQ(normal(2), Vec3f(1, 0, 0));
+    EXPECT_EQ(normal(3), Vec3f(0, 1, 0));
+    EXPECT_EQ(normal(4), Vec3f(0, 1, 0));
+    EXPECT_EQ(bad, 2u);
+    // None at all, given as zeros: no complaint. All of them useless: one each.
+    for (const auto& [value, expected] : {std::pair{0.0f, 0u}, {NaN, 9u}, {Inf, 9u}}) {
+        for (int i = 0; i < 9; i++)
+            set(i, Vec3f(value));
+        store.add_page(encode_one(made, program, &bad), store.add_program(program), -1);
+        EXPECT_EQ(bad, expected);
+        EXPECT_FALSE(store.shapes().back().flags & ShapeRecord::HasNormals);
+    }
+}
+
+TEST(Encode, SameWordsForAnyThreadCount) {
+    const auto program = lamp_program();
+    std::vector<HandMade> made;
+    for (int i = 0; i < 40; i++) {
+        made.emplace_back(1 + i % 9, 1 + i % 5, program);
+        if (i % 3)
+            made.back().scramble(uint32_t(i));
+    }
+    std::vector<ShadedGrid> shaded;
+    for (const HandMade& m : made)
+        shaded.push_back(m.shaded());
+    const auto run = [&](int threads) {
+        Page page;
+        uint64_t bad = 0;
+        tasks::with_threads(threads, [&] { page = encode(shaded, program, 1, bad); });
+        return page.words;
+    };
+    const auto one = run(1);
+    for (int threads : {2, 4})
+        EXPECT_EQ(one, run(threads));
+    EXPECT_EQ(one, run(1));
+}
+
+TEST(Emitters, AreasAndPowersOfAGrid) {
+    const auto program = lamp_program();
+    HandMade made(4, 3, program);
+    for (int i = 0; i < made.grid.vertices(); i++)
+        made.at(2, 0, i) = made.at(2, 1, i) = made.at(2, 2, i) = float(i % 5); // linear in u
+    Store store;
+    store.add_page(encode_one(made, program), store.add_program(program), -1);
+    ASSERT_EQ(store.emitters().size(), 24u); // two a cell
+    double area = 0, power = 0;
+    for (const Emitter& e : store.emitters()) {
+        EXPECT_FLOAT_EQ(e.area, 0.5f);
+        EXPECT_EQ(e.flags, 0u); // winding and normals agree
+        area += e.area;
+        power += e.power;
+        // Radiance of a triangle: the mean of its corners, by their x.
+        const float x = (e.p0.x * 3 + e.e1.x + e.e2.x) / 3;
+        EXPECT_NEAR(e.power, 0.5f * x, 1e-5f);
+        const std::array<float, 3> c{e.c0, e.c1, e.c2};
+        EXPECT_NEAR(e.scale * color::uplift_eval(c, 550), x, 1e-3f * x); // grey: the same at all wavelengths
+    }
+    EXPECT_NEAR(area, 12, 1e-5);
+    EXPECT_NEAR(power, 12 * 2, 1e-4); // mean radiance 2
+    EXPECT_EQ(store.shapes()[0].emitter, 0);
+}
+
+TEST(Emitters, MeshesSplitTheirQuads) {
+    const auto program = lamp_program();
+    HandMade made(5, 0, program); // six vertices in a row; positions below
+    const Vec3f points[] = {{0, 0, 0}, {2, 0, 0}, {2, 1, 0}, {0, 1, 0}, {3, 0, 0}, {3, 1, 0}};
+    for (int i = 0; i < 6; i++)
+        for (int c = 0; c < 3; c++)
+            made.grid.P[size_t(c * made.grid.stride + i)] = points[i][c];
+    made.is_mesh = true;
+    Store store;
+    for (int n : {4, 3}) {
+        made.mesh.vertices_per_face = n;
+        made.mesh.indices =
+            n == 4 ? std::vector<uint32_t>{0, 1, 2, 3, 1, 4, 5, 2} : std::vector<uint32_t>{0, 1, 2, 1, 4, 5};
+        const size_t before = store.emitters().size();
+        const int shape = store.add_page(encode_one(made, program), store.add_program(program), -1);
+        EXPECT_EQ(store.shapes()[size_t(shape)].emitter, int(before));
+        double area = 0;
+        for (size_t i = before; i < store.emitters().size(); i++)
+            area += store.emitters()[i].area;
+        EXPECT_EQ(store.emitters().size() - before, n == 4 ? 4u : 2u);
+        EXPECT_FLOAT_EQ(float(area), n == 4 ? 3.0f : 1.5f);
+    }
+}
+
+TEST(Emitters, ShineWhereNormalsPoint) {
+    const auto program = lamp_program();
+    HandMade made(1, 1, program);
+    for (int i = 0; i < 4; i++)
+        made.grid.N[size_t(2 * made.grid.stride + i)] = -1;
+    Store store;
+    store.add_page(encode_one(made, program), store.add_program(program), -1);
+    EXPECT_EQ(store.emitters()[0].flags, 1u);
+    for (int i = 0; i < 4; i++)
+        made.grid.N[size_t(2 * made.grid.stride + i)] = 0;
+    for (bool flips : {false, true}) { // without normals, where the winding says
+        made.grid.flips = flips;
+        store.add_page(encode_one(made, program), store.add_program(program), -1);
+        EXPECT_EQ(store.emitters().back().flags, uint32_t(flips));
+    }
+}
+
+TEST(Emitters, LayersCoverThem) {
+    using namespace grid;
+    LayeringProgram p = lamp_program(); // nodes 0 Lambert with weight slot 1, 1 emission
+    p.nodes[2].op = LayerOp::Over;      // paint of weight w over a lamp of radiance 0.5
+    HandMade made(1, 1, p);
+    made.set_uniform(1, {0.75f, 0, 0});
+    Store store;
+    store.add_page(encode_one(made, p), store.add_program(p), -1);
+    EXPECT_NEAR(store.emitters()[0].power, 0.5f * 0.25f * 0.5f, 1e-5f);
+    p.nodes[2].op = LayerOp::Coat; // coats are clear to what shines below them
+    store.add_page(encode_one(made, p), store.add_program(p), -1);
+    EXPECT_NEAR(store.emitters().back().power, 0.5f * 0.5f, 1e-5f);
+}
+
+TEST(Presence, OnGridsAndMeshes) {
+    const auto program = lamp_program();
+    HandMade made(2, 2, program);
+    for (int i = 0; i < 9; i++)
+        made.at(3, 0, i) = float(i % 3) / 2; // = u
+    Store store;
+    const int id = store.add_program(program);
+    store.add_page(encode_one(made, program), id, -1);
+    for (float u : {0.0f, 0.2f, 0.5f, 0.9f, 1.0f})
+        for (float v : {0.0f, 0.6f, 1.0f})
+            EXPECT_NEAR(store.presence(0, 0, u, v), u, 1e-3f);
+    made.is_mesh = true;
+    made.mesh.vertices_per_face = 4;
+    made.mesh.indices = {0, 1, 4, 3, 1, 2, 5, 4};
+    int shape = store.add_page(encode_one(made, program), id, -1);
+    EXPECT_NEAR(store.presence(shape, 0, 0.5f, 0.2f), 0.25f, 1e-3f);
+    EXPECT_NEAR(store.presence(shape, 1, 0.5f, 0.2f), 0.75f, 1e-3f);
+    made.mesh.vertices_per_face = 3;
+    made.mesh.indices = {0, 1, 3, 2, 5, 4};
+    shape = store.add_page(encode_one(made, program), id, -1);
+    EXPECT_NEAR(store.presence(shape, 0, 0.5f, 0.25f), 0.25f, 1e-3f);
+    EXPECT_NEAR(store.presence(shape, 1, 0.25f, 0.5f), 0.25f * 1 + 0.25f * 1 + 0.5f * 0.5f, 1e-3f);
+    grid::LayeringProgram opaque = program;
+    opaque.presence = -1;
+    shape = store.add_page(encode_one(made, opaque), store.add_program(opaque), -1);
+    EXPECT_EQ(store.presence(shape, 0, 0.5f, 0.5f), 1);
+}
+
+TEST(Store, ProgramsAndInteriorsAreShared) {
+    Store store;
+    const auto program = lamp_program();
+    EXPECT_EQ(store.add_program(program), store.add_program(program));
+    auto other = program;
+    other.presence = -1;
+    EXPECT_NE(store.add_program(program), store.add_program(other));
+    Interior water;
+    water.ior = 1.33f;
+    EXPECT_EQ(store.add_interior(water), store.add_interior(water));
+    EXPECT_NE(store.add_interior(water), store.add_interior(Interior()));
+}
+
+TEST(Store, SecondPageReadsAsTheFirst) {
+    const auto program = lamp_program();
+    HandMade made(4, 4, program);
+    made.scramble(5);
+    const Page page = encode_one(made, program);
+    Store store;
+    const int id = store.add_program(program);
+    store.add_page(page, id, -1);
+    store.add_page(page, id, -1);
+    const auto &a = store.shapes()[0], &b = store.shapes()[1];
+    EXPECT_EQ(a.positions % 3, 0);
+    EXPECT_EQ(b.positions % 3, 0);
+    EXPECT_NE(a.positions, b.positions);
+    EXPECT_EQ(0, std::memcmp(store.words() + a.positions, store.words() + b.positions, 75 * 4));
+    for (int w = 0; w < 4; w++) {
+        const Entry x = entry(store, 0, w), y = entry(store, 1, w);
+        EXPECT_NE(x.base, y.base);
+        EXPECT_EQ(0, std::memcmp(store.words() + x.base, store.words() + y.base, 25 * 4));
+    }
+    EXPECT_EQ(b.emitter, 32);
+    EXPECT_EQ(store.emitters().size(), 64u);
+}
+
+TEST(PageFile, ComesBackAsItWas) {
+    const auto program = lamp_program();
+    HandMade made(6, 3, program);
+    made.scramble(9);
+    Page page = encode_one(made, program);
+    page.header().key[0] = 0x1234;
+    TemporaryFile file;
+    write_page(file.path(), page);
+    Page back = read_page(file.path());
+    back.header().checksum = page.header().checksum; // written only on the way out
+    EXPECT_EQ(back.words, page.words);
+}
+
+TEST(PageFile, NoPathNoPage) {
+    EXPECT_THROW(read_page("/nonexistent/page"), Error);
+    EXPECT_THROW(read_page(std::filesystem::temp_directory_path().string()), Error);
+    const Page page = encode_one(HandMade(1, 1, lamp_program()), lamp_program());
+    try {
+        write_page("/nonexistent/folder/page", page);
+        FAIL();
+    } catch (const Error& e) {
+        EXPECT_EQ(e.code(), ExitCode::Output);
+    }
+}
+
+// Any damage is found: each bit pattern of a byte turned over, each length.
+TEST(PageFile, DamageIsFound) {
+    const auto program = lamp_program();
+    HandMade made(1, 1, program);
+    made.scramble(2);
+    TemporaryFile file;
+    write_page(file.path(), encode_one(made, program));
+    const auto intact = file.bytes();
+    ASSERT_GT(intact.size(), 100u);
+    for (size_t i = 0; i < intact.size(); i++)
+        for (int flip : {0xff, 0x01, 0x80}) {
+            auto damaged = intact;
+            damaged[i] = char(damaged[i] ^ flip);
+            file.write(damaged);
+            EXPECT_THROW(read_page(file.path()), Error) << "byte " << i << " xor " << flip;
+        }
+    for (size_t length = 0; length < intact.size(); length++) {
+        file.write({intact.begin(), intact.begin() + std::ptrdiff_t(length)});
+        EXPECT_THROW(read_page(file.path()), Error) << "cut to " << length;
+    }
+    auto longer = intact;
+    longer.resize(intact.size() + 4);
+    file.write(longer);
+    EXPECT_THROW(read_page(file.path()), Error);
+    file.write(intact);
+    EXPECT_NO_THROW(read_page(file.path()));
+}
+
+} // namespace kanuka::store

@@ -1,0 +1,394 @@
+// The kernel as a machine: lane counts, threads, hits to their inputs, and numbers that are not numbers.
+#include <cstring>
+#include <gtest/gtest.h>
+
+#include "store/quantize.h"
+#include "transport/test_scene.h"
+
+namespace kanuka::transport {
+namespace {
+
+using namespace testing;
+
+constexpr int Size = 40; // more than one bucket
+
+// Something of everything.
+void add_still_life(TestScene& s) {
+    const Vec3f x(2, 0, 0), y(0, 2, 0), z(0, 0, 2);
+    s.add_quad({0, -1, 3}, z, x, {matte(Rgb(0.8f, 0.7f, 0.6f))});
+    s.add_quad({0, 0, 5}, y, x, {matte(Rgb(0.3f, 0.5f, 0.8f)), metal(0.4f, Rgb(0.3f), Rgb(0.5f))});
+    s.add_quad({0, 1.5f, 3}, {0.5f, 0, 0}, {0, 0, 0.5f}, {glow(Rgb(6, 5, 4))});
+    s.add_sphere({-0.6f, -0.4f, 3}, 0.5f, 32, {glass(0)});
+    s.add_sphere({0.6f, -0.4f, 3.2f}, 0.5f, 32, {prism(0.25f, 1.6f, 25)});
+    s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0.5f, Size, Size);
+    scene::Light point;
+    point.kind = scene::Light::Kind::Point;
+    point.world_from_light = Transform::translate(-1, 1, 1);
+    s.inputs.lights = {constant_sky(Rgb(0.3f)), point};
+}
+
+bool same(const std::vector<PixelSums>& a, const std::vector<PixelSums>& b) {
+    constexpr size_t Bytes = offsetof(PixelSums, weight) + sizeof(float); // padding follows
+    for (size_t i = 0; i < a.size(); i++)
+        if (std::memcmp(&a[i], &b[i], Bytes) != 0)
+            return false;
+    return a.size() == b.size();
+}
+
+bool finite(const PixelSums& p) {
+    float sum = p.rgb[0] + p.rgb[1] + p.rgb[2] + p.alpha + p.depth;
+    for (int c = 0; c < 3; c++)
+        sum += p.albedo[c] + p.normal[c] + p.position[c];
+    return std::isfinite(sum);
+}
+
+} // namespace
+
+TEST(Kernel, KnowsItsWidths) {
+    TestScene s;
+    add_still_life(s);
+    s.finish();
+    for (int lanes : {0, 1, 8, 16})
+        EXPECT_NE(make_kernel(s.view, lanes), nullptr);
+    EXPECT_THROW(make_kernel(s.view, 4), Error);
+}
+
+// Where no ray tracer is in the way, lane counts agree in every bit.
+TEST(Kernel, SkiesAreTheSameBitsForAllLaneCounts) {
+    TestScene s;
+    s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 1, Size, Size);
+    s.inputs.map = {4, 2, {1, 2, 3, 4, 5, 6, 7, 8, 9, 1, 2, 3, 4, 5, 6, 7, 8, 9, 1, 2, 3, 4, 5, 6}};
+    scene::Light sky;
+    sky.kind = scene::Light::Kind::Environment;
+    sky.texture = "map";
+    s.inputs.lights = {sky, constant_sky(Rgb(0.5f, 1, 2))};
+    s.finish();
+    const auto one = s.render(8, 1);
+    EXPECT_TRUE(same(one, s.render(8, 8)));
+    EXPECT_TRUE(same(one, s.render(8, 16)));
+}
+
+// Embree's hits differ in last digits with the width, and may send a path elsewhere: nearly all pixels agree
+// closely, all means do.
+TEST(Kernel, LaneCountsAgree) {
+    TestScene s;
+    add_still_life(s);
+    s.finish();
+    const auto one = s.render(16, 1);
+    for (int lanes : {8, 16}) {
+        const auto wide = s.render(16, lanes);
+        int far = 0;
+        double mean[2][3] = {};
+        for (size_t i = 0; i < one.size(); i++) {
+            float difference = 0, size = 0;
+            for (int c = 0; c < 3; c++) {
+                difference = std::max(difference, std::abs(one[i].rgb[c] - wide[i].rgb[c]));
+                size = std::max(size, std::abs(one[i].rgb[c]));
+                mean[0][c] += double(one[i].rgb[c]), mean[1][c] += double(wide[i].rgb[c]);
+            }
+            far += difference > 1e-3f * (size + 0.1f);
+        }
+        EXPECT_LT(far, int(one.size()) / 20) << lanes;
+        for (int c = 0; c < 3; c++)
+            EXPECT_NEAR(mean[1][c], mean[0][c], 2e-3 * mean[0][c]) << lanes;
+    }
+}
+
+TEST(Kernel, SameBitsForAnyThreadCount) {
+    TestScene s;
+    add_still_life(s);
+    s.finish();
+    std::vector<PixelSums> reference;
+    for (int threads : {1, 2, 4, 1})
+        tasks::with_threads(threads, [&] {
+            const auto pixels = s.render(4, 8);
+            if (reference.empty())
+                reference = pixels;
+            EXPECT_TRUE(same(pixels, reference)) << threads;
+        });
+}
+
+// A kernel carries nothing over: the same request gives the same, whatever came before.
+TEST(Kernel, RequestsAreIndependent) {
+    TestScene s;
+    add_still_life(s);
+    s.finish();
+    auto kernel = make_kernel(s.view, 8);
+    BatchCounts counts;
+    std::vector<PixelSums> a(Size * Size, PixelSums{}), b = a, scratch = a;
+    BatchRequest r{0, 0, 32, 32, 5, a.data(), Size};
+    kernel->trace(r, counts);
+    EXPECT_EQ(counts.paths, 1024u);
+    EXPECT_GT(counts.rays, 1024u);
+    BatchRequest other{8, 0, 40, 30, 6, scratch.data(), Size};
+    kernel->trace(other, counts);
+    r.pixels = b.data();
+    kernel->trace(r, counts);
+    EXPECT_TRUE(same(a, b));
+}
+
+TEST(Kernel, SeedsAndProgressionsDiffer) {
+    TestScene s;
+    add_still_life(s);
+    s.finish();
+    const auto first = s.render(1, 8);
+    s.view.seed = 1;
+    EXPECT_FALSE(same(first, s.render(1, 8)));
+}
+
+// In a closed room of albedo 1/2 that shines with radiance 1, n bounces bring 2 - 2^-n.
+TEST(Kernel, DepthLimitsBounces) {
+    for (int depth : {0, 1, 2, 5}) {
+        TestScene s;
+        const Vec3f x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
+        const std::array<Vec3f, 3> walls[] = {{-z, x, y}, {z, y, x},  {-x, y, z},
+                                              {x, z, y},  {-y, z, x}, {y, x, z}};
+        for (const auto& [p, a, b] : walls)
+            s.add_quad(p, a, b, {matte(Rgb(0.5f)), glow(Rgb(1))});
+        s.camera(x, y, z, 1, Size, Size);
+        s.inputs.max_depth = depth;
+        s.finish();
+        const double expected = 2 - std::pow(0.5, depth);
+        for (const auto& c : s.estimate(8, 8).channel)
+            EXPECT_NEAR(c.mean(), expected, 0.003 * expected + 5 * c.error()) << depth;
+    }
+}
+
+// Emitters are dark inside, and no path gets out of a closed ball to the sky: but for one in a million that
+// starts within rounding of an edge.
+TEST(Kernel, ClosedBallsAreDark) {
+    TestScene s;
+    s.add_sphere({0, 0, 0}, 1, 48, {matte(Rgb(0.8f)), glow(Rgb(1))});
+    s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 1, Size, Size);
+    s.inputs.lights.push_back(constant_sky(Rgb(1)));
+    s.finish();
+    for (const auto& c : s.estimate(32, 2).channel)
+        EXPECT_LT(std::abs(c.mean()), 1e-6);
+}
+
+// ---- hits to inputs
+
+namespace {
+
+// Albedo of the first hit at each pixel, as the film has it, against `expected` of the position the film has.
+void expect_albedo(TestScene& s, const std::function<float(const Vec3f&)>& expected, float tolerance) {
+    s.filter = {0, 0}; // rays through the middles of pixels
+    s.finish();
+    constexpr int N = 512;
+    const auto pixels = s.render(N, 8);
+    int compared = 0;
+    for (const PixelSums& p : pixels) {
+        if (p.hits < N)
+            continue;
+        const Vec3f at(p.position[0] / N, p.position[1] / N, p.position[2] / N);
+        compared++;
+        EXPECT_NEAR(p.albedo[1] / N, expected(at), tolerance) << at.x << " " << at.y;
+    }
+    EXPECT_GT(compared, 100);
+}
+
+struct VaryingShape {
+    grid::Grid grid;
+    grid::TracedGrid traced;
+    grid::VertexInputs inputs;
+    grid::LayeringProgram program;
+
+    // Grey reflectance at each vertex of a lattice over [0, 1]^2 at z = 2.
+    VaryingShape(int nu, int nv, const std::function<float(float, float)>& reflectance) {
+        std::vector<Vec3f> unused;
+        program = make_program({matte(Rgb(1))}, unused);
+        for (auto& slot : program.slots)
+            slot.uniform = false;
+        grid.allocate(nu, nv);
+        inputs.stride = grid.stride;
+        inputs.slots = {{true, Vec3f(1), {}}, {false, {}, std::vector<float>(size_t(3 * grid.stride), 0.0f)}};
+        for (int j = 0; j <= nv; j++)
+            for (int i = 0; i <= nu; i++) {
+                const size_t at = size_t(j * (nu + 1) + i), stride = size_t(grid.stride);
+                const float x = float(i) / float(nu), y = nv ? float(j) / float(nv) : 0;
+                grid.P[at] = x, grid.P[stride + at] = y, grid.P[2 * stride + at] = 2;
+                grid.N[2 * stride + at] = -1;
+                for (size_t c = 0; c < 3; c++)
+                    inputs.slots[1].data[c * stride + at] = reflectance(x, y);
+            }
+    }
+    store::ShadedGrid shaded() const { return {&grid, &traced, nullptr, &inputs}; }
+};
+
+void look_at_unit_square(TestScene& s) {
+    s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0.25f, Size, Size);
+    for (auto* x :
+         {&s.inputs.camera.left, &s.inputs.camera.right, &s.inputs.camera.top, &s.inputs.camera.bottom})
+        *x += 0.25f; // the square fills the picture
+    s.inputs.max_depth = 1;
+}
+
+float from_stored(float grey) { // what the vertex word keeps
+    return store::from_rgb11(store::to_rgb11(Rgb(grey))).y;
+}
+
+} // namespace
+
+// Two densities: one traced cell under sixteen shading cells, bilinear between their vertices.
+TEST(Fetch, FineShadingUnderACoarseTrace) {
+    const auto checker = [](float x, float y) {
+        return (int(x * 4 + 0.5f) + int(y * 4 + 0.5f)) % 2 ? 0.8f : 0.2f;
+    };
+    VaryingShape v(4, 4, checker);
+    v.traced.mu = v.traced.mv = 1;
+    v.traced.step_u = v.traced.step_v = 4;
+    v.traced.edge_step = {4, 4, 4, 4};
+    v.traced.P = {0, 0, 2, 1, 0, 2, 0, 1, 2, 1, 1, 2};
+    TestScene s;
+    s.add(v.shaded(), v.program);
+    look_at_unit_square(s);
+    const auto expected = [&](const Vec3f& p) {
+        const float x = p.x * 4, y = p.y * 4;
+        const int i = std::min(int(x), 3), j = std::min(int(y), 3);
+        const auto at = [&](int a, int b) {
+            return from_stored(checker(float(i + a) / 4, float(j + b) / 4));
+        };
+        const float fx = x - float(i), fy = y - float(j);
+        return (at(0, 0) * (1 - fx) + at(1, 0) * fx) * (1 - fy) + (at(0, 1) * (1 - fx) + at(1, 1) * fx) * fy;
+    };
+    expect_albedo(s, expected, 0.02f); // of the film's wavelengths
+}
+
+// Traced vertices of an edge that is coarser than the lattice sit on the edge's own polyline, and carry its
+// parameters: what is linear over the surface stays linear.
+TEST(Fetch, CollapsedEdges) {
+    const auto linear = [](float x, float y) { return 0.1f + 0.5f * x + 0.3f * y; };
+    VaryingShape v(8, 8, linear);
+    v.traced.mu = v.traced.mv = 4;
+    v.traced.step_u = v.traced.step_v = 2;
+    v.traced.edge_step = {4, 8, 2, 4};
+    const auto snap = [](int k, int step) { return (k + step / 2) / step * step; };
+    for (int j = 0; j <= 4; j++)
+        for (int i = 0; i <= 4; i++) {
+            int x = 2 * i, y = 2 * j;
+            if (j == 0)
+                x = snap(2 * i, 4);
+            if (i == 4)
+                y = snap(2 * j, 8);
+            if (i == 0)
+                y = snap(2 * j, 4);
+            for (float f : {float(x) / 8, float(y) / 8, 2.0f})
+                v.traced.P.push_back(f);
+        }
+    TestScene s;
+    s.add(v.shaded(), v.program);
+    EXPECT_TRUE(s.store.shapes()[0].flags & store::ShapeRecord::Collapsed);
+    look_at_unit_square(s);
+    expect_albedo(s, [&](const Vec3f& p) { return linear(p.x, p.y); }, 0.02f);
+}
+
+TEST(Fetch, Meshes) {
+    for (int n : {3, 4}) {
+        VaryingShape v(8, 0, [](float, float) { return 0; });
+        grid::TracedMesh mesh{n, {}};
+        const auto reflectance = [](const Vec3f& p) { return 0.1f + 0.5f * p.x + 0.3f * p.y; };
+        for (int j = 0; j < 3; j++)
+            for (int i = 0; i < 3; i++) {
+                const size_t at = size_t(3 * j + i), stride = size_t(v.grid.stride);
+                const Vec3f p(float(i) / 2, float(j) / 2, 2);
+                for (size_t c = 0; c < 3; c++) {
+                    v.grid.P[c * stride + at] = p[int(c)];
+                    v.inputs.slots[1].data[c * stride + at] = reflectance(p);
+                }
+                const auto vertex = [&](int a, int b) { return uint32_t(3 * (j + b) + i + a); };
+                if (i == 2 || j == 2)
+                    continue;
+                if (n == 4)
+                    mesh.indices.insert(mesh.indices.end(),
+                                        {vertex(0, 0), vertex(1, 0), vertex(1, 1), vertex(0, 1)});
+                else
+                    mesh.indices.insert(mesh.indices.end(), {vertex(0, 0), vertex(1, 0), vertex(0, 1),
+                                                             vertex(1, 1), vertex(0, 1), vertex(1, 0)});
+            }
+        TestScene s;
+        s.add({&v.grid, nullptr, &mesh, &v.inputs}, v.program);
+        look_at_unit_square(s);
+        expect_albedo(s, reflectance, 0.02f);
+    }
+}
+
+// ---- what is not a number
+
+TEST(Broken, InfiniteSkiesAreCountedAndDropped) {
+    TestScene s;
+    s.add_quad({1, 0, 2}, {0, 4, 0}, {1, 0, 0}, {matte(Rgb(0.5f))}); // covers the right half
+    s.add_quad({3, 0, 1}, {0, 4, 0}, {0, 0, -1}, {glow(Rgb(2))});
+    s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0.4f, Size, Size);
+    s.inputs.lights.push_back(constant_sky(Rgb(1)));
+    s.inputs.max_depth = 0;
+    s.finish();
+    s.view.constant.c[3] = std::numeric_limits<float>::infinity();
+    const auto pixels = s.render(4, 8);
+    EXPECT_EQ(s.nan_samples, uint64_t(4 * Size * Size / 2));
+    for (const PixelSums& p : pixels)
+        EXPECT_TRUE(finite(p));
+}
+
+TEST(Broken, ANaNLightSpoilsOnlyWhatItLights) {
+    TestScene s;
+    s.add_quad({1, 0, 2}, {0, 4, 0}, {1, 0, 0}, {matte(Rgb(0.5f))});
+    s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0.4f, Size, Size);
+    scene::Light point;
+    point.kind = scene::Light::Kind::Point;
+    s.inputs.lights = {point};
+    s.finish();
+    s.view.lights[0].c[3] = std::numeric_limits<float>::quiet_NaN();
+    const auto pixels = s.render(4, 8);
+    EXPECT_GT(s.nan_samples, uint64_t(4 * Size * Size * 2 / 5));
+    EXPECT_LE(s.nan_samples, uint64_t(4 * Size * Size / 2));
+    for (const PixelSums& p : pixels)
+        EXPECT_TRUE(finite(p));
+}
+
+TEST(Broken, LightsThatAreNoNumbersAreLeftOut) {
+    const float NaN = std::numeric_limits<float>::quiet_NaN(), Inf = std::numeric_limits<float>::infinity();
+    TestScene s;
+    add_still_life(s);
+    scene::Light bad;
+    bad.kind = scene::Light::Kind::Spot;
+    bad.where = {"scene.rib", 12};
+    bad.world_from_light.m[0][3] = double(NaN);
+    scene::Light bright = constant_sky(Rgb(Inf));
+    s.inputs.lights.insert(s.inputs.lights.begin(), {bad, bright});
+    s.finish();
+    EXPECT_EQ(s.view.lights.size(), 1u);
+    const auto entries = s.journal.entries();
+    ASSERT_EQ(entries.size(), 2u);
+    EXPECT_EQ(entries[1].where.line, 12);
+    for (const PixelSums& p : s.render(2, 8))
+        EXPECT_TRUE(finite(p));
+    EXPECT_EQ(s.nan_samples, 0u);
+}
+
+// Geometry and inputs that are not numbers leave the rest of the picture as it is.
+TEST(Broken, GeometryAndInputs) {
+    const float NaN = std::numeric_limits<float>::quiet_NaN(), Inf = std::numeric_limits<float>::infinity();
+    TestScene s, clean;
+    add_still_life(clean);
+    add_still_life(s);
+    for (float bad : {NaN, Inf}) {
+        s.add_lattice(1, 1, {{-1, -1, 1}, {1, -1, 1}, {-1, bad, 1}, {1, 1, 1}},
+                      std::vector<Vec3f>(4, Vec3f(0, 0, -1)), {matte(Rgb(1)), glow(Rgb(3))});
+        s.add_quad({0, 3, 3}, {0.1f, 0, 0}, {0, 0, 0.1f}, {glow(Rgb(bad, 1, 1))});
+        s.add_lattice(1, 1, {{0, 0, 4}, {1, 0, 4}, {0, 1, 4}, {1, 1, 4}},
+                      std::vector<Vec3f>(4, Vec3f(bad, 0, -1)), {metal(bad, Rgb(bad), Rgb(0.5f))});
+    }
+    s.finish();
+    clean.finish();
+    double sum[2] = {0, 0};
+    for (const PixelSums& p : s.render(8, 8)) {
+        ASSERT_TRUE(finite(p));
+        sum[0] += double(p.rgb[1]);
+    }
+    EXPECT_EQ(s.nan_samples, 0u);
+    for (const PixelSums& p : clean.render(8, 8))
+        sum[1] += double(p.rgb[1]);
+    EXPECT_GT(sum[0], 0.5 * sum[1]);
+}
+
+} // namespace kanuka::transport

@@ -1,0 +1,304 @@
+// Lights against closed forms and numeric integration: quads, points, spots, distant ones, skies and their
+// pictures.
+#include <functional>
+#include <gtest/gtest.h>
+
+#include "transport/test_scene.h"
+
+namespace kanuka::transport {
+namespace {
+
+using namespace testing;
+using Kind = scene::Light::Kind;
+
+constexpr int Size = 24;
+constexpr float Reflectance = 0.8f;
+
+// A floor at y = -1 that fills the picture, seen from the origin; everything that shines is above.
+struct FloorScene : TestScene {
+    explicit FloorScene(const std::vector<Lobe>& lobes = {matte(Rgb(Reflectance))}) {
+        add_quad({0, -1, 0}, {0, 0, 4}, {4, 0, 0}, lobes);
+        camera({1, 0, 0}, {0, 0, 1}, {0, -1, 0}, 0.8f, Size, Size);
+        inputs.max_depth = 1;
+    }
+    Vec3f point(int x, int y) const {
+        const Vec3f d = pixel_direction(x, y);
+        return {d.x, -1, d.y};
+    }
+};
+
+// Irradiance at each pixel of the floor, against the picture: its mean, and pixel by pixel within the noise
+// that pixels with like values have.
+void expect_irradiance(FloorScene& s, const std::function<double(const Vec3f&)>& irradiance, double relative,
+                       int progressions = 32) {
+    double expected = 0, worst = 0;
+    std::vector<double> truth;
+    for (int y = 0; y < Size; y++)
+        for (int x = 0; x < Size; x++) {
+            truth.push_back(irradiance(s.point(x, y)) * Reflectance / 3.141592653589793);
+            expected += truth.back() / (Size * Size);
+        }
+    const auto e = s.estimate(progressions, 12);
+    for (const auto& c : e.channel)
+        EXPECT_NEAR(c.mean(), expected, relative * expected + 4.5 * c.error());
+    const auto pixels = s.render(512, 8);
+    for (size_t i = 0; i < pixels.size(); i++)
+        worst = std::max(worst, std::abs(double(pixels[i].rgb[1]) - truth[i]) / (truth[i] + 0.1 * expected));
+    EXPECT_LT(worst, 0.1);
+}
+
+scene::Light light(Kind kind, const Rgb& amount, const Transform& t) {
+    scene::Light l;
+    l.kind = kind;
+    l.amount = amount;
+    l.world_from_light = t;
+    return l;
+}
+
+const Transform Downwards = Transform::rotate(90, 1, 0, 0); // +z to -y
+
+} // namespace
+
+TEST(Lights, Quad) {
+    const Vec3f center(0.3f, 0.5f, 0.2f), ex(0.3f, 0, 0), ey(0, 0, 0.2f); // cross(ex, ey) points down
+    FloorScene s;
+    s.add_quad(center, ex, ey, {glow(Rgb(5))});
+    s.finish();
+    const auto irradiance = [&](const Vec3f& p) {
+        double sum = 0;
+        constexpr int N = 48;
+        for (int i = 0; i < N; i++)
+            for (int j = 0; j < N; j++) {
+                const Vec3f to =
+                    center + ex * ((float(i) + 0.5f) * 2 / N - 1) + ey * ((float(j) + 0.5f) * 2 / N - 1) - p;
+                const double d2 = dot(to, to);
+                sum += 5 * double(to.y) * double(to.y) / (d2 * d2); // both cosines are to.y / d
+            }
+        return sum * 4 * 0.3 * 0.2 / (N * N);
+    };
+    expect_irradiance(s, irradiance, 0.003);
+}
+
+// The other side of an emitter is dark.
+TEST(Lights, QuadsShineOnOneSide) {
+    FloorScene s;
+    s.add_quad({0.3f, 0.5f, 0.2f}, {0, 0, 0.2f}, {0.3f, 0, 0}, {glow(Rgb(5))});
+    s.finish();
+    for (const auto& c : s.estimate(4, 1).channel)
+        EXPECT_EQ(c.mean(), 0);
+}
+
+TEST(Lights, Point) {
+    FloorScene s;
+    const Vec3f p(0.2f, 0.7f, -0.1f);
+    s.inputs.lights.push_back(light(Kind::Point, Rgb(3), Transform::translate(p.x, p.y, p.z)));
+    s.finish();
+    expect_irradiance(
+        s,
+        [&](const Vec3f& x) {
+            const Vec3f to = p - x;
+            return 3 * double(to.y) / std::pow(double(dot(to, to)), 1.5);
+        },
+        0.003);
+}
+
+TEST(Lights, Spot) {
+    FloorScene s;
+    const Vec3f p(0.1f, 0.5f, 0.05f);
+    auto l = light(Kind::Spot, Rgb(3), Transform::translate(p.x, p.y, p.z) * Downwards);
+    l.cone_angle = 35;
+    l.cone_delta_angle = 15;
+    l.beam_distribution = 2;
+    s.inputs.lights.push_back(l);
+    s.finish();
+    // RISpec 3.2, section 8: smoothstep between the cone's cosines, times a power of the cosine.
+    expect_irradiance(
+        s,
+        [&](const Vec3f& x) {
+            const Vec3f to = p - x;
+            const double d2 = dot(to, to), cosine = to.y / std::sqrt(d2);
+            const double outer = std::cos(35 * 3.14159265 / 180), inner = std::cos(20 * 3.14159265 / 180);
+            const double t = std::clamp((cosine - outer) / (inner - outer), 0.0, 1.0);
+            return 3 * cosine / d2 * t * t * (3 - 2 * t) * cosine * cosine;
+        },
+        0.003);
+}
+
+TEST(Lights, Distant) {
+    for (float angle : {0.0f, 6.0f}) {
+        FloorScene s;
+        auto l = light(Kind::Distant, Rgb(2), Transform::rotate(25, 0, 0, 1) * Downwards);
+        l.angle = angle;
+        s.inputs.lights.push_back(l);
+        s.finish();
+        expect_irradiance(s, [](const Vec3f&) { return 2 * std::cos(25 * 3.14159265 / 180); }, 0.003);
+    }
+}
+
+TEST(Lights, SkiesAndAmbient) {
+    for (Kind kind : {Kind::Environment, Kind::Ambient}) {
+        FloorScene s;
+        s.inputs.lights.push_back(light(kind, Rgb(1.5f), Transform()));
+        s.finish();
+        expect_irradiance(s, [](const Vec3f&) { return 1.5 * 3.141592653589793; }, 0.003);
+    }
+    // Two skies add up.
+    FloorScene s;
+    s.inputs.lights = {constant_sky(Rgb(1)), constant_sky(Rgb(0.5f))};
+    s.finish();
+    expect_irradiance(s, [](const Vec3f&) { return 1.5 * 3.141592653589793; }, 0.003);
+}
+
+// Whatever the number of lights, each brings what it brings alone.
+TEST(Lights, ManyAddUp) {
+    for (int count : {3, 40}) {
+        FloorScene s;
+        std::vector<Vec3f> places;
+        for (int i = 0; i < count; i++) {
+            places.push_back({std::sin(float(i)), 0.3f + 0.02f * float(i), std::cos(3.0f * float(i))});
+            const Vec3f& p = places.back();
+            s.inputs.lights.push_back(
+                light(Kind::Point, Rgb(1 + float(i % 3)), Transform::translate(p.x, p.y, p.z)));
+        }
+        s.inputs.lights.push_back(constant_sky(Rgb(0.3f)));
+        s.finish();
+        double expected = 0;
+        for (int y = 0; y < Size; y++)
+            for (int x = 0; x < Size; x++) {
+                double sum = 0.3 * 3.141592653589793;
+                for (int i = 0; i < count; i++) {
+                    const Vec3f to = places[size_t(i)] - s.point(x, y);
+                    sum += (1 + i % 3) * double(to.y) / std::pow(double(dot(to, to)), 1.5);
+                }
+                expected += sum * Reflectance / 3.141592653589793 / (Size * Size);
+            }
+        for (const auto& c : s.estimate(64, 12).channel)
+            EXPECT_NEAR(c.mean(), expected, 0.003 * expected + 4.5 * c.error()) << count;
+    }
+}
+
+// ---- pictures of skies
+
+namespace {
+
+LatLong picture(int width, int height, const std::function<Rgb(int, int)>& f) {
+    LatLong m{width, height, {}};
+    for (int j = 0; j < height; j++)
+        for (int i = 0; i < width; i++)
+            for (int c = 0; c < 3; c++)
+                m.rgb.push_back(f(i, j)[c]);
+    return m;
+}
+
+scene::Light sky_picture(const Transform& t, const Rgb& amount = Rgb(1)) {
+    auto l = light(Kind::Environment, amount, t);
+    l.texture = "a picture";
+    return l;
+}
+
+// Bilinear between texel centres, wrapping in azimuth.
+Rgb look_up(const LatLong& m, const Vec3f& d) {
+    double turn = std::atan2(double(d.y), double(d.x)) / 6.283185307179586;
+    turn = turn < 0 ? turn + 1 : turn;
+    const double x = turn * m.width - 0.5,
+                 y = std::acos(std::clamp(double(d.z), -1.0, 1.0)) / 3.141592653589793 * m.height - 0.5;
+    const int i = int(std::floor(x)), j = int(std::floor(y));
+    const float fx = float(x - i), fy = float(y - j);
+    const auto texel = [&](int a, int b) {
+        const size_t at =
+            3 * (size_t(std::clamp(b, 0, m.height - 1)) * size_t(m.width) + size_t((a + m.width) % m.width));
+        return Rgb(m.rgb[at], m.rgb[at + 1], m.rgb[at + 2]);
+    };
+    return lerp(fy, lerp(fx, texel(i, j), texel(i + 1, j)), lerp(fx, texel(i, j + 1), texel(i + 1, j + 1)));
+}
+
+Rgb floor_irradiance(const LatLong& m, const Transform& environment_from_world) {
+    double sum[3] = {0, 0, 0};
+    constexpr int N = 600;
+    for (int i = 0; i < N; i++)
+        for (int j = 0; j < 2 * N; j++) {
+            const double y = (i + 0.5) / N, phi = 3.141592653589793 * (j + 0.5) / N, r = std::sqrt(1 - y * y);
+            const Vec3f d(float(r * std::cos(phi)), float(y), float(r * std::sin(phi)));
+            const Rgb l = look_up(m, environment_from_world.vector(d));
+            for (int c = 0; c < 3; c++)
+                sum[c] += double(l[c]) * y;
+        }
+    const double cell = 3.141592653589793 / (double(N) * N);
+    return {float(sum[0] * cell), float(sum[1] * cell), float(sum[2] * cell)};
+}
+
+} // namespace
+
+TEST(SkyPictures, AConstantOneIsAConstantSky) {
+    FloorScene s;
+    s.inputs.map = picture(16, 8, [](int, int) { return Rgb(1.5f); });
+    s.inputs.lights.push_back(sky_picture(Transform::rotate(40, 1, 1, 0)));
+    s.finish();
+    expect_irradiance(s, [](const Vec3f&) { return 1.5 * 3.141592653589793; }, 0.003);
+}
+
+TEST(SkyPictures, IrradianceOfColoursAndSuns) {
+    const Transform turned = Transform::rotate(50, 1, 2, 3);
+    const auto gradient = picture(64, 32, [](int i, int j) {
+        return Rgb(1 + 0.5f * std::sin(0.2f * float(i)), 1 + 0.02f * float(j), 0.5f + 0.01f * float(i));
+    });
+    auto sun = gradient;
+    for (int j = 0; j < 32; j++)
+        for (int i = 0; i < 64; i++) {
+            const Vec3f d(std::sin(Pi * (float(j) + 0.5f) / 32) * std::cos(2 * Pi * (float(i) + 0.5f) / 64),
+                          std::sin(Pi * (float(j) + 0.5f) / 32) * std::sin(2 * Pi * (float(i) + 0.5f) / 64),
+                          std::cos(Pi * (float(j) + 0.5f) / 32));
+            if (turned.vector(d).y > 0.96f) // about overhead, some texels
+                for (int c = 0; c < 3; c++)
+                    sun.rgb[size_t(3 * (j * 64 + i) + c)] = c == 2 ? 1000 : 2000;
+        }
+    for (const LatLong* m : {&gradient, static_cast<const LatLong*>(&sun)}) {
+        FloorScene s;
+        s.inputs.map = *m;
+        s.inputs.lights.push_back(sky_picture(turned));
+        s.finish();
+        const Rgb expected = floor_irradiance(*m, turned.inverse()) * (Reflectance / Pi);
+        const auto e = s.estimate(64, 12);
+        for (int c = 0; c < 3; c++)
+            EXPECT_NEAR(e.channel[c].mean(), expected[c], 0.006 * expected[c] + 4.5 * e.channel[c].error())
+                << c;
+    }
+}
+
+// What the camera sees of it is the picture, in place.
+TEST(SkyPictures, AreSeenWhereTheyAre) {
+    const Transform turned = Transform::rotate(70, 3, 1, 2);
+    TestScene s;
+    s.inputs.map = picture(
+        32, 16, [](int i, int j) { return Rgb(1 + 0.1f * float(i % 16), 0.5f + 0.1f * float(j), 1); });
+    s.inputs.lights.push_back(sky_picture(turned, Rgb(0.5f)));
+    s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 1, Size, Size);
+    s.finish();
+    const auto pixels = s.render(1024, 8);
+    for (int y = 0; y < Size; y++)
+        for (int x = 0; x < Size; x++) {
+            const Vec3f d = s.pixel_direction(x, y);
+            const Rgb expected = look_up(s.inputs.map, turned.inverse().vector(normalize(d))) * 0.5f;
+            for (int c = 0; c < 3; c++)
+                EXPECT_NEAR(pixels[size_t(y * Size + x)].rgb[c], expected[c], 0.05f * expected[c])
+                    << x << " " << y;
+        }
+}
+
+TEST(SkyPictures, NaNTexelsAreBlackAndNaNDirectionsHarmless) {
+    FloorScene s;
+    s.inputs.map = picture(8, 4, [](int i, int) {
+        return i == 3   ? Rgb(std::numeric_limits<float>::quiet_NaN())
+               : i == 5 ? Rgb(std::numeric_limits<float>::infinity())
+                        : Rgb(1);
+    });
+    s.inputs.lights.push_back(sky_picture(Transform()));
+    s.finish();
+    for (const auto& c : s.estimate(16, 1).channel) {
+        EXPECT_TRUE(std::isfinite(c.mean()));
+        EXPECT_GT(c.mean(), 0.1);
+    }
+    EXPECT_EQ(s.nan_samples, 0u);
+}
+
+} // namespace kanuka::transport
