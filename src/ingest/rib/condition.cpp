@@ -68,7 +68,7 @@ class Parser {
         return a;
     }
     Operand comparison() {
-        const Operand a = sum();
+        Operand a = sum();
         for (const std::string_view op : {"==", "!=", "<=", ">=", "<", ">"}) {
             if (!eat(op))
                 continue;
