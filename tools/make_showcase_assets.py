@@ -86,7 +86,7 @@ def numbers(values, digits=5):
             lines.append(line)
             line = ""
         line += (" " if line else "") + word
-    return "\n    ".join(lines + [line])
+    return "\n    ".join([*lines, line])
 
 
 # ---- pictures --------------------------------------------------------------------------------------------------------
@@ -181,7 +181,10 @@ def sky(width=1024):
         i, j = np.floor(x).astype(int), np.floor(y).astype(int)
         fx, fy = x - i, y - j
         fx, fy = fx * fx * (3 - 2 * fx), fy * fy * (3 - 2 * fy)
-        at = lambda a, b: lattice[a % 64, b % 64]
+
+        def at(a, b):
+            return lattice[a % 64, b % 64]
+
         cloud += amplitude * (
             (at(i, j) * (1 - fx) + at(i + 1, j) * fx) * (1 - fy)
             + (at(i, j + 1) * (1 - fx) + at(i + 1, j + 1) * fx) * fy
@@ -228,8 +231,11 @@ def knot(path, segments=72):
             a = twist + (k // 2) * math.pi / 2 + offset
             points.append(curve[i] + 0.275 * radius * (math.cos(a) * normal[i] + math.sin(a) * binormal[i]))
     sides = len(ring)
+
     # After one turn corner k meets corner k + 1: the section has turned by a quarter.
-    at = lambda i, k: (i % segments) * sides + (k + (2 if i >= segments else 0)) % sides
+    def at(i, k):
+        return (i % segments) * sides + (k + (2 if i >= segments else 0)) % sides
+
     faces = [(at(i, k), at(i, k + 1), at(i + 1, k + 1), at(i + 1, k)) for i in range(segments) for k in range(sides)]
     ridge, k = [], 0
     for _ in range(4):
@@ -335,14 +341,17 @@ def gem(path, sides=8):
     middle_height = 0.55 * crown
     t = (crown - middle_height) / (crown - edge)  # where the kites' fold lies, so that they are flat
     middle = (table + (girdle - table) * t) / math.cos(math.pi / sides)
-    ring = lambda r, y, shift: [
-        (r * math.cos(2 * math.pi * (k + shift) / sides), y, r * math.sin(2 * math.pi * (k + shift) / sides))
-        for k in range(sides)
-    ]
+
+    def ring(r, y, shift):
+        return [
+            (r * math.cos(2 * math.pi * (k + shift) / sides), y, r * math.sin(2 * math.pi * (k + shift) / sides))
+            for k in range(sides)
+        ]
+
     points = (
         ring(table, crown, 0.5) + ring(middle, middle_height, 0) + ring(girdle, edge, 0.5) + ring(girdle, -edge, 0.5)
     )
-    points = np.array(points + [(0, -pavilion, 0)])
+    points = np.array([*points, (0, -pavilion, 0)])
     a, b, g, h, tip = 0, sides, 2 * sides, 3 * sides, 4 * sides
     faces = [[a + k for k in range(sides)]]
     for k in range(sides):
