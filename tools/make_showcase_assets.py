@@ -231,8 +231,8 @@ def knot(path, segments=72):
             a = twist + (k // 2) * math.pi / 2 + offset
             points.append(curve[i] + 0.275 * radius * (math.cos(a) * normal[i] + math.sin(a) * binormal[i]))
     sides = len(ring)
-    # After one turn corner k meets corner k + 1: the section has turned by a quarter.
 
+    # After one turn corner k meets corner k + 1: the section has turned by a quarter.
     def at(i, k):
         return (i % segments) * sides + (k + (2 if i >= segments else 0)) % sides
 
