@@ -37,5 +37,11 @@ def describe() -> dict[str, object]:
 
 
 def commit() -> str:
-    done = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True)
-    return done.stdout.strip() or "unknown"
+    """Of what makes pictures: figures outlive changes of tests, pages and of the benchmark itself."""
+
+    def git(*arguments: str) -> str:
+        paths = ("src", "include", "shaders", "python", "CMakeLists.txt")
+        done = subprocess.run(["git", *arguments, "--", *paths], cwd=ROOT, capture_output=True, text=True)
+        return done.stdout.strip()
+
+    return (git("log", "-1", "--format=%h") or "unknown") + ("-dirty" if git("status", "--porcelain") else "")

@@ -15,7 +15,7 @@ from pictures import Estimate, agreement
 
 OURS = peers.RENDERERS["kanuka"]
 REFERENCE = peers.RENDERERS["mitsuba-llvm-spectral"]  # spectral as ours, and the fastest
-REFERENCE_SAMPLES = {"cornell": 64, "terrain": 16}  # of one batch; there are 64
+REFERENCE_SAMPLES = {"cornell": 64, "terrain": 16}  # of one batch; there are 32
 Say = Callable[[str], None]
 
 
@@ -123,7 +123,7 @@ def ratios(summaries: list[dict[str, object]]) -> list[dict[str, object]]:
 def agrees(settings: Settings, scene: str, say: Say) -> dict[str, object]:
     """Our picture against Mitsuba's, both far longer than usual."""
     theirs = references.converged(
-        REFERENCE, settings.request(scene, samples=REFERENCE_SAMPLES[scene]), 8 if settings.quick else 64, say
+        REFERENCE, settings.request(scene, samples=REFERENCE_SAMPLES[scene]), 8 if settings.quick else 32, say
     )
     batches, samples = (4, 16) if settings.quick else (16, 64)
     ours = None
@@ -176,7 +176,7 @@ TOLERANCE_SCENES = {"flat": "cornell", "smooth": "smooth", "displaced": "displac
 def tolerance(settings: Settings, kind: str, say: Say) -> dict[str, object]:
     """The same scene traced at the geometry tolerance and micropolygon for micropolygon: picture, times, bytes."""
     batches = 4 if settings.quick else 8
-    samples = 16 if settings.quick else 64
+    samples = 16 if settings.quick else 32
     request = settings.request(TOLERANCE_SCENES[kind], samples=samples)
     made: dict[str, Estimate] = {}
     sides: dict[str, list[dict[str, object]]] = {"on": [], "off": []}

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import os
-from pathlib import Path
-
 UNITS = {"_s": ("{:.3g} s", 1), "_bytes": ("{:.0f} MB", 1e-6)}
 TITLES = {
     "load_s": "load",
@@ -65,13 +61,6 @@ def show(name: str, value: object) -> str:
     return f"{value:.3g}"
 
 
-def write(folder: Path, results: dict) -> None:
-    for name, text in (("results.json", json.dumps(results, indent=2) + "\n"), ("RESULTS.md", page(results))):
-        temporary = folder / f".{name}.{os.getpid()}"
-        temporary.write_text(text)
-        os.replace(temporary, folder / name)
-
-
 def table(head: list[str], rows: list[list[str]]) -> str:
     lines = ["| " + " | ".join(cells) + " |" for cells in (head, *rows)]
     return "\n".join([lines[0], "|" + "---|" * len(head), *lines[1:]]) + "\n"
@@ -84,7 +73,7 @@ def page(results: dict) -> str:
         f"{machine['cpu']} (family-model-stepping {machine['family_model_stepping']}), {machine['cores']} cores, "
         f"{machine['isa']}, {machine['memory_gib']} GiB; {machine['system']}; load before the run "
         f"{machine['load_before']}. {results['threads']} threads each. Commit {results['commit']}, {results['date']}, "
-        f"`{results['command']}`.\n",
+        f"{', '.join(f'`{command}`' for command in results['commands'])}.\n",
         f"Medians of {results['repeats']} runs, a process each, taken in turn (ours, theirs, ours, theirs). Ratios are "
         "ours over theirs: below 1, Kanuka takes less. They hold within this page alone; figures of two machines or "
         "of two runs do not compare. `docs/bench.md` says what is measured and how.\n",

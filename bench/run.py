@@ -14,16 +14,17 @@ import argparse
 import datetime
 import shlex
 import sys
-import time
+from collections.abc import Callable
 from pathlib import Path
 
 import machine
 import measures
 import peers
 import report
+from results import Results
 
-HERE = Path(__file__).resolve().parent
-MEASURES = ("side-by-side", "agreement", "micropolygons", "tolerance")
+ROOT = Path(__file__).resolve().parent.parent
+MEASURES = ("side-by-side", "micropolygons", "tolerance", "agreement")
 # Mitsuba's LLVM mode does not take 100 000 instances, and it has no procedural textures.
 SCENES = {
     "cornell": ("mitsuba-llvm-spectral", "mitsuba-scalar-spectral", "cycles", "luxcore"),
@@ -53,27 +54,18 @@ def parse() -> argparse.Namespace:
 
 
 def chosen_peers(scene: str, given: list[str] | None) -> list[peers.Renderer]:
-    """Those usual for the scene; named ones in any case."""
+    """Ours, and those usual for the scene; named ones in any case."""
     names = SCENES[scene]
     if given:
         names = [name for name in peers.RENDERERS if name != "kanuka" and name.startswith(tuple(given))]
-    return [peers.RENDERERS[name] for name in names]
+    return [measures.OURS, *(peers.RENDERERS[name] for name in names)]
 
 
 def main() -> int:
     arguments = parse()
     partial = bool(arguments.quick or arguments.scene or arguments.peer or arguments.measure)
-    output = arguments.output or (HERE.parent / "out" / "bench" if partial else HERE)
-    output.mkdir(parents=True, exist_ok=True)
     settings = measures.Settings(arguments.quick, arguments.repeats or (2 if arguments.quick else 3), arguments.threads)
-    wanted = set(arguments.measure or MEASURES)
-    chosen = arguments.scene or list(SCENES)
-    started = time.monotonic()
-
-    def say(line: str) -> None:
-        print(line, flush=True)
-
-    results: dict[str, object] = {
+    header = {
         "machine": machine.describe(),
         "commit": machine.commit(),
         "date": datetime.date.today().isoformat(),
@@ -82,53 +74,50 @@ def main() -> int:
         "repeats": settings.repeats,
         "threads": settings.threads or machine.cores(),
     }
-    say("{cpu}, {cores} cores, {isa}; load {load_before}".format(**results["machine"]))
+    say("{cpu}, {cores} cores, {isa}; load {load_before}".format(**header["machine"]))
+    results = Results(arguments.output or (ROOT / "out" / "bench" if partial else ROOT / "bench"), header, say)
+    wanted = set(arguments.measure or MEASURES)
+    chosen = arguments.scene or list(SCENES)
     failures: list[str] = []
-    summaries: list[dict[str, object]] = []
-    if "side-by-side" in wanted:
-        for scene in chosen:
-            say(f"{scene}:")
-            renderers = [measures.OURS]
-            for peer in chosen_peers(scene, arguments.peer):
-                if peer.installed:
-                    renderers.append(peer)
-                else:
-                    failures.append(f"{peer.name} is not installed: bench/setup.sh does it, or set KANUKA_PEERS")
-            runs = measures.side_by_side(settings, scene, renderers, say, failures)
-            summaries += [each.summary(scene) for each in runs]
-        results["ratios"] = measures.ratios(summaries)
-        results["medians"] = summaries
 
-    def attempt(key: str, measure, *given: object) -> None:
+    def attempt(measure: Callable[..., dict[str, object]], *given: object) -> list[dict[str, object]]:
         """One measure that fails leaves the others."""
         try:
-            found = measure(settings, *given, say)
+            return [measure(settings, *given, say)]
         except peers.WorkerError as error:
             failures.append(str(error))
             say(f"  {error}")
-            return
-        results.setdefault(key, []).append(found)
+            return []
 
-    if "agreement" in wanted:
-        say("agreement with a converged picture:")
-        for scene in (scene for scene in AGREEMENT if scene in chosen):
-            attempt("agreement", measures.agrees, scene)
+    if "side-by-side" in wanted:
+        for scene in chosen:
+            say(f"{scene}:")
+            runs = measures.side_by_side(settings, scene, chosen_peers(scene, arguments.peer), say, failures)
+            summaries = [each.summary(scene) for each in runs]
+            results.put("medians", scene, summaries)
+            results.put("ratios", scene, measures.ratios(summaries))
     if "micropolygons" in wanted and not arguments.scene:
         say("micropolygons:")
-        attempt("micropolygons", measures.micropolygons)
+        results.put("micropolygons", "", attempt(measures.micropolygons))
     if "tolerance" in wanted and not arguments.scene:
         say("geometry tolerance, on and off:")
         for kind in measures.TOLERANCE_SCENES:
-            attempt("tolerance", measures.tolerance, kind)
+            results.put("tolerance", kind, attempt(measures.tolerance, kind))
+    if "agreement" in wanted:
+        say("agreement with a converged picture:")
+        for scene in (scene for scene in AGREEMENT if scene in chosen):
+            results.put("agreement", scene, attempt(measures.agrees, scene))
 
-    results["failures"] = list(dict.fromkeys(failures))
-    results["seconds"] = round(time.monotonic() - started)
-    results["goals"] = report.goals(results)
-    report.write(output, results)
+    for line in failures:
+        results.fail(line)
     say("")
-    say(report.console(results))
-    say(f"{output / 'results.json'}\n{output / 'RESULTS.md'}")
+    say(report.console(results.data))
+    say(f"{results.folder / 'results.json'}\n{results.folder / 'RESULTS.md'}")
     return 1 if failures else 0
+
+
+def say(line: str) -> None:
+    print(line, flush=True)
 
 
 if __name__ == "__main__":
