@@ -1,5 +1,5 @@
-// Times dicing: a bicubic patch of about four million micropolygons, plain and roughened, a terrain of four million
-// triangles that goes through as a mesh, and a sphere per thousand. Not run by the tests.
+// Times dicing: a bicubic patch of about four million micropolygons, plain and roughened, a terrain of four
+// million triangles that goes through as a mesh, and a sphere per thousand. Not run by the tests.
 //   kanuka_dice_bench [threads]
 #include <chrono>
 #include <cstdio>
@@ -111,8 +111,8 @@ void run(const char* name, const scene::Primitive& primitive, int pixels, const 
             traced += double(t.mu) * t.mv;
         if (d.is_mesh)
             cells = traced = double(d.mesh.indices.size()) / d.mesh.vertices_per_face;
-        std::printf("%-22s %8.3f s  %7.3f M cells  %7.3f M traced  %6.1f ns a cell\n", name, seconds, cells * 1e-6,
-                    traced * 1e-6, seconds / std::max(cells, 1.0) * 1e9);
+        std::printf("%-22s %8.3f s  %7.3f M cells  %7.3f M traced  %6.1f ns a cell\n", name, seconds,
+                    cells * 1e-6, traced * 1e-6, seconds / std::max(cells, 1.0) * 1e9);
     }
     for (const auto& e : journal.entries())
         std::printf("  %s\n", e.message.c_str());

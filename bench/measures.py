@@ -78,7 +78,7 @@ def side_by_side(
     settings: Settings, scene: str, renderers: list[peers.Renderer], say: Say, failures: list[str]
 ) -> list[Runs]:
     """All renderers in turn, round after round, so that what disturbs the machine disturbs them all."""
-    request = settings.request(scene)
+    request = settings.request(scene, samples=4 if settings.quick else 0)
     scenes.make(scene, int(request["n"]))  # files that it reads are made before the clock runs
     runs = {r.name: Runs(r, [], []) for r in renderers}
     for repeat in range(settings.repeats):

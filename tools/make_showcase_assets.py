@@ -5,6 +5,7 @@
 
 Everything is drawn from fixed seeds: the same numpy gives the same bytes.
 """
+
 import math
 import pathlib
 import struct
@@ -85,7 +86,7 @@ def numbers(values, digits=5):
             lines.append(line)
             line = ""
         line += (" " if line else "") + word
-    return "\n    ".join(lines + [line])
+    return "\n    ".join([*lines, line])
 
 
 # ---- pictures --------------------------------------------------------------------------------------------------------
@@ -109,8 +110,17 @@ def terrazzo(size=512):
     count = 620
     centre = rng.uniform(0, 1, (count, 2))
     radius = rng.gamma(3.0, 0.0065, count)
-    palette = np.array([[0.62, 0.55, 0.47], [0.30, 0.27, 0.25], [0.75, 0.72, 0.66], [0.42, 0.22, 0.15],
-                        [0.22, 0.30, 0.29], [0.55, 0.38, 0.20], [0.12, 0.12, 0.13]])
+    palette = np.array(
+        [
+            [0.62, 0.55, 0.47],
+            [0.30, 0.27, 0.25],
+            [0.75, 0.72, 0.66],
+            [0.42, 0.22, 0.15],
+            [0.22, 0.30, 0.29],
+            [0.55, 0.38, 0.20],
+            [0.12, 0.12, 0.13],
+        ]
+    )
     color = palette[rng.choice(len(palette), count, p=[0.25, 0.15, 0.25, 0.12, 0.09, 0.08, 0.06])]
     color = color * rng.uniform(0.8, 1.15, (count, 1))
     grid = (np.arange(size) + 0.5) / size
@@ -145,8 +155,9 @@ def sky(width=1024):
     side = np.sin(theta)[:, None]
     direction = np.stack([side * np.cos(phi), side * np.sin(phi), up + 0 * phi], -1)
     azimuth, elevation = math.radians(62), math.radians(13)
-    sun = np.array([math.cos(elevation) * math.cos(azimuth), math.cos(elevation) * math.sin(azimuth),
-                    math.sin(elevation)])
+    sun = np.array(
+        [math.cos(elevation) * math.cos(azimuth), math.cos(elevation) * math.sin(azimuth), math.sin(elevation)]
+    )
     facing = np.clip(direction @ sun, -1, 1)
     angle = np.degrees(np.arccos(facing))
 
@@ -170,9 +181,14 @@ def sky(width=1024):
         i, j = np.floor(x).astype(int), np.floor(y).astype(int)
         fx, fy = x - i, y - j
         fx, fy = fx * fx * (3 - 2 * fx), fy * fy * (3 - 2 * fy)
-        at = lambda a, b: lattice[a % 64, b % 64]
-        cloud += amplitude * ((at(i, j) * (1 - fx) + at(i + 1, j) * fx) * (1 - fy)
-                              + (at(i, j + 1) * (1 - fx) + at(i + 1, j + 1) * fx) * fy)
+
+        def at(a, b):
+            return lattice[a % 64, b % 64]
+
+        cloud += amplitude * (
+            (at(i, j) * (1 - fx) + at(i + 1, j) * fx) * (1 - fy)
+            + (at(i, j + 1) * (1 - fx) + at(i + 1, j + 1) * fx) * fy
+        )
         amplitude *= 0.55
     cover = np.clip((cloud - 0.15) / 0.9, 0, 1) * np.clip(up / 0.10, 0, 1) * np.exp(-np.clip(up, 0, 1) * 1.6)
     lit = np.array([0.95, 0.66, 0.52]) * (0.45 + 1.3 * warmth[..., None])
@@ -215,8 +231,11 @@ def knot(path, segments=72):
             a = twist + (k // 2) * math.pi / 2 + offset
             points.append(curve[i] + 0.275 * radius * (math.cos(a) * normal[i] + math.sin(a) * binormal[i]))
     sides = len(ring)
+
     # After one turn corner k meets corner k + 1: the section has turned by a quarter.
-    at = lambda i, k: (i % segments) * sides + (k + (2 if i >= segments else 0)) % sides
+    def at(i, k):
+        return (i % segments) * sides + (k + (2 if i >= segments else 0)) % sides
+
     faces = [(at(i, k), at(i, k + 1), at(i + 1, k + 1), at(i + 1, k)) for i in range(segments) for k in range(sides)]
     ridge, k = [], 0
     for _ in range(4):
@@ -248,26 +267,62 @@ def lathe(path, what, profile):
 
 
 def vase(path):
-    lathe(path, "A vase", [
-        (0.00, 0.00), (0.12, 0.00), (0.24, 0.00), (0.30, 0.015),
-        (0.33, 0.03), (0.315, 0.06), (0.34, 0.14),
-        (0.46, 0.48), (0.66, 0.66), (0.66, 0.98),
-        (0.66, 1.30), (0.24, 1.34), (0.185, 1.62),
-        (0.165, 1.74), (0.21, 1.82), (0.31, 1.88),
-        (0.335, 1.895), (0.325, 1.925), (0.295, 1.915),
-        (0.20, 1.88), (0.12, 1.76), (0.14, 1.60),
-    ])
+    lathe(
+        path,
+        "A vase",
+        [
+            (0.00, 0.00),
+            (0.12, 0.00),
+            (0.24, 0.00),
+            (0.30, 0.015),
+            (0.33, 0.03),
+            (0.315, 0.06),
+            (0.34, 0.14),
+            (0.46, 0.48),
+            (0.66, 0.66),
+            (0.66, 0.98),
+            (0.66, 1.30),
+            (0.24, 1.34),
+            (0.185, 1.62),
+            (0.165, 1.74),
+            (0.21, 1.82),
+            (0.31, 1.88),
+            (0.335, 1.895),
+            (0.325, 1.925),
+            (0.295, 1.915),
+            (0.20, 1.88),
+            (0.12, 1.76),
+            (0.14, 1.60),
+        ],
+    )
 
 
 def baluster(path):
-    lathe(path, "A baluster", [
-        (0.115, 0.00), (0.115, 0.03), (0.115, 0.05), (0.11, 0.06),
-        (0.07, 0.07), (0.06, 0.09), (0.06, 0.11),
-        (0.07, 0.16), (0.14, 0.20), (0.14, 0.30),
-        (0.14, 0.42), (0.06, 0.50), (0.05, 0.62),
-        (0.048, 0.65), (0.05, 0.67), (0.085, 0.675),
-        (0.11, 0.68), (0.11, 0.70), (0.11, 0.73),
-    ])
+    lathe(
+        path,
+        "A baluster",
+        [
+            (0.115, 0.00),
+            (0.115, 0.03),
+            (0.115, 0.05),
+            (0.11, 0.06),
+            (0.07, 0.07),
+            (0.06, 0.09),
+            (0.06, 0.11),
+            (0.07, 0.16),
+            (0.14, 0.20),
+            (0.14, 0.30),
+            (0.14, 0.42),
+            (0.06, 0.50),
+            (0.05, 0.62),
+            (0.048, 0.65),
+            (0.05, 0.67),
+            (0.085, 0.675),
+            (0.11, 0.68),
+            (0.11, 0.70),
+            (0.11, 0.73),
+        ],
+    )
 
 
 def balustrade(path, count=44, spacing=0.36):
@@ -286,10 +341,17 @@ def gem(path, sides=8):
     middle_height = 0.55 * crown
     t = (crown - middle_height) / (crown - edge)  # where the kites' fold lies, so that they are flat
     middle = (table + (girdle - table) * t) / math.cos(math.pi / sides)
-    ring = lambda r, y, shift: [(r * math.cos(2 * math.pi * (k + shift) / sides), y,
-                                 r * math.sin(2 * math.pi * (k + shift) / sides)) for k in range(sides)]
-    points = ring(table, crown, 0.5) + ring(middle, middle_height, 0) + ring(girdle, edge, 0.5) + ring(girdle, -edge, 0.5)
-    points = np.array(points + [(0, -pavilion, 0)])
+
+    def ring(r, y, shift):
+        return [
+            (r * math.cos(2 * math.pi * (k + shift) / sides), y, r * math.sin(2 * math.pi * (k + shift) / sides))
+            for k in range(sides)
+        ]
+
+    points = (
+        ring(table, crown, 0.5) + ring(middle, middle_height, 0) + ring(girdle, edge, 0.5) + ring(girdle, -edge, 0.5)
+    )
+    points = np.array([*points, (0, -pavilion, 0)])
     a, b, g, h, tip = 0, sides, 2 * sides, 3 * sides, 4 * sides
     faces = [[a + k for k in range(sides)]]
     for k in range(sides):

@@ -1,5 +1,5 @@
-// Errors and the journal. An Error stops what cannot go on (a missing scene file); everything a render survives goes
-// to the Journal: once a message and place, with a count.
+// Errors and the journal. An Error stops what cannot go on (a missing scene file); everything a render
+// survives goes to the Journal: once a message and place, with a count.
 #pragma once
 
 #include <atomic>
@@ -23,18 +23,19 @@ struct Location {
 // What a farm acts on; the command's exit code is the number.
 enum class ExitCode : int {
     Ok = 0,
-    Warnings = 0,      // warnings alone do not fail a frame
-    Errors = 3,        // a picture was written, but something in it is missing or replaced
-    Usage = 2,         // wrong command line
-    Input = 4,         // no picture: the scene could not be read
-    Output = 5,        // no picture: it could not be written
+    Warnings = 0, // warnings alone do not fail a frame
+    Errors = 3,   // a picture was written, but something in it is missing or replaced
+    Usage = 2,    // wrong command line
+    Input = 4,    // no picture: the scene could not be read
+    Output = 5,   // no picture: it could not be written
     Internal = 70,
 };
 
 class Error : public std::runtime_error {
   public:
     Error(Location where, const std::string& what, ExitCode code = ExitCode::Input);
-    explicit Error(const std::string& what, ExitCode code = ExitCode::Input) : Error(Location{}, what, code) {}
+    explicit Error(const std::string& what, ExitCode code = ExitCode::Input)
+        : Error(Location{}, what, code) {}
     const Location& where() const { return m_where; }
     ExitCode code() const { return m_code; }
 
@@ -45,8 +46,8 @@ class Error : public std::runtime_error {
 
 enum class Severity { Info, Warning, Error };
 
-// Collects what went wrong without stopping. The same message (severity, location, text) is kept once, with a count.
-// Thread safety: all members may be called from any thread.
+// Collects what went wrong without stopping. The same message (severity, location, text) is kept once, with a
+// count. Thread safety: all members may be called from any thread.
 class Journal {
   public:
     struct Entry {
@@ -56,8 +57,12 @@ class Journal {
         uint64_t count;
     };
     void report(Severity severity, Location where, std::string message);
-    void warning(Location where, std::string message) { report(Severity::Warning, std::move(where), std::move(message)); }
-    void error(Location where, std::string message) { report(Severity::Error, std::move(where), std::move(message)); }
+    void warning(Location where, std::string message) {
+        report(Severity::Warning, std::move(where), std::move(message));
+    }
+    void error(Location where, std::string message) {
+        report(Severity::Error, std::move(where), std::move(message));
+    }
     // Sorted by first file, line, column, message: the same for any thread count.
     std::vector<Entry> entries() const;
     bool has_errors() const { return m_errors.load() > 0; }

@@ -1,7 +1,7 @@
-// Lanes: Float<W>, Int<W>, Mask<W> hold W values and act on all at once. W = 1 (tests, and a GPU thread), 8 (AVX2) and 16
-// (AVX-512) are one source. Built on the compiler's vector types, whose operators cover most of this file; intrinsics
-// stand in for the few operations that those lack, in the Native<W> blocks below. Every operation is correctly rounded or
-// an explicit sequence of such, so all W compute the same bits.
+// Lanes: Float<W>, Int<W>, Mask<W> hold W values and act on all at once. W = 1 (tests, and a GPU thread), 8
+// (AVX2) and 16 (AVX-512) are one source. Built on the compiler's vector types, whose operators cover most of
+// this file; intrinsics stand in for the few operations that those lack, in the Native<W> blocks below. Every
+// operation is correctly rounded or an explicit sequence of such, so all W compute the same bits.
 #pragma once
 
 #include <cstdint>
@@ -210,7 +210,8 @@ Float<W> floor(Float<W> a) {
         return (typename Float<W>::F)_mm256_floor_ps((__m256)a.v);
 #ifdef __AVX512F__
     else if constexpr (W == 16)
-        return (typename Float<W>::F)_mm512_roundscale_ps((__m512)a.v, _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
+        return (typename Float<W>::F)_mm512_roundscale_ps((__m512)a.v,
+                                                          _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
 #endif
     else {
         Float<W> r;
@@ -237,7 +238,8 @@ Float<W> abs(Float<W> a) {
 }
 template <int W>
 Float<W> copysign(Float<W> magnitude, Float<W> sign) {
-    return bitcast_float((bitcast_int(magnitude) & Int<W>(0x7fffffff)) | (bitcast_int(sign) & Int<W>(int(0x80000000))));
+    return bitcast_float((bitcast_int(magnitude) & Int<W>(0x7fffffff)) |
+                         (bitcast_int(sign) & Int<W>(int(0x80000000))));
 }
 template <int W>
 Float<W> clamp(Float<W> x, Float<W> lo, Float<W> hi) {
@@ -248,8 +250,8 @@ Mask<W> is_finite(Float<W> a) {
     return abs(a) <= Float<W>(3.402823466e38f);
 }
 
-// base[index], lane by lane; every index must be readable. The store keeps floats and integers in one arena, so loads
-// may alias anything.
+// base[index], lane by lane; every index must be readable. The store keeps floats and integers in one arena,
+// so loads may alias anything.
 template <int W>
 Float<W> gather(const float* base, Int<W> index) {
     if constexpr (W == 8)

@@ -1,5 +1,5 @@
-// Elementary functions over lanes, as fixed sequences of rounded operations: the same bits for every lane count, machine
-// and library version. Errors are of the float result, and tested.
+// Elementary functions over lanes, as fixed sequences of rounded operations: the same bits for every lane
+// count, machine and library version. Errors are of the float result, and tested.
 #pragma once
 
 #include "base/lanes.h"
@@ -12,7 +12,8 @@ Float<W> exp2(Float<W> x) {
     const Float<W> clamped = clamp(x, Float<W>(-126.0f), Float<W>(127.0f));
     const Float<W> whole = floor(clamped + Float<W>(0.5f));
     const Float<W> f = clamped - whole; // [-1/2, 1/2]
-    // Interpolates 2^f at Chebyshev's nodes; the last digits by search, with the rounding of these very steps.
+    // Interpolates 2^f at Chebyshev's nodes; the last digits by search, with the rounding of these very
+    // steps.
     Float<W> p = fma(Float<W>(1.54531634e-4f), f, Float<W>(1.33908633e-3f));
     p = fma(p, f, Float<W>(9.61808302e-3f));
     p = fma(p, f, Float<W>(5.55035584e-2f));
@@ -31,7 +32,7 @@ Float<W> exp(Float<W> x) {
 // sin and cos of 2 pi x for x in [0, 1): what sampling needs. Absolute error below 3e-7.
 template <int W>
 void sincos_2pi(Float<W> x, Float<W>& s, Float<W>& c) {
-    const Float<W> q = floor(fma(x, Float<W>(4.0f), Float<W>(0.5f))); // nearest quarter turn
+    const Float<W> q = floor(fma(x, Float<W>(4.0f), Float<W>(0.5f)));       // nearest quarter turn
     const Float<W> r = fma(q, Float<W>(-0.25f), x) * Float<W>(6.28318531f); // [-pi/4, pi/4]
     const Float<W> r2 = r * r;
     Float<W> sp = fma(Float<W>(2.7557319e-6f), r2, Float<W>(-1.9841270e-4f)); // Taylor to r^9, r^10

@@ -1,21 +1,23 @@
-// Sample points: Owen-scrambled Sobol', two dimensions at a time, each pair shuffled on its own (Burley 2020, Practical
-// Hash-based Owen Scrambling). A sample is a pure function of (pixel, progression, dimension, seed).
+// Sample points: Owen-scrambled Sobol', two dimensions at a time, each pair shuffled on its own (Burley 2020,
+// Practical Hash-based Owen Scrambling). A sample is a pure function of (pixel, progression, dimension,
+// seed).
 #pragma once
 
 #include "base/lanes.h"
 
 namespace kanuka {
 
-// Pairs of dimensions a path consumes. Those of a bounce repeat: pair = FirstBounce + bounce * PerBounce + offset.
+// Pairs of dimensions a path consumes. Those of a bounce repeat: pair = FirstBounce + bounce * PerBounce +
+// offset.
 enum class Dimension : int {
-    Filter = 0,        // position in the pixel
-    WavelengthTime,    // hero wavelength; shutter time
+    Filter = 0,     // position in the pixel
+    WavelengthTime, // hero wavelength; shutter time
     Lens,
     FirstBounce,
-    LobeRoulette = 0,  // offsets: which lobe; Russian roulette
-    Direction,         // on the hemisphere
-    LightChoice,       // which light; which of its parts
-    LightPosition,     // on the light
+    LobeRoulette = 0, // offsets: which lobe; Russian roulette
+    Direction,        // on the hemisphere
+    LightChoice,      // which light; which of its parts
+    LightPosition,    // on the light
     PerBounce,
 };
 
@@ -42,8 +44,8 @@ Int<W> reverse_bits(Int<W> x) {
     return (x >> 16) | (x << 16);
 }
 
-// Laine and Karras' permutation: every bit is changed by the bits below it alone, so on bit-reversed fractions it is a
-// nested uniform scramble (constants: N. Vegdahl 2021, Building a Better LK Hash).
+// Laine and Karras' permutation: every bit is changed by the bits below it alone, so on bit-reversed
+// fractions it is a nested uniform scramble (constants: N. Vegdahl 2021, Building a Better LK Hash).
 template <int W>
 Int<W> laine_karras(Int<W> x, Int<W> seed) {
     x = x ^ (x * Int<W>(0x3d20adea));
@@ -62,16 +64,16 @@ Float<W> to_unit(Int<W> bits) {
 // One stream a path: the pixel's hash, and the progression with its bits reversed.
 template <int W>
 struct Sampler {
-    Int<W> pixel;              // hash of (x, y, seed)
-    uint32_t reversed_index;   // reverse_bits(progression)
+    Int<W> pixel;            // hash of (x, y, seed)
+    uint32_t reversed_index; // reverse_bits(progression)
 
     void sample_2d(int pair, Float<W>& u0, Float<W>& u1) const {
         const Int<W> h = hash_bits(pixel ^ Int<W>(int(uint32_t(pair) * 0x9e3779b9u)));
         // Shuffle: the permuted index, bits reversed, is Sobol' dimension 0 itself.
         const Int<W> x = laine_karras(Int<W>(int(reversed_index)), h);
         const Int<W> index = reverse_bits(x);
-        // Dimension 1 has Pascal's triangle mod 2 as its matrix, the fivefold Kronecker power of [1 1; 0 1]; on the index,
-        // low bit first, that is five butterfly steps (Helmer et al. 2021, section 5).
+        // Dimension 1 has Pascal's triangle mod 2 as its matrix, the fivefold Kronecker power of [1 1; 0 1];
+        // on the index, low bit first, that is five butterfly steps (Helmer et al. 2021, section 5).
         Int<W> y = index;
         y = y ^ ((y >> 1) & Int<W>(0x55555555));
         y = y ^ ((y >> 2) & Int<W>(0x33333333));
@@ -84,6 +86,8 @@ struct Sampler {
     }
 };
 
-inline uint32_t reverse_bits_scalar(uint32_t x) { return uint32_t(reverse_bits(Int<1>(int(x)))[0]); }
+inline uint32_t reverse_bits_scalar(uint32_t x) {
+    return uint32_t(reverse_bits(Int<1>(int(x)))[0]);
+}
 
 } // namespace kanuka

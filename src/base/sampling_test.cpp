@@ -107,10 +107,10 @@ TEST(Sampler, NeighboursAndPairsAreIndependent) {
     }
 }
 
-// Within one pixel, over its progressions, pairs are shuffled apart: their correlation is zero on average, and in the
-// single pixel not much larger than random points would have it. (Shuffles are nested: bits of the two points that come
-// from the same bit of the index go together in blocks. For ideal ones that makes 9/7 of random points' variance; the
-// hash makes it 1.6.)
+// Within one pixel, over its progressions, pairs are shuffled apart: their correlation is zero on average,
+// and in the single pixel not much larger than random points would have it. (Shuffles are nested: bits of the
+// two points that come from the same bit of the index go together in blocks. For ideal ones that makes 9/7 of
+// random points' variance; the hash makes it 1.6.)
 TEST(Sampler, PairsOfAPixelAreUncorrelatedOverProgressions) {
     constexpr int Tests = 16, Pixels = 2048, N = 64;
     for (int t = 0; t < Tests; t++) {

@@ -13,8 +13,8 @@ struct Stats {
                first_pixel_s = 0;
     } time;
     struct Count {
-        std::atomic<uint64_t> primitives{0}, grids{0}, vertices{0}, micropolygons{0}, traced_polygons{0}, instances{0},
-            shader_evaluations{0}, paths{0}, rays{0}, nan_samples{0};
+        std::atomic<uint64_t> primitives{0}, grids{0}, vertices{0}, micropolygons{0}, traced_polygons{0},
+            instances{0}, shader_evaluations{0}, paths{0}, rays{0}, nan_samples{0};
     } count;
     struct Bytes {
         uint64_t grids = 0, lobe_inputs = 0, bvh = 0, textures = 0, peak_rss = 0;
@@ -25,7 +25,9 @@ struct Stats {
 class ScopedTimer {
   public:
     explicit ScopedTimer(double& seconds) : m_seconds(seconds), m_start(std::chrono::steady_clock::now()) {}
-    ~ScopedTimer() { m_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count(); }
+    ~ScopedTimer() {
+        m_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count();
+    }
     ScopedTimer(const ScopedTimer&) = delete;
 
   private:

@@ -1,9 +1,9 @@
 #include "base/tasks.h"
 
 #include <algorithm>
+#include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
-#include <tbb/info.h>
 
 namespace kanuka::tasks {
 
@@ -12,15 +12,18 @@ void with_threads(int threads, const std::function<void()>& work) {
     arena.execute(work);
 }
 
-int max_threads() { return tbb::this_task_arena::max_concurrency(); }
+int max_threads() {
+    return tbb::this_task_arena::max_concurrency();
+}
 
 void parallel_for(size_t count, const std::function<void(size_t)>& body) {
-    tbb::parallel_for(tbb::blocked_range<size_t>(0, count, 1),
-                      [&](const tbb::blocked_range<size_t>& r) {
-                          for (size_t i = r.begin(); i != r.end(); i++)
-                              body(i);
-                      },
-                      tbb::simple_partitioner());
+    tbb::parallel_for(
+        tbb::blocked_range<size_t>(0, count, 1),
+        [&](const tbb::blocked_range<size_t>& r) {
+            for (size_t i = r.begin(); i != r.end(); i++)
+                body(i);
+        },
+        tbb::simple_partitioner());
 }
 
 void parallel_chunks(size_t count, size_t grain, const std::function<void(size_t, size_t)>& body) {

@@ -10,10 +10,11 @@ namespace kanuka::tasks {
 void with_threads(int threads, const std::function<void()>& work);
 int max_threads();
 
-// body(i) for every i in [0, count). Exceptions leave through the caller. Order of execution is free: results must not
-// depend on it.
+// body(i) for every i in [0, count). Exceptions leave through the caller. Order of execution is free: results
+// must not depend on it.
 void parallel_for(size_t count, const std::function<void(size_t)>& body);
-// body(begin, end) over chunks of at most `grain`; chunk bounds depend on count and grain alone, never on threads.
+// body(begin, end) over chunks of at most `grain`; chunk bounds depend on count and grain alone, never on
+// threads.
 void parallel_chunks(size_t count, size_t grain, const std::function<void(size_t, size_t)>& body);
 
 } // namespace kanuka::tasks

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <array>
-#include <tuple>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 namespace kanuka {
 
@@ -50,7 +50,9 @@ struct Vec3 {
 using Vec2f = Vec2<float>;
 using Vec3f = Vec3<float>;
 
-inline float fma(float a, float b, float c) { return __builtin_fmaf(a, b, c); }
+inline float fma(float a, float b, float c) {
+    return __builtin_fmaf(a, b, c);
+}
 
 template <class T>
 T dot(const Vec3<T>& a, const Vec3<T>& b) {
@@ -100,8 +102,8 @@ struct Bounds3f {
 };
 
 // A 4x4 affine or projective matrix acting on column vectors: p' = M p, stored by rows, m[row][column].
-// RenderMan's row-vector matrices are transposed on ingest. Names compose: render_from_camera = render_from_world *
-// world_from_camera [pbrt-v4].
+// RenderMan's row-vector matrices are transposed on ingest. Names compose: render_from_camera =
+// render_from_world * world_from_camera [pbrt-v4].
 struct Transform {
     std::array<std::array<double, 4>, 4> m{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}};
 

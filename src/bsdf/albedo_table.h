@@ -1,9 +1,10 @@
-// Directional albedo of GGX reflection lobes, tabulated once by quadrature over visible normals: what a coat needs to know
-// of its upper layer, and how lobes share samples. Within 0.5 % of white for cosines above 0.02.
+// Directional albedo of GGX reflection lobes, tabulated once by quadrature over visible normals: what a coat
+// needs to know of its upper layer, and how lobes share samples. Within 0.5 % of white for cosines above
+// 0.02.
 //
-// Axes: sqrt(cos) and the fourth root of alpha, dense where lobes are narrow and views grazing, and the fourth root of
-// the index less 1. What is stored is near constant: for dielectrics the ratio to a smooth interface seen at a cosine
-// that the roughness softens; for Schlick's weight the difference from it.
+// Axes: sqrt(cos) and the fourth root of alpha, dense where lobes are narrow and views grazing, and the
+// fourth root of the index less 1. What is stored is near constant: for dielectrics the ratio to a smooth
+// interface seen at a cosine that the roughness softens; for Schlick's weight the difference from it.
 #pragma once
 
 #include <array>
@@ -70,9 +71,9 @@ class AlbedoTable {
         return clamp(fma(Float<W>(0.5f), alpha, cosine), Float<W>(0.0f), Float<W>(1.0f));
     }
 
-    // Means of G2 / G1, alone and times each Fresnel term, over N x N stratified visible normals. The lobe is the same on
-    // both sides of the plane of incidence: one half is enough. Strata crowd at u1 = 1, the long tail of GGX whose
-    // reflections go below the horizon: u1 = 1 - (1 - s)^3.
+    // Means of G2 / G1, alone and times each Fresnel term, over N x N stratified visible normals. The lobe is
+    // the same on both sides of the plane of incidence: one half is enough. Strata crowd at u1 = 1, the long
+    // tail of GGX whose reflections go below the horizon: u1 = 1 - (1 - s)^3.
     void fill(int at, float cosine, float alpha) {
         using F = Float<8>;
         using V = Vec3<F>;
@@ -100,7 +101,8 @@ class AlbedoTable {
                 const V m = ggx.sample_visible(wo, u0, F(1 - t * t * t));
                 const V wi = reflect(wo, m);
                 const F cos_m = max(dot(wo, m), zero);
-                const F g = select(wi.z > zero, share * (one + lambda_o) / (one + lambda_o + ggx.lambda(wi)), zero);
+                const F g =
+                    select(wi.z > zero, share * (one + lambda_o) / (one + lambda_o + ggx.lambda(wi)), zero);
                 whole += g;
                 schlick = fma(schlick_weight(cos_m), g, schlick);
                 F cos_t;

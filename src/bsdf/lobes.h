@@ -1,6 +1,6 @@
-// The lobes of grid/lobe_schema.h: evaluation, sampling, density, albedo. Local frame: +z is the shading normal on the side
-// of wo, so wo.z > 0; wi.z < 0 is transmission. Values are f(wo, wi) |cos wi|; densities are over solid angle of wi, one a
-// wavelength, since dispersion bends each its own way.
+// The lobes of grid/lobe_schema.h: evaluation, sampling, density, albedo. Local frame: +z is the shading
+// normal on the side of wo, so wo.z > 0; wi.z < 0 is transmission. Values are f(wo, wi) |cos wi|; densities
+// are over solid angle of wi, one a wavelength, since dispersion bends each its own way.
 #pragma once
 
 #include "bsdf/albedo_table.h"
@@ -15,15 +15,15 @@ using grid::LobeId;
 // A lobe's inputs at a hit, decoded. Which fields a lobe uses: see decode_lobe in layering.h.
 template <int W>
 struct LobeInputs {
-    Spectrum<W> a, b;    // reflectance; edge reflectance or transmittance
+    Spectrum<W> a, b; // reflectance; edge reflectance or transmittance
     Float<W> alpha;
-    Spectrum<W> eta;     // index behind / index on the side of wo, per wavelength
+    Spectrum<W> eta; // index behind / index on the side of wo, per wavelength
     bool dispersive = false;
 };
 
 template <int W>
 struct LobeValue {
-    Spectrum<W> f;   // f |cos wi|
+    Spectrum<W> f; // f |cos wi|
     Spectrum<W> pdf;
 };
 
@@ -31,8 +31,8 @@ template <int W>
 struct LobeSample {
     Vec3<Float<W>> wi;
     Mask<W> valid;
-    Mask<W> delta;        // f and pdf are those of a single direction: only their ratio has meaning
-    LobeValue<W> value;   // for delta lanes; others are evaluated with all lobes of the material
+    Mask<W> delta;      // f and pdf are those of a single direction: only their ratio has meaning
+    LobeValue<W> value; // for delta lanes; others are evaluated with all lobes of the material
 };
 
 template <int W>
@@ -43,7 +43,8 @@ Vec3<Float<W>> sample_cosine(Float<W> u0, Float<W> u1) {
     return {r * c, r * s, sqrt(max(Float<W>(1.0f) - u1, Float<W>(1e-8f)))};
 }
 
-// ---- Lambert -----------------------------------------------------------------------------------------------------------
+// ---- Lambert
+// -----------------------------------------------------------------------------------------------------------
 
 template <int W>
 struct LambertLobe {
@@ -63,7 +64,8 @@ struct LambertLobe {
     }
 };
 
-// ---- microfacet reflection: conductor, and dielectric without transmission --------------------------------------------
+// ---- microfacet reflection: conductor, and dielectric without transmission
+// --------------------------------------------
 
 template <int W, bool Conductor>
 struct MicrofacetLobe {
@@ -81,7 +83,8 @@ struct MicrofacetLobe {
     static LobeValue<W> eval(const LobeInputs<W>& in, const V& wo, const V& wi) {
         const Ggx<W> ggx{max(in.alpha, Float<W>(SmoothAlpha))};
         const V m = normalize(wo + wi);
-        const Mask<W> valid = (wi.z > Float<W>(0.0f)) & (wo.z > Float<W>(0.0f)) & (in.alpha >= Float<W>(SmoothAlpha));
+        const Mask<W> valid =
+            (wi.z > Float<W>(0.0f)) & (wo.z > Float<W>(0.0f)) & (in.alpha >= Float<W>(SmoothAlpha));
         const Float<W> lo = ggx.lambda(wo), li = ggx.lambda(wi), d = ggx.D(m) / (Float<W>(4.0f) * wo.z);
         const Float<W> zero(0.0f);
         const Float<W> pdf = kanuka::select(valid, d / (Float<W>(1.0f) + lo), zero);
@@ -103,13 +106,15 @@ struct MicrofacetLobe {
     }
 };
 
-// ---- dielectric interface ----------------------------------------------------------------------------------------------
+// ---- dielectric interface
+// ----------------------------------------------------------------------------------------------
 
 template <int W>
 struct DielectricLobe {
     using V = Vec3<Float<W>>;
 
-    // Half vector of a pair of directions, on the side of wo; generalised for transmission (Walter et al. 2007, eq. 16).
+    // Half vector of a pair of directions, on the side of wo; generalised for transmission (Walter et al.
+    // 2007, eq. 16).
     static V half_vector(const V& wo, const V& wi, Float<W> eta, Mask<W> transmits) {
         const V h = normalize(kanuka::select(transmits, wo + wi * eta, wo + wi));
         return h * copysign(Float<W>(1.0f), h.z);
@@ -123,7 +128,8 @@ struct DielectricLobe {
             const V m = half_vector(wo, wi, in.eta[i], transmits);
             const Float<W> om = dot(wo, m), im = dot(wi, m);
             // Reflection wants wi on wo's side of the microfacet, transmission on the other.
-            const Mask<W> valid = rough & (om > zero) & ((transmits & (im < zero)) | ((!transmits) & (im > zero)));
+            const Mask<W> valid =
+                rough & (om > zero) & ((transmits & (im < zero)) | ((!transmits) & (im > zero)));
             Float<W> cos_t;
             const Float<W> F = fresnel_dielectric(max(om, zero), in.eta[i], cos_t), D = ggx.D(m);
             const Float<W> visible = D / (wo.z * (Float<W>(1.0f) + lo)); // pdf_visible / (wo . m)
@@ -133,7 +139,8 @@ struct DielectricLobe {
             const Float<W> jr = Float<W>(0.25f);
             const Float<W> scale = kanuka::select(transmits, (Float<W>(1.0f) - F) * jacobian_t, F * jr);
             r.pdf[i] = kanuka::select(valid, visible * scale, zero);
-            // Radiance is not scaled by eta^2: paths carry basic radiance L / n^2, which interfaces leave as it is.
+            // Radiance is not scaled by eta^2: paths carry basic radiance L / n^2, which interfaces leave as
+            // it is.
             r.f[i] = kanuka::select(valid, both * scale, zero);
         }
         if (!in.dispersive)
@@ -143,7 +150,8 @@ struct DielectricLobe {
         return r;
     }
     // u_choice picks reflection or transmission by the hero wavelength's Fresnel term.
-    static LobeSample<W> sample(const LobeInputs<W>& in, const V& wo, Float<W> u_choice, Float<W> u0, Float<W> u1) {
+    static LobeSample<W> sample(const LobeInputs<W>& in, const V& wo, Float<W> u_choice, Float<W> u0,
+                                Float<W> u1) {
         const Mask<W> smooth = in.alpha < Float<W>(SmoothAlpha);
         const Ggx<W> ggx{max(in.alpha, Float<W>(SmoothAlpha))};
         V m = ggx.sample_visible(wo, u0, u1);
@@ -156,8 +164,8 @@ struct DielectricLobe {
         s.wi = kanuka::select(reflects, reflect(wo, m), refract(wo, m, in.eta[0], cos_t));
         s.valid = (reflects & (s.wi.z > Float<W>(0.0f))) | ((!reflects) & (s.wi.z < Float<W>(0.0f)));
         s.delta = smooth;
-        // Smooth: reflection goes one way for all wavelengths, each with its own Fresnel term; refraction bends the hero
-        // alone, the density of the others there is zero.
+        // Smooth: reflection goes one way for all wavelengths, each with its own Fresnel term; refraction
+        // bends the hero alone, the density of the others there is zero.
         const Float<W> zero(0.0f);
         for (int i = 0; i < Wavelengths; i++) {
             Float<W> unused;
@@ -170,30 +178,43 @@ struct DielectricLobe {
     }
 };
 
-// ---- any lobe ----------------------------------------------------------------------------------------------------------
+// ---- any lobe
+// ----------------------------------------------------------------------------------------------------------
 // `id` is the same for all lanes: hits are grouped by layering program.
 
 template <int W>
-LobeValue<W> eval_lobe(LobeId id, const LobeInputs<W>& in, const Vec3<Float<W>>& wo, const Vec3<Float<W>>& wi) {
+LobeValue<W> eval_lobe(LobeId id, const LobeInputs<W>& in, const Vec3<Float<W>>& wo,
+                       const Vec3<Float<W>>& wi) {
     switch (id) {
-    case LobeId::LambertBrdf: return LambertLobe<W>::eval(in, wi, false);
-    case LobeId::LambertBtdf: return LambertLobe<W>::eval(in, wi, true);
-    case LobeId::MicrofacetConductorBrdf: return MicrofacetLobe<W, true>::eval(in, wo, wi);
-    case LobeId::MicrofacetDielectricBrdf: return MicrofacetLobe<W, false>::eval(in, wo, wi);
-    case LobeId::MicrosurfaceDielectricBsdfRgb_v1: return DielectricLobe<W>::eval(in, wo, wi);
-    default: return {Spectrum<W>(Float<W>(0.0f)), Spectrum<W>(Float<W>(0.0f))};
+    case LobeId::LambertBrdf:
+        return LambertLobe<W>::eval(in, wi, false);
+    case LobeId::LambertBtdf:
+        return LambertLobe<W>::eval(in, wi, true);
+    case LobeId::MicrofacetConductorBrdf:
+        return MicrofacetLobe<W, true>::eval(in, wo, wi);
+    case LobeId::MicrofacetDielectricBrdf:
+        return MicrofacetLobe<W, false>::eval(in, wo, wi);
+    case LobeId::MicrosurfaceDielectricBsdfRgb_v1:
+        return DielectricLobe<W>::eval(in, wo, wi);
+    default:
+        return {Spectrum<W>(Float<W>(0.0f)), Spectrum<W>(Float<W>(0.0f))};
     }
 }
 
 template <int W>
-LobeSample<W> sample_lobe(LobeId id, const LobeInputs<W>& in, const Vec3<Float<W>>& wo, Float<W> u_choice, Float<W> u0,
-                          Float<W> u1) {
+LobeSample<W> sample_lobe(LobeId id, const LobeInputs<W>& in, const Vec3<Float<W>>& wo, Float<W> u_choice,
+                          Float<W> u0, Float<W> u1) {
     switch (id) {
-    case LobeId::LambertBrdf: return LambertLobe<W>::sample(u0, u1, false);
-    case LobeId::LambertBtdf: return LambertLobe<W>::sample(u0, u1, true);
-    case LobeId::MicrofacetConductorBrdf: return MicrofacetLobe<W, true>::sample(in, wo, u0, u1);
-    case LobeId::MicrofacetDielectricBrdf: return MicrofacetLobe<W, false>::sample(in, wo, u0, u1);
-    case LobeId::MicrosurfaceDielectricBsdfRgb_v1: return DielectricLobe<W>::sample(in, wo, u_choice, u0, u1);
+    case LobeId::LambertBrdf:
+        return LambertLobe<W>::sample(u0, u1, false);
+    case LobeId::LambertBtdf:
+        return LambertLobe<W>::sample(u0, u1, true);
+    case LobeId::MicrofacetConductorBrdf:
+        return MicrofacetLobe<W, true>::sample(in, wo, u0, u1);
+    case LobeId::MicrofacetDielectricBrdf:
+        return MicrofacetLobe<W, false>::sample(in, wo, u0, u1);
+    case LobeId::MicrosurfaceDielectricBsdfRgb_v1:
+        return DielectricLobe<W>::sample(in, wo, u_choice, u0, u1);
     default: {
         LobeSample<W> s{};
         s.wi = {Float<W>(0.0f), Float<W>(0.0f), Float<W>(1.0f)};
@@ -203,24 +224,28 @@ LobeSample<W> sample_lobe(LobeId id, const LobeInputs<W>& in, const Vec3<Float<W
     }
 }
 
-// Fraction of light from wo that the lobe scatters: what a coat keeps from its base, and how lobes share samples.
+// Fraction of light from wo that the lobe scatters: what a coat keeps from its base, and how lobes share
+// samples.
 template <int W>
 Spectrum<W> albedo_of_lobe(LobeId id, const LobeInputs<W>& in, Float<W> cos_o) {
     switch (id) {
     case LobeId::LambertBrdf:
-    case LobeId::LambertBtdf: return in.a;
+    case LobeId::LambertBtdf:
+        return in.a;
     case LobeId::MicrofacetConductorBrdf: {
         // Fresnel's mean over the visible normals: a black face still has its bright edges.
         const Float<W> edge = albedo_table().schlick(cos_o, in.alpha);
         return in.a * (albedo_table().ggx(cos_o, in.alpha) - edge) + in.b * edge;
     }
-    case LobeId::MicrofacetDielectricBrdf: return in.a * albedo_table().dielectric(cos_o, in.alpha, in.eta[0]);
+    case LobeId::MicrofacetDielectricBrdf:
+        return in.a * albedo_table().dielectric(cos_o, in.alpha, in.eta[0]);
     case LobeId::MicrosurfaceDielectricBsdfRgb_v1: {
         Float<W> cos_t;
         const Float<W> F = fresnel_dielectric(cos_o, in.eta[0], cos_t);
         return in.a * F + in.b * (Float<W>(1.0f) - F);
     }
-    default: return Spectrum<W>(Float<W>(0.0f));
+    default:
+        return Spectrum<W>(Float<W>(0.0f));
     }
 }
 

@@ -1,5 +1,6 @@
-// A material at a hit: the layering program run over decoded inputs. Mix, over and coat depend on the view direction
-// alone, so the tree reduces to one weight a lobe; the material is then a weighted sum of lobes, sampled as a mixture.
+// A material at a hit: the layering program run over decoded inputs. Mix, over and coat depend on the view
+// direction alone, so the tree reduces to one weight a lobe; the material is then a weighted sum of lobes,
+// sampled as a mixture.
 #pragma once
 
 #include <algorithm>
@@ -50,7 +51,8 @@ struct MaterialCode {
                 const grid::LobeDecl& decl = grid::lobe(n.lobe);
                 for (size_t i = 0; i < decl.inputs.size(); i++)
                     node.inputs[i] = place(i < n.inputs.size() ? n.inputs[i] : -1, decl.inputs[i].fallback);
-                const bool scatters = decl.kind != grid::LobeKind::Emission && decl.kind != grid::LobeKind::Phase;
+                const bool scatters =
+                    decl.kind != grid::LobeKind::Emission && decl.kind != grid::LobeKind::Phase;
                 node.leaf = scatters ? leaves++ : -1;
                 if (n.lobe == LobeId::MicrosurfaceDielectricBsdfRgb_v1) {
                     transmits = true;
@@ -79,14 +81,16 @@ struct MaterialCode {
     }
 };
 
-// Indices of refraction at the hero wavelengths: Cauchy's n = A + B / lambda^2 through n_d and the Abbe number
-// V_d = (n_d - 1) / (n_F - n_C), Fraunhofer lines d 587.6, F 486.1, C 656.3 nm.
+// Indices of refraction at the hero wavelengths: Cauchy's n = A + B / lambda^2 through n_d and the Abbe
+// number V_d = (n_d - 1) / (n_F - n_C), Fraunhofer lines d 587.6, F 486.1, C 656.3 nm.
 template <int W>
 Spectrum<W> index_of_refraction(Float<W> n_d, Float<W> abbe, const Float<W> l[Wavelengths]) {
-    constexpr float InvD2 = 1 / (587.56f * 587.56f), InvF2 = 1 / (486.13f * 486.13f), InvC2 = 1 / (656.28f * 656.28f);
+    constexpr float InvD2 = 1 / (587.56f * 587.56f), InvF2 = 1 / (486.13f * 486.13f),
+                    InvC2 = 1 / (656.28f * 656.28f);
     const Mask<W> disperses = abbe > Float<W>(0.0f);
-    const Float<W> B = kanuka::select(disperses, (n_d - Float<W>(1.0f)) / (max(abbe, Float<W>(1.0f)) * Float<W>(InvF2 - InvC2)),
-                                      Float<W>(0.0f));
+    const Float<W> B = kanuka::select(
+        disperses, (n_d - Float<W>(1.0f)) / (max(abbe, Float<W>(1.0f)) * Float<W>(InvF2 - InvC2)),
+        Float<W>(0.0f));
     Spectrum<W> n;
     for (int i = 0; i < Wavelengths; i++) {
         const Float<W> lambda = fma(l[i], Float<W>(470.0f), Float<W>(360.0f));
@@ -95,13 +99,15 @@ Spectrum<W> index_of_refraction(Float<W> n_d, Float<W> abbe, const Float<W> l[Wa
     return n;
 }
 
-// Fetch: color(place) -> Spectrum, number(place) -> Float, weight and inputs of this hit; see transport/fetch.h.
+// Fetch: color(place) -> Spectrum, number(place) -> Float, weight and inputs of this hit; see
+// transport/fetch.h.
 template <int W>
 class Material {
   public:
     // `outside`: wo is on the outside of the surface. l: normalised wavelengths. cos_o: wo . N.
     template <class Fetch>
-    Material(const MaterialCode& code, const Fetch& fetch, Mask<W> outside, Float<W> cos_o, const Float<W> l[Wavelengths])
+    Material(const MaterialCode& code, const Fetch& fetch, Mask<W> outside, Float<W> cos_o,
+             const Float<W> l[Wavelengths])
         : m_code(code) {
         for (size_t i = 0; i < code.nodes.size(); i++) {
             const MaterialCode::Node& n = code.nodes[i];
@@ -117,7 +123,8 @@ class Material {
             const int leaf = code.nodes[i].leaf;
             if (leaf < 0)
                 continue;
-            const Spectrum<W> albedo = m_weight[leaf] * albedo_of_lobe(code.nodes[i].lobe, m_inputs[leaf], cos_o);
+            const Spectrum<W> albedo =
+                m_weight[leaf] * albedo_of_lobe(code.nodes[i].lobe, m_inputs[leaf], cos_o);
             m_albedo += albedo;
             total += m_share[leaf] = max(mean(albedo), Float<W>(0.0f));
             m_lobe[leaf] = code.nodes[i].lobe;
@@ -147,7 +154,8 @@ class Material {
         return sum;
     }
 
-    // One-sample mixture. `value` is complete for every valid lane: delta lanes hold the chosen lobe's, others the sum.
+    // One-sample mixture. `value` is complete for every valid lane: delta lanes hold the chosen lobe's,
+    // others the sum.
     LobeSample<W> sample(const Vec3<Float<W>>& wo, Float<W> u_lobe, Float<W> u0, Float<W> u1) const {
         LobeSample<W> s;
         if (m_code.leaves == 1) {
@@ -165,10 +173,11 @@ class Material {
         Mask<W> open(true);
         for (int k = 0; k < m_code.leaves; k++) {
             const Float<W> to = from + m_share[k];
-            const Mask<W> chosen = open & (m_share[k] > Float<W>(0.0f)) &
-                                   ((u_lobe < to) | Mask<W>(k == m_code.leaves - 1));
+            const Mask<W> chosen =
+                open & (m_share[k] > Float<W>(0.0f)) & ((u_lobe < to) | Mask<W>(k == m_code.leaves - 1));
             if (any(chosen)) {
-                const Float<W> again = clamp((u_lobe - from) / max(m_share[k], Float<W>(1e-12f)), Float<W>(0.0f), Float<W>(0.99999994f));
+                const Float<W> again = clamp((u_lobe - from) / max(m_share[k], Float<W>(1e-12f)),
+                                             Float<W>(0.0f), Float<W>(0.99999994f));
                 const LobeSample<W> one = sample_lobe(m_lobe[k], m_inputs[k], wo, again, u0, u1);
                 s.wi = kanuka::select(chosen, one.wi, s.wi);
                 s.valid |= chosen & one.valid;
@@ -188,11 +197,14 @@ class Material {
 
   private:
     template <class Fetch>
-    void decode(const MaterialCode::Node& n, const Fetch& fetch, Mask<W> outside, const Float<W> l[Wavelengths]) {
+    void decode(const MaterialCode::Node& n, const Fetch& fetch, Mask<W> outside,
+                const Float<W> l[Wavelengths]) {
         LobeInputs<W>& in = m_inputs[n.leaf];
         switch (n.lobe) {
         case LobeId::LambertBrdf:
-        case LobeId::LambertBtdf: in.a = fetch.color(n.inputs[0]); break;
+        case LobeId::LambertBtdf:
+            in.a = fetch.color(n.inputs[0]);
+            break;
         case LobeId::MicrofacetConductorBrdf: {
             in.a = fetch.color(n.inputs[0]);
             in.b = fetch.color(n.inputs[1]);
@@ -214,12 +226,14 @@ class Material {
             in.b = fetch.color(n.inputs[2]);
             in.dispersive = n.inputs[4].word >= 0;
             const Float<W> n_d = max(fetch.number(n.inputs[3]), Float<W>(1.0001f));
-            const Spectrum<W> index = in.dispersive ? index_of_refraction(n_d, fetch.number(n.inputs[4]), l) : Spectrum<W>(n_d);
+            const Spectrum<W> index =
+                in.dispersive ? index_of_refraction(n_d, fetch.number(n.inputs[4]), l) : Spectrum<W>(n_d);
             for (int i = 0; i < Wavelengths; i++)
                 in.eta[i] = kanuka::select(outside, index[i], Float<W>(1.0f) / index[i]);
             break;
         }
-        default: break;
+        default:
+            break;
         }
     }
 
@@ -238,12 +252,16 @@ class Material {
             case grid::LayerOp::Mix:
                 m_node_albedo[i] = m_node_albedo[n.upper] * w + m_node_albedo[n.lower] * (one - w);
                 break;
-            case grid::LayerOp::Add: m_node_albedo[i] = m_node_albedo[n.upper] + m_node_albedo[n.lower]; break;
+            case grid::LayerOp::Add:
+                m_node_albedo[i] = m_node_albedo[n.upper] + m_node_albedo[n.lower];
+                break;
             case grid::LayerOp::Over:
-                m_node_albedo[i] = m_node_albedo[n.upper] * w + m_node_albedo[n.lower] * (one - w * coverage(n.upper));
+                m_node_albedo[i] =
+                    m_node_albedo[n.upper] * w + m_node_albedo[n.lower] * (one - w * coverage(n.upper));
                 break;
             case grid::LayerOp::Coat:
-                m_node_albedo[i] = m_node_albedo[n.upper] * w + m_node_albedo[n.lower] * remaining(m_node_albedo[n.upper], w);
+                m_node_albedo[i] = m_node_albedo[n.upper] * w +
+                                   m_node_albedo[n.lower] * remaining(m_node_albedo[n.upper], w);
                 break;
             }
         }
@@ -262,11 +280,19 @@ class Material {
         const Float<W> w = m_node_weight[node], one(1.0f);
         Float<W> c;
         switch (n.op) {
-        case grid::LayerOp::Lobe: c = w; break;
-        case grid::LayerOp::Mix: c = coverage(n.upper) * w + coverage(n.lower) * (one - w); break;
+        case grid::LayerOp::Lobe:
+            c = w;
+            break;
+        case grid::LayerOp::Mix:
+            c = coverage(n.upper) * w + coverage(n.lower) * (one - w);
+            break;
         case grid::LayerOp::Over:
-        case grid::LayerOp::Coat: c = coverage(n.upper) * w + coverage(n.lower) * (one - w * coverage(n.upper)); break;
-        default: c = coverage(n.upper) + coverage(n.lower); break;
+        case grid::LayerOp::Coat:
+            c = coverage(n.upper) * w + coverage(n.lower) * (one - w * coverage(n.upper));
+            break;
+        default:
+            c = coverage(n.upper) + coverage(n.lower);
+            break;
         }
         return min(c, one);
     }
@@ -296,7 +322,9 @@ class Material {
                 weight[n.upper] = weight[i] * w;
                 weight[n.lower] = weight[i] * remaining(m_node_albedo[n.upper], w);
                 break;
-            case grid::LayerOp::Add: weight[n.upper] = weight[n.lower] = weight[i]; break;
+            case grid::LayerOp::Add:
+                weight[n.upper] = weight[n.lower] = weight[i];
+                break;
             }
         }
     }

@@ -36,12 +36,13 @@ struct Ggx {
     }
     // Density of visible normals seen from wo, over dm.
     Float<W> pdf_visible(const Vec3<Float<W>>& wo, const Vec3<Float<W>>& m) const {
-        return D(m) * max(dot(wo, m), Float<W>(0.0f)) / ((Float<W>(1.0f) + lambda(wo)) * max(wo.z, Float<W>(1e-7f)));
+        return D(m) * max(dot(wo, m), Float<W>(0.0f)) /
+               ((Float<W>(1.0f) + lambda(wo)) * max(wo.z, Float<W>(1e-7f)));
     }
 };
 
-// Fresnel reflectance of a dielectric; eta = index behind / index on the side of the incident direction. One beyond the
-// critical angle. cos_i >= 0.
+// Fresnel reflectance of a dielectric; eta = index behind / index on the side of the incident direction. One
+// beyond the critical angle. cos_i >= 0.
 template <int W>
 Float<W> fresnel_dielectric(Float<W> cos_i, Float<W> eta, Float<W>& cos_t) {
     const Float<W> one(1.0f), sin2_t = (one - cos_i * cos_i) / (eta * eta);

@@ -56,8 +56,8 @@ Float<W> max_component(const Spectrum<W>& s) {
     return max(max(s.c[0], s.c[1]), max(s.c[2], s.c[3]));
 }
 
-// The smooth bounded spectrum of Jakob and Hanika (2019) at four wavelengths; l = (lambda - 360) / 470. Written without
-// cancellation in the dark, as color::uplift_eval.
+// The smooth bounded spectrum of Jakob and Hanika (2019) at four wavelengths; l = (lambda - 360) / 470.
+// Written without cancellation in the dark, as color::uplift_eval.
 template <int W>
 Spectrum<W> sigmoid_spectrum(Float<W> c0, Float<W> c1, Float<W> c2, const Float<W> l[Wavelengths]) {
     Spectrum<W> r;
@@ -87,7 +87,8 @@ void uplift(const UpliftView& table, Vec3<Float<W>> rgb, Float<W>& c0, Float<W>&
     const Mask<W> bright = average > F(0.5f);
     rgb = kanuka::select(bright, Vec3<F>(one, one, one) - rgb, rgb);
     average = (rgb.x + rgb.y + rgb.z) * third;
-    const Mask<W> x_largest = (rgb.x >= rgb.y) & (rgb.x >= rgb.z), y_largest = (!x_largest) & (rgb.y >= rgb.z);
+    const Mask<W> x_largest = (rgb.x >= rgb.y) & (rgb.x >= rgb.z),
+                  y_largest = (!x_largest) & (rgb.y >= rgb.z);
     const I m = kanuka::select(x_largest, I(0), kanuka::select(y_largest, I(1), I(2)));
     const F v = kanuka::select(x_largest, rgb.x, kanuka::select(y_largest, rgb.y, rgb.z));
     const F a = kanuka::select(x_largest, rgb.y, kanuka::select(y_largest, rgb.z, rgb.x));

@@ -20,7 +20,8 @@ Matrix concat(const Matrix& a, const float* b) {
     Matrix r;
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 4; j++)
-            r[i * 4 + j] = a[i * 4] * b[j] + a[i * 4 + 1] * b[4 + j] + a[i * 4 + 2] * b[8 + j] + (j == 3 ? a[i * 4 + 3] : 0);
+            r[i * 4 + j] = a[i * 4] * b[j] + a[i * 4 + 1] * b[4 + j] + a[i * 4 + 2] * b[8 + j] +
+                           (j == 3 ? a[i * 4 + 3] : 0);
     return r;
 }
 
@@ -47,12 +48,13 @@ bool invert(const float* m, float* out) {
     return true;
 }
 
-// Embree's packaged build asserts that rays lie in the range that it can compute with. What does not hits nothing.
+// Embree's packaged build asserts that rays lie in the range that it can compute with. What does not hits
+// nothing.
 constexpr float LargestCoordinate = 1e18f;
 
 bool traceable(const RTCRay& r) {
-    const float largest = std::max({std::abs(r.org_x), std::abs(r.org_y), std::abs(r.org_z), std::abs(r.dir_x),
-                                    std::abs(r.dir_y), std::abs(r.dir_z)});
+    const float largest = std::max({std::abs(r.org_x), std::abs(r.org_y), std::abs(r.org_z),
+                                    std::abs(r.dir_x), std::abs(r.dir_y), std::abs(r.dir_z)});
     const float sum = (r.org_x + r.org_y + r.org_z) + (r.dir_x + r.dir_y + r.dir_z); // max() overlooks NaN
     return largest < LargestCoordinate && std::isfinite(sum);
 }
@@ -90,7 +92,7 @@ struct Instances {
 struct Context {
     RTCIntersectContext embree; // first member: Embree hands it back (checked below)
     const int32_t* seeds;
-    float* hit_transform;       // [12][width]
+    float* hit_transform; // [12][width]
     int32_t* hit_group;
     int width;
     int depth = 0;
@@ -98,8 +100,8 @@ struct Context {
 };
 static_assert(offsetof(Context, embree) == 0);
 
-// Stochastic transparency: a surface of presence p stops a ray with probability p. One decision per ray and cell, by
-// hash, so hits and shadows need no special case.
+// Stochastic transparency: a surface of presence p stops a ray with probability p. One decision per ray and
+// cell, by hash, so hits and shadows need no special case.
 void presence_filter(const RTCFilterFunctionNArguments* args) {
     const Geometry& g = *static_cast<const Geometry*>(args->geometryUserPtr);
     const Context& context = *reinterpret_cast<const Context*>(args->context);
@@ -113,7 +115,8 @@ void presence_filter(const RTCFilterFunctionNArguments* args) {
         const float t = RTCRayN_tfar(args->ray, args->N, i);
         int t_bits;
         std::memcpy(&t_bits, &t, 4);
-        const Int<1> h = hash_bits(Int<1>(seed) ^ hash_bits(Int<1>(int(uint32_t(shape) * 0x9e3779b1u + prim + (uint32_t(t_bits) & ~0xffu)))));
+        const Int<1> h = hash_bits(Int<1>(seed) ^ hash_bits(Int<1>(int(uint32_t(shape) * 0x9e3779b1u + prim +
+                                                                       (uint32_t(t_bits) & ~0xffu)))));
         if (to_unit(h)[0] >= g.store->presence(shape, int(prim), u, v))
             args->valid[i] = 0;
     }
@@ -125,13 +128,16 @@ void instance_bounds(const RTCBoundsFunctionArguments* args) {
     const RTCBounds& c = in.child;
     Bounds3f b;
     for (int k = 0; k < 8; k++)
-        b.extend(apply(m, {k & 1 ? c.upper_x : c.lower_x, k & 2 ? c.upper_y : c.lower_y, k & 4 ? c.upper_z : c.lower_z}, 1));
+        b.extend(apply(
+            m, {k & 1 ? c.upper_x : c.lower_x, k & 2 ? c.upper_y : c.lower_y, k & 4 ? c.upper_z : c.lower_z},
+            1));
     *args->bounds_o = {b.lo.x, b.lo.y, b.lo.z, 0, b.hi.x, b.hi.y, b.hi.z, 0};
 }
 
 RTCRay ray_in_child(const RTCRayN* rays, unsigned n, unsigned i, const float* inverse) {
     RTCRay r = rtcGetRayFromRayN(const_cast<RTCRayN*>(rays), n, i);
-    const Vec3f o = apply(inverse, {r.org_x, r.org_y, r.org_z}, 1), d = apply(inverse, {r.dir_x, r.dir_y, r.dir_z}, 0);
+    const Vec3f o = apply(inverse, {r.org_x, r.org_y, r.org_z}, 1),
+                d = apply(inverse, {r.dir_x, r.dir_y, r.dir_z}, 0);
     r.org_x = o.x, r.org_y = o.y, r.org_z = o.z;
     r.dir_x = d.x, r.dir_y = d.y, r.dir_z = d.z;
     return r;
@@ -168,7 +174,8 @@ void instance_intersect(const RTCIntersectFunctionNArguments* args) {
         rtcCopyHitToHitN(hits, &rh.hit, args->N, i);
         if (rh.hit.instID[0] == RTC_INVALID_GEOMETRY_ID) { // found here, not deeper: note where "here" is
             for (int k = 0; k < 12; k++)
-                context.hit_transform[k * context.width + int(rh.ray.id)] = context.world_from_current[context.depth][k];
+                context.hit_transform[k * context.width + int(rh.ray.id)] =
+                    context.world_from_current[context.depth][k];
             context.hit_group[rh.ray.id] = in.group;
         }
         RTCHitN_instID(hits, args->N, i, 0) = 0; // for the levels above: not one of your own geometries
@@ -221,7 +228,9 @@ struct Scene::Impl {
         rtcReleaseDevice(device);
     }
 
-    bool cuts_out(const store::ShapeRecord& s) const { return store.programs()[size_t(s.program)].presence >= 0; }
+    bool cuts_out(const store::ShapeRecord& s) const {
+        return store.programs()[size_t(s.program)].presence >= 0;
+    }
 
     void attach(Group& group, RTCGeometry geometry, std::unique_ptr<Geometry> ours) {
         if (ours) {
@@ -239,21 +248,23 @@ struct Scene::Impl {
         rtcReleaseGeometry(geometry);
     }
 
-    // All grids of a group whose hits are filtered, or all whose hits are not: their vertices lie in the arena as they are.
+    // All grids of a group whose hits are filtered, or all whose hits are not: their vertices lie in the
+    // arena as they are.
     void add_grids(Group& group, const std::vector<int>& shapes) {
         if (shapes.empty())
             return;
         RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_GRID);
         size_t last = 0;
-        auto* grids = static_cast<RTCGrid*>(
-            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_GRID, 0, RTC_FORMAT_GRID, sizeof(RTCGrid), shapes.size()));
+        auto* grids = static_cast<RTCGrid*>(rtcSetNewGeometryBuffer(
+            geometry, RTC_BUFFER_TYPE_GRID, 0, RTC_FORMAT_GRID, sizeof(RTCGrid), shapes.size()));
         for (size_t i = 0; i < shapes.size(); i++) {
             const store::ShapeRecord& s = store.shapes()[size_t(shapes[i])];
             const unsigned first = unsigned(s.positions) / 3;
             grids[i] = {first, unsigned(s.mu + 1), uint16_t(s.mu + 1), uint16_t(s.mv + 1)};
             last = std::max(last, size_t(first) + size_t(s.mu + 1) * size_t(s.mv + 1));
         }
-        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, store.words(), 0, 12, last);
+        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, store.words(), 0,
+                                   12, last);
         auto ours = std::make_unique<Geometry>(Geometry{&store, shapes});
         attach(group, geometry, std::move(ours));
     }
@@ -261,11 +272,13 @@ struct Scene::Impl {
     void add_mesh(Group& group, int shape) {
         const store::ShapeRecord& s = store.shapes()[size_t(shape)];
         const bool quads = s.flags & store::ShapeRecord::Quads;
-        RTCGeometry geometry = rtcNewGeometry(device, quads ? RTC_GEOMETRY_TYPE_QUAD : RTC_GEOMETRY_TYPE_TRIANGLE);
-        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, store.words() + s.positions, 0, 12,
-                                   size_t(s.mu));
-        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, quads ? RTC_FORMAT_UINT4 : RTC_FORMAT_UINT3,
-                                   store.words() + s.indices, 0, quads ? 16 : 12, size_t(s.mv));
+        RTCGeometry geometry =
+            rtcNewGeometry(device, quads ? RTC_GEOMETRY_TYPE_QUAD : RTC_GEOMETRY_TYPE_TRIANGLE);
+        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                   store.words() + s.positions, 0, 12, size_t(s.mu));
+        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0,
+                                   quads ? RTC_FORMAT_UINT4 : RTC_FORMAT_UINT3, store.words() + s.indices, 0,
+                                   quads ? 16 : 12, size_t(s.mv));
         attach(group, geometry, std::make_unique<Geometry>(Geometry{&store, {shape}}));
     }
 
@@ -306,14 +319,16 @@ struct Scene::Impl {
     }
 };
 
-Scene::Scene(const store::Store& store, std::span<const GroupDesc> groups, bool compact) : m_impl(std::make_unique<Impl>(store)) {
+Scene::Scene(const store::Store& store, std::span<const GroupDesc> groups, bool compact)
+    : m_impl(std::make_unique<Impl>(store)) {
     Impl& impl = *m_impl;
     impl.groups.resize(groups.size());
     for (size_t g = 0; g < groups.size(); g++) {
         Group& group = impl.groups[g];
         group.scene = rtcNewScene(impl.device);
-        rtcSetSceneFlags(group.scene, RTCSceneFlags(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION |
-                                                    (compact ? RTC_SCENE_FLAG_COMPACT : 0)));
+        rtcSetSceneFlags(group.scene,
+                         RTCSceneFlags(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION |
+                                       (compact ? RTC_SCENE_FLAG_COMPACT : 0)));
         std::vector<int> solid, cut_out;
         for (const auto& range : groups[g].shapes)
             for (int s = range.first; s < range.first + range.count; s++) {
@@ -342,7 +357,9 @@ Bounds3f Scene::bounds() const {
     return r;
 }
 
-uint64_t Scene::bytes() const { return uint64_t(std::max<int64_t>(0, m_impl->bytes.load())); }
+uint64_t Scene::bytes() const {
+    return uint64_t(std::max<int64_t>(0, m_impl->bytes.load()));
+}
 
 namespace {
 
@@ -352,22 +369,32 @@ template <>
 struct EmbreeTypes<1> {
     using Ray = RTCRay;
     using RayHit = RTCRayHit;
-    static void intersect(const int*, RTCScene s, RTCIntersectContext* c, RayHit* r) { rtcIntersect1(s, c, r); }
+    static void intersect(const int*, RTCScene s, RTCIntersectContext* c, RayHit* r) {
+        rtcIntersect1(s, c, r);
+    }
     static void occluded(const int*, RTCScene s, RTCIntersectContext* c, Ray* r) { rtcOccluded1(s, c, r); }
 };
 template <>
 struct EmbreeTypes<8> {
     using Ray = RTCRay8;
     using RayHit = RTCRayHit8;
-    static void intersect(const int* v, RTCScene s, RTCIntersectContext* c, RayHit* r) { rtcIntersect8(v, s, c, r); }
-    static void occluded(const int* v, RTCScene s, RTCIntersectContext* c, Ray* r) { rtcOccluded8(v, s, c, r); }
+    static void intersect(const int* v, RTCScene s, RTCIntersectContext* c, RayHit* r) {
+        rtcIntersect8(v, s, c, r);
+    }
+    static void occluded(const int* v, RTCScene s, RTCIntersectContext* c, Ray* r) {
+        rtcOccluded8(v, s, c, r);
+    }
 };
 template <>
 struct EmbreeTypes<16> {
     using Ray = RTCRay16;
     using RayHit = RTCRayHit16;
-    static void intersect(const int* v, RTCScene s, RTCIntersectContext* c, RayHit* r) { rtcIntersect16(v, s, c, r); }
-    static void occluded(const int* v, RTCScene s, RTCIntersectContext* c, Ray* r) { rtcOccluded16(v, s, c, r); }
+    static void intersect(const int* v, RTCScene s, RTCIntersectContext* c, RayHit* r) {
+        rtcIntersect16(v, s, c, r);
+    }
+    static void occluded(const int* v, RTCScene s, RTCIntersectContext* c, Ray* r) {
+        rtcOccluded16(v, s, c, r);
+    }
 };
 
 template <int W, class Ray>
@@ -413,9 +440,11 @@ void Scene::intersect(const RayPacket<W>& rays, HitPacket<W>& hits) const {
     for (uint32_t bits = hits.hit.bits(); bits; bits &= bits - 1) {
         const int i = __builtin_ctz(bits);
         const bool inside = instance.v[i] != -1;
-        const Geometry& g = *m_impl->groups[size_t(inside ? hit_group[i] : world)].geometries[size_t(geometry.v[i])];
+        const Geometry& g =
+            *m_impl->groups[size_t(inside ? hit_group[i] : world)].geometries[size_t(geometry.v[i])];
         hits.instanced.v[i] = inside;
-        hits.shape.v[i] = g.shape_of_grid.size() == 1 ? g.shape_of_grid[0] : g.shape_of_grid[size_t(hits.prim.v[i])];
+        hits.shape.v[i] =
+            g.shape_of_grid.size() == 1 ? g.shape_of_grid[0] : g.shape_of_grid[size_t(hits.prim.v[i])];
     }
 }
 

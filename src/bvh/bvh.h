@@ -1,6 +1,6 @@
-// Ray queries over the store: Embree behind one thin file. Grids of a group are one GRID geometry, meshes one geometry
-// each; instances are one user geometry per group of them, nested to any depth by callback (Embree's own instancing is one
-// level deep in the packaged build).
+// Ray queries over the store: Embree behind one thin file. Grids of a group are one GRID geometry, meshes one
+// geometry each; instances are one user geometry per group of them, nested to any depth by callback (Embree's
+// own instancing is one level deep in the packaged build).
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,8 @@ struct GroupDesc {
     std::vector<Range> shapes;
     struct Instances {
         int group;
-        std::span<const float> transforms; // row-major 3x4 group_from_child, 12 floats each; must outlive the scene
+        std::span<const float>
+            transforms; // row-major 3x4 group_from_child, 12 floats each; must outlive the scene
     };
     std::vector<Instances> instances;
 };
@@ -32,22 +33,24 @@ struct RayPacket {
     Vec3<Float<W>> o, d; // d need not be unit length; distances are in units of it
     Float<W> t_max;
     Mask<W> active;
-    Int<W> seed;         // decides hits on partly present surfaces; same seed, same decisions
+    Int<W> seed; // decides hits on partly present surfaces; same seed, same decisions
 };
 
 template <int W>
 struct HitPacket {
     Mask<W> hit;
     Float<W> t, u, v;
-    Vec3<Float<W>> Ng;   // not normalised; in the space of the shape
-    Int<W> shape, prim;  // index into Store::shapes; face of a mesh, unused for grids (u, v run over the whole grid)
-    Int<W> instanced;    // 0, or 1 where `world_from_shape` holds the lane's transform
+    Vec3<Float<W>> Ng; // not normalised; in the space of the shape
+    Int<W> shape,
+        prim; // index into Store::shapes; face of a mesh, unused for grids (u, v run over the whole grid)
+    Int<W> instanced;                          // 0, or 1 where `world_from_shape` holds the lane's transform
     alignas(64) float world_from_shape[12][W]; // row-major 3x4
 };
 
 class Scene {
   public:
-    // The last group is the world. Builds in parallel; `compact` trades a little speed for a third of the memory.
+    // The last group is the world. Builds in parallel; `compact` trades a little speed for a third of the
+    // memory.
     Scene(const store::Store& store, std::span<const GroupDesc> groups, bool compact);
     ~Scene();
     Scene(const Scene&) = delete;

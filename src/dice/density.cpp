@@ -45,16 +45,17 @@ float Density::pixels_at(const Vec3f& q, float* beyond) const {
     float outside, pixels;
     if (m_perspective) {
         const float r = length(q), inv = 1 / std::max(r, 1e-20f);
-        // Outside the cone around the frustum the scale goes by distance, so that nothing is infinite beside or behind
-        // the camera.
+        // Outside the cone around the frustum the scale goes by distance, so that nothing is infinite beside
+        // or behind the camera.
         const float depth = std::max(q.z, r * m_edge_cosine);
         pixels = m_pixels_per_tangent / std::max(depth, m_near);
         outside = max(max(abs(q.x) - m_half_width * q.z, abs(q.y) - m_half_height * q.z) * inv, 0.0f) +
                   max(-q.z * inv, 0.0f);
     } else {
         pixels = m_pixels_per_tangent;
-        outside = max(max(abs(q.x) / std::max(m_half_width, 1e-20f), abs(q.y) / std::max(m_half_height, 1e-20f)) - 1,
-                      0.0f);
+        outside = max(
+            max(abs(q.x) / std::max(m_half_width, 1e-20f), abs(q.y) / std::max(m_half_height, 1e-20f)) - 1,
+            0.0f);
     }
     if (beyond)
         *beyond = outside;
@@ -72,7 +73,8 @@ float Density::cells(const Vec3f& a, const Vec3f& b) const {
     const float r2 = m_perspective ? length_squared(middle) : 1;
     const float along = m_perspective ? dot(d, middle) : d.z;
     const float across2 = l2 - along * along / std::max(r2, 1e-30f);
-    const float least = std::min(1.0f, LeastForeshortening + beyond); // outside the picture orientation means nothing
+    const float least =
+        std::min(1.0f, LeastForeshortening + beyond); // outside the picture orientation means nothing
     return std::sqrt(std::max(across2, l2 * least * least)) * pixels * m_cells_per_pixel;
 }
 
@@ -91,7 +93,9 @@ float Density::area(const Vec3f& a, const Vec3f& b, const Vec3f& c) const {
     return seen * pixels * pixels * m_cells_per_pixel * m_cells_per_pixel;
 }
 
-Vec3f Density::towards_camera(const Vec3f& p) const { return m_perspective ? m_eye - p : -m_view; }
+Vec3f Density::towards_camera(const Vec3f& p) const {
+    return m_perspective ? m_eye - p : -m_view;
+}
 
 int round_to_power(float x) {
     int n = 1;

@@ -32,10 +32,11 @@ class Density final : public geom::Viewpoint {
     float m_uniform = 0, m_cells_per_pixel = 1;
     bool m_perspective = true;
     float m_pixels_per_tangent = 1, m_near = 1e-4f, m_falloff = 1;
-    float m_half_width = 1, m_half_height = 1, m_edge_cosine = 0.5f; // tangents (or units) at the frustum's sides
-    float m_scale = 1;                                                // camera units a render unit
+    float m_half_width = 1, m_half_height = 1,
+          m_edge_cosine = 0.5f; // tangents (or units) at the frustum's sides
+    float m_scale = 1;          // camera units a render unit
     float m_camera_from_render[3][4];
-    Vec3f m_eye{0, 0, 0}, m_view{0, 0, 1};                            // in render space
+    Vec3f m_eye{0, 0, 0}, m_view{0, 0, 1}; // in render space
 };
 
 // Desired cells along a line of points, and whether they are spread too unevenly for equal steps.
@@ -44,7 +45,8 @@ struct LineMeasure {
     bool uneven = false;
 };
 
-// What decides the number of cells. Where the material is uniform and nothing is displaced, only the shape counts.
+// What decides the number of cells. Where the material is uniform and nothing is displaced, only the shape
+// counts.
 struct RateRule {
     Density density;
     bool shape_only = false;

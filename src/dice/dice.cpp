@@ -38,8 +38,8 @@ struct PolygonSizes {
     bool finer_than_rate = false; // traced as the mesh they are
     bool small = false;           // a few micropolygons each
 };
-PolygonSizes polygon_sizes(const scene::Primitive& primitive, const scene::PolygonMesh& mesh, const DiceTarget& target,
-                           const RateRule& rule) {
+PolygonSizes polygon_sizes(const scene::Primitive& primitive, const scene::PolygonMesh& mesh,
+                           const DiceTarget& target, const RateRule& rule) {
     constexpr size_t FewFaces = 8, Samples = 2048;
     constexpr float LargestFace = 1, Share = 0.75f; // micropolygons; of the sampled faces
     constexpr float SmallFace = 8;
@@ -58,7 +58,8 @@ PolygonSizes polygon_sizes(const scene::Primitive& primitive, const scene::Polyg
 }
 
 // Displaces a mesh's vertices. Their neighbours are not beside them in the arrays, so normals are made anew.
-void displace_mesh(geom::MeshParts& parts, const Displace& displace, const Location& where, Journal& journal) {
+void displace_mesh(geom::MeshParts& parts, const Displace& displace, const Location& where,
+                   Journal& journal) {
     grid::Grid& g = parts.vertices;
     if (parts.flat)
         g.N = g.Ng;
@@ -70,8 +71,8 @@ void displace_mesh(geom::MeshParts& parts, const Displace& displace, const Locat
         part.allocate(int(end - begin) - 1, 0);
         part.flips = g.flips;
         for (const grid::Channel& c : g.primvars)
-            part.primvars.push_back({c.name, c.components, part.stride,
-                                     std::vector<float>(size_t(c.components) * part.stride)});
+            part.primvars.push_back(
+                {c.name, c.components, part.stride, std::vector<float>(size_t(c.components) * part.stride)});
         copy_vertices(g, begin, part, 0, end - begin);
         bad += displace_grid(part, displace);
         copy_vertices(part, 0, g, begin, end - begin);
@@ -85,7 +86,8 @@ void displace_mesh(geom::MeshParts& parts, const Displace& displace, const Locat
         g.N = g.Ng;
 }
 
-Diced dice_mesh(geom::MeshParts parts, const scene::Primitive& primitive, const Displace& displace, Journal& journal) {
+Diced dice_mesh(geom::MeshParts parts, const scene::Primitive& primitive, const Displace& displace,
+                Journal& journal) {
     if (displace)
         displace_mesh(parts, displace, primitive.where, journal);
     Diced out;
@@ -95,12 +97,14 @@ Diced dice_mesh(geom::MeshParts parts, const scene::Primitive& primitive, const 
     return out;
 }
 
-// Many pieces of hardly more than a micropolygon: a mesh already finer than the rate.
+// Many pieces of hardly more than a micropolygon are a mesh already finer than the rate. Very many small ones
+// go the same way, since a grid of its own costs each of them some two kilobytes.
 bool is_merged(const Splitter& splitter, const RateRule& rule) {
-    constexpr size_t ManyPieces = 256;
-    constexpr double CellsAPiece = 1.5;
-    return !rule.shape_only && splitter.pieces.size() >= ManyPieces &&
-           splitter.cells() < CellsAPiece * double(splitter.pieces.size());
+    constexpr double Many = 256, VeryMany = 200000;
+    constexpr double FinerThanRate = 1.5, Small = 6; // micropolygons a piece
+    const double pieces = double(splitter.pieces.size()), each = splitter.cells() / std::max(1.0, pieces);
+    return !rule.shape_only &&
+           ((pieces >= Many && each < FinerThanRate) || (pieces >= VeryMany && each < Small));
 }
 
 Diced dice_surface(const geom::Surface& surface, const scene::Primitive& primitive, RateRule rule,
@@ -110,19 +114,20 @@ Diced dice_surface(const geom::Surface& surface, const scene::Primitive& primiti
     int halvings = 0;
     while (!splitter->run(options.max_micropolygons)) {
         if (++halvings > MostHalvings) {
-            journal.error(primitive.where, "a primitive cannot be diced to any sensible number of micropolygons and was "
-                                           "left out; check its size and transform");
+            journal.error(primitive.where,
+                          "a primitive cannot be diced to any sensible number of micropolygons and was "
+                          "left out; check its size and transform");
             return {};
         }
         rule.density.coarsen(0.5f);
         splitter = std::make_unique<Splitter>(surface, rule);
     }
     if (halvings > 0)
-        journal.warning(primitive.where, "a primitive would be diced to more than " +
-                                             std::to_string(options.max_micropolygons * 1e-6) +
-                                             " million micropolygons; they were made " +
-                                             std::to_string(1 << halvings) +
-                                             " times longer. A larger shading rate, or splitting it up, would do");
+        journal.warning(primitive.where,
+                        "a primitive would be diced to more than " +
+                            std::to_string(options.max_micropolygons * 1e-6) +
+                            " million micropolygons; they were made " + std::to_string(1 << halvings) +
+                            " times longer. A larger shading rate, or splitting it up, would do");
     if (is_merged(*splitter, rule))
         return dice_mesh(merge_pieces(*splitter), primitive, displace, journal);
     out.grids.resize(splitter->pieces.size());
@@ -134,7 +139,8 @@ Diced dice_surface(const geom::Surface& surface, const scene::Primitive& primiti
     seams.join(out.grids);
     if (displace) {
         std::atomic<size_t> bad{0};
-        tasks::parallel_for(out.grids.size(), [&](size_t i) { bad += displace_grid(out.grids[i], displace); });
+        tasks::parallel_for(out.grids.size(),
+                            [&](size_t i) { bad += displace_grid(out.grids[i], displace); });
         seams.weld(out.grids);
         if (bad > 0)
             report_bad_displacement(bad, primitive.where, journal);
@@ -150,15 +156,16 @@ Diced dice_surface(const geom::Surface& surface, const scene::Primitive& primiti
 
 } // namespace
 
-static Diced dice_primitive(const scene::Primitive& primitive, const DiceTarget& target, const DiceOptions& options,
-                            const Displace& displace, Journal& journal) {
+static Diced dice_primitive(const scene::Primitive& primitive, const DiceTarget& target,
+                            const DiceOptions& options, const Displace& displace, Journal& journal) {
     const scene::Attributes defaults;
     const scene::Attributes& attributes = primitive.attributes ? *primitive.attributes : defaults;
     int max_cells = 1;
     while (max_cells * 2 <= std::clamp(options.max_grid_cells, 1, 256))
         max_cells *= 2;
     const RateRule rule{Density(target, options, attributes.shading_rate), target.shade_uniform && !displace,
-                        std::max(0.0f, options.geometry_tolerance), std::max(0.0f, options.normal_tolerance), max_cells};
+                        std::max(0.0f, options.geometry_tolerance), std::max(0.0f, options.normal_tolerance),
+                        max_cells};
     const bool simplify = options.geometry_tolerance > 0 && attributes.dice_flatness;
     const Transform& m = target.render_from_object;
     geom::MeshParts parts;

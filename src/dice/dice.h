@@ -10,7 +10,8 @@
 
 namespace kanuka::dice {
 
-// Rates are chosen as seen from here. `pixels_per_unit(P)`, for an edge or area at P in render space, follows from it.
+// Rates are chosen as seen from here. `pixels_per_unit(P)`, for an edge or area at P in render space, follows
+// from it.
 struct DicingCamera {
     Transform render_from_camera; // RISpec camera space: x right, y up, z forward
     bool perspective = true;
@@ -23,16 +24,16 @@ struct DicingCamera {
 
 struct DiceOptions {
     DicingCamera camera;
-    float shading_rate_scale = 1;      // multiplies every attribute's shading rate (command line)
-    int max_grid_cells = 32;           // a side; a power of two
-    float geometry_tolerance = 0.25f;  // pixels; 0 = traced geometry at shading density
-    float normal_tolerance = 3;        // degrees
+    float shading_rate_scale = 1;     // multiplies every attribute's shading rate (command line)
+    int max_grid_cells = 32;          // a side; a power of two
+    float geometry_tolerance = 0.25f; // pixels; 0 = traced geometry at shading density
+    float normal_tolerance = 3;       // degrees
     // A primitive that would need more micropolygons is diced coarser, and reported.
     double max_micropolygons = double(1 << 25);
 };
 
-// What a primitive became: grids (with their traced lattices, parallel), or a mesh: one that is finer than the rate, curves
-// as ribbons (tubes, if instanced), points as small spheres.
+// What a primitive became: grids (with their traced lattices, parallel), or a mesh: one that is finer than
+// the rate, curves as ribbons (tubes, if instanced), points as small spheres.
 struct Diced {
     std::vector<grid::Grid> grids;
     std::vector<grid::TracedGrid> traced;
@@ -41,18 +42,20 @@ struct Diced {
     grid::TracedMesh mesh;
 };
 
-// Displaces one grid in place; empty = the surface is not displaced. Must depend on each vertex and its neighbours alone.
+// Displaces one grid in place; empty = the surface is not displaced. Must depend on each vertex and its
+// neighbours alone.
 using Displace = std::function<void(grid::Grid&)>;
 // For instanced primitives, the closest instances decide the rate: see `scale_hint`.
 struct DiceTarget {
     Transform render_from_object;
     // Instances: diced uniformly in group space, as if `pixels_per_unit` held everywhere; 0 = use the camera.
     float pixels_per_unit = 0;
-    bool shade_uniform = false; // the material is constant: rates serve geometry alone, flat pieces need one cell
+    bool shade_uniform =
+        false; // the material is constant: rates serve geometry alone, flat pieces need one cell
 };
 
-// Never throws for bad geometry: NaN and degenerate parts are reported at primitive.where and dropped. The result is the
-// same for any thread count. Uses tasks:: inside.
+// Never throws for bad geometry: NaN and degenerate parts are reported at primitive.where and dropped. The
+// result is the same for any thread count. Uses tasks:: inside.
 Diced dice(const scene::Primitive& primitive, const DiceTarget& target, const DiceOptions& options,
            const Displace& displace, Journal& journal);
 

@@ -19,7 +19,8 @@ scene::Primitive sphere(float radius = 1, float rate = 1) {
 }
 
 scene::Primitive cube(bool subdivision, std::vector<scene::SubdivisionMesh::Tag> tags = {}) {
-    const std::vector<float> p{-1, -1, -1, 1, -1, -1, 1, 1, -1, -1, 1, -1, -1, -1, 1, 1, -1, 1, 1, 1, 1, -1, 1, 1};
+    const std::vector<float> p{-1, -1, -1, 1, -1, -1, 1, 1, -1, -1, 1, -1,
+                               -1, -1, 1,  1, -1, 1,  1, 1, 1,  -1, 1, 1};
     const std::vector<int32_t> v{0, 3, 2, 1, 4, 5, 6, 7, 0, 1, 5, 4, 1, 2, 6, 5, 2, 3, 7, 6, 3, 0, 4, 7};
     const std::vector<int32_t> n(6, 4);
     if (subdivision) {
@@ -35,8 +36,8 @@ scene::Primitive cube(bool subdivision, std::vector<scene::SubdivisionMesh::Tag>
     return primitive(std::move(m), p);
 }
 
-Diced run(const scene::Primitive& p, const DiceOptions& o, const Displace& displace = {}, DiceTarget target = {},
-          Journal* journal = nullptr) {
+Diced run(const scene::Primitive& p, const DiceOptions& o, const Displace& displace = {},
+          DiceTarget target = {}, Journal* journal = nullptr) {
     Journal own;
     Diced d = dice::dice(p, target, o, displace, journal ? *journal : own);
     if (!journal) {
@@ -70,14 +71,16 @@ TEST(Dice, DisplacedShapesStayClosed) {
     const DiceOptions o = looking(3, 512);
     expect_closed(run(sphere(), o, bumps(0.05f, 9)));
     expect_closed(run(cube(true), o, bumps(0.1f, 9)));
-    expect_closed(run(cube(true, {{"crease", {0, 1, 5, 4, 0}, {4}, {}}, {"corner", {6}, {10}, {}}}), o, bumps(0.1f, 9)));
+    expect_closed(run(cube(true, {{"crease", {0, 1, 5, 4, 0}, {4}, {}}, {"corner", {6}, {10}, {}}}), o,
+                      bumps(0.1f, 9)));
     expect_closed(run(cube(false), o, bumps(0.1f, 9)));
 }
 
 TEST(Dice, NearAndOffCentreShapesStayClosed) {
     for (const float distance : {1.01f, 1.2f, 0.5f, 0.0f}) {
         DiceOptions o = looking(distance, 100);
-        o.camera.render_from_camera = Transform::translate(0.3, 0.2, -distance) * Transform::rotate(25, 1, 1, 0);
+        o.camera.render_from_camera =
+            Transform::translate(0.3, 0.2, -distance) * Transform::rotate(25, 1, 1, 0);
         expect_closed(run(sphere(), o));
         expect_closed(run(cube(true), o, bumps(0.02f, 20)));
         expect_closed(run(cube(false), o));
@@ -167,11 +170,13 @@ float worst_distance(const Diced& d, const DiceOptions& o) {
             for (int i = 0; i <= g.nu; i++) {
                 const Vec3f p = g.position(j * (g.nu + 1) + i);
                 float best = std::numeric_limits<float>::infinity();
-                const int ci = i / t.step_u, cj = j / t.step_v, reach = std::max(t.edge_step[0] / t.step_u, 1) + 1;
+                const int ci = i / t.step_u, cj = j / t.step_v,
+                          reach = std::max(t.edge_step[0] / t.step_u, 1) + 1;
                 for (int y = std::max(0, cj - reach); y < std::min(t.mv, cj + reach); y++)
                     for (int x = std::max(0, ci - reach); x < std::min(t.mu, ci + reach); x++) {
                         best = std::min(best, distance_to_triangle(p, at(x, y), at(x + 1, y), at(x, y + 1)));
-                        best = std::min(best, distance_to_triangle(p, at(x + 1, y + 1), at(x, y + 1), at(x + 1, y)));
+                        best = std::min(
+                            best, distance_to_triangle(p, at(x + 1, y + 1), at(x, y + 1), at(x + 1, y)));
                     }
                 const Vec3f eye = o.camera.render_from_camera.point({0, 0, 0});
                 worst = std::max(worst, best * o.camera.pixels_per_tangent / (p.z - eye.z));
@@ -190,7 +195,8 @@ TEST(Dice, EveryKindIsClosedDisplacedOrNot) {
         expect_closed(run(torus_net(false), o, displace));
         expect_closed(run(pyramid(false), o, displace));
         expect_closed(run(pyramid(true), o, displace));
-        expect_closed(run(primitive(scene::Quadric{scene::Quadric::Kind::Torus, {1, 0.4f, 0, 360, 360}}), o, displace));
+        expect_closed(
+            run(primitive(scene::Quadric{scene::Quadric::Kind::Torus, {1, 0.4f, 0, 360, 360}}), o, displace));
     }
 }
 
@@ -298,8 +304,9 @@ TEST(Dice, FlatWallIsTracedAsOneCellAGrid) {
     scene::PolygonMesh m;
     m.loops_per_face = std::vector<int32_t>{2};
     m.vertices_per_loop = std::vector<int32_t>{5, 4};
-    const Diced holed = run(primitive(m, {0, 0, 0, 4, 0, 0, 4, 4, 0, 2, 2.5f, 0, 0, 4, 0,
-                                          1, 1, 0, 1, 1.5f, 0, 1.5f, 1.5f, 0, 1.5f, 1, 0}), looking(8, 400));
+    const Diced holed = run(primitive(m, {0, 0, 0, 4, 0, 0,    4, 4,    0,    2, 2.5f, 0, 0, 4,
+                                          0, 1, 1, 0, 1, 1.5f, 0, 1.5f, 1.5f, 0, 1.5f, 1, 0}),
+                            looking(8, 400));
     EXPECT_NEAR(traced_area(holed), 16 - 3 - 0.25, 1e-4);
     EXPECT_NEAR(grid_area(holed), 16 - 3 - 0.25, 1e-4);
 }
@@ -348,7 +355,9 @@ TEST(Dice, TracedGeometryKeepsItsTolerance) {
         const grid::TracedGrid& t = d.traced[k];
         for (int j = 1; j + 1 < t.mv; j++)
             for (int i = 1; i + 1 < t.mu; i++) {
-                const auto at = [&](int a, int b) { return g.position((j * t.step_v + b) * (g.nu + 1) + i * t.step_u + a); };
+                const auto at = [&](int a, int b) {
+                    return g.position((j * t.step_v + b) * (g.nu + 1) + i * t.step_u + a);
+                };
                 const Vec3f coarse = cross(at(t.step_u, 0) - at(0, 0), at(0, t.step_v) - at(0, 0));
                 const Vec3f fine = cross(at(1, 1) - at(0, 0), at(0, 1) - at(1, 0));
                 EXPECT_GT(dot(normalize(coarse), normalize(fine)), std::cos(5.01f * Pi / 180));
@@ -365,7 +374,9 @@ TEST(Dice, TracedGeometryKeepsItsTolerance) {
 TEST(Dice, SameForAnyNumberOfThreads) {
     const auto bytes = [](const Diced& d) {
         std::string all;
-        const auto add = [&](const std::vector<float>& v) { all.append((const char*)v.data(), v.size() * sizeof(float)); };
+        const auto add = [&](const std::vector<float>& v) {
+            all.append((const char*)v.data(), v.size() * sizeof(float));
+        };
         for (const grid::Grid& g : d.grids)
             for (const auto* v : {&g.P, &g.N, &g.Ng, &g.dPdu, &g.dPdv, &g.u, &g.v, &g.s, &g.t})
                 add(*v);
@@ -387,7 +398,8 @@ TEST(Dice, SameForAnyNumberOfThreads) {
 TEST(Dice, PrimvarsFollowCollapsedEdges) {
     // A quad whose far side has fewer cells: moved vertices carry the data of where they went.
     scene::Primitive p = quad({-1, -1, 0, 1, -1, 0, 0.1f, 1, 0, -0.1f, 1, 0});
-    p.primvars.set(floats("where", Type::Point, Detail::Vertex, {-1, -1, 0, 1, -1, 0, 0.1f, 1, 0, -0.1f, 1, 0}));
+    p.primvars.set(
+        floats("where", Type::Point, Detail::Vertex, {-1, -1, 0, 1, -1, 0, 0.1f, 1, 0, -0.1f, 1, 0}));
     const Diced d = run(p, looking(2, 128));
     size_t moved = 0;
     for (const grid::Grid& g : d.grids) {
@@ -401,7 +413,8 @@ TEST(Dice, PrimvarsFollowCollapsedEdges) {
 
 TEST(Dice, BadDisplacementIsReportedAndUndone) {
     Journal journal;
-    const Diced d = run(sphere(), looking(3, 100), [](grid::Grid& g) { g.P[g.nu / 2 + g.nu + 1] = NAN; }, {}, &journal);
+    const Diced d =
+        run(sphere(), looking(3, 100), [](grid::Grid& g) { g.P[g.nu / 2 + g.nu + 1] = NAN; }, {}, &journal);
     ASSERT_EQ(journal.entries().size(), 1u);
     EXPECT_EQ(journal.entries()[0].where.line, 1);
     expect_closed(d);
@@ -412,8 +425,8 @@ TEST(Dice, BadDisplacementIsReportedAndUndone) {
 
 TEST(Dice, HostileTransformsAndSizesEnd) {
     Journal journal;
-    for (const Transform& m : {Transform::scale(0, 1, 1), Transform::scale(1e20, 1e20, 1e20), Transform::scale(1e-30, 1, 1),
-                               Transform::scale(1e38, 1e38, 1e38)})
+    for (const Transform& m : {Transform::scale(0, 1, 1), Transform::scale(1e20, 1e20, 1e20),
+                               Transform::scale(1e-30, 1, 1), Transform::scale(1e38, 1e38, 1e38)})
         for (const scene::Primitive& p : {sphere(), cube(true), cube(false), torus_net(true)}) {
             DiceTarget t;
             t.render_from_object = m;

@@ -2,7 +2,9 @@
 
 namespace kanuka::dice {
 
-static int side_cells(const Piece& p, int side) { return side == grid::VMin || side == grid::VMax ? p.nu : p.nv; }
+static int side_cells(const Piece& p, int side) {
+    return side == grid::VMin || side == grid::VMax ? p.nu : p.nv;
+}
 
 static float natural(const Piece& p, int side, int i) {
     const bool along_u = side == grid::VMin || side == grid::VMax;
@@ -16,7 +18,8 @@ void side_parameters(const Splitter& splitter, const Piece& piece, int side, std
     out.resize(n + 1);
     const bool keep = s.cells == n || splitter.edges[s.edge].point;
     for (int i = 0; i <= n; i++)
-        out[i] = keep ? natural(piece, side, i) : splitter.parameter(piece, side, splitter.polyline_index(s, i, n));
+        out[i] = keep ? natural(piece, side, i)
+                      : splitter.parameter(piece, side, splitter.polyline_index(s, i, n));
 }
 
 grid::Grid make_grid(const Splitter& splitter, const Piece& piece) {
@@ -64,10 +67,14 @@ void list_boundary(const Splitter& splitter, const Piece& piece, std::vector<Bou
     const int nu = piece.nu, nv = piece.nv, row = nu + 1;
     const auto lattice = [&](int side, int i) {
         switch (side) {
-        case grid::VMin: return i;
-        case grid::VMax: return nv * row + i;
-        case grid::UMin: return i * row;
-        default: return i * row + nu;
+        case grid::VMin:
+            return i;
+        case grid::VMax:
+            return nv * row + i;
+        case grid::UMin:
+            return i * row;
+        default:
+            return i * row + nu;
         }
     };
     std::array<bool, 4> corner_moved{}; // (0,0), (nu,0), (nu,nv), (0,nv)
@@ -78,7 +85,8 @@ void list_boundary(const Splitter& splitter, const Piece& piece, std::vector<Bou
         const int n = side_cells(piece, side);
         for (int i = 0; i <= n; i++) {
             const int k = splitter.polyline_index(s, i, n);
-            const bool moved = !e.point && s.cells != n && splitter.parameter(piece, side, k) != natural(piece, side, i);
+            const bool moved =
+                !e.point && s.cells != n && splitter.parameter(piece, side, k) != natural(piece, side, i);
             const int point = splitter.point(e, k);
             if (i > 0 && i < n) {
                 out.push_back({lattice(side, i), point, moved});

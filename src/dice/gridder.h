@@ -7,9 +7,9 @@ namespace kanuka::dice {
 
 // Walks the boundary of a piece: each vertex once.
 struct BoundaryVertex {
-    int index;   // in the grid
-    int point;   // Splitter's number
-    bool moved;  // not where the polyline's vertex lies of itself
+    int index;  // in the grid
+    int point;  // Splitter's number
+    bool moved; // not where the polyline's vertex lies of itself
 };
 
 grid::Grid make_grid(const Splitter& splitter, const Piece& piece);

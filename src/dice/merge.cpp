@@ -34,7 +34,9 @@ void each_component(const grid::Grid& source, grid::Grid& target, Copy copy) {
     });
 }
 
-bool near(float a, float b) { return abs(a - b) <= 1e-5f * (1 + abs(a) + abs(b)); }
+bool near(float a, float b) {
+    return abs(a - b) <= 1e-5f * (1 + abs(a) + abs(b));
+}
 
 // Same shading data, whatever their faces' own u and v (which make s and t where none are given).
 bool same_data(const grid::Grid& g, uint32_t a, uint32_t b, bool texture) {

@@ -6,8 +6,8 @@
 
 namespace kanuka::dice {
 
-// All pieces' lattices with their shared vertices joined, except where normals or primvars differ. u and v at a shared
-// vertex are those of one of its faces.
+// All pieces' lattices with their shared vertices joined, except where normals or primvars differ. u and v at
+// a shared vertex are those of one of its faces.
 geom::MeshParts merge_pieces(const Splitter& splitter);
 
 // Vertices from … from + count of one grid to to … of another that has the same channels: every array.

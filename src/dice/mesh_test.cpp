@@ -50,7 +50,9 @@ scene::Primitive field(int n, int sides, bool shuffled = false) {
     return primitive(m, p);
 }
 
-Vec3f vertex(const Diced& d, uint32_t i) { return d.mesh_vertices.position(int(i)); }
+Vec3f vertex(const Diced& d, uint32_t i) {
+    return d.mesh_vertices.position(int(i));
+}
 
 // The triangles that are traced, each starting at its lowest vertex: quads as (0, 1, 3) and (2, 3, 1).
 std::multiset<std::array<uint32_t, 3>> triangles(const grid::TracedMesh& m) {
@@ -74,7 +76,8 @@ std::multiset<std::array<uint32_t, 3>> triangles(const grid::TracedMesh& m) {
     return out;
 }
 
-Diced run(const scene::Primitive& p, const DiceOptions& o, const Displace& displace = {}, DiceTarget target = {}) {
+Diced run(const scene::Primitive& p, const DiceOptions& o, const Displace& displace = {},
+          DiceTarget target = {}) {
     Journal journal;
     Diced d = dice::dice(p, target, o, displace, journal);
     EXPECT_TRUE(journal.entries().empty()) << journal.entries()[0].message;
@@ -110,7 +113,8 @@ TEST(Mesh, PairingKeepsEveryTriangle) {
     // An odd triangle out repeats its last vertex.
     scene::Primitive odd = p;
     auto m = std::get<scene::PolygonMesh>(p.geometry);
-    std::vector<int32_t> v(m.vertices.begin(), m.vertices.end() - 3), n(m.vertices_per_loop.begin(), m.vertices_per_loop.end() - 1);
+    std::vector<int32_t> v(m.vertices.begin(), m.vertices.end() - 3),
+        n(m.vertices_per_loop.begin(), m.vertices_per_loop.end() - 1);
     m.vertices = v, m.vertices_per_loop = n;
     odd.geometry = m;
     expected.indices.assign(v.begin(), v.end());
@@ -160,7 +164,8 @@ TEST(Mesh, NormalsAreGivenOrLeftToTheFaces) {
     const Diced flat = run(p, looking(2, 64));
     for (int i = 0; i < flat.mesh_vertices.vertices(); i++) {
         EXPECT_EQ(flat.mesh_vertices.normal(i), Vec3f(0));
-        EXPECT_NEAR(flat.mesh_vertices.Ng[i + 2 * flat.mesh_vertices.stride], 1, 0.7f); // vertex normals for shaders
+        EXPECT_NEAR(flat.mesh_vertices.Ng[i + 2 * flat.mesh_vertices.stride], 1,
+                    0.7f); // vertex normals for shaders
     }
     std::vector<float> n;
     for (int i = 0; i < 41 * 41; i++)
@@ -183,7 +188,8 @@ TEST(Mesh, DisplacedAlongVertexNormals) {
 
 TEST(Mesh, BadFacesAreDropped) {
     scene::Primitive p = field(30, 3);
-    auto values = std::vector<float>(p.primvars.find("P")->floats.begin(), p.primvars.find("P")->floats.end());
+    auto values =
+        std::vector<float>(p.primvars.find("P")->floats.begin(), p.primvars.find("P")->floats.end());
     values[3 * 100] = NAN;
     p.primvars.set(floats("P", Type::Point, Detail::Vertex, values));
     auto m = std::get<scene::PolygonMesh>(p.geometry);
@@ -233,11 +239,11 @@ TEST(Curves, RibbonsFaceTheCamera) {
     scene::Curves c;
     c.basis = scene::basis_by_name("bezier");
     c.vertices_per_curve = std::vector<int32_t>{7, 4};
-    scene::Primitive p = primitive(c, {0, 0, 0, 0, 1, 0, 1, 1, 0, 1, 2, 0, 1, 3, 0, 2, 3, 1, 3, 3, 1,
-                                       -1, 0, 0, -1, 1, 0, -1, 2, 0, -1, 3, 0});
+    scene::Primitive p = primitive(c, {0, 0, 0, 0, 1,  0, 1, 1,  0, 1, 2,  0, 1, 3,  0, 2, 3,
+                                       1, 3, 3, 1, -1, 0, 0, -1, 1, 0, -1, 2, 0, -1, 3, 0});
     p.primvars.set(floats("width", Type::Float, Detail::Varying, {0.1f, 0.1f, 0.1f, 0.2f, 0.05f}));
     p.primvars.set(floats("id", Type::Float, Detail::Uniform, {5, 6}));
-    const Diced d = run(p, looking(5, 400));
+    const Diced d = run(p, looking(5, 60)); // thin: two vertices a ring
     ASSERT_TRUE(d.is_mesh);
     const grid::Grid& g = d.mesh_vertices;
     for (int i = 0; i < g.vertices(); i += 2) {
@@ -252,6 +258,16 @@ TEST(Curves, RibbonsFaceTheCamera) {
     EXPECT_NEAR(g.position(last).y, 3, 1e-5f);
     EXPECT_EQ(g.v[last], 1);
     EXPECT_EQ(g.primvars[0].data[0], 5);
+    // Near enough to be a surface, it is shaded at the full rate: the same shape, more vertices both ways.
+    const Diced wide = run(p, looking(5, 800));
+    const auto area = [](const Diced& x) {
+        double sum = 0;
+        for (const auto& t : triangles(x.mesh))
+            sum += 0.5 * length(cross(vertex(x, t[1]) - vertex(x, t[0]), vertex(x, t[2]) - vertex(x, t[0])));
+        return sum;
+    };
+    EXPECT_GT(wide.mesh_vertices.vertices(), 20 * g.vertices());
+    EXPECT_NEAR(area(wide) / area(d), 1, 0.02);
 }
 
 TEST(Curves, TubesForInstancesAndOrientedRibbons) {
@@ -295,7 +311,8 @@ TEST(Points, SpheresOfEqualSilhouette) {
         expected += i == 10 ? 0 : Pi * w[i] * w[i];
     EXPECT_NEAR(area / expected, 1, 1e-4);
     // Larger in the picture, rounder.
-    EXPECT_GT(dice::dice(prim, {}, looking(10, 20000), {}, journal).mesh.indices.size(), 4 * d.mesh.indices.size());
+    EXPECT_GT(dice::dice(prim, {}, looking(10, 20000), {}, journal).mesh.indices.size(),
+              4 * d.mesh.indices.size());
 }
 
 TEST(Merge, FineSubdivisionBecomesOneMeshOnItsLimit) {
@@ -360,7 +377,8 @@ TEST(Mesh, SmallTrianglesAreOneGridEach) {
     uniform.shade_uniform = true;
     const Diced whole = run(field(10, 3), looking(2, 40), {}, uniform);
     for (const auto& t : triangles(whole.mesh))
-        area += 0.5 * length(cross(vertex(whole, t[1]) - vertex(whole, t[0]), vertex(whole, t[2]) - vertex(whole, t[0])));
+        area += 0.5 * length(cross(vertex(whole, t[1]) - vertex(whole, t[0]),
+                                   vertex(whole, t[2]) - vertex(whole, t[0])));
     EXPECT_NEAR(grid_area(d) / area, 1, 1e-4); // nothing folds over
     EXPECT_NEAR(traced_area(d) / area, 1, 1e-4);
     for (const grid::Grid& g : d.grids)

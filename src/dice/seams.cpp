@@ -14,7 +14,8 @@ static void set3(std::vector<float>& a, int stride, int i, const Vec3f& v) {
 }
 
 Seams::Seams(const Splitter& splitter, const std::vector<grid::Grid>& grids) {
-    // Two passes over the boundaries: count, then place; in between, sums. The order of members follows the grids'.
+    // Two passes over the boundaries: count, then place; in between, sums. The order of members follows the
+    // grids'.
     const std::vector<Piece>& pieces = splitter.pieces;
     std::vector<size_t> begin(grids.size() + 1, 0);
     for (size_t g = 0; g < grids.size(); g++)

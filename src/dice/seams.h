@@ -11,8 +11,8 @@ class Seams {
   public:
     Seams(const Splitter& splitter, const std::vector<grid::Grid>& grids);
 
-    // The point's first member lends its position to the others, and its normal to those that have almost the same (the
-    // surface is smooth there; across a crease or between flat polygons each side keeps its own).
+    // The point's first member lends its position to the others, and its normal to those that have almost the
+    // same (the surface is smooth there; across a crease or between flat polygons each side keeps its own).
     void join(std::vector<grid::Grid>& grids);
     // After displacement: everybody moves to the mean; normals that were joined become their mean.
     void weld(std::vector<grid::Grid>& grids) const;

@@ -1,7 +1,8 @@
-// How far the kept lattice lies from the full one is bounded, not measured at every candidate: if d_k is the largest
-// distance of a vertex of level k (spacing 2^(k-1)) from the middle of its two neighbours on that level, piecewise linear
-// interpolation at spacing 2^k is off by at most d_1 + … + d_k, since leaving out one more level moves the interpolant by
-// at most d_k. In two directions the bounds add up. A rough surface is recognised at the first row.
+// How far the kept lattice lies from the full one is bounded, not measured at every candidate: if d_k is the
+// largest distance of a vertex of level k (spacing 2^(k-1)) from the middle of its two neighbours on that
+// level, piecewise linear interpolation at spacing 2^k is off by at most d_1 + … + d_k, since leaving out one
+// more level moves the interpolant by at most d_k. In two directions the bounds add up. A rough surface is
+// recognised at the first row.
 #include "dice/simplify.h"
 
 #include "base/tasks.h"
@@ -68,7 +69,8 @@ class GridSteps {
         }
         if (su == 1 && sv == 1)
             return;
-        // A quad is two triangles; the bilinear quad that the bound is about lies a quarter of its twist beside them.
+        // A quad is two triangles; the bilinear quad that the bound is about lies a quarter of its twist
+        // beside them.
         while ((su > 1 || sv > 1) && error + twist() > m_budget)
             (su >= sv ? su : sv) /= 2;
         if (su == 1 && sv == 1)
@@ -91,8 +93,8 @@ class GridSteps {
     int su = 1, sv = 1;
 
   private:
-    // Vertices that a side has moved onto a coarser polyline are spread over it evenly again: sliding along the surface
-    // is no distance from it.
+    // Vertices that a side has moved onto a coarser polyline are spread over it evenly again: sliding along
+    // the surface is no distance from it.
     void spread(int side) {
         const bool along_u = side == grid::VMin || side == grid::VMax;
         const int n = along_u ? m_g.nu : m_g.nv, stride = along_u ? 1 : m_row, cells = m_g.edge_cells[side];
@@ -154,7 +156,8 @@ class GridSteps {
         float worst = 0;
         for (int j = 0; j < m_g.nv; j += sv)
             for (int i = 0; i < m_g.nu; i += su)
-                worst = std::max(worst, length_squared(at(i, j) - at(i + su, j) - at(i, j + sv) + at(i + su, j + sv)));
+                worst = std::max(
+                    worst, length_squared(at(i, j) - at(i + su, j) - at(i, j + sv) + at(i + su, j + sv)));
         return 0.25f * std::sqrt(worst);
     }
 
@@ -185,9 +188,11 @@ class GridSteps {
                         const size_t k = size_t(j + jj) * m_g.nu + i + ii;
                         const Vec3f f{x[k], y[k], z[k]};
                         const float f2 = length_squared(f);
-                        const int side = (2 * ii + 1) * sv + (2 * jj + 1) * su - 2 * su * sv; // of the diagonal b-d
+                        const int side =
+                            (2 * ii + 1) * sv + (2 * jj + 1) * su - 2 * su * sv; // of the diagonal b-d
                         const float dl = dot(f, lower), du = dot(f, upper);
-                        const bool in_lower = dl >= 0 && dl * dl >= f2 * l2, in_upper = du >= 0 && du * du >= f2 * u2;
+                        const bool in_lower = dl >= 0 && dl * dl >= f2 * l2,
+                                   in_upper = du >= 0 && du * du >= f2 * u2;
                         if (side < 0 ? !in_lower : side > 0 ? !in_upper : !(in_lower || in_upper))
                             return false;
                     }
@@ -222,8 +227,8 @@ void choose_edge_steps(Splitter& splitter, const std::vector<grid::Grid>& grids,
     });
 }
 
-grid::TracedGrid trace_grid(const Splitter& splitter, const Piece& piece, const grid::Grid& g, const RateRule& rule,
-                            bool simplify) {
+grid::TracedGrid trace_grid(const Splitter& splitter, const Piece& piece, const grid::Grid& g,
+                            const RateRule& rule, bool simplify) {
     grid::TracedGrid t;
     float edge_error = 0;
     const int cells[4] = {g.nu, g.nv, g.nu, g.nv};
@@ -237,7 +242,8 @@ grid::TracedGrid trace_grid(const Splitter& splitter, const Piece& piece, const 
         float pixels = rule.density.pixels_per_unit(g.position((g.nv / 2) * (g.nu + 1) + g.nu / 2));
         for (const int corner : {0, g.nu, g.nv * (g.nu + 1), g.vertices() - 1})
             pixels = std::max(pixels, rule.density.pixels_per_unit(g.position(corner)));
-        GridSteps steps(g, tolerance_at(rule, pixels) - edge_error, std::cos(rule.normal_tolerance * (Pi / 180)));
+        GridSteps steps(g, std::max(0.0f, tolerance_at(rule, pixels) - edge_error),
+                        std::cos(rule.normal_tolerance * (Pi / 180)));
         steps.choose(std::min(t.edge_step[0], t.edge_step[2]), std::min(t.edge_step[1], t.edge_step[3]));
         t.step_u = steps.su;
         t.step_v = steps.sv;

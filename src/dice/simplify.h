@@ -5,11 +5,12 @@
 
 namespace kanuka::dice {
 
-// Decides every edge's step from the edge's displaced points alone, within half of the distance that may be lost.
+// Decides every edge's step from the edge's displaced points alone, within half of the distance that may be
+// lost.
 void choose_edge_steps(Splitter& splitter, const std::vector<grid::Grid>& grids, const Seams& seams,
                        const RateRule& rule, bool simplify);
 // Then a grid's own steps follow from its interior and what its edges have left of the distance.
-grid::TracedGrid trace_grid(const Splitter& splitter, const Piece& piece, const grid::Grid& grid, const RateRule& rule,
-                            bool simplify);
+grid::TracedGrid trace_grid(const Splitter& splitter, const Piece& piece, const grid::Grid& grid,
+                            const RateRule& rule, bool simplify);
 
 } // namespace kanuka::dice

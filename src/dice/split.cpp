@@ -115,7 +115,8 @@ bool Splitter::wants_cut(Edge& e) const {
         e.cells = 1;
         return false;
     }
-    // Most edges of fine meshes are short: three points tell, unless the surface may make an arch between them.
+    // Most edges of fine meshes are short: three points tell, unless the surface may make an arch between
+    // them.
     LineMeasure m = measure(e, 3);
     if (m_surface.bulges() || m_rule.shape_only || m.cells > 2)
         m = measure(e, EdgeSamples);
@@ -158,8 +159,8 @@ void Splitter::grow_edges(size_t begin) {
 }
 
 void Splitter::plan(Piece& piece, int& split) const {
-    // The patch lattice is sampled where interior lines can be longer than the sides: in bulging patches, and where the
-    // camera is nearer to the middle than to the sides.
+    // The patch lattice is sampled where interior lines can be longer than the sides: in bulging patches, and
+    // where the camera is nearer to the middle than to the sides.
     const auto side_cells = [&](int k) {
         const Segment& s = piece.sides[k];
         return is_cut(s) ? 2 * m_rule.max_cells : edges[s.edge].point ? 0 : s.cells;
@@ -168,7 +169,8 @@ void Splitter::plan(Piece& piece, int& split) const {
     const int most = std::max(std::max(along_u[0], along_u[1]), std::max(along_v[0], along_v[1]));
     const bool small = most <= 2 && !m_surface.bulges();
     float want_u = float(std::max(along_u[0], along_u[1])), want_v = float(std::max(along_v[0], along_v[1]));
-    float least_u = float(std::min(along_u[0], along_u[1])), least_v = float(std::min(along_v[0], along_v[1]));
+    float least_u = float(std::min(along_u[0], along_u[1])),
+          least_v = float(std::min(along_v[0], along_v[1]));
     bool uneven_u = is_cut(piece.sides[0]) || is_cut(piece.sides[2]);
     bool uneven_v = is_cut(piece.sides[1]) || is_cut(piece.sides[3]);
     if (!small || m_rule.shape_only) {
@@ -277,8 +279,9 @@ int Splitter::vertex_at(int edge, int index) {
         return e.a;
     if (index == e.cells)
         return e.b;
-    int& vertex = index == e.cells / 2 ? e.middle
-                                       : m_forced.try_emplace(uint64_t(edge) << 32 | uint32_t(index), -1).first->second;
+    int& vertex = index == e.cells / 2
+                      ? e.middle
+                      : m_forced.try_emplace(uint64_t(edge) << 32 | uint32_t(index), -1).first->second;
     if (vertex < 0)
         vertex = m_vertices++;
     return vertex;

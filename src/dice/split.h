@@ -1,11 +1,12 @@
 // Splits a surface into pieces of at most max_grid_cells a side and decides the polylines along their edges.
 //
-// An edge decides from itself alone: it is cut in halves (recursively) while it needs more cells than a grid may have or
-// needs them unevenly; what is left has a power of two of equal cells. Pieces follow: a piece is split across wherever one
-// of its sides is cut, or where its interior asks for it. A piece that is split across an uncut side takes a part of that
-// side's cells; where there is only one cell to share, the middle goes to the cell's first end. In the end every side of
-// a piece is a run of whole cells of one edge, and both neighbours of an edge visit all of its vertices in order: the
-// surface is watertight whatever its neighbours' rates are. (The cutting rule is DiagSplit's, Fisher et al. 2009.)
+// An edge decides from itself alone: it is cut in halves (recursively) while it needs more cells than a grid
+// may have or needs them unevenly; what is left has a power of two of equal cells. Pieces follow: a piece is
+// split across wherever one of its sides is cut, or where its interior asks for it. A piece that is split
+// across an uncut side takes a part of that side's cells; where there is only one cell to share, the middle
+// goes to the cell's first end. In the end every side of a piece is a run of whole cells of one edge, and
+// both neighbours of an edge visit all of its vertices in order: the surface is watertight whatever its
+// neighbours' rates are. (The cutting rule is DiagSplit's, Fisher et al. 2009.)
 #pragma once
 
 #include <unordered_map>
@@ -16,23 +17,24 @@
 namespace kanuka::dice {
 
 struct Edge {
-    int topology = -1;          // edge of the surface, or -1: a line inside `face` along `axis` at the other parameter
+    int topology = -1; // edge of the surface, or -1: a line inside `face` along `axis` at the other parameter
     int face = -1;
-    uint8_t axis = 0;           // 0: along u, 1: along v
+    uint8_t axis = 0; // 0: along u, 1: along v
     bool point = false;
     float fixed = 0;
-    float t0 = 0, t1 = 1;       // part of the topology edge, or range of u or v
-    int a = -1, b = -1;         // vertices
-    int middle = -1;            // vertex at cells / 2, if some piece has a corner there
-    int child = -1;             // first of two children; -1 = not cut
-    int cells = 1;              // a power of two, if not cut
-    int least = 1 << 24;        // fewest cells any piece takes of it at once
-    int first_point = -1;       // number of its first interior vertex among all points
-    int step = 1;               // traced density: cells between kept vertices
-    float error = 0;            // distance that leaving the others out makes
+    float t0 = 0, t1 = 1; // part of the topology edge, or range of u or v
+    int a = -1, b = -1;   // vertices
+    int middle = -1;      // vertex at cells / 2, if some piece has a corner there
+    int child = -1;       // first of two children; -1 = not cut
+    int cells = 1;        // a power of two, if not cut
+    int least = 1 << 24;  // fewest cells any piece takes of it at once
+    int first_point = -1; // number of its first interior vertex among all points
+    int step = 1;         // traced density: cells between kept vertices
+    float error = 0;      // distance that leaving the others out makes
 };
 
-// A run of cells of an edge, as a piece's side has it. cells = 0: all of the side is the edge's vertex `begin`.
+// A run of cells of an edge, as a piece's side has it. cells = 0: all of the side is the edge's vertex
+// `begin`.
 struct Segment {
     int edge = -1;
     int begin = 0, cells = 0;
@@ -46,9 +48,10 @@ struct Piece {
     int nu = 1, nv = 1;
 };
 
-// Which vertex of a side's coarser polyline, `spacing` lattice cells apart, lattice vertex i of n goes to: the nearest.
-// From midway it goes towards the nearer end of the side, so that at a corner the two sides do not both pull away from it
-// and fold the cell there. (Both neighbours need the same polyline, not the same choice.)
+// Which vertex of a side's coarser polyline, `spacing` lattice cells apart, lattice vertex i of n goes to:
+// the nearest. From midway it goes towards the nearer end of the side, so that at a corner the two sides do
+// not both pull away from it and fold the cell there. (Both neighbours need the same polyline, not the same
+// choice.)
 inline int nearest_kept(int i, int spacing, int n) {
     const int rest = i % spacing;
     return i / spacing + (2 * rest > spacing || (2 * rest == spacing && 2 * i > n));
@@ -65,10 +68,12 @@ class Splitter {
     std::vector<Piece> pieces;
     double cells() const;
 
-    // Points: the vertices first, then the interior vertices of all uncut edges. Numbers of one point agree everywhere.
+    // Points: the vertices first, then the interior vertices of all uncut edges. Numbers of one point agree
+    // everywhere.
     int points() const { return int(m_point_alias.size()); }
     int point(const Edge& edge, int index) const;
-    // Polyline vertex that lattice vertex i of n along a side is moved onto, and its parameter in the piece's face.
+    // Polyline vertex that lattice vertex i of n along a side is moved onto, and its parameter in the piece's
+    // face.
     static int polyline_index(const Segment& s, int i, int n);
     float parameter(const Piece& piece, int side, int polyline_index) const;
 

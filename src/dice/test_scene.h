@@ -7,8 +7,8 @@
 
 namespace kanuka::dice::test {
 
-inline scene::Value floats(std::string name, scene::Type type, scene::Detail detail, std::vector<float> values,
-                           int array_size = 1) {
+inline scene::Value floats(std::string name, scene::Type type, scene::Detail detail,
+                           std::vector<float> values, int array_size = 1) {
     scene::Value v;
     v.name = std::move(name);
     v.type = type;
@@ -18,7 +18,8 @@ inline scene::Value floats(std::string name, scene::Type type, scene::Detail det
     return v;
 }
 
-inline scene::Primitive primitive(scene::Geometry geometry, std::vector<float> points = {}, float shading_rate = 1) {
+inline scene::Primitive primitive(scene::Geometry geometry, std::vector<float> points = {},
+                                  float shading_rate = 1) {
     scene::Primitive p;
     p.geometry = std::move(geometry);
     if (!points.empty())

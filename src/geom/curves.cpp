@@ -1,4 +1,5 @@
-// Curves to ribbons (or tubes) of quads: rings of vertices along every curve, joined one by one.
+// Curves to ribbons (or tubes) of quads: rings of vertices along every curve, joined one by one. Hair has two
+// vertices a ring; curves that are wide in the picture have as many as the rate asks.
 #include <cmath>
 
 #include "base/tasks.h"
@@ -7,16 +8,18 @@
 namespace kanuka::geom {
 namespace {
 
-constexpr int Samples = 9;                // a segment, to find how finely it must be cut
-constexpr float ChordTolerance = 0.1f;    // pixels
-constexpr float TurnTolerance = 12;       // degrees a cut
-constexpr float LengthPerCut = 8;         // micropolygon edges: colour changes slowly along a hair
+constexpr int Samples = 9;             // a segment, to find how finely it must be cut
+constexpr float ChordTolerance = 0.1f; // pixels
+constexpr float TurnTolerance = 12;    // degrees a cut
+constexpr float LengthPerCut = 8;      // micropolygon edges: colour changes slowly along a hair
+constexpr float Wide = 2;              // micropolygon edges: wider curves are surfaces, cut at the full rate
 
 struct Curve {
     size_t first_vertex = 0, first_varying = 0; // in the primvars
     int vertices = 0, segments = 0, varying = 0;
-    std::vector<int> cuts;                      // per segment
-    size_t first_ring = 0;
+    std::vector<int> cuts; // per segment
+    int across = 2;        // vertices of a ring
+    size_t first = 0;      // vertex of the mesh
     int rings = 0;
 };
 
@@ -40,7 +43,8 @@ class CurveMesher {
             c.vertices = n;
             c.segments = m_curves.periodic ? n / m_step : (n - m_order) / m_step + 1;
             c.varying = m_curves.periodic ? c.segments : c.segments + 1;
-            const bool good = n >= (m_curves.periodic ? 1 : m_order) && c.segments > 0 && vertex + n <= m_points.size();
+            const bool good =
+                n >= (m_curves.periodic ? 1 : m_order) && c.segments > 0 && vertex + n <= m_points.size();
             if (!good) {
                 dropped.bad_index++;
                 c.segments = 0;
@@ -67,7 +71,8 @@ class CurveMesher {
                                 : detail == scene::Detail::Uniform ? total
                                                                    : varying;
             if (m_widths.varying()->floats.size() < need) {
-                journal.warning(primitive.where, "curves have " + std::to_string(m_widths.varying()->floats.size()) +
+                journal.warning(primitive.where, "curves have " +
+                                                     std::to_string(m_widths.varying()->floats.size()) +
                                                      " widths where " + std::to_string(need) +
                                                      " are needed; the first is used for all");
                 m_first_width_only = true;
@@ -79,20 +84,19 @@ class CurveMesher {
     bool build(const scene::Primitive& primitive, MeshParts& out) {
         tasks::parallel_chunks(m_list.size(), 64, [&](size_t begin, size_t end) {
             for (size_t i = begin; i < end; i++)
-                choose_cuts(m_list[i]);
+                choose_cuts(i);
         });
-        m_across = m_tube ? 3 : 2;
-        size_t rings = 0, quads = 0;
+        size_t vertices = 0, quads = 0;
         std::vector<size_t> first_quad;
         for (Curve& c : m_list) {
-            c.first_ring = rings;
+            c.first = vertices;
             first_quad.push_back(quads);
-            rings += c.rings;
-            quads += c.rings > 1 ? size_t(c.rings - 1) * (m_tube ? 3 : 1) : 0;
+            vertices += size_t(c.rings) * c.across;
+            quads += c.rings > 1 ? size_t(c.rings - 1) * (m_tube ? c.across : c.across - 1) : 0;
         }
         if (quads == 0)
             return false;
-        allocate_mesh(out, rings * m_across, m_primvars);
+        allocate_mesh(out, vertices, m_primvars);
         out.mesh.vertices_per_face = 4;
         out.mesh.indices.resize(4 * quads);
         const scene::Attributes* a = primitive.attributes.get();
@@ -164,18 +168,43 @@ class CurveMesher {
         const auto at = [&](size_t i) { return m_widths.at(i); };
         if (w->detail == scene::Detail::Uniform)
             return at(curve);
-        return w->detail == scene::Detail::Vertex ? blend(p.value, p, at) : blend_varying(m_list[curve], p, at);
+        return w->detail == scene::Detail::Vertex ? blend(p.value, p, at)
+                                                  : blend_varying(m_list[curve], p, at);
     }
 
-    void choose_cuts(Curve& c) const {
+    // Micropolygon edges across the widest place.
+    float widest(size_t index) const {
+        const Curve& c = m_list[index];
+        float cells = 0;
+        for (int s = 0; s <= c.segments; s++) {
+            const Place at = place(c, std::min(s, c.segments - 1), s < c.segments ? 0.0f : 1.0f);
+            const Vec3f p = blend_points(at.value, at), eye = m_view.towards_camera(p);
+            const Vec3f side = cross(eye, abs(eye.x) < abs(eye.y) ? Vec3f(1, 0, 0) : Vec3f(0, 1, 0));
+            const float l = length(side);
+            cells = std::max(cells, m_view.cells(p, p + side * (l > 0 ? width(index, at) / l : 0)));
+        }
+        return cells;
+    }
+
+    void choose_cuts(size_t index) {
+        Curve& c = m_list[index];
         c.cuts.clear();
         c.rings = c.segments > 0 ? 1 : 0;
+        if (c.segments == 0)
+            return;
+        const float wide = widest(index);
+        if (m_tube)
+            c.across = wide < Wide ? 3 : int(std::clamp(std::ceil(wide), 6.0f, 32.0f));
+        else
+            c.across = wide < Wide ? 2 : 1 + int(std::clamp(std::ceil(wide), 2.0f, 256.0f));
+        const float length_per_cut = wide < Wide ? LengthPerCut : 1;
         for (int s = 0; s < c.segments; s++) {
             int n = 1;
             if (m_curves.cubic) {
                 Vec3f p[Samples];
                 for (int i = 0; i < Samples; i++)
-                    p[i] = blend_points(place(c, s, float(i) / (Samples - 1)).value, place(c, s, float(i) / (Samples - 1)));
+                    p[i] = blend_points(place(c, s, float(i) / (Samples - 1)).value,
+                                        place(c, s, float(i) / (Samples - 1)));
                 float cells = 0, off = 0, turn = 0;
                 for (int i = 1; i < Samples; i++)
                     cells += m_view.cells(p[i - 1], p[i]);
@@ -185,12 +214,14 @@ class CurveMesher {
                     turn += std::atan2(length(cross(a, b)), dot(a, b));
                 }
                 off *= m_view.pixels_per_unit(p[Samples / 2]);
-                const float shape = std::max(std::sqrt(off / ChordTolerance), turn * (180 / Pi) / TurnTolerance);
-                n = int(std::clamp(std::ceil(std::max(std::min(shape, cells), cells / LengthPerCut)), 1.0f, 256.0f));
+                const float shape =
+                    std::max(std::sqrt(off / ChordTolerance), turn * (180 / Pi) / TurnTolerance);
+                n = int(std::clamp(std::ceil(std::max(std::min(shape, cells), cells / length_per_cut)), 1.0f,
+                                   256.0f));
             } else {
                 const Vec3f a = blend_points(place(c, s, 0).value, place(c, s, 0));
                 const Vec3f b = blend_points(place(c, s, 1).value, place(c, s, 1));
-                n = int(std::clamp(std::ceil(m_view.cells(a, b) / LengthPerCut), 1.0f, 256.0f));
+                n = int(std::clamp(std::ceil(m_view.cells(a, b) / length_per_cut), 1.0f, 256.0f));
             }
             c.cuts.push_back(n);
             c.rings += n;
@@ -228,10 +259,11 @@ class CurveMesher {
                     side = normalize(cross(abs(tangent.x) < 0.9f ? Vec3f(1, 0, 0) : Vec3f(0, 1, 0), tangent));
                 const Vec3f out = cross(tangent, side);
                 const float half = 0.5f * width(index, at), v = (float(s) + at.t) / float(c.segments);
-                for (int x = 0; x < m_across; x++) {
-                    const size_t i = (c.first_ring + ring) * m_across + x, n = size_t(g.stride);
-                    const float angle = float(x) * (2 * Pi / 3), u = m_tube ? float(x) / 3 : float(x);
-                    const Vec3f arm = m_tube ? side * std::cos(angle) + out * std::sin(angle) : side * (x == 0 ? -1.0f : 1.0f);
+                for (int x = 0; x < c.across; x++) {
+                    const size_t i = c.first + size_t(ring) * c.across + x, n = size_t(g.stride);
+                    const float u = float(x) / float(m_tube ? c.across : c.across - 1), angle = u * 2 * Pi;
+                    const Vec3f arm =
+                        m_tube ? side * std::cos(angle) + out * std::sin(angle) : side * (2 * u - 1);
                     const Vec3f q = p + arm * half, normal = m_tube ? arm : out;
                     const Vec3f length_wise = d * float(c.segments), cross_wise = side * (2 * half);
                     for (int e = 0; e < 3; e++) {
@@ -242,8 +274,10 @@ class CurveMesher {
                     }
                     g.u[i] = u;
                     g.v[i] = v;
-                    g.s[i] = (1 - u) * (1 - v) * tc[0] + u * (1 - v) * tc[2] + (1 - u) * v * tc[4] + u * v * tc[6];
-                    g.t[i] = (1 - u) * (1 - v) * tc[1] + u * (1 - v) * tc[3] + (1 - u) * v * tc[5] + u * v * tc[7];
+                    g.s[i] =
+                        (1 - u) * (1 - v) * tc[0] + u * (1 - v) * tc[2] + (1 - u) * v * tc[4] + u * v * tc[6];
+                    g.t[i] =
+                        (1 - u) * (1 - v) * tc[1] + u * (1 - v) * tc[3] + (1 - u) * v * tc[5] + u * v * tc[7];
                     for (const Primvar& primvar : m_primvars.list)
                         for (int e = 0; e < primvar.components; e++)
                             primvar.destination(g, e)[i] = value(primvar, index, at, e);
@@ -252,10 +286,10 @@ class CurveMesher {
     }
 
     void connect(const Curve& c, uint32_t* to) const {
-        const uint32_t n = uint32_t(m_across);
+        const uint32_t n = uint32_t(c.across);
         for (int r = 0; r + 1 < c.rings; r++) {
-            const uint32_t a = uint32_t(c.first_ring + r) * n, b = a + n;
-            for (uint32_t x = 0; x < (m_tube ? n : 1u); x++) {
+            const uint32_t a = uint32_t(c.first) + uint32_t(r) * n, b = a + n;
+            for (uint32_t x = 0; x < (m_tube ? n : n - 1); x++) {
                 const uint32_t y = (x + 1) % n;
                 for (const uint32_t i : {a + x, a + y, b + y, b + x})
                     *to++ = i;
@@ -276,7 +310,7 @@ class CurveMesher {
     Widths m_widths;
     Primvars m_primvars;
     std::vector<Curve> m_list;
-    int m_order = 4, m_step = 1, m_across = 2;
+    int m_order = 4, m_step = 1;
     bool m_tube = false, m_first_width_only = false;
 };
 

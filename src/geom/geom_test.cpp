@@ -59,10 +59,12 @@ double area(const Surface& s) {
     double sum = 0;
     for (int f = 0; f < s.faces(); f++) {
         const grid::Grid g = evaluate(s, f, t, t);
-        const float du = (g.u[1] - g.u[0]) * N, dv = (g.v[N] - g.v[0]) * N; // derivatives are per unit of u and v
+        const float du = (g.u[1] - g.u[0]) * N,
+                    dv = (g.v[N] - g.v[0]) * N; // derivatives are per unit of u and v
         for (int i = 0; i < g.vertices(); i++) {
             const size_t n = size_t(g.stride);
-            const Vec3f a{g.dPdu[i], g.dPdu[i + n], g.dPdu[i + 2 * n]}, b{g.dPdv[i], g.dPdv[i + n], g.dPdv[i + 2 * n]};
+            const Vec3f a{g.dPdu[i], g.dPdu[i + n], g.dPdu[i + 2 * n]},
+                b{g.dPdv[i], g.dPdv[i + n], g.dPdv[i + 2 * n]};
             sum += double(length(cross(a, b))) * du * dv / (N * N);
         }
     }
@@ -75,7 +77,8 @@ double quadric_area(scene::Quadric::Kind kind, std::vector<float> arguments) {
 
 constexpr double D = 3.14159265358979323846;
 
-const std::vector<float> CubePoints{-1, -1, -1, 1, -1, -1, 1, 1, -1, -1, 1, -1, -1, -1, 1, 1, -1, 1, 1, 1, 1, -1, 1, 1};
+const std::vector<float> CubePoints{-1, -1, -1, 1, -1, -1, 1, 1, -1, -1, 1, -1,
+                                    -1, -1, 1,  1, -1, 1,  1, 1, 1,  -1, 1, 1};
 const std::vector<int32_t> CubeFaces{0, 3, 2, 1, 4, 5, 6, 7, 0, 1, 5, 4, 1, 2, 6, 5, 2, 3, 7, 6, 3, 0, 4, 7};
 
 scene::SubdivisionMesh cube(std::vector<scene::SubdivisionMesh::Tag> tags = {}) {
@@ -95,7 +98,8 @@ void expect_derivatives(const Surface& s, int face, float tolerance) {
             const size_t n = size_t(g.stride);
             const Vec3f du = (g.position(5) - g.position(3)) * (1 / (g.u[5] - g.u[3]));
             const Vec3f dv = (g.position(7) - g.position(1)) * (1 / (g.v[7] - g.v[1]));
-            const Vec3f a{g.dPdu[4], g.dPdu[4 + n], g.dPdu[4 + 2 * n]}, b{g.dPdv[4], g.dPdv[4 + n], g.dPdv[4 + 2 * n]};
+            const Vec3f a{g.dPdu[4], g.dPdu[4 + n], g.dPdu[4 + 2 * n]},
+                b{g.dPdv[4], g.dPdv[4 + n], g.dPdv[4 + 2 * n]};
             EXPECT_LT(length(du - a), tolerance * (length(a) + 0.1f)) << u << " " << v;
             EXPECT_LT(length(dv - b), tolerance * (length(b) + 0.1f)) << u << " " << v;
             EXPECT_GT(dot(normalize(cross(a, b)), normalize(g.normal(4))) * (s.flips() ? -1 : 1), 0.999f);
@@ -241,7 +245,8 @@ TEST(Subdivision, CubeLimit) {
 }
 
 TEST(Subdivision, RegularPatchesMatchBsplines) {
-    // The middle face of a 3 x 3 net is a uniform bicubic B-spline patch: compare with a PatchMesh of that basis.
+    // The middle face of a 3 x 3 net is a uniform bicubic B-spline patch: compare with a PatchMesh of that
+    // basis.
     std::vector<float> p;
     std::vector<int32_t> v;
     for (int j = 0; j < 4; j++)
@@ -306,7 +311,8 @@ TEST(Subdivision, NgonsAndLoopJoinAcrossSubFaces) {
                                     : sd.part == Topology::Part::First ? along / 2
                                                                        : 0.5f + along / 2;
                     s->edge_positions(sd.edge, {&e, 1}, r, 1);
-                    EXPECT_LT(length(Vec3f(q[0], q[1], q[2]) - Vec3f(r[0], r[1], r[2])), 1e-5f) << f << " " << side;
+                    EXPECT_LT(length(Vec3f(q[0], q[1], q[2]) - Vec3f(r[0], r[1], r[2])), 1e-5f)
+                        << f << " " << side;
                 }
             }
         }
@@ -317,8 +323,9 @@ TEST(Subdivision, HolesBoundariesAndBadTags) {
     Journal journal;
     const auto holed = make(primitive(cube({{"hole", {2, 3}, {}, {}}}), CubePoints));
     EXPECT_EQ(holed->faces(), 4);
-    scene::Primitive bad = primitive(cube({{"crease", {0, 6}, {2}, {}}, {"corner", {99}, {2}, {}}, {"smoothish", {}, {}, {}}}),
-                                     CubePoints);
+    scene::Primitive bad =
+        primitive(cube({{"crease", {0, 6}, {2}, {}}, {"corner", {99}, {2}, {}}, {"smoothish", {}, {}, {}}}),
+                  CubePoints);
     EXPECT_TRUE(make_surface(bad, {}, journal));
     EXPECT_EQ(journal.entries().size(), 2u);
     // A single quad: nothing without the tag, a flat patch with sharp corners with it.
@@ -338,7 +345,8 @@ TEST(Nupatch, RationalCylinderIsRound) {
     const float w = std::sqrt(0.5f);
     std::vector<float> pw;
     for (int j = 0; j < 2; j++) {
-        const float c[9][3] = {{1, 0, 1}, {1, 1, w}, {0, 1, 1}, {-1, 1, w}, {-1, 0, 1}, {-1, -1, w}, {0, -1, 1}, {1, -1, w}, {1, 0, 1}};
+        const float c[9][3] = {{1, 0, 1},   {1, 1, w},  {0, 1, 1},  {-1, 1, w}, {-1, 0, 1},
+                               {-1, -1, w}, {0, -1, 1}, {1, -1, w}, {1, 0, 1}};
         for (const auto& q : c)
             pw.insert(pw.end(), {q[0] * q[2], q[1] * q[2], float(j) * q[2], q[2]});
     }
@@ -501,9 +509,10 @@ TEST(BadInput, IsReportedAndDropped) {
     ASSERT_EQ(journal.entries().size(), 3u);
     for (const auto& e : journal.entries())
         EXPECT_EQ(e.where.line, 7);
-    for (scene::Geometry g : {scene::Geometry(scene::PatchMesh{}), scene::Geometry(scene::NuPatch{4, 4, 4, 4}),
-                              scene::Geometry(scene::Quadric{scene::Quadric::Kind::Torus, {1, 2}}),
-                              scene::Geometry(scene::SubdivisionMesh{}), scene::Geometry(scene::PolygonMesh{})}) {
+    for (scene::Geometry g :
+         {scene::Geometry(scene::PatchMesh{}), scene::Geometry(scene::NuPatch{4, 4, 4, 4}),
+          scene::Geometry(scene::Quadric{scene::Quadric::Kind::Torus, {1, 2}}),
+          scene::Geometry(scene::SubdivisionMesh{}), scene::Geometry(scene::PolygonMesh{})}) {
         EXPECT_FALSE(make_surface(primitive(g, {}), {}, journal));
         EXPECT_FALSE(make_surface(primitive(g, {0, NAN, 0}), {}, journal));
     }

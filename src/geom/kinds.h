@@ -7,8 +7,10 @@ namespace kanuka::geom {
 
 using SurfacePtr = std::unique_ptr<Surface>;
 
-SurfacePtr make_polygons(const scene::Primitive&, const scene::PolygonMesh&, const Transform&, Journal&, SurfaceHints);
-SurfacePtr make_subdivision(const scene::Primitive&, const scene::SubdivisionMesh&, const Transform&, Journal&);
+SurfacePtr make_polygons(const scene::Primitive&, const scene::PolygonMesh&, const Transform&, Journal&,
+                         SurfaceHints);
+SurfacePtr make_subdivision(const scene::Primitive&, const scene::SubdivisionMesh&, const Transform&,
+                            Journal&);
 SurfacePtr make_patch_mesh(const scene::Primitive&, const scene::PatchMesh&, const Transform&, Journal&);
 SurfacePtr make_nupatch(const scene::Primitive&, const scene::NuPatch&, const Transform&, Journal&);
 SurfacePtr make_quadric(const scene::Primitive&, const scene::Quadric&, const Transform&, Journal&);

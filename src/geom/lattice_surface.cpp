@@ -52,7 +52,8 @@ void build_lattice(const Surface& surface, Topology& topology, LatticeShape shap
     topology = lattice_topology(shape);
 }
 
-void divide_rational(const float* w, const float* wu, const float* wv, int count_u, int count_v, Lattice lattice) {
+void divide_rational(const float* w, const float* wu, const float* wv, int count_u, int count_v,
+                     Lattice lattice) {
     grid::Grid& g = lattice.grid;
     for (int c = 0; c < 3; c++)
         for (int j = 0; j < count_v; j++) {

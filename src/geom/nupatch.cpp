@@ -8,9 +8,9 @@ namespace {
 constexpr int MaxOrder = 32;
 
 struct Span {
-    int knot;          // basis functions knot - order + 1 … knot are non-zero here
-    double from, to;   // parameters
-    int segment;       // counted over all knot intervals that have a length, for varying and uniform data
+    int knot;        // basis functions knot - order + 1 … knot are non-zero here
+    double from, to; // parameters
+    int segment;     // counted over all knot intervals that have a length, for varying and uniform data
 };
 
 // One direction: order, knots and the spans that lie inside [lo, hi].
@@ -21,12 +21,14 @@ struct Direction {
     std::vector<Span> spans;
     int segments = 0;
 
-    std::string prepare(int n, int k, const scene::Buffer<float>& given, double from, double to, const char* name) {
+    std::string prepare(int n, int k, const scene::Buffer<float>& given, double from, double to,
+                        const char* name) {
         count = n, order = k, lo = from, hi = to;
         knots.assign(given.begin(), given.end());
         if (order < 2 || order > MaxOrder || count < order)
             return std::string("its ") + name + " direction has " + std::to_string(n) +
-                   " control points of order " + std::to_string(k) + "; order must be 2 to 32 and at most that number";
+                   " control points of order " + std::to_string(k) +
+                   "; order must be 2 to 32 and at most that number";
         if (knots.size() < size_t(count + order))
             return std::string("its ") + name + " direction needs " + std::to_string(count + order) +
                    " knots, found " + std::to_string(knots.size());
@@ -90,7 +92,8 @@ class NurbsSurface : public Surface {
             why = m_v.prepare(patch.nv, patch.v_order, patch.v_knots, patch.v_min, patch.v_max, "v");
         const size_t need = size_t(std::max(0, patch.nu)) * std::max(0, patch.nv);
         if (why.empty() && m_points.size() < need)
-            why = "it needs " + std::to_string(need) + " control points, found " + std::to_string(m_points.size());
+            why = "it needs " + std::to_string(need) + " control points, found " +
+                  std::to_string(m_points.size());
         if (!why.empty()) {
             journal.error(primitive.where, "a NURBS patch was left out: " + why);
             return false;
@@ -118,7 +121,8 @@ class NurbsSurface : public Surface {
         Weights wu(m_u.order, u.count), wv(m_v.order, v.count);
         shape_points(face, u, v, {scratch, 0, u.count}, wu, wv);
         for (int c = 0; c < 3; c++)
-            std::copy_n(scratch.P.data() + size_t(c) * scratch.stride, scratch.stride, out + size_t(c) * stride);
+            std::copy_n(scratch.P.data() + size_t(c) * scratch.stride, scratch.stride,
+                        out + size_t(c) * stride);
     }
 
     FaceRange range(int face) const override {
@@ -127,7 +131,9 @@ class NurbsSurface : public Surface {
         return {float((a.from - m_u.lo) / wu), float((a.to - m_u.lo) / wu), float((b.from - m_v.lo) / wv),
                 float((b.to - m_v.lo) / wv)};
     }
-    int uniform_index(int face) const override { return span_v(face).segment * m_u.segments + span_u(face).segment; }
+    int uniform_index(int face) const override {
+        return span_v(face).segment * m_u.segments + span_u(face).segment;
+    }
 
   protected:
     void shape(int face, Line u, Line v, Lattice out) const override {
@@ -147,9 +153,11 @@ class NurbsSurface : public Surface {
                     continue;
                 }
                 for (int k = 0; k < 4; k++) // corners of the whole knot interval
-                    q[k] = p.detail == scene::Detail::Uniform
-                               ? p(uniform_index(face), c)
-                               : p(size_t(span_v(face).segment + k / 2) * columns + span_u(face).segment + k % 2, c);
+                    q[k] =
+                        p.detail == scene::Detail::Uniform
+                            ? p(uniform_index(face), c)
+                            : p(size_t(span_v(face).segment + k / 2) * columns + span_u(face).segment + k % 2,
+                                c);
                 tensor_values(q.data(), lu, lv, to, out.pitch);
             }
     }

@@ -1,4 +1,5 @@
-// Patch and PatchMesh: bilinear or bicubic in any basis, wrapping round in either direction, rational with "Pw".
+// Patch and PatchMesh: bilinear or bicubic in any basis, wrapping round in either direction, rational with
+// "Pw".
 #include "geom/kinds.h"
 #include "geom/lattice_surface.h"
 
@@ -21,10 +22,11 @@ class PatchSurface : public Surface {
 
     bool prepare(const scene::Primitive& primitive, Journal& journal) {
         const scene::PatchMesh& mesh = m_mesh;
-        if (mesh.nu < (mesh.u_periodic ? 1 : m_order) || mesh.nv < (mesh.v_periodic ? 1 : m_order) || m_nu < 1 ||
-            m_nv < 1) {
+        if (mesh.nu < (mesh.u_periodic ? 1 : m_order) || mesh.nv < (mesh.v_periodic ? 1 : m_order) ||
+            m_nu < 1 || m_nv < 1) {
             journal.error(primitive.where, "a patch mesh of " + std::to_string(mesh.nu) + " x " +
-                                               std::to_string(mesh.nv) + " control points is too small for its type");
+                                               std::to_string(mesh.nv) +
+                                               " control points is too small for its type");
             return false;
         }
         const size_t need = size_t(mesh.nu) * mesh.nv;
@@ -114,8 +116,8 @@ class PatchSurface : public Surface {
         for (int j = 0; j < nv; j++)
             for (int i = 0; i < nu; i++) {
                 const int at = j * nu + i;
-                const Vec3f p = m_render_from_object.point({nu > 1 ? float(i) / (nu - 1) : 0.0f,
-                                                            nv > 1 ? float(j) / (nv - 1) : 0.0f, z.floats[at]});
+                const Vec3f p = m_render_from_object.point(
+                    {nu > 1 ? float(i) / (nu - 1) : 0.0f, nv > 1 ? float(j) / (nv - 1) : 0.0f, z.floats[at]});
                 for (int c = 0; c < 3; c++)
                     m_points.xyz[3 * at + c] = p[c];
             }
@@ -143,7 +145,8 @@ class PatchSurface : public Surface {
         }
     }
 
-    static void project_rational(const float* homogeneous, const TensorLattice& lattice, int nu, int nv, Lattice out) {
+    static void project_rational(const float* homogeneous, const TensorLattice& lattice, int nu, int nv,
+                                 Lattice out) {
         const size_t n = size_t(nu) * nv;
         std::vector<float> w(3 * n);
         lattice.slopes(homogeneous, w.data(), w.data() + n, w.data() + 2 * n, nu);
@@ -157,8 +160,8 @@ class PatchSurface : public Surface {
 
 } // namespace
 
-SurfacePtr make_patch_mesh(const scene::Primitive& primitive, const scene::PatchMesh& mesh, const Transform& m,
-                           Journal& journal) {
+SurfacePtr make_patch_mesh(const scene::Primitive& primitive, const scene::PatchMesh& mesh,
+                           const Transform& m, Journal& journal) {
     auto surface = std::make_unique<PatchSurface>(primitive, mesh, m);
     return surface->prepare(primitive, journal) ? std::move(surface) : nullptr;
 }

@@ -14,7 +14,8 @@ constexpr float LevelRadius[Levels] = {1.5f, 5, 16, 60, 1e30f};
 struct Ball {
     std::vector<Vec3f> directions;
     std::vector<uint32_t> triangles;
-    float scale = 1; // makes the mean silhouette that of the sphere: a quarter of a convex body's surface (Cauchy)
+    float scale =
+        1; // makes the mean silhouette that of the sphere: a quarter of a convex body's surface (Cauchy)
 };
 
 // An octahedron, every triangle cut in four `level` times.
@@ -25,7 +26,8 @@ Ball make_ball(int level) {
     for (int l = 0; l < level; l++) {
         std::map<std::pair<uint32_t, uint32_t>, uint32_t> middles;
         const auto middle = [&](uint32_t i, uint32_t j) {
-            const auto [at, fresh] = middles.try_emplace({std::min(i, j), std::max(i, j)}, uint32_t(b.directions.size()));
+            const auto [at, fresh] =
+                middles.try_emplace({std::min(i, j), std::max(i, j)}, uint32_t(b.directions.size()));
             if (fresh)
                 b.directions.push_back(normalize(b.directions[i] + b.directions[j]));
             return at->second;
@@ -51,8 +53,8 @@ Ball make_ball(int level) {
 
 } // namespace
 
-bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, const Viewpoint& view, Journal& journal,
-                      MeshParts& out) {
+bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, const Viewpoint& view,
+                      Journal& journal, MeshParts& out) {
     const ControlPoints points = control_points(primitive, m);
     const Widths widths(primitive, m);
     const size_t n = points.size();
@@ -73,8 +75,9 @@ bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, con
             dropped.non_finite++;
         else if (radius > 0) {
             const float pixels = radius * view.pixels_per_unit(points[i]);
-            level[i] = int8_t(std::find_if(LevelRadius, LevelRadius + Levels - 1, [&](float r) { return pixels < r; }) -
-                              LevelRadius);
+            level[i] = int8_t(
+                std::find_if(LevelRadius, LevelRadius + Levels - 1, [&](float r) { return pixels < r; }) -
+                LevelRadius);
         }
         first_vertex[i + 1] = first_vertex[i] + (level[i] < 0 ? 0 : balls[level[i]].directions.size());
         first_index[i + 1] = first_index[i] + (level[i] < 0 ? 0 : balls[level[i]].triangles.size());

@@ -66,8 +66,10 @@ constexpr int MaxWhole = 8;
 
 class Cutter {
   public:
-    Cutter(const PolygonFaces& faces, const ControlPoints& points, bool triangles_only, Dropped& dropped, Pieces& out)
-        : m_faces(faces), m_points(points), m_triangles_only(triangles_only), m_dropped(dropped), m_out(out) {}
+    Cutter(const PolygonFaces& faces, const ControlPoints& points, bool triangles_only, Dropped& dropped,
+           Pieces& out)
+        : m_faces(faces), m_points(points), m_triangles_only(triangles_only), m_dropped(dropped), m_out(out) {
+    }
 
     void cut(size_t face) {
         m_corners.clear();
@@ -82,7 +84,8 @@ class Cutter {
             return;
         }
         const bool one = m_loops.loop_first.size() == 2;
-        if (one && (n == 3 || (!m_triangles_only && n <= MaxWhole && is_convex(m_loops.points.data(), n, normal)))) {
+        if (one &&
+            (n == 3 || (!m_triangles_only && n <= MaxWhole && is_convex(m_loops.points.data(), n, normal)))) {
             for (int i = 0; i < n; i++)
                 m_out.corner.push_back(m_corners[i]);
             finish(face);
@@ -152,7 +155,8 @@ class Cutter {
 
 } // namespace
 
-Pieces cut_polygons(const PolygonFaces& faces, const ControlPoints& points, bool triangles_only, Dropped& dropped) {
+Pieces cut_polygons(const PolygonFaces& faces, const ControlPoints& points, bool triangles_only,
+                    Dropped& dropped) {
     Pieces out;
     out.first.push_back(0);
     out.corner.reserve(faces.corners());

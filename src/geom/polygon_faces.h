@@ -19,7 +19,9 @@ class PolygonFaces {
     }
     // Loops of a face: their first corners, and the end of the last.
     std::vector<int> loops(size_t face) const;
-    bool one_loop(size_t face) const { return m_first_loop.empty() || m_first_loop[face + 1] - m_first_loop[face] == 1; }
+    bool one_loop(size_t face) const {
+        return m_first_loop.empty() || m_first_loop[face + 1] - m_first_loop[face] == 1;
+    }
     // Index of a corner's point; -1 = out of range.
     int vertex(size_t corner) const {
         const int v = m_mesh.vertices.empty() ? int(corner) : m_mesh.vertices[corner];
@@ -43,6 +45,7 @@ struct Pieces {
     std::vector<int> corner; // corner numbers
     std::vector<int> face;   // the face it came from
 };
-Pieces cut_polygons(const PolygonFaces& faces, const ControlPoints& points, bool triangles_only, Dropped& dropped);
+Pieces cut_polygons(const PolygonFaces& faces, const ControlPoints& points, bool triangles_only,
+                    Dropped& dropped);
 
 } // namespace kanuka::geom

@@ -1,6 +1,6 @@
-// Polygons as quad-domain faces: convex quads as they are, triangles and n-gons cut to a quad at every corner (corner,
-// middle of an edge, centre, middle of the other edge), small triangles as quads with a collapsed side. On all of them
-// linear data stay linear.
+// Polygons as quad-domain faces: convex quads as they are, triangles and n-gons cut to a quad at every corner
+// (corner, middle of an edge, centre, middle of the other edge), small triangles as quads with a collapsed
+// side. On all of them linear data stay linear.
 #include "geom/kinds.h"
 #include "geom/polygon_faces.h"
 
@@ -9,7 +9,8 @@ namespace {
 
 class PolygonSurface : public Surface {
   public:
-    PolygonSurface(const scene::Primitive& primitive, const scene::PolygonMesh& mesh, const Transform& m, SurfaceHints hints)
+    PolygonSurface(const scene::Primitive& primitive, const scene::PolygonMesh& mesh, const Transform& m,
+                   SurfaceHints hints)
         : Surface(primitive, m), m_hints(hints), m_mesh(mesh), m_points(control_points(primitive, m)),
           m_polygons(m_mesh, m_points.size()) {
         m_bulges = false;
@@ -33,7 +34,8 @@ class PolygonSurface : public Surface {
         const TensorLattice lattice(u, nullptr, v, nullptr);
         for (int c = 0; c < 3; c++) {
             float q[4];
-            corner_values(face, [&](int corner) { return m_points.xyz[3 * m_polygons.vertex(corner) + c]; }, q);
+            corner_values(
+                face, [&](int corner) { return m_points.xyz[3 * m_polygons.vertex(corner) + c]; }, q);
             lattice.values(q, out + size_t(c) * stride, u.count);
         }
     }
@@ -45,17 +47,20 @@ class PolygonSurface : public Surface {
         grid::Grid& g = out.grid;
         float q[4];
         for (int c = 0; c < 3; c++) {
-            corner_values(face, [&](int corner) { return m_points.xyz[3 * m_polygons.vertex(corner) + c]; }, q);
+            corner_values(
+                face, [&](int corner) { return m_points.xyz[3 * m_polygons.vertex(corner) + c]; }, q);
             const size_t at = size_t(c) * g.stride + out.base;
             lattice.slopes(q, &g.P[at], &g.dPdu[at], &g.dPdv[at], out.pitch);
         }
         if (owns_normals(face)) {
             const int* c = &m_pieces.corner[m_pieces.first[m_quads[face].piece]];
             const Vec3f n = cross(point(c[1]) - point(c[0]), point(c[2]) - point(c[0]));
-            const Vec3f unit = n * ((m_flips ? -1.0f : 1.0f) / length(n)); // triangles without area have been dropped
+            const Vec3f unit =
+                n * ((m_flips ? -1.0f : 1.0f) / length(n)); // triangles without area have been dropped
             for (int k = 0; k < 3; k++)
                 for (int j = 0; j < v.count; j++)
-                    std::fill_n(&g.Ng[size_t(k) * g.stride + out.base + size_t(j) * out.pitch], u.count, unit[k]);
+                    std::fill_n(&g.Ng[size_t(k) * g.stride + out.base + size_t(j) * out.pitch], u.count,
+                                unit[k]);
         }
         const size_t polygon = m_pieces.face[m_quads[face].piece];
         for (const Primvar& p : m_primvars.list)
@@ -64,10 +69,13 @@ class PolygonSurface : public Surface {
                     face,
                     [&](int corner) {
                         switch (p.detail) {
-                        case scene::Detail::Uniform: return p(polygon, c);
+                        case scene::Detail::Uniform:
+                            return p(polygon, c);
                         case scene::Detail::FaceVarying:
-                        case scene::Detail::FaceVertex: return p(corner, c);
-                        default: return p(m_polygons.vertex(corner), c);
+                        case scene::Detail::FaceVertex:
+                            return p(corner, c);
+                        default:
+                            return p(m_polygons.vertex(corner), c);
                         }
                     },
                     q);
@@ -89,7 +97,8 @@ class PolygonSurface : public Surface {
         const int* c = &m_pieces.corner[m_pieces.first[quad.piece]];
         const int n = corners(quad.piece), k = quad.corner;
         if (k < 0) {
-            q[0] = value(c[0]), q[1] = value(c[1]), q[3] = value(c[2]), q[2] = k == PieceQuad::Triangle ? q[3] : value(c[3]);
+            q[0] = value(c[0]), q[1] = value(c[1]), q[3] = value(c[2]),
+            q[2] = k == PieceQuad::Triangle ? q[3] : value(c[3]);
             return;
         }
         float sum = 0;
@@ -111,7 +120,7 @@ class PolygonSurface : public Surface {
             for (size_t i = 0; i < values.size(); i++)
                 values[i] = p ? p->floats[3 * i + c] : 0;
             Primvar& st = m_primvars.list.emplace_back();
-            st.name = c == 0 ? "s" : "t";
+            st.name = std::string(1, c == 0 ? 's' : 't');
             st.detail = scene::Detail::Vertex;
             st.target = c == 0 ? Primvar::Target::S : Primvar::Target::T;
             st.values = std::move(values);
@@ -122,7 +131,8 @@ class PolygonSurface : public Surface {
         std::vector<int> vertices(m_pieces.corner.size());
         for (size_t i = 0; i < vertices.size(); i++)
             vertices[i] = m_polygons.vertex(m_pieces.corner[i]);
-        m_topology = polygon_topology(m_pieces.first, vertices, int(m_points.size()), m_hints.small_triangles, m_quads);
+        m_topology = polygon_topology(m_pieces.first, vertices, int(m_points.size()), m_hints.small_triangles,
+                                      m_quads);
     }
 
     const SurfaceHints m_hints;
@@ -135,8 +145,8 @@ class PolygonSurface : public Surface {
 
 } // namespace
 
-SurfacePtr make_polygons(const scene::Primitive& primitive, const scene::PolygonMesh& mesh, const Transform& m,
-                         Journal& journal, SurfaceHints hints) {
+SurfacePtr make_polygons(const scene::Primitive& primitive, const scene::PolygonMesh& mesh,
+                         const Transform& m, Journal& journal, SurfaceHints hints) {
     auto surface = std::make_unique<PolygonSurface>(primitive, mesh, m, hints);
     return surface->prepare(primitive, journal) ? std::move(surface) : nullptr;
 }

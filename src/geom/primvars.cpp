@@ -7,11 +7,16 @@ using scene::Type;
 
 float* Primvar::destination(grid::Grid& grid, int c) const {
     switch (target) {
-    case Target::S: return grid.s.data();
-    case Target::T: return grid.t.data();
-    case Target::ST: return c == 0 ? grid.s.data() : grid.t.data();
-    case Target::Normal: return grid.N.data() + size_t(c) * grid.stride;
-    case Target::Channel: break;
+    case Target::S:
+        return grid.s.data();
+    case Target::T:
+        return grid.t.data();
+    case Target::ST:
+        return c == 0 ? grid.s.data() : grid.t.data();
+    case Target::Normal:
+        return grid.N.data() + size_t(c) * grid.stride;
+    case Target::Channel:
+        break;
     }
     return grid.primvars[channel].component(c);
 }
@@ -36,12 +41,17 @@ const Primvar* Primvars::find(std::string_view name) const {
 
 static size_t needed(Detail detail, const ItemCounts& counts) {
     switch (detail) {
-    case Detail::Constant: return 1;
-    case Detail::Uniform: return counts.uniform;
-    case Detail::Varying: return counts.varying;
-    case Detail::Vertex: return counts.vertex;
+    case Detail::Constant:
+        return 1;
+    case Detail::Uniform:
+        return counts.uniform;
+    case Detail::Varying:
+        return counts.varying;
+    case Detail::Vertex:
+        return counts.vertex;
     case Detail::FaceVarying:
-    case Detail::FaceVertex: return counts.facevarying;
+    case Detail::FaceVertex:
+        return counts.facevarying;
     }
     return 0;
 }
@@ -71,14 +81,15 @@ Primvars collect_primvars(const scene::Primitive& primitive, const Transform& re
     const bool has_n = primitive.primvars.find("N") != nullptr;
     for (const scene::Value& value : primitive.primvars.values) {
         const std::string& n = value.name;
-        if (n == "P" || n == "Pw" || n == "Pz" || n == "width" || n == "constantwidth" || value.type == Type::String ||
-            value.detail == Detail::Constant || (n == "Np" && has_n))
+        if (n == "P" || n == "Pw" || n == "Pz" || n == "width" || n == "constantwidth" ||
+            value.type == Type::String || value.detail == Detail::Constant || (n == "Np" && has_n))
             continue;
         const size_t need = needed(value.detail, counts);
         if (value.items() < need || need == 0) {
             journal.warning(value.where.str().empty() ? primitive.where : value.where,
-                            "primitive variable \"" + n + "\" of class " + std::string(scene::name(value.detail)) +
-                                " has " + std::to_string(value.items()) + " values where " + std::to_string(need) +
+                            "primitive variable \"" + n + "\" of class " +
+                                std::string(scene::name(value.detail)) + " has " +
+                                std::to_string(value.items()) + " values where " + std::to_string(need) +
                                 " are needed; it is left out. Check its declared class and length");
             continue;
         }

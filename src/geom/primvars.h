@@ -21,7 +21,7 @@ struct Primvar {
     scene::Detail detail = scene::Detail::Varying;
     int components = 1;
     Target target = Target::Channel;
-    int channel = -1; // index into Grid::primvars
+    int channel = -1;            // index into Grid::primvars
     scene::Buffer<float> values; // item * components + component
 
     float operator()(size_t item, int c) const { return values[item * components + c]; }
@@ -31,16 +31,16 @@ struct Primvar {
 
 struct Primvars {
     std::vector<Primvar> list;
-    bool normals = false;            // one of them is the shading normal
-    bool s = false, t = false;       // texture coordinates are given
+    bool normals = false;      // one of them is the shading normal
+    bool s = false, t = false; // texture coordinates are given
 
     // Makes Grid::primvars, zeroed; the grid must be allocated.
     void allocate_channels(grid::Grid& grid) const;
     const Primvar* find(std::string_view name) const;
 };
 
-// Everything but P, Pw, Pz, width, constants and strings. Points, vectors and normals are taken to render space. A value
-// list that is too short is reported and left out.
+// Everything but P, Pw, Pz, width, constants and strings. Points, vectors and normals are taken to render
+// space. A value list that is too short is reported and left out.
 Primvars collect_primvars(const scene::Primitive& primitive, const Transform& render_from_object,
                           const ItemCounts& counts, Journal& journal);
 

@@ -1,4 +1,5 @@
-// Quadrics with partial sweeps: a profile (x, y, z)(v) turned about the z axis by the angle u * theta. RISpec 3.2, 5.4.
+// Quadrics with partial sweeps: a profile (x, y, z)(v) turned about the z axis by the angle u * theta.
+// RISpec 3.2, 5.4.
 #include "geom/kinds.h"
 #include "geom/lattice_surface.h"
 
@@ -7,13 +8,15 @@ namespace {
 
 using Kind = scene::Quadric::Kind;
 
-// A point of the profile, its slope per unit of v, and the direction of the profile there (where the slope vanishes or is
-// infinite, the limit).
+// A point of the profile, its slope per unit of v, and the direction of the profile there (where the slope
+// vanishes or is infinite, the limit).
 struct ProfilePoint {
     double x, y, z, dx, dy, dz, tx, ty, tz;
 };
 
-double radians(double degrees) { return degrees * (3.14159265358979323846 / 180); }
+double radians(double degrees) {
+    return degrees * (3.14159265358979323846 / 180);
+}
 
 class QuadricSurface : public Surface {
   public:
@@ -68,8 +71,8 @@ class QuadricSurface : public Surface {
         const size_t n = size_t(g.stride);
         for (int j = 0; j < v.count; j++) {
             const ProfilePoint p = profile(r.v0 + rv * v[j]);
-            // Normal at angle 0: direction of turning x direction of the profile. On the axis, where turning moves
-            // nothing, the direction that it has just beside is taken.
+            // Normal at angle 0: direction of turning x direction of the profile. On the axis, where turning
+            // moves nothing, the direction that it has just beside is taken.
             double ax = -p.y, ay = p.x;
             if (ax == 0 && ay == 0)
                 ax = -m_axis_y, ay = m_axis_x;
@@ -87,7 +90,8 @@ class QuadricSurface : public Surface {
                     g.dPdu[at + k * n] = float(m[k][0] * ux + m[k][1] * uy);
                     g.dPdv[at + k * n] = float(m[k][0] * vx + m[k][1] * vy + m[k][2] * vz);
                 }
-                const Vec3f o{float((nx * c - ny * s) * sign), float((nx * s + ny * c) * sign), float(nz * sign)};
+                const Vec3f o{float((nx * c - ny * s) * sign), float((nx * s + ny * c) * sign),
+                              float(nz * sign)};
                 const Vec3f w = normalize(m_render_from_object.normal(o, m_inverse));
                 for (int k = 0; k < 3; k++)
                     g.Ng[at + k * n] = w[k];
@@ -116,7 +120,8 @@ class QuadricSurface : public Surface {
         constexpr size_t Needed[] = {4, 3, 4, 7, 4, 3, 5};
         const std::vector<float>& a = m_q.arguments;
         if (a.size() < Needed[int(m_q.kind)])
-            return "it needs " + std::to_string(Needed[int(m_q.kind)]) + " numbers, found " + std::to_string(a.size());
+            return "it needs " + std::to_string(Needed[int(m_q.kind)]) + " numbers, found " +
+                   std::to_string(a.size());
         for (float f : a)
             if (!std::isfinite(f))
                 return "a number is not finite";
@@ -168,12 +173,22 @@ class QuadricSurface : public Surface {
                 p.tx = -r * s, p.tz = r * c;
             return p;
         }
-        case Kind::Cone: p = {a[1] * (1 - v), 0, a[0] * v, -a[1], 0, a[0]}; break;
-        case Kind::Cylinder: p = {a[0], 0, a[1] + (double(a[2]) - a[1]) * v, 0, 0, double(a[2]) - a[1]}; break;
-        case Kind::Disk: p = {a[1] * (1 - v), 0, a[0], -a[1], 0, 0}; break;
+        case Kind::Cone:
+            p = {a[1] * (1 - v), 0, a[0] * v, -a[1], 0, a[0]};
+            break;
+        case Kind::Cylinder:
+            p = {a[0], 0, a[1] + (double(a[2]) - a[1]) * v, 0, 0, double(a[2]) - a[1]};
+            break;
+        case Kind::Disk:
+            p = {a[1] * (1 - v), 0, a[0], -a[1], 0, 0};
+            break;
         case Kind::Hyperboloid:
-            p = {a[0] + (double(a[3]) - a[0]) * v, a[1] + (double(a[4]) - a[1]) * v, a[2] + (double(a[5]) - a[2]) * v,
-                 double(a[3]) - a[0], double(a[4]) - a[1], double(a[5]) - a[2]};
+            p = {a[0] + (double(a[3]) - a[0]) * v,
+                 a[1] + (double(a[4]) - a[1]) * v,
+                 a[2] + (double(a[5]) - a[2]) * v,
+                 double(a[3]) - a[0],
+                 double(a[4]) - a[1],
+                 double(a[5]) - a[2]};
             break;
         case Kind::Paraboloid: {
             const double dz = double(a[2]) - a[1], z = a[1] + dz * v, zmax = a[2];
@@ -212,7 +227,8 @@ class QuadricSurface : public Surface {
 
 } // namespace
 
-SurfacePtr make_quadric(const scene::Primitive& primitive, const scene::Quadric&, const Transform& m, Journal& journal) {
+SurfacePtr make_quadric(const scene::Primitive& primitive, const scene::Quadric&, const Transform& m,
+                        Journal& journal) {
     auto surface = std::make_unique<QuadricSurface>(primitive, m);
     return surface->prepare(primitive, journal) ? std::move(surface) : nullptr;
 }

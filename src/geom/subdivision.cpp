@@ -1,6 +1,7 @@
-// Subdivision surfaces: limit points and derivatives by OpenSubdiv's Bfr, face by face. Regular patches are bicubic (or
-// bilinear) polynomials, so four corner evaluations with derivatives give their Bezier form, and the lattice is filled by
-// the same vectorised loops that patches use; irregular ones are evaluated point by point.
+// Subdivision surfaces: limit points and derivatives by OpenSubdiv's Bfr, face by face. Regular patches are
+// bicubic (or bilinear) polynomials, so four corner evaluations with derivatives give their Bezier form, and
+// the lattice is filled by the same vectorised loops that patches use; irregular ones are evaluated point by
+// point.
 #include "geom/subdivision.h"
 
 #include "geom/kinds.h"
@@ -34,8 +35,9 @@ class SubdivisionSurface : public Surface {
     bool prepare(const scene::Primitive& primitive, const scene::SubdivisionMesh& mesh, Journal& journal) {
         if (!read_cage(primitive, mesh, m_points, m_cage, journal))
             return false;
-        m_primvars = collect_primvars(primitive, m_render_from_object,
-                                      {m_cage.faces, m_points.size(), m_points.size(), m_cage.corners}, journal);
+        m_primvars =
+            collect_primvars(primitive, m_render_from_object,
+                             {m_cage.faces, m_points.size(), m_points.size(), m_cage.corners}, journal);
         gather_data();
         if (!make_factory()) {
             journal.error(primitive.where, "the topology of a subdivision mesh is refused by OpenSubdiv");
@@ -51,8 +53,9 @@ class SubdivisionSurface : public Surface {
             first.push_back(int(vertices.size()));
         }
         if (m_face.empty()) {
-            journal.warning(primitive.where, "no face of a subdivision mesh has a surface; a mesh with a boundary needs "
-                                             "the tag \"interpolateboundary\"");
+            journal.warning(primitive.where,
+                            "no face of a subdivision mesh has a surface; a mesh with a boundary needs "
+                            "the tag \"interpolateboundary\"");
             return false;
         }
         m_topology = polygon_topology(first, vertices, int(m_points.size()), false, m_quads);
@@ -180,15 +183,20 @@ class SubdivisionSurface : public Surface {
         for (int k = 0; k < 4; k++) {
             const float uv[2] = {float(k & 1), float(k >> 1)};
             float* d = corner.data() + k * size;
-            patch.surface.Evaluate(uv, patch.points.data(), patch.layout, d, d + n, d + 2 * n, d + 3 * n, d + 4 * n,
-                                   d + 5 * n);
+            patch.surface.Evaluate(uv, patch.points.data(), patch.layout, d, d + n, d + 2 * n, d + 3 * n,
+                                   d + 4 * n, d + 5 * n);
         }
         for (int c = 0; c < n; c++)
             for (int j = 0; j < 4; j++)
                 for (int i = 0; i < 4; i++) {
                     // Hermite data of the nearest corner: value, both slopes and the twist.
                     const float* d = corner.data() + ((i > 1) + 2 * (j > 1)) * size + c;
-                    const float a = i == 1 ? 1.0f / 3 : i == 2 ? -1.0f / 3 : 0, b = j == 1 ? 1.0f / 3 : j == 2 ? -1.0f / 3 : 0;
+                    const float a = i == 1   ? 1.0f / 3
+                                    : i == 2 ? -1.0f / 3
+                                             : 0,
+                                b = j == 1   ? 1.0f / 3
+                                    : j == 2 ? -1.0f / 3
+                                             : 0;
                     control[16 * c + 4 * j + i] = d[0] + a * d[n] + b * d[2 * n] + a * b * d[4 * n];
                 }
         const TensorLattice lattice(u, &BezierBasis, v, &BezierBasis);
@@ -196,8 +204,8 @@ class SubdivisionSurface : public Surface {
         for (int c = 0; c < n; c++) {
             const size_t at = size_t(c) * g.stride + out.base;
             const bool slopes = derivatives && c < 3;
-            lattice.slopes(&control[16 * c], destination(g, components[c]) + out.base, slopes ? &g.dPdu[at] : nullptr,
-                           slopes ? &g.dPdv[at] : nullptr, out.pitch);
+            lattice.slopes(&control[16 * c], destination(g, components[c]) + out.base,
+                           slopes ? &g.dPdu[at] : nullptr, slopes ? &g.dPdv[at] : nullptr, out.pitch);
         }
     }
 
@@ -226,8 +234,9 @@ class SubdivisionSurface : public Surface {
         for (size_t i = 0; i < n; i++) {
             for (int k = 0; k < m_vertex_width; k++) {
                 const Component& c = m_vertex_targets[k];
-                m_vertex_data[i * m_vertex_width + k] =
-                    c.primvar < 0 ? m_points.xyz[3 * i + c.component] : m_primvars.list[c.primvar](i, c.component);
+                m_vertex_data[i * m_vertex_width + k] = c.primvar < 0
+                                                            ? m_points.xyz[3 * i + c.component]
+                                                            : m_primvars.list[c.primvar](i, c.component);
             }
             for (int k = 0; k < m_varying_width; k++)
                 m_varying_data[i * m_varying_width + k] =
@@ -282,8 +291,8 @@ class SubdivisionSurface : public Surface {
 
 } // namespace
 
-SurfacePtr make_subdivision(const scene::Primitive& primitive, const scene::SubdivisionMesh& mesh, const Transform& m,
-                            Journal& journal) {
+SurfacePtr make_subdivision(const scene::Primitive& primitive, const scene::SubdivisionMesh& mesh,
+                            const Transform& m, Journal& journal) {
     auto surface = std::make_unique<SubdivisionSurface>(primitive, m);
     return surface->prepare(primitive, mesh, journal) ? std::move(surface) : nullptr;
 }

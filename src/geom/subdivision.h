@@ -1,4 +1,5 @@
-// The cage of a subdivision mesh, checked, with its tags, as OpenSubdiv wants it. Only subdivision*.cpp include this.
+// The cage of a subdivision mesh, checked, with its tags, as OpenSubdiv wants it. Only subdivision*.cpp
+// include this.
 #pragma once
 
 #include <map>
@@ -17,17 +18,17 @@ namespace osd = OpenSubdiv;
 struct Cage {
     std::vector<int> first, vertices; // kept faces: corners of face f at first[f] … first[f + 1]
     std::vector<int> sizes;
-    std::vector<int> face;            // number of a kept face in the scene
-    std::vector<int> corner;          // first corner of a kept face in the scene's facevarying data
-    size_t faces = 0, corners = 0;    // in the scene
+    std::vector<int> face;         // number of a kept face in the scene
+    std::vector<int> corner;       // first corner of a kept face in the scene's facevarying data
+    size_t faces = 0, corners = 0; // in the scene
     osd::Sdc::SchemeType scheme = osd::Sdc::SCHEME_CATMARK;
     osd::Sdc::Options options;
     std::vector<int> crease_pairs, corner_vertices, holes;
     std::vector<float> crease_weights, corner_weights;
 };
 // False where nothing is left.
-bool read_cage(const scene::Primitive& primitive, const scene::SubdivisionMesh& mesh, const ControlPoints& points,
-               Cage& cage, Journal& journal);
+bool read_cage(const scene::Primitive& primitive, const scene::SubdivisionMesh& mesh,
+               const ControlPoints& points, Cage& cage, Journal& journal);
 
 // Face-varying data join where the corners around a vertex have equal values.
 struct FaceVaryingChannel {
@@ -37,8 +38,9 @@ struct FaceVaryingChannel {
 };
 FaceVaryingChannel join_face_varying(const Cage& cage, const Primvar& primvar, size_t points);
 
-using FactoryCache = osd::Bfr::SurfaceFactoryCacheThreaded<std::shared_mutex, std::shared_lock<std::shared_mutex>,
-                                                           std::unique_lock<std::shared_mutex>>;
+using FactoryCache =
+    osd::Bfr::SurfaceFactoryCacheThreaded<std::shared_mutex, std::shared_lock<std::shared_mutex>,
+                                          std::unique_lock<std::shared_mutex>>;
 using SurfaceFactory = osd::Bfr::RefinerSurfaceFactory<FactoryCache>;
 
 } // namespace kanuka::geom

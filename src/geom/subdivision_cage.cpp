@@ -9,8 +9,8 @@ namespace {
 using Sdc = osd::Sdc::Options;
 constexpr float InfinitelySharp = 10; // to OpenSubdiv
 
-void read_faces(const scene::SubdivisionMesh& mesh, const ControlPoints& points, bool triangles_only, Cage& cage,
-                Dropped& dropped) {
+void read_faces(const scene::SubdivisionMesh& mesh, const ControlPoints& points, bool triangles_only,
+                Cage& cage, Dropped& dropped) {
     cage.first.push_back(0);
     cage.faces = mesh.vertices_per_face.size();
     size_t corner = 0;
@@ -51,7 +51,8 @@ class TagReader {
         : m_primitive(primitive), m_cage(cage), m_journal(journal) {
         for (size_t f = 0; f < cage.sizes.size(); f++)
             for (int i = cage.first[f]; i < cage.first[f + 1]; i++) {
-                const int a = cage.vertices[i], b = cage.vertices[i + 1 < cage.first[f + 1] ? i + 1 : cage.first[f]];
+                const int a = cage.vertices[i],
+                          b = cage.vertices[i + 1 < cage.first[f + 1] ? i + 1 : cage.first[f]];
                 m_edges.insert({std::min(a, b), std::max(a, b)});
             }
         m_vertices.insert(cage.vertices.begin(), cage.vertices.end());
@@ -69,24 +70,27 @@ class TagReader {
         else if (tag.name == "facevaryinginterpolateboundary")
             face_varying(tag);
         else if (tag.name == "creasemethod")
-            m_cage.options.SetCreasingMethod(!tag.strings.empty() && tag.strings[0] == "chaikin" ? Sdc::CREASE_CHAIKIN
-                                                                                                 : Sdc::CREASE_UNIFORM);
+            m_cage.options.SetCreasingMethod(!tag.strings.empty() && tag.strings[0] == "chaikin"
+                                                 ? Sdc::CREASE_CHAIKIN
+                                                 : Sdc::CREASE_UNIFORM);
         else if (tag.name == "smoothtriangles")
-            m_cage.options.SetTriangleSubdivision(tag.ints.empty() || tag.ints[0] != 0 ? Sdc::TRI_SUB_SMOOTH
-                                                                                       : Sdc::TRI_SUB_CATMARK);
+            m_cage.options.SetTriangleSubdivision(
+                tag.ints.empty() || tag.ints[0] != 0 ? Sdc::TRI_SUB_SMOOTH : Sdc::TRI_SUB_CATMARK);
         else if (tag.name != "facevaryingpropagatecorners")
-            m_journal.warning(m_primitive.where,
-                              "unknown subdivision tag \"" + tag.name +
-                                  "\"; one of crease, corner, hole, interpolateboundary, "
-                                  "facevaryinginterpolateboundary, facevaryingpropagatecorners, creasemethod, "
-                                  "smoothtriangles");
+            m_journal.warning(
+                m_primitive.where,
+                "unknown subdivision tag \"" + tag.name +
+                    "\"; one of crease, corner, hole, interpolateboundary, "
+                    "facevaryinginterpolateboundary, facevaryingpropagatecorners, creasemethod, "
+                    "smoothtriangles");
     }
 
     void finish() const {
         if (m_missing > 0)
-            m_journal.warning(m_primitive.where,
-                              std::to_string(m_missing) +
-                                  " creases, corners or holes name edges, vertices or faces that the mesh has not");
+            m_journal.warning(
+                m_primitive.where,
+                std::to_string(m_missing) +
+                    " creases, corners or holes name edges, vertices or faces that the mesh has not");
     }
 
   private:
@@ -134,9 +138,9 @@ class TagReader {
                                                               : Sdc::VTX_BOUNDARY_EDGE_AND_CORNER);
     }
     void face_varying(const scene::SubdivisionMesh::Tag& tag) {
-        constexpr Sdc::FVarLinearInterpolation How[] = {Sdc::FVAR_LINEAR_NONE,          Sdc::FVAR_LINEAR_CORNERS_ONLY,
-                                                        Sdc::FVAR_LINEAR_CORNERS_PLUS1, Sdc::FVAR_LINEAR_CORNERS_PLUS2,
-                                                        Sdc::FVAR_LINEAR_BOUNDARIES,    Sdc::FVAR_LINEAR_ALL};
+        constexpr Sdc::FVarLinearInterpolation How[] = {
+            Sdc::FVAR_LINEAR_NONE,          Sdc::FVAR_LINEAR_CORNERS_ONLY, Sdc::FVAR_LINEAR_CORNERS_PLUS1,
+            Sdc::FVAR_LINEAR_CORNERS_PLUS2, Sdc::FVAR_LINEAR_BOUNDARIES,   Sdc::FVAR_LINEAR_ALL};
         const int how = tag.ints.empty() ? 1 : std::clamp(tag.ints[0], 0, 5);
         m_cage.options.SetFVarLinearInterpolation(How[how]);
     }
@@ -151,15 +155,16 @@ class TagReader {
 
 } // namespace
 
-bool read_cage(const scene::Primitive& primitive, const scene::SubdivisionMesh& mesh, const ControlPoints& points,
-               Cage& cage, Journal& journal) {
+bool read_cage(const scene::Primitive& primitive, const scene::SubdivisionMesh& mesh,
+               const ControlPoints& points, Cage& cage, Journal& journal) {
     if (mesh.scheme == "loop")
         cage.scheme = osd::Sdc::SCHEME_LOOP;
     else if (mesh.scheme == "bilinear")
         cage.scheme = osd::Sdc::SCHEME_BILINEAR;
     else if (mesh.scheme != "catmull-clark")
-        journal.warning(primitive.where, "unknown subdivision scheme \"" + mesh.scheme +
-                                             "\", catmull-clark is used; one of catmull-clark, loop, bilinear");
+        journal.warning(primitive.where,
+                        "unknown subdivision scheme \"" + mesh.scheme +
+                            "\", catmull-clark is used; one of catmull-clark, loop, bilinear");
     Dropped dropped;
     read_faces(mesh, points, cage.scheme == osd::Sdc::SCHEME_LOOP, cage, dropped);
     dropped.report(cage.faces, "subdivision faces", primitive.where, journal);

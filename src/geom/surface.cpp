@@ -11,8 +11,8 @@ Surface::Surface(const scene::Primitive& primitive, const Transform& render_from
     : m_render_from_object(render_from_object) {
     const scene::Attributes* a = primitive.attributes.get();
     m_texture_coordinates = a ? a->texture_coordinates : scene::Attributes{}.texture_coordinates;
-    // In object space the outside is where the components of dPdu x dPdv point, whatever the handedness; a mirroring
-    // transform turns the cross product around, a normal not.
+    // In object space the outside is where the components of dPdu x dPdv point, whatever the handedness; a
+    // mirroring transform turns the cross product around, a normal not.
     m_flips = (render_from_object.determinant3() < 0) != (a && a->reverse_orientation);
 }
 
@@ -114,7 +114,8 @@ void Surface::frame(int face, Line u, Line v, Lattice out) const {
     }
 }
 
-// Where derivatives vanish or are parallel (a collapsed side), the normal is the limit from the inside of the face.
+// Where derivatives vanish or are parallel (a collapsed side), the normal is the limit from the inside of the
+// face.
 Vec3f Surface::normal_beside(int face, float u, float v) const {
     grid::Grid g;
     g.allocate(0, 0);
@@ -151,7 +152,8 @@ ControlPoints control_points(const scene::Primitive& primitive, const Transform&
         for (size_t i = 0; i < n; i++) {
             const float* q = pw->floats.data() + 4 * i;
             for (int r = 0; r < 3; r++)
-                out.xyz[3 * i + r] = float(m.m[r][0] * q[0] + m.m[r][1] * q[1] + m.m[r][2] * q[2] + m.m[r][3] * q[3]);
+                out.xyz[3 * i + r] =
+                    float(m.m[r][0] * q[0] + m.m[r][1] * q[1] + m.m[r][2] * q[2] + m.m[r][3] * q[3]);
             out.weights[i] = q[3];
         }
     }
@@ -161,8 +163,8 @@ ControlPoints control_points(const scene::Primitive& primitive, const Transform&
 void Dropped::report(size_t total, std::string_view what, const Location& where, Journal& journal) const {
     const auto say = [&](size_t n, const char* why) {
         if (n > 0)
-            journal.warning(where, std::to_string(n) + " of " + std::to_string(total) + " " + std::string(what) + " " +
-                                       why + " and were left out");
+            journal.warning(where, std::to_string(n) + " of " + std::to_string(total) + " " +
+                                       std::string(what) + " " + why + " and were left out");
     };
     say(non_finite, "have positions that are not finite");
     say(bad_index, "have vertex indices or counts out of range");

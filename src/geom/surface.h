@@ -1,4 +1,5 @@
-// Surfaces as quad-domain faces that can be evaluated over lattices: every kind of geometry that is diced becomes one.
+// Surfaces as quad-domain faces that can be evaluated over lattices: every kind of geometry that is diced
+// becomes one.
 #pragma once
 
 #include <memory>
@@ -37,15 +38,17 @@ class Surface {
 
     void allocate_channels(grid::Grid& grid) const { m_primvars.allocate_channels(grid); }
     bool flips() const { return m_flips; }
-    bool has_texture() const { return m_primvars.s || m_primvars.t; } // s and t are given, not made from u and v
+    bool has_texture() const {
+        return m_primvars.s || m_primvars.t;
+    } // s and t are given, not made from u and v
     // Interior lines of a face may be much longer than its sides.
     bool bulges() const { return m_bulges; }
     virtual int uniform_index(int face) const { return face; }
 
   protected:
     Surface(const scene::Primitive& primitive, const Transform& render_from_object);
-    // Fills P, dPdu, dPdv (per unit of the face's own u and v) and all primvars, and Ng if it owns normals: unit length,
-    // outside.
+    // Fills P, dPdu, dPdv (per unit of the face's own u and v) and all primvars, and Ng if it owns normals:
+    // unit length, outside.
     virtual void shape(int face, Line u, Line v, Lattice out) const = 0;
     virtual bool owns_normals(int) const { return false; }
     virtual FaceRange range(int) const { return {}; }
@@ -61,10 +64,11 @@ class Surface {
     Vec3f normal_beside(int face, float u, float v) const;
 };
 
-// Null where nothing of it can be diced; the reason has gone to the journal. Curves and Points are not surfaces in this
-// sense: see ribbons.h and points.h.
+// Null where nothing of it can be diced; the reason has gone to the journal. Curves and Points are not
+// surfaces in this sense: see ribbons.h and points.h.
 struct SurfaceHints {
-    bool small_triangles = false; // a face becomes few micropolygons: triangles are better one collapsed quad than three
+    bool small_triangles =
+        false; // a face becomes few micropolygons: triangles are better one collapsed quad than three
 };
 std::unique_ptr<Surface> make_surface(const scene::Primitive& primitive, const Transform& render_from_object,
                                       Journal& journal, SurfaceHints hints = {});

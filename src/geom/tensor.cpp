@@ -77,8 +77,8 @@ static void rows(const float* control, const Weights& wu, const Weights& wv, flo
     }
 }
 
-void tensor_slopes(const float* control, const Weights& wu, const Weights& wv, float* out, float* du, float* dv,
-                   int pitch) {
+void tensor_slopes(const float* control, const Weights& wu, const Weights& wv, float* out, float* du,
+                   float* dv, int pitch) {
     if (wu.terms() == 2)
         rows<2>(control, wu, wv, out, du, dv, pitch);
     else if (wu.terms() == 4)

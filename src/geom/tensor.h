@@ -44,21 +44,24 @@ void cubic_weights(Line t, const BasisMatrix& basis, Weights& w); // 4 terms
 // One component: control[j * wu.terms() + i]. Row j of the lattice begins at out + j * pitch.
 void tensor_values(const float* control, const Weights& wu, const Weights& wv, float* out, int pitch);
 // Slopes too, per unit of u and v. Any output may be null.
-void tensor_slopes(const float* control, const Weights& wu, const Weights& wv, float* out, float* du, float* dv,
-                   int pitch);
+void tensor_slopes(const float* control, const Weights& wu, const Weights& wv, float* out, float* du,
+                   float* dv, int pitch);
 
-// Bilinear (null bases) or bicubic patches over a lattice. Control points are first restricted to the lattice's range, in
-// double and in Bezier form, so that a small piece of a huge patch is smooth down to its own last bits; then the piece is
-// evaluated in float. End points are exact.
+// Bilinear (null bases) or bicubic patches over a lattice. Control points are first restricted to the
+// lattice's range, in double and in Bezier form, so that a small piece of a huge patch is smooth down to its
+// own last bits; then the piece is evaluated in float. End points are exact.
 class TensorLattice {
   public:
     TensorLattice(Line u, const BasisMatrix* basis_u, Line v, const BasisMatrix* basis_v);
     // control[j * terms + i] with 2 or 4 terms either way.
-    void values(const float* control, float* out, int pitch) const { slopes(control, out, nullptr, nullptr, pitch); }
+    void values(const float* control, float* out, int pitch) const {
+        slopes(control, out, nullptr, nullptr, pitch);
+    }
     void slopes(const float* control, float* out, float* du, float* dv, int pitch) const;
 
   private:
-    using Matrix = std::array<std::array<double, 4>, 4>; // row k: how restricted control point k mixes the given ones
+    using Matrix =
+        std::array<std::array<double, 4>, 4>; // row k: how restricted control point k mixes the given ones
     static Matrix restrict_range(Line t, const BasisMatrix* basis, Weights& w);
 
     Weights m_wu, m_wv;

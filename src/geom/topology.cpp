@@ -92,7 +92,8 @@ Topology lattice_topology(const LatticeShape& shape) {
 }
 
 PolygonEdges find_edges(const std::vector<int>& first, const std::vector<int>& vertices, int vertex_count) {
-    // Edges are bucketed by their lower vertex; a bucket holds a handful, so matching within it is a linear search.
+    // Edges are bucketed by their lower vertex; a bucket holds a handful, so matching within it is a linear
+    // search.
     PolygonEdges out;
     const int faces = int(first.size()) - 1;
     out.halves.resize(vertices.size());
@@ -165,7 +166,8 @@ Topology polygon_topology(const std::vector<int>& first, const std::vector<int>&
             t.attach(f, 0, h[k].edge, h[k].reversed ? Part::Second : Part::First, h[k].reversed);
             t.attach(f, 1, spokes + k, Part::Whole, false);
             t.attach(f, 2, spokes + before, Part::Whole, false);
-            t.attach(f, 3, h[before].edge, h[before].reversed ? Part::First : Part::Second, !h[before].reversed);
+            t.attach(f, 3, h[before].edge, h[before].reversed ? Part::First : Part::Second,
+                     !h[before].reversed);
         }
     }
     return t;

@@ -1,4 +1,5 @@
-// How the quad-domain faces of a surface are joined. Dicing needs nothing else to keep neighbours free of cracks.
+// How the quad-domain faces of a surface are joined. Dicing needs nothing else to keep neighbours free of
+// cracks.
 #pragma once
 
 #include <array>
@@ -8,8 +9,9 @@
 namespace kanuka::geom {
 
 //        VMax
-//     3 ──────▶ 2        Corners of a face and its sides in the order of grid::Edge. Every side is walked with u or v
-//     ▲         ▲        rising, and lies on an edge that faces share: on all of it or (a quad that came of cutting a
+//     3 ──────▶ 2        Corners of a face and its sides in the order of grid::Edge. Every side is walked
+//     with u or v ▲         ▲        rising, and lies on an edge that faces share: on all of it or (a quad
+//     that came of cutting a
 // UMin│  face   │UMax    triangle or n-gon at the middles of its edges) on one half of it.
 //     0 ──────▶ 1
 //        VMin
@@ -44,7 +46,8 @@ struct Topology {
 float side_parameter(const Topology::Side& side, float t);
 void side_position(int side, float x, float& u, float& v);
 
-// Faces in nu columns and nv rows, possibly wrapping round: patch meshes, NURBS, quadrics. Face (i, j) = j * nu + i.
+// Faces in nu columns and nv rows, possibly wrapping round: patch meshes, NURBS, quadrics. Face (i, j) = j *
+// nu + i.
 struct LatticeShape {
     int nu = 1, nv = 1;
     bool wrap_u = false, wrap_v = false;
@@ -58,15 +61,15 @@ struct PolygonEdges {
         int edge;
         bool reversed; // the face walks it from b to a
     };
-    std::vector<Half> halves;          // one per corner: the edge from this corner to the next of its face
+    std::vector<Half> halves; // one per corner: the edge from this corner to the next of its face
     std::vector<std::array<int, 2>> edges;
 };
 // first[f] … first[f + 1]: corners of face f in `vertices`.
 PolygonEdges find_edges(const std::vector<int>& first, const std::vector<int>& vertices, int vertex_count);
 
-// Polygonal faces as quad-domain faces: quads as they are, others as one quad at each corner: corner, middle of the edge to
-// the next corner, centre, middle of the edge before. With `collapse_triangles` a triangle is one quad whose VMax side is
-// its last corner. `quads` says what each face came from.
+// Polygonal faces as quad-domain faces: quads as they are, others as one quad at each corner: corner, middle
+// of the edge to the next corner, centre, middle of the edge before. With `collapse_triangles` a triangle is
+// one quad whose VMax side is its last corner. `quads` says what each face came from.
 struct PieceQuad {
     int piece;
     int corner; // Quad, Triangle: the piece is the face

@@ -57,9 +57,9 @@ bool all_usable(const PolygonFaces& faces, const std::vector<float>& p) {
 
 // Output vertices: which point, corner and face each one takes its data from.
 struct Sources {
-    bool split = false;                 // otherwise vertex i is point i
+    bool split = false; // otherwise vertex i is point i
     std::vector<uint32_t> point, corner, face;
-    std::vector<uint32_t> of_corner;    // output vertex of a corner
+    std::vector<uint32_t> of_corner; // output vertex of a corner
     size_t count = 0;
 };
 
@@ -135,7 +135,9 @@ class VertexSplitter {
         for (size_t f = 0; f < m_faces.count(); f++)
             std::fill_n(m_face.begin() + m_faces.first_corner(f), m_faces.corner_count(f), uint32_t(f));
     }
-    uint32_t face(uint32_t corner) const { return m_faces.sides() ? corner / m_faces.sides() : m_face[corner]; }
+    uint32_t face(uint32_t corner) const {
+        return m_faces.sides() ? corner / m_faces.sides() : m_face[corner];
+    }
     bool same(uint32_t a, uint32_t b) const {
         for (const Primvar* p : m_primvars) {
             const size_t n = p->components, i = is_corner(*p) ? a : face(a), j = is_corner(*p) ? b : face(b);
@@ -151,8 +153,8 @@ class VertexSplitter {
     std::vector<uint32_t> m_face;
 };
 
-// Two triangles in a row that share an edge, (a, b, c) and (a, c, d) in some rotation, as the quad (b, c, d, a), which is
-// traced as the triangles (b, c, a) and (d, a, c).
+// Two triangles in a row that share an edge, (a, b, c) and (a, c, d) in some rotation, as the quad (b, c, d,
+// a), which is traced as the triangles (b, c, a) and (d, a, c).
 bool pair(const uint32_t* s, const uint32_t* t, uint32_t quad[4]) {
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < 3; k++) {
@@ -202,14 +204,16 @@ void pair_triangles(grid::TracedMesh& mesh) {
     mesh.vertices_per_face = 4;
 }
 
-// A quad that is traced as the triangles (0, 1, 3) and (2, 3, 1) is turned where those would overlap: concave ones.
+// A quad that is traced as the triangles (0, 1, 3) and (2, 3, 1) is turned where those would overlap: concave
+// ones.
 void turn_concave_quads(const grid::Grid& g, grid::TracedMesh& mesh) {
     tasks::parallel_chunks(mesh.indices.size() / 4, Grain, [&](size_t begin, size_t end) {
         for (size_t f = begin; f < end; f++) {
             uint32_t* q = &mesh.indices[4 * f];
             if (q[2] == q[3])
                 continue;
-            const Vec3f a = g.position(q[0]), b = g.position(q[1]), c = g.position(q[2]), d = g.position(q[3]);
+            const Vec3f a = g.position(q[0]), b = g.position(q[1]), c = g.position(q[2]),
+                        d = g.position(q[3]);
             if (dot(cross(b - a, d - a), cross(d - c, b - c)) < 0)
                 std::rotate(q, q + 1, q + 4);
         }
@@ -276,18 +280,19 @@ bool mesh_from_polygons(const scene::Primitive& primitive, const scene::PolygonM
             const bool finite = points.finite(p);
             for (int c = 0; c < 3; c++)
                 g.P[i + size_t(c) * g.stride] = finite ? points.xyz[3 * p + c] : 0; // no face uses the others
-            g.s[i] = object->floats[3 * p]; // RISpec: a polygon's texture coordinates are its object-space x and y
+            g.s[i] =
+                object->floats[3 * p]; // RISpec: a polygon's texture coordinates are its object-space x and y
             g.t[i] = object->floats[3 * p + 1];
         }
         for (const Primvar& v : primvars.list)
             for (int c = 0; c < v.components; c++) {
                 float* to = v.destination(g, c);
                 for (size_t i = begin; i < end; i++) {
-                    const size_t item = v.detail == scene::Detail::Uniform ? sources.face[i]
-                                        : v.detail == scene::Detail::FaceVarying ||
-                                                v.detail == scene::Detail::FaceVertex
-                                            ? sources.corner[i]
-                                            : point(i);
+                    const size_t item =
+                        v.detail == scene::Detail::Uniform ? sources.face[i]
+                        : v.detail == scene::Detail::FaceVarying || v.detail == scene::Detail::FaceVertex
+                            ? sources.corner[i]
+                            : point(i);
                     to[i] = v(item, c);
                 }
             }
@@ -311,7 +316,8 @@ bool mesh_from_polygons(const scene::Primitive& primitive, const scene::PolygonM
 }
 
 void vertex_normals(const grid::Grid& g, const grid::TracedMesh& mesh, bool flips, std::vector<float>& to) {
-    // Two halves of the faces sum on their own, whatever the number of threads, so that the sums are always the same.
+    // Two halves of the faces sum on their own, whatever the number of threads, so that the sums are always
+    // the same.
     const size_t n = size_t(g.stride), per = mesh.vertices_per_face, faces = mesh.indices.size() / per;
     std::vector<float> other(3 * n);
     to.assign(3 * n, 0.0f);

@@ -1,4 +1,5 @@
-// Geometry that is traced as a mesh and shaded at its vertices: polygon meshes finer than the rate, curves and points.
+// Geometry that is traced as a mesh and shaded at its vertices: polygon meshes finer than the rate, curves
+// and points.
 #pragma once
 
 #include "geom/polygon_faces.h"
@@ -8,25 +9,26 @@ namespace kanuka::geom {
 struct MeshParts {
     grid::Grid vertices; // nu = vertices - 1, nv = 0
     grid::TracedMesh mesh;
-    bool flat = false;   // normals are left zero: the tracer takes those of its faces
+    bool flat = false; // normals are left zero: the tracer takes those of its faces
 };
 
 // What curves and points need to know of the view. Thread safety: const members may run at the same time.
 class Viewpoint {
   public:
     virtual ~Viewpoint() = default;
-    virtual float cells(const Vec3f& a, const Vec3f& b) const = 0;     // micropolygon edges from a to b
+    virtual float cells(const Vec3f& a, const Vec3f& b) const = 0; // micropolygon edges from a to b
     virtual float pixels_per_unit(const Vec3f& p) const = 0;
     virtual Vec3f towards_camera(const Vec3f& p) const = 0;
-    virtual bool has_camera() const = 0;                               // false: seen from anywhere (instances)
+    virtual bool has_camera() const = 0; // false: seen from anywhere (instances)
 };
 
 // Allocates the vertices' arrays, in parallel; also the primvar channels.
 void allocate_mesh(MeshParts& parts, size_t vertices, const Primvars& primvars);
 void allocate_mesh(MeshParts& parts, size_t vertices, const Surface& surface);
 
-// The polygons as they are. Vertices are the scene's, split where face-varying or uniform data differ. Pairs of triangles
-// become quads where nine in ten do (see grid::TracedMesh), which changes no point of the surface. False = nothing left.
+// The polygons as they are. Vertices are the scene's, split where face-varying or uniform data differ. Pairs
+// of triangles become quads where nine in ten do (see grid::TracedMesh), which changes no point of the
+// surface. False = nothing left.
 bool mesh_from_polygons(const scene::Primitive& primitive, const scene::PolygonMesh& mesh, const Transform& m,
                         Journal& journal, MeshParts& out);
 // Calls visit(points, count) for the outlines of about `samples` faces spread over the mesh, in render space.
@@ -38,12 +40,13 @@ void sample_polygons(const scene::Primitive& primitive, const scene::PolygonMesh
 bool mesh_from_curves(const scene::Primitive& primitive, const scene::Curves& curves, const Transform& m,
                       const Viewpoint& view, Journal& journal, MeshParts& out);
 // Spheres: octahedra, refined as their size in the picture asks; their mean silhouette has the sphere's area.
-bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, const Viewpoint& view, Journal& journal,
-                      MeshParts& out);
+bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, const Viewpoint& view,
+                      Journal& journal, MeshParts& out);
 
-// Area-weighted vertex normals of the mesh, unit length (zero where there is no area), oriented as cross products of the
-// faces are, turned around by `flips`. Deterministic. `to` has 3 * stride floats.
-void vertex_normals(const grid::Grid& vertices, const grid::TracedMesh& mesh, bool flips, std::vector<float>& to);
+// Area-weighted vertex normals of the mesh, unit length (zero where there is no area), oriented as cross
+// products of the faces are, turned around by `flips`. Deterministic. `to` has 3 * stride floats.
+void vertex_normals(const grid::Grid& vertices, const grid::TracedMesh& mesh, bool flips,
+                    std::vector<float>& to);
 
 // "width" or "constantwidth", in render space units.
 class Widths {

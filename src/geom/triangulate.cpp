@@ -8,7 +8,8 @@ namespace kanuka::geom {
 
 Vec3f newell_normal(const Vec3f* p, int count) {
     double x = 0, y = 0, z = 0;
-    for (int i = 0; i < count; i++) { // relative to the first point, so that far-away polygons keep their digits
+    for (int i = 0; i < count;
+         i++) { // relative to the first point, so that far-away polygons keep their digits
         const Vec3f a = p[i] - p[0], b = p[i + 1 < count ? i + 1 : 0] - p[0];
         x += double(a.y) * b.z - double(a.z) * b.y;
         y += double(a.z) * b.x - double(a.x) * b.z;
@@ -38,7 +39,9 @@ double orient(const Point2& a, const Point2& b, const Point2& c) {
     return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
-bool same(const Point2& a, const Point2& b) { return a.x == b.x && a.y == b.y; }
+bool same(const Point2& a, const Point2& b) {
+    return a.x == b.x && a.y == b.y;
+}
 
 // Strictly inside or on the border of a counter-clockwise triangle, its corners not counted.
 bool covers(const Point2& a, const Point2& b, const Point2& c, const Point2& p) {
@@ -66,8 +69,8 @@ double loop_area(const std::vector<Point2>& p, const std::vector<int>& loop) {
     return sum;
 }
 
-// Where the hole's rightmost corner sees the outline: the edge hit by a ray to the right gives a candidate; a reflex
-// corner inside the triangle (corner, hit, candidate) is seen first.
+// Where the hole's rightmost corner sees the outline: the edge hit by a ray to the right gives a candidate; a
+// reflex corner inside the triangle (corner, hit, candidate) is seen first.
 int bridge_corner(const std::vector<Point2>& p, const std::vector<int>& outline, const Point2& m) {
     const int n = int(outline.size());
     double best_x = std::numeric_limits<double>::infinity();
@@ -89,7 +92,9 @@ int bridge_corner(const std::vector<Point2>& p, const std::vector<int>& outline,
     if (best < 0) // the hole is not inside: take the nearest corner
         for (int i = 0; i < n; i++) {
             const Point2 &a = p[outline[i]], &b = p[outline[std::max(best, 0)]];
-            const auto far = [&](const Point2& q) { return (q.x - m.x) * (q.x - m.x) + (q.y - m.y) * (q.y - m.y); };
+            const auto far = [&](const Point2& q) {
+                return (q.x - m.x) * (q.x - m.x) + (q.y - m.y) * (q.y - m.y);
+            };
             if (best < 0 || far(a) < far(b))
                 best = i;
         }
@@ -128,9 +133,8 @@ std::vector<int> join_holes(const std::vector<Point2>& p, const Loops& loops) {
     const auto rightmost = [&](const std::vector<int>& ring) {
         return std::max_element(ring.begin(), ring.end(), [&](int a, int b) { return p[a].x < p[b].x; });
     };
-    std::stable_sort(rings.begin() + 1, rings.end(), [&](const auto& a, const auto& b) {
-        return p[*rightmost(a)].x > p[*rightmost(b)].x;
-    });
+    std::stable_sort(rings.begin() + 1, rings.end(),
+                     [&](const auto& a, const auto& b) { return p[*rightmost(a)].x > p[*rightmost(b)].x; });
     std::vector<int> outline = rings[0];
     for (size_t l = 1; l < rings.size(); l++) {
         std::vector<int>& hole = rings[l];
@@ -193,7 +197,8 @@ std::vector<std::array<int, 3>> triangulate(const Loops& loops) {
     return out;
 }
 
-std::vector<std::array<int, 4>> join_quads(const std::vector<std::array<int, 3>>& triangles, const Loops& loops) {
+std::vector<std::array<int, 4>> join_quads(const std::vector<std::array<int, 3>>& triangles,
+                                           const Loops& loops) {
     std::unordered_map<uint64_t, int> open; // directed edge -> triangle * 3 + corner
     const auto key = [](int a, int b) { return uint64_t(uint32_t(a)) << 32 | uint32_t(b); };
     for (size_t t = 0; t < triangles.size(); t++)

@@ -19,11 +19,13 @@ Vec3f newell_normal(const Vec3f* points, int count);
 // All corners turn the same way as `normal`.
 bool is_convex(const Vec3f* points, int count, const Vec3f& normal);
 
-// Triangles as indices into `points`, wound as the outline is. Ear clipping; holes are joined to the outline by bridges
-// (Eberly, "Triangulation by Ear Clipping", 2002). Self-intersecting input gives some covering, and always ends.
+// Triangles as indices into `points`, wound as the outline is. Ear clipping; holes are joined to the outline
+// by bridges (Eberly, "Triangulation by Ear Clipping", 2002). Self-intersecting input gives some covering,
+// and always ends.
 std::vector<std::array<int, 3>> triangulate(const Loops& loops);
 
 // Joins neighbouring triangles to convex quads; the last entry is -1 for a triangle.
-std::vector<std::array<int, 4>> join_quads(const std::vector<std::array<int, 3>>& triangles, const Loops& loops);
+std::vector<std::array<int, 4>> join_quads(const std::vector<std::array<int, 3>>& triangles,
+                                           const Loops& loops);
 
 } // namespace kanuka::geom

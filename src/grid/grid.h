@@ -28,9 +28,9 @@ struct Channel {
 // Edges of a grid in the order v = 0, u = 1, v = 1, u = 0 (walked with u, v rising).
 enum Edge { VMin = 0, UMax = 1, VMax = 2, UMin = 3 };
 
-// (nu + 1) x (nv + 1) vertices, u fastest: vertex(i, j) = j * (nu + 1) + i. Positions and normals are in *render space*
-// for ordinary primitives and in group space for instanced ones. Normals point to the outside of the surface; they need
-// not be unit length.
+// (nu + 1) x (nv + 1) vertices, u fastest: vertex(i, j) = j * (nu + 1) + i. Positions and normals are in
+// *render space* for ordinary primitives and in group space for instanced ones. Normals point to the outside
+// of the surface; they need not be unit length.
 struct Grid {
     int nu = 0, nv = 0; // cells
     int stride = 0;     // padded vertex count
@@ -39,9 +39,10 @@ struct Grid {
     std::vector<float> u, v, s, t;           // 1 each: surface parameters, texture coordinates
     std::vector<Channel> primvars;           // the varying ones, by name; constants stay with the primitive
     int face = 0;                            // which face or sub-patch it came from: the "uniform" index
-    // Number of cells of the shared boundary polyline, at shading density; at most nu or nv. Where it is less, boundary
-    // vertices have been moved (in P, u, v and all primvars) onto its points, so neighbours agree bit for bit. 0: the whole
-    // side has been moved to one point of a neighbour's coarser polyline. (A pole is not: it keeps its u and v.)
+    // Number of cells of the shared boundary polyline, at shading density; at most nu or nv. Where it is
+    // less, boundary vertices have been moved (in P, u, v and all primvars) onto its points, so neighbours
+    // agree bit for bit. 0: the whole side has been moved to one point of a neighbour's coarser polyline. (A
+    // pole is not: it keeps its u and v.)
     std::array<int, 4> edge_cells{};
     bool flips = false; // cross(dPdu, dPdv) points to the inside
 
@@ -51,20 +52,22 @@ struct Grid {
     Vec3f normal(int i) const { return {N[i], N[stride + i], N[2 * stride + i]}; }
 };
 
-// The traced density: a subset of the shading lattice. Vertex (i, j) of the traced lattice is vertex (i * step_u,
-// j * step_v) of the shading lattice, except on edges coarser than that, where it is collapsed to the nearest vertex of
-// the edge's own polyline. Steps and edge steps are powers of two. A flat wall is one quad under a fine shading grid.
+// The traced density: a subset of the shading lattice. Vertex (i, j) of the traced lattice is vertex (i *
+// step_u, j * step_v) of the shading lattice, except on edges coarser than that, where it is collapsed to the
+// nearest vertex of the edge's own polyline. Steps and edge steps are powers of two. A flat wall is one quad
+// under a fine shading grid.
 struct TracedGrid {
-    int mu = 0, mv = 0;            // cells
-    int step_u = 1, step_v = 1;    // shading cells a traced cell
-    std::array<int, 4> edge_step{1, 1, 1, 1}; // shading cells between vertices of each edge (Edge order); >= step
-    std::vector<float> P;          // (mu + 1) * (mv + 1) xyz triples, ready for the ray tracer
+    int mu = 0, mv = 0;         // cells
+    int step_u = 1, step_v = 1; // shading cells a traced cell
+    std::array<int, 4> edge_step{1, 1, 1,
+                                 1}; // shading cells between vertices of each edge (Edge order); >= step
+    std::vector<float> P;            // (mu + 1) * (mv + 1) xyz triples, ready for the ray tracer
 };
 
-// A mesh that is already finer than the shading rate: traced as it is, shaded at its vertices (nu = vertices - 1, nv = 0
-// in its Grid; neighbours in the arrays are no neighbours on the surface). Triangles or quads; a triangle in a quad mesh
-// repeats its last vertex. Quad (0, 1, 2, 3) stands for the triangles (0, 1, 3) and (2, 3, 1), flat each, with values
-// interpolated linearly on each: as Embree traces quads.
+// A mesh that is already finer than the shading rate: traced as it is, shaded at its vertices (nu = vertices
+// - 1, nv = 0 in its Grid; neighbours in the arrays are no neighbours on the surface). Triangles or quads; a
+// triangle in a quad mesh repeats its last vertex. Quad (0, 1, 2, 3) stands for the triangles (0, 1, 3) and
+// (2, 3, 1), flat each, with values interpolated linearly on each: as Embree traces quads.
 struct TracedMesh {
     int vertices_per_face = 3;
     std::vector<uint32_t> indices;

@@ -12,8 +12,8 @@ bool LayeringProgram::emits() const {
 std::string LayeringProgram::key() const {
     std::string k = "v" + std::to_string(LayeringVersion);
     for (const LayerNode& n : nodes) {
-        k += ";" + std::to_string(int(n.op)) + "," + std::to_string(int(n.lobe)) + "," + std::to_string(n.upper) + "," +
-             std::to_string(n.lower) + "," + std::to_string(n.weight);
+        k += ";" + std::to_string(int(n.op)) + "," + std::to_string(int(n.lobe)) + "," +
+             std::to_string(n.upper) + "," + std::to_string(n.lower) + "," + std::to_string(n.weight);
         for (int s : n.inputs)
             k += ":" + std::to_string(s);
     }

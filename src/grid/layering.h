@@ -1,5 +1,6 @@
-// Layering programs: which lobes a material has and how they layer. Data, fixed once a primitive by mnk_init; the lobes'
-// inputs are computed at every vertex. This is the contract between compiler, store, CPU and GPU transport and preview.
+// Layering programs: which lobes a material has and how they layer. Data, fixed once a primitive by mnk_init;
+// the lobes' inputs are computed at every vertex. This is the contract between compiler, store, CPU and GPU
+// transport and preview.
 #pragma once
 
 #include <string>
@@ -26,7 +27,7 @@ struct LayerNode {
     std::string name;                  // as the shader named it
     int upper = -1, lower = -1;        // children: indices of earlier nodes
     int weight = -1;                   // slot of the weight; -1 = one
-    std::vector<int> inputs;           // leaves: slot of each input of the lobe, in schema order; -1 = its default
+    std::vector<int> inputs; // leaves: slot of each input of the lobe, in schema order; -1 = its default
 };
 
 // A value the shader computes at every vertex (or once, if uniform).
@@ -38,24 +39,26 @@ struct Slot {
     std::string name;     // "reflection.diffuseReflectance", for messages
 };
 
-// Nodes in post-order; the last is the root. A material without layers is all leaves joined under implicit Add nodes,
-// their weights as given: SetLobe(boundary, "reflection", 0.25, …) and 0.75 of transmission is 0.25 a + 0.75 b.
+// Nodes in post-order; the last is the root. A material without layers is all leaves joined under implicit
+// Add nodes, their weights as given: SetLobe(boundary, "reflection", 0.25, …) and 0.75 of transmission is
+// 0.25 a + 0.75 b.
 struct LayeringProgram {
     std::vector<LayerNode> nodes;
     std::vector<Slot> slots;
-    int presence = -1;     // slot of presence (cut-out opacity), float; -1 = opaque
+    int presence = -1; // slot of presence (cut-out opacity), float; -1 = opaque
     bool has_interior = false;
     float interior_ior = 1.5f;
     Rgb interior_absorption{0, 0, 0}; // 1/m, homogeneous
     Rgb interior_scattering{0, 0, 0};
-    float interior_g = 0;             // Henyey–Greenstein mean cosine
+    float interior_g = 0; // Henyey–Greenstein mean cosine
 
     bool emits() const;
     std::string key() const; // two materials with the same key run the same code on the same record
 };
 
-// What shading hands to the store for one grid: for each slot, an array of `vertices` values (SoA, 3 components for
-// colours, stride as in the Grid), or one value if the slot is uniform. The shading normal travels beside them.
+// What shading hands to the store for one grid: for each slot, an array of `vertices` values (SoA, 3
+// components for colours, stride as in the Grid), or one value if the slot is uniform. The shading normal
+// travels beside them.
 struct SlotValues {
     bool uniform = false;
     Vec3f value{0, 0, 0};    // if uniform

@@ -1,5 +1,5 @@
-// The one declaration of every lobe: name, inputs, types, ranges, units, docs, storage. The shading language's types, the
-// vertex record, the transport code and the manual all derive from it.
+// The one declaration of every lobe: name, inputs, types, ranges, units, docs, storage. The shading
+// language's types, the vertex record, the transport code and the manual all derive from it.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,8 @@ namespace kanuka::grid {
 
 enum class InputType : uint8_t { Float, Color };
 
-// How an input that varies over a grid is kept at a vertex. Everything is a part of a 32-bit word; floats share a word
-// two by two. An input that is constant over a grid is kept once, unquantised.
+// How an input that varies over a grid is kept at a vertex. Everything is a part of a 32-bit word; floats
+// share a word two by two. An input that is constant over a grid is kept once, unquantised.
 enum class Storage : uint8_t {
     Rgb11,  // colour in [0, 1]: square root, 11-11-10 bits. One word
     Rgb9e5, // colour >= 0 without upper bound: shared exponent. One word
@@ -23,8 +23,8 @@ enum class Storage : uint8_t {
 struct LobeInput {
     std::string_view name;
     InputType type;
-    Vec3f fallback;   // the default; x alone for floats
-    float low, high;  // values outside are clamped, and reported once
+    Vec3f fallback;  // the default; x alone for floats
+    float low, high; // values outside are clamped, and reported once
     std::string_view unit;
     Storage storage;
     std::string_view doc;
@@ -54,7 +54,7 @@ struct LobeDecl {
 
 std::span<const LobeDecl> lobe_table();
 const LobeDecl& lobe(LobeId id);
-const LobeDecl* find_lobe(std::string_view name); // null = no such lobe
+const LobeDecl* find_lobe(std::string_view name);            // null = no such lobe
 int find_input(const LobeDecl& lobe, std::string_view name); // -1 = no such input
 
 } // namespace kanuka::grid

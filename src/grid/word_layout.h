@@ -1,5 +1,6 @@
-// Where each slot of a layering program lies in a vertex record of 32-bit words: colours take a word, floats share one
-// two by two. Derived from the program alone, so compiler, store and transport agree without saying so.
+// Where each slot of a layering program lies in a vertex record of 32-bit words: colours take a word, floats
+// share one two by two. Derived from the program alone, so compiler, store and transport agree without saying
+// so.
 #pragma once
 
 #include <cstdint>
@@ -42,8 +43,8 @@ struct WordLayout {
     }
 };
 
-// An input that is constant over a grid is kept as floats, at full precision: colours as {c0, c1, c2, scale} of their
-// uplifted spectrum, pairs as {low, high}.
+// An input that is constant over a grid is kept as floats, at full precision: colours as {c0, c1, c2, scale}
+// of their uplifted spectrum, pairs as {low, high}.
 inline constexpr int ConstantColorFloats = 4, ConstantPairFloats = 2;
 
 } // namespace kanuka::grid

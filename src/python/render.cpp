@@ -133,7 +133,8 @@ Picture render(std::shared_ptr<Scene> scene, const render::Overrides& given, nb:
     picture.stats = std::make_shared<Stats>();
     picture.stats->time.ingest_s = picture.stats->time.total_s = scene->ingest_s;
     picture.exposure_gain = s.options.exposure_gain;
-    // The gamma of Exposure stands for the display's; a PNG has its own transfer, sRGB, which takes its place.
+    // The gamma of Exposure stands for the display's; a PNG has its own transfer, sRGB, which takes its
+    // place.
     picture.exposure_gamma = 1;
 
     Supervisor supervisor(callback);

@@ -187,7 +187,8 @@ void bind_options(nb::module_& m) {
                 o.filter_width[0] = w.first, o.filter_width[1] = w.second;
             })
         .def_rw("exposure_gain", &O::exposure_gain)
-        .def_rw("exposure_gamma", &O::exposure_gamma, "the display gamma that the scene asks for; PNGs are sRGB instead")
+        .def_rw("exposure_gamma", &O::exposure_gamma,
+                "the display gamma that the scene asks for; PNGs are sRGB instead")
         .def_rw("samples", &O::samples, "paths a pixel; 0 = the renderer's default")
         .def_rw("max_depth", &O::max_depth)
         .def_rw("integrator", &O::integrator)

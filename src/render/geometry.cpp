@@ -12,7 +12,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 // One primitive on its way to the store.
 struct Prepared {
@@ -23,7 +25,8 @@ struct Prepared {
 
 class GeometryBuilder {
   public:
-    explicit GeometryBuilder(const GeometryRequest& request) : m_request(request), m_out(std::make_unique<Geometry>()) {}
+    explicit GeometryBuilder(const GeometryRequest& request)
+        : m_request(request), m_out(std::make_unique<Geometry>()) {}
 
     std::unique_ptr<Geometry> run() {
         const scene::Scene& scene = m_request.scene;
@@ -51,7 +54,8 @@ class GeometryBuilder {
     }
 
   private:
-    // The closest instance decides how finely a group is diced: pixels per unit of its own space, from the top down.
+    // The closest instance decides how finely a group is diced: pixels per unit of its own space, from the
+    // top down.
     void rate_groups() {
         const scene::Scene& scene = m_request.scene;
         const dice::DicingCamera& camera = m_request.dice.camera;
@@ -62,24 +66,28 @@ class GeometryBuilder {
                 const Vec3f p = m_request.render_from_world.point({m[3], m[7], m[11]});
                 const float scale = scale_of(m);
                 const float distance = std::max(length(p) - scale, 0.1f * scale);
-                const float rate = camera.perspective ? camera.pixels_per_tangent / std::max(distance, 1e-6f) : camera.pixels_per_tangent;
-                m_pixels_per_unit[size_t(in.group)] = std::max(m_pixels_per_unit[size_t(in.group)], rate * scale);
+                const float rate = camera.perspective ? camera.pixels_per_tangent / std::max(distance, 1e-6f)
+                                                      : camera.pixels_per_tangent;
+                m_pixels_per_unit[size_t(in.group)] =
+                    std::max(m_pixels_per_unit[size_t(in.group)], rate * scale);
             }
         for (size_t g = scene.groups.size(); g-- > 0;)
             for (const auto& in : scene.groups[g].instances)
                 for (size_t i = 0; i + 12 <= in.transforms.size(); i += 12)
                     m_pixels_per_unit[size_t(in.group)] =
-                        std::max(m_pixels_per_unit[size_t(in.group)], m_pixels_per_unit[g] * scale_of(in.transforms.data() + i));
+                        std::max(m_pixels_per_unit[size_t(in.group)],
+                                 m_pixels_per_unit[g] * scale_of(in.transforms.data() + i));
     }
     static float scale_of(const float* m) {
-        return std::sqrt(std::max({m[0] * m[0] + m[4] * m[4] + m[8] * m[8], m[1] * m[1] + m[5] * m[5] + m[9] * m[9],
-                                   m[2] * m[2] + m[6] * m[6] + m[10] * m[10]}));
+        return std::sqrt(
+            std::max({m[0] * m[0] + m[4] * m[4] + m[8] * m[8], m[1] * m[1] + m[5] * m[5] + m[9] * m[9],
+                      m[2] * m[2] + m[6] * m[6] + m[10] * m[10]}));
     }
 
     void add_primitives(const std::vector<scene::Primitive>& primitives, const Transform& render_from_group,
                         float pixels_per_unit, bvh::GroupDesc& desc) {
-        // Runs of primitives are prepared in parallel and made resident in order: the same store for any thread count,
-        // and never more than a run's pages twice in memory.
+        // Runs of primitives are prepared in parallel and made resident in order: the same store for any
+        // thread count, and never more than a run's pages twice in memory.
         constexpr size_t Run = 256;
         const int first = int(m_out->store.shapes().size());
         for (size_t begin = 0; begin < primitives.size() && !m_request.progress.cancelled(); begin += Run) {
@@ -92,10 +100,12 @@ class GeometryBuilder {
                 if (p.empty)
                     continue;
                 const auto& program = p.material->program();
-                if (program.has_interior && std::max({program.interior_scattering.x, program.interior_scattering.y,
-                                                      program.interior_scattering.z}) > 0)
-                    m_request.journal.warning(primitives[begin + size_t(&p - prepared.data())].where,
-                                              "scattering inside this interior is not simulated yet; absorption is");
+                if (program.has_interior &&
+                    std::max({program.interior_scattering.x, program.interior_scattering.y,
+                              program.interior_scattering.z}) > 0)
+                    m_request.journal.warning(
+                        primitives[begin + size_t(&p - prepared.data())].where,
+                        "scattering inside this interior is not simulated yet; absorption is");
                 m_out->store.add_page(p.page, m_out->store.add_program(program), interior_of(program));
                 const store::PageHeader& h = p.page.header();
                 m_request.stats.count.grids += h.shapes;
@@ -111,13 +121,15 @@ class GeometryBuilder {
             desc.shapes.push_back({first, count});
     }
 
-    void prepare(const scene::Primitive& primitive, const Transform& render_from_group, float pixels_per_unit, Prepared& out) {
+    void prepare(const scene::Primitive& primitive, const Transform& render_from_group, float pixels_per_unit,
+                 Prepared& out) {
         try {
             const Transform render_from_object = render_from_group * primitive.world_from_object;
             const auto start = Clock::now();
             out.material = m_request.shading.material(primitive, render_from_object);
             const shade::Material& material = *out.material;
-            dice::DiceTarget target{render_from_object, pixels_per_unit, material.uniform() && !material.displaces()};
+            dice::DiceTarget target{render_from_object, pixels_per_unit,
+                                    material.uniform() && !material.displaces()};
             std::atomic<double> displacing{0};
             dice::Displace displace;
             if (material.displaces())
@@ -140,7 +152,8 @@ class GeometryBuilder {
         m_request.progress.update("dice", double(++m_done) / double(std::max<size_t>(m_total, 1)));
     }
 
-    void shade_and_encode(const scene::Primitive& primitive, dice::Diced& diced, const shade::Material& material, Prepared& out) {
+    void shade_and_encode(const scene::Primitive& primitive, dice::Diced& diced,
+                          const shade::Material& material, Prepared& out) {
         const size_t count = diced.is_mesh ? 1 : diced.grids.size();
         std::vector<grid::VertexInputs> inputs(count);
         std::vector<store::ShadedGrid> shaded(count);
@@ -166,8 +179,8 @@ class GeometryBuilder {
                 material.shade(g, inputs[i]);
                 m_request.stats.count.shader_evaluations += uint64_t(g.vertices());
             }
-            shaded[i] = {&g, diced.is_mesh ? nullptr : &diced.traced[i], diced.is_mesh ? &diced.mesh : nullptr,
-                         material.uniform() ? &once : &inputs[i]};
+            shaded[i] = {&g, diced.is_mesh ? nullptr : &diced.traced[i],
+                         diced.is_mesh ? &diced.mesh : nullptr, material.uniform() ? &once : &inputs[i]};
         });
         if (count == 0)
             return;
@@ -175,7 +188,9 @@ class GeometryBuilder {
         out.page = store::encode(shaded, material.program(), primitive.id, bad);
         out.empty = false;
         if (bad > 0)
-            m_request.journal.warning(primitive.where, std::to_string(bad) + " shader outputs were not finite and have been replaced");
+            m_request.journal.warning(primitive.where,
+                                      std::to_string(bad) +
+                                          " shader outputs were not finite and have been replaced");
     }
 
     int interior_of(const grid::LayeringProgram& program) {
@@ -193,8 +208,10 @@ class GeometryBuilder {
         return m_out->store.add_interior(interior);
     }
 
-    void add_instances(const std::vector<scene::Group::Instances>& all, const Transform& render_from_parent, bvh::GroupDesc& desc) {
-        const float shift[3] = {float(render_from_parent.m[0][3]), float(render_from_parent.m[1][3]), float(render_from_parent.m[2][3])};
+    void add_instances(const std::vector<scene::Group::Instances>& all, const Transform& render_from_parent,
+                       bvh::GroupDesc& desc) {
+        const float shift[3] = {float(render_from_parent.m[0][3]), float(render_from_parent.m[1][3]),
+                                float(render_from_parent.m[2][3])};
         for (const auto& in : all) {
             // render_from_parent is a translation (or nothing), so only the last column moves.
             std::vector<float> t(in.transforms.begin(), in.transforms.end());
@@ -208,9 +225,11 @@ class GeometryBuilder {
         }
     }
 
-    // Dicing and shading overlap on all threads; their shares of the wall clock are those of the time spent in each.
+    // Dicing and shading overlap on all threads; their shares of the wall clock are those of the time spent
+    // in each.
     void share_wall_time(double wall) {
-        const double dice = m_dice_time.load(), shade = m_shade_time.load(), sum = std::max(dice + shade, 1e-12);
+        const double dice = m_dice_time.load(), shade = m_shade_time.load(),
+                     sum = std::max(dice + shade, 1e-12);
         m_request.stats.time.dice_s += wall * dice / sum;
         m_request.stats.time.shade_s += wall * shade / sum;
     }
@@ -225,6 +244,8 @@ class GeometryBuilder {
 
 } // namespace
 
-std::unique_ptr<Geometry> build_geometry(const GeometryRequest& request) { return GeometryBuilder(request).run(); }
+std::unique_ptr<Geometry> build_geometry(const GeometryRequest& request) {
+    return GeometryBuilder(request).run();
+}
 
 } // namespace kanuka::render

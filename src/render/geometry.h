@@ -1,4 +1,5 @@
-// The front of a session: primitives diced, shaded, encoded and made resident; groups and instances laid out for the BVH.
+// The front of a session: primitives diced, shaded, encoded and made resident; groups and instances laid out
+// for the BVH.
 #pragma once
 
 #include <atomic>
@@ -16,7 +17,7 @@ namespace kanuka::render {
 
 struct Geometry {
     store::Store store;
-    std::vector<bvh::GroupDesc> groups; // the last is the world
+    std::vector<bvh::GroupDesc> groups;         // the last is the world
     std::vector<std::vector<float>> transforms; // what the groups' instances point to
     bool instanced = false;
 };

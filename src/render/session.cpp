@@ -25,7 +25,8 @@ struct Window {
     int x0, y0, x1, y1;
 };
 
-// RISpec: a pixel is in the crop window if its number is at least ceil(res * min) and at most ceil(res * max - 1).
+// RISpec: a pixel is in the crop window if its number is at least ceil(res * min) and at most ceil(res * max
+// - 1).
 Window crop_window(const std::array<float, 4>& crop, int width, int height) {
     const auto clamp_to = [](double v, int hi) { return std::clamp(int(v), 0, hi); };
     Window w;
@@ -40,12 +41,14 @@ Window crop_window(const std::array<float, 4>& crop, int width, int height) {
 
 class BatchSession {
   public:
-    BatchSession(const scene::Scene& scene, const Overrides& o, Journal& journal, Stats& stats, const Progress& progress)
+    BatchSession(const scene::Scene& scene, const Overrides& o, Journal& journal, Stats& stats,
+                 const Progress& progress)
         : m_scene(scene), m_journal(journal), m_stats(stats), m_progress(progress), m_lanes(o.lanes),
           m_standard_shaders(o.standard_shaders), m_options(scene.options) {
         m_options.width = o.width.value_or(m_options.width);
         m_options.height = o.height.value_or(m_options.height);
-        if (m_options.width < 1 || m_options.height < 1 || int64_t(m_options.width) * m_options.height > (int64_t(1) << 30))
+        if (m_options.width < 1 || m_options.height < 1 ||
+            int64_t(m_options.width) * m_options.height > (int64_t(1) << 30))
             throw Error("the resolution must be at least 1x1 and at most 2^30 pixels", ExitCode::Usage);
         m_options.crop = o.crop.value_or(m_options.crop);
         m_options.seed = o.seed.value_or(m_options.seed);
@@ -59,7 +62,8 @@ class BatchSession {
             std::string list;
             for (const auto& n : names)
                 list += (list.empty() ? "" : ", ") + n;
-            throw Error("unknown integrator \"" + m_options.integrator + "\"; there are " + list, ExitCode::Usage);
+            throw Error("unknown integrator \"" + m_options.integrator + "\"; there are " + list,
+                        ExitCode::Usage);
         }
         if (m_options.integrator == "direct")
             m_options.max_depth = 1;
@@ -107,7 +111,8 @@ class BatchSession {
             screen = *c.screen_window;
         transport::CameraView& v = m_camera;
         v.perspective = c.projection == scene::Camera::Projection::Perspective;
-        const float half = v.perspective ? std::tan(std::clamp(c.fov, 0.01f, 179.9f) * 0.5f * Pi / 180) : 1.0f;
+        const float half =
+            v.perspective ? std::tan(std::clamp(c.fov, 0.01f, 179.9f) * 0.5f * Pi / 180) : 1.0f;
         v.left = screen[0] * half;
         v.right = screen[1] * half;
         v.bottom = screen[2] * half;
@@ -131,7 +136,8 @@ class BatchSession {
         m_dice.shading_rate_scale = m_shading_rate;
         m_dice.geometry_tolerance = m_options.geometry_tolerance;
         m_dice.normal_tolerance = m_options.normal_tolerance;
-        m_forward = {float(render_from_camera.m[0][2]), float(render_from_camera.m[1][2]), float(render_from_camera.m[2][2])};
+        m_forward = {float(render_from_camera.m[0][2]), float(render_from_camera.m[1][2]),
+                     float(render_from_camera.m[2][2])};
         m_forward = normalize(m_forward);
         m_camera_from_render = render_from_camera.inverse();
     }
@@ -145,7 +151,8 @@ class BatchSession {
         so.render_from_world = m_render_from_world;
         so.camera_from_render = m_camera_from_render;
         m_shading = shade::ShadingSystem::create(so, m_scene, m_journal, m_stats);
-        m_geometry = build_geometry({m_scene, *m_shading, m_dice, m_render_from_world, m_journal, m_stats, m_progress});
+        m_geometry = build_geometry(
+            {m_scene, *m_shading, m_dice, m_render_from_world, m_journal, m_stats, m_progress});
         {
             const ScopedTimer timer(m_stats.time.bvh_s);
             m_progress.update("build", 0);
@@ -166,7 +173,8 @@ class BatchSession {
         in.render_from_world = m_render_from_world;
         in.camera = m_camera;
         try {
-            m_filter = std::make_unique<film::Filter>(m_options.filter, m_options.filter_width[0], m_options.filter_width[1]);
+            m_filter = std::make_unique<film::Filter>(m_options.filter, m_options.filter_width[0],
+                                                      m_options.filter_width[1]);
         } catch (const Error& e) {
             m_journal.error({m_scene.file}, std::string(e.what()) + "; gaussian 2 2 is used");
             m_filter = std::make_unique<film::Filter>("gaussian", 2.0f, 2.0f);
@@ -201,7 +209,8 @@ class BatchSession {
                     in.map.rgb[3 * i + 2] = b->data[i];
                 }
             } catch (const Error& e) {
-                m_journal.error(light.where, "the environment picture \"" + light.texture + "\" cannot be used (" + e.what() +
+                m_journal.error(light.where, "the environment picture \"" + light.texture +
+                                                 "\" cannot be used (" + e.what() +
                                                  "); give a latitude-longitude OpenEXR file");
                 light.texture.clear();
             }
@@ -210,7 +219,8 @@ class BatchSession {
 
     void trace() {
         const int width = m_window.x1 - m_window.x0, height = m_window.y1 - m_window.y0;
-        const int across = (width + BucketSize - 1) / BucketSize, down = (height + BucketSize - 1) / BucketSize;
+        const int across = (width + BucketSize - 1) / BucketSize,
+                  down = (height + BucketSize - 1) / BucketSize;
         m_pixels.assign(size_t(width) * size_t(height), transport::PixelSums{});
         m_done.assign(size_t(across) * size_t(down), 0);
         const ScopedTimer timer(m_stats.time.transport_s);
@@ -244,7 +254,8 @@ class BatchSession {
                 m_progress.update("progressions", double(n) / double(work));
             });
             if (from == 0)
-                m_stats.time.first_pixel_s = m_stats.time.ingest_s + std::chrono::duration<double>(Clock::now() - m_start).count();
+                m_stats.time.first_pixel_s =
+                    m_stats.time.ingest_s + std::chrono::duration<double>(Clock::now() - m_start).count();
             from = to;
         }
     }
@@ -270,8 +281,10 @@ class BatchSession {
         m_stats.count.rays += c.rays;
         m_stats.count.nan_samples += c.nan_samples;
         if (c.nan_samples > 0)
-            m_journal.warning({m_scene.file}, "samples that were not finite have been dropped, the first of a bucket at pixel " +
-                                                  std::to_string(c.nan_x) + ", " + std::to_string(c.nan_y));
+            m_journal.warning(
+                {m_scene.file},
+                "samples that were not finite have been dropped, the first of a bucket at pixel " +
+                    std::to_string(c.nan_x) + ", " + std::to_string(c.nan_y));
     }
 
     film::Picture develop() {
@@ -286,9 +299,10 @@ class BatchSession {
             const char* name;
             bool half;
         };
-        static constexpr Out outs[] = {{"R", true}, {"G", true}, {"B", true}, {"A", true}, {"albedo.R", true}, {"albedo.G", true},
-                                       {"albedo.B", true}, {"N.X", true}, {"N.Y", true}, {"N.Z", true}, {"Z", false},
-                                       {"P.X", false}, {"P.Y", false}, {"P.Z", false}, {"id", false}};
+        static constexpr Out outs[] = {
+            {"R", true},        {"G", true},        {"B", true},    {"A", true},    {"albedo.R", true},
+            {"albedo.G", true}, {"albedo.B", true}, {"N.X", true},  {"N.Y", true},  {"N.Z", true},
+            {"Z", false},       {"P.X", false},     {"P.Y", false}, {"P.Z", false}, {"id", false}};
         for (const Out& o : outs)
             picture.channels.push_back({o.name, o.half, std::vector<float>(m_pixels.size())});
         const int across = (picture.width + BucketSize - 1) / BucketSize;
@@ -298,8 +312,11 @@ class BatchSession {
                 const size_t i = size_t(y) * size_t(picture.width) + size_t(x);
                 const transport::PixelSums& s = m_pixels[i];
                 const int done = m_done[size_t(y / BucketSize) * size_t(across) + size_t(x / BucketSize)];
-                // Filters with negative lobes are divided by the weights that came, or their spread would show as noise.
-                const float n = s.weight > 0.25f * float(done) ? 1 / s.weight : done > 0 ? 1 / float(done) : 0;
+                // Filters with negative lobes are divided by the weights that came, or their spread would
+                // show as noise.
+                const float n = s.weight > 0.25f * float(done) ? 1 / s.weight
+                                : done > 0                     ? 1 / float(done)
+                                                               : 0;
                 const float h = s.hits > 0 ? 1 / s.hits : 0;
                 auto put = [&, c = 0](float v) mutable { picture.channels[size_t(c++)].data[i] = v; };
                 for (float v : s.rgb)
@@ -321,7 +338,8 @@ class BatchSession {
                             {"kanuka.scene", m_scene.file},
                             {"kanuka.integrator", m_options.integrator},
                             {"kanuka.progressions", std::to_string(least)},
-                            {"kanuka.shutter", std::to_string(m_options.shutter_open) + " " + std::to_string(m_options.shutter_close)},
+                            {"kanuka.shutter", std::to_string(m_options.shutter_open) + " " +
+                                                   std::to_string(m_options.shutter_close)},
                             {"kanuka.seed", std::to_string(m_options.seed)}};
         return picture;
     }
@@ -357,7 +375,8 @@ class BatchSession {
 
 } // namespace
 
-Result render(const scene::Scene& scene, const Overrides& overrides, Journal& journal, Stats& stats, const Progress& progress) {
+Result render(const scene::Scene& scene, const Overrides& overrides, Journal& journal, Stats& stats,
+              const Progress& progress) {
     Result result;
     tasks::with_threads(overrides.threads.value_or(0), [&] {
         BatchSession session(scene, overrides, journal, stats, progress);
@@ -367,6 +386,8 @@ Result render(const scene::Scene& scene, const Overrides& overrides, Journal& jo
     return result;
 }
 
-std::vector<std::string> integrator_names() { return {"path", "direct"}; }
+std::vector<std::string> integrator_names() {
+    return {"path", "direct"};
+}
 
 } // namespace kanuka::render

@@ -20,8 +20,8 @@ struct Overrides {
     std::optional<float> geometry_tolerance; // pixels; 0 = one micropolygon traced per shading cell
     std::optional<std::string> integrator;
     std::optional<uint32_t> seed;
-    int lanes = 0;                           // transport and shading lanes: 1, 8, 16; 0 = widest
-    std::string standard_shaders;            // folder
+    int lanes = 0;                // transport and shading lanes: 1, 8, 16; 0 = widest
+    std::string standard_shaders; // folder
 };
 
 struct Result {
@@ -29,8 +29,8 @@ struct Result {
     bool cancelled = false;
 };
 
-// Renders the scene. Fills `stats` and the journal; throws Error only where no picture can be made. The scene's large
-// buffers may be released as soon as they are diced. Bit-identical for any thread count.
+// Renders the scene. Fills `stats` and the journal; throws Error only where no picture can be made. The
+// scene's large buffers may be released as soon as they are diced. Bit-identical for any thread count.
 Result render(const scene::Scene& scene, const Overrides& overrides, Journal& journal, Stats& stats,
               const Progress& progress);
 

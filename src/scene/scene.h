@@ -1,5 +1,6 @@
-// The scene model: what every source of scenes (RIB, the C binding, Python, USD) fills in, and every driver renders.
-// Data only: no rendering code. Right-handed or left-handed makes no difference here; transforms carry it.
+// The scene model: what every source of scenes (RIB, the C binding, Python, USD) fills in, and every driver
+// renders. Data only: no rendering code. Right-handed or left-handed makes no difference here; transforms
+// carry it.
 #pragma once
 
 #include <map>
@@ -10,39 +11,42 @@ namespace kanuka::scene {
 
 // A shader by name, with the values given to it and the space it was declared in.
 struct ShaderRef {
-    std::string name; // looked up as NAME.slo or NAME.sl along Options::shader_path, then among the standard shaders
+    std::string
+        name; // looked up as NAME.slo or NAME.sl along Options::shader_path, then among the standard shaders
     std::string handle;
     ValueList parameters;
     Transform world_from_shader; // its "shader" coordinate system
     Location where;
 };
 
-// The RenderMan attribute state that holds when a primitive is declared. Shared by many primitives; never changed after.
+// The RenderMan attribute state that holds when a primitive is declared. Shared by many primitives; never
+// changed after.
 struct Attributes {
     Rgb color{1, 1, 1};
     Rgb opacity{1, 1, 1};
-    float shading_rate = 1;            // micropolygon area in pixels
+    float shading_rate = 1; // micropolygon area in pixels
     int sides = 2;
-    bool reverse_orientation = false;  // "inside"/"rh" against the handedness of the transform
+    bool reverse_orientation = false; // "inside"/"rh" against the handedness of the transform
     bool matte = false;
-    std::optional<ShaderRef> surface;  // none = the default surface: matte
+    std::optional<ShaderRef> surface; // none = the default surface: matte
     std::optional<ShaderRef> displacement;
     std::optional<ShaderRef> interior, exterior, atmosphere;
     std::optional<ShaderRef> area_light; // AreaLightSource: the primitive emits
     float displacement_bound = 0;
     std::string displacement_bound_space = "object";
-    std::string name;                  // Attribute "identifier" "name"
+    std::string name; // Attribute "identifier" "name"
     bool visible_camera = true;
-    bool dice_flatness = true;         // false: traced geometry = shading density
+    bool dice_flatness = true; // false: traced geometry = shading density
     std::array<float, 8> texture_coordinates{0, 0, 1, 0, 0, 1, 1, 1};
-    ValueList user;                    // every other Attribute call, as "category:name"
+    ValueList user; // every other Attribute call, as "category:name"
 };
 
-// ---- geometry -------------------------------------------------------------------------------------------------------
+// ---- geometry
+// -------------------------------------------------------------------------------------------------------
 // Names, orders and defaults are RISpec 3.2's. Positions are the primvar "P" (or "Pw"), in object space.
 
-struct PolygonMesh { // Polygon, GeneralPolygon, PointsPolygons, PointsGeneralPolygons
-    Buffer<int32_t> loops_per_face;   // empty = one loop each
+struct PolygonMesh {                   // Polygon, GeneralPolygon, PointsPolygons, PointsGeneralPolygons
+    Buffer<int32_t> loops_per_face;    // empty = one loop each
     Buffer<int32_t> vertices_per_loop; // empty = triangles
     Buffer<int32_t> vertices;          // indices into P; empty = 0, 1, 2, …
 };
@@ -81,8 +85,9 @@ struct NuPatch {
 
 struct Quadric {
     enum class Kind { Sphere, Cone, Cylinder, Hyperboloid, Paraboloid, Disk, Torus } kind;
-    // Sphere radius zmin zmax theta; Cone height radius theta; Cylinder radius zmin zmax theta; Paraboloid rmax zmin zmax
-    // theta; Disk height radius theta; Torus majorrad minorrad phimin phimax theta; Hyperboloid p1 p2 theta (7 floats).
+    // Sphere radius zmin zmax theta; Cone height radius theta; Cylinder radius zmin zmax theta; Paraboloid
+    // rmax zmin zmax theta; Disk height radius theta; Torus majorrad minorrad phimin phimax theta;
+    // Hyperboloid p1 p2 theta (7 floats).
     std::vector<float> arguments; // angles in degrees
 };
 
@@ -106,7 +111,8 @@ struct Primitive {
     Location where;
 };
 
-// ---- instances ------------------------------------------------------------------------------------------------------
+// ---- instances
+// ------------------------------------------------------------------------------------------------------
 
 struct Group { // ObjectBegin … ObjectEnd; primitives' world_from_object is relative to the group
     std::string name;
@@ -120,20 +126,23 @@ struct Group { // ObjectBegin … ObjectEnd; primitives' world_from_object is re
     std::vector<Instances> instances;
 };
 
-// ---- lights, camera, options ----------------------------------------------------------------------------------------
+// ---- lights, camera, options
+// ----------------------------------------------------------------------------------------
 
-// Analytic lights. Radiometric amounts are RGB with D65 as (1, 1, 1); the classic light shaders' intensities arrive here
-// already converted (L = Cl for a matte white surface facing a classic light: irradiance is pi Cl).
+// Analytic lights. Radiometric amounts are RGB with D65 as (1, 1, 1); the classic light shaders' intensities
+// arrive here already converted (L = Cl for a matte white surface facing a classic light: irradiance is pi
+// Cl).
 struct Light {
     enum class Kind { Distant, Point, Spot, Environment, Ambient } kind = Kind::Distant;
-    Rgb amount{1, 1, 1};          // distant: irradiance; point, spot: radiant intensity; environment, ambient: radiance
-    Transform world_from_light;   // points along +z, environment poles along +z
-    float angle = 0;              // distant: angular diameter in degrees; 0 = a delta direction
-    float cone_angle = 30;        // spot: half angle in degrees
-    float cone_delta_angle = 5;   // spot: width of the smooth edge, degrees, inside the cone
-    float beam_distribution = 2;  // spot: exponent of the cosine (RISpec spotlight)
-    float radius = 0;             // point, spot: sphere radius; 0 = a delta position
-    std::string texture;          // environment: latitude-longitude picture; empty = constant
+    Rgb amount{1, 1,
+               1}; // distant: irradiance; point, spot: radiant intensity; environment, ambient: radiance
+    Transform world_from_light;  // points along +z, environment poles along +z
+    float angle = 0;             // distant: angular diameter in degrees; 0 = a delta direction
+    float cone_angle = 30;       // spot: half angle in degrees
+    float cone_delta_angle = 5;  // spot: width of the smooth edge, degrees, inside the cone
+    float beam_distribution = 2; // spot: exponent of the cosine (RISpec spotlight)
+    float radius = 0;            // point, spot: sphere radius; 0 = a delta position
+    std::string texture;         // environment: latitude-longitude picture; empty = constant
     bool visible_camera = true;
     std::string name;
     Location where;
@@ -141,7 +150,7 @@ struct Light {
 
 struct Camera {
     enum class Projection { Perspective, Orthographic } projection = Projection::Perspective;
-    float fov = 90;               // degrees, across the shorter side, as RISpec
+    float fov = 90;                                    // degrees, across the shorter side, as RISpec
     std::optional<std::array<float, 4>> screen_window; // left right bottom top
     // RISpec's camera space: x right, y up, +z into the picture (left-handed). World may be anything.
     Transform camera_from_world;
@@ -158,20 +167,21 @@ struct Options {
     int width = 640, height = 480;
     float pixel_aspect = 1;
     std::array<float, 4> crop{0, 1, 0, 1}; // xmin xmax ymin ymax in [0, 1], y down
-    std::string filter = "gaussian";       // box, triangle, gaussian, catmull-rom, sinc, mitchell, blackman-harris
+    std::string filter = "gaussian"; // box, triangle, gaussian, catmull-rom, sinc, mitchell, blackman-harris
     float filter_width[2] = {2, 2};
     float exposure_gain = 1, exposure_gamma = 1; // gamma goes into the PNG only
-    int samples = 0;                       // PixelSamples x*y; 0 = not given
-    int max_depth = 8;                     // surface scattering events
+    int samples = 0;                             // PixelSamples x*y; 0 = not given
+    int max_depth = 8;                           // surface scattering events
     std::string integrator = "path";
-    float geometry_tolerance = 0.25f;      // traced geometry: distance in pixels from the diced surface; 0 = off (1:1)
-    float normal_tolerance = 3;            // and degrees between their normals
+    float geometry_tolerance =
+        0.25f;                  // traced geometry: distance in pixels from the diced surface; 0 = off (1:1)
+    float normal_tolerance = 3; // and degrees between their normals
     uint32_t seed = 0;
     std::vector<std::string> shader_path, texture_path, archive_path; // "&" expanded on ingest
     std::vector<Display> displays;
     std::optional<ShaderRef> imager;
     float shutter_open = 0, shutter_close = 0; // equal = no motion blur
-    ValueList user;                        // every other Option call, as "category:name"
+    ValueList user;                            // every other Option call, as "category:name"
 };
 
 struct Scene {
@@ -182,9 +192,10 @@ struct Scene {
     std::vector<Group> groups;
     std::vector<Group::Instances> instances; // world_from_group
     std::vector<Light> lights;
-    std::vector<ShaderRef> light_shaders;    // light sources by shader, in declaration order; shade/ turns them to Lights
+    std::vector<ShaderRef>
+        light_shaders; // light sources by shader, in declaration order; shade/ turns them to Lights
     std::map<std::string, Transform> coordinate_systems; // world_from_named
-    Journal* journal = nullptr;              // where ingest reported; may be null
+    Journal* journal = nullptr;                          // where ingest reported; may be null
 };
 
 } // namespace kanuka::scene

@@ -6,24 +6,30 @@ int components(Type type) {
     switch (type) {
     case Type::Float:
     case Type::Integer:
-    case Type::String: return 1;
+    case Type::String:
+        return 1;
     case Type::Color:
     case Type::Point:
     case Type::Vector:
-    case Type::Normal: return 3;
-    case Type::HPoint: return 4;
-    case Type::Matrix: return 16;
+    case Type::Normal:
+        return 3;
+    case Type::HPoint:
+        return 4;
+    case Type::Matrix:
+        return 16;
     }
     return 1;
 }
 
 std::string_view name(Type type) {
-    constexpr std::string_view names[] = {"float", "integer", "string", "color", "point", "vector", "normal", "hpoint", "matrix"};
+    constexpr std::string_view names[] = {"float",  "integer", "string", "color", "point",
+                                          "vector", "normal",  "hpoint", "matrix"};
     return names[int(type)];
 }
 
 std::string_view name(Detail detail) {
-    constexpr std::string_view names[] = {"constant", "uniform", "varying", "vertex", "facevarying", "facevertex"};
+    constexpr std::string_view names[] = {"constant", "uniform",     "varying",
+                                          "vertex",   "facevarying", "facevertex"};
     return names[int(detail)];
 }
 

@@ -1,4 +1,5 @@
-// Typed values: parameters of shaders, options, attributes, and primvars of primitives are all of this one form.
+// Typed values: parameters of shaders, options, attributes, and primvars of primitives are all of this one
+// form.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +17,8 @@
 namespace kanuka::scene {
 
 enum class Type : uint8_t { Float, Integer, String, Color, Point, Vector, Normal, HPoint, Matrix };
-// RenderMan storage classes; one value a primitive, face, parametric corner, vertex, face corner, face vertex.
+// RenderMan storage classes; one value a primitive, face, parametric corner, vertex, face corner, face
+// vertex.
 enum class Detail : uint8_t { Constant, Uniform, Varying, Vertex, FaceVarying, FaceVertex };
 
 int components(Type type); // floats an element: 1, 3, 4, 16; strings and integers 1

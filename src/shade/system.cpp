@@ -45,9 +45,10 @@ bool close(const Transform& a, const Transform& b) {
     return difference <= 1e-9 * size;
 }
 
-// The compiler wants to know which of Cs and Os the grids will carry, and whether the surface is opaque: then it keeps
-// no presence.
-void add_colors(std::vector<sl::Argument>& arguments, const MaterialImpl::Own& own, const DefaultSurface& coverage) {
+// The compiler wants to know which of Cs and Os the grids will carry, and whether the surface is opaque: then
+// it keeps no presence.
+void add_colors(std::vector<sl::Argument>& arguments, const MaterialImpl::Own& own,
+                const DefaultSurface& coverage) {
     if (coverage.varying_color) {
         sl::Argument color;
         color.name = "Cs";

@@ -317,6 +317,72 @@ TEST(SlClosures, MirrorsAndPresence) {
     EXPECT_GE(make(matte, services)->program().presence, 0);
 }
 
+TEST(SlClosures, IlluminanceLoopsAreRead) {
+    TestServices services;
+    const auto i = make(R"(
+color mydiffuse(normal n; point p) {
+    color C = 0;
+    extern vector L; extern color Cl;
+    illuminance(p, n, PI / 2) { C += Cl * (normalize(L) . n); }
+    return C;
+}
+surface s(float Kd = 0.5, Ks = 0.25, roughness = 0.1, size = 20;) {
+    normal Nf = faceforward(normalize(N), I); vector V = -normalize(I);
+    vector R = normalize(reflect(I, Nf));
+    color S = 0, F = 0;
+    illuminance(P, Nf, PI / 2) {
+        vector Ln = normalize(L);
+        vector H = normalize(Ln + V);
+        float nl = Ln . Nf;
+        if (nl > 0) S += Cl * pow(max(0, Nf . H), 1 / roughness);
+        F += Cl * pow(max(0, R . Ln), size) * Cs;
+    }
+    Oi = 1; Ci = Kd * Cs * mydiffuse(Nf, P) + Ks * S + 0.125 * F;
+})",
+                        services);
+    ASSERT_TRUE(i);
+    EXPECT_EQ(lobes(i->program()), (std::vector{LobeId::LambertBrdf, LobeId::MicrofacetConductorBrdf,
+                                                LobeId::MicrofacetConductorBrdf}));
+    EXPECT_EQ(shaded(*i, "diffuse.diffuseReflectance").x, 0.5f);
+    EXPECT_EQ(shaded(*i, "specular.reflectance").x, 0.25f);
+    EXPECT_NEAR(shaded(*i, "specular.roughness").x, std::pow(2.f / 12.f, 0.25f), 1e-5);
+    EXPECT_EQ(shaded(*i, "specular2.reflectance").x, 0.125f);
+    EXPECT_NEAR(shaded(*i, "specular2.roughness").x, std::pow(1 / 41.f, 0.25f), 1e-5);
+    // The same in one expression, with both kernels beside each other, and with specularbrdf().
+    const auto j = make(R"(surface s(float Kd = 0.5, roughness = 0.1;) {
+    Oi = Os; Ci = 0; vector V = -normalize(I);
+    illuminance(P, N, 1.57) { vector Ln = normalize(L); Ci += Os * Cl * (Cs * Kd * (Ln . N) + 0.25 * specularbrdf(Ln, N, V, roughness)); } })",
+                        services);
+    ASSERT_TRUE(j);
+    EXPECT_EQ(shaded(*j, "diffuse.diffuseReflectance").x, 0.5f);
+    EXPECT_EQ(shaded(*j, "specular.reflectance").x, 0.25f);
+    EXPECT_NEAR(shaded(*j, "specular.roughness").x, std::pow(2.f / 12.f, 0.25f), 1e-5);
+}
+
+TEST(SlClosures, FresnelMakesDielectrics) {
+    TestServices services;
+    const auto glass = make(R"(surface glass(float index = 1.5;) {
+    normal Nf = faceforward(normalize(N), I); vector In = normalize(I); vector R, T; float Kr, Kt;
+    float eta = (In . N < 0) ? 1 / index : index;
+    fresnel(In, Nf, eta, Kr, Kt, R, T);
+    Oi = 1; Ci = Kr * trace(P, R) + color(1, 0.5, 1) * Kt * trace(P, T); })",
+                            services);
+    ASSERT_TRUE(glass);
+    EXPECT_EQ(lobes(glass->program()), (std::vector{LobeId::MicrosurfaceDielectricBsdfRgb_v1}));
+    EXPECT_EQ(shaded(*glass, "glass.reflectance"), Vec3f(1, 1, 1));
+    EXPECT_EQ(shaded(*glass, "glass.transmittance"), Vec3f(1, 0.5f, 1));
+    EXPECT_NEAR(shaded(*glass, "glass.ior").x, 1.5f, 1e-5);
+    const auto glazed = make(R"(surface ceramic(float Kd = 0.5;) {
+    normal Nf = faceforward(normalize(N), I); float Kr, Kt;
+    fresnel(normalize(I), Nf, 1 / 1.4, Kr, Kt);
+    Oi = 1; Ci = Kd * diffuse(Nf) + Kr * specular(Nf, -normalize(I), 0.05); })",
+                             services);
+    ASSERT_TRUE(glazed);
+    EXPECT_EQ(lobes(glazed->program()), (std::vector{LobeId::LambertBrdf, LobeId::MicrofacetDielectricBrdf}));
+    EXPECT_NEAR(shaded(*glazed, "specular.ior").x, 1.4f, 1e-5);
+    EXPECT_NEAR(shaded(*glazed, "specular.roughness").x, std::pow(0.1f / 1.1f, 0.25f), 1e-5);
+}
+
 TEST(SlClosures, BumpInASurfaceShaderSetsN) {
     TestServices services;
     const auto i =
@@ -337,7 +403,10 @@ TEST(SlClosures, WhatIsNotAMaterialIsAnError) {
         {"Oi = 1; Ci = abs(1 - normalize(I) . N) * diffuse(N);", "viewing direction I"},
         {"Oi = 1; Ci = diffuse(normalize(I));", "normal of this lobe"},
         {"Oi = 1; Ci = trace(N);", "mirrored"},
-        {"Oi = 1; Ci = 0; illuminance(P, N, PI / 2) { Ci += Cl * length(L) * length(L); }", "illuminance"},
+        {"Oi = 1; Ci = 0; illuminance(P, N, PI / 2) { Ci += Cl * length(L) * length(L); }", "direction L"},
+        {"Oi = 1; Ci = 0; illuminance(P, N, PI / 2) { Ci += Cl; }", "by itself"},
+        {"Oi = 1; Ci = 0; illuminance(P, N, PI / 2) { Ci += Cl * pow(normalize(L) . N, 3); }", "direction L"},
+        {"Oi = 1; Ci = Cl;", "light comes after shading"},
     };
     for (const auto& [body, message] : bad) {
         Journal journal;

@@ -67,8 +67,8 @@ class Services {
     virtual void texture(const TextureRequest& request) = 0;
     virtual void environment(const TextureRequest& request, const float* x, const float* y,
                              const float* z) = 0;
-    // Row-major 4x4 that takes points of space `from` to space `to`; "current" is the space of Grid::P. False
-    // = unknown.
+    // Row-major 4x4, p' = M p with column vectors, that takes points of space `from` to space `to`; "current"
+    // is the space of Grid::P. False = unknown.
     virtual bool transform(const char* from, const char* to, float matrix[16]) = 0;
     // A run-time fault or message, located in the shader's source.
     virtual void report(Severity severity, const Location& where, const std::string& message) = 0;
@@ -77,7 +77,9 @@ class Services {
 // ---- running
 // ---------------------------------------------------------------------------------------------------------
 
-// A parameter's value: constant for the primitive, or one per grid vertex (a primvar).
+// A parameter's value: constant for the primitive, or one per grid vertex (a primvar). Two names are no
+// parameters but tell of the surroundings: "Os", constant, lets an opaque instance do without a presence
+// slot; "Cs" and "Os", varying, that grids carry such primvars (uniform_material() accounts for it).
 struct Argument {
     std::string name;
     std::vector<float> floats; // constant: components * max(1, array_size)

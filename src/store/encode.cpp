@@ -31,12 +31,14 @@ uint32_t bits_of(float f) {
     return b;
 }
 
-float log2_step(int step) { return float(__builtin_ctz(unsigned(step))); }
+float log2_step(int step) {
+    return float(__builtin_ctz(unsigned(step)));
+}
 
 class GridEncoder {
   public:
-    GridEncoder(const ShadedGrid& shaded, const grid::LayeringProgram& program, const WordLayout& layout, int object_id,
-                Encoded& out)
+    GridEncoder(const ShadedGrid& shaded, const grid::LayeringProgram& program, const WordLayout& layout,
+                int object_id, Encoded& out)
         : m_shaded(shaded), m_grid(*shaded.grid), m_program(program), m_layout(layout), m_out(out),
           m_count(m_grid.vertices()) {
         m_out.shape.object_id = object_id;
@@ -54,8 +56,8 @@ class GridEncoder {
     }
 
   private:
-    // Into the slot's range and to what half precision holds. Infinity lies in the range of an unbounded slot, but one
-    // infinite radiance would be the whole picture's.
+    // Into the slot's range and to what half precision holds. Infinity lies in the range of an unbounded
+    // slot, but one infinite radiance would be the whole picture's.
     float clean(float x, const grid::Slot& slot) {
         const float low = std::max(slot.low, -65504.0f), high = std::min(slot.high, 65504.0f);
         if (x >= low && x <= high)
@@ -97,8 +99,8 @@ class GridEncoder {
             out.push_back(bits_of(value(low, 0, 0)));
             out.push_back(bits_of(high < 0 ? 0.0f : value(high, 0, 0)));
         } else if (folds) {
-            // Reflectances lie in [0, 1]; amounts without bound are scaled into it, twice their maximum to keep the
-            // spectrum smooth.
+            // Reflectances lie in [0, 1]; amounts without bound are scaled into it, twice their maximum to
+            // keep the spectrum smooth.
             const Rgb rgb = color(low, 0);
             const float m = std::max({rgb.x, rgb.y, rgb.z});
             const float scale = m_layout.words[w] == WordLayout::Word::Rgb9e5 && m > 0 ? 2 * m : 1;
@@ -110,11 +112,15 @@ class GridEncoder {
             out.resize(base + m_count);
             for (int i = 0; i < m_count; i++) {
                 switch (m_layout.words[w]) {
-                case WordLayout::Word::Rgb11: out[base + i] = to_rgb11(color(low, i)); break;
-                case WordLayout::Word::Rgb9e5: out[base + i] = to_rgb9e5(color(low, i)); break;
+                case WordLayout::Word::Rgb11:
+                    out[base + i] = to_rgb11(color(low, i));
+                    break;
+                case WordLayout::Word::Rgb9e5:
+                    out[base + i] = to_rgb9e5(color(low, i));
+                    break;
                 case WordLayout::Word::HalfPair:
-                    out[base + i] = to_half(value(low, 0, i)) |
-                                    uint32_t(high < 0 ? 0 : to_half(value(high, 0, i))) << 16;
+                    out[base + i] =
+                        to_half(value(low, 0, i)) | uint32_t(high < 0 ? 0 : to_half(value(high, 0, i))) << 16;
                     break;
                 }
             }
@@ -127,8 +133,8 @@ class GridEncoder {
         return largest > 0 && std::isfinite(n.x + n.y + n.z) ? normalize(n * (1 / largest)) : Vec3f(0.0f);
     }
 
-    // Vertices without a usable normal (poles, NaN) take that of the vertex before; the first ones, that of the first
-    // that has one.
+    // Vertices without a usable normal (poles, NaN) take that of the vertex before; the first ones, that of
+    // the first that has one.
     void encode_normals() {
         std::vector<Vec3f> normals(size_t(m_count), Vec3f(0.0f));
         Vec3f last(0.0f);
@@ -207,15 +213,20 @@ class GridEncoder {
         const float w = n.weight < 0 ? 1 : value(n.weight, 0, i);
         float c = w;
         switch (n.op) {
-        case LayerOp::Lobe: break;
-        case LayerOp::Mix: c = coverage(n.upper, i) * w + coverage(n.lower, i) * (1 - w); break;
+        case LayerOp::Lobe:
+            break;
+        case LayerOp::Mix:
+            c = coverage(n.upper, i) * w + coverage(n.lower, i) * (1 - w);
+            break;
         case LayerOp::Over:
         case LayerOp::Coat: {
             const float upper = coverage(n.upper, i);
             c = upper * w + coverage(n.lower, i) * (1 - w * upper);
             break;
         }
-        case LayerOp::Add: c = coverage(n.upper, i) + coverage(n.lower, i); break;
+        case LayerOp::Add:
+            c = coverage(n.upper, i) + coverage(n.lower, i);
+            break;
         }
         return std::min(c, 1.0f);
     }
@@ -228,20 +239,29 @@ class GridEncoder {
         case LayerOp::Lobe:
             if (grid::lobe(n.lobe).kind != grid::LobeKind::Emission)
                 return Rgb(0);
-            return (n.inputs.empty() || n.inputs[0] < 0 ? grid::lobe(n.lobe).inputs[0].fallback : color(n.inputs[0], i)) * w;
-        case LayerOp::Mix: return emission(n.upper, i) * w + emission(n.lower, i) * (1 - w);
-        case LayerOp::Over: return emission(n.upper, i) * w + emission(n.lower, i) * (1 - w * coverage(n.upper, i));
-        case LayerOp::Coat: return emission(n.upper, i) * w + emission(n.lower, i);
-        case LayerOp::Add: return emission(n.upper, i) + emission(n.lower, i);
+            return (n.inputs.empty() || n.inputs[0] < 0 ? grid::lobe(n.lobe).inputs[0].fallback
+                                                        : color(n.inputs[0], i)) *
+                   w;
+        case LayerOp::Mix:
+            return emission(n.upper, i) * w + emission(n.lower, i) * (1 - w);
+        case LayerOp::Over:
+            return emission(n.upper, i) * w + emission(n.lower, i) * (1 - w * coverage(n.upper, i));
+        case LayerOp::Coat:
+            return emission(n.upper, i) * w + emission(n.lower, i);
+        case LayerOp::Add:
+            return emission(n.upper, i) + emission(n.lower, i);
         }
         return Rgb(0);
     }
 
-    // Emits to the outside: where shading normals point, as a hit has it; without them, where the winding says.
+    // Emits to the outside: where shading normals point, as a hit has it; without them, where the winding
+    // says.
     bool emits_backwards(const Vec3f& cross_product, const std::array<int, 3>& vertex) const {
         if (!(m_out.shape.flags & ShapeRecord::HasNormals))
             return m_grid.flips;
-        const auto normal = [&](int i) { return m_normals.size() == 1 ? m_normals[0] : m_normals[size_t(i)]; };
+        const auto normal = [&](int i) {
+            return m_normals.size() == 1 ? m_normals[0] : m_normals[size_t(i)];
+        };
         return dot(cross_product, normal(vertex[0]) + normal(vertex[1]) + normal(vertex[2])) < 0;
     }
 
@@ -251,7 +271,8 @@ class GridEncoder {
         e.e1 = p[1] - p[0];
         e.e2 = p[2] - p[0];
         const int root = int(m_program.nodes.size()) - 1;
-        const Rgb rgb = (emission(root, vertex[0]) + emission(root, vertex[1]) + emission(root, vertex[2])) * (1 / 3.0f);
+        const Rgb rgb =
+            (emission(root, vertex[0]) + emission(root, vertex[1]) + emission(root, vertex[2])) * (1 / 3.0f);
         const float m = std::max({rgb.x, rgb.y, rgb.z});
         e.scale = 2 * m;
         const auto c = color::uplift(m > 0 ? rgb * (1 / e.scale) : Rgb(0));
@@ -275,7 +296,8 @@ class GridEncoder {
             for (size_t f = 0; f < m_out.indices.size(); f += n) {
                 const uint32_t* v = &m_out.indices[f];
                 const auto add = [&](int a, int b, int c) {
-                    add_emitter({traced_point(v[a]), traced_point(v[b]), traced_point(v[c])}, {int(v[a]), int(v[b]), int(v[c])});
+                    add_emitter({traced_point(v[a]), traced_point(v[b]), traced_point(v[c])},
+                                {int(v[a]), int(v[b]), int(v[c])});
                 };
                 if (n == 3)
                     add(0, 1, 2);
@@ -292,10 +314,13 @@ class GridEncoder {
                 // The ray tracer's split of a cell: (0,0) (1,0) (0,1) and (1,1) (0,1) (1,0).
                 const auto traced = [&](int a, int b) { return traced_point((j + b) * (t.mu + 1) + i + a); };
                 const auto shading = [&](int a, int b) {
-                    return std::min((j + b) * t.step_v, m_grid.nv) * (m_grid.nu + 1) + std::min((i + a) * t.step_u, m_grid.nu);
+                    return std::min((j + b) * t.step_v, m_grid.nv) * (m_grid.nu + 1) +
+                           std::min((i + a) * t.step_u, m_grid.nu);
                 };
-                add_emitter({traced(0, 0), traced(1, 0), traced(0, 1)}, {shading(0, 0), shading(1, 0), shading(0, 1)});
-                add_emitter({traced(1, 1), traced(0, 1), traced(1, 0)}, {shading(1, 1), shading(0, 1), shading(1, 0)});
+                add_emitter({traced(0, 0), traced(1, 0), traced(0, 1)},
+                            {shading(0, 0), shading(1, 0), shading(0, 1)});
+                add_emitter({traced(1, 1), traced(0, 1), traced(1, 0)},
+                            {shading(1, 1), shading(0, 1), shading(1, 0)});
             }
     }
 
@@ -317,10 +342,12 @@ uint32_t* bytes_at(Page& page, uint32_t at, const std::vector<T>& source) {
 
 } // namespace
 
-Page encode(std::span<const ShadedGrid> grids, const grid::LayeringProgram& program, int object_id, uint64_t& bad_inputs) {
+Page encode(std::span<const ShadedGrid> grids, const grid::LayeringProgram& program, int object_id,
+            uint64_t& bad_inputs) {
     const WordLayout layout(program);
     std::vector<Encoded> encoded(grids.size());
-    tasks::parallel_for(grids.size(), [&](size_t i) { GridEncoder(grids[i], program, layout, object_id, encoded[i]).run(); });
+    tasks::parallel_for(
+        grids.size(), [&](size_t i) { GridEncoder(grids[i], program, layout, object_id, encoded[i]).run(); });
 
     // Sections one after another; each grid's part of each section one after another.
     struct Offsets {
@@ -330,7 +357,8 @@ Page encode(std::span<const ShadedGrid> grids, const grid::LayeringProgram& prog
     for (size_t i = 0; i < grids.size(); i++) {
         const Encoded& e = encoded[i];
         at[i + 1] = {at[i].table + uint32_t(e.table.size()), at[i].inputs + uint32_t(e.inputs.size()),
-                     at[i].positions + uint32_t(e.positions.size()), at[i].indices + uint32_t(e.indices.size()),
+                     at[i].positions + uint32_t(e.positions.size()),
+                     at[i].indices + uint32_t(e.indices.size()),
                      at[i].emitters + uint32_t(e.emitters.size())};
     }
     const Offsets& total = at.back();

@@ -32,12 +32,13 @@ void write_page(const std::string& path, const Page& page) {
     {
         File f(std::fopen(temporary.c_str(), "wb"));
         const bool written = f && std::fwrite(&header, sizeof header, 1, f.get()) == 1 &&
-                             std::fwrite(page.words.data() + HeaderWords, 4, page.words.size() - HeaderWords, f.get()) ==
-                                 page.words.size() - HeaderWords &&
+                             std::fwrite(page.words.data() + HeaderWords, 4, page.words.size() - HeaderWords,
+                                         f.get()) == page.words.size() - HeaderWords &&
                              std::fflush(f.get()) == 0 && fsync(fileno(f.get())) == 0;
         if (!written) {
             std::remove(temporary.c_str());
-            throw Error("cannot write " + path + "; check the folder and the space on its disk", ExitCode::Output);
+            throw Error("cannot write " + path + "; check the folder and the space on its disk",
+                        ExitCode::Output);
         }
     }
     if (std::rename(temporary.c_str(), path.c_str()) != 0)
@@ -45,7 +46,9 @@ void write_page(const std::string& path, const Page& page) {
 }
 
 Page read_page(const std::string& path) {
-    const auto broken = [&](const char* what) { return Error({path}, std::string("not a usable grid page: ") + what); };
+    const auto broken = [&](const char* what) {
+        return Error({path}, std::string("not a usable grid page: ") + what);
+    };
     File f(std::fopen(path.c_str(), "rb"));
     if (!f)
         throw Error({path}, "cannot be opened");
@@ -57,7 +60,8 @@ Page read_page(const std::string& path) {
     std::fseek(f.get(), 0, SEEK_END);
     if (uint64_t(std::ftell(f.get())) != uint64_t(h.words) * 4)
         throw broken("its size differs from what its header says");
-    const uint64_t order[] = {HeaderWords, h.shapes_at, h.tables_at, h.inputs_at, h.positions_at, h.indices_at, h.emitters_at, h.words};
+    const uint64_t order[] = {HeaderWords,    h.shapes_at,  h.tables_at,   h.inputs_at,
+                              h.positions_at, h.indices_at, h.emitters_at, h.words};
     for (int i = 0; i + 1 < 8; i++)
         if (order[i] > order[i + 1])
             throw broken("its sections overlap");
@@ -68,7 +72,8 @@ Page read_page(const std::string& path) {
     page.words.resize(h.words);
     page.header() = h;
     std::fseek(f.get(), sizeof h, SEEK_SET);
-    if (std::fread(page.words.data() + HeaderWords, 4, h.words - HeaderWords, f.get()) != h.words - HeaderWords)
+    if (std::fread(page.words.data() + HeaderWords, 4, h.words - HeaderWords, f.get()) !=
+        h.words - HeaderWords)
         throw broken("it ends early");
     if (checksum(h, page) != h.checksum)
         throw broken("its checksum does not match");

@@ -1,4 +1,5 @@
-// Vertex words: what a lobe input costs at a vertex, and how it is read back. Scalar forms; transport has them in lanes.
+// Vertex words: what a lobe input costs at a vertex, and how it is read back. Scalar forms; transport has
+// them in lanes.
 #pragma once
 
 #include <algorithm>
@@ -24,7 +25,9 @@ inline float from_half(uint16_t bits) {
 
 // Square roots in 11, 11 and 10 bits: steps of 0.1 % of white in the dark, 0.2 % near white.
 inline uint32_t to_rgb11(const Rgb& c) {
-    const auto code = [](float x, float steps) { return uint32_t(std::sqrt(std::clamp(x, 0.0f, 1.0f)) * steps + 0.5f); };
+    const auto code = [](float x, float steps) {
+        return uint32_t(std::sqrt(std::clamp(x, 0.0f, 1.0f)) * steps + 0.5f);
+    };
     return code(c.x, 2047) | code(c.y, 2047) << 11 | code(c.z, 1023) << 22;
 }
 inline Rgb from_rgb11(uint32_t w) {
@@ -62,11 +65,14 @@ inline uint32_t to_oct32(const Vec3f& n) {
         x = (1 - std::abs(y)) * (ox >= 0 ? 1.0f : -1.0f);
         y = (1 - std::abs(ox)) * (y >= 0 ? 1.0f : -1.0f);
     }
-    const auto code = [](float f) { return uint32_t(std::clamp(f * 32767.0f, -32767.0f, 32767.0f) + 32767.5f); };
+    const auto code = [](float f) {
+        return uint32_t(std::clamp(f * 32767.0f, -32767.0f, 32767.0f) + 32767.5f);
+    };
     return code(x) | code(y) << 16;
 }
 inline Vec3f from_oct32(uint32_t w) {
-    float x = (float(w & 0xffff) - 32767.0f) * (1 / 32767.0f), y = (float(w >> 16) - 32767.0f) * (1 / 32767.0f);
+    float x = (float(w & 0xffff) - 32767.0f) * (1 / 32767.0f),
+          y = (float(w >> 16) - 32767.0f) * (1 / 32767.0f);
     const float z = 1 - std::abs(x) - std::abs(y);
     if (z < 0) {
         const float ox = x;

@@ -14,13 +14,17 @@ constexpr size_t PageAlignment = 48; // words: whole cache lines, and whole xyz 
 } // namespace
 
 Store::Store() : m_capacity(ArenaWords) {
-    void* p = mmap(nullptr, m_capacity * 4 + 64, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    void* p = mmap(nullptr, m_capacity * 4 + 64, PROT_READ | PROT_WRITE,
+                   MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
     if (p == MAP_FAILED)
-        throw Error("cannot reserve address space for the micropolygon store; check ulimit -v", ExitCode::Internal);
+        throw Error("cannot reserve address space for the micropolygon store; check ulimit -v",
+                    ExitCode::Internal);
     m_arena = static_cast<uint32_t*>(p);
 }
 
-Store::~Store() { munmap(m_arena, m_capacity * 4 + 64); }
+Store::~Store() {
+    munmap(m_arena, m_capacity * 4 + 64);
+}
 
 int Store::add_program(const grid::LayeringProgram& program) {
     const std::string key = program.key();
@@ -46,13 +50,16 @@ int Store::add_page(const Page& page, int program, int interior) {
     const PageHeader& h = page.header();
     const size_t base = (m_used + PageAlignment - 1) / PageAlignment * PageAlignment;
     if (base + h.words > m_capacity)
-        throw Error("the micropolygon store is full (8 GiB of grids); raise the shading rate or the geometry tolerance");
+        throw Error("the micropolygon store is full (8 GiB of grids); raise the shading rate or the geometry "
+                    "tolerance");
     // Emitters live in their own table; the rest of the page moves in as it is.
     std::memcpy(m_arena + base, page.words.data(), size_t(h.emitters_at) * 4);
     m_used = base + h.emitters_at;
     const int first = int(m_shapes.size());
     const int first_emitter = int(m_emitters.size());
-    const auto absolute = [&](int32_t offset) { return offset < 0 ? offset : int32_t(base + size_t(offset)); };
+    const auto absolute = [&](int32_t offset) {
+        return offset < 0 ? offset : int32_t(base + size_t(offset));
+    };
     for (uint32_t i = 0; i < h.shapes; i++) {
         ShapeRecord s;
         std::memcpy(&s, page.words.data() + h.shapes_at + i * ShapeWords, sizeof s);
@@ -68,7 +75,8 @@ int Store::add_page(const Page& page, int program, int interior) {
         m_arena[base + w] += uint32_t(base);
     m_emitters.resize(m_emitters.size() + h.emitters);
     if (h.emitters)
-        std::memcpy(m_emitters.data() + first_emitter, page.words.data() + h.emitters_at, h.emitters * sizeof(Emitter));
+        std::memcpy(m_emitters.data() + first_emitter, page.words.data() + h.emitters_at,
+                    h.emitters * sizeof(Emitter));
     m_grid_bytes += h.grid_bytes;
     m_input_bytes += h.input_bytes;
     return first;
@@ -79,23 +87,27 @@ float Store::presence(int shape, int prim, float u, float v) const {
     const auto place = m_presence[size_t(s.program)];
     if (place.word < 0)
         return 1;
-    const uint32_t base = m_arena[s.slot_table + 2 * place.word], stride = m_arena[s.slot_table + 2 * place.word + 1];
+    const uint32_t base = m_arena[s.slot_table + 2 * place.word],
+                   stride = m_arena[s.slot_table + 2 * place.word + 1];
     if (stride == 0)
         return floats()[base + uint32_t(place.half)];
-    const auto at = [&](int vertex) { return from_half(uint16_t(m_arena[base + uint32_t(vertex)] >> (16 * place.half))); };
+    const auto at = [&](int vertex) {
+        return from_half(uint16_t(m_arena[base + uint32_t(vertex)] >> (16 * place.half)));
+    };
     if (s.flags & ShapeRecord::Mesh) {
         const bool quads = s.flags & ShapeRecord::Quads;
         const uint32_t* index = m_arena + s.indices + prim * (quads ? 4 : 3);
         if (!quads)
             return (1 - u - v) * at(int(index[0])) + u * at(int(index[1])) + v * at(int(index[2]));
-        return (1 - u) * (1 - v) * at(int(index[0])) + u * (1 - v) * at(int(index[1])) + u * v * at(int(index[2])) +
-               (1 - u) * v * at(int(index[3]));
+        return (1 - u) * (1 - v) * at(int(index[0])) + u * (1 - v) * at(int(index[1])) +
+               u * v * at(int(index[2])) + (1 - u) * v * at(int(index[3]));
     }
     const float x = u * float(s.nu), y = v * float(s.nv);
     const int i = std::clamp(int(x), 0, s.nu - 1), j = std::clamp(int(y), 0, s.nv - 1);
     const float fx = x - float(i), fy = y - float(j);
     const int a = j * (s.nu + 1) + i;
-    return (1 - fy) * ((1 - fx) * at(a) + fx * at(a + 1)) + fy * ((1 - fx) * at(a + s.nu + 1) + fx * at(a + s.nu + 2));
+    return (1 - fy) * ((1 - fx) * at(a) + fx * at(a + 1)) +
+           fy * ((1 - fx) * at(a + s.nu + 1) + fx * at(a + s.nu + 2));
 }
 
 } // namespace kanuka::store

@@ -1,6 +1,6 @@
-// The micropolygon store: grids with their lobe inputs, as pages. A page is what one primitive became; it is one block of
-// 32-bit words with relative offsets, the same in memory and on disk. Resident pages lie in one arena, so that a vertex
-// is named by a 32-bit word index and gathered by lanes.
+// The micropolygon store: grids with their lobe inputs, as pages. A page is what one primitive became; it is
+// one block of 32-bit words with relative offsets, the same in memory and on disk. Resident pages lie in one
+// arena, so that a vertex is named by a 32-bit word index and gathered by lanes.
 //
 //   page:  header │ shape records │ slot tables │ lobe-input words │ positions │ indices │ emitters
 #pragma once
@@ -22,35 +22,35 @@ namespace kanuka::store {
 inline constexpr uint32_t PageMagic = 0x53504d4b; // "KMPS"
 inline constexpr uint32_t PageVersion = 2;
 
-// One traced shape: a grid, or a mesh. Sixteen words; offsets are page-relative in a page, arena-absolute when resident.
-// Hot: read for every hit.
+// One traced shape: a grid, or a mesh. Sixteen words; offsets are page-relative in a page, arena-absolute
+// when resident. Hot: read for every hit.
 struct ShapeRecord {
     enum Flags : int32_t { Mesh = 1, Quads = 2, HasNormals = 4, Flips = 8, Collapsed = 16, FlatNormal = 32 };
     int32_t flags;
-    int32_t program;     // index into Store::programs
-    int32_t slot_table;  // words: {base, stride} for each word of the vertex record, then for the normal
-    int32_t positions;   // of traced vertex 0: xyz triples; a multiple of 3, for the ray tracer's sake
-    int32_t mu, mv;      // traced cells; mesh: vertices, faces
-    int32_t steps;       // log2: step_u | step_v << 4 | edge steps << 8, 12, 16, 20 (Edge order)
-    int32_t nu, nv;      // shading cells
-    int32_t indices;     // mesh: vertices_per_face words a face
-    int32_t emitter;     // first of its triangles among the emitters (two a cell or quad); -1 = does not emit
+    int32_t program;    // index into Store::programs
+    int32_t slot_table; // words: {base, stride} for each word of the vertex record, then for the normal
+    int32_t positions;  // of traced vertex 0: xyz triples; a multiple of 3, for the ray tracer's sake
+    int32_t mu, mv;     // traced cells; mesh: vertices, faces
+    int32_t steps;      // log2: step_u | step_v << 4 | edge steps << 8, 12, 16, 20 (Edge order)
+    int32_t nu, nv;     // shading cells
+    int32_t indices;    // mesh: vertices_per_face words a face
+    int32_t emitter;    // first of its triangles among the emitters (two a cell or quad); -1 = does not emit
     int32_t object_id;
-    int32_t interior;    // index into Store::interiors; -1 = none
-    int32_t albedo;      // four words: mean albedo, for AOVs and roulette; unused = -1
+    int32_t interior; // index into Store::interiors; -1 = none
+    int32_t albedo;   // four words: mean albedo, for AOVs and roulette; unused = -1
     int32_t reserved[2];
 };
 static_assert(sizeof(ShapeRecord) == 64);
 inline constexpr int ShapeWords = sizeof(ShapeRecord) / 4;
 
-// One emitting triangle, in the space of its group. Radiance is constant over it: what next-event estimation samples and
-// what a path finds are the same by construction.
+// One emitting triangle, in the space of its group. Radiance is constant over it: what next-event estimation
+// samples and what a path finds are the same by construction.
 struct Emitter {
     Vec3f p0, e1, e2;
     float c0, c1, c2, scale; // uplifted radiance: scale * S(lambda; c) * D65
     float power;             // area * luminance of scale * rgb
     float area;
-    uint32_t flags;          // 1: emits on the side of -cross(e1, e2)
+    uint32_t flags; // 1: emits on the side of -cross(e1, e2)
 };
 static_assert(sizeof(Emitter) == 64);
 
@@ -63,13 +63,13 @@ struct Interior {
 
 struct PageHeader {
     uint32_t magic, version;
-    uint64_t key[2];      // content address; zero = none given
-    uint32_t words;       // of the whole page
+    uint64_t key[2]; // content address; zero = none given
+    uint32_t words;  // of the whole page
     uint32_t shapes, shapes_at;
     uint32_t tables_at, inputs_at, positions_at, indices_at, emitters_at, emitters;
     uint32_t grid_bytes, input_bytes; // for the statistics
     uint32_t vertices, micropolygons, traced_polygons;
-    uint64_t checksum;    // xxh3 of all else
+    uint64_t checksum; // xxh3 of all else
 };
 
 static_assert(sizeof(PageHeader) == 88); // no padding: it is hashed and written as it is
@@ -84,15 +84,16 @@ class Page {
 // What shading made of one grid, to be encoded.
 struct ShadedGrid {
     const grid::Grid* grid;
-    const grid::TracedGrid* traced;  // or
+    const grid::TracedGrid* traced; // or
     const grid::TracedMesh* mesh = nullptr;
     const grid::VertexInputs* inputs;
 };
 
-// Encodes the grids of a primitive: folds inputs that are constant over a grid, quantises the others. Parallel over
-// grids; the same page for any thread count. Inputs outside their range, NaN and infinite ones are clamped, replaced, and
-// counted in `bad_inputs`.
-Page encode(std::span<const ShadedGrid> grids, const grid::LayeringProgram& program, int object_id, uint64_t& bad_inputs);
+// Encodes the grids of a primitive: folds inputs that are constant over a grid, quantises the others.
+// Parallel over grids; the same page for any thread count. Inputs outside their range, NaN and infinite ones
+// are clamped, replaced, and counted in `bad_inputs`.
+Page encode(std::span<const ShadedGrid> grids, const grid::LayeringProgram& program, int object_id,
+            uint64_t& bad_inputs);
 
 // Files: header and words as they are, little-endian. Reading checks magic, version, bounds and checksum.
 void write_page(const std::string& path, const Page& page);
@@ -106,8 +107,8 @@ class Store {
 
     int add_program(const grid::LayeringProgram& program); // the index of an equal one, if there is
     int add_interior(const Interior& interior);
-    // Makes a page resident; returns the index of its first shape. Not thread safe: the order of calls is the order of
-    // shapes, and must not depend on threads.
+    // Makes a page resident; returns the index of its first shape. Not thread safe: the order of calls is the
+    // order of shapes, and must not depend on threads.
     int add_page(const Page& page, int program, int interior);
 
     const std::vector<grid::LayeringProgram>& programs() const { return m_programs; }

@@ -1,5 +1,5 @@
-// From a hit to its place in the store: position, normals, and lobe inputs, interpolated between the four (or three)
-// vertices around it. All lanes of a call are hits on shapes of one layering program.
+// From a hit to its place in the store: position, normals, and lobe inputs, interpolated between the four (or
+// three) vertices around it. All lanes of a call are hits on shapes of one layering program.
 #pragma once
 
 #include "transport/path_state.h"
@@ -36,7 +36,8 @@ struct ShapeLanes {
 // Where on its shape a hit lies: the traced cell with local coordinates, and the triangle of the cell.
 template <int W>
 struct HitPlace {
-    Int<W> anchor{0};  // traced vertex that both triangles of the cell share: (1, 0), or a mesh triangle's first
+    Int<W> anchor{
+        0}; // traced vertex that both triangles of the cell share: (1, 0), or a mesh triangle's first
     Int<W> triangle{0}; // number of the triangle on the shape
     // Vertices of the record around the hit, and their weights.
     Int<W> vertex[4] = {0, 0, 0, 0};
@@ -84,19 +85,25 @@ struct HitPlace {
     }
 
     // Boundary vertices that were moved onto a coarser edge carry that edge's parameters.
-    void collapsed_parameters(const ShapeLanes<W>& s, Int<W> i, Int<W> j, Float<W> fx, Float<W> fy, Mask<W> second,
-                              Float<W>& a, Float<W>& b) const {
+    void collapsed_parameters(const ShapeLanes<W>& s, Int<W> i, Int<W> j, Float<W> fx, Float<W> fy,
+                              Mask<W> second, Float<W>& a, Float<W>& b) const {
         using F = Float<W>;
         using I = Int<W>;
         const I nibble(15), one_i(1);
         const I step_u = one_i << (s.steps & nibble), step_v = one_i << ((s.steps >> 4) & nibble);
         const auto edge = [&](int e) { return one_i << ((s.steps >> (8 + 4 * e)) & nibble); };
-        const auto snap = [](I k, I step) { return (k + (step >> 1)) & (I(0) - step); };
+        // The rule of dice/split.h, nearest_kept: the nearest; from midway, towards the nearer end of the
+        // edge.
+        const auto snap = [](I k, I step, I n) {
+            const I twice = (k & (step - I(1))) << 1, down = k & (I(0) - step);
+            const Mask<W> up = (twice > step) | ((twice == step) & ((k << 1) > n));
+            return select(up, down + step, down);
+        };
         const auto corner = [&](int di, int dj, F& x, F& y) {
             const I vi = i + I(di), vj = j + I(dj);
             I px = vi * step_u, py = vj * step_v;
-            const I sx0 = snap(px, edge(grid::VMin)), sx1 = snap(px, edge(grid::VMax));
-            const I sy0 = snap(py, edge(grid::UMin)), sy1 = snap(py, edge(grid::UMax));
+            const I sx0 = snap(px, edge(grid::VMin), s.nu), sx1 = snap(px, edge(grid::VMax), s.nu);
+            const I sy0 = snap(py, edge(grid::UMin), s.nv), sy1 = snap(py, edge(grid::UMax), s.nv);
             const I mx = select(vj == I(0), sx0, select(vj == s.mv, sx1, px));
             const I my = select(vi == I(0), sy0, select(vi == s.mu, sy1, py));
             x = F(mx), y = F(my);
@@ -112,7 +119,8 @@ struct HitPlace {
         b = select(second, w3 * y3 + (one - fx) * y2 + (one - fy) * y1, w0 * y0 + fx * y1 + fy * y2);
     }
 
-    void place_on_mesh(const SceneView& scene, const ShapeLanes<W>& s, Int<W> prim, Float<W> u, Float<W> v, Mask<W> mesh) {
+    void place_on_mesh(const SceneView& scene, const ShapeLanes<W>& s, Int<W> prim, Float<W> u, Float<W> v,
+                       Mask<W> mesh) {
         using F = Float<W>;
         using I = Int<W>;
         const F zero(0.0f), one(1.0f);
@@ -120,7 +128,8 @@ struct HitPlace {
         const I zero_i(0);
         const I base = select(mesh, s.indices + prim * select(quads, I(4), I(3)), zero_i);
         const I v0 = gather(scene.words, base), v1 = gather(scene.words, base + I(1));
-        const I v2 = gather(scene.words, base + I(2)), v3 = gather(scene.words, base + select(quads, I(3), I(2)));
+        const I v2 = gather(scene.words, base + I(2)),
+                v3 = gather(scene.words, base + select(quads, I(3), I(2)));
         const Mask<W> second = quads & (u + v > one);
         // Quads split into (v0, v1, v3) and (v2, v3, v1); triangles are (v0, v1, v2).
         const I p0 = select(second, v2, v0), p1 = select(second, v3, v1);
@@ -139,13 +148,13 @@ struct HitPlace {
     }
 };
 
-// Reads lobe inputs at a place. Constant words (stride 0) are floats already; varying ones are decoded at the vertices
-// around the hit, interpolated, and then uplifted: the order that keeps a texture's colours.
+// Reads lobe inputs at a place. Constant words (stride 0) are floats already; varying ones are decoded at the
+// vertices around the hit, interpolated, and then uplifted: the order that keeps a texture's colours.
 template <int W>
 class InputFetch {
   public:
-    InputFetch(const SceneView& scene, const bsdf::MaterialCode& code, const ShapeLanes<W>& shape, const HitPlace<W>& place,
-               const Float<W>* l)
+    InputFetch(const SceneView& scene, const bsdf::MaterialCode& code, const ShapeLanes<W>& shape,
+               const HitPlace<W>& place, const Float<W>* l)
         : m_scene(scene), m_code(code), m_table(shape.slot_table), m_place(place), m_l(l) {}
 
     Spectrum<W> color(const bsdf::MaterialCode::Place& input) const {
@@ -165,7 +174,8 @@ class InputFetch {
         if (!all(constant)) {
             Float<W> v0, v1, v2;
             bsdf::uplift(m_scene.uplift, interpolate_rgb11(base, stride, constant), v0, v1, v2);
-            c0 = kanuka::select(constant, c0, v0), c1 = kanuka::select(constant, c1, v1), c2 = kanuka::select(constant, c2, v2);
+            c0 = kanuka::select(constant, c0, v0), c1 = kanuka::select(constant, c1, v1),
+            c2 = kanuka::select(constant, c2, v2);
             scale = kanuka::select(constant, scale, Float<W>(1.0f));
         }
         return bsdf::sigmoid_spectrum(c0, c1, c2, m_l) * scale;
@@ -185,7 +195,8 @@ class InputFetch {
             for (int k = 0; k < 4; k++) {
                 const Int<W> at = kanuka::select(constant, Int<W>(0), base + m_place.vertex[k]);
                 const Int<W> word = gather(m_scene.words, at);
-                sum = fma(m_place.weight[k], half_to_float((word >> (16 * input.half)) & Int<W>(0xffff)), sum);
+                sum =
+                    fma(m_place.weight[k], half_to_float((word >> (16 * input.half)) & Int<W>(0xffff)), sum);
             }
             r = kanuka::select(constant, r, sum);
         }
@@ -229,7 +240,8 @@ class InputFetch {
         Vec3<Float<W>> sum{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
         (void)stride;
         for (int k = 0; k < 4; k++) {
-            const Int<W> word = gather(m_scene.words, kanuka::select(constant, Int<W>(0), base + m_place.vertex[k]));
+            const Int<W> word =
+                gather(m_scene.words, kanuka::select(constant, Int<W>(0), base + m_place.vertex[k]));
             const Float<W> r = Float<W>(word & Int<W>(2047)) * Float<W>(1 / 2047.0f);
             const Float<W> g = Float<W>((word >> 11) & Int<W>(2047)) * Float<W>(1 / 2047.0f);
             const Float<W> b = Float<W>(word >> 22) * Float<W>(1 / 1023.0f);

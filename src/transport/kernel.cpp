@@ -9,7 +9,9 @@ std::unique_ptr<Kernel> make_kernel_w1(const SceneView& scene, const RgbFromXyz&
 std::unique_ptr<Kernel> make_kernel_w8(const SceneView& scene, const RgbFromXyz& matrix);
 std::unique_ptr<Kernel> make_kernel_w16(const SceneView& scene, const RgbFromXyz& matrix);
 
-int widest_lanes() { return 8; } // sixteen run as pairs of AVX2 registers, which gains nothing
+int widest_lanes() {
+    return 8;
+} // sixteen run as pairs of AVX2 registers, which gains nothing
 
 std::unique_ptr<Kernel> make_kernel(const SceneView& scene, int lanes) {
     RgbFromXyz matrix;
@@ -19,10 +21,14 @@ std::unique_ptr<Kernel> make_kernel(const SceneView& scene, int lanes) {
     if (lanes == 0)
         lanes = widest_lanes();
     switch (lanes) {
-    case 1: return make_kernel_w1(scene, matrix);
-    case 8: return make_kernel_w8(scene, matrix);
-    case 16: return make_kernel_w16(scene, matrix);
-    default: throw Error("lanes must be 1, 8 or 16", ExitCode::Usage);
+    case 1:
+        return make_kernel_w1(scene, matrix);
+    case 8:
+        return make_kernel_w8(scene, matrix);
+    case 16:
+        return make_kernel_w16(scene, matrix);
+    default:
+        throw Error("lanes must be 1, 8 or 16", ExitCode::Usage);
     }
 }
 

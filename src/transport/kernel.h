@@ -11,9 +11,9 @@ namespace kanuka::transport {
 struct alignas(16) PixelSums {
     float rgb[3], alpha;
     float albedo[3], depth;
-    float normal[3], id;      // id: of the first progression's hit
-    float position[3], hits;  // hits: how many samples found a surface
-    float weight;             // of the pixel filter
+    float normal[3], id;     // id: of the first progression's hit
+    float position[3], hits; // hits: how many samples found a surface
+    float weight;            // of the pixel filter
 };
 
 struct BatchCounts {
@@ -25,8 +25,8 @@ struct BatchCounts {
 struct BatchRequest {
     int x0, y0, x1, y1;
     uint32_t progression;
-    PixelSums* pixels;  // of pixel (0, 0) of the film
-    int stride;         // pixels a row
+    PixelSums* pixels; // of pixel (0, 0) of the film
+    int stride;        // pixels a row
 };
 
 // Scratch memory of one thread.

@@ -10,7 +10,8 @@ namespace kanuka::transport {
 template <int W>
 class KernelOf final : public Kernel {
   public:
-    KernelOf(const SceneView& scene, const RgbFromXyz& matrix) : m_scene(scene), m_matrix(matrix), m(std::make_unique<Memory>()) {
+    KernelOf(const SceneView& scene, const RgbFromXyz& matrix)
+        : m_scene(scene), m_matrix(matrix), m(std::make_unique<Memory>()) {
         if (scene.instanced)
             for (auto& a : m->hits.world_from_shape)
                 a.assign(BatchPadded, 0.0f);

@@ -1,5 +1,5 @@
-// Compiled for the floor of AVX2, where sixteen lanes are pairs of registers: no faster than eight, but what AVX-512 will
-// run is built and tested everywhere.
+// Compiled for the floor of AVX2, where sixteen lanes are pairs of registers: no faster than eight, but what
+// AVX-512 will run is built and tested everywhere.
 #include "transport/kernel_impl.h"
 
 namespace kanuka::transport {

@@ -1,5 +1,6 @@
-// Light selection and sampling. One light a bounce is asked; what it gives is combined with what the material's own
-// directions find by the balance heuristic (Veach 1997), over wavelengths too (Wilkie et al. 2014).
+// Light selection and sampling. One light a bounce is asked; what it gives is combined with what the
+// material's own directions find by the balance heuristic (Veach 1997), over wavelengths too (Wilkie et al.
+// 2014).
 #pragma once
 
 #include "transport/scene_view.h"
@@ -34,14 +35,15 @@ Spectrum<W> emission_spectrum(const SceneView& scene, const float c[4], const Fl
 
 template <int W>
 struct LightSample {
-    Vec3<Float<W>> wi;      // unit
+    Vec3<Float<W>> wi; // unit
     Float<W> distance;
-    Spectrum<W> radiance;   // delta lights: radiance times the missing density
-    Float<W> pdf;           // over solid angle, choice included; delta: the choice alone
+    Spectrum<W> radiance; // delta lights: radiance times the missing density
+    Float<W> pdf;         // over solid angle, choice included; delta: the choice alone
     Mask<W> delta, valid;
 };
 
-// ---- environment ---------------------------------------------------------------------------------------------------
+// ---- environment
+// ---------------------------------------------------------------------------------------------------
 
 template <int W>
 struct MapPlace {
@@ -77,9 +79,11 @@ Spectrum<W> map_radiance(const SceneView& scene, const MapPlace<W>& p, const Flo
     const Float<W> fx = x - xf, fy = y - yf;
     const auto texel = [&](Int<W> i, Int<W> j) {
         const Int<W> at = (j * w + i) * Int<W>(3);
-        return Vec3<Float<W>>(gather(map.rgb.data(), at), gather(map.rgb.data() + 1, at), gather(map.rgb.data() + 2, at));
+        return Vec3<Float<W>>(gather(map.rgb.data(), at), gather(map.rgb.data() + 1, at),
+                              gather(map.rgb.data() + 2, at));
     };
-    const Vec3<Float<W>> a = lerp(fx, texel(i0, j0), texel(i1, j0)), b = lerp(fx, texel(i0, j1), texel(i1, j1));
+    const Vec3<Float<W>> a = lerp(fx, texel(i0, j0), texel(i1, j0)),
+                         b = lerp(fx, texel(i0, j1), texel(i1, j1));
     const Vec3<Float<W>> rgb = lerp(fy, a, b);
     const Float<W> scale = max(max(max(rgb.x, rgb.y), rgb.z) * Float<W>(2.0f), Float<W>(1e-20f));
     Float<W> c0, c1, c2;
@@ -114,7 +118,8 @@ Int<W> search(const float* table, Int<W> base, int count, Float<W> u) {
 }
 
 template <int W>
-void sample_map(const SceneView& scene, Float<W> u0, Float<W> u1, LightSample<W>& s, const Float<W> l[Wavelengths], Mask<W> m) {
+void sample_map(const SceneView& scene, Float<W> u0, Float<W> u1, LightSample<W>& s,
+                const Float<W> l[Wavelengths], Mask<W> m) {
     const EnvironmentMap& map = scene.map;
     const Int<W> j = search(map.marginal.data(), Int<W>(0), map.height, u1);
     const Int<W> row = j * Int<W>(map.width + 1);
@@ -132,17 +137,20 @@ void sample_map(const SceneView& scene, Float<W> u0, Float<W> u1, LightSample<W>
     p.sin_theta = max(st, Float<W>(1e-4f));
     const Vec3<Float<W>> e(st * cp, st * sp, ct);
     const float* r = map.environment_from_render; // orthogonal: its transpose is its inverse
-    const auto column = [&](int c) { return fma(Float<W>(r[c]), e.x, fma(Float<W>(r[3 + c]), e.y, Float<W>(r[6 + c]) * e.z)); };
+    const auto column = [&](int c) {
+        return fma(Float<W>(r[c]), e.x, fma(Float<W>(r[3 + c]), e.y, Float<W>(r[6 + c]) * e.z));
+    };
     s.wi = select(m, normalize(Vec3<Float<W>>(column(0), column(1), column(2))), s.wi);
     s.radiance = bsdf::select(m, map_radiance(scene, p, l), s.radiance);
     s.pdf = select(m, map_pdf(map, p), s.pdf);
 }
 
-// ---- choosing and sampling -------------------------------------------------------------------------------------------
+// ---- choosing and sampling
+// -------------------------------------------------------------------------------------------
 
 template <int W>
-void sample_emitters(const SceneView& scene, const Vec3<Float<W>>& P, Float<W> u_part, Float<W> u0, Float<W> u1,
-                     LightSample<W>& s, const Float<W> l[Wavelengths], Mask<W> m) {
+void sample_emitters(const SceneView& scene, const Vec3<Float<W>>& P, Float<W> u_part, Float<W> u0,
+                     Float<W> u1, LightSample<W>& s, const Float<W> l[Wavelengths], Mask<W> m) {
     // Alias table over emitters by power.
     const int count = int(scene.alias_probability.size());
     const Float<W> x = u_part * Float<W>(float(count));
@@ -175,7 +183,8 @@ void sample_emitters(const SceneView& scene, const Vec3<Float<W>>& P, Float<W> u
 template <int W>
 Float<W> spot_falloff(const AnalyticLight& light, Float<W> cosine) {
     using F = Float<W>;
-    const F t = clamp((cosine - F(light.cos_outer)) / F(std::max(light.cos_inner - light.cos_outer, 1e-6f)), F(0.0f), F(1.0f));
+    const F t = clamp((cosine - F(light.cos_outer)) / F(std::max(light.cos_inner - light.cos_outer, 1e-6f)),
+                      F(0.0f), F(1.0f));
     F beam(1.0f);
     const int n = int(light.exponent);
     for (int i = 0; i < n; i++)
@@ -184,8 +193,8 @@ Float<W> spot_falloff(const AnalyticLight& light, Float<W> cosine) {
 }
 
 template <int W>
-void sample_analytic(const SceneView& scene, const AnalyticLight& light, const Vec3<Float<W>>& P, Float<W> u0, Float<W> u1,
-                     LightSample<W>& s, const Float<W> l[Wavelengths], Mask<W> m) {
+void sample_analytic(const SceneView& scene, const AnalyticLight& light, const Vec3<Float<W>>& P, Float<W> u0,
+                     Float<W> u1, LightSample<W>& s, const Float<W> l[Wavelengths], Mask<W> m) {
     using Kind = scene::Light::Kind;
     using F = Float<W>;
     const Kind kind = Kind(light.kind);
@@ -216,9 +225,9 @@ void sample_analytic(const SceneView& scene, const AnalyticLight& light, const V
     s.delta |= m;
 }
 
-// How often each choice of light is asked at a point: by an estimate of the irradiance it brings there unshadowed, mixed
-// with equal shares, so that none starves where the estimate is wrong. Exact where lights are few; scenes with more fall
-// back on equal shares.
+// How often each choice of light is asked at a point: by an estimate of the irradiance it brings there
+// unshadowed, mixed with equal shares, so that none starves where the estimate is wrong. Exact where lights
+// are few; scenes with more fall back on equal shares.
 template <int W>
 class LightChances {
     using F = Float<W>;
@@ -247,7 +256,8 @@ class LightChances {
             set(scene.first_light_choice + int(k), brings(scene.lights[k], P, N));
         const F scale = F(0.85f) / max(total, F(1e-20f)), share(0.15f / float(m_count));
         for (int k = 0; k < m_count; k++)
-            m_chance[k] = kanuka::select(total > F(1e-20f), fma(m_chance[k], scale, share), F(1.0f / float(m_count)));
+            m_chance[k] =
+                kanuka::select(total > F(1e-20f), fma(m_chance[k], scale, share), F(1.0f / float(m_count)));
     }
     F of(int choice) const {
         if (choice < 0)
@@ -286,8 +296,8 @@ class LightChances {
 
 template <int W>
 LightSample<W> sample_light(const SceneView& scene, const LightChances<W>& chances, const Vec3<Float<W>>& P,
-                            const Vec3<Float<W>>& N, Float<W> u_choice, Float<W> u_part, Float<W> u0, Float<W> u1,
-                            const Float<W> l[Wavelengths], Mask<W> active) {
+                            const Vec3<Float<W>>& N, Float<W> u_choice, Float<W> u_part, Float<W> u0,
+                            Float<W> u1, const Float<W> l[Wavelengths], Mask<W> active) {
     using F = Float<W>;
     LightSample<W> s;
     s.wi = {F(0.0f), F(0.0f), F(1.0f)};
@@ -314,7 +324,8 @@ LightSample<W> sample_light(const SceneView& scene, const LightChances<W>& chanc
     if (scene.constant_choice >= 0) {
         const Mask<W> m = active & (choice == Int<W>(scene.constant_choice));
         if (any(m)) {
-            // By the cosine about the normal: all that such a sky leaves to be known is the material and what is in the way.
+            // By the cosine about the normal: all that such a sky leaves to be known is the material and what
+            // is in the way.
             Vec3<F> t, b;
             coordinate_frame(N, t, b);
             const Vec3<F> d = bsdf::sample_cosine(u0, u1);

@@ -1,5 +1,6 @@
-// The state of a batch of paths, structure of arrays. A batch is a run of pixels at one progression; its paths advance in
-// step, one bounce at a time, and are kept dense: slot i of the arrays is the i-th living path.
+// The state of a batch of paths, structure of arrays. A batch is a run of pixels at one progression; its
+// paths advance in step, one bounce at a time, and are kept dense: slot i of the arrays is the i-th living
+// path.
 #pragma once
 
 #include <cstdint>
@@ -18,20 +19,20 @@ using Lane = T[BatchPadded];
 // Hot: what a living path carries from bounce to bounce.
 struct alignas(64) PathState {
     Lane<float> o[3], d[3];
-    Lane<float> beta[4];       // throughput f / pdf(hero), a wavelength
-    Lane<float> ratio[4];      // pdf(lambda_i) / pdf(hero) of the path so far; kept only where something disperses
-    Lane<float> mis;           // sum of ratios before the last bounce over the hero's pdf of it; 0 after a delta lobe
+    Lane<float> beta[4];  // throughput f / pdf(hero), a wavelength
+    Lane<float> ratio[4]; // pdf(lambda_i) / pdf(hero) of the path so far; kept only where something disperses
+    Lane<float> mis; // sum of ratios before the last bounce over the hero's pdf of it; 0 after a delta lobe
     // Densities with which light sampling at the last vertex would have asked for what this ray may find.
     Lane<float> ask_emitters, ask_map; // chance of the choice
     Lane<float> ask_constant;          // chance of the choice times cosine over pi
-    Lane<int32_t> path;        // index in the batch
-    Lane<int32_t> interior;    // medium the path is in; -1 = none
+    Lane<int32_t> path;                // index in the batch
+    Lane<int32_t> interior;            // medium the path is in; -1 = none
 };
 
 // What a batch knows of each of its paths from first to last.
 struct alignas(64) BatchState {
-    Lane<float> l[4];          // normalised hero wavelengths
-    Lane<float> inv_pdf[4];    // 1 / their density over [0, 1]
+    Lane<float> l[4];       // normalised hero wavelengths
+    Lane<float> inv_pdf[4]; // 1 / their density over [0, 1]
     Lane<float> radiance[4];
     Lane<int32_t> pixel_hash;
     // First hits, for AOVs.

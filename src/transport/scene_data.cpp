@@ -11,8 +11,8 @@ namespace {
 
 using Kind = scene::Light::Kind;
 
-// Wavelengths are drawn where the observer looks: density in proportion to x + y + z, with a floor that keeps the ends
-// of the range from becoming fireflies.
+// Wavelengths are drawn where the observer looks: density in proportion to x + y + z, with a floor that keeps
+// the ends of the range from becoming fireflies.
 void fill_wavelengths(WavelengthTable& table) {
     const auto &x = color::cie_x(), &y = color::cie_y(), &z = color::cie_z();
     std::vector<double> cumulative(color::LambdaCount, 0);
@@ -20,7 +20,8 @@ void fill_wavelengths(WavelengthTable& table) {
     for (int i = 0; i < color::LambdaCount; i++)
         mean += double(x[i] + y[i] + z[i]) / color::LambdaCount;
     for (int i = 1; i < color::LambdaCount; i++) {
-        const double density = 0.5 * double(x[i] + y[i] + z[i] + x[i - 1] + y[i - 1] + z[i - 1]) + 0.02 * mean;
+        const double density =
+            0.5 * double(x[i] + y[i] + z[i] + x[i - 1] + y[i - 1] + z[i - 1]) + 0.02 * mean;
         cumulative[size_t(i)] = cumulative[size_t(i) - 1] + density;
     }
     table.quantile.resize(WavelengthTable::Segments + 1);
@@ -57,7 +58,9 @@ bool finite(const Transform& t) {
     return true;
 }
 
-bool usable(const Rgb& c) { return std::isfinite(c.x + c.y + c.z) && std::max({c.x, c.y, c.z}) > 0; }
+bool usable(const Rgb& c) {
+    return std::isfinite(c.x + c.y + c.z) && std::max({c.x, c.y, c.z}) > 0;
+}
 
 AnalyticLight make_light(const scene::Light& light, const Transform& render_from_world) {
     const Transform render_from_light = render_from_world * light.world_from_light;
@@ -75,7 +78,8 @@ AnalyticLight make_light(const scene::Light& light, const Transform& render_from
     return a;
 }
 
-void fill_map(EnvironmentMap& map, const LatLong& picture, const scene::Light& light, const Transform& render_from_world) {
+void fill_map(EnvironmentMap& map, const LatLong& picture, const scene::Light& light,
+              const Transform& render_from_world) {
     map.width = picture.width;
     map.height = picture.height;
     map.visible_camera = light.visible_camera;
@@ -85,7 +89,8 @@ void fill_map(EnvironmentMap& map, const LatLong& picture, const scene::Light& l
         float& v = map.rgb[i];
         v = std::isfinite(v) ? std::clamp(v * tint[i % 3], 0.0f, 1e6f) : 0.0f;
     }
-    // Weight of a texel: the largest luminance that bilinear interpolation can bring into it, times its solid angle.
+    // Weight of a texel: the largest luminance that bilinear interpolation can bring into it, times its solid
+    // angle.
     const int w = map.width, h = map.height;
     std::vector<float> luminance(size_t(w) * h);
     for (size_t i = 0; i < luminance.size(); i++)
@@ -101,7 +106,8 @@ void fill_map(EnvironmentMap& map, const LatLong& picture, const scene::Light& l
             float m = 0;
             for (int dj = -1; dj <= 1; dj++)
                 for (int di = -1; di <= 1; di++)
-                    m = std::max(m, luminance[size_t(std::clamp(j + dj, 0, h - 1)) * w + size_t((i + di + w) % w)]);
+                    m = std::max(
+                        m, luminance[size_t(std::clamp(j + dj, 0, h - 1)) * w + size_t((i + di + w) % w)]);
             c[size_t(i) + 1] = c[size_t(i)] + double(m) + 1e-9;
         }
         rows[size_t(j)] = c.back() * sine;
@@ -125,7 +131,8 @@ void fill_map(EnvironmentMap& map, const LatLong& picture, const scene::Light& l
 }
 
 // Vose's alias method (1991).
-void fill_alias(SceneView& view, const std::vector<store::Emitter>& emitters, const std::vector<int32_t>& sampled) {
+void fill_alias(SceneView& view, const std::vector<store::Emitter>& emitters,
+                const std::vector<int32_t>& sampled) {
     double total = 0;
     for (int32_t e : sampled)
         total += emitters[size_t(e)].power;
@@ -157,11 +164,13 @@ void fill_alias(SceneView& view, const std::vector<store::Emitter>& emitters, co
 }
 
 // Estimates for LightChances: irradiance, in units of luminance.
-void fill_choices(SceneView& view, const std::vector<store::Emitter>& emitters, const std::vector<int32_t>& sampled) {
+void fill_choices(SceneView& view, const std::vector<store::Emitter>& emitters,
+                  const std::vector<int32_t>& sampled) {
     Bounds3f bounds;
     double power = 0;
     for (int32_t e : sampled) {
-        bounds.extend(emitters[size_t(e)].p0 + (emitters[size_t(e)].e1 + emitters[size_t(e)].e2) * (1 / 3.0f));
+        bounds.extend(emitters[size_t(e)].p0 +
+                      (emitters[size_t(e)].e1 + emitters[size_t(e)].e2) * (1 / 3.0f));
         power += emitters[size_t(e)].power;
     }
     if (!sampled.empty()) {
@@ -184,10 +193,12 @@ std::vector<int32_t> emitters_to_sample(const SceneInputs& in) {
             const store::ShapeRecord& shape = shapes[size_t(s)];
             if (shape.emitter < 0)
                 continue;
-            const bool mesh = shape.flags & store::ShapeRecord::Mesh, quads = shape.flags & store::ShapeRecord::Quads;
+            const bool mesh = shape.flags & store::ShapeRecord::Mesh,
+                       quads = shape.flags & store::ShapeRecord::Quads;
             const int triangles = mesh ? shape.mv * (quads ? 2 : 1) : shape.mu * shape.mv * 2;
             for (int e = shape.emitter; e < shape.emitter + triangles; e++)
-                if (all[size_t(e)].power > 0 && all[size_t(e)].area > 0 && std::isfinite(all[size_t(e)].power))
+                if (all[size_t(e)].power > 0 && all[size_t(e)].area > 0 &&
+                    std::isfinite(all[size_t(e)].power))
                     sampled.push_back(e);
         }
     return sampled;
@@ -200,7 +211,8 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
     view.words = in.store->words();
     view.floats = in.store->floats();
     static const store::ShapeRecord no_shape{};
-    view.shapes = reinterpret_cast<const int32_t*>(in.store->shapes().empty() ? &no_shape : in.store->shapes().data());
+    view.shapes =
+        reinterpret_cast<const int32_t*>(in.store->shapes().empty() ? &no_shape : in.store->shapes().data());
     view.emitters = in.store->emitters().data();
     view.bvh = in.bvh;
     view.instanced = in.instanced;
@@ -231,7 +243,8 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
     bool constant_visible = false;
     for (const scene::Light& light : in.lights) {
         const bool environment = light.kind == Kind::Environment || light.kind == Kind::Ambient;
-        if (!std::isfinite(light.amount.x + light.amount.y + light.amount.z) || !finite(light.world_from_light)) {
+        if (!std::isfinite(light.amount.x + light.amount.y + light.amount.z) ||
+            !finite(light.world_from_light)) {
             journal.warning(light.where, "a light whose amount or place is not a number is left out");
             continue;
         }

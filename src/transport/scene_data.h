@@ -15,10 +15,10 @@ struct LatLong { // an environment picture: rows from +z down, linear Rec.709, 3
 struct SceneInputs {
     const store::Store* store = nullptr;
     const bvh::Scene* bvh = nullptr;
-    bvh::GroupDesc world;               // whose emitters are sampled; instanced ones are found by chance alone
+    bvh::GroupDesc world; // whose emitters are sampled; instanced ones are found by chance alone
     bool instanced = false;
     std::vector<scene::Light> lights;
-    LatLong map;                        // of the environment light that has a texture, if any
+    LatLong map; // of the environment light that has a texture, if any
     Transform render_from_world;
     CameraView camera;
     std::span<const float> filter_x, filter_y, filter_weight_x, filter_weight_y;

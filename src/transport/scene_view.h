@@ -1,4 +1,5 @@
-// What the kernels read: flat arrays and plain structs, prepared once by SceneData. Nothing here is written while tracing.
+// What the kernels read: flat arrays and plain structs, prepared once by SceneData. Nothing here is written
+// while tracing.
 #pragma once
 
 #include <vector>
@@ -19,20 +20,20 @@ struct WavelengthTable {
 };
 
 struct AnalyticLight {
-    int kind;                // scene::Light::Kind
-    float c[4];              // uplifted amount: c0 c1 c2 scale
-    Vec3f position, axis;    // axis: the way light travels
+    int kind;                             // scene::Light::Kind
+    float c[4];                           // uplifted amount: c0 c1 c2 scale
+    Vec3f position, axis;                 // axis: the way light travels
     float cos_outer, cos_inner, exponent; // spot
-    float cos_angle;         // distant: cosine of the angular radius; 1 = delta
-    float radius;            // point, spot: 0 = delta
+    float cos_angle;                      // distant: cosine of the angular radius; 1 = delta
+    float radius;                         // point, spot: 0 = delta
 };
 
 struct EnvironmentMap {
     int width = 0, height = 0;
-    std::vector<float> rgb;            // 3 a texel, rows from +z (theta = 0) down; bounded and finite
+    std::vector<float> rgb;                   // 3 a texel, rows from +z (theta = 0) down; bounded and finite
     std::vector<float> marginal, conditional; // cumulative, height + 1 and height * (width + 1)
-    float total = 0;                   // sum of weights: luminance * sin(theta)
-    float environment_from_render[9];  // rows
+    float total = 0;                          // sum of weights: luminance * sin(theta)
+    float environment_from_render[9];         // rows
     bool visible_camera = true;
 };
 
@@ -63,7 +64,7 @@ struct SceneView {
 
     bsdf::UpliftView uplift;
     WavelengthTable wavelengths;
-    const float* filter_x;  // inverse cumulative tables of the pixel filter, offsets in pixels
+    const float* filter_x; // inverse cumulative tables of the pixel filter, offsets in pixels
     const float* filter_y;
     const float* filter_weight_x; // signs of negative lobes; may be null
     const float* filter_weight_y;
@@ -74,19 +75,19 @@ struct SceneView {
     int roulette_depth = 4;
     uint32_t seed = 0;
 
-    // Lights: the choices are all emitters together (if any), the environment map, the constant environment, and each
-    // analytic light.
+    // Lights: the choices are all emitters together (if any), the environment map, the constant environment,
+    // and each analytic light.
     std::vector<AnalyticLight> lights;
     EnvironmentMap map;
     ConstantEnvironment constant;
     int choices = 0, emitter_choice = -1, map_choice = -1, constant_choice = -1, first_light_choice = 0;
-    // What the environment brings to a surface that sees all of it, and all emitters as one sphere: estimates that decide
-    // how often each is asked (LightChoice in lights.h).
+    // What the environment brings to a surface that sees all of it, and all emitters as one sphere: estimates
+    // that decide how often each is asked (LightChoice in lights.h).
     float map_brings = 0, constant_brings = 0, emitter_power = 0, emitter_radius2 = 0;
     Vec3f emitter_center{0, 0, 0};
     std::vector<float> alias_probability; // over emitters, by power
     std::vector<int32_t> alias_other;
-    std::vector<float> emitter_density;   // chance of the emitter among all, over its area; 0 = not sampled
+    std::vector<float> emitter_density; // chance of the emitter among all, over its area; 0 = not sampled
     std::vector<int32_t> sampled_emitters;
 
     struct Interior {

@@ -1,4 +1,5 @@
-// Occlude: shadow rays, whose light then counts. Finish: spectra to the sensor's values, and those to the pixels.
+// Occlude: shadow rays, whose light then counts. Finish: spectra to the sensor's values, and those to the
+// pixels.
 #pragma once
 
 #include "transport/kernel.h"
@@ -31,8 +32,8 @@ struct RgbFromXyz {
 };
 
 template <int W>
-void sensor(const SceneView& scene, const BatchState& batch, int first, const Lane<float>* spectrum, bool times_d65,
-            float scale, Float<W> rgb[3], const RgbFromXyz& matrix) {
+void sensor(const SceneView& scene, const BatchState& batch, int first, const Lane<float>* spectrum,
+            bool times_d65, float scale, Float<W> rgb[3], const RgbFromXyz& matrix) {
     using F = Float<W>;
     F xyz[3] = {F(0.0f), F(0.0f), F(0.0f)};
     for (int k = 0; k < Wavelengths; k++) {
@@ -44,12 +45,13 @@ void sensor(const SceneView& scene, const BatchState& batch, int first, const La
             xyz[c] = fma(s, lookup_1nm(scene.wavelengths.lookup_cmf[c], l), xyz[c]);
     }
     for (int c = 0; c < 3; c++)
-        rgb[c] = fma(F(matrix.m[3 * c]), xyz[0], fma(F(matrix.m[3 * c + 1]), xyz[1], F(matrix.m[3 * c + 2]) * xyz[2]));
+        rgb[c] = fma(F(matrix.m[3 * c]), xyz[0],
+                     fma(F(matrix.m[3 * c + 1]), xyz[1], F(matrix.m[3 * c + 2]) * xyz[2]));
 }
 
 template <int W>
-void finish(const SceneView& scene, const BatchState& batch, int count, const BatchRequest& request, const RgbFromXyz& matrix,
-            BatchCounts& counts) {
+void finish(const SceneView& scene, const BatchState& batch, int count, const BatchRequest& request,
+            const RgbFromXyz& matrix, BatchCounts& counts) {
     const int width = request.x1 - request.x0;
     for (int first = 0; first < count; first += W) {
         Float<W> rgb[3], albedo[3];

@@ -44,8 +44,10 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
         const F dx = filter_offset(scene.filter_x, scene.filter_weight_x, scene.filter_size, u0, weight);
         const F dy = filter_offset(scene.filter_y, scene.filter_weight_y, scene.filter_size, u1, weight);
         weight.store(batch.filter_weight + first);
-        const F sx = (F(px) + F(0.5f) + dx) * F(1.0f / float(cam.width)), sy = (F(py) + F(0.5f) + dy) * F(1.0f / float(cam.height));
-        const F fx = fma(sx, F(cam.right - cam.left), F(cam.left)), fy = fma(sy, F(cam.bottom - cam.top), F(cam.top));
+        const F sx = (F(px) + F(0.5f) + dx) * F(1.0f / float(cam.width)),
+                sy = (F(py) + F(0.5f) + dy) * F(1.0f / float(cam.height));
+        const F fx = fma(sx, F(cam.right - cam.left), F(cam.left)),
+                fy = fma(sy, F(cam.bottom - cam.top), F(cam.top));
 
         // Camera space ray; a thin lens bends it through the plane of focus.
         Vec3<F> o(F(0.0f), F(0.0f), F(0.0f)), d(fx, fy, F(1.0f));
@@ -66,7 +68,8 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
         o += d * F(cam.near_clip);
         const float* m = cam.render_from_camera;
         const auto turn = [&](const Vec3<F>& v, int r, float w) {
-            return fma(F(m[4 * r]), v.x, fma(F(m[4 * r + 1]), v.y, fma(F(m[4 * r + 2]), v.z, F(m[4 * r + 3] * w))));
+            return fma(F(m[4 * r]), v.x,
+                       fma(F(m[4 * r + 1]), v.y, fma(F(m[4 * r + 2]), v.z, F(m[4 * r + 3] * w))));
         };
         const Vec3<F> O(turn(o, 0, 1), turn(o, 1, 1), turn(o, 2, 1));
         const Vec3<F> D = normalize(Vec3<F>(turn(d, 0, 0), turn(d, 1, 0), turn(d, 2, 0)));
@@ -78,7 +81,8 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
             F u = uw + F(0.25f * float(k));
             u = select(u >= F(1.0f), u - F(1.0f), u) * F(float(WavelengthTable::Segments));
             const I i = min(to_int(u), I(WavelengthTable::Segments - 1));
-            const F a = gather(scene.wavelengths.quantile.data(), i), b = gather(scene.wavelengths.quantile.data() + 1, i);
+            const F a = gather(scene.wavelengths.quantile.data(), i),
+                    b = gather(scene.wavelengths.quantile.data() + 1, i);
             fma(u - F(i), b - a, a).store(batch.l[k] + first);
             ((b - a) * F(float(WavelengthTable::Segments))).store(batch.inv_pdf[k] + first);
             F(0.0f).store(batch.radiance[k] + first);

@@ -1,5 +1,5 @@
-// Intersect: the closest hit of every living path. What misses meets the environment; hits are put in the order of their
-// layering programs, so that all lanes of a surface call run the same lobes.
+// Intersect: the closest hit of every living path. What misses meets the environment; hits are put in the
+// order of their layering programs, so that all lanes of a surface call run the same lobes.
 #pragma once
 
 #include "transport/lights.h"
@@ -26,7 +26,8 @@ Float<W> sum_of_ratios(const SceneView& scene, const PathState& paths, Int<W> sl
 
 // Light from where nothing is: the hit side of the balance between light and direction sampling.
 template <int W>
-void add_environment(const SceneView& scene, BatchState& batch, const PathState& paths, Int<W> slot, Mask<W> m, int bounce) {
+void add_environment(const SceneView& scene, BatchState& batch, const PathState& paths, Int<W> slot,
+                     Mask<W> m, int bounce) {
     if (scene.map_choice < 0 && !scene.constant.present)
         return;
     using F = Float<W>;
@@ -61,8 +62,8 @@ struct ProgramRuns {
 };
 
 template <int W>
-void intersect(const SceneView& scene, BatchState& batch, const PathState& paths, int count, int bounce, HitState& hits,
-               ProgramRuns& runs) {
+void intersect(const SceneView& scene, BatchState& batch, const PathState& paths, int count, int bounce,
+               HitState& hits, ProgramRuns& runs) {
     const int programs = int(scene.materials.size());
     runs.first.assign(size_t(programs) + 1, 0);
     runs.program.resize(BatchPadded);
@@ -77,8 +78,11 @@ void intersect(const SceneView& scene, BatchState& batch, const PathState& paths
         }
         rays.t_max = Float<W>(1e30f);
         rays.active = slot < Int<W>(count);
-        rays.seed = select(rays.active, gather(batch.pixel_hash, select(rays.active, Int<W>::load(paths.path + first), Int<W>(0))),
-                           Int<W>(0)) ^ Int<W>(int(uint32_t(bounce) * 0x3c6ef372u));
+        rays.seed =
+            select(rays.active,
+                   gather(batch.pixel_hash, select(rays.active, Int<W>::load(paths.path + first), Int<W>(0))),
+                   Int<W>(0)) ^
+            Int<W>(int(uint32_t(bounce) * 0x3c6ef372u));
         scene.bvh->intersect(rays, hit);
         hit.t.store(hits.t + first);
         hit.u.store(hits.u + first);
@@ -91,10 +95,13 @@ void intersect(const SceneView& scene, BatchState& batch, const PathState& paths
             hit.instanced.store(hits.instanced + first);
             if (any(hit.instanced != Int<W>(0)))
                 for (int k = 0; k < 12; k++)
-                    std::memcpy(hits.world_from_shape[k].data() + first, hit.world_from_shape[k], sizeof(float) * W);
+                    std::memcpy(hits.world_from_shape[k].data() + first, hit.world_from_shape[k],
+                                sizeof(float) * W);
         }
-        const Int<W> program = select(
-            hit.hit, gather(scene.shapes + offsetof(store::ShapeRecord, program) / 4, hit.shape * Int<W>(store::ShapeWords)), Int<W>(-1));
+        const Int<W> program = select(hit.hit,
+                                      gather(scene.shapes + offsetof(store::ShapeRecord, program) / 4,
+                                             hit.shape * Int<W>(store::ShapeWords)),
+                                      Int<W>(-1));
         program.store(runs.program.data() + first);
         const Mask<W> missed = rays.active & !hit.hit;
         if (any(missed))

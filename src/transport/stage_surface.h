@@ -1,4 +1,5 @@
-// Surface: at every hit, emission; a light sampled, its shadow ray queued; a direction sampled, the path continued.
+// Surface: at every hit, emission; a light sampled, its shadow ray queued; a direction sampled, the path
+// continued.
 #pragma once
 
 #include "base/sampling.h"
@@ -16,10 +17,10 @@ class SurfaceStage {
     using S = Spectrum<W>;
 
   public:
-    SurfaceStage(const SceneView& scene, BatchState& batch, const PathState& paths, const HitState& hits, PathState& next,
-                 ShadowState& shadows, int bounce, uint32_t reversed_progression)
-        : m_scene(scene), m_batch(batch), m_paths(paths), m_hits(hits), m_next(next), m_shadows(shadows), m_bounce(bounce),
-          m_reversed(reversed_progression) {}
+    SurfaceStage(const SceneView& scene, BatchState& batch, const PathState& paths, const HitState& hits,
+                 PathState& next, ShadowState& shadows, int bounce, uint32_t reversed_progression)
+        : m_scene(scene), m_batch(batch), m_paths(paths), m_hits(hits), m_next(next), m_shadows(shadows),
+          m_bounce(bounce), m_reversed(reversed_progression) {}
 
     int next_count() const { return m_next_count; }
     int shadow_count() const { return m_shadow_count; }
@@ -53,9 +54,9 @@ class SurfaceStage {
         I slot, path;
         F l[Wavelengths];
         S beta;
-        V d, P, Ng, N;      // Ng and N: unit, on the side of the viewer; N may lean from Ng
+        V d, P, Ng, N; // Ng and N: unit, on the side of the viewer; N may lean from Ng
         V T, B;
-        M outside;          // the viewer is on the outside
+        M outside; // the viewer is on the outside
         F cos_o, t;
         F raw_cos_outside;
         ShapeLanes<W> shape;
@@ -63,8 +64,10 @@ class SurfaceStage {
         InputFetch<W> fetch;
 
         Hit(SurfaceStage& stage, const bsdf::MaterialCode& code, I slot)
-            : slot(slot), path(gather(stage.m_paths.path, slot)), shape(stage.m_scene.shapes, gather(stage.m_hits.shape, slot)),
-              place(stage.m_scene, shape, gather(stage.m_hits.prim, slot), gather(stage.m_hits.u, slot), gather(stage.m_hits.v, slot)),
+            : slot(slot), path(gather(stage.m_paths.path, slot)),
+              shape(stage.m_scene.shapes, gather(stage.m_hits.shape, slot)),
+              place(stage.m_scene, shape, gather(stage.m_hits.prim, slot), gather(stage.m_hits.u, slot),
+                    gather(stage.m_hits.v, slot)),
               fetch(stage.m_scene, code, shape, place, l) {
             const PathState& p = stage.m_paths;
             for (int k = 0; k < Wavelengths; k++) {
@@ -74,12 +77,14 @@ class SurfaceStage {
             d = {gather(p.d[0], slot), gather(p.d[1], slot), gather(p.d[2], slot)};
             const V o(gather(p.o[0], slot), gather(p.o[1], slot), gather(p.o[2], slot));
             t = gather(stage.m_hits.t, slot);
-            Ng = {gather(stage.m_hits.ng[0], slot), gather(stage.m_hits.ng[1], slot), gather(stage.m_hits.ng[2], slot)};
+            Ng = {gather(stage.m_hits.ng[0], slot), gather(stage.m_hits.ng[1], slot),
+                  gather(stage.m_hits.ng[2], slot)};
             V anchor = stage.traced_vertex(shape, place.anchor);
             N = fetch.normal(shape);
             if (stage.m_scene.instanced)
                 stage.leave_instance(slot, anchor, Ng, N);
-            // Cast the hit onto the plane of its triangle: the ray parameter loses digits far from the origin.
+            // Cast the hit onto the plane of its triangle: the ray parameter loses digits far from the
+            // origin.
             P = o + d * t;
             const F n2 = max(dot(Ng, Ng), F(1e-37f));
             P += Ng * (dot(anchor - P, Ng) / n2);
@@ -110,7 +115,8 @@ class SurfaceStage {
         }
         V to_local(const V& w) const { return {dot(w, T), dot(w, B), dot(w, N)}; }
         V to_world(const V& w) const { return T * w.x + B * w.y + N * w.z; }
-        // A start for rays on the side of w, clear of the surface by a few units in the last place of the position.
+        // A start for rays on the side of w, clear of the surface by a few units in the last place of the
+        // position.
         V offset(const V& w) const {
             const F size = max(max(abs(P.x), abs(P.y)), abs(P.z));
             const F e = fma(size, F(1.5e-6f), F(1e-12f));
@@ -132,8 +138,8 @@ class SurfaceStage {
             m[k] = gather(m_hits.world_from_shape[k].data(), slot);
         const V row0(m[0], m[1], m[2]), row1(m[4], m[5], m[6]), row2(m[8], m[9], m[10]);
         const V world(dot(row0, anchor) + m[3], dot(row1, anchor) + m[7], dot(row2, anchor) + m[11]);
-        // Normals go with the cofactors; those keep their direction under mirroring once multiplied by the sign of the
-        // determinant.
+        // Normals go with the cofactors; those keep their direction under mirroring once multiplied by the
+        // sign of the determinant.
         const V c0 = cross(row1, row2), c1 = cross(row2, row0), c2 = cross(row0, row1);
         const F sign = copysign(F(1.0f), dot(row0, c0));
         const auto turn = [&](const V& n) { return V(dot(c0, n), dot(c1, n), dot(c2, n)) * sign; };
@@ -152,7 +158,8 @@ class SurfaceStage {
             const M m = interior == I(int(k));
             if (!medium.absorbs || !any(m))
                 continue;
-            const S sigma = bsdf::sigmoid_spectrum(F(medium.c[0]), F(medium.c[1]), F(medium.c[2]), h.l) * F(medium.c[3]);
+            const S sigma =
+                bsdf::sigmoid_spectrum(F(medium.c[0]), F(medium.c[1]), F(medium.c[2]), h.l) * F(medium.c[3]);
             for (int i = 0; i < Wavelengths; i++)
                 h.beta[i] = select(m, h.beta[i] * exp(-sigma[i] * h.t), h.beta[i]);
         }
@@ -166,22 +173,24 @@ class SurfaceStage {
         const I e = select(m, h.shape.emitter + h.place.triangle, I(0));
         const float* data = reinterpret_cast<const float*>(m_scene.emitters);
         const I at = e * I(int(sizeof(store::Emitter) / 4));
-        const S radiance = emission_spectrum(m_scene, gather(data + 9, at), gather(data + 10, at), gather(data + 11, at),
-                                             gather(data + 12, at), h.l);
-        const F density = gather(m_paths.ask_emitters, h.slot) * gather(m_scene.emitter_density.data(), e) * h.t * h.t /
-                          max(h.raw_cos_outside, F(1e-6f));
-        const F weight = F(1.0f) / fma(gather(m_paths.mis, h.slot), density, sum_of_ratios(m_scene, m_paths, h.slot));
+        const S radiance = emission_spectrum(m_scene, gather(data + 9, at), gather(data + 10, at),
+                                             gather(data + 11, at), gather(data + 12, at), h.l);
+        const F density = gather(m_paths.ask_emitters, h.slot) * gather(m_scene.emitter_density.data(), e) *
+                          h.t * h.t / max(h.raw_cos_outside, F(1e-6f));
+        const F weight =
+            F(1.0f) / fma(gather(m_paths.mis, h.slot), density, sum_of_ratios(m_scene, m_paths, h.slot));
         add_radiance(m_batch, h.path, h.beta * radiance * weight, m);
     }
 
-    void sample_lights(const Hit& h, const bsdf::Material<W>& material, const V& wo, const Sampler<W>& sampler,
-                       const LightChances<W>& chances, M active) {
+    void sample_lights(const Hit& h, const bsdf::Material<W>& material, const V& wo,
+                       const Sampler<W>& sampler, const LightChances<W>& chances, M active) {
         if (m_scene.choices == 0)
             return;
         F u_choice, u_part, u0, u1;
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LightChoice), u_choice, u_part);
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LightPosition), u0, u1);
-        const LightSample<W> light = sample_light(m_scene, chances, h.P, h.N, u_choice, u_part, u0, u1, h.l, active);
+        const LightSample<W> light =
+            sample_light(m_scene, chances, h.P, h.N, u_choice, u_part, u0, u1, h.l, active);
         const V wi = h.to_local(light.wi);
         // Geometric and shading normal must agree on which side the light is.
         const F side = dot(light.wi, h.Ng) * wi.z;
@@ -212,12 +221,14 @@ class SurfaceStage {
             compress_store(m_shadows.contribution[k] + at, contribution[k], bits);
         compress_store(m_shadows.t_max + at, light.distance, bits);
         compress_store(reinterpret_cast<float*>(m_shadows.path) + at, bitcast_float(h.path), bits);
-        const I seed = gather(m_batch.pixel_hash, h.path) ^ I(int(uint32_t(m_bounce) * 0x3c6ef372u + 0x1b873593u));
-        m_shadow_count += compress_store(reinterpret_cast<float*>(m_shadows.seed) + at, bitcast_float(seed), bits);
+        const I seed =
+            gather(m_batch.pixel_hash, h.path) ^ I(int(uint32_t(m_bounce) * 0x3c6ef372u + 0x1b873593u));
+        m_shadow_count +=
+            compress_store(reinterpret_cast<float*>(m_shadows.seed) + at, bitcast_float(seed), bits);
     }
 
-    void sample_direction(const Hit& h, const bsdf::Material<W>& material, const V& wo, const Sampler<W>& sampler,
-                          const LightChances<W>& chances, M active) {
+    void sample_direction(const Hit& h, const bsdf::Material<W>& material, const V& wo,
+                          const Sampler<W>& sampler, const LightChances<W>& chances, M active) {
         F u_lobe, u_roulette, u0, u1;
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LobeRoulette), u_lobe, u_roulette);
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::Direction), u0, u1);
@@ -266,9 +277,11 @@ class SurfaceStage {
         compress_store(m_next.mis + at, mis, bits);
         compress_store(m_next.ask_emitters + at, chances.of(m_scene.emitter_choice), bits);
         compress_store(m_next.ask_map + at, chances.of(m_scene.map_choice), bits);
-        compress_store(m_next.ask_constant + at, chances.of(m_scene.constant_choice) * max(s.wi.z, F(0.0f)) * F(InvPi), bits);
+        compress_store(m_next.ask_constant + at,
+                       chances.of(m_scene.constant_choice) * max(s.wi.z, F(0.0f)) * F(InvPi), bits);
         compress_store(reinterpret_cast<float*>(m_next.path) + at, bitcast_float(h.path), bits);
-        m_next_count += compress_store(reinterpret_cast<float*>(m_next.interior) + at, bitcast_float(interior), bits);
+        m_next_count +=
+            compress_store(reinterpret_cast<float*>(m_next.interior) + at, bitcast_float(interior), bits);
     }
 
     // A sample that comes to NaN is made NaN as a whole, which the film counts, locates and drops.
@@ -280,7 +293,8 @@ class SurfaceStage {
 
     void record_first_hit(const Hit& h, M m, const bsdf::MaterialCode&) {
         const V n = select(h.outside, h.N, -h.N);
-        const I id = gather(m_scene.shapes + offsetof(store::ShapeRecord, object_id) / 4, gather(m_hits.shape, h.slot) * I(store::ShapeWords));
+        const I id = gather(m_scene.shapes + offsetof(store::ShapeRecord, object_id) / 4,
+                            gather(m_hits.shape, h.slot) * I(store::ShapeWords));
         for (int c = 0; c < 3; c++) {
             scatter(m_batch.normal[c], h.path, n[c], m);
             scatter(m_batch.position[c], h.path, h.P[c], m);

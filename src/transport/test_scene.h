@@ -36,7 +36,8 @@ inline grid::LayeringProgram make_program(const std::vector<Lobe>& lobes, std::v
         n.weight = add(grid::InputType::Float, grid::Storage::Half, 0, 1, {l.weight, 0, 0});
         const auto& decl = grid::lobe(l.id);
         for (size_t i = 0; i < l.inputs.size(); i++) // those not given keep their defaults
-            n.inputs.push_back(add(decl.inputs[i].type, decl.inputs[i].storage, decl.inputs[i].low, decl.inputs[i].high, l.inputs[i]));
+            n.inputs.push_back(add(decl.inputs[i].type, decl.inputs[i].storage, decl.inputs[i].low,
+                                   decl.inputs[i].high, l.inputs[i]));
         p.nodes.push_back(n);
         const int leaf = int(p.nodes.size()) - 1;
         if (root >= 0) {
@@ -62,8 +63,8 @@ class TestScene {
     Journal journal;
 
     // A lattice of (mu + 1) x (mv + 1) points; normals from `normal` or flat.
-    void add_lattice(int mu, int mv, const std::vector<Vec3f>& points, const std::vector<Vec3f>& normals, const std::vector<Lobe>& lobes,
-                     int interior = -1) {
+    void add_lattice(int mu, int mv, const std::vector<Vec3f>& points, const std::vector<Vec3f>& normals,
+                     const std::vector<Lobe>& lobes, int interior = -1) {
         grid::Grid g;
         g.allocate(mu, mv);
         grid::TracedGrid t;
@@ -90,7 +91,8 @@ class TestScene {
     }
     void add_quad(Vec3f p, Vec3f ex, Vec3f ey, const std::vector<Lobe>& lobes, int interior = -1) {
         const Vec3f n = normalize(cross(ex, ey));
-        add_lattice(1, 1, {p - ex - ey, p + ex - ey, p - ex + ey, p + ex + ey}, {n, n, n, n}, lobes, interior);
+        add_lattice(1, 1, {p - ex - ey, p + ex - ey, p - ex + ey, p + ex + ey}, {n, n, n, n}, lobes,
+                    interior);
     }
     void add_sphere(Vec3f center, float radius, int n, const std::vector<Lobe>& lobes, int interior = -1) {
         std::vector<Vec3f> points, normals;

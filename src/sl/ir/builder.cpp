@@ -5,6 +5,8 @@
 namespace kanuka::sl::ir {
 
 Ref Builder::push(Instr instr) {
+    if (m_place)
+        instr.loc = *m_place;
     m_stage->instrs.push_back(std::move(instr));
     return Ref(m_stage->instrs.size() - 1);
 }
@@ -47,6 +49,8 @@ int Builder::var(std::string name, Ty ty, Loc loc, int array) {
 }
 
 Item& Builder::item(Item item) {
+    if (m_place)
+        item.loc = *m_place;
     m_block->items.push_back(item);
     return m_block->items.back();
 }
@@ -58,6 +62,8 @@ void Builder::declare(int var) {
 }
 
 Ref Builder::call(CallSite site, Ty ty) {
+    if (m_place)
+        site.loc = *m_place;
     Instr i{Op::Call, ty};
     i.imm = int(m_stage->calls.size());
     i.loc = site.loc;

@@ -32,6 +32,10 @@ class Builder {
     void declare(int var);
     Item& item(Item item);
 
+    // While set, everything made is at this place: a shadeop's own source is at its call.
+    void set_place(const Loc* at) { m_place = at; }
+    const Loc* place() const { return m_place; }
+
     bool is_const(Ref r) const { return at(r).op == Op::Const; }
     bool is_const(Ref r, float x) const;
 
@@ -40,6 +44,7 @@ class Builder {
     Ref fold(Op op, Ty ty, const std::vector<Ref>& args, int imm);
     Stage* m_stage;
     Block* m_block = nullptr;
+    const Loc* m_place = nullptr;
 };
 
 } // namespace kanuka::sl::ir

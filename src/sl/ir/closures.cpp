@@ -7,6 +7,7 @@
 #include <map>
 
 #include "sl/ir/passes.h"
+#include "sl/ir/plan.h"
 
 namespace kanuka::sl::ir {
 
@@ -15,9 +16,52 @@ namespace {
 struct Site {
     Closure kind;
     Loc loc;
-    int roughness = -1; // variable: the argument that shapes the lobe
-    int weight = -1;
+    int shape = -1;              // variable: the argument that shapes the lobe (roughness, exponent)
+    int eta = -1;                // variable: of a Fresnel factor
+    int first = -1, second = -1; // a product of two factors: their sites
 };
+
+bool is_factor(Closure k) {
+    return k >= Closure::Light && k <= Closure::FresnelTransmit;
+}
+bool has_shape(Closure k) {
+    return k == Closure::Specular || k == Closure::Phong || k == Closure::SpecularKernel ||
+           k == Closure::PhongKernel;
+}
+bool is_fresnel(Closure k) {
+    return k == Closure::FresnelReflect || k == Closure::FresnelTransmit;
+}
+
+// The term that two factors make; LightDirection = none.
+Closure product_kind(Closure a, Closure b) {
+    if (b == Closure::Light || is_fresnel(a))
+        std::swap(a, b);
+    if (a == Closure::Light)
+        switch (b) {
+        case Closure::CosineKernel:
+            return Closure::Diffuse;
+        case Closure::SpecularKernel:
+            return Closure::Specular;
+        case Closure::PhongKernel:
+            return Closure::Phong;
+        default:
+            return Closure::LightDirection;
+        }
+    if (b == Closure::FresnelReflect)
+        switch (a) {
+        case Closure::Mirror:
+        case Closure::Environment:
+            return Closure::DielectricMirror;
+        case Closure::Specular:
+        case Closure::Phong:
+            return Closure::DielectricGlossy;
+        default:
+            return a; // diffuse() times a Fresnel term: without it
+        }
+    if (b == Closure::FresnelTransmit)
+        return a == Closure::Refraction ? Closure::DielectricTransmit : a;
+    return Closure::LightDirection;
+}
 
 // Sites that a value may contain, and whether it may have a part without light.
 struct Contents {
@@ -60,8 +104,9 @@ class Extraction {
         for (const int v : m_new_vars)
             m_b.declare(v);
         for (const Site& s : m_sites)
-            if (s.roughness >= 0)
-                m_b.store(s.roughness, m_b.constant(0.1f), s.loc);
+            for (int v : {s.shape, s.eta})
+                if (v >= 0 && s.first < 0)
+                    m_b.store(v, m_b.constant(v == s.eta ? 1.0f : 0.1f), s.loc);
         rewrite(*old);
         finish();
     }
@@ -98,12 +143,14 @@ class Extraction {
 
     void check_arguments(const Instr& i) {
         const Closure kind = Closure(i.imm);
-        const bool mirror = kind == Closure::Mirror || kind == Closure::Environment;
+        const bool mirror =
+            kind == Closure::Mirror || kind == Closure::Environment || kind == Closure::Refraction;
         if (mirror && !m_directions.refs[size_t(i.args[0])])
             error(i.loc, "light is traced along mirrored or refracted view directions only: expected "
                          "reflect(I, N), found a "
                          "direction that does not depend on I");
-        if (!mirror && !i.args.empty() && m_directions.refs[size_t(i.args[0])])
+        if (!mirror && kind != Closure::PhongKernel && !i.args.empty() &&
+            m_directions.refs[size_t(i.args[0])])
             error(i.loc, "the normal of this lobe depends on the viewing direction I, which is not known: "
                          "shading runs before "
                          "rays; use N or faceforward(N, I)");
@@ -121,16 +168,41 @@ class Extraction {
             c.plain = !m_b.is_const(r, 0);
             return c;
         }
-        if (i.op == Op::Splat || i.op == Op::Input || i.op == Op::Param)
+        if (is_leaf(i.op))
             return {{}, true};
         return m_refs[size_t(r)];
     }
 
+    static const char* source_name(Closure kind) {
+        static constexpr const char* Names[] = {
+            "ambient()",       "diffuse()",      "specular()", "phong()",         "trace()",
+            "trace()",         "environment()",  "Cl",         "the direction L", "the direction L",
+            "the direction L", "fresnel()",      "fresnel()",  "trace()",         "trace()",
+            "specular()",      "the direction L"};
+        static_assert(std::size(Names) == size_t(Closure::LightDirection) + 1);
+        return Names[int(kind)];
+    }
+
+    // The site of a product, made at its first use; -1 = these do not make a term.
+    int product(int a, int b) {
+        if (a > b)
+            std::swap(a, b);
+        const auto [it, fresh] = m_products.try_emplace({a, b}, -1);
+        if (!fresh)
+            return it->second;
+        const Closure kind = product_kind(m_sites[size_t(a)].kind, m_sites[size_t(b)].kind);
+        if (kind == Closure::LightDirection)
+            return -1;
+        Site s{kind, m_sites[size_t(a)].loc};
+        s.first = a;
+        s.second = b;
+        m_sites.push_back(s);
+        return it->second = int(m_sites.size()) - 1;
+    }
+
     void nonlinear(const Instr& i, const Contents& c) {
         const Site& s = m_sites[size_t(c.sites[0])];
-        static constexpr const char* Names[] = {"ambient()", "diffuse()", "specular()",   "phong()",
-                                                "trace()",   "trace()",   "environment()"};
-        error(i.loc.line ? i.loc : s.loc, "this needs the light of " + std::string(Names[int(s.kind)]) +
+        error(i.loc.line ? i.loc : s.loc, "this needs the light of " + std::string(source_name(s.kind)) +
                                               " in line " + std::to_string(s.loc.line) +
                                               ", which is not known: shading runs before rays. Light may be "
                                               "added, and multiplied by what is known; use layers "
@@ -168,6 +240,7 @@ class Extraction {
         case Op::Add:
         case Op::Sub:
         case Op::Neg:
+        case Op::Splat:
             for (Ref a : i.args)
                 c.merge(contents(a));
             break;
@@ -181,8 +254,26 @@ class Extraction {
         case Op::Mul:
         case Op::Div: {
             const Contents x = contents(i.args[0]), y = contents(i.args[1]);
-            if (!y.sites.empty() && (i.op == Op::Div || !x.sites.empty())) {
+            if (!y.sites.empty() && i.op == Op::Div) {
                 nonlinear(i, y);
+                break;
+            }
+            if (!x.sites.empty() && !y.sites.empty()) {
+                for (int a : x.sites)
+                    for (int b : y.sites) {
+                        Contents p;
+                        p.sites = {product(a, b)};
+                        if (p.sites[0] < 0) {
+                            nonlinear(i, y);
+                            return false;
+                        }
+                        c.merge(p);
+                    }
+                if (y.plain)
+                    c.merge({x.sites, false});
+                if (x.plain)
+                    c.merge({y.sites, false});
+                c.plain = x.plain && y.plain;
                 break;
             }
             c.sites = x.sites.empty() ? y.sites : x.sites;
@@ -209,17 +300,27 @@ class Extraction {
         m_parts.resize(count);
         for (size_t v = 0; v < count; v++)
             for (int s : m_vars[v].sites) {
-                const int part =
-                    m_b.var(m_stage.vars[v].name + "'" + std::to_string(s), Ty::Triple, m_stage.vars[v].loc);
+                const int part = m_b.var(m_stage.vars[v].name + "'" + std::to_string(s), m_stage.vars[v].ty,
+                                         m_stage.vars[v].loc);
                 m_parts[v][s] = part;
             }
         for (Site& s : m_sites) {
-            if (s.kind == Closure::Specular || s.kind == Closure::Phong) {
-                s.roughness = m_b.var("roughness", Ty::Float, s.loc);
-                m_new_vars.push_back(s.roughness);
+            if (s.first >= 0) { // products come after their factors
+                for (int f : {s.first, s.second}) {
+                    s.shape = std::max(s.shape, m_sites[size_t(f)].shape);
+                    s.eta = std::max(s.eta, m_sites[size_t(f)].eta);
+                }
+                continue;
+            }
+            int* const slot = has_shape(s.kind) ? &s.shape : is_fresnel(s.kind) ? &s.eta : nullptr;
+            if (slot) {
+                *slot = m_b.var("shape", Ty::Float, s.loc);
+                m_new_vars.push_back(*slot);
             }
         }
     }
+
+    Ref same(Ty ty, float x) { return ty == Ty::Float ? m_b.constant(x) : m_b.triple(x); }
 
     Bundle bundle(Ref r) {
         if (const auto it = m_bundles.find(r); it != m_bundles.end())
@@ -262,7 +363,7 @@ class Extraction {
             const Bundle value = bundle(i.args[0]);
             const auto part = [&](int site) {
                 const auto it = value.find(site);
-                return it == value.end() ? m_b.triple(0) : it->second;
+                return it == value.end() ? same(m_stage.vars[size_t(i.imm)].ty, 0) : it->second;
             };
             for (const auto& [site, var] : m_parts[size_t(i.imm)])
                 m_b.store(var, part(site), at);
@@ -277,11 +378,17 @@ class Extraction {
         switch (i.op) {
         case Op::Closure: {
             const int s = m_site_of[item.ref];
-            out[s] = m_b.triple(1);
-            if (m_sites[size_t(s)].roughness >= 0)
-                m_b.store(m_sites[size_t(s)].roughness, i.args[2], at);
+            out[s] = same(i.ty, 1);
+            const Site& site = m_sites[size_t(s)];
+            if (site.shape >= 0 || site.eta >= 0)
+                m_b.store(site.shape >= 0 ? site.shape : site.eta, shape_argument(site.kind, i.args[2], at),
+                          at);
             break;
         }
+        case Op::Splat:
+            for (const auto& [k, w] : bundle(i.args[0]))
+                out[k] = m_b.splat(w, at);
+            break;
         case Op::Load:
             for (const auto& [site, var] : m_parts[size_t(i.imm)])
                 out[site] = m_b.load(var, at);
@@ -290,36 +397,47 @@ class Extraction {
             break;
         case Op::Neg:
             for (const auto& [k, w] : bundle(i.args[0]))
-                out[k] = m_b.emit(Op::Neg, Ty::Triple, {w}, at);
+                out[k] = m_b.emit(Op::Neg, i.ty, {w}, at);
             break;
         case Op::Add:
         case Op::Sub: {
             out = bundle(i.args[0]);
             for (const auto& [k, w] : bundle(i.args[1]))
                 if (const auto it = out.find(k); it != out.end())
-                    it->second = m_b.emit(i.op, Ty::Triple, {it->second, w}, at);
+                    it->second = m_b.emit(i.op, i.ty, {it->second, w}, at);
                 else
-                    out[k] = i.op == Op::Add ? w : m_b.emit(Op::Neg, Ty::Triple, {w}, at);
+                    out[k] = i.op == Op::Add ? w : m_b.emit(Op::Neg, i.ty, {w}, at);
             break;
         }
         case Op::Mul:
         case Op::Div: {
-            const bool left = !contents(i.args[0]).sites.empty();
+            const bool left = !contents(i.args[0]).sites.empty(), right = !contents(i.args[1]).sites.empty();
+            if (left && right) {
+                // Factor by factor; a plain part of one side leaves the other's factors as they are.
+                for (const auto& [k, w] : bundle(i.args[0]))
+                    for (const auto& [l, x] : bundle(i.args[1])) {
+                        const int site = k == Plain ? l : l == Plain ? k : product(k, l);
+                        const Ref p = m_b.emit(Op::Mul, i.ty, {w, x}, at);
+                        const auto it = out.find(site);
+                        out[site] = it == out.end() ? p : m_b.emit(Op::Add, i.ty, {it->second, p}, at);
+                    }
+                break;
+            }
             for (const auto& [k, w] : bundle(i.args[left ? 0 : 1]))
-                out[k] = left ? m_b.emit(i.op, Ty::Triple, {w, i.args[1]}, at)
-                              : m_b.emit(i.op, Ty::Triple, {i.args[0], w}, at);
+                out[k] = left ? m_b.emit(i.op, i.ty, {w, i.args[1]}, at)
+                              : m_b.emit(i.op, i.ty, {i.args[0], w}, at);
             break;
         }
         case Op::Select: {
             const Bundle a = bundle(i.args[1]), b = bundle(i.args[2]);
             const auto get = [&](const Bundle& x, int k) {
                 const auto it = x.find(k);
-                return it == x.end() ? m_b.triple(0) : it->second;
+                return it == x.end() ? same(i.ty, 0) : it->second;
             };
             Bundle keys = a;
             keys.insert(b.begin(), b.end());
             for (const auto& [k, unused] : keys)
-                out[k] = m_b.emit(Op::Select, Ty::Triple, {i.args[0], get(a, k), get(b, k)}, at);
+                out[k] = m_b.emit(Op::Select, i.ty, {i.args[0], get(a, k), get(b, k)}, at);
             break;
         }
         default:
@@ -330,6 +448,15 @@ class Extraction {
 
     // ---- the material
     // -------------------------------------------------------------------------------------------------
+
+    // What shapes a lobe, in one measure: specular() and its kernel the inverse of Blinn's exponent, phong()
+    // its exponent.
+    Ref shape_argument(Closure kind, Ref x, Loc at) {
+        if (kind != Closure::SpecularKernel)
+            return x;
+        const Ref n = m_b.emit(Op::Max, Ty::Float, {x, m_b.constant(1e-3f)}, at);
+        return m_b.emit(Op::Div, Ty::Float, {m_b.constant(1.0f), n}, at);
+    }
 
     Ref op(Op o, Ref a, Ref b) { return m_b.emit(o, m_b.at(a).ty, {a, b}, {}); }
     Ref f(float x) { return m_b.constant(x); }
@@ -391,6 +518,55 @@ class Extraction {
         output(node, 2, Lobe, roughness);
     }
 
+    void dielectric(const std::string& node, Ref weight, Ref index, Ref roughness) {
+        constexpr auto Lobe = grid::LobeId::MicrofacetDielectricBrdf;
+        m_program.fixed_lobes.emplace_back(node, Lobe);
+        output(node, 0, Lobe, weight);
+        output(node, 1, Lobe, index);
+        output(node, 2, Lobe, roughness);
+    }
+
+    void glass(Ref reflected, Ref refracted, Ref index) {
+        constexpr auto Lobe = grid::LobeId::MicrosurfaceDielectricBsdfRgb_v1;
+        m_program.fixed_lobes.emplace_back("glass", Lobe);
+        output("glass", 1, Lobe, reflected);
+        output("glass", 2, Lobe, refracted);
+        output("glass", 3, Lobe, index);
+    }
+
+    // fresnel() takes the index of the outside over that of the inside; a lobe the inverse.
+    Ref index_of(const Site& s) {
+        if (s.eta < 0)
+            return f(1);
+        const Ref eta = op(Op::Max, m_b.load(s.eta, {}), f(0.1f));
+        const Ref inverse = op(Op::Div, f(1), eta);
+        // A shader may give either: an index below one is the other side's.
+        return op(Op::Max, inverse, eta);
+    }
+    Ref any_index() {
+        for (const Site& s : m_sites)
+            if (s.eta >= 0)
+                return index_of(s);
+        return f(1);
+    }
+
+    bool shape_is_inverse(const Site& s) const {
+        for (int k : {s.first, s.second})
+            if (k >= 0 && (m_sites[size_t(k)].kind == Closure::Specular ||
+                           m_sites[size_t(k)].kind == Closure::SpecularKernel))
+                return true;
+        return false;
+    }
+
+    // Blinn's exponent n as a GGX width: alpha = sqrt(2 / (n + 2)) (Walter et al. 2007); roughness is its
+    // root. specular(): n = 1 / r. phong(): four times Phong's exponent gives about the same highlight.
+    Ref roughness_of(Ref x, bool inverse) {
+        const Ref twice = op(Op::Mul, op(Op::Max, x, f(0)), f(2));
+        const Ref more = op(Op::Add, twice, f(1));
+        const Ref alpha2 = inverse ? op(Op::Div, twice, more) : op(Op::Div, f(1), more);
+        return m_b.emit(Op::Sqrt, Ty::Float, {m_b.emit(Op::Sqrt, Ty::Float, {alpha2}, {})}, {});
+    }
+
     void finish() {
         Ref opacity = None;
         if (!always_one(m_program.Oi)) {
@@ -404,46 +580,58 @@ class Extraction {
         bool has_diffuse = false;
         for (const auto& [site, var] : parts)
             has_diffuse = has_diffuse || m_sites[size_t(site)].kind == Closure::Diffuse;
+        for (const auto& [site, var] : parts)
+            if (const Site& s = m_sites[size_t(site)];
+                is_factor(s.kind) || s.kind == Closure::LightDirection) {
+                error(s.loc, std::string(s.kind == Closure::Light ? "Cl"
+                                         : is_fresnel(s.kind)     ? "a Fresnel factor"
+                                                                  : "this cosine") +
+                                 " reaches Ci by itself, which is no material: expected Cl times a cosine, N "
+                                 ". L, or a glossy "
+                                 "kernel, pow(N . H, n), or a Fresnel factor times trace() or specular()");
+                return;
+            }
         // Ambient light is light like any other here: diffuse() already reflects it.
-        Ref diffuse = None, mirror = None;
-        for (const auto& [site, var] : parts) {
-            const Closure kind = m_sites[size_t(site)].kind;
-            const bool lambert = kind == Closure::Diffuse || (kind == Closure::Ambient && !has_diffuse);
-            const bool smooth = kind == Closure::Mirror || kind == Closure::Environment;
-            if (!lambert && !smooth)
-                continue;
-            Ref& sum = lambert ? diffuse : mirror;
-            const Ref w = m_b.load(var, {});
-            sum = sum == None ? w : op(Op::Add, sum, w);
-        }
-        if (diffuse != None) {
+        const auto total = [&](auto&& wanted) {
+            Ref sum = None;
+            for (const auto& [site, var] : parts)
+                if (wanted(m_sites[size_t(site)].kind)) {
+                    const Ref w = m_b.load(var, {});
+                    sum = sum == None ? w : op(Op::Add, sum, w);
+                }
+            return sum == None ? None : unpremultiply(sum, opacity);
+        };
+        if (const Ref w = total(
+                [&](Closure k) { return k == Closure::Diffuse || (k == Closure::Ambient && !has_diffuse); });
+            w != None) {
             m_program.fixed_lobes.emplace_back("diffuse", grid::LobeId::LambertBrdf);
-            output("diffuse", 0, grid::LobeId::LambertBrdf, unpremultiply(diffuse, opacity));
+            output("diffuse", 0, grid::LobeId::LambertBrdf, w);
         }
         int count = 0;
         for (const auto& [site, var] : parts) {
             const Site& s = m_sites[size_t(site)];
-            if (s.roughness < 0)
+            if (s.shape < 0)
                 continue;
-            // Blinn's exponent n as a GGX width: alpha = sqrt(2 / (n + 2)) (Walter et al. 2007); roughness is
-            // its root. specular(): n = 1 / r. phong(): four times Phong's exponent gives about the same
-            // highlight.
-            const Ref x = m_b.load(s.roughness, {});
-            Ref alpha2;
-            if (s.kind == Closure::Specular) {
-                const Ref r = op(Op::Mul, op(Op::Max, x, f(0)), f(2));
-                alpha2 = op(Op::Div, r, op(Op::Add, r, f(1)));
-            } else {
-                alpha2 = op(Op::Div, f(1), op(Op::Add, op(Op::Mul, op(Op::Max, x, f(0)), f(2)), f(1)));
-            }
-            const Ref alpha = m_b.emit(Op::Sqrt, Ty::Float, {alpha2}, {});
-            const Ref roughness = m_b.emit(Op::Sqrt, Ty::Float, {alpha}, {});
             const std::string name = "specular" + (count ? std::to_string(count + 1) : std::string());
-            glossy(name, unpremultiply(m_b.load(var, {}), opacity), roughness);
+            const Ref w = unpremultiply(m_b.load(var, {}), opacity);
+            const bool inverse = s.kind == Closure::Specular || shape_is_inverse(s);
+            const Ref roughness = roughness_of(m_b.load(s.shape, {}), inverse);
+            if (s.kind == Closure::DielectricGlossy)
+                dielectric(name, w, index_of(s), roughness);
+            else
+                glossy(name, w, roughness);
             count++;
         }
-        if (mirror != None)
-            glossy("mirror", unpremultiply(mirror, opacity), f(0));
+        if (const Ref w = total([](Closure k) { return k == Closure::Mirror || k == Closure::Environment; });
+            w != None)
+            glossy("mirror", w, f(0));
+        const Ref reflected = total([](Closure k) { return k == Closure::DielectricMirror; });
+        const Ref refracted =
+            total([](Closure k) { return k == Closure::DielectricTransmit || k == Closure::Refraction; });
+        if (refracted != None)
+            glass(reflected == None ? m_b.triple(0) : reflected, refracted, any_index());
+        else if (reflected != None)
+            dielectric("gloss", reflected, any_index(), f(0));
         if (m_vars[size_t(m_program.Ci)].plain && last_plain()) {
             m_program.fixed_lobes.emplace_back("emission", grid::LobeId::DiffuseEmission);
             output("emission", 0, grid::LobeId::DiffuseEmission,
@@ -497,6 +685,7 @@ class Extraction {
     Directions m_directions;
     std::vector<Site> m_sites;
     std::map<Ref, int> m_site_of;
+    std::map<std::pair<int, int>, int> m_products;
     std::vector<Contents> m_refs, m_vars;
     std::vector<std::map<int, int>> m_parts; // by variable: a variable for each site
     std::vector<int> m_new_vars;

@@ -96,7 +96,30 @@ struct InputInfo {
 };
 const InputInfo& input_info(Input input);
 
-enum class Closure : uint8_t { Ambient, Diffuse, Specular, Phong, Mirror, Refraction, Environment };
+enum class Closure : uint8_t {
+    // whole terms: light from everywhere through a lobe
+    Ambient,
+    Diffuse,
+    Specular,
+    Phong,
+    Mirror,
+    Refraction,
+    Environment,
+    // factors, which make a term by two: the light of one direction, and what a lobe does with it
+    Light,
+    CosineKernel,
+    SpecularKernel,
+    PhongKernel,
+    // factors of whole terms: Fresnel's reflected and transmitted parts
+    FresnelReflect,
+    FresnelTransmit,
+    // terms with such a factor
+    DielectricMirror,
+    DielectricTransmit,
+    DielectricGlossy,
+    // a direction to a light: nothing is known of it
+    LightDirection,
+};
 
 enum class CallKind : uint8_t {
     Dx,

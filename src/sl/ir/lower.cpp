@@ -63,6 +63,9 @@ void Lower::begin_stage(Stage& stage, Role role, const char* name) {
     m_loops.clear();
     m_returns.clear();
     m_active.clear();
+    m_tags.clear();
+    m_var_tags.clear();
+    m_illuminance = 0;
 }
 
 void Lower::end_stage() {
@@ -287,7 +290,7 @@ void Lower::declare(const VarDecl* v) {
         m_bind[v] = b;
         return;
     }
-    m_b.store(b.var, value != ir::None ? value : zero(ty(v->type)), v->loc);
+    store_tagged(b.var, value != ir::None ? value : zero(ty(v->type)), v->loc);
     m_bind[v] = b;
 }
 
@@ -407,9 +410,7 @@ void Lower::statement(const Stmt* s) {
         return;
     }
     case StmtKind::Illuminance:
-        m_diagnostics.error(
-            s->loc, "this illuminance loop cannot be read as a material: what a shader computes must not "
-                    "depend on the lights; use diffuse(N), specular(N, V, roughness) or a lobe");
+        illuminance(s);
         return;
     case StmtKind::Illuminate:
     case StmtKind::Solar:

@@ -89,6 +89,7 @@ class Lower {
     Ref call(const ast::Expr* e);
     Ref inline_function(ast::FunctionDecl* f, const std::vector<const ast::Expr*>& args, Loc at);
     Ref inline_with(ast::FunctionDecl* f, std::vector<Binding> bindings, Loc at);
+    Ref inline_body(ast::FunctionDecl* f, std::vector<Binding> bindings, Loc at);
     Ref shadeop(const ast::Expr* e);
     Ref primitive(const ast::Expr* e, const ops::Signature& s);
     Ref noise(const ast::Expr* e, const ops::Signature& s);
@@ -110,6 +111,38 @@ class Lower {
     int channel(const std::string& node, int input, grid::LobeId lobe, Ty ty, bool presence, Loc at);
     std::string constant_text(const ast::Expr* e, const char* what);
     bool only_in(Role role, const ast::Expr* e, const char* stage);
+
+    // lower_light.cpp: what directions and kernels are, so that illuminance loops and fresnel() can be read
+    enum class Tag : uint8_t {
+        None,
+        View,
+        ViewCosine,
+        Mirrored,
+        Refracted,
+        Light,
+        Half,
+        LightMirrored,
+        Cosine,
+        HalfCosine,
+        MirrorCosine
+    };
+    Tag tag(Ref r) const {
+        const auto it = m_tags.find(r);
+        return it == m_tags.end() ? Tag::None : it->second;
+    }
+    Ref tagged(Ref r, Tag t) {
+        if (t != Tag::None)
+            m_tags[r] = t;
+        return r;
+    }
+    void store_tagged(int var, Ref value, Loc at);
+    Ref load_tagged(int var, Loc at);
+    Ref light_direction(Tag t, Loc at);
+    Ref kernel(Closure kind, Ty ty, std::vector<Ref> args, Tag t, Loc at);
+    Ref light_arithmetic(ast::BinOp op, Ref a, Ref b, Loc at);
+    Ref light_shadeop(const ast::Expr* e);
+    Ref fresnel(const ast::Expr* e);
+    void illuminance(const ast::Stmt* s);
 
     static Ty ty(const ast::Type& t);
 
@@ -133,6 +166,9 @@ class Lower {
         int target, var;
     };
     std::vector<Return> m_returns;
+    std::unordered_map<Ref, Tag> m_tags;
+    std::unordered_map<int, Tag> m_var_tags;
+    int m_illuminance = 0; // depth of illuminance loops
     bool m_overflow = false;
 };
 

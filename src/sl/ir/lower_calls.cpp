@@ -76,6 +76,17 @@ Ref Lower::inline_function(FunctionDecl* f, const std::vector<const Expr*>& args
 }
 
 Ref Lower::inline_with(FunctionDecl* f, std::vector<Binding> bindings, Loc at) {
+    // What a shadeop's own source does is said to be at its call.
+    const bool outermost = !m_b.place() && m_diagnostics.sources().name(f->loc.file).starts_with("<");
+    if (outermost)
+        m_b.set_place(&at);
+    const Ref result = inline_body(f, std::move(bindings), at);
+    if (outermost)
+        m_b.set_place(nullptr);
+    return result;
+}
+
+Ref Lower::inline_body(FunctionDecl* f, std::vector<Binding> bindings, Loc at) {
     for (const FunctionDecl* active : m_active)
         if (active == f) {
             m_diagnostics.error(at, "function \"" + std::string(f->name) +
@@ -128,6 +139,9 @@ Ref Lower::inline_with(FunctionDecl* f, std::vector<Binding> bindings, Loc at) {
 // -------------------------------------------------------------------------------------------------------
 
 Ref Lower::shadeop(const Expr* e) {
+    if (m_role == Role::Shade)
+        if (const Ref r = light_shadeop(e); r != ir::None)
+            return r;
     const ops::Signature& s = e->shadeop->signatures[size_t(e->signature)];
     switch (s.impl) {
     case ops::Impl::Primitive:
@@ -193,6 +207,8 @@ Ref Lower::closure(const Expr* e, const ops::Signature& s) {
     Closure kind = Closure(s.imm);
     if (kind == Closure::Mirror && args.size() == 2)
         args.erase(args.begin()); // trace(P, R)
+    if (kind == Closure::Mirror && tag(args[0]) == Tag::Refracted)
+        kind = Closure::Refraction;
     return m_b.emit(Op::Closure, Ty::Triple, std::move(args), e->loc, int(kind));
 }
 

@@ -92,8 +92,12 @@ Ref Lower::global(const VarDecl* v, Loc at) {
     }
     if (n == "I") {
         const Ref i = m_b.emit(Op::Sub, Ty::Triple, {input(Input::P), input(Input::E)}, at);
-        return i;
+        return tagged(i, Tag::View);
     }
+    if (m_illuminance > 0 && n == "L")
+        return light_direction(Tag::Light, at);
+    if (m_illuminance > 0 && n == "Cl")
+        return kernel(Closure::Light, Ty::Triple, {}, Tag::None, at);
     if (n == "L" || n == "Cl" || n == "Ol" || n == "Ps" || n == "alpha") {
         m_diagnostics.error(at, "\"" + std::string(n) + "\" is not known here: light comes after shading");
         return zero(ty(v->type));
@@ -101,7 +105,7 @@ Ref Lower::global(const VarDecl* v, Loc at) {
     if (n == "dtime" || n == "dPdtime")
         return zero(ty(v->type));
     const Binding& b = bind(v);
-    return b.kind == Binding::Value ? b.value : m_b.load(b.var, at);
+    return b.kind == Binding::Value ? b.value : load_tagged(b.var, at);
 }
 
 Ref Lower::name(const Expr* e) {
@@ -115,7 +119,7 @@ Ref Lower::name(const Expr* e) {
     case Binding::Value:
         return b.value;
     case Binding::Variable:
-        return m_b.load(b.var, e->loc);
+        return load_tagged(b.var, e->loc);
     default:
         return zero(Ty::Float);
     }
@@ -194,7 +198,9 @@ Ref Lower::expr(const Expr* e) {
         if (!e->negate)
             return m_b.emit(Op::Not, Ty::Bool, {condition(e->args[0])}, e->loc);
         const Ref v = expr_as(e->args[0], e->type);
-        return m_b.emit(Op::Neg, ty(e->type), {v}, e->loc);
+        if (tag(v) == Tag::Light || tag(v) == Tag::LightMirrored)
+            return v; // which way it points does not matter to a kernel
+        return tagged(m_b.emit(Op::Neg, ty(e->type), {v}, e->loc), tag(v));
     }
     case ExprKind::Binary:
         return binary(e);
@@ -257,6 +263,8 @@ Ref Lower::binary(const Expr* e) {
 
 Ref Lower::arithmetic(BinOp op, Ref a, const ast::Type& ta, Ref b, const ast::Type& tb,
                       const ast::Type& result, Loc at) {
+    if (const Ref r = light_arithmetic(op, a, b, at); r != ir::None)
+        return r;
     switch (op) {
     case BinOp::And:
     case BinOp::Or:
@@ -485,7 +493,7 @@ void Lower::assign_to(const Expr* target, Ref value, Loc at) {
         return;
     const int var = b.var;
     if (!element)
-        return m_b.store(var, value, at);
+        return store_tagged(var, value, at);
     const Ref r = m_b.emit(Op::StoreElement, Ty::Void, {i, value}, at, var);
     m_b.stage().instrs[r].floats = {float(
         fault(target->args[1]->loc, "index outside of array \"" + std::string(base->var->name) + "\""))};

@@ -180,7 +180,8 @@ struct Kernel {
         }
     }
 
-    // A single point goes through the same code in the first of W lanes: the same bits, and faster than code for one.
+    // A single point goes through the same code in the first of W lanes: the same bits, and faster than code
+    // for one.
     template <NoiseFunction Wide, int Inputs, int C>
     static void single(const float* in, float* out) {
         float wide_in[Inputs * W], wide_out[C * W];
@@ -193,13 +194,18 @@ struct Kernel {
 
     template <int D, int C>
     static NoiseFunction select(NoiseKind kind, bool one) {
-        constexpr NoiseFunction Noise = gradient_noise<D, C, false, false>, Signed = gradient_noise<D, C, false, true>,
+        constexpr NoiseFunction Noise = gradient_noise<D, C, false, false>,
+                                Signed = gradient_noise<D, C, false, true>,
                                 Periodic = gradient_noise<D, C, true, false>, Cell = cell_noise<D, C>;
         switch (kind) {
-        case NoiseKind::Noise: return one ? single<Noise, D, C> : Noise;
-        case NoiseKind::SignedNoise: return one ? single<Signed, D, C> : Signed;
-        case NoiseKind::PeriodicNoise: return one ? single<Periodic, 2 * D, C> : Periodic;
-        case NoiseKind::CellNoise: return one ? single<Cell, D, C> : Cell;
+        case NoiseKind::Noise:
+            return one ? single<Noise, D, C> : Noise;
+        case NoiseKind::SignedNoise:
+            return one ? single<Signed, D, C> : Signed;
+        case NoiseKind::PeriodicNoise:
+            return one ? single<Periodic, 2 * D, C> : Periodic;
+        case NoiseKind::CellNoise:
+            return one ? single<Cell, D, C> : Cell;
         }
         return nullptr;
     }
@@ -207,14 +213,22 @@ struct Kernel {
     // one: a kernel for a single point rather than W.
     static NoiseFunction find(const NoiseKernel& k, bool one) {
         switch (k.dimensions * 4 + k.results) {
-        case 5: return select<1, 1>(k.kind, one);
-        case 7: return select<1, 3>(k.kind, one);
-        case 9: return select<2, 1>(k.kind, one);
-        case 11: return select<2, 3>(k.kind, one);
-        case 13: return select<3, 1>(k.kind, one);
-        case 15: return select<3, 3>(k.kind, one);
-        case 17: return select<4, 1>(k.kind, one);
-        default: return select<4, 3>(k.kind, one);
+        case 5:
+            return select<1, 1>(k.kind, one);
+        case 7:
+            return select<1, 3>(k.kind, one);
+        case 9:
+            return select<2, 1>(k.kind, one);
+        case 11:
+            return select<2, 3>(k.kind, one);
+        case 13:
+            return select<3, 1>(k.kind, one);
+        case 15:
+            return select<3, 3>(k.kind, one);
+        case 17:
+            return select<4, 1>(k.kind, one);
+        default:
+            return select<4, 3>(k.kind, one);
         }
     }
 };
