@@ -162,7 +162,7 @@ TEST(Kernel, ClosedBallsAreDark) {
     s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 1, Size, Size);
     s.inputs.lights.push_back(constant_sky(Rgb(1)));
     s.finish();
-    for (const auto& c : s.estimate(32, 2).channel)
+    for (const auto& c : s.estimate(16, 1).channel)
         EXPECT_LT(std::abs(c.mean()), 1e-6);
 }
 
