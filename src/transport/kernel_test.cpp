@@ -262,7 +262,10 @@ TEST(Fetch, CollapsedEdges) {
     v.traced.mu = v.traced.mv = 4;
     v.traced.step_u = v.traced.step_v = 2;
     v.traced.edge_step = {4, 8, 2, 4};
-    const auto snap = [](int k, int step) { return (k + step / 2) / step * step; };
+    const auto snap = [](int k, int step) { // from midway towards the nearer end, as dicing does
+        const int rest = k % step;
+        return k - rest + (2 * rest > step || (2 * rest == step && 2 * k > 8) ? step : 0);
+    };
     for (int j = 0; j <= 4; j++)
         for (int i = 0; i <= 4; i++) {
             int x = 2 * i, y = 2 * j;
