@@ -6,6 +6,7 @@
 // uniform control flow remains.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <string>
@@ -161,7 +162,7 @@ struct Instr {
     Loc loc;
     std::vector<Ref> args;
     std::vector<float> floats; // Const
-    std::string text;          // Text
+    std::string text;          // Text; of others: the source's name for the value, if it has one
 };
 
 struct Var {
@@ -261,9 +262,14 @@ struct Program {
     // Fixed layering of a classic surface, in order; class shaders make theirs in init.
     std::vector<std::pair<std::string, grid::LobeId>> fixed_lobes;
     std::vector<std::string> files; // names of the sources, for locations at run time
+    std::vector<TextureUse> textures;
     uint64_t source_hash = 0;
+
+    std::array<Stage*, 5> stages() { return {&defaults, &init, &interior, &displace, &shade}; }
+    std::array<const Stage*, 5> stages() const { return {&defaults, &init, &interior, &displace, &shade}; }
 };
 
-std::string dump(const Stage& stage); // for tests and for reading
+std::string dump(const Stage& stage); // for tests
+const char* op_name(Op op);
 
 } // namespace kanuka::sl::ir
