@@ -281,7 +281,7 @@ TEST_F(SlPublish, LeftoversGoAndUseIsNoted) {
     fs::last_write_time(c.path("shader a, x"), now - std::chrono::hours(5));
     fs::last_write_time(c.path("shader b, x"), now - std::chrono::hours(4));
     EXPECT_TRUE(c.read("shader a, x")); // is now the younger of the two
-    EXPECT_EQ(c.trim(60), 2u);         // the leftover, and b
+    EXPECT_EQ(c.trim(60), 2u);          // the leftover, and b
     EXPECT_FALSE(fs::exists(old));
     EXPECT_TRUE(fs::exists(young));
     EXPECT_TRUE(c.read("shader a, x"));

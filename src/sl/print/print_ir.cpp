@@ -1,6 +1,5 @@
 #include <cstdio>
 
-
 #include "sl/print/print.h"
 
 namespace kanuka::sl {
