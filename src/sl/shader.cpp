@@ -73,8 +73,8 @@ static std::optional<ir::Program> front_end(const std::string& name, std::string
     ir::extract_closures(program, diagnostics);
     if (diagnostics.errors() > 0)
         return std::nullopt;
-    for (ir::Stage* s :
-         {&program.defaults, &program.init, &program.interior, &program.displace, &program.shade}) {
+    for (ir::Stage* s : {&program.defaults, &program.init, &program.interior, &program.displace,
+                         &program.shade, &program.light, &program.filter}) {
         ir::simplify(*s);
         if (!s->root)
             continue;
@@ -90,7 +90,8 @@ static std::optional<ir::Program> front_end(const std::string& name, std::string
     for (uint32_t f = 0; f < 1 || f <= file; f++)
         program.files.push_back(sources.name(f));
     // Included files come after the main one; shadeops' own sources too, under their name.
-    for (const auto& stage : {&program.init, &program.interior, &program.displace, &program.shade})
+    for (const auto& stage : {&program.init, &program.interior, &program.displace, &program.shade,
+                              &program.light, &program.filter})
         for (const ir::Instr& i : stage->instrs)
             while (program.files.size() <= i.loc.file)
                 program.files.push_back(sources.name(uint32_t(program.files.size())));
@@ -166,6 +167,8 @@ const Build& ShaderImpl::build(const ir::Variant& variant) const {
     }
     prepare(b->displace, m_program.displace, variant, "kanuka_displace", m_options.lanes, list);
     prepare(b->shade, m_program.shade, variant, "kanuka_shade", m_options.lanes, list);
+    prepare(b->light, m_program.light, variant, "kanuka_light", m_options.lanes, list);
+    prepare(b->filter, m_program.filter, variant, "kanuka_filter", m_options.lanes, list);
     const std::string cache_key = "kanuka sl " + std::to_string(CompilerVersion) + " " + backend_version() +
                                   " source " + std::to_string(m_program.source_hash) + " " + m_program.name +
                                   " lanes " + std::to_string(m_options.lanes) + " O" +
@@ -185,7 +188,8 @@ const Build& ShaderImpl::build(const ir::Variant& variant) const {
     for (const auto& [stage, symbol] :
          {std::pair{&b->defaults, "kanuka_defaults"}, std::pair{&b->init, "kanuka_init"},
           std::pair{&b->interior, "kanuka_interior"}, std::pair{&b->displace, "kanuka_displace"},
-          std::pair{&b->shade, "kanuka_shade"}})
+          std::pair{&b->shade, "kanuka_shade"}, std::pair{&b->light, "kanuka_light"},
+          std::pair{&b->filter, "kanuka_filter"}})
         if (stage->stage.root)
             stage->run = b->code->find(symbol);
     slot = std::move(b);

@@ -24,7 +24,7 @@ struct BuiltStage {
 // Machine code for one choice of what varies.
 struct Build {
     ir::Variant variant;
-    BuiltStage defaults, init, interior, displace, shade;
+    BuiltStage defaults, init, interior, displace, shade, light, filter;
     std::unique_ptr<NativeCode> code;
     bool from_cache = false;
 };
@@ -68,6 +68,8 @@ class InstanceImpl final : public Instance {
     void displace(grid::Grid& grid, const GridGlobals& globals, Services& services) const override;
     void shade(grid::Grid& grid, const GridGlobals& globals, Services& services,
                grid::VertexInputs& out) const override;
+    Emission emit(grid::Grid& points, const GridGlobals& globals, Services& services) const override;
+    Filtered filter(grid::Grid& points, const GridGlobals& globals, Services& services) const override;
     bool uniform_material() const override { return m_uniform; }
     bool uniform_material(bool grids_have_colors) const override {
         return grids_have_colors ? m_uniform : m_uniform_plain;
@@ -84,6 +86,10 @@ class InstanceImpl final : public Instance {
     struct Run;
     void run(const BuiltStage& stage, const ir::Variant& variant, grid::Grid& grid,
              const GridGlobals& globals, Services& services, const std::vector<float*>& outputs) const;
+
+    std::vector<std::vector<float>> run_whole(const BuiltStage& built, const ir::Variant& variant,
+                                              grid::Grid& points, const GridGlobals& globals,
+                                              Services& services) const;
 
     struct SlotSource {
         int output = -1; // of the shade stage

@@ -95,6 +95,21 @@ struct GridGlobals {
     float du = 0, dv = 0; // filled by shade: parameter steps between vertices
 };
 
+// What a light shader sends to points, which are the vertices of a grid.
+struct Emission {
+    // What its last illuminate or solar statement said; none: light from everywhere.
+    enum Form : uint8_t { Ambient, Illuminate, Solar, Sky } form = Ambient; // Sky: solar without an axis
+    Vec3f from{0, 0, 0};   // illuminate's position, current space
+    Vec3f axis{0, 0, 0};   // of the cone; zero = everywhere
+    float angle = 0;       // half the cone's opening, radians
+    std::vector<float> Cl; // three arrays, the grid's stride apart
+};
+
+// What a volume or imager shader makes of colours and opacities: three arrays each, the grid's stride apart.
+struct Filtered {
+    std::vector<float> Ci, Oi, alpha; // alpha: one array
+};
+
 class Shader;
 
 class Instance {
@@ -111,6 +126,11 @@ class Instance {
     // (bump).
     virtual void shade(grid::Grid& grid, const GridGlobals& globals, Services& services,
                        grid::VertexInputs& out) const = 0;
+    // Run a light shader with Ps at each vertex of `points`. Thread safe.
+    virtual Emission emit(grid::Grid&, const GridGlobals&, Services&) const { return {}; }
+    // Run a volume or imager shader: Ci and Oi come in as the grid's primvars "Cs" and "Os" or the globals'
+    // (alpha is the first component of Os); P is the place, in an imager that on the raster.
+    virtual Filtered filter(grid::Grid&, const GridGlobals&, Services&) const { return {}; }
     // True where no slot varies over a grid, whatever the grid: one point need be shaded.
     virtual bool uniform_material() const = 0;
     // The same for grids that are known to carry, or not to carry, primvars "Cs" and "Os".
@@ -140,6 +160,6 @@ std::shared_ptr<const Shader> compile_source(const std::string& name, const std:
                                              const CompileOptions& options, Journal& journal);
 
 std::string default_cache_dir();
-inline constexpr int CompilerVersion = 1;
+inline constexpr int CompilerVersion = 2;
 
 } // namespace kanuka::sl

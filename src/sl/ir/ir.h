@@ -201,12 +201,16 @@ struct Block {
     std::vector<Item> items;
 };
 
+// What a light shader's stage hands out; all but Color belong to the light as a whole.
+enum class Emission : uint8_t { Color, Form, From, Axis, Angle, Count };
+
 // What a stage hands out: a variable's value at its end.
 struct Output {
-    enum Kind : uint8_t { Position, Normal, Slot, Member, Parameter };
+    enum Kind : uint8_t { Position, Normal, Slot, Member, Parameter, Emitted, Filtered };
     Kind kind = Slot;
     int var = -1;
-    int index = 0; // Slot: channel; Member, Parameter: index
+    int index =
+        0; // Slot: channel; Member, Parameter: index; Emitted: Emission; Filtered: 0 Ci, 1 Oi, 2 alpha
 };
 
 // One stage of a shader.
@@ -255,7 +259,7 @@ struct Program {
     std::vector<Channel> channels;
     // Stages that the shader lacks have no root. defaults: parameters' values that only the run time can
     // compute.
-    Stage defaults, init, interior, displace, shade;
+    Stage defaults, init, interior, displace, shade, light, filter;
     // Variables of the shade stage that a surface leaves its result in; -1 = it sets lobes itself.
     int Ci = -1, Oi = -1;
     // Fixed layering of a classic surface, in order; class shaders make theirs in init.

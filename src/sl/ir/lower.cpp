@@ -251,8 +251,13 @@ void Lower::run() {
     case ShaderKind::Displacement:
         classic_stage();
         break;
-    default:
-        break; // lights, volumes and imagers: parameters and checks alone
+    case ShaderKind::Light:
+        light_stage();
+        break;
+    case ShaderKind::Volume:
+    case ShaderKind::Imager:
+        filter_stage();
+        break;
     }
 }
 
@@ -414,7 +419,7 @@ void Lower::statement(const Stmt* s) {
         return;
     case StmtKind::Illuminate:
     case StmtKind::Solar:
-        m_diagnostics.error(s->loc, "illuminate and solar belong into light shaders");
+        emission(s);
         return;
     }
 }

@@ -19,7 +19,7 @@ class Lower {
     void run();
 
   private:
-    enum class Role { Defaults, Init, Interior, Displace, Shade };
+    enum class Role { Defaults, Init, Interior, Displace, Shade, Light, Filter };
     struct Binding {
         enum Kind : uint8_t { None, Value, Variable, Lobe, Handle } kind = None;
         Ref value = ir::None;    // Value
@@ -143,6 +143,16 @@ class Lower {
     Ref light_shadeop(const ast::Expr* e);
     Ref fresnel(const ast::Expr* e);
     void illuminance(const ast::Stmt* s);
+
+    bool on_grid() const { return m_role >= Role::Displace; }
+
+    // lower_emission.cpp: light shaders; volume and imager shaders
+    void light_stage();
+    void filter_stage();
+    void emission(const ast::Stmt* s);
+    Ref shader_frame(int row, Loc at);
+    Ref first_component(Ref triple, Loc at);
+    int m_emission[int(Emission::Count)] = {}; // variables
 
     static Ty ty(const ast::Type& t);
 

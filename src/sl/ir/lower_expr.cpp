@@ -51,10 +51,15 @@ Lower::Binding& Lower::bind(const VarDecl* v) {
         }
     } else if (v->kind == VarDecl::Global) {
         const ops::Global& g = ops::globals()[v->global];
-        const bool shading = m_role == Role::Displace || m_role == Role::Shade;
         b.kind = Binding::Variable;
         Ref initial;
-        if (g.name == "Ci")
+        if (m_role == Role::Light && g.name == "Ps")
+            initial = input(Input::P);
+        else if (m_role == Role::Light && (g.name == "P" || g.name == "N" || g.name == "Ng"))
+            initial = shader_frame(g.name == "P" ? 3 : 2, v->loc);
+        else if (m_role == Role::Filter && g.name == "alpha")
+            initial = first_component(input(Input::Os), v->loc);
+        else if (g.name == "Ci")
             initial = input(Input::Cs);
         else if (g.name == "Oi")
             initial = input(Input::Os);
@@ -62,7 +67,7 @@ Lower::Binding& Lower::bind(const VarDecl* v) {
             initial = input(Input(g.input));
         else
             initial = zero(ty(v->type));
-        if (g.written && shading) {
+        if ((g.written || (m_role == Role::Light && g.name == "L")) && on_grid()) {
             b.var = m_b.var(std::string(v->name), ty(v->type), v->loc);
             Block* const here = m_b.block();
             m_b.set_block(m_prologue);
@@ -83,8 +88,7 @@ Ref Lower::global(const VarDecl* v, Loc at) {
         return m_b.constant(3.14159265358979f);
     if (n == "ncomps")
         return m_b.constant(3.0f);
-    const bool needs_grid = m_role != Role::Displace && m_role != Role::Shade;
-    if (needs_grid) {
+    if (!on_grid()) {
         m_diagnostics.error(
             at, "\"" + std::string(n) +
                     "\" varies over the surface; it is not known where this runs (once a primitive)");
@@ -98,7 +102,9 @@ Ref Lower::global(const VarDecl* v, Loc at) {
         return light_direction(Tag::Light, at);
     if (m_illuminance > 0 && n == "Cl")
         return kernel(Closure::Light, Ty::Triple, {}, Tag::None, at);
-    if (n == "L" || n == "Cl" || n == "Ol" || n == "Ps" || n == "alpha") {
+    const bool filters = m_role == Role::Filter && n == "alpha";
+    if (m_role != Role::Light && !filters &&
+        (n == "L" || n == "Cl" || n == "Ol" || n == "Ps" || n == "alpha")) {
         m_diagnostics.error(at, "\"" + std::string(n) + "\" is not known here: light comes after shading");
         return zero(ty(v->type));
     }

@@ -194,6 +194,12 @@ Ref Lower::light_shadeop(const Expr* e) {
 
 // The loop over lights is the integral that a lobe stands for: its body is read once.
 void Lower::illuminance(const Stmt* s) {
+    if (m_role == Role::Filter) {
+        m_diagnostics.warning(
+            s->loc, "light is not known in a volume shader: the loop is not run; interiors that scatter "
+                    "are lit while tracing");
+        return;
+    }
     if (m_role != Role::Shade || m_program.kind == ShaderKind::Class) {
         m_diagnostics.error(s->loc, "an illuminance loop belongs into a surface shader; here use a lobe");
         return;
