@@ -54,6 +54,8 @@ void InstanceImpl::bind(std::span<const Argument> arguments, Services& services)
             else
                 std::copy(p.parameters[i].floats.begin(), p.parameters[i].floats.end(),
                           m_params.begin() + place.offset);
+            if (place.length >= 0)
+                m_params[size_t(place.length)] = float(p.parameters[i].array_size);
         }
     }
     for (const Argument& a : arguments) {
@@ -88,6 +90,18 @@ void InstanceImpl::bind(std::span<const Argument> arguments, Services& services)
             }
             m_variant.params[index] = true;
             m_primvars[index] = a.name;
+        } else if (place.length >= 0) {
+            const size_t given = place.text ? a.strings.size() : a.floats.size();
+            const int per = place.count / std::max(ir::ResizableRoom, it->array_size);
+            if (given > size_t(place.count) || given % size_t(per) != 0) {
+                complain("array \"" + a.name + "\" takes up to " + std::to_string(place.count / per) + " elements of " +
+                         std::to_string(per) + " values, found " + std::to_string(given) + " values");
+                continue;
+            }
+            for (size_t k = 0; k < a.strings.size(); k++)
+                m_param_texts[size_t(place.offset) + k] = m_texts.emplace_back(a.strings[k]).c_str();
+            std::copy(a.floats.begin(), a.floats.end(), m_params.begin() + place.offset);
+            m_params[size_t(place.length)] = float(given / size_t(per));
         } else if (place.text) {
             if (int(a.strings.size()) != place.count) {
                 complain("parameter \"" + a.name + "\" takes " + std::to_string(place.count) +
@@ -140,6 +154,7 @@ void InstanceImpl::run_once(const BuiltStage& built, Services& services, ops::Ma
     f.channels = m_channels.data();
     f.outputs = outputs.data();
     f.host = &runner;
+    f.budget = ir::LoopBudget;
     built.run(&f);
     runner.report_faults();
     for (size_t k = 0; k < built.stage.outputs.size(); k++) {
@@ -433,8 +448,10 @@ void InstanceImpl::run(const BuiltStage& built, const ir::Variant& variant, grid
     f.channels = m_channels.data();
     f.outputs = out.data();
     f.host = &runner;
+    f.budget = ir::LoopBudget;
     for (int begin = 0; begin < vertices; begin += block) {
         f.count = std::min(block, vertices - begin);
+        f.budget = ir::LoopBudget;
         if (mesh)
             runner.columns = f.count;
         built.run(&f);

@@ -30,6 +30,7 @@ struct Parameter {
     bool varying = false;
     bool output = false;
     int array_size = 0;        // 0 = not an array
+    bool resizable = false;    // an array of any length; array_size is that of its default value
     std::vector<float> floats; // default value; empty where it is computed at run time
     std::vector<std::string> strings;
     std::string doc; // from "#pragma annotation" or the comment at the declaration
@@ -61,6 +62,17 @@ struct TextureRequest {
     int result_stride;
 };
 
+// What attribute(), option(), rendererinfo() and textureinfo() ask. The answer is a text or floats, as wanted.
+struct Query {
+    enum Kind : uint8_t { Attribute, Option, Renderer, Texture } kind;
+    const char* name;   // "ShadingRate", "user:age", "Format", "version", "resolution", …
+    const char* file;   // Texture: which
+    bool wants_text;    // else floats, `count` at most
+    int count;
+    float* floats;
+    std::string* text;
+};
+
 class Services {
   public:
     virtual ~Services() = default;
@@ -70,6 +82,11 @@ class Services {
     // Row-major 4x4, p' = M p with column vectors, that takes points of space `from` to space `to`; "current"
     // is the space of Grid::P. False = unknown.
     virtual bool transform(const char* from, const char* to, float matrix[16]) = 0;
+    // False = it is not known, or not of the kind that is wanted.
+    virtual bool query(const Query& query) {
+        (void)query;
+        return false;
+    }
     // A run-time fault or message, located in the shader's source.
     virtual void report(Severity severity, const Location& where, const std::string& message) = 0;
 };

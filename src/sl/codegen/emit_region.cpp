@@ -248,6 +248,7 @@ void StageEmitter::item(const Item& item) {
         m_r->loop_exit = exit;
         m_b.CreateBr(body);
         m_b.SetInsertPoint(body);
+        spend(item, m_r->function, exit);
         nested(item.body);
         end_with(body);
         m_r->loop_exit = outer;

@@ -29,7 +29,7 @@ enum class Op : uint8_t { // is_leaf() knows where the leaves end
     Const,   // floats
     Text,    // string
     Input,   // imm: Input
-    Param,   // imm: index of a parameter
+    Param,   // imm: index of a parameter; floats: which element, or two of them: the array's length
     Member,  // imm: index of a member variable: its value when the stage begins
     Channel, // imm: index of a channel: its value before any SetLobe
     // variables; imm: index of the variable
@@ -133,7 +133,8 @@ enum class CallKind : uint8_t {
     Concat,
     Match,
     Report,
-    Query, // attribute, option, rendererinfo, textureinfo: found = 0
+    Found, // attribute, option, rendererinfo, textureinfo: is it known? imm: sl::Query::Kind * 4 + what is wanted
+    Query, // its value
     CreateBoundary,
     AddLobe,
     AddLayer,
@@ -195,6 +196,7 @@ struct Item {
     Block* orelse = nullptr;
     Loc loc;
     bool masked = false; // Loop: lanes leave it one by one. Scope: lanes jump to its end one by one
+    int fault = -1;      // Loop: what to report when it does not end
 };
 
 struct Block {
@@ -237,7 +239,14 @@ struct Place {
     int count = 0;
     bool text = false;
     bool varying = false; // may be bound to a primvar
+    int length = -1;      // of a resizable array: where the number of its elements is, in floats
 };
+
+// Values that a resizable array parameter holds at most, and what a growing array has room for where its uses
+// do not say.
+inline constexpr int ResizableRoom = 64;
+// Iterations of all loops together, in one run of one stage over one grid, after which they are left.
+inline constexpr int64_t LoopBudget = 10'000'000;
 
 // One number or colour of the material: written by SetLobe, or a part of an extracted closure.
 struct Channel {

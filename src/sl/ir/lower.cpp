@@ -17,6 +17,7 @@ Ty Lower::ty(const ast::Type& t) {
     case Base::Matrix:
         return Ty::Matrix;
     case Base::String:
+    case Base::Shader: // its handle
         return Ty::String;
     case Base::Color:
     case Base::Point:
@@ -41,10 +42,30 @@ static sl::Type public_type(Base b) {
     case Base::Matrix:
         return sl::Type::Matrix;
     case Base::String:
+    case Base::Shader:
         return sl::Type::String;
     default:
         return sl::Type::Float;
     }
+}
+
+static bool contains(const Stmt* s, const std::function<bool(const Stmt*)>& wanted) {
+    if (!s)
+        return false;
+    if (wanted(s))
+        return true;
+    for (const Stmt* b : s->block)
+        if (contains(b, wanted))
+            return true;
+    return contains(s->body, wanted) || contains(s->orelse, wanted);
+}
+
+bool has_return(const Stmt* s) {
+    return contains(s, [](const Stmt* t) { return t->kind == StmtKind::Return; });
+}
+
+static bool has_jump(const Stmt* s) {
+    return contains(s, [](const Stmt* t) { return t->kind == StmtKind::Break || t->kind == StmtKind::Continue; });
 }
 
 // ---- stages
@@ -66,6 +87,9 @@ void Lower::begin_stage(Stage& stage, Role role, const char* name) {
     m_tags.clear();
     m_var_tags.clear();
     m_illuminance = 0;
+    m_loop_depth = 0;
+    for (const VarDecl* v : m_shader.constants)
+        declare(v);
 }
 
 void Lower::end_stage() {
@@ -84,14 +108,18 @@ void Lower::parameters() {
         p.varying = v->detail == Detail::Varying;
         p.output = v->output;
         p.array_size = v->type.array ? v->type.size : 0;
+        p.resizable = v->resizable;
         p.doc = v->doc;
         Place place;
-        place.text = v->type.base == Base::String;
-        place.count = comps(ty(v->type)) * std::max(1, p.array_size);
+        place.text = ty(v->type) == Ty::String;
+        const int elements = v->resizable ? std::max(ResizableRoom, p.array_size) : std::max(1, p.array_size);
+        place.count = comps(ty(v->type)) * elements;
         place.varying = p.varying && !place.text && !v->type.array;
         int& size = place.text ? m_program.strings : m_program.floats;
         place.offset = size;
         size += place.count;
+        if (v->resizable)
+            place.length = m_program.floats++;
         if (ty(v->type) == Ty::Void)
             m_diagnostics.error(v->loc, "a parameter cannot be a " + v->type.str());
         m_program.parameters.push_back(std::move(p));
@@ -102,27 +130,38 @@ void Lower::parameters() {
     for (const VarDecl* v : m_shader.parameters) {
         const int index = m_parameter_index[v];
         Parameter& p = m_program.parameters[index];
-        if (!v->init)
+        if (!v->init) {
+            const size_t count = size_t(comps(ty(v->type))) * (v->type.array ? size_t(v->type.size) : 1);
+            if (ty(v->type) == Ty::String)
+                p.strings.resize(count);
+            else
+                p.floats.resize(count);
             continue;
+        }
         ast::Type element = v->type;
         element.array = false;
         std::vector<Ref> values;
         if (v->init->kind == ExprKind::List)
             for (const Expr* a : v->init->args)
                 values.push_back(expr_as(a, element));
+        else if (v->init->type.array)
+            values.clear(); // an empty array of a function
         else
             values.assign(size_t(std::max(1, p.array_size)), expr_as(v->init, element));
+        if (v->type.array && int(values.size()) > p.array_size)
+            values.resize(size_t(p.array_size));
         bool constant = true;
         for (Ref r : values)
             constant = constant && (m_b.at(r).op == Op::Const || m_b.at(r).op == Op::Text);
         if (constant) {
             for (Ref r : values)
-                if (element.base == Base::String)
+                if (ty(element) == Ty::String)
                     p.strings.push_back(m_b.at(r).text);
                 else
                     p.floats.insert(p.floats.end(), m_b.at(r).floats.begin(), m_b.at(r).floats.end());
-            const size_t count = size_t(m_program.places[index].count);
-            if (element.base == Base::String)
+            const size_t count =
+                size_t(comps(ty(element))) * (v->type.array ? size_t(std::max(0, p.array_size)) : 1);
+            if (ty(element) == Ty::String)
                 p.strings.resize(count);
             else
                 p.floats.resize(count);
@@ -141,13 +180,23 @@ void Lower::parameters() {
 }
 
 void Lower::members() {
-    for (const VarDecl* v : m_shader.members) {
+    // Structs are their members.
+    std::vector<const VarDecl*> all;
+    const auto flatten = [&](auto& again, const VarDecl* v) -> void {
+        if (v->fields.empty())
+            all.push_back(v);
+        for (const VarDecl* f : v->fields)
+            again(again, f);
+    };
+    for (const VarDecl* v : m_shader.members)
+        flatten(flatten, v);
+    for (const VarDecl* v : all) {
         if (v->type.handle() || v->type.base == Base::Lobe)
             continue;
         m_member_index[v] = int(m_program.members.size());
         Place place;
-        place.text = v->type.base == Base::String;
-        place.count = comps(ty(v->type)) * (v->type.array ? v->type.size : 1);
+        place.text = ty(v->type) == Ty::String;
+        place.count = comps(ty(v->type)) * (v->type.array ? std::max(1, v->type.size) : 1);
         int& size = place.text ? m_program.member_strings : m_program.member_floats;
         place.offset = size;
         size += place.count;
@@ -203,9 +252,9 @@ void Lower::class_stage(const char* name, Stage& stage, Role role) {
         run_method(begin);
     run_method(f);
     if (role == Role::Init)
-        for (const VarDecl* v : m_shader.members)
-            if (const auto it = m_member_index.find(v); it != m_member_index.end() && !v->type.array)
-                stage.outputs.push_back({Output::Member, m_bind[v].var, it->second});
+        for (const auto& [v, index] : std::map<const VarDecl*, int>(m_member_index.begin(), m_member_index.end()))
+            if (!v->type.array && m_bind[v].kind == Binding::Variable)
+                stage.outputs.push_back({Output::Member, m_bind[v].var, index});
     if (role == Role::Displace || role == Role::Shade)
         normal_output();
     if (role == Role::Displace)
@@ -227,7 +276,19 @@ void Lower::classic_stage() {
         m_program.Ci = bind(m_sema.global("Ci")).var;
         m_program.Oi = bind(m_sema.global("Oi")).var;
     }
-    statement(m_shader.body);
+    // return ends the shader: a scope around its body.
+    const int target = m_b.stage().targets++;
+    m_returns.push_back({target, -1});
+    if (has_return(m_shader.body)) {
+        Item scope{Item::Scope};
+        scope.target = target;
+        scope.loc = m_shader.loc;
+        scope.body = in_block([&] { statement(m_shader.body); });
+        m_b.item(scope);
+    } else {
+        statement(m_shader.body);
+    }
+    m_returns.pop_back();
     if (displaces)
         stage.outputs.push_back({Output::Position, bind(m_sema.global("P")).var, 0});
     normal_output();
@@ -275,28 +336,65 @@ void Lower::declare(const VarDecl* v) {
         return bind_lobe(v, v->init);
     if (v->is_extern)
         return;
-    Binding b;
-    b.kind = Binding::Variable;
-    b.var = m_b.var(std::string(v->name), ty(v->type), v->loc, v->type.array ? std::max(1, v->type.size) : 0);
-    m_b.stage().vars[b.var].must_be_uniform = v->detail == Detail::Uniform;
-    ast::Type element = v->type;
-    element.array = false;
-    // The initial value is computed before the variable comes to life: float x = x is the outer x.
-    const bool list = v->init && v->init->kind == ExprKind::List;
-    Ref value = ir::None;
-    if (v->init && !list && !v->init->type.array)
-        value = expr_as(v->init, element);
-    m_b.declare(b.var);
-    if (v->kind == VarDecl::Member && !v->init && !v->type.array) {
-        value = m_b.leaf(Op::Member, ty(v->type), m_member_index[v]);
-    } else if (v->type.array) {
+    if (v->type.base == Base::Struct) {
+        for (const VarDecl* f : v->fields)
+            declare(f);
         if (v->init)
-            assign_array(b.var, v->init, v->type, v->loc);
-        m_bind[v] = b;
+            assign_struct(v->fields, v->init, v->loc);
         return;
     }
+    if (v->type.array)
+        return declare_array(v);
+    Binding b;
+    b.kind = Binding::Variable;
+    b.var = m_b.var(std::string(v->name), ty(v->type), v->loc);
+    m_b.stage().vars[b.var].must_be_uniform = v->detail == Detail::Uniform;
+    // The initial value is computed before the variable comes to life: float x = x is the outer x.
+    Ref value = ir::None;
+    if (v->init)
+        value = expr_as(v->init, v->type);
+    m_b.declare(b.var);
+    if (v->kind == VarDecl::Member && !v->init)
+        value = m_b.leaf(Op::Member, ty(v->type), m_member_index[v]);
     store_tagged(b.var, value != ir::None ? value : zero(ty(v->type)), v->loc);
     m_bind[v] = b;
+}
+
+void Lower::declare_array(const VarDecl* v) {
+    Binding b;
+    b.kind = Binding::Variable;
+    b.var = m_b.var(std::string(v->name), ty(v->type), v->loc, std::max(1, v->type.size));
+    m_b.stage().vars[b.var].must_be_uniform = v->detail == Detail::Uniform;
+    m_b.declare(b.var);
+    if (v->resizable) {
+        b.length = m_b.var(std::string(v->name) + ".length", Ty::Float, v->loc);
+        m_b.declare(b.length);
+        m_b.store(b.length, m_b.constant(float(v->type.size)), v->loc);
+    }
+    m_bind[v] = b;
+    const bool whole = v->init && (v->init->kind != ExprKind::List || int(v->init->args.size()) >= v->type.size);
+    if (!whole)
+        clear_array(b.var, v->loc);
+    if (v->init)
+        assign_array(b, v->init, v->type, v->loc);
+}
+
+// Elements begin as zeros.
+void Lower::clear_array(int var, Loc at) {
+    const Var v = m_b.stage().vars[var];
+    const Ref nothing = zero(v.ty);
+    if (v.array <= 32) {
+        for (int i = 0; i < v.array; i++)
+            m_b.emit(Op::StoreElement, Ty::Void, {m_b.constant(float(i)), nothing}, at, var);
+        return;
+    }
+    const int i = m_b.var("i", Ty::Float, at);
+    m_b.declare(i);
+    m_b.store(i, m_b.constant(0.0f), at);
+    run_loop(
+        at, [&] { return m_b.emit(Op::Lt, Ty::Bool, {m_b.load(i, at), m_b.constant(float(v.array))}, at); },
+        [&] { m_b.emit(Op::StoreElement, Ty::Void, {m_b.load(i, at), nothing}, at, var); },
+        [&] { m_b.store(i, m_b.emit(Op::Add, Ty::Float, {m_b.load(i, at), m_b.constant(1.0f)}, at), at); });
 }
 
 void Lower::jump(int target, Loc at) {
@@ -319,48 +417,101 @@ void Lower::branch(Ref c, const Stmt* yes, const Stmt* no, Loc at) {
     m_b.item(i);
 }
 
+// An illuminance loop is read once; break and continue in it jump to its end.
+void Lower::lights_loop(const Stmt* s) {
+    const int target = m_b.stage().targets;
+    if (!has_jump(s->body))
+        return illuminance(s);
+    m_b.stage().targets++;
+    Item scope{Item::Scope};
+    scope.target = target;
+    scope.loc = s->loc;
+    m_loops.push_back({target, target});
+    scope.body = in_block([&] { illuminance(s); });
+    m_loops.pop_back();
+    m_b.item(scope);
+}
+
+// Rays are not known yet while a shader runs: a gather finds nothing, as often as it samples.
+void Lower::gather(const Stmt* s) {
+    if (!s->orelse)
+        return;
+    Stmt loop_statement{StmtKind::For, s->loc};
+    loop_statement.body = s->orelse;
+    const Ref samples = s->args.size() > 4 && s->args[4]->type.is(Base::Float)
+                            ? expr_as(s->args[4], {Base::Float})
+                            : m_b.constant(1.0f);
+    const int i = m_b.var("sample", Ty::Float, s->loc);
+    m_b.declare(i);
+    m_b.store(i, m_b.constant(0.0f), s->loc);
+    run_loop(
+        s->loc,
+        [&] {
+            return m_b.emit(Op::Lt, Ty::Bool, {m_b.load(i, s->loc), samples}, s->loc);
+        },
+        [&] { statement(s->orelse); },
+        [&] {
+            m_b.store(i, m_b.emit(Op::Add, Ty::Float, {m_b.load(i, s->loc), m_b.constant(1.0f)}, s->loc), s->loc);
+        });
+}
+
 // scope L { loop { if (!condition) jump L; scope N { body } step } }: break jumps to the end of L, continue
 // to that of N.
-void Lower::loop(const Stmt* s) {
-    statement(s->first);
-    if (s->init)
-        expr(s->init);
+void Lower::run_loop(Loc at, const std::function<Ref()>& condition_value, const std::function<void()>& body,
+                     const std::function<void()>& step) {
     const LoopTargets targets{m_b.stage().targets, m_b.stage().targets + 1};
     m_b.stage().targets += 2;
+    m_loop_depth++;
     Item outer{Item::Scope};
     outer.target = targets.leave;
-    outer.loc = s->loc;
+    outer.loc = at;
     outer.body = in_block([&] {
         Item forever{Item::Loop};
-        forever.loc = s->loc;
+        forever.loc = at;
+        forever.fault = fault(at, "this loop does not end: it is left after " + std::to_string(LoopBudget) +
+                                      " iterations of all loops over a grid");
         forever.body = in_block([&] {
-            if (s->expr) {
+            if (condition_value) {
                 Item leave{Item::If};
-                const Ref c = condition(s->expr);
-                leave.ref = m_b.emit(Op::Not, Ty::Bool, {c}, s->loc);
-                leave.loc = s->expr->loc;
+                const Ref c = condition_value();
+                leave.ref = m_b.emit(Op::Not, Ty::Bool, {c}, at);
+                leave.loc = at;
                 if (m_b.is_const(leave.ref)) {
                     if (m_b.at(leave.ref).floats[0] != 0)
-                        jump(targets.leave, s->loc);
+                        jump(targets.leave, at);
                 } else {
-                    leave.body = in_block([&] { jump(targets.leave, s->loc); });
+                    leave.body = in_block([&] { jump(targets.leave, at); });
                     leave.orelse = m_b.stage().block();
                     m_b.item(leave);
                 }
             }
             Item inner{Item::Scope};
             inner.target = targets.next;
-            inner.loc = s->loc;
+            inner.loc = at;
             m_loops.push_back(targets);
-            inner.body = in_block([&] { statement(s->body); });
+            inner.body = in_block(body);
             m_loops.pop_back();
             m_b.item(inner);
-            if (s->step)
-                expr(s->step);
+            if (step)
+                step();
         });
         m_b.item(forever);
     });
     m_b.item(outer);
+    m_loop_depth--;
+}
+
+void Lower::loop(const Stmt* s) {
+    statement(s->first);
+    if (s->init)
+        expr(s->init);
+    std::function<Ref()> test;
+    std::function<void()> step;
+    if (s->expr)
+        test = [&] { return condition(s->expr); };
+    if (s->step)
+        step = [&] { expr(s->step); };
+    run_loop(s->loc, test, [&] { statement(s->body); }, step);
 }
 
 void Lower::statement(const Stmt* s) {
@@ -403,19 +554,21 @@ void Lower::statement(const Stmt* s) {
         return;
     }
     case StmtKind::Return: {
-        if (m_returns.empty()) {
-            m_diagnostics.error(s->loc,
-                                "return belongs into a function; in a shader, put the rest into an if");
+        if (m_returns.empty())
             return;
-        }
         const Return r = m_returns.back();
-        if (s->expr && r.var >= 0)
+        if (s->expr && !m_active.empty() && m_active.back()->result.base == Base::Struct)
+            assign_struct(m_active.back()->result_fields->fields, s->expr, s->loc);
+        else if (s->expr && r.var >= 0)
             m_b.store(r.var, expr_as(s->expr, m_active.back()->result), s->loc);
         jump(r.target, s->loc);
         return;
     }
     case StmtKind::Illuminance:
-        illuminance(s);
+        lights_loop(s);
+        return;
+    case StmtKind::Gather:
+        gather(s);
         return;
     case StmtKind::Illuminate:
     case StmtKind::Solar:

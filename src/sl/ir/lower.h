@@ -2,6 +2,7 @@
 // host calls.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <unordered_map>
 
@@ -10,6 +11,8 @@
 #include "sl/sema/sema.h"
 
 namespace kanuka::sl::ir {
+
+bool has_return(const ast::Stmt* s); // anywhere in it
 
 class Lower {
   public:
@@ -24,6 +27,7 @@ class Lower {
         enum Kind : uint8_t { None, Value, Variable, Lobe, Handle } kind = None;
         Ref value = ir::None;    // Value
         int var = -1;            // Variable; arrays too
+        int length = -1;         // of a resizable array: the variable of its length
         std::vector<int> inputs; // Lobe: a variable for each input of the lobe
         std::vector<bool> given; // Lobe: inputs that some constructor named
     };
@@ -47,8 +51,14 @@ class Lower {
     void run_method(ast::FunctionDecl* f);
     void statement(const ast::Stmt* s);
     void declare(const ast::VarDecl* v);
+    void declare_array(const ast::VarDecl* v);
+    void clear_array(int var, Loc at);
+    void gather(const ast::Stmt* s);
     void branch(Ref condition, const ast::Stmt* yes, const ast::Stmt* no, Loc at);
     void loop(const ast::Stmt* s);
+    void run_loop(Loc at, const std::function<Ref()>& condition_value, const std::function<void()>& body,
+                  const std::function<void()>& step);
+    void lights_loop(const ast::Stmt* s);
     void jump(int target, Loc at);
     template <class F>
     Block* in_block(F&& body) {
@@ -74,12 +84,22 @@ class Lower {
     Ref matrix_arithmetic(ast::BinOp op, Ref a, Ref b, Loc at);
     Ref inverse(Ref m, Loc at);
     Ref determinant(Ref m, Loc at);
+    Ref comparison(ast::BinOp op, Ref a, Ref b, Loc at);
     Ref ternary(const ast::Expr* e);
+    Ref index(const ast::Expr* e);
+    Ref element_of_matrix(const ast::Expr* e);
+    Ref view(Loc at);
+    Ref component_of(Ref whole, Ref index, Loc at);
+    Ref with_component(Ref whole, Ref index, Ref value, Loc at);
     Ref tuple(const ast::Expr* e);
     Ref in_space(Ref value, const ast::Type& type, const ast::Expr* space, Loc at);
     Ref assign(const ast::Expr* e);
     void assign_to(const ast::Expr* target, Ref value, Loc at);
-    void assign_array(int var, const ast::Expr* value, const ast::Type& type, Loc at);
+    void assign_array(const Binding& to, const ast::Expr* value, const ast::Type& type, Loc at);
+    void assign_struct(const std::vector<ast::VarDecl*>& fields, const ast::Expr* value, Loc at);
+    void assign_struct_element(const ast::Expr* target, const ast::Expr* from, Loc at);
+    void copy_fields(const std::vector<ast::VarDecl*>& to, const std::vector<ast::VarDecl*>& from, Loc at);
+    void need_room(int var, int elements);
     Binding& bind(const ast::VarDecl* v);
     Ref zero(Ty ty);
     int fault(Loc at, std::string what);
@@ -87,15 +107,24 @@ class Lower {
 
     // lower_calls.cpp
     Ref call(const ast::Expr* e);
+    using Bindings = std::vector<std::pair<const ast::VarDecl*, Binding>>;
     Ref inline_function(ast::FunctionDecl* f, const std::vector<const ast::Expr*>& args, Loc at);
     Ref inline_with(ast::FunctionDecl* f, std::vector<Binding> bindings, Loc at);
-    Ref inline_body(ast::FunctionDecl* f, std::vector<Binding> bindings, Loc at);
+    Ref inline_placed(ast::FunctionDecl* f, Bindings bindings, Loc at);
+    Ref inline_body(ast::FunctionDecl* f, Bindings bindings, Loc at);
     Ref shadeop(const ast::Expr* e);
     Ref primitive(const ast::Expr* e, const ops::Signature& s);
     Ref noise(const ast::Expr* e, const ops::Signature& s);
     Ref special(const ast::Expr* e, const ops::Signature& s);
+    Ref array_op(const ast::Expr* e);
+    Ref query(const ast::Expr* e);
+    void bind_formal(const ast::VarDecl* formal, const ast::Expr* a,
+                     Bindings& bindings,
+                     std::vector<std::pair<const ast::Expr*, int>>& copies);
     Ref closure(const ast::Expr* e, const ops::Signature& s);
     Ref spline(const ast::Expr* e, const ops::Signature& s);
+    Ref spline_in(const ops::SplineBasis& basis, bool solve, Ref x, const Binding& values, Ty t, Loc at);
+    Ref spline_at(const ops::SplineBasis& basis, Ref x, const Binding& values, Ty t, Loc at);
     Ref texture(const ast::Expr* e, const ops::Signature& s);
     Ref component(const ast::Expr* e);
     Ref space(const ast::Expr* e);
@@ -179,6 +208,7 @@ class Lower {
     std::unordered_map<Ref, Tag> m_tags;
     std::unordered_map<int, Tag> m_var_tags;
     int m_illuminance = 0; // depth of illuminance loops
+    int m_loop_depth = 0;  // loops around what is being lowered, functions' callers counted
     bool m_overflow = false;
 };
 

@@ -27,22 +27,32 @@ Lower::Binding& Lower::bind(const VarDecl* v) {
     Binding b;
     if (v->kind == VarDecl::Parameter) {
         const int index = m_parameter_index[v];
-        if (!v->output && !v->type.array) {
+        if (!v->output && !v->type.array && !v->assigned) {
             b.kind = Binding::Value;
             b.value = m_b.leaf(Op::Param, ty(v->type), index);
         } else {
             b.kind = Binding::Variable;
-            b.var = m_b.var(std::string(v->name), ty(v->type), v->loc, v->type.array ? v->type.size : 0);
+            const int room = m_program.places[size_t(index)].count / comps(ty(v->type));
+            b.var = m_b.var(std::string(v->name), ty(v->type), v->loc, v->type.array ? room : 0);
             Block* const here = m_b.block();
             m_b.set_block(m_prologue);
             m_b.declare(b.var);
             if (v->type.array) {
                 // Elements are copied: constants of the instance, so the copies fold away where they are not
                 // indexed.
-                for (int i = 0; i < v->type.size; i++) {
-                    const Ref element = m_b.leaf(Op::Param, ty(v->type), index);
-                    m_b.stage().instrs[element].floats = {float(i)}; // which element
-                    m_b.emit(Op::StoreElement, Ty::Void, {m_b.constant(float(i)), element}, v->loc, b.var);
+                const auto element = [&](std::vector<float> which, Ty t) {
+                    const Ref r = m_b.leaf(Op::Param, t, index);
+                    m_b.stage().instrs[r].floats = std::move(which);
+                    return r;
+                };
+                for (int i = 0; i < room; i++) {
+                    const Ref r = element({float(i)}, ty(v->type));
+                    m_b.emit(Op::StoreElement, Ty::Void, {m_b.constant(float(i)), r}, v->loc, b.var);
+                }
+                if (v->resizable) {
+                    b.length = m_b.var(std::string(v->name) + ".length", Ty::Float, v->loc);
+                    m_b.declare(b.length);
+                    m_b.store(b.length, element({0, 0}, Ty::Float), v->loc);
                 }
             } else {
                 m_b.store(b.var, m_b.leaf(Op::Param, ty(v->type), index), v->loc);
@@ -67,12 +77,14 @@ Lower::Binding& Lower::bind(const VarDecl* v) {
             initial = input(Input(g.input));
         else
             initial = zero(ty(v->type));
-        if ((g.written || (m_role == Role::Light && g.name == "L")) && on_grid()) {
+        if ((g.written || v->assigned || (m_role == Role::Light && g.name == "L")) && on_grid()) {
             b.var = m_b.var(std::string(v->name), ty(v->type), v->loc);
             Block* const here = m_b.block();
             m_b.set_block(m_prologue);
             m_b.declare(b.var);
-            m_b.store(b.var, initial, v->loc);
+            if (g.name == "I")
+                initial = view(v->loc);
+            store_tagged(b.var, initial, v->loc);
             m_b.set_block(here);
         } else {
             b.kind = Binding::Value;
@@ -82,22 +94,26 @@ Lower::Binding& Lower::bind(const VarDecl* v) {
     return m_bind[v] = b;
 }
 
+Ref Lower::view(Loc at) {
+    return tagged(m_b.emit(Op::Sub, Ty::Triple, {input(Input::P), input(Input::E)}, at), Tag::View);
+}
+
 Ref Lower::global(const VarDecl* v, Loc at) {
     const std::string_view n = v->name;
     if (n == "PI")
         return m_b.constant(3.14159265358979f);
     if (n == "ncomps")
         return m_b.constant(3.0f);
+    if (n == "null")
+        return m_b.text("");
     if (!on_grid()) {
         m_diagnostics.error(
             at, "\"" + std::string(n) +
                     "\" varies over the surface; it is not known where this runs (once a primitive)");
         return zero(ty(v->type));
     }
-    if (n == "I") {
-        const Ref i = m_b.emit(Op::Sub, Ty::Triple, {input(Input::P), input(Input::E)}, at);
-        return tagged(i, Tag::View);
-    }
+    if (n == "I" && !v->assigned)
+        return view(at);
     if (m_illuminance > 0 && n == "L")
         return light_direction(Tag::Light, at);
     if (m_illuminance > 0 && n == "Cl")
@@ -108,7 +124,7 @@ Ref Lower::global(const VarDecl* v, Loc at) {
         m_diagnostics.error(at, "\"" + std::string(n) + "\" is not known here: light comes after shading");
         return zero(ty(v->type));
     }
-    if (n == "dtime" || n == "dPdtime")
+    if ((n == "dtime" || n == "dPdtime") && !v->assigned)
         return zero(ty(v->type));
     const Binding& b = bind(v);
     return b.kind == Binding::Value ? b.value : load_tagged(b.var, at);
@@ -132,8 +148,21 @@ Ref Lower::name(const Expr* e) {
 }
 
 Ref Lower::truth(Ref value) {
-    if (m_b.at(value).ty == Ty::Bool)
+    const Loc at = m_b.at(value).loc;
+    switch (m_b.at(value).ty) {
+    case Ty::Bool:
         return value;
+    case Ty::String: {
+        const Ref empty = m_b.emit(Op::SameText, Ty::Bool, {value, m_b.text("")}, at);
+        return m_b.emit(Op::Not, Ty::Bool, {empty}, at);
+    }
+    case Ty::Triple: {
+        const Ref none = comparison(BinOp::Eq, value, m_b.triple(0), at);
+        return m_b.emit(Op::Not, Ty::Bool, {none}, at);
+    }
+    default:
+        break;
+    }
     return m_b.emit(Op::Ne, Ty::Bool, {value, m_b.constant(0.0f)}, m_b.at(value).loc);
 }
 
@@ -171,24 +200,8 @@ Ref Lower::expr(const Expr* e) {
         return m_b.text(std::string(e->text));
     case ExprKind::Name:
         return name(e);
-    case ExprKind::Index: {
-        if (e->type.is(Base::String) && !e->args[0]->type.array) {
-            m_diagnostics.error(e->loc,
-                                "a string has no elements; a channel is picked within texture() alone");
-            return zero(Ty::String);
-        }
-        const Ref i = expr_as(e->args[1], {Base::Float});
-        if (!e->args[0]->var)
-            return zero(ty(e->type));
-        const Binding& b = bind(e->args[0]->var);
-        if (b.kind != Binding::Variable)
-            return zero(ty(e->type));
-        const int var = b.var;
-        const Ref r = m_b.emit(Op::LoadElement, ty(e->type), {i}, e->loc, var);
-        m_b.stage().instrs[r].floats = {float(
-            fault(e->args[1]->loc, "index outside of array \"" + std::string(e->args[0]->var->name) + "\""))};
-        return r;
-    }
+    case ExprKind::Index:
+        return index(e);
     case ExprKind::Call:
         return call(e);
     case ExprKind::Construct:
@@ -214,11 +227,56 @@ Ref Lower::expr(const Expr* e) {
         return ternary(e);
     case ExprKind::Assign:
         return assign(e);
+    case ExprKind::Sequence: {
+        Ref last = ir::None;
+        for (const Expr* a : e->args)
+            last = expr(a);
+        return last;
+    }
+    case ExprKind::Method: // of a co-shader that is not there: nothing happens
+        for (size_t i = 1; i < e->args.size(); i++)
+            expr(e->args[i]);
+        break;
     case ExprKind::List:
-    case ExprKind::Method:
         break;
     }
+    const Ty t = ty(e->type);
+    return zero(t == Ty::Void ? Ty::Float : t);
+}
+
+// An array's element, a colour's or point's component, a matrix's element.
+Ref Lower::index(const Expr* e) {
+    const Expr* whole = e->args[0];
+    if (whole->type.array) {
+        const Ref i = expr_as(e->args[1], {Base::Float});
+        if (!whole->var)
+            return zero(ty(e->type));
+        const Binding& b = bind(whole->var);
+        if (b.kind != Binding::Variable)
+            return zero(ty(e->type));
+        const int var = b.var;
+        const Ref r = m_b.emit(Op::LoadElement, ty(e->type), {i}, e->loc, var);
+        m_b.stage().instrs[r].floats = {
+            float(fault(e->args[1]->loc, "index outside of array \"" + std::string(whole->var->name) + "\""))};
+        return r;
+    }
+    if (whole->type.triple())
+        return component_of(expr(whole), expr_as(e->args[1], {Base::Float}), e->loc);
+    if (whole->type.is(Base::Matrix) && e->type.is(Base::Float)) // m[row][column]
+        return component_of(expr(whole->args[0]), element_of_matrix(e), e->loc);
+    m_diagnostics.error(e->loc, whole->type.is(Base::Matrix)
+                                    ? "a row of a matrix is no value: expected m[row][column]"
+                                    : "a string has no elements; a channel is picked within texture() alone");
     return zero(ty(e->type));
+}
+
+// m[row][column] as an index into the sixteen elements.
+Ref Lower::element_of_matrix(const Expr* e) {
+    const Ref row = expr_as(e->args[0]->args[1], {Base::Float});
+    const Ref column = expr_as(e->args[1], {Base::Float});
+    const Ref whole = m_b.emit(Op::Floor, Ty::Float, {row}, e->loc);
+    return m_b.emit(Op::Add, Ty::Float, {m_b.emit(Op::Mul, Ty::Float, {whole, m_b.constant(4.0f)}, e->loc), column},
+                    e->loc);
 }
 
 Ref Lower::tuple(const Expr* e) {
@@ -267,6 +325,25 @@ Ref Lower::binary(const Expr* e) {
     return arithmetic(e->op, a, x->type, b, y->type, e->type, e->loc);
 }
 
+// Of triples and matrices: true of all components.
+Ref Lower::comparison(BinOp op, Ref a, Ref b, Loc at) {
+    const Op o = op == BinOp::Lt   ? Op::Lt
+                 : op == BinOp::Le ? Op::Le
+                 : op == BinOp::Gt ? Op::Gt
+                 : op == BinOp::Ge ? Op::Ge
+                                   : Op::Eq;
+    const int n = comps(m_b.at(a).ty);
+    if (n == 1)
+        return m_b.emit(o, Ty::Bool, {a, b}, at);
+    Ref all = m_b.boolean(true);
+    for (int i = 0; i < n; i++) {
+        const Ref p = m_b.emit(Op::Extract, Ty::Float, {a}, at, i),
+                  q = m_b.emit(Op::Extract, Ty::Float, {b}, at, i);
+        all = m_b.emit(Op::And, Ty::Bool, {all, m_b.emit(o, Ty::Bool, {p, q}, at)}, at);
+    }
+    return all;
+}
+
 Ref Lower::arithmetic(BinOp op, Ref a, const ast::Type& ta, Ref b, const ast::Type& tb,
                       const ast::Type& result, Loc at) {
     if (const Ref r = light_arithmetic(op, a, b, at); r != ir::None)
@@ -285,16 +362,9 @@ Ref Lower::arithmetic(BinOp op, Ref a, const ast::Type& ta, Ref b, const ast::Ty
             const ast::Type common = wide.is(Base::Bool) ? ast::Type{Base::Float} : wide;
             a = convert(a, ta, common, at);
             b = convert(b, tb, common, at);
-            const int n = comps(ty(common));
-            if (n == 1)
+            if (comps(ty(common)) == 1)
                 return m_b.emit(op == BinOp::Eq ? Op::Eq : Op::Ne, Ty::Bool, {a, b}, at);
-            equal = m_b.boolean(true);
-            for (int i = 0; i < n; i++) {
-                const Ref p = m_b.emit(Op::Extract, Ty::Float, {a}, at, i),
-                          q = m_b.emit(Op::Extract, Ty::Float, {b}, at, i);
-                const Ref same = m_b.emit(Op::Eq, Ty::Bool, {p, q}, at);
-                equal = m_b.emit(Op::And, Ty::Bool, {equal, same}, at);
-            }
+            equal = comparison(BinOp::Eq, a, b, at);
         }
         return op == BinOp::Eq ? equal : m_b.emit(Op::Not, Ty::Bool, {equal}, at);
     }
@@ -302,11 +372,8 @@ Ref Lower::arithmetic(BinOp op, Ref a, const ast::Type& ta, Ref b, const ast::Ty
     case BinOp::Le:
     case BinOp::Gt:
     case BinOp::Ge: {
-        static constexpr Op Ops[] = {Op::Lt, Op::Le, Op::Gt, Op::Ge};
-        const ast::Type f{Base::Float};
-        a = convert(a, ta, f, at);
-        b = convert(b, tb, f, at);
-        return m_b.emit(Ops[int(op) - int(BinOp::Lt)], Ty::Bool, {a, b}, at);
+        const ast::Type f{ta.triple() || tb.triple() ? Base::Vector : Base::Float};
+        return comparison(op, convert(a, ta, f, at), convert(b, tb, f, at), at);
     }
     case BinOp::Dot:
         return m_b.emit(Op::Dot, Ty::Float, {a, b}, at);
@@ -326,7 +393,12 @@ Ref Lower::arithmetic(BinOp op, Ref a, const ast::Type& ta, Ref b, const ast::Ty
                  : op == BinOp::Sub ? Op::Sub
                  : op == BinOp::Mul ? Op::Mul
                                     : Op::Div;
-    return m_b.emit(o, ty(result), {a, b}, at);
+    const size_t before = m_b.stage().instrs.size();
+    const Ref r = m_b.emit(o, ty(result), {a, b}, at);
+    // A division by zero gives 0 and is told. Shadeops of the library look after theirs.
+    if (o == Op::Div && size_t(r) == before && m_b.at(r).op == Op::Div && !m_b.place() && !m_b.is_const(b))
+        m_b.stage().instrs[r].floats = {float(fault(at, "division by zero"))};
+    return r;
 }
 
 Ref Lower::matrix_arithmetic(BinOp op, Ref a, Ref b, Loc at) {
@@ -434,7 +506,7 @@ static bool heavy(const Expr* e) {
     if (e->kind == ExprKind::Call || e->kind == ExprKind::Assign || e->kind == ExprKind::Method)
         return true;
     for (const Expr* a : e->args)
-        if (heavy(a))
+        if (a && heavy(a))
             return true;
     return false;
 }
@@ -459,36 +531,134 @@ Ref Lower::ternary(const Expr* e) {
     return m_b.load(var, e->loc);
 }
 
-void Lower::assign_array(int var, const Expr* value, const ast::Type& type, Loc at) {
+void Lower::need_room(int var, int elements) {
+    ir::Var& v = m_b.stage().vars[size_t(var)];
+    v.array = std::max(v.array, std::min(elements, 65536));
+}
+
+void Lower::assign_array(const Binding& to, const Expr* value, const ast::Type& type, Loc at) {
+    const int var = to.var;
+    if (var < 0)
+        return;
     ast::Type element = type;
     element.array = false;
-    const int n = m_b.stage().vars[var].array;
+    const auto length = [&](Ref n) {
+        if (to.length >= 0)
+            m_b.store(to.length, n, at);
+    };
     const auto put = [&](int i, Ref r) {
         m_b.emit(Op::StoreElement, Ty::Void, {m_b.constant(float(i)), r}, at, var);
     };
     if (value->kind == ExprKind::List) {
+        const int given = int(value->args.size());
+        if (to.length >= 0)
+            need_room(var, given);
+        const int n = to.length >= 0 ? given : m_b.stage().vars[var].array;
         for (int i = 0; i < n; i++)
-            put(i,
-                i < int(value->args.size()) ? expr_as(value->args[size_t(i)], element) : zero(ty(element)));
+            put(i, i < given ? expr_as(value->args[size_t(i)], element) : zero(ty(element)));
+        length(m_b.constant(float(given)));
     } else if (value->type.array) {
-        if (!value->var)
+        if (!value->var) {
+            expr(value); // the empty array of a shadeop
+            return length(m_b.constant(0.0f));
+        }
+        const Binding from = bind(value->var);
+        if (from.var < 0)
             return;
-        const Binding& b = bind(value->var);
-        const int from = b.var;
-        if (from < 0)
-            return;
-        for (int i = 0; i < std::min(n, m_b.stage().vars[from].array); i++) {
-            const Ref r = m_b.emit(Op::LoadElement, ty(element), {m_b.constant(float(i))}, at, from);
+        const int available = m_b.stage().vars[from.var].array;
+        if (to.length >= 0)
+            need_room(var, available);
+        for (int i = 0; i < std::min(m_b.stage().vars[var].array, available); i++) {
+            const Ref r = m_b.emit(Op::LoadElement, ty(element), {m_b.constant(float(i))}, at, from.var);
             put(i, r);
         }
+        length(from.length >= 0 ? m_b.load(from.length, at) : m_b.constant(float(available)));
     } else {
         const Ref r = expr_as(value, element);
+        const int n = m_b.stage().vars[var].array;
         for (int i = 0; i < n; i++)
             put(i, r);
     }
 }
 
+void Lower::copy_fields(const std::vector<VarDecl*>& to, const std::vector<VarDecl*>& from, Loc at) {
+    for (size_t i = 0; i < to.size() && i < from.size(); i++) {
+        if (!to[i]->fields.empty()) {
+            copy_fields(to[i]->fields, from[i]->fields, at);
+            continue;
+        }
+        Expr name{ExprKind::Name, at};
+        name.var = from[i];
+        name.type = from[i]->type;
+        const Binding target = bind(to[i]);
+        if (to[i]->type.array)
+            assign_array(target, &name, to[i]->type, at);
+        else if (target.kind == Binding::Variable)
+            store_tagged(target.var, expr(&name), at);
+    }
+}
+
+// The members of a struct take the value of an expression: another struct, a constructor, a function's result.
+void Lower::assign_struct(const std::vector<VarDecl*>& fields, const Expr* value, Loc at) {
+    if (value->kind == ExprKind::Construct) {
+        // All values are computed before the first is assigned: they may read what is assigned.
+        std::vector<Ref> values(fields.size(), ir::None);
+        for (size_t i = 0; i < fields.size() && i < value->args.size(); i++) {
+            const Expr* a = value->args[i] ? value->args[i] : fields[i]->init;
+            if (a && fields[i]->fields.empty() && !fields[i]->type.array)
+                values[i] = expr_as(a, fields[i]->type);
+        }
+        for (size_t i = 0; i < fields.size(); i++) {
+            const Expr* a = i < value->args.size() && value->args[i] ? value->args[i] : fields[i]->init;
+            const Binding target = bind(fields[i]);
+            if (!fields[i]->fields.empty()) {
+                if (a)
+                    assign_struct(fields[i]->fields, a, at);
+            } else if (fields[i]->type.array) {
+                if (a)
+                    assign_array(target, a, fields[i]->type, at);
+            } else if (target.kind == Binding::Variable) {
+                store_tagged(target.var, values[i] != ir::None ? values[i] : zero(ty(fields[i]->type)), at);
+            }
+        }
+    } else if (value->kind == ExprKind::Name && value->var) {
+        copy_fields(fields, value->var->fields, at);
+    } else if (value->kind == ExprKind::Index && value->args[0]->var) { // an element of an array of structs
+        const std::vector<VarDecl*>& from = value->args[0]->var->fields;
+        const Ref i = expr_as(value->args[1], {Base::Float});
+        for (size_t k = 0; k < fields.size() && k < from.size(); k++) {
+            const Binding source = bind(from[k]), target = bind(fields[k]);
+            if (source.kind != Binding::Variable || target.kind != Binding::Variable)
+                continue;
+            m_b.store(target.var, m_b.emit(Op::LoadElement, ty(fields[k]->type), {i}, at, source.var), at);
+        }
+    } else if (value->kind == ExprKind::Call && value->function) {
+        expr(value);
+        if (value->function->result_fields)
+            copy_fields(fields, value->function->result_fields->fields, at);
+    } else if (value->kind == ExprKind::Assign) {
+        expr(value);
+        if (value->args[0]->var)
+            copy_fields(fields, value->args[0]->var->fields, at);
+    } else {
+        m_diagnostics.error(value->loc, "expected a struct's variable, its constructor or a function's result");
+    }
+}
+
 void Lower::assign_to(const Expr* target, Ref value, Loc at) {
+    if (target->kind == ExprKind::Index && !target->args[0]->type.array) {
+        // A component of what may itself be an element of an array.
+        const Expr* whole = target->args[0];
+        const bool matrix = whole->type.is(Base::Matrix) && whole->kind == ExprKind::Index;
+        if (!matrix && !whole->type.triple()) {
+            m_diagnostics.error(target->loc, "cannot assign to this part of a " + whole->type.str());
+            return;
+        }
+        if (matrix)
+            whole = whole->args[0];
+        const Ref i = matrix ? element_of_matrix(target) : expr_as(target->args[1], {Base::Float});
+        return assign_to(whole, with_component(expr(whole), i, value, at), at);
+    }
     const bool element = target->kind == ExprKind::Index;
     const Expr* base = element ? target->args[0] : target;
     if (!base->var)
@@ -505,6 +675,30 @@ void Lower::assign_to(const Expr* target, Ref value, Loc at) {
         fault(target->args[1]->loc, "index outside of array \"" + std::string(base->var->name) + "\""))};
 }
 
+// array[i] = a struct
+void Lower::assign_struct_element(const Expr* target, const Expr* from, Loc at) {
+    const std::vector<VarDecl*>& arrays = target->args[0]->var->fields;
+    std::deque<VarDecl> temporaries; // one of the element's type for each member
+    std::vector<VarDecl*> fields;
+    for (const VarDecl* a : arrays) {
+        VarDecl& t = temporaries.emplace_back(*a);
+        t.type.array = false;
+        t.resizable = false;
+        t.kind = VarDecl::Local;
+        declare(&t);
+        fields.push_back(&t);
+    }
+    assign_struct(fields, from, at);
+    const Ref i = expr_as(target->args[1], {Base::Float});
+    for (size_t k = 0; k < arrays.size(); k++) {
+        const Binding array = bind(arrays[k]);
+        if (array.kind == Binding::Variable)
+            m_b.emit(Op::StoreElement, Ty::Void, {i, m_b.load(bind(fields[k]).var, at)}, at, array.var);
+    }
+    for (const VarDecl* t : fields)
+        m_bind.erase(t);
+}
+
 Ref Lower::assign(const Expr* e) {
     const Expr *target = e->args[0], *from = e->args[1];
     if (target->type.handle()) {
@@ -516,9 +710,16 @@ Ref Lower::assign(const Expr* e) {
             bind_lobe(target->var, from);
         return ir::None;
     }
+    if (target->type.base == Base::Struct && !target->type.array) {
+        if (target->kind == ExprKind::Index && target->args[0]->var)
+            assign_struct_element(target, from, e->loc);
+        else if (target->var)
+            assign_struct(target->var->fields, from, e->loc);
+        return zero(Ty::Float);
+    }
     if (target->type.array) {
         if (target->var)
-            assign_array(bind(target->var).var, from, target->type, e->loc);
+            assign_array(Binding(bind(target->var)), from, target->type, e->loc);
         return zero(Ty::Float);
     }
     Ref value;

@@ -18,6 +18,7 @@ Base base_named(std::string_view s) {
                                                                   {"normal", Base::Normal},
                                                                   {"matrix", Base::Matrix},
                                                                   {"string", Base::String},
+                                                                  {"shader", Base::Shader},
                                                                   {"void", Base::Void},
                                                                   {"lobe", Base::Lobe},
                                                                   {"MnkMaterial", Base::Material},
@@ -51,9 +52,13 @@ std::vector<std::string> words(std::string_view s) {
 
 // "float mix(float a, float b)": the grammar is this regular.
 Signature parse(std::string_view header, std::string& name) {
-    const std::vector<std::string> w = words(header);
+    std::vector<std::string> w = words(header);
     Signature s;
     s.result.base = base_named(w[0]);
+    if (w[1] == "[") { // an array
+        s.result.array = true;
+        w.erase(w.begin() + 1, w.begin() + 3);
+    }
     name = w[1];
     for (size_t i = 3; i < w.size() && w[i] != ")";) {
         if (w[i] == ",") {
@@ -232,11 +237,13 @@ std::span<const Global> globals() {
         {"Cl", Base::Color, -1, true, "light that arrives, within illuminance"},
         {"Ol", Base::Color, -1, true, "opacity of light"},
         {"Ps", Base::Point, -1, false, "lit point, in light shaders"},
+        {"Ns", Base::Normal, -1, false, "normal at the lit point, in light shaders"},
         {"dtime", Base::Float, -1, false, "length of the shutter interval"},
         {"dPdtime", Base::Vector, -1, false, "motion of P"},
         {"ncomps", Base::Float, -1, false, "colour components: 3"},
         {"alpha", Base::Float, -1, true, "coverage, in imagers"},
         {"PI", Base::Float, -1, false, "3.14159…"},
+        {"null", Base::Shader, -1, false, "no shader"},
     };
     return Table;
 }

@@ -52,6 +52,13 @@ class Diagnostics {
     void error(Loc at, const std::string& what);
     void warning(Loc at, const std::string& what);
     int errors() const { return m_errors; }
+    // While set, errors are warnings that begin with this text, and only the first is told: code that nothing
+    // runs need not be right.
+    void set_lenient(const std::string* why) {
+        m_lenient = why;
+        m_demoted = 0;
+    }
+    bool lenient() const { return m_lenient != nullptr; }
     Sources& sources() { return m_sources; }
 
   private:
@@ -59,6 +66,8 @@ class Diagnostics {
     Sources& m_sources;
     Journal& m_journal;
     int m_errors = 0;
+    const std::string* m_lenient = nullptr;
+    int m_demoted = 0;
     Loc m_last{};
 };
 
