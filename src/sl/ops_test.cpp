@@ -248,8 +248,7 @@ TEST(SlOps, TableIsConsistent) {
 
 // docs/shadeops.md is printed from the table; KANUKA_WRITE_DOCS=1 writes it anew.
 TEST(SlOps, ManualIsUpToDate) {
-    const std::filesystem::path file =
-        std::filesystem::path(__FILE__).parent_path() / "../../docs/shadeops.md";
+    const std::filesystem::path file = std::filesystem::path(KANUKA_SOURCE_DIR) / "docs/shadeops.md";
     if (std::getenv("KANUKA_WRITE_DOCS"))
         std::ofstream(file) << ops::shadeops_manual();
     std::ifstream in(file);
