@@ -33,12 +33,14 @@ from ._native import (
     render,
     z_test,
 )
+from .graph import GraphError, ShaderGraph
 
 __all__ = [
     "Camera",
     "Comparison",
     "CompiledShader",
     "Error",
+    "GraphError",
     "Group",
     "Journal",
     "Material",
@@ -47,6 +49,7 @@ __all__ = [
     "Picture",
     "Scene",
     "Shader",
+    "ShaderGraph",
     "ZTestResult",
     "__version__",
     "compare",
