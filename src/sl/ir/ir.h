@@ -208,7 +208,8 @@ struct Output {
     enum Kind : uint8_t { Position, Normal, Slot, Member, Parameter };
     Kind kind = Slot;
     int var = -1;
-    int index = 0; // Slot: channel; Member, Parameter: index
+    int index = 0;   // Slot: channel; Member, Parameter: index
+    int element = 0; // Parameter: of an array
 };
 
 // One stage of a shader.
@@ -235,7 +236,8 @@ struct Place {
     int count = 0;
     bool text = false;
     bool varying = false; // may be bound to a primvar
-    int length = -1;      // of a resizable array: where the number of its elements is, in floats
+    int length = -1; // in floats: of a resizable array the number of its elements; of a parameter whose default
+                     // varies, whether it was given a value
 };
 
 // Values that a resizable array parameter holds at most, and what a growing array has room for where its uses
