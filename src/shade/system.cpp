@@ -71,7 +71,7 @@ class SystemImpl final : public ShadingSystem {
         : m_journal(journal), m_compile(std::move(compile)),
           m_shader_folders(search_folders(options.shader_path, scene.file, options.standard_shaders)),
           m_textures(search_folders(options.texture_path, scene.file, ""), options.texture_bytes, journal),
-          m_render_from_world(options.render_from_world),
+          m_render_from_world(options.render_from_world), m_options(scene.options), m_camera(scene.camera),
           m_world_spaces(scene, options.camera_from_render * options.render_from_world) {
         m_compile_options.lanes = options.lanes;
         m_compile_options.cache_dir = options.cache_dir;
@@ -106,6 +106,8 @@ class SystemImpl final : public ShadingSystem {
     std::vector<std::string> m_shader_folders;
     Textures m_textures;
     Transform m_render_from_world;
+    scene::Options m_options;
+    scene::Camera m_camera;
     WorldSpaces m_world_spaces;
 
     std::mutex m_mutex; // guards the maps below; nothing is compiled while it is held
@@ -219,9 +221,10 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(Bound& surface, Bound& disp
     const auto instantiate = [&](const Bound& bound, const Transform& current_from_shader) {
         Spaces spaces = own.spaces;
         spaces.current_from_shader = current_from_shader;
-        MaterialServices services(spaces, m_textures, m_journal, bound.where);
+        MaterialServices services(spaces, own.facts, m_textures, m_journal, bound.where);
         auto instance = bound.shader->instantiate(bound.arguments, services);
-        depends_on_object = depends_on_object || services.asked_for_object();
+        depends_on_object =
+            depends_on_object || services.asked_for_object() || services.asked_for_attributes();
         return instance;
     };
     if (surface.shader)
@@ -319,12 +322,16 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
         add_colors(surface.arguments, own, coverage);
     own.surface_where = surface.where;
     own.displacement_where = displacement.where;
+    own.attributes = primitive.attributes;
+    own.facts = {primitive.attributes ? primitive.attributes.get() : &fallback, &m_options, &m_camera};
 
     // 3. What is shared, then what is this primitive's own
     std::shared_ptr<const MaterialCore> shared = core(surface, displacement, attributes, own, coverage);
     std::string key = shared->key;
     append(key, own.color);
     append(key, own.opacity);
+    if ((surface.shader && surface.shader->queries()) || (displacement.shader && displacement.shader->queries()))
+        key += attribute_key(attributes);
     for (const Transform* t :
          {&own.spaces.current_from_object, &own.spaces.current_from_world, &own.spaces.current_from_shader,
           &own.displacement_from_shader, &m_world_spaces.camera_from_world})

@@ -55,7 +55,7 @@ void InstanceImpl::bind(std::span<const Argument> arguments, Services& services)
                 std::copy(p.parameters[i].floats.begin(), p.parameters[i].floats.end(),
                           m_params.begin() + place.offset);
             if (place.length >= 0)
-                m_params[size_t(place.length)] = float(p.parameters[i].array_size);
+                m_params[size_t(place.length)] = p.parameters[i].resizable ? float(p.parameters[i].array_size) : 0;
         }
     }
     for (const Argument& a : arguments) {
@@ -90,7 +90,9 @@ void InstanceImpl::bind(std::span<const Argument> arguments, Services& services)
             }
             m_variant.params[index] = true;
             m_primvars[index] = a.name;
-        } else if (place.length >= 0) {
+            if (place.length >= 0)
+                m_params[size_t(place.length)] = 1;
+        } else if (it->resizable) {
             const size_t given = place.text ? a.strings.size() : a.floats.size();
             const int per = place.count / std::max(ir::ResizableRoom, it->array_size);
             if (given > size_t(place.count) || given % size_t(per) != 0) {
@@ -111,6 +113,8 @@ void InstanceImpl::bind(std::span<const Argument> arguments, Services& services)
             for (size_t k = 0; k < a.strings.size(); k++)
                 m_param_texts[size_t(place.offset) + k] = m_texts.emplace_back(a.strings[k]).c_str();
         } else if (int(a.floats.size()) == place.count) {
+            if (place.length >= 0)
+                m_params[size_t(place.length)] = 1;
             std::copy(a.floats.begin(), a.floats.end(), m_params.begin() + place.offset);
         } else if (a.floats.size() == 1 && place.count == 3) {
             std::fill_n(m_params.begin() + place.offset, 3, a.floats[0]);
@@ -167,8 +171,9 @@ void InstanceImpl::run_once(const BuiltStage& built, Services& services, ops::Ma
             (member ? m_member_texts : m_param_texts)[size_t(place.offset)] =
                 m_texts.emplace_back(s ? s : "").c_str();
         } else {
-            std::copy_n(results[k].begin(), place.count,
-                        (member ? m_members : m_params).begin() + place.offset);
+            const int n = ir::comps(built.stage.vars[size_t(o.var)].ty);
+            std::copy_n(results[k].begin(), n,
+                        (member ? m_members : m_params).begin() + place.offset + o.element * n);
         }
     }
 }

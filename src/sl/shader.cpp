@@ -78,6 +78,7 @@ static std::optional<ir::Program> front_end(const std::string& name, std::string
         ir::simplify(*s);
         if (!s->root)
             continue;
+        ir::number_texts(*s, all_varying(program), diagnostics);
         ir::Stage checked = *s;
         ir::infer_detail(checked, all_varying(program), &diagnostics);
         if (s == &program.shade)
@@ -136,6 +137,9 @@ ShaderImpl::ShaderImpl(ir::Program program, CompileOptions options)
     const std::string key =
         m_program.name + "|" + std::to_string(m_options.opt_level) + "|" + std::to_string(CompilerVersion);
     m_hash = hash_bytes(key.data(), key.size(), m_program.source_hash);
+    for (const ir::Stage* s : {&m_program.displace, &m_program.shade})
+        for (const ir::CallSite& c : s->calls)
+            m_queries = m_queries || c.kind == ir::CallKind::Found;
     m_from_cache = build({}).from_cache;
 }
 

@@ -38,6 +38,7 @@ class ShaderImpl final : public Shader, public std::enable_shared_from_this<Shad
     std::span<const Parameter> parameters() const override { return m_program.parameters; }
     uint64_t hash() const override { return m_hash; }
     bool from_cache() const override { return m_from_cache; }
+    bool queries() const override { return m_queries; }
     std::unique_ptr<Instance> instantiate(std::span<const Argument> arguments,
                                           Services& services) const override;
 
@@ -52,7 +53,7 @@ class ShaderImpl final : public Shader, public std::enable_shared_from_this<Shad
     ir::Program m_program;
     CompileOptions m_options;
     uint64_t m_hash = 0;
-    bool m_from_cache = false;
+    bool m_from_cache = false, m_queries = false;
     mutable std::mutex m_mutex;
     mutable std::map<std::string, std::unique_ptr<Build>> m_builds;
 };

@@ -163,6 +163,8 @@ class Shader {
     virtual uint64_t
     hash() const = 0; // of its source, the compiler's version and the options: part of a grid's key
     virtual bool from_cache() const = 0;
+    // True if a stage asks for attributes or options: what it computes may then differ from one primitive to the next.
+    virtual bool queries() const { return false; }
     // Unknown arguments and wrong types are reported to the journal (with the names there are) and skipped.
     virtual std::unique_ptr<Instance> instantiate(std::span<const Argument> arguments,
                                                   Services& services) const = 0;

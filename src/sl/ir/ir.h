@@ -213,6 +213,7 @@ struct Output {
     int var = -1;
     int index =
         0; // Slot: channel; Member, Parameter: index; Emitted: Emission; Filtered: 0 Ci, 1 Oi, 2 alpha
+    int element = 0; // Parameter: of an array
 };
 
 // One stage of a shader.
@@ -239,7 +240,8 @@ struct Place {
     int count = 0;
     bool text = false;
     bool varying = false; // may be bound to a primvar
-    int length = -1;      // of a resizable array: where the number of its elements is, in floats
+    int length = -1; // in floats: of a resizable array the number of its elements; of a parameter whose default
+                     // varies, whether it was given a value
 };
 
 // Values that a resizable array parameter holds at most, and what a growing array has room for where its uses

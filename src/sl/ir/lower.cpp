@@ -99,6 +99,21 @@ void Lower::end_stage() {
     s.root->items = std::move(items);
 }
 
+// A default value that only the surface knows (varying vector direction = dPdu) is computed where the shader runs.
+bool Lower::late_default(const VarDecl* v) {
+    const auto varies = [](auto& self, const Expr* e) -> bool {
+        if (!e)
+            return false;
+        if (e->kind == ExprKind::Name && e->var && e->var->kind == VarDecl::Global)
+            return e->text != "PI" && e->text != "ncomps" && e->text != "null";
+        for (const Expr* a : e->args)
+            if (self(self, a))
+                return true;
+        return false;
+    };
+    return v->init && !v->type.array && ty(v->type) != Ty::String && varies(varies, v->init);
+}
+
 void Lower::parameters() {
     for (const VarDecl* v : m_shader.parameters) {
         m_parameter_index[v] = int(m_program.parameters.size());
@@ -138,6 +153,11 @@ void Lower::parameters() {
                 p.floats.resize(count);
             continue;
         }
+        if (late_default(v)) {
+            m_program.places[size_t(index)].length = m_program.floats++;
+            p.floats.resize(size_t(comps(ty(v->type))));
+            continue;
+        }
         ast::Type element = v->type;
         element.array = false;
         std::vector<Ref> values;
@@ -167,14 +187,16 @@ void Lower::parameters() {
                 p.floats.resize(count);
             continue;
         }
-        if (v->type.array) {
-            m_diagnostics.error(v->init->loc, "the default values of an array must be constants");
+        if (element.base == Base::String && v->type.array) {
+            m_diagnostics.error(v->init->loc, "the default values of an array of strings must be constants");
             continue;
         }
-        const int var = m_b.var(p.name, ty(element), v->loc);
-        m_b.declare(var);
-        m_b.store(var, values[0], v->loc);
-        m_program.defaults.outputs.push_back({Output::Parameter, var, index});
+        for (size_t k = 0; k < values.size(); k++) {
+            const int var = m_b.var(p.name, ty(element), v->loc);
+            m_b.declare(var);
+            m_b.store(var, values[k], v->loc);
+            m_program.defaults.outputs.push_back({Output::Parameter, var, index, int(k)});
+        }
     }
     end_stage();
 }
@@ -219,7 +241,7 @@ void Lower::run_method(FunctionDecl* f) {
         b.kind = Binding::Handle;
         const char* global_name = v->type.is(Base::Point)    ? "P"
                                   : v->type.is(Base::Normal) ? "N"
-                                  : v->type.is(Base::Color)  ? (bindings.empty() ? "Ci" : "Oi")
+                                  : v->type.is(Base::Color)  ? (bindings.empty() && f->name != "opacity" ? "Ci" : "Oi")
                                                              : nullptr;
         if (global_name)
             b = bind(m_sema.global(global_name));
@@ -240,17 +262,51 @@ void Lower::normal_output() {
         m_b.stage().outputs.push_back({Output::Normal, it->second.var, 0});
 }
 
-void Lower::class_stage(const char* name, Stage& stage, Role role) {
+// RenderMan's stages of a class fit their forms; what else has their name is a method.
+FunctionDecl* Lower::stage_method(std::string_view name) {
     FunctionDecl* f = method(name);
-    if (!f)
+    const size_t formals = name == "opacity" ? 1 : name == "begin" || name == "construct" ? 0 : 2;
+    return f && f->formals.size() == formals && f->result.is(Base::Void) ? f : nullptr;
+}
+
+// What runs for a class with Ci and Oi: its surface(), or the pipeline that stands for one.
+std::vector<FunctionDecl*> Lower::lit_methods() {
+    std::vector<FunctionDecl*> all;
+    const auto add = [&](std::string_view name) {
+        FunctionDecl* f = stage_method(name);
+        if (f)
+            all.push_back(f);
+        return f != nullptr;
+    };
+    add("opacity");
+    add("prelighting");
+    if (add("surface") || add("lighting"))
+        return all;
+    add("diffuselighting");
+    add("specularlighting");
+    add("postlighting");
+    return all;
+}
+
+void Lower::class_stage(const char* name, Stage& stage, Role role) {
+    std::vector<FunctionDecl*> methods = {method(name)};
+    const bool lit = role == Role::Shade && !methods[0];
+    if (lit)
+        methods = lit_methods();
+    if (methods.empty() || !methods[0])
         return;
-    begin_stage(stage, role, name);
+    begin_stage(stage, role, lit ? "surface" : name);
     for (const VarDecl* v : m_shader.members)
         declare(v);
-    FunctionDecl* const begin = method("begin");
-    if (begin && role != Role::Init && role != Role::Interior)
-        run_method(begin);
-    run_method(f);
+    for (const char* first : {"construct", "begin"})
+        if (FunctionDecl* f = stage_method(first); f && role != Role::Init && role != Role::Interior)
+            run_method(f);
+    if (lit) {
+        m_program.Ci = bind(m_sema.global("Ci")).var;
+        m_program.Oi = bind(m_sema.global("Oi")).var;
+    }
+    for (FunctionDecl* f : methods)
+        run_method(f);
     if (role == Role::Init)
         for (const auto& [v, index] : std::map<const VarDecl*, int>(m_member_index.begin(), m_member_index.end()))
             if (!v->type.array && m_bind[v].kind == Binding::Variable)
@@ -259,10 +315,6 @@ void Lower::class_stage(const char* name, Stage& stage, Role role) {
         normal_output();
     if (role == Role::Displace)
         stage.outputs.push_back({Output::Position, bind(m_sema.global("P")).var, 0});
-    if (f->name == "surface") {
-        m_program.Ci = bind(m_sema.global("Ci")).var;
-        m_program.Oi = bind(m_sema.global("Oi")).var;
-    }
     for (const auto& [channel, var] : std::map<int, int>(m_channel_vars.begin(), m_channel_vars.end()))
         stage.outputs.push_back({Output::Slot, var, channel});
     end_stage();
@@ -306,7 +358,7 @@ void Lower::run() {
         class_stage("mnk_interior", m_program.interior, Role::Interior);
         class_stage(method("mnk_displacement") ? "mnk_displacement" : "displacement", m_program.displace,
                     Role::Displace);
-        class_stage(method("mnk_prelighting") ? "mnk_prelighting" : "surface", m_program.shade, Role::Shade);
+        class_stage("mnk_prelighting", m_program.shade, Role::Shade);
         break;
     case ShaderKind::Surface:
     case ShaderKind::Displacement:
@@ -369,7 +421,13 @@ void Lower::declare_array(const VarDecl* v) {
     if (v->resizable) {
         b.length = m_b.var(std::string(v->name) + ".length", Ty::Float, v->loc);
         m_b.declare(b.length);
-        m_b.store(b.length, m_b.constant(float(v->type.size)), v->loc);
+        Ref n = m_b.constant(float(v->type.size));
+        if (v->size && v->type.size == 0) {
+            n = expr_as(v->size, {Base::Float});
+            need_room(b.var, m_b.is_const(n) ? int(m_b.at(n).floats[0]) : ResizableRoom);
+            n = m_b.emit(Op::Min, Ty::Float, {n, m_b.constant(float(m_b.stage().vars[size_t(b.var)].array))}, v->loc);
+        }
+        m_b.store(b.length, n, v->loc);
     }
     m_bind[v] = b;
     const bool whole = v->init && (v->init->kind != ExprKind::List || int(v->init->args.size()) >= v->type.size);

@@ -41,6 +41,7 @@ class Lower {
 
     // lower.cpp: stages, statements
     void parameters();
+    static bool late_default(const ast::VarDecl* v);
     void members();
     void begin_stage(Stage& stage, Role role, const char* name);
     void end_stage();
@@ -48,6 +49,8 @@ class Lower {
     void classic_stage();
     void normal_output();
     ast::FunctionDecl* method(std::string_view name);
+    ast::FunctionDecl* stage_method(std::string_view name);
+    std::vector<ast::FunctionDecl*> lit_methods();
     void run_method(ast::FunctionDecl* f);
     void statement(const ast::Stmt* s);
     void declare(const ast::VarDecl* v);
@@ -109,6 +112,7 @@ class Lower {
     Ref call(const ast::Expr* e);
     using Bindings = std::vector<std::pair<const ast::VarDecl*, Binding>>;
     Ref inline_function(ast::FunctionDecl* f, const std::vector<const ast::Expr*>& args, Loc at);
+    Ref struct_call(const ast::Expr* e);
     Ref inline_with(ast::FunctionDecl* f, std::vector<Binding> bindings, Loc at);
     Ref inline_placed(ast::FunctionDecl* f, Bindings bindings, Loc at);
     Ref inline_body(ast::FunctionDecl* f, Bindings bindings, Loc at);

@@ -94,6 +94,27 @@ Ref Lower::inline_function(FunctionDecl* f, const std::vector<const Expr*>& args
     return result;
 }
 
+// s->f (…): the members that the function sees are those of s.
+Ref Lower::struct_call(const Expr* e) {
+    Bindings bindings;
+    const auto members = [&](auto& again, const std::vector<VarDecl*>& seen,
+                             const std::vector<VarDecl*>& own) -> void {
+        for (size_t i = 0; i < seen.size() && i < own.size(); i++)
+            if (own[i]->fields.empty())
+                bindings.emplace_back(seen[i], bind(own[i]));
+            else
+                again(again, seen[i]->fields, own[i]->fields);
+    };
+    members(members, e->var->type.record->members, e->var->fields);
+    std::vector<std::pair<const Expr*, int>> copies;
+    for (size_t i = 0; i < e->function->formals.size(); i++)
+        bind_formal(e->function->formals[i], e->args[i + 1], bindings, copies);
+    const Ref result = inline_placed(e->function, std::move(bindings), e->loc);
+    for (const auto& [target, var] : copies)
+        assign_to(target, m_b.load(var, e->loc), e->loc);
+    return result;
+}
+
 Ref Lower::inline_with(FunctionDecl* f, std::vector<Binding> values, Loc at) {
     Bindings bindings;
     for (size_t i = 0; i < f->formals.size(); i++)
@@ -451,6 +472,8 @@ Ref Lower::special(const Expr* e, const ops::Signature& s) {
         const bool own = e->args.empty() || constant_text(e->args[0], "the kind of a shader") == kind_name(m_program.kind);
         return m_b.text(own ? m_program.name : std::string());
     }
+    if (n == "emit")
+        m_diagnostics.warning(e->loc, "emit() is not here: add to Ci, or use an area light");
     if (n == "bake3d" || n == "texture3d" || n == "bake") {
         m_diagnostics.warning(e->loc, n + "() is not here: there are no point clouds; it gives 0");
         return zero(Ty::Float);

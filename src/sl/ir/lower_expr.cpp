@@ -27,7 +27,19 @@ Lower::Binding& Lower::bind(const VarDecl* v) {
     Binding b;
     if (v->kind == VarDecl::Parameter) {
         const int index = m_parameter_index[v];
-        if (!v->output && !v->type.array && !v->assigned) {
+        if (late_default(v)) {
+            b.kind = Binding::Variable;
+            b.var = m_b.var(std::string(v->name), ty(v->type), v->loc);
+            Block* const here = m_b.block();
+            m_b.set_block(m_prologue);
+            const Ref value = expr_as(v->init, v->type); // may bind globals, in the prologue too
+            const Ref given = m_b.leaf(Op::Param, Ty::Float, index);
+            m_b.stage().instrs[given].floats = {0, 0};
+            const Ref own = m_b.leaf(Op::Param, ty(v->type), index);
+            m_b.declare(b.var);
+            m_b.store(b.var, m_b.emit(Op::Select, ty(v->type), {truth(given), own, value}, v->loc), v->loc);
+            m_b.set_block(here);
+        } else if (!v->output && !v->type.array && !v->assigned) {
             b.kind = Binding::Value;
             b.value = m_b.leaf(Op::Param, ty(v->type), index);
         } else {
@@ -233,7 +245,10 @@ Ref Lower::expr(const Expr* e) {
             last = expr(a);
         return last;
     }
-    case ExprKind::Method: // of a co-shader that is not there: nothing happens
+    case ExprKind::Method:
+        if (e->function)
+            return struct_call(e);
+        // of a co-shader that is not there: nothing happens
         for (size_t i = 1; i < e->args.size(); i++)
             expr(e->args[i]);
         break;

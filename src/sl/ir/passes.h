@@ -19,6 +19,9 @@ void extract_closures(Program& program, Diagnostics& diagnostics);
 // Forwards values through variables that are assigned once; removes what no output depends on.
 void simplify(Stage& stage);
 
+// Makes numbers of strings that may vary (texts.cpp); the variant is that in which all varies that may.
+void number_texts(Stage& stage, const Variant& variant, Diagnostics& diagnostics);
+
 // Marks what varies over a grid (detail.cpp). With diagnostics, complains about uniform variables that do.
 void infer_detail(Stage& stage, const Variant& variant, Diagnostics* diagnostics);
 

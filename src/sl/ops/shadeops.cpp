@@ -126,6 +126,8 @@ struct Table {
                     std::string plain = header;
                     if (const size_t dots = plain.find(", ..."); dots != std::string::npos)
                         plain.erase(dots, 5);
+                    else if (const size_t only = plain.find("(...)"); only != std::string::npos)
+                        plain.erase(only + 1, 3);
                     const std::string body(row.source);
                     s.source = plain + "{" + (type.empty() ? body : replace_word(body, letter, type)) + "}";
                 }

@@ -434,6 +434,14 @@ const Row table[] = {
     special(O, "shader[] getshaders(...)", "co-shaders, all or by category; none if there are none"),
     special(O, "shader[] getlights(...)", "no lights: light is not known while shading"),
     special(O, "shader caller()", "null"),
+    special(O, "float getvar(shader s, string name, output void value)",
+            "a co-shader's variable; 0 where there is none, and the variable stays as it is"),
+    rsl(O, "float hasmethod(shader s, string name)", "return 0;", "0: there is no co-shader"),
+    special(O, "void writeaov(string name, ...)", "nothing: declare an output parameter"),
+    special(O, "float outputchannel(string name, ...)", "0, as writeaov()"),
+    special(O, "float evalparam(string name, output void value)",
+            "0: parameters have their values already; the variable stays as it is"),
+    special(O, "void emit(color c, ...)", "nothing: give the surface an emission, or an area light"),
     special(I, "string shadername(...)", "this shader's name"),
 };
 

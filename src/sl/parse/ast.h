@@ -90,6 +90,7 @@ struct StructDecl {
     std::string_view name;
     Loc loc;
     std::vector<VarDecl*> members;
+    std::vector<FunctionDecl*> functions; // they see the members as variables
 };
 
 enum class ExprKind : uint8_t {
@@ -215,6 +216,7 @@ struct Unit {
     std::vector<FunctionDecl*> functions;
     std::vector<ShaderDecl*> shaders;
     std::vector<VarDecl*> constants; // declared outside of shaders
+    bool plugins = false;            // plugin "name"; functions from elsewhere
 };
 
 } // namespace kanuka::sl::ast

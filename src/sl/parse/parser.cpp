@@ -277,16 +277,37 @@ StructDecl* Parser::structure() {
     const Token name = identifier("the struct's name");
     s->name = name.text;
     s->loc = name.loc;
+    m_structs.try_emplace(s->name, s); // its functions may take it
+    if (accept(":")) {
+        const Token base = identifier("the struct that this one extends");
+        const auto it = m_structs.find(base.text);
+        if (it == m_structs.end())
+            fail(base, "a struct");
+        s->members = it->second->members;
+        s->functions = it->second->functions;
+    }
     expect("{", "before the members of the struct");
     while (!peek().is("}")) {
         if (peek().kind == Token::End)
             fail(peek(), "\"}\" for the struct that begins in line " + std::to_string(name.loc.line));
-        if (!accept(";"))
-            declaration(specifiers(), VarDecl::Member, &s->members);
+        if (accept(";"))
+            continue;
+        Specifiers specifier = specifiers(false);
+        const bool untyped = specifier.type.base == Base::Error;
+        if (peek(1).is("(")) {
+            if (untyped)
+                specifier.type.base = Base::Void;
+            if (FunctionDecl* f = function(specifier))
+                s->functions.push_back(f);
+        } else {
+            if (untyped)
+                type_name(); // complains
+            declaration(specifier, VarDecl::Member, &s->members);
+        }
     }
     next();
     accept(";");
-    if (!m_structs.try_emplace(s->name, s).second)
+    if (m_structs.find(s->name)->second != s)
         m_diagnostics.error(s->loc, "struct \"" + std::string(s->name) + "\" is declared twice");
     return s;
 }
@@ -367,6 +388,11 @@ void Parser::top_level(Unit& unit) {
         unit.shaders.push_back(shader());
     } else if (peek().is("struct")) {
         structure();
+    } else if (peek().is("plugin") && peek(1).kind == Token::String) {
+        m_diagnostics.warning(next().loc, "plug-ins of other renderers are not here: their functions give 0");
+        next();
+        accept(";");
+        unit.plugins = true;
     } else if (at_type() || at_declaration()) {
         const Specifiers s = specifiers();
         if (peek(1).is("("))

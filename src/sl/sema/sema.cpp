@@ -1,5 +1,8 @@
 #include "sl/sema/sema.h"
 
+#include <cmath>
+#include <limits>
+
 #include "sl/parse/parser.h"
 
 namespace kanuka::sl {
@@ -42,6 +45,25 @@ void Sema::declare(VarDecl* v) {
     else
         m_diagnostics.error(v->loc, what + " as a " + it->second->type.str());
     it->second = v;
+}
+
+// The functions of a struct see its members; a call binds these to those of the struct it is made on.
+void Sema::check_struct(const StructDecl* record) {
+    if (m_struct_scopes.count(record) || record->functions.empty())
+        return;
+    Scope* const scope = m_scope;
+    m_scope = m_shader_scope ? m_shader_scope : m_root;
+    m_struct_scopes[record] = push();
+    for (VarDecl* m : record->members) {
+        m->written = m->read = true;
+        make_fields(m);
+        m_scope->vars[m->name] = m;
+    }
+    for (FunctionDecl* f : record->functions)
+        declare(f);
+    for (FunctionDecl* f : record->functions)
+        check_function(f);
+    m_scope = scope;
 }
 
 // A struct's variable is a variable for each member.
@@ -123,6 +145,7 @@ VarDecl* Sema::find(std::string_view name) {
 
 void Sema::check(Unit& unit, ShaderDecl& shader) {
     m_shader = &shader;
+    m_plugins = unit.plugins;
     m_root = push();
     for (FunctionDecl* f : unit.functions)
         declare(f);
@@ -168,7 +191,7 @@ void Sema::check(Unit& unit, ShaderDecl& shader) {
 
 void Sema::warn_unused(const ShaderDecl& shader) {
     for (const VarDecl* v : shader.parameters)
-        if (!v->read && !v->output)
+        if (!v->read && !v->output && !v->name.starts_with("__")) // "__x" are messages for others
             m_diagnostics.warning(v->loc, "parameter \"" + std::string(v->name) + "\" is never used");
 }
 
@@ -191,6 +214,9 @@ void Sema::check_stages(ShaderDecl& shader) {
         {"prelighting", "prelighting(output color Ci, Oi)", {Base::Color, Base::Color}},
         {"lighting", "lighting(output color Ci, Oi)", {Base::Color, Base::Color}},
         {"opacity", "opacity(output color Oi)", {Base::Color}},
+        {"diffuselighting", "diffuselighting(output color Ci, Oi)", {Base::Color, Base::Color}},
+        {"specularlighting", "specularlighting(output color Ci, Oi)", {Base::Color, Base::Color}},
+        {"postlighting", "postlighting(output color Ci, Oi)", {Base::Color, Base::Color}},
         {"construct", "construct()", {}},
         {"begin", "begin()", {}},
     };
@@ -203,7 +229,11 @@ void Sema::check_stages(ShaderDecl& shader) {
             bool fits = f->formals.size() == form.formals.size() && f->result.is(Base::Void);
             for (size_t i = 0; fits && i < form.formals.size(); i++)
                 fits = f->formals[i]->type.is(form.formals[i]);
-            if (!fits)
+            // Of RenderMan's stages those that take something else are methods for co-shaders, and do not run.
+            if (!fits && !form.name.starts_with("mnk_") && form.name != "surface")
+                m_diagnostics.warning(f->loc, "this does not run as a stage: that would be \"public void " +
+                                                  std::string(form.text) + "\"");
+            else if (!fits)
                 m_diagnostics.error(f->loc,
                                     "this stage must be \"public void " + std::string(form.text) + "\"");
         }
@@ -277,6 +307,8 @@ void Sema::resolve_size(VarDecl* v) {
     const auto value = [](auto& self, const Expr* e) -> double {
         if (e->kind == ExprKind::Number)
             return e->number;
+        if (e->kind == ExprKind::Cast && e->args.size() == 1)
+            return self(self, e->args[0]);
         if (e->kind == ExprKind::Binary && e->args.size() == 2) {
             const double a = self(self, e->args[0]), b = self(self, e->args[1]);
             switch (e->op) {
@@ -289,13 +321,17 @@ void Sema::resolve_size(VarDecl* v) {
             case BinOp::Div:
                 return b != 0 ? a / b : 0;
             default:
-                return 0;
+                break;
             }
         }
-        return 0;
+        return std::numeric_limits<double>::quiet_NaN();
     };
     const double n = value(value, v->size);
-    if (n < 1 || n > 65536)
+    if (std::isnan(n) && v->kind == VarDecl::Local && v->size->type.is(Base::Float)) {
+        v->resizable = true; // as long as the run time says
+        return;
+    }
+    if (!(n >= 1 && n <= 65536))
         m_diagnostics.error(v->size->loc, "an array's size must be a constant from 1 to 65536");
     v->type.size = n >= 1 && n <= 65536 ? int(n) : 1;
 }
@@ -304,7 +340,7 @@ void Sema::variable(VarDecl* v) {
     resolve_size(v);
     if (v->type.base == Base::Void)
         m_diagnostics.error(v->loc, "a variable cannot be void");
-    v->resizable = v->type.array && v->type.size == 0 && !v->size && v->kind != VarDecl::Formal;
+    v->resizable = v->type.array && v->type.size == 0 && v->kind != VarDecl::Formal;
     make_fields(v);
     if (v->init) {
         const ast::Type t = expr(v->init, &v->type);

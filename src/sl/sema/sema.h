@@ -48,6 +48,7 @@ class Sema {
     void condition(ast::Expr* e);
     void warn_unused(const ast::ShaderDecl& shader);
     void make_fields(ast::VarDecl* v);
+    void check_struct(const ast::StructDecl* record);
     ast::VarDecl* find(std::string_view name);
 
     // sema_expr.cpp
@@ -88,6 +89,8 @@ class Sema {
     std::unordered_map<std::string_view, ast::VarDecl*> m_globals;
     std::map<std::pair<const ops::Shadeop*, int>, ast::FunctionDecl*> m_sources;
     std::deque<std::vector<Token>> m_source_tokens;
+    std::unordered_map<const ast::StructDecl*, Scope*> m_struct_scopes;
+    bool m_plugins = false;
     int m_loops = 0;
     int m_depth = 0;
 };

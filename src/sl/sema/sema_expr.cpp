@@ -171,6 +171,13 @@ ast::Type Sema::index(Expr* e) {
 // s->x: a struct's member becomes the variable that holds it. Of a co-shader: its parameter, or a call.
 ast::Type Sema::member(Expr* e, const ast::Type* expected) {
     Expr* whole = e->args[0];
+    if (whole->kind == ExprKind::Name && whole->text == "this") { // the class itself
+        e->kind = e->called ? ExprKind::Call : ExprKind::Name;
+        e->args.erase(e->args.begin());
+        const bool called = e->called;
+        e->called = false;
+        return called ? call(e, expected) : name(e, true);
+    }
     const ast::Type t = expr(whole);
     for (size_t i = 1; i < e->args.size(); i++)
         expr(e->args[i]);
@@ -179,7 +186,7 @@ ast::Type Sema::member(Expr* e, const ast::Type* expected) {
     if (t.is(Base::Shader)) {
         if (expected && expected->base != Base::Error && expected->base != Base::Bool)
             return *expected;
-        return {e->called ? Base::Void : Base::Float};
+        return {Base::Float};
     }
     if (!t.is(Base::Struct)) {
         m_diagnostics.error(e->loc, "\"->\" needs a struct or a shader before it, found " + t.str());
@@ -187,10 +194,31 @@ ast::Type Sema::member(Expr* e, const ast::Type* expected) {
     }
     const bool element = whole->kind == ExprKind::Index;
     VarDecl* owner = element ? whole->args[0]->var : whole->kind == ExprKind::Name ? whole->var : nullptr;
-    if (!owner || e->called) {
-        m_diagnostics.error(e->loc, e->called ? "a struct has no functions"
-                                              : "copy the struct into a variable, then take its member");
+    if (!owner || (e->called && element)) {
+        m_diagnostics.error(e->loc, "copy the struct into a variable first");
         return {};
+    }
+    if (e->called) {
+        check_struct(t.record);
+        std::vector<FunctionDecl*> named;
+        for (FunctionDecl* f : t.record->functions)
+            if (f->name == e->text)
+                named.push_back(f);
+        Expr call = *e; // its arguments alone
+        call.args.erase(call.args.begin());
+        if (named.empty()) {
+            m_diagnostics.error(e->loc, "struct \"" + std::string(t.record->name) + "\" has no function \"" +
+                                            std::string(e->text) + "\"");
+            return {};
+        }
+        FunctionDecl* f = choose(&call, named, expected);
+        if (!f)
+            return no_function(&call, named);
+        e->function = f;
+        e->var = owner;
+        for (VarDecl* field : owner->fields)
+            field->assigned = true;
+        return f->result;
     }
     for (size_t i = 0; i < t.record->members.size() && i < owner->fields.size(); i++) {
         if (t.record->members[i]->name != e->text)
@@ -385,6 +413,11 @@ ast::Type Sema::arithmetic(Loc at, BinOp op, const ast::Type& a, const ast::Type
     return a == b ? a : ast::Type{Base::Vector};
 }
 
+// (1, 0, 0) without a type
+static bool open_tuple(const Expr* e) {
+    return e->kind == ExprKind::Tuple && e->type.base == Base::Error && e->args.size() == 3;
+}
+
 // True where an expression's type follows from what is wanted of it: noise() and texture() return what one
 // asks for.
 static bool adapts(const Expr* e, int depth = 0) {
@@ -395,6 +428,8 @@ static bool adapts(const Expr* e, int depth = 0) {
         return op && (op->signatures[0].impl == ops::Impl::Noise || op->category == "Textures" ||
                       op->name == "random");
     }
+    if (open_tuple(e))
+        return true;
     if (e->kind == ExprKind::Unary)
         return adapts(e->args[0], depth + 1);
     if (e->kind == ExprKind::Binary && (e->op == BinOp::Add || e->op == BinOp::Sub || e->op == BinOp::Mul))
@@ -438,7 +473,7 @@ ast::Type Sema::binary(Expr* e, const ast::Type* expected) {
     const ast::Type scalar{Base::Float};
     // Textures beside a colour are colours.
     if (t.triple())
-        expr(open, sum || (t.is(Base::Color) && asks_texture(open)) ? &t : &scalar);
+        expr(open, sum || open_tuple(open) || (t.is(Base::Color) && asks_texture(open)) ? &t : &scalar);
     else
         expr(open, e->op == BinOp::Div && open == b ? &scalar : whole);
     return arithmetic(e->loc, e->op, a->type, b->type);
