@@ -44,6 +44,9 @@ struct CompileOptions {
     std::vector<std::pair<std::string, std::string>> defines;
     std::string cache_dir; // empty = KANUKA_SHADER_CACHE, else the user's cache folder
     bool use_cache = true;
+    // What a classic surface does that no material can do is an error rather than an approximation with a
+    // warning: weights that depend on the viewing direction, functions of light, kernels that are no lobe's.
+    bool strict_directions = false;
 };
 
 // ---- services: what a running shader may ask of its surroundings; shade/ implements it
@@ -140,6 +143,6 @@ std::shared_ptr<const Shader> compile_source(const std::string& name, const std:
                                              const CompileOptions& options, Journal& journal);
 
 std::string default_cache_dir();
-inline constexpr int CompilerVersion = 1;
+inline constexpr int CompilerVersion = 2;
 
 } // namespace kanuka::sl

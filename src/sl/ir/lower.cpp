@@ -66,6 +66,9 @@ void Lower::begin_stage(Stage& stage, Role role, const char* name) {
     m_tags.clear();
     m_var_tags.clear();
     m_illuminance = 0;
+    m_loop = -1;
+    m_sample = ir::None;
+    m_lit = false;
 }
 
 void Lower::end_stage() {
@@ -191,11 +194,24 @@ void Lower::normal_output() {
         m_b.stage().outputs.push_back({Output::Normal, it->second.var, 0});
 }
 
+// A surface that leaves Ci alone is one of constant colour: RISpec begins with Ci = Cs, which means Cs where
+// Oi says that the surface is.
+void Lower::unset_color() {
+    int stores = 0;
+    for (const Instr& i : m_b.stage().instrs)
+        stores += i.op == Op::Store && i.imm == m_program.Ci;
+    if (stores > 1)
+        return;
+    const Ref color = input(Input::Cs), opacity = m_b.load(m_program.Oi, {});
+    m_b.store(m_program.Ci, m_b.emit(Op::Mul, Ty::Triple, {color, opacity}, {}), {});
+}
+
 void Lower::class_stage(const char* name, Stage& stage, Role role) {
     FunctionDecl* f = method(name);
     if (!f)
         return;
     begin_stage(stage, role, name);
+    m_lit = f->name == "surface";
     for (const VarDecl* v : m_shader.members)
         declare(v);
     FunctionDecl* const begin = method("begin");
@@ -213,6 +229,7 @@ void Lower::class_stage(const char* name, Stage& stage, Role role) {
     if (f->name == "surface") {
         m_program.Ci = bind(m_sema.global("Ci")).var;
         m_program.Oi = bind(m_sema.global("Oi")).var;
+        unset_color();
     }
     for (const auto& [channel, var] : std::map<int, int>(m_channel_vars.begin(), m_channel_vars.end()))
         stage.outputs.push_back({Output::Slot, var, channel});
@@ -223,11 +240,14 @@ void Lower::classic_stage() {
     const bool displaces = m_shader.kind == ShaderKind::Displacement;
     Stage& stage = displaces ? m_program.displace : m_program.shade;
     begin_stage(stage, displaces ? Role::Displace : Role::Shade, displaces ? "displacement" : "surface");
+    m_lit = !displaces;
     if (!displaces) {
         m_program.Ci = bind(m_sema.global("Ci")).var;
         m_program.Oi = bind(m_sema.global("Oi")).var;
     }
     statement(m_shader.body);
+    if (!displaces)
+        unset_color();
     if (displaces)
         stage.outputs.push_back({Output::Position, bind(m_sema.global("P")).var, 0});
     normal_output();
@@ -411,6 +431,9 @@ void Lower::statement(const Stmt* s) {
     }
     case StmtKind::Illuminance:
         illuminance(s);
+        return;
+    case StmtKind::Gather:
+        gather(s);
         return;
     case StmtKind::Illuminate:
     case StmtKind::Solar:

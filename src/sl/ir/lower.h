@@ -13,9 +13,12 @@ namespace kanuka::sl::ir {
 
 class Lower {
   public:
-    Lower(Program& program, Sema& sema, Diagnostics& diagnostics, ast::ShaderDecl& shader)
+    // projected: illuminance loops, by number, that closures.cpp could not read as lobes, and where it gave
+    // up.
+    Lower(Program& program, Sema& sema, Diagnostics& diagnostics, ast::ShaderDecl& shader,
+          const std::map<int, Loc>& projected = {})
         : m_program(program), m_sema(sema), m_diagnostics(diagnostics), m_shader(shader),
-          m_b(program.defaults) {}
+          m_projected(projected), m_b(program.defaults) {}
     void run();
 
   private:
@@ -43,6 +46,7 @@ class Lower {
     void class_stage(const char* method, Stage& stage, Role role);
     void classic_stage();
     void normal_output();
+    void unset_color();
     ast::FunctionDecl* method(std::string_view name);
     void run_method(ast::FunctionDecl* f);
     void statement(const ast::Stmt* s);
@@ -115,8 +119,11 @@ class Lower {
     // lower_light.cpp: what directions and kernels are, so that illuminance loops and fresnel() can be read
     enum class Tag : uint8_t {
         None,
-        View,
-        ViewCosine,
+        View,       // I
+        Eye,        // -I
+        Facing,     // a normal that faceforward() turned: unturned, since surfaces have two sides
+        ViewCosine, // I . N
+        EyeCosine,  // -I . N
         Mirrored,
         Refracted,
         Light,
@@ -142,7 +149,23 @@ class Lower {
     Ref light_arithmetic(ast::BinOp op, Ref a, Ref b, Loc at);
     Ref light_shadeop(const ast::Expr* e);
     Ref fresnel(const ast::Expr* e);
+    Ref turned(Ref normal, Loc at);
+    Ref negated(Ref value, Loc at);
+    Ref source_call(const char* shadeop, std::vector<Ref> args, Loc at, Ty result = Ty::Triple);
+
+    // lower_loops.cpp: loops over light, and what else asks for light that comes only later
+    struct Cone {
+        Ref axis = ir::None, angle = ir::None;
+    };
+    Cone cone_of(const ast::Stmt* s);
     void illuminance(const ast::Stmt* s);
+    Binding bind_color(Loc at);
+    void project(const ast::Stmt* s, Loc reason);
+    void gather(const ast::Stmt* s);
+    void repeat(Ref count, const ast::Stmt* body, Loc at);
+    int reference_value(const char* name, Loc at);
+    Ref light_query(const ast::Expr* e, bool& known);
+    Ref expr_global(const char* name, Loc at);
 
     static Ty ty(const ast::Type& t);
 
@@ -150,6 +173,7 @@ class Lower {
     Sema& m_sema;
     Diagnostics& m_diagnostics;
     ast::ShaderDecl& m_shader;
+    const std::map<int, Loc>& m_projected;
     Builder m_b;
     Role m_role = Role::Defaults;
     Block* m_prologue = nullptr;
@@ -168,7 +192,11 @@ class Lower {
     std::vector<Return> m_returns;
     std::unordered_map<Ref, Tag> m_tags;
     std::unordered_map<int, Tag> m_var_tags;
-    int m_illuminance = 0; // depth of illuminance loops
+    int m_illuminance = 0; // depth of illuminance loops that are read as lobes
+    int m_loop = -1;       // the illuminance loop being read, and how many there were
+    int m_loops_seen = 0;
+    Ref m_sample = ir::None; // direction to a light, in a loop that runs over directions
+    bool m_lit = false;      // the stage's Ci is read as a material
     bool m_overflow = false;
 };
 

@@ -127,6 +127,7 @@ enum class StmtKind : uint8_t {
     Illuminance, // args, body
     Illuminate,
     Solar,
+    Gather,   // args, body, orelse
     Function, // nested
 };
 

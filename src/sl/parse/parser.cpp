@@ -349,6 +349,8 @@ Stmt* Parser::light_statement(StmtKind kind) {
     Stmt* s = m_arena.stmt(kind, next().loc);
     s->args = arguments();
     s->body = statement();
+    if (kind == StmtKind::Gather && accept("else"))
+        s->orelse = statement();
     return s;
 }
 
@@ -416,6 +418,8 @@ Stmt* Parser::statement() {
         return jump(StmtKind::Return);
     if (t.is("illuminance") && peek(1).is("("))
         return light_statement(StmtKind::Illuminance);
+    if (t.is("gather") && peek(1).is("("))
+        return light_statement(StmtKind::Gather);
     if (t.is("illuminate") && peek(1).is("("))
         return light_statement(StmtKind::Illuminate);
     if (t.is("solar") && peek(1).is("("))

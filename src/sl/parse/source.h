@@ -3,6 +3,7 @@
 
 #include <deque>
 #include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -60,6 +61,7 @@ class Diagnostics {
     Journal& m_journal;
     int m_errors = 0;
     Loc m_last{};
+    std::set<std::string> m_warnings; // said already: a shader may be lowered more than once
 };
 
 // The candidates closest in spelling to `name`, for "did you mean": empty if none is near.

@@ -319,9 +319,19 @@ void Sema::statement(Stmt* s) {
     case StmtKind::Illuminance:
     case StmtKind::Illuminate:
     case StmtKind::Solar:
-        for (Expr* a : s->args)
+    case StmtKind::Gather:
+        // After the strings in a gather or illuminance come variables that it sets.
+        for (size_t i = 0; i < s->args.size(); i++) {
+            Expr* a = s->args[i];
+            if (i > 0 && s->args[i - 1]->kind == ExprKind::String && a->kind == ExprKind::Name)
+                if (VarDecl* v = find(a->text))
+                    v->written = true;
             expr(a);
+        }
+        m_loops++;
         statement(s->body);
+        statement(s->orelse);
+        m_loops--;
         return;
     case StmtKind::Function:
         declare(s->function);
