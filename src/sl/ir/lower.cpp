@@ -64,10 +64,6 @@ bool has_return(const Stmt* s) {
     return contains(s, [](const Stmt* t) { return t->kind == StmtKind::Return; });
 }
 
-static bool has_jump(const Stmt* s) {
-    return contains(s, [](const Stmt* t) { return t->kind == StmtKind::Break || t->kind == StmtKind::Continue; });
-}
-
 // ---- stages
 // ---------------------------------------------------------------------------------------------------------
 
@@ -88,6 +84,9 @@ void Lower::begin_stage(Stage& stage, Role role, const char* name) {
     m_var_tags.clear();
     m_illuminance = 0;
     m_loop_depth = 0;
+    m_loop = -1;
+    m_sample = ir::None;
+    m_lit = false;
     for (const VarDecl* v : m_shader.constants)
         declare(v);
 }
@@ -99,7 +98,8 @@ void Lower::end_stage() {
     s.root->items = std::move(items);
 }
 
-// A default value that only the surface knows (varying vector direction = dPdu) is computed where the shader runs.
+// A default value that only the surface knows (varying vector direction = dPdu) is computed where the shader
+// runs.
 bool Lower::late_default(const VarDecl* v) {
     const auto varies = [](auto& self, const Expr* e) -> bool {
         if (!e)
@@ -241,8 +241,9 @@ void Lower::run_method(FunctionDecl* f) {
         b.kind = Binding::Handle;
         const char* global_name = v->type.is(Base::Point)    ? "P"
                                   : v->type.is(Base::Normal) ? "N"
-                                  : v->type.is(Base::Color)  ? (bindings.empty() && f->name != "opacity" ? "Ci" : "Oi")
-                                                             : nullptr;
+                                  : v->type.is(Base::Color)
+                                      ? (bindings.empty() && f->name != "opacity" ? "Ci" : "Oi")
+                                      : nullptr;
         if (global_name)
             b = bind(m_sema.global(global_name));
         bindings.push_back(std::move(b));
@@ -260,6 +261,18 @@ void Lower::normal_output() {
         stores += i.op == Op::Store && i.imm == it->second.var;
     if (stores > 1)
         m_b.stage().outputs.push_back({Output::Normal, it->second.var, 0});
+}
+
+// A surface that leaves Ci alone is one of constant colour: RISpec begins with Ci = Cs, which means Cs where
+// Oi says that the surface is.
+void Lower::unset_color() {
+    int stores = 0;
+    for (const Instr& i : m_b.stage().instrs)
+        stores += i.op == Op::Store && i.imm == m_program.Ci;
+    if (stores > 1)
+        return;
+    const Ref color = input(Input::Cs), opacity = m_b.load(m_program.Oi, {});
+    m_b.store(m_program.Ci, m_b.emit(Op::Mul, Ty::Triple, {color, opacity}, {}), {});
 }
 
 // RenderMan's stages of a class fit their forms; what else has their name is a method.
@@ -296,6 +309,7 @@ void Lower::class_stage(const char* name, Stage& stage, Role role) {
     if (methods.empty() || !methods[0])
         return;
     begin_stage(stage, role, lit ? "surface" : name);
+    m_lit = lit;
     for (const VarDecl* v : m_shader.members)
         declare(v);
     for (const char* first : {"construct", "begin"})
@@ -308,13 +322,16 @@ void Lower::class_stage(const char* name, Stage& stage, Role role) {
     for (FunctionDecl* f : methods)
         run_method(f);
     if (role == Role::Init)
-        for (const auto& [v, index] : std::map<const VarDecl*, int>(m_member_index.begin(), m_member_index.end()))
+        for (const auto& [v, index] :
+             std::map<const VarDecl*, int>(m_member_index.begin(), m_member_index.end()))
             if (!v->type.array && m_bind[v].kind == Binding::Variable)
                 stage.outputs.push_back({Output::Member, m_bind[v].var, index});
     if (role == Role::Displace || role == Role::Shade)
         normal_output();
     if (role == Role::Displace)
         stage.outputs.push_back({Output::Position, bind(m_sema.global("P")).var, 0});
+    if (lit)
+        unset_color();
     for (const auto& [channel, var] : std::map<int, int>(m_channel_vars.begin(), m_channel_vars.end()))
         stage.outputs.push_back({Output::Slot, var, channel});
     end_stage();
@@ -324,6 +341,7 @@ void Lower::classic_stage() {
     const bool displaces = m_shader.kind == ShaderKind::Displacement;
     Stage& stage = displaces ? m_program.displace : m_program.shade;
     begin_stage(stage, displaces ? Role::Displace : Role::Shade, displaces ? "displacement" : "surface");
+    m_lit = !displaces;
     if (!displaces) {
         m_program.Ci = bind(m_sema.global("Ci")).var;
         m_program.Oi = bind(m_sema.global("Oi")).var;
@@ -341,6 +359,8 @@ void Lower::classic_stage() {
         statement(m_shader.body);
     }
     m_returns.pop_back();
+    if (!displaces)
+        unset_color();
     if (displaces)
         stage.outputs.push_back({Output::Position, bind(m_sema.global("P")).var, 0});
     normal_output();
@@ -425,12 +445,14 @@ void Lower::declare_array(const VarDecl* v) {
         if (v->size && v->type.size == 0) {
             n = expr_as(v->size, {Base::Float});
             need_room(b.var, m_b.is_const(n) ? int(m_b.at(n).floats[0]) : ResizableRoom);
-            n = m_b.emit(Op::Min, Ty::Float, {n, m_b.constant(float(m_b.stage().vars[size_t(b.var)].array))}, v->loc);
+            n = m_b.emit(Op::Min, Ty::Float, {n, m_b.constant(float(m_b.stage().vars[size_t(b.var)].array))},
+                         v->loc);
         }
         m_b.store(b.length, n, v->loc);
     }
     m_bind[v] = b;
-    const bool whole = v->init && (v->init->kind != ExprKind::List || int(v->init->args.size()) >= v->type.size);
+    const bool whole =
+        v->init && (v->init->kind != ExprKind::List || int(v->init->args.size()) >= v->type.size);
     if (!whole)
         clear_array(b.var, v->loc);
     if (v->init)
@@ -473,44 +495,6 @@ void Lower::branch(Ref c, const Stmt* yes, const Stmt* no, Loc at) {
     i.body = in_block([&] { statement(yes); });
     i.orelse = in_block([&] { statement(no); });
     m_b.item(i);
-}
-
-// An illuminance loop is read once; break and continue in it jump to its end.
-void Lower::lights_loop(const Stmt* s) {
-    const int target = m_b.stage().targets;
-    if (!has_jump(s->body))
-        return illuminance(s);
-    m_b.stage().targets++;
-    Item scope{Item::Scope};
-    scope.target = target;
-    scope.loc = s->loc;
-    m_loops.push_back({target, target});
-    scope.body = in_block([&] { illuminance(s); });
-    m_loops.pop_back();
-    m_b.item(scope);
-}
-
-// Rays are not known yet while a shader runs: a gather finds nothing, as often as it samples.
-void Lower::gather(const Stmt* s) {
-    if (!s->orelse)
-        return;
-    Stmt loop_statement{StmtKind::For, s->loc};
-    loop_statement.body = s->orelse;
-    const Ref samples = s->args.size() > 4 && s->args[4]->type.is(Base::Float)
-                            ? expr_as(s->args[4], {Base::Float})
-                            : m_b.constant(1.0f);
-    const int i = m_b.var("sample", Ty::Float, s->loc);
-    m_b.declare(i);
-    m_b.store(i, m_b.constant(0.0f), s->loc);
-    run_loop(
-        s->loc,
-        [&] {
-            return m_b.emit(Op::Lt, Ty::Bool, {m_b.load(i, s->loc), samples}, s->loc);
-        },
-        [&] { statement(s->orelse); },
-        [&] {
-            m_b.store(i, m_b.emit(Op::Add, Ty::Float, {m_b.load(i, s->loc), m_b.constant(1.0f)}, s->loc), s->loc);
-        });
 }
 
 // scope L { loop { if (!condition) jump L; scope N { body } step } }: break jumps to the end of L, continue
@@ -623,7 +607,7 @@ void Lower::statement(const Stmt* s) {
         return;
     }
     case StmtKind::Illuminance:
-        lights_loop(s);
+        illuminance(s);
         return;
     case StmtKind::Gather:
         gather(s);

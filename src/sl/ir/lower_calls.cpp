@@ -29,8 +29,8 @@ bool Lower::returns_early(const FunctionDecl* f) {
     return it->second;
 }
 
-// What a formal stands for: the caller's variable where it is an output or an array, else a value. What is neither
-// (an output that is no plain variable) is copied, and back after the call.
+// What a formal stands for: the caller's variable where it is an output or an array, else a value. What is
+// neither (an output that is no plain variable) is copied, and back after the call.
 void Lower::bind_formal(const VarDecl* formal, const Expr* a, Bindings& bindings,
                         std::vector<std::pair<const Expr*, int>>& copies) {
     Binding b;
@@ -66,7 +66,8 @@ void Lower::bind_formal(const VarDecl* formal, const Expr* a, Bindings& bindings
             }
             assign_array(b, a, formal->type, a->loc);
         }
-    } else if (formal->output && a->kind == ExprKind::Name && a->var && bind(a->var).kind == Binding::Variable) {
+    } else if (formal->output && a->kind == ExprKind::Name && a->var &&
+               bind(a->var).kind == Binding::Variable) {
         b = bind(a->var);
     } else if (formal->output || formal->assigned) {
         b.kind = Binding::Variable;
@@ -250,13 +251,19 @@ Ref Lower::closure(const Expr* e, const ops::Signature& s) {
     for (size_t i = 0; i < s.args.size(); i++)
         if (!s.args[i].type.is(Base::String))
             args.push_back(expr_as(e->args[i], s.args[i].type));
-    if (m_program.kind != ShaderKind::Surface && m_role != Role::Shade) {
-        m_diagnostics.error(e->loc, e->shadeop->name + "() is not known here: light comes after shading");
+    if (!m_lit) {
+        const std::string what = e->shadeop->name + "() is not known here: light comes after shading";
+        if (m_program.kind == ShaderKind::Class)
+            m_diagnostics.error(e->loc, what + "; use a lobe");
+        else
+            m_diagnostics.warning(e->loc, what + "; it is black");
         return zero(Ty::Triple);
     }
     Closure kind = Closure(s.imm);
     if (kind == Closure::Mirror && args.size() == 2)
         args.erase(args.begin()); // trace(P, R)
+    if (e->shadeop->name == "subsurface")
+        args.clear(); // no normal
     if (kind == Closure::Mirror && tag(args[0]) == Tag::Refracted)
         kind = Closure::Refraction;
     return m_b.emit(Op::Closure, Ty::Triple, std::move(args), e->loc, int(kind));
@@ -393,6 +400,11 @@ Ref Lower::texture(const Expr* e, const ops::Signature& s) {
         return global(m_sema.global(fallback), e->loc);
     };
     if (environment) {
+        // A refracted direction sees the scene through a lobe, as trace() does; closures.cpp knows of
+        // mirrors.
+        if (m_lit && !positional.empty() && tag(positional[0]) == Tag::Refracted &&
+            ty(s.result) == Ty::Triple)
+            return m_b.emit(Op::Closure, Ty::Triple, {positional[0]}, e->loc, int(Closure::Refraction));
         add("direction", positional.empty() ? zero(Ty::Triple) : positional[0]);
     } else if (positional.size() == 8) {
         static constexpr const char* Names[] = {"s1", "t1", "s2", "t2", "s3", "t3", "s4", "t4"};
@@ -434,7 +446,8 @@ Ref Lower::texture(const Expr* e, const ops::Signature& s) {
 }
 
 static const char* kind_name(ShaderKind kind) {
-    static constexpr const char* Names[] = {"surface", "surface", "displacement", "lightsource", "atmosphere", "imager"};
+    static constexpr const char* Names[] = {"surface",     "surface",    "displacement",
+                                            "lightsource", "atmosphere", "imager"};
     return Names[int(kind)];
 }
 
@@ -469,7 +482,8 @@ Ref Lower::special(const Expr* e, const ops::Signature& s) {
     if (n == "attribute" || n == "option" || n == "rendererinfo" || n == "textureinfo")
         return query(e);
     if (n == "shadername") {
-        const bool own = e->args.empty() || constant_text(e->args[0], "the kind of a shader") == kind_name(m_program.kind);
+        const bool own =
+            e->args.empty() || constant_text(e->args[0], "the kind of a shader") == kind_name(m_program.kind);
         return m_b.text(own ? m_program.name : std::string());
     }
     if (n == "emit")
@@ -488,12 +502,9 @@ Ref Lower::special(const Expr* e, const ops::Signature& s) {
         return host(CallKind::Printf, e, s);
     if (n == "__report")
         return host(CallKind::Report, e, s);
-    if (n == "specularbrdf") {
-        m_diagnostics.error(e->loc,
-                            "specularbrdf() belongs into an illuminance loop; use specular(N, V, roughness)");
-        return zero(Ty::Triple);
-    }
-    // Messages of other shaders, co-shaders, shadow: none of them is there
+    if (const Ref r = light_query(e, known = true); known)
+        return r;
+    // Messages of other shaders, co-shaders: none of them is there
     for (const Expr* a : e->args)
         if (a->type.base != Base::Struct && !a->type.array && !a->type.handle())
             expr(a);
@@ -501,8 +512,8 @@ Ref Lower::special(const Expr* e, const ops::Signature& s) {
     return zero(t == Ty::Void ? Ty::Float : t);
 }
 
-// push(), pop() and their kin. Room is made when the stage is compiled: for what the calls are seen to ask, and
-// for ResizableRoom elements where loops hide that.
+// push(), pop() and their kin. Room is made when the stage is compiled: for what the calls are seen to ask,
+// and for ResizableRoom elements where loops hide that.
 Ref Lower::array_op(const Expr* e) {
     const std::string& n = e->shadeop->name;
     const Expr* array = e->args[0];
@@ -538,8 +549,9 @@ Ref Lower::array_op(const Expr* e) {
     if (n == "capacity")
         return m_b.constant(float(room()));
     if (b.length < 0) {
-        m_diagnostics.error(array->loc, "\"" + std::string(array->var->name) +
-                                            "\" has a fixed size; declare it without one: " + array->type.str());
+        m_diagnostics.error(array->loc,
+                            "\"" + std::string(array->var->name) +
+                                "\" has a fixed size; declare it without one: " + array->type.str());
         return zero(Ty::Float);
     }
     ast::Type element = array->type;
@@ -561,11 +573,15 @@ Ref Lower::array_op(const Expr* e) {
         return m_b.emit(Op::LoadElement, ty(element), {i}, at, b.var);
     }
     const Ref wanted = expr_as(e->args[1], {Base::Float});
-    need_room(b.var, m_b.is_const(wanted) ? int(std::clamp(m_b.at(wanted).floats[0], 1.0f, 65536.0f)) : ResizableRoom);
+    need_room(b.var, m_b.is_const(wanted) ? int(std::clamp(m_b.at(wanted).floats[0], 1.0f, 65536.0f))
+                                          : ResizableRoom);
     if (n == "resize")
         m_b.store(b.length,
-                  m_b.emit(Op::Min, Ty::Float, {m_b.emit(Op::Max, Ty::Float, {wanted, m_b.constant(0.0f)}, at),
-                                                m_b.constant(float(room()))}, at), at);
+                  m_b.emit(Op::Min, Ty::Float,
+                           {m_b.emit(Op::Max, Ty::Float, {wanted, m_b.constant(0.0f)}, at),
+                            m_b.constant(float(room()))},
+                           at),
+                  at);
     return zero(Ty::Float);
 }
 
@@ -662,11 +678,11 @@ Ref Lower::spline(const Expr* e, const ops::Signature& s) {
         const bool solve = basis.starts_with("solve");
         const ops::SplineBasis* b = ops::find_basis(solve ? basis.substr(5) : basis);
         if (!b || (solve && t != Ty::Float))
-            m_diagnostics.error(e->args[0]->loc, solve && b
-                                                     ? "a spline is solved for floats only"
-                                                     : "unknown basis \"" + std::string(basis) +
-                                                           "\"; there are bezier, bspline, catmull-rom, hermite, "
-                                                           "linear, and solve before each");
+            m_diagnostics.error(e->args[0]->loc,
+                                solve && b ? "a spline is solved for floats only"
+                                           : "unknown basis \"" + std::string(basis) +
+                                                 "\"; there are bezier, bspline, catmull-rom, hermite, "
+                                                 "linear, and solve before each");
         return spline_in(b ? *b : *ops::find_basis("catmull-rom"), b && solve, x, values, t, at);
     };
     if (m_b.at(name).op == Op::Text)
@@ -704,7 +720,8 @@ Ref Lower::spline_in(const ops::SplineBasis& basis, bool solve, Ref x, const Bin
         const Ref a = m_b.load(low, at), b = m_b.load(high, at);
         const Ref middle = op(Op::Mul, op(Op::Add, a, b), f(0.5f));
         const Ref y = spline_at(basis, middle, values, t, at);
-        const Ref beyond = m_b.emit(Op::Select, Ty::Bool, {rises, compare(Op::Ge, y, x), compare(Op::Le, y, x)}, at);
+        const Ref beyond =
+            m_b.emit(Op::Select, Ty::Bool, {rises, compare(Op::Ge, y, x), compare(Op::Le, y, x)}, at);
         m_b.store(low, m_b.emit(Op::Select, Ty::Float, {beyond, a, middle}, at), at);
         m_b.store(high, m_b.emit(Op::Select, Ty::Float, {beyond, middle, b}, at), at);
     }
@@ -722,7 +739,8 @@ Ref Lower::spline_at(const ops::SplineBasis& basis, Ref x, const Binding& values
         segments = op(Op::Max, op(Op::Add, m_b.emit(Op::Floor, Ty::Float, {more}, at), f(1)), f(1));
     }
     const Ref scaled = op(Op::Mul, op(Op::Min, op(Op::Max, x, f(0)), f(1)), segments);
-    const Ref segment = op(Op::Min, m_b.emit(Op::Floor, Ty::Float, {scaled}, at), op(Op::Sub, segments, f(1)));
+    const Ref segment =
+        op(Op::Min, m_b.emit(Op::Floor, Ty::Float, {scaled}, at), op(Op::Sub, segments, f(1)));
     const Ref u = op(Op::Sub, scaled, segment);
     const Ref first = op(Op::Mul, segment, f(float(basis.step)));
     Ref sum = ir::None;

@@ -126,14 +126,20 @@ Ref Lower::global(const VarDecl* v, Loc at) {
     }
     if (n == "I" && !v->assigned)
         return view(at);
-    if (m_illuminance > 0 && n == "L")
-        return light_direction(Tag::Light, at);
-    if (m_illuminance > 0 && n == "Cl")
-        return kernel(Closure::Light, Ty::Triple, {}, Tag::None, at);
-    const bool filters = m_role == Role::Filter && n == "alpha";
-    if (m_role != Role::Light && !filters &&
-        (n == "L" || n == "Cl" || n == "Ol" || n == "Ps" || n == "alpha")) {
-        m_diagnostics.error(at, "\"" + std::string(n) + "\" is not known here: light comes after shading");
+    if (n == "Ps" && m_role == Role::Shade)
+        return global(m_sema.global("P"), at);
+    const bool in_loop = m_illuminance > 0 || m_sample != ir::None;
+    if (in_loop && n == "L")
+        return m_illuminance > 0 ? light_direction(Tag::Light, at) : m_sample;
+    if (in_loop && n == "Ol")
+        return m_b.triple(1);
+    const bool known = m_role == Role::Light || (m_role == Role::Filter && n == "alpha") || in_loop;
+    if (!known && (n == "L" || n == "Cl" || n == "Ol" || n == "alpha")) {
+        const std::string what = "\"" + std::string(n) + "\" is not known here: light comes after shading";
+        if (m_program.kind != ShaderKind::Class)
+            m_diagnostics.warning(at, what + "; it is 0 outside of an illuminance loop");
+        else
+            m_diagnostics.error(at, what);
         return zero(ty(v->type));
     }
     if ((n == "dtime" || n == "dPdtime") && !v->assigned)
@@ -231,7 +237,7 @@ Ref Lower::expr(const Expr* e) {
         const Ref v = expr_as(e->args[0], e->type);
         if (tag(v) == Tag::Light || tag(v) == Tag::LightMirrored)
             return v; // which way it points does not matter to a kernel
-        return tagged(m_b.emit(Op::Neg, ty(e->type), {v}, e->loc), tag(v));
+        return negated(v, e->loc);
     }
     case ExprKind::Binary:
         return binary(e);
@@ -271,8 +277,8 @@ Ref Lower::index(const Expr* e) {
             return zero(ty(e->type));
         const int var = b.var;
         const Ref r = m_b.emit(Op::LoadElement, ty(e->type), {i}, e->loc, var);
-        m_b.stage().instrs[r].floats = {
-            float(fault(e->args[1]->loc, "index outside of array \"" + std::string(whole->var->name) + "\""))};
+        m_b.stage().instrs[r].floats = {float(
+            fault(e->args[1]->loc, "index outside of array \"" + std::string(whole->var->name) + "\""))};
         return r;
     }
     if (whole->type.triple())
@@ -290,8 +296,8 @@ Ref Lower::element_of_matrix(const Expr* e) {
     const Ref row = expr_as(e->args[0]->args[1], {Base::Float});
     const Ref column = expr_as(e->args[1], {Base::Float});
     const Ref whole = m_b.emit(Op::Floor, Ty::Float, {row}, e->loc);
-    return m_b.emit(Op::Add, Ty::Float, {m_b.emit(Op::Mul, Ty::Float, {whole, m_b.constant(4.0f)}, e->loc), column},
-                    e->loc);
+    return m_b.emit(Op::Add, Ty::Float,
+                    {m_b.emit(Op::Mul, Ty::Float, {whole, m_b.constant(4.0f)}, e->loc), column}, e->loc);
 }
 
 Ref Lower::tuple(const Expr* e) {
@@ -613,7 +619,8 @@ void Lower::copy_fields(const std::vector<VarDecl*>& to, const std::vector<VarDe
     }
 }
 
-// The members of a struct take the value of an expression: another struct, a constructor, a function's result.
+// The members of a struct take the value of an expression: another struct, a constructor, a function's
+// result.
 void Lower::assign_struct(const std::vector<VarDecl*>& fields, const Expr* value, Loc at) {
     if (value->kind == ExprKind::Construct) {
         // All values are computed before the first is assigned: they may read what is assigned.
@@ -656,7 +663,8 @@ void Lower::assign_struct(const std::vector<VarDecl*>& fields, const Expr* value
         if (value->args[0]->var)
             copy_fields(fields, value->args[0]->var->fields, at);
     } else {
-        m_diagnostics.error(value->loc, "expected a struct's variable, its constructor or a function's result");
+        m_diagnostics.error(value->loc,
+                            "expected a struct's variable, its constructor or a function's result");
     }
 }
 
