@@ -47,9 +47,11 @@ class Lobes {
             if (s.shape < 0)
                 continue;
             const std::string name = "specular" + (count ? std::to_string(count + 1) : std::string());
-            const Ref w = unpremultiply(m_b.load(var, {}), opacity);
             const bool inverse = s.kind == Closure::Specular || shape_is_inverse(s);
-            const Ref roughness = roughness_of(m_b.load(s.shape, {}), inverse);
+            const Ref alpha2 = alpha2_of(m_b.load(s.shape, {}), inverse);
+            const Ref w = op(Op::Mul, unpremultiply(m_b.load(var, {}), opacity), m_b.splat(height(alpha2), {}));
+            const Ref alpha = m_b.emit(Op::Sqrt, Ty::Float, {alpha2}, {});
+            const Ref roughness = m_b.emit(Op::Sqrt, Ty::Float, {alpha}, {});
             if (s.kind == Closure::DielectricGlossy)
                 dielectric(name, w, index_of(s), roughness);
             else
@@ -183,12 +185,16 @@ class Lobes {
 
     // Blinn's exponent n as a GGX width: alpha = sqrt(2 / (n + 2)) (Walter et al. 2007); roughness is its
     // root. specular(): n = 1 / r. phong(): four times Phong's exponent gives about the same highlight.
-    Ref roughness_of(Ref x, bool inverse) {
+    Ref alpha2_of(Ref x, bool inverse) {
         const Ref twice = op(Op::Mul, op(Op::Max, x, f(0)), f(2));
         const Ref more = op(Op::Add, twice, f(1));
-        const Ref alpha2 = inverse ? op(Op::Div, twice, more) : op(Op::Div, f(1), more);
-        return m_b.emit(Op::Sqrt, Ty::Float, {m_b.emit(Op::Sqrt, Ty::Float, {alpha2}, {})}, {});
+        return inverse ? op(Op::Div, twice, more) : op(Op::Div, f(1), more);
     }
+
+    // The albedo that keeps the height of the highlight. RISpec's is one on its axis, whatever its width; a lobe's is
+    // pi D(0) / 4 = 1 / (4 alpha^2) times its albedo. So narrow highlights reflect little, as they do there; wide
+    // ones would reflect more than there is.
+    Ref height(Ref alpha2) { return op(Op::Min, op(Op::Mul, alpha2, f(4)), f(1)); }
 
     // Is there anything but light in what Ci is left with? Its initial value does not count if it is
     // overwritten at the top level.
