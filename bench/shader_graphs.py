@@ -4,8 +4,8 @@ same network, everywhere.
     python bench/shader_graphs.py 1000 -o graph1000.json       the network
     python bench/shader_graphs.py 1000 -o graph1000.sl         the shader made from it
 
-The mixture is that of a look-development network: of a hundred nodes, twenty or so are patterns (half of those noises of
-one octave, a few fractals, one or two with scattered points), the others mathematics, ramps and colours. Every node has a
+The mixture is that of a look-development network: of a hundred nodes, twenty or so are patterns (half of those noises
+of one octave, a few fractals, one with scattered points), the others mathematics, ramps and colours. Every node has a
 part in the result: two lobes under a coat.
 """
 
@@ -20,7 +20,8 @@ from kanuka.graph import NODE_TYPES, Node, ShaderGraph
 
 # How often each type comes up.
 WEIGHTS = {
-    "noise": 8, "noise_color": 2, "fractal": 2, "turbulence": 1, "cells": 2, "cells_color": 1, "checker": 2, "bricks": 1,
+    "noise": 8, "noise_color": 2, "fractal": 2, "turbulence": 1, "cells": 2, "cells_color": 1, "checker": 2,
+    "bricks": 1,
     "voronoi": 1, "wave": 4, "warp": 2, "place": 3,
     "add": 8, "subtract": 5, "multiply": 10, "scale": 5, "minimum": 3, "maximum": 3, "mix": 14, "clamp": 5, "select": 3,
     "divide": 2, "power": 3, "absolute": 2, "invert": 3, "remap": 5, "smoothstep": 4,

@@ -17,6 +17,7 @@ struct LightTables : testing::Test {
     Textures textures{{folder.str()}, 1 << 20, journal};
     scene::Scene scene;
     WorldSpaces shared{scene, {}};
+    Facts facts{nullptr, &scene.options, &scene.camera};
     scene::ShaderRef ref;
     Bounds3f lit{{-2, -2, -2}, {2, 2, 2}};
 
@@ -30,7 +31,7 @@ struct LightTables : testing::Test {
         Spaces spaces;
         spaces.shared = &shared;
         spaces.current_from_object = spaces.current_from_shader = ref.world_from_shader;
-        MaterialServices services(spaces, textures, journal, ref.where);
+        MaterialServices services(spaces, facts, textures, journal, ref.where);
         const auto instance = shader->instantiate({}, services);
         return shade_light(*instance, ref, lit, services);
     }

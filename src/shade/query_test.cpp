@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "shade/test_support.h"
+
 namespace kanuka::shade {
 
 namespace {
@@ -27,10 +29,7 @@ TEST(Query, AttributesOptionsRendererTextures) {
     scene::Attributes attributes;
     attributes.shading_rate = 2.5f;
     attributes.name = "teapot";
-    scene::Value age;
-    age.name = "user:age";
-    age.floats = {41};
-    attributes.user.set(age);
+    attributes.user.set(test::value("user:age", scene::Type::Float, {41}));
     scene::Options options;
     options.width = 300;
     options.height = 200;
@@ -56,8 +55,7 @@ TEST(Query, AttributesOptionsRendererTextures) {
     // What differs in any of it differs in the key.
     scene::Attributes other = attributes;
     EXPECT_EQ(attribute_key(attributes), attribute_key(other));
-    age.floats = {42};
-    other.user.set(age);
+    other.user.set(test::value("user:age", scene::Type::Float, {42}));
     EXPECT_NE(attribute_key(attributes), attribute_key(other));
 }
 

@@ -330,7 +330,8 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
     std::string key = shared->key;
     append(key, own.color);
     append(key, own.opacity);
-    if ((surface.shader && surface.shader->queries()) || (displacement.shader && displacement.shader->queries()))
+    if ((surface.shader && surface.shader->queries()) ||
+        (displacement.shader && displacement.shader->queries()))
         key += attribute_key(attributes);
     for (const Transform* t :
          {&own.spaces.current_from_object, &own.spaces.current_from_world, &own.spaces.current_from_shader,
@@ -361,7 +362,8 @@ std::optional<scene::Light> SystemImpl::run_light(const scene::ShaderRef& ref, c
     Spaces spaces;
     spaces.shared = &m_world_spaces;
     spaces.current_from_object = spaces.current_from_shader = ref.world_from_shader;
-    MaterialServices services(spaces, m_textures, m_journal, ref.where);
+    const Facts facts{nullptr, &m_options, &m_camera};
+    MaterialServices services(spaces, facts, m_textures, m_journal, ref.where);
     const auto instance = shader->instantiate(bind_arguments(*shader, ref, {}, spaces, m_journal), services);
     return shade_light(*instance, ref, lit, services);
 }
@@ -386,7 +388,8 @@ void SystemImpl::image(const scene::ShaderRef& ref, const ImagerPixels& pixels) 
     Spaces spaces;
     spaces.shared = &m_world_spaces;
     spaces.current_from_object = spaces.current_from_shader = ref.world_from_shader;
-    MaterialServices services(spaces, m_textures, m_journal, ref.where);
+    const Facts facts{nullptr, &m_options, &m_camera};
+    MaterialServices services(spaces, facts, m_textures, m_journal, ref.where);
     const auto instance = shader->instantiate(bind_arguments(*shader, ref, {}, spaces, m_journal), services);
     const size_t width = size_t(pixels.width);
     const int rows = std::clamp((1 << 16) / std::max(pixels.width, 1), 2, 64);

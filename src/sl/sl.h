@@ -11,8 +11,10 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/error.h"
@@ -23,6 +25,7 @@ namespace kanuka::sl {
 
 enum class Type : uint8_t { Float, Color, Point, Vector, Normal, Matrix, String };
 int components(Type type);
+std::string_view type_name(Type type);
 
 struct Parameter {
     std::string name;
@@ -37,6 +40,15 @@ struct Parameter {
 };
 
 enum class ShaderKind : uint8_t { Class, Surface, Displacement, Light, Volume, Imager };
+std::string_view kind_name(ShaderKind kind);
+
+// A picture that a shader asks for: a file by name, or the one that a parameter names; neither if it is found
+// out while the shader runs.
+struct TextureUse {
+    std::string file, parameter;
+    bool environment = false;
+    bool operator==(const TextureUse&) const = default;
+};
 
 struct CompileOptions {
     int lanes = 0;     // 1, 8 or 16 grid points at a time; 0 = the widest this machine runs
@@ -173,6 +185,8 @@ class Shader {
     // Unknown arguments and wrong types are reported to the journal (with the names there are) and skipped.
     virtual std::unique_ptr<Instance> instantiate(std::span<const Argument> arguments,
                                                   Services& services) const = 0;
+    virtual std::span<const TextureUse> textures() const { return {}; }
+    virtual std::vector<std::string> stages() const { return {}; } // those it has, by name
 };
 
 // Compiles the first shader of a file (.sl or .slo). On errors: all of them go to the journal, each as
@@ -183,7 +197,41 @@ std::shared_ptr<const Shader> compile_file(const std::string& path, const Compil
 std::shared_ptr<const Shader> compile_source(const std::string& name, const std::string& source,
                                              const CompileOptions& options, Journal& journal);
 
+// ---- publishing, looking
+// ---------------------------------------------------------------------------------------------------------
+
+// A .slo's bytes: the preprocessed source, to be compiled anywhere. Nothing if it does not compile.
+std::optional<std::string> publish(const std::string& name, const std::string& source,
+                                   const CompileOptions& options, Journal& journal);
+// What a .slo says of itself (JSON), without compiling. Throws Error if it is damaged or none.
+std::string published_metadata(const std::string& name, std::string_view bytes);
+
+// What becomes of a shader: the preprocessed source, the checked tree, the optimised intermediate
+// representation, the same as C would say it, LLVM's, machine code.
+enum class Emit : uint8_t { Rsl, Ast, Ir, C, Llvm, Asm };
+inline constexpr std::string_view EmitNames[] = {"rsl", "ast", "ir", "c", "llvm", "asm"};
+// Names for emit() of the stages that a shader may have.
+std::vector<std::string> emit_stages();
+// Text for people, nothing if the shader does not compile. `stage` "" = all of them.
+std::optional<std::string> emit(const std::string& name, const std::string& source, Emit what,
+                                const std::string& stage, const CompileOptions& options, Journal& journal);
+
+// ---- the cache
+// ---------------------------------------------------------------------------------------------------------
+
 std::string default_cache_dir();
+uint64_t cache_limit(); // bytes; KANUKA_SHADER_CACHE_SIZE, as 500M or 2G, or 1 GiB
+
+struct CacheEntry {
+    std::string file, shader, key;
+    uint64_t bytes = 0;
+    double age_s = 0;    // since its last use
+    std::string problem; // what is wrong with it; only if it was asked for
+};
+std::vector<CacheEntry> cache_entries(const std::string& folder, bool verify); // newest first
+uint64_t cache_clear(const std::string& folder);                               // number of files removed
+uint64_t cache_trim(const std::string& folder, uint64_t max_bytes);
+
 inline constexpr int CompilerVersion = 2;
 
 } // namespace kanuka::sl

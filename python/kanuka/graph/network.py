@@ -92,7 +92,9 @@ class ShaderGraph:
             while (name := f"{node_type}{number}") in self.nodes:
                 number += 1
         if not name or name in self.nodes:
-            raise GraphError([f'node "{name}": a node of this name is there already' if name else "a node needs a name"])
+            raise GraphError(
+                [f'node "{name}": a node of this name is there already' if name else "a node needs a name"]
+            )
         node = self.nodes[name] = Node(name, NODE_TYPES[node_type])
         try:
             for key, value in inputs.items():
@@ -126,10 +128,12 @@ class ShaderGraph:
         declared = node.type.input(name)
         if declared is None:
             have = ", ".join(i.name for i in node.type.inputs)
-            raise GraphError([f'node "{node.name}": a {node.type.name} has no input "{name}"; it has {have}'], self.file)
+            raise GraphError(
+                [f'node "{node.name}": a {node.type.name} has no input "{name}"; it has {have}'], self.file
+            )
         return declared
 
-    def _output(name: str):  # noqa: N805 - makes properties
+    def _output(name: str):
         def get(self: ShaderGraph) -> Node | None:
             return self.outputs.get(name)
 
@@ -197,11 +201,15 @@ class ShaderGraph:
         try:
             text = Path(path).read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:
-            raise GraphError([f"cannot read the graph: {getattr(error, 'strerror', None) or error}"], str(path)) from None
+            raise GraphError(
+                [f"cannot read the graph: {getattr(error, 'strerror', None) or error}"], str(path)
+            ) from None
         try:
             data = json.loads(text)
         except (json.JSONDecodeError, RecursionError) as error:
-            place = f"line {error.lineno}, column {error.colno}: {error.msg}" if hasattr(error, "lineno") else str(error)
+            place = (
+                f"line {error.lineno}, column {error.colno}: {error.msg}" if hasattr(error, "lineno") else str(error)
+            )
             raise GraphError([f"this is not JSON: {place}"], str(path)) from None
         return cls.from_json(data, Path(path).stem, str(path))
 

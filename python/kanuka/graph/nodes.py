@@ -4,6 +4,8 @@ An input's default is a value, or one of the surface's own quantities by name ("
 float, color or vector, whichever the connections ask for; "T" in a function's text is replaced by it.
 """
 
+# ruff: noqa: E501 - a table
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -112,7 +114,9 @@ _node("Surface", "float", "texture_float", "the first channel of a picture: heig
 # ---- patterns --------------------------------------------------------------------------------------------------------
 
 _node("Patterns", "float", "noise", "gradient noise in [0, 1]", _PLACED, "    return float noise(position * scale);")
-_node("Patterns", "color", "noise_color", "three independent noises", _PLACED, "    return color noise(position * scale);")
+_node(
+    "Patterns", "color", "noise_color", "three independent noises", _PLACED, "    return color noise(position * scale);"
+)
 _FRACTAL = (
     _PLACED
     + """float octaves = 4: levels of detail, at most 16
@@ -130,7 +134,9 @@ _LEVELS = """
     }
     return total > 0 ? sum / total : 0;
 """
-_node("Patterns", "float", "fractal", "a sum of noises, in [0, 1]", _FRACTAL, _LEVELS.replace("LEVEL", "float noise(p)"))
+_node(
+    "Patterns", "float", "fractal", "a sum of noises, in [0, 1]", _FRACTAL, _LEVELS.replace("LEVEL", "float noise(p)")
+)
 _node("Patterns", "float", "turbulence", "a sum of folded noises, in [0, 1]: billows", _FRACTAL,
       _LEVELS.replace("LEVEL", "abs(2 * float noise(p) - 1)"))  # fmt: skip
 _node("Patterns", "float", "ridges", "a sum of folded noises turned over, in [0, 1]: crests", _FRACTAL,
@@ -237,7 +243,9 @@ _node("Mathematics", "float", "power", "the value to an exponent; negative value
       "float value = 1: what\nfloat exponent = 2: to this", "    return pow(max(value, 0), exponent);")  # fmt: skip
 _node("Mathematics", "float", "modulo", "what division leaves, from 0 up to b",
       "float a = 0: what\nfloat b = 1: by this", "    return mod(a, b);")  # fmt: skip
-_node("Mathematics", "float", "absolute", "the value without its sign", "float value = 0: what", "    return abs(value);")
+_node(
+    "Mathematics", "float", "absolute", "the value without its sign", "float value = 0: what", "    return abs(value);"
+)
 _node("Mathematics", "float", "invert", "1 - value", "float value = 0: what", "    return 1 - value;")
 _node("Mathematics", "float", "remap", "one range to another, and on beyond it",
       """float value = 0: what
@@ -280,7 +288,9 @@ _node("Colours and vectors", "color", "contrast", "away from a pivot",
       float amount = 1: 0 = all pivot, 1 = unchanged
       float pivot = 0.18: what stays""",
       "    return max(color(0), color(pivot) + amount * (tint - color(pivot)));")  # fmt: skip
-_node("Colours and vectors", "float", "luminance", "of a colour", "color color = 1: what", "    return luminance(tint);")
+_node(
+    "Colours and vectors", "float", "luminance", "of a colour", "color color = 1: what", "    return luminance(tint);"
+)
 _node("Colours and vectors", "float", "component", "one component of a point, vector or colour",
       "vector value = 0: what\nfloat index = 0: 0, 1 or 2",
       "    return index < 0.5 ? xcomp(value) : index < 1.5 ? ycomp(value) : zcomp(value);")  # fmt: skip

@@ -6,8 +6,8 @@
       mnk_prelighting    what lobes, weights and presence depend on
 
 Nodes that nothing depends on are left out. A node that both stages need is computed in both, before and after the
-surface moves. Names cannot clash: node types' functions and the shader's own names have no "_", inputs have none either,
-and everything made from a node's name has one.
+surface moves. Names cannot clash: node types' functions and the shader's own names have no "_", inputs have none
+either, and everything made from a node's name has one.
 """
 
 from __future__ import annotations
@@ -42,7 +42,9 @@ def literal(value: Value, kind: str) -> str:
 
 
 def function_name(node_type: NodeType, kind: str) -> str:
-    words = node_type.name.split("_") + ([kind] if "T" in (node_type.output, *(i.type for i in node_type.inputs)) else [])
+    words = node_type.name.split("_") + (
+        [kind] if "T" in (node_type.output, *(i.type for i in node_type.inputs)) else []
+    )
     return "graph" + "".join(word.capitalize() for word in words)
 
 
@@ -170,9 +172,8 @@ class _Writer:
         for output, node in self.graph.outputs.items():
             found = self.types[node.name]
             if not converts(found, OUTPUTS[output]):
-                self.problems.append(
-                    f'output "{output}" takes a {OUTPUTS[output]}, node "{node.name}" ({node.type.name}) gives a {found}'
-                )
+                gives = f'node "{node.name}" ({node.type.name}) gives a {found}'
+                self.problems.append(f'output "{output}" takes a {OUTPUTS[output]}, {gives}')
         surface = self.graph.surface
         if surface and surface.name in self.parents:
             self.problems.append(f'output "surface": "{surface.name}" lies in a layer of its own below')
@@ -239,7 +240,13 @@ class _Writer:
 
     def write(self, order: list[Node], moved: list[Node], shaded: list[Node]) -> str:
         graph = self.graph
-        parts = [self.head(order), *self.functions(order), f"class {self.class_name()}(\n", *self.parameters(order), ")\n{\n"]
+        parts = [
+            self.head(order),
+            *self.functions(order),
+            f"class {self.class_name()}(\n",
+            *self.parameters(order),
+            ")\n{\n",
+        ]
         if graph.surface:
             parts += self.init(shaded)
         if moved:
@@ -274,9 +281,7 @@ class _Writer:
             if not node_type.body or name in done:
                 continue
             result = kind if node_type.output == "T" else node_type.output
-            arguments = ", ".join(
-                f"{kind if i.type == 'T' else i.type} {argument_name(i)}" for i in node_type.inputs
-            )
+            arguments = ", ".join(f"{kind if i.type == 'T' else i.type} {argument_name(i)}" for i in node_type.inputs)
             product = (
                 "vector(xcomp(a) * xcomp(b), ycomp(a) * ycomp(b), zcomp(a) * zcomp(b))" if kind == "vector" else "a * b"
             )
@@ -299,8 +304,10 @@ class _Writer:
         return lines
 
     def init(self, shaded: list[Node]) -> list[str]:
-        lines = ["    public void mnk_init(output MnkObjectProperties objectProperties; output MnkMaterial material)\n    {\n",
-                 "        MnkMaterialBoundary boundary = CreateBoundary(material);\n"]  # fmt: skip
+        lines = [
+            "    public void mnk_init(output MnkObjectProperties objectProperties; output MnkMaterial material)\n",
+            "    {\n        MnkMaterialBoundary boundary = CreateBoundary(material);\n",
+        ]
         for node in shaded:
             name = self.names[node.name]
             if node.type.lobe:
@@ -335,7 +342,8 @@ class _Writer:
             lobe, takes = node.type.lobe
             inputs = [i.name for i in node.type.inputs if i.name != "weight"]
             pairs = ", ".join(f'"{k}", {self.value(node, i)}' for k, i in zip(takes, inputs, strict=True))
-            return [f'        SetLobe(boundary, "{name}", {self.value(node, "weight")},\n                {lobe}({pairs}));\n']
+            weight = self.value(node, "weight")
+            return [f'        SetLobe(boundary, "{name}", {weight},\n                {lobe}({pairs}));\n']
         if node.type.layer:
             if not node.type.input("weight"):
                 return []

@@ -6,6 +6,7 @@
 // uniform control flow remains.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <string>
@@ -166,7 +167,7 @@ struct Instr {
     Loc loc;
     std::vector<Ref> args;
     std::vector<float> floats; // Const
-    std::string text;          // Text
+    std::string text;          // Text; of others: the source's name for the value, if it has one
 };
 
 struct Var {
@@ -246,7 +247,7 @@ struct Place {
     bool text = false;
     bool varying = false; // may be bound to a primvar
     int length = -1;      // in floats: of a resizable array the number of its elements; of a parameter whose
-                     // default varies, whether it was given a value
+                          // default varies, whether it was given a value
 };
 
 // Values that a resizable array parameter holds at most, and what a growing array has room for where its uses
@@ -281,9 +282,19 @@ struct Program {
     // Fixed layering of a classic surface, in order; class shaders make theirs in init.
     std::vector<std::pair<std::string, grid::LobeId>> fixed_lobes;
     std::vector<std::string> files; // names of the sources, for locations at run time
+    std::vector<TextureUse> textures;
+    bool queries = false; // asks for attributes, options or the like
     uint64_t source_hash = 0;
+
+    std::array<Stage*, 7> stages() {
+        return {&defaults, &init, &interior, &displace, &shade, &light, &filter};
+    }
+    std::array<const Stage*, 7> stages() const {
+        return {&defaults, &init, &interior, &displace, &shade, &light, &filter};
+    }
 };
 
-std::string dump(const Stage& stage); // for tests and for reading
+std::string dump(const Stage& stage); // for tests
+const char* op_name(Op op);
 
 } // namespace kanuka::sl::ir

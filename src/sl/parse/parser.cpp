@@ -209,8 +209,12 @@ VarDecl* Parser::declarator(const Specifiers& s, VarDecl::Kind kind) {
     Sources& sources = m_diagnostics.sources();
     if (kind == VarDecl::Parameter) {
         std::string_view doc = sources.comment(v->loc.file, v->loc.line);
-        if (doc.empty() && v->loc.line > 1)
-            doc = sources.comment(v->loc.file, v->loc.line - 1);
+        if (doc.empty() && v->loc.line > 1) { // above it, unless it is about what stands before it there
+            const std::string_view above = sources.line({v->loc.file, v->loc.line - 1, 0});
+            const size_t first = above.find_first_not_of(" \t");
+            if (first != std::string_view::npos && (above[first] == '/' || above[first] == '*'))
+                doc = sources.comment(v->loc.file, v->loc.line - 1);
+        }
         while (!doc.empty() && (doc.front() == ' ' || doc.front() == '*' || doc.front() == '<'))
             doc.remove_prefix(1);
         while (!doc.empty() && (doc.back() == ' ' || doc.back() == '*'))

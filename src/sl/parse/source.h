@@ -33,6 +33,10 @@ class Sources {
     // The comment that ends on `line` of `file`, or empty.
     void note_comment(uint32_t file, uint32_t line, std::string_view text);
     std::string_view comment(uint32_t file, uint32_t line) const;
+    const std::unordered_map<uint32_t, std::string_view>& comments(uint32_t file) const {
+        return m_files[file]->comments;
+    }
+    uint32_t count() const { return uint32_t(m_files.size()); }
 
   private:
     struct File {
