@@ -445,7 +445,8 @@ Ref Lower::texture(const Expr* e, const ops::Signature& s) {
     return m_b.call(std::move(site), ty(s.result));
 }
 
-static const char* kind_name(ShaderKind kind) {
+// What shadername() and its like call a kind.
+static const char* message_name(ShaderKind kind) {
     static constexpr const char* Names[] = {"surface",     "surface",    "displacement",
                                             "lightsource", "atmosphere", "imager"};
     return Names[int(kind)];
@@ -483,7 +484,7 @@ Ref Lower::special(const Expr* e, const ops::Signature& s) {
         return query(e);
     if (n == "shadername") {
         const bool own =
-            e->args.empty() || constant_text(e->args[0], "the kind of a shader") == kind_name(m_program.kind);
+            e->args.empty() || constant_text(e->args[0], "the kind of a shader") == message_name(m_program.kind);
         return m_b.text(own ? m_program.name : std::string());
     }
     if (n == "emit")
