@@ -45,7 +45,7 @@ def outcome(name: str, lanes: int = 0, opt_level: int = 2, path: Path | None = N
     if result["program"]["interior"]:
         for key, value in result["program"]["interior"].items():
             values[f"interior.{key}"] = np.float32(value).reshape(1, 1, -1)
-    messages = [re.sub(r"^\S*/", "", str(m).split("\n")[0]) for m in journal]
+    messages = [re.sub(r"^\S*/|; searched in .*", "", str(m).split("\n")[0]) for m in journal]
     values["messages"] = [f"{m.severity}: {text}" for m, text in zip(journal, messages, strict=True)]
     return values
 

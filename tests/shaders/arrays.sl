@@ -1,4 +1,4 @@
-// arrays: lists, indices that vary, lengths, copies by element; an index outside is held within. Expect r = (1 2 3 4
+// Arrays: lists, indices that vary, lengths, copies by element; an index outside is held within. Expect r = (1 2 3 4
 // 5 by columns, 4, 15).
 #include "probe.h"
 

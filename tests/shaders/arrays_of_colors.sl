@@ -1,4 +1,4 @@
-// arrays of colors and points, passed to functions. Expect r = (u, v, 0) + (0.1, 0.2, 0.3).
+// Arrays of colors and points, passed to functions. Expect r = (u, v, 0) + (0.1, 0.2, 0.3).
 #include "probe.h"
 
 color last(color list[]) { return list[arraylength(list) - 1]; }

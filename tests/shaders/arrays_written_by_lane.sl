@@ -1,4 +1,4 @@
-// elements written where only some vertices run. Expect r = (9 where u > 0.5 else 0, 9 else, 1).
+// Elements written where only some vertices run. Expect r = (9 where u > 0.5 else 0, 9 else, 1).
 #include "probe.h"
 
 PROBE(arrays_written_by_lane)

@@ -1,4 +1,4 @@
-// float to color and point, color to its parts, in named spaces. Expect r = (u, 3, 1).
+// Float to color and point, color to its parts, in named spaces. Expect r = (u, 3, 1).
 #include "probe.h"
 
 PROBE(casts)

@@ -1,4 +1,4 @@
-// colors given in hsv, hsl, xyz, yiq and changed between them. Expect r = (1, 1, 1): all round trips close, red is
+// Colors given in hsv, hsl, xyz, yiq and changed between them. Expect r = (1, 1, 1): all round trips close, red is
 // red.
 #include "probe.h"
 

@@ -1,4 +1,4 @@
-// color arithmetic, component by component; mixtures with floats. Expect r = (0.75, 1.5 u, 2).
+// Color arithmetic, component by component; mixtures with floats. Expect r = (0.75, 1.5 u, 2).
 #include "probe.h"
 
 PROBE(colors)

@@ -1,4 +1,4 @@
-// derivatives where only some vertices run are those of the whole grid. Expect r = (2 where v > 0.5 else 0, 0, 0).
+// Derivatives where only some vertices run are those of the whole grid. Expect r = (2 where v > 0.5 else 0, 0, 0).
 #include "probe.h"
 
 PROBE(derivatives_in_branches)

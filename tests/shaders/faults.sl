@@ -1,5 +1,4 @@
-// a division by zero and an index outside are faults that are reported, with a value that is defined. Expect r is
-// finite.
+// An index outside of an array is held within, and reported once. Expect r = (3, 1, 1) and the message.
 #include "probe.h"
 
 PROBE(faults)

@@ -1,4 +1,4 @@
-// functions within functions see the variables around them. Expect r = (u + 10, 11, 3).
+// Functions within functions see the variables around them. Expect r = (u + 10, 11, 3).
 #include "probe.h"
 
 PROBE(functions_nested)

@@ -1,4 +1,4 @@
-// overloads by the types of arguments. Expect r = (1, 2, 3).
+// Overloads by the types of arguments. Expect r = (1, 2, 3).
 #include "probe.h"
 
 float kind(float x) { return 1; }

@@ -1,4 +1,4 @@
-// the variables that every shader sees. Expect r = (u + s, v + t, 1).
+// The variables that every shader sees. Expect r = (u + s, v + t, 1).
 #include "probe.h"
 
 PROBE(globals)

@@ -1,4 +1,4 @@
-// splines: Catmull-Rom, linear, bezier, from lists and arrays. Expect r: at u = 0 and 1 the inner control values.
+// Splines: Catmull-Rom, linear, bezier, from lists and arrays. Expect r: at u = 0 and 1 the inner control values.
 #include "probe.h"
 
 PROBE(math_splines)

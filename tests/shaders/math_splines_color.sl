@@ -1,4 +1,4 @@
-// splines of colors, and in the bases of RISpec. Expect r grows along u in all three.
+// Splines of colors, and in the bases of RISpec. Expect r grows along u in all three.
 #include "probe.h"
 
 PROBE(math_splines_color)

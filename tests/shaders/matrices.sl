@@ -1,4 +1,4 @@
-// matrices: constants, products, inverse by 1 / m, determinant, turned points. Expect r = (24, 1 + u, 0).
+// Matrices: constants, products, inverse by 1 / m, determinant, turned points. Expect r = (24, 1 + u, 0).
 #include "probe.h"
 
 PROBE(matrices)

@@ -1,4 +1,4 @@
-// rotations: of matrices and of points about a line. Expect r = (0, 1, 1) within rounding.
+// Rotations: of matrices and of points about a line. Expect r = (0, 1, 1) within rounding.
 #include "probe.h"
 
 PROBE(matrix_rotate)

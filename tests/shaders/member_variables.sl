@@ -1,4 +1,4 @@
-// member variables of a class, set by init, read by prelighting. Expect r = (3, 4, 5).
+// Member variables of a class, set by init, read by prelighting. Expect r = (3, 4, 5).
 class member_variables()
 {
     float number = 3;

@@ -1,4 +1,4 @@
-// noise of one to four dimensions, in [0, 1]. Expect values of one hash: they must never change.
+// Noise of one to four dimensions, in [0, 1]. Expect values of one hash: they must never change.
 #include "probe.h"
 
 PROBE(noise_float)

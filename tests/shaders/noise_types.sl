@@ -1,4 +1,4 @@
-// noise as color, point and vector, signed too. Expect values of one hash.
+// Noise as color, point and vector, signed too. Expect values of one hash.
 #include "probe.h"
 
 PROBE(noise_types)

@@ -1,4 +1,4 @@
-// numbers in all forms. Expect r = (0.5, 1200, 0.025).
+// Numbers in all forms. Expect r = (0.5, 1200, 0.025).
 #include "probe.h"
 
 PROBE(numbers)

@@ -1,4 +1,4 @@
-// parameters of all types and their defaults. Expect r = (1.5, 0.2 + 3, 4 + 1 + 1).
+// Parameters of all types and their defaults. Expect r = (1.5, 0.2 + 3, 4 + 1 + 1).
 #include "probe.h"
 
 #define PARAMETERS \

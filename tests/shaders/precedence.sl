@@ -1,4 +1,4 @@
-// operators hold as RISpec's table says: . and ^ before * and /, those before + and -. Expect r = (14, 7, -4).
+// Operators hold as RISpec's table says: . and ^ before * and /, those before + and -. Expect r = (14, 7, -4).
 #include "probe.h"
 
 PROBE(precedence)

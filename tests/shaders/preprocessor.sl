@@ -1,4 +1,4 @@
-// macros with arguments, # and ##, conditions, lines joined. Expect r = (5, 3, 1).
+// Macros with arguments, # and ##, conditions, lines joined. Expect r = (5, 3, 1).
 #include "probe.h"
 
 #define SUM(a, b) ((a) + \

@@ -1,4 +1,4 @@
-// inner names hide outer ones until their block ends. Expect r = (1, 2, 1).
+// Inner names hide outer ones until their block ends. Expect r = (1, 2, 1).
 #include "probe.h"
 
 PROBE(scopes)

@@ -1,4 +1,4 @@
-// strings: comparison, concat, format, match, as arguments. Expect r = (1, 1, 1).
+// Strings: comparison, concat, format, match, as arguments. Expect r = (1, 1, 1).
 #include "probe.h"
 
 PROBE(strings)

@@ -1,4 +1,4 @@
-// a texture that is not there is mid-grey, and is reported once. Expect r = (0.5, 0.5, 0.5).
+// A texture that is not there is mid-grey, and is reported once. Expect r = (0.5, 0.5, 0.5).
 #include "probe.h"
 
 PROBE(textures_missing)

@@ -1,4 +1,4 @@
-// declared details: a uniform value is one for the grid, a varying one may differ. Expect r = (2, u, 2 + u).
+// Declared details: a uniform value is one for the grid, a varying one may differ. Expect r = (2, u, 2 + u).
 #include "probe.h"
 
 PROBE(uniform_and_varying)

@@ -1,4 +1,4 @@
-// points, vectors, normals: + - . ^ * / and their parts. Expect r = (2, 1, u).
+// Points, vectors, normals: + - . ^ * / and their parts. Expect r = (2, 1, u).
 #include "probe.h"
 
 PROBE(vectors)
