@@ -149,6 +149,7 @@ class Lower {
     Ref light_arithmetic(ast::BinOp op, Ref a, Ref b, Loc at);
     Ref light_shadeop(const ast::Expr* e);
     Ref fresnel(const ast::Expr* e);
+    Ref view_direction(Loc at);
     Ref turned(Ref normal, Loc at);
     Ref negated(Ref value, Loc at);
     Ref source_call(const char* shadeop, std::vector<Ref> args, Loc at, Ty result = Ty::Triple);

@@ -60,6 +60,8 @@ Lower::Binding& Lower::bind(const VarDecl* v) {
             initial = input(Input::Os);
         else if (g.input >= 0)
             initial = input(Input(g.input));
+        else if (g.name == "I" && shading)
+            initial = view_direction(v->loc);
         else
             initial = zero(ty(v->type));
         if (g.written && shading) {
@@ -67,7 +69,7 @@ Lower::Binding& Lower::bind(const VarDecl* v) {
             Block* const here = m_b.block();
             m_b.set_block(m_prologue);
             m_b.declare(b.var);
-            m_b.store(b.var, initial, v->loc);
+            store_tagged(b.var, initial, v->loc);
             m_b.set_block(here);
         } else {
             b.kind = Binding::Value;
@@ -90,14 +92,13 @@ Ref Lower::global(const VarDecl* v, Loc at) {
                     "\" varies over the surface; it is not known where this runs (once a primitive)");
         return zero(ty(v->type));
     }
-    if (n == "I") {
-        const Ref i = m_b.emit(Op::Sub, Ty::Triple, {input(Input::P), input(Input::E)}, at);
-        return tagged(i, Tag::View);
+    if (n == "I" && !v->assigned) {
+        return view_direction(at);
     }
     if (n == "Ps" && m_role == Role::Shade)
         return global(m_sema.global("P"), at);
     const bool in_loop = m_illuminance > 0 || m_sample != ir::None;
-    if (in_loop && n == "L")
+    if (in_loop && n == "L" && !v->assigned)
         return m_illuminance > 0 ? light_direction(Tag::Light, at) : m_sample;
     if (in_loop && n == "Ol")
         return m_b.triple(1);

@@ -73,6 +73,7 @@ struct VarDecl {
     std::string doc;
     // sema
     bool read = false, written = false, internal = false;
+    bool assigned = false; // by the shader
 };
 
 enum class ExprKind : uint8_t {

@@ -17,7 +17,7 @@ void Sema::written(Expr* e, const std::string& by) {
     VarDecl* v = e->var;
     if (!v)
         return;
-    v->written = true;
+    v->written = v->assigned = true;
     const std::string name = "\"" + std::string(v->name) + "\"";
     if (v->kind == VarDecl::Parameter && !v->output)
         m_diagnostics.error(e->loc, name + " is a parameter and is " + by +
