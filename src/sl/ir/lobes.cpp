@@ -19,10 +19,10 @@ class Lobes {
                 sum = op(Op::Add, sum, m_b.emit(Op::Extract, Ty::Float, {opacity}, {}, c));
             output("", -1, grid::LobeId::LambertBrdf, op(Op::Mul, sum, f(1 / 3.f)), true);
         }
-        bool has_diffuse = false;
+        bool has_lobe = false;
         for (const auto& [site, var] : m_terms.weights)
-            has_diffuse = has_diffuse || is_lambert(m_terms.sites[size_t(site)].kind);
-        // Ambient light is light like any other here: diffuse() already reflects it.
+            has_lobe = has_lobe || m_terms.sites[size_t(site)].kind != Closure::Ambient;
+        // Ambient light is light like any other here: every lobe reflects it already.
         const auto total = [&](auto&& wanted) {
             Ref sum = None;
             for (const auto& [site, var] : m_terms.weights)
@@ -36,12 +36,13 @@ class Lobes {
             return sum == None ? None : unpremultiply(sum, opacity);
         };
         if (const Ref w =
-                total([&](Closure k) { return is_lambert(k) || (k == Closure::Ambient && !has_diffuse); });
+                total([&](Closure k) { return is_lambert(k) || (k == Closure::Ambient && !has_lobe); });
             w != None) {
             m_program.fixed_lobes.emplace_back("diffuse", grid::LobeId::LambertBrdf);
             output("diffuse", 0, grid::LobeId::LambertBrdf, w);
         }
         int count = 0;
+        Ref rest = None, rest_roughness = None; // more than a material has room for: one lobe together
         for (const auto& [site, var] : m_terms.weights) {
             const Site& s = m_terms.sites[size_t(site)];
             if (s.shape < 0)
@@ -49,15 +50,21 @@ class Lobes {
             const std::string name = "specular" + (count ? std::to_string(count + 1) : std::string());
             const bool inverse = s.kind == Closure::Specular || shape_is_inverse(s);
             const Ref alpha2 = alpha2_of(m_b.load(s.shape, {}), inverse);
-            const Ref w = op(Op::Mul, unpremultiply(m_b.load(var, {}), opacity), m_b.splat(height(alpha2), {}));
+            const Ref w =
+                op(Op::Mul, unpremultiply(m_b.load(var, {}), opacity), m_b.splat(height(alpha2), {}));
             const Ref alpha = m_b.emit(Op::Sqrt, Ty::Float, {alpha2}, {});
             const Ref roughness = m_b.emit(Op::Sqrt, Ty::Float, {alpha}, {});
-            if (s.kind == Closure::DielectricGlossy)
+            if (++count >= MaxGlossy) {
+                rest = rest == None ? w : op(Op::Add, rest, w);
+                rest_roughness = rest_roughness == None ? roughness : op(Op::Max, rest_roughness, roughness);
+            } else if (s.kind == Closure::DielectricGlossy) {
                 dielectric(name, w, index_of(s), roughness);
-            else
+            } else {
                 glossy(name, w, roughness);
-            count++;
+            }
         }
+        if (rest != None)
+            glossy("specular" + std::to_string(MaxGlossy), rest, rest_roughness);
         if (const Ref w = total([](Closure k) { return k == Closure::Mirror || k == Closure::Environment; });
             w != None)
             glossy("mirror", w, f(0));
@@ -78,9 +85,17 @@ class Lobes {
             m_program.fixed_lobes.emplace_back("emission", grid::LobeId::DiffuseEmission);
             output("emission", 0, grid::LobeId::DiffuseEmission, emission);
         }
+        // Black is a material too: one of no lobes would be nothing to trace.
+        if (m_program.fixed_lobes.empty()) {
+            m_program.fixed_lobes.emplace_back("diffuse", grid::LobeId::LambertBrdf);
+            output("diffuse", 0, grid::LobeId::LambertBrdf, m_b.triple(0));
+        }
     }
 
   private:
+    // Glossy lobes: a material has 16 lobes and 32 nodes, add nodes among them.
+    static constexpr int MaxGlossy = 12;
+
     // -------------------------------------------------------------------------------------------------
 
     Ref op(Op o, Ref a, Ref b) { return m_b.emit(o, m_b.at(a).ty, {a, b}, {}); }
@@ -191,9 +206,9 @@ class Lobes {
         return inverse ? op(Op::Div, twice, more) : op(Op::Div, f(1), more);
     }
 
-    // The albedo that keeps the height of the highlight. RISpec's is one on its axis, whatever its width; a lobe's is
-    // pi D(0) / 4 = 1 / (4 alpha^2) times its albedo. So narrow highlights reflect little, as they do there; wide
-    // ones would reflect more than there is.
+    // The albedo that keeps the height of the highlight. RISpec's is one on its axis, whatever its width; a
+    // lobe's is pi D(0) / 4 = 1 / (4 alpha^2) times its albedo. So narrow highlights reflect little, as they
+    // do there; wide ones would reflect more than there is.
     Ref height(Ref alpha2) { return op(Op::Min, op(Op::Mul, alpha2, f(4)), f(1)); }
 
     // Is there anything but light in what Ci is left with? Its initial value does not count if it is

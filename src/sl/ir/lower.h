@@ -75,6 +75,16 @@ class Lower {
         return b;
     }
 
+    // Where globals get their values: before all else.
+    template <class F>
+    Ref in_prologue(F&& value) {
+        Block* const here = m_b.block();
+        m_b.set_block(m_prologue);
+        const Ref r = value();
+        m_b.set_block(here);
+        return r;
+    }
+
     // lower_expr.cpp
     Ref expr(const ast::Expr* e);
     Ref expr_as(const ast::Expr* e, const ast::Type& to) { return convert(expr(e), e->type, to, e->loc); }
@@ -93,7 +103,6 @@ class Lower {
     Ref ternary(const ast::Expr* e);
     Ref index(const ast::Expr* e);
     Ref element_of_matrix(const ast::Expr* e);
-    Ref view(Loc at);
     Ref component_of(Ref whole, Ref index, Loc at);
     Ref with_component(Ref whole, Ref index, Ref value, Loc at);
     Ref tuple(const ast::Expr* e);
@@ -179,6 +188,7 @@ class Lower {
     Ref light_arithmetic(ast::BinOp op, Ref a, Ref b, Loc at);
     Ref light_shadeop(const ast::Expr* e);
     Ref fresnel(const ast::Expr* e);
+    Ref view_direction(Loc at);
     Ref turned(Ref normal, Loc at);
     Ref negated(Ref value, Loc at);
     Ref source_call(const char* shadeop, std::vector<Ref> args, Loc at, Ty result = Ty::Triple);
@@ -204,7 +214,6 @@ class Lower {
     void filter_stage();
     void emission(const ast::Stmt* s);
     Ref shader_frame(int row, Loc at);
-    Ref first_component(Ref triple, Loc at);
     int m_emission[int(Emission::Count)] = {}; // variables
 
     static Ty ty(const ast::Type& t);

@@ -262,8 +262,6 @@ Ref Lower::closure(const Expr* e, const ops::Signature& s) {
     Closure kind = Closure(s.imm);
     if (kind == Closure::Mirror && args.size() == 2)
         args.erase(args.begin()); // trace(P, R)
-    if (e->shadeop->name == "subsurface")
-        args.clear(); // no normal
     if (kind == Closure::Mirror && tag(args[0]) == Tag::Refracted)
         kind = Closure::Refraction;
     return m_b.emit(Op::Closure, Ty::Triple, std::move(args), e->loc, int(kind));
@@ -483,8 +481,8 @@ Ref Lower::special(const Expr* e, const ops::Signature& s) {
     if (n == "attribute" || n == "option" || n == "rendererinfo" || n == "textureinfo")
         return query(e);
     if (n == "shadername") {
-        const bool own =
-            e->args.empty() || constant_text(e->args[0], "the kind of a shader") == message_name(m_program.kind);
+        const bool own = e->args.empty() ||
+                         constant_text(e->args[0], "the kind of a shader") == message_name(m_program.kind);
         return m_b.text(own ? m_program.name : std::string());
     }
     if (n == "emit")

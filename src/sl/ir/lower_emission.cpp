@@ -9,17 +9,15 @@ using namespace ast;
 // Rows of the matrix from shader to current space: 3 is the light's own place, 2 the axis along which it
 // looks.
 Ref Lower::shader_frame(int row, Loc at) {
-    Block* const here = m_b.block();
-    m_b.set_block(m_prologue);
-    CallSite site{CallKind::SpaceMatrix, at};
-    site.args = {m_b.text("shader"), m_b.text("current")};
-    const Ref m = m_b.call(std::move(site), Ty::Matrix);
-    std::vector<Ref> parts;
-    for (int c = 0; c < 3; c++)
-        parts.push_back(m_b.emit(Op::Extract, Ty::Float, {m}, at, 4 * row + c));
-    const Ref r = m_b.emit(Op::Make, Ty::Triple, parts, at);
-    m_b.set_block(here);
-    return r;
+    return in_prologue([&] {
+        CallSite site{CallKind::SpaceMatrix, at};
+        site.args = {m_b.text("shader"), m_b.text("current")};
+        const Ref m = m_b.call(std::move(site), Ty::Matrix);
+        std::vector<Ref> parts;
+        for (int c = 0; c < 3; c++)
+            parts.push_back(m_b.emit(Op::Extract, Ty::Float, {m}, at, 4 * row + c));
+        return m_b.emit(Op::Make, Ty::Triple, std::move(parts), at);
+    });
 }
 
 void Lower::light_stage() {
@@ -38,14 +36,6 @@ void Lower::light_stage() {
     for (int k = 0; k < int(Emission::Count); k++)
         stage.outputs.push_back({Output::Emitted, m_emission[k], k});
     end_stage();
-}
-
-Ref Lower::first_component(Ref triple, Loc at) {
-    Block* const here = m_b.block();
-    m_b.set_block(m_prologue); // where globals get their values
-    const Ref r = m_b.emit(Op::Extract, Ty::Float, {triple}, at, 0);
-    m_b.set_block(here);
-    return r;
 }
 
 // Volume and imager shaders take a colour and an opacity and hand them on changed. They come in as Cs and Os.

@@ -80,13 +80,16 @@ Lower::Binding& Lower::bind(const VarDecl* v) {
         else if (m_role == Role::Light && (g.name == "P" || g.name == "N" || g.name == "Ng"))
             initial = shader_frame(g.name == "P" ? 3 : 2, v->loc);
         else if (m_role == Role::Filter && g.name == "alpha")
-            initial = first_component(input(Input::Os), v->loc);
+            initial = in_prologue(
+                [&] { return m_b.emit(Op::Extract, Ty::Float, {input(Input::Os)}, v->loc, 0); });
         else if (g.name == "Ci")
             initial = input(Input::Cs);
         else if (g.name == "Oi")
             initial = input(Input::Os);
         else if (g.input >= 0)
             initial = input(Input(g.input));
+        else if (g.name == "I" && on_grid())
+            initial = in_prologue([&] { return view_direction(v->loc); });
         else
             initial = zero(ty(v->type));
         if ((g.written || v->assigned || (m_role == Role::Light && g.name == "L")) && on_grid()) {
@@ -94,8 +97,6 @@ Lower::Binding& Lower::bind(const VarDecl* v) {
             Block* const here = m_b.block();
             m_b.set_block(m_prologue);
             m_b.declare(b.var);
-            if (g.name == "I")
-                initial = view(v->loc);
             store_tagged(b.var, initial, v->loc);
             m_b.set_block(here);
         } else {
@@ -104,10 +105,6 @@ Lower::Binding& Lower::bind(const VarDecl* v) {
         }
     }
     return m_bind[v] = b;
-}
-
-Ref Lower::view(Loc at) {
-    return tagged(m_b.emit(Op::Sub, Ty::Triple, {input(Input::P), input(Input::E)}, at), Tag::View);
 }
 
 Ref Lower::global(const VarDecl* v, Loc at) {
@@ -125,11 +122,11 @@ Ref Lower::global(const VarDecl* v, Loc at) {
         return zero(ty(v->type));
     }
     if (n == "I" && !v->assigned)
-        return view(at);
+        return view_direction(at);
     if (n == "Ps" && m_role == Role::Shade)
         return global(m_sema.global("P"), at);
     const bool in_loop = m_illuminance > 0 || m_sample != ir::None;
-    if (in_loop && n == "L")
+    if (in_loop && n == "L" && !v->assigned)
         return m_illuminance > 0 ? light_direction(Tag::Light, at) : m_sample;
     if (in_loop && n == "Ol")
         return m_b.triple(1);
