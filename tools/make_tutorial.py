@@ -28,8 +28,8 @@ PixelSamples 8 8
 Projection "perspective" "fov" [30]
 Translate 0 -0.15 5
 WorldBegin
-LightSource "distantlight" 1 "intensity" [0.7] "from" [2 3 -2] "to" [0 0 0] "angle" [6]
-LightSource "environmentlight" 2 "intensity" [0.6] "visible" [0]
+LightSource "distantlight" 1 "intensity" [0.7] "from" [2 3 -2] "to" [0 0 0] "uniform float angle" [6]
+LightSource "environmentlight" 2 "intensity" [0.6] "uniform float visible" [0]
 Attribute "displacementbound" "sphere" [0.2]
 AttributeBegin
   Color [0.8 0.5 0.1]

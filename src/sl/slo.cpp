@@ -14,11 +14,13 @@ namespace {
 
 constexpr std::string_view Magic = "KNKSLO\n1\n", MagicHead = "KNKSLO\n";
 // Nothing that a shader writer makes is larger; a damaged size must not take the machine's memory.
-constexpr uint64_t MaxTokenBytes = uint64_t(1) << 31;
+constexpr uint64_t MaxBytes = uint64_t(1) << 31;
 
 struct Header {
-    uint64_t metadata, compressed, tokens; // bytes
-    uint64_t hash, checksum;               // checksum of all that follows, and of the sizes and hash
+    struct Part {
+        uint64_t compressed, bytes;
+    } metadata, tokens;
+    uint64_t hash, checksum; // checksum of all that follows, and of the sizes and hash
 };
 
 uint64_t checksum(Header h, std::string_view rest) {
@@ -187,6 +189,16 @@ std::string deflated(const std::string& bytes) {
     return out;
 }
 
+bool inflate_to(std::string& out, std::string_view compressed, uint64_t bytes) {
+    if (bytes > MaxBytes || bytes / 1100 > compressed.size()) // zlib packs no tighter than 1 : 1032
+        return false;
+    out.resize(bytes);
+    uLongf size = uLongf(bytes);
+    return uncompress(reinterpret_cast<Bytef*>(out.data()), &size,
+                      reinterpret_cast<const Bytef*>(compressed.data()), uLong(compressed.size())) == Z_OK &&
+           size == bytes;
+}
+
 } // namespace
 
 bool is_slo(std::string_view bytes) {
@@ -219,10 +231,10 @@ std::string write_slo(const Sources& sources, const Preprocessed& source, const 
     }
     texts.write(all);
     const std::string tokens = all.take() + body.take();
-    const std::string compressed = deflated(tokens);
     const std::string about = metadata(sources, source, program);
-    Header h{about.size(), compressed.size(), tokens.size(), source.hash, 0};
-    const std::string rest = about + compressed;
+    const std::string parts[] = {deflated(about), deflated(tokens)};
+    Header h{{parts[0].size(), about.size()}, {parts[1].size(), tokens.size()}, source.hash, 0};
+    const std::string rest = parts[0] + parts[1];
     h.checksum = checksum(h, rest);
     return std::string(Magic) + std::string(reinterpret_cast<const char*>(&h), sizeof h) + rest;
 }
@@ -245,24 +257,17 @@ std::optional<Published> read_slo(std::string_view bytes, std::string& problem, 
         return damaged("it ends early");
     std::memcpy(&h, bytes.data(), sizeof h);
     bytes.remove_prefix(sizeof h);
-    if (h.metadata > bytes.size() || h.compressed > bytes.size() - h.metadata)
+    const uint64_t first = h.metadata.compressed, second = h.tokens.compressed;
+    if (first > bytes.size() || second > bytes.size() - first)
         return damaged("it ends early");
-    if (h.metadata + h.compressed != bytes.size())
+    if (first + second != bytes.size())
         return damaged("something follows its end");
     if (h.checksum != checksum(h, bytes))
         return damaged("its checksum does not fit");
     Published p;
-    p.metadata = bytes.substr(0, h.metadata);
     p.hash = h.hash;
-    if (metadata_alone)
-        return p;
-    if (h.tokens > MaxTokenBytes || h.tokens / 1100 > h.compressed) // zlib packs no tighter than 1 : 1032
-        return damaged("its size makes no sense");
-    p.tokens.resize(h.tokens);
-    uLongf size = uLongf(h.tokens);
-    if (uncompress(reinterpret_cast<Bytef*>(p.tokens.data()), &size,
-                   reinterpret_cast<const Bytef*>(bytes.data() + h.metadata), uLong(h.compressed)) != Z_OK ||
-        size != h.tokens)
+    if (!inflate_to(p.metadata, bytes.substr(0, first), h.metadata.bytes) ||
+        (!metadata_alone && !inflate_to(p.tokens, bytes.substr(first), h.tokens.bytes)))
         return damaged("it cannot be decompressed");
     return p;
 }

@@ -1,7 +1,7 @@
 // Published shaders, NAME.slo: the preprocessed tokens with their places, the lines that messages show, and
 // what the shader is, to be read without compiling it. The only thing an asset ships.
 //
-//   "KNKSLO" LF version LF │ sizes, checksum │ metadata: JSON, plain │ tokens and sources, zlib
+//   "KNKSLO" LF version LF │ sizes, checksum │ metadata: JSON, zlib │ tokens and sources, zlib
 #pragma once
 
 #include <optional>

@@ -70,7 +70,8 @@ def run(arguments: argparse.Namespace) -> int:
         result = shader.run(width, height, values, journal=journal)
     layers = chosen_layers(result, arguments.output)
     if arguments.picture.suffix == ".png":
-        layers = {"rgb": as_rgb(next(iter(layers.values())))}
+        there = layers.get("presence", 1.0)  # holes are black
+        layers = {"rgb": as_rgb(next(iter(layers.values()))) * np.asarray(there)[..., None]}
     kanuka.Picture(layers).write(arguments.picture)
     print(arguments.picture)
     return ExitCode.ERRORS if journal.error_count else ExitCode.OK
