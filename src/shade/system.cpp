@@ -319,7 +319,8 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
     std::string key = shared->key;
     append(key, own.color);
     append(key, own.opacity);
-    if ((surface.shader && surface.shader->queries()) || (displacement.shader && displacement.shader->queries()))
+    if ((surface.shader && surface.shader->queries()) ||
+        (displacement.shader && displacement.shader->queries()))
         key += attribute_key(attributes);
     for (const Transform* t :
          {&own.spaces.current_from_object, &own.spaces.current_from_world, &own.spaces.current_from_shader,

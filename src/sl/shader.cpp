@@ -67,6 +67,7 @@ static std::optional<ir::Program> front_end(const std::string& name, std::string
     if (diagnostics.errors() > 0)
         return std::nullopt;
     ir::Program program;
+    program.aovs = options.aovs;
     ir::Lower(program, sema, diagnostics, *unit.shaders[0]).run();
     if (diagnostics.errors() > 0)
         return std::nullopt;
@@ -133,8 +134,10 @@ ShaderImpl::ShaderImpl(ir::Program program, CompileOptions options)
     if (m_options.lanes != 1 && m_options.lanes != 8 && m_options.lanes != 16)
         m_options.lanes = widest;
     m_options.lanes = std::min(m_options.lanes, widest);
-    const std::string key =
+    std::string key =
         m_program.name + "|" + std::to_string(m_options.opt_level) + "|" + std::to_string(CompilerVersion);
+    for (const std::string& aov : m_program.aovs)
+        key += "|" + aov;
     m_hash = hash_bytes(key.data(), key.size(), m_program.source_hash);
     for (const ir::Stage* s : {&m_program.displace, &m_program.shade})
         for (const ir::CallSite& c : s->calls)
@@ -170,11 +173,13 @@ const Build& ShaderImpl::build(const ir::Variant& variant) const {
     }
     prepare(b->displace, m_program.displace, variant, "kanuka_displace", m_options.lanes, list);
     prepare(b->shade, m_program.shade, variant, "kanuka_shade", m_options.lanes, list);
-    const std::string cache_key = "kanuka sl " + std::to_string(CompilerVersion) + " " + backend_version() +
-                                  " source " + std::to_string(m_program.source_hash) + " " + m_program.name +
-                                  " lanes " + std::to_string(m_options.lanes) + " O" +
-                                  std::to_string(m_options.opt_level) + " variant " + key +
-                                  (first ? " with init" : "");
+    std::string cache_key = "kanuka sl " + std::to_string(CompilerVersion) + " " + backend_version() +
+                            " source " + std::to_string(m_program.source_hash) + " " + m_program.name +
+                            " lanes " + std::to_string(m_options.lanes) + " O" +
+                            std::to_string(m_options.opt_level) + " variant " + key +
+                            (first ? " with init" : "");
+    for (const std::string& aov : m_program.aovs)
+        cache_key += " aov " + aov;
     const ObjectCache cache(m_options.cache_dir.empty() ? default_cache_dir() : m_options.cache_dir);
     std::optional<std::string> object;
     if (m_options.use_cache)

@@ -45,6 +45,9 @@ struct CompileOptions {
     std::vector<std::pair<std::string, std::string>> defines;
     std::string cache_dir; // empty = KANUKA_SHADER_CACHE, else the user's cache folder
     bool use_cache = true;
+    // Output parameters of a surface whose values Instance::shade_with_aovs hands out, beside the material.
+    // Light is not known while shading: of a colour made of light they have the part without it.
+    std::vector<std::string> aovs;
 };
 
 // ---- services: what a running shader may ask of its surroundings; shade/ implements it
@@ -62,12 +65,13 @@ struct TextureRequest {
     int result_stride;
 };
 
-// What attribute(), option(), rendererinfo() and textureinfo() ask. The answer is a text or floats, as wanted.
+// What attribute(), option(), rendererinfo() and textureinfo() ask. The answer is a text or floats, as
+// wanted.
 struct Query {
     enum Kind : uint8_t { Attribute, Option, Renderer, Texture } kind;
-    const char* name;   // "ShadingRate", "user:age", "Format", "version", "resolution", …
-    const char* file;   // Texture: which
-    bool wants_text;    // else floats, `count` at most
+    const char* name; // "ShadingRate", "user:age", "Format", "version", "resolution", …
+    const char* file; // Texture: which
+    bool wants_text;  // else floats, `count` at most
     int count;
     float* floats;
     std::string* text;
@@ -128,6 +132,13 @@ class Instance {
     // (bump).
     virtual void shade(grid::Grid& grid, const GridGlobals& globals, Services& services,
                        grid::VertexInputs& out) const = 0;
+    // The same, with a value for each name in aovs().
+    virtual std::vector<std::string> aovs() const { return {}; }
+    virtual void shade_with_aovs(grid::Grid& grid, const GridGlobals& globals, Services& services,
+                                 grid::VertexInputs& out, std::vector<grid::SlotValues>& aovs) const {
+        aovs.clear();
+        shade(grid, globals, services, out);
+    }
     // True where no slot varies over a grid, whatever the grid: one point need be shaded.
     virtual bool uniform_material() const = 0;
     // The same for grids that are known to carry, or not to carry, primvars "Cs" and "Os".
@@ -143,7 +154,8 @@ class Shader {
     virtual uint64_t
     hash() const = 0; // of its source, the compiler's version and the options: part of a grid's key
     virtual bool from_cache() const = 0;
-    // True if a stage asks for attributes or options: what it computes may then differ from one primitive to the next.
+    // True if a stage asks for attributes or options: what it computes may then differ from one primitive to
+    // the next.
     virtual bool queries() const { return false; }
     // Unknown arguments and wrong types are reported to the journal (with the names there are) and skipped.
     virtual std::unique_ptr<Instance> instantiate(std::span<const Argument> arguments,

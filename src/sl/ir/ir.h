@@ -133,7 +133,8 @@ enum class CallKind : uint8_t {
     Concat,
     Match,
     Report,
-    Found, // attribute, option, rendererinfo, textureinfo: is it known? imm: sl::Query::Kind * 4 + what is wanted
+    Found, // attribute, option, rendererinfo, textureinfo: is it known? imm: sl::Query::Kind * 4 + what is
+           // wanted
     Query, // its value
     CreateBoundary,
     AddLobe,
@@ -171,6 +172,7 @@ struct Var {
     int array = 0; // elements; 0 = not an array
     bool varying = false;
     bool must_be_uniform = false; // declared so
+    bool clear = false;           // an array whose elements are zero when it comes to life
     Loc loc;
     int context = -1; // masks: where it was declared
 };
@@ -205,10 +207,10 @@ struct Block {
 
 // What a stage hands out: a variable's value at its end.
 struct Output {
-    enum Kind : uint8_t { Position, Normal, Slot, Member, Parameter };
+    enum Kind : uint8_t { Position, Normal, Slot, Member, Parameter, Aov };
     Kind kind = Slot;
     int var = -1;
-    int index = 0;   // Slot: channel; Member, Parameter: index
+    int index = 0;   // Slot: channel; Member, Parameter, Aov: index
     int element = 0; // Parameter: of an array
 };
 
@@ -236,8 +238,8 @@ struct Place {
     int count = 0;
     bool text = false;
     bool varying = false; // may be bound to a primvar
-    int length = -1; // in floats: of a resizable array the number of its elements; of a parameter whose default
-                     // varies, whether it was given a value
+    int length = -1;      // in floats: of a resizable array the number of its elements; of a parameter whose
+                     // default varies, whether it was given a value
 };
 
 // Values that a resizable array parameter holds at most, and what a growing array has room for where its uses
@@ -271,6 +273,7 @@ struct Program {
     int Ci = -1, Oi = -1;
     // Fixed layering of a classic surface, in order; class shaders make theirs in init.
     std::vector<std::pair<std::string, grid::LobeId>> fixed_lobes;
+    std::vector<std::string> aovs;  // output parameters that the shade stage hands out
     std::vector<std::string> files; // names of the sources, for locations at run time
     uint64_t source_hash = 0;
 };

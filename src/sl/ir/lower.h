@@ -48,6 +48,7 @@ class Lower {
     void class_stage(const char* method, Stage& stage, Role role);
     void classic_stage();
     void normal_output();
+    void aov_outputs();
     ast::FunctionDecl* method(std::string_view name);
     ast::FunctionDecl* stage_method(std::string_view name);
     std::vector<ast::FunctionDecl*> lit_methods();
@@ -55,7 +56,6 @@ class Lower {
     void statement(const ast::Stmt* s);
     void declare(const ast::VarDecl* v);
     void declare_array(const ast::VarDecl* v);
-    void clear_array(int var, Loc at);
     void gather(const ast::Stmt* s);
     void branch(Ref condition, const ast::Stmt* yes, const ast::Stmt* no, Loc at);
     void loop(const ast::Stmt* s);
@@ -122,8 +122,7 @@ class Lower {
     Ref special(const ast::Expr* e, const ops::Signature& s);
     Ref array_op(const ast::Expr* e);
     Ref query(const ast::Expr* e);
-    void bind_formal(const ast::VarDecl* formal, const ast::Expr* a,
-                     Bindings& bindings,
+    void bind_formal(const ast::VarDecl* formal, const ast::Expr* a, Bindings& bindings,
                      std::vector<std::pair<const ast::Expr*, int>>& copies);
     Ref closure(const ast::Expr* e, const ops::Signature& s);
     Ref spline(const ast::Expr* e, const ops::Signature& s);

@@ -1,6 +1,7 @@
-// Strings that vary over a grid. Machine code has no place for one string a vertex; but the strings that a shader
-// chooses between are few and known: what varies becomes the number of the string in a list, and a comparison with it
-// one of numbers. Where the text itself is needed (a texture's name) a string must still be uniform.
+// Strings that vary over a grid. Machine code has no place for one string a vertex; but the strings that a
+// shader chooses between are few and known: what varies becomes the number of the string in a list, and a
+// comparison with it one of numbers. Where the text itself is needed (a texture's name) a string must still
+// be uniform.
 #include <map>
 
 #include "sl/ir/passes.h"
@@ -39,7 +40,8 @@ class Texts {
 
     void complain(Loc at) {
         m_broken = true;
-        m_diagnostics.error(at, "a string cannot vary over the surface here; make what it depends on uniform");
+        m_diagnostics.error(at,
+                            "a string cannot vary over the surface here; make what it depends on uniform");
     }
 
     // A string's place in the list.
@@ -130,7 +132,8 @@ class Texts {
             for (size_t k = 0; k < m_list.size(); k++) {
                 const Ref it = m_b.emit(Op::Eq, Ty::Bool, {x, m_b.constant(float(k))}, i.loc);
                 const Ref equal = m_b.emit(Op::SameText, Ty::Bool, {m_list[k], other}, i.loc);
-                any = m_b.emit(Op::Or, Ty::Bool, {any, m_b.emit(Op::And, Ty::Bool, {it, equal}, i.loc)}, i.loc);
+                any =
+                    m_b.emit(Op::Or, Ty::Bool, {any, m_b.emit(Op::And, Ty::Bool, {it, equal}, i.loc)}, i.loc);
             }
         }
         Instr& result = m_stage.instrs[size_t(r)];

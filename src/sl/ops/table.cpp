@@ -76,14 +76,16 @@ const Row table[] = {
     rsl(M, "float step(float edge, float x)", "return x < edge ? 0 : 1;",
         "0 below the edge, 1 from there on"),
     rsl(M, "T step(T edge, T x)",
-        "return T(step(comp(edge, 0), comp(x, 0)), step(comp(edge, 1), comp(x, 1)), step(comp(edge, 2), comp(x, "
+        "return T(step(comp(edge, 0), comp(x, 0)), step(comp(edge, 1), comp(x, 1)), step(comp(edge, 2), "
+        "comp(x, "
         "2)));"),
     rsl(M, "float smoothstep(float low, float high, float x)",
         "if (low == high) return x < low ? 0 : 1; float t = clamp((x - low) / (high - low), 0, 1); return t "
         "* t * (3 - 2 * t);",
         "0 up to low, 1 from high on, a smooth cubic between them"),
     rsl(M, "T smoothstep(T low, T high, T x)",
-        "return T(smoothstep(comp(low, 0), comp(high, 0), comp(x, 0)), smoothstep(comp(low, 1), comp(high, 1), "
+        "return T(smoothstep(comp(low, 0), comp(high, 0), comp(x, 0)), smoothstep(comp(low, 1), comp(high, "
+        "1), "
         "comp(x, 1)), smoothstep(comp(low, 2), comp(high, 2), comp(x, 2)));"),
     rsl(M, "float linearstep(float low, float high, float x)",
         "if (low == high) return x < low ? 0 : 1; return clamp((x - low) / (high - low), 0, 1);",
@@ -395,18 +397,21 @@ const Row table[] = {
             "scattering in 1/m (mnk_interior)"),
     // ---- information
     // --------------------------------------------------------------------------------------------------
-    special(I, "float attribute(string name)",
-            "an attribute of the primitive; 1 and its value if it is known, else 0: ShadingRate, Sides, matte, "
-            "Ri:…, user:…"),
+    special(
+        I, "float attribute(string name)",
+        "an attribute of the primitive; 1 and its value if it is known, else 0: ShadingRate, Sides, matte, "
+        "Ri:…, user:…"),
     special(I, "float attribute(string name, output void value, ...)"),
     special(I, "float option(string name)",
-            "an option of the picture, as attribute(): Format, FrameAspectRatio, CropWindow, DepthOfField, Shutter, "
+            "an option of the picture, as attribute(): Format, FrameAspectRatio, CropWindow, DepthOfField, "
+            "Shutter, "
             "Clipping, user:…"),
     special(I, "float option(string name, output void value, ...)"),
     special(I, "float rendererinfo(string name)", "renderer, version, versionstring, as attribute()"),
     special(I, "float rendererinfo(string name, output void value, ...)"),
-    special(I, "float textureinfo(string file, string name)",
-            "of a texture, as attribute(): resolution, channels, type, exists, viewingmatrix, projectionmatrix"),
+    special(
+        I, "float textureinfo(string file, string name)",
+        "of a texture, as attribute(): resolution, channels, type, exists, viewingmatrix, projectionmatrix"),
     special(I, "float textureinfo(string file, string name, output void value, ...)"),
     special(I, "float surface(string parameter, output void value)",
             "0: while one shader of a primitive runs, the others' parameters are not known"),

@@ -28,8 +28,8 @@ Token Parser::expect(std::string_view s, const char* where) {
 
 static bool is_keyword(std::string_view s) {
     static constexpr std::string_view Words[] = {
-        "if",     "else",   "for",    "while",   "break",   "continue", "return",      "float",
-        "color",  "point",  "vector", "normal",  "matrix",  "string",   "void",        "uniform",
+        "if",      "else",   "for",    "while",       "break",      "continue", "return", "float",
+        "color",   "point",  "vector", "normal",      "matrix",     "string",   "void",   "uniform",
         "varying", "extern", "output", "illuminance", "illuminate", "solar"};
     for (std::string_view w : Words)
         if (w == s)
@@ -113,8 +113,8 @@ bool Parser::at_specifier(size_t offset) const {
     return false;
 }
 
-// Shaders older than the types normal, vector and matrix have variables of these names: "point normal = …". The
-// word is a name where a type cannot be: before "=", ",", ";", ")", "[" or an operator.
+// Shaders older than the types normal, vector and matrix have variables of these names: "point normal = …".
+// The word is a name where a type cannot be: before "=", ",", ";", ")", "[" or an operator.
 bool Parser::at_type_as_name(size_t offset) const {
     const Token& t = peek(offset);
     if (!t.is("normal") && !t.is("vector") && !t.is("matrix") && !t.is("shader"))

@@ -229,7 +229,8 @@ void Sema::check_stages(ShaderDecl& shader) {
             bool fits = f->formals.size() == form.formals.size() && f->result.is(Base::Void);
             for (size_t i = 0; fits && i < form.formals.size(); i++)
                 fits = f->formals[i]->type.is(form.formals[i]);
-            // Of RenderMan's stages those that take something else are methods for co-shaders, and do not run.
+            // Of RenderMan's stages those that take something else are methods for co-shaders, and do not
+            // run.
             if (!fits && !form.name.starts_with("mnk_") && form.name != "surface")
                 m_diagnostics.warning(f->loc, "this does not run as a stage: that would be \"public void " +
                                                   std::string(form.text) + "\"");
@@ -435,8 +436,8 @@ void Sema::statement(Stmt* s) {
             else
                 want(s->expr, m_function->result, "the result of \"" + std::string(m_function->name) + "\"");
         } else if (!m_function->result.is(Base::Void)) {
-            m_diagnostics.warning(s->loc, "function \"" + std::string(m_function->name) + "\" must return a " +
-                                            m_function->result.str());
+            m_diagnostics.warning(s->loc, "function \"" + std::string(m_function->name) +
+                                              "\" must return a " + m_function->result.str());
         }
         return;
     case StmtKind::Illuminance:

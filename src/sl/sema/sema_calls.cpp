@@ -6,8 +6,8 @@ namespace kanuka::sl {
 
 using namespace ast;
 
-// An expression that is assigned to. Parameters and globals that a shader may not change become copies of its own:
-// much published code changes them.
+// An expression that is assigned to. Parameters and globals that a shader may not change become copies of its
+// own: much published code changes them.
 void Sema::written(Expr* e, const std::string& by) {
     while (e->kind == ExprKind::Index)
         e = e->args[0];
@@ -27,7 +27,8 @@ void Sema::written(Expr* e, const std::string& by) {
         m_diagnostics.warning(e->loc, name + " is a parameter and is " + by +
                                           ": a copy of it changes; declare it output to hand it out");
     else if (v->kind == VarDecl::Global && v->global >= 0 &&
-             (ops::globals()[size_t(v->global)].name == "PI" || ops::globals()[size_t(v->global)].name == "null" ||
+             (ops::globals()[size_t(v->global)].name == "PI" ||
+              ops::globals()[size_t(v->global)].name == "null" ||
               ops::globals()[size_t(v->global)].name == "ncomps"))
         m_diagnostics.error(e->loc, name + " cannot be changed by a shader, but is " + by);
 }
@@ -242,8 +243,9 @@ ast::Type Sema::construct_struct(Expr* e) {
         const int k = named ? by_name(e->args[i]) : int(i);
         if (k < 0 || size_t(k) >= members.size()) {
             m_diagnostics.error(e->args[i]->loc, named ? "the struct has no member of this name"
-                                                       : "struct \"" + std::string(type.record->name) + "\" has " +
-                                                             std::to_string(members.size()) + " members");
+                                                       : "struct \"" + std::string(type.record->name) +
+                                                             "\" has " + std::to_string(members.size()) +
+                                                             " members");
             break;
         }
         i += named;

@@ -401,8 +401,8 @@ ast::Type Sema::arithmetic(Loc at, BinOp op, const ast::Type& a, const ast::Type
     if (a.is(Base::Color) && b.is(Base::Color))
         return {Base::Color};
     if (a.is(Base::Color) || b.is(Base::Color)) {
-        m_diagnostics.warning(at, "\"" + std::string(spelling(op)) + "\" goes between a " + a.str() + " and a " +
-                                      b.str() + "; the result is taken as a color");
+        m_diagnostics.warning(at, "\"" + std::string(spelling(op)) + "\" goes between a " + a.str() +
+                                      " and a " + b.str() + "; the result is taken as a color");
         return {Base::Color};
     }
     // Points, vectors, normals (RISpec 3.2, 12.1): point - point is a vector, point + vector a point.
