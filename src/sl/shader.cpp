@@ -66,14 +66,29 @@ static std::optional<ir::Program> front_end(const std::string& name, std::string
     sema.check(unit, *unit.shaders[0]);
     if (diagnostics.errors() > 0)
         return std::nullopt;
+    // Illuminance loops are read as lobes; those that turn out to be none are projected in the next round.
     ir::Program program;
-    program.aovs = options.aovs;
-    ir::Lower(program, sema, diagnostics, *unit.shaders[0]).run();
-    if (diagnostics.errors() > 0)
-        return std::nullopt;
-    ir::extract_closures(program, diagnostics);
-    if (diagnostics.errors() > 0)
-        return std::nullopt;
+    std::map<int, Loc> projected;
+    for (bool again = true; again;) {
+        program = {};
+        program.aovs = options.aovs;
+        ir::Lower(program, sema, diagnostics, *unit.shaders[0], projected).run();
+        if (diagnostics.errors() > 0)
+            return std::nullopt;
+        std::map<int, Loc> failed = ir::extract_closures(program, diagnostics, options.strict_directions);
+        if (diagnostics.errors() > 0)
+            return std::nullopt;
+        for (const auto& [number, at] : failed)
+            if (options.strict_directions)
+                diagnostics.error(at,
+                                  "this kernel of an illuminance loop is not that of a lobe. Known are Cl "
+                                  "times N . L, pow(N . H, n), pow(R . L, n) and specularbrdf()");
+        if (diagnostics.errors() > 0)
+            return std::nullopt;
+        const size_t before = projected.size();
+        projected.merge(failed);
+        again = projected.size() > before;
+    }
     for (ir::Stage* s :
          {&program.defaults, &program.init, &program.interior, &program.displace, &program.shade}) {
         ir::simplify(*s);
@@ -83,7 +98,7 @@ static std::optional<ir::Program> front_end(const std::string& name, std::string
         ir::Stage checked = *s;
         ir::infer_detail(checked, all_varying(program), &diagnostics);
         if (s == &program.shade)
-            ir::check_directions(program.shade, "material", diagnostics);
+            ir::check_directions(program, program.Ci >= 0 && !options.strict_directions, diagnostics);
     }
     if (diagnostics.errors() > 0)
         return std::nullopt;

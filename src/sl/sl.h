@@ -48,6 +48,9 @@ struct CompileOptions {
     // Output parameters of a surface whose values Instance::shade_with_aovs hands out, beside the material.
     // Light is not known while shading: of a colour made of light they have the part without it.
     std::vector<std::string> aovs;
+    // What a classic surface does that no material can do is an error rather than an approximation with a
+    // warning: weights that depend on the viewing direction, functions of light, kernels that are no lobe's.
+    bool strict_directions = false;
 };
 
 // ---- services: what a running shader may ask of its surroundings; shade/ implements it
@@ -171,6 +174,6 @@ std::shared_ptr<const Shader> compile_source(const std::string& name, const std:
                                              const CompileOptions& options, Journal& journal);
 
 std::string default_cache_dir();
-inline constexpr int CompilerVersion = 1;
+inline constexpr int CompilerVersion = 2;
 
 } // namespace kanuka::sl

@@ -80,7 +80,8 @@ enum class Op : uint8_t { // is_leaf() knows where the leaves end
     AndNot, // a and not b, masks
     // what needs the whole grid or the host; imm: index of a CallSite
     Call,
-    // surface colours that are not known before light is: imm: Closure
+    // surface colours that are not known before light is: imm: Closure. floats[0]: for the factors of an
+    // illuminance loop its number; for fresnel() and LightSample the variable of its reference value
     Closure,
 };
 
@@ -119,6 +120,8 @@ enum class Closure : uint8_t {
     DielectricGlossy,
     // a direction to a light: nothing is known of it
     LightDirection,
+    // the light of one of the directions that stand for all, in a loop whose kernel is no lobe's
+    LightSample,
 };
 
 enum class CallKind : uint8_t {
@@ -199,6 +202,7 @@ struct Item {
     Loc loc;
     bool masked = false; // Loop: lanes leave it one by one. Scope: lanes jump to its end one by one
     int fault = -1;      // Loop: what to report when it does not end
+    Ref light = None;    // Scope of an illuminance loop that runs over directions: the LightSample it adds to
 };
 
 struct Block {

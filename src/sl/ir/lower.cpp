@@ -64,11 +64,6 @@ bool has_return(const Stmt* s) {
     return contains(s, [](const Stmt* t) { return t->kind == StmtKind::Return; });
 }
 
-static bool has_jump(const Stmt* s) {
-    return contains(
-        s, [](const Stmt* t) { return t->kind == StmtKind::Break || t->kind == StmtKind::Continue; });
-}
-
 // ---- stages
 // ---------------------------------------------------------------------------------------------------------
 
@@ -88,6 +83,9 @@ void Lower::begin_stage(Stage& stage, Role role, const char* name) {
     m_tags.clear();
     m_var_tags.clear();
     m_illuminance = 0;
+    m_loop = -1;
+    m_sample = ir::None;
+    m_lit = false;
     m_loop_depth = 0;
     for (const VarDecl* v : m_shader.constants)
         declare(v);
@@ -265,6 +263,18 @@ void Lower::normal_output() {
         m_b.stage().outputs.push_back({Output::Normal, it->second.var, 0});
 }
 
+// A surface that leaves Ci alone is one of constant colour: RISpec begins with Ci = Cs, which means Cs where
+// Oi says that the surface is.
+void Lower::unset_color() {
+    int stores = 0;
+    for (const Instr& i : m_b.stage().instrs)
+        stores += i.op == Op::Store && i.imm == m_program.Ci;
+    if (stores > 1)
+        return;
+    const Ref color = input(Input::Cs), opacity = m_b.load(m_program.Oi, {});
+    m_b.store(m_program.Ci, m_b.emit(Op::Mul, Ty::Triple, {color, opacity}, {}), {});
+}
+
 // RenderMan's stages of a class fit their forms; what else has their name is a method.
 FunctionDecl* Lower::stage_method(std::string_view name) {
     FunctionDecl* f = method(name);
@@ -306,6 +316,7 @@ void Lower::class_stage(const char* name, Stage& stage, Role role) {
     if (methods.empty() || !methods[0])
         return;
     begin_stage(stage, role, lit ? "surface" : name);
+    m_lit = lit;
     for (const VarDecl* v : m_shader.members)
         declare(v);
     for (const char* first : {"construct", "begin"})
@@ -326,6 +337,8 @@ void Lower::class_stage(const char* name, Stage& stage, Role role) {
         normal_output();
     if (role == Role::Displace)
         stage.outputs.push_back({Output::Position, bind(m_sema.global("P")).var, 0});
+    if (lit)
+        unset_color();
     if (role == Role::Shade)
         aov_outputs();
     for (const auto& [channel, var] : std::map<int, int>(m_channel_vars.begin(), m_channel_vars.end()))
@@ -337,6 +350,7 @@ void Lower::classic_stage() {
     const bool displaces = m_shader.kind == ShaderKind::Displacement;
     Stage& stage = displaces ? m_program.displace : m_program.shade;
     begin_stage(stage, displaces ? Role::Displace : Role::Shade, displaces ? "displacement" : "surface");
+    m_lit = !displaces;
     if (!displaces) {
         m_program.Ci = bind(m_sema.global("Ci")).var;
         m_program.Oi = bind(m_sema.global("Oi")).var;
@@ -354,6 +368,8 @@ void Lower::classic_stage() {
         statement(m_shader.body);
     }
     m_returns.pop_back();
+    if (!displaces)
+        unset_color();
     if (displaces)
         stage.outputs.push_back({Output::Position, bind(m_sema.global("P")).var, 0});
     normal_output();
@@ -407,42 +423,6 @@ void Lower::branch(Ref c, const Stmt* yes, const Stmt* no, Loc at) {
     i.body = in_block([&] { statement(yes); });
     i.orelse = in_block([&] { statement(no); });
     m_b.item(i);
-}
-
-// An illuminance loop is read once; break and continue in it jump to its end.
-void Lower::lights_loop(const Stmt* s) {
-    const int target = m_b.stage().targets;
-    if (!has_jump(s->body))
-        return illuminance(s);
-    m_b.stage().targets++;
-    Item scope{Item::Scope};
-    scope.target = target;
-    scope.loc = s->loc;
-    m_loops.push_back({target, target});
-    scope.body = in_block([&] { illuminance(s); });
-    m_loops.pop_back();
-    m_b.item(scope);
-}
-
-// Rays are not known yet while a shader runs: a gather finds nothing, as often as it samples.
-void Lower::gather(const Stmt* s) {
-    if (!s->orelse)
-        return;
-    Stmt loop_statement{StmtKind::For, s->loc};
-    loop_statement.body = s->orelse;
-    const Ref samples = s->args.size() > 4 && s->args[4]->type.is(Base::Float)
-                            ? expr_as(s->args[4], {Base::Float})
-                            : m_b.constant(1.0f);
-    const int i = m_b.var("sample", Ty::Float, s->loc);
-    m_b.declare(i);
-    m_b.store(i, m_b.constant(0.0f), s->loc);
-    run_loop(
-        s->loc, [&] { return m_b.emit(Op::Lt, Ty::Bool, {m_b.load(i, s->loc), samples}, s->loc); },
-        [&] { statement(s->orelse); },
-        [&] {
-            m_b.store(i, m_b.emit(Op::Add, Ty::Float, {m_b.load(i, s->loc), m_b.constant(1.0f)}, s->loc),
-                      s->loc);
-        });
 }
 
 // scope L { loop { if (!condition) jump L; scope N { body } step } }: break jumps to the end of L, continue
@@ -555,7 +535,7 @@ void Lower::statement(const Stmt* s) {
         return;
     }
     case StmtKind::Illuminance:
-        lights_loop(s);
+        illuminance(s);
         return;
     case StmtKind::Gather:
         gather(s);

@@ -16,9 +16,12 @@ bool has_return(const ast::Stmt* s); // anywhere in it
 
 class Lower {
   public:
-    Lower(Program& program, Sema& sema, Diagnostics& diagnostics, ast::ShaderDecl& shader)
+    // projected: illuminance loops, by number, that closures.cpp could not read as lobes, and where it gave
+    // up.
+    Lower(Program& program, Sema& sema, Diagnostics& diagnostics, ast::ShaderDecl& shader,
+          const std::map<int, Loc>& projected = {})
         : m_program(program), m_sema(sema), m_diagnostics(diagnostics), m_shader(shader),
-          m_b(program.defaults) {}
+          m_projected(projected), m_b(program.defaults) {}
     void run();
 
   private:
@@ -49,6 +52,7 @@ class Lower {
     void classic_stage();
     void normal_output();
     void aov_outputs();
+    void unset_color();
     ast::FunctionDecl* method(std::string_view name);
     ast::FunctionDecl* stage_method(std::string_view name);
     std::vector<ast::FunctionDecl*> lit_methods();
@@ -56,12 +60,10 @@ class Lower {
     void statement(const ast::Stmt* s);
     void declare(const ast::VarDecl* v);
     void declare_array(const ast::VarDecl* v);
-    void gather(const ast::Stmt* s);
     void branch(Ref condition, const ast::Stmt* yes, const ast::Stmt* no, Loc at);
     void loop(const ast::Stmt* s);
     void run_loop(Loc at, const std::function<Ref()>& condition_value, const std::function<void()>& body,
                   const std::function<void()>& step);
-    void lights_loop(const ast::Stmt* s);
     void jump(int target, Loc at);
     template <class F>
     Block* in_block(F&& body) {
@@ -147,8 +149,11 @@ class Lower {
     // lower_light.cpp: what directions and kernels are, so that illuminance loops and fresnel() can be read
     enum class Tag : uint8_t {
         None,
-        View,
-        ViewCosine,
+        View,       // I
+        Eye,        // -I
+        Facing,     // a normal that faceforward() turned: unturned, since surfaces have two sides
+        ViewCosine, // I . N
+        EyeCosine,  // -I . N
         Mirrored,
         Refracted,
         Light,
@@ -174,7 +179,23 @@ class Lower {
     Ref light_arithmetic(ast::BinOp op, Ref a, Ref b, Loc at);
     Ref light_shadeop(const ast::Expr* e);
     Ref fresnel(const ast::Expr* e);
+    Ref turned(Ref normal, Loc at);
+    Ref negated(Ref value, Loc at);
+    Ref source_call(const char* shadeop, std::vector<Ref> args, Loc at, Ty result = Ty::Triple);
+
+    // lower_loops.cpp: loops over light, and what else asks for light that comes only later
+    struct Cone {
+        Ref axis = ir::None, angle = ir::None;
+    };
+    Cone cone_of(const ast::Stmt* s);
     void illuminance(const ast::Stmt* s);
+    Binding bind_color(Loc at);
+    void project(const ast::Stmt* s, Loc reason);
+    void gather(const ast::Stmt* s);
+    void repeat(Ref count, const ast::Stmt* body, Loc at);
+    int reference_value(const char* name, Loc at);
+    Ref light_query(const ast::Expr* e, bool& known);
+    Ref expr_global(const char* name, Loc at);
 
     static Ty ty(const ast::Type& t);
 
@@ -182,6 +203,7 @@ class Lower {
     Sema& m_sema;
     Diagnostics& m_diagnostics;
     ast::ShaderDecl& m_shader;
+    const std::map<int, Loc>& m_projected;
     Builder m_b;
     Role m_role = Role::Defaults;
     Block* m_prologue = nullptr;
@@ -200,8 +222,12 @@ class Lower {
     std::vector<Return> m_returns;
     std::unordered_map<Ref, Tag> m_tags;
     std::unordered_map<int, Tag> m_var_tags;
-    int m_illuminance = 0; // depth of illuminance loops
-    int m_loop_depth = 0;  // loops around what is being lowered, functions' callers counted
+    int m_illuminance = 0; // depth of illuminance loops that are read as lobes
+    int m_loop = -1;       // the illuminance loop being read, and how many there were
+    int m_loops_seen = 0;
+    Ref m_sample = ir::None; // direction to a light, in a loop that runs over directions
+    bool m_lit = false;      // the stage's Ci is read as a material
+    int m_loop_depth = 0;    // loops around what is being lowered, functions' callers counted
     bool m_overflow = false;
 };
 

@@ -251,13 +251,19 @@ Ref Lower::closure(const Expr* e, const ops::Signature& s) {
     for (size_t i = 0; i < s.args.size(); i++)
         if (!s.args[i].type.is(Base::String))
             args.push_back(expr_as(e->args[i], s.args[i].type));
-    if (m_program.kind != ShaderKind::Surface && m_role != Role::Shade) {
-        m_diagnostics.error(e->loc, e->shadeop->name + "() is not known here: light comes after shading");
+    if (!m_lit) {
+        const std::string what = e->shadeop->name + "() is not known here: light comes after shading";
+        if (m_program.kind == ShaderKind::Class)
+            m_diagnostics.error(e->loc, what + "; use a lobe");
+        else
+            m_diagnostics.warning(e->loc, what + "; it is black");
         return zero(Ty::Triple);
     }
     Closure kind = Closure(s.imm);
     if (kind == Closure::Mirror && args.size() == 2)
         args.erase(args.begin()); // trace(P, R)
+    if (e->shadeop->name == "subsurface")
+        args.clear(); // no normal
     if (kind == Closure::Mirror && tag(args[0]) == Tag::Refracted)
         kind = Closure::Refraction;
     return m_b.emit(Op::Closure, Ty::Triple, std::move(args), e->loc, int(kind));
@@ -394,6 +400,11 @@ Ref Lower::texture(const Expr* e, const ops::Signature& s) {
         return global(m_sema.global(fallback), e->loc);
     };
     if (environment) {
+        // A refracted direction sees the scene through a lobe, as trace() does; closures.cpp knows of
+        // mirrors.
+        if (m_lit && !positional.empty() && tag(positional[0]) == Tag::Refracted &&
+            ty(s.result) == Ty::Triple)
+            return m_b.emit(Op::Closure, Ty::Triple, {positional[0]}, e->loc, int(Closure::Refraction));
         add("direction", positional.empty() ? zero(Ty::Triple) : positional[0]);
     } else if (positional.size() == 8) {
         static constexpr const char* Names[] = {"s1", "t1", "s2", "t2", "s3", "t3", "s4", "t4"};
@@ -491,11 +502,8 @@ Ref Lower::special(const Expr* e, const ops::Signature& s) {
         return host(CallKind::Printf, e, s);
     if (n == "__report")
         return host(CallKind::Report, e, s);
-    if (n == "specularbrdf") {
-        m_diagnostics.error(e->loc,
-                            "specularbrdf() belongs into an illuminance loop; use specular(N, V, roughness)");
-        return zero(Ty::Triple);
-    }
+    if (const Ref r = light_query(e, known = true); known)
+        return r;
     // Messages of other shaders, co-shaders, shadow: none of them is there
     for (const Expr* a : e->args)
         if (a->type.base != Base::Struct && !a->type.array && !a->type.handle())

@@ -122,12 +122,19 @@ Ref Lower::global(const VarDecl* v, Loc at) {
     }
     if (n == "I" && !v->assigned)
         return view(at);
-    if (m_illuminance > 0 && n == "L")
-        return light_direction(Tag::Light, at);
-    if (m_illuminance > 0 && n == "Cl")
-        return kernel(Closure::Light, Ty::Triple, {}, Tag::None, at);
-    if (n == "L" || n == "Cl" || n == "Ol" || n == "Ps" || n == "alpha") {
-        m_diagnostics.error(at, "\"" + std::string(n) + "\" is not known here: light comes after shading");
+    if (n == "Ps" && m_role == Role::Shade)
+        return global(m_sema.global("P"), at);
+    const bool in_loop = m_illuminance > 0 || m_sample != ir::None;
+    if (in_loop && n == "L")
+        return m_illuminance > 0 ? light_direction(Tag::Light, at) : m_sample;
+    if (in_loop && n == "Ol")
+        return m_b.triple(1);
+    if (!in_loop && (n == "L" || n == "Cl" || n == "Ol" || n == "alpha")) {
+        const std::string what = "\"" + std::string(n) + "\" is not known here: light comes after shading";
+        if (m_lit)
+            m_diagnostics.warning(at, what + "; it is 0 outside of an illuminance loop");
+        else
+            m_diagnostics.error(at, what);
         return zero(ty(v->type));
     }
     if ((n == "dtime" || n == "dPdtime") && !v->assigned)
@@ -225,7 +232,7 @@ Ref Lower::expr(const Expr* e) {
         const Ref v = expr_as(e->args[0], e->type);
         if (tag(v) == Tag::Light || tag(v) == Tag::LightMirrored)
             return v; // which way it points does not matter to a kernel
-        return tagged(m_b.emit(Op::Neg, ty(e->type), {v}, e->loc), tag(v));
+        return negated(v, e->loc);
     }
     case ExprKind::Binary:
         return binary(e);

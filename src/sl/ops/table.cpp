@@ -31,7 +31,7 @@ constexpr Row noise(std::string_view header, NoiseKind kind, std::string_view do
 
 constexpr std::string_view M = "Mathematics", G = "Geometry", C = "Colour", X = "Matrices", S = "Strings",
                            D = "Derivatives", K = "Material", T = "Textures", I = "Information", A = "Arrays",
-                           O = "Co-shaders";
+                           O = "Co-shaders", L = "Light";
 
 const Row table[] = {
     // ---- mathematics
@@ -148,9 +148,9 @@ const Row table[] = {
     rsl(G, "float distance(point a, point b)", "return length(a - b);", "distance of two points"),
     rsl(G, "V normalize(V v)", "return v * inversesqrt(v . v);",
         "unit vector of the same direction; 0 stays 0"),
-    rsl(G, "vector faceforward(vector n, vector i, ...)", "return n;",
-        "n: surfaces are two-sided here, so a normal need not be turned to the viewer"),
-    rsl(G, "normal faceforward(normal n, vector i, ...)", "return n;"),
+    rsl(G, "vector faceforward(vector n, vector i, ...)", "return i . n > 0 ? -n : n;",
+        "n turned against i. Of the view direction, n as it is: lobes have two sides"),
+    rsl(G, "normal faceforward(normal n, vector i, ...)", "return i . n > 0 ? -n : n;"),
     rsl(G, "vector reflect(vector i, vector n)", "return i - n * (2 * (i . n));",
         "direction of mirror reflection of i at a surface of unit normal n"),
     rsl(G, "vector refract(vector i, vector n, float eta)",
@@ -356,20 +356,65 @@ const Row table[] = {
             "an environment map in a direction; of a mirrored view direction, a mirror lobe"),
     special(T, "color environment(string name, vector direction, ...)"),
     special(T, "float shadow(string name, point p, ...)", "0: shadows are traced"),
-    // ---- light: closures
+    special(T, "color shadow(string name, point p, ...)"),
+    // ---- light: what becomes of it in a surface's material
     // ----------------------------------------------------------------------------------------------
-    closure("color ambient()", Closure::Ambient,
+    closure("color ambient(...)", Closure::Ambient,
             "light of ambient sources: a Lambert lobe, dropped beside diffuse()"),
-    closure("color diffuse(normal n)", Closure::Diffuse, "a Lambert lobe"),
-    closure("color specular(normal n, vector v, float roughness)", Closure::Specular,
+    closure("color diffuse(normal n, ...)", Closure::Diffuse, "a Lambert lobe"),
+    closure("color specular(normal n, vector v, float roughness, ...)", Closure::Specular,
             "a glossy lobe; the roughness is the inverse of Blinn's exponent"),
-    closure("color phong(normal n, vector v, float size)", Closure::Phong,
+    closure("color phong(normal n, vector v, float size, ...)", Closure::Phong,
             "a glossy lobe of Phong's exponent"),
+    closure("color subsurface(point p, ...)", Closure::Diffuse,
+            "a Lambert lobe: light leaves where it enters"),
+    closure("color subsurface(string file, point p, ...)", Closure::Diffuse),
     closure("color trace(vector r, ...)", Closure::Mirror,
-            "light along a mirrored or refracted view direction: a smooth lobe"),
+            "light along a mirrored or refracted view direction: a smooth lobe. As a float the distance to "
+            "what is seen: 1e10"),
     closure("color trace(point p, vector r, ...)", Closure::Mirror),
-    special("Light", "color specularbrdf(vector l, normal n, vector v, float roughness)",
-            "Blinn's kernel; within illuminance"),
+    rsl(L, "float trace(point p, vector r, ...)", "return 1e10;"),
+    rsl(L, "color specularbrdf(vector l, normal n, vector v, float roughness)",
+        "vector h = normalize(normalize(l) + normalize(v));"
+        "return color(pow(max(0, n . h), 1 / max(roughness, 0.0001)));",
+        "Blinn's kernel, within illuminance: a glossy lobe"),
+    rsl(L, "color bsdf(vector l, normal n, ...)", "return color(max(0, normalize(l) . n) / PI);",
+        "within illuminance, of any model: a Lambert lobe"),
+    rsl(L, "vector __light_direction(vector axis, float low, float i, float rings)",
+        "vector a = normalize(axis);"
+        "vector t = normalize((abs(xcomp(a)) > 0.5 ? vector(0, 1, 0) : vector(1, 0, 0)) ^ a);"
+        "float ring = floor(i / 2); float z = low + (1 - low) * (ring + 0.5) / rings;"
+        "float phi = 2.39996323 * ring + PI * (i - 2 * ring); float r = sqrt(max(1 - z * z, 0));"
+        "return a * z + (t * cos(phi) + (a ^ t) * sin(phi)) * r;"),
+    // Light that transport finds; a surface adds none to it.
+    rsl(L, "float occlusion(point p, normal n, ...)", "return 0;", "0: transport occludes"),
+    rsl(L, "float occlusion(string file, point p, normal n, ...)", "return 0;"),
+    rsl(L, "color indirectdiffuse(point p, normal n, ...)", "return color(0);",
+        "black: transport finds indirect light by diffuse()"),
+    rsl(L, "color indirectdiffuse(string file, point p, normal n, ...)", "return color(0);"),
+    rsl(L, "color indirect(point p, normal n, ...)", "return color(0);", "black, as indirectdiffuse()"),
+    rsl(L, "color photonmap(string file, point p, normal n, ...)", "return color(0);",
+        "black: transport finds caustics"),
+    rsl(L, "color caustic(point p, normal n, ...)", "return color(0);", "black: transport finds caustics"),
+    rsl(L, "color irradiance(point p, normal n, ...)", "return color(0);", "black, as indirectdiffuse()"),
+    rsl(L, "color transmission(point from, point to, ...)", "return color(1);",
+        "1: transport traces what lies between"),
+    rsl(L, "color visibility(point from, point to, ...)", "return color(1);", "1, as transmission()"),
+    rsl(L, "float rayhittest(point p, vector r, ...)", "return 1e10;", "1e10: nothing is known to be hit"),
+    rsl(L, "float fulltrace(point p, vector r, output color hit, ...)", "hit = trace(p, r); return 1e10;",
+        "hit as trace() sees it; the other outputs stay as they are"),
+    rsl(L, "float rayserver(point p, vector r, output color hit, ...)", "hit = trace(p, r); return 1e10;",
+        "as fulltrace()"),
+    // What is asked of lights and rays: a surface is shaded for all of them at once.
+    rsl(L, "float lightsource(string name, ...)", "return 0;",
+        "0: lights have no messages for materials; the variable stays as it is"),
+    special(L, "float rayinfo(string name, output void value, ...)",
+            "as of a ray from the camera: \"type\" is \"camera\", \"depth\" 0, \"direction\" I; 0 for "
+            "what is not known"),
+    rsl(L, "float raylevel()", "return 0;", "0: as seen from the camera"),
+    rsl(L, "float raydepth()", "return 0;", "0: as seen from the camera"),
+    rsl(L, "float isshadowray()", "return 0;", "0: opacity is Oi's alone"),
+    rsl(L, "float isindirectray()", "return 0;", "0: as seen from the camera"),
     // ---- material
     // -----------------------------------------------------------------------------------------------------
     special(K, "MnkMaterialBoundary CreateBoundary(MnkMaterial material)",

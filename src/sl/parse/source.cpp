@@ -86,7 +86,9 @@ void Diagnostics::error(Loc at, const std::string& what) {
 }
 
 void Diagnostics::warning(Loc at, const std::string& what) {
-    if (m_errors < MaxErrors)
+    const std::string key =
+        std::to_string(at.file) + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) + what;
+    if (m_errors < MaxErrors && m_warnings.insert(key).second)
         m_journal.warning(m_sources.location(at), what + excerpt(at));
 }
 

@@ -3,6 +3,7 @@
 
 #include <deque>
 #include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -69,6 +70,7 @@ class Diagnostics {
     const std::string* m_lenient = nullptr;
     int m_demoted = 0;
     Loc m_last{};
+    std::set<std::string> m_warnings; // said already: a shader may be lowered more than once
 };
 
 // The candidates closest in spelling to `name`, for "did you mean": empty if none is near.

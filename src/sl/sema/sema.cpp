@@ -444,19 +444,18 @@ void Sema::statement(Stmt* s) {
     case StmtKind::Illuminate:
     case StmtKind::Solar:
     case StmtKind::Gather:
-        // gather (category, P, dir, angle, samples, "volume:Ci", variable, …): results are outputs
+        // After the strings in a gather or illuminance come variables that it sets.
         for (size_t i = 0; i < s->args.size(); i++) {
             Expr* a = s->args[i];
-            const bool result = s->kind == StmtKind::Gather && i >= 6 && a->kind == ExprKind::Name &&
-                                s->args[i - 1]->kind == ExprKind::String;
-            if (result && find(a->text))
-                find(a->text)->written = find(a->text)->assigned = true;
+            if (i > 0 && s->args[i - 1]->kind == ExprKind::String && a->kind == ExprKind::Name)
+                if (VarDecl* v = find(a->text))
+                    v->written = v->assigned = true;
             expr(a);
         }
         m_loops++;
         statement(s->body);
-        m_loops--;
         statement(s->orelse);
+        m_loops--;
         return;
     case StmtKind::Function:
         declare(s->function);
