@@ -156,6 +156,11 @@ TEST(SlLeniency, ClassesAndCoShaders) {
         "plugin \"x\";\nclass c() { public void surface(output color Ci, Oi) { Ci = far(1); Oi = 1; } }");
 }
 
+TEST(SlLeniency, FilterRegions) {
+    expect("filterregion f; f->calculate2d(0.25, 0.75); f->scale(2); x = float texture(\"a.tx\", f);", 0.25f);
+    expect("filterregion f; f->calculate3d(point(0, 0, 3)); x = comp(color environment(\"e.tx\", f), 2);", 3);
+}
+
 TEST(SlLeniency, Preprocessor) {
     expect("x = two(1, 2) + any(3, 4, 5);", 3 + 12,
            "#define two(a, b) ((a) + \\  \n  (b))\n#define any(...) add(__VA_ARGS__)\nfloat add(float a, b, "

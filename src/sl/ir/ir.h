@@ -243,7 +243,7 @@ struct Place {
     bool text = false;
     bool varying = false; // may be bound to a primvar
     int length = -1;      // in floats: of a resizable array the number of its elements; of a parameter whose
-                     // default varies, whether it was given a value
+                          // default varies, whether it was given a value
 };
 
 // Values that a resizable array parameter holds at most, and what a growing array has room for where its uses

@@ -392,8 +392,21 @@ Ref Lower::texture(const Expr* e, const ops::Signature& s) {
     add("channel", channel);
     size_t i = 1;
     std::vector<Ref> positional;
-    while (i < e->args.size() && e->args[i]->kind != ExprKind::String)
-        positional.push_back(expr(e->args[i++]));
+    for (; i < e->args.size() && e->args[i]->kind != ExprKind::String; i++) {
+        const Expr* a = e->args[i];
+        if (a->type.base != Base::Struct) {
+            positional.push_back(expr(a));
+            continue;
+        }
+        // A filter region: coordinates, and a direction.
+        for (size_t k = environment ? 2 : 0;
+             a->var && k < (environment ? 3u : 2u) && k < a->var->fields.size(); k++) {
+            Expr field{ExprKind::Name, a->loc};
+            field.var = a->var->fields[k];
+            field.type = field.var->type;
+            positional.push_back(expr(&field));
+        }
+    }
     const auto coordinate = [&](size_t k, const char* fallback) {
         if (k < positional.size() && m_b.at(positional[k]).ty == Ty::Float)
             return positional[k];
