@@ -14,8 +14,8 @@ struct Facts {
     const scene::Camera* camera = nullptr;
 };
 
-// RISpec 3.2, tables 15.1 to 15.4. "Ri:" before a name means the same, "user:…" and "category:name" are the scene's
-// own attributes and options.
+// RISpec 3.2, tables 15.1 to 15.4. "Ri:" before a name means the same, "user:…" and "category:name" are the
+// scene's own attributes and options.
 bool answer(const sl::Query& query, const Facts& facts, Textures& textures);
 
 // All that attribute() may answer, for the key of what is shared.

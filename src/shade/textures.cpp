@@ -116,7 +116,8 @@ std::optional<Textures::Info> Textures::info(const char* name) {
     if (!spec)
         return std::nullopt;
     const std::string kind = spec->get_string_attribute("textureformat");
-    return Info{spec->full_width, spec->full_height, spec->nchannels, kind.find("nvironment") != std::string::npos};
+    return Info{spec->full_width, spec->full_height, spec->nchannels,
+                kind.find("nvironment") != std::string::npos};
 }
 
 void Textures::lookup(const sl::TextureRequest& request, const Location& asker) {

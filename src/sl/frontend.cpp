@@ -7,7 +7,7 @@
 namespace kanuka::sl {
 
 FrontEnd::FrontEnd(const std::string& name, std::string text, const CompileOptions& options, Journal& journal)
-    : m_diagnostics(m_sources, journal), m_strict(options.strict_directions) {
+    : m_diagnostics(m_sources, journal), m_strict(options.strict_directions), m_aovs(options.aovs) {
     if (is_slo(text)) {
         std::string problem;
         if (std::optional<Published> published = read_slo(text, problem); published && problem.empty())
@@ -85,6 +85,7 @@ std::optional<ir::Program> FrontEnd::lower() {
     std::map<int, Loc> projected;
     for (bool again = true; again;) {
         program = {};
+        program.aovs = m_aovs;
         ir::Lower(program, *m_sema, m_diagnostics, *m_unit.shaders[0], projected).run();
         if (!ok())
             return std::nullopt;

@@ -30,6 +30,7 @@ class FrontEnd {
     Sources m_sources;
     Diagnostics m_diagnostics;
     bool m_strict; // directions that no lobe takes are errors
+    std::vector<std::string> m_aovs;
     Preprocessed m_source;
     ast::Arena m_arena;
     ast::Unit m_unit;

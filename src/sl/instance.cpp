@@ -55,7 +55,8 @@ void InstanceImpl::bind(std::span<const Argument> arguments, Services& services)
                 std::copy(p.parameters[i].floats.begin(), p.parameters[i].floats.end(),
                           m_params.begin() + place.offset);
             if (place.length >= 0)
-                m_params[size_t(place.length)] = p.parameters[i].resizable ? float(p.parameters[i].array_size) : 0;
+                m_params[size_t(place.length)] =
+                    p.parameters[i].resizable ? float(p.parameters[i].array_size) : 0;
         }
     }
     for (const Argument& a : arguments) {
@@ -96,8 +97,9 @@ void InstanceImpl::bind(std::span<const Argument> arguments, Services& services)
             const size_t given = place.text ? a.strings.size() : a.floats.size();
             const int per = place.count / std::max(ir::ResizableRoom, it->array_size);
             if (given > size_t(place.count) || given % size_t(per) != 0) {
-                complain("array \"" + a.name + "\" takes up to " + std::to_string(place.count / per) + " elements of " +
-                         std::to_string(per) + " values, found " + std::to_string(given) + " values");
+                complain("array \"" + a.name + "\" takes up to " + std::to_string(place.count / per) +
+                         " elements of " + std::to_string(per) + " values, found " + std::to_string(given) +
+                         " values");
                 continue;
             }
             for (size_t k = 0; k < a.strings.size(); k++)
@@ -499,6 +501,26 @@ void InstanceImpl::displace(grid::Grid& grid, const GridGlobals& globals, Servic
 
 void InstanceImpl::shade(grid::Grid& grid, const GridGlobals& globals, Services& services,
                          grid::VertexInputs& out) const {
+    shade(grid, globals, services, out, nullptr);
+}
+
+std::vector<std::string> InstanceImpl::aovs() const {
+    std::vector<std::string> names;
+    for (const ir::Output& o : m_shader->program().shade.outputs)
+        if (o.kind == ir::Output::Aov)
+            names.push_back(m_shader->program().parameters[size_t(o.index)].name);
+    return names;
+}
+
+void InstanceImpl::shade_with_aovs(grid::Grid& grid, const GridGlobals& globals, Services& services,
+                                   grid::VertexInputs& out, std::vector<grid::SlotValues>& aovs) const {
+    shade(grid, globals, services, out, &aovs);
+}
+
+void InstanceImpl::shade(grid::Grid& grid, const GridGlobals& globals, Services& services,
+                         grid::VertexInputs& out, std::vector<grid::SlotValues>* aovs) const {
+    if (aovs)
+        aovs->clear();
     out.stride = grid.stride;
     out.slots.assign(m_layering.slots.size(), {});
     for (size_t s = 0; s < m_sources.size(); s++) {
@@ -535,7 +557,31 @@ void InstanceImpl::shade(grid::Grid& grid, const GridGlobals& globals, Services&
         for (size_t c = 0; c < n; c++)
             outputs[size_t(k) * 16 + c] = out.slots[s].data.data() + c * size_t(grid.stride);
     }
+    std::vector<std::pair<size_t, size_t>> wanted; // output, its components
+    for (size_t k = 0; aovs && k < stage.outputs.size(); k++)
+        if (stage.outputs[k].kind == ir::Output::Aov)
+            wanted.emplace_back(k, size_t(ir::comps(stage.vars[size_t(stage.outputs[k].var)].ty)));
+    if (aovs)
+        aovs->resize(wanted.size());
+    for (size_t a = 0; a < wanted.size(); a++) {
+        const auto [k, n] = wanted[a];
+        grid::SlotValues& values_of = (*aovs)[a];
+        values_of.uniform = !stage.vars[size_t(stage.outputs[k].var)].varying;
+        if (values_of.uniform)
+            continue;
+        values_of.data.resize(n * size_t(grid.stride) + 32);
+        for (size_t c = 0; c < n; c++)
+            outputs[k * 16 + c] = values_of.data.data() + c * size_t(grid.stride);
+    }
     run(built, variant, grid, globals, services, outputs);
+    for (size_t a = 0; a < wanted.size(); a++) {
+        const auto [k, n] = wanted[a];
+        grid::SlotValues& values_of = (*aovs)[a];
+        if (values_of.uniform)
+            values_of.value = Vec3f(values[k][0], values[k][1], values[k][2]);
+        else
+            values_of.data.resize(n * size_t(grid.stride));
+    }
     for (size_t s = 0; s < m_sources.size(); s++) {
         const int k = m_sources[s].output;
         if (!out.slots[s].uniform)

@@ -97,6 +97,8 @@ const std::string& ShaderSource::identity() {
     if (!m_identity.empty())
         return m_identity;
     std::string defines = m_options.strict_directions ? "strict\n" : "";
+    for (const std::string& aov : m_options.aovs)
+        defines += "aov " + aov + "\n";
     for (const auto& [name, value] : m_options.defines)
         defines += name + "=" + value + "\n";
     if (is_slo(m_text)) {
@@ -162,8 +164,10 @@ std::shared_ptr<ShaderImpl> ShaderImpl::make(std::unique_ptr<ShaderSource> sourc
         shader->compile(*build, true, &journal);
     }
     shader->m_builds[ir::Variant{}.key()] = std::move(build);
-    const std::string key = shader->m_program->name + "|" + std::to_string(shader->m_options.opt_level) +
-                            "|" + std::to_string(CompilerVersion);
+    std::string key = shader->m_program->name + "|" + std::to_string(shader->m_options.opt_level) + "|" +
+                      std::to_string(CompilerVersion);
+    for (const std::string& aov : shader->m_program->aovs)
+        key += "|" + aov;
     shader->m_hash = hash_bytes(key.data(), key.size(), shader->m_program->source_hash);
     return shader;
 }

@@ -122,6 +122,9 @@ class InstanceImpl final : public Instance {
                grid::VertexInputs& out) const override;
     Emission emit(grid::Grid& points, const GridGlobals& globals, Services& services) const override;
     Filtered filter(grid::Grid& points, const GridGlobals& globals, Services& services) const override;
+    std::vector<std::string> aovs() const override;
+    void shade_with_aovs(grid::Grid& grid, const GridGlobals& globals, Services& services,
+                         grid::VertexInputs& out, std::vector<grid::SlotValues>& aovs) const override;
     bool uniform_material() const override { return m_uniform; }
     bool uniform_material(bool grids_have_colors) const override {
         return grids_have_colors ? m_uniform : m_uniform_plain;
@@ -134,6 +137,8 @@ class InstanceImpl final : public Instance {
     int node_of(const ops::MaterialBuild& build, const std::string& name, std::vector<int>& made, int depth,
                 Services& services);
     void settle_presence(Services& services);
+    void shade(grid::Grid& grid, const GridGlobals& globals, Services& services, grid::VertexInputs& out,
+               std::vector<grid::SlotValues>* aovs) const;
     ir::Variant variant_for(const grid::Grid& grid) const;
     struct Run;
     void run(const BuiltStage& stage, const ir::Variant& variant, grid::Grid& grid,

@@ -57,6 +57,9 @@ struct CompileOptions {
     std::vector<std::pair<std::string, std::string>> defines;
     std::string cache_dir; // empty = KANUKA_SHADER_CACHE, else the user's cache folder
     bool use_cache = true;
+    // Output parameters of a surface whose values Instance::shade_with_aovs hands out, beside the material.
+    // Light is not known while shading: of a colour made of light they have the part without it.
+    std::vector<std::string> aovs;
     // What a classic surface does that no material can do is an error rather than an approximation with a
     // warning: weights that depend on the viewing direction, functions of light, kernels that are no lobe's.
     bool strict_directions = false;
@@ -164,6 +167,13 @@ class Instance {
     // Run a volume or imager shader: Ci and Oi come in as the grid's primvars "Cs" and "Os" or the globals'
     // (alpha is the first component of Os); P is the place, in an imager that on the raster.
     virtual Filtered filter(grid::Grid&, const GridGlobals&, Services&) const { return {}; }
+    // The same, with a value for each name in aovs().
+    virtual std::vector<std::string> aovs() const { return {}; }
+    virtual void shade_with_aovs(grid::Grid& grid, const GridGlobals& globals, Services& services,
+                                 grid::VertexInputs& out, std::vector<grid::SlotValues>& aovs) const {
+        aovs.clear();
+        shade(grid, globals, services, out);
+    }
     // True where no slot varies over a grid, whatever the grid: one point need be shaded.
     virtual bool uniform_material() const = 0;
     // The same for grids that are known to carry, or not to carry, primvars "Cs" and "Os".

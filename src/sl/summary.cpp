@@ -118,6 +118,7 @@ void put_program(ByteWriter& out, const ir::Program& p) {
         out.put(uint8_t(t.environment));
     }
     out.put(uint8_t(p.queries));
+    put_texts(out, p.aovs);
     out.put(p.source_hash);
     for (const ir::Stage* s : p.stages()) {
         out.put(uint8_t(s->root != nullptr));
@@ -167,6 +168,7 @@ void get_program(ByteReader& in, ir::Program& p) {
         t.environment = in.get<uint8_t>();
     }
     p.queries = in.get<uint8_t>();
+    p.aovs = get_texts(in);
     p.source_hash = in.get<uint64_t>();
     for (ir::Stage* s : p.stages()) {
         if (in.get<uint8_t>())

@@ -183,8 +183,7 @@ void StageEmitter::spend(const Item& loop, Function* function, BasicBlock* exit)
 }
 
 void StageEmitter::report_fault(int fault, llvm::Value* lanes) {
-    llvm::FunctionCallee f =
-        m_module.getOrInsertFunction("kanuka_sl_fault", m_void, m_pointer, m_int, m_int);
+    llvm::FunctionCallee f = m_module.getOrInsertFunction("kanuka_sl_fault", m_void, m_pointer, m_int, m_int);
     m_b.CreateCall(f, {m_frame, m_b.getInt32(uint32_t(fault)), lanes});
 }
 

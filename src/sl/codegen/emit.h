@@ -65,6 +65,7 @@ class StageEmitter {
     Value load_var(int var, bool varying);
     void store_var(int var, const Value& v, llvm::Value* mask);
     void prepare_var(int var);
+    void clear_array(int var);
     llvm::Type* scalar_type(ir::Ty ty) const;
     llvm::Type* lane_type(ir::Ty ty, bool varying) const;
     llvm::Value* widen(llvm::Value* v);

@@ -176,6 +176,7 @@ struct Var {
     int array = 0; // elements; 0 = not an array
     bool varying = false;
     bool must_be_uniform = false; // declared so
+    bool clear = false;           // an array whose elements are zero when it comes to life
     Loc loc;
     int context = -1; // masks: where it was declared
 };
@@ -214,11 +215,11 @@ enum class Emission : uint8_t { Color, Form, From, Axis, Angle, Count };
 
 // What a stage hands out: a variable's value at its end.
 struct Output {
-    enum Kind : uint8_t { Position, Normal, Slot, Member, Parameter, Emitted, Filtered };
+    enum Kind : uint8_t { Position, Normal, Slot, Member, Parameter, Aov, Emitted, Filtered };
     Kind kind = Slot;
     int var = -1;
-    int index =
-        0; // Slot: channel; Member, Parameter: index; Emitted: Emission; Filtered: 0 Ci, 1 Oi, 2 alpha
+    // Slot: channel; Member, Parameter, Aov: index; Emitted: Emission; Filtered: 0 Ci, 1 Oi, 2 alpha
+    int index = 0;
     int element = 0; // Parameter: of an array
 };
 
@@ -281,6 +282,7 @@ struct Program {
     int Ci = -1, Oi = -1;
     // Fixed layering of a classic surface, in order; class shaders make theirs in init.
     std::vector<std::pair<std::string, grid::LobeId>> fixed_lobes;
+    std::vector<std::string> aovs;  // output parameters that the shade stage hands out
     std::vector<std::string> files; // names of the sources, for locations at run time
     std::vector<TextureUse> textures;
     bool queries = false; // asks for attributes, options or the like

@@ -301,6 +301,13 @@ std::vector<FunctionDecl*> Lower::lit_methods() {
     return all;
 }
 
+void Lower::aov_outputs() {
+    for (const std::string& name : m_program.aovs)
+        for (const VarDecl* v : m_shader.parameters)
+            if (v->name == name && v->output && !v->type.array && ty(v->type) != Ty::String)
+                m_b.stage().outputs.push_back({Output::Aov, bind(v).var, m_parameter_index[v]});
+}
+
 void Lower::class_stage(const char* name, Stage& stage, Role role) {
     std::vector<FunctionDecl*> methods = {method(name)};
     const bool lit = role == Role::Shade && !methods[0];
@@ -332,6 +339,8 @@ void Lower::class_stage(const char* name, Stage& stage, Role role) {
         stage.outputs.push_back({Output::Position, bind(m_sema.global("P")).var, 0});
     if (lit)
         unset_color();
+    if (role == Role::Shade)
+        aov_outputs();
     for (const auto& [channel, var] : std::map<int, int>(m_channel_vars.begin(), m_channel_vars.end()))
         stage.outputs.push_back({Output::Slot, var, channel});
     end_stage();
@@ -364,6 +373,8 @@ void Lower::classic_stage() {
     if (displaces)
         stage.outputs.push_back({Output::Position, bind(m_sema.global("P")).var, 0});
     normal_output();
+    if (!displaces)
+        aov_outputs();
     end_stage();
 }
 
@@ -376,8 +387,10 @@ void Lower::run() {
     case ShaderKind::Class:
         class_stage("mnk_init", m_program.init, Role::Init);
         class_stage("mnk_interior", m_program.interior, Role::Interior);
-        class_stage(method("mnk_displacement") ? "mnk_displacement" : "displacement", m_program.displace,
-                    Role::Displace);
+        class_stage(method("mnk_displacement")     ? "mnk_displacement"
+                    : stage_method("displacement") ? "displacement"
+                                                   : "",
+                    m_program.displace, Role::Displace);
         class_stage("mnk_prelighting", m_program.shade, Role::Shade);
         break;
     case ShaderKind::Surface:
@@ -396,86 +409,6 @@ void Lower::run() {
 
 // ---- declarations and statements
 // ------------------------------------------------------------------------------------
-
-void Lower::declare(const VarDecl* v) {
-    if (v->type.handle()) {
-        m_bind[v].kind = Binding::Handle;
-        if (v->init)
-            expr(v->init);
-        return;
-    }
-    if (v->type.base == Base::Lobe)
-        return bind_lobe(v, v->init);
-    if (v->is_extern)
-        return;
-    if (v->type.base == Base::Struct) {
-        for (const VarDecl* f : v->fields)
-            declare(f);
-        if (v->init)
-            assign_struct(v->fields, v->init, v->loc);
-        return;
-    }
-    if (v->type.array)
-        return declare_array(v);
-    Binding b;
-    b.kind = Binding::Variable;
-    b.var = m_b.var(std::string(v->name), ty(v->type), v->loc);
-    m_b.stage().vars[b.var].must_be_uniform = v->detail == Detail::Uniform;
-    // The initial value is computed before the variable comes to life: float x = x is the outer x.
-    Ref value = ir::None;
-    if (v->init)
-        value = expr_as(v->init, v->type);
-    m_b.declare(b.var);
-    if (v->kind == VarDecl::Member && !v->init)
-        value = m_b.leaf(Op::Member, ty(v->type), m_member_index[v]);
-    store_tagged(b.var, value != ir::None ? value : zero(ty(v->type)), v->loc);
-    m_bind[v] = b;
-}
-
-void Lower::declare_array(const VarDecl* v) {
-    Binding b;
-    b.kind = Binding::Variable;
-    b.var = m_b.var(std::string(v->name), ty(v->type), v->loc, std::max(1, v->type.size));
-    m_b.stage().vars[b.var].must_be_uniform = v->detail == Detail::Uniform;
-    m_b.declare(b.var);
-    if (v->resizable) {
-        b.length = m_b.var(std::string(v->name) + ".length", Ty::Float, v->loc);
-        m_b.declare(b.length);
-        Ref n = m_b.constant(float(v->type.size));
-        if (v->size && v->type.size == 0) {
-            n = expr_as(v->size, {Base::Float});
-            need_room(b.var, m_b.is_const(n) ? int(m_b.at(n).floats[0]) : ResizableRoom);
-            n = m_b.emit(Op::Min, Ty::Float, {n, m_b.constant(float(m_b.stage().vars[size_t(b.var)].array))},
-                         v->loc);
-        }
-        m_b.store(b.length, n, v->loc);
-    }
-    m_bind[v] = b;
-    const bool whole =
-        v->init && (v->init->kind != ExprKind::List || int(v->init->args.size()) >= v->type.size);
-    if (!whole)
-        clear_array(b.var, v->loc);
-    if (v->init)
-        assign_array(b, v->init, v->type, v->loc);
-}
-
-// Elements begin as zeros.
-void Lower::clear_array(int var, Loc at) {
-    const Var v = m_b.stage().vars[var];
-    const Ref nothing = zero(v.ty);
-    if (v.array <= 32) {
-        for (int i = 0; i < v.array; i++)
-            m_b.emit(Op::StoreElement, Ty::Void, {m_b.constant(float(i)), nothing}, at, var);
-        return;
-    }
-    const int i = m_b.var("i", Ty::Float, at);
-    m_b.declare(i);
-    m_b.store(i, m_b.constant(0.0f), at);
-    run_loop(
-        at, [&] { return m_b.emit(Op::Lt, Ty::Bool, {m_b.load(i, at), m_b.constant(float(v.array))}, at); },
-        [&] { m_b.emit(Op::StoreElement, Ty::Void, {m_b.load(i, at), nothing}, at, var); },
-        [&] { m_b.store(i, m_b.emit(Op::Add, Ty::Float, {m_b.load(i, at), m_b.constant(1.0f)}, at), at); });
-}
 
 void Lower::jump(int target, Loc at) {
     Item i{Item::Jump};

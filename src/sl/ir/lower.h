@@ -51,6 +51,7 @@ class Lower {
     void class_stage(const char* method, Stage& stage, Role role);
     void classic_stage();
     void normal_output();
+    void aov_outputs();
     void unset_color();
     ast::FunctionDecl* method(std::string_view name);
     ast::FunctionDecl* stage_method(std::string_view name);
@@ -59,7 +60,6 @@ class Lower {
     void statement(const ast::Stmt* s);
     void declare(const ast::VarDecl* v);
     void declare_array(const ast::VarDecl* v);
-    void clear_array(int var, Loc at);
     void branch(Ref condition, const ast::Stmt* yes, const ast::Stmt* no, Loc at);
     void loop(const ast::Stmt* s);
     void run_loop(Loc at, const std::function<Ref()>& condition_value, const std::function<void()>& body,

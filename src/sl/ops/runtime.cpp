@@ -380,5 +380,5 @@ extern "C" int32_t kanuka_sl_any(const Frame* frame, const float* mask) {
 }
 
 extern "C" int32_t kanuka_sl_same(const char* a, const char* b) {
-    return a == b || std::strcmp(a, b) == 0;
+    return a == b || std::strcmp(a ? a : "", b ? b : "") == 0; // an array's elements begin as null
 }

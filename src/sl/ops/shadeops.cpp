@@ -1,7 +1,9 @@
 #include "sl/ops/shadeops.h"
 
+#include <cstdio>
 #include <unordered_map>
 
+#include "sl/ops/examples.h"
 #include "sl/ops/table.h"
 
 namespace kanuka::sl::ops {
@@ -168,6 +170,15 @@ const Shadeop* find_shadeop(std::string_view name) {
     return it == t.index.end() ? nullptr : &t.ops[it->second];
 }
 
+static std::string example_text(const Example& e) {
+    if (e.kind == Example::Surface)
+        return "`" + std::string(e.before) + "`";
+    char number[32];
+    std::snprintf(number, sizeof number, "%.6g", double(e.expected));
+    return (e.before.empty() ? std::string() : "`" + std::string(e.before) + "` ") + "`" +
+           std::string(e.expression) + "` is " + number;
+}
+
 std::string shadeops_manual() {
     std::string text = "# Shadeops\n\nMade from the table in `src/sl/ops/table.cpp`.\n";
     std::string category;
@@ -187,7 +198,14 @@ std::string shadeops_manual() {
                         " " + s.args[i].name;
             text += std::string(s.variadic ? (s.args.empty() ? "…" : ", …") : "") + ")`\n";
         }
+        for (const Example& e : shadeop_examples())
+            if (e.of == op.name && e.kind != Example::Source)
+                text += "  - example: " + example_text(e) + "\n";
     }
+    text += "\n# Statements and expressions\n\n";
+    for (const Example& e : statement_examples())
+        if (e.kind != Example::Source)
+            text += "- **" + std::string(e.of) + "** " + example_text(e) + "\n";
     return text;
 }
 

@@ -151,6 +151,8 @@ const Row table[] = {
     rsl(G, "vector faceforward(vector n, vector i, ...)", "return i . n > 0 ? -n : n;",
         "n turned against i. Of the view direction, n as it is: lobes have two sides"),
     rsl(G, "normal faceforward(normal n, vector i, ...)", "return i . n > 0 ? -n : n;"),
+    rsl(G, "normal shadingnormal(normal n)", "return normalize(n);",
+        "the unit normal: lobes have two sides, so it need not be turned"),
     rsl(G, "vector reflect(vector i, vector n)", "return i - n * (2 * (i . n));",
         "direction of mirror reflection of i at a surface of unit normal n"),
     rsl(G, "vector refract(vector i, vector n, float eta)",
@@ -355,6 +357,8 @@ const Row table[] = {
     special(T, "float environment(string name, vector direction, ...)",
             "an environment map in a direction; of a mirrored view direction, a mirror lobe"),
     special(T, "color environment(string name, vector direction, ...)"),
+    special(T, "float environment(string name, void region, ...)"),
+    special(T, "color environment(string name, void region, ...)"),
     special(T, "float shadow(string name, point p, ...)", "0: shadows are traced"),
     special(T, "color shadow(string name, point p, ...)"),
     // ---- light: what becomes of it in a surface's material

@@ -79,9 +79,9 @@ struct VarDecl {
     std::string doc;
     // sema
     bool read = false, written = false, internal = false;
-    bool assigned = false;   // by an assignment or as an output argument, not by its initial value
-    bool resizable = false;  // an array whose length is a value of its own
-    int capacity = 0;        // of a resizable array: elements that its uses ask for
+    bool assigned = false;        // by an assignment or as an output argument, not by its initial value
+    bool resizable = false;       // an array whose length is a value of its own
+    int capacity = 0;             // of a resizable array: elements that its uses ask for
     std::vector<VarDecl*> fields; // of a struct: a variable for each member
 };
 
@@ -96,17 +96,17 @@ struct StructDecl {
 enum class ExprKind : uint8_t {
     Number,
     String,
-    Name,    // text
-    Index,   // args: array, index
-    Call,    // text, args
-    Method,  // args[0] -> text, or with `called` -> text (args[1…])
+    Name,     // text
+    Index,    // args: array, index
+    Call,     // text, args
+    Method,   // args[0] -> text, or with `called` -> text (args[1…])
     Sequence, // a, b, …: the value of the last
-    Cast,    // to `type`, in space args[1] if there are two
-    Tuple,   // args: 3 or 16 components
-    TupleIn, // args: space, components…: color "hsv" (h, s, v)
-    List,    // { … }
-    Unary,   // op: - !
-    Binary,  // op
+    Cast,     // to `type`, in space args[1] if there are two
+    Tuple,    // args: 3 or 16 components
+    TupleIn,  // args: space, components…: color "hsv" (h, s, v)
+    List,     // { … }
+    Unary,    // op: - !
+    Binary,   // op
     Ternary,
     Assign,   // op: = += …
     Construct // a lobe, args: name, value, …; or a struct, args: its members' values in order

@@ -412,8 +412,32 @@ void Parser::top_level(Unit& unit) {
     }
 }
 
+// 3Delight's and PRMan's filter regions: here they carry coordinates, whose differences make the filter.
+static constexpr const char* FilterRegion = R"(struct filterregion {
+    float region_s = 0, region_t = 0; vector region_r = 0;
+    void calculate2d(float a; float b) { region_s = a; region_t = b; }
+    void calculate3d(point p) { region_r = vector(p); }
+    void calculate3d(point p; vector du; vector dv) { region_r = vector(p); }
+    void scale(float k) { }
+    void blur(float k) { }
+})";
+
+void Parser::builtin_structs() {
+    for (const Token& t : m_tokens) {
+        if (!t.is("filterregion"))
+            continue;
+        const uint32_t file = m_diagnostics.sources().add("<filterregion>", FilterRegion);
+        const std::vector<Token> tokens = lex(m_diagnostics.sources(), file, m_diagnostics);
+        Parser own(tokens, m_arena, m_diagnostics);
+        own.structure();
+        m_structs = std::move(own.m_structs);
+        return;
+    }
+}
+
 Unit Parser::unit() {
     Unit u;
+    builtin_structs();
     while (peek().kind != Token::End) {
         const size_t before = m_pos;
         try {

@@ -33,6 +33,7 @@ class Parser {
     void class_body(ast::ShaderDecl& shader);
     ast::FunctionDecl* function(const Specifiers& result);
     ast::StructDecl* structure();
+    void builtin_structs();
     std::vector<ast::VarDecl*> formals(ast::VarDecl::Kind kind);
     ast::VarDecl* declarator(const Specifiers& s, ast::VarDecl::Kind kind);
     bool at_type(size_t offset = 0) const;

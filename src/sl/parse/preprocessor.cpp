@@ -266,7 +266,8 @@ class Preprocessor {
                     continue;
                 }
                 std::vector<Token> consumed;
-                if (!collect(work, arguments, t, macro.variadic ? macro.parameters.size() : SIZE_MAX, consumed))
+                if (!collect(work, arguments, t, macro.variadic ? macro.parameters.size() : SIZE_MAX,
+                             consumed))
                     continue;
                 // "float sqr (float x)": a function is defined that a macro has the name of.
                 if (defines_function(out, arguments)) {
@@ -329,8 +330,9 @@ class Preprocessor {
     static bool defines_function(const std::vector<Token>& before,
                                  const std::vector<std::vector<Token>>& arguments) {
         const auto type = [](const Token& t) {
-            static constexpr std::string_view Types[] = {"float",  "color",  "point",  "vector",  "normal", "matrix",
-                                                         "string", "void",   "uniform", "varying", "output"};
+            static constexpr std::string_view Types[] = {"float",   "color",   "point",  "vector",
+                                                         "normal",  "matrix",  "string", "void",
+                                                         "uniform", "varying", "output"};
             for (std::string_view w : Types)
                 if (t.is(w))
                     return true;

@@ -95,8 +95,8 @@ class Sema {
     int m_depth = 0;
 };
 
-// Cost of an implicit conversion: 0 = none needed, negative = there is none. From Doubtful on it is done with a
-// warning: compilers of the trade let a point be a color.
+// Cost of an implicit conversion: 0 = none needed, negative = there is none. From Doubtful on it is done with
+// a warning: compilers of the trade let a point be a color.
 inline constexpr int Doubtful = 12;
 int conversion_cost(const ast::Type& from, const ast::Type& to);
 bool is_condition(const ast::Type& t);
