@@ -29,7 +29,7 @@ TEST(Query, AttributesOptionsRendererTextures) {
     attributes.name = "teapot";
     scene::Value age;
     age.name = "user:age";
-    age.floats = {41};
+    age.floats = std::vector<float>{41};
     attributes.user.set(age);
     scene::Options options;
     options.width = 300;
@@ -56,7 +56,7 @@ TEST(Query, AttributesOptionsRendererTextures) {
     // What differs in any of it differs in the key.
     scene::Attributes other = attributes;
     EXPECT_EQ(attribute_key(attributes), attribute_key(other));
-    age.floats = {42};
+    age.floats = std::vector<float>{42};
     other.user.set(age);
     EXPECT_NE(attribute_key(attributes), attribute_key(other));
 }
