@@ -25,11 +25,11 @@ nb::object default_value(const sl::Parameter& p) {
     if (p.type == sl::Type::String) {
         if (p.strings.empty())
             return nb::none();
-        return p.array_size ? nb::cast(p.strings) : nb::cast(p.strings[0]);
+        return p.array_size || p.resizable ? nb::cast(p.strings) : nb::cast(p.strings[0]);
     }
     if (p.floats.empty())
         return nb::none();
-    return p.floats.size() == 1 && !p.array_size ? nb::cast(p.floats[0]) : nb::cast(p.floats);
+    return p.floats.size() == 1 && !p.array_size && !p.resizable ? nb::cast(p.floats[0]) : nb::cast(p.floats);
 }
 
 // A compiled shader for those who only want to know it; Material names shaders by themselves.
@@ -42,6 +42,7 @@ struct ShaderInfo {
             entry["name"] = p.name;
             entry["type"] = name(p.type);
             entry["array_size"] = p.array_size;
+            entry["resizable"] = p.resizable;
             entry["varying"] = p.varying;
             entry["output"] = p.output;
             entry["default"] = default_value(p);
