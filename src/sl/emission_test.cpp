@@ -98,8 +98,7 @@ TEST(Emission, ParametersTexturesAndSpaces) {
 
 TEST(Emission, MisplacedStatementsAreErrors) {
     for (const char* source :
-         {"surface s() { illuminate (P) Cl = 1; }", "light l() { illuminate () Cl = 1; }",
-          "light l() { solar (vector (0, 0, 1)) Cl = 1; }"}) {
+         {"light l() { illuminate () Cl = 1; }", "light l() { solar (vector (0, 0, 1)) Cl = 1; }"}) {
         Journal journal;
         EXPECT_FALSE(compile(source, {}, &journal)) << source;
         EXPECT_NE(messages(journal).find("test.sl:1:"), std::string::npos) << messages(journal);

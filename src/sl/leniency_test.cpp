@@ -141,6 +141,13 @@ TEST(SlLeniency, StringsThatVary) {
            7);
 }
 
+TEST(SlLeniency, StringsThatVaryInMessages) {
+    TestServices services;
+    evaluate("string a = \"p\"; if (u > 0.4) a = \"q\"; printf(\"it is %s\", a); r = a == \"q\";", {}, 4e-6f,
+             &services);
+    EXPECT_NE(services.reports.at(0).find("it is (a string that varies)"), std::string::npos);
+}
+
 TEST(SlLeniency, ClassesAndCoShaders) {
     compiles(
         "class c(shader s = null; shader all[] = {};) { color base; public void construct() { base = 0.5; }\n"

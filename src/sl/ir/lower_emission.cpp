@@ -55,7 +55,8 @@ void Lower::filter_stage() {
 void Lower::emission(const Stmt* s) {
     const bool solar = s->kind == StmtKind::Solar;
     if (m_role != Role::Light) {
-        m_diagnostics.error(s->loc, "illuminate and solar belong into light shaders");
+        m_diagnostics.warning(s->loc,
+                              "illuminate and solar belong into light shaders: here their bodies do not run");
         return;
     }
     std::vector<const Expr*> args;

@@ -62,6 +62,11 @@ class Texts {
     }
     Ref number(Ref r) { return numbered(r) ? r : m_b.constant(float(m_number[key(r)])); }
 
+    // A message is one for the whole grid: what varies has no text in it.
+    bool prints(const Instr& i) const {
+        return i.op == Op::Call && m_stage.calls[size_t(i.imm)].kind == CallKind::Printf;
+    }
+
     // Finds all strings that may be chosen, and uses that need the text.
     void collect(const Block& b) {
         for (const Item& item : b.items) {
@@ -75,7 +80,7 @@ class Texts {
                         add(i.args[k], i.loc);
                 else if (varies && i.op != Op::Load)
                     complain(i.loc);
-                else if (i.op != Op::SameText && i.op != Op::Store && i.op != Op::Select)
+                else if (i.op != Op::SameText && i.op != Op::Store && i.op != Op::Select && !prints(i))
                     for (Ref a : i.args)
                         if (numbered(a))
                             complain(i.loc);
@@ -107,7 +112,14 @@ class Texts {
         const Instr i = m_stage.instrs[size_t(r)];
         if (i.op == Op::SameText && (numbered(i.args[0]) || numbered(i.args[1])))
             return same(r, i);
-        if (i.op == Op::Store && m_var[size_t(i.imm)]) {
+        if (prints(i)) {
+            for (size_t k = 0; k < i.args.size(); k++)
+                if (numbered(i.args[k])) {
+                    const Ref text = m_b.text("(a string that varies)");
+                    m_stage.instrs[size_t(r)].args[k] = text;
+                    m_stage.calls[size_t(i.imm)].args[k] = text;
+                }
+        } else if (i.op == Op::Store && m_var[size_t(i.imm)]) {
             const Ref n = number(i.args[0]);
             m_stage.instrs[size_t(r)].args[0] = n;
         } else if (numbered(r)) {
