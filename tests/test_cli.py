@@ -13,6 +13,7 @@ import conftest
 import kanuka
 
 COMMANDS = [[], ["render"], ["info"], ["compare"], ["shader"], ["shader", "compile"]]
+COMMANDS += [["shader", name] for name in ("info", "publish", "cache", "run")]
 
 
 @pytest.mark.parametrize("command", COMMANDS, ids=" ".join)

@@ -6,13 +6,25 @@
 #include <sstream>
 
 #include "sl/codegen/cache.h"
-#include "sl/ir/lower.h"
-#include "sl/parse/parser.h"
+#include "sl/frontend.h"
+#include "sl/summary.h"
 
 namespace kanuka::sl {
 
 int components(Type type) {
     return type == Type::Float || type == Type::String ? 1 : type == Type::Matrix ? 16 : 3;
+}
+
+std::string_view type_name(Type type) {
+    static constexpr std::string_view Names[] = {"float",  "color",  "point", "vector",
+                                                 "normal", "matrix", "string"};
+    return Names[int(type)];
+}
+
+std::string_view kind_name(ShaderKind kind) {
+    static constexpr std::string_view Names[] = {"class", "surface", "displacement",
+                                                 "light", "volume",  "imager"};
+    return Names[int(kind)];
 }
 
 std::string default_cache_dir() {
@@ -24,88 +36,15 @@ std::string default_cache_dir() {
     return std::string(home && *home ? home : "/tmp") + "/.cache/kanuka/shaders";
 }
 
-// ---- front end
+// ---- compiling
 // ------------------------------------------------------------------------------------------------------
-
-// "#pragma annotation name "text"" documents a parameter.
-static void annotate(const std::vector<Pragma>& pragmas, std::vector<Parameter>& parameters) {
-    for (const Pragma& p : pragmas) {
-        if (p.tokens.size() < 3 || !p.tokens[0].is("annotation"))
-            continue;
-        for (Parameter& parameter : parameters)
-            if (p.tokens[1].text == parameter.name && p.tokens[2].kind == Token::String)
-                parameter.doc = p.tokens[2].text;
-    }
-}
-
-static ir::Variant all_varying(const ir::Program& program) {
-    ir::Variant v;
-    v.Cs = v.Os = true;
-    for (const ir::Place& p : program.places)
-        v.params.push_back(p.varying);
-    return v;
-}
-
-// Source to IR; reports to the diagnostics.
-static std::optional<ir::Program> front_end(const std::string& name, std::string text,
-                                            const CompileOptions& options, Journal& journal) {
-    Sources sources;
-    Diagnostics diagnostics(sources, journal);
-    const uint32_t file = sources.add(name, std::move(text));
-    const Preprocessed source = preprocess(sources, file, options.include_path, options.defines, diagnostics);
-    ast::Arena arena;
-    ast::Unit unit = Parser(source.tokens, arena, diagnostics).unit();
-    if (unit.shaders.empty()) {
-        if (diagnostics.errors() == 0)
-            diagnostics.error(
-                source.tokens.back().loc,
-                "the file has no shader; expected surface, displacement, light, volume, imager or class");
-        return std::nullopt;
-    }
-    Sema sema(arena, diagnostics);
-    sema.check(unit, *unit.shaders[0]);
-    if (diagnostics.errors() > 0)
-        return std::nullopt;
-    ir::Program program;
-    ir::Lower(program, sema, diagnostics, *unit.shaders[0]).run();
-    if (diagnostics.errors() > 0)
-        return std::nullopt;
-    ir::extract_closures(program, diagnostics);
-    if (diagnostics.errors() > 0)
-        return std::nullopt;
-    for (ir::Stage* s :
-         {&program.defaults, &program.init, &program.interior, &program.displace, &program.shade}) {
-        ir::simplify(*s);
-        if (!s->root)
-            continue;
-        ir::Stage checked = *s;
-        ir::infer_detail(checked, all_varying(program), &diagnostics);
-        if (s == &program.shade)
-            ir::check_directions(program.shade, "material", diagnostics);
-    }
-    if (diagnostics.errors() > 0)
-        return std::nullopt;
-    annotate(source.pragmas, program.parameters);
-    program.source_hash = source.hash;
-    for (uint32_t f = 0; f < 1 || f <= file; f++)
-        program.files.push_back(sources.name(f));
-    // Included files come after the main one; shadeops' own sources too, under their name.
-    for (const auto& stage : {&program.init, &program.interior, &program.displace, &program.shade})
-        for (const ir::Instr& i : stage->instrs)
-            while (program.files.size() <= i.loc.file)
-                program.files.push_back(sources.name(uint32_t(program.files.size())));
-    return program;
-}
 
 std::shared_ptr<const Shader> compile_source(const std::string& name, const std::string& source,
                                              const CompileOptions& options, Journal& journal) {
     try {
-        std::optional<ir::Program> program = front_end(name, source, options, journal);
-        if (!program)
-            return nullptr;
-        return std::make_shared<ShaderImpl>(std::move(*program), options);
+        return ShaderImpl::make(std::make_unique<ShaderSource>(name, source, options), options, journal);
     } catch (const Error& e) {
-        journal.error({name}, e.what());
+        journal.error(e.where().file.empty() ? Location{name} : e.where(), e.what());
         return nullptr;
     }
 }
@@ -126,20 +65,115 @@ std::shared_ptr<const Shader> compile_file(const std::string& path, const Compil
 // ---- shaders
 // ----------------------------------------------------------------------------------------------------------
 
-ShaderImpl::ShaderImpl(ir::Program program, CompileOptions options)
-    : m_program(std::move(program)), m_options(std::move(options)) {
-    const int widest = widest_lanes();
-    if (m_options.lanes != 1 && m_options.lanes != 8 && m_options.lanes != 16)
-        m_options.lanes = widest;
-    m_options.lanes = std::min(m_options.lanes, widest);
-    const std::string key =
-        m_program.name + "|" + std::to_string(m_options.opt_level) + "|" + std::to_string(CompilerVersion);
-    m_hash = hash_bytes(key.data(), key.size(), m_program.source_hash);
-    m_from_cache = build({}).from_cache;
+int usable_lanes(int lanes) {
+    return std::min(lanes == 1 || lanes == 8 || lanes == 16 ? lanes : widest_lanes(), widest_lanes());
 }
 
-static void prepare(BuiltStage& built, const ir::Stage& stage, const ir::Variant& variant,
-                    const std::string& symbol, int lanes, std::vector<StageToCompile>& list) {
+ShaderSource::ShaderSource(std::string name, std::string text, CompileOptions options)
+    : m_name(std::move(name)), m_text(std::move(text)), m_options(std::move(options)) {
+    if (!is_slo(m_text))
+        m_file = m_name;
+}
+
+ShaderSource::~ShaderSource() = default;
+
+FrontEnd& ShaderSource::front() {
+    if (!m_front)
+        m_front = std::make_unique<FrontEnd>(m_name, m_text, m_options, m_journal);
+    return *m_front;
+}
+
+static std::string hash_text(std::string_view s) {
+    char text[40];
+    std::snprintf(text, sizeof text, "%016llx%016llx",
+                  static_cast<unsigned long long>(hash_bytes(s.data(), s.size(), 3)),
+                  static_cast<unsigned long long>(hash_bytes(s.data(), s.size(), 4)));
+    return text;
+}
+
+// A text that includes nothing is named by itself; else all files must be read. Either way the key has what
+// comments and names of files say, since parameters' documentation and messages are kept with the code.
+const std::string& ShaderSource::identity() {
+    if (!m_identity.empty())
+        return m_identity;
+    std::string defines = m_options.strict_directions ? "strict\n" : "";
+    for (const std::string& aov : m_options.aovs)
+        defines += "aov " + aov + "\n";
+    for (const auto& [name, value] : m_options.defines)
+        defines += name + "=" + value + "\n";
+    if (is_slo(m_text)) {
+        std::string problem;
+        if (!read_slo(m_text, problem, true))
+            throw Error({m_name}, problem);
+        m_identity = "published " + hash_text(defines + m_text);
+    } else if (m_text.find("include") == std::string::npos && m_text.find("__FILE__") == std::string::npos) {
+        m_identity = "text " + hash_text(defines + m_text);
+    } else {
+        Sources& sources = front().sources();
+        std::string all = defines + std::string(sources.text(0));
+        for (uint32_t f = 1; f < sources.count(); f++)
+            all += "\n" + sources.name(f) + "\n" + std::string(sources.text(f));
+        if (m_text.find("__FILE__") != std::string::npos)
+            all += m_name;
+        m_identity = "files " + hash_text(all);
+    }
+    return m_identity;
+}
+
+const ir::Program* ShaderSource::program() {
+    if (!m_tried) {
+        m_tried = true;
+        if (std::optional<ir::Program> program = front().lower())
+            m_program = std::make_unique<ir::Program>(std::move(*program));
+        m_front.reset(); // tree and tokens are needed no more
+    }
+    return m_program.get();
+}
+
+static void forward(const std::vector<Journal::Entry>& messages, Journal& journal) {
+    for (const Journal::Entry& e : messages)
+        for (uint64_t n = 0; n < e.count; n++)
+            journal.report(e.severity, e.where, e.message);
+}
+
+ShaderImpl::ShaderImpl(std::unique_ptr<ShaderSource> source, CompileOptions options)
+    : m_options(std::move(options)), m_source(std::move(source)) {
+    m_options.lanes = usable_lanes(m_options.lanes);
+    if (m_options.cache_dir.empty())
+        m_options.cache_dir = default_cache_dir();
+}
+
+std::shared_ptr<ShaderImpl> ShaderImpl::make(std::unique_ptr<ShaderSource> source, CompileOptions options,
+                                             Journal& journal) {
+    std::shared_ptr<ShaderImpl> shader(new ShaderImpl(std::move(source), std::move(options)));
+    const std::lock_guard lock(shader->m_mutex);
+    auto build = std::make_unique<Build>();
+    Summary summary;
+    if (shader->load(*build, true, summary)) {
+        forward(summary.messages, journal);
+        shader->m_program = std::make_shared<const ir::Program>(std::move(summary.program));
+        shader->m_from_cache = true;
+    } else {
+        const ir::Program* program = shader->m_source->program();
+        forward(shader->m_source->messages(), journal);
+        if (!program)
+            return nullptr;
+        // The source owns it, and lives as long as the shader.
+        shader->m_program = std::shared_ptr<const ir::Program>(std::shared_ptr<void>(), program);
+        build = std::make_unique<Build>();
+        shader->compile(*build, true, &journal);
+    }
+    shader->m_builds[ir::Variant{}.key()] = std::move(build);
+    std::string key = shader->m_program->name + "|" + std::to_string(shader->m_options.opt_level) + "|" +
+                      std::to_string(CompilerVersion);
+    for (const std::string& aov : shader->m_program->aovs)
+        key += "|" + aov;
+    shader->m_hash = hash_bytes(key.data(), key.size(), shader->m_program->source_hash);
+    return shader;
+}
+
+void prepare(BuiltStage& built, const ir::Stage& stage, const ir::Variant& variant, const std::string& symbol,
+             int lanes, std::vector<StageToCompile>& list) {
     if (!stage.root)
         return;
     built.stage = stage;
@@ -149,56 +183,137 @@ static void prepare(BuiltStage& built, const ir::Stage& stage, const ir::Variant
     list.push_back({symbol, &built.stage, &built.plan, lanes});
 }
 
-const Build& ShaderImpl::build(const ir::Variant& variant) const {
-    const std::string key = variant.key();
-    const std::lock_guard lock(m_mutex);
-    std::unique_ptr<Build>& slot = m_builds[key];
-    if (slot)
-        return *slot;
-    auto b = std::make_unique<Build>();
-    b->variant = variant;
-    std::vector<StageToCompile> list;
-    const bool first = m_builds.size() == 1; // what runs once an instance is compiled once
-    if (first) {
-        prepare(b->defaults, m_program.defaults, variant, "kanuka_defaults", 1, list);
-        prepare(b->init, m_program.init, variant, "kanuka_init", 1, list);
-        prepare(b->interior, m_program.interior, variant, "kanuka_interior", 1, list);
-    }
-    prepare(b->displace, m_program.displace, variant, "kanuka_displace", m_options.lanes, list);
-    prepare(b->shade, m_program.shade, variant, "kanuka_shade", m_options.lanes, list);
-    const std::string cache_key = "kanuka sl " + std::to_string(CompilerVersion) + " " + backend_version() +
-                                  " source " + std::to_string(m_program.source_hash) + " " + m_program.name +
-                                  " lanes " + std::to_string(m_options.lanes) + " O" +
-                                  std::to_string(m_options.opt_level) + " variant " + key +
-                                  (first ? " with init" : "");
-    const ObjectCache cache(m_options.cache_dir.empty() ? default_cache_dir() : m_options.cache_dir);
-    std::optional<std::string> object;
-    if (m_options.use_cache)
-        object = cache.read(cache_key);
-    b->from_cache = object.has_value();
-    if (!object) {
-        object = compile_object(m_program, list, m_options.lanes, m_options.opt_level);
-        if (m_options.use_cache)
-            cache.write(cache_key, *object);
-    }
-    b->code = link_object(*object, m_options.lanes);
-    for (const auto& [stage, symbol] :
-         {std::pair{&b->defaults, "kanuka_defaults"}, std::pair{&b->init, "kanuka_init"},
-          std::pair{&b->interior, "kanuka_interior"}, std::pair{&b->displace, "kanuka_displace"},
-          std::pair{&b->shade, "kanuka_shade"}})
-        if (stage->stage.root)
-            stage->run = b->code->find(symbol);
-    slot = std::move(b);
-    return *slot;
+std::string ShaderImpl::cache_key(const std::string& variant, bool first) const {
+    const std::string file = std::filesystem::path(m_source->name()).stem().string();
+    return "shader " + file + ", lanes " + std::to_string(m_options.lanes) + ", O" +
+           std::to_string(m_options.opt_level) + ", variant " + variant + (first ? " with init" : "") +
+           ", source " + m_source->identity() + ", compiler " + std::to_string(CompilerVersion) + "." +
+           std::to_string(SummaryVersion) + ", LLVM " + backend_version();
 }
 
-std::vector<bool> ShaderImpl::uniform_outputs(const ir::Variant& variant) const {
-    ir::Stage stage = m_program.shade;
-    ir::infer_detail(stage, variant, nullptr);
+static void find_functions(Build& build) {
+    static constexpr const char* Symbols[] = {"kanuka_defaults", "kanuka_init",  "kanuka_interior",
+                                              "kanuka_displace", "kanuka_shade", "kanuka_light",
+                                              "kanuka_filter"};
+    const auto stages = build.stages();
+    for (size_t k = 0; k < stages.size(); k++)
+        if (stages[k]->stage.root)
+            stages[k]->run = build.code->find(Symbols[k]);
+}
+
+// From the cache; false if it is not there, or not whole.
+bool ShaderImpl::load(Build& build, bool first, Summary& summary) const {
+    if (!m_options.use_cache)
+        return false;
+    const ObjectCache cache(m_options.cache_dir);
+    const std::optional<std::string> entry = cache.read(cache_key(build.variant.key(), first));
+    std::string_view object;
+    if (!entry || !unpack_entry(*entry, first, m_source->file(), summary, object))
+        return false;
+    try {
+        summary.build.code = link_object(object);
+        find_functions(summary.build);
+    } catch (const Error&) {
+        return false; // whole, and yet no code: made by another compiler that says it is this one
+    }
+    summary.build.variant = build.variant;
+    summary.build.from_cache = true;
+    build = std::move(summary.build);
+    ir::Variant v = build.variant;
+    for (int k = 0; k < 4; k++) {
+        v.Cs = k & 1;
+        v.Os = k & 2;
+        m_uniform[v.key()] = summary.uniform[k];
+    }
+    return true;
+}
+
+static std::vector<bool> find_uniform(const ir::Program& program, const ir::Variant& variant) {
+    ir::Stage stage = program.shade;
+    if (stage.root)
+        ir::infer_detail(stage, variant, nullptr);
     std::vector<bool> uniform;
     for (const ir::Output& o : stage.outputs)
         uniform.push_back(o.var >= 0 && !stage.vars[size_t(o.var)].varying);
     return uniform;
+}
+
+void ShaderImpl::compile(Build& build, bool first, Journal* journal) const {
+    const ir::Program* program = m_source->program();
+    if (!program)
+        throw Error({m_source->name()},
+                    "the shader's files have changed since it was first read, and no longer compile");
+    std::vector<StageToCompile> list;
+    if (first) { // what runs once an instance is compiled once
+        prepare(build.defaults, program->defaults, build.variant, "kanuka_defaults", 1, list);
+        prepare(build.init, program->init, build.variant, "kanuka_init", 1, list);
+        prepare(build.interior, program->interior, build.variant, "kanuka_interior", 1, list);
+    }
+    prepare(build.displace, program->displace, build.variant, "kanuka_displace", m_options.lanes, list);
+    prepare(build.shade, program->shade, build.variant, "kanuka_shade", m_options.lanes, list);
+    prepare(build.light, program->light, build.variant, "kanuka_light", m_options.lanes, list);
+    prepare(build.filter, program->filter, build.variant, "kanuka_filter", m_options.lanes, list);
+    const std::string object = compile_object(*program, list, m_options.lanes, m_options.opt_level);
+    build.code = link_object(object);
+    find_functions(build);
+    if (!m_options.use_cache)
+        return;
+    std::vector<bool> uniform[4];
+    ir::Variant v = build.variant;
+    for (int k = 0; k < 4; k++) {
+        v.Cs = k & 1;
+        v.Os = k & 2;
+        uniform[k] = m_uniform[v.key()] = find_uniform(*program, v);
+    }
+    const ObjectCache cache(m_options.cache_dir);
+    const std::string problem = cache.write(
+        cache_key(build.variant.key(), first),
+        pack_entry(*program, m_source->messages(), build, uniform, first, m_source->file(), object));
+    if (journal && !problem.empty())
+        journal->warning({}, problem);
+}
+
+const Build& ShaderImpl::build(const ir::Variant& variant) const {
+    const std::lock_guard lock(m_mutex);
+    std::unique_ptr<Build>& slot = m_builds[variant.key()];
+    if (!slot) {
+        auto b = std::make_unique<Build>();
+        b->variant = variant;
+        Summary summary;
+        if (!load(*b, false, summary))
+            compile(*b, false, nullptr);
+        slot = std::move(b);
+    }
+    return *slot;
+}
+
+std::vector<std::string> ShaderImpl::stages() const {
+    std::vector<std::string> names;
+    for (const ir::Stage* s : m_program->stages())
+        if (s->root && s != &m_program->defaults)
+            names.push_back(s->name);
+    return names;
+}
+
+std::vector<bool> ShaderImpl::uniform_outputs(const ir::Variant& variant) const {
+    const std::lock_guard lock(m_mutex);
+    const std::string key = variant.key();
+    if (const auto known = m_uniform.find(key); known != m_uniform.end())
+        return known->second;
+    if (m_from_cache) { // an entry knows it for itself, with and without Cs and Os
+        auto b = std::make_unique<Build>();
+        b->variant = variant;
+        b->variant.Cs = b->variant.Os = false;
+        Summary summary;
+        if (std::unique_ptr<Build>& slot = m_builds[b->variant.key()]; !slot && load(*b, false, summary))
+            slot = std::move(b);
+        if (const auto known = m_uniform.find(key); known != m_uniform.end())
+            return known->second;
+    }
+    const ir::Program* program = m_source->program();
+    if (!program)
+        return std::vector<bool>(m_program->shade.outputs.size(), false);
+    return m_uniform[key] = find_uniform(*program, variant);
 }
 
 std::unique_ptr<Instance> ShaderImpl::instantiate(std::span<const Argument> arguments,

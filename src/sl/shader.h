@@ -1,6 +1,7 @@
 // Shader and Instance behind sl.h.
 #pragma once
 
+#include <array>
 #include <deque>
 #include <map>
 #include <mutex>
@@ -13,6 +14,9 @@
 
 namespace kanuka::sl {
 
+class FrontEnd;
+struct Summary;
+
 // One stage as it is compiled for a variant.
 struct BuiltStage {
     ir::Stage stage;
@@ -24,37 +28,85 @@ struct BuiltStage {
 // Machine code for one choice of what varies.
 struct Build {
     ir::Variant variant;
-    BuiltStage defaults, init, interior, displace, shade;
+    BuiltStage defaults, init, interior, displace, shade, light, filter;
     std::unique_ptr<NativeCode> code;
     bool from_cache = false;
+    std::array<BuiltStage*, 7> stages() {
+        return {&defaults, &init, &interior, &displace, &shade, &light, &filter};
+    }
+    std::array<const BuiltStage*, 7> stages() const {
+        return {&defaults, &init, &interior, &displace, &shade, &light, &filter};
+    }
+};
+
+// Infers, masks and plans a stage that is there, and adds it to what is to be compiled.
+void prepare(BuiltStage& built, const ir::Stage& stage, const ir::Variant& variant, const std::string& symbol,
+             int lanes, std::vector<StageToCompile>& list);
+// 1, 8 or 16: what is asked for, as far as this machine runs it; 0 = the widest.
+int usable_lanes(int lanes);
+
+// The source of a shader, and its way to a Program, gone where and when it must be.
+class ShaderSource {
+  public:
+    ShaderSource(std::string name, std::string text, CompileOptions options);
+    ~ShaderSource();
+    const std::string& name() const { return m_name; }
+    // What messages and locations call it: nothing for a published one, whose files keep the names they had.
+    const std::string& file() const { return m_file; }
+    // Names the source in cache keys: equal for equal sources. Files that it includes are read for that.
+    const std::string& identity();
+    // Null if it does not compile; why is in messages().
+    const ir::Program* program();
+    std::vector<Journal::Entry> messages() const { return m_journal.entries(); }
+
+  private:
+    FrontEnd& front();
+    std::string m_name, m_text, m_file, m_identity;
+    CompileOptions m_options;
+    Journal m_journal;
+    std::unique_ptr<FrontEnd> m_front;
+    std::unique_ptr<ir::Program> m_program;
+    bool m_tried = false;
 };
 
 class ShaderImpl final : public Shader, public std::enable_shared_from_this<ShaderImpl> {
   public:
-    ShaderImpl(ir::Program program, CompileOptions options);
+    // From the cache, else compiled. Messages go to the journal; null if there are errors.
+    static std::shared_ptr<ShaderImpl> make(std::unique_ptr<ShaderSource> source, CompileOptions options,
+                                            Journal& journal);
 
-    const std::string& name() const override { return m_program.name; }
-    ShaderKind kind() const override { return m_program.kind; }
-    std::span<const Parameter> parameters() const override { return m_program.parameters; }
+    const std::string& name() const override { return m_program->name; }
+    ShaderKind kind() const override { return m_program->kind; }
+    std::span<const Parameter> parameters() const override { return m_program->parameters; }
     uint64_t hash() const override { return m_hash; }
     bool from_cache() const override { return m_from_cache; }
+    bool queries() const override { return m_program->queries; }
+    std::span<const TextureUse> textures() const override { return m_program->textures; }
+    std::vector<std::string> stages() const override;
     std::unique_ptr<Instance> instantiate(std::span<const Argument> arguments,
                                           Services& services) const override;
 
-    const ir::Program& program() const { return m_program; }
+    const ir::Program& program() const { return *m_program; } // hollow, if it came from the cache
     int lanes() const { return m_options.lanes; }
-    // Compiles at first use. Thread safe.
+    // Compiles at first use, unless the cache has it. Thread safe.
     const Build& build(const ir::Variant& variant) const;
-    // Outputs of the shade stage that are uniform, for a variant (no code needed).
+    // Outputs of the shade stage that are uniform, for a variant.
     std::vector<bool> uniform_outputs(const ir::Variant& variant) const;
 
   private:
-    ir::Program m_program;
+    ShaderImpl(std::unique_ptr<ShaderSource> source, CompileOptions options);
+    std::string cache_key(const std::string& variant, bool first) const;
+    bool load(Build& build, bool first, Summary& summary) const;
+    void compile(Build& build, bool first, Journal* journal) const;
+
     CompileOptions m_options;
+    std::shared_ptr<const ir::Program> m_program;
     uint64_t m_hash = 0;
     bool m_from_cache = false;
     mutable std::mutex m_mutex;
+    mutable std::unique_ptr<ShaderSource> m_source;
     mutable std::map<std::string, std::unique_ptr<Build>> m_builds;
+    mutable std::map<std::string, std::vector<bool>> m_uniform;
 };
 
 class InstanceImpl final : public Instance {
@@ -68,6 +120,11 @@ class InstanceImpl final : public Instance {
     void displace(grid::Grid& grid, const GridGlobals& globals, Services& services) const override;
     void shade(grid::Grid& grid, const GridGlobals& globals, Services& services,
                grid::VertexInputs& out) const override;
+    Emission emit(grid::Grid& points, const GridGlobals& globals, Services& services) const override;
+    Filtered filter(grid::Grid& points, const GridGlobals& globals, Services& services) const override;
+    std::vector<std::string> aovs() const override;
+    void shade_with_aovs(grid::Grid& grid, const GridGlobals& globals, Services& services,
+                         grid::VertexInputs& out, std::vector<grid::SlotValues>& aovs) const override;
     bool uniform_material() const override { return m_uniform; }
     bool uniform_material(bool grids_have_colors) const override {
         return grids_have_colors ? m_uniform : m_uniform_plain;
@@ -80,10 +137,16 @@ class InstanceImpl final : public Instance {
     int node_of(const ops::MaterialBuild& build, const std::string& name, std::vector<int>& made, int depth,
                 Services& services);
     void settle_presence(Services& services);
+    void shade(grid::Grid& grid, const GridGlobals& globals, Services& services, grid::VertexInputs& out,
+               std::vector<grid::SlotValues>* aovs) const;
     ir::Variant variant_for(const grid::Grid& grid) const;
     struct Run;
     void run(const BuiltStage& stage, const ir::Variant& variant, grid::Grid& grid,
              const GridGlobals& globals, Services& services, const std::vector<float*>& outputs) const;
+
+    std::vector<std::vector<float>> run_whole(const BuiltStage& built, const ir::Variant& variant,
+                                              grid::Grid& points, const GridGlobals& globals,
+                                              Services& services) const;
 
     struct SlotSource {
         int output = -1; // of the shade stage

@@ -11,8 +11,10 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/error.h"
@@ -23,6 +25,7 @@ namespace kanuka::sl {
 
 enum class Type : uint8_t { Float, Color, Point, Vector, Normal, Matrix, String };
 int components(Type type);
+std::string_view type_name(Type type);
 
 struct Parameter {
     std::string name;
@@ -30,12 +33,22 @@ struct Parameter {
     bool varying = false;
     bool output = false;
     int array_size = 0;        // 0 = not an array
+    bool resizable = false;    // an array of any length; array_size is that of its default value
     std::vector<float> floats; // default value; empty where it is computed at run time
     std::vector<std::string> strings;
     std::string doc; // from "#pragma annotation" or the comment at the declaration
 };
 
 enum class ShaderKind : uint8_t { Class, Surface, Displacement, Light, Volume, Imager };
+std::string_view kind_name(ShaderKind kind);
+
+// A picture that a shader asks for: a file by name, or the one that a parameter names; neither if it is found
+// out while the shader runs.
+struct TextureUse {
+    std::string file, parameter;
+    bool environment = false;
+    bool operator==(const TextureUse&) const = default;
+};
 
 struct CompileOptions {
     int lanes = 0;     // 1, 8 or 16 grid points at a time; 0 = the widest this machine runs
@@ -44,6 +57,12 @@ struct CompileOptions {
     std::vector<std::pair<std::string, std::string>> defines;
     std::string cache_dir; // empty = KANUKA_SHADER_CACHE, else the user's cache folder
     bool use_cache = true;
+    // Output parameters of a surface whose values Instance::shade_with_aovs hands out, beside the material.
+    // Light is not known while shading: of a colour made of light they have the part without it.
+    std::vector<std::string> aovs;
+    // What a classic surface does that no material can do is an error rather than an approximation with a
+    // warning: weights that depend on the viewing direction, functions of light, kernels that are no lobe's.
+    bool strict_directions = false;
 };
 
 // ---- services: what a running shader may ask of its surroundings; shade/ implements it
@@ -61,6 +80,18 @@ struct TextureRequest {
     int result_stride;
 };
 
+// What attribute(), option(), rendererinfo() and textureinfo() ask. The answer is a text or floats, as
+// wanted.
+struct Query {
+    enum Kind : uint8_t { Attribute, Option, Renderer, Texture } kind;
+    const char* name; // "ShadingRate", "user:age", "Format", "version", "resolution", …
+    const char* file; // Texture: which
+    bool wants_text;  // else floats, `count` at most
+    int count;
+    float* floats;
+    std::string* text;
+};
+
 class Services {
   public:
     virtual ~Services() = default;
@@ -70,6 +101,11 @@ class Services {
     // Row-major 4x4, p' = M p with column vectors, that takes points of space `from` to space `to`; "current"
     // is the space of Grid::P. False = unknown.
     virtual bool transform(const char* from, const char* to, float matrix[16]) = 0;
+    // False = it is not known, or not of the kind that is wanted.
+    virtual bool query(const Query& query) {
+        (void)query;
+        return false;
+    }
     // A run-time fault or message, located in the shader's source.
     virtual void report(Severity severity, const Location& where, const std::string& message) = 0;
 };
@@ -95,6 +131,21 @@ struct GridGlobals {
     float du = 0, dv = 0; // filled by shade: parameter steps between vertices
 };
 
+// What a light shader sends to points, which are the vertices of a grid.
+struct Emission {
+    // What its last illuminate or solar statement said; none: light from everywhere.
+    enum Form : uint8_t { Ambient, Illuminate, Solar, Sky } form = Ambient; // Sky: solar without an axis
+    Vec3f from{0, 0, 0};   // illuminate's position, current space
+    Vec3f axis{0, 0, 0};   // of the cone; zero = everywhere
+    float angle = 0;       // half the cone's opening, radians
+    std::vector<float> Cl; // three arrays, the grid's stride apart
+};
+
+// What a volume or imager shader makes of colours and opacities: three arrays each, the grid's stride apart.
+struct Filtered {
+    std::vector<float> Ci, Oi, alpha; // alpha: one array
+};
+
 class Shader;
 
 class Instance {
@@ -111,6 +162,18 @@ class Instance {
     // (bump).
     virtual void shade(grid::Grid& grid, const GridGlobals& globals, Services& services,
                        grid::VertexInputs& out) const = 0;
+    // Run a light shader with Ps at each vertex of `points`. Thread safe.
+    virtual Emission emit(grid::Grid&, const GridGlobals&, Services&) const { return {}; }
+    // Run a volume or imager shader: Ci and Oi come in as the grid's primvars "Cs" and "Os" or the globals'
+    // (alpha is the first component of Os); P is the place, in an imager that on the raster.
+    virtual Filtered filter(grid::Grid&, const GridGlobals&, Services&) const { return {}; }
+    // The same, with a value for each name in aovs().
+    virtual std::vector<std::string> aovs() const { return {}; }
+    virtual void shade_with_aovs(grid::Grid& grid, const GridGlobals& globals, Services& services,
+                                 grid::VertexInputs& out, std::vector<grid::SlotValues>& aovs) const {
+        aovs.clear();
+        shade(grid, globals, services, out);
+    }
     // True where no slot varies over a grid, whatever the grid: one point need be shaded.
     virtual bool uniform_material() const = 0;
     // The same for grids that are known to carry, or not to carry, primvars "Cs" and "Os".
@@ -126,9 +189,14 @@ class Shader {
     virtual uint64_t
     hash() const = 0; // of its source, the compiler's version and the options: part of a grid's key
     virtual bool from_cache() const = 0;
+    // True if a stage asks for attributes or options: what it computes may then differ from one primitive to
+    // the next.
+    virtual bool queries() const { return false; }
     // Unknown arguments and wrong types are reported to the journal (with the names there are) and skipped.
     virtual std::unique_ptr<Instance> instantiate(std::span<const Argument> arguments,
                                                   Services& services) const = 0;
+    virtual std::span<const TextureUse> textures() const { return {}; }
+    virtual std::vector<std::string> stages() const { return {}; } // those it has, by name
 };
 
 // Compiles the first shader of a file (.sl or .slo). On errors: all of them go to the journal, each as
@@ -139,7 +207,41 @@ std::shared_ptr<const Shader> compile_file(const std::string& path, const Compil
 std::shared_ptr<const Shader> compile_source(const std::string& name, const std::string& source,
                                              const CompileOptions& options, Journal& journal);
 
+// ---- publishing, looking
+// ---------------------------------------------------------------------------------------------------------
+
+// A .slo's bytes: the preprocessed source, to be compiled anywhere. Nothing if it does not compile.
+std::optional<std::string> publish(const std::string& name, const std::string& source,
+                                   const CompileOptions& options, Journal& journal);
+// What a .slo says of itself (JSON), without compiling. Throws Error if it is damaged or none.
+std::string published_metadata(const std::string& name, std::string_view bytes);
+
+// What becomes of a shader: the preprocessed source, the checked tree, the optimised intermediate
+// representation, the same as C would say it, LLVM's, machine code.
+enum class Emit : uint8_t { Rsl, Ast, Ir, C, Llvm, Asm };
+inline constexpr std::string_view EmitNames[] = {"rsl", "ast", "ir", "c", "llvm", "asm"};
+// Names for emit() of the stages that a shader may have.
+std::vector<std::string> emit_stages();
+// Text for people, nothing if the shader does not compile. `stage` "" = all of them.
+std::optional<std::string> emit(const std::string& name, const std::string& source, Emit what,
+                                const std::string& stage, const CompileOptions& options, Journal& journal);
+
+// ---- the cache
+// ---------------------------------------------------------------------------------------------------------
+
 std::string default_cache_dir();
-inline constexpr int CompilerVersion = 1;
+uint64_t cache_limit(); // bytes; KANUKA_SHADER_CACHE_SIZE, as 500M or 2G, or 1 GiB
+
+struct CacheEntry {
+    std::string file, shader, key;
+    uint64_t bytes = 0;
+    double age_s = 0;    // since its last use
+    std::string problem; // what is wrong with it; only if it was asked for
+};
+std::vector<CacheEntry> cache_entries(const std::string& folder, bool verify); // newest first
+uint64_t cache_clear(const std::string& folder);                               // number of files removed
+uint64_t cache_trim(const std::string& folder, uint64_t max_bytes);
+
+inline constexpr int CompilerVersion = 2;
 
 } // namespace kanuka::sl

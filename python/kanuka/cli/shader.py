@@ -3,18 +3,36 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from pathlib import Path
 
 import kanuka
 
-from . import exit_codes, messages
-from .exit_codes import ExitCode
+from . import exit_codes, shader_cache, shader_info, shader_run
+from . import shader_source as sources
+from .exit_codes import ExitCode, fail
 
+EMITS = {
+    "rsl": "the source after the preprocessor; of a graph, the shader made from it",
+    "ast": "the tree, with types",
+    "ir": "the compiler's own representation, uniform and varying, cut into regions",
+    "c": "the same, as C would say it",
+    "llvm": "LLVM's representation, optimised",
+    "asm": "machine code",
+}
 EXAMPLES = """\
 examples:
   kanuka shader compile marble.sl
   kanuka shader compile marble.sl -I include -D DEBUG=1
+  kanuka shader compile marble.sl --emit=c --stage prelighting     what became of each line
+  kanuka shader compile graph.json --emit=rsl                      a network as a shader
+
+"""
+PUBLISH_EXAMPLES = """\
+examples:
+  kanuka shader publish marble.sl -I include           marble.slo, which needs no other file
+  kanuka shader publish graph.json -o shaders/rust.slo
 
 """
 
@@ -25,58 +43,85 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     compile_parser = commands.add_parser(
         "compile",
         help="compile a shader, and say what it is",
-        description="Compiles a shader as a render would, into the shader cache, and lists its parameters.",
+        description="Compiles a shader as a render would, into the shader cache, and lists its parameters; or shows "
+        "what the compiler makes of it.",
         epilog=EXAMPLES + exit_codes.HELP,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    compile_parser.add_argument("file", metavar="FILE.sl", type=Path)
-    compile_parser.add_argument("-I", dest="include", action="append", default=[], metavar="DIR", help="for #include")
-    compile_parser.add_argument("-D", dest="defines", action="append", default=[], metavar="NAME[=VALUE]", type=define)
+    sources.add_arguments(compile_parser)
     compile_parser.add_argument("--no-cache", action="store_true", help="compile even if the cache has it")
-    compile_parser.set_defaults(run=run_compile)
+    compile_parser.add_argument(
+        "--emit", choices=EMITS, metavar="WHAT", help="; ".join(f"{name}: {text}" for name, text in EMITS.items())
+    )
+    compile_parser.add_argument(
+        "--stage", choices=kanuka.shader_stages(), help="of those that --emit shows; default: all"
+    )
+    sources.add_code_arguments(compile_parser)
+    compile_parser.add_argument(
+        "-o", "--output", type=Path, metavar="FILE", help="for --emit; default: standard output"
+    )
+    compile_parser.set_defaults(run=run_compile, parser=compile_parser)
 
-
-def define(text: str) -> tuple[str, str]:
-    name, separator, value = text.partition("=")
-    if not name.isidentifier():
-        raise argparse.ArgumentTypeError(f"expected NAME or NAME=VALUE, got {text!r}")
-    return name, value if separator else "1"
+    publish_parser = commands.add_parser(
+        "publish",
+        help="make a .slo: a shader in one file",
+        description="Writes a shader as NAME.slo: preprocessed, with what it includes, compressed. Scenes find it as "
+        "they find NAME.sl, and before it.",
+        epilog=PUBLISH_EXAMPLES + exit_codes.HELP,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    sources.add_arguments(publish_parser)
+    publish_parser.add_argument("-o", "--output", type=Path, metavar="FILE.slo", help="default: beside the source")
+    publish_parser.set_defaults(run=run_publish)
+    for module in (shader_info, shader_run, shader_cache):
+        module.add_parser(commands)
 
 
 def run_compile(arguments: argparse.Namespace) -> int:
+    if not arguments.emit and (arguments.stage or arguments.output):
+        arguments.parser.error("--stage and -o belong to --emit")
     journal = kanuka.Journal()
-    try:
-        shader = kanuka.compile_shader(
-            arguments.file,
-            include=arguments.include,
-            defines=dict(arguments.defines),
-            use_cache=not arguments.no_cache,
-            journal=journal,
-        )
-    except kanuka.Error as error:
-        messages.Printer(journal).flush()
-        if not journal.error_count:
-            print(f"error: {error}", file=sys.stderr)
-        return ExitCode.INPUT
-    messages.Printer(journal).flush()
+    with sources.messages_shown(journal):
+        given = sources.given(arguments)
+        code = {"lanes": arguments.lanes, "opt_level": arguments.opt_level}
+        if arguments.emit:
+            text = kanuka.emit_shader(
+                what=arguments.emit, stage=arguments.stage or "", **given, **code, journal=journal
+            )
+            write_text(arguments.output, text)
+            return ExitCode.OK
+        shader = kanuka.compile_shader(**given, **code, use_cache=not arguments.no_cache, journal=journal)
     print(f"{shader.kind} {shader.name}" + (" (from the cache)" if shader.from_cache else ""))
     for parameter in shader.parameters:
-        print("  " + parameter_text(parameter))
+        print("  " + shader_info.parameter_text(parameter))
     return ExitCode.OK
 
 
-def parameter_text(parameter: dict) -> str:
-    words = ["output"] * parameter["output"] + ["varying" if parameter["varying"] else "uniform", parameter["type"]]
-    size = parameter["array_size"]
-    text = " ".join(words) + " " + parameter["name"] + (f"[{size}]" if size else "")
-    if parameter["default"] is not None:
-        text += f" = {value_text(parameter['default'])}"
-    return text + (f"  // {parameter['doc']}" if parameter["doc"] else "")
+def write_text(path: Path | None, text: str) -> None:
+    if path is None:
+        sys.stdout.write(text)
+        return
+    write_bytes(path, text.encode())
 
 
-def value_text(value: object) -> str:
-    if isinstance(value, str):
-        return f'"{value}"'
-    if isinstance(value, list):
-        return "(" + ", ".join(map(value_text, value)) + ")"
-    return f"{value:g}"
+def write_bytes(path: Path, data: bytes) -> None:
+    """Beside its name, then renamed: nobody sees half of it."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        temporary.write_bytes(data)
+        os.replace(temporary, path)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        fail(ExitCode.OUTPUT, f"{path}: {error.strerror}")
+
+
+def run_publish(arguments: argparse.Namespace) -> int:
+    output = arguments.output or arguments.file.with_suffix(".slo")
+    if output == arguments.file:
+        fail(ExitCode.USAGE, f"{output}: is published already; name another file with -o")
+    journal = kanuka.Journal()
+    with sources.messages_shown(journal):
+        data = kanuka.publish_shader(**sources.given(arguments), journal=journal)
+    write_bytes(output, data)
+    print(output)
+    return ExitCode.OK

@@ -2,27 +2,44 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
+#include <chrono>
 #include <cstring>
+#include <fcntl.h>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
+#include <map>
+#include <mutex>
+#include <sys/stat.h>
 #include <unistd.h>
+#include <utility>
 #include <vector>
 
 namespace kanuka::sl {
 
 namespace fs = std::filesystem;
 
-// FNV-1a over words with a finaliser: guards against damage, not against malice.
+// FNV-1a over words, four of them side by side, with a finaliser.
 uint64_t hash_bytes(const void* data, size_t size, uint64_t seed) {
     const unsigned char* p = static_cast<const unsigned char*>(data);
-    uint64_t h = 0xcbf29ce484222325ull ^ (seed * 0x9e3779b97f4a7c15ull) ^ size;
-    for (; size >= 8; p += 8, size -= 8) {
-        uint64_t word;
-        std::memcpy(&word, p, 8);
+    const uint64_t start = 0xcbf29ce484222325ull ^ (seed * 0x9e3779b97f4a7c15ull) ^ size;
+    const auto mix = [](uint64_t h, uint64_t word) {
         h = (h ^ word) * 0x100000001b3ull;
-        h ^= h >> 32;
-    }
+        return h ^ (h >> 32);
+    };
+    const auto word = [&p](size_t k) {
+        uint64_t w;
+        std::memcpy(&w, p + 8 * k, 8);
+        return w;
+    };
+    uint64_t lanes[4] = {start, start + 1, start + 2, start + 3};
+    for (; size >= 32; p += 32, size -= 32)
+        for (size_t k = 0; k < 4; k++)
+            lanes[k] = mix(lanes[k], word(k));
+    uint64_t h = lanes[0];
+    for (size_t k = 1; k < 4; k++)
+        h = mix(h, lanes[k]);
+    for (; size >= 8; p += 8, size -= 8)
+        h = mix(h, word(0));
     for (; size; p++, size--)
         h = (h ^ *p) * 0x100000001b3ull;
     h ^= h >> 33;
@@ -30,43 +47,137 @@ uint64_t hash_bytes(const void* data, size_t size, uint64_t seed) {
     return h ^ (h >> 33);
 }
 
-static constexpr char Magic[8] = {'K', 'N', 'K', 'S', 'L', 'O', '0', '1'};
+namespace {
+
+constexpr char Magic[8] = {'K', 'N', 'K', 'C', 'O', 'D', 'E', '2'};
+constexpr const char* Suffix = ".kso";
+constexpr uint64_t DefaultLimit = uint64_t(1) << 30;
+constexpr auto Abandoned = std::chrono::hours(1);
+// Reading a folder over a network is slow: a process does so when it has written this part of the limit.
+constexpr uint64_t TrimPart = 16;
+// Use is noted to this precision: each note is a message to the file server.
+constexpr auto UsedPrecision = std::chrono::minutes(1);
 
 struct Header {
     char magic[8];
     uint64_t key_size, object_size, checksum;
 };
 
+class File {
+  public:
+    File(const std::string& path, int flags) : m_handle(::open(path.c_str(), flags | O_CLOEXEC, 0666)) {}
+    ~File() { close(); }
+    bool ok() const { return m_handle >= 0; }
+    bool close() {
+        const int handle = std::exchange(m_handle, -1);
+        return handle >= 0 && ::close(handle) == 0;
+    }
+    bool write(const char* data, size_t size) const {
+        while (size > 0) {
+            const ssize_t n = ::write(m_handle, data, size);
+            if (n < 0 && errno == EINTR)
+                continue;
+            if (n <= 0)
+                return false;
+            data += n;
+            size -= size_t(n);
+        }
+        return true;
+    }
+    std::optional<std::string> read() const {
+        struct stat about;
+        if (fstat(m_handle, &about) != 0 || !S_ISREG(about.st_mode))
+            return std::nullopt;
+        std::string all(size_t(about.st_size), '\0');
+        size_t have = 0;
+        while (have < all.size()) {
+            const ssize_t n = ::read(m_handle, all.data() + have, all.size() - have);
+            if (n < 0 && errno == EINTR)
+                continue;
+            if (n <= 0)
+                break;
+            have += size_t(n);
+        }
+        all.resize(have);
+        return all;
+    }
+
+  private:
+    int m_handle;
+};
+
+// Null if the entry is whole and, where a key is given, of that key.
+const char* check(const std::string& all, Header& h, const std::string* key) {
+    if (all.size() < sizeof h)
+        return "it ends early";
+    std::memcpy(&h, all.data(), sizeof h);
+    if (std::memcmp(h.magic, Magic, sizeof Magic) != 0)
+        return "it is no entry of this version";
+    const uint64_t rest = all.size() - sizeof h;
+    if (h.key_size > rest || h.object_size != rest - h.key_size)
+        return "its size is wrong";
+    if (key && all.compare(sizeof h, h.key_size, *key) != 0)
+        return "it is another shader's";
+    if (h.checksum != hash_bytes(all.data() + sizeof h, rest))
+        return "its checksum does not fit";
+    return nullptr;
+}
+
+struct Found {
+    fs::file_time_type used;
+    uint64_t bytes;
+    fs::path path;
+};
+
+std::vector<Found> find_files(const std::string& folder, const char* suffix) {
+    std::vector<Found> found;
+    std::error_code ec;
+    for (fs::directory_iterator it(folder, ec), end; !ec && it != end; it.increment(ec)) {
+        if (it->path().extension() != suffix ||
+            it->path().filename().string().find(Suffix) == std::string::npos)
+            continue;
+        std::error_code gone; // by another process, in the meantime
+        Found f{it->last_write_time(gone), 0, it->path()};
+        if (!gone)
+            f.bytes = it->file_size(gone);
+        if (!gone)
+            found.push_back(std::move(f));
+    }
+    std::sort(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.used < b.used; });
+    return found;
+}
+
+} // namespace
+
 std::string ObjectCache::path(const std::string& key) const {
-    char name[40];
-    std::snprintf(name, sizeof name, "%016llx%016llx.o",
+    char name[48];
+    std::snprintf(name, sizeof name, "%016llx%016llx%s",
                   static_cast<unsigned long long>(hash_bytes(key.data(), key.size(), 1)),
-                  static_cast<unsigned long long>(hash_bytes(key.data(), key.size(), 2)));
+                  static_cast<unsigned long long>(hash_bytes(key.data(), key.size(), 2)), Suffix);
     return (fs::path(m_folder) / name).string();
 }
 
 std::optional<std::string> ObjectCache::read(const std::string& key) const {
     const std::string file = path(key);
-    std::ifstream in(file, std::ios::binary);
-    if (!in)
-        return std::nullopt;
-    std::ostringstream text;
-    text << in.rdbuf();
-    std::string all = std::move(text).str();
+    std::optional<std::string> all;
+    if (const File in(file, O_RDONLY); in.ok())
+        all = in.read();
     Header h;
-    if (all.size() < sizeof h)
-        return std::nullopt;
-    std::memcpy(&h, all.data(), sizeof h);
-    if (std::memcmp(h.magic, Magic, sizeof Magic) != 0 || h.key_size != key.size() ||
-        h.object_size != all.size() - sizeof h - key.size() || all.compare(sizeof h, key.size(), key) != 0 ||
-        h.checksum != hash_bytes(all.data() + sizeof h, all.size() - sizeof h))
+    if (!all || check(*all, h, &key))
         return std::nullopt;
     std::error_code ec;
-    fs::last_write_time(file, fs::file_time_type::clock::now(), ec);
-    return all.substr(sizeof h + key.size());
+    const auto now = fs::file_time_type::clock::now();
+    if (const auto used = fs::last_write_time(file, ec); !ec && now - used > UsedPrecision)
+        fs::last_write_time(file, now, ec);
+    all->erase(0, sizeof h + key.size());
+    return all;
 }
 
-void ObjectCache::write(const std::string& key, const std::string& object) const {
+std::string ObjectCache::write(const std::string& key, const std::string& object) const {
+    const auto problem = [&](const char* what, int error) {
+        return "the shader cache " + m_folder + " cannot be written (" + what + ": " + std::strerror(error) +
+               "): shaders are compiled anew each time; KANUKA_SHADER_CACHE names another folder";
+    };
     std::error_code ec;
     fs::create_directories(m_folder, ec);
     Header h;
@@ -82,51 +193,127 @@ void ObjectCache::write(const std::string& key, const std::string& object) const
     const std::string file = path(key);
     const std::string temporary =
         file + "." + host + "." + std::to_string(getpid()) + "." + std::to_string(serial++) + ".tmp";
-    {
-        std::ofstream out(temporary, std::ios::binary);
-        out.write(reinterpret_cast<const char*>(&h), sizeof h);
-        out.write(payload.data(), std::streamsize(payload.size()));
-        out.flush();
-        if (!out) {
-            out.close();
-            fs::remove(temporary, ec);
-            return;
-        }
+    File out(temporary, O_WRONLY | O_CREAT | O_EXCL);
+    if (!out.ok())
+        return problem("making a file", errno);
+    // A full disk may show only when the file is closed: file servers write late.
+    const bool written =
+        out.write(reinterpret_cast<const char*>(&h), sizeof h) && out.write(payload.data(), payload.size());
+    const int write_error = errno;
+    if (const bool closed = out.close(); !written || !closed) {
+        const int error = written ? errno : write_error;
+        ::unlink(temporary.c_str());
+        return problem("writing", error);
     }
-    fs::rename(temporary, file, ec);
-    if (ec)
-        fs::remove(temporary, ec);
-    else if ((h.checksum & 31) == 0) // now and then: reading a folder over a network is slow
-        trim(MaxBytes);
+    if (::rename(temporary.c_str(), file.c_str()) != 0) {
+        const int error = errno;
+        ::unlink(temporary.c_str());
+        return problem("renaming", error);
+    }
+    make_room(sizeof h + payload.size());
+    return {};
 }
 
-void ObjectCache::trim(uint64_t max_bytes) const {
-    struct Entry {
-        fs::file_time_type used;
-        uint64_t bytes;
-        fs::path path;
-    };
-    std::vector<Entry> entries;
-    uint64_t total = 0;
-    std::error_code ec;
-    for (fs::directory_iterator it(m_folder, ec), end; !ec && it != end; it.increment(ec)) {
-        if (it->path().extension() != ".o" && it->path().extension() != ".tmp")
-            continue;
-        std::error_code gone;
-        const uint64_t bytes = it->file_size(gone);
-        const auto used = it->last_write_time(gone);
-        if (gone)
-            continue;
-        entries.push_back({used, bytes, it->path()});
-        total += bytes;
+// Trims at a process's first write to a folder, then whenever it has written a part of the limit.
+void ObjectCache::make_room(uint64_t written) const {
+    static std::mutex mutex;
+    static std::map<std::string, uint64_t> since; // bytes, by folder
+    const uint64_t limit = cache_limit();
+    {
+        const std::lock_guard lock(mutex);
+        const auto [it, first] = since.try_emplace(m_folder, 0);
+        it->second += written;
+        if (!first && it->second < limit / TrimPart)
+            return;
+        it->second = 0;
     }
-    std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.used < b.used; });
-    for (const Entry& e : entries) {
+    trim(limit);
+}
+
+uint64_t ObjectCache::trim(uint64_t max_bytes) const {
+    uint64_t removed = 0, total = 0;
+    std::error_code ec;
+    const auto now = fs::file_time_type::clock::now();
+    for (const Found& f : find_files(m_folder, ".tmp"))
+        if (now - f.used > Abandoned)
+            removed += fs::remove(f.path, ec);
+    const std::vector<Found> entries = find_files(m_folder, Suffix);
+    for (const Found& f : entries)
+        total += f.bytes;
+    for (const Found& f : entries) {
         if (total <= max_bytes)
             break;
-        fs::remove(e.path, ec);
-        total -= e.bytes;
+        removed += fs::remove(f.path, ec); // not there any more: another process was faster
+        total -= f.bytes;
     }
+    return removed;
+}
+
+uint64_t ObjectCache::clear() const {
+    uint64_t removed = 0;
+    std::error_code ec;
+    for (const char* suffix : {Suffix, ".tmp"})
+        for (const Found& f : find_files(m_folder, suffix))
+            removed += fs::remove(f.path, ec);
+    return removed;
+}
+
+std::vector<CacheEntry> ObjectCache::entries(bool verify) const {
+    std::vector<CacheEntry> list;
+    const auto now = fs::file_time_type::clock::now();
+    std::vector<Found> found = find_files(m_folder, Suffix);
+    std::reverse(found.begin(), found.end());
+    for (const Found& f : found) {
+        CacheEntry e;
+        e.file = f.path.string();
+        e.bytes = f.bytes;
+        e.age_s = std::chrono::duration<double>(now - f.used).count();
+        const File in(e.file, O_RDONLY);
+        std::optional<std::string> all;
+        if (in.ok())
+            all = in.read();
+        Header h;
+        const char* problem = all ? check(*all, h, nullptr) : "it cannot be read";
+        if (!problem || (all && all->size() >= sizeof h && h.key_size <= all->size() - sizeof h)) {
+            e.key = all->substr(sizeof h, h.key_size);
+            if (!problem && path(e.key) != e.file)
+                problem = "its name is another shader's";
+        }
+        // "shader NAME, …": cache keys begin so.
+        const size_t begin = e.key.find("shader "), end = e.key.find(',');
+        if (begin == 0 && end != std::string::npos)
+            e.shader = e.key.substr(7, end - 7);
+        if (verify && problem)
+            e.problem = problem;
+        list.push_back(std::move(e));
+    }
+    return list;
+}
+
+uint64_t cache_limit() {
+    const char* given = std::getenv("KANUKA_SHADER_CACHE_SIZE");
+    if (!given || !*given)
+        return DefaultLimit;
+    char* end = nullptr;
+    const double number = std::strtod(given, &end);
+    const std::string_view unit = end;
+    const double scale = unit == "K"    ? 1024
+                         : unit == "M"  ? 1048576
+                         : unit == "G"  ? 1073741824
+                         : unit.empty() ? 1
+                                        : 0;
+    return end != given && scale > 0 && number >= 0 && number * scale < 1e18 ? uint64_t(number * scale)
+                                                                             : DefaultLimit;
+}
+
+std::vector<CacheEntry> cache_entries(const std::string& folder, bool verify) {
+    return ObjectCache(folder).entries(verify);
+}
+uint64_t cache_clear(const std::string& folder) {
+    return ObjectCache(folder).clear();
+}
+uint64_t cache_trim(const std::string& folder, uint64_t max_bytes) {
+    return ObjectCache(folder).trim(max_bytes);
 }
 
 } // namespace kanuka::sl

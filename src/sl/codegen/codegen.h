@@ -4,6 +4,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "sl/codegen/frame.h"
 #include "sl/ir/plan.h"
@@ -29,8 +30,11 @@ int widest_lanes();
 // An object file, by LLVM. Throws Error if LLVM fails: a defect.
 std::string compile_object(const ir::Program& program, std::span<const StageToCompile> stages, int lanes,
                            int opt_level);
+// The same as text: LLVM's representation after optimisation, or assembly.
+std::string compile_text(const ir::Program& program, std::span<const StageToCompile> stages, int lanes,
+                         int opt_level, bool assembly);
 // Links an object into memory. Throws Error for what is no object.
-std::unique_ptr<NativeCode> link_object(const std::string& object, int lanes);
+std::unique_ptr<NativeCode> link_object(std::string_view object);
 std::string backend_version();
 
 } // namespace kanuka::sl

@@ -6,7 +6,7 @@
 #include <llvm/Analysis/LoopAnalysisManager.h>
 #include <llvm/ExecutionEngine/Orc/CompileUtils.h>
 #include <llvm/ExecutionEngine/Orc/JITTargetMachineBuilder.h>
-#include <llvm/ExecutionEngine/Orc/LLJIT.h>
+#include <llvm/IR/LegacyPassManager.h>
 #include <llvm/IR/Verifier.h>
 #include <llvm/Passes/PassBuilder.h>
 #include <llvm/Support/TargetSelect.h>
@@ -21,25 +21,6 @@
 #include <llvm/Transforms/Scalar/SimplifyCFG.h>
 
 #include "sl/codegen/emit.h"
-#include "sl/ops/noise.h"
-
-// libmvec's functions, by address only.
-#define KANUKA_MATH1(X)                                                                                      \
-    X(sin) X(cos) X(tan) X(asin) X(acos) X(atan) X(exp) X(log) X(log2) X(log10) X(exp2) X(cbrt)
-#define KANUKA_DECLARE1(name)                                                                                \
-    void _ZGVdN8v_##name##f();                                                                               \
-    void _ZGVeN16v_##name##f();                                                                              \
-    float name##f(float);
-extern "C" {
-#undef log
-KANUKA_MATH1(KANUKA_DECLARE1)
-void _ZGVdN8vv_powf();
-void _ZGVdN8vv_atan2f();
-void _ZGVeN16vv_powf();
-void _ZGVeN16vv_atan2f();
-float powf(float, float);
-float atan2f(float, float);
-}
 
 namespace kanuka::sl {
 
@@ -108,54 +89,6 @@ void optimise(llvm::Module& module, llvm::TargetMachine& tm, int opt_level) {
     mpm.run(module, mam);
 }
 
-orc::SymbolMap host_symbols(orc::MangleAndInterner& mangle) {
-    orc::SymbolMap map;
-    const auto add = [&](const std::string& name, void* address) {
-        map[mangle(name)] = {orc::ExecutorAddr::fromPtr(address), llvm::JITSymbolFlags::Exported};
-    };
-    const auto function = [&](const std::string& name, auto* f) { add(name, reinterpret_cast<void*>(f)); };
-    function("kanuka_sl_call", &kanuka_sl_call);
-    function("kanuka_sl_fault", &kanuka_sl_fault);
-    function("kanuka_sl_any", &kanuka_sl_any);
-    function("kanuka_sl_same", &kanuka_sl_same);
-#define KANUKA_ADD1(name)                                                                                    \
-    function("_ZGVdN8v_" #name "f", &_ZGVdN8v_##name##f);                                                    \
-    function("_ZGVeN16v_" #name "f", &_ZGVeN16v_##name##f);                                                  \
-    function(#name "f", &::name##f);
-    KANUKA_MATH1(KANUKA_ADD1)
-    function("_ZGVdN8vv_powf", &_ZGVdN8vv_powf);
-    function("_ZGVeN16vv_powf", &_ZGVeN16vv_powf);
-    function("powf", &::powf);
-    function("_ZGVdN8vv_atan2f", &_ZGVdN8vv_atan2f);
-    function("_ZGVeN16vv_atan2f", &_ZGVeN16vv_atan2f);
-    function("atan2f", &::atan2f);
-    // What the code generator may call by itself.
-    function("memcpy", &memcpy);
-    function("memset", &memset);
-    function("memmove", &memmove);
-    for (size_t k = 0; k < ops::noise_kernels().size(); k++)
-        for (int width : {1, 8, 16})
-            if (ops::NoiseFunction f = ops::noise_function(int(k), width))
-                function("kanuka_" + std::string(ops::noise_kernels()[k].symbol) + "_w" +
-                             std::to_string(width),
-                         f);
-    return map;
-}
-
-class LinkedCode : public NativeCode {
-  public:
-    explicit LinkedCode(std::unique_ptr<orc::LLJIT> jit) : m_jit(std::move(jit)) {}
-    StageFunction find(const std::string& symbol) const override {
-        auto found = m_jit->lookup(symbol);
-        if (!found)
-            fail("linking a shader", found.takeError());
-        return found->toPtr<StageFunction>();
-    }
-
-  private:
-    std::unique_ptr<orc::LLJIT> m_jit;
-};
-
 } // namespace
 
 int widest_lanes() {
@@ -169,51 +102,66 @@ std::string backend_version() {
     return LLVM_VERSION_STRING;
 }
 
+namespace {
+
+// The stages as an optimised module of LLVM's.
+struct Compiled {
+    llvm::LLVMContext context;
+    std::unique_ptr<llvm::TargetMachine> machine;
+    std::unique_ptr<llvm::Module> module;
+
+    Compiled(const ir::Program& program, std::span<const StageToCompile> stages, int lanes, int opt_level) {
+        orc::JITTargetMachineBuilder builder = sl::machine(lanes, opt_level);
+        auto made = builder.createTargetMachine();
+        if (!made)
+            fail("the code generator", made.takeError());
+        machine = std::move(*made);
+        module = std::make_unique<llvm::Module>(program.name, context);
+        module->setTargetTriple(builder.getTargetTriple().str());
+        module->setDataLayout(machine->createDataLayout());
+        for (const StageToCompile& s : stages)
+            StageEmitter(*module, program, *s.stage, *s.plan, s.lanes, s.symbol).emit();
+        if (lanes == 16)
+            for (llvm::Function& f : *module)
+                if (!f.isDeclaration()) {
+                    f.addFnAttr("prefer-vector-width", "512");
+                    f.addFnAttr("min-legal-vector-width", "512");
+                }
+        std::string problem;
+        llvm::raw_string_ostream stream(problem);
+        if (llvm::verifyModule(*module, &stream))
+            throw kanuka::Error("shader \"" + program.name + "\" became invalid code: " + stream.str(),
+                                ExitCode::Internal);
+        optimise(*module, *machine, opt_level);
+    }
+};
+
+} // namespace
+
 std::string compile_object(const ir::Program& program, std::span<const StageToCompile> stages, int lanes,
                            int opt_level) {
-    orc::JITTargetMachineBuilder builder = machine(lanes, opt_level);
-    auto tm = builder.createTargetMachine();
-    if (!tm)
-        fail("the code generator", tm.takeError());
-    llvm::LLVMContext context;
-    llvm::Module module(program.name, context);
-    module.setTargetTriple(builder.getTargetTriple().str());
-    module.setDataLayout((*tm)->createDataLayout());
-    for (const StageToCompile& s : stages)
-        StageEmitter(module, program, *s.stage, *s.plan, s.lanes, s.symbol).emit();
-    if (lanes == 16)
-        for (llvm::Function& f : module)
-            if (!f.isDeclaration()) {
-                f.addFnAttr("prefer-vector-width", "512");
-                f.addFnAttr("min-legal-vector-width", "512");
-            }
-    std::string problem;
-    llvm::raw_string_ostream stream(problem);
-    if (llvm::verifyModule(module, &stream))
-        throw kanuka::Error("shader \"" + program.name + "\" became invalid code: " + stream.str(),
-                            ExitCode::Internal);
-    optimise(module, **tm, opt_level);
-    auto object = orc::SimpleCompiler(**tm)(module);
+    Compiled c(program, stages, lanes, opt_level);
+    auto object = orc::SimpleCompiler(*c.machine)(*c.module);
     if (!object)
         fail("the code generator", object.takeError());
     return (*object)->getBuffer().str();
 }
 
-std::unique_ptr<NativeCode> link_object(const std::string& object, int lanes) {
-    auto jit = orc::LLJITBuilder()
-                   .setJITTargetMachineBuilder(machine(lanes, 2))
-                   .setPlatformSetUp(orc::setUpInactivePlatform)
-                   .setLinkProcessSymbolsByDefault(false)
-                   .create();
-    if (!jit)
-        fail("linking a shader", jit.takeError());
-    orc::MangleAndInterner mangle((*jit)->getExecutionSession(), (*jit)->getDataLayout());
-    (*jit)->getExecutionSession().setErrorReporter([](llvm::Error e) { llvm::consumeError(std::move(e)); });
-    if (auto e = (*jit)->getMainJITDylib().define(orc::absoluteSymbols(host_symbols(mangle))))
-        fail("linking a shader", std::move(e));
-    if (auto e = (*jit)->addObjectFile(llvm::MemoryBuffer::getMemBufferCopy(object)))
-        fail("linking a shader", std::move(e));
-    return std::make_unique<LinkedCode>(std::move(*jit));
+std::string compile_text(const ir::Program& program, std::span<const StageToCompile> stages, int lanes,
+                         int opt_level, bool assembly) {
+    Compiled c(program, stages, lanes, opt_level);
+    if (!assembly) {
+        std::string text;
+        llvm::raw_string_ostream(text) << *c.module;
+        return text;
+    }
+    llvm::SmallString<0> text;
+    llvm::raw_svector_ostream stream(text);
+    llvm::legacy::PassManager passes;
+    if (c.machine->addPassesToEmitFile(passes, stream, nullptr, llvm::CodeGenFileType::AssemblyFile))
+        throw kanuka::Error("the code generator cannot write assembly", ExitCode::Internal);
+    passes.run(*c.module);
+    return std::string(text);
 }
 
 } // namespace kanuka::sl

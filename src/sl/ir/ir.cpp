@@ -53,7 +53,7 @@ Stage& Stage::operator=(const Stage& other) {
     return *this;
 }
 
-static const char* op_name(Op op) {
+const char* op_name(Op op) {
     static constexpr const char* Names[] = {
         "const",       "text",         "input",    "param",  "member", "channel",  "load",  "store",
         "loadelement", "storeelement", "add",      "sub",    "mul",    "div",      "neg",   "min",

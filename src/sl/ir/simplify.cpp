@@ -63,8 +63,11 @@ void forward(Stage& s) {
         if (i.op != Op::Load)
             continue;
         const Use& u = uses[size_t(i.imm)];
-        if (u.stores == 1 && u.stored == u.declared && u.declared && !s.vars[size_t(i.imm)].must_be_uniform)
+        if (u.stores == 1 && u.stored == u.declared && u.declared && !s.vars[size_t(i.imm)].must_be_uniform) {
+            if (Instr& value = s.instrs[size_t(u.value)]; value.text.empty())
+                value.text = s.vars[size_t(i.imm)].name; // for who reads what becomes of a shader
             alias[r] = u.value;
+        }
     }
     const auto resolve = [&](Ref r) {
         while (r != None && alias[size_t(r)] != None)

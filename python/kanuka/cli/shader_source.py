@@ -1,0 +1,71 @@
+"""What the shader commands have in common: a shader's file, how it is read, what is said of it."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import kanuka
+from kanuka.paths import standard_shaders
+
+from . import messages
+
+
+def define(text: str) -> tuple[str, str]:
+    name, separator, value = text.partition("=")
+    if not name.isidentifier():
+        raise argparse.ArgumentTypeError(f"expected NAME or NAME=VALUE, got {text!r}")
+    return name, value if separator else "1"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    text = "NAME.sl, NAME.slo, a graph (NAME.json), or the name of a shader that ships"
+    parser.add_argument("file", metavar="FILE", type=Path, help=text)
+    parser.add_argument("-I", dest="include", action="append", default=[], metavar="DIR", help="for #include")
+    parser.add_argument("-D", dest="defines", action="append", default=[], metavar="NAME[=VALUE]", type=define)
+
+
+def add_code_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--lanes", type=int, choices=(0, 1, 8, 16), default=0, help="SIMD lanes; 0 = the widest")
+    parser.add_argument(
+        "-O", dest="opt_level", type=int, choices=(0, 1, 2, 3), default=2, help="optimisation; default: 2"
+    )
+
+
+def find(path: Path) -> Path:
+    """The file itself; a name alone is NAME.slo or NAME.sl here, or a shader that ships."""
+    if path.suffix or path.exists():
+        return path
+    candidates = [path.with_name(path.name + suffix) for suffix in (".slo", ".sl")]
+    candidates.append(Path(standard_shaders()) / f"{path.name}.sl")
+    return next((c for c in candidates if c.exists()), path)
+
+
+def given(arguments: argparse.Namespace) -> dict[str, object]:
+    """The shader as kanuka.compile_shader and its like take it; a graph becomes its shader's text."""
+    path = find(arguments.file)
+    source = kanuka.ShaderGraph.load(path).to_rsl() if path.suffix == ".json" else None
+    return {
+        "path": path,
+        "source": source,
+        "include": arguments.include,
+        "defines": dict(arguments.defines),
+    }
+
+
+@contextmanager
+def messages_shown(journal: kanuka.Journal) -> Iterator[None]:
+    """Prints what the compiler says; an error that it has told already is not told again."""
+    try:
+        yield
+    except kanuka.Error as error:
+        messages.Printer(journal).flush()
+        if not journal.error_count:
+            for line in getattr(error, "problems", [str(error)]):
+                where = f"{error.file}: " if hasattr(error, "problems") and error.file else ""
+                print(f"error: {where}{line}", file=sys.stderr)
+        raise SystemExit(error.exit_code) from None
+    messages.Printer(journal).flush()

@@ -1,0 +1,42 @@
+"""One small shader for each feature, with what it gives beside it: the same on every lane count, optimised or not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import kanuka
+import shader_bench as bench
+
+
+@pytest.mark.parametrize("name", bench.names())
+def test_shader(name: str) -> None:
+    expected = bench.parse((bench.SHADERS / f"{name}.txt").read_text())
+    for lanes in (1, 8, 16):
+        for opt_level in (0, 2):
+            problem = bench.difference(bench.outcome(name, lanes, opt_level), expected)
+            assert not problem, f"{lanes} lanes, O{opt_level}: {problem}"
+
+
+@pytest.mark.parametrize("name", bench.names())
+def test_published_shader_gives_the_same(name: str, tmp_path: Path) -> None:
+    path = tmp_path / f"{name}.slo"
+    path.write_bytes(kanuka.publish_shader(bench.SHADERS / f"{name}.sl"))
+    assert bench.text(bench.outcome(name, path=path)).replace(f"{name}.slo:", f"{name}.sl:") == bench.text(
+        bench.outcome(name)
+    )
+
+
+def test_every_reference_has_its_shader() -> None:
+    assert sorted(p.stem for p in bench.SHADERS.glob("*.txt")) == bench.names()
+    assert len(bench.names()) >= 40
+
+
+def test_the_bench_sees_what_is_wrong() -> None:
+    right = bench.outcome("for_loop")
+    text = bench.text(right)
+    assert not bench.difference(right, bench.parse(text))
+    assert "r at row 0, column 0" in bench.difference(right, bench.parse(text.replace("(10 ", "(10.001 ", 1)))
+    assert "messages" in bench.difference(right, bench.parse(text + "warning: more\n"))
+    assert "outputs" in bench.difference(right, bench.parse(text.replace("r:", "q:")))
