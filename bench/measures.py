@@ -147,6 +147,37 @@ def agrees(settings: Settings, scene: str, say: Say) -> dict[str, object]:
     }
 
 
+NETWORK_SAMPLES = {16: 16, 100: 4, 1000: 1}  # of the peer, which shades anew at each
+NETWORK_PEER = peers.RENDERERS["cycles"]
+
+
+def network(settings: Settings, n: int, say: Say) -> dict[str, object]:
+    """A chain of n links at 64 samples, everything counted from an empty shader cache to the last pixel.
+
+    The peer renders fewer samples; its time for 64 is that of reading and building, and 64 times its own rate.
+    """
+    samples = 4 if settings.quick else 64
+    few = min(samples, NETWORK_SAMPLES[n])
+    ours: list[dict[str, float]] = []
+    theirs: list[dict[str, float]] = []
+    for seed in range(1, settings.repeats + 1):
+        for renderer, found, count in ((OURS, ours, samples), (NETWORK_PEER, theirs, few)):
+            request = settings.request("shading", n, samples=count) | {"n": n, "seeds": [seed]}
+            f = peers.ask(renderer, request, pictures=False, cold=True).figures
+            whole = f["load_s"] + f["build_s"] + f["render_s"][0] * samples / count
+            found.append({name: f[name] for name in ("load_s", "build_s")} | {"total_s": whole})
+            turn = f"{n} links {seed}/{settings.repeats} {renderer.name:<10}"
+            say(f"  {turn} {count:3} samples, for {samples}: {whole:8.2f} s")
+    a, b = (statistics.median(run["total_s"] for run in runs) for runs in (ours, theirs))
+    return {"links": n, "samples": samples, "peer": NETWORK_PEER.name, "peer_samples": few} | {
+        "ours_s": a,
+        "theirs_s": b,
+        "faster": b / a,
+        "ours": ours,
+        "theirs": theirs,
+    }
+
+
 def micropolygons(settings: Settings, say: Say) -> dict[str, object]:
     """Dicing, shading and building some million micropolygons that no tolerance can simplify."""
     n = 250_000 if settings.quick else 4_000_000

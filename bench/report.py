@@ -14,6 +14,9 @@ TITLES = {
 }
 
 
+NETWORK_GOALS = {16: 5, 100: 25, 1000: 100}
+
+
 def _ratio(results: dict, scene: str, peer: str, figure: str) -> float | None:
     for r in results.get("ratios", ()):
         if (r["scene"], r["peer"], r["figure"]) == (scene, peer, figure):
@@ -46,9 +49,45 @@ def goals(results: dict) -> list[dict[str, object]]:
         many = f"{m['micropolygons'] / 1e6:.1f} M micropolygons"
         add(f"{many}: dice, shade, build", "≤ 2 s", f"{m['build_s']:.2f} s", m["build_s"] <= 2)
         add(f"{many}: geometry and BVH", "≤ 30 bytes each", f"{m['bytes_each']:.1f}", m["bytes_each"] <= 30)
+    for w in results.get("networks", ()):
+        least = NETWORK_GOALS.get(w["links"])
+        if least:
+            name = f"chain of {w['links']}, all counted, against {w['peer']}"
+            add(name, f"≥ {least}× faster", f"{w['faster']:.0f}×", w["faster"] >= least)
+    for s in results.get("shaders", ()):
+        for name, goal, measured, met in shader_goals(s):
+            add(name, goal, measured, met)
     for t in results.get("tolerance", ()):
         measured = f"means {100 * t['mean_error']:.2f} % apart, z {t['rms_z']:.2f} r.m.s."
         add(f"{t['kind']}: tolerance on and off", "same within noise", measured, not t["structure"])
+    return found
+
+
+def shader_goals(s: dict) -> list[tuple[str, str, str, bool]]:
+    """Goal by goal: what, how much, what it is, whether that will do."""
+    found = []
+    if speed := s.get("network_evaluations_per_s"):
+        found.append(("network of 1 000 nodes, a thread", "≥ 50 000 evaluations/s", f"{speed:,.0f}", speed >= 50_000))
+    arithmetic = s.get("arithmetic", {})
+    for lanes, least in ((8, 4), (16, 6)):
+        if wide := arithmetic.get(f"lanes{lanes}_ns"):
+            gain = arithmetic["lanes1_ns"] / wide
+            found.append((f"arithmetic, {lanes} lanes over one", f"≥ {least}×", f"{gain:.1f}×", gain >= least))
+    if arithmetic:
+        widest = arithmetic.get("lanes16_ns") or arithmetic["lanes8_ns"]
+        cost = widest / arithmetic["by_hand_ns"]
+        found.append(("arithmetic, time over C++ by hand", "≤ 1.3×", f"{cost:.2f}×", cost <= 1.3))
+    for c in s.get("compile", ()):
+        if c["nodes"] == 10_000:
+            found.append(("10 000 nodes, cold compile", "≤ 60 s", f"{c['compile_s']:.1f} s", c["compile_s"] <= 60))
+            gib = c["peak_bytes"] / 2**30
+            found.append(("10 000 nodes, peak memory", "≤ 4 GiB", f"{gib:.2f} GiB", gib <= 4))
+            ms = 1000 * c["cached_s"]
+            found.append(("10 000 nodes, from the cache", "≤ 20 ms", f"{ms:.0f} ms", ms <= 20))
+    if growth := s.get("growth"):
+        found.append(("compile time, 1 000 to 10 000 nodes", "≤ n log n (13.3×)", f"{growth:.1f}×", growth <= 13.34))
+    if plain := s.get("plain_compile_s"):
+        found.append(("a plain shader, cold compile", "≤ 50 ms", f"{1000 * plain:.0f} ms", plain <= 0.05))
     return found
 
 
@@ -86,6 +125,8 @@ def page(results: dict) -> str:
     parts += side_by_side(results)
     parts += agreement(results)
     parts += micropolygons(results)
+    parts += networks(results)
+    parts += shaders(results)
     parts += tolerance(results)
     if results["failures"]:
         parts += [
@@ -141,6 +182,58 @@ def micropolygons(results: dict) -> list[str]:
         return []
     head = ["micropolygons", "dice", "shade", "BVH", "together", "geometry B", "BVH B", "lobe inputs B", "peak memory"]
     return ["## Micropolygons\n", table(head, rows), "Bytes are for each micropolygon.\n"]
+
+
+def networks(results: dict) -> list[str]:
+    rows = []
+    for w in results.get("networks", ()):
+        rows.append(
+            [
+                str(w["links"]),
+                f"{w['ours_s']:.2f} s",
+                f"{w['theirs_s']:.1f} s",
+                str(w["peer_samples"]),
+                f"{w['faster']:.0f}×",
+            ]
+        )
+    if not rows:
+        return []
+    peer, samples = results["networks"][0]["peer"], results["networks"][0]["samples"]
+    head = ["links", "ours", peer, "of its samples", "faster"]
+    text = (
+        f"A chain of noises on a ball and a plane, 512², {samples} samples: reading, compiling without a cache, "
+        f"dicing, shading, tracing. {peer} renders fewer samples; its time is that of reading and building, and "
+        f"{samples} times what a sample took it.\n"
+    )
+    return ["## Shader networks\n", table(head, rows), text]
+
+
+def shaders(results: dict) -> list[str]:
+    if not results.get("shaders"):
+        return []
+    s = results["shaders"][0]
+    rows = [
+        [
+            f"{c['nodes']:,}",
+            f"{c['lines']:,}",
+            f"{c['compile_s']:.2f} s",
+            f"{c['peak_bytes'] / 1e6:.0f} MB",
+            f"{1000 * c['cached_s']:.0f} ms",
+            f"{c['vertex_ns'] / 1000:.1f} µs",
+        ]
+        for c in s["compile"]
+    ]
+    head = ["nodes", "lines", "cold compile", "peak memory", "from the cache", "a vertex"]
+    arithmetic = s["arithmetic"]
+    names = {"lanes1_ns": "one lane", "lanes8_ns": "8 lanes", "lanes16_ns": "16 lanes", "by_hand_ns": "C++ by hand"}
+    columns = [name for name in names if name in arithmetic]
+    return [
+        "## The shader compiler\n",
+        table(head, rows),
+        "Procedural networks of `bench/shader_graphs.py`; one thread.\n",
+        table([names[c] for c in columns], [[f"{arithmetic[c]:.1f} ns" for c in columns]]),
+        "About 480 arithmetic operations (`bench/arithmetic.cpp`), a vertex, one thread.\n",
+    ]
 
 
 def tolerance(results: dict) -> list[str]:

@@ -13,7 +13,15 @@ from pathlib import Path
 import report
 
 # By which key an entry of each list says what it is about; micropolygons have one entry at most.
-ABOUT = {"ratios": "scene", "medians": "scene", "agreement": "scene", "tolerance": "kind", "micropolygons": ""}
+ABOUT = {
+    "ratios": "scene",
+    "medians": "scene",
+    "agreement": "scene",
+    "tolerance": "kind",
+    "micropolygons": "",
+    "networks": "links",
+    "shaders": "",
+}
 SAME = ("commit", "quick", "repeats", "threads")
 SAME_MACHINE = ("cpu", "family_model_stepping", "cores", "isa")
 

@@ -17,6 +17,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import compiler
 import machine
 import measures
 import peers
@@ -24,7 +25,7 @@ import report
 from results import Results
 
 ROOT = Path(__file__).resolve().parent.parent
-MEASURES = ("side-by-side", "micropolygons", "tolerance", "agreement")
+MEASURES = ("side-by-side", "micropolygons", "networks", "shaders", "tolerance", "agreement")
 # Mitsuba's LLVM mode does not take 100 000 instances, and it has no procedural textures.
 SCENES = {
     "cornell": ("mitsuba-llvm-spectral", "mitsuba-scalar-spectral", "cycles", "luxcore"),
@@ -99,6 +100,13 @@ def main() -> int:
     if "micropolygons" in wanted and not arguments.scene:
         say("micropolygons:")
         results.put("micropolygons", "", attempt(measures.micropolygons))
+    if "networks" in wanted and not arguments.scene:
+        say("shader networks, from an empty cache to the last pixel:")
+        for n in measures.NETWORK_SAMPLES:
+            results.put("networks", n, attempt(measures.network, n))
+    if "shaders" in wanted and not arguments.scene:
+        say("the shader compiler and what it makes:")
+        results.put("shaders", "", attempt(compiler.measure))
     if "tolerance" in wanted and not arguments.scene:
         say("geometry tolerance, on and off:")
         for kind in measures.TOLERANCE_SCENES:

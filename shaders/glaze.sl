@@ -8,7 +8,7 @@ class glaze(
     float flutes = 26;                     // upright flutes around the body
     float depth = 0.014;                   // of the flutes, in units of current space
     float bottom = 0.22;                   // v between which they run
-    float top = 0.50;
+    float top = 0.50;                      // and up to which
     float roughness = 0.06;                // perceptual roughness of the glaze
     float crackle = 0.3;                   // how clearly fine cracks show
 )

@@ -1,3 +1,3 @@
-// Leaves surface colour and opacity as they come: a material without lobes.
+// Leaves surface colour and opacity as they come: a constant surface.
 surface null() {
 }

@@ -67,14 +67,23 @@ class Answer:
     pictures: np.ndarray  # (seeds, height, width, 3), linear Rec.709; empty where none were asked for
 
 
-def ask(renderer: Renderer, request: dict[str, object], *, pictures: bool = True, timeout_s: float = 1800) -> Answer:
-    """Starts the renderer's worker and waits for its figures."""
+def ask(
+    renderer: Renderer,
+    request: dict[str, object],
+    *,
+    pictures: bool = True,
+    cold: bool = False,
+    timeout_s: float = 1800,
+) -> Answer:
+    """Starts the renderer's worker and waits for its figures. `cold`: nothing that it compiled before is there."""
     if not renderer.installed:
         raise WorkerError(f"{renderer.name} is not installed: bench/setup.sh does it, or set KANUKA_PEERS")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "pictures.npy"
         given = {**request, "variant": renderer.variant, "picture": str(path) if pictures else ""}
         environment = {**os.environ, "KANUKA_BENCH_CACHE": str(scenes.cache_folder())}
+        if cold:
+            environment["KANUKA_SHADER_CACHE"] = folder
         if not renderer.environment:
             environment.setdefault("PYTHONPATH", str(ROOT / "python"))
         try:

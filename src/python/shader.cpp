@@ -18,11 +18,11 @@ nb::object default_value(const sl::Parameter& p) {
     if (p.type == sl::Type::String) {
         if (p.strings.empty())
             return nb::none();
-        return p.array_size ? nb::cast(p.strings) : nb::cast(p.strings[0]);
+        return p.array_size || p.resizable ? nb::cast(p.strings) : nb::cast(p.strings[0]);
     }
     if (p.floats.empty())
         return nb::none();
-    return p.floats.size() == 1 && !p.array_size ? nb::cast(p.floats[0]) : nb::cast(p.floats);
+    return p.floats.size() == 1 && !p.array_size && !p.resizable ? nb::cast(p.floats[0]) : nb::cast(p.floats);
 }
 
 nb::list parameters(const ShaderInfo& s) {
@@ -32,6 +32,7 @@ nb::list parameters(const ShaderInfo& s) {
         entry["name"] = p.name;
         entry["type"] = std::string(sl::type_name(p.type));
         entry["array_size"] = p.array_size;
+        entry["resizable"] = p.resizable;
         entry["varying"] = p.varying;
         entry["output"] = p.output;
         entry["default"] = default_value(p);

@@ -103,7 +103,8 @@ nb::dict run(const ShaderInfo& info, int width, int height, const nb::dict& para
         const shade::WorldSpaces world(scene::Scene{}, Transform{});
         const shade::Spaces spaces{&world, {}, {}, {}};
         const Location where{info.file};
-        shade::MaterialServices services(spaces, textures, *journal, where);
+        const shade::Facts facts;
+        shade::MaterialServices services(spaces, facts, textures, *journal, where);
         sl::GridGlobals globals;
         globals.E = Vec3f(0.5f, 0.5f, 1);
         globals.du = width > 1 ? 1 / float(width - 1) : 0;

@@ -167,7 +167,7 @@ class BatchSession {
         in.world = m_geometry->groups.back();
         in.instanced = m_geometry->instanced;
         in.lights = m_scene.lights;
-        for (scene::Light& l : m_shading->lights(m_scene.light_shaders))
+        for (scene::Light& l : m_shading->lights(m_scene.light_shaders, world_bounds()))
             in.lights.push_back(std::move(l));
         load_environment(in);
         in.render_from_world = m_render_from_world;
@@ -191,9 +191,23 @@ class BatchSession {
         m_stats.bytes.textures = m_shading->texture_bytes();
     }
 
+    Bounds3f world_bounds() const {
+        const Bounds3f b = m_bvh->bounds();
+        if (b.empty())
+            return b;
+        const Vec3f eye{float(m_eye[0]), float(m_eye[1]), float(m_eye[2])};
+        return {b.lo + eye, b.hi + eye};
+    }
+
     void load_environment(transport::SceneInputs& in) {
         for (scene::Light& light : in.lights) {
-            if (light.kind != scene::Light::Kind::Environment || light.texture.empty() || in.map.width > 0)
+            if (light.kind != scene::Light::Kind::Environment || in.map.width > 0)
+                continue;
+            if (light.table) {
+                in.map = {light.table->width, light.table->height, light.table->rgb};
+                continue;
+            }
+            if (light.texture.empty())
                 continue;
             try {
                 const film::Picture picture = film::read_exr(light.texture);
@@ -333,6 +347,12 @@ class BatchSession {
                 put(world.x), put(world.y), put(world.z);
                 put(s.id);
             }
+        if (m_options.imager) {
+            const auto channel = [&](size_t c) { return std::span<float>(picture.channels[c].data); };
+            m_shading->image(*m_options.imager,
+                             {picture.width, picture.height, picture.x0, picture.y0, m_options.width,
+                              m_options.height, channel(0), channel(1), channel(2), channel(3)});
+        }
         const int least = *std::min_element(m_done.begin(), m_done.end());
         picture.metadata = {{"kanuka.version", KANUKA_VERSION},
                             {"kanuka.scene", m_scene.file},

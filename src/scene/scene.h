@@ -129,6 +129,24 @@ struct Group { // ObjectBegin … ObjectEnd; primitives' world_from_object is re
 // ---- lights, camera, options
 // ----------------------------------------------------------------------------------------
 
+// What a light shader sends out, tabulated once: light is shaded before it is sampled, as surfaces are.
+// Values are relative to Light::amount; rows and columns hold cell centres.
+struct LightTable {
+    int width = 1, height = 1, layers = 1;
+    // Lights with a place: rows are angles from the light's +z, from 0 to `angle` radians (beyond it is
+    // dark), columns turn about it, layers are distances, each twice the one before; between them light falls
+    // off with the distance to the power of -falloff.
+    float angle = 0, nearest = 1;
+    int falloff = 2;
+    // Distant lights: columns and rows are x and y in light space from -extent to extent.
+    float extent = 1;
+    std::vector<float> rgb; // layer by layer, row by row
+    const float* at(int layer, int row, int column) const {
+        return rgb.data() +
+               3 * ((size_t(layer) * size_t(height) + size_t(row)) * size_t(width) + size_t(column));
+    }
+};
+
 // Analytic lights. Radiometric amounts are RGB with D65 as (1, 1, 1); the classic light shaders' intensities
 // arrive here already converted (L = Cl for a matte white surface facing a classic light: irradiance is pi
 // Cl).
@@ -144,6 +162,7 @@ struct Light {
     float radius = 0;            // point, spot: sphere radius; 0 = a delta position
     std::string texture;         // environment: latitude-longitude picture; empty = constant
     bool visible_camera = true;
+    std::shared_ptr<const LightTable> table; // scales the amount, by direction or place; null = one
     std::string name;
     Location where;
 };

@@ -92,9 +92,11 @@ bool convert(const scene::Value& value, const sl::Parameter& parameter, const st
     argument.strings.assign(value.strings.begin(), value.strings.end());
     if (value.type == scene::Type::Integer)
         argument.floats.assign(value.ints.begin(), value.ints.end());
-    const size_t wanted = size_t(floats_of(parameter.type)) * size_t(std::max(1, parameter.array_size));
     const size_t found =
         parameter.type == sl::Type::String ? argument.strings.size() : argument.floats.size();
+    const size_t one = size_t(floats_of(parameter.type));
+    const size_t wanted =
+        parameter.resizable ? found / one * one : one * size_t(std::max(1, parameter.array_size));
     if (found < wanted) {
         journal.warning(where, "parameter \"" + parameter.name + "\" of shader \"" + shader + "\" (" +
                                    expected + ") takes " + std::to_string(wanted) + " values, " +
@@ -165,7 +167,8 @@ std::vector<sl::Argument> bind_arguments(const sl::Shader& shader, const scene::
             if (!convert(value, *p, ref.name, where, journal, argument))
                 continue;
             to_current(argument.floats, p->type, spaces.current_from_object);
-        } else if (!fits(value.type, p->type) || p->type == sl::Type::String || p->array_size > 0) {
+        } else if (!fits(value.type, p->type) || p->type == sl::Type::String || p->array_size > 0 ||
+                   p->resizable) {
             journal.warning(where, "primitive variable \"" + value.name + "\" (" +
                                        std::string(scene::name(value.detail)) + " " +
                                        std::string(scene::name(value.type)) + ") does not fit parameter \"" +

@@ -71,19 +71,6 @@ Vec3f point_of(const scene::ShaderRef& ref, std::string_view name, Vec3f fallbac
     return {v->floats[0], v->floats[1], v->floats[2]};
 }
 
-// A frame without scale: origin at `from`, +z towards `to`, both in world space.
-Transform aimed(const Vec3f& from, const Vec3f& to) {
-    Vec3f z = to - from;
-    z = length(z) > 0 ? normalize(z) : Vec3f(0, 0, 1);
-    const Vec3f x = normalize(cross(std::abs(z.x) < 0.9f ? Vec3f(1, 0, 0) : Vec3f(0, 1, 0), z));
-    const Vec3f y = cross(z, x);
-    Transform t;
-    t.m[0] = {x.x, y.x, z.x, from.x};
-    t.m[1] = {x.y, y.y, z.y, from.y};
-    t.m[2] = {x.z, y.z, z.z, from.z};
-    return t;
-}
-
 void place(scene::Light& light, const scene::ShaderRef& ref) {
     const Transform& m = ref.world_from_shader;
     const Vec3f from = point_of(ref, "from", {0, 0, 0}), to = point_of(ref, "to", {0, 0, 1});
@@ -104,7 +91,47 @@ void take_texture(scene::Light& light, const scene::ShaderRef& ref, const Textur
                           "environment stands in for it");
 }
 
+std::string_view standard_name(std::string_view name) {
+    for (const auto& [theirs, ours] : ShadowLights)
+        if (name == theirs)
+            return ours;
+    return name;
+}
+
+const LightShader* find_light(std::string_view name) {
+    for (const LightShader& s : light_shaders())
+        if (s.name == standard_name(name))
+            return &s;
+    return nullptr;
+}
+
 } // namespace
+
+Transform aimed(const Vec3f& from, const Vec3f& to) {
+    Vec3f z = to - from;
+    z = length(z) > 0 ? normalize(z) : Vec3f(0, 0, 1);
+    const Vec3f x = normalize(cross(std::abs(z.x) < 0.9f ? Vec3f(1, 0, 0) : Vec3f(0, 1, 0), z));
+    const Vec3f y = cross(z, x);
+    Transform t;
+    t.m[0] = {x.x, y.x, z.x, from.x};
+    t.m[1] = {x.y, y.y, z.y, from.y};
+    t.m[2] = {x.z, y.z, z.z, from.z};
+    return t;
+}
+
+bool is_standard_light(std::string_view name) {
+    return find_light(name) != nullptr;
+}
+
+void report_unknown_light(const scene::ShaderRef& ref, const std::string& searched, Journal& journal) {
+    std::vector<std::string_view> names;
+    for (const LightShader& s : light_shaders())
+        names.push_back(s.name);
+    journal.error(ref.where, "light shader \"" + ref.name + "\" is not found (" + ref.name + ".slo or " +
+                                 ref.name + ".sl), searched in " + searched +
+                                 "; the light is left out. Built in are " + joined(names) +
+                                 ", and AreaLightSource \"arealight\"");
+}
 
 Rgb light_amount(const scene::ShaderRef& ref) {
     return ref.parameters.get_color("lightcolor", Rgb(1)) * ref.parameters.get_float("intensity", 1);
@@ -112,26 +139,12 @@ Rgb light_amount(const scene::ShaderRef& ref) {
 
 std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textures& textures,
                                        Journal& journal) {
-    std::string_view name = ref.name;
-    std::span<const std::string_view> silent;
-    for (const auto& [theirs, ours] : ShadowLights)
-        if (name == theirs) {
-            name = ours;
-            silent = ShadowMapParameters;
-            break;
-        }
-    const LightShader* shader = nullptr;
-    for (const LightShader& s : light_shaders())
-        if (s.name == name)
-            shader = &s;
-    if (!shader) {
-        std::vector<std::string_view> names;
-        for (const LightShader& s : light_shaders())
-            names.push_back(s.name);
-        journal.error(ref.where, "unknown light shader \"" + ref.name + "\"; the light is left out. One of " +
-                                     joined(names) + " will do, or an AreaLightSource \"arealight\"");
+    const LightShader* shader = find_light(ref.name);
+    if (!shader)
         return std::nullopt;
-    }
+    std::span<const std::string_view> silent;
+    if (shader->name != ref.name)
+        silent = ShadowMapParameters;
     check_parameters(ref, shader->parameters, silent, journal);
 
     scene::Light light;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "base/error.h"
@@ -10,8 +11,15 @@
 
 namespace kanuka::shade {
 
-// One of the standard light shaders by name; others are reported with the names there are, and null is
-// returned.
+// True for the standard light shaders, which are analytic.
+bool is_standard_light(std::string_view name);
+// Says that there is no such light shader, and which there are.
+void report_unknown_light(const scene::ShaderRef& ref, const std::string& searched, Journal& journal);
+
+// A frame without scale: origin at `from`, +z towards `to`, all in one space.
+Transform aimed(const Vec3f& from, const Vec3f& to);
+
+// One of the standard light shaders by name; null for others.
 std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textures& textures,
                                        Journal& journal);
 

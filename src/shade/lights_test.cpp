@@ -61,12 +61,14 @@ TEST_F(Lights, SpotAnglesAreRadiansInDegreesOut) {
 TEST_F(Lights, UnknownShadersAndParametersAreReported) {
     ref.parameters.set(value("shadows", scene::Type::Float, {1}));
     EXPECT_FALSE(make("uberlight"));
+    EXPECT_FALSE(is_standard_light("uberlight"));
+    report_unknown_light(ref, "here", journal);
     EXPECT_TRUE(make("pointlight"));
     const auto entries = journal.entries();
     ASSERT_EQ(entries.size(), 2u);
     EXPECT_NE(entries[0].message.find("no parameter \"shadows\"; it has intensity, lightcolor, from, radius"),
               std::string::npos);
-    EXPECT_NE(entries[1].message.find("unknown light shader \"uberlight\""), std::string::npos);
+    EXPECT_NE(entries[1].message.find("light shader \"uberlight\" is not found"), std::string::npos);
     EXPECT_NE(entries[1].message.find("ambientlight, distantlight, pointlight, spotlight, environmentlight"),
               std::string::npos);
 }

@@ -63,17 +63,17 @@ void MaterialImpl::displace(grid::Grid& grid) const {
     if (m_core->displacement) {
         Spaces spaces = m_own.spaces;
         spaces.current_from_shader = m_own.displacement_from_shader;
-        MaterialServices services(spaces, m_textures, m_journal, m_own.displacement_where);
+        MaterialServices services(spaces, m_own.facts, m_textures, m_journal, m_own.displacement_where);
         m_core->displacement->displace(grid, g, services);
     }
     if (m_core->surface->displaces()) {
-        MaterialServices services(m_own.spaces, m_textures, m_journal, m_own.surface_where);
+        MaterialServices services(m_own.spaces, m_own.facts, m_textures, m_journal, m_own.surface_where);
         m_core->surface->displace(grid, g, services);
     }
 }
 
 void MaterialImpl::shade(grid::Grid& grid, grid::VertexInputs& out) const {
-    MaterialServices services(m_own.spaces, m_textures, m_journal, m_own.surface_where);
+    MaterialServices services(m_own.spaces, m_own.facts, m_textures, m_journal, m_own.surface_where);
     m_core->surface->shade(grid, globals(grid), services, out);
     out.slots.resize(m_core->program.slots.size());
     if (m_core->emission_slot >= 0) {

@@ -37,6 +37,8 @@ class MaterialImpl final : public Material {
         bool varying_color_or_opacity = false;
         Transform displacement_from_shader; // current_from_shader of the displacement shader
         Location surface_where, displacement_where;
+        std::shared_ptr<const scene::Attributes> attributes; // keeps what facts point at
+        Facts facts;
     };
     MaterialImpl(std::shared_ptr<const MaterialCore> core, Own own, Textures& textures, Journal& journal,
                  uint64_t hash);

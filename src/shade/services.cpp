@@ -4,9 +4,9 @@
 
 namespace kanuka::shade {
 
-MaterialServices::MaterialServices(const Spaces& spaces, Textures& textures, Journal& journal,
-                                   const Location& where)
-    : m_spaces(spaces), m_textures(textures), m_journal(journal), m_where(where) {}
+MaterialServices::MaterialServices(const Spaces& spaces, const Facts& facts, Textures& textures,
+                                   Journal& journal, const Location& where)
+    : m_spaces(spaces), m_facts(facts), m_textures(textures), m_journal(journal), m_where(where) {}
 
 void MaterialServices::texture(const sl::TextureRequest& request) {
     m_textures.lookup(request, m_where);
@@ -27,6 +27,11 @@ bool MaterialServices::transform(const char* from, const char* to, float matrix[
         for (size_t j = 0; j < 4; j++)
             matrix[4 * i + j] = float(to_from->m[i][j]);
     return true;
+}
+
+bool MaterialServices::query(const sl::Query& query) {
+    m_asked_for_attributes = m_asked_for_attributes || query.kind == sl::Query::Attribute;
+    return answer(query, m_facts, m_textures);
 }
 
 void MaterialServices::report(Severity severity, const Location& where, const std::string& message) {

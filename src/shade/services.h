@@ -1,6 +1,7 @@
 // What a running shader asks for, answered for one primitive. Made for one call; keeps references alone.
 #pragma once
 
+#include "shade/query.h"
 #include "shade/spaces.h"
 #include "shade/textures.h"
 #include "sl/sl.h"
@@ -9,22 +10,27 @@ namespace kanuka::shade {
 
 class MaterialServices final : public sl::Services {
   public:
-    MaterialServices(const Spaces& spaces, Textures& textures, Journal& journal, const Location& where);
+    MaterialServices(const Spaces& spaces, const Facts& facts, Textures& textures, Journal& journal,
+                     const Location& where);
     void texture(const sl::TextureRequest& request) override;
     void environment(const sl::TextureRequest& request, const float* x, const float* y,
                      const float* z) override;
     bool transform(const char* from, const char* to, float matrix[16]) override;
+    bool query(const sl::Query& query) override;
     void report(Severity severity, const Location& where, const std::string& message) override;
 
     // True once a shader asked for a space that differs from one primitive to the next.
     bool asked_for_object() const { return m_asked_for_object; }
+    // The same for the primitive's attributes.
+    bool asked_for_attributes() const { return m_asked_for_attributes; }
 
   private:
     const Spaces& m_spaces;
+    const Facts& m_facts;
     Textures& m_textures;
     Journal& m_journal;
     const Location& m_where; // of the shader in the scene
-    bool m_asked_for_object = false;
+    bool m_asked_for_object = false, m_asked_for_attributes = false;
 };
 
 } // namespace kanuka::shade

@@ -4,11 +4,13 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "base/error.h"
 #include "base/stats.h"
+#include "base/vec.h"
 #include "grid/grid.h"
 #include "grid/layering.h"
 #include "scene/scene.h"
@@ -40,6 +42,13 @@ class Material {
     virtual void shade(grid::Grid& grid, grid::VertexInputs& out) const = 0;
 };
 
+// Pixels that an imager shader changes: row by row, x0 and y0 are the first one's place on the raster.
+struct ImagerPixels {
+    int width, height, x0, y0;
+    int full_width, full_height;     // of the raster
+    std::span<float> r, g, b, alpha; // one value a pixel
+};
+
 class ShadingSystem {
   public:
     static std::unique_ptr<ShadingSystem> create(const ShadingOptions& options, const scene::Scene& scene,
@@ -50,10 +59,13 @@ class ShadingSystem {
     // depend on is equal.
     virtual std::shared_ptr<const Material> material(const scene::Primitive& primitive,
                                                      const Transform& render_from_object) = 0;
-    // Light shaders to lights: the standard ones by name with RISpec's parameters (ambientlight,
-    // distantlight, pointlight, spotlight) and Kanuka's own (environmentlight: texture, skylight); others are
-    // reported.
-    virtual std::vector<scene::Light> lights(const std::vector<scene::ShaderRef>& shaders) = 0;
+    // Light shaders to lights. The standard ones (ambientlight, distantlight, pointlight, spotlight) and
+    // Kanuka's own environmentlight are analytic; any other is run and tabulated (light_table.h). `lit`:
+    // bounds in world space of what there is to be lit.
+    virtual std::vector<scene::Light> lights(const std::vector<scene::ShaderRef>& shaders,
+                                             const Bounds3f& lit) = 0;
+    // Runs an imager shader; one that is missing or does not compile is reported and changes nothing.
+    virtual void image(const scene::ShaderRef& imager, const ImagerPixels& pixels) = 0;
     virtual uint64_t texture_bytes() const = 0;
 };
 

@@ -11,6 +11,7 @@
 
 #include "shade/arguments.h"
 #include "shade/default_surface.h"
+#include "shade/light_table.h"
 #include "shade/lights.h"
 #include "shade/material.h"
 #include "shade/opacity.h"
@@ -70,7 +71,7 @@ class SystemImpl final : public ShadingSystem {
         : m_journal(journal), m_compile(std::move(compile)),
           m_shader_folders(search_folders(options.shader_path, scene.file, options.standard_shaders)),
           m_textures(search_folders(options.texture_path, scene.file, ""), options.texture_bytes, journal),
-          m_render_from_world(options.render_from_world),
+          m_render_from_world(options.render_from_world), m_options(scene.options), m_camera(scene.camera),
           m_world_spaces(scene, options.camera_from_render * options.render_from_world) {
         m_compile_options.lanes = options.lanes;
         m_compile_options.cache_dir = options.cache_dir;
@@ -79,7 +80,9 @@ class SystemImpl final : public ShadingSystem {
 
     std::shared_ptr<const Material> material(const scene::Primitive& primitive,
                                              const Transform& render_from_object) override;
-    std::vector<scene::Light> lights(const std::vector<scene::ShaderRef>& shaders) override;
+    std::vector<scene::Light> lights(const std::vector<scene::ShaderRef>& shaders,
+                                     const Bounds3f& lit) override;
+    void image(const scene::ShaderRef& imager, const ImagerPixels& pixels) override;
     uint64_t texture_bytes() const override { return m_textures.bytes(); }
 
   private:
@@ -87,7 +90,9 @@ class SystemImpl final : public ShadingSystem {
 
     Transform current_from_world(const scene::Primitive& primitive,
                                  const Transform& current_from_object) const;
-    Loaded load(const scene::ShaderRef& ref, bool displacement);
+    std::optional<std::string> find(const scene::ShaderRef& ref) const;
+    Loaded load(const scene::ShaderRef& ref, sl::ShaderKind wanted);
+    std::optional<scene::Light> run_light(const scene::ShaderRef& ref, const Bounds3f& lit);
     Bound bind(const std::optional<scene::ShaderRef>& ref, bool displacement,
                const scene::Primitive& primitive, Spaces spaces);
     std::shared_ptr<const MaterialCore> core(Bound& surface, Bound& displacement,
@@ -101,6 +106,8 @@ class SystemImpl final : public ShadingSystem {
     std::vector<std::string> m_shader_folders;
     Textures m_textures;
     Transform m_render_from_world;
+    scene::Options m_options;
+    scene::Camera m_camera;
     WorldSpaces m_world_spaces;
 
     std::mutex m_mutex; // guards the maps below; nothing is compiled while it is held
@@ -121,14 +128,20 @@ Transform SystemImpl::current_from_world(const scene::Primitive& primitive,
     return current_from_object * inverse_or_identity(primitive.world_from_object);
 }
 
-SystemImpl::Loaded SystemImpl::load(const scene::ShaderRef& ref, bool displacement) {
-    const std::string instead = displacement ? "The surface is not displaced" : "Matte stands in for it";
+std::optional<std::string> SystemImpl::find(const scene::ShaderRef& ref) const {
     const std::string extension = std::filesystem::path(ref.name).extension().string();
     std::optional<std::string> path;
     if (extension == ".sl" || extension == ".slo")
         path = find_file(ref.name, m_shader_folders, AsNamed);
-    if (!path)
-        path = find_file(ref.name, m_shader_folders, ShaderExtensions);
+    return path ? path : find_file(ref.name, m_shader_folders, ShaderExtensions);
+}
+
+SystemImpl::Loaded SystemImpl::load(const scene::ShaderRef& ref, sl::ShaderKind wanted) {
+    const std::string instead = wanted == sl::ShaderKind::Displacement ? "The surface is not displaced"
+                                : wanted == sl::ShaderKind::Light      ? "The light is left out"
+                                : wanted == sl::ShaderKind::Imager     ? "The picture stays as it is"
+                                                                       : "Matte stands in for it";
+    const std::optional<std::string> path = find(ref);
     if (!path) {
         m_journal.error(ref.where, "shader \"" + ref.name + "\" is not found (" + ref.name + ".slo or " +
                                        ref.name + ".sl); searched in " + join_folders(m_shader_folders) +
@@ -163,13 +176,13 @@ SystemImpl::Loaded SystemImpl::load(const scene::ShaderRef& ref, bool displaceme
         return nullptr;
     }
     const sl::ShaderKind kind = shader->kind();
-    if (kind == sl::ShaderKind::Class ||
-        kind == (displacement ? sl::ShaderKind::Displacement : sl::ShaderKind::Surface))
+    if (kind == wanted || (kind == sl::ShaderKind::Class && wanted != sl::ShaderKind::Light &&
+                           wanted != sl::ShaderKind::Imager))
         return shader;
     constexpr const char* kinds[] = {"class", "surface", "displacement", "light", "volume", "imager"};
     m_journal.error(ref.where, "\"" + ref.name + "\" (" + *path + ") is a " + kinds[int(kind)] +
-                                   " shader, where a " + (displacement ? "displacement" : "surface") +
-                                   " shader is called for. " + instead);
+                                   " shader, where a " + kinds[int(wanted)] + " shader is called for. " +
+                                   instead);
     return nullptr;
 }
 
@@ -179,7 +192,7 @@ Bound SystemImpl::bind(const std::optional<scene::ShaderRef>& ref, bool displace
     bound.where = ref ? ref->where : primitive.where;
     if (!ref)
         return bound;
-    bound.shader = load(*ref, displacement);
+    bound.shader = load(*ref, displacement ? sl::ShaderKind::Displacement : sl::ShaderKind::Surface);
     if (bound.shader)
         bound.arguments = bind_arguments(*bound.shader, *ref, primitive.primvars, spaces, m_journal);
     return bound;
@@ -208,9 +221,10 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(Bound& surface, Bound& disp
     const auto instantiate = [&](const Bound& bound, const Transform& current_from_shader) {
         Spaces spaces = own.spaces;
         spaces.current_from_shader = current_from_shader;
-        MaterialServices services(spaces, m_textures, m_journal, bound.where);
+        MaterialServices services(spaces, own.facts, m_textures, m_journal, bound.where);
         auto instance = bound.shader->instantiate(bound.arguments, services);
-        depends_on_object = depends_on_object || services.asked_for_object();
+        depends_on_object =
+            depends_on_object || services.asked_for_object() || services.asked_for_attributes();
         return instance;
     };
     if (surface.shader)
@@ -308,12 +322,17 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
         add_colors(surface.arguments, own, coverage);
     own.surface_where = surface.where;
     own.displacement_where = displacement.where;
+    own.attributes = primitive.attributes;
+    own.facts = {primitive.attributes ? primitive.attributes.get() : &fallback, &m_options, &m_camera};
 
     // 3. What is shared, then what is this primitive's own
     std::shared_ptr<const MaterialCore> shared = core(surface, displacement, attributes, own, coverage);
     std::string key = shared->key;
     append(key, own.color);
     append(key, own.opacity);
+    if ((surface.shader && surface.shader->queries()) ||
+        (displacement.shader && displacement.shader->queries()))
+        key += attribute_key(attributes);
     for (const Transform* t :
          {&own.spaces.current_from_object, &own.spaces.current_from_world, &own.spaces.current_from_shader,
           &own.displacement_from_shader, &m_world_spaces.camera_from_world})
@@ -331,12 +350,76 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
     return m_materials.try_emplace(id, std::move(material)).first->second;
 }
 
-std::vector<scene::Light> SystemImpl::lights(const std::vector<scene::ShaderRef>& shaders) {
+// Lights live in world space: their "current" is the world.
+std::optional<scene::Light> SystemImpl::run_light(const scene::ShaderRef& ref, const Bounds3f& lit) {
+    if (!find(ref)) {
+        report_unknown_light(ref, join_folders(m_shader_folders), m_journal);
+        return std::nullopt;
+    }
+    const Loaded shader = load(ref, sl::ShaderKind::Light);
+    if (!shader)
+        return std::nullopt;
+    Spaces spaces;
+    spaces.shared = &m_world_spaces;
+    spaces.current_from_object = spaces.current_from_shader = ref.world_from_shader;
+    const Facts facts{nullptr, &m_options, &m_camera};
+    MaterialServices services(spaces, facts, m_textures, m_journal, ref.where);
+    const auto instance = shader->instantiate(bind_arguments(*shader, ref, {}, spaces, m_journal), services);
+    return shade_light(*instance, ref, lit, services);
+}
+
+std::vector<scene::Light> SystemImpl::lights(const std::vector<scene::ShaderRef>& shaders,
+                                             const Bounds3f& lit) {
     std::vector<scene::Light> all;
-    for (const scene::ShaderRef& ref : shaders)
-        if (auto light = make_light(ref, m_textures, m_journal))
+    for (const scene::ShaderRef& ref : shaders) {
+        std::optional<scene::Light> light =
+            is_standard_light(ref.name) ? make_light(ref, m_textures, m_journal) : run_light(ref, lit);
+        if (light)
             all.push_back(std::move(*light));
+    }
     return all;
+}
+
+// Rows of pixels are grids, so that derivatives and noise are those of neighbouring pixels.
+void SystemImpl::image(const scene::ShaderRef& ref, const ImagerPixels& pixels) {
+    const Loaded shader = load(ref, sl::ShaderKind::Imager);
+    if (!shader)
+        return;
+    Spaces spaces;
+    spaces.shared = &m_world_spaces;
+    spaces.current_from_object = spaces.current_from_shader = ref.world_from_shader;
+    const Facts facts{nullptr, &m_options, &m_camera};
+    MaterialServices services(spaces, facts, m_textures, m_journal, ref.where);
+    const auto instance = shader->instantiate(bind_arguments(*shader, ref, {}, spaces, m_journal), services);
+    const size_t width = size_t(pixels.width);
+    const int rows = std::clamp((1 << 16) / std::max(pixels.width, 1), 2, 64);
+    for (int y0 = 0; y0 < pixels.height; y0 += rows) {
+        const int count = std::min(rows, pixels.height - y0);
+        grid::Grid g;
+        g.allocate(pixels.width - 1, count - 1);
+        const size_t stride = size_t(g.stride), first = size_t(y0) * width, n = width * size_t(count);
+        grid::Channel color{"Cs", 3, g.stride, std::vector<float>(3 * stride + 32, 0.0f)}, opacity = color;
+        opacity.name = "Os";
+        const std::span<float> channels[] = {pixels.r, pixels.g, pixels.b};
+        for (size_t i = 0; i < n; i++) {
+            const float x = float(pixels.x0) + float(i % width) + 0.5f,
+                        y = float(pixels.y0 + y0) + float(i / width) + 0.5f;
+            g.P[i] = x, g.P[stride + i] = y;
+            g.u[i] = g.s[i] = x / float(pixels.full_width);
+            g.v[i] = g.t[i] = y / float(pixels.full_height);
+            for (size_t c = 0; c < 3; c++) {
+                color.data[c * stride + i] = channels[c][first + i];
+                opacity.data[c * stride + i] = pixels.alpha[first + i];
+            }
+        }
+        g.primvars = {std::move(color), std::move(opacity)};
+        const sl::Filtered f = instance->filter(g, {}, services);
+        for (size_t i = 0; i < n; i++) {
+            for (size_t c = 0; c < 3; c++)
+                channels[c][first + i] = f.Ci[c * stride + i];
+            pixels.alpha[first + i] = f.alpha[i];
+        }
+    }
 }
 
 } // namespace

@@ -110,6 +110,16 @@ const Textures::Entry& Textures::entry(const char* name) {
     return entry;
 }
 
+std::optional<Textures::Info> Textures::info(const char* name) {
+    const Entry& e = entry(name);
+    const OIIO::ImageSpec* spec = e.handle ? m_cache->system->imagespec(e.handle) : nullptr;
+    if (!spec)
+        return std::nullopt;
+    const std::string kind = spec->get_string_attribute("textureformat");
+    return Info{spec->full_width, spec->full_height, spec->nchannels,
+                kind.find("nvironment") != std::string::npos};
+}
+
 void Textures::lookup(const sl::TextureRequest& request, const Location& asker) {
     const Entry& entry = this->entry(request.file);
     const int channels = std::clamp(request.channels, 0, MaxChannels);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,11 @@ class Textures {
                             const Location& asker);
 
     std::string find(const std::string& name) const; // the file it stands for; empty = none
+    struct Info {
+        int width = 0, height = 0, channels = 0;
+        bool environment = false;
+    };
+    std::optional<Info> info(const char* name); // none = there is no such file, or it is broken
     const std::vector<std::string>& folders() const { return m_folders; }
     uint64_t bytes() const; // memory that tiles take now
 

@@ -27,11 +27,6 @@ TEST(SlDiagnostics, Messages) {
         {"surface s() { float x = 1 }", "expected \";\""},
         {"surface s() { x = 1; }", "\"x\" is not declared"},
         {"surface s() { float a = \"text\"; }", "found string, expected float"},
-        {"surface s() { color c = P; }", "cast it: color"},
-        {"surface s(float k;) { }", "has no default value"},
-        {"surface s(float k = 1;) { k = 2; }", "is a parameter"},
-        {"surface s() { u = 1; }", "cannot be changed"},
-        {"surface s() { float x; float x; }", "declared twice"},
         {"surface s() { break; }", "outside of a loop"},
         {"surface s() { while (1) { break 3; } }", "inside of 1 loops"},
         {"float f(float x) { return f(x); } surface s() { Ci = f(1); }", "calls itself"},
@@ -39,8 +34,6 @@ TEST(SlDiagnostics, Messages) {
         {"surface s() { Ci = sin(P); }", "does not take (point)"},
         {"surface s() { float a[2]; Ci = a; }", "found float[2]"},
         {"surface s() { float a; a[1] = 2; }", "has no elements"},
-        {"surface s() { uniform float x = 0; if (u > 0.5) x = 1; Ci = x; }", "is uniform, but"},
-        {"surface s() { uniform float x = u; Ci = x; }", "is uniform, but"},
         {"surface s() { string x = \"a\"; if (u > 0.5) x = \"b\"; Ci = color texture(x); }",
          "string cannot vary"},
         {"surface s() { Ci = comp(Cs, 3); }", "component 3"},
@@ -65,7 +58,14 @@ TEST(SlDiagnostics, Messages) {
          "u; printf(\"%f\", x); } }",
          "varies over the surface"},
         {"surface s() { Ci = spline(u, 1, 2); }", "at least 4"},
-        {"surface s() { float x = sheder->go(1); }", "not available yet"},
+        {"surface s() { float x; color x; }", "declared twice"},
+        {"surface s() { PI = 3; }", "cannot be changed"},
+        {"surface s() { float x = sheder->go(1); }", "is not declared"},
+        {"surface s() { float x = u->go(1); }", "needs a struct or a shader"},
+        {"struct R { float a; } surface s() { R r; Ci = r->b; }", "it has a"},
+        {"struct R { float a; } surface s() { R r = R(1, 2); Ci = r->a; }", "has 1 members"},
+        {"surface s() { float a[3]; push(a, 1); Ci = a[0]; }", "has a fixed size"},
+        {"surface s() { matrix m = 1; Ci = m[0]; }", "found matrix"},
     };
     for (const auto& [source, expected] : cases)
         EXPECT_NE(complaints(source).find(expected), std::string::npos) << source << "\n"
@@ -93,6 +93,30 @@ TEST(SlDiagnostics, Warnings) {
     EXPECT_NE(m.find("\"unused\" is never used"), std::string::npos) << m;
     EXPECT_NE(m.find("\"x\" is used before it has a value"), std::string::npos) << m;
     EXPECT_FALSE(journal.has_errors());
+    // What compilers of the trade let pass.
+    const std::pair<const char*, const char*> doubtful[] = {
+        {"color c = P; Ci = c;", "a point is taken as a color"},
+        {"used = 2; Ci = used;", "is a parameter and is assigned to: a copy of it changes"},
+        {"float x = 1; float x = 2; Ci = x;", "declared twice"},
+        {"uniform float x = 0; if (u > 0.5) x = 1; Ci = x;", "is declared uniform, but"},
+        {"Ci = Cs * N;", "the result is taken as a color"},
+        {"color c[2] = {color(0), color(1), color(2)}; Ci = c[1];", "the last are left out"},
+        {"float f(float x) { return; } Ci = f(1);", "must return a float"},
+    };
+    for (const auto& [body, expected] : doubtful) {
+        Journal j;
+        compile("surface s(float used = 1; float k;) { Oi = 1; " + std::string(body) + " }", {}, &j);
+        EXPECT_FALSE(j.has_errors()) << body << "\n" << messages(j);
+        EXPECT_NE(messages(j).find(expected), std::string::npos) << body << "\n" << messages(j);
+        EXPECT_NE(messages(j).find("has no default value"), std::string::npos);
+    }
+    // Functions that nothing calls, and outputs that calls set.
+    Journal quiet;
+    EXPECT_TRUE(compile("float f() { return missing(); }\nvoid g(output float y) { y = 1; }\n"
+                        "surface s() { float y; g(y); Oi = 1; Ci = y; }",
+                        {}, &quiet));
+    EXPECT_NE(messages(quiet).find("which nothing calls: there is no function"), std::string::npos);
+    EXPECT_EQ(messages(quiet).find("before it has a value"), std::string::npos);
 }
 
 TEST(SlDiagnostics, DocsOfParameters) {

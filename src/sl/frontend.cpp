@@ -8,7 +8,7 @@
 namespace kanuka::sl {
 
 FrontEnd::FrontEnd(const std::string& name, std::string text, const CompileOptions& options, Journal& journal)
-    : m_diagnostics(m_sources, journal) {
+    : m_diagnostics(m_sources, journal), m_strict(options.strict_directions), m_aovs(options.aovs) {
     if (is_slo(text)) {
         std::string problem;
         if (std::optional<Published> published = read_slo(text, problem); published && problem.empty())
@@ -93,26 +93,44 @@ std::optional<ir::Program> FrontEnd::lower() {
 std::optional<ir::Program> FrontEnd::check_and_lower() {
     if (!check())
         return std::nullopt;
+    // Illuminance loops are read as lobes; those that turn out to be none are projected in the next round.
     ir::Program program;
-    ir::Lower(program, *m_sema, m_diagnostics, *m_unit.shaders[0]).run();
-    if (!ok())
-        return std::nullopt;
-    ir::extract_closures(program, m_diagnostics);
-    if (!ok())
-        return std::nullopt;
+    std::map<int, Loc> projected;
+    for (bool again = true; again;) {
+        program = {};
+        program.aovs = m_aovs;
+        ir::Lower(program, *m_sema, m_diagnostics, *m_unit.shaders[0], projected).run();
+        if (!ok())
+            return std::nullopt;
+        std::map<int, Loc> failed = ir::extract_closures(program, m_diagnostics, m_strict);
+        if (m_strict)
+            for (const auto& [number, at] : failed)
+                m_diagnostics.error(at,
+                                    "this kernel of an illuminance loop is not that of a lobe. Known are Cl "
+                                    "times N . L, pow(N . H, n), pow(R . L, n) and specularbrdf()");
+        if (!ok())
+            return std::nullopt;
+        const size_t before = projected.size();
+        projected.merge(failed);
+        again = projected.size() > before;
+    }
     for (ir::Stage* s : program.stages()) {
         ir::simplify(*s);
         if (!s->root)
             continue;
+        ir::number_texts(*s, all_varying(program), m_diagnostics);
         ir::Stage checked = *s;
         ir::infer_detail(checked, all_varying(program), &m_diagnostics);
         if (s == &program.shade)
-            ir::check_directions(program.shade, "material", m_diagnostics);
+            ir::check_directions(program, program.Ci >= 0 && !m_strict, m_diagnostics);
     }
     if (!ok())
         return std::nullopt;
     annotate(m_source.pragmas, program.parameters);
     find_textures(program);
+    for (const ir::Stage* s : {&program.displace, &program.shade})
+        for (const ir::CallSite& c : s->calls)
+            program.queries = program.queries || c.kind == ir::CallKind::Found;
     program.source_hash = m_source.hash;
     for (uint32_t f = 0; f < m_sources.count(); f++)
         program.files.push_back(m_sources.name(f));

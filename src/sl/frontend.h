@@ -31,6 +31,8 @@ class FrontEnd {
     std::optional<ir::Program> check_and_lower();
     Sources m_sources;
     Diagnostics m_diagnostics;
+    bool m_strict; // directions that no lobe takes are errors
+    std::vector<std::string> m_aovs;
     Preprocessed m_source;
     ast::Arena m_arena;
     ast::Unit m_unit;

@@ -54,6 +54,9 @@ void InstanceImpl::bind(std::span<const Argument> arguments, Services& services)
             else
                 std::copy(p.parameters[i].floats.begin(), p.parameters[i].floats.end(),
                           m_params.begin() + place.offset);
+            if (place.length >= 0)
+                m_params[size_t(place.length)] =
+                    p.parameters[i].resizable ? float(p.parameters[i].array_size) : 0;
         }
     }
     for (const Argument& a : arguments) {
@@ -88,6 +91,21 @@ void InstanceImpl::bind(std::span<const Argument> arguments, Services& services)
             }
             m_variant.params[index] = true;
             m_primvars[index] = a.name;
+            if (place.length >= 0)
+                m_params[size_t(place.length)] = 1;
+        } else if (it->resizable) {
+            const size_t given = place.text ? a.strings.size() : a.floats.size();
+            const int per = place.count / std::max(ir::ResizableRoom, it->array_size);
+            if (given > size_t(place.count) || given % size_t(per) != 0) {
+                complain("array \"" + a.name + "\" takes up to " + std::to_string(place.count / per) +
+                         " elements of " + std::to_string(per) + " values, found " + std::to_string(given) +
+                         " values");
+                continue;
+            }
+            for (size_t k = 0; k < a.strings.size(); k++)
+                m_param_texts[size_t(place.offset) + k] = m_texts.emplace_back(a.strings[k]).c_str();
+            std::copy(a.floats.begin(), a.floats.end(), m_params.begin() + place.offset);
+            m_params[size_t(place.length)] = float(given / size_t(per));
         } else if (place.text) {
             if (int(a.strings.size()) != place.count) {
                 complain("parameter \"" + a.name + "\" takes " + std::to_string(place.count) +
@@ -97,6 +115,8 @@ void InstanceImpl::bind(std::span<const Argument> arguments, Services& services)
             for (size_t k = 0; k < a.strings.size(); k++)
                 m_param_texts[size_t(place.offset) + k] = m_texts.emplace_back(a.strings[k]).c_str();
         } else if (int(a.floats.size()) == place.count) {
+            if (place.length >= 0)
+                m_params[size_t(place.length)] = 1;
             std::copy(a.floats.begin(), a.floats.end(), m_params.begin() + place.offset);
         } else if (a.floats.size() == 1 && place.count == 3) {
             std::fill_n(m_params.begin() + place.offset, 3, a.floats[0]);
@@ -140,6 +160,7 @@ void InstanceImpl::run_once(const BuiltStage& built, Services& services, ops::Ma
     f.channels = m_channels.data();
     f.outputs = outputs.data();
     f.host = &runner;
+    f.budget = ir::LoopBudget;
     built.run(&f);
     runner.report_faults();
     for (size_t k = 0; k < built.stage.outputs.size(); k++) {
@@ -152,8 +173,9 @@ void InstanceImpl::run_once(const BuiltStage& built, Services& services, ops::Ma
             (member ? m_member_texts : m_param_texts)[size_t(place.offset)] =
                 m_texts.emplace_back(s ? s : "").c_str();
         } else {
-            std::copy_n(results[k].begin(), place.count,
-                        (member ? m_members : m_params).begin() + place.offset);
+            const int n = ir::comps(built.stage.vars[size_t(o.var)].ty);
+            std::copy_n(results[k].begin(), n,
+                        (member ? m_members : m_params).begin() + place.offset + o.element * n);
         }
     }
 }
@@ -433,8 +455,10 @@ void InstanceImpl::run(const BuiltStage& built, const ir::Variant& variant, grid
     f.channels = m_channels.data();
     f.outputs = out.data();
     f.host = &runner;
+    f.budget = ir::LoopBudget;
     for (int begin = 0; begin < vertices; begin += block) {
         f.count = std::min(block, vertices - begin);
+        f.budget = ir::LoopBudget;
         if (mesh)
             runner.columns = f.count;
         built.run(&f);
@@ -477,6 +501,26 @@ void InstanceImpl::displace(grid::Grid& grid, const GridGlobals& globals, Servic
 
 void InstanceImpl::shade(grid::Grid& grid, const GridGlobals& globals, Services& services,
                          grid::VertexInputs& out) const {
+    shade(grid, globals, services, out, nullptr);
+}
+
+std::vector<std::string> InstanceImpl::aovs() const {
+    std::vector<std::string> names;
+    for (const ir::Output& o : m_shader->program().shade.outputs)
+        if (o.kind == ir::Output::Aov)
+            names.push_back(m_shader->program().parameters[size_t(o.index)].name);
+    return names;
+}
+
+void InstanceImpl::shade_with_aovs(grid::Grid& grid, const GridGlobals& globals, Services& services,
+                                   grid::VertexInputs& out, std::vector<grid::SlotValues>& aovs) const {
+    shade(grid, globals, services, out, &aovs);
+}
+
+void InstanceImpl::shade(grid::Grid& grid, const GridGlobals& globals, Services& services,
+                         grid::VertexInputs& out, std::vector<grid::SlotValues>* aovs) const {
+    if (aovs)
+        aovs->clear();
     out.stride = grid.stride;
     out.slots.assign(m_layering.slots.size(), {});
     for (size_t s = 0; s < m_sources.size(); s++) {
@@ -513,7 +557,31 @@ void InstanceImpl::shade(grid::Grid& grid, const GridGlobals& globals, Services&
         for (size_t c = 0; c < n; c++)
             outputs[size_t(k) * 16 + c] = out.slots[s].data.data() + c * size_t(grid.stride);
     }
+    std::vector<std::pair<size_t, size_t>> wanted; // output, its components
+    for (size_t k = 0; aovs && k < stage.outputs.size(); k++)
+        if (stage.outputs[k].kind == ir::Output::Aov)
+            wanted.emplace_back(k, size_t(ir::comps(stage.vars[size_t(stage.outputs[k].var)].ty)));
+    if (aovs)
+        aovs->resize(wanted.size());
+    for (size_t a = 0; a < wanted.size(); a++) {
+        const auto [k, n] = wanted[a];
+        grid::SlotValues& values_of = (*aovs)[a];
+        values_of.uniform = !stage.vars[size_t(stage.outputs[k].var)].varying;
+        if (values_of.uniform)
+            continue;
+        values_of.data.resize(n * size_t(grid.stride) + 32);
+        for (size_t c = 0; c < n; c++)
+            outputs[k * 16 + c] = values_of.data.data() + c * size_t(grid.stride);
+    }
     run(built, variant, grid, globals, services, outputs);
+    for (size_t a = 0; a < wanted.size(); a++) {
+        const auto [k, n] = wanted[a];
+        grid::SlotValues& values_of = (*aovs)[a];
+        if (values_of.uniform)
+            values_of.value = Vec3f(values[k][0], values[k][1], values[k][2]);
+        else
+            values_of.data.resize(n * size_t(grid.stride));
+    }
     for (size_t s = 0; s < m_sources.size(); s++) {
         const int k = m_sources[s].output;
         if (!out.slots[s].uniform)

@@ -424,7 +424,7 @@ surface s(float Kd = 0.5;) {
 
 // The marked parts of docs/language.md are made from the tables; KANUKA_WRITE_DOCS=1 writes them anew.
 TEST(SlManual, IsUpToDate) {
-    const fs::path file = fs::path(__FILE__).parent_path() / "../../docs/language.md";
+    const fs::path file = fs::path(KANUKA_SOURCE_DIR) / "docs/language.md";
     const std::string there = read_file(file);
     std::string made = there;
     for (const auto& [mark, text] : {std::pair{std::string("<!-- lobes -->\n"), ops::lobes_manual()},

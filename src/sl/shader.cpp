@@ -96,14 +96,16 @@ static std::string hash_text(std::string_view s) {
 const std::string& ShaderSource::identity() {
     if (!m_identity.empty())
         return m_identity;
-    std::string defines;
+    std::string defines = m_options.strict_directions ? "strict\n" : "";
+    for (const std::string& aov : m_options.aovs)
+        defines += "aov " + aov + "\n";
     for (const auto& [name, value] : m_options.defines)
         defines += name + "=" + value + "\n";
     if (is_slo(m_text)) {
         std::string problem;
         if (!read_slo(m_text, problem, true))
             throw Error({m_name}, problem);
-        m_identity = "published " + hash_text(m_text);
+        m_identity = "published " + hash_text(defines + m_text);
     } else if (m_text.find("include") == std::string::npos && m_text.find("__FILE__") == std::string::npos) {
         m_identity = "text " + hash_text(defines + m_text);
     } else {
@@ -162,8 +164,10 @@ std::shared_ptr<ShaderImpl> ShaderImpl::make(std::unique_ptr<ShaderSource> sourc
         shader->compile(*build, true, &journal);
     }
     shader->m_builds[ir::Variant{}.key()] = std::move(build);
-    const std::string key = shader->m_program->name + "|" + std::to_string(shader->m_options.opt_level) +
-                            "|" + std::to_string(CompilerVersion);
+    std::string key = shader->m_program->name + "|" + std::to_string(shader->m_options.opt_level) + "|" +
+                      std::to_string(CompilerVersion);
+    for (const std::string& aov : shader->m_program->aovs)
+        key += "|" + aov;
     shader->m_hash = hash_bytes(key.data(), key.size(), shader->m_program->source_hash);
     return shader;
 }
@@ -188,8 +192,9 @@ std::string ShaderImpl::cache_key(const std::string& variant, bool first) const 
 }
 
 static void find_functions(Build& build) {
-    static constexpr const char* Symbols[] = {"kanuka_defaults", "kanuka_init", "kanuka_interior",
-                                              "kanuka_displace", "kanuka_shade"};
+    static constexpr const char* Symbols[] = {"kanuka_defaults", "kanuka_init",  "kanuka_interior",
+                                              "kanuka_displace", "kanuka_shade", "kanuka_light",
+                                              "kanuka_filter"};
     const auto stages = build.stages();
     for (size_t k = 0; k < stages.size(); k++)
         if (stages[k]->stage.root)
@@ -246,6 +251,8 @@ void ShaderImpl::compile(Build& build, bool first, Journal* journal) const {
     }
     prepare(build.displace, program->displace, build.variant, "kanuka_displace", m_options.lanes, list);
     prepare(build.shade, program->shade, build.variant, "kanuka_shade", m_options.lanes, list);
+    prepare(build.light, program->light, build.variant, "kanuka_light", m_options.lanes, list);
+    prepare(build.filter, program->filter, build.variant, "kanuka_filter", m_options.lanes, list);
     const std::string object = compile_object(*program, list, m_options.lanes, m_options.opt_level);
     build.code = link_object(object);
     find_functions(build);

@@ -28,12 +28,14 @@ struct BuiltStage {
 // Machine code for one choice of what varies.
 struct Build {
     ir::Variant variant;
-    BuiltStage defaults, init, interior, displace, shade;
+    BuiltStage defaults, init, interior, displace, shade, light, filter;
     std::unique_ptr<NativeCode> code;
     bool from_cache = false;
-    std::array<BuiltStage*, 5> stages() { return {&defaults, &init, &interior, &displace, &shade}; }
-    std::array<const BuiltStage*, 5> stages() const {
-        return {&defaults, &init, &interior, &displace, &shade};
+    std::array<BuiltStage*, 7> stages() {
+        return {&defaults, &init, &interior, &displace, &shade, &light, &filter};
+    }
+    std::array<const BuiltStage*, 7> stages() const {
+        return {&defaults, &init, &interior, &displace, &shade, &light, &filter};
     }
 };
 
@@ -78,6 +80,7 @@ class ShaderImpl final : public Shader, public std::enable_shared_from_this<Shad
     std::span<const Parameter> parameters() const override { return m_program->parameters; }
     uint64_t hash() const override { return m_hash; }
     bool from_cache() const override { return m_from_cache; }
+    bool queries() const override { return m_program->queries; }
     std::span<const TextureUse> textures() const override { return m_program->textures; }
     std::vector<std::string> stages() const override;
     std::unique_ptr<Instance> instantiate(std::span<const Argument> arguments,
@@ -117,6 +120,11 @@ class InstanceImpl final : public Instance {
     void displace(grid::Grid& grid, const GridGlobals& globals, Services& services) const override;
     void shade(grid::Grid& grid, const GridGlobals& globals, Services& services,
                grid::VertexInputs& out) const override;
+    Emission emit(grid::Grid& points, const GridGlobals& globals, Services& services) const override;
+    Filtered filter(grid::Grid& points, const GridGlobals& globals, Services& services) const override;
+    std::vector<std::string> aovs() const override;
+    void shade_with_aovs(grid::Grid& grid, const GridGlobals& globals, Services& services,
+                         grid::VertexInputs& out, std::vector<grid::SlotValues>& aovs) const override;
     bool uniform_material() const override { return m_uniform; }
     bool uniform_material(bool grids_have_colors) const override {
         return grids_have_colors ? m_uniform : m_uniform_plain;
@@ -129,10 +137,16 @@ class InstanceImpl final : public Instance {
     int node_of(const ops::MaterialBuild& build, const std::string& name, std::vector<int>& made, int depth,
                 Services& services);
     void settle_presence(Services& services);
+    void shade(grid::Grid& grid, const GridGlobals& globals, Services& services, grid::VertexInputs& out,
+               std::vector<grid::SlotValues>* aovs) const;
     ir::Variant variant_for(const grid::Grid& grid) const;
     struct Run;
     void run(const BuiltStage& stage, const ir::Variant& variant, grid::Grid& grid,
              const GridGlobals& globals, Services& services, const std::vector<float*>& outputs) const;
+
+    std::vector<std::vector<float>> run_whole(const BuiltStage& built, const ir::Variant& variant,
+                                              grid::Grid& points, const GridGlobals& globals,
+                                              Services& services) const;
 
     struct SlotSource {
         int output = -1; // of the shade stage

@@ -33,6 +33,7 @@ struct Parameter {
     bool varying = false;
     bool output = false;
     int array_size = 0;        // 0 = not an array
+    bool resizable = false;    // an array of any length; array_size is that of its default value
     std::vector<float> floats; // default value; empty where it is computed at run time
     std::vector<std::string> strings;
     std::string doc; // from "#pragma annotation" or the comment at the declaration
@@ -56,6 +57,12 @@ struct CompileOptions {
     std::vector<std::pair<std::string, std::string>> defines;
     std::string cache_dir; // empty = KANUKA_SHADER_CACHE, else the user's cache folder
     bool use_cache = true;
+    // Output parameters of a surface whose values Instance::shade_with_aovs hands out, beside the material.
+    // Light is not known while shading: of a colour made of light they have the part without it.
+    std::vector<std::string> aovs;
+    // What a classic surface does that no material can do is an error rather than an approximation with a
+    // warning: weights that depend on the viewing direction, functions of light, kernels that are no lobe's.
+    bool strict_directions = false;
 };
 
 // ---- services: what a running shader may ask of its surroundings; shade/ implements it
@@ -73,6 +80,18 @@ struct TextureRequest {
     int result_stride;
 };
 
+// What attribute(), option(), rendererinfo() and textureinfo() ask. The answer is a text or floats, as
+// wanted.
+struct Query {
+    enum Kind : uint8_t { Attribute, Option, Renderer, Texture } kind;
+    const char* name; // "ShadingRate", "user:age", "Format", "version", "resolution", …
+    const char* file; // Texture: which
+    bool wants_text;  // else floats, `count` at most
+    int count;
+    float* floats;
+    std::string* text;
+};
+
 class Services {
   public:
     virtual ~Services() = default;
@@ -82,6 +101,11 @@ class Services {
     // Row-major 4x4, p' = M p with column vectors, that takes points of space `from` to space `to`; "current"
     // is the space of Grid::P. False = unknown.
     virtual bool transform(const char* from, const char* to, float matrix[16]) = 0;
+    // False = it is not known, or not of the kind that is wanted.
+    virtual bool query(const Query& query) {
+        (void)query;
+        return false;
+    }
     // A run-time fault or message, located in the shader's source.
     virtual void report(Severity severity, const Location& where, const std::string& message) = 0;
 };
@@ -107,6 +131,21 @@ struct GridGlobals {
     float du = 0, dv = 0; // filled by shade: parameter steps between vertices
 };
 
+// What a light shader sends to points, which are the vertices of a grid.
+struct Emission {
+    // What its last illuminate or solar statement said; none: light from everywhere.
+    enum Form : uint8_t { Ambient, Illuminate, Solar, Sky } form = Ambient; // Sky: solar without an axis
+    Vec3f from{0, 0, 0};   // illuminate's position, current space
+    Vec3f axis{0, 0, 0};   // of the cone; zero = everywhere
+    float angle = 0;       // half the cone's opening, radians
+    std::vector<float> Cl; // three arrays, the grid's stride apart
+};
+
+// What a volume or imager shader makes of colours and opacities: three arrays each, the grid's stride apart.
+struct Filtered {
+    std::vector<float> Ci, Oi, alpha; // alpha: one array
+};
+
 class Shader;
 
 class Instance {
@@ -123,6 +162,18 @@ class Instance {
     // (bump).
     virtual void shade(grid::Grid& grid, const GridGlobals& globals, Services& services,
                        grid::VertexInputs& out) const = 0;
+    // Run a light shader with Ps at each vertex of `points`. Thread safe.
+    virtual Emission emit(grid::Grid&, const GridGlobals&, Services&) const { return {}; }
+    // Run a volume or imager shader: Ci and Oi come in as the grid's primvars "Cs" and "Os" or the globals'
+    // (alpha is the first component of Os); P is the place, in an imager that on the raster.
+    virtual Filtered filter(grid::Grid&, const GridGlobals&, Services&) const { return {}; }
+    // The same, with a value for each name in aovs().
+    virtual std::vector<std::string> aovs() const { return {}; }
+    virtual void shade_with_aovs(grid::Grid& grid, const GridGlobals& globals, Services& services,
+                                 grid::VertexInputs& out, std::vector<grid::SlotValues>& aovs) const {
+        aovs.clear();
+        shade(grid, globals, services, out);
+    }
     // True where no slot varies over a grid, whatever the grid: one point need be shaded.
     virtual bool uniform_material() const = 0;
     // The same for grids that are known to carry, or not to carry, primvars "Cs" and "Os".
@@ -138,6 +189,9 @@ class Shader {
     virtual uint64_t
     hash() const = 0; // of its source, the compiler's version and the options: part of a grid's key
     virtual bool from_cache() const = 0;
+    // True if a stage asks for attributes or options: what it computes may then differ from one primitive to
+    // the next.
+    virtual bool queries() const { return false; }
     // Unknown arguments and wrong types are reported to the journal (with the names there are) and skipped.
     virtual std::unique_ptr<Instance> instantiate(std::span<const Argument> arguments,
                                                   Services& services) const = 0;
@@ -188,6 +242,6 @@ std::vector<CacheEntry> cache_entries(const std::string& folder, bool verify); /
 uint64_t cache_clear(const std::string& folder);                               // number of files removed
 uint64_t cache_trim(const std::string& folder, uint64_t max_bytes);
 
-inline constexpr int CompilerVersion = 1;
+inline constexpr int CompilerVersion = 2;
 
 } // namespace kanuka::sl

@@ -41,6 +41,7 @@ void put_places(ByteWriter& out, const std::vector<ir::Place>& places) {
         out.count(uint64_t(p.offset));
         out.count(uint64_t(p.count));
         out.put(uint8_t(p.text | p.varying << 1));
+        out.put(int32_t(p.length));
     }
 }
 std::vector<ir::Place> get_places(ByteReader& in) {
@@ -51,6 +52,7 @@ std::vector<ir::Place> get_places(ByteReader& in) {
         const uint8_t flags = in.get<uint8_t>();
         p.text = flags & 1;
         p.varying = flags & 2;
+        p.length = in.get<int32_t>();
     }
     return places;
 }
@@ -61,6 +63,7 @@ void put_outputs(ByteWriter& out, const std::vector<ir::Output>& outputs, const 
         const bool varying = stage && o.var >= 0 && stage->vars[size_t(o.var)].varying;
         out.put(uint8_t(o.kind | (o.var >= 0) << 4 | varying << 5));
         out.count(uint64_t(o.index));
+        out.count(uint64_t(o.element));
     }
 }
 // Each output has a variable of its own, which says whether it varies.
@@ -70,6 +73,7 @@ void get_outputs(ByteReader& in, ir::Stage& stage) {
         const uint8_t flags = in.get<uint8_t>();
         o.kind = ir::Output::Kind(flags & 15);
         o.index = int(in.count());
+        o.element = int(in.count());
         if (flags & 16) {
             o.var = int(stage.vars.size());
             stage.vars.emplace_back().varying = flags & 32;
@@ -83,7 +87,7 @@ void put_program(ByteWriter& out, const ir::Program& p) {
     out.count(p.parameters.size());
     for (const Parameter& q : p.parameters) {
         out.text(q.name);
-        out.put(uint8_t(uint8_t(q.type) | q.varying << 4 | q.output << 5));
+        out.put(uint8_t(uint8_t(q.type) | q.varying << 4 | q.output << 5 | q.resizable << 6));
         out.count(uint64_t(q.array_size));
         out.list(q.floats);
         put_texts(out, q.strings);
@@ -113,6 +117,8 @@ void put_program(ByteWriter& out, const ir::Program& p) {
         out.text(t.parameter);
         out.put(uint8_t(t.environment));
     }
+    out.put(uint8_t(p.queries));
+    put_texts(out, p.aovs);
     out.put(p.source_hash);
     for (const ir::Stage* s : p.stages()) {
         out.put(uint8_t(s->root != nullptr));
@@ -131,6 +137,7 @@ void get_program(ByteReader& in, ir::Program& p) {
         q.type = Type(flags & 15);
         q.varying = flags & 16;
         q.output = flags & 32;
+        q.resizable = flags & 64;
         q.array_size = int(in.count());
         q.floats = in.list<float>();
         q.strings = get_texts(in);
@@ -160,6 +167,8 @@ void get_program(ByteReader& in, ir::Program& p) {
         t.parameter = in.text();
         t.environment = in.get<uint8_t>();
     }
+    p.queries = in.get<uint8_t>();
+    p.aovs = get_texts(in);
     p.source_hash = in.get<uint64_t>();
     for (ir::Stage* s : p.stages()) {
         if (in.get<uint8_t>())

@@ -22,16 +22,16 @@ struct Summary {
 };
 
 // Of what entries hold, besides the compiler's version.
-inline constexpr int SummaryVersion = 1;
+inline constexpr int SummaryVersion = 2;
 // A Program that grows a member must be kept whole: look through summary.cpp, then change both numbers.
-inline constexpr size_t ProgramSize = 1480;
+inline constexpr size_t ProgramSize = 2008;
 
 // The summary, then the object. `uniform` as in Summary.
 std::string pack_entry(const ir::Program& program, const std::vector<Journal::Entry>& messages,
                        const Build& build, const std::vector<bool> (&uniform)[4], bool first,
                        const std::string& name, std::string_view object);
-// False if the entry makes no sense. `name`, if there is one, stands for the shader's file, wherever the entry was
-// made.
+// False if the entry makes no sense. `name`, if there is one, stands for the shader's file, wherever the
+// entry was made.
 bool unpack_entry(std::string_view entry, bool first, const std::string& name, Summary& summary,
                   std::string_view& object);
 

@@ -61,6 +61,20 @@ class TestServices : public Services {
         }
         return true;
     }
+    // It knows user:age, the name of the renderer, and that textures have 64 x 32 texels.
+    bool query(const Query& q) override {
+        const std::string name = q.name;
+        if (q.kind == Query::Renderer && name == "renderer" && q.wants_text)
+            *q.text = "test";
+        else if (q.kind == Query::Attribute && name == "user:age" && !q.wants_text)
+            q.floats[0] = 41;
+        else if (q.kind == Query::Texture && name == "resolution" && q.count >= 2) {
+            q.floats[0] = 64;
+            q.floats[1] = 32;
+        } else
+            return false;
+        return true;
+    }
     void report(Severity, const Location& where, const std::string& message) override {
         const std::lock_guard lock(mutex);
         reports.push_back(where.str() + ": " + message);
@@ -118,6 +132,14 @@ inline std::shared_ptr<const Shader> compile(const std::string& source, Config c
     if (!s && !journal)
         ADD_FAILURE() << messages(j);
     return s;
+}
+
+// The weight of a highlight of height one: of specular(…, roughness), and of phong(…, size).
+inline float highlight(float roughness) {
+    return std::min(1.0f, 8 * roughness / (1 + 2 * roughness));
+}
+inline float phong_highlight(float size) {
+    return std::min(1.0f, 4 / (1 + 2 * size));
 }
 
 // The index of a slot by its name, -1 = none.

@@ -192,6 +192,76 @@ Float<W> spot_falloff(const AnalyticLight& light, Float<W> cosine) {
     return t * t * (F(3.0f) - F(2.0f) * t) * max(beam, F(0.0f));
 }
 
+// What the table of a light says, times its amount; `to` leads from the light to the point, `d` is its
+// length.
+template <int W>
+Spectrum<W> table_spectrum(const SceneView& scene, const AnalyticLight& light, const Vec3<Float<W>>& to,
+                           Float<W> d, const Float<W> l[Wavelengths]) {
+    using F = Float<W>;
+    using I = Int<W>;
+    const float* m = light.light_from_render;
+    const auto row = [&](int r) {
+        return fma(F(m[3 * r]), to.x, fma(F(m[3 * r + 1]), to.y, F(m[3 * r + 2]) * to.z));
+    };
+    const F zero(0.0f), one(1.0f), width(float(light.width)), height(float(light.height));
+    const bool distant = scene::Light::Kind(light.kind) == scene::Light::Kind::Distant;
+    F x, y, lit(1.0f), layer(0.0f);
+    if (distant) {
+        const F scale(0.5f / light.extent);
+        x = fma(row(0), scale, F(0.5f)) * width;
+        y = fma(row(1), scale, F(0.5f)) * height;
+    } else {
+        const F inv = one / d;
+        const F theta = acos_over_pi(row(2) * inv) * F(Pi / light.angle);
+        lit = select(theta <= one, one, zero);
+        y = theta * height;
+        x = turn_of(row(1), row(0)) * width;
+        if (light.layers > 1) {
+            // Layers are a factor of two apart, so the exponent is the layer, and the mantissa goes between.
+            const I bits = bitcast_int(clamp(d * F(1 / light.nearest), one, F(1e9f)));
+            const F mantissa = bitcast_float((bits & I(0x7fffff)) | I(0x3f800000));
+            layer = F((bits >> 23) - I(127)) + (mantissa - one);
+        }
+        F falloff(1.0f);
+        for (int k = 0; k < light.falloff; k++)
+            falloff *= inv;
+        lit *= falloff;
+    }
+    const auto cell = [&](F v, int count, bool wraps, I& a, I& b) { // neighbours of v, between centres
+        v -= F(0.5f);
+        const F whole = floor(v);
+        a = to_int(whole);
+        b = a + I(1);
+        const I n(count), last(count - 1);
+        if (wraps) {
+            a = select(a < I(0), a + n, a);
+            b = select(b >= n, b - n, b);
+        }
+        a = min(max(a, I(0)), last), b = min(max(b, I(0)), last); // v may be NaN, too
+        return clamp(v - whole, zero, one);
+    };
+    I i0, i1, j0, j1;
+    const F fx = cell(x, light.width, !distant, i0, i1), fy = cell(y, light.height, false, j0, j1);
+    const float* table = scene.light_tables.data() + light.table;
+    const auto at_layer = [&](I k) {
+        const auto texel = [&](I i, I j) {
+            const I at = ((k * I(light.height) + j) * I(light.width) + i) * I(3);
+            return Vec3<F>(gather(table, at), gather(table + 1, at), gather(table + 2, at));
+        };
+        return lerp(fy, lerp(fx, texel(i0, j0), texel(i1, j0)), lerp(fx, texel(i0, j1), texel(i1, j1)));
+    };
+    const F level = clamp(layer, zero, F(float(light.layers - 1)));
+    const I k0 = min(max(to_int(level), I(0)), I(light.layers - 1));
+    Vec3<F> rgb = at_layer(k0);
+    if (light.layers > 1)
+        rgb = lerp(level - F(k0), rgb, at_layer(min(k0 + I(1), I(light.layers - 1))));
+    // The table's spectrum, bounded as that of a surface, filters the light's own.
+    const F most = max(max(max(rgb.x, rgb.y), rgb.z), F(1e-20f));
+    F c0, c1, c2;
+    bsdf::uplift(scene.uplift, rgb * (one / most), c0, c1, c2);
+    return bsdf::sigmoid_spectrum(c0, c1, c2, l) * (most * lit);
+}
+
 template <int W>
 void sample_analytic(const SceneView& scene, const AnalyticLight& light, const Vec3<Float<W>>& P, Float<W> u0,
                      Float<W> u1, LightSample<W>& s, const Float<W> l[Wavelengths], Mask<W> m) {
@@ -208,20 +278,27 @@ void sample_analytic(const SceneView& scene, const AnalyticLight& light, const V
         Vec3<F> t, b;
         coordinate_frame(axis, t, b);
         s.wi = select(m, normalize(t * (r * cp) + b * (r * sp) - axis * z), s.wi);
-        s.radiance = bsdf::select(m, amount, s.radiance);
+        Spectrum<W> tinted = amount;
+        if (light.width > 0)
+            tinted = tinted * table_spectrum(
+                                  scene, light,
+                                  P - Vec3<F>(F(light.position.x), F(light.position.y), F(light.position.z)),
+                                  F(1.0f), l);
+        s.radiance = bsdf::select(m, tinted, s.radiance);
         s.delta |= m;
         return;
     }
     const Vec3<F> to = Vec3<F>(F(light.position.x), F(light.position.y), F(light.position.z)) - P;
     const F d2 = max(dot(to, to), F(1e-20f)), d = sqrt(d2);
     const Vec3<F> wi = to / d;
-    F falloff = F(1.0f) / d2;
-    if (kind == Kind::Spot) {
-        falloff *= spot_falloff(light, -dot(wi, axis));
-    }
+    Spectrum<W> arrives;
+    if (light.width > 0)
+        arrives = amount * table_spectrum(scene, light, -to, d, l);
+    else
+        arrives = amount * (kind == Kind::Spot ? spot_falloff(light, -dot(wi, axis)) / d2 : F(1.0f) / d2);
     s.wi = select(m, wi, s.wi);
     s.distance = select(m, d, s.distance);
-    s.radiance = bsdf::select(m, amount * falloff, s.radiance);
+    s.radiance = bsdf::select(m, arrives, s.radiance);
     s.delta |= m;
 }
 

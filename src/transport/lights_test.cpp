@@ -150,6 +150,61 @@ TEST(Lights, SkiesAndAmbient) {
 }
 
 // Whatever the number of lights, each brings what it brings alone.
+// Tables of light shaders: by direction and distance, and over the plane of a distant light.
+TEST(Lights, TableByDirectionAndDistance) {
+    FloorScene s;
+    const Vec3f p(0.1f, 0.6f, 0.05f);
+    auto l = light(Kind::Point, Rgb(3), Transform::translate(p.x, p.y, p.z) * Downwards);
+    auto table = std::make_shared<scene::LightTable>();
+    table->width = 32, table->height = 64, table->layers = 4;
+    table->angle = 0.9f, table->nearest = 0.5f, table->falloff = 1;
+    const auto sent = [](float theta, float phi, float d) {
+        return (1 - 0.8f * theta) * (0.6f + 0.4f * std::cos(phi)) / (1 + 0.3f * d);
+    };
+    for (int k = 0; k < 4; k++)
+        for (int j = 0; j < 64; j++)
+            for (int i = 0; i < 32; i++)
+                table->rgb.insert(table->rgb.end(), 3,
+                                  sent(0.9f * (float(j) + 0.5f) / 64, 2 * Pi * (float(i) + 0.5f) / 32,
+                                       0.5f * float(1 << k)));
+    l.table = table;
+    s.inputs.lights.push_back(l);
+    s.finish();
+    const Transform light_from_world = l.world_from_light.inverse();
+    expect_irradiance(
+        s,
+        [&](const Vec3f& x) {
+            const Vec3f to = p - x, q = light_from_world.point(x);
+            const float d = length(to), theta = std::acos(q.z / d), phi = std::atan2(q.y, q.x);
+            return theta > 0.9f ? 0.0 : 3.0 * double(sent(theta, phi, d) * to.y / d / d);
+        },
+        0.01);
+}
+
+TEST(Lights, TableAcrossADistantLight) {
+    FloorScene s;
+    auto l = light(Kind::Distant, Rgb(2), Transform::translate(0, 3, 0) * Downwards);
+    auto table = std::make_shared<scene::LightTable>();
+    table->width = table->height = 64;
+    table->extent = 2;
+    for (int j = 0; j < 64; j++)
+        for (int i = 0; i < 64; i++)
+            table->rgb.insert(table->rgb.end(), 3,
+                              0.5f + 0.4f * std::sin(0.1f * float(i)) * std::cos(0.07f * float(j)));
+    l.table = table;
+    s.inputs.lights.push_back(l);
+    s.finish();
+    const Transform light_from_world = l.world_from_light.inverse();
+    expect_irradiance(
+        s,
+        [&](const Vec3f& x) {
+            const Vec3f q = light_from_world.point(x);
+            const double i = (q.x / 4 + 0.5) * 64 - 0.5, j = (q.y / 4 + 0.5) * 64 - 0.5;
+            return 2 * (0.5 + 0.4 * std::sin(0.1 * i) * std::cos(0.07 * j));
+        },
+        0.005);
+}
+
 TEST(Lights, ManyAddUp) {
     for (int count : {3, 40}) {
         FloorScene s;

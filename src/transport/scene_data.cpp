@@ -62,7 +62,8 @@ bool usable(const Rgb& c) {
     return std::isfinite(c.x + c.y + c.z) && std::max({c.x, c.y, c.z}) > 0;
 }
 
-AnalyticLight make_light(const scene::Light& light, const Transform& render_from_world) {
+AnalyticLight make_light(const scene::Light& light, const Transform& render_from_world,
+                         std::vector<float>& tables) {
     const Transform render_from_light = render_from_world * light.world_from_light;
     const float degrees = Pi / 180;
     AnalyticLight a{};
@@ -75,6 +76,19 @@ AnalyticLight make_light(const scene::Light& light, const Transform& render_from
     a.exponent = light.beam_distribution;
     a.cos_angle = std::cos(0.5f * light.angle * degrees);
     a.radius = light.radius;
+    for (int r = 0; r < 3; r++) {
+        const Vec3f axis = normalize(
+            render_from_light.vector({r == 0 ? 1.0f : 0.0f, r == 1 ? 1.0f : 0.0f, r == 2 ? 1.0f : 0.0f}));
+        for (int c = 0; c < 3; c++)
+            a.light_from_render[3 * r + c] = axis[c];
+    }
+    if (const scene::LightTable* t = light.table.get()) {
+        a.table = int(tables.size());
+        a.width = t->width, a.height = t->height, a.layers = t->layers;
+        a.falloff = t->falloff;
+        a.angle = t->angle, a.nearest = t->nearest, a.extent = t->extent;
+        tables.insert(tables.end(), t->rgb.begin(), t->rgb.end());
+    }
     return a;
 }
 
@@ -250,7 +264,7 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
         }
         if (!usable(light.amount))
             continue;
-        if (environment && light.texture.empty()) {
+        if (environment && light.texture.empty() && !light.table) {
             constant += light.amount;
             constant_visible |= light.kind == Kind::Environment && light.visible_camera;
         } else if (environment) {
@@ -259,7 +273,7 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
             else if (view.map.width > 0)
                 journal.warning(light.where, "a second environment picture is not used; one scene has one");
         } else
-            view.lights.push_back(make_light(light, in.render_from_world));
+            view.lights.push_back(make_light(light, in.render_from_world, view.light_tables));
     }
     view.constant.present = usable(constant);
     view.constant.visible_camera = constant_visible;

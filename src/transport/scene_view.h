@@ -26,6 +26,10 @@ struct AnalyticLight {
     float cos_outer, cos_inner, exponent; // spot
     float cos_angle;                      // distant: cosine of the angular radius; 1 = delta
     float radius;                         // point, spot: 0 = delta
+    // scene::LightTable; width 0 = none
+    int table, width, height, layers, falloff;
+    float angle, nearest, extent;
+    float light_from_render[9]; // rows
 };
 
 struct EnvironmentMap {
@@ -78,6 +82,7 @@ struct SceneView {
     // Lights: the choices are all emitters together (if any), the environment map, the constant environment,
     // and each analytic light.
     std::vector<AnalyticLight> lights;
+    std::vector<float> light_tables;
     EnvironmentMap map;
     ConstantEnvironment constant;
     int choices = 0, emitter_choice = -1, map_choice = -1, constant_choice = -1, first_light_choice = 0;

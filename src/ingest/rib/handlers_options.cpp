@@ -175,9 +175,6 @@ void exposure(Context& c, Call& call) {
 }
 
 void imager(Context& c, Call& call) {
-    c.reports.once(Severity::Warning, "Imager", call.where,
-                   "Imager \"" + call.text(0) + "\" is kept with the scene, but " +
-                       std::string(call.spec->note));
     c.options.options.imager = c.shader(call, 0);
 }
 

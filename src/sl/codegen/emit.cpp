@@ -22,7 +22,9 @@ enum Field {
     Members,
     MemberTexts,
     Channels,
-    Outputs
+    Outputs,
+    Host,
+    Budget
 };
 
 StageEmitter::StageEmitter(llvm::Module& module, const Program& program, const Stage& stage, const Plan& plan,
@@ -36,7 +38,8 @@ StageEmitter::StageEmitter(llvm::Module& module, const Program& program, const S
     m_bool = m_b.getInt1Ty();
     m_void = m_b.getVoidTy();
     std::vector<llvm::Type*> fields = {m_int, m_int, m_long};
-    fields.resize(Outputs + 2, m_pointer);
+    fields.resize(Budget, m_pointer);
+    fields.push_back(m_long);
     m_frame_type = llvm::StructType::get(m_context, fields);
 }
 
@@ -140,6 +143,7 @@ void StageEmitter::drive_item(const Item& item) {
         m_driver_loop_exit = exit;
         m_b.CreateBr(body);
         m_b.SetInsertPoint(body);
+        spend(item, m_driver, exit);
         drive(*item.body);
         end_with(body);
         m_driver_loop_exit = outer;
@@ -160,6 +164,27 @@ void StageEmitter::drive_item(const Item& item) {
     case Item::Declare:
         break;
     }
+}
+
+// One more iteration of a loop: leaves it where the run has had its share.
+void StageEmitter::spend(const Item& loop, Function* function, BasicBlock* exit) {
+    if (loop.fault < 0)
+        return;
+    llvm::Value* p = m_b.CreateStructGEP(m_frame_type, m_frame, Budget);
+    llvm::Value* left = m_b.CreateSub(m_b.CreateLoad(m_long, p), m_b.getInt64(1));
+    m_b.CreateStore(left, p);
+    BasicBlock* spent = BasicBlock::Create(m_context, "spent", function);
+    BasicBlock* go = BasicBlock::Create(m_context, "go", function);
+    m_b.CreateCondBr(m_b.CreateICmpSLT(left, m_b.getInt64(0)), spent, go);
+    m_b.SetInsertPoint(spent);
+    report_fault(loop.fault, m_b.getInt32(1));
+    m_b.CreateBr(exit);
+    m_b.SetInsertPoint(go);
+}
+
+void StageEmitter::report_fault(int fault, llvm::Value* lanes) {
+    llvm::FunctionCallee f = m_module.getOrInsertFunction("kanuka_sl_fault", m_void, m_pointer, m_int, m_int);
+    m_b.CreateCall(f, {m_frame, m_b.getInt32(uint32_t(fault)), lanes});
 }
 
 llvm::Value* StageEmitter::slot_pointer(const Slot& slot, int component) {
@@ -204,6 +229,8 @@ llvm::Value* StageEmitter::leaf_pointer(const Instr& i, int component) {
     }
     case Op::Param: {
         const Place& p = m_program.places[size_t(i.imm)];
+        if (i.floats.size() > 1)
+            return floats(Params, p.length);
         const int offset = p.offset + (i.floats.empty() ? 0 : int(i.floats[0]) * comps(i.ty));
         if (p.text)
             return texts(ParamTexts, offset);

@@ -50,6 +50,9 @@ class StageEmitter {
     llvm::Value* constant_pointer(const ir::Instr& instr, int component);
     llvm::Value* leaf_pointer(const ir::Instr& instr, int component);
     llvm::Value* driver_flag(Ref condition);
+    void spend(const ir::Item& loop, llvm::Function* function, llvm::BasicBlock* exit);
+    void report_fault(int fault, llvm::Value* lanes);
+    void fault_where(llvm::Value* bad, bool varying, const ir::Instr& instr);
 
     // emit_region.cpp: items within a region
     void block(const ir::Block& block, size_t begin, size_t end);
@@ -62,6 +65,7 @@ class StageEmitter {
     Value load_var(int var, bool varying);
     void store_var(int var, const Value& v, llvm::Value* mask);
     void prepare_var(int var);
+    void clear_array(int var);
     llvm::Type* scalar_type(ir::Ty ty) const;
     llvm::Type* lane_type(ir::Ty ty, bool varying) const;
     llvm::Value* widen(llvm::Value* v);

@@ -220,6 +220,27 @@ StageEmitter::Value StageEmitter::compute(const Instr& i) {
         }
         return v;
     }
+    case Op::Div: {
+        const Value a = arg(0), b = arg(1);
+        if (i.floats.empty()) {
+            for (int k = 0; k < n; k++)
+                v.part[k] = m_b.CreateFDiv(a.part[k], b.part[k]);
+            return v;
+        }
+        // By zero: 0, and a fault.
+        llvm::Value* bad = nullptr;
+        llvm::Value* zero = llvm::Constant::getNullValue(a.part[0]->getType());
+        llvm::Value* last = nullptr;
+        for (int k = 0; k < n; k++) {
+            if (b.part[k] != (k ? b.part[k - 1] : nullptr)) { // a splat is tested once
+                last = m_b.CreateFCmpOEQ(b.part[k], zero);
+                bad = bad ? m_b.CreateOr(bad, last) : last;
+            }
+            v.part[k] = m_b.CreateSelect(last, zero, m_b.CreateFDiv(a.part[k], b.part[k]));
+        }
+        fault_where(bad, i.varying, i);
+        return v;
+    }
     case Op::MatMul: {
         const Value a = arg(0), b = arg(1);
         for (int row = 0; row < 4; row++)
@@ -256,6 +277,25 @@ StageEmitter::Value StageEmitter::compute(const Instr& i) {
 // ---- arrays
 // ---------------------------------------------------------------------------------------------------------------
 
+// Reports the instruction's fault, with the number of lanes that run and have it.
+void StageEmitter::fault_where(llvm::Value* bad, bool varying, const Instr& i) {
+    if (varying && !i.args.empty() && m_stage.instrs[size_t(i.args.back())].ty == Ty::Mask)
+        bad = m_b.CreateAnd(bad, mask_bits(get(i.args.back(), true).part[0]));
+    llvm::Value* some = varying ? any(bad) : bad;
+    llvm::BasicBlock* report = llvm::BasicBlock::Create(m_context, "fault", m_r->function);
+    llvm::BasicBlock* next = llvm::BasicBlock::Create(m_context, "next", m_r->function);
+    m_b.CreateCondBr(some, report, next);
+    m_b.SetInsertPoint(report);
+    llvm::Value* lanes = m_b.getInt32(1);
+    if (varying && m_lanes > 1) {
+        llvm::Value* word = m_b.CreateBitCast(bad, m_b.getIntNTy(unsigned(m_lanes)));
+        lanes = m_b.CreateZExt(m_b.CreateUnaryIntrinsic(llvm::Intrinsic::ctpop, word), m_int);
+    }
+    report_fault(int(i.floats[0]), lanes);
+    m_b.CreateBr(next);
+    m_b.SetInsertPoint(next);
+}
+
 // The index as an integer within the array; lanes outside of it are reported once and take the nearest
 // element.
 llvm::Value* StageEmitter::clamp_index(const Instr& i, int size, bool varying) {
@@ -274,26 +314,7 @@ llvm::Value* StageEmitter::clamp_index(const Instr& i, int size, bool varying) {
     llvm::Value* low = m_b.CreateFCmpOGE(whole, zero);
     llvm::Value* high = m_b.CreateFCmpOLE(whole, last);
     if (!i.floats.empty()) {
-        llvm::Value* bad = m_b.CreateNot(m_b.CreateAnd(low, high));
-        const bool masked =
-            varying && !i.args.empty() && m_stage.instrs[size_t(i.args.back())].ty == Ty::Mask;
-        if (masked)
-            bad = m_b.CreateAnd(bad, mask_bits(get(i.args.back(), true).part[0]));
-        llvm::Value* some = varying ? any(bad) : bad;
-        llvm::BasicBlock* report = llvm::BasicBlock::Create(m_context, "fault", m_r->function);
-        llvm::BasicBlock* next = llvm::BasicBlock::Create(m_context, "next", m_r->function);
-        m_b.CreateCondBr(some, report, next);
-        m_b.SetInsertPoint(report);
-        llvm::Value* lanes = m_b.getInt32(1);
-        if (varying && m_lanes > 1) {
-            llvm::Value* word = m_b.CreateBitCast(bad, m_b.getIntNTy(unsigned(m_lanes)));
-            lanes = m_b.CreateZExt(m_b.CreateUnaryIntrinsic(llvm::Intrinsic::ctpop, word), m_int);
-        }
-        llvm::FunctionCallee fault =
-            m_module.getOrInsertFunction("kanuka_sl_fault", m_void, m_pointer, m_int, m_int);
-        m_b.CreateCall(fault, {m_frame, m_b.getInt32(uint32_t(i.floats[0])), lanes});
-        m_b.CreateBr(next);
-        m_b.SetInsertPoint(next);
+        fault_where(m_b.CreateNot(m_b.CreateAnd(low, high)), varying, i);
     }
     whole = m_b.CreateSelect(low, whole, zero);
     whole = m_b.CreateSelect(m_b.CreateFCmpOLE(whole, last), whole, last);

@@ -188,6 +188,24 @@ void StageEmitter::store_var(int v, const Value& value, llvm::Value* mask) {
     }
 }
 
+void StageEmitter::clear_array(int v) {
+    prepare_var(v);
+    m_r->written.insert(v);
+    const Var& var = m_stage.vars[size_t(v)];
+    const Slot& slot = m_plan.vars[size_t(v)];
+    const int n = comps(var.ty) * var.array;
+    llvm::Type* type = lane_type(var.ty, var.varying);
+    llvm::Value* zero = llvm::Constant::getNullValue(type);
+    if (slot.kind == Slot::Array) {
+        for (int c = 0; c < n; c++)
+            m_b.CreateAlignedStore(zero, m_b.CreateGEP(m_float, slot_pointer(slot, c), m_r->index),
+                                   llvm::Align(4));
+        return;
+    }
+    const uint64_t bytes = m_module.getDataLayout().getTypeAllocSize(type) * uint64_t(n);
+    m_b.CreateMemSet(m_r->arrays[v], m_b.getInt8(0), bytes, llvm::MaybeAlign(4));
+}
+
 // ---- items
 // ----------------------------------------------------------------------------------------------------------------
 
@@ -214,6 +232,8 @@ void StageEmitter::item(const Item& item) {
         instruction(item.ref);
         break;
     case Item::Declare:
+        if (m_stage.vars[size_t(item.target)].clear)
+            clear_array(item.target);
         break;
     case Item::If: {
         BasicBlock *yes = make("then"), *no = make("else"), *join = make("join");
@@ -248,6 +268,7 @@ void StageEmitter::item(const Item& item) {
         m_r->loop_exit = exit;
         m_b.CreateBr(body);
         m_b.SetInsertPoint(body);
+        spend(item, m_r->function, exit);
         nested(item.body);
         end_with(body);
         m_r->loop_exit = outer;

@@ -23,6 +23,7 @@ struct Frame {
     const float* channels; // values before any SetLobe: three floats a channel
     float* const* outputs; // by index of the stage's output, 16 a piece; null = not wanted
     void* host;            // the Runner
+    int64_t budget;        // iterations that are left
 };
 
 // What generated code calls. `args` has a pointer for each component of each argument, then of the result.

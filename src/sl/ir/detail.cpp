@@ -38,7 +38,7 @@ class Detail {
     void run() {
         for (Instr& i : m_stage.instrs)
             i.varying = i.op == Op::Input   ? input_varies(Input(i.imm))
-                        : i.op == Op::Param ? m_variant.varies(i.imm)
+                        : i.op == Op::Param ? i.floats.size() < 2 && m_variant.varies(i.imm)
                                             : i.op == Op::AllLanes;
         for (Var& v : m_stage.vars)
             v.varying = false;
@@ -205,10 +205,9 @@ void infer_detail(Stage& stage, const Variant& variant, Diagnostics* diagnostics
     for (const auto& [loc, v] : detail.broken) {
         const Var& var = stage.vars[size_t(v)];
         if (var.must_be_uniform)
-            diagnostics->error(
-                loc,
-                "\"" + var.name +
-                    "\" is uniform, but is given a value that varies over the surface; declare it varying");
+            diagnostics->warning(loc, "\"" + var.name +
+                                          "\" is declared uniform, but is given a value that varies over the "
+                                          "surface: it is taken as varying");
         else
             diagnostics->error(loc, "a string cannot vary over the surface; make what it depends on uniform");
     }

@@ -30,7 +30,7 @@ enum class Op : uint8_t { // is_leaf() knows where the leaves end
     Const,   // floats
     Text,    // string
     Input,   // imm: Input
-    Param,   // imm: index of a parameter
+    Param,   // imm: index of a parameter; floats: which element, or two of them: the array's length
     Member,  // imm: index of a member variable: its value when the stage begins
     Channel, // imm: index of a channel: its value before any SetLobe
     // variables; imm: index of the variable
@@ -81,7 +81,8 @@ enum class Op : uint8_t { // is_leaf() knows where the leaves end
     AndNot, // a and not b, masks
     // what needs the whole grid or the host; imm: index of a CallSite
     Call,
-    // surface colours that are not known before light is: imm: Closure
+    // surface colours that are not known before light is: imm: Closure. floats[0]: for the factors of an
+    // illuminance loop its number; for fresnel() and LightSample the variable of its reference value
     Closure,
 };
 
@@ -120,6 +121,8 @@ enum class Closure : uint8_t {
     DielectricGlossy,
     // a direction to a light: nothing is known of it
     LightDirection,
+    // the light of one of the directions that stand for all, in a loop whose kernel is no lobe's
+    LightSample,
 };
 
 enum class CallKind : uint8_t {
@@ -134,7 +137,9 @@ enum class CallKind : uint8_t {
     Concat,
     Match,
     Report,
-    Query, // attribute, option, rendererinfo, textureinfo: found = 0
+    Found, // attribute, option, rendererinfo, textureinfo: is it known? imm: sl::Query::Kind * 4 + what is
+           // wanted
+    Query, // its value
     CreateBoundary,
     AddLobe,
     AddLayer,
@@ -171,6 +176,7 @@ struct Var {
     int array = 0; // elements; 0 = not an array
     bool varying = false;
     bool must_be_uniform = false; // declared so
+    bool clear = false;           // an array whose elements are zero when it comes to life
     Loc loc;
     int context = -1; // masks: where it was declared
 };
@@ -196,18 +202,25 @@ struct Item {
     Block* orelse = nullptr;
     Loc loc;
     bool masked = false; // Loop: lanes leave it one by one. Scope: lanes jump to its end one by one
+    int fault = -1;      // Loop: what to report when it does not end
+    Ref light = None;    // Scope of an illuminance loop that runs over directions: the LightSample it adds to
 };
 
 struct Block {
     std::vector<Item> items;
 };
 
+// What a light shader's stage hands out; all but Color belong to the light as a whole.
+enum class Emission : uint8_t { Color, Form, From, Axis, Angle, Count };
+
 // What a stage hands out: a variable's value at its end.
 struct Output {
-    enum Kind : uint8_t { Position, Normal, Slot, Member, Parameter };
+    enum Kind : uint8_t { Position, Normal, Slot, Member, Parameter, Aov, Emitted, Filtered };
     Kind kind = Slot;
     int var = -1;
-    int index = 0; // Slot: channel; Member, Parameter: index
+    // Slot: channel; Member, Parameter, Aov: index; Emitted: Emission; Filtered: 0 Ci, 1 Oi, 2 alpha
+    int index = 0;
+    int element = 0; // Parameter: of an array
 };
 
 // One stage of a shader.
@@ -234,7 +247,15 @@ struct Place {
     int count = 0;
     bool text = false;
     bool varying = false; // may be bound to a primvar
+    int length = -1;      // in floats: of a resizable array the number of its elements; of a parameter whose
+                          // default varies, whether it was given a value
 };
+
+// Values that a resizable array parameter holds at most, and what a growing array has room for where its uses
+// do not say.
+inline constexpr int ResizableRoom = 64;
+// Iterations of all loops together, in one run of one stage over one grid, after which they are left.
+inline constexpr int64_t LoopBudget = 10'000'000;
 
 // One number or colour of the material: written by SetLobe, or a part of an extracted closure.
 struct Channel {
@@ -256,17 +277,23 @@ struct Program {
     std::vector<Channel> channels;
     // Stages that the shader lacks have no root. defaults: parameters' values that only the run time can
     // compute.
-    Stage defaults, init, interior, displace, shade;
+    Stage defaults, init, interior, displace, shade, light, filter;
     // Variables of the shade stage that a surface leaves its result in; -1 = it sets lobes itself.
     int Ci = -1, Oi = -1;
     // Fixed layering of a classic surface, in order; class shaders make theirs in init.
     std::vector<std::pair<std::string, grid::LobeId>> fixed_lobes;
+    std::vector<std::string> aovs;  // output parameters that the shade stage hands out
     std::vector<std::string> files; // names of the sources, for locations at run time
     std::vector<TextureUse> textures;
+    bool queries = false; // asks for attributes, options or the like
     uint64_t source_hash = 0;
 
-    std::array<Stage*, 5> stages() { return {&defaults, &init, &interior, &displace, &shade}; }
-    std::array<const Stage*, 5> stages() const { return {&defaults, &init, &interior, &displace, &shade}; }
+    std::array<Stage*, 7> stages() {
+        return {&defaults, &init, &interior, &displace, &shade, &light, &filter};
+    }
+    std::array<const Stage*, 7> stages() const {
+        return {&defaults, &init, &interior, &displace, &shade, &light, &filter};
+    }
 };
 
 std::string dump(const Stage& stage); // for tests

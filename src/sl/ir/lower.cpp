@@ -17,6 +17,7 @@ Ty Lower::ty(const ast::Type& t) {
     case Base::Matrix:
         return Ty::Matrix;
     case Base::String:
+    case Base::Shader: // its handle
         return Ty::String;
     case Base::Color:
     case Base::Point:
@@ -41,10 +42,26 @@ static sl::Type public_type(Base b) {
     case Base::Matrix:
         return sl::Type::Matrix;
     case Base::String:
+    case Base::Shader:
         return sl::Type::String;
     default:
         return sl::Type::Float;
     }
+}
+
+static bool contains(const Stmt* s, const std::function<bool(const Stmt*)>& wanted) {
+    if (!s)
+        return false;
+    if (wanted(s))
+        return true;
+    for (const Stmt* b : s->block)
+        if (contains(b, wanted))
+            return true;
+    return contains(s->body, wanted) || contains(s->orelse, wanted);
+}
+
+bool has_return(const Stmt* s) {
+    return contains(s, [](const Stmt* t) { return t->kind == StmtKind::Return; });
 }
 
 // ---- stages
@@ -66,6 +83,12 @@ void Lower::begin_stage(Stage& stage, Role role, const char* name) {
     m_tags.clear();
     m_var_tags.clear();
     m_illuminance = 0;
+    m_loop_depth = 0;
+    m_loop = -1;
+    m_sample = ir::None;
+    m_lit = false;
+    for (const VarDecl* v : m_shader.constants)
+        declare(v);
 }
 
 void Lower::end_stage() {
@@ -73,6 +96,22 @@ void Lower::end_stage() {
     std::vector<Item> items = m_prologue->items;
     items.insert(items.end(), s.root->items.begin(), s.root->items.end());
     s.root->items = std::move(items);
+}
+
+// A default value that only the surface knows (varying vector direction = dPdu) is computed where the shader
+// runs.
+bool Lower::late_default(const VarDecl* v) {
+    const auto varies = [](auto& self, const Expr* e) -> bool {
+        if (!e)
+            return false;
+        if (e->kind == ExprKind::Name && e->var && e->var->kind == VarDecl::Global)
+            return e->text != "PI" && e->text != "ncomps" && e->text != "null";
+        for (const Expr* a : e->args)
+            if (self(self, a))
+                return true;
+        return false;
+    };
+    return v->init && !v->type.array && ty(v->type) != Ty::String && varies(varies, v->init);
 }
 
 void Lower::parameters() {
@@ -84,14 +123,18 @@ void Lower::parameters() {
         p.varying = v->detail == Detail::Varying;
         p.output = v->output;
         p.array_size = v->type.array ? v->type.size : 0;
+        p.resizable = v->resizable;
         p.doc = v->doc;
         Place place;
-        place.text = v->type.base == Base::String;
-        place.count = comps(ty(v->type)) * std::max(1, p.array_size);
+        place.text = ty(v->type) == Ty::String;
+        const int elements = v->resizable ? std::max(ResizableRoom, p.array_size) : std::max(1, p.array_size);
+        place.count = comps(ty(v->type)) * elements;
         place.varying = p.varying && !place.text && !v->type.array;
         int& size = place.text ? m_program.strings : m_program.floats;
         place.offset = size;
         size += place.count;
+        if (v->resizable)
+            place.length = m_program.floats++;
         if (ty(v->type) == Ty::Void)
             m_diagnostics.error(v->loc, "a parameter cannot be a " + v->type.str());
         m_program.parameters.push_back(std::move(p));
@@ -102,52 +145,80 @@ void Lower::parameters() {
     for (const VarDecl* v : m_shader.parameters) {
         const int index = m_parameter_index[v];
         Parameter& p = m_program.parameters[index];
-        if (!v->init)
+        if (!v->init) {
+            const size_t count = size_t(comps(ty(v->type))) * (v->type.array ? size_t(v->type.size) : 1);
+            if (ty(v->type) == Ty::String)
+                p.strings.resize(count);
+            else
+                p.floats.resize(count);
             continue;
+        }
+        if (late_default(v)) {
+            m_program.places[size_t(index)].length = m_program.floats++;
+            p.floats.resize(size_t(comps(ty(v->type))));
+            continue;
+        }
         ast::Type element = v->type;
         element.array = false;
         std::vector<Ref> values;
         if (v->init->kind == ExprKind::List)
             for (const Expr* a : v->init->args)
                 values.push_back(expr_as(a, element));
+        else if (v->init->type.array)
+            values.clear(); // an empty array of a function
         else
             values.assign(size_t(std::max(1, p.array_size)), expr_as(v->init, element));
+        if (v->type.array && int(values.size()) > p.array_size)
+            values.resize(size_t(p.array_size));
         bool constant = true;
         for (Ref r : values)
             constant = constant && (m_b.at(r).op == Op::Const || m_b.at(r).op == Op::Text);
         if (constant) {
             for (Ref r : values)
-                if (element.base == Base::String)
+                if (ty(element) == Ty::String)
                     p.strings.push_back(m_b.at(r).text);
                 else
                     p.floats.insert(p.floats.end(), m_b.at(r).floats.begin(), m_b.at(r).floats.end());
-            const size_t count = size_t(m_program.places[index].count);
-            if (element.base == Base::String)
+            const size_t count =
+                size_t(comps(ty(element))) * (v->type.array ? size_t(std::max(0, p.array_size)) : 1);
+            if (ty(element) == Ty::String)
                 p.strings.resize(count);
             else
                 p.floats.resize(count);
             continue;
         }
-        if (v->type.array) {
-            m_diagnostics.error(v->init->loc, "the default values of an array must be constants");
+        if (element.base == Base::String && v->type.array) {
+            m_diagnostics.error(v->init->loc, "the default values of an array of strings must be constants");
             continue;
         }
-        const int var = m_b.var(p.name, ty(element), v->loc);
-        m_b.declare(var);
-        m_b.store(var, values[0], v->loc);
-        m_program.defaults.outputs.push_back({Output::Parameter, var, index});
+        for (size_t k = 0; k < values.size(); k++) {
+            const int var = m_b.var(p.name, ty(element), v->loc);
+            m_b.declare(var);
+            m_b.store(var, values[k], v->loc);
+            m_program.defaults.outputs.push_back({Output::Parameter, var, index, int(k)});
+        }
     }
     end_stage();
 }
 
 void Lower::members() {
-    for (const VarDecl* v : m_shader.members) {
+    // Structs are their members.
+    std::vector<const VarDecl*> all;
+    const auto flatten = [&](auto& again, const VarDecl* v) -> void {
+        if (v->fields.empty())
+            all.push_back(v);
+        for (const VarDecl* f : v->fields)
+            again(again, f);
+    };
+    for (const VarDecl* v : m_shader.members)
+        flatten(flatten, v);
+    for (const VarDecl* v : all) {
         if (v->type.handle() || v->type.base == Base::Lobe)
             continue;
         m_member_index[v] = int(m_program.members.size());
         Place place;
-        place.text = v->type.base == Base::String;
-        place.count = comps(ty(v->type)) * (v->type.array ? v->type.size : 1);
+        place.text = ty(v->type) == Ty::String;
+        place.count = comps(ty(v->type)) * (v->type.array ? std::max(1, v->type.size) : 1);
         int& size = place.text ? m_program.member_strings : m_program.member_floats;
         place.offset = size;
         size += place.count;
@@ -170,8 +241,9 @@ void Lower::run_method(FunctionDecl* f) {
         b.kind = Binding::Handle;
         const char* global_name = v->type.is(Base::Point)    ? "P"
                                   : v->type.is(Base::Normal) ? "N"
-                                  : v->type.is(Base::Color)  ? (bindings.empty() ? "Ci" : "Oi")
-                                                             : nullptr;
+                                  : v->type.is(Base::Color)
+                                      ? (bindings.empty() && f->name != "opacity" ? "Ci" : "Oi")
+                                      : nullptr;
         if (global_name)
             b = bind(m_sema.global(global_name));
         bindings.push_back(std::move(b));
@@ -191,29 +263,84 @@ void Lower::normal_output() {
         m_b.stage().outputs.push_back({Output::Normal, it->second.var, 0});
 }
 
-void Lower::class_stage(const char* name, Stage& stage, Role role) {
-    FunctionDecl* f = method(name);
-    if (!f)
+// A surface that leaves Ci alone is one of constant colour: RISpec begins with Ci = Cs, which means Cs where
+// Oi says that the surface is.
+void Lower::unset_color() {
+    int stores = 0;
+    for (const Instr& i : m_b.stage().instrs)
+        stores += i.op == Op::Store && i.imm == m_program.Ci;
+    if (stores > 1)
         return;
-    begin_stage(stage, role, name);
+    const Ref color = input(Input::Cs), opacity = m_b.load(m_program.Oi, {});
+    m_b.store(m_program.Ci, m_b.emit(Op::Mul, Ty::Triple, {color, opacity}, {}), {});
+}
+
+// RenderMan's stages of a class fit their forms; what else has their name is a method.
+FunctionDecl* Lower::stage_method(std::string_view name) {
+    FunctionDecl* f = method(name);
+    const size_t formals = name == "opacity" ? 1 : name == "begin" || name == "construct" ? 0 : 2;
+    return f && f->formals.size() == formals && f->result.is(Base::Void) ? f : nullptr;
+}
+
+// What runs for a class with Ci and Oi: its surface(), or the pipeline that stands for one.
+std::vector<FunctionDecl*> Lower::lit_methods() {
+    std::vector<FunctionDecl*> all;
+    const auto add = [&](std::string_view name) {
+        FunctionDecl* f = stage_method(name);
+        if (f)
+            all.push_back(f);
+        return f != nullptr;
+    };
+    add("opacity");
+    add("prelighting");
+    if (add("surface") || add("lighting"))
+        return all;
+    add("diffuselighting");
+    add("specularlighting");
+    add("postlighting");
+    return all;
+}
+
+void Lower::aov_outputs() {
+    for (const std::string& name : m_program.aovs)
+        for (const VarDecl* v : m_shader.parameters)
+            if (v->name == name && v->output && !v->type.array && ty(v->type) != Ty::String)
+                m_b.stage().outputs.push_back({Output::Aov, bind(v).var, m_parameter_index[v]});
+}
+
+void Lower::class_stage(const char* name, Stage& stage, Role role) {
+    std::vector<FunctionDecl*> methods = {method(name)};
+    const bool lit = role == Role::Shade && !methods[0];
+    if (lit)
+        methods = lit_methods();
+    if (methods.empty() || !methods[0])
+        return;
+    begin_stage(stage, role, lit ? "surface" : name);
+    m_lit = lit;
     for (const VarDecl* v : m_shader.members)
         declare(v);
-    FunctionDecl* const begin = method("begin");
-    if (begin && role != Role::Init && role != Role::Interior)
-        run_method(begin);
-    run_method(f);
+    for (const char* first : {"construct", "begin"})
+        if (FunctionDecl* f = stage_method(first); f && role != Role::Init && role != Role::Interior)
+            run_method(f);
+    if (lit) {
+        m_program.Ci = bind(m_sema.global("Ci")).var;
+        m_program.Oi = bind(m_sema.global("Oi")).var;
+    }
+    for (FunctionDecl* f : methods)
+        run_method(f);
     if (role == Role::Init)
-        for (const VarDecl* v : m_shader.members)
-            if (const auto it = m_member_index.find(v); it != m_member_index.end() && !v->type.array)
-                stage.outputs.push_back({Output::Member, m_bind[v].var, it->second});
+        for (const auto& [v, index] :
+             std::map<const VarDecl*, int>(m_member_index.begin(), m_member_index.end()))
+            if (!v->type.array && m_bind[v].kind == Binding::Variable)
+                stage.outputs.push_back({Output::Member, m_bind[v].var, index});
     if (role == Role::Displace || role == Role::Shade)
         normal_output();
     if (role == Role::Displace)
         stage.outputs.push_back({Output::Position, bind(m_sema.global("P")).var, 0});
-    if (f->name == "surface") {
-        m_program.Ci = bind(m_sema.global("Ci")).var;
-        m_program.Oi = bind(m_sema.global("Oi")).var;
-    }
+    if (lit)
+        unset_color();
+    if (role == Role::Shade)
+        aov_outputs();
     for (const auto& [channel, var] : std::map<int, int>(m_channel_vars.begin(), m_channel_vars.end()))
         stage.outputs.push_back({Output::Slot, var, channel});
     end_stage();
@@ -223,14 +350,31 @@ void Lower::classic_stage() {
     const bool displaces = m_shader.kind == ShaderKind::Displacement;
     Stage& stage = displaces ? m_program.displace : m_program.shade;
     begin_stage(stage, displaces ? Role::Displace : Role::Shade, displaces ? "displacement" : "surface");
+    m_lit = !displaces;
     if (!displaces) {
         m_program.Ci = bind(m_sema.global("Ci")).var;
         m_program.Oi = bind(m_sema.global("Oi")).var;
     }
-    statement(m_shader.body);
+    // return ends the shader: a scope around its body.
+    const int target = m_b.stage().targets++;
+    m_returns.push_back({target, -1});
+    if (has_return(m_shader.body)) {
+        Item scope{Item::Scope};
+        scope.target = target;
+        scope.loc = m_shader.loc;
+        scope.body = in_block([&] { statement(m_shader.body); });
+        m_b.item(scope);
+    } else {
+        statement(m_shader.body);
+    }
+    m_returns.pop_back();
+    if (!displaces)
+        unset_color();
     if (displaces)
         stage.outputs.push_back({Output::Position, bind(m_sema.global("P")).var, 0});
     normal_output();
+    if (!displaces)
+        aov_outputs();
     end_stage();
 }
 
@@ -243,56 +387,28 @@ void Lower::run() {
     case ShaderKind::Class:
         class_stage("mnk_init", m_program.init, Role::Init);
         class_stage("mnk_interior", m_program.interior, Role::Interior);
-        class_stage(method("mnk_displacement") ? "mnk_displacement" : "displacement", m_program.displace,
-                    Role::Displace);
-        class_stage(method("mnk_prelighting") ? "mnk_prelighting" : "surface", m_program.shade, Role::Shade);
+        class_stage(method("mnk_displacement")     ? "mnk_displacement"
+                    : stage_method("displacement") ? "displacement"
+                                                   : "",
+                    m_program.displace, Role::Displace);
+        class_stage("mnk_prelighting", m_program.shade, Role::Shade);
         break;
     case ShaderKind::Surface:
     case ShaderKind::Displacement:
         classic_stage();
         break;
-    default:
-        break; // lights, volumes and imagers: parameters and checks alone
+    case ShaderKind::Light:
+        light_stage();
+        break;
+    case ShaderKind::Volume:
+    case ShaderKind::Imager:
+        filter_stage();
+        break;
     }
 }
 
 // ---- declarations and statements
 // ------------------------------------------------------------------------------------
-
-void Lower::declare(const VarDecl* v) {
-    if (v->type.handle()) {
-        m_bind[v].kind = Binding::Handle;
-        if (v->init)
-            expr(v->init);
-        return;
-    }
-    if (v->type.base == Base::Lobe)
-        return bind_lobe(v, v->init);
-    if (v->is_extern)
-        return;
-    Binding b;
-    b.kind = Binding::Variable;
-    b.var = m_b.var(std::string(v->name), ty(v->type), v->loc, v->type.array ? std::max(1, v->type.size) : 0);
-    m_b.stage().vars[b.var].must_be_uniform = v->detail == Detail::Uniform;
-    ast::Type element = v->type;
-    element.array = false;
-    // The initial value is computed before the variable comes to life: float x = x is the outer x.
-    const bool list = v->init && v->init->kind == ExprKind::List;
-    Ref value = ir::None;
-    if (v->init && !list && !v->init->type.array)
-        value = expr_as(v->init, element);
-    m_b.declare(b.var);
-    if (v->kind == VarDecl::Member && !v->init && !v->type.array) {
-        value = m_b.leaf(Op::Member, ty(v->type), m_member_index[v]);
-    } else if (v->type.array) {
-        if (v->init)
-            assign_array(b.var, v->init, v->type, v->loc);
-        m_bind[v] = b;
-        return;
-    }
-    store_tagged(b.var, value != ir::None ? value : zero(ty(v->type)), v->loc);
-    m_bind[v] = b;
-}
 
 void Lower::jump(int target, Loc at) {
     Item i{Item::Jump};
@@ -316,46 +432,61 @@ void Lower::branch(Ref c, const Stmt* yes, const Stmt* no, Loc at) {
 
 // scope L { loop { if (!condition) jump L; scope N { body } step } }: break jumps to the end of L, continue
 // to that of N.
-void Lower::loop(const Stmt* s) {
-    statement(s->first);
-    if (s->init)
-        expr(s->init);
+void Lower::run_loop(Loc at, const std::function<Ref()>& condition_value, const std::function<void()>& body,
+                     const std::function<void()>& step) {
     const LoopTargets targets{m_b.stage().targets, m_b.stage().targets + 1};
     m_b.stage().targets += 2;
+    m_loop_depth++;
     Item outer{Item::Scope};
     outer.target = targets.leave;
-    outer.loc = s->loc;
+    outer.loc = at;
     outer.body = in_block([&] {
         Item forever{Item::Loop};
-        forever.loc = s->loc;
+        forever.loc = at;
+        forever.fault = fault(at, "this loop does not end: it is left after " + std::to_string(LoopBudget) +
+                                      " iterations of all loops over a grid");
         forever.body = in_block([&] {
-            if (s->expr) {
+            if (condition_value) {
                 Item leave{Item::If};
-                const Ref c = condition(s->expr);
-                leave.ref = m_b.emit(Op::Not, Ty::Bool, {c}, s->loc);
-                leave.loc = s->expr->loc;
+                const Ref c = condition_value();
+                leave.ref = m_b.emit(Op::Not, Ty::Bool, {c}, at);
+                leave.loc = at;
                 if (m_b.is_const(leave.ref)) {
                     if (m_b.at(leave.ref).floats[0] != 0)
-                        jump(targets.leave, s->loc);
+                        jump(targets.leave, at);
                 } else {
-                    leave.body = in_block([&] { jump(targets.leave, s->loc); });
+                    leave.body = in_block([&] { jump(targets.leave, at); });
                     leave.orelse = m_b.stage().block();
                     m_b.item(leave);
                 }
             }
             Item inner{Item::Scope};
             inner.target = targets.next;
-            inner.loc = s->loc;
+            inner.loc = at;
             m_loops.push_back(targets);
-            inner.body = in_block([&] { statement(s->body); });
+            inner.body = in_block(body);
             m_loops.pop_back();
             m_b.item(inner);
-            if (s->step)
-                expr(s->step);
+            if (step)
+                step();
         });
         m_b.item(forever);
     });
     m_b.item(outer);
+    m_loop_depth--;
+}
+
+void Lower::loop(const Stmt* s) {
+    statement(s->first);
+    if (s->init)
+        expr(s->init);
+    std::function<Ref()> test;
+    std::function<void()> step;
+    if (s->expr)
+        test = [&] { return condition(s->expr); };
+    if (s->step)
+        step = [&] { expr(s->step); };
+    run_loop(s->loc, test, [&] { statement(s->body); }, step);
 }
 
 void Lower::statement(const Stmt* s) {
@@ -398,13 +529,12 @@ void Lower::statement(const Stmt* s) {
         return;
     }
     case StmtKind::Return: {
-        if (m_returns.empty()) {
-            m_diagnostics.error(s->loc,
-                                "return belongs into a function; in a shader, put the rest into an if");
+        if (m_returns.empty())
             return;
-        }
         const Return r = m_returns.back();
-        if (s->expr && r.var >= 0)
+        if (s->expr && !m_active.empty() && m_active.back()->result.base == Base::Struct)
+            assign_struct(m_active.back()->result_fields->fields, s->expr, s->loc);
+        else if (s->expr && r.var >= 0)
             m_b.store(r.var, expr_as(s->expr, m_active.back()->result), s->loc);
         jump(r.target, s->loc);
         return;
@@ -412,9 +542,12 @@ void Lower::statement(const Stmt* s) {
     case StmtKind::Illuminance:
         illuminance(s);
         return;
+    case StmtKind::Gather:
+        gather(s);
+        return;
     case StmtKind::Illuminate:
     case StmtKind::Solar:
-        m_diagnostics.error(s->loc, "illuminate and solar belong into light shaders");
+        emission(s);
         return;
     }
 }

@@ -2,6 +2,7 @@
 // host calls.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <unordered_map>
 
@@ -11,19 +12,25 @@
 
 namespace kanuka::sl::ir {
 
+bool has_return(const ast::Stmt* s); // anywhere in it
+
 class Lower {
   public:
-    Lower(Program& program, Sema& sema, Diagnostics& diagnostics, ast::ShaderDecl& shader)
+    // projected: illuminance loops, by number, that closures.cpp could not read as lobes, and where it gave
+    // up.
+    Lower(Program& program, Sema& sema, Diagnostics& diagnostics, ast::ShaderDecl& shader,
+          const std::map<int, Loc>& projected = {})
         : m_program(program), m_sema(sema), m_diagnostics(diagnostics), m_shader(shader),
-          m_b(program.defaults) {}
+          m_projected(projected), m_b(program.defaults) {}
     void run();
 
   private:
-    enum class Role { Defaults, Init, Interior, Displace, Shade };
+    enum class Role { Defaults, Init, Interior, Displace, Shade, Light, Filter };
     struct Binding {
         enum Kind : uint8_t { None, Value, Variable, Lobe, Handle } kind = None;
         Ref value = ir::None;    // Value
         int var = -1;            // Variable; arrays too
+        int length = -1;         // of a resizable array: the variable of its length
         std::vector<int> inputs; // Lobe: a variable for each input of the lobe
         std::vector<bool> given; // Lobe: inputs that some constructor named
     };
@@ -37,18 +44,26 @@ class Lower {
 
     // lower.cpp: stages, statements
     void parameters();
+    static bool late_default(const ast::VarDecl* v);
     void members();
     void begin_stage(Stage& stage, Role role, const char* name);
     void end_stage();
     void class_stage(const char* method, Stage& stage, Role role);
     void classic_stage();
     void normal_output();
+    void aov_outputs();
+    void unset_color();
     ast::FunctionDecl* method(std::string_view name);
+    ast::FunctionDecl* stage_method(std::string_view name);
+    std::vector<ast::FunctionDecl*> lit_methods();
     void run_method(ast::FunctionDecl* f);
     void statement(const ast::Stmt* s);
     void declare(const ast::VarDecl* v);
+    void declare_array(const ast::VarDecl* v);
     void branch(Ref condition, const ast::Stmt* yes, const ast::Stmt* no, Loc at);
     void loop(const ast::Stmt* s);
+    void run_loop(Loc at, const std::function<Ref()>& condition_value, const std::function<void()>& body,
+                  const std::function<void()>& step);
     void jump(int target, Loc at);
     template <class F>
     Block* in_block(F&& body) {
@@ -58,6 +73,16 @@ class Lower {
         body();
         m_b.set_block(outer);
         return b;
+    }
+
+    // Where globals get their values: before all else.
+    template <class F>
+    Ref in_prologue(F&& value) {
+        Block* const here = m_b.block();
+        m_b.set_block(m_prologue);
+        const Ref r = value();
+        m_b.set_block(here);
+        return r;
     }
 
     // lower_expr.cpp
@@ -74,12 +99,21 @@ class Lower {
     Ref matrix_arithmetic(ast::BinOp op, Ref a, Ref b, Loc at);
     Ref inverse(Ref m, Loc at);
     Ref determinant(Ref m, Loc at);
+    Ref comparison(ast::BinOp op, Ref a, Ref b, Loc at);
     Ref ternary(const ast::Expr* e);
+    Ref index(const ast::Expr* e);
+    Ref element_of_matrix(const ast::Expr* e);
+    Ref component_of(Ref whole, Ref index, Loc at);
+    Ref with_component(Ref whole, Ref index, Ref value, Loc at);
     Ref tuple(const ast::Expr* e);
     Ref in_space(Ref value, const ast::Type& type, const ast::Expr* space, Loc at);
     Ref assign(const ast::Expr* e);
     void assign_to(const ast::Expr* target, Ref value, Loc at);
-    void assign_array(int var, const ast::Expr* value, const ast::Type& type, Loc at);
+    void assign_array(const Binding& to, const ast::Expr* value, const ast::Type& type, Loc at);
+    void assign_struct(const std::vector<ast::VarDecl*>& fields, const ast::Expr* value, Loc at);
+    void assign_struct_element(const ast::Expr* target, const ast::Expr* from, Loc at);
+    void copy_fields(const std::vector<ast::VarDecl*>& to, const std::vector<ast::VarDecl*>& from, Loc at);
+    void need_room(int var, int elements);
     Binding& bind(const ast::VarDecl* v);
     Ref zero(Ty ty);
     int fault(Loc at, std::string what);
@@ -87,15 +121,24 @@ class Lower {
 
     // lower_calls.cpp
     Ref call(const ast::Expr* e);
+    using Bindings = std::vector<std::pair<const ast::VarDecl*, Binding>>;
     Ref inline_function(ast::FunctionDecl* f, const std::vector<const ast::Expr*>& args, Loc at);
+    Ref struct_call(const ast::Expr* e);
     Ref inline_with(ast::FunctionDecl* f, std::vector<Binding> bindings, Loc at);
-    Ref inline_body(ast::FunctionDecl* f, std::vector<Binding> bindings, Loc at);
+    Ref inline_placed(ast::FunctionDecl* f, Bindings bindings, Loc at);
+    Ref inline_body(ast::FunctionDecl* f, Bindings bindings, Loc at);
     Ref shadeop(const ast::Expr* e);
     Ref primitive(const ast::Expr* e, const ops::Signature& s);
     Ref noise(const ast::Expr* e, const ops::Signature& s);
     Ref special(const ast::Expr* e, const ops::Signature& s);
+    Ref array_op(const ast::Expr* e);
+    Ref query(const ast::Expr* e);
+    void bind_formal(const ast::VarDecl* formal, const ast::Expr* a, Bindings& bindings,
+                     std::vector<std::pair<const ast::Expr*, int>>& copies);
     Ref closure(const ast::Expr* e, const ops::Signature& s);
     Ref spline(const ast::Expr* e, const ops::Signature& s);
+    Ref spline_in(const ops::SplineBasis& basis, bool solve, Ref x, const Binding& values, Ty t, Loc at);
+    Ref spline_at(const ops::SplineBasis& basis, Ref x, const Binding& values, Ty t, Loc at);
     Ref texture(const ast::Expr* e, const ops::Signature& s);
     Ref component(const ast::Expr* e);
     Ref space(const ast::Expr* e);
@@ -115,8 +158,11 @@ class Lower {
     // lower_light.cpp: what directions and kernels are, so that illuminance loops and fresnel() can be read
     enum class Tag : uint8_t {
         None,
-        View,
-        ViewCosine,
+        View,       // I
+        Eye,        // -I
+        Facing,     // a normal that faceforward() turned: unturned, since surfaces have two sides
+        ViewCosine, // I . N
+        EyeCosine,  // -I . N
         Mirrored,
         Refracted,
         Light,
@@ -142,7 +188,33 @@ class Lower {
     Ref light_arithmetic(ast::BinOp op, Ref a, Ref b, Loc at);
     Ref light_shadeop(const ast::Expr* e);
     Ref fresnel(const ast::Expr* e);
+    Ref view_direction(Loc at);
+    Ref turned(Ref normal, Loc at);
+    Ref negated(Ref value, Loc at);
+    Ref source_call(const char* shadeop, std::vector<Ref> args, Loc at, Ty result = Ty::Triple);
+
+    // lower_loops.cpp: loops over light, and what else asks for light that comes only later
+    struct Cone {
+        Ref axis = ir::None, angle = ir::None;
+    };
+    Cone cone_of(const ast::Stmt* s);
     void illuminance(const ast::Stmt* s);
+    Binding bind_color(Loc at);
+    void project(const ast::Stmt* s, Loc reason);
+    void gather(const ast::Stmt* s);
+    void repeat(Ref count, const ast::Stmt* body, Loc at);
+    int reference_value(const char* name, Loc at);
+    Ref light_query(const ast::Expr* e, bool& known);
+    Ref expr_global(const char* name, Loc at);
+
+    bool on_grid() const { return m_role >= Role::Displace; }
+
+    // lower_emission.cpp: light shaders; volume and imager shaders
+    void light_stage();
+    void filter_stage();
+    void emission(const ast::Stmt* s);
+    Ref shader_frame(int row, Loc at);
+    int m_emission[int(Emission::Count)] = {}; // variables
 
     static Ty ty(const ast::Type& t);
 
@@ -150,6 +222,7 @@ class Lower {
     Sema& m_sema;
     Diagnostics& m_diagnostics;
     ast::ShaderDecl& m_shader;
+    const std::map<int, Loc>& m_projected;
     Builder m_b;
     Role m_role = Role::Defaults;
     Block* m_prologue = nullptr;
@@ -168,7 +241,12 @@ class Lower {
     std::vector<Return> m_returns;
     std::unordered_map<Ref, Tag> m_tags;
     std::unordered_map<int, Tag> m_var_tags;
-    int m_illuminance = 0; // depth of illuminance loops
+    int m_illuminance = 0; // depth of illuminance loops that are read as lobes
+    int m_loop = -1;       // the illuminance loop being read, and how many there were
+    int m_loops_seen = 0;
+    Ref m_sample = ir::None; // direction to a light, in a loop that runs over directions
+    bool m_lit = false;      // the stage's Ci is read as a material
+    int m_loop_depth = 0;    // loops around what is being lowered, functions' callers counted
     bool m_overflow = false;
 };
 

@@ -17,17 +17,6 @@ Ref Lower::call(const Expr* e) {
 // ---- functions
 // ------------------------------------------------------------------------------------------------------
 
-static bool has_return(const Stmt* s) {
-    if (!s)
-        return false;
-    if (s->kind == StmtKind::Return)
-        return true;
-    for (const Stmt* b : s->block)
-        if (has_return(b))
-            return true;
-    return has_return(s->body) || has_return(s->orelse);
-}
-
 // A function whose only return is its last statement needs no jump.
 bool Lower::returns_early(const FunctionDecl* f) {
     const auto [it, fresh] = m_early.try_emplace(f, false);
@@ -40,42 +29,101 @@ bool Lower::returns_early(const FunctionDecl* f) {
     return it->second;
 }
 
-Ref Lower::inline_function(FunctionDecl* f, const std::vector<const Expr*>& args, Loc at) {
-    std::vector<Binding> bindings;
-    std::vector<std::pair<const Expr*, int>>
-        copies; // outputs that are not plain variables: written back after
-    for (size_t i = 0; i < f->formals.size(); i++) {
-        const VarDecl* formal = f->formals[i];
-        const Expr* a = args[i];
-        Binding b;
-        if (formal->type.handle()) {
-            b.kind = Binding::Handle;
-        } else if (formal->type.base == Base::Lobe || formal->type.array) {
-            if (a->var)
-                b = bind(a->var);
-        } else if (formal->output && a->kind == ExprKind::Name && a->var &&
-                   bind(a->var).kind == Binding::Variable) {
-            b = bind(a->var);
-        } else if (formal->output) {
-            b.kind = Binding::Variable;
-            const Ref value = expr_as(a, formal->type);
-            b.var = m_b.var(std::string(formal->name), ty(formal->type), formal->loc);
-            m_b.declare(b.var);
-            m_b.store(b.var, value, a->loc);
-            copies.emplace_back(a, b.var);
-        } else {
-            b.kind = Binding::Value;
-            b.value = expr_as(a, formal->type);
+// What a formal stands for: the caller's variable where it is an output or an array, else a value. What is
+// neither (an output that is no plain variable) is copied, and back after the call.
+void Lower::bind_formal(const VarDecl* formal, const Expr* a, Bindings& bindings,
+                        std::vector<std::pair<const Expr*, int>>& copies) {
+    Binding b;
+    if (formal->type.base == Base::Struct) {
+        const bool named = a->kind == ExprKind::Name && a->var;
+        if (!named) { // a result or a constructor: into variables of its own
+            for (VarDecl* f : formal->fields)
+                declare(f);
+            assign_struct(formal->fields, a, a->loc);
+            return;
         }
-        bindings.push_back(std::move(b));
+        for (size_t i = 0; i < formal->fields.size() && i < a->var->fields.size(); i++) {
+            Expr name{ExprKind::Name, a->loc};
+            name.var = a->var->fields[i];
+            name.type = name.var->type;
+            bind_formal(formal->fields[i], &name, bindings, copies);
+        }
+        return;
     }
-    const Ref result = inline_with(f, std::move(bindings), at);
+    if (formal->type.handle()) {
+        b.kind = Binding::Handle;
+    } else if (formal->type.base == Base::Lobe || formal->type.array) {
+        if (a->var) {
+            b = bind(a->var);
+        } else if (formal->type.array) { // a list or an empty array
+            b.kind = Binding::Variable;
+            b.var = m_b.var(std::string(formal->name), ty(formal->type), formal->loc,
+                            std::max(1, int(a->kind == ExprKind::List ? a->args.size() : 0)));
+            m_b.declare(b.var);
+            if (a->kind != ExprKind::List) {
+                b.length = m_b.var(std::string(formal->name) + ".length", Ty::Float, formal->loc);
+                m_b.declare(b.length);
+            }
+            assign_array(b, a, formal->type, a->loc);
+        }
+    } else if (formal->output && a->kind == ExprKind::Name && a->var &&
+               bind(a->var).kind == Binding::Variable) {
+        b = bind(a->var);
+    } else if (formal->output || formal->assigned) {
+        b.kind = Binding::Variable;
+        const Ref value = expr_as(a, formal->type);
+        b.var = m_b.var(std::string(formal->name), ty(formal->type), formal->loc);
+        m_b.declare(b.var);
+        store_tagged(b.var, value, a->loc);
+        if (formal->output)
+            copies.emplace_back(a, b.var);
+    } else {
+        b.kind = Binding::Value;
+        b.value = expr_as(a, formal->type);
+    }
+    bindings.emplace_back(formal, std::move(b));
+}
+
+Ref Lower::inline_function(FunctionDecl* f, const std::vector<const Expr*>& args, Loc at) {
+    Bindings bindings;
+    std::vector<std::pair<const Expr*, int>> copies;
+    for (size_t i = 0; i < f->formals.size(); i++)
+        bind_formal(f->formals[i], args[i], bindings, copies);
+    const Ref result = inline_placed(f, std::move(bindings), at);
     for (const auto& [target, var] : copies)
         assign_to(target, m_b.load(var, at), at);
     return result;
 }
 
-Ref Lower::inline_with(FunctionDecl* f, std::vector<Binding> bindings, Loc at) {
+// s->f (…): the members that the function sees are those of s.
+Ref Lower::struct_call(const Expr* e) {
+    Bindings bindings;
+    const auto members = [&](auto& again, const std::vector<VarDecl*>& seen,
+                             const std::vector<VarDecl*>& own) -> void {
+        for (size_t i = 0; i < seen.size() && i < own.size(); i++)
+            if (own[i]->fields.empty())
+                bindings.emplace_back(seen[i], bind(own[i]));
+            else
+                again(again, seen[i]->fields, own[i]->fields);
+    };
+    members(members, e->var->type.record->members, e->var->fields);
+    std::vector<std::pair<const Expr*, int>> copies;
+    for (size_t i = 0; i < e->function->formals.size(); i++)
+        bind_formal(e->function->formals[i], e->args[i + 1], bindings, copies);
+    const Ref result = inline_placed(e->function, std::move(bindings), e->loc);
+    for (const auto& [target, var] : copies)
+        assign_to(target, m_b.load(var, e->loc), e->loc);
+    return result;
+}
+
+Ref Lower::inline_with(FunctionDecl* f, std::vector<Binding> values, Loc at) {
+    Bindings bindings;
+    for (size_t i = 0; i < f->formals.size(); i++)
+        bindings.emplace_back(f->formals[i], std::move(values[i]));
+    return inline_placed(f, std::move(bindings), at);
+}
+
+Ref Lower::inline_placed(FunctionDecl* f, Bindings bindings, Loc at) {
     // What a shadeop's own source does is said to be at its call.
     const bool outermost = !m_b.place() && m_diagnostics.sources().name(f->loc.file).starts_with("<");
     if (outermost)
@@ -86,7 +134,7 @@ Ref Lower::inline_with(FunctionDecl* f, std::vector<Binding> bindings, Loc at) {
     return result;
 }
 
-Ref Lower::inline_body(FunctionDecl* f, std::vector<Binding> bindings, Loc at) {
+Ref Lower::inline_body(FunctionDecl* f, Bindings bindings, Loc at) {
     for (const FunctionDecl* active : m_active)
         if (active == f) {
             m_diagnostics.error(at, "function \"" + std::string(f->name) +
@@ -95,8 +143,11 @@ Ref Lower::inline_body(FunctionDecl* f, std::vector<Binding> bindings, Loc at) {
         }
     if (m_active.size() > 200 || m_overflow)
         return zero(ty(f->result));
-    for (size_t i = 0; i < f->formals.size(); i++)
-        m_bind[f->formals[i]] = std::move(bindings[i]);
+    for (auto& [formal, binding] : bindings)
+        m_bind[formal] = std::move(binding);
+    if (f->result_fields)
+        for (const VarDecl* field : f->result_fields->fields)
+            declare(field);
     m_active.push_back(f);
     std::vector<LoopTargets> loops;
     loops.swap(m_loops);
@@ -117,16 +168,16 @@ Ref Lower::inline_body(FunctionDecl* f, std::vector<Binding> bindings, Loc at) {
         m_b.item(scope);
         m_returns.pop_back();
         if (var >= 0)
-            result = m_b.load(var, at);
+            result = load_tagged(var, at);
     } else {
         m_returns.push_back({-1, -1});
         for (const Stmt* s : f->body->block) {
-            if (s->kind == StmtKind::Return) {
-                if (s->expr)
-                    result = expr_as(s->expr, f->result);
-            } else {
+            if (s->kind != StmtKind::Return)
                 statement(s);
-            }
+            else if (s->expr && f->result_fields)
+                assign_struct(f->result_fields->fields, s->expr, s->loc);
+            else if (s->expr)
+                result = expr_as(s->expr, f->result);
         }
         m_returns.pop_back();
     }
@@ -200,8 +251,12 @@ Ref Lower::closure(const Expr* e, const ops::Signature& s) {
     for (size_t i = 0; i < s.args.size(); i++)
         if (!s.args[i].type.is(Base::String))
             args.push_back(expr_as(e->args[i], s.args[i].type));
-    if (m_program.kind != ShaderKind::Surface && m_role != Role::Shade) {
-        m_diagnostics.error(e->loc, e->shadeop->name + "() is not known here: light comes after shading");
+    if (!m_lit) {
+        const std::string what = e->shadeop->name + "() is not known here: light comes after shading";
+        if (m_program.kind == ShaderKind::Class)
+            m_diagnostics.error(e->loc, what + "; use a lobe");
+        else
+            m_diagnostics.warning(e->loc, what + "; it is black");
         return zero(Ty::Triple);
     }
     Closure kind = Closure(s.imm);
@@ -228,12 +283,6 @@ Ref Lower::component(const Expr* e) {
                       column},
                      e->loc);
     }
-    const auto part = [&](int i) { return m_b.emit(Op::Extract, Ty::Float, {whole}, e->loc, i); };
-    const auto at = [&](int i) { // is `index` element i?
-        const Ref low = m_b.emit(Op::Ge, Ty::Bool, {index, m_b.constant(float(i))}, e->loc);
-        const Ref high = m_b.emit(Op::Lt, Ty::Bool, {index, m_b.constant(float(i + 1))}, e->loc);
-        return m_b.emit(Op::And, Ty::Bool, {low, high}, e->loc);
-    };
     if (m_b.is_const(index)) {
         const float f = std::floor(m_b.at(index).floats[0]);
         if (!(f >= 0 && f < float(n))) {
@@ -242,26 +291,43 @@ Ref Lower::component(const Expr* e) {
             return zero(Ty::Float);
         }
     }
-    if (!set) {
-        if (m_b.is_const(index))
-            return part(int(m_b.at(index).floats[0]));
-        Ref r = part(0);
-        for (int i = 1; i < n; i++)
-            r = m_b.emit(Op::Select, Ty::Float, {at(i), part(i), r}, e->loc);
-        return r;
-    }
+    if (!set)
+        return component_of(whole, index, e->loc);
     const Ref value = expr_as(e->args[matrix ? 3 : 2], {Base::Float});
-    std::vector<Ref> parts;
-    for (int i = 0; i < n; i++) {
-        const Ref old = part(i);
-        parts.push_back(m_b.emit(
-            Op::Select, Ty::Float,
-            {m_b.is_const(index) ? m_b.boolean(int(m_b.at(index).floats[0]) == i) : at(i), value, old},
-            e->loc));
-    }
-    const Ref made = m_b.emit(Op::Make, t, std::move(parts), e->loc);
-    assign_to(e->args[0], made, e->loc);
+    assign_to(e->args[0], with_component(whole, index, value, e->loc), e->loc);
     return zero(Ty::Float);
+}
+
+// Is `index` element i?
+static Ref is_element(Builder& b, Ref index, int i, Loc at) {
+    if (b.is_const(index))
+        return b.boolean(int(b.at(index).floats[0]) == i);
+    const Ref low = b.emit(Op::Ge, Ty::Bool, {index, b.constant(float(i))}, at);
+    const Ref high = b.emit(Op::Lt, Ty::Bool, {index, b.constant(float(i + 1))}, at);
+    return b.emit(Op::And, Ty::Bool, {low, high}, at);
+}
+
+Ref Lower::component_of(Ref whole, Ref index, Loc at) {
+    const int n = comps(m_b.at(whole).ty);
+    const auto part = [&](int i) { return m_b.emit(Op::Extract, Ty::Float, {whole}, at, i); };
+    if (m_b.is_const(index)) {
+        const float f = m_b.at(index).floats[0];
+        return part(f > 0 ? std::min(int(f), n - 1) : 0);
+    }
+    Ref r = part(0);
+    for (int i = 1; i < n; i++)
+        r = m_b.emit(Op::Select, Ty::Float, {is_element(m_b, index, i, at), part(i), r}, at);
+    return r;
+}
+
+Ref Lower::with_component(Ref whole, Ref index, Ref value, Loc at) {
+    const Ty t = m_b.at(whole).ty;
+    std::vector<Ref> parts;
+    for (int i = 0; i < comps(t); i++) {
+        const Ref old = m_b.emit(Op::Extract, Ty::Float, {whole}, at, i);
+        parts.push_back(m_b.emit(Op::Select, Ty::Float, {is_element(m_b, index, i, at), value, old}, at));
+    }
+    return m_b.emit(Op::Make, t, std::move(parts), at);
 }
 
 // The matrix between two spaces. Found once, when the stage begins, where the names are constants or
@@ -324,14 +390,32 @@ Ref Lower::texture(const Expr* e, const ops::Signature& s) {
     add("channel", channel);
     size_t i = 1;
     std::vector<Ref> positional;
-    while (i < e->args.size() && e->args[i]->kind != ExprKind::String)
-        positional.push_back(expr(e->args[i++]));
+    for (; i < e->args.size() && e->args[i]->kind != ExprKind::String; i++) {
+        const Expr* a = e->args[i];
+        if (a->type.base != Base::Struct) {
+            positional.push_back(expr(a));
+            continue;
+        }
+        // A filter region: coordinates, and a direction.
+        for (size_t k = environment ? 2 : 0;
+             a->var && k < (environment ? 3u : 2u) && k < a->var->fields.size(); k++) {
+            Expr field{ExprKind::Name, a->loc};
+            field.var = a->var->fields[k];
+            field.type = field.var->type;
+            positional.push_back(expr(&field));
+        }
+    }
     const auto coordinate = [&](size_t k, const char* fallback) {
         if (k < positional.size() && m_b.at(positional[k]).ty == Ty::Float)
             return positional[k];
         return global(m_sema.global(fallback), e->loc);
     };
     if (environment) {
+        // A refracted direction sees the scene through a lobe, as trace() does; closures.cpp knows of
+        // mirrors.
+        if (m_lit && !positional.empty() && tag(positional[0]) == Tag::Refracted &&
+            ty(s.result) == Ty::Triple)
+            return m_b.emit(Op::Closure, Ty::Triple, {positional[0]}, e->loc, int(Closure::Refraction));
         add("direction", positional.empty() ? zero(Ty::Triple) : positional[0]);
     } else if (positional.size() == 8) {
         static constexpr const char* Names[] = {"s1", "t1", "s2", "t2", "s3", "t3", "s4", "t4"};
@@ -372,6 +456,13 @@ Ref Lower::texture(const Expr* e, const ops::Signature& s) {
     return m_b.call(std::move(site), ty(s.result));
 }
 
+// What shadername() and its like call a kind.
+static const char* message_name(ShaderKind kind) {
+    static constexpr const char* Names[] = {"surface",     "surface",    "displacement",
+                                            "lightsource", "atmosphere", "imager"};
+    return Names[int(kind)];
+}
+
 Ref Lower::special(const Expr* e, const ops::Signature& s) {
     const std::string& n = e->shadeop->name;
     bool known = true;
@@ -398,14 +489,21 @@ Ref Lower::special(const Expr* e, const ops::Signature& s) {
         return texture(e, s);
     if (n == "determinant")
         return determinant(expr(e->args[0]), e->loc);
-    if (n == "arraylength") {
-        const Expr* a = e->args[0];
-        if (!a->type.array || !a->var)
-            return m_b.constant(0.0f);
-        return m_b.constant(float(m_b.stage().vars[bind(a->var).var].array));
+    if (n == "arraylength" || n == "capacity" || n == "push" || n == "pop" || n == "resize" || n == "reserve")
+        return array_op(e);
+    if (n == "attribute" || n == "option" || n == "rendererinfo" || n == "textureinfo")
+        return query(e);
+    if (n == "shadername") {
+        const bool own = e->args.empty() ||
+                         constant_text(e->args[0], "the kind of a shader") == message_name(m_program.kind);
+        return m_b.text(own ? m_program.name : std::string());
     }
-    if (n == "shadername")
-        return m_b.text(m_program.name);
+    if (n == "emit")
+        m_diagnostics.warning(e->loc, "emit() is not here: add to Ci, or use an area light");
+    if (n == "bake3d" || n == "texture3d" || n == "bake") {
+        m_diagnostics.warning(e->loc, n + "() is not here: there are no point clouds; it gives 0");
+        return zero(Ty::Float);
+    }
     if (n == "format")
         return host(CallKind::Format, e, s);
     if (n == "concat")
@@ -416,76 +514,14 @@ Ref Lower::special(const Expr* e, const ops::Signature& s) {
         return host(CallKind::Printf, e, s);
     if (n == "__report")
         return host(CallKind::Report, e, s);
-    if (n == "specularbrdf") {
-        m_diagnostics.error(e->loc,
-                            "specularbrdf() belongs into an illuminance loop; use specular(N, V, roughness)");
-        return zero(Ty::Triple);
-    }
-    // attribute, option, rendererinfo, textureinfo, shadow: nothing is known of what they ask
-    return zero(ty(s.result));
-}
-
-Ref Lower::spline(const Expr* e, const ops::Signature& s) {
-    const Loc at = e->loc;
-    size_t k = 0;
-    const ops::SplineBasis* basis = ops::find_basis("catmull-rom");
-    if (s.args[0].type.is(Base::String)) {
-        const std::string name = constant_text(e->args[0], "a spline's basis");
-        basis = ops::find_basis(name);
-        if (!basis) {
-            m_diagnostics.error(e->args[0]->loc,
-                                "unknown basis \"" + name +
-                                    "\"; there are bezier, bspline, catmull-rom, hermite, linear");
-            basis = ops::find_basis("catmull-rom");
-        }
-        k = 1;
-    }
-    const ast::Type element = s.result;
-    const Ty t = ty(element);
-    const Ref x = expr_as(e->args[k++], {Base::Float});
-    int var = -1;
-    if (k < e->args.size() && e->args[k]->type.array) {
-        if (!e->args[k]->var)
-            return zero(t);
-        var = bind(e->args[k]->var).var;
-    } else {
-        std::vector<Ref> values;
-        for (; k < e->args.size(); k++) {
-            if (conversion_cost(e->args[k]->type, element) < 0) {
-                m_diagnostics.error(e->args[k]->loc, "found " + e->args[k]->type.str() + ", expected " +
-                                                         element.str() + " for a value of the spline");
-                return zero(t);
-            }
-            values.push_back(expr_as(e->args[k], element));
-        }
-        var = m_b.var("spline", t, at, std::max<int>(1, int(values.size())));
-        m_b.declare(var);
-        for (size_t i = 0; i < values.size(); i++)
-            m_b.emit(Op::StoreElement, Ty::Void, {m_b.constant(float(i)), values[i]}, at, var);
-    }
-    const int n = m_b.stage().vars[var].array;
-    if (n < 4) {
-        m_diagnostics.error(at, "a spline needs at least 4 values, found " + std::to_string(n));
-        return zero(t);
-    }
-    // Segment and parameter within it.
-    const int segments = (n - 4) / basis->step + 1;
-    const auto f = [&](float v) { return m_b.constant(v); };
-    const auto op = [&](Op o, Ref a, Ref b) { return m_b.emit(o, m_b.at(a).ty, {a, b}, at); };
-    const Ref scaled = op(Op::Mul, op(Op::Min, op(Op::Max, x, f(0)), f(1)), f(float(segments)));
-    const Ref segment = op(Op::Min, m_b.emit(Op::Floor, Ty::Float, {scaled}, at), f(float(segments - 1)));
-    const Ref u = op(Op::Sub, scaled, segment);
-    const Ref first = op(Op::Mul, segment, f(float(basis->step)));
-    Ref sum = ir::None;
-    for (int c = 0; c < 4; c++) {
-        Ref w = f(basis->m[0][c]);
-        for (int d = 1; d < 4; d++)
-            w = op(Op::Add, op(Op::Mul, w, u), f(basis->m[d][c]));
-        const Ref value = m_b.emit(Op::LoadElement, t, {op(Op::Add, first, f(float(c)))}, at, var);
-        const Ref term = op(Op::Mul, value, t == Ty::Triple ? m_b.splat(w, at) : w);
-        sum = sum == ir::None ? term : op(Op::Add, sum, term);
-    }
-    return sum;
+    if (const Ref r = light_query(e, known = true); known)
+        return r;
+    // Messages of other shaders, co-shaders: none of them is there
+    for (const Expr* a : e->args)
+        if (a->type.base != Base::Struct && !a->type.array && !a->type.handle())
+            expr(a);
+    const Ty t = ty(s.result);
+    return zero(t == Ty::Void ? Ty::Float : t);
 }
 
 } // namespace kanuka::sl::ir

@@ -27,22 +27,44 @@ Lower::Binding& Lower::bind(const VarDecl* v) {
     Binding b;
     if (v->kind == VarDecl::Parameter) {
         const int index = m_parameter_index[v];
-        if (!v->output && !v->type.array) {
+        if (late_default(v)) {
+            b.kind = Binding::Variable;
+            b.var = m_b.var(std::string(v->name), ty(v->type), v->loc);
+            Block* const here = m_b.block();
+            m_b.set_block(m_prologue);
+            const Ref value = expr_as(v->init, v->type); // may bind globals, in the prologue too
+            const Ref given = m_b.leaf(Op::Param, Ty::Float, index);
+            m_b.stage().instrs[given].floats = {0, 0};
+            const Ref own = m_b.leaf(Op::Param, ty(v->type), index);
+            m_b.declare(b.var);
+            m_b.store(b.var, m_b.emit(Op::Select, ty(v->type), {truth(given), own, value}, v->loc), v->loc);
+            m_b.set_block(here);
+        } else if (!v->output && !v->type.array && !v->assigned) {
             b.kind = Binding::Value;
             b.value = m_b.leaf(Op::Param, ty(v->type), index);
         } else {
             b.kind = Binding::Variable;
-            b.var = m_b.var(std::string(v->name), ty(v->type), v->loc, v->type.array ? v->type.size : 0);
+            const int room = m_program.places[size_t(index)].count / comps(ty(v->type));
+            b.var = m_b.var(std::string(v->name), ty(v->type), v->loc, v->type.array ? room : 0);
             Block* const here = m_b.block();
             m_b.set_block(m_prologue);
             m_b.declare(b.var);
             if (v->type.array) {
                 // Elements are copied: constants of the instance, so the copies fold away where they are not
                 // indexed.
-                for (int i = 0; i < v->type.size; i++) {
-                    const Ref element = m_b.leaf(Op::Param, ty(v->type), index);
-                    m_b.stage().instrs[element].floats = {float(i)}; // which element
-                    m_b.emit(Op::StoreElement, Ty::Void, {m_b.constant(float(i)), element}, v->loc, b.var);
+                const auto element = [&](std::vector<float> which, Ty t) {
+                    const Ref r = m_b.leaf(Op::Param, t, index);
+                    m_b.stage().instrs[r].floats = std::move(which);
+                    return r;
+                };
+                for (int i = 0; i < room; i++) {
+                    const Ref r = element({float(i)}, ty(v->type));
+                    m_b.emit(Op::StoreElement, Ty::Void, {m_b.constant(float(i)), r}, v->loc, b.var);
+                }
+                if (v->resizable) {
+                    b.length = m_b.var(std::string(v->name) + ".length", Ty::Float, v->loc);
+                    m_b.declare(b.length);
+                    m_b.store(b.length, element({0, 0}, Ty::Float), v->loc);
                 }
             } else {
                 m_b.store(b.var, m_b.leaf(Op::Param, ty(v->type), index), v->loc);
@@ -51,23 +73,31 @@ Lower::Binding& Lower::bind(const VarDecl* v) {
         }
     } else if (v->kind == VarDecl::Global) {
         const ops::Global& g = ops::globals()[v->global];
-        const bool shading = m_role == Role::Displace || m_role == Role::Shade;
         b.kind = Binding::Variable;
         Ref initial;
-        if (g.name == "Ci")
+        if (m_role == Role::Light && g.name == "Ps")
+            initial = input(Input::P);
+        else if (m_role == Role::Light && (g.name == "P" || g.name == "N" || g.name == "Ng"))
+            initial = shader_frame(g.name == "P" ? 3 : 2, v->loc);
+        else if (m_role == Role::Filter && g.name == "alpha")
+            initial =
+                in_prologue([&] { return m_b.emit(Op::Extract, Ty::Float, {input(Input::Os)}, v->loc, 0); });
+        else if (g.name == "Ci")
             initial = input(Input::Cs);
         else if (g.name == "Oi")
             initial = input(Input::Os);
         else if (g.input >= 0)
             initial = input(Input(g.input));
+        else if (g.name == "I" && on_grid())
+            initial = in_prologue([&] { return view_direction(v->loc); });
         else
             initial = zero(ty(v->type));
-        if (g.written && shading) {
+        if ((g.written || v->assigned || (m_role == Role::Light && g.name == "L")) && on_grid()) {
             b.var = m_b.var(std::string(v->name), ty(v->type), v->loc);
             Block* const here = m_b.block();
             m_b.set_block(m_prologue);
             m_b.declare(b.var);
-            m_b.store(b.var, initial, v->loc);
+            store_tagged(b.var, initial, v->loc);
             m_b.set_block(here);
         } else {
             b.kind = Binding::Value;
@@ -83,26 +113,33 @@ Ref Lower::global(const VarDecl* v, Loc at) {
         return m_b.constant(3.14159265358979f);
     if (n == "ncomps")
         return m_b.constant(3.0f);
-    const bool needs_grid = m_role != Role::Displace && m_role != Role::Shade;
-    if (needs_grid) {
+    if (n == "null")
+        return m_b.text("");
+    if (!on_grid()) {
         m_diagnostics.error(
             at, "\"" + std::string(n) +
                     "\" varies over the surface; it is not known where this runs (once a primitive)");
         return zero(ty(v->type));
     }
-    if (n == "I") {
-        const Ref i = m_b.emit(Op::Sub, Ty::Triple, {input(Input::P), input(Input::E)}, at);
-        return tagged(i, Tag::View);
-    }
-    if (m_illuminance > 0 && n == "L")
-        return light_direction(Tag::Light, at);
-    if (m_illuminance > 0 && n == "Cl")
-        return kernel(Closure::Light, Ty::Triple, {}, Tag::None, at);
-    if (n == "L" || n == "Cl" || n == "Ol" || n == "Ps" || n == "alpha") {
-        m_diagnostics.error(at, "\"" + std::string(n) + "\" is not known here: light comes after shading");
+    if (n == "I" && !v->assigned)
+        return view_direction(at);
+    if (n == "Ps" && m_role == Role::Shade)
+        return global(m_sema.global("P"), at);
+    const bool in_loop = m_illuminance > 0 || m_sample != ir::None;
+    if (in_loop && n == "L" && !v->assigned)
+        return m_illuminance > 0 ? light_direction(Tag::Light, at) : m_sample;
+    if (in_loop && n == "Ol")
+        return m_b.triple(1);
+    const bool known = m_role == Role::Light || (m_role == Role::Filter && n == "alpha") || in_loop;
+    if (!known && (n == "L" || n == "Cl" || n == "Ol" || n == "alpha")) {
+        const std::string what = "\"" + std::string(n) + "\" is not known here: light comes after shading";
+        if (m_program.kind != ShaderKind::Class)
+            m_diagnostics.warning(at, what + "; it is 0 outside of an illuminance loop");
+        else
+            m_diagnostics.error(at, what);
         return zero(ty(v->type));
     }
-    if (n == "dtime" || n == "dPdtime")
+    if ((n == "dtime" || n == "dPdtime") && !v->assigned)
         return zero(ty(v->type));
     const Binding& b = bind(v);
     return b.kind == Binding::Value ? b.value : load_tagged(b.var, at);
@@ -126,8 +163,21 @@ Ref Lower::name(const Expr* e) {
 }
 
 Ref Lower::truth(Ref value) {
-    if (m_b.at(value).ty == Ty::Bool)
+    const Loc at = m_b.at(value).loc;
+    switch (m_b.at(value).ty) {
+    case Ty::Bool:
         return value;
+    case Ty::String: {
+        const Ref empty = m_b.emit(Op::SameText, Ty::Bool, {value, m_b.text("")}, at);
+        return m_b.emit(Op::Not, Ty::Bool, {empty}, at);
+    }
+    case Ty::Triple: {
+        const Ref none = comparison(BinOp::Eq, value, m_b.triple(0), at);
+        return m_b.emit(Op::Not, Ty::Bool, {none}, at);
+    }
+    default:
+        break;
+    }
     return m_b.emit(Op::Ne, Ty::Bool, {value, m_b.constant(0.0f)}, m_b.at(value).loc);
 }
 
@@ -165,24 +215,8 @@ Ref Lower::expr(const Expr* e) {
         return m_b.text(std::string(e->text));
     case ExprKind::Name:
         return name(e);
-    case ExprKind::Index: {
-        if (e->type.is(Base::String) && !e->args[0]->type.array) {
-            m_diagnostics.error(e->loc,
-                                "a string has no elements; a channel is picked within texture() alone");
-            return zero(Ty::String);
-        }
-        const Ref i = expr_as(e->args[1], {Base::Float});
-        if (!e->args[0]->var)
-            return zero(ty(e->type));
-        const Binding& b = bind(e->args[0]->var);
-        if (b.kind != Binding::Variable)
-            return zero(ty(e->type));
-        const int var = b.var;
-        const Ref r = m_b.emit(Op::LoadElement, ty(e->type), {i}, e->loc, var);
-        m_b.stage().instrs[r].floats = {float(
-            fault(e->args[1]->loc, "index outside of array \"" + std::string(e->args[0]->var->name) + "\""))};
-        return r;
-    }
+    case ExprKind::Index:
+        return index(e);
     case ExprKind::Call:
         return call(e);
     case ExprKind::Construct:
@@ -200,7 +234,7 @@ Ref Lower::expr(const Expr* e) {
         const Ref v = expr_as(e->args[0], e->type);
         if (tag(v) == Tag::Light || tag(v) == Tag::LightMirrored)
             return v; // which way it points does not matter to a kernel
-        return tagged(m_b.emit(Op::Neg, ty(e->type), {v}, e->loc), tag(v));
+        return negated(v, e->loc);
     }
     case ExprKind::Binary:
         return binary(e);
@@ -208,11 +242,59 @@ Ref Lower::expr(const Expr* e) {
         return ternary(e);
     case ExprKind::Assign:
         return assign(e);
-    case ExprKind::List:
+    case ExprKind::Sequence: {
+        Ref last = ir::None;
+        for (const Expr* a : e->args)
+            last = expr(a);
+        return last;
+    }
     case ExprKind::Method:
+        if (e->function)
+            return struct_call(e);
+        // of a co-shader that is not there: nothing happens
+        for (size_t i = 1; i < e->args.size(); i++)
+            expr(e->args[i]);
+        break;
+    case ExprKind::List:
         break;
     }
+    const Ty t = ty(e->type);
+    return zero(t == Ty::Void ? Ty::Float : t);
+}
+
+// An array's element, a colour's or point's component, a matrix's element.
+Ref Lower::index(const Expr* e) {
+    const Expr* whole = e->args[0];
+    if (whole->type.array) {
+        const Ref i = expr_as(e->args[1], {Base::Float});
+        if (!whole->var)
+            return zero(ty(e->type));
+        const Binding& b = bind(whole->var);
+        if (b.kind != Binding::Variable)
+            return zero(ty(e->type));
+        const int var = b.var;
+        const Ref r = m_b.emit(Op::LoadElement, ty(e->type), {i}, e->loc, var);
+        m_b.stage().instrs[r].floats = {float(
+            fault(e->args[1]->loc, "index outside of array \"" + std::string(whole->var->name) + "\""))};
+        return r;
+    }
+    if (whole->type.triple())
+        return component_of(expr(whole), expr_as(e->args[1], {Base::Float}), e->loc);
+    if (whole->type.is(Base::Matrix) && e->type.is(Base::Float)) // m[row][column]
+        return component_of(expr(whole->args[0]), element_of_matrix(e), e->loc);
+    m_diagnostics.error(e->loc, whole->type.is(Base::Matrix)
+                                    ? "a row of a matrix is no value: expected m[row][column]"
+                                    : "a string has no elements; a channel is picked within texture() alone");
     return zero(ty(e->type));
+}
+
+// m[row][column] as an index into the sixteen elements.
+Ref Lower::element_of_matrix(const Expr* e) {
+    const Ref row = expr_as(e->args[0]->args[1], {Base::Float});
+    const Ref column = expr_as(e->args[1], {Base::Float});
+    const Ref whole = m_b.emit(Op::Floor, Ty::Float, {row}, e->loc);
+    return m_b.emit(Op::Add, Ty::Float,
+                    {m_b.emit(Op::Mul, Ty::Float, {whole, m_b.constant(4.0f)}, e->loc), column}, e->loc);
 }
 
 Ref Lower::tuple(const Expr* e) {
@@ -254,11 +336,55 @@ Ref Lower::in_space(Ref value, const ast::Type& type, const Expr* space, Loc at)
     return value;
 }
 
+// Does it divide by what may be zero? Then it runs only where it is wanted: the condition may be there to
+// guard it.
+static bool divides(const Expr* e) {
+    if (e->kind == ExprKind::Binary && e->op == BinOp::Div && e->args[1]->kind != ExprKind::Number)
+        return true;
+    for (const Expr* a : e->args)
+        if (a && divides(a))
+            return true;
+    return false;
+}
+
 Ref Lower::binary(const Expr* e) {
     const Expr *x = e->args[0], *y = e->args[1];
     const Ref a = expr(x);
+    if ((e->op == BinOp::And || e->op == BinOp::Or) && !m_b.place() && divides(y)) {
+        // b != 0 && a / b > 1: the second is asked where the first leaves it open.
+        const Ref first = truth(a);
+        const int var = m_b.var("?", Ty::Bool, e->loc);
+        m_b.declare(var);
+        m_b.store(var, first, e->loc);
+        Item i{Item::If};
+        i.ref = e->op == BinOp::And ? first : m_b.emit(Op::Not, Ty::Bool, {first}, e->loc);
+        i.loc = e->loc;
+        i.body = in_block([&] { m_b.store(var, condition(y), e->loc); });
+        i.orelse = m_b.stage().block();
+        m_b.item(i);
+        return m_b.load(var, e->loc);
+    }
     const Ref b = expr(y);
     return arithmetic(e->op, a, x->type, b, y->type, e->type, e->loc);
+}
+
+// Of triples and matrices: true of all components.
+Ref Lower::comparison(BinOp op, Ref a, Ref b, Loc at) {
+    const Op o = op == BinOp::Lt   ? Op::Lt
+                 : op == BinOp::Le ? Op::Le
+                 : op == BinOp::Gt ? Op::Gt
+                 : op == BinOp::Ge ? Op::Ge
+                                   : Op::Eq;
+    const int n = comps(m_b.at(a).ty);
+    if (n == 1)
+        return m_b.emit(o, Ty::Bool, {a, b}, at);
+    Ref all = m_b.boolean(true);
+    for (int i = 0; i < n; i++) {
+        const Ref p = m_b.emit(Op::Extract, Ty::Float, {a}, at, i),
+                  q = m_b.emit(Op::Extract, Ty::Float, {b}, at, i);
+        all = m_b.emit(Op::And, Ty::Bool, {all, m_b.emit(o, Ty::Bool, {p, q}, at)}, at);
+    }
+    return all;
 }
 
 Ref Lower::arithmetic(BinOp op, Ref a, const ast::Type& ta, Ref b, const ast::Type& tb,
@@ -279,16 +405,9 @@ Ref Lower::arithmetic(BinOp op, Ref a, const ast::Type& ta, Ref b, const ast::Ty
             const ast::Type common = wide.is(Base::Bool) ? ast::Type{Base::Float} : wide;
             a = convert(a, ta, common, at);
             b = convert(b, tb, common, at);
-            const int n = comps(ty(common));
-            if (n == 1)
+            if (comps(ty(common)) == 1)
                 return m_b.emit(op == BinOp::Eq ? Op::Eq : Op::Ne, Ty::Bool, {a, b}, at);
-            equal = m_b.boolean(true);
-            for (int i = 0; i < n; i++) {
-                const Ref p = m_b.emit(Op::Extract, Ty::Float, {a}, at, i),
-                          q = m_b.emit(Op::Extract, Ty::Float, {b}, at, i);
-                const Ref same = m_b.emit(Op::Eq, Ty::Bool, {p, q}, at);
-                equal = m_b.emit(Op::And, Ty::Bool, {equal, same}, at);
-            }
+            equal = comparison(BinOp::Eq, a, b, at);
         }
         return op == BinOp::Eq ? equal : m_b.emit(Op::Not, Ty::Bool, {equal}, at);
     }
@@ -296,11 +415,8 @@ Ref Lower::arithmetic(BinOp op, Ref a, const ast::Type& ta, Ref b, const ast::Ty
     case BinOp::Le:
     case BinOp::Gt:
     case BinOp::Ge: {
-        static constexpr Op Ops[] = {Op::Lt, Op::Le, Op::Gt, Op::Ge};
-        const ast::Type f{Base::Float};
-        a = convert(a, ta, f, at);
-        b = convert(b, tb, f, at);
-        return m_b.emit(Ops[int(op) - int(BinOp::Lt)], Ty::Bool, {a, b}, at);
+        const ast::Type f{ta.triple() || tb.triple() ? Base::Vector : Base::Float};
+        return comparison(op, convert(a, ta, f, at), convert(b, tb, f, at), at);
     }
     case BinOp::Dot:
         return m_b.emit(Op::Dot, Ty::Float, {a, b}, at);
@@ -320,7 +436,12 @@ Ref Lower::arithmetic(BinOp op, Ref a, const ast::Type& ta, Ref b, const ast::Ty
                  : op == BinOp::Sub ? Op::Sub
                  : op == BinOp::Mul ? Op::Mul
                                     : Op::Div;
-    return m_b.emit(o, ty(result), {a, b}, at);
+    const size_t before = m_b.stage().instrs.size();
+    const Ref r = m_b.emit(o, ty(result), {a, b}, at);
+    // A division by zero gives 0 and is told. Shadeops of the library look after theirs.
+    if (o == Op::Div && size_t(r) == before && m_b.at(r).op == Op::Div && !m_b.place() && !m_b.is_const(b))
+        m_b.stage().instrs[r].floats = {float(fault(at, "division by zero"))};
+    return r;
 }
 
 Ref Lower::matrix_arithmetic(BinOp op, Ref a, Ref b, Loc at) {
@@ -428,7 +549,7 @@ static bool heavy(const Expr* e) {
     if (e->kind == ExprKind::Call || e->kind == ExprKind::Assign || e->kind == ExprKind::Method)
         return true;
     for (const Expr* a : e->args)
-        if (heavy(a))
+        if (a && heavy(a))
             return true;
     return false;
 }
@@ -437,7 +558,8 @@ Ref Lower::ternary(const Expr* e) {
     const Ref c = condition(e->args[0]);
     if (m_b.is_const(c))
         return expr_as(e->args[m_b.at(c).floats[0] != 0 ? 1 : 2], e->type);
-    if (!heavy(e->args[1]) && !heavy(e->args[2])) {
+    const bool guarded = !m_b.place() && (divides(e->args[1]) || divides(e->args[2]));
+    if (!guarded && !heavy(e->args[1]) && !heavy(e->args[2])) {
         const Ref a = expr_as(e->args[1], e->type);
         const Ref b = expr_as(e->args[2], e->type);
         return m_b.emit(Op::Select, ty(e->type), {c, a, b}, e->loc);
@@ -451,84 +573,6 @@ Ref Lower::ternary(const Expr* e) {
     i.orelse = in_block([&] { m_b.store(var, expr_as(e->args[2], e->type), e->loc); });
     m_b.item(i);
     return m_b.load(var, e->loc);
-}
-
-void Lower::assign_array(int var, const Expr* value, const ast::Type& type, Loc at) {
-    ast::Type element = type;
-    element.array = false;
-    const int n = m_b.stage().vars[var].array;
-    const auto put = [&](int i, Ref r) {
-        m_b.emit(Op::StoreElement, Ty::Void, {m_b.constant(float(i)), r}, at, var);
-    };
-    if (value->kind == ExprKind::List) {
-        for (int i = 0; i < n; i++)
-            put(i,
-                i < int(value->args.size()) ? expr_as(value->args[size_t(i)], element) : zero(ty(element)));
-    } else if (value->type.array) {
-        if (!value->var)
-            return;
-        const Binding& b = bind(value->var);
-        const int from = b.var;
-        if (from < 0)
-            return;
-        for (int i = 0; i < std::min(n, m_b.stage().vars[from].array); i++) {
-            const Ref r = m_b.emit(Op::LoadElement, ty(element), {m_b.constant(float(i))}, at, from);
-            put(i, r);
-        }
-    } else {
-        const Ref r = expr_as(value, element);
-        for (int i = 0; i < n; i++)
-            put(i, r);
-    }
-}
-
-void Lower::assign_to(const Expr* target, Ref value, Loc at) {
-    const bool element = target->kind == ExprKind::Index;
-    const Expr* base = element ? target->args[0] : target;
-    if (!base->var)
-        return;
-    const Ref i = element ? expr_as(target->args[1], {Base::Float}) : ir::None;
-    const Binding& b = bind(base->var);
-    if (b.kind != Binding::Variable)
-        return;
-    const int var = b.var;
-    if (!element)
-        return store_tagged(var, value, at);
-    const Ref r = m_b.emit(Op::StoreElement, Ty::Void, {i, value}, at, var);
-    m_b.stage().instrs[r].floats = {float(
-        fault(target->args[1]->loc, "index outside of array \"" + std::string(base->var->name) + "\""))};
-}
-
-Ref Lower::assign(const Expr* e) {
-    const Expr *target = e->args[0], *from = e->args[1];
-    if (target->type.handle()) {
-        expr(from);
-        return ir::None;
-    }
-    if (target->type.base == Base::Lobe) {
-        if (target->var)
-            bind_lobe(target->var, from);
-        return ir::None;
-    }
-    if (target->type.array) {
-        if (target->var)
-            assign_array(bind(target->var).var, from, target->type, e->loc);
-        return zero(Ty::Float);
-    }
-    Ref value;
-    if (e->op == BinOp::None) {
-        value = expr_as(from, target->type);
-    } else {
-        const Ref old = expr(target);
-        const Ref change = expr(from);
-        ast::Type result = target->type;
-        if (e->op == BinOp::Dot)
-            result = {Base::Float};
-        value = convert(arithmetic(e->op, old, target->type, change, from->type, result, e->loc), result,
-                        target->type, e->loc);
-    }
-    assign_to(target, value, e->loc);
-    return value;
 }
 
 } // namespace kanuka::sl::ir

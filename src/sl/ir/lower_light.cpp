@@ -28,11 +28,43 @@ Ref Lower::load_tagged(int var, Loc at) {
 }
 
 Ref Lower::light_direction(Tag t, Loc at) {
-    return tagged(m_b.emit(Op::Closure, Ty::Triple, {}, at, int(Closure::LightDirection)), t);
+    return kernel(Closure::LightDirection, Ty::Triple, {}, t, at);
 }
 
+// A factor of the loop that is being read.
 Ref Lower::kernel(Closure kind, Ty ty, std::vector<Ref> args, Tag t, Loc at) {
-    return tagged(m_b.emit(Op::Closure, ty, std::move(args), at, int(kind)), t);
+    const Ref r = m_b.emit(Op::Closure, ty, std::move(args), at, int(kind));
+    m_b.stage().instrs[size_t(r)].floats = {float(m_loop)};
+    return tagged(r, t);
+}
+
+Ref Lower::view_direction(Loc at) {
+    return tagged(m_b.emit(Op::Sub, Ty::Triple, {input(Input::P), input(Input::E)}, at), Tag::View);
+}
+
+// A normal as faceforward() means it: towards the eye. Lobes take it as it is, for they have two sides.
+Ref Lower::turned(Ref normal, Loc at) {
+    const Ref cosine = m_b.emit(Op::Dot, Ty::Float, {view_direction(at), normal}, at);
+    const Ref away = m_b.emit(Op::Gt, Ty::Bool, {cosine, m_b.constant(0.0f)}, at);
+    return m_b.emit(Op::Select, Ty::Triple, {away, m_b.emit(Op::Neg, Ty::Triple, {normal}, at), normal}, at);
+}
+
+Ref Lower::negated(Ref value, Loc at) {
+    const Ref r = m_b.emit(Op::Neg, m_b.at(value).ty, {value}, at);
+    switch (const Tag t = tag(value)) {
+    case Tag::View:
+        return tagged(r, Tag::Eye);
+    case Tag::Eye:
+        return tagged(r, Tag::View);
+    case Tag::ViewCosine:
+        return tagged(r, Tag::EyeCosine);
+    case Tag::EyeCosine:
+        return tagged(r, Tag::ViewCosine);
+    case Tag::Facing:
+        return r;
+    default:
+        return tagged(r, t);
+    }
 }
 
 // None = nothing special.
@@ -45,10 +77,13 @@ Ref Lower::light_arithmetic(BinOp op, Ref a, Ref b, Loc at) {
     };
     switch (op) {
     case BinOp::Add:
-        // Ln + V is on the way to the half direction.
-        if ((x == Tag::Light && y == Tag::View) || (x == Tag::View && y == Tag::Light))
+    case BinOp::Sub: {
+        // Ln + V, or Ln - I, is on the way to the half direction.
+        const auto view = [](Tag t) { return t == Tag::View || t == Tag::Eye; };
+        if ((x == Tag::Light && view(y)) || (view(x) && y == Tag::Light))
             return light_direction(Tag::Half, at);
         return ir::None;
+    }
     case BinOp::Mul:
     case BinOp::Div: {
         // A direction times a number is that direction; a half vector need not be of unit length to be
@@ -65,16 +100,30 @@ Ref Lower::light_arithmetic(BinOp op, Ref a, Ref b, Loc at) {
             std::swap(a, b);
             std::swap(x, y);
         }
-        if (x == Tag::Light && y == Tag::None)
+        if (x == Tag::Light && (y == Tag::None || y == Tag::Facing))
             return kernel(Closure::CosineKernel, Ty::Float, {b, b}, Tag::Cosine, at);
-        if (x == Tag::Half && y == Tag::None)
+        if (x == Tag::Half && (y == Tag::None || y == Tag::Facing))
             return kernel(Closure::SpecularKernel, Ty::Float, {b, b, m_b.constant(1.0f)}, Tag::HalfCosine,
                           at);
-        if ((x == Tag::Light && y == Tag::Mirrored) || (x == Tag::LightMirrored && y == Tag::View))
+        if ((x == Tag::Light && y == Tag::Mirrored) ||
+            (x == Tag::LightMirrored && (y == Tag::View || y == Tag::Eye)))
             return kernel(Closure::PhongKernel, Ty::Float, {m_b.triple(0), b, m_b.constant(1.0f)},
                           Tag::MirrorCosine, at);
-        if ((x == Tag::View && y == Tag::None) || (y == Tag::View && x == Tag::None))
-            return tagged(m_b.emit(Op::Dot, Ty::Float, {a, b}, at), Tag::ViewCosine);
+        if (y == Tag::View || y == Tag::Eye) {
+            std::swap(a, b);
+            std::swap(x, y);
+        }
+        const bool facing = y == Tag::Facing || (x == Tag::Facing && y == Tag::None);
+        if ((x == Tag::View || x == Tag::Eye) && (y == Tag::None || facing)) {
+            if (facing)
+                b = turned(b, at);
+            return tagged(m_b.emit(Op::Dot, Ty::Float, {a, b}, at),
+                          x == Tag::View ? Tag::ViewCosine : Tag::EyeCosine);
+        }
+        // A loop over directions is on the side that is seen.
+        if (facing && a != b && m_sample != ir::None)
+            return m_b.emit(Op::Dot, Ty::Float,
+                            {x == Tag::Facing ? turned(a, at) : a, y == Tag::Facing ? turned(b, at) : b}, at);
         return ir::None;
     }
     case BinOp::Lt:
@@ -89,10 +138,10 @@ Ref Lower::light_arithmetic(BinOp op, Ref a, Ref b, Loc at) {
             return m_b.boolean(less);
         // Is the surface seen from its front (I . N < 0)? Both sides have the same lobes: taken as seen from
         // the front.
-        if (x == Tag::ViewCosine && m_b.is_const(b, 0))
-            return m_b.boolean(less);
-        if (y == Tag::ViewCosine && m_b.is_const(a, 0))
-            return m_b.boolean(!less);
+        if ((x == Tag::ViewCosine || x == Tag::EyeCosine) && m_b.is_const(b, 0))
+            return m_b.boolean(less == (x == Tag::ViewCosine));
+        if ((y == Tag::ViewCosine || y == Tag::EyeCosine) && m_b.is_const(a, 0))
+            return m_b.boolean(less != (y == Tag::ViewCosine));
         return ir::None;
     }
     default:
@@ -100,21 +149,70 @@ Ref Lower::light_arithmetic(BinOp op, Ref a, Ref b, Loc at) {
     }
 }
 
+// A shadeop that is written in RSL, of these arguments.
+Ref Lower::source_call(const char* shadeop, std::vector<Ref> args, Loc at, Ty result) {
+    const ops::Shadeop* op = ops::find_shadeop(shadeop);
+    for (size_t k = 0; op && k < op->signatures.size(); k++) {
+        const ops::Signature& s = op->signatures[k];
+        bool fits = s.impl == ops::Impl::Source && s.args.size() == args.size() && ty(s.result) == result;
+        for (size_t i = 0; fits && i < args.size(); i++)
+            fits = ty(s.args[i].type) == m_b.at(args[i]).ty;
+        FunctionDecl* f = fits ? m_sema.source(*op, int(k)) : nullptr;
+        if (!f)
+            continue;
+        std::vector<Binding> b(args.size());
+        for (size_t i = 0; i < b.size(); i++) {
+            b[i].kind = Binding::Value;
+            b[i].value = args[i];
+        }
+        return inline_with(f, std::move(b), at);
+    }
+    return zero(result);
+}
+
+// A variable that says what a closure is where its value is wanted before light is known; 0 until then.
+int Lower::reference_value(const char* name, Loc at) {
+    const int var = m_b.var(name, Ty::Float, at);
+    Block* const here = m_b.block();
+    m_b.set_block(m_prologue);
+    m_b.declare(var);
+    m_b.store(var, m_b.constant(0.0f), at);
+    m_b.set_block(here);
+    return var;
+}
+
+// fresnel() of the view direction: factors that make dielectric lobes of what they are multiplied with.
+// Where they meet something else, closures.cpp takes their values as seen from the dicing camera.
 Ref Lower::fresnel(const Expr* e) {
     const Ref i = expr_as(e->args[0], {Base::Vector});
-    if (tag(i) != Tag::View)
+    const ops::Signature& s = e->shadeop->signatures[size_t(e->signature)];
+    if (tag(i) != Tag::View || !m_lit || s.args.size() < 5)
         return ir::None;
     const Ref n = expr_as(e->args[1], {Base::Normal});
     const Ref eta = expr_as(e->args[2], {Base::Float});
-    assign_to(e->args[3], kernel(Closure::FresnelReflect, Ty::Float, {n, n, eta}, Tag::None, e->loc), e->loc);
-    assign_to(e->args[4], kernel(Closure::FresnelTransmit, Ty::Float, {n, n, eta}, Tag::None, e->loc),
-              e->loc);
-    // Directions only say which is which; their values are not needed.
-    for (size_t k = 5; k < e->args.size() && k < 7; k++)
-        assign_to(
-            e->args[k],
-            tagged(m_b.emit(Op::Add, Ty::Triple, {i, n}, e->loc), k == 5 ? Tag::Mirrored : Tag::Refracted),
-            e->loc);
+    const Ref front = tag(n) == Tag::Facing ? turned(n, e->loc) : n;
+    int values[2];
+    for (int& v : values)
+        v = reference_value("fresnel", e->loc);
+    if (FunctionDecl* f = m_sema.source(*e->shadeop, 0)) {
+        std::vector<Binding> b(5);
+        for (size_t k = 0; k < 5; k++) {
+            b[k].kind = k < 3 ? Binding::Value : Binding::Variable;
+            (k < 3 ? b[k].value : b[k].var) = k == 0 ? i : k == 1 ? front : k == 2 ? eta : values[k - 3];
+        }
+        inline_with(f, std::move(b), e->loc);
+    }
+    for (int k = 0; k < 2; k++) {
+        const Ref r = m_b.emit(Op::Closure, Ty::Float, {n, n, eta}, e->loc,
+                               int(k == 0 ? Closure::FresnelReflect : Closure::FresnelTransmit));
+        m_b.stage().instrs[size_t(r)].floats = {float(values[k])};
+        assign_to(e->args[size_t(3 + k)], r, e->loc);
+    }
+    if (e->args.size() > 5 && s.args.size() > 5)
+        assign_to(e->args[5], tagged(source_call("reflect", {i, front}, e->loc), Tag::Mirrored), e->loc);
+    if (e->args.size() > 6 && s.args.size() > 6)
+        assign_to(e->args[6], tagged(source_call("refract", {i, front, eta}, e->loc), Tag::Refracted),
+                  e->loc);
     return zero(Ty::Float);
 }
 
@@ -148,11 +246,32 @@ Ref Lower::light_shadeop(const Expr* e) {
             return args[0];
         return tagged(source(args), t);
     }
-    if (n == "reflect" || n == "refract") {
+    if (n == "length" && m_illuminance > 0) { // directions to lights are taken to be of unit length
         const std::vector<Ref> args = arguments();
-        if (tag(args[0]) == Tag::Light)
-            return n == "reflect" ? light_direction(Tag::LightMirrored, e->loc) : ir::None;
-        const bool view = tag(args[0]) == Tag::View;
+        const Tag t = tag(args[0]);
+        return t == Tag::Light || t == Tag::Half || t == Tag::LightMirrored ? m_b.constant(1.0f)
+                                                                            : source(args);
+    }
+    if (n == "faceforward") {
+        const std::vector<Ref> args = arguments();
+        const Tag t = tag(args[1]);
+        if (t == Tag::None)
+            return source(args);
+        const bool view = t == Tag::View || t == Tag::Eye;
+        return m_lit && view && tag(args[0]) == Tag::None ? tagged(args[0], Tag::Facing) : args[0];
+    }
+    if (n == "vtransform" && m_lit) { // space does not change what a direction is to a lobe
+        const std::vector<Ref> args = arguments();
+        const Tag t = tag(args.back());
+        return tagged(source(args), t == Tag::Mirrored || t == Tag::Refracted ? t : Tag::None);
+    }
+    if (n == "reflect" || n == "refract") {
+        std::vector<Ref> args = arguments();
+        if (tag(args[0]) == Tag::Light && n == "reflect")
+            return light_direction(Tag::LightMirrored, e->loc);
+        if (tag(args[1]) == Tag::Facing)
+            args[1] = turned(args[1], e->loc);
+        const bool view = tag(args[0]) == Tag::View || tag(args[0]) == Tag::Eye;
         return tagged(source(args), !view ? Tag::None : n == "reflect" ? Tag::Mirrored : Tag::Refracted);
     }
     if (m_illuminance == 0)
@@ -190,17 +309,6 @@ Ref Lower::light_shadeop(const Expr* e) {
         return constants ? cosine : ir::None; // limited to the front: kernels are
     }
     return ir::None;
-}
-
-// The loop over lights is the integral that a lobe stands for: its body is read once.
-void Lower::illuminance(const Stmt* s) {
-    if (m_role != Role::Shade || m_program.kind == ShaderKind::Class) {
-        m_diagnostics.error(s->loc, "an illuminance loop belongs into a surface shader; here use a lobe");
-        return;
-    }
-    m_illuminance++;
-    statement(s->body);
-    m_illuminance--;
 }
 
 } // namespace kanuka::sl::ir

@@ -123,6 +123,9 @@ class Masks {
         } else if (i.op == Op::LoadElement && i.varying && m_stage.instrs[size_t(i.args[0])].varying) {
             const Ref mask = current(); // faults count lanes that run
             m_stage.instrs[size_t(item.ref)].args.push_back(mask);
+        } else if (i.op == Op::Div && i.varying && !i.floats.empty()) {
+            const Ref mask = current();
+            m_stage.instrs[size_t(item.ref)].args.push_back(mask);
         } else if (i.op == Op::StoreElement && m_stage.instrs[size_t(i.args[0])].varying) {
             const Ref mask = current();
             m_stage.instrs[size_t(item.ref)].args.push_back(mask);

@@ -1,6 +1,8 @@
 // Passes over a stage's IR, in the order in which they run.
 #pragma once
 
+#include <map>
+
 #include "sl/ir/builder.h"
 
 namespace kanuka::sl::ir {
@@ -13,11 +15,19 @@ struct Variant {
     bool varies(int param) const { return size_t(param) < params.size() && params[size_t(param)]; }
 };
 
-// Reads Ci as a material (closures.cpp). Classic surfaces only.
-void extract_closures(Program& program, Diagnostics& diagnostics);
+// Gives each whole assignment of the shade stage a variable of its own, where that is easy (rename.cpp).
+void rename_assignments(Program& program);
+
+// Reads Ci as a material (extraction.h). Classic surfaces only. Returns the illuminance loops that are no
+// lobes, by number, and where that shows: then the program is of no use, and Lower is to project them.
+// strict: what can only be approximated is an error.
+std::map<int, Loc> extract_closures(Program& program, Diagnostics& diagnostics, bool strict);
 
 // Forwards values through variables that are assigned once; removes what no output depends on.
 void simplify(Stage& stage);
+
+// Makes numbers of strings that may vary (texts.cpp); the variant is that in which all varies that may.
+void number_texts(Stage& stage, const Variant& variant, Diagnostics& diagnostics);
 
 // Marks what varies over a grid (detail.cpp). With diagnostics, complains about uniform variables that do.
 void infer_detail(Stage& stage, const Variant& variant, Diagnostics* diagnostics);
@@ -27,8 +37,9 @@ struct Directions {
     std::vector<bool> refs, vars;
 };
 Directions find_directions(const Stage& stage);
-// Complains where what leaves the stage depends on the direction it is seen from (direction.cpp).
-void check_directions(const Stage& stage, const std::string& what, Diagnostics& diagnostics);
+// Complains where what leaves the stage depends on the direction it is seen from (direction.cpp). frozen: a
+// warning, since the direction is that of the dicing camera.
+void check_directions(const Program& program, bool frozen, Diagnostics& diagnostics);
 
 // Replaces varying control flow by masks. After infer_detail.
 void make_masks(Stage& stage);

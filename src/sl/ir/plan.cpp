@@ -133,6 +133,8 @@ class Planner {
             break;
         case Item::Declare:
             m_var_loop[size_t(i.target)] = loop;
+            if (m_stage.vars[size_t(i.target)].clear)
+                use_var(i.target, loop);
             break;
         case Item::Guard:
         case Item::LeaveLoop:

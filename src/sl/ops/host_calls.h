@@ -18,7 +18,10 @@ struct Arguments {
         return n;
     }
     const float* const* at(int k) const { return reinterpret_cast<const float* const*>(pointers + first(k)); }
-    const char* text(int k) const { return *static_cast<const char* const*>(pointers[first(k)]); }
+    const char* text(int k) const {
+        const char* s = *static_cast<const char* const*>(pointers[first(k)]);
+        return s ? s : "";
+    }
     float* const* result() const {
         return reinterpret_cast<float* const*>(pointers + first(int(site.args.size())));
     }

@@ -18,7 +18,8 @@ Location Runner::location(Loc loc) const {
 void Runner::report_faults() {
     for (size_t i = 0; i < faults.size(); i++)
         if (faults[i])
-            services.report(Severity::Warning, location(stage.faults[i].first), stage.faults[i].second);
+            services.report(Severity::Warning, location(stage.faults[i].first),
+                            stage.faults[i].second + " (" + std::to_string(faults[i]) + " times)");
 }
 
 // ---- derivatives
@@ -272,6 +273,31 @@ static void space_matrix(Runner& r, const Arguments& a) {
             a.result()[column * 4 + row][0] = m[row * 4 + column];
 }
 
+// Found gives 0 or 1, Query the value or zeros.
+static void query(Runner& r, const Arguments& a) {
+    float floats[16] = {};
+    std::string text;
+    Query q{};
+    q.kind = Query::Kind(a.site.imm / 4);
+    const bool texture = q.kind == Query::Texture;
+    q.file = texture ? a.text(0) : "";
+    q.name = a.text(texture ? 1 : 0);
+    static constexpr int Counts[] = {0, 1, 3, 16};
+    q.count = Counts[a.site.imm % 4];
+    q.wants_text = q.count == 0;
+    q.floats = floats;
+    q.text = &text;
+    const bool found = r.services.query(q);
+    if (a.site.kind == ir::CallKind::Found) {
+        a.result()[0][0] = found;
+    } else if (q.wants_text) {
+        a.set_text(r.texts.emplace_back(std::move(text)).c_str());
+    } else {
+        for (int c = 0; c < q.count; c++)
+            a.result()[c][0] = floats[c];
+    }
+}
+
 void host_call(Runner& r, const Frame& frame, const Arguments& a) {
     using ir::CallKind;
     switch (a.site.kind) {
@@ -313,8 +339,9 @@ void host_call(Runner& r, const Frame& frame, const Arguments& a) {
     case CallKind::Match:
         a.result()[0][0] = match(a.text(0), a.text(1));
         break;
+    case CallKind::Found:
     case CallKind::Query:
-        a.result()[0][0] = 0;
+        query(r, a);
         break;
     default:
         build_call(r, a);
@@ -353,5 +380,5 @@ extern "C" int32_t kanuka_sl_any(const Frame* frame, const float* mask) {
 }
 
 extern "C" int32_t kanuka_sl_same(const char* a, const char* b) {
-    return a == b || std::strcmp(a, b) == 0;
+    return a == b || std::strcmp(a ? a : "", b ? b : "") == 0; // an array's elements begin as null
 }

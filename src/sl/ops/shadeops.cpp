@@ -1,7 +1,9 @@
 #include "sl/ops/shadeops.h"
 
+#include <cstdio>
 #include <unordered_map>
 
+#include "sl/ops/examples.h"
 #include "sl/ops/table.h"
 
 namespace kanuka::sl::ops {
@@ -18,6 +20,7 @@ Base base_named(std::string_view s) {
                                                                   {"normal", Base::Normal},
                                                                   {"matrix", Base::Matrix},
                                                                   {"string", Base::String},
+                                                                  {"shader", Base::Shader},
                                                                   {"void", Base::Void},
                                                                   {"lobe", Base::Lobe},
                                                                   {"MnkMaterial", Base::Material},
@@ -51,9 +54,13 @@ std::vector<std::string> words(std::string_view s) {
 
 // "float mix(float a, float b)": the grammar is this regular.
 Signature parse(std::string_view header, std::string& name) {
-    const std::vector<std::string> w = words(header);
+    std::vector<std::string> w = words(header);
     Signature s;
     s.result.base = base_named(w[0]);
+    if (w[1] == "[") { // an array
+        s.result.array = true;
+        w.erase(w.begin() + 1, w.begin() + 3);
+    }
     name = w[1];
     for (size_t i = 3; i < w.size() && w[i] != ")";) {
         if (w[i] == ",") {
@@ -121,6 +128,8 @@ struct Table {
                     std::string plain = header;
                     if (const size_t dots = plain.find(", ..."); dots != std::string::npos)
                         plain.erase(dots, 5);
+                    else if (const size_t only = plain.find("(...)"); only != std::string::npos)
+                        plain.erase(only + 1, 3);
                     const std::string body(row.source);
                     s.source = plain + "{" + (type.empty() ? body : replace_word(body, letter, type)) + "}";
                 }
@@ -161,6 +170,15 @@ const Shadeop* find_shadeop(std::string_view name) {
     return it == t.index.end() ? nullptr : &t.ops[it->second];
 }
 
+static std::string example_text(const Example& e) {
+    if (e.kind == Example::Surface)
+        return "`" + std::string(e.before) + "`";
+    char number[32];
+    std::snprintf(number, sizeof number, "%.6g", double(e.expected));
+    return (e.before.empty() ? std::string() : "`" + std::string(e.before) + "` ") + "`" +
+           std::string(e.expression) + "` is " + number;
+}
+
 std::string shadeops_manual() {
     std::string text = "# Shadeops\n\nMade from the table in `src/sl/ops/table.cpp`.\n";
     std::string category;
@@ -180,7 +198,14 @@ std::string shadeops_manual() {
                         " " + s.args[i].name;
             text += std::string(s.variadic ? (s.args.empty() ? "…" : ", …") : "") + ")`\n";
         }
+        for (const Example& e : shadeop_examples())
+            if (e.of == op.name && e.kind != Example::Source)
+                text += "  - example: " + example_text(e) + "\n";
     }
+    text += "\n# Statements and expressions\n\n";
+    for (const Example& e : statement_examples())
+        if (e.kind != Example::Source)
+            text += "- **" + std::string(e.of) + "** " + example_text(e) + "\n";
     return text;
 }
 
@@ -225,18 +250,20 @@ std::span<const Global> globals() {
         {"time", Base::Float, int(Input::time), false, "shutter time"},
         {"du", Base::Float, int(Input::du), false, "change of u to the next vertex"},
         {"dv", Base::Float, int(Input::dv), false, "change of v to the next vertex"},
-        {"I", Base::Vector, -1, false, "from the eye to P"},
+        {"I", Base::Vector, -1, true, "from the eye to P"},
         {"Ci", Base::Color, -1, true, "light that leaves the surface: read as a material"},
         {"Oi", Base::Color, -1, true, "opacity of the surface"},
-        {"L", Base::Vector, -1, false, "direction to the light, within illuminance"},
+        {"L", Base::Vector, -1, true, "direction to the light, within illuminance"},
         {"Cl", Base::Color, -1, true, "light that arrives, within illuminance"},
         {"Ol", Base::Color, -1, true, "opacity of light"},
         {"Ps", Base::Point, -1, false, "lit point, in light shaders"},
+        {"Ns", Base::Normal, -1, false, "normal at the lit point, in light shaders"},
         {"dtime", Base::Float, -1, false, "length of the shutter interval"},
         {"dPdtime", Base::Vector, -1, false, "motion of P"},
         {"ncomps", Base::Float, -1, false, "colour components: 3"},
         {"alpha", Base::Float, -1, true, "coverage, in imagers"},
         {"PI", Base::Float, -1, false, "3.14159…"},
+        {"null", Base::Shader, -1, false, "no shader"},
     };
     return Table;
 }

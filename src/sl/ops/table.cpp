@@ -30,7 +30,8 @@ constexpr Row noise(std::string_view header, NoiseKind kind, std::string_view do
 }
 
 constexpr std::string_view M = "Mathematics", G = "Geometry", C = "Colour", X = "Matrices", S = "Strings",
-                           D = "Derivatives", K = "Material", T = "Textures", I = "Information";
+                           D = "Derivatives", K = "Material", T = "Textures", I = "Information", A = "Arrays",
+                           O = "Co-shaders", L = "Light";
 
 const Row table[] = {
     // ---- mathematics
@@ -52,28 +53,40 @@ const Row table[] = {
     math("float exp(float x)", Fn::Exp, "e to the power of x"),
     math("float log(float x)", Fn::Log, "natural logarithm, or that to a base"),
     rsl(M, "float log(float x, float base)", "return log(x) / log(base);"),
-    math("float pow(float x, float y)", Fn::Pow, "x to the power of y"),
-    prim(M, "float sqrt(float x)", Op::Sqrt, "square root; 0 for negative arguments"),
+    math("T pow(T x, T y)", Fn::Pow, "x to the power of y, component by component"),
+    prim(M, "T sqrt(T x)", Op::Sqrt, "square root; 0 for negative arguments"),
     rsl(M, "float inversesqrt(float x)", "return x > 0 ? 1 / sqrt(x) : 0;",
         "1 / sqrt(x); 0 where x is not positive"),
     rsl(M, "float mod(float a, float b)", "return b == 0 ? 0 : a - b * floor(a / b);",
         "a modulo b, of the sign of b"),
+    rsl(M, "T mod(T a, T b)",
+        "return T(mod(comp(a, 0), comp(b, 0)), mod(comp(a, 1), comp(b, 1)), mod(comp(a, 2), comp(b, 2)));"),
     prim(M, "T abs(T x)", Op::Abs, "absolute value, of each component"),
     rsl(M, "float sign(float x)", "return x < 0 ? -1 : (x > 0 ? 1 : 0);", "-1, 0 or 1"),
+    rsl(M, "T sign(T x)", "return T(sign(comp(x, 0)), sign(comp(x, 1)), sign(comp(x, 2)));"),
     prim(M, "T floor(T x)", Op::Floor, "largest whole number that is not above x"),
     prim(M, "T ceil(T x)", Op::Ceil, "smallest whole number that is not below x"),
-    rsl(M, "float round(float x)", "return floor(x + 0.5);", "nearest whole number"),
+    rsl(M, "T round(T x)", "return floor(x + 0.5);", "nearest whole number"),
     prim(M, "T min(T a, T b, ...)", Op::Min, "smallest of the arguments, component by component"),
     prim(M, "T max(T a, T b, ...)", Op::Max, "largest of the arguments, component by component"),
     rsl(M, "T clamp(T x, T low, T high)", "return min(max(x, low), high);", "x limited to [low, high]"),
     rsl(M, "T mix(T a, T b, float t)", "return a * (1 - t) + b * t;", "linear interpolation from a to b"),
     rsl(M, "color mix(color a, color b, color t)", "return a * (color(1) - t) + b * t;"),
+    rsl(M, "V mix(V a, V b, V t)", "return a * (V(1) - t) + b * t;"),
     rsl(M, "float step(float edge, float x)", "return x < edge ? 0 : 1;",
         "0 below the edge, 1 from there on"),
+    rsl(M, "T step(T edge, T x)",
+        "return T(step(comp(edge, 0), comp(x, 0)), step(comp(edge, 1), comp(x, 1)), step(comp(edge, 2), "
+        "comp(x, "
+        "2)));"),
     rsl(M, "float smoothstep(float low, float high, float x)",
         "if (low == high) return x < low ? 0 : 1; float t = clamp((x - low) / (high - low), 0, 1); return t "
         "* t * (3 - 2 * t);",
         "0 up to low, 1 from high on, a smooth cubic between them"),
+    rsl(M, "T smoothstep(T low, T high, T x)",
+        "return T(smoothstep(comp(low, 0), comp(high, 0), comp(x, 0)), smoothstep(comp(low, 1), comp(high, "
+        "1), "
+        "comp(x, 1)), smoothstep(comp(low, 2), comp(high, 2), comp(x, 2)));"),
     rsl(M, "float linearstep(float low, float high, float x)",
         "if (low == high) return x < low ? 0 : 1; return clamp((x - low) / (high - low), 0, 1);",
         "0 up to low, 1 from high on, linear between them"),
@@ -85,7 +98,8 @@ const Row table[] = {
     special(
         M, "T spline(float x, T first, ...)",
         "spline through the values, x from 0 to 1: Catmull-Rom, or the basis named first (bezier, bspline, "
-        "catmull-rom, hermite, linear); values may be an array"),
+        "catmull-rom, hermite, linear); values may be an array. With \"solve\" before the basis' name: where "
+        "the spline has the value x"),
     special(M, "T spline(string basis, float x, T first, ...)"),
     special(M, "T spline(float x, T values[])"),
     special(M, "T spline(string basis, float x, T values[])"),
@@ -101,14 +115,20 @@ const Row table[] = {
     noise("T noise(float x, float y)", NoiseKind::Noise),
     noise("T noise(point p)", NoiseKind::Noise),
     noise("T noise(point p, float t)", NoiseKind::Noise),
+    noise("T noise(float x, float y, float z)", NoiseKind::Noise),
+    noise("T noise(float x, float y, float z, float t)", NoiseKind::Noise),
     noise("T snoise(float x)", NoiseKind::SignedNoise, "noise() in [-1, 1]"),
     noise("T snoise(float x, float y)", NoiseKind::SignedNoise),
     noise("T snoise(point p)", NoiseKind::SignedNoise),
     noise("T snoise(point p, float t)", NoiseKind::SignedNoise),
+    noise("T snoise(float x, float y, float z)", NoiseKind::SignedNoise),
+    noise("T snoise(float x, float y, float z, float t)", NoiseKind::SignedNoise),
     noise("T cellnoise(float x)", NoiseKind::CellNoise, "a random value in [0, 1] for each unit cell"),
     noise("T cellnoise(float x, float y)", NoiseKind::CellNoise),
     noise("T cellnoise(point p)", NoiseKind::CellNoise),
     noise("T cellnoise(point p, float t)", NoiseKind::CellNoise),
+    noise("T cellnoise(float x, float y, float z)", NoiseKind::CellNoise),
+    noise("T cellnoise(float x, float y, float z, float t)", NoiseKind::CellNoise),
     noise("T pnoise(float x, float period)", NoiseKind::PeriodicNoise, "noise() that repeats"),
     noise("T pnoise(float x, float y, float xperiod, float yperiod)", NoiseKind::PeriodicNoise),
     noise("T pnoise(point p, point period)", NoiseKind::PeriodicNoise),
@@ -128,9 +148,11 @@ const Row table[] = {
     rsl(G, "float distance(point a, point b)", "return length(a - b);", "distance of two points"),
     rsl(G, "V normalize(V v)", "return v * inversesqrt(v . v);",
         "unit vector of the same direction; 0 stays 0"),
-    rsl(G, "vector faceforward(vector n, vector i, ...)", "return n;",
-        "n: surfaces are two-sided here, so a normal need not be turned to the viewer"),
-    rsl(G, "normal faceforward(normal n, vector i, ...)", "return n;"),
+    rsl(G, "vector faceforward(vector n, vector i, ...)", "return i . n > 0 ? -n : n;",
+        "n turned against i. Of the view direction, n as it is: lobes have two sides"),
+    rsl(G, "normal faceforward(normal n, vector i, ...)", "return i . n > 0 ? -n : n;"),
+    rsl(G, "normal shadingnormal(normal n)", "return normalize(n);",
+        "the unit normal: lobes have two sides, so it need not be turned"),
     rsl(G, "vector reflect(vector i, vector n)", "return i - n * (2 * (i . n));",
         "direction of mirror reflection of i at a surface of unit normal n"),
     rsl(G, "vector refract(vector i, vector n, float eta)",
@@ -150,6 +172,9 @@ const Row table[] = {
         "vector d = b - a; float l = d . d; float t = l > 0 ? clamp(((q - a) . d) / l, 0, 1) : 0;"
         "return length(q - (a + d * t));",
         "distance of a point from a line segment"),
+    rsl(G, "normal bump(string file, normal n, vector dpds, vector dpdt, ...)",
+        "float h = texture(file); return n + ((n ^ dpdt) * Du(h) - (n ^ dpds) * Dv(h)) * inversesqrt(n . n);",
+        "the normal of a surface that a texture raises (Blinn 1978)"),
     rsl(G, "V rotate(V q, float angle, point a, point b)",
         "vector k = normalize(b - a); vector d = vector(q) - vector(a); float c = cos(angle);"
         "return V(vector(a) + d * c + (k ^ d) * sin(angle) + k * ((k . d) * (1 - c)));",
@@ -166,6 +191,8 @@ const Row table[] = {
         "x * comp(m, 0, 1) + y * comp(m, 1, 1) + z * comp(m, 2, 1) + comp(m, 3, 1),"
         "x * comp(m, 0, 2) + y * comp(m, 1, 2) + z * comp(m, 2, 2) + comp(m, 3, 2));"
         "return w == 1 || w == 0 ? q : q / w;"),
+    rsl(G, "point transform(string from, matrix m, point p)",
+        "return transform(m, transform(from, \"current\", p));"),
     rsl(G, "vector vtransform(string to, vector v)", "return vtransform(\"current\", to, v);",
         "a direction's components in another space"),
     rsl(G, "vector vtransform(string from, string to, vector v)", "return vtransform(__space(from, to), v);"),
@@ -174,12 +201,16 @@ const Row table[] = {
         "return vector(x * comp(m, 0, 0) + y * comp(m, 1, 0) + z * comp(m, 2, 0),"
         "x * comp(m, 0, 1) + y * comp(m, 1, 1) + z * comp(m, 2, 1),"
         "x * comp(m, 0, 2) + y * comp(m, 1, 2) + z * comp(m, 2, 2));"),
+    rsl(G, "vector vtransform(string from, matrix m, vector v)",
+        "return vtransform(m, vtransform(from, \"current\", v));"),
     rsl(G, "normal ntransform(string to, normal n)", "return ntransform(\"current\", to, n);",
         "a normal's components in another space"),
     // Normals go with the transposed inverse: the columns of the matrix the other way.
     rsl(G, "normal ntransform(string from, string to, normal n)",
         "return __ntransform(__space(to, from), n);"),
     rsl(G, "normal ntransform(matrix m, normal n)", "return __ntransform(1 / m, n);"),
+    rsl(G, "normal ntransform(string from, matrix m, normal n)",
+        "return ntransform(m, ntransform(from, \"current\", n));"),
     rsl(G, "normal __ntransform(matrix inverse, normal n)",
         "float x = xcomp(n), y = ycomp(n), z = zcomp(n);"
         "return normal(x * comp(inverse, 0, 0) + y * comp(inverse, 0, 1) + z * comp(inverse, 0, 2),"
@@ -326,21 +357,66 @@ const Row table[] = {
     special(T, "float environment(string name, vector direction, ...)",
             "an environment map in a direction; of a mirrored view direction, a mirror lobe"),
     special(T, "color environment(string name, vector direction, ...)"),
+    special(T, "float environment(string name, void region, ...)"),
+    special(T, "color environment(string name, void region, ...)"),
     special(T, "float shadow(string name, point p, ...)", "0: shadows are traced"),
-    // ---- light: closures
+    special(T, "color shadow(string name, point p, ...)"),
+    // ---- light: what becomes of it in a surface's material
     // ----------------------------------------------------------------------------------------------
-    closure("color ambient()", Closure::Ambient,
+    closure("color ambient(...)", Closure::Ambient,
             "light of ambient sources: a Lambert lobe, dropped beside diffuse()"),
-    closure("color diffuse(normal n)", Closure::Diffuse, "a Lambert lobe"),
-    closure("color specular(normal n, vector v, float roughness)", Closure::Specular,
+    closure("color diffuse(normal n, ...)", Closure::Diffuse, "a Lambert lobe"),
+    closure("color specular(normal n, vector v, float roughness, ...)", Closure::Specular,
             "a glossy lobe; the roughness is the inverse of Blinn's exponent"),
-    closure("color phong(normal n, vector v, float size)", Closure::Phong,
+    closure("color phong(normal n, vector v, float size, ...)", Closure::Phong,
             "a glossy lobe of Phong's exponent"),
+    closure("color subsurface(...)", Closure::Diffuse, "a Lambert lobe: light leaves where it enters"),
     closure("color trace(vector r, ...)", Closure::Mirror,
-            "light along a mirrored or refracted view direction: a smooth lobe"),
+            "light along a mirrored or refracted view direction: a smooth lobe. As a float the distance to "
+            "what is seen: 1e10"),
     closure("color trace(point p, vector r, ...)", Closure::Mirror),
-    special("Light", "color specularbrdf(vector l, normal n, vector v, float roughness)",
-            "Blinn's kernel; within illuminance"),
+    rsl(L, "float trace(point p, vector r, ...)", "return 1e10;"),
+    rsl(L, "color specularbrdf(vector l, normal n, vector v, float roughness)",
+        "vector h = normalize(normalize(l) + normalize(v));"
+        "return color(pow(max(0, n . h), 1 / max(roughness, 0.0001)));",
+        "Blinn's kernel, within illuminance: a glossy lobe"),
+    rsl(L, "color bsdf(vector l, normal n, ...)", "return color(max(0, normalize(l) . n) / PI);",
+        "within illuminance, of any model: a Lambert lobe"),
+    rsl(L, "vector __light_direction(vector axis, float low, float i, float rings)",
+        "vector a = normalize(axis);"
+        "vector t = normalize((abs(xcomp(a)) > 0.5 ? vector(0, 1, 0) : vector(1, 0, 0)) ^ a);"
+        "float ring = floor(i / 2); float z = low + (1 - low) * (ring + 0.5) / rings;"
+        "float phi = 2.39996323 * ring + PI * (i - 2 * ring); float r = sqrt(max(1 - z * z, 0));"
+        "return a * z + (t * cos(phi) + (a ^ t) * sin(phi)) * r;"),
+    // Light that transport finds; a surface adds none to it.
+    rsl(L, "float occlusion(point p, normal n, ...)", "return 0;", "0: transport occludes"),
+    rsl(L, "float occlusion(string file, point p, normal n, ...)", "return 0;"),
+    closure("color indirectdiffuse(...)", Closure::Ambient,
+            "as ambient(): transport finds indirect light by the Lambert lobe of diffuse(), or else by one "
+            "of its own"),
+    closure("color indirect(...)", Closure::Ambient, "as indirectdiffuse()"),
+    closure("color irradiance(...)", Closure::Ambient, "as indirectdiffuse()"),
+    closure("color photonmap(string file, ...)", Closure::Ambient,
+            "as indirectdiffuse(): transport finds caustics"),
+    closure("color caustic(...)", Closure::Ambient, "as indirectdiffuse(): transport finds caustics"),
+    rsl(L, "color transmission(point from, point to, ...)", "return color(1);",
+        "1: transport traces what lies between"),
+    rsl(L, "color visibility(point from, point to, ...)", "return color(1);", "1, as transmission()"),
+    rsl(L, "float rayhittest(point p, vector r, ...)", "return 1e10;", "1e10: nothing is known to be hit"),
+    rsl(L, "float fulltrace(point p, vector r, output color hit, ...)", "hit = trace(p, r); return 1e10;",
+        "hit as trace() sees it; the other outputs stay as they are"),
+    rsl(L, "float rayserver(point p, vector r, output color hit, ...)", "hit = trace(p, r); return 1e10;",
+        "as fulltrace()"),
+    // What is asked of lights and rays: a surface is shaded for all of them at once.
+    rsl(L, "float lightsource(string name, ...)", "return 0;",
+        "0: lights have no messages for materials; the variable stays as it is"),
+    special(L, "float rayinfo(string name, output void value, ...)",
+            "as of a ray from the camera: \"type\" is \"camera\", \"depth\" 0, \"direction\" I; 0 for "
+            "what is not known"),
+    rsl(L, "float raylevel()", "return 0;", "0: as seen from the camera"),
+    rsl(L, "float raydepth()", "return 0;", "0: as seen from the camera"),
+    rsl(L, "float isshadowray()", "return 0;", "0: opacity is Oi's alone"),
+    rsl(L, "float isindirectray()", "return 0;", "0: as seen from the camera"),
     // ---- material
     // -----------------------------------------------------------------------------------------------------
     special(K, "MnkMaterialBoundary CreateBoundary(MnkMaterial material)",
@@ -368,11 +444,56 @@ const Row table[] = {
             "scattering in 1/m (mnk_interior)"),
     // ---- information
     // --------------------------------------------------------------------------------------------------
-    special(I, "float arraylength(void array)", "number of elements of an array"),
-    special(I, "float attribute(string name, ...)", "0: the attribute is not known"),
-    special(I, "float option(string name, ...)", "0: the option is not known"),
-    special(I, "float rendererinfo(string name, ...)", "renderer, version; 1 if known"),
-    special(I, "float textureinfo(string name, ...)", "0: not known while shading"),
+    special(
+        I, "float attribute(string name)",
+        "an attribute of the primitive; 1 and its value if it is known, else 0: ShadingRate, Sides, matte, "
+        "Ri:…, user:…"),
+    special(I, "float attribute(string name, output void value, ...)"),
+    special(I, "float option(string name)",
+            "an option of the picture, as attribute(): Format, FrameAspectRatio, CropWindow, DepthOfField, "
+            "Shutter, "
+            "Clipping, user:…"),
+    special(I, "float option(string name, output void value, ...)"),
+    special(I, "float rendererinfo(string name)", "renderer, version, versionstring, as attribute()"),
+    special(I, "float rendererinfo(string name, output void value, ...)"),
+    special(
+        I, "float textureinfo(string file, string name)",
+        "of a texture, as attribute(): resolution, channels, type, exists, viewingmatrix, projectionmatrix"),
+    special(I, "float textureinfo(string file, string name, output void value, ...)"),
+    special(I, "float surface(string parameter, output void value)",
+            "0: while one shader of a primitive runs, the others' parameters are not known"),
+    special(I, "float displacement(string parameter, output void value)", "as surface()"),
+    special(I, "float atmosphere(string parameter, output void value)", "as surface()"),
+    special(I, "float incident(string parameter, output void value)", "as surface()"),
+    special(I, "float opposite(string parameter, output void value)", "as surface()"),
+    special(I, "float lightsource(string parameter, output void value)",
+            "0: lights are not known before light is"),
+    rsl(I, "float isoutput(...)", "return 1;", "1"),
+    special(I, "float bake(string file, float s, float t, ...)", "0: it bakes nothing"),
+    special(I, "float bake3d(string file, string channels, point p, normal n, ...)", "0: it bakes nothing"),
+    special(I, "float texture3d(string file, point p, normal n, ...)", "0: there are no point clouds"),
+    // ---- arrays
+    // --------------------------------------------------------------------------------------------------
+    special(A, "float arraylength(void array)", "number of elements of an array"),
+    special(A, "void push(output void array, void value)", "put a value at the end of a resizable array"),
+    special(A, "float pop(output void array)", "take the last value from a resizable array"),
+    special(A, "void resize(output void array, float length)", "change the length of a resizable array"),
+    special(A, "void reserve(output void array, float length)", "make room for that many elements"),
+    special(A, "float capacity(void array)", "number of elements that there is room for"),
+    // ---- co-shaders
+    // --------------------------------------------------------------------------------------------------
+    special(O, "shader getshader(string handle)", "a co-shader by its handle; null if there is none"),
+    special(O, "shader[] getshaders(...)", "co-shaders, all or by category; none if there are none"),
+    special(O, "shader[] getlights(...)", "no lights: light is not known while shading"),
+    special(O, "shader caller()", "null"),
+    special(O, "float getvar(shader s, string name, output void value)",
+            "a co-shader's variable; 0 where there is none, and the variable stays as it is"),
+    rsl(O, "float hasmethod(shader s, string name)", "return 0;", "0: there is no co-shader"),
+    special(O, "void writeaov(string name, ...)", "nothing: declare an output parameter"),
+    special(O, "float outputchannel(string name, ...)", "0, as writeaov()"),
+    special(O, "float evalparam(string name, output void value)",
+            "0: parameters have their values already; the variable stays as it is"),
+    special(O, "void emit(color c, ...)", "nothing: give the surface an emission, or an area light"),
     special(I, "string shadername(...)", "this shader's name"),
 };
 

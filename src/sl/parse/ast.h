@@ -28,6 +28,8 @@ enum class Base : uint8_t {
     Normal,
     Matrix,
     String,
+    Shader, // a co-shader's handle
+    Struct,
     Lobe,
     Material,
     Boundary,
@@ -35,14 +37,18 @@ enum class Base : uint8_t {
     ObjectProperties,
 };
 
+struct StructDecl;
+
 struct Type {
     Base base = Base::Error;
     bool array = false;
     int size = 0;                                  // of an array; 0 = as long as what is bound to it
     grid::LobeId lobe = grid::LobeId::LambertBrdf; // of Base::Lobe
+    const StructDecl* record = nullptr;            // of Base::Struct
 
     bool operator==(const Type& o) const {
-        return base == o.base && array == o.array && (base != Base::Lobe || lobe == o.lobe);
+        return base == o.base && array == o.array && (base != Base::Lobe || lobe == o.lobe) &&
+               (base != Base::Struct || record == o.record);
     }
     bool is(Base b) const { return base == b && !array; }
     bool triple() const { return base >= Base::Color && base <= Base::Normal && !array; }
@@ -73,24 +79,37 @@ struct VarDecl {
     std::string doc;
     // sema
     bool read = false, written = false, internal = false;
+    bool assigned = false;        // by an assignment or as an output argument, not by its initial value
+    bool resizable = false;       // an array whose length is a value of its own
+    int capacity = 0;             // of a resizable array: elements that its uses ask for
+    std::vector<VarDecl*> fields; // of a struct: a variable for each member
+};
+
+// struct Name { type member = value; … }
+struct StructDecl {
+    std::string_view name;
+    Loc loc;
+    std::vector<VarDecl*> members;
+    std::vector<FunctionDecl*> functions; // they see the members as variables
 };
 
 enum class ExprKind : uint8_t {
     Number,
     String,
-    Name,    // text
-    Index,   // args: array, index
-    Call,    // text, args
-    Method,  // args[0] -> text (args[1...])
-    Cast,    // to `type`, in space args[1] if there are two
-    Tuple,   // args: 3 or 16 components
-    TupleIn, // args: space, components…: color "hsv" (h, s, v)
-    List,    // { … }
-    Unary,   // op: - !
-    Binary,  // op
+    Name,     // text
+    Index,    // args: array, index
+    Call,     // text, args
+    Method,   // args[0] -> text, or with `called` -> text (args[1…])
+    Sequence, // a, b, …: the value of the last
+    Cast,     // to `type`, in space args[1] if there are two
+    Tuple,    // args: 3 or 16 components
+    TupleIn,  // args: space, components…: color "hsv" (h, s, v)
+    List,     // { … }
+    Unary,    // op: - !
+    Binary,   // op
     Ternary,
     Assign,   // op: = += …
-    Construct // sema: a lobe, args: name, value, …
+    Construct // a lobe, args: name, value, …; or a struct, args: its members' values in order
 };
 
 enum class BinOp : uint8_t { Add, Sub, Mul, Div, Dot, Cross, Lt, Le, Gt, Ge, Eq, Ne, And, Or, None };
@@ -101,6 +120,7 @@ struct Expr {
     Loc loc;
     BinOp op = BinOp::None; // Binary and compound Assign; None = plain assignment
     bool negate = false;    // Unary: - rather than !
+    bool called = false;    // Method: with parentheses
     float number = 0;
     std::string_view text;
     std::vector<Expr*> args;
@@ -127,6 +147,7 @@ enum class StmtKind : uint8_t {
     Illuminance, // args, body
     Illuminate,
     Solar,
+    Gather,   // args, body (a ray hits), orelse (it does not)
     Function, // nested
 };
 
@@ -156,6 +177,8 @@ struct FunctionDecl {
     // sema
     enum { Unchecked, Checking, Checked } state = Unchecked;
     FunctionDecl* outer = nullptr;
+    VarDecl* result_fields = nullptr; // of a function that returns a struct: where it is left
+    bool called = false;
     void* scope = nullptr; // sema: where its name lookups start
 };
 
@@ -165,6 +188,7 @@ struct ShaderDecl {
     Loc loc;
     std::vector<VarDecl*> parameters;
     std::vector<VarDecl*> members;        // class
+    std::vector<VarDecl*> constants;      // declared outside of shaders
     std::vector<FunctionDecl*> functions; // class: methods and functions
     Stmt* body = nullptr;                 // classic
 };
@@ -177,6 +201,7 @@ class Arena {
     VarDecl* var() { return &m_vars.emplace_back(); }
     FunctionDecl* function() { return &m_functions.emplace_back(); }
     ShaderDecl* shader() { return &m_shaders.emplace_back(); }
+    StructDecl* record() { return &m_structs.emplace_back(); }
 
   private:
     std::deque<Expr> m_exprs;
@@ -184,11 +209,14 @@ class Arena {
     std::deque<VarDecl> m_vars;
     std::deque<FunctionDecl> m_functions;
     std::deque<ShaderDecl> m_shaders;
+    std::deque<StructDecl> m_structs;
 };
 
 struct Unit {
     std::vector<FunctionDecl*> functions;
     std::vector<ShaderDecl*> shaders;
+    std::vector<VarDecl*> constants; // declared outside of shaders
+    bool plugins = false;            // plugin "name"; functions from elsewhere
 };
 
 } // namespace kanuka::sl::ast

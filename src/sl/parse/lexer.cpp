@@ -24,9 +24,9 @@ class Lexer {
         tokens.reserve(m_text.size() / 4 + 16);
         bool line_start = true;
         for (;;) {
-            const uint32_t line = m_line;
+            m_fresh_line = false;
             const bool space = skip_space();
-            line_start = line_start || m_line != line;
+            line_start = line_start || m_fresh_line;
             Token t;
             t.line_start = line_start;
             t.space_before = space;
@@ -59,29 +59,44 @@ class Lexer {
             if (c == '\n') {
                 m_pos++;
                 newline();
-            } else if (c == '\\' && (at(1) == '\n' || (at(1) == '\r' && at(2) == '\n'))) {
-                // A continued line stays one line for directives: only the column restarts.
-                m_pos += at(1) == '\n' ? 2 : 3;
-                m_continued++;
-                m_line_start = m_pos;
-            } else if (c == ' ' || c == '\t' || c == '\r' || c == '\f' || c == '\v') {
+                m_fresh_line = true;
+            } else if (const size_t splice = c == '\\' ? line_splice() : 0; splice > 0) {
+                m_pos += splice; // a continued line stays one line for directives
+                newline();
+            } else if (c == ' ' || c == '\t' || c == '\r' || c == '\f' || c == '\v' || c == '\x1a') {
                 m_pos++;
             } else if (c == '/' && at(1) == '/') {
                 const size_t start = m_pos;
                 m_pos = std::min(m_text.find('\n', m_pos), m_text.size());
+                while (m_pos < m_text.size() && continued_before(m_pos)) { // the comment goes on
+                    m_pos++;
+                    newline();
+                    m_pos = std::min(m_text.find('\n', m_pos), m_text.size());
+                }
                 m_sources.note_comment(m_file, m_line, m_text.substr(start + 2, m_pos - start - 2));
             } else if (c == '/' && at(1) == '*') {
                 block_comment();
             } else {
                 break;
             }
-            if (m_continued &&
-                (m_pos >= m_text.size() || (m_pos > 0 && m_text[m_pos - 1] == '\n' && c == '\n'))) {
-                m_line += m_continued; // line numbers catch up at the end of the continued line
-                m_continued = 0;
-            }
         }
         return m_pos != begin;
+    }
+
+    // Length of a backslash and the end of its line, 0 = it does not end the line. Blanks between them are
+    // invisible to who wrote them.
+    size_t line_splice() const {
+        size_t n = 1;
+        while (at(n) == ' ' || at(n) == '\t' || at(n) == '\r')
+            n++;
+        return at(n) == '\n' ? n + 1 : 0;
+    }
+
+    // Is there a backslash before this end of a line?
+    bool continued_before(size_t end) const {
+        if (end > 0 && m_text[end - 1] == '\r')
+            end--;
+        return end > 0 && m_text[end - 1] == '\\';
     }
 
     void block_comment() {
@@ -161,7 +176,7 @@ class Lexer {
         }
         t.text = m_text.substr(begin, m_pos - begin);
         if (is_name_start(at()))
-            m_diagnostics.error(t.loc, "\"" + std::string(t.text) + at() + "\" is not a number");
+            t.wrong = "is not a number";
     }
 
     void string(Token& t) {
@@ -192,7 +207,7 @@ class Lexer {
         if (at() == '"')
             m_pos++;
         else
-            m_diagnostics.error(t.loc, "this string has no end: expected '\"' before the end of the line");
+            t.wrong = "this string has no end: expected '\"' before the end of the line";
     }
 
     Sources& m_sources;
@@ -200,10 +215,17 @@ class Lexer {
     uint32_t m_file;
     std::string_view m_text;
     size_t m_pos = 0, m_line_start = 0;
-    uint32_t m_line = 1, m_continued = 0;
+    uint32_t m_line = 1;
+    bool m_fresh_line = false; // since the last token: a line that no comment or backslash continues
 };
 
 } // namespace
+
+void complain(const Token& t, Diagnostics& diagnostics) {
+    if (t.wrong)
+        diagnostics.error(t.loc, t.kind == Token::Number ? "\"" + std::string(t.text) + "…\" " + t.wrong
+                                                         : std::string(t.wrong));
+}
 
 std::vector<Token> lex(Sources& sources, uint32_t file, Diagnostics& diagnostics) {
     return Lexer(sources, file, diagnostics).run();

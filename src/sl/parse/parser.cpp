@@ -28,9 +28,9 @@ Token Parser::expect(std::string_view s, const char* where) {
 
 static bool is_keyword(std::string_view s) {
     static constexpr std::string_view Words[] = {
-        "if",      "else",   "for",    "while",  "break",  "continue",    "return",     "float",
-        "color",   "point",  "vector", "normal", "matrix", "string",      "void",       "uniform",
-        "varying", "extern", "output", "class",  "public", "illuminance", "illuminate", "solar"};
+        "if",      "else",   "for",    "while",       "break",      "continue", "return", "float",
+        "color",   "point",  "vector", "normal",      "matrix",     "string",   "void",   "uniform",
+        "varying", "extern", "output", "illuminance", "illuminate", "solar"};
     for (std::string_view w : Words)
         if (w == s)
             return true;
@@ -72,6 +72,7 @@ static Base base_by_name(std::string_view s) {
         {"normal", Base::Normal},
         {"matrix", Base::Matrix},
         {"string", Base::String},
+        {"shader", Base::Shader},
         {"void", Base::Void},
         {"MnkMaterial", Base::Material},
         {"MnkMaterialBoundary", Base::Boundary},
@@ -83,21 +84,58 @@ static Base base_by_name(std::string_view s) {
     return grid::find_lobe(s) ? Base::Lobe : Base::Error;
 }
 
+ast::Type Parser::type_named(std::string_view word) const {
+    ast::Type type;
+    type.base = base_by_name(word);
+    if (type.base == Base::Lobe) {
+        type.lobe = grid::find_lobe(word)->id;
+    } else if (type.base == Base::Error) {
+        if (const auto it = m_structs.find(word); it != m_structs.end()) {
+            type.base = Base::Struct;
+            type.record = it->second;
+        }
+    }
+    return type;
+}
+
 bool Parser::at_type(size_t offset) const {
     const Token& t = peek(offset);
-    return t.kind == Token::Identifier && base_by_name(t.text) != Base::Error;
+    return t.kind == Token::Identifier && type_named(t.text).base != Base::Error;
+}
+
+bool Parser::at_specifier(size_t offset) const {
+    static constexpr std::string_view Words[] = {"uniform", "varying", "extern",  "output",
+                                                 "public",  "private", "constant"};
+    const Token& t = peek(offset);
+    for (std::string_view w : Words)
+        if (t.is(w))
+            return !t.is("constant") || peek(offset + 1).kind == Token::Identifier;
+    return false;
+}
+
+// Shaders older than the types normal, vector and matrix have variables of these names: "point normal = …".
+// The word is a name where a type cannot be: before "=", ",", ";", ")", "[" or an operator.
+bool Parser::at_type_as_name(size_t offset) const {
+    const Token& t = peek(offset);
+    if (!t.is("normal") && !t.is("vector") && !t.is("matrix") && !t.is("shader"))
+        return false;
+    const Token& after = peek(offset + 1);
+    return after.kind == Token::Punctuation && !after.is("(") && !after.is("!") && !after.is("{");
 }
 
 bool Parser::at_declaration() const {
     size_t i = 0;
-    while (peek(i).is("uniform") || peek(i).is("varying") || peek(i).is("extern") || peek(i).is("output") ||
-           peek(i).is("public") || peek(i).is("private"))
+    while (at_specifier(i))
         i++;
     if (i > 0)
         return true;
     // "float noise (…)" is a cast of a call, or a nested function: a body after the ")" tells.
-    if (!at_type() || peek(1).kind != Token::Identifier || is_keyword(peek(1).text))
+    if (!at_type() || peek(1).kind != Token::Identifier)
         return false;
+    if (peek(1).is("uniform") || peek(1).is("varying"))
+        return true;
+    if (is_keyword(peek(1).text))
+        return at_type_as_name(1);
     if (!peek(2).is("("))
         return true;
     int depth = 0;
@@ -111,12 +149,9 @@ bool Parser::at_declaration() const {
 
 ast::Type Parser::type_name() {
     const Token& t = peek();
-    ast::Type type;
-    type.base = t.kind == Token::Identifier ? base_by_name(t.text) : Base::Error;
+    const ast::Type type = t.kind == Token::Identifier ? type_named(t.text) : ast::Type{};
     if (type.base == Base::Error)
         fail(t, "a type: float, color, point, vector, normal, matrix, string, or a lobe");
-    if (type.base == Base::Lobe)
-        type.lobe = grid::find_lobe(t.text)->id;
     next();
     return type;
 }
@@ -124,27 +159,33 @@ ast::Type Parser::type_name() {
 Parser::Specifiers Parser::specifiers(bool need_type) {
     Specifiers s;
     s.loc = peek().loc;
-    for (;; next()) {
-        if (peek().is("uniform"))
-            s.detail = Detail::Uniform;
-        else if (peek().is("varying"))
-            s.detail = Detail::Varying;
-        else if (peek().is("extern"))
-            s.is_extern = true;
-        else if (peek().is("output"))
-            s.output = true;
-        else if (peek().is("public"))
-            s.is_public = true;
-        else if (!peek().is("private") && !peek().is("constant"))
-            break;
-    }
+    const auto words = [&] {
+        for (; at_specifier(); next()) {
+            if (peek().is("uniform"))
+                s.detail = Detail::Uniform;
+            else if (peek().is("varying"))
+                s.detail = Detail::Varying;
+            else if (peek().is("extern"))
+                s.is_extern = true;
+            else if (peek().is("output"))
+                s.output = true;
+            else if (peek().is("public"))
+                s.is_public = true;
+        }
+    };
+    words();
     if (need_type || at_type())
         s.type = type_name();
+    if (peek(1).kind == Token::Identifier) // "float varying x"
+        words();
     return s;
 }
 
 VarDecl* Parser::declarator(const Specifiers& s, VarDecl::Kind kind) {
-    const Token name = identifier("a variable's name");
+    const bool odd = at_type_as_name();
+    if (odd)
+        m_type_names.insert(peek().text);
+    const Token name = odd ? next() : identifier("a variable's name");
     VarDecl* v = m_arena.var();
     v->name = name.text;
     v->loc = name.loc;
@@ -159,8 +200,11 @@ VarDecl* Parser::declarator(const Specifiers& s, VarDecl::Kind kind) {
             v->size = ternary();
         expect("]", "after the array's size");
     }
-    if (accept("="))
-        v->init = expression();
+    if (accept("=")) {
+        // matrix m = "shader" 1: the type is the variable's
+        const bool space = peek().kind == Token::String && (v->type.triple() || v->type.is(Base::Matrix));
+        v->init = space ? in_space(v->type) : expression();
+    }
     // The comment at the declaration documents a parameter.
     Sources& sources = m_diagnostics.sources();
     if (kind == VarDecl::Parameter) {
@@ -184,19 +228,23 @@ VarDecl* Parser::declarator(const Specifiers& s, VarDecl::Kind kind) {
 std::vector<VarDecl*> Parser::formals(VarDecl::Kind kind) {
     std::vector<VarDecl*> vars;
     expect("(", "before the parameters");
+    while (accept(";") || accept(",")) {
+    }
+    if (peek().is("void") && peek(1).is(")"))
+        next();
     while (!peek().is(")")) {
         const Specifiers s = specifiers();
         vars.push_back(declarator(s, kind));
         while (peek().is(",")) {
-            const Token& after = peek(1);
-            if (at_type(1) || after.is("uniform") || after.is("varying") || after.is("output") ||
-                after.is("extern"))
+            if ((at_type(1) && !at_type_as_name(1)) || at_specifier(1) || peek(1).is(")"))
                 break;
             next();
             vars.push_back(declarator(s, kind));
         }
-        if (!accept(";") && !accept(","))
+        if (!peek().is(";") && !peek().is(","))
             break;
+        while (accept(";") || accept(",")) {
+        }
     }
     expect(")", "after the parameters, or \";\" between them");
     return vars;
@@ -210,6 +258,8 @@ FunctionDecl* Parser::function(const Specifiers& result) {
     f->result = result.type;
     f->is_public = result.is_public;
     f->formals = formals(VarDecl::Formal);
+    if (accept(";"))
+        return nullptr; // a declaration ahead of the function: all are known anyway
     if (!peek().is("{"))
         fail(peek(), "\"{\" and the function's body");
     f->body = block();
@@ -222,6 +272,48 @@ FunctionDecl* Parser::function_alone() {
     } catch (const Failure&) {
         return nullptr;
     }
+}
+
+// struct Name { type a = value, b; … }
+StructDecl* Parser::structure() {
+    next();
+    StructDecl* s = m_arena.record();
+    const Token name = identifier("the struct's name");
+    s->name = name.text;
+    s->loc = name.loc;
+    m_structs.try_emplace(s->name, s); // its functions may take it
+    if (accept(":")) {
+        const Token base = identifier("the struct that this one extends");
+        const auto it = m_structs.find(base.text);
+        if (it == m_structs.end())
+            fail(base, "a struct");
+        s->members = it->second->members;
+        s->functions = it->second->functions;
+    }
+    expect("{", "before the members of the struct");
+    while (!peek().is("}")) {
+        if (peek().kind == Token::End)
+            fail(peek(), "\"}\" for the struct that begins in line " + std::to_string(name.loc.line));
+        if (accept(";"))
+            continue;
+        Specifiers specifier = specifiers(false);
+        const bool untyped = specifier.type.base == Base::Error;
+        if (peek(1).is("(")) {
+            if (untyped)
+                specifier.type.base = Base::Void;
+            if (FunctionDecl* f = function(specifier))
+                s->functions.push_back(f);
+        } else {
+            if (untyped)
+                type_name(); // complains
+            declaration(specifier, VarDecl::Member, &s->members);
+        }
+    }
+    next();
+    accept(";");
+    if (m_structs.find(s->name)->second != s)
+        m_diagnostics.error(s->loc, "struct \"" + std::string(s->name) + "\" is declared twice");
+    return s;
 }
 
 // ---- shaders
@@ -267,10 +359,20 @@ void Parser::class_body(ShaderDecl& shader) {
         if (accept(";"))
             continue;
         try {
-            const Specifiers s = specifiers();
-            if (peek(1).is("("))
-                shader.functions.push_back(function(s));
-            else
+            if (peek().is("struct")) {
+                structure();
+                continue;
+            }
+            Specifiers s = specifiers(false);
+            const bool untyped = s.type.base == Base::Error;
+            if (peek(1).is("(")) {
+                if (untyped) // "construct () { … }"
+                    s.type.base = Base::Void;
+                if (FunctionDecl* f = function(s))
+                    shader.functions.push_back(f);
+            } else if (untyped) {
+                type_name(); // complains
+            } else
                 declaration(s, VarDecl::Member, &shader.members);
         } catch (const Failure&) {
             recover();
@@ -282,21 +384,60 @@ void Parser::class_body(ShaderDecl& shader) {
 void Parser::top_level(Unit& unit) {
     if (accept(";"))
         return;
+    const auto keep = [&](FunctionDecl* f) {
+        if (f)
+            unit.functions.push_back(f);
+    };
     if (at_shader()) {
         unit.shaders.push_back(shader());
+    } else if (peek().is("struct")) {
+        structure();
+    } else if (peek().is("plugin") && peek(1).kind == Token::String) {
+        m_diagnostics.warning(next().loc, "plug-ins of other renderers are not here: their functions give 0");
+        next();
+        accept(";");
+        unit.plugins = true;
     } else if (at_type() || at_declaration()) {
-        unit.functions.push_back(function(specifiers()));
+        const Specifiers s = specifiers();
+        if (peek(1).is("("))
+            keep(function(s));
+        else
+            declaration(s, VarDecl::Member, &unit.constants);
     } else if (peek().kind == Token::Identifier && peek(1).is("(")) {
         Specifiers s; // RISpec: a function without a type returns a float
         s.type.base = Base::Float;
-        unit.functions.push_back(function(s));
+        keep(function(s));
     } else {
         fail(peek(), "a shader (surface, displacement, light, volume, imager, class) or a function");
     }
 }
 
+// 3Delight's and PRMan's filter regions: here they carry coordinates, whose differences make the filter.
+static constexpr const char* FilterRegion = R"(struct filterregion {
+    float region_s = 0, region_t = 0; vector region_r = 0;
+    void calculate2d(float a; float b) { region_s = a; region_t = b; }
+    void calculate3d(point p) { region_r = vector(p); }
+    void calculate3d(point p; vector du; vector dv) { region_r = vector(p); }
+    void scale(float k) { }
+    void blur(float k) { }
+})";
+
+void Parser::builtin_structs() {
+    for (const Token& t : m_tokens) {
+        if (!t.is("filterregion"))
+            continue;
+        const uint32_t file = m_diagnostics.sources().add("<filterregion>", FilterRegion);
+        const std::vector<Token> tokens = lex(m_diagnostics.sources(), file, m_diagnostics);
+        Parser own(tokens, m_arena, m_diagnostics);
+        own.structure();
+        m_structs = std::move(own.m_structs);
+        return;
+    }
+}
+
 Unit Parser::unit() {
     Unit u;
+    builtin_structs();
     while (peek().kind != Token::End) {
         const size_t before = m_pos;
         try {
@@ -353,7 +494,21 @@ Stmt* Parser::light_statement(StmtKind kind) {
     Stmt* s = m_arena.stmt(kind, next().loc);
     s->args = arguments();
     s->body = statement();
+    if (kind == StmtKind::Gather && accept("else"))
+        s->orelse = statement();
     return s;
+}
+
+// a, b, …: in a for statement
+Expr* Parser::sequence() {
+    Expr* first = expression();
+    if (!peek().is(","))
+        return first;
+    Expr* e = m_arena.expr(ExprKind::Sequence, first->loc);
+    e->args = {first};
+    while (accept(","))
+        e->args.push_back(expression());
+    return e;
 }
 
 Stmt* Parser::jump(StmtKind kind) {
@@ -400,14 +555,14 @@ Stmt* Parser::statement() {
             s->first = declaration(specifiers(), VarDecl::Local, nullptr);
         else {
             if (!peek().is(";"))
-                s->init = expression();
+                s->init = sequence();
             expect(";", "after the loop's initialisation");
         }
         if (!peek().is(";"))
             s->expr = expression();
         expect(";", "after the loop's condition");
         if (!peek().is(")"))
-            s->step = expression();
+            s->step = sequence();
         expect(")", "after the loop's step");
         s->body = statement();
         return s;
@@ -420,6 +575,8 @@ Stmt* Parser::statement() {
         return jump(StmtKind::Return);
     if (t.is("illuminance") && peek(1).is("("))
         return light_statement(StmtKind::Illuminance);
+    if (t.is("gather") && peek(1).is("("))
+        return light_statement(StmtKind::Gather);
     if (t.is("illuminate") && peek(1).is("("))
         return light_statement(StmtKind::Illuminate);
     if (t.is("solar") && peek(1).is("("))
@@ -429,12 +586,12 @@ Stmt* Parser::statement() {
         if (peek(1).is("(") && !is_keyword(peek().text)) {
             Stmt* f = m_arena.stmt(StmtKind::Function, s.loc);
             f->function = function(s);
-            return f;
+            return f->function ? f : nullptr;
         }
         return declaration(s, VarDecl::Local, nullptr);
     }
     Stmt* s = m_arena.stmt(StmtKind::Expression, t.loc);
-    s->expr = expression();
+    s->expr = sequence();
     expect(";", "after the statement");
     return s;
 }

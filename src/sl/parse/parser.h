@@ -1,6 +1,9 @@
 // Recursive descent over RSL: RISpec 3.2, section 16 and appendix B, and the class form of RSL 2.0.
 #pragma once
 
+#include <unordered_map>
+#include <unordered_set>
+
 #include "sl/parse/ast.h"
 #include "sl/parse/token.h"
 
@@ -29,9 +32,14 @@ class Parser {
     ast::ShaderDecl* shader();
     void class_body(ast::ShaderDecl& shader);
     ast::FunctionDecl* function(const Specifiers& result);
+    ast::StructDecl* structure();
+    void builtin_structs();
     std::vector<ast::VarDecl*> formals(ast::VarDecl::Kind kind);
     ast::VarDecl* declarator(const Specifiers& s, ast::VarDecl::Kind kind);
     bool at_type(size_t offset = 0) const;
+    ast::Type type_named(std::string_view word) const;
+    bool at_specifier(size_t offset = 0) const;
+    bool at_type_as_name(size_t offset = 0) const;
     bool at_declaration() const;
     Specifiers specifiers(bool need_type = true);
     ast::Type type_name();
@@ -39,6 +47,7 @@ class Parser {
     ast::Stmt* block();
     ast::Stmt* declaration(const Specifiers& s, ast::VarDecl::Kind kind, std::vector<ast::VarDecl*>* into);
     ast::Stmt* light_statement(ast::StmtKind kind);
+    ast::Expr* sequence();
     ast::Stmt* jump(ast::StmtKind kind);
     void recover();
 
@@ -50,6 +59,7 @@ class Parser {
     ast::Expr* postfix();
     ast::Expr* primary();
     ast::Expr* typed();
+    ast::Expr* in_space(const ast::Type& type);
     std::vector<ast::Expr*> arguments();
 
     const Token& peek(size_t offset = 0) const {
@@ -91,6 +101,8 @@ class Parser {
     Diagnostics& m_diagnostics;
     size_t m_pos = 0;
     int m_depth = 0;
+    std::unordered_map<std::string_view, ast::StructDecl*> m_structs;
+    std::unordered_set<std::string_view> m_type_names; // types' names that name variables in this file
 };
 
 } // namespace kanuka::sl

@@ -21,12 +21,16 @@ std::string ast::Type::str() const {
                                                  "normal",
                                                  "matrix",
                                                  "string",
+                                                 "shader",
+                                                 "struct",
                                                  "lobe",
                                                  "MnkMaterial",
                                                  "MnkMaterialBoundary",
                                                  "MnkMaterialInterior",
                                                  "MnkObjectProperties"};
-    std::string s(base == Base::Lobe ? grid::lobe(lobe).name : Names[int(base)]);
+    std::string s(base == Base::Lobe               ? grid::lobe(lobe).name
+                  : base == Base::Struct && record ? record->name
+                                                   : Names[int(base)]);
     if (array)
         s += size > 0 ? "[" + std::to_string(size) + "]" : "[]";
     return s;
@@ -62,7 +66,8 @@ Expr* Parser::expression() {
         if (!peek().is(s))
             continue;
         const Token t = next();
-        if (left->kind != ExprKind::Name && left->kind != ExprKind::Index) {
+        if (left->kind != ExprKind::Name && left->kind != ExprKind::Index &&
+            (left->kind != ExprKind::Method || left->called)) {
             m_diagnostics.error(t.loc,
                                 "cannot assign to this: expected a variable or an array element before \"" +
                                     std::string(s) + "\"");
@@ -136,7 +141,8 @@ Expr* Parser::postfix() {
             Expr* call = m_arena.expr(ExprKind::Method, arrow.loc);
             call->text = name.text;
             call->args = {e};
-            if (peek().is("("))
+            call->called = peek().is("(");
+            if (call->called)
                 for (Expr* a : arguments())
                     call->args.push_back(a);
             e = call;
@@ -169,13 +175,22 @@ Expr* Parser::typed() {
         detail = next().is("uniform") ? Detail::Uniform : Detail::Varying;
     const Loc loc = peek().loc;
     const ast::Type type = type_name();
-    if (type.base == Base::Lobe) {
+    if (type.base == Base::Lobe || type.base == Base::Struct) {
         Expr* e = m_arena.expr(ExprKind::Construct, loc);
         e->type = type;
-        e->text = grid::lobe(type.lobe).name;
+        e->text = type.base == Base::Lobe ? grid::lobe(type.lobe).name : type.record->name;
         e->args = arguments();
         return e;
     }
+    Expr* e = in_space(type);
+    e->loc = loc;
+    e->detail = detail;
+    return e;
+}
+
+// ["space"] (…) or ["space"] x, of a type that is known.
+Expr* Parser::in_space(const ast::Type& type) {
+    const Loc loc = peek().loc;
     Expr* space = nullptr;
     if (peek().kind == Token::String) {
         space = m_arena.expr(ExprKind::String, peek().loc);
@@ -189,7 +204,6 @@ Expr* Parser::typed() {
         if (list.size() > 1) {
             Expr* e = m_arena.expr(space ? ExprKind::TupleIn : ExprKind::Tuple, loc);
             e->type = type;
-            e->detail = detail;
             if (space)
                 list.insert(list.begin(), space);
             e->args = std::move(list);
@@ -197,7 +211,6 @@ Expr* Parser::typed() {
         }
         Expr* e = m_arena.expr(ExprKind::Cast, loc);
         e->type = type;
-        e->detail = detail;
         e->args = {list[0]};
         if (space)
             e->args.push_back(space);
@@ -205,7 +218,6 @@ Expr* Parser::typed() {
     }
     Expr* e = m_arena.expr(ExprKind::Cast, loc);
     e->type = type;
-    e->detail = detail;
     e->args = {unary()};
     if (space)
         e->args.push_back(space);
@@ -260,6 +272,11 @@ Expr* Parser::primary() {
                 break;
         }
         expect("}", "to close the list");
+        return e;
+    }
+    if (at_type_as_name() && m_type_names.count(t.text)) {
+        Expr* e = m_arena.expr(ExprKind::Name, next().loc);
+        e->text = t.text;
         return e;
     }
     if (at_type() || t.is("uniform") || t.is("varying"))

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -13,6 +15,7 @@ constexpr size_t MaxTokens = size_t(1) << 22; // macros that double themselves e
 
 struct Macro {
     bool function = false;
+    bool variadic = false; // the last parameter takes all further arguments
     std::vector<std::string_view> parameters;
     std::vector<Token> body;
 };
@@ -33,6 +36,7 @@ class Preprocessor {
     void file(uint32_t index, int depth) {
         const std::vector<Token> tokens = lex(m_sources, index, m_diagnostics);
         const size_t conditions = m_conditions.size();
+        m_files.push_back(index);
         size_t i = 0;
         while (tokens[i].kind != Token::End) {
             if (tokens[i].line_start && tokens[i].is("#")) {
@@ -47,14 +51,18 @@ class Preprocessor {
             size_t end = i;
             while (tokens[end].kind != Token::End && !(tokens[end].line_start && tokens[end].is("#")))
                 end++;
-            if (active())
+            if (active()) {
+                for (size_t k = i; k < end; k++)
+                    complain(tokens[k], m_diagnostics);
                 expand(std::span(tokens).subspan(i, end - i), m_out.tokens, nullptr);
+            }
             i = end;
         }
         while (m_conditions.size() > conditions) {
             m_diagnostics.error(m_conditions.back().loc, "this conditional has no #endif in its file");
             m_conditions.pop_back();
         }
+        m_files.pop_back();
         if (depth == 0)
             m_out.tokens.push_back(tokens.back());
     }
@@ -120,7 +128,7 @@ class Preprocessor {
             m_diagnostics.error(at, "#error " + spell(rest));
         } else if (name == "warning") {
             m_diagnostics.warning(at, "#warning " + spell(rest));
-        } else if (name != "line" && t[0].kind != Token::Number) {
+        } else if (name != "line" && name != "ident" && name != "sccs" && t[0].kind != Token::Number) {
             m_diagnostics.error(t[0].loc,
                                 "\"#" + std::string(name) +
                                     "\" is not a directive; expected include, define, undef, if, ifdef, "
@@ -147,6 +155,14 @@ class Preprocessor {
             m.function = true;
             i = 2;
             while (i < t.size() && !t[i].is(")")) {
+                if (t[i].is("...")) { // "args..." or "..." alone
+                    const bool named = i > 2 && t[i - 1].kind == Token::Identifier;
+                    m.variadic = true;
+                    if (!named)
+                        m.parameters.push_back("__VA_ARGS__");
+                    i++;
+                    continue;
+                }
                 if (t[i].kind != Token::Identifier)
                     return m_diagnostics.error(t[i].loc, "expected a macro parameter's name");
                 m.parameters.push_back(t[i++].text);
@@ -158,11 +174,18 @@ class Preprocessor {
             i++;
         }
         m.body.assign(t.begin() + i, t.end());
+        for (const Token& b : m.body)
+            complain(b, m_diagnostics);
         m_macros[t[0].text] = std::move(m);
     }
 
     void include(std::span<const Token> t, Loc at, int depth) {
         std::string name;
+        std::vector<Token> expanded;
+        if (!t.empty() && t[0].kind == Token::Identifier) { // #include MACRO
+            expand(t, expanded, nullptr);
+            t = expanded;
+        }
         if (!t.empty() && t[0].kind == Token::String)
             name = t[0].text;
         else if (t.size() > 2 && t[0].is("<"))
@@ -178,9 +201,16 @@ class Preprocessor {
         if (given.is_absolute()) {
             tried.push_back(given);
         } else {
-            tried.push_back(std::filesystem::path(m_sources.name(at.file)).parent_path() / given);
+            // Beside the file that asks, beside those that include it, then the folders of -I.
+            const auto add = [&](const std::filesystem::path& folder) {
+                const std::filesystem::path p = (folder / given).lexically_normal();
+                if (std::find(tried.begin(), tried.end(), p) == tried.end())
+                    tried.push_back(p);
+            };
+            for (size_t k = m_files.size(); k-- > 0;)
+                add(std::filesystem::path(m_sources.name(m_files[k])).parent_path());
             for (const std::string& folder : m_path)
-                tried.push_back(std::filesystem::path(folder) / given);
+                add(folder);
         }
         for (const auto& path : tried) {
             std::ifstream in(path, std::ios::binary);
@@ -194,7 +224,8 @@ class Preprocessor {
         std::string where;
         for (const auto& path : tried)
             where += "\n  " + path.string();
-        m_diagnostics.error(t[0].loc, "cannot find the file \"" + name + "\"; looked for" + where);
+        m_diagnostics.error(t[0].loc, "cannot find the file \"" + name + "\"; looked for" + where +
+                                          "\nName the folder that has it with -I FOLDER");
     }
 
     bool hidden(int list, const Macro* macro) const {
@@ -241,13 +272,26 @@ class Preprocessor {
                     out.push_back(t);
                     continue;
                 }
-                if (!collect(work, arguments, t))
+                std::vector<Token> consumed;
+                if (!collect(work, arguments, t, macro.variadic ? macro.parameters.size() : SIZE_MAX,
+                             consumed))
                     continue;
+                // "float sqr (float x)": a function is defined that a macro has the name of.
+                if (defines_function(out, arguments)) {
+                    out.push_back(t);
+                    work.insert(work.end(), consumed.rbegin(), consumed.rend());
+                    continue;
+                }
+                if (macro.variadic && arguments.size() + 1 == macro.parameters.size())
+                    arguments.emplace_back(); // nothing for "..."
                 if (arguments.size() != macro.parameters.size() &&
                     !(macro.parameters.empty() && arguments.size() == 1 && arguments[0].empty())) {
-                    m_diagnostics.error(t.loc, "macro " + std::string(t.text) + " takes " +
-                                                   std::to_string(macro.parameters.size()) +
-                                                   " arguments, found " + std::to_string(arguments.size()));
+                    m_diagnostics.warning(t.loc, "macro " + std::string(t.text) + " takes " +
+                                                     std::to_string(macro.parameters.size()) +
+                                                     " arguments, found " + std::to_string(arguments.size()) +
+                                                     ": it stays as it is, and is a function of that name");
+                    out.push_back(t);
+                    work.insert(work.end(), consumed.rbegin(), consumed.rend());
                     continue;
                 }
             }
@@ -267,16 +311,20 @@ class Preprocessor {
         }
     }
 
-    bool collect(std::vector<Token>& work, std::vector<std::vector<Token>>& arguments, const Token& macro) {
-        work.pop_back(); // "("
+    // At most `most` arguments: the last has the commas of all further ones.
+    bool collect(std::vector<Token>& work, std::vector<std::vector<Token>>& arguments, const Token& macro,
+                 size_t most, std::vector<Token>& consumed) {
+        consumed.push_back(work.back()); // "("
+        work.pop_back();
         arguments.emplace_back();
         for (int depth = 1; !work.empty();) {
             Token a = work.back();
             work.pop_back();
+            consumed.push_back(a);
             depth += a.is("(") - a.is(")");
             if (depth == 0)
                 return true;
-            if (a.is(",") && depth == 1)
+            if (a.is(",") && depth == 1 && arguments.size() < most)
                 arguments.emplace_back();
             else
                 arguments.back().push_back(a);
@@ -284,6 +332,21 @@ class Preprocessor {
         m_diagnostics.error(macro.loc,
                             "expected \")\" after the arguments of macro " + std::string(macro.text));
         return false;
+    }
+
+    static bool defines_function(const std::vector<Token>& before,
+                                 const std::vector<std::vector<Token>>& arguments) {
+        const auto type = [](const Token& t) {
+            static constexpr std::string_view Types[] = {"float",   "color",   "point",  "vector",
+                                                         "normal",  "matrix",  "string", "void",
+                                                         "uniform", "varying", "output"};
+            for (std::string_view w : Types)
+                if (t.is(w))
+                    return true;
+            return false;
+        };
+        return !before.empty() && type(before.back()) && !arguments.empty() && arguments[0].size() > 1 &&
+               type(arguments[0][0]) && arguments[0][1].kind == Token::Identifier;
     }
 
     void substitute(const Macro& macro, const std::vector<std::vector<Token>>& arguments, const Token& call,
@@ -337,6 +400,7 @@ class Preprocessor {
         const Loc loc = left.loc;
         left = tokens[0];
         left.loc = loc;
+        complain(left, m_diagnostics);
     }
 
     // ---- #if expressions
@@ -429,6 +493,7 @@ class Preprocessor {
     std::unordered_map<std::string_view, Macro> m_macros;
     std::vector<std::pair<const Macro*, int>> m_hidden; // linked lists: macro, rest
     std::vector<Condition> m_conditions;
+    std::vector<uint32_t> m_files; // being read, each included by the one before
     std::vector<Token> m_expression;
     size_t m_at = 0;
     int m_depth = 0;

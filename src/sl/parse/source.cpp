@@ -8,6 +8,11 @@ namespace kanuka::sl {
 uint32_t Sources::add(std::string name, std::string text) {
     auto file = std::make_unique<File>();
     file->name = std::move(name);
+    // Files of other systems: a byte order mark, carriage returns alone as ends of lines.
+    if (text.starts_with("\xef\xbb\xbf"))
+        text.erase(0, 3);
+    if (text.find('\n') == std::string::npos)
+        std::replace(text.begin(), text.end(), '\r', '\n');
     file->text = std::move(text);
     file->line_starts.push_back(0);
     for (size_t i = 0; i < file->text.size(); i++)
@@ -67,6 +72,11 @@ std::string Diagnostics::excerpt(Loc at) const {
 }
 
 void Diagnostics::error(Loc at, const std::string& what) {
+    if (m_lenient) {
+        if (m_demoted++ == 0)
+            warning(at, *m_lenient + what);
+        return;
+    }
     // A second complaint about the same place is a consequence of the first.
     if (m_errors > 0 && at.file == m_last.file && at.line == m_last.line && at.column == m_last.column)
         return;
@@ -76,7 +86,9 @@ void Diagnostics::error(Loc at, const std::string& what) {
 }
 
 void Diagnostics::warning(Loc at, const std::string& what) {
-    if (m_errors < MaxErrors)
+    const std::string key =
+        std::to_string(at.file) + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) + what;
+    if (m_errors < MaxErrors && m_warnings.insert(key).second)
         m_journal.warning(m_sources.location(at), what + excerpt(at));
 }
 

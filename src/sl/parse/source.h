@@ -3,6 +3,7 @@
 
 #include <deque>
 #include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -56,6 +57,13 @@ class Diagnostics {
     void error(Loc at, const std::string& what);
     void warning(Loc at, const std::string& what);
     int errors() const { return m_errors; }
+    // While set, errors are warnings that begin with this text, and only the first is told: code that nothing
+    // runs need not be right.
+    void set_lenient(const std::string* why) {
+        m_lenient = why;
+        m_demoted = 0;
+    }
+    bool lenient() const { return m_lenient != nullptr; }
     Sources& sources() { return m_sources; }
 
   private:
@@ -63,7 +71,10 @@ class Diagnostics {
     Sources& m_sources;
     Journal& m_journal;
     int m_errors = 0;
+    const std::string* m_lenient = nullptr;
+    int m_demoted = 0;
     Loc m_last{};
+    std::set<std::string> m_warnings; // said already: a shader may be lowered more than once
 };
 
 // The candidates closest in spelling to `name`, for "did you mean": empty if none is near.

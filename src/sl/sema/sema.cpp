@@ -1,5 +1,8 @@
 #include "sl/sema/sema.h"
 
+#include <cmath>
+#include <limits>
+
 #include "sl/parse/parser.h"
 
 namespace kanuka::sl {
@@ -14,17 +17,96 @@ Sema::Scope* Sema::push() {
 
 void Sema::declare(VarDecl* v) {
     if (v->is_extern && v->kind != VarDecl::Parameter) {
-        // "extern float x": the enclosing x, which is visible anyway. It must be there.
-        if (!find(v->name))
+        // "extern float x": the enclosing x, which is visible anyway; functions outside of the shader see its
+        // parameters so too. It must be there.
+        VarDecl* outer = nullptr;
+        for (Scope* s = m_scope->parent; s && !outer; s = s->parent)
+            if (const auto it = s->vars.find(v->name); it != s->vars.end())
+                outer = it->second;
+        if (!outer)
+            outer = global(v->name);
+        if (!outer && m_shader_scope)
+            if (const auto it = m_shader_scope->vars.find(v->name); it != m_shader_scope->vars.end())
+                outer = it->second;
+        if (!outer)
             m_diagnostics.error(v->loc,
                                 "there is no \"" + std::string(v->name) + "\" outside of this function");
+        else
+            m_scope->vars[v->name] = outer;
         return;
     }
     const auto [it, fresh] = m_scope->vars.try_emplace(v->name, v);
-    if (!fresh)
-        m_diagnostics.error(v->loc, "\"" + std::string(v->name) +
-                                        "\" is declared twice here, first in line " +
-                                        std::to_string(it->second->loc.line));
+    if (fresh)
+        return;
+    const std::string what = "\"" + std::string(v->name) + "\" is declared twice here, first in line " +
+                             std::to_string(it->second->loc.line);
+    if (it->second->type == v->type)
+        m_diagnostics.warning(v->loc, what);
+    else
+        m_diagnostics.error(v->loc, what + " as a " + it->second->type.str());
+    it->second = v;
+}
+
+// The functions of a struct see its members; a call binds these to those of the struct it is made on.
+void Sema::check_struct(const StructDecl* record) {
+    if (m_struct_scopes.count(record) || record->functions.empty())
+        return;
+    Scope* const scope = m_scope;
+    m_scope = m_shader_scope ? m_shader_scope : m_root;
+    m_struct_scopes[record] = push();
+    for (VarDecl* m : record->members) {
+        m->written = m->read = true;
+        make_fields(m);
+        m_scope->vars[m->name] = m;
+    }
+    for (FunctionDecl* f : record->functions)
+        declare(f);
+    for (FunctionDecl* f : record->functions)
+        check_function(f);
+    m_scope = scope;
+}
+
+// A struct's variable is a variable for each member.
+void Sema::make_fields(VarDecl* v) {
+    if (v->type.base != Base::Struct || !v->fields.empty())
+        return;
+    if (++m_depth > 64) {
+        m_diagnostics.error(v->loc, "this struct contains itself");
+        m_depth--;
+        return;
+    }
+    for (VarDecl* m : v->type.record->members) {
+        resolve_size(m);
+        VarDecl* f = m_arena.var();
+        f->name = m_diagnostics.sources().keep(std::string(v->name) + "->" + std::string(m->name));
+        f->loc = v->loc;
+        f->kind = v->kind;
+        f->type = m->type;
+        f->detail = v->detail == Detail::Unspecified ? m->detail : v->detail;
+        f->output = v->output;
+        f->is_extern = v->is_extern;
+        f->read = f->written = true;
+        f->init = m->init;
+        if (v->type.array && m->type.array)
+            m_diagnostics.error(v->loc, "an array of structs that have arrays; use an array for each member");
+        if (v->type.array) {
+            f->type.array = true;
+            f->type.size = v->type.size;
+            f->resizable = v->resizable;
+        } else if (m->type.array && m->type.size == 0 && !m->init) {
+            f->resizable = true;
+        }
+        if (f->init) {
+            const ast::Type t = expr(f->init, &f->type);
+            if (!f->type.array)
+                want(f->init, f->type, "member \"" + std::string(m->name) + "\"");
+            else if (f->type.size == 0 && !v->type.array)
+                f->type.size = t.size;
+        }
+        make_fields(f);
+        v->fields.push_back(f);
+    }
+    m_depth--;
 }
 
 void Sema::declare(FunctionDecl* f) {
@@ -63,17 +145,25 @@ VarDecl* Sema::find(std::string_view name) {
 
 void Sema::check(Unit& unit, ShaderDecl& shader) {
     m_shader = &shader;
+    m_plugins = unit.plugins;
     m_root = push();
     for (FunctionDecl* f : unit.functions)
         declare(f);
-    push();
+    shader.constants = unit.constants;
+    for (VarDecl* v : unit.constants) {
+        variable(v);
+        v->written = true;
+    }
+    m_shader_scope = push();
     for (VarDecl* v : shader.parameters) {
         variable(v);
         v->written = true;
-        if (!v->init)
-            m_diagnostics.error(v->loc, "parameter \"" + std::string(v->name) +
-                                            "\" has no default value; write \"" + v->type.str() + " " +
-                                            std::string(v->name) + " = …\"");
+        if (!v->init && !v->type.is(Base::Shader))
+            m_diagnostics.warning(v->loc, "parameter \"" + std::string(v->name) +
+                                              "\" has no default value; write \"" + v->type.str() + " " +
+                                              std::string(v->name) + " = …\"; it is 0 here");
+        if (v->type.base == Base::Struct)
+            m_diagnostics.error(v->loc, "a shader's parameter cannot be a struct");
     }
     for (VarDecl* v : shader.members) {
         variable(v);
@@ -85,8 +175,14 @@ void Sema::check(Unit& unit, ShaderDecl& shader) {
         statement(shader.body);
     for (FunctionDecl* f : shader.functions)
         check_function(f);
-    for (FunctionDecl* f : unit.functions)
+    // Functions that nothing calls need not be right: headers of others are full of them.
+    for (FunctionDecl* f : unit.functions) {
+        const std::string why = "function \"" + std::string(f->name) + "\", which nothing calls: ";
+        if (f->state == FunctionDecl::Unchecked)
+            m_diagnostics.set_lenient(&why);
         check_function(f);
+        m_diagnostics.set_lenient(nullptr);
+    }
     if (shader.kind == ShaderKind::Class)
         check_stages(shader);
     if (m_diagnostics.errors() == 0)
@@ -95,7 +191,7 @@ void Sema::check(Unit& unit, ShaderDecl& shader) {
 
 void Sema::warn_unused(const ShaderDecl& shader) {
     for (const VarDecl* v : shader.parameters)
-        if (!v->read && !v->output)
+        if (!v->read && !v->output && !v->name.starts_with("__")) // "__x" are messages for others
             m_diagnostics.warning(v->loc, "parameter \"" + std::string(v->name) + "\" is never used");
 }
 
@@ -115,6 +211,13 @@ void Sema::check_stages(ShaderDecl& shader) {
          {Base::Point, Base::Normal}},
         {"displacement", "displacement(output point P; output normal N)", {Base::Point, Base::Normal}},
         {"surface", "surface(output color Ci, Oi)", {Base::Color, Base::Color}},
+        {"prelighting", "prelighting(output color Ci, Oi)", {Base::Color, Base::Color}},
+        {"lighting", "lighting(output color Ci, Oi)", {Base::Color, Base::Color}},
+        {"opacity", "opacity(output color Oi)", {Base::Color}},
+        {"diffuselighting", "diffuselighting(output color Ci, Oi)", {Base::Color, Base::Color}},
+        {"specularlighting", "specularlighting(output color Ci, Oi)", {Base::Color, Base::Color}},
+        {"postlighting", "postlighting(output color Ci, Oi)", {Base::Color, Base::Color}},
+        {"construct", "construct()", {}},
         {"begin", "begin()", {}},
     };
     bool any = false;
@@ -122,14 +225,21 @@ void Sema::check_stages(ShaderDecl& shader) {
         for (const Form& form : forms) {
             if (f->name != form.name)
                 continue;
-            any = any || !form.formals.empty();
+            any = true;
             bool fits = f->formals.size() == form.formals.size() && f->result.is(Base::Void);
             for (size_t i = 0; fits && i < form.formals.size(); i++)
                 fits = f->formals[i]->type.is(form.formals[i]);
-            if (!fits)
+            // Of RenderMan's stages those that take something else are methods for co-shaders, and do not
+            // run.
+            if (!fits && !form.name.starts_with("mnk_") && form.name != "surface")
+                m_diagnostics.warning(f->loc, "this does not run as a stage: that would be \"public void " +
+                                                  std::string(form.text) + "\"");
+            else if (!fits)
                 m_diagnostics.error(f->loc,
                                     "this stage must be \"public void " + std::string(form.text) + "\"");
         }
+    for (const FunctionDecl* f : shader.functions)
+        any = any || f->is_public; // a co-shader
     if (!any)
         m_diagnostics.error(shader.loc, "class \"" + std::string(shader.name) +
                                             "\" has no stage; expected a method mnk_init, mnk_prelighting, "
@@ -152,6 +262,13 @@ void Sema::check_function(FunctionDecl* f) {
     for (VarDecl* v : f->formals) {
         variable(v);
         v->written = true;
+    }
+    if (f->result.base == Base::Struct) {
+        f->result_fields = m_arena.var();
+        f->result_fields->name = f->name;
+        f->result_fields->loc = f->loc;
+        f->result_fields->type = f->result;
+        make_fields(f->result_fields);
     }
     statement(f->body);
     m_scope = scope;
@@ -191,6 +308,8 @@ void Sema::resolve_size(VarDecl* v) {
     const auto value = [](auto& self, const Expr* e) -> double {
         if (e->kind == ExprKind::Number)
             return e->number;
+        if (e->kind == ExprKind::Cast && e->args.size() == 1)
+            return self(self, e->args[0]);
         if (e->kind == ExprKind::Binary && e->args.size() == 2) {
             const double a = self(self, e->args[0]), b = self(self, e->args[1]);
             switch (e->op) {
@@ -203,13 +322,17 @@ void Sema::resolve_size(VarDecl* v) {
             case BinOp::Div:
                 return b != 0 ? a / b : 0;
             default:
-                return 0;
+                break;
             }
         }
-        return 0;
+        return std::numeric_limits<double>::quiet_NaN();
     };
     const double n = value(value, v->size);
-    if (n < 1 || n > 65536)
+    if (std::isnan(n) && v->kind == VarDecl::Local && v->size->type.is(Base::Float)) {
+        v->resizable = true; // as long as the run time says
+        return;
+    }
+    if (!(n >= 1 && n <= 65536))
         m_diagnostics.error(v->size->loc, "an array's size must be a constant from 1 to 65536");
     v->type.size = n >= 1 && n <= 65536 ? int(n) : 1;
 }
@@ -218,6 +341,8 @@ void Sema::variable(VarDecl* v) {
     resolve_size(v);
     if (v->type.base == Base::Void)
         m_diagnostics.error(v->loc, "a variable cannot be void");
+    v->resizable = v->type.array && v->type.size == 0 && v->kind != VarDecl::Formal;
+    make_fields(v);
     if (v->init) {
         const ast::Type t = expr(v->init, &v->type);
         if (v->type.array) {
@@ -226,8 +351,9 @@ void Sema::variable(VarDecl* v) {
                 if (v->type.size == 0)
                     v->type.size = given;
                 if (given > v->type.size)
-                    m_diagnostics.error(v->init->loc, std::to_string(given) + " values for an array of " +
-                                                          std::to_string(v->type.size));
+                    m_diagnostics.warning(v->init->loc, std::to_string(given) + " values for an array of " +
+                                                            std::to_string(v->type.size) +
+                                                            "; the last are left out");
             } else if (!t.array && t.base != Base::Error) {
                 ast::Type element = v->type;
                 element.array = false;
@@ -240,14 +366,12 @@ void Sema::variable(VarDecl* v) {
         }
         v->written = true;
     }
-    if (v->type.array && v->type.size == 0 && v->kind != VarDecl::Formal)
-        m_diagnostics.error(v->loc, "array \"" + std::string(v->name) + "\" needs a size or values");
     declare(v);
 }
 
 void Sema::condition(Expr* e) {
     const ast::Type t = expr(e);
-    if (t.base != Base::Error && !t.is(Base::Bool) && !t.is(Base::Float))
+    if (t.base != Base::Error && !is_condition(t))
         m_diagnostics.error(e->loc, "a condition must be a comparison or a float, found " + t.str());
 }
 
@@ -312,16 +436,26 @@ void Sema::statement(Stmt* s) {
             else
                 want(s->expr, m_function->result, "the result of \"" + std::string(m_function->name) + "\"");
         } else if (!m_function->result.is(Base::Void)) {
-            m_diagnostics.error(s->loc, "function \"" + std::string(m_function->name) + "\" must return a " +
-                                            m_function->result.str());
+            m_diagnostics.warning(s->loc, "function \"" + std::string(m_function->name) +
+                                              "\" must return a " + m_function->result.str());
         }
         return;
     case StmtKind::Illuminance:
     case StmtKind::Illuminate:
     case StmtKind::Solar:
-        for (Expr* a : s->args)
+    case StmtKind::Gather:
+        // After the strings in a gather or illuminance come variables that it sets.
+        for (size_t i = 0; i < s->args.size(); i++) {
+            Expr* a = s->args[i];
+            if (i > 0 && s->args[i - 1]->kind == ExprKind::String && a->kind == ExprKind::Name)
+                if (VarDecl* v = find(a->text))
+                    v->written = v->assigned = true;
             expr(a);
+        }
+        m_loops++;
         statement(s->body);
+        m_loops--;
+        statement(s->orelse);
         return;
     case StmtKind::Function:
         declare(s->function);

@@ -47,6 +47,8 @@ class Sema {
     void variable(ast::VarDecl* v);
     void condition(ast::Expr* e);
     void warn_unused(const ast::ShaderDecl& shader);
+    void make_fields(ast::VarDecl* v);
+    void check_struct(const ast::StructDecl* record);
     ast::VarDecl* find(std::string_view name);
 
     // sema_expr.cpp
@@ -54,6 +56,7 @@ class Sema {
     ast::Type expr_kind(ast::Expr* e, const ast::Type* expected);
     ast::Type name(ast::Expr* e, bool reading);
     ast::Type index(ast::Expr* e);
+    ast::Type member(ast::Expr* e, const ast::Type* expected);
     ast::Type cast(ast::Expr* e);
     ast::Type tuple(ast::Expr* e, const ast::Type* expected);
     ast::Type unary(ast::Expr* e, const ast::Type* expected);
@@ -67,8 +70,10 @@ class Sema {
     // sema_calls.cpp
     ast::Type call(ast::Expr* e, const ast::Type* expected);
     ast::Type construct(ast::Expr* e);
-    ast::Type call_function(ast::Expr* e, const std::vector<ast::FunctionDecl*>& candidates,
-                            const ast::Type* expected);
+    ast::Type construct_struct(ast::Expr* e);
+    ast::FunctionDecl* choose(ast::Expr* e, const std::vector<ast::FunctionDecl*>& candidates,
+                              const ast::Type* expected);
+    ast::Type no_function(ast::Expr* e, const std::vector<ast::FunctionDecl*>& candidates);
     ast::Type call_shadeop(ast::Expr* e, const ops::Shadeop& op, const ast::Type* expected);
     void written(ast::Expr* e, const std::string& by);
     std::vector<ast::FunctionDecl*> find_functions(std::string_view name);
@@ -78,17 +83,23 @@ class Sema {
     std::deque<Scope> m_scopes;
     Scope* m_scope = nullptr;
     Scope* m_root = nullptr;
+    Scope* m_shader_scope = nullptr; // of parameters and members
     ast::FunctionDecl* m_function = nullptr;
     ast::ShaderDecl* m_shader = nullptr;
     std::unordered_map<std::string_view, ast::VarDecl*> m_globals;
     std::map<std::pair<const ops::Shadeop*, int>, ast::FunctionDecl*> m_sources;
     std::deque<std::vector<Token>> m_source_tokens;
+    std::unordered_map<const ast::StructDecl*, Scope*> m_struct_scopes;
+    bool m_plugins = false;
     int m_loops = 0;
     int m_depth = 0;
 };
 
-// Cost of an implicit conversion: 0 = none needed, negative = there is none.
+// Cost of an implicit conversion: 0 = none needed, negative = there is none. From Doubtful on it is done with
+// a warning: compilers of the trade let a point be a color.
+inline constexpr int Doubtful = 12;
 int conversion_cost(const ast::Type& from, const ast::Type& to);
+bool is_condition(const ast::Type& t);
 bool castable(const ast::Type& from, const ast::Type& to);
 
 } // namespace kanuka::sl

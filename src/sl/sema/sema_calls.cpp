@@ -6,41 +6,66 @@ namespace kanuka::sl {
 
 using namespace ast;
 
-// An expression that is assigned to: its variable must allow it.
+// An expression that is assigned to. Parameters and globals that a shader may not change become copies of its
+// own: much published code changes them.
 void Sema::written(Expr* e, const std::string& by) {
-    if (e->kind == ExprKind::Index && e->args[0]->kind == ExprKind::Name)
+    while (e->kind == ExprKind::Index)
         e = e->args[0];
     if (e->kind != ExprKind::Name) {
-        m_diagnostics.error(e->loc, "this is " + by + ", so it must be a variable");
+        m_diagnostics.warning(e->loc, "this is " + by + ", but is no variable: the value goes nowhere");
         return;
     }
     VarDecl* v = e->var;
     if (!v)
         return;
-    v->written = true;
+    const bool first = !v->assigned;
+    v->written = v->assigned = true;
+    for (VarDecl* f : v->fields)
+        f->assigned = true;
     const std::string name = "\"" + std::string(v->name) + "\"";
-    if (v->kind == VarDecl::Parameter && !v->output)
-        m_diagnostics.error(e->loc, name + " is a parameter and is " + by +
-                                        "; copy it into a variable, or declare it output");
-    else if (v->kind == VarDecl::Formal && !v->output && !v->type.handle())
-        m_diagnostics.error(e->loc, name + " is a parameter of this function and is " + by +
-                                        "; declare it output to change the caller's variable");
-    else if (v->kind == VarDecl::Global && !ops::globals()[v->global].written)
+    if (first && v->kind == VarDecl::Parameter && !v->output)
+        m_diagnostics.warning(e->loc, name + " is a parameter and is " + by +
+                                          ": a copy of it changes; declare it output to hand it out");
+    else if (v->kind == VarDecl::Global && v->global >= 0 &&
+             (ops::globals()[size_t(v->global)].name == "PI" ||
+              ops::globals()[size_t(v->global)].name == "null" ||
+              ops::globals()[size_t(v->global)].name == "ncomps"))
         m_diagnostics.error(e->loc, name + " cannot be changed by a shader, but is " + by);
 }
 
 std::vector<FunctionDecl*> Sema::find_functions(std::string_view name) {
+    // Inner functions come first: among equals the first is taken.
+    std::vector<FunctionDecl*> all;
     for (Scope* s = m_scope; s; s = s->parent)
         if (const auto it = s->functions.find(name); it != s->functions.end())
-            return it->second;
-    return {};
+            all.insert(all.end(), it->second.begin(), it->second.end());
+    return all;
 }
 
 ast::Type Sema::call(Expr* e, const ast::Type* expected) {
     const std::vector<FunctionDecl*> functions = find_functions(e->text);
-    if (!functions.empty())
-        return call_function(e, functions, expected);
-    if (const ops::Shadeop* op = ops::find_shadeop(e->text))
+    const ops::Shadeop* op = ops::find_shadeop(e->text);
+    if (!functions.empty()) {
+        const bool single = functions.size() == 1 && !op;
+        for (size_t i = 0; i < e->args.size(); i++) {
+            const bool known = functions.size() == 1 && i < functions[0]->formals.size();
+            // An output argument is not read: no warning that it has no value yet.
+            bool output = false;
+            for (const FunctionDecl* f : functions)
+                output = output || (i < f->formals.size() && f->formals[i]->output);
+            if (output && e->args[i]->kind == ExprKind::Name && find(e->args[i]->text))
+                find(e->args[i]->text)->written = true;
+            expr(e->args[i], known ? &functions[0]->formals[i]->type : nullptr);
+            if (e->args[i]->type.base == Base::Error && e->args[i]->kind != ExprKind::Name)
+                return {};
+        }
+        FunctionDecl* f = choose(e, functions, expected);
+        if (f || single || !op)
+            return f ? f->result : no_function(e, functions);
+        // A function of the shader's own with other arguments: the shadeop of that name is meant.
+        return call_shadeop(e, *op, expected);
+    }
+    if (op)
         return call_shadeop(e, *op, expected);
     std::vector<std::string_view> names;
     for (Scope* s = m_scope; s; s = s->parent)
@@ -51,6 +76,13 @@ ast::Type Sema::call(Expr* e, const ast::Type* expected) {
             names.push_back(op.name);
     std::sort(names.begin(), names.end());
     const std::string near = closest(e->text, names);
+    if (m_plugins) {
+        for (Expr* a : e->args)
+            expr(a);
+        m_diagnostics.warning(e->loc, "\"" + std::string(e->text) + "\" is not known here: it gives 0");
+        e->args.clear();
+        return expected && expected->base != Base::Error ? *expected : ast::Type{Base::Float};
+    }
     m_diagnostics.error(e->loc, "there is no function \"" + std::string(e->text) + "\"" +
                                     (near.empty() ? "" : "; did you mean \"" + near + "\"?"));
     for (Expr* a : e->args)
@@ -65,15 +97,8 @@ static int result_cost(const ast::Type& result, const ast::Type* expected) {
     return c < 0 ? 50 : c;
 }
 
-ast::Type Sema::call_function(Expr* e, const std::vector<FunctionDecl*>& candidates,
-                              const ast::Type* expected) {
-    const bool single = candidates.size() == 1;
-    for (size_t i = 0; i < e->args.size(); i++) {
-        const bool known = single && i < candidates[0]->formals.size();
-        expr(e->args[i], known ? &candidates[0]->formals[i]->type : nullptr);
-        if (e->args[i]->type.base == Base::Error && e->args[i]->kind != ExprKind::Name)
-            return {};
-    }
+// The function that takes these arguments, null = none.
+FunctionDecl* Sema::choose(Expr* e, const std::vector<FunctionDecl*>& candidates, const ast::Type* expected) {
     FunctionDecl* best = nullptr;
     int best_cost = 1 << 20;
     for (FunctionDecl* f : candidates) {
@@ -82,8 +107,10 @@ ast::Type Sema::call_function(Expr* e, const std::vector<FunctionDecl*>& candida
         int cost = result_cost(f->result, expected);
         bool fits = true;
         for (size_t i = 0; i < e->args.size() && fits; i++) {
-            const int c = conversion_cost(e->args[i]->type, f->formals[i]->type);
-            fits = c >= 0;
+            const ast::Type &from = e->args[i]->type, &to = f->formals[i]->type;
+            const int c = conversion_cost(from, to);
+            // What comes back must fit too.
+            fits = c >= 0 && (!f->formals[i]->output || conversion_cost(to, from) >= 0);
             cost += c * 4;
         }
         if (fits && cost < best_cost) {
@@ -91,26 +118,30 @@ ast::Type Sema::call_function(Expr* e, const std::vector<FunctionDecl*>& candida
             best_cost = cost;
         }
     }
-    if (!best) {
-        std::string found, have;
-        for (const Expr* a : e->args)
-            found += (found.empty() ? "" : ", ") + a->type.str();
-        for (const FunctionDecl* f : candidates) {
-            have += "\n  " + f->result.str() + " " + std::string(f->name) + "(";
-            for (size_t i = 0; i < f->formals.size(); i++)
-                have += (i ? ", " : "") + f->formals[i]->type.str();
-            have += ")";
-        }
-        m_diagnostics.error(e->loc, "function \"" + std::string(e->text) + "\" does not take (" + found +
-                                        "); there is" + have);
-        return {};
-    }
+    if (!best)
+        return nullptr;
     e->function = best;
+    best->called = true;
     for (size_t i = 0; i < e->args.size(); i++)
         if (best->formals[i]->output)
             written(e->args[i], "an output of \"" + std::string(best->name) + "\"");
     check_function(best);
-    return best->result;
+    return best;
+}
+
+ast::Type Sema::no_function(Expr* e, const std::vector<FunctionDecl*>& candidates) {
+    std::string found, have;
+    for (const Expr* a : e->args)
+        found += (found.empty() ? "" : ", ") + a->type.str();
+    for (const FunctionDecl* f : candidates) {
+        have += "\n  " + f->result.str() + " " + std::string(f->name) + "(";
+        for (size_t i = 0; i < f->formals.size(); i++)
+            have += (i ? ", " : "") + f->formals[i]->type.str();
+        have += ")";
+    }
+    m_diagnostics.error(e->loc, "function \"" + std::string(e->text) + "\" does not take (" + found +
+                                    "); there is" + have);
+    return {};
 }
 
 ast::Type Sema::call_shadeop(Expr* e, const ops::Shadeop& op, const ast::Type* expected) {
@@ -187,11 +218,51 @@ ast::Type Sema::call_shadeop(Expr* e, const ops::Shadeop& op, const ast::Type* e
             written(e->args[i], "an output of " + op.name + "()");
     if (s.impl == ops::Impl::Source && !source(op, best))
         return {};
+    if (op.name == "pop" && e->args[0]->type.array) { // of what the array has
+        ast::Type element = e->args[0]->type;
+        element.array = false;
+        element.size = 0;
+        return element;
+    }
     return s.result;
+}
+
+// Ray (P, R): values of the members in their order, or by name: Ray ("origin", P).
+ast::Type Sema::construct_struct(Expr* e) {
+    const ast::Type type = e->type;
+    const std::vector<VarDecl*>& members = type.record->members;
+    std::vector<Expr*> values(members.size(), nullptr);
+    const auto by_name = [&](const Expr* a) -> int {
+        for (size_t k = 0; a->kind == ExprKind::String && k < members.size(); k++)
+            if (members[k]->name == a->text)
+                return int(k);
+        return -1;
+    };
+    const bool named = e->args.size() > 1 && by_name(e->args[0]) >= 0 && e->args.size() % 2 == 0;
+    for (size_t i = 0; i < e->args.size(); i++) {
+        const int k = named ? by_name(e->args[i]) : int(i);
+        if (k < 0 || size_t(k) >= members.size()) {
+            m_diagnostics.error(e->args[i]->loc, named ? "the struct has no member of this name"
+                                                       : "struct \"" + std::string(type.record->name) +
+                                                             "\" has " + std::to_string(members.size()) +
+                                                             " members");
+            break;
+        }
+        i += named;
+        const ast::Type& to = members[size_t(k)]->type;
+        expr(e->args[i], &to);
+        if (!to.array)
+            want(e->args[i], to, "member \"" + std::string(members[size_t(k)]->name) + "\"");
+        values[size_t(k)] = e->args[i];
+    }
+    e->args = std::move(values); // null = the member's own default
+    return type;
 }
 
 // LambertBrdf("diffuseReflectance", color (1, 0, 0)): names and values of inputs.
 ast::Type Sema::construct(Expr* e) {
+    if (e->type.base == Base::Struct)
+        return construct_struct(e);
     const grid::LobeDecl& lobe = grid::lobe(e->type.lobe);
     const ast::Type type = e->type;
     for (size_t i = 0; i < e->args.size(); i += 2) {

@@ -4,21 +4,39 @@ namespace kanuka::sl {
 
 using namespace ast;
 
+static bool text(const ast::Type& t) {
+    return t.is(Base::String) || t.is(Base::Shader);
+}
+
+// Numbers are true unless they are 0, strings and shaders unless they are empty.
+bool is_condition(const ast::Type& t) {
+    return text(t) || t.is(Base::Bool) || t.is(Base::Float) || t.triple();
+}
+
 int conversion_cost(const ast::Type& from, const ast::Type& to) {
     if (from.base == Base::Error || to.base == Base::Error)
         return 0;
     if (from.array != to.array)
         return -1;
-    if (from.array)
-        return from.base == to.base && (to.size == 0 || to.size == from.size) ? 0 : -1;
+    if (from.array) {
+        ast::Type a = from, b = to;
+        a.size = b.size = 0;
+        const bool alike = a == b || (from.base >= Base::Point && from.base <= Base::Normal &&
+                                      to.base >= Base::Point && to.base <= Base::Normal);
+        return alike && (to.size == 0 || from.size == 0 || to.size == from.size) ? (a == b ? 0 : 1) : -1;
+    }
     if (from == to)
         return 0;
+    if (text(from) && text(to))
+        return 1;
     if (from.base == Base::Bool)
         return to.base == Base::Float ? 1 : to.triple() ? 3 : -1;
     if (from.spatial() && to.spatial())
         return 1;
     if (from.base == Base::Float)
         return to.triple() ? 2 : to.base == Base::Matrix ? 3 : to.base == Base::Bool ? 4 : -1;
+    if (from.triple() && to.triple())
+        return Doubtful;
     return -1;
 }
 
@@ -27,7 +45,11 @@ bool castable(const ast::Type& from, const ast::Type& to) {
 }
 
 void Sema::want(Expr* e, const ast::Type& to, const std::string& where) {
-    if (conversion_cost(e->type, to) < 0)
+    const int cost = conversion_cost(e->type, to);
+    if (cost >= Doubtful)
+        m_diagnostics.warning(e->loc, "a " + e->type.str() + " is taken as a " + to.str() + " for " + where +
+                                          "; a cast says that this is meant: " + to.str() + " (…)");
+    if (cost < 0)
         m_diagnostics.error(e->loc, "found " + e->type.str() + ", expected " + to.str() + " for " + where +
                                         (castable(e->type, to) ? "; cast it: " + to.str() + " (…)" : ""));
 }
@@ -74,16 +96,19 @@ ast::Type Sema::expr_kind(Expr* e, const ast::Type* expected) {
     case ExprKind::Assign:
         return assign(e);
     case ExprKind::Method:
-        m_diagnostics.error(e->loc,
-                            "methods of co-shaders are not available yet; call a function, or put \"" +
-                                std::string(e->text) + "\" into this shader");
-        return {};
+        return member(e, expected);
+    case ExprKind::Sequence: {
+        ast::Type t;
+        for (Expr* a : e->args)
+            t = expr(a, a == e->args.back() ? expected : nullptr);
+        return t;
+    }
     }
     return {};
 }
 
 ast::Type Sema::name(Expr* e, bool reading) {
-    VarDecl* v = find(e->text);
+    VarDecl* v = e->called ? e->var : find(e->text); // called: a struct's member, found by member()
     if (!v) {
         std::vector<std::string_view> names;
         for (Scope* s = m_scope; s; s = s->parent)
@@ -106,7 +131,7 @@ ast::Type Sema::name(Expr* e, bool reading) {
     e->var = v;
     if (reading) {
         if (v->kind == VarDecl::Local && !v->written && !v->type.array && !v->type.handle() &&
-            v->type.base != Base::Lobe) {
+            v->type.base != Base::Lobe && v->type.base != Base::Struct) {
             m_diagnostics.warning(e->loc, "\"" + std::string(v->name) +
                                               "\" is used before it has a value; it is 0 here");
             v->written = true;
@@ -125,9 +150,15 @@ ast::Type Sema::index(Expr* e) {
         return {};
     if (array.is(Base::String)) // a texture's channel: "name"[2]
         return array;
+    if (array.triple()) // a component: Cs[0]
+        return {Base::Float};
+    if (array.is(Base::Matrix)) { // m[0] is a row and m[0][1] an element
+        const Expr* row = e->args[0];
+        const bool element = row->kind == ExprKind::Index && row->args[0]->type.is(Base::Matrix);
+        return element ? ast::Type{Base::Float} : array;
+    }
     if (!array.array) {
-        m_diagnostics.error(e->loc, "a " + array.str() + " has no elements; expected an array" +
-                                        (array.triple() ? ", or comp(x, i)" : ""));
+        m_diagnostics.error(e->loc, "a " + array.str() + " has no elements; expected an array");
         return {};
     }
     e->var = e->args[0]->var;
@@ -137,11 +168,115 @@ ast::Type Sema::index(Expr* e) {
     return element;
 }
 
+// s->x: a struct's member becomes the variable that holds it. Of a co-shader: its parameter, or a call.
+ast::Type Sema::member(Expr* e, const ast::Type* expected) {
+    Expr* whole = e->args[0];
+    if (whole->kind == ExprKind::Name && whole->text == "this") { // the class itself
+        e->kind = e->called ? ExprKind::Call : ExprKind::Name;
+        e->args.erase(e->args.begin());
+        const bool called = e->called;
+        e->called = false;
+        return called ? call(e, expected) : name(e, true);
+    }
+    const ast::Type t = expr(whole);
+    for (size_t i = 1; i < e->args.size(); i++)
+        expr(e->args[i]);
+    if (t.base == Base::Error)
+        return {};
+    if (t.is(Base::Shader)) {
+        if (expected && expected->base != Base::Error && expected->base != Base::Bool)
+            return *expected;
+        return {Base::Float};
+    }
+    if (!t.is(Base::Struct)) {
+        m_diagnostics.error(e->loc, "\"->\" needs a struct or a shader before it, found " + t.str());
+        return {};
+    }
+    const bool element = whole->kind == ExprKind::Index;
+    VarDecl* owner = element ? whole->args[0]->var : whole->kind == ExprKind::Name ? whole->var : nullptr;
+    if (!owner || (e->called && element)) {
+        m_diagnostics.error(e->loc, "copy the struct into a variable first");
+        return {};
+    }
+    if (e->called) {
+        check_struct(t.record);
+        std::vector<FunctionDecl*> named;
+        for (FunctionDecl* f : t.record->functions)
+            if (f->name == e->text)
+                named.push_back(f);
+        Expr call = *e; // its arguments alone
+        call.args.erase(call.args.begin());
+        if (named.empty()) {
+            m_diagnostics.error(e->loc, "struct \"" + std::string(t.record->name) + "\" has no function \"" +
+                                            std::string(e->text) + "\"");
+            return {};
+        }
+        FunctionDecl* f = choose(&call, named, expected);
+        if (!f)
+            return no_function(&call, named);
+        e->function = f;
+        e->var = owner;
+        for (VarDecl* field : owner->fields)
+            field->assigned = true;
+        return f->result;
+    }
+    for (size_t i = 0; i < t.record->members.size() && i < owner->fields.size(); i++) {
+        if (t.record->members[i]->name != e->text)
+            continue;
+        VarDecl* field = owner->fields[i];
+        if (element) {
+            Expr* array = m_arena.expr(ExprKind::Name, e->loc);
+            array->text = field->name;
+            array->var = field;
+            array->called = true;
+            array->type = field->type;
+            e->kind = ExprKind::Index;
+            e->args = {array, whole->args[1]};
+            e->called = false;
+            return index(e);
+        }
+        e->kind = ExprKind::Name;
+        e->args.clear();
+        e->var = field;
+        e->text = field->name;
+        e->called = true;
+        return name(e, true);
+    }
+    std::string have;
+    for (const VarDecl* m : t.record->members)
+        have += (have.empty() ? "" : ", ") + std::string(m->name);
+    m_diagnostics.error(e->loc, "struct \"" + std::string(t.record->name) + "\" has no member \"" +
+                                    std::string(e->text) + "\"; it has " + have);
+    return {};
+}
+
 ast::Type Sema::cast(Expr* e) {
+    // point space (x, y, z) with a space by its variable reads like a cast of a call.
+    Expr* inner = e->args[0];
+    if (e->args.size() == 1 && inner->kind == ExprKind::Call && find_functions(inner->text).empty() &&
+        !ops::find_shadeop(inner->text)) {
+        const VarDecl* v = find(inner->text);
+        if (v && v->type.is(Base::String)) {
+            Expr* space = m_arena.expr(ExprKind::Name, inner->loc);
+            space->text = inner->text;
+            std::vector<Expr*> values = std::move(inner->args);
+            if (values.size() == 1) {
+                e->args = {values[0], space};
+            } else {
+                e->kind = ExprKind::TupleIn;
+                values.insert(values.begin(), space);
+                e->args = std::move(values);
+                return tuple(e, nullptr);
+            }
+        }
+    }
     const ast::Type to = e->type;
     const ast::Type from = expr(e->args[0], &to);
     if (e->args.size() > 1)
         expr(e->args[1]);
+    if (to.base == Base::Void) { // (void) f(x)
+        return from;
+    }
     if (!castable(from, to)) {
         m_diagnostics.error(e->loc, "a " + from.str() + " cannot be converted to a " + to.str());
         return {};
@@ -177,6 +312,8 @@ ast::Type Sema::list(Expr* e, const ast::Type* expected) {
     ast::Type element = expected ? *expected : ast::Type{Base::Float};
     element.array = false;
     element.size = 0;
+    if (!expected && !e->args.empty())
+        element = expr(e->args[0]);
     for (Expr* a : e->args) {
         expr(a, &element);
         want(a, element, "an element");
@@ -191,12 +328,12 @@ ast::Type Sema::unary(Expr* e, const ast::Type* expected) {
     if (t.base == Base::Error)
         return t;
     if (e->negate) {
-        if (t.numeric() && !t.is(Base::Matrix))
+        if (t.numeric())
             return t.is(Base::Bool) ? ast::Type{Base::Float} : t;
         m_diagnostics.error(e->loc, "\"-\" needs a float, color, point, vector or normal, found " + t.str());
         return {};
     }
-    if (!t.is(Base::Bool) && !t.is(Base::Float)) {
+    if (!is_condition(t)) {
         m_diagnostics.error(e->loc, "\"!\" needs a condition, found " + t.str());
         return {};
     }
@@ -216,12 +353,12 @@ ast::Type Sema::arithmetic(Loc at, BinOp op, const ast::Type& a, const ast::Type
     switch (op) {
     case BinOp::And:
     case BinOp::Or:
-        if ((a.is(Base::Bool) || a.is(Base::Float)) && (b.is(Base::Bool) || b.is(Base::Float)))
+        if (is_condition(a) && is_condition(b))
             return {Base::Bool};
         return bad("; expected conditions");
     case BinOp::Eq:
     case BinOp::Ne:
-        if ((a.is(Base::String) && b.is(Base::String)) ||
+        if ((text(a) && text(b)) ||
             (a.numeric() && b.numeric() && (conversion_cost(a, b) >= 0 || conversion_cost(b, a) >= 0)))
             return {Base::Bool};
         return bad("");
@@ -229,7 +366,8 @@ ast::Type Sema::arithmetic(Loc at, BinOp op, const ast::Type& a, const ast::Type
     case BinOp::Le:
     case BinOp::Gt:
     case BinOp::Ge:
-        if (conversion_cost(a, {Base::Float}) >= 0 && conversion_cost(b, {Base::Float}) >= 0)
+        // Of colours and points: true of all components.
+        if (a.numeric() && b.numeric() && !a.is(Base::Matrix) && !b.is(Base::Matrix))
             return {Base::Bool};
         return bad("; expected floats");
     case BinOp::Dot:
@@ -237,7 +375,7 @@ ast::Type Sema::arithmetic(Loc at, BinOp op, const ast::Type& a, const ast::Type
             return {Base::Float};
         return bad("; expected vectors");
     case BinOp::Cross:
-        if (a.spatial() && b.spatial())
+        if (a.triple() && b.triple())
             return {Base::Vector};
         return bad("; expected vectors");
     default:
@@ -260,14 +398,24 @@ ast::Type Sema::arithmetic(Loc at, BinOp op, const ast::Type& a, const ast::Type
         return b;
     if (number(b))
         return a;
-    if (a.is(Base::Color) || b.is(Base::Color))
-        return a.is(Base::Color) && b.is(Base::Color) ? ast::Type{Base::Color} : bad("; cast one of them");
+    if (a.is(Base::Color) && b.is(Base::Color))
+        return {Base::Color};
+    if (a.is(Base::Color) || b.is(Base::Color)) {
+        m_diagnostics.warning(at, "\"" + std::string(spelling(op)) + "\" goes between a " + a.str() +
+                                      " and a " + b.str() + "; the result is taken as a color");
+        return {Base::Color};
+    }
     // Points, vectors, normals (RISpec 3.2, 12.1): point - point is a vector, point + vector a point.
     if (op == BinOp::Sub && a.is(Base::Point) && b.is(Base::Point))
         return {Base::Vector};
     if (a.is(Base::Point) || b.is(Base::Point))
         return {Base::Point};
     return a == b ? a : ast::Type{Base::Vector};
+}
+
+// (1, 0, 0) without a type
+static bool open_tuple(const Expr* e) {
+    return e->kind == ExprKind::Tuple && e->type.base == Base::Error && e->args.size() == 3;
 }
 
 // True where an expression's type follows from what is wanted of it: noise() and texture() return what one
@@ -280,10 +428,23 @@ static bool adapts(const Expr* e, int depth = 0) {
         return op && (op->signatures[0].impl == ops::Impl::Noise || op->category == "Textures" ||
                       op->name == "random");
     }
+    if (open_tuple(e))
+        return true;
     if (e->kind == ExprKind::Unary)
         return adapts(e->args[0], depth + 1);
     if (e->kind == ExprKind::Binary && (e->op == BinOp::Add || e->op == BinOp::Sub || e->op == BinOp::Mul))
         return adapts(e->args[0], depth + 1) || adapts(e->args[1], depth + 1);
+    return false;
+}
+
+static bool asks_texture(const Expr* e) {
+    if (e->kind == ExprKind::Call) {
+        const ops::Shadeop* op = ops::find_shadeop(e->text);
+        return op && op->category == "Textures" && op->name != "shadow";
+    }
+    for (const Expr* a : e->args)
+        if ((e->kind == ExprKind::Unary || e->kind == ExprKind::Binary) && asks_texture(a))
+            return true;
     return false;
 }
 
@@ -310,8 +471,9 @@ ast::Type Sema::binary(Expr* e, const ast::Type* expected) {
     Expr* const open = known == a ? b : a;
     const ast::Type t = expr(known);
     const ast::Type scalar{Base::Float};
+    // Textures beside a colour are colours.
     if (t.triple())
-        expr(open, sum ? &t : &scalar);
+        expr(open, sum || open_tuple(open) || (t.is(Base::Color) && asks_texture(open)) ? &t : &scalar);
     else
         expr(open, e->op == BinOp::Div && open == b ? &scalar : whole);
     return arithmetic(e->loc, e->op, a->type, b->type);
@@ -340,7 +502,7 @@ ast::Type Sema::assign(Expr* e) {
         if (target->var && e->op != BinOp::None && target->var->kind == VarDecl::Local)
             target->var->read = was_read;
     } else {
-        to = expr(target);
+        to = target->type = expr(target);
     }
     const ast::Type from = expr(e->args[1], &to);
     if (to.base == Base::Error)

@@ -1,0 +1,229 @@
+#include "shade/light_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "shade/lights.h"
+
+namespace kanuka::shade {
+
+namespace {
+
+constexpr int Columns = 256, Rows = 128, MostLayers = 12, PlaneSize = 512;
+
+struct Samples {
+    int width, height;
+    sl::Emission emission;
+    std::vector<float> rgb; // row by row
+};
+
+// Cl on a lattice of points: neighbours are neighbours, so that textures are filtered.
+Samples run(const sl::Instance& shader, sl::Services& services, const sl::GridGlobals& globals, int width,
+            int height, const std::function<Vec3f(int, int)>& place) {
+    grid::Grid points;
+    points.allocate(width - 1, height - 1);
+    const size_t stride = size_t(points.stride);
+    for (int j = 0; j < height; j++)
+        for (int i = 0; i < width; i++) {
+            const size_t at = size_t(j) * size_t(width) + size_t(i);
+            const Vec3f p = place(i, j);
+            for (int c = 0; c < 3; c++)
+                points.P[size_t(c) * stride + at] = p[c];
+        }
+    Samples s{width, height, shader.emit(points, globals, services), {}};
+    s.rgb.resize(size_t(width) * size_t(height) * 3);
+    for (size_t i = 0; i < s.rgb.size(); i++) {
+        const float x = s.emission.Cl[i % 3 * stride + i / 3];
+        s.rgb[i] = std::isfinite(x) ? std::max(x, 0.0f) : 0.0f;
+    }
+    return s;
+}
+
+Vec3f column(const Transform& t, int c) {
+    return t.vector({c == 0 ? 1.0f : 0.0f, c == 1 ? 1.0f : 0.0f, c == 2 ? 1.0f : 0.0f});
+}
+
+// Radii of the ball about `p` that nothing lit is nearer than, and that all of it is within.
+void reach(const Bounds3f& lit, const Vec3f& p, float& nearest, float& farthest) {
+    float near2 = 0, far2 = 0;
+    for (int c = 0; c < 3; c++) {
+        const float outside = std::max({lit.lo[c] - p[c], p[c] - lit.hi[c], 0.0f});
+        const float across = std::max(std::abs(lit.lo[c] - p[c]), std::abs(lit.hi[c] - p[c]));
+        near2 += outside * outside, far2 += across * across;
+    }
+    farthest = std::max(std::sqrt(far2), 1e-6f);
+    nearest = std::clamp(std::sqrt(near2), farthest / float(1 << (MostLayers - 1)), farthest);
+}
+
+// Takes the colour and the scale of the whole out of the table into the amount: white texels stay exact, and
+// a table of ones goes.
+void settle(scene::Light& light, scene::LightTable& table, float unit) {
+    Rgb sum(0);
+    for (size_t i = 0; i < table.rgb.size(); i++)
+        sum[int(i % 3)] += table.rgb[i];
+    const float strongest = std::max({sum.x, sum.y, sum.z});
+    if (!(strongest > 0)) {
+        light.amount = Rgb(0);
+        table.rgb.clear();
+        return;
+    }
+    Rgb color = sum * (1 / strongest);
+    for (int k = 0; k < 3; k++)
+        color[k] = std::max(color[k], 1e-4f);
+    float scale = 0, lowest = 1;
+    for (size_t i = 0; i < table.rgb.size(); i++)
+        scale = std::max(scale, table.rgb[i] / color[int(i % 3)]);
+    for (size_t i = 0; i < table.rgb.size(); i++) {
+        table.rgb[i] /= color[int(i % 3)] * scale;
+        lowest = std::min(lowest, table.rgb[i]);
+    }
+    light.amount = color * (scale * unit);
+    if (lowest > 0.9999f)
+        table.rgb.clear();
+}
+
+// Columns, rows or layers that are all alike become one.
+template <class Same>
+bool alike(int count, Same&& same) {
+    for (int k = 1; k < count; k++)
+        if (!same(k))
+            return false;
+    return true;
+}
+
+bool near(const float* a, const float* b, size_t n) {
+    for (size_t i = 0; i < n; i++)
+        if (std::abs(a[i] - b[i]) > 1e-4f * std::max(std::abs(a[i]), std::abs(b[i])) + 1e-7f)
+            return false;
+    return true;
+}
+
+void shrink(scene::LightTable& t) {
+    const size_t layer = size_t(t.width) * size_t(t.height) * 3;
+    if (alike(t.layers, [&](int k) { return near(t.at(0, 0, 0), t.at(k, 0, 0), layer); })) {
+        t.layers = 1;
+        t.rgb.resize(layer);
+    }
+    if (alike(t.width, [&](int k) {
+            for (int l = 0; l < t.layers; l++)
+                for (int j = 0; j < t.height; j++)
+                    if (!near(t.at(l, j, 0), t.at(l, j, k), 3))
+                        return false;
+            return true;
+        })) {
+        std::vector<float> thin;
+        for (int l = 0; l < t.layers; l++)
+            for (int j = 0; j < t.height; j++)
+                thin.insert(thin.end(), t.at(l, j, 0), t.at(l, j, 0) + 3);
+        t.rgb = std::move(thin);
+        t.width = 1;
+    }
+}
+
+// Which power of the distance light falls off with: what two points on each of some rays say, rounded.
+int find_falloff(const Samples& near, const Samples& twice) {
+    double a = 0, b = 0;
+    for (size_t i = 0; i < near.rgb.size(); i++)
+        a += double(near.rgb[i]), b += double(twice.rgb[i]);
+    if (a <= 0 || b <= 0)
+        return 2;
+    return std::clamp(int(std::lround(std::log2(a / b))), 0, 4);
+}
+
+} // namespace
+
+scene::Light shade_light(const sl::Instance& shader, const scene::ShaderRef& ref, const Bounds3f& lit,
+                         sl::Services& services) {
+    using Kind = scene::Light::Kind;
+    scene::Light light;
+    light.name = ref.handle;
+    light.where = ref.where;
+    sl::GridGlobals globals;
+    const Bounds3f all = lit.empty() ? Bounds3f{{-1, -1, -1}, {1, 1, 1}} : lit;
+    const Vec3f center = all.center();
+    const float radius = std::max(0.5f * length(all.diagonal()), 1e-6f);
+    const Samples first = run(shader, services, globals, 2, 2, [&](int i, int j) {
+        return center + Vec3f(float(i), float(j), 0) * (0.01f * radius);
+    });
+    const sl::Emission& form = first.emission;
+    auto table = std::make_shared<scene::LightTable>();
+    const Vec3f axis = length(form.axis) > 0 ? normalize(form.axis) : Vec3f(0, 0, 0);
+    const Vec3f shader_axis = ref.world_from_shader.vector({0, 0, 1});
+
+    if (form.form == sl::Emission::Ambient) {
+        light.kind = Kind::Ambient;
+        light.visible_camera = false;
+        light.amount = Rgb(first.rgb[0], first.rgb[1], first.rgb[2]);
+        if (!near(first.rgb.data(), first.rgb.data() + 9, 3))
+            services.report(
+                Severity::Warning, ref.where,
+                "light \"" + ref.name +
+                    "\" has no illuminate or solar statement and differs from place to place; its light in "
+                    "the middle of the scene is taken for all of it");
+        return light;
+    }
+    if (form.form == sl::Emission::Solar) {
+        light.kind = Kind::Distant;
+        light.world_from_light = aimed(center - axis * radius, center);
+        light.angle = std::clamp(2 * form.angle * 180 * InvPi, 0.0f, 180.0f);
+        const Vec3f x = column(light.world_from_light, 0), y = column(light.world_from_light, 1);
+        table->extent = radius;
+        table->width = table->height = PlaneSize;
+        const auto coordinate = [&](int i) { return (2 * (float(i) + 0.5f) / PlaneSize - 1) * radius; };
+        table->rgb = run(shader, services, globals, PlaneSize, PlaneSize, [&](int i, int j) {
+                         return center + x * coordinate(i) + y * coordinate(j);
+                     }).rgb;
+    } else {
+        // Directions about the axis; Ps lies on spheres about the light.
+        const bool sky = form.form == sl::Emission::Sky;
+        light.kind = sky ? Kind::Environment : Kind::Point;
+        const Vec3f from = sky ? ref.world_from_shader.point({0, 0, 0}) : form.from;
+        const Vec3f z = length(axis) > 0 ? axis : shader_axis;
+        light.world_from_light = aimed(from, from + (length(z) > 0 ? normalize(z) : Vec3f(0, 0, 1)));
+        const bool cone = length(axis) > 0 && form.angle < Pi && form.angle > 0;
+        table->angle = cone ? form.angle : Pi;
+        table->width = Columns * (sky ? 2 : 1);
+        table->height = Rows * (sky ? 2 : 1);
+        const auto sphere = [&](float distance) {
+            return run(shader, services, globals, table->width, table->height, [&](int i, int j) {
+                const float theta = table->angle * (float(j) + 0.5f) / float(table->height),
+                            phi = 2 * Pi * (float(i) + 0.5f) / float(table->width);
+                const Vec3f d(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi),
+                              std::cos(theta));
+                // A sky is looked at from inside: its light comes from d.
+                return from + light.world_from_light.vector(d) * (sky ? -distance : distance);
+            });
+        };
+        if (sky) {
+            table->rgb = sphere(radius).rgb;
+        } else {
+            float farthest;
+            reach(all, from, table->nearest, farthest);
+            Samples a = sphere(farthest * 0.5f), b = sphere(farthest);
+            table->falloff = find_falloff(a, b);
+            table->layers =
+                std::clamp(int(std::ceil(std::log2(farthest / table->nearest))) + 1, 2, MostLayers);
+            for (int k = 0; k < table->layers; k++) {
+                const float distance = table->nearest * float(1 << k);
+                std::vector<float> rgb = sphere(distance).rgb;
+                const float unit = std::pow(distance, float(table->falloff));
+                for (float& v : rgb)
+                    v *= unit;
+                table->rgb.insert(table->rgb.end(), rgb.begin(), rgb.end());
+            }
+            shrink(*table);
+        }
+    }
+    // A white matte surface that faces the light is to show Cl: see make_light().
+    settle(light, *table, light.kind == Kind::Environment ? 1.0f : Pi);
+    const bool plain =
+        table->rgb.empty() && (light.kind != Kind::Point || (table->falloff == 2 && table->angle >= Pi));
+    if (table->rgb.empty())
+        table->width = table->height = table->layers = 1, table->rgb = {1, 1, 1};
+    if (!plain)
+        light.table = std::move(table);
+    return light;
+}
+
+} // namespace kanuka::shade

@@ -1,0 +1,266 @@
+// Lobes and weights out of the terms of light that Ci holds.
+#include "sl/ir/light_terms.h"
+
+namespace kanuka::sl::ir {
+
+namespace {
+
+class Lobes {
+  public:
+    Lobes(Program& program, Builder& builder, const LightTerms& terms)
+        : m_program(program), m_stage(program.shade), m_b(builder), m_terms(terms) {}
+
+    void run() {
+        Ref opacity = None;
+        if (!always_one(m_program.Oi)) {
+            opacity = m_b.load(m_program.Oi, {});
+            Ref sum = m_b.emit(Op::Extract, Ty::Float, {opacity}, {}, 0);
+            for (int c = 1; c < 3; c++)
+                sum = op(Op::Add, sum, m_b.emit(Op::Extract, Ty::Float, {opacity}, {}, c));
+            output("", -1, grid::LobeId::LambertBrdf, op(Op::Mul, sum, f(1 / 3.f)), true);
+        }
+        bool has_lobe = false;
+        for (const auto& [site, var] : m_terms.weights)
+            has_lobe = has_lobe || m_terms.sites[size_t(site)].kind != Closure::Ambient;
+        // Ambient light is light like any other here: every lobe reflects it already.
+        const auto total = [&](auto&& wanted) {
+            Ref sum = None;
+            for (const auto& [site, var] : m_terms.weights)
+                if (wanted(m_terms.sites[size_t(site)].kind)) {
+                    Ref w = m_b.load(var, {});
+                    const Site& s = m_terms.sites[size_t(site)];
+                    if (s.kind == Closure::LightSample || is_fresnel(s.kind))
+                        w = op(Op::Mul, w, m_b.splat(m_b.load(s.reference, {}), {}));
+                    sum = sum == None ? w : op(Op::Add, sum, w);
+                }
+            return sum == None ? None : unpremultiply(sum, opacity);
+        };
+        if (const Ref w =
+                total([&](Closure k) { return is_lambert(k) || (k == Closure::Ambient && !has_lobe); });
+            w != None) {
+            m_program.fixed_lobes.emplace_back("diffuse", grid::LobeId::LambertBrdf);
+            output("diffuse", 0, grid::LobeId::LambertBrdf, w);
+        }
+        int count = 0;
+        Ref rest = None, rest_roughness = None; // more than a material has room for: one lobe together
+        for (const auto& [site, var] : m_terms.weights) {
+            const Site& s = m_terms.sites[size_t(site)];
+            if (s.shape < 0)
+                continue;
+            const std::string name = "specular" + (count ? std::to_string(count + 1) : std::string());
+            const bool inverse = s.kind == Closure::Specular || shape_is_inverse(s);
+            const Ref alpha2 = alpha2_of(m_b.load(s.shape, {}), inverse);
+            const Ref w =
+                op(Op::Mul, unpremultiply(m_b.load(var, {}), opacity), m_b.splat(height(alpha2), {}));
+            const Ref alpha = m_b.emit(Op::Sqrt, Ty::Float, {alpha2}, {});
+            const Ref roughness = m_b.emit(Op::Sqrt, Ty::Float, {alpha}, {});
+            if (++count >= MaxGlossy) {
+                rest = rest == None ? w : op(Op::Add, rest, w);
+                rest_roughness = rest_roughness == None ? roughness : op(Op::Max, rest_roughness, roughness);
+            } else if (s.kind == Closure::DielectricGlossy) {
+                dielectric(name, w, index_of(s), roughness);
+            } else {
+                glossy(name, w, roughness);
+            }
+        }
+        if (rest != None)
+            glossy("specular" + std::to_string(MaxGlossy), rest, rest_roughness);
+        if (const Ref w = total([](Closure k) { return k == Closure::Mirror || k == Closure::Environment; });
+            w != None)
+            glossy("mirror", w, f(0));
+        const Ref reflected = total([](Closure k) { return k == Closure::DielectricMirror; });
+        const Ref refracted =
+            total([](Closure k) { return k == Closure::DielectricTransmit || k == Closure::Refraction; });
+        if (refracted != None)
+            glass(reflected == None ? m_b.triple(0) : reflected, refracted, any_index());
+        else if (reflected != None)
+            dielectric("gloss", reflected, any_index(), f(0));
+        // fresnel() that no lobe takes: as the dicing camera sees it.
+        Ref emission = total([](Closure k) { return is_fresnel(k); });
+        if (m_terms.plain && (emission != None || last_plain())) {
+            const Ref plain = unpremultiply(m_b.load(m_program.Ci, {}), opacity);
+            emission = emission == None ? plain : op(Op::Add, emission, plain);
+        }
+        if (emission != None) {
+            m_program.fixed_lobes.emplace_back("emission", grid::LobeId::DiffuseEmission);
+            output("emission", 0, grid::LobeId::DiffuseEmission, emission);
+        }
+        // Black is a material too: one of no lobes would be nothing to trace.
+        if (m_program.fixed_lobes.empty()) {
+            m_program.fixed_lobes.emplace_back("diffuse", grid::LobeId::LambertBrdf);
+            output("diffuse", 0, grid::LobeId::LambertBrdf, m_b.triple(0));
+        }
+    }
+
+  private:
+    // Glossy lobes: a material has 16 lobes and 32 nodes, add nodes among them.
+    static constexpr int MaxGlossy = 12;
+
+    // -------------------------------------------------------------------------------------------------
+
+    Ref op(Op o, Ref a, Ref b) { return m_b.emit(o, m_b.at(a).ty, {a, b}, {}); }
+    Ref f(float x) { return m_b.constant(x); }
+
+    // True if every store to the variable is the constant one.
+    bool always_one(int var) {
+        bool one = true;
+        const auto search = [&](auto& again, const Block& b) -> void {
+            for (const Item& item : b.items) {
+                if (item.kind == Item::Instruction) {
+                    const Instr& i = m_stage.instrs[size_t(item.ref)];
+                    if (i.op == Op::Store && i.imm == var) {
+                        const bool first =
+                            m_b.at(i.args[0]).op == Op::Input; // the initial Os, overwritten at the top level
+                        one = one && (first || m_b.is_const(i.args[0], 1));
+                        m_overwritten = m_overwritten || (&b == m_stage.root && m_b.is_const(i.args[0], 1));
+                    }
+                }
+                if (item.body)
+                    again(again, *item.body);
+                if (item.orelse)
+                    again(again, *item.orelse);
+            }
+        };
+        m_overwritten = false;
+        search(search, *m_stage.root);
+        return one && m_overwritten;
+    }
+
+    // Ci is premultiplied by opacity; a lobe's weight is not.
+    Ref unpremultiply(Ref w, Ref opacity) {
+        if (opacity == None)
+            return w;
+        std::vector<Ref> parts;
+        for (int c = 0; c < 3; c++) {
+            const Ref x = m_b.emit(Op::Extract, Ty::Float, {w}, {}, c),
+                      o = m_b.emit(Op::Extract, Ty::Float, {opacity}, {}, c);
+            const Ref some = m_b.emit(Op::Gt, Ty::Bool, {o, f(0)}, {});
+            const Ref safe = m_b.emit(Op::Select, Ty::Float, {some, o, f(1)}, {});
+            parts.push_back(m_b.emit(Op::Select, Ty::Float, {some, op(Op::Div, x, safe), f(0)}, {}));
+        }
+        return m_b.emit(Op::Make, Ty::Triple, std::move(parts), {});
+    }
+
+    void output(const std::string& node, int input, grid::LobeId lobe, Ref value, bool presence = false) {
+        const Ty ty = m_b.at(value).ty;
+        const int var = m_b.var(presence ? "presence" : node, ty, {});
+        m_b.declare(var);
+        m_b.store(var, value, {});
+        m_stage.outputs.push_back({Output::Slot, var, int(m_program.channels.size())});
+        m_program.channels.push_back({node, input, lobe, presence, ty});
+    }
+
+    void glossy(const std::string& node, Ref weight, Ref roughness) {
+        constexpr auto Lobe = grid::LobeId::MicrofacetConductorBrdf;
+        m_program.fixed_lobes.emplace_back(node, Lobe);
+        output(node, 0, Lobe, weight);
+        output(node, 1, Lobe, weight);
+        output(node, 2, Lobe, roughness);
+    }
+
+    void dielectric(const std::string& node, Ref weight, Ref index, Ref roughness) {
+        constexpr auto Lobe = grid::LobeId::MicrofacetDielectricBrdf;
+        m_program.fixed_lobes.emplace_back(node, Lobe);
+        output(node, 0, Lobe, weight);
+        output(node, 1, Lobe, index);
+        output(node, 2, Lobe, roughness);
+    }
+
+    void glass(Ref reflected, Ref refracted, Ref index) {
+        constexpr auto Lobe = grid::LobeId::MicrosurfaceDielectricBsdfRgb_v1;
+        m_program.fixed_lobes.emplace_back("glass", Lobe);
+        output("glass", 1, Lobe, reflected);
+        output("glass", 2, Lobe, refracted);
+        output("glass", 3, Lobe, index);
+    }
+
+    // fresnel() takes the index of the outside over that of the inside; a lobe the inverse.
+    Ref index_of(const Site& s) {
+        if (s.eta < 0)
+            return f(1);
+        const Ref eta = op(Op::Max, m_b.load(s.eta, {}), f(0.1f));
+        const Ref inverse = op(Op::Div, f(1), eta);
+        // A shader may give either: an index below one is the other side's.
+        return op(Op::Max, inverse, eta);
+    }
+    Ref any_index() {
+        for (const Site& s : m_terms.sites)
+            if (s.eta >= 0)
+                return index_of(s);
+        return f(1);
+    }
+
+    bool shape_is_inverse(const Site& s) const {
+        for (int k : {s.first, s.second})
+            if (k >= 0 && (m_terms.sites[size_t(k)].kind == Closure::Specular ||
+                           m_terms.sites[size_t(k)].kind == Closure::SpecularKernel))
+                return true;
+        return false;
+    }
+
+    // Blinn's exponent n as a GGX width: alpha = sqrt(2 / (n + 2)) (Walter et al. 2007); roughness is its
+    // root. specular(): n = 1 / r. phong(): four times Phong's exponent gives about the same highlight.
+    Ref alpha2_of(Ref x, bool inverse) {
+        const Ref twice = op(Op::Mul, op(Op::Max, x, f(0)), f(2));
+        const Ref more = op(Op::Add, twice, f(1));
+        return inverse ? op(Op::Div, twice, more) : op(Op::Div, f(1), more);
+    }
+
+    // The albedo that keeps the height of the highlight. RISpec's is one on its axis, whatever its width; a
+    // lobe's is pi D(0) / 4 = 1 / (4 alpha^2) times its albedo. So narrow highlights reflect little, as they
+    // do there; wide ones would reflect more than there is.
+    Ref height(Ref alpha2) { return op(Op::Min, op(Op::Mul, alpha2, f(4)), f(1)); }
+
+    // Is there anything but light in what Ci is left with? Its initial value does not count if it is
+    // overwritten at the top level.
+    bool last_plain() {
+        bool plain = true;
+        for (const Item& item : m_stage.root->items) {
+            if (item.kind != Item::Instruction)
+                continue;
+            const Instr& i = m_stage.instrs[size_t(item.ref)];
+            if (i.op == Op::Store && i.imm == m_program.Ci)
+                plain = !m_b.is_const(i.args[0], 0);
+        }
+        if (plain)
+            return true;
+        // A zero at the top level, then perhaps something within an if.
+        bool zero_seen = false, more = false;
+        const auto search = [&](auto& again, const Block& b, bool top) -> void {
+            for (const Item& item : b.items) {
+                if (item.kind == Item::Instruction) {
+                    const Instr& i = m_stage.instrs[size_t(item.ref)];
+                    if (i.op == Op::Store && i.imm == m_program.Ci) {
+                        const bool zero = m_b.is_const(i.args[0], 0);
+                        if (top && zero) {
+                            zero_seen = true;
+                            more = false;
+                        } else if (!zero) {
+                            more = true;
+                        }
+                    }
+                }
+                if (item.body)
+                    again(again, *item.body, false);
+                if (item.orelse)
+                    again(again, *item.orelse, false);
+            }
+        };
+        search(search, *m_stage.root, true);
+        return !zero_seen || more;
+    }
+
+    Program& m_program;
+    Stage& m_stage;
+    Builder& m_b;
+    const LightTerms& m_terms;
+    bool m_overwritten = false;
+};
+
+} // namespace
+
+void write_lobes(Program& program, Builder& builder, const LightTerms& terms) {
+    Lobes(program, builder, terms).run();
+}
+
+} // namespace kanuka::sl::ir

@@ -1,0 +1,52 @@
+"""The standard surface shaders against RISpec's definitions: a card under parallel light, seen and lit along its normal
+or with the half vector along it, where a highlight is highest."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kanuka
+
+COLOR = (0.6, 0.3, 0.1)
+
+
+def card(shader: str, tilt_degrees: float, **parameters: float) -> np.ndarray:
+    """Mean radiance of a card of the shader whose normal lies halfway between the light and the view."""
+    tilt = np.radians(tilt_degrees)
+    scene = kanuka.Scene()
+    scene.resolution = 24, 24
+    # The card is the plane y = 0; the view comes down at `tilt` on one side, the light on the other.
+    view = np.array([np.sin(tilt), np.cos(tilt), 0.0])
+    scene.camera = kanuka.Camera(tuple(200 * view), (0, 0, 0), (0, 0, 1), fov=0.2)
+    points = np.array([[-9, 0, -9], [-9, 0, 9], [9, 0, 9], [9, 0, -9]], np.float32)
+    faces = np.array([[0, 1, 2, 3]], np.int32)
+    scene.add_mesh(points, faces, material=kanuka.Material(shader, color=COLOR, **parameters))
+    # Cl = 1 is an irradiance of pi: RISpec's diffuse() multiplies it by the cosine alone.
+    scene.add_light("distant", amount=[np.pi] * 3, direction=(float(np.sin(tilt)), float(-np.cos(tilt)), 0.0))
+    picture = kanuka.render(scene, progressions=128, max_depth=1)
+    assert not picture.journal.error_count, list(picture.journal)
+    return picture["rgb"].mean((0, 1))
+
+
+@pytest.mark.parametrize("tilt", [0, 20])
+def test_matte_is_the_cosine(tilt: float) -> None:
+    expected = 0.8 * np.cos(np.radians(tilt)) * np.array(COLOR)
+    assert card("matte", tilt, Kd=0.8) == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize("roughness", [0.1, 0.05])
+def test_metal_is_as_bright_as_its_highlight(roughness: float) -> None:
+    # specular() with N . H = 1 is one whatever the roughness.
+    assert card("metal", 0, Ks=0.9, roughness=roughness) == pytest.approx(0.9 * np.array(COLOR), rel=0.03)
+
+
+@pytest.mark.parametrize("tilt", [0, 20])
+def test_plastic_adds_a_white_highlight(tilt: float) -> None:
+    cosine = np.cos(np.radians(tilt))
+    expected = 0.5 * cosine * np.array(COLOR) + 0.4
+    assert card("plastic", tilt, Kd=0.5, Ks=0.4, roughness=0.1) == pytest.approx(expected, rel=0.12 if tilt else 0.04)
+
+
+def test_constant_shines_by_itself() -> None:
+    assert card("constant", 0) == pytest.approx(np.array(COLOR), rel=0.01)
