@@ -79,6 +79,8 @@ constexpr StageName Stages[] = {
     {"interior", &ir::Program::interior, "kanuka_interior", true},
     {"displacement", &ir::Program::displace, "kanuka_displace", false},
     {"prelighting", &ir::Program::shade, "kanuka_shade", false},
+    {"light", &ir::Program::light, "kanuka_light", false},
+    {"filter", &ir::Program::filter, "kanuka_filter", false},
 };
 } // namespace
 

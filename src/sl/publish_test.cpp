@@ -420,6 +420,27 @@ surface s(float Kd = 0.5;) {
               shade(*compile_source("b.sl", source, options(), journal)));
 }
 
+TEST_F(SlPublish, EveryKindOfShaderCanBeRead) {
+    const std::pair<const char*, const char*> shaders[] = {
+        {"light l(float a = 1;) { illuminate(point(0, 0, 1)) { Cl = a * u; } }", "result.Cl = "},
+        {"volume w(float d = 1;) { Ci = mix(Ci, color(1), exp(-d)); Oi = 1; }", "result.Ci = "},
+        {"imager i() { Ci *= 0.5; alpha = 1; }", "result.alpha = 1;"},
+        {"displacement d(float k[3] = {1, 2, 3};) { P += N * k[1]; }", "result.P = "},
+        {"surface s(output varying color c = 0;) { c = u; Ci = c; Oi = 1; }", "emission.radiance = "},
+    };
+    CompileOptions o = options();
+    o.aovs = {"c"};
+    for (const auto& [source, expected] : shaders)
+        for (const Emit what : {Emit::Rsl, Emit::Ast, Emit::Ir, Emit::C, Emit::Llvm, Emit::Asm}) {
+            Journal journal;
+            const auto text = emit("x.sl", source, what, "", o, journal);
+            ASSERT_TRUE(text) << source << "\n" << messages(journal);
+            EXPECT_GT(text->size(), 30u) << source;
+            if (what == Emit::C)
+                EXPECT_NE(text->find(expected), std::string::npos) << *text;
+        }
+}
+
 // ---- the manual
 
 // The marked parts of docs/language.md are made from the tables; KANUKA_WRITE_DOCS=1 writes them anew.

@@ -20,6 +20,10 @@ std::string print_c(const ir::Program& program, const ir::Stage& stage, const So
 // "matte.sl:12: the line", or nothing for code that has no line of its own.
 std::string source_line(const Sources& sources, Loc at);
 std::string_view call_name(ir::CallKind kind);
+std::string output_name(const ir::Program& program,
+                        const ir::Output& output); // "result.P", or of its channel
+std::string parameter_name(const ir::Program& program,
+                           const ir::Instr& instr);                // with the element that it reads
 std::string channel_name(const ir::Program& program, int channel); // "coat.weight", "presence"
 
 } // namespace kanuka::sl

@@ -24,13 +24,28 @@ std::string source_line(const Sources& sources, Loc at) {
 }
 
 std::string_view call_name(CallKind kind) {
-    static constexpr std::string_view Names[] = {"difference_u",   "difference_v",     "calculatenormal",
-                                                 "texture",        "environment",      "space_matrix",
-                                                 "printf",         "format",           "concat",
-                                                 "match",          "report",           "query",
-                                                 "CreateBoundary", "AddLobe",          "AddLayer",
-                                                 "CreateInterior", "AddPhaseFunction", "SetPhaseFunction",
-                                                 "SetAbsorption",  "SetScattering"};
+    static constexpr std::string_view Names[] = {"difference_u",
+                                                 "difference_v",
+                                                 "calculatenormal",
+                                                 "texture",
+                                                 "environment",
+                                                 "space_matrix",
+                                                 "printf",
+                                                 "format",
+                                                 "concat",
+                                                 "match",
+                                                 "report",
+                                                 "found",
+                                                 "query",
+                                                 "CreateBoundary",
+                                                 "AddLobe",
+                                                 "AddLayer",
+                                                 "CreateInterior",
+                                                 "AddPhaseFunction",
+                                                 "SetPhaseFunction",
+                                                 "SetAbsorption",
+                                                 "SetScattering"};
+    static_assert(std::size(Names) == size_t(CallKind::SetScattering) + 1);
     return size_t(kind) < std::size(Names) ? Names[size_t(kind)] : "call";
 }
 
@@ -40,6 +55,37 @@ std::string channel_name(const Program& program, int channel) {
         return "presence";
     return c.node + "." +
            (c.input < 0 ? "weight" : std::string(grid::lobe(c.lobe).inputs[size_t(c.input)].name));
+}
+
+std::string parameter_name(const Program& program, const Instr& i) {
+    const std::string& name = program.parameters[size_t(i.imm)].name;
+    if (i.floats.empty())
+        return name;
+    return i.floats.size() > 1 ? "length(" + name + ")" : name + "[" + std::to_string(int(i.floats[0])) + "]";
+}
+
+std::string output_name(const Program& program, const Output& o) {
+    static constexpr const char* Emissions[] = {"Cl", "form", "from", "axis", "angle"};
+    static constexpr const char* Filtered[] = {"Ci", "Oi", "alpha"};
+    static_assert(std::size(Emissions) == size_t(ir::Emission::Count));
+    switch (o.kind) {
+    case Output::Position:
+        return "result.P";
+    case Output::Normal:
+        return "result.N";
+    case Output::Slot:
+        return channel_name(program, o.index);
+    case Output::Member:
+        return "result.member" + std::to_string(o.index);
+    case Output::Emitted:
+        return std::string("result.") +
+               Emissions[std::min<size_t>(size_t(o.index), std::size(Emissions) - 1)];
+    case Output::Filtered:
+        return std::string("result.") + Filtered[std::min<size_t>(size_t(o.index), std::size(Filtered) - 1)];
+    default:
+        return "result." + program.parameters[size_t(o.index)].name +
+               (o.element ? "[" + std::to_string(o.element) + "]" : "");
+    }
 }
 
 namespace {
@@ -89,7 +135,7 @@ class CPrinter {
         m_names.resize(m_stage.vars.size());
         for (const Output& o : m_stage.outputs)
             if (o.var >= 0) {
-                m_names[size_t(o.var)] = output_name(o);
+                m_names[size_t(o.var)] = output_name(m_program, o);
                 m_output[size_t(o.var)] = true;
             }
         for (size_t v = 0; v < m_names.size(); v++)
@@ -328,7 +374,7 @@ class CPrinter {
         case Op::Input:
             return {std::string(input_info(Input(i.imm)).name)};
         case Op::Param:
-            return {m_program.parameters[size_t(i.imm)].name};
+            return {parameter_name(m_program, i)};
         case Op::Member:
             return {"member" + std::to_string(i.imm)};
         default:
@@ -474,21 +520,6 @@ class CPrinter {
             s += text(site.args[k]).s;
         }
         return s + ")";
-    }
-
-    std::string output_name(const Output& o) const {
-        switch (o.kind) {
-        case Output::Position:
-            return "result.P";
-        case Output::Normal:
-            return "result.N";
-        case Output::Slot:
-            return channel_name(m_program, o.index);
-        case Output::Member:
-            return "result.member" + std::to_string(o.index);
-        default:
-            return "result." + m_program.parameters[size_t(o.index)].name;
-        }
     }
 
     const Program& m_program;

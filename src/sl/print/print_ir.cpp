@@ -20,14 +20,8 @@ class IrPrinter {
                 " strings\n";
         block(*m_stage.root, 1);
         for (const Output& o : m_stage.outputs) {
-            const std::string names[] = {"P", "N", "", "member" + std::to_string(o.index), ""};
-            std::string name = names[int(o.kind)];
-            if (o.kind == Output::Slot)
-                name = channel_name(m_program, o.index);
-            if (o.kind == Output::Parameter)
-                name = m_program.parameters[size_t(o.index)].name;
             if (o.var >= 0)
-                m_out += "  output " + name + " = " + variable(o.var) + "\n";
+                m_out += "  output " + output_name(m_program, o) + " = " + variable(o.var) + "\n";
         }
         return m_out;
     }
@@ -55,7 +49,7 @@ class IrPrinter {
         case Op::Input:
             return std::string(input_info(Input(i.imm)).name);
         case Op::Param:
-            return m_program.parameters[size_t(i.imm)].name;
+            return parameter_name(m_program, i);
         case Op::Member:
             return "member" + std::to_string(i.imm);
         case Op::Channel:

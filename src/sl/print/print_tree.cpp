@@ -94,6 +94,8 @@ class TreePrinter {
             return "illuminate";
         case StmtKind::Solar:
             return "solar";
+        case StmtKind::Gather:
+            return "gather";
         default:
             return "statement";
         }
@@ -167,6 +169,8 @@ class TreePrinter {
             return std::string(e.op == BinOp::None ? "" : spelling(e.op)) + "=";
         case ExprKind::Construct:
             return "construct";
+        case ExprKind::Sequence:
+            return "sequence";
         default:
             return "expression";
         }
