@@ -141,6 +141,15 @@ TEST(SlFresnel, WhatIsNoDielectricIsAsTheCameraSeesIt) {
     EXPECT_LT(s("diffuse.diffuseReflectance", 0).x, s("diffuse.diffuseReflectance", 22).x);
 }
 
+TEST(SlFresnel, SkippingRaysDoesNotMatter) {
+    const Shaded s =
+        surface("float Kr, Kt; vector R, T; fresnel(normalize(I), N, 0.6667, Kr, Kt, R, T); Oi = 1; Ci = 0;\n"
+                "Kr *= 0.5; if (Kr > 0.001) Ci += Kr * trace(P, R); if (0.01 <= Kt) Ci += Kt * trace(P, T);");
+    EXPECT_EQ(s("glass.reflectance").x, 0.5f);
+    EXPECT_EQ(s("glass.transmittance").x, 1);
+    EXPECT_EQ(s.said, "");
+}
+
 TEST(SlFresnel, FunctionsOfItAreValues) {
     const Shaded s = surface("float Kr, Kt; fresnel(normalize(I), N, 0.6667, Kr, Kt); Oi = 1;\n"
                              "Kr = smoothstep(0, 0.08, Kr); Ci = mix(Cs, color(0), Kr) * diffuse(N);");
@@ -205,6 +214,16 @@ TEST(SlProjection, CelShadingIsLight) {
                                 "Ci = Cs * color(0.8, 0.6, 0.4) * smoothstep(0.3, 0.35, d);");
     EXPECT_EQ(toon("diffuse.diffuseReflectance"), Vec3f(0.8f, 0.6f, 0.4f));
     EXPECT_EQ(toon("emission.radiance"), Vec3f(0, 0, 0));
+    EXPECT_EQ(toon.warnings("is not that of a lobe"), 0) << toon.said;
+    const Shaded spot =
+        surface("Oi = 1; float d = 0; vector V = -normalize(I);\n"
+                "illuminance(P, N, PI / 2) { d += pow(max(0, N . normalize(normalize(L) + V)), 10); }\n"
+                "Ci = smoothstep(0.5, 0.6, d);");
+    EXPECT_EQ(spot("specular.reflectance").x, 1);
+    EXPECT_NEAR(spot("specular.roughness").x, std::pow(2.f / 12.f, 0.25f), 1e-5);
+    const Shaded sum = surface(std::string("Oi = 1; float d = 0; illuminance(P, N, PI / 2) {") + Cosine +
+                               "float c = nl; c *= 2; d += c; }\nCi = Cs * smoothstep(0.3, 0.35, d);");
+    EXPECT_EQ(sum("diffuse.diffuseReflectance").x, 1);
     // Functions of Cl, and conditions on it.
     const Shaded cl =
         surface(std::string("Oi = 1; color C = 0; illuminance(P, N, PI / 2) {") + Cosine +
@@ -212,11 +231,23 @@ TEST(SlProjection, CelShadingIsLight) {
                 "Ci = C;");
     EXPECT_NEAR(cl("diffuse.diffuseReflectance").x, 0.25f, 1e-4);
     EXPECT_NEAR(cl("diffuse.diffuseReflectance").y, 0.5f, 1e-4);
-    // What is chosen rather than summed has no light: it glows.
-    const Shaded chosen = surface(
-        "Oi = 1; color C = 0; illuminance(P, N, PI / 2) { if (normalize(L) . N > 0.5) C = color(0.5); }\n"
-        "Ci = C;");
-    EXPECT_EQ(chosen("emission.radiance"), Vec3f(0.5f, 0.5f, 0.5f));
+    // So is what such a loop chooses by a cosine; by anything else it glows.
+    const auto choose = [](const std::string& what) {
+        return surface("Oi = 1; color C = 0; illuminance(P, N, PI / 2) { if (" + what +
+                       " > 0.5) C = color(0.5); }\nCi = C;");
+    };
+    EXPECT_EQ(choose("normalize(L) . N")("diffuse.diffuseReflectance").x, 0.5f);
+    EXPECT_EQ(choose("zcomp(normalize(L)) + 1")("emission.radiance").x, 0.5f);
+}
+
+TEST(SlProjection, VariablesOfTheLoopAreNoSums) {
+    const Shaded s = surface(
+        "Oi = 1; color C = 0; float a, i; vector Ln;\n"
+        "illuminance(P, N, PI / 2) {\n L = normalize(L); Ln = L; a = xcomp(Ln) * xcomp(N); a += ycomp(Ln) * "
+        "ycomp(N);\n"
+        "for (i = 0; i < 2; i += 1) a += 0.5 * zcomp(Ln) * zcomp(N);\nC += 0.5 * a * Cl;\n}\nCi = C;");
+    EXPECT_NEAR(s("diffuse.diffuseReflectance").x, 0.5f, 1e-5);
+    EXPECT_EQ(s.warnings("known: shading"), 0) << s.said;
 }
 
 TEST(SlProjection, OrenNayarIsAboutItsAlbedo) {
@@ -327,6 +358,7 @@ TEST(SlLight, EveryWayToLightIsAccepted) {
         {"(1 - occlusion(\"a.ptc\", P, N, \"hitsides\", \"both\")) * diffuse(N)",
          "diffuse.diffuseReflectance"},
         {"diffuse(N) + indirectdiffuse(P, N, 16, \"maxdist\", 1)", "diffuse.diffuseReflectance"},
+        {"indirectdiffuse(\"a.ptc\", P, N, \"hitsides\", \"both\")", "diffuse.diffuseReflectance"},
         {"diffuse(N) * transmission(P, P + N)", "diffuse.diffuseReflectance"},
         {"diffuse(N) + photonmap(\"a.ph\", P, N) + caustic(P, N)", "diffuse.diffuseReflectance"},
         {"diffuse(N) * (1 - shadow(\"a.shd\", P, \"bias\", 0.1))", "diffuse.diffuseReflectance"},
@@ -386,6 +418,17 @@ TEST(SlLight, ABumpedNormalOfALobeIsTheSurfaces) {
     EXPECT_NEAR(
         normalize(normal(bump + "illuminance(P, Nb, PI / 2) Ci += Cl * (normalize(L) . normalize(Nb));")).x,
         bumped.x, 1e-5);
+}
+
+TEST(SlLight, LobesFitIntoAMaterial) {
+    std::string sum;
+    for (int i = 0; i < 30; i++)
+        sum += " + 0.01 * specular(N, -I, 0.1)";
+    const Shaded s = surface("Oi = 1; Ci = 0.25 * Cs + diffuse(N) + trace(P, reflect(I, N))" + sum + ";");
+    EXPECT_EQ(s.lobes().size(), 15u);
+    EXPECT_LE(s.instance->program().nodes.size(), 32u);
+    EXPECT_NEAR(s("specular12.reflectance").x, 0.19f, 1e-5);
+    EXPECT_EQ(surface("Oi = 1; Ci = 0;").lobes(), std::vector{LobeId::LambertBrdf}); // black
 }
 
 TEST(SlLight, SurfacesThatSetNothing) {

@@ -23,6 +23,7 @@ Extraction::Extraction(Program& program, Diagnostics& diagnostics, bool strict)
 
 std::map<int, Loc> Extraction::run() {
     m_directions = find_directions(m_stage);
+    find_colored();
     find_sites(*m_stage.root);
     m_refs.resize(m_stage.instrs.size());
     m_vars.resize(m_stage.vars.size());
@@ -42,11 +43,19 @@ std::map<int, Loc> Extraction::run() {
             not_a_lobe({{s}, false}, m_sites[size_t(s)].loc);
     if (!m_failed.empty())
         return m_failed;
-    for (const auto& [line, complaint] : m_complaints)
-        if (m_strict)
+    int said = 0;
+    for (const auto& [line, complaint] : m_complaints) {
+        if (m_strict) {
             m_diagnostics.error(complaint.first, complaint.second);
-        else
-            m_diagnostics.warning(complaint.first, complaint.second);
+        } else if (said++ < MaxComplaints) {
+            const int more = int(m_complaints.size()) - MaxComplaints;
+            m_diagnostics.warning(complaint.first,
+                                  complaint.second +
+                                      (said == MaxComplaints && more > 0
+                                           ? " (the same in " + std::to_string(more) + " lines more)"
+                                           : std::string()));
+        }
+    }
 
     find_normals();
     make_variables();
@@ -75,6 +84,33 @@ void Extraction::complain(Loc at, const std::string& what) {
 
 // ---- sites
 
+// Illuminance loops that make use of Cl.
+void Extraction::find_colored() {
+    std::map<int, int> loops; // by variable that holds Cl
+    for (const Instr& i : m_stage.instrs)
+        if (i.op == Op::Store)
+            if (const Instr& from = m_stage.instrs[size_t(i.args[0])];
+                from.op == Op::Closure && Closure(from.imm) == Closure::Light)
+                loops[i.imm] = int(from.floats[0]);
+    for (const Instr& i : m_stage.instrs)
+        if (const auto it = loops.find(i.imm); i.op == Op::Load && it != loops.end())
+            m_colored.insert(it->second);
+}
+
+// A kernel in a loop that leaves Cl out, as cel shaders do: the light is meant.
+static Closure whole(Closure kernel) {
+    switch (kernel) {
+    case Closure::CosineKernel:
+        return Closure::Diffuse;
+    case Closure::SpecularKernel:
+        return Closure::Specular;
+    case Closure::PhongKernel:
+        return Closure::Phong;
+    default:
+        return kernel;
+    }
+}
+
 void Extraction::find_sites(Block& b) {
     for (Item& item : b.items) {
         if (item.kind == Item::Instruction) {
@@ -90,10 +126,13 @@ void Extraction::find_sites(Block& b) {
                 check_arguments(i);
                 m_site_of[item.ref] = int(m_sites.size());
                 Site s{Closure(i.imm), i.loc};
+                s.exponent = s.kind == Closure::SpecularKernel;
                 if (is_fresnel(s.kind) || s.kind == Closure::LightSample)
                     s.reference = int(i.floats[0]);
                 else if (in_loop(s.kind))
                     s.loop = int(i.floats[0]);
+                if (s.loop >= 0 && !m_colored.count(s.loop))
+                    s.kind = whole(s.kind);
                 m_sites.push_back(s);
             }
         }
@@ -229,7 +268,8 @@ Contents Extraction::nonlinear_contents(const Instr& i, const Contents& lit) {
 
 // The context that a variable's value depends on light by; null = none.
 const Extraction::Context* Extraction::context_of(int var) const {
-    if (m_contexts.empty() || m_plain_only[size_t(var)] || m_declared[size_t(var)] >= int(m_contexts.size()))
+    if (m_contexts.empty() || m_plain_only[size_t(var)] ||
+        m_declared[size_t(var)] >= int(m_contexts.size()) || m_contexts.back().scratch.count(var))
         return nullptr;
     const Ty ty = m_stage.vars[size_t(var)].ty;
     return ty == Ty::Float || ty == Ty::Triple ? &m_contexts.back() : nullptr;
@@ -278,7 +318,8 @@ bool Extraction::flow_store(const Instr& i, Ref value) {
 // True if the item's body depends on light: then a context was entered.
 bool Extraction::enter(const Item& item) {
     if (item.kind == Item::Scope && item.light != None) {
-        m_contexts.push_back({true, m_site_of.at(item.light), m_loops});
+        m_contexts.push_back({true, m_site_of.at(item.light), m_loops, {}});
+        find_scratch(*item.body, m_contexts.back().scratch);
         return true;
     }
     if (item.kind != Item::If)
@@ -287,8 +328,21 @@ bool Extraction::enter(const Item& item) {
     const int site = carrier(c);
     if (site < 0)
         return false;
-    m_contexts.push_back({false, site, m_loops});
+    m_contexts.push_back({false, site, m_loops, {}});
     return true;
+}
+
+void Extraction::find_scratch(const Block& b, std::set<int>& scratch) {
+    for (const Item& item : b.items) {
+        if (item.kind == Item::Instruction)
+            if (const Instr& i = m_stage.instrs[size_t(item.ref)];
+                i.op == Op::Store && !reads(i.args[0], i.imm, 0))
+                scratch.insert(i.imm);
+        if (item.body)
+            find_scratch(*item.body, scratch);
+        if (item.orelse)
+            find_scratch(*item.orelse, scratch);
+    }
 }
 
 bool Extraction::flow(const Block& b) {
@@ -341,10 +395,27 @@ void Extraction::flow_product(const Instr& i, Contents& c) {
     c.plain = c.plain || (x.plain && y.plain);
 }
 
+// if (Kr > 0.001): saves a ray where fresnel() is small. Taken as true, so that the view does not matter.
+bool Extraction::skips_little(const Instr& i) {
+    if (i.op < Op::Lt || i.op > Op::Ge)
+        return false;
+    const bool more = i.op == Op::Gt || i.op == Op::Ge;
+    const Ref amount = i.args[more ? 0 : 1], limit = i.args[more ? 1 : 0];
+    if (!m_b.is_const(limit) || !(m_b.at(limit).floats[0] >= 0 && m_b.at(limit).floats[0] <= 0.05f))
+        return false;
+    const Contents c = contents(amount);
+    for (int s : c.sites)
+        if (!is_fresnel(m_sites[size_t(s)].kind))
+            return false;
+    return !c.sites.empty() && !c.plain;
+}
+
 bool Extraction::flow_instruction(Ref r) {
     const Instr& i = m_stage.instrs[size_t(r)];
     Contents c;
     const Contents all = arguments(i);
+    if (skips_little(i))
+        return m_refs[size_t(r)].merge({{}, true});
     const auto chord = [&] {
         if (!all.sites.empty() &&
             !(i.op == Op::Max && (m_b.is_const(i.args[0], 0) || m_b.is_const(i.args[1], 0))))

@@ -232,6 +232,11 @@ void Extraction::instruction(const Item& item) {
     const Loc at = i.loc;
     if (i.op == Op::Store || i.op == Op::StoreElement)
         return store(i);
+    if (skips_little(i)) {
+        const Ref yes = m_b.boolean(true);
+        m_bundles[item.ref] = {{Plain, yes}, {AtFullLight, yes}};
+        return;
+    }
     if (m_refs[size_t(item.ref)].sites.empty()) {
         replace_arguments(item.ref);
         m_b.item(item);
@@ -252,7 +257,7 @@ void Extraction::instruction(const Item& item) {
         const Site& site = m_sites[size_t(s)];
         if (site.shape >= 0 || site.eta >= 0)
             m_b.store(site.shape >= 0 ? site.shape : site.eta,
-                      shape_argument(site.kind, value(i.args[2], true), at), at);
+                      shape_argument(site, value(i.args[2], true), at), at);
         break;
     }
     case Op::Load:
@@ -460,8 +465,8 @@ void Extraction::spread(Bundle& out, const Instr& i, Ref dark, Ref bright) {
 
 // What shapes a lobe, in one measure: specular() and its kernel the inverse of Blinn's exponent, phong() its
 // exponent.
-Ref Extraction::shape_argument(Closure kind, Ref x, Loc at) {
-    if (kind != Closure::SpecularKernel)
+Ref Extraction::shape_argument(const Site& site, Ref x, Loc at) {
+    if (!site.exponent)
         return x;
     const Ref n = m_b.emit(Op::Max, Ty::Float, {x, m_b.constant(1e-3f)}, at);
     return m_b.emit(Op::Div, Ty::Float, {m_b.constant(1.0f), n}, at);

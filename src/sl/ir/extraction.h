@@ -38,15 +38,18 @@ class Extraction {
     std::map<int, Loc> run();
 
   private:
+    static constexpr int MaxComplaints = 4; // lines; a shader that draws pictures with light has a hundred
     // A condition on light, or a loop over directions: what is stored within depends on light.
     struct Context {
         bool loop = false;
-        int carrier = -1; // site that the light goes to
-        int loops = 0;    // loops around it
+        int carrier = -1;      // site that the light goes to
+        int loops = 0;         // loops around it
+        std::set<int> scratch; // variables that are set anew within a loop: no sums over lights
     };
 
     // closures.cpp: what holds light
     void complain(Loc at, const std::string& what);
+    void find_colored();
     void find_sites(Block& b);
     void check_arguments(Instr& i);
     Contents contents(Ref r);
@@ -56,11 +59,13 @@ class Extraction {
     void not_a_lobe(const Contents& c, Loc at);
     void nonlinear(const Instr& i, const Contents& c);
     bool flow(const Block& b);
+    bool skips_little(const Instr& i);
     bool flow_instruction(Ref r);
     bool flow_store(const Instr& i, Ref value);
     void flow_product(const Instr& i, Contents& c);
     Contents nonlinear_contents(const Instr& i, const Contents& lit);
     bool enter(const Item& item);
+    void find_scratch(const Block& b, std::set<int>& scratch);
     const Context* context_of(int var) const;
     bool accumulates(const Instr& store, const Context& context);
     bool reads(Ref r, int var, int depth);
@@ -83,7 +88,7 @@ class Extraction {
     Bundle chord(const Instr& i);
     Bundle select(const Instr& i);
     void spread(Bundle& out, const Instr& i, Ref dark, Ref bright);
-    Ref shape_argument(Closure kind, Ref x, Loc at);
+    Ref shape_argument(const Site& site, Ref x, Loc at);
 
     Program& m_program;
     Stage& m_stage;
@@ -105,6 +110,7 @@ class Extraction {
     int m_normal = -1;                // variable: the normal that lobes are given, where it is not N
     std::set<Ref> m_normals;          // closures that give it
     std::multimap<int, Ref> m_stores; // by variable, while find_normals runs
+    std::set<int> m_colored;          // illuminance loops that use Cl
     std::map<int, Loc> m_failed;
     std::map<std::pair<uint32_t, uint32_t>, std::pair<Loc, std::string>> m_complaints; // by line
 };

@@ -15,6 +15,7 @@ struct Site {
     int eta = -1;                // variable: of a Fresnel factor
     int first = -1, second = -1; // a product of two factors: their sites
     int loop = -1;               // number of the illuminance loop that a factor belongs to
+    bool exponent = false;       // shape is Blinn's exponent, not its inverse
     // Variable: what this is worth where a value is wanted: fresnel()'s as seen from the dicing camera, the
     // weight of one direction of a projected loop. -1 = one: a white surface, fully lit.
     int reference = -1;

@@ -42,6 +42,7 @@ class Lobes {
             output("diffuse", 0, grid::LobeId::LambertBrdf, w);
         }
         int count = 0;
+        Ref rest = None, rest_roughness = None; // more than a material has room for: one lobe together
         for (const auto& [site, var] : m_terms.weights) {
             const Site& s = m_terms.sites[size_t(site)];
             if (s.shape < 0)
@@ -50,12 +51,17 @@ class Lobes {
             const Ref w = unpremultiply(m_b.load(var, {}), opacity);
             const bool inverse = s.kind == Closure::Specular || shape_is_inverse(s);
             const Ref roughness = roughness_of(m_b.load(s.shape, {}), inverse);
-            if (s.kind == Closure::DielectricGlossy)
+            if (++count >= MaxGlossy) {
+                rest = rest == None ? w : op(Op::Add, rest, w);
+                rest_roughness = rest_roughness == None ? roughness : op(Op::Max, rest_roughness, roughness);
+            } else if (s.kind == Closure::DielectricGlossy) {
                 dielectric(name, w, index_of(s), roughness);
-            else
+            } else {
                 glossy(name, w, roughness);
-            count++;
+            }
         }
+        if (rest != None)
+            glossy("specular" + std::to_string(MaxGlossy), rest, rest_roughness);
         if (const Ref w = total([](Closure k) { return k == Closure::Mirror || k == Closure::Environment; });
             w != None)
             glossy("mirror", w, f(0));
@@ -76,9 +82,17 @@ class Lobes {
             m_program.fixed_lobes.emplace_back("emission", grid::LobeId::DiffuseEmission);
             output("emission", 0, grid::LobeId::DiffuseEmission, emission);
         }
+        // Black is a material too: one of no lobes would be nothing to trace.
+        if (m_program.fixed_lobes.empty()) {
+            m_program.fixed_lobes.emplace_back("diffuse", grid::LobeId::LambertBrdf);
+            output("diffuse", 0, grid::LobeId::LambertBrdf, m_b.triple(0));
+        }
     }
 
   private:
+    // Glossy lobes: a material has 16 lobes and 32 nodes, add nodes among them.
+    static constexpr int MaxGlossy = 12;
+
     // -------------------------------------------------------------------------------------------------
 
     Ref op(Op o, Ref a, Ref b) { return m_b.emit(o, m_b.at(a).ty, {a, b}, {}); }

@@ -93,7 +93,6 @@ class Lower {
     Ref ternary(const ast::Expr* e);
     Ref index(const ast::Expr* e);
     Ref element_of_matrix(const ast::Expr* e);
-    Ref view(Loc at);
     Ref component_of(Ref whole, Ref index, Loc at);
     Ref with_component(Ref whole, Ref index, Ref value, Loc at);
     Ref tuple(const ast::Expr* e);
@@ -179,6 +178,7 @@ class Lower {
     Ref light_arithmetic(ast::BinOp op, Ref a, Ref b, Loc at);
     Ref light_shadeop(const ast::Expr* e);
     Ref fresnel(const ast::Expr* e);
+    Ref view_direction(Loc at);
     Ref turned(Ref normal, Loc at);
     Ref negated(Ref value, Loc at);
     Ref source_call(const char* shadeop, std::vector<Ref> args, Loc at, Ty result = Ty::Triple);

@@ -262,8 +262,6 @@ Ref Lower::closure(const Expr* e, const ops::Signature& s) {
     Closure kind = Closure(s.imm);
     if (kind == Closure::Mirror && args.size() == 2)
         args.erase(args.begin()); // trace(P, R)
-    if (e->shadeop->name == "subsurface")
-        args.clear(); // no normal
     if (kind == Closure::Mirror && tag(args[0]) == Tag::Refracted)
         kind = Closure::Refraction;
     return m_b.emit(Op::Closure, Ty::Triple, std::move(args), e->loc, int(kind));

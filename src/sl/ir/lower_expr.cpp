@@ -90,7 +90,7 @@ Lower::Binding& Lower::bind(const VarDecl* v) {
             m_b.set_block(m_prologue);
             m_b.declare(b.var);
             if (g.name == "I")
-                initial = view(v->loc);
+                initial = view_direction(v->loc);
             store_tagged(b.var, initial, v->loc);
             m_b.set_block(here);
         } else {
@@ -99,10 +99,6 @@ Lower::Binding& Lower::bind(const VarDecl* v) {
         }
     }
     return m_bind[v] = b;
-}
-
-Ref Lower::view(Loc at) {
-    return tagged(m_b.emit(Op::Sub, Ty::Triple, {input(Input::P), input(Input::E)}, at), Tag::View);
 }
 
 Ref Lower::global(const VarDecl* v, Loc at) {
@@ -121,11 +117,11 @@ Ref Lower::global(const VarDecl* v, Loc at) {
         return zero(ty(v->type));
     }
     if (n == "I" && !v->assigned)
-        return view(at);
+        return view_direction(at);
     if (n == "Ps" && m_role == Role::Shade)
         return global(m_sema.global("P"), at);
     const bool in_loop = m_illuminance > 0 || m_sample != ir::None;
-    if (in_loop && n == "L")
+    if (in_loop && n == "L" && !v->assigned)
         return m_illuminance > 0 ? light_direction(Tag::Light, at) : m_sample;
     if (in_loop && n == "Ol")
         return m_b.triple(1);

@@ -38,11 +38,14 @@ Ref Lower::kernel(Closure kind, Ty ty, std::vector<Ref> args, Tag t, Loc at) {
     return tagged(r, t);
 }
 
+Ref Lower::view_direction(Loc at) {
+    return tagged(m_b.emit(Op::Sub, Ty::Triple, {input(Input::P), input(Input::E)}, at), Tag::View);
+}
+
 // A normal as faceforward() means it: towards the eye. Lobes take it as it is, for they have two sides.
 Ref Lower::turned(Ref normal, Loc at) {
-    const Ref i = m_b.emit(Op::Sub, Ty::Triple, {input(Input::P), input(Input::E)}, at);
-    const Ref away =
-        m_b.emit(Op::Gt, Ty::Bool, {m_b.emit(Op::Dot, Ty::Float, {i, normal}, at), m_b.constant(0.0f)}, at);
+    const Ref cosine = m_b.emit(Op::Dot, Ty::Float, {view_direction(at), normal}, at);
+    const Ref away = m_b.emit(Op::Gt, Ty::Bool, {cosine, m_b.constant(0.0f)}, at);
     return m_b.emit(Op::Select, Ty::Triple, {away, m_b.emit(Op::Neg, Ty::Triple, {normal}, at), normal}, at);
 }
 

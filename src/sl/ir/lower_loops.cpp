@@ -51,6 +51,8 @@ void Lower::illuminance(const Stmt* s) {
     m_illuminance++;
     cone_of(s);
     const Binding color = bind_color(s->loc);
+    if (VarDecl* l = m_sema.global("L"); l->assigned)
+        store_tagged(bind(l).var, light_direction(Tag::Light, s->loc), s->loc);
     m_b.store(m_bind[m_sema.global("Cl")].var, kernel(Closure::Light, Ty::Triple, {}, Tag::None, s->loc),
               s->loc);
     const int target = m_b.stage().targets++;
@@ -135,6 +137,8 @@ void Lower::project(const Stmt* s, Loc reason) {
             m_b.item(done);
             m_sample = source_call("__light_direction", {cone.axis, low, now, f(float(Directions / 2))}, at);
             m_b.store(color, light, at);
+            if (VarDecl* l = m_sema.global("L"); l->assigned)
+                store_tagged(bind(l).var, m_sample, at);
             Item inner{Item::Scope};
             inner.target = targets.next;
             inner.loc = at;
@@ -259,7 +263,8 @@ Ref Lower::light_query(const Expr* e, bool& known) {
         value = expr_global("E", e->loc);
     else if (t == Ty::Float && (what.ends_with("depth") || what == "shadeopacity" || what == "ismedium"))
         value = zero(t);
-    if (value == ir::None || target->type.array)
+    if (value == ir::None || target->type.array ||
+        (t == Ty::Triple && m_b.stage().vars[size_t(bind(target->var).var)].must_be_uniform))
         return zero(Ty::Float);
     assign_to(target, value, e->loc);
     return m_b.constant(1.0f);
