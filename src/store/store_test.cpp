@@ -197,8 +197,7 @@ TEST(Emitters, AreasAndPowersOfAGrid) {
     HandMade made(4, 3, program);
     for (int i = 0; i < made.grid.vertices(); i++)
         made.at(2, 0, i) = made.at(2, 1, i) = made.at(2, 2, i) = float(i % 5); // linear in u
-    made.inputs.slots[3].uniform = true;
-    made.inputs.slots[3].value.x = 0.5f;
+    made.set_uniform(3, {0.5f, 0, 0});
     Store store;
     store.add_page(encode_one(made, program), store.add_program(program), -1);
     ASSERT_EQ(store.emitters().size(), 24u); // two a cell
@@ -266,6 +265,7 @@ TEST(Emitters, LayersCoverThem) {
     p.nodes[2].op = LayerOp::Over;      // paint of weight w over a lamp of radiance 0.5
     HandMade made(1, 1, p);
     made.set_uniform(1, {0.75f, 0, 0});
+    made.set_uniform(3, {1, 0, 0});
     Store store;
     store.add_page(encode_one(made, p), store.add_program(p), -1);
     EXPECT_NEAR(store.emitters()[0].power, 0.5f * 0.25f * 0.5f, 1e-5f);
