@@ -313,6 +313,15 @@ TEST(SlFuzz, DeepNestingIsAnError) {
     for (int i = 0; i < 5000; i++)
         sum += " + u";
     EXPECT_TRUE(compile(sum + "; Ci = x; }"));
+    std::string indices = "surface s() { float x[2]; x";
+    for (int i = 0; i < 50000; i++)
+        indices += "[0]";
+    complaints(indices + " = 1; }");
+    std::string calls = "#define A(x) x\nsurface s() { Oi = 1; Ci = ";
+    for (int i = 0; i < 100000; i++)
+        calls += "A(";
+    EXPECT_NE(complaints(calls + "u" + std::string(100000, ')') + "; }").find("nest too deep"),
+              std::string::npos);
     std::string macros = "#define A0 u\n";
     for (int i = 1; i < 60; i++)
         macros += "#define A" + std::to_string(i) + " A" + std::to_string(i - 1) + " + A" +

@@ -1,5 +1,6 @@
 #include "sl/frontend.h"
 
+#include "sl/deep_stack.h"
 #include "sl/ir/lower.h"
 #include "sl/ir/passes.h"
 #include "sl/parse/parser.h"
@@ -17,23 +18,28 @@ FrontEnd::FrontEnd(const std::string& name, std::string text, const CompileOptio
         return;
     }
     const uint32_t file = m_sources.add(name, std::move(text));
-    m_source = preprocess(m_sources, file, options.include_path, options.defines, m_diagnostics);
+    run_deep([&] {
+        m_source = preprocess(m_sources, file, options.include_path, options.defines, m_diagnostics);
+    });
 }
 
 bool FrontEnd::check() {
-    if (m_sema)
-        return ok();
+    if (!m_sema)
+        run_deep([this] { parse_and_check(); });
+    return m_sema && ok();
+}
+
+void FrontEnd::parse_and_check() {
     m_unit = Parser(m_source.tokens, m_arena, m_diagnostics).unit();
     if (m_unit.shaders.empty()) {
         if (ok())
             m_diagnostics.error(
                 m_source.tokens.back().loc,
                 "the file has no shader; expected surface, displacement, light, volume, imager or class");
-        return false;
+        return;
     }
     m_sema.emplace(m_arena, m_diagnostics);
     m_sema->check(m_unit, *m_unit.shaders[0]);
-    return ok();
 }
 
 // "#pragma annotation name "text"" documents a parameter.
@@ -78,7 +84,14 @@ static void find_textures(ir::Program& program) {
 }
 
 std::optional<ir::Program> FrontEnd::lower() {
-    if (!ok() || !check())
+    std::optional<ir::Program> program;
+    if (ok())
+        run_deep([&] { program = check_and_lower(); });
+    return program;
+}
+
+std::optional<ir::Program> FrontEnd::check_and_lower() {
+    if (!check())
         return std::nullopt;
     // Illuminance loops are read as lobes; those that turn out to be none are projected in the next round.
     ir::Program program;

@@ -27,6 +27,8 @@ class FrontEnd {
     const ast::ShaderDecl& shader() const { return *m_unit.shaders[0]; }
 
   private:
+    void parse_and_check();
+    std::optional<ir::Program> check_and_lower();
     Sources m_sources;
     Diagnostics m_diagnostics;
     bool m_strict; // directions that no lobe takes are errors

@@ -1,7 +1,9 @@
 // Published shaders, the cache of compiled ones, and what the compiler shows of itself.
 #include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -265,6 +267,27 @@ TEST_F(SlPublish, ACacheThatCannotBeWrittenIsNoFault) {
     ASSERT_EQ(journal.entries().size(), 1u) << messages(journal);
     EXPECT_EQ(journal.entries()[0].severity, Severity::Warning);
     EXPECT_NE(journal.entries()[0].message.find("cannot be written"), std::string::npos);
+}
+
+// A disk that is full after some bytes: a process that may write no more than that, as the system tells it.
+TEST_F(SlPublish, AFullDiskLeavesNothingBehind) {
+    const pid_t child = fork();
+    if (child == 0) {
+        signal(SIGXFSZ, SIG_IGN);
+        const rlimit little{500, 500};
+        setrlimit(RLIMIT_FSIZE, &little);
+        Journal journal;
+        const auto shader =
+            compile_source("a.sl", "surface a() { Oi = 1; Ci = color(u, v, 0); }", options(), journal);
+        bool right = shader && !shade(*shader).empty() && journal.entries().size() == 1 &&
+                     messages(journal).find("(writing: File too large)") != std::string::npos;
+        for (const auto& e : fs::directory_iterator(cache()))
+            right = right && e.path().empty();
+        _exit(right ? 0 : 1);
+    }
+    int status = -1;
+    waitpid(child, &status, 0);
+    EXPECT_EQ(status, 0);
 }
 
 TEST_F(SlPublish, LeftoversGoAndUseIsNoted) {

@@ -238,6 +238,13 @@ class Preprocessor {
     // Expands `in` onto `out`. `at` is the place of the outermost macro: what errors in its expansion point
     // at.
     void expand(std::span<const Token> in, std::vector<Token>& out, const Loc* at) {
+        const Level level(*this, in.size());
+        if (m_held > MaxTokens || m_level > MaxLevels) {
+            if (!m_overflow)
+                m_diagnostics.error(at ? *at : in[0].loc, "macro calls nest too deep in one another");
+            m_overflow = true;
+            return;
+        }
         // Work list, last first; expansions are pushed back and scanned again.
         std::vector<Token> work(in.rbegin(), in.rend());
         while (!work.empty()) {
@@ -491,6 +498,22 @@ class Preprocessor {
     size_t m_at = 0;
     int m_depth = 0;
     bool m_overflow = false;
+    // Macro calls within arguments of macro calls: how many, and the tokens that all of them hold.
+    static constexpr int MaxLevels = 2000;
+    int m_level = 0;
+    size_t m_held = 0;
+    struct Level {
+        Preprocessor& p;
+        size_t tokens;
+        Level(Preprocessor& preprocessor, size_t n) : p(preprocessor), tokens(n) {
+            p.m_level++;
+            p.m_held += tokens;
+        }
+        ~Level() {
+            p.m_level--;
+            p.m_held -= tokens;
+        }
+    };
     Preprocessed m_out;
 };
 
