@@ -11,7 +11,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import shader_graphs
-
 from measures import Settings
 
 ROOT = Path(__file__).resolve().parent.parent

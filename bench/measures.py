@@ -15,7 +15,7 @@ from pictures import Estimate, agreement
 
 OURS = peers.RENDERERS["kanuka"]
 REFERENCE = peers.RENDERERS["mitsuba-llvm-spectral"]  # spectral as ours, and the fastest
-REFERENCE_SAMPLES = {"cornell": 64, "terrain": 16}  # of one batch; there are 32
+REFERENCE_SAMPLES = {"cornell": 64, "grey-cornell": 64, "terrain": 16}  # of one batch; there are 32
 Say = Callable[[str], None]
 
 

@@ -33,13 +33,15 @@ SCENES = {
     "forest": ("mitsuba-scalar-spectral", "cycles", "luxcore"),
     "shading": ("cycles", "luxcore"),
 }
-AGREEMENT = ("cornell", "terrain")
+AGREEMENT = ("cornell", "grey-cornell", "terrain")
 
 
 def parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="small pictures and scenes: no timings worth keeping")
-    parser.add_argument("--scene", action="append", choices=SCENES, help="this one alone; may be repeated")
+    parser.add_argument(
+        "--scene", action="append", choices=[*SCENES, *AGREEMENT[1:2]], help="this one alone; may be repeated"
+    )
     parser.add_argument("--peer", action="append", metavar="NAME", help=f"of {', '.join(list(peers.RENDERERS)[1:])}")
     parser.add_argument("--measure", action="append", choices=MEASURES, help="this one alone; may be repeated")
     parser.add_argument("--repeats", type=int, default=0, help="runs of each; medians are given (3; quick: 2)")
@@ -78,7 +80,7 @@ def main() -> int:
     say("{cpu}, {cores} cores, {isa}; load {load_before}".format(**header["machine"]))
     results = Results(arguments.output or (ROOT / "out" / "bench" if partial else ROOT / "bench"), header, say)
     wanted = set(arguments.measure or MEASURES)
-    chosen = arguments.scene or list(SCENES)
+    chosen = arguments.scene or list(dict.fromkeys([*SCENES, *AGREEMENT]))
     failures: list[str] = []
 
     def attempt(measure: Callable[..., dict[str, object]], *given: object) -> list[dict[str, object]]:
@@ -91,7 +93,7 @@ def main() -> int:
             return []
 
     if "side-by-side" in wanted:
-        for scene in chosen:
+        for scene in (scene for scene in chosen if scene in SCENES):
             say(f"{scene}:")
             runs = measures.side_by_side(settings, scene, chosen_peers(scene, arguments.peer), say, failures)
             summaries = [each.summary(scene) for each in runs]

@@ -234,6 +234,13 @@ def cornell(_n: int) -> Scene:
     return Scene("cornell", (512, 512), 64, Camera((0, 0, 3.9), (0, 0, 0), 39.3077), meshes)
 
 
+def grey_cornell(n: int) -> Scene:
+    """The box with walls and lamp of one grey: no spectrum of it depends on how colours become spectra."""
+    made = cornell(n)
+    grey = [replace(m, color=(0.6,) * 3, radiance=(15.0,) * 3 if m.radiance else m.radiance) for m in made.meshes]
+    return replace(made, name="grey-cornell", meshes=grey)
+
+
 def terrain(n: int) -> Scene:
     """A height field of 2 (n - 1)² flat triangles under a white sky: loading, building, rays that share nothing."""
     ground = Mesh("ground", (0.5, 0.5, 0.5), path=cached(f"terrain_{n}", lambda: height_field(n)))
@@ -273,6 +280,7 @@ def chain(n: int) -> tuple[Color, list[Link]]:
 
 MAKERS: dict[str, tuple[Callable[[int], Scene], int]] = {  # with the usual n
     "cornell": (cornell, 0),
+    "grey-cornell": (grey_cornell, 0),
     "terrain": (terrain, 1415),
     "forest": (forest, 100_000),
     "shading": (shading, 16),

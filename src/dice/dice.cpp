@@ -42,7 +42,7 @@ PolygonSizes polygon_sizes(const scene::Primitive& primitive, const scene::Polyg
                            const DiceTarget& target, const RateRule& rule) {
     constexpr size_t FewFaces = 8, Samples = 2048;
     constexpr float LargestFace = 1, Share = 0.75f; // micropolygons; of the sampled faces
-    constexpr float SmallFace = 32;
+    constexpr float SmallFace = 8;
     size_t faces = 0, finer = 0, small = 0;
     geom::sample_polygons(primitive, mesh, target.render_from_object, Samples, [&](const Vec3f* p, int n) {
         float area = 0;

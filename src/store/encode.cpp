@@ -271,8 +271,12 @@ class GridEncoder {
         e.e1 = p[1] - p[0];
         e.e2 = p[2] - p[0];
         const int root = int(m_program.nodes.size()) - 1;
-        const Rgb rgb =
-            (emission(root, vertex[0]) + emission(root, vertex[1]) + emission(root, vertex[2])) * (1 / 3.0f);
+        Rgb rgb(0);
+        for (int i : vertex) {
+            // A ray that comes by chance meets what is there alone; one that is sent here counts that part.
+            const float presence = m_program.presence < 0 ? 1 : value(m_program.presence, 0, i);
+            rgb += emission(root, i) * (presence / 3);
+        }
         const float m = std::max({rgb.x, rgb.y, rgb.z});
         e.scale = 2 * m;
         const auto c = color::uplift(m > 0 ? rgb * (1 / e.scale) : Rgb(0));
