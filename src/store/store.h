@@ -50,7 +50,8 @@ struct Emitter {
     float c0, c1, c2, scale; // uplifted radiance: scale * S(lambda; c) * D65
     float power;             // area * luminance of scale * rgb
     float area;
-    uint32_t flags; // 1: emits on the side of -cross(e1, e2)
+    uint32_t flags; // 1: emits on the side of -cross(e1, e2); above: ConeUnit times the cosine of its cone
+    static constexpr float ConeUnit = 65535;
 };
 static_assert(sizeof(Emitter) == 64);
 

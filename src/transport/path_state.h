@@ -40,6 +40,7 @@ struct alignas(64) BatchState {
     Lane<float> alpha; // a hit, or a visible environment
     Lane<int32_t> id;
     Lane<float> filter_weight;
+    std::vector<float> aovs; // BatchPadded values a channel of those that displays ask for
 };
 
 struct alignas(64) HitState {

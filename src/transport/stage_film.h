@@ -79,6 +79,12 @@ void finish(const SceneView& scene, const BatchState& batch, int count, const Ba
                 p.normal[c] += finite(hit * batch.normal[c][path]);
                 p.position[c] += finite(hit * batch.position[c][path]);
             }
+            for (size_t a = 0; a < scene.aov_is_color.size(); a++) {
+                const float value = batch.aovs[a * BatchPadded + size_t(path)];
+                request
+                    .aovs[(size_t(y) * size_t(request.stride) + size_t(x)) * scene.aov_is_color.size() + a] +=
+                    finite((scene.aov_is_color[a] ? w : hit) * value);
+            }
             if (request.progression == 0)
                 p.id = float(batch.id[path]);
         }

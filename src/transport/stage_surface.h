@@ -31,6 +31,8 @@ class SurfaceStage {
         const I slot = select(active, I::load(order), I(order[0]));
         Hit h(*this, code, slot);
         shade_interior(h);
+        if (m_bounce == 0 && code.filter.word >= 0)
+            look_through_atmosphere(h, active, code);
         if (any(h.shape.emitter >= I(0)))
             add_emission(h, active & (h.shape.emitter >= I(0)));
         if (m_bounce == 0)
@@ -165,6 +167,14 @@ class SurfaceStage {
         }
     }
 
+    // What lies between the camera and what it sees first: affine in the surface's radiance, as the shading
+    // system found it at the vertices.
+    void look_through_atmosphere(Hit& h, M m, const bsdf::MaterialCode& code) {
+        const F weight = F(1.0f) / sum_of_ratios(m_scene, m_paths, h.slot);
+        add_radiance(m_batch, h.path, h.beta * h.fetch.amount(code.glow) * weight, m);
+        h.beta = h.beta * h.fetch.color(code.filter);
+    }
+
     void add_emission(const Hit& h, M m) {
         // Only the outside shines.
         m &= h.outside;
@@ -173,6 +183,7 @@ class SurfaceStage {
         const I e = select(m, h.shape.emitter + h.place.triangle, I(0));
         const float* data = reinterpret_cast<const float*>(m_scene.emitters);
         const I at = e * I(int(sizeof(store::Emitter) / 4));
+        m &= in_emission_cone(gather(reinterpret_cast<const int32_t*>(data) + 15, at), h.raw_cos_outside);
         const S radiance = emission_spectrum(m_scene, gather(data + 9, at), gather(data + 10, at),
                                              gather(data + 11, at), gather(data + 12, at), h.l);
         const F density = gather(m_paths.ask_emitters, h.slot) * gather(m_scene.emitter_density.data(), e) *
@@ -291,7 +302,7 @@ class SurfaceStage {
             add_radiance(m_batch, h.path, S(F(std::numeric_limits<float>::quiet_NaN())), m);
     }
 
-    void record_first_hit(const Hit& h, M m, const bsdf::MaterialCode&) {
+    void record_first_hit(const Hit& h, M m, const bsdf::MaterialCode& code) {
         const V n = select(h.outside, h.N, -h.N);
         const I id = gather(m_scene.shapes + offsetof(store::ShapeRecord, object_id) / 4,
                             gather(m_hits.shape, h.slot) * I(store::ShapeWords));
@@ -303,6 +314,10 @@ class SurfaceStage {
         scatter(m_batch.alpha, h.path, F(1.0f), m);
         scatter(m_batch.hit, h.path, F(1.0f), m);
         scatter(reinterpret_cast<float*>(m_batch.id), h.path, bitcast_float(id), m);
+        for (const bsdf::MaterialCode::Aov& aov : code.aovs)
+            for (int c = 0; c < aov.components; c++)
+                scatter(m_batch.aovs.data() + size_t(aov.channel + c) * BatchPadded, h.path,
+                        h.fetch.exact(aov.places[c]), m);
     }
     void record_albedo(const Hit& h, M m, const S& albedo) {
         for (int k = 0; k < Wavelengths; k++)
