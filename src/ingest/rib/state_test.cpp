@@ -176,7 +176,9 @@ TEST(RibAttributes, StackAndValues) {
         "TextureCoordinates 0 0 2 0 0 2 2 2 Translate 1 0 0 Displacement \"bumpy\" Interior \"fog\"\n"
         "Sphere 1 -1 1 360 AttributeEnd\nTransformBegin Translate 5 0 0 Color 0 0 1 TransformEnd "
         "Sphere 1 -1 1 360"));
-    EXPECT_SILENT(r);
+    EXPECT_TRUE(r.says("Interior \"fog\" is kept with the scene")); // and nothing else is said
+    EXPECT_EQ(r.messages(Severity::Warning).size(), 1u) << r.all_messages();
+    EXPECT_TRUE(r.messages(Severity::Error).empty()) << r.all_messages();
     const scene::Attributes& a = *r.primitive(0).attributes;
     EXPECT_EQ(a.color, Rgb(0, 1, 0));
     EXPECT_EQ(a.opacity, Rgb(.5f, .5f, .5f));
