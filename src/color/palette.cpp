@@ -41,10 +41,10 @@ const Palette::Token* Palette::find(const Rgb& rgb, float& factor) const {
 }
 
 Palette::Coefficients Palette::reflectance(const Rgb& rgb, float scale) const {
-    {
+    if (m_any.load(std::memory_order_acquire)) {
         const std::shared_lock lock(m_mutex);
         float factor = 0;
-        if (const Token* t = m_tokens.empty() ? nullptr : find(rgb, factor); t && t->reflectance >= 0)
+        if (const Token* t = find(rgb, factor); t && t->reflectance >= 0)
             return {float(t->reflectance), TableMark, 0, factor};
     }
     const auto c = uplift(rgb * (1 / scale), *m_uplift);
@@ -52,10 +52,10 @@ Palette::Coefficients Palette::reflectance(const Rgb& rgb, float scale) const {
 }
 
 Palette::Coefficients Palette::emission(const Rgb& rgb, float scale) const {
-    {
+    if (m_any.load(std::memory_order_acquire)) {
         const std::shared_lock lock(m_mutex);
         float factor = 0;
-        if (const Token* t = m_tokens.empty() ? nullptr : find(rgb, factor); t && t->emission >= 0)
+        if (const Token* t = find(rgb, factor); t && t->emission >= 0)
             return {float(t->emission), TableMark, 0, factor};
     }
     const auto c = uplift(scale > 0 ? rgb * (1 / scale) : Rgb(0), *m_uplift);
@@ -98,6 +98,7 @@ Rgb Palette::add_token(Rgb rgb, const Table* reflectance, const Table* emission)
     token.emission = int(m_tables.size());
     m_tables.push_back(*emission);
     m_tokens.push_back(token);
+    m_any.store(true, std::memory_order_release);
     return rgb;
 }
 

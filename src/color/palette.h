@@ -4,6 +4,7 @@
 // shader that scales its colours, and what a shader mixes is uplifted as every other colour is.
 #pragma once
 
+#include <atomic>
 #include <deque>
 #include <shared_mutex>
 
@@ -56,6 +57,7 @@ class Palette {
     Space m_space;
     const UpliftTable* m_uplift;
     mutable std::shared_mutex m_mutex;
+    std::atomic<bool> m_any{false}; // tokens: most scenes have none
     std::deque<Token> m_tokens;
     std::deque<Table> m_tables;
 };

@@ -26,38 +26,34 @@ void occlude(const SceneView& scene, BatchState& batch, const ShadowState& shado
     }
 }
 
-// Linear Rec.709 from XYZ whose white is D65 (IEC 61966-2-1).
-struct RgbFromXyz {
-    float m[9];
-};
-
 template <int W>
 void sensor(const SceneView& scene, const BatchState& batch, int first, const Lane<float>* spectrum,
-            bool times_d65, float scale, Float<W> rgb[3], const RgbFromXyz& matrix) {
+            bool times_white, float scale, Float<W> rgb[3]) {
     using F = Float<W>;
-    F xyz[3] = {F(0.0f), F(0.0f), F(0.0f)};
+    F seen[3] = {F(0.0f), F(0.0f), F(0.0f)};
     for (int k = 0; k < Wavelengths; k++) {
         const F l = F::load(batch.l[k] + first);
         F s = F::load(spectrum[k] + first) * F::load(batch.inv_pdf[k] + first) * F(scale * 470.0f);
-        if (times_d65)
-            s *= lookup_1nm(scene.wavelengths.lookup_d65, l);
+        if (times_white)
+            s *= lookup_1nm(scene.wavelengths.lookup_white, l);
         for (int c = 0; c < 3; c++)
-            xyz[c] = fma(s, lookup_1nm(scene.wavelengths.lookup_cmf[c], l), xyz[c]);
+            seen[c] = fma(s, lookup_1nm(scene.wavelengths.lookup_sensor[c], l), seen[c]);
     }
     for (int c = 0; c < 3; c++)
-        rgb[c] = fma(F(matrix.m[3 * c]), xyz[0],
-                     fma(F(matrix.m[3 * c + 1]), xyz[1], F(matrix.m[3 * c + 2]) * xyz[2]));
+        rgb[c] =
+            fma(F(scene.sensor_matrix[3 * c]), seen[0],
+                fma(F(scene.sensor_matrix[3 * c + 1]), seen[1], F(scene.sensor_matrix[3 * c + 2]) * seen[2]));
 }
 
 template <int W>
 void finish(const SceneView& scene, const BatchState& batch, int count, const BatchRequest& request,
-            const RgbFromXyz& matrix, BatchCounts& counts) {
+            BatchCounts& counts) {
     const int width = request.x1 - request.x0;
     for (int first = 0; first < count; first += W) {
         Float<W> rgb[3], albedo[3];
         // Radiance contributions are divided by the sum over wavelengths already; albedos are a mean of four.
-        sensor(scene, batch, first, batch.radiance, false, 1.0f, rgb, matrix);
-        sensor(scene, batch, first, batch.albedo, true, 1.0f / Wavelengths, albedo, matrix);
+        sensor(scene, batch, first, batch.radiance, false, 1.0f, rgb);
+        sensor(scene, batch, first, batch.albedo, true, 1.0f / Wavelengths, albedo);
         for (int i = 0; i < W && first + i < count; i++) {
             const int path = first + i, x = request.x0 + path % width, y = request.y0 + path / width;
             PixelSums& p = request.pixels[size_t(y) * request.stride + x];
