@@ -141,8 +141,18 @@ Rgb Palette::add_light(const Table& power, const Rgb& filter) {
 }
 
 Rgb Palette::add_named(const std::string& name, std::span<const std::string> folders) {
-    const NamedSpectrum s = resolve_spectrum(name, folders);
-    return s.illuminant ? add_light(s.table) : add_reflectance(s.table);
+    NamedSpectrum s = resolve_spectrum(name, folders);
+    if (s.illuminant)
+        return add_light(s.table);
+    // Instruments measure white tiles at a little above 1; far above, the numbers are something else.
+    constexpr float Reflects = 1.2f;
+    const float most = *std::max_element(s.table.begin(), s.table.end());
+    if (most > Reflects)
+        throw Error("the spectrum \"" + name.substr(0, 60) + "\" reaches " + std::to_string(most) +
+                    ", but a reflectance lies between 0 and 1; divide percents by 100");
+    for (float& v : s.table)
+        v = std::min(v, 1.0f);
+    return add_reflectance(s.table);
 }
 
 Table Palette::emitted(const Coefficients& c) const {

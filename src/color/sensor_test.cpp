@@ -204,6 +204,8 @@ TEST(Palette, LightsKeepTheirSpectraAndFilters) {
     EXPECT_NEAR(t[250], (*find_illuminant("A"))[250] + illuminant_d65()[250], 1e-4);
     EXPECT_FALSE(Palette{}.sum(std::span(both).last(1)));
     EXPECT_THROW(palette.add_named("no such", {}), Error);
+    EXPECT_THROW(palette.add_named("nm: 400 40, 700 60", {}), Error); // percents
+    EXPECT_NO_THROW(palette.add_named("nm: 400 0.4, 700 1.01", {}));
     EXPECT_EQ(palette.tables().size() % Palette::TableStride, 0u);
 }
 
