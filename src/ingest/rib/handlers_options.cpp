@@ -265,7 +265,7 @@ static void kanuka_option(Context& c, const Value& v) {
 }
 
 // Option "color" and "exposure"; names of spaces, lights and files are looked at when the scene is rendered.
-static bool color_option(Context& c, const std::string& category, const Value& v) {
+static void color_option(Context& c, const std::string& category, const Value& v) {
     scene::ColorOptions& o = c.options.options.color;
     struct Text {
         std::string_view name;
@@ -289,7 +289,6 @@ static bool color_option(Context& c, const std::string& category, const Value& v
     const auto wrong = [&](const std::string& what) {
         c.reports.error("Option " + category, v.where,
                         "Option \"" + category + "\": " + what + "; it does nothing");
-        return true;
     };
     o.where = v.where;
     for (const Text& t : texts) {
@@ -297,7 +296,7 @@ static bool color_option(Context& c, const std::string& category, const Value& v
             if (v.type != scene::Type::String || v.strings.empty())
                 return wrong("\"" + v.name + "\" must be a text");
             o.*t.field = v.strings[0];
-            return true;
+            return;
         }
         names += color ? (names.empty() ? "" : ", ") + std::string(t.name) : "";
     }
@@ -307,11 +306,11 @@ static bool color_option(Context& c, const std::string& category, const Value& v
             if (v.type == scene::Type::String || !std::isfinite(f))
                 return wrong("\"" + v.name + "\" must be a number");
             o.*n.field = f;
-            return true;
+            return;
         }
         names += color ? "" : (names.empty() ? "" : ", ") + std::string(n.name);
     }
-    return wrong("there is no \"" + v.name + "\"; there are " + names);
+    wrong("there is no \"" + v.name + "\"; there are " + names);
 }
 
 static void search_path_option(Context& c, const Value& v) {
@@ -331,8 +330,8 @@ void option(Context& c, Call& call) {
             kanuka_option(c, v);
             continue;
         }
-        if ((category == "color" || category == "exposure") && color_option(c, category, v))
-            continue;
+        if (category == "color" || category == "exposure")
+            color_option(c, category, v);
         if (category == "searchpath")
             search_path_option(c, v);
         v.name = category + ":" + v.name;
