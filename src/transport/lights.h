@@ -171,7 +171,9 @@ void sample_emitters(const SceneView& scene, const Vec3<Float<W>>& P, Float<W> u
     const Vec3<Float<W>> n = normalize(cross(e1, e2));
     const Int<W> flags = gather(reinterpret_cast<const int32_t*>(scene.emitters) + 15, at);
     const Float<W> facing = select((flags & Int<W>(1)) != Int<W>(0), dot(n, wi), -dot(n, wi));
-    const Mask<W> ok = m & (facing > Float<W>(1e-6f));
+    // Closer to its plane than positions are exact, nobody can say on which side of the emitter P lies.
+    const Float<W> blur = max(max(abs(P.x), abs(P.y)), abs(P.z)) * Float<W>(1.5e-6f);
+    const Mask<W> ok = m & (facing > Float<W>(1e-6f)) & (facing * d > blur);
     s.wi = select(m, wi, s.wi);
     s.distance = select(m, d * Float<W>(0.9999f), s.distance);
     s.radiance = bsdf::select(m, emission_spectrum(scene, get(9), get(10), get(11), get(12), l), s.radiance);
@@ -327,8 +329,6 @@ class LightChances {
         }
         if (scene.map_choice >= 0)
             set(scene.map_choice, F(scene.map_brings));
-        if (scene.constant_choice >= 0)
-            set(scene.constant_choice, F(scene.constant_brings));
         for (size_t k = 0; k < scene.lights.size(); k++)
             set(scene.first_light_choice + int(k), brings(scene.lights[k], P, N));
         const F scale = F(0.85f) / max(total, F(1e-20f)), share(0.15f / float(m_count));
@@ -373,8 +373,8 @@ class LightChances {
 
 template <int W>
 LightSample<W> sample_light(const SceneView& scene, const LightChances<W>& chances, const Vec3<Float<W>>& P,
-                            const Vec3<Float<W>>& N, Float<W> u_choice, Float<W> u_part, Float<W> u0,
-                            Float<W> u1, const Float<W> l[Wavelengths], Mask<W> active) {
+                            Float<W> u_choice, Float<W> u_part, Float<W> u0, Float<W> u1,
+                            const Float<W> l[Wavelengths], Mask<W> active) {
     using F = Float<W>;
     LightSample<W> s;
     s.wi = {F(0.0f), F(0.0f), F(1.0f)};
@@ -396,19 +396,6 @@ LightSample<W> sample_light(const SceneView& scene, const LightChances<W>& chanc
         if (any(m)) {
             sample_map(scene, u0, u1, s, l, m);
             s.pdf = select(m, s.pdf * chances.of(scene.map_choice), s.pdf);
-        }
-    }
-    if (scene.constant_choice >= 0) {
-        const Mask<W> m = active & (choice == Int<W>(scene.constant_choice));
-        if (any(m)) {
-            // By the cosine about the normal: all that such a sky leaves to be known is the material and what
-            // is in the way.
-            Vec3<F> t, b;
-            coordinate_frame(N, t, b);
-            const Vec3<F> d = bsdf::sample_cosine(u0, u1);
-            s.wi = select(m, normalize(t * d.x + b * d.y + N * d.z), s.wi);
-            s.radiance = bsdf::select(m, emission_spectrum(scene, scene.constant.c, l), s.radiance);
-            s.pdf = select(m, d.z * F(InvPi) * chances.of(scene.constant_choice), s.pdf);
         }
     }
     for (size_t k = 0; k < scene.lights.size(); k++) {

@@ -24,7 +24,6 @@ struct alignas(64) PathState {
     Lane<float> mis; // sum of ratios before the last bounce over the hero's pdf of it; 0 after a delta lobe
     // Densities with which light sampling at the last vertex would have asked for what this ray may find.
     Lane<float> ask_emitters, ask_map; // chance of the choice
-    Lane<float> ask_constant;          // chance of the choice times cosine over pi
     Lane<int32_t> path;                // index in the batch
     Lane<int32_t> interior;            // medium the path is in; -1 = none
 };

@@ -102,7 +102,6 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
         F(0.0f).store(paths.mis + first); // camera rays meet lights with full weight
         F(0.0f).store(paths.ask_emitters + first);
         F(0.0f).store(paths.ask_map + first);
-        F(0.0f).store(paths.ask_constant + first);
         I(0).store(batch.id + first);
         index.store(paths.path + first);
         I(-1).store(paths.interior + first);

@@ -44,10 +44,9 @@ void add_environment(const SceneView& scene, BatchState& batch, const PathState&
     if (bounce == 0 && (constant || map))
         scatter(batch.alpha, path, F(1.0f), m);
     const F mis = gather(paths.mis, slot), ratios = sum_of_ratios(scene, paths, slot);
-    if (constant) {
-        const F weight = F(1.0f) / fma(mis, gather(paths.ask_constant, slot), ratios);
-        add_radiance(batch, path, beta * emission_spectrum(scene, scene.constant.c, l) * weight, m);
-    }
+    if (constant) // directions alone find it: docs/transport.md, "Choice of light"
+        add_radiance(batch, path, beta * emission_spectrum(scene, scene.constant.c, l) * (F(1.0f) / ratios),
+                     m);
     if (map) {
         const MapPlace<W> p = map_place(scene.map, d);
         const F weight = F(1.0f) / fma(mis, map_pdf(scene.map, p) * gather(paths.ask_map, slot), ratios);

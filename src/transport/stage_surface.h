@@ -190,7 +190,7 @@ class SurfaceStage {
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LightChoice), u_choice, u_part);
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LightPosition), u0, u1);
         const LightSample<W> light =
-            sample_light(m_scene, chances, h.P, h.N, u_choice, u_part, u0, u1, h.l, active);
+            sample_light(m_scene, chances, h.P, u_choice, u_part, u0, u1, h.l, active);
         const V wi = h.to_local(light.wi);
         // Geometric and shading normal must agree on which side the light is.
         const F side = dot(light.wi, h.Ng) * wi.z;
@@ -277,8 +277,6 @@ class SurfaceStage {
         compress_store(m_next.mis + at, mis, bits);
         compress_store(m_next.ask_emitters + at, chances.of(m_scene.emitter_choice), bits);
         compress_store(m_next.ask_map + at, chances.of(m_scene.map_choice), bits);
-        compress_store(m_next.ask_constant + at,
-                       chances.of(m_scene.constant_choice) * max(s.wi.z, F(0.0f)) * F(InvPi), bits);
         compress_store(reinterpret_cast<float*>(m_next.path) + at, bitcast_float(h.path), bits);
         m_next_count +=
             compress_store(reinterpret_cast<float*>(m_next.interior) + at, bitcast_float(interior), bits);
