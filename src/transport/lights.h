@@ -15,8 +15,8 @@ template <int W>
 Float<W> lookup_1nm(const float* table, Float<W> l) {
     const Float<W> x = l * Float<W>(470.0f);
     const Int<W> i = min(to_int(x), Int<W>(469));
-    const Float<W> a = gather(table, i), b = gather(table + 1, i);
-    return fma(x - Float<W>(i), b - a, a);
+    const auto knots = load_rows<4>(table, i);
+    return fma(x - Float<W>(i), knots[1] - knots[0], knots[0]);
 }
 
 // scale * S(lambda; c) * D65: how all RGB amounts of light become spectra.
@@ -158,10 +158,8 @@ void sample_emitters(const SceneView& scene, const Vec3<Float<W>>& P, Float<W> u
     const Float<W> rest = x - Float<W>(k);
     k = select(rest < gather(scene.alias_probability.data(), k), k, gather(scene.alias_other.data(), k));
     k = gather(scene.sampled_emitters.data(), k);
-    const float* e = reinterpret_cast<const float*>(scene.emitters);
-    const Int<W> at = k * Int<W>(int(sizeof(store::Emitter) / 4));
-    const auto get = [&](int f) { return gather(e + f, at); };
-    const Vec3<Float<W>> p0(get(0), get(1), get(2)), e1(get(3), get(4), get(5)), e2(get(6), get(7), get(8));
+    const auto get = load_rows<sizeof(store::Emitter) / 4>(scene.emitters, k << 4);
+    const Vec3<Float<W>> p0(get[0], get[1], get[2]), e1(get[3], get[4], get[5]), e2(get[6], get[7], get[8]);
     // Uniform on the triangle: fold the unit square along its diagonal.
     const Mask<W> fold = u0 + u1 > Float<W>(1.0f);
     const Float<W> b1 = select(fold, Float<W>(1.0f) - u0, u0), b2 = select(fold, Float<W>(1.0f) - u1, u1);
@@ -169,14 +167,14 @@ void sample_emitters(const SceneView& scene, const Vec3<Float<W>>& P, Float<W> u
     const Float<W> d2 = max(dot(to, to), Float<W>(1e-20f)), d = sqrt(d2);
     const Vec3<Float<W>> wi = to / d;
     const Vec3<Float<W>> n = normalize(cross(e1, e2));
-    const Int<W> flags = gather(reinterpret_cast<const int32_t*>(scene.emitters) + 15, at);
+    const Int<W> flags = bitcast_int(get[15]);
     const Float<W> facing = select((flags & Int<W>(1)) != Int<W>(0), dot(n, wi), -dot(n, wi));
     // Closer to its plane than positions are exact, nobody can say on which side of the emitter P lies.
     const Float<W> blur = max(max(abs(P.x), abs(P.y)), abs(P.z)) * Float<W>(1.5e-6f);
     const Mask<W> ok = m & (facing > Float<W>(1e-6f)) & (facing * d > blur);
     s.wi = select(m, wi, s.wi);
     s.distance = select(m, d * Float<W>(0.9999f), s.distance);
-    s.radiance = bsdf::select(m, emission_spectrum(scene, get(9), get(10), get(11), get(12), l), s.radiance);
+    s.radiance = bsdf::select(m, emission_spectrum(scene, get[9], get[10], get[11], get[12], l), s.radiance);
     s.pdf = select(m, gather(scene.emitter_density.data(), k) * d2 / max(facing, Float<W>(1e-6f)), s.pdf);
     s.valid &= ok | !m;
 }

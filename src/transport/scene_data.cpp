@@ -38,8 +38,8 @@ void fill_wavelengths(WavelengthTable& table) {
     for (int i = 0; i < 480; i++) {
         const size_t j = size_t(std::min(i, color::LambdaCount - 1));
         for (int c = 0; c < 3; c++)
-            table.lookup_cmf[c][i] = (*observer[c])[j] * norm;
-        table.lookup_d65[i] = color::illuminant_d65()[j];
+            table.sensor[i][c] = (*observer[c])[j] * norm;
+        table.sensor[i][3] = table.lookup_d65[i] = color::illuminant_d65()[j];
     }
 }
 

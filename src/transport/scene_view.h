@@ -15,7 +15,7 @@ namespace kanuka::transport {
 struct WavelengthTable {
     static constexpr int Segments = 256;
     std::vector<float> quantile; // Segments + 1 values of l = (lambda - 360) / 470
-    float lookup_cmf[3][480];    // CIE 1931 observer at 1 nm, over cie_y_integral; padded
+    float sensor[480][4];        // CIE 1931 observer at 1 nm, over cie_y_integral, and D65; padded
     float lookup_d65[480];
 };
 
