@@ -21,7 +21,7 @@ namespace kanuka::render {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr int BucketSize = 32; // pixels a side: one transport batch
+constexpr int BucketSize = 16; // pixels a side: one transport batch
 
 struct Window {
     int x0, y0, x1, y1;

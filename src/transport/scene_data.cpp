@@ -36,8 +36,8 @@ void fill_wavelengths(WavelengthTable& table, const color::Sensor& sensor, const
     for (int i = 0; i < 480; i++) {
         const size_t j = size_t(std::min(i, color::LambdaCount - 1));
         for (int c = 0; c < 3; c++)
-            table.lookup_sensor[c][i] = sensor.curves[c][j];
-        table.lookup_white[i] = white[j];
+            table.sensor[i][c] = sensor.curves[c][j];
+        table.sensor[i][3] = table.lookup_white[i] = white[j];
     }
 }
 
@@ -193,7 +193,6 @@ void fill_choices(SceneView& view, const std::vector<store::Emitter>& emitters,
     }
     if (view.map_choice >= 0) // pi times the mean of luminance over the sphere
         view.map_brings = view.map.total * 0.5f * Pi * Pi / (float(view.map.width) * float(view.map.height));
-    view.constant_brings = Pi * 0.5f * view.constant.c[3];
 }
 
 std::vector<int32_t> emitters_to_sample(const SceneInputs& in) {
@@ -293,7 +292,6 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
     const std::vector<int32_t> sampled = emitters_to_sample(in);
     view.emitter_choice = sampled.empty() ? -1 : view.choices++;
     view.map_choice = view.map.width > 0 ? view.choices++ : -1;
-    view.constant_choice = view.constant.present ? view.choices++ : -1;
     view.first_light_choice = view.choices;
     view.choices += int(view.lights.size());
     view.emitter_density.assign(in.store->emitters().size() + 1, 0.0f);

@@ -15,7 +15,7 @@ namespace kanuka::transport {
 struct WavelengthTable {
     static constexpr int Segments = 256;
     std::vector<float> quantile; // Segments + 1 values of l = (lambda - 360) / 470
-    float lookup_sensor[3][480]; // the sensor's curves at 1 nm; padded
+    float sensor[480][4];        // the sensor's curves at 1 nm, and emitted white; padded
     float lookup_white[480];     // the spectrum of emitted white
 };
 
@@ -81,16 +81,16 @@ struct SceneView {
     int roulette_depth = 4;
     uint32_t seed = 0;
 
-    // Lights: the choices are all emitters together (if any), the environment map, the constant environment,
+    // Lights: the choices are all emitters together (if any), the environment map,
     // and each analytic light.
     std::vector<AnalyticLight> lights;
     std::vector<float> light_tables;
     EnvironmentMap map;
     ConstantEnvironment constant;
-    int choices = 0, emitter_choice = -1, map_choice = -1, constant_choice = -1, first_light_choice = 0;
+    int choices = 0, emitter_choice = -1, map_choice = -1, first_light_choice = 0;
     // What the environment brings to a surface that sees all of it, and all emitters as one sphere: estimates
     // that decide how often each is asked (LightChoice in lights.h).
-    float map_brings = 0, constant_brings = 0, emitter_power = 0, emitter_radius2 = 0;
+    float map_brings = 0, emitter_power = 0, emitter_radius2 = 0;
     Vec3f emitter_center{0, 0, 0};
     std::vector<float> alias_probability; // over emitters, by power
     std::vector<int32_t> alias_other;
