@@ -26,7 +26,9 @@ Spectrum<W> select_measured(const SceneView& scene, Float<W> c0, Float<W> c1, Fl
     const Mask<W> measured = c1 > Float<W>(1e38f);
     if (!any(measured))
         return otherwise;
-    const Int<W> base = to_int(select(measured, c0, Float<W>(0.0f))) * Int<W>(480);
+    // Bounded, for lanes that are off may hold anything.
+    const Int<W> last(int(scene.spectra.size() / 480) - 1);
+    const Int<W> base = min(max(to_int(select(measured, c0, Float<W>(0.0f))), Int<W>(0)), last) * Int<W>(480);
     Spectrum<W> s;
     for (int k = 0; k < Wavelengths; k++) {
         const Float<W> x = l[k] * Float<W>(470.0f);
