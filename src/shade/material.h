@@ -34,6 +34,7 @@ class MaterialImpl final : public Material {
     struct Own {
         Spaces spaces;
         Rgb color{1, 1, 1}, opacity{1, 1, 1};
+        Rgb emission{0, 0, 0}; // of an area light
         bool varying_color_or_opacity = false;
         Transform displacement_from_shader; // current_from_shader of the displacement shader
         Location surface_where, displacement_where;

@@ -2,6 +2,7 @@
 // three) vertices around it. All lanes of a call are hits on shapes of one layering program.
 #pragma once
 
+#include "transport/lights.h"
 #include "transport/path_state.h"
 #include "transport/scene_view.h"
 
@@ -177,7 +178,8 @@ class InputFetch {
             c2 = kanuka::select(constant, c2, v2);
             scale = kanuka::select(constant, scale, Float<W>(1.0f));
         }
-        return bsdf::sigmoid_spectrum(c0, c1, c2, m_l) * scale;
+        const Spectrum<W> s = bsdf::sigmoid_spectrum(c0, c1, c2, m_l) * scale;
+        return m_scene.spectra.empty() ? s : select_measured(m_scene, c0, c1, scale, m_l, s);
     }
 
     Float<W> number(const bsdf::MaterialCode::Place& input) const {

@@ -19,14 +19,35 @@ Float<W> lookup_1nm(const float* table, Float<W> l) {
     return fma(x - Float<W>(i), knots[1] - knots[0], knots[0]);
 }
 
-// scale * S(lambda; c) * D65: how all RGB amounts of light become spectra.
+// A measured spectrum stands where c1 is color::Palette::TableMark: c0 is the number of its table.
+template <int W>
+Spectrum<W> select_measured(const SceneView& scene, Float<W> c0, Float<W> c1, Float<W> scale,
+                            const Float<W> l[Wavelengths], const Spectrum<W>& otherwise) {
+    const Mask<W> measured = c1 > Float<W>(1e38f);
+    if (!any(measured))
+        return otherwise;
+    // Bounded, for lanes that are off may hold anything.
+    const Int<W> last(int(scene.spectra.size() / 480) - 1);
+    const Int<W> base = min(max(to_int(select(measured, c0, Float<W>(0.0f))), Int<W>(0)), last) * Int<W>(480);
+    Spectrum<W> s;
+    for (int k = 0; k < Wavelengths; k++) {
+        const Float<W> x = l[k] * Float<W>(470.0f);
+        const Int<W> i = min(to_int(x), Int<W>(469));
+        const Float<W> a = gather(scene.spectra.data(), base + i),
+                       b = gather(scene.spectra.data() + 1, base + i);
+        s[k] = select(measured, fma(x - Float<W>(i), b - a, a) * scale, otherwise[k]);
+    }
+    return s;
+}
+
+// scale * S(lambda; c) * white, or a measured spectrum: how all amounts of light become spectra.
 template <int W>
 Spectrum<W> emission_spectrum(const SceneView& scene, Float<W> c0, Float<W> c1, Float<W> c2, Float<W> scale,
                               const Float<W> l[Wavelengths]) {
     Spectrum<W> s = bsdf::sigmoid_spectrum(c0, c1, c2, l) * scale;
     for (int i = 0; i < Wavelengths; i++)
-        s[i] *= lookup_1nm(scene.wavelengths.lookup_d65, l[i]);
-    return s;
+        s[i] *= lookup_1nm(scene.wavelengths.lookup_white, l[i]);
+    return scene.spectra.empty() ? s : select_measured(scene, c0, c1, scale, l, s);
 }
 template <int W>
 Spectrum<W> emission_spectrum(const SceneView& scene, const float c[4], const Float<W> l[Wavelengths]) {

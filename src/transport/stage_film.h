@@ -26,14 +26,9 @@ void occlude(const SceneView& scene, BatchState& batch, const ShadowState& shado
     }
 }
 
-// Linear Rec.709 from XYZ whose white is D65 (IEC 61966-2-1).
-struct RgbFromXyz {
-    float m[9];
-};
-
 template <int W>
 void finish(const SceneView& scene, const BatchState& batch, int count, const BatchRequest& request,
-            const RgbFromXyz& matrix, BatchCounts& counts) {
+            BatchCounts& counts) {
     using F = Float<W>;
     using I = Int<W>;
     const int width = request.x1 - request.x0;
@@ -42,29 +37,30 @@ void finish(const SceneView& scene, const BatchState& batch, int count, const Ba
         const auto l = load_rows<4>(batch.l, path << 2), radiance = load_rows<4>(batch.radiance, path << 2);
         const auto albedos = load_rows<4>(batch.first, path << 4);
         // Radiance contributions are divided by the sum over wavelengths already; albedos are a mean of four,
-        // seen under D65.
-        F xyz[2][3] = {{F(0.0f), F(0.0f), F(0.0f)}, {F(0.0f), F(0.0f), F(0.0f)}};
+        // seen under white.
+        F sensed[2][3] = {{F(0.0f), F(0.0f), F(0.0f)}, {F(0.0f), F(0.0f), F(0.0f)}};
         for (size_t k = 0; k < Wavelengths; k++) {
             const F x = l[k] * F(470.0f);
             const I i = min(to_int(x), I(469));
             const F f = x - F(i);
-            // Observer and illuminant at the knots before and after.
+            // Sensor and white at the knots before and after.
             const auto knots = load_rows<8>(scene.wavelengths.sensor[0], i << 2);
             const auto at = [&](size_t c) { return fma(f, knots[c + 4] - knots[c], knots[c]); };
             const F unit = F::load(batch.inv_pdf[k] + first) * F(470.0f);
             const F light = radiance[k] * unit, seen = albedos[k] * unit * at(3) * F(1.0f / Wavelengths);
             for (size_t c = 0; c < 3; c++) {
                 const F response = at(c);
-                xyz[0][c] = fma(light, response, xyz[0][c]);
-                xyz[1][c] = fma(seen, response, xyz[1][c]);
+                sensed[0][c] = fma(light, response, sensed[0][c]);
+                sensed[1][c] = fma(seen, response, sensed[1][c]);
             }
         }
         const auto to_rgb = [&](const F* v, int c) {
-            return fma(F(matrix.m[3 * c]), v[0],
-                       fma(F(matrix.m[3 * c + 1]), v[1], F(matrix.m[3 * c + 2]) * v[2]));
+            return fma(
+                F(scene.sensor_matrix[3 * c]), v[0],
+                fma(F(scene.sensor_matrix[3 * c + 1]), v[1], F(scene.sensor_matrix[3 * c + 2]) * v[2]));
         };
-        const F rgb[3] = {to_rgb(xyz[0], 0), to_rgb(xyz[0], 1), to_rgb(xyz[0], 2)},
-                albedo[3] = {to_rgb(xyz[1], 0), to_rgb(xyz[1], 1), to_rgb(xyz[1], 2)};
+        const F rgb[3] = {to_rgb(sensed[0], 0), to_rgb(sensed[0], 1), to_rgb(sensed[0], 2)},
+                albedo[3] = {to_rgb(sensed[1], 0), to_rgb(sensed[1], 1), to_rgb(sensed[1], 2)};
         for (int i = 0; i < W && first + i < count; i++) {
             const int at = first + i, x = request.x0 + at % width, y = request.y0 + at / width;
             PixelSums& p = request.pixels[size_t(y) * request.stride + x];
