@@ -53,6 +53,7 @@ struct DiceTarget {
     float pixels_per_unit = 0;
     bool shade_uniform =
         false; // the material is constant: rates serve geometry alone, flat pieces need one cell
+    bool keep_density = false; // traced geometry is not simplified: emitters whose light varies over them
 };
 
 // Never throws for bad geometry: NaN and degenerate parts are reported at primitive.where and dropped. The

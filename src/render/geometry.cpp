@@ -126,10 +126,10 @@ class GeometryBuilder {
         try {
             const Transform render_from_object = render_from_group * primitive.world_from_object;
             const auto start = Clock::now();
-            out.material = m_request.shading.material(primitive, render_from_object);
+            out.material = m_request.shading.material(primitive, render_from_object, pixels_per_unit > 0);
             const shade::Material& material = *out.material;
             dice::DiceTarget target{render_from_object, pixels_per_unit,
-                                    material.uniform() && !material.displaces()};
+                                    material.uniform() && !material.displaces(), material.emission_varies()};
             std::atomic<double> displacing{0};
             dice::Displace displace;
             if (material.displaces())

@@ -6,6 +6,7 @@
 #include <sys/resource.h>
 
 #include "base/tasks.h"
+#include "render/aovs.h"
 #include "render/color_setup.h"
 #include "render/geometry.h"
 #include "shade/lights.h"
@@ -71,6 +72,7 @@ class BatchSession {
             m_options.max_depth = 1;
         if (m_progressions < 1)
             throw Error("at least one progression is needed", ExitCode::Usage);
+        m_aovs.ask(m_options.displays, o.aovs);
         m_window = crop_window(m_options.crop, m_options.width, m_options.height);
     }
 
@@ -154,6 +156,7 @@ class BatchSession {
         so.lanes = m_lanes;
         so.render_from_world = m_render_from_world;
         so.camera_from_render = m_camera_from_render;
+        so.aovs = m_aovs.names();
         m_shading = shade::ShadingSystem::create(so, m_scene, m_journal, m_stats);
         m_geometry = build_geometry({m_scene, *m_shading, *m_color.palette, m_dice, m_render_from_world,
                                      m_journal, m_stats, m_progress});
@@ -165,7 +168,9 @@ class BatchSession {
             m_stats.bytes.bvh = m_bvh->bytes();
             m_progress.update("build", 1);
         }
+        m_aovs.find(m_geometry->store.programs(), m_scene.file, m_journal);
         transport::SceneInputs in;
+        in.aov_is_color = m_aovs.is_color();
         in.store = &m_geometry->store;
         in.bvh = m_bvh.get();
         in.world = m_geometry->groups.back();
@@ -253,6 +258,7 @@ class BatchSession {
         const int across = (width + BucketSize - 1) / BucketSize,
                   down = (height + BucketSize - 1) / BucketSize;
         m_pixels.assign(size_t(width) * size_t(height), transport::PixelSums{});
+        m_aov_sums.assign(m_pixels.size() * m_view.aov_is_color.size(), 0.0f);
         m_done.assign(size_t(across) * size_t(down), 0);
         const ScopedTimer timer(m_stats.time.transport_s);
         const uint64_t work = uint64_t(across * down) * uint64_t(m_progressions);
@@ -273,6 +279,8 @@ class BatchSession {
                 r.y1 = std::min(r.y0 + BucketSize, m_window.y1);
                 r.pixels = m_pixels.data() - (ptrdiff_t(m_window.y0) * width + m_window.x0);
                 r.stride = width;
+                r.aovs = m_aov_sums.data() - (ptrdiff_t(m_window.y0) * width + m_window.x0) *
+                                                 ptrdiff_t(m_view.aov_is_color.size());
                 for (int p = from; p < to; p++) {
                     r.progression = uint32_t(p);
                     kernel->trace(r, counts);
@@ -340,6 +348,7 @@ class BatchSession {
             {"Z", false},       {"P.X", false},     {"P.Y", false}, {"P.Z", false}, {"id", false}};
         for (const Out& o : outs)
             picture.channels.push_back({o.name, o.half, std::vector<float>(m_pixels.size())});
+        const size_t first_aov = m_aovs.add_channels(picture, m_pixels.size());
         const int across = (picture.width + BucketSize - 1) / BucketSize;
         const Transform world_from_render = Transform::translate(m_eye[0], m_eye[1], m_eye[2]);
         for (int y = 0; y < picture.height; y++)
@@ -367,6 +376,7 @@ class BatchSession {
                 const Vec3f world = s.hits > 0 ? world_from_render.point(p) : Vec3f(0.0f);
                 put(world.x), put(world.y), put(world.z);
                 put(s.id);
+                m_aovs.put(picture, first_aov, i, m_aov_sums, n, h);
             }
         if (m_options.imager) {
             const auto channel = [&](size_t c) { return std::span<float>(picture.channels[c].data); };
@@ -413,6 +423,8 @@ class BatchSession {
     std::mutex m_mutex;
     std::vector<std::unique_ptr<transport::Kernel>> m_kernels;
     std::vector<transport::PixelSums> m_pixels;
+    Aovs m_aovs;
+    std::vector<float> m_aov_sums;
     std::vector<int> m_done; // progressions of each bucket
 };
 

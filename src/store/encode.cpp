@@ -59,6 +59,10 @@ class GridEncoder {
     // Into the slot's range and to what half precision holds. Infinity lies in the range of an unbounded
     // slot, but one infinite radiance would be the whole picture's.
     float clean(float x, const grid::Slot& slot) {
+        if (slot.storage == grid::Storage::Full) {
+            m_out.bad += !std::isfinite(x);
+            return std::isfinite(x) ? x : 0.0f;
+        }
         const float low = std::max(slot.low, -65504.0f), high = std::min(slot.high, 65504.0f);
         if (x >= low && x <= high)
             return x;
@@ -98,6 +102,8 @@ class GridEncoder {
         if (folds && m_layout.words[w] == WordLayout::Word::HalfPair) {
             out.push_back(bits_of(value(low, 0, 0)));
             out.push_back(bits_of(high < 0 ? 0.0f : value(high, 0, 0)));
+        } else if (folds && m_layout.words[w] == WordLayout::Word::Float) {
+            out.push_back(bits_of(value(low, 0, 0)));
         } else if (folds) {
             // Reflectances lie in [0, 1]; amounts without bound are scaled into it, twice their maximum to
             // keep the spectrum smooth.
@@ -116,6 +122,9 @@ class GridEncoder {
                     break;
                 case WordLayout::Word::Rgb9e5:
                     out[base + i] = to_rgb9e5(color(low, i));
+                    break;
+                case WordLayout::Word::Float:
+                    out[base + i] = bits_of(value(low, 0, i));
                     break;
                 case WordLayout::Word::HalfPair:
                     out[base + i] =
@@ -282,8 +291,10 @@ class GridEncoder {
         const Vec3f c2 = cross(e.e1, e.e2);
         e.area = 0.5f * length(c2);
         e.area = std::isfinite(e.area) ? e.area : 0;
-        e.power = e.area * std::max(color::luminance(rgb), 0.0f);
-        e.flags = emits_backwards(c2, vertex);
+        // What is sent out is radiance times the integral of the cosine over the cone.
+        const float cosine = std::clamp(m_program.emission_cosine, 0.0f, 0.9999f);
+        e.power = e.area * std::max(color::luminance(rgb), 0.0f) * (1 - cosine * cosine);
+        e.flags = uint32_t(emits_backwards(c2, vertex)) | uint32_t(cosine * Emitter::ConeUnit) << 1;
         m_out.emitters.push_back(e);
     }
 

@@ -51,7 +51,8 @@ struct Emitter {
     float c0, c1, c2, scale; // radiance as color::Palette::emission has it: scale * S(lambda; c) * white
     float power;             // area * luminance of scale * rgb
     float area;
-    uint32_t flags; // 1: emits on the side of -cross(e1, e2)
+    uint32_t flags; // 1: emits on the side of -cross(e1, e2); above: ConeUnit times the cosine of its cone
+    static constexpr float ConeUnit = 65535;
 };
 static_assert(sizeof(Emitter) == 64);
 

@@ -204,6 +204,43 @@ class InputFetch {
         return r;
     }
 
+    // Light without an upper bound: a spectrum of scale * S(lambda; c) * D65.
+    Spectrum<W> amount(const bsdf::MaterialCode::Place& input) const {
+        Int<W> base, stride;
+        entry(input.word, base, stride);
+        const Mask<W> constant = stride == Int<W>(0);
+        Float<W> c0(0.0f), c1(0.0f), c2(0.0f), scale(0.0f);
+        if (any(constant)) {
+            const Int<W> at = kanuka::select(constant, base, Int<W>(0));
+            c0 = gather(m_scene.floats, at), c1 = gather(m_scene.floats + 1, at);
+            c2 = gather(m_scene.floats + 2, at), scale = gather(m_scene.floats + 3, at);
+        }
+        if (!all(constant)) {
+            // Twice the largest component, to stay where spectra are smooth, as encode.cpp has it.
+            const Vec3<Float<W>> rgb = interpolate_rgb9e5(base, constant);
+            const Float<W> m = max(max(rgb.x, rgb.y), rgb.z) * Float<W>(2.0f);
+            Float<W> v0, v1, v2;
+            bsdf::uplift(m_scene.uplift, rgb * (Float<W>(1.0f) / max(m, Float<W>(1e-20f))), v0, v1, v2);
+            c0 = kanuka::select(constant, c0, v0), c1 = kanuka::select(constant, c1, v1);
+            c2 = kanuka::select(constant, c2, v2), scale = kanuka::select(constant, scale, m);
+        }
+        return emission_spectrum(m_scene, c0, c1, c2, scale, m_l);
+    }
+
+    // A float that is kept as it is.
+    Float<W> exact(const bsdf::MaterialCode::Place& input) const {
+        if (input.word < 0)
+            return Float<W>(input.fallback.x);
+        Int<W> base, stride;
+        entry(input.word, base, stride);
+        const Mask<W> constant = stride == Int<W>(0);
+        Float<W> sum(0.0f);
+        for (int k = 0; k < 4; k++)
+            sum = fma(m_place.weight[k], gather(m_scene.floats, base + stride * m_place.vertex[k]), sum);
+        // The weights' sum is one but for rounding.
+        return kanuka::select(constant, gather(m_scene.floats, base), sum);
+    }
+
     // A colour whose mean is meant (a roughness given as one); constants hold spectra, so those are averaged.
     Float<W> mean_color(const bsdf::MaterialCode::Place& input) const { return mean(color(input)); }
 
@@ -248,6 +285,21 @@ class InputFetch {
             const Float<W> g = Float<W>((word >> 11) & Int<W>(2047)) * Float<W>(1 / 2047.0f);
             const Float<W> b = Float<W>(word >> 22) * Float<W>(1 / 1023.0f);
             sum += Vec3<Float<W>>(r * r, g * g, b * b) * m_place.weight[k];
+        }
+        return sum;
+    }
+
+    Vec3<Float<W>> interpolate_rgb9e5(Int<W> base, Mask<W> constant) const {
+        Vec3<Float<W>> sum{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
+        for (int k = 0; k < 4; k++) {
+            const Int<W> word =
+                gather(m_scene.words, kanuka::select(constant, Int<W>(0), base + m_place.vertex[k]));
+            // 2^(e - 24), put together as a float: its exponent is e + 103.
+            const Int<W> e = (word >> 27) & Int<W>(31);
+            const Float<W> unit = bitcast_float((e + Int<W>(103)) << 23) * m_place.weight[k];
+            sum += Vec3<Float<W>>(Float<W>(word & Int<W>(511)), Float<W>((word >> 9) & Int<W>(511)),
+                                  Float<W>((word >> 18) & Int<W>(511))) *
+                   unit;
         }
         return sum;
     }

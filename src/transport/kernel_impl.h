@@ -14,6 +14,7 @@ class KernelOf final : public Kernel {
         if (scene.instanced)
             for (auto& a : m->hits.world_from_shape)
                 a.assign(BatchPadded, 0.0f);
+        m->batch.aovs.assign(scene.aov_is_color.size() * BatchPadded, 0.0f);
     }
 
     void trace(const BatchRequest& request, BatchCounts& counts) override {

@@ -169,6 +169,12 @@ void sample_map(const SceneView& scene, Float<W> u0, Float<W> u1, LightSample<W>
 // ---- choosing and sampling
 // -------------------------------------------------------------------------------------------
 
+// Does an emitter with these flags shine where the cosine to its normal is so much?
+template <int W>
+Mask<W> in_emission_cone(Int<W> flags, Float<W> cosine) {
+    return cosine * Float<W>(store::Emitter::ConeUnit) >= Float<W>((flags >> 1) & Int<W>(0xffff));
+}
+
 template <int W>
 void sample_emitters(const SceneView& scene, const Vec3<Float<W>>& P, Float<W> u_part, Float<W> u0,
                      Float<W> u1, LightSample<W>& s, const Float<W> l[Wavelengths], Mask<W> m) {
@@ -192,7 +198,7 @@ void sample_emitters(const SceneView& scene, const Vec3<Float<W>>& P, Float<W> u
     const Float<W> facing = select((flags & Int<W>(1)) != Int<W>(0), dot(n, wi), -dot(n, wi));
     // Closer to its plane than positions are exact, nobody can say on which side of the emitter P lies.
     const Float<W> blur = max(max(abs(P.x), abs(P.y)), abs(P.z)) * Float<W>(1.5e-6f);
-    const Mask<W> ok = m & (facing > Float<W>(1e-6f)) & (facing * d > blur);
+    const Mask<W> ok = m & (facing > Float<W>(1e-6f)) & (facing * d > blur) & in_emission_cone(flags, facing);
     s.wi = select(m, wi, s.wi);
     s.distance = select(m, d * Float<W>(0.9999f), s.distance);
     s.radiance = bsdf::select(m, emission_spectrum(scene, get[9], get[10], get[11], get[12], l), s.radiance);

@@ -227,6 +227,7 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
     view.emitters = in.store->emitters().data();
     view.bvh = in.bvh;
     view.instanced = in.instanced;
+    view.aov_is_color = in.aov_is_color;
     for (const auto& program : in.store->programs())
         view.materials.emplace_back(program);
     for (const auto& m : view.materials)

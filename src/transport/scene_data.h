@@ -26,6 +26,7 @@ struct SceneInputs {
     Transform render_from_world;
     CameraView camera;
     std::span<const float> filter_x, filter_y, filter_weight_x, filter_weight_y;
+    std::vector<bool> aov_is_color; // SceneView has the same
     int max_depth = 8;
     uint32_t seed = 0;
 };

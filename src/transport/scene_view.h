@@ -65,6 +65,9 @@ struct SceneView {
     std::vector<bsdf::MaterialCode> materials; // by program
     bool dispersive = false;
     bool instanced = false;
+    // Channels of the output variables that displays ask for, three to each; which of them count as colours
+    // (filtered with the picture) and not as data (a mean over what was hit).
+    std::vector<bool> aov_is_color;
 
     bsdf::UpliftView uplift;
     WavelengthTable wavelengths;

@@ -88,6 +88,12 @@ void finish(const SceneView& scene, const BatchState& batch, int count, const Ba
                 std::memcpy(&id, hit + BatchState::Id, sizeof id);
                 p.id = float(id);
             }
+            for (size_t a = 0; a < scene.aov_is_color.size(); a++) {
+                const float value = batch.aovs[a * BatchPadded + size_t(at)];
+                request
+                    .aovs[(size_t(y) * size_t(request.stride) + size_t(x)) * scene.aov_is_color.size() + a] +=
+                    finite((scene.aov_is_color[a] ? w : met) * value);
+            }
         }
     }
     counts.paths += uint64_t(count);

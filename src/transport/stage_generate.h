@@ -26,6 +26,7 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
     const int width = request.x1 - request.x0, count = width * (request.y1 - request.y0);
     const uint32_t reversed = reverse_bits_scalar(request.progression);
     const CameraView& cam = scene.camera;
+    std::fill(batch.aovs.begin(), batch.aovs.end(), 0.0f);
     for (int first = 0; first < count; first += W) {
         const I index = I::lane_index() + I(first);
         // Lanes past the end repeat the last pixel; nobody reads them.

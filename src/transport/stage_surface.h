@@ -31,10 +31,12 @@ class SurfaceStage {
         const I slot = select(active, I::load(order), I(order[0]));
         Hit h(*this, code, slot);
         shade_interior(h);
+        if (m_bounce == 0 && code.filter.word >= 0)
+            look_through_atmosphere(h, active, code);
         if (any(h.shape.emitter >= I(0)))
             add_emission(h, active & (h.shape.emitter >= I(0)));
         if (m_bounce == 0)
-            record_first_hit(h, active);
+            record_first_hit(h, active, code);
         if (m_bounce >= m_scene.max_depth || code.leaves == 0)
             return;
         const V wo_world = -h.d;
@@ -164,6 +166,14 @@ class SurfaceStage {
         }
     }
 
+    // What lies between the camera and what it sees first: affine in the surface's radiance, as the shading
+    // system found it at the vertices.
+    void look_through_atmosphere(Hit& h, M m, const bsdf::MaterialCode& code) {
+        const F weight = F(1.0f) / sum_of_ratios(m_scene, m_paths, h.slot);
+        add_radiance(m_batch, h.path, h.beta * h.fetch.amount(code.glow) * weight, m);
+        h.beta = h.beta * h.fetch.color(code.filter);
+    }
+
     void add_emission(const Hit& h, M m) {
         // Only the outside shines.
         m &= h.outside;
@@ -171,6 +181,7 @@ class SurfaceStage {
             return;
         const I e = select(m, h.shape.emitter + h.place.triangle, I(0));
         const auto data = load_rows<sizeof(store::Emitter) / 4>(m_scene.emitters, e << 4);
+        m &= in_emission_cone(bitcast_int(data[15]), h.raw_cos_outside);
         const S radiance = emission_spectrum(m_scene, data[9], data[10], data[11], data[12], h.l);
         const F density = h.ray[PathState::AskEmitters] * gather(m_scene.emitter_density.data(), e) * h.t *
                           h.t / max(h.raw_cos_outside, F(1e-6f));
@@ -290,12 +301,16 @@ class SurfaceStage {
             add_radiance(m_batch, h.path, S(F(std::numeric_limits<float>::quiet_NaN())), m);
     }
 
-    void record_first_hit(const Hit& h, M m) {
+    void record_first_hit(const Hit& h, M m, const bsdf::MaterialCode& code) {
         const V n = select(h.outside, h.N, -h.N);
         const F zero(0.0f), one(1.0f);
         const Row<W, 12> row{n.x, n.y, n.z,  h.t, h.P.x, h.P.y, h.P.z, bitcast_float(h.shape.object_id),
                              one, one, zero, zero}; // from BatchState::Normal on
         store_rows(m_batch.first[0] + BatchState::Normal, h.path << 4, row, m);
+        for (const bsdf::MaterialCode::Aov& aov : code.aovs)
+            for (int c = 0; c < aov.components; c++)
+                scatter(m_batch.aovs.data() + size_t(aov.channel + c) * BatchPadded, h.path,
+                        h.fetch.exact(aov.places[c]), m);
     }
     void record_albedo(const Hit& h, M m, const S& albedo) {
         store_rows(m_batch.first[0] + BatchState::Albedo, h.path << 4,

@@ -56,6 +56,13 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     )
     picture.add_argument("--max-depth", type=types.natural, metavar="N", help="scattering events of a path")
     picture.add_argument("--integrator", metavar="NAME", help=", ".join(kanuka.integrator_names()))
+    picture.add_argument(
+        "--aov",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="output parameter of surface shaders, a layer more in the EXR; any number of times",
+    )
     picture.add_argument("--seed", type=types.natural, metavar="N", help="another seed, another noise")
     color = parser.add_argument_group("colour", "over what the scene says; docs/color.md")
     color.add_argument("--color-space", metavar="NAME", help="of the scene's RGB: rec709, rec2020, acescg")
@@ -112,6 +119,7 @@ def render(arguments: argparse.Namespace, started: float, interruption: Interrup
         max_depth=arguments.max_depth,
         integrator=arguments.integrator,
         seed=arguments.seed,
+        aovs=arguments.aov,
         lanes=arguments.lanes,
         progress=bar.update,
         journal=scene.journal,

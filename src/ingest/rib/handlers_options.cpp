@@ -196,6 +196,17 @@ void display(Context& c, Call& call) {
     displays.push_back(std::move(d));
 }
 
+// What a display names by this is an output parameter of shaders, which say themselves what it is.
+void display_channel(Context& c, Call& call) {
+    scene::ValueList& user = c.options.options.user;
+    scene::Value channel;
+    channel.name = "displaychannel:" + call.text(0);
+    channel.type = scene::Type::String;
+    channel.strings = std::vector<std::string>{call.text(0)};
+    channel.where = call.where;
+    user.set(std::move(channel));
+}
+
 void hider(Context& c, Call& call) {
     scene::ValueList& user = c.options.options.user;
     keep_text(user, "hider", call.text(0));
