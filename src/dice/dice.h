@@ -18,7 +18,8 @@ struct DicingCamera {
     float pixels_per_tangent = 0; // perspective: pixels per unit of tangent; orthographic: pixels per unit
     float near_clip = 1e-4f;
     int width = 0, height = 0;
-    // Primitives outside the frustum are diced too (rays reach them), ever coarser away from it.
+    // Primitives outside the frustum are diced too (rays reach them), but coarser: 0 = they are not, 1 = as
+    // usual.
     float offscreen_falloff = 1;
 };
 

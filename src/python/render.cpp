@@ -136,6 +136,7 @@ Picture render(std::shared_ptr<Scene> scene, const render::Overrides& given, nb:
     // The gamma of Exposure stands for the display's; a PNG has its own transfer, sRGB, which takes its
     // place.
     picture.exposure_gamma = 1;
+    picture.display = color::find_display(s.options.color.display).value_or(color::Display::Srgb);
 
     Supervisor supervisor(callback);
     render::Result result;

@@ -7,7 +7,9 @@
 
 #include "base/tasks.h"
 #include "render/aovs.h"
+#include "render/color_setup.h"
 #include "render/geometry.h"
+#include "shade/lights.h"
 #include "transport/kernel.h"
 #include "transport/scene_data.h"
 
@@ -20,7 +22,7 @@ namespace kanuka::render {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr int BucketSize = 32; // pixels a side: one transport batch
+constexpr int BucketSize = 16; // pixels a side: one transport batch
 
 struct Window {
     int x0, y0, x1, y1;
@@ -145,7 +147,9 @@ class BatchSession {
     }
 
     void build() {
+        m_color = make_color_setup(m_scene, m_options, m_journal);
         shade::ShadingOptions so;
+        so.palette = m_color.palette.get();
         so.shader_path = m_options.shader_path;
         so.texture_path = m_options.texture_path;
         so.standard_shaders = m_standard_shaders;
@@ -154,8 +158,8 @@ class BatchSession {
         so.camera_from_render = m_camera_from_render;
         so.aovs = m_aovs.names();
         m_shading = shade::ShadingSystem::create(so, m_scene, m_journal, m_stats);
-        m_geometry = build_geometry(
-            {m_scene, *m_shading, m_dice, m_render_from_world, m_journal, m_stats, m_progress});
+        m_geometry = build_geometry({m_scene, *m_shading, *m_color.palette, m_dice, m_render_from_world,
+                                     m_journal, m_stats, m_progress});
         {
             const ScopedTimer timer(m_stats.time.bvh_s);
             m_progress.update("build", 0);
@@ -174,6 +178,10 @@ class BatchSession {
         in.lights = m_scene.lights;
         for (scene::Light& l : m_shading->lights(m_scene.light_shaders, world_bounds()))
             in.lights.push_back(std::move(l));
+        for (scene::Light& l : in.lights)
+            shade::resolve_light_color(l, *m_color.palette, m_color.folders, m_journal);
+        in.palette = m_color.palette.get();
+        in.sensor = &m_color.sensor;
         load_environment(in);
         in.render_from_world = m_render_from_world;
         in.camera = m_camera;
@@ -222,10 +230,19 @@ class BatchSession {
                 in.map.width = picture.width;
                 in.map.height = picture.height;
                 in.map.rgb.resize(r->data.size() * 3);
+                // A file that names its space is brought to the scene's; others are taken to be in it.
+                const color::Space space = m_color.palette->space();
+                const bool converts = picture.names_space && picture.space != space;
+                const color::Matrix3 matrix = color::convert(picture.space, space);
                 for (size_t i = 0; i < r->data.size(); i++) {
                     in.map.rgb[3 * i] = r->data[i];
                     in.map.rgb[3 * i + 1] = g->data[i];
                     in.map.rgb[3 * i + 2] = b->data[i];
+                    if (converts) {
+                        const Rgb c = color::transform(matrix, {r->data[i], g->data[i], b->data[i]});
+                        for (int k = 0; k < 3; k++)
+                            in.map.rgb[3 * i + size_t(k)] = std::max(c[k], 0.0f);
+                    }
                 }
             } catch (const Error& e) {
                 m_journal.error(light.where, "the environment picture \"" + light.texture +
@@ -317,6 +334,10 @@ class BatchSession {
         picture.full_height = m_options.height;
         picture.x0 = m_window.x0;
         picture.y0 = m_window.y0;
+        picture.space = m_color.sensor.output;
+        const float exposure = float(m_color.exposure.factor());
+        if (m_color.exposure.physical())
+            picture.white_luminance = 1 / exposure;
         struct Out {
             const char* name;
             bool half;
@@ -343,7 +364,7 @@ class BatchSession {
                 const float h = s.hits > 0 ? 1 / s.hits : 0;
                 auto put = [&, c = 0](float v) mutable { picture.channels[size_t(c++)].data[i] = v; };
                 for (float v : s.rgb)
-                    put(v * n);
+                    put(v * n * exposure);
                 put(std::clamp(s.alpha * n, 0.0f, 1.0f));
                 for (float v : s.albedo)
                     put(v * n);
@@ -367,6 +388,7 @@ class BatchSession {
         picture.metadata = {{"kanuka.version", KANUKA_VERSION},
                             {"kanuka.scene", m_scene.file},
                             {"kanuka.integrator", m_options.integrator},
+                            {"kanuka.colorspace", std::string(color::info(picture.space).name)},
                             {"kanuka.progressions", std::to_string(least)},
                             {"kanuka.shutter", std::to_string(m_options.shutter_open) + " " +
                                                    std::to_string(m_options.shutter_close)},
@@ -382,6 +404,7 @@ class BatchSession {
     std::string m_standard_shaders;
     scene::Options m_options;
     float m_shading_rate;
+    ColorSetup m_color;
     int m_progressions;
     Window m_window;
     Clock::time_point m_start;

@@ -40,6 +40,7 @@ class MaterialImpl final : public Material {
     struct Own {
         Spaces spaces;
         Rgb color{1, 1, 1}, opacity{1, 1, 1};
+        Rgb emission{0, 0, 0}; // of an area light
         bool varying_color_or_opacity = false;
         Transform displacement_from_shader; // current_from_shader of the displacement shader
         Transform atmosphere_from_shader, area_light_from_shader;

@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "base/stats.h"
 #include "base/vec.h"
+#include "color/palette.h"
 #include "grid/grid.h"
 #include "grid/layering.h"
 #include "scene/scene.h"
@@ -24,6 +25,7 @@ struct ShadingOptions {
     std::string cache_dir;                  // empty = default
     int lanes = 0;                          // 0 = widest
     size_t texture_bytes = size_t(1) << 30; // memory for texture tiles
+    color::Palette* palette = nullptr;      // takes the measured spectra that materials name; must outlive
     Transform render_from_world;            // "world" and "camera" spaces for shaders
     Transform camera_from_render;
     std::vector<std::string> aovs; // output parameters that displays ask for: programs have them where

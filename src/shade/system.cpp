@@ -75,11 +75,13 @@ class SystemImpl final : public ShadingSystem {
   public:
     SystemImpl(const ShadingOptions& options, const scene::Scene& scene, Journal& journal,
                CompileShader compile)
-        : m_journal(journal), m_compile(std::move(compile)),
+        : m_journal(journal), m_palette(options.palette), m_compile(std::move(compile)),
           m_shader_folders(search_folders(options.shader_path, scene.file, options.standard_shaders)),
           m_textures(search_folders(options.texture_path, scene.file, ""), options.texture_bytes, journal),
           m_render_from_world(options.render_from_world), m_options(scene.options), m_camera(scene.camera),
           m_world_spaces(scene, options.camera_from_render * options.render_from_world) {
+        if (m_palette)
+            m_textures.set_space(m_palette->space());
         m_compile_options.lanes = options.lanes;
         m_compile_options.cache_dir = options.cache_dir;
         m_compile_options.include_path = m_shader_folders;
@@ -101,6 +103,8 @@ class SystemImpl final : public ShadingSystem {
     std::optional<std::string> find(const scene::ShaderRef& ref) const;
     Loaded load(const scene::ShaderRef& ref, sl::ShaderKind wanted, bool area_light = false);
     std::optional<scene::Light> run_light(const scene::ShaderRef& ref, const Bounds3f& lit);
+    scene::ShaderRef with_measured_colors(const scene::ShaderRef& ref, const sl::Shader& shader);
+    Rgb measured_color(const std::string& name, const Rgb& instead, const Location& where);
     Bound bind(const std::optional<scene::ShaderRef>& ref, sl::ShaderKind wanted,
                const scene::Primitive& primitive, const Spaces& spaces);
     std::shared_ptr<const MaterialCore> core(const BoundShaders& bound, const scene::Attributes& attributes,
@@ -108,6 +112,7 @@ class SystemImpl final : public ShadingSystem {
     uint64_t hash(const std::string& key, const BoundShaders& bound) const;
 
     Journal& m_journal;
+    color::Palette* m_palette;
     CompileShader m_compile;
     sl::CompileOptions m_compile_options;
     std::vector<std::string> m_shader_folders;
@@ -196,6 +201,34 @@ SystemImpl::Loaded SystemImpl::load(const scene::ShaderRef& ref, sl::ShaderKind 
     return nullptr;
 }
 
+// A colour that is given as a text is a spectrum: the RGB that stands for it in the palette.
+scene::ShaderRef SystemImpl::with_measured_colors(const scene::ShaderRef& ref, const sl::Shader& shader) {
+    scene::ShaderRef result = ref;
+    if (!m_palette)
+        return result;
+    for (scene::Value& v : result.parameters.values) {
+        if (v.type != scene::Type::String || v.strings.empty())
+            continue;
+        for (const sl::Parameter& p : shader.parameters())
+            if (p.name == v.name && p.type == sl::Type::Color && p.array_size <= 0) {
+                const Rgb rgb =
+                    measured_color(v.strings[0], Rgb(0.5f), v.where.line > 0 ? v.where : ref.where);
+                v.type = scene::Type::Color;
+                v.floats = std::vector<float>{rgb.x, rgb.y, rgb.z};
+            }
+    }
+    return result;
+}
+
+Rgb SystemImpl::measured_color(const std::string& name, const Rgb& instead, const Location& where) {
+    try {
+        return m_palette->add_named(name, m_textures.folders());
+    } catch (const Error& e) {
+        m_journal.error(where, std::string(e.what()) + ". The plain colour stands in for it");
+        return instead;
+    }
+}
+
 Bound SystemImpl::bind(const std::optional<scene::ShaderRef>& ref, sl::ShaderKind wanted,
                        const scene::Primitive& primitive, const Spaces& spaces) {
     Bound bound;
@@ -204,7 +237,8 @@ Bound SystemImpl::bind(const std::optional<scene::ShaderRef>& ref, sl::ShaderKin
         return bound;
     bound.shader = load(*ref, wanted, wanted == sl::ShaderKind::Light);
     if (bound.shader)
-        bound.arguments = bind_arguments(*bound.shader, *ref, primitive.primvars, spaces, m_journal);
+        bound.arguments = bind_arguments(*bound.shader, with_measured_colors(*ref, *bound.shader),
+                                         primitive.primvars, spaces, m_journal);
     return bound;
 }
 
@@ -219,7 +253,7 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(const BoundShaders& bound,
         key += serialize(b->arguments) + ";";
     }
     if (attributes.area_light)
-        append(key, light_amount(*attributes.area_light));
+        append(key, own.emission);
     append(key, char((attributes.area_light ? 1 : 0) | (coverage.varying_color ? 2 : 0) |
                      (coverage.has_presence ? 4 : 0) | (coverage.varying_presence ? 8 : 0)));
     {
@@ -256,7 +290,7 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(const BoundShaders& bound,
         core->presence_slot = core->program.presence =
             add_presence_slot(core->program, !coverage.varying_presence);
     if (attributes.area_light) {
-        core->emission = light_amount(*attributes.area_light);
+        core->emission = own.emission;
         core->emission_slot = add_emission(core->program);
         if (bound.area_light.shader)
             core->area_light = instantiate(bound.area_light, own.area_light_from_shader);
@@ -331,6 +365,14 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
     own.area_light_from_shader = shader_space(attributes.area_light);
     own.color = attributes.color;
     own.opacity = attributes.opacity;
+    if (m_palette) {
+        if (const std::string measured = attributes.user.get_string("color:spectrum", ""); !measured.empty())
+            own.color = measured_color(measured, own.color, primitive.where);
+        if (attributes.area_light)
+            own.emission =
+                area_light_amount(*attributes.area_light, m_palette, m_textures.folders(), m_journal);
+    } else if (attributes.area_light)
+        own.emission = light_amount(*attributes.area_light);
     DefaultSurface coverage;
     const auto take_primvar = [&](const char* name, Rgb& constant, bool& varying) {
         const scene::Value* v = primitive.primvars.find(name);

@@ -16,20 +16,20 @@ struct ShapeLanes {
 
     ShapeLanes(const int32_t* shapes, Int<W> shape) {
         using R = store::ShapeRecord;
-        const Int<W> at = shape * Int<W>(store::ShapeWords);
-        const auto get = [&](size_t offset) { return gather(shapes + offset / 4, at); };
+        const auto row = load_rows<store::ShapeWords>(shapes, shape * Int<W>(store::ShapeWords));
+        const auto get = [&](size_t offset) { return bitcast_int(row[offset / 4]); };
         flags = get(offsetof(R, flags));
         slot_table = get(offsetof(R, slot_table));
         positions = get(offsetof(R, positions));
         mu = get(offsetof(R, mu));
         mv = get(offsetof(R, mv));
+        steps = get(offsetof(R, steps));
         nu = get(offsetof(R, nu));
         nv = get(offsetof(R, nv));
         indices = get(offsetof(R, indices));
         emitter = get(offsetof(R, emitter));
+        object_id = get(offsetof(R, object_id));
         interior = get(offsetof(R, interior));
-        if (any((flags & Int<W>(R::Collapsed)) != Int<W>(0)))
-            steps = get(offsetof(R, steps));
     }
     Mask<W> has(int flag) const { return (flags & Int<W>(flag)) != Int<W>(0); }
 };
@@ -128,9 +128,9 @@ struct HitPlace {
         const Mask<W> quads = mesh & s.has(store::ShapeRecord::Quads);
         const I zero_i(0);
         const I base = select(mesh, s.indices + prim * select(quads, I(4), I(3)), zero_i);
-        const I v0 = gather(scene.words, base), v1 = gather(scene.words, base + I(1));
-        const I v2 = gather(scene.words, base + I(2)),
-                v3 = gather(scene.words, base + select(quads, I(3), I(2)));
+        const auto face = load_rows<4>(scene.words, base); // a triangle's fourth is not looked at
+        const I v0 = bitcast_int(face[0]), v1 = bitcast_int(face[1]), v2 = bitcast_int(face[2]),
+                v3 = bitcast_int(face[3]);
         const Mask<W> second = quads & (u + v > one);
         // Quads split into (v0, v1, v3) and (v2, v3, v1); triangles are (v0, v1, v2).
         const I p0 = select(second, v2, v0), p1 = select(second, v3, v1);
@@ -168,9 +168,8 @@ class InputFetch {
         const Mask<W> constant = stride == Int<W>(0);
         Float<W> c0, c1, c2, scale(1.0f);
         if (any(constant)) {
-            const Int<W> at = kanuka::select(constant, base, Int<W>(0));
-            c0 = gather(m_scene.floats, at), c1 = gather(m_scene.floats + 1, at);
-            c2 = gather(m_scene.floats + 2, at), scale = gather(m_scene.floats + 3, at);
+            const auto c = load_rows<4>(m_scene.floats, kanuka::select(constant, base, Int<W>(0)));
+            c0 = c[0], c1 = c[1], c2 = c[2], scale = c[3];
         }
         if (!all(constant)) {
             Float<W> v0, v1, v2;
@@ -179,7 +178,8 @@ class InputFetch {
             c2 = kanuka::select(constant, c2, v2);
             scale = kanuka::select(constant, scale, Float<W>(1.0f));
         }
-        return bsdf::sigmoid_spectrum(c0, c1, c2, m_l) * scale;
+        const Spectrum<W> s = bsdf::sigmoid_spectrum(c0, c1, c2, m_l) * scale;
+        return m_scene.spectra.empty() ? s : select_measured(m_scene, c0, c1, scale, m_l, s);
     }
 
     Float<W> number(const bsdf::MaterialCode::Place& input) const {
@@ -251,8 +251,8 @@ class InputFetch {
         const Mask<W> constant = stride == Int<W>(0);
         Vec3<Float<W>> n{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
         if (any(constant)) {
-            const Int<W> at = kanuka::select(constant, base, Int<W>(0));
-            n = {gather(m_scene.floats, at), gather(m_scene.floats + 1, at), gather(m_scene.floats + 2, at)};
+            const auto c = load_rows<4>(m_scene.floats, kanuka::select(constant, base, Int<W>(0)));
+            n = {c[0], c[1], c[2]};
         }
         if (!all(constant)) {
             Vec3<Float<W>> sum{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
@@ -269,9 +269,10 @@ class InputFetch {
 
   private:
     void entry(int word, Int<W>& base, Int<W>& stride) const {
-        const Int<W> at = m_table + Int<W>(2 * word);
-        base = gather(m_scene.words, at);
-        stride = gather(m_scene.words, at + Int<W>(1));
+        const auto row =
+            load_rows<4>(m_scene.words, m_table + Int<W>(2 * word)); // and the next entry, or inputs
+        base = bitcast_int(row[0]);
+        stride = bitcast_int(row[1]);
     }
 
     Vec3<Float<W>> interpolate_rgb11(Int<W> base, Int<W> stride, Mask<W> constant) const {

@@ -33,6 +33,14 @@ static bool color_of(Context& c, const Call& call, Rgb& rgb) {
 
 void color(Context& c, Call& call) {
     Rgb rgb;
+    if (!c.attributes.shared->user.get_string("color:spectrum", "")
+             .empty()) { // a plain colour takes its place
+        Value none;
+        none.name = "color:spectrum";
+        none.type = scene::Type::String;
+        none.strings = std::vector<std::string>{""};
+        c.attributes.edit(FieldUser).user.set(std::move(none));
+    }
     if (color_of(c, call, rgb) && !(c.attributes.shared->color == rgb && (c.attributes.set & FieldColor)))
         c.attributes.edit(FieldColor).color = rgb;
 }

@@ -173,7 +173,7 @@ TEST(RibAttributes, StackAndValues) {
         "Matte 1\nAttribute \"identifier\" \"name\" [\"ball\"] \"uniform string shadinggroup\" \"a\"\n"
         "Attribute \"displacementbound\" \"sphere\" [0.25] \"coordinatesystem\" [\"shader\"]\n"
         "Attribute \"visibility\" \"integer camera\" [0] Attribute \"dice\" \"integer flatness\" 0\n"
-        "TextureCoordinates 0 0 2 0 0 2 2 2 Translate 1 0 0 Displacement \"bumpy\" Interior \"fog\"\n"
+        "TextureCoordinates 0 0 2 0 0 2 2 2 Translate 1 0 0 Displacement \"bumpy\" Atmosphere \"fog\"\n"
         "Sphere 1 -1 1 360 AttributeEnd\nTransformBegin Translate 5 0 0 Color 0 0 1 TransformEnd "
         "Sphere 1 -1 1 360"));
     EXPECT_TRUE(r.says("Interior \"fog\" is kept with the scene")); // and nothing else is said
@@ -195,7 +195,7 @@ TEST(RibAttributes, StackAndValues) {
     EXPECT_EQ(a.surface->parameters.get_float("Kd", 0), 0.5f);
     EXPECT_EQ(a.displacement->name, "bumpy");
     expect_point(a.displacement->world_from_shader.point({0, 0, 0}), 1, 0, 0);
-    EXPECT_EQ(a.interior->name, "fog");
+    EXPECT_EQ(a.atmosphere->name, "fog");
     const scene::Attributes& b = *r.primitive(1).attributes;
     EXPECT_EQ(b.color, Rgb(0, 0, 1)); // TransformEnd restores the transformation alone
     EXPECT_EQ(b.name, "");
