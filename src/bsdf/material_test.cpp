@@ -71,7 +71,6 @@ struct TreeFetch {
         return s;
     }
     Float<W> number(const MaterialCode::Place& p) const { return Float<W>(value(p).x); }
-    Float<W> mean_color(const MaterialCode::Place& p) const { return mean(color(p)); }
 };
 
 template <int W>
@@ -82,7 +81,7 @@ void wavelengths(Float<W> l[Wavelengths]) {
 
 template <int W>
 Vec3<Float<W>> seen_from(float cosine) {
-    return LobeCase{LobeId::LambertBrdf, 0, 1, cosine}.wo<W>();
+    return LobeCase{LobeId::LambertBrdf, {}, cosine}.wo<W>();
 }
 
 struct Energy {
@@ -94,7 +93,7 @@ Energy scattered(const Tree& tree, float cosine, bool outside = true, int count 
     const MaterialCode code(tree.program);
     F8 l[Wavelengths];
     wavelengths<8>(l);
-    const Material<8> material(code, TreeFetch<8>(tree), Mask<8>(outside), F8(cosine), l);
+    const Material<8> material(code, TreeFetch<8>(tree), Mask<8>(outside), seen_from<8>(cosine), l);
     const V8 wo = seen_from<8>(cosine);
     Uniform u(17);
     RunningMean mean[Wavelengths];
@@ -252,7 +251,7 @@ TEST(Material, BlackIsBlack) {
     const MaterialCode code(t.program);
     F8 l[Wavelengths];
     wavelengths<8>(l);
-    EXPECT_TRUE(all(Material<8>(code, TreeFetch<8>(t), Mask<8>(true), F8(0.5f), l).black()));
+    EXPECT_TRUE(all(Material<8>(code, TreeFetch<8>(t), Mask<8>(true), seen_from<8>(0.5f), l).black()));
 }
 
 // The mixture's density is what its samples have: f / pdf over samples is the integral of f, for lobes that
@@ -267,7 +266,7 @@ TEST(Material, MixturesIntegrate) {
         const MaterialCode code(t.program);
         F8 l[Wavelengths];
         wavelengths<8>(l);
-        const Material<8> material(code, TreeFetch<8>(t), Mask<8>(true), F8(cosine), l);
+        const Material<8> material(code, TreeFetch<8>(t), Mask<8>(true), seen_from<8>(cosine), l);
         const Energy e = scattered(t, cosine, true, 20000);
         for (int w = 0; w < Wavelengths; w++) {
             double sum = 0;
@@ -287,8 +286,8 @@ TEST(Material, InsideOfGlass) {
     F8 l[Wavelengths];
     wavelengths<8>(l);
     const float cosine = 0.7f; // 45.6 degrees
-    const Material<8> inside(code, TreeFetch<8>(t), Mask<8>(false), F8(cosine), l);
-    const Material<8> outside(code, TreeFetch<8>(t), Mask<8>(true), F8(cosine), l);
+    const Material<8> inside(code, TreeFetch<8>(t), Mask<8>(false), seen_from<8>(cosine), l);
+    const Material<8> outside(code, TreeFetch<8>(t), Mask<8>(true), seen_from<8>(cosine), l);
     Uniform u(4);
     int through = 0;
     for (int i = 0; i < 100; i++) {
@@ -333,7 +332,7 @@ TEST(Material, LaneCountsAgree) {
         constexpr int W = decltype(width)::value;
         Float<W> l[Wavelengths];
         wavelengths<W>(l);
-        const Material<W> material(code, TreeFetch<W>(t), Mask<W>(true), Float<W>(0.6f), l);
+        const Material<W> material(code, TreeFetch<W>(t), Mask<W>(true), seen_from<W>(0.6f), l);
         Uniform u(8);
         std::vector<float> out;
         for (int i = 0; i < 4096 / W; i++) {

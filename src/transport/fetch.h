@@ -172,11 +172,19 @@ class InputFetch {
             c2 = gather(m_scene.floats + 2, at), scale = gather(m_scene.floats + 3, at);
         }
         if (!all(constant)) {
-            Float<W> v0, v1, v2;
-            bsdf::uplift(m_scene.uplift, interpolate_rgb11(base, stride, constant), v0, v1, v2);
+            Float<W> v0, v1, v2, m(1.0f);
+            Vec3<Float<W>> rgb;
+            if (input.wide) { // twice the largest component, to stay where spectra are smooth, as encode.cpp
+                rgb = interpolate_wide(base, constant);
+                m = max(max(max(rgb.x, rgb.y), rgb.z) * Float<W>(2.0f), Float<W>(1e-20f));
+                rgb = rgb * (Float<W>(1.0f) / m);
+            } else {
+                rgb = interpolate_rgb11(base, stride, constant);
+            }
+            bsdf::uplift(m_scene.uplift, rgb, v0, v1, v2);
             c0 = kanuka::select(constant, c0, v0), c1 = kanuka::select(constant, c1, v1),
             c2 = kanuka::select(constant, c2, v2);
-            scale = kanuka::select(constant, scale, Float<W>(1.0f));
+            scale = kanuka::select(constant, scale, m);
         }
         return bsdf::sigmoid_spectrum(c0, c1, c2, m_l) * scale;
     }
@@ -203,13 +211,19 @@ class InputFetch {
         return r;
     }
 
-    // A colour whose mean is meant (a roughness given as one); constants hold spectra, so those are averaged.
-    Float<W> mean_color(const bsdf::MaterialCode::Place& input) const { return mean(color(input)); }
-
     // The shading normal, in the space of the shape; zero where the shape has none.
     Vec3<Float<W>> normal(const ShapeLanes<W>& shape) const {
+        const Vec3<Float<W>> zero{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
+        return kanuka::select(shape.has(store::ShapeRecord::HasNormals), direction(m_code.words), zero);
+    }
+    // The direction of dPdu, likewise; of programs that need it.
+    Vec3<Float<W>> tangent() const { return direction(m_code.words + 1); }
+
+  private:
+    // A unit vector that follows the words of the record.
+    Vec3<Float<W>> direction(int word) const {
         Int<W> base, stride;
-        entry(m_code.words, base, stride);
+        entry(word, base, stride);
         const Mask<W> constant = stride == Int<W>(0);
         Vec3<Float<W>> n{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
         if (any(constant)) {
@@ -224,12 +238,9 @@ class InputFetch {
             }
             n = kanuka::select(constant, n, sum);
         }
-        const Mask<W> has = shape.has(store::ShapeRecord::HasNormals);
-        const Vec3<Float<W>> zero{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
-        return kanuka::select(has, n, zero);
+        return n;
     }
 
-  private:
     void entry(int word, Int<W>& base, Int<W>& stride) const {
         const Int<W> at = m_table + Int<W>(2 * word);
         base = gather(m_scene.words, at);
@@ -246,6 +257,21 @@ class InputFetch {
             const Float<W> g = Float<W>((word >> 11) & Int<W>(2047)) * Float<W>(1 / 2047.0f);
             const Float<W> b = Float<W>(word >> 22) * Float<W>(1 / 1023.0f);
             sum += Vec3<Float<W>>(r * r, g * g, b * b) * m_place.weight[k];
+        }
+        return sum;
+    }
+
+    // Shared exponents (store/quantize.h): 2^(e - 24), put together as a float.
+    Vec3<Float<W>> interpolate_wide(Int<W> base, Mask<W> constant) const {
+        Vec3<Float<W>> sum{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
+        for (int k = 0; k < 4; k++) {
+            const Int<W> word =
+                gather(m_scene.words, kanuka::select(constant, Int<W>(0), base + m_place.vertex[k]));
+            const Float<W> unit =
+                bitcast_float((((word >> 27) & Int<W>(31)) + Int<W>(103)) << 23) * m_place.weight[k];
+            sum += Vec3<Float<W>>(Float<W>(word & Int<W>(511)), Float<W>((word >> 9) & Int<W>(511)),
+                                  Float<W>((word >> 18) & Int<W>(511))) *
+                   unit;
         }
         return sum;
     }

@@ -29,7 +29,7 @@ void add_lamp(TestScene& s) {
 }
 
 // Light from the lamp off the floor, at the middle of each pixel, by a sum over the lamp.
-double quadrature(TestScene& s, const bsdf::LobeInputs<1>& in, grid::LobeId id) {
+double quadrature(TestScene& s, bsdf::LobeInputs<1> in, grid::LobeId id) {
     const CameraView& c = s.inputs.camera;
     double total = 0;
     const Vec3f n = normalize(cross(LampX, LampY));
@@ -52,6 +52,9 @@ double quadrature(TestScene& s, const bsdf::LobeInputs<1>& in, grid::LobeId id) 
                                      LampY * ((float(j) + 0.5f) * 2 / N - 1) - hit;
                     const float d2 = dot(to, to);
                     const Vec3f w = to * (1 / std::sqrt(d2));
+                    const Float<1> l[bsdf::Wavelengths] = {Float<1>(0.2f), Float<1>(0.4f), Float<1>(0.6f),
+                                                           Float<1>(0.8f)};
+                    bsdf::prepare_lobe(id, in, wo, Mask<1>(true), l);
                     const auto f =
                         bsdf::eval_lobe<1>(id, in, wo, {Float<1>(w.x), Float<1>(w.z), Float<1>(w.y)});
                     sum += 8 * double(f.f[0][0]) * std::max(0.0, double(-dot(w, n))) / double(d2);
@@ -67,8 +70,9 @@ double quadrature(TestScene& s, const bsdf::LobeInputs<1>& in, grid::LobeId id) 
 TEST(Mis, GlossyFloorUnderALamp) {
     for (float roughness : {0.25f, 0.45f, 0.8f}) {
         bsdf::LobeInputs<1> in;
-        in.a = in.b = bsdf::Spectrum<1>(Float<1>(1.0f));
-        in.alpha = Float<1>(roughness * roughness);
+        for (auto& color : in.color)
+            color = bsdf::Spectrum<1>(Float<1>(1.0f));
+        in.number[0] = Float<1>(roughness);
         for (bool instanced : {false, true}) {
             TestScene s;
             add_glossy_floor(s, metal(roughness));
