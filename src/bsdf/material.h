@@ -13,6 +13,7 @@
 namespace kanuka::bsdf {
 
 inline constexpr int MaxNodes = 32, MaxLobes = 16, MaxInputs = 10;
+inline constexpr int CoatTransmittance = 8; // the input of MicrofacetDielectricBrdf
 
 // The layering program, flattened for lanes. Host data, one per program, read by every hit.
 struct MaterialCode {
@@ -31,12 +32,14 @@ struct MaterialCode {
         int input_count = 0;
         uint32_t given = 0, colors = 0; // bits by input: given at all; colours
         bool need_albedo = false;       // below the upper side of a coat
+        int absorber = -1;              // coats: leaf of the upper layer, if it absorbs what crosses it
     };
     std::vector<Node> nodes; // post-order
     int leaves = 0;
     int words = 0; // of a vertex record; the normal's table entry follows
     bool dispersive = false, transmits = false, has_coat = false;
     bool has_tangent = false; // its table entry follows the normal's
+    bool absorbs = false;     // a coat takes from what crosses it
 
     explicit MaterialCode(const grid::LayeringProgram& program) {
         const grid::WordLayout layout(program);
@@ -74,9 +77,16 @@ struct MaterialCode {
         }
         if (nodes.size() > size_t(MaxNodes) || leaves > MaxLobes)
             throw std::length_error("a material has more than 16 lobes or 32 nodes");
-        for (const Node& n : nodes)
-            if (n.op == grid::LayerOp::Coat)
+        for (Node& n : nodes)
+            if (n.op == grid::LayerOp::Coat) {
                 mark_albedo(n.upper);
+                const Node& upper = nodes[size_t(n.upper)];
+                if (upper.op == grid::LayerOp::Lobe && upper.lobe == LobeId::MicrofacetDielectricBrdf &&
+                    upper.given >> CoatTransmittance & 1) {
+                    n.absorber = upper.leaf;
+                    absorbs = true;
+                }
+            }
     }
 
   private:
@@ -113,13 +123,16 @@ class Material {
         if (code.has_coat)
             upward_albedo(wo);
         downward_weights();
+        if (code.absorbs)
+            absorb(wo);
         Float<W> total(0.0f);
         for (size_t i = 0; i < code.nodes.size(); i++) {
             const int leaf = code.nodes[i].leaf;
             if (leaf < 0)
                 continue;
-            const Spectrum<W> albedo =
-                m_weight[leaf] * albedo_of_lobe(code.nodes[i].lobe, m_inputs[leaf], wo);
+            Spectrum<W> albedo = m_weight[leaf] * albedo_of_lobe(code.nodes[i].lobe, m_inputs[leaf], wo);
+            if (code.absorbs) // on the way in at 45 degrees, about the mean
+                albedo *= crossing(leaf, Float<W>(0.7f));
             m_albedo += albedo;
             total += m_share[leaf] = max(mean(albedo), Float<W>(0.0f));
             m_lobe[leaf] = code.nodes[i].lobe;
@@ -143,7 +156,7 @@ class Material {
         LobeValue<W> sum{Spectrum<W>(Float<W>(0.0f)), Spectrum<W>(Float<W>(0.0f))};
         for (int k = 0; k < m_code.leaves; k++) {
             const LobeValue<W> v = eval_lobe(m_lobe[k], m_inputs[k], wo, wi);
-            sum.f += v.f * m_weight[k];
+            sum.f += m_code.absorbs ? v.f * m_weight[k] * way_in(k, wi) : v.f * m_weight[k];
             sum.pdf += v.pdf * m_share[k];
         }
         return sum;
@@ -177,7 +190,10 @@ class Material {
                 s.wi = kanuka::select(chosen, one.wi, s.wi);
                 s.valid |= chosen & one.valid;
                 s.delta |= chosen & one.delta;
-                s.value.f = select(chosen & one.delta, one.value.f * m_weight[k], s.value.f);
+                Spectrum<W> f = one.value.f * m_weight[k];
+                if (m_code.absorbs)
+                    f *= way_in(k, one.wi);
+                s.value.f = select(chosen & one.delta, f, s.value.f);
                 s.value.pdf = select(chosen & one.delta, one.value.pdf * m_share[k], s.value.pdf);
             }
             open &= !chosen;
@@ -295,7 +311,54 @@ class Material {
         }
     }
 
+    // Coats that absorb: light crosses the layer along refracted directions, from wo's side and from wi's, so
+    // that the way down counts 1 / cos (Beer and Lambert). What a leaf's light loses: its depth is the sum of
+    // the coats' above it, log2, and bends by the index of the uppermost.
+    void absorb(const Vec3<Float<W>>& wo) {
+        const Float<W> one(1.0f);
+        Spectrum<W> depth[MaxNodes];
+        Float<W> index[MaxNodes];
+        const int root = int(m_code.nodes.size()) - 1;
+        depth[root] = Spectrum<W>(Float<W>(0.0f));
+        index[root] = one;
+        for (int i = root; i >= 0; i--) {
+            const MaterialCode::Node& n = m_code.nodes[size_t(i)];
+            if (n.op == grid::LayerOp::Lobe) {
+                if (n.leaf < 0)
+                    continue;
+                m_depth[n.leaf] = depth[i];
+                m_index[n.leaf] = index[i];
+                const Spectrum<W> out = crossing(n.leaf, wo.z);
+                m_weight[n.leaf] *= out;
+                continue;
+            }
+            for (int child : {n.upper, n.lower})
+                depth[child] = depth[i], index[child] = index[i];
+            if (n.absorber < 0)
+                continue;
+            const LobeInputs<W>& coat = m_inputs[n.absorber];
+            for (int k = 0; k < Wavelengths; k++) { // a coat of weight w lets 1 - w (1 - T) through
+                const Float<W> T = fma(m_node_weight[i], coat.color[1][k] - one, one);
+                depth[n.lower][k] = depth[i][k] - log2(clamp(T, Float<W>(1e-6f), one));
+            }
+            index[n.lower] = max(index[i], coat.eta[0]);
+        }
+    }
+    Spectrum<W> crossing(int leaf, Float<W> cosine) const {
+        const Float<W> one(1.0f), sine2 = max(one - cosine * cosine, Float<W>(0.0f));
+        const Float<W> cos_t = sqrt(max(one - sine2 / (m_index[leaf] * m_index[leaf]), Float<W>(1e-4f)));
+        Spectrum<W> t;
+        for (int k = 0; k < Wavelengths; k++)
+            t[k] = exp2(-(m_depth[leaf][k] / cos_t));
+        return t;
+    }
+    Spectrum<W> way_in(int leaf, const Vec3<Float<W>>& wi) const { // what leaves below crosses no coat again
+        return select(wi.z > Float<W>(0.0f), crossing(leaf, wi.z), Spectrum<W>(Float<W>(1.0f)));
+    }
+
     const MaterialCode& m_code;
+    Spectrum<W> m_depth[MaxLobes]; // of materials that absorb
+    Float<W> m_index[MaxLobes];
     Float<W> m_node_weight[MaxNodes];
     Spectrum<W> m_node_albedo[MaxNodes];
     LobeInputs<W> m_inputs[MaxLobes];

@@ -188,6 +188,37 @@ TEST(Material, FurnaceOfCoats) {
             }
 }
 
+// A coat that absorbs, over a white base: what is reflected, and what crosses the layer down and up, by
+// quadrature over the way in.
+TEST(Material, AbsorbingCoats) {
+    for (float cosine : Cosines)
+        for (float weight : {1.0f, 0.5f}) {
+            Tree t;
+            const Vec3f through(0.9f, 0.5f, 0.2f);
+            const int a = t.lobe(LobeId::MicrofacetDielectricBrdf,
+                                 {White, Vec3f(1.5f), Vec3f(0.0f), Vec3f(0.0f), Vec3f(0.0f), Vec3f(0.5f),
+                                  Vec3f(0.0f), Vec3f(1.33f), through});
+            const int b = white_lambert(t);
+            t.join(LayerOp::Coat, a, b, weight);
+            const Energy e = scattered(t, cosine, true, 20000);
+            Float<1> unused;
+            const double F = double(fresnel_dielectric(Float<1>(cosine), Float<1>(1.5f), unused)[0]);
+            const auto down = [](double c) { return std::sqrt(1 - (1 - c * c) / 2.25); };
+            for (int w = 0; w < 3; w++) {
+                const double T = 1 - double(weight) * (1 - double(through[w]));
+                double in = 0;
+                for (int i = 0; i < 1000; i++) {
+                    const double c2 = (i + 0.5) / 1000; // by cos^2
+                    in += std::pow(T, 1 / down(std::sqrt(c2))) / 1000;
+                }
+                const double expected = double(weight) * F +
+                                        (1 - double(weight) * F) * std::pow(T, 1 / down(double(cosine))) * in;
+                EXPECT_NEAR(e.mean[w], expected, 4.5 * e.error + 0.004)
+                    << cosine << " " << weight << " " << w;
+            }
+        }
+}
+
 TEST(Material, FurnaceOfATallTree) {
     for (float cosine : Cosines) {
         Tree t; // coat (varnish, coat (varnish, mix (mirror, over (half Lambert, glass))))

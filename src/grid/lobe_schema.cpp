@@ -89,6 +89,9 @@ const LobeInput dielectric_brdf[] = {
     Tail,
     FilmThickness,
     FilmIor,
+    color_input("transmittance", 1,
+                "of the layer, for light that crosses it once, straight: as the upper layer of a coat, what "
+                "lies below is seen through it, down and up, along refracted ways"),
 };
 const LobeInput dielectric_bsdf[] = {
     color_input(
