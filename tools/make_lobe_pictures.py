@@ -42,9 +42,9 @@ SWEEPS = {
 }
 
 SCENE = """\
-Format 600 130 1
+Format 500 108 1
 Display "balls.png" "file" "rgb"
-PixelSamples 12 12
+PixelSamples 6 6
 ShadingRate 0.5
 Option "searchpath" "string shader" [".:&"]
 Projection "perspective" "fov" [13]

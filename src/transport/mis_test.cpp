@@ -91,6 +91,31 @@ TEST(Mis, GlossyFloorUnderALamp) {
     }
 }
 
+// Grooves run along dPdu, turned by `rotation`: a floor whose u is turned a quarter is one whose grooves are,
+// and neither is the floor itself.
+TEST(Mis, GroovesFollowTheSurface) {
+    const auto floor = [](bool turned, float rotation) {
+        TestScene s;
+        const Lobe grooved{grid::LobeId::MicrofacetConductorBrdf,
+                           {Rgb(1), Rgb(1), Vec3f(0.5f), Rgb(1), Vec3f(0.9f), Vec3f(rotation)}};
+        const Vec3f x(8, 0, 0), z(0, 0, 8);
+        s.add_quad({0, -1, 0}, turned ? x : z, turned ? -z : x, {grooved});
+        add_lamp(s);
+        s.camera({1, 0, 0}, {0, 0.8f, 0.6f}, {0, -0.6f, 0.8f}, 0.5f, Size, Size);
+        s.inputs.max_depth = 1;
+        s.finish();
+        return s.estimate(32, 8);
+    };
+    const auto plain = floor(false, 0), quarter = floor(false, 0.25f), turned = floor(true, 0),
+               back = floor(true, 0.75f);
+    for (int c = 0; c < 3; c++) {
+        const double slack = 4.5 * std::hypot(plain.channel[c].error(), turned.channel[c].error());
+        EXPECT_NEAR(quarter.channel[c].mean(), turned.channel[c].mean(), slack + 1e-4);
+        EXPECT_NEAR(back.channel[c].mean(), plain.channel[c].mean(), slack + 1e-4);
+        EXPECT_GT(std::abs(turned.channel[c].mean() - plain.channel[c].mean()), 2 * slack);
+    }
+}
+
 // A lobe and the sum of its halves, a coat's lobe beside a matte one: mixtures bring what their parts bring.
 TEST(Mis, LobesAddUp) {
     const Lobe matte_half = matte(Rgb(0.8f), 0.5f);
