@@ -34,7 +34,14 @@ struct MaterialCode {
         bool need_albedo = false;       // below the upper side of a coat
         int absorber = -1;              // coats: leaf of the upper layer, if it absorbs what crosses it
     };
+    struct Aov {
+        int channel; // the first of its values among all
+        int components;
+        Place places[3];
+    };
     std::vector<Node> nodes; // post-order
+    Place filter, glow;      // of the atmosphere; word -1 = there is none
+    std::vector<Aov> aovs;
     int leaves = 0;
     int words = 0; // of a vertex record; the normal's table entry follows
     bool dispersive = false, transmits = false, has_coat = false;
@@ -74,6 +81,14 @@ struct MaterialCode {
             }
             has_coat |= n.op == grid::LayerOp::Coat;
             nodes.push_back(node);
+        }
+        filter = place(program.atmosphere.filter, Vec3f(1, 1, 1));
+        glow = place(program.atmosphere.glow, Vec3f(0, 0, 0));
+        for (const grid::Aov& a : program.aovs) {
+            Aov aov{3 * a.index, a.components, {}};
+            for (int c = 0; c < a.components; c++)
+                aov.places[c] = place(a.slots[size_t(c)], Vec3f(0, 0, 0));
+            aovs.push_back(aov);
         }
         if (nodes.size() > size_t(MaxNodes) || leaves > MaxLobes)
             throw std::length_error("a material has more than 16 lobes or 32 nodes");

@@ -30,6 +30,13 @@ std::string LayeringProgram::key() const {
     }
     for (const Slot& s : slots)
         k += "|" + std::to_string(int(s.type)) + std::to_string(int(s.storage));
+    k += "|a" + std::to_string(atmosphere.filter) + "," + std::to_string(atmosphere.glow);
+    for (const Aov& a : aovs) {
+        k += "|o" + std::to_string(a.index) + (a.color ? "c" : "");
+        for (int c = 0; c < a.components; c++)
+            k += "," + std::to_string(a.slots[size_t(c)]);
+    }
+    k += "|e" + std::to_string(emission_cosine);
     k += "|p" + std::to_string(presence) + "i" + std::to_string(has_interior);
     return k;
 }

@@ -18,6 +18,7 @@ enum class Storage : uint8_t {
     Rgb11,  // colour in [0, 1]: square root, 11-11-10 bits. One word
     Rgb9e5, // colour >= 0 without upper bound: shared exponent. One word
     Half,   // float: half precision. Half a word
+    Full,   // float: as it is. One word; for values that are shown and not shaded with
 };
 
 struct LobeInput {

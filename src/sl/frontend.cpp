@@ -8,7 +8,8 @@
 namespace kanuka::sl {
 
 FrontEnd::FrontEnd(const std::string& name, std::string text, const CompileOptions& options, Journal& journal)
-    : m_diagnostics(m_sources, journal), m_strict(options.strict_directions), m_aovs(options.aovs) {
+    : m_diagnostics(m_sources, journal), m_strict(options.strict_directions), m_aovs(options.aovs),
+      m_area_light(options.area_light) {
     if (is_slo(text)) {
         std::string problem;
         if (std::optional<Published> published = read_slo(text, problem); published && problem.empty())
@@ -99,6 +100,7 @@ std::optional<ir::Program> FrontEnd::check_and_lower() {
     for (bool again = true; again;) {
         program = {};
         program.aovs = m_aovs;
+        program.area_light = m_area_light;
         ir::Lower(program, *m_sema, m_diagnostics, *m_unit.shaders[0], projected).run();
         if (!ok())
             return std::nullopt;
@@ -128,7 +130,7 @@ std::optional<ir::Program> FrontEnd::check_and_lower() {
         return std::nullopt;
     annotate(m_source.pragmas, program.parameters);
     find_textures(program);
-    for (const ir::Stage* s : {&program.displace, &program.shade})
+    for (const ir::Stage* s : {&program.displace, &program.shade, &program.filter})
         for (const ir::CallSite& c : s->calls)
             program.queries = program.queries || c.kind == ir::CallKind::Found;
     program.source_hash = m_source.hash;

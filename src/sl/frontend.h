@@ -33,6 +33,7 @@ class FrontEnd {
     Diagnostics m_diagnostics;
     bool m_strict; // directions that no lobe takes are errors
     std::vector<std::string> m_aovs;
+    bool m_area_light;
     Preprocessed m_source;
     ast::Arena m_arena;
     ast::Unit m_unit;

@@ -97,6 +97,8 @@ const std::string& ShaderSource::identity() {
     if (!m_identity.empty())
         return m_identity;
     std::string defines = m_options.strict_directions ? "strict\n" : "";
+    if (m_options.area_light)
+        defines += "area light\n";
     for (const std::string& aov : m_options.aovs)
         defines += "aov " + aov + "\n";
     for (const auto& [name, value] : m_options.defines)
