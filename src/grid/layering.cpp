@@ -9,6 +9,17 @@ bool LayeringProgram::emits() const {
     return false;
 }
 
+bool LayeringProgram::needs_tangent() const {
+    for (const LayerNode& n : nodes) {
+        if (n.op != LayerOp::Lobe || find_input(lobe(n.lobe), "rotation") < 0)
+            continue;
+        const int anisotropy = find_input(lobe(n.lobe), "anisotropy"); // round lobes have no direction
+        if (anisotropy < 0 || (size_t(anisotropy) < n.inputs.size() && n.inputs[size_t(anisotropy)] >= 0))
+            return true;
+    }
+    return false;
+}
+
 std::string LayeringProgram::key() const {
     std::string k = "v" + std::to_string(LayeringVersion);
     for (const LayerNode& n : nodes) {

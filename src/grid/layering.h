@@ -71,7 +71,8 @@ struct LayeringProgram {
     float interior_g = 0; // Henyey–Greenstein mean cosine
 
     bool emits() const;
-    std::string key() const; // two materials with the same key run the same code on the same record
+    bool needs_tangent() const; // a lobe has a direction on the surface: the record holds that of dPdu
+    std::string key() const;    // two materials with the same key run the same code on the same record
 };
 
 // What shading hands to the store for one grid: for each slot, an array of `vertices` values (SoA, 3

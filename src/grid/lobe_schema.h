@@ -29,6 +29,7 @@ struct LobeInput {
     std::string_view unit;
     Storage storage;
     std::string_view doc;
+    std::span<const std::string_view> names = {}; // of the values 0, 1, …: a string may be given for one
 };
 
 enum class LobeKind : uint8_t { Reflection, Transmission, ReflectionTransmission, Emission, Phase };
@@ -37,9 +38,18 @@ enum class LobeKind : uint8_t { Reflection, Transmission, ReflectionTransmission
 enum class LobeId : uint8_t {
     LambertBrdf,
     LambertBtdf,
+    OrenNayarBrdf,
+    BurleyBrdf,
+    SheenBrdf,
     MicrofacetConductorBrdf,
+    MetalBrdf,
+    RetroBrdf,
     MicrofacetDielectricBrdf,
     MicrosurfaceDielectricBsdfRgb_v1,
+    ThinWalledDielectricBsdf,
+    GratingBrdf,
+    PhongBrdf,
+    BlinnBrdf,
     DiffuseEmission,
     HenyeyGreensteinPfrgb,
     Count
@@ -51,6 +61,8 @@ struct LobeDecl {
     LobeKind kind;
     std::span<const LobeInput> inputs; // in the order that bsdf/ reads them
     std::string_view doc;
+    bool reciprocal = true;
+    bool lossless = false; // with white colours and all else as it may be, all light comes back
 };
 
 std::span<const LobeDecl> lobe_table();

@@ -49,6 +49,8 @@ class GridEncoder {
         for (size_t w = 0; w < m_layout.words.size(); w++)
             encode_word(w);
         encode_normals();
+        if (m_program.needs_tangent())
+            encode_tangents();
         if (m_program.emits())
             encode_emitters();
         else
@@ -180,6 +182,35 @@ class GridEncoder {
             m_out.inputs.push_back(to_oct32(n));
         }
         m_normals = std::move(normals);
+    }
+
+    // dPdu at every vertex; where there is none, some direction across the normal.
+    void encode_tangents() {
+        const auto raw = [&](int i) {
+            const size_t at = size_t(i), n = size_t(m_grid.stride);
+            return m_grid.dPdu.size() < 3 * n
+                       ? Vec3f(0.0f)
+                       : Vec3f(m_grid.dPdu[at], m_grid.dPdu[n + at], m_grid.dPdu[2 * n + at]);
+        };
+        const auto tangent = [&](int i) {
+            const Vec3f t = unit(raw(i)), n = m_normals[m_normals.size() == 1 ? 0 : size_t(i)];
+            if (!(t == Vec3f(0.0f)))
+                return t;
+            return unit(std::abs(n.x) < 0.9f ? cross(n, Vec3f(1, 0, 0)) : cross(n, Vec3f(0, 1, 0)));
+        };
+        bool same = true;
+        for (int i = 1; i < m_count; i++)
+            same &= raw(i) == raw(0);
+        m_out.table.push_back(uint32_t(m_out.inputs.size()));
+        m_out.table.push_back(same ? 0 : 1);
+        if (same) {
+            const Vec3f t = tangent(0);
+            for (float f : {t.x, t.y, t.z})
+                m_out.inputs.push_back(bits_of(f));
+            return;
+        }
+        for (int i = 0; i < m_count; i++)
+            m_out.inputs.push_back(to_oct32(tangent(i)));
     }
 
     void encode_geometry() {

@@ -21,7 +21,7 @@
 namespace kanuka::store {
 
 inline constexpr uint32_t PageMagic = 0x53504d4b; // "KMPS"
-inline constexpr uint32_t PageVersion = 2;
+inline constexpr uint32_t PageVersion = 3;
 
 // One traced shape: a grid, or a mesh. Sixteen words; offsets are page-relative in a page, arena-absolute
 // when resident. Hot: read for every hit.
@@ -29,7 +29,8 @@ struct ShapeRecord {
     enum Flags : int32_t { Mesh = 1, Quads = 2, HasNormals = 4, Flips = 8, Collapsed = 16, FlatNormal = 32 };
     int32_t flags;
     int32_t program;    // index into Store::programs
-    int32_t slot_table; // words: {base, stride} for each word of the vertex record, then for the normal
+    int32_t slot_table; // words: {base, stride} for each word of the vertex record, then for the normal,
+                        // then for the tangent of programs that need one
     int32_t positions;  // of traced vertex 0: xyz triples; a multiple of 3, for the ray tracer's sake
     int32_t mu, mv;     // traced cells; mesh: vertices, faces
     int32_t steps;      // log2: step_u | step_v << 4 | edge steps << 8, 12, 16, 20 (Edge order)

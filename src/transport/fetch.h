@@ -172,11 +172,19 @@ class InputFetch {
             c0 = c[0], c1 = c[1], c2 = c[2], scale = c[3];
         }
         if (!all(constant)) {
-            Float<W> v0, v1, v2;
-            bsdf::uplift(m_scene.uplift, interpolate_rgb11(base, stride, constant), v0, v1, v2);
+            Float<W> v0, v1, v2, m(1.0f);
+            Vec3<Float<W>> rgb;
+            if (input.wide) { // twice the largest component, to stay where spectra are smooth, as encode.cpp
+                rgb = interpolate_rgb9e5(base, constant);
+                m = max(max(max(rgb.x, rgb.y), rgb.z) * Float<W>(2.0f), Float<W>(1e-20f));
+                rgb = rgb * (Float<W>(1.0f) / m);
+            } else {
+                rgb = interpolate_rgb11(base, stride, constant);
+            }
+            bsdf::uplift(m_scene.uplift, rgb, v0, v1, v2);
             c0 = kanuka::select(constant, c0, v0), c1 = kanuka::select(constant, c1, v1),
             c2 = kanuka::select(constant, c2, v2);
-            scale = kanuka::select(constant, scale, Float<W>(1.0f));
+            scale = kanuka::select(constant, scale, m);
         }
         const Spectrum<W> s = bsdf::sigmoid_spectrum(c0, c1, c2, m_l) * scale;
         return m_scene.spectra.empty() ? s : select_measured(m_scene, c0, c1, scale, m_l, s);
@@ -241,13 +249,19 @@ class InputFetch {
         return kanuka::select(constant, gather(m_scene.floats, base), sum);
     }
 
-    // A colour whose mean is meant (a roughness given as one); constants hold spectra, so those are averaged.
-    Float<W> mean_color(const bsdf::MaterialCode::Place& input) const { return mean(color(input)); }
-
     // The shading normal, in the space of the shape; zero where the shape has none.
     Vec3<Float<W>> normal(const ShapeLanes<W>& shape) const {
+        const Vec3<Float<W>> zero{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
+        return kanuka::select(shape.has(store::ShapeRecord::HasNormals), direction(m_code.words), zero);
+    }
+    // The direction of dPdu, likewise; of programs that need it.
+    Vec3<Float<W>> tangent() const { return direction(m_code.words + 1); }
+
+  private:
+    // A unit vector that follows the words of the record.
+    Vec3<Float<W>> direction(int word) const {
         Int<W> base, stride;
-        entry(m_code.words, base, stride);
+        entry(word, base, stride);
         const Mask<W> constant = stride == Int<W>(0);
         Vec3<Float<W>> n{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
         if (any(constant)) {
@@ -262,12 +276,9 @@ class InputFetch {
             }
             n = kanuka::select(constant, n, sum);
         }
-        const Mask<W> has = shape.has(store::ShapeRecord::HasNormals);
-        const Vec3<Float<W>> zero{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
-        return kanuka::select(has, n, zero);
+        return n;
     }
 
-  private:
     void entry(int word, Int<W>& base, Int<W>& stride) const {
         const auto row =
             load_rows<4>(m_scene.words, m_table + Int<W>(2 * word)); // and the next entry, or inputs

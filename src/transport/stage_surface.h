@@ -40,11 +40,12 @@ class SurfaceStage {
         if (m_bounce >= m_scene.max_depth || code.leaves == 0)
             return;
         const V wo_world = -h.d;
-        const bsdf::Material<W> material(code, h.fetch, h.outside, h.cos_o, h.l);
+        V wo = h.to_local(wo_world);
+        wo.z = h.cos_o;
+        const bsdf::Material<W> material(code, h.fetch, h.outside, wo, h.l);
         if (m_bounce == 0)
             record_albedo(h, active, material.albedo());
         active &= !material.black();
-        const V wo = h.to_local(wo_world);
         const Sampler<W> sampler{bitcast_int(h.ray[PathState::PixelHash]), m_reversed};
         const LightChances<W> chances(m_scene, h.P, h.N);
         sample_lights(h, material, wo, sampler, chances, active);
@@ -92,7 +93,10 @@ class SurfaceStage {
             P += Ng * (dot(anchor - P, Ng) / n2);
             Ng = Ng * (F(1.0f) / sqrt(n2));
             orient();
-            coordinate_frame(N, T, B);
+            if (code.has_tangent)
+                along_tangent(stage.leave_instance(slot, fetch.tangent()));
+            else
+                coordinate_frame(N, T, B);
         }
 
         // The outside is where the shading normals point; where there are none, where the winding says.
@@ -114,6 +118,15 @@ class SurfaceStage {
             const V bent = N + (-d) * (low - facing);
             N = select(facing < low, bent * (F(1.0f) / sqrt(dot(bent, bent))), N);
             cos_o = max(-dot(d, N), F(1e-4f));
+        }
+        // x along a tangent, as far as the normal lets it.
+        void along_tangent(const V& t) {
+            const V flat = t - N * dot(t, N);
+            const F size = dot(flat, flat);
+            coordinate_frame(N, T, B);
+            T = select(size > F(1e-12f), flat * (F(1.0f) / sqrt(max(size, F(1e-12f)))), T);
+            const V side = cross(N, T); // the same way from outside and inside: turns of T agree
+            B = select(outside, side, -side);
         }
         V to_local(const V& w) const { return {dot(w, T), dot(w, B), dot(w, N)}; }
         V to_world(const V& w) const { return T * w.x + B * w.y + N * w.z; }
@@ -147,6 +160,20 @@ class SurfaceStage {
         anchor = select(inside, world, anchor);
         Ng = select(inside, turn(Ng), Ng);
         N = select(inside, turn(N), N);
+    }
+
+    // A tangent goes with the transform itself.
+    V leave_instance(I slot, const V& t) const {
+        if (!m_scene.instanced)
+            return t;
+        const M inside = gather(m_hits.instanced, slot) != I(0);
+        if (!any(inside))
+            return t;
+        F m[12];
+        for (int k = 0; k < 12; k++)
+            m[k] = gather(m_hits.world_from_shape[k].data(), slot);
+        const V world(dot(V(m[0], m[1], m[2]), t), dot(V(m[4], m[5], m[6]), t), dot(V(m[8], m[9], m[10]), t));
+        return select(inside, world * (F(1.0f) / sqrt(max(dot(world, world), F(1e-37f)))), t);
     }
 
     // Absorption on the way here, if the path was inside something (Beer and Lambert).
