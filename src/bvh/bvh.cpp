@@ -446,8 +446,35 @@ void fill(Ray& r, const RayPacket<W>& rays) {
 
 } // namespace
 
+namespace {
+
+// Embree's packets round otherwise than its single rays, so one coherent ray is a packet of one: then all
+// lane counts find the same bits.
+void intersect_as_packet(const Scene& scene, const RayPacket<1>& ray, HitPacket<1>& hit) {
+    RayPacket<8> rays;
+    HitPacket<8> hits;
+    for (int c = 0; c < 3; c++)
+        rays.o[c] = Float<8>(ray.o[c][0]), rays.d[c] = Float<8>(ray.d[c][0]);
+    rays.t_max = Float<8>(ray.t_max[0]);
+    rays.active = Int<8>::lane_index() == Int<8>(ray.active[0] ? 0 : -1);
+    rays.seed = Int<8>(ray.seed[0]);
+    rays.coherent = true;
+    scene.intersect(rays, hits);
+    hit.hit = Mask<1>(hits.hit[0]);
+    hit.t = hits.t[0], hit.u = hits.u[0], hit.v = hits.v[0];
+    hit.Ng = {hits.Ng.x[0], hits.Ng.y[0], hits.Ng.z[0]};
+    hit.shape = hits.shape[0], hit.prim = hits.prim[0], hit.instanced = hits.instanced[0];
+    for (int k = 0; k < 12; k++)
+        hit.world_from_shape[k][0] = hits.world_from_shape[k][0];
+}
+
+} // namespace
+
 template <int W>
 void Scene::intersect(const RayPacket<W>& rays, HitPacket<W>& hits) const {
+    if constexpr (W == 1)
+        if (rays.coherent)
+            return intersect_as_packet(*this, rays, hits);
     using E = EmbreeTypes<W>;
     alignas(64) typename E::RayHit rh;
     alignas(64) int32_t hit_group[W];
@@ -459,6 +486,8 @@ void Scene::intersect(const RayPacket<W>& rays, HitPacket<W>& hits) const {
     std::memcpy(&rh.hit.geomID, &none.v, sizeof none.v);
     std::memcpy(&rh.hit.instID[0], &none.v, sizeof none.v);
     Context context = m_impl->context<W>(rays, &hits.world_from_shape[0][0], hit_group);
+    if (rays.coherent)
+        context.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     const Mask<W> active = traceable(rays);
     alignas(64) int32_t valid[W];
     std::memcpy(valid, &active.v, sizeof valid);

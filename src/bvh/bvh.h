@@ -33,7 +33,8 @@ struct RayPacket {
     Vec3<Float<W>> o, d; // d need not be unit length; distances are in units of it
     Float<W> t_max;
     Mask<W> active;
-    Int<W> seed; // decides hits on partly present surfaces; same seed, same decisions
+    bool coherent = false; // side by side, as camera rays are: traced as a packet
+    Int<W> seed;           // decides hits on partly present surfaces; same seed, same decisions
 };
 
 template <int W>
