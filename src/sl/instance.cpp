@@ -90,7 +90,7 @@ void InstanceImpl::bind(std::span<const Argument> arguments, Services& services)
                 continue;
             }
             m_variant.params[index] = true;
-            m_primvars[index] = a.name;
+            m_primvars[index] = a.name.substr(a.name.rfind('.') + 1); // of a co-shader: without its handle
             if (place.length >= 0)
                 m_params[size_t(place.length)] = 1;
         } else if (it->resizable) {
@@ -378,7 +378,7 @@ ir::Variant InstanceImpl::variant_for(const grid::Grid& grid) const {
     for (size_t i = 0; i < v.params.size(); i++) {
         bool found = false;
         for (const grid::Channel& c : grid.primvars)
-            found = found || (c.name == p.parameters[i].name && c.components == p.places[i].count);
+            found = found || (c.name == m_primvars[i] && c.components == p.places[i].count);
         v.params[i] = v.params[i] && found;
     }
     return v;
@@ -434,7 +434,7 @@ void InstanceImpl::run(const BuiltStage& built, const ir::Variant& variant, grid
         if (c.name == "Os" && variant.Os)
             triple(Os, c.component(0), c.stride);
         for (size_t i = 0; i < variant.params.size(); i++)
-            if (variant.params[i] && c.name == p.parameters[i].name && c.components == p.places[i].count)
+            if (variant.params[i] && c.name == m_primvars[i] && c.components == p.places[i].count)
                 for (int k = 0; k < c.components; k++)
                     varying[size_t(p.places[i].offset + k)] = c.component(k);
     }

@@ -42,8 +42,9 @@ static sl::Type public_type(Base b) {
     case Base::Matrix:
         return sl::Type::Matrix;
     case Base::String:
-    case Base::Shader:
         return sl::Type::String;
+    case Base::Shader:
+        return sl::Type::Shader;
     default:
         return sl::Type::Float;
     }
@@ -80,6 +81,13 @@ void Lower::begin_stage(Stage& stage, Role role, const char* name) {
     m_loops.clear();
     m_returns.clear();
     m_active.clear();
+    m_active_units.clear();
+    m_self = -1;
+    m_started.clear();
+    m_starts.clear();
+    m_stores_seen = 0;
+    m_stored.clear();
+    m_asked.clear();
     m_tags.clear();
     m_var_tags.clear();
     m_illuminance = 0;
@@ -89,11 +97,16 @@ void Lower::begin_stage(Stage& stage, Role role, const char* name) {
     m_lit = false;
     for (const VarDecl* v : m_shader.constants)
         declare(v);
+    for (size_t u = 0; m_linked && u < m_linked->units.size(); u++)
+        for (const VarDecl* v : m_linked->units[u].shader->constants)
+            declare(v);
 }
 
 void Lower::end_stage() {
+    check_targets();
     Stage& s = m_b.stage();
     std::vector<Item> items = m_prologue->items;
+    items.insert(items.end(), m_starts.begin(), m_starts.end());
     items.insert(items.end(), s.root->items.begin(), s.root->items.end());
     s.root->items = std::move(items);
 }
@@ -115,10 +128,19 @@ bool Lower::late_default(const VarDecl* v) {
 }
 
 void Lower::parameters() {
-    for (const VarDecl* v : m_shader.parameters) {
+    // The shader's own, then the co-shaders', each under its handle.
+    std::vector<const VarDecl*> all(m_shader.parameters.begin(), m_shader.parameters.end());
+    std::vector<std::string> prefixes(all.size());
+    for (size_t u = 0; m_linked && u < m_linked->units.size(); u++) {
+        const std::vector<VarDecl*>& own = m_linked->units[u].shader->parameters;
+        all.insert(all.end(), own.begin(), own.end());
+        prefixes.resize(all.size(), m_linked->units[u].given->handle + ".");
+    }
+    for (size_t k = 0; k < all.size(); k++) {
+        const VarDecl* v = all[k];
         m_parameter_index[v] = int(m_program.parameters.size());
         Parameter p;
-        p.name = v->name;
+        p.name = prefixes[k] + std::string(v->name);
         p.type = public_type(v->type.base);
         p.varying = v->detail == Detail::Varying;
         p.output = v->output;
@@ -142,7 +164,7 @@ void Lower::parameters() {
     }
     // Default values: constants go into the description, the rest is computed when an instance is made.
     begin_stage(m_program.defaults, Role::Defaults, "defaults");
-    for (const VarDecl* v : m_shader.parameters) {
+    for (const VarDecl* v : all) {
         const int index = m_parameter_index[v];
         Parameter& p = m_program.parameters[index];
         if (!v->init) {

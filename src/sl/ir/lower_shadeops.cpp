@@ -48,6 +48,8 @@ Ref Lower::array_op(const Expr* e) {
             m_bind.erase(part);
         return r;
     }
+    if (n == "arraylength" && array->type.array && array->kind == ExprKind::Call)
+        return m_b.constant(float(shader_list(array).size()));
     if (!array->type.array || !array->var) {
         if (!array->type.array)
             m_diagnostics.error(array->loc, n + "() needs an array, found " + array->type.str());

@@ -212,6 +212,10 @@ ast::Type Sema::call_shadeop(Expr* e, const ops::Shadeop& op, const ast::Type* e
     }
     e->shadeop = &op;
     e->signature = best;
+    if (op.category == "Co-shaders")
+        note_use(op.name == "getshader" || op.name == "getshaders" ? CoShaderUse::Any
+                 : op.name == "getvar" || op.name == "hasmethod"   ? CoShaderUse::Connected
+                                                                   : CoShaderUse::None);
     const ops::Signature& s = op.signatures[best];
     for (size_t i = 0; i < s.args.size(); i++)
         if (s.args[i].output)

@@ -179,15 +179,12 @@ ast::Type Sema::member(Expr* e, const ast::Type* expected) {
         return called ? call(e, expected) : name(e, true);
     }
     const ast::Type t = expr(whole);
+    if (t.is(Base::Shader))
+        return coshader(e, expected);
     for (size_t i = 1; i < e->args.size(); i++)
         expr(e->args[i]);
     if (t.base == Base::Error)
         return {};
-    if (t.is(Base::Shader)) {
-        if (expected && expected->base != Base::Error && expected->base != Base::Bool)
-            return *expected;
-        return {Base::Float};
-    }
     if (!t.is(Base::Struct)) {
         m_diagnostics.error(e->loc, "\"->\" needs a struct or a shader before it, found " + t.str());
         return {};
@@ -428,7 +425,7 @@ static bool adapts(const Expr* e, int depth = 0) {
         return op && (op->signatures[0].impl == ops::Impl::Noise || op->category == "Textures" ||
                       op->name == "random");
     }
-    if (open_tuple(e))
+    if (open_tuple(e) || e->kind == ExprKind::Method) // of a co-shader that is not known
         return true;
     if (e->kind == ExprKind::Unary)
         return adapts(e->args[0], depth + 1);
@@ -453,8 +450,10 @@ ast::Type Sema::binary(Expr* e, const ast::Type* expected) {
     const bool sum = e->op == BinOp::Add || e->op == BinOp::Sub;
     const bool product = e->op == BinOp::Mul || e->op == BinOp::Div;
     if ((!sum && !product) || !(adapts(a) || adapts(b))) {
-        expr(a);
-        expr(b);
+        const ast::Type vector{Base::Vector};
+        const bool spatial = e->op == BinOp::Dot || e->op == BinOp::Cross;
+        expr(a, spatial && a->kind == ExprKind::Method ? &vector : nullptr);
+        expr(b, spatial && b->kind == ExprKind::Method ? &vector : nullptr);
         return arithmetic(e->loc, e->op, a->type, b->type);
     }
     // The operand that knows its type goes first. Beside a triple, a factor is a float (N * noise(P)) and a
