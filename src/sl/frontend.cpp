@@ -10,7 +10,7 @@ namespace kanuka::sl {
 
 FrontEnd::FrontEnd(const std::string& name, std::string text, const CompileOptions& options, Journal& journal)
     : m_diagnostics(m_sources, journal), m_strict(options.strict_directions), m_aovs(options.aovs),
-      m_connections(options.connections) {
+      m_connections(options.connections), m_array_room(std::clamp(options.array_room, 1, 65536)) {
     m_source = read(name, std::move(text), options);
     for (const CoShader& c : options.coshaders) {
         Unit& unit = m_units.emplace_back();
@@ -164,7 +164,7 @@ std::optional<ir::Program> FrontEnd::check_and_lower() {
         program = {};
         program.aovs = m_aovs;
         ir::Lower lower(program, *m_sema, m_diagnostics, *m_unit.shaders[0], projected, m_connections,
-                        any_shader);
+                        any_shader, m_array_room);
         lower.run();
         if (!ok())
             return std::nullopt;

@@ -47,6 +47,7 @@ class FrontEnd {
     std::vector<std::string> m_aovs;
     std::deque<Unit> m_units;
     std::vector<Connection> m_connections; // of the shader, then those of the co-shaders, as "handle.name"
+    int m_array_room;
     Linked m_linked;
     Preprocessed m_source;
     ast::Arena m_arena;

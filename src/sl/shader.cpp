@@ -114,6 +114,8 @@ const std::string& ShaderSource::identity() {
     if (!m_identity.empty())
         return m_identity;
     std::string all = m_options.strict_directions ? "strict\n" : "";
+    if (m_options.array_room != CompileOptions{}.array_room)
+        all += "room " + std::to_string(m_options.array_room) + "\n";
     for (const std::string& aov : m_options.aovs)
         all += "aov " + aov + "\n";
     for (const auto& [name, value] : m_options.defines)

@@ -83,6 +83,8 @@ struct CompileOptions {
     // What a classic surface does that no material can do is an error rather than an approximation with a
     // warning: weights that depend on the viewing direction, functions of light, kernels that are no lobe's.
     bool strict_directions = false;
+    // Values that an array has room for that grows in a loop whose length is not seen (reserve() gives more).
+    int array_room = 64;
     // What the shader is connected to: its code is made for that. Without it every handle is null.
     std::vector<CoShader> coshaders;
     std::vector<Connection> connections;

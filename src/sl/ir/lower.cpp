@@ -92,6 +92,9 @@ void Lower::begin_stage(Stage& stage, Role role, const char* name) {
     m_var_tags.clear();
     m_illuminance = 0;
     m_loop_depth = 0;
+    m_trips = 1;
+    m_known_loops = 0;
+    m_pushes.clear();
     m_loop = -1;
     m_sample = ir::None;
     m_lit = false;
@@ -105,6 +108,11 @@ void Lower::begin_stage(Stage& stage, Role role, const char* name) {
 void Lower::end_stage() {
     check_targets();
     Stage& s = m_b.stage();
+    for (const Push& p : m_pushes)
+        s.faults[size_t(p.fault)].second =
+            "array \"" + s.vars[size_t(p.var)].name + "\" is full: it has room for " +
+            std::to_string(s.vars[size_t(p.var)].array) +
+            " values; reserve(array, n) before the loop makes more, as does the compiler's option for it";
     std::vector<Item> items = m_prologue->items;
     items.insert(items.end(), m_starts.begin(), m_starts.end());
     items.insert(items.end(), s.root->items.begin(), s.root->items.end());
@@ -498,7 +506,45 @@ void Lower::run_loop(Loc at, const std::function<Ref()>& condition_value, const 
     m_loop_depth--;
 }
 
+// for (i = a; i < b; i += c) with constants, and a body that leaves i alone: how often it runs; 0 = who
+// knows.
+static int trips_of(const Stmt* s) {
+    const Expr *test = s->expr, *step = s->step;
+    if (s->kind != StmtKind::For || !test || !step || test->kind != ExprKind::Binary ||
+        (test->op != BinOp::Lt && test->op != BinOp::Le) || test->args[0]->kind != ExprKind::Name ||
+        test->args[1]->kind != ExprKind::Number || step->kind != ExprKind::Assign)
+        return 0;
+    const VarDecl* i = test->args[0]->var;
+    const Expr* from = nullptr;
+    if (s->init && s->init->kind == ExprKind::Assign && s->init->op == BinOp::None &&
+        s->init->args[0]->var == i)
+        from = s->init->args[1];
+    if (s->first && s->first->kind == StmtKind::Declare && s->first->vars.size() == 1 &&
+        s->first->vars[0] == i)
+        from = i->init;
+    const Expr* by = step->args[1]; // i += c, i = i + c
+    if (step->op == BinOp::None && by->kind == ExprKind::Binary && by->op == BinOp::Add &&
+        by->args[0]->var == i)
+        by = by->args[1];
+    else if (step->op != BinOp::Add)
+        return 0;
+    if (!i || !from || from->kind != ExprKind::Number || by->kind != ExprKind::Number || !(by->number > 0) ||
+        step->args[0]->var != i)
+        return 0;
+    const float n = (test->args[1]->number - from->number) / by->number;
+    return n >= 0 && n < 65536 ? int(n) + 1 : 0;
+}
+
 void Lower::loop(const Stmt* s) {
+    const int outer = m_trips, own = trips_of(s);
+    m_trips = int(std::min<int64_t>(int64_t(outer) * own, 65536));
+    m_known_loops++;
+    run_for(s);
+    m_known_loops--;
+    m_trips = outer;
+}
+
+void Lower::run_for(const Stmt* s) {
     statement(s->first);
     if (s->init)
         expr(s->init);

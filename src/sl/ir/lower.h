@@ -24,9 +24,10 @@ class Lower {
     // any_shader: variables' handles stand for any co-shader.
     Lower(Program& program, Sema& sema, Diagnostics& diagnostics, ast::ShaderDecl& shader,
           const std::map<int, Loc>& projected = {}, const std::vector<Connection>& connections = {},
-          bool any_shader = false)
+          bool any_shader = false, int array_room = ResizableRoom)
         : m_program(program), m_sema(sema), m_diagnostics(diagnostics), m_shader(shader),
-          m_projected(projected), m_linked(sema.linked()), m_any_shader(any_shader), m_b(program.defaults) {
+          m_projected(projected), m_linked(sema.linked()), m_any_shader(any_shader), m_b(program.defaults),
+          m_array_room(array_room) {
         for (const Connection& c : connections)
             m_connections[c.parameter] = &c.handles;
     }
@@ -73,6 +74,7 @@ class Lower {
     void declare_array(const ast::VarDecl* v);
     void branch(Ref condition, const ast::Stmt* yes, const ast::Stmt* no, Loc at);
     void loop(const ast::Stmt* s);
+    void run_for(const ast::Stmt* s);
     void run_loop(Loc at, const std::function<Ref()>& condition_value, const std::function<void()>& body,
                   const std::function<void()>& step);
     void jump(int target, Loc at);
@@ -288,6 +290,14 @@ class Lower {
     Ref m_sample = ir::None; // direction to a light, in a loop that runs over directions
     bool m_lit = false;      // the stage's Ci is read as a material
     int m_loop_depth = 0;    // loops around what is being lowered, functions' callers counted
+    int m_trips = 1;         // how often they run it at most, 0 = that is not seen
+    int m_known_loops = 0;   // those that m_trips counts
+    int m_array_room;        // of arrays that grow in such loops
+    struct Push {
+        Loc at;
+        int var, fault;
+    };
+    std::vector<Push> m_pushes; // their faults say how much room there is, which is known at the stage's end
     bool m_overflow = false;
 };
 

@@ -130,7 +130,8 @@ void Lower::start(int unit) {
     std::vector<LoopTargets> loops;
     loops.swap(m_loops);
     const int depth = std::exchange(m_loop_depth, 0), illuminance = std::exchange(m_illuminance, 0),
-              loop = std::exchange(m_loop, -1);
+              loop = std::exchange(m_loop, -1), trips = std::exchange(m_trips, 1),
+              known = std::exchange(m_known_loops, 0);
     const Ref sample = std::exchange(m_sample, ir::None);
     m_b.set_place(nullptr);
     m_b.set_block(own);
@@ -147,6 +148,8 @@ void Lower::start(int unit) {
     m_loops.swap(loops);
     m_loop_depth = depth;
     m_illuminance = illuminance;
+    m_trips = trips;
+    m_known_loops = known;
     m_loop = loop;
     m_sample = sample;
     m_starts.insert(m_starts.end(), own->items.begin(), own->items.end());

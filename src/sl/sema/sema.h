@@ -26,6 +26,8 @@ class Sema {
     // The tree of a shadeop's own source; parsed and checked at its first use.
     ast::FunctionDecl* source(const ops::Shadeop& op, int signature);
     // What the shader asks of co-shaders; after check().
+    // Is a texture in it, whose type is that which is wanted?
+    static bool asks_texture(const ast::Expr* e);
     CoShaderUse coshader_use() const { return m_use; }
     Linked* linked() const { return m_linked; }
 
