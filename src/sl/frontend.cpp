@@ -52,10 +52,11 @@ void FrontEnd::parse_and_check() {
                 "the file has no shader; expected surface, displacement, light, volume, imager or class");
         return;
     }
-    if (!m_units.empty())
+    if (!m_units.empty()) {
         link();
-    if (!ok())
-        return;
+        if (!ok())
+            return;
+    }
     m_sema.emplace(m_arena, m_diagnostics, m_units.empty() ? nullptr : &m_linked);
     m_linked.caller = &*m_sema;
     for (Unit& unit : m_units)
