@@ -311,13 +311,37 @@ Float<W> half_to_float(Int<W> h) {
     return bitcast_float(bitcast_int(f) | sign);
 }
 
-// Moves the lanes of m to consecutive places from `out` on; returns how many.
+// Where lane i of a packed register comes from, for each set of lanes that is kept.
+struct CompressTable {
+    uint64_t from[256] = {}; // a byte a lane
+    constexpr CompressTable() {
+        for (int bits = 0; bits < 256; bits++)
+            for (int i = 0, n = 0; i < 8; i++)
+                if (bits >> i & 1)
+                    from[bits] |= uint64_t(i) << (8 * n++);
+    }
+};
+inline constexpr CompressTable compress_table;
+
+// Moves the lanes of `bits` to consecutive places from `out` on; returns how many. Up to W places are
+// written.
 template <int W>
 int compress_store(float* out, Float<W> value, uint32_t bits) {
     int n = 0;
-    for (; bits; bits &= bits - 1) {
-        const float f = value.v[__builtin_ctz(bits)];
-        std::memcpy(out + n++, &f, 4);
+    if constexpr (W % 8 == 0) {
+        for (int half = 0; half < W / 8; half++) {
+            const uint32_t some = bits >> (8 * half) & 0xff;
+            const __m256i from = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(int64_t(compress_table.from[some])));
+            __m256 v;
+            std::memcpy(&v, reinterpret_cast<const char*>(&value.v) + 32 * half, 32);
+            _mm256_storeu_ps(out + n, _mm256_permutevar8x32_ps(v, from));
+            n += __builtin_popcount(some);
+        }
+    } else {
+        for (; bits; bits &= bits - 1) {
+            const float f = value.v[__builtin_ctz(bits)];
+            std::memcpy(out + n++, &f, 4);
+        }
     }
     return n;
 }

@@ -57,6 +57,14 @@ TEST(LanesMath, Exp2) {
     EXPECT_EQ(ends, (std::vector<float>{1.0f, 2.0f, 0x1p-126f, 0, 0, 0}));
 }
 
+TEST(LanesMath, Log2) {
+    const auto f = [](auto x) { return log2(x); };
+    EXPECT_LT(worst(spread(0.5f, 2, Many), f, [](double x) { return std::log2(x); }, false), 2e-7);
+    EXPECT_LT(worst(spread(1e-30f, 1e-3f, Many), f, [](double x) { return std::log2(x); }, true), 4e-7);
+    EXPECT_LT(worst(spread(3, 1e30f, Many), f, [](double x) { return std::log2(x); }, true), 4e-7);
+    EXPECT_EQ(evaluate<1>({1.0f, 2.0f, 0.25f, 0.0f, -1.0f}, f), (std::vector<float>{0, 1, -2, -126, -126}));
+}
+
 TEST(LanesMath, Exp) {
     // The argument is multiplied by log2(e) in single precision: the error grows with |x|.
     const auto f = [](auto x) { return exp(x); };

@@ -1,5 +1,5 @@
 // Every operation on lanes gives the same bits for 1, 8 and 16 lanes, and what the scalar language says.
-#include "base/lanes.h"
+#include "base/rows.h"
 
 #include <gtest/gtest.h>
 #include <limits>
@@ -252,13 +252,60 @@ void memory_operations() {
     scatter(table.data(), Int<W>::lane_index() + Int<W>(64), Float<W>(-1.0f), odd);
     for (int i = 0; i < W; i++)
         EXPECT_EQ(table[size_t(64 + i)], i & 1 ? -1.0f : 0.5f * float(64 + i));
-    float packed[W + 1];
-    packed[W] = 77;
+    float packed[2 * W + 1];
+    packed[2 * W] = 77;
     const int count = compress_store(packed, Float<W>(Int<W>::lane_index()), odd.bits());
     EXPECT_EQ(count, W / 2);
     for (int i = 0; i < count; i++)
         EXPECT_EQ(packed[i], float(2 * i + 1));
-    EXPECT_EQ(packed[W], 77);
+    EXPECT_EQ(packed[2 * W], 77);
+    for (uint32_t bits = 0; bits < (W == 16 ? 1u << 16 : 1u << W); bits += W == 16 ? 97 : 1) {
+        const int kept = compress_store(packed, Float<W>(Int<W>::lane_index()), bits);
+        ASSERT_EQ(kept, __builtin_popcount(bits));
+        for (int i = 0, n = 0; i < W; i++) {
+            if (bits >> i & 1) {
+                ASSERT_EQ(packed[n++], float(i));
+            }
+        }
+    }
+}
+
+// Rows out of a table, changed and put back, and packed.
+template <int W>
+void rows() {
+    constexpr int Fields = 12, Count = 40;
+    std::vector<float> table(size_t(Count) * Fields);
+    for (size_t i = 0; i < table.size(); i++)
+        table[i] = float(i);
+    const Int<W> row = (Int<W>::lane_index() * Int<W>(7) + Int<W>(3)) & Int<W>(31);
+    auto got = load_rows<Fields>(table.data(), row * Int<W>(Fields));
+    for (int i = 0; i < W; i++)
+        for (int f = 0; f < Fields; f++)
+            ASSERT_EQ(got[size_t(f)][i], float(row[i] * Fields + f));
+    for (auto& field : got)
+        field = -field;
+    const Mask<W> some = (Int<W>::lane_index() & Int<W>(3)) != Int<W>(2);
+    store_rows(table.data(), row * Int<W>(Fields), got, some);
+    std::vector<float> packed(size_t(W + 1) * Fields, 77);
+    const int count = compress_rows(packed.data(), got, some.bits());
+    EXPECT_EQ(count, __builtin_popcount(some.bits()));
+    int n = 0;
+    for (int i = 0; i < W; i++)
+        for (int f = 0; f < Fields; f++) {
+            const size_t at = size_t(row[i] * Fields + f);
+            EXPECT_EQ(table[at], some[i] ? -float(at) : float(at));
+            if (some[i]) {
+                EXPECT_EQ(packed[size_t(n)], -float(at)) << n;
+                n++;
+            }
+        }
+    for (size_t i = size_t(count) * Fields; i < packed.size(); i++)
+        EXPECT_EQ(packed[i], 77);
+}
+TEST(Lanes, Rows) {
+    rows<1>();
+    rows<8>();
+    rows<16>();
 }
 TEST(Lanes, MemoryOperations) {
     memory_operations<1>();

@@ -12,12 +12,14 @@
 
 namespace kanuka::bsdf {
 
-inline constexpr int MaxNodes = 32, MaxLobes = 16, MaxInputs = 6;
+inline constexpr int MaxNodes = 32, MaxLobes = 16, MaxInputs = 10;
+inline constexpr int CoatTransmittance = 8; // the input of MicrofacetDielectricBrdf
 
 // The layering program, flattened for lanes. Host data, one per program, read by every hit.
 struct MaterialCode {
     struct Place {
         int word = -1, half = 0; // -1: not given, `fallback` holds
+        bool wide = false;       // a colour without upper bound
         Vec3f fallback{0, 0, 0};
     };
     struct Node {
@@ -27,16 +29,29 @@ struct MaterialCode {
         int leaf = -1; // number of the lobe among those that scatter; -1 for operators and emission
         Place weight;
         Place inputs[MaxInputs];
-        bool need_albedo = false; // below the upper side of a coat
+        int input_count = 0;
+        uint32_t given = 0, colors = 0; // bits by input: given at all; colours
+        bool need_albedo = false;       // below the upper side of a coat
+        int absorber = -1;              // coats: leaf of the upper layer, if it absorbs what crosses it
+    };
+    struct Aov {
+        int channel; // the first of its values among all
+        int components;
+        Place places[3];
     };
     std::vector<Node> nodes; // post-order
+    Place filter, glow;      // of the atmosphere; word -1 = there is none
+    std::vector<Aov> aovs;
     int leaves = 0;
     int words = 0; // of a vertex record; the normal's table entry follows
     bool dispersive = false, transmits = false, has_coat = false;
+    bool has_tangent = false; // its table entry follows the normal's
+    bool absorbs = false;     // a coat takes from what crosses it
 
     explicit MaterialCode(const grid::LayeringProgram& program) {
         const grid::WordLayout layout(program);
         words = int(layout.words.size());
+        has_tangent = program.needs_tangent();
         const auto place = [&](int slot, Vec3f fallback) {
             Place p;
             p.fallback = fallback;
@@ -49,25 +64,44 @@ struct MaterialCode {
             node.weight = place(n.weight, Vec3f(1, 1, 1));
             if (n.op == grid::LayerOp::Lobe) {
                 const grid::LobeDecl& decl = grid::lobe(n.lobe);
-                for (size_t i = 0; i < decl.inputs.size(); i++)
+                node.input_count = int(decl.inputs.size());
+                for (size_t i = 0; i < decl.inputs.size(); i++) {
                     node.inputs[i] = place(i < n.inputs.size() ? n.inputs[i] : -1, decl.inputs[i].fallback);
+                    node.inputs[i].wide = decl.inputs[i].storage == grid::Storage::Rgb9e5;
+                    node.given |= uint32_t(node.inputs[i].word >= 0) << i;
+                    node.colors |= uint32_t(decl.inputs[i].type == grid::InputType::Color) << i;
+                }
                 const bool scatters =
                     decl.kind != grid::LobeKind::Emission && decl.kind != grid::LobeKind::Phase;
                 node.leaf = scatters ? leaves++ : -1;
-                if (n.lobe == LobeId::MicrosurfaceDielectricBsdfRgb_v1) {
-                    transmits = true;
-                    dispersive |= node.inputs[4].word >= 0;
-                }
-                transmits |= decl.kind == grid::LobeKind::Transmission;
+                transmits |= decl.kind == grid::LobeKind::Transmission ||
+                             decl.kind == grid::LobeKind::ReflectionTransmission;
+                dispersive |= n.lobe == LobeId::GratingBrdf ||
+                              (n.lobe == LobeId::MicrosurfaceDielectricBsdfRgb_v1 && node.given >> 4 & 1);
             }
             has_coat |= n.op == grid::LayerOp::Coat;
             nodes.push_back(node);
         }
+        filter = place(program.atmosphere.filter, Vec3f(1, 1, 1));
+        glow = place(program.atmosphere.glow, Vec3f(0, 0, 0));
+        for (const grid::Aov& a : program.aovs) {
+            Aov aov{3 * a.index, a.components, {}};
+            for (int c = 0; c < a.components; c++)
+                aov.places[c] = place(a.slots[size_t(c)], Vec3f(0, 0, 0));
+            aovs.push_back(aov);
+        }
         if (nodes.size() > size_t(MaxNodes) || leaves > MaxLobes)
             throw std::length_error("a material has more than 16 lobes or 32 nodes");
-        for (const Node& n : nodes)
-            if (n.op == grid::LayerOp::Coat)
+        for (Node& n : nodes)
+            if (n.op == grid::LayerOp::Coat) {
                 mark_albedo(n.upper);
+                const Node& upper = nodes[size_t(n.upper)];
+                if (upper.op == grid::LayerOp::Lobe && upper.lobe == LobeId::MicrofacetDielectricBrdf &&
+                    upper.given >> CoatTransmittance & 1) {
+                    n.absorber = upper.leaf;
+                    absorbs = true;
+                }
+            }
     }
 
   private:
@@ -81,50 +115,39 @@ struct MaterialCode {
     }
 };
 
-// Indices of refraction at the hero wavelengths: Cauchy's n = A + B / lambda^2 through n_d and the Abbe
-// number V_d = (n_d - 1) / (n_F - n_C), Fraunhofer lines d 587.6, F 486.1, C 656.3 nm.
-template <int W>
-Spectrum<W> index_of_refraction(Float<W> n_d, Float<W> abbe, const Float<W> l[Wavelengths]) {
-    constexpr float InvD2 = 1 / (587.56f * 587.56f), InvF2 = 1 / (486.13f * 486.13f),
-                    InvC2 = 1 / (656.28f * 656.28f);
-    const Mask<W> disperses = abbe > Float<W>(0.0f);
-    const Float<W> B = kanuka::select(
-        disperses, (n_d - Float<W>(1.0f)) / (max(abbe, Float<W>(1.0f)) * Float<W>(InvF2 - InvC2)),
-        Float<W>(0.0f));
-    Spectrum<W> n;
-    for (int i = 0; i < Wavelengths; i++) {
-        const Float<W> lambda = fma(l[i], Float<W>(470.0f), Float<W>(360.0f));
-        n[i] = fma(B, Float<W>(1.0f) / (lambda * lambda) - Float<W>(InvD2), n_d);
-    }
-    return n;
-}
-
 // Fetch: color(place) -> Spectrum, number(place) -> Float, weight and inputs of this hit; see
 // transport/fetch.h.
 template <int W>
 class Material {
   public:
-    // `outside`: wo is on the outside of the surface. l: normalised wavelengths. cos_o: wo . N.
+    // `outside`: wo is on the outside of the surface. l: normalised wavelengths, which must outlive the
+    // material.
     template <class Fetch>
-    Material(const MaterialCode& code, const Fetch& fetch, Mask<W> outside, Float<W> cos_o,
+    Material(const MaterialCode& code, const Fetch& fetch, Mask<W> outside, const Vec3<Float<W>>& wo,
              const Float<W> l[Wavelengths])
         : m_code(code) {
         for (size_t i = 0; i < code.nodes.size(); i++) {
             const MaterialCode::Node& n = code.nodes[i];
             m_node_weight[i] = n.weight.word < 0 ? Float<W>(1.0f) : fetch.number(n.weight);
-            if (n.leaf >= 0)
-                decode(n, fetch, outside, l);
+            if (n.leaf >= 0) {
+                decode(n, fetch);
+                if (n.lobe != LobeId::LambertBrdf)
+                    prepare_lobe(n.lobe, m_inputs[n.leaf], wo, outside, l);
+            }
         }
         if (code.has_coat)
-            upward_albedo(cos_o);
+            upward_albedo(wo);
         downward_weights();
+        if (code.absorbs)
+            absorb(wo);
         Float<W> total(0.0f);
         for (size_t i = 0; i < code.nodes.size(); i++) {
             const int leaf = code.nodes[i].leaf;
             if (leaf < 0)
                 continue;
-            const Spectrum<W> albedo =
-                m_weight[leaf] * albedo_of_lobe(code.nodes[i].lobe, m_inputs[leaf], cos_o);
+            Spectrum<W> albedo = m_weight[leaf] * albedo_of_lobe(code.nodes[i].lobe, m_inputs[leaf], wo);
+            if (code.absorbs) // on the way in at 45 degrees, about the mean
+                albedo *= crossing(leaf, Float<W>(0.7f));
             m_albedo += albedo;
             total += m_share[leaf] = max(mean(albedo), Float<W>(0.0f));
             m_lobe[leaf] = code.nodes[i].lobe;
@@ -148,7 +171,7 @@ class Material {
         LobeValue<W> sum{Spectrum<W>(Float<W>(0.0f)), Spectrum<W>(Float<W>(0.0f))};
         for (int k = 0; k < m_code.leaves; k++) {
             const LobeValue<W> v = eval_lobe(m_lobe[k], m_inputs[k], wo, wi);
-            sum.f += v.f * m_weight[k];
+            sum.f += m_code.absorbs ? v.f * m_weight[k] * way_in(k, wi) : v.f * m_weight[k];
             sum.pdf += v.pdf * m_share[k];
         }
         return sum;
@@ -182,7 +205,10 @@ class Material {
                 s.wi = kanuka::select(chosen, one.wi, s.wi);
                 s.valid |= chosen & one.valid;
                 s.delta |= chosen & one.delta;
-                s.value.f = select(chosen & one.delta, one.value.f * m_weight[k], s.value.f);
+                Spectrum<W> f = one.value.f * m_weight[k];
+                if (m_code.absorbs)
+                    f *= way_in(k, one.wi);
+                s.value.f = select(chosen & one.delta, f, s.value.f);
                 s.value.pdf = select(chosen & one.delta, one.value.pdf * m_share[k], s.value.pdf);
             }
             open &= !chosen;
@@ -197,47 +223,18 @@ class Material {
 
   private:
     template <class Fetch>
-    void decode(const MaterialCode::Node& n, const Fetch& fetch, Mask<W> outside,
-                const Float<W> l[Wavelengths]) {
+    void decode(const MaterialCode::Node& n, const Fetch& fetch) {
         LobeInputs<W>& in = m_inputs[n.leaf];
-        switch (n.lobe) {
-        case LobeId::LambertBrdf:
-        case LobeId::LambertBtdf:
-            in.a = fetch.color(n.inputs[0]);
-            break;
-        case LobeId::MicrofacetConductorBrdf: {
-            in.a = fetch.color(n.inputs[0]);
-            in.b = fetch.color(n.inputs[1]);
-            const Float<W> r = fetch.number(n.inputs[2]);
-            in.alpha = r * r;
-            break;
-        }
-        case LobeId::MicrofacetDielectricBrdf: {
-            in.a = fetch.color(n.inputs[0]);
-            in.eta = Spectrum<W>(max(fetch.number(n.inputs[1]), Float<W>(1.0001f)));
-            const Float<W> r = fetch.number(n.inputs[2]);
-            in.alpha = r * r;
-            break;
-        }
-        case LobeId::MicrosurfaceDielectricBsdfRgb_v1: {
-            const Float<W> r = fetch.mean_color(n.inputs[0]);
-            in.alpha = r * r;
-            in.a = fetch.color(n.inputs[1]);
-            in.b = fetch.color(n.inputs[2]);
-            in.dispersive = n.inputs[4].word >= 0;
-            const Float<W> n_d = max(fetch.number(n.inputs[3]), Float<W>(1.0001f));
-            const Spectrum<W> index =
-                in.dispersive ? index_of_refraction(n_d, fetch.number(n.inputs[4]), l) : Spectrum<W>(n_d);
-            for (int i = 0; i < Wavelengths; i++)
-                in.eta[i] = kanuka::select(outside, index[i], Float<W>(1.0f) / index[i]);
-            break;
-        }
-        default:
-            break;
-        }
+        in.given = n.given;
+        int color = 0, number = 0;
+        for (int i = 0; i < n.input_count; i++)
+            if (n.colors >> i & 1)
+                in.color[color++] = fetch.color(n.inputs[i]);
+            else
+                in.number[number++] = fetch.number(n.inputs[i]);
     }
 
-    void upward_albedo(Float<W> cos_o) {
+    void upward_albedo(const Vec3<Float<W>>& wo) {
         const Float<W> one(1.0f);
         for (size_t i = 0; i < m_code.nodes.size(); i++) {
             const MaterialCode::Node& n = m_code.nodes[i];
@@ -247,7 +244,7 @@ class Material {
             switch (n.op) {
             case grid::LayerOp::Lobe:
                 m_node_albedo[i] = n.leaf < 0 ? Spectrum<W>(Float<W>(0.0f))
-                                              : albedo_of_lobe(n.lobe, m_inputs[n.leaf], cos_o) * w;
+                                              : albedo_of_lobe(n.lobe, m_inputs[n.leaf], wo) * w;
                 break;
             case grid::LayerOp::Mix:
                 m_node_albedo[i] = m_node_albedo[n.upper] * w + m_node_albedo[n.lower] * (one - w);
@@ -329,7 +326,54 @@ class Material {
         }
     }
 
+    // Coats that absorb: light crosses the layer along refracted directions, from wo's side and from wi's, so
+    // that the way down counts 1 / cos (Beer and Lambert). What a leaf's light loses: its depth is the sum of
+    // the coats' above it, log2, and bends by the index of the uppermost.
+    void absorb(const Vec3<Float<W>>& wo) {
+        const Float<W> one(1.0f);
+        Spectrum<W> depth[MaxNodes];
+        Float<W> index[MaxNodes];
+        const int root = int(m_code.nodes.size()) - 1;
+        depth[root] = Spectrum<W>(Float<W>(0.0f));
+        index[root] = one;
+        for (int i = root; i >= 0; i--) {
+            const MaterialCode::Node& n = m_code.nodes[size_t(i)];
+            if (n.op == grid::LayerOp::Lobe) {
+                if (n.leaf < 0)
+                    continue;
+                m_depth[n.leaf] = depth[i];
+                m_index[n.leaf] = index[i];
+                const Spectrum<W> out = crossing(n.leaf, wo.z);
+                m_weight[n.leaf] *= out;
+                continue;
+            }
+            for (int child : {n.upper, n.lower})
+                depth[child] = depth[i], index[child] = index[i];
+            if (n.absorber < 0)
+                continue;
+            const LobeInputs<W>& coat = m_inputs[n.absorber];
+            for (int k = 0; k < Wavelengths; k++) { // a coat of weight w lets 1 - w (1 - T) through
+                const Float<W> T = fma(m_node_weight[i], coat.color[1][k] - one, one);
+                depth[n.lower][k] = depth[i][k] - log2(clamp(T, Float<W>(1e-6f), one));
+            }
+            index[n.lower] = max(index[i], coat.eta[0]);
+        }
+    }
+    Spectrum<W> crossing(int leaf, Float<W> cosine) const {
+        const Float<W> one(1.0f), sine2 = max(one - cosine * cosine, Float<W>(0.0f));
+        const Float<W> cos_t = sqrt(max(one - sine2 / (m_index[leaf] * m_index[leaf]), Float<W>(1e-4f)));
+        Spectrum<W> t;
+        for (int k = 0; k < Wavelengths; k++)
+            t[k] = exp2(-(m_depth[leaf][k] / cos_t));
+        return t;
+    }
+    Spectrum<W> way_in(int leaf, const Vec3<Float<W>>& wi) const { // what leaves below crosses no coat again
+        return select(wi.z > Float<W>(0.0f), crossing(leaf, wi.z), Spectrum<W>(Float<W>(1.0f)));
+    }
+
     const MaterialCode& m_code;
+    Spectrum<W> m_depth[MaxLobes]; // of materials that absorb
+    Float<W> m_index[MaxLobes];
     Float<W> m_node_weight[MaxNodes];
     Spectrum<W> m_node_albedo[MaxNodes];
     LobeInputs<W> m_inputs[MaxLobes];

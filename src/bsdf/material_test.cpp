@@ -71,7 +71,6 @@ struct TreeFetch {
         return s;
     }
     Float<W> number(const MaterialCode::Place& p) const { return Float<W>(value(p).x); }
-    Float<W> mean_color(const MaterialCode::Place& p) const { return mean(color(p)); }
 };
 
 template <int W>
@@ -82,7 +81,7 @@ void wavelengths(Float<W> l[Wavelengths]) {
 
 template <int W>
 Vec3<Float<W>> seen_from(float cosine) {
-    return LobeCase{LobeId::LambertBrdf, 0, 1, cosine}.wo<W>();
+    return LobeCase{LobeId::LambertBrdf, {}, cosine}.wo<W>();
 }
 
 struct Energy {
@@ -94,7 +93,7 @@ Energy scattered(const Tree& tree, float cosine, bool outside = true, int count 
     const MaterialCode code(tree.program);
     F8 l[Wavelengths];
     wavelengths<8>(l);
-    const Material<8> material(code, TreeFetch<8>(tree), Mask<8>(outside), F8(cosine), l);
+    const Material<8> material(code, TreeFetch<8>(tree), Mask<8>(outside), seen_from<8>(cosine), l);
     const V8 wo = seen_from<8>(cosine);
     Uniform u(17);
     RunningMean mean[Wavelengths];
@@ -189,6 +188,37 @@ TEST(Material, FurnaceOfCoats) {
             }
 }
 
+// A coat that absorbs, over a white base: what is reflected, and what crosses the layer down and up, by
+// quadrature over the way in.
+TEST(Material, AbsorbingCoats) {
+    for (float cosine : Cosines)
+        for (float weight : {1.0f, 0.5f}) {
+            Tree t;
+            const Vec3f through(0.9f, 0.5f, 0.2f);
+            const int a = t.lobe(LobeId::MicrofacetDielectricBrdf,
+                                 {White, Vec3f(1.5f), Vec3f(0.0f), Vec3f(0.0f), Vec3f(0.0f), Vec3f(0.5f),
+                                  Vec3f(0.0f), Vec3f(1.33f), through});
+            const int b = white_lambert(t);
+            t.join(LayerOp::Coat, a, b, weight);
+            const Energy e = scattered(t, cosine, true, 20000);
+            Float<1> unused;
+            const double F = double(fresnel_dielectric(Float<1>(cosine), Float<1>(1.5f), unused)[0]);
+            const auto down = [](double c) { return std::sqrt(1 - (1 - c * c) / 2.25); };
+            for (int w = 0; w < 3; w++) {
+                const double T = 1 - double(weight) * (1 - double(through[w]));
+                double in = 0;
+                for (int i = 0; i < 1000; i++) {
+                    const double c2 = (i + 0.5) / 1000; // by cos^2
+                    in += std::pow(T, 1 / down(std::sqrt(c2))) / 1000;
+                }
+                const double expected = double(weight) * F +
+                                        (1 - double(weight) * F) * std::pow(T, 1 / down(double(cosine))) * in;
+                EXPECT_NEAR(e.mean[w], expected, 4.5 * e.error + 0.004)
+                    << cosine << " " << weight << " " << w;
+            }
+        }
+}
+
 TEST(Material, FurnaceOfATallTree) {
     for (float cosine : Cosines) {
         Tree t; // coat (varnish, coat (varnish, mix (mirror, over (half Lambert, glass))))
@@ -252,7 +282,7 @@ TEST(Material, BlackIsBlack) {
     const MaterialCode code(t.program);
     F8 l[Wavelengths];
     wavelengths<8>(l);
-    EXPECT_TRUE(all(Material<8>(code, TreeFetch<8>(t), Mask<8>(true), F8(0.5f), l).black()));
+    EXPECT_TRUE(all(Material<8>(code, TreeFetch<8>(t), Mask<8>(true), seen_from<8>(0.5f), l).black()));
 }
 
 // The mixture's density is what its samples have: f / pdf over samples is the integral of f, for lobes that
@@ -267,7 +297,7 @@ TEST(Material, MixturesIntegrate) {
         const MaterialCode code(t.program);
         F8 l[Wavelengths];
         wavelengths<8>(l);
-        const Material<8> material(code, TreeFetch<8>(t), Mask<8>(true), F8(cosine), l);
+        const Material<8> material(code, TreeFetch<8>(t), Mask<8>(true), seen_from<8>(cosine), l);
         const Energy e = scattered(t, cosine, true, 20000);
         for (int w = 0; w < Wavelengths; w++) {
             double sum = 0;
@@ -287,8 +317,8 @@ TEST(Material, InsideOfGlass) {
     F8 l[Wavelengths];
     wavelengths<8>(l);
     const float cosine = 0.7f; // 45.6 degrees
-    const Material<8> inside(code, TreeFetch<8>(t), Mask<8>(false), F8(cosine), l);
-    const Material<8> outside(code, TreeFetch<8>(t), Mask<8>(true), F8(cosine), l);
+    const Material<8> inside(code, TreeFetch<8>(t), Mask<8>(false), seen_from<8>(cosine), l);
+    const Material<8> outside(code, TreeFetch<8>(t), Mask<8>(true), seen_from<8>(cosine), l);
     Uniform u(4);
     int through = 0;
     for (int i = 0; i < 100; i++) {
@@ -333,7 +363,7 @@ TEST(Material, LaneCountsAgree) {
         constexpr int W = decltype(width)::value;
         Float<W> l[Wavelengths];
         wavelengths<W>(l);
-        const Material<W> material(code, TreeFetch<W>(t), Mask<W>(true), Float<W>(0.6f), l);
+        const Material<W> material(code, TreeFetch<W>(t), Mask<W>(true), seen_from<W>(0.6f), l);
         Uniform u(8);
         std::vector<float> out;
         for (int i = 0; i < 4096 / W; i++) {

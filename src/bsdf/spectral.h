@@ -1,7 +1,7 @@
 // Spectra in lanes: four hero wavelengths a path, and the uplift of RGB inputs at a hit.
 #pragma once
 
-#include "base/lanes.h"
+#include "base/rows.h"
 
 namespace kanuka::bsdf {
 
@@ -106,12 +106,16 @@ void uplift(const UpliftView& table, Vec3<Float<W>> rgb, Float<W>& c0, Float<W>&
     const I n(table.resolution);
     const I base = (((m * n + cell[2]) * n + cell[1]) * n + cell[0]) * I(3);
     F q[3] = {zero, zero, average - F(0.5f)};
+#pragma GCC unroll 8
     for (int corner = 0; corner < 8; corner++) {
         const int dx = corner & 1, dy = corner >> 1 & 1, dz = corner >> 2;
         const F w = weight[0][dx] * weight[1][dy] * weight[2][dz];
-        const I knot = base + I(((dz * table.resolution + dy) * table.resolution + dx) * 3);
-        for (int k = 0; k < 3; k++)
-            q[k] = fma(w, gather(table.coefficients + k, knot), q[k]);
+        // Knots along x are neighbours of three floats: read with the one before, the second stays within.
+        const auto knot = load_rows<4>(
+            table.coefficients, base + I(((dz * table.resolution + dy) * table.resolution) * 3 + 2 * dx));
+#pragma GCC unroll 3
+        for (size_t k = 0; k < 3; k++)
+            q[k] = fma(w, knot[k + size_t(dx)], q[k]);
     }
     const F s = one / sqrt(max(average * (one - average), F(1e-30f)));
     const F scale = kanuka::select(bright, -s, s);

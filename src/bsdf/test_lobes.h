@@ -1,6 +1,7 @@
 // Lobes at given parameters, and integrals over directions: what the tests of this folder share.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <random>
 #include <string>
@@ -13,22 +14,81 @@ namespace kanuka::bsdf::testing {
 using F8 = Float<8>;
 using V8 = Vec3<F8>;
 
+// Four wavelengths; `hero` is the one that stands first.
+template <int W>
+const Float<W>* test_wavelengths(int hero = 0) {
+    static const auto all = [] {
+        std::array<std::array<Float<W>, Wavelengths>, Wavelengths> l;
+        for (int h = 0; h < Wavelengths; h++) {
+            for (int i = 0; i < Wavelengths; i++)
+                l[size_t(h)][size_t(i)] = Float<W>(0.15f + 0.2f * float(i));
+            std::swap(l[size_t(h)][0], l[size_t(h)][size_t(h)]);
+        }
+        return l;
+    }();
+    return all[size_t(hero)].data();
+}
+
+// A lobe with some inputs given by name; the others hold their defaults.
 struct LobeCase {
     LobeId id;
-    float alpha = 0;  // GGX width
-    float eta = 1.5f; // behind over front
+    std::vector<std::pair<std::string, Vec3f>> given = {};
     float cosine = 1; // of wo
-    bool dispersive = false;
+    bool outside = true;
 
+    const grid::LobeDecl& decl() const { return grid::lobe(id); }
+    LobeCase with(const std::string& name, float value) const {
+        return with(name, Vec3f(value, value, value));
+    }
+    LobeCase with(const std::string& name, Vec3f value) const {
+        LobeCase c = *this;
+        for (auto& [n, v] : c.given)
+            if (n == name) {
+                v = value;
+                return c;
+            }
+        c.given.emplace_back(name, value);
+        return c;
+    }
+    LobeCase seen_at(float cosine, bool outside = true) const {
+        LobeCase c = *this;
+        c.cosine = cosine;
+        c.outside = outside;
+        return c;
+    }
+    // As declared; colours change places with the wavelengths.
     template <int W>
-    LobeInputs<W> inputs() const {
+    LobeInputs<W> raw(int hero = 0) const {
         LobeInputs<W> in;
-        in.a = in.b = Spectrum<W>(Float<W>(1.0f));
-        in.alpha = Float<W>(alpha);
-        in.dispersive = dispersive;
-        for (int i = 0; i < Wavelengths; i++) // as glass: more for shorter waves, less when seen from inside
-            in.eta[i] = Float<W>(dispersive ? eta * (1 + 0.02f * float(i) * (eta > 1 ? 1 : -1)) : eta);
+        int color = 0, number = 0;
+        for (size_t i = 0; i < decl().inputs.size(); i++) {
+            const grid::LobeInput& input = decl().inputs[i];
+            Vec3f value = input.fallback;
+            for (const auto& [name, v] : given)
+                if (name == input.name) {
+                    value = v;
+                    in.given |= 1u << i;
+                }
+            if (input.type == grid::InputType::Color) {
+                Spectrum<W>& s = in.color[color++]; // three steps and their mean
+                s[0] = Float<W>(value.x), s[1] = Float<W>(value.y), s[2] = Float<W>(value.z);
+                s[3] = Float<W>((value.x + value.y + value.z) / 3);
+                std::swap(s[0], s[hero]);
+            } else {
+                in.number[number++] = Float<W>(value.x);
+            }
+        }
         return in;
+    }
+    template <int W>
+    LobeInputs<W> inputs(const Vec3<Float<W>>& wo, bool outside, int hero = 0) const {
+        LobeInputs<W> in = raw<W>(hero);
+        prepare_lobe(id, in, wo, Mask<W>(outside), test_wavelengths<W>(hero));
+        return in;
+    }
+    template <int W>
+    LobeInputs<W> inputs(int hero = 0) const {
+        return inputs<W>(wo<W>(), outside, hero);
     }
     template <int W>
     Vec3<Float<W>> wo() const {
@@ -36,29 +96,71 @@ struct LobeCase {
         return {Float<W>(0.8f * s), Float<W>(-0.6f * s), Float<W>(cosine)};
     }
     bool transmits() const {
-        return id == LobeId::LambertBtdf || id == LobeId::MicrosurfaceDielectricBsdfRgb_v1;
+        return decl().kind == grid::LobeKind::Transmission ||
+               decl().kind == grid::LobeKind::ReflectionTransmission;
     }
     std::string str() const {
-        return std::string(grid::lobe(id).name) + " alpha " + std::to_string(alpha) + " eta " +
-               std::to_string(eta) + " cos " + std::to_string(cosine) + (dispersive ? " dispersive" : "");
+        std::string s(decl().name);
+        for (const auto& [name, v] : given)
+            s += " " + name + " " + std::to_string(v.x);
+        return s + " cos " + std::to_string(cosine) + (outside ? "" : " inside");
     }
 };
 
-// Every lobe, at widths from nearly smooth to the roughest, seen from above to grazing.
-inline std::vector<LobeCase> rough_cases() {
+inline bool scatters(const grid::LobeDecl& decl) {
+    return decl.kind != grid::LobeKind::Emission && decl.kind != grid::LobeKind::Phase;
+}
+
+// Every lobe of the table, with each of its inputs over its range in turn; rough where there is a choice.
+// `cosines`: of wo; interfaces are seen from both sides.
+inline std::vector<LobeCase> rough_cases(const std::vector<float>& cosines = {0.999f, 0.6f, 0.1f},
+                                         bool all_views = true) {
     std::vector<LobeCase> all;
-    for (float cosine : {0.999f, 0.6f, 0.1f}) {
-        all.push_back({LobeId::LambertBrdf, 0, 1.5f, cosine});
-        all.push_back({LobeId::LambertBtdf, 0, 1.5f, cosine});
-        for (float alpha : {0.02f, 0.15f, 0.5f, 1.0f}) {
-            all.push_back({LobeId::MicrofacetConductorBrdf, alpha, 1.5f, cosine});
-            for (float eta : {1.5f, 1 / 1.5f, 1.05f})
-                all.push_back({LobeId::MicrosurfaceDielectricBsdfRgb_v1, alpha, eta, cosine});
+    for (const grid::LobeDecl& decl : grid::lobe_table()) {
+        if (!scatters(decl))
+            continue;
+        std::vector<LobeCase> mine;
+        LobeCase base{decl.id};
+        if (grid::find_input(decl, "roughness") >= 0)
+            base = base.with("roughness", 0.45f);
+        mine.push_back(base);
+        for (const grid::LobeInput& input : decl.inputs) {
+            const std::string name(input.name);
+            LobeCase c = base;
+            if (name == "rotation" && grid::find_input(decl, "anisotropy") >= 0)
+                c = c.with("anisotropy", 0.7f);
+            if (name == "filmIor")
+                c = c.with("filmThickness", 380);
+            std::vector<float> values;
+            if (name == "roughness")
+                values = {decl.id == LobeId::GratingBrdf ? 0.3f : 0.15f, 0.7f, 1.0f};
+            else if (name == "ior") // nearer to 1 it is a direction, next to
+                values = {1.05f, 1.4f, 4};
+            else if (name == "exponent")
+                values = {0, 10, 1000};
+            else if (!input.names.empty())
+                values = {1, float(input.names.size() - 1)};
+            else if (input.storage == grid::Storage::Rgb9e5)
+                values = {0.3f, 5};
+            else if (input.type == grid::InputType::Color)
+                values = {0.4f};
+            else
+                for (float f : {0.0f, 0.13f, 1.0f})
+                    values.push_back(input.low + f * (input.high - input.low));
+            for (float v : values)
+                mine.push_back(c.with(name, v));
         }
-        all.push_back({LobeId::MicrofacetDielectricBrdf, 0.3f, 1.5f, cosine});
-        all.push_back({LobeId::MicrofacetDielectricBrdf, 0.05f, 2.5f, cosine});
-        all.push_back({LobeId::MicrosurfaceDielectricBsdfRgb_v1, 0.2f, 1.5f, cosine, true});
-        all.push_back({LobeId::MicrosurfaceDielectricBsdfRgb_v1, 0.2f, 1 / 1.5f, cosine, true});
+        for (size_t i = 0; i < mine.size(); i++)
+            for (size_t k = 0; k < cosines.size(); k++) {
+                if (!all_views && i > 0 &&
+                    k != i % cosines.size()) // the base case from everywhere, others in turn
+                    continue;
+                const LobeCase& c = mine[i];
+                const float cosine = cosines[k];
+                all.push_back(c.seen_at(cosine));
+                if (decl.id == LobeId::MicrosurfaceDielectricBsdfRgb_v1)
+                    all.push_back(c.seen_at(cosine, false));
+            }
     }
     return all;
 }

@@ -14,6 +14,10 @@ namespace {
 
 constexpr int MaxDepth = 16; // of nested instances
 
+// Up to this many cells, the opaque grids of a group become quads: 78 bytes a cell instead of 17, and rays a
+// tenth faster (Cornell box, a ball on a plane; four incoherent rays for three on a height field).
+constexpr size_t MostQuads = size_t(1) << 18;
+
 using Matrix = std::array<float, 12>; // row-major 3x4
 
 Matrix concat(const Matrix& a, const float* b) {
@@ -69,7 +73,8 @@ Mask<W> traceable(const RayPacket<W>& rays) {
 
 struct Geometry {
     const store::Store* store;
-    std::vector<int> shape_of_grid; // grids: by primID; meshes: one entry
+    std::vector<int> shape_of_grid; // grids, and quads of grids: by primID; meshes: one entry
+    std::vector<uint32_t> cell;     // quads of grids: place of the cell, u | v << 16, by primID; else empty
 };
 
 struct Instances;
@@ -265,7 +270,34 @@ struct Scene::Impl {
         }
         rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, store.words(), 0,
                                    12, last);
-        auto ours = std::make_unique<Geometry>(Geometry{&store, shapes});
+        auto ours = std::make_unique<Geometry>(Geometry{&store, shapes, {}});
+        attach(group, geometry, std::move(ours));
+    }
+
+    // The same grids as quads that share the grids' vertices. Embree splits both along the same diagonal.
+    void add_quads(Group& group, const std::vector<int>& shapes, size_t cells) {
+        RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_QUAD);
+        auto* corner = static_cast<uint32_t*>(
+            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 16, cells));
+        auto ours = std::make_unique<Geometry>(Geometry{&store, {}, {}});
+        ours->shape_of_grid.reserve(cells);
+        ours->cell.reserve(cells);
+        size_t last = 0;
+        for (int shape : shapes) {
+            const store::ShapeRecord& s = store.shapes()[size_t(shape)];
+            const unsigned first = unsigned(s.positions) / 3, row = unsigned(s.mu + 1);
+            for (unsigned j = 0; j < unsigned(s.mv); j++)
+                for (unsigned i = 0; i < unsigned(s.mu); i++) {
+                    const unsigned at = first + j * row + i;
+                    *corner++ = at, *corner++ = at + 1, *corner++ = at + row + 1, *corner++ = at + row;
+                    ours->shape_of_grid.push_back(shape);
+                    ours->cell.push_back(i | j << 16);
+                }
+            last = std::max(last, size_t(first) + size_t(row) * size_t(s.mv + 1));
+        }
+        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, store.words(), 0,
+                                   12, last);
+        bytes += int64_t(cells * 2 * sizeof(int));
         attach(group, geometry, std::move(ours));
     }
 
@@ -279,7 +311,7 @@ struct Scene::Impl {
         rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0,
                                    quads ? RTC_FORMAT_UINT4 : RTC_FORMAT_UINT3, store.words() + s.indices, 0,
                                    quads ? 16 : 12, size_t(s.mv));
-        attach(group, geometry, std::make_unique<Geometry>(Geometry{&store, {shape}}));
+        attach(group, geometry, std::make_unique<Geometry>(Geometry{&store, {shape}, {}}));
     }
 
     void add_instances(Group& group, const GroupDesc::Instances& desc) {
@@ -338,7 +370,13 @@ Scene::Scene(const store::Store& store, std::span<const GroupDesc> groups, bool 
                 else
                     (impl.cuts_out(shape) ? cut_out : solid).push_back(s);
             }
-        impl.add_grids(group, solid);
+        size_t cells = 0;
+        for (int shape : solid)
+            cells += size_t(store.shapes()[size_t(shape)].mu) * size_t(store.shapes()[size_t(shape)].mv);
+        if (cells > 0 && cells <= MostQuads && !compact)
+            impl.add_quads(group, solid, cells);
+        else
+            impl.add_grids(group, solid);
         impl.add_grids(group, cut_out);
         for (const auto& instances : groups[g].instances)
             impl.add_instances(group, instances);
@@ -445,6 +483,12 @@ void Scene::intersect(const RayPacket<W>& rays, HitPacket<W>& hits) const {
         hits.instanced.v[i] = inside;
         hits.shape.v[i] =
             g.shape_of_grid.size() == 1 ? g.shape_of_grid[0] : g.shape_of_grid[size_t(hits.prim.v[i])];
+        if (!g.cell.empty()) {
+            const store::ShapeRecord& s = m_impl->store.shapes()[size_t(hits.shape.v[i])];
+            const uint32_t cell = g.cell[size_t(hits.prim.v[i])];
+            hits.u.v[i] = (float(cell & 0xffff) + hits.u.v[i]) / float(s.mu);
+            hits.v.v[i] = (float(cell >> 16) + hits.v.v[i]) / float(s.mv);
+        }
     }
 }
 

@@ -2,6 +2,9 @@
 
 #include <cmath>
 
+#include "color/daylight.h"
+#include "color/spaces.h"
+
 namespace kanuka::color {
 
 namespace {
@@ -20,8 +23,23 @@ const Table& cie_z() {
 float cie_y_integral() {
     return YIntegral;
 }
+const Table& cie_x10() {
+    return X10;
+}
+const Table& cie_y10() {
+    return Y10;
+}
+const Table& cie_z10() {
+    return Z10;
+}
 const Table& illuminant_d65() {
     return D65;
+}
+const Table& illuminant_d60() {
+    return D60;
+}
+const Table& white_illuminant(Space space) {
+    return space == Space::AcesCg || space == Space::Aces2065 ? D60 : D65;
 }
 
 constinit const std::array<std::array<float, 3>, 3> rgb_from_xyz = RgbFromXyz, xyz_from_rgb = XyzFromRgb;
@@ -40,6 +58,20 @@ Table blackbody(float kelvin) {
     double y = 0;
     for (int i = 0; i < LambdaCount; i++) {
         power[i] = std::exp(log_planck(LambdaMin + i) - middle);
+        y += power[i] * Y[i];
+    }
+    Table table;
+    for (int i = 0; i < LambdaCount; i++)
+        table[i] = float(power[i] * YIntegral / y);
+    return table;
+}
+
+Table daylight(float kelvin) {
+    const DaylightMix mix = daylight_mix(kelvin >= float(DaylightMin) ? kelvin : float(DaylightMin));
+    std::array<double, LambdaCount> power;
+    double y = 0;
+    for (int i = 0; i < LambdaCount; i++) {
+        power[i] = std::max(Daylight0[i] + mix.m1 * Daylight1[i] + mix.m2 * Daylight2[i], 0.0);
         y += power[i] * Y[i];
     }
     Table table;

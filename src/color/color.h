@@ -21,10 +21,17 @@ const Table& cie_x();
 const Table& cie_y();
 const Table& cie_z();
 float cie_y_integral(); // sum of cie_y over 1 nm steps, about 106.857
+// CIE 1964 10-degree observer, 1 nm.
+const Table& cie_x10();
+const Table& cie_y10();
+const Table& cie_z10();
 
 // Relative spectral power, scaled to luminance Y = 1, where XYZ = integral(S cmf) / cie_y_integral.
 const Table& illuminant_d65();
+const Table& illuminant_d60(); // daylight of nominally 6000 K, which stands for the white of ACES
 Table blackbody(float kelvin); // clamped to at least 100 K
+Table daylight(float kelvin);  // CIE daylight; clamped to 4000 to 25000 K
+// Others are in illuminants.h.
 
 // Uplift (Jakob and Hanika 2019): S(lambda) = 1/2 + x / (2 sqrt(1 + x^2)), x = c0 l^2 + c1 l + c2, with
 // l = (lambda - 360) / 470, for linear Rec.709 in [0, 1]^3 under D65. The table is made at build time by an
@@ -49,8 +56,10 @@ struct UpliftTable {
     std::vector<float> scale;        // value of the largest component at each z, rising to 1
     std::vector<float> coefficients; // 3 * resolution^3 * 3
 };
-const UpliftTable& uplift_table();
+enum class Space; // spaces.h; those with colours of scenes have a table of their own, for their own white
+const UpliftTable &uplift_table(), &uplift_table(Space space);
 std::array<float, 3> uplift(const Rgb& rgb); // c0, c1, c2; clamps to [0, 1]
+std::array<float, 3> uplift(const Rgb& rgb, const UpliftTable& table);
 // S(lambda), no cancellation in the dark: s = sqrt(1 + x^2), h = 1/2 / (s (s + |x|)), S = x < 0 ? h : 1 - h.
 float uplift_eval(const std::array<float, 3>& c, float lambda);
 

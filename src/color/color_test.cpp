@@ -243,7 +243,7 @@ TEST(Uplift, OptimiserMeetsEveryKnot) {
                 illuminant_d65()[i] / cie_y_integral();
     }
     double residual = 1;
-    const auto table = fit_uplift_table(response, 8, residual);
+    const auto table = fit_uplift_table(response, 8, false, residual);
     EXPECT_EQ(table.size(), size_t(3 * 8 * 8 * 8 * 3));
     EXPECT_LT(residual, 1e-6);
 }

@@ -4,45 +4,62 @@
 #include <cstring>
 
 #include "color/color.h"
+#include "color/spaces.h"
 #include "color/uplift_fit.h"
 
-// The table rides in the object file: 3 * resolution^3 * 3 floats, UPLIFT_BIN names the file.
-asm(R"(
-    .section .rodata
-    .balign 64
-    .global kanuka_uplift_begin
-    .hidden kanuka_uplift_begin
-kanuka_uplift_begin:
-    .incbin ")" UPLIFT_BIN R"("
-    .global kanuka_uplift_end
-    .hidden kanuka_uplift_end
-kanuka_uplift_end:
-    .byte 0
-    .previous
-)");
+// The tables ride in the object file: 3 * resolution^3 * 3 floats each; UPLIFT_DIR is the folder of the
+// files.
+#define KANUKA_UPLIFT_TABLE(name, file)                                                                      \
+    asm(".section .rodata\n"                                                                                 \
+        ".balign 64\n"                                                                                       \
+        ".global kanuka_" name "_begin\n"                                                                    \
+        ".hidden kanuka_" name "_begin\n"                                                                    \
+        "kanuka_" name "_begin:\n"                                                                           \
+        ".incbin \"" UPLIFT_DIR "/" file "\"\n"                                                              \
+        ".global kanuka_" name "_end\n"                                                                      \
+        ".hidden kanuka_" name "_end\n"                                                                      \
+        "kanuka_" name "_end:\n"                                                                             \
+        ".byte 0\n"                                                                                          \
+        ".previous\n")
+KANUKA_UPLIFT_TABLE("uplift", "uplift.bin");
+KANUKA_UPLIFT_TABLE("uplift_rec2020", "uplift_rec2020.bin");
+KANUKA_UPLIFT_TABLE("uplift_acescg", "uplift_acescg.bin");
 extern "C" const float kanuka_uplift_begin[], kanuka_uplift_end[];
+extern "C" const float kanuka_uplift_rec2020_begin[], kanuka_uplift_rec2020_end[];
+extern "C" const float kanuka_uplift_acescg_begin[], kanuka_uplift_acescg_end[];
 
 namespace kanuka::color {
 
+static UpliftTable read_table(const float* begin, const float* end) {
+    UpliftTable t;
+    const size_t count = size_t(end - begin);
+    t.coefficients.resize(count);
+    std::memcpy(t.coefficients.data(), begin, count * sizeof(float));
+    t.resolution = int(std::lround(std::cbrt(double(count) / 9)));
+    for (int i = 0; i < t.resolution; i++)
+        t.scale.push_back(float(uplift_scale(i, t.resolution)));
+    const double first = uplift_warp(UpliftDarkest);
+    t.z_factor = float((t.resolution - 1) / (1 - first));
+    t.z_offset = float(-first * (t.resolution - 1) / (1 - first));
+    return t;
+}
+
 const UpliftTable& uplift_table() {
-    static const UpliftTable table = [] {
-        UpliftTable t;
-        const size_t count = size_t(kanuka_uplift_end - kanuka_uplift_begin);
-        t.coefficients.resize(count);
-        std::memcpy(t.coefficients.data(), kanuka_uplift_begin, count * sizeof(float));
-        t.resolution = int(std::lround(std::cbrt(double(count) / 9)));
-        for (int i = 0; i < t.resolution; i++)
-            t.scale.push_back(float(uplift_scale(i, t.resolution)));
-        const double first = uplift_warp(UpliftDarkest);
-        t.z_factor = float((t.resolution - 1) / (1 - first));
-        t.z_offset = float(-first * (t.resolution - 1) / (1 - first));
-        return t;
-    }();
+    static const UpliftTable table = read_table(kanuka_uplift_begin, kanuka_uplift_end);
     return table;
 }
 
+const UpliftTable& uplift_table(Space space) {
+    static const UpliftTable rec2020 = read_table(kanuka_uplift_rec2020_begin, kanuka_uplift_rec2020_end);
+    static const UpliftTable acescg = read_table(kanuka_uplift_acescg_begin, kanuka_uplift_acescg_end);
+    return space == Space::Rec2020 ? rec2020 : space == Space::AcesCg ? acescg : uplift_table();
+}
+
 std::array<float, 3> uplift(const Rgb& rgb) {
-    const UpliftTable& table = uplift_table();
+    return uplift(rgb, uplift_table());
+}
+
+std::array<float, 3> uplift(const Rgb& rgb, const UpliftTable& table) {
     const int n = table.resolution;
 
     // 1. Clamp; bright colours by their complement.

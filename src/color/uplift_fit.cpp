@@ -72,12 +72,11 @@ bool solve(const std::array<V3, 3>& a, const V3& b, V3& x) {
 constexpr double Accepted = 1e-6; // residual
 
 // Gauss–Newton with Levenberg–Marquardt damping, from q; returns the largest residual.
-double fit(const Model& model, V3& q) {
-    constexpr int MaxSteps = 60;
+double fit(const Model& model, V3& q, int max_steps = 60) {
     std::array<V3, 3> j;
     V3 r = model.residual(q, &j);
     double damping = 1e-6;
-    for (int step = 0; step < MaxSteps && norm2(r) > 0.01 * Accepted * Accepted; step++) {
+    for (int step = 0; step < max_steps && norm2(r) > 0.01 * Accepted * Accepted; step++) {
         std::array<V3, 3> jtj{};
         V3 jtr{};
         for (int a = 0; a < 3; a++)
@@ -108,9 +107,46 @@ double fit(const Model& model, V3& q) {
     return std::max({std::abs(r[0]), std::abs(r[1]), std::abs(r[2])});
 }
 
+// Dark planes serve all colours darker still, down to black, with one q: the sigmoid of f / sqrt(n) goes to 0
+// with n only where f < 0.
+bool stays_dark(const Model& wanted, const V3& q) {
+    constexpr double Dark = 0.01, Below = -0.02;
+    if (wanted.largest > Dark)
+        return true;
+    const auto f = [&](double l) { return (q[0] * l + q[1]) * l + q[2]; };
+    const double vertex = q[0] != 0 ? std::clamp(-0.5 * q[1] / q[0], 0.0, 1.0) : 0;
+    return std::max({f(0), f(1), f(vertex)}) < Below;
+}
+
+// A target beyond reach is moved towards the grey of its mean, by bisection from grey (whose answer is known)
+// to the last place that the fit still reaches.
+double fit_nearest(const Model& wanted, V3& q) {
+    const auto towards = [&](double t) {
+        Model m = wanted;
+        for (double& v : m.target)
+            v = wanted.mean + t * (v - wanted.mean);
+        m.largest = std::max({m.target[0], m.target[1], m.target[2]});
+        return m;
+    };
+    double reached = 0, beyond = 1, error = 0;
+    q = {0, 0, wanted.mean - 0.5};
+    for (int i = 0; i < 10; i++) {
+        const double t = 0.5 * (reached + beyond);
+        V3 trial = q;
+        const double e = fit(towards(t), trial, 25);
+        if (e <= Accepted && stays_dark(wanted, trial)) {
+            q = trial;
+            reached = t;
+            error = e;
+        } else
+            beyond = t;
+    }
+    return error;
+}
+
 } // namespace
 
-std::vector<float> fit_uplift_table(const Response& response, int resolution, double& residual) {
+std::vector<float> fit_uplift_table(const Response& response, int resolution, bool wide, double& residual) {
     const int n = resolution;
     const auto knot = [&](int m, int z, int y, int x) { return ((size_t(m) * n + z) * n + y) * n + x; };
     const auto model = [&](int m, double largest, int y, int x) {
@@ -140,7 +176,10 @@ std::vector<float> fit_uplift_table(const Response& response, int resolution, do
                     q = {0, 0, wanted.mean - 0.5};
                 else
                     q = solved[x < n - 1 ? knot(int(m), middle, y, x + 1) : knot(int(m), middle, y + 1, x)];
-                worst[m] = std::max(worst[m], fit(wanted, q));
+                double error = fit(wanted, q);
+                if (wide && (error > Accepted || !stays_dark(wanted, q)))
+                    error = fit_nearest(wanted, q);
+                worst[m] = std::max(worst[m], error);
             }
     });
 
@@ -157,11 +196,14 @@ std::vector<float> fit_uplift_table(const Response& response, int resolution, do
                     continue;
                 }
                 double error = 1;
-                for (int steps = 1; steps <= 8 && error > Accepted; steps *= 2) {
+                for (int steps = 1; steps <= (wide ? 1 : 8) && error > Accepted; steps *= 2) {
                     q = solved[knot(m, z - direction, y, x)];
                     for (int i = 1; i <= steps; i++)
                         error = fit(model(m, from * std::pow(to / from, double(i) / steps), y, x), q);
                 }
+                if (const Model wanted = model(m, to, y, x);
+                    wide && (error > Accepted || !stays_dark(wanted, q)))
+                    error = fit_nearest(wanted, q);
                 worst[column] = std::max(worst[column], error);
             }
     });

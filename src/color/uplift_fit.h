@@ -11,7 +11,7 @@
 
 namespace kanuka::color {
 
-// sum over 1 nm steps of response[c][i] * reflectance[i] = component c of linear Rec.709 under D65.
+// sum over 1 nm steps of response[c][i] * reflectance[i] = component c of linear RGB under its white.
 using Response = std::array<std::vector<double>, 3>;
 
 // Knots of the largest component v are equidistant in t(v) = v^(1/4) - sqrt(1 - v), dense at both ends, where
@@ -32,6 +32,8 @@ inline double uplift_scale(int z, int resolution) {
 
 // Makes the knots of UpliftTable::coefficients for `resolution`; the planes of z are solved in parallel.
 // `residual` is the largest difference between wanted and found colour, relative to the largest component.
-std::vector<float> fit_uplift_table(const Response& response, int resolution, double& residual);
+// The corners of a `wide` space lie beyond what a smooth reflectance can be: such a knot takes the colour
+// between it and the grey of its mean that just can.
+std::vector<float> fit_uplift_table(const Response& response, int resolution, bool wide, double& residual);
 
 } // namespace kanuka::color

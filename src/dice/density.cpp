@@ -6,7 +6,9 @@ namespace kanuka::dice {
 
 // Surfaces seen edge on are not diced coarser than this: displacement, reflections and silhouettes show them.
 constexpr float LeastForeshortening = 1.0f / 8;
-constexpr float FalloffStrength = 8;
+// Out of the picture edges grow to nine times their length, within some eleven degrees of its border: what
+// rays find there is seen in reflections and by its light alone.
+constexpr float OffscreenGrowth = 8, OffscreenSlope = 5;
 
 Density::Density(const DiceTarget& target, const DiceOptions& options, float shading_rate) {
     const DicingCamera& camera = options.camera;
@@ -16,7 +18,7 @@ Density::Density(const DiceTarget& target, const DiceOptions& options, float sha
     m_perspective = camera.perspective;
     m_pixels_per_tangent = camera.pixels_per_tangent > 0 ? camera.pixels_per_tangent : 1;
     m_near = std::max(camera.near_clip, 1e-6f);
-    m_falloff = std::max(0.0f, camera.offscreen_falloff) * FalloffStrength;
+    m_falloff = std::max(0.0f, camera.offscreen_falloff) * OffscreenGrowth;
     m_half_width = 0.5f * float(camera.width) / m_pixels_per_tangent;
     m_half_height = 0.5f * float(camera.height) / m_pixels_per_tangent;
     m_edge_cosine = 1 / std::sqrt(1 + m_half_width * m_half_width + m_half_height * m_half_height);
@@ -59,7 +61,7 @@ float Density::pixels_at(const Vec3f& q, float* beyond) const {
     }
     if (beyond)
         *beyond = outside;
-    return pixels * m_scale / (1 + m_falloff * outside);
+    return pixels * m_scale / (1 + m_falloff * min(OffscreenSlope * outside, 1.0f));
 }
 
 float Density::cells(const Vec3f& a, const Vec3f& b) const {

@@ -66,6 +66,8 @@ void displace_mesh(geom::MeshParts& parts, const Displace& displace, const Locat
     constexpr size_t Chunk = 1 << 13; // vertices a call, so that calls can run side by side
     const size_t vertices = size_t(g.vertices());
     std::atomic<size_t> bad{0};
+    // What displacement leaves for the surface, channels that the vertices do not have yet.
+    std::vector<std::vector<grid::Channel>> left((vertices + Chunk - 1) / Chunk);
     tasks::parallel_chunks(vertices, Chunk, [&](size_t begin, size_t end) {
         grid::Grid part;
         part.allocate(int(end - begin) - 1, 0);
@@ -75,8 +77,21 @@ void displace_mesh(geom::MeshParts& parts, const Displace& displace, const Locat
                 {c.name, c.components, part.stride, std::vector<float>(size_t(c.components) * part.stride)});
         copy_vertices(g, begin, part, 0, end - begin);
         bad += displace_grid(part, displace);
+        left[begin / Chunk].assign(
+            std::make_move_iterator(part.primvars.begin() + ptrdiff_t(g.primvars.size())),
+            std::make_move_iterator(part.primvars.end()));
+        part.primvars.resize(g.primvars.size());
         copy_vertices(part, 0, g, begin, end - begin);
     });
+    for (size_t k = 0; k < (left.empty() ? 0 : left[0].size()); k++) {
+        grid::Channel all{left[0][k].name, left[0][k].components, g.stride, {}};
+        all.data.resize(size_t(all.components) * size_t(g.stride));
+        for (size_t chunk = 0; chunk < left.size(); chunk++)
+            for (int c = 0; c < all.components; c++)
+                std::copy_n(left[chunk][k].component(c), std::min(Chunk, vertices - chunk * Chunk),
+                            all.component(c) + chunk * Chunk);
+        g.primvars.push_back(std::move(all));
+    }
     if (bad > 0)
         report_bad_displacement(bad, where, journal);
     geom::vertex_normals(g, parts.mesh, g.flips, g.Ng);
@@ -166,7 +181,7 @@ static Diced dice_primitive(const scene::Primitive& primitive, const DiceTarget&
     const RateRule rule{Density(target, options, attributes.shading_rate), target.shade_uniform && !displace,
                         std::max(0.0f, options.geometry_tolerance), std::max(0.0f, options.normal_tolerance),
                         max_cells};
-    const bool simplify = options.geometry_tolerance > 0 && attributes.dice_flatness;
+    const bool simplify = options.geometry_tolerance > 0 && attributes.dice_flatness && !target.keep_density;
     const Transform& m = target.render_from_object;
     geom::MeshParts parts;
     if (const auto* curves = std::get_if<scene::Curves>(&primitive.geometry)) {

@@ -18,7 +18,8 @@ struct DicingCamera {
     float pixels_per_tangent = 0; // perspective: pixels per unit of tangent; orthographic: pixels per unit
     float near_clip = 1e-4f;
     int width = 0, height = 0;
-    // Primitives outside the frustum are diced too (rays reach them), ever coarser away from it.
+    // Primitives outside the frustum are diced too (rays reach them), but coarser: 0 = they are not, 1 = as
+    // usual.
     float offscreen_falloff = 1;
 };
 
@@ -52,6 +53,7 @@ struct DiceTarget {
     float pixels_per_unit = 0;
     bool shade_uniform =
         false; // the material is constant: rates serve geometry alone, flat pieces need one cell
+    bool keep_density = false; // traced geometry is not simplified: emitters whose light varies over them
 };
 
 // Never throws for bad geometry: NaN and degenerate parts are reported at primitive.where and dropped. The

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <cstring>
 #include <fstream>
 
@@ -6,6 +7,7 @@
 #include <ImfHeader.h>
 #include <ImfIO.h>
 #include <ImfInputFile.h>
+#include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
 #include <ImfTileDescription.h>
 #include <ImfVersion.h>
@@ -153,6 +155,23 @@ Picture read(const std::string& path, const std::vector<char>& bytes) {
     picture.y0 = data.min.y - display.min.y;
     picture.full_width = display.max.x - display.min.x + 1;
     picture.full_height = display.max.y - display.min.y + 1;
+    if (Imf::hasChromaticities(header)) {
+        const Imf::Chromaticities& c = Imf::chromaticities(header);
+        for (const color::Space space : {color::Space::Rec709, color::Space::Rec2020, color::Space::AcesCg,
+                                         color::Space::Aces2065, color::Space::Xyz}) {
+            const color::SpaceInfo& known = color::info(space);
+            const auto near = [](const Imath::V2f& a, const double(&b)[2]) {
+                return std::abs(a.x - b[0]) < 2e-3 && std::abs(a.y - b[1]) < 2e-3;
+            };
+            if (near(c.red, known.primaries.xy[0]) && near(c.green, known.primaries.xy[1]) &&
+                near(c.blue, known.primaries.xy[2]) && near(c.white, known.white)) {
+                picture.space = space;
+                picture.names_space = true;
+            }
+        }
+    }
+    if (Imf::hasWhiteLuminance(header))
+        picture.white_luminance = Imf::whiteLuminance(header);
     for (auto a = header.begin(); a != header.end(); ++a)
         if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&a.attribute()))
             picture.metadata[a.name()] = text->value();

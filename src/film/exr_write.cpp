@@ -78,7 +78,12 @@ Imf::Header make_header(const Picture& picture) {
         display = {{0, 0}, {picture.full_width - 1, picture.full_height - 1}};
     Imf::Header header(display, data);
     header.compression() = Imf::ZIP_COMPRESSION;
-    Imf::addChromaticities(header, Imf::Chromaticities()); // the default is Rec.709 with D65
+    const color::SpaceInfo& space = color::info(picture.space);
+    const auto v2 = [](const double(&xy)[2]) { return Imath::V2f(float(xy[0]), float(xy[1])); };
+    Imf::addChromaticities(header, Imf::Chromaticities(v2(space.primaries.xy[0]), v2(space.primaries.xy[1]),
+                                                       v2(space.primaries.xy[2]), v2(space.white)));
+    if (picture.white_luminance > 0)
+        Imf::addWhiteLuminance(header, picture.white_luminance);
     for (const auto& [name, value] : picture.metadata) {
         std::string key = is_reserved(name) ? "kanuka." + name : name;
         if (key.size() > 255)

@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/vec.h"
+#include "color/spaces.h"
 
 namespace kanuka::film {
 
@@ -23,6 +24,9 @@ struct Picture {
         std::vector<float> data; // width * height, row by row from the top
     };
     std::vector<Channel> channels;
+    color::Space space = color::Space::Rec709;   // of R G B and albedo: the EXR's chromaticities
+    bool names_space = false; // read from a file that says which space it is in
+    float white_luminance = 0;                   // cd/m2 that (1, 1, 1) stands for; 0 = not known
     std::map<std::string, std::string> metadata; // kanuka.version, kanuka.scene, comments, …
     Channel* find(const std::string& name);      // null = not there
     const Channel* find(const std::string& name) const;
@@ -33,9 +37,11 @@ struct Picture {
 // range of half are stored as its largest. Metadata whose name is one of the format's own attributes goes
 // under "kanuka.NAME".
 void write_exr(const std::string& path, const Picture& picture);
-// sRGB, 8 bits, rounded to nearest; (gain * C)^(1 / gamma) applied to R G B (or the only channel, as grey)
-// before; A, where it is there, is kept, and colour divided by it. NaN is black.
-void write_png(const std::string& path, const Picture& picture, float gain, float gamma);
+// Rec.709 primaries in a display's encoding, 8 bits, rounded to nearest; (gain * C)^(1 / gamma) applied to
+// R G B (or the only channel, as grey) before; A, where it is there, is kept, and colour divided by it. NaN
+// is black. Pictures in another space are converted, white to white.
+void write_png(const std::string& path, const Picture& picture, float gain, float gamma,
+               color::Display display = color::Display::Srgb);
 // Any flat EXR without subsampled channels, tiled or not; of a multi-part file the first part. Throws Error
 // with ExitCode::Input; hostile files included.
 Picture read_exr(const std::string& path);

@@ -23,10 +23,12 @@ uint8_t to_byte(float v) {
 
 struct Encoder {
     float gain, inverse_gamma;
+    color::Display display;
     uint8_t operator()(float linear) const {
         const float exposed = linear * gain;
-        return to_byte(exposed > 0 ? color::srgb_encode(std::pow(std::min(exposed, 1.0f), inverse_gamma))
-                                   : 0.0f);
+        return to_byte(exposed > 0
+                           ? color::display_encode(display, std::pow(std::min(exposed, 1.0f), inverse_gamma))
+                           : 0.0f);
     }
 };
 
@@ -41,7 +43,8 @@ int write_to_file(spng_ctx*, void* file, void* data, size_t size) {
 
 } // namespace
 
-void write_png(const std::string& path, const Picture& picture, float gain, float gamma) {
+void write_png(const std::string& path, const Picture& picture, float gain, float gamma,
+               color::Display display) {
     const auto fail = [&](const std::string& what) { throw Error(Location{path}, what, ExitCode::Output); };
     if (!(gamma > 0) || !std::isfinite(gamma) || !std::isfinite(gain))
         fail("exposure needs a finite gain and a gamma above 0");
@@ -65,12 +68,20 @@ void write_png(const std::string& path, const Picture& picture, float gain, floa
 
     // 2. Pixels: linear premultiplied to sRGB straight.
     const int colors = rgb ? 3 : 1, components = colors + (alpha ? 1 : 0);
-    const Encoder encode{gain, 1 / gamma};
+    const Encoder encode{gain, 1 / gamma, display};
+    const bool converts = rgb && picture.space != color::Space::Rec709;
+    const color::Matrix3 matrix = color::convert(picture.space, color::Space::Rec709);
     std::vector<uint8_t> bytes(pixels * components);
     const auto encode_pixel = [&](size_t i) {
         const float a = alpha ? clamp01(alpha->data[i]) : 1.0f;
-        for (int c = 0; c < colors; c++)
-            bytes[i * components + c] = a > 0 ? encode(color[c]->data[i] / a) : 0;
+        if (converts) {
+            const Rgb linear =
+                color::transform(matrix, {color[0]->data[i], color[1]->data[i], color[2]->data[i]});
+            for (int c = 0; c < 3; c++)
+                bytes[i * components + size_t(c)] = a > 0 ? encode(linear[c] / a) : 0;
+        } else
+            for (int c = 0; c < colors; c++)
+                bytes[i * components + c] = a > 0 ? encode(color[c]->data[i] / a) : 0;
         if (alpha)
             bytes[i * components + colors] = to_byte(a);
     };
@@ -96,8 +107,14 @@ void write_png(const std::string& path, const Picture& picture, float gain, floa
     int status = spng_set_png_stream(png.get(), write_to_file, &file);
     if (!status)
         status = spng_set_ihdr(png.get(), &header);
-    if (!status)
+    if (!status && display == color::Display::Srgb)
         status = spng_set_srgb(png.get(), Perceptual);
+    if (!status && display == color::Display::Rec709) {
+        spng_chrm chromaticities{0.3127, 0.3290, 0.64, 0.33, 0.30, 0.60, 0.15, 0.06};
+        status = spng_set_gama(png.get(), 1 / 2.4);
+        if (!status)
+            status = spng_set_chrm(png.get(), &chromaticities);
+    }
     if (!status)
         status = spng_encode_image(png.get(), bytes.data(), bytes.size(), SPNG_FMT_PNG, SPNG_ENCODE_FINALIZE);
     if (status)

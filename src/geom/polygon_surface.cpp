@@ -1,8 +1,8 @@
 // Polygons as quad-domain faces: convex quads as they are, triangles and n-gons cut to a quad at every corner
 // (corner, middle of an edge, centre, middle of the other edge), small triangles as quads with a collapsed
-// side. On all of them linear data stay linear.
+// side. On all of them linear data stay linear. Triangles that are halves of a flat quad are joined again.
 #include "geom/kinds.h"
-#include "geom/polygon_faces.h"
+#include "geom/pair_triangles.h"
 
 namespace kanuka::geom {
 namespace {
@@ -26,6 +26,8 @@ class PolygonSurface : public Surface {
             return false;
         m_primvars = collect_primvars(primitive, m_render_from_object, m_polygons.item_counts(), journal);
         texture_from_position(primitive);
+        if (!m_hints.small_triangles)
+            pair_triangles(m_polygons, m_points, m_primvars, m_pieces);
         build_topology();
         return true;
     }

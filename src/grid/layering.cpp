@@ -9,6 +9,17 @@ bool LayeringProgram::emits() const {
     return false;
 }
 
+bool LayeringProgram::needs_tangent() const {
+    for (const LayerNode& n : nodes) {
+        if (n.op != LayerOp::Lobe || find_input(lobe(n.lobe), "rotation") < 0)
+            continue;
+        const int anisotropy = find_input(lobe(n.lobe), "anisotropy"); // round lobes have no direction
+        if (anisotropy < 0 || (size_t(anisotropy) < n.inputs.size() && n.inputs[size_t(anisotropy)] >= 0))
+            return true;
+    }
+    return false;
+}
+
 std::string LayeringProgram::key() const {
     std::string k = "v" + std::to_string(LayeringVersion);
     for (const LayerNode& n : nodes) {
@@ -19,6 +30,13 @@ std::string LayeringProgram::key() const {
     }
     for (const Slot& s : slots)
         k += "|" + std::to_string(int(s.type)) + std::to_string(int(s.storage));
+    k += "|a" + std::to_string(atmosphere.filter) + "," + std::to_string(atmosphere.glow);
+    for (const Aov& a : aovs) {
+        k += "|o" + std::to_string(a.index) + (a.color ? "c" : "");
+        for (int c = 0; c < a.components; c++)
+            k += "," + std::to_string(a.slots[size_t(c)]);
+    }
+    k += "|e" + std::to_string(emission_cosine);
     k += "|p" + std::to_string(presence) + "i" + std::to_string(has_interior);
     return k;
 }

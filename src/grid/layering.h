@@ -3,6 +3,7 @@
 // transport and preview.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,20 @@ struct Slot {
     std::string name;     // "reflection.diffuseReflectance", for messages
 };
 
+// What lies between a surface and the camera: rays from the camera see `filter` times the surface's radiance,
+// plus `glow`; all other rays see the surface itself. Slots, both colours; -1 = nothing is there.
+struct Atmosphere {
+    int filter = -1, glow = -1;
+};
+
+// An output parameter of the shader that a display asks for: floats, one slot a component.
+struct Aov {
+    int index = 0;      // among those that were asked for
+    bool color = false; // filtered like one; else a mean over what was hit
+    std::array<int, 3> slots{-1, -1, -1};
+    int components = 1;
+};
+
 // Nodes in post-order; the last is the root. A material without layers is all leaves joined under implicit
 // Add nodes, their weights as given: SetLobe(boundary, "reflection", 0.25, …) and 0.75 of transmission is
 // 0.25 a + 0.75 b.
@@ -46,6 +61,9 @@ struct LayeringProgram {
     std::vector<LayerNode> nodes;
     std::vector<Slot> slots;
     int presence = -1; // slot of presence (cut-out opacity), float; -1 = opaque
+    Atmosphere atmosphere;
+    float emission_cosine = 0; // an area light shines where the cosine to its normal is at least this
+    std::vector<Aov> aovs;
     bool has_interior = false;
     float interior_ior = 1.5f;
     Rgb interior_absorption{0, 0, 0}; // 1/m, homogeneous
@@ -53,7 +71,8 @@ struct LayeringProgram {
     float interior_g = 0; // Henyey–Greenstein mean cosine
 
     bool emits() const;
-    std::string key() const; // two materials with the same key run the same code on the same record
+    bool needs_tangent() const; // a lobe has a direction on the surface: the record holds that of dPdu
+    std::string key() const;    // two materials with the same key run the same code on the same record
 };
 
 // What shading hands to the store for one grid: for each slot, an array of `vertices` values (SoA, 3

@@ -7,36 +7,131 @@ namespace {
 constexpr float Inf = std::numeric_limits<float>::infinity();
 using enum InputType;
 
-constexpr std::string_view AlphaDoc =
-    "perceptual roughness; the GGX width is its square (Burley 2012), 0 is a smooth surface";
+constexpr std::string_view AlphaDoc = "perceptual roughness; the width of microfacets' slopes is its square "
+                                      "(Burley 2012), 0 is a smooth surface";
+constexpr std::string_view RoughnessDoc = "0 is Lambertian";
+constexpr std::string_view ReflectanceDoc = "fraction of light reflected";
+constexpr std::string_view NormalDoc = "Fresnel reflectance at normal incidence";
+constexpr std::string_view GrazingDoc =
+    "Fresnel reflectance at grazing incidence (Schlick); equal to reflectance for a constant reflectance";
 
-const LobeInput lambert_brdf[] = {
-    {"diffuseReflectance", Color, Vec3f(1, 1, 1), 0, 1, "1", Storage::Rgb11, "fraction of light reflected"},
-};
+// Inputs that many lobes have.
+const LobeInput color_input(std::string_view name, float fallback, std::string_view doc) {
+    return {name, Color, Vec3f(fallback, fallback, fallback), 0, 1, "1", Storage::Rgb11, doc};
+}
+const LobeInput float_input(std::string_view name, float fallback, float low, float high,
+                            std::string_view unit, std::string_view doc) {
+    return {name, Float, Vec3f(fallback, 0, 0), low, high, unit, Storage::Half, doc};
+}
+const LobeInput Anisotropy = float_input("anisotropy", 0, 0, 1, "1",
+                                         "of slopes: 0 the same all round, 1 next to none along the grooves");
+const LobeInput Rotation =
+    float_input("rotation", 0, 0, 1, "turns", "of the grooves, from the direction of dPdu");
+const LobeInput Tail =
+    float_input("tail", 0.5f, 0, 0.6f, "1",
+                "how far slopes spread: 0 Beckmann, 0.5 GGX, between and beyond Student's t with 1 / tail");
+const LobeInput FilmThickness = float_input("filmThickness", 0, 0, 5000, "nm",
+                                            "of a clear film on the surface, which interferes; 0 is none");
+const LobeInput FilmIor = float_input("filmIor", 1.33f, 1, 4, "1", "index of refraction of the film");
+
+const LobeInput lambert_brdf[] = {color_input("diffuseReflectance", 1, ReflectanceDoc)};
 const LobeInput lambert_btdf[] = {
-    {"diffuseTransmittance", Color, Vec3f(1, 1, 1), 0, 1, "1", Storage::Rgb11,
-     "fraction of light let through"},
+    color_input("diffuseTransmittance", 1, "fraction of light let through"),
+};
+const LobeInput oren_nayar[] = {
+    color_input("diffuseReflectance", 1, "fraction of light that a facet reflects"),
+    float_input("roughness", 0.5f, 0, 1, "1", RoughnessDoc),
+};
+const LobeInput burley[] = {
+    color_input("diffuseReflectance", 1, ReflectanceDoc),
+    float_input("roughness", 0.5f, 0, 1, "1",
+                "0 is darker, 1 brighter along the surface and towards the light"),
+};
+const LobeInput sheen[] = {
+    color_input("reflectance", 1, "of the fibres"),
+    float_input("roughness", 0.3f, 0, 1, "1", "how far the fibres lean; the least is 0.05"),
 };
 const LobeInput conductor[] = {
-    {"reflectance", Color, Vec3f(1, 1, 1), 0, 1, "1", Storage::Rgb11,
-     "Fresnel reflectance at normal incidence"},
-    {"edgeReflectance", Color, Vec3f(1, 1, 1), 0, 1, "1", Storage::Rgb11,
-     "Fresnel reflectance at grazing incidence (Schlick); equal to reflectance for a constant reflectance"},
-    {"roughness", Float, Vec3f(0.2f, 0, 0), 0, 1, "1", Storage::Half, AlphaDoc},
+    color_input("reflectance", 1, NormalDoc),
+    color_input("edgeReflectance", 1, GrazingDoc),
+    float_input("roughness", 0.2f, 0, 1, "1", AlphaDoc),
+    color_input("edgeTint", 1,
+                "factor of the reflectance at 82 degrees, where real metals lie below Schlick's curve"),
+    Anisotropy,
+    Rotation,
+    Tail,
+};
+constexpr std::string_view MetalNames[] = {"", "Ag", "Al", "Au", "Cr", "Cu", "Fe", "Ni", "Pt", "Ti"};
+const LobeInput metal[] = {
+    {"metal", Float, Vec3f(0, 0, 0), 0, 9, "1", Storage::Half,
+     "measured spectra of a metal, by its symbol: \"Au\"; 0, or \"\", takes eta and extinction", MetalNames},
+    {"eta", Color, Vec3f(1.5f, 1.5f, 1.5f), 0, 20, "1", Storage::Rgb9e5,
+     "index of refraction n, against vacuum"},
+    {"extinction", Color, Vec3f(4, 4, 4), 0, 20, "1", Storage::Rgb9e5, "extinction coefficient k"},
+    float_input("roughness", 0.2f, 0, 1, "1", AlphaDoc),
+    Anisotropy,
+    Rotation,
+    Tail,
+    FilmThickness,
+    FilmIor,
+};
+const LobeInput retro[] = {
+    color_input("reflectance", 1, NormalDoc),
+    color_input("edgeReflectance", 1, GrazingDoc),
+    float_input("roughness", 0.3f, 0, 1, "1", AlphaDoc),
 };
 const LobeInput dielectric_brdf[] = {
-    {"reflectance", Color, Vec3f(1, 1, 1), 0, 1, "1", Storage::Rgb11, "tint of the reflection"},
-    {"ior", Float, Vec3f(1.5f, 0, 0), 1, 4, "1", Storage::Half, "index of refraction against the outside"},
-    {"roughness", Float, Vec3f(0.1f, 0, 0), 0, 1, "1", Storage::Half, AlphaDoc},
+    color_input("reflectance", 1, "tint of the reflection"),
+    float_input("ior", 1.5f, 1, 4, "1", "index of refraction against the outside"),
+    float_input("roughness", 0.1f, 0, 1, "1", AlphaDoc),
+    Anisotropy,
+    Rotation,
+    Tail,
+    FilmThickness,
+    FilmIor,
+    color_input("transmittance", 1,
+                "of the layer, for light that crosses it once, straight: as the upper layer of a coat, what "
+                "lies below is seen through it, down and up, along refracted ways"),
 };
 const LobeInput dielectric_bsdf[] = {
-    {"roughness", Color, Vec3f(0, 0, 0), 0, 1, "1", Storage::Rgb11,
-     "perceptual roughness, its mean is used; the GGX width is its square, 0 is a smooth interface"},
-    {"reflectance", Color, Vec3f(1, 1, 1), 0, 1, "1", Storage::Rgb11, "tint of the reflection"},
-    {"transmittance", Color, Vec3f(1, 1, 1), 0, 1, "1", Storage::Rgb11, "tint of the transmission"},
-    {"ior", Float, Vec3f(1.5f, 0, 0), 1, 4, "1", Storage::Half, "index of refraction at 587.6 nm"},
-    {"abbe", Float, Vec3f(0, 0, 0), 0, 200, "1", Storage::Half,
-     "Abbe number V_d, 20 disperses strongly; 0 = no dispersion"},
+    color_input(
+        "roughness", 0,
+        "perceptual roughness, its mean is used; the width of microfacets' slopes is its square, 0 is "
+        "a smooth interface"),
+    color_input("reflectance", 1, "tint of the reflection"),
+    color_input("transmittance", 1, "tint of the transmission"),
+    float_input("ior", 1.5f, 1, 4, "1", "index of refraction at 587.6 nm"),
+    float_input("abbe", 0, 0, 200, "1", "Abbe number V_d, 20 disperses strongly; 0 = no dispersion"),
+    Anisotropy,
+    Rotation,
+    Tail,
+    FilmThickness,
+    FilmIor,
+};
+const LobeInput thin_walled[] = {
+    color_input("reflectance", 1, "tint of the reflection"),
+    color_input("transmittance", 1, "tint of the transmission"),
+    float_input("ior", 1.5f, 1, 4, "1", "index of refraction of the sheet"),
+    float_input("roughness", 0, 0, 1, "1", AlphaDoc),
+    float_input("thickness", 0, 0, 5000, "nm",
+                "of a sheet so thin that its two sides interfere: a soap film; 0 = they do not"),
+};
+const LobeInput grating[] = {
+    color_input("reflectance", 1, "of all orders together"),
+    float_input("roughness", 0.15f, 0, 1, "1",
+                "blurs the orders; a third of its square is their width, in sines of angles"),
+    float_input("period", 1600, 100, 60000, "nm", "from groove to groove; a compact disc has 1600"),
+    float_input("depth", 120, 0, 5000, "nm",
+                "of the grooves; a quarter of a wavelength leaves nothing of the mirror's direction"),
+    Rotation,
+};
+const LobeInput phong[] = {
+    color_input("reflectance", 1, "fraction of light reflected, head-on"),
+    float_input("exponent", 20, 0, 10000, "1", "of the cosine with the mirror direction"),
+};
+const LobeInput blinn[] = {
+    color_input("reflectance", 1, "fraction of light reflected, at most"),
+    float_input("exponent", 80, 0, 10000, "1", "of the cosine with the half vector"),
 };
 const LobeInput emission[] = {
     {"radiance", Color, Vec3f(1, 1, 1), 0, Inf, "W/(sr m^2), D65 = (1, 1, 1)", Storage::Rgb9e5,
@@ -48,15 +143,35 @@ const LobeInput henyey_greenstein[] = {
 
 const LobeDecl table[] = {
     {LobeId::LambertBrdf, "LambertBrdf", LobeKind::Reflection, lambert_brdf,
-     "Lambertian reflection on both sides"},
-    {LobeId::LambertBtdf, "LambertBtdf", LobeKind::Transmission, lambert_btdf, "Lambertian transmission"},
+     "Lambertian reflection on both sides", true, true},
+    {LobeId::LambertBtdf, "LambertBtdf", LobeKind::Transmission, lambert_btdf, "Lambertian transmission",
+     true, true},
+    {LobeId::OrenNayarBrdf, "OrenNayarBrdf", LobeKind::Reflection, oren_nayar,
+     "rough diffuse reflection that loses no energy: EON (Portsmouth, Kutz and Hill 2025)", true, true},
+    {LobeId::BurleyBrdf, "BurleyBrdf", LobeKind::Reflection, burley,
+     "Burley's diffuse reflection (2012), normalised"},
+    {LobeId::SheenBrdf, "SheenBrdf", LobeKind::Reflection, sheen,
+     "cloth: light along upright fibres (Estevez and Kulla 2017)"},
     {LobeId::MicrofacetConductorBrdf, "MicrofacetConductorBrdf", LobeKind::Reflection, conductor,
-     "GGX microfacets with a coloured Fresnel term: metals, and glossy reflection of a given colour"},
+     "microfacets with a coloured Fresnel term: metals, and glossy reflection of a given colour", true, true},
+    {LobeId::MetalBrdf, "MetalBrdf", LobeKind::Reflection, metal,
+     "microfacets of metal by its complex index of refraction, bare or under a thin film"},
+    {LobeId::RetroBrdf, "RetroBrdf", LobeKind::Reflection, retro,
+     "back to where light comes from: reflective foil and paint", true, true},
     {LobeId::MicrofacetDielectricBrdf, "MicrofacetDielectricBrdf", LobeKind::Reflection, dielectric_brdf,
-     "GGX microfacets with dielectric Fresnel, reflection alone: the upper layer of a coat"},
+     "microfacets with dielectric Fresnel, reflection alone: the upper layer of a coat"},
     {LobeId::MicrosurfaceDielectricBsdfRgb_v1, "MicrosurfaceDielectricBsdfRgb_v1",
      LobeKind::ReflectionTransmission, dielectric_bsdf,
-     "rough or smooth dielectric interface: glass, water; disperses with a finite Abbe number"},
+     "rough or smooth dielectric interface: glass, water; disperses with a finite Abbe number", true, true},
+    {LobeId::ThinWalledDielectricBsdf, "ThinWalledDielectricBsdf", LobeKind::ReflectionTransmission,
+     thin_walled, "a thin sheet: window panes, leaves of plastic, soap films; light goes on as it came", true,
+     true},
+    {LobeId::GratingBrdf, "GratingBrdf", LobeKind::Reflection, grating,
+     "a mirror with fine grooves, which sends every wavelength its own way: discs, foils, beetles"},
+    {LobeId::PhongBrdf, "PhongBrdf", LobeKind::Reflection, phong,
+     "Phong's highlight, physically scaled (Lafortune and Willems 1994)"},
+    {LobeId::BlinnBrdf, "BlinnBrdf", LobeKind::Reflection, blinn,
+     "Blinn's highlight, physically scaled (Ashikhmin and Shirley 2000)"},
     {LobeId::DiffuseEmission, "DiffuseEmission", LobeKind::Emission, emission, "diffuse emitter"},
     {LobeId::HenyeyGreensteinPfrgb, "HenyeyGreensteinPfrgb", LobeKind::Phase, henyey_greenstein,
      "Henyey and Greenstein's phase function (1941)"},

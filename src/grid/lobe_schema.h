@@ -18,6 +18,7 @@ enum class Storage : uint8_t {
     Rgb11,  // colour in [0, 1]: square root, 11-11-10 bits. One word
     Rgb9e5, // colour >= 0 without upper bound: shared exponent. One word
     Half,   // float: half precision. Half a word
+    Full,   // float: as it is. One word; for values that are shown and not shaded with
 };
 
 struct LobeInput {
@@ -28,6 +29,7 @@ struct LobeInput {
     std::string_view unit;
     Storage storage;
     std::string_view doc;
+    std::span<const std::string_view> names = {}; // of the values 0, 1, …: a string may be given for one
 };
 
 enum class LobeKind : uint8_t { Reflection, Transmission, ReflectionTransmission, Emission, Phase };
@@ -36,9 +38,18 @@ enum class LobeKind : uint8_t { Reflection, Transmission, ReflectionTransmission
 enum class LobeId : uint8_t {
     LambertBrdf,
     LambertBtdf,
+    OrenNayarBrdf,
+    BurleyBrdf,
+    SheenBrdf,
     MicrofacetConductorBrdf,
+    MetalBrdf,
+    RetroBrdf,
     MicrofacetDielectricBrdf,
     MicrosurfaceDielectricBsdfRgb_v1,
+    ThinWalledDielectricBsdf,
+    GratingBrdf,
+    PhongBrdf,
+    BlinnBrdf,
     DiffuseEmission,
     HenyeyGreensteinPfrgb,
     Count
@@ -50,6 +61,8 @@ struct LobeDecl {
     LobeKind kind;
     std::span<const LobeInput> inputs; // in the order that bsdf/ reads them
     std::string_view doc;
+    bool reciprocal = true;
+    bool lossless = false; // with white colours and all else as it may be, all light comes back
 };
 
 std::span<const LobeDecl> lobe_table();

@@ -11,7 +11,7 @@
 namespace kanuka::grid {
 
 struct WordLayout {
-    enum class Word : uint8_t { Rgb11, Rgb9e5, HalfPair };
+    enum class Word : uint8_t { Rgb11, Rgb9e5, HalfPair, Float };
     struct Place {
         int word = -1;
         int half = 0; // 0 = low, 1 = high 16 bits
@@ -29,6 +29,10 @@ struct WordLayout {
                 places.push_back({int(words.size()), 0});
                 words.push_back(slot.storage == Storage::Rgb9e5 ? Word::Rgb9e5 : Word::Rgb11);
                 slots_of_word.push_back({int(s), -1});
+            } else if (slot.storage == Storage::Full) {
+                places.push_back({int(words.size()), 0});
+                words.push_back(Word::Float);
+                slots_of_word.push_back({int(s), -1});
             } else if (open_pair >= 0) {
                 places.push_back({open_pair, 1});
                 slots_of_word[open_pair][1] = int(s);
@@ -44,7 +48,7 @@ struct WordLayout {
 };
 
 // An input that is constant over a grid is kept as floats, at full precision: colours as {c0, c1, c2, scale}
-// of their uplifted spectrum, pairs as {low, high}.
+// of their uplifted spectrum, pairs as {low, high}, whole floats as they are.
 inline constexpr int ConstantColorFloats = 4, ConstantPairFloats = 2;
 
 } // namespace kanuka::grid

@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "base/stats.h"
+#include "color/color.h"
 #include "film/film.h"
 #include "scene/scene.h"
 
@@ -24,7 +25,15 @@ struct Material {
     std::optional<scene::ShaderRef> displacement;
     float displacement_bound = 0;
     Rgb color{1, 1, 1}, opacity{1, 1, 1};
+    std::string color_spectrum; // in place of color
 };
+
+// A spectrum as Python gives it: by the text that scenes name it with.
+struct Spectrum {
+    std::string text;
+    color::Table table;
+};
+std::string spectrum_text(nb::handle value); // of a str or a Spectrum; throws for others
 
 // A camera, with its field of view as it was given: which side of the picture it spans is known only once the
 // picture's size is.
@@ -58,10 +67,12 @@ struct Picture {
     std::shared_ptr<Journal> journal;
     bool cancelled = false;
     float exposure_gain = 1, exposure_gamma = 1; // of the scene; for the PNG
+    color::Display display = color::Display::Srgb;
 };
 
 void bind_journal(nb::module_& m);
 void bind_material(nb::module_& m);
+void bind_spectrum(nb::module_& m);
 void bind_camera(nb::module_& m);
 void bind_scene(nb::module_& m);
 void bind_geometry(nb::class_<Scene>& scene, nb::class_<Group>& group);

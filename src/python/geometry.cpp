@@ -27,9 +27,15 @@ std::shared_ptr<const scene::Attributes> attributes(const Looks& looks) {
         result->displacement = material.displacement;
         result->displacement_bound = material.displacement_bound;
         result->color = material.color;
+        if (!material.color_spectrum.empty())
+            result->user.set({.name = "color:spectrum",
+                              .type = Type::String,
+                              .strings = std::vector<std::string>{material.color_spectrum}});
         result->opacity = material.opacity;
     }
-    if (!looks.area_light.is_none()) {
+    if (nb::isinstance<scene::ShaderRef>(looks.area_light)) {
+        result->area_light = nb::cast<scene::ShaderRef>(looks.area_light);
+    } else if (!looks.area_light.is_none()) {
         scene::ShaderRef light;
         light.name = "arealight";
         const Rgb radiance = rgb(looks.area_light, "area_light");
@@ -198,6 +204,7 @@ int add_sphere(Place place, float radius, const Looks& looks) {
 
 #define LOOKS_SIG                                                                                            \
     "material: Material | None = None, transform: ArrayLike | None = None, area_light: Sequence[float] | "   \
+    "Shader | "                                                                                              \
     "None = None, "                                                                                          \
     "name: str = '', shading_rate: float = 1, visible_camera: bool = True, double_sided: bool = True, "      \
     "reverse_orientation: bool = False"

@@ -42,7 +42,9 @@ static void init_material(Material* self, const std::string& surface, const nb::
     nb::dict values;
     for (auto [key, value] : keywords) {
         const std::string name = nb::cast<std::string>(key);
-        if (name == "color")
+        if (name == "color" && (nb::isinstance<nb::str>(value) || nb::isinstance<Spectrum>(value)))
+            self->color_spectrum = spectrum_text(value);
+        else if (name == "color")
             self->color = rgb(value, "color");
         else if (name == "opacity")
             self->opacity = rgb(value, "opacity");
@@ -80,10 +82,12 @@ void bind_material(nb::module_& m) {
         "Keywords are parameters of the shader: numbers, texts, colours as three numbers, 4x4\n"
         "matrices. A keyword that is no Python name, or needs a type, goes into `parameters`:\n"
         "Material('marble', parameters={'point center': (0, 1, 0)}).\n"
+        "A colour may be a Spectrum, or the text that makes one.\n"
         "`color` and `opacity` are the shader's Cs and Os; `displacement` is a Shader and\n"
         "`displacement_bound` the farthest that it moves a point, in object space.")
         .def("__init__", &init_material, nb::arg("surface") = "matte", nb::arg("parameters"),
-             nb::sig("def __init__(self, surface: str = 'matte', *, color: Sequence[float] = (1, 1, 1), "
+             nb::sig("def __init__(self, surface: str = 'matte', *, color: Sequence[float] | Spectrum | str "
+                     "= (1, 1, 1), "
                      "opacity: Sequence[float] = (1, 1, 1), displacement: Shader | None = None, "
                      "displacement_bound: float = 0, parameters: dict[str, object] = {}, **keywords: object) "
                      "-> None"))

@@ -31,6 +31,7 @@ NB_MODULE(_native, m) {
     nb::register_exception_translator(translate, error.ptr());
 
     bind_journal(m);
+    bind_spectrum(m);
     bind_material(m);
     bind_camera(m);
     bind_scene(m);

@@ -126,8 +126,11 @@ film::Picture without_alpha(const film::Picture& picture) {
 }
 
 void write(Picture& p, const std::filesystem::path& path, std::optional<float> gain,
-           std::optional<float> gamma, bool alpha) {
+           std::optional<float> gamma, bool alpha, const std::string& display) {
     const std::string suffix = path.extension().string(), file = path.string();
+    const auto encoding = display.empty() ? std::optional(p.display) : color::find_display(display);
+    if (!encoding)
+        throw nb::value_error("display: expected \"srgb\" or \"rec709\"");
     double unused = 0;
     nb::gil_scoped_release free;
     ScopedTimer timer(p.stats ? p.stats->time.film_s : unused);
@@ -135,7 +138,7 @@ void write(Picture& p, const std::filesystem::path& path, std::optional<float> g
         film::write_exr(file, p.picture);
     else if (suffix == ".png")
         film::write_png(file, alpha ? p.picture : without_alpha(p.picture), gain.value_or(p.exposure_gain),
-                        gamma.value_or(p.exposure_gamma));
+                        gamma.value_or(p.exposure_gamma), *encoding);
     else
         throw Error(file + ": pictures are written as .exr or .png", ExitCode::Usage);
 }
@@ -300,12 +303,16 @@ void bind_picture(nb::module_& m) {
             })
         .def_prop_ro("stats", &stats_dict, "Figures of the render; None for a picture that was read.",
                      nb::sig("def stats(self) -> dict[str, dict[str, float]] | None"))
+        .def_prop_ro(
+            "space", [](const Picture& p) { return std::string(color::info(p.picture.space).name); },
+            "colour space of the pixels")
         .def_ro("journal", &Picture::journal)
         .def_ro("cancelled", &Picture::cancelled,
                 "True where rendering stopped early; the pixels are what was there.")
         .def("write", &write, nb::arg("path"), nb::kw_only(), nb::arg("gain") = nb::none(),
-             nb::arg("gamma") = nb::none(), nb::arg("alpha") = false,
-             "Writes .exr (all layers, linear) or .png (sRGB, 8 bits, what is transparent over black unless\n"
+             nb::arg("gamma") = nb::none(), nb::arg("alpha") = false, nb::arg("display") = "",
+             "Writes .exr (all layers, linear) or .png (8 bits, Rec.709 primaries, `display` sRGB or rec709, "
+             "what is transparent over black unless\n"
              "`alpha` is set; `gain` and `gamma` default to the scene's Exposure). The file appears complete "
              "or\n"
              "not at all.")

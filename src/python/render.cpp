@@ -142,6 +142,7 @@ Picture render(std::shared_ptr<Scene> scene, const render::Overrides& given,
     // The gamma of Exposure stands for the display's; a PNG has its own transfer, sRGB, which takes its
     // place.
     picture.exposure_gamma = 1;
+    picture.display = color::find_display(s.options.color.display).value_or(color::Display::Srgb);
 
     Supervisor supervisor(callback);
     render::Result result;
@@ -182,8 +183,8 @@ void bind_render(nb::module_& m) {
            std::optional<std::pair<int, int>> resolution, std::optional<std::array<float, 4>> crop,
            std::optional<float> shading_rate, std::optional<float> geometry_tolerance,
            std::optional<int> max_depth, std::optional<std::string> integrator, std::optional<uint32_t> seed,
-           int lanes, std::optional<bool> strict_directions, nb::handle progress,
-           std::shared_ptr<Journal> journal) {
+           const std::vector<std::string>& aovs, int lanes, std::optional<bool> strict_directions,
+           nb::handle progress, std::shared_ptr<Journal> journal) {
             render::Overrides o;
             o.progressions = progressions;
             o.threads = threads;
@@ -195,6 +196,7 @@ void bind_render(nb::module_& m) {
             o.max_depth = max_depth;
             o.integrator = integrator;
             o.seed = seed;
+            o.aovs = aovs;
             o.lanes = lanes;
             return render(scene, o, strict_directions, progress, journal);
         },
@@ -202,11 +204,14 @@ void bind_render(nb::module_& m) {
         nb::arg("threads") = nb::none(), nb::arg("resolution") = nb::none(), nb::arg("crop") = nb::none(),
         nb::arg("shading_rate") = nb::none(), nb::arg("geometry_tolerance") = nb::none(),
         nb::arg("max_depth") = nb::none(), nb::arg("integrator") = nb::none(), nb::arg("seed") = nb::none(),
-        nb::arg("lanes") = 0, nb::arg("strict_directions") = nb::none(), nb::arg("progress") = nb::none(),
-        nb::arg("journal") = nb::none(),
+        nb::arg("aovs") = nb::list(), nb::arg("lanes") = 0, nb::arg("strict_directions") = nb::none(),
+        nb::arg("progress") = nb::none(), nb::arg("journal") = nb::none(),
         "Renders a scene. Arguments go over the scene's own options; None leaves them.\n\n"
         "`progressions` is the number of paths a pixel, `shading_rate` multiplies every object's "
         "micropolygon area.\n"
+        "`aovs` names output parameters of surface shaders that become layers of the picture, beside those "
+        "that the\n"
+        "scene's displays ask for.\n"
         "`progress(phase, fraction)` is called on the calling thread. Ctrl-C stops early and returns what is "
         "there,\n"
         "with `cancelled` set. `strict_directions` makes errors of what surface shaders do that no material "
@@ -217,7 +222,7 @@ void bind_render(nb::module_& m) {
                 "None, "
                 "shading_rate: float | None = None, geometry_tolerance: float | None = None, "
                 "max_depth: int | None = None, integrator: str | None = None, seed: int | None = None, "
-                "lanes: int = 0, strict_directions: bool | None = None, "
+                "aovs: Sequence[str] = (), lanes: int = 0, strict_directions: bool | None = None, "
                 "progress: Callable[[str, float], object] | None = None, journal: Journal | None = None) -> "
                 "Picture"));
     m.def(

@@ -59,7 +59,7 @@ Transform aim(const Vec3f& position, const Vec3f& direction) {
 void add_light(Scene& s, const std::string& kind, nb::handle amount, nb::handle position,
                nb::handle direction, nb::handle placement, float angle, float cone_angle,
                float cone_delta_angle, float beam_distribution, float radius, const std::string& texture,
-               bool visible_camera, const std::string& name) {
+               bool visible_camera, const std::string& name, nb::handle spectrum, const std::string& unit) {
     scene::Light light;
     light.kind = light_kind(kind);
     light.amount = rgb(amount, "amount");
@@ -75,6 +75,9 @@ void add_light(Scene& s, const std::string& kind, nb::handle amount, nb::handle 
     light.texture = texture;
     light.visible_camera = visible_camera;
     light.name = name;
+    if (!spectrum.is_none())
+        light.spectrum = spectrum_text(spectrum);
+    light.unit = unit;
     s.scene.lights.push_back(light);
 }
 
@@ -189,6 +192,49 @@ void bind_options(nb::module_& m) {
         .def_rw("exposure_gain", &O::exposure_gain)
         .def_rw("exposure_gamma", &O::exposure_gamma,
                 "the display gamma that the scene asks for; PNGs are sRGB instead")
+        .def_prop_rw(
+            "color_space", [](const O& o) { return o.color.space; },
+            [](O& o, const std::string& s) { o.color.space = s; },
+            "of all RGB in the scene: rec709, rec2020 or acescg")
+        .def_prop_rw(
+            "output_space", [](const O& o) { return o.color.output; },
+            [](O& o, const std::string& s) { o.color.output = s; },
+            "of the picture: one of those, aces2065 or xyz; empty = the scene's")
+        .def_prop_rw(
+            "observer", [](const O& o) { return o.color.observer; },
+            [](O& o, const std::string& s) { o.color.observer = s; }, "1931 (2 degrees) or 1964 (10 degrees)")
+        .def_prop_rw(
+            "sensor", [](const O& o) { return o.color.sensor; },
+            [](O& o, const std::string& s) { o.color.sensor = s; },
+            "file of a camera's sensitivities, in place of the observer")
+        .def_prop_rw(
+            "sensor_training", [](const O& o) { return o.color.training; },
+            [](O& o, const std::string& s) { o.color.training = s; },
+            "file of reflectances that the camera's matrix is fitted to; empty = Kanuka's own")
+        .def_prop_rw(
+            "white_balance", [](const O& o) { return o.color.white_balance; },
+            [](O& o, nb::handle s) { o.color.white_balance = spectrum_text(s); },
+            "the light that is white in the picture; empty = the scene's white",
+            nb::for_setter(nb::sig("def white_balance(self, light: Spectrum | str, /) -> None")))
+        .def_prop_rw(
+            "display", [](const O& o) { return o.color.display; },
+            [](O& o, const std::string& s) {
+                if (!color::find_display(s))
+                    throw nb::value_error("display: expected \"srgb\" or \"rec709\"");
+                o.color.display = s;
+            },
+            "encoding of PNGs: srgb, or rec709 (BT.1886)")
+        .def_prop_rw(
+            "f_stop", [](const O& o) { return o.color.f_stop; }, [](O& o, float v) { o.color.f_stop = v; },
+            "with shutter_time: exposure of physical light; 0 = none")
+        .def_prop_rw(
+            "shutter_time", [](const O& o) { return o.color.shutter; },
+            [](O& o, float v) { o.color.shutter = v; }, "seconds")
+        .def_prop_rw(
+            "iso", [](const O& o) { return o.color.iso; }, [](O& o, float v) { o.color.iso = v; })
+        .def_prop_rw(
+            "exposure_stops", [](const O& o) { return o.color.stops; },
+            [](O& o, float v) { o.color.stops = v; }, "the picture times 2 to this")
         .def_rw("samples", &O::samples, "paths a pixel; 0 = the renderer's default")
         .def_rw("max_depth", &O::max_depth)
         .def_rw("integrator", &O::integrator)
@@ -258,24 +304,30 @@ void bind_scene(nb::module_& m) {
             },
             nb::arg("group"), nb::arg("transforms"), instances_doc,
             nb::sig("def add_instances(self, group: Group, transforms: ArrayLike) -> None"))
-        .def("add_light", &add_light, nb::arg("kind"), nb::kw_only(),
-             nb::arg("amount") = nb::make_tuple(1, 1, 1), nb::arg("position") = nb::make_tuple(0, 0, 0),
-             nb::arg("direction") = nb::make_tuple(0, 0, -1), nb::arg("transform") = nb::none(),
-             nb::arg("angle") = 0.0f, nb::arg("cone_angle") = 30.0f, nb::arg("cone_delta_angle") = 5.0f,
-             nb::arg("beam_distribution") = 2.0f, nb::arg("radius") = 0.0f, nb::arg("texture") = "",
-             nb::arg("visible_camera") = true, nb::arg("name") = "",
-             "Adds a light: 'distant', 'point', 'spot', 'environment' or 'ambient'.\n\n"
-             "`amount` is RGB: the irradiance of a distant light, the radiant intensity of a point or spot "
-             "light, the\n"
-             "radiance of an environment or ambient light. `angle` is a distant light's diameter, "
-             "`cone_angle` a spot\n"
-             "light's half angle, both in degrees; `radius` makes a point or spot light a sphere.",
-             nb::sig("def add_light(self, kind: str, *, amount: Sequence[float] | float = (1, 1, 1), "
-                     "position: Sequence[float] = (0, 0, 0), direction: Sequence[float] = (0, 0, -1), "
-                     "transform: ArrayLike | None = None, angle: float = 0, cone_angle: float = 30, "
-                     "cone_delta_angle: float = 5, beam_distribution: float = 2, radius: float = 0, texture: "
-                     "str = '', "
-                     "visible_camera: bool = True, name: str = '') -> None"))
+        .def(
+            "add_light", &add_light, nb::arg("kind"), nb::kw_only(),
+            nb::arg("amount") = nb::make_tuple(1, 1, 1), nb::arg("position") = nb::make_tuple(0, 0, 0),
+            nb::arg("direction") = nb::make_tuple(0, 0, -1), nb::arg("transform") = nb::none(),
+            nb::arg("angle") = 0.0f, nb::arg("cone_angle") = 30.0f, nb::arg("cone_delta_angle") = 5.0f,
+            nb::arg("beam_distribution") = 2.0f, nb::arg("radius") = 0.0f, nb::arg("texture") = "",
+            nb::arg("visible_camera") = true, nb::arg("name") = "", nb::arg("spectrum") = nb::none(),
+            nb::arg("unit") = "",
+            "Adds a light: 'distant', 'point', 'spot', 'environment' or 'ambient'.\n\n"
+            "`amount` is RGB: the irradiance of a distant light, the radiant intensity of a point or spot "
+            "light, the\n"
+            "radiance of an environment or ambient light. `angle` is a distant light's diameter, "
+            "`cone_angle` a spot\n"
+            "light's half angle, both in degrees; `radius` makes a point or spot light a sphere.\n"
+            "`spectrum` is the light's, a Spectrum or the text that makes one; the amount is a filter before "
+            "it. `unit`\n"
+            "says that the amount is in lumen, candela, lux, nit or watt.",
+            nb::sig("def add_light(self, kind: str, *, amount: Sequence[float] | float = (1, 1, 1), "
+                    "position: Sequence[float] = (0, 0, 0), direction: Sequence[float] = (0, 0, -1), "
+                    "transform: ArrayLike | None = None, angle: float = 0, cone_angle: float = 30, "
+                    "cone_delta_angle: float = 5, beam_distribution: float = 2, radius: float = 0, texture: "
+                    "str = '', "
+                    "visible_camera: bool = True, name: str = '', spectrum: Spectrum | str | None = None, "
+                    "unit: str = '') -> None"))
         .def(
             "add_light_shader",
             [](Scene& s, const scene::ShaderRef& shader, nb::handle placement) {

@@ -72,6 +72,12 @@ scene::Value parameter(const std::string& key, nb::handle value) {
     result.name = declared.name;
     result.detail = declared.detail.value_or(Detail::Uniform);
 
+    if (nb::isinstance<Spectrum>(value)) { // a colour by its text
+        result.type = Type::String;
+        result.array_size = 1;
+        result.strings = std::vector<std::string>{spectrum_text(value)};
+        return result;
+    }
     if (is_text(value) || is_list_of_text(value)) {
         auto strings = is_text(value) ? std::vector<std::string>{nb::cast<std::string>(value)}
                                       : nb::cast<std::vector<std::string>>(value);

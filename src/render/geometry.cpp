@@ -4,7 +4,7 @@
 #include <mutex>
 
 #include "base/tasks.h"
-#include "color/color.h"
+#include "color/photometry.h"
 
 namespace kanuka::render {
 
@@ -126,10 +126,10 @@ class GeometryBuilder {
         try {
             const Transform render_from_object = render_from_group * primitive.world_from_object;
             const auto start = Clock::now();
-            out.material = m_request.shading.material(primitive, render_from_object);
+            out.material = m_request.shading.material(primitive, render_from_object, pixels_per_unit > 0);
             const shade::Material& material = *out.material;
             dice::DiceTarget target{render_from_object, pixels_per_unit,
-                                    material.uniform() && !material.displaces()};
+                                    material.uniform() && !material.displaces(), material.emission_varies()};
             std::atomic<double> displacing{0};
             dice::Displace displace;
             if (material.displaces())
@@ -185,12 +185,25 @@ class GeometryBuilder {
         if (count == 0)
             return;
         uint64_t bad = 0;
-        out.page = store::encode(shaded, material.program(), primitive.id, bad);
+        out.page = store::encode(shaded, material.program(), primitive.id, bad, &m_request.palette);
+        if (primitive.attributes && primitive.attributes->area_light)
+            spread_flux(*primitive.attributes->area_light, out.page);
         out.empty = false;
         if (bad > 0)
             m_request.journal.warning(primitive.where,
                                       std::to_string(bad) +
                                           " shader outputs were not finite and have been replaced");
+    }
+
+    // An area light whose amount is of the whole of it (lumen, watt, candela) spreads it over its area.
+    void spread_flux(const scene::ShaderRef& light, store::Page& page) {
+        const auto unit = color::find_unit(light.parameters.get_string("unit", ""));
+        if (!unit || *unit == color::Unit::None)
+            return;
+        const double area = std::max(double(store::emitting_area(page)), 1e-12);
+        // The shading system made lumen of watt; what is left is geometry.
+        const auto as = *unit == color::Unit::Watt ? color::Unit::Lumen : *unit;
+        store::scale_emission(page, float(*color::photometric(1, as, {color::LightShape::Area, 0, area}, 0)));
     }
 
     int interior_of(const grid::LayeringProgram& program) {
@@ -202,7 +215,7 @@ class GeometryBuilder {
         const float m = std::max({a.x, a.y, a.z});
         interior.absorbs = m > 0;
         if (m > 0) {
-            const auto c = color::uplift(a * (0.5f / m));
+            const auto c = color::uplift(a * (0.5f / m), m_request.palette.uplift_table());
             interior.absorption_spectrum = {c[0], c[1], c[2], 2 * m};
         }
         return m_out->store.add_interior(interior);

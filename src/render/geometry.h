@@ -25,6 +25,7 @@ struct Geometry {
 struct GeometryRequest {
     const scene::Scene& scene;
     shade::ShadingSystem& shading;
+    const color::Palette& palette;
     dice::DiceOptions dice;
     Transform render_from_world;
     Journal& journal;

@@ -6,7 +6,10 @@
 #include <sys/resource.h>
 
 #include "base/tasks.h"
+#include "render/aovs.h"
+#include "render/color_setup.h"
 #include "render/geometry.h"
+#include "shade/lights.h"
 #include "transport/kernel.h"
 #include "transport/scene_data.h"
 
@@ -19,7 +22,7 @@ namespace kanuka::render {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr int BucketSize = 32; // pixels a side: one transport batch
+constexpr int BucketSize = 16; // pixels a side: one transport batch
 
 struct Window {
     int x0, y0, x1, y1;
@@ -69,6 +72,7 @@ class BatchSession {
             m_options.max_depth = 1;
         if (m_progressions < 1)
             throw Error("at least one progression is needed", ExitCode::Usage);
+        m_aovs.ask(m_options.displays, o.aovs);
         m_window = crop_window(m_options.crop, m_options.width, m_options.height);
     }
 
@@ -143,16 +147,19 @@ class BatchSession {
     }
 
     void build() {
+        m_color = make_color_setup(m_scene, m_options, m_journal);
         shade::ShadingOptions so;
+        so.palette = m_color.palette.get();
         so.shader_path = m_options.shader_path;
         so.texture_path = m_options.texture_path;
         so.standard_shaders = m_standard_shaders;
         so.lanes = m_lanes;
         so.render_from_world = m_render_from_world;
         so.camera_from_render = m_camera_from_render;
+        so.aovs = m_aovs.names();
         m_shading = shade::ShadingSystem::create(so, m_scene, m_journal, m_stats);
-        m_geometry = build_geometry(
-            {m_scene, *m_shading, m_dice, m_render_from_world, m_journal, m_stats, m_progress});
+        m_geometry = build_geometry({m_scene, *m_shading, *m_color.palette, m_dice, m_render_from_world,
+                                     m_journal, m_stats, m_progress});
         {
             const ScopedTimer timer(m_stats.time.bvh_s);
             m_progress.update("build", 0);
@@ -161,7 +168,9 @@ class BatchSession {
             m_stats.bytes.bvh = m_bvh->bytes();
             m_progress.update("build", 1);
         }
+        m_aovs.find(m_geometry->store.programs(), m_scene.file, m_journal);
         transport::SceneInputs in;
+        in.aov_is_color = m_aovs.is_color();
         in.store = &m_geometry->store;
         in.bvh = m_bvh.get();
         in.world = m_geometry->groups.back();
@@ -169,6 +178,10 @@ class BatchSession {
         in.lights = m_scene.lights;
         for (scene::Light& l : m_shading->lights(m_scene.light_shaders, world_bounds()))
             in.lights.push_back(std::move(l));
+        for (scene::Light& l : in.lights)
+            shade::resolve_light_color(l, *m_color.palette, m_color.folders, m_journal);
+        in.palette = m_color.palette.get();
+        in.sensor = &m_color.sensor;
         load_environment(in);
         in.render_from_world = m_render_from_world;
         in.camera = m_camera;
@@ -217,10 +230,19 @@ class BatchSession {
                 in.map.width = picture.width;
                 in.map.height = picture.height;
                 in.map.rgb.resize(r->data.size() * 3);
+                // A file that names its space is brought to the scene's; others are taken to be in it.
+                const color::Space space = m_color.palette->space();
+                const bool converts = picture.names_space && picture.space != space;
+                const color::Matrix3 matrix = color::convert(picture.space, space);
                 for (size_t i = 0; i < r->data.size(); i++) {
                     in.map.rgb[3 * i] = r->data[i];
                     in.map.rgb[3 * i + 1] = g->data[i];
                     in.map.rgb[3 * i + 2] = b->data[i];
+                    if (converts) {
+                        const Rgb c = color::transform(matrix, {r->data[i], g->data[i], b->data[i]});
+                        for (int k = 0; k < 3; k++)
+                            in.map.rgb[3 * i + size_t(k)] = std::max(c[k], 0.0f);
+                    }
                 }
             } catch (const Error& e) {
                 m_journal.error(light.where, "the environment picture \"" + light.texture +
@@ -236,6 +258,7 @@ class BatchSession {
         const int across = (width + BucketSize - 1) / BucketSize,
                   down = (height + BucketSize - 1) / BucketSize;
         m_pixels.assign(size_t(width) * size_t(height), transport::PixelSums{});
+        m_aov_sums.assign(m_pixels.size() * m_view.aov_is_color.size(), 0.0f);
         m_done.assign(size_t(across) * size_t(down), 0);
         const ScopedTimer timer(m_stats.time.transport_s);
         const uint64_t work = uint64_t(across * down) * uint64_t(m_progressions);
@@ -256,6 +279,8 @@ class BatchSession {
                 r.y1 = std::min(r.y0 + BucketSize, m_window.y1);
                 r.pixels = m_pixels.data() - (ptrdiff_t(m_window.y0) * width + m_window.x0);
                 r.stride = width;
+                r.aovs = m_aov_sums.data() - (ptrdiff_t(m_window.y0) * width + m_window.x0) *
+                                                 ptrdiff_t(m_view.aov_is_color.size());
                 for (int p = from; p < to; p++) {
                     r.progression = uint32_t(p);
                     kernel->trace(r, counts);
@@ -309,6 +334,10 @@ class BatchSession {
         picture.full_height = m_options.height;
         picture.x0 = m_window.x0;
         picture.y0 = m_window.y0;
+        picture.space = m_color.sensor.output;
+        const float exposure = float(m_color.exposure.factor());
+        if (m_color.exposure.physical())
+            picture.white_luminance = 1 / exposure;
         struct Out {
             const char* name;
             bool half;
@@ -319,6 +348,7 @@ class BatchSession {
             {"Z", false},       {"P.X", false},     {"P.Y", false}, {"P.Z", false}, {"id", false}};
         for (const Out& o : outs)
             picture.channels.push_back({o.name, o.half, std::vector<float>(m_pixels.size())});
+        const size_t first_aov = m_aovs.add_channels(picture, m_pixels.size());
         const int across = (picture.width + BucketSize - 1) / BucketSize;
         const Transform world_from_render = Transform::translate(m_eye[0], m_eye[1], m_eye[2]);
         for (int y = 0; y < picture.height; y++)
@@ -334,7 +364,7 @@ class BatchSession {
                 const float h = s.hits > 0 ? 1 / s.hits : 0;
                 auto put = [&, c = 0](float v) mutable { picture.channels[size_t(c++)].data[i] = v; };
                 for (float v : s.rgb)
-                    put(v * n);
+                    put(v * n * exposure);
                 put(std::clamp(s.alpha * n, 0.0f, 1.0f));
                 for (float v : s.albedo)
                     put(v * n);
@@ -346,6 +376,7 @@ class BatchSession {
                 const Vec3f world = s.hits > 0 ? world_from_render.point(p) : Vec3f(0.0f);
                 put(world.x), put(world.y), put(world.z);
                 put(s.id);
+                m_aovs.put(picture, first_aov, i, m_aov_sums, n, h);
             }
         if (m_options.imager) {
             const auto channel = [&](size_t c) { return std::span<float>(picture.channels[c].data); };
@@ -357,6 +388,7 @@ class BatchSession {
         picture.metadata = {{"kanuka.version", KANUKA_VERSION},
                             {"kanuka.scene", m_scene.file},
                             {"kanuka.integrator", m_options.integrator},
+                            {"kanuka.colorspace", std::string(color::info(picture.space).name)},
                             {"kanuka.progressions", std::to_string(least)},
                             {"kanuka.shutter", std::to_string(m_options.shutter_open) + " " +
                                                    std::to_string(m_options.shutter_close)},
@@ -372,6 +404,7 @@ class BatchSession {
     std::string m_standard_shaders;
     scene::Options m_options;
     float m_shading_rate;
+    ColorSetup m_color;
     int m_progressions;
     Window m_window;
     Clock::time_point m_start;
@@ -390,6 +423,8 @@ class BatchSession {
     std::mutex m_mutex;
     std::vector<std::unique_ptr<transport::Kernel>> m_kernels;
     std::vector<transport::PixelSums> m_pixels;
+    Aovs m_aovs;
+    std::vector<float> m_aov_sums;
     std::vector<int> m_done; // progressions of each bucket
 };
 

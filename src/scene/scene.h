@@ -169,6 +169,8 @@ struct Light {
     float beam_distribution = 2; // spot: exponent of the cosine (RISpec spotlight)
     float radius = 0;            // point, spot: sphere radius; 0 = a delta position
     std::string texture;         // environment: latitude-longitude picture; empty = constant
+    std::string spectrum;        // of the light (color::resolve_light); the amount filters it; empty = white
+    std::string unit;            // of the amount: lumen, candela, lux, nit, watt; empty = radiometric
     bool visible_camera = true;
     std::shared_ptr<const LightTable> table; // scales the amount, by direction or place; null = one
     std::string name;
@@ -190,6 +192,20 @@ struct Display {
     ValueList parameters;
 };
 
+// Colour of the whole scene and picture; names as docs/color.md has them.
+struct ColorOptions {
+    std::string space = "rec709"; // of all RGB in the scene
+    std::string output;           // of the picture; empty = the scene's
+    std::string observer = "1931";
+    std::string sensor;                       // file of a camera's sensitivities; empty = the observer
+    std::string training;                     // file of reflectances for the camera's matrix; empty = our own
+    std::string white_balance;                // light that is white in the picture; empty = the space's white
+    std::string display = "srgb";             // encoding of PNGs
+    float f_stop = 0, shutter = 0, iso = 100; // exposure of physical light; 0 = not given. Shutter in seconds
+    float stops = 0;                          // exposure on top
+    Location where;
+};
+
 struct Options {
     int width = 640, height = 480;
     float pixel_aspect = 1;
@@ -197,8 +213,9 @@ struct Options {
     std::string filter = "gaussian"; // box, triangle, gaussian, catmull-rom, sinc, mitchell, blackman-harris
     float filter_width[2] = {2, 2};
     float exposure_gain = 1, exposure_gamma = 1; // gamma goes into the PNG only
-    int samples = 0;                             // PixelSamples x*y; 0 = not given
-    int max_depth = 8;                           // surface scattering events
+    ColorOptions color;
+    int samples = 0;   // PixelSamples x*y; 0 = not given
+    int max_depth = 8; // surface scattering events
     std::string integrator = "path";
     float geometry_tolerance =
         0.25f;                  // traced geometry: distance in pixels from the diced surface; 0 = off (1:1)

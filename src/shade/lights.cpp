@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "color/photometry.h"
 #include "shade/search.h"
 
 namespace kanuka::shade {
@@ -23,14 +24,16 @@ struct LightShader {
 const std::vector<LightShader>& light_shaders() {
     using enum scene::Light::Kind;
     static const std::vector<LightShader> table = {
-        {"ambientlight", Ambient, {"intensity", "lightcolor"}},
-        {"distantlight", Distant, {"intensity", "lightcolor", "from", "to", "angle"}},
-        {"pointlight", Point, {"intensity", "lightcolor", "from", "radius"}},
+        {"ambientlight", Ambient, {"intensity", "lightcolor", "spectrum", "unit"}},
+        {"distantlight", Distant, {"intensity", "lightcolor", "spectrum", "unit", "from", "to", "angle"}},
+        {"pointlight", Point, {"intensity", "lightcolor", "spectrum", "unit", "from", "radius"}},
         {"spotlight",
          Spot,
-         {"intensity", "lightcolor", "from", "to", "coneangle", "conedeltaangle", "beamdistribution",
-          "radius"}},
-        {"environmentlight", Environment, {"intensity", "lightcolor", "texture", "mapname", "visible"}},
+         {"intensity", "lightcolor", "spectrum", "unit", "from", "to", "coneangle", "conedeltaangle",
+          "beamdistribution", "radius"}},
+        {"environmentlight",
+         Environment,
+         {"intensity", "lightcolor", "spectrum", "unit", "texture", "mapname", "visible"}},
     };
     return table;
 }
@@ -42,7 +45,7 @@ constexpr std::pair<std::string_view, std::string_view> ShadowLights[] = {
 constexpr std::string_view ShadowMapParameters[] = {"shadowname", "sfpx", "sfnx", "sfpy",  "sfny",   "sfpz",
                                                     "sfnz",       "blur", "bias", "width", "samples"};
 
-constexpr std::string_view AreaParameters[] = {"intensity", "lightcolor"};
+constexpr std::string_view AreaParameters[] = {"intensity", "lightcolor", "spectrum", "unit"};
 
 std::string joined(std::span<const std::string_view> names) {
     std::string all;
@@ -137,6 +140,91 @@ Rgb light_amount(const scene::ShaderRef& ref) {
     return ref.parameters.get_color("lightcolor", Rgb(1)) * ref.parameters.get_float("intensity", 1);
 }
 
+namespace {
+
+// The unit by name; none = reported.
+color::Unit unit_of(const std::string& name, const Location& where, Journal& journal) {
+    const auto unit = color::find_unit(name);
+    if (!unit)
+        journal.error(where,
+                      "a light's unit is \"" + name +
+                          "\"; there are lumen, candela, lux, nit and watt. The amount is taken as it is");
+    return unit.value_or(color::Unit::None);
+}
+
+// The light's spectrum; white where there is none, or it cannot be had.
+color::Table spectrum_of(const std::string& name, const color::Palette& palette,
+                         std::span<const std::string> folders, const Location& where, Journal& journal) {
+    if (name.empty())
+        return palette.white();
+    try {
+        return color::resolve_light(name, folders);
+    } catch (const Error& e) {
+        journal.error(where,
+                      std::string("the spectrum of a light: ") + e.what() + ". White stands in for it");
+        return palette.white();
+    }
+}
+
+// Steradians that a spot fills at full intensity: its falloff over the cone.
+double spot_solid_angle(const scene::Light& light) {
+    const double outer = std::cos(double(light.cone_angle) / Degrees),
+                 inner = std::cos(std::max(0.0, double(light.cone_angle - light.cone_delta_angle)) / Degrees);
+    double sum = 0;
+    constexpr int N = 4096;
+    for (int i = 0; i < N; i++) {
+        const double c = outer + (1 - outer) * (i + 0.5) / N;
+        const double t = std::clamp((c - outer) / std::max(inner - outer, 1e-6), 0.0, 1.0);
+        sum += t * t * (3 - 2 * t) * std::pow(std::max(c, 0.0), int(light.beam_distribution));
+    }
+    return std::max(sum * 2 * double(Pi) * (1 - outer) / N, 1e-9);
+}
+
+} // namespace
+
+Rgb area_light_amount(const scene::ShaderRef& ref, color::Palette* palette,
+                      std::span<const std::string> folders, Journal& journal) {
+    const std::string spectrum = ref.parameters.get_string("spectrum", ""),
+                      unit = ref.parameters.get_string("unit", "");
+    Rgb amount = light_amount(ref);
+    if (!palette || (spectrum.empty() && unit.empty()))
+        return amount;
+    const color::Table power = spectrum_of(spectrum, *palette, folders, ref.where, journal);
+    const Rgb filter = ref.parameters.get_color("lightcolor", Rgb(1));
+    amount = palette->add_light(power, filter) * ref.parameters.get_float("intensity", 1);
+    if (unit_of(unit, ref.where, journal) == color::Unit::Watt)
+        amount *= float(color::luminous_efficacy(power));
+    return amount;
+}
+
+void resolve_light_color(scene::Light& light, color::Palette& palette, std::span<const std::string> folders,
+                         Journal& journal) {
+    using Kind = scene::Light::Kind;
+    if (light.spectrum.empty() && light.unit.empty())
+        return;
+    const color::Table power = spectrum_of(light.spectrum, palette, folders, light.where, journal);
+    if (!light.spectrum.empty())
+        light.amount = palette.add_light(power, light.amount);
+    const color::Unit unit = unit_of(light.unit, light.where, journal);
+    if (unit == color::Unit::None)
+        return;
+    color::LightMeasure measure{color::LightShape::Point};
+    if (light.kind == Kind::Spot)
+        measure.solid_angle = spot_solid_angle(light);
+    else if (light.kind == Kind::Distant)
+        measure.shape = color::LightShape::Distant;
+    else if (light.kind != Kind::Point)
+        measure.shape = color::LightShape::Environment;
+    if (const auto factor = color::photometric(1, unit, measure, color::luminous_efficacy(power)))
+        light.amount *= float(*factor);
+    else
+        journal.error(light.where,
+                      "the unit \"" + light.unit +
+                          "\" does not measure such a light: points and spots take lumen, candela and watt, "
+                          "distant lights lux and watt, environments nit, lux and watt. The amount is taken "
+                          "as it is");
+}
+
 std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textures& textures,
                                        Journal& journal) {
     const LightShader* shader = find_light(ref.name);
@@ -152,18 +240,21 @@ std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textur
     light.name = ref.handle;
     light.where = ref.where;
     light.amount = light_amount(ref);
+    light.spectrum = ref.parameters.get_string("spectrum", "");
+    light.unit = ref.parameters.get_string("unit", "");
+    const float classic = light.unit.empty() ? Pi : 1; // an amount with a unit is what it says
     // RISpec's light shaders hand Cl to a surface whose diffuse() multiplies it by the cosine alone. A white
     // Lambertian surface reflects radiance E / pi, so Cl stands for an irradiance of pi Cl.
     switch (light.kind) {
     case scene::Light::Kind::Distant:
         place(light, ref);
-        light.amount *= Pi;
+        light.amount *= classic;
         light.angle = std::clamp(ref.parameters.get_float("angle", 0), 0.0f, 180.0f);
         break;
     case scene::Light::Kind::Point:
     case scene::Light::Kind::Spot:
         place(light, ref);
-        light.amount *= Pi; // Cl = intensity / r^2, so the radiant intensity is pi times `intensity`
+        light.amount *= classic; // Cl = intensity / r^2, so the radiant intensity is pi times `intensity`
         light.radius = std::max(0.0f, ref.parameters.get_float("radius", 0));
         light.cone_angle = ref.parameters.get_float("coneangle", 30 / Degrees) * Degrees;
         light.cone_delta_angle = ref.parameters.get_float("conedeltaangle", 5 / Degrees) * Degrees;

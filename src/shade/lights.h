@@ -2,10 +2,12 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
 #include "base/error.h"
+#include "color/palette.h"
 #include "scene/scene.h"
 #include "shade/textures.h"
 
@@ -23,8 +25,15 @@ Transform aimed(const Vec3f& from, const Vec3f& to);
 std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textures& textures,
                                        Journal& journal);
 
-// Radiance of an area light; also serves the parameters of light shaders: intensity times lightcolor.
+// Parameters of light shaders: intensity times lightcolor.
 Rgb light_amount(const scene::ShaderRef& ref);
+// Radiance of an area light; where it has a unit, the amount in it, watt as lumen.
+Rgb area_light_amount(const scene::ShaderRef& ref, color::Palette* palette,
+                      std::span<const std::string> folders, Journal& journal);
+// Puts a light's spectrum and unit into its amount, by the palette. What is wrong is reported, and white or
+// no unit stands in for it.
+void resolve_light_color(scene::Light& light, color::Palette& palette, std::span<const std::string> folders,
+                         Journal& journal);
 
 // Reports area light shaders that are not known, and parameters that do nothing.
 void check_area_light(const scene::ShaderRef& ref, Journal& journal);

@@ -41,6 +41,7 @@ void LinearInput::take_spec() {
         m_spec.set_format(OIIO::TypeDesc::HALF);
         m_spec.channelformats.clear();
         m_spec.attribute("oiio:ColorSpace", "Linear");
+        m_spec.attribute("kanuka:rec709", 1); // so are its primaries
         m_spec.erase_attribute("oiio:BitsPerSample");
     }
 }

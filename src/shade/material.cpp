@@ -1,5 +1,10 @@
 #include "shade/material.h"
 
+#include <algorithm>
+#include <limits>
+
+#include "shade/area_light.h"
+#include "shade/atmosphere.h"
 #include "shade/opacity.h"
 
 namespace kanuka::shade {
@@ -26,6 +31,45 @@ int add_emission(grid::LayeringProgram& program) {
     return slot;
 }
 
+void add_aovs(grid::LayeringProgram& program, const sl::Instance& surface,
+              const std::vector<std::string>& wanted) {
+    const std::span<const sl::Parameter> parameters = surface.shader().parameters();
+    for (const std::string& name : surface.aovs()) {
+        const auto found = std::find(wanted.begin(), wanted.end(), name);
+        const auto parameter = std::find_if(parameters.begin(), parameters.end(),
+                                            [&](const sl::Parameter& p) { return p.name == name; });
+        if (found == wanted.end() || parameter == parameters.end())
+            continue;
+        grid::Aov aov;
+        aov.index = int(found - wanted.begin());
+        aov.color = parameter->type == sl::Type::Color;
+        aov.components = std::min(sl::components(parameter->type), 3);
+        for (int c = 0; c < aov.components; c++) {
+            aov.slots[size_t(c)] = int(program.slots.size());
+            program.slots.push_back({grid::InputType::Float, grid::Storage::Full,
+                                     -std::numeric_limits<float>::max(), std::numeric_limits<float>::max(),
+                                     false, "aov." + name});
+        }
+        program.aovs.push_back(aov);
+    }
+}
+
+// One slot a component, of values that come with their components together.
+static void fill_aovs(const grid::LayeringProgram& program, const std::vector<grid::SlotValues>& values,
+                      grid::VertexInputs& out) {
+    for (size_t a = 0; a < values.size() && a < program.aovs.size(); a++)
+        for (int c = 0; c < program.aovs[a].components; c++) {
+            grid::SlotValues& slot = out.slots[size_t(program.aovs[a].slots[size_t(c)])];
+            slot.uniform = values[a].uniform;
+            slot.value = Vec3f(values[a].value[c], 0, 0);
+            slot.data.clear();
+            const ptrdiff_t stride = out.stride;
+            if (!slot.uniform)
+                slot.data.assign(values[a].data.begin() + c * stride,
+                                 values[a].data.begin() + (c + 1) * stride);
+        }
+}
+
 MaterialImpl::MaterialImpl(std::shared_ptr<const MaterialCore> core, Own own, Textures& textures,
                            Journal& journal, uint64_t hash)
     : m_core(std::move(core)), m_own(std::move(own)), m_textures(textures), m_journal(journal), m_hash(hash),
@@ -36,6 +80,10 @@ bool MaterialImpl::displaces() const {
 }
 
 bool MaterialImpl::uniform() const {
+    if (m_core->emission_varies)
+        return false;
+    if (m_core->atmosphere) // differs with the distance from the eye
+        return false;
     // Presence of a varying Os may be added here, to a surface that is uniform itself.
     if (m_core->presence_slot >= 0 && m_own.varying_color_or_opacity)
         return false;
@@ -74,15 +122,37 @@ void MaterialImpl::displace(grid::Grid& grid) const {
 
 void MaterialImpl::shade(grid::Grid& grid, grid::VertexInputs& out) const {
     MaterialServices services(m_own.spaces, m_own.facts, m_textures, m_journal, m_own.surface_where);
-    m_core->surface->shade(grid, globals(grid), services, out);
-    out.slots.resize(m_core->program.slots.size());
+    const sl::GridGlobals g = globals(grid);
+    if (m_core->program.aovs.empty()) {
+        m_core->surface->shade(grid, g, services, out);
+        out.slots.resize(m_core->program.slots.size());
+    } else {
+        std::vector<grid::SlotValues> values;
+        m_core->surface->shade_with_aovs(grid, g, services, out, values);
+        out.slots.resize(m_core->program.slots.size());
+        fill_aovs(m_core->program, values, out);
+    }
     if (m_core->emission_slot >= 0) {
         grid::SlotValues& radiance = out.slots[size_t(m_core->emission_slot)];
         radiance.uniform = true;
         radiance.value = m_core->emission;
+        if (m_core->emission_varies) {
+            Spaces spaces = m_own.spaces;
+            spaces.current_from_shader = m_own.area_light_from_shader;
+            MaterialServices of_light(spaces, m_own.facts, m_textures, m_journal, m_own.area_light_where);
+            radiance.uniform = false;
+            radiance.data = run_area_light(*m_core->area_light, grid, g, of_light).Cl;
+        }
     }
     if (m_core->presence_slot >= 0)
         fill_presence(grid, m_own.opacity, out.slots[size_t(m_core->presence_slot)]);
+    if (m_core->atmosphere) {
+        Spaces spaces = m_own.spaces;
+        spaces.current_from_shader = m_own.atmosphere_from_shader;
+        MaterialServices of_atmosphere(spaces, m_own.facts, m_textures, m_journal, m_own.atmosphere_where);
+        fill_atmosphere(*m_core->atmosphere, grid, g, of_atmosphere, m_own.atmosphere_where, m_core->program,
+                        out);
+    }
 }
 
 } // namespace kanuka::shade

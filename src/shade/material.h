@@ -11,16 +11,22 @@ namespace kanuka::shade {
 
 // What all primitives of equal shaders and parameters share.
 struct MaterialCore {
-    std::shared_ptr<const sl::Shader> surface_shader,
-        displacement_shader;                             // keep the instances' code alive; may be null
-    std::unique_ptr<sl::Instance> surface, displacement; // displacement: null = none of its own
-    grid::LayeringProgram program;                       // the surface's, with emission and presence added
-    int emission_slot = -1;                              // of the area light's radiance
+    std::shared_ptr<const sl::Shader> surface_shader, displacement_shader, atmosphere_shader,
+        area_light_shader; // keep the instances' code alive
+    std::unique_ptr<sl::Instance> surface, displacement, atmosphere,
+        area_light;                // null = none of its own; surface is never
+    grid::LayeringProgram program; // the surface's, with emission and presence added
+    int emission_slot = -1;        // of the area light's radiance
     Rgb emission{0, 0, 0};
+    bool emission_varies = false;
     int presence_slot =
         -1; // of Attributes::opacity; -1 where the shader computes presence itself, or it is one
     std::string key;
 };
+
+// Adds a float slot for each component of the output parameters that are handed out.
+void add_aovs(grid::LayeringProgram& program, const sl::Instance& surface,
+              const std::vector<std::string>& wanted);
 
 // Adds a DiffuseEmission lobe beside all of the program's: emission is added, the surface keeps what it
 // reflects.
@@ -34,9 +40,11 @@ class MaterialImpl final : public Material {
     struct Own {
         Spaces spaces;
         Rgb color{1, 1, 1}, opacity{1, 1, 1};
+        Rgb emission{0, 0, 0}; // of an area light
         bool varying_color_or_opacity = false;
         Transform displacement_from_shader; // current_from_shader of the displacement shader
-        Location surface_where, displacement_where;
+        Transform atmosphere_from_shader, area_light_from_shader;
+        Location surface_where, displacement_where, atmosphere_where, area_light_where;
         std::shared_ptr<const scene::Attributes> attributes; // keeps what facts point at
         Facts facts;
     };
@@ -45,6 +53,7 @@ class MaterialImpl final : public Material {
 
     const grid::LayeringProgram& program() const override { return m_core->program; }
     bool displaces() const override;
+    bool emission_varies() const override { return m_core->emission_varies; }
     bool uniform() const override;
     uint64_t hash() const override { return m_hash; }
     void displace(grid::Grid& grid) const override;

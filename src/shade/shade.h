@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "base/stats.h"
 #include "base/vec.h"
+#include "color/palette.h"
 #include "grid/grid.h"
 #include "grid/layering.h"
 #include "scene/scene.h"
@@ -24,8 +25,11 @@ struct ShadingOptions {
     std::string cache_dir;                  // empty = default
     int lanes = 0;                          // 0 = widest
     size_t texture_bytes = size_t(1) << 30; // memory for texture tiles
+    color::Palette* palette = nullptr;      // takes the measured spectra that materials name; must outlive
     Transform render_from_world;            // "world" and "camera" spaces for shaders
     Transform camera_from_render;
+    std::vector<std::string> aovs; // output parameters that displays ask for: programs have them where
+                                   // their surface does
 };
 
 // What one primitive looks like: its surface and displacement shaders with parameters bound. A shader that is
@@ -36,7 +40,8 @@ class Material {
     virtual ~Material() = default;
     virtual const grid::LayeringProgram& program() const = 0;
     virtual bool displaces() const = 0;
-    virtual bool uniform() const = 0;  // no input varies over a grid: shade one vertex
+    virtual bool emission_varies() const { return false; } // that of an area light, over its surface
+    virtual bool uniform() const = 0;                      // no input varies over a grid: shade one vertex
     virtual uint64_t hash() const = 0; // shader objects and parameters; part of a grid's store key
     virtual void displace(grid::Grid& grid) const = 0;
     virtual void shade(grid::Grid& grid, grid::VertexInputs& out) const = 0;
@@ -56,9 +61,11 @@ class ShadingSystem {
     virtual ~ShadingSystem() = default;
     // `render_from_object`: object space of this primitive for the shader's transforms. Primvars of constant
     // detail are bound as parameters; varying ones are found on the grid. Materials are shared where all they
-    // depend on is equal.
+    // depend on is equal. `instanced`: of a group, whose space stands for render space; it may be seen from
+    // many places at once.
     virtual std::shared_ptr<const Material> material(const scene::Primitive& primitive,
-                                                     const Transform& render_from_object) = 0;
+                                                     const Transform& render_from_object,
+                                                     bool instanced = false) = 0;
     // Light shaders to lights. The standard ones (ambientlight, distantlight, pointlight, spotlight) and
     // Kanuka's own environmentlight are analytic; any other is run and tabulated (light_table.h). `lit`:
     // bounds in world space of what there is to be lit.

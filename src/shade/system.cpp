@@ -9,7 +9,9 @@
 #include <mutex>
 #include <xxhash.h>
 
+#include "shade/area_light.h"
 #include "shade/arguments.h"
+#include "shade/atmosphere.h"
 #include "shade/coshaders.h"
 #include "shade/default_surface.h"
 #include "shade/light_table.h"
@@ -30,6 +32,11 @@ struct Bound {
     std::shared_ptr<const sl::Shader> shader;
     std::vector<sl::Argument> arguments;
     Location where;
+};
+
+struct BoundShaders {
+    Bound surface, displacement, atmosphere, area_light;
+    std::array<const Bound*, 4> all() const { return {&surface, &displacement, &atmosphere, &area_light}; }
 };
 
 template <class T>
@@ -69,20 +76,23 @@ class SystemImpl final : public ShadingSystem {
   public:
     SystemImpl(const ShadingOptions& options, const scene::Scene& scene, Journal& journal,
                CompileShader compile)
-        : m_journal(journal), m_compile(std::move(compile)),
+        : m_journal(journal), m_palette(options.palette), m_compile(std::move(compile)),
           m_shader_folders(search_folders(options.shader_path, scene.file, options.standard_shaders)),
           m_textures(search_folders(options.texture_path, scene.file, ""), options.texture_bytes, journal),
           m_render_from_world(options.render_from_world), m_options(scene.options), m_camera(scene.camera),
           m_world_spaces(scene, options.camera_from_render * options.render_from_world) {
+        if (m_palette)
+            m_textures.set_space(m_palette->space());
         m_compile_options.lanes = options.lanes;
         m_compile_options.cache_dir = options.cache_dir;
         m_compile_options.include_path = m_shader_folders;
         m_compile_options.strict_directions = scene.options.strict_directions;
         m_compile_options.array_room = scene.options.array_room;
+        m_compile_options.aovs = options.aovs;
     }
 
     std::shared_ptr<const Material> material(const scene::Primitive& primitive,
-                                             const Transform& render_from_object) override;
+                                             const Transform& render_from_object, bool instanced) override;
     std::vector<scene::Light> lights(const std::vector<scene::ShaderRef>& shaders,
                                      const Bounds3f& lit) override;
     void image(const scene::ShaderRef& imager, const ImagerPixels& pixels) override;
@@ -95,20 +105,22 @@ class SystemImpl final : public ShadingSystem {
     Transform current_from_world(const scene::Primitive& primitive,
                                  const Transform& current_from_object) const;
     std::optional<std::string> find(const scene::ShaderRef& ref) const;
-    Loaded load(const scene::ShaderRef& ref, sl::ShaderKind wanted);
+    Loaded load(const scene::ShaderRef& ref, sl::ShaderKind wanted, bool area_light = false);
     Loaded compile(const std::string& key, const std::string& path, const sl::CompileOptions& options);
     std::optional<CoShader> load_coshader(const scene::ShaderRef& ref);
     void connect(Bound& bound, const scene::ShaderRef& ref, const Scope& scope,
-                 const scene::ValueList& primvars, const Spaces& spaces);
+                 const scene::ValueList& primvars, const Spaces& spaces, bool area_light = false);
     std::optional<scene::Light> run_light(const scene::ShaderRef& ref, const Bounds3f& lit);
-    Bound bind(const std::optional<scene::ShaderRef>& ref, bool displacement,
-               const scene::Primitive& primitive, Spaces spaces);
-    std::shared_ptr<const MaterialCore> core(Bound& surface, Bound& displacement,
-                                             const scene::Attributes& attributes,
+    scene::ShaderRef with_measured_colors(const scene::ShaderRef& ref, const sl::Shader& shader);
+    Rgb measured_color(const std::string& name, const Rgb& instead, const Location& where);
+    Bound bind(const std::optional<scene::ShaderRef>& ref, sl::ShaderKind wanted,
+               const scene::Primitive& primitive, const Spaces& spaces);
+    std::shared_ptr<const MaterialCore> core(const BoundShaders& bound, const scene::Attributes& attributes,
                                              const MaterialImpl::Own& own, const DefaultSurface& coverage);
-    uint64_t hash(const std::string& key, const Bound& surface, const Bound& displacement) const;
+    uint64_t hash(const std::string& key, const BoundShaders& bound) const;
 
     Journal& m_journal;
+    color::Palette* m_palette;
     CompileShader m_compile;
     sl::CompileOptions m_compile_options;
     std::vector<std::string> m_shader_folders;
@@ -170,10 +182,11 @@ SystemImpl::Loaded SystemImpl::compile(const std::string& key, const std::string
     return future.get();
 }
 
-SystemImpl::Loaded SystemImpl::load(const scene::ShaderRef& ref, sl::ShaderKind wanted) {
+SystemImpl::Loaded SystemImpl::load(const scene::ShaderRef& ref, sl::ShaderKind wanted, bool area_light) {
     const std::string instead = wanted == sl::ShaderKind::Displacement ? "The surface is not displaced"
                                 : wanted == sl::ShaderKind::Light      ? "The light is left out"
                                 : wanted == sl::ShaderKind::Imager     ? "The picture stays as it is"
+                                : wanted == sl::ShaderKind::Volume     ? "The air stays clear"
                                                                        : "Matte stands in for it";
     const std::optional<std::string> path = find(ref);
     if (!path) {
@@ -183,15 +196,17 @@ SystemImpl::Loaded SystemImpl::load(const scene::ShaderRef& ref, sl::ShaderKind 
                                        instead);
         return nullptr;
     }
-    Loaded shader = compile(*path, *path, m_compile_options);
+    sl::CompileOptions options = m_compile_options;
+    options.area_light = area_light;
+    Loaded shader = compile(area_light ? *path + " on an area" : *path, *path, options);
     if (!shader) {
         m_journal.error(ref.where, "shader \"" + ref.name + "\" (" + *path +
                                        ") does not compile; mend it as its messages say. " + instead);
         return nullptr;
     }
     const sl::ShaderKind kind = shader->kind();
-    if (kind == wanted || (kind == sl::ShaderKind::Class && wanted != sl::ShaderKind::Light &&
-                           wanted != sl::ShaderKind::Imager))
+    if (kind == wanted || (kind == sl::ShaderKind::Class &&
+                           (wanted == sl::ShaderKind::Surface || wanted == sl::ShaderKind::Displacement)))
         return shader;
     m_journal.error(ref.where, "\"" + ref.name + "\" (" + *path + ") is a " +
                                    std::string(sl::kind_name(kind)) + " shader, where a " +
@@ -219,7 +234,7 @@ std::optional<CoShader> SystemImpl::load_coshader(const scene::ShaderRef& ref) {
 
 // A shader that calls co-shaders is compiled once more, together with those that it reaches.
 void SystemImpl::connect(Bound& bound, const scene::ShaderRef& ref, const Scope& scope,
-                         const scene::ValueList& primvars, const Spaces& spaces) {
+                         const scene::ValueList& primvars, const Spaces& spaces, bool area_light) {
     if (!bound.shader || bound.shader->coshaders() == sl::CoShaderUse::None)
         return;
     const Network network = connect_coshaders(
@@ -228,7 +243,8 @@ void SystemImpl::connect(Bound& bound, const scene::ShaderRef& ref, const Scope&
         return;
     const std::optional<std::string> path = find(ref);
     sl::CompileOptions options = m_compile_options;
-    const std::string key = *path + describe(network, options);
+    options.area_light = area_light;
+    const std::string key = *path + (area_light ? " on an area" : "") + describe(network, options);
     Loaded linked = compile(key, *path, options);
     if (!linked) {
         m_journal.error(ref.where, "shader \"" + ref.name +
@@ -240,40 +256,71 @@ void SystemImpl::connect(Bound& bound, const scene::ShaderRef& ref, const Scope&
     for (const CoShader& c : network.coshaders) {
         Spaces own = spaces;
         own.current_from_shader = spaces.current_from_world * c.ref->world_from_shader;
-        for (sl::Argument& a : bind_arguments(*c.shader, *c.ref, primvars, own, m_journal)) {
+        for (sl::Argument& a :
+             bind_arguments(*c.shader, with_measured_colors(*c.ref, *c.shader), primvars, own, m_journal)) {
             a.name = c.handle + "." + a.name;
             bound.arguments.push_back(std::move(a));
         }
     }
 }
 
-Bound SystemImpl::bind(const std::optional<scene::ShaderRef>& ref, bool displacement,
-                       const scene::Primitive& primitive, Spaces spaces) {
+// A colour that is given as a text is a spectrum: the RGB that stands for it in the palette.
+scene::ShaderRef SystemImpl::with_measured_colors(const scene::ShaderRef& ref, const sl::Shader& shader) {
+    scene::ShaderRef result = ref;
+    if (!m_palette)
+        return result;
+    for (scene::Value& v : result.parameters.values) {
+        if (v.type != scene::Type::String || v.strings.empty())
+            continue;
+        for (const sl::Parameter& p : shader.parameters())
+            if (p.name == v.name && p.type == sl::Type::Color && p.array_size <= 0) {
+                const Rgb rgb =
+                    measured_color(v.strings[0], Rgb(0.5f), v.where.line > 0 ? v.where : ref.where);
+                v.type = scene::Type::Color;
+                v.floats = std::vector<float>{rgb.x, rgb.y, rgb.z};
+            }
+    }
+    return result;
+}
+
+Rgb SystemImpl::measured_color(const std::string& name, const Rgb& instead, const Location& where) {
+    try {
+        return m_palette->add_named(name, m_textures.folders());
+    } catch (const Error& e) {
+        m_journal.error(where, std::string(e.what()) + ". The plain colour stands in for it");
+        return instead;
+    }
+}
+
+Bound SystemImpl::bind(const std::optional<scene::ShaderRef>& ref, sl::ShaderKind wanted,
+                       const scene::Primitive& primitive, const Spaces& spaces) {
     Bound bound;
     bound.where = ref ? ref->where : primitive.where;
     if (!ref)
         return bound;
-    bound.shader = load(*ref, displacement ? sl::ShaderKind::Displacement : sl::ShaderKind::Surface);
+    bound.shader = load(*ref, wanted, wanted == sl::ShaderKind::Light);
     if (bound.shader)
-        bound.arguments = bind_arguments(*bound.shader, *ref, primitive.primvars, spaces, m_journal);
+        bound.arguments = bind_arguments(*bound.shader, with_measured_colors(*ref, *bound.shader),
+                                         primitive.primvars, spaces, m_journal);
     Scope scope = {&ref->coshaders};
     if (primitive.attributes)
         scope.push_back(&primitive.attributes->coshaders);
-    connect(bound, *ref, scope, primitive.primvars, spaces);
+    connect(bound, *ref, scope, primitive.primvars, spaces, wanted == sl::ShaderKind::Light);
     return bound;
 }
 
-std::shared_ptr<const MaterialCore> SystemImpl::core(Bound& surface, Bound& displacement,
+std::shared_ptr<const MaterialCore> SystemImpl::core(const BoundShaders& bound,
                                                      const scene::Attributes& attributes,
                                                      const MaterialImpl::Own& own,
                                                      const DefaultSurface& coverage) {
+    const Bound &surface = bound.surface, &displacement = bound.displacement, &atmosphere = bound.atmosphere;
     std::string key;
-    for (const Bound* b : {&surface, &displacement}) {
+    for (const Bound* b : bound.all()) {
         append(key, b->shader ? b->shader->hash() : uint64_t(0));
         key += serialize(b->arguments) + ";";
     }
     if (attributes.area_light)
-        append(key, light_amount(*attributes.area_light));
+        append(key, own.emission);
     append(key, char((attributes.area_light ? 1 : 0) | (coverage.varying_color ? 2 : 0) |
                      (coverage.has_presence ? 4 : 0) | (coverage.varying_presence ? 8 : 0)));
     {
@@ -310,8 +357,30 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(Bound& surface, Bound& disp
         core->presence_slot = core->program.presence =
             add_presence_slot(core->program, !coverage.varying_presence);
     if (attributes.area_light) {
-        core->emission = light_amount(*attributes.area_light);
+        core->emission = own.emission;
         core->emission_slot = add_emission(core->program);
+        if (bound.area_light.shader)
+            core->area_light = instantiate(bound.area_light, own.area_light_from_shader);
+        if (core->area_light) {
+            core->area_light_shader = bound.area_light.shader;
+            grid::Grid point;
+            point.allocate(0, 0);
+            Spaces spaces = own.spaces;
+            spaces.current_from_shader = own.area_light_from_shader;
+            MaterialServices services(spaces, own.facts, m_textures, m_journal, bound.area_light.where);
+            const sl::Emission light = run_area_light(*core->area_light, point, {}, services);
+            const size_t stride = size_t(point.stride);
+            core->emission = {light.Cl[0], light.Cl[stride], light.Cl[2 * stride]};
+            core->emission_varies = !light.uniform;
+            core->program.emission_cosine = cone_of(light);
+        }
+    }
+    add_aovs(core->program, *core->surface, m_compile_options.aovs);
+    if (atmosphere.shader) {
+        core->atmosphere = instantiate(atmosphere, own.atmosphere_from_shader);
+        core->atmosphere_shader = atmosphere.shader;
+        if (core->atmosphere)
+            add_atmosphere(core->program);
     }
     core->key = key;
     if (depends_on_object) // what mnk_init decided holds for this primitive alone
@@ -322,7 +391,7 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(Bound& surface, Bound& disp
 
 // Files that string parameters name count with their size and time of change: a texture painted anew is
 // another material.
-uint64_t SystemImpl::hash(const std::string& key, const Bound& surface, const Bound& displacement) const {
+uint64_t SystemImpl::hash(const std::string& key, const BoundShaders& shaders) const {
     std::string bytes = key;
     const auto add_file = [&](const std::string& name) {
         const std::string path = name.empty() ? "" : m_textures.find(name);
@@ -332,7 +401,7 @@ uint64_t SystemImpl::hash(const std::string& key, const Bound& surface, const Bo
         append(bytes, uint64_t(std::filesystem::file_size(path, failed)));
         append(bytes, std::filesystem::last_write_time(path, failed).time_since_epoch().count());
     };
-    for (const Bound* bound : {&surface, &displacement}) {
+    for (const Bound* bound : shaders.all()) {
         for (const sl::Argument& a : bound->arguments)
             for (const std::string& s : a.strings)
                 add_file(s);
@@ -345,7 +414,7 @@ uint64_t SystemImpl::hash(const std::string& key, const Bound& surface, const Bo
 }
 
 std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& primitive,
-                                                     const Transform& render_from_object) {
+                                                     const Transform& render_from_object, bool instanced) {
     static const scene::Attributes fallback;
     const scene::Attributes& attributes = primitive.attributes ? *primitive.attributes : fallback;
 
@@ -359,8 +428,18 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
     };
     own.spaces.current_from_shader = shader_space(attributes.surface);
     own.displacement_from_shader = shader_space(attributes.displacement);
+    own.atmosphere_from_shader = shader_space(attributes.atmosphere);
+    own.area_light_from_shader = shader_space(attributes.area_light);
     own.color = attributes.color;
     own.opacity = attributes.opacity;
+    if (m_palette) {
+        if (const std::string measured = attributes.user.get_string("color:spectrum", ""); !measured.empty())
+            own.color = measured_color(measured, own.color, primitive.where);
+        if (attributes.area_light)
+            own.emission =
+                area_light_amount(*attributes.area_light, m_palette, m_textures.folders(), m_journal);
+    } else if (attributes.area_light)
+        own.emission = light_amount(*attributes.area_light);
     DefaultSurface coverage;
     const auto take_primvar = [&](const char* name, Rgb& constant, bool& varying) {
         const scene::Value* v = primitive.primvars.find(name);
@@ -377,30 +456,52 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
     own.varying_color_or_opacity = coverage.varying_color || coverage.varying_presence;
 
     // 2. Shaders and their values
-    if (attributes.area_light)
+    const bool own_light = attributes.area_light && attributes.area_light->name != "arealight" &&
+                           find(*attributes.area_light).has_value();
+    if (attributes.area_light && !own_light)
         check_area_light(*attributes.area_light, m_journal);
-    Bound surface = bind(attributes.surface, false, primitive, own.spaces);
-    Spaces displacement_spaces = own.spaces;
-    displacement_spaces.current_from_shader = own.displacement_from_shader;
-    Bound displacement = bind(attributes.displacement, true, primitive, displacement_spaces);
-    if (surface.shader)
-        add_colors(surface.arguments, own, coverage);
-    own.surface_where = surface.where;
-    own.displacement_where = displacement.where;
+    const auto bind_in = [&](const std::optional<scene::ShaderRef>& ref, sl::ShaderKind wanted,
+                             const Transform& current_from_shader) {
+        Spaces spaces = own.spaces;
+        spaces.current_from_shader = current_from_shader;
+        return bind(ref, wanted, primitive, spaces);
+    };
+    BoundShaders bound;
+    bound.surface = bind_in(attributes.surface, sl::ShaderKind::Surface, own.spaces.current_from_shader);
+    bound.displacement =
+        bind_in(attributes.displacement, sl::ShaderKind::Displacement, own.displacement_from_shader);
+    if (attributes.atmosphere && instanced)
+        m_journal.warning(attributes.atmosphere->where,
+                          "atmosphere \"" + attributes.atmosphere->name +
+                              "\" does not reach instances: they are shaded once for all places that they "
+                              "are seen at. Objects that are no instances have it");
+    else
+        bound.atmosphere = bind_in(attributes.atmosphere, sl::ShaderKind::Volume, own.atmosphere_from_shader);
+    if (own_light)
+        bound.area_light = bind_in(attributes.area_light, sl::ShaderKind::Light, own.area_light_from_shader);
+    if (bound.surface.shader)
+        add_colors(bound.surface.arguments, own, coverage);
+    own.surface_where = bound.surface.where;
+    own.displacement_where = bound.displacement.where;
+    own.atmosphere_where = bound.atmosphere.where;
+    own.area_light_where = bound.area_light.where;
     own.attributes = primitive.attributes;
     own.facts = {primitive.attributes ? primitive.attributes.get() : &fallback, &m_options, &m_camera};
 
     // 3. What is shared, then what is this primitive's own
-    std::shared_ptr<const MaterialCore> shared = core(surface, displacement, attributes, own, coverage);
+    std::shared_ptr<const MaterialCore> shared = core(bound, attributes, own, coverage);
     std::string key = shared->key;
     append(key, own.color);
     append(key, own.opacity);
-    if ((surface.shader && surface.shader->queries()) ||
-        (displacement.shader && displacement.shader->queries()))
-        key += attribute_key(attributes);
+    for (const Bound* b : bound.all())
+        if (b->shader && b->shader->queries()) {
+            key += attribute_key(attributes);
+            break;
+        }
     for (const Transform* t :
          {&own.spaces.current_from_object, &own.spaces.current_from_world, &own.spaces.current_from_shader,
-          &own.displacement_from_shader, &m_world_spaces.camera_from_world})
+          &own.displacement_from_shader, &own.atmosphere_from_shader, &own.area_light_from_shader,
+          &m_world_spaces.camera_from_world})
         append(key, t->m);
     const XXH128_hash_t name = XXH3_128bits(key.data(), key.size());
     const std::pair id(name.high64, name.low64);
@@ -409,7 +510,7 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
         if (const auto found = m_materials.find(id); found != m_materials.end())
             return found->second;
     }
-    const uint64_t content = hash(key, surface, displacement);
+    const uint64_t content = hash(key, bound);
     auto material = std::make_shared<MaterialImpl>(shared, own, m_textures, m_journal, content);
     std::lock_guard lock(m_mutex);
     return m_materials.try_emplace(id, std::move(material)).first->second;

@@ -31,6 +31,7 @@ constexpr const char* PictureExtensions[] = {".tx", ".exr", ".tif", ".tiff", ".p
 
 struct Textures::Entry {
     OIIO::TextureSystem::TextureHandle* handle = nullptr; // null = missing or broken
+    bool rec709 = false;                                  // decoded from sRGB
     OIIO::TextureOpt::Wrap s_wrap = OIIO::TextureOpt::WrapPeriodic, t_wrap = OIIO::TextureOpt::WrapPeriodic;
     std::string problem;
 };
@@ -60,6 +61,11 @@ Textures::Textures(std::vector<std::string> folders, size_t bytes, Journal& jour
 }
 
 Textures::~Textures() = default;
+
+void Textures::set_space(color::Space space) {
+    m_converts = space != color::Space::Rec709;
+    m_space_from_rec709 = color::convert(color::Space::Rec709, space);
+}
 
 std::string Textures::find(const std::string& name) const {
     constexpr const char* as_named[] = {""};
@@ -106,6 +112,7 @@ const Textures::Entry& Textures::entry(const char* name) {
     // A file made by a texture tool says how it wraps; plain pictures repeat.
     if (const std::string wraps = spec->get_string_attribute("wrapmodes"); !wraps.empty())
         OIIO::TextureOpt::parse_wrapmodes(wraps.c_str(), entry.s_wrap, entry.t_wrap);
+    entry.rec709 = spec->get_int_attribute("kanuka:rec709", 0) != 0;
     entry.handle = handle;
     return entry;
 }
@@ -152,6 +159,10 @@ void Textures::lookup(const sl::TextureRequest& request, const Location& asker) 
         if (system.texture(entry.handle, thread, options, at(request.s, i), at(request.t, i),
                            at(request.dsdu, i), at(request.dtdu, i), at(request.dsdv, i), at(request.dtdv, i),
                            channels, values)) {
+            if (m_converts && entry.rec709 && channels >= 3 && options.firstchannel == 0) {
+                const Rgb c = color::transform(m_space_from_rec709, {values[0], values[1], values[2]});
+                values[0] = c.x, values[1] = c.y, values[2] = c.z;
+            }
             store(i, values);
             continue;
         }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "color/spaces.h"
 #include "sl/sl.h"
 
 namespace kanuka::shade {
@@ -27,6 +28,10 @@ class Textures {
     void lookup_environment(const sl::TextureRequest& request, const float* x, const float* y, const float* z,
                             const Location& asker);
 
+    // Pictures of 8 and 16 bits, which are sRGB's, are brought to another space; all others are in it
+    // already. Before the first lookup.
+    void set_space(color::Space space);
+
     std::string find(const std::string& name) const; // the file it stands for; empty = none
     struct Info {
         int width = 0, height = 0, channels = 0;
@@ -44,6 +49,8 @@ class Textures {
     std::vector<std::string> m_folders;
     Journal& m_journal;
     std::unique_ptr<Cache> m_cache;
+    bool m_converts = false;
+    color::Matrix3 m_space_from_rec709{};
 };
 
 } // namespace kanuka::shade

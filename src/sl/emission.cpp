@@ -47,6 +47,9 @@ Emission InstanceImpl::emit(grid::Grid& points, const GridGlobals& globals, Serv
     result.from = triple(ir::Emission::From);
     result.axis = triple(ir::Emission::Axis);
     result.angle = first(ir::Emission::Angle)[0];
+    const ir::Stage& stage = built.stage;
+    const int Cl = stage.outputs[size_t(ir::Emission::Color)].var;
+    result.uniform = Cl >= 0 && !stage.vars[size_t(Cl)].varying;
     result.Cl = std::move(values[size_t(ir::Emission::Color)]);
     return result;
 }

@@ -140,6 +140,36 @@ static std::vector<Vec3f> filter(const std::string& source) {
     return first;
 }
 
+TEST(Emission, AnAreaLightRunsOnItself) {
+    Journal journal;
+    CompileOptions options;
+    options.use_cache = false;
+    options.area_light = true;
+    const auto run = [&](const std::string& source) {
+        const auto shader = compile_source("a.sl", source, options, journal);
+        EXPECT_TRUE(shader) << messages(journal);
+        TestServices services;
+        grid::Grid g = plane(8, 5);
+        return shader->instantiate({}, services)->emit(g, {}, services);
+    };
+    const size_t stride = size_t(plane(8, 5).stride);
+    const Emission varying =
+        run("light a() { illuminate (P, N, PI / 3) Cl = color(u, xcomp(P), zcomp(L)) / (L . L); }");
+    EXPECT_FALSE(varying.uniform);
+    EXPECT_EQ(varying.axis, Vec3f(0, 0, 1));
+    EXPECT_NEAR(varying.angle, Pi / 3, 1e-6f);
+    for (size_t i = 0; i < 54; i++) {
+        const float u = float(i % 9) / 8;
+        EXPECT_NEAR(varying.Cl[i], u, 1e-6f);
+        EXPECT_NEAR(varying.Cl[stride + i], 2 * u, 1e-6f);
+        EXPECT_NEAR(varying.Cl[2 * stride + i], 1, 1e-6f);
+    }
+    const Emission uniform =
+        run("light a(color c = color(1, 2, 3)) { illuminate (P, N, PI / 2) Cl = c / PI; }");
+    EXPECT_TRUE(uniform.uniform);
+    EXPECT_NEAR(uniform.Cl[stride + 53], 2 / Pi, 1e-6f);
+}
+
 TEST(Filter, ImagersSeeColorAndCoverage) {
     const auto r = filter(
         "imager back(color bgcolor = color(0, 1, 0)) { Ci += (1 - alpha) * bgcolor; Oi = 1; alpha = 1; }");

@@ -42,8 +42,9 @@ TEST(SlExamples, EveryShadeopHasOne) {
         have.insert(e.of);
     for (const ops::Shadeop& op : ops::shadeops()) {
         names.insert(op.name);
-        if (!op.name.starts_with("__"))
+        if (!op.name.starts_with("__")) {
             EXPECT_TRUE(have.count(op.name)) << op.name << " has no example in ops/examples.cpp";
+        }
     }
     for (std::string_view of : have)
         EXPECT_TRUE(names.count(of)) << of << " is no shadeop";

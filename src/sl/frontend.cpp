@@ -10,7 +10,8 @@ namespace kanuka::sl {
 
 FrontEnd::FrontEnd(const std::string& name, std::string text, const CompileOptions& options, Journal& journal)
     : m_diagnostics(m_sources, journal), m_strict(options.strict_directions), m_aovs(options.aovs),
-      m_connections(options.connections), m_array_room(std::clamp(options.array_room, 1, 65536)) {
+      m_connections(options.connections), m_array_room(std::clamp(options.array_room, 1, 65536)),
+      m_area_light(options.area_light) {
     m_source = read(name, std::move(text), options);
     for (const CoShader& c : options.coshaders) {
         Unit& unit = m_units.emplace_back();
@@ -164,6 +165,7 @@ std::optional<ir::Program> FrontEnd::check_and_lower() {
     for (bool again = true; again;) {
         program = {};
         program.aovs = m_aovs;
+        program.area_light = m_area_light;
         ir::Lower lower(program, *m_sema, m_diagnostics, *m_unit.shaders[0], projected, m_connections,
                         any_shader, m_array_room);
         lower.run();
@@ -199,7 +201,7 @@ std::optional<ir::Program> FrontEnd::check_and_lower() {
         return std::nullopt;
     annotate(m_source.pragmas, program.parameters);
     find_textures(program);
-    for (const ir::Stage* s : {&program.displace, &program.shade})
+    for (const ir::Stage* s : {&program.displace, &program.shade, &program.filter})
         for (const ir::CallSite& c : s->calls)
             program.queries = program.queries || c.kind == ir::CallKind::Found;
     program.coshaders = m_sema->coshader_use();

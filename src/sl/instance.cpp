@@ -20,6 +20,9 @@ InstanceImpl::InstanceImpl(std::shared_ptr<const ShaderImpl> shader, std::span<c
         run_once(b.defaults, services, nullptr);
     // What the defaults computed gives way to what was given.
     bind(arguments, services);
+    for (const ir::Output& o : p.displace.outputs)
+        if (o.kind == ir::Output::Carried)
+            m_variant.params[size_t(o.index)] = true;
     m_members.assign(size_t(p.member_floats) + 1, 0.0f);
     m_member_texts.assign(size_t(p.member_strings) + 1, "");
     ops::MaterialBuild build;
@@ -44,7 +47,9 @@ void InstanceImpl::bind(std::span<const Argument> arguments, Services& services)
         m_params.assign(size_t(p.floats) + 16, 0.0f);
         m_param_texts.assign(size_t(p.strings) + 1, "");
         m_variant.params.assign(p.parameters.size(), false);
-        m_primvars.assign(p.parameters.size(), {});
+        m_primvars.resize(p.parameters.size());
+        for (size_t i = 0; i < p.parameters.size(); i++)
+            m_primvars[i] = p.parameters[i].name;
         for (size_t i = 0; i < p.parameters.size(); i++) {
             const ir::Place& place = p.places[i];
             if (place.text)
@@ -67,16 +72,17 @@ void InstanceImpl::bind(std::span<const Argument> arguments, Services& services)
                 m_opacity = Vec3f(a.floats[0], a.floats[1], a.floats[2]);
             continue;
         }
-        const auto it = std::find_if(p.parameters.begin(), p.parameters.end(),
-                                     [&](const Parameter& q) { return q.name == a.name; });
+        const auto end = p.parameters.end() - p.carried;
+        const auto it =
+            std::find_if(p.parameters.begin(), end, [&](const Parameter& q) { return q.name == a.name; });
         const auto complain = [&](const std::string& what) {
             if (first)
                 services.report(Severity::Warning, {p.name}, what);
         };
-        if (it == p.parameters.end()) {
+        if (it == end) {
             std::string have;
-            for (const Parameter& q : p.parameters)
-                have += (have.empty() ? "" : ", ") + q.name;
+            for (auto q = p.parameters.begin(); q != end; ++q)
+                have += (have.empty() ? "" : ", ") + q->name;
             complain("shader \"" + p.name + "\" has no parameter \"" + a.name + "\"; it has " +
                      (have.empty() ? "none" : have));
             continue;
@@ -337,9 +343,15 @@ void InstanceImpl::build_material(const ops::MaterialBuild& build, Services& ser
         m_uniform = m_uniform && m_layering.slots[s].uniform;
         m_uniform_plain = m_uniform_plain && (k < 0 || plain[size_t(k)]);
     }
-    for (const ir::Output& o : p.shade.outputs)
+    for (size_t k = 0; k < p.shade.outputs.size(); k++) {
+        const ir::Output& o = p.shade.outputs[k];
         if (o.kind == ir::Output::Normal)
             m_uniform = m_uniform_plain = false; // bump: every vertex has its normal
+        if (o.kind == ir::Output::Aov) {         // shown, as slots are
+            m_uniform = m_uniform && always[k];
+            m_uniform_plain = m_uniform_plain && plain[k];
+        }
+    }
 }
 
 // A surface that the arguments make opaque has no presence to test at every hit.
@@ -474,31 +486,6 @@ void InstanceImpl::run(const BuiltStage& built, const ir::Variant& variant, grid
     runner.report_faults();
 }
 
-void InstanceImpl::displace(grid::Grid& grid, const GridGlobals& globals, Services& services) const {
-    if (!displaces())
-        return;
-    const ir::Variant variant = variant_for(grid);
-    const BuiltStage& built = m_shader->build(variant).displace;
-    // Results go beside the grid: the stage reads its neighbours' old positions to the end.
-    std::vector<std::vector<float>> moved(built.stage.outputs.size());
-    std::vector<float*> outputs(built.stage.outputs.size() * 16, nullptr);
-    for (size_t k = 0; k < moved.size(); k++) {
-        if (built.stage.outputs[k].var < 0)
-            continue;
-        moved[k] = built.stage.outputs[k].kind == ir::Output::Position ? grid.P : grid.N;
-        moved[k].resize(size_t(grid.stride) * 3 + 32);
-        for (size_t c = 0; c < 3; c++)
-            outputs[k * 16 + c] = moved[k].data() + c * size_t(grid.stride);
-    }
-    run(built, variant, grid, globals, services, outputs);
-    for (size_t k = 0; k < moved.size(); k++) {
-        if (built.stage.outputs[k].var < 0)
-            continue;
-        moved[k].resize(size_t(grid.stride) * 3);
-        (built.stage.outputs[k].kind == ir::Output::Position ? grid.P : grid.N).swap(moved[k]);
-    }
-}
-
 void InstanceImpl::shade(grid::Grid& grid, const GridGlobals& globals, Services& services,
                          grid::VertexInputs& out) const {
     shade(grid, globals, services, out, nullptr);
@@ -529,6 +516,7 @@ void InstanceImpl::shade(grid::Grid& grid, const GridGlobals& globals, Services&
     }
     if (!m_shader->program().shade.root)
         return;
+    carry_members(grid, globals, services);
     const ir::Variant variant = variant_for(grid);
     const BuiltStage& built = m_shader->build(variant).shade;
     const ir::Stage& stage = built.stage;

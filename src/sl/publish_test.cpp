@@ -461,4 +461,11 @@ TEST(SlManual, IsUpToDate) {
         EXPECT_TRUE(there == made) << "run this test with KANUKA_WRITE_DOCS=1";
 }
 
+TEST(SlManual, LobesPageIsUpToDate) {
+    const fs::path file = fs::path(KANUKA_SOURCE_DIR) / "docs/lobes.md";
+    if (std::getenv("KANUKA_WRITE_DOCS"))
+        std::ofstream(file, std::ios::binary) << ops::lobes_page();
+    EXPECT_EQ(read_file(file), ops::lobes_page()) << "run this test with KANUKA_WRITE_DOCS=1";
+}
+
 } // namespace kanuka::sl::test

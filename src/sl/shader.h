@@ -77,7 +77,10 @@ class ShaderImpl final : public Shader, public std::enable_shared_from_this<Shad
 
     const std::string& name() const override { return m_program->name; }
     ShaderKind kind() const override { return m_program->kind; }
-    std::span<const Parameter> parameters() const override { return m_program->parameters; }
+    std::span<const Parameter> parameters() const override {
+        return std::span(m_program->parameters)
+            .first(m_program->parameters.size() - size_t(m_program->carried));
+    }
     uint64_t hash() const override { return m_hash; }
     bool from_cache() const override { return m_from_cache; }
     bool queries() const override { return m_program->queries; }
@@ -140,6 +143,7 @@ class InstanceImpl final : public Instance {
     void settle_presence(Services& services);
     void shade(grid::Grid& grid, const GridGlobals& globals, Services& services, grid::VertexInputs& out,
                std::vector<grid::SlotValues>* aovs) const;
+    void carry_members(grid::Grid& grid, const GridGlobals& globals, Services& services) const;
     ir::Variant variant_for(const grid::Grid& grid) const;
     struct Run;
     void run(const BuiltStage& stage, const ir::Variant& variant, grid::Grid& grid,

@@ -80,6 +80,9 @@ struct CompileOptions {
     // Output parameters of a surface whose values Instance::shade_with_aovs hands out, beside the material.
     // Light is not known while shading: of a colour made of light they have the part without it.
     std::vector<std::string> aovs;
+    // A light shader is that of an area light: it runs on the light itself, for points straight in front of
+    // it. P and N are those of the grid, Ps lies at P + N.
+    bool area_light = false;
     // What a classic surface does that no material can do is an error rather than an approximation with a
     // warning: weights that depend on the viewing direction, functions of light, kernels that are no lobe's.
     bool strict_directions = false;
@@ -163,6 +166,7 @@ struct Emission {
     Vec3f from{0, 0, 0};   // illuminate's position, current space
     Vec3f axis{0, 0, 0};   // of the cone; zero = everywhere
     float angle = 0;       // half the cone's opening, radians
+    bool uniform = false;  // Cl is the same at all points, whatever they are
     std::vector<float> Cl; // three arrays, the grid's stride apart
 };
 

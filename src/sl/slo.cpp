@@ -70,7 +70,8 @@ std::string metadata(const Sources& sources, const Preprocessed& source, const i
                     std::string(kind_name(program.kind)) +
                     "\",\n \"compiler\": " + std::to_string(CompilerVersion) + ",\n \"parameters\": [";
     const char* separator = "\n";
-    for (const Parameter& p : program.parameters) {
+    for (const Parameter& p :
+         std::span(program.parameters).first(program.parameters.size() - size_t(program.carried))) {
         s += std::string(separator) + "  {\"name\": " + quoted(p.name) + ", \"type\": \"" +
              std::string(type_name(p.type)) + "\", \"array_size\": " + std::to_string(p.array_size) +
              ", \"varying\": " + (p.varying ? "true" : "false") +

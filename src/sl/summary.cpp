@@ -62,21 +62,25 @@ void put_outputs(ByteWriter& out, const std::vector<ir::Output>& outputs, const 
     for (const ir::Output& o : outputs) {
         const bool varying = stage && o.var >= 0 && stage->vars[size_t(o.var)].varying;
         out.put(uint8_t(o.kind | (o.var >= 0) << 4 | varying << 5));
+        out.put(uint8_t(stage && o.var >= 0 ? stage->vars[size_t(o.var)].ty : ir::Ty::Float));
         out.count(uint64_t(o.index));
         out.count(uint64_t(o.element));
     }
 }
-// Each output has a variable of its own, which says whether it varies.
+// Each output has a variable of its own, which says of what type it is and whether it varies.
 void get_outputs(ByteReader& in, ir::Stage& stage) {
-    stage.outputs.resize(in.length(2));
+    stage.outputs.resize(in.length(3));
     for (ir::Output& o : stage.outputs) {
         const uint8_t flags = in.get<uint8_t>();
+        const auto ty = ir::Ty(in.get<uint8_t>());
         o.kind = ir::Output::Kind(flags & 15);
         o.index = int(in.count());
         o.element = int(in.count());
         if (flags & 16) {
             o.var = int(stage.vars.size());
-            stage.vars.emplace_back().varying = flags & 32;
+            ir::Var& var = stage.vars.emplace_back();
+            var.varying = flags & 32;
+            var.ty = ty;
         }
     }
 }
@@ -95,7 +99,7 @@ void put_program(ByteWriter& out, const ir::Program& p) {
     }
     put_places(out, p.places);
     put_places(out, p.members);
-    for (const int n : {p.floats, p.strings, p.member_floats, p.member_strings})
+    for (const int n : {p.carried, p.floats, p.strings, p.member_floats, p.member_strings})
         out.count(uint64_t(n));
     out.count(p.channels.size());
     for (const ir::Channel& c : p.channels) {
@@ -146,7 +150,7 @@ void get_program(ByteReader& in, ir::Program& p) {
     }
     p.places = get_places(in);
     p.members = get_places(in);
-    for (int* n : {&p.floats, &p.strings, &p.member_floats, &p.member_strings})
+    for (int* n : {&p.carried, &p.floats, &p.strings, &p.member_floats, &p.member_strings})
         *n = int(in.count());
     p.channels.resize(in.length(6));
     for (ir::Channel& c : p.channels) {

@@ -38,9 +38,9 @@ float log2_step(int step) {
 class GridEncoder {
   public:
     GridEncoder(const ShadedGrid& shaded, const grid::LayeringProgram& program, const WordLayout& layout,
-                int object_id, Encoded& out)
-        : m_shaded(shaded), m_grid(*shaded.grid), m_program(program), m_layout(layout), m_out(out),
-          m_count(m_grid.vertices()) {
+                int object_id, const color::Palette& palette, Encoded& out)
+        : m_shaded(shaded), m_grid(*shaded.grid), m_program(program), m_layout(layout), m_palette(palette),
+          m_out(out), m_count(m_grid.vertices()) {
         m_out.shape.object_id = object_id;
     }
 
@@ -49,6 +49,8 @@ class GridEncoder {
         for (size_t w = 0; w < m_layout.words.size(); w++)
             encode_word(w);
         encode_normals();
+        if (m_program.needs_tangent())
+            encode_tangents();
         if (m_program.emits())
             encode_emitters();
         else
@@ -59,6 +61,10 @@ class GridEncoder {
     // Into the slot's range and to what half precision holds. Infinity lies in the range of an unbounded
     // slot, but one infinite radiance would be the whole picture's.
     float clean(float x, const grid::Slot& slot) {
+        if (slot.storage == grid::Storage::Full) {
+            m_out.bad += !std::isfinite(x);
+            return std::isfinite(x) ? x : 0.0f;
+        }
         const float low = std::max(slot.low, -65504.0f), high = std::min(slot.high, 65504.0f);
         if (x >= low && x <= high)
             return x;
@@ -98,14 +104,15 @@ class GridEncoder {
         if (folds && m_layout.words[w] == WordLayout::Word::HalfPair) {
             out.push_back(bits_of(value(low, 0, 0)));
             out.push_back(bits_of(high < 0 ? 0.0f : value(high, 0, 0)));
+        } else if (folds && m_layout.words[w] == WordLayout::Word::Float) {
+            out.push_back(bits_of(value(low, 0, 0)));
         } else if (folds) {
             // Reflectances lie in [0, 1]; amounts without bound are scaled into it, twice their maximum to
             // keep the spectrum smooth.
             const Rgb rgb = color(low, 0);
             const float m = std::max({rgb.x, rgb.y, rgb.z});
             const float scale = m_layout.words[w] == WordLayout::Word::Rgb9e5 && m > 0 ? 2 * m : 1;
-            const auto c = color::uplift(rgb * (1 / scale));
-            for (float f : {c[0], c[1], c[2], scale})
+            for (float f : m_palette.reflectance(rgb, scale))
                 out.push_back(bits_of(f));
         } else {
             const size_t base = out.size();
@@ -117,6 +124,9 @@ class GridEncoder {
                     break;
                 case WordLayout::Word::Rgb9e5:
                     out[base + i] = to_rgb9e5(color(low, i));
+                    break;
+                case WordLayout::Word::Float:
+                    out[base + i] = bits_of(value(low, 0, i));
                     break;
                 case WordLayout::Word::HalfPair:
                     out[base + i] =
@@ -172,6 +182,35 @@ class GridEncoder {
             m_out.inputs.push_back(to_oct32(n));
         }
         m_normals = std::move(normals);
+    }
+
+    // dPdu at every vertex; where there is none, some direction across the normal.
+    void encode_tangents() {
+        const auto raw = [&](int i) {
+            const size_t at = size_t(i), n = size_t(m_grid.stride);
+            return m_grid.dPdu.size() < 3 * n
+                       ? Vec3f(0.0f)
+                       : Vec3f(m_grid.dPdu[at], m_grid.dPdu[n + at], m_grid.dPdu[2 * n + at]);
+        };
+        const auto tangent = [&](int i) {
+            const Vec3f t = unit(raw(i)), n = m_normals[m_normals.size() == 1 ? 0 : size_t(i)];
+            if (!(t == Vec3f(0.0f)))
+                return t;
+            return unit(std::abs(n.x) < 0.9f ? cross(n, Vec3f(1, 0, 0)) : cross(n, Vec3f(0, 1, 0)));
+        };
+        bool same = true;
+        for (int i = 1; i < m_count; i++)
+            same &= raw(i) == raw(0);
+        m_out.table.push_back(uint32_t(m_out.inputs.size()));
+        m_out.table.push_back(same ? 0 : 1);
+        if (same) {
+            const Vec3f t = tangent(0);
+            for (float f : {t.x, t.y, t.z})
+                m_out.inputs.push_back(bits_of(f));
+            return;
+        }
+        for (int i = 0; i < m_count; i++)
+            m_out.inputs.push_back(to_oct32(tangent(i)));
     }
 
     void encode_geometry() {
@@ -278,14 +317,15 @@ class GridEncoder {
             rgb += emission(root, i) * (presence / 3);
         }
         const float m = std::max({rgb.x, rgb.y, rgb.z});
-        e.scale = 2 * m;
-        const auto c = color::uplift(m > 0 ? rgb * (1 / e.scale) : Rgb(0));
-        e.c0 = c[0], e.c1 = c[1], e.c2 = c[2];
+        const auto c = m_palette.emission(m > 0 ? rgb : Rgb(0), 2 * m);
+        e.c0 = c[0], e.c1 = c[1], e.c2 = c[2], e.scale = c[3];
         const Vec3f c2 = cross(e.e1, e.e2);
         e.area = 0.5f * length(c2);
         e.area = std::isfinite(e.area) ? e.area : 0;
-        e.power = e.area * std::max(color::luminance(rgb), 0.0f);
-        e.flags = emits_backwards(c2, vertex);
+        // What is sent out is radiance times the integral of the cosine over the cone.
+        const float cosine = std::clamp(m_program.emission_cosine, 0.0f, 0.9999f);
+        e.power = e.area * std::max(color::luminance(rgb), 0.0f) * (1 - cosine * cosine);
+        e.flags = uint32_t(emits_backwards(c2, vertex)) | uint32_t(cosine * Emitter::ConeUnit) << 1;
         m_out.emitters.push_back(e);
     }
 
@@ -332,6 +372,7 @@ class GridEncoder {
     const grid::Grid& m_grid;
     const grid::LayeringProgram& m_program;
     const WordLayout& m_layout;
+    const color::Palette& m_palette;
     Encoded& m_out;
     int m_count;
     std::vector<Vec3f> m_normals; // one if flat, none if there are none
@@ -347,11 +388,13 @@ uint32_t* bytes_at(Page& page, uint32_t at, const std::vector<T>& source) {
 } // namespace
 
 Page encode(std::span<const ShadedGrid> grids, const grid::LayeringProgram& program, int object_id,
-            uint64_t& bad_inputs) {
+            uint64_t& bad_inputs, const color::Palette* palette) {
+    static const color::Palette rec709;
     const WordLayout layout(program);
     std::vector<Encoded> encoded(grids.size());
-    tasks::parallel_for(
-        grids.size(), [&](size_t i) { GridEncoder(grids[i], program, layout, object_id, encoded[i]).run(); });
+    tasks::parallel_for(grids.size(), [&](size_t i) {
+        GridEncoder(grids[i], program, layout, object_id, palette ? *palette : rec709, encoded[i]).run();
+    });
 
     // Sections one after another; each grid's part of each section one after another.
     struct Offsets {
@@ -410,6 +453,22 @@ Page encode(std::span<const ShadedGrid> grids, const grid::LayeringProgram& prog
     }
     page.header() = h;
     return page;
+}
+
+float emitting_area(const Page& page) {
+    double area = 0;
+    const auto* emitters = reinterpret_cast<const Emitter*>(page.words.data() + page.header().emitters_at);
+    for (uint32_t i = 0; i < page.header().emitters; i++)
+        area += emitters[i].scale > 0 ? double(emitters[i].area) : 0;
+    return float(area);
+}
+
+void scale_emission(Page& page, float factor) {
+    auto* emitters = reinterpret_cast<Emitter*>(page.words.data() + page.header().emitters_at);
+    for (uint32_t i = 0; i < page.header().emitters; i++) {
+        emitters[i].scale *= factor;
+        emitters[i].power *= factor;
+    }
 }
 
 } // namespace kanuka::store

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "color/palette.h"
 #include "grid/grid.h"
 #include "grid/layering.h"
 #include "grid/word_layout.h"
@@ -20,7 +21,7 @@
 namespace kanuka::store {
 
 inline constexpr uint32_t PageMagic = 0x53504d4b; // "KMPS"
-inline constexpr uint32_t PageVersion = 2;
+inline constexpr uint32_t PageVersion = 3;
 
 // One traced shape: a grid, or a mesh. Sixteen words; offsets are page-relative in a page, arena-absolute
 // when resident. Hot: read for every hit.
@@ -28,7 +29,8 @@ struct ShapeRecord {
     enum Flags : int32_t { Mesh = 1, Quads = 2, HasNormals = 4, Flips = 8, Collapsed = 16, FlatNormal = 32 };
     int32_t flags;
     int32_t program;    // index into Store::programs
-    int32_t slot_table; // words: {base, stride} for each word of the vertex record, then for the normal
+    int32_t slot_table; // words: {base, stride} for each word of the vertex record, then for the normal,
+                        // then for the tangent of programs that need one
     int32_t positions;  // of traced vertex 0: xyz triples; a multiple of 3, for the ray tracer's sake
     int32_t mu, mv;     // traced cells; mesh: vertices, faces
     int32_t steps;      // log2: step_u | step_v << 4 | edge steps << 8, 12, 16, 20 (Edge order)
@@ -47,10 +49,11 @@ inline constexpr int ShapeWords = sizeof(ShapeRecord) / 4;
 // samples and what a path finds are the same by construction.
 struct Emitter {
     Vec3f p0, e1, e2;
-    float c0, c1, c2, scale; // uplifted radiance: scale * S(lambda; c) * D65
+    float c0, c1, c2, scale; // radiance as color::Palette::emission has it: scale * S(lambda; c) * white
     float power;             // area * luminance of scale * rgb
     float area;
-    uint32_t flags; // 1: emits on the side of -cross(e1, e2)
+    uint32_t flags; // 1: emits on the side of -cross(e1, e2); above: ConeUnit times the cosine of its cone
+    static constexpr float ConeUnit = 65535;
 };
 static_assert(sizeof(Emitter) == 64);
 
@@ -91,9 +94,12 @@ struct ShadedGrid {
 
 // Encodes the grids of a primitive: folds inputs that are constant over a grid, quantises the others.
 // Parallel over grids; the same page for any thread count. Inputs outside their range, NaN and infinite ones
-// are clamped, replaced, and counted in `bad_inputs`.
+// are clamped, replaced, and counted in `bad_inputs`. `palette`: what RGB means; null = Rec.709.
 Page encode(std::span<const ShadedGrid> grids, const grid::LayeringProgram& program, int object_id,
-            uint64_t& bad_inputs);
+            uint64_t& bad_inputs, const color::Palette* palette = nullptr);
+// Multiplies what the page's emitters give, by a factor that may depend on their whole area.
+float emitting_area(const Page& page);
+void scale_emission(Page& page, float factor);
 
 // Files: header and words as they are, little-endian. Reading checks magic, version, bounds and checksum.
 void write_page(const std::string& path, const Page& page);

@@ -1,6 +1,7 @@
 // Pages: encoding, folding, emitters, presence, files and what breaks them.
 #include "store/test_pages.h"
 
+#include <cfloat>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -76,6 +77,44 @@ TEST(Encode, ConstantInputsFoldExactly) {
     EXPECT_EQ(store.floats()[normal.base + 2], 1.0f);
     EXPECT_EQ(store.presence(0, 0, 0.3f, 0.4f), 0.7654321f);
     EXPECT_TRUE(store.shapes()[0].flags & ShapeRecord::FlatNormal);
+}
+
+TEST(Encode, WholeFloatsStayAsTheyAre) {
+    auto program = lamp_program();
+    for (int k = 0; k < 2; k++)
+        program.slots.push_back(
+            {grid::InputType::Float, grid::Storage::Full, -FLT_MAX, FLT_MAX, false, "aov.x"});
+    HandMade made(3, 2, program);
+    for (int i = 0; i < made.grid.vertices(); i++)
+        made.at(4, 0, i) = -1e20f * float(i);
+    made.at(4, 0, 5) = NaN;
+    made.set_uniform(5, {123456.789f, 0, 0});
+    uint64_t bad = 0;
+    Store store;
+    store.add_page(encode_one(made, program, &bad), store.add_program(program), -1);
+    EXPECT_EQ(bad, 1u);
+    const Entry varying = entry(store, 0, 3), constant = entry(store, 0, 4);
+    EXPECT_EQ(varying.stride, 1u);
+    for (uint32_t i = 0; i < 12; i++)
+        EXPECT_EQ(store.floats()[varying.base + i], i == 5 ? 0.0f : -1e20f * float(i));
+    EXPECT_EQ(constant.stride, 0u);
+    EXPECT_EQ(store.floats()[constant.base], 123456.789f);
+}
+
+TEST(Encode, AreaLightsKeepTheirCone) {
+    auto program = lamp_program();
+    HandMade made(1, 1, program);
+    uint64_t bad = 0;
+    Store whole;
+    whole.add_page(encode_one(made, program, &bad), whole.add_program(program), -1);
+    program.emission_cosine = 0.5f;
+    Store cone;
+    cone.add_page(encode_one(made, program, &bad), cone.add_program(program), -1);
+    EXPECT_EQ(whole.emitters()[0].flags >> 1, 0u);
+    EXPECT_NEAR(float(cone.emitters()[0].flags >> 1) / Emitter::ConeUnit, 0.5f, 1e-4f);
+    EXPECT_EQ(cone.emitters()[0].flags & 1, whole.emitters()[0].flags & 1);
+    // The integral of the cosine over the cone, in parts of pi.
+    EXPECT_NEAR(cone.emitters()[0].power, 0.75f * whole.emitters()[0].power, 1e-5f);
 }
 
 TEST(Encode, VaryingInputsComeBackWithinTheirStep) {

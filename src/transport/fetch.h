@@ -2,6 +2,7 @@
 // three) vertices around it. All lanes of a call are hits on shapes of one layering program.
 #pragma once
 
+#include "transport/lights.h"
 #include "transport/path_state.h"
 #include "transport/scene_view.h"
 
@@ -15,20 +16,20 @@ struct ShapeLanes {
 
     ShapeLanes(const int32_t* shapes, Int<W> shape) {
         using R = store::ShapeRecord;
-        const Int<W> at = shape * Int<W>(store::ShapeWords);
-        const auto get = [&](size_t offset) { return gather(shapes + offset / 4, at); };
+        const auto row = load_rows<store::ShapeWords>(shapes, shape * Int<W>(store::ShapeWords));
+        const auto get = [&](size_t offset) { return bitcast_int(row[offset / 4]); };
         flags = get(offsetof(R, flags));
         slot_table = get(offsetof(R, slot_table));
         positions = get(offsetof(R, positions));
         mu = get(offsetof(R, mu));
         mv = get(offsetof(R, mv));
+        steps = get(offsetof(R, steps));
         nu = get(offsetof(R, nu));
         nv = get(offsetof(R, nv));
         indices = get(offsetof(R, indices));
         emitter = get(offsetof(R, emitter));
+        object_id = get(offsetof(R, object_id));
         interior = get(offsetof(R, interior));
-        if (any((flags & Int<W>(R::Collapsed)) != Int<W>(0)))
-            steps = get(offsetof(R, steps));
     }
     Mask<W> has(int flag) const { return (flags & Int<W>(flag)) != Int<W>(0); }
 };
@@ -127,9 +128,9 @@ struct HitPlace {
         const Mask<W> quads = mesh & s.has(store::ShapeRecord::Quads);
         const I zero_i(0);
         const I base = select(mesh, s.indices + prim * select(quads, I(4), I(3)), zero_i);
-        const I v0 = gather(scene.words, base), v1 = gather(scene.words, base + I(1));
-        const I v2 = gather(scene.words, base + I(2)),
-                v3 = gather(scene.words, base + select(quads, I(3), I(2)));
+        const auto face = load_rows<4>(scene.words, base); // a triangle's fourth is not looked at
+        const I v0 = bitcast_int(face[0]), v1 = bitcast_int(face[1]), v2 = bitcast_int(face[2]),
+                v3 = bitcast_int(face[3]);
         const Mask<W> second = quads & (u + v > one);
         // Quads split into (v0, v1, v3) and (v2, v3, v1); triangles are (v0, v1, v2).
         const I p0 = select(second, v2, v0), p1 = select(second, v3, v1);
@@ -167,18 +168,26 @@ class InputFetch {
         const Mask<W> constant = stride == Int<W>(0);
         Float<W> c0, c1, c2, scale(1.0f);
         if (any(constant)) {
-            const Int<W> at = kanuka::select(constant, base, Int<W>(0));
-            c0 = gather(m_scene.floats, at), c1 = gather(m_scene.floats + 1, at);
-            c2 = gather(m_scene.floats + 2, at), scale = gather(m_scene.floats + 3, at);
+            const auto c = load_rows<4>(m_scene.floats, kanuka::select(constant, base, Int<W>(0)));
+            c0 = c[0], c1 = c[1], c2 = c[2], scale = c[3];
         }
         if (!all(constant)) {
-            Float<W> v0, v1, v2;
-            bsdf::uplift(m_scene.uplift, interpolate_rgb11(base, stride, constant), v0, v1, v2);
+            Float<W> v0, v1, v2, m(1.0f);
+            Vec3<Float<W>> rgb;
+            if (input.wide) { // twice the largest component, to stay where spectra are smooth, as encode.cpp
+                rgb = interpolate_rgb9e5(base, constant);
+                m = max(max(max(rgb.x, rgb.y), rgb.z) * Float<W>(2.0f), Float<W>(1e-20f));
+                rgb = rgb * (Float<W>(1.0f) / m);
+            } else {
+                rgb = interpolate_rgb11(base, stride, constant);
+            }
+            bsdf::uplift(m_scene.uplift, rgb, v0, v1, v2);
             c0 = kanuka::select(constant, c0, v0), c1 = kanuka::select(constant, c1, v1),
             c2 = kanuka::select(constant, c2, v2);
-            scale = kanuka::select(constant, scale, Float<W>(1.0f));
+            scale = kanuka::select(constant, scale, m);
         }
-        return bsdf::sigmoid_spectrum(c0, c1, c2, m_l) * scale;
+        const Spectrum<W> s = bsdf::sigmoid_spectrum(c0, c1, c2, m_l) * scale;
+        return m_scene.spectra.empty() ? s : select_measured(m_scene, c0, c1, scale, m_l, s);
     }
 
     Float<W> number(const bsdf::MaterialCode::Place& input) const {
@@ -203,18 +212,61 @@ class InputFetch {
         return r;
     }
 
-    // A colour whose mean is meant (a roughness given as one); constants hold spectra, so those are averaged.
-    Float<W> mean_color(const bsdf::MaterialCode::Place& input) const { return mean(color(input)); }
+    // Light without an upper bound: a spectrum of scale * S(lambda; c) * D65.
+    Spectrum<W> amount(const bsdf::MaterialCode::Place& input) const {
+        Int<W> base, stride;
+        entry(input.word, base, stride);
+        const Mask<W> constant = stride == Int<W>(0);
+        Float<W> c0(0.0f), c1(0.0f), c2(0.0f), scale(0.0f);
+        if (any(constant)) {
+            const Int<W> at = kanuka::select(constant, base, Int<W>(0));
+            c0 = gather(m_scene.floats, at), c1 = gather(m_scene.floats + 1, at);
+            c2 = gather(m_scene.floats + 2, at), scale = gather(m_scene.floats + 3, at);
+        }
+        if (!all(constant)) {
+            // Twice the largest component, to stay where spectra are smooth, as encode.cpp has it.
+            const Vec3<Float<W>> rgb = interpolate_rgb9e5(base, constant);
+            const Float<W> m = max(max(rgb.x, rgb.y), rgb.z) * Float<W>(2.0f);
+            Float<W> v0, v1, v2;
+            bsdf::uplift(m_scene.uplift, rgb * (Float<W>(1.0f) / max(m, Float<W>(1e-20f))), v0, v1, v2);
+            c0 = kanuka::select(constant, c0, v0), c1 = kanuka::select(constant, c1, v1);
+            c2 = kanuka::select(constant, c2, v2), scale = kanuka::select(constant, scale, m);
+        }
+        return emission_spectrum(m_scene, c0, c1, c2, scale, m_l);
+    }
+
+    // A float that is kept as it is.
+    Float<W> exact(const bsdf::MaterialCode::Place& input) const {
+        if (input.word < 0)
+            return Float<W>(input.fallback.x);
+        Int<W> base, stride;
+        entry(input.word, base, stride);
+        const Mask<W> constant = stride == Int<W>(0);
+        Float<W> sum(0.0f);
+        for (int k = 0; k < 4; k++)
+            sum = fma(m_place.weight[k], gather(m_scene.floats, base + stride * m_place.vertex[k]), sum);
+        // The weights' sum is one but for rounding.
+        return kanuka::select(constant, gather(m_scene.floats, base), sum);
+    }
 
     // The shading normal, in the space of the shape; zero where the shape has none.
     Vec3<Float<W>> normal(const ShapeLanes<W>& shape) const {
+        const Vec3<Float<W>> zero{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
+        return kanuka::select(shape.has(store::ShapeRecord::HasNormals), direction(m_code.words), zero);
+    }
+    // The direction of dPdu, likewise; of programs that need it.
+    Vec3<Float<W>> tangent() const { return direction(m_code.words + 1); }
+
+  private:
+    // A unit vector that follows the words of the record.
+    Vec3<Float<W>> direction(int word) const {
         Int<W> base, stride;
-        entry(m_code.words, base, stride);
+        entry(word, base, stride);
         const Mask<W> constant = stride == Int<W>(0);
         Vec3<Float<W>> n{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
         if (any(constant)) {
-            const Int<W> at = kanuka::select(constant, base, Int<W>(0));
-            n = {gather(m_scene.floats, at), gather(m_scene.floats + 1, at), gather(m_scene.floats + 2, at)};
+            const auto c = load_rows<4>(m_scene.floats, kanuka::select(constant, base, Int<W>(0)));
+            n = {c[0], c[1], c[2]};
         }
         if (!all(constant)) {
             Vec3<Float<W>> sum{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
@@ -224,16 +276,14 @@ class InputFetch {
             }
             n = kanuka::select(constant, n, sum);
         }
-        const Mask<W> has = shape.has(store::ShapeRecord::HasNormals);
-        const Vec3<Float<W>> zero{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
-        return kanuka::select(has, n, zero);
+        return n;
     }
 
-  private:
     void entry(int word, Int<W>& base, Int<W>& stride) const {
-        const Int<W> at = m_table + Int<W>(2 * word);
-        base = gather(m_scene.words, at);
-        stride = gather(m_scene.words, at + Int<W>(1));
+        const auto row =
+            load_rows<4>(m_scene.words, m_table + Int<W>(2 * word)); // and the next entry, or inputs
+        base = bitcast_int(row[0]);
+        stride = bitcast_int(row[1]);
     }
 
     Vec3<Float<W>> interpolate_rgb11(Int<W> base, Int<W> stride, Mask<W> constant) const {
@@ -246,6 +296,21 @@ class InputFetch {
             const Float<W> g = Float<W>((word >> 11) & Int<W>(2047)) * Float<W>(1 / 2047.0f);
             const Float<W> b = Float<W>(word >> 22) * Float<W>(1 / 1023.0f);
             sum += Vec3<Float<W>>(r * r, g * g, b * b) * m_place.weight[k];
+        }
+        return sum;
+    }
+
+    Vec3<Float<W>> interpolate_rgb9e5(Int<W> base, Mask<W> constant) const {
+        Vec3<Float<W>> sum{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
+        for (int k = 0; k < 4; k++) {
+            const Int<W> word =
+                gather(m_scene.words, kanuka::select(constant, Int<W>(0), base + m_place.vertex[k]));
+            // 2^(e - 24), put together as a float: its exponent is e + 103.
+            const Int<W> e = (word >> 27) & Int<W>(31);
+            const Float<W> unit = bitcast_float((e + Int<W>(103)) << 23) * m_place.weight[k];
+            sum += Vec3<Float<W>>(Float<W>(word & Int<W>(511)), Float<W>((word >> 9) & Int<W>(511)),
+                                  Float<W>((word >> 18) & Int<W>(511))) *
+                   unit;
         }
         return sum;
     }

@@ -1,7 +1,6 @@
 // Furnaces: where light is the same everywhere, everything that loses none of it must vanish, or shine as a
 // closed form says. What single scattering loses is held to docs/transport.md.
 #include <gtest/gtest.h>
-#include <random>
 
 #include "transport/test_scene.h"
 
@@ -38,60 +37,6 @@ TestScene::Estimate sphere_in_sky(const std::vector<Lobe>& lobes, float half_wid
     s.inputs.max_depth = 64;
     s.finish();
     return s.estimate(progressions, seeds);
-}
-
-// The cosine at which each pixel's middle sees the sphere of sphere_in_sky.
-std::vector<float> cosines_of_pixels() {
-    TestScene s; // for its camera
-    s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0.24f, Size, Size);
-    std::vector<float> all;
-    for (int y = 0; y < Size; y++)
-        for (int x = 0; x < Size; x++) {
-            const Vec3f d = normalize(s.pixel_direction(x, y));
-            const float b = 3 * d.z, t = b - std::sqrt(b * b - 8);
-            all.push_back(-dot(d, d * t - Vec3f(0, 0, 3)));
-        }
-    return all;
-}
-
-// What leaves a glass ball of what enters: an angle is all there is to a place on a sphere, so a path is a
-// row of angles.
-double walk_in_glass(float roughness) {
-    using namespace bsdf;
-    std::mt19937 g(7);
-    const auto u = [&] { return Float<1>(float(g() >> 8) * 0x1p-24f); };
-    LobeInputs<1> outside, inside;
-    outside.a = outside.b = Spectrum<1>(Float<1>(1.0f));
-    outside.alpha = Float<1>(roughness * roughness);
-    inside = outside;
-    outside.eta = Spectrum<1>(Float<1>(1.5f));
-    inside.eta = Spectrum<1>(Float<1>(1 / 1.5f));
-    constexpr auto Glass = grid::LobeId::MicrosurfaceDielectricBsdfRgb_v1;
-    kanuka::testing::RunningMean out;
-    for (float cosine : cosines_of_pixels())
-        for (int i = 0; i < 150; i++) {
-            bool in = false;
-            float c = cosine;
-            double weight = 1;
-            for (int bounce = 0; bounce < 64; bounce++) {
-                const Vec3<Float<1>> wo(Float<1>(std::sqrt(std::max(0.0f, 1 - c * c))), Float<1>(0.0f),
-                                        Float<1>(c));
-                const auto& inputs = in ? inside : outside;
-                const auto s = sample_lobe(Glass, inputs, wo, u(), u(), u());
-                const auto v = eval_lobe(Glass, inputs, wo, s.wi);
-                if (!s.valid[0] || !(v.pdf[0][0] > 0)) {
-                    weight = 0;
-                    break;
-                }
-                weight *= double(v.f[0][0] / v.pdf[0][0]);
-                in ^= s.wi.z[0] < 0;
-                c = std::abs(s.wi.z[0]); // a chord meets the sphere at the angle at which it left it
-                if (!in)
-                    break;
-            }
-            out.add(weight);
-        }
-    return out.mean();
 }
 
 } // namespace
@@ -152,35 +97,46 @@ TEST(Furnace, Limbs) {
         expect_grey(sphere_in_sky({lobe}, 0.34f), 1, 0.01, name);
 }
 
-// GGX without multiple scattering: what comes back is the directional albedo, here averaged over the picture.
-TEST(Furnace, RoughMetalLosesWhatItsAlbedoSays) {
+// Light that meets several microfacets is not lost: rough metal balls vanish as smooth ones do.
+TEST(Furnace, RoughMetalVanishes) {
     for (float roughness : {0.2f, 0.4f, 0.6f, 0.8f, 1.0f}) {
-        double expected = 0;
-        for (float cosine : cosines_of_pixels())
-            expected +=
-                double(bsdf::albedo_table().ggx(Float<1>(cosine), Float<1>(roughness * roughness))[0]) /
-                (Size * Size);
-        expect_grey(sphere_in_sky({metal(roughness)}), expected, 0.005,
-                    "roughness " + std::to_string(roughness));
-    }
-}
-
-// Rough glass loses at every interface that it crosses (docs/transport.md has figures). As much as paths in
-// an exact sphere lose, followed by nothing but the lobe.
-TEST(Furnace, RoughGlassLosesWhatItsLobesLose) {
-    for (float roughness : {0.3f, 0.6f, 1.0f}) {
-        const double expected = walk_in_glass(roughness);
-        const auto e = sphere_in_sky({glass(roughness)}, 0.24f, 16, 8);
-        expect_grey(e, expected, 0.005, "roughness " + std::to_string(roughness));
+        const auto e = sphere_in_sky({metal(roughness)});
+        expect_grey(e, 1, 0.006, "roughness " + std::to_string(roughness));
         RecordProperty("roughness_" + std::to_string(int(roughness * 10)),
                        std::to_string(e.channel[1].mean()));
     }
-    // Dispersion moves light about, and loses no more.
+}
+
+// Rough glass crosses several interfaces on each path; with dispersion as well.
+TEST(Furnace, RoughGlassVanishes) {
+    for (float roughness : {0.3f, 0.6f, 1.0f}) {
+        const auto e = sphere_in_sky({glass(roughness)}, 0.24f, 16, 8);
+        expect_grey(e, 1, 0.02, "roughness " + std::to_string(roughness));
+        RecordProperty("roughness_" + std::to_string(int(roughness * 10)),
+                       std::to_string(e.channel[1].mean()));
+    }
     const auto plain = sphere_in_sky({glass(0.3f)}, 0.24f, 16, 8),
                dispersed = sphere_in_sky({prism(0.3f, 1.5f, 30)}, 0.24f, 16, 8);
     for (int k = 0; k < 3; k++)
         EXPECT_NEAR(dispersed.channel[k].mean(), plain.channel[k].mean(),
-                    0.005 + 4.5 * std::hypot(plain.channel[k].error(), dispersed.channel[k].error()));
+                    0.01 + 4.5 * std::hypot(plain.channel[k].error(), dispersed.channel[k].error()));
+}
+
+// Every lobe of the table that claims to lose nothing, as it comes but rough.
+TEST(Furnace, LosslessLobesVanish) {
+    for (const grid::LobeDecl& decl : grid::lobe_table()) {
+        if (!decl.lossless)
+            continue;
+        Lobe lobe{decl.id, {}};
+        for (const grid::LobeInput& input : decl.inputs) { // inputs before roughness have their defaults
+            lobe.inputs.push_back(input.name == "roughness" ? Vec3f(0.45f) : input.fallback);
+            if (input.name == "roughness")
+                break;
+        }
+        if (grid::find_input(decl, "roughness") < 0)
+            lobe.inputs.clear();
+        expect_grey(sphere_in_sky({lobe}, 0.24f, 16, 6), 1, 0.015, std::string(decl.name));
+    }
 }
 
 // A stretched, mirrored instance: normals and sides survive the transform.

@@ -25,8 +25,9 @@ struct BatchCounts {
 struct BatchRequest {
     int x0, y0, x1, y1;
     uint32_t progression;
-    PixelSums* pixels; // of pixel (0, 0) of the film
-    int stride;        // pixels a row
+    PixelSums* pixels;     // of pixel (0, 0) of the film
+    int stride;            // pixels a row
+    float* aovs = nullptr; // of pixel (0, 0): SceneView::aov_is_color.size() sums a pixel
 };
 
 // Scratch memory of one thread.

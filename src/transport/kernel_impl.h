@@ -10,11 +10,11 @@ namespace kanuka::transport {
 template <int W>
 class KernelOf final : public Kernel {
   public:
-    KernelOf(const SceneView& scene, const RgbFromXyz& matrix)
-        : m_scene(scene), m_matrix(matrix), m(std::make_unique<Memory>()) {
+    explicit KernelOf(const SceneView& scene) : m_scene(scene), m(std::make_unique<Memory>()) {
         if (scene.instanced)
             for (auto& a : m->hits.world_from_shape)
                 a.assign(BatchPadded, 0.0f);
+        m->batch.aovs.assign(scene.aov_is_color.size() * BatchPadded, 0.0f);
     }
 
     void trace(const BatchRequest& request, BatchCounts& counts) override {
@@ -36,7 +36,7 @@ class KernelOf final : public Kernel {
             count = surface.next_count();
             std::swap(paths, next);
         }
-        finish<W>(m_scene, m->batch, pixels, request, m_matrix, counts);
+        finish<W>(m_scene, m->batch, pixels, request, counts);
     }
 
   private:
@@ -48,7 +48,6 @@ class KernelOf final : public Kernel {
         ProgramRuns runs;
     };
     const SceneView& m_scene;
-    RgbFromXyz m_matrix;
     std::unique_ptr<Memory> m;
 };
 

@@ -2,8 +2,8 @@
 
 namespace kanuka::transport {
 
-std::unique_ptr<Kernel> make_kernel_w1(const SceneView& scene, const RgbFromXyz& matrix) {
-    return std::make_unique<KernelOf<1>>(scene, matrix);
+std::unique_ptr<Kernel> make_kernel_w1(const SceneView& scene) {
+    return std::make_unique<KernelOf<1>>(scene);
 }
 
 } // namespace kanuka::transport

@@ -4,8 +4,8 @@
 
 namespace kanuka::transport {
 
-std::unique_ptr<Kernel> make_kernel_w16(const SceneView& scene, const RgbFromXyz& matrix) {
-    return std::make_unique<KernelOf<16>>(scene, matrix);
+std::unique_ptr<Kernel> make_kernel_w16(const SceneView& scene) {
+    return std::make_unique<KernelOf<16>>(scene);
 }
 
 } // namespace kanuka::transport

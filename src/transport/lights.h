@@ -15,18 +15,39 @@ template <int W>
 Float<W> lookup_1nm(const float* table, Float<W> l) {
     const Float<W> x = l * Float<W>(470.0f);
     const Int<W> i = min(to_int(x), Int<W>(469));
-    const Float<W> a = gather(table, i), b = gather(table + 1, i);
-    return fma(x - Float<W>(i), b - a, a);
+    const auto knots = load_rows<4>(table, i);
+    return fma(x - Float<W>(i), knots[1] - knots[0], knots[0]);
 }
 
-// scale * S(lambda; c) * D65: how all RGB amounts of light become spectra.
+// A measured spectrum stands where c1 is color::Palette::TableMark: c0 is the number of its table.
+template <int W>
+Spectrum<W> select_measured(const SceneView& scene, Float<W> c0, Float<W> c1, Float<W> scale,
+                            const Float<W> l[Wavelengths], const Spectrum<W>& otherwise) {
+    const Mask<W> measured = c1 > Float<W>(1e38f);
+    if (!any(measured))
+        return otherwise;
+    // Bounded, for lanes that are off may hold anything.
+    const Int<W> last(int(scene.spectra.size() / 480) - 1);
+    const Int<W> base = min(max(to_int(select(measured, c0, Float<W>(0.0f))), Int<W>(0)), last) * Int<W>(480);
+    Spectrum<W> s;
+    for (int k = 0; k < Wavelengths; k++) {
+        const Float<W> x = l[k] * Float<W>(470.0f);
+        const Int<W> i = min(to_int(x), Int<W>(469));
+        const Float<W> a = gather(scene.spectra.data(), base + i),
+                       b = gather(scene.spectra.data() + 1, base + i);
+        s[k] = select(measured, fma(x - Float<W>(i), b - a, a) * scale, otherwise[k]);
+    }
+    return s;
+}
+
+// scale * S(lambda; c) * white, or a measured spectrum: how all amounts of light become spectra.
 template <int W>
 Spectrum<W> emission_spectrum(const SceneView& scene, Float<W> c0, Float<W> c1, Float<W> c2, Float<W> scale,
                               const Float<W> l[Wavelengths]) {
     Spectrum<W> s = bsdf::sigmoid_spectrum(c0, c1, c2, l) * scale;
     for (int i = 0; i < Wavelengths; i++)
-        s[i] *= lookup_1nm(scene.wavelengths.lookup_d65, l[i]);
-    return s;
+        s[i] *= lookup_1nm(scene.wavelengths.lookup_white, l[i]);
+    return scene.spectra.empty() ? s : select_measured(scene, c0, c1, scale, l, s);
 }
 template <int W>
 Spectrum<W> emission_spectrum(const SceneView& scene, const float c[4], const Float<W> l[Wavelengths]) {
@@ -148,6 +169,12 @@ void sample_map(const SceneView& scene, Float<W> u0, Float<W> u1, LightSample<W>
 // ---- choosing and sampling
 // -------------------------------------------------------------------------------------------
 
+// Does an emitter with these flags shine where the cosine to its normal is so much?
+template <int W>
+Mask<W> in_emission_cone(Int<W> flags, Float<W> cosine) {
+    return cosine * Float<W>(store::Emitter::ConeUnit) >= Float<W>((flags >> 1) & Int<W>(0xffff));
+}
+
 template <int W>
 void sample_emitters(const SceneView& scene, const Vec3<Float<W>>& P, Float<W> u_part, Float<W> u0,
                      Float<W> u1, LightSample<W>& s, const Float<W> l[Wavelengths], Mask<W> m) {
@@ -158,10 +185,8 @@ void sample_emitters(const SceneView& scene, const Vec3<Float<W>>& P, Float<W> u
     const Float<W> rest = x - Float<W>(k);
     k = select(rest < gather(scene.alias_probability.data(), k), k, gather(scene.alias_other.data(), k));
     k = gather(scene.sampled_emitters.data(), k);
-    const float* e = reinterpret_cast<const float*>(scene.emitters);
-    const Int<W> at = k * Int<W>(int(sizeof(store::Emitter) / 4));
-    const auto get = [&](int f) { return gather(e + f, at); };
-    const Vec3<Float<W>> p0(get(0), get(1), get(2)), e1(get(3), get(4), get(5)), e2(get(6), get(7), get(8));
+    const auto get = load_rows<sizeof(store::Emitter) / 4>(scene.emitters, k << 4);
+    const Vec3<Float<W>> p0(get[0], get[1], get[2]), e1(get[3], get[4], get[5]), e2(get[6], get[7], get[8]);
     // Uniform on the triangle: fold the unit square along its diagonal.
     const Mask<W> fold = u0 + u1 > Float<W>(1.0f);
     const Float<W> b1 = select(fold, Float<W>(1.0f) - u0, u0), b2 = select(fold, Float<W>(1.0f) - u1, u1);
@@ -169,12 +194,14 @@ void sample_emitters(const SceneView& scene, const Vec3<Float<W>>& P, Float<W> u
     const Float<W> d2 = max(dot(to, to), Float<W>(1e-20f)), d = sqrt(d2);
     const Vec3<Float<W>> wi = to / d;
     const Vec3<Float<W>> n = normalize(cross(e1, e2));
-    const Int<W> flags = gather(reinterpret_cast<const int32_t*>(scene.emitters) + 15, at);
+    const Int<W> flags = bitcast_int(get[15]);
     const Float<W> facing = select((flags & Int<W>(1)) != Int<W>(0), dot(n, wi), -dot(n, wi));
-    const Mask<W> ok = m & (facing > Float<W>(1e-6f));
+    // Closer to its plane than positions are exact, nobody can say on which side of the emitter P lies.
+    const Float<W> blur = max(max(abs(P.x), abs(P.y)), abs(P.z)) * Float<W>(1.5e-6f);
+    const Mask<W> ok = m & (facing > Float<W>(1e-6f)) & (facing * d > blur) & in_emission_cone(flags, facing);
     s.wi = select(m, wi, s.wi);
     s.distance = select(m, d * Float<W>(0.9999f), s.distance);
-    s.radiance = bsdf::select(m, emission_spectrum(scene, get(9), get(10), get(11), get(12), l), s.radiance);
+    s.radiance = bsdf::select(m, emission_spectrum(scene, get[9], get[10], get[11], get[12], l), s.radiance);
     s.pdf = select(m, gather(scene.emitter_density.data(), k) * d2 / max(facing, Float<W>(1e-6f)), s.pdf);
     s.valid &= ok | !m;
 }
@@ -327,8 +354,6 @@ class LightChances {
         }
         if (scene.map_choice >= 0)
             set(scene.map_choice, F(scene.map_brings));
-        if (scene.constant_choice >= 0)
-            set(scene.constant_choice, F(scene.constant_brings));
         for (size_t k = 0; k < scene.lights.size(); k++)
             set(scene.first_light_choice + int(k), brings(scene.lights[k], P, N));
         const F scale = F(0.85f) / max(total, F(1e-20f)), share(0.15f / float(m_count));
@@ -373,8 +398,8 @@ class LightChances {
 
 template <int W>
 LightSample<W> sample_light(const SceneView& scene, const LightChances<W>& chances, const Vec3<Float<W>>& P,
-                            const Vec3<Float<W>>& N, Float<W> u_choice, Float<W> u_part, Float<W> u0,
-                            Float<W> u1, const Float<W> l[Wavelengths], Mask<W> active) {
+                            Float<W> u_choice, Float<W> u_part, Float<W> u0, Float<W> u1,
+                            const Float<W> l[Wavelengths], Mask<W> active) {
     using F = Float<W>;
     LightSample<W> s;
     s.wi = {F(0.0f), F(0.0f), F(1.0f)};
@@ -396,19 +421,6 @@ LightSample<W> sample_light(const SceneView& scene, const LightChances<W>& chanc
         if (any(m)) {
             sample_map(scene, u0, u1, s, l, m);
             s.pdf = select(m, s.pdf * chances.of(scene.map_choice), s.pdf);
-        }
-    }
-    if (scene.constant_choice >= 0) {
-        const Mask<W> m = active & (choice == Int<W>(scene.constant_choice));
-        if (any(m)) {
-            // By the cosine about the normal: all that such a sky leaves to be known is the material and what
-            // is in the way.
-            Vec3<F> t, b;
-            coordinate_frame(N, t, b);
-            const Vec3<F> d = bsdf::sample_cosine(u0, u1);
-            s.wi = select(m, normalize(t * d.x + b * d.y + N * d.z), s.wi);
-            s.radiance = bsdf::select(m, emission_spectrum(scene, scene.constant.c, l), s.radiance);
-            s.pdf = select(m, d.z * F(InvPi) * chances.of(scene.constant_choice), s.pdf);
         }
     }
     for (size_t k = 0; k < scene.lights.size(); k++) {

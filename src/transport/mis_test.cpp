@@ -29,7 +29,7 @@ void add_lamp(TestScene& s) {
 }
 
 // Light from the lamp off the floor, at the middle of each pixel, by a sum over the lamp.
-double quadrature(TestScene& s, const bsdf::LobeInputs<1>& in, grid::LobeId id) {
+double quadrature(TestScene& s, bsdf::LobeInputs<1> in, grid::LobeId id) {
     const CameraView& c = s.inputs.camera;
     double total = 0;
     const Vec3f n = normalize(cross(LampX, LampY));
@@ -52,6 +52,9 @@ double quadrature(TestScene& s, const bsdf::LobeInputs<1>& in, grid::LobeId id) 
                                      LampY * ((float(j) + 0.5f) * 2 / N - 1) - hit;
                     const float d2 = dot(to, to);
                     const Vec3f w = to * (1 / std::sqrt(d2));
+                    const Float<1> l[bsdf::Wavelengths] = {Float<1>(0.2f), Float<1>(0.4f), Float<1>(0.6f),
+                                                           Float<1>(0.8f)};
+                    bsdf::prepare_lobe(id, in, wo, Mask<1>(true), l);
                     const auto f =
                         bsdf::eval_lobe<1>(id, in, wo, {Float<1>(w.x), Float<1>(w.z), Float<1>(w.y)});
                     sum += 8 * double(f.f[0][0]) * std::max(0.0, double(-dot(w, n))) / double(d2);
@@ -67,8 +70,9 @@ double quadrature(TestScene& s, const bsdf::LobeInputs<1>& in, grid::LobeId id) 
 TEST(Mis, GlossyFloorUnderALamp) {
     for (float roughness : {0.25f, 0.45f, 0.8f}) {
         bsdf::LobeInputs<1> in;
-        in.a = in.b = bsdf::Spectrum<1>(Float<1>(1.0f));
-        in.alpha = Float<1>(roughness * roughness);
+        for (auto& color : in.color)
+            color = bsdf::Spectrum<1>(Float<1>(1.0f));
+        in.number[0] = Float<1>(roughness);
         for (bool instanced : {false, true}) {
             TestScene s;
             add_glossy_floor(s, metal(roughness));
@@ -84,6 +88,31 @@ TEST(Mis, GlossyFloorUnderALamp) {
                 EXPECT_LT(c.error(), 0.02 * expected);
             }
         }
+    }
+}
+
+// Grooves run along dPdu, turned by `rotation`: a floor whose u is turned a quarter is one whose grooves are,
+// and neither is the floor itself.
+TEST(Mis, GroovesFollowTheSurface) {
+    const auto floor = [](bool turned, float rotation) {
+        TestScene s;
+        const Lobe grooved{grid::LobeId::MicrofacetConductorBrdf,
+                           {Rgb(1), Rgb(1), Vec3f(0.5f), Rgb(1), Vec3f(0.9f), Vec3f(rotation)}};
+        const Vec3f x(8, 0, 0), z(0, 0, 8);
+        s.add_quad({0, -1, 0}, turned ? x : z, turned ? -z : x, {grooved});
+        add_lamp(s);
+        s.camera({1, 0, 0}, {0, 0.8f, 0.6f}, {0, -0.6f, 0.8f}, 0.5f, Size, Size);
+        s.inputs.max_depth = 1;
+        s.finish();
+        return s.estimate(32, 8);
+    };
+    const auto plain = floor(false, 0), quarter = floor(false, 0.25f), turned = floor(true, 0),
+               back = floor(true, 0.75f);
+    for (int c = 0; c < 3; c++) {
+        const double slack = 4.5 * std::hypot(plain.channel[c].error(), turned.channel[c].error());
+        EXPECT_NEAR(quarter.channel[c].mean(), turned.channel[c].mean(), slack + 1e-4);
+        EXPECT_NEAR(back.channel[c].mean(), plain.channel[c].mean(), slack + 1e-4);
+        EXPECT_GT(std::abs(turned.channel[c].mean() - plain.channel[c].mean()), 2 * slack);
     }
 }
 

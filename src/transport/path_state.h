@@ -1,12 +1,12 @@
-// The state of a batch of paths, structure of arrays. A batch is a run of pixels at one progression; its
-// paths advance in step, one bounce at a time, and are kept dense: slot i of the arrays is the i-th living
-// path.
+// The state of a batch of paths. A batch is a run of pixels at one progression; its paths advance in step,
+// one bounce at a time, and are kept dense: row i is the i-th living path. What is read by slot or by path
+// lies in rows (base/rows.h); what is only ever streamed lies in lanes.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
-#include "base/lanes.h"
+#include "base/rows.h"
 
 namespace kanuka::transport {
 
@@ -16,38 +16,53 @@ inline constexpr int BatchPadded = BatchSize + 16; // lanes may read past the en
 template <class T>
 using Lane = T[BatchPadded];
 
-// Hot: what a living path carries from bounce to bounce.
+// What a living path carries from bounce to bounce.
 struct alignas(64) PathState {
-    Lane<float> o[3], d[3];
-    Lane<float> beta[4];  // throughput f / pdf(hero), a wavelength
+    enum Field {
+        Origin = 0,    // xyz
+        PixelHash = 3, // seed of its samples
+        Direction = 4, // xyz, unit
+        Path = 7,      // index in the batch
+        Beta = 8,      // throughput f / pdf(hero), a wavelength
+        Mis = 12,      // sum of ratios before the last bounce over the hero's pdf of it; 0 after a delta lobe
+        // Chances with which light sampling at the last vertex would have asked for what this ray may find.
+        AskEmitters = 13,
+        AskMap = 14,
+        Interior = 15, // medium the path is in; -1 = none
+        Fields = 16
+    };
+    float row[BatchPadded][Fields];
     Lane<float> ratio[4]; // pdf(lambda_i) / pdf(hero) of the path so far; kept only where something disperses
-    Lane<float> mis; // sum of ratios before the last bounce over the hero's pdf of it; 0 after a delta lobe
-    // Densities with which light sampling at the last vertex would have asked for what this ray may find.
-    Lane<float> ask_emitters, ask_map; // chance of the choice
-    Lane<float> ask_constant;          // chance of the choice times cosine over pi
-    Lane<int32_t> path;                // index in the batch
-    Lane<int32_t> interior;            // medium the path is in; -1 = none
 };
 
 // What a batch knows of each of its paths from first to last.
 struct alignas(64) BatchState {
-    Lane<float> l[4];       // normalised hero wavelengths
-    Lane<float> inv_pdf[4]; // 1 / their density over [0, 1]
-    Lane<float> radiance[4];
-    Lane<int32_t> pixel_hash;
-    // First hits, for AOVs.
-    Lane<float> albedo[4], normal[3], position[3], depth, hit;
-    Lane<float> alpha; // a hit, or a visible environment
-    Lane<int32_t> id;
+    enum Field {
+        Albedo = 0,
+        Normal = 4,
+        Depth = 7,
+        Position = 8,
+        Id = 11,
+        Met = 12,
+        Alpha = 13,
+        Fields = 16
+    };
+    float l[BatchPadded][4]; // normalised hero wavelengths
+    float radiance[BatchPadded][4];
+    float first[BatchPadded][Fields]; // first hits, for AOVs. Met: 1 = a hit; Alpha: that, or a visible sky
+    Lane<float> inv_pdf[4];           // 1 / the density of l over [0, 1]
     Lane<float> filter_weight;
+    std::vector<float> aovs; // BatchPadded values a channel of those that displays ask for
 };
 
 struct alignas(64) HitState {
-    Lane<float> t, u, v, ng[3];
-    Lane<int32_t> shape, prim, instanced;
+    enum Field { T = 0, U = 1, V = 2, Shape = 3, Ng = 4, Prim = 7, Fields = 8 };
+    float row[BatchPadded][Fields];
+    Lane<int32_t> instanced;
     std::vector<float> world_from_shape[12]; // only where the scene has instances
 };
 
+// Shadow rays are written and read in order.
 struct alignas(64) ShadowState {
     Lane<float> o[3], d[3], t_max, contribution[4];
     Lane<int32_t> path, seed;

@@ -11,10 +11,10 @@ namespace {
 
 using Kind = scene::Light::Kind;
 
-// Wavelengths are drawn where the observer looks: density in proportion to x + y + z, with a floor that keeps
-// the ends of the range from becoming fireflies.
-void fill_wavelengths(WavelengthTable& table) {
-    const auto &x = color::cie_x(), &y = color::cie_y(), &z = color::cie_z();
+// Wavelengths are drawn where the sensor looks: density in proportion to the sum of its curves, with a floor
+// that keeps the ends of the range from becoming fireflies.
+void fill_wavelengths(WavelengthTable& table, const color::Sensor& sensor, const color::Table& white) {
+    const auto &x = sensor.importance[0], &y = sensor.importance[1], &z = sensor.importance[2];
     std::vector<double> cumulative(color::LambdaCount, 0);
     double mean = 0;
     for (int i = 0; i < color::LambdaCount; i++)
@@ -33,21 +33,19 @@ void fill_wavelengths(WavelengthTable& table) {
         const double f = (target - cumulative[at]) / (cumulative[at + 1] - cumulative[at]);
         table.quantile[size_t(k)] = float((double(at) + f) / (color::LambdaCount - 1));
     }
-    const float norm = 1 / color::cie_y_integral();
-    const color::Table* observer[3] = {&x, &y, &z};
     for (int i = 0; i < 480; i++) {
         const size_t j = size_t(std::min(i, color::LambdaCount - 1));
         for (int c = 0; c < 3; c++)
-            table.lookup_cmf[c][i] = (*observer[c])[j] * norm;
-        table.lookup_d65[i] = color::illuminant_d65()[j];
+            table.sensor[i][c] = sensor.curves[c][j];
+        table.sensor[i][3] = table.lookup_white[i] = white[j];
     }
 }
 
 // Any non-negative RGB as scale * S(lambda): twice the maximum, to stay where spectra are smooth.
-void uplift_amount(const Rgb& rgb, float out[4]) {
+void uplift_amount(const Rgb& rgb, const color::Palette& palette, float out[4]) {
     const float m = std::max({rgb.x, rgb.y, rgb.z, 0.0f});
-    const auto c = color::uplift(m > 0 ? rgb * (0.5f / m) : Rgb(0));
-    out[0] = c[0], out[1] = c[1], out[2] = c[2], out[3] = 2 * m;
+    const auto c = palette.emission(m > 0 ? rgb : Rgb(0), 2 * m);
+    std::copy(c.begin(), c.end(), out);
 }
 
 bool finite(const Transform& t) {
@@ -63,12 +61,12 @@ bool usable(const Rgb& c) {
 }
 
 AnalyticLight make_light(const scene::Light& light, const Transform& render_from_world,
-                         std::vector<float>& tables) {
+                         const color::Palette& palette, std::vector<float>& tables) {
     const Transform render_from_light = render_from_world * light.world_from_light;
     const float degrees = Pi / 180;
     AnalyticLight a{};
     a.kind = int(light.kind);
-    uplift_amount(light.amount, a.c);
+    uplift_amount(light.amount, palette, a.c);
     a.position = render_from_light.point({0, 0, 0});
     a.axis = normalize(render_from_light.vector({0, 0, 1}));
     a.cos_outer = std::cos(light.cone_angle * degrees);
@@ -195,7 +193,6 @@ void fill_choices(SceneView& view, const std::vector<store::Emitter>& emitters,
     }
     if (view.map_choice >= 0) // pi times the mean of luminance over the sphere
         view.map_brings = view.map.total * 0.5f * Pi * Pi / (float(view.map.width) * float(view.map.height));
-    view.constant_brings = Pi * 0.5f * view.constant.c[3];
 }
 
 std::vector<int32_t> emitters_to_sample(const SceneInputs& in) {
@@ -230,6 +227,7 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
     view.emitters = in.store->emitters().data();
     view.bvh = in.bvh;
     view.instanced = in.instanced;
+    view.aov_is_color = in.aov_is_color;
     for (const auto& program : in.store->programs())
         view.materials.emplace_back(program);
     for (const auto& m : view.materials)
@@ -240,9 +238,17 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
         i.absorbs = interior.absorbs;
         view.interiors.push_back(i);
     }
-    const color::UpliftTable& uplift = color::uplift_table();
+    color::Palette rec709;
+    color::Palette& palette = in.palette ? *in.palette : rec709;
+    color::Sensor observer;
+    if (!in.sensor)
+        observer = color::make_sensor(color::Observer::Cie1931, palette.white(), color::Space::Rec709);
+    const color::Sensor& sensor = in.sensor ? *in.sensor : observer;
+    const color::UpliftTable& uplift = palette.uplift_table();
     view.uplift = {uplift.coefficients.data(), uplift.resolution, uplift.z_factor, uplift.z_offset};
-    fill_wavelengths(view.wavelengths);
+    fill_wavelengths(view.wavelengths, sensor, palette.white());
+    for (size_t i = 0; i < 9; i++)
+        view.sensor_matrix[i] = sensor.output_from_sensor[i / 3][i % 3];
     view.filter_x = in.filter_x.data();
     view.filter_y = in.filter_y.data();
     view.filter_weight_x = in.filter_weight_x.empty() ? nullptr : in.filter_weight_x.data();
@@ -254,6 +260,7 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
 
     // Lights. Several constant environments add up; one picture is kept.
     Rgb constant(0);
+    std::vector<Rgb> constants;
     bool constant_visible = false;
     for (const scene::Light& light : in.lights) {
         const bool environment = light.kind == Kind::Environment || light.kind == Kind::Ambient;
@@ -266,6 +273,7 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
             continue;
         if (environment && light.texture.empty() && !light.table) {
             constant += light.amount;
+            constants.push_back(light.amount);
             constant_visible |= light.kind == Kind::Environment && light.visible_camera;
         } else if (environment) {
             if (view.map.width == 0 && in.map.width > 0)
@@ -273,15 +281,18 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
             else if (view.map.width > 0)
                 journal.warning(light.where, "a second environment picture is not used; one scene has one");
         } else
-            view.lights.push_back(make_light(light, in.render_from_world, view.light_tables));
+            view.lights.push_back(make_light(light, in.render_from_world, palette, view.light_tables));
     }
     view.constant.present = usable(constant);
     view.constant.visible_camera = constant_visible;
-    uplift_amount(constant, view.constant.c);
+    uplift_amount(constant, palette, view.constant.c);
+    if (constants.size() > 1)
+        if (const auto sum = palette.sum(constants))
+            std::copy(sum->begin(), sum->end(), view.constant.c);
+    view.spectra = palette.tables();
     const std::vector<int32_t> sampled = emitters_to_sample(in);
     view.emitter_choice = sampled.empty() ? -1 : view.choices++;
     view.map_choice = view.map.width > 0 ? view.choices++ : -1;
-    view.constant_choice = view.constant.present ? view.choices++ : -1;
     view.first_light_choice = view.choices;
     view.choices += int(view.lights.size());
     view.emitter_density.assign(in.store->emitters().size() + 1, 0.0f);

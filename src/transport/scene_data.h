@@ -3,6 +3,8 @@
 
 #include <span>
 
+#include "color/palette.h"
+#include "color/sensor.h"
 #include "transport/scene_view.h"
 
 namespace kanuka::transport {
@@ -18,10 +20,13 @@ struct SceneInputs {
     bvh::GroupDesc world; // whose emitters are sampled; instanced ones are found by chance alone
     bool instanced = false;
     std::vector<scene::Light> lights;
-    LatLong map; // of the environment light that has a texture, if any
+    color::Palette* palette = nullptr;     // what RGB means; null = Rec.709
+    const color::Sensor* sensor = nullptr; // null = the 1931 observer, Rec.709
+    LatLong map;                           // of the environment light that has a texture, if any
     Transform render_from_world;
     CameraView camera;
     std::span<const float> filter_x, filter_y, filter_weight_x, filter_weight_y;
+    std::vector<bool> aov_is_color; // SceneView has the same
     int max_depth = 8;
     uint32_t seed = 0;
 };

@@ -15,13 +15,13 @@ namespace kanuka::transport {
 struct WavelengthTable {
     static constexpr int Segments = 256;
     std::vector<float> quantile; // Segments + 1 values of l = (lambda - 360) / 470
-    float lookup_cmf[3][480];    // CIE 1931 observer at 1 nm, over cie_y_integral; padded
-    float lookup_d65[480];
+    float sensor[480][4];        // the sensor's curves at 1 nm, and emitted white; padded
+    float lookup_white[480];     // the spectrum of emitted white
 };
 
 struct AnalyticLight {
     int kind;                             // scene::Light::Kind
-    float c[4];                           // uplifted amount: c0 c1 c2 scale
+    float c[4];                           // amount, as color::Palette::emission has it
     Vec3f position, axis;                 // axis: the way light travels
     float cos_outer, cos_inner, exponent; // spot
     float cos_angle;                      // distant: cosine of the angular radius; 1 = delta
@@ -65,10 +65,15 @@ struct SceneView {
     std::vector<bsdf::MaterialCode> materials; // by program
     bool dispersive = false;
     bool instanced = false;
+    // Channels of the output variables that displays ask for, three to each; which of them count as colours
+    // (filtered with the picture) and not as data (a mean over what was hit).
+    std::vector<bool> aov_is_color;
 
     bsdf::UpliftView uplift;
     WavelengthTable wavelengths;
-    const float* filter_x; // inverse cumulative tables of the pixel filter, offsets in pixels
+    float sensor_matrix[9];     // output RGB from the sensor's values
+    std::vector<float> spectra; // tables of the palette, 480 floats each; empty = none
+    const float* filter_x;      // inverse cumulative tables of the pixel filter, offsets in pixels
     const float* filter_y;
     const float* filter_weight_x; // signs of negative lobes; may be null
     const float* filter_weight_y;
@@ -79,16 +84,16 @@ struct SceneView {
     int roulette_depth = 4;
     uint32_t seed = 0;
 
-    // Lights: the choices are all emitters together (if any), the environment map, the constant environment,
+    // Lights: the choices are all emitters together (if any), the environment map,
     // and each analytic light.
     std::vector<AnalyticLight> lights;
     std::vector<float> light_tables;
     EnvironmentMap map;
     ConstantEnvironment constant;
-    int choices = 0, emitter_choice = -1, map_choice = -1, constant_choice = -1, first_light_choice = 0;
+    int choices = 0, emitter_choice = -1, map_choice = -1, first_light_choice = 0;
     // What the environment brings to a surface that sees all of it, and all emitters as one sphere: estimates
     // that decide how often each is asked (LightChoice in lights.h).
-    float map_brings = 0, constant_brings = 0, emitter_power = 0, emitter_radius2 = 0;
+    float map_brings = 0, emitter_power = 0, emitter_radius2 = 0;
     Vec3f emitter_center{0, 0, 0};
     std::vector<float> alias_probability; // over emitters, by power
     std::vector<int32_t> alias_other;

@@ -26,42 +26,46 @@ void occlude(const SceneView& scene, BatchState& batch, const ShadowState& shado
     }
 }
 
-// Linear Rec.709 from XYZ whose white is D65 (IEC 61966-2-1).
-struct RgbFromXyz {
-    float m[9];
-};
-
-template <int W>
-void sensor(const SceneView& scene, const BatchState& batch, int first, const Lane<float>* spectrum,
-            bool times_d65, float scale, Float<W> rgb[3], const RgbFromXyz& matrix) {
-    using F = Float<W>;
-    F xyz[3] = {F(0.0f), F(0.0f), F(0.0f)};
-    for (int k = 0; k < Wavelengths; k++) {
-        const F l = F::load(batch.l[k] + first);
-        F s = F::load(spectrum[k] + first) * F::load(batch.inv_pdf[k] + first) * F(scale * 470.0f);
-        if (times_d65)
-            s *= lookup_1nm(scene.wavelengths.lookup_d65, l);
-        for (int c = 0; c < 3; c++)
-            xyz[c] = fma(s, lookup_1nm(scene.wavelengths.lookup_cmf[c], l), xyz[c]);
-    }
-    for (int c = 0; c < 3; c++)
-        rgb[c] = fma(F(matrix.m[3 * c]), xyz[0],
-                     fma(F(matrix.m[3 * c + 1]), xyz[1], F(matrix.m[3 * c + 2]) * xyz[2]));
-}
-
 template <int W>
 void finish(const SceneView& scene, const BatchState& batch, int count, const BatchRequest& request,
-            const RgbFromXyz& matrix, BatchCounts& counts) {
+            BatchCounts& counts) {
+    using F = Float<W>;
+    using I = Int<W>;
     const int width = request.x1 - request.x0;
     for (int first = 0; first < count; first += W) {
-        Float<W> rgb[3], albedo[3];
-        // Radiance contributions are divided by the sum over wavelengths already; albedos are a mean of four.
-        sensor(scene, batch, first, batch.radiance, false, 1.0f, rgb, matrix);
-        sensor(scene, batch, first, batch.albedo, true, 1.0f / Wavelengths, albedo, matrix);
+        const I path = I::lane_index() + I(first);
+        const auto l = load_rows<4>(batch.l, path << 2), radiance = load_rows<4>(batch.radiance, path << 2);
+        const auto albedos = load_rows<4>(batch.first, path << 4);
+        // Radiance contributions are divided by the sum over wavelengths already; albedos are a mean of four,
+        // seen under white.
+        F sensed[2][3] = {{F(0.0f), F(0.0f), F(0.0f)}, {F(0.0f), F(0.0f), F(0.0f)}};
+        for (size_t k = 0; k < Wavelengths; k++) {
+            const F x = l[k] * F(470.0f);
+            const I i = min(to_int(x), I(469));
+            const F f = x - F(i);
+            // Sensor and white at the knots before and after.
+            const auto knots = load_rows<8>(scene.wavelengths.sensor[0], i << 2);
+            const auto at = [&](size_t c) { return fma(f, knots[c + 4] - knots[c], knots[c]); };
+            const F unit = F::load(batch.inv_pdf[k] + first) * F(470.0f);
+            const F light = radiance[k] * unit, seen = albedos[k] * unit * at(3) * F(1.0f / Wavelengths);
+            for (size_t c = 0; c < 3; c++) {
+                const F response = at(c);
+                sensed[0][c] = fma(light, response, sensed[0][c]);
+                sensed[1][c] = fma(seen, response, sensed[1][c]);
+            }
+        }
+        const auto to_rgb = [&](const F* v, int c) {
+            return fma(
+                F(scene.sensor_matrix[3 * c]), v[0],
+                fma(F(scene.sensor_matrix[3 * c + 1]), v[1], F(scene.sensor_matrix[3 * c + 2]) * v[2]));
+        };
+        const F rgb[3] = {to_rgb(sensed[0], 0), to_rgb(sensed[0], 1), to_rgb(sensed[0], 2)},
+                albedo[3] = {to_rgb(sensed[1], 0), to_rgb(sensed[1], 1), to_rgb(sensed[1], 2)};
         for (int i = 0; i < W && first + i < count; i++) {
-            const int path = first + i, x = request.x0 + path % width, y = request.y0 + path / width;
+            const int at = first + i, x = request.x0 + at % width, y = request.y0 + at / width;
             PixelSums& p = request.pixels[size_t(y) * request.stride + x];
-            const float w = batch.filter_weight[path], hit = batch.hit[path];
+            const float* hit = batch.first[at];
+            const float w = batch.filter_weight[at], met = hit[BatchState::Met];
             if (std::isfinite(rgb[0].v[i]) && std::isfinite(rgb[1].v[i]) && std::isfinite(rgb[2].v[i])) {
                 for (int c = 0; c < 3; c++)
                     p.rgb[c] += w * rgb[c].v[i];
@@ -69,18 +73,27 @@ void finish(const SceneView& scene, const BatchState& batch, int count, const Ba
                 counts.nan_x = x;
                 counts.nan_y = y;
             }
-            p.alpha += w * batch.alpha[path];
-            p.hits += hit;
+            p.alpha += w * hit[BatchState::Alpha];
+            p.hits += met;
             p.weight += w;
             const auto finite = [](float x) { return std::isfinite(x) ? x : 0.0f; };
-            p.depth += finite(hit * batch.depth[path]);
+            p.depth += finite(met * hit[BatchState::Depth]);
             for (int c = 0; c < 3; c++) {
                 p.albedo[c] += finite(w * albedo[c].v[i]);
-                p.normal[c] += finite(hit * batch.normal[c][path]);
-                p.position[c] += finite(hit * batch.position[c][path]);
+                p.normal[c] += finite(met * hit[BatchState::Normal + c]);
+                p.position[c] += finite(met * hit[BatchState::Position + c]);
             }
-            if (request.progression == 0)
-                p.id = float(batch.id[path]);
+            if (request.progression == 0) {
+                int32_t id;
+                std::memcpy(&id, hit + BatchState::Id, sizeof id);
+                p.id = float(id);
+            }
+            for (size_t a = 0; a < scene.aov_is_color.size(); a++) {
+                const float value = batch.aovs[a * BatchPadded + size_t(at)];
+                request
+                    .aovs[(size_t(y) * size_t(request.stride) + size_t(x)) * scene.aov_is_color.size() + a] +=
+                    finite((scene.aov_is_color[a] ? w : met) * value);
+            }
         }
     }
     counts.paths += uint64_t(count);

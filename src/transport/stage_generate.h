@@ -26,16 +26,16 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
     const int width = request.x1 - request.x0, count = width * (request.y1 - request.y0);
     const uint32_t reversed = reverse_bits_scalar(request.progression);
     const CameraView& cam = scene.camera;
+    std::fill(batch.aovs.begin(), batch.aovs.end(), 0.0f);
     for (int first = 0; first < count; first += W) {
         const I index = I::lane_index() + I(first);
         // Lanes past the end repeat the last pixel; nobody reads them.
-        I row;
+        I y;
         for (int k = 0; k < W; k++)
-            row.v[k] = std::min(first + k, count - 1) / width;
-        const I column = min(index, I(count - 1)) - row * I(width);
-        const I px = column + I(request.x0), py = row + I(request.y0);
+            y.v[k] = std::min(first + k, count - 1) / width;
+        const I column = min(index, I(count - 1)) - y * I(width);
+        const I px = column + I(request.x0), py = y + I(request.y0);
         const I pixel = hash_bits(px ^ hash_bits(py ^ I(int(scene.seed * 0x9e3779b9u + 0x7f4a7c15u))));
-        pixel.store(batch.pixel_hash + first);
         const Sampler<W> sampler{pixel, reversed};
 
         // Position on the film, filter importance sampled.
@@ -77,36 +77,27 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
         // Hero wavelength by the table of quantiles; the others rotated equidistantly.
         F uw, time;
         sampler.sample_2d(int(Dimension::WavelengthTime), uw, time);
+        Row<W, 4> l;
         for (int k = 0; k < 4; k++) {
             F u = uw + F(0.25f * float(k));
             u = select(u >= F(1.0f), u - F(1.0f), u) * F(float(WavelengthTable::Segments));
             const I i = min(to_int(u), I(WavelengthTable::Segments - 1));
             const F a = gather(scene.wavelengths.quantile.data(), i),
                     b = gather(scene.wavelengths.quantile.data() + 1, i);
-            fma(u - F(i), b - a, a).store(batch.l[k] + first);
+            l[size_t(k)] = fma(u - F(i), b - a, a);
             ((b - a) * F(float(WavelengthTable::Segments))).store(batch.inv_pdf[k] + first);
-            F(0.0f).store(batch.radiance[k] + first);
-            F(0.0f).store(batch.albedo[k] + first);
-            F(1.0f).store(paths.beta[k] + first);
             F(1.0f).store(paths.ratio[k] + first);
         }
-        for (int c = 0; c < 3; c++) {
-            O[c].store(paths.o[c] + first);
-            D[c].store(paths.d[c] + first);
-            F(0.0f).store(batch.normal[c] + first);
-            F(0.0f).store(batch.position[c] + first);
-        }
-        F(0.0f).store(batch.depth + first);
-        F(0.0f).store(batch.alpha + first);
-        F(0.0f).store(batch.hit + first);
-        F(0.0f).store(paths.mis + first); // camera rays meet lights with full weight
-        F(0.0f).store(paths.ask_emitters + first);
-        F(0.0f).store(paths.ask_map + first);
-        F(0.0f).store(paths.ask_constant + first);
-        I(0).store(batch.id + first);
-        index.store(paths.path + first);
-        I(-1).store(paths.interior + first);
+        const F zero(0.0f), one(1.0f); // camera rays meet lights with full weight: mis = 0
+        const Row<W, PathState::Fields> row{
+            O.x,  O.y,  O.z,  bitcast_float(pixel), D.x, D.y, D.z, bitcast_float(index), one, one, one, one,
+            zero, zero, zero, bitcast_float(I(-1))};
+        const uint32_t all = Mask<W>(true).bits();
+        compress_rows(paths.row[first], row, all);
+        compress_rows(batch.l[first], l, all);
     }
+    std::memset(batch.radiance, 0, sizeof batch.radiance[0] * size_t(count));
+    std::memset(batch.first, 0, sizeof batch.first[0] * size_t(count));
     return count;
 }
 

@@ -7,13 +7,25 @@
 
 namespace kanuka::transport {
 
+template <int W, size_t N>
+Vec3<Float<W>> vector_of(const std::array<Float<W>, N>& row, size_t field) {
+    return {row[field], row[field + 1], row[field + 2]};
+}
+template <int W, size_t N>
+Spectrum<W> spectrum_of(const std::array<Float<W>, N>& row, size_t field) {
+    Spectrum<W> s;
+    for (size_t k = 0; k < Wavelengths; k++)
+        s[int(k)] = row[field + k];
+    return s;
+}
+
 template <int W>
 void add_radiance(BatchState& batch, Int<W> path, const Spectrum<W>& contribution, Mask<W> m) {
-    for (uint32_t bits = m.bits(); bits; bits &= bits - 1) {
-        const int i = __builtin_ctz(bits);
-        for (int k = 0; k < Wavelengths; k++)
-            batch.radiance[k][path.v[i]] += contribution[k].v[i];
-    }
+    const Int<W> at = path << 2;
+    Row<W, 4> sum = load_rows<4>(batch.radiance, at);
+    for (int k = 0; k < Wavelengths; k++)
+        sum[size_t(k)] += contribution[k];
+    store_rows(batch.radiance[0], at, sum, m);
 }
 
 template <int W>
@@ -31,27 +43,23 @@ void add_environment(const SceneView& scene, BatchState& batch, const PathState&
     if (scene.map_choice < 0 && !scene.constant.present)
         return;
     using F = Float<W>;
-    const Int<W> path = gather(paths.path, slot);
-    F l[Wavelengths];
-    Spectrum<W> beta;
-    for (int k = 0; k < Wavelengths; k++) {
-        l[k] = gather(batch.l[k], path);
-        beta[k] = gather(paths.beta[k], slot);
-    }
-    const Vec3<F> d(gather(paths.d[0], slot), gather(paths.d[1], slot), gather(paths.d[2], slot));
+    using P = PathState;
+    const auto ray = load_rows<P::Fields>(paths.row, slot << 4);
+    const Int<W> path = bitcast_int(ray[P::Path]);
+    const auto l = load_rows<4>(batch.l, path << 2);
+    const Spectrum<W> beta = spectrum_of(ray, P::Beta);
     const bool constant = scene.constant.present && (bounce > 0 || scene.constant.visible_camera);
     const bool map = scene.map_choice >= 0 && (bounce > 0 || scene.map.visible_camera);
     if (bounce == 0 && (constant || map))
-        scatter(batch.alpha, path, F(1.0f), m);
-    const F mis = gather(paths.mis, slot), ratios = sum_of_ratios(scene, paths, slot);
-    if (constant) {
-        const F weight = F(1.0f) / fma(mis, gather(paths.ask_constant, slot), ratios);
-        add_radiance(batch, path, beta * emission_spectrum(scene, scene.constant.c, l) * weight, m);
-    }
+        scatter(batch.first[0] + BatchState::Alpha, path << 4, F(1.0f), m);
+    const F ratios = sum_of_ratios(scene, paths, slot);
+    if (constant) // directions alone find it: docs/transport.md, "Choice of light"
+        add_radiance(batch, path,
+                     beta * emission_spectrum(scene, scene.constant.c, l.data()) * (F(1.0f) / ratios), m);
     if (map) {
-        const MapPlace<W> p = map_place(scene.map, d);
-        const F weight = F(1.0f) / fma(mis, map_pdf(scene.map, p) * gather(paths.ask_map, slot), ratios);
-        add_radiance(batch, path, beta * map_radiance(scene, p, l) * weight, m);
+        const MapPlace<W> p = map_place(scene.map, vector_of(ray, P::Direction));
+        const F weight = F(1.0f) / fma(ray[P::Mis], map_pdf(scene.map, p) * ray[P::AskMap], ratios);
+        add_radiance(batch, path, beta * map_radiance(scene, p, l.data()) * weight, m);
     }
 }
 
@@ -72,25 +80,16 @@ void intersect(const SceneView& scene, BatchState& batch, const PathState& paths
     for (int first = 0; first < count; first += W) {
         const Int<W> slot = Int<W>::lane_index() + Int<W>(first);
         bvh::RayPacket<W> rays;
-        for (int c = 0; c < 3; c++) {
-            rays.o[c] = Float<W>::load(paths.o[c] + first);
-            rays.d[c] = Float<W>::load(paths.d[c] + first);
-        }
+        const auto ray = load_rows<8>(paths.row, slot << 4);
+        rays.o = vector_of(ray, PathState::Origin);
+        rays.d = vector_of(ray, PathState::Direction);
         rays.t_max = Float<W>(1e30f);
         rays.active = slot < Int<W>(count);
-        rays.seed =
-            select(rays.active,
-                   gather(batch.pixel_hash, select(rays.active, Int<W>::load(paths.path + first), Int<W>(0))),
-                   Int<W>(0)) ^
-            Int<W>(int(uint32_t(bounce) * 0x3c6ef372u));
+        rays.seed = bitcast_int(ray[PathState::PixelHash]) ^ Int<W>(int(uint32_t(bounce) * 0x3c6ef372u));
         scene.bvh->intersect(rays, hit);
-        hit.t.store(hits.t + first);
-        hit.u.store(hits.u + first);
-        hit.v.store(hits.v + first);
-        for (int c = 0; c < 3; c++)
-            hit.Ng[c].store(hits.ng[c] + first);
-        hit.shape.store(hits.shape + first);
-        hit.prim.store(hits.prim + first);
+        const Row<W, HitState::Fields> row{hit.t,    hit.u,    hit.v,    bitcast_float(hit.shape),
+                                           hit.Ng.x, hit.Ng.y, hit.Ng.z, bitcast_float(hit.prim)};
+        compress_rows(hits.row[first], row, Mask<W>(true).bits());
         if (scene.instanced) {
             hit.instanced.store(hits.instanced + first);
             if (any(hit.instanced != Int<W>(0)))

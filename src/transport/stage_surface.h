@@ -31,6 +31,8 @@ class SurfaceStage {
         const I slot = select(active, I::load(order), I(order[0]));
         Hit h(*this, code, slot);
         shade_interior(h);
+        if (m_bounce == 0 && code.filter.word >= 0)
+            look_through_atmosphere(h, active, code);
         if (any(h.shape.emitter >= I(0)))
             add_emission(h, active & (h.shape.emitter >= I(0)));
         if (m_bounce == 0)
@@ -38,12 +40,13 @@ class SurfaceStage {
         if (m_bounce >= m_scene.max_depth || code.leaves == 0)
             return;
         const V wo_world = -h.d;
-        const bsdf::Material<W> material(code, h.fetch, h.outside, h.cos_o, h.l);
+        V wo = h.to_local(wo_world);
+        wo.z = h.cos_o;
+        const bsdf::Material<W> material(code, h.fetch, h.outside, wo, h.l);
         if (m_bounce == 0)
             record_albedo(h, active, material.albedo());
         active &= !material.black();
-        const V wo = h.to_local(wo_world);
-        const Sampler<W> sampler{gather(m_batch.pixel_hash, h.path), m_reversed};
+        const Sampler<W> sampler{bitcast_int(h.ray[PathState::PixelHash]), m_reversed};
         const LightChances<W> chances(m_scene, h.P, h.N);
         sample_lights(h, material, wo, sampler, chances, active);
         sample_direction(h, material, wo, sampler, chances, active);
@@ -51,7 +54,10 @@ class SurfaceStage {
 
   private:
     struct Hit {
-        I slot, path;
+        I slot;
+        Row<W, PathState::Fields> ray; // as it came here
+        Row<W, HitState::Fields> hit;
+        I path;
         F l[Wavelengths];
         S beta;
         V d, P, Ng, N; // Ng and N: unit, on the side of the viewer; N may lean from Ng
@@ -64,21 +70,18 @@ class SurfaceStage {
         InputFetch<W> fetch;
 
         Hit(SurfaceStage& stage, const bsdf::MaterialCode& code, I slot)
-            : slot(slot), path(gather(stage.m_paths.path, slot)),
-              shape(stage.m_scene.shapes, gather(stage.m_hits.shape, slot)),
-              place(stage.m_scene, shape, gather(stage.m_hits.prim, slot), gather(stage.m_hits.u, slot),
-                    gather(stage.m_hits.v, slot)),
+            : slot(slot), ray(load_rows<PathState::Fields>(stage.m_paths.row, slot << 4)),
+              hit(load_rows<HitState::Fields>(stage.m_hits.row, slot << 3)),
+              path(bitcast_int(ray[PathState::Path])), beta(spectrum_of(ray, PathState::Beta)),
+              d(vector_of(ray, PathState::Direction)), Ng(vector_of(hit, HitState::Ng)), t(hit[HitState::T]),
+              shape(stage.m_scene.shapes, bitcast_int(hit[HitState::Shape])),
+              place(stage.m_scene, shape, bitcast_int(hit[HitState::Prim]), hit[HitState::U],
+                    hit[HitState::V]),
               fetch(stage.m_scene, code, shape, place, l) {
-            const PathState& p = stage.m_paths;
-            for (int k = 0; k < Wavelengths; k++) {
-                l[k] = gather(stage.m_batch.l[k], path);
-                beta[k] = gather(p.beta[k], slot);
-            }
-            d = {gather(p.d[0], slot), gather(p.d[1], slot), gather(p.d[2], slot)};
-            const V o(gather(p.o[0], slot), gather(p.o[1], slot), gather(p.o[2], slot));
-            t = gather(stage.m_hits.t, slot);
-            Ng = {gather(stage.m_hits.ng[0], slot), gather(stage.m_hits.ng[1], slot),
-                  gather(stage.m_hits.ng[2], slot)};
+            const auto waves = load_rows<4>(stage.m_batch.l, path << 2);
+            for (size_t k = 0; k < Wavelengths; k++)
+                l[k] = waves[k];
+            const V o = vector_of(ray, PathState::Origin);
             V anchor = stage.traced_vertex(shape, place.anchor);
             N = fetch.normal(shape);
             if (stage.m_scene.instanced)
@@ -90,7 +93,10 @@ class SurfaceStage {
             P += Ng * (dot(anchor - P, Ng) / n2);
             Ng = Ng * (F(1.0f) / sqrt(n2));
             orient();
-            coordinate_frame(N, T, B);
+            if (code.has_tangent)
+                along_tangent(stage.leave_instance(slot, fetch.tangent()));
+            else
+                coordinate_frame(N, T, B);
         }
 
         // The outside is where the shading normals point; where there are none, where the winding says.
@@ -113,6 +119,15 @@ class SurfaceStage {
             N = select(facing < low, bent * (F(1.0f) / sqrt(dot(bent, bent))), N);
             cos_o = max(-dot(d, N), F(1e-4f));
         }
+        // x along a tangent, as far as the normal lets it.
+        void along_tangent(const V& t) {
+            const V flat = t - N * dot(t, N);
+            const F size = dot(flat, flat);
+            coordinate_frame(N, T, B);
+            T = select(size > F(1e-12f), flat * (F(1.0f) / sqrt(max(size, F(1e-12f)))), T);
+            const V side = cross(N, T); // the same way from outside and inside: turns of T agree
+            B = select(outside, side, -side);
+        }
         V to_local(const V& w) const { return {dot(w, T), dot(w, B), dot(w, N)}; }
         V to_world(const V& w) const { return T * w.x + B * w.y + N * w.z; }
         // A start for rays on the side of w, clear of the surface by a few units in the last place of the
@@ -125,8 +140,7 @@ class SurfaceStage {
     };
 
     V traced_vertex(const ShapeLanes<W>& shape, I vertex) const {
-        const I at = shape.positions + vertex * I(3);
-        return {gather(m_scene.floats, at), gather(m_scene.floats + 1, at), gather(m_scene.floats + 2, at)};
+        return vector_of(load_rows<4>(m_scene.floats, shape.positions + vertex * I(3)), 0);
     }
 
     void leave_instance(I slot, V& anchor, V& Ng, V& N) const {
@@ -148,9 +162,23 @@ class SurfaceStage {
         N = select(inside, turn(N), N);
     }
 
+    // A tangent goes with the transform itself.
+    V leave_instance(I slot, const V& t) const {
+        if (!m_scene.instanced)
+            return t;
+        const M inside = gather(m_hits.instanced, slot) != I(0);
+        if (!any(inside))
+            return t;
+        F m[12];
+        for (int k = 0; k < 12; k++)
+            m[k] = gather(m_hits.world_from_shape[k].data(), slot);
+        const V world(dot(V(m[0], m[1], m[2]), t), dot(V(m[4], m[5], m[6]), t), dot(V(m[8], m[9], m[10]), t));
+        return select(inside, world * (F(1.0f) / sqrt(max(dot(world, world), F(1e-37f)))), t);
+    }
+
     // Absorption on the way here, if the path was inside something (Beer and Lambert).
     void shade_interior(Hit& h) {
-        const I interior = gather(m_paths.interior, h.slot);
+        const I interior = bitcast_int(h.ray[PathState::Interior]);
         if (!any(interior >= I(0)))
             return;
         for (size_t k = 0; k < m_scene.interiors.size(); k++) {
@@ -165,20 +193,27 @@ class SurfaceStage {
         }
     }
 
+    // What lies between the camera and what it sees first: affine in the surface's radiance, as the shading
+    // system found it at the vertices.
+    void look_through_atmosphere(Hit& h, M m, const bsdf::MaterialCode& code) {
+        const F weight = F(1.0f) / sum_of_ratios(m_scene, m_paths, h.slot);
+        add_radiance(m_batch, h.path, h.beta * h.fetch.amount(code.glow) * weight, m);
+        h.beta = h.beta * h.fetch.color(code.filter);
+    }
+
     void add_emission(const Hit& h, M m) {
         // Only the outside shines.
         m &= h.outside;
         if (!any(m))
             return;
         const I e = select(m, h.shape.emitter + h.place.triangle, I(0));
-        const float* data = reinterpret_cast<const float*>(m_scene.emitters);
-        const I at = e * I(int(sizeof(store::Emitter) / 4));
-        const S radiance = emission_spectrum(m_scene, gather(data + 9, at), gather(data + 10, at),
-                                             gather(data + 11, at), gather(data + 12, at), h.l);
-        const F density = gather(m_paths.ask_emitters, h.slot) * gather(m_scene.emitter_density.data(), e) *
-                          h.t * h.t / max(h.raw_cos_outside, F(1e-6f));
+        const auto data = load_rows<sizeof(store::Emitter) / 4>(m_scene.emitters, e << 4);
+        m &= in_emission_cone(bitcast_int(data[15]), h.raw_cos_outside);
+        const S radiance = emission_spectrum(m_scene, data[9], data[10], data[11], data[12], h.l);
+        const F density = h.ray[PathState::AskEmitters] * gather(m_scene.emitter_density.data(), e) * h.t *
+                          h.t / max(h.raw_cos_outside, F(1e-6f));
         const F weight =
-            F(1.0f) / fma(gather(m_paths.mis, h.slot), density, sum_of_ratios(m_scene, m_paths, h.slot));
+            F(1.0f) / fma(h.ray[PathState::Mis], density, sum_of_ratios(m_scene, m_paths, h.slot));
         add_radiance(m_batch, h.path, h.beta * radiance * weight, m);
     }
 
@@ -190,7 +225,7 @@ class SurfaceStage {
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LightChoice), u_choice, u_part);
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LightPosition), u0, u1);
         const LightSample<W> light =
-            sample_light(m_scene, chances, h.P, h.N, u_choice, u_part, u0, u1, h.l, active);
+            sample_light(m_scene, chances, h.P, u_choice, u_part, u0, u1, h.l, active);
         const V wi = h.to_local(light.wi);
         // Geometric and shading normal must agree on which side the light is.
         const F side = dot(light.wi, h.Ng) * wi.z;
@@ -222,7 +257,7 @@ class SurfaceStage {
         compress_store(m_shadows.t_max + at, light.distance, bits);
         compress_store(reinterpret_cast<float*>(m_shadows.path) + at, bitcast_float(h.path), bits);
         const I seed =
-            gather(m_batch.pixel_hash, h.path) ^ I(int(uint32_t(m_bounce) * 0x3c6ef372u + 0x1b873593u));
+            bitcast_int(h.ray[PathState::PixelHash]) ^ I(int(uint32_t(m_bounce) * 0x3c6ef372u + 0x1b873593u));
         m_shadow_count +=
             compress_store(reinterpret_cast<float*>(m_shadows.seed) + at, bitcast_float(seed), bits);
     }
@@ -262,26 +297,28 @@ class SurfaceStage {
             return;
         const V o = h.offset(wi);
         const M through = s.wi.z < F(0.0f);
-        const I interior =
-            select(through, select(h.outside, h.shape.interior, I(-1)), gather(m_paths.interior, h.slot));
-        const int at = m_next_count;
-        for (int c = 0; c < 3; c++) {
-            compress_store(m_next.o[c] + at, o[c], bits);
-            compress_store(m_next.d[c] + at, wi[c], bits);
-        }
-        for (int k = 0; k < Wavelengths; k++) {
-            compress_store(m_next.beta[k] + at, beta[k], bits);
-            if (m_scene.dispersive)
-                compress_store(m_next.ratio[k] + at, ratio[k], bits);
-        }
-        compress_store(m_next.mis + at, mis, bits);
-        compress_store(m_next.ask_emitters + at, chances.of(m_scene.emitter_choice), bits);
-        compress_store(m_next.ask_map + at, chances.of(m_scene.map_choice), bits);
-        compress_store(m_next.ask_constant + at,
-                       chances.of(m_scene.constant_choice) * max(s.wi.z, F(0.0f)) * F(InvPi), bits);
-        compress_store(reinterpret_cast<float*>(m_next.path) + at, bitcast_float(h.path), bits);
-        m_next_count +=
-            compress_store(reinterpret_cast<float*>(m_next.interior) + at, bitcast_float(interior), bits);
+        const I interior = select(through, select(h.outside, h.shape.interior, I(-1)),
+                                  bitcast_int(h.ray[PathState::Interior]));
+        const Row<W, PathState::Fields> row{o.x,
+                                            o.y,
+                                            o.z,
+                                            h.ray[PathState::PixelHash],
+                                            wi.x,
+                                            wi.y,
+                                            wi.z,
+                                            h.ray[PathState::Path],
+                                            beta[0],
+                                            beta[1],
+                                            beta[2],
+                                            beta[3],
+                                            mis,
+                                            chances.of(m_scene.emitter_choice),
+                                            chances.of(m_scene.map_choice),
+                                            bitcast_float(interior)};
+        if (m_scene.dispersive)
+            for (int k = 0; k < Wavelengths; k++)
+                compress_store(m_next.ratio[k] + m_next_count, ratio[k], bits);
+        m_next_count += compress_rows(m_next.row[m_next_count], row, bits);
     }
 
     // A sample that comes to NaN is made NaN as a whole, which the film counts, locates and drops.
@@ -291,22 +328,20 @@ class SurfaceStage {
             add_radiance(m_batch, h.path, S(F(std::numeric_limits<float>::quiet_NaN())), m);
     }
 
-    void record_first_hit(const Hit& h, M m, const bsdf::MaterialCode&) {
+    void record_first_hit(const Hit& h, M m, const bsdf::MaterialCode& code) {
         const V n = select(h.outside, h.N, -h.N);
-        const I id = gather(m_scene.shapes + offsetof(store::ShapeRecord, object_id) / 4,
-                            gather(m_hits.shape, h.slot) * I(store::ShapeWords));
-        for (int c = 0; c < 3; c++) {
-            scatter(m_batch.normal[c], h.path, n[c], m);
-            scatter(m_batch.position[c], h.path, h.P[c], m);
-        }
-        scatter(m_batch.depth, h.path, h.t, m);
-        scatter(m_batch.alpha, h.path, F(1.0f), m);
-        scatter(m_batch.hit, h.path, F(1.0f), m);
-        scatter(reinterpret_cast<float*>(m_batch.id), h.path, bitcast_float(id), m);
+        const F zero(0.0f), one(1.0f);
+        const Row<W, 12> row{n.x, n.y, n.z,  h.t, h.P.x, h.P.y, h.P.z, bitcast_float(h.shape.object_id),
+                             one, one, zero, zero}; // from BatchState::Normal on
+        store_rows(m_batch.first[0] + BatchState::Normal, h.path << 4, row, m);
+        for (const bsdf::MaterialCode::Aov& aov : code.aovs)
+            for (int c = 0; c < aov.components; c++)
+                scatter(m_batch.aovs.data() + size_t(aov.channel + c) * BatchPadded, h.path,
+                        h.fetch.exact(aov.places[c]), m);
     }
     void record_albedo(const Hit& h, M m, const S& albedo) {
-        for (int k = 0; k < Wavelengths; k++)
-            scatter(m_batch.albedo[k], h.path, albedo[k], m);
+        store_rows(m_batch.first[0] + BatchState::Albedo, h.path << 4,
+                   Row<W, 4>{albedo[0], albedo[1], albedo[2], albedo[3]}, m);
     }
 
     const SceneView& m_scene;

@@ -74,6 +74,8 @@ class TestScene {
             for (int c = 0; c < 3; c++) {
                 g.P[size_t(c * g.stride + i)] = points[size_t(i)][c];
                 g.N[size_t(c * g.stride + i)] = normals[size_t(i)][c];
+                const int k = i % (mu + 1) < mu ? i : i - 1; // along u
+                g.dPdu[size_t(c * g.stride + i)] = points[size_t(k) + 1][c] - points[size_t(k)][c];
                 t.P.push_back(points[size_t(i)][c]);
             }
         std::vector<Vec3f> values;

@@ -62,7 +62,25 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="what a surface shader does that no material can do is an error at its line, not approximated",
     )
     picture.add_argument("--integrator", metavar="NAME", help=", ".join(kanuka.integrator_names()))
+    picture.add_argument(
+        "--aov",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="output parameter of surface shaders, a layer more in the EXR; any number of times",
+    )
     picture.add_argument("--seed", type=types.natural, metavar="N", help="another seed, another noise")
+    color = parser.add_argument_group("colour", "over what the scene says; docs/color.md")
+    color.add_argument("--color-space", metavar="NAME", help="of the scene's RGB: rec709, rec2020, acescg")
+    color.add_argument("--output-space", metavar="NAME", help="of the picture: one of those, aces2065 or xyz")
+    color.add_argument("--observer", choices=("1931", "1964"), help="CIE observer of 2 or 10 degrees")
+    color.add_argument("--sensor", metavar="FILE", help="a camera's sensitivities: lines of nm, red, green, blue")
+    color.add_argument("--white-balance", metavar="LIGHT", help="what is white: D65, A, F11, blackbody:3200, a file")
+    color.add_argument("--exposure", type=types.number, metavar="STOPS", help="the picture times 2^STOPS")
+    color.add_argument("--f-stop", type=types.positive_float, metavar="N", help="with --shutter: physical exposure")
+    color.add_argument("--shutter", type=types.positive_float, metavar="S", help="seconds that light is gathered")
+    color.add_argument("--iso", type=types.positive_float, metavar="S", help="sensitivity; default: 100")
+    color.add_argument("--display", choices=("srgb", "rec709"), help="encoding of the PNG; rec709 is BT.1886")
     machine = parser.add_argument_group("machine", "the picture does not depend on these")
     machine.add_argument("--threads", type=types.positive_int, metavar="N", help="default: all there are")
     machine.add_argument("--lanes", type=int, choices=(0, 1, 8, 16), default=0, help="SIMD lanes; 0 = the widest")
@@ -93,6 +111,7 @@ def render(arguments: argparse.Namespace, started: float, interruption: Interrup
     bar.between = printer.flush
     bar.finish()
 
+    set_color_options(scene, arguments)
     output = arguments.output or default_output(arguments.scene, scene)
     check_output(output)
     picture = kanuka.render(
@@ -106,6 +125,7 @@ def render(arguments: argparse.Namespace, started: float, interruption: Interrup
         max_depth=arguments.max_depth,
         integrator=arguments.integrator,
         seed=arguments.seed,
+        aovs=arguments.aov,
         lanes=arguments.lanes,
         strict_directions=arguments.strict_directions,
         progress=bar.update,
@@ -127,6 +147,25 @@ def render(arguments: argparse.Namespace, started: float, interruption: Interrup
     if picture.cancelled:
         return interruption.exit_code
     return ExitCode.ERRORS if scene.journal.error_count else ExitCode.OK
+
+
+def set_color_options(scene: kanuka.Scene, arguments: argparse.Namespace) -> None:
+    """Options of the command line over those of the scene; names are checked by the render, which reports them."""
+    options = {
+        "color_space": arguments.color_space,
+        "output_space": arguments.output_space,
+        "observer": arguments.observer,
+        "sensor": arguments.sensor,
+        "white_balance": arguments.white_balance,
+        "exposure_stops": arguments.exposure,
+        "f_stop": arguments.f_stop,
+        "shutter_time": arguments.shutter,
+        "iso": arguments.iso,
+        "display": arguments.display,
+    }
+    for name, value in options.items():
+        if value is not None:
+            setattr(scene.options, name, value)
 
 
 def write(picture: kanuka.Picture, output: Path, png: bool) -> list[Path]:

@@ -24,9 +24,9 @@ void format(Context&, Call&), frame_aspect_ratio(Context&, Call&), screen_window
     crop_window(Context&, Call&), projection(Context&, Call&), clipping(Context&, Call&),
     depth_of_field(Context&, Call&), shutter(Context&, Call&), pixel_samples(Context&, Call&),
     pixel_filter(Context&, Call&), exposure(Context&, Call&), imager(Context&, Call&),
-    quantize(Context&, Call&), display(Context&, Call&), hider(Context&, Call&),
-    color_samples(Context&, Call&), relative_detail(Context&, Call&), pixel_variance(Context&, Call&),
-    option(Context&, Call&), make_texture(Context&, Call&);
+    quantize(Context&, Call&), display(Context&, Call&), display_channel(Context&, Call&),
+    hider(Context&, Call&), color_samples(Context&, Call&), relative_detail(Context&, Call&),
+    pixel_variance(Context&, Call&), option(Context&, Call&), make_texture(Context&, Call&);
 
 // handlers_attributes.cpp
 void color(Context&, Call&), opacity(Context&, Call&), texture_coordinates(Context&, Call&),

@@ -33,6 +33,14 @@ static bool color_of(Context& c, const Call& call, Rgb& rgb) {
 
 void color(Context& c, Call& call) {
     Rgb rgb;
+    if (!c.attributes.shared->user.get_string("color:spectrum", "")
+             .empty()) { // a plain colour takes its place
+        Value none;
+        none.name = "color:spectrum";
+        none.type = scene::Type::String;
+        none.strings = std::vector<std::string>{""};
+        c.attributes.edit(FieldUser).user.set(std::move(none));
+    }
     if (color_of(c, call, rgb) && !(c.attributes.shared->color == rgb && (c.attributes.set & FieldColor)))
         c.attributes.edit(FieldColor).color = rgb;
 }
@@ -109,14 +117,15 @@ void displacement(Context& c, Call& call) {
         a.displacement = c.shader(call, 0);
 }
 
-void interior(Context& c, Call& call) {
-    c.attributes.edit(FieldInterior).interior = c.shader(call, 0);
-}
-
 static void not_run(Context& c, const Call& call) {
     c.reports.once(Severity::Warning, call.spec->name, call.where,
                    std::string(call.spec->name) + " \"" + call.text(0) + "\" is kept with the scene, but " +
                        std::string(call.spec->note));
+}
+
+void interior(Context& c, Call& call) {
+    not_run(c, call);
+    c.attributes.edit(FieldInterior).interior = c.shader(call, 0);
 }
 
 void exterior(Context& c, Call& call) {
@@ -125,8 +134,11 @@ void exterior(Context& c, Call& call) {
 }
 
 void atmosphere(Context& c, Call& call) {
-    not_run(c, call);
-    c.attributes.edit(FieldAtmosphere).atmosphere = c.shader(call, 0);
+    auto& a = c.attributes.edit(FieldAtmosphere);
+    if (call.text(0).empty() || call.text(0) == "null")
+        a.atmosphere.reset();
+    else
+        a.atmosphere = c.shader(call, 0);
 }
 
 // ---- numbers and switches ---------------------------------------------------------------------------

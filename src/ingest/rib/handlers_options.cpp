@@ -196,6 +196,17 @@ void display(Context& c, Call& call) {
     displays.push_back(std::move(d));
 }
 
+// What a display names by this is an output parameter of shaders, which say themselves what it is.
+void display_channel(Context& c, Call& call) {
+    scene::ValueList& user = c.options.options.user;
+    scene::Value channel;
+    channel.name = "displaychannel:" + call.text(0);
+    channel.type = scene::Type::String;
+    channel.strings = std::vector<std::string>{call.text(0)};
+    channel.where = call.where;
+    user.set(std::move(channel));
+}
+
 void hider(Context& c, Call& call) {
     scene::ValueList& user = c.options.options.user;
     keep_text(user, "hider", call.text(0));
@@ -269,6 +280,55 @@ static void kanuka_option(Context& c, const Value& v) {
     }
 }
 
+// Option "color" and "exposure"; names of spaces, lights and files are looked at when the scene is rendered.
+static void color_option(Context& c, const std::string& category, const Value& v) {
+    scene::ColorOptions& o = c.options.options.color;
+    struct Text {
+        std::string_view name;
+        std::string scene::ColorOptions::* field;
+    };
+    static constexpr Text texts[] = {
+        {"space", &scene::ColorOptions::space},       {"output", &scene::ColorOptions::output},
+        {"observer", &scene::ColorOptions::observer}, {"sensor", &scene::ColorOptions::sensor},
+        {"training", &scene::ColorOptions::training}, {"whitebalance", &scene::ColorOptions::white_balance},
+        {"display", &scene::ColorOptions::display}};
+    struct Number {
+        std::string_view name;
+        float scene::ColorOptions::* field;
+    };
+    static constexpr Number numbers[] = {{"fstop", &scene::ColorOptions::f_stop},
+                                         {"shutter", &scene::ColorOptions::shutter},
+                                         {"iso", &scene::ColorOptions::iso},
+                                         {"stops", &scene::ColorOptions::stops}};
+    const bool color = category == "color";
+    std::string names;
+    const auto wrong = [&](const std::string& what) {
+        c.reports.error("Option " + category, v.where,
+                        "Option \"" + category + "\": " + what + "; it does nothing");
+    };
+    o.where = v.where;
+    for (const Text& t : texts) {
+        if (color && v.name == t.name) {
+            if (v.type != scene::Type::String || v.strings.empty())
+                return wrong("\"" + v.name + "\" must be a text");
+            o.*t.field = v.strings[0];
+            return;
+        }
+        names += color ? (names.empty() ? "" : ", ") + std::string(t.name) : "";
+    }
+    for (const Number& n : numbers) {
+        if (!color && v.name == n.name) {
+            const float f = !v.floats.empty() ? v.floats[0] : !v.ints.empty() ? float(v.ints[0]) : NAN;
+            if (v.type == scene::Type::String || !std::isfinite(f))
+                return wrong("\"" + v.name + "\" must be a number");
+            o.*n.field = f;
+            return;
+        }
+        names += color ? "" : (names.empty() ? "" : ", ") + std::string(n.name);
+    }
+    wrong("there is no \"" + v.name + "\"; there are " + names);
+}
+
 static void search_path_option(Context& c, const Value& v) {
     scene::Options& o = c.options.options;
     std::vector<std::string>* path = v.name == "shader"    ? &o.shader_path
@@ -286,6 +346,8 @@ void option(Context& c, Call& call) {
             kanuka_option(c, v);
             continue;
         }
+        if (category == "color" || category == "exposure")
+            color_option(c, category, v);
         if (category == "searchpath")
             search_path_option(c, v);
         v.name = category + ":" + v.name;

@@ -173,10 +173,12 @@ TEST(RibAttributes, StackAndValues) {
         "Matte 1\nAttribute \"identifier\" \"name\" [\"ball\"] \"uniform string shadinggroup\" \"a\"\n"
         "Attribute \"displacementbound\" \"sphere\" [0.25] \"coordinatesystem\" [\"shader\"]\n"
         "Attribute \"visibility\" \"integer camera\" [0] Attribute \"dice\" \"integer flatness\" 0\n"
-        "TextureCoordinates 0 0 2 0 0 2 2 2 Translate 1 0 0 Displacement \"bumpy\" Interior \"fog\"\n"
+        "TextureCoordinates 0 0 2 0 0 2 2 2 Translate 1 0 0 Displacement \"bumpy\" Atmosphere \"fog\"\n"
         "Sphere 1 -1 1 360 AttributeEnd\nTransformBegin Translate 5 0 0 Color 0 0 1 TransformEnd "
         "Sphere 1 -1 1 360"));
-    EXPECT_SILENT(r);
+    EXPECT_TRUE(r.says("Interior \"fog\" is kept with the scene")); // and nothing else is said
+    EXPECT_EQ(r.messages(Severity::Warning).size(), 1u) << r.all_messages();
+    EXPECT_TRUE(r.messages(Severity::Error).empty()) << r.all_messages();
     const scene::Attributes& a = *r.primitive(0).attributes;
     EXPECT_EQ(a.color, Rgb(0, 1, 0));
     EXPECT_EQ(a.opacity, Rgb(.5f, .5f, .5f));
@@ -193,7 +195,7 @@ TEST(RibAttributes, StackAndValues) {
     EXPECT_EQ(a.surface->parameters.get_float("Kd", 0), 0.5f);
     EXPECT_EQ(a.displacement->name, "bumpy");
     expect_point(a.displacement->world_from_shader.point({0, 0, 0}), 1, 0, 0);
-    EXPECT_EQ(a.interior->name, "fog");
+    EXPECT_EQ(a.atmosphere->name, "fog");
     const scene::Attributes& b = *r.primitive(1).attributes;
     EXPECT_EQ(b.color, Rgb(0, 0, 1)); // TransformEnd restores the transformation alone
     EXPECT_EQ(b.name, "");

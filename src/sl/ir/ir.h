@@ -215,10 +215,11 @@ enum class Emission : uint8_t { Color, Form, From, Axis, Angle, Count };
 
 // What a stage hands out: a variable's value at its end.
 struct Output {
-    enum Kind : uint8_t { Position, Normal, Slot, Member, Parameter, Aov, Emitted, Filtered };
+    enum Kind : uint8_t { Position, Normal, Slot, Member, Parameter, Aov, Emitted, Filtered, Carried };
     Kind kind = Slot;
     int var = -1;
-    // Slot: channel; Member, Parameter, Aov: index; Emitted: Emission; Filtered: 0 Ci, 1 Oi, 2 alpha
+    // Slot: channel; Member, Parameter, Aov, Carried: index (Carried: of a parameter); Emitted: Emission;
+    // Filtered: 0 Ci, 1 Oi, 2 alpha
     int index = 0;
     int element = 0; // Parameter: of an array
 };
@@ -270,7 +271,10 @@ struct Program {
     ShaderKind kind = ShaderKind::Class;
     std::string name;
     std::vector<Parameter> parameters;
-    std::vector<Place> places;   // of parameters
+    std::vector<Place> places; // of parameters
+    // How many parameters at the end of the list are none of the source: members of a class that its
+    // displacement leaves to its surface, which takes them from the grid as it does primvars.
+    int carried = 0;
     int floats = 0, strings = 0; // sizes of the parameter block
     std::vector<Place> members;
     int member_floats = 0, member_strings = 0;
@@ -283,6 +287,7 @@ struct Program {
     // Fixed layering of a classic surface, in order; class shaders make theirs in init.
     std::vector<std::pair<std::string, grid::LobeId>> fixed_lobes;
     std::vector<std::string> aovs;  // output parameters that the shade stage hands out
+    bool area_light = false;        // see CompileOptions; of use while lowering alone
     std::vector<std::string> files; // names of the sources, for locations at run time
     std::vector<TextureUse> textures;
     bool queries = false; // asks for attributes, options or the like

@@ -352,6 +352,8 @@ void Lower::class_stage(const char* name, Stage& stage, Role role) {
     for (const char* first : {"construct", "begin"})
         if (FunctionDecl* f = stage_method(first); f && role != Role::Init && role != Role::Interior)
             run_method(f);
+    if (role == Role::Shade)
+        take_members();
     if (lit) {
         m_program.Ci = bind(m_sema.global("Ci")).var;
         m_program.Oi = bind(m_sema.global("Oi")).var;
@@ -367,12 +369,16 @@ void Lower::class_stage(const char* name, Stage& stage, Role role) {
         normal_output();
     if (role == Role::Displace)
         stage.outputs.push_back({Output::Position, bind(m_sema.global("P")).var, 0});
+    if (role == Role::Displace)
+        leave_members();
     if (lit)
         unset_color();
     if (role == Role::Shade)
         aov_outputs();
     for (const auto& [channel, var] : std::map<int, int>(m_channel_vars.begin(), m_channel_vars.end()))
         stage.outputs.push_back({Output::Slot, var, channel});
+    if (role == Role::Shade)
+        drop_unread_members();
     end_stage();
 }
 

@@ -65,6 +65,9 @@ class Lower {
     void normal_output();
     void aov_outputs();
     void unset_color();
+    void leave_members();
+    void take_members();
+    void drop_unread_members();
     ast::FunctionDecl* method(std::string_view name);
     ast::FunctionDecl* stage_method(std::string_view name);
     std::vector<ast::FunctionDecl*> lit_methods();
@@ -262,6 +265,7 @@ class Lower {
     Block* m_prologue = nullptr;
     std::unordered_map<const ast::VarDecl*, Binding> m_bind;
     std::unordered_map<const ast::VarDecl*, int> m_parameter_index, m_member_index;
+    std::vector<std::pair<const ast::VarDecl*, int>> m_carried; // members, the parameters that carry them
     std::map<std::pair<Ref, Ref>, Ref> m_spaces_by_ref;
     std::map<std::string, Ref> m_spaces;
     std::unordered_map<int, int> m_channel_vars; // of the stage

@@ -87,7 +87,7 @@ void Lower::emission(const Stmt* s) {
         set(Emission::Angle, angle);
         if (solar) {
             L = axis;
-        } else {
+        } else if (!m_program.area_light) { // in front of which is its axis
             const auto length = [&](Ref v) {
                 return m_b.emit(Op::Sqrt, Ty::Float, {m_b.emit(Op::Dot, Ty::Float, {v, v}, s->loc)}, s->loc);
             };

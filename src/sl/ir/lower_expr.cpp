@@ -87,7 +87,12 @@ Lower::Binding& Lower::bind(const VarDecl* v) {
         const ops::Global& g = ops::globals()[v->global];
         b.kind = Binding::Variable;
         Ref initial;
-        if (m_role == Role::Light && g.name == "Ps")
+        if (m_role == Role::Light && m_program.area_light && g.name == "Ps")
+            initial = in_prologue(
+                [&] { return m_b.emit(Op::Add, Ty::Triple, {input(Input::P), input(Input::N)}, v->loc); });
+        else if (m_role == Role::Light && m_program.area_light && g.input >= 0)
+            initial = input(Input(g.input));
+        else if (m_role == Role::Light && g.name == "Ps")
             initial = input(Input::P);
         else if (m_role == Role::Light && (g.name == "P" || g.name == "N" || g.name == "Ng"))
             initial = shader_frame(g.name == "P" ? 3 : 2, v->loc);

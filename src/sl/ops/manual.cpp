@@ -16,24 +16,68 @@ static std::string number(float x) {
     return text;
 }
 
-std::string lobes_manual() {
-    static constexpr const char* Kinds[] = {"reflection", "transmission", "reflection and transmission",
-                                            "emission", "phase function"};
+static constexpr const char* Kinds[] = {"reflection", "transmission", "reflection and transmission",
+                                        "emission", "phase function"};
+
+// The inputs of a lobe as a table.
+static std::string lobe_inputs(const grid::LobeDecl& lobe) {
     std::string text;
-    for (const grid::LobeDecl& lobe : grid::lobe_table()) {
+    text += "| input | default | range | unit | is |\n|---|---|---|---|---|\n";
+    for (const grid::LobeInput& in : lobe.inputs) {
+        const bool color = in.type == grid::InputType::Color;
+        std::string fallback = number(in.fallback.x);
+        if (color && !(in.fallback.x == in.fallback.y && in.fallback.y == in.fallback.z))
+            fallback += " " + number(in.fallback.y) + " " + number(in.fallback.z);
+        text += "| `" + std::string(color ? "color " : "float ") + std::string(in.name) + "` | " + fallback +
+                " | " + number(in.low) + " to " + number(in.high) + " | " + std::string(in.unit) + " | " +
+                std::string(in.doc) + " |\n";
+    }
+    text += "\n";
+    return text;
+}
+
+std::string lobes_manual() {
+    std::string text;
+    for (const grid::LobeDecl& lobe : grid::lobe_table())
         text += "**" + std::string(lobe.name) + "** (" + Kinds[int(lobe.kind)] +
-                "): " + std::string(lobe.doc) + "\n\n";
-        text += "| input | default | range | unit | is |\n|---|---|---|---|---|\n";
-        for (const grid::LobeInput& in : lobe.inputs) {
-            const bool color = in.type == grid::InputType::Color;
-            std::string fallback = number(in.fallback.x);
-            if (color && !(in.fallback.x == in.fallback.y && in.fallback.y == in.fallback.z))
-                fallback += " " + number(in.fallback.y) + " " + number(in.fallback.z);
-            text += "| `" + std::string(color ? "color " : "float ") + std::string(in.name) + "` | " +
-                    fallback + " | " + number(in.low) + " to " + number(in.high) + " | " +
-                    std::string(in.unit) + " | " + std::string(in.doc) + " |\n";
-        }
-        text += "\n";
+                "): " + std::string(lobe.doc) + "\n\n" + lobe_inputs(lobe);
+    return text;
+}
+
+std::string lobes_page() {
+    std::string text =
+        "# Lobes\n\n"
+        "Every lobe of the shading language, made from `src/grid/lobe_schema.cpp`: run `kanuka_sl_test` "
+        "with\n"
+        "`KANUKA_WRITE_DOCS=1` after a change, and `tools/make_lobe_pictures.py` for the pictures. A shader "
+        "adds a lobe\n"
+        "to its boundary in `mnk_init` and gives its inputs at every vertex in `mnk_prelighting`\n"
+        "([language.md](language.md)):\n\n"
+        "    AddLobe(boundary, \"metal\", MetalBrdf(\"metal\", \"Cu\"));\n"
+        "    SetLobe(boundary, \"metal\", 1, MetalBrdf(\"metal\", \"Cu\", \"roughness\", 0.2 + 0.3 * noise(8 "
+        "* P)));\n\n"
+        "Values out of range are clamped, and reported once. *Lossless*: with white colours all light comes "
+        "back, at any\n"
+        "roughness ([transport.md](transport.md) has figures). *Reciprocal*: the same with light and eye "
+        "exchanged. Every\n"
+        "lobe's sampling, density, energy and reciprocity are tested over the range of each of its inputs\n"
+        "(`src/bsdf/lobes_test.cpp`). How a lobe works, and after whom, stands at its head in "
+        "`src/bsdf/`.\n\n"
+        "Smooth interfaces (roughness 0) are exact mirrors and lenses. Directions (`rotation`) count from "
+        "dPdu, the way u\n"
+        "grows. Phase functions that transport can use are in `src/bsdf/phase.h`: isotropic, Henyey and "
+        "Greenstein's, two\n"
+        "of them, Rayleigh's, Draine's, and Mie's for droplets.\n\n";
+    for (const grid::LobeDecl& lobe : grid::lobe_table()) {
+        const std::string name(lobe.name);
+        text += "## " + name + "\n\n" + std::string(lobe.doc) + ". " + Kinds[int(lobe.kind)];
+        const bool scatters = lobe.kind != grid::LobeKind::Emission && lobe.kind != grid::LobeKind::Phase;
+        if (scatters)
+            text += std::string(lobe.lossless ? ", lossless" : "") + (lobe.reciprocal ? ", reciprocal" : "");
+        text += ".\n\n";
+        if (scatters)
+            text += "![](images/lobes/" + name + ".png)\n\n";
+        text += lobe_inputs(lobe);
     }
     return text;
 }

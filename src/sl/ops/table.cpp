@@ -179,8 +179,10 @@ const Row table[] = {
         "vector k = normalize(b - a); vector d = vector(q) - vector(a); float c = cos(angle);"
         "return V(vector(a) + d * c + (k ^ d) * sin(angle) + k * ((k . d) * (1 - c)));",
         "q turned about the line from a to b, by an angle in radians (Rodrigues)"),
-    rsl(G, "float depth(point p)", "return zcomp(transform(\"camera\", p));",
-        "distance from the camera's plane"),
+    rsl(G, "float depth(point p)",
+        "uniform float planes[2] = {0, 1}; option(\"Clipping\", planes);"
+        "return (zcomp(transform(\"camera\", p)) - planes[0]) / (planes[1] - planes[0]);",
+        "distance from the camera's plane: 0 on the near clipping plane, 1 on the far one"),
     rsl(G, "point transform(string to, point p)", "return transform(\"current\", to, p);",
         "a point's coordinates in another space"),
     rsl(G, "point transform(string from, string to, point p)", "return transform(__space(from, to), p);"),

@@ -81,6 +81,7 @@ class Sema {
 
     // sema_calls.cpp
     ast::Type call(ast::Expr* e, const ast::Type* expected);
+    void choose(ast::Expr* e, std::span<const std::string_view> choices, std::string_view input);
     ast::Type construct(ast::Expr* e);
     ast::Type construct_struct(ast::Expr* e);
     ast::FunctionDecl* choose(ast::Expr* e, const std::vector<ast::FunctionDecl*>& candidates,

@@ -279,6 +279,23 @@ ast::Type Sema::construct_struct(Expr* e) {
     return type;
 }
 
+// A string that stands for one of the values 0, 1, … of an input: the number takes its place.
+void Sema::choose(Expr* e, std::span<const std::string_view> choices, std::string_view input) {
+    std::string have;
+    for (size_t k = 0; k < choices.size(); k++) {
+        if (choices[k] == e->text) {
+            e->kind = ExprKind::Number;
+            e->number = float(k);
+            e->type = {Base::Float};
+            return;
+        }
+        have += (k ? ", \"" : "\"") + std::string(choices[k]) + "\"";
+    }
+    m_diagnostics.error(e->loc, "input \"" + std::string(input) + "\" has no choice \"" +
+                                    std::string(e->text) + "\"; it has " + have);
+    e->type = {Base::Float};
+}
+
 // LambertBrdf("diffuseReflectance", color (1, 0, 0)): names and values of inputs.
 ast::Type Sema::construct(Expr* e) {
     if (e->type.base == Base::Struct)
@@ -307,6 +324,11 @@ ast::Type Sema::construct(Expr* e) {
             m_diagnostics.error(name->loc, std::string(lobe.name) + " has no input \"" +
                                                std::string(name->text) + "\"; it has " + have);
             expr(e->args[i + 1]);
+            continue;
+        }
+        const std::span<const std::string_view> choices = lobe.inputs[input].names;
+        if (!choices.empty() && e->args[i + 1]->kind == ExprKind::String) {
+            choose(e->args[i + 1], choices, name->text);
             continue;
         }
         const ast::Type want_type{lobe.inputs[input].type == grid::InputType::Color ? Base::Color

@@ -1,0 +1,186 @@
+// Interfaces that light passes: rough and smooth dielectrics (Walter et al. 2007).
+#pragma once
+
+#include "bsdf/lobes_reflection.h"
+
+namespace kanuka::bsdf {
+
+template <int W>
+struct InterfaceLobe {
+    using V = Vec3<Float<W>>;
+
+    [[gnu::noinline]] static LobeValue<W> eval(const LobeInputs<W>& in, const V& wo, const V& wi) {
+        return in.stretched ? eval_with(stretched_of(in), in, to_axis(in, wo), to_axis(in, wi))
+                            : eval_with(ggx_of(in), in, wo, wi);
+    }
+    // u_choice picks reflection or transmission by the hero wavelength's Fresnel term; where a film colours
+    // it, by the mean.
+    [[gnu::noinline]] static LobeSample<W> sample(const LobeInputs<W>& in, const V& wo, Float<W> u_choice,
+                                                  Float<W> u0, Float<W> u1) {
+        if (!in.stretched)
+            return sample_with(ggx_of(in), in, wo, u_choice, u0, u1);
+        LobeSample<W> s = sample_with(stretched_of(in), in, to_axis(in, wo), u_choice, u0, u1);
+        s.wi = from_axis(in, s.wi);
+        return s;
+    }
+
+  private:
+    // Half vector of a pair of directions, on the side of wo; generalised for transmission (Walter et al.
+    // 2007, eq. 16).
+    static V half_vector(const V& wo, const V& wi, Float<W> eta, Mask<W> transmits) {
+        const V h = normalize(kanuka::select(transmits, wo + wi * eta, wo + wi));
+        return h * copysign(Float<W>(1.0f), h.z);
+    }
+    // Fresnel's term at a facet for the waves of which index `i` decides the direction: one, or all four
+    // where they go the same way but a film reflects them differently; chosen: what sampling goes by.
+    static void fresnel(const LobeInputs<W>& in, Float<W> cosine, int i, Spectrum<W>& F, Float<W>& chosen,
+                        Float<W>& cos_t) {
+        chosen = fresnel_dielectric(cosine, in.eta[i], cos_t);
+        if (!in.has_film) {
+            F = Spectrum<W>(chosen);
+            return;
+        }
+        // A film without loss reflects as much from inside as from outside (Stokes), at refracted angles.
+        const Float<W> one(1.0f);
+        const Mask<W> from_inside = in.eta[i] < one, total = chosen >= one;
+        const Float<W> outer = kanuka::select(from_inside, cos_t, cosine);
+        const Float<W> index = kanuka::select(from_inside, one / in.eta[i], in.eta[i]);
+        for (int k = 0; k < Wavelengths; k++)
+            F[k] = kanuka::select(
+                total, one,
+                film_reflectance(outer, in.film_index, in.film / in.wavelength(k), index, Float<W>(0.0f)));
+        chosen = in.dispersive ? F[i] : mean(F);
+    }
+
+    template <class Facets>
+    static LobeValue<W> eval_with(const Facets& facets, const LobeInputs<W>& in, const V& wo, const V& wi) {
+        const Mask<W> transmits = wi.z < Float<W>(0.0f), rough = in.alpha >= Float<W>(SmoothAlpha);
+        const Float<W> lo = facets.lambda(wo), li = facets.lambda(wi), zero(0.0f), one(1.0f);
+        LobeValue<W> r;
+        for (int i = 0; i < (in.dispersive ? Wavelengths : 1); i++) {
+            const V m = half_vector(wo, wi, in.eta[i], transmits);
+            const Float<W> om = dot(wo, m), im = dot(wi, m);
+            // Reflection wants wi on wo's side of the microfacet, transmission on the other.
+            const Mask<W> valid =
+                rough & (om > zero) & ((transmits & (im < zero)) | ((!transmits) & (im > zero)));
+            Float<W> cos_t, chosen;
+            Spectrum<W> F;
+            fresnel(in, max(om, zero), i, F, chosen, cos_t);
+            const Float<W> D = facets.D(m), visible = facets.sampled(wo, m, D, lo);
+            const Float<W> both = D / (wo.z * (one + lo + li));
+            const Float<W> q = fma(im, in.eta[i], om); // eq. 17, over eta
+            const Float<W> jacobian_t = om * abs(im) * in.eta[i] * in.eta[i] / max(q * q, Float<W>(1e-12f));
+            const Float<W> jr(0.25f);
+            const auto scale = [&](Float<W> reflected) {
+                return kanuka::select(transmits, (one - reflected) * jacobian_t, reflected * jr);
+            };
+            // Radiance is not scaled by eta^2: paths carry basic radiance L / n^2, which interfaces leave as
+            // it is.
+            const Float<W> pdf = kanuka::select(valid, visible * scale(chosen), zero);
+            for (int k = in.dispersive ? i : 0; k < (in.dispersive ? i + 1 : Wavelengths); k++) {
+                r.pdf[k] = pdf;
+                r.f[k] = kanuka::select(valid, both * scale(F[k]), zero);
+            }
+        }
+        if (in.compensated) {
+            const Float<W> s = in.balance * balance_at(in, wi);
+            r.f = r.f * s;
+        }
+        r.f *= select(transmits, in.color[2], in.color[1]);
+        return r;
+    }
+
+    template <class Facets>
+    static LobeSample<W> sample_with(const Facets& facets, const LobeInputs<W>& in, const V& wo,
+                                     Float<W> u_choice, Float<W> u0, Float<W> u1) {
+        const V m = sample_facet(facets, in, wo, u0, u1);
+        const Float<W> om = max(dot(wo, m), Float<W>(0.0f)), zero(0.0f), one(1.0f);
+        Float<W> cos_t, chosen;
+        Spectrum<W> F;
+        fresnel(in, om, 0, F, chosen, cos_t);
+        const Mask<W> reflects = u_choice < chosen;
+        LobeSample<W> s =
+            sample_of(kanuka::select(reflects, reflect(wo, m), refract(wo, m, in.eta[0], cos_t)));
+        s.valid = (reflects & (s.wi.z > zero)) | ((!reflects) & (s.wi.z < zero));
+        s.delta = in.alpha < Float<W>(SmoothAlpha);
+        s.value = no_value<W>();
+        if (!any(s.delta))
+            return s;
+        // Smooth: reflection goes one way for all wavelengths, each with its own Fresnel term; refraction
+        // bends the hero alone where indices differ, the density of the others there is zero.
+        for (int i = 0; i < Wavelengths; i++) {
+            Float<W> Fi = F[i], pi = chosen, unused;
+            Float<W> Ti = one - Fi, qi = one - pi;
+            if (in.dispersive && i > 0) {
+                Spectrum<W> all;
+                fresnel(in, om, i, all, pi, unused);
+                Fi = pi, Ti = qi = zero;
+            }
+            s.value.pdf[i] = kanuka::select(reflects, pi, qi);
+            s.value.f[i] = kanuka::select(reflects, Fi * in.color[1][i], Ti * in.color[2][i]);
+        }
+        return s;
+    }
+
+  public:
+    // s of lobe_tables.h on the side of w. The index at 587.6 nm stands for all. Stretched facets: those
+    // round ones that lose as much, times what stretching makes of s of a mirror.
+    static Float<W> balance_at(const LobeInputs<W>& in, const V& w) {
+        const Float<W> eta =
+            kanuka::select(w.z < Float<W>(0.0f), Float<W>(1.0f) / in.balance_eta, in.balance_eta);
+        Float<W> s = glass_balance(abs(w.z), in.balance_alpha, eta);
+        if (in.stretched)
+            s = s * in.cell.balance(w) / ggx_balance(abs(w.z), in.balance_alpha);
+        return kanuka::select(in.rough, s, Float<W>(1.0f));
+    }
+};
+
+// Indices of refraction at the hero wavelengths: Cauchy's n = A + B / lambda^2 through n_d and the Abbe
+// number V_d = (n_d - 1) / (n_F - n_C), Fraunhofer lines d 587.6, F 486.1, C 656.3 nm.
+template <int W>
+Spectrum<W> index_of_refraction(Float<W> n_d, Float<W> abbe, const Float<W> l[Wavelengths]) {
+    constexpr float InvD2 = 1 / (587.56f * 587.56f), InvF2 = 1 / (486.13f * 486.13f),
+                    InvC2 = 1 / (656.28f * 656.28f);
+    const Mask<W> disperses = abbe > Float<W>(0.0f);
+    const Float<W> B = kanuka::select(
+        disperses, (n_d - Float<W>(1.0f)) / (max(abbe, Float<W>(1.0f)) * Float<W>(InvF2 - InvC2)),
+        Float<W>(0.0f));
+    Spectrum<W> n;
+    for (int i = 0; i < Wavelengths; i++) {
+        const Float<W> lambda = fma(l[i], Float<W>(470.0f), Float<W>(360.0f));
+        n[i] = fma(B, Float<W>(1.0f) / (lambda * lambda) - Float<W>(InvD2), n_d);
+    }
+    return n;
+}
+
+template <int W>
+void prepare_interface(LobeInputs<W>& in, const Vec3<Float<W>>& wo, Mask<W> outside) {
+    prepare_facets(in, mean(in.color[0]), 5, 2);
+    prepare_film(in, 8, 5);
+    in.dispersive = in.has(4);
+    const Float<W> n_d = max(in.number[0], Float<W>(1.0001f)), one(1.0f);
+    const Spectrum<W> index = in.dispersive ? index_of_refraction(n_d, in.number[1], in.l) : Spectrum<W>(n_d);
+    for (int i = 0; i < Wavelengths; i++)
+        in.eta[i] = kanuka::select(outside, index[i], one / index[i]);
+    if (in.compensated) {
+        in.balance_eta = kanuka::select(outside, n_d, one / n_d);
+        if (in.stretched) { // tails beyond GGX's would gain light by this; so they lose some
+            in.cell = StretchedCell<W>(min(in.tail, Float<W>(0.5f)), in.number[2], in.alpha);
+            in.balance_alpha = in.cell.round_alpha();
+        }
+        in.balance = InterfaceLobe<W>::balance_at(in, in.stretched ? to_axis(in, wo) : wo);
+    }
+}
+
+// Nothing is lost: what a rough interface does not reflect, it lets through.
+template <int W>
+Spectrum<W> albedo_of_interface(const LobeInputs<W>& in, Float<W> cos_o) {
+    Float<W> cos_t;
+    const Float<W> one(1.0f), n = in.eta[0];
+    const Float<W> smooth = fresnel_dielectric(cos_o, n, cos_t);
+    const Float<W> rough = min(dielectric_albedo(cos_o, in.alpha, n), one);
+    const Float<W> F = kanuka::select(in.rough & (n > one), rough, smooth);
+    return in.color[1] * F + in.color[2] * (one - F);
+}
+
+} // namespace kanuka::bsdf

@@ -1,0 +1,478 @@
+// Takes the integrals of lobe_tables.h and writes them as they lie in memory.
+//
+// StretchedFacets looks up Lambda in the table that is being made: `kanuka_lobe_tables` is here the one that
+// is filled, and Lambda comes first.
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "bsdf/lobes_classic.h"
+#include "bsdf/lobes_diffuse.h"
+
+namespace kanuka::bsdf {
+namespace {
+
+using F = Float<8>;
+using V = Vec3<F>;
+using T = LobeTables;
+
+LobeTables& made() {
+    return kanuka_lobe_tables;
+}
+
+// Directions that a lobe scatters light to, and how much of it.
+struct Scattered {
+    Vec3f wi;
+    float share;
+};
+
+// N x N stratified normals as `facets` samples them for wo. Strata crowd at u1 = 1, the long tail whose
+// reflections go below the horizon: u1 = 1 - (1 - s)^3; where normals regardless of the view come first, both
+// parts have strata of their own. visit(m, weight): weight = value of a lobe of Fresnel 1 over density,
+// without G's part of wi.
+template <class Facets, class Visit>
+void stratify(const Facets& facets, const V& wo, int n, float all_normals, const Visit& visit) {
+    const F lambda_o = facets.lambda(wo);
+    const auto part = [&](float low, float high, float share, bool warp) {
+        double total = 0;
+        for (int i = 0; i < n; i++) {
+            const float t = 1 - (float(i) + 0.5f) / float(n);
+            total += warp ? 3 * double(t) * double(t) : 1.0;
+        }
+        for (int i = 0; i < n; i++) {
+            const float t = 1 - (float(i) + 0.5f) / float(n);
+            const float s = warp ? 1 - t * t * t : 1 - t;
+            const float w = (warp ? 3 * t * t : 1) * share / float(total * n);
+            for (int j = 0; j < n; j += 8) {
+                const F u0 = (F(Int<8>::lane_index()) + F(float(j) + 0.5f)) * F(1.0f / float(n));
+                const V m = facets.sample(wo, u0, F(low + (high - low) * s));
+                const F D = facets.D(m), density = facets.sampled(wo, m, D, lambda_o);
+                visit(m, F(w) * D / max(wo.z * density, F(1e-30f)));
+            }
+        }
+    };
+    if (all_normals > 0)
+        part(0, all_normals, all_normals, false);
+    part(all_normals, 1, 1 - all_normals, true);
+}
+
+// Reflection of Fresnel 1 from wo.
+template <class Facets>
+std::vector<Scattered> reflected(const Facets& facets, const V& wo, int n, float all_normals) {
+    std::vector<Scattered> all;
+    const F lambda_o = facets.lambda(wo), one(1.0f), zero(0.0f);
+    stratify(facets, wo, n, all_normals, [&](const V& m, F weight) {
+        const V wi = reflect(wo, m);
+        const F g =
+            select((wi.z > zero) & (dot(wo, m) > zero), weight / (one + lambda_o + facets.lambda(wi)), zero);
+        for (int k = 0; k < 8; k++)
+            if (g[k] > 0)
+                all.push_back({{wi.x[k], wi.y[k], wi.z[k]}, g[k]});
+    });
+    return all;
+}
+
+// Linear interpolation on a uniform axis over [0, 1].
+struct Between {
+    int i;
+    float f;
+    Between(float x, int count) {
+        const float at = std::clamp(x, 0.0f, 1.0f) * float(count - 1);
+        i = std::min(int(at), count - 2);
+        f = at - float(i);
+    }
+};
+
+// Shares of light from one knot of a balance to others.
+struct Row {
+    std::vector<int> to;
+    std::vector<float> share;
+    void add(int at, float w) {
+        for (size_t k = 0; k < to.size(); k++)
+            if (to[k] == at) {
+                share[k] += w;
+                return;
+            }
+        to.push_back(at);
+        share.push_back(w);
+    }
+};
+
+// s with s_a sum_b K_ab s_b = 1. Interfaces that hardly refract let most light straight through, where s of
+// both sides would run away against each other: there s is bounded, and some light stays lost; none is
+// gained.
+std::vector<float> balance(const std::vector<Row>& rows) {
+    std::vector<double> s(rows.size(), 1.0), whole(rows.size());
+    const auto update = [&] {
+        double worst = 0;
+        for (size_t a = 0; a < rows.size(); a++) {
+            double sum = 0;
+            for (size_t k = 0; k < rows[a].to.size(); k++)
+                sum += double(rows[a].share[k]) * s[size_t(rows[a].to[k])];
+            whole[a] = std::max(s[a] * sum, 1e-9);
+            worst = std::max(worst, std::abs(whole[a] - 1));
+        }
+        return worst;
+    };
+    for (int pass = 0; pass < 300 && update() > 1e-5; pass++)
+        for (size_t a = 0; a < s.size(); a++)
+            s[a] = std::clamp(s[a] / std::sqrt(whole[a]), 0.1, 12.0);
+    for (int pass = 0; pass < 30; pass++) {
+        update();
+        for (size_t a = 0; a < s.size(); a++)
+            s[a] /= std::max(whole[a], 1.0);
+    }
+    return {s.begin(), s.end()};
+}
+
+V view(float cosine, float turn = 0) {
+    const float r = std::sqrt(std::max(0.0f, 1 - cosine * cosine)), a = turn * 6.28318531f;
+    return {F(r * std::cos(a)), F(r * std::sin(a)), F(cosine)};
+}
+
+double sum_of(F f) {
+    double s = 0;
+    for (int k = 0; k < 8; k++)
+        s += double(f[k]);
+    return s;
+}
+
+// ---- isotropic GGX
+
+// Directional albedos with Fresnel = 1, Schlick's weight, the dip, and dielectrics.
+void fill_albedos(int at, float cosine, float alpha) {
+    LobeTables& t = made();
+    if (alpha == 0) { // smooth
+        t.ggx[at] = 1;
+        t.schlick[at] = 0;
+        t.dip[at] = dip_weight(Float<1>(cosine))[0];
+        for (int n = 0; n < T::Indices; n++)
+            t.dielectric[n * T::Plane + at] = 1;
+        return;
+    }
+    const Ggx<8> ggx{F(alpha)};
+    const V wo = view(cosine);
+    const F one(1.0f), zero(0.0f), lambda_o = ggx.lambda(wo);
+    F whole(0.0f), schlick(0.0f), dip(0.0f), dielectric[T::Indices];
+    for (F& d : dielectric)
+        d = zero;
+    stratify(ggx, wo, 32, 0, [&](const V& m, F weight) {
+        const V wi = reflect(wo, m);
+        const F cos_m = max(dot(wo, m), zero);
+        const F g = select(wi.z > zero, weight / (one + lambda_o + ggx.lambda(wi)), zero);
+        whole += g;
+        schlick = fma(schlick_weight(cos_m), g, schlick);
+        dip = fma(dip_weight(cos_m), g, dip);
+        F cos_t;
+        for (int n = 0; n < T::Indices; n++)
+            dielectric[n] = fma(fresnel_dielectric(cos_m, F(T::index_of(n)), cos_t), g, dielectric[n]);
+    });
+    const Float<1> soft = softened(Float<1>(cosine), Float<1>(alpha));
+    t.ggx[at] = float(sum_of(whole));
+    t.schlick[at] = float(sum_of(schlick) - double(schlick_weight(soft)[0]) * sum_of(whole));
+    t.dip[at] = float(sum_of(dip));
+    for (int n = 0; n < T::Indices; n++) {
+        Float<1> cos_t;
+        t.dielectric[n * T::Plane + at] = float(
+            sum_of(dielectric[n]) / double(fresnel_dielectric(soft, Float<1>(T::index_of(n)), cos_t)[0]));
+    }
+}
+
+// The mean of a function of sqrt(cos), linear between knots, over the cosine: integral of 2 c f(c) dc, c =
+// x^2.
+double cosine_mean(const float* f, int count, int stride = 1) {
+    double sum = 0;
+    constexpr int Parts = 16;
+    for (int i = 0; i + 1 < count; i++)
+        for (int k = 0; k < Parts; k++) {
+            const double p = (k + 0.5) / Parts, x = (i + p) / (count - 1);
+            sum += (double(f[i * stride]) * (1 - p) + double(f[(i + 1) * stride]) * p) * 4 * x * x * x /
+                   (Parts * (count - 1));
+        }
+    return sum;
+}
+
+void fill_ggx() {
+    LobeTables& t = made();
+    for (int k = 0; k < T::Alphas; k++) {
+        for (int c = 0; c < T::Cosines; c++)
+            fill_albedos(k * T::Cosines + c, T::cosine_of(c), T::alpha_of(k));
+        t.ggx_mean[k] = float(cosine_mean(t.ggx + k * T::Cosines, T::Cosines));
+        float* s = t.balance + k * T::Cosines;
+        std::fill(s, s + T::Cosines, 1.0f);
+        if (k == 0)
+            continue;
+        std::vector<Row> rows(T::Cosines);
+        for (int c = 0; c < T::Cosines; c++)
+            for (const Scattered& w : reflected(Ggx<8>{F(T::alpha_of(k))}, view(T::cosine_of(c)), 32, 0)) {
+                const Between x(std::sqrt(w.wi.z), T::Cosines);
+                rows[size_t(c)].add(x.i, w.share * (1 - x.f));
+                rows[size_t(c)].add(x.i + 1, w.share * x.f);
+            }
+        const auto solved = balance(rows);
+        std::copy(solved.begin(), solved.end(), s);
+    }
+}
+
+// Reflection and transmission of an interface, from outside and from inside, balance each other: light that
+// passes goes on on the other side.
+void fill_glass(int n, int k) {
+    LobeTables& t = made();
+    float* s[2] = {t.glass_balance + n * T::Plane + k * T::Cosines,
+                   t.glass_balance + (T::GlassIndices + n) * T::Plane + k * T::Cosines};
+    for (float* side : s)
+        std::fill(side, side + T::Cosines, 1.0f);
+    if (k == 0)
+        return;
+    const Ggx<8> ggx{F(T::alpha_of(k))};
+    const F one(1.0f), zero(0.0f);
+    std::vector<Row> rows(2 * T::Cosines);
+    for (int side = 0; side < 2; side++)
+        for (int c = 0; c < T::Cosines; c++) {
+            const V wo = view(T::cosine_of(c));
+            const F lambda_o = ggx.lambda(wo), eta(side ? 1 / T::glass_index_of(n) : T::glass_index_of(n));
+            Row& row = rows[size_t(side * T::Cosines + c)];
+            stratify(ggx, wo, 32, 0, [&](const V& m, F weight) {
+                F cos_t;
+                const F reflects = fresnel_dielectric(max(dot(wo, m), zero), eta, cos_t);
+                for (const bool passes : {false, true}) {
+                    const V wi = passes ? refract(wo, m, eta, cos_t) : reflect(wo, m);
+                    const Mask<8> valid = passes ? (wi.z < zero) & (reflects < one) : wi.z > zero;
+                    const F share =
+                        (passes ? one - reflects : reflects) * weight / (one + lambda_o + ggx.lambda(wi));
+                    for (int lane = 0; lane < 8; lane++) {
+                        if (!valid[lane] || !(share[lane] > 0))
+                            continue;
+                        const Between x(std::sqrt(std::abs(wi.z[lane])), T::Cosines);
+                        const int at = (passes ? 1 - side : side) * T::Cosines + x.i;
+                        row.add(at, share[lane] * (1 - x.f));
+                        row.add(at + 1, share[lane] * x.f);
+                    }
+                }
+            });
+        }
+    const auto solved = balance(rows);
+    for (int side = 0; side < 2; side++)
+        std::copy_n(solved.begin() + side * T::Cosines, T::Cosines, s[side]);
+}
+
+// ---- stretched distributions
+
+// Lambda(a) = (1 / a) int_a^inf (x - a) P2(x) dx, with P2 the marginal of Student's t over slopes (Ribardière
+// et al. 2017): C (1 + x^2 / (g - 1))^(1/2 - g). Stored is a Lambda(a), over a / (1 + a).
+void fill_lambda() {
+    LobeTables& t = made();
+    for (int y = 0; y < T::LambdaTails; y++) {
+        const double tail = std::max(1e-3, double(T::MaxTail) * y / (T::LambdaTails - 1)), g = 1 / tail;
+        const double scale =
+            std::exp(std::lgamma(g - 0.5) - std::lgamma(g)) * std::sqrt((g - 1) / 3.14159265358979);
+        for (int x = 0; x < T::LambdaCotangents; x++) {
+            const double a = double(x) / (T::LambdaCotangents - 1) /
+                             std::max(1e-9, 1 - double(x) / (T::LambdaCotangents - 1));
+            if (x == T::LambdaCotangents - 1) {
+                t.student_lambda[y * T::LambdaCotangents + x] = 0;
+                continue;
+            }
+            // The first moment has a closed form; the probability beyond a is taken over v = 1 / (1 + x).
+            const double base = 1 + a * a / (g - 1);
+            const double moment = scale * (g - 1) / (2 * g - 3) * std::pow(base, 1.5 - g);
+            double beyond = 0;
+            constexpr int Parts = 4000;
+            const double end = 1 / (1 + a);
+            for (int i = 0; i < Parts; i++) {
+                const double v = end * (i + 0.5) / Parts, s = 1 / v - 1;
+                beyond += scale * std::pow(1 + s * s / (g - 1), 0.5 - g) / (v * v) * end / Parts;
+            }
+            t.student_lambda[y * T::LambdaCotangents + x] = float(std::max(moment - a * beyond, 0.0));
+        }
+    }
+}
+
+void fill_stretched(int tail_index, int stretch_index, int k) {
+    LobeTables& t = made();
+    const int at = (tail_index * T::Stretches + stretch_index) * T::WideAlphas + k;
+    constexpr int Knots = T::Azimuths * T::WideCosines;
+    float* s = t.stretched_balance + at * Knots;
+    std::fill(s, s + Knots, 1.0f);
+    t.stretched_mean[at] = 1;
+    t.stretched_round[at] = 0;
+    if (k == 0)
+        return;
+    const float tail = T::MaxTail * float(tail_index) / (T::Tails - 1);
+    const float alpha = T::alpha_of(k, T::WideAlphas);
+    const float across =
+        stretched_width(Float<1>(alpha), Float<1>(float(stretch_index) / (T::Stretches - 1)))[0];
+    const StretchedFacets<8> facets{F(across), F(alpha), F(tail)};
+    std::vector<Row> rows(Knots);
+    std::vector<float> whole(Knots, 0.0f);
+    for (int p = 0; p < T::Azimuths; p++)
+        for (int c = 0; c < T::WideCosines; c++) {
+            const int from = p * T::WideCosines + c;
+            const V wo = view(T::cosine_of(c, T::WideCosines), 0.25f * float(p) / (T::Azimuths - 1));
+            for (const Scattered& w : reflected(facets, wo, 24, tail > 0.505f ? 0.5f : 0.0f)) {
+                const Between x(std::sqrt(w.wi.z), T::WideCosines);
+                const float turn = turn_of(Float<1>(std::abs(w.wi.y)), Float<1>(std::abs(w.wi.x)))[0];
+                const Between y(4 * turn, T::Azimuths);
+                whole[size_t(from)] += w.share;
+                for (int corner = 0; corner < 4; corner++)
+                    rows[size_t(from)].add((y.i + (corner >> 1)) * T::WideCosines + x.i + (corner & 1),
+                                           w.share * (corner & 1 ? x.f : 1 - x.f) *
+                                               (corner & 2 ? y.f : 1 - y.f));
+            }
+        }
+    const auto solved = balance(rows);
+    std::copy(solved.begin(), solved.end(), s);
+    double mean = 0; // trapezoids over the quarter turn
+    for (int p = 0; p < T::Azimuths; p++)
+        mean += cosine_mean(whole.data() + p * T::WideCosines, T::WideCosines) *
+                (p == 0 || p == T::Azimuths - 1 ? 0.5 : 1.0) / (T::Azimuths - 1);
+    t.stretched_mean[at] = float(mean);
+    float low = 0, high = 1;
+    for (int i = 0; i < 24; i++) {
+        const float x = 0.5f * (low + high);
+        (double(ggx_mean_albedo(Float<1>(x * x * x * x))[0]) > mean ? low : high) = x;
+    }
+    t.stretched_round[at] = low;
+}
+
+// ---- other lobes
+
+// Integral over the upper hemisphere of f for directions w, azimuth 0 being where wo lies; symmetric in y.
+template <class Function>
+double hemisphere(int n, const Function& f) {
+    double sum = 0;
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j += 8) {
+            // Cosines crowd at the horizon.
+            const float u = (float(i) + 0.5f) / float(n), z = u * u;
+            const F turn = (F(Int<8>::lane_index()) + F(float(j) + 0.5f)) * F(0.5f / float(n));
+            F s, c;
+            sincos_2pi(turn, s, c);
+            const F r(std::sqrt(1 - z * z));
+            sum += sum_of(f(V(r * c, r * s, F(z)))) * 2 * double(u);
+        }
+    return sum * 2 * 3.14159265358979 / (double(n) * n);
+}
+
+void fill_sheen_seen(int at, float cosine, float roughness) {
+    const V wo = view(cosine);
+    made().sheen_seen[at] =
+        float(std::max(double(cosine), hemisphere(96, [&](const V& m) {
+                           return max(dot(wo, m), F(0.0f)) * SheenLobe<8>::D(F(roughness), m.z);
+                       })));
+}
+
+void fill_others(int at, float cosine, float x) {
+    LobeTables& t = made();
+    const V wo = view(std::max(cosine, 1e-4f));
+    const F r(x), a(x * x * x * x); // a roughness; a width, up to 1
+    const F n = F(2.0f) / max(a * a, F(1e-4f)) - F(2.0f);
+    t.burley[at] = float(hemisphere(48, [&](const V& wi) { return BurleyLobe<8>::shape(r, wo, wi); }));
+    t.sheen[at] = float(hemisphere(96, [&](const V& wi) { return SheenLobe<8>::shape(r, wo, wi); }));
+    // Narrow lobes are summed over what sampling gives.
+    double phong = 0, blinn = 0;
+    constexpr int N = 48;
+    LobeInputs<8> in;
+    in.color[0] = Spectrum<8>(F(1.0f));
+    in.number[0] = n;
+    for (int i = 0; i < N; i++)
+        for (int j = 0; j < N; j += 8) {
+            const F u0 = (F(Int<8>::lane_index()) + F(float(j) + 0.5f)) * F(1.0f / N),
+                    u1((float(i) + 0.5f) / N);
+            const auto mean_of = [&](const LobeSample<8>& s, const LobeValue<8>& v) {
+                return sum_of(
+                    select(s.valid & (v.pdf[0] > F(0.0f)), v.f[0] / max(v.pdf[0], F(1e-30f)), F(0.0f)));
+            };
+            const auto p = PhongLobe<8>::sample(in, wo, u0, u1), b = BlinnLobe<8>::sample(in, wo, u0, u1);
+            phong += mean_of(p, PhongLobe<8>::eval(in, wo, p.wi)) / (N * N);
+            blinn += mean_of(b, BlinnLobe<8>::eval(in, wo, b.wi)) / (N * N);
+        }
+    t.phong[at] = float(phong);
+    t.blinn[at] = float(blinn);
+}
+
+// Rows "metal,wavelength,n,k", linear between entries, in the order that the schema names the metals in.
+void fill_metals(const char* path) {
+    LobeTables& t = made();
+    std::ifstream file(path);
+    std::string line;
+    std::vector<std::string> names;
+    std::vector<std::vector<std::array<double, 3>>> rows;
+    while (std::getline(file, line)) {
+        char name[16];
+        std::array<double, 3> row;
+        if (line.empty() || line[0] == '#' ||
+            std::sscanf(line.c_str(), "%15[^,],%lf,%lf,%lf", name, &row[0], &row[1], &row[2]) != 4)
+            continue;
+        if (names.empty() || names.back() != name) {
+            names.emplace_back(name);
+            rows.emplace_back();
+        }
+        rows.back().push_back(row);
+    }
+    const grid::LobeDecl& decl = grid::lobe(grid::LobeId::MetalBrdf);
+    for (int m = 0; m < T::Metals; m++) {
+        const auto at = std::find(names.begin(), names.end(), decl.inputs[0].names[size_t(m) + 1]);
+        if (at == names.end())
+            throw std::runtime_error(std::string(path) + " lacks " +
+                                     std::string(decl.inputs[0].names[size_t(m) + 1]));
+        const auto& r = rows[size_t(at - names.begin())];
+        for (int i = 0; i < T::MetalKnots; i++) {
+            const double nm = 360 + 10.0 * i;
+            size_t k = 0;
+            while (k + 2 < r.size() && r[k + 1][0] <= nm)
+                k++;
+            const double f = std::clamp((nm - r[k][0]) / (r[k + 1][0] - r[k][0]), 0.0, 1.0);
+            t.metal_n[m * T::MetalKnots + i] = float(r[k][1] + f * (r[k + 1][1] - r[k][1]));
+            t.metal_k[m * T::MetalKnots + i] = float(r[k][2] + f * (r[k + 1][2] - r[k][2]));
+        }
+    }
+}
+
+void fill_all(const char* metals) {
+    fill_metals(metals);
+    fill_lambda();
+    fill_ggx();
+    const auto each = [](const auto& fill) {
+        for (int k = 0; k < T::Alphas; k++)
+            for (int c = 0; c < T::Cosines; c++)
+                fill(k * T::Cosines + c, T::cosine_of(c), float(k) / (T::Alphas - 1));
+    };
+    each(fill_sheen_seen);
+    each(fill_others);
+    for (int n = 0; n < T::GlassIndices; n++)
+        for (int k = 0; k < T::Alphas; k++)
+            fill_glass(n, k);
+    for (int t = 0; t < T::Tails; t++)
+        for (int s = 0; s < T::Stretches; s++)
+            for (int k = 0; k < T::WideAlphas; k++)
+                fill_stretched(t, s, k);
+}
+
+} // namespace
+} // namespace kanuka::bsdf
+
+kanuka::bsdf::LobeTables kanuka_lobe_tables;
+
+int main(int argc, char** argv) {
+    if (argc != 3) {
+        std::fprintf(stderr, "usage: make_tables METALS.csv OUT\n");
+        return 2;
+    }
+    try {
+        kanuka::bsdf::fill_all(argv[1]);
+    } catch (const std::exception& e) {
+        std::fprintf(stderr, "make_tables: %s\n", e.what());
+        return 1;
+    }
+    std::ofstream out(argv[2], std::ios::binary);
+    out.write(reinterpret_cast<const char*>(&kanuka_lobe_tables), sizeof kanuka_lobe_tables);
+    if (!out.flush()) {
+        std::fprintf(stderr, "make_tables: %s: cannot be written\n", argv[2]);
+        return 1;
+    }
+    return 0;
+}
