@@ -4,10 +4,35 @@
 
 namespace kanuka::python {
 
+// A Shader as a value is a co-shader: it comes along under the parameter's name, which is its handle.
 static scene::ShaderRef shader(const std::string& name, const nb::dict& values) {
     scene::ShaderRef ref;
     ref.name = name;
-    ref.parameters = parameters(values);
+    nb::dict plain;
+    for (auto [key, value] : values) {
+        const std::string declared = nb::cast<std::string>(key);
+        const std::string parameter_name = declared.substr(declared.rfind(' ') + 1);
+        const auto take = [&](nb::handle shader, const std::string& handle) {
+            scene::ShaderRef c = nb::cast<scene::ShaderRef>(shader);
+            c.handle = handle;
+            ref.coshaders.push_back(std::move(c));
+            return handle;
+        };
+        const bool several = !nb::isinstance<nb::str>(value) && nb::isinstance<nb::sequence>(value) &&
+                             nb::len(value) > 0 && nb::isinstance<scene::ShaderRef>(value[0]);
+        if (nb::isinstance<scene::ShaderRef>(value)) {
+            plain[key] = nb::cast(take(value, parameter_name));
+        } else if (several) {
+            nb::list handles;
+            for (size_t i = 0; i < nb::len(value); i++)
+                handles.append(value[i].is_none() ? std::string()
+                                                  : take(value[i], parameter_name + std::to_string(i)));
+            plain[key] = handles;
+        } else {
+            plain[key] = value;
+        }
+    }
+    ref.parameters = parameters(plain);
     return ref;
 }
 
@@ -36,7 +61,11 @@ static void init_material(Material* self, const std::string& surface, const nb::
 }
 
 void bind_material(nb::module_& m) {
-    nb::class_<scene::ShaderRef>(m, "Shader", "A shader by name with values for its parameters.")
+    nb::class_<scene::ShaderRef>(
+        m, "Shader",
+        "A shader by name with values for its parameters. As a parameter of another shader it is a\n"
+        "co-shader, which that one calls: Material('layered', base=Shader('tint', c=(1, 0, 0))); a list of\n"
+        "them is an array.")
         .def(
             "__init__",
             [](scene::ShaderRef* self, const std::string& name, const nb::kwargs& values) {

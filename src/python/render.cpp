@@ -112,11 +112,17 @@ std::string standard_shaders() {
     return nb::cast<std::string>(nb::module_::import_("kanuka.paths").attr("standard_shaders")());
 }
 
-Picture render(std::shared_ptr<Scene> scene, const render::Overrides& given, nb::handle callback,
-               std::shared_ptr<Journal> journal) {
+Picture render(std::shared_ptr<Scene> scene, const render::Overrides& given,
+               std::optional<bool> strict_directions, nb::handle callback, std::shared_ptr<Journal> journal) {
     render::Overrides overrides = given;
     overrides.standard_shaders = standard_shaders();
     scene::Scene& s = scene->scene;
+    struct Restore { // the scene's own option is the scene's own
+        bool& option;
+        bool value;
+        ~Restore() { option = value; }
+    } const restore{s.options.strict_directions, s.options.strict_directions};
+    s.options.strict_directions = strict_directions.value_or(s.options.strict_directions);
     const int width = overrides.width.value_or(s.options.width),
               height = overrides.height.value_or(s.options.height);
     if (width < 1 || height < 1)
@@ -177,8 +183,8 @@ void bind_render(nb::module_& m) {
            std::optional<std::pair<int, int>> resolution, std::optional<std::array<float, 4>> crop,
            std::optional<float> shading_rate, std::optional<float> geometry_tolerance,
            std::optional<int> max_depth, std::optional<std::string> integrator, std::optional<uint32_t> seed,
-           const std::vector<std::string>& aovs, int lanes, nb::handle progress,
-           std::shared_ptr<Journal> journal) {
+           const std::vector<std::string>& aovs, int lanes, std::optional<bool> strict_directions,
+           nb::handle progress, std::shared_ptr<Journal> journal) {
             render::Overrides o;
             o.progressions = progressions;
             o.threads = threads;
@@ -192,14 +198,14 @@ void bind_render(nb::module_& m) {
             o.seed = seed;
             o.aovs = aovs;
             o.lanes = lanes;
-            return render(scene, o, progress, journal);
+            return render(scene, o, strict_directions, progress, journal);
         },
         nb::arg("scene"), nb::kw_only(), nb::arg("progressions") = nb::none(),
         nb::arg("threads") = nb::none(), nb::arg("resolution") = nb::none(), nb::arg("crop") = nb::none(),
         nb::arg("shading_rate") = nb::none(), nb::arg("geometry_tolerance") = nb::none(),
         nb::arg("max_depth") = nb::none(), nb::arg("integrator") = nb::none(), nb::arg("seed") = nb::none(),
-        nb::arg("aovs") = nb::list(), nb::arg("lanes") = 0, nb::arg("progress") = nb::none(),
-        nb::arg("journal") = nb::none(),
+        nb::arg("aovs") = nb::list(), nb::arg("lanes") = 0, nb::arg("strict_directions") = nb::none(),
+        nb::arg("progress") = nb::none(), nb::arg("journal") = nb::none(),
         "Renders a scene. Arguments go over the scene's own options; None leaves them.\n\n"
         "`progressions` is the number of paths a pixel, `shading_rate` multiplies every object's "
         "micropolygon area.\n"
@@ -208,13 +214,15 @@ void bind_render(nb::module_& m) {
         "scene's displays ask for.\n"
         "`progress(phase, fraction)` is called on the calling thread. Ctrl-C stops early and returns what is "
         "there,\n"
-        "with `cancelled` set. The picture is the same, bit for bit, for any number of threads.",
+        "with `cancelled` set. `strict_directions` makes errors of what surface shaders do that no material "
+        "can do;\n"
+        "else it is approximated. The picture is the same, bit for bit, for any number of threads.",
         nb::sig("def render(scene: Scene, *, progressions: int | None = None, threads: int | None = None, "
                 "resolution: tuple[int, int] | None = None, crop: tuple[float, float, float, float] | None = "
                 "None, "
                 "shading_rate: float | None = None, geometry_tolerance: float | None = None, "
                 "max_depth: int | None = None, integrator: str | None = None, seed: int | None = None, "
-                "aovs: Sequence[str] = (), lanes: int = 0, "
+                "aovs: Sequence[str] = (), lanes: int = 0, strict_directions: bool | None = None, "
                 "progress: Callable[[str, float], object] | None = None, journal: Journal | None = None) -> "
                 "Picture"));
     m.def(

@@ -242,6 +242,10 @@ void bind_options(nb::module_& m) {
                 "pixels; 0 = micropolygons are traced one to one")
         .def_rw("normal_tolerance", &O::normal_tolerance, "degrees")
         .def_rw("seed", &O::seed)
+        .def_rw("strict_directions", &O::strict_directions,
+                "What surface shaders do that no material can do is an error, not approximated.")
+        .def_rw("array_room", &O::array_room,
+                "Values that shaders' arrays hold which grow in loops of unseen length.")
         .def_rw("shader_path", &O::shader_path)
         .def_rw("texture_path", &O::texture_path)
         .def_rw("archive_path", &O::archive_path)

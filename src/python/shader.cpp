@@ -15,7 +15,7 @@ namespace {
 using Texts = std::vector<std::string>;
 
 nb::object default_value(const sl::Parameter& p) {
-    if (p.type == sl::Type::String) {
+    if (p.type >= sl::Type::String) {
         if (p.strings.empty())
             return nb::none();
         return p.array_size || p.resizable ? nb::cast(p.strings) : nb::cast(p.strings[0]);
@@ -89,11 +89,47 @@ struct Request {
     }
 };
 
+using CoShaders = std::map<std::string, std::filesystem::path>;
+using Connections = std::map<std::string, Texts>;
+
+// Connections are by parameter, those of co-shaders "handle.parameter". Of a category: what the file says.
+void connect(sl::CompileOptions& options, const CoShaders& coshaders, const Connections& connections) {
+    std::vector<sl::CoShader> all;
+    for (const auto& [handle, file] : coshaders) {
+        sl::CoShader c;
+        c.handle = handle;
+        c.file = file.string();
+        c.text = read_source(file, std::nullopt);
+        Journal journal; // what is wrong with it is told when it is compiled with the shader
+        if (const auto alone = sl::compile_source(c.file, c.text, options, journal))
+            for (const sl::Parameter& p : alone->parameters())
+                if (p.name == "__category" && !p.strings.empty())
+                    c.category = p.strings[0];
+        all.push_back(std::move(c));
+    }
+    options.coshaders = std::move(all);
+    for (const auto& [parameter, handles] : connections) {
+        std::vector<sl::Connection>* to = &options.connections;
+        std::string name = parameter;
+        if (const size_t dot = parameter.rfind('.'); dot != std::string::npos)
+            for (sl::CoShader& c : options.coshaders)
+                if (c.handle == parameter.substr(0, dot)) {
+                    to = &c.connections;
+                    name = parameter.substr(dot + 1);
+                }
+        to->push_back({name, handles});
+    }
+}
+
 ShaderInfo compile(const std::filesystem::path& path, const std::optional<std::string>& source,
                    const Texts& include, const std::map<std::string, std::string>& defines, int lanes,
-                   int opt_level, bool use_cache, const std::string& cache,
+                   int opt_level, bool use_cache, const std::string& cache, bool strict_directions,
+                   int array_room, const CoShaders& coshaders, const Connections& connections,
                    std::shared_ptr<Journal> journal) {
     Request r(path, source, include, defines, std::move(journal));
+    r.options.strict_directions = strict_directions;
+    r.options.array_room = array_room;
+    connect(r.options, coshaders, connections);
     r.options.lanes = lanes;
     r.options.opt_level = opt_level;
     r.options.use_cache = use_cache;
@@ -211,14 +247,19 @@ void bind_shader(nb::module_& m) {
         "compile_shader", &compile, nb::arg("path"), nb::kw_only(), nb::arg("source") = nb::none(),
         nb::arg("include") = nb::list(), nb::arg("defines") = nb::dict(), nb::arg("lanes") = 0,
         nb::arg("opt_level") = 2, nb::arg("use_cache") = true, nb::arg("cache") = "",
+        nb::arg("strict_directions") = false, nb::arg("array_room") = sl::CompileOptions{}.array_room,
+        nb::arg("coshaders") = nb::dict(), nb::arg("connections") = nb::dict(),
         nb::arg("journal") = nb::none(),
         "Compiles a shader as a render would; `source` stands for the file's text. Raises kanuka.Error with "
-        "the first "
-        "error; all of them go to `journal`.",
+        "the first error; all of them go to `journal`.\n"
+        "`coshaders` are files by handle; `connections` handles by parameter, which of a co-shader is "
+        "'handle.parameter'.",
         nb::sig(
             "def compile_shader(path: str | os.PathLike, *, source: str | None = None, "
             "include: Sequence[str] = [], defines: dict[str, str] = {}, lanes: int = 0, opt_level: int = 2, "
-            "use_cache: bool = True, cache: str = '', journal: Journal | None = None) -> CompiledShader"));
+            "use_cache: bool = True, cache: str = '', strict_directions: bool = False, array_room: int = 64, "
+            "coshaders: dict[str, str | os.PathLike] = {}, connections: dict[str, Sequence[str]] = {}, "
+            "journal: Journal | None = None) -> CompiledShader"));
     m.def("publish_shader", &publish, nb::arg("path"), nb::kw_only(), nb::arg("source") = nb::none(),
           nb::arg("include") = nb::list(), nb::arg("defines") = nb::dict(), nb::arg("journal") = nb::none(),
           "The bytes of a .slo: a shader that needs none of its files any more.",

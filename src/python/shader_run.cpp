@@ -55,7 +55,7 @@ void bind(const nb::dict& values, const sl::Shader& shader, int width, int heigh
                 parameter = &p;
         if (nb::isinstance<nb::str>(value)) {
             a.strings.push_back(nb::cast<std::string>(value));
-        } else if (parameter && parameter->type == sl::Type::String) {
+        } else if (parameter && parameter->type >= sl::Type::String) {
             a.strings = nb::cast<std::vector<std::string>>(value);
         } else {
             const FloatArray array = float_array(value, a.name.c_str());

@@ -17,7 +17,14 @@ struct ShaderRef {
     ValueList parameters;
     Transform world_from_shader; // its "shader" coordinate system
     Location where;
+    std::vector<ShaderRef> coshaders; // that it may call by their handles, besides those of the attributes
 };
+
+inline void transform_shader(const Transform& world_from_here, ShaderRef& shader) {
+    shader.world_from_shader = world_from_here * shader.world_from_shader;
+    for (ShaderRef& c : shader.coshaders)
+        transform_shader(world_from_here, c);
+}
 
 // The RenderMan attribute state that holds when a primitive is declared. Shared by many primitives; never
 // changed after.
@@ -32,6 +39,7 @@ struct Attributes {
     std::optional<ShaderRef> displacement;
     std::optional<ShaderRef> interior, exterior, atmosphere;
     std::optional<ShaderRef> area_light; // AreaLightSource: the primitive emits
+    std::vector<ShaderRef> coshaders;    // Shader: what its shaders may call, by handle
     float displacement_bound = 0;
     std::string displacement_bound_space = "object";
     std::string name; // Attribute "identifier" "name"
@@ -213,6 +221,8 @@ struct Options {
         0.25f;                  // traced geometry: distance in pixels from the diced surface; 0 = off (1:1)
     float normal_tolerance = 3; // and degrees between their normals
     uint32_t seed = 0;
+    bool strict_directions = false; // what shaders do that no material can do is an error, not approximated
+    int array_room = 64;            // values that shaders' arrays hold which grow in loops of unseen length
     std::vector<std::string> shader_path, texture_path, archive_path; // "&" expanded on ingest
     std::vector<Display> displays;
     std::optional<ShaderRef> imager;

@@ -5,12 +5,11 @@ namespace kanuka::shade {
 namespace {
 
 std::string_view name(sl::Type type) {
-    constexpr std::string_view names[] = {"float", "color", "point", "vector", "normal", "matrix", "string"};
-    return names[int(type)];
+    return sl::type_name(type);
 }
 
 int floats_of(sl::Type type) {
-    return type == sl::Type::Matrix ? 16 : type == sl::Type::Float || type == sl::Type::String ? 1 : 3;
+    return sl::components(type);
 }
 
 bool is_triple(scene::Type type) {
@@ -32,6 +31,7 @@ bool fits(scene::Type value, sl::Type parameter) {
     case sl::Type::Matrix:
         return value == scene::Type::Matrix;
     case sl::Type::String:
+    case sl::Type::Shader: // by its handle
         return value == scene::Type::String;
     }
     return false;
@@ -93,7 +93,7 @@ bool convert(const scene::Value& value, const sl::Parameter& parameter, const st
     if (value.type == scene::Type::Integer)
         argument.floats.assign(value.ints.begin(), value.ints.end());
     const size_t found =
-        parameter.type == sl::Type::String ? argument.strings.size() : argument.floats.size();
+        parameter.type >= sl::Type::String ? argument.strings.size() : argument.floats.size();
     const size_t one = size_t(floats_of(parameter.type));
     const size_t wanted =
         parameter.resizable ? found / one * one : one * size_t(std::max(1, parameter.array_size));
@@ -103,7 +103,7 @@ bool convert(const scene::Value& value, const sl::Parameter& parameter, const st
                                    std::to_string(found) + " are given; its default is kept");
         return false;
     }
-    if (parameter.type == sl::Type::String)
+    if (parameter.type >= sl::Type::String)
         argument.strings.resize(wanted);
     else
         argument.floats.resize(wanted);
@@ -167,7 +167,7 @@ std::vector<sl::Argument> bind_arguments(const sl::Shader& shader, const scene::
             if (!convert(value, *p, ref.name, where, journal, argument))
                 continue;
             to_current(argument.floats, p->type, spaces.current_from_object);
-        } else if (!fits(value.type, p->type) || p->type == sl::Type::String || p->array_size > 0 ||
+        } else if (!fits(value.type, p->type) || p->type >= sl::Type::String || p->array_size > 0 ||
                    p->resizable) {
             journal.warning(where, "primitive variable \"" + value.name + "\" (" +
                                        std::string(scene::name(value.detail)) + " " +

@@ -12,6 +12,7 @@
 #include "shade/area_light.h"
 #include "shade/arguments.h"
 #include "shade/atmosphere.h"
+#include "shade/coshaders.h"
 #include "shade/default_surface.h"
 #include "shade/light_table.h"
 #include "shade/lights.h"
@@ -85,6 +86,8 @@ class SystemImpl final : public ShadingSystem {
         m_compile_options.lanes = options.lanes;
         m_compile_options.cache_dir = options.cache_dir;
         m_compile_options.include_path = m_shader_folders;
+        m_compile_options.strict_directions = scene.options.strict_directions;
+        m_compile_options.array_room = scene.options.array_room;
         m_compile_options.aovs = options.aovs;
     }
 
@@ -97,11 +100,16 @@ class SystemImpl final : public ShadingSystem {
 
   private:
     using Loaded = std::shared_ptr<const sl::Shader>;
+    using Scope = std::vector<const std::vector<scene::ShaderRef>*>;
 
     Transform current_from_world(const scene::Primitive& primitive,
                                  const Transform& current_from_object) const;
     std::optional<std::string> find(const scene::ShaderRef& ref) const;
     Loaded load(const scene::ShaderRef& ref, sl::ShaderKind wanted, bool area_light = false);
+    Loaded compile(const std::string& key, const std::string& path, const sl::CompileOptions& options);
+    std::optional<CoShader> load_coshader(const scene::ShaderRef& ref);
+    void connect(Bound& bound, const scene::ShaderRef& ref, const Scope& scope,
+                 const scene::ValueList& primvars, const Spaces& spaces, bool area_light = false);
     std::optional<scene::Light> run_light(const scene::ShaderRef& ref, const Bounds3f& lit);
     scene::ShaderRef with_measured_colors(const scene::ShaderRef& ref, const sl::Shader& shader);
     Rgb measured_color(const std::string& name, const Rgb& instead, const Location& where);
@@ -148,6 +156,32 @@ std::optional<std::string> SystemImpl::find(const scene::ShaderRef& ref) const {
     return path ? path : find_file(ref.name, m_shader_folders, ShaderExtensions);
 }
 
+// Once for each key.
+SystemImpl::Loaded SystemImpl::compile(const std::string& key, const std::string& path,
+                                       const sl::CompileOptions& options) {
+    std::promise<Loaded> promise;
+    std::shared_future<Loaded> future;
+    bool mine = false;
+    {
+        std::lock_guard lock(m_mutex);
+        const auto [place, fresh] = m_shaders.try_emplace(key);
+        if (fresh)
+            place->second = promise.get_future().share();
+        mine = fresh;
+        future = place->second;
+    }
+    if (mine) {
+        Loaded compiled;
+        try {
+            compiled = m_compile(path, options, m_journal);
+        } catch (const std::exception& e) {
+            m_journal.error(Location{path}, e.what());
+        }
+        promise.set_value(compiled);
+    }
+    return future.get();
+}
+
 SystemImpl::Loaded SystemImpl::load(const scene::ShaderRef& ref, sl::ShaderKind wanted, bool area_light) {
     const std::string instead = wanted == sl::ShaderKind::Displacement ? "The surface is not displaced"
                                 : wanted == sl::ShaderKind::Light      ? "The light is left out"
@@ -162,29 +196,9 @@ SystemImpl::Loaded SystemImpl::load(const scene::ShaderRef& ref, sl::ShaderKind 
                                        instead);
         return nullptr;
     }
-    std::promise<Loaded> promise;
-    std::shared_future<Loaded> future;
-    bool mine = false;
-    {
-        std::lock_guard lock(m_mutex);
-        const auto [place, fresh] = m_shaders.try_emplace(area_light ? *path + " on an area" : *path);
-        if (fresh)
-            place->second = promise.get_future().share();
-        mine = fresh;
-        future = place->second;
-    }
-    if (mine) {
-        Loaded compiled;
-        try {
-            sl::CompileOptions compile_options = m_compile_options;
-            compile_options.area_light = area_light;
-            compiled = m_compile(*path, compile_options, m_journal);
-        } catch (const std::exception& e) {
-            m_journal.error(Location{*path}, e.what());
-        }
-        promise.set_value(compiled);
-    }
-    Loaded shader = future.get();
+    sl::CompileOptions options = m_compile_options;
+    options.area_light = area_light;
+    Loaded shader = compile(area_light ? *path + " on an area" : *path, *path, options);
     if (!shader) {
         m_journal.error(ref.where, "shader \"" + ref.name + "\" (" + *path +
                                        ") does not compile; mend it as its messages say. " + instead);
@@ -194,11 +208,60 @@ SystemImpl::Loaded SystemImpl::load(const scene::ShaderRef& ref, sl::ShaderKind 
     if (kind == wanted || (kind == sl::ShaderKind::Class &&
                            (wanted == sl::ShaderKind::Surface || wanted == sl::ShaderKind::Displacement)))
         return shader;
-    constexpr const char* kinds[] = {"class", "surface", "displacement", "light", "volume", "imager"};
-    m_journal.error(ref.where, "\"" + ref.name + "\" (" + *path + ") is a " + kinds[int(kind)] +
-                                   " shader, where a " + kinds[int(wanted)] + " shader is called for. " +
-                                   instead);
+    m_journal.error(ref.where, "\"" + ref.name + "\" (" + *path + ") is a " +
+                                   std::string(sl::kind_name(kind)) + " shader, where a " +
+                                   std::string(sl::kind_name(wanted)) + " shader is called for. " + instead);
     return nullptr;
+}
+
+std::optional<CoShader> SystemImpl::load_coshader(const scene::ShaderRef& ref) {
+    const std::string instead = "Its handle \"" + ref.handle + "\" is null";
+    const std::optional<std::string> path = find(ref);
+    if (!path) {
+        m_journal.error(ref.where, "co-shader \"" + ref.name + "\" is not found (" + ref.name + ".slo or " +
+                                       ref.name + ".sl); searched in " + join_folders(m_shader_folders) +
+                                       ". " + instead);
+        return std::nullopt;
+    }
+    CoShader found{&ref, compile(*path, *path, m_compile_options), *path, {}, {}, {}};
+    if (!found.shader) {
+        m_journal.error(ref.where, "co-shader \"" + ref.name + "\" (" + *path +
+                                       ") does not compile; mend it as its messages say. " + instead);
+        return std::nullopt;
+    }
+    return found;
+}
+
+// A shader that calls co-shaders is compiled once more, together with those that it reaches.
+void SystemImpl::connect(Bound& bound, const scene::ShaderRef& ref, const Scope& scope,
+                         const scene::ValueList& primvars, const Spaces& spaces, bool area_light) {
+    if (!bound.shader || bound.shader->coshaders() == sl::CoShaderUse::None)
+        return;
+    const Network network = connect_coshaders(
+        *bound.shader, ref, scope, [this](const scene::ShaderRef& r) { return load_coshader(r); }, m_journal);
+    if (network.coshaders.empty())
+        return;
+    const std::optional<std::string> path = find(ref);
+    sl::CompileOptions options = m_compile_options;
+    options.area_light = area_light;
+    const std::string key = *path + (area_light ? " on an area" : "") + describe(network, options);
+    Loaded linked = compile(key, *path, options);
+    if (!linked) {
+        m_journal.error(ref.where, "shader \"" + ref.name +
+                                       "\" does not compile with the co-shaders that it is "
+                                       "connected to; mend it as the messages say. It runs without them");
+        return;
+    }
+    bound.shader = std::move(linked);
+    for (const CoShader& c : network.coshaders) {
+        Spaces own = spaces;
+        own.current_from_shader = spaces.current_from_world * c.ref->world_from_shader;
+        for (sl::Argument& a :
+             bind_arguments(*c.shader, with_measured_colors(*c.ref, *c.shader), primvars, own, m_journal)) {
+            a.name = c.handle + "." + a.name;
+            bound.arguments.push_back(std::move(a));
+        }
+    }
 }
 
 // A colour that is given as a text is a spectrum: the RGB that stands for it in the palette.
@@ -239,6 +302,10 @@ Bound SystemImpl::bind(const std::optional<scene::ShaderRef>& ref, sl::ShaderKin
     if (bound.shader)
         bound.arguments = bind_arguments(*bound.shader, with_measured_colors(*ref, *bound.shader),
                                          primitive.primvars, spaces, m_journal);
+    Scope scope = {&ref->coshaders};
+    if (primitive.attributes)
+        scope.push_back(&primitive.attributes->coshaders);
+    connect(bound, *ref, scope, primitive.primvars, spaces, wanted == sl::ShaderKind::Light);
     return bound;
 }
 
@@ -455,15 +522,18 @@ std::optional<scene::Light> SystemImpl::run_light(const scene::ShaderRef& ref, c
         report_unknown_light(ref, join_folders(m_shader_folders), m_journal);
         return std::nullopt;
     }
-    const Loaded shader = load(ref, sl::ShaderKind::Light);
-    if (!shader)
+    Bound bound;
+    bound.shader = load(ref, sl::ShaderKind::Light);
+    if (!bound.shader)
         return std::nullopt;
     Spaces spaces;
     spaces.shared = &m_world_spaces;
     spaces.current_from_object = spaces.current_from_shader = ref.world_from_shader;
     const Facts facts{nullptr, &m_options, &m_camera};
     MaterialServices services(spaces, facts, m_textures, m_journal, ref.where);
-    const auto instance = shader->instantiate(bind_arguments(*shader, ref, {}, spaces, m_journal), services);
+    bound.arguments = bind_arguments(*bound.shader, ref, {}, spaces, m_journal);
+    connect(bound, ref, {&ref.coshaders}, {}, spaces);
+    const auto instance = bound.shader->instantiate(bound.arguments, services);
     return shade_light(*instance, ref, lit, services);
 }
 

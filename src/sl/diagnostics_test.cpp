@@ -329,4 +329,64 @@ TEST(SlFuzz, DeepNestingIsAnError) {
     EXPECT_NE(complaints(macros + "surface s() { Ci = A59; }").find("4 million"), std::string::npos);
 }
 
+TEST(SlDiagnostics, DerivativesOfWhatHoldsOnlyUnderACondition) {
+    const auto said = [](const char* statements) {
+        Journal journal;
+        EXPECT_TRUE(compile(probe(statements), {}, &journal)) << messages(journal);
+        return messages(journal);
+    };
+    const std::string wrong = said("float x = 0;\n if (u > 0.5) {\n x = sin(s);\n r = Du(x); }");
+    EXPECT_NE(wrong.find("test.sl:13:"), std::string::npos) << wrong;
+    EXPECT_NE(wrong.find("the derivative is taken from neighbours, under a condition that varies"),
+              std::string::npos)
+        << wrong;
+    EXPECT_NE(
+        said("float x = 0; if (u > 0.5) { x = s * 2; r = color texture(\"a.tx\", x, t); }").find("\"x\""),
+        std::string::npos);
+    EXPECT_NE(said("float i = 0; while (i < u * 4) { i += 1; r += filterwidth(i * s); }").find("\"i\""),
+              std::string::npos);
+    // Right everywhere: computed for all, or by conditions that are one for the surface.
+    for (const char* fine :
+         {"if (u > 0.5) { float x = sin(s); r = Du(x); }", "float x = sin(s); if (u > 0.5) r = Du(x);",
+          "float x = 0; if (u > 0.5) x = 1; r = Du(x);",
+          "float x = 0; if (u > 0.5) x = 1; if (v > 0.5) r = Du(x);",
+          "if (s > 0.2) r = color texture(\"a.tx\", s * 2, t);",
+          "float x = 0; if (time > 0.5) { x = s; r = Du(x); }"})
+        EXPECT_EQ(said(fine).find("condition"), std::string::npos) << fine << said(fine);
+}
+
+TEST(SlDiagnostics, FullArraysSayWhatWouldDo) {
+    TestServices services;
+    const auto fill = [&](const std::string& statements, int room = 64) {
+        Journal journal;
+        CompileOptions o;
+        o.use_cache = false;
+        o.array_room = room;
+        const auto s = compile_source("test.sl", probe(statements), o, journal);
+        EXPECT_TRUE(s) << messages(journal);
+        grid::Grid g = plane(2, 2);
+        services.reports.clear();
+        return run_probe(*s, g, services)[0].x;
+    };
+    // Loops whose length is seen need no cap.
+    EXPECT_EQ(fill("float a[]; float i; for (i = 0; i < 100; i += 1) push(a, i); r = a[99];"), 99);
+    EXPECT_EQ(services.reports.size(), 0u);
+    EXPECT_EQ(
+        fill("float a[]; float i, j; for (i = 0; i <= 19; i = i + 1) for (j = 0; j < 10; j += 2) push(a, j);"
+             " r = arraylength(a);"),
+        100);
+    const char* hidden = "float a[]; float i = 0; while (i < 100) {\n push(a, i); i += 1; } r = a[63];";
+    EXPECT_EQ(fill(hidden), 99); // the last element takes what there is no room for
+    ASSERT_GE(services.reports.size(), 1u);
+    EXPECT_NE(services.reports[0].find("test.sl:11:"), std::string::npos) << services.reports[0];
+    EXPECT_NE(services.reports[0].find("is full: it has room for 64 values; reserve(array, n)"),
+              std::string::npos)
+        << services.reports[0];
+    EXPECT_EQ(fill(hidden, 128), 63);
+    EXPECT_EQ(services.reports.size(), 0u);
+    EXPECT_EQ(
+        fill("float a[]; reserve(a, 100); float i = 0; while (i < 100) { push(a, i); i += 1; } r = a[99];"),
+        99);
+}
+
 } // namespace kanuka::sl::test

@@ -1,5 +1,6 @@
 #include "sl/frontend.h"
 
+#include "sl/codegen/cache.h"
 #include "sl/deep_stack.h"
 #include "sl/ir/lower.h"
 #include "sl/ir/passes.h"
@@ -9,19 +10,32 @@ namespace kanuka::sl {
 
 FrontEnd::FrontEnd(const std::string& name, std::string text, const CompileOptions& options, Journal& journal)
     : m_diagnostics(m_sources, journal), m_strict(options.strict_directions), m_aovs(options.aovs),
+      m_connections(options.connections), m_array_room(std::clamp(options.array_room, 1, 65536)),
       m_area_light(options.area_light) {
+    m_source = read(name, std::move(text), options);
+    for (const CoShader& c : options.coshaders) {
+        Unit& unit = m_units.emplace_back();
+        unit.given = c;
+        unit.source = read(c.file, c.text, options);
+        for (const Connection& connection : c.connections)
+            m_connections.push_back({c.handle + "." + connection.parameter, connection.handles});
+    }
+}
+
+Preprocessed FrontEnd::read(const std::string& name, std::string text, const CompileOptions& options) {
+    Preprocessed source;
     if (is_slo(text)) {
         std::string problem;
         if (std::optional<Published> published = read_slo(text, problem); published && problem.empty())
-            m_source = unpack(*published, m_sources, problem);
+            source = unpack(*published, m_sources, problem);
         if (!problem.empty())
             throw Error({name}, problem);
-        return;
+        return source;
     }
     const uint32_t file = m_sources.add(name, std::move(text));
-    run_deep([&] {
-        m_source = preprocess(m_sources, file, options.include_path, options.defines, m_diagnostics);
-    });
+    run_deep(
+        [&] { source = preprocess(m_sources, file, options.include_path, options.defines, m_diagnostics); });
+    return source;
 }
 
 bool FrontEnd::check() {
@@ -39,8 +53,58 @@ void FrontEnd::parse_and_check() {
                 "the file has no shader; expected surface, displacement, light, volume, imager or class");
         return;
     }
-    m_sema.emplace(m_arena, m_diagnostics);
+    if (!m_units.empty()) {
+        link();
+        if (!ok())
+            return;
+    }
+    m_sema.emplace(m_arena, m_diagnostics, m_units.empty() ? nullptr : &m_linked);
+    m_linked.caller = &*m_sema;
+    for (Unit& unit : m_units)
+        unit.sema->check(unit.tree, *unit.tree.shaders[0]);
     m_sema->check(m_unit, *m_unit.shaders[0]);
+}
+
+// A shader of another kind than class is a class with one method (RSL 2.0): surface(output color Ci, Oi).
+static void make_method(ast::ShaderDecl& shader, ast::Arena& arena) {
+    if (shader.kind == ShaderKind::Class || !shader.body)
+        return;
+    const bool displaces = shader.kind == ShaderKind::Displacement;
+    ast::FunctionDecl* f = arena.function();
+    f->name = kind_name(shader.kind);
+    f->loc = shader.loc;
+    f->result = {ast::Base::Void};
+    f->is_public = true;
+    f->body = std::exchange(shader.body, nullptr);
+    for (const auto& [name, type] :
+         {std::pair(displaces ? "P" : "Ci", displaces ? ast::Base::Point : ast::Base::Color),
+          std::pair(displaces ? "N" : "Oi", displaces ? ast::Base::Normal : ast::Base::Color)}) {
+        ast::VarDecl* v = arena.var();
+        v->name = name;
+        v->loc = shader.loc;
+        v->kind = ast::VarDecl::Formal;
+        v->type = {type};
+        v->output = true;
+        f->formals.push_back(v);
+    }
+    shader.functions.push_back(f);
+    shader.kind = ShaderKind::Class;
+}
+
+// All are parsed before any is checked, since they call each other.
+void FrontEnd::link() {
+    for (Unit& unit : m_units) {
+        unit.tree = Parser(unit.source.tokens, m_arena, m_diagnostics).unit();
+        if (unit.tree.shaders.empty()) {
+            if (ok())
+                m_diagnostics.error(unit.source.tokens.back().loc,
+                                    "the file of this co-shader has no shader");
+            return;
+        }
+        make_method(*unit.tree.shaders[0], m_arena);
+        m_linked.units.push_back({&unit.given, unit.tree.shaders[0]});
+        unit.sema.emplace(m_arena, m_diagnostics, &m_linked);
+    }
 }
 
 // "#pragma annotation name "text"" documents a parameter.
@@ -97,13 +161,20 @@ std::optional<ir::Program> FrontEnd::check_and_lower() {
     // Illuminance loops are read as lobes; those that turn out to be none are projected in the next round.
     ir::Program program;
     std::map<int, Loc> projected;
+    bool any_shader = false;
     for (bool again = true; again;) {
         program = {};
         program.aovs = m_aovs;
         program.area_light = m_area_light;
-        ir::Lower(program, *m_sema, m_diagnostics, *m_unit.shaders[0], projected).run();
+        ir::Lower lower(program, *m_sema, m_diagnostics, *m_unit.shaders[0], projected, m_connections,
+                        any_shader, m_array_room);
+        lower.run();
         if (!ok())
             return std::nullopt;
+        if (lower.missed_shaders() && !any_shader) {
+            any_shader = true;
+            continue;
+        }
         std::map<int, Loc> failed = ir::extract_closures(program, m_diagnostics, m_strict);
         if (m_strict)
             for (const auto& [number, at] : failed)
@@ -133,7 +204,20 @@ std::optional<ir::Program> FrontEnd::check_and_lower() {
     for (const ir::Stage* s : {&program.displace, &program.shade, &program.filter})
         for (const ir::CallSite& c : s->calls)
             program.queries = program.queries || c.kind == ir::CallKind::Found;
+    program.coshaders = m_sema->coshader_use();
     program.source_hash = m_source.hash;
+    std::string linked; // co-shaders make another shader of it
+    for (const Unit& unit : m_units)
+        linked +=
+            unit.given.handle + "\n" + unit.given.category + "\n" + std::to_string(unit.source.hash) + "\n";
+    for (const Connection& c : m_connections) {
+        linked += c.parameter;
+        for (const std::string& handle : c.handles)
+            linked += "\n " + handle;
+        linked += "\n";
+    }
+    if (!linked.empty())
+        program.source_hash = hash_bytes(linked.data(), linked.size(), program.source_hash);
     for (uint32_t f = 0; f < m_sources.count(); f++)
         program.files.push_back(m_sources.name(f));
     return program;

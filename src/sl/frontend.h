@@ -2,10 +2,12 @@
 // the way.
 #pragma once
 
+#include <deque>
 #include <optional>
 
 #include "sl/ir/passes.h"
 #include "sl/parse/token.h"
+#include "sl/sema/linked.h"
 #include "sl/sema/sema.h"
 #include "sl/slo.h"
 
@@ -29,10 +31,24 @@ class FrontEnd {
   private:
     void parse_and_check();
     std::optional<ir::Program> check_and_lower();
+    Preprocessed read(const std::string& name, std::string text, const CompileOptions& options);
+    void link();
+
+    // A co-shader that is compiled into the shader.
+    struct Unit {
+        CoShader given;
+        Preprocessed source;
+        ast::Unit tree;
+        std::optional<Sema> sema;
+    };
     Sources m_sources;
     Diagnostics m_diagnostics;
     bool m_strict; // directions that no lobe takes are errors
     std::vector<std::string> m_aovs;
+    std::deque<Unit> m_units;
+    std::vector<Connection> m_connections; // of the shader, then those of the co-shaders, as "handle.name"
+    int m_array_room;
+    Linked m_linked;
     bool m_area_light;
     Preprocessed m_source;
     ast::Arena m_arena;

@@ -47,7 +47,9 @@ void InstanceImpl::bind(std::span<const Argument> arguments, Services& services)
         m_params.assign(size_t(p.floats) + 16, 0.0f);
         m_param_texts.assign(size_t(p.strings) + 1, "");
         m_variant.params.assign(p.parameters.size(), false);
-        m_primvars.assign(p.parameters.size(), {});
+        m_primvars.resize(p.parameters.size());
+        for (size_t i = 0; i < p.parameters.size(); i++)
+            m_primvars[i] = p.parameters[i].name;
         for (size_t i = 0; i < p.parameters.size(); i++) {
             const ir::Place& place = p.places[i];
             if (place.text)
@@ -94,7 +96,7 @@ void InstanceImpl::bind(std::span<const Argument> arguments, Services& services)
                 continue;
             }
             m_variant.params[index] = true;
-            m_primvars[index] = a.name;
+            m_primvars[index] = a.name.substr(a.name.rfind('.') + 1); // of a co-shader: without its handle
             if (place.length >= 0)
                 m_params[size_t(place.length)] = 1;
         } else if (it->resizable) {
@@ -388,7 +390,7 @@ ir::Variant InstanceImpl::variant_for(const grid::Grid& grid) const {
     for (size_t i = 0; i < v.params.size(); i++) {
         bool found = false;
         for (const grid::Channel& c : grid.primvars)
-            found = found || (c.name == p.parameters[i].name && c.components == p.places[i].count);
+            found = found || (c.name == m_primvars[i] && c.components == p.places[i].count);
         v.params[i] = v.params[i] && found;
     }
     return v;
@@ -444,7 +446,7 @@ void InstanceImpl::run(const BuiltStage& built, const ir::Variant& variant, grid
         if (c.name == "Os" && variant.Os)
             triple(Os, c.component(0), c.stride);
         for (size_t i = 0; i < variant.params.size(); i++)
-            if (variant.params[i] && c.name == p.parameters[i].name && c.components == p.places[i].count)
+            if (variant.params[i] && c.name == m_primvars[i] && c.components == p.places[i].count)
                 for (int k = 0; k < c.components; k++)
                     varying[size_t(p.places[i].offset + k)] = c.component(k);
     }

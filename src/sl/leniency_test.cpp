@@ -203,4 +203,24 @@ TEST(SlFaults, DivisionsAndLoops) {
     EXPECT_TRUE(told);
 }
 
+TEST(SlLeniency, TexturesBesideColorsAreColors) {
+    // The test's texture is (s, t, 0.25): a float of it would be s in all components.
+    for (const char* e :
+         {"Cs * texture(\"a.tx\")", "texture(\"a.tx\") * Cs", "Cs * 2 * texture(\"a.tx\") / 2",
+          "Cs * (texture(\"a.tx\") + texture(\"b.tx\")) / 2", "Cs * pow(texture(\"a.tx\"), 1)",
+          "mix(Cs, texture(\"a.tx\"), 1)", "Cs * mix(texture(\"a.tx\"), texture(\"a.tx\"), 0.5)",
+          "max(color(0), texture(\"a.tx\"))", "Cs * (s > -1 ? texture(\"a.tx\") : 1)",
+          "Cs * clamp(texture(\"a.tx\"), 0, 1)"})
+        for (size_t i : {size_t(1), size_t(20), size_t(50)}) {
+            const Vec3f r = evaluate(std::string("r = ") + e + ";")[i];
+            const grid::Grid g = plane(8, 5);
+            EXPECT_NEAR(r.x, g.s[i], 1e-6f) << e;
+            EXPECT_NEAR(r.y, g.t[i], 1e-6f) << e;
+            EXPECT_NEAR(r.z, 0.25f, 1e-6f) << e;
+        }
+    EXPECT_EQ(evaluate("r = Cs * environment(\"sky.tx\", vector (1, 2, 3));")[5], Vec3f(1, 2, 3));
+    // A factor of a direction stays a number.
+    EXPECT_EQ(evaluate("r = color(N * texture(\"a.tx\"));")[8].z, 1);
+}
+
 } // namespace kanuka::sl::test

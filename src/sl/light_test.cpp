@@ -447,4 +447,26 @@ TEST(SlLight, SurfacesThatSetNothing) {
     EXPECT_EQ(shade("surface hole() { Oi = 0; }", {}, globals)("presence").x, 0);
 }
 
+TEST(SlLight, GlowNeedsNoOpacity) {
+    GridGlobals globals;
+    // What is seen is presence times radiance: Ci, whatever Oi is.
+    for (const char* source : {"surface glow() { Oi = 0; Ci = color(0.25, 0.5, 1); }",
+                               "surface glow() { Oi = color(0.5, 0.25, 0); Ci = color(0.25, 0.5, 1); }",
+                               "surface glow() { Oi = 0.01; Ci = color(0.25, 0.5, 1); }"}) {
+        const Shaded s = shade(source, {}, globals);
+        const float p = s("presence").x;
+        EXPECT_GE(p, 1 / 16.f) << source;
+        EXPECT_LE(p, 0.25f) << source;
+        for (int c = 0; c < 3; c++)
+            EXPECT_NEAR(s("emission.radiance")[c] * p, 0.25f * float(1 << c), 1e-6f) << source;
+    }
+    // Where there is no glow there is a hole.
+    EXPECT_EQ(shade("surface dark() { Oi = 0; Ci = color(u > 2 ? 1 : 0); }", {}, globals)("presence").x, 0);
+    // An opaque surface that glows needs no presence.
+    EXPECT_NEAR(shade("surface lamp() { Oi = Os; Ci = Os * (Cs * diffuse(N) + color(0, 0, u)); }", {},
+                      globals)("presence")
+                    .x,
+                1, 1e-6f);
+}
+
 } // namespace kanuka::sl::test

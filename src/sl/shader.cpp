@@ -12,12 +12,12 @@
 namespace kanuka::sl {
 
 int components(Type type) {
-    return type == Type::Float || type == Type::String ? 1 : type == Type::Matrix ? 16 : 3;
+    return type == Type::Float || type >= Type::String ? 1 : type == Type::Matrix ? 16 : 3;
 }
 
 std::string_view type_name(Type type) {
-    static constexpr std::string_view Names[] = {"float",  "color",  "point", "vector",
-                                                 "normal", "matrix", "string"};
+    static constexpr std::string_view Names[] = {"float",  "color",  "point",  "vector",
+                                                 "normal", "matrix", "string", "shader"};
     return Names[int(type)];
 }
 
@@ -39,8 +39,28 @@ std::string default_cache_dir() {
 // ---- compiling
 // ------------------------------------------------------------------------------------------------------
 
+static std::optional<std::string> read_text(const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    std::error_code ec;
+    if (!in || std::filesystem::is_directory(path, ec))
+        return std::nullopt;
+    std::ostringstream text;
+    text << in.rdbuf();
+    return text.str();
+}
+
 std::shared_ptr<const Shader> compile_source(const std::string& name, const std::string& source,
-                                             const CompileOptions& options, Journal& journal) {
+                                             const CompileOptions& given, Journal& journal) {
+    CompileOptions options = given;
+    for (CoShader& c : options.coshaders)
+        if (c.text.empty()) {
+            const std::optional<std::string> text = read_text(c.file);
+            if (!text) {
+                journal.error({c.file}, "cannot read co-shader \"" + c.handle + "\"");
+                return nullptr;
+            }
+            c.text = *text;
+        }
     try {
         return ShaderImpl::make(std::make_unique<ShaderSource>(name, source, options), options, journal);
     } catch (const Error& e) {
@@ -51,15 +71,12 @@ std::shared_ptr<const Shader> compile_source(const std::string& name, const std:
 
 std::shared_ptr<const Shader> compile_file(const std::string& path, const CompileOptions& options,
                                            Journal& journal) {
-    std::ifstream in(path, std::ios::binary);
-    std::error_code ec;
-    if (!in || std::filesystem::is_directory(path, ec)) {
+    const std::optional<std::string> text = read_text(path);
+    if (!text) {
         journal.error({path}, "cannot read the shader");
         return nullptr;
     }
-    std::ostringstream text;
-    text << in.rdbuf();
-    return compile_source(path, text.str(), options, journal);
+    return compile_source(path, *text, options, journal);
 }
 
 // ---- shaders
@@ -96,30 +113,50 @@ static std::string hash_text(std::string_view s) {
 const std::string& ShaderSource::identity() {
     if (!m_identity.empty())
         return m_identity;
-    std::string defines = m_options.strict_directions ? "strict\n" : "";
+    std::string all = m_options.strict_directions ? "strict\n" : "";
+    if (m_options.array_room != CompileOptions{}.array_room)
+        all += "room " + std::to_string(m_options.array_room) + "\n";
     if (m_options.area_light)
-        defines += "area light\n";
+        all += "area light\n";
     for (const std::string& aov : m_options.aovs)
-        defines += "aov " + aov + "\n";
+        all += "aov " + aov + "\n";
     for (const auto& [name, value] : m_options.defines)
-        defines += name + "=" + value + "\n";
-    if (is_slo(m_text)) {
-        std::string problem;
-        if (!read_slo(m_text, problem, true))
-            throw Error({m_name}, problem);
-        m_identity = "published " + hash_text(defines + m_text);
-    } else if (m_text.find("include") == std::string::npos && m_text.find("__FILE__") == std::string::npos) {
-        m_identity = "text " + hash_text(defines + m_text);
-    } else {
+        all += name + "=" + value + "\n";
+    const auto connect = [&](const std::vector<Connection>& connections) {
+        for (const Connection& c : connections) {
+            all += "connect " + c.parameter;
+            for (const std::string& handle : c.handles)
+                all += "\n  " + handle;
+            all += "\n";
+        }
+    };
+    connect(m_options.connections);
+    const char* kind = "text ";
+    const auto add = [&](const std::string& name, const std::string& text) {
+        if (is_slo(text)) {
+            std::string problem;
+            if (!read_slo(text, problem, true))
+                throw Error({name}, problem);
+            kind = kind[0] == 't' ? "published " : kind;
+        } else if (text.find("include") != std::string::npos || text.find("__FILE__") != std::string::npos) {
+            kind = "files ";
+        }
+        all += text;
+    };
+    add(m_name, m_text);
+    for (const CoShader& c : m_options.coshaders) {
+        all += "\nco-shader " + c.handle + "\n" + c.category + "\n" + c.file + "\n";
+        connect(c.connections);
+        add(c.file, c.text);
+    }
+    if (kind[0] == 'f') {
         Sources& sources = front().sources();
-        std::string all = defines + std::string(sources.text(0));
         for (uint32_t f = 1; f < sources.count(); f++)
             all += "\n" + sources.name(f) + "\n" + std::string(sources.text(f));
         if (m_text.find("__FILE__") != std::string::npos)
             all += m_name;
-        m_identity = "files " + hash_text(all);
     }
-    return m_identity;
+    return m_identity = kind + hash_text(all);
 }
 
 const ir::Program* ShaderSource::program() {

@@ -23,7 +23,7 @@
 
 namespace kanuka::sl {
 
-enum class Type : uint8_t { Float, Color, Point, Vector, Normal, Matrix, String };
+enum class Type : uint8_t { Float, Color, Point, Vector, Normal, Matrix, String, Shader };
 int components(Type type);
 std::string_view type_name(Type type);
 
@@ -50,6 +50,26 @@ struct TextureUse {
     bool operator==(const TextureUse&) const = default;
 };
 
+// Parameters that name co-shaders: those of type shader, and strings that are the handle of one. They are
+// known when a shader is compiled with its co-shaders.
+struct Connection {
+    std::string parameter;
+    std::vector<std::string> handles; // of what is not there: null
+};
+
+// A shader that another one calls. Its methods are compiled into the caller; its parameters become the
+// caller's, "handle.name".
+struct CoShader {
+    std::string handle;
+    std::string file;     // its source, .sl or .slo
+    std::string text;     // what the file says, if it need not be read
+    std::string category; // for getshaders(), several separated by commas
+    std::vector<Connection> connections;
+};
+
+// Which co-shaders a shader may call: none, those that its parameters name, or any that there is.
+enum class CoShaderUse : uint8_t { None, Connected, Any };
+
 struct CompileOptions {
     int lanes = 0;     // 1, 8 or 16 grid points at a time; 0 = the widest this machine runs
     int opt_level = 2; // 0 to 3
@@ -66,6 +86,11 @@ struct CompileOptions {
     // What a classic surface does that no material can do is an error rather than an approximation with a
     // warning: weights that depend on the viewing direction, functions of light, kernels that are no lobe's.
     bool strict_directions = false;
+    // Values that an array has room for that grows in a loop whose length is not seen (reserve() gives more).
+    int array_room = 64;
+    // What the shader is connected to: its code is made for that. Without it every handle is null.
+    std::vector<CoShader> coshaders;
+    std::vector<Connection> connections;
 };
 
 // ---- services: what a running shader may ask of its surroundings; shade/ implements it
@@ -196,6 +221,8 @@ class Shader {
     // True if a stage asks for attributes or options: what it computes may then differ from one primitive to
     // the next.
     virtual bool queries() const { return false; }
+    // What it asks for, and may be compiled with (CompileOptions::coshaders).
+    virtual CoShaderUse coshaders() const { return CoShaderUse::None; }
     // Unknown arguments and wrong types are reported to the journal (with the names there are) and skipped.
     virtual std::unique_ptr<Instance> instantiate(std::span<const Argument> arguments,
                                                   Services& services) const = 0;
@@ -246,6 +273,6 @@ std::vector<CacheEntry> cache_entries(const std::string& folder, bool verify); /
 uint64_t cache_clear(const std::string& folder);                               // number of files removed
 uint64_t cache_trim(const std::string& folder, uint64_t max_bytes);
 
-inline constexpr int CompilerVersion = 2;
+inline constexpr int CompilerVersion = 3;
 
 } // namespace kanuka::sl

@@ -276,6 +276,7 @@ std::optional<Published> read_slo(std::string_view bytes, std::string& problem, 
 Preprocessed unpack(const Published& published, Sources& sources, std::string& problem) {
     Preprocessed out;
     out.hash = published.hash;
+    const uint32_t first = sources.count(); // other sources may be there before
     ByteReader in(published.tokens);
     const size_t files = in.length(2);
     for (size_t f = 0; f < files && in.ok(); f++) {
@@ -300,6 +301,13 @@ Preprocessed unpack(const Published& published, Sources& sources, std::string& p
         p.loc.line = uint32_t(in.count());
         p.loc.column = uint32_t(in.count());
         p.tokens = get_tokens(in, texts, uint32_t(files));
+    }
+    for (Token& t : out.tokens)
+        t.loc.file += first;
+    for (Pragma& p : out.pragmas) {
+        p.loc.file += first;
+        for (Token& t : p.tokens)
+            t.loc.file += first;
     }
     if (!in.ok() || !in.at_end() || out.tokens.empty() || out.tokens.back().kind != Token::End)
         problem = "the published shader is damaged: its tokens cannot be read; publish it again";

@@ -122,6 +122,7 @@ void put_program(ByteWriter& out, const ir::Program& p) {
         out.put(uint8_t(t.environment));
     }
     out.put(uint8_t(p.queries));
+    out.put(uint8_t(p.coshaders));
     put_texts(out, p.aovs);
     out.put(p.source_hash);
     for (const ir::Stage* s : p.stages()) {
@@ -172,6 +173,7 @@ void get_program(ByteReader& in, ir::Program& p) {
         t.environment = in.get<uint8_t>();
     }
     p.queries = in.get<uint8_t>();
+    p.coshaders = CoShaderUse(in.get<uint8_t>());
     p.aovs = get_texts(in);
     p.source_hash = in.get<uint64_t>();
     for (ir::Stage* s : p.stages()) {

@@ -55,6 +55,12 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="pixels that traced geometry may be off the diced surface; 0 traces every micropolygon",
     )
     picture.add_argument("--max-depth", type=types.natural, metavar="N", help="scattering events of a path")
+    picture.add_argument(
+        "--strict-directions",
+        action="store_true",
+        default=None,
+        help="what a surface shader does that no material can do is an error at its line, not approximated",
+    )
     picture.add_argument("--integrator", metavar="NAME", help=", ".join(kanuka.integrator_names()))
     picture.add_argument(
         "--aov",
@@ -121,6 +127,7 @@ def render(arguments: argparse.Namespace, started: float, interruption: Interrup
         seed=arguments.seed,
         aovs=arguments.aov,
         lanes=arguments.lanes,
+        strict_directions=arguments.strict_directions,
         progress=bar.update,
         journal=scene.journal,
     )

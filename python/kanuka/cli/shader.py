@@ -57,6 +57,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "--stage", choices=kanuka.shader_stages(), help="of those that --emit shows; default: all"
     )
     sources.add_code_arguments(compile_parser)
+    sources.add_language_arguments(compile_parser)
     compile_parser.add_argument(
         "-o", "--output", type=Path, metavar="FILE", help="for --emit; default: standard output"
     )
@@ -90,7 +91,9 @@ def run_compile(arguments: argparse.Namespace) -> int:
             )
             write_text(arguments.output, text)
             return ExitCode.OK
-        shader = kanuka.compile_shader(**given, **code, use_cache=not arguments.no_cache, journal=journal)
+        shader = kanuka.compile_shader(
+            **given, **code, **sources.language(arguments), use_cache=not arguments.no_cache, journal=journal
+        )
     print(f"{shader.kind} {shader.name}" + (" (from the cache)" if shader.from_cache else ""))
     for parameter in shader.parameters:
         print("  " + shader_info.parameter_text(parameter))

@@ -102,7 +102,9 @@ def tree(program: dict) -> list[str]:
 def parameter_text(parameter: dict) -> str:
     words = ["output"] * parameter["output"] + ["varying" if parameter["varying"] else "uniform", parameter["type"]]
     size = parameter["array_size"]
-    text = " ".join(words) + " " + parameter["name"] + (f"[{size}]" if size else "")
+    text = " ".join(words) + " " + parameter["name"] + (f"[{size or ''}]" if size or parameter["resizable"] else "")
+    if parameter["type"] == "shader" and not parameter["default"]:
+        return text + ("" if "[" in text else " = null") + (f"  // {parameter['doc']}" if parameter["doc"] else "")
     if parameter["default"] is not None:
         text += f" = {value_text(parameter['default'])}"
     return text + (f"  // {parameter['doc']}" if parameter["doc"] else "")

@@ -23,6 +23,7 @@ examples:
   kanuka shader run marble.sl --params scale=8 "tint=1 0.5 0.2" -o a.exr
   kanuka shader run marble.sl --output skin.roughness -o a.exr   one value of the material
   kanuka shader run marble.sl --output all -o a.exr              all of them
+  kanuka shader run layered.sl --coshader rust=rust.sl --connect base=rust --params rust.scale=4 -o a.exr
 
 """
 
@@ -39,6 +40,7 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
     )
     sources.add_arguments(parser)
     sources.add_code_arguments(parser)
+    sources.add_language_arguments(parser)
     parser.add_argument("--grid", type=types.resolution, default=(256, 256), metavar="WxH", help="default: 256x256")
     parser.add_argument(
         "--params",
@@ -65,7 +67,9 @@ def run(arguments: argparse.Namespace) -> int:
     journal = kanuka.Journal()
     with sources.messages_shown(journal):
         code = {"lanes": arguments.lanes, "opt_level": arguments.opt_level}
-        shader = kanuka.compile_shader(**sources.given(arguments), **code, journal=journal)
+        shader = kanuka.compile_shader(
+            **sources.given(arguments), **code, **sources.language(arguments), journal=journal
+        )
         values = parameter_values(shader, arguments.params)
         result = shader.run(width, height, values, journal=journal)
     layers = chosen_layers(result, arguments.output)
@@ -90,7 +94,7 @@ def parameter_values(shader: kanuka.CompiledShader, given: list[str]) -> dict[st
                 ExitCode.USAGE,
                 f'--params: the shader has no parameter "{name}"; it has {", ".join(parameters) or "none"}',
             )
-        if parameter["type"] == "string":
+        if parameter["type"] in ("string", "shader"):
             values[name] = value
             continue
         words = value.replace(",", " ").split()

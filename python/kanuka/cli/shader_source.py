@@ -11,6 +11,7 @@ from pathlib import Path
 import kanuka
 from kanuka.paths import standard_shaders
 
+from . import arguments as types
 from . import messages
 
 
@@ -33,6 +34,61 @@ def add_code_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-O", dest="opt_level", type=int, choices=(0, 1, 2, 3), default=2, help="optimisation; default: 2"
     )
+
+
+def add_language_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--strict-directions",
+        action="store_true",
+        help="what a surface does that no material can do is an error at its line, not approximated",
+    )
+    parser.add_argument(
+        "--array-room",
+        type=types.positive_int,
+        default=64,
+        metavar="N",
+        help="values of an array that grows in a loop of unseen length; default: 64",
+    )
+    parser.add_argument(
+        "--coshader",
+        action="append",
+        default=[],
+        metavar="HANDLE=FILE",
+        type=coshader,
+        help="a shader that this one may call",
+    )
+    parser.add_argument(
+        "--connect",
+        action="append",
+        default=[],
+        metavar="PARAMETER=HANDLE[,HANDLE]",
+        type=connection,
+        help="a parameter that names co-shaders; of a co-shader, HANDLE.PARAMETER",
+    )
+
+
+def coshader(text: str) -> tuple[str, Path]:
+    handle, separator, file = text.partition("=")
+    if not separator or not handle:
+        raise argparse.ArgumentTypeError(f"expected HANDLE=FILE, got {text!r}")
+    return handle, find(Path(file))
+
+
+def connection(text: str) -> tuple[str, list[str]]:
+    parameter, separator, handles = text.partition("=")
+    if not separator or not parameter:
+        raise argparse.ArgumentTypeError(f"expected PARAMETER=HANDLE, got {text!r}")
+    return parameter, handles.split(",")
+
+
+def language(arguments: argparse.Namespace) -> dict[str, object]:
+    """What kanuka.compile_shader takes of add_language_arguments()."""
+    return {
+        "strict_directions": arguments.strict_directions,
+        "array_room": arguments.array_room,
+        "coshaders": dict(arguments.coshader),
+        "connections": dict(arguments.connect),
+    }
 
 
 def find(path: Path) -> Path:

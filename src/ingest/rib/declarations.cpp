@@ -28,7 +28,7 @@ static std::optional<Type> type_by_name(std::string_view w) {
         {"float", Type::Float},   {"integer", Type::Integer}, {"int", Type::Integer},
         {"string", Type::String}, {"color", Type::Color},     {"point", Type::Point},
         {"vector", Type::Vector}, {"normal", Type::Normal},   {"hpoint", Type::HPoint},
-        {"matrix", Type::Matrix}, {"mpoint", Type::Matrix}};
+        {"matrix", Type::Matrix}, {"mpoint", Type::Matrix},   {"shader", Type::String}};
     for (const auto& [name, type] : names)
         if (w == name)
             return type;
@@ -127,7 +127,7 @@ constexpr Standard StandardDeclarations[] = {
     {"constant normal", "constantnormal"},
     {"uniform integer",
      "gridsize texturememory geocachememory eyesplits endofframe maxdepth progressions seed diceflatness "
-     "camera truedisplacement"},
+     "camera truedisplacement strictdirections arrayroom"},
     {"uniform integer[2]", "bucketsize origin"},
     {"uniform float[4]", "quantize"},
     {"uniform float", "geometrytolerance normaltolerance"},

@@ -31,11 +31,11 @@ void format(Context&, Call&), frame_aspect_ratio(Context&, Call&), screen_window
 // handlers_attributes.cpp
 void color(Context&, Call&), opacity(Context&, Call&), texture_coordinates(Context&, Call&),
     light_source(Context&, Call&), area_light_source(Context&, Call&), illuminate(Context&, Call&),
-    surface(Context&, Call&), displacement(Context&, Call&), interior(Context&, Call&),
-    exterior(Context&, Call&), atmosphere(Context&, Call&), shading_rate(Context&, Call&),
-    matte(Context&, Call&), detail(Context&, Call&), detail_range(Context&, Call&),
-    orientation(Context&, Call&), reverse_orientation(Context&, Call&), sides(Context&, Call&),
-    basis(Context&, Call&), trim_curve(Context&, Call&), attribute(Context&, Call&);
+    coshader(Context&, Call&), surface(Context&, Call&), displacement(Context&, Call&),
+    interior(Context&, Call&), exterior(Context&, Call&), atmosphere(Context&, Call&),
+    shading_rate(Context&, Call&), matte(Context&, Call&), detail(Context&, Call&),
+    detail_range(Context&, Call&), orientation(Context&, Call&), reverse_orientation(Context&, Call&),
+    sides(Context&, Call&), basis(Context&, Call&), trim_curve(Context&, Call&), attribute(Context&, Call&);
 
 // handlers_transform.cpp
 void identity(Context&, Call&), transform(Context&, Call&), concat_transform(Context&, Call&),

@@ -70,6 +70,7 @@ void light_source(Context& c, Call& call) {
     const std::string handle = call.handle(1);
     ShaderRef light = c.shader(call, 0);
     light.handle = handle;
+    light.coshaders = c.attributes.shared->coshaders;
     c.lights.declare(std::move(light), c.attributes);
 }
 
@@ -88,6 +89,20 @@ void area_light_source(Context& c, Call& call) {
 
 void illuminate(Context& c, Call& call) {
     c.lights.illuminate(call.handle(0), call.i(1) != 0, c.attributes, c.reports, call.where);
+}
+
+// A co-shader. Of one handle the last counts.
+void coshader(Context& c, Call& call) {
+    ShaderRef ref = c.shader(call, 0);
+    ref.handle = call.text(1);
+    if (ref.handle.empty()) {
+        c.reports.error("co-shader without a handle", call.where,
+                        "Shader \"" + ref.name + "\" was left out: nothing can call it without a handle");
+        return;
+    }
+    std::vector<ShaderRef>& all = c.attributes.edit(FieldCoShaders).coshaders;
+    std::erase_if(all, [&](const ShaderRef& known) { return known.handle == ref.handle; });
+    all.push_back(std::move(ref));
 }
 
 void surface(Context& c, Call& call) {

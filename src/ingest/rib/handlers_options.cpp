@@ -264,6 +264,10 @@ static void kanuka_option(Context& c, const Value& v) {
     } else if (v.name == "seed") {
         number ? void(o.seed = v.ints.empty() ? uint32_t(int64_t(f)) : uint32_t(v.ints[0]))
                : wrong("a whole number");
+    } else if (v.name == "strictdirections") {
+        number ? void(o.strict_directions = f != 0) : wrong("0 or 1");
+    } else if (v.name == "arrayroom") {
+        number&& f >= 1 && f <= 65536 ? void(o.array_room = int(f)) : wrong("a whole number from 1 to 65536");
     } else if (v.name == "integrator") {
         number ? wrong("the name of an integrator")
                : void(o.integrator = v.strings.empty() ? "path" : v.strings[0]);
@@ -271,7 +275,8 @@ static void kanuka_option(Context& c, const Value& v) {
         c.reports.error(
             "Option kanuka", v.where,
             "Option \"kanuka\": there is no \"" + v.name +
-                "\"; there are geometrytolerance, normaltolerance, maxdepth, progressions, integrator, seed");
+                "\"; there are geometrytolerance, normaltolerance, maxdepth, progressions, integrator, seed, "
+                "strictdirections, arrayroom");
     }
 }
 

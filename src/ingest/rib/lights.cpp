@@ -45,7 +45,7 @@ void Lights::shine(const AttributeState& attributes) {
 
 void Lights::place(const Transform& world_from_camera) {
     for (scene::ShaderRef& light : m_lights)
-        light.world_from_shader = world_from_camera * light.world_from_shader;
+        scene::transform_shader(world_from_camera, light);
 }
 
 void Lights::truncate(size_t size) {

@@ -25,13 +25,20 @@ bool same(const std::optional<ShaderRef>& a, const std::optional<ShaderRef>& b) 
     return a->name == b->name && same(a->parameters, b->parameters);
 }
 
+bool same(const std::vector<ShaderRef>& a, const std::vector<ShaderRef>& b) {
+    return std::ranges::equal(a, b, [](const ShaderRef& x, const ShaderRef& y) {
+        return x.handle == y.handle && x.name == y.name && same(x.parameters, y.parameters);
+    });
+}
+
 // The look of what inherits from either is the same; the name does not count.
 bool same_look(const Attributes& a, const Attributes& b) {
     return a.color == b.color && a.opacity == b.opacity && a.shading_rate == b.shading_rate &&
            a.sides == b.sides && a.reverse_orientation == b.reverse_orientation && a.matte == b.matte &&
            same(a.surface, b.surface) && same(a.displacement, b.displacement) &&
            same(a.interior, b.interior) && same(a.exterior, b.exterior) && same(a.atmosphere, b.atmosphere) &&
-           same(a.area_light, b.area_light) && a.displacement_bound == b.displacement_bound &&
+           same(a.area_light, b.area_light) && same(a.coshaders, b.coshaders) &&
+           a.displacement_bound == b.displacement_bound &&
            a.displacement_bound_space == b.displacement_bound_space && a.visible_camera == b.visible_camera &&
            a.dice_flatness == b.dice_flatness && a.texture_coordinates == b.texture_coordinates &&
            same(a.user, b.user);
@@ -91,6 +98,11 @@ std::shared_ptr<const Attributes> inherit(const std::shared_ptr<const Attributes
     take(FieldTextureCoordinates, &Attributes::texture_coordinates);
     if ((set & FieldToggleOrientation) && !(set & FieldOrientation))
         r->reverse_orientation = inherited->reverse_orientation != own->reverse_orientation;
+    if (set & FieldCoShaders)
+        for (const ShaderRef& c : own->coshaders) {
+            std::erase_if(r->coshaders, [&](const ShaderRef& known) { return known.handle == c.handle; });
+            r->coshaders.push_back(c);
+        }
     if (set & FieldUser)
         for (const scene::Value& value : own->user.values)
             r->user.set(value);
@@ -142,7 +154,9 @@ int Objects::group_for(scene::Scene& scene, int object, const std::shared_ptr<co
     for (std::optional<ShaderRef>* shader : {&local->surface, &local->displacement, &local->interior,
                                              &local->exterior, &local->atmosphere, &local->area_light})
         if (*shader)
-            (*shader)->world_from_shader = object_from_world * (*shader)->world_from_shader;
+            scene::transform_shader(object_from_world, **shader);
+    for (ShaderRef& c : local->coshaders)
+        scene::transform_shader(object_from_world, c);
     const std::shared_ptr<const Attributes> shared_local = local;
     std::map<std::pair<const Attributes*, uint32_t>, std::shared_ptr<const Attributes>> merged;
     std::map<int, std::vector<float>> children;

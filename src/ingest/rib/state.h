@@ -41,6 +41,7 @@ enum AttributeField : uint32_t {
     FieldDiceFlatness = 1u << 15,
     FieldTextureCoordinates = 1u << 16,
     FieldUser = 1u << 17,
+    FieldCoShaders = 1u << 19,
     FieldToggleOrientation = 1u << 18, // ReverseOrientation without Orientation
 };
 

@@ -329,4 +329,29 @@ TEST(RibBlocks, SolidsSaveAttributesAndPassThrough) {
     EXPECT_EQ(r.messages().size(), 1u);
 }
 
+TEST(RibTransform, CoShadersBelongToTheAttributes) {
+    const Parsed p(world("Shader \"tint\" \"a\" \"color c\" [1 0 0]\n"
+                         "AttributeBegin Translate 1 0 0 Shader \"noise\" \"b\" \"shader next\" [\"a\"]\n"
+                         "Shader \"grain\" \"a\" Surface \"layered\" \"shader[2] layers\" [\"b\" \"a\"]\n"
+                         "Sphere 1 -1 1 360 LightSource \"lamp\" 1 \"shader filter\" \"b\" AttributeEnd\n"
+                         "Sphere 1 -1 1 360"));
+    EXPECT_SILENT(p);
+    const auto& inner = p.primitive(0).attributes->coshaders;
+    ASSERT_EQ(inner.size(), 2u);
+    EXPECT_EQ(inner[0].handle + " " + inner[0].name, "b noise");
+    EXPECT_EQ(inner[0].parameters.find("next")->strings[0], "a");
+    EXPECT_EQ(inner[0].world_from_shader.m[0][3], 1);
+    EXPECT_EQ(inner[1].handle + " " + inner[1].name, "a grain"); // the last of a handle
+    EXPECT_EQ(p.primitive(0).attributes->surface->parameters.find("layers")->strings.size(), 2u);
+    const auto& outer = p.primitive(1).attributes->coshaders;
+    ASSERT_EQ(outer.size(), 1u);
+    EXPECT_EQ(outer[0].handle + " " + outer[0].name, "a tint");
+    ASSERT_EQ(p.scene.light_shaders.size(), 1u);
+    EXPECT_EQ(p.scene.light_shaders[0].coshaders.size(), 2u);
+    EXPECT_TRUE(Parsed(world("Shader \"tint\" \"\"")).says("nothing can call it without a handle"));
+    const Parsed o("Option \"kanuka\" \"strictdirections\" 1 \"arrayroom\" 128");
+    EXPECT_TRUE(o.scene.options.strict_directions);
+    EXPECT_EQ(o.scene.options.array_room, 128);
+}
+
 } // namespace kanuka::ingest::test

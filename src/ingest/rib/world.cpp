@@ -95,7 +95,9 @@ void Context::begin_world(const Location& where) {
     for (std::optional<scene::ShaderRef>* shader :
          {&a.surface, &a.displacement, &a.interior, &a.exterior, &a.atmosphere, &a.area_light})
         if (*shader)
-            (*shader)->world_from_shader = world_from_camera * (*shader)->world_from_shader;
+            scene::transform_shader(world_from_camera, **shader);
+    for (scene::ShaderRef& c : a.coshaders)
+        scene::transform_shader(world_from_camera, c);
     if (m_scene.options.imager)
         m_scene.options.imager->world_from_shader =
             world_from_camera * m_scene.options.imager->world_from_shader;

@@ -2,6 +2,8 @@
 // varying operand makes a varying result, and a variable assigned under a varying condition varies. A fixed
 // point, since loops carry values back.
 #include <algorithm>
+#include <map>
+#include <set>
 
 #include "sl/ir/passes.h"
 
@@ -52,6 +54,9 @@ class Detail {
     }
 
     std::vector<std::pair<Loc, int>> broken; // stores that make a uniform variable vary
+    // Where only some lanes run: blocks, loops, scopes, by their addresses
+    std::map<int, std::set<const void*>> partial; // variables that some lanes store and others see: in which
+    std::map<Ref, std::vector<const void*>> guarded; // operations: in which
 
   private:
     struct ScopeState {
@@ -91,6 +96,8 @@ class Detail {
                     broken.emplace_back(i.loc, i.imm);
                 if (!v.varying)
                     raise(v.varying);
+                if (divergent() && m_declared[size_t(i.imm)] != m_context)
+                    partial[i.imm].insert(m_regions.begin(), m_regions.end());
             }
             varying = varying || v.varying;
         }
@@ -106,6 +113,8 @@ class Detail {
             switch (item.kind) {
             case Item::Instruction:
                 instruction(m_stage.instrs[size_t(item.ref)]);
+                if (divergent())
+                    guarded[item.ref] = m_regions;
                 break;
             case Item::Declare:
                 m_declared[size_t(item.target)] = m_context;
@@ -117,7 +126,11 @@ class Detail {
                 m_depth += varying;
                 for (Block* side : {item.body, item.orelse}) {
                     m_context = varying ? ++m_contexts : outer;
+                    if (varying)
+                        m_regions.push_back(side);
                     walk(*side);
+                    if (varying)
+                        m_regions.pop_back();
                 }
                 m_depth -= varying;
                 m_context = m_left.size() == left ? outer : ++m_contexts;
@@ -129,7 +142,11 @@ class Detail {
                 s.left = m_left.size();
                 const int outer = m_context;
                 m_items.push_back(&item);
+                const size_t regions = m_regions.size();
+                if (item.masked)
+                    m_regions.push_back(&item);
                 walk(*item.body);
+                m_regions.resize(regions);
                 m_items.pop_back();
                 std::erase(m_left, item.target); // lanes meet again
                 m_context = m_left.size() == s.left ? outer : ++m_contexts;
@@ -146,7 +163,9 @@ class Detail {
                         m_changed = true;
                     }
                     m_context = ++m_contexts;
+                    m_regions.push_back(&item);
                     walk(*item.body);
+                    m_regions.pop_back();
                 }
                 m_context = m_left.size() == left ? outer : ++m_contexts;
                 break;
@@ -175,9 +194,10 @@ class Detail {
     const Variant& m_variant;
     std::vector<ScopeState> m_scopes;
     std::vector<Item*> m_items;
-    std::vector<int> m_left;           // targets that some lanes are waiting at
-    std::vector<int> m_declared;       // context in which a variable came to life
-    int m_context = 0, m_contexts = 0; // changes with the set of lanes that run
+    std::vector<const void*> m_regions; // around what is being walked
+    std::vector<int> m_left;            // targets that some lanes are waiting at
+    std::vector<int> m_declared;        // context in which a variable came to life
+    int m_context = 0, m_contexts = 0;  // changes with the set of lanes that run
     int m_depth = 0;
     bool m_changed = false;
 };
@@ -194,6 +214,56 @@ void clear_masks(Block& b) {
 
 } // namespace
 
+// A derivative under a varying condition reads neighbours at which it does not hold. That is fine unless what
+// it is taken of was assigned there alone: at the edge the neighbour has an old value.
+static void warn_derivatives(const Stage& stage, const Detail& detail, Diagnostics& diagnostics) {
+    if (detail.partial.empty())
+        return;
+    std::vector<std::vector<Ref>> stored(stage.vars.size());
+    for (const Instr& i : stage.instrs)
+        if (i.op == Op::Store || i.op == Op::StoreElement)
+            stored[size_t(i.imm)].push_back(i.args[i.op == Op::StoreElement]);
+    for (const auto& [r, regions] : detail.guarded) {
+        const Instr& call = stage.instrs[size_t(r)];
+        if (call.op != Op::Call)
+            continue;
+        const CallSite& site = stage.calls[size_t(call.imm)];
+        if (site.kind != CallKind::Dx && site.kind != CallKind::Dy &&
+            site.kind != CallKind::CalculateNormal && site.kind != CallKind::Texture &&
+            site.kind != CallKind::Environment)
+            continue;
+        std::vector<Ref> work(site.args.begin(), site.args.end());
+        std::set<Ref> seen;
+        while (!work.empty()) {
+            const Ref a = work.back();
+            work.pop_back();
+            if (a == None || !seen.insert(a).second)
+                continue;
+            const Instr& i = stage.instrs[size_t(a)];
+            work.insert(work.end(), i.args.begin(), i.args.end());
+            if (i.op != Op::Load && i.op != Op::LoadElement)
+                continue;
+            const auto stores = detail.partial.find(i.imm);
+            const bool there = stores != detail.partial.end() &&
+                               std::any_of(regions.begin(), regions.end(), [&](const void* where) {
+                                   return stores->second.count(where) > 0;
+                               });
+            if (!there) {
+                work.insert(work.end(), stored[size_t(i.imm)].begin(), stored[size_t(i.imm)].end());
+                continue;
+            }
+            const bool texture = site.kind == CallKind::Texture || site.kind == CallKind::Environment;
+            diagnostics.warning(
+                site.loc, std::string(texture ? "the filter's width follows" : "the derivative is taken") +
+                              " from neighbours, under a condition that varies over the surface: \"" +
+                              stage.vars[size_t(i.imm)].name +
+                              "\" has its value only where the condition holds, so it is wrong along the "
+                              "edge. Compute it before the condition");
+            break;
+        }
+    }
+}
+
 void infer_detail(Stage& stage, const Variant& variant, Diagnostics* diagnostics) {
     if (!stage.root)
         return;
@@ -202,6 +272,7 @@ void infer_detail(Stage& stage, const Variant& variant, Diagnostics* diagnostics
     detail.run();
     if (!diagnostics)
         return;
+    warn_derivatives(stage, detail, *diagnostics);
     for (const auto& [loc, v] : detail.broken) {
         const Var& var = stage.vars[size_t(v)];
         if (var.must_be_uniform)

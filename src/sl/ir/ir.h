@@ -291,6 +291,7 @@ struct Program {
     std::vector<std::string> files; // names of the sources, for locations at run time
     std::vector<TextureUse> textures;
     bool queries = false; // asks for attributes, options or the like
+    CoShaderUse coshaders = CoShaderUse::None;
     uint64_t source_hash = 0;
 
     std::array<Stage*, 7> stages() {

@@ -1,9 +1,14 @@
 // Lobes and weights out of the terms of light that Ci holds.
+#include <utility>
+
 #include "sl/ir/light_terms.h"
 
 namespace kanuka::sl::ir {
 
 namespace {
+
+// The presence that a surface has at least where it glows: what lies behind it is dimmed as much.
+constexpr float LeastGlow = 1 / 16.f;
 
 class Lobes {
   public:
@@ -17,7 +22,10 @@ class Lobes {
             Ref sum = m_b.emit(Op::Extract, Ty::Float, {opacity}, {}, 0);
             for (int c = 1; c < 3; c++)
                 sum = op(Op::Add, sum, m_b.emit(Op::Extract, Ty::Float, {opacity}, {}, c));
-            output("", -1, grid::LobeId::LambertBrdf, op(Op::Mul, sum, f(1 / 3.f)), true);
+            m_presence = op(Op::Mul, sum, f(1 / 3.f));
+            if (m_terms.plain && !follows_opacity() && last_plain())
+                m_presence = glowing(m_presence);
+            output("", -1, grid::LobeId::LambertBrdf, m_presence, true);
         }
         bool has_lobe = false;
         for (const auto& [site, var] : m_terms.weights)
@@ -78,7 +86,7 @@ class Lobes {
         // fresnel() that no lobe takes: as the dicing camera sees it.
         Ref emission = total([](Closure k) { return is_fresnel(k); });
         if (m_terms.plain && (emission != None || last_plain())) {
-            const Ref plain = unpremultiply(m_b.load(m_program.Ci, {}), opacity);
+            const Ref plain = emitted(m_b.load(m_program.Ci, {}));
             emission = emission == None ? plain : op(Op::Add, emission, plain);
         }
         if (emission != None) {
@@ -139,6 +147,55 @@ class Lobes {
             parts.push_back(m_b.emit(Op::Select, Ty::Float, {some, op(Op::Div, x, safe), f(0)}, {}));
         }
         return m_b.emit(Op::Make, Ty::Triple, std::move(parts), {});
+    }
+
+    // Ci adds what Oi does not take away: a surface of Oi = 0 may glow. But only what is there is seen, so it
+    // is there a little where it glows, and shines as much more.
+    Ref glowing(Ref presence) {
+        const Ref Ci = m_b.load(m_program.Ci, {});
+        Ref most = m_b.emit(Op::Extract, Ty::Float, {Ci}, {}, 0);
+        for (int c = 1; c < 3; c++)
+            most = op(Op::Max, most, m_b.emit(Op::Extract, Ty::Float, {Ci}, {}, c));
+        const Ref lit = m_b.emit(Op::Gt, Ty::Bool, {most, f(0)}, {});
+        return m_b.emit(Op::Select, Ty::Float, {lit, op(Op::Max, presence, f(LeastGlow)), presence}, {});
+    }
+    // What a surface sends out, for its presence to weight to Ci.
+    Ref emitted(Ref Ci) {
+        if (m_presence == None)
+            return Ci;
+        const Ref some = m_b.emit(Op::Gt, Ty::Bool, {m_presence, f(0)}, {});
+        const Ref safe = m_b.emit(Op::Select, Ty::Float, {some, m_presence, f(1)}, {});
+        const Ref scale = m_b.emit(Op::Select, Ty::Float, {some, op(Op::Div, f(1), safe), f(0)}, {});
+        return op(Op::Mul, Ci, m_b.splat(scale, {}));
+    }
+    // Does Oi come from Os? Then it is one on opaque surfaces, whose presence must stay a constant.
+    bool follows_opacity() const {
+        std::vector<Ref> work;
+        std::vector<uint8_t> seen(m_stage.instrs.size(), 0), vars(m_stage.vars.size(), 0);
+        const auto stores = [&](int var) {
+            if (vars[size_t(var)])
+                return;
+            vars[size_t(var)] = 1;
+            for (const Instr& i : m_stage.instrs)
+                if ((i.op == Op::Store || i.op == Op::StoreElement) && i.imm == var)
+                    work.push_back(i.args[i.op == Op::StoreElement]);
+        };
+        stores(m_program.Oi);
+        while (!work.empty()) {
+            const Ref r = work.back();
+            work.pop_back();
+            if (std::exchange(seen[size_t(r)], uint8_t(1)))
+                continue;
+            const Instr& i = m_stage.instrs[size_t(r)];
+            if (i.op == Op::Input && Input(i.imm) == Input::Os)
+                return true;
+            for (const Ref a : i.args)
+                if (!seen[size_t(a)])
+                    work.push_back(a);
+            if (i.op == Op::Load || i.op == Op::LoadElement)
+                stores(i.imm);
+        }
+        return false;
     }
 
     void output(const std::string& node, int input, grid::LobeId lobe, Ref value, bool presence = false) {
@@ -255,6 +312,7 @@ class Lobes {
     Builder& m_b;
     const LightTerms& m_terms;
     bool m_overwritten = false;
+    Ref m_presence = None;
 };
 
 } // namespace

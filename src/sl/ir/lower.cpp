@@ -42,8 +42,9 @@ static sl::Type public_type(Base b) {
     case Base::Matrix:
         return sl::Type::Matrix;
     case Base::String:
-    case Base::Shader:
         return sl::Type::String;
+    case Base::Shader:
+        return sl::Type::Shader;
     default:
         return sl::Type::Float;
     }
@@ -80,20 +81,40 @@ void Lower::begin_stage(Stage& stage, Role role, const char* name) {
     m_loops.clear();
     m_returns.clear();
     m_active.clear();
+    m_active_units.clear();
+    m_self = -1;
+    m_started.clear();
+    m_starts.clear();
+    m_stores_seen = 0;
+    m_stored.clear();
+    m_asked.clear();
     m_tags.clear();
     m_var_tags.clear();
     m_illuminance = 0;
     m_loop_depth = 0;
+    m_trips = 1;
+    m_known_loops = 0;
+    m_pushes.clear();
     m_loop = -1;
     m_sample = ir::None;
     m_lit = false;
     for (const VarDecl* v : m_shader.constants)
         declare(v);
+    for (size_t u = 0; m_linked && u < m_linked->units.size(); u++)
+        for (const VarDecl* v : m_linked->units[u].shader->constants)
+            declare(v);
 }
 
 void Lower::end_stage() {
+    check_targets();
     Stage& s = m_b.stage();
+    for (const Push& p : m_pushes)
+        s.faults[size_t(p.fault)].second =
+            "array \"" + s.vars[size_t(p.var)].name + "\" is full: it has room for " +
+            std::to_string(s.vars[size_t(p.var)].array) +
+            " values; reserve(array, n) before the loop makes more, as does the compiler's option for it";
     std::vector<Item> items = m_prologue->items;
+    items.insert(items.end(), m_starts.begin(), m_starts.end());
     items.insert(items.end(), s.root->items.begin(), s.root->items.end());
     s.root->items = std::move(items);
 }
@@ -115,10 +136,19 @@ bool Lower::late_default(const VarDecl* v) {
 }
 
 void Lower::parameters() {
-    for (const VarDecl* v : m_shader.parameters) {
+    // The shader's own, then the co-shaders', each under its handle.
+    std::vector<const VarDecl*> all(m_shader.parameters.begin(), m_shader.parameters.end());
+    std::vector<std::string> prefixes(all.size());
+    for (size_t u = 0; m_linked && u < m_linked->units.size(); u++) {
+        const std::vector<VarDecl*>& own = m_linked->units[u].shader->parameters;
+        all.insert(all.end(), own.begin(), own.end());
+        prefixes.resize(all.size(), m_linked->units[u].given->handle + ".");
+    }
+    for (size_t k = 0; k < all.size(); k++) {
+        const VarDecl* v = all[k];
         m_parameter_index[v] = int(m_program.parameters.size());
         Parameter p;
-        p.name = v->name;
+        p.name = prefixes[k] + std::string(v->name);
         p.type = public_type(v->type.base);
         p.varying = v->detail == Detail::Varying;
         p.output = v->output;
@@ -142,7 +172,7 @@ void Lower::parameters() {
     }
     // Default values: constants go into the description, the rest is computed when an instance is made.
     begin_stage(m_program.defaults, Role::Defaults, "defaults");
-    for (const VarDecl* v : m_shader.parameters) {
+    for (const VarDecl* v : all) {
         const int index = m_parameter_index[v];
         Parameter& p = m_program.parameters[index];
         if (!v->init) {
@@ -482,7 +512,45 @@ void Lower::run_loop(Loc at, const std::function<Ref()>& condition_value, const 
     m_loop_depth--;
 }
 
+// for (i = a; i < b; i += c) with constants, and a body that leaves i alone: how often it runs; 0 = who
+// knows.
+static int trips_of(const Stmt* s) {
+    const Expr *test = s->expr, *step = s->step;
+    if (s->kind != StmtKind::For || !test || !step || test->kind != ExprKind::Binary ||
+        (test->op != BinOp::Lt && test->op != BinOp::Le) || test->args[0]->kind != ExprKind::Name ||
+        test->args[1]->kind != ExprKind::Number || step->kind != ExprKind::Assign)
+        return 0;
+    const VarDecl* i = test->args[0]->var;
+    const Expr* from = nullptr;
+    if (s->init && s->init->kind == ExprKind::Assign && s->init->op == BinOp::None &&
+        s->init->args[0]->var == i)
+        from = s->init->args[1];
+    if (s->first && s->first->kind == StmtKind::Declare && s->first->vars.size() == 1 &&
+        s->first->vars[0] == i)
+        from = i->init;
+    const Expr* by = step->args[1]; // i += c, i = i + c
+    if (step->op == BinOp::None && by->kind == ExprKind::Binary && by->op == BinOp::Add &&
+        by->args[0]->var == i)
+        by = by->args[1];
+    else if (step->op != BinOp::Add)
+        return 0;
+    if (!i || !from || from->kind != ExprKind::Number || by->kind != ExprKind::Number || !(by->number > 0) ||
+        step->args[0]->var != i)
+        return 0;
+    const float n = (test->args[1]->number - from->number) / by->number;
+    return n >= 0 && n < 65536 ? int(n) + 1 : 0;
+}
+
 void Lower::loop(const Stmt* s) {
+    const int outer = m_trips, own = trips_of(s);
+    m_trips = int(std::min<int64_t>(int64_t(outer) * own, 65536));
+    m_known_loops++;
+    run_for(s);
+    m_known_loops--;
+    m_trips = outer;
+}
+
+void Lower::run_for(const Stmt* s) {
     statement(s->first);
     if (s->init)
         expr(s->init);

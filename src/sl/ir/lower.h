@@ -4,10 +4,13 @@
 
 #include <functional>
 #include <map>
+#include <optional>
+#include <set>
 #include <unordered_map>
 
 #include "sl/ir/builder.h"
 #include "sl/ops/noise.h"
+#include "sl/sema/linked.h"
 #include "sl/sema/sema.h"
 
 namespace kanuka::sl::ir {
@@ -18,11 +21,20 @@ class Lower {
   public:
     // projected: illuminance loops, by number, that closures.cpp could not read as lobes, and where it gave
     // up.
+    // any_shader: variables' handles stand for any co-shader.
     Lower(Program& program, Sema& sema, Diagnostics& diagnostics, ast::ShaderDecl& shader,
-          const std::map<int, Loc>& projected = {})
+          const std::map<int, Loc>& projected = {}, const std::vector<Connection>& connections = {},
+          bool any_shader = false, int array_room = ResizableRoom)
         : m_program(program), m_sema(sema), m_diagnostics(diagnostics), m_shader(shader),
-          m_projected(projected), m_b(program.defaults) {}
+          m_projected(projected), m_linked(sema.linked()), m_any_shader(any_shader), m_b(program.defaults),
+          m_array_room(array_room) {
+        for (const Connection& c : connections)
+            m_connections[c.parameter] = &c.handles;
+    }
     void run();
+    // A call has not reckoned with a co-shader that its handle may be: the program is of no use, and
+    // any_shader is wanted.
+    bool missed_shaders() const { return m_missed; }
 
   private:
     enum class Role { Defaults, Init, Interior, Displace, Shade, Light, Filter };
@@ -65,6 +77,7 @@ class Lower {
     void declare_array(const ast::VarDecl* v);
     void branch(Ref condition, const ast::Stmt* yes, const ast::Stmt* no, Loc at);
     void loop(const ast::Stmt* s);
+    void run_for(const ast::Stmt* s);
     void run_loop(Loc at, const std::function<Ref()>& condition_value, const std::function<void()>& body,
                   const std::function<void()>& step);
     void jump(int target, Loc at);
@@ -148,6 +161,24 @@ class Lower {
     Ref host(CallKind kind, const ast::Expr* e, const ops::Signature& s);
     bool returns_early(const ast::FunctionDecl* f);
 
+    // lower_coshaders.cpp
+    const std::vector<std::string>* connected(const std::string& parameter) const;
+    std::string known_handle(const std::string& handle) const;
+    void note_stores();
+    std::vector<int> targets(Ref handle);
+    std::vector<int> ask_targets(Ref handle);
+    void check_targets();
+    void for_targets(Ref handle, const std::vector<int>& found, Loc at, const std::function<void(int)>& what);
+    void start(int unit);
+    std::string unit_name(int unit) const;
+    std::string circle(const ast::FunctionDecl* f, int unit) const;
+    Ref call_method(int unit, const Linked::Target& target, Loc at);
+    Ref coshader(const ast::Expr* e, const std::vector<ast::VarDecl*>* fields = nullptr);
+    Ref get_shader(const ast::Expr* e);
+    std::vector<std::string> shader_list(const ast::Expr* e);
+    std::optional<std::string> plain_text(const ast::Expr* e, const char* what);
+    Ref ask_shader(const ast::Expr* e);
+
     // lower_material.cpp
     Ref material(const ast::Expr* e, const ops::Signature& s, bool& known);
     LobeValue lobe_value(const ast::Expr* e);
@@ -226,6 +257,9 @@ class Lower {
     Diagnostics& m_diagnostics;
     ast::ShaderDecl& m_shader;
     const std::map<int, Loc>& m_projected;
+    const Linked* m_linked; // null = no co-shaders are known
+    bool m_any_shader;
+    std::map<std::string, const std::vector<std::string>*> m_connections; // by parameter
     Builder m_b;
     Role m_role = Role::Defaults;
     Block* m_prologue = nullptr;
@@ -237,6 +271,15 @@ class Lower {
     std::unordered_map<int, int> m_channel_vars; // of the stage
     std::map<std::string, int> m_channels;       // by node and input
     std::vector<ast::FunctionDecl*> m_active;
+    std::vector<int> m_active_units; // parallel: the co-shaders that they are of, -1 = the shader's own
+    int m_self = -1;                 // the co-shader whose code is being lowered
+    // Of the stage: co-shaders in use, what they do first, the values that variables get, handles asked for
+    std::set<int> m_started;
+    std::vector<Item> m_starts;
+    size_t m_stores_seen = 0;
+    std::map<int, std::vector<Ref>> m_stored;
+    std::vector<std::pair<Ref, std::vector<int>>> m_asked;
+    bool m_missed = false;
     std::unordered_map<const ast::FunctionDecl*, bool> m_early;
     std::vector<LoopTargets> m_loops;
     struct Return {
@@ -251,6 +294,14 @@ class Lower {
     Ref m_sample = ir::None; // direction to a light, in a loop that runs over directions
     bool m_lit = false;      // the stage's Ci is read as a material
     int m_loop_depth = 0;    // loops around what is being lowered, functions' callers counted
+    int m_trips = 1;         // how often they run it at most, 0 = that is not seen
+    int m_known_loops = 0;   // those that m_trips counts
+    int m_array_room;        // of arrays that grow in such loops
+    struct Push {
+        Loc at;
+        int var, fault;
+    };
+    std::vector<Push> m_pushes; // their faults say how much room there is, which is known at the stage's end
     bool m_overflow = false;
 };
 

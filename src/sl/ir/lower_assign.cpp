@@ -27,6 +27,13 @@ void Lower::declare(const VarDecl* v) {
     }
     if (v->type.array)
         return declare_array(v);
+    if (v->type.is(Base::Shader) && v->init && !v->assigned) { // its co-shader is known where the value's is
+        Binding b;
+        b.kind = Binding::Value;
+        b.value = expr_as(v->init, v->type);
+        m_bind[v] = b;
+        return;
+    }
     Binding b;
     b.kind = Binding::Variable;
     b.var = m_b.var(std::string(v->name), ty(v->type), v->loc);
@@ -36,7 +43,7 @@ void Lower::declare(const VarDecl* v) {
     if (v->init)
         value = expr_as(v->init, v->type);
     m_b.declare(b.var);
-    if (v->kind == VarDecl::Member && !v->init)
+    if (v->kind == VarDecl::Member && !v->init && m_member_index.count(v)) // a co-shader's begin anew
         value = m_b.leaf(Op::Member, ty(v->type), m_member_index[v]);
     store_tagged(b.var, value != ir::None ? value : zero(ty(v->type)), v->loc);
     m_bind[v] = b;
@@ -95,9 +102,16 @@ void Lower::assign_array(const Binding& to, const Expr* value, const ast::Type& 
             put(i, i < given ? expr_as(value->args[size_t(i)], element) : zero(ty(element)));
         length(m_b.constant(float(given)));
     } else if (value->type.array) {
-        if (!value->var) {
-            expr(value); // the empty array of a shadeop
-            return length(m_b.constant(0.0f));
+        if (!value->var) { // a list of co-shaders, or the empty array of a shadeop
+            const std::vector<std::string> handles = shader_list(value);
+            if (value->kind != ExprKind::Call)
+                expr(value);
+            if (to.length >= 0)
+                need_room(var, int(handles.size()));
+            const int n = std::min(m_b.stage().vars[var].array, int(handles.size()));
+            for (int i = 0; i < n; i++)
+                put(i, m_b.text(handles[size_t(i)]));
+            return length(m_b.constant(float(n)));
         }
         const Binding from = bind(value->var);
         if (from.var < 0)
@@ -174,6 +188,8 @@ void Lower::assign_struct(const std::vector<VarDecl*>& fields, const Expr* value
         expr(value);
         if (value->function->result_fields)
             copy_fields(fields, value->function->result_fields->fields, at);
+    } else if (value->kind == ExprKind::Method && !value->function) {
+        coshader(value, &fields);
     } else if (value->kind == ExprKind::Assign) {
         expr(value);
         if (value->args[0]->var)

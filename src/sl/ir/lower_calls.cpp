@@ -149,6 +149,7 @@ Ref Lower::inline_body(FunctionDecl* f, Bindings bindings, Loc at) {
         for (const VarDecl* field : f->result_fields->fields)
             declare(field);
     m_active.push_back(f);
+    m_active_units.push_back(m_self);
     std::vector<LoopTargets> loops;
     loops.swap(m_loops);
     Ref result = ir::None;
@@ -183,6 +184,7 @@ Ref Lower::inline_body(FunctionDecl* f, Bindings bindings, Loc at) {
     }
     loops.swap(m_loops);
     m_active.pop_back();
+    m_active_units.pop_back();
     return result == ir::None ? zero(result_ty == Ty::Void ? Ty::Float : result_ty) : result;
 }
 
@@ -496,8 +498,14 @@ Ref Lower::special(const Expr* e, const ops::Signature& s) {
     if (n == "shadername") {
         const bool own = e->args.empty() ||
                          constant_text(e->args[0], "the kind of a shader") == message_name(m_program.kind);
-        return m_b.text(own ? m_program.name : std::string());
+        const std::string_view name =
+            m_self < 0 ? std::string_view(m_program.name) : m_linked->units[size_t(m_self)].shader->name;
+        return m_b.text(own ? std::string(name) : std::string());
     }
+    if (n == "getshader")
+        return get_shader(e);
+    if (n == "getvar" || n == "hasmethod")
+        return ask_shader(e);
     if (n == "emit")
         m_diagnostics.warning(e->loc, "emit() is not here: add to Ci, or use an area light");
     if (n == "bake3d" || n == "texture3d" || n == "bake") {

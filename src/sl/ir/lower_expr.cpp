@@ -27,6 +27,15 @@ Lower::Binding& Lower::bind(const VarDecl* v) {
     Binding b;
     if (v->kind == VarDecl::Parameter) {
         const int index = m_parameter_index[v];
+        // What a co-shader's handle is known to be
+        const Parameter& parameter = m_program.parameters[size_t(index)];
+        const std::vector<std::string>* handles =
+            ty(v->type) == Ty::String && m_linked ? connected(parameter.name) : nullptr;
+        if (!handles && v->type.base == Base::Shader)
+            handles = &parameter.strings;
+        const auto handle = [&](size_t i) {
+            return m_b.text(i < handles->size() ? known_handle((*handles)[i]) : std::string());
+        };
         if (late_default(v)) {
             b.kind = Binding::Variable;
             b.var = m_b.var(std::string(v->name), ty(v->type), v->loc);
@@ -41,7 +50,7 @@ Lower::Binding& Lower::bind(const VarDecl* v) {
             m_b.set_block(here);
         } else if (!v->output && !v->type.array && !v->assigned) {
             b.kind = Binding::Value;
-            b.value = m_b.leaf(Op::Param, ty(v->type), index);
+            b.value = handles ? handle(0) : m_b.leaf(Op::Param, ty(v->type), index);
         } else {
             b.kind = Binding::Variable;
             const int room = m_program.places[size_t(index)].count / comps(ty(v->type));
@@ -57,17 +66,20 @@ Lower::Binding& Lower::bind(const VarDecl* v) {
                     m_b.stage().instrs[r].floats = std::move(which);
                     return r;
                 };
-                for (int i = 0; i < room; i++) {
-                    const Ref r = element({float(i)}, ty(v->type));
+                for (int i = 0; i < (handles ? std::min(room, int(handles->size())) : room); i++) {
+                    const Ref r = handles ? handle(size_t(i)) : element({float(i)}, ty(v->type));
                     m_b.emit(Op::StoreElement, Ty::Void, {m_b.constant(float(i)), r}, v->loc, b.var);
                 }
                 if (v->resizable) {
                     b.length = m_b.var(std::string(v->name) + ".length", Ty::Float, v->loc);
                     m_b.declare(b.length);
-                    m_b.store(b.length, element({0, 0}, Ty::Float), v->loc);
+                    m_b.store(b.length,
+                              handles ? m_b.constant(float(std::min(room, int(handles->size()))))
+                                      : element({0, 0}, Ty::Float),
+                              v->loc);
                 }
             } else {
-                m_b.store(b.var, m_b.leaf(Op::Param, ty(v->type), index), v->loc);
+                m_b.store(b.var, handles ? handle(0) : m_b.leaf(Op::Param, ty(v->type), index), v->loc);
             }
             m_b.set_block(here);
         }
@@ -256,10 +268,7 @@ Ref Lower::expr(const Expr* e) {
     case ExprKind::Method:
         if (e->function)
             return struct_call(e);
-        // of a co-shader that is not there: nothing happens
-        for (size_t i = 1; i < e->args.size(); i++)
-            expr(e->args[i]);
-        break;
+        return coshader(e);
     case ExprKind::List:
         break;
     }

@@ -48,6 +48,8 @@ Ref Lower::array_op(const Expr* e) {
             m_bind.erase(part);
         return r;
     }
+    if (n == "arraylength" && array->type.array && array->kind == ExprKind::Call)
+        return m_b.constant(float(shader_list(array).size()));
     if (!array->type.array || !array->var) {
         if (!array->type.array)
             m_diagnostics.error(array->loc, n + "() needs an array, found " + array->type.str());
@@ -71,12 +73,13 @@ Ref Lower::array_op(const Expr* e) {
     ast::Type element = array->type;
     element.array = false;
     element.size = 0;
-    const std::string full = "array \"" + std::string(array->var->name) + "\" is full";
     if (n == "push") {
-        need_room(b.var, m_loop_depth > 0 ? ResizableRoom : room() + 1);
+        const int trips = m_known_loops == m_loop_depth ? m_trips : 0;
+        need_room(b.var, trips > 0 ? room() + trips : std::max(m_array_room, room() + 1));
         const Ref value = expr_as(e->args[1], element), i = length();
         const Ref r = m_b.emit(Op::StoreElement, Ty::Void, {i, value}, at, b.var);
-        m_b.stage().instrs[r].floats = {float(fault(at, full))};
+        m_pushes.push_back({at, b.var, fault(at, {})});
+        m_b.stage().instrs[r].floats = {float(m_pushes.back().fault)};
         m_b.store(b.length, m_b.emit(Op::Add, Ty::Float, {i, m_b.constant(1.0f)}, at), at);
         return zero(Ty::Float);
     }

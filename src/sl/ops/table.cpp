@@ -485,12 +485,16 @@ const Row table[] = {
     // ---- co-shaders
     // --------------------------------------------------------------------------------------------------
     special(O, "shader getshader(string handle)", "a co-shader by its handle; null if there is none"),
-    special(O, "shader[] getshaders(...)", "co-shaders, all or by category; none if there are none"),
+    special(O, "shader[] getshaders(...)",
+            "co-shaders: all, or getshaders(\"category\", name) those of a category"),
     special(O, "shader[] getlights(...)", "no lights: light is not known while shading"),
     special(O, "shader caller()", "null"),
     special(O, "float getvar(shader s, string name, output void value)",
-            "a co-shader's variable; 0 where there is none, and the variable stays as it is"),
-    rsl(O, "float hasmethod(shader s, string name)", "return 0;", "0: there is no co-shader"),
+            "1 and the value of a co-shader's parameter or member; 0 where there is none, and the variable "
+            "stays as it is"),
+    special(O, "float getvar(shader s, string name)"),
+    special(O, "float hasmethod(shader s, string name)",
+            "1 if the co-shader has a public method of that name"),
     special(O, "void writeaov(string name, ...)", "nothing: declare an output parameter"),
     special(O, "float outputchannel(string name, ...)", "0, as writeaov()"),
     special(O, "float evalparam(string name, output void value)",

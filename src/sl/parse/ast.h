@@ -48,8 +48,9 @@ struct Type {
 
     bool operator==(const Type& o) const {
         return base == o.base && array == o.array && (base != Base::Lobe || lobe == o.lobe) &&
-               (base != Base::Struct || record == o.record);
+               (base != Base::Struct || same_struct(o));
     }
+    bool same_struct(const Type& o) const; // co-shaders include the same headers
     bool is(Base b) const { return base == b && !array; }
     bool triple() const { return base >= Base::Color && base <= Base::Normal && !array; }
     bool spatial() const { return base >= Base::Point && base <= Base::Normal && !array; }
@@ -192,6 +193,11 @@ struct ShaderDecl {
     std::vector<FunctionDecl*> functions; // class: methods and functions
     Stmt* body = nullptr;                 // classic
 };
+
+inline bool Type::same_struct(const Type& o) const {
+    return record == o.record || (record && o.record && record->name == o.record->name &&
+                                  record->members.size() == o.record->members.size());
+}
 
 // Owns all nodes of a compilation.
 class Arena {

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "sl/parse/parser.h"
+#include "sl/sema/linked.h"
 
 namespace kanuka::sl {
 
@@ -116,6 +117,8 @@ void Sema::declare(FunctionDecl* f) {
 }
 
 VarDecl* Sema::global(std::string_view name) {
+    if (m_linked && m_linked->caller != this) // a co-shader sees what its caller sees
+        return m_linked->caller->global(name);
     if (const auto it = m_globals.find(name); it != m_globals.end())
         return it->second;
     for (size_t i = 0; i < ops::globals().size(); i++) {
@@ -158,6 +161,8 @@ void Sema::check(Unit& unit, ShaderDecl& shader) {
     for (VarDecl* v : shader.parameters) {
         variable(v);
         v->written = true;
+        if (v->type.base == Base::Shader)
+            note_use(CoShaderUse::Connected);
         if (!v->init && !v->type.is(Base::Shader))
             m_diagnostics.warning(v->loc, "parameter \"" + std::string(v->name) +
                                               "\" has no default value; write \"" + v->type.str() + " " +
@@ -278,6 +283,8 @@ void Sema::check_function(FunctionDecl* f) {
 }
 
 FunctionDecl* Sema::source(const ops::Shadeop& op, int signature) {
+    if (m_linked && m_linked->caller != this)
+        return m_linked->caller->source(op, signature);
     FunctionDecl*& f = m_sources[{&op, signature}];
     if (f)
         return f;

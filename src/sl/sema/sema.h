@@ -13,15 +13,23 @@
 
 namespace kanuka::sl {
 
+struct Linked;
+
 class Sema {
   public:
-    Sema(ast::Arena& arena, Diagnostics& diagnostics) : m_arena(arena), m_diagnostics(diagnostics) {}
+    Sema(ast::Arena& arena, Diagnostics& diagnostics, Linked* linked = nullptr)
+        : m_arena(arena), m_diagnostics(diagnostics), m_linked(linked) {}
 
     void check(ast::Unit& unit, ast::ShaderDecl& shader);
     // The variables that stand for globals which the shader uses.
     ast::VarDecl* global(std::string_view name);
     // The tree of a shadeop's own source; parsed and checked at its first use.
     ast::FunctionDecl* source(const ops::Shadeop& op, int signature);
+    // What the shader asks of co-shaders; after check().
+    // Is a texture in it, whose type is that which is wanted?
+    static bool asks_texture(const ast::Expr* e);
+    CoShaderUse coshader_use() const { return m_use; }
+    Linked* linked() const { return m_linked; }
 
   private:
     struct Scope {
@@ -67,6 +75,10 @@ class Sema {
     ast::Type list(ast::Expr* e, const ast::Type* expected);
     void want(ast::Expr* e, const ast::Type& to, const std::string& where);
 
+    // sema_coshaders.cpp
+    ast::Type coshader(ast::Expr* e, const ast::Type* expected);
+    void note_use(CoShaderUse use) { m_use = std::max(m_use, use); }
+
     // sema_calls.cpp
     ast::Type call(ast::Expr* e, const ast::Type* expected);
     void choose(ast::Expr* e, std::span<const std::string_view> choices, std::string_view input);
@@ -81,6 +93,8 @@ class Sema {
 
     ast::Arena& m_arena;
     Diagnostics& m_diagnostics;
+    Linked* m_linked; // null = no co-shaders are known
+    CoShaderUse m_use = CoShaderUse::None;
     std::deque<Scope> m_scopes;
     Scope* m_scope = nullptr;
     Scope* m_root = nullptr;

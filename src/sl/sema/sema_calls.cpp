@@ -148,7 +148,22 @@ ast::Type Sema::call_shadeop(Expr* e, const ops::Shadeop& op, const ast::Type* e
     // Arguments of one-signature shadeops have their type from it; the others stand for themselves.
     const bool single = op.signatures.size() == 1;
     bool broken = false;
-    for (size_t i = 0; i < e->args.size(); i++) {
+    // Textures beside a colour, or where one is wanted, are colours: mix (Cs, texture (name), 0.5).
+    static const ast::Type color{Base::Color};
+    std::vector<size_t> order; // those that know their type first
+    for (const bool open : {false, true})
+        for (size_t i = 0; i < e->args.size(); i++)
+            if (open == (!single && op.category != "Textures" && asks_texture(e->args[i])))
+                order.push_back(i);
+    const auto wants_color = [&](size_t i) {
+        bool beside = expected && expected->is(Base::Color), takes = false;
+        for (const Expr* a : e->args)
+            beside = beside || a->type.is(Base::Color);
+        for (const ops::Signature& s : op.signatures)
+            takes = takes || (i < s.args.size() && s.args[i].type.is(Base::Color));
+        return beside && takes;
+    };
+    for (const size_t i : order) {
         const bool known = single && i < op.signatures[0].args.size();
         // An output argument is not read: no warning that it has no value yet.
         bool output = false;
@@ -157,7 +172,8 @@ ast::Type Sema::call_shadeop(Expr* e, const ops::Shadeop& op, const ast::Type* e
         Expr* a = e->args[i];
         if (output && a->kind == ExprKind::Name && find(a->text))
             find(a->text)->written = true;
-        expr(a, known ? &op.signatures[0].args[i].type : nullptr);
+        const bool open = !single && op.category != "Textures" && asks_texture(a);
+        expr(a, known ? &op.signatures[0].args[i].type : open && wants_color(i) ? &color : nullptr);
         broken = broken || a->type.base == Base::Error;
     }
     if (broken)
@@ -212,6 +228,10 @@ ast::Type Sema::call_shadeop(Expr* e, const ops::Shadeop& op, const ast::Type* e
     }
     e->shadeop = &op;
     e->signature = best;
+    if (op.category == "Co-shaders")
+        note_use(op.name == "getshader" || op.name == "getshaders" ? CoShaderUse::Any
+                 : op.name == "getvar" || op.name == "hasmethod"   ? CoShaderUse::Connected
+                                                                   : CoShaderUse::None);
     const ops::Signature& s = op.signatures[best];
     for (size_t i = 0; i < s.args.size(); i++)
         if (s.args[i].output)

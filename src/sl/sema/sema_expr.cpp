@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "sl/sema/sema.h"
 
 namespace kanuka::sl {
@@ -179,15 +181,12 @@ ast::Type Sema::member(Expr* e, const ast::Type* expected) {
         return called ? call(e, expected) : name(e, true);
     }
     const ast::Type t = expr(whole);
+    if (t.is(Base::Shader))
+        return coshader(e, expected);
     for (size_t i = 1; i < e->args.size(); i++)
         expr(e->args[i]);
     if (t.base == Base::Error)
         return {};
-    if (t.is(Base::Shader)) {
-        if (expected && expected->base != Base::Error && expected->base != Base::Bool)
-            return *expected;
-        return {Base::Float};
-    }
     if (!t.is(Base::Struct)) {
         m_diagnostics.error(e->loc, "\"->\" needs a struct or a shader before it, found " + t.str());
         return {};
@@ -418,6 +417,15 @@ static bool open_tuple(const Expr* e) {
     return e->kind == ExprKind::Tuple && e->type.base == Base::Error && e->args.size() == 3;
 }
 
+// mix(), max(), pow() … of textures: a colour where one is wanted.
+static bool open_call(const ops::Shadeop& op, const Expr* e) {
+    bool colors = false;
+    for (const ops::Signature& s : op.signatures)
+        colors = colors || (op.signatures.size() > 1 && s.result.is(Base::Color) && !s.args.empty() &&
+                            s.args[0].type.is(Base::Color));
+    return colors && std::any_of(e->args.begin(), e->args.end(), Sema::asks_texture);
+}
+
 // True where an expression's type follows from what is wanted of it: noise() and texture() return what one
 // asks for.
 static bool adapts(const Expr* e, int depth = 0) {
@@ -426,26 +434,27 @@ static bool adapts(const Expr* e, int depth = 0) {
     if (e->kind == ExprKind::Call) {
         const ops::Shadeop* op = ops::find_shadeop(e->text);
         return op && (op->signatures[0].impl == ops::Impl::Noise || op->category == "Textures" ||
-                      op->name == "random");
+                      op->name == "random" || open_call(*op, e));
     }
-    if (open_tuple(e))
+    if (open_tuple(e) || e->kind == ExprKind::Method) // of a co-shader that is not known
         return true;
     if (e->kind == ExprKind::Unary)
         return adapts(e->args[0], depth + 1);
+    if (e->kind == ExprKind::Ternary)
+        return adapts(e->args[1], depth + 1) || adapts(e->args[2], depth + 1);
     if (e->kind == ExprKind::Binary && (e->op == BinOp::Add || e->op == BinOp::Sub || e->op == BinOp::Mul))
         return adapts(e->args[0], depth + 1) || adapts(e->args[1], depth + 1);
     return false;
 }
 
-static bool asks_texture(const Expr* e) {
+bool Sema::asks_texture(const Expr* e) {
     if (e->kind == ExprKind::Call) {
         const ops::Shadeop* op = ops::find_shadeop(e->text);
-        return op && op->category == "Textures" && op->name != "shadow";
+        return op && ((op->category == "Textures" && op->name != "shadow") || open_call(*op, e));
     }
-    for (const Expr* a : e->args)
-        if ((e->kind == ExprKind::Unary || e->kind == ExprKind::Binary) && asks_texture(a))
-            return true;
-    return false;
+    const bool open =
+        e->kind == ExprKind::Unary || e->kind == ExprKind::Binary || e->kind == ExprKind::Ternary;
+    return open && std::any_of(e->args.begin(), e->args.end(), asks_texture);
 }
 
 ast::Type Sema::binary(Expr* e, const ast::Type* expected) {
@@ -453,8 +462,10 @@ ast::Type Sema::binary(Expr* e, const ast::Type* expected) {
     const bool sum = e->op == BinOp::Add || e->op == BinOp::Sub;
     const bool product = e->op == BinOp::Mul || e->op == BinOp::Div;
     if ((!sum && !product) || !(adapts(a) || adapts(b))) {
-        expr(a);
-        expr(b);
+        const ast::Type vector{Base::Vector};
+        const bool spatial = e->op == BinOp::Dot || e->op == BinOp::Cross;
+        expr(a, spatial && a->kind == ExprKind::Method ? &vector : nullptr);
+        expr(b, spatial && b->kind == ExprKind::Method ? &vector : nullptr);
         return arithmetic(e->loc, e->op, a->type, b->type);
     }
     // The operand that knows its type goes first. Beside a triple, a factor is a float (N * noise(P)) and a
