@@ -20,8 +20,9 @@ struct Overrides {
     std::optional<float> geometry_tolerance; // pixels; 0 = one micropolygon traced per shading cell
     std::optional<std::string> integrator;
     std::optional<uint32_t> seed;
-    int lanes = 0;                // transport and shading lanes: 1, 8, 16; 0 = widest
-    std::string standard_shaders; // folder
+    std::optional<std::array<float, 2>> shutter; // opens, closes; equal = no motion blur
+    int lanes = 0;                               // transport and shading lanes: 1, 8, 16; 0 = widest
+    std::string standard_shaders;                // folder
 };
 
 struct Result {

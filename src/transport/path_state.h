@@ -35,6 +35,7 @@ struct alignas(64) BatchState {
     Lane<float> inv_pdf[4]; // 1 / their density over [0, 1]
     Lane<float> radiance[4];
     Lane<int32_t> pixel_hash;
+    Lane<float> time; // while the shutter is open, 0 to 1; written where something moves
     // First hits, for AOVs.
     Lane<float> albedo[4], normal[3], position[3], depth, hit;
     Lane<float> alpha; // a hit, or a visible environment

@@ -21,6 +21,8 @@ struct SceneInputs {
     LatLong map; // of the environment light that has a texture, if any
     Transform render_from_world;
     CameraView camera;
+    bool moving = false; // something moves while the shutter is open, or the camera does
+    std::vector<float> shutter_quantiles;
     std::span<const float> filter_x, filter_y, filter_weight_x, filter_weight_y;
     int max_depth = 8;
     uint32_t seed = 0;

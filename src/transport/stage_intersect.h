@@ -83,6 +83,11 @@ void intersect(const SceneView& scene, BatchState& batch, const PathState& paths
                    gather(batch.pixel_hash, select(rays.active, Int<W>::load(paths.path + first), Int<W>(0))),
                    Int<W>(0)) ^
             Int<W>(int(uint32_t(bounce) * 0x3c6ef372u));
+        if (scene.moving)
+            rays.time =
+                select(rays.active,
+                       gather(batch.time, select(rays.active, Int<W>::load(paths.path + first), Int<W>(0))),
+                       Float<W>(0.0f));
         scene.bvh->intersect(rays, hit);
         hit.t.store(hits.t + first);
         hit.u.store(hits.u + first);

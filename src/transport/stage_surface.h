@@ -79,8 +79,11 @@ class SurfaceStage {
             t = gather(stage.m_hits.t, slot);
             Ng = {gather(stage.m_hits.ng[0], slot), gather(stage.m_hits.ng[1], slot),
                   gather(stage.m_hits.ng[2], slot)};
-            V anchor = stage.traced_vertex(shape, place.anchor);
-            N = fetch.normal(shape);
+            V anchor = stage.traced_vertex(shape.positions, place.anchor);
+            if (stage.m_scene.moving)
+                follow_motion(stage, anchor);
+            else
+                N = fetch.normal(shape);
             if (stage.m_scene.instanced)
                 stage.leave_instance(slot, anchor, Ng, N);
             // Cast the hit onto the plane of its triangle: the ray parameter loses digits far from the
@@ -91,6 +94,21 @@ class SurfaceStage {
             Ng = Ng * (F(1.0f) / sqrt(n2));
             orient();
             coordinate_frame(N, T, B);
+        }
+
+        void follow_motion(const SurfaceStage& stage, V& anchor) {
+            const MotionLanes<W> motion(stage.m_scene.shapes, gather(stage.m_hits.shape, slot),
+                                        gather(stage.m_batch.time, path));
+            if (!any(motion.moving)) {
+                N = fetch.normal(shape);
+                return;
+            }
+            const I at = shape.positions + motion.segment * motion.stride;
+            const V a = stage.traced_vertex(select(motion.moving, at, shape.positions), place.anchor);
+            const V b =
+                stage.traced_vertex(select(motion.moving, at + motion.stride, shape.positions), place.anchor);
+            anchor = select(motion.moving, a + (b - a) * motion.f, anchor);
+            N = fetch.normal(shape, motion);
         }
 
         // The outside is where the shading normals point; where there are none, where the winding says.
@@ -124,8 +142,8 @@ class SurfaceStage {
         }
     };
 
-    V traced_vertex(const ShapeLanes<W>& shape, I vertex) const {
-        const I at = shape.positions + vertex * I(3);
+    V traced_vertex(I positions, I vertex) const {
+        const I at = positions + vertex * I(3);
         return {gather(m_scene.floats, at), gather(m_scene.floats + 1, at), gather(m_scene.floats + 2, at)};
     }
 

@@ -57,6 +57,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     picture.add_argument("--max-depth", type=types.natural, metavar="N", help="scattering events of a path")
     picture.add_argument("--integrator", metavar="NAME", help=", ".join(kanuka.integrator_names()))
     picture.add_argument("--seed", type=types.natural, metavar="N", help="another seed, another noise")
+    picture.add_argument(
+        "--shutter", type=types.shutter, metavar="OPEN,CLOSE", help="times of motion; twice the same = no motion blur"
+    )
     machine = parser.add_argument_group("machine", "the picture does not depend on these")
     machine.add_argument("--threads", type=types.positive_int, metavar="N", help="default: all there are")
     machine.add_argument("--lanes", type=int, choices=(0, 1, 8, 16), default=0, help="SIMD lanes; 0 = the widest")
@@ -100,6 +103,7 @@ def render(arguments: argparse.Namespace, started: float, interruption: Interrup
         max_depth=arguments.max_depth,
         integrator=arguments.integrator,
         seed=arguments.seed,
+        shutter=arguments.shutter,
         lanes=arguments.lanes,
         progress=bar.update,
         journal=scene.journal,

@@ -44,7 +44,7 @@ constexpr RequestSpec Table[] = {
     {"ObjectEnd", V31, InObject, {}, No, Support::Full, h::object_end, ""},
     {"ObjectInstance", V31, Solid, {{{"handle", A::Handle}}}, No, Support::Full, h::object_instance, ""},
     {"MotionBegin", V31, Anywhere, {{{"times", A::FloatArray}}}, No, Support::Partial, h::motion_begin,
-     "the first sample stands for all: motion blur is not supported yet"},
+     "of transformations and primitives; of other requests the first sample stands for all"},
     {"MotionEnd", V31, Anywhere | InMotion, {}, No, Support::Full, h::motion_end, ""},
     {"ReadArchive", V32, Anywhere, {{{"name", A::String}}}, Params::Other, Support::Full, h::read_archive, ""},
     {"ArchiveBegin", Ext, Anywhere, {{{"name", A::String}}}, Params::Other, Support::Full, h::archive_begin, ""},
