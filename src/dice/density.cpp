@@ -74,11 +74,11 @@ float Density::pixels_at(const Vec3f& q, float& beyond) const {
     case Projection::Equisolid: {
         // Equidistant: f along the radius, f a / sin(a) along the circle; equisolid: f^2 of area everywhere.
         constexpr float LeastSine = 0.1f; // around the point straight behind, where the picture's rim is
-        const float a = std::atan2(std::sqrt(fma(q.x, q.x, q.y * q.y)), q.z);
-        const float stretch = m_projection == Projection::Equisolid ? 1
-                              : a < 1e-3f                           ? 1
-                                                                    : a / std::max(std::sin(a), LeastSine);
-        beyond = max(a - m_half_angle, 0.0f);
+        const float angle = std::atan2(std::sqrt(fma(q.x, q.x, q.y * q.y)), q.z);
+        const float a = min(angle, m_half_angle);
+        const bool equal = m_projection == Projection::Equisolid || a < 1e-3f;
+        const float stretch = equal ? 1 : a / std::max(std::sin(a), LeastSine);
+        beyond = angle - a;
         return m_pixels_per_tangent * std::sqrt(stretch) / std::max(r, m_near);
     }
     case Projection::Spherical: {

@@ -51,9 +51,13 @@ std::shared_ptr<const scene::Attributes> attributes(const Looks& looks) {
 // An array with one slice for each time, (T, …), as T arrays; otherwise one.
 nb::list slices(nb::handle array, size_t dimensions) {
     nb::list list;
-    const nb::object even = nb::module_::import_("numpy").attr("asarray")(array);
-    if (nb::cast<size_t>(even.attr("ndim")) != dimensions + 1) {
-        list.append(even);
+    nb::object even;
+    try {
+        even = nb::module_::import_("numpy").attr("asarray")(array);
+    } catch (nb::python_error&) { // what it is will be said where it is used
+    }
+    if (!even.is_valid() || nb::cast<size_t>(even.attr("ndim")) != dimensions + 1) {
+        list.append(array);
         return list;
     }
     for (nb::handle slice : even)
