@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "base/sampling.h"
 #include "transport/test_scene.h"
 
 namespace kanuka::transport {
@@ -11,7 +12,7 @@ namespace {
 using namespace testing;
 using kanuka::testing::chi_square;
 
-constexpr Vec3f X{1, 0, 0}, Y{0, 1, 0}, Z{0, 0, 1};
+const Vec3f X{1, 0, 0}, Y{0, 1, 0}, Z{0, 0, 1};
 constexpr double Degree = 3.14159265358979323846 / 180;
 
 // Where in a room of a sphere every pixel looks.
@@ -52,8 +53,7 @@ TEST(Cameras, FisheyesLookWhereTheyShould) {
             for (int x = 0; x < N; x++) {
                 const double fx = (x + 0.5) / N * 2 - 1, fy = 1 - (y + 0.5) / N * 2, r = std::hypot(fx, fy);
                 const Vec3f& got = d[size_t(y * N + x)];
-                if (r > 1.05)
-                    EXPECT_EQ(got, Vec3f(0.0f));
+                EXPECT_TRUE(r < 1.05 || got == Vec3f(0.0f));
                 if (r > 0.95)
                     continue;
                 const double a = projection == Projection::Fisheye ? r * 110 * Degree
@@ -139,7 +139,7 @@ TEST(Cameras, LensesAreSampledEvenly) {
     }
 }
 
-// A small light out of focus has the shape of the iris in the picture, turned around if it lies behind the
+// A small light out of focus has the shape of the iris in the picture, turned around if it lies before the
 // focus, and the size that the thin lens says.
 TEST(Cameras, BlurredLightsShowTheIris) {
     constexpr int N = 48;
@@ -154,8 +154,8 @@ TEST(Cameras, BlurredLightsShowTheIris) {
         c.blades = 3;
         c.squeeze = float(squeeze);
         s.finish();
-        // A lens point p sees the light at film point p (1 / far - 1 / focus).
-        const double scale = double(radius) * (1 / double(far) - 1 / double(focus));
+        // A lens point p sees the light at film point p (1 / focus - 1 / far).
+        const double scale = double(radius) * (1 / double(focus) - 1 / double(far));
         double in = 0, out = 0, sum_x2 = 0, sum_y2 = 0, sum_x = 0, sum = 0;
         const auto pixels = s.render(1000, 8);
         for (int y = 0; y < N; y++)

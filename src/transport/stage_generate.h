@@ -84,9 +84,11 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
         }
         Vec3<F> o, d;
         const Mask<W> seen = camera_ray(cam, fx, fy, lens_x, lens_y, o, d);
-        blind |= !all(seen);
-        for (int k = 0; k < W && first + k < count; k++)
-            sees[first + k] = seen[k];
+        if (is_fisheye(cam.projection)) {
+            blind |= !all(seen);
+            for (int k = 0; k < W && first + k < count; k++)
+                sees[first + k] = seen[k];
+        }
         Vec3<F> O, D;
         leave_camera(cam, o, d, time, O, D);
 
