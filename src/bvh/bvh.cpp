@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstring>
 #include <embree3/rtcore.h>
+#include <map>
 
 #include "base/error.h"
 #include "base/sampling.h"
@@ -91,6 +92,10 @@ struct Instances {
     std::span<const float> transforms;
     std::vector<float> inverses; // 12 floats each
     RTCBounds child;
+    // Moving ones: bounds at `steps` even times, which hold everything in between when interpolated.
+    std::span<const MotionPath> paths;
+    int steps = 1;
+    std::vector<Bounds3f> bounds; // of an instance, step by step
 };
 
 // Travels with a query through all levels; filters and callbacks find their ray by ray.id.
@@ -127,16 +132,82 @@ void presence_filter(const RTCFilterFunctionNArguments* args) {
     }
 }
 
-void instance_bounds(const RTCBoundsFunctionArguments* args) {
-    const Instances& in = *static_cast<const Instances*>(args->geometryUserPtr);
-    const float* m = in.transforms.data() + size_t(args->primID) * 12;
-    const RTCBounds& c = in.child;
+Bounds3f placed(const float* m, const RTCBounds& c) {
     Bounds3f b;
     for (int k = 0; k < 8; k++)
         b.extend(apply(
             m, {k & 1 ? c.upper_x : c.lower_x, k & 2 ? c.upper_y : c.lower_y, k & 4 ? c.upper_z : c.lower_z},
             1));
+    return b;
+}
+
+void instance_bounds(const RTCBoundsFunctionArguments* args) {
+    const Instances& in = *static_cast<const Instances*>(args->geometryUserPtr);
+    const Bounds3f b = in.paths.empty() ? placed(in.transforms.data() + size_t(args->primID) * 12, in.child)
+                                        : in.bounds[size_t(args->primID) * size_t(in.steps) + args->timeStep];
     *args->bounds_o = {b.lo.x, b.lo.y, b.lo.z, 0, b.hi.x, b.hi.y, b.hi.z, 0};
+}
+
+// The tree interpolates bounds between steps; turning boxes swell in between. Every step's bounds are widened
+// by what the neighbouring pieces lack: measured at several times of a piece, and bounded between those by
+// how far an arc may lie from its chord.
+void bound_path(const MotionPath& path, const RTCBounds& child, int steps, Bounds3f* out) {
+    constexpr int Samples = 4; // a piece
+    const Bounds3f box{{child.lower_x, child.lower_y, child.lower_z},
+                       {child.upper_x, child.upper_y, child.upper_z}};
+    if (box.empty()) {
+        std::fill_n(out, steps, Bounds3f{{0, 0, 0}, {0, 0, 0}});
+        return;
+    }
+    const auto at = [&](double t) {
+        float m[12];
+        path.at(t, m);
+        return placed(m, child);
+    };
+    const std::vector<double> knots = path.times();
+    std::vector<Bounds3f> exact;
+    for (int j = 0; j < steps; j++)
+        exact.push_back(at(double(j) / (steps - 1)));
+    std::vector<Vec3f> low(size_t(steps), Vec3f(0.0f)), high(size_t(steps), Vec3f(0.0f));
+    std::vector<double> times;
+    for (int j = 0; j + 1 < steps; j++) {
+        const double t0 = double(j) / (steps - 1), t1 = double(j + 1) / (steps - 1);
+        times.clear();
+        for (int i = 0; i <= Samples; i++)
+            times.push_back(t0 + (t1 - t0) * i / Samples);
+        for (const double k : knots)
+            if (k > t0 && k < t1)
+                times.push_back(k);
+        std::sort(times.begin(), times.end());
+        const Bounds3f &a = exact[size_t(j)], &b = exact[size_t(j) + 1];
+        Vec3f lack_low(0.0f), lack_high(0.0f);
+        for (size_t i = 0; i < times.size(); i++) {
+            double stray = 0;
+            if (i > 0)
+                stray = path.deviation(times[i - 1], times[i], box);
+            if (i + 1 < times.size())
+                stray = std::max(stray, path.deviation(times[i], times[i + 1], box));
+            const Bounds3f now = at(times[i]);
+            const float f = float((times[i] - t0) / (t1 - t0));
+            for (int c = 0; c < 3; c++) {
+                lack_low[c] =
+                    std::max(lack_low[c], a.lo[c] + (b.lo[c] - a.lo[c]) * f - now.lo[c] + float(stray));
+                lack_high[c] =
+                    std::max(lack_high[c], now.hi[c] + float(stray) - (a.hi[c] + (b.hi[c] - a.hi[c]) * f));
+            }
+        }
+        for (const size_t k : {size_t(j), size_t(j) + 1})
+            for (int c = 0; c < 3; c++) {
+                low[k][c] = std::max(low[k][c], lack_low[c]);
+                high[k][c] = std::max(high[k][c], lack_high[c]);
+            }
+    }
+    for (size_t j = 0; j < size_t(steps); j++)
+        for (int c = 0; c < 3; c++) {
+            const float rounding = 4e-7f * std::max(std::abs(exact[j].lo[c]), std::abs(exact[j].hi[c]));
+            out[j].lo[c] = exact[j].lo[c] - low[j][c] - rounding;
+            out[j].hi[c] = exact[j].hi[c] + high[j][c] + rounding;
+        }
 }
 
 RTCRay ray_in_child(const RTCRayN* rays, unsigned n, unsigned i, const float* inverse) {
@@ -148,26 +219,61 @@ RTCRay ray_in_child(const RTCRayN* rays, unsigned n, unsigned i, const float* in
     return r;
 }
 
-void enter(Context& context, const Instances& in, unsigned prim) {
+void enter(Context& context, const float* group_from_child) {
     context.world_from_current[context.depth + 1] =
-        concat(context.world_from_current[context.depth], in.transforms.data() + size_t(prim) * 12);
+        concat(context.world_from_current[context.depth], group_from_child);
     context.depth++;
 }
+
+// An instance's matrices for one ray after the other: the same for all, or those of each ray's time.
+class Passage {
+  public:
+    Passage(Context& context, const Instances& in, unsigned prim)
+        : m_context(context), m_in(in), m_prim(prim) {
+        if (!in.paths.empty()) {
+            m_context.depth++; // for the ray to come
+            return;
+        }
+        enter(m_context, in.transforms.data() + size_t(prim) * 12);
+        m_inverse = in.inverses.data() + size_t(prim) * 12;
+    }
+    ~Passage() { m_context.depth--; }
+    // The ray in the child's space; false = it meets nothing there.
+    bool take(const RTCRayN* rays, unsigned n, unsigned i, RTCRay& out) {
+        if (!m_in.paths.empty()) {
+            float m[12];
+            m_in.paths[m_prim].at(double(RTCRayN_time(const_cast<RTCRayN*>(rays), n, i)), m);
+            if (!invert(m, m_moving))
+                return false;
+            m_context.depth--;
+            enter(m_context, m);
+            m_inverse = m_moving;
+        }
+        out = ray_in_child(rays, n, i, m_inverse);
+        return traceable(out);
+    }
+
+  private:
+    Context& m_context;
+    const Instances& m_in;
+    unsigned m_prim;
+    const float* m_inverse = nullptr;
+    float m_moving[12];
+};
 
 void instance_intersect(const RTCIntersectFunctionNArguments* args) {
     const Instances& in = *static_cast<const Instances*>(args->geometryUserPtr);
     Context& context = *reinterpret_cast<Context*>(args->context);
     if (context.depth >= MaxDepth)
         return;
-    enter(context, in, args->primID);
+    Passage passage(context, in, args->primID);
     RTCRayN* rays = RTCRayHitN_RayN(args->rayhit, args->N);
     RTCHitN* hits = RTCRayHitN_HitN(args->rayhit, args->N);
     for (unsigned i = 0; i < args->N; i++) {
         if (args->valid[i] == 0)
             continue;
         RTCRayHit rh;
-        rh.ray = ray_in_child(rays, args->N, i, in.inverses.data() + size_t(args->primID) * 12);
-        if (!traceable(rh.ray))
+        if (!passage.take(rays, args->N, i, rh.ray))
             continue;
         rh.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         rh.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
@@ -185,7 +291,6 @@ void instance_intersect(const RTCIntersectFunctionNArguments* args) {
         }
         RTCHitN_instID(hits, args->N, i, 0) = 0; // for the levels above: not one of your own geometries
     }
-    context.depth--;
 }
 
 void instance_occluded(const RTCOccludedFunctionNArguments* args) {
@@ -193,18 +298,17 @@ void instance_occluded(const RTCOccludedFunctionNArguments* args) {
     Context& context = *reinterpret_cast<Context*>(args->context);
     if (context.depth >= MaxDepth)
         return;
-    enter(context, in, args->primID);
+    Passage passage(context, in, args->primID);
     for (unsigned i = 0; i < args->N; i++) {
         if (args->valid[i] == 0)
             continue;
-        RTCRay ray = ray_in_child(args->ray, args->N, i, in.inverses.data() + size_t(args->primID) * 12);
-        if (!traceable(ray))
+        RTCRay ray;
+        if (!passage.take(args->ray, args->N, i, ray))
             continue;
         rtcOccluded1(in.target->scene, &context.embree, &ray);
         if (ray.tfar < 0)
             RTCRayN_tfar(args->ray, args->N, i) = -std::numeric_limits<float>::infinity();
     }
-    context.depth--;
 }
 
 } // namespace
@@ -253,8 +357,8 @@ struct Scene::Impl {
         rtcReleaseGeometry(geometry);
     }
 
-    // All grids of a group whose hits are filtered, or all whose hits are not: their vertices lie in the
-    // arena as they are.
+    // Grids of a group that move by the same steps and whose hits are all filtered, or all not: their
+    // vertices lie in the arena as they are.
     void add_grids(Group& group, const std::vector<int>& shapes) {
         if (shapes.empty())
             return;
@@ -268,13 +372,17 @@ struct Scene::Impl {
             grids[i] = {first, unsigned(s.mu + 1), uint16_t(s.mu + 1), uint16_t(s.mv + 1)};
             last = std::max(last, size_t(first) + size_t(s.mu + 1) * size_t(s.mv + 1));
         }
-        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, store.words(), 0,
-                                   12, last);
+        const store::ShapeRecord& first = store.shapes()[size_t(shapes[0])]; // all move by the same steps
+        rtcSetGeometryTimeStepCount(geometry, unsigned(first.motion_segments) + 1);
+        for (int k = 0; k <= first.motion_segments; k++)
+            rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, unsigned(k), RTC_FORMAT_FLOAT3,
+                                       store.words(), size_t(k) * size_t(first.motion_stride) * 4, 12, last);
         auto ours = std::make_unique<Geometry>(Geometry{&store, shapes, {}});
         attach(group, geometry, std::move(ours));
     }
 
-    // The same grids as quads that share the grids' vertices. Embree splits both along the same diagonal.
+    // The same grids as quads that share the grids' vertices; for still ones. Embree splits both along the
+    // same diagonal.
     void add_quads(Group& group, const std::vector<int>& shapes, size_t cells) {
         RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_QUAD);
         auto* corner = static_cast<uint32_t*>(
@@ -306,8 +414,11 @@ struct Scene::Impl {
         const bool quads = s.flags & store::ShapeRecord::Quads;
         RTCGeometry geometry =
             rtcNewGeometry(device, quads ? RTC_GEOMETRY_TYPE_QUAD : RTC_GEOMETRY_TYPE_TRIANGLE);
-        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                   store.words() + s.positions, 0, 12, size_t(s.mu));
+        rtcSetGeometryTimeStepCount(geometry, unsigned(s.motion_segments) + 1);
+        for (int k = 0; k <= s.motion_segments; k++)
+            rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, unsigned(k), RTC_FORMAT_FLOAT3,
+                                       store.words() + s.positions, size_t(k) * size_t(s.motion_stride) * 4,
+                                       12, size_t(s.mu));
         rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0,
                                    quads ? RTC_FORMAT_UINT4 : RTC_FORMAT_UINT3, store.words() + s.indices, 0,
                                    quads ? 16 : 12, size_t(s.mv));
@@ -315,27 +426,48 @@ struct Scene::Impl {
     }
 
     void add_instances(Group& group, const GroupDesc::Instances& desc) {
-        const size_t count = desc.transforms.size() / 12;
+        const size_t count = desc.paths.empty() ? desc.transforms.size() / 12 : desc.paths.size();
+        if (count == 0)
+            return;
         auto in = std::make_unique<Instances>();
         in->group = desc.group;
         in->target = &groups[size_t(desc.group)];
         in->transforms = desc.transforms;
-        in->inverses.resize(count * 12);
+        in->paths = desc.paths;
         rtcGetSceneBounds(in->target->scene, &in->child);
-        tasks::parallel_chunks(count, 4096, [&](size_t begin, size_t end) {
+        if (!in->paths.empty())
+            bound_paths(*in);
+        else
+            in->inverses.resize(count * 12);
+        tasks::parallel_chunks(in->inverses.size() / 12, 4096, [&](size_t begin, size_t end) {
             for (size_t i = begin; i < end; i++)
                 if (!invert(desc.transforms.data() + i * 12, in->inverses.data() + i * 12))
                     std::fill_n(in->inverses.data() + i * 12, 12, 0.0f); // a flattened instance: never hit
         });
         RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
         rtcSetGeometryUserPrimitiveCount(geometry, unsigned(count));
+        rtcSetGeometryTimeStepCount(geometry, unsigned(in->steps));
         rtcSetGeometryUserData(geometry, in.get());
         rtcSetGeometryBoundsFunction(geometry, instance_bounds, nullptr);
         rtcSetGeometryIntersectFunction(geometry, instance_intersect);
         rtcSetGeometryOccludedFunction(geometry, instance_occluded);
-        bytes += int64_t(in->inverses.size() * sizeof(float));
+        bytes += int64_t(in->inverses.size() * sizeof(float) + in->bounds.size() * sizeof(Bounds3f));
         group.instances.push_back(std::move(in));
         attach(group, geometry, nullptr);
+    }
+
+    static void bound_paths(Instances& in) {
+        constexpr double TurnAStep = 0.2; // radians: boxes that turn by that much fit well enough
+        constexpr int MostSteps = 65;     // Embree's limit is 129
+        double pieces = 1;
+        for (const MotionPath& path : in.paths)
+            pieces = std::max({pieces, path.turning() / TurnAStep, double(path.times().size()) - 1});
+        in.steps = 1 + int(std::min(std::ceil(pieces), double(MostSteps - 1)));
+        in.bounds.resize(in.paths.size() * size_t(in.steps));
+        tasks::parallel_chunks(in.paths.size(), 256, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; i++)
+                bound_path(in.paths[i], in.child, in.steps, in.bounds.data() + i * size_t(in.steps));
+        });
     }
 
     template <int W>
@@ -361,23 +493,28 @@ Scene::Scene(const store::Store& store, std::span<const GroupDesc> groups, bool 
         rtcSetSceneFlags(group.scene,
                          RTCSceneFlags(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION |
                                        (compact ? RTC_SCENE_FLAG_COMPACT : 0)));
-        std::vector<int> solid, cut_out;
+        // Grids by whether hits are filtered, their steps, and how far apart those lie.
+        std::map<std::array<int32_t, 3>, std::vector<int>> grids;
         for (const auto& range : groups[g].shapes)
             for (int s = range.first; s < range.first + range.count; s++) {
                 const store::ShapeRecord& shape = store.shapes()[size_t(s)];
                 if (shape.flags & store::ShapeRecord::Mesh)
                     impl.add_mesh(group, s);
                 else
-                    (impl.cuts_out(shape) ? cut_out : solid).push_back(s);
+                    grids[{impl.cuts_out(shape), shape.motion_segments,
+                           shape.motion_segments > 0 ? shape.motion_stride : 0}]
+                        .push_back(s);
             }
-        size_t cells = 0;
-        for (int shape : solid)
-            cells += size_t(store.shapes()[size_t(shape)].mu) * size_t(store.shapes()[size_t(shape)].mv);
-        if (cells > 0 && cells <= MostQuads && !compact)
-            impl.add_quads(group, solid, cells);
-        else
-            impl.add_grids(group, solid);
-        impl.add_grids(group, cut_out);
+        for (const auto& [kind, list] : grids) {
+            size_t cells = 0;
+            for (int shape : list)
+                cells += size_t(store.shapes()[size_t(shape)].mu) * size_t(store.shapes()[size_t(shape)].mv);
+            const bool solid = kind[0] == 0, still = kind[1] == 0;
+            if (solid && still && cells > 0 && cells <= MostQuads && !compact)
+                impl.add_quads(group, list, cells);
+            else
+                impl.add_grids(group, list);
+        }
         for (const auto& instances : groups[g].instances)
             impl.add_instances(group, instances);
         rtcCommitScene(group.scene);
@@ -440,7 +577,7 @@ void fill(Ray& r, const RayPacket<W>& rays) {
     const auto put = [](auto& field, const auto& value) { std::memcpy(&field, &value.v, sizeof value.v); };
     put(r.org_x, rays.o.x), put(r.org_y, rays.o.y), put(r.org_z, rays.o.z);
     put(r.dir_x, rays.d.x), put(r.dir_y, rays.d.y), put(r.dir_z, rays.d.z);
-    put(r.tnear, Float<W>(0.0f)), put(r.tfar, rays.t_max), put(r.time, Float<W>(0.0f));
+    put(r.tnear, Float<W>(0.0f)), put(r.tfar, rays.t_max), put(r.time, rays.time);
     put(r.mask, Int<W>(-1)), put(r.id, Int<W>::lane_index()), put(r.flags, Int<W>(0));
 }
 

@@ -1,6 +1,8 @@
 // Ray queries over the store: Embree behind one thin file. Grids of a group are one GRID geometry, meshes one
 // geometry each; instances are one user geometry per group of them, nested to any depth by callback (Embree's
-// own instancing is one level deep in the packaged build).
+// own instancing is one level deep in the packaged build). Shapes that change while the shutter is open are
+// geometries with a vertex buffer a step; moving instances have their bounds at several times, and their
+// matrix is made for every ray that meets them.
 #pragma once
 
 #include <cstdint>
@@ -9,6 +11,7 @@
 #include <vector>
 
 #include "base/lanes.h"
+#include "base/motion.h"
 #include "base/vec.h"
 #include "store/store.h"
 
@@ -24,6 +27,8 @@ struct GroupDesc {
         int group;
         std::span<const float>
             transforms; // row-major 3x4 group_from_child, 12 floats each; must outlive the scene
+        // Moving ones instead: where each is at a time from 0 to 1; must outlive the scene.
+        std::span<const MotionPath> paths = {};
     };
     std::vector<Instances> instances;
 };
@@ -33,7 +38,8 @@ struct RayPacket {
     Vec3<Float<W>> o, d; // d need not be unit length; distances are in units of it
     Float<W> t_max;
     Mask<W> active;
-    Int<W> seed; // decides hits on partly present surfaces; same seed, same decisions
+    Int<W> seed;         // decides hits on partly present surfaces; same seed, same decisions
+    Float<W> time{0.0f}; // while the shutter is open, 0 to 1
 };
 
 template <int W>
@@ -44,7 +50,7 @@ struct HitPacket {
     Int<W> shape,
         prim; // index into Store::shapes; face of a mesh, unused for grids (u, v run over the whole grid)
     Int<W> instanced;                          // 0, or 1 where `world_from_shape` holds the lane's transform
-    alignas(64) float world_from_shape[12][W]; // row-major 3x4
+    alignas(64) float world_from_shape[12][W]; // row-major 3x4, at the ray's time
 };
 
 class Scene {

@@ -6,30 +6,38 @@
 
 #include "python/arrays.h"
 #include "python/values.h"
+#include "scene/shutter.h"
 
 namespace kanuka::python {
 
 namespace {
 
-scene::Group::Instances instances(Scene& owner, const Group& group, nb::handle transforms) {
+scene::Group::Instances instances(Scene& owner, const Group& group, nb::handle transforms, nb::handle times) {
     if (group.owner.get() != &owner)
         throw nb::value_error("group: it belongs to another scene");
     const FloatArray array = float_array(transforms, "transforms");
-    if (array.shape.size() != 3 || array.shape[2] != 4 || (array.shape[1] != 3 && array.shape[1] != 4))
-        throw nb::value_error(
-            ("transforms: expected shape (N, 3, 4) or (N, 4, 4), got " + shape_text(array.shape)).c_str());
+    const auto& shape = array.shape;
+    const size_t d = shape.size();
+    if (d < 3 || d > 4 || shape[d - 1] != 4 || (shape[d - 2] != 3 && shape[d - 2] != 4) ||
+        (d == 4 && shape[0] == 0))
+        throw nb::value_error(("transforms: expected shape (N, 3, 4) or (N, 4, 4), or that for each time: "
+                               "(T, N, 3, 4); got " +
+                               shape_text(shape))
+                                  .c_str());
     scene::Group::Instances result;
     result.group = group.index;
     result.first_id = owner.next_id;
-    owner.next_id += int(array.shape[0]);
-    if (array.shape[1] == 3) {
+    if (d == 4 && shape[0] > 1)
+        result.times = sample_times(times, shape[0], "transforms");
+    if (shape[d - 2] == 3) {
         result.transforms = array.buffer;
-        return result;
+    } else {
+        std::vector<float> rows(array.buffer.size() / 16 * 12); // drop the last row
+        for (size_t i = 0; i < rows.size() / 12; i++)
+            std::copy_n(array.buffer.data() + i * 16, 12, rows.begin() + ptrdiff_t(i * 12));
+        result.transforms = std::move(rows);
     }
-    std::vector<float> rows(array.shape[0] * 12); // drop the last row
-    for (size_t i = 0; i < array.shape[0]; i++)
-        std::copy_n(array.buffer.data() + i * 16, 12, rows.begin() + ptrdiff_t(i * 12));
-    result.transforms = std::move(rows);
+    owner.next_id += int(result.count());
     return result;
 }
 
@@ -125,7 +133,7 @@ nb::dict summary(const Scene& s) {
     size_t placed = 0;
     const auto count_instances = [&](const std::vector<scene::Group::Instances>& list) {
         for (const auto& i : list)
-            placed += i.transforms.size() / 12;
+            placed += i.count();
     };
     count_instances(s.scene.instances);
     for (const scene::Group& g : s.scene.groups) {
@@ -158,9 +166,9 @@ nb::dict summary(const Scene& s) {
     result["max_depth"] = o.max_depth;
     result["integrator"] = o.integrator;
     result["displays"] = displays(o);
-    result["projection"] =
-        s.camera.camera.projection == scene::Camera::Projection::Perspective ? "perspective" : "orthographic";
+    result["projection"] = std::string(kind_of(s.camera.camera.projection).name);
     result["fov"] = s.camera.camera.fov;
+    result["shutter"] = nb::make_tuple(o.shutter_open, o.shutter_close);
     result["primitives"] = primitives;
     result["points"] = points;
     result["groups"] = s.scene.groups.size();
@@ -242,6 +250,24 @@ void bind_options(nb::module_& m) {
                 "pixels; 0 = micropolygons are traced one to one")
         .def_rw("normal_tolerance", &O::normal_tolerance, "degrees")
         .def_rw("seed", &O::seed)
+        .def_prop_rw(
+            "shutter", [](const O& o) { return std::pair(o.shutter_open, o.shutter_close); },
+            [](O& o, std::pair<float, float> times) {
+                if (!(times.first <= times.second))
+                    throw nb::value_error("shutter: it must open before it closes");
+                o.shutter_open = times.first, o.shutter_close = times.second;
+            },
+            "when it opens and closes, in the times that moving things are given at; equal = no motion blur")
+        .def_prop_rw(
+            "shutter_opening", [](const O& o) { return o.shutter_opening; },
+            [](O& o, const std::vector<float>& opening) {
+                if (const auto fault = scene::fault_of_opening(opening))
+                    throw nb::value_error(("shutter_opening: " + *fault).c_str());
+                o.shutter_opening = opening;
+            },
+            "how it opens and closes, in fractions of its time: [] = at once; [a, b] = open from a, closing "
+            "from\n"
+            "b, linearly; ten numbers = along Bezier curves")
         .def_rw("shader_path", &O::shader_path)
         .def_rw("texture_path", &O::texture_path)
         .def_rw("archive_path", &O::archive_path)
@@ -256,20 +282,23 @@ void bind_scene(nb::module_& m) {
                             "Geometry that is placed any number of times; made by Scene.add_group().");
     nb::class_<Scene> scene(m, "Scene", "What is rendered: geometry, lights, camera, options.");
     bind_geometry(scene, group);
-    const char* instances_doc = "Places a group once for each matrix of (N, 3, 4) or (N, 4, 4), acting on "
-                                "columns. Float32 (N, 3, 4) is kept "
-                                "by reference.";
+    const char* instances_doc =
+        "Places a group once for each matrix of (N, 3, 4) or (N, 4, 4), acting on "
+        "columns. Float32 (N, 3, 4) is kept "
+        "by reference. Moving ones: (T, N, 3, 4) at `times` (default: evenly from 0 to 1).";
 
     group.def_prop_ro("name", [](const Group& g) { return g.get().name; })
         .def(
             "add_instances",
-            [](Group& g, const Group& child, nb::handle transforms) {
+            [](Group& g, const Group& child, nb::handle transforms, nb::handle times) {
                 if (child.index >= g.index)
                     throw nb::value_error("group: a group holds instances of groups made before it");
-                g.get().instances.push_back(instances(*g.owner, child, transforms));
+                g.get().instances.push_back(instances(*g.owner, child, transforms, times));
             },
-            nb::arg("group"), nb::arg("transforms"), instances_doc,
-            nb::sig("def add_instances(self, group: Group, transforms: ArrayLike) -> None"));
+            nb::arg("group"), nb::arg("transforms"), nb::arg("times") = nb::none(), instances_doc,
+            nb::sig("def add_instances(self, group: Group, transforms: ArrayLike, times: Sequence[float] | "
+                    "None = "
+                    "None) -> None"));
 
     scene.def(nb::init<>())
         .def_prop_ro(
@@ -295,11 +324,12 @@ void bind_scene(nb::module_& m) {
             nb::arg("name") = "")
         .def(
             "add_instances",
-            [](Scene& s, const Group& g, nb::handle transforms) {
-                s.scene.instances.push_back(instances(s, g, transforms));
+            [](Scene& s, const Group& g, nb::handle transforms, nb::handle times) {
+                s.scene.instances.push_back(instances(s, g, transforms, times));
             },
-            nb::arg("group"), nb::arg("transforms"), instances_doc,
-            nb::sig("def add_instances(self, group: Group, transforms: ArrayLike) -> None"))
+            nb::arg("group"), nb::arg("transforms"), nb::arg("times") = nb::none(), instances_doc,
+            nb::sig("def add_instances(self, group: Group, transforms: ArrayLike, times: Sequence[float] | "
+                    "None = None) -> None"))
         .def(
             "add_light", &add_light, nb::arg("kind"), nb::kw_only(),
             nb::arg("amount") = nb::make_tuple(1, 1, 1), nb::arg("position") = nb::make_tuple(0, 0, 0),

@@ -5,6 +5,8 @@
 
 #include <map>
 
+#include "base/motion.h"
+#include "base/projection.h"
 #include "scene/values.h"
 
 namespace kanuka::scene {
@@ -102,6 +104,19 @@ struct Points {}; // primvars: P, width or constantwidth
 
 using Geometry = std::variant<PolygonMesh, SubdivisionMesh, PatchMesh, NuPatch, Quadric, Curves, Points>;
 
+// How a primitive moves and changes its shape. Times are those of Options::shutter_open and shutter_close;
+// between them everything goes linearly (turns: evenly), before the first and after the last it stands still.
+struct Motion {
+    std::vector<TransformKey> places; // world_from_object; none = it stays where Primitive says
+    struct Shape {
+        double time;
+        Geometry geometry; // of the same kind and topology
+        ValueList primvars;
+    };
+    std::vector<Shape>
+        shapes; // the first repeats the primitive's own (they share their buffers); none = keeps it
+};
+
 struct Primitive {
     Geometry geometry;
     ValueList primvars;
@@ -109,6 +124,7 @@ struct Primitive {
     std::shared_ptr<const Attributes> attributes;
     int id = 0; // counts from 1 in order of declaration: the "object id" AOV
     Location where;
+    std::shared_ptr<const Motion> motion; // null = still
 };
 
 // ---- instances
@@ -122,6 +138,10 @@ struct Group { // ObjectBegin … ObjectEnd; primitives' world_from_object is re
         // Row-major 3x4 group_from_child matrices, 12 floats each.
         Buffer<float> transforms;
         int first_id = 0;
+        // Two times or more: `transforms` holds all instances at the first, then all at the second, …
+        std::vector<double> times = {};
+        bool moves() const { return times.size() > 1; }
+        size_t count() const { return transforms.size() / 12 / (moves() ? times.size() : 1); }
     };
     std::vector<Instances> instances;
 };
@@ -170,13 +190,18 @@ struct Light {
 };
 
 struct Camera {
-    enum class Projection { Perspective, Orthographic } projection = Projection::Perspective;
-    float fov = 90;                                    // degrees, across the shorter side, as RISpec
+    using Projection = kanuka::Projection;
+    Projection projection = Projection::Perspective;
+    float fov = 90; // degrees, across the shorter side, as RISpec; fisheyes: of the whole image circle
     std::optional<std::array<float, 4>> screen_window; // left right bottom top
     // RISpec's camera space: x right, y up, +z into the picture (left-handed). World may be anything.
     Transform camera_from_world;
+    std::vector<TransformKey> motion; // of camera_from_world; none = still
     float near_clip = 1e-4f, far_clip = 1e30f;
     float f_stop = 0, focal_length = 0, focal_distance = 0; // 0 = pinhole
+    int blades = 0;                                         // of the iris: a regular polygon; below 3 = round
+    float blade_rotation = 0;                               // degrees, anticlockwise as the camera sees it
+    float squeeze = 1; // anamorphic: how many times higher than wide blurred lights are
 };
 
 struct Display {
@@ -217,6 +242,7 @@ struct Options {
     std::vector<Display> displays;
     std::optional<ShaderRef> imager;
     float shutter_open = 0, shutter_close = 0; // equal = no motion blur
+    std::vector<float> shutter_opening;        // how it opens and closes: scene/shutter.h; empty = at once
     ValueList user;                            // every other Option call, as "category:name"
 };
 

@@ -21,7 +21,7 @@
 namespace kanuka::store {
 
 inline constexpr uint32_t PageMagic = 0x53504d4b; // "KMPS"
-inline constexpr uint32_t PageVersion = 2;
+inline constexpr uint32_t PageVersion = 3;
 
 // One traced shape: a grid, or a mesh. Sixteen words; offsets are page-relative in a page, arena-absolute
 // when resident. Hot: read for every hit.
@@ -39,7 +39,10 @@ struct ShapeRecord {
     int32_t object_id;
     int32_t interior; // index into Store::interiors; -1 = none
     int32_t albedo;   // four words: mean albedo, for AOVs and roulette; unused = -1
-    int32_t reserved[2];
+    // A shape that changes while the shutter is open: its positions (and normals) follow for every further
+    // step, steps evenly apart. 0 segments = still.
+    int32_t motion_segments;
+    int32_t motion_stride; // words from a position to where it is a step later
 };
 static_assert(sizeof(ShapeRecord) == 64);
 inline constexpr int ShapeWords = sizeof(ShapeRecord) / 4;

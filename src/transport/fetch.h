@@ -34,6 +34,25 @@ struct ShapeLanes {
     Mask<W> has(int flag) const { return (flags & Int<W>(flag)) != Int<W>(0); }
 };
 
+// Between which steps of its shape's motion a hit is. Loaded only in scenes where something moves.
+template <int W>
+struct MotionLanes {
+    Mask<W> moving;
+    Int<W> segment, stride;
+    Float<W> f;
+
+    MotionLanes(const int32_t* shapes, Int<W> shape, Float<W> time) {
+        using R = store::ShapeRecord;
+        const Int<W> at = shape * Int<W>(store::ShapeWords);
+        const Int<W> segments = gather(shapes + offsetof(R, motion_segments) / 4, at);
+        stride = gather(shapes + offsetof(R, motion_stride) / 4, at);
+        moving = segments > Int<W>(0);
+        const Float<W> x = time * Float<W>(segments); // as the ray tracer has it
+        segment = max(min(to_int(x), segments - Int<W>(1)), Int<W>(0));
+        f = x - Float<W>(segment);
+    }
+};
+
 // Where on its shape a hit lies: the traced cell with local coordinates, and the triangle of the cell.
 template <int W>
 struct HitPlace {
@@ -248,6 +267,30 @@ class InputFetch {
     Vec3<Float<W>> normal(const ShapeLanes<W>& shape) const {
         Int<W> base, stride;
         entry(m_code.words, base, stride);
+        return if_any(shape, normal_at(base, stride));
+    }
+    // Where its shape is on its way.
+    Vec3<Float<W>> normal(const ShapeLanes<W>& shape, const MotionLanes<W>& motion) const {
+        Int<W> base, stride;
+        entry(m_code.words, base, stride);
+        // A step's normals lie behind those of the step before: three floats, or a word a vertex.
+        const Int<W> each =
+            kanuka::select(stride == Int<W>(0), Int<W>(3), (shape.nu + Int<W>(1)) * (shape.nv + Int<W>(1)));
+        base = kanuka::select(motion.moving, base + each * motion.segment, base);
+        const Vec3<Float<W>> a = normal_at(base, stride);
+        const Vec3<Float<W>> b = normal_at(kanuka::select(motion.moving, base + each, base), stride);
+        return if_any(shape, kanuka::select(motion.moving, a + (b - a) * motion.f, a));
+    }
+
+  private:
+    void entry(int word, Int<W>& base, Int<W>& stride) const {
+        const auto row =
+            load_rows<4>(m_scene.words, m_table + Int<W>(2 * word)); // and the next entry, or inputs
+        base = bitcast_int(row[0]);
+        stride = bitcast_int(row[1]);
+    }
+
+    Vec3<Float<W>> normal_at(Int<W> base, Int<W> stride) const {
         const Mask<W> constant = stride == Int<W>(0);
         Vec3<Float<W>> n{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
         if (any(constant)) {
@@ -262,17 +305,12 @@ class InputFetch {
             }
             n = kanuka::select(constant, n, sum);
         }
+        return n;
+    }
+    static Vec3<Float<W>> if_any(const ShapeLanes<W>& shape, const Vec3<Float<W>>& n) {
         const Mask<W> has = shape.has(store::ShapeRecord::HasNormals);
         const Vec3<Float<W>> zero{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
         return kanuka::select(has, n, zero);
-    }
-
-  private:
-    void entry(int word, Int<W>& base, Int<W>& stride) const {
-        const auto row =
-            load_rows<4>(m_scene.words, m_table + Int<W>(2 * word)); // and the next entry, or inputs
-        base = bitcast_int(row[0]);
-        stride = bitcast_int(row[1]);
     }
 
     Vec3<Float<W>> interpolate_rgb11(Int<W> base, Int<W> stride, Mask<W> constant) const {

@@ -52,6 +52,7 @@ struct alignas(64) BatchState {
     float first[BatchPadded][Fields]; // first hits, for AOVs. Met: 1 = a hit; Alpha: that, or a visible sky
     Lane<float> inv_pdf[4];           // 1 / the density of l over [0, 1]
     Lane<float> filter_weight;
+    Lane<float> time;        // while the shutter is open, 0 to 1; written where something moves
     std::vector<float> aovs; // BatchPadded values a channel of those that displays ask for
 };
 

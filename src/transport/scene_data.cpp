@@ -202,7 +202,7 @@ std::vector<int32_t> emitters_to_sample(const SceneInputs& in) {
     for (const auto& range : in.world.shapes)
         for (int s = range.first; s < range.first + range.count; s++) {
             const store::ShapeRecord& shape = shapes[size_t(s)];
-            if (shape.emitter < 0)
+            if (shape.emitter < 0 || shape.motion_segments > 0) // what changes its shape is met by chance
                 continue;
             const bool mesh = shape.flags & store::ShapeRecord::Mesh,
                        quads = shape.flags & store::ShapeRecord::Quads;
@@ -255,6 +255,8 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
     view.filter_weight_y = in.filter_weight_y.empty() ? nullptr : in.filter_weight_y.data();
     view.filter_size = int(in.filter_x.size()) - 1;
     view.camera = in.camera;
+    view.moving = in.moving || !in.camera.motion.empty();
+    view.shutter_quantiles = in.shutter_quantiles;
     view.max_depth = in.max_depth;
     view.seed = in.seed;
 

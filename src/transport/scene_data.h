@@ -25,6 +25,8 @@ struct SceneInputs {
     LatLong map;                           // of the environment light that has a texture, if any
     Transform render_from_world;
     CameraView camera;
+    bool moving = false; // something moves while the shutter is open, or the camera does
+    std::vector<float> shutter_quantiles;
     std::span<const float> filter_x, filter_y, filter_weight_x, filter_weight_y;
     std::vector<bool> aov_is_color; // SceneView has the same
     int max_depth = 8;

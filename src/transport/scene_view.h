@@ -47,12 +47,21 @@ struct ConstantEnvironment {
 };
 
 struct CameraView {
-    bool perspective;
-    // Film plane at z = 1 in camera space: x = left + (right - left) * px / width, y downwards.
+    Projection projection = Projection::Perspective;
+    // Film coordinates (base/projection.h): x = left + (right - left) * px / width, y downwards.
     float left, right, top, bottom;
     int width, height;
+    float half_angle = 0.5f * Pi; // of fisheyes' image circle, radians
     float render_from_camera[12];
+    // A moving camera: MotionSteps + 1 matrices like that, evenly over the shutter; linear in between. Empty
+    // = still.
+    static constexpr int MotionSteps = 256;
+    std::vector<float> motion;
     float lens_radius = 0, focal_distance = 0;
+    // Iris: a regular polygon of `blades` sides inscribed in the lens, the first corner turned by an angle
+    // from x; below 3 = round. Anamorphic lenses see it narrower by `squeeze`.
+    int blades = 0;
+    float blade_cos = 1, blade_sin = 0, squeeze = 1;
     float near_clip = 0;
 };
 
@@ -80,6 +89,8 @@ struct SceneView {
     int filter_size;
 
     CameraView camera;
+    bool moving = false;                  // paths have a time: something moves while the shutter is open
+    std::vector<float> shutter_quantiles; // scene::shutter_quantiles; empty = open all the time
     int max_depth = 8;
     int roulette_depth = 4;
     uint32_t seed = 0;

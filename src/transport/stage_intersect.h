@@ -86,6 +86,11 @@ void intersect(const SceneView& scene, BatchState& batch, const PathState& paths
         rays.t_max = Float<W>(1e30f);
         rays.active = slot < Int<W>(count);
         rays.seed = bitcast_int(ray[PathState::PixelHash]) ^ Int<W>(int(uint32_t(bounce) * 0x3c6ef372u));
+        if (scene.moving)
+            rays.time =
+                select(rays.active,
+                       gather(batch.time, select(rays.active, bitcast_int(ray[PathState::Path]), Int<W>(0))),
+                       Float<W>(0.0f));
         scene.bvh->intersect(rays, hit);
         const Row<W, HitState::Fields> row{hit.t,    hit.u,    hit.v,    bitcast_float(hit.shape),
                                            hit.Ng.x, hit.Ng.y, hit.Ng.z, bitcast_float(hit.prim)};

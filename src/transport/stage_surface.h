@@ -81,8 +81,11 @@ class SurfaceStage {
             for (size_t k = 0; k < Wavelengths; k++)
                 l[k] = waves[k];
             const V o = vector_of(ray, PathState::Origin);
-            V anchor = stage.traced_vertex(shape, place.anchor);
-            N = fetch.normal(shape);
+            V anchor = stage.traced_vertex(shape.positions, place.anchor);
+            if (stage.m_scene.moving)
+                follow_motion(stage, anchor);
+            else
+                N = fetch.normal(shape);
             if (stage.m_scene.instanced)
                 stage.leave_instance(slot, anchor, Ng, N);
             // Cast the hit onto the plane of its triangle: the ray parameter loses digits far from the
@@ -93,6 +96,21 @@ class SurfaceStage {
             Ng = Ng * (F(1.0f) / sqrt(n2));
             orient();
             coordinate_frame(N, T, B);
+        }
+
+        void follow_motion(const SurfaceStage& stage, V& anchor) {
+            const MotionLanes<W> motion(stage.m_scene.shapes, bitcast_int(hit[HitState::Shape]),
+                                        gather(stage.m_batch.time, path));
+            if (!any(motion.moving)) {
+                N = fetch.normal(shape);
+                return;
+            }
+            const I at = shape.positions + motion.segment * motion.stride;
+            const V a = stage.traced_vertex(select(motion.moving, at, shape.positions), place.anchor);
+            const V b =
+                stage.traced_vertex(select(motion.moving, at + motion.stride, shape.positions), place.anchor);
+            anchor = select(motion.moving, a + (b - a) * motion.f, anchor);
+            N = fetch.normal(shape, motion);
         }
 
         // The outside is where the shading normals point; where there are none, where the winding says.
@@ -126,8 +144,8 @@ class SurfaceStage {
         }
     };
 
-    V traced_vertex(const ShapeLanes<W>& shape, I vertex) const {
-        return vector_of(load_rows<4>(m_scene.floats, shape.positions + vertex * I(3)), 0);
+    V traced_vertex(I positions, I vertex) const {
+        return vector_of(load_rows<4>(m_scene.floats, positions + vertex * I(3)), 0);
     }
 
     void leave_instance(I slot, V& anchor, V& Ng, V& N) const {
