@@ -82,6 +82,8 @@ struct Group {
 
 struct Instances {
     int group;
+    int first_slot, slots; // of the first place; of each
+    int first_emitter;     // of the group that is placed; -1 = its own have no numbers
     const Group* target;
     std::span<const float> transforms;
     std::vector<float> inverses; // 12 floats each
@@ -94,9 +96,12 @@ struct Context {
     const int32_t* seeds;
     float* hit_transform; // [12][width]
     int32_t* hit_group;
+    int32_t* hit_slot_shift;
+    const int32_t* passes; // null: shadow linking is not asked for
     int width;
     int depth = 0;
     Matrix world_from_current[MaxDepth + 1];
+    int32_t slot[MaxDepth + 1]; // where the numbers of emitters in the current group begin
 };
 static_assert(offsetof(Context, embree) == 0);
 
@@ -118,6 +123,9 @@ void presence_filter(const RTCFilterFunctionNArguments* args) {
         const Int<1> h = hash_bits(Int<1>(seed) ^ hash_bits(Int<1>(int(uint32_t(shape) * 0x9e3779b1u + prim +
                                                                        (uint32_t(t_bits) & ~0xffu)))));
         if (to_unit(h)[0] >= g.store->presence(shape, int(prim), u, v))
+            args->valid[i] = 0;
+        if (context.passes && (context.passes[RTCRayN_id(args->ray, args->N, i)] &
+                               g.store->shapes()[size_t(shape)].lets_through) != 0)
             args->valid[i] = 0;
     }
 }
@@ -146,7 +154,10 @@ RTCRay ray_in_child(const RTCRayN* rays, unsigned n, unsigned i, const float* in
 void enter(Context& context, const Instances& in, unsigned prim) {
     context.world_from_current[context.depth + 1] =
         concat(context.world_from_current[context.depth], in.transforms.data() + size_t(prim) * 12);
-    context.depth++;
+    const int32_t above = context.slot[context.depth++];
+    context.slot[context.depth] = above < 0 || in.first_slot < 0
+                                      ? GroupDesc::Unnumbered
+                                      : above + in.first_slot + int32_t(prim) * in.slots;
 }
 
 void instance_intersect(const RTCIntersectFunctionNArguments* args) {
@@ -177,6 +188,10 @@ void instance_intersect(const RTCIntersectFunctionNArguments* args) {
                 context.hit_transform[k * context.width + int(rh.ray.id)] =
                     context.world_from_current[context.depth][k];
             context.hit_group[rh.ray.id] = in.group;
+            const int32_t slot = context.slot[context.depth];
+            context.hit_slot_shift[rh.ray.id] = slot < 0 || in.first_emitter < 0
+                                                    ? std::numeric_limits<int32_t>::min()
+                                                    : slot - in.first_emitter;
         }
         RTCHitN_instID(hits, args->N, i, 0) = 0; // for the levels above: not one of your own geometries
     }
@@ -228,8 +243,8 @@ struct Scene::Impl {
         rtcReleaseDevice(device);
     }
 
-    bool cuts_out(const store::ShapeRecord& s) const {
-        return store.programs()[size_t(s.program)].presence >= 0;
+    bool cuts_out(const store::ShapeRecord& s) const { // for some rays
+        return store.programs()[size_t(s.program)].presence >= 0 || s.lets_through != 0;
     }
 
     void attach(Group& group, RTCGeometry geometry, std::unique_ptr<Geometry> ours) {
@@ -282,10 +297,13 @@ struct Scene::Impl {
         attach(group, geometry, std::make_unique<Geometry>(Geometry{&store, {shape}}));
     }
 
-    void add_instances(Group& group, const GroupDesc::Instances& desc) {
+    void add_instances(Group& group, const GroupDesc::Instances& desc, const GroupDesc& child) {
         const size_t count = desc.transforms.size() / 12;
         auto in = std::make_unique<Instances>();
         in->group = desc.group;
+        in->first_slot = desc.first_slot;
+        in->slots = child.slots;
+        in->first_emitter = child.emitters > 0 ? child.first_emitter : -1;
         in->target = &groups[size_t(desc.group)];
         in->transforms = desc.transforms;
         in->inverses.resize(count * 12);
@@ -307,12 +325,16 @@ struct Scene::Impl {
     }
 
     template <int W>
-    Context context(const RayPacket<W>& rays, float* transforms, int32_t* hit_group) const {
+    Context context(const RayPacket<W>& rays, float* transforms, int32_t* hit_group,
+                    int32_t* hit_slot_shift) const {
         Context c;
         rtcInitIntersectContext(&c.embree);
         c.seeds = reinterpret_cast<const int32_t*>(&rays.seed.v);
         c.hit_transform = transforms;
         c.hit_group = hit_group;
+        c.hit_slot_shift = hit_slot_shift;
+        c.passes = nullptr;
+        c.slot[0] = 0;
         c.width = W;
         c.world_from_current[0] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
         return c;
@@ -341,7 +363,7 @@ Scene::Scene(const store::Store& store, std::span<const GroupDesc> groups, bool 
         impl.add_grids(group, solid);
         impl.add_grids(group, cut_out);
         for (const auto& instances : groups[g].instances)
-            impl.add_instances(group, instances);
+            impl.add_instances(group, instances, groups[size_t(instances.group)]);
         rtcCommitScene(group.scene);
     }
 }
@@ -412,7 +434,7 @@ template <int W>
 void Scene::intersect(const RayPacket<W>& rays, HitPacket<W>& hits) const {
     using E = EmbreeTypes<W>;
     alignas(64) typename E::RayHit rh;
-    alignas(64) int32_t hit_group[W];
+    alignas(64) int32_t hit_group[W], slot_shift[W];
     const int world = int(m_impl->groups.size()) - 1;
     for (int i = 0; i < W; i++)
         hit_group[i] = world;
@@ -420,7 +442,7 @@ void Scene::intersect(const RayPacket<W>& rays, HitPacket<W>& hits) const {
     const Int<W> none(-1);
     std::memcpy(&rh.hit.geomID, &none.v, sizeof none.v);
     std::memcpy(&rh.hit.instID[0], &none.v, sizeof none.v);
-    Context context = m_impl->context<W>(rays, &hits.world_from_shape[0][0], hit_group);
+    Context context = m_impl->context<W>(rays, &hits.world_from_shape[0][0], hit_group, slot_shift);
     const Mask<W> active = traceable(rays);
     alignas(64) int32_t valid[W];
     std::memcpy(valid, &active.v, sizeof valid);
@@ -443,6 +465,8 @@ void Scene::intersect(const RayPacket<W>& rays, HitPacket<W>& hits) const {
         const Geometry& g =
             *m_impl->groups[size_t(inside ? hit_group[i] : world)].geometries[size_t(geometry.v[i])];
         hits.instanced.v[i] = inside;
+        if (inside)
+            hits.slot_shift.v[i] = slot_shift[i];
         hits.shape.v[i] =
             g.shape_of_grid.size() == 1 ? g.shape_of_grid[0] : g.shape_of_grid[size_t(hits.prim.v[i])];
     }
@@ -453,9 +477,11 @@ Mask<W> Scene::occluded(const RayPacket<W>& rays) const {
     using E = EmbreeTypes<W>;
     alignas(64) typename E::Ray r;
     alignas(64) float transforms[12 * W];
-    int32_t hit_group[W];
+    int32_t hit_group[W], slot_shift[W], passes[W];
     fill<W>(r, rays);
-    Context context = m_impl->context<W>(rays, transforms, hit_group);
+    Context context = m_impl->context<W>(rays, transforms, hit_group, slot_shift);
+    rays.passes.store(passes);
+    context.passes = passes;
     const Mask<W> active = traceable(rays);
     alignas(64) int32_t valid[W];
     std::memcpy(valid, &active.v, sizeof valid);

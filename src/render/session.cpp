@@ -156,6 +156,7 @@ class BatchSession {
         {
             const ScopedTimer timer(m_stats.time.bvh_s);
             m_progress.update("build", 0);
+            number_emitters();
             const bool compact = m_stats.count.traced_polygons > 1000000;
             m_bvh = std::make_unique<bvh::Scene>(m_geometry->store, m_geometry->groups, compact);
             m_stats.bytes.bvh = m_bvh->bytes();
@@ -164,7 +165,7 @@ class BatchSession {
         transport::SceneInputs in;
         in.store = &m_geometry->store;
         in.bvh = m_bvh.get();
-        in.world = m_geometry->groups.back();
+        in.groups = m_geometry->groups;
         in.instanced = m_geometry->instanced;
         in.lights = m_scene.lights;
         for (scene::Light& l : m_shading->lights(m_scene.light_shaders, world_bounds()))
@@ -189,6 +190,18 @@ class BatchSession {
         in.seed = m_options.seed;
         m_view = transport::make_scene_view(in, m_journal);
         m_stats.bytes.textures = m_shading->texture_bytes();
+    }
+
+    // Emitting triangles in instances are asked for light, place by place, as long as there are not too many.
+    void number_emitters() {
+        constexpr int Most = 1 << 23; // a hierarchy of about half a gigabyte
+        const uint64_t without = bvh::number_emitters(m_geometry->store, m_geometry->groups, Most);
+        if (without > 0)
+            m_journal.warning(
+                {m_scene.file},
+                std::to_string(without) +
+                    " emitting triangles in instances are more than light is asked from (2^23): "
+                    "they are found by chance, with more noise");
     }
 
     Bounds3f world_bounds() const {

@@ -151,19 +151,32 @@ struct LightTable {
 // arrive here already converted (L = Cl for a matte white surface facing a classic light: irradiance is pi
 // Cl).
 struct Light {
-    enum class Kind { Distant, Point, Spot, Environment, Ambient } kind = Kind::Distant;
-    Rgb amount{1, 1,
-               1}; // distant: irradiance; point, spot: radiant intensity; environment, ambient: radiance
+    enum class Kind {
+        Distant,
+        Point,
+        Spot,
+        Environment,
+        Ambient,
+        Quad,
+        Disk,
+        Sphere,
+        Cylinder
+    } kind = Kind::Distant;
+    Rgb amount{1, 1, 1};         // distant: irradiance; point, spot: radiant intensity; all others: radiance
     Transform world_from_light;  // points along +z, environment poles along +z
     float angle = 0;             // distant: angular diameter in degrees; 0 = a delta direction
     float cone_angle = 30;       // spot: half angle in degrees
     float cone_delta_angle = 5;  // spot: width of the smooth edge, degrees, inside the cone
     float beam_distribution = 2; // spot: exponent of the cosine (RISpec spotlight)
-    float radius = 0;            // point, spot: sphere radius; 0 = a delta position
-    std::string texture;         // environment: latitude-longitude picture; empty = constant
+    float radius = 0;            // point, spot: of a soft one; 0 = a delta position. disk, sphere, cylinder
+    float width = 1, height = 1; // quad: along x and y; it shines to +z, as a disk does. cylinder: along z
+    std::string texture;         // environment: latitude-longitude picture; quad: picture; empty = constant
     bool visible_camera = true;
-    std::shared_ptr<const LightTable> table; // scales the amount, by direction or place; null = one
+    // Scales the amount, by direction or place; null = one. Of a quad: its picture, from the top (+y) down.
+    std::shared_ptr<const LightTable> table;
     std::string name;
+    // Linking: bits of the sets of receivers that it shines on, and its bit where objects let it through.
+    int32_t lit_sets = -1, passes = 0;
     Location where;
 };
 

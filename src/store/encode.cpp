@@ -176,7 +176,7 @@ class GridEncoder {
 
     void encode_geometry() {
         ShapeRecord& s = m_out.shape;
-        s.albedo = -1;
+        s.lit_sets = 1, s.shone_sets = -1, s.lets_through = 0;
         s.interior = -1;
         s.nu = m_grid.nu;
         s.nv = m_grid.nv;

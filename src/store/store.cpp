@@ -46,7 +46,7 @@ int Store::add_interior(const Interior& interior) {
     return int(m_interiors.size()) - 1;
 }
 
-int Store::add_page(const Page& page, int program, int interior) {
+int Store::add_page(const Page& page, int program, int interior, const Links& links) {
     const PageHeader& h = page.header();
     const size_t base = (m_used + PageAlignment - 1) / PageAlignment * PageAlignment;
     if (base + h.words > m_capacity)
@@ -65,6 +65,7 @@ int Store::add_page(const Page& page, int program, int interior) {
         std::memcpy(&s, page.words.data() + h.shapes_at + i * ShapeWords, sizeof s);
         s.program = program;
         s.interior = interior;
+        s.lit_sets = links.lit_sets, s.shone_sets = links.shone_sets, s.lets_through = links.lets_through;
         s.slot_table = absolute(s.slot_table);
         s.positions = absolute(s.positions);
         s.indices = absolute(s.indices);

@@ -36,12 +36,19 @@ struct ShapeRecord {
     int32_t indices;    // mesh: vertices_per_face words a face
     int32_t emitter;    // first of its triangles among the emitters (two a cell or quad); -1 = does not emit
     int32_t object_id;
-    int32_t interior; // index into Store::interiors; -1 = none
-    int32_t albedo;   // four words: mean albedo, for AOVs and roulette; unused = -1
-    int32_t reserved[2];
+    int32_t interior;     // index into Store::interiors; -1 = none
+    int32_t lit_sets;     // light linking: the bit of the receivers' set that it is in,
+    int32_t shone_sets;   // bits of the sets that it shines on, if it emits,
+    int32_t lets_through; // and of the lights whose shadow rays pass through it (shadow linking)
 };
 static_assert(sizeof(ShapeRecord) == 64);
 inline constexpr int ShapeWords = sizeof(ShapeRecord) / 4;
+
+// Triangles of a shape that emits: two a cell or quad.
+inline int emitter_count(const ShapeRecord& s) {
+    const bool mesh = s.flags & ShapeRecord::Mesh, quads = s.flags & ShapeRecord::Quads;
+    return mesh ? s.mv * (quads ? 2 : 1) : s.mu * s.mv * 2;
+}
 
 // One emitting triangle, in the space of its group. Radiance is constant over it: what next-event estimation
 // samples and what a path finds are the same by construction.
@@ -59,6 +66,12 @@ struct Interior {
     std::array<float, 4> absorption_spectrum{}; // uplift of sigma_a / scale: c0 c1 c2 scale, 1/m
     bool absorbs = false;
     bool operator==(const Interior&) const = default;
+};
+
+// Which lights shine on what, of a page's shapes: ShapeRecord says what the bits mean.
+struct Links {
+    int32_t lit_sets = 1, shone_sets = -1, lets_through = 0;
+    bool operator==(const Links&) const = default;
 };
 
 struct PageHeader {
@@ -109,7 +122,7 @@ class Store {
     int add_interior(const Interior& interior);
     // Makes a page resident; returns the index of its first shape. Not thread safe: the order of calls is the
     // order of shapes, and must not depend on threads.
-    int add_page(const Page& page, int program, int interior);
+    int add_page(const Page& page, int program, int interior, const Links& links = {});
 
     const std::vector<grid::LayeringProgram>& programs() const { return m_programs; }
     const std::vector<Interior>& interiors() const { return m_interiors; }

@@ -15,6 +15,7 @@ class KernelOf final : public Kernel {
         if (scene.instanced)
             for (auto& a : m->hits.world_from_shape)
                 a.assign(BatchPadded, 0.0f);
+        m->hits.slot_shift.assign(BatchPadded, 0);
     }
 
     void trace(const BatchRequest& request, BatchCounts& counts) override {

@@ -25,6 +25,8 @@ struct alignas(64) PathState {
     // Densities with which light sampling at the last vertex would have asked for what this ray may find.
     Lane<float> ask_emitters, ask_map; // chance of the choice
     Lane<float> ask_constant;          // chance of the choice times cosine over pi
+    Lane<float> ask_n[3];              // Receiver::N; kept only where scene.keeps_normals
+    Lane<int32_t> ask_set;             // Receiver::set; kept only where scene.linked
     Lane<int32_t> path;                // index in the batch
     Lane<int32_t> interior;            // medium the path is in; -1 = none
 };
@@ -46,11 +48,13 @@ struct alignas(64) HitState {
     Lane<float> t, u, v, ng[3];
     Lane<int32_t> shape, prim, instanced;
     std::vector<float> world_from_shape[12]; // only where the scene has instances
+    std::vector<int32_t> slot_shift;
 };
 
 struct alignas(64) ShadowState {
     Lane<float> o[3], d[3], t_max, contribution[4];
     Lane<int32_t> path, seed;
+    Lane<int32_t> passes; // written only where scene.shadow_linked
 };
 
 } // namespace kanuka::transport

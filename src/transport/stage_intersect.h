@@ -3,26 +3,8 @@
 #pragma once
 
 #include "transport/lights.h"
-#include "transport/path_state.h"
 
 namespace kanuka::transport {
-
-template <int W>
-void add_radiance(BatchState& batch, Int<W> path, const Spectrum<W>& contribution, Mask<W> m) {
-    for (uint32_t bits = m.bits(); bits; bits &= bits - 1) {
-        const int i = __builtin_ctz(bits);
-        for (int k = 0; k < Wavelengths; k++)
-            batch.radiance[k][path.v[i]] += contribution[k].v[i];
-    }
-}
-
-template <int W>
-Float<W> sum_of_ratios(const SceneView& scene, const PathState& paths, Int<W> slot) {
-    if (!scene.dispersive)
-        return Float<W>(float(Wavelengths));
-    return (gather(paths.ratio[0], slot) + gather(paths.ratio[1], slot)) +
-           (gather(paths.ratio[2], slot) + gather(paths.ratio[3], slot));
-}
 
 // Light from where nothing is: the hit side of the balance between light and direction sampling.
 template <int W>
@@ -44,14 +26,19 @@ void add_environment(const SceneView& scene, BatchState& batch, const PathState&
     if (bounce == 0 && (constant || map))
         scatter(batch.alpha, path, F(1.0f), m);
     const F mis = gather(paths.mis, slot), ratios = sum_of_ratios(scene, paths, slot);
+    const auto shines = [&](int32_t sets) {
+        return scene.linked && bounce > 0 ? m & ((gather(paths.ask_set, slot) & Int<W>(sets)) != Int<W>(0))
+                                          : m;
+    };
     if (constant) {
         const F weight = F(1.0f) / fma(mis, gather(paths.ask_constant, slot), ratios);
-        add_radiance(batch, path, beta * emission_spectrum(scene, scene.constant.c, l) * weight, m);
+        add_radiance(batch, path, beta * emission_spectrum(scene, scene.constant.c, l) * weight,
+                     shines(scene.constant_sets));
     }
     if (map) {
         const MapPlace<W> p = map_place(scene.map, d);
         const F weight = F(1.0f) / fma(mis, map_pdf(scene.map, p) * gather(paths.ask_map, slot), ratios);
-        add_radiance(batch, path, beta * map_radiance(scene, p, l) * weight, m);
+        add_radiance(batch, path, beta * map_radiance(scene, p, l) * weight, shines(scene.map_sets));
     }
 }
 
@@ -97,12 +84,16 @@ void intersect(const SceneView& scene, BatchState& batch, const PathState& paths
                 for (int k = 0; k < 12; k++)
                     std::memcpy(hits.world_from_shape[k].data() + first, hit.world_from_shape[k],
                                 sizeof(float) * W);
+            hit.slot_shift.store(hits.slot_shift.data() + first);
         }
         const Int<W> program = select(hit.hit,
                                       gather(scene.shapes + offsetof(store::ShapeRecord, program) / 4,
                                              hit.shape * Int<W>(store::ShapeWords)),
                                       Int<W>(-1));
         program.store(runs.program.data() + first);
+        if (scene.meets_lights())
+            meet_lights(scene, batch, paths, min(slot, Int<W>(count - 1)),
+                        select(hit.hit, hit.t, Float<W>(1e30f)), bounce, rays.active);
         const Mask<W> missed = rays.active & !hit.hit;
         if (any(missed))
             add_environment(scene, batch, paths, min(slot, Int<W>(count - 1)), missed, bounce);

@@ -44,9 +44,15 @@ class SurfaceStage {
         active &= !material.black();
         const V wo = h.to_local(wo_world);
         const Sampler<W> sampler{gather(m_batch.pixel_hash, h.path), m_reversed};
-        const LightChances<W> chances(m_scene, h.P, h.N);
-        sample_lights(h, material, wo, sampler, chances, active);
-        sample_direction(h, material, wo, sampler, chances, active);
+        Receiver<W> receiver{h.P, h.N, M(true)};
+        if (code.transmits)
+            receiver.N = V(F(0.0f), F(0.0f), F(0.0f)), receiver.oriented = M(false);
+        if (m_scene.linked)
+            receiver.set = gather(m_scene.shapes + offsetof(store::ShapeRecord, lit_sets) / 4,
+                                  gather(m_hits.shape, h.slot) * I(store::ShapeWords));
+        const LightChances<W> chances(m_scene, receiver);
+        sample_lights(h, material, wo, sampler, receiver, chances, active);
+        sample_direction(h, material, wo, sampler, receiver, chances, active);
     }
 
   private:
@@ -168,6 +174,10 @@ class SurfaceStage {
     void add_emission(const Hit& h, M m) {
         // Only the outside shines.
         m &= h.outside;
+        if (m_scene.linked && m_bounce > 0)
+            m &= (gather(m_paths.ask_set, h.slot) &
+                  gather(m_scene.shapes + offsetof(store::ShapeRecord, shone_sets) / 4,
+                         gather(m_hits.shape, h.slot) * I(store::ShapeWords))) != I(0);
         if (!any(m))
             return;
         const I e = select(m, h.shape.emitter + h.place.triangle, I(0));
@@ -175,22 +185,24 @@ class SurfaceStage {
         const I at = e * I(int(sizeof(store::Emitter) / 4));
         const S radiance = emission_spectrum(m_scene, gather(data + 9, at), gather(data + 10, at),
                                              gather(data + 11, at), gather(data + 12, at), h.l);
-        const F density = gather(m_paths.ask_emitters, h.slot) * gather(m_scene.emitter_density.data(), e) *
-                          h.t * h.t / max(h.raw_cos_outside, F(1e-6f));
+        const F density = gather(m_paths.ask_emitters, h.slot) *
+                          met_emitter_density(m_scene, m_paths, m_hits, h.slot, e, m) * h.t * h.t /
+                          max(h.raw_cos_outside, F(1e-6f));
         const F weight =
             F(1.0f) / fma(gather(m_paths.mis, h.slot), density, sum_of_ratios(m_scene, m_paths, h.slot));
         add_radiance(m_batch, h.path, h.beta * radiance * weight, m);
     }
 
     void sample_lights(const Hit& h, const bsdf::Material<W>& material, const V& wo,
-                       const Sampler<W>& sampler, const LightChances<W>& chances, M active) {
+                       const Sampler<W>& sampler, const Receiver<W>& receiver, const LightChances<W>& chances,
+                       M active) {
         if (m_scene.choices == 0)
             return;
         F u_choice, u_part, u0, u1;
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LightChoice), u_choice, u_part);
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LightPosition), u0, u1);
         const LightSample<W> light =
-            sample_light(m_scene, chances, h.P, h.N, u_choice, u_part, u0, u1, h.l, active);
+            sample_light(m_scene, chances, receiver, h.N, u_choice, u_part, u0, u1, h.l, active);
         const V wi = h.to_local(light.wi);
         // Geometric and shading normal must agree on which side the light is.
         const F side = dot(light.wi, h.Ng) * wi.z;
@@ -220,6 +232,9 @@ class SurfaceStage {
         for (int k = 0; k < Wavelengths; k++)
             compress_store(m_shadows.contribution[k] + at, contribution[k], bits);
         compress_store(m_shadows.t_max + at, light.distance, bits);
+        if (m_scene.shadow_linked)
+            compress_store(reinterpret_cast<float*>(m_shadows.passes) + at, bitcast_float(light.passes),
+                           bits);
         compress_store(reinterpret_cast<float*>(m_shadows.path) + at, bitcast_float(h.path), bits);
         const I seed =
             gather(m_batch.pixel_hash, h.path) ^ I(int(uint32_t(m_bounce) * 0x3c6ef372u + 0x1b873593u));
@@ -228,7 +243,8 @@ class SurfaceStage {
     }
 
     void sample_direction(const Hit& h, const bsdf::Material<W>& material, const V& wo,
-                          const Sampler<W>& sampler, const LightChances<W>& chances, M active) {
+                          const Sampler<W>& sampler, const Receiver<W>& receiver,
+                          const LightChances<W>& chances, M active) {
         F u_lobe, u_roulette, u0, u1;
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LobeRoulette), u_lobe, u_roulette);
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::Direction), u0, u1);
@@ -279,6 +295,11 @@ class SurfaceStage {
         compress_store(m_next.ask_map + at, chances.of(m_scene.map_choice), bits);
         compress_store(m_next.ask_constant + at,
                        chances.of(m_scene.constant_choice) * max(s.wi.z, F(0.0f)) * F(InvPi), bits);
+        if (m_scene.keeps_normals)
+            for (int c = 0; c < 3; c++)
+                compress_store(m_next.ask_n[c] + at, receiver.N[c], bits);
+        if (m_scene.linked)
+            compress_store(reinterpret_cast<float*>(m_next.ask_set) + at, bitcast_float(receiver.set), bits);
         compress_store(reinterpret_cast<float*>(m_next.path) + at, bitcast_float(h.path), bits);
         m_next_count +=
             compress_store(reinterpret_cast<float*>(m_next.interior) + at, bitcast_float(interior), bits);

@@ -61,6 +61,9 @@ class TestScene {
     SceneView view;
     std::vector<float> filter{-0.5f, 0.5f};
     Journal journal;
+    std::vector<bvh::GroupDesc> groups;
+    int most_slots = 1 << 20;
+    uint64_t unnumbered = 0;
 
     // A lattice of (mu + 1) x (mv + 1) points; normals from `normal` or flat.
     void add_lattice(int mu, int mv, const std::vector<Vec3f>& points, const std::vector<Vec3f>& normals,
@@ -127,7 +130,7 @@ class TestScene {
     // Shapes from `first_instance` on are one group, instanced once.
     void finish(int first_instance = -1, const Transform& world_from_group = Transform()) {
         const int count = int(store.shapes().size()), flat = first_instance < 0 ? count : first_instance;
-        std::vector<bvh::GroupDesc> groups(first_instance < 0 ? 1 : 2);
+        groups.assign(first_instance < 0 ? 1 : 2, {});
         bvh::GroupDesc& world = groups.back();
         world.shapes.push_back({0, flat});
         if (first_instance >= 0) {
@@ -137,10 +140,11 @@ class TestScene {
                     m_transforms.push_back(float(world_from_group.m[size_t(r)][size_t(c)]));
             world.instances.push_back({0, m_transforms});
         }
+        unnumbered = bvh::number_emitters(store, groups, most_slots);
         bvh = std::make_unique<bvh::Scene>(store, groups, false);
         inputs.store = &store;
         inputs.bvh = bvh.get();
-        inputs.world = world;
+        inputs.groups = groups;
         inputs.instanced = first_instance >= 0;
         inputs.filter_x = inputs.filter_y = filter;
         view = make_scene_view(inputs, journal);
