@@ -17,6 +17,7 @@ struct Looks {
     std::string name;
     float shading_rate;
     bool visible_camera, double_sided, reverse_orientation;
+    std::vector<std::string> lights_off, shadows_off;
 };
 
 std::shared_ptr<const scene::Attributes> attributes(const Looks& looks) {
@@ -44,6 +45,12 @@ std::shared_ptr<const scene::Attributes> attributes(const Looks& looks) {
     result->reverse_orientation = looks.reverse_orientation;
     result->visible_camera = looks.visible_camera;
     result->name = looks.name;
+    const auto link = [&](const char* name, const std::vector<std::string>& lights) {
+        if (!lights.empty())
+            result->user.set({.name = name, .type = Type::String, .strings = lights});
+    };
+    link("lighting:excludesubset", looks.lights_off);
+    link("shadow:excludesubset", looks.shadows_off);
     return result;
 }
 
@@ -200,7 +207,7 @@ int add_sphere(Place place, float radius, const Looks& looks) {
     "material: Material | None = None, transform: ArrayLike | None = None, area_light: Sequence[float] | "   \
     "None = None, "                                                                                          \
     "name: str = '', shading_rate: float = 1, visible_camera: bool = True, double_sided: bool = True, "      \
-    "reverse_orientation: bool = False"
+    "reverse_orientation: bool = False, lights_off: Sequence[str] = [], shadows_off: Sequence[str] = []"
 #define MESH_SIG                                                                                             \
     "(self, points: ArrayLike, faces: ArrayLike, counts: ArrayLike | None = None, *, normals: ArrayLike | "  \
     "None = None, "                                                                                          \
@@ -213,17 +220,18 @@ void bind(nb::class_<Owner>& c) {
          [](Owner& owner, nb::handle points, nb::handle faces, nb::handle counts, nb::handle normals,
             nb::handle uv, nb::dict primvars, nb::handle material, nb::handle transform,
             nb::handle area_light, std::string name, float shading_rate, bool visible, bool double_sided,
-            bool reverse) {
-             return add_mesh(
-                 place(owner), points, faces, counts, {normals, uv, primvars},
-                 {material, transform, area_light, name, shading_rate, visible, double_sided, reverse});
+            bool reverse, std::vector<std::string> lights_off, std::vector<std::string> shadows_off) {
+             return add_mesh(place(owner), points, faces, counts, {normals, uv, primvars},
+                             {material, transform, area_light, name, shading_rate, visible, double_sided,
+                              reverse, lights_off, shadows_off});
          },
          nb::arg("points"), nb::arg("faces"), nb::arg("counts") = nb::none(), nb::kw_only(),
          nb::arg("normals") = nb::none(), nb::arg("uv") = nb::none(), nb::arg("primvars") = nb::dict(),
          nb::arg("material") = nb::none(), nb::arg("transform") = nb::none(),
          nb::arg("area_light") = nb::none(), nb::arg("name") = "", nb::arg("shading_rate") = 1.0f,
          nb::arg("visible_camera") = true, nb::arg("double_sided") = true,
-         nb::arg("reverse_orientation") = false,
+         nb::arg("reverse_orientation") = false, nb::arg("lights_off") = nb::list(),
+         nb::arg("shadows_off") = nb::list(),
          "Adds polygons and returns the primitive's id, as in the picture's 'id' layer.\n\n"
          "`points` (N, 3) float32 and `faces` (M, 3) or (M, 4) int32 are kept by reference, not copied: "
          "leave them\n"
@@ -233,7 +241,9 @@ void bind(nb::class_<Owner>& c) {
          "tells\n"
          "whether they are given for each vertex, face corner, face, or once. `area_light` is the radiance "
          "that\n"
-         "the surface sends out. `transform` is 4x4, acting on columns.",
+         "the surface sends out. `transform` is 4x4, acting on columns. Lights of `lights_off`, by name or "
+         "group, do not\n"
+         "shine on it; those of `shadows_off` shine through it.",
          nb::sig("def add_mesh" MESH_SIG LOOKS_SIG ") -> int"))
         .def(
             "add_subdivision",
@@ -242,12 +252,14 @@ void bind(nb::class_<Owner>& c) {
                std::vector<std::vector<int32_t>> creases, std::vector<float> crease_sharpness,
                std::vector<int32_t> corners, std::vector<float> corner_sharpness, std::vector<int32_t> holes,
                bool interpolate_boundary, nb::handle material, nb::handle transform, nb::handle area_light,
-               std::string name, float shading_rate, bool visible, bool double_sided, bool reverse) {
+               std::string name, float shading_rate, bool visible, bool double_sided, bool reverse,
+               std::vector<std::string> lights_off, std::vector<std::string> shadows_off) {
                 return add_subdivision(
                     place(owner), points, faces, counts, scheme,
                     {creases, crease_sharpness, corners, holes, corner_sharpness, interpolate_boundary},
                     {normals, uv, primvars},
-                    {material, transform, area_light, name, shading_rate, visible, double_sided, reverse});
+                    {material, transform, area_light, name, shading_rate, visible, double_sided, reverse,
+                     lights_off, shadows_off});
             },
             nb::arg("points"), nb::arg("faces"), nb::arg("counts") = nb::none(), nb::kw_only(),
             nb::arg("normals") = nb::none(), nb::arg("uv") = nb::none(), nb::arg("primvars") = nb::dict(),
@@ -257,7 +269,8 @@ void bind(nb::class_<Owner>& c) {
             nb::arg("interpolate_boundary") = true, nb::arg("material") = nb::none(),
             nb::arg("transform") = nb::none(), nb::arg("area_light") = nb::none(), nb::arg("name") = "",
             nb::arg("shading_rate") = 1.0f, nb::arg("visible_camera") = true, nb::arg("double_sided") = true,
-            nb::arg("reverse_orientation") = false,
+            nb::arg("reverse_orientation") = false, nb::arg("lights_off") = nb::list(),
+            nb::arg("shadows_off") = nb::list(),
             "Adds a subdivision surface: arguments as add_mesh, and its creases as chains of vertices.",
             nb::sig("def add_subdivision" MESH_SIG
                     "scheme: str = 'catmull-clark', creases: Sequence[Sequence[int]] = [], "
@@ -267,15 +280,17 @@ void bind(nb::class_<Owner>& c) {
         .def(
             "add_sphere",
             [](Owner& owner, float radius, nb::handle material, nb::handle transform, nb::handle area_light,
-               std::string name, float shading_rate, bool visible, bool double_sided, bool reverse) {
-                return add_sphere(
-                    place(owner), radius,
-                    {material, transform, area_light, name, shading_rate, visible, double_sided, reverse});
+               std::string name, float shading_rate, bool visible, bool double_sided, bool reverse,
+               std::vector<std::string> lights_off, std::vector<std::string> shadows_off) {
+                return add_sphere(place(owner), radius,
+                                  {material, transform, area_light, name, shading_rate, visible, double_sided,
+                                   reverse, lights_off, shadows_off});
             },
             nb::arg("radius") = 1.0f, nb::kw_only(), nb::arg("material") = nb::none(),
             nb::arg("transform") = nb::none(), nb::arg("area_light") = nb::none(), nb::arg("name") = "",
             nb::arg("shading_rate") = 1.0f, nb::arg("visible_camera") = true, nb::arg("double_sided") = true,
-            nb::arg("reverse_orientation") = false, "Adds a sphere about the origin of its own space.",
+            nb::arg("reverse_orientation") = false, nb::arg("lights_off") = nb::list(),
+            nb::arg("shadows_off") = nb::list(), "Adds a sphere about the origin of its own space.",
             nb::sig("def add_sphere(self, radius: float = 1, *, " LOOKS_SIG ") -> int"));
 }
 

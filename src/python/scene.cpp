@@ -33,14 +33,17 @@ scene::Group::Instances instances(Scene& owner, const Group& group, nb::handle t
     return result;
 }
 
+constexpr const char* LightNames[] = {"distant", "point", "spot",   "environment", "ambient",
+                                      "quad",    "disk",  "sphere", "cylinder"};
+
 scene::Light::Kind light_kind(const std::string& name) {
-    constexpr const char* names[] = {"distant", "point", "spot", "environment", "ambient"};
-    for (int i = 0; i < 5; i++)
-        if (name == names[i])
+    std::string known;
+    for (size_t i = 0; i < std::size(LightNames); i++) {
+        if (name == LightNames[i])
             return scene::Light::Kind(i);
-    throw nb::value_error(("kind: \"" + name +
-                           "\" is not one of \"distant\", \"point\", \"spot\", \"environment\", \"ambient\"")
-                              .c_str());
+        known += (i > 0 ? ", \"" : "\"") + std::string(LightNames[i]) + "\"";
+    }
+    throw nb::value_error(("kind: \"" + name + "\" is not one of " + known).c_str());
 }
 
 // World from light: +z along `direction`, the origin at `position`.
@@ -58,8 +61,9 @@ Transform aim(const Vec3f& position, const Vec3f& direction) {
 
 void add_light(Scene& s, const std::string& kind, nb::handle amount, nb::handle position,
                nb::handle direction, nb::handle placement, float angle, float cone_angle,
-               float cone_delta_angle, float beam_distribution, float radius, const std::string& texture,
-               bool visible_camera, const std::string& name) {
+               float cone_delta_angle, float beam_distribution, nb::handle radius, float width, float height,
+               const std::string& texture, const std::string& profile, bool visible_camera,
+               const std::string& name, const std::string& group) {
     scene::Light light;
     light.kind = light_kind(kind);
     light.amount = rgb(amount, "amount");
@@ -71,10 +75,14 @@ void add_light(Scene& s, const std::string& kind, nb::handle amount, nb::handle 
     light.cone_angle = cone_angle;
     light.cone_delta_angle = cone_delta_angle;
     light.beam_distribution = beam_distribution;
-    light.radius = radius;
+    const bool point = light.kind == scene::Light::Kind::Point || light.kind == scene::Light::Kind::Spot;
+    light.radius = radius.is_none() ? (point ? 0.0f : 0.5f) : nb::cast<float>(radius);
+    light.width = width, light.height = height;
     light.texture = texture;
+    light.profile = profile;
     light.visible_camera = visible_camera;
     light.name = name;
+    light.group = group;
     s.scene.lights.push_back(light);
 }
 
@@ -132,9 +140,8 @@ nb::dict summary(const Scene& s) {
     nb::list lights;
     for (const scene::ShaderRef& l : s.scene.light_shaders)
         lights.append(l.name);
-    constexpr const char* light_names[] = {"distant", "point", "spot", "environment", "ambient"};
     for (const scene::Light& l : s.scene.lights)
-        lights.append(light_names[int(l.kind)]);
+        lights.append(LightNames[int(l.kind)]);
 
     nb::dict primitives, result, shaders;
     for (const auto& [name, n] : kinds)
@@ -254,24 +261,35 @@ void bind_scene(nb::module_& m) {
             },
             nb::arg("group"), nb::arg("transforms"), instances_doc,
             nb::sig("def add_instances(self, group: Group, transforms: ArrayLike) -> None"))
-        .def("add_light", &add_light, nb::arg("kind"), nb::kw_only(),
-             nb::arg("amount") = nb::make_tuple(1, 1, 1), nb::arg("position") = nb::make_tuple(0, 0, 0),
-             nb::arg("direction") = nb::make_tuple(0, 0, -1), nb::arg("transform") = nb::none(),
-             nb::arg("angle") = 0.0f, nb::arg("cone_angle") = 30.0f, nb::arg("cone_delta_angle") = 5.0f,
-             nb::arg("beam_distribution") = 2.0f, nb::arg("radius") = 0.0f, nb::arg("texture") = "",
-             nb::arg("visible_camera") = true, nb::arg("name") = "",
-             "Adds a light: 'distant', 'point', 'spot', 'environment' or 'ambient'.\n\n"
-             "`amount` is RGB: the irradiance of a distant light, the radiant intensity of a point or spot "
-             "light, the\n"
-             "radiance of an environment or ambient light. `angle` is a distant light's diameter, "
-             "`cone_angle` a spot\n"
-             "light's half angle, both in degrees; `radius` makes a point or spot light a sphere.",
-             nb::sig("def add_light(self, kind: str, *, amount: Sequence[float] | float = (1, 1, 1), "
-                     "position: Sequence[float] = (0, 0, 0), direction: Sequence[float] = (0, 0, -1), "
-                     "transform: ArrayLike | None = None, angle: float = 0, cone_angle: float = 30, "
-                     "cone_delta_angle: float = 5, beam_distribution: float = 2, radius: float = 0, texture: "
-                     "str = '', "
-                     "visible_camera: bool = True, name: str = '') -> None"))
+        .def(
+            "add_light", &add_light, nb::arg("kind"), nb::kw_only(),
+            nb::arg("amount") = nb::make_tuple(1, 1, 1), nb::arg("position") = nb::make_tuple(0, 0, 0),
+            nb::arg("direction") = nb::make_tuple(0, 0, -1), nb::arg("transform") = nb::none(),
+            nb::arg("angle") = 0.0f, nb::arg("cone_angle") = 30.0f, nb::arg("cone_delta_angle") = 5.0f,
+            nb::arg("beam_distribution") = 2.0f, nb::arg("radius") = nb::none(), nb::arg("width") = 1.0f,
+            nb::arg("height") = 1.0f, nb::arg("texture") = "", nb::arg("profile") = "",
+            nb::arg("visible_camera") = true, nb::arg("name") = "", nb::arg("group") = "",
+            "Adds a light: 'distant', 'point', 'spot', 'environment', 'ambient', 'quad', 'disk', 'sphere' or "
+            "'cylinder'.\n\n"
+            "`amount` is RGB: the irradiance of a distant light, the radiant intensity of a point or spot "
+            "light, the\n"
+            "radiance of all others. `angle` is a distant light's diameter, `cone_angle` a spot light's half "
+            "angle, both\n"
+            "in degrees. `radius` makes a point or spot light a soft one, and is the size of disks, spheres "
+            "and "
+            "cylinders\n"
+            "(0.5); a quad is `width` by `height`, along x and y, and a cylinder `height` long, along z. "
+            "Quads "
+            "and disks shine\n"
+            "along `direction`. `texture` is a picture for an environment or a quad, `profile` an IES file "
+            "for "
+            "a point or spot.",
+            nb::sig("def add_light(self, kind: str, *, amount: Sequence[float] | float = (1, 1, 1), "
+                    "position: Sequence[float] = (0, 0, 0), direction: Sequence[float] = (0, 0, -1), "
+                    "transform: ArrayLike | None = None, angle: float = 0, cone_angle: float = 30, "
+                    "cone_delta_angle: float = 5, beam_distribution: float = 2, radius: float | None = None, "
+                    "width: float = 1, height: float = 1, texture: str = '', profile: str = '', "
+                    "visible_camera: bool = True, name: str = '', group: str = '') -> None"))
         .def(
             "add_light_shader",
             [](Scene& s, const scene::ShaderRef& shader, nb::handle placement) {

@@ -1,6 +1,7 @@
 #include "render/geometry.h"
 
 #include <cmath>
+#include <cstring>
 #include <mutex>
 
 #include "base/tasks.h"
@@ -106,7 +107,9 @@ class GeometryBuilder {
                     m_request.journal.warning(
                         primitives[begin + size_t(&p - prepared.data())].where,
                         "scattering inside this interior is not simulated yet; absorption is");
-                m_out->store.add_page(p.page, m_out->store.add_program(program), interior_of(program));
+                m_out->store.add_page(
+                    p.page, m_out->store.add_program(program), interior_of(program),
+                    m_request.linking.of(primitives[begin + size_t(&p - prepared.data())].attributes.get()));
                 const store::PageHeader& h = p.page.header();
                 m_request.stats.count.grids += h.shapes;
                 m_request.stats.count.vertices += h.vertices;
@@ -187,10 +190,28 @@ class GeometryBuilder {
         uint64_t bad = 0;
         out.page = store::encode(shaded, material.program(), primitive.id, bad);
         out.empty = false;
+        report_lights_without_area(primitive, out.page);
         if (bad > 0)
             m_request.journal.warning(primitive.where,
                                       std::to_string(bad) +
                                           " shader outputs were not finite and have been replaced");
+    }
+
+    void report_lights_without_area(const scene::Primitive& primitive, const store::Page& page) {
+        const store::PageHeader& h = page.header();
+        bool shines = false;
+        for (uint32_t e = 0; e < h.emitters; e++) {
+            store::Emitter emitter;
+            std::memcpy(&emitter, page.words.data() + h.emitters_at + e * (sizeof(store::Emitter) / 4),
+                        sizeof emitter);
+            if (emitter.area > 0)
+                return;
+            shines |= emitter.scale > 0;
+        }
+        if (shines)
+            m_request.journal.warning(primitive.where,
+                                      "a light of no area sheds no light: all its facets are "
+                                      "points or lines");
     }
 
     int interior_of(const grid::LayeringProgram& program) {

@@ -9,6 +9,7 @@
 #include "base/stats.h"
 #include "bvh/bvh.h"
 #include "dice/dice.h"
+#include "render/linking.h"
 #include "scene/scene.h"
 #include "shade/shade.h"
 #include "store/store.h"
@@ -30,6 +31,7 @@ struct GeometryRequest {
     Journal& journal;
     Stats& stats;
     const Progress& progress;
+    const Linking& linking;
 };
 
 // Thread count changes nothing in what is built.

@@ -7,6 +7,7 @@
 
 #include "base/tasks.h"
 #include "render/geometry.h"
+#include "shade/ies.h"
 #include "transport/kernel.h"
 #include "transport/scene_data.h"
 
@@ -151,8 +152,9 @@ class BatchSession {
         so.render_from_world = m_render_from_world;
         so.camera_from_render = m_camera_from_render;
         m_shading = shade::ShadingSystem::create(so, m_scene, m_journal, m_stats);
+        const Linking linking(m_scene, m_journal);
         m_geometry = build_geometry(
-            {m_scene, *m_shading, m_dice, m_render_from_world, m_journal, m_stats, m_progress});
+            {m_scene, *m_shading, m_dice, m_render_from_world, m_journal, m_stats, m_progress, linking});
         {
             const ScopedTimer timer(m_stats.time.bvh_s);
             m_progress.update("build", 0);
@@ -170,7 +172,9 @@ class BatchSession {
         in.lights = m_scene.lights;
         for (scene::Light& l : m_shading->lights(m_scene.light_shaders, world_bounds()))
             in.lights.push_back(std::move(l));
+        linking.apply(in.lights);
         load_environment(in);
+        load_tables(in);
         in.render_from_world = m_render_from_world;
         in.camera = m_camera;
         try {
@@ -240,6 +244,26 @@ class BatchSession {
                                                  "\" cannot be used (" + e.what() +
                                                  "); give a latitude-longitude OpenEXR file");
                 light.texture.clear();
+            }
+        }
+    }
+
+    // Pictures on quads, photometric profiles of points and spots.
+    void load_tables(transport::SceneInputs& in) {
+        using Kind = scene::Light::Kind;
+        constexpr int MostColumns = 1024;
+        for (scene::Light& light : in.lights) {
+            if (light.kind == Kind::Quad && !light.texture.empty()) {
+                if (auto picture = shade::read_latlong(light.texture, MostColumns, light.where, m_journal)) {
+                    auto table = std::make_shared<scene::LightTable>();
+                    table->width = picture->width, table->height = picture->height;
+                    for (float& v : picture->rgb)
+                        v = std::isfinite(v) ? std::clamp(v, 0.0f, 1e6f) : 0.0f;
+                    table->rgb = std::move(picture->rgb);
+                    light.table = std::move(table);
+                }
+            } else if ((light.kind == Kind::Point || light.kind == Kind::Spot) && !light.profile.empty()) {
+                light.table = shade::read_ies(light.profile, light.where, m_journal);
             }
         }
     }

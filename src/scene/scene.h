@@ -4,6 +4,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 
 #include "scene/values.h"
 
@@ -38,6 +39,10 @@ struct Attributes {
     bool visible_camera = true;
     bool dice_flatness = true; // false: traced geometry = shading density
     std::array<float, 8> texture_coordinates{0, 0, 1, 0, 0, 1, 1, 1};
+    // Names of the lights that are on for it; null = all. User attributes say more: "lighting:subset" and
+    // "lighting:excludesubset" name lights or groups of them that alone, or do not, shine on it,
+    // "shadow:excludesubset" those that shine through it.
+    std::shared_ptr<const std::set<std::string>> lights_on;
     ValueList user; // every other Attribute call, as "category:name"
 };
 
@@ -171,10 +176,12 @@ struct Light {
     float radius = 0;            // point, spot: of a soft one; 0 = a delta position. disk, sphere, cylinder
     float width = 1, height = 1; // quad: along x and y; it shines to +z, as a disk does. cylinder: along z
     std::string texture;         // environment: latitude-longitude picture; quad: picture; empty = constant
+    std::string profile;         // point, spot: IES file; empty = none
     bool visible_camera = true;
     // Scales the amount, by direction or place; null = one. Of a quad: its picture, from the top (+y) down.
     std::shared_ptr<const LightTable> table;
     std::string name;
+    std::string group; // names, parted by blanks
     // Linking: bits of the sets of receivers that it shines on, and its bit where objects let it through.
     int32_t lit_sets = -1, passes = 0;
     Location where;

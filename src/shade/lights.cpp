@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "shade/search.h"
+#include "shade/sky.h"
 
 namespace kanuka::shade {
 
@@ -25,12 +26,18 @@ const std::vector<LightShader>& light_shaders() {
     static const std::vector<LightShader> table = {
         {"ambientlight", Ambient, {"intensity", "lightcolor"}},
         {"distantlight", Distant, {"intensity", "lightcolor", "from", "to", "angle"}},
-        {"pointlight", Point, {"intensity", "lightcolor", "from", "radius"}},
+        {"pointlight", Point, {"intensity", "lightcolor", "from", "to", "radius", "iesprofile"}},
         {"spotlight",
          Spot,
          {"intensity", "lightcolor", "from", "to", "coneangle", "conedeltaangle", "beamdistribution",
-          "radius"}},
+          "radius", "iesprofile"}},
         {"environmentlight", Environment, {"intensity", "lightcolor", "texture", "mapname", "visible"}},
+        {"quadlight", Quad, {"intensity", "lightcolor", "width", "height", "texture", "visible"}},
+        {"disklight", Disk, {"intensity", "lightcolor", "radius", "visible"}},
+        {"spherelight", Sphere, {"intensity", "lightcolor", "radius", "visible"}},
+        {"cylinderlight", Cylinder, {"intensity", "lightcolor", "radius", "height", "visible"}},
+        {"skylight", Environment, {"intensity", "lightcolor", "sundirection", "turbidity", "visible"}},
+        {"sunlight", Distant, {"intensity", "lightcolor", "sundirection", "turbidity", "angle"}},
     };
     return table;
 }
@@ -58,7 +65,7 @@ bool contains(std::span<const std::string_view> names, std::string_view name) {
 void check_parameters(const scene::ShaderRef& ref, std::span<const std::string_view> known,
                       std::span<const std::string_view> silent, Journal& journal) {
     for (const scene::Value& v : ref.parameters.values)
-        if (!contains(known, v.name) && !contains(silent, v.name))
+        if (!contains(known, v.name) && !contains(silent, v.name) && v.name != "group" && v.name != "__group")
             journal.warning(v.where.line > 0 ? v.where : ref.where, "light shader \"" + ref.name +
                                                                         "\" has no parameter \"" + v.name +
                                                                         "\"; it has " + joined(known));
@@ -77,18 +84,49 @@ void place(scene::Light& light, const scene::ShaderRef& ref) {
     light.world_from_light = aimed(m.point(from), m.point(to));
 }
 
+std::string find_file(const char* what, const std::string& name, const char* instead,
+                      const scene::ShaderRef& ref, const Textures& textures, Journal& journal) {
+    if (name.empty())
+        return {};
+    std::string file = textures.find(name);
+    if (file.empty())
+        journal.error(ref.where, std::string(what) + " \"" + name + "\" is not found; searched in " +
+                                     join_folders(textures.folders()) +
+                                     ". Add its folder: Option \"searchpath\" \"texture\" [\"FOLDER\"]. " +
+                                     instead);
+    return file;
+}
+
 void take_texture(scene::Light& light, const scene::ShaderRef& ref, const Textures& textures,
                   Journal& journal) {
     const std::string name = ref.parameters.get_string("texture", ref.parameters.get_string("mapname", ""));
-    if (name.empty())
+    if (light.kind == scene::Light::Kind::Environment)
+        light.texture = find_file("environment picture", name, "A constant environment stands in for it", ref,
+                                  textures, journal);
+    else
+        light.texture =
+            find_file("light picture", name, "The light is the same all over", ref, textures, journal);
+}
+
+// Values that must be positive.
+float size_of(const scene::ShaderRef& ref, std::string_view name, float fallback) {
+    const float size = ref.parameters.get_float(name, fallback);
+    return size > 0 ? size : 0.0f;
+}
+
+// Luminances are in units of 1000 cd/m^2. The sun's place is given in shader space, whose +z is the zenith.
+void take_daylight(scene::Light& light, const scene::ShaderRef& ref) {
+    const Vec3f sun = point_of(ref, "sundirection", {0.3f, 0.2f, 0.6f});
+    const float turbidity = ref.parameters.get_float("turbidity", 3);
+    if (light.kind == scene::Light::Kind::Environment) {
+        light.world_from_light = ref.world_from_shader;
+        light.table = preetham_sky(sun, turbidity);
         return;
-    light.texture = textures.find(name);
-    if (light.texture.empty())
-        journal.error(ref.where,
-                      "environment picture \"" + name + "\" is not found; searched in " +
-                          join_folders(textures.folders()) +
-                          ". Add its folder: Option \"searchpath\" \"texture\" [\"FOLDER\"]. A constant "
-                          "environment stands in for it");
+    }
+    light.world_from_light = aimed(ref.world_from_shader.point({0, 0, 0}), ref.world_from_shader.point(-sun));
+    light.amount *= preetham_sun(sun, turbidity);
+    // As wide as the sun is.
+    light.angle = std::clamp(ref.parameters.get_float("angle", 0.53f), 0.0f, 180.0f);
 }
 
 std::string_view standard_name(std::string_view name) {
@@ -152,8 +190,14 @@ std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textur
     light.name = ref.handle;
     light.where = ref.where;
     light.amount = light_amount(ref);
+    light.group = ref.parameters.get_string("group", ref.parameters.get_string("__group", ""));
     // RISpec's light shaders hand Cl to a surface whose diffuse() multiplies it by the cosine alone. A white
     // Lambertian surface reflects radiance E / pi, so Cl stands for an irradiance of pi Cl.
+    if (shader->name == "skylight" || shader->name == "sunlight") {
+        light.visible_camera = ref.parameters.get_float("visible", 1) != 0;
+        take_daylight(light, ref);
+        return light;
+    }
     switch (light.kind) {
     case scene::Light::Kind::Distant:
         place(light, ref);
@@ -165,6 +209,8 @@ std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textur
         place(light, ref);
         light.amount *= Pi; // Cl = intensity / r^2, so the radiant intensity is pi times `intensity`
         light.radius = std::max(0.0f, ref.parameters.get_float("radius", 0));
+        light.profile = find_file("photometric profile", ref.parameters.get_string("iesprofile", ""),
+                                  "The light shines without it", ref, textures, journal);
         light.cone_angle = ref.parameters.get_float("coneangle", 30 / Degrees) * Degrees;
         light.cone_delta_angle = ref.parameters.get_float("conedeltaangle", 5 / Degrees) * Degrees;
         light.beam_distribution = ref.parameters.get_float("beamdistribution", 2);
@@ -176,6 +222,17 @@ std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textur
         break;
     case scene::Light::Kind::Ambient:
         light.visible_camera = false;
+        break;
+    case scene::Light::Kind::Quad:
+    case scene::Light::Kind::Disk:
+    case scene::Light::Kind::Sphere:
+    case scene::Light::Kind::Cylinder:
+        light.world_from_light = ref.world_from_shader;
+        light.visible_camera = ref.parameters.get_float("visible", 1) != 0;
+        light.width = size_of(ref, "width", 1);
+        light.height = size_of(ref, "height", 1);
+        light.radius = size_of(ref, "radius", 0.5f);
+        take_texture(light, ref, textures, journal);
         break;
     }
     return light;

@@ -120,7 +120,7 @@ class LightChances {
     static constexpr int Exact = 24;
 
     LightChances(const SceneView& scene, const Receiver<W>& r) : m_count(scene.choices) {
-        m_equal = F(1.0f / float(std::max(m_count, 1)));
+        m_equal = F(m_count > 0 ? 1.0f / float(m_count) : 0.0f);
         m_exact = m_count <= Exact && (m_count > 1 || scene.linked);
         if (!m_exact)
             return;

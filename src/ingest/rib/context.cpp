@@ -275,13 +275,14 @@ scene::ShaderRef Context::shader(Call& call, size_t name_argument) const {
 void Context::add_primitive(Call& call, scene::Geometry geometry) {
     if (!attributes.detail_visible || !usable_transform(call) || !check_primvars(call, geometry, reports))
         return;
+    if (m_open_object < 0)
+        lights.shine(attributes);
     scene::Primitive primitive{
         std::move(geometry), std::move(call.params), ctm, attributes.shared, m_next_id++, call.where};
     if (m_open_object >= 0) {
         objects.record(m_open_object).members.push_back({std::move(primitive), -1, attributes.set});
         return;
     }
-    lights.shine(attributes);
     m_scene.primitives.push_back(std::move(primitive));
 }
 
