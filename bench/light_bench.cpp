@@ -61,11 +61,11 @@ int main(int argc, char** argv) {
             for (int round = 0; round < (quick ? 1 : 3); round++)
                 best = std::min(best, seconds_of(s, progressions));
             const auto truth = s.render(quick ? 64 : 512, 0);
-            const double noise = noise_of(s, truth, 4);
+            const double noise = noise_of(s, truth, quick ? 8 : 64);
             double uniform = 0;
             if (!s.view.tree.empty()) {
                 s.make_uniform();
-                uniform = noise_of(s, truth, 4);
+                uniform = noise_of(s, truth, quick ? 8 : 64);
             }
             std::printf("{\"lights\": \"%s\", \"count\": %d, \"build_s\": %.4f, \"ns_a_sample\": %.1f, "
                         "\"noise\": %.4f, "

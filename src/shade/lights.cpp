@@ -124,7 +124,7 @@ void take_daylight(scene::Light& light, const scene::ShaderRef& ref) {
         return;
     }
     light.world_from_light = aimed(ref.world_from_shader.point({0, 0, 0}), ref.world_from_shader.point(-sun));
-    light.amount *= preetham_sun(sun, turbidity);
+    light.amount = light.amount * preetham_sun(sun, turbidity);
     // As wide as the sun is.
     light.angle = std::clamp(ref.parameters.get_float("angle", 0.53f), 0.0f, 180.0f);
 }

@@ -59,6 +59,10 @@ struct LightPick {
 
 // u in [0, 1), of more digits than a float has where lights are millions.
 LightPick pick_light(const LightTree& tree, const LightQuery& query, double u);
+// The same for some at once, at most MostWalks.
+inline constexpr int MostWalks = 16;
+void pick_lights(const LightTree& tree, int count, const LightQuery* queries, const double* u,
+                 LightPick* picks);
 // The chance that pick_light() picks `leaf`.
 float chance_of_light(const LightTree& tree, const LightQuery& query, int32_t leaf);
 

@@ -44,31 +44,69 @@ struct Lanes8 {
 
 } // namespace
 
-// One random number serves all levels: what is left of it after a choice is as good as new.
-LightPick pick_light(const LightTree& tree, const LightQuery& query, double u) {
-    const Lanes8 at(query);
-    double chance = 1;
+namespace {
+
+struct Walk {
     int32_t node = 0;
-    while (true) {
-        const LightNode& n = tree.nodes[size_t(node)];
-        const Sums sums(importances(n, query, at.P, at.N, at.oriented));
-        if (!sums.usable())
-            return {-1, 0};
-        // The first child whose sum is past the target. Rounding may leave none: then the last with a share.
-        const double target = u * double(sums.total());
-        int k = 0;
-        for (int i = 1; i < 8; i++)
-            k += double(sums.up_to[i]) <= target;
-        while (!(sums.share(k) > 0))
-            k--;
-        const double share = double(sums.share(k));
-        u = std::clamp((target - double(sums.up_to[k])) / share, 0.0, 1 - 1e-12);
-        chance *= share / double(sums.total());
-        const int32_t child = n.child[k];
-        if (child < 0)
-            return {~child, float(chance)};
-        node = child;
+    double u = 0, chance = 1;
+};
+
+// One level down. True = at a leaf, or where nothing can bring light.
+bool step(const LightTree& tree, const LightQuery& query, Walk& w, LightPick& pick) {
+    const Lanes8 at(query);
+    const LightNode& n = tree.nodes[size_t(w.node)];
+    const Sums sums(importances(n, query, at.P, at.N, at.oriented));
+    pick = {-1, 0};
+    if (!sums.usable())
+        return true;
+    // The first child whose sum is past the target. Rounding may leave none: then the last with a share.
+    const double total = double(sums.total()), target = w.u * total;
+    const uint32_t reached = (F::load(sums.up_to + 1) <= F(float(target))).bits();
+    int k = std::min(__builtin_popcount(reached), 7);
+    while (!(sums.share(k) > 0))
+        k--;
+    // What is left of the random number after a choice is as good as new: one serves all levels.
+    const double share = double(sums.share(k));
+    w.u = std::clamp((target - double(sums.up_to[k])) / share, 0.0, 1 - 1e-12);
+    w.chance *= share / total;
+    const int32_t child = n.child[k];
+    if (child < 0) {
+        pick = {~child, float(w.chance)};
+        return true;
     }
+    w.node = child;
+    const char* next = reinterpret_cast<const char*>(&tree.nodes[size_t(child)]);
+    for (size_t line = 0; line < sizeof(LightNode); line += 64)
+        __builtin_prefetch(next + line);
+    return false;
+}
+
+} // namespace
+
+// All go down one level at a time: while one waits for memory or for its sums, the others are at work.
+void pick_lights(const LightTree& tree, int count, const LightQuery* queries, const double* u,
+                 LightPick* picks) {
+    Walk walks[MostWalks];
+    int8_t on_way[MostWalks];
+    for (int i = 0; i < count; i++) {
+        walks[i].u = u[i];
+        on_way[i] = int8_t(i);
+    }
+    while (count > 0) {
+        int left = 0;
+        for (int i = 0; i < count; i++) {
+            const int at = on_way[i];
+            on_way[left] = int8_t(at);
+            left += !step(tree, queries[at], walks[at], picks[at]);
+        }
+        count = left;
+    }
+}
+
+LightPick pick_light(const LightTree& tree, const LightQuery& query, double u) {
+    LightPick pick;
+    pick_lights(tree, 1, &query, &u, &pick);
+    return pick;
 }
 
 float chance_of_light(const LightTree& tree, const LightQuery& query, int32_t leaf) {

@@ -53,12 +53,22 @@ void pick_leaf(const LightTree& tree, const Receiver<W>& r, Float<W> u, Float<W>
     leaf = Int<W>(0);
     chance = F(0.0f);
     if (!tree.flat()) {
+        static_assert(W <= MostWalks);
+        LightQuery queries[W];
+        LightPick picks[W];
+        double numbers[W];
+        int count = 0;
         for (uint32_t bits = m.bits(); bits; bits &= bits - 1) {
             const int i = __builtin_ctz(bits);
-            const LightPick pick =
-                pick_light(tree, query_of(r, i), double(u[i]) + 0x1p-24 * double(u_more[i]));
-            if (pick.leaf >= 0)
-                leaf.v[i] = pick.leaf, chance.v[i] = pick.chance;
+            queries[count] = query_of(r, i);
+            numbers[count++] = double(u[i]) + 0x1p-24 * double(u_more[i]);
+        }
+        pick_lights(tree, count, queries, numbers, picks);
+        count = 0;
+        for (uint32_t bits = m.bits(); bits; bits &= bits - 1, count++) {
+            const int i = __builtin_ctz(bits);
+            if (picks[count].leaf >= 0)
+                leaf.v[i] = picks[count].leaf, chance.v[i] = picks[count].chance;
         }
         return;
     }

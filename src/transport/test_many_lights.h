@@ -11,12 +11,14 @@ namespace kanuka::transport::testing {
 enum class ManyLights { Points, Spheres, Triangles };
 
 struct ManyLightsScene : TestScene {
+    static constexpr float Floor = -30;
+
     ManyLightsScene(ManyLights kind, int count, int size) {
         const float half = 20;
-        add_quad({0, -2, half}, {0, 0, half}, {half, 0, 0}, {matte(Rgb(0.7f))});
+        add_quad({0, Floor, 0}, {0, 0, half}, {half, 0, 0}, {matte(Rgb(0.7f))});
         for (int i = 0; i < 12; i++) // something to cast shadows
-            add_quad({-11.0f + 2 * float(i), -1.5f, 6 + 1.7f * float(i % 5)}, {0.4f, 0, 0}, {0, 0.5f, 0},
-                     {matte(Rgb(0.5f))});
+            add_quad({-16.0f + 3 * float(i), Floor + 0.5f, -14 + 6 * float(i % 5)}, {0.4f, 0, 0},
+                     {0, 0.5f, 0}, {matte(Rgb(0.5f))});
         std::mt19937 g{uint32_t(count)};
         std::uniform_real_distribution<float> u(0, 1);
         std::vector<Vec3f> places;
@@ -24,9 +26,9 @@ struct ManyLightsScene : TestScene {
         Vec3f cluster(0, 0, 0);
         for (int i = 0; i < count; i++) {
             if (i % std::max(count / 50, 1) == 0)
-                cluster = {half * (2 * u(g) - 1), -1.2f + 1.5f * u(g), 2 + 2 * (half - 2) * u(g)};
+                cluster = {half * (2 * u(g) - 1), Floor + 0.8f + 1.5f * u(g), half * (2 * u(g) - 1)};
             places.push_back(cluster + Vec3f(u(g) - 0.5f, 0.6f * (u(g) - 0.5f), u(g) - 0.5f) * 2.0f);
-            places.back().y = std::max(places.back().y, -1.8f);
+            places.back().y = std::max(places.back().y, Floor + 0.2f);
             powers.push_back(std::exp(2 * u(g)));
         }
         float total = 0;
@@ -41,6 +43,7 @@ struct ManyLightsScene : TestScene {
             if (kind == ManyLights::Spheres) {
                 light.kind = scene::Light::Kind::Sphere;
                 light.radius = 0.02f;
+                light.visible_camera = false;
                 light.amount = Rgb(power / (Pi * light.radius * light.radius));
             }
             if (kind != ManyLights::Triangles)
@@ -48,7 +51,7 @@ struct ManyLightsScene : TestScene {
         }
         if (kind == ManyLights::Triangles)
             add_facets(places, powers, 200 / total);
-        camera({1, 0, 0}, {0, 0.96f, 0.28f}, {0, -0.28f, 0.96f}, 0.7f, size, size);
+        camera({1, 0, 0}, {0, 0, 1}, {0, -1, 0}, 0.6f, size, size); // facets turn their backs to it
         inputs.max_depth = 2;
         finish();
     }
