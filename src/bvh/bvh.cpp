@@ -2,67 +2,20 @@
 
 #include <atomic>
 #include <cstring>
-#include <embree3/rtcore.h>
 #include <map>
 
 #include "base/error.h"
 #include "base/sampling.h"
 #include "base/tasks.h"
+#include "bvh/embree_scene.h"
 
 namespace kanuka::bvh {
 
 namespace {
 
-constexpr int MaxDepth = 16; // of nested instances
-
 // Up to this many cells, the opaque grids of a group become quads: 78 bytes a cell instead of 17, and rays a
 // tenth faster (Cornell box, a ball on a plane; four incoherent rays for three on a height field).
 constexpr size_t MostQuads = size_t(1) << 18;
-
-using Matrix = std::array<float, 12>; // row-major 3x4
-
-Matrix concat(const Matrix& a, const float* b) {
-    Matrix r;
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 4; j++)
-            r[i * 4 + j] = a[i * 4] * b[j] + a[i * 4 + 1] * b[4 + j] + a[i * 4 + 2] * b[8 + j] +
-                           (j == 3 ? a[i * 4 + 3] : 0);
-    return r;
-}
-
-Vec3f apply(const float* m, const Vec3f& p, float w) {
-    return {m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3] * w, m[4] * p.x + m[5] * p.y + m[6] * p.z + m[7] * w,
-            m[8] * p.x + m[9] * p.y + m[10] * p.z + m[11] * w};
-}
-
-// Inverse of an affine 3x4 matrix by its adjugate; false if singular.
-bool invert(const float* m, float* out) {
-    const double a = m[0], b = m[1], c = m[2], d = m[4], e = m[5], f = m[6], g = m[8], h = m[9], i = m[10];
-    const double det = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g);
-    if (!(std::abs(det) > 1e-38))
-        return false;
-    const double s = 1 / det;
-    const double r[9] = {(e * i - f * h) * s, (c * h - b * i) * s, (b * f - c * e) * s,
-                         (f * g - d * i) * s, (a * i - c * g) * s, (c * d - a * f) * s,
-                         (d * h - e * g) * s, (b * g - a * h) * s, (a * e - b * d) * s};
-    for (int row = 0; row < 3; row++) {
-        for (int col = 0; col < 3; col++)
-            out[row * 4 + col] = float(r[row * 3 + col]);
-        out[row * 4 + 3] = float(-(r[row * 3] * m[3] + r[row * 3 + 1] * m[7] + r[row * 3 + 2] * m[11]));
-    }
-    return true;
-}
-
-// Embree's packaged build asserts that rays lie in the range that it can compute with. What does not hits
-// nothing.
-constexpr float LargestCoordinate = 1e18f;
-
-bool traceable(const RTCRay& r) {
-    const float largest = std::max({std::abs(r.org_x), std::abs(r.org_y), std::abs(r.org_z),
-                                    std::abs(r.dir_x), std::abs(r.dir_y), std::abs(r.dir_z)});
-    const float sum = (r.org_x + r.org_y + r.org_z) + (r.dir_x + r.dir_y + r.dir_z); // max() overlooks NaN
-    return largest < LargestCoordinate && std::isfinite(sum);
-}
 
 template <int W>
 Mask<W> traceable(const RayPacket<W>& rays) {
@@ -71,44 +24,6 @@ Mask<W> traceable(const RayPacket<W>& rays) {
         m &= (abs(rays.o[c]) < Float<W>(LargestCoordinate)) & (abs(rays.d[c]) < Float<W>(LargestCoordinate));
     return m;
 }
-
-struct Geometry {
-    const store::Store* store;
-    std::vector<int> shape_of_grid; // grids, and quads of grids: by primID; meshes: one entry
-    std::vector<uint32_t> cell;     // quads of grids: place of the cell, u | v << 16, by primID; else empty
-};
-
-struct Instances;
-
-struct Group {
-    RTCScene scene = nullptr;
-    std::vector<std::unique_ptr<Geometry>> geometries; // by geomID; null for instances
-    std::vector<std::unique_ptr<Instances>> instances;
-};
-
-struct Instances {
-    int group;
-    const Group* target;
-    std::span<const float> transforms;
-    std::vector<float> inverses; // 12 floats each
-    RTCBounds child;
-    // Moving ones: bounds at `steps` even times, which hold everything in between when interpolated.
-    std::span<const MotionPath> paths;
-    int steps = 1;
-    std::vector<Bounds3f> bounds; // of an instance, step by step
-};
-
-// Travels with a query through all levels; filters and callbacks find their ray by ray.id.
-struct Context {
-    RTCIntersectContext embree; // first member: Embree hands it back (checked below)
-    const int32_t* seeds;
-    float* hit_transform; // [12][width]
-    int32_t* hit_group;
-    int width;
-    int depth = 0;
-    Matrix world_from_current[MaxDepth + 1];
-};
-static_assert(offsetof(Context, embree) == 0);
 
 // Stochastic transparency: a surface of presence p stops a ray with probability p. One decision per ray and
 // cell, by hash, so hits and shadows need no special case.
@@ -129,185 +44,9 @@ void presence_filter(const RTCFilterFunctionNArguments* args) {
                                                                        (uint32_t(t_bits) & ~0xffu)))));
         if (to_unit(h)[0] >= g.store->presence(shape, int(prim), u, v))
             args->valid[i] = 0;
-    }
-}
-
-Bounds3f placed(const float* m, const RTCBounds& c) {
-    Bounds3f b;
-    for (int k = 0; k < 8; k++)
-        b.extend(apply(
-            m, {k & 1 ? c.upper_x : c.lower_x, k & 2 ? c.upper_y : c.lower_y, k & 4 ? c.upper_z : c.lower_z},
-            1));
-    return b;
-}
-
-void instance_bounds(const RTCBoundsFunctionArguments* args) {
-    const Instances& in = *static_cast<const Instances*>(args->geometryUserPtr);
-    const Bounds3f b = in.paths.empty() ? placed(in.transforms.data() + size_t(args->primID) * 12, in.child)
-                                        : in.bounds[size_t(args->primID) * size_t(in.steps) + args->timeStep];
-    *args->bounds_o = {b.lo.x, b.lo.y, b.lo.z, 0, b.hi.x, b.hi.y, b.hi.z, 0};
-}
-
-// The tree interpolates bounds between steps; turning boxes swell in between. Every step's bounds are widened
-// by what the neighbouring pieces lack: measured at several times of a piece, and bounded between those by
-// how far an arc may lie from its chord.
-void bound_path(const MotionPath& path, const RTCBounds& child, int steps, Bounds3f* out) {
-    constexpr int Samples = 4; // a piece
-    const Bounds3f box{{child.lower_x, child.lower_y, child.lower_z},
-                       {child.upper_x, child.upper_y, child.upper_z}};
-    if (box.empty()) {
-        std::fill_n(out, steps, Bounds3f{{0, 0, 0}, {0, 0, 0}});
-        return;
-    }
-    const auto at = [&](double t) {
-        float m[12];
-        path.at(t, m);
-        return placed(m, child);
-    };
-    const std::vector<double> knots = path.times();
-    std::vector<Bounds3f> exact;
-    for (int j = 0; j < steps; j++)
-        exact.push_back(at(double(j) / (steps - 1)));
-    std::vector<Vec3f> low(size_t(steps), Vec3f(0.0f)), high(size_t(steps), Vec3f(0.0f));
-    std::vector<double> times;
-    for (int j = 0; j + 1 < steps; j++) {
-        const double t0 = double(j) / (steps - 1), t1 = double(j + 1) / (steps - 1);
-        times.clear();
-        for (int i = 0; i <= Samples; i++)
-            times.push_back(t0 + (t1 - t0) * i / Samples);
-        for (const double k : knots)
-            if (k > t0 && k < t1)
-                times.push_back(k);
-        std::sort(times.begin(), times.end());
-        const Bounds3f &a = exact[size_t(j)], &b = exact[size_t(j) + 1];
-        Vec3f lack_low(0.0f), lack_high(0.0f);
-        for (size_t i = 0; i < times.size(); i++) {
-            double stray = 0;
-            if (i > 0)
-                stray = path.deviation(times[i - 1], times[i], box);
-            if (i + 1 < times.size())
-                stray = std::max(stray, path.deviation(times[i], times[i + 1], box));
-            const Bounds3f now = at(times[i]);
-            const float f = float((times[i] - t0) / (t1 - t0));
-            for (int c = 0; c < 3; c++) {
-                lack_low[c] =
-                    std::max(lack_low[c], a.lo[c] + (b.lo[c] - a.lo[c]) * f - now.lo[c] + float(stray));
-                lack_high[c] =
-                    std::max(lack_high[c], now.hi[c] + float(stray) - (a.hi[c] + (b.hi[c] - a.hi[c]) * f));
-            }
-        }
-        for (const size_t k : {size_t(j), size_t(j) + 1})
-            for (int c = 0; c < 3; c++) {
-                low[k][c] = std::max(low[k][c], lack_low[c]);
-                high[k][c] = std::max(high[k][c], lack_high[c]);
-            }
-    }
-    for (size_t j = 0; j < size_t(steps); j++)
-        for (int c = 0; c < 3; c++) {
-            const float rounding = 4e-7f * std::max(std::abs(exact[j].lo[c]), std::abs(exact[j].hi[c]));
-            out[j].lo[c] = exact[j].lo[c] - low[j][c] - rounding;
-            out[j].hi[c] = exact[j].hi[c] + high[j][c] + rounding;
-        }
-}
-
-RTCRay ray_in_child(const RTCRayN* rays, unsigned n, unsigned i, const float* inverse) {
-    RTCRay r = rtcGetRayFromRayN(const_cast<RTCRayN*>(rays), n, i);
-    const Vec3f o = apply(inverse, {r.org_x, r.org_y, r.org_z}, 1),
-                d = apply(inverse, {r.dir_x, r.dir_y, r.dir_z}, 0);
-    r.org_x = o.x, r.org_y = o.y, r.org_z = o.z;
-    r.dir_x = d.x, r.dir_y = d.y, r.dir_z = d.z;
-    return r;
-}
-
-void enter(Context& context, const float* group_from_child) {
-    context.world_from_current[context.depth + 1] =
-        concat(context.world_from_current[context.depth], group_from_child);
-    context.depth++;
-}
-
-// An instance's matrices for one ray after the other: the same for all, or those of each ray's time.
-class Passage {
-  public:
-    Passage(Context& context, const Instances& in, unsigned prim)
-        : m_context(context), m_in(in), m_prim(prim) {
-        if (!in.paths.empty()) {
-            m_context.depth++; // for the ray to come
-            return;
-        }
-        enter(m_context, in.transforms.data() + size_t(prim) * 12);
-        m_inverse = in.inverses.data() + size_t(prim) * 12;
-    }
-    ~Passage() { m_context.depth--; }
-    // The ray in the child's space; false = it meets nothing there.
-    bool take(const RTCRayN* rays, unsigned n, unsigned i, RTCRay& out) {
-        if (!m_in.paths.empty()) {
-            float m[12];
-            m_in.paths[m_prim].at(double(RTCRayN_time(const_cast<RTCRayN*>(rays), n, i)), m);
-            if (!invert(m, m_moving))
-                return false;
-            m_context.depth--;
-            enter(m_context, m);
-            m_inverse = m_moving;
-        }
-        out = ray_in_child(rays, n, i, m_inverse);
-        return traceable(out);
-    }
-
-  private:
-    Context& m_context;
-    const Instances& m_in;
-    unsigned m_prim;
-    const float* m_inverse = nullptr;
-    float m_moving[12];
-};
-
-void instance_intersect(const RTCIntersectFunctionNArguments* args) {
-    const Instances& in = *static_cast<const Instances*>(args->geometryUserPtr);
-    Context& context = *reinterpret_cast<Context*>(args->context);
-    if (context.depth >= MaxDepth)
-        return;
-    Passage passage(context, in, args->primID);
-    RTCRayN* rays = RTCRayHitN_RayN(args->rayhit, args->N);
-    RTCHitN* hits = RTCRayHitN_HitN(args->rayhit, args->N);
-    for (unsigned i = 0; i < args->N; i++) {
-        if (args->valid[i] == 0)
-            continue;
-        RTCRayHit rh;
-        if (!passage.take(rays, args->N, i, rh.ray))
-            continue;
-        rh.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-        rh.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-        const float before = rh.ray.tfar;
-        rtcIntersect1(in.target->scene, &context.embree, &rh);
-        if (rh.hit.geomID == RTC_INVALID_GEOMETRY_ID || !(rh.ray.tfar < before))
-            continue;
-        RTCRayN_tfar(rays, args->N, i) = rh.ray.tfar;
-        rtcCopyHitToHitN(hits, &rh.hit, args->N, i);
-        if (rh.hit.instID[0] == RTC_INVALID_GEOMETRY_ID) { // found here, not deeper: note where "here" is
-            for (int k = 0; k < 12; k++)
-                context.hit_transform[k * context.width + int(rh.ray.id)] =
-                    context.world_from_current[context.depth][k];
-            context.hit_group[rh.ray.id] = in.group;
-        }
-        RTCHitN_instID(hits, args->N, i, 0) = 0; // for the levels above: not one of your own geometries
-    }
-}
-
-void instance_occluded(const RTCOccludedFunctionNArguments* args) {
-    const Instances& in = *static_cast<const Instances*>(args->geometryUserPtr);
-    Context& context = *reinterpret_cast<Context*>(args->context);
-    if (context.depth >= MaxDepth)
-        return;
-    Passage passage(context, in, args->primID);
-    for (unsigned i = 0; i < args->N; i++) {
-        if (args->valid[i] == 0)
-            continue;
-        RTCRay ray;
-        if (!passage.take(args->ray, args->N, i, ray))
-            continue;
-        rtcOccluded1(in.target->scene, &context.embree, &ray);
-        if (ray.tfar < 0)
-            RTCRayN_tfar(args->ray, args->N, i) = -std::numeric_limits<float>::infinity();
+        if (context.passes &&
+            (context.passes[RTCRayN_id(args->ray, args->N, i)] & g.store->links_of(shape).lets_through) != 0)
+            args->valid[i] = 0;
     }
 }
 
@@ -337,8 +76,9 @@ struct Scene::Impl {
         rtcReleaseDevice(device);
     }
 
-    bool cuts_out(const store::ShapeRecord& s) const {
-        return store.programs()[size_t(s.program)].presence >= 0;
+    bool cuts_out(const store::ShapeRecord& s) const { // for some rays
+        return store.programs()[size_t(s.program)].presence >= 0 ||
+               store.links()[size_t(s.links)].lets_through != 0;
     }
 
     void attach(Group& group, RTCGeometry geometry, std::unique_ptr<Geometry> ours) {
@@ -425,12 +165,15 @@ struct Scene::Impl {
         attach(group, geometry, std::make_unique<Geometry>(Geometry{&store, {shape}, {}}));
     }
 
-    void add_instances(Group& group, const GroupDesc::Instances& desc) {
+    void add_instances(Group& group, const GroupDesc::Instances& desc, const GroupDesc& child) {
         const size_t count = desc.paths.empty() ? desc.transforms.size() / 12 : desc.paths.size();
         if (count == 0)
             return;
         auto in = std::make_unique<Instances>();
         in->group = desc.group;
+        in->first_slot = desc.first_slot;
+        in->slots = child.slots;
+        in->first_emitter = child.emitters > 0 ? child.first_emitter : -1;
         in->target = &groups[size_t(desc.group)];
         in->transforms = desc.transforms;
         in->paths = desc.paths;
@@ -456,27 +199,17 @@ struct Scene::Impl {
         attach(group, geometry, nullptr);
     }
 
-    static void bound_paths(Instances& in) {
-        constexpr double TurnAStep = 0.2; // radians: boxes that turn by that much fit well enough
-        constexpr int MostSteps = 65;     // Embree's limit is 129
-        double pieces = 1;
-        for (const MotionPath& path : in.paths)
-            pieces = std::max({pieces, path.turning() / TurnAStep, double(path.times().size()) - 1});
-        in.steps = 1 + int(std::min(std::ceil(pieces), double(MostSteps - 1)));
-        in.bounds.resize(in.paths.size() * size_t(in.steps));
-        tasks::parallel_chunks(in.paths.size(), 256, [&](size_t begin, size_t end) {
-            for (size_t i = begin; i < end; i++)
-                bound_path(in.paths[i], in.child, in.steps, in.bounds.data() + i * size_t(in.steps));
-        });
-    }
-
     template <int W>
-    Context context(const RayPacket<W>& rays, float* transforms, int32_t* hit_group) const {
+    Context context(const RayPacket<W>& rays, float* transforms, int32_t* hit_group,
+                    int32_t* hit_slot_shift) const {
         Context c;
         rtcInitIntersectContext(&c.embree);
         c.seeds = reinterpret_cast<const int32_t*>(&rays.seed.v);
         c.hit_transform = transforms;
         c.hit_group = hit_group;
+        c.hit_slot_shift = hit_slot_shift;
+        c.passes = nullptr;
+        c.slot[0] = 0;
         c.width = W;
         c.world_from_current[0] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
         return c;
@@ -516,7 +249,7 @@ Scene::Scene(const store::Store& store, std::span<const GroupDesc> groups, bool 
                 impl.add_grids(group, list);
         }
         for (const auto& instances : groups[g].instances)
-            impl.add_instances(group, instances);
+            impl.add_instances(group, instances, groups[size_t(instances.group)]);
         rtcCommitScene(group.scene);
     }
 }
@@ -587,7 +320,7 @@ template <int W>
 void Scene::intersect(const RayPacket<W>& rays, HitPacket<W>& hits) const {
     using E = EmbreeTypes<W>;
     alignas(64) typename E::RayHit rh;
-    alignas(64) int32_t hit_group[W];
+    alignas(64) int32_t hit_group[W], slot_shift[W];
     const int world = int(m_impl->groups.size()) - 1;
     for (int i = 0; i < W; i++)
         hit_group[i] = world;
@@ -595,7 +328,7 @@ void Scene::intersect(const RayPacket<W>& rays, HitPacket<W>& hits) const {
     const Int<W> none(-1);
     std::memcpy(&rh.hit.geomID, &none.v, sizeof none.v);
     std::memcpy(&rh.hit.instID[0], &none.v, sizeof none.v);
-    Context context = m_impl->context<W>(rays, &hits.world_from_shape[0][0], hit_group);
+    Context context = m_impl->context<W>(rays, &hits.world_from_shape[0][0], hit_group, slot_shift);
     const Mask<W> active = traceable(rays);
     alignas(64) int32_t valid[W];
     std::memcpy(valid, &active.v, sizeof valid);
@@ -618,6 +351,8 @@ void Scene::intersect(const RayPacket<W>& rays, HitPacket<W>& hits) const {
         const Geometry& g =
             *m_impl->groups[size_t(inside ? hit_group[i] : world)].geometries[size_t(geometry.v[i])];
         hits.instanced.v[i] = inside;
+        if (inside)
+            hits.slot_shift.v[i] = slot_shift[i];
         hits.shape.v[i] =
             g.shape_of_grid.size() == 1 ? g.shape_of_grid[0] : g.shape_of_grid[size_t(hits.prim.v[i])];
         if (!g.cell.empty()) {
@@ -634,9 +369,11 @@ Mask<W> Scene::occluded(const RayPacket<W>& rays) const {
     using E = EmbreeTypes<W>;
     alignas(64) typename E::Ray r;
     alignas(64) float transforms[12 * W];
-    int32_t hit_group[W];
+    int32_t hit_group[W], slot_shift[W], passes[W];
     fill<W>(r, rays);
-    Context context = m_impl->context<W>(rays, transforms, hit_group);
+    Context context = m_impl->context<W>(rays, transforms, hit_group, slot_shift);
+    rays.passes.store(passes);
+    context.passes = passes;
     const Mask<W> active = traceable(rays);
     alignas(64) int32_t valid[W];
     std::memcpy(valid, &active.v, sizeof valid);

@@ -18,6 +18,7 @@ struct Looks {
     float shading_rate;
     bool visible_camera, double_sided, reverse_orientation;
     nb::handle times; // of what moves
+    std::vector<std::string> lights_off, shadows_off;
 };
 
 std::shared_ptr<const scene::Attributes> attributes(const Looks& looks) {
@@ -51,6 +52,12 @@ std::shared_ptr<const scene::Attributes> attributes(const Looks& looks) {
     result->reverse_orientation = looks.reverse_orientation;
     result->visible_camera = looks.visible_camera;
     result->name = looks.name;
+    const auto link = [&](const char* name, const std::vector<std::string>& lights) {
+        if (!lights.empty())
+            result->user.set({.name = name, .type = Type::String, .strings = lights});
+    };
+    link("lighting:excludesubset", looks.lights_off);
+    link("shadow:excludesubset", looks.shadows_off);
     return result;
 }
 
@@ -263,7 +270,8 @@ int add_sphere(Place place, float radius, const Looks& looks) {
     "Shader | "                                                                                              \
     "None = None, "                                                                                          \
     "name: str = '', shading_rate: float = 1, visible_camera: bool = True, double_sided: bool = True, "      \
-    "reverse_orientation: bool = False, times: Sequence[float] | None = None"
+    "reverse_orientation: bool = False, times: Sequence[float] | None = None, "                              \
+    "lights_off: Sequence[str] = [], shadows_off: Sequence[str] = []"
 #define MESH_SIG                                                                                             \
     "(self, points: ArrayLike, faces: ArrayLike, counts: ArrayLike | None = None, *, normals: ArrayLike | "  \
     "None = None, "                                                                                          \
@@ -276,10 +284,11 @@ void bind(nb::class_<Owner>& c) {
          [](Owner& owner, nb::handle points, nb::handle faces, nb::handle counts, nb::handle normals,
             nb::handle uv, nb::dict primvars, nb::handle material, nb::handle transform,
             nb::handle area_light, std::string name, float shading_rate, bool visible, bool double_sided,
-            bool reverse, nb::handle times) {
+            bool reverse, nb::handle times, std::vector<std::string> lights_off,
+            std::vector<std::string> shadows_off) {
              return add_mesh(place(owner), points, faces, counts, {normals, uv, primvars},
                              {material, transform, area_light, name, shading_rate, visible, double_sided,
-                              reverse, times});
+                              reverse, times, lights_off, shadows_off});
          },
          nb::arg("points"), nb::arg("faces"), nb::arg("counts") = nb::none(), nb::kw_only(),
          nb::arg("normals") = nb::none(), nb::arg("uv") = nb::none(), nb::arg("primvars") = nb::dict(),
@@ -287,6 +296,7 @@ void bind(nb::class_<Owner>& c) {
          nb::arg("area_light") = nb::none(), nb::arg("name") = "", nb::arg("shading_rate") = 1.0f,
          nb::arg("visible_camera") = true, nb::arg("double_sided") = true,
          nb::arg("reverse_orientation") = false, nb::arg("times") = nb::none(),
+         nb::arg("lights_off") = nb::list(), nb::arg("shadows_off") = nb::list(),
          "Adds polygons and returns the primitive's id, as in the picture's 'id' layer.\n\n"
          "`points` (N, 3) float32 and `faces` (M, 3) or (M, 4) int32 are kept by reference, not copied: "
          "leave them\n"
@@ -296,7 +306,9 @@ void bind(nb::class_<Owner>& c) {
          "tells\n"
          "whether they are given for each vertex, face corner, face, or once. `area_light` is the radiance "
          "that\n"
-         "the surface sends out. `transform` is 4x4, acting on columns.\n\n"
+         "the surface sends out. `transform` is 4x4, acting on columns. Lights of `lights_off`, by name or "
+         "group, do not\n"
+         "shine on it; those of `shadows_off` shine through it.\n\n"
          "What moves while the shutter is open (Options.shutter) is given for several times: `points` (T, N, "
          "3),\n"
          "`normals` alike or once, `transform` (T, 4, 4), at `times` (default: evenly from 0 to 1).",
@@ -309,13 +321,13 @@ void bind(nb::class_<Owner>& c) {
                std::vector<int32_t> corners, std::vector<float> corner_sharpness, std::vector<int32_t> holes,
                bool interpolate_boundary, nb::handle material, nb::handle transform, nb::handle area_light,
                std::string name, float shading_rate, bool visible, bool double_sided, bool reverse,
-               nb::handle times) {
+               nb::handle times, std::vector<std::string> lights_off, std::vector<std::string> shadows_off) {
                 return add_subdivision(
                     place(owner), points, faces, counts, scheme,
                     {creases, crease_sharpness, corners, holes, corner_sharpness, interpolate_boundary},
                     {normals, uv, primvars},
                     {material, transform, area_light, name, shading_rate, visible, double_sided, reverse,
-                     times});
+                     times, lights_off, shadows_off});
             },
             nb::arg("points"), nb::arg("faces"), nb::arg("counts") = nb::none(), nb::kw_only(),
             nb::arg("normals") = nb::none(), nb::arg("uv") = nb::none(), nb::arg("primvars") = nb::dict(),
@@ -326,6 +338,7 @@ void bind(nb::class_<Owner>& c) {
             nb::arg("transform") = nb::none(), nb::arg("area_light") = nb::none(), nb::arg("name") = "",
             nb::arg("shading_rate") = 1.0f, nb::arg("visible_camera") = true, nb::arg("double_sided") = true,
             nb::arg("reverse_orientation") = false, nb::arg("times") = nb::none(),
+            nb::arg("lights_off") = nb::list(), nb::arg("shadows_off") = nb::list(),
             "Adds a subdivision surface: arguments as add_mesh, and its creases as chains of vertices.",
             nb::sig("def add_subdivision" MESH_SIG
                     "scheme: str = 'catmull-clark', creases: Sequence[Sequence[int]] = [], "
@@ -336,15 +349,16 @@ void bind(nb::class_<Owner>& c) {
             "add_sphere",
             [](Owner& owner, float radius, nb::handle material, nb::handle transform, nb::handle area_light,
                std::string name, float shading_rate, bool visible, bool double_sided, bool reverse,
-               nb::handle times) {
+               nb::handle times, std::vector<std::string> lights_off, std::vector<std::string> shadows_off) {
                 return add_sphere(place(owner), radius,
                                   {material, transform, area_light, name, shading_rate, visible, double_sided,
-                                   reverse, times});
+                                   reverse, times, lights_off, shadows_off});
             },
             nb::arg("radius") = 1.0f, nb::kw_only(), nb::arg("material") = nb::none(),
             nb::arg("transform") = nb::none(), nb::arg("area_light") = nb::none(), nb::arg("name") = "",
             nb::arg("shading_rate") = 1.0f, nb::arg("visible_camera") = true, nb::arg("double_sided") = true,
             nb::arg("reverse_orientation") = false, nb::arg("times") = nb::none(),
+            nb::arg("lights_off") = nb::list(), nb::arg("shadows_off") = nb::list(),
             "Adds a sphere about the origin of its own space.",
             nb::sig("def add_sphere(self, radius: float = 1, *, " LOOKS_SIG ") -> int"));
 }

@@ -41,14 +41,17 @@ scene::Group::Instances instances(Scene& owner, const Group& group, nb::handle t
     return result;
 }
 
+constexpr const char* LightNames[] = {"distant", "point", "spot",   "environment", "ambient",
+                                      "quad",    "disk",  "sphere", "cylinder"};
+
 scene::Light::Kind light_kind(const std::string& name) {
-    constexpr const char* names[] = {"distant", "point", "spot", "environment", "ambient"};
-    for (int i = 0; i < 5; i++)
-        if (name == names[i])
+    std::string known;
+    for (size_t i = 0; i < std::size(LightNames); i++) {
+        if (name == LightNames[i])
             return scene::Light::Kind(i);
-    throw nb::value_error(("kind: \"" + name +
-                           "\" is not one of \"distant\", \"point\", \"spot\", \"environment\", \"ambient\"")
-                              .c_str());
+        known += (i > 0 ? ", \"" : "\"") + std::string(LightNames[i]) + "\"";
+    }
+    throw nb::value_error(("kind: \"" + name + "\" is not one of " + known).c_str());
 }
 
 // World from light: +z along `direction`, the origin at `position`.
@@ -66,8 +69,10 @@ Transform aim(const Vec3f& position, const Vec3f& direction) {
 
 void add_light(Scene& s, const std::string& kind, nb::handle amount, nb::handle position,
                nb::handle direction, nb::handle placement, float angle, float cone_angle,
-               float cone_delta_angle, float beam_distribution, float radius, const std::string& texture,
-               bool visible_camera, const std::string& name, nb::handle spectrum, const std::string& unit) {
+               float cone_delta_angle, float beam_distribution, nb::handle radius, float width, float height,
+               const std::string& texture, const std::string& profile, bool visible_camera,
+               const std::string& name, const std::string& group, nb::handle spectrum,
+               const std::string& unit) {
     scene::Light light;
     light.kind = light_kind(kind);
     light.amount = rgb(amount, "amount");
@@ -79,10 +84,14 @@ void add_light(Scene& s, const std::string& kind, nb::handle amount, nb::handle 
     light.cone_angle = cone_angle;
     light.cone_delta_angle = cone_delta_angle;
     light.beam_distribution = beam_distribution;
-    light.radius = radius;
+    const bool point = light.kind == scene::Light::Kind::Point || light.kind == scene::Light::Kind::Spot;
+    light.radius = radius.is_none() ? (point ? 0.0f : 0.5f) : nb::cast<float>(radius);
+    light.width = width, light.height = height;
     light.texture = texture;
+    light.profile = profile;
     light.visible_camera = visible_camera;
     light.name = name;
+    light.group = group;
     if (!spectrum.is_none())
         light.spectrum = spectrum_text(spectrum);
     light.unit = unit;
@@ -143,9 +152,8 @@ nb::dict summary(const Scene& s) {
     nb::list lights;
     for (const scene::ShaderRef& l : s.scene.light_shaders)
         lights.append(l.name);
-    constexpr const char* light_names[] = {"distant", "point", "spot", "environment", "ambient"};
     for (const scene::Light& l : s.scene.lights)
-        lights.append(light_names[int(l.kind)]);
+        lights.append(LightNames[int(l.kind)]);
 
     nb::dict primitives, result, shaders;
     for (const auto& [name, n] : kinds)
@@ -335,24 +343,35 @@ void bind_scene(nb::module_& m) {
             nb::arg("amount") = nb::make_tuple(1, 1, 1), nb::arg("position") = nb::make_tuple(0, 0, 0),
             nb::arg("direction") = nb::make_tuple(0, 0, -1), nb::arg("transform") = nb::none(),
             nb::arg("angle") = 0.0f, nb::arg("cone_angle") = 30.0f, nb::arg("cone_delta_angle") = 5.0f,
-            nb::arg("beam_distribution") = 2.0f, nb::arg("radius") = 0.0f, nb::arg("texture") = "",
-            nb::arg("visible_camera") = true, nb::arg("name") = "", nb::arg("spectrum") = nb::none(),
-            nb::arg("unit") = "",
-            "Adds a light: 'distant', 'point', 'spot', 'environment' or 'ambient'.\n\n"
+            nb::arg("beam_distribution") = 2.0f, nb::arg("radius") = nb::none(), nb::arg("width") = 1.0f,
+            nb::arg("height") = 1.0f, nb::arg("texture") = "", nb::arg("profile") = "",
+            nb::arg("visible_camera") = true, nb::arg("name") = "", nb::arg("group") = "",
+            nb::arg("spectrum") = nb::none(), nb::arg("unit") = "",
+            "Adds a light: 'distant', 'point', 'spot', 'environment', 'ambient', 'quad', 'disk', 'sphere' or "
+            "'cylinder'.\n\n"
             "`amount` is RGB: the irradiance of a distant light, the radiant intensity of a point or spot "
             "light, the\n"
-            "radiance of an environment or ambient light. `angle` is a distant light's diameter, "
-            "`cone_angle` a spot\n"
-            "light's half angle, both in degrees; `radius` makes a point or spot light a sphere.\n"
+            "radiance of all others. `angle` is a distant light's diameter, `cone_angle` a spot light's half "
+            "angle, both\n"
+            "in degrees. `radius` makes a point or spot light a soft one, and is the size of disks, spheres "
+            "and "
+            "cylinders\n"
+            "(0.5); a quad is `width` by `height`, along x and y, and a cylinder `height` long, along z. "
+            "Quads "
+            "and disks shine\n"
+            "along `direction`. `texture` is a picture for an environment or a quad, `profile` an IES file "
+            "for "
+            "a point or spot.\n"
             "`spectrum` is the light's, a Spectrum or the text that makes one; the amount is a filter before "
             "it. `unit`\n"
             "says that the amount is in lumen, candela, lux, nit or watt.",
             nb::sig("def add_light(self, kind: str, *, amount: Sequence[float] | float = (1, 1, 1), "
                     "position: Sequence[float] = (0, 0, 0), direction: Sequence[float] = (0, 0, -1), "
                     "transform: ArrayLike | None = None, angle: float = 0, cone_angle: float = 30, "
-                    "cone_delta_angle: float = 5, beam_distribution: float = 2, radius: float = 0, texture: "
-                    "str = '', "
-                    "visible_camera: bool = True, name: str = '', spectrum: Spectrum | str | None = None, "
+                    "cone_delta_angle: float = 5, beam_distribution: float = 2, radius: float | None = None, "
+                    "width: float = 1, height: float = 1, texture: str = '', profile: str = '', "
+                    "visible_camera: bool = True, name: str = '', group: str = '', spectrum: Spectrum | str "
+                    "| None = None, "
                     "unit: str = '') -> None"))
         .def(
             "add_light_shader",

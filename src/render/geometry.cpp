@@ -1,6 +1,7 @@
 #include "render/geometry.h"
 
 #include <cmath>
+#include <cstring>
 #include <mutex>
 
 #include "base/tasks.h"
@@ -121,7 +122,9 @@ class GeometryBuilder {
                         "scattering inside this interior is not simulated yet; absorption is");
                 if (!p.path.empty())
                     close_run();
-                m_out->store.add_page(p.page, m_out->store.add_program(program), interior_of(program));
+                m_out->store.add_page(
+                    p.page, m_out->store.add_program(program), interior_of(program),
+                    m_request.linking.of(primitives[begin + size_t(&p - prepared.data())].attributes.get()));
                 m_out->moving |= p.changes || !p.path.empty();
                 if (!p.path.empty()) {
                     bvh::GroupDesc moving;
@@ -239,6 +242,7 @@ class GeometryBuilder {
         if (primitive.attributes && primitive.attributes->area_light)
             spread_flux(*primitive.attributes->area_light, out.page);
         out.empty = false;
+        report_lights_without_area(primitive, out.page);
         if (bad > 0)
             m_request.journal.warning(primitive.where,
                                       std::to_string(bad) +
@@ -254,6 +258,23 @@ class GeometryBuilder {
         // The shading system made lumen of watt; what is left is geometry.
         const auto as = *unit == color::Unit::Watt ? color::Unit::Lumen : *unit;
         store::scale_emission(page, float(*color::photometric(1, as, {color::LightShape::Area, 0, area}, 0)));
+    }
+
+    void report_lights_without_area(const scene::Primitive& primitive, const store::Page& page) {
+        const store::PageHeader& h = page.header();
+        bool shines = false;
+        for (uint32_t e = 0; e < h.emitters; e++) {
+            store::Emitter emitter;
+            std::memcpy(&emitter, page.words.data() + h.emitters_at + e * (sizeof(store::Emitter) / 4),
+                        sizeof emitter);
+            if (emitter.area > 0)
+                return;
+            shines |= emitter.scale > 0;
+        }
+        if (shines)
+            m_request.journal.warning(primitive.where,
+                                      "a light of no area sheds no light: all its facets are "
+                                      "points or lines");
     }
 
     int interior_of(const grid::LayeringProgram& program) {

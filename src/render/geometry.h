@@ -10,6 +10,7 @@
 #include "bvh/bvh.h"
 #include "dice/dice.h"
 #include "render/camera.h"
+#include "render/linking.h"
 #include "scene/scene.h"
 #include "shade/shade.h"
 #include "store/store.h"
@@ -35,6 +36,7 @@ struct GeometryRequest {
     Journal& journal;
     Stats& stats;
     const Progress& progress;
+    const Linking& linking;
 };
 
 // Thread count changes nothing in what is built.

@@ -10,6 +10,7 @@
 #include "render/color_setup.h"
 #include "render/geometry.h"
 #include "scene/shutter.h"
+#include "shade/ies.h"
 #include "shade/lights.h"
 #include "transport/kernel.h"
 #include "transport/scene_data.h"
@@ -124,11 +125,14 @@ class BatchSession {
         so.camera_from_render = m_camera.camera_from_render;
         so.aovs = m_aovs.names();
         m_shading = shade::ShadingSystem::create(so, m_scene, m_journal, m_stats);
-        m_geometry = build_geometry({m_scene, *m_shading, *m_color.palette, m_dice,
-                                     m_camera.render_from_world, shutter(), m_journal, m_stats, m_progress});
+        const Linking linking(m_scene, m_journal);
+        m_geometry =
+            build_geometry({m_scene, *m_shading, *m_color.palette, m_dice, m_camera.render_from_world,
+                            shutter(), m_journal, m_stats, m_progress, linking});
         {
             const ScopedTimer timer(m_stats.time.bvh_s);
             m_progress.update("build", 0);
+            number_emitters();
             const bool compact = m_stats.count.traced_polygons > 1000000;
             m_bvh = std::make_unique<bvh::Scene>(m_geometry->store, m_geometry->groups, compact);
             m_stats.bytes.bvh = m_bvh->bytes();
@@ -139,16 +143,18 @@ class BatchSession {
         in.aov_is_color = m_aovs.is_color();
         in.store = &m_geometry->store;
         in.bvh = m_bvh.get();
-        in.world = m_geometry->groups.back();
+        in.groups = m_geometry->groups;
         in.instanced = m_geometry->instanced;
         in.lights = m_scene.lights;
         for (scene::Light& l : m_shading->lights(m_scene.light_shaders, world_bounds()))
             in.lights.push_back(std::move(l));
         for (scene::Light& l : in.lights)
             shade::resolve_light_color(l, *m_color.palette, m_color.folders, m_journal);
+        linking.apply(in.lights);
         in.palette = m_color.palette.get();
         in.sensor = &m_color.sensor;
         load_environment(in);
+        load_tables(in);
         in.render_from_world = m_camera.render_from_world;
         in.camera = m_camera.view;
         in.moving = m_geometry->moving;
@@ -173,6 +179,18 @@ class BatchSession {
         in.seed = m_options.seed;
         m_view = transport::make_scene_view(in, m_journal);
         m_stats.bytes.textures = m_shading->texture_bytes();
+    }
+
+    // Emitting triangles in instances are asked for light, place by place, as long as there are not too many.
+    void number_emitters() {
+        constexpr int Most = 1 << 23; // a hierarchy of about half a gigabyte
+        const uint64_t without = bvh::number_emitters(m_geometry->store, m_geometry->groups, Most);
+        if (without > 0)
+            m_journal.warning(
+                {m_scene.file},
+                std::to_string(without) +
+                    " emitting triangles in instances are more than light is asked from (2^23): "
+                    "they are found by chance, with more noise");
     }
 
     Bounds3f world_bounds() const {
@@ -220,6 +238,26 @@ class BatchSession {
                                                  "\" cannot be used (" + e.what() +
                                                  "); give a latitude-longitude OpenEXR file");
                 light.texture.clear();
+            }
+        }
+    }
+
+    // Pictures on quads, photometric profiles of points and spots.
+    void load_tables(transport::SceneInputs& in) {
+        using Kind = scene::Light::Kind;
+        constexpr int MostColumns = 1024;
+        for (scene::Light& light : in.lights) {
+            if (light.kind == Kind::Quad && !light.texture.empty()) {
+                if (auto picture = shade::read_latlong(light.texture, MostColumns, light.where, m_journal)) {
+                    auto table = std::make_shared<scene::LightTable>();
+                    table->width = picture->width, table->height = picture->height;
+                    for (float& v : picture->rgb)
+                        v = std::isfinite(v) ? std::clamp(v, 0.0f, 1e6f) : 0.0f;
+                    table->rgb = std::move(picture->rgb);
+                    light.table = std::move(table);
+                }
+            } else if ((light.kind == Kind::Point || light.kind == Kind::Spot) && !light.profile.empty()) {
+                light.table = shade::read_ies(light.profile, light.where, m_journal);
             }
         }
     }

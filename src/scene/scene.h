@@ -4,6 +4,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 
 #include "base/motion.h"
 #include "base/projection.h"
@@ -40,6 +41,10 @@ struct Attributes {
     bool visible_camera = true;
     bool dice_flatness = true; // false: traced geometry = shading density
     std::array<float, 8> texture_coordinates{0, 0, 1, 0, 0, 1, 1, 1};
+    // Names of the lights that are on for it; null = all. User attributes say more: "lighting:subset" and
+    // "lighting:excludesubset" name lights or groups of them that alone, or do not, shine on it,
+    // "shadow:excludesubset" those that shine through it.
+    std::shared_ptr<const std::set<std::string>> lights_on;
     ValueList user; // every other Attribute call, as "category:name"
 };
 
@@ -171,21 +176,36 @@ struct LightTable {
 // arrive here already converted (L = Cl for a matte white surface facing a classic light: irradiance is pi
 // Cl).
 struct Light {
-    enum class Kind { Distant, Point, Spot, Environment, Ambient } kind = Kind::Distant;
-    Rgb amount{1, 1,
-               1}; // distant: irradiance; point, spot: radiant intensity; environment, ambient: radiance
+    enum class Kind {
+        Distant,
+        Point,
+        Spot,
+        Environment,
+        Ambient,
+        Quad,
+        Disk,
+        Sphere,
+        Cylinder
+    } kind = Kind::Distant;
+    Rgb amount{1, 1, 1};         // distant: irradiance; point, spot: radiant intensity; all others: radiance
     Transform world_from_light;  // points along +z, environment poles along +z
     float angle = 0;             // distant: angular diameter in degrees; 0 = a delta direction
     float cone_angle = 30;       // spot: half angle in degrees
     float cone_delta_angle = 5;  // spot: width of the smooth edge, degrees, inside the cone
     float beam_distribution = 2; // spot: exponent of the cosine (RISpec spotlight)
-    float radius = 0;            // point, spot: sphere radius; 0 = a delta position
-    std::string texture;         // environment: latitude-longitude picture; empty = constant
+    float radius = 0;            // point, spot: of a soft one; 0 = a delta position. disk, sphere, cylinder
+    float width = 1, height = 1; // quad: along x and y; it shines to +z, as a disk does. cylinder: along z
+    std::string texture;         // environment: latitude-longitude picture; quad: picture; empty = constant
+    std::string profile;         // point, spot: IES file; empty = none
     std::string spectrum;        // of the light (color::resolve_light); the amount filters it; empty = white
     std::string unit;            // of the amount: lumen, candela, lux, nit, watt; empty = radiometric
     bool visible_camera = true;
-    std::shared_ptr<const LightTable> table; // scales the amount, by direction or place; null = one
+    // Scales the amount, by direction or place; null = one. Of a quad: its picture, from the top (+y) down.
+    std::shared_ptr<const LightTable> table;
     std::string name;
+    std::string group; // names, parted by blanks
+    // Linking: bits of the sets of receivers that it shines on, and its bit where objects let it through.
+    int32_t lit_sets = -1, passes = 0;
     Location where;
 };
 

@@ -203,7 +203,7 @@ class GridEncoder {
 
     void encode_geometry() {
         ShapeRecord& s = m_out.shape;
-        s.albedo = -1;
+        s.links = 0;
         s.interior = -1;
         s.motion_segments = int(m_grid.later.size());
         s.nu = m_grid.nu;

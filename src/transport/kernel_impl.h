@@ -11,9 +11,11 @@ template <int W>
 class KernelOf final : public Kernel {
   public:
     explicit KernelOf(const SceneView& scene) : m_scene(scene), m(std::make_unique<Memory>()) {
-        if (scene.instanced)
+        if (scene.instanced) {
             for (auto& a : m->hits.world_from_shape)
                 a.assign(BatchPadded, 0.0f);
+            m->hits.slot_shift.assign(BatchPadded, 0);
+        }
         m->batch.aovs.assign(scene.aov_is_color.size() * BatchPadded, 0.0f);
     }
 

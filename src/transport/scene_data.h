@@ -17,7 +17,7 @@ struct LatLong { // an environment picture: rows from +z down, linear Rec.709, 3
 struct SceneInputs {
     const store::Store* store = nullptr;
     const bvh::Scene* bvh = nullptr;
-    bvh::GroupDesc world; // whose emitters are sampled; instanced ones are found by chance alone
+    std::span<const bvh::GroupDesc> groups; // the last is the world; bvh::number_emitters() has been there
     bool instanced = false;
     std::vector<scene::Light> lights;
     color::Palette* palette = nullptr;     // what RGB means; null = Rec.709

@@ -46,9 +46,14 @@ class SurfaceStage {
         active &= !material.black();
         const V wo = h.to_local(wo_world);
         const Sampler<W> sampler{bitcast_int(h.ray[PathState::PixelHash]), m_reversed};
-        const LightChances<W> chances(m_scene, h.P, h.N);
-        sample_lights(h, material, wo, sampler, chances, active);
-        sample_direction(h, material, wo, sampler, chances, active);
+        Receiver<W> receiver{h.P, h.N, M(true)};
+        if (code.transmits)
+            receiver.N = V(F(0.0f), F(0.0f), F(0.0f)), receiver.oriented = M(false);
+        if (m_scene.linked)
+            receiver.set = links_of(m_scene, bitcast_int(h.hit[HitState::Shape]), &store::Links::lit_sets);
+        const LightChances<W> chances(m_scene, receiver);
+        sample_lights(h, material, wo, sampler, receiver, chances, active);
+        sample_direction(h, material, wo, sampler, receiver, chances, active);
     }
 
   private:
@@ -195,28 +200,33 @@ class SurfaceStage {
     void add_emission(const Hit& h, M m) {
         // Only the outside shines.
         m &= h.outside;
+        if (m_scene.linked && m_bounce > 0)
+            m &= (gather(m_paths.ask_set, h.slot) &
+                  links_of(m_scene, bitcast_int(h.hit[HitState::Shape]), &store::Links::shone_sets)) != I(0);
         if (!any(m))
             return;
         const I e = select(m, h.shape.emitter + h.place.triangle, I(0));
         const auto data = load_rows<sizeof(store::Emitter) / 4>(m_scene.emitters, e << 4);
         m &= in_emission_cone(bitcast_int(data[15]), h.raw_cos_outside);
         const S radiance = emission_spectrum(m_scene, data[9], data[10], data[11], data[12], h.l);
-        const F density = h.ray[PathState::AskEmitters] * gather(m_scene.emitter_density.data(), e) * h.t *
-                          h.t / max(h.raw_cos_outside, F(1e-6f));
+        const F density = h.ray[PathState::AskEmitters] *
+                          met_emitter_density(m_scene, m_paths, h.ray, m_hits, h.slot, e, m) * h.t * h.t /
+                          max(h.raw_cos_outside, F(1e-6f));
         const F weight =
             F(1.0f) / fma(h.ray[PathState::Mis], density, sum_of_ratios(m_scene, m_paths, h.slot));
         add_radiance(m_batch, h.path, h.beta * radiance * weight, m);
     }
 
     void sample_lights(const Hit& h, const bsdf::Material<W>& material, const V& wo,
-                       const Sampler<W>& sampler, const LightChances<W>& chances, M active) {
+                       const Sampler<W>& sampler, const Receiver<W>& receiver, const LightChances<W>& chances,
+                       M active) {
         if (m_scene.choices == 0)
             return;
         F u_choice, u_part, u0, u1;
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LightChoice), u_choice, u_part);
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LightPosition), u0, u1);
         const LightSample<W> light =
-            sample_light(m_scene, chances, h.P, u_choice, u_part, u0, u1, h.l, active);
+            sample_light(m_scene, chances, receiver, u_choice, u_part, u0, u1, h.l, active);
         const V wi = h.to_local(light.wi);
         // Geometric and shading normal must agree on which side the light is.
         const F side = dot(light.wi, h.Ng) * wi.z;
@@ -246,6 +256,9 @@ class SurfaceStage {
         for (int k = 0; k < Wavelengths; k++)
             compress_store(m_shadows.contribution[k] + at, contribution[k], bits);
         compress_store(m_shadows.t_max + at, light.distance, bits);
+        if (m_scene.shadow_linked)
+            compress_store(reinterpret_cast<float*>(m_shadows.passes) + at, bitcast_float(light.passes),
+                           bits);
         compress_store(reinterpret_cast<float*>(m_shadows.path) + at, bitcast_float(h.path), bits);
         const I seed =
             bitcast_int(h.ray[PathState::PixelHash]) ^ I(int(uint32_t(m_bounce) * 0x3c6ef372u + 0x1b873593u));
@@ -254,7 +267,8 @@ class SurfaceStage {
     }
 
     void sample_direction(const Hit& h, const bsdf::Material<W>& material, const V& wo,
-                          const Sampler<W>& sampler, const LightChances<W>& chances, M active) {
+                          const Sampler<W>& sampler, const Receiver<W>& receiver,
+                          const LightChances<W>& chances, M active) {
         F u_lobe, u_roulette, u0, u1;
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LobeRoulette), u_lobe, u_roulette);
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::Direction), u0, u1);
@@ -306,10 +320,16 @@ class SurfaceStage {
                                             chances.of(m_scene.emitter_choice),
                                             chances.of(m_scene.map_choice),
                                             bitcast_float(interior)};
+        const int at = m_next_count;
         if (m_scene.dispersive)
             for (int k = 0; k < Wavelengths; k++)
-                compress_store(m_next.ratio[k] + m_next_count, ratio[k], bits);
-        m_next_count += compress_rows(m_next.row[m_next_count], row, bits);
+                compress_store(m_next.ratio[k] + at, ratio[k], bits);
+        if (m_scene.keeps_normals)
+            for (int c = 0; c < 3; c++)
+                compress_store(m_next.ask_n[c] + at, receiver.N[c], bits);
+        if (m_scene.linked)
+            compress_store(reinterpret_cast<float*>(m_next.ask_set) + at, bitcast_float(receiver.set), bits);
+        m_next_count += compress_rows(m_next.row[at], row, bits);
     }
 
     // A sample that comes to NaN is made NaN as a whole, which the film counts, locates and drops.

@@ -61,6 +61,9 @@ class TestScene {
     SceneView view;
     std::vector<float> filter{-0.5f, 0.5f};
     Journal journal;
+    std::vector<bvh::GroupDesc> groups;
+    int most_slots = 1 << 20;
+    uint64_t unnumbered = 0;
 
     // A lattice of (mu + 1) x (mv + 1) points; normals from `normal` or flat.
     void add_lattice(int mu, int mv, const std::vector<Vec3f>& points, const std::vector<Vec3f>& normals,
@@ -155,7 +158,7 @@ class TestScene {
     // Shapes from `first_instance` on are one group, instanced once.
     void finish(int first_instance = -1, const Transform& world_from_group = Transform()) {
         const int count = int(store.shapes().size()), flat = first_instance < 0 ? count : first_instance;
-        std::vector<bvh::GroupDesc> groups(first_instance < 0 ? 1 : 2);
+        groups.assign(first_instance < 0 ? 1 : 2, {});
         bvh::GroupDesc& world = groups.back();
         world.shapes.push_back({0, flat});
         if (first_instance >= 0) {
@@ -168,11 +171,12 @@ class TestScene {
         finish(groups);
     }
     // The last group is the world. What the groups point to must stay.
-    void finish(std::span<const bvh::GroupDesc> groups) {
+    void finish(std::span<bvh::GroupDesc> groups) {
+        unnumbered = bvh::number_emitters(store, groups, most_slots);
         bvh = std::make_unique<bvh::Scene>(store, groups, false);
         inputs.store = &store;
         inputs.bvh = bvh.get();
-        inputs.world = groups.back();
+        inputs.groups = groups;
         inputs.instanced = !groups.back().instances.empty();
         inputs.filter_x = inputs.filter_y = filter;
         view = make_scene_view(inputs, journal);

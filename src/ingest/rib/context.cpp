@@ -282,6 +282,8 @@ void Context::add_primitive(Call& call, scene::Geometry geometry) {
     }
     if (!attributes.detail_visible || !usable_transform(call) || !check_primvars(call, geometry, reports))
         return;
+    if (m_open_object < 0)
+        lights.shine(attributes);
     if (in_motion)
         m_motion.shapes.push_back({m_motion.times[0], geometry, call.params}); // buffers are shared
     scene::Primitive primitive{
@@ -294,7 +296,6 @@ void Context::add_primitive(Call& call, scene::Geometry geometry) {
         members.push_back({std::move(primitive), -1, attributes.set});
         return;
     }
-    lights.shine(attributes);
     m_motion.index = int(m_scene.primitives.size());
     m_scene.primitives.push_back(std::move(primitive));
 }

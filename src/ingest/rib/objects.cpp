@@ -25,6 +25,10 @@ bool same(const std::optional<ShaderRef>& a, const std::optional<ShaderRef>& b) 
     return a->name == b->name && same(a->parameters, b->parameters);
 }
 
+bool same_lights(const Attributes& a, const Attributes& b) {
+    return a.lights_on == b.lights_on || (a.lights_on && b.lights_on && *a.lights_on == *b.lights_on);
+}
+
 // The look of what inherits from either is the same; the name does not count.
 bool same_look(const Attributes& a, const Attributes& b) {
     return a.color == b.color && a.opacity == b.opacity && a.shading_rate == b.shading_rate &&
@@ -34,7 +38,7 @@ bool same_look(const Attributes& a, const Attributes& b) {
            same(a.area_light, b.area_light) && a.displacement_bound == b.displacement_bound &&
            a.displacement_bound_space == b.displacement_bound_space && a.visible_camera == b.visible_camera &&
            a.dice_flatness == b.dice_flatness && a.texture_coordinates == b.texture_coordinates &&
-           same(a.user, b.user);
+           same(a.user, b.user) && same_lights(a, b);
 }
 
 // Of what most often differs; equal looks have equal hashes.

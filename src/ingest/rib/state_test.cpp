@@ -272,7 +272,8 @@ TEST(RibLights, WhatIsOnForNothingIsLeftOut) {
     EXPECT_EQ(r.scene.light_shaders[1].name, "spotlight");
     EXPECT_TRUE(r.says("\"pointlight\" \"off\" is on for no primitive"));
     EXPECT_TRUE(r.says("\"distantlight\" \"3\" is on for no primitive"));
-    EXPECT_TRUE(r.says("\"ambientlight\" \"1\" is on for some primitives only"));
+    EXPECT_EQ(*r.primitive(0).attributes->lights_on, (std::set<std::string>{"1", "4"}));
+    EXPECT_EQ(*r.primitive(1).attributes->lights_on, (std::set<std::string>{"4"}));
     EXPECT_TRUE(Parsed(world("Illuminate 9 1 Sphere 1 -1 1 360")).says("no light source has this handle"));
 }
 
@@ -281,7 +282,9 @@ TEST(RibLights, HandlesMayBeUsedAgain) {
         "LightSource \"distantlight\" 1 \"intensity\" 1\nLightSource \"distantlight\" 1 \"intensity\" 2\n"
         "Sphere 1 -1 1 360"));
     EXPECT_SILENT(r);
-    EXPECT_EQ(r.scene.light_shaders.size(), 2u);
+    ASSERT_EQ(r.scene.light_shaders.size(), 2u);
+    EXPECT_EQ(r.primitive(0).attributes->lights_on->size(), 2u);
+    EXPECT_NE(r.scene.light_shaders[0].handle, r.scene.light_shaders[1].handle);
 }
 
 TEST(RibLights, AreaLightsAreAttributes) {
