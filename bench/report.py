@@ -57,6 +57,11 @@ def goals(results: dict) -> list[dict[str, object]]:
     for s in results.get("shaders", ()):
         for name, goal, measured, met in shader_goals(s):
             add(name, goal, measured, met)
+    for run in (run for found_lights in results.get("lights", ()) for run in found_lights["runs"]):
+        if run["count"] == 100_000:
+            name = f"100 000 {run['lights']}"
+            add(f"{name}: time a sample, against 10", "≤ 1.5×", f"{run['slower']:.2f}×", run["slower"] <= 1.5)
+            add(f"{name}: noise, against uniform choice", "≥ 5× less", f"{run['quieter']:.1f}×", run["quieter"] >= 5)
     for t in results.get("tolerance", ()):
         measured = f"means {100 * t['mean_error']:.2f} % apart, z {t['rms_z']:.2f} r.m.s."
         add(f"{t['kind']}: tolerance on and off", "same within noise", measured, not t["structure"])
@@ -127,6 +132,7 @@ def page(results: dict) -> str:
     parts += micropolygons(results)
     parts += networks(results)
     parts += shaders(results)
+    parts += lights(results)
     parts += tolerance(results)
     if results["failures"]:
         parts += [
@@ -235,6 +241,26 @@ def shaders(results: dict) -> list[str]:
         "About 480 arithmetic operations (`bench/arithmetic.cpp`), a vertex, one thread. Without AVX-512, 16 "
         "lanes lie in two registers.\n",
     ]
+
+
+def lights(results: dict) -> list[str]:
+    rows = []
+    for run in (run for found in results.get("lights", ()) for run in found["runs"]):
+        uniform = f"{run['uniform_noise']:.2f}" if run["uniform_noise"] else "–"
+        rows.append(
+            [
+                f"{run['count']} {run['lights']}",
+                f"{run['ns_a_sample']:.0f} ns",
+                f"{run['slower']:.2f}×",
+                f"{run['noise']:.2f}",
+                uniform,
+                f"{run['tree_bytes'] / run['count']:.0f}",
+            ]
+        )
+    if not rows:
+        return []
+    head = ["lights", "time a sample", "against 10", "noise of a sample", "of uniform choice", "bytes a light"]
+    return ["## Lights\n", table(head, rows)]
 
 
 def tolerance(results: dict) -> list[str]:

@@ -18,6 +18,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import compiler
+import lights
 import machine
 import measures
 import peers
@@ -25,7 +26,7 @@ import report
 from results import Results
 
 ROOT = Path(__file__).resolve().parent.parent
-MEASURES = ("side-by-side", "micropolygons", "networks", "shaders", "tolerance", "agreement")
+MEASURES = ("side-by-side", "micropolygons", "networks", "shaders", "lights", "tolerance", "agreement")
 # Mitsuba's LLVM mode does not take 100 000 instances, and it has no procedural textures.
 SCENES = {
     "cornell": ("mitsuba-llvm-spectral", "mitsuba-scalar-spectral", "cycles", "luxcore"),
@@ -109,6 +110,9 @@ def main() -> int:
     if "shaders" in wanted and not arguments.scene:
         say("the shader compiler and what it makes:")
         results.put("shaders", "", attempt(compiler.measure))
+    if "lights" in wanted and not arguments.scene:
+        say("lights, from ten to a hundred thousand:")
+        results.put("lights", "", attempt(lights.measure))
     if "tolerance" in wanted and not arguments.scene:
         say("geometry tolerance, on and off:")
         for kind in measures.TOLERANCE_SCENES:

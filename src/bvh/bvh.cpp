@@ -2,66 +2,20 @@
 
 #include <atomic>
 #include <cstring>
-#include <embree3/rtcore.h>
+#include <map>
 
 #include "base/error.h"
 #include "base/sampling.h"
 #include "base/tasks.h"
+#include "bvh/embree_scene.h"
 
 namespace kanuka::bvh {
 
 namespace {
 
-constexpr int MaxDepth = 16; // of nested instances
-
 // Up to this many cells, the opaque grids of a group become quads: 78 bytes a cell instead of 17, and rays a
 // tenth faster (Cornell box, a ball on a plane; four incoherent rays for three on a height field).
 constexpr size_t MostQuads = size_t(1) << 18;
-
-using Matrix = std::array<float, 12>; // row-major 3x4
-
-Matrix concat(const Matrix& a, const float* b) {
-    Matrix r;
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 4; j++)
-            r[i * 4 + j] = a[i * 4] * b[j] + a[i * 4 + 1] * b[4 + j] + a[i * 4 + 2] * b[8 + j] +
-                           (j == 3 ? a[i * 4 + 3] : 0);
-    return r;
-}
-
-Vec3f apply(const float* m, const Vec3f& p, float w) {
-    return {m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3] * w, m[4] * p.x + m[5] * p.y + m[6] * p.z + m[7] * w,
-            m[8] * p.x + m[9] * p.y + m[10] * p.z + m[11] * w};
-}
-
-// Inverse of an affine 3x4 matrix by its adjugate; false if singular.
-bool invert(const float* m, float* out) {
-    const double a = m[0], b = m[1], c = m[2], d = m[4], e = m[5], f = m[6], g = m[8], h = m[9], i = m[10];
-    const double det = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g);
-    if (!(std::abs(det) > 1e-38))
-        return false;
-    const double s = 1 / det;
-    const double r[9] = {(e * i - f * h) * s, (c * h - b * i) * s, (b * f - c * e) * s,
-                         (f * g - d * i) * s, (a * i - c * g) * s, (c * d - a * f) * s,
-                         (d * h - e * g) * s, (b * g - a * h) * s, (a * e - b * d) * s};
-    for (int row = 0; row < 3; row++) {
-        for (int col = 0; col < 3; col++)
-            out[row * 4 + col] = float(r[row * 3 + col]);
-        out[row * 4 + 3] = float(-(r[row * 3] * m[3] + r[row * 3 + 1] * m[7] + r[row * 3 + 2] * m[11]));
-    }
-    return true;
-}
-
-// Embree's packaged build asserts that rays lie in the range that it can compute with. What does not hits
-// nothing.
-constexpr float LargestCoordinate = 1e18f;
-
-bool traceable(const RTCRay& r) {
-    const float largest = std::max({std::abs(r.org_x), std::abs(r.org_y), std::abs(r.org_z),
-                                    std::abs(r.dir_x), std::abs(r.dir_y), std::abs(r.dir_z)});
-    const float sum = (r.org_x + r.org_y + r.org_z) + (r.dir_x + r.dir_y + r.dir_z); // max() overlooks NaN
-    return largest < LargestCoordinate && std::isfinite(sum);
-}
 
 template <int W>
 Mask<W> traceable(const RayPacket<W>& rays) {
@@ -70,40 +24,6 @@ Mask<W> traceable(const RayPacket<W>& rays) {
         m &= (abs(rays.o[c]) < Float<W>(LargestCoordinate)) & (abs(rays.d[c]) < Float<W>(LargestCoordinate));
     return m;
 }
-
-struct Geometry {
-    const store::Store* store;
-    std::vector<int> shape_of_grid; // grids, and quads of grids: by primID; meshes: one entry
-    std::vector<uint32_t> cell;     // quads of grids: place of the cell, u | v << 16, by primID; else empty
-};
-
-struct Instances;
-
-struct Group {
-    RTCScene scene = nullptr;
-    std::vector<std::unique_ptr<Geometry>> geometries; // by geomID; null for instances
-    std::vector<std::unique_ptr<Instances>> instances;
-};
-
-struct Instances {
-    int group;
-    const Group* target;
-    std::span<const float> transforms;
-    std::vector<float> inverses; // 12 floats each
-    RTCBounds child;
-};
-
-// Travels with a query through all levels; filters and callbacks find their ray by ray.id.
-struct Context {
-    RTCIntersectContext embree; // first member: Embree hands it back (checked below)
-    const int32_t* seeds;
-    float* hit_transform; // [12][width]
-    int32_t* hit_group;
-    int width;
-    int depth = 0;
-    Matrix world_from_current[MaxDepth + 1];
-};
-static_assert(offsetof(Context, embree) == 0);
 
 // Stochastic transparency: a surface of presence p stops a ray with probability p. One decision per ray and
 // cell, by hash, so hits and shadows need no special case.
@@ -124,87 +44,10 @@ void presence_filter(const RTCFilterFunctionNArguments* args) {
                                                                        (uint32_t(t_bits) & ~0xffu)))));
         if (to_unit(h)[0] >= g.store->presence(shape, int(prim), u, v))
             args->valid[i] = 0;
+        if (context.passes &&
+            (context.passes[RTCRayN_id(args->ray, args->N, i)] & g.store->links_of(shape).lets_through) != 0)
+            args->valid[i] = 0;
     }
-}
-
-void instance_bounds(const RTCBoundsFunctionArguments* args) {
-    const Instances& in = *static_cast<const Instances*>(args->geometryUserPtr);
-    const float* m = in.transforms.data() + size_t(args->primID) * 12;
-    const RTCBounds& c = in.child;
-    Bounds3f b;
-    for (int k = 0; k < 8; k++)
-        b.extend(apply(
-            m, {k & 1 ? c.upper_x : c.lower_x, k & 2 ? c.upper_y : c.lower_y, k & 4 ? c.upper_z : c.lower_z},
-            1));
-    *args->bounds_o = {b.lo.x, b.lo.y, b.lo.z, 0, b.hi.x, b.hi.y, b.hi.z, 0};
-}
-
-RTCRay ray_in_child(const RTCRayN* rays, unsigned n, unsigned i, const float* inverse) {
-    RTCRay r = rtcGetRayFromRayN(const_cast<RTCRayN*>(rays), n, i);
-    const Vec3f o = apply(inverse, {r.org_x, r.org_y, r.org_z}, 1),
-                d = apply(inverse, {r.dir_x, r.dir_y, r.dir_z}, 0);
-    r.org_x = o.x, r.org_y = o.y, r.org_z = o.z;
-    r.dir_x = d.x, r.dir_y = d.y, r.dir_z = d.z;
-    return r;
-}
-
-void enter(Context& context, const Instances& in, unsigned prim) {
-    context.world_from_current[context.depth + 1] =
-        concat(context.world_from_current[context.depth], in.transforms.data() + size_t(prim) * 12);
-    context.depth++;
-}
-
-void instance_intersect(const RTCIntersectFunctionNArguments* args) {
-    const Instances& in = *static_cast<const Instances*>(args->geometryUserPtr);
-    Context& context = *reinterpret_cast<Context*>(args->context);
-    if (context.depth >= MaxDepth)
-        return;
-    enter(context, in, args->primID);
-    RTCRayN* rays = RTCRayHitN_RayN(args->rayhit, args->N);
-    RTCHitN* hits = RTCRayHitN_HitN(args->rayhit, args->N);
-    for (unsigned i = 0; i < args->N; i++) {
-        if (args->valid[i] == 0)
-            continue;
-        RTCRayHit rh;
-        rh.ray = ray_in_child(rays, args->N, i, in.inverses.data() + size_t(args->primID) * 12);
-        if (!traceable(rh.ray))
-            continue;
-        rh.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-        rh.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-        const float before = rh.ray.tfar;
-        rtcIntersect1(in.target->scene, &context.embree, &rh);
-        if (rh.hit.geomID == RTC_INVALID_GEOMETRY_ID || !(rh.ray.tfar < before))
-            continue;
-        RTCRayN_tfar(rays, args->N, i) = rh.ray.tfar;
-        rtcCopyHitToHitN(hits, &rh.hit, args->N, i);
-        if (rh.hit.instID[0] == RTC_INVALID_GEOMETRY_ID) { // found here, not deeper: note where "here" is
-            for (int k = 0; k < 12; k++)
-                context.hit_transform[k * context.width + int(rh.ray.id)] =
-                    context.world_from_current[context.depth][k];
-            context.hit_group[rh.ray.id] = in.group;
-        }
-        RTCHitN_instID(hits, args->N, i, 0) = 0; // for the levels above: not one of your own geometries
-    }
-    context.depth--;
-}
-
-void instance_occluded(const RTCOccludedFunctionNArguments* args) {
-    const Instances& in = *static_cast<const Instances*>(args->geometryUserPtr);
-    Context& context = *reinterpret_cast<Context*>(args->context);
-    if (context.depth >= MaxDepth)
-        return;
-    enter(context, in, args->primID);
-    for (unsigned i = 0; i < args->N; i++) {
-        if (args->valid[i] == 0)
-            continue;
-        RTCRay ray = ray_in_child(args->ray, args->N, i, in.inverses.data() + size_t(args->primID) * 12);
-        if (!traceable(ray))
-            continue;
-        rtcOccluded1(in.target->scene, &context.embree, &ray);
-        if (ray.tfar < 0)
-            RTCRayN_tfar(args->ray, args->N, i) = -std::numeric_limits<float>::infinity();
-    }
-    context.depth--;
 }
 
 } // namespace
@@ -233,8 +76,9 @@ struct Scene::Impl {
         rtcReleaseDevice(device);
     }
 
-    bool cuts_out(const store::ShapeRecord& s) const {
-        return store.programs()[size_t(s.program)].presence >= 0;
+    bool cuts_out(const store::ShapeRecord& s) const { // for some rays
+        return store.programs()[size_t(s.program)].presence >= 0 ||
+               store.links()[size_t(s.links)].lets_through != 0;
     }
 
     void attach(Group& group, RTCGeometry geometry, std::unique_ptr<Geometry> ours) {
@@ -253,8 +97,8 @@ struct Scene::Impl {
         rtcReleaseGeometry(geometry);
     }
 
-    // All grids of a group whose hits are filtered, or all whose hits are not: their vertices lie in the
-    // arena as they are.
+    // Grids of a group that move by the same steps and whose hits are all filtered, or all not: their
+    // vertices lie in the arena as they are.
     void add_grids(Group& group, const std::vector<int>& shapes) {
         if (shapes.empty())
             return;
@@ -268,13 +112,17 @@ struct Scene::Impl {
             grids[i] = {first, unsigned(s.mu + 1), uint16_t(s.mu + 1), uint16_t(s.mv + 1)};
             last = std::max(last, size_t(first) + size_t(s.mu + 1) * size_t(s.mv + 1));
         }
-        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, store.words(), 0,
-                                   12, last);
+        const store::ShapeRecord& first = store.shapes()[size_t(shapes[0])]; // all move by the same steps
+        rtcSetGeometryTimeStepCount(geometry, unsigned(first.motion_segments) + 1);
+        for (int k = 0; k <= first.motion_segments; k++)
+            rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, unsigned(k), RTC_FORMAT_FLOAT3,
+                                       store.words(), size_t(k) * size_t(first.motion_stride) * 4, 12, last);
         auto ours = std::make_unique<Geometry>(Geometry{&store, shapes, {}});
         attach(group, geometry, std::move(ours));
     }
 
-    // The same grids as quads that share the grids' vertices. Embree splits both along the same diagonal.
+    // The same grids as quads that share the grids' vertices; for still ones. Embree splits both along the
+    // same diagonal.
     void add_quads(Group& group, const std::vector<int>& shapes, size_t cells) {
         RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_QUAD);
         auto* corner = static_cast<uint32_t*>(
@@ -306,45 +154,62 @@ struct Scene::Impl {
         const bool quads = s.flags & store::ShapeRecord::Quads;
         RTCGeometry geometry =
             rtcNewGeometry(device, quads ? RTC_GEOMETRY_TYPE_QUAD : RTC_GEOMETRY_TYPE_TRIANGLE);
-        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                   store.words() + s.positions, 0, 12, size_t(s.mu));
+        rtcSetGeometryTimeStepCount(geometry, unsigned(s.motion_segments) + 1);
+        for (int k = 0; k <= s.motion_segments; k++)
+            rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, unsigned(k), RTC_FORMAT_FLOAT3,
+                                       store.words() + s.positions, size_t(k) * size_t(s.motion_stride) * 4,
+                                       12, size_t(s.mu));
         rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0,
                                    quads ? RTC_FORMAT_UINT4 : RTC_FORMAT_UINT3, store.words() + s.indices, 0,
                                    quads ? 16 : 12, size_t(s.mv));
         attach(group, geometry, std::make_unique<Geometry>(Geometry{&store, {shape}, {}}));
     }
 
-    void add_instances(Group& group, const GroupDesc::Instances& desc) {
-        const size_t count = desc.transforms.size() / 12;
+    void add_instances(Group& group, const GroupDesc::Instances& desc, const GroupDesc& child) {
+        const size_t count = desc.paths.empty() ? desc.transforms.size() / 12 : desc.paths.size();
+        if (count == 0)
+            return;
         auto in = std::make_unique<Instances>();
         in->group = desc.group;
+        in->first_slot = desc.first_slot;
+        in->slots = child.slots;
+        in->first_emitter = child.emitters > 0 ? child.first_emitter : -1;
         in->target = &groups[size_t(desc.group)];
         in->transforms = desc.transforms;
-        in->inverses.resize(count * 12);
+        in->paths = desc.paths;
         rtcGetSceneBounds(in->target->scene, &in->child);
-        tasks::parallel_chunks(count, 4096, [&](size_t begin, size_t end) {
+        if (!in->paths.empty())
+            bound_paths(*in);
+        else
+            in->inverses.resize(count * 12);
+        tasks::parallel_chunks(in->inverses.size() / 12, 4096, [&](size_t begin, size_t end) {
             for (size_t i = begin; i < end; i++)
                 if (!invert(desc.transforms.data() + i * 12, in->inverses.data() + i * 12))
                     std::fill_n(in->inverses.data() + i * 12, 12, 0.0f); // a flattened instance: never hit
         });
         RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
         rtcSetGeometryUserPrimitiveCount(geometry, unsigned(count));
+        rtcSetGeometryTimeStepCount(geometry, unsigned(in->steps));
         rtcSetGeometryUserData(geometry, in.get());
         rtcSetGeometryBoundsFunction(geometry, instance_bounds, nullptr);
         rtcSetGeometryIntersectFunction(geometry, instance_intersect);
         rtcSetGeometryOccludedFunction(geometry, instance_occluded);
-        bytes += int64_t(in->inverses.size() * sizeof(float));
+        bytes += int64_t(in->inverses.size() * sizeof(float) + in->bounds.size() * sizeof(Bounds3f));
         group.instances.push_back(std::move(in));
         attach(group, geometry, nullptr);
     }
 
     template <int W>
-    Context context(const RayPacket<W>& rays, float* transforms, int32_t* hit_group) const {
+    Context context(const RayPacket<W>& rays, float* transforms, int32_t* hit_group,
+                    int32_t* hit_slot_shift) const {
         Context c;
         rtcInitIntersectContext(&c.embree);
         c.seeds = reinterpret_cast<const int32_t*>(&rays.seed.v);
         c.hit_transform = transforms;
         c.hit_group = hit_group;
+        c.hit_slot_shift = hit_slot_shift;
+        c.passes = nullptr;
+        c.slot[0] = 0;
         c.width = W;
         c.world_from_current[0] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
         return c;
@@ -361,25 +226,30 @@ Scene::Scene(const store::Store& store, std::span<const GroupDesc> groups, bool 
         rtcSetSceneFlags(group.scene,
                          RTCSceneFlags(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION |
                                        (compact ? RTC_SCENE_FLAG_COMPACT : 0)));
-        std::vector<int> solid, cut_out;
+        // Grids by whether hits are filtered, their steps, and how far apart those lie.
+        std::map<std::array<int32_t, 3>, std::vector<int>> grids;
         for (const auto& range : groups[g].shapes)
             for (int s = range.first; s < range.first + range.count; s++) {
                 const store::ShapeRecord& shape = store.shapes()[size_t(s)];
                 if (shape.flags & store::ShapeRecord::Mesh)
                     impl.add_mesh(group, s);
                 else
-                    (impl.cuts_out(shape) ? cut_out : solid).push_back(s);
+                    grids[{impl.cuts_out(shape), shape.motion_segments,
+                           shape.motion_segments > 0 ? shape.motion_stride : 0}]
+                        .push_back(s);
             }
-        size_t cells = 0;
-        for (int shape : solid)
-            cells += size_t(store.shapes()[size_t(shape)].mu) * size_t(store.shapes()[size_t(shape)].mv);
-        if (cells > 0 && cells <= MostQuads && !compact)
-            impl.add_quads(group, solid, cells);
-        else
-            impl.add_grids(group, solid);
-        impl.add_grids(group, cut_out);
+        for (const auto& [kind, list] : grids) {
+            size_t cells = 0;
+            for (int shape : list)
+                cells += size_t(store.shapes()[size_t(shape)].mu) * size_t(store.shapes()[size_t(shape)].mv);
+            const bool solid = kind[0] == 0, still = kind[1] == 0;
+            if (solid && still && cells > 0 && cells <= MostQuads && !compact)
+                impl.add_quads(group, list, cells);
+            else
+                impl.add_grids(group, list);
+        }
         for (const auto& instances : groups[g].instances)
-            impl.add_instances(group, instances);
+            impl.add_instances(group, instances, groups[size_t(instances.group)]);
         rtcCommitScene(group.scene);
     }
 }
@@ -440,7 +310,7 @@ void fill(Ray& r, const RayPacket<W>& rays) {
     const auto put = [](auto& field, const auto& value) { std::memcpy(&field, &value.v, sizeof value.v); };
     put(r.org_x, rays.o.x), put(r.org_y, rays.o.y), put(r.org_z, rays.o.z);
     put(r.dir_x, rays.d.x), put(r.dir_y, rays.d.y), put(r.dir_z, rays.d.z);
-    put(r.tnear, Float<W>(0.0f)), put(r.tfar, rays.t_max), put(r.time, Float<W>(0.0f));
+    put(r.tnear, Float<W>(0.0f)), put(r.tfar, rays.t_max), put(r.time, rays.time);
     put(r.mask, Int<W>(-1)), put(r.id, Int<W>::lane_index()), put(r.flags, Int<W>(0));
 }
 
@@ -477,7 +347,7 @@ void Scene::intersect(const RayPacket<W>& rays, HitPacket<W>& hits) const {
             return intersect_as_packet(*this, rays, hits);
     using E = EmbreeTypes<W>;
     alignas(64) typename E::RayHit rh;
-    alignas(64) int32_t hit_group[W];
+    alignas(64) int32_t hit_group[W], slot_shift[W];
     const int world = int(m_impl->groups.size()) - 1;
     for (int i = 0; i < W; i++)
         hit_group[i] = world;
@@ -485,7 +355,7 @@ void Scene::intersect(const RayPacket<W>& rays, HitPacket<W>& hits) const {
     const Int<W> none(-1);
     std::memcpy(&rh.hit.geomID, &none.v, sizeof none.v);
     std::memcpy(&rh.hit.instID[0], &none.v, sizeof none.v);
-    Context context = m_impl->context<W>(rays, &hits.world_from_shape[0][0], hit_group);
+    Context context = m_impl->context<W>(rays, &hits.world_from_shape[0][0], hit_group, slot_shift);
     if (rays.coherent)
         context.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     const Mask<W> active = traceable(rays);
@@ -510,6 +380,8 @@ void Scene::intersect(const RayPacket<W>& rays, HitPacket<W>& hits) const {
         const Geometry& g =
             *m_impl->groups[size_t(inside ? hit_group[i] : world)].geometries[size_t(geometry.v[i])];
         hits.instanced.v[i] = inside;
+        if (inside)
+            hits.slot_shift.v[i] = slot_shift[i];
         hits.shape.v[i] =
             g.shape_of_grid.size() == 1 ? g.shape_of_grid[0] : g.shape_of_grid[size_t(hits.prim.v[i])];
         if (!g.cell.empty()) {
@@ -526,9 +398,11 @@ Mask<W> Scene::occluded(const RayPacket<W>& rays) const {
     using E = EmbreeTypes<W>;
     alignas(64) typename E::Ray r;
     alignas(64) float transforms[12 * W];
-    int32_t hit_group[W];
+    int32_t hit_group[W], slot_shift[W], passes[W];
     fill<W>(r, rays);
-    Context context = m_impl->context<W>(rays, transforms, hit_group);
+    Context context = m_impl->context<W>(rays, transforms, hit_group, slot_shift);
+    rays.passes.store(passes);
+    context.passes = passes;
     const Mask<W> active = traceable(rays);
     alignas(64) int32_t valid[W];
     std::memcpy(valid, &active.v, sizeof valid);

@@ -1,6 +1,8 @@
 // Ray queries over the store: Embree behind one thin file. Grids of a group are one GRID geometry, meshes one
 // geometry each; instances are one user geometry per group of them, nested to any depth by callback (Embree's
-// own instancing is one level deep in the packaged build).
+// own instancing is one level deep in the packaged build). Shapes that change while the shutter is open are
+// geometries with a vertex buffer a step; moving instances have their bounds at several times, and their
+// matrix is made for every ray that meets them.
 #pragma once
 
 #include <cstdint>
@@ -9,6 +11,7 @@
 #include <vector>
 
 #include "base/lanes.h"
+#include "base/motion.h"
 #include "base/vec.h"
 #include "store/store.h"
 
@@ -24,9 +27,22 @@ struct GroupDesc {
         int group;
         std::span<const float>
             transforms; // row-major 3x4 group_from_child, 12 floats each; must outlive the scene
+        // Moving ones instead: where each is at a time from 0 to 1; must outlive the scene.
+        std::span<const MotionPath> paths = {};
+        int first_slot = Unnumbered; // within the group; see number_emitters()
     };
     std::vector<Instances> instances;
+
+    static constexpr int Unnumbered = -1;
+    int first_emitter = 0, emitters = 0; // of the group's own shapes: a run of the store's
+    int slots = 0;                       // numbered triangles, instances included
 };
+
+// Gives every emitting triangle of the world a number, a slot, once for each place that instances put it at:
+// a group's own first, then those of its instances, place by place. Instances that would bring a group beyond
+// `most` slots stay without numbers; so do moving ones. Returns the emitting triangles, places counted, that
+// `most` has left without.
+uint64_t number_emitters(const store::Store& store, std::span<GroupDesc> groups, int most);
 
 template <int W>
 struct RayPacket {
@@ -35,6 +51,8 @@ struct RayPacket {
     Mask<W> active;
     bool coherent = false; // side by side, as camera rays are: traced as a packet
     Int<W> seed;           // decides hits on partly present surfaces; same seed, same decisions
+    Float<W> time{0.0f};   // while the shutter is open, 0 to 1
+    Int<W> passes{0};      // shadow linking: passes through shapes that share a bit of it; occluded() alone
 };
 
 template <int W>
@@ -45,7 +63,9 @@ struct HitPacket {
     Int<W> shape,
         prim; // index into Store::shapes; face of a mesh, unused for grids (u, v run over the whole grid)
     Int<W> instanced;                          // 0, or 1 where `world_from_shape` holds the lane's transform
-    alignas(64) float world_from_shape[12][W]; // row-major 3x4
+    alignas(64) float world_from_shape[12][W]; // row-major 3x4, at the ray's time
+    Int<W>
+        slot_shift; // where instanced: added to the number of an emitter, its slot; negative sums have none
 };
 
 class Scene {

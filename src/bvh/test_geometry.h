@@ -35,6 +35,7 @@ struct Triangle {
 
 struct Ray {
     Vec3f o, d;
+    float time = 0;
 };
 
 struct Reference {
@@ -74,6 +75,30 @@ class Shapes {
     Shapes() {
         m_program.nodes.resize(1);
         m_program.slots = {{grid::InputType::Float, grid::Storage::Half, 0, 1, false, "presence"}};
+    }
+    // Shapes that change: the points at every step. They are not among `triangles`; `moved` makes those.
+    int add_moving_grid(int mu, int mv, const std::vector<std::vector<Vec3f>>& steps, float presence = -1) {
+        grid::Grid g = vertices(mu, mv, steps[0]);
+        grid::TracedGrid t;
+        t.mu = mu, t.mv = mv;
+        for (size_t k = 0; k < steps.size(); k++) {
+            std::vector<float> packed;
+            for (const Vec3f& p : steps[k])
+                for (int c = 0; c < 3; c++)
+                    packed.push_back(p[c]);
+            if (k > 0)
+                add_step(g, mu, mv, steps[k]);
+            (k == 0 ? t.P : t.later.emplace_back()) = std::move(packed);
+        }
+        return add({&g, &t, nullptr, nullptr}, presence);
+    }
+    int add_moving_mesh(int vertices_per_face, const std::vector<std::vector<Vec3f>>& steps,
+                        const std::vector<uint32_t>& indices) {
+        grid::Grid g = vertices(int(steps[0].size()) - 1, 0, steps[0]);
+        for (size_t k = 1; k < steps.size(); k++)
+            add_step(g, int(steps[0].size()) - 1, 0, steps[k]);
+        grid::TracedMesh mesh{vertices_per_face, indices};
+        return add({&g, nullptr, &mesh, nullptr}, -1);
     }
     // presence < 0: opaque.
     int add_grid(int mu, int mv, const std::vector<Vec3f>& points, float presence = -1) {
@@ -131,6 +156,10 @@ class Shapes {
     }
 
   private:
+    static void add_step(grid::Grid& g, int nu, int nv, const std::vector<Vec3f>& points) {
+        grid::Grid later = vertices(nu, nv, points);
+        g.later.push_back({std::move(later.P), std::move(later.N)});
+    }
     static grid::Grid vertices(int nu, int nv, const std::vector<Vec3f>& points) {
         grid::Grid g;
         g.allocate(nu, nv);
@@ -164,6 +193,8 @@ struct Hit {
 template <int W>
 RayPacket<W> packet(const Ray* rays, int count, int seed = 0, float t_max = 1e30f) {
     RayPacket<W> p;
+    for (int i = 0; i < W; i++)
+        p.time.v[i] = rays[std::min(i, count - 1)].time;
     for (int i = 0; i < W; i++) {
         const Ray& r = rays[std::min(i, count - 1)];
         for (int c = 0; c < 3; c++)

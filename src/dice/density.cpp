@@ -15,65 +15,117 @@ Density::Density(const DiceTarget& target, const DiceOptions& options, float sha
     const float rate = std::max(1e-4f, shading_rate * options.shading_rate_scale);
     m_cells_per_pixel = 1 / std::sqrt(rate);
     m_uniform = target.pixels_per_unit;
-    m_perspective = camera.perspective;
+    m_projection = camera.projection;
+    m_half_angle = camera.half_angle;
     m_pixels_per_tangent = camera.pixels_per_tangent > 0 ? camera.pixels_per_tangent : 1;
     m_near = std::max(camera.near_clip, 1e-6f);
     m_falloff = std::max(0.0f, camera.offscreen_falloff) * OffscreenGrowth;
     m_half_width = 0.5f * float(camera.width) / m_pixels_per_tangent;
     m_half_height = 0.5f * float(camera.height) / m_pixels_per_tangent;
     m_edge_cosine = 1 / std::sqrt(1 + m_half_width * m_half_width + m_half_height * m_half_height);
+    add_pose(camera.render_from_camera);
+    for (const Transform& pose : camera.also_from)
+        add_pose(pose);
+    for (const Transform& pose : target.also_from)
+        add_pose(pose);
+}
+
+void Density::add_pose(const Transform& render_from_camera) {
     Transform inverse;
     try {
-        inverse = camera.render_from_camera.inverse();
+        inverse = render_from_camera.inverse();
     } catch (const Error&) {
         m_uniform = m_uniform > 0 ? m_uniform : 1; // a camera that sees nothing
     }
+    Pose pose;
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 4; j++)
-            m_camera_from_render[i][j] = float(inverse.m[i][j]);
-    m_scale = float(std::cbrt(std::abs(inverse.determinant3())));
-    m_eye = camera.render_from_camera.point({0, 0, 0});
-    m_view = camera.render_from_camera.vector({0, 0, 1});
+            pose.camera_from_render[i][j] = float(inverse.m[i][j]);
+    pose.scale = float(std::cbrt(std::abs(inverse.determinant3())));
+    pose.eye = render_from_camera.point({0, 0, 0});
+    pose.view = render_from_camera.vector({0, 0, 1});
+    m_poses.push_back(pose);
 }
 
-Vec3f Density::to_camera(const Vec3f& p) const {
-    const auto& m = m_camera_from_render;
+Vec3f Density::Pose::to_camera(const Vec3f& p) const {
+    const auto& m = camera_from_render;
     return {fma(m[0][0], p.x, fma(m[0][1], p.y, fma(m[0][2], p.z, m[0][3]))),
             fma(m[1][0], p.x, fma(m[1][1], p.y, fma(m[1][2], p.z, m[1][3]))),
             fma(m[2][0], p.x, fma(m[2][1], p.y, fma(m[2][2], p.z, m[2][3])))};
 }
 
-float Density::pixels_at(const Vec3f& q, float* beyond) const {
-    float outside, pixels;
-    if (m_perspective) {
-        const float r = length(q), inv = 1 / std::max(r, 1e-20f);
+// The root of the pixels a steradian, over the distance. (Perspective: of the pixels of a square that faces
+// the picture's plane.)
+float Density::pixels_at(const Vec3f& q, float& beyond) const {
+    const float r = length(q), inv = 1 / std::max(r, 1e-20f);
+    switch (m_projection) {
+    case Projection::Perspective: {
         // Outside the cone around the frustum the scale goes by distance, so that nothing is infinite beside
         // or behind the camera.
         const float depth = std::max(q.z, r * m_edge_cosine);
-        pixels = m_pixels_per_tangent / std::max(depth, m_near);
-        outside = max(max(abs(q.x) - m_half_width * q.z, abs(q.y) - m_half_height * q.z) * inv, 0.0f) +
-                  max(-q.z * inv, 0.0f);
-    } else {
-        pixels = m_pixels_per_tangent;
-        outside = max(
+        beyond = max(max(abs(q.x) - m_half_width * q.z, abs(q.y) - m_half_height * q.z) * inv, 0.0f) +
+                 max(-q.z * inv, 0.0f);
+        return m_pixels_per_tangent / std::max(depth, m_near);
+    }
+    case Projection::Orthographic:
+        beyond = max(
             max(abs(q.x) / std::max(m_half_width, 1e-20f), abs(q.y) / std::max(m_half_height, 1e-20f)) - 1,
             0.0f);
+        return m_pixels_per_tangent;
+    case Projection::Fisheye:
+    case Projection::Equisolid: {
+        // Equidistant: f along the radius, f a / sin(a) along the circle; equisolid: f^2 of area everywhere.
+        constexpr float LeastSine = 0.1f; // around the point straight behind, where the picture's rim is
+        const float angle = std::atan2(std::sqrt(fma(q.x, q.x, q.y * q.y)), q.z);
+        const float a = min(angle, m_half_angle);
+        const bool equal = m_projection == Projection::Equisolid || a < 1e-3f;
+        const float stretch = equal ? 1 : a / std::max(std::sin(a), LeastSine);
+        beyond = angle - a;
+        return m_pixels_per_tangent * std::sqrt(stretch) / std::max(r, m_near);
     }
-    if (beyond)
-        *beyond = outside;
-    return pixels * m_scale / (1 + m_falloff * min(OffscreenSlope * outside, 1.0f));
+    case Projection::Spherical: {
+        constexpr float LeastCosine = 1.0f / 16; // about the poles, which are as wide as the picture
+        const float cosine = std::sqrt(fma(q.x, q.x, q.z * q.z)) * inv;
+        beyond = 0;
+        return m_pixels_per_tangent / (std::sqrt(std::max(cosine, LeastCosine)) * std::max(r, m_near));
+    }
+    }
+    return 1;
+}
+
+float Density::pixels_from(const Pose& pose, const Vec3f& p, float& beyond) const {
+    const float pixels = pixels_at(pose.to_camera(p), beyond);
+    return pixels * pose.scale / (1 + m_falloff * min(OffscreenSlope * beyond, 1.0f));
+}
+
+float Density::pixels_per_unit(const Vec3f& p) const {
+    if (m_uniform > 0)
+        return m_uniform;
+    float most = 0, beyond;
+    for (const Pose& pose : m_poses)
+        most = std::max(most, pixels_from(pose, p, beyond));
+    return most;
 }
 
 float Density::cells(const Vec3f& a, const Vec3f& b) const {
     if (m_uniform > 0)
         return length(b - a) * m_uniform * m_cells_per_pixel;
-    const Vec3f qa = to_camera(a), qb = to_camera(b);
+    float most = 0;
+    for (const Pose& pose : m_poses)
+        most = std::max(most, cells_from(pose, a, b));
+    return most;
+}
+
+float Density::cells_from(const Pose& pose, const Vec3f& a, const Vec3f& b) const {
+    const Vec3f qa = pose.to_camera(a), qb = pose.to_camera(b);
     const Vec3f middle = (qa + qb) * 0.5f, d = qb - qa;
     float beyond;
-    const float pixels = pixels_at(middle, &beyond) / m_scale;
+    const float at = pixels_at(middle, beyond),
+                pixels = at / (1 + m_falloff * min(OffscreenSlope * beyond, 1.0f));
+    const bool central = m_projection != Projection::Orthographic;
     const float l2 = length_squared(d);
-    const float r2 = m_perspective ? length_squared(middle) : 1;
-    const float along = m_perspective ? dot(d, middle) : d.z;
+    const float r2 = central ? length_squared(middle) : 1;
+    const float along = central ? dot(d, middle) : d.z;
     const float across2 = l2 - along * along / std::max(r2, 1e-30f);
     const float least =
         std::min(1.0f, LeastForeshortening + beyond); // outside the picture orientation means nothing
@@ -83,20 +135,26 @@ float Density::cells(const Vec3f& a, const Vec3f& b) const {
 float Density::area(const Vec3f& a, const Vec3f& b, const Vec3f& c) const {
     const Vec3f n = cross(b - a, c - a), p = (a + b + c) * (1.0f / 3);
     const float full = 0.5f * length(n);
-    float seen = full;
-    float pixels = m_uniform;
-    if (m_uniform <= 0) {
+    if (m_uniform > 0)
+        return full * m_uniform * m_uniform * m_cells_per_pixel * m_cells_per_pixel;
+    float most = 0;
+    for (const Pose& pose : m_poses) {
         float beyond;
-        pixels = pixels_at(to_camera(p), &beyond);
-        const Vec3f w = towards_camera(p);
+        const float pixels = pixels_from(pose, p, beyond);
+        const Vec3f w = towards(pose, p);
         const float facing = 0.5f * abs(dot(n, w)) / std::max(length(w), 1e-30f);
-        seen = std::max(facing, full * std::min(1.0f, LeastForeshortening + beyond));
+        const float seen = std::max(facing, full * std::min(1.0f, LeastForeshortening + beyond));
+        most = std::max(most, seen * pixels * pixels);
     }
-    return seen * pixels * pixels * m_cells_per_pixel * m_cells_per_pixel;
+    return most * m_cells_per_pixel * m_cells_per_pixel;
+}
+
+Vec3f Density::towards(const Pose& pose, const Vec3f& p) const {
+    return m_projection != Projection::Orthographic ? pose.eye - p : -pose.view;
 }
 
 Vec3f Density::towards_camera(const Vec3f& p) const {
-    return m_perspective ? m_eye - p : -m_view;
+    return towards(m_poses.front(), p);
 }
 
 int round_to_power(float x) {

@@ -12,9 +12,7 @@ class Density final : public geom::Viewpoint {
     Density(const DiceTarget& target, const DiceOptions& options, float shading_rate);
 
     // Pixels a unit of render space spans at p, seen face on.
-    float pixels_per_unit(const Vec3f& p) const override {
-        return m_uniform > 0 ? m_uniform : pixels_at(to_camera(p));
-    }
+    float pixels_per_unit(const Vec3f& p) const override;
     bool has_camera() const override { return m_uniform <= 0; }
     // Micropolygon edges that fit between two near points; foreshortened as the camera sees them.
     float cells(const Vec3f& a, const Vec3f& b) const override;
@@ -25,18 +23,28 @@ class Density final : public geom::Viewpoint {
     void coarsen(float factor) { m_cells_per_pixel *= factor; }
 
   private:
-    Vec3f to_camera(const Vec3f& p) const;
-    // `beyond`: how far out of the frustum, 0 = inside.
-    float pixels_at(const Vec3f& camera_point, float* beyond = nullptr) const;
+    // Where the camera is at one of the times that count: the one with the most pixels decides.
+    struct Pose {
+        float camera_from_render[3][4];
+        float scale = 1;                   // camera units a render unit
+        Vec3f eye{0, 0, 0}, view{0, 0, 1}; // in render space
+        Vec3f to_camera(const Vec3f& p) const;
+    };
+    void add_pose(const Transform& render_from_camera);
+    // Pixels a camera unit spans, before what is `beyond` the picture takes from it (0 = inside).
+    float pixels_at(const Vec3f& camera_point, float& beyond) const;
+    // The same for a unit of render space, with that.
+    float pixels_from(const Pose& pose, const Vec3f& p, float& beyond) const;
+    float cells_from(const Pose& pose, const Vec3f& a, const Vec3f& b) const;
+    Vec3f towards(const Pose& pose, const Vec3f& p) const;
 
     float m_uniform = 0, m_cells_per_pixel = 1;
-    bool m_perspective = true;
+    Projection m_projection = Projection::Perspective;
+    float m_half_angle = 1;
     float m_pixels_per_tangent = 1, m_near = 1e-4f, m_falloff = 1;
     float m_half_width = 1, m_half_height = 1,
           m_edge_cosine = 0.5f; // tangents (or units) at the frustum's sides
-    float m_scale = 1;          // camera units a render unit
-    float m_camera_from_render[3][4];
-    Vec3f m_eye{0, 0, 0}, m_view{0, 0, 1}; // in render space
+    std::vector<Pose> m_poses;  // the first is where shading sees it from
 };
 
 // Desired cells along a line of points, and whether they are spread too unevenly for equal steps.

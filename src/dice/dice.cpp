@@ -101,14 +101,83 @@ void displace_mesh(geom::MeshParts& parts, const Displace& displace, const Locat
         g.N = g.Ng;
 }
 
-Diced dice_mesh(geom::MeshParts parts, const scene::Primitive& primitive, const Displace& displace,
-                Journal& journal) {
-    if (displace)
-        displace_mesh(parts, displace, primitive.where, journal);
+void report_other_topology(const scene::Primitive& primitive, Journal& journal) {
+    journal.error(
+        primitive.where,
+        "a primitive that changes its shape has other faces or vertices at a later time and was left as "
+        "it is at first; all its samples must have one topology");
+}
+
+// `parts`: the mesh at every step, the first one first.
+Diced dice_mesh(std::vector<geom::MeshParts> parts, const scene::Primitive& primitive,
+                const Displace& displace, Journal& journal) {
+    for (size_t k = 1; k < parts.size(); k++)
+        if (parts[k].vertices.nu != parts[0].vertices.nu) {
+            report_other_topology(primitive, journal);
+            parts.resize(1);
+        }
+    for (geom::MeshParts& p : parts) {
+        if (&p != &parts[0])
+            p.mesh = parts[0].mesh;
+        if (displace)
+            displace_mesh(p, displace, primitive.where, journal);
+    }
     Diced out;
     out.is_mesh = true;
-    out.mesh_vertices = std::move(parts.vertices);
-    out.mesh = std::move(parts.mesh);
+    out.mesh_vertices = std::move(parts[0].vertices);
+    out.mesh = std::move(parts[0].mesh);
+    for (size_t k = 1; k < parts.size(); k++)
+        out.mesh_vertices.later.push_back({std::move(parts[k].vertices.P), std::move(parts[k].vertices.N)});
+    return out;
+}
+
+// A mesh at every step: make(primitive, first, journal, parts), `first` null for the first one. What was
+// reported of that is not repeated.
+template <class Make>
+Diced dice_mesh_steps(const scene::Primitive& primitive, const DiceTarget& target, const Displace& displace,
+                      Journal& journal, Make make) {
+    std::vector<geom::MeshParts> parts(1);
+    if (!make(primitive, nullptr, journal, parts[0]))
+        return {};
+    for (const scene::Primitive& later : target.later) {
+        Journal quiet;
+        parts.emplace_back();
+        if (!make(later, &primitive, quiet, parts.back()))
+            parts.back().vertices.nu = -1; // no such mesh
+    }
+    return dice_mesh(std::move(parts), primitive, displace, journal);
+}
+
+bool same_topology(const geom::Topology& a, const geom::Topology& b) {
+    const auto same_side = [](const geom::Topology::Side& x, const geom::Topology::Side& y) {
+        return x.edge == y.edge && x.part == y.part && x.reversed == y.reversed;
+    };
+    const auto same_face = [&](const auto& x, const auto& y) {
+        return std::ranges::equal(x.sides, y.sides, same_side);
+    };
+    const auto same_edge = [](const geom::Topology::Edge& x, const geom::Topology::Edge& y) {
+        return x.a == y.a && x.b == y.b && x.middle == y.middle && x.point == y.point;
+    };
+    return a.vertices == b.vertices && std::ranges::equal(a.faces, b.faces, same_face) &&
+           std::ranges::equal(a.edges, b.edges, same_edge);
+}
+
+// The surface at later steps; none where it is another one then.
+std::vector<std::unique_ptr<geom::Surface>> later_surfaces(const geom::Surface& surface,
+                                                           const scene::Primitive& primitive,
+                                                           const DiceTarget& target, geom::SurfaceHints hints,
+                                                           Journal& journal) {
+    std::vector<std::unique_ptr<geom::Surface>> out;
+    hints.first = &primitive;
+    for (const scene::Primitive& later : target.later) {
+        Journal quiet;
+        auto s = geom::make_surface(later, target.render_from_object, quiet, hints);
+        if (!s || !same_topology(s->topology(), surface.topology())) {
+            report_other_topology(primitive, journal);
+            return {};
+        }
+        out.push_back(std::move(s));
+    }
     return out;
 }
 
@@ -122,10 +191,32 @@ bool is_merged(const Splitter& splitter, const RateRule& rule) {
            ((pieces >= Many && each < FinerThanRate) || (pieces >= VeryMany && each < Small));
 }
 
-Diced dice_surface(const geom::Surface& surface, const scene::Primitive& primitive, RateRule rule,
-                   const DiceOptions& options, bool simplify, const Displace& displace, Journal& journal) {
+// All grids of a surface at one step, their seams joined, displaced.
+std::vector<grid::Grid> make_grids(const Splitter& splitter, const geom::Surface& surface,
+                                   const Displace& displace, std::atomic<size_t>& bad,
+                                   std::unique_ptr<Seams>& seams) {
+    std::vector<grid::Grid> grids(splitter.pieces.size());
+    tasks::parallel_chunks(grids.size(), 8, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; i++)
+            grids[i] = make_grid(splitter, surface, splitter.pieces[i]);
+    });
+    seams = std::make_unique<Seams>(splitter, grids);
+    seams->join(grids);
+    if (displace) {
+        tasks::parallel_for(grids.size(), [&](size_t i) { bad += displace_grid(grids[i], displace); });
+        seams->weld(grids);
+    }
+    return grids;
+}
+
+Diced dice_surface(const geom::Surface& surface, std::vector<std::unique_ptr<geom::Surface>> later,
+                   const scene::Primitive& primitive, RateRule rule, const DiceOptions& options,
+                   bool simplify, const Displace& displace, Journal& journal) {
     Diced out;
-    auto splitter = std::make_unique<Splitter>(surface, rule);
+    std::vector<const geom::Surface*> shapes;
+    for (const auto& s : later)
+        shapes.push_back(s.get());
+    auto splitter = std::make_unique<Splitter>(surface, rule, shapes);
     int halvings = 0;
     while (!splitter->run(options.max_micropolygons)) {
         if (++halvings > MostHalvings) {
@@ -135,7 +226,7 @@ Diced dice_surface(const geom::Surface& surface, const scene::Primitive& primiti
             return {};
         }
         rule.density.coarsen(0.5f);
-        splitter = std::make_unique<Splitter>(surface, rule);
+        splitter = std::make_unique<Splitter>(surface, rule, shapes);
     }
     if (halvings > 0)
         journal.warning(primitive.where,
@@ -144,23 +235,19 @@ Diced dice_surface(const geom::Surface& surface, const scene::Primitive& primiti
                             " million micropolygons; they were made " + std::to_string(1 << halvings) +
                             " times longer. A larger shading rate, or splitting it up, would do");
     if (is_merged(*splitter, rule))
-        return dice_mesh(merge_pieces(*splitter), primitive, displace, journal);
-    out.grids.resize(splitter->pieces.size());
-    tasks::parallel_chunks(out.grids.size(), 8, [&](size_t begin, size_t end) {
-        for (size_t i = begin; i < end; i++)
-            out.grids[i] = make_grid(*splitter, splitter->pieces[i]);
-    });
-    Seams seams(*splitter, out.grids);
-    seams.join(out.grids);
-    if (displace) {
-        std::atomic<size_t> bad{0};
-        tasks::parallel_for(out.grids.size(),
-                            [&](size_t i) { bad += displace_grid(out.grids[i], displace); });
-        seams.weld(out.grids);
-        if (bad > 0)
-            report_bad_displacement(bad, primitive.where, journal);
-    }
-    choose_edge_steps(*splitter, out.grids, seams, rule, simplify);
+        return dice_mesh(merge_pieces(*splitter, later), primitive, displace, journal);
+    std::atomic<size_t> bad{0};
+    std::unique_ptr<Seams> seams;
+    std::vector<std::vector<grid::Grid>> steps; // those after the first
+    for (const auto& shape : later)
+        steps.push_back(make_grids(*splitter, *shape, displace, bad, seams));
+    out.grids = make_grids(*splitter, surface, displace, bad, seams);
+    if (bad > 0)
+        report_bad_displacement(bad, primitive.where, journal);
+    for (std::vector<grid::Grid>& step : steps)
+        for (size_t i = 0; i < step.size(); i++)
+            out.grids[i].later.push_back({std::move(step[i].P), std::move(step[i].N)});
+    choose_edge_steps(*splitter, out.grids, *seams, rule, simplify);
     out.traced.resize(out.grids.size());
     tasks::parallel_chunks(out.grids.size(), 8, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; i++)
@@ -183,32 +270,37 @@ static Diced dice_primitive(const scene::Primitive& primitive, const DiceTarget&
                         max_cells};
     const bool simplify = options.geometry_tolerance > 0 && attributes.dice_flatness && !target.keep_density;
     const Transform& m = target.render_from_object;
-    geom::MeshParts parts;
-    if (const auto* curves = std::get_if<scene::Curves>(&primitive.geometry)) {
-        if (!geom::mesh_from_curves(primitive, *curves, m, rule.density, journal, parts))
-            return {};
-        return dice_mesh(std::move(parts), primitive, displace, journal);
-    }
-    if (std::holds_alternative<scene::Points>(primitive.geometry)) {
-        if (!geom::mesh_from_points(primitive, m, rule.density, journal, parts))
-            return {};
-        return dice_mesh(std::move(parts), primitive, displace, journal);
-    }
+    using P = scene::Primitive;
+    if (const auto* curves = std::get_if<scene::Curves>(&primitive.geometry))
+        return dice_mesh_steps(primitive, target, displace, journal,
+                               [&](const P& p, const P* first, Journal& j, geom::MeshParts& parts) {
+                                   return geom::mesh_from_curves(p, *curves, m, rule.density, j, parts,
+                                                                 first);
+                               });
+    if (std::holds_alternative<scene::Points>(primitive.geometry))
+        return dice_mesh_steps(primitive, target, displace, journal,
+                               [&](const P& p, const P* first, Journal& j, geom::MeshParts& parts) {
+                                   return geom::mesh_from_points(p, m, rule.density, j, parts, first);
+                               });
     geom::SurfaceHints hints;
     if (const auto* mesh = std::get_if<scene::PolygonMesh>(&primitive.geometry)) {
         const PolygonSizes sizes = polygon_sizes(primitive, *mesh, target, rule);
-        if (sizes.finer_than_rate) {
-            if (!geom::mesh_from_polygons(primitive, *mesh, m, journal, parts))
-                return {};
-            geom::vertex_normals(parts.vertices, parts.mesh, parts.vertices.flips, parts.vertices.Ng);
-            return dice_mesh(std::move(parts), primitive, displace, journal);
-        }
+        if (sizes.finer_than_rate)
+            return dice_mesh_steps(primitive, target, displace, journal,
+                                   [&](const P& p, const P* first, Journal& j, geom::MeshParts& parts) {
+                                       if (!geom::mesh_from_polygons(p, *mesh, m, j, parts, first))
+                                           return false;
+                                       geom::vertex_normals(parts.vertices, parts.mesh, parts.vertices.flips,
+                                                            parts.vertices.Ng);
+                                       return true;
+                                   });
         hints.small_triangles = sizes.small;
     }
     const auto surface = geom::make_surface(primitive, m, journal, hints);
     if (!surface)
         return {};
-    return dice_surface(*surface, primitive, rule, options, simplify, displace, journal);
+    return dice_surface(*surface, later_surfaces(*surface, primitive, target, hints, journal), primitive,
+                        rule, options, simplify, displace, journal);
 }
 
 Diced dice(const scene::Primitive& primitive, const DiceTarget& target, const DiceOptions& options,

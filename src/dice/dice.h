@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "base/error.h"
@@ -14,8 +15,13 @@ namespace kanuka::dice {
 // from it.
 struct DicingCamera {
     Transform render_from_camera; // RISpec camera space: x right, y up, z forward
-    bool perspective = true;
-    float pixels_per_tangent = 0; // perspective: pixels per unit of tangent; orthographic: pixels per unit
+    std::vector<Transform>
+        also_from; // the same at other times while the shutter is open: the finest view counts
+    Projection projection = Projection::Perspective;
+    // Perspective: pixels per unit of tangent; orthographic: pixels per unit; others: pixels per radian, at
+    // the picture's centre (spherical: root of those along both axes).
+    float pixels_per_tangent = 0;
+    float half_angle = 1; // of a fisheye's image circle, radians
     float near_clip = 1e-4f;
     int width = 0, height = 0;
     // Primitives outside the frustum are diced too (rays reach them), but coarser: 0 = they are not, 1 = as
@@ -44,7 +50,7 @@ struct Diced {
 };
 
 // Displaces one grid in place; empty = the surface is not displaced. Must depend on each vertex and its
-// neighbours alone.
+// neighbours alone. Shapes that change are displaced at every step.
 using Displace = std::function<void(grid::Grid&)>;
 // For instanced primitives, the closest instances decide the rate: see `scale_hint`.
 struct DiceTarget {
@@ -54,6 +60,11 @@ struct DiceTarget {
     bool shade_uniform =
         false; // the material is constant: rates serve geometry alone, flat pieces need one cell
     bool keep_density = false; // traced geometry is not simplified: emitters whose light varies over them
+    // A primitive that moves as a whole: more places to see it from, as DicingCamera has them.
+    std::vector<Transform> also_from = {};
+    // A primitive that changes its shape: what it is at further steps, evenly through the time that the
+    // shutter is open. Diced with the first one's topology, as finely as the finest needs.
+    std::span<const scene::Primitive> later = {};
 };
 
 // Never throws for bad geometry: NaN and degenerate parts are reported at primitive.where and dropped. The

@@ -251,7 +251,7 @@ TEST(Dice, RatesFollowSizeDistanceTiltAndShadingRate) {
     EXPECT_EQ(cell_count(run(square(1), looking(6.4f, 4096), {}, tilted)), 64u * 32);
     // Orthographic: no effect of distance.
     DiceOptions flat = looking(50, 256);
-    flat.camera.perspective = false;
+    flat.camera.projection = Projection::Orthographic;
     flat.camera.pixels_per_tangent = 64;
     EXPECT_EQ(cell_count(run(square(1), flat)), 128u * 128);
     // Instances: uniform, and no camera.

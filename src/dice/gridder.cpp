@@ -23,7 +23,10 @@ void side_parameters(const Splitter& splitter, const Piece& piece, int side, std
 }
 
 grid::Grid make_grid(const Splitter& splitter, const Piece& piece) {
-    const geom::Surface& surface = splitter.surface();
+    return make_grid(splitter, splitter.surface(), piece);
+}
+
+grid::Grid make_grid(const Splitter& splitter, const geom::Surface& surface, const Piece& piece) {
     grid::Grid g;
     const int nu = piece.nu, nv = piece.nv;
     g.allocate(nu, nv);

@@ -58,7 +58,8 @@ void copy_vertices(const grid::Grid& source, size_t from, grid::Grid& target, si
     each_component(source, target, [&](const float* a, float* b) { std::copy_n(a + from, count, b + to); });
 }
 
-geom::MeshParts merge_pieces(const Splitter& splitter) {
+std::vector<geom::MeshParts> merge_pieces(const Splitter& splitter,
+                                          std::span<const std::unique_ptr<geom::Surface>> later) {
     const std::vector<Piece>& pieces = splitter.pieces;
     // Every piece's vertices, on their own: a slot each.
     std::vector<size_t> first_slot(pieces.size() + 1, 0), first_quad(pieces.size() + 1, 0);
@@ -112,12 +113,15 @@ geom::MeshParts merge_pieces(const Splitter& splitter) {
     geom::MeshParts out;
     geom::allocate_mesh(out, source.size(), splitter.surface());
     out.vertices.flips = splitter.surface().flips();
-    tasks::parallel_chunks(source.size(), 1 << 15, [&](size_t begin, size_t end) {
-        each_component(g, out.vertices, [&](const float* a, float* b) {
-            for (size_t i = begin; i < end; i++)
-                b[i] = a[source[i]];
+    const auto gather = [&](grid::Grid& to) {
+        tasks::parallel_chunks(source.size(), 1 << 15, [&](size_t begin, size_t end) {
+            each_component(g, to, [&](const float* a, float* b) {
+                for (size_t i = begin; i < end; i++)
+                    b[i] = a[source[i]];
+            });
         });
-    });
+    };
+    gather(out.vertices);
     out.mesh.vertices_per_face = 4;
     out.mesh.indices.resize(4 * first_quad.back());
     tasks::parallel_chunks(pieces.size(), Grain, [&](size_t begin, size_t end) {
@@ -132,7 +136,25 @@ geom::MeshParts merge_pieces(const Splitter& splitter) {
                 }
         }
     });
-    return out;
+    std::vector<geom::MeshParts> parts;
+    parts.push_back(std::move(out));
+    for (const auto& surface : later) {
+        tasks::parallel_chunks(pieces.size(), Grain, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; i++) {
+                const grid::Grid piece = make_grid(splitter, *surface, pieces[i]);
+                copy_vertices(piece, 0, g, first_slot[i], size_t(piece.vertices()));
+            }
+        });
+        for (size_t s = 0; s < slots; s++)
+            for (int c = 0; c < 3; c++)
+                g.P[s + size_t(c) * g.stride] = g.P[list[first[point[s]]] + size_t(c) * g.stride];
+        geom::MeshParts part;
+        geom::allocate_mesh(part, source.size(), *surface);
+        part.vertices.flips = surface->flips();
+        gather(part.vertices);
+        parts.push_back(std::move(part));
+    }
+    return parts;
 }
 
 } // namespace kanuka::dice

@@ -114,9 +114,13 @@ void Seams::weld(std::vector<grid::Grid>& grids) const {
     });
 }
 
-Vec3f Seams::position(const std::vector<grid::Grid>& grids, int point) const {
+Vec3f Seams::position(const std::vector<grid::Grid>& grids, int point, int step) const {
     const Member& m = m_members[m_first[point]];
-    return grids[m.grid].position(m.vertex);
+    const grid::Grid& g = grids[m.grid];
+    if (step == 0)
+        return g.position(m.vertex);
+    const float* p = g.later[size_t(step) - 1].P.data() + m.vertex;
+    return {p[0], p[g.stride], p[2 * size_t(g.stride)]};
 }
 
 } // namespace kanuka::dice

@@ -18,7 +18,8 @@ class Seams {
     void weld(std::vector<grid::Grid>& grids) const;
 
     int points() const { return int(m_first.size()) - 1; }
-    Vec3f position(const std::vector<grid::Grid>& grids, int point) const;
+    // At a step: 0 = the first.
+    Vec3f position(const std::vector<grid::Grid>& grids, int point, int step = 0) const;
 
   private:
     struct Member {

@@ -45,11 +45,11 @@ void choose_edge_step(Edge& e, const std::vector<Vec3f>& p, const RateRule& rule
 
 class GridSteps {
   public:
-    GridSteps(const grid::Grid& g, float budget, float cos_tolerance)
+    GridSteps(const grid::Grid& g, const std::vector<float>& positions, float budget, float cos_tolerance)
         : m_g(g), m_budget(budget), m_cos2(cos_tolerance * cos_tolerance), m_row(g.nu + 1) {
-        const float* p = g.P.data();
+        const float* p = positions.data();
         if (g.edge_cells != std::array<int, 4>{g.nu, g.nv, g.nu, g.nv}) {
-            m_even = g.P;
+            m_even = positions;
             for (int side = 0; side < 4; side++)
                 spread(side);
             p = m_even.data();
@@ -213,6 +213,7 @@ void choose_edge_steps(Splitter& splitter, const std::vector<grid::Grid>& grids,
                        const RateRule& rule, bool simplify) {
     if (!simplify)
         return;
+    const int later = grids.empty() ? 0 : int(grids[0].later.size());
     tasks::parallel_chunks(splitter.edges.size(), 64, [&](size_t begin, size_t end) {
         std::vector<Vec3f> p;
         for (size_t k = begin; k < end; k++) {
@@ -220,44 +221,34 @@ void choose_edge_steps(Splitter& splitter, const std::vector<grid::Grid>& grids,
             if (e.child >= 0 || e.point || e.cells < 2 || e.least > e.cells)
                 continue;
             p.resize(e.cells + 1);
-            for (int i = 0; i <= e.cells; i++)
-                p[i] = seams.position(grids, splitter.point(e, i));
-            choose_edge_step(e, p, rule);
+            int least = 1 << 30;
+            float error = 0;
+            for (int step = 0; step <= later; step++) {
+                for (int i = 0; i <= e.cells; i++)
+                    p[i] = seams.position(grids, splitter.point(e, i), step);
+                e.step = 1;
+                choose_edge_step(e, p, rule);
+                least = std::min(least, e.step);
+                error = std::max(error, e.error);
+            }
+            e.step = least;
+            e.error = error;
         }
     });
 }
 
-grid::TracedGrid trace_grid(const Splitter& splitter, const Piece& piece, const grid::Grid& g,
-                            const RateRule& rule, bool simplify) {
-    grid::TracedGrid t;
-    float edge_error = 0;
+// The kept vertices of one step's positions.
+static std::vector<float> traced_positions(const Piece& piece, const grid::Grid& g,
+                                           const std::vector<float>& P, const grid::TracedGrid& t) {
     const int cells[4] = {g.nu, g.nv, g.nu, g.nv};
-    for (int k = 0; k < 4; k++) {
-        const Segment& s = piece.sides[k];
-        const Edge& e = splitter.edges[s.edge];
-        t.edge_step[k] = s.cells == 0 ? cells[k] : cells[k] / s.cells * e.step;
-        edge_error = std::max(edge_error, s.cells == 0 ? 0 : e.error);
-    }
-    if (simplify) {
-        float pixels = rule.density.pixels_per_unit(g.position((g.nv / 2) * (g.nu + 1) + g.nu / 2));
-        for (const int corner : {0, g.nu, g.nv * (g.nu + 1), g.vertices() - 1})
-            pixels = std::max(pixels, rule.density.pixels_per_unit(g.position(corner)));
-        GridSteps steps(g, std::max(0.0f, tolerance_at(rule, pixels) - edge_error),
-                        std::cos(rule.normal_tolerance * (Pi / 180)));
-        steps.choose(std::min(t.edge_step[0], t.edge_step[2]), std::min(t.edge_step[1], t.edge_step[3]));
-        t.step_u = steps.su;
-        t.step_v = steps.sv;
-    }
-    t.mu = g.nu / t.step_u;
-    t.mv = g.nv / t.step_v;
-    t.P.resize(size_t(3) * (t.mu + 1) * (t.mv + 1));
-    float* to = t.P.data();
+    std::vector<float> out(size_t(3) * (t.mu + 1) * (t.mv + 1));
+    float* to = out.data();
     for (int j = 0; j <= t.mv; j++)
         for (int i = 0; i <= t.mu; i++, to += 3) {
             const int k = j * t.step_v * (g.nu + 1) + i * t.step_u;
-            to[0] = g.P[k];
-            to[1] = g.P[k + g.stride];
-            to[2] = g.P[k + 2 * size_t(g.stride)];
+            to[0] = P[k];
+            to[1] = P[k + g.stride];
+            to[2] = P[k + 2 * size_t(g.stride)];
         }
     // Sides coarser than the lattice: vertices go to the nearest that the edge keeps.
     for (int side = 0; side < 4; side++) {
@@ -277,9 +268,43 @@ grid::TracedGrid trace_grid(const Splitter& splitter, const Piece& piece, const 
                            : side == grid::UMin ? i * (t.mu + 1)
                                                 : i * (t.mu + 1) + t.mu;
             for (int c = 0; c < 3; c++)
-                t.P[size_t(at) * 3 + c] = g.P[k + size_t(c) * g.stride];
+                out[size_t(at) * 3 + c] = P[k + size_t(c) * g.stride];
         }
     }
+    return out;
+}
+
+grid::TracedGrid trace_grid(const Splitter& splitter, const Piece& piece, const grid::Grid& g,
+                            const RateRule& rule, bool simplify) {
+    grid::TracedGrid t;
+    float edge_error = 0;
+    const int cells[4] = {g.nu, g.nv, g.nu, g.nv};
+    for (int k = 0; k < 4; k++) {
+        const Segment& s = piece.sides[k];
+        const Edge& e = splitter.edges[s.edge];
+        t.edge_step[k] = s.cells == 0 ? cells[k] : cells[k] / s.cells * e.step;
+        edge_error = std::max(edge_error, s.cells == 0 ? 0 : e.error);
+    }
+    if (simplify) {
+        float pixels = rule.density.pixels_per_unit(g.position((g.nv / 2) * (g.nu + 1) + g.nu / 2));
+        for (const int corner : {0, g.nu, g.nv * (g.nu + 1), g.vertices() - 1})
+            pixels = std::max(pixels, rule.density.pixels_per_unit(g.position(corner)));
+        const auto steps_of = [&](const std::vector<float>& positions, int limit_u, int limit_v) {
+            GridSteps steps(g, positions, std::max(0.0f, tolerance_at(rule, pixels) - edge_error),
+                            std::cos(rule.normal_tolerance * (Pi / 180)));
+            steps.choose(limit_u, limit_v);
+            t.step_u = steps.su;
+            t.step_v = steps.sv;
+        };
+        steps_of(g.P, std::min(t.edge_step[0], t.edge_step[2]), std::min(t.edge_step[1], t.edge_step[3]));
+        for (const grid::Grid::Step& later : g.later)
+            steps_of(later.P, t.step_u, t.step_v);
+    }
+    t.mu = g.nu / t.step_u;
+    t.mv = g.nv / t.step_v;
+    t.P = traced_positions(piece, g, g.P, t);
+    for (const grid::Grid::Step& later : g.later)
+        t.later.push_back(traced_positions(piece, g, later.P, t));
     return t;
 }
 

@@ -9,7 +9,8 @@ namespace kanuka::dice {
 // lost.
 void choose_edge_steps(Splitter& splitter, const std::vector<grid::Grid>& grids, const Seams& seams,
                        const RateRule& rule, bool simplify);
-// Then a grid's own steps follow from its interior and what its edges have left of the distance.
+// Then a grid's own steps follow from its interior and what its edges have left of the distance. Both look at
+// all steps of a grid that changes its shape: the finest wins.
 grid::TracedGrid trace_grid(const Splitter& splitter, const Piece& piece, const grid::Grid& grid,
                             const RateRule& rule, bool simplify);
 

@@ -8,7 +8,9 @@ constexpr float LeastRange = 1.0f / (1 << 18); // of a face's u or v; deeper tha
 constexpr int EdgeSamples = 9;
 constexpr size_t Grain = 64;
 
-Splitter::Splitter(const geom::Surface& surface, const RateRule& rule) : m_surface(surface), m_rule(rule) {}
+Splitter::Splitter(const geom::Surface& surface, const RateRule& rule,
+                   std::vector<const geom::Surface*> later)
+    : m_surface(surface), m_later(std::move(later)), m_rule(rule) {}
 
 bool Splitter::run(double limit) {
     m_most_edges = size_t(limit);
@@ -95,14 +97,24 @@ void Splitter::start() {
 }
 
 LineMeasure Splitter::measure(const Edge& e, int samples) const {
+    LineMeasure m = measure(m_surface, e, samples);
+    for (const geom::Surface* surface : m_later) {
+        const LineMeasure other = measure(*surface, e, samples);
+        m.cells = std::max(m.cells, other.cells);
+        m.uneven |= other.uneven;
+    }
+    return m;
+}
+
+LineMeasure Splitter::measure(const geom::Surface& surface, const Edge& e, int samples) const {
     float t[EdgeSamples], xyz[3 * EdgeSamples];
     for (int i = 0; i < samples; i++)
         t[i] = e.t0 + (e.t1 - e.t0) * (float(i) / float(samples - 1));
     if (e.topology >= 0) {
-        m_surface.edge_positions(e.topology, {t, samples}, xyz, samples);
+        surface.edge_positions(e.topology, {t, samples}, xyz, samples);
     } else {
         const geom::Line line{t, samples}, one{&e.fixed, 1};
-        m_surface.positions(e.face, e.axis == 0 ? line : one, e.axis == 0 ? one : line, xyz, samples);
+        surface.positions(e.face, e.axis == 0 ? line : one, e.axis == 0 ? one : line, xyz, samples);
     }
     Vec3f p[EdgeSamples];
     for (int i = 0; i < samples; i++)
@@ -158,6 +170,34 @@ void Splitter::grow_edges(size_t begin) {
     }
 }
 
+void Splitter::measure_interior(const geom::Surface& surface, const Piece& piece, int n, Interior& m) const {
+    float us[5], vs[5], xyz[3 * 25];
+    for (int i = 0; i < n; i++) {
+        us[i] = piece.u0 + (piece.u1 - piece.u0) * (float(i) / float(n - 1));
+        vs[i] = piece.v0 + (piece.v1 - piece.v0) * (float(i) / float(n - 1));
+    }
+    surface.positions(piece.face, {us, n}, {vs, n}, xyz, n * n);
+    const auto at = [&](int i, int j) {
+        const int k = j * n + i;
+        return Vec3f{xyz[k], xyz[n * n + k], xyz[2 * n * n + k]};
+    };
+    for (int k = 1; k < n - 1; k++) {
+        Vec3f row[5], column[5];
+        for (int i = 0; i < n; i++) {
+            row[i] = at(i, k);
+            column[i] = at(k, i);
+        }
+        const LineMeasure u = m_rule.line(row, n), v = m_rule.line(column, n);
+        m.want_u = std::max(m.want_u, u.cells), m.want_v = std::max(m.want_v, v.cells);
+        m.least_u = std::min(m.least_u, u.cells), m.least_v = std::min(m.least_v, v.cells);
+        m.uneven_u |= u.uneven, m.uneven_v |= v.uneven;
+    }
+    if (m_rule.shape_only) {
+        const float twist = m_rule.twist(at(0, 0), at(n - 1, 0), at(n - 1, n - 1), at(0, n - 1));
+        m.want_u = std::max(m.want_u, twist), m.want_v = std::max(m.want_v, twist);
+    }
+}
+
 void Splitter::plan(Piece& piece, int& split) const {
     // The patch lattice is sampled where interior lines can be longer than the sides: in bulging patches, and
     // where the camera is nearer to the middle than to the sides.
@@ -175,31 +215,13 @@ void Splitter::plan(Piece& piece, int& split) const {
     bool uneven_v = is_cut(piece.sides[1]) || is_cut(piece.sides[3]);
     if (!small || m_rule.shape_only) {
         const int n = most > 4 || m_surface.bulges() ? 5 : 3;
-        float us[5], vs[5], xyz[3 * 25];
-        for (int i = 0; i < n; i++) {
-            us[i] = piece.u0 + (piece.u1 - piece.u0) * (float(i) / float(n - 1));
-            vs[i] = piece.v0 + (piece.v1 - piece.v0) * (float(i) / float(n - 1));
-        }
-        m_surface.positions(piece.face, {us, n}, {vs, n}, xyz, n * n);
-        const auto at = [&](int i, int j) {
-            const int k = j * n + i;
-            return Vec3f{xyz[k], xyz[n * n + k], xyz[2 * n * n + k]};
-        };
-        for (int k = 1; k < n - 1; k++) {
-            Vec3f row[5], column[5];
-            for (int i = 0; i < n; i++) {
-                row[i] = at(i, k);
-                column[i] = at(k, i);
-            }
-            const LineMeasure u = m_rule.line(row, n), v = m_rule.line(column, n);
-            want_u = std::max(want_u, u.cells), want_v = std::max(want_v, v.cells);
-            least_u = std::min(least_u, u.cells), least_v = std::min(least_v, v.cells);
-            uneven_u |= u.uneven, uneven_v |= v.uneven;
-        }
-        if (m_rule.shape_only) {
-            const float twist = m_rule.twist(at(0, 0), at(n - 1, 0), at(n - 1, n - 1), at(0, n - 1));
-            want_u = std::max(want_u, twist), want_v = std::max(want_v, twist);
-        }
+        Interior m{want_u, want_v, least_u, least_v, uneven_u, uneven_v};
+        measure_interior(m_surface, piece, n, m);
+        for (const geom::Surface* surface : m_later)
+            measure_interior(*surface, piece, n, m);
+        want_u = m.want_u, want_v = m.want_v;
+        least_u = m.least_u, least_v = m.least_v;
+        uneven_u = m.uneven_u, uneven_v = m.uneven_v;
     }
     const int nu = std::max(round_to_power(want_u), std::max(along_u[0], along_u[1]));
     const int nv = std::max(round_to_power(want_v), std::max(along_v[0], along_v[1]));

@@ -59,7 +59,9 @@ inline int nearest_kept(int i, int spacing, int n) {
 
 class Splitter {
   public:
-    Splitter(const geom::Surface& surface, const RateRule& rule);
+    // `later`: the same surface in other shapes, which count for the rates.
+    Splitter(const geom::Surface& surface, const RateRule& rule,
+             std::vector<const geom::Surface*> later = {});
     // False = more cells than `limit`: the caller coarsens and starts again.
     bool run(double limit);
 
@@ -83,6 +85,12 @@ class Splitter {
     LineMeasure measure(const Edge& edge, int samples) const;
     bool wants_cut(Edge& edge) const;
     void plan(Piece& piece, int& split) const;
+    struct Interior {
+        float want_u, want_v, least_u, least_v;
+        bool uneven_u, uneven_v;
+    };
+    void measure_interior(const geom::Surface& surface, const Piece& piece, int samples, Interior& m) const;
+    LineMeasure measure(const geom::Surface& surface, const Edge& edge, int samples) const;
     void cut(const Piece& piece, int axis, std::vector<Piece>& out);
     Segment whole(int edge, bool reversed) const;
     Segment half(const Segment& s, int which) const;
@@ -92,6 +100,7 @@ class Splitter {
     void number_points();
 
     const geom::Surface& m_surface;
+    const std::vector<const geom::Surface*> m_later;
     const RateRule& m_rule;
     int m_vertices = 0;
     size_t m_most_edges = 0;

@@ -81,11 +81,28 @@ class CurveMesher {
         return true;
     }
 
-    bool build(const scene::Primitive& primitive, MeshParts& out) {
+    void choose_all_cuts() {
         tasks::parallel_chunks(m_list.size(), 64, [&](size_t begin, size_t end) {
             for (size_t i = begin; i < end; i++)
                 choose_cuts(i);
         });
+    }
+    // Of the same curves in another shape.
+    void take_cuts(const CurveMesher& first) {
+        for (size_t i = 0; i < m_list.size() && i < first.m_list.size(); i++) {
+            Curve& c = m_list[i];
+            const Curve& f = first.m_list[i];
+            if (c.vertices != f.vertices || c.segments != f.segments) { // a vertex became NaN
+                c.segments = c.rings = 0;
+                continue;
+            }
+            c.cuts = f.cuts;
+            c.across = f.across;
+            c.rings = f.rings;
+        }
+    }
+
+    bool build(const scene::Primitive& primitive, MeshParts& out) {
         size_t vertices = 0, quads = 0;
         std::vector<size_t> first_quad;
         for (Curve& c : m_list) {
@@ -317,9 +334,21 @@ class CurveMesher {
 } // namespace
 
 bool mesh_from_curves(const scene::Primitive& primitive, const scene::Curves& curves, const Transform& m,
-                      const Viewpoint& view, Journal& journal, MeshParts& out) {
+                      const Viewpoint& view, Journal& journal, MeshParts& out,
+                      const scene::Primitive* first) {
     CurveMesher mesher(primitive, curves, m, view);
-    return mesher.read(primitive, m, journal) && mesher.build(primitive, out);
+    if (!mesher.read(primitive, m, journal))
+        return false;
+    if (first) {
+        CurveMesher first_mesher(*first, curves, m, view);
+        if (!first_mesher.read(*first, m, journal))
+            return false;
+        first_mesher.choose_all_cuts();
+        mesher.take_cuts(first_mesher);
+    } else {
+        mesher.choose_all_cuts();
+    }
+    return mesher.build(primitive, out);
 }
 
 } // namespace kanuka::geom

@@ -54,9 +54,12 @@ Ball make_ball(int level) {
 } // namespace
 
 bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, const Viewpoint& view,
-                      Journal& journal, MeshParts& out) {
+                      Journal& journal, MeshParts& out, const scene::Primitive* first) {
     const ControlPoints points = control_points(primitive, m);
     const Widths widths(primitive, m);
+    const ControlPoints first_points = first ? control_points(*first, m) : ControlPoints{};
+    const Widths first_widths(first ? *first : primitive, m);
+    const ControlPoints& sized = first ? first_points : points; // what decides the refinement
     const size_t n = points.size();
     const Primvars primvars = collect_primvars(primitive, m, {1, n, n, n}, journal);
     const bool own_widths = widths.varying() && widths.varying()->floats.size() >= n;
@@ -68,13 +71,14 @@ bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, con
     std::vector<int8_t> level(n);
     Dropped dropped;
     std::vector<size_t> first_vertex(n + 1, 0), first_index(n + 1, 0);
+    const bool own_first_widths = first_widths.varying() && first_widths.varying()->floats.size() >= n;
     for (size_t i = 0; i < n; i++) {
-        const float radius = 0.5f * widths.at(own_widths ? i : 0);
+        const float radius = 0.5f * first_widths.at(own_first_widths ? i : 0);
         level[i] = -1;
-        if (!points.finite(i) || !std::isfinite(radius))
+        if (i >= sized.size() || !sized.finite(i) || !std::isfinite(radius))
             dropped.non_finite++;
         else if (radius > 0) {
-            const float pixels = radius * view.pixels_per_unit(points[i]);
+            const float pixels = radius * view.pixels_per_unit(sized[i]);
             level[i] = int8_t(
                 std::find_if(LevelRadius, LevelRadius + Levels - 1, [&](float r) { return pixels < r; }) -
                 LevelRadius);
@@ -94,7 +98,7 @@ bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, con
                 continue;
             const Ball& ball = balls[level[i]];
             const float radius = 0.5f * widths.at(own_widths ? i : 0) * ball.scale;
-            const Vec3f center = points[i];
+            const Vec3f center = points.finite(i) ? points[i] : sized[i];
             for (size_t k = 0; k < ball.directions.size(); k++) {
                 const size_t v = first_vertex[i] + k;
                 for (int c = 0; c < 3; c++) {

@@ -18,7 +18,9 @@ class PolygonSurface : public Surface {
 
     bool prepare(const scene::Primitive& primitive, Journal& journal) {
         Dropped dropped;
-        m_pieces = cut_polygons(m_polygons, m_points, false, dropped);
+        m_pieces = cut_polygons(
+            m_polygons, m_hints.first ? control_points(*m_hints.first, m_render_from_object) : m_points,
+            false, dropped);
         if (m_polygons.truncated())
             dropped.bad_index++;
         dropped.report(m_polygons.count(), "polygons", primitive.where, journal);

@@ -69,6 +69,9 @@ class Surface {
 struct SurfaceHints {
     bool small_triangles =
         false; // a face becomes few micropolygons: triangles are better one collapsed quad than three
+    // The primitive as it was first, where this is a later shape of it: concave polygons are cut as they were
+    // there.
+    const scene::Primitive* first = nullptr;
 };
 std::unique_ptr<Surface> make_surface(const scene::Primitive& primitive, const Transform& render_from_object,
                                       Journal& journal, SurfaceHints hints = {});

@@ -243,18 +243,20 @@ void allocate_mesh(MeshParts& parts, size_t vertices, const Surface& surface) {
 }
 
 bool mesh_from_polygons(const scene::Primitive& primitive, const scene::PolygonMesh& mesh, const Transform& m,
-                        Journal& journal, MeshParts& out) {
+                        Journal& journal, MeshParts& out, const scene::Primitive* first) {
     const ControlPoints points = control_points(primitive, m);
+    const ControlPoints first_points = first ? control_points(*first, m) : ControlPoints{};
+    const ControlPoints& shape = first ? first_points : points; // what faces are made from
     const PolygonFaces faces(mesh, points.size());
     CornerFaces used;
-    if ((faces.sides() == 3 || faces.sides() == 4) && !faces.truncated() && all_usable(faces, points.xyz)) {
+    if ((faces.sides() == 3 || faces.sides() == 4) && !faces.truncated() && all_usable(faces, shape.xyz)) {
         used.sides = faces.sides();
         used.all_corners = true;
     } else {
         Dropped dropped;
         if (faces.truncated())
             dropped.bad_index++;
-        used = fan(cut_polygons(faces, points, false, dropped));
+        used = fan(cut_polygons(faces, shape, false, dropped));
         dropped.report(faces.count(), "polygons", primitive.where, journal);
     }
     const size_t corners = used.all_corners ? faces.corners() : used.corners.size();

@@ -29,8 +29,10 @@ void allocate_mesh(MeshParts& parts, size_t vertices, const Surface& surface);
 // The polygons as they are. Vertices are the scene's, split where face-varying or uniform data differ. Pairs
 // of triangles become quads where nine in ten do (see grid::TracedMesh), which changes no point of the
 // surface. False = nothing left.
+// `first`, here and below: of a later shape, the primitive as it was first; faces and counts of vertices are
+// made from that.
 bool mesh_from_polygons(const scene::Primitive& primitive, const scene::PolygonMesh& mesh, const Transform& m,
-                        Journal& journal, MeshParts& out);
+                        Journal& journal, MeshParts& out, const scene::Primitive* first = nullptr);
 // Calls visit(points, count) for the outlines of about `samples` faces spread over the mesh, in render space.
 template <class Visit>
 void sample_polygons(const scene::Primitive& primitive, const scene::PolygonMesh& mesh, const Transform& m,
@@ -38,10 +40,11 @@ void sample_polygons(const scene::Primitive& primitive, const scene::PolygonMesh
 
 // Ribbons: turned to the camera, or across "N" where it is given; three-sided tubes where there is no camera.
 bool mesh_from_curves(const scene::Primitive& primitive, const scene::Curves& curves, const Transform& m,
-                      const Viewpoint& view, Journal& journal, MeshParts& out);
+                      const Viewpoint& view, Journal& journal, MeshParts& out,
+                      const scene::Primitive* first = nullptr);
 // Spheres: octahedra, refined as their size in the picture asks; their mean silhouette has the sphere's area.
 bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, const Viewpoint& view,
-                      Journal& journal, MeshParts& out);
+                      Journal& journal, MeshParts& out, const scene::Primitive* first = nullptr);
 
 // Area-weighted vertex normals of the mesh, unit length (zero where there is no area), oriented as cross
 // products of the faces are, turned around by `flips`. Deterministic. `to` has 3 * stride floats.

@@ -45,12 +45,22 @@ struct Grid {
     // pole is not: it keeps its u and v.)
     std::array<int, 4> edge_cells{};
     bool flips = false; // cross(dPdu, dPdv) points to the inside
+    // Where it is later while the shutter is open, if it changes its shape: P and N at further times, evenly
+    // apart, laid out like those above. Shading happens once, at the first.
+    struct Step {
+        std::vector<float> P, N;
+    };
+    std::vector<Step> later;
 
     int vertices() const { return (nu + 1) * (nv + 1); }
     void allocate(int nu, int nv);
     Vec3f position(int i) const { return {P[i], P[stride + i], P[2 * stride + i]}; }
     Vec3f normal(int i) const { return {N[i], N[stride + i], N[2 * stride + i]}; }
 };
+
+// Shading turned normals (bumps) after `before` was taken of Grid::N: those of the later steps turn with
+// them, each by the rotation that takes the normal of the first step to that of the later one.
+void carry_normals(Grid& grid, const std::vector<float>& before);
 
 // The traced density: a subset of the shading lattice. Vertex (i, j) of the traced lattice is vertex (i *
 // step_u, j * step_v) of the shading lattice, except on edges coarser than that, where it is collapsed to the
@@ -62,6 +72,7 @@ struct TracedGrid {
     std::array<int, 4> edge_step{1, 1, 1,
                                  1}; // shading cells between vertices of each edge (Edge order); >= step
     std::vector<float> P;            // (mu + 1) * (mv + 1) xyz triples, ready for the ray tracer
+    std::vector<std::vector<float>> later; // the same for every Grid::Step
 };
 
 // A mesh that is already finer than the shading rate: traced as it is, shaded at its vertices (nu = vertices

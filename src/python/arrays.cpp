@@ -65,20 +65,66 @@ Rgb rgb(nb::handle value, const char* what) {
     return array.buffer.size() == 1 ? Rgb(array.buffer[0]) : vec3(value, what);
 }
 
-Transform transform(nb::handle value, const char* what) {
+using Doubles = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
+
+static Doubles doubles(nb::handle value) {
+    return nb::cast<Doubles>(nb::module_::import_("numpy").attr("ascontiguousarray")(value, "float64"));
+}
+
+static Transform matrix(const double* rows, size_t count) {
     Transform result;
+    for (size_t row = 0; row < count; row++)
+        for (size_t column = 0; column < 4; column++)
+            result.m[row][column] = rows[row * 4 + column];
+    return result;
+}
+
+Transform transform(nb::handle value, const char* what) {
     if (value.is_none())
-        return result;
-    using Array = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
-    const auto array =
-        nb::cast<Array>(nb::module_::import_("numpy").attr("ascontiguousarray")(value, "float64"));
+        return {};
+    const Doubles array = doubles(value);
     if (array.ndim() != 2 || array.shape(1) != 4 || (array.shape(0) != 3 && array.shape(0) != 4))
         throw nb::value_error(
             (std::string(what) + ": expected a 4x4 or 3x4 matrix that acts on columns").c_str());
-    for (size_t row = 0; row < array.shape(0); row++)
-        for (size_t column = 0; column < 4; column++)
-            result.m[row][column] = array.data()[row * 4 + column];
+    return matrix(array.data(), array.shape(0));
+}
+
+std::vector<double> sample_times(nb::handle times, size_t count, const char* what) {
+    std::vector<double> result(count);
+    if (times.is_none()) {
+        for (size_t i = 0; i < count; i++)
+            result[i] = count > 1 ? double(i) / double(count - 1) : 0;
+        return result;
+    }
+    const Doubles array = doubles(times);
+    if (array.ndim() != 1 || array.shape(0) != count)
+        throw nb::value_error((std::string("times: expected ") + std::to_string(count) +
+                               " numbers, as many as " + what + " has")
+                                  .c_str());
+    std::copy_n(array.data(), count, result.begin());
+    for (size_t i = 1; i < count; i++)
+        if (!(result[i - 1] < result[i]))
+            throw nb::value_error("times: they must rise");
     return result;
+}
+
+std::vector<TransformKey> transform_keys(nb::handle value, nb::handle times, const char* what) {
+    if (value.is_none())
+        return {{0, {}}};
+    const Doubles array = doubles(value);
+    if (array.ndim() == 2)
+        return {{0, transform(value, what)}};
+    if (array.ndim() != 3 || array.shape(0) < 1 || array.shape(2) != 4 ||
+        (array.shape(1) != 3 && array.shape(1) != 4))
+        throw nb::value_error((std::string(what) +
+                               ": expected a 4x4 or 3x4 matrix that acts on columns, or one for "
+                               "each time: (T, 4, 4)")
+                                  .c_str());
+    const std::vector<double> at = sample_times(times, array.shape(0), what);
+    std::vector<TransformKey> keys;
+    for (size_t i = 0; i < at.size(); i++)
+        keys.push_back({at[i], matrix(array.data() + i * array.shape(1) * 4, array.shape(1))});
+    return keys;
 }
 
 } // namespace kanuka::python

@@ -24,6 +24,11 @@ Rgb rgb(nb::handle value, const char* what);             // a number or three
 Vec3f vec3(nb::handle value, const char* what);          // three numbers
 Transform transform(nb::handle value, const char* what); // 4x4 or 3x4, acting on columns; None = identity
 
+// One matrix or (T, 4, 4), and the times that go with them (None = even from 0 to 1).
+std::vector<TransformKey> transform_keys(nb::handle value, nb::handle times, const char* what);
+// `count` rising numbers; None = even from 0 to 1.
+std::vector<double> sample_times(nb::handle times, size_t count, const char* what);
+
 std::string shape_text(const std::vector<size_t>& shape);
 
 } // namespace kanuka::python

@@ -17,6 +17,8 @@ struct Looks {
     std::string name;
     float shading_rate;
     bool visible_camera, double_sided, reverse_orientation;
+    nb::handle times; // of what moves
+    std::vector<std::string> lights_off, shadows_off;
 };
 
 std::shared_ptr<const scene::Attributes> attributes(const Looks& looks) {
@@ -50,7 +52,32 @@ std::shared_ptr<const scene::Attributes> attributes(const Looks& looks) {
     result->reverse_orientation = looks.reverse_orientation;
     result->visible_camera = looks.visible_camera;
     result->name = looks.name;
+    const auto link = [&](const char* name, const std::vector<std::string>& lights) {
+        if (!lights.empty())
+            result->user.set({.name = name, .type = Type::String, .strings = lights});
+    };
+    link("lighting:excludesubset", looks.lights_off);
+    link("shadow:excludesubset", looks.shadows_off);
     return result;
+}
+
+// An array with one slice for each time, (T, …), as T arrays; otherwise one.
+nb::list slices(nb::handle array, size_t dimensions) {
+    nb::list list;
+    nb::object even;
+    try {
+        even = nb::module_::import_("numpy").attr("asarray")(array);
+    } catch (nb::python_error&) { // what it is will be said where it is used
+    }
+    if (!even.is_valid() || nb::cast<size_t>(even.attr("ndim")) != dimensions + 1) {
+        list.append(array);
+        return list;
+    }
+    for (nb::handle slice : even)
+        list.append(slice);
+    if (list.size() == 0)
+        throw nb::value_error("points: there is no time at all");
+    return list;
 }
 
 scene::Value positions(nb::handle points) {
@@ -60,6 +87,28 @@ scene::Value positions(nb::handle points) {
     P.detail = Detail::Vertex;
     P.floats = float_rows(points, 3, "points").buffer;
     return P;
+}
+
+// The mesh in every shape that `points` (and `normals`) gives for a time.
+void add_shapes(scene::Primitive& primitive, nb::list points, nb::handle normals,
+                std::span<const DetailCount> counts, nb::handle times) {
+    if (points.size() < 2)
+        return;
+    const std::vector<double> at = sample_times(times, points.size(), "points");
+    const nb::list n = normals.is_none() ? nb::list() : slices(normals, 2);
+    if (n.size() > 1 && n.size() != points.size())
+        throw nb::value_error("normals: expected as many times as points has, or one");
+    auto motion = std::make_shared<scene::Motion>();
+    for (size_t i = 0; i < at.size(); i++) {
+        scene::Value P = positions(points[i]);
+        if (P.floats.size() != primitive.primvars.values[0].floats.size())
+            throw nb::value_error("points: they must be as many at all times");
+        motion->shapes.push_back({at[i], primitive.geometry, primitive.primvars});
+        motion->shapes.back().primvars.set(std::move(P));
+        if (n.size() > 1)
+            motion->shapes.back().primvars.set(primvar("normal N", n[i], counts));
+    }
+    primitive.motion = std::move(motion);
 }
 
 // Faces as an array (M, k), or flat with the number of corners of each.
@@ -106,6 +155,8 @@ Faces read_faces(nb::handle faces, nb::handle counts, size_t points) {
 struct MeshPrimvars {
     nb::handle normals, uv;
     nb::dict primvars;
+    nb::list points = {}; // at every time
+    nb::handle times = {};
 };
 
 void add_primvars(scene::Primitive& primitive, const MeshPrimvars& given, size_t points, const Faces& faces) {
@@ -115,11 +166,12 @@ void add_primvars(scene::Primitive& primitive, const MeshPrimvars& given, size_t
                                   {Detail::Uniform, faces.count},
                                   {Detail::Constant, 1}};
     if (!given.normals.is_none())
-        primitive.primvars.set(primvar("normal N", given.normals, counts));
+        primitive.primvars.set(primvar("normal N", slices(given.normals, 2)[0], counts));
     if (!given.uv.is_none())
         primitive.primvars.set(primvar("float[2] st", given.uv, counts));
     for (auto [key, value] : given.primvars)
         primitive.primvars.set(primvar(nb::cast<std::string>(key), value, counts));
+    add_shapes(primitive, given.points, given.normals, counts, given.times);
 }
 
 // Where primitives go: a scene's list or a group's, with the scene that hands out ids.
@@ -136,16 +188,25 @@ Place place(Group& g) {
 
 int add(Place place, scene::Primitive primitive, const Looks& looks) {
     primitive.attributes = attributes(looks);
-    primitive.world_from_object = transform(looks.transform, "transform");
+    const std::vector<TransformKey> places = transform_keys(looks.transform, looks.times, "transform");
+    primitive.world_from_object = places[0].transform;
+    if (places.size() > 1) {
+        auto motion = primitive.motion ? std::make_shared<scene::Motion>(*primitive.motion)
+                                       : std::make_shared<scene::Motion>();
+        motion->places = places;
+        primitive.motion = std::move(motion);
+    }
     primitive.id = place.scene.next_id++;
     place.primitives.push_back(std::move(primitive));
     return place.primitives.back().id;
 }
 
-int add_mesh(Place place, nb::handle points, nb::handle faces, nb::handle counts, const MeshPrimvars& given,
+int add_mesh(Place place, nb::handle points, nb::handle faces, nb::handle counts, MeshPrimvars given,
              const Looks& looks) {
     scene::Primitive primitive;
-    primitive.primvars.set(positions(points));
+    given.points = slices(points, 2);
+    given.times = looks.times;
+    primitive.primvars.set(positions(given.points[0]));
     const size_t vertices = primitive.primvars.values[0].items();
     const Faces f = read_faces(faces, counts, vertices);
     primitive.geometry = scene::PolygonMesh{{}, f.corners, f.vertices};
@@ -179,12 +240,14 @@ std::vector<scene::SubdivisionMesh::Tag> tags(const Creases& creases) {
 }
 
 int add_subdivision(Place place, nb::handle points, nb::handle faces, nb::handle counts,
-                    const std::string& scheme, const Creases& creases, const MeshPrimvars& given,
+                    const std::string& scheme, const Creases& creases, MeshPrimvars given,
                     const Looks& looks) {
     if (scheme != "catmull-clark" && scheme != "loop" && scheme != "bilinear")
         throw nb::value_error("scheme: expected \"catmull-clark\", \"loop\" or \"bilinear\"");
     scene::Primitive primitive;
-    primitive.primvars.set(positions(points));
+    given.points = slices(points, 2);
+    given.times = looks.times;
+    primitive.primvars.set(positions(given.points[0]));
     const size_t vertices = primitive.primvars.values[0].items();
     Faces f = read_faces(faces, counts, vertices);
     if (f.corners.empty())
@@ -207,7 +270,8 @@ int add_sphere(Place place, float radius, const Looks& looks) {
     "Shader | "                                                                                              \
     "None = None, "                                                                                          \
     "name: str = '', shading_rate: float = 1, visible_camera: bool = True, double_sided: bool = True, "      \
-    "reverse_orientation: bool = False"
+    "reverse_orientation: bool = False, times: Sequence[float] | None = None, "                              \
+    "lights_off: Sequence[str] = [], shadows_off: Sequence[str] = []"
 #define MESH_SIG                                                                                             \
     "(self, points: ArrayLike, faces: ArrayLike, counts: ArrayLike | None = None, *, normals: ArrayLike | "  \
     "None = None, "                                                                                          \
@@ -220,17 +284,19 @@ void bind(nb::class_<Owner>& c) {
          [](Owner& owner, nb::handle points, nb::handle faces, nb::handle counts, nb::handle normals,
             nb::handle uv, nb::dict primvars, nb::handle material, nb::handle transform,
             nb::handle area_light, std::string name, float shading_rate, bool visible, bool double_sided,
-            bool reverse) {
-             return add_mesh(
-                 place(owner), points, faces, counts, {normals, uv, primvars},
-                 {material, transform, area_light, name, shading_rate, visible, double_sided, reverse});
+            bool reverse, nb::handle times, std::vector<std::string> lights_off,
+            std::vector<std::string> shadows_off) {
+             return add_mesh(place(owner), points, faces, counts, {normals, uv, primvars},
+                             {material, transform, area_light, name, shading_rate, visible, double_sided,
+                              reverse, times, lights_off, shadows_off});
          },
          nb::arg("points"), nb::arg("faces"), nb::arg("counts") = nb::none(), nb::kw_only(),
          nb::arg("normals") = nb::none(), nb::arg("uv") = nb::none(), nb::arg("primvars") = nb::dict(),
          nb::arg("material") = nb::none(), nb::arg("transform") = nb::none(),
          nb::arg("area_light") = nb::none(), nb::arg("name") = "", nb::arg("shading_rate") = 1.0f,
          nb::arg("visible_camera") = true, nb::arg("double_sided") = true,
-         nb::arg("reverse_orientation") = false,
+         nb::arg("reverse_orientation") = false, nb::arg("times") = nb::none(),
+         nb::arg("lights_off") = nb::list(), nb::arg("shadows_off") = nb::list(),
          "Adds polygons and returns the primitive's id, as in the picture's 'id' layer.\n\n"
          "`points` (N, 3) float32 and `faces` (M, 3) or (M, 4) int32 are kept by reference, not copied: "
          "leave them\n"
@@ -240,7 +306,12 @@ void bind(nb::class_<Owner>& c) {
          "tells\n"
          "whether they are given for each vertex, face corner, face, or once. `area_light` is the radiance "
          "that\n"
-         "the surface sends out. `transform` is 4x4, acting on columns.",
+         "the surface sends out. `transform` is 4x4, acting on columns. Lights of `lights_off`, by name or "
+         "group, do not\n"
+         "shine on it; those of `shadows_off` shine through it.\n\n"
+         "What moves while the shutter is open (Options.shutter) is given for several times: `points` (T, N, "
+         "3),\n"
+         "`normals` alike or once, `transform` (T, 4, 4), at `times` (default: evenly from 0 to 1).",
          nb::sig("def add_mesh" MESH_SIG LOOKS_SIG ") -> int"))
         .def(
             "add_subdivision",
@@ -249,12 +320,14 @@ void bind(nb::class_<Owner>& c) {
                std::vector<std::vector<int32_t>> creases, std::vector<float> crease_sharpness,
                std::vector<int32_t> corners, std::vector<float> corner_sharpness, std::vector<int32_t> holes,
                bool interpolate_boundary, nb::handle material, nb::handle transform, nb::handle area_light,
-               std::string name, float shading_rate, bool visible, bool double_sided, bool reverse) {
+               std::string name, float shading_rate, bool visible, bool double_sided, bool reverse,
+               nb::handle times, std::vector<std::string> lights_off, std::vector<std::string> shadows_off) {
                 return add_subdivision(
                     place(owner), points, faces, counts, scheme,
                     {creases, crease_sharpness, corners, holes, corner_sharpness, interpolate_boundary},
                     {normals, uv, primvars},
-                    {material, transform, area_light, name, shading_rate, visible, double_sided, reverse});
+                    {material, transform, area_light, name, shading_rate, visible, double_sided, reverse,
+                     times, lights_off, shadows_off});
             },
             nb::arg("points"), nb::arg("faces"), nb::arg("counts") = nb::none(), nb::kw_only(),
             nb::arg("normals") = nb::none(), nb::arg("uv") = nb::none(), nb::arg("primvars") = nb::dict(),
@@ -264,7 +337,8 @@ void bind(nb::class_<Owner>& c) {
             nb::arg("interpolate_boundary") = true, nb::arg("material") = nb::none(),
             nb::arg("transform") = nb::none(), nb::arg("area_light") = nb::none(), nb::arg("name") = "",
             nb::arg("shading_rate") = 1.0f, nb::arg("visible_camera") = true, nb::arg("double_sided") = true,
-            nb::arg("reverse_orientation") = false,
+            nb::arg("reverse_orientation") = false, nb::arg("times") = nb::none(),
+            nb::arg("lights_off") = nb::list(), nb::arg("shadows_off") = nb::list(),
             "Adds a subdivision surface: arguments as add_mesh, and its creases as chains of vertices.",
             nb::sig("def add_subdivision" MESH_SIG
                     "scheme: str = 'catmull-clark', creases: Sequence[Sequence[int]] = [], "
@@ -274,15 +348,18 @@ void bind(nb::class_<Owner>& c) {
         .def(
             "add_sphere",
             [](Owner& owner, float radius, nb::handle material, nb::handle transform, nb::handle area_light,
-               std::string name, float shading_rate, bool visible, bool double_sided, bool reverse) {
-                return add_sphere(
-                    place(owner), radius,
-                    {material, transform, area_light, name, shading_rate, visible, double_sided, reverse});
+               std::string name, float shading_rate, bool visible, bool double_sided, bool reverse,
+               nb::handle times, std::vector<std::string> lights_off, std::vector<std::string> shadows_off) {
+                return add_sphere(place(owner), radius,
+                                  {material, transform, area_light, name, shading_rate, visible, double_sided,
+                                   reverse, times, lights_off, shadows_off});
             },
             nb::arg("radius") = 1.0f, nb::kw_only(), nb::arg("material") = nb::none(),
             nb::arg("transform") = nb::none(), nb::arg("area_light") = nb::none(), nb::arg("name") = "",
             nb::arg("shading_rate") = 1.0f, nb::arg("visible_camera") = true, nb::arg("double_sided") = true,
-            nb::arg("reverse_orientation") = false, "Adds a sphere about the origin of its own space.",
+            nb::arg("reverse_orientation") = false, nb::arg("times") = nb::none(),
+            nb::arg("lights_off") = nb::list(), nb::arg("shadows_off") = nb::list(),
+            "Adds a sphere about the origin of its own space.",
             nb::sig("def add_sphere(self, radius: float = 1, *, " LOOKS_SIG ") -> int"));
 }
 

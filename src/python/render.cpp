@@ -183,8 +183,8 @@ void bind_render(nb::module_& m) {
            std::optional<std::pair<int, int>> resolution, std::optional<std::array<float, 4>> crop,
            std::optional<float> shading_rate, std::optional<float> geometry_tolerance,
            std::optional<int> max_depth, std::optional<std::string> integrator, std::optional<uint32_t> seed,
-           const std::vector<std::string>& aovs, int lanes, std::optional<bool> strict_directions,
-           nb::handle progress, std::shared_ptr<Journal> journal) {
+           const std::vector<std::string>& aovs, std::optional<std::array<float, 2>> shutter, int lanes,
+           std::optional<bool> strict_directions, nb::handle progress, std::shared_ptr<Journal> journal) {
             render::Overrides o;
             o.progressions = progressions;
             o.threads = threads;
@@ -197,6 +197,9 @@ void bind_render(nb::module_& m) {
             o.integrator = integrator;
             o.seed = seed;
             o.aovs = aovs;
+            if (shutter && !((*shutter)[0] <= (*shutter)[1]))
+                throw nb::value_error("shutter: it must open before it closes");
+            o.shutter = shutter;
             o.lanes = lanes;
             return render(scene, o, strict_directions, progress, journal);
         },
@@ -204,8 +207,9 @@ void bind_render(nb::module_& m) {
         nb::arg("threads") = nb::none(), nb::arg("resolution") = nb::none(), nb::arg("crop") = nb::none(),
         nb::arg("shading_rate") = nb::none(), nb::arg("geometry_tolerance") = nb::none(),
         nb::arg("max_depth") = nb::none(), nb::arg("integrator") = nb::none(), nb::arg("seed") = nb::none(),
-        nb::arg("aovs") = nb::list(), nb::arg("lanes") = 0, nb::arg("strict_directions") = nb::none(),
-        nb::arg("progress") = nb::none(), nb::arg("journal") = nb::none(),
+        nb::arg("aovs") = nb::list(), nb::arg("shutter") = nb::none(), nb::arg("lanes") = 0,
+        nb::arg("strict_directions") = nb::none(), nb::arg("progress") = nb::none(),
+        nb::arg("journal") = nb::none(),
         "Renders a scene. Arguments go over the scene's own options; None leaves them.\n\n"
         "`progressions` is the number of paths a pixel, `shading_rate` multiplies every object's "
         "micropolygon area.\n"
@@ -222,7 +226,8 @@ void bind_render(nb::module_& m) {
                 "None, "
                 "shading_rate: float | None = None, geometry_tolerance: float | None = None, "
                 "max_depth: int | None = None, integrator: str | None = None, seed: int | None = None, "
-                "aovs: Sequence[str] = (), lanes: int = 0, strict_directions: bool | None = None, "
+                "aovs: Sequence[str] = (), shutter: tuple[float, float] | None = None, "
+                "lanes: int = 0, strict_directions: bool | None = None, "
                 "progress: Callable[[str, float], object] | None = None, journal: Journal | None = None) -> "
                 "Picture"));
     m.def(

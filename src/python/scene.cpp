@@ -6,41 +6,52 @@
 
 #include "python/arrays.h"
 #include "python/values.h"
+#include "scene/shutter.h"
 
 namespace kanuka::python {
 
 namespace {
 
-scene::Group::Instances instances(Scene& owner, const Group& group, nb::handle transforms) {
+scene::Group::Instances instances(Scene& owner, const Group& group, nb::handle transforms, nb::handle times) {
     if (group.owner.get() != &owner)
         throw nb::value_error("group: it belongs to another scene");
     const FloatArray array = float_array(transforms, "transforms");
-    if (array.shape.size() != 3 || array.shape[2] != 4 || (array.shape[1] != 3 && array.shape[1] != 4))
-        throw nb::value_error(
-            ("transforms: expected shape (N, 3, 4) or (N, 4, 4), got " + shape_text(array.shape)).c_str());
+    const auto& shape = array.shape;
+    const size_t d = shape.size();
+    if (d < 3 || d > 4 || shape[d - 1] != 4 || (shape[d - 2] != 3 && shape[d - 2] != 4) ||
+        (d == 4 && shape[0] == 0))
+        throw nb::value_error(("transforms: expected shape (N, 3, 4) or (N, 4, 4), or that for each time: "
+                               "(T, N, 3, 4); got " +
+                               shape_text(shape))
+                                  .c_str());
     scene::Group::Instances result;
     result.group = group.index;
     result.first_id = owner.next_id;
-    owner.next_id += int(array.shape[0]);
-    if (array.shape[1] == 3) {
+    if (d == 4 && shape[0] > 1)
+        result.times = sample_times(times, shape[0], "transforms");
+    if (shape[d - 2] == 3) {
         result.transforms = array.buffer;
-        return result;
+    } else {
+        std::vector<float> rows(array.buffer.size() / 16 * 12); // drop the last row
+        for (size_t i = 0; i < rows.size() / 12; i++)
+            std::copy_n(array.buffer.data() + i * 16, 12, rows.begin() + ptrdiff_t(i * 12));
+        result.transforms = std::move(rows);
     }
-    std::vector<float> rows(array.shape[0] * 12); // drop the last row
-    for (size_t i = 0; i < array.shape[0]; i++)
-        std::copy_n(array.buffer.data() + i * 16, 12, rows.begin() + ptrdiff_t(i * 12));
-    result.transforms = std::move(rows);
+    owner.next_id += int(result.count());
     return result;
 }
 
+constexpr const char* LightNames[] = {"distant", "point", "spot",   "environment", "ambient",
+                                      "quad",    "disk",  "sphere", "cylinder"};
+
 scene::Light::Kind light_kind(const std::string& name) {
-    constexpr const char* names[] = {"distant", "point", "spot", "environment", "ambient"};
-    for (int i = 0; i < 5; i++)
-        if (name == names[i])
+    std::string known;
+    for (size_t i = 0; i < std::size(LightNames); i++) {
+        if (name == LightNames[i])
             return scene::Light::Kind(i);
-    throw nb::value_error(("kind: \"" + name +
-                           "\" is not one of \"distant\", \"point\", \"spot\", \"environment\", \"ambient\"")
-                              .c_str());
+        known += (i > 0 ? ", \"" : "\"") + std::string(LightNames[i]) + "\"";
+    }
+    throw nb::value_error(("kind: \"" + name + "\" is not one of " + known).c_str());
 }
 
 // World from light: +z along `direction`, the origin at `position`.
@@ -58,8 +69,10 @@ Transform aim(const Vec3f& position, const Vec3f& direction) {
 
 void add_light(Scene& s, const std::string& kind, nb::handle amount, nb::handle position,
                nb::handle direction, nb::handle placement, float angle, float cone_angle,
-               float cone_delta_angle, float beam_distribution, float radius, const std::string& texture,
-               bool visible_camera, const std::string& name, nb::handle spectrum, const std::string& unit) {
+               float cone_delta_angle, float beam_distribution, nb::handle radius, float width, float height,
+               const std::string& texture, const std::string& profile, bool visible_camera,
+               const std::string& name, const std::string& group, nb::handle spectrum,
+               const std::string& unit) {
     scene::Light light;
     light.kind = light_kind(kind);
     light.amount = rgb(amount, "amount");
@@ -71,10 +84,14 @@ void add_light(Scene& s, const std::string& kind, nb::handle amount, nb::handle 
     light.cone_angle = cone_angle;
     light.cone_delta_angle = cone_delta_angle;
     light.beam_distribution = beam_distribution;
-    light.radius = radius;
+    const bool point = light.kind == scene::Light::Kind::Point || light.kind == scene::Light::Kind::Spot;
+    light.radius = radius.is_none() ? (point ? 0.0f : 0.5f) : nb::cast<float>(radius);
+    light.width = width, light.height = height;
     light.texture = texture;
+    light.profile = profile;
     light.visible_camera = visible_camera;
     light.name = name;
+    light.group = group;
     if (!spectrum.is_none())
         light.spectrum = spectrum_text(spectrum);
     light.unit = unit;
@@ -125,7 +142,7 @@ nb::dict summary(const Scene& s) {
     size_t placed = 0;
     const auto count_instances = [&](const std::vector<scene::Group::Instances>& list) {
         for (const auto& i : list)
-            placed += i.transforms.size() / 12;
+            placed += i.count();
     };
     count_instances(s.scene.instances);
     for (const scene::Group& g : s.scene.groups) {
@@ -135,9 +152,8 @@ nb::dict summary(const Scene& s) {
     nb::list lights;
     for (const scene::ShaderRef& l : s.scene.light_shaders)
         lights.append(l.name);
-    constexpr const char* light_names[] = {"distant", "point", "spot", "environment", "ambient"};
     for (const scene::Light& l : s.scene.lights)
-        lights.append(light_names[int(l.kind)]);
+        lights.append(LightNames[int(l.kind)]);
 
     nb::dict primitives, result, shaders;
     for (const auto& [name, n] : kinds)
@@ -158,9 +174,9 @@ nb::dict summary(const Scene& s) {
     result["max_depth"] = o.max_depth;
     result["integrator"] = o.integrator;
     result["displays"] = displays(o);
-    result["projection"] =
-        s.camera.camera.projection == scene::Camera::Projection::Perspective ? "perspective" : "orthographic";
+    result["projection"] = std::string(kind_of(s.camera.camera.projection).name);
     result["fov"] = s.camera.camera.fov;
+    result["shutter"] = nb::make_tuple(o.shutter_open, o.shutter_close);
     result["primitives"] = primitives;
     result["points"] = points;
     result["groups"] = s.scene.groups.size();
@@ -246,6 +262,24 @@ void bind_options(nb::module_& m) {
                 "What surface shaders do that no material can do is an error, not approximated.")
         .def_rw("array_room", &O::array_room,
                 "Values that shaders' arrays hold which grow in loops of unseen length.")
+        .def_prop_rw(
+            "shutter", [](const O& o) { return std::pair(o.shutter_open, o.shutter_close); },
+            [](O& o, std::pair<float, float> times) {
+                if (!(times.first <= times.second))
+                    throw nb::value_error("shutter: it must open before it closes");
+                o.shutter_open = times.first, o.shutter_close = times.second;
+            },
+            "when it opens and closes, in the times that moving things are given at; equal = no motion blur")
+        .def_prop_rw(
+            "shutter_opening", [](const O& o) { return o.shutter_opening; },
+            [](O& o, const std::vector<float>& opening) {
+                if (const auto fault = scene::fault_of_opening(opening))
+                    throw nb::value_error(("shutter_opening: " + *fault).c_str());
+                o.shutter_opening = opening;
+            },
+            "how it opens and closes, in fractions of its time: [] = at once; [a, b] = open from a, closing "
+            "from\n"
+            "b, linearly; ten numbers = along Bezier curves")
         .def_rw("shader_path", &O::shader_path)
         .def_rw("texture_path", &O::texture_path)
         .def_rw("archive_path", &O::archive_path)
@@ -260,20 +294,23 @@ void bind_scene(nb::module_& m) {
                             "Geometry that is placed any number of times; made by Scene.add_group().");
     nb::class_<Scene> scene(m, "Scene", "What is rendered: geometry, lights, camera, options.");
     bind_geometry(scene, group);
-    const char* instances_doc = "Places a group once for each matrix of (N, 3, 4) or (N, 4, 4), acting on "
-                                "columns. Float32 (N, 3, 4) is kept "
-                                "by reference.";
+    const char* instances_doc =
+        "Places a group once for each matrix of (N, 3, 4) or (N, 4, 4), acting on "
+        "columns. Float32 (N, 3, 4) is kept "
+        "by reference. Moving ones: (T, N, 3, 4) at `times` (default: evenly from 0 to 1).";
 
     group.def_prop_ro("name", [](const Group& g) { return g.get().name; })
         .def(
             "add_instances",
-            [](Group& g, const Group& child, nb::handle transforms) {
+            [](Group& g, const Group& child, nb::handle transforms, nb::handle times) {
                 if (child.index >= g.index)
                     throw nb::value_error("group: a group holds instances of groups made before it");
-                g.get().instances.push_back(instances(*g.owner, child, transforms));
+                g.get().instances.push_back(instances(*g.owner, child, transforms, times));
             },
-            nb::arg("group"), nb::arg("transforms"), instances_doc,
-            nb::sig("def add_instances(self, group: Group, transforms: ArrayLike) -> None"));
+            nb::arg("group"), nb::arg("transforms"), nb::arg("times") = nb::none(), instances_doc,
+            nb::sig("def add_instances(self, group: Group, transforms: ArrayLike, times: Sequence[float] | "
+                    "None = "
+                    "None) -> None"));
 
     scene.def(nb::init<>())
         .def_prop_ro(
@@ -299,34 +336,46 @@ void bind_scene(nb::module_& m) {
             nb::arg("name") = "")
         .def(
             "add_instances",
-            [](Scene& s, const Group& g, nb::handle transforms) {
-                s.scene.instances.push_back(instances(s, g, transforms));
+            [](Scene& s, const Group& g, nb::handle transforms, nb::handle times) {
+                s.scene.instances.push_back(instances(s, g, transforms, times));
             },
-            nb::arg("group"), nb::arg("transforms"), instances_doc,
-            nb::sig("def add_instances(self, group: Group, transforms: ArrayLike) -> None"))
+            nb::arg("group"), nb::arg("transforms"), nb::arg("times") = nb::none(), instances_doc,
+            nb::sig("def add_instances(self, group: Group, transforms: ArrayLike, times: Sequence[float] | "
+                    "None = None) -> None"))
         .def(
             "add_light", &add_light, nb::arg("kind"), nb::kw_only(),
             nb::arg("amount") = nb::make_tuple(1, 1, 1), nb::arg("position") = nb::make_tuple(0, 0, 0),
             nb::arg("direction") = nb::make_tuple(0, 0, -1), nb::arg("transform") = nb::none(),
             nb::arg("angle") = 0.0f, nb::arg("cone_angle") = 30.0f, nb::arg("cone_delta_angle") = 5.0f,
-            nb::arg("beam_distribution") = 2.0f, nb::arg("radius") = 0.0f, nb::arg("texture") = "",
-            nb::arg("visible_camera") = true, nb::arg("name") = "", nb::arg("spectrum") = nb::none(),
-            nb::arg("unit") = "",
-            "Adds a light: 'distant', 'point', 'spot', 'environment' or 'ambient'.\n\n"
+            nb::arg("beam_distribution") = 2.0f, nb::arg("radius") = nb::none(), nb::arg("width") = 1.0f,
+            nb::arg("height") = 1.0f, nb::arg("texture") = "", nb::arg("profile") = "",
+            nb::arg("visible_camera") = true, nb::arg("name") = "", nb::arg("group") = "",
+            nb::arg("spectrum") = nb::none(), nb::arg("unit") = "",
+            "Adds a light: 'distant', 'point', 'spot', 'environment', 'ambient', 'quad', 'disk', 'sphere' or "
+            "'cylinder'.\n\n"
             "`amount` is RGB: the irradiance of a distant light, the radiant intensity of a point or spot "
             "light, the\n"
-            "radiance of an environment or ambient light. `angle` is a distant light's diameter, "
-            "`cone_angle` a spot\n"
-            "light's half angle, both in degrees; `radius` makes a point or spot light a sphere.\n"
+            "radiance of all others. `angle` is a distant light's diameter, `cone_angle` a spot light's half "
+            "angle, both\n"
+            "in degrees. `radius` makes a point or spot light a soft one, and is the size of disks, spheres "
+            "and "
+            "cylinders\n"
+            "(0.5); a quad is `width` by `height`, along x and y, and a cylinder `height` long, along z. "
+            "Quads "
+            "and disks shine\n"
+            "along `direction`. `texture` is a picture for an environment or a quad, `profile` an IES file "
+            "for "
+            "a point or spot.\n"
             "`spectrum` is the light's, a Spectrum or the text that makes one; the amount is a filter before "
             "it. `unit`\n"
             "says that the amount is in lumen, candela, lux, nit or watt.",
             nb::sig("def add_light(self, kind: str, *, amount: Sequence[float] | float = (1, 1, 1), "
                     "position: Sequence[float] = (0, 0, 0), direction: Sequence[float] = (0, 0, -1), "
                     "transform: ArrayLike | None = None, angle: float = 0, cone_angle: float = 30, "
-                    "cone_delta_angle: float = 5, beam_distribution: float = 2, radius: float = 0, texture: "
-                    "str = '', "
-                    "visible_camera: bool = True, name: str = '', spectrum: Spectrum | str | None = None, "
+                    "cone_delta_angle: float = 5, beam_distribution: float = 2, radius: float | None = None, "
+                    "width: float = 1, height: float = 1, texture: str = '', profile: str = '', "
+                    "visible_camera: bool = True, name: str = '', group: str = '', spectrum: Spectrum | str "
+                    "| None = None, "
                     "unit: str = '') -> None"))
         .def(
             "add_light_shader",

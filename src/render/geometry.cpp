@@ -1,10 +1,12 @@
 #include "render/geometry.h"
 
 #include <cmath>
+#include <cstring>
 #include <mutex>
 
 #include "base/tasks.h"
 #include "color/photometry.h"
+#include "render/motion.h"
 
 namespace kanuka::render {
 
@@ -21,6 +23,10 @@ struct Prepared {
     store::Page page;
     std::shared_ptr<const shade::Material> material;
     bool empty = true;
+    // A primitive that moves as a whole is a group of its own: what it is when the shutter opens, in its
+    // place in the parent's space then, and from there to where it goes.
+    std::vector<MotionPath> path;
+    bool changes = false; // its shape
 };
 
 class GeometryBuilder {
@@ -41,6 +47,7 @@ class GeometryBuilder {
             if (m_pixels_per_unit[g] > 0)
                 add_primitives(scene.groups[g].primitives, Transform(), m_pixels_per_unit[g], desc);
             add_instances(scene.groups[g].instances, Transform(), desc);
+            m_group.push_back(int(m_out->groups.size()));
             m_out->groups.push_back(std::move(desc));
         }
         bvh::GroupDesc world;
@@ -66,8 +73,9 @@ class GeometryBuilder {
                 const Vec3f p = m_request.render_from_world.point({m[3], m[7], m[11]});
                 const float scale = scale_of(m);
                 const float distance = std::max(length(p) - scale, 0.1f * scale);
-                const float rate = camera.perspective ? camera.pixels_per_tangent / std::max(distance, 1e-6f)
-                                                      : camera.pixels_per_tangent;
+                const float rate = camera.projection != Projection::Orthographic
+                                       ? camera.pixels_per_tangent / std::max(distance, 1e-6f)
+                                       : camera.pixels_per_tangent;
                 m_pixels_per_unit[size_t(in.group)] =
                     std::max(m_pixels_per_unit[size_t(in.group)], rate * scale);
             }
@@ -89,7 +97,13 @@ class GeometryBuilder {
         // Runs of primitives are prepared in parallel and made resident in order: the same store for any
         // thread count, and never more than a run's pages twice in memory.
         constexpr size_t Run = 256;
-        const int first = int(m_out->store.shapes().size());
+        int first = int(m_out->store.shapes().size());
+        const auto close_run = [&] { // the shapes so far belong to the group itself
+            const int next = int(m_out->store.shapes().size());
+            if (next > first)
+                desc.shapes.push_back({first, next - first});
+            first = next;
+        };
         for (size_t begin = 0; begin < primitives.size() && !m_request.progress.cancelled(); begin += Run) {
             const size_t end = std::min(primitives.size(), begin + Run);
             std::vector<Prepared> prepared(end - begin);
@@ -106,7 +120,21 @@ class GeometryBuilder {
                     m_request.journal.warning(
                         primitives[begin + size_t(&p - prepared.data())].where,
                         "scattering inside this interior is not simulated yet; absorption is");
-                m_out->store.add_page(p.page, m_out->store.add_program(program), interior_of(program));
+                if (!p.path.empty())
+                    close_run();
+                m_out->store.add_page(
+                    p.page, m_out->store.add_program(program), interior_of(program),
+                    m_request.linking.of(primitives[begin + size_t(&p - prepared.data())].attributes.get()));
+                m_out->moving |= p.changes || !p.path.empty();
+                if (!p.path.empty()) {
+                    bvh::GroupDesc moving;
+                    moving.shapes.push_back({first, int(m_out->store.shapes().size()) - first});
+                    first = int(m_out->store.shapes().size());
+                    m_out->paths.push_back(std::move(p.path));
+                    desc.instances.push_back({int(m_out->groups.size()), {}, m_out->paths.back()});
+                    m_out->groups.push_back(std::move(moving));
+                    m_out->instanced = true;
+                }
                 const store::PageHeader& h = p.page.header();
                 m_request.stats.count.grids += h.shapes;
                 m_request.stats.count.vertices += h.vertices;
@@ -116,20 +144,27 @@ class GeometryBuilder {
             }
         }
         m_request.stats.count.primitives += primitives.size();
-        const int count = int(m_out->store.shapes().size()) - first;
-        if (count > 0)
-            desc.shapes.push_back({first, count});
+        close_run();
     }
 
-    void prepare(const scene::Primitive& primitive, const Transform& render_from_group, float pixels_per_unit,
+    void prepare(const scene::Primitive& declared, const Transform& render_from_group, float pixels_per_unit,
                  Prepared& out) {
         try {
+            MovingPrimitive moving;
+            if (declared.motion)
+                moving = in_shutter(declared, m_request.shutter);
+            const scene::Primitive& primitive = declared.motion ? moving.rest : declared;
             const Transform render_from_object = render_from_group * primitive.world_from_object;
             const auto start = Clock::now();
             out.material = m_request.shading.material(primitive, render_from_object, pixels_per_unit > 0);
             const shade::Material& material = *out.material;
             dice::DiceTarget target{render_from_object, pixels_per_unit,
                                     material.uniform() && !material.displaces(), material.emission_varies()};
+            target.later = moving.later;
+            if (!moving.places.empty()) {
+                out.path.emplace_back(moving.places, render_from_group, render_from_object.inverse());
+                target.also_from = views_of(out.path[0]);
+            }
             std::atomic<double> displacing{0};
             dice::Displace displace;
             if (material.displaces())
@@ -142,14 +177,30 @@ class GeometryBuilder {
             const double dicing = seconds_since(start);
             const auto shading_start = Clock::now();
             shade_and_encode(primitive, diced, material, out);
+            out.changes = !moving.later.empty();
             m_dice_time += std::max(0.0, dicing - displacing.load() / tasks::max_threads());
             m_shade_time += seconds_since(shading_start) + displacing.load() / tasks::max_threads();
         } catch (const std::exception& e) {
             out.empty = true;
-            m_request.journal.error(primitive.where, std::string("the primitive is left out: ") + e.what());
+            m_request.journal.error(declared.where, std::string("the primitive is left out: ") + e.what());
         }
         const std::lock_guard lock(m_progress_mutex);
         m_request.progress.update("dice", double(++m_done) / double(std::max<size_t>(m_total, 1)));
+    }
+
+    // A moving thing that the camera sees is seen as if the camera moved the other way.
+    std::vector<Transform> views_of(const MotionPath& path) const {
+        const dice::DicingCamera& camera = m_request.dice.camera;
+        std::vector<Transform> views;
+        for (size_t i = 1; i <= 4; i++) {
+            const Transform& render_from_camera =
+                camera.also_from.size() == 4 ? camera.also_from[i - 1] : camera.render_from_camera;
+            try {
+                views.push_back(path.at(double(i) / 4).inverse() * render_from_camera);
+            } catch (const Error&) { // flattened then
+            }
+        }
+        return views;
     }
 
     void shade_and_encode(const scene::Primitive& primitive, dice::Diced& diced,
@@ -176,7 +227,9 @@ class GeometryBuilder {
         tasks::parallel_for(count, [&](size_t i) {
             grid::Grid& g = diced.is_mesh ? diced.mesh_vertices : diced.grids[i]; // shading may set N: bumps
             if (!material.uniform()) {
+                const std::vector<float> normals = g.later.empty() ? std::vector<float>() : g.N;
                 material.shade(g, inputs[i]);
+                grid::carry_normals(g, normals);
                 m_request.stats.count.shader_evaluations += uint64_t(g.vertices());
             }
             shaded[i] = {&g, diced.is_mesh ? nullptr : &diced.traced[i],
@@ -189,6 +242,7 @@ class GeometryBuilder {
         if (primitive.attributes && primitive.attributes->area_light)
             spread_flux(*primitive.attributes->area_light, out.page);
         out.empty = false;
+        report_lights_without_area(primitive, out.page);
         if (bad > 0)
             m_request.journal.warning(primitive.where,
                                       std::to_string(bad) +
@@ -204,6 +258,23 @@ class GeometryBuilder {
         // The shading system made lumen of watt; what is left is geometry.
         const auto as = *unit == color::Unit::Watt ? color::Unit::Lumen : *unit;
         store::scale_emission(page, float(*color::photometric(1, as, {color::LightShape::Area, 0, area}, 0)));
+    }
+
+    void report_lights_without_area(const scene::Primitive& primitive, const store::Page& page) {
+        const store::PageHeader& h = page.header();
+        bool shines = false;
+        for (uint32_t e = 0; e < h.emitters; e++) {
+            store::Emitter emitter;
+            std::memcpy(&emitter, page.words.data() + h.emitters_at + e * (sizeof(store::Emitter) / 4),
+                        sizeof emitter);
+            if (emitter.area > 0)
+                return;
+            shines |= emitter.scale > 0;
+        }
+        if (shines)
+            m_request.journal.warning(primitive.where,
+                                      "a light of no area sheds no light: all its facets are "
+                                      "points or lines");
     }
 
     int interior_of(const grid::LayeringProgram& program) {
@@ -227,6 +298,10 @@ class GeometryBuilder {
                                 float(render_from_parent.m[2][3])};
         for (const auto& in : all) {
             // render_from_parent is a translation (or nothing), so only the last column moves.
+            if (in.moves()) {
+                add_moving_instances(in, render_from_parent, desc);
+                continue;
+            }
             std::vector<float> t(in.transforms.begin(), in.transforms.end());
             for (size_t i = 0; i + 12 <= t.size(); i += 12)
                 for (int r = 0; r < 3; r++)
@@ -234,7 +309,41 @@ class GeometryBuilder {
             m_request.stats.count.instances += t.size() / 12;
             m_out->instanced |= !t.empty();
             m_out->transforms.push_back(std::move(t));
-            desc.instances.push_back({in.group, m_out->transforms.back()});
+            desc.instances.push_back({m_group[size_t(in.group)], m_out->transforms.back()});
+        }
+    }
+
+    void add_moving_instances(const scene::Group::Instances& in, const Transform& render_from_parent,
+                              bvh::GroupDesc& desc) {
+        const size_t count = in.count();
+        std::vector<MotionPath> paths;
+        std::vector<float> still;
+        std::vector<TransformKey> keys(in.times.size());
+        for (size_t i = 0; i < count; i++) {
+            for (size_t k = 0; k < keys.size(); k++) {
+                keys[k].time = in.times[k];
+                const float* m = in.transforms.data() + 12 * (k * count + i);
+                for (size_t r = 0; r < 3; r++)
+                    for (size_t c = 0; c < 4; c++)
+                        keys[k].transform.m[r][c] = double(m[4 * r + c]);
+            }
+            if (const auto moving = keys_in_shutter(keys, m_request.shutter); !moving.empty()) {
+                paths.emplace_back(moving, render_from_parent);
+                continue;
+            }
+            still.resize(still.size() + 12);
+            MotionPath(keys, render_from_parent).at(m_request.shutter.open, still.data() + still.size() - 12);
+        }
+        m_request.stats.count.instances += count;
+        m_out->instanced |= count > 0;
+        m_out->moving |= !paths.empty();
+        if (!paths.empty()) {
+            m_out->paths.push_back(std::move(paths));
+            desc.instances.push_back({m_group[size_t(in.group)], {}, m_out->paths.back()});
+        }
+        if (!still.empty()) {
+            m_out->transforms.push_back(std::move(still));
+            desc.instances.push_back({m_group[size_t(in.group)], m_out->transforms.back()});
         }
     }
 
@@ -250,6 +359,7 @@ class GeometryBuilder {
     const GeometryRequest& m_request;
     std::unique_ptr<Geometry> m_out;
     std::vector<float> m_pixels_per_unit;
+    std::vector<int> m_group; // of the scene's groups among those of the BVH
     std::atomic<double> m_dice_time{0}, m_shade_time{0};
     std::mutex m_progress_mutex;
     size_t m_done = 0, m_total = 0;

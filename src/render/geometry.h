@@ -9,6 +9,8 @@
 #include "base/stats.h"
 #include "bvh/bvh.h"
 #include "dice/dice.h"
+#include "render/camera.h"
+#include "render/linking.h"
 #include "scene/scene.h"
 #include "shade/shade.h"
 #include "store/store.h"
@@ -19,7 +21,9 @@ struct Geometry {
     store::Store store;
     std::vector<bvh::GroupDesc> groups;         // the last is the world
     std::vector<std::vector<float>> transforms; // what the groups' instances point to
+    std::vector<std::vector<MotionPath>> paths; // and the moving ones
     bool instanced = false;
+    bool moving = false; // something moves while the shutter is open
 };
 
 struct GeometryRequest {
@@ -28,9 +32,11 @@ struct GeometryRequest {
     const color::Palette& palette;
     dice::DiceOptions dice;
     Transform render_from_world;
+    Shutter shutter;
     Journal& journal;
     Stats& stats;
     const Progress& progress;
+    const Linking& linking;
 };
 
 // Thread count changes nothing in what is built.

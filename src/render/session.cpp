@@ -9,6 +9,8 @@
 #include "render/aovs.h"
 #include "render/color_setup.h"
 #include "render/geometry.h"
+#include "scene/shutter.h"
+#include "shade/ies.h"
 #include "shade/lights.h"
 #include "transport/kernel.h"
 #include "transport/scene_data.h"
@@ -58,6 +60,8 @@ class BatchSession {
         m_options.max_depth = o.max_depth.value_or(m_options.max_depth);
         m_options.integrator = o.integrator.value_or(m_options.integrator);
         m_options.geometry_tolerance = o.geometry_tolerance.value_or(m_options.geometry_tolerance);
+        if (o.shutter)
+            m_options.shutter_open = (*o.shutter)[0], m_options.shutter_close = (*o.shutter)[1];
         m_shading_rate = o.shading_rate.value_or(1.0f);
         m_progressions = o.progressions.value_or(m_options.samples > 0 ? m_options.samples : 64);
         const auto names = integrator_names();
@@ -100,51 +104,14 @@ class BatchSession {
     }
 
   private:
-    // Rendering happens in a world whose origin is the eye, for precision far from the scene's own origin.
     void place_camera() {
-        const scene::Camera& c = m_scene.camera;
-        const Transform world_from_camera = c.camera_from_world.inverse();
-        m_eye = {world_from_camera.m[0][3], world_from_camera.m[1][3], world_from_camera.m[2][3]};
-        m_render_from_world = Transform::translate(-m_eye[0], -m_eye[1], -m_eye[2]);
-        const Transform render_from_camera = m_render_from_world * world_from_camera;
-
-        const float aspect = float(m_options.width) * m_options.pixel_aspect / float(m_options.height);
-        std::array<float, 4> screen = aspect >= 1 ? std::array<float, 4>{-aspect, aspect, -1, 1}
-                                                  : std::array<float, 4>{-1, 1, -1 / aspect, 1 / aspect};
-        if (c.screen_window)
-            screen = *c.screen_window;
-        transport::CameraView& v = m_camera;
-        v.perspective = c.projection == scene::Camera::Projection::Perspective;
-        const float half =
-            v.perspective ? std::tan(std::clamp(c.fov, 0.01f, 179.9f) * 0.5f * Pi / 180) : 1.0f;
-        v.left = screen[0] * half;
-        v.right = screen[1] * half;
-        v.bottom = screen[2] * half;
-        v.top = screen[3] * half;
-        v.width = m_options.width;
-        v.height = m_options.height;
-        for (int r = 0; r < 3; r++)
-            for (int k = 0; k < 4; k++)
-                v.render_from_camera[4 * r + k] = float(render_from_camera.m[r][k]);
-        v.near_clip = c.near_clip > 1e-3f ? c.near_clip : 0;
-        if (c.f_stop > 0 && c.f_stop < 1e10f && c.focal_length > 0) {
-            v.lens_radius = 0.5f * c.focal_length / c.f_stop;
-            v.focal_distance = c.focal_distance;
-        }
-        m_dice.camera.render_from_camera = render_from_camera;
-        m_dice.camera.perspective = v.perspective;
-        m_dice.camera.pixels_per_tangent = float(m_options.width) / std::abs(v.right - v.left);
-        m_dice.camera.near_clip = c.near_clip;
-        m_dice.camera.width = m_options.width;
-        m_dice.camera.height = m_options.height;
+        m_camera = render::place_camera(m_scene.camera, m_options, shutter());
+        m_dice.camera = m_camera.dicing;
         m_dice.shading_rate_scale = m_shading_rate;
         m_dice.geometry_tolerance = m_options.geometry_tolerance;
         m_dice.normal_tolerance = m_options.normal_tolerance;
-        m_forward = {float(render_from_camera.m[0][2]), float(render_from_camera.m[1][2]),
-                     float(render_from_camera.m[2][2])};
-        m_forward = normalize(m_forward);
-        m_camera_from_render = render_from_camera.inverse();
     }
+    Shutter shutter() const { return {double(m_options.shutter_open), double(m_options.shutter_close)}; }
 
     void build() {
         m_color = make_color_setup(m_scene, m_options, m_journal);
@@ -154,15 +121,18 @@ class BatchSession {
         so.texture_path = m_options.texture_path;
         so.standard_shaders = m_standard_shaders;
         so.lanes = m_lanes;
-        so.render_from_world = m_render_from_world;
-        so.camera_from_render = m_camera_from_render;
+        so.render_from_world = m_camera.render_from_world;
+        so.camera_from_render = m_camera.camera_from_render;
         so.aovs = m_aovs.names();
         m_shading = shade::ShadingSystem::create(so, m_scene, m_journal, m_stats);
-        m_geometry = build_geometry({m_scene, *m_shading, *m_color.palette, m_dice, m_render_from_world,
-                                     m_journal, m_stats, m_progress});
+        const Linking linking(m_scene, m_journal);
+        m_geometry =
+            build_geometry({m_scene, *m_shading, *m_color.palette, m_dice, m_camera.render_from_world,
+                            shutter(), m_journal, m_stats, m_progress, linking});
         {
             const ScopedTimer timer(m_stats.time.bvh_s);
             m_progress.update("build", 0);
+            number_emitters();
             const bool compact = m_stats.count.traced_polygons > 1000000;
             m_bvh = std::make_unique<bvh::Scene>(m_geometry->store, m_geometry->groups, compact);
             m_stats.bytes.bvh = m_bvh->bytes();
@@ -173,18 +143,25 @@ class BatchSession {
         in.aov_is_color = m_aovs.is_color();
         in.store = &m_geometry->store;
         in.bvh = m_bvh.get();
-        in.world = m_geometry->groups.back();
+        in.groups = m_geometry->groups;
         in.instanced = m_geometry->instanced;
         in.lights = m_scene.lights;
         for (scene::Light& l : m_shading->lights(m_scene.light_shaders, world_bounds()))
             in.lights.push_back(std::move(l));
         for (scene::Light& l : in.lights)
             shade::resolve_light_color(l, *m_color.palette, m_color.folders, m_journal);
+        linking.apply(in.lights);
         in.palette = m_color.palette.get();
         in.sensor = &m_color.sensor;
         load_environment(in);
-        in.render_from_world = m_render_from_world;
-        in.camera = m_camera;
+        load_tables(in);
+        in.render_from_world = m_camera.render_from_world;
+        in.camera = m_camera.view;
+        in.moving = m_geometry->moving;
+        if (const auto fault = scene::fault_of_opening(m_options.shutter_opening))
+            m_journal.warning({m_scene.file}, "the shutter's opening is not used: " + *fault);
+        else
+            in.shutter_quantiles = scene::shutter_quantiles(m_options.shutter_opening);
         try {
             m_filter = std::make_unique<film::Filter>(m_options.filter, m_options.filter_width[0],
                                                       m_options.filter_width[1]);
@@ -204,11 +181,23 @@ class BatchSession {
         m_stats.bytes.textures = m_shading->texture_bytes();
     }
 
+    // Emitting triangles in instances are asked for light, place by place, as long as there are not too many.
+    void number_emitters() {
+        constexpr int Most = 1 << 23; // a hierarchy of about half a gigabyte
+        const uint64_t without = bvh::number_emitters(m_geometry->store, m_geometry->groups, Most);
+        if (without > 0)
+            m_journal.warning(
+                {m_scene.file},
+                std::to_string(without) +
+                    " emitting triangles in instances are more than light is asked from (2^23): "
+                    "they are found by chance, with more noise");
+    }
+
     Bounds3f world_bounds() const {
         const Bounds3f b = m_bvh->bounds();
         if (b.empty())
             return b;
-        const Vec3f eye{float(m_eye[0]), float(m_eye[1]), float(m_eye[2])};
+        const Vec3f eye{float(m_camera.eye[0]), float(m_camera.eye[1]), float(m_camera.eye[2])};
         return {b.lo + eye, b.hi + eye};
     }
 
@@ -249,6 +238,26 @@ class BatchSession {
                                                  "\" cannot be used (" + e.what() +
                                                  "); give a latitude-longitude OpenEXR file");
                 light.texture.clear();
+            }
+        }
+    }
+
+    // Pictures on quads, photometric profiles of points and spots.
+    void load_tables(transport::SceneInputs& in) {
+        using Kind = scene::Light::Kind;
+        constexpr int MostColumns = 1024;
+        for (scene::Light& light : in.lights) {
+            if (light.kind == Kind::Quad && !light.texture.empty()) {
+                if (auto picture = shade::read_latlong(light.texture, MostColumns, light.where, m_journal)) {
+                    auto table = std::make_shared<scene::LightTable>();
+                    table->width = picture->width, table->height = picture->height;
+                    for (float& v : picture->rgb)
+                        v = std::isfinite(v) ? std::clamp(v, 0.0f, 1e6f) : 0.0f;
+                    table->rgb = std::move(picture->rgb);
+                    light.table = std::move(table);
+                }
+            } else if ((light.kind == Kind::Point || light.kind == Kind::Spot) && !light.profile.empty()) {
+                light.table = shade::read_ies(light.profile, light.where, m_journal);
             }
         }
     }
@@ -350,7 +359,8 @@ class BatchSession {
             picture.channels.push_back({o.name, o.half, std::vector<float>(m_pixels.size())});
         const size_t first_aov = m_aovs.add_channels(picture, m_pixels.size());
         const int across = (picture.width + BucketSize - 1) / BucketSize;
-        const Transform world_from_render = Transform::translate(m_eye[0], m_eye[1], m_eye[2]);
+        const Transform world_from_render =
+            Transform::translate(m_camera.eye[0], m_camera.eye[1], m_camera.eye[2]);
         for (int y = 0; y < picture.height; y++)
             for (int x = 0; x < picture.width; x++) {
                 const size_t i = size_t(y) * size_t(picture.width) + size_t(x);
@@ -372,7 +382,7 @@ class BatchSession {
                 normal = dot(normal, normal) > 0 ? normalize(normal) : Vec3f(0.0f);
                 put(normal.x), put(normal.y), put(normal.z);
                 const Vec3f p{s.position[0] * h, s.position[1] * h, s.position[2] * h};
-                put(s.hits > 0 ? dot(p, m_forward) : std::numeric_limits<float>::infinity());
+                put(s.hits > 0 ? dot(p, m_camera.forward) : std::numeric_limits<float>::infinity());
                 const Vec3f world = s.hits > 0 ? world_from_render.point(p) : Vec3f(0.0f);
                 put(world.x), put(world.y), put(world.z);
                 put(s.id);
@@ -409,10 +419,7 @@ class BatchSession {
     Window m_window;
     Clock::time_point m_start;
 
-    std::array<double, 3> m_eye;
-    Transform m_render_from_world, m_camera_from_render;
-    Vec3f m_forward;
-    transport::CameraView m_camera{};
+    PlacedCamera m_camera;
     dice::DiceOptions m_dice;
     std::unique_ptr<shade::ShadingSystem> m_shading;
     std::unique_ptr<Geometry> m_geometry;

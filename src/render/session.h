@@ -21,8 +21,9 @@ struct Overrides {
     std::optional<std::string> integrator;
     std::optional<uint32_t> seed;
     std::vector<std::string> aovs; // output parameters of surfaces, beside those that displays ask for
-    int lanes = 0;                 // transport and shading lanes: 1, 8, 16; 0 = widest
-    std::string standard_shaders;  // folder
+    std::optional<std::array<float, 2>> shutter; // opens, closes; equal = no motion blur
+    int lanes = 0;                               // transport and shading lanes: 1, 8, 16; 0 = widest
+    std::string standard_shaders;                // folder
 };
 
 struct Result {

@@ -4,7 +4,10 @@
 #pragma once
 
 #include <map>
+#include <set>
 
+#include "base/motion.h"
+#include "base/projection.h"
 #include "scene/values.h"
 
 namespace kanuka::scene {
@@ -46,6 +49,10 @@ struct Attributes {
     bool visible_camera = true;
     bool dice_flatness = true; // false: traced geometry = shading density
     std::array<float, 8> texture_coordinates{0, 0, 1, 0, 0, 1, 1, 1};
+    // Names of the lights that are on for it; null = all. User attributes say more: "lighting:subset" and
+    // "lighting:excludesubset" name lights or groups of them that alone, or do not, shine on it,
+    // "shadow:excludesubset" those that shine through it.
+    std::shared_ptr<const std::set<std::string>> lights_on;
     ValueList user; // every other Attribute call, as "category:name"
 };
 
@@ -110,6 +117,19 @@ struct Points {}; // primvars: P, width or constantwidth
 
 using Geometry = std::variant<PolygonMesh, SubdivisionMesh, PatchMesh, NuPatch, Quadric, Curves, Points>;
 
+// How a primitive moves and changes its shape. Times are those of Options::shutter_open and shutter_close;
+// between them everything goes linearly (turns: evenly), before the first and after the last it stands still.
+struct Motion {
+    std::vector<TransformKey> places; // world_from_object; none = it stays where Primitive says
+    struct Shape {
+        double time;
+        Geometry geometry; // of the same kind and topology
+        ValueList primvars;
+    };
+    std::vector<Shape>
+        shapes; // the first repeats the primitive's own (they share their buffers); none = keeps it
+};
+
 struct Primitive {
     Geometry geometry;
     ValueList primvars;
@@ -117,6 +137,7 @@ struct Primitive {
     std::shared_ptr<const Attributes> attributes;
     int id = 0; // counts from 1 in order of declaration: the "object id" AOV
     Location where;
+    std::shared_ptr<const Motion> motion; // null = still
 };
 
 // ---- instances
@@ -130,6 +151,10 @@ struct Group { // ObjectBegin … ObjectEnd; primitives' world_from_object is re
         // Row-major 3x4 group_from_child matrices, 12 floats each.
         Buffer<float> transforms;
         int first_id = 0;
+        // Two times or more: `transforms` holds all instances at the first, then all at the second, …
+        std::vector<double> times = {};
+        bool moves() const { return times.size() > 1; }
+        size_t count() const { return transforms.size() / 12 / (moves() ? times.size() : 1); }
     };
     std::vector<Instances> instances;
 };
@@ -159,32 +184,52 @@ struct LightTable {
 // arrive here already converted (L = Cl for a matte white surface facing a classic light: irradiance is pi
 // Cl).
 struct Light {
-    enum class Kind { Distant, Point, Spot, Environment, Ambient } kind = Kind::Distant;
-    Rgb amount{1, 1,
-               1}; // distant: irradiance; point, spot: radiant intensity; environment, ambient: radiance
+    enum class Kind {
+        Distant,
+        Point,
+        Spot,
+        Environment,
+        Ambient,
+        Quad,
+        Disk,
+        Sphere,
+        Cylinder
+    } kind = Kind::Distant;
+    Rgb amount{1, 1, 1};         // distant: irradiance; point, spot: radiant intensity; all others: radiance
     Transform world_from_light;  // points along +z, environment poles along +z
     float angle = 0;             // distant: angular diameter in degrees; 0 = a delta direction
     float cone_angle = 30;       // spot: half angle in degrees
     float cone_delta_angle = 5;  // spot: width of the smooth edge, degrees, inside the cone
     float beam_distribution = 2; // spot: exponent of the cosine (RISpec spotlight)
-    float radius = 0;            // point, spot: sphere radius; 0 = a delta position
-    std::string texture;         // environment: latitude-longitude picture; empty = constant
+    float radius = 0;            // point, spot: of a soft one; 0 = a delta position. disk, sphere, cylinder
+    float width = 1, height = 1; // quad: along x and y; it shines to +z, as a disk does. cylinder: along z
+    std::string texture;         // environment: latitude-longitude picture; quad: picture; empty = constant
+    std::string profile;         // point, spot: IES file; empty = none
     std::string spectrum;        // of the light (color::resolve_light); the amount filters it; empty = white
     std::string unit;            // of the amount: lumen, candela, lux, nit, watt; empty = radiometric
     bool visible_camera = true;
-    std::shared_ptr<const LightTable> table; // scales the amount, by direction or place; null = one
+    // Scales the amount, by direction or place; null = one. Of a quad: its picture, from the top (+y) down.
+    std::shared_ptr<const LightTable> table;
     std::string name;
+    std::string group; // names, parted by blanks
+    // Linking: bits of the sets of receivers that it shines on, and its bit where objects let it through.
+    int32_t lit_sets = -1, passes = 0;
     Location where;
 };
 
 struct Camera {
-    enum class Projection { Perspective, Orthographic } projection = Projection::Perspective;
-    float fov = 90;                                    // degrees, across the shorter side, as RISpec
+    using Projection = kanuka::Projection;
+    Projection projection = Projection::Perspective;
+    float fov = 90; // degrees, across the shorter side, as RISpec; fisheyes: of the whole image circle
     std::optional<std::array<float, 4>> screen_window; // left right bottom top
     // RISpec's camera space: x right, y up, +z into the picture (left-handed). World may be anything.
     Transform camera_from_world;
+    std::vector<TransformKey> motion; // of camera_from_world; none = still
     float near_clip = 1e-4f, far_clip = 1e30f;
     float f_stop = 0, focal_length = 0, focal_distance = 0; // 0 = pinhole
+    int blades = 0;                                         // of the iris: a regular polygon; below 3 = round
+    float blade_rotation = 0;                               // degrees, anticlockwise as the camera sees it
+    float squeeze = 1; // anamorphic: how many times higher than wide blurred lights are
 };
 
 struct Display {
@@ -227,6 +272,7 @@ struct Options {
     std::vector<Display> displays;
     std::optional<ShaderRef> imager;
     float shutter_open = 0, shutter_close = 0; // equal = no motion blur
+    std::vector<float> shutter_opening;        // how it opens and closes: scene/shutter.h; empty = at once
     ValueList user;                            // every other Option call, as "category:name"
 };
 

@@ -79,6 +79,7 @@ struct Collector {
 
     void count(const Primitive& p) {
         s.by_kind[std::string(kind_name(p.geometry))]++;
+        s.moving_primitives += p.motion != nullptr;
         for (const Value& v : p.primvars.values) {
             s.value_bytes += 4 * (v.floats.size() + v.ints.size());
             for (const std::string& text : v.strings)
@@ -146,18 +147,20 @@ Summary summarize(const Scene& scene) {
     for (const Primitive& p : scene.primitives) {
         collect.count(p);
         s.bounds.extend(transformed(p.world_from_object, object_bounds(p)));
+        if (p.motion)
+            for (const TransformKey& k : p.motion->places)
+                s.bounds.extend(transformed(k.transform, object_bounds(p)));
     }
     // Children have lower indices than their parents: one pass up gives every group's bounds and size.
     std::vector<Bounds3f> bounds(scene.groups.size());
     std::vector<size_t> sizes(scene.groups.size());
     const auto add = [&](const Group::Instances& instances, Bounds3f& to, size_t& size, size_t below) {
-        const size_t n = instances.transforms.size() / 12;
         if (instances.group < 0 || size_t(instances.group) >= below)
             return;
-        for (size_t i = 0; i < n; i++)
+        for (size_t i = 0; i < instances.transforms.size() / 12; i++) // at all times
             to.extend(
                 transformed(from_3x4(instances.transforms.data() + 12 * i), bounds[size_t(instances.group)]));
-        size += n * sizes[size_t(instances.group)];
+        size += instances.count() * sizes[size_t(instances.group)];
     };
     for (size_t g = 0; g < scene.groups.size(); g++) {
         const Group& group = scene.groups[g];
@@ -171,7 +174,8 @@ Summary summarize(const Scene& scene) {
             add(instances, bounds[g], sizes[g], g);
     }
     for (const Group::Instances& instances : scene.instances) {
-        s.instances += instances.transforms.size() / 12;
+        s.instances += instances.count();
+        s.moving_instances += instances.moves() ? instances.count() : 0;
         add(instances, s.bounds, s.instanced_primitives, scene.groups.size());
     }
     s.attribute_states = collect.states.size();
@@ -208,14 +212,17 @@ std::string to_json(const Summary& s, int indent) {
                    {"area_light_primitives", s.area_light_primitives}};
     j["attribute_states"] = s.attribute_states;
     j["coordinate_systems"] = s.coordinate_systems;
-    const bool perspective = s.camera.projection == Camera::Projection::Perspective;
-    j["camera"] = {{"projection", perspective ? "perspective" : "orthographic"},
+    j["camera"] = {{"projection", std::string(kind_of(s.camera.projection).name)},
                    {"fov", s.camera.fov},
                    {"near_clip", s.camera.near_clip},
                    {"far_clip", s.camera.far_clip},
                    {"f_stop", s.camera.f_stop},
                    {"focal_length", s.camera.focal_length},
                    {"focal_distance", s.camera.focal_distance},
+                   {"blades", s.camera.blades},
+                   {"blade_rotation", s.camera.blade_rotation},
+                   {"squeeze", s.camera.squeeze},
+                   {"moves", s.camera.motion.size() > 1},
                    {"camera_from_world", s.camera.camera_from_world.m}};
     if (s.camera.screen_window)
         j["camera"]["screen_window"] = *s.camera.screen_window;
@@ -234,6 +241,8 @@ std::string to_json(const Summary& s, int indent) {
                     {"geometry_tolerance", o.geometry_tolerance},
                     {"normal_tolerance", o.normal_tolerance},
                     {"seed", o.seed},
+                    {"shutter", {o.shutter_open, o.shutter_close}},
+                    {"shutter_opening", o.shutter_opening},
                     {"shader_path", o.shader_path},
                     {"texture_path", o.texture_path},
                     {"archive_path", o.archive_path}};
@@ -271,9 +280,13 @@ std::string to_text(const Summary& s) {
          counts_text(s.light_shaders) + (s.lights ? ", " + count(s.lights) + " analytic" : "") +
              (s.area_light_primitives ? ", " + count(s.area_light_primitives) + " emitting primitives" : ""));
     const Options& o = s.options;
-    line("camera", s.camera.projection == Camera::Projection::Perspective
-                       ? "perspective, " + number(s.camera.fov) + " degrees"
-                       : "orthographic");
+    const ProjectionKind& kind = kind_of(s.camera.projection);
+    line("camera", std::string(kind.name) +
+                       (kind.largest_fov > 0 ? ", " + number(s.camera.fov) + " degrees" : "") +
+                       (s.camera.motion.size() > 1 ? ", moving" : ""));
+    if (o.shutter_close > o.shutter_open)
+        line("shutter", number(o.shutter_open) + " to " + number(o.shutter_close) + " (" +
+                            count(s.moving_primitives + s.moving_instances) + " moving)");
     line("picture", count(size_t(o.width)) + " x " + count(size_t(o.height)) + ", " +
                         (o.samples ? count(size_t(o.samples)) + " samples, " : "") + o.filter + " filter " +
                         number(o.filter_width[0]) + " x " + number(o.filter_width[1]));

@@ -13,7 +13,8 @@ struct Summary {
     std::string file;
     size_t primitives = 0; // declared outside groups
     size_t groups = 0, group_primitives = 0;
-    size_t instances = 0;                  // top level
+    size_t instances = 0; // top level
+    size_t moving_primitives = 0, moving_instances = 0;
     size_t instanced_primitives = 0;       // primitives that the instances stand for, through all levels
     std::map<std::string, size_t> by_kind; // all declared primitives, groups' included
     size_t control_points = 0, faces = 0, curves = 0;

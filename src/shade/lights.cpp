@@ -6,6 +6,7 @@
 
 #include "color/photometry.h"
 #include "shade/search.h"
+#include "shade/sky.h"
 
 namespace kanuka::shade {
 
@@ -26,14 +27,26 @@ const std::vector<LightShader>& light_shaders() {
     static const std::vector<LightShader> table = {
         {"ambientlight", Ambient, {"intensity", "lightcolor", "spectrum", "unit"}},
         {"distantlight", Distant, {"intensity", "lightcolor", "spectrum", "unit", "from", "to", "angle"}},
-        {"pointlight", Point, {"intensity", "lightcolor", "spectrum", "unit", "from", "radius"}},
+        {"pointlight",
+         Point,
+         {"intensity", "lightcolor", "spectrum", "unit", "from", "to", "radius", "iesprofile"}},
         {"spotlight",
          Spot,
          {"intensity", "lightcolor", "spectrum", "unit", "from", "to", "coneangle", "conedeltaangle",
-          "beamdistribution", "radius"}},
+          "beamdistribution", "radius", "iesprofile"}},
         {"environmentlight",
          Environment,
          {"intensity", "lightcolor", "spectrum", "unit", "texture", "mapname", "visible"}},
+        {"quadlight",
+         Quad,
+         {"intensity", "lightcolor", "spectrum", "unit", "width", "height", "texture", "visible"}},
+        {"disklight", Disk, {"intensity", "lightcolor", "spectrum", "unit", "radius", "visible"}},
+        {"spherelight", Sphere, {"intensity", "lightcolor", "spectrum", "unit", "radius", "visible"}},
+        {"cylinderlight",
+         Cylinder,
+         {"intensity", "lightcolor", "spectrum", "unit", "radius", "height", "visible"}},
+        {"skylight", Environment, {"intensity", "lightcolor", "sundirection", "turbidity", "visible"}},
+        {"sunlight", Distant, {"intensity", "lightcolor", "sundirection", "turbidity", "angle"}},
     };
     return table;
 }
@@ -61,7 +74,7 @@ bool contains(std::span<const std::string_view> names, std::string_view name) {
 void check_parameters(const scene::ShaderRef& ref, std::span<const std::string_view> known,
                       std::span<const std::string_view> silent, Journal& journal) {
     for (const scene::Value& v : ref.parameters.values)
-        if (!contains(known, v.name) && !contains(silent, v.name))
+        if (!contains(known, v.name) && !contains(silent, v.name) && v.name != "group" && v.name != "__group")
             journal.warning(v.where.line > 0 ? v.where : ref.where, "light shader \"" + ref.name +
                                                                         "\" has no parameter \"" + v.name +
                                                                         "\"; it has " + joined(known));
@@ -80,18 +93,49 @@ void place(scene::Light& light, const scene::ShaderRef& ref) {
     light.world_from_light = aimed(m.point(from), m.point(to));
 }
 
+std::string find_file(const char* what, const std::string& name, const char* instead,
+                      const scene::ShaderRef& ref, const Textures& textures, Journal& journal) {
+    if (name.empty())
+        return {};
+    std::string file = textures.find(name);
+    if (file.empty())
+        journal.error(ref.where, std::string(what) + " \"" + name + "\" is not found; searched in " +
+                                     join_folders(textures.folders()) +
+                                     ". Add its folder: Option \"searchpath\" \"texture\" [\"FOLDER\"]. " +
+                                     instead);
+    return file;
+}
+
 void take_texture(scene::Light& light, const scene::ShaderRef& ref, const Textures& textures,
                   Journal& journal) {
     const std::string name = ref.parameters.get_string("texture", ref.parameters.get_string("mapname", ""));
-    if (name.empty())
+    if (light.kind == scene::Light::Kind::Environment)
+        light.texture = find_file("environment picture", name, "A constant environment stands in for it", ref,
+                                  textures, journal);
+    else
+        light.texture =
+            find_file("light picture", name, "The light is the same all over", ref, textures, journal);
+}
+
+// Values that must be positive.
+float size_of(const scene::ShaderRef& ref, std::string_view name, float fallback) {
+    const float size = ref.parameters.get_float(name, fallback);
+    return size > 0 ? size : 0.0f;
+}
+
+// Luminances are in units of 1000 cd/m^2. The sun's place is given in shader space, whose +z is the zenith.
+void take_daylight(scene::Light& light, const scene::ShaderRef& ref) {
+    const Vec3f sun = point_of(ref, "sundirection", {0.3f, 0.2f, 0.6f});
+    const float turbidity = ref.parameters.get_float("turbidity", 3);
+    if (light.kind == scene::Light::Kind::Environment) {
+        light.world_from_light = ref.world_from_shader;
+        light.table = preetham_sky(sun, turbidity);
         return;
-    light.texture = textures.find(name);
-    if (light.texture.empty())
-        journal.error(ref.where,
-                      "environment picture \"" + name + "\" is not found; searched in " +
-                          join_folders(textures.folders()) +
-                          ". Add its folder: Option \"searchpath\" \"texture\" [\"FOLDER\"]. A constant "
-                          "environment stands in for it");
+    }
+    light.world_from_light = aimed(ref.world_from_shader.point({0, 0, 0}), ref.world_from_shader.point(-sun));
+    light.amount = light.amount * preetham_sun(sun, turbidity);
+    // As wide as the sun is.
+    light.angle = std::clamp(ref.parameters.get_float("angle", 0.53f), 0.0f, 180.0f);
 }
 
 std::string_view standard_name(std::string_view name) {
@@ -180,6 +224,25 @@ double spot_solid_angle(const scene::Light& light) {
     return std::max(sum * 2 * double(Pi) * (1 - outer) / N, 1e-9);
 }
 
+// Of a light's surface, in the scene's units: scaled as the renderer scales it.
+double area_of(const scene::Light& light) {
+    double scale[3];
+    for (size_t c = 0; c < 3; c++)
+        scale[c] = std::hypot(light.world_from_light.m[0][c], light.world_from_light.m[1][c],
+                              light.world_from_light.m[2][c]);
+    const double r = double(light.radius) * scale[0];
+    switch (light.kind) {
+    case scene::Light::Kind::Quad:
+        return double(light.width) * scale[0] * double(light.height) * scale[1];
+    case scene::Light::Kind::Disk:
+        return double(Pi) * r * r;
+    case scene::Light::Kind::Cylinder:
+        return 2 * double(Pi) * r * double(light.height) * scale[2];
+    default:
+        return 4 * double(Pi) * r * r;
+    }
+}
+
 } // namespace
 
 Rgb area_light_amount(const scene::ShaderRef& ref, color::Palette* palette,
@@ -213,16 +276,19 @@ void resolve_light_color(scene::Light& light, color::Palette& palette, std::span
         measure.solid_angle = spot_solid_angle(light);
     else if (light.kind == Kind::Distant)
         measure.shape = color::LightShape::Distant;
-    else if (light.kind != Kind::Point)
+    else if (light.kind == Kind::Environment || light.kind == Kind::Ambient)
         measure.shape = color::LightShape::Environment;
+    else if (light.kind != Kind::Point)
+        measure.shape = color::LightShape::Area, measure.area = std::max(area_of(light), 1e-12);
     if (const auto factor = color::photometric(1, unit, measure, color::luminous_efficacy(power)))
         light.amount *= float(*factor);
     else
-        journal.error(light.where,
-                      "the unit \"" + light.unit +
-                          "\" does not measure such a light: points and spots take lumen, candela and watt, "
-                          "distant lights lux and watt, environments nit, lux and watt. The amount is taken "
-                          "as it is");
+        journal.error(
+            light.where,
+            "the unit \"" + light.unit +
+                "\" does not measure such a light: points and spots take lumen, candela and watt, "
+                "distant lights lux and watt, environments nit, lux and watt, lights with an area all. "
+                "The amount is taken as it is");
 }
 
 std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textures& textures,
@@ -240,11 +306,17 @@ std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textur
     light.name = ref.handle;
     light.where = ref.where;
     light.amount = light_amount(ref);
+    light.group = ref.parameters.get_string("group", ref.parameters.get_string("__group", ""));
+    // RISpec's light shaders hand Cl to a surface whose diffuse() multiplies it by the cosine alone. A white
+    // Lambertian surface reflects radiance E / pi, so Cl stands for an irradiance of pi Cl.
+    if (shader->name == "skylight" || shader->name == "sunlight") {
+        light.visible_camera = ref.parameters.get_float("visible", 1) != 0;
+        take_daylight(light, ref);
+        return light;
+    }
     light.spectrum = ref.parameters.get_string("spectrum", "");
     light.unit = ref.parameters.get_string("unit", "");
     const float classic = light.unit.empty() ? Pi : 1; // an amount with a unit is what it says
-    // RISpec's light shaders hand Cl to a surface whose diffuse() multiplies it by the cosine alone. A white
-    // Lambertian surface reflects radiance E / pi, so Cl stands for an irradiance of pi Cl.
     switch (light.kind) {
     case scene::Light::Kind::Distant:
         place(light, ref);
@@ -256,6 +328,8 @@ std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textur
         place(light, ref);
         light.amount *= classic; // Cl = intensity / r^2, so the radiant intensity is pi times `intensity`
         light.radius = std::max(0.0f, ref.parameters.get_float("radius", 0));
+        light.profile = find_file("photometric profile", ref.parameters.get_string("iesprofile", ""),
+                                  "The light shines without it", ref, textures, journal);
         light.cone_angle = ref.parameters.get_float("coneangle", 30 / Degrees) * Degrees;
         light.cone_delta_angle = ref.parameters.get_float("conedeltaangle", 5 / Degrees) * Degrees;
         light.beam_distribution = ref.parameters.get_float("beamdistribution", 2);
@@ -267,6 +341,17 @@ std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textur
         break;
     case scene::Light::Kind::Ambient:
         light.visible_camera = false;
+        break;
+    case scene::Light::Kind::Quad:
+    case scene::Light::Kind::Disk:
+    case scene::Light::Kind::Sphere:
+    case scene::Light::Kind::Cylinder:
+        light.world_from_light = ref.world_from_shader;
+        light.visible_camera = ref.parameters.get_float("visible", 1) != 0;
+        light.width = size_of(ref, "width", 1);
+        light.height = size_of(ref, "height", 1);
+        light.radius = size_of(ref, "radius", 0.5f);
+        take_texture(light, ref, textures, journal);
         break;
     }
     return light;

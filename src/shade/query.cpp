@@ -82,8 +82,7 @@ bool option(const sl::Query& q, std::string_view name, const scene::Options& o, 
     if (camera && name == "Clipping")
         return floats(q, {camera->near_clip, camera->far_clip});
     if (camera && name == "Projection")
-        return text(q, camera->projection == scene::Camera::Projection::Perspective ? "perspective"
-                                                                                    : "orthographic");
+        return text(q, kind_of(camera->projection).name);
     if (camera && name == "FieldOfView")
         return floats(q, {camera->fov});
     return value(q, o.user.find(name));

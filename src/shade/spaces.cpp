@@ -18,7 +18,11 @@ Transform screen_from_camera(const scene::Camera& camera) {
         t.m[2][3] = -n / (f - n);
         return t;
     }
-    const double tangent = std::tan(double(camera.fov) * 3.14159265358979323846 / 360);
+    // No matrix makes a fisheye's or a spherical picture: names of spaces mean a flat picture of 90 degrees
+    // there.
+    const double tangent = camera.projection == scene::Camera::Projection::Perspective
+                               ? std::tan(double(camera.fov) * 3.14159265358979323846 / 360)
+                               : 1;
     t.m[0][0] = t.m[1][1] = tangent > 0 ? 1 / tangent : 1;
     t.m[2] = {0, 0, f / (f - n), -f * n / (f - n)};
     t.m[3] = {0, 0, 1, 0};

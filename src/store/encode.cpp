@@ -20,6 +20,7 @@ struct Encoded {
     std::vector<uint32_t> table; // {offset into inputs, stride}
     std::vector<uint32_t> inputs;
     std::vector<float> positions;
+    std::vector<std::vector<float>> later; // positions at further steps
     std::vector<uint32_t> indices;
     std::vector<Emitter> emitters;
     uint64_t bad = 0;
@@ -143,6 +144,11 @@ class GridEncoder {
         return largest > 0 && std::isfinite(n.x + n.y + n.z) ? normalize(n * (1 / largest)) : Vec3f(0.0f);
     }
 
+    Vec3f later_normal(size_t step, int i) const {
+        const std::vector<float>& n = m_grid.later[step].N;
+        return {n[size_t(i)], n[size_t(m_grid.stride + i)], n[size_t(2 * m_grid.stride + i)]};
+    }
+
     // Vertices without a usable normal (poles, NaN) take that of the vertex before; the first ones, that of
     // the first that has one.
     void encode_normals() {
@@ -157,6 +163,9 @@ class GridEncoder {
             if (last == Vec3f(0.0f))
                 last = normals[size_t(i)];
         }
+        for (size_t k = 0; k < m_grid.later.size() && flat; k++)
+            for (int i = 0; i < m_count && flat; i++)
+                flat = later_normal(k, i) == later_normal(k, 0);
         const bool usable = !(last == Vec3f(0.0f));
         flat |= !usable;
         m_out.table.push_back(uint32_t(m_out.inputs.size()));
@@ -170,6 +179,11 @@ class GridEncoder {
                 m_out.shape.flags |= ShapeRecord::FlatNormal;
             for (float f : {last.x, last.y, last.z})
                 m_out.inputs.push_back(bits_of(f));
+            for (size_t k = 0; k < m_grid.later.size(); k++) {
+                const Vec3f n = unit(later_normal(k, 0)), kept = n == Vec3f(0.0f) ? last : n;
+                for (float f : {kept.x, kept.y, kept.z})
+                    m_out.inputs.push_back(bits_of(f));
+            }
             m_normals.assign(1, last);
             return;
         }
@@ -181,6 +195,11 @@ class GridEncoder {
             n = last;
             m_out.inputs.push_back(to_oct32(n));
         }
+        for (size_t k = 0; k < m_grid.later.size(); k++)
+            for (int i = 0; i < m_count; i++) {
+                const Vec3f n = unit(later_normal(k, i));
+                m_out.inputs.push_back(to_oct32(n == Vec3f(0.0f) ? normals[size_t(i)] : n));
+            }
         m_normals = std::move(normals);
     }
 
@@ -215,8 +234,9 @@ class GridEncoder {
 
     void encode_geometry() {
         ShapeRecord& s = m_out.shape;
-        s.albedo = -1;
+        s.links = 0;
         s.interior = -1;
+        s.motion_segments = int(m_grid.later.size());
         s.nu = m_grid.nu;
         s.nv = m_grid.nv;
         s.flags |= m_grid.flips ? ShapeRecord::Flips : 0;
@@ -225,10 +245,9 @@ class GridEncoder {
             s.flags |= ShapeRecord::Mesh | (mesh.vertices_per_face == 4 ? ShapeRecord::Quads : 0);
             s.mu = m_count;
             s.mv = int(mesh.indices.size() / mesh.vertices_per_face);
-            m_out.positions.resize(size_t(m_count) * 3);
-            for (int i = 0; i < m_count; i++)
-                for (int c = 0; c < 3; c++)
-                    m_out.positions[size_t(i) * 3 + c] = m_grid.P[size_t(c) * m_grid.stride + i];
+            m_out.positions = interleaved(m_grid.P);
+            for (const grid::Grid::Step& step : m_grid.later)
+                m_out.later.push_back(interleaved(step.P));
             m_out.indices = mesh.indices;
             return;
         }
@@ -242,6 +261,15 @@ class GridEncoder {
                 s.flags |= ShapeRecord::Collapsed;
         }
         m_out.positions.assign(t.P.begin(), t.P.begin() + size_t(t.mu + 1) * (t.mv + 1) * 3);
+        m_out.later = t.later;
+    }
+
+    std::vector<float> interleaved(const std::vector<float>& p) const {
+        std::vector<float> out(size_t(m_count) * 3);
+        for (int i = 0; i < m_count; i++)
+            for (int c = 0; c < 3; c++)
+                out[size_t(i) * 3 + size_t(c)] = p[size_t(c) * size_t(m_grid.stride) + size_t(i)];
+        return out;
     }
 
     // ---- emission
@@ -418,11 +446,15 @@ Page encode(std::span<const ShadedGrid> grids, const grid::LayeringProgram& prog
     h.tables_at = h.shapes_at + h.shapes * ShapeWords;
     h.inputs_at = h.tables_at + total.table;
     h.positions_at = round_up(h.inputs_at + total.inputs, 3);
-    h.indices_at = h.positions_at + total.positions;
+    // All positions at the first step, then all at the next one, …: the ray tracer finds a step at one
+    // distance.
+    const uint32_t segments = grids.empty() ? 0 : uint32_t(grids[0].grid->later.size());
+    h.indices_at = h.positions_at + total.positions * (segments + 1);
     h.emitters_at = h.indices_at + total.indices;
     h.emitters = total.emitters;
     h.words = h.emitters_at + total.emitters * uint32_t(sizeof(Emitter) / 4);
-    h.grid_bytes = (h.shapes * ShapeWords + total.table + total.positions + total.indices) * 4;
+    h.grid_bytes =
+        (h.shapes * ShapeWords + total.table + total.positions * (segments + 1) + total.indices) * 4;
     h.input_bytes = total.inputs * 4;
 
     Page page;
@@ -434,12 +466,15 @@ Page encode(std::span<const ShadedGrid> grids, const grid::LayeringProgram& prog
             e.table[w] += h.inputs_at + o.inputs;
         e.shape.slot_table = int32_t(h.tables_at + o.table);
         e.shape.positions = int32_t(h.positions_at + o.positions);
+        e.shape.motion_stride = int32_t(total.positions);
         e.shape.indices = e.indices.empty() ? -1 : int32_t(h.indices_at + o.indices);
         if (e.shape.emitter >= 0)
             e.shape.emitter = int32_t(o.emitters);
         bytes_at(page, h.tables_at + o.table, e.table);
         bytes_at(page, h.inputs_at + o.inputs, e.inputs);
         bytes_at(page, h.positions_at + o.positions, e.positions);
+        for (uint32_t k = 0; k < std::min(segments, uint32_t(e.later.size())); k++)
+            bytes_at(page, h.positions_at + (k + 1) * total.positions + o.positions, e.later[k]);
         bytes_at(page, h.indices_at + o.indices, e.indices);
         bytes_at(page, h.emitters_at + o.emitters * uint32_t(sizeof(Emitter) / 4), e.emitters);
         std::memcpy(page.words.data() + h.shapes_at + i * ShapeWords, &e.shape, sizeof e.shape);

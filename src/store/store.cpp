@@ -46,7 +46,15 @@ int Store::add_interior(const Interior& interior) {
     return int(m_interiors.size()) - 1;
 }
 
-int Store::add_page(const Page& page, int program, int interior) {
+int Store::add_links(const Links& links) {
+    for (size_t i = 0; i < m_links.size(); i++)
+        if (m_links[i] == links)
+            return int(i);
+    m_links.push_back(links);
+    return int(m_links.size()) - 1;
+}
+
+int Store::add_page(const Page& page, int program, int interior, const Links& links) {
     const PageHeader& h = page.header();
     const size_t base = (m_used + PageAlignment - 1) / PageAlignment * PageAlignment;
     if (base + h.words > m_capacity)
@@ -56,7 +64,7 @@ int Store::add_page(const Page& page, int program, int interior) {
     std::memcpy(m_arena + base, page.words.data(), size_t(h.emitters_at) * 4);
     m_used = base + h.emitters_at;
     const int first = int(m_shapes.size());
-    const int first_emitter = int(m_emitters.size());
+    const int first_emitter = int(m_emitters.size()), links_index = add_links(links);
     const auto absolute = [&](int32_t offset) {
         return offset < 0 ? offset : int32_t(base + size_t(offset));
     };
@@ -65,6 +73,7 @@ int Store::add_page(const Page& page, int program, int interior) {
         std::memcpy(&s, page.words.data() + h.shapes_at + i * ShapeWords, sizeof s);
         s.program = program;
         s.interior = interior;
+        s.links = links_index;
         s.slot_table = absolute(s.slot_table);
         s.positions = absolute(s.positions);
         s.indices = absolute(s.indices);

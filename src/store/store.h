@@ -39,11 +39,20 @@ struct ShapeRecord {
     int32_t emitter;    // first of its triangles among the emitters (two a cell or quad); -1 = does not emit
     int32_t object_id;
     int32_t interior; // index into Store::interiors; -1 = none
-    int32_t albedo;   // four words: mean albedo, for AOVs and roulette; unused = -1
-    int32_t reserved[2];
+    int32_t links;    // index into Store::links
+    // A shape that changes while the shutter is open: its positions (and normals) follow for every further
+    // step, steps evenly apart. 0 segments = still.
+    int32_t motion_segments;
+    int32_t motion_stride; // words from a position to where it is a step later
 };
 static_assert(sizeof(ShapeRecord) == 64);
 inline constexpr int ShapeWords = sizeof(ShapeRecord) / 4;
+
+// Triangles of a shape that emits: two a cell or quad.
+inline int emitter_count(const ShapeRecord& s) {
+    const bool mesh = s.flags & ShapeRecord::Mesh, quads = s.flags & ShapeRecord::Quads;
+    return mesh ? s.mv * (quads ? 2 : 1) : s.mu * s.mv * 2;
+}
 
 // One emitting triangle, in the space of its group. Radiance is constant over it: what next-event estimation
 // samples and what a path finds are the same by construction.
@@ -62,6 +71,14 @@ struct Interior {
     std::array<float, 4> absorption_spectrum{}; // uplift of sigma_a / scale: c0 c1 c2 scale, 1/m
     bool absorbs = false;
     bool operator==(const Interior&) const = default;
+};
+
+// Which lights shine on what, of a page's shapes.
+struct Links {
+    int32_t lit_sets = 1;     // light linking: the bit of the receivers' set that it is in,
+    int32_t shone_sets = -1;  // bits of the sets that it shines on, if it emits,
+    int32_t lets_through = 0; // and of the lights whose shadow rays pass through it (shadow linking)
+    bool operator==(const Links&) const = default;
 };
 
 struct PageHeader {
@@ -113,12 +130,15 @@ class Store {
 
     int add_program(const grid::LayeringProgram& program); // the index of an equal one, if there is
     int add_interior(const Interior& interior);
+    int add_links(const Links& links);
     // Makes a page resident; returns the index of its first shape. Not thread safe: the order of calls is the
     // order of shapes, and must not depend on threads.
-    int add_page(const Page& page, int program, int interior);
+    int add_page(const Page& page, int program, int interior, const Links& links = {});
 
     const std::vector<grid::LayeringProgram>& programs() const { return m_programs; }
     const std::vector<Interior>& interiors() const { return m_interiors; }
+    const std::vector<Links>& links() const { return m_links; } // 0 = the default
+    const Links& links_of(int shape) const { return m_links[size_t(m_shapes[size_t(shape)].links)]; }
     const std::vector<ShapeRecord>& shapes() const { return m_shapes; }
     const std::vector<Emitter>& emitters() const { return m_emitters; }
     // Word 0 of the arena.
@@ -137,6 +157,7 @@ class Store {
     std::vector<grid::WordLayout::Place> m_presence; // of each program; word -1 = always present
     std::vector<std::string> m_program_keys;
     std::vector<Interior> m_interiors;
+    std::vector<Links> m_links{Links()};
     std::vector<ShapeRecord> m_shapes;
     std::vector<Emitter> m_emitters;
     uint64_t m_grid_bytes = 0, m_input_bytes = 0;

@@ -34,6 +34,25 @@ struct ShapeLanes {
     Mask<W> has(int flag) const { return (flags & Int<W>(flag)) != Int<W>(0); }
 };
 
+// Between which steps of its shape's motion a hit is. Loaded only in scenes where something moves.
+template <int W>
+struct MotionLanes {
+    Mask<W> moving;
+    Int<W> segment, stride;
+    Float<W> f;
+
+    MotionLanes(const int32_t* shapes, Int<W> shape, Float<W> time) {
+        using R = store::ShapeRecord;
+        const Int<W> at = shape * Int<W>(store::ShapeWords);
+        const Int<W> segments = gather(shapes + offsetof(R, motion_segments) / 4, at);
+        stride = gather(shapes + offsetof(R, motion_stride) / 4, at);
+        moving = segments > Int<W>(0);
+        const Float<W> x = time * Float<W>(segments); // as the ray tracer has it
+        segment = max(min(to_int(x), segments - Int<W>(1)), Int<W>(0));
+        f = x - Float<W>(segment);
+    }
+};
+
 // Where on its shape a hit lies: the traced cell with local coordinates, and the triangle of the cell.
 template <int W>
 struct HitPlace {
@@ -251,17 +270,44 @@ class InputFetch {
 
     // The shading normal, in the space of the shape; zero where the shape has none.
     Vec3<Float<W>> normal(const ShapeLanes<W>& shape) const {
-        const Vec3<Float<W>> zero{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
-        return kanuka::select(shape.has(store::ShapeRecord::HasNormals), direction(m_code.words), zero);
+        Int<W> base, stride;
+        entry(m_code.words, base, stride);
+        return if_any(shape, direction_at(base, stride));
     }
-    // The direction of dPdu, likewise; of programs that need it.
-    Vec3<Float<W>> tangent() const { return direction(m_code.words + 1); }
+    // Where its shape is on its way.
+    Vec3<Float<W>> normal(const ShapeLanes<W>& shape, const MotionLanes<W>& motion) const {
+        Int<W> base, stride;
+        entry(m_code.words, base, stride);
+        // A step's normals lie behind those of the step before: three floats, or a word a vertex.
+        const Int<W> each =
+            kanuka::select(stride == Int<W>(0), Int<W>(3), (shape.nu + Int<W>(1)) * (shape.nv + Int<W>(1)));
+        base = kanuka::select(motion.moving, base + each * motion.segment, base);
+        const Vec3<Float<W>> a = direction_at(base, stride);
+        const Vec3<Float<W>> b = direction_at(kanuka::select(motion.moving, base + each, base), stride);
+        return if_any(shape, kanuka::select(motion.moving, a + (b - a) * motion.f, a));
+    }
+    // The direction of dPdu, in the same space; of programs that need it.
+    Vec3<Float<W>> tangent() const {
+        Int<W> base, stride;
+        entry(m_code.words + 1, base, stride);
+        return direction_at(base, stride);
+    }
 
   private:
-    // A unit vector that follows the words of the record.
-    Vec3<Float<W>> direction(int word) const {
-        Int<W> base, stride;
-        entry(word, base, stride);
+    void entry(int word, Int<W>& base, Int<W>& stride) const {
+        // And the next entry, or inputs.
+        const auto row = load_rows<4>(m_scene.words, m_table + Int<W>(2 * word));
+        base = bitcast_int(row[0]);
+        stride = bitcast_int(row[1]);
+    }
+
+    static Vec3<Float<W>> if_any(const ShapeLanes<W>& shape, const Vec3<Float<W>>& n) {
+        const Vec3<Float<W>> zero{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
+        return kanuka::select(shape.has(store::ShapeRecord::HasNormals), n, zero);
+    }
+
+    // A unit vector of the vertices around.
+    Vec3<Float<W>> direction_at(Int<W> base, Int<W> stride) const {
         const Mask<W> constant = stride == Int<W>(0);
         Vec3<Float<W>> n{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
         if (any(constant)) {
@@ -277,13 +323,6 @@ class InputFetch {
             n = kanuka::select(constant, n, sum);
         }
         return n;
-    }
-
-    void entry(int word, Int<W>& base, Int<W>& stride) const {
-        const auto row =
-            load_rows<4>(m_scene.words, m_table + Int<W>(2 * word)); // and the next entry, or inputs
-        base = bitcast_int(row[0]);
-        stride = bitcast_int(row[1]);
     }
 
     Vec3<Float<W>> interpolate_rgb11(Int<W> base, Int<W> stride, Mask<W> constant) const {

@@ -11,17 +11,19 @@ template <int W>
 class KernelOf final : public Kernel {
   public:
     explicit KernelOf(const SceneView& scene) : m_scene(scene), m(std::make_unique<Memory>()) {
-        if (scene.instanced)
+        if (scene.instanced) {
             for (auto& a : m->hits.world_from_shape)
                 a.assign(BatchPadded, 0.0f);
+            m->hits.slot_shift.assign(BatchPadded, 0);
+        }
         m->batch.aovs.assign(scene.aov_is_color.size() * BatchPadded, 0.0f);
     }
 
     void trace(const BatchRequest& request, BatchCounts& counts) override {
         PathState *paths = &m->paths[0], *next = &m->paths[1];
-        const int pixels = generate<W>(m_scene, request, m->batch, *paths);
+        const int pixels = (request.x1 - request.x0) * (request.y1 - request.y0);
+        int count = generate<W>(m_scene, request, m->batch, *paths);
         const uint32_t reversed = reverse_bits_scalar(request.progression);
-        int count = pixels;
         for (int bounce = 0; count > 0 && bounce <= m_scene.max_depth; bounce++) {
             counts.rays += uint64_t(count);
             intersect<W>(m_scene, m->batch, *paths, count, bounce, m->hits, m->runs);

@@ -3,335 +3,136 @@
 // 2014).
 #pragma once
 
-#include "transport/scene_view.h"
+#include "transport/light_shapes.h"
 
 namespace kanuka::transport {
 
-using bsdf::Spectrum;
-using bsdf::Wavelengths;
+template <int W>
+using PathRow = Row<W, PathState::Fields>;
 
-// Linear lookup in a table at 1 nm.
+// Where light is asked for.
 template <int W>
-Float<W> lookup_1nm(const float* table, Float<W> l) {
-    const Float<W> x = l * Float<W>(470.0f);
-    const Int<W> i = min(to_int(x), Int<W>(469));
-    const auto knots = load_rows<4>(table, i);
-    return fma(x - Float<W>(i), knots[1] - knots[0], knots[0]);
-}
-
-// A measured spectrum stands where c1 is color::Palette::TableMark: c0 is the number of its table.
-template <int W>
-Spectrum<W> select_measured(const SceneView& scene, Float<W> c0, Float<W> c1, Float<W> scale,
-                            const Float<W> l[Wavelengths], const Spectrum<W>& otherwise) {
-    const Mask<W> measured = c1 > Float<W>(1e38f);
-    if (!any(measured))
-        return otherwise;
-    // Bounded, for lanes that are off may hold anything.
-    const Int<W> last(int(scene.spectra.size() / 480) - 1);
-    const Int<W> base = min(max(to_int(select(measured, c0, Float<W>(0.0f))), Int<W>(0)), last) * Int<W>(480);
-    Spectrum<W> s;
-    for (int k = 0; k < Wavelengths; k++) {
-        const Float<W> x = l[k] * Float<W>(470.0f);
-        const Int<W> i = min(to_int(x), Int<W>(469));
-        const Float<W> a = gather(scene.spectra.data(), base + i),
-                       b = gather(scene.spectra.data() + 1, base + i);
-        s[k] = select(measured, fma(x - Float<W>(i), b - a, a) * scale, otherwise[k]);
-    }
-    return s;
-}
-
-// scale * S(lambda; c) * white, or a measured spectrum: how all amounts of light become spectra.
-template <int W>
-Spectrum<W> emission_spectrum(const SceneView& scene, Float<W> c0, Float<W> c1, Float<W> c2, Float<W> scale,
-                              const Float<W> l[Wavelengths]) {
-    Spectrum<W> s = bsdf::sigmoid_spectrum(c0, c1, c2, l) * scale;
-    for (int i = 0; i < Wavelengths; i++)
-        s[i] *= lookup_1nm(scene.wavelengths.lookup_white, l[i]);
-    return scene.spectra.empty() ? s : select_measured(scene, c0, c1, scale, l, s);
-}
-template <int W>
-Spectrum<W> emission_spectrum(const SceneView& scene, const float c[4], const Float<W> l[Wavelengths]) {
-    return emission_spectrum(scene, Float<W>(c[0]), Float<W>(c[1]), Float<W>(c[2]), Float<W>(c[3]), l);
-}
-
-template <int W>
-struct LightSample {
-    Vec3<Float<W>> wi; // unit
-    Float<W> distance;
-    Spectrum<W> radiance; // delta lights: radiance times the missing density
-    Float<W> pdf;         // over solid angle, choice included; delta: the choice alone
-    Mask<W> delta, valid;
+struct Receiver {
+    Vec3<Float<W>> P, N; // N: on the side that light comes from; zero = from everywhere
+    Mask<W> oriented;    // N is not zero
+    Int<W> set{1};       // light linking: store::Links::lit_sets
 };
 
-// ---- environment
-// ---------------------------------------------------------------------------------------------------
-
+// What the links of each lane's shape say.
 template <int W>
-struct MapPlace {
-    Float<W> x, y, sin_theta; // texel coordinates
-};
-
-template <int W>
-MapPlace<W> map_place(const EnvironmentMap& map, const Vec3<Float<W>>& d) {
-    const float* m = map.environment_from_render;
-    const auto row = [&](int r) {
-        return fma(Float<W>(m[3 * r]), d.x, fma(Float<W>(m[3 * r + 1]), d.y, Float<W>(m[3 * r + 2]) * d.z));
-    };
-    const Vec3<Float<W>> e = normalize(Vec3<Float<W>>(row(0), row(1), row(2)));
-    return {turn_of(e.y, e.x) * Float<W>(float(map.width)), acos_over_pi(e.z) * Float<W>(float(map.height)),
-            sqrt(max(Float<W>(1.0f) - e.z * e.z, Float<W>(1e-8f)))};
+Int<W> links_of(const SceneView& scene, Int<W> shape, int32_t store::Links::* field) {
+    const Int<W> at =
+        gather(scene.shapes + offsetof(store::ShapeRecord, links) / 4, shape * Int<W>(store::ShapeWords));
+    return gather(&(scene.links->*field), at * Int<W>(int(sizeof(store::Links) / 4)));
 }
 
-template <int W>
-Spectrum<W> map_radiance(const SceneView& scene, const MapPlace<W>& p, const Float<W> l[Wavelengths]) {
-    const EnvironmentMap& map = scene.map;
-    // Bilinear between texel centres; wraps in azimuth, stops at the poles.
-    const Float<W> x = p.x - Float<W>(0.5f), y = p.y - Float<W>(0.5f);
-    const Float<W> xf = floor(x), yf = floor(y);
-    const Int<W> w(map.width), last_row(map.height - 1), zero(0);
-    Int<W> i0 = to_int(xf), j0 = to_int(yf);
-    i0 = select(i0 < zero, i0 + w, i0);
-    i0 = min(max(i0, zero), w - Int<W>(1)); // a direction may be NaN
-    Int<W> i1 = i0 + Int<W>(1);
-    i1 = select(i1 >= w, i1 - w, i1);
-    j0 = min(max(j0, Int<W>(-1)), last_row);
-    const Int<W> j1 = min(j0 + Int<W>(1), last_row);
-    j0 = max(j0, zero);
-    const Float<W> fx = x - xf, fy = y - yf;
-    const auto texel = [&](Int<W> i, Int<W> j) {
-        const Int<W> at = (j * w + i) * Int<W>(3);
-        return Vec3<Float<W>>(gather(map.rgb.data(), at), gather(map.rgb.data() + 1, at),
-                              gather(map.rgb.data() + 2, at));
-    };
-    const Vec3<Float<W>> a = lerp(fx, texel(i0, j0), texel(i1, j0)),
-                         b = lerp(fx, texel(i0, j1), texel(i1, j1));
-    const Vec3<Float<W>> rgb = lerp(fy, a, b);
-    const Float<W> scale = max(max(max(rgb.x, rgb.y), rgb.z) * Float<W>(2.0f), Float<W>(1e-20f));
-    Float<W> c0, c1, c2;
-    bsdf::uplift(scene.uplift, rgb * (Float<W>(1.0f) / scale), c0, c1, c2);
-    return emission_spectrum(scene, c0, c1, c2, scale, l);
-}
+// ---- the hierarchy, in lanes
+// ---------------------------------------------------------------------------------------
 
-template <int W>
-Float<W> map_pdf(const EnvironmentMap& map, const MapPlace<W>& p) {
-    const Int<W> i = min(max(to_int(p.x), Int<W>(0)), Int<W>(map.width - 1));
-    const Int<W> j = min(max(to_int(p.y), Int<W>(0)), Int<W>(map.height - 1));
-    const Int<W> at = j * Int<W>(map.width + 1) + i;
-    const Float<W> row = gather(map.marginal.data() + 1, j) - gather(map.marginal.data(), j);
-    const Float<W> texel = gather(map.conditional.data() + 1, at) - gather(map.conditional.data(), at);
-    // Chance of the texel over its solid angle, 2 pi^2 sin(theta) / texels.
-    return row * texel * Float<W>(float(map.width) * float(map.height) / (2 * Pi * Pi)) / p.sin_theta;
-}
-
-// Largest i in [0, count) with table[i] <= u.
-template <int W>
-Int<W> search(const float* table, Int<W> base, int count, Float<W> u) {
-    Int<W> lo(0), size(count);
-    for (int span = count; span > 1; span = (span + 1) / 2) {
-        const Int<W> half = size >> 1;
-        const Int<W> mid = lo + half;
-        const Mask<W> right = (gather(table, base + mid) <= u) & (half > Int<W>(0));
-        lo = select(right, mid, lo);
-        size = select(right, size - half, half);
-        size = max(size, Int<W>(1));
+// Importances of a hierarchy of one node; lanes are points, and no lane differs from what the walk of
+// light_walk.cpp would do.
+template <int W, class Use>
+void flat_importances(const LightTree& tree, const Receiver<W>& r, Use&& use) {
+    using F = Float<W>;
+    const LightNode& n = tree.nodes[0];
+    for (int k = 0; k < LightNode::Width && n.power[k] > 0; k++) {
+        const LightChild<W> child{{F(n.x[k]), F(n.y[k]), F(n.z[k])},
+                                  F(n.radius[k]),
+                                  {F(n.axis_x[k]), F(n.axis_y[k]), F(n.axis_z[k])},
+                                  F(n.cos_spread[k]),
+                                  F(n.cos_reach[k]),
+                                  F(n.power[k])};
+        const F brings = light_importance(child, r.P, r.N, r.oriented);
+        use(k, select((Int<W>(n.sets[k]) & r.set) != Int<W>(0), brings, F(0.0f)));
     }
-    return lo;
 }
 
 template <int W>
-void sample_map(const SceneView& scene, Float<W> u0, Float<W> u1, LightSample<W>& s,
-                const Float<W> l[Wavelengths], Mask<W> m) {
-    const EnvironmentMap& map = scene.map;
-    const Int<W> j = search(map.marginal.data(), Int<W>(0), map.height, u1);
-    const Int<W> row = j * Int<W>(map.width + 1);
-    const Int<W> i = search(map.conditional.data(), row, map.width, u0);
-    const auto inside = [](const float* table, Int<W> at, Float<W> u) {
-        const Float<W> a = gather(table, at), b = gather(table + 1, at);
-        return clamp((u - a) / max(b - a, Float<W>(1e-20f)), Float<W>(0.0f), Float<W>(0.9999f));
-    };
-    MapPlace<W> p;
-    p.x = Float<W>(i) + inside(map.conditional.data(), row + i, u0);
-    p.y = Float<W>(j) + inside(map.marginal.data(), j, u1);
-    Float<W> st, ct, sp, cp;
-    sincos_2pi(p.y * Float<W>(0.5f / float(map.height)), st, ct);
-    sincos_2pi(p.x * Float<W>(1.0f / float(map.width)), sp, cp);
-    p.sin_theta = max(st, Float<W>(1e-4f));
-    const Vec3<Float<W>> e(st * cp, st * sp, ct);
-    const float* r = map.environment_from_render; // orthogonal: its transpose is its inverse
-    const auto column = [&](int c) {
-        return fma(Float<W>(r[c]), e.x, fma(Float<W>(r[3 + c]), e.y, Float<W>(r[6 + c]) * e.z));
-    };
-    s.wi = select(m, normalize(Vec3<Float<W>>(column(0), column(1), column(2))), s.wi);
-    s.radiance = bsdf::select(m, map_radiance(scene, p, l), s.radiance);
-    s.pdf = select(m, map_pdf(map, p), s.pdf);
+LightQuery query_of(const Receiver<W>& r, int i) {
+    LightQuery q{{r.P.x[i], r.P.y[i], r.P.z[i]}, {0, 0, 0}, r.set[i]};
+    if (r.oriented[i])
+        q.N = {r.N.x[i], r.N.y[i], r.N.z[i]};
+    return q;
 }
 
-// ---- choosing and sampling
-// -------------------------------------------------------------------------------------------
-
-// Does an emitter with these flags shine where the cosine to its normal is so much?
+// Picks a leaf for each lane of m; the chance is 0 where nothing can bring light. `u_more` goes on where the
+// digits of `u` end.
 template <int W>
-Mask<W> in_emission_cone(Int<W> flags, Float<W> cosine) {
-    return cosine * Float<W>(store::Emitter::ConeUnit) >= Float<W>((flags >> 1) & Int<W>(0xffff));
-}
-
-template <int W>
-void sample_emitters(const SceneView& scene, const Vec3<Float<W>>& P, Float<W> u_part, Float<W> u0,
-                     Float<W> u1, LightSample<W>& s, const Float<W> l[Wavelengths], Mask<W> m) {
-    // Alias table over emitters by power.
-    const int count = int(scene.alias_probability.size());
-    const Float<W> x = u_part * Float<W>(float(count));
-    Int<W> k = min(to_int(x), Int<W>(count - 1));
-    const Float<W> rest = x - Float<W>(k);
-    k = select(rest < gather(scene.alias_probability.data(), k), k, gather(scene.alias_other.data(), k));
-    k = gather(scene.sampled_emitters.data(), k);
-    const auto get = load_rows<sizeof(store::Emitter) / 4>(scene.emitters, k << 4);
-    const Vec3<Float<W>> p0(get[0], get[1], get[2]), e1(get[3], get[4], get[5]), e2(get[6], get[7], get[8]);
-    // Uniform on the triangle: fold the unit square along its diagonal.
-    const Mask<W> fold = u0 + u1 > Float<W>(1.0f);
-    const Float<W> b1 = select(fold, Float<W>(1.0f) - u0, u0), b2 = select(fold, Float<W>(1.0f) - u1, u1);
-    const Vec3<Float<W>> to = p0 + e1 * b1 + e2 * b2 - P;
-    const Float<W> d2 = max(dot(to, to), Float<W>(1e-20f)), d = sqrt(d2);
-    const Vec3<Float<W>> wi = to / d;
-    const Vec3<Float<W>> n = normalize(cross(e1, e2));
-    const Int<W> flags = bitcast_int(get[15]);
-    const Float<W> facing = select((flags & Int<W>(1)) != Int<W>(0), dot(n, wi), -dot(n, wi));
-    // Closer to its plane than positions are exact, nobody can say on which side of the emitter P lies.
-    const Float<W> blur = max(max(abs(P.x), abs(P.y)), abs(P.z)) * Float<W>(1.5e-6f);
-    const Mask<W> ok = m & (facing > Float<W>(1e-6f)) & (facing * d > blur) & in_emission_cone(flags, facing);
-    s.wi = select(m, wi, s.wi);
-    s.distance = select(m, d * Float<W>(0.9999f), s.distance);
-    s.radiance = bsdf::select(m, emission_spectrum(scene, get[9], get[10], get[11], get[12], l), s.radiance);
-    s.pdf = select(m, gather(scene.emitter_density.data(), k) * d2 / max(facing, Float<W>(1e-6f)), s.pdf);
-    s.valid &= ok | !m;
-}
-
-// RISpec's spotlight: a smooth edge inside the cone, and a power of the cosine.
-template <int W>
-Float<W> spot_falloff(const AnalyticLight& light, Float<W> cosine) {
+void pick_leaf(const LightTree& tree, const Receiver<W>& r, Float<W> u, Float<W> u_more, Mask<W> m,
+               Int<W>& leaf, Float<W>& chance) {
     using F = Float<W>;
-    const F t = clamp((cosine - F(light.cos_outer)) / F(std::max(light.cos_inner - light.cos_outer, 1e-6f)),
-                      F(0.0f), F(1.0f));
-    F beam(1.0f);
-    const int n = int(light.exponent);
-    for (int i = 0; i < n; i++)
-        beam *= cosine;
-    return t * t * (F(3.0f) - F(2.0f) * t) * max(beam, F(0.0f));
-}
-
-// What the table of a light says, times its amount; `to` leads from the light to the point, `d` is its
-// length.
-template <int W>
-Spectrum<W> table_spectrum(const SceneView& scene, const AnalyticLight& light, const Vec3<Float<W>>& to,
-                           Float<W> d, const Float<W> l[Wavelengths]) {
-    using F = Float<W>;
-    using I = Int<W>;
-    const float* m = light.light_from_render;
-    const auto row = [&](int r) {
-        return fma(F(m[3 * r]), to.x, fma(F(m[3 * r + 1]), to.y, F(m[3 * r + 2]) * to.z));
-    };
-    const F zero(0.0f), one(1.0f), width(float(light.width)), height(float(light.height));
-    const bool distant = scene::Light::Kind(light.kind) == scene::Light::Kind::Distant;
-    F x, y, lit(1.0f), layer(0.0f);
-    if (distant) {
-        const F scale(0.5f / light.extent);
-        x = fma(row(0), scale, F(0.5f)) * width;
-        y = fma(row(1), scale, F(0.5f)) * height;
-    } else {
-        const F inv = one / d;
-        const F theta = acos_over_pi(row(2) * inv) * F(Pi / light.angle);
-        lit = select(theta <= one, one, zero);
-        y = theta * height;
-        x = turn_of(row(1), row(0)) * width;
-        if (light.layers > 1) {
-            // Layers are a factor of two apart, so the exponent is the layer, and the mantissa goes between.
-            const I bits = bitcast_int(clamp(d * F(1 / light.nearest), one, F(1e9f)));
-            const F mantissa = bitcast_float((bits & I(0x7fffff)) | I(0x3f800000));
-            layer = F((bits >> 23) - I(127)) + (mantissa - one);
+    leaf = Int<W>(0);
+    chance = F(0.0f);
+    if (!tree.flat()) {
+        static_assert(W <= MostWalks);
+        LightQuery queries[W];
+        LightPick picks[W];
+        double numbers[W];
+        int count = 0;
+        for (uint32_t bits = m.bits(); bits; bits &= bits - 1) {
+            const int i = __builtin_ctz(bits);
+            queries[count] = query_of(r, i);
+            numbers[count++] = double(u[i]) + 0x1p-24 * double(u_more[i]);
         }
-        F falloff(1.0f);
-        for (int k = 0; k < light.falloff; k++)
-            falloff *= inv;
-        lit *= falloff;
-    }
-    const auto cell = [&](F v, int count, bool wraps, I& a, I& b) { // neighbours of v, between centres
-        v -= F(0.5f);
-        const F whole = floor(v);
-        a = to_int(whole);
-        b = a + I(1);
-        const I n(count), last(count - 1);
-        if (wraps) {
-            a = select(a < I(0), a + n, a);
-            b = select(b >= n, b - n, b);
+        pick_lights(tree, count, queries, numbers, picks);
+        count = 0;
+        for (uint32_t bits = m.bits(); bits; bits &= bits - 1, count++) {
+            const int i = __builtin_ctz(bits);
+            if (picks[count].leaf >= 0)
+                leaf.v[i] = picks[count].leaf, chance.v[i] = picks[count].chance;
         }
-        a = min(max(a, I(0)), last), b = min(max(b, I(0)), last); // v may be NaN, too
-        return clamp(v - whole, zero, one);
-    };
-    I i0, i1, j0, j1;
-    const F fx = cell(x, light.width, !distant, i0, i1), fy = cell(y, light.height, false, j0, j1);
-    const float* table = scene.light_tables.data() + light.table;
-    const auto at_layer = [&](I k) {
-        const auto texel = [&](I i, I j) {
-            const I at = ((k * I(light.height) + j) * I(light.width) + i) * I(3);
-            return Vec3<F>(gather(table, at), gather(table + 1, at), gather(table + 2, at));
-        };
-        return lerp(fy, lerp(fx, texel(i0, j0), texel(i1, j0)), lerp(fx, texel(i0, j1), texel(i1, j1)));
-    };
-    const F level = clamp(layer, zero, F(float(light.layers - 1)));
-    const I k0 = min(max(to_int(level), I(0)), I(light.layers - 1));
-    Vec3<F> rgb = at_layer(k0);
-    if (light.layers > 1)
-        rgb = lerp(level - F(k0), rgb, at_layer(min(k0 + I(1), I(light.layers - 1))));
-    // The table's spectrum, bounded as that of a surface, filters the light's own.
-    const F most = max(max(max(rgb.x, rgb.y), rgb.z), F(1e-20f));
-    F c0, c1, c2;
-    bsdf::uplift(scene.uplift, rgb * (one / most), c0, c1, c2);
-    return bsdf::sigmoid_spectrum(c0, c1, c2, l) * (most * lit);
-}
-
-template <int W>
-void sample_analytic(const SceneView& scene, const AnalyticLight& light, const Vec3<Float<W>>& P, Float<W> u0,
-                     Float<W> u1, LightSample<W>& s, const Float<W> l[Wavelengths], Mask<W> m) {
-    using Kind = scene::Light::Kind;
-    using F = Float<W>;
-    const Kind kind = Kind(light.kind);
-    const Spectrum<W> amount = emission_spectrum(scene, light.c, l);
-    const Vec3<F> axis(F(light.axis.x), F(light.axis.y), F(light.axis.z));
-    if (kind == Kind::Distant) {
-        // A cone of directions about -axis; the irradiance is `amount` for a surface facing it.
-        F sp, cp;
-        sincos_2pi(u0, sp, cp);
-        const F z = fma(u1, F(light.cos_angle) - F(1.0f), F(1.0f)), r = sqrt(max(F(1.0f) - z * z, F(0.0f)));
-        Vec3<F> t, b;
-        coordinate_frame(axis, t, b);
-        s.wi = select(m, normalize(t * (r * cp) + b * (r * sp) - axis * z), s.wi);
-        Spectrum<W> tinted = amount;
-        if (light.width > 0)
-            tinted = tinted * table_spectrum(
-                                  scene, light,
-                                  P - Vec3<F>(F(light.position.x), F(light.position.y), F(light.position.z)),
-                                  F(1.0f), l);
-        s.radiance = bsdf::select(m, tinted, s.radiance);
-        s.delta |= m;
         return;
     }
-    const Vec3<F> to = Vec3<F>(F(light.position.x), F(light.position.y), F(light.position.z)) - P;
-    const F d2 = max(dot(to, to), F(1e-20f)), d = sqrt(d2);
-    const Vec3<F> wi = to / d;
-    Spectrum<W> arrives;
-    if (light.width > 0)
-        arrives = amount * table_spectrum(scene, light, -to, d, l);
-    else
-        arrives = amount * (kind == Kind::Spot ? spot_falloff(light, -dot(wi, axis)) / d2 : F(1.0f) / d2);
-    s.wi = select(m, wi, s.wi);
-    s.distance = select(m, d, s.distance);
-    s.radiance = bsdf::select(m, arrives, s.radiance);
-    s.delta |= m;
+    F up_to[LightNode::Width], total(0.0f);
+    int count = 0;
+    flat_importances(tree, r, [&](int k, F brings) {
+        total += brings;
+        up_to[k] = total;
+        count++;
+    });
+    const F target = u * total;
+    F before(0.0f), share(0.0f);
+    Mask<W> open = m & (total > F(0.0f)) & is_finite(total);
+    for (int k = 0; k < count; k++) {
+        // The last child with a share takes what rounding leaves.
+        const Mask<W> here = open & (up_to[k] > before) & ((target < up_to[k]) | (up_to[k] >= total));
+        leaf = select(here, Int<W>(~tree.nodes[0].child[k]), leaf);
+        share = select(here, up_to[k] - before, share);
+        before = up_to[k];
+        open &= !here;
+    }
+    chance = select(m, share / max(total, F(1e-37f)), F(0.0f));
 }
+
+// The chance of pick_leaf() for a leaf a lane.
+template <int W>
+Float<W> chance_of_leaf(const LightTree& tree, const Receiver<W>& r, Int<W> leaf, Mask<W> m) {
+    using F = Float<W>;
+    F chance(0.0f);
+    if (tree.empty())
+        return chance;
+    if (!tree.flat()) {
+        for (uint32_t bits = m.bits(); bits; bits &= bits - 1) {
+            const int i = __builtin_ctz(bits);
+            chance.v[i] = chance_of_light(tree, query_of(r, i), leaf[i]);
+        }
+        return chance;
+    }
+    F total(0.0f), share(0.0f);
+    flat_importances(tree, r, [&](int k, F brings) {
+        const F before = total;
+        total += brings;
+        share = select(leaf == Int<W>(~tree.nodes[0].child[k]), total - before, share);
+    });
+    return select(m & (total > F(0.0f)) & is_finite(total), share / max(total, F(1e-37f)), F(0.0f));
+}
+
+// ---- choosing
+// ------------------------------------------------------------------------------------------------------
 
 // How often each choice of light is asked at a point: by an estimate of the irradiance it brings there
 // unshadowed, mixed with equal shares, so that none starves where the estimate is wrong. Exact where lights
-// are few; scenes with more fall back on equal shares.
+// are few; scenes with more have them in the hierarchy, or fall back on equal shares where they are distant.
 template <int W>
 class LightChances {
     using F = Float<W>;
@@ -339,35 +140,58 @@ class LightChances {
   public:
     static constexpr int Exact = 24;
 
-    LightChances(const SceneView& scene, const Vec3<F>& P, const Vec3<F>& N) : m_count(scene.choices) {
-        if (m_count > Exact || m_count < 2)
+    LightChances(const SceneView& scene, const Receiver<W>& r) : m_count(scene.choices) {
+        m_equal = F(m_count > 0 ? 1.0f / float(m_count) : 0.0f);
+        m_exact = m_count <= Exact && (m_count > 1 || scene.linked);
+        if (!m_exact)
             return;
-        F total(0.0f);
-        const auto set = [&](int choice, F brings) {
+        F total(0.0f), open(0.0f);
+        const auto set = [&](int choice, F brings, int32_t sets) {
+            F share(1.0f);
+            if (scene.linked) {
+                const Mask<W> shines = (r.set & Int<W>(sets)) != Int<W>(0);
+                brings = kanuka::select(shines, brings, F(0.0f));
+                share = kanuka::select(shines, F(1.0f), F(0.0f));
+                m_share[choice] = share;
+            }
             m_chance[choice] = brings;
             total += brings;
+            open += share;
         };
         if (scene.emitter_choice >= 0) {
             const Vec3f c = scene.emitter_center;
-            const Vec3<F> to = Vec3<F>(F(c.x), F(c.y), F(c.z)) - P;
-            set(scene.emitter_choice, F(scene.emitter_power) / max(dot(to, to), F(scene.emitter_radius2)));
+            const Vec3<F> to = Vec3<F>(F(c.x), F(c.y), F(c.z)) - r.P;
+            set(scene.emitter_choice, F(scene.emitter_power) / max(dot(to, to), F(scene.emitter_radius2)),
+                -1);
         }
         if (scene.map_choice >= 0)
-            set(scene.map_choice, F(scene.map_brings));
-        for (size_t k = 0; k < scene.lights.size(); k++)
-            set(scene.first_light_choice + int(k), brings(scene.lights[k], P, N));
-        const F scale = F(0.85f) / max(total, F(1e-20f)), share(0.15f / float(m_count));
-        for (int k = 0; k < m_count; k++)
-            m_chance[k] =
-                kanuka::select(total > F(1e-20f), fma(m_chance[k], scale, share), F(1.0f / float(m_count)));
+            set(scene.map_choice, F(scene.map_brings), scene.map_sets);
+        for (int k = 0; k < scene.lights_by_choice; k++)
+            set(scene.first_light_choice + k, brings(scene, k, r), scene.lights[size_t(k)].sets);
+        const Mask<W> some = total > F(1e-20f);
+        const F scale = F(0.85f) / max(total, F(1e-20f)), share = F(0.15f) / max(open, F(1.0f)),
+                alone = F(1.0f) / max(open, F(1.0f));
+        for (int k = 0; k < m_count; k++) {
+            m_chance[k] = kanuka::select(some, fma(m_chance[k], scale, share), alone);
+            if (scene.linked)
+                m_chance[k] *= m_share[k];
+        }
     }
     F of(int choice) const {
         if (choice < 0)
             return F(0.0f);
-        return m_count > Exact || m_count < 2 ? F(1.0f / float(m_count)) : m_chance[choice];
+        return m_exact ? m_chance[choice] : m_equal;
+    }
+    F of(Int<W> choice) const {
+        if (!m_exact)
+            return m_equal;
+        F chance(0.0f);
+        for (int k = 0; k < m_count; k++)
+            chance = kanuka::select(choice == Int<W>(k), m_chance[k], chance);
+        return chance;
     }
     Int<W> choose(F u) const {
-        if (m_count > Exact || m_count < 2)
+        if (!m_exact)
             return min(to_int(u * F(float(m_count))), Int<W>(m_count - 1));
         Int<W> choice(0);
         F from(0.0f);
@@ -379,28 +203,153 @@ class LightChances {
     }
 
   private:
-    static F brings(const AnalyticLight& light, const Vec3<F>& P, const Vec3<F>& N) {
-        using Kind = scene::Light::Kind;
-        const F amount(0.5f * light.c[3]);
-        const Vec3<F> axis(F(light.axis.x), F(light.axis.y), F(light.axis.z));
-        const auto facing = [&](F cosine) { return max(cosine, F(0.02f)); }; // surfaces may transmit, too
-        if (Kind(light.kind) == Kind::Distant)
-            return amount * facing(-dot(axis, N));
-        const Vec3<F> to = Vec3<F>(F(light.position.x), F(light.position.y), F(light.position.z)) - P;
-        const F d2 = max(dot(to, to), F(1e-20f)), inv = F(1.0f) / sqrt(d2);
-        const F b = amount / d2 * facing(dot(to, N) * inv);
-        return Kind(light.kind) == Kind::Spot ? b * spot_falloff(light, -dot(to, axis) * inv) : b;
+    static F brings(const SceneView& scene, int k, const Receiver<W>& r) {
+        const AnalyticLight& light = scene.lights[size_t(k)];
+        const LightBound& b = scene.bounds[size_t(k)];
+        const Vec3<F> axis(F(b.axis.x), F(b.axis.y), F(b.axis.z)),
+            center(F(b.center.x), F(b.center.y), F(b.center.z));
+        if (light.shape == AnalyticLight::Distant) // surfaces may transmit, too
+            return F(b.power) * kanuka::select(r.oriented, max(-dot(axis, r.N), F(0.02f)), F(0.5f));
+        const LightChild<W> child{center, F(b.radius), axis, F(b.cos_spread), F(b.cos_reach), F(b.power)};
+        F estimate = light_importance(child, r.P, r.N, r.oriented);
+        if (light.cos_outer > -2) {
+            const Vec3<F> from = r.P - center;
+            const F cosine = dot(from, axis) / sqrt(max(dot(from, from), F(1e-20f)));
+            estimate *= spot_falloff(F(light.cos_outer), F(light.cos_inner), Int<W>(light.exponent), cosine);
+        }
+        return estimate;
     }
 
     int m_count;
-    F m_chance[Exact];
+    bool m_exact;
+    F m_equal, m_chance[Exact], m_share[Exact];
+};
+
+// ---- sampling
+// ------------------------------------------------------------------------------------------------------
+
+// Does an emitter with these flags shine where the cosine to its normal is so much?
+template <int W>
+Mask<W> in_emission_cone(Int<W> flags, Float<W> cosine) {
+    return cosine * Float<W>(store::Emitter::ConeUnit) >= Float<W>((flags >> 1) & Int<W>(0xffff));
+}
+
+// Corner and sides of an emitting triangle in render space, and the normal of the side that shines, as long
+// as twice its area.
+template <int W>
+struct EmitterLanes {
+    using F = Float<W>;
+    Vec3<F> p0, e1, e2, n;
+    F c0, c1, c2, scale;
+    Int<W> flags;
+
+    // placement: index into SceneView::placements; -1 = it lies in render space
+    EmitterLanes(const SceneView& scene, Int<W> emitter, Int<W> placement) {
+        const auto e = load_rows<sizeof(store::Emitter) / 4>(scene.emitters, emitter << 4);
+        p0 = {e[0], e[1], e[2]}, e1 = {e[3], e[4], e[5]}, e2 = {e[6], e[7], e[8]};
+        c0 = e[9], c1 = e[10], c2 = e[11], scale = e[12];
+        flags = bitcast_int(e[15]);
+        F side = select((flags & Int<W>(1)) != Int<W>(0), F(-1.0f), F(1.0f));
+        const Mask<W> placed = placement >= Int<W>(0);
+        if (any(placed)) {
+            const Int<W> first = select(placed, placement, Int<W>(0)) * Int<W>(12);
+            F m[12];
+            for (int k = 0; k < 12; k++)
+                m[k] = gather(scene.placements.data() + k, first);
+            side = select(placed, transform(m, placed) * side, side);
+        }
+        n = cross(e1, e2) * side;
+    }
+    // Returns the sign of the determinant: normals turn over where a placement mirrors.
+    F transform(const F m[12], Mask<W> where) {
+        using V = Vec3<F>;
+        const V r0(m[0], m[1], m[2]), r1(m[4], m[5], m[6]), r2(m[8], m[9], m[10]);
+        const auto turn = [&](const V& v) { return V(dot(r0, v), dot(r1, v), dot(r2, v)); };
+        p0 = select(where, turn(p0) + V(m[3], m[7], m[11]), p0);
+        e1 = select(where, turn(e1), e1);
+        e2 = select(where, turn(e2), e2);
+        return copysign(F(1.0f), dot(r0, cross(r1, r2)));
+    }
 };
 
 template <int W>
-LightSample<W> sample_light(const SceneView& scene, const LightChances<W>& chances, const Vec3<Float<W>>& P,
+void sample_emitters(const SceneView& scene, const Vec3<Float<W>>& P, Int<W> emitter, Int<W> placement,
+                     Float<W> u0, Float<W> u1, LightSample<W>& s, const Float<W> l[Wavelengths], Mask<W> m,
+                     Float<W> chance) { // chance < 0: by the table of densities
+    using F = Float<W>;
+    const EmitterLanes<W> e(scene, emitter, placement);
+    // Uniform on the triangle: fold the unit square along its diagonal.
+    const Mask<W> fold = u0 + u1 > F(1.0f);
+    const F b1 = select(fold, F(1.0f) - u0, u0), b2 = select(fold, F(1.0f) - u1, u1);
+    const Vec3<F> to = e.p0 + e.e1 * b1 + e.e2 * b2 - P;
+    const F d2 = max(dot(to, to), F(1e-20f)), d = sqrt(d2);
+    const Vec3<F> wi = to / d;
+    const F twice = sqrt(max(dot(e.n, e.n), F(1e-37f)));
+    const F facing = -dot(e.n, wi) / twice;
+    const F density = scene.tree.empty() ? gather(scene.emitter_density.data(), emitter) * chance
+                                         : F(2.0f) * chance / twice;
+    // Closer to its plane than positions are exact, nobody can say on which side of the emitter P lies.
+    const F blur = max(max(abs(P.x), abs(P.y)), abs(P.z)) * F(1.5e-6f);
+    const Mask<W> ok = (facing > F(1e-6f)) & (facing * d > blur) & in_emission_cone(e.flags, facing);
+    s.wi = select(m, wi, s.wi);
+    s.distance = select(m, d * F(0.9999f), s.distance);
+    s.radiance = bsdf::select(m, emission_spectrum(scene, e.c0, e.c1, e.c2, e.scale, l), s.radiance);
+    s.pdf = select(m, density * d2 / max(facing, F(1e-6f)), s.pdf);
+    s.valid &= ok | !m;
+}
+
+// Lights of one shape, a lane each.
+template <int W>
+void sample_analytic(const SceneView& scene, int shape, Int<W> index, const Vec3<Float<W>>& P, Int<W> set,
+                     Float<W> u0, Float<W> u1, LightSample<W>& s, const Float<W> l[Wavelengths], Mask<W> m,
+                     Float<W> chance) {
+    using F = Float<W>;
+    using V = Vec3<F>;
+    using A = AnalyticLight;
+    const LightLanes<W> light(scene, select(m, index, Int<W>(0)));
+    if (scene.shadow_linked)
+        s.passes = select(m, light.get(&A::passes), s.passes);
+    if (scene.linked)
+        s.valid &= ((set & light.get(&A::sets)) != Int<W>(0)) | !m;
+    V place(F(0.0f), F(0.0f), F(0.0f));
+    if (shape == A::Distant) {
+        // A cone of directions about -axis; the irradiance is the amount for a surface facing it.
+        const V axis = light.get(&A::axis);
+        F sp, cp;
+        sincos_2pi(u0, sp, cp);
+        const F z = fma(u1, light.get(&A::cos_angle) - F(1.0f), F(1.0f)),
+                r = sqrt(max(F(1.0f) - z * z, F(0.0f)));
+        V t, b;
+        coordinate_frame(axis, t, b);
+        s.wi = select(m, normalize(t * (r * cp) + b * (r * sp) - axis * z), s.wi);
+        s.pdf = select(m, chance, s.pdf);
+        s.delta |= m;
+    } else if (shape == A::Delta) {
+        const V to = light.get(&A::position) - P;
+        const F d = sqrt(max(dot(to, to), F(1e-20f)));
+        s.wi = select(m, to / d, s.wi);
+        s.distance = select(m, d, s.distance);
+        s.pdf = select(m, chance, s.pdf);
+        s.delta |= m;
+    } else {
+        const LightPoint<W> point = sample_shape(shape, light, P, u0, u1, m);
+        s.wi = select(m, point.wi, s.wi);
+        s.distance = select(m, point.distance * F(0.9999f), s.distance);
+        s.pdf = select(m, point.pdf * chance, s.pdf);
+        s.valid &= point.valid | !m;
+        place = point.place;
+        if (scene.shadow_linked) // no ray finds what only this light's shadow rays pass through
+            s.delta |= m & (s.passes != Int<W>(0));
+    }
+    s.radiance = bsdf::select(m, light_arriving(scene, light, P, place, l, m), s.radiance);
+}
+
+template <int W>
+LightSample<W> sample_light(const SceneView& scene, const LightChances<W>& chances, const Receiver<W>& r,
                             Float<W> u_choice, Float<W> u_part, Float<W> u0, Float<W> u1,
                             const Float<W> l[Wavelengths], Mask<W> active) {
     using F = Float<W>;
+    using I = Int<W>;
     LightSample<W> s;
     s.wi = {F(0.0f), F(0.0f), F(1.0f)};
     s.distance = F(1e30f);
@@ -408,29 +357,201 @@ LightSample<W> sample_light(const SceneView& scene, const LightChances<W>& chanc
     s.pdf = F(1.0f);
     s.delta = Mask<W>(false);
     s.valid = active;
-    const Int<W> choice = chances.choose(u_choice);
+    s.passes = I(0);
+    const I choice = chances.choose(u_choice);
+    I analytic(-1);
+    F chance(0.0f);
+    if (scene.lights_by_choice > 0) {
+        const Mask<W> m = active & (choice >= I(scene.first_light_choice));
+        analytic = select(m, choice - I(scene.first_light_choice), analytic);
+        if (any(m))
+            chance = chances.of(choice);
+    }
     if (scene.emitter_choice >= 0) {
-        const Mask<W> m = active & (choice == Int<W>(scene.emitter_choice));
-        if (any(m)) {
-            sample_emitters(scene, P, u_part, u0, u1, s, l, m);
-            s.pdf = select(m, s.pdf * chances.of(scene.emitter_choice), s.pdf);
+        const Mask<W> m = active & (choice == I(scene.emitter_choice));
+        if (any(m) && scene.tree.empty()) {
+            // Alias table by area.
+            const int count = int(scene.alias_probability.size());
+            const F x = u_part * F(float(count));
+            I k = min(to_int(x), I(count - 1));
+            const F rest = x - F(k);
+            k = select(rest < gather(scene.alias_probability.data(), k), k,
+                       gather(scene.alias_other.data(), k));
+            k = gather(scene.sampled_emitters.data(), k);
+            sample_emitters(scene, r.P, k, I(-1), u0, u1, s, l, m, chances.of(scene.emitter_choice));
+        } else if (any(m)) {
+            I leaf;
+            F part;
+            pick_leaf(scene.tree, r, u_part, u_choice, m, leaf, part);
+            part *= chances.of(scene.emitter_choice);
+            s.valid &= (part > F(0.0f)) | !m;
+            const Mask<W> triangle = m & (leaf < I(scene.triangle_slots)) & (part > F(0.0f));
+            if (any(triangle)) {
+                I emitter = leaf + I(scene.first_emitter), placement(-1);
+                const Mask<W> placed = triangle & (leaf >= I(scene.world_slots));
+                if (any(placed)) {
+                    const I k = select(placed, leaf - I(scene.world_slots), I(0));
+                    emitter = select(placed, gather(scene.slot_emitter.data(), k), emitter);
+                    placement = select(placed, gather(scene.slot_placement.data(), k), placement);
+                }
+                emitter = select(triangle, emitter, I(0));
+                sample_emitters(scene, r.P, emitter, placement, u0, u1, s, l, triangle, part);
+            }
+            const Mask<W> other = m & (leaf >= I(scene.triangle_slots)) & (part > F(0.0f));
+            analytic = select(other, leaf - I(scene.triangle_slots), analytic);
+            chance = select(other, part, chance);
         }
     }
     if (scene.map_choice >= 0) {
-        const Mask<W> m = active & (choice == Int<W>(scene.map_choice));
+        const Mask<W> m = active & (choice == I(scene.map_choice));
         if (any(m)) {
             sample_map(scene, u0, u1, s, l, m);
             s.pdf = select(m, s.pdf * chances.of(scene.map_choice), s.pdf);
+            if (scene.linked)
+                s.valid &= ((r.set & I(scene.map_sets)) != I(0)) | !m;
         }
     }
-    for (size_t k = 0; k < scene.lights.size(); k++) {
-        const Mask<W> m = active & (choice == Int<W>(scene.first_light_choice + int(k)));
-        if (any(m)) {
-            sample_analytic(scene, scene.lights[k], P, u0, u1, s, l, m);
-            s.pdf = select(m, chances.of(scene.first_light_choice + int(k)), s.pdf);
+    const Mask<W> some = active & (analytic >= I(0));
+    if (any(some)) {
+        const I shapes = LightLanes<W>(scene, select(some, analytic, I(0))).get(&AnalyticLight::shape);
+        for (uint32_t kinds = scene.light_shapes; kinds; kinds &= kinds - 1) {
+            const int shape = __builtin_ctz(kinds);
+            const Mask<W> m = some & (shapes == I(shape));
+            if (any(m))
+                sample_analytic(scene, shape, analytic, r.P, r.set, u0, u1, s, l, m, chance);
         }
     }
+    if (scene.linked)
+        s.valid &= s.pdf > F(0.0f); // no light shines on some
     return s;
+}
+
+// ---- lights that rays meet
+// ------------------------------------------------------------------------------------------------
+
+// The receiver that a ray left, as its light was asked for.
+template <int W>
+Receiver<W> receiver_left(const SceneView& scene, const PathState& paths, const PathRow<W>& ray,
+                          Int<W> slot) {
+    using F = Float<W>;
+    Receiver<W> r;
+    r.P = vector_of(ray, PathState::Origin);
+    r.N = {gather(paths.ask_n[0], slot), gather(paths.ask_n[1], slot), gather(paths.ask_n[2], slot)};
+    r.oriented = dot(r.N, r.N) > F(0.0f);
+    if (scene.linked)
+        r.set = gather(paths.ask_set, slot);
+    return r;
+}
+
+// Density over area with which light sampling would have asked for an emitting triangle that a ray met, the
+// choice of emitters left out.
+template <int W>
+Float<W> met_emitter_density(const SceneView& scene, const PathState& paths, const PathRow<W>& ray,
+                             const HitState& hits, Int<W> slot, Int<W> emitter, Mask<W> m) {
+    using F = Float<W>;
+    using I = Int<W>;
+    if (scene.tree.empty())
+        return scene.emitter_density.empty() ? F(0.0f) : gather(scene.emitter_density.data(), emitter);
+    m &= ray[PathState::Mis] > F(0.0f);
+    I leaf = emitter - I(scene.first_emitter);
+    F area = gather(reinterpret_cast<const float*>(scene.emitters) + 14,
+                    emitter * I(int(sizeof(store::Emitter) / 4)));
+    if (scene.instanced) {
+        const Mask<W> instanced = gather(hits.instanced, slot) != I(0), inside = m & instanced;
+        m &= (leaf < I(scene.world_slots)) | instanced;
+        if (any(inside)) {
+            EmitterLanes<W> e(scene, emitter, I(-1));
+            F t[12];
+            for (int k = 0; k < 12; k++)
+                t[k] = gather(hits.world_from_shape[k].data(), slot);
+            e.transform(t, inside);
+            const Vec3<F> n = cross(e.e1, e.e2);
+            area = select(inside, F(0.5f) * sqrt(dot(n, n)), area);
+            leaf = select(inside, emitter + gather(hits.slot_shift.data(), slot), leaf);
+        }
+    } else {
+        m &= leaf < I(scene.world_slots);
+    }
+    m &= (leaf >= I(0)) & (leaf < I(scene.triangle_slots));
+    if (!any(m))
+        return F(0.0f);
+    return chance_of_leaf(scene.tree, receiver_left(scene, paths, ray, slot), select(m, leaf, I(0)), m) /
+           max(area, F(1e-37f));
+}
+
+// A ray passes through analytic lights: they add to it, and stop nothing.
+template <int W>
+void meet_light(const SceneView& scene, BatchState& batch, const PathState& paths, const PathRow<W>& ray,
+                Int<W> slot, Int<W> index, Float<W> t_max, int bounce, Mask<W> m) {
+    using F = Float<W>;
+    using I = Int<W>;
+    using A = AnalyticLight;
+    const LightLanes<W> light(scene, index);
+    const Vec3<F> o = vector_of(ray, PathState::Origin), d = vector_of(ray, PathState::Direction);
+    if (bounce == 0)
+        m &= light.get(&A::visible_camera) != I(0);
+    const F before = ray[PathState::Mis];
+    if (scene.linked && bounce > 0)
+        m &= (gather(paths.ask_set, slot) & light.get(&A::sets)) != I(0);
+    if (scene.shadow_linked)
+        m &= (light.get(&A::passes) == I(0)) | (before == F(0.0f));
+    const I shapes = light.get(&A::shape);
+    for (int shape = A::Quad; shape <= A::Cylinder; shape++) {
+        const Mask<W> here = m & (shapes == I(shape));
+        if (!any(here))
+            continue;
+        const LightPoint<W> point = meet_shape(shape, light, o, d, here);
+        const Mask<W> met = point.valid & (point.distance < t_max);
+        if (!any(met))
+            continue;
+        F density(0.0f);
+        const Mask<W> weighed = met & (before > F(0.0f));
+        if (any(weighed)) {
+            const Receiver<W> r = receiver_left(scene, paths, ray, slot);
+            const LightChances<W> chances(scene, r);
+            const Mask<W> by_choice = weighed & (index < I(scene.lights_by_choice));
+            F chance = select(by_choice, chances.of(index + I(scene.first_light_choice)), F(0.0f));
+            const Mask<W> by_tree = weighed & (index >= I(scene.lights_by_choice));
+            if (any(by_tree))
+                chance = select(by_tree,
+                                chances.of(scene.emitter_choice) *
+                                    chance_of_leaf(scene.tree, r, index + I(scene.triangle_slots), by_tree),
+                                chance);
+            density = chance * point.pdf;
+        }
+        const I path = bitcast_int(ray[PathState::Path]);
+        const auto l = load_rows<4>(batch.l, path << 2);
+        if (bounce == 0)
+            scatter(batch.first[0] + BatchState::Alpha, path << 4, F(1.0f), met);
+        const F weight = F(1.0f) / fma(before, density, sum_of_ratios(scene, paths, slot));
+        add_radiance(batch, path,
+                     spectrum_of(ray, PathState::Beta) *
+                         light_arriving(scene, light, o, point.place, l.data(), met) * weight,
+                     met);
+    }
+}
+
+template <int W>
+void meet_lights(const SceneView& scene, BatchState& batch, const PathState& paths, Int<W> slot,
+                 Float<W> t_max, int bounce, Mask<W> m) {
+    const auto ray = load_rows<PathState::Fields>(paths.row, slot << 4);
+    for (int32_t k : scene.met_lights)
+        meet_light(scene, batch, paths, ray, slot, Int<W>(k), t_max, bounce, m);
+    if (scene.met_tree.empty())
+        return;
+    for (uint32_t bits = m.bits(); bits; bits &= bits - 1) {
+        const int i = __builtin_ctz(bits), at = slot[i];
+        const auto one = load_rows<PathState::Fields>(paths.row, Int<1>(at << 4));
+        const float* row = paths.row[at];
+        const LightRay along{
+            {row[PathState::Origin], row[PathState::Origin + 1], row[PathState::Origin + 2]},
+            {row[PathState::Direction], row[PathState::Direction + 1], row[PathState::Direction + 2]},
+            t_max[i]};
+        lights_along(scene.met_tree, along, [&](int32_t light) {
+            meet_light<1>(scene, batch, paths, one, Int<1>(at), Int<1>(light), Float<1>(t_max[i]), bounce,
+                          Mask<1>(true));
+        });
+    }
 }
 
 } // namespace kanuka::transport

@@ -66,25 +66,29 @@ double quadrature(TestScene& s, bsdf::LobeInputs<1> in, grid::LobeId id) {
 
 } // namespace
 
-// Both techniques together, and directions alone (instanced lamps are not asked for), against the quadrature.
+// Both techniques together, in an instance too, and directions alone (an instanced lamp that has no number is
+// not asked for), against the quadrature.
 TEST(Mis, GlossyFloorUnderALamp) {
     for (float roughness : {0.25f, 0.45f, 0.8f}) {
         bsdf::LobeInputs<1> in;
         for (auto& color : in.color)
             color = bsdf::Spectrum<1>(Float<1>(1.0f));
         in.number[0] = Float<1>(roughness);
-        for (bool instanced : {false, true}) {
+        for (const auto& [instanced, asked] : {std::pair(false, true), {true, true}, {true, false}}) {
             TestScene s;
             add_glossy_floor(s, metal(roughness));
             add_lamp(s);
             s.filter = {0, 0}; // rays through the middles of pixels, as the sum has it
+            if (!asked)
+                s.most_slots = 0;
             s.finish(instanced ? 1 : -1);
             const double expected = quadrature(s, in, grid::LobeId::MicrofacetConductorBrdf);
-            EXPECT_EQ(s.view.emitter_choice >= 0, !instanced);
-            const auto e = s.estimate(instanced ? 128 : 64, 12);
+            EXPECT_EQ(s.view.emitter_choice >= 0, asked);
+            EXPECT_EQ(s.unnumbered, asked ? 0u : 2u);
+            const auto e = s.estimate(asked ? 64 : 128, 12);
             for (const auto& c : e.channel) {
                 EXPECT_NEAR(c.mean(), expected, 0.004 * expected + 4.5 * c.error())
-                    << roughness << " " << instanced;
+                    << roughness << " " << instanced << asked;
                 EXPECT_LT(c.error(), 0.02 * expected);
             }
         }

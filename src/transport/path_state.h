@@ -33,6 +33,8 @@ struct alignas(64) PathState {
     };
     float row[BatchPadded][Fields];
     Lane<float> ratio[4]; // pdf(lambda_i) / pdf(hero) of the path so far; kept only where something disperses
+    Lane<float> ask_n[3]; // Receiver::N where it was left; kept only where scene.keeps_normals
+    Lane<int32_t> ask_set; // Receiver::set; kept only where scene.linked
 };
 
 // What a batch knows of each of its paths from first to last.
@@ -52,6 +54,7 @@ struct alignas(64) BatchState {
     float first[BatchPadded][Fields]; // first hits, for AOVs. Met: 1 = a hit; Alpha: that, or a visible sky
     Lane<float> inv_pdf[4];           // 1 / the density of l over [0, 1]
     Lane<float> filter_weight;
+    Lane<float> time;        // while the shutter is open, 0 to 1; written where something moves
     std::vector<float> aovs; // BatchPadded values a channel of those that displays ask for
 };
 
@@ -60,12 +63,14 @@ struct alignas(64) HitState {
     float row[BatchPadded][Fields];
     Lane<int32_t> instanced;
     std::vector<float> world_from_shape[12]; // only where the scene has instances
+    std::vector<int32_t> slot_shift;
 };
 
 // Shadow rays are written and read in order.
 struct alignas(64) ShadowState {
     Lane<float> o[3], d[3], t_max, contribution[4];
     Lane<int32_t> path, seed;
+    Lane<int32_t> passes; // written only where scene.shadow_linked
 };
 
 } // namespace kanuka::transport

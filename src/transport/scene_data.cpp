@@ -60,26 +60,78 @@ bool usable(const Rgb& c) {
     return std::isfinite(c.x + c.y + c.z) && std::max({c.x, c.y, c.z}) > 0;
 }
 
+constexpr float Degrees = Pi / 180;
+
+// One analytic light, its amount uplifted; of soft points and spots it becomes the radiance of their ball.
 AnalyticLight make_light(const scene::Light& light, const Transform& render_from_world,
-                         const color::Palette& palette, std::vector<float>& tables) {
+                         const color::Palette& palette, LightBound& bound, std::vector<float>& tables) {
+    using A = AnalyticLight;
     const Transform render_from_light = render_from_world * light.world_from_light;
-    const float degrees = Pi / 180;
     AnalyticLight a{};
-    a.kind = int(light.kind);
-    uplift_amount(light.amount, palette, a.c);
-    a.position = render_from_light.point({0, 0, 0});
-    a.axis = normalize(render_from_light.vector({0, 0, 1}));
-    a.cos_outer = std::cos(light.cone_angle * degrees);
-    a.cos_inner = std::cos(std::max(0.0f, light.cone_angle - light.cone_delta_angle) * degrees);
-    a.exponent = light.beam_distribution;
-    a.cos_angle = std::cos(0.5f * light.angle * degrees);
-    a.radius = light.radius;
-    for (int r = 0; r < 3; r++) {
-        const Vec3f axis = normalize(
-            render_from_light.vector({r == 0 ? 1.0f : 0.0f, r == 1 ? 1.0f : 0.0f, r == 2 ? 1.0f : 0.0f}));
-        for (int c = 0; c < 3; c++)
-            a.light_from_render[3 * r + c] = axis[c];
+    Vec3f columns[3], scales(0.0f);
+    for (int k = 0; k < 3; k++) {
+        columns[k] =
+            render_from_light.vector({k == 0 ? 1.0f : 0.0f, k == 1 ? 1.0f : 0.0f, k == 2 ? 1.0f : 0.0f});
+        scales[k] = length(columns[k]);
+        columns[k] = columns[k] * (1 / scales[k]);
     }
+    a.position = render_from_light.point({0, 0, 0});
+    a.x = columns[0], a.y = columns[1], a.axis = columns[2];
+    a.cos_outer = a.cos_inner = -2;
+    a.cos_angle = std::cos(0.5f * light.angle * Degrees);
+    a.visible_camera = light.visible_camera;
+    a.sets = light.lit_sets;
+    a.passes = light.passes;
+    Rgb amount = light.amount;
+    const bool point = light.kind == Kind::Point || light.kind == Kind::Spot;
+    if (light.kind == Kind::Spot) {
+        a.cos_outer = std::cos(std::clamp(light.cone_angle, 0.0f, 180.0f) * Degrees);
+        a.cos_inner = std::cos(std::clamp(light.cone_angle - light.cone_delta_angle, 0.0f, 180.0f) * Degrees);
+        a.exponent = int(std::clamp(light.beam_distribution, 0.0f, 1000.0f));
+    }
+    const float luminance =
+        std::max(color::luminance(amount), 1e-3f * std::max({amount.x, amount.y, amount.z}));
+    bound.center = a.position;
+    bound.axis = a.axis;
+    switch (light.kind) {
+    case Kind::Distant:
+        a.shape = A::Distant;
+        bound.power = luminance;
+        break;
+    case Kind::Quad:
+        a.shape = A::Quad;
+        a.half_x = 0.5f * light.width * scales.x, a.half_y = 0.5f * light.height * scales.y;
+        a.area = 4 * a.half_x * a.half_y;
+        bound = {a.position, std::hypot(a.half_x, a.half_y), a.axis, 1, 0, luminance * a.area};
+        break;
+    case Kind::Disk:
+        a.shape = A::Disk;
+        a.half_x = light.radius * scales.x;
+        a.area = Pi * a.half_x * a.half_x;
+        bound = {a.position, a.half_x, a.axis, 1, 0, luminance * a.area};
+        break;
+    case Kind::Cylinder:
+        a.shape = A::Cylinder;
+        a.half_x = light.radius * scales.x, a.half_y = 0.5f * light.height * scales.z;
+        a.area = 4 * Pi * a.half_x * a.half_y;
+        bound = {a.position, std::hypot(a.half_x, a.half_y), a.axis, -1, 0, luminance * a.area * InvPi};
+        break;
+    default: // a ball, or a point
+        a.shape = light.radius > 0 ? A::Sphere : A::Delta;
+        a.half_x = light.radius * (point ? 1 : scales.x);
+        a.area = 4 * Pi * a.half_x * a.half_x;
+        bound.radius = a.half_x;
+        bound.power = luminance * (point ? 1 : 0.25f * a.area);
+        if (point && light.radius > 0)
+            amount = amount * (4 / a.area);
+        if (point)
+            a.visible_camera = false; // classic lights are never in the picture
+        if (light.kind == Kind::Spot) {
+            bound.cos_spread = 1;
+            bound.cos_reach = a.cos_outer;
+        }
+    }
+    uplift_amount(amount, palette, a.c);
     if (const scene::LightTable* t = light.table.get()) {
         a.table = int(tables.size());
         a.width = t->width, a.height = t->height, a.layers = t->layers;
@@ -88,6 +140,16 @@ AnalyticLight make_light(const scene::Light& light, const Transform& render_from
         tables.insert(tables.end(), t->rgb.begin(), t->rgb.end());
     }
     return a;
+}
+
+// What keeps a light from shining, in words; null = nothing.
+const char* flaw(const scene::Light& light, const AnalyticLight& a) {
+    if (light.kind != Kind::Distant && light.kind != Kind::Point && light.kind != Kind::Spot && !(a.area > 0))
+        return "a light of no area sheds no light: its size or its transformation is 0";
+    const float sum = a.area + a.position.x + a.position.y + a.position.z + a.axis.x + a.x.x + a.y.x;
+    if (!std::isfinite(sum) || !std::isfinite(a.half_x + a.half_y))
+        return "a light whose size or place is not a number is left out";
+    return nullptr;
 }
 
 void fill_map(EnvironmentMap& map, const LatLong& picture, const scene::Light& light,
@@ -175,44 +237,212 @@ void fill_alias(SceneView& view, const std::vector<store::Emitter>& emitters,
             float(double(emitters[size_t(e)].power) / total / emitters[size_t(e)].area);
 }
 
-// Estimates for LightChances: irradiance, in units of luminance.
-void fill_choices(SceneView& view, const std::vector<store::Emitter>& emitters,
-                  const std::vector<int32_t>& sampled) {
+// What is in the hierarchy, or in the alias table, as a sphere: an estimate for LightChances.
+void fill_estimates(SceneView& view, std::span<const LightBound> asked) {
     Bounds3f bounds;
     double power = 0;
-    for (int32_t e : sampled) {
-        bounds.extend(emitters[size_t(e)].p0 +
-                      (emitters[size_t(e)].e1 + emitters[size_t(e)].e2) * (1 / 3.0f));
-        power += emitters[size_t(e)].power;
-    }
-    if (!sampled.empty()) {
+    for (const LightBound& b : asked)
+        if (b.power > 0) {
+            bounds.extend(b.center);
+            power += double(b.power);
+        }
+    if (!bounds.empty()) {
         const Vec3f d = bounds.diagonal();
         view.emitter_center = bounds.center();
         view.emitter_radius2 = std::max(0.25f * dot(d, d), 1e-12f);
         view.emitter_power = float(power);
     }
-    if (view.map_choice >= 0) // pi times the mean of luminance over the sphere
-        view.map_brings = view.map.total * 0.5f * Pi * Pi / (float(view.map.width) * float(view.map.height));
 }
 
-std::vector<int32_t> emitters_to_sample(const SceneInputs& in) {
-    std::vector<int32_t> sampled;
-    const auto& shapes = in.store->shapes();
-    const auto& all = in.store->emitters();
-    for (const auto& range : in.world.shapes)
-        for (int s = range.first; s < range.first + range.count; s++) {
-            const store::ShapeRecord& shape = shapes[size_t(s)];
-            if (shape.emitter < 0)
-                continue;
-            const bool mesh = shape.flags & store::ShapeRecord::Mesh,
-                       quads = shape.flags & store::ShapeRecord::Quads;
-            const int triangles = mesh ? shape.mv * (quads ? 2 : 1) : shape.mu * shape.mv * 2;
-            for (int e = shape.emitter; e < shape.emitter + triangles; e++)
-                if (all[size_t(e)].power > 0 && all[size_t(e)].area > 0 &&
-                    std::isfinite(all[size_t(e)].power))
-                    sampled.push_back(e);
+// Lights of the scene: environments, then analytic ones, those to be chosen in turn first.
+void fill_lights(SceneView& view, const SceneInputs& in, color::Palette& palette, Journal& journal) {
+    // Several constant environments add up; one picture is kept.
+    Rgb constant(0);
+    std::vector<Rgb> constants;
+    bool constant_visible = false;
+    int32_t constant_sets = 0;
+    std::vector<AnalyticLight> far, near;
+    std::vector<LightBound> far_bounds, near_bounds;
+    for (const scene::Light& light : in.lights) {
+        const bool environment = light.kind == Kind::Environment || light.kind == Kind::Ambient;
+        if (!std::isfinite(light.amount.x + light.amount.y + light.amount.z) ||
+            !finite(light.world_from_light)) {
+            journal.warning(light.where, "a light whose amount or place is not a number is left out");
+            continue;
         }
-    return sampled;
+        if (!usable(light.amount))
+            continue;
+        view.linked |= light.lit_sets != -1;
+        view.shadow_linked |= light.passes != 0;
+        if (environment && light.texture.empty() && !light.table) {
+            constant += light.amount;
+            constants.push_back(light.amount);
+            constant_visible |= light.kind == Kind::Environment && light.visible_camera;
+            constant_sets |= light.lit_sets;
+        } else if (environment) {
+            if (view.map.width == 0 && in.map.width > 0) {
+                fill_map(view.map, in.map, light, in.render_from_world);
+                view.map_sets = light.lit_sets;
+            } else if (view.map.width > 0)
+                journal.warning(light.where, "a second environment picture is not used; one scene has one");
+        } else {
+            LightBound bound;
+            const AnalyticLight a =
+                make_light(light, in.render_from_world, palette, bound, view.light_tables);
+            if (const char* what = flaw(light, a)) {
+                journal.warning(light.where, what);
+                continue;
+            }
+            bound.sets = light.lit_sets;
+            view.light_tables_used |= a.width > 0;
+            (a.shape == AnalyticLight::Distant ? far : near).push_back(a);
+            (a.shape == AnalyticLight::Distant ? far_bounds : near_bounds).push_back(bound);
+        }
+    }
+    view.constant.present = usable(constant);
+    view.constant.visible_camera = constant_visible;
+    view.constant_sets = constant_sets;
+    uplift_amount(constant, palette, view.constant.c);
+    if (constants.size() > 1)
+        if (const auto sum = palette.sum(constants))
+            std::copy(sum->begin(), sum->end(), view.constant.c);
+    view.spectra = palette.tables();
+    view.lights = std::move(far);
+    view.bounds = std::move(far_bounds);
+    view.lights.insert(view.lights.end(), near.begin(), near.end());
+    view.bounds.insert(view.bounds.end(), near_bounds.begin(), near_bounds.end());
+    constexpr size_t Few = 16; // cheaper to weigh one by one than by the hierarchy, and more exactly
+    const bool few = view.lights.size() <= Few;
+    view.lights_by_choice = int(few ? view.lights.size() : view.lights.size() - near.size());
+    std::vector<LightBound> met(view.bounds);
+    size_t shapes = 0;
+    for (size_t k = 0; k < view.lights.size(); k++) {
+        view.light_shapes |= 1u << view.lights[k].shape;
+        if (view.lights[k].shape >= AnalyticLight::Quad) {
+            shapes++;
+            if (few)
+                view.met_lights.push_back(int32_t(k));
+        } else
+            met[k].power = 0;
+    }
+    if (!few && shapes > 0)
+        view.met_tree = build_light_tree(met);
+    view.keeps_normals = shapes > 0;
+}
+
+LightBound bound_of(const store::Emitter& e, const float* placement, int32_t sets) {
+    Vec3f p = e.p0, e1 = e.e1, e2 = e.e2;
+    float side = e.flags & 1 ? -1.0f : 1.0f;
+    if (placement) {
+        const float* m = placement;
+        const auto turn = [&](const Vec3f& v) {
+            return Vec3f(m[0] * v.x + m[1] * v.y + m[2] * v.z, m[4] * v.x + m[5] * v.y + m[6] * v.z,
+                         m[8] * v.x + m[9] * v.y + m[10] * v.z);
+        };
+        p = turn(p) + Vec3f(m[3], m[7], m[11]);
+        e1 = turn(e1), e2 = turn(e2);
+        const Vec3f r0(m[0], m[1], m[2]), r1(m[4], m[5], m[6]), r2(m[8], m[9], m[10]);
+        side *= std::copysign(1.0f, dot(r0, cross(r1, r2)));
+    }
+    const Vec3f n = cross(e1, e2), middle = (e1 + e2) * (1 / 3.0f);
+    const float twice = length(n);
+    LightBound b;
+    b.center = p + middle;
+    b.radius = std::max({length(middle), length(e1 - middle), length(e2 - middle)});
+    b.axis = twice > 0 ? n * (side / twice) : Vec3f(0, 0, 1);
+    b.cos_spread = 1;
+    b.power = twice > 0 && e.area > 0 ? e.power / e.area * 0.5f * twice : 0.0f;
+    b.sets = sets;
+    return b;
+}
+
+// Leaves for the triangles of a group and of what is placed in it, slot by slot.
+class SlotFiller {
+  public:
+    SlotFiller(SceneView& view, const SceneInputs& in, std::vector<LightBound>& leaves)
+        : m_view(view), m_in(in), m_leaves(leaves) {}
+
+    void place(const bvh::GroupDesc& group, const float* transform, int first_slot) {
+        if (group.emitters > 0) {
+            int placement = -1;
+            if (transform) {
+                placement = int(m_view.placements.size() / 12);
+                m_view.placements.insert(m_view.placements.end(), transform, transform + 12);
+            }
+            fill(group, transform, placement, first_slot);
+        }
+        for (const auto& in : group.instances) {
+            if (in.first_slot < 0)
+                continue;
+            const bvh::GroupDesc& child = m_in.groups[size_t(in.group)];
+            for (size_t i = 0; i + 12 <= in.transforms.size(); i += 12) {
+                float m[12];
+                const float* t = in.transforms.data() + i;
+                for (int r = 0; r < 3; r++)
+                    for (int c = 0; c < 4; c++)
+                        m[4 * r + c] = transform ? transform[4 * r] * t[c] + transform[4 * r + 1] * t[4 + c] +
+                                                       transform[4 * r + 2] * t[8 + c] +
+                                                       (c == 3 ? transform[4 * r + 3] : 0)
+                                                 : t[4 * r + c];
+                place(child, m, first_slot + in.first_slot + int(i / 12) * child.slots);
+            }
+        }
+    }
+
+  private:
+    void fill(const bvh::GroupDesc& group, const float* transform, int placement, int first_slot) {
+        for (const auto& range : group.shapes)
+            for (int s = range.first; s < range.first + range.count; s++) {
+                const store::ShapeRecord& shape = m_in.store->shapes()[size_t(s)];
+                if (shape.emitter < 0 || shape.motion_segments > 0) // what changes its shape is met by chance
+                    continue;
+                for (int e = shape.emitter; e < shape.emitter + store::emitter_count(shape); e++) {
+                    const int slot = first_slot + e - group.first_emitter;
+                    m_leaves[size_t(slot)] = bound_of(m_in.store->emitters()[size_t(e)], transform,
+                                                      m_in.store->links_of(s).shone_sets);
+                    if (placement >= 0) {
+                        m_view.slot_emitter[size_t(slot - m_view.world_slots)] = e;
+                        m_view.slot_placement[size_t(slot - m_view.world_slots)] = placement;
+                    }
+                }
+            }
+    }
+
+    SceneView& m_view;
+    const SceneInputs& m_in;
+    std::vector<LightBound>& m_leaves;
+};
+
+// The hierarchy, or the alias table where one patch is all there is.
+void fill_emitters(SceneView& view, const SceneInputs& in) {
+    const bvh::GroupDesc& world = in.groups.back();
+    view.triangle_slots = world.slots;
+    view.world_slots = world.emitters;
+    view.first_emitter = world.first_emitter;
+    view.slot_emitter.assign(size_t(world.slots - world.emitters), 0);
+    view.slot_placement.assign(size_t(world.slots - world.emitters), 0);
+    std::vector<LightBound> leaves(size_t(world.slots));
+    SlotFiller(view, in, leaves).place(world, nullptr, 0);
+    leaves.insert(leaves.end(), view.bounds.begin(), view.bounds.end());
+    for (int k = 0; k < view.lights_by_choice; k++) // asked by choice of their own
+        leaves[size_t(view.triangle_slots + k)].power = 0;
+    std::vector<int32_t> asked;
+    for (size_t i = 0; i < leaves.size() && asked.size() <= 2; i++)
+        if (leaves[i].power > 0 && std::isfinite(leaves[i].power))
+            asked.push_back(int32_t(i));
+    if (asked.empty())
+        return;
+    view.emitter_choice = 0;
+    fill_estimates(view, leaves);
+    if (asked.size() <= 2 && asked.back() < view.world_slots && !view.linked) {
+        view.emitter_density.assign(in.store->emitters().size() + 1, 0.0f);
+        for (int32_t& slot : asked)
+            slot += view.first_emitter;
+        fill_alias(view, in.store->emitters(), asked);
+        return;
+    }
+    view.tree = build_light_tree(leaves);
+    view.keeps_normals = true;
 }
 
 } // namespace
@@ -225,6 +455,7 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
     view.shapes =
         reinterpret_cast<const int32_t*>(in.store->shapes().empty() ? &no_shape : in.store->shapes().data());
     view.emitters = in.store->emitters().data();
+    view.links = in.store->links().data();
     view.bvh = in.bvh;
     view.instanced = in.instanced;
     view.aov_is_color = in.aov_is_color;
@@ -255,51 +486,23 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
     view.filter_weight_y = in.filter_weight_y.empty() ? nullptr : in.filter_weight_y.data();
     view.filter_size = int(in.filter_x.size()) - 1;
     view.camera = in.camera;
+    view.moving = in.moving || !in.camera.motion.empty();
+    view.shutter_quantiles = in.shutter_quantiles;
     view.max_depth = in.max_depth;
     view.seed = in.seed;
 
-    // Lights. Several constant environments add up; one picture is kept.
-    Rgb constant(0);
-    std::vector<Rgb> constants;
-    bool constant_visible = false;
-    for (const scene::Light& light : in.lights) {
-        const bool environment = light.kind == Kind::Environment || light.kind == Kind::Ambient;
-        if (!std::isfinite(light.amount.x + light.amount.y + light.amount.z) ||
-            !finite(light.world_from_light)) {
-            journal.warning(light.where, "a light whose amount or place is not a number is left out");
-            continue;
-        }
-        if (!usable(light.amount))
-            continue;
-        if (environment && light.texture.empty() && !light.table) {
-            constant += light.amount;
-            constants.push_back(light.amount);
-            constant_visible |= light.kind == Kind::Environment && light.visible_camera;
-        } else if (environment) {
-            if (view.map.width == 0 && in.map.width > 0)
-                fill_map(view.map, in.map, light, in.render_from_world);
-            else if (view.map.width > 0)
-                journal.warning(light.where, "a second environment picture is not used; one scene has one");
-        } else
-            view.lights.push_back(make_light(light, in.render_from_world, palette, view.light_tables));
-    }
-    view.constant.present = usable(constant);
-    view.constant.visible_camera = constant_visible;
-    uplift_amount(constant, palette, view.constant.c);
-    if (constants.size() > 1)
-        if (const auto sum = palette.sum(constants))
-            std::copy(sum->begin(), sum->end(), view.constant.c);
-    view.spectra = palette.tables();
-    const std::vector<int32_t> sampled = emitters_to_sample(in);
-    view.emitter_choice = sampled.empty() ? -1 : view.choices++;
+    for (const store::Links& links : in.store->links())
+        view.linked |= links.lit_sets != 1 || links.shone_sets != -1;
+    fill_lights(view, in, palette, journal);
+    fill_emitters(view, in);
+    if (view.tree.empty() && view.emitter_density.empty())
+        view.emitter_density.assign(in.store->emitters().size() + 1, 0.0f);
+    view.choices = view.emitter_choice >= 0 ? 1 : 0;
     view.map_choice = view.map.width > 0 ? view.choices++ : -1;
     view.first_light_choice = view.choices;
-    view.choices += int(view.lights.size());
-    view.emitter_density.assign(in.store->emitters().size() + 1, 0.0f);
-    if (view.choices > 0)
-        fill_choices(view, in.store->emitters(), sampled);
-    if (!sampled.empty())
-        fill_alias(view, in.store->emitters(), sampled);
+    view.choices += view.lights_by_choice;
+    if (view.map_choice >= 0) // pi times the mean of luminance over the sphere
+        view.map_brings = view.map.total * 0.5f * Pi * Pi / (float(view.map.width) * float(view.map.height));
     return view;
 }
 

@@ -17,7 +17,7 @@ struct LatLong { // an environment picture: rows from +z down, linear Rec.709, 3
 struct SceneInputs {
     const store::Store* store = nullptr;
     const bvh::Scene* bvh = nullptr;
-    bvh::GroupDesc world; // whose emitters are sampled; instanced ones are found by chance alone
+    std::span<const bvh::GroupDesc> groups; // the last is the world; bvh::number_emitters() has been there
     bool instanced = false;
     std::vector<scene::Light> lights;
     color::Palette* palette = nullptr;     // what RGB means; null = Rec.709
@@ -25,6 +25,8 @@ struct SceneInputs {
     LatLong map;                           // of the environment light that has a texture, if any
     Transform render_from_world;
     CameraView camera;
+    bool moving = false; // something moves while the shutter is open, or the camera does
+    std::vector<float> shutter_quantiles;
     std::span<const float> filter_x, filter_y, filter_weight_x, filter_weight_y;
     std::vector<bool> aov_is_color; // SceneView has the same
     int max_depth = 8;

@@ -8,6 +8,7 @@
 #include "bvh/bvh.h"
 #include "scene/scene.h"
 #include "store/store.h"
+#include "transport/light_tree.h"
 
 namespace kanuka::transport {
 
@@ -19,18 +20,26 @@ struct WavelengthTable {
     float lookup_white[480];     // the spectrum of emitted white
 };
 
+// Words of four bytes, gathered by lanes; see light_shapes.h.
 struct AnalyticLight {
-    int kind;                             // scene::Light::Kind
-    float c[4];                           // amount, as color::Palette::emission has it
-    Vec3f position, axis;                 // axis: the way light travels
-    float cos_outer, cos_inner, exponent; // spot
-    float cos_angle;                      // distant: cosine of the angular radius; 1 = delta
-    float radius;                         // point, spot: 0 = delta
+    // What it is to be sampled: Delta lights have a place alone.
+    enum Shape : int32_t { Delta, Distant, Quad, Disk, Sphere, Cylinder };
+    int32_t shape;
+    float c[4]; // amount, as color::Palette::emission has it; of soft points and spots: radiance
+    Vec3f position, x, y, axis; // unit vectors; axis: the way light travels
+    float half_x, half_y;       // quad: half its sides; others: radius, cylinder: half its length
+    float area;                 // quad, disk
+    float cos_outer, cos_inner; // spot; -2, -2: no cone
+    int32_t exponent;
+    float cos_angle; // distant: cosine of the angular radius; 1 = delta
     // scene::LightTable; width 0 = none
-    int table, width, height, layers, falloff;
+    int32_t table, width, height, layers, falloff;
     float angle, nearest, extent;
-    float light_from_render[9]; // rows
+    int32_t visible_camera;
+    int32_t sets;   // light linking: bits of the receivers' sets it shines on
+    int32_t passes; // shadow linking: its bit in store::Links::lets_through
 };
+inline constexpr int AnalyticWords = sizeof(AnalyticLight) / 4;
 
 struct EnvironmentMap {
     int width = 0, height = 0;
@@ -47,12 +56,21 @@ struct ConstantEnvironment {
 };
 
 struct CameraView {
-    bool perspective;
-    // Film plane at z = 1 in camera space: x = left + (right - left) * px / width, y downwards.
+    Projection projection = Projection::Perspective;
+    // Film coordinates (base/projection.h): x = left + (right - left) * px / width, y downwards.
     float left, right, top, bottom;
     int width, height;
+    float half_angle = 0.5f * Pi; // of fisheyes' image circle, radians
     float render_from_camera[12];
+    // A moving camera: MotionSteps + 1 matrices like that, evenly over the shutter; linear in between. Empty
+    // = still.
+    static constexpr int MotionSteps = 256;
+    std::vector<float> motion;
     float lens_radius = 0, focal_distance = 0;
+    // Iris: a regular polygon of `blades` sides inscribed in the lens, the first corner turned by an angle
+    // from x; below 3 = round. Anamorphic lenses see it narrower by `squeeze`.
+    int blades = 0;
+    float blade_cos = 1, blade_sin = 0, squeeze = 1;
     float near_clip = 0;
 };
 
@@ -61,6 +79,7 @@ struct SceneView {
     const float* floats;
     const int32_t* shapes; // ShapeRecord as words
     const store::Emitter* emitters;
+    const store::Links* links; // ShapeRecord::links
     const bvh::Scene* bvh;
     std::vector<bsdf::MaterialCode> materials; // by program
     bool dispersive = false;
@@ -80,25 +99,49 @@ struct SceneView {
     int filter_size;
 
     CameraView camera;
+    bool moving = false;                  // paths have a time: something moves while the shutter is open
+    std::vector<float> shutter_quantiles; // scene::shutter_quantiles; empty = open all the time
     int max_depth = 8;
     int roulette_depth = 4;
     uint32_t seed = 0;
 
-    // Lights: the choices are all emitters together (if any), the environment map,
-    // and each analytic light.
-    std::vector<AnalyticLight> lights;
+    // Lights: the choices are all of the hierarchy together (if any), the environment map, and each analytic
+    // light that is not in the hierarchy.
+    std::vector<AnalyticLight> lights; // choices first_light_choice, …; then those of the hierarchy
+    std::vector<LightBound> bounds;    // of `lights`; distant ones: power is the irradiance
+    int lights_by_choice = 0;
+    uint32_t light_shapes = 0; // bits by AnalyticLight::Shape, of all; by_tables: some have one
+    bool light_tables_used = false;
     std::vector<float> light_tables;
     EnvironmentMap map;
     ConstantEnvironment constant;
     int choices = 0, emitter_choice = -1, map_choice = -1, first_light_choice = 0;
-    // What the environment brings to a surface that sees all of it, and all emitters as one sphere: estimates
-    // that decide how often each is asked (LightChoice in lights.h).
+    // What the environment brings to a surface that sees all of it, and all of the hierarchy as one sphere:
+    // estimates that decide how often each is asked (LightChances in lights.h).
     float map_brings = 0, emitter_power = 0, emitter_radius2 = 0;
     Vec3f emitter_center{0, 0, 0};
-    std::vector<float> alias_probability; // over emitters, by power
+    bool linked = false;        // light linking: some lights do not shine on all
+    bool shadow_linked = false; // some shapes let some lights through
+    int32_t map_sets = -1, constant_sets = -1;
+
+    // Leaves of the hierarchy: emitting triangles by slot (bvh::number_emitters), then analytic lights.
+    LightTree tree;
+    int triangle_slots = 0, world_slots = 0; // of all; of those not in instances, which come first
+    int first_emitter = 0;                   // of the world; slots of instanced triangles are looked up:
+    std::vector<int32_t> slot_emitter, slot_placement;
+    std::vector<float> placements; // 12 floats each, world_from_group
+    // One flat patch of one or two triangles needs no hierarchy: a table by area.
+    std::vector<float> alias_probability;
     std::vector<int32_t> alias_other;
     std::vector<float> emitter_density; // chance of the emitter among all, over its area; 0 = not sampled
     std::vector<int32_t> sampled_emitters;
+    // Analytic lights that rays can meet: those sampled by choice in turn, those of the hierarchy by one of
+    // their own.
+    std::vector<int32_t> met_lights;
+    LightTree met_tree; // leaves: as `lights`
+    // What light sampling needs to know again where a ray meets a light: paths carry the normal they left.
+    bool keeps_normals = false;
+    bool meets_lights() const { return !met_lights.empty() || !met_tree.empty(); }
 
     struct Interior {
         float c[4];

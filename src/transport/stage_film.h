@@ -18,6 +18,11 @@ void occlude(const SceneView& scene, BatchState& batch, const ShadowState& shado
         rays.t_max = Float<W>::load(shadows.t_max + first);
         rays.active = Int<W>::lane_index() + Int<W>(first) < Int<W>(count);
         rays.seed = Int<W>::load(shadows.seed + first);
+        if (scene.moving)
+            rays.time =
+                gather(batch.time, select(rays.active, Int<W>::load(shadows.path + first), Int<W>(0)));
+        if (scene.shadow_linked)
+            rays.passes = Int<W>::load(shadows.passes + first);
         const Mask<W> lit = rays.active & !scene.bvh->occluded(rays);
         Spectrum<W> contribution;
         for (int k = 0; k < Wavelengths; k++)

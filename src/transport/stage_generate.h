@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/sampling.h"
+#include "transport/camera.h"
 #include "transport/kernel.h"
 #include "transport/path_state.h"
 
@@ -18,7 +19,19 @@ Float<W> filter_offset(const float* table, const float* signs, int size, Float<W
     return fma(x - Float<W>(i), b - a, a);
 }
 
-// Fills the batch and its paths; returns how many.
+// Keeps the paths of pixels that see something, dense and in order.
+inline int drop_blind(PathState& paths, const bool* sees, int count) {
+    int kept = 0;
+    for (int i = 0; i < count; i++) {
+        if (!sees[i])
+            continue;
+        std::memmove(paths.row[kept++], paths.row[i], sizeof paths.row[i]); // ratios are 1 for all
+    }
+    return kept;
+}
+
+// Fills the batch and its paths; returns how many paths there are: one a pixel, but for pixels outside of a
+// fisheye's image circle.
 template <int W>
 int generate(const SceneView& scene, const BatchRequest& request, BatchState& batch, PathState& paths) {
     using F = Float<W>;
@@ -27,6 +40,8 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
     const uint32_t reversed = reverse_bits_scalar(request.progression);
     const CameraView& cam = scene.camera;
     std::fill(batch.aovs.begin(), batch.aovs.end(), 0.0f);
+    bool blind = false;
+    bool sees[BatchPadded];
     for (int first = 0; first < count; first += W) {
         const I index = I::lane_index() + I(first);
         // Lanes past the end repeat the last pixel; nobody reads them.
@@ -49,34 +64,31 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
         const F fx = fma(sx, F(cam.right - cam.left), F(cam.left)),
                 fy = fma(sy, F(cam.bottom - cam.top), F(cam.top));
 
-        // Camera space ray; a thin lens bends it through the plane of focus.
-        Vec3<F> o(F(0.0f), F(0.0f), F(0.0f)), d(fx, fy, F(1.0f));
-        if (!cam.perspective) {
-            o = {fx, fy, F(0.0f)};
-            d = {F(0.0f), F(0.0f), F(1.0f)};
+        // Hero wavelength and time share a pair; time is drawn as the shutter lets light in.
+        F uw, time(0.0f);
+        sampler.sample_2d(int(Dimension::WavelengthTime), uw, time);
+        if (scene.moving) {
+            if (!scene.shutter_quantiles.empty())
+                time = quantile(scene.shutter_quantiles.data(), scene::ShutterSegments, time);
+            time.store(batch.time + first);
         }
+
+        F lens_x(0.0f), lens_y(0.0f);
         if (cam.lens_radius > 0) {
             sampler.sample_2d(int(Dimension::Lens), u0, u1);
-            F s, c;
-            sincos_2pi(u0, s, c);
-            const F r = sqrt(u1) * F(cam.lens_radius);
-            const Vec3<F> focus = o + d * F(cam.focal_distance), shift(r * c, r * s, F(0.0f));
-            o += shift;
-            d = focus - o;
-            d = d / d.z;
+            sample_lens(cam, u0, u1, lens_x, lens_y);
         }
-        o += d * F(cam.near_clip);
-        const float* m = cam.render_from_camera;
-        const auto turn = [&](const Vec3<F>& v, int r, float w) {
-            return fma(F(m[4 * r]), v.x,
-                       fma(F(m[4 * r + 1]), v.y, fma(F(m[4 * r + 2]), v.z, F(m[4 * r + 3] * w))));
-        };
-        const Vec3<F> O(turn(o, 0, 1), turn(o, 1, 1), turn(o, 2, 1));
-        const Vec3<F> D = normalize(Vec3<F>(turn(d, 0, 0), turn(d, 1, 0), turn(d, 2, 0)));
+        Vec3<F> o, d;
+        const Mask<W> seen = camera_ray(cam, fx, fy, lens_x, lens_y, o, d);
+        if (is_fisheye(cam.projection)) {
+            blind |= !all(seen);
+            for (int k = 0; k < W && first + k < count; k++)
+                sees[first + k] = seen[k];
+        }
+        Vec3<F> O, D;
+        leave_camera(cam, o, d, time, O, D);
 
         // Hero wavelength by the table of quantiles; the others rotated equidistantly.
-        F uw, time;
-        sampler.sample_2d(int(Dimension::WavelengthTime), uw, time);
         Row<W, 4> l;
         for (int k = 0; k < 4; k++) {
             F u = uw + F(0.25f * float(k));
@@ -98,7 +110,7 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
     }
     std::memset(batch.radiance, 0, sizeof batch.radiance[0] * size_t(count));
     std::memset(batch.first, 0, sizeof batch.first[0] * size_t(count));
-    return count;
+    return blind ? drop_blind(paths, sees, count) : count;
 }
 
 } // namespace kanuka::transport

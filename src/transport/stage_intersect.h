@@ -3,38 +3,8 @@
 #pragma once
 
 #include "transport/lights.h"
-#include "transport/path_state.h"
 
 namespace kanuka::transport {
-
-template <int W, size_t N>
-Vec3<Float<W>> vector_of(const std::array<Float<W>, N>& row, size_t field) {
-    return {row[field], row[field + 1], row[field + 2]};
-}
-template <int W, size_t N>
-Spectrum<W> spectrum_of(const std::array<Float<W>, N>& row, size_t field) {
-    Spectrum<W> s;
-    for (size_t k = 0; k < Wavelengths; k++)
-        s[int(k)] = row[field + k];
-    return s;
-}
-
-template <int W>
-void add_radiance(BatchState& batch, Int<W> path, const Spectrum<W>& contribution, Mask<W> m) {
-    const Int<W> at = path << 2;
-    Row<W, 4> sum = load_rows<4>(batch.radiance, at);
-    for (int k = 0; k < Wavelengths; k++)
-        sum[size_t(k)] += contribution[k];
-    store_rows(batch.radiance[0], at, sum, m);
-}
-
-template <int W>
-Float<W> sum_of_ratios(const SceneView& scene, const PathState& paths, Int<W> slot) {
-    if (!scene.dispersive)
-        return Float<W>(float(Wavelengths));
-    return (gather(paths.ratio[0], slot) + gather(paths.ratio[1], slot)) +
-           (gather(paths.ratio[2], slot) + gather(paths.ratio[3], slot));
-}
 
 // Light from where nothing is: the hit side of the balance between light and direction sampling.
 template <int W>
@@ -53,13 +23,18 @@ void add_environment(const SceneView& scene, BatchState& batch, const PathState&
     if (bounce == 0 && (constant || map))
         scatter(batch.first[0] + BatchState::Alpha, path << 4, F(1.0f), m);
     const F ratios = sum_of_ratios(scene, paths, slot);
+    const auto shines = [&](int32_t sets) {
+        return scene.linked && bounce > 0 ? m & ((gather(paths.ask_set, slot) & Int<W>(sets)) != Int<W>(0))
+                                          : m;
+    };
     if (constant) // directions alone find it: docs/transport.md, "Choice of light"
         add_radiance(batch, path,
-                     beta * emission_spectrum(scene, scene.constant.c, l.data()) * (F(1.0f) / ratios), m);
+                     beta * emission_spectrum(scene, scene.constant.c, l.data()) * (F(1.0f) / ratios),
+                     shines(scene.constant_sets));
     if (map) {
         const MapPlace<W> p = map_place(scene.map, vector_of(ray, P::Direction));
         const F weight = F(1.0f) / fma(ray[P::Mis], map_pdf(scene.map, p) * ray[P::AskMap], ratios);
-        add_radiance(batch, path, beta * map_radiance(scene, p, l.data()) * weight, m);
+        add_radiance(batch, path, beta * map_radiance(scene, p, l.data()) * weight, shines(scene.map_sets));
     }
 }
 
@@ -87,6 +62,11 @@ void intersect(const SceneView& scene, BatchState& batch, const PathState& paths
         rays.active = slot < Int<W>(count);
         rays.seed = bitcast_int(ray[PathState::PixelHash]) ^ Int<W>(int(uint32_t(bounce) * 0x3c6ef372u));
         rays.coherent = bounce == 0;
+        if (scene.moving)
+            rays.time =
+                select(rays.active,
+                       gather(batch.time, select(rays.active, bitcast_int(ray[PathState::Path]), Int<W>(0))),
+                       Float<W>(0.0f));
         scene.bvh->intersect(rays, hit);
         const Row<W, HitState::Fields> row{hit.t,    hit.u,    hit.v,    bitcast_float(hit.shape),
                                            hit.Ng.x, hit.Ng.y, hit.Ng.z, bitcast_float(hit.prim)};
@@ -97,12 +77,16 @@ void intersect(const SceneView& scene, BatchState& batch, const PathState& paths
                 for (int k = 0; k < 12; k++)
                     std::memcpy(hits.world_from_shape[k].data() + first, hit.world_from_shape[k],
                                 sizeof(float) * W);
+            hit.slot_shift.store(hits.slot_shift.data() + first);
         }
         const Int<W> program = select(hit.hit,
                                       gather(scene.shapes + offsetof(store::ShapeRecord, program) / 4,
                                              hit.shape * Int<W>(store::ShapeWords)),
                                       Int<W>(-1));
         program.store(runs.program.data() + first);
+        if (scene.meets_lights())
+            meet_lights(scene, batch, paths, min(slot, Int<W>(count - 1)),
+                        select(hit.hit, hit.t, Float<W>(1e30f)), bounce, rays.active);
         const Mask<W> missed = rays.active & !hit.hit;
         if (any(missed))
             add_environment(scene, batch, paths, min(slot, Int<W>(count - 1)), missed, bounce);

@@ -47,9 +47,14 @@ class SurfaceStage {
             record_albedo(h, active, material.albedo());
         active &= !material.black();
         const Sampler<W> sampler{bitcast_int(h.ray[PathState::PixelHash]), m_reversed};
-        const LightChances<W> chances(m_scene, h.P, h.N);
-        sample_lights(h, material, wo, sampler, chances, active);
-        sample_direction(h, material, wo, sampler, chances, active);
+        Receiver<W> receiver{h.P, h.N, M(true)};
+        if (code.transmits)
+            receiver.N = V(F(0.0f), F(0.0f), F(0.0f)), receiver.oriented = M(false);
+        if (m_scene.linked)
+            receiver.set = links_of(m_scene, bitcast_int(h.hit[HitState::Shape]), &store::Links::lit_sets);
+        const LightChances<W> chances(m_scene, receiver);
+        sample_lights(h, material, wo, sampler, receiver, chances, active);
+        sample_direction(h, material, wo, sampler, receiver, chances, active);
     }
 
   private:
@@ -82,8 +87,11 @@ class SurfaceStage {
             for (size_t k = 0; k < Wavelengths; k++)
                 l[k] = waves[k];
             const V o = vector_of(ray, PathState::Origin);
-            V anchor = stage.traced_vertex(shape, place.anchor);
-            N = fetch.normal(shape);
+            V anchor = stage.traced_vertex(shape.positions, place.anchor);
+            if (stage.m_scene.moving)
+                follow_motion(stage, anchor);
+            else
+                N = fetch.normal(shape);
             if (stage.m_scene.instanced)
                 stage.leave_instance(slot, anchor, Ng, N);
             // Cast the hit onto the plane of its triangle: the ray parameter loses digits far from the
@@ -97,6 +105,21 @@ class SurfaceStage {
                 along_tangent(stage.leave_instance(slot, fetch.tangent()));
             else
                 coordinate_frame(N, T, B);
+        }
+
+        void follow_motion(const SurfaceStage& stage, V& anchor) {
+            const MotionLanes<W> motion(stage.m_scene.shapes, bitcast_int(hit[HitState::Shape]),
+                                        gather(stage.m_batch.time, path));
+            if (!any(motion.moving)) {
+                N = fetch.normal(shape);
+                return;
+            }
+            const I at = shape.positions + motion.segment * motion.stride;
+            const V a = stage.traced_vertex(select(motion.moving, at, shape.positions), place.anchor);
+            const V b =
+                stage.traced_vertex(select(motion.moving, at + motion.stride, shape.positions), place.anchor);
+            anchor = select(motion.moving, a + (b - a) * motion.f, anchor);
+            N = fetch.normal(shape, motion);
         }
 
         // The outside is where the shading normals point; where there are none, where the winding says.
@@ -139,8 +162,8 @@ class SurfaceStage {
         }
     };
 
-    V traced_vertex(const ShapeLanes<W>& shape, I vertex) const {
-        return vector_of(load_rows<4>(m_scene.floats, shape.positions + vertex * I(3)), 0);
+    V traced_vertex(I positions, I vertex) const {
+        return vector_of(load_rows<4>(m_scene.floats, positions + vertex * I(3)), 0);
     }
 
     void leave_instance(I slot, V& anchor, V& Ng, V& N) const {
@@ -204,28 +227,33 @@ class SurfaceStage {
     void add_emission(const Hit& h, M m) {
         // Only the outside shines.
         m &= h.outside;
+        if (m_scene.linked && m_bounce > 0)
+            m &= (gather(m_paths.ask_set, h.slot) &
+                  links_of(m_scene, bitcast_int(h.hit[HitState::Shape]), &store::Links::shone_sets)) != I(0);
         if (!any(m))
             return;
         const I e = select(m, h.shape.emitter + h.place.triangle, I(0));
         const auto data = load_rows<sizeof(store::Emitter) / 4>(m_scene.emitters, e << 4);
         m &= in_emission_cone(bitcast_int(data[15]), h.raw_cos_outside);
         const S radiance = emission_spectrum(m_scene, data[9], data[10], data[11], data[12], h.l);
-        const F density = h.ray[PathState::AskEmitters] * gather(m_scene.emitter_density.data(), e) * h.t *
-                          h.t / max(h.raw_cos_outside, F(1e-6f));
+        const F density = h.ray[PathState::AskEmitters] *
+                          met_emitter_density(m_scene, m_paths, h.ray, m_hits, h.slot, e, m) * h.t * h.t /
+                          max(h.raw_cos_outside, F(1e-6f));
         const F weight =
             F(1.0f) / fma(h.ray[PathState::Mis], density, sum_of_ratios(m_scene, m_paths, h.slot));
         add_radiance(m_batch, h.path, h.beta * radiance * weight, m);
     }
 
     void sample_lights(const Hit& h, const bsdf::Material<W>& material, const V& wo,
-                       const Sampler<W>& sampler, const LightChances<W>& chances, M active) {
+                       const Sampler<W>& sampler, const Receiver<W>& receiver, const LightChances<W>& chances,
+                       M active) {
         if (m_scene.choices == 0)
             return;
         F u_choice, u_part, u0, u1;
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LightChoice), u_choice, u_part);
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LightPosition), u0, u1);
         const LightSample<W> light =
-            sample_light(m_scene, chances, h.P, u_choice, u_part, u0, u1, h.l, active);
+            sample_light(m_scene, chances, receiver, u_choice, u_part, u0, u1, h.l, active);
         const V wi = h.to_local(light.wi);
         // Geometric and shading normal must agree on which side the light is.
         const F side = dot(light.wi, h.Ng) * wi.z;
@@ -255,6 +283,9 @@ class SurfaceStage {
         for (int k = 0; k < Wavelengths; k++)
             compress_store(m_shadows.contribution[k] + at, contribution[k], bits);
         compress_store(m_shadows.t_max + at, light.distance, bits);
+        if (m_scene.shadow_linked)
+            compress_store(reinterpret_cast<float*>(m_shadows.passes) + at, bitcast_float(light.passes),
+                           bits);
         compress_store(reinterpret_cast<float*>(m_shadows.path) + at, bitcast_float(h.path), bits);
         const I seed =
             bitcast_int(h.ray[PathState::PixelHash]) ^ I(int(uint32_t(m_bounce) * 0x3c6ef372u + 0x1b873593u));
@@ -263,7 +294,8 @@ class SurfaceStage {
     }
 
     void sample_direction(const Hit& h, const bsdf::Material<W>& material, const V& wo,
-                          const Sampler<W>& sampler, const LightChances<W>& chances, M active) {
+                          const Sampler<W>& sampler, const Receiver<W>& receiver,
+                          const LightChances<W>& chances, M active) {
         F u_lobe, u_roulette, u0, u1;
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LobeRoulette), u_lobe, u_roulette);
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::Direction), u0, u1);
@@ -315,10 +347,16 @@ class SurfaceStage {
                                             chances.of(m_scene.emitter_choice),
                                             chances.of(m_scene.map_choice),
                                             bitcast_float(interior)};
+        const int at = m_next_count;
         if (m_scene.dispersive)
             for (int k = 0; k < Wavelengths; k++)
-                compress_store(m_next.ratio[k] + m_next_count, ratio[k], bits);
-        m_next_count += compress_rows(m_next.row[m_next_count], row, bits);
+                compress_store(m_next.ratio[k] + at, ratio[k], bits);
+        if (m_scene.keeps_normals)
+            for (int c = 0; c < 3; c++)
+                compress_store(m_next.ask_n[c] + at, receiver.N[c], bits);
+        if (m_scene.linked)
+            compress_store(reinterpret_cast<float*>(m_next.ask_set) + at, bitcast_float(receiver.set), bits);
+        m_next_count += compress_rows(m_next.row[at], row, bits);
     }
 
     // A sample that comes to NaN is made NaN as a whole, which the film counts, locates and drops.

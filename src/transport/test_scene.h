@@ -61,6 +61,9 @@ class TestScene {
     SceneView view;
     std::vector<float> filter{-0.5f, 0.5f};
     Journal journal;
+    std::vector<bvh::GroupDesc> groups;
+    int most_slots = 1 << 20;
+    uint64_t unnumbered = 0;
 
     // A lattice of (mu + 1) x (mv + 1) points; normals from `normal` or flat.
     void add_lattice(int mu, int mv, const std::vector<Vec3f>& points, const std::vector<Vec3f>& normals,
@@ -85,6 +88,35 @@ class TestScene {
         for (const Vec3f& v : values)
             in.slots.push_back({true, v, {}});
         add({&g, &t, nullptr, &in}, program, interior);
+    }
+    // A quad that changes its shape: corners (-,-), (+,-), (-,+), (+,+) at every step; flat normals of each.
+    void add_moving_quad(const std::vector<std::array<Vec3f, 4>>& steps, const std::vector<Lobe>& lobes) {
+        grid::Grid g;
+        g.allocate(1, 1);
+        grid::TracedGrid t;
+        t.mu = t.mv = 1;
+        for (size_t k = 0; k < steps.size(); k++) {
+            const auto& p = steps[k];
+            const Vec3f n = normalize(cross(p[1] - p[0], p[2] - p[0]));
+            std::vector<float> P(3 * size_t(g.stride)), N(P.size()), packed;
+            for (size_t i = 0; i < 4; i++)
+                for (int c = 0; c < 3; c++) {
+                    P[size_t(c * g.stride) + i] = p[i][c];
+                    N[size_t(c * g.stride) + i] = n[c];
+                    packed.push_back(p[i][c]);
+                }
+            if (k == 0)
+                g.P = P, g.N = N, t.P = packed;
+            else
+                g.later.push_back({P, N}), t.later.push_back(packed);
+        }
+        std::vector<Vec3f> values;
+        const auto program = make_program(lobes, values);
+        grid::VertexInputs in;
+        in.stride = g.stride;
+        for (const Vec3f& v : values)
+            in.slots.push_back({true, v, {}});
+        add({&g, &t, nullptr, &in}, program);
     }
     void add(const store::ShadedGrid& shaded, const grid::LayeringProgram& program, int interior = -1) {
         uint64_t bad = 0;
@@ -112,7 +144,6 @@ class TestScene {
     // Camera at the origin of render space, looking along +z of `look`.
     void camera(Vec3f right, Vec3f up, Vec3f forward, float half_width, int width, int height) {
         CameraView& c = inputs.camera;
-        c.perspective = true;
         c.right = half_width;
         c.left = -half_width;
         c.top = half_width * float(height) / float(width);
@@ -129,7 +160,7 @@ class TestScene {
     // Shapes from `first_instance` on are one group, instanced once.
     void finish(int first_instance = -1, const Transform& world_from_group = Transform()) {
         const int count = int(store.shapes().size()), flat = first_instance < 0 ? count : first_instance;
-        std::vector<bvh::GroupDesc> groups(first_instance < 0 ? 1 : 2);
+        groups.assign(first_instance < 0 ? 1 : 2, {});
         bvh::GroupDesc& world = groups.back();
         world.shapes.push_back({0, flat});
         if (first_instance >= 0) {
@@ -139,11 +170,16 @@ class TestScene {
                     m_transforms.push_back(float(world_from_group.m[size_t(r)][size_t(c)]));
             world.instances.push_back({0, m_transforms});
         }
+        finish(groups);
+    }
+    // The last group is the world. What the groups point to must stay.
+    void finish(std::span<bvh::GroupDesc> groups) {
+        unnumbered = bvh::number_emitters(store, groups, most_slots);
         bvh = std::make_unique<bvh::Scene>(store, groups, false);
         inputs.store = &store;
         inputs.bvh = bvh.get();
-        inputs.world = world;
-        inputs.instanced = first_instance >= 0;
+        inputs.groups = groups;
+        inputs.instanced = !groups.back().instances.empty();
         inputs.filter_x = inputs.filter_y = filter;
         view = make_scene_view(inputs, journal);
     }

@@ -65,3 +65,10 @@ def crop(text: str) -> tuple[float, float, float, float]:
     if not (0 <= x0 < x1 <= 1 and 0 <= y0 < y1 <= 1):
         raise argparse.ArgumentTypeError(f"expected 0 <= X0 < X1 <= 1 and 0 <= Y0 < Y1 <= 1, got {text!r}")
     return x0, x1, y0, y1
+
+
+def shutter(text: str) -> tuple[float, float]:
+    values = [number(part) for part in text.split(",")]
+    if len(values) != 2 or not values[0] <= values[1]:
+        raise argparse.ArgumentTypeError(f"expected OPEN,CLOSE, rising times as in the scene, got {text!r}")
+    return values[0], values[1]

@@ -70,6 +70,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="output parameter of surface shaders, a layer more in the EXR; any number of times",
     )
     picture.add_argument("--seed", type=types.natural, metavar="N", help="another seed, another noise")
+    picture.add_argument(
+        "--shutter-interval", type=types.shutter, metavar="OPEN,CLOSE", help="of motion blur; twice the same = none"
+    )
     color = parser.add_argument_group("colour", "over what the scene says; docs/color.md")
     color.add_argument("--color-space", metavar="NAME", help="of the scene's RGB: rec709, rec2020, acescg")
     color.add_argument("--output-space", metavar="NAME", help="of the picture: one of those, aces2065 or xyz")
@@ -126,6 +129,7 @@ def render(arguments: argparse.Namespace, started: float, interruption: Interrup
         integrator=arguments.integrator,
         seed=arguments.seed,
         aovs=arguments.aov,
+        shutter=arguments.shutter_interval,
         lanes=arguments.lanes,
         strict_directions=arguments.strict_directions,
         progress=bar.update,

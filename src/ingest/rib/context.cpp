@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "ingest/rib/handlers.h"
+#include "ingest/rib/motion.h"
 #include "ingest/rib/primvars.h"
 
 namespace kanuka::ingest {
@@ -61,14 +62,26 @@ void Context::execute(Call& call) {
                           " holds samples of one transformation, colour or primitive, and was closed here");
         end_motion(call.where);
     } else if (in_motion && spec.handler != &handlers::motion_end) {
-        // Step 2: of the samples of a motion block the first one counts.
-        if (m_motion_request && m_motion_request != &spec)
+        // Step 2: samples of a motion block gather; of other requests than transformations and primitives the
+        // first one counts.
+        if (m_motion.request && m_motion.request != &spec) {
             reports.error("motion block", call.where,
-                          name + " in a motion block of " + std::string(m_motion_request->name) +
+                          name + " in a motion block of " + std::string(m_motion.request->name) +
                               ": all samples must be of one request; left out");
-        m_motion_request = m_motion_request ? m_motion_request : &spec;
-        if (m_motion_calls++ > 0)
             return;
+        }
+        m_motion.request = &spec;
+        const int sample = m_motion.calls++;
+        const bool supported = spec.support == Support::Full || spec.support == Support::Partial;
+        if (supported && (is_transformation(spec) || !(spec.scopes & InOuter))) {
+            motion_sample(call);
+            return;
+        }
+        if (sample > 0) {
+            reports.once(Severity::Info, "motion of " + name, call.where,
+                         name + " does not change while the shutter is open: the first sample was used");
+            return;
+        }
     }
     // Step 3: do it, or say why not.
     const std::string note = spec.note.empty() ? "" : ": " + std::string(spec.note);
@@ -108,16 +121,16 @@ bool Context::finite(const Call& call, size_t arguments) {
 // ---- blocks -----------------------------------------------------------------------------------------
 
 void Context::open(BlockKind kind, const Location& where) {
-    m_blocks.push_back({kind, where, attributes, ctm, nullptr});
+    m_blocks.push_back({kind, where, attributes, ctm, ctm_keys, nullptr});
 }
 
 void Context::restore(Block& block) {
     if (block.kind == BlockKind::Motion) {
-        m_motion_request = nullptr;
-        m_motion_calls = 0;
+        finish_motion();
         return;
     }
     ctm = block.ctm;
+    ctm_keys = std::move(block.ctm_keys);
     if (block.kind != BlockKind::Transform)
         attributes = std::move(block.attributes);
     if (block.options)
@@ -162,18 +175,6 @@ bool Context::close(BlockKind kind, const Location& where) {
     return true;
 }
 
-void Context::begin_motion(const Location& where) {
-    open(BlockKind::Motion, where);
-    m_motion_request = nullptr;
-    m_motion_calls = 0;
-}
-
-void Context::end_motion(const Location& where) {
-    const bool empty = m_motion_calls == 0;
-    if (close(BlockKind::Motion, where) && empty)
-        reports.warning("empty motion block", where, "MotionEnd: the motion block has no sample");
-}
-
 // ---- objects ----------------------------------------------------------------------------------------
 
 void Context::begin_object(const std::string& handle, const Location& where) {
@@ -185,7 +186,7 @@ void Context::begin_object(const std::string& handle, const Location& where) {
     m_object_outer = ctm;
     open(BlockKind::Object, where);
     m_open_object = objects.begin(handle, where);
-    ctm = {};
+    replace({});
     attributes.shared =
         std::make_shared<scene::Attributes>(); // what is not set inside comes from the instance
     attributes.set = 0;
@@ -232,12 +233,13 @@ void Context::add_instance(const Call& call) {
         member.set = attributes.set;
         member.primitive.world_from_object = ctm;
         member.primitive.attributes = attributes.shared;
+        member.primitive.motion = moving_place(ctm_keys);
         objects.record(m_open_object).members.push_back(std::move(member));
         return;
     }
     lights.shine(attributes);
     try {
-        objects.instance(m_scene, object, attributes.shared, ctm);
+        objects.instance(m_scene, object, attributes.shared, ctm, ctm_keys);
     } catch (const Error& e) { // an inverse that double precision cannot hold
         reports.error("singular transformation", call.where,
                       "ObjectInstance was left out: " + std::string(e.what()));
@@ -273,15 +275,28 @@ scene::ShaderRef Context::shader(Call& call, size_t name_argument) const {
 }
 
 void Context::add_primitive(Call& call, scene::Geometry geometry) {
-    if (!attributes.detail_visible || !usable_transform(call) || !check_primvars(call, geometry, reports))
-        return;
-    scene::Primitive primitive{
-        std::move(geometry), std::move(call.params), ctm, attributes.shared, m_next_id++, call.where};
-    if (m_open_object >= 0) {
-        objects.record(m_open_object).members.push_back({std::move(primitive), -1, attributes.set});
+    const bool in_motion = m_motion.request == call.spec;
+    if (in_motion && m_motion.calls > 1) {
+        add_shape(call, std::move(geometry));
         return;
     }
-    lights.shine(attributes);
+    if (!attributes.detail_visible || !usable_transform(call) || !check_primvars(call, geometry, reports))
+        return;
+    if (m_open_object < 0)
+        lights.shine(attributes);
+    if (in_motion)
+        m_motion.shapes.push_back({m_motion.times[0], geometry, call.params}); // buffers are shared
+    scene::Primitive primitive{
+        std::move(geometry), std::move(call.params), ctm, attributes.shared, m_next_id++,
+        call.where,          moving_place(ctm_keys)};
+    m_motion.object = m_open_object;
+    if (m_open_object >= 0) {
+        auto& members = objects.record(m_open_object).members;
+        m_motion.index = int(members.size());
+        members.push_back({std::move(primitive), -1, attributes.set});
+        return;
+    }
+    m_motion.index = int(m_scene.primitives.size());
     m_scene.primitives.push_back(std::move(primitive));
 }
 

@@ -27,6 +27,22 @@ class Stream {
     virtual std::string folder() const = 0; // of the file being read; empty = the working directory
 };
 
+// The samples of an open motion block.
+struct MotionBlock {
+    std::vector<double> times;
+    Location where;
+    const RequestSpec* request = nullptr; // of all samples
+    int calls = 0;
+    // Of a transformation: its own matrix at every time; `absolute` if it replaces what was there.
+    std::vector<TransformKey> local;
+    bool absolute = false;
+    std::vector<std::array<double, 4>> turns; // of Rotate: angle and axis
+    // Of a primitive: where it went (the object or -1 for the world, its index; none = it was left out), its
+    // shapes.
+    int object = -1, index = -1;
+    std::vector<scene::Motion::Shape> shapes;
+};
+
 struct FrameChoice {
     int frame = 0;                // FrameBegin's number; 0 = the first that makes a picture
     bool take_depth_pass = false; // a frame that writes depth alone counts as a picture
@@ -50,8 +66,9 @@ class Context {
     Declarations& declarations;
     OptionState options;
     AttributeState attributes;
-    Transform ctm; // camera_from_current before WorldBegin, world_from_current after it, object_from_current
-                   // in objects
+    // camera_from_current before WorldBegin, world_from_current after it, object_from_current in objects.
+    Transform ctm;
+    std::vector<TransformKey> ctm_keys; // of a moving one, which `ctm` starts with; empty = it stands still
     Lights lights;
     Objects objects;
     std::map<std::string, Transform> coordinate_systems;
@@ -72,7 +89,7 @@ class Context {
     void end_world(const Location& where);
     void begin_object(const std::string& handle, const Location& where);
     void end_object(const Location& where);
-    void begin_motion(const Location& where);
+    void begin_motion(const Call& call);
     void end_motion(const Location& where);
 
     // camera_from_current: what handedness and level of detail are measured by.
@@ -84,9 +101,15 @@ class Context {
     void add_instance(const Call& call);
     // Scales, positions, matrices: a NaN or infinity would spread. Reported; false = leave the call out.
     bool finite(const Call& call, size_t arguments);
+    // Transformations: ctm' = ctm * t at all times, and ctm' = t.
+    void concat(const Transform& t);
+    void replace(const Transform& t);
 
   private:
     bool usable_transform(const Call& call);
+    void add_shape(Call& call, scene::Geometry geometry);
+    void motion_sample(Call& call);
+    void finish_motion();
     void restore(Block& block);
     bool writes_depth_only() const;
 
@@ -104,8 +127,7 @@ class Context {
     int m_next_id = 1;
     int m_open_object = -1;
     Transform m_object_outer; // the transformation at ObjectBegin
-    const RequestSpec* m_motion_request = nullptr;
-    int m_motion_calls = 0;
+    MotionBlock m_motion;     // the open one: they do not nest
 };
 
 } // namespace kanuka::ingest

@@ -210,7 +210,7 @@ void detail(Context& c, Call& call) {
 static double detail_size(const Context& c) {
     const Bounds3f& b = *c.attributes.detail_bound;
     const scene::Camera& camera = c.options.camera;
-    const bool perspective = camera.projection == scene::Camera::Projection::Perspective;
+    const bool perspective = camera.projection != scene::Camera::Projection::Orthographic;
     double lo[2] = {1e300, 1e300}, hi[2] = {-1e300, -1e300};
     for (int corner = 0; corner < 8; corner++) {
         const Vec3f p = c.attributes.detail_transform.point(

@@ -73,10 +73,7 @@ void object_instance(Context& c, Call& call) {
 }
 
 void motion_begin(Context& c, Call& call) {
-    if (call.args[0].floats.size() > 1)
-        c.reports.once(Severity::Info, "MotionBegin", call.where,
-                       "MotionBegin: motion blur is not supported yet; the first sample was used");
-    c.begin_motion(call.where);
+    c.begin_motion(call);
 }
 void motion_end(Context& c, Call& call) {
     c.end_motion(call.where);

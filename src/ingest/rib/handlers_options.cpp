@@ -5,6 +5,7 @@
 #include "ingest/rib/context.h"
 #include "ingest/rib/handlers.h"
 #include "ingest/rib/search_path.h"
+#include "scene/shutter.h"
 
 namespace kanuka::ingest::handlers {
 
@@ -77,20 +78,21 @@ void crop_window(Context& c, Call& call) {
 
 void projection(Context& c, Call& call) {
     scene::Camera& camera = c.options.camera;
-    if (call.text(0) == "perspective") {
-        camera.projection = scene::Camera::Projection::Perspective;
-        const float fov = call.params.get_float("fov", 90);
-        if (fov > 0 && fov < 180)
+    if (const auto known = projection_by_name(call.text(0))) {
+        camera.projection = *known;
+        const float most = kind_of(*known).largest_fov;
+        const float fov = call.params.get_float("fov", is_fisheye(*known) ? 180 : 90);
+        if (fov > 0 && (most == 0 || fov <= most || (*known == Projection::Perspective && fov < 180)))
             camera.fov = fov;
         else
-            out_of_range(c, call, "the field of view must lie between 0 and 180 degrees");
-    } else if (call.text(0) == "orthographic") {
-        camera.projection = scene::Camera::Projection::Orthographic;
+            out_of_range(c, call,
+                         "the field of view must lie between 0 and " +
+                             std::to_string(int(std::lround(most))) + " degrees");
     } else if (call.text(0) != "null") {
         c.reports.error("Projection", call.where,
                         "Projection \"" + call.text(0) +
-                            "\" is unknown; the projection stays as it was (there are "
-                            "perspective and orthographic)");
+                            "\" is unknown; the projection stays as it was (there are " +
+                            projection_names<std::string>(", ") + ")");
     }
     // What comes before Projection would transform the projected picture (RISpec 4.1.1); what comes after it,
     // the camera.
@@ -99,7 +101,7 @@ void projection(Context& c, Call& call) {
             "transformation before Projection", call.where,
             "transformations before Projection were dropped; move them behind Projection, or use "
             "ScreenWindow to shift the picture");
-    c.ctm = {};
+    c.replace({});
     // Names of spaces are relative to the camera: "screen" and "NDC" have no affine place in the scene.
 }
 
@@ -207,10 +209,40 @@ void display_channel(Context& c, Call& call) {
     user.set(std::move(channel));
 }
 
+// Of the lens and the shutter, under "camera"; RenderMan has some of them under Hider.
+static bool camera_option(Context& c, const Value& v) {
+    scene::Camera& camera = c.options.camera;
+    const auto wrong = [&](const std::string& needs) {
+        c.reports.error("camera option", v.where, "\"" + v.name + "\": " + needs + "; it stays as it was");
+    };
+    const bool numbers = !v.floats.empty();
+    const float f = numbers ? v.floats[0] : 0;
+    if (v.name == "shutteropening") {
+        if (const auto fault = scene::fault_of_opening({v.floats.data(), v.floats.size()}); fault || !numbers)
+            wrong(fault.value_or("it takes 2 or 10 numbers"));
+        else
+            c.options.options.shutter_opening.assign(v.floats.begin(), v.floats.end());
+    } else if (v.name == "aperture") { // sides, angle; PRMan's roundness and density are not followed
+        if (!numbers || !(f == 0 || (f >= 3 && f <= 64)) ||
+            (v.floats.size() > 1 && !std::isfinite(v.floats[1])))
+            return wrong("it takes the number of blades, 3 to 64 or 0 for round, and an angle in degrees"),
+                   true;
+        camera.blades = int(f);
+        camera.blade_rotation = v.floats.size() > 1 ? v.floats[1] : 0;
+    } else if (v.name == "dofaspect") { // width over height
+        numbers&& f > 0 && std::isfinite(f) ? void(camera.squeeze = 1 / f) : wrong("it must be more than 0");
+    } else {
+        return false;
+    }
+    return true;
+}
+
 void hider(Context& c, Call& call) {
     scene::ValueList& user = c.options.options.user;
     keep_text(user, "hider", call.text(0));
     for (Value& v : call.params.values) {
+        if (camera_option(c, v))
+            continue;
         v.name = "hider:" + v.name;
         user.set(std::move(v));
     }
@@ -346,6 +378,8 @@ void option(Context& c, Call& call) {
             kanuka_option(c, v);
             continue;
         }
+        if (category == "camera" && camera_option(c, v))
+            continue;
         if (category == "color" || category == "exposure")
             color_option(c, category, v);
         if (category == "searchpath")

@@ -31,29 +31,29 @@ Transform from_rows(Context& c, const Call& call) {
 } // namespace
 
 void identity(Context& c, Call&) {
-    c.ctm = {};
+    c.replace({});
 }
 
 void transform(Context& c, Call& call) {
     if (c.finite(call, 1))
-        c.ctm = from_rows(c, call);
+        c.replace(from_rows(c, call));
 }
 
 void concat_transform(Context& c, Call& call) {
     if (c.finite(call, 1))
-        c.ctm = c.ctm * from_rows(c, call);
+        c.concat(from_rows(c, call));
 }
 
 void translate(Context& c, Call& call) {
     const auto& v = call.args[0].floats;
     if (c.finite(call, 1))
-        c.ctm = c.ctm * Transform::translate(v[0], v[1], v[2]);
+        c.concat(Transform::translate(v[0], v[1], v[2]));
 }
 
 void scale(Context& c, Call& call) {
     const auto& v = call.args[0].floats;
     if (c.finite(call, 1))
-        c.ctm = c.ctm * Transform::scale(v[0], v[1], v[2]);
+        c.concat(Transform::scale(v[0], v[1], v[2]));
 }
 
 // Rotate about z by a positive angle takes x towards y. In RenderMan's left-handed camera space that is the
@@ -68,7 +68,7 @@ void rotate(Context& c, Call& call) {
                               "Rotate about the axis 0 0 0 was left out; give a direction");
         return;
     }
-    c.ctm = c.ctm * Transform::rotate(v[0], v[1], v[2], v[3]);
+    c.concat(Transform::rotate(v[0], v[1], v[2], v[3]));
 }
 
 // Shears along d2 so that d1 turns by `angle` towards d2 (RISpec 4.3). With e the part of d1 across d2 and a
@@ -100,7 +100,7 @@ void skew(Context& c, Call& call) {
     for (size_t i = 0; i < 3; i++)
         for (size_t j = 0; j < 3; j++)
             t.m[i][j] += s * u[i] * (w[j] - cosine * u[j]) / sine;
-    c.ctm = c.ctm * t;
+    c.concat(t);
 }
 
 // x' = x / (z tan(fov/2)), y' likewise, z' = 1 - 1/z.
@@ -115,7 +115,7 @@ void perspective(Context& c, Call& call) {
     }
     Transform t;
     t.m = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, d, -d}, {0, 0, d, 0}}};
-    c.ctm = c.ctm * t;
+    c.concat(t);
 }
 
 void coordinate_system(Context& c, Call& call) {
@@ -133,7 +133,7 @@ void coord_sys_transform(Context& c, Call& call) {
                             "\"; there are: " + (names.empty() ? "none" : names));
         return;
     }
-    c.ctm = known->second;
+    c.replace(known->second);
 }
 
 } // namespace kanuka::ingest::handlers

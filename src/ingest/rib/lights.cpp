@@ -4,7 +4,11 @@ namespace kanuka::ingest {
 
 void Lights::declare(scene::ShaderRef shader, AttributeState& attributes) {
     const int index = int(m_lights.size());
+    // Objects name their lights: a handle that is used again must not stand for two.
+    const bool again = m_handles.contains(shader.handle);
     m_handles[shader.handle] = index;
+    if (again)
+        shader.handle += "#" + std::to_string(index);
     m_lights.push_back(std::move(shader));
     auto on = std::make_shared<LightSet>(*attributes.lights);
     on->insert(index);
@@ -23,7 +27,9 @@ void Lights::illuminate(const std::string& handle, bool on, AttributeState& attr
     if (known->second == AreaLight) {
         if (!on)
             reports.once(Severity::Warning, "Illuminate area light", where,
-                         "Illuminate cannot turn area lights off yet: leave out the AreaLightSource instead");
+                         "Illuminate turns no area lights off; write Attribute \"lighting\" \"string "
+                         "excludesubset\" with "
+                         "the light's handle instead");
         return;
     }
     if (attributes.lights->contains(known->second) == on)
@@ -36,11 +42,20 @@ void Lights::illuminate(const std::string& handle, bool on, AttributeState& attr
     attributes.lights = std::move(changed);
 }
 
-void Lights::shine(const AttributeState& attributes) {
-    if (attributes.lights == m_last)
-        return;
-    m_last = attributes.lights;
-    m_seen.insert(m_last);
+void Lights::shine(AttributeState& attributes) {
+    if (attributes.lights != m_last) {
+        m_last = attributes.lights;
+        auto& names = m_seen[m_last];
+        if (!names) {
+            auto on = std::make_shared<std::set<std::string>>();
+            for (int light : *m_last)
+                on->insert(m_lights[size_t(light)].handle);
+            names = std::move(on);
+        }
+        m_names = names;
+    }
+    if (attributes.shared->lights_on != m_names)
+        attributes.edit(0).lights_on = m_names;
 }
 
 void Lights::place(const Transform& world_from_camera) {
@@ -58,7 +73,7 @@ std::vector<scene::ShaderRef> Lights::finish(Reports& reports) const {
     for (size_t i = 0; i < m_lights.size(); i++) {
         size_t on = 0;
         for (const auto& seen : m_seen)
-            on += seen->contains(int(i));
+            on += seen.first->contains(int(i));
         const scene::ShaderRef& light = m_lights[i];
         const std::string what = "LightSource \"" + light.name + "\" \"" + light.handle + "\"";
         if (on == 0 && !m_seen.empty()) {
@@ -68,11 +83,6 @@ std::vector<scene::ShaderRef> Lights::finish(Reports& reports) const {
                        "and AttributeEnd needs Illuminate after them");
             continue;
         }
-        if (on < m_seen.size())
-            reports.once(Severity::Info, "light linking", light.where,
-                         what +
-                             " is on for some primitives only, but shines on all: lights per object are not "
-                             "supported yet");
         lit.push_back(light);
     }
     return lit;

@@ -17,11 +17,10 @@ class Lights {
     void illuminate(const std::string& handle, bool on, AttributeState& attributes, Reports& reports,
                     const Location& where);
     // A primitive is declared under this attribute state.
-    void shine(const AttributeState& attributes);
+    void shine(AttributeState& attributes);
     // WorldBegin: what was declared in camera space gets its place in the world.
     void place(const Transform& world_from_camera);
-    // The lights that are on for at least one primitive, in order of declaration. Lights that are on for some
-    // only shine on all, which is reported.
+    // The lights that are on for at least one primitive, in order of declaration.
     std::vector<scene::ShaderRef> finish(Reports& reports) const;
     size_t size() const { return m_lights.size(); }
     void truncate(size_t size); // forgets the lights of a frame that ends
@@ -30,7 +29,9 @@ class Lights {
     static constexpr int AreaLight = -1;
     std::vector<scene::ShaderRef> m_lights;
     std::map<std::string, int> m_handles;
-    std::set<std::shared_ptr<const LightSet>> m_seen; // every set that a primitive was declared under
+    // Every set that a primitive was declared under, and the names of its lights.
+    std::map<std::shared_ptr<const LightSet>, std::shared_ptr<const std::set<std::string>>> m_seen;
+    std::shared_ptr<const std::set<std::string>> m_names; // of the last
     std::shared_ptr<const LightSet> m_last;
 };
 

@@ -31,6 +31,10 @@ bool same(const std::vector<ShaderRef>& a, const std::vector<ShaderRef>& b) {
     });
 }
 
+bool same_lights(const Attributes& a, const Attributes& b) {
+    return a.lights_on == b.lights_on || (a.lights_on && b.lights_on && *a.lights_on == *b.lights_on);
+}
+
 // The look of what inherits from either is the same; the name does not count.
 bool same_look(const Attributes& a, const Attributes& b) {
     return a.color == b.color && a.opacity == b.opacity && a.shading_rate == b.shading_rate &&
@@ -41,7 +45,7 @@ bool same_look(const Attributes& a, const Attributes& b) {
            a.displacement_bound == b.displacement_bound &&
            a.displacement_bound_space == b.displacement_bound_space && a.visible_camera == b.visible_camera &&
            a.dice_flatness == b.dice_flatness && a.texture_coordinates == b.texture_coordinates &&
-           same(a.user, b.user);
+           same(a.user, b.user) && same_lights(a, b);
 }
 
 // Of what most often differs; equal looks have equal hashes.
@@ -132,6 +136,41 @@ static void append_3x4(std::vector<float>& out, const Transform& t) {
             out.push_back(float(t.m[row][column]));
 }
 
+void InstanceLists::add(int group, const Transform& still, const std::vector<TransformKey>& moving) {
+    std::vector<double> times;
+    for (const TransformKey& k : moving)
+        times.push_back(k.time);
+    std::vector<float>& list = lists[{group, times}];
+    if (moving.empty())
+        append_3x4(list, still);
+    for (const TransformKey& k : moving)
+        append_3x4(list, k.transform);
+}
+
+std::vector<scene::Group::Instances> InstanceLists::take(int& next_id) {
+    std::vector<scene::Group::Instances> out;
+    for (auto& [key, matrices] : lists) {
+        scene::Group::Instances instances;
+        instances.group = key.first;
+        instances.first_id = next_id;
+        instances.times = key.second;
+        const size_t times = std::max<size_t>(key.second.size(), 1), count = matrices.size() / 12 / times;
+        if (times > 1) { // all instances at the first time, then all at the second, …
+            std::vector<float> sorted(matrices.size());
+            for (size_t i = 0; i < count; i++)
+                for (size_t k = 0; k < times; k++)
+                    std::copy_n(matrices.begin() + long(12 * (i * times + k)), 12,
+                                sorted.begin() + long(12 * (k * count + i)));
+            matrices = std::move(sorted);
+        }
+        next_id += int(count);
+        instances.transforms = std::move(matrices);
+        out.push_back(std::move(instances));
+    }
+    lists.clear();
+    return out;
+}
+
 // Group indices of children are lower than their parent's: children are made first.
 int Objects::group_for(scene::Scene& scene, int object, const std::shared_ptr<const Attributes>& attributes,
                        const Transform& world_from_object) {
@@ -159,7 +198,7 @@ int Objects::group_for(scene::Scene& scene, int object, const std::shared_ptr<co
         scene::transform_shader(object_from_world, c);
     const std::shared_ptr<const Attributes> shared_local = local;
     std::map<std::pair<const Attributes*, uint32_t>, std::shared_ptr<const Attributes>> merged;
-    std::map<int, std::vector<float>> children;
+    InstanceLists children;
     for (size_t i = 0; i < record(object).members.size(); i++) {
         const ObjectRecord::Member& member = record(object).members[i];
         auto& look = merged[{member.primitive.attributes.get(), member.set}];
@@ -170,18 +209,13 @@ int Objects::group_for(scene::Scene& scene, int object, const std::shared_ptr<co
             group.primitives.back().attributes = look;
         } else {
             const int child = group_for(scene, member.object, look, member.primitive.world_from_object);
-            append_3x4(children[child], record(object).members[i].primitive.world_from_object);
+            const scene::Primitive& place = record(object).members[i].primitive;
+            children.add(child, place.world_from_object,
+                         place.motion ? place.motion->places : std::vector<TransformKey>());
         }
     }
     int first_id = 0;
-    for (auto& [child, transforms] : children) {
-        scene::Group::Instances instances;
-        instances.group = child;
-        instances.first_id = first_id;
-        first_id += int(transforms.size() / 12);
-        instances.transforms = std::move(transforms);
-        group.instances.push_back(std::move(instances));
-    }
+    group.instances = children.take(first_id);
     const int index = int(scene.groups.size());
     scene.groups.push_back(std::move(group));
     ObjectRecord& r = record(object);
@@ -191,20 +225,13 @@ int Objects::group_for(scene::Scene& scene, int object, const std::shared_ptr<co
 }
 
 void Objects::instance(scene::Scene& scene, int object, const std::shared_ptr<const Attributes>& attributes,
-                       const Transform& world_from_object) {
-    append_3x4(m_transforms[group_for(scene, object, attributes, world_from_object)], world_from_object);
+                       const Transform& world_from_object, const std::vector<TransformKey>& moving) {
+    m_instances.add(group_for(scene, object, attributes, world_from_object), world_from_object, moving);
 }
 
 void Objects::finish(scene::Scene& scene, int next_id) {
-    for (auto& [group, transforms] : m_transforms) {
-        scene::Group::Instances instances;
-        instances.group = group;
-        instances.first_id = next_id;
-        next_id += int(transforms.size() / 12);
-        instances.transforms = std::move(transforms);
+    for (scene::Group::Instances& instances : m_instances.take(next_id))
         scene.instances.push_back(std::move(instances));
-    }
-    m_transforms.clear();
 }
 
 } // namespace kanuka::ingest

@@ -31,6 +31,14 @@ struct ObjectRecord {
     std::map<const scene::Attributes*, Variant> by_pointer; // holds the pointers, so that they stay unique
 };
 
+// Matrices of instances by group and times (none = still), instance by instance, each at all of its times.
+struct InstanceLists {
+    std::map<std::pair<int, std::vector<double>>, std::vector<float>> lists;
+    void add(int group, const Transform& still, const std::vector<TransformKey>& moving);
+    // Ids go on from `next_id`, which comes out behind the last.
+    std::vector<scene::Group::Instances> take(int& next_id);
+};
+
 class Objects {
   public:
     // Index of the record; the handle means it from now on.
@@ -42,7 +50,7 @@ class Objects {
 
     // One more instance in the world.
     void instance(scene::Scene& scene, int object, const std::shared_ptr<const scene::Attributes>& attributes,
-                  const Transform& world_from_object);
+                  const Transform& world_from_object, const std::vector<TransformKey>& moving);
     // Writes the instances to the scene; ids go on from `next_id`.
     void finish(scene::Scene& scene, int next_id);
 
@@ -51,7 +59,7 @@ class Objects {
                   const Transform& world_from_object);
     std::vector<ObjectRecord> m_records;
     std::map<std::string, int> m_handles;
-    std::map<int, std::vector<float>> m_transforms; // by group
+    InstanceLists m_instances;
 };
 
 // What a primitive inside an object looks like: `own` where its bits are set, else `inherited`.

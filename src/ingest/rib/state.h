@@ -74,6 +74,7 @@ struct Block {
     Location where;
     AttributeState attributes;
     Transform ctm;
+    std::vector<TransformKey> ctm_keys;
     std::unique_ptr<OptionState> options; // frames and worlds
 };
 

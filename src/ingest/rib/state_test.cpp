@@ -274,7 +274,8 @@ TEST(RibLights, WhatIsOnForNothingIsLeftOut) {
     EXPECT_EQ(r.scene.light_shaders[1].name, "spotlight");
     EXPECT_TRUE(r.says("\"pointlight\" \"off\" is on for no primitive"));
     EXPECT_TRUE(r.says("\"distantlight\" \"3\" is on for no primitive"));
-    EXPECT_TRUE(r.says("\"ambientlight\" \"1\" is on for some primitives only"));
+    EXPECT_EQ(*r.primitive(0).attributes->lights_on, (std::set<std::string>{"1", "4"}));
+    EXPECT_EQ(*r.primitive(1).attributes->lights_on, (std::set<std::string>{"4"}));
     EXPECT_TRUE(Parsed(world("Illuminate 9 1 Sphere 1 -1 1 360")).says("no light source has this handle"));
 }
 
@@ -283,7 +284,9 @@ TEST(RibLights, HandlesMayBeUsedAgain) {
         "LightSource \"distantlight\" 1 \"intensity\" 1\nLightSource \"distantlight\" 1 \"intensity\" 2\n"
         "Sphere 1 -1 1 360"));
     EXPECT_SILENT(r);
-    EXPECT_EQ(r.scene.light_shaders.size(), 2u);
+    ASSERT_EQ(r.scene.light_shaders.size(), 2u);
+    EXPECT_EQ(r.primitive(0).attributes->lights_on->size(), 2u);
+    EXPECT_NE(r.scene.light_shaders[0].handle, r.scene.light_shaders[1].handle);
 }
 
 TEST(RibLights, AreaLightsAreAttributes) {
@@ -299,14 +302,116 @@ TEST(RibLights, AreaLightsAreAttributes) {
 
 // ---- motion, solids ---------------------------------------------------------------------------------
 
-TEST(RibBlocks, TheFirstMotionSampleCounts) {
-    const Parsed r(world("MotionBegin [0 1] Translate 1 0 0 Translate 2 0 0 MotionEnd\n"
-                         "MotionBegin [0 1] Sphere 1 -1 1 360 Sphere 2 -2 2 360 MotionEnd"));
+TEST(RibMotion, TransformationsAndShapes) {
+    const Parsed r(
+        world("MotionBegin [0 1] Translate 1 0 0 Translate 2 0 0 MotionEnd Scale 2 2 2\n"
+              "MotionBegin [0 0.5 1] Sphere 1 -1 1 360 Sphere 2 -2 2 360 Sphere 1 -1 1 360 MotionEnd"));
+    EXPECT_SILENT(r);
     ASSERT_EQ(r.scene.primitives.size(), 1u);
-    EXPECT_EQ(std::get<scene::Quadric>(r.primitive(0).geometry).arguments[0], 1);
-    expect_point(r.primitive(0).world_from_object.point({0, 0, 0}), 1, 0, 0);
-    EXPECT_EQ(r.messages().size(), 1u);
-    EXPECT_TRUE(r.says("info 3:1 MotionBegin: motion blur is not supported yet"));
+    const scene::Primitive& p = r.primitive(0);
+    EXPECT_EQ(std::get<scene::Quadric>(p.geometry).arguments[0], 1);
+    expect_point(p.world_from_object.point({0.5f, 0, 0}), 2, 0, 0);
+    ASSERT_TRUE(p.motion);
+    ASSERT_EQ(p.motion->places.size(), 2u);
+    EXPECT_EQ(p.motion->places[1].time, 1);
+    expect_point(p.motion->places[1].transform.point({0.5f, 0, 0}), 3, 0, 0);
+    ASSERT_EQ(p.motion->shapes.size(), 3u);
+    EXPECT_EQ(p.motion->shapes[1].time, 0.5);
+    EXPECT_EQ(std::get<scene::Quadric>(p.motion->shapes[1].geometry).arguments[0], 2);
+}
+
+TEST(RibMotion, EndsWithItsBlock) {
+    const Parsed r(
+        world("AttributeBegin MotionBegin [0 1] Translate 1 0 0 Translate 2 0 0 MotionEnd AttributeEnd "
+              "Sphere 1 -1 1 360 MotionBegin [0 1] Identity Identity MotionEnd Sphere 1 -1 1 360\n"
+              "MotionBegin [2] Translate 1 0 0 MotionEnd Sphere 1 -1 1 360"));
+    EXPECT_SILENT(r);
+    EXPECT_FALSE(r.primitive(0).motion);
+    EXPECT_TRUE(r.primitive(1).motion); // two samples that are the same: the renderer finds that out
+    expect_point(r.primitive(2).world_from_object.point({0, 0, 0}), 1, 0, 0);
+}
+
+// Matrices alone would have it stand still.
+TEST(RibMotion, WholeTurnsAreKept) {
+    const Parsed r(world(
+        "MotionBegin [0 1] Rotate 0 0 0 1 Rotate 360 0 0 1 MotionEnd Translate 3 0 0 Sphere 1 -1 1 360"));
+    EXPECT_SILENT(r);
+    const auto& keys = r.primitive(0).motion->places;
+    ASSERT_GE(keys.size(), 36u);
+    const MotionPath path(keys);
+    for (const double t : {0.1, 0.25, 0.613}) {
+        const Vec3f p = path.at(t).point({0, 0, 0});
+        const double a = 2 * 3.14159265358979 * t;
+        EXPECT_NEAR(p.x, 3 * std::cos(a), 5e-3);
+        EXPECT_NEAR(p.y, 3 * std::sin(a), 5e-3);
+    }
+}
+
+TEST(RibMotion, BlocksMultiply) {
+    const Parsed r(world("MotionBegin [0 1] Translate 0 0 0 Translate 4 0 0 MotionEnd\n"
+                         "MotionBegin [0.5 1] Translate 0 0 0 Translate 0 1 0 MotionEnd Sphere 1 -1 1 360"));
+    EXPECT_SILENT(r);
+    const auto& keys = r.primitive(0).motion->places;
+    ASSERT_EQ(keys.size(), 3u);
+    expect_point(keys[1].transform.point({0, 0, 0}), 2, 0, 0);
+    expect_point(keys[2].transform.point({0, 0, 0}), 4, 1, 0);
+}
+
+TEST(RibMotion, CamerasAndInstancesMove) {
+    const Parsed r(
+        "Shutter 0 0.5 Option \"camera\" \"float[2] shutteropening\" [0.2 0.8]\n"
+        "Projection \"perspective\" MotionBegin [0 1] Translate 0 0 5 Translate 1 0 5 MotionEnd\n"
+        "ObjectBegin 1 MotionBegin [0 1] Translate 0 0 0 Translate 0 1 0 MotionEnd Sphere 1 -1 1 360 "
+        "ObjectEnd\n"
+        "WorldBegin AttributeBegin MotionBegin [0 1] Translate 0 0 0 Translate 0 0 1 MotionEnd\n"
+        "ObjectInstance 1 AttributeEnd ObjectInstance 1 Translate 1 0 0 ObjectInstance 1 WorldEnd");
+    EXPECT_SILENT(r);
+    EXPECT_EQ(r.scene.options.shutter_opening, (std::vector<float>{0.2f, 0.8f}));
+    ASSERT_EQ(r.scene.camera.motion.size(), 2u);
+    expect_point(r.scene.camera.motion[1].transform.point({0, 0, 0}), 1, 0, 5);
+    ASSERT_EQ(r.scene.groups.size(), 1u);
+    EXPECT_EQ(r.scene.groups[0].primitives[0].motion->places.size(), 2u);
+    ASSERT_EQ(r.scene.instances.size(), 2u);
+    EXPECT_EQ(r.scene.instances[0].count(), 2u); // still
+    EXPECT_EQ(r.scene.instances[1].count(), 1u);
+    EXPECT_EQ(r.scene.instances[1].times, (std::vector<double>{0, 1}));
+    EXPECT_EQ(r.scene.instances[1].transforms[12 + 11], 1);
+}
+
+TEST(RibMotion, SaysWhatDoesNotFit) {
+    const Parsed other(world("MotionBegin [0 1] Polygon \"P\" [0 0 0 1 0 0 0 1 0] "
+                             "Polygon \"P\" [0 0 0 1 0 0 1 1 0 0 1 0] MotionEnd"));
+    EXPECT_TRUE(other.says("must have the faces and vertices of the first"));
+    EXPECT_FALSE(other.primitive(0).motion);
+    EXPECT_TRUE(Parsed(world("MotionBegin [0 1] Translate 0 0 0 Translate 1 0 0 Translate 2 0 0 MotionEnd "
+                             "Sphere 1 -1 1 360"))
+                    .says("more samples than the 2 times"));
+    const Parsed backwards(
+        world("MotionBegin [1 0] Translate 3 0 0 Translate 1 0 0 MotionEnd Sphere 1 -1 1 360"));
+    EXPECT_TRUE(backwards.says("the times must rise"));
+    expect_point(backwards.primitive(0).world_from_object.point({0, 0, 0}), 3, 0, 0);
+    EXPECT_FALSE(backwards.primitive(0).motion);
+    const Parsed color(world("MotionBegin [0 1] Color 1 0 0 Color 0 1 0 MotionEnd Sphere 1 -1 1 360"));
+    EXPECT_TRUE(color.says("Color does not change while the shutter is open"));
+    EXPECT_EQ(color.primitive(0).attributes->color, Rgb(1, 0, 0));
+}
+
+TEST(RibOptions, ProjectionsAndLenses) {
+    const Parsed r(
+        "Projection \"fisheye\" DepthOfField 2 1 5 Hider \"raytrace\" \"float[4] aperture\" [6 30 0 0] "
+        "\"float dofaspect\" 0.5 WorldBegin Sphere 1 -1 1 360 WorldEnd");
+    EXPECT_SILENT(r);
+    EXPECT_EQ(r.scene.camera.projection, Projection::Fisheye);
+    EXPECT_EQ(r.scene.camera.fov, 180);
+    EXPECT_EQ(r.scene.camera.blades, 6);
+    EXPECT_EQ(r.scene.camera.blade_rotation, 30);
+    EXPECT_EQ(r.scene.camera.squeeze, 2);
+    const Parsed wide("Projection \"equisolid\" \"fov\" [300] Projection \"cube\" Option \"camera\" "
+                      "\"float[2] shutteropening\" [0.8 0.2] WorldBegin Sphere 1 -1 1 360 WorldEnd");
+    EXPECT_EQ(wide.scene.camera.fov, 300);
+    EXPECT_TRUE(wide.says("there are perspective, orthographic, fisheye, equisolid, spherical"));
+    EXPECT_TRUE(wide.says("must be open before it closes"));
+    EXPECT_TRUE(wide.scene.options.shutter_opening.empty());
 }
 
 TEST(RibBlocks, MotionBlocksHoldOneRequest) {

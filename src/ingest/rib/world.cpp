@@ -1,6 +1,7 @@
 // Frames and worlds: which of them makes the scene, and what the scene takes from the state.
 
 #include <algorithm>
+#include <cmath>
 
 #include "ingest/rib/context.h"
 
@@ -77,17 +78,27 @@ void Context::begin_world(const Location& where) {
                       "the camera's transformation cannot be inverted; look for a Scale by 0 before "
                       "WorldBegin. The identity was used instead");
         m_camera_from_world = {};
+        ctm_keys.clear();
     }
+    const bool usable = std::ranges::all_of(ctm_keys, [](const TransformKey& k) {
+        const double det = k.transform.determinant3();
+        return std::isfinite(det) && det != 0;
+    });
+    if (!usable)
+        reports.error("camera", where,
+                      "the moving camera's transformation cannot be inverted at all times; it stands still");
     m_scene.options = options.options;
     m_scene.camera = options.camera;
     m_scene.camera.camera_from_world = m_camera_from_world;
+    if (usable)
+        m_scene.camera.motion = ctm_keys;
     if (options.frame_aspect_ratio && !m_scene.camera.screen_window) {
         const float f = *options.frame_aspect_ratio; // RISpec 4.1.1: the shorter side runs from -1 to 1
         m_scene.camera.screen_window =
             f >= 1 ? std::array<float, 4>{-f, f, -1, 1} : std::array<float, 4>{-1, 1, -1 / f, 1 / f};
     }
     // Step 3: what was declared in camera space so far gets its place in the world.
-    ctm = {};
+    replace({});
     lights.place(world_from_camera);
     for (auto& [name, transform] : coordinate_systems)
         transform = world_from_camera * transform;

@@ -1,0 +1,98 @@
+#include <gtest/gtest.h>
+
+#include "base/motion.h"
+
+namespace kanuka {
+namespace {
+
+constexpr double Degree = 3.14159265358979323846 / 180;
+
+void expect_near(const Transform& a, const Transform& b, double tolerance) {
+    for (size_t i = 0; i < 4; i++)
+        for (size_t j = 0; j < 4; j++)
+            EXPECT_NEAR(a.m[i][j], b.m[i][j], tolerance) << i << "," << j;
+}
+
+} // namespace
+
+TEST(MotionPath, PassesThroughItsKeys) {
+    const TransformKey keys[] = {
+        {0, Transform::translate(1, 2, 3) * Transform::rotate(30, 1, 2, 3) * Transform::scale(1, 2, -3)},
+        {0.25, Transform::rotate(170, 0, 1, 0) * Transform::scale(-1, 2, 3)},
+        {2, Transform::translate(0, 0, 1e5) * Transform::rotate(-100, 1, 0, 1)},
+    };
+    const MotionPath path(keys);
+    for (const TransformKey& k : keys)
+        expect_near(path.at(k.time), k.transform, 1e-9);
+    expect_near(path.at(-5), keys[0].transform, 1e-9); // it stands still before and after
+    expect_near(path.at(5), keys[2].transform, 1e-9);
+}
+
+TEST(MotionPath, TurnsEvenly) {
+    const TransformKey keys[] = {{0, Transform::translate(1, 0, 0)},
+                                 {2, Transform::translate(3, 0, 0) * Transform::rotate(120, 1, 1, 1)}};
+    const MotionPath path(keys);
+    for (const double t : {0.3, 1.0, 1.9})
+        expect_near(path.at(t), Transform::translate(1 + t, 0, 0) * Transform::rotate(60 * t, 1, 1, 1),
+                    1e-12);
+    EXPECT_NEAR(path.turning(), 120 * Degree, 1e-12);
+}
+
+TEST(MotionPath, StretchesLinearlyAndTakesTheShortWay) {
+    const TransformKey grow[] = {{0, Transform::scale(1, 1, 1)}, {1, Transform::scale(3, 1, -1)}};
+    expect_near(MotionPath(std::span(grow, 1)).at(0.5), Transform{}, 0);
+    const TransformKey keys[] = {{0, Transform::rotate(170, 0, 0, 1)}, {1, Transform::rotate(-170, 0, 0, 1)}};
+    expect_near(MotionPath(keys).at(0.5), Transform::rotate(180, 0, 0, 1), 1e-12);
+    const TransformKey stretch[] = {{0, Transform::scale(1, 2, 3)}, {1, Transform::scale(3, 4, 5)}};
+    expect_near(MotionPath(stretch).at(0.25), Transform::scale(1.5, 2.5, 3.5), 1e-12);
+}
+
+TEST(MotionPath, BeforeAndAfterStandStill) {
+    const TransformKey keys[] = {{0, Transform::rotate(10, 0, 0, 1)}, {1, Transform::rotate(50, 0, 0, 1)}};
+    const Transform before = Transform::translate(5, 0, 0), after = Transform::rotate(-10, 0, 0, 1);
+    expect_near(MotionPath(keys, before, after).at(0.5), before * Transform::rotate(20, 0, 0, 1), 1e-12);
+}
+
+TEST(MotionPath, FlattenedKeysDoNotBreakIt) {
+    const TransformKey keys[] = {{0, Transform::scale(0, 0, 0)}, {1, Transform::scale(2, 2, 2)}};
+    expect_near(MotionPath(keys).at(0.5), Transform::scale(1, 1, 1), 1e-12);
+}
+
+// No corner of the box strays further from the straight and even way than is said, and the bound is no idle
+// one.
+TEST(MotionPath, BoundsItsArcs) {
+    const TransformKey keys[] = {{0, Transform::translate(1, 0, 0) * Transform::scale(1, 2, 1)},
+                                 {1, Transform::rotate(50, 1, 3, 2) * Transform::scale(2, 1, 1.5)}};
+    const MotionPath path(keys, {}, Transform::translate(0.5, 0, 0));
+    const Bounds3f box{{-1, -2, -1}, {1, 1, 3}};
+    for (const auto& [t0, t1] : {std::pair{0.0, 1.0}, {0.25, 0.5}, {0.9, 1.0}}) {
+        const double bound = path.deviation(t0, t1, box);
+        double worst = 0;
+        for (int k = 0; k < 8; k++) {
+            const Vec3f c{k & 1 ? box.hi.x : box.lo.x, k & 2 ? box.hi.y : box.lo.y,
+                          k & 4 ? box.hi.z : box.lo.z};
+            const Vec3f a = path.at(t0).point(c), b = path.at(t1).point(c);
+            for (double f = 0.05; f < 1; f += 0.05)
+                worst = std::max(worst,
+                                 double(length(path.at(t0 + (t1 - t0) * f).point(c) - lerp(float(f), a, b))));
+        }
+        EXPECT_LE(worst, bound);
+        EXPECT_GE(worst, 0.3 * bound);
+    }
+}
+
+TEST(Compose, AtAllTimesOfBoth) {
+    const TransformKey outer[] = {{0, Transform::translate(0, 0, 0)}, {1, Transform::translate(2, 0, 0)}};
+    const TransformKey inner[] = {{0.5, Transform::rotate(0, 0, 0, 1)}, {1, Transform::rotate(90, 0, 0, 1)}};
+    const auto both = compose(outer, {}, inner, {});
+    ASSERT_EQ(both.size(), 3u);
+    EXPECT_EQ(both[1].time, 0.5);
+    expect_near(both[0].transform, Transform{}, 1e-12);
+    expect_near(both[1].transform, Transform::translate(1, 0, 0), 1e-12);
+    expect_near(both[2].transform, Transform::translate(2, 0, 0) * Transform::rotate(90, 0, 0, 1), 0);
+    EXPECT_EQ(compose(outer, {}, {}, Transform::scale(2, 2, 2))[1].transform,
+              Transform::translate(2, 0, 0) * Transform::scale(2, 2, 2));
+    EXPECT_TRUE(compose({}, {}, {}, {}).empty());
+}
+
+} // namespace kanuka

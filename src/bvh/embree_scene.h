@@ -1,0 +1,71 @@
+// What the ray tracer's own files share: Embree's objects of a scene, and what travels with a query.
+#pragma once
+
+#include <embree3/rtcore.h>
+
+#include "bvh/bvh.h"
+
+namespace kanuka::bvh {
+
+constexpr int MaxDepth = 16; // of nested instances
+
+using Matrix = std::array<float, 12>; // row-major 3x4
+
+// Inverse of an affine 3x4 matrix by its adjugate; false if singular.
+bool invert(const float* m, float* out);
+
+// Embree's packaged build asserts that rays lie in the range that it can compute with. What does not hits
+// nothing.
+constexpr float LargestCoordinate = 1e18f;
+
+struct Geometry {
+    const store::Store* store;
+    std::vector<int> shape_of_grid; // grids, and quads of grids: by primID; meshes: one entry
+    std::vector<uint32_t> cell;     // quads of grids: place of the cell, u | v << 16, by primID; else empty
+};
+
+struct Instances;
+
+struct Group {
+    RTCScene scene = nullptr;
+    std::vector<std::unique_ptr<Geometry>> geometries; // by geomID; null for instances
+    std::vector<std::unique_ptr<Instances>> instances;
+};
+
+struct Instances {
+    int group;
+    int first_slot, slots; // of the first place; of each
+    int first_emitter;     // of the group that is placed; -1 = its own have no numbers
+    const Group* target;
+    std::span<const float> transforms;
+    std::vector<float> inverses; // 12 floats each
+    RTCBounds child;
+    // Moving ones: bounds at `steps` even times, which hold everything in between when interpolated.
+    std::span<const MotionPath> paths;
+    int steps = 1;
+    std::vector<Bounds3f> bounds; // of an instance, step by step
+};
+
+// Travels with a query through all levels; filters and callbacks find their ray by ray.id.
+struct Context {
+    RTCIntersectContext embree; // first member: Embree hands it back (checked below)
+    const int32_t* seeds;
+    float* hit_transform; // [12][width]
+    int32_t* hit_group;
+    int32_t* hit_slot_shift;
+    const int32_t* passes; // null: shadow linking is not asked for
+    int width;
+    int depth = 0;
+    Matrix world_from_current[MaxDepth + 1];
+    int32_t slot[MaxDepth + 1]; // where the numbers of emitters in the current group begin
+};
+static_assert(offsetof(Context, embree) == 0);
+
+// Callbacks of the user geometry that places groups.
+void instance_bounds(const RTCBoundsFunctionArguments* args);
+void instance_intersect(const RTCIntersectFunctionNArguments* args);
+void instance_occluded(const RTCOccludedFunctionNArguments* args);
+// Bounds at even times for instances that move, and at how many.
+void bound_paths(Instances& in);
+
+} // namespace kanuka::bvh

@@ -1,0 +1,96 @@
+#include "render/camera.h"
+
+#include <cmath>
+
+namespace kanuka::render {
+
+namespace {
+
+void place_film(const scene::Camera& c, const scene::Options& o, transport::CameraView& v) {
+    const float aspect = float(o.width) * o.pixel_aspect / float(o.height);
+    std::array<float, 4> screen = aspect >= 1 ? std::array<float, 4>{-aspect, aspect, -1, 1}
+                                              : std::array<float, 4>{-1, 1, -1 / aspect, 1 / aspect};
+    if (c.projection == Projection::Spherical)
+        screen = {-1, 1, -1, 1}; // the whole sphere, whatever the picture's shape
+    if (c.screen_window)
+        screen = *c.screen_window;
+    const float most = kind_of(c.projection).largest_fov;
+    const float half_fov = std::clamp(c.fov, 0.01f, most > 0 ? most : 360.0f) * 0.5f * Pi / 180;
+    const float half = c.projection == Projection::Perspective ? std::tan(half_fov) : 1.0f;
+    v.projection = c.projection;
+    v.half_angle = half_fov;
+    v.left = screen[0] * half;
+    v.right = screen[1] * half;
+    v.bottom = screen[2] * half;
+    v.top = screen[3] * half;
+    v.width = o.width;
+    v.height = o.height;
+}
+
+void place_lens(const scene::Camera& c, transport::CameraView& v) {
+    v.near_clip = c.near_clip > 1e-3f ? c.near_clip : 0;
+    if (!(c.f_stop > 0 && c.f_stop < 1e10f && c.focal_length > 0))
+        return;
+    v.lens_radius = 0.5f * c.focal_length / c.f_stop;
+    v.focal_distance = c.focal_distance;
+    v.blades = c.blades;
+    v.blade_cos = std::cos(c.blade_rotation * Pi / 180);
+    v.blade_sin = std::sin(c.blade_rotation * Pi / 180);
+    v.squeeze = c.squeeze > 0 ? c.squeeze : 1;
+}
+
+float pixels_per_radian(const transport::CameraView& v) {
+    const float across = float(v.width) / std::abs(v.right - v.left);
+    if (v.projection != Projection::Spherical)
+        return across * film_per_radian(v.projection, v.half_angle);
+    const float down = float(v.height) / std::abs(v.top - v.bottom);
+    return std::sqrt(across * InvPi * down * (2 * InvPi));
+}
+
+} // namespace
+
+PlacedCamera place_camera(const scene::Camera& c, const scene::Options& o, const Shutter& shutter) {
+    PlacedCamera out;
+    // The camera itself goes linearly and turns evenly, not the world about it.
+    std::vector<TransformKey> keys;
+    for (const TransformKey& k : c.motion)
+        keys.push_back({shutter.fraction(k.time), k.transform.inverse()});
+    if (keys.empty())
+        keys.push_back({0, c.camera_from_world.inverse()});
+    const MotionPath still_world_from_camera(keys);
+    const Transform world_from_camera =
+        keys.size() == 1 ? keys[0].transform : still_world_from_camera.at(0.0);
+    out.eye = {world_from_camera.m[0][3], world_from_camera.m[1][3], world_from_camera.m[2][3]};
+    out.render_from_world = Transform::translate(-out.eye[0], -out.eye[1], -out.eye[2]);
+    const Transform render_from_camera = out.render_from_world * world_from_camera;
+    out.camera_from_render = render_from_camera.inverse();
+    out.forward = normalize(Vec3f{float(render_from_camera.m[0][2]), float(render_from_camera.m[1][2]),
+                                  float(render_from_camera.m[2][2])});
+    transport::CameraView& v = out.view;
+    place_film(c, o, v);
+    place_lens(c, v);
+    for (size_t r = 0; r < 3; r++)
+        for (size_t k = 0; k < 4; k++)
+            v.render_from_camera[4 * r + k] = float(render_from_camera.m[r][k]);
+
+    dice::DicingCamera& d = out.dicing;
+    d.render_from_camera = render_from_camera;
+    d.projection = v.projection;
+    d.half_angle = v.half_angle;
+    d.pixels_per_tangent = pixels_per_radian(v);
+    d.near_clip = c.near_clip;
+    d.width = o.width;
+    d.height = o.height;
+
+    const MotionPath path(keys, out.render_from_world);
+    if (shutter.blurs() && path.moves()) {
+        v.motion.resize(12 * size_t(transport::CameraView::MotionSteps + 1));
+        for (int i = 0; i <= transport::CameraView::MotionSteps; i++)
+            path.at(double(i) / transport::CameraView::MotionSteps, v.motion.data() + 12 * i);
+        for (const double t : {0.25, 0.5, 0.75, 1.0})
+            d.also_from.push_back(path.at(t));
+    }
+    return out;
+}
+
+} // namespace kanuka::render

@@ -1,0 +1,29 @@
+// Where pictures are taken from: the scene's camera as transport and dicing need it.
+#pragma once
+
+#include "dice/dice.h"
+#include "scene/scene.h"
+#include "transport/scene_view.h"
+
+namespace kanuka::render {
+
+// The time that the shutter is open. Equal times: everything is as it is then, sharp.
+struct Shutter {
+    double open = 0, close = 0;
+    bool blurs() const { return close > open; }
+    double fraction(double time) const { return blurs() ? (time - open) / (close - open) : time - open; }
+};
+
+struct PlacedCamera {
+    std::array<double, 3> eye{}; // in the world, when the shutter opens
+    // Rendering happens in a world whose origin is that, for precision far from the scene's own origin.
+    Transform render_from_world, camera_from_render; // when the shutter opens
+    Vec3f forward{0, 0, 1};                          // in render space, unit
+    transport::CameraView view;
+    dice::DicingCamera dicing;
+};
+
+// `options` over those of the scene.
+PlacedCamera place_camera(const scene::Camera& camera, const scene::Options& options, const Shutter& shutter);
+
+} // namespace kanuka::render

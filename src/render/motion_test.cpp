@@ -1,0 +1,114 @@
+#include "render/motion.h"
+
+#include <gtest/gtest.h>
+
+namespace kanuka::render {
+namespace {
+
+scene::Value points(std::vector<float> p) {
+    scene::Value v;
+    v.name = "P";
+    v.type = scene::Type::Point;
+    v.detail = scene::Detail::Vertex;
+    v.floats = std::move(p);
+    return v;
+}
+
+scene::Motion::Shape sphere(double time, float radius, std::vector<float> p = {}) {
+    scene::Motion::Shape s{
+        time, scene::Quadric{scene::Quadric::Kind::Sphere, {radius, -radius, radius, 360}}, {}};
+    if (!p.empty())
+        s.primvars.set(points(std::move(p)));
+    return s;
+}
+
+scene::Primitive with(scene::Motion motion) {
+    scene::Primitive p;
+    if (!motion.shapes.empty()) {
+        p.geometry = motion.shapes[0].geometry;
+        p.primvars = motion.shapes[0].primvars;
+    }
+    if (!motion.places.empty())
+        p.world_from_object = motion.places[0].transform;
+    p.motion = std::make_shared<scene::Motion>(std::move(motion));
+    return p;
+}
+
+float radius(const scene::Primitive& p) {
+    return std::get<scene::Quadric>(p.geometry).arguments[0];
+}
+
+} // namespace
+
+TEST(EvenPieces, FewestThatFit) {
+    const auto pieces = [](std::vector<double> times) { return even_pieces(times, 16); };
+    EXPECT_EQ(pieces({0, 1}), 1);
+    EXPECT_EQ(pieces({-1, 3}), 1);
+    EXPECT_EQ(pieces({0, 0.5, 1}), 2);
+    EXPECT_EQ(pieces({0, 0.25, 1}), 4);
+    EXPECT_EQ(pieces({1 / 3.0, 0.5}), 6);
+    EXPECT_EQ(pieces({0.1234}), 16);
+}
+
+TEST(InShutter, ShapesAreMixed) {
+    const scene::Primitive p = with({{},
+                                     {sphere(0, 1, {0, 0, 0, 1, 0, 0}), sphere(2, 3, {2, 0, 0, 1, 2, 0}),
+                                      sphere(4, 3, {2, 0, 0, 1, 2, 0})}});
+    const MovingPrimitive m = in_shutter(p, {1, 3}); // the middle sample is in the middle
+    EXPECT_FLOAT_EQ(radius(m.rest), 2);
+    ASSERT_EQ(m.later.size(), 2u);
+    EXPECT_FLOAT_EQ(radius(m.later[0]), 3);
+    EXPECT_FLOAT_EQ(radius(m.later[1]), 3);
+    EXPECT_FLOAT_EQ(m.rest.primvars.find("P")->floats[0], 1);
+    EXPECT_FLOAT_EQ(m.rest.primvars.find("P")->floats[4], 1);
+    EXPECT_FALSE(m.rest.motion);
+    // A shutter that does not stay open: sharp, as it is then.
+    const MovingPrimitive sharp = in_shutter(p, {1.5, 1.5});
+    EXPECT_FLOAT_EQ(radius(sharp.rest), 2.5f);
+    EXPECT_TRUE(sharp.later.empty());
+    // All samples are over.
+    EXPECT_TRUE(in_shutter(p, {7, 9}).later.empty());
+    EXPECT_FLOAT_EQ(radius(in_shutter(p, {7, 9}).rest), 3);
+}
+
+TEST(InShutter, PlacesKeepTheirKeys) {
+    const scene::Primitive p =
+        with({{{0, Transform::translate(1, 0, 0)}, {10, Transform::translate(11, 0, 0)}}, {}});
+    const MovingPrimitive m = in_shutter(p, {2, 4});
+    EXPECT_DOUBLE_EQ(m.rest.world_from_object.m[0][3], 3);
+    ASSERT_EQ(m.places.size(), 2u);
+    EXPECT_DOUBLE_EQ(MotionPath(m.places).at(1).m[0][3], 5);
+    EXPECT_TRUE(in_shutter(p, {2, 2}).places.empty());
+    EXPECT_TRUE(in_shutter(p, {20, 30}).places.empty()); // it has arrived
+    EXPECT_DOUBLE_EQ(in_shutter(p, {20, 30}).rest.world_from_object.m[0][3], 11);
+}
+
+// Whatever the camera looks like and however it moves, dicing and transport see the same.
+TEST(PlaceCamera, MovesFromTheEyeWhereItOpens) {
+    scene::Camera c;
+    c.motion = {{0, Transform::translate(0, 0, -1)}, {1, Transform::translate(-2, 0, -1)}};
+    c.camera_from_world = c.motion[0].transform;
+    scene::Options o;
+    const PlacedCamera moving = place_camera(c, o, {0.5, 1});
+    EXPECT_DOUBLE_EQ(moving.eye[0], 1);
+    EXPECT_DOUBLE_EQ(moving.eye[2], 1);
+    ASSERT_EQ(moving.view.motion.size(), 257u * 12);
+    EXPECT_FLOAT_EQ(moving.view.motion[3], 0);
+    EXPECT_FLOAT_EQ(moving.view.motion[128 * 12 + 3], 0.5f);
+    EXPECT_FLOAT_EQ(moving.view.motion[256 * 12 + 3], 1);
+    EXPECT_EQ(moving.dicing.also_from.size(), 4u);
+    EXPECT_TRUE(place_camera(c, o, {0.5, 0.5}).view.motion.empty());
+}
+
+TEST(PlaceCamera, PixelsPerRadian) {
+    scene::Camera c;
+    scene::Options o;
+    o.width = 360, o.height = 180;
+    c.projection = Projection::Spherical;
+    EXPECT_NEAR(place_camera(c, o, {}).dicing.pixels_per_tangent, 180 / Pi, 1e-3f);
+    c.projection = Projection::Fisheye;
+    c.fov = 180;
+    EXPECT_NEAR(place_camera(c, o, {}).dicing.pixels_per_tangent, 180 / Pi, 1e-3f);
+}
+
+} // namespace kanuka::render
