@@ -121,10 +121,9 @@ TEST(Sensor, MetamersPartUnderAnotherLightAndForAnotherEye) {
         const Rgb x = s.see(times(p.a, d65)), y = s.see(times(p.b, d65));
         return std::max({std::abs(x.x - y.x), std::abs(x.y - y.y), std::abs(x.z - y.z)});
     };
-                differ(camera));
-                EXPECT_LT(differ(narrow), 1e-5);
-                EXPECT_GT(differ(wide), 2e-3);
-                EXPECT_GT(differ(camera), 2e-3);
+    EXPECT_LT(differ(narrow), 1e-5);
+    EXPECT_GT(differ(wide), 2e-3);
+    EXPECT_GT(differ(camera), 2e-3);
 }
 
 TEST(Sensor, ACamerasMatrixBringsColoursNear) {
