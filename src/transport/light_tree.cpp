@@ -69,6 +69,11 @@ class Builder {
     }
 
     LightTree run() {
+        m_tree.round = true;
+        for (int32_t leaf : m_order) {
+            m_tree.round &= m_bounds[size_t(leaf)].cos_spread <= -1;
+            m_tree.linked |= m_bounds[size_t(leaf)].sets != -1;
+        }
         std::vector<Range> level;
         if (!m_order.empty())
             level.push_back({0, int32_t(m_order.size())});

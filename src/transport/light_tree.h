@@ -37,6 +37,8 @@ struct LightTree {
     std::vector<LightNode> nodes; // root first; children behind their parents
     std::vector<int32_t> parent;  // of each node its place in its parent, 8 * node + child; root: -1
     std::vector<int32_t> place;   // of each leaf; -1 = not in the hierarchy
+    bool linked = false;          // some lights do not shine on all sets
+    bool round = false;           // all shine to all sides
     bool empty() const { return nodes.empty(); }
     bool flat() const { return nodes.size() == 1; }
     uint64_t bytes() const {
@@ -85,7 +87,7 @@ struct LightChild {
 
 template <int W>
 Float<W> light_importance(const LightChild<W>& child, const Vec3<Float<W>>& P, const Vec3<Float<W>>& N,
-                          Mask<W> oriented) {
+                          Mask<W> oriented, bool round = false) {
     using F = Float<W>;
     const F zero(0.0f), one(1.0f);
     const Vec3<F> to = child.center - P;
@@ -94,22 +96,27 @@ Float<W> light_importance(const LightChild<W>& child, const Vec3<Float<W>>& P, c
     // The angle that the sphere fills, theta_b; inside it, all directions.
     const F sin2_b = r2 / d2;
     const Mask<W> inside = sin2_b >= one;
-    const F cos_b = select(inside, F(-1.0f), sqrt(max(one - sin2_b, zero))),
-            sin_b = select(inside, zero, sqrt(sin2_b));
+    const F sin_b = select(inside, one, sqrt(sin2_b));
+    // Of the receiver: cos(theta_i - theta_b) is at most cos theta_i + sin theta_b, and near it where the
+    // sphere is small. Nothing where all of it is below the horizon.
+    const F cos_n = dot(N, to) * inv_d;
+    const F cos_i = min(max(cos_n, zero) + sin_b, one);
+    const F taken =
+        select(oriented, select(inside | (cos_n + sin_b > F(-1e-3f)), cos_i + F(1e-3f), zero), F(0.5f));
+    const F reaches = child.power * (taken / max(d2, r2));
+    if (round)
+        return reaches;
     const auto sine = [&](F c) { return sqrt(max(one - c * c, zero)); };
+    const F cos_b = select(inside, F(-1.0f), sqrt(max(one - sin2_b, zero)));
     // Of light: theta' = theta - theta_spread - theta_b, not below 0.
     const F cos_w = -dot(child.axis, to) * inv_d, sin_w = sine(cos_w), sin_o = sine(child.cos_spread);
     const Mask<W> within = cos_w >= child.cos_spread;
     const F cos_x = select(within, one, cos_w * child.cos_spread + sin_w * sin_o);
     const F sin_x = select(within, zero, sin_w * child.cos_spread - cos_w * sin_o);
-    const F cos_e = select(cos_x >= cos_b, one, cos_x * cos_b + sin_x * sin_b);
+    const F cos_e = select(cos_x >= cos_b, one, cos_x * cos_b + sin_x * sin_b); // inside: one
     // A hair more than the bound: what rounding took must not darken a light.
     const F sent = select(cos_e > child.cos_reach - F(1e-3f), max(cos_e, F(1e-3f)), zero);
-    // Of the receiver: theta_i - theta_b.
-    const F cos_n = dot(N, to) * inv_d;
-    const F cos_i = select(cos_n >= cos_b, one, cos_n * cos_b + sine(cos_n) * sin_b);
-    const F taken = select(oriented, max(cos_i + F(1e-3f), zero), F(0.5f));
-    return child.power * (sent * taken / max(d2, r2));
+    return reaches * sent;
 }
 
 template <class Found>

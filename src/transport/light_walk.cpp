@@ -7,14 +7,17 @@ namespace {
 
 using F = Float<8>;
 
-F importances(const LightNode& n, const LightQuery& q, const Vec3<F>& P, const Vec3<F>& N, Mask<8> oriented) {
+F importances(const LightTree& tree, const LightNode& n, const LightQuery& q, const Vec3<F>& P,
+              const Vec3<F>& N, Mask<8> oriented) {
     const LightChild<8> child{{F::load(n.x), F::load(n.y), F::load(n.z)},
                               F::load(n.radius),
                               {F::load(n.axis_x), F::load(n.axis_y), F::load(n.axis_z)},
                               F::load(n.cos_spread),
                               F::load(n.cos_reach),
                               F::load(n.power)};
-    const F brings = light_importance(child, P, N, oriented);
+    const F brings = light_importance(child, P, N, oriented, tree.round);
+    if (!tree.linked)
+        return brings;
     return select((Int<8>::load(n.sets) & Int<8>(q.set)) != Int<8>(0), brings, F(0.0f));
 }
 
@@ -55,7 +58,7 @@ struct Walk {
 bool step(const LightTree& tree, const LightQuery& query, Walk& w, LightPick& pick) {
     const Lanes8 at(query);
     const LightNode& n = tree.nodes[size_t(w.node)];
-    const Sums sums(importances(n, query, at.P, at.N, at.oriented));
+    const Sums sums(importances(tree, n, query, at.P, at.N, at.oriented));
     pick = {-1, 0};
     if (!sums.usable())
         return true;
@@ -117,7 +120,7 @@ float chance_of_light(const LightTree& tree, const LightQuery& query, int32_t le
         return 0;
     for (; place >= 0; place = tree.parent[size_t(place >> 3)]) {
         const LightNode& n = tree.nodes[size_t(place >> 3)];
-        const Sums sums(importances(n, query, at.P, at.N, at.oriented));
+        const Sums sums(importances(tree, n, query, at.P, at.N, at.oriented));
         if (!sums.usable())
             return 0;
         chance *= double(sums.share(place & 7)) / double(sums.total());

@@ -42,7 +42,7 @@ void flat_importances(const LightTree& tree, const Receiver<W>& r, Use&& use) {
                                   F(n.cos_spread[k]),
                                   F(n.cos_reach[k]),
                                   F(n.power[k])};
-        const F brings = light_importance(child, r.P, r.N, r.oriented);
+        const F brings = light_importance(child, r.P, r.N, r.oriented, tree.round);
         use(k, select((Int<W>(n.sets[k]) & r.set) != Int<W>(0), brings, F(0.0f)));
     }
 }
