@@ -124,7 +124,8 @@ TEST(Daylight, IsAsBrightAsDaylight) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     for (const Vec3f& d : {Vec3f(0, 0, 0), Vec3f(nan, 0, 0), Vec3f(0, 0, -1), Vec3f(1, 0, -0.5f)})
         for (float t : {nan, -1.0f, 1e9f}) {
-            for (float v : preetham_sky(d, t)->rgb)
+            const auto clamped = preetham_sky(d, t);
+            for (float v : clamped->rgb)
                 ASSERT_TRUE(v >= 0 && std::isfinite(v));
             EXPECT_TRUE(std::isfinite(color::luminance(preetham_sun(d, t))));
         }

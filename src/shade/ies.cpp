@@ -28,13 +28,14 @@ class Reader {
         if (!line.empty() && line.back() == '\r')
             line.remove_suffix(1);
         m_at = end + 1;
-        m_line++;
+        m_line = ++m_consumed;
         return true;
     }
     // Numbers are parted by blanks, commas and line ends, wherever those fall.
     float number(const char* what) {
         while (m_at < m_text.size() && blank(m_text[m_at]))
-            m_line += m_text[m_at++] == '\n';
+            m_consumed += m_text[m_at++] == '\n';
+        m_line = m_consumed + 1;
         if (m_at >= m_text.size())
             fail(std::string("the file ends where ") + what + " should be");
         const char* begin = m_text.data() + m_at;
@@ -75,7 +76,7 @@ class Reader {
     std::string_view m_text;
     const std::string& m_file;
     size_t m_at = 0;
-    int m_line = 0;
+    int m_consumed = 0, m_line = 0; // whole lines that lie behind; the one that is read
 };
 
 // Where a value lies among rising ones: cell and fraction.
