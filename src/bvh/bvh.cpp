@@ -328,6 +328,7 @@ void intersect_as_packet(const Scene& scene, const RayPacket<1>& ray, HitPacket<
     rays.t_max = Float<8>(ray.t_max[0]);
     rays.active = Int<8>::lane_index() == Int<8>(ray.active[0] ? 0 : -1);
     rays.seed = Int<8>(ray.seed[0]);
+    rays.time = Float<8>(ray.time[0]);
     rays.coherent = true;
     scene.intersect(rays, hits);
     hit.hit = Mask<1>(hits.hit[0]);

@@ -283,6 +283,7 @@ static Diced dice_primitive(const scene::Primitive& primitive, const DiceTarget&
                                    return geom::mesh_from_points(p, m, rule.density, j, parts, first);
                                });
     geom::SurfaceHints hints;
+    hints.moving = !target.later.empty();
     if (const auto* mesh = std::get_if<scene::PolygonMesh>(&primitive.geometry)) {
         const PolygonSizes sizes = polygon_sizes(primitive, *mesh, target, rule);
         if (sizes.finer_than_rate)

@@ -28,7 +28,7 @@ class PolygonSurface : public Surface {
             return false;
         m_primvars = collect_primvars(primitive, m_render_from_object, m_polygons.item_counts(), journal);
         texture_from_position(primitive);
-        if (!m_hints.small_triangles)
+        if (!m_hints.small_triangles && !m_hints.moving)
             pair_triangles(m_polygons, m_points, m_primvars, m_pieces);
         build_topology();
         return true;

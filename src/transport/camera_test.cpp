@@ -162,7 +162,7 @@ TEST(Cameras, BlurredLightsShowTheIris) {
             for (int x = 0; x < N; x++) {
                 const double fx = ((x + 0.5) / N * 2 - 1) * 0.2, fy = (1 - (y + 0.5) / N * 2) * 0.2;
                 const double a = double(pixels[size_t(y * N + x)].alpha);
-                (in_polygon(fx / scale * squeeze * 0.85, fy / scale * 0.85, 3, 0) ? in : out) += a;
+                (in_polygon(fx / scale * squeeze * 0.7, fy / scale * 0.7, 3, 0) ? in : out) += a;
                 sum += a, sum_x += a * fx, sum_x2 += a * fx * fx, sum_y2 += a * fy * fy;
             }
         EXPECT_GT(in, 300);

@@ -67,7 +67,7 @@ void pick_leaf(const LightTree& tree, const Receiver<W>& r, Float<W> u, Float<W>
         static_assert(W <= MostWalks);
         LightQuery queries[W];
         LightPick picks[W];
-        double numbers[W];
+        double numbers[W] = {};
         int count = 0;
         for (uint32_t bits = m.bits(); bits; bits &= bits - 1) {
             const int i = __builtin_ctz(bits);
