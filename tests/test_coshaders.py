@@ -63,8 +63,8 @@ def seen(folder: Path, body: str, **keywords: object) -> tuple[np.ndarray, str]:
     path = folder / "scene.rib"
     path.write_text(SCENE.replace("{body}", body))
     scene = kanuka.load(path)
-    picture = kanuka.render(scene, journal=scene.journal, **keywords)
-    said = "\n".join(f"{e.where}: {e.message}" for e in scene.journal.entries)
+    picture = kanuka.render(scene, journal=scene.journal, **{"progressions": 256, **keywords})
+    said = "\n".join(str(message) for message in scene.journal)
     return np.asarray(picture["rgb"]).reshape(-1, 3).mean(axis=0), said
 
 
@@ -102,7 +102,7 @@ def test_python_passes_shaders_as_parameters(folder: Path) -> None:
     )
     quad = np.array([[-4, -4, 0], [4, -4, 0], [4, 4, 0], [-4, 4, 0]], np.float32)
     scene.add_mesh(quad, np.array([[0, 1, 2, 3]], np.int32), material=material)
-    picture = kanuka.render(scene, progressions=2)
+    picture = kanuka.render(scene, progressions=64)
     colour = np.asarray(picture["rgb"]).reshape(-1, 3).mean(axis=0)
     np.testing.assert_allclose(colour, (1, 0.5, 0.25), atol=1e-2)
 

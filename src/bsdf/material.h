@@ -41,6 +41,7 @@ struct MaterialCode {
     };
     std::vector<Node> nodes; // post-order
     Place filter, glow;      // of the atmosphere; word -1 = there is none
+    Place presence;          // likewise
     std::vector<Aov> aovs;
     int leaves = 0;
     int words = 0; // of a vertex record; the normal's table entry follows
@@ -59,6 +60,7 @@ struct MaterialCode {
                 p.word = layout.places[size_t(slot)].word, p.half = layout.places[size_t(slot)].half;
             return p;
         };
+        presence = place(program.presence, Vec3f(1, 1, 1));
         for (const grid::LayerNode& n : program.nodes) {
             Node node{n.op, n.lobe, n.upper, n.lower};
             node.weight = place(n.weight, Vec3f(1, 1, 1));

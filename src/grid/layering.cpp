@@ -36,7 +36,7 @@ std::string LayeringProgram::key() const {
         for (int c = 0; c < a.components; c++)
             k += "," + std::to_string(a.slots[size_t(c)]);
     }
-    k += "|e" + std::to_string(emission_cosine);
+    k += "|e" + std::to_string(emission_cosine) + (shines_both ? "b" : "");
     k += "|p" + std::to_string(presence) + "i" + std::to_string(has_interior);
     return k;
 }

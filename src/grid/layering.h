@@ -63,6 +63,7 @@ struct LayeringProgram {
     int presence = -1; // slot of presence (cut-out opacity), float; -1 = opaque
     Atmosphere atmosphere;
     float emission_cosine = 0; // an area light shines where the cosine to its normal is at least this
+    bool shines_both = false;  // to both sides, as Ci does; lobes and area lights shine to the outside
     std::vector<Aov> aovs;
     bool has_interior = false;
     float interior_ior = 1.5f;

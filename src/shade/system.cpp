@@ -322,7 +322,8 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(const BoundShaders& bound,
     if (attributes.area_light)
         append(key, own.emission);
     append(key, char((attributes.area_light ? 1 : 0) | (coverage.varying_color ? 2 : 0) |
-                     (coverage.has_presence ? 4 : 0) | (coverage.varying_presence ? 8 : 0)));
+                     (coverage.has_presence ? 4 : 0) | (coverage.varying_presence ? 8 : 0) |
+                     (attributes.sides == 2 ? 16 : 0)));
     {
         std::lock_guard lock(m_mutex);
         if (const auto found = m_cores.find(key); found != m_cores.end())
@@ -352,6 +353,7 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(const BoundShaders& bound,
             core->displacement.reset();
     }
     core->program = core->surface->program();
+    core->program.shines_both &= attributes.sides == 2 && !attributes.area_light;
     if (coverage.has_presence && core->program.presence < 0 &&
         core->surface->shader().kind() == sl::ShaderKind::Class)
         core->presence_slot = core->program.presence =

@@ -327,6 +327,7 @@ void InstanceImpl::build_material(const ops::MaterialBuild& build, Services& ser
         top = int(m_layering.nodes.size()) - 1;
     }
     m_layering.has_interior = build.has_interior;
+    m_layering.shines_both = !p.fixed_lobes.empty();
     m_layering.interior_ior = build.ior;
     m_layering.interior_absorption = build.absorption;
     m_layering.interior_scattering = build.scattering;

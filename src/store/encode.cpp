@@ -236,6 +236,8 @@ class GridEncoder {
         ShapeRecord& s = m_out.shape;
         s.links = 0;
         s.interior = -1;
+        if (m_program.shines_both)
+            s.flags |= ShapeRecord::ShinesBoth;
         s.motion_segments = int(m_grid.later.size());
         s.nu = m_grid.nu;
         s.nv = m_grid.nv;

@@ -26,7 +26,15 @@ inline constexpr uint32_t PageVersion = 3;
 // One traced shape: a grid, or a mesh. Sixteen words; offsets are page-relative in a page, arena-absolute
 // when resident. Hot: read for every hit.
 struct ShapeRecord {
-    enum Flags : int32_t { Mesh = 1, Quads = 2, HasNormals = 4, Flips = 8, Collapsed = 16, FlatNormal = 32 };
+    enum Flags : int32_t {
+        Mesh = 1,
+        Quads = 2,
+        HasNormals = 4,
+        Flips = 8,
+        Collapsed = 16,
+        FlatNormal = 32,
+        ShinesBoth = 64 // to the inside too; what is sent there is met, not asked for
+    };
     int32_t flags;
     int32_t program;    // index into Store::programs
     int32_t slot_table; // words: {base, stride} for each word of the vertex record, then for the normal,

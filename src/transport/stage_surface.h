@@ -34,7 +34,7 @@ class SurfaceStage {
         if (m_bounce == 0 && code.filter.word >= 0)
             look_through_atmosphere(h, active, code);
         if (any(h.shape.emitter >= I(0)))
-            add_emission(h, active & (h.shape.emitter >= I(0)));
+            add_emission(h, active & (h.shape.emitter >= I(0)), code);
         if (m_bounce == 0)
             record_first_hit(h, active, code);
         if (m_bounce >= m_scene.max_depth || code.leaves == 0)
@@ -224,9 +224,9 @@ class SurfaceStage {
         h.beta = h.beta * h.fetch.color(code.filter);
     }
 
-    void add_emission(const Hit& h, M m) {
-        // Only the outside shines.
-        m &= h.outside;
+    void add_emission(const Hit& h, M m, const bsdf::MaterialCode& code) {
+        // Only the outside shines, but for classic surfaces; light sampling asks for outsides alone.
+        m &= h.outside | h.shape.has(store::ShapeRecord::ShinesBoth);
         if (m_scene.linked && m_bounce > 0)
             m &= (gather(m_paths.ask_set, h.slot) &
                   links_of(m_scene, bitcast_int(h.hit[HitState::Shape]), &store::Links::shone_sets)) != I(0);
@@ -234,14 +234,16 @@ class SurfaceStage {
             return;
         const I e = select(m, h.shape.emitter + h.place.triangle, I(0));
         const auto data = load_rows<sizeof(store::Emitter) / 4>(m_scene.emitters, e << 4);
-        m &= in_emission_cone(bitcast_int(data[15]), h.raw_cos_outside);
+        m &= !h.outside | in_emission_cone(bitcast_int(data[15]), h.raw_cos_outside);
         const S radiance = emission_spectrum(m_scene, data[9], data[10], data[11], data[12], h.l);
         const F density = h.ray[PathState::AskEmitters] *
                           met_emitter_density(m_scene, m_paths, h.ray, m_hits, h.slot, e, m) * h.t * h.t /
                           max(h.raw_cos_outside, F(1e-6f));
-        const F weight =
-            F(1.0f) / fma(h.ray[PathState::Mis], density, sum_of_ratios(m_scene, m_paths, h.slot));
-        add_radiance(m_batch, h.path, h.beta * radiance * weight, m);
+        const F weight = F(1.0f) / fma(h.ray[PathState::Mis], select(h.outside, density, F(0.0f)),
+                                       sum_of_ratios(m_scene, m_paths, h.slot));
+        // Emitters hold the light of the part that is there; a hit on it is as rare as that part is small.
+        const F there = code.presence.word < 0 ? F(1.0f) : max(h.fetch.number(code.presence), F(1e-3f));
+        add_radiance(m_batch, h.path, h.beta * radiance * (weight / there), m);
     }
 
     void sample_lights(const Hit& h, const bsdf::Material<W>& material, const V& wo,
