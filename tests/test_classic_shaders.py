@@ -37,15 +37,16 @@ def test_matte_is_the_cosine(tilt: float) -> None:
 
 @pytest.mark.parametrize("roughness", [0.1, 0.05])
 def test_metal_is_as_bright_as_its_highlight(roughness: float) -> None:
-    # specular() with N . H = 1 is one whatever the roughness.
-    assert card("metal", 0, Ks=0.9, roughness=roughness) == pytest.approx(0.9 * np.array(COLOR), rel=0.03)
+    # specular() with N . H = 1 is one whatever the roughness. A lobe adds what light does at its second facet: up to
+    # 8 % of a bright one at roughness 0.1, 2 % at 0.05; RISpec's highlight knows nothing of that.
+    assert card("metal", 0, Ks=0.9, roughness=roughness) == pytest.approx(0.9 * np.array(COLOR), rel=0.8 * roughness)
 
 
 @pytest.mark.parametrize("tilt", [0, 20])
 def test_plastic_adds_a_white_highlight(tilt: float) -> None:
     cosine = np.cos(np.radians(tilt))
     expected = 0.5 * cosine * np.array(COLOR) + 0.4
-    assert card("plastic", tilt, Kd=0.5, Ks=0.4, roughness=0.1) == pytest.approx(expected, rel=0.12 if tilt else 0.04)
+    assert card("plastic", tilt, Kd=0.5, Ks=0.4, roughness=0.1) == pytest.approx(expected, rel=0.12 if tilt else 0.06)
 
 
 def test_constant_shines_by_itself() -> None:

@@ -58,9 +58,8 @@ class Lobes {
             const std::string name = "specular" + (count ? std::to_string(count + 1) : std::string());
             const bool inverse = s.kind == Closure::Specular || shape_is_inverse(s);
             const Ref alpha2 = alpha2_of(m_b.load(s.shape, {}), inverse);
-            Ref w = op(Op::Mul, unpremultiply(m_b.load(var, {}), opacity), m_b.splat(height(alpha2), {}));
-            if (s.kind != Closure::DielectricGlossy)
-                w = without_balance(w, alpha2);
+            const Ref w =
+                op(Op::Mul, unpremultiply(m_b.load(var, {}), opacity), m_b.splat(height(alpha2), {}));
             const Ref alpha = m_b.emit(Op::Sqrt, Ty::Float, {alpha2}, {});
             const Ref roughness = m_b.emit(Op::Sqrt, Ty::Float, {alpha}, {});
             if (++count >= MaxGlossy) {
@@ -268,17 +267,6 @@ class Lobes {
     // lobe's is pi D(0) / 4 = 1 / (4 alpha^2) times its albedo. So narrow highlights reflect little, as they
     // do there; wide ones would reflect more than there is.
     Ref height(Ref alpha2) { return op(Op::Min, op(Op::Mul, alpha2, f(4)), f(1)); }
-
-    // A lobe of reflectance R is brighter along its axis by about 1 + k R, for what light does at its second
-    // facet and on; k is 0.8 (s^2 - 1), s the balance of bsdf/lobe_tables.h head-on, here fitted within half
-    // a percent of highlights up to alpha = 0.7. RISpec's highlight knows nothing of that.
-    Ref without_balance(Ref w, Ref alpha2) {
-        const Ref k =
-            op(Op::Mul, op(Op::Mul, alpha2, f(0.8f)), op(Op::Add, op(Op::Mul, alpha2, f(3)), f(1.1f)));
-        const Ref gain = op(Op::Add, op(Op::Mul, op(Op::Max, w, m_b.splat(f(0), {})), m_b.splat(k, {})),
-                            m_b.splat(f(1), {}));
-        return op(Op::Div, w, gain);
-    }
 
     // Is there anything but light in what Ci is left with? Its initial value does not count if it is
     // overwritten at the top level.
