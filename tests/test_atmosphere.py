@@ -118,7 +118,8 @@ def test_marching_and_textured_air(tmp_path: Path) -> None:
             }
             Ci = Ci * exp(-thick) + glow * (1 - exp(-thick));
         }""")
-    air = 'Translate 0 -0.5 0 Atmosphere "layer" "uniform color glow" [0.2 0.4 0.8] "uniform float top" 0 Translate 0 0.5 0'
+    air = 'Translate 0 -0.5 0 Atmosphere "layer" "uniform color glow" [0.2 0.4 0.8] "uniform float top" 0 '
+    air += "Translate 0 0.5 0"
     picture = render(tmp_path, PLANE % air)
     P = picture["P"].astype(np.float64)
     y = P[..., 1]

@@ -25,7 +25,7 @@ struct Picture {
     };
     std::vector<Channel> channels;
     color::Space space = color::Space::Rec709;   // of R G B and albedo: the EXR's chromaticities
-    bool names_space = false; // read from a file that says which space it is in
+    bool names_space = false;                    // read from a file that says which space it is in
     float white_luminance = 0;                   // cd/m2 that (1, 1, 1) stands for; 0 = not known
     std::map<std::string, std::string> metadata; // kanuka.version, kanuka.scene, comments, …
     Channel* find(const std::string& name);      // null = not there

@@ -27,8 +27,9 @@ struct Case {
 };
 
 // What the probe's statements leave in r, at all lane counts.
-std::vector<Vec3f> connect(const Case& given, const std::string& statements, const std::string& parameters = {},
-                           std::string* said = nullptr, const std::string& members = {}) {
+std::vector<Vec3f> connect(const Case& given, const std::string& statements,
+                           const std::string& parameters = {}, std::string* said = nullptr,
+                           const std::string& members = {}) {
     std::vector<Vec3f> first;
     for (const Config c : configs()) {
         Journal journal;
@@ -64,13 +65,14 @@ std::vector<Vec3f> connect(const Case& given, const std::string& statements, con
     return first;
 }
 
-const char* const Paint = "class paint(color tint = color(1, 2, 3); varying float wave = 0; string __category = \"\") {"
-                          "  float calls = 0;"
-                          "  public void begin() { calls = 10; }"
-                          "  public color get(float k) { calls += 1; return k * tint + wave; }"
-                          "  public void put(output color c; output float n) { c = tint; n = calls; }"
-                          "  public color shade(float k; float gain = 2; color extra = 0) { return k * gain + extra; }"
-                          "}";
+const char* const Paint =
+    "class paint(color tint = color(1, 2, 3); varying float wave = 0; string __category = \"\") {"
+    "  float calls = 0;"
+    "  public void begin() { calls = 10; }"
+    "  public color get(float k) { calls += 1; return k * tint + wave; }"
+    "  public void put(output color c; output float n) { c = tint; n = calls; }"
+    "  public color shade(float k; float gain = 2; color extra = 0) { return k * gain + extra; }"
+    "}";
 
 } // namespace
 
@@ -84,12 +86,14 @@ TEST(CoShader, AShaderParameterIsCalledThrough) {
 }
 
 TEST(CoShader, NullStaysLegal) {
-    for (const Case& c : {Case{}, Case{{co("a", Paint)}, {}, {}}, Case{{co("a", Paint)}, {{"base", {"gone"}}}, {}}}) {
+    for (const Case& c :
+         {Case{}, Case{{co("a", Paint)}, {}, {}}, Case{{co("a", Paint)}, {{"base", {"gone"}}}, {}}}) {
         EXPECT_EQ(connect(c, "if (base == null) r = color(1, 0, 0); if (base) r += 7; r += base->get(2);",
                           "shader base = null;")[0],
                   Vec3f(1, 0, 0));
-        EXPECT_EQ(connect(c, "normal n = base->bend(N); r = base->get(1) * Cs + arraylength(layers)"
-                             " + hasmethod(base, \"get\") + getvar(base, \"tint\", r);",
+        EXPECT_EQ(connect(c,
+                          "normal n = base->bend(N); r = base->get(1) * Cs + arraylength(layers)"
+                          " + hasmethod(base, \"get\") + getvar(base, \"tint\", r);",
                           "shader base = null; shader layers[] = {};")[0],
                   Vec3f(0, 0, 0));
     }
@@ -113,8 +117,9 @@ TEST(CoShader, FoundByHandleAndCategory) {
             {"b.tint", {0, 1, 0}, {}, false},
             {"c.tint", {0, 0, 1}, {}, false},
             {"name", {}, {"b"}, false}}};
-    EXPECT_EQ(connect(c, "shader s = getshader(\"c\"); r = s->get(5); if (getshader(\"d\") == null) r += 1;")[0],
-              Vec3f(1, 1, 6));
+    EXPECT_EQ(
+        connect(c, "shader s = getshader(\"c\"); r = s->get(5); if (getshader(\"d\") == null) r += 1;")[0],
+        Vec3f(1, 1, 6));
     EXPECT_EQ(connect(c, "r = getshader(name)->get(1);", "string name = \"\";")[0], Vec3f(0, 1, 0));
     EXPECT_EQ(connect(c, "shader all[] = getshaders(\"category\", \"texture\"); uniform float i;"
                          "for (i = 0; i < arraylength(all); i += 1) r += all[i]->get(1);")[0],
@@ -131,16 +136,18 @@ TEST(CoShader, MembersOutputsAndQuestions) {
     const std::string p = "shader base = null;";
     EXPECT_EQ(connect(c, "color x = 0; float n = 0; r = base->get(1); base->put(x, n); r = x + n;", p)[0],
               Vec3f(15, 16, 17)); // begin() ran, then get()
-    EXPECT_EQ(connect(c, "color x = 0; float n = 0; float k = getvar(base, \"tint\", x) +"
-                         " getvar(base, \"calls\", n) + getvar(base, \"none\", n); r = x + n + 100 * k;",
+    EXPECT_EQ(connect(c,
+                      "color x = 0; float n = 0; float k = getvar(base, \"tint\", x) +"
+                      " getvar(base, \"calls\", n) + getvar(base, \"none\", n); r = x + n + 100 * k;",
                       p)[0],
               Vec3f(214, 215, 216));
     EXPECT_EQ(connect(c, "r = base->tint * 2 + base->calls;", p)[0], Vec3f(18, 20, 22));
     EXPECT_EQ(connect(c, "r = color(hasmethod(base, \"get\"), hasmethod(base, \"got\"), 0);", p)[0],
               Vec3f(1, 0, 0));
     // Arguments by name, where the method gives them defaults
-    EXPECT_EQ(connect(c, "r = color(comp(base->shade(3), 0), comp(base->shade(3, \"gain\", 5), 1),"
-                         " comp(base->shade(3, \"extra\", color(0, 0, 9)), 2));",
+    EXPECT_EQ(connect(c,
+                      "r = color(comp(base->shade(3), 0), comp(base->shade(3, \"gain\", 5), 1),"
+                      " comp(base->shade(3, \"extra\", color(0, 0, 9)), 2));",
                       p)[0],
               Vec3f(6, 15, 15));
 }
@@ -163,8 +170,8 @@ TEST(CoShader, ChainsOfOneClass) {
                         "  public color get() { color b = 0; if (m_under != null) b = m_under->get();"
                         "    return w * c + (1 - w) * b; }"
                         "}";
-    const Case c{{co("top", layer, "", {{"under", {"middle"}}}), co("middle", layer, "", {{"under", {"bottom"}}}),
-                  co("bottom", layer)},
+    const Case c{{co("top", layer, "", {{"under", {"middle"}}}),
+                  co("middle", layer, "", {{"under", {"bottom"}}}), co("bottom", layer)},
                  {{"base", {"top"}}},
                  {{"top.c", {1, 0, 0}, {}, false},
                   {"middle.c", {0, 1, 0}, {}, false},
@@ -177,20 +184,22 @@ TEST(CoShader, CirclesAreToldAndCut) {
     const char* node = "class node(shader next = null) {"
                        "  public float get() { float x = 1; if (next != null) x += next->get(); return x; }"
                        "}";
-    const Case c{{co("a", node, "", {{"next", {"b"}}}), co("b", node, "", {{"next", {"a"}}})},
-                 {{"base", {"a"}}},
-                 {}};
+    const Case c{
+        {co("a", node, "", {{"next", {"b"}}}), co("b", node, "", {{"next", {"a"}}})}, {{"base", {"a"}}}, {}};
     std::string said;
     EXPECT_EQ(connect(c, "r = base->get();", "shader base = null;", &said)[0], Vec3f(2, 2, 2));
     EXPECT_NE(said.find("a -> b -> a"), std::string::npos) << said;
 }
 
 TEST(CoShader, BeginOfACalledOneRunsFirst) {
-    const char* inner = "class inner() { float x = 1; public void begin() { x = 5; } public float get() { return x; } }";
-    const char* outer = "class outer() { float y = 0; public void begin() { shader s = getshader(\"i\"); y = s->get(); }"
-                        " public float get() { return y; } }";
+    const char* inner =
+        "class inner() { float x = 1; public void begin() { x = 5; } public float get() { return x; } }";
+    const char* outer =
+        "class outer() { float y = 0; public void begin() { shader s = getshader(\"i\"); y = s->get(); }"
+        " public float get() { return y; } }";
     const Case c{{co("o", outer), co("i", inner)}, {}, {}};
-    EXPECT_EQ(connect(c, "r = 0; if (u > 2) r = 1; shader s = getshader(\"o\"); r = s->get();")[0], Vec3f(5, 5, 5));
+    EXPECT_EQ(connect(c, "r = 0; if (u > 2) r = 1; shader s = getshader(\"o\"); r = s->get();")[0],
+              Vec3f(5, 5, 5));
 }
 
 TEST(CoShader, HandlesKeptInMembersAndLoops) {
@@ -201,25 +210,28 @@ TEST(CoShader, HandlesKeptInMembersAndLoops) {
                       "shader m_s = null; public void begin() { m_s = getshader(\"b\"); }")[0],
               Vec3f(0, 1, 0));
     // The call comes before the store that brings it its co-shader.
-    EXPECT_EQ(connect(c, "shader s = null; uniform float i; for (i = 0; i < 3; i += 1)"
-                         " { r += s->get(1); if (i == 0) s = getshader(\"a\"); else s = getshader(\"b\"); }")[0],
+    EXPECT_EQ(connect(c,
+                      "shader s = null; uniform float i; for (i = 0; i < 3; i += 1)"
+                      " { r += s->get(1); if (i == 0) s = getshader(\"a\"); else s = getshader(\"b\"); }")[0],
               Vec3f(1, 1, 0));
 }
 
 TEST(CoShader, LightPassesThrough) {
-    const char* gloss = "class gloss(color c = 0.25) {"
-                        "  public color lit(normal n; vector v) { return c * diffuse(n) + 0.5 * specular(n, v, 0.1); }"
-                        "}";
+    const char* gloss =
+        "class gloss(color c = 0.25) {"
+        "  public color lit(normal n; vector v) { return c * diffuse(n) + 0.5 * specular(n, v, 0.1); }"
+        "}";
     Journal journal;
     CompileOptions o;
     o.use_cache = false;
     o.coshaders = {co("g", gloss), co("classic", "surface classic(float k = 3) { Oi = 1; Ci = k * Cs; }")};
     o.connections = {{"base", {"g"}}, {"old", {"classic"}}};
-    const auto shader = compile_source("test.sl",
-                                       "surface s(shader base = null; shader old = null) { normal n = normalize(N);"
-                                       " color a = 0, o = 0; old->surface(a, o);"
-                                       " Ci = base->lit(n, -normalize(I)) + a * o; }",
-                                       o, journal);
+    const auto shader =
+        compile_source("test.sl",
+                       "surface s(shader base = null; shader old = null) { normal n = normalize(N);"
+                       " color a = 0, o = 0; old->surface(a, o);"
+                       " Ci = base->lit(n, -normalize(I)) + a * o; }",
+                       o, journal);
     ASSERT_TRUE(shader) << messages(journal);
     TestServices services;
     const auto instance = shader->instantiate({}, services);
@@ -255,7 +267,8 @@ TEST(CoShader, TheCacheKnowsWhatIsConnected) {
         o.coshaders = {co("a", std::string("class a() { public color get() { return ") + tint + "; } }"),
                        co("b", "class b() { public color get() { return 9; } }")};
         o.connections = {{"base", {handle}}};
-        const auto s = compile_source("test.sl", probe("r = base->get();", {}, "shader base = null;"), o, journal);
+        const auto s =
+            compile_source("test.sl", probe("r = base->get();", {}, "shader base = null;"), o, journal);
         EXPECT_TRUE(s) << messages(journal);
         cached = s->from_cache();
         grid::Grid g = plane(2, 2);
