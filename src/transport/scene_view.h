@@ -2,6 +2,7 @@
 // while tracing.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "bsdf/material.h"
@@ -20,25 +21,31 @@ struct WavelengthTable {
     float lookup_white[480];     // the spectrum of emitted white
 };
 
-// Words of four bytes, gathered by lanes; see light_shapes.h.
-struct AnalyticLight {
+// Words of four bytes, gathered by lanes; see light_shapes.h. What most lights are asked for lies in the
+// first cache line: there may be many, and each is asked seldom.
+struct alignas(64) AnalyticLight {
     // What it is to be sampled: Delta lights have a place alone.
     enum Shape : int32_t { Delta, Distant, Quad, Disk, Sphere, Cylinder };
     int32_t shape;
-    float c[4]; // amount, as color::Palette::emission has it; of soft points and spots: radiance
-    Vec3f position, x, y, axis; // unit vectors; axis: the way light travels
-    float half_x, half_y;       // quad: half its sides; others: radius, cylinder: half its length
-    float area;                 // quad, disk
-    float cos_outer, cos_inner; // spot; -2, -2: no cone
-    int32_t exponent;
-    float cos_angle; // distant: cosine of the angular radius; 1 = delta
-    // scene::LightTable; width 0 = none
-    int32_t table, width, height, layers, falloff;
-    float angle, nearest, extent;
+    float c[4]; // amount, as color::Palette::emission has it; of a soft point or spot: radiance
+    Vec3f position;
+    float half_x, half_y; // quad: half its sides; others: radius, cylinder: half its length
+    float area;           // quad, disk
+    float cos_outer;      // spot; -2: no cone
+    int32_t width;        // of the table; 0 = none
     int32_t visible_camera;
     int32_t sets;   // light linking: bits of the receivers' sets it shines on
     int32_t passes; // shadow linking: its bit in store::Links::lets_through
+
+    Vec3f axis, x, y; // unit vectors; axis: the way light travels
+    float cos_inner;
+    int32_t exponent;
+    float cos_angle; // distant: cosine of the angular radius; 1 = delta
+    // scene::LightTable
+    int32_t table, height, layers, falloff;
+    float angle, nearest, extent;
 };
+static_assert(offsetof(AnalyticLight, axis) == 64);
 inline constexpr int AnalyticWords = sizeof(AnalyticLight) / 4;
 
 struct EnvironmentMap {
