@@ -23,7 +23,7 @@ namespace {
 using namespace kanuka;
 using namespace kanuka::sl;
 
-size_t all_steps(FrontEnd& front) {
+size_t all_steps(FrontEnd& front, bool linked = false) {
     size_t made = 0;
     if (!front.check())
         return made;
@@ -41,12 +41,35 @@ size_t all_steps(FrontEnd& front) {
         const ir::Plan plan = ir::make_plan(s);
         made += print_ir(*program, s, plan, front.sources()).size();
     }
+    if (linked)
+        return made;
     const std::string slo = write_slo(front.sources(), front.source(), *program);
     Journal journal;
     FrontEnd again("again.slo", slo, {}, journal);
     if (!again.lower())
         __builtin_trap(); // what compiles, compiles after it was published
     return made + slo.size();
+}
+
+// The shader with itself as two co-shaders, connected in a circle by whatever parameters it has.
+size_t link_with_itself(const std::string& text, Journal& journal) {
+    FrontEnd alone("/nonexistent/fuzz.sl", text, {}, journal);
+    const std::optional<ir::Program> program = alone.lower();
+    if (!program || program->coshaders == CoShaderUse::None)
+        return 0;
+    CompileOptions options;
+    const auto connect = [&](const char* handle) {
+        std::vector<Connection> all;
+        for (const Parameter& p : program->parameters)
+            if (p.type == Type::Shader)
+                all.push_back({p.name, std::vector<std::string>(size_t(std::max(1, p.array_size)), handle)});
+        return all;
+    };
+    options.connections = connect("a");
+    options.coshaders = {{"a", "/nonexistent/a.sl", text, "x, y", connect("b")},
+                         {"b", "/nonexistent/b.sl", text, "x", connect("a")}};
+    FrontEnd front("/nonexistent/fuzz.sl", text, options, journal);
+    return all_steps(front, true);
 }
 
 } // namespace
@@ -73,7 +96,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     }
     try {
         FrontEnd front("/nonexistent/fuzz.sl", text, {}, journal);
-        return all_steps(front) == 1;
+        return all_steps(front) + link_with_itself(text, journal) == 1;
     } catch (const Error&) { // a damaged .slo
         return 0;
     }
