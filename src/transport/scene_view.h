@@ -9,6 +9,7 @@
 #include "bvh/bvh.h"
 #include "scene/scene.h"
 #include "store/store.h"
+#include "transport/integrator.h"
 #include "transport/light_tree.h"
 
 namespace kanuka::transport {
@@ -108,6 +109,7 @@ struct SceneView {
     CameraView camera;
     bool moving = false;                  // paths have a time: something moves while the shutter is open
     std::vector<float> shutter_quantiles; // scene::shutter_quantiles; empty = open all the time
+    IntegratorChoice integrator;
     int max_depth = 8;
     int roulette_depth = 4;
     uint32_t seed = 0;
