@@ -26,9 +26,10 @@ class Estimate:
     samples: int  # a pixel, of one batch
 
     @staticmethod
-    def of(pictures: np.ndarray, samples: int) -> Estimate:
+    def of(pictures: np.ndarray, samples: int, block: int = BLOCK) -> Estimate:
         pictures = pictures.astype(np.float64)
-        return Estimate(pictures.sum(0), (pictures**2).sum(0), np.stack([block_means(p) for p in pictures]), samples)
+        blocks = np.stack([block_means(p, block) for p in pictures])
+        return Estimate(pictures.sum(0), (pictures**2).sum(0), blocks, samples)
 
     def __add__(self, other: Estimate) -> Estimate:
         if self.samples != other.samples:
@@ -58,9 +59,9 @@ class Estimate:
         return Estimate(self.total * factor, self.squares * factor**2, self.blocks * factor, self.samples)
 
 
-def block_means(picture: np.ndarray) -> np.ndarray:
-    height, width = (side // BLOCK * BLOCK for side in picture.shape[:2])
-    return picture[:height, :width].reshape(height // BLOCK, BLOCK, width // BLOCK, BLOCK, -1).mean((1, 3))
+def block_means(picture: np.ndarray, block: int = BLOCK) -> np.ndarray:
+    rows, columns = (side // block for side in picture.shape[:2])
+    return picture[: rows * block, : columns * block].reshape(rows, block, columns, block, -1).mean((1, 3))
 
 
 def normal_score(t: np.ndarray, freedom: np.ndarray) -> np.ndarray:

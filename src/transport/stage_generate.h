@@ -19,6 +19,12 @@ Float<W> filter_offset(const float* table, const float* signs, int size, Float<W
     return fma(x - Float<W>(i), b - a, a);
 }
 
+// The seed of a pixel's samples.
+template <int W>
+Int<W> pixel_hash(Int<W> x, Int<W> y, uint32_t seed) {
+    return hash_bits(x ^ hash_bits(y ^ Int<W>(int(seed * 0x9e3779b9u + 0x7f4a7c15u))));
+}
+
 // Keeps the paths of pixels that see something, dense and in order.
 inline int drop_blind(PathState& paths, const bool* sees, int count) {
     int kept = 0;
@@ -50,7 +56,7 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
             y.v[k] = std::min(first + k, count - 1) / width;
         const I column = min(index, I(count - 1)) - y * I(width);
         const I px = column + I(request.x0), py = y + I(request.y0);
-        const I pixel = hash_bits(px ^ hash_bits(py ^ I(int(scene.seed * 0x9e3779b9u + 0x7f4a7c15u))));
+        const I pixel = pixel_hash(px, py, scene.seed);
         const Sampler<W> sampler{pixel, reversed};
 
         // Position on the film, filter importance sampled.

@@ -61,9 +61,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         default=None,
         help="what a surface shader does that no material can do is an error at its line, not approximated",
     )
-    picture.add_argument(
-        "--integrator", metavar="NAME[:PARAMETER=VALUE,...]", help=integrators_help()
-    )
+    picture.add_argument("--integrator", metavar="NAME[:PARAMETER=VALUE,...]", help=integrators_help())
     picture.add_argument(
         "--aov",
         action="append",

@@ -62,8 +62,9 @@ struct Integrator {
         const BatchRequest& r = tracer.request();
         const int width = r.x1 - r.x0;
         for (int i = 0; i < width * (r.y1 - r.y0); i++) {
-            const Int<1> pixel((r.y0 + i / width) * 0x10000 + r.x0 + i % width);
-            Random random((pixel ^ Int<1>(int(tracer.scene.seed)))[0], r.progression, -1);
+            const Int<1> pixel =
+                pixel_hash(Int<1>(r.x0 + i % width), Int<1>(r.y0 + i / width), tracer.scene.seed);
+            Random random(pixel[0], r.progression, -1);
             const float l = random()[0];
             for (int k = 0; k < Wavelengths; k++) {
                 tracer.batch().l[i][k] = l;
@@ -121,7 +122,10 @@ struct Integrator {
         const F z = fma(F(-2.0f), u1, F(1.0f)), r = sqrt(max(F(1.0f) - z * z, F(0.0f)));
         const V local(r * cosine, r * sine, z), wi = normalize(h.to_world(local));
         const S beta = h.beta * s.material.eval(s.wo, local).f * F(2 * 4 * Pi);
-        stage.leave(s, wi, z < F(0.0f), beta, ratio, F(0.0f),
+        // Nothing else finds what this direction finds; but it is no smooth lobe, and lights that are only
+        // asked for, by add_light(), must not be met as well.
+        const F alone(1e-30f);
+        stage.leave(s, wi, z < F(0.0f), beta, ratio, alone,
                     (dot(wi, h.Ng) * z > F(0.0f)) & (bsdf::max_component(beta) > F(0.0f)));
     }
 };
