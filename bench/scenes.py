@@ -27,6 +27,18 @@ class Camera:
 
 
 @dataclass(frozen=True)
+class Finish:
+    """What a surface is made of, where it is not matte; a mesh's colour is that of what lies below a coat."""
+
+    kind: str  # metal, glass, coated
+    alpha: float = 0  # width of GGX microfacets; 0 = smooth
+    ior: float = 1.5
+    abbe: float = 0  # 0 = no dispersion
+    metal: str = "Au"  # by its measured index, where the renderer is spectral
+    metal_color: Color = (1.0, 0.78, 0.34)  # where it is not
+
+
+@dataclass(frozen=True)
 class Mesh:
     """Polygons with one colour. `faces` is (M, 3) or (M, 4), or the mesh is the PLY file `path`."""
 
@@ -37,6 +49,7 @@ class Mesh:
     path: Path | None = None
     radiance: Color | None = None  # shines on the side its faces run around counter-clockwise
     chain: int = 0  # links of the noise chain that colours it; 0 = `color` alone
+    finish: Finish | None = None
 
     def arrays(self) -> tuple[np.ndarray, np.ndarray]:
         return read_ply(self.path) if self.path else (self.points, self.faces)
@@ -63,6 +76,8 @@ class Scene:
     meshes: list[Mesh] = field(default_factory=list)
     copies: list[Copies] = field(default_factory=list)
     sky: float = 0  # radiance of a constant surrounding
+    environment: Path | None = None  # EXR, latitude and longitude: rows from +y down, columns from -z over +x
+    band: tuple[float, float] | None = None  # light is cut to these wavelengths, nm; for spectral renderers
     depth: int = DEPTH
 
 
@@ -168,6 +183,11 @@ def cache_folder() -> Path:
     folder = Path(os.environ.get("KANUKA_BENCH_CACHE") or usual).absolute()
     folder.mkdir(parents=True, exist_ok=True)
     return folder
+
+
+def metal_file(metal: str) -> Path:
+    """Wavelengths, n and k, a row each; Kanuka's worker writes it, so that others may take the same."""
+    return cache_folder() / f"{metal}.txt"
 
 
 def write_ply(path: Path, points: np.ndarray, faces: np.ndarray) -> None:
@@ -278,6 +298,12 @@ def chain(n: int) -> tuple[Color, list[Link]]:
     return first, [Link(4 / (5 * rng.random(3) + 1).mean(), tuple(0.8 * rng.random(3))) for _ in range(n)]
 
 
+def make_all() -> dict[str, tuple[Callable[[int], Scene], int]]:
+    import still_life  # which takes its shapes from here
+
+    return MAKERS | still_life.MAKERS
+
+
 MAKERS: dict[str, tuple[Callable[[int], Scene], int]] = {  # with the usual n
     "cornell": (cornell, 0),
     "grey-cornell": (grey_cornell, 0),
@@ -289,7 +315,7 @@ MAKERS: dict[str, tuple[Callable[[int], Scene], int]] = {  # with the usual n
 
 def make(name: str, n: int = 0, scale: float = 1) -> Scene:
     """A scene by name; `scale` multiplies the sides of the picture."""
-    maker, usual = MAKERS[name]
+    maker, usual = make_all()[name]
     scene = maker(n or usual)
     width, height = scene.resolution
     return replace(scene, resolution=(max(1, round(width * scale)), max(1, round(height * scale))))

@@ -11,6 +11,8 @@ import own
 import scenes
 from peers import worker
 
+SHADERS = Path(__file__).resolve().parent.parent / "shaders"
+
 say = worker.claim_stdout()
 request = worker.Request.read()
 figures = worker.Figures()
@@ -51,7 +53,17 @@ def material(scene: kanuka.Scene, mesh: scenes.Mesh) -> kanuka.Material:
     if mesh.chain:
         scene.options.shader_path = [str(chain_shader(mesh.chain))]
         return kanuka.Material(f"chain{mesh.chain}")
-    return kanuka.Material("matte", color=mesh.color)
+    finish = mesh.finish
+    if finish is None:
+        return kanuka.Material("matte", color=mesh.color)
+    scene.options.shader_path = [str(SHADERS)]
+    roughness = finish.alpha**0.5
+    if finish.kind == "metal":
+        np.savetxt(scenes.metal_file(finish.metal), [np.arange(360, 831), *kanuka.metal(finish.metal)])
+        return kanuka.Material(f"metal_{finish.metal}", roughness=roughness)
+    if finish.kind == "glass":
+        return kanuka.Material("glass", ior=finish.ior, abbe=finish.abbe, roughness=roughness)
+    return kanuka.Material("lacquer", paint=mesh.color, coatIor=finish.ior, coatRoughness=roughness)
 
 
 def build(made: scenes.Scene) -> kanuka.Scene:
@@ -69,6 +81,10 @@ def build(made: scenes.Scene) -> kanuka.Scene:
         scene.add_instances(group, np.ascontiguousarray(copies.transforms[:, :3]))
     if made.sky:
         scene.add_light("environment", amount=[made.sky] * 3)
+    if made.environment:
+        # The picture's first row is +z of the light, its first column +x.
+        y_up = [[0, 1, 0, 0], [0, 0, 1, 0], [-1, 0, 0, 0], [0, 0, 0, 1]]
+        scene.add_light("environment", texture=str(made.environment), transform=y_up)
     return scene
 
 

@@ -35,21 +35,64 @@ Place = mi.ScalarTransform4f
 folder = tempfile.TemporaryDirectory()  # meshes that Mitsuba reads as files
 
 
-def diffuse(mesh: scenes.Mesh) -> dict:
+def material(mesh: scenes.Mesh) -> dict:
     if mesh.chain:
         raise SystemExit("Mitsuba has no procedural textures: it cannot render the chain of noises")
     color = {"type": "rgb", "value": list(mesh.color)}
-    return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": color}}
+    finish = mesh.finish
+    if finish is None:
+        return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": color}}
+    if finish.abbe:
+        raise SystemExit("Mitsuba's glass does not disperse")
+    rough = {"distribution": "ggx", "alpha": finish.alpha} if finish.alpha else {}
+    kind = "rough" if finish.alpha else ""
+    if finish.kind == "metal":
+        return {"type": "twosided", "bsdf": {"type": f"{kind}conductor", **index_of(finish.metal), **rough}}
+    if finish.kind == "glass":
+        return {"type": f"{kind}dielectric", "int_ior": finish.ior, "ext_ior": 1.0, **rough}
+    return {"type": f"{kind}plastic", "int_ior": finish.ior, "diffuse_reflectance": color, "nonlinear": True, **rough}
 
 
-def shape(mesh: scenes.Mesh) -> dict:
+def index_of(metal: str) -> dict:
+    """The spectra that Kanuka has, where the caller left them; else Mitsuba's own."""
+    path = scenes.metal_file(metal)
+    if "spectral" not in request.variant or not path.exists():
+        return {"material": metal}
+    nm, n, k = np.loadtxt(path)
+
+    def spectrum(values: np.ndarray) -> dict:
+        return {"type": "spectrum", "value": list(zip(nm.tolist(), values.tolist(), strict=True))}
+
+    return {"eta": spectrum(n), "k": spectrum(k)}
+
+
+def in_band(band: tuple[float, float], strength: float) -> dict:
+    """Mitsuba's own white, D65 of unit luminance, cut to a band; its tables are linear between knots."""
+    white = mi.load_dict({"type": "d65", "scale": 1.0})
+    interaction = mi.SurfaceInteraction3f()
+
+    def at(nm: float) -> float:
+        interaction.wavelengths = mi.Spectrum(nm)
+        return float(np.array(white.eval(interaction)).ravel()[0])
+
+    knots = np.linspace(*band, 6)
+    values = [(knots[0] - 1e-3, 0.0), *((float(nm), strength * at(float(nm))) for nm in knots), (knots[-1] + 1e-3, 0.0)]
+    return {
+        "type": "irregular",
+        "wavelengths": ",".join(f"{nm:.4f}" for nm, _ in values),
+        "values": ",".join(f"{value:.6g}" for _, value in values),
+    }
+
+
+def shape(mesh: scenes.Mesh, band: tuple[float, float] | None = None) -> dict:
     path = mesh.path
     if path is None:
         path = Path(folder.name) / f"{mesh.name}.ply"
         scenes.write_ply(path, *mesh.triangles())
-    made = {"type": "ply", "filename": str(path), "face_normals": True, "bsdf": diffuse(mesh)}
+    made = {"type": "ply", "filename": str(path), "face_normals": True, "bsdf": material(mesh)}
     if mesh.radiance:
-        made["emitter"] = {"type": "area", "radiance": {"type": "rgb", "value": list(mesh.radiance)}}
+        light = in_band(band, mesh.radiance[0]) if band else {"type": "rgb", "value": list(mesh.radiance)}
+        made["emitter"] = {"type": "area", "radiance": light}
     return made
 
 
@@ -80,9 +123,11 @@ def describe(scene: scenes.Scene) -> dict:
     }
     if scene.sky:
         described["sky"] = {"type": "constant", "radiance": {"type": "rgb", "value": [scene.sky] * 3}}
+    if scene.environment:
+        described["sky"] = {"type": "envmap", "filename": str(scene.environment)}
     with figures.time("load_s"):
         for mesh in scene.meshes:
-            described[f"mesh_{mesh.name}"] = mi.load_dict(shape(mesh))
+            described[f"mesh_{mesh.name}"] = mi.load_dict(shape(mesh, scene.band))
     for copies in scene.copies:
         described[copies.mesh.name] = {"type": "shapegroup", "mesh": shape(copies.mesh)}
         group = {"type": "ref", "id": copies.mesh.name}

@@ -30,6 +30,7 @@ struct LobeInputs {
     Float<W> balance, balance_alpha, balance_eta; // s of wo; width and index that s of interfaces goes by
     Float<W> film, film_index;                    // thickness in nm
     Mask<W> rough;                                // enough for light to meet several facets
+    Mask<W> disperses{false};                     // wavelengths go ways of their own
     StretchedCell<W> cell;
     const Float<W>* l = nullptr; // normalised wavelengths
     bool dispersive = false, stretched = false, has_film = false, compensated = false;

@@ -49,7 +49,7 @@ struct InterfaceLobe {
             F[k] = kanuka::select(
                 total, one,
                 film_reflectance(outer, in.film_index, in.film / in.wavelength(k), index, Float<W>(0.0f)));
-        chosen = in.dispersive ? F[i] : mean(F);
+        chosen = kanuka::select(in.disperses, F[i], mean(F));
     }
 
     template <class Facets>
@@ -113,8 +113,10 @@ struct InterfaceLobe {
             Float<W> Ti = one - Fi, qi = one - pi;
             if (in.dispersive && i > 0) {
                 Spectrum<W> all;
-                fresnel(in, om, i, all, pi, unused);
-                Fi = pi, Ti = qi = zero;
+                Float<W> own;
+                fresnel(in, om, i, all, own, unused);
+                Fi = kanuka::select(in.disperses, own, Fi), pi = kanuka::select(in.disperses, own, pi);
+                Ti = kanuka::select(in.disperses, zero, Ti), qi = kanuka::select(in.disperses, zero, qi);
             }
             s.value.pdf[i] = kanuka::select(reflects, pi, qi);
             s.value.f[i] = kanuka::select(reflects, Fi * in.color[1][i], Ti * in.color[2][i]);
@@ -157,7 +159,8 @@ template <int W>
 void prepare_interface(LobeInputs<W>& in, const Vec3<Float<W>>& wo, Mask<W> outside) {
     prepare_facets(in, mean(in.color[0]), 5, 2);
     prepare_film(in, 8, 5);
-    in.dispersive = in.has(4);
+    in.disperses = in.has(4) ? in.number[1] > Float<W>(0.0f) : Mask<W>(false);
+    in.dispersive = any(in.disperses);
     const Float<W> n_d = max(in.number[0], Float<W>(1.0001f)), one(1.0f);
     const Spectrum<W> index = in.dispersive ? index_of_refraction(n_d, in.number[1], in.l) : Spectrum<W>(n_d);
     for (int i = 0; i < Wavelengths; i++)
