@@ -37,6 +37,15 @@ class Estimate:
         blocks = np.concatenate([self.blocks, other.blocks])
         return Estimate(self.total + other.total, self.squares + other.squares, blocks, self.samples)
 
+    def superposed(self, other: Estimate) -> Estimate:
+        """Of the sum of two pictures that were estimated apart, batch by batch; variances add up."""
+        if (self.samples, self.batches) != (other.samples, other.batches):
+            raise ValueError("only batches as many and as long are superposed")
+        n = self.batches
+        total = self.total + other.total
+        squares = total**2 / n + (self.variance + other.variance) * (n - 1)
+        return Estimate(total, squares, self.blocks + other.blocks, self.samples)
+
     @property
     def batches(self) -> int:
         return len(self.blocks)

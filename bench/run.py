@@ -32,16 +32,20 @@ SCENES = {
     "cornell": ("mitsuba-llvm-spectral", "mitsuba-scalar-spectral", "cycles", "luxcore"),
     "terrain": ("mitsuba-llvm-spectral", "mitsuba-scalar-spectral", "cycles", "luxcore"),
     "forest": ("mitsuba-scalar-spectral", "cycles", "luxcore"),
+    "still-life": ("mitsuba-llvm-spectral", "mitsuba-llvm-rgb", "cycles", "luxcore"),
     "shading": ("cycles", "luxcore"),
 }
-AGREEMENT = ("cornell", "grey-cornell", "terrain")
+AGREEMENT = ("cornell", "grey-cornell", "terrain", "environment", "conductor", "dielectric", "dispersion")
 
 
 def parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="small pictures and scenes: no timings worth keeping")
     parser.add_argument(
-        "--scene", action="append", choices=[*SCENES, *AGREEMENT[1:2]], help="this one alone; may be repeated"
+        "--scene",
+        action="append",
+        choices=list(dict.fromkeys([*SCENES, *AGREEMENT])),
+        help="this one alone; may be repeated",
     )
     parser.add_argument("--peer", action="append", metavar="NAME", help=f"of {', '.join(list(peers.RENDERERS)[1:])}")
     parser.add_argument("--measure", action="append", choices=MEASURES, help="this one alone; may be repeated")

@@ -137,7 +137,7 @@ def dispersion(n: int) -> Scene:
         Mesh("lamp", (0, 0, 0), *quad((0.6, 4, 0.5), (0.5, 0, 0), (0, 0, 0.5)), radiance=(12, 12, 12)),
         Mesh("ball", GREY, *fine_ball(0, 0.8, 0, y=0.3), finish=finish),
     ]
-    return Scene("dispersion", (128, 128), 64, Camera((0, 1.6, 5), (0, 1, 0), 36), meshes, band=band)
+    return Scene("dispersion", (96, 96), 64, Camera((0, 1.6, 5), (0, 1, 0), 36), meshes, band=band)
 
 
 MAKERS = {

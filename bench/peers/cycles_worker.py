@@ -46,6 +46,9 @@ def material(mesh: scenes.Mesh) -> bpy.types.Material:
     diffuse.inputs["Color"].default_value = (*mesh.color, 1)
     if mesh.chain:
         link(noise_chain(tree, mesh.chain), diffuse.inputs["Color"])
+    if mesh.finish:
+        link(finish(tree, mesh).outputs[0], output.inputs["Surface"])
+        return made
     if not mesh.radiance:
         link(diffuse.outputs[0], output.inputs["Surface"])
         return made
@@ -62,6 +65,21 @@ def material(mesh: scenes.Mesh) -> bpy.types.Material:
     link(choice.outputs[0], output.inputs["Surface"])
     made.cycles.emission_sampling = "FRONT"
     return made
+
+
+def finish(tree: bpy.types.NodeTree, mesh: scenes.Mesh) -> bpy.types.Node:
+    given = mesh.finish
+    roughness = given.alpha**0.5
+    if given.kind == "glass":
+        node = tree.nodes.new("ShaderNodeBsdfGlass")
+        node.inputs["Roughness"].default_value, node.inputs["IOR"].default_value = roughness, given.ior
+        return node
+    node = tree.nodes.new("ShaderNodeBsdfPrincipled")
+    node.inputs["Roughness"].default_value, node.inputs["IOR"].default_value = roughness, given.ior
+    metal = given.kind == "metal"
+    node.inputs["Base Color"].default_value = (*(given.metal_color if metal else mesh.color), 1)
+    node.inputs["Metallic"].default_value = float(metal)
+    return node
 
 
 def noise_chain(tree: bpy.types.NodeTree, n: int) -> bpy.types.NodeSocket:
@@ -158,6 +176,26 @@ def sky(radiance: float) -> None:
     bpy.context.scene.world = world
 
 
+def environment(path: Path) -> None:
+    world = bpy.data.worlds.new("environment")
+    world.use_nodes = True
+    tree = world.node_tree
+    tree.nodes.clear()
+    new, link = tree.nodes.new, tree.links.new
+    background, output = new("ShaderNodeBackground"), new("ShaderNodeOutputWorld")
+    picture, turn = new("ShaderNodeTexEnvironment"), new("ShaderNodeMapping")
+    picture.image = bpy.data.images.load(str(path))
+    picture.image.colorspace_settings.name = "Non-Color"
+    turn.vector_type = "POINT"
+    turn.inputs["Scale"].default_value = (-1, 1, 1)  # its pictures run the other way round
+    turn.inputs["Rotation"].default_value = Matrix(((0, 0, -1), (-1, 0, 0), (0, 1, 0))).to_euler()
+    link(new("ShaderNodeTexCoord").outputs["Generated"], turn.inputs["Vector"])
+    link(turn.outputs[0], picture.inputs["Vector"])
+    link(picture.outputs[0], background.inputs[0])
+    link(background.outputs[0], output.inputs[0])
+    bpy.context.scene.world = world
+
+
 def build(scene: scenes.Scene) -> None:
     place = bpy.context.scene.collection.objects.link
     for mesh in scene.meshes:
@@ -168,6 +206,8 @@ def build(scene: scenes.Scene) -> None:
     place(bpy.context.scene.camera)
     if scene.sky:
         sky(scene.sky)
+    if scene.environment:
+        environment(scene.environment)
 
 
 log: list[tuple[float, str]] = []

@@ -69,6 +69,16 @@ class Builder:
         )
         if given.sky:
             self.parse({"scene.lights.sky.type": "constantinfinite", "scene.lights.sky.color": [float(given.sky)] * 3})
+        if given.environment:
+            turned = np.array([[0, 1, 0, 0], [0, 0, 1, 0], [1, 0, 0, 0], [0, 0, 0, 1]], float)
+            self.parse(
+                {
+                    "scene.lights.sky.type": "infinite",
+                    "scene.lights.sky.file": str(given.environment),
+                    "scene.lights.sky.gamma": 1.0,
+                    "scene.lights.sky.transformation": floats(turned.T),
+                }
+            )
         for mesh in given.meshes:
             self.mesh(mesh)
             self.parse(
@@ -88,6 +98,9 @@ class Builder:
             points, faces = mesh.triangles()
             rows = [tuple(map(float, p)) for p in points], [tuple(map(int, f)) for f in faces]
             self.scene.DefineMesh(mesh.name, *rows, None, None, None, None)
+        if mesh.finish:
+            self.finish(mesh)
+            return
         material: dict[str, object] = {f"scene.materials.{mesh.name}.type": "matte"}
         if mesh.chain:
             self.parse(noise_chain(mesh.chain))
@@ -97,6 +110,19 @@ class Builder:
         if mesh.radiance:
             material[f"scene.materials.{mesh.name}.emission"] = floats(mesh.radiance)
         self.parse(material)
+
+    def finish(self, mesh: scenes.Mesh) -> None:
+        given = mesh.finish
+        if given.kind == "metal":
+            values = {"type": "metal2", "uroughness": given.alpha, "vroughness": given.alpha, "fresnel": "gold"}
+            self.parse({"scene.textures.gold.type": "fresnelpreset", "scene.textures.gold.name": "gold"})
+        elif given.kind == "glass":
+            values = {"type": "glass", "interiorior": given.ior}
+        else:
+            reflected = ((given.ior - 1) / (given.ior + 1)) ** 2
+            values = {"type": "glossy2", "kd": floats(mesh.color), "ks": [reflected] * 3}
+            values |= {"uroughness": given.alpha, "vroughness": given.alpha}
+        self.parse({f"scene.materials.{mesh.name}.{key}": value for key, value in values.items()})
 
     def copies(self, copies: scenes.Copies) -> None:
         """The first copy is an object with a transformation, which makes its mesh an instanced one; then duplicates."""
