@@ -24,7 +24,7 @@ class KernelOf final : public Kernel {
         const int pixels = (request.x1 - request.x0) * (request.y1 - request.y0);
         int count = generate<W>(m_scene, request, m->batch, *paths);
         const uint32_t reversed = reverse_bits_scalar(request.progression);
-        for (int bounce = 0; count > 0 && bounce <= m_scene.max_depth; bounce++) {
+        for (int bounce = 0; count > 0 && bounce <= m_scene.last_step(); bounce++) {
             counts.rays += uint64_t(count);
             intersect<W>(m_scene, m->batch, *paths, count, bounce, m->hits, m->runs);
             SurfaceStage<W> surface(m_scene, m->batch, *paths, m->hits, *next, m->shadows, bounce, reversed);
@@ -33,9 +33,16 @@ class KernelOf final : public Kernel {
                 for (int i = m->runs.first[program]; i < end; i += W)
                     surface.run(m_scene.materials[program], m->runs.order.data() + i, std::min(W, end - i));
             }
-            counts.rays += uint64_t(surface.shadow_count());
-            occlude<W>(m_scene, m->batch, m->shadows, surface.shadow_count());
-            count = surface.next_count();
+            int next_count = surface.next_count(), shadow_count = surface.shadow_count();
+            if (m_scene.scatters) {
+                MediumStage<W> medium(m_scene, m->batch, *paths, m->hits, *next, m->shadows, bounce,
+                                      next_count, shadow_count);
+                medium.run(m->runs, count);
+                next_count = medium.next_count(), shadow_count = medium.shadow_count();
+            }
+            counts.rays += uint64_t(shadow_count);
+            occlude<W>(m_scene, m->batch, m->shadows, shadow_count);
+            count = next_count;
             std::swap(paths, next);
         }
         finish<W>(m_scene, m->batch, pixels, request, counts);

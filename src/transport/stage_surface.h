@@ -4,7 +4,7 @@
 
 #include "base/sampling.h"
 #include "transport/fetch.h"
-#include "transport/stage_intersect.h"
+#include "transport/stage_medium.h"
 
 namespace kanuka::transport {
 
@@ -31,20 +31,34 @@ class SurfaceStage {
         const I slot = select(active, I::load(order), I(order[0]));
         Hit h(*this, code, slot);
         shade_interior(h);
-        if (m_bounce == 0 && code.filter.word >= 0)
-            look_through_atmosphere(h, active, code);
+        M camera(m_bounce == 0);
+        Crossing<W> crossing; // where the scene has media
+        if (m_scene.media) {
+            camera = camera_paths(m_scene, m_paths, slot, m_bounce);
+            crossing = cross_boundary(h);
+            pass_on(h, crossing, code, active);
+            if (!any(active))
+                return;
+        }
+        if (any(camera) && code.filter.word >= 0)
+            look_through_atmosphere(h, active & camera, code);
         if (any(h.shape.emitter >= I(0)))
             add_emission(h, active & (h.shape.emitter >= I(0)), code);
-        if (m_bounce == 0)
-            record_first_hit(h, active, code);
-        if (m_bounce >= m_scene.max_depth || code.leaves == 0)
+        if (any(camera))
+            record_first_hit(h, active & camera, code);
+        if (code.leaves == 0)
+            return;
+        if (m_scene.media)
+            active &= Events::surfaces(gather(m_paths.events, slot)) < I(m_scene.max_depth);
+        else if (m_bounce >= m_scene.max_depth)
             return;
         const V wo_world = -h.d;
         V wo = h.to_local(wo_world);
         wo.z = h.cos_o;
-        const bsdf::Material<W> material(code, h.fetch, h.outside, wo, h.l);
-        if (m_bounce == 0)
-            record_albedo(h, active, material.albedo());
+        const bsdf::Material<W> material(code, h.fetch, h.outside, wo, h.l,
+                                         m_scene.media ? &crossing.outer : nullptr);
+        if (any(camera))
+            record_albedo(h, active & camera, material.albedo());
         active &= !material.black();
         const Sampler<W> sampler{bitcast_int(h.ray[PathState::PixelHash]), m_reversed};
         Receiver<W> receiver{h.P, h.N, M(true)};
@@ -53,8 +67,8 @@ class SurfaceStage {
         if (m_scene.linked)
             receiver.set = links_of(m_scene, bitcast_int(h.hit[HitState::Shape]), &store::Links::lit_sets);
         const LightChances<W> chances(m_scene, receiver);
-        sample_lights(h, material, wo, sampler, receiver, chances, active);
-        sample_direction(h, material, wo, sampler, receiver, chances, active);
+        sample_lights(h, material, wo, sampler, receiver, chances, crossing, active);
+        sample_direction(h, material, wo, sampler, receiver, chances, crossing, active);
     }
 
   private:
@@ -175,14 +189,9 @@ class SurfaceStage {
             m[k] = gather(m_hits.world_from_shape[k].data(), slot);
         const V row0(m[0], m[1], m[2]), row1(m[4], m[5], m[6]), row2(m[8], m[9], m[10]);
         const V world(dot(row0, anchor) + m[3], dot(row1, anchor) + m[7], dot(row2, anchor) + m[11]);
-        // Normals go with the cofactors; those keep their direction under mirroring once multiplied by the
-        // sign of the determinant.
-        const V c0 = cross(row1, row2), c1 = cross(row2, row0), c2 = cross(row0, row1);
-        const F sign = copysign(F(1.0f), dot(row0, c0));
-        const auto turn = [&](const V& n) { return V(dot(c0, n), dot(c1, n), dot(c2, n)) * sign; };
         anchor = select(inside, world, anchor);
-        Ng = select(inside, turn(Ng), Ng);
-        N = select(inside, turn(N), N);
+        Ng = select(inside, turn_normal(m, Ng), Ng);
+        N = select(inside, turn_normal(m, N), N);
     }
 
     // A tangent goes with the transform itself.
@@ -204,6 +213,13 @@ class SurfaceStage {
         const I interior = bitcast_int(h.ray[PathState::Interior]);
         if (!any(interior >= I(0)))
             return;
+        if (m_scene.media) { // where it scatters too, end_flight() has been there
+            const MediumLanes<W> medium(m_scene, interior, h.l);
+            const F s = h.t - gather(m_paths.start, h.slot);
+            for (int i = 0; i < Wavelengths; i++)
+                h.beta[i] = select(medium.scatters, h.beta[i], h.beta[i] * exp(-(medium.absorption[i] * s)));
+            return;
+        }
         for (size_t k = 0; k < m_scene.interiors.size(); k++) {
             const auto& medium = m_scene.interiors[k];
             const M m = interior == I(int(k));
@@ -214,6 +230,43 @@ class SurfaceStage {
             for (int i = 0; i < Wavelengths; i++)
                 h.beta[i] = select(m, h.beta[i] * exp(-sigma[i] * h.t), h.beta[i]);
         }
+    }
+
+    [[gnu::noinline]] Crossing<W> cross_boundary(const Hit& h) const {
+        const I dominant = bitcast_int(h.ray[PathState::Interior]);
+        return {m_scene, MediaStack<W>::load(m_paths, dominant, h.slot), h.shape.interior, h.outside};
+    }
+    // Paths that a boundary does not turn go on as they came, in what is behind it, and leave `active`: where
+    // it lies within a medium of higher priority, or has no lobes.
+    [[gnu::noinline]] void pass_on(const Hit& h, const Crossing<W>& crossing, const bsdf::MaterialCode& code,
+                                   M& active) {
+        const M clear = code.leaves == 0 ? h.shape.emitter < I(0) : M(false);
+        const M passes = active & crossing.boundary & (crossing.nothing | clear);
+        active &= !passes;
+        const I events = gather(m_paths.events, h.slot);
+        const uint32_t bits = (passes & (Events::inside(events) < I(m_scene.volume_depth))).bits();
+        if (!bits)
+            return;
+        auto row = h.ray;
+        for (size_t k = 0; k < Wavelengths; k++)
+            row[PathState::Beta + k] = h.beta[int(k)];
+        row[PathState::Interior] = bitcast_float(crossing.after.at[0]);
+        const int at = m_next_count;
+        if (m_scene.keeps_ratios) {
+            const S ratio = ratios_of(m_scene, m_paths, h.slot);
+            for (int k = 0; k < Wavelengths; k++)
+                compress_store(m_next.ratio[k] + at, ratio[k], bits);
+        }
+        if (m_scene.keeps_normals)
+            for (int c = 0; c < 3; c++)
+                compress_store(m_next.ask_n[c] + at,
+                               m_bounce > 0 ? gather(m_paths.ask_n[c], h.slot) : F(0.0f), bits);
+        if (m_scene.linked)
+            compress_store(reinterpret_cast<float*>(m_next.ask_set) + at,
+                           bitcast_float(m_bounce > 0 ? gather(m_paths.ask_set, h.slot) : I(-1)), bits);
+        store_media(m_next, at, crossing.after, beyond(vector_of(h.ray, PathState::Origin), h.d, h.t),
+                    events + I(Events::Inside), bits);
+        m_next_count += compress_rows(m_next.row[at], row, bits);
     }
 
     // What lies between the camera and what it sees first: affine in the surface's radiance, as the shading
@@ -248,7 +301,7 @@ class SurfaceStage {
 
     void sample_lights(const Hit& h, const bsdf::Material<W>& material, const V& wo,
                        const Sampler<W>& sampler, const Receiver<W>& receiver, const LightChances<W>& chances,
-                       M active) {
+                       const Crossing<W>& crossing, M active) {
         if (m_scene.choices == 0)
             return;
         F u_choice, u_part, u0, u1;
@@ -267,10 +320,10 @@ class SurfaceStage {
         // Balance over both techniques and all wavelengths: sum_j r_j (p_light + p_j).
         F denominator(0.0f);
         for (int k = 0; k < Wavelengths; k++) {
-            const F ratio = m_scene.dispersive ? gather(m_paths.ratio[k], h.slot) : F(1.0f);
+            const F ratio = m_scene.keeps_ratios ? gather(m_paths.ratio[k], h.slot) : F(1.0f);
             denominator += ratio * (light.pdf + select(light.delta, F(0.0f), value.pdf[k]));
         }
-        const F weight = F(1.0f) / max(denominator, F(1e-30f));
+        const F weight = m_scene.media ? F(1.0f) : F(1.0f) / max(denominator, F(1e-30f));
         const S contribution = h.beta * value.f * light.radiance * weight;
         m &= !(bsdf::mean(contribution) <= F(0.0f)); // NaN goes on, and is counted
         const uint32_t bits = m.bits();
@@ -285,6 +338,13 @@ class SurfaceStage {
         for (int k = 0; k < Wavelengths; k++)
             compress_store(m_shadows.contribution[k] + at, contribution[k], bits);
         compress_store(m_shadows.t_max + at, light.distance, bits);
+        if (m_scene.media) {
+            const S ratio = ratios_of(m_scene, m_paths, h.slot);
+            store_shadow_media(m_shadows, at,
+                               MediaStack<W>::select_of(wi.z < F(0.0f), crossing.after, crossing.before),
+                               sum_of_ratios(m_scene, m_paths, h.slot) * light.pdf,
+                               bsdf::select(light.delta, S(F(0.0f)), ratio * value.pdf), bits);
+        }
         if (m_scene.shadow_linked)
             compress_store(reinterpret_cast<float*>(m_shadows.passes) + at, bitcast_float(light.passes),
                            bits);
@@ -297,7 +357,7 @@ class SurfaceStage {
 
     void sample_direction(const Hit& h, const bsdf::Material<W>& material, const V& wo,
                           const Sampler<W>& sampler, const Receiver<W>& receiver,
-                          const LightChances<W>& chances, M active) {
+                          const LightChances<W>& chances, const Crossing<W>& crossing, M active) {
         F u_lobe, u_roulette, u0, u1;
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LobeRoulette), u_lobe, u_roulette);
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::Direction), u0, u1);
@@ -310,7 +370,7 @@ class SurfaceStage {
         S beta = h.beta * s.value.f * inv_pdf;
         F ratios{float(Wavelengths)}, next_ratios{float(Wavelengths)};
         S ratio(F(1.0f));
-        if (m_scene.dispersive) {
+        if (m_scene.keeps_ratios) {
             ratios = sum_of_ratios(m_scene, m_paths, h.slot);
             next_ratios = F(0.0f);
             for (int k = 0; k < Wavelengths; k++) {
@@ -331,8 +391,14 @@ class SurfaceStage {
             return;
         const V o = h.offset(wi);
         const M through = s.wi.z < F(0.0f);
-        const I interior = select(through, select(h.outside, h.shape.interior, I(-1)),
-                                  bitcast_int(h.ray[PathState::Interior]));
+        I interior = select(through, select(h.outside, h.shape.interior, I(-1)),
+                            bitcast_int(h.ray[PathState::Interior]));
+        if (m_scene.media) {
+            const auto media = MediaStack<W>::select_of(through, crossing.after, crossing.before);
+            interior = media.at[0];
+            const I events = gather(m_paths.events, h.slot) & I(Events::Camera - 1);
+            store_media(m_next, m_next_count, media, F(0.0f), events + I(Events::Surface), bits);
+        }
         const Row<W, PathState::Fields> row{o.x,
                                             o.y,
                                             o.z,
@@ -350,7 +416,7 @@ class SurfaceStage {
                                             chances.of(m_scene.map_choice),
                                             bitcast_float(interior)};
         const int at = m_next_count;
-        if (m_scene.dispersive)
+        if (m_scene.keeps_ratios)
             for (int k = 0; k < Wavelengths; k++)
                 compress_store(m_next.ratio[k] + at, ratio[k], bits);
         if (m_scene.keeps_normals)
