@@ -128,6 +128,10 @@ class Material {
     Material(const MaterialCode& code, const Fetch& fetch, Mask<W> outside, const Vec3<Float<W>>& wo,
              const Float<W> l[Wavelengths], const Float<W>* outer = nullptr)
         : m_code(code) {
+        if (code.leaves == 0) { // boundaries of media alone may have none
+            m_black = Mask<W>(true);
+            return;
+        }
         for (size_t i = 0; i < code.nodes.size(); i++) {
             const MaterialCode::Node& n = code.nodes[i];
             m_node_weight[i] = n.weight.word < 0 ? Float<W>(1.0f) : fetch.number(n.weight);

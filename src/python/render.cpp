@@ -14,6 +14,7 @@
 #include "ingest/rib/rib.h"
 #include "python/bindings.h"
 #include "render/session.h"
+#include "transport/integrator.h"
 
 namespace kanuka::python {
 
@@ -239,7 +240,30 @@ void bind_render(nb::module_& m) {
         "Reads a RIB file, compressed or not; '-' is standard input. What it could not make sense of is in "
         "the\n"
         "scene's journal.");
-    m.def("integrator_names", &render::integrator_names, "Names that `integrator` takes.");
+    m.def(
+        "integrators",
+        [] {
+            nb::dict all;
+            for (const transport::NamedIntegrator& i : transport::integrators()) {
+                nb::dict parameters;
+                for (const transport::IntegratorParameter& p : i.info->parameters)
+                    if (!p.name.empty())
+                        parameters[nb::str(p.name.data(), p.name.size())] =
+                            nb::make_tuple(p.fallback, nb::str(p.help.data(), p.help.size()));
+                nb::dict one;
+                one["help"] = nb::str(i.info->help.data(), i.info->help.size());
+                one["parameters"] = parameters;
+                all[nb::str(i.name.data(), i.name.size())] = one;
+            }
+            return all;
+        },
+        nb::sig("def integrators() -> dict[str, dict]"),
+        "What `integrator` takes, by name: 'help', and 'parameters' (name: (default, help)). They are "
+        "written\n"
+        "as in 'ao:distance=2'.");
+    m.def(
+        "check_integrator", [](const std::string& text) { transport::IntegratorChoice::parse(text); },
+        nb::arg("text"), "Raises Error unless `text` names an integrator and its parameters.");
 }
 
 } // namespace kanuka::python

@@ -64,16 +64,7 @@ class BatchSession {
             m_options.shutter_open = (*o.shutter)[0], m_options.shutter_close = (*o.shutter)[1];
         m_shading_rate = o.shading_rate.value_or(1.0f);
         m_progressions = o.progressions.value_or(m_options.samples > 0 ? m_options.samples : 64);
-        const auto names = integrator_names();
-        if (std::find(names.begin(), names.end(), m_options.integrator) == names.end()) {
-            std::string list;
-            for (const auto& n : names)
-                list += (list.empty() ? "" : ", ") + n;
-            throw Error("unknown integrator \"" + m_options.integrator + "\"; there are " + list,
-                        ExitCode::Usage);
-        }
-        if (m_options.integrator == "direct")
-            m_options.max_depth = 1;
+        m_integrator = transport::IntegratorChoice::parse(m_options.integrator);
         if (m_progressions < 1)
             throw Error("at least one progression is needed", ExitCode::Usage);
         m_aovs.ask(m_options.displays, o.aovs);
@@ -175,6 +166,7 @@ class BatchSession {
             in.filter_weight_x = m_filter->weight_x();
             in.filter_weight_y = m_filter->weight_y();
         }
+        in.integrator = m_integrator;
         in.max_depth = m_options.max_depth;
         in.volume_depth = m_options.volume_depth;
         in.seed = m_options.seed;
@@ -414,6 +406,7 @@ class BatchSession {
     int m_lanes;
     std::string m_standard_shaders;
     scene::Options m_options;
+    transport::IntegratorChoice m_integrator;
     float m_shading_rate;
     ColorSetup m_color;
     int m_progressions;
@@ -447,10 +440,6 @@ Result render(const scene::Scene& scene, const Overrides& overrides, Journal& jo
         session.close_statistics();
     });
     return result;
-}
-
-std::vector<std::string> integrator_names() {
-    return {"path", "direct"};
 }
 
 } // namespace kanuka::render

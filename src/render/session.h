@@ -18,7 +18,7 @@ struct Overrides {
     std::optional<std::array<float, 4>> crop;
     std::optional<float> shading_rate;       // multiplies every attribute's
     std::optional<float> geometry_tolerance; // pixels; 0 = one micropolygon traced per shading cell
-    std::optional<std::string> integrator;
+    std::optional<std::string> integrator;   // as transport::IntegratorChoice::parse() reads it
     std::optional<uint32_t> seed;
     std::vector<std::string> aovs; // output parameters of surfaces, beside those that displays ask for
     std::optional<std::array<float, 2>> shutter; // opens, closes; equal = no motion blur
@@ -35,7 +35,5 @@ struct Result {
 // scene's large buffers may be released as soon as they are diced. Bit-identical for any thread count.
 Result render(const scene::Scene& scene, const Overrides& overrides, Journal& journal, Stats& stats,
               const Progress& progress);
-
-std::vector<std::string> integrator_names();
 
 } // namespace kanuka::render

@@ -76,10 +76,9 @@ struct alignas(64) ShadowState {
     Lane<float> o[3], d[3], t_max, contribution[4];
     Lane<int32_t> path, seed;
     Lane<int32_t> passes; // written only where scene.shadow_linked
-    // Written only where scene.media: what is in the way decides the weight, so it is not in contribution
-    // yet.
+    // Written only where scene.media; see ShadowBalance.
     Lane<int32_t> media[4];
-    Lane<float> asked, found[4]; // densities by light sampling, of all wavelengths; by directions, of each
+    Lane<float> asked, found[4];
 };
 
 } // namespace kanuka::transport

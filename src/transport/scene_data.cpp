@@ -483,6 +483,7 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
     view.camera = in.camera;
     view.moving = in.moving || !in.camera.motion.empty();
     view.shutter_quantiles = in.shutter_quantiles;
+    view.integrator = in.integrator;
     view.max_depth = in.max_depth;
     view.seed = in.seed;
     fill_media(view, *in.store, in.volume_depth, journal);

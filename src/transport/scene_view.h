@@ -10,6 +10,7 @@
 #include "bvh/bvh.h"
 #include "scene/scene.h"
 #include "store/store.h"
+#include "transport/integrator.h"
 #include "transport/light_tree.h"
 
 namespace kanuka::transport {
@@ -123,8 +124,9 @@ struct SceneView {
     CameraView camera;
     bool moving = false;                  // paths have a time: something moves while the shutter is open
     std::vector<float> shutter_quantiles; // scene::shutter_quantiles; empty = open all the time
-    int max_depth = 8;                    // surface events of a path
-    int volume_depth = 1024;              // events inside of media
+    IntegratorChoice integrator;
+    int max_depth = 8;       // surface events of a path
+    int volume_depth = 1024; // events inside of media
     int roulette_depth = 4;
     uint32_t seed = 0;
 

@@ -5,6 +5,7 @@
 
 #include "transport/fetch.h"
 #include "transport/stage_intersect.h"
+#include "transport/surface_hit.h"
 
 namespace kanuka::transport {
 
@@ -17,16 +18,21 @@ void store_media(PathState& next, int at, const MediaStack<W>& media, Float<W> s
     compress_store(reinterpret_cast<float*>(next.events) + at, bitcast_float(events), bits);
 }
 
-// Likewise for shadow rays; asked and found: sums over techniques of docs/transport.md, "Interiors".
+// How a shadow ray's contribution has been weighted, as shares of one: by light sampling, and by directions
+// at each wavelength. What is on the way changes the latter; see docs/transport.md, "Interiors".
 template <int W>
-void store_shadow_media(ShadowState& shadows, int at, const MediaStack<W>& media, Float<W> asked,
-                        const Spectrum<W>& found, uint32_t bits) {
-    for (int k = 0; k < MediaStack<W>::Most; k++)
-        compress_store(reinterpret_cast<float*>(shadows.media[k]) + at, bitcast_float(media.at[k]), bits);
-    compress_store(shadows.asked + at, asked, bits);
-    for (int k = 0; k < Wavelengths; k++)
-        compress_store(shadows.found[k] + at, found[k], bits);
-}
+struct ShadowBalance {
+    Float<W> asked{1.0f};
+    Spectrum<W> found{Float<W>(0.0f)};
+
+    void store(ShadowState& shadows, int at, const MediaStack<W>& media, uint32_t bits) const {
+        for (int k = 0; k < MediaStack<W>::Most; k++)
+            compress_store(reinterpret_cast<float*>(shadows.media[k]) + at, bitcast_float(media.at[k]), bits);
+        compress_store(shadows.asked + at, asked, bits);
+        for (int k = 0; k < Wavelengths; k++)
+            compress_store(shadows.found[k] + at, found[k], bits);
+    }
+};
 
 // Does a ray along d meet its shape from outside? As SurfaceStage has it, for lanes of any program.
 template <int W>
@@ -73,10 +79,9 @@ class MediumStage {
     using S = Spectrum<W>;
 
   public:
-    MediumStage(const SceneView& scene, BatchState& batch, const PathState& paths, const HitState& hits,
-                PathState& next, ShadowState& shadows, int bounce, int next_count, int shadow_count)
-        : m_scene(scene), m_batch(batch), m_paths(paths), m_hits(hits), m_next(next), m_shadows(shadows),
-          m_bounce(bounce), m_next_count(next_count), m_shadow_count(shadow_count) {}
+    MediumStage(const Bounce& at, PathState& next, ShadowState& shadows, int next_count, int shadow_count)
+        : m_scene(at.scene), m_batch(at.batch), m_paths(at.paths), m_hits(at.hits), m_next(next),
+          m_shadows(shadows), m_bounce(at.number), m_next_count(next_count), m_shadow_count(shadow_count) {}
 
     int next_count() const { return m_next_count; }
     int shadow_count() const { return m_shadow_count; }
@@ -182,7 +187,15 @@ class MediumStage {
         const LightSample<W> light =
             sample_light(m_scene, chances, receiver, u_choice, u_part, u0, u1, l, active);
         const F density = bsdf::eval_phase(phase, dot(d, light.wi));
-        const S contribution = carried.beta * light.radiance * density;
+        ShadowBalance<W> balance;
+        const S by_directions = carried.ratio * select(light.delta, F(0.0f), density);
+        F denominator = carried.ratios() * light.pdf;
+        for (int k = 0; k < Wavelengths; k++)
+            denominator += by_directions[k];
+        const F weight = F(1.0f) / max(denominator, F(1e-30f));
+        balance.asked = carried.ratios() * light.pdf * weight;
+        balance.found = by_directions * weight;
+        const S contribution = carried.beta * light.radiance * (density * weight);
         const M m = active & light.valid & !(bsdf::mean(contribution) <= F(0.0f));
         const uint32_t bits = m.bits();
         if (!bits)
@@ -201,8 +214,7 @@ class MediumStage {
         compress_store(reinterpret_cast<float*>(m_shadows.path) + at, ray[PathState::Path], bits);
         const I seed =
             bitcast_int(ray[PathState::PixelHash]) ^ I(int(uint32_t(m_bounce) * 0x3c6ef372u + 0x1b873593u));
-        store_shadow_media(m_shadows, at, media, carried.ratios() * light.pdf,
-                           carried.ratio * select(light.delta, F(0.0f), density), bits);
+        balance.store(m_shadows, at, media, bits);
         m_shadow_count +=
             compress_store(reinterpret_cast<float*>(m_shadows.seed) + at, bitcast_float(seed), bits);
     }

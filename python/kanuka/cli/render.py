@@ -61,7 +61,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         default=None,
         help="what a surface shader does that no material can do is an error at its line, not approximated",
     )
-    picture.add_argument("--integrator", metavar="NAME", help=", ".join(kanuka.integrator_names()))
+    picture.add_argument(
+        "--integrator", metavar="NAME[:PARAMETER=VALUE,...]", help=integrators_help()
+    )
     picture.add_argument(
         "--aov",
         action="append",
@@ -90,12 +92,21 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser.set_defaults(run=run, parser=parser)
 
 
+def integrators_help() -> str:
+    def words(name: str, about: dict) -> str:
+        settings = "".join(f" :{p}={default:g} ({text})" for p, (default, text) in about["parameters"].items())
+        return f"{name} ({about['help']}){settings}"
+
+    return "; ".join(words(name, about) for name, about in kanuka.integrators().items())
+
+
 def run(arguments: argparse.Namespace) -> int:
     started = time.monotonic()
-    if arguments.integrator is not None and arguments.integrator not in kanuka.integrator_names():
-        arguments.parser.error(
-            f"--integrator: {arguments.integrator!r} is not one of {', '.join(kanuka.integrator_names())}"
-        )
+    if arguments.integrator is not None:
+        try:
+            kanuka.check_integrator(arguments.integrator)
+        except kanuka.Error as error:
+            arguments.parser.error(f"--integrator: {error}")
     if arguments.output:
         check_output(arguments.output)
     interruption = Interruption()

@@ -1,0 +1,34 @@
+// Unidirectional path tracing with next event estimation: at each vertex one light is asked and one direction
+// sampled, and both are balanced (docs/transport.md).
+#pragma once
+
+#include "transport/tracer.h"
+
+namespace kanuka::transport::path {
+
+inline constexpr IntegratorInfo info{"light over any number of bounces; for pictures that count"};
+
+template <int W>
+struct Integrator {
+    explicit Integrator(const IntegratorValues&) {}
+
+    void trace(Tracer<W>& tracer) const {
+        while (tracer.count() > 0 && tracer.bounce() <= tracer.scene.last_step()) {
+            tracer.intersect();
+            tracer.surfaces(
+                [](SurfaceStage<W>& stage, const bsdf::MaterialCode& code, Int<W> slots, Mask<W> active) {
+                    SurfaceHit<W> hit(stage.at(), code, slots);
+                    stage.arrive(hit, active);
+                    if (!stage.scatters(code))
+                        return;
+                    const Scattering<W> s(stage.at(), hit);
+                    stage.record_albedo(s, active);
+                    active &= !s.material.black();
+                    stage.sample_lights(s, active);
+                    stage.sample_direction(s, active);
+                });
+        }
+    }
+};
+
+} // namespace kanuka::transport::path

@@ -1,0 +1,129 @@
+// The plain estimator that others are tested against: one wavelength a path, independent random numbers,
+// directions spread evenly over the sphere, no choice of lights, no balance of techniques, no roulette. What
+// no such direction finds, smooth lobes and lights without extent, is taken one by one. Correct and very
+// noisy.
+#pragma once
+
+#include "transport/tracer.h"
+
+namespace kanuka::transport::reference {
+
+inline constexpr IntegratorInfo info{"what path must agree with: plain, unbiased, noisy; runs on one lane"};
+
+// A counter, hashed.
+class Random {
+  public:
+    Random(int32_t pixel, uint32_t progression, int stream)
+        : m_key(hash_bits(uint32_t(pixel) ^
+                          hash_bits(progression ^ hash_bits(uint32_t(stream) + 0x51ed270bu)))) {}
+    Float<1> operator()() {
+        m_count += 0x9e3779b9u;
+        return Float<1>(float(hash_bits(m_key ^ hash_bits(m_count)) >> 8) * 0x1p-24f);
+    }
+
+  private:
+    static uint32_t hash_bits(uint32_t x) { return uint32_t(kanuka::hash_bits(Int<1>(int(x)))[0]); }
+    uint32_t m_key, m_count = 0;
+};
+
+template <int W>
+struct Integrator {
+    static_assert(W == 1);
+    using F = Float<1>;
+    using S = Spectrum<1>;
+    using V = Vec3<F>;
+
+    explicit Integrator(const IntegratorValues&) {}
+
+    void trace(Tracer<1>& tracer) const {
+        one_wavelength_each(tracer);
+        while (tracer.count() > 0 && tracer.bounce() <= tracer.scene.last_step()) {
+            tracer.intersect();
+            tracer.surfaces(
+                [&](SurfaceStage<1>& stage, const bsdf::MaterialCode& code, Int<1> slot, Mask<1> active) {
+                    SurfaceHit<1> hit(stage.at(), code, slot);
+                    stage.arrive(hit, active);
+                    if (!stage.scatters(code))
+                        return;
+                    const Scattering<1> s(stage.at(), hit);
+                    stage.record_albedo(s, active);
+                    Random random(bitcast_int(hit.ray[PathState::PixelHash])[0], tracer.request().progression,
+                                  tracer.bounce());
+                    for (size_t k = 0; k < stage.at().scene.lights.size(); k++)
+                        add_light(stage, s, int(k), random);
+                    go_on(stage, s, random);
+                });
+        }
+    }
+
+  private:
+    // Wavelengths even over their range, in place of those that were generated; all four of a path the same.
+    static void one_wavelength_each(Tracer<1>& tracer) {
+        const BatchRequest& r = tracer.request();
+        const int width = r.x1 - r.x0;
+        for (int i = 0; i < width * (r.y1 - r.y0); i++) {
+            const Int<1> pixel((r.y0 + i / width) * 0x10000 + r.x0 + i % width);
+            Random random((pixel ^ Int<1>(int(tracer.scene.seed)))[0], r.progression, -1);
+            const float l = random()[0];
+            for (int k = 0; k < Wavelengths; k++) {
+                tracer.batch().l[i][k] = l;
+                tracer.batch().inv_pdf[k][i] = 1;
+            }
+        }
+    }
+
+    // Lights that rays do not meet.
+    static void add_light(SurfaceStage<1>& stage, const Scattering<1>& s, int index, Random& random) {
+        using A = AnalyticLight;
+        const SceneView& scene = stage.at().scene;
+        const A& light = scene.lights[size_t(index)];
+        if (light.shape != A::Delta && light.shape != A::Distant && light.passes == 0)
+            return;
+        LightSample<1> sample{{F(0.0f), F(0.0f), F(1.0f)},
+                              F(1e30f),
+                              S(F(0.0f)),
+                              F(1.0f),
+                              Mask<1>(false),
+                              Mask<1>(true),
+                              Int<1>(0)};
+        const F u0 = random(), u1 = random();
+        sample_analytic(scene, light.shape, Int<1>(index), s.receiver.P, s.receiver.set, u0, u1, sample,
+                        s.h.l, Mask<1>(true), F(1.0f));
+        const V wi = s.h.to_local(sample.wi);
+        const Mask<1> m = sample.valid & (dot(sample.wi, s.h.Ng) * wi.z > F(0.0f));
+        const S contribution = s.h.beta * s.material.eval(s.wo, wi).f * sample.radiance *
+                               (stage.weight(s.h) / max(sample.pdf, F(1e-30f)));
+        stage.cast_shadow(s.h, sample.wi, sample.distance, contribution, sample.passes, m);
+    }
+
+    // Half of the paths take a smooth lobe, if the material's own choice is one, and else end; half go
+    // anywhere.
+    static void go_on(SurfaceStage<1>& stage, const Scattering<1>& s, Random& random) {
+        const SurfaceHit<1>& h = s.h;
+        const F u_lobe = random(), u0 = random(), u1 = random();
+        S ratio(F(1.0f));
+        if (stage.at().scene.keeps_ratios)
+            for (int k = 0; k < Wavelengths; k++)
+                ratio[k] = gather(stage.at().paths.ratio[k], h.slot);
+        if (random()[0] < 0.5f) {
+            const bsdf::LobeSample<1> sample = s.material.sample(s.wo, u_lobe, u0, u1);
+            const V wi = normalize(h.to_world(sample.wi));
+            const F side = dot(wi, h.Ng) * sample.wi.z, pdf = max(sample.value.pdf[0], F(1e-30f));
+            for (int k = 0; k < Wavelengths; k++)
+                ratio[k] *= sample.value.pdf[k] / pdf;
+            stage.leave(s, wi, sample.wi.z < F(0.0f), h.beta * sample.value.f * (F(2.0f) / pdf), ratio,
+                        F(0.0f),
+                        sample.valid & sample.delta & (side > F(0.0f)) & (sample.value.pdf[0] > F(0.0f)));
+            return;
+        }
+        F sine, cosine;
+        sincos_2pi(u0, sine, cosine);
+        const F z = fma(F(-2.0f), u1, F(1.0f)), r = sqrt(max(F(1.0f) - z * z, F(0.0f)));
+        const V local(r * cosine, r * sine, z), wi = normalize(h.to_world(local));
+        const S beta = h.beta * s.material.eval(s.wo, local).f * F(2 * 4 * Pi);
+        stage.leave(s, wi, z < F(0.0f), beta, ratio, F(0.0f),
+                    (dot(wi, h.Ng) * z > F(0.0f)) & (bsdf::max_component(beta) > F(0.0f)));
+    }
+};
+
+} // namespace kanuka::transport::reference

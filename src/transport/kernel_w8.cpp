@@ -1,9 +1,0 @@
-#include "transport/kernel_impl.h"
-
-namespace kanuka::transport {
-
-std::unique_ptr<Kernel> make_kernel_w8(const SceneView& scene) {
-    return std::make_unique<KernelOf<8>>(scene);
-}
-
-} // namespace kanuka::transport

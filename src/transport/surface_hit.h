@@ -1,0 +1,172 @@
+// A hit on a surface, one a lane: where it is, which way it faces, and the inputs of its material.
+#pragma once
+
+#include "transport/fetch.h"
+#include "transport/media.h"
+#include "transport/path_state.h"
+#include "transport/scene_view.h"
+
+namespace kanuka::transport {
+
+// What is known wherever a batch of paths has come to.
+struct Bounce {
+    const SceneView& scene;
+    BatchState& batch;
+    const PathState& paths;
+    const HitState& hits;
+    int number;                    // 0 = camera rays
+    uint32_t reversed_progression; // for samplers
+};
+
+template <int W>
+struct SurfaceHit {
+    using F = Float<W>;
+    using I = Int<W>;
+    using V = Vec3<F>;
+    using M = Mask<W>;
+    using S = Spectrum<W>;
+
+    const bsdf::MaterialCode& code;
+    I slot;
+    Row<W, PathState::Fields> ray; // as it came here
+    Row<W, HitState::Fields> hit;
+    I path;
+    F l[Wavelengths];
+    S beta;
+    V d, P, Ng, N; // Ng and N: unit, on the side of the viewer; N may lean from Ng
+    V T, B;
+    M outside; // the viewer is on the outside
+    F cos_o, t;
+    F raw_cos_outside;
+    ShapeLanes<W> shape;
+    HitPlace<W> place;
+    InputFetch<W> fetch;
+    M camera;             // nobody sees what it has passed: see camera_paths()
+    Crossing<W> crossing; // where scene.media
+
+    SurfaceHit(const SurfaceHit&) = delete; // `fetch` refers to its fields
+    SurfaceHit(const Bounce& at, const bsdf::MaterialCode& code, I slot)
+        : code(code), slot(slot), ray(load_rows<PathState::Fields>(at.paths.row, slot << 4)),
+          hit(load_rows<HitState::Fields>(at.hits.row, slot << 3)), path(bitcast_int(ray[PathState::Path])),
+          beta(spectrum_of(ray, PathState::Beta)), d(vector_of(ray, PathState::Direction)),
+          Ng(vector_of(hit, HitState::Ng)), t(hit[HitState::T]),
+          shape(at.scene.shapes, bitcast_int(hit[HitState::Shape])),
+          place(at.scene, shape, bitcast_int(hit[HitState::Prim]), hit[HitState::U], hit[HitState::V]),
+          fetch(at.scene, code, shape, place, l), camera(camera_paths(at.scene, at.paths, slot, at.number)) {
+        const auto waves = load_rows<4>(at.batch.l, path << 2);
+        for (size_t k = 0; k < Wavelengths; k++)
+            l[k] = waves[k];
+        const V o = vector_of(ray, PathState::Origin);
+        V anchor = traced_vertex(at.scene, shape.positions, place.anchor);
+        if (at.scene.moving)
+            follow_motion(at, anchor);
+        else
+            N = fetch.normal(shape);
+        if (at.scene.instanced)
+            leave_instance(at.hits, anchor, Ng, N);
+        // Cast the hit onto the plane of its triangle: the ray parameter loses digits far from the
+        // origin.
+        P = o + d * t;
+        const F n2 = max(dot(Ng, Ng), F(1e-37f));
+        P += Ng * (dot(anchor - P, Ng) / n2);
+        Ng = Ng * (F(1.0f) / sqrt(n2));
+        orient();
+        if (code.has_tangent)
+            along_tangent(leave_instance(at, fetch.tangent()));
+        else
+            coordinate_frame(N, T, B);
+        if (at.scene.media)
+            crossing = {at.scene, MediaStack<W>::load(at.paths, bitcast_int(ray[PathState::Interior]), slot),
+                        shape.interior, outside};
+    }
+
+    V to_local(const V& w) const { return {dot(w, T), dot(w, B), dot(w, N)}; }
+    V to_world(const V& w) const { return T * w.x + B * w.y + N * w.z; }
+    // A start for rays on the side of w, clear of the surface by a few units in the last place of the
+    // position.
+    V offset(const V& w) const {
+        const F size = max(max(abs(P.x), abs(P.y)), abs(P.z));
+        const F e = fma(size, F(1.5e-6f), F(1e-12f));
+        return P + Ng * copysign(e, dot(w, Ng));
+    }
+
+  private:
+    void follow_motion(const Bounce& at, V& anchor) {
+        const MotionLanes<W> motion(at.scene.shapes, bitcast_int(hit[HitState::Shape]),
+                                    gather(at.batch.time, path));
+        if (!any(motion.moving)) {
+            N = fetch.normal(shape);
+            return;
+        }
+        const I first = shape.positions + motion.segment * motion.stride;
+        const V a = traced_vertex(at.scene, select(motion.moving, first, shape.positions), place.anchor);
+        const V b = traced_vertex(at.scene, select(motion.moving, first + motion.stride, shape.positions),
+                                  place.anchor);
+        anchor = select(motion.moving, a + (b - a) * motion.f, anchor);
+        N = fetch.normal(shape, motion);
+    }
+
+    // The outside is where the shading normals point; where there are none, where the winding says.
+    void orient() {
+        using R = store::ShapeRecord;
+        const M has_normal = shape.has(R::HasNormals);
+        const V winding = select(shape.has(R::Flips), -Ng, Ng);
+        V out = select(has_normal & (dot(Ng, N) < F(0.0f)), -Ng, select(has_normal, Ng, winding));
+        N = select(has_normal, N, out);
+        N = N * (F(1.0f) / sqrt(max(dot(N, N), F(1e-37f))));
+        const F c = -dot(d, out);
+        outside = c > F(0.0f);
+        raw_cos_outside = c;
+        Ng = select(outside, out, -out);
+        N = select(outside, N, -N);
+        // A shading normal that faces away from the viewer is bent back to the horizon.
+        const F facing = -dot(d, N);
+        const F low(0.01f);
+        const V bent = N + (-d) * (low - facing);
+        N = select(facing < low, bent * (F(1.0f) / sqrt(dot(bent, bent))), N);
+        cos_o = max(-dot(d, N), F(1e-4f));
+    }
+    // x along a tangent, as far as the normal lets it.
+    void along_tangent(const V& t) {
+        const V flat = t - N * dot(t, N);
+        const F size = dot(flat, flat);
+        coordinate_frame(N, T, B);
+        T = select(size > F(1e-12f), flat * (F(1.0f) / sqrt(max(size, F(1e-12f)))), T);
+        const V side = cross(N, T); // the same way from outside and inside: turns of T agree
+        B = select(outside, side, -side);
+    }
+
+    static V traced_vertex(const SceneView& scene, I positions, I vertex) {
+        return vector_of(load_rows<4>(scene.floats, positions + vertex * I(3)), 0);
+    }
+
+    void leave_instance(const HitState& hits, V& anchor, V& Ng, V& N) const {
+        const M inside = gather(hits.instanced, slot) != I(0);
+        if (!any(inside))
+            return;
+        F m[12];
+        for (int k = 0; k < 12; k++)
+            m[k] = gather(hits.world_from_shape[k].data(), slot);
+        const V row0(m[0], m[1], m[2]), row1(m[4], m[5], m[6]), row2(m[8], m[9], m[10]);
+        const V world(dot(row0, anchor) + m[3], dot(row1, anchor) + m[7], dot(row2, anchor) + m[11]);
+        anchor = select(inside, world, anchor);
+        Ng = select(inside, turn_normal(m, Ng), Ng);
+        N = select(inside, turn_normal(m, N), N);
+    }
+
+    // A tangent goes with the transform itself.
+    V leave_instance(const Bounce& at, const V& t) const {
+        if (!at.scene.instanced)
+            return t;
+        const M inside = gather(at.hits.instanced, slot) != I(0);
+        if (!any(inside))
+            return t;
+        F m[12];
+        for (int k = 0; k < 12; k++)
+            m[k] = gather(at.hits.world_from_shape[k].data(), slot);
+        const V world(dot(V(m[0], m[1], m[2]), t), dot(V(m[4], m[5], m[6]), t), dot(V(m[8], m[9], m[10]), t));
+        return select(inside, world * (F(1.0f) / sqrt(max(dot(world, world), F(1e-37f)))), t);
+    }
+};
+
+} // namespace kanuka::transport
