@@ -42,8 +42,8 @@ AttributeBegin
   Sphere 1 -1 1 360
 AttributeEnd
 AttributeBegin
-  Surface "glass" "float ior" [1.4] "float roughness" [0.5] "color scattering" [6 8 9] "color absorption" [0.05 0.35 0.6]
-          "float meanCosine" [0.3]
+  Surface "glass" "float ior" [1.4] "float roughness" [0.5] "color scattering" [6 8 9]
+          "color absorption" [0.05 0.35 0.6] "float meanCosine" [0.3]
   Translate 1.2 0 0
   Rotate -90 1 0 0
   Sphere 1 -1 1 360

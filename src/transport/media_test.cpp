@@ -407,6 +407,30 @@ TEST(NestedDielectrics, CameraInside) {
     EXPECT_EQ(open.nan_samples, 0u);
 }
 
+// The plain estimator sees the same: it shares the particles, and knows no light sampling at surfaces. Its half
+// of paths for smooth lobes is doubled at each, so one ball of glass is what its noise allows.
+TEST(Media, AgreesWithTheReference) {
+    const auto picture = [](const char* integrator, bool ball, int progressions) {
+        TestScene s;
+        const int fog = s.store.add_interior(medium(Rgb(0.1f), Rgb(0.3f, 0.6f, 1), 0.4f, 1, -1)),
+                  milk = s.store.add_interior(medium(Rgb(0.05f, 0.1f, 0.3f), Rgb(1, 2, 3), 0.4f, 1.33f, 0));
+        if (ball)
+            s.add_sphere({0, 0, 4}, 1, 32, {glass(0, 1.33f)}, milk);
+        add_box(s, {0, 0.2f, 4}, 1.4f, {}, fog);
+        s.add_quad({0, -1.1f, 4}, {0, 0, 3}, {3, 0, 0}, {matte(Rgb(0.7f))});
+        s.add_quad({0, 3, 4}, {2, 0, 0}, {0, 0, 2}, {glow(Rgb(2))});
+        s.inputs.lights.push_back(constant_sky(Rgb(0.5f)));
+        look_along_z(s, 0.4f);
+        s.inputs.max_depth = ball ? 4 : 8;
+        s.inputs.integrator = IntegratorChoice::parse(integrator);
+        s.finish();
+        s.view.roulette_depth = 1000;
+        return s.estimate(progressions, 12);
+    };
+    expect_same(picture("path", false, 32), picture("reference", false, 64), 0.01, "fog");
+    expect_same(picture("path", true, 32), picture("reference", true, 256), 0.01, "milk in fog");
+}
+
 // The same for every lane count, but for the last digits of hits.
 TEST(Media, LanesAgree) {
     TestScene s;
