@@ -407,8 +407,8 @@ TEST(NestedDielectrics, CameraInside) {
     EXPECT_EQ(open.nan_samples, 0u);
 }
 
-// The plain estimator sees the same: it shares the particles, and knows no light sampling at surfaces. Its half
-// of paths for smooth lobes is doubled at each, so one ball of glass is what its noise allows.
+// The plain estimator sees the same: it shares the particles, and knows no light sampling at surfaces. Its
+// half of paths for smooth lobes is doubled at each, so one ball of glass is what its noise allows.
 TEST(Media, AgreesWithTheReference) {
     const auto picture = [](const char* integrator, bool ball, int progressions) {
         TestScene s;
