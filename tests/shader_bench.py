@@ -44,6 +44,8 @@ def outcome(name: str, lanes: int = 0, opt_level: int = 2, path: Path | None = N
         values["N"] = result["N"]
     if result["program"]["interior"]:
         for key, value in result["program"]["interior"].items():
+            if isinstance(value, str):
+                continue
             values[f"interior.{key}"] = np.float32(value).reshape(1, 1, -1)
     messages = [re.sub(r"^\S*/|; searched in .*", "", str(m).split("\n")[0]) for m in journal]
     values["messages"] = [f"{m.severity}: {text}" for m, text in zip(journal, messages, strict=True)]

@@ -19,10 +19,14 @@ enum class Dimension : int {
     LightChoice,      // which light; which of its parts
     LightPosition,    // on the light
     PerBounce,
+    FirstMedium = 1 << 20, // free paths in media, a pair each: apart, so that other scenes keep their points
 };
 
 inline constexpr int bounce_dimension(int bounce, Dimension offset) {
     return int(Dimension::FirstBounce) + bounce * int(Dimension::PerBounce) + int(offset);
+}
+inline constexpr int medium_dimension(int bounce) {
+    return int(Dimension::FirstMedium) + bounce;
 }
 
 // Integer finaliser with full avalanche (constants: C. Wellons, hash-prospector, lowbias32).

@@ -32,7 +32,8 @@ struct LobeInputs {
     Mask<W> rough;                                // enough for light to meet several facets
     Mask<W> disperses{false};                     // wavelengths go ways of their own
     StretchedCell<W> cell;
-    const Float<W>* l = nullptr; // normalised wavelengths
+    const Float<W>* l = nullptr;     // normalised wavelengths
+    const Float<W>* outer = nullptr; // index of refraction of what is outside; null = 1, nothing
     bool dispersive = false, stretched = false, has_film = false, compensated = false;
 
     bool has(int input) const { return given >> input & 1; }

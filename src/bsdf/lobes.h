@@ -14,8 +14,9 @@ namespace kanuka::bsdf {
 // l: normalised wavelengths, which must outlive the inputs.
 template <int W>
 [[gnu::noinline]] void prepare_lobe(LobeId id, LobeInputs<W>& in, const Vec3<Float<W>>& wo, Mask<W> outside,
-                                    const Float<W> l[Wavelengths]) {
+                                    const Float<W> l[Wavelengths], const Float<W>* outer = nullptr) {
     in.l = l;
+    in.outer = outer;
     in.stretched = in.has_film = in.dispersive = in.compensated = false;
     switch (id) {
     case LobeId::OrenNayarBrdf:

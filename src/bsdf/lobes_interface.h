@@ -155,14 +155,27 @@ Spectrum<W> index_of_refraction(Float<W> n_d, Float<W> abbe, const Float<W> l[Wa
     return n;
 }
 
+// An interface between equals neither bends nor reflects; its half vectors have no direction.
+template <int W>
+Float<W> next_to_one(Float<W> index) {
+    const Float<W> one(1.0f), least(1.0001f);
+    return kanuka::select(index >= one, max(index, least), min(index, one / least));
+}
+
 template <int W>
 void prepare_interface(LobeInputs<W>& in, const Vec3<Float<W>>& wo, Mask<W> outside) {
     prepare_facets(in, mean(in.color[0]), 5, 2);
     prepare_film(in, 8, 5);
     in.disperses = in.has(4) ? in.number[1] > Float<W>(0.0f) : Mask<W>(false);
     in.dispersive = any(in.disperses);
-    const Float<W> n_d = max(in.number[0], Float<W>(1.0001f)), one(1.0f);
-    const Spectrum<W> index = in.dispersive ? index_of_refraction(n_d, in.number[1], in.l) : Spectrum<W>(n_d);
+    const Float<W> one(1.0f);
+    Float<W> n_d = max(in.number[0], Float<W>(1.0001f));
+    Spectrum<W> index = in.dispersive ? index_of_refraction(n_d, in.number[1], in.l) : Spectrum<W>(n_d);
+    if (in.outer) { // within another medium: the index is relative, and may lie below one
+        n_d = next_to_one(n_d / *in.outer);
+        for (int i = 0; i < Wavelengths; i++)
+            index[i] = next_to_one(index[i] / *in.outer);
+    }
     for (int i = 0; i < Wavelengths; i++)
         in.eta[i] = kanuka::select(outside, index[i], one / index[i]);
     if (in.compensated) {

@@ -122,19 +122,23 @@ struct MaterialCode {
 template <int W>
 class Material {
   public:
-    // `outside`: wo is on the outside of the surface. l: normalised wavelengths, which must outlive the
-    // material.
+    // `outside`: wo is on the outside of the surface. l: normalised wavelengths; outer: index of refraction
+    // of what is outside, null = 1. Both must outlive the material.
     template <class Fetch>
     Material(const MaterialCode& code, const Fetch& fetch, Mask<W> outside, const Vec3<Float<W>>& wo,
-             const Float<W> l[Wavelengths])
+             const Float<W> l[Wavelengths], const Float<W>* outer = nullptr)
         : m_code(code) {
+        if (code.leaves == 0) { // boundaries of media alone may have none
+            m_black = Mask<W>(true);
+            return;
+        }
         for (size_t i = 0; i < code.nodes.size(); i++) {
             const MaterialCode::Node& n = code.nodes[i];
             m_node_weight[i] = n.weight.word < 0 ? Float<W>(1.0f) : fetch.number(n.weight);
             if (n.leaf >= 0) {
                 decode(n, fetch);
                 if (n.lobe != LobeId::LambertBrdf)
-                    prepare_lobe(n.lobe, m_inputs[n.leaf], wo, outside, l);
+                    prepare_lobe(n.lobe, m_inputs[n.leaf], wo, outside, l, outer);
             }
         }
         if (code.has_coat)

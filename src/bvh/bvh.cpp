@@ -310,7 +310,7 @@ void fill(Ray& r, const RayPacket<W>& rays) {
     const auto put = [](auto& field, const auto& value) { std::memcpy(&field, &value.v, sizeof value.v); };
     put(r.org_x, rays.o.x), put(r.org_y, rays.o.y), put(r.org_z, rays.o.z);
     put(r.dir_x, rays.d.x), put(r.dir_y, rays.d.y), put(r.dir_z, rays.d.z);
-    put(r.tnear, Float<W>(0.0f)), put(r.tfar, rays.t_max), put(r.time, rays.time);
+    put(r.tnear, rays.t_min), put(r.tfar, rays.t_max), put(r.time, rays.time);
     put(r.mask, Int<W>(-1)), put(r.id, Int<W>::lane_index()), put(r.flags, Int<W>(0));
 }
 
@@ -326,6 +326,7 @@ void intersect_as_packet(const Scene& scene, const RayPacket<1>& ray, HitPacket<
     for (int c = 0; c < 3; c++)
         rays.o[c] = Float<8>(ray.o[c][0]), rays.d[c] = Float<8>(ray.d[c][0]);
     rays.t_max = Float<8>(ray.t_max[0]);
+    rays.t_min = Float<8>(ray.t_min[0]);
     rays.active = Int<8>::lane_index() == Int<8>(ray.active[0] ? 0 : -1);
     rays.seed = Int<8>(ray.seed[0]);
     rays.time = Float<8>(ray.time[0]);

@@ -48,6 +48,7 @@ template <int W>
 struct RayPacket {
     Vec3<Float<W>> o, d; // d need not be unit length; distances are in units of it
     Float<W> t_max;
+    Float<W> t_min{0.0f};
     Mask<W> active;
     bool coherent = false; // side by side, as camera rays are: traced as a packet
     Int<W> seed;           // decides hits on partly present surfaces; same seed, same decisions

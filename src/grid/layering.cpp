@@ -2,6 +2,14 @@
 
 namespace kanuka::grid {
 
+std::array<float, Interior::MaxPhaseInputs> Interior::defaults(LobeId phase) {
+    std::array<float, MaxPhaseInputs> values{};
+    const auto inputs = lobe(phase).inputs;
+    for (size_t i = 0; i < inputs.size(); i++)
+        values[i] = inputs[i].fallback.x; // colours have greys for defaults
+    return values;
+}
+
 bool LayeringProgram::emits() const {
     for (const LayerNode& n : nodes)
         if (n.op == LayerOp::Lobe && lobe(n.lobe).kind == LobeKind::Emission)
@@ -37,7 +45,7 @@ std::string LayeringProgram::key() const {
             k += "," + std::to_string(a.slots[size_t(c)]);
     }
     k += "|e" + std::to_string(emission_cosine) + (shines_both ? "b" : "");
-    k += "|p" + std::to_string(presence) + "i" + std::to_string(has_interior);
+    k += "|p" + std::to_string(presence) + "i" + std::to_string(interior.has_value());
     return k;
 }
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,19 @@ struct Atmosphere {
     int filter = -1, glow = -1;
 };
 
+// What is inside, the same everywhere; fixed once a primitive by mnk_init and mnk_interior.
+struct Interior {
+    static constexpr int MaxPhaseInputs = 4;
+    float ior = 1.5f;
+    float priority = 0;                           // where interiors overlap, the highest is what is there
+    Rgb absorption{0, 0, 0}, scattering{0, 0, 0}; // 1/m
+    LobeId phase = LobeId::HenyeyGreensteinPfrgb;
+    std::array<float, MaxPhaseInputs> phase_inputs{}; // in schema order; of colours the mean
+
+    // The inputs of a phase function as they are declared.
+    static std::array<float, MaxPhaseInputs> defaults(LobeId phase);
+};
+
 // An output parameter of the shader that a display asks for: floats, one slot a component.
 struct Aov {
     int index = 0;      // among those that were asked for
@@ -65,11 +79,7 @@ struct LayeringProgram {
     float emission_cosine = 0; // an area light shines where the cosine to its normal is at least this
     bool shines_both = false;  // to both sides, as Ci does; lobes and area lights shine to the outside
     std::vector<Aov> aovs;
-    bool has_interior = false;
-    float interior_ior = 1.5f;
-    Rgb interior_absorption{0, 0, 0}; // 1/m, homogeneous
-    Rgb interior_scattering{0, 0, 0};
-    float interior_g = 0; // Henyey–Greenstein mean cosine
+    std::optional<Interior> interior;
 
     bool emits() const;
     bool needs_tangent() const; // a lobe has a direction on the surface: the record holds that of dPdu

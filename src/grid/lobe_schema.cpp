@@ -138,7 +138,20 @@ const LobeInput emission[] = {
      "radiance, the same in all directions, on the outside"},
 };
 const LobeInput henyey_greenstein[] = {
-    {"meanCosine", Color, Vec3f(0, 0, 0), -1, 1, "1", Storage::Rgb11, "anisotropy g, its mean is used"},
+    {"meanCosine", Color, Vec3f(0, 0, 0), -1, 1, "1", Storage::Rgb11,
+     "anisotropy g, its mean is used: forwards above 0, 0 is isotropic"},
+};
+const LobeInput double_henyey_greenstein[] = {
+    float_input("meanCosine", 0.8f, -1, 1, "1", "g of the first part"),
+    float_input("otherMeanCosine", -0.3f, -1, 1, "1", "g of the second part"),
+    float_input("share", 0.2f, 0, 1, "1", "of the second part"),
+};
+const LobeInput draine[] = {
+    float_input("meanCosine", 0.5f, 0.05f, 1, "1", "g of the factor that is Henyey and Greenstein's"),
+    float_input("alpha", 1, 0, 1000, "1", "of the factor 1 + alpha cos^2"),
+};
+const LobeInput mie[] = {
+    float_input("diameter", 10, 5, 50, "um", "of the droplets"),
 };
 
 const LobeDecl table[] = {
@@ -175,6 +188,17 @@ const LobeDecl table[] = {
     {LobeId::DiffuseEmission, "DiffuseEmission", LobeKind::Emission, emission, "diffuse emitter"},
     {LobeId::HenyeyGreensteinPfrgb, "HenyeyGreensteinPfrgb", LobeKind::Phase, henyey_greenstein,
      "Henyey and Greenstein's phase function (1941)"},
+    {LobeId::DoubleHenyeyGreensteinPfrgb, "DoubleHenyeyGreensteinPfrgb", LobeKind::Phase,
+     double_henyey_greenstein, "two of Henyey and Greenstein's: forwards and backwards, as skin and clouds"},
+    {LobeId::RayleighPfrgb,
+     "RayleighPfrgb",
+     LobeKind::Phase,
+     {},
+     "Rayleigh's phase function: particles much smaller than the wavelength, as in air and thin milk"},
+    {LobeId::DrainePfrgb, "DrainePfrgb", LobeKind::Phase, draine,
+     "Draine's phase function (2003): between Rayleigh's and Henyey and Greenstein's"},
+    {LobeId::MiePfrgb, "MiePfrgb", LobeKind::Phase, mie,
+     "water droplets, as in fog and clouds, by their size: Mie's theory fitted (Jendersie and d'Eon 2023)"},
 };
 static_assert(std::size(table) == size_t(LobeId::Count));
 

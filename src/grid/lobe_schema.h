@@ -52,6 +52,10 @@ enum class LobeId : uint8_t {
     BlinnBrdf,
     DiffuseEmission,
     HenyeyGreensteinPfrgb,
+    DoubleHenyeyGreensteinPfrgb,
+    RayleighPfrgb,
+    DrainePfrgb,
+    MiePfrgb,
     Count
 };
 

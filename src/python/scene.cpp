@@ -172,6 +172,7 @@ nb::dict summary(const Scene& s) {
     result["filter"] = o.filter;
     result["samples"] = o.samples;
     result["max_depth"] = o.max_depth;
+    result["volume_depth"] = o.volume_depth;
     result["integrator"] = o.integrator;
     result["displays"] = displays(o);
     result["projection"] = std::string(kind_of(s.camera.camera.projection).name);
@@ -252,7 +253,9 @@ void bind_options(nb::module_& m) {
             "exposure_stops", [](const O& o) { return o.color.stops; },
             [](O& o, float v) { o.color.stops = v; }, "the picture times 2 to this")
         .def_rw("samples", &O::samples, "paths a pixel; 0 = the renderer's default")
-        .def_rw("max_depth", &O::max_depth)
+        .def_rw("max_depth", &O::max_depth, "surface events of a path")
+        .def_rw("volume_depth", &O::volume_depth,
+                "events of a path inside of media: scattering, boundaries that are passed")
         .def_rw("integrator", &O::integrator)
         .def_rw("geometry_tolerance", &O::geometry_tolerance,
                 "pixels; 0 = micropolygons are traced one to one")

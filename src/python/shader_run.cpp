@@ -193,13 +193,17 @@ nb::dict describe(const grid::LayeringProgram& program) {
     result["presence"] = slot_name(program.presence);
     result["bytes_per_vertex"] = varying * 4;
     result["bytes_per_vertex_at_most"] = layout.words.size() * 4;
-    if (program.has_interior) {
+    if (program.interior) {
         nb::dict interior;
         const auto triple = [](const Rgb& c) { return nb::make_tuple(c.x, c.y, c.z); };
-        interior["ior"] = program.interior_ior;
-        interior["absorption"] = triple(program.interior_absorption);
-        interior["scattering"] = triple(program.interior_scattering);
-        interior["meanCosine"] = program.interior_g;
+        interior["ior"] = program.interior->ior;
+        interior["priority"] = program.interior->priority;
+        interior["absorption"] = triple(program.interior->absorption);
+        interior["scattering"] = triple(program.interior->scattering);
+        const grid::LobeDecl& phase = grid::lobe(program.interior->phase);
+        interior["phase"] = std::string(phase.name);
+        for (size_t i = 0; i < phase.inputs.size(); i++)
+            interior[std::string(phase.inputs[i].name).c_str()] = program.interior->phase_inputs[i];
         result["interior"] = interior;
     } else {
         result["interior"] = nb::none();

@@ -114,12 +114,6 @@ class GeometryBuilder {
                 if (p.empty)
                     continue;
                 const auto& program = p.material->program();
-                if (program.has_interior &&
-                    std::max({program.interior_scattering.x, program.interior_scattering.y,
-                              program.interior_scattering.z}) > 0)
-                    m_request.journal.warning(
-                        primitives[begin + size_t(&p - prepared.data())].where,
-                        "scattering inside this interior is not simulated yet; absorption is");
                 if (!p.path.empty())
                     close_run();
                 m_out->store.add_page(
@@ -278,17 +272,23 @@ class GeometryBuilder {
     }
 
     int interior_of(const grid::LayeringProgram& program) {
-        if (!program.has_interior)
+        if (!program.interior)
             return -1;
         store::Interior interior;
-        interior.ior = program.interior_ior;
-        const Rgb& a = program.interior_absorption;
-        const float m = std::max({a.x, a.y, a.z});
-        interior.absorbs = m > 0;
-        if (m > 0) {
-            const auto c = color::uplift(a * (0.5f / m), m_request.palette.uplift_table());
-            interior.absorption_spectrum = {c[0], c[1], c[2], 2 * m};
-        }
+        interior.ior = program.interior->ior;
+        interior.priority = program.interior->priority;
+        interior.phase = program.interior->phase;
+        interior.phase_inputs = program.interior->phase_inputs;
+        const auto amount = [&](const Rgb& per_meter, std::array<float, 4>& spectrum) {
+            const float m = std::max({per_meter.x, per_meter.y, per_meter.z});
+            if (!(m > 0))
+                return false;
+            const auto c = color::uplift(per_meter * (0.5f / m), m_request.palette.uplift_table());
+            spectrum = {c[0], c[1], c[2], 2 * m};
+            return true;
+        };
+        interior.absorbs = amount(program.interior->absorption, interior.absorption_spectrum);
+        interior.scatters = amount(program.interior->scattering, interior.scattering_spectrum);
         return m_out->store.add_interior(interior);
     }
 

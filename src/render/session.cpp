@@ -168,6 +168,7 @@ class BatchSession {
         }
         in.integrator = m_integrator;
         in.max_depth = m_options.max_depth;
+        in.volume_depth = m_options.volume_depth;
         in.seed = m_options.seed;
         m_view = transport::make_scene_view(in, m_journal);
         m_stats.bytes.textures = m_shading->texture_bytes();

@@ -259,8 +259,9 @@ struct Options {
     float filter_width[2] = {2, 2};
     float exposure_gain = 1, exposure_gamma = 1; // gamma goes into the PNG only
     ColorOptions color;
-    int samples = 0;   // PixelSamples x*y; 0 = not given
-    int max_depth = 8; // surface scattering events
+    int samples = 0;         // PixelSamples x*y; 0 = not given
+    int max_depth = 8;       // surface scattering events
+    int volume_depth = 1024; // events inside of media: scattering, boundaries that only are passed
     std::string integrator = "path";
     float geometry_tolerance =
         0.25f;                  // traced geometry: distance in pixels from the diced surface; 0 = off (1:1)

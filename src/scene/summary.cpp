@@ -237,6 +237,7 @@ std::string to_json(const Summary& s, int indent) {
                     {"exposure_gamma", o.exposure_gamma},
                     {"samples", o.samples},
                     {"max_depth", o.max_depth},
+                    {"volume_depth", o.volume_depth},
                     {"integrator", o.integrator},
                     {"geometry_tolerance", o.geometry_tolerance},
                     {"normal_tolerance", o.normal_tolerance},

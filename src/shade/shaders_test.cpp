@@ -156,9 +156,9 @@ TEST_F(Shaders, GlassHasAnInterior) {
     const auto m = surface("glass", {test::value("ior", scene::Type::Float, {1.75f}),
                                      test::value("absorption", scene::Type::Color, {1, 2, 3})});
     const grid::LayeringProgram& p = m->program();
-    EXPECT_TRUE(p.has_interior);
-    EXPECT_FLOAT_EQ(p.interior_ior, 1.75f);
-    EXPECT_EQ(p.interior_absorption, Rgb(1, 2, 3));
+    ASSERT_TRUE(p.interior);
+    EXPECT_FLOAT_EQ(p.interior->ior, 1.75f);
+    EXPECT_EQ(p.interior->absorption, Rgb(1, 2, 3));
     EXPECT_TRUE(find(p, grid::LobeId::MicrosurfaceDielectricBsdfRgb_v1));
     EXPECT_TRUE(m->uniform());
 }

@@ -284,6 +284,27 @@ int InstanceImpl::node_of(const ops::MaterialBuild& build, const std::string& na
     return int(m_layering.nodes.size()) - 1;
 }
 
+// Amounts that cannot be are none, with a warning.
+static grid::Interior clean(grid::Interior in, Services& services) {
+    bool bad = false;
+    const auto keep = [&](float& x, float low, float otherwise) {
+        if (std::isfinite(x) && x >= low)
+            return;
+        bad = true;
+        x = otherwise;
+    };
+    keep(in.ior, 0.1f, 1);
+    keep(in.priority, -1e6f, 0);
+    for (int c = 0; c < 3; c++)
+        keep(in.absorption[c], 0, 0), keep(in.scattering[c], 0, 0);
+    if (bad)
+        services.report(
+            Severity::Warning, {},
+            "an interior's index of refraction, absorption, scattering or priority is negative or "
+            "not a number; it is taken as nothing");
+    return in;
+}
+
 void InstanceImpl::build_material(const ops::MaterialBuild& build, Services& services) {
     const ir::Program& p = m_shader->program();
     m_channels.assign(p.channels.size() * 3 + 3, 0.0f);
@@ -326,12 +347,9 @@ void InstanceImpl::build_material(const ops::MaterialBuild& build, Services& ser
         m_layering.nodes.push_back(std::move(add));
         top = int(m_layering.nodes.size()) - 1;
     }
-    m_layering.has_interior = build.has_interior;
+    if (build.has_interior)
+        m_layering.interior = clean(build.interior, services);
     m_layering.shines_both = !p.fixed_lobes.empty();
-    m_layering.interior_ior = build.ior;
-    m_layering.interior_absorption = build.absorption;
-    m_layering.interior_scattering = build.scattering;
-    m_layering.interior_g = build.g;
 
     ir::Variant colors = m_variant;
     colors.Cs = colors.Os = true;

@@ -93,16 +93,50 @@ class glass(float ior = 1.4, roughness = 0.3;) {
     const std::vector<Argument> args = {{"ior", {1.7f}, {}, false}};
     i = make(interior, services, args);
     ASSERT_TRUE(i);
-    EXPECT_TRUE(i->program().has_interior);
-    EXPECT_FLOAT_EQ(i->program().interior_ior, 1.7f);
-    EXPECT_EQ(i->program().interior_absorption, Vec3f(0, 1, 2));
-    EXPECT_EQ(i->program().interior_scattering, Vec3f(3, 3, 3));
-    EXPECT_FLOAT_EQ(i->program().interior_g, 0.6f);
+    ASSERT_TRUE(i->program().interior);
+    EXPECT_FLOAT_EQ(i->program().interior->ior, 1.7f);
+    EXPECT_EQ(i->program().interior->absorption, Vec3f(0, 1, 2));
+    EXPECT_EQ(i->program().interior->scattering, Vec3f(3, 3, 3));
+    EXPECT_EQ(i->program().interior->phase, grid::LobeId::HenyeyGreensteinPfrgb);
+    EXPECT_FLOAT_EQ(i->program().interior->phase_inputs[0], 0.6f);
+    EXPECT_FLOAT_EQ(i->program().interior->priority, 0);
     i->shade(g, {}, services, out);
     EXPECT_FLOAT_EQ(value(out, slot(i->program(), "bsdf.roughness"), 0).y, 0.3f);
     EXPECT_FLOAT_EQ(value(out, slot(i->program(), "bsdf.ior"), 0).x, 1.7f); // from AddLobe, set no more
     EXPECT_EQ(i->program().nodes[0].weight, -1);
     EXPECT_TRUE(services.reports.empty()) << services.reports[0];
+}
+
+// An interior without a boundary: light passes as it comes. One phase function, its inputs within their
+// range.
+TEST(SlMaterial, InteriorsHavePhaseFunctionsAndPriorities) {
+    TestServices services;
+    const auto i = make(R"(
+class cloud() {
+    public void mnk_init(output MnkObjectProperties o; output MnkMaterial m) {
+        MnkMaterialInterior inside = CreateInterior(m, "homogeneous", 1);
+        AddPhaseFunction(inside, "pf", DoubleHenyeyGreensteinPfrgb("meanCosine", 0.9, "share", 0.4));
+    }
+    public void mnk_interior(output MnkMaterialInterior inside) {
+        SetScattering(inside, color(1, 2, 3));
+        SetAbsorption(inside, color(-1, 0, 0));
+        SetPhaseFunction(inside, "pf", DoubleHenyeyGreensteinPfrgb("otherMeanCosine", -7));
+        SetPriority(inside, 2.5);
+    }
+})",
+                        services);
+    ASSERT_TRUE(i);
+    EXPECT_TRUE(i->program().nodes.empty());
+    ASSERT_TRUE(i->program().interior);
+    const grid::Interior& in = *i->program().interior;
+    EXPECT_EQ(in.phase, grid::LobeId::DoubleHenyeyGreensteinPfrgb);
+    EXPECT_FLOAT_EQ(in.phase_inputs[0], 0.9f); // from AddPhaseFunction
+    EXPECT_FLOAT_EQ(in.phase_inputs[1], -1.0f);
+    EXPECT_FLOAT_EQ(in.phase_inputs[2], 0.4f);
+    EXPECT_FLOAT_EQ(in.priority, 2.5f);
+    EXPECT_EQ(in.absorption, Vec3f(0, 0, 0));
+    EXPECT_EQ(in.scattering, Vec3f(1, 2, 3));
+    EXPECT_EQ(services.reports.size(), 2u);
 }
 
 TEST(SlMaterial, LayersArePostOrderTrees) {

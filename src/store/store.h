@@ -75,9 +75,12 @@ struct Emitter {
 static_assert(sizeof(Emitter) == 64);
 
 struct Interior {
-    float ior = 1.5f;
+    float ior = 1.5f, priority = 0;
     std::array<float, 4> absorption_spectrum{}; // uplift of sigma_a / scale: c0 c1 c2 scale, 1/m
-    bool absorbs = false;
+    std::array<float, 4> scattering_spectrum{}; // likewise
+    bool absorbs = false, scatters = false;
+    grid::LobeId phase = grid::LobeId::HenyeyGreensteinPfrgb;
+    std::array<float, grid::Interior::MaxPhaseInputs> phase_inputs{};
     bool operator==(const Interior&) const = default;
 };
 

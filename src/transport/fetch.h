@@ -10,6 +10,16 @@ namespace kanuka::transport {
 
 using bsdf::Spectrum;
 
+// Normals go with the cofactors of a row-major 3x4 matrix; those keep their direction under mirroring once
+// multiplied by the sign of the determinant.
+template <int W>
+Vec3<Float<W>> turn_normal(const Float<W> m[12], const Vec3<Float<W>>& n) {
+    using V = Vec3<Float<W>>;
+    const V row0(m[0], m[1], m[2]), row1(m[4], m[5], m[6]), row2(m[8], m[9], m[10]);
+    const V c0 = cross(row1, row2), c1 = cross(row2, row0), c2 = cross(row0, row1);
+    return V(dot(c0, n), dot(c1, n), dot(c2, n)) * copysign(Float<W>(1.0f), dot(row0, c0));
+}
+
 template <int W>
 struct ShapeLanes {
     Int<W> flags, slot_table, positions, mu, mv, steps, nu, nv, indices, emitter, object_id, interior;

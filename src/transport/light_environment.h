@@ -32,7 +32,7 @@ void add_radiance(BatchState& batch, Int<W> path, const Spectrum<W>& contributio
 
 template <int W>
 Float<W> sum_of_ratios(const SceneView& scene, const PathState& paths, Int<W> slot) {
-    if (!scene.dispersive)
+    if (!scene.keeps_ratios)
         return Float<W>(float(Wavelengths));
     return (gather(paths.ratio[0], slot) + gather(paths.ratio[1], slot)) +
            (gather(paths.ratio[2], slot) + gather(paths.ratio[3], slot));

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "transport/light_shapes.h"
+#include "transport/media.h"
 
 namespace kanuka::transport {
 
@@ -488,8 +489,8 @@ void meet_light(const SceneView& scene, BatchState& batch, const PathState& path
     using A = AnalyticLight;
     const LightLanes<W> light(scene, index);
     const Vec3<F> o = vector_of(ray, PathState::Origin), d = vector_of(ray, PathState::Direction);
-    if (bounce == 0)
-        m &= light.get(&A::visible_camera) != I(0);
+    const Mask<W> camera = camera_paths(scene, paths, slot, bounce);
+    m &= (!camera) | (light.get(&A::visible_camera) != I(0));
     const F before = ray[PathState::Mis];
     if (scene.linked && bounce > 0)
         m &= (gather(paths.ask_set, slot) & light.get(&A::sets)) != I(0);
@@ -501,7 +502,9 @@ void meet_light(const SceneView& scene, BatchState& batch, const PathState& path
         if (!any(here))
             continue;
         const LightPoint<W> point = meet_shape(shape, light, o, d, here);
-        const Mask<W> met = point.valid & (point.distance < t_max);
+        Mask<W> met = point.valid & (point.distance < t_max);
+        if (scene.media) // what lies before has been met already
+            met &= point.distance >= gather(paths.start, slot);
         if (!any(met))
             continue;
         F density(0.0f);
@@ -521,13 +524,19 @@ void meet_light(const SceneView& scene, BatchState& batch, const PathState& path
         }
         const I path = bitcast_int(ray[PathState::Path]);
         const auto l = load_rows<4>(batch.l, path << 2);
-        if (bounce == 0)
-            scatter(batch.first[0] + BatchState::Alpha, path << 4, F(1.0f), met);
+        if (any(met & camera))
+            scatter(batch.first[0] + BatchState::Alpha, path << 4, F(1.0f), met & camera);
+        const Spectrum<W> arriving = light_arriving(scene, light, o, point.place, l.data(), met);
+        if (scene.media) {
+            Carried<W> carried{spectrum_of(ray, PathState::Beta), ratios_of(scene, paths, slot), before};
+            carried.survive(MediumLanes<W>(scene, bitcast_int(ray[PathState::Interior]), l.data()),
+                            point.distance - gather(paths.start, slot), met);
+            const F weight = F(1.0f) / fma(carried.mis, density, carried.ratios());
+            add_radiance(batch, path, carried.beta * arriving * weight, met);
+            continue;
+        }
         const F weight = F(1.0f) / fma(before, density, sum_of_ratios(scene, paths, slot));
-        add_radiance(batch, path,
-                     spectrum_of(ray, PathState::Beta) *
-                         light_arriving(scene, light, o, point.place, l.data(), met) * weight,
-                     met);
+        add_radiance(batch, path, spectrum_of(ray, PathState::Beta) * arriving * weight, met);
     }
 }
 

@@ -251,7 +251,7 @@ TEST(Dispersion, NoneIsPlainGlass) {
         s.inputs.lights.push_back(constant_sky(Rgb(0.5f)));
         s.inputs.max_depth = 16;
         s.finish();
-        EXPECT_EQ(s.view.dispersive, k == 1);
+        EXPECT_EQ(s.view.keeps_ratios, k == 1);
         const auto e = s.estimate(64, 12);
         for (int c = 0; c < 3; c++)
             mean[k][c] = e.channel[c].mean(), error[k][c] = e.channel[c].error();

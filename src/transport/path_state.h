@@ -32,9 +32,13 @@ struct alignas(64) PathState {
         Fields = 16
     };
     float row[BatchPadded][Fields];
-    Lane<float> ratio[4]; // pdf(lambda_i) / pdf(hero) of the path so far; kept only where something disperses
-    Lane<float> ask_n[3]; // Receiver::N where it was left; kept only where scene.keeps_normals
+    Lane<float> ratio[4];  // pdf(lambda_i) / pdf(hero) of the path so far; kept only where scene.keeps_ratios
+    Lane<float> ask_n[3];  // Receiver::N where it was left; kept only where scene.keeps_normals
     Lane<int32_t> ask_set; // Receiver::set; kept only where scene.linked
+    // Kept only where scene.media:
+    Lane<int32_t> under[3]; // media that the one in the row hides; see MediaStack
+    Lane<float> start;      // where on its ray a path is: past boundaries that it was not turned at
+    Lane<int32_t> events;   // see Events in media.h
 };
 
 // What a batch knows of each of its paths from first to last.
@@ -54,7 +58,8 @@ struct alignas(64) BatchState {
     float first[BatchPadded][Fields]; // first hits, for AOVs. Met: 1 = a hit; Alpha: that, or a visible sky
     Lane<float> inv_pdf[4];           // 1 / the density of l over [0, 1]
     Lane<float> filter_weight;
-    Lane<float> time;        // while the shutter is open, 0 to 1; written where something moves
+    Lane<float> time; // while the shutter is open, 0 to 1; written where something moves
+    uint32_t reversed_progression;
     std::vector<float> aovs; // BatchPadded values a channel of those that displays ask for
 };
 
@@ -71,6 +76,9 @@ struct alignas(64) ShadowState {
     Lane<float> o[3], d[3], t_max, contribution[4];
     Lane<int32_t> path, seed;
     Lane<int32_t> passes; // written only where scene.shadow_linked
+    // Written only where scene.media; see ShadowBalance.
+    Lane<int32_t> media[4];
+    Lane<float> asked, found[4];
 };
 
 } // namespace kanuka::transport

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "color/color.h"
+#include "transport/media_setup.h"
 
 namespace kanuka::transport {
 
@@ -462,13 +463,7 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
     for (const auto& program : in.store->programs())
         view.materials.emplace_back(program);
     for (const auto& m : view.materials)
-        view.dispersive |= m.dispersive;
-    for (const auto& interior : in.store->interiors()) {
-        SceneView::Interior i{};
-        std::copy(interior.absorption_spectrum.begin(), interior.absorption_spectrum.end(), i.c);
-        i.absorbs = interior.absorbs;
-        view.interiors.push_back(i);
-    }
+        view.keeps_ratios |= m.dispersive;
     color::Palette rec709;
     color::Palette& palette = in.palette ? *in.palette : rec709;
     color::Sensor observer;
@@ -491,6 +486,7 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
     view.integrator = in.integrator;
     view.max_depth = in.max_depth;
     view.seed = in.seed;
+    fill_media(view, *in.store, in.volume_depth, journal);
 
     for (const store::Links& links : in.store->links())
         view.linked |= links.lit_sets != 1 || links.shone_sets != -1;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bsdf/material.h"
+#include "bsdf/phase.h"
 #include "bvh/bvh.h"
 #include "scene/scene.h"
 #include "store/store.h"
@@ -82,6 +83,19 @@ struct CameraView {
     float near_clip = 0;
 };
 
+// An interior, as lanes read it.
+struct MediumRow {
+    enum Field {
+        Absorption = 0, // c0 c1 c2 scale, as store::Interior
+        Scattering = 4,
+        Ior = 8,
+        Priority = 9,
+        Scatters = 10, // 1 or 0
+        Fields = 12
+    };
+    static constexpr int Shift = 4; // rows are 16 floats apart
+};
+
 struct SceneView {
     const uint32_t* words;
     const float* floats;
@@ -90,7 +104,8 @@ struct SceneView {
     const store::Links* links; // ShapeRecord::links
     const bvh::Scene* bvh;
     std::vector<bsdf::MaterialCode> materials; // by program
-    bool dispersive = false;
+    bool keeps_ratios =
+        false; // densities differ between wavelengths: something disperses, or scatters inside
     bool instanced = false;
     // Channels of the output variables that displays ask for, three to each; which of them count as colours
     // (filtered with the picture) and not as data (a mean over what was hit).
@@ -110,7 +125,8 @@ struct SceneView {
     bool moving = false;                  // paths have a time: something moves while the shutter is open
     std::vector<float> shutter_quantiles; // scene::shutter_quantiles; empty = open all the time
     IntegratorChoice integrator;
-    int max_depth = 8;
+    int max_depth = 8;       // surface events of a path
+    int volume_depth = 1024; // events inside of media
     int roulette_depth = 4;
     uint32_t seed = 0;
 
@@ -155,8 +171,16 @@ struct SceneView {
     struct Interior {
         float c[4];
         bool absorbs;
+        bsdf::Phase<1> phase;
     };
     std::vector<Interior> interiors;
+    // Paths keep track of the media around them: there are several interiors, or one that scatters, or one
+    // whose boundary lets light pass as it comes (`clear`: by program, no lobes).
+    bool media = false, scatters = false, clear_boundaries = false;
+    std::vector<int32_t> clear;
+    std::vector<float> media_rows;              // MediumRow, of nothing, then of each interior
+    int32_t camera_media[4] = {-1, -1, -1, -1}; // where the camera stands; as MediaStack has it
+    int last_step() const { return media ? max_depth + volume_depth : max_depth; }
 };
 
 } // namespace kanuka::transport

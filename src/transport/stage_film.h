@@ -3,12 +3,14 @@
 #pragma once
 
 #include "transport/kernel.h"
-#include "transport/stage_intersect.h"
+#include "transport/stage_medium.h"
 
 namespace kanuka::transport {
 
 template <int W>
 void occlude(const SceneView& scene, BatchState& batch, const ShadowState& shadows, int count) {
+    if (scene.media)
+        return occlude_in_media<W>(scene, batch, shadows, count);
     for (int first = 0; first < count; first += W) {
         bvh::RayPacket<W> rays;
         for (int c = 0; c < 3; c++) {

@@ -4,6 +4,7 @@
 #include "base/sampling.h"
 #include "transport/camera.h"
 #include "transport/kernel.h"
+#include "transport/media.h"
 #include "transport/path_state.h"
 
 namespace kanuka::transport {
@@ -46,6 +47,7 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
     const uint32_t reversed = reverse_bits_scalar(request.progression);
     const CameraView& cam = scene.camera;
     std::fill(batch.aovs.begin(), batch.aovs.end(), 0.0f);
+    batch.reversed_progression = reversed;
     bool blind = false;
     bool sees[BatchPadded];
     for (int first = 0; first < count; first += W) {
@@ -107,12 +109,19 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
             F(1.0f).store(paths.ratio[k] + first);
         }
         const F zero(0.0f), one(1.0f); // camera rays meet lights with full weight: mis = 0
-        const Row<W, PathState::Fields> row{
-            O.x,  O.y,  O.z,  bitcast_float(pixel), D.x, D.y, D.z, bitcast_float(index), one, one, one, one,
-            zero, zero, zero, bitcast_float(I(-1))};
+        const Row<W, PathState::Fields> row{O.x,  O.y,  O.z,  bitcast_float(pixel),
+                                            D.x,  D.y,  D.z,  bitcast_float(index),
+                                            one,  one,  one,  one,
+                                            zero, zero, zero, bitcast_float(I(scene.camera_media[0]))};
         const uint32_t all = Mask<W>(true).bits();
         compress_rows(paths.row[first], row, all);
         compress_rows(batch.l[first], l, all);
+        if (scene.media) {
+            for (int k = 0; k < 3; k++)
+                I(scene.camera_media[k + 1]).store(paths.under[k] + first);
+            zero.store(paths.start + first);
+            I(Events::Camera).store(paths.events + first);
+        }
     }
     std::memset(batch.radiance, 0, sizeof batch.radiance[0] * size_t(count));
     std::memset(batch.first, 0, sizeof batch.first[0] * size_t(count));

@@ -18,34 +18,38 @@ void add_environment(const SceneView& scene, BatchState& batch, const PathState&
     const Int<W> path = bitcast_int(ray[P::Path]);
     const auto l = load_rows<4>(batch.l, path << 2);
     const Spectrum<W> beta = spectrum_of(ray, P::Beta);
-    const bool constant = scene.constant.present && (bounce > 0 || scene.constant.visible_camera);
-    const bool map = scene.map_choice >= 0 && (bounce > 0 || scene.map.visible_camera);
-    if (bounce == 0 && (constant || map))
-        scatter(batch.first[0] + BatchState::Alpha, path << 4, F(1.0f), m);
+    const Mask<W> camera = camera_paths(scene, paths, slot, bounce), all(true), none(false);
+    const Mask<W> constant =
+        scene.constant.present ? (!camera) | Mask<W>(scene.constant.visible_camera) : none;
+    const Mask<W> map = scene.map_choice >= 0 ? (!camera) | Mask<W>(scene.map.visible_camera) : none;
+    if (any(m & camera & (constant | map)))
+        scatter(batch.first[0] + BatchState::Alpha, path << 4, F(1.0f), m & camera & (constant | map));
     const F ratios = sum_of_ratios(scene, paths, slot);
     const auto shines = [&](int32_t sets) {
-        return scene.linked && bounce > 0 ? m & ((gather(paths.ask_set, slot) & Int<W>(sets)) != Int<W>(0))
-                                          : m;
+        return m &
+               (scene.linked && bounce > 0 ? (gather(paths.ask_set, slot) & Int<W>(sets)) != Int<W>(0) : all);
     };
-    if (constant) // directions alone find it: docs/transport.md, "Choice of light"
+    if (any(m & constant)) // directions alone find it: docs/transport.md, "Choice of light"
         add_radiance(batch, path,
                      beta * emission_spectrum(scene, scene.constant.c, l.data()) * (F(1.0f) / ratios),
-                     shines(scene.constant_sets));
-    if (map) {
+                     constant & shines(scene.constant_sets));
+    if (any(m & map)) {
         const MapPlace<W> p = map_place(scene.map, vector_of(ray, P::Direction));
         const F weight = F(1.0f) / fma(ray[P::Mis], map_pdf(scene.map, p) * ray[P::AskMap], ratios);
-        add_radiance(batch, path, beta * map_radiance(scene, p, l.data()) * weight, shines(scene.map_sets));
+        add_radiance(batch, path, beta * map_radiance(scene, p, l.data()) * weight,
+                     map & shines(scene.map_sets));
     }
 }
 
 struct ProgramRuns {
     std::vector<int> first; // of each program's run in `order`; one more at the end
     std::vector<int32_t> order;
-    std::vector<int32_t> program; // by slot; -1 = missed
+    std::vector<int32_t> program;                         // by slot; or:
+    static constexpr int32_t Missed = -1, Scattered = -2; // in the medium, before any surface
 };
 
 template <int W>
-void intersect(const SceneView& scene, BatchState& batch, const PathState& paths, int count, int bounce,
+void intersect(const SceneView& scene, BatchState& batch, PathState& paths, int count, int bounce,
                HitState& hits, ProgramRuns& runs) {
     const int programs = int(scene.materials.size());
     runs.first.assign(size_t(programs) + 1, 0);
@@ -58,8 +62,16 @@ void intersect(const SceneView& scene, BatchState& batch, const PathState& paths
         const auto ray = load_rows<8>(paths.row, slot << 4);
         rays.o = vector_of(ray, PathState::Origin);
         rays.d = vector_of(ray, PathState::Direction);
-        rays.t_max = Float<W>(1e30f);
+        Float<W> reach(1e30f);
         rays.active = slot < Int<W>(count);
+        const Int<W> in_use = min(slot, Int<W>(count - 1));
+        if (scene.media) {
+            rays.t_min = gather(paths.start, in_use);
+            if (scene.scatters)
+                reach = free_path(scene, batch, load_rows<PathState::Fields>(paths.row, in_use << 4),
+                                  rays.t_min, bounce);
+        }
+        rays.t_max = reach;
         rays.seed = bitcast_int(ray[PathState::PixelHash]) ^ Int<W>(int(uint32_t(bounce) * 0x3c6ef372u));
         rays.coherent = bounce == 0;
         if (scene.moving)
@@ -68,6 +80,9 @@ void intersect(const SceneView& scene, BatchState& batch, const PathState& paths
                        gather(batch.time, select(rays.active, bitcast_int(ray[PathState::Path]), Int<W>(0))),
                        Float<W>(0.0f));
         scene.bvh->intersect(rays, hit);
+        const Mask<W> missed = rays.active & !hit.hit, scattered = missed & (reach < Float<W>(1e30f));
+        if (scene.scatters)
+            hit.t = select(hit.hit, hit.t, reach);
         const Row<W, HitState::Fields> row{hit.t,    hit.u,    hit.v,    bitcast_float(hit.shape),
                                            hit.Ng.x, hit.Ng.y, hit.Ng.z, bitcast_float(hit.prim)};
         compress_rows(hits.row[first], row, Mask<W>(true).bits());
@@ -79,17 +94,19 @@ void intersect(const SceneView& scene, BatchState& batch, const PathState& paths
                                 sizeof(float) * W);
             hit.slot_shift.store(hits.slot_shift.data() + first);
         }
-        const Int<W> program = select(hit.hit,
-                                      gather(scene.shapes + offsetof(store::ShapeRecord, program) / 4,
-                                             hit.shape * Int<W>(store::ShapeWords)),
-                                      Int<W>(-1));
+        const Int<W> program =
+            select(hit.hit,
+                   gather(scene.shapes + offsetof(store::ShapeRecord, program) / 4,
+                          hit.shape * Int<W>(store::ShapeWords)),
+                   select(scattered, Int<W>(ProgramRuns::Scattered), Int<W>(ProgramRuns::Missed)));
         program.store(runs.program.data() + first);
         if (scene.meets_lights())
-            meet_lights(scene, batch, paths, min(slot, Int<W>(count - 1)),
-                        select(hit.hit, hit.t, Float<W>(1e30f)), bounce, rays.active);
-        const Mask<W> missed = rays.active & !hit.hit;
-        if (any(missed))
-            add_environment(scene, batch, paths, min(slot, Int<W>(count - 1)), missed, bounce);
+            meet_lights(scene, batch, paths, in_use, select(hit.hit, hit.t, reach), bounce, rays.active);
+        if (scene.scatters)
+            end_flight(scene, batch, paths, in_use, hit.t, rays.active);
+        const Mask<W> escaped = missed & !scattered;
+        if (any(escaped))
+            add_environment(scene, batch, paths, in_use, escaped, bounce);
     }
     // Counting sort by program; stable, so the order of slots is a function of the batch alone.
     for (int i = 0; i < count; i++)

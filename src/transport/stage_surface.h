@@ -3,7 +3,7 @@
 #pragma once
 
 #include "base/sampling.h"
-#include "transport/stage_intersect.h"
+#include "transport/stage_medium.h"
 #include "transport/surface_hit.h"
 
 namespace kanuka::transport {
@@ -19,7 +19,8 @@ struct Scattering {
     LightChances<W> chances;
 
     Scattering(const Bounce& at, const SurfaceHit<W>& h)
-        : h(h), wo(local_view(h)), material(h.code, h.fetch, h.outside, wo, h.l),
+        : h(h), wo(local_view(h)),
+          material(h.code, h.fetch, h.outside, wo, h.l, at.scene.media ? &h.crossing.outer : nullptr),
           sampler{bitcast_int(h.ray[PathState::PixelHash]), at.reversed_progression},
           receiver(receiver_at(at, h)), chances(at.scene, receiver) {}
 
@@ -56,18 +57,23 @@ class SurfaceStage {
     int shadow_count() const { return m_shadow_count; }
 
     // What a path finds by coming here: what lies on its way, emission, and at first hits what AOVs want.
-    void arrive(SurfaceHit<W>& h, M active) {
+    // Paths that end here, or go on as they came, leave `active`.
+    void arrive(SurfaceHit<W>& h, M& active) {
         absorb(h);
-        if (m_at.number == 0 && h.code.filter.word >= 0)
-            look_through_atmosphere(h, active);
+        if (m_at.scene.media)
+            pass_on(h, active);
+        if (any(h.camera) && h.code.filter.word >= 0)
+            look_through_atmosphere(h, active & h.camera);
         if (any(h.shape.emitter >= I(0)))
             add_emission(h, active & (h.shape.emitter >= I(0)));
-        if (m_at.number == 0)
-            record_first_hit(h, active);
+        if (any(h.camera))
+            record_first_hit(h, active & h.camera);
+        if (m_at.scene.media)
+            active &= Events::surfaces(gather(m_at.paths.events, h.slot)) < I(m_at.scene.max_depth);
     }
     // Does light that scatters here count? Paths end at the greatest depth, and where nothing scatters.
     bool scatters(const bsdf::MaterialCode& code) const {
-        return m_at.number < m_at.scene.max_depth && code.leaves > 0;
+        return (m_at.scene.media || m_at.number < m_at.scene.max_depth) && code.leaves > 0;
     }
 
     void sample_lights(const Scattering<W>& s, M active) {
@@ -90,17 +96,24 @@ class SurfaceStage {
         // Balance over both techniques and all wavelengths: sum_j r_j (p_light + p_j).
         F denominator(0.0f);
         for (int k = 0; k < Wavelengths; k++) {
-            const F ratio = m_at.scene.dispersive ? gather(m_at.paths.ratio[k], h.slot) : F(1.0f);
+            const F ratio = m_at.scene.keeps_ratios ? gather(m_at.paths.ratio[k], h.slot) : F(1.0f);
             denominator += ratio * (light.pdf + select(light.delta, F(0.0f), value.pdf[k]));
         }
         const F weight = F(1.0f) / max(denominator, F(1e-30f));
         const S contribution = h.beta * value.f * light.radiance * weight;
         m &= !(bsdf::mean(contribution) <= F(0.0f)); // NaN goes on, and is counted
-        cast_shadow(h, light.wi, light.distance, contribution, light.passes, m);
+        ShadowBalance<W> balance;
+        if (m_at.scene.media) {
+            balance.asked = light.pdf * sum_of_ratios(m_at.scene, m_at.paths, h.slot) * weight;
+            balance.found = bsdf::select(light.delta, S(F(0.0f)),
+                                         ratios_of(m_at.scene, m_at.paths, h.slot) * value.pdf * weight);
+        }
+        cast_shadow(h, light.wi, light.distance, contribution, light.passes, m, balance);
     }
 
     // Light that counts if nothing is in its way. `passes`: shadow linking, see ShadowState.
-    void cast_shadow(const SurfaceHit<W>& h, const V& wi, F distance, const S& contribution, I passes, M m) {
+    void cast_shadow(const SurfaceHit<W>& h, const V& wi, F distance, const S& contribution, I passes, M m,
+                     const ShadowBalance<W>& balance = {}) {
         const uint32_t bits = m.bits();
         if (!bits)
             return;
@@ -113,6 +126,10 @@ class SurfaceStage {
         for (int k = 0; k < Wavelengths; k++)
             compress_store(m_shadows.contribution[k] + at, contribution[k], bits);
         compress_store(m_shadows.t_max + at, distance, bits);
+        if (m_at.scene.media)
+            balance.store(
+                m_shadows, at,
+                MediaStack<W>::select_of(dot(wi, h.Ng) < F(0.0f), h.crossing.after, h.crossing.before), bits);
         if (m_at.scene.shadow_linked)
             compress_store(reinterpret_cast<float*>(m_shadows.passes) + at, bitcast_float(passes), bits);
         compress_store(reinterpret_cast<float*>(m_shadows.path) + at, bitcast_float(h.path), bits);
@@ -136,7 +153,7 @@ class SurfaceStage {
         S beta = h.beta * s.value.f * inv_pdf;
         F ratios{float(Wavelengths)}, next_ratios{float(Wavelengths)};
         S ratio(F(1.0f));
-        if (m_at.scene.dispersive) {
+        if (m_at.scene.keeps_ratios) {
             ratios = sum_of_ratios(m_at.scene, m_at.paths, h.slot);
             next_ratios = F(0.0f);
             for (int k = 0; k < Wavelengths; k++) {
@@ -162,8 +179,14 @@ class SurfaceStage {
             return;
         const SurfaceHit<W>& h = s.h;
         const V o = h.offset(wi);
-        const I interior = select(through, select(h.outside, h.shape.interior, I(-1)),
-                                  bitcast_int(h.ray[PathState::Interior]));
+        I interior = select(through, select(h.outside, h.shape.interior, I(-1)),
+                            bitcast_int(h.ray[PathState::Interior]));
+        if (m_at.scene.media) {
+            const auto media = MediaStack<W>::select_of(through, h.crossing.after, h.crossing.before);
+            interior = media.at[0];
+            const I events = gather(m_at.paths.events, h.slot) & I(Events::Camera - 1);
+            store_media(m_next, m_next_count, media, F(0.0f), events + I(Events::Surface), bits);
+        }
         const Row<W, PathState::Fields> row{o.x,
                                             o.y,
                                             o.z,
@@ -181,7 +204,7 @@ class SurfaceStage {
                                             s.chances.of(m_at.scene.map_choice),
                                             bitcast_float(interior)};
         const int at = m_next_count;
-        if (m_at.scene.dispersive)
+        if (m_at.scene.keeps_ratios)
             for (int k = 0; k < Wavelengths; k++)
                 compress_store(m_next.ratio[k] + at, ratio[k], bits);
         if (m_at.scene.keeps_normals)
@@ -202,7 +225,8 @@ class SurfaceStage {
 
     // For AOVs; camera rays alone.
     void record_albedo(const Scattering<W>& s, M m) {
-        if (m_at.number > 0)
+        m &= s.h.camera;
+        if (!any(m))
             return;
         const S albedo = s.material.albedo();
         store_rows(m_at.batch.first[0] + BatchState::Albedo, s.h.path << 4,
@@ -235,6 +259,13 @@ class SurfaceStage {
         const I interior = bitcast_int(h.ray[PathState::Interior]);
         if (!any(interior >= I(0)))
             return;
+        if (m_at.scene.media) { // where it scatters too, end_flight() has been there
+            const MediumLanes<W> medium(m_at.scene, interior, h.l);
+            const F s = h.t - gather(m_at.paths.start, h.slot);
+            for (int i = 0; i < Wavelengths; i++)
+                h.beta[i] = select(medium.scatters, h.beta[i], h.beta[i] * exp(-(medium.absorption[i] * s)));
+            return;
+        }
         for (size_t k = 0; k < m_at.scene.interiors.size(); k++) {
             const auto& medium = m_at.scene.interiors[k];
             const M m = interior == I(int(k));
@@ -245,6 +276,38 @@ class SurfaceStage {
             for (int i = 0; i < Wavelengths; i++)
                 h.beta[i] = select(m, h.beta[i] * exp(-sigma[i] * h.t), h.beta[i]);
         }
+    }
+
+    // Paths that a boundary does not turn go on as they came, in what is behind it: where it lies within a
+    // medium of higher priority, or has no lobes.
+    [[gnu::noinline]] void pass_on(const SurfaceHit<W>& h, M& active) {
+        const M clear = h.code.leaves == 0 ? h.shape.emitter < I(0) : M(false);
+        const M passes = active & h.crossing.boundary & (h.crossing.nothing | clear);
+        active &= !passes;
+        const I events = gather(m_at.paths.events, h.slot);
+        const uint32_t bits = (passes & (Events::inside(events) < I(m_at.scene.volume_depth))).bits();
+        if (!bits)
+            return;
+        auto row = h.ray;
+        for (size_t k = 0; k < Wavelengths; k++)
+            row[PathState::Beta + k] = h.beta[int(k)];
+        row[PathState::Interior] = bitcast_float(h.crossing.after.at[0]);
+        const int at = m_next_count;
+        if (m_at.scene.keeps_ratios) {
+            const S ratio = ratios_of(m_at.scene, m_at.paths, h.slot);
+            for (int k = 0; k < Wavelengths; k++)
+                compress_store(m_next.ratio[k] + at, ratio[k], bits);
+        }
+        if (m_at.scene.keeps_normals)
+            for (int c = 0; c < 3; c++)
+                compress_store(m_next.ask_n[c] + at,
+                               m_at.number > 0 ? gather(m_at.paths.ask_n[c], h.slot) : F(0.0f), bits);
+        if (m_at.scene.linked)
+            compress_store(reinterpret_cast<float*>(m_next.ask_set) + at,
+                           bitcast_float(m_at.number > 0 ? gather(m_at.paths.ask_set, h.slot) : I(-1)), bits);
+        store_media(m_next, at, h.crossing.after, beyond(vector_of(h.ray, PathState::Origin), h.d, h.t),
+                    events + I(Events::Inside), bits);
+        m_next_count += compress_rows(m_next.row[at], row, bits);
     }
 
     // What lies between the camera and what it sees first: affine in the surface's radiance, as the shading

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "transport/fetch.h"
+#include "transport/media.h"
 #include "transport/path_state.h"
 #include "transport/scene_view.h"
 
@@ -40,6 +41,8 @@ struct SurfaceHit {
     ShapeLanes<W> shape;
     HitPlace<W> place;
     InputFetch<W> fetch;
+    M camera;             // nobody sees what it has passed: see camera_paths()
+    Crossing<W> crossing; // where scene.media
 
     SurfaceHit(const SurfaceHit&) = delete; // `fetch` refers to its fields
     SurfaceHit(const Bounce& at, const bsdf::MaterialCode& code, I slot)
@@ -49,7 +52,7 @@ struct SurfaceHit {
           Ng(vector_of(hit, HitState::Ng)), t(hit[HitState::T]),
           shape(at.scene.shapes, bitcast_int(hit[HitState::Shape])),
           place(at.scene, shape, bitcast_int(hit[HitState::Prim]), hit[HitState::U], hit[HitState::V]),
-          fetch(at.scene, code, shape, place, l) {
+          fetch(at.scene, code, shape, place, l), camera(camera_paths(at.scene, at.paths, slot, at.number)) {
         const auto waves = load_rows<4>(at.batch.l, path << 2);
         for (size_t k = 0; k < Wavelengths; k++)
             l[k] = waves[k];
@@ -72,6 +75,9 @@ struct SurfaceHit {
             along_tangent(leave_instance(at, fetch.tangent()));
         else
             coordinate_frame(N, T, B);
+        if (at.scene.media)
+            crossing = {at.scene, MediaStack<W>::load(at.paths, bitcast_int(ray[PathState::Interior]), slot),
+                        shape.interior, outside};
     }
 
     V to_local(const V& w) const { return {dot(w, T), dot(w, B), dot(w, N)}; }
@@ -143,14 +149,9 @@ struct SurfaceHit {
             m[k] = gather(hits.world_from_shape[k].data(), slot);
         const V row0(m[0], m[1], m[2]), row1(m[4], m[5], m[6]), row2(m[8], m[9], m[10]);
         const V world(dot(row0, anchor) + m[3], dot(row1, anchor) + m[7], dot(row2, anchor) + m[11]);
-        // Normals go with the cofactors; those keep their direction under mirroring once multiplied by the
-        // sign of the determinant.
-        const V c0 = cross(row1, row2), c1 = cross(row2, row0), c2 = cross(row0, row1);
-        const F sign = copysign(F(1.0f), dot(row0, c0));
-        const auto turn = [&](const V& n) { return V(dot(c0, n), dot(c1, n), dot(c2, n)) * sign; };
         anchor = select(inside, world, anchor);
-        Ng = select(inside, turn(Ng), Ng);
-        N = select(inside, turn(N), N);
+        Ng = select(inside, turn_normal(m, Ng), Ng);
+        N = select(inside, turn_normal(m, N), N);
     }
 
     // A tangent goes with the transform itself.

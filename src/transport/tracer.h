@@ -41,8 +41,9 @@ class Tracer {
         m_counts->rays += uint64_t(m_count);
         transport::intersect<W>(scene, m->batch, *paths(), m_count, m_bounce, m->hits, m->runs);
     }
-    // Calls each(stage, code, slots, active) for up to W hits of one material at a time; then shadow rays
-    // that were cast are traced, and the paths that were continued are those that live: the next bounce.
+    // Calls each(stage, code, slots, active) for up to W hits of one material at a time, and has what
+    // scattered inside of media go on; then shadow rays that were cast are traced, and the paths that were
+    // continued are those that live: the next bounce.
     template <class Each>
     void surfaces(Each&& each) {
         SurfaceStage<W> stage({scene, m->batch, *paths(), m->hits, m_bounce, m_reversed}, *next(),
@@ -57,9 +58,15 @@ class Tracer {
                      active);
             }
         }
-        m_counts->rays += uint64_t(stage.shadow_count());
-        occlude<W>(scene, m->batch, m->shadows, stage.shadow_count());
-        m_count = stage.next_count();
+        int next_count = stage.next_count(), shadow_count = stage.shadow_count();
+        if (scene.scatters) {
+            MediumStage<W> medium(stage.at(), *next(), m->shadows, next_count, shadow_count);
+            medium.run(m->runs, m_count);
+            next_count = medium.next_count(), shadow_count = medium.shadow_count();
+        }
+        m_counts->rays += uint64_t(shadow_count);
+        occlude<W>(scene, m->batch, m->shadows, shadow_count);
+        m_count = next_count;
         m_bounce++;
     }
     void finish() {

@@ -60,7 +60,8 @@ def text(info: dict) -> str:
         inside = program["interior"]
         lines.append(
             f"interior: ior {inside['ior']:g}, absorption {value_text(list(inside['absorption']))}, "
-            f"scattering {value_text(list(inside['scattering']))}"
+            f"scattering {value_text(list(inside['scattering']))}, {inside['phase']}, "
+            f"priority {inside['priority']:g}"
         )
     for texture in info["textures"]:
         kind = "environment" if texture["environment"] else "texture"

@@ -126,7 +126,7 @@ constexpr Standard StandardDeclarations[] = {
     {"constant float", "constantwidth"},
     {"constant normal", "constantnormal"},
     {"uniform integer",
-     "gridsize texturememory geocachememory eyesplits endofframe maxdepth progressions seed diceflatness "
+     "gridsize texturememory geocachememory eyesplits endofframe maxdepth volumedepth progressions seed diceflatness "
      "camera truedisplacement strictdirections arrayroom"},
     {"uniform integer[2]", "bucketsize origin"},
     {"uniform float[4]", "quantize"},

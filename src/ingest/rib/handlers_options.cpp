@@ -291,6 +291,9 @@ static void kanuka_option(Context& c, const Value& v) {
         number&& f >= 0 ? void(o.normal_tolerance = f) : wrong("an angle in degrees, 0 or more");
     } else if (v.name == "maxdepth") {
         number&& f >= 0 && f <= 1000 ? void(o.max_depth = int(f)) : wrong("a whole number from 0 to 1000");
+    } else if (v.name == "volumedepth") {
+        number&& f >= 0 && f <= 60000 ? void(o.volume_depth = int(f))
+                                      : wrong("a whole number from 0 to 60000");
     } else if (v.name == "progressions" || v.name == "samples") {
         number&& f >= 1 ? void(o.samples = int(std::min(f, 1e6f))) : wrong("a whole number of 1 or more");
     } else if (v.name == "seed") {
@@ -304,11 +307,11 @@ static void kanuka_option(Context& c, const Value& v) {
         number ? wrong("the name of an integrator")
                : void(o.integrator = v.strings.empty() ? "path" : v.strings[0]);
     } else {
-        c.reports.error(
-            "Option kanuka", v.where,
-            "Option \"kanuka\": there is no \"" + v.name +
-                "\"; there are geometrytolerance, normaltolerance, maxdepth, progressions, integrator, seed, "
-                "strictdirections, arrayroom");
+        c.reports.error("Option kanuka", v.where,
+                        "Option \"kanuka\": there is no \"" + v.name +
+                            "\"; there are geometrytolerance, normaltolerance, maxdepth, volumedepth, "
+                            "progressions, integrator, seed, "
+                            "strictdirections, arrayroom");
     }
 }
 

@@ -148,6 +148,7 @@ enum class CallKind : uint8_t {
     SetPhaseFunction,
     SetAbsorption,
     SetScattering,
+    SetPriority,
 };
 
 struct CallSite {

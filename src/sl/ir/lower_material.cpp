@@ -183,10 +183,13 @@ Ref Lower::material(const Expr* e, const ops::Signature& s, bool& known) {
         }
         return nothing();
     }
-    if (n == "SetAbsorption" || n == "SetScattering") {
+    if (n == "SetAbsorption" || n == "SetScattering" || n == "SetPriority") {
         if (only_in(Role::Interior, e, "mnk_interior")) {
-            CallSite site{n == "SetAbsorption" ? CallKind::SetAbsorption : CallKind::SetScattering, e->loc};
-            site.args = {expr_as(e->args[1], {Base::Color})};
+            CallSite site{n == "SetAbsorption"   ? CallKind::SetAbsorption
+                          : n == "SetScattering" ? CallKind::SetScattering
+                                                 : CallKind::SetPriority,
+                          e->loc};
+            site.args = {expr_as(e->args[1], {n == "SetPriority" ? Base::Float : Base::Color})};
             m_b.call(std::move(site), Ty::Void);
         }
         return nothing();

@@ -14,6 +14,7 @@ bool has_effect(CallKind kind) {
     case CallKind::SetPhaseFunction:
     case CallKind::SetAbsorption:
     case CallKind::SetScattering:
+    case CallKind::SetPriority:
         return true;
     default:
         return false;

@@ -20,6 +20,27 @@ static void add_node(Runner& r, const Arguments& a, MaterialBuild::Node node) {
     r.build->nodes.push_back(std::move(node));
 }
 
+// An interior has one phase function: what is added or set last. Setting the same keeps what else was given.
+static void set_phase(Runner& r, const Arguments& a, grid::Interior& interior) {
+    const auto lobe = grid::LobeId(a.site.imm);
+    if (a.site.kind == ir::CallKind::AddPhaseFunction || lobe != interior.phase)
+        interior.phase_inputs = grid::Interior::defaults(lobe);
+    interior.phase = lobe;
+    for (size_t k = 1; k < a.site.args.size(); k++) {
+        const int input = grid::find_input(grid::lobe(lobe), a.site.names[k]);
+        const grid::LobeInput& declared = grid::lobe(lobe).inputs[size_t(input)];
+        const Vec3f given = value(r, a, int(k));
+        const float x = declared.type == grid::InputType::Color ? (given.x + given.y + given.z) / 3 : given.x;
+        const float kept = x >= declared.low ? std::min(x, declared.high) : declared.low; // NaN: the lowest
+        if (kept != x)
+            r.services.report(Severity::Warning, r.location(a.site.loc),
+                              std::string(grid::lobe(lobe).name) + ": " + std::string(declared.name) +
+                                  " is " + std::to_string(x) + "; it is kept within " +
+                                  std::to_string(declared.low) + " and " + std::to_string(declared.high));
+        interior.phase_inputs[size_t(input)] = kept;
+    }
+}
+
 void build_call(Runner& r, const Arguments& a) {
     using ir::CallKind;
     if (!r.build)
@@ -37,7 +58,7 @@ void build_call(Runner& r, const Arguments& a) {
                               "interiors of kind \"" + kind +
                                   "\" are not known; it is taken as \"homogeneous\"");
         if (a.site.args.size() > 2)
-            m.ior = a.at(2)[0][0];
+            m.interior.ior = a.at(2)[0][0];
         break;
     }
     case CallKind::AddLobe: {
@@ -75,17 +96,16 @@ void build_call(Runner& r, const Arguments& a) {
     }
     case CallKind::AddPhaseFunction:
     case CallKind::SetPhaseFunction:
-        for (size_t k = 1; k < a.site.args.size(); k++)
-            if (a.site.names[k] == "meanCosine") {
-                const Vec3f g = value(r, a, int(k));
-                m.g = (g.x + g.y + g.z) / 3;
-            }
+        set_phase(r, a, m.interior);
         break;
     case CallKind::SetAbsorption:
-        m.absorption = value(r, a, 0);
+        m.interior.absorption = value(r, a, 0);
         break;
     case CallKind::SetScattering:
-        m.scattering = value(r, a, 0);
+        m.interior.scattering = value(r, a, 0);
+        break;
+    case CallKind::SetPriority:
+        m.interior.priority = a.at(0)[0][0];
         break;
     default:
         break;

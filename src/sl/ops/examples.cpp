@@ -42,6 +42,7 @@ constexpr std::string_view Filled = R"(class filled() {
         SetPhaseFunction(i, "pf", HenyeyGreensteinPfrgb("meanCosine", color(0.5)));
         SetAbsorption(i, color(1, 2, 3));
         SetScattering(i, color(0.5));
+        SetPriority(i, 2);
     }
 })";
 
@@ -166,6 +167,7 @@ constexpr Example shadeops[] = {
     source("CreateInterior", Filled),
     source("AddPhaseFunction", Filled),
     source("SetPhaseFunction", Filled),
+    source("SetPriority", Filled),
     source("SetAbsorption", Filled),
     source("SetScattering", Filled),
     // information: the test's host knows user:age = 41 and a texture of 64 x 32

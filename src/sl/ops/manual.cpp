@@ -65,9 +65,9 @@ std::string lobes_page() {
         "`src/bsdf/`.\n\n"
         "Smooth interfaces (roughness 0) are exact mirrors and lenses. Directions (`rotation`) count from "
         "dPdu, the way u\n"
-        "grows. Phase functions that transport can use are in `src/bsdf/phase.h`: isotropic, Henyey and "
-        "Greenstein's, two\n"
-        "of them, Rayleigh's, Draine's, and Mie's for droplets.\n\n";
+        "grows. Phase functions say where light goes inside of a scattering interior (`AddPhaseFunction`, "
+        "`SetPhaseFunction`;\n"
+        "[transport.md](transport.md), \"Interiors\").\n\n";
     for (const grid::LobeDecl& lobe : grid::lobe_table()) {
         const std::string name(lobe.name);
         text += "## " + name + "\n\n" + std::string(lobe.doc) + ". " + Kinds[int(lobe.kind)];

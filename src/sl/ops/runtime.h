@@ -24,9 +24,7 @@ struct MaterialBuild {
     };
     std::vector<Node> nodes;
     bool has_boundary = false, has_interior = false;
-    float ior = 1.5f;
-    Rgb absorption{0, 0, 0}, scattering{0, 0, 0};
-    float g = 0;
+    grid::Interior interior;
 };
 
 // One run of one stage.

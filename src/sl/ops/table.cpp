@@ -444,6 +444,10 @@ const Row table[] = {
             "absorption in 1/m (mnk_interior)"),
     special(K, "void SetScattering(MnkMaterialInterior interior, color value)",
             "scattering in 1/m (mnk_interior)"),
+    special(
+        K, "void SetPriority(MnkMaterialInterior interior, float value)",
+        "where interiors overlap, the one of the highest priority is there, 0 if it is not set; of equals, "
+        "the one that a ray entered last (mnk_interior)"),
     // ---- information
     // --------------------------------------------------------------------------------------------------
     special(

@@ -44,8 +44,9 @@ std::string_view call_name(CallKind kind) {
                                                  "AddPhaseFunction",
                                                  "SetPhaseFunction",
                                                  "SetAbsorption",
-                                                 "SetScattering"};
-    static_assert(std::size(Names) == size_t(CallKind::SetScattering) + 1);
+                                                 "SetScattering",
+                                                 "SetPriority"};
+    static_assert(std::size(Names) == size_t(CallKind::SetPriority) + 1);
     return size_t(kind) < std::size(Names) ? Names[size_t(kind)] : "call";
 }
 

@@ -13,7 +13,7 @@ struct Integrator {
     explicit Integrator(const IntegratorValues&) {}
 
     void trace(Tracer<W>& tracer) const {
-        while (tracer.count() > 0 && tracer.bounce() <= tracer.scene.max_depth) {
+        while (tracer.count() > 0 && tracer.bounce() <= tracer.scene.last_step()) {
             tracer.intersect();
             tracer.surfaces(
                 [](SurfaceStage<W>& stage, const bsdf::MaterialCode& code, Int<W> slots, Mask<W> active) {

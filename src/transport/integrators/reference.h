@@ -37,7 +37,7 @@ struct Integrator {
 
     void trace(Tracer<1>& tracer) const {
         one_wavelength_each(tracer);
-        while (tracer.count() > 0 && tracer.bounce() <= tracer.scene.max_depth) {
+        while (tracer.count() > 0 && tracer.bounce() <= tracer.scene.last_step()) {
             tracer.intersect();
             tracer.surfaces(
                 [&](SurfaceStage<1>& stage, const bsdf::MaterialCode& code, Int<1> slot, Mask<1> active) {
@@ -103,7 +103,7 @@ struct Integrator {
         const SurfaceHit<1>& h = s.h;
         const F u_lobe = random(), u0 = random(), u1 = random();
         S ratio(F(1.0f));
-        if (stage.at().scene.dispersive)
+        if (stage.at().scene.keeps_ratios)
             for (int k = 0; k < Wavelengths; k++)
                 ratio[k] = gather(stage.at().paths.ratio[k], h.slot);
         if (random()[0] < 0.5f) {

@@ -1,0 +1,30 @@
+// Fog, smoke or a cloud, the same all through a closed shape: light passes its surface as it comes.
+class cloud(
+    color scattering = 1;       // turned aside, per metre
+    color absorption = 0;       // taken away, per metre
+    float droplets = 0;         // diameter of water droplets in micrometres, 5 to 50: how fog and clouds scatter;
+                                // 0 = by the mean cosine
+    float meanCosine = 0;       // of the angle by which light is turned: 1 forwards, 0 anywhere, -1 back
+    float priority = 0;         // where bodies overlap, the highest is there
+)
+{
+    public void mnk_init(output MnkObjectProperties objectProperties; output MnkMaterial material)
+    {
+        MnkMaterialInterior interior = CreateInterior(material, "homogeneous", 1);
+        if (droplets > 0)
+            AddPhaseFunction(interior, "phase", MiePfrgb());
+        else
+            AddPhaseFunction(interior, "phase", HenyeyGreensteinPfrgb());
+    }
+
+    public void mnk_interior(output MnkMaterialInterior interior)
+    {
+        SetAbsorption(interior, absorption);
+        SetScattering(interior, scattering);
+        SetPriority(interior, priority);
+        if (droplets > 0)
+            SetPhaseFunction(interior, "phase", MiePfrgb("diameter", droplets));
+        else
+            SetPhaseFunction(interior, "phase", HenyeyGreensteinPfrgb("meanCosine", color(meanCosine)));
+    }
+}
