@@ -4,6 +4,8 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <string>
+#include <vector>
 
 namespace kanuka {
 
@@ -14,8 +16,21 @@ struct Stats {
     } time;
     struct Count {
         std::atomic<uint64_t> primitives{0}, grids{0}, vertices{0}, micropolygons{0}, traced_polygons{0},
-            instances{0}, shader_evaluations{0}, paths{0}, rays{0}, nan_samples{0};
+            instances{0}, shader_evaluations{0}, paths{0}, rays{0}, nan_samples{0}, fireflies{0};
     } count;
+    // Samples far brighter than the rest of their pixels, the worst of them with what their paths did.
+    struct Firefly {
+        struct Vertex {
+            std::string object, lobe; // empty: it left the scene; it ended here
+            bool smooth = false, through = false;
+            float distance = 0, met = 0, emitted = 0, asked = 0; // radiance: PathVertex
+        };
+        int x, y;
+        uint32_t progression;
+        float luminance, mean;
+        std::vector<Vertex> path;
+    };
+    std::vector<Firefly> fireflies;
     struct Bytes {
         uint64_t grids = 0, lobe_inputs = 0, bvh = 0, textures = 0, peak_rss = 0;
     } bytes;

@@ -52,6 +52,7 @@ struct LobeSample {
     Mask<W> valid;
     Mask<W> delta;      // f and pdf are those of a single direction: only their ratio has meaning
     LobeValue<W> value; // for delta lanes; others are evaluated with all lobes of the material
+    Int<W> leaf{0};     // number of the lobe among the material's
 };
 
 template <int W>

@@ -211,6 +211,7 @@ class Material {
                 s.wi = kanuka::select(chosen, one.wi, s.wi);
                 s.valid |= chosen & one.valid;
                 s.delta |= chosen & one.delta;
+                s.leaf = kanuka::select(chosen, Int<W>(k), s.leaf);
                 Spectrum<W> f = one.value.f * m_weight[k];
                 if (m_code.absorbs)
                     f *= way_in(k, one.wi);

@@ -166,6 +166,26 @@ nb::object stats_dict(const Picture& p) {
     count["paths"] = s.count.paths.load();
     count["rays"] = s.count.rays.load();
     count["nan_samples"] = s.count.nan_samples.load();
+    count["fireflies"] = s.count.fireflies.load();
+    nb::list fireflies;
+    for (const Stats::Firefly& f : s.fireflies) {
+        nb::list path;
+        for (const Stats::Firefly::Vertex& v : f.path) {
+            nb::dict vertex;
+            vertex["object"] = v.object, vertex["lobe"] = v.lobe;
+            vertex["smooth"] = v.smooth, vertex["through"] = v.through;
+            vertex["distance"] = v.distance;
+            vertex["met"] = v.met, vertex["emitted"] = v.emitted, vertex["asked"] = v.asked;
+            path.append(vertex);
+        }
+        nb::dict one;
+        one["pixel"] = nb::make_tuple(f.x, f.y);
+        one["progression"] = f.progression;
+        one["luminance"] = f.luminance, one["mean"] = f.mean;
+        one["path"] = path;
+        fireflies.append(one);
+    }
+    all["fireflies"] = fireflies;
     bytes["grids"] = s.bytes.grids;
     bytes["lobe_inputs"] = s.bytes.lobe_inputs;
     bytes["bvh"] = s.bytes.bvh;

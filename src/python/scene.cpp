@@ -257,6 +257,9 @@ void bind_options(nb::module_& m) {
         .def_rw("volume_depth", &O::volume_depth,
                 "events of a path inside of media: scattering, boundaries that are passed")
         .def_rw("integrator", &O::integrator)
+        .def_rw("clamp_direct", &O::clamp_direct,
+                "most radiance that light brings which reaches the first surface straight; 0 = unbounded")
+        .def_rw("clamp_indirect", &O::clamp_indirect, "and all other light, a contribution; 0 = unbounded")
         .def_rw("geometry_tolerance", &O::geometry_tolerance,
                 "pixels; 0 = micropolygons are traced one to one")
         .def_rw("normal_tolerance", &O::normal_tolerance, "degrees")

@@ -81,6 +81,7 @@ class BatchSession {
             return result;
         }
         trace();
+        explain_fireflies();
         const ScopedTimer timer(m_stats.time.film_s);
         result.picture = develop();
         result.cancelled = m_progress.cancelled();
@@ -167,6 +168,8 @@ class BatchSession {
             in.filter_weight_y = m_filter->weight_y();
         }
         in.integrator = m_integrator;
+        in.clamp_direct = m_options.clamp_direct;
+        in.clamp_indirect = m_options.clamp_indirect;
         in.max_depth = m_options.max_depth;
         in.volume_depth = m_options.volume_depth;
         in.seed = m_options.seed;
@@ -321,11 +324,60 @@ class BatchSession {
         m_stats.count.paths += c.paths;
         m_stats.count.rays += c.rays;
         m_stats.count.nan_samples += c.nan_samples;
+        m_stats.count.fireflies += c.fireflies;
+        if (c.fireflies > 0) {
+            const std::lock_guard lock(m_mutex);
+            for (const transport::Firefly& f : c.worst)
+                if (f.x >= 0)
+                    m_fireflies.note(f);
+        }
         if (c.nan_samples > 0)
             m_journal.warning(
                 {m_scene.file},
                 "samples that were not finite have been dropped, the first of a bucket at pixel " +
                     std::to_string(c.nan_x) + ", " + std::to_string(c.nan_y));
+    }
+
+    // The worst samples once more, each alone, and what their paths did.
+    void explain_fireflies() {
+        if (m_stats.count.fireflies == 0)
+            return;
+        const std::unique_ptr<transport::Kernel> kernel = take_kernel();
+        std::vector<float> aovs(m_view.aov_is_color.size());
+        for (const transport::Firefly& f : m_fireflies.worst) {
+            if (f.x < 0)
+                continue;
+            transport::PixelSums sums{};
+            transport::BatchCounts counts;
+            std::vector<transport::PathVertex> log;
+            transport::BatchRequest r{f.x,         f.y, f.x + 1, f.y + 1, f.progression,
+                                      &sums - f.x, 0,   &log,    nullptr};
+            r.aovs = aovs.data() - ptrdiff_t(f.x) * ptrdiff_t(aovs.size());
+            kernel->trace(r, counts);
+            m_stats.fireflies.push_back({f.x, f.y, f.progression, f.luminance, f.mean, {}});
+            for (const transport::PathVertex& v : log)
+                m_stats.fireflies.back().path.push_back({object_name(v.object), lobe_name(v), v.smooth,
+                                                         v.through, v.distance, v.met, v.emitted, v.asked});
+        }
+    }
+    std::string object_name(int id) const { // they count from one
+        if (id <= 0)
+            return "";
+        const std::string number = "object " + std::to_string(id);
+        if (size_t(id) > m_scene.primitives.size())
+            return number;
+        const scene::Primitive& p = m_scene.primitives[size_t(id) - 1];
+        if (!p.attributes->name.empty())
+            return p.attributes->name;
+        return p.where.line > 0 ? number + " (" + p.where.file + ":" + std::to_string(p.where.line) + ")"
+                                : number;
+    }
+    std::string lobe_name(const transport::PathVertex& v) const {
+        if (v.program >= 0 && v.leaf >= 0)
+            for (const auto& node : m_view.materials[size_t(v.program)].nodes)
+                if (node.leaf == v.leaf)
+                    return std::string(grid::lobe(node.lobe).name);
+        return "";
     }
 
     film::Picture develop() {
@@ -407,6 +459,7 @@ class BatchSession {
     std::string m_standard_shaders;
     scene::Options m_options;
     transport::IntegratorChoice m_integrator;
+    transport::BatchCounts m_fireflies; // those alone
     float m_shading_rate;
     ColorSetup m_color;
     int m_progressions;

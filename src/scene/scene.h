@@ -263,6 +263,7 @@ struct Options {
     int max_depth = 8;       // surface scattering events
     int volume_depth = 1024; // events inside of media: scattering, boundaries that only are passed
     std::string integrator = "path";
+    float clamp_direct = 0, clamp_indirect = 0; // most radiance that one contribution brings; 0 = unbounded
     float geometry_tolerance =
         0.25f;                  // traced geometry: distance in pixels from the diced surface; 0 = off (1:1)
     float normal_tolerance = 3; // and degrees between their normals

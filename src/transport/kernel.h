@@ -1,7 +1,11 @@
 // The transport kernel: a batch of paths from film to light, stage by stage. One source for all lane counts.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <memory>
+#include <tuple>
+#include <vector>
 
 #include "transport/scene_view.h"
 
@@ -16,18 +20,53 @@ struct alignas(16) PixelSums {
     float weight;            // of the pixel filter
 };
 
+// A sample far brighter than its pixel was up to then, in luminance.
+struct Firefly {
+    static constexpr float Factor = 16;        // over the mean
+    static constexpr uint32_t FirstLooked = 4; // progressions that a mean takes
+    int x = -1, y = -1;
+    uint32_t progression = 0;
+    float luminance = 0, mean = 0;
+
+    // Worse first; no two samples are equal, so lists do not depend on who found what.
+    bool operator<(const Firefly& o) const {
+        return std::tuple(o.luminance - o.mean, y, x, progression) <
+               std::tuple(luminance - mean, o.y, o.x, o.progression);
+    }
+};
+
 struct BatchCounts {
-    uint64_t paths = 0, rays = 0, nan_samples = 0;
-    int nan_x = -1, nan_y = -1; // first bad sample's pixel
+    uint64_t paths = 0, rays = 0, nan_samples = 0, fireflies = 0;
+    int nan_x = -1, nan_y = -1;   // first bad sample's pixel
+    std::array<Firefly, 8> worst; // in order; those without a pixel are empty
+
+    void note(const Firefly& f) {
+        const auto at = std::upper_bound(worst.begin(), worst.end(), f);
+        if (at != worst.end()) {
+            std::move_backward(at, worst.end() - 1, worst.end());
+            *at = f;
+        }
+    }
+};
+
+// What one path did, vertex by vertex: asked for with requests of a single pixel.
+struct PathVertex {
+    int object = -1, program = -1; // -1: it left the scene
+    int leaf = -1;                 // the lobe that sent it on; -1 = it ended
+    bool smooth = false, through = false;
+    float distance = 0;
+    // Radiance that came in here: of the sky and lights on the way, of the surface, of the light asked.
+    float met = 0, emitted = 0, asked = 0;
 };
 
 // A rectangle of pixels, at most BatchSize of them, at one progression.
 struct BatchRequest {
     int x0, y0, x1, y1;
     uint32_t progression;
-    PixelSums* pixels;     // of pixel (0, 0) of the film
-    int stride;            // pixels a row
-    float* aovs = nullptr; // of pixel (0, 0): SceneView::aov_is_color.size() sums a pixel
+    PixelSums* pixels;                      // of pixel (0, 0) of the film
+    int stride;                             // pixels a row
+    std::vector<PathVertex>* log = nullptr; // of the one path
+    float* aovs = nullptr;                  // of pixel (0, 0): SceneView::aov_is_color.size() sums a pixel
 };
 
 // Scratch memory of one thread.

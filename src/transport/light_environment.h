@@ -21,12 +21,19 @@ Spectrum<W> spectrum_of(const std::array<Float<W>, N>& row, size_t field) {
     return s;
 }
 
+// The radiance of a contribution is the sum of its four parts, which are weighted among each other already.
 template <int W>
 void add_radiance(BatchState& batch, Int<W> path, const Spectrum<W>& contribution, Mask<W> m) {
     const Int<W> at = path << 2;
     Row<W, 4> sum = load_rows<4>(batch.radiance, at);
+    Float<W> scale(1.0f);
+    if (batch.limit < Unclamped) {
+        const Float<W> whole = (contribution[0] + contribution[1]) + (contribution[2] + contribution[3]);
+        const Float<W> limit(batch.limit);
+        scale = select(whole > limit, limit / max(whole, Float<W>(1e-30f)), scale);
+    }
     for (int k = 0; k < Wavelengths; k++)
-        sum[size_t(k)] += contribution[k];
+        sum[size_t(k)] = fma(contribution[k], scale, sum[size_t(k)]);
     store_rows(batch.radiance[0], at, sum, m);
 }
 

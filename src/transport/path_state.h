@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "base/rows.h"
@@ -15,6 +16,8 @@ inline constexpr int BatchPadded = BatchSize + 16; // lanes may read past the en
 
 template <class T>
 using Lane = T[BatchPadded];
+
+inline constexpr float Unclamped = std::numeric_limits<float>::infinity();
 
 // What a living path carries from bounce to bounce.
 struct alignas(64) PathState {
@@ -58,7 +61,8 @@ struct alignas(64) BatchState {
     float first[BatchPadded][Fields]; // first hits, for AOVs. Met: 1 = a hit; Alpha: that, or a visible sky
     Lane<float> inv_pdf[4];           // 1 / the density of l over [0, 1]
     Lane<float> filter_weight;
-    Lane<float> time; // while the shutter is open, 0 to 1; written where something moves
+    float limit = Unclamped; // most radiance of a contribution, as things stand: Tracer
+    Lane<float> time;        // while the shutter is open, 0 to 1; written where something moves
     uint32_t reversed_progression;
     std::vector<float> aovs; // BatchPadded values a channel of those that displays ask for
 };

@@ -484,6 +484,8 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
     view.moving = in.moving || !in.camera.motion.empty();
     view.shutter_quantiles = in.shutter_quantiles;
     view.integrator = in.integrator;
+    view.clamp_direct = in.clamp_direct > 0 ? in.clamp_direct : Unclamped;
+    view.clamp_indirect = in.clamp_indirect > 0 ? in.clamp_indirect : Unclamped;
     view.max_depth = in.max_depth;
     view.seed = in.seed;
     fill_media(view, *in.store, in.volume_depth, journal);

@@ -30,6 +30,7 @@ struct SceneInputs {
     std::span<const float> filter_x, filter_y, filter_weight_x, filter_weight_y;
     std::vector<bool> aov_is_color; // SceneView has the same
     IntegratorChoice integrator;
+    float clamp_direct = 0, clamp_indirect = 0; // scene::Options
     int max_depth = 8, volume_depth = 1024;
     uint32_t seed = 0;
 };

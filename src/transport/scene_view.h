@@ -12,6 +12,7 @@
 #include "store/store.h"
 #include "transport/integrator.h"
 #include "transport/light_tree.h"
+#include "transport/path_state.h"
 
 namespace kanuka::transport {
 
@@ -125,8 +126,9 @@ struct SceneView {
     bool moving = false;                  // paths have a time: something moves while the shutter is open
     std::vector<float> shutter_quantiles; // scene::shutter_quantiles; empty = open all the time
     IntegratorChoice integrator;
-    int max_depth = 8;       // surface events of a path
-    int volume_depth = 1024; // events inside of media
+    float clamp_direct = Unclamped, clamp_indirect = Unclamped; // most radiance of one contribution
+    int max_depth = 8;                                          // surface events of a path
+    int volume_depth = 1024;                                    // events inside of media
     int roulette_depth = 4;
     uint32_t seed = 0;
 

@@ -33,6 +33,11 @@ void occlude(const SceneView& scene, BatchState& batch, const ShadowState& shado
     }
 }
 
+// Rec.709's, of any linear RGB: it tells bright from dark.
+inline float luminance(float r, float g, float b) {
+    return 0.2126f * r + 0.7152f * g + 0.0722f * b;
+}
+
 template <int W>
 void finish(const SceneView& scene, const BatchState& batch, int count, const BatchRequest& request,
             BatchCounts& counts) {
@@ -74,6 +79,15 @@ void finish(const SceneView& scene, const BatchState& batch, int count, const Ba
             const float* hit = batch.first[at];
             const float w = batch.filter_weight[at], met = hit[BatchState::Met];
             if (std::isfinite(rgb[0].v[i]) && std::isfinite(rgb[1].v[i]) && std::isfinite(rgb[2].v[i])) {
+                if (request.progression >= Firefly::FirstLooked && p.weight > 0) {
+                    const Firefly f{x, y, request.progression,
+                                    luminance(rgb[0].v[i], rgb[1].v[i], rgb[2].v[i]),
+                                    std::max(luminance(p.rgb[0], p.rgb[1], p.rgb[2]) / p.weight, 0.0f)};
+                    if (f.luminance > Firefly::Factor * (f.mean + 0.01f)) {
+                        counts.fireflies++;
+                        counts.note(f);
+                    }
+                }
                 for (int c = 0; c < 3; c++)
                     p.rgb[c] += w * rgb[c].v[i];
             } else if (counts.nan_samples++ == 0) {

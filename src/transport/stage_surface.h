@@ -3,6 +3,7 @@
 #pragma once
 
 #include "base/sampling.h"
+#include "transport/kernel.h"
 #include "transport/stage_medium.h"
 #include "transport/surface_hit.h"
 
@@ -53,6 +54,7 @@ class SurfaceStage {
         : m_at(at), m_next(next), m_shadows(shadows) {}
 
     const Bounce& at() const { return m_at; }
+    void log_to(PathVertex* vertex) { m_log = vertex; } // of the one path there is
     int next_count() const { return m_next_count; }
     int shadow_count() const { return m_shadow_count; }
 
@@ -149,6 +151,8 @@ class SurfaceStage {
         const F side = dot(wi, h.Ng) * s.wi.z;
         count_broken(h, active & s.valid, side + s.value.pdf[0]);
         M m = active & s.valid & (side > F(0.0f)) & (s.value.pdf[0] > F(0.0f));
+        if (m_log && m[0])
+            m_log->leaf = s.leaf[0], m_log->smooth = s.delta[0], m_log->through = s.wi.z[0] < 0;
         const F inv_pdf = F(1.0f) / max(s.value.pdf[0], F(1e-30f));
         S beta = h.beta * s.value.f * inv_pdf;
         F ratios{float(Wavelengths)}, next_ratios{float(Wavelengths)};
@@ -344,6 +348,7 @@ class SurfaceStage {
     PathState& m_next;
     ShadowState& m_shadows;
     int m_next_count = 0, m_shadow_count = 0;
+    PathVertex* m_log = nullptr;
 };
 
 } // namespace kanuka::transport

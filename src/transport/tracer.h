@@ -1,6 +1,9 @@
 // The memory of a batch of paths and the steps that integrators are made of.
 #pragma once
 
+#include <bit>
+#include <utility>
+
 #include "transport/integrator.h"
 #include "transport/kernel.h"
 #include "transport/stage_film.h"
@@ -39,7 +42,10 @@ class Tracer {
     // Closest hits. Paths that miss take the environment's light along, all take that of lights they pass.
     void intersect() {
         m_counts->rays += uint64_t(m_count);
+        m->batch.limit = limit(m_bounce);
         transport::intersect<W>(scene, m->batch, *paths(), m_count, m_bounce, m->hits, m->runs);
+        if (m_request->log)
+            log_hit();
     }
     // Calls each(stage, code, slots, active) for up to W hits of one material at a time, and has what
     // scattered inside of media go on; then shadow rays that were cast are traced, and the paths that were
@@ -48,6 +54,8 @@ class Tracer {
     void surfaces(Each&& each) {
         SurfaceStage<W> stage({scene, m->batch, *paths(), m->hits, m_bounce, m_reversed}, *next(),
                               m->shadows);
+        if (m_request->log)
+            stage.log_to(&m_request->log->back());
         for (size_t program = 0; program < scene.materials.size(); program++) {
             const int end = m->runs.first[program + 1];
             for (int i = m->runs.first[program]; i < end; i += W) {
@@ -65,7 +73,12 @@ class Tracer {
             next_count = medium.next_count(), shadow_count = medium.shadow_count();
         }
         m_counts->rays += uint64_t(shadow_count);
+        if (m_request->log)
+            m_request->log->back().emitted = brought();
+        m->batch.limit = limit(m_bounce + 1);
         occlude<W>(scene, m->batch, m->shadows, shadow_count);
+        if (m_request->log)
+            m_request->log->back().asked = brought();
         m_count = next_count;
         m_bounce++;
     }
@@ -82,6 +95,31 @@ class Tracer {
         ShadowState shadows;
         ProgramRuns runs;
     };
+    // Of light that comes over so many bounces.
+    float limit(int bounces) const {
+        return bounces == 0 ? Unclamped : bounces == 1 ? scene.clamp_direct : scene.clamp_indirect;
+    }
+    // Radiance since the last call.
+    float brought() {
+        const float* sum = m->batch.radiance[0];
+        const float all = sum[0] + sum[1] + sum[2] + sum[3];
+        return all - std::exchange(m_logged, all);
+    }
+    void log_hit() {
+        if (m_bounce == 0)
+            m_logged = 0;
+        PathVertex v;
+        v.met = brought();
+        v.program = m->runs.program[0];
+        if (v.program != ProgramRuns::Missed) {
+            const float* hit = m->hits.row[0];
+            v.distance = hit[HitState::T];
+            v.object = scene.shapes[std::bit_cast<int32_t>(hit[HitState::Shape]) * store::ShapeWords +
+                                    int(offsetof(store::ShapeRecord, object_id) / 4)];
+        }
+        m_request->log->push_back(v);
+    }
+
     PathState* paths() { return &m->paths[m_bounce & 1]; }
     PathState* next() { return &m->paths[~m_bounce & 1]; }
 
@@ -90,6 +128,7 @@ class Tracer {
     BatchCounts* m_counts = nullptr;
     int m_bounce = 0, m_count = 0;
     uint32_t m_reversed = 0;
+    float m_logged = 0;
 };
 
 // One integrator at one number of lanes.

@@ -11,7 +11,7 @@ from pathlib import Path
 import kanuka
 
 from . import arguments as types
-from . import exit_codes, messages, statistics
+from . import exit_codes, fireflies, messages, statistics
 from .exit_codes import ExitCode, fail
 from .progress import ProgressBar, duration
 
@@ -42,6 +42,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser.add_argument("--frame", type=types.natural, default=0, metavar="N", help="of the file; default: the first")
     parser.add_argument("--png", action="store_true", help="write a PNG beside the EXR")
     parser.add_argument("--stats", type=Path, metavar="FILE.json", help="write times, counts and bytes")
+    parser.add_argument(
+        "--fireflies", action="store_true", help="list the samples that outshine their pixels most, and their paths"
+    )
     parser.add_argument("--quiet", action="store_true", help="no progress; messages still come")
     picture = parser.add_argument_group("picture", "over what the scene says")
     picture.add_argument("--progressions", type=types.positive_int, metavar="N", help="paths a pixel")
@@ -62,6 +65,13 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="what a surface shader does that no material can do is an error at its line, not approximated",
     )
     picture.add_argument("--integrator", metavar="NAME[:PARAMETER=VALUE,...]", help=integrators_help())
+    for name, what in (("direct", "light that reaches the first surface straight"), ("indirect", "all other light")):
+        picture.add_argument(
+            f"--clamp-{name}",
+            type=types.non_negative_float,
+            metavar="L",
+            help=f"most radiance that one contribution of {what} brings to a sample; default 0: unbounded",
+        )
     picture.add_argument(
         "--aov",
         action="append",
@@ -123,7 +133,7 @@ def render(arguments: argparse.Namespace, started: float, interruption: Interrup
     bar.between = printer.flush
     bar.finish()
 
-    set_color_options(scene, arguments)
+    set_options(scene, arguments)
     output = arguments.output or default_output(arguments.scene, scene)
     check_output(output)
     picture = kanuka.render(
@@ -153,6 +163,8 @@ def render(arguments: argparse.Namespace, started: float, interruption: Interrup
     if arguments.stats:
         statistics.write(arguments.stats, picture, total)
     printer.flush()
+    if arguments.fireflies:
+        print(fireflies.describe(picture.stats), file=sys.stderr)
     if not arguments.quiet:
         print(f"{picture.width} × {picture.height} pixels in {duration(total)}", file=sys.stderr)
     for path in written:
@@ -162,9 +174,11 @@ def render(arguments: argparse.Namespace, started: float, interruption: Interrup
     return ExitCode.ERRORS if scene.journal.error_count else ExitCode.OK
 
 
-def set_color_options(scene: kanuka.Scene, arguments: argparse.Namespace) -> None:
+def set_options(scene: kanuka.Scene, arguments: argparse.Namespace) -> None:
     """Options of the command line over those of the scene; names are checked by the render, which reports them."""
     options = {
+        "clamp_direct": arguments.clamp_direct,
+        "clamp_indirect": arguments.clamp_indirect,
         "color_space": arguments.color_space,
         "output_space": arguments.output_space,
         "observer": arguments.observer,

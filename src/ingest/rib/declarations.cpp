@@ -125,13 +125,15 @@ constexpr Standard StandardDeclarations[] = {
     {"varying float[2]", "st"},
     {"constant float", "constantwidth"},
     {"constant normal", "constantnormal"},
-    {"uniform integer",
-     "gridsize texturememory geocachememory eyesplits endofframe maxdepth volumedepth progressions seed diceflatness "
-     "camera truedisplacement strictdirections arrayroom"},
+    {"uniform integer", "gridsize texturememory geocachememory eyesplits endofframe maxdepth volumedepth "
+                        "progressions seed diceflatness "
+                        "camera truedisplacement strictdirections arrayroom"},
     {"uniform integer[2]", "bucketsize origin"},
     {"uniform float[4]", "quantize"},
     {"uniform float", "geometrytolerance normaltolerance"},
     {"uniform string", "integrator"},
+    {"uniform float", "clampdirect"},
+    {"uniform float", "clampindirect"},
 };
 
 } // namespace

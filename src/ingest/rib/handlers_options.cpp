@@ -303,6 +303,9 @@ static void kanuka_option(Context& c, const Value& v) {
         number ? void(o.strict_directions = f != 0) : wrong("0 or 1");
     } else if (v.name == "arrayroom") {
         number&& f >= 1 && f <= 65536 ? void(o.array_room = int(f)) : wrong("a whole number from 1 to 65536");
+    } else if (v.name == "clampdirect" || v.name == "clampindirect") {
+        float& limit = v.name == "clampdirect" ? o.clamp_direct : o.clamp_indirect;
+        number&& f >= 0 ? void(limit = f) : wrong("a radiance, or 0 for no bound");
     } else if (v.name == "integrator") {
         number ? wrong("the name of an integrator")
                : void(o.integrator = v.strings.empty() ? "path" : v.strings[0]);
@@ -310,7 +313,7 @@ static void kanuka_option(Context& c, const Value& v) {
         c.reports.error("Option kanuka", v.where,
                         "Option \"kanuka\": there is no \"" + v.name +
                             "\"; there are geometrytolerance, normaltolerance, maxdepth, volumedepth, "
-                            "progressions, integrator, seed, "
+                            "progressions, integrator, clampdirect, clampindirect, seed, "
                             "strictdirections, arrayroom");
     }
 }
