@@ -3,6 +3,8 @@
 // they are in.
 #pragma once
 
+#include <algorithm>
+
 #include "transport/fetch.h"
 #include "transport/stage_intersect.h"
 #include "transport/surface_hit.h"
@@ -88,22 +90,20 @@ class MediumStage {
 
     // All that scattered, medium by medium, in the order of their slots.
     void run(const ProgramRuns& runs, int count) {
-        for (size_t k = 0; k < m_scene.interiors.size(); k++) {
-            if (m_scene.media_rows[((k + 1) << MediumRow::Shift) + MediumRow::Scatters] == 0)
-                continue;
-            int32_t order[W];
-            int filled = 0;
-            for (int i = 0; i < count; i++) {
-                if (runs.program[size_t(i)] != ProgramRuns::Scattered || interior_of(i) != int32_t(k))
-                    continue;
-                order[filled++] = i;
-                if (filled == W) {
-                    scatter_at(order, W, int(k));
-                    filled = 0;
-                }
-            }
-            if (filled > 0)
-                scatter_at(order, filled, int(k));
+        int32_t order[BatchPadded];
+        int scattered = 0;
+        for (int i = 0; i < count; i++)
+            if (runs.program[size_t(i)] == ProgramRuns::Scattered)
+                order[scattered++] = i;
+        std::sort(order, order + scattered, [&](int32_t a, int32_t b) {
+            const int32_t in_a = interior_of(a), in_b = interior_of(b);
+            return in_a != in_b ? in_a < in_b : a < b;
+        });
+        for (int first = 0, end; first < scattered; first = end) {
+            const int32_t interior = interior_of(order[first]);
+            for (end = first + 1; end < scattered && end < first + W && interior_of(order[end]) == interior;)
+                end++;
+            scatter_at(order + first, end - first, interior);
         }
     }
 
