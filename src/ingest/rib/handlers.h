@@ -48,5 +48,8 @@ void polygon(Context&, Call&), general_polygon(Context&, Call&), points_polygons
     patch_mesh(Context&, Call&), nu_patch(Context&, Call&), quadric(Context&, Call&), curves(Context&, Call&),
     points(Context&, Call&);
 
+// handlers_shapes.cpp
+void blobby(Context&, Call&), geometry(Context&, Call&);
+
 } // namespace handlers
 } // namespace kanuka::ingest

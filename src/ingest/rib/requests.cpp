@@ -129,7 +129,7 @@ constexpr RequestSpec Table[] = {
      Support::Full, h::basis, ""},
     {"TrimCurve", V31, Anywhere, {{{"ncurves", A::IntegerArray}, {"order", A::IntegerArray}, {"knot", A::FloatArray},
      {"min", A::FloatArray}, {"max", A::FloatArray}, {"n", A::IntegerArray}, {"u", A::FloatArray}, {"v", A::FloatArray},
-     {"w", A::FloatArray}}}, No, Support::Partial, h::trim_curve, "trimmed NuPatches are rendered whole"},
+     {"w", A::FloatArray}}}, No, Support::Full, h::trim_curve, "Attribute \"trimcurve\" \"sense\" [\"outside\"] keeps what is outside"},
     {"Attribute", V31, Anywhere, {{{"name", A::String}}}, Params::Attribute, Support::Full, h::attribute, ""},
 
     // ---- transformations ----------------------------------------------------------------------------
@@ -187,14 +187,13 @@ constexpr RequestSpec Table[] = {
      Params::Primitive, Support::Full, h::curves, ""},
     {"Points", V32, MovingSolid, {}, Params::Primitive, Support::Full, h::points, ""},
     {"Blobby", V32, MovingSolid, {{{"nleaf", A::Integer}, {"code", A::IntegerArray}, {"floats", A::FloatArray},
-     {"strings", A::StringArray, 0, true}}}, Params::Primitive, Support::Missing, nullptr,
-     "convert the implicit surface to a SubdivisionMesh"},
+     {"strings", A::StringArray, 0, true}}}, Params::Primitive, Support::Partial, h::blobby,
+     "repelling planes are taken as zero; operation 4 takes its first operand from its second"},
     {"Procedural", V32, Solid, {{{"type", A::String}, {"arguments", A::StringArray}, {"bound", A::FloatArray}}}, No,
      Support::Partial, h::procedural, "DelayedReadArchive, read at once; run programs beforehand and read their RIB"},
     {"Procedural2", Ext, Solid, {{{"type", A::String}, {"boundtype", A::String}}}, Params::Other, Support::Missing, nullptr,
      "use Procedural \"DelayedReadArchive\""},
-    {"Geometry", V31, MovingSolid, {{{"type", A::String}}}, Params::Primitive, Support::Missing, nullptr,
-     "renderer-specific shapes are not provided; use a standard primitive"},
+    {"Geometry", V31, Solid, {{{"type", A::String}}}, Params::Primitive, Support::Full, h::geometry, "teapot"},
 
     // ---- textures -----------------------------------------------------------------------------------
     {"MakeTexture", V31, Outside, {{{"picture", A::String}, {"texture", A::String}, {"swrap", A::String},
