@@ -16,6 +16,8 @@ using geom::TrimRegion;
 using Point = TrimRegion::Point;
 using Vertex = grid::TrimmedMesh::Vertex;
 
+constexpr size_t MostEars = 64; // of an outline that is searched for the best one
+
 class GridCutter {
   public:
     GridCutter(const TrimRegion& region, const grid::Grid& g, std::vector<uint32_t> kept_vertex)
@@ -330,6 +332,43 @@ class GridCutter {
         return twice;
     }
 
+    // All of n - 2 triangles, those without area too: a corner that lies on its neighbours' line is a corner
+    // of what lies on the other side.
+    void clip_ears(const Outline& o, bool backwards) {
+        std::vector<size_t> left(o.points.size());
+        for (size_t i = 0; i < left.size(); i++)
+            left[i] = backwards ? left.size() - 1 - i : i;
+        while (left.size() > 2) {
+            const size_t n = left.size();
+            size_t best = 0;
+            double least = -1; // of the angle's sine
+            for (size_t i = 0; i < n; i++) {
+                const size_t before = left[(i + n - 1) % n], at = left[i], after = left[(i + 1) % n];
+                const Point &a = o.points[before], &b = o.points[at], &c = o.points[after];
+                const double twice = double(TrimRegion::area(a, b, c));
+                bool free = twice > 0;
+                for (size_t k = 0; k < n && free; k++) {
+                    const Point& p = o.points[left[k]];
+                    free = p == a || p == b || p == c || TrimRegion::area(a, b, p) < 0 ||
+                           TrimRegion::area(b, c, p) < 0 || TrimRegion::area(c, a, p) < 0;
+                }
+                if (!free)
+                    continue;
+                const double ab = std::hypot(double(b.x - a.x), double(b.y - a.y)),
+                             bc = std::hypot(double(c.x - b.x), double(c.y - b.y)),
+                             ca = std::hypot(double(a.x - c.x), double(a.y - c.y));
+                const double quality = twice / (ab * bc + bc * ca + ca * ab);
+                if (quality > least) {
+                    least = quality;
+                    best = i;
+                }
+            }
+            output(o.vertices[left[(best + n - 1) % n]], o.vertices[left[best]],
+                   o.vertices[left[(best + 1) % n]]);
+            left.erase(left.begin() + ptrdiff_t(best));
+        }
+    }
+
     void fill(const Outline& o, const std::vector<Outline>& holes) {
         // Relative to a corner the whole numbers are exact as floats.
         geom::Loops loops;
@@ -347,8 +386,8 @@ class GridCutter {
         add(o, extent(o) < 0);
         for (const size_t h : o.holes)
             add(holes[h], false);
-        if (o.points.size() == 3 && o.holes.empty()) {
-            output(vertices[0], vertices[1], vertices[2]);
+        if (o.points.size() <= MostEars && o.holes.empty()) {
+            clip_ears(o, extent(o) < 0);
             return;
         }
         for (const auto& t : geom::triangulate(loops))

@@ -142,7 +142,11 @@ struct Cut {
             }
         size_t n = 0;
         for (const auto& [edge, c] : count)
-            n += c != 0 && !(allowed(edge.first) && allowed(edge.second));
+            if (c != 0 && !(allowed(edge.first) && allowed(edge.second))) {
+                if (n++ == 0)
+                    ADD_FAILURE() << "open from (" << edge.first[0] << ", " << edge.first[1] << ") to ("
+                                  << edge.second[0] << ", " << edge.second[1] << "), " << c << " times";
+            }
         return n;
     }
 };
@@ -168,7 +172,7 @@ TEST(Trim, HolesHaveTheirArea) {
             std::get<scene::NuPatch>(p.geometry).trim = loops.take(outside);
             const Cut cut(p, looking(3, 512), {}, uniform);
             const double hole = double(Pi) * 0.25 - 0.04;
-            EXPECT_NEAR(cut.area, outside ? hole : 4 - hole, 2e-4) << outside << uniform;
+            EXPECT_NEAR(cut.area, outside ? hole : 4 - hole, 1.2e-3) << outside << uniform;
             EXPECT_EQ(cut.cracks([](const Key& k) {
                 const float r = std::hypot(k[0] + 0.1f, k[1] - 0.1f);
                 const bool square = std::max(std::abs(k[0] + 0.1f), std::abs(k[1] - 0.1f)) < 0.1001f;
@@ -202,7 +206,7 @@ TEST(Trim, WavyAndDisplacedPatchesStayWhole) {
                 const float r = 0.004f * float(1 + k * k);
                 const float d = std::hypot(key[0] + 1 - (0.37f * float(k % 5) + 0.13f),
                                            key[1] + 1 - (0.61f * float(k / 3) + 0.09f * float(k % 3)));
-                allowed |= std::abs(d - r) < 2e-3f;
+                allowed |= std::abs(d - r) < 4e-3f; // 0.05 micropolygon edges, and some
                 near += std::abs(d - r) < cell;
             }
             return allowed || near > 1;
