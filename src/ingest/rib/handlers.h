@@ -17,7 +17,7 @@ void declare(Context&, Call&), frame_begin(Context&, Call&), frame_end(Context&,
     object_end(Context&, Call&), object_instance(Context&, Call&), motion_begin(Context&, Call&),
     motion_end(Context&, Call&), read_archive(Context&, Call&), archive_begin(Context&, Call&),
     archive_end(Context&, Call&), if_begin(Context&, Call&), else_if(Context&, Call&),
-    else_branch(Context&, Call&), if_end(Context&, Call&), procedural(Context&, Call&);
+    else_branch(Context&, Call&), if_end(Context&, Call&);
 
 // handlers_options.cpp
 void format(Context&, Call&), frame_aspect_ratio(Context&, Call&), screen_window(Context&, Call&),
@@ -48,8 +48,11 @@ void polygon(Context&, Call&), general_polygon(Context&, Call&), points_polygons
     patch_mesh(Context&, Call&), nu_patch(Context&, Call&), quadric(Context&, Call&), curves(Context&, Call&),
     points(Context&, Call&);
 
+// handlers_procedural.cpp
+void procedural(Context&, Call&), procedural2(Context&, Call&);
+
 // handlers_shapes.cpp
-void blobby(Context&, Call&), geometry(Context&, Call&);
+void blobby(Context&, Call&), geometry(Context&, Call&), clipping_plane(Context&, Call&);
 
 } // namespace handlers
 } // namespace kanuka::ingest

@@ -1,4 +1,4 @@
-// Blobby and Geometry.
+// Blobby, Geometry, and ClippingPlane.
 
 #include <cmath>
 
@@ -21,6 +21,23 @@ void blobby(Context& c, Call& call) {
         return;
     }
     c.add_primitive(call, std::move(b));
+}
+
+// What lies on the side that the normal points to is cut away (RISpec 4.1.1).
+void clipping_plane(Context& c, Call& call) {
+    const auto& v = call.args[0].floats;
+    if (!c.finite(call, 1))
+        return;
+    const Transform camera_from_here = c.camera_from_current();
+    if (camera_from_here.determinant3() == 0 || (v[3] == 0 && v[4] == 0 && v[5] == 0)) {
+        c.reports.error("ClippingPlane", call.where, "ClippingPlane was left out: it has no direction");
+        return;
+    }
+    const Vec3f p = camera_from_here.point({v[0], v[1], v[2]});
+    const Vec3f n = camera_from_here.normal({v[3], v[4], v[5]}, camera_from_here.inverse());
+    c.options.camera.clipping_planes.push_back({p.x, p.y, p.z, n.x, n.y, n.z});
+    c.reports.once(Severity::Warning, "ClippingPlane", call.where,
+                   "ClippingPlane is kept with the scene, but nothing is cut yet; cut the geometry instead");
 }
 
 namespace {
