@@ -89,6 +89,9 @@ std::vector<float> swept(std::span<const Section> sections) {
 
 void add_teapot(Context& c, Call& call) {
     // What is said of the whole holds for its four meshes.
+    for (Value& v : call.params.values)
+        if (v.detail == Detail::Uniform && v.items() == 1)
+            v.detail = Detail::Constant;
     std::erase_if(call.params.values, [](const Value& v) { return v.detail != Detail::Constant; });
     const ValueList constants = call.params;
     const auto add = [&](int nu, std::vector<float> points) {
