@@ -82,12 +82,11 @@ static void start(const std::string& command, const std::vector<std::string>& fo
         throw Error("it has no name");
     if (const auto path = find_file(words[0], folders))
         words[0] = path->find('/') == std::string::npos ? "./" + *path : *path;
-    else
-        for (size_t i = 1; i < words.size(); i++) // of an interpreter: where its script is
-            if (const auto script = find_file(words[i], folders)) {
-                words[i] = *script;
-                break;
-            }
+    for (size_t i = 1; i < words.size(); i++) // of an interpreter: where its script is
+        if (const auto script = find_file(words[i], folders)) {
+            words[i] = *script;
+            break;
+        }
     std::vector<char*> argv;
     for (std::string& w : words)
         argv.push_back(w.data());

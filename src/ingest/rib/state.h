@@ -57,7 +57,7 @@ struct AttributeState {
     Transform detail_transform;                    // that space
     bool detail_visible = true;                    // DetailRange's verdict
     std::shared_ptr<const scene::TrimCurves> trim; // of NuPatches to come
-    int solid = -1; // of an open SolidBegin, among Context::solids()
+    int solid = -1;                                // of an open SolidBegin, among Context::solids()
 
     scene::Attributes& edit(uint32_t field) {
         if (shared.use_count() > 1)
