@@ -2,10 +2,12 @@
 
 #include <atomic>
 #include <cmath>
+#include <optional>
 
 #include "base/tasks.h"
 #include "dice/merge.h"
 #include "dice/simplify.h"
+#include "dice/trim.h"
 
 namespace kanuka::dice {
 namespace {
@@ -209,6 +211,23 @@ std::vector<grid::Grid> make_grids(const Splitter& splitter, const geom::Surface
     return grids;
 }
 
+void drop_grids(Diced& diced, const std::vector<Kept>& kept) {
+    size_t to = 0;
+    for (size_t i = 0; i < kept.size(); i++) {
+        if (kept[i] == Kept::None)
+            continue;
+        if (to != i) {
+            diced.grids[to] = std::move(diced.grids[i]);
+            diced.traced[to] = std::move(diced.traced[i]);
+            diced.trimmed[to] = std::move(diced.trimmed[i]);
+        }
+        to++;
+    }
+    diced.grids.resize(to);
+    diced.traced.resize(to);
+    diced.trimmed.resize(to);
+}
+
 Diced dice_surface(const geom::Surface& surface, std::vector<std::unique_ptr<geom::Surface>> later,
                    const scene::Primitive& primitive, RateRule rule, const DiceOptions& options,
                    bool simplify, const Displace& displace, Journal& journal) {
@@ -234,7 +253,7 @@ Diced dice_surface(const geom::Surface& surface, std::vector<std::unique_ptr<geo
                             std::to_string(options.max_micropolygons * 1e-6) +
                             " million micropolygons; they were made " + std::to_string(1 << halvings) +
                             " times longer. A larger shading rate, or splitting it up, would do");
-    if (is_merged(*splitter, rule))
+    if (!surface.trim() && is_merged(*splitter, rule))
         return dice_mesh(merge_pieces(*splitter, later), primitive, displace, journal);
     std::atomic<size_t> bad{0};
     std::unique_ptr<Seams> seams;
@@ -249,10 +268,28 @@ Diced dice_surface(const geom::Surface& surface, std::vector<std::unique_ptr<geo
             out.grids[i].later.push_back({std::move(step[i].P), std::move(step[i].N)});
     choose_edge_steps(*splitter, out.grids, *seams, rule, simplify);
     out.traced.resize(out.grids.size());
+    std::optional<geom::TrimRegion> region;
+    std::vector<Kept> kept(out.grids.size(), Kept::All);
+    if (surface.trim()) {
+        region = make_region(surface, rule, primitive.where, journal);
+        out.trimmed.resize(out.grids.size());
+    }
     tasks::parallel_chunks(out.grids.size(), 8, [&](size_t begin, size_t end) {
-        for (size_t i = begin; i < end; i++)
-            out.traced[i] = trace_grid(*splitter, splitter->pieces[i], out.grids[i], rule, simplify);
+        for (size_t i = begin; i < end; i++) {
+            const Piece& piece = splitter->pieces[i];
+            if (region)
+                kept[i] = kept_of(*region, out.grids[i]);
+            out.traced[i] =
+                trace_grid(*splitter, piece, out.grids[i], rule, simplify && kept[i] != Kept::Part);
+            if (kept[i] != Kept::Part)
+                continue;
+            out.trimmed[i] = cut_grid(*region, piece, out.grids[i], out.traced[i]);
+            if (out.trimmed[i].indices.empty())
+                kept[i] = Kept::None;
+        }
     });
+    if (region)
+        drop_grids(out, kept);
     return out;
 }
 
@@ -281,6 +318,12 @@ static Diced dice_primitive(const scene::Primitive& primitive, const DiceTarget&
         return dice_mesh_steps(primitive, target, displace, journal,
                                [&](const P& p, const P* first, Journal& j, geom::MeshParts& parts) {
                                    return geom::mesh_from_points(p, m, rule.density, j, parts, first);
+                               });
+    if (const auto* blobby = std::get_if<scene::Blobby>(&primitive.geometry))
+        return dice_mesh_steps(primitive, target, displace, journal,
+                               [&](const P& p, const P* first, Journal& j, geom::MeshParts& parts) {
+                                   return geom::mesh_from_blobby(p, *blobby, m, rule.density, j, parts,
+                                                                 first);
                                });
     geom::SurfaceHints hints;
     hints.moving = !target.later.empty();

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "grid/grid.h"
+#include "grid/trimmed.h"
 #include "scene/scene.h"
 
 namespace kanuka::dice {
@@ -44,6 +45,8 @@ struct DiceOptions {
 struct Diced {
     std::vector<grid::Grid> grids;
     std::vector<grid::TracedGrid> traced;
+    // Of trimmed surfaces, parallel too: what is traced instead of the lattice where it is not empty.
+    std::vector<grid::TrimmedMesh> trimmed;
     bool is_mesh = false;
     grid::Grid mesh_vertices; // nu = vertices - 1, nv = 0
     grid::TracedMesh mesh;

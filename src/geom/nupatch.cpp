@@ -1,4 +1,4 @@
-// NuPatch: rational B-spline surfaces without trim curves. Every knot span is a face.
+// NuPatch: rational B-spline surfaces. Every knot span is a face. Trim curves are kept for dicing.
 #include "geom/kinds.h"
 #include "geom/lattice_surface.h"
 
@@ -48,6 +48,16 @@ struct Direction {
             segments++;
         }
         return {};
+    }
+
+    // The span at a parameter in [0, 1] (clamped) of the whole range, and where it is in that.
+    int find(double t, float& within) const {
+        const double x = lo + (hi - lo) * std::clamp(t, 0.0, 1.0);
+        size_t i = 0;
+        while (i + 1 < spans.size() && x >= spans[i].to)
+            i++;
+        within = std::clamp(float((x - spans[i].from) / (spans[i].to - spans[i].from)), 0.0f, 1.0f);
+        return int(i);
     }
 
     // Cox-de Boor (The NURBS Book, A2.2 and eq. 2.7) at parameters given within the span, in double.
@@ -103,6 +113,7 @@ class NurbsSurface : public Surface {
                 Dropped{1, 0, 0}.report(1, "NURBS patches", primitive.where, journal);
                 return false;
             }
+        m_trim = patch.trim;
         ItemCounts counts;
         counts.uniform = size_t(m_u.segments) * m_v.segments;
         counts.varying = counts.facevarying = size_t(m_u.segments + 1) * (m_v.segments + 1);
@@ -133,6 +144,16 @@ class NurbsSurface : public Surface {
     }
     int uniform_index(int face) const override {
         return span_v(face).segment * m_u.segments + span_u(face).segment;
+    }
+
+    const scene::TrimCurves* trim() const override { return m_trim.get(); }
+    ParameterRange parameters() const override { return {m_u.lo, m_u.hi, m_v.lo, m_v.hi}; }
+    Vec3f at_parameters(double u, double v) const override {
+        float fu, fv;
+        const int i = m_u.find(u, fu), j = m_v.find(v, fv);
+        float p[3];
+        positions(j * int(m_u.spans.size()) + i, {&fu, 1}, {&fv, 1}, p, 1);
+        return {p[0], p[1], p[2]};
     }
 
   protected:
@@ -195,6 +216,7 @@ class NurbsSurface : public Surface {
 
     Direction m_u, m_v;
     ControlPoints m_points;
+    std::shared_ptr<const scene::TrimCurves> m_trim;
 };
 
 } // namespace

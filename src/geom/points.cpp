@@ -1,4 +1,4 @@
-// Points to small spheres.
+// Points to small spheres, disks and squares; or to blobs.
 #include <map>
 
 #include "base/tasks.h"
@@ -12,6 +12,7 @@ constexpr int Levels = 5;
 constexpr float LevelRadius[Levels] = {1.5f, 5, 16, 60, 1e30f};
 
 struct Ball {
+    bool flat = false; // directions lie in x and y, and z is the normal
     std::vector<Vec3f> directions;
     std::vector<uint32_t> triangles;
     float scale =
@@ -51,6 +52,91 @@ Ball make_ball(int level) {
     return b;
 }
 
+// A regular polygon of the disk's area, as a fan.
+Ball make_disk(int level) {
+    constexpr int Corners[Levels] = {6, 10, 16, 32, 64};
+    Ball b;
+    b.flat = true;
+    const int n = Corners[level];
+    b.directions.push_back({0, 0, 0});
+    for (int i = 0; i < n; i++) {
+        const float a = 2 * Pi * float(i) / float(n);
+        b.directions.push_back({std::cos(a), std::sin(a), 0});
+        for (const int k : {0, 1 + i, 1 + (i + 1) % n})
+            b.triangles.push_back(uint32_t(k));
+    }
+    b.scale = std::sqrt(Pi / (0.5f * float(n) * std::sin(2 * Pi / float(n))));
+    return b;
+}
+
+Ball make_square() {
+    Ball b;
+    b.flat = true;
+    b.directions = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
+    b.triangles = {0, 1, 2, 0, 2, 3};
+    return b;
+}
+
+// What "type" says. Without it, points that have normals are disks across them.
+enum class Kind { Sphere, Disk, Square, Blobs };
+Kind kind_of(const scene::Primitive& primitive, bool normals, Journal& journal) {
+    const std::string type = primitive.primvars.get_string("type", "");
+    if (type == "disk" || type == "disc" || (normals && (type.empty() || type == "particle")))
+        return Kind::Disk;
+    if (type == "patch")
+        return Kind::Square;
+    if (type == "blobby")
+        return Kind::Blobs;
+    if (!type.empty() && type != "sphere" && type != "particle")
+        journal.error(primitive.where, "Points of the type \"" + type +
+                                           "\" are rendered as spheres; there are particle, sphere, disk, "
+                                           "patch and blobby");
+    return Kind::Sphere;
+}
+
+// A value for every point, or one for all.
+class PerPoint {
+  public:
+    PerPoint(const scene::Primitive& primitive, const char* name, float otherwise)
+        : m_value(primitive.primvars.find(name)), m_otherwise(otherwise) {
+        if (m_value && m_value->floats.empty())
+            m_value = nullptr;
+    }
+    float at(size_t i) const {
+        return !m_value ? m_otherwise : m_value->floats[i < m_value->floats.size() ? i : 0];
+    }
+
+  private:
+    const scene::Value* m_value;
+    float m_otherwise;
+};
+
+// Blobs whose lone surface has the points' widths.
+bool mesh_from_blobs(const scene::Primitive& primitive, const Transform& m, const Viewpoint& view,
+                     Journal& journal, MeshParts& out, const scene::Primitive* first) {
+    const scene::Value* p = primitive.primvars.find("P");
+    if (!p)
+        return false;
+    const PerPoint width(primitive, primitive.primvars.find("width") ? "width" : "constantwidth", 1);
+    scene::Blobby blobby;
+    std::vector<int32_t> code;
+    std::vector<float> floats;
+    const size_t n = p->floats.size() / 3;
+    for (size_t i = 0; i < n; i++) {
+        code.insert(code.end(), {1001, int32_t(floats.size())});
+        const float w = width.at(i);
+        const float* q = p->floats.data() + 3 * i;
+        floats.insert(floats.end(), {w, 0, 0, 0, 0, w, 0, 0, 0, 0, w, 0, q[0], q[1], q[2], 1});
+    }
+    code.insert(code.end(), {0, int32_t(n)});
+    for (size_t i = 0; i < n; i++)
+        code.push_back(int32_t(i));
+    blobby.leaves = int(n);
+    blobby.code = std::move(code);
+    blobby.floats = std::move(floats);
+    return mesh_from_blobby(primitive, blobby, m, view, journal, out, first);
+}
+
 } // namespace
 
 bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, const Viewpoint& view,
@@ -63,9 +149,19 @@ bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, con
     const size_t n = points.size();
     const Primvars primvars = collect_primvars(primitive, m, {1, n, n, n}, journal);
     const bool own_widths = widths.varying() && widths.varying()->floats.size() >= n;
+    const Primvar* normals = primvars.find("N");
+    normals = normals ? normals : primvars.find("Np");
+    if (normals && normals->components != 3)
+        normals = nullptr;
+    const Kind kind = kind_of(primitive, normals, journal);
+    if (kind == Kind::Blobs)
+        return mesh_from_blobs(primitive, m, view, journal, out, first);
+    // What faces the camera has none to face where it is instanced.
+    const bool flat = (kind == Kind::Disk || kind == Kind::Square) && (normals || view.has_camera());
     std::array<Ball, Levels> balls;
     for (int l = 0; l < Levels; l++)
-        balls[l] = make_ball(l);
+        balls[l] = !flat ? make_ball(l) : kind == Kind::Disk ? make_disk(l) : make_square();
+    const PerPoint aspect(primitive, "patchaspectratio", 1), angle(primitive, "patchangle", 0);
 
     // Level of every point; -1 = left out.
     std::vector<int8_t> level(n);
@@ -99,12 +195,37 @@ bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, con
             const Ball& ball = balls[level[i]];
             const float radius = 0.5f * widths.at(own_widths ? i : 0) * ball.scale;
             const Vec3f center = points.finite(i) ? points[i] : sized[i];
+            Vec3f x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
+            if (flat) {
+                z = view.towards_camera(center);
+                if (normals) {
+                    const size_t item = normals->detail == scene::Detail::Uniform ? 0 : i;
+                    z = {(*normals)(item, 0), (*normals)(item, 1), (*normals)(item, 2)};
+                }
+                z = length_squared(z) > 0 ? normalize(z) : Vec3f{0, 0, 1};
+                // Upright in the picture, as far as that goes.
+                const Vec3f up = std::abs(z.y) < 0.999f ? Vec3f{0, 1, 0} : Vec3f{1, 0, 0};
+                x = normalize(cross(up, z));
+                y = cross(z, x);
+                if (kind == Kind::Square) {
+                    const float a = angle.at(i) * (Pi / 180);
+                    const Vec3f turned = x * std::cos(a) + y * std::sin(a);
+                    y = (y * std::cos(a) - x * std::sin(a)) * (1 / std::max(aspect.at(i), 1e-6f));
+                    x = turned;
+                }
+            }
             for (size_t k = 0; k < ball.directions.size(); k++) {
                 const size_t v = first_vertex[i] + k;
+                const Vec3f d = ball.directions[k];
+                const Vec3f p = flat ? x * d.x + y * d.y : d, n = flat ? z : d;
                 for (int c = 0; c < 3; c++) {
                     const size_t at = v + size_t(c) * g.stride;
-                    g.P[at] = center[c] + ball.directions[k][c] * radius;
-                    g.N[at] = g.Ng[at] = ball.directions[k][c];
+                    g.P[at] = center[c] + p[c] * radius;
+                    g.N[at] = g.Ng[at] = n[c];
+                }
+                if (flat) {
+                    g.u[v] = g.s[v] = 0.5f + 0.5f * d.x;
+                    g.v[v] = g.t[v] = 0.5f - 0.5f * d.y; // from the top, as pictures are
                 }
                 for (const Primvar& p : primvars.list)
                     for (int c = 0; c < p.components; c++)

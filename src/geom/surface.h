@@ -7,6 +7,7 @@
 #include "geom/primvars.h"
 #include "geom/tensor.h"
 #include "geom/topology.h"
+#include "geom/trim.h"
 
 namespace kanuka::geom {
 
@@ -44,6 +45,10 @@ class Surface {
     // Interior lines of a face may be much longer than its sides.
     bool bulges() const { return m_bulges; }
     virtual int uniform_index(int face) const { return face; }
+    // What cuts parts of it away, in the parameters of the whole surface, and those; null = nothing.
+    virtual const scene::TrimCurves* trim() const { return nullptr; }
+    virtual ParameterRange parameters() const { return {}; }
+    virtual Vec3f at_parameters(double, double) const { return Vec3f(0.0f); } // in [0, 1]
 
   protected:
     Surface(const scene::Primitive& primitive, const Transform& render_from_object);

@@ -46,6 +46,11 @@ bool mesh_from_curves(const scene::Primitive& primitive, const scene::Curves& cu
 bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, const Viewpoint& view,
                       Journal& journal, MeshParts& out, const scene::Primitive* first = nullptr);
 
+// Implicit surfaces, at one cell a micropolygon. False also for a later shape: it has other cells.
+bool mesh_from_blobby(const scene::Primitive& primitive, const scene::Blobby& blobby, const Transform& m,
+                      const Viewpoint& view, Journal& journal, MeshParts& out,
+                      const scene::Primitive* first = nullptr);
+
 // Area-weighted vertex normals of the mesh, unit length (zero where there is no area), oriented as cross
 // products of the faces are, turned around by `flips`. Deterministic. `to` has 3 * stride floats.
 void vertex_normals(const grid::Grid& vertices, const grid::TracedMesh& mesh, bool flips,

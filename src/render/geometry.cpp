@@ -231,6 +231,21 @@ class GeometryBuilder {
         });
         if (count == 0)
             return;
+        // What trim curves cut is traced as one mesh, made after shading.
+        std::vector<grid::TrimmedPart> parts;
+        for (size_t i = 0; i < diced.trimmed.size(); i++)
+            if (!diced.trimmed[i].indices.empty()) {
+                parts.push_back({shaded[i].grid, shaded[i].inputs, &diced.trimmed[i]});
+                shaded[i].grid = nullptr;
+            }
+        grid::Grid cut;
+        grid::VertexInputs cut_inputs;
+        grid::TracedMesh cut_mesh;
+        if (!parts.empty()) {
+            grid::merge_trimmed(parts, cut, cut_inputs, cut_mesh);
+            std::erase_if(shaded, [](const store::ShadedGrid& s) { return s.grid == nullptr; });
+            shaded.push_back({&cut, nullptr, &cut_mesh, &cut_inputs});
+        }
         uint64_t bad = 0;
         out.page = store::encode(shaded, material.program(), primitive.id, bad, &m_request.palette);
         if (primitive.attributes && primitive.attributes->area_light)

@@ -211,6 +211,10 @@ PrimvarCounts primvar_counts(const Geometry& geometry, size_t positions) {
             [&](const Quadric&) { return PrimvarCounts{1, 4, 4, 4, 4}; },
             [&](const Curves& c) { return curve_counts(c); },
             [&](const Points&) { return PrimvarCounts{1, positions, positions, positions, positions}; },
+            [&](const Blobby& b) {
+                const size_t n = size_t(std::max(b.leaves, 0));
+                return PrimvarCounts{1, n, n, n, n};
+            },
         },
         geometry);
 }
@@ -248,6 +252,7 @@ std::string_view kind_name(const Geometry& geometry) {
                           [&](const Quadric& q) -> std::string_view { return quadrics[size_t(q.kind)]; },
                           [](const Curves&) -> std::string_view { return "Curves"; },
                           [](const Points&) -> std::string_view { return "Points"; },
+                          [](const Blobby&) -> std::string_view { return "Blobby"; },
                       },
                       geometry);
 }

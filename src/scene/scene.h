@@ -92,10 +92,23 @@ struct PatchMesh { // Patch (nu = nv = 2 or 4) and PatchMesh, vertices in u-fast
     Basis u_basis, v_basis;
 };
 
+// TrimCurve: loops of rational B-splines in the parameters of a NuPatch. A point is kept if a line from it
+// to infinity crosses them an odd number of times (`outside`: an even number).
+struct TrimCurves {
+    Buffer<int32_t> curves_per_loop;
+    Buffer<int32_t> order, points; // of each curve
+    Buffer<float> knots;           // points + order of each curve
+    Buffer<float> min, max;        // of each curve
+    Buffer<float> u, v, w;         // homogeneous control points
+    bool outside = false;
+    Location where;
+};
+
 struct NuPatch {
     int nu, u_order, nv, v_order;
     Buffer<float> u_knots, v_knots;
     float u_min, u_max, v_min, v_max;
+    std::shared_ptr<const TrimCurves> trim = nullptr;
 };
 
 struct Quadric {
@@ -113,9 +126,21 @@ struct Curves {
     Buffer<int32_t> vertices_per_curve; // primvars: P, width or constantwidth, N
 };
 
-struct Points {}; // primvars: P, width or constantwidth
+// primvars: P, width or constantwidth; "type": particle, sphere (spheres both), disk (facing the camera, or
+// across N), patch (a square, with patchaspectratio and patchangle)
+struct Points {};
 
-using Geometry = std::variant<PolygonMesh, SubdivisionMesh, PatchMesh, NuPatch, Quadric, Curves, Points>;
+// RISpec 5.6: an implicit surface made of blobs, as a program: each operation takes the results of earlier
+// ones.
+struct Blobby {
+    int leaves = 0; // vertex and varying primvars have so many values
+    Buffer<int32_t> code;
+    Buffer<float> floats;
+    Buffer<std::string> strings; // files of repelling planes' heights
+};
+
+using Geometry =
+    std::variant<PolygonMesh, SubdivisionMesh, PatchMesh, NuPatch, Quadric, Curves, Points, Blobby>;
 
 // How a primitive moves and changes its shape. Times are those of Options::shutter_open and shutter_close;
 // between them everything goes linearly (turns: evenly), before the first and after the last it stands still.
@@ -138,6 +163,14 @@ struct Primitive {
     int id = 0; // counts from 1 in order of declaration: the "object id" AOV
     Location where;
     std::shared_ptr<const Motion> motion; // null = still
+    int solid = -1;                       // it bounds this one of Scene::solids (or the group's); -1 = none
+};
+
+// A node of a tree of set operations. A Primitive is what its surfaces enclose together; a difference takes
+// all others from its first child. Children come after their parents.
+struct Solid {
+    enum class Kind : uint8_t { Primitive, Union, Intersection, Difference } kind = Kind::Primitive;
+    int parent = -1;
 };
 
 // ---- instances
@@ -146,6 +179,7 @@ struct Primitive {
 struct Group { // ObjectBegin … ObjectEnd; primitives' world_from_object is relative to the group
     std::string name;
     std::vector<Primitive> primitives;
+    std::vector<Solid> solids;
     struct Instances {
         int group; // index into Scene::groups, a lower one than the group's own
         // Row-major 3x4 group_from_child matrices, 12 floats each.
@@ -226,6 +260,8 @@ struct Camera {
     Transform camera_from_world;
     std::vector<TransformKey> motion; // of camera_from_world; none = still
     float near_clip = 1e-4f, far_clip = 1e30f;
+    // In camera space: a point and a direction each; what lies on that side of the point is cut away.
+    std::vector<std::array<float, 6>> clipping_planes;
     float f_stop = 0, focal_length = 0, focal_distance = 0; // 0 = pinhole
     int blades = 0;                                         // of the iris: a regular polygon; below 3 = round
     float blade_rotation = 0;                               // degrees, anticlockwise as the camera sees it
@@ -283,6 +319,7 @@ struct Scene {
     Options options;
     Camera camera;
     std::vector<Primitive> primitives;
+    std::vector<Solid> solids;
     std::vector<Group> groups;
     std::vector<Group::Instances> instances; // world_from_group
     std::vector<Light> lights;

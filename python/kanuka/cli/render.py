@@ -40,6 +40,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "-o", "--output", type=Path, metavar="FILE.exr", help="default: the scene's Display, or SCENE.exr"
     )
     parser.add_argument("--frame", type=types.natural, default=0, metavar="N", help="of the file; default: the first")
+    parser.add_argument("--no-programs", action="store_true", help='Procedural "RunProgram" may start no process')
     parser.add_argument("--png", action="store_true", help="write a PNG beside the EXR")
     parser.add_argument("--stats", type=Path, metavar="FILE.json", help="write times, counts and bytes")
     parser.add_argument(
@@ -128,7 +129,7 @@ def run(arguments: argparse.Namespace) -> int:
 def render(arguments: argparse.Namespace, started: float, interruption: Interruption) -> int:
     bar = ProgressBar(arguments.quiet)
     bar.update("ingest", 0)
-    scene = kanuka.load(arguments.scene, frame=arguments.frame)
+    scene = kanuka.load(arguments.scene, frame=arguments.frame, run_programs=not arguments.no_programs)
     printer = messages.Printer(scene.journal)
     bar.between = printer.flush
     bar.finish()

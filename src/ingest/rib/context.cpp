@@ -187,6 +187,7 @@ void Context::begin_object(const std::string& handle, const Location& where) {
     open(BlockKind::Object, where);
     m_open_object = objects.begin(handle, where);
     replace({});
+    attributes.solid = -1;
     attributes.shared =
         std::make_shared<scene::Attributes>(); // what is not set inside comes from the instance
     attributes.set = 0;
@@ -289,6 +290,12 @@ void Context::add_primitive(Call& call, scene::Geometry geometry) {
     scene::Primitive primitive{
         std::move(geometry), std::move(call.params), ctm, attributes.shared, m_next_id++,
         call.where,          moving_place(ctm_keys)};
+    primitive.solid = attributes.solid;
+    if (primitive.solid >= 0 && solids()[size_t(primitive.solid)].kind != scene::Solid::Kind::Primitive) {
+        // Without a SolidBegin "primitive" of its own it is one.
+        solids().push_back({scene::Solid::Kind::Primitive, primitive.solid});
+        primitive.solid = int(solids().size()) - 1;
+    }
     m_motion.object = m_open_object;
     if (m_open_object >= 0) {
         auto& members = objects.record(m_open_object).members;

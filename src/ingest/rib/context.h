@@ -6,6 +6,7 @@
 #include "ingest/rib/declarations.h"
 #include "ingest/rib/lights.h"
 #include "ingest/rib/objects.h"
+#include "ingest/rib/programs.h"
 #include "ingest/rib/reports.h"
 #include "ingest/rib/requests.h"
 #include "ingest/rib/rib.h"
@@ -18,6 +19,8 @@ class Stream {
   public:
     virtual ~Stream() = default;
     virtual void read_archive(const std::string& name, const Location& where) = 0;
+    // RIB that was made on the way; `name` is what messages call it.
+    virtual void read_text(std::string text, const std::string& name, const Location& where) = 0;
     // Passes over requests up to the next of `stops` that is not nested in a block opened by `begin`; it is
     // executed next. Declarations on the way count.
     virtual void skip_to(std::string_view begin, std::initializer_list<std::string_view> stops) = 0;
@@ -75,10 +78,16 @@ class Context {
     std::vector<bool> conditions;          // of open IfBegin blocks: a branch was taken
     std::vector<std::string> default_path; // what "@" means in search paths, and "&" at first
     const std::vector<std::string> extra_archive_path;
+    RibOptions rib_options; // set by whoever makes the context
+    Programs programs;
+    size_t procedurals = 0; // expanded so far
 
     Scope scope() const;
     bool in_world() const { return m_in_world; }
     const std::vector<Block>& blocks() const { return m_blocks; }
+    std::vector<scene::Solid>& solids() { // of the world or the open object
+        return m_open_object >= 0 ? objects.record(m_open_object).solids : m_scene.solids;
+    }
     void open(BlockKind kind, const Location& where);
     // Closes the innermost open block of a kind, and what was left open inside it. False: there is none to
     // close.

@@ -17,7 +17,7 @@ void declare(Context&, Call&), frame_begin(Context&, Call&), frame_end(Context&,
     object_end(Context&, Call&), object_instance(Context&, Call&), motion_begin(Context&, Call&),
     motion_end(Context&, Call&), read_archive(Context&, Call&), archive_begin(Context&, Call&),
     archive_end(Context&, Call&), if_begin(Context&, Call&), else_if(Context&, Call&),
-    else_branch(Context&, Call&), if_end(Context&, Call&), procedural(Context&, Call&);
+    else_branch(Context&, Call&), if_end(Context&, Call&);
 
 // handlers_options.cpp
 void format(Context&, Call&), frame_aspect_ratio(Context&, Call&), screen_window(Context&, Call&),
@@ -47,6 +47,12 @@ void polygon(Context&, Call&), general_polygon(Context&, Call&), points_polygons
     points_general_polygons(Context&, Call&), subdivision_mesh(Context&, Call&), patch(Context&, Call&),
     patch_mesh(Context&, Call&), nu_patch(Context&, Call&), quadric(Context&, Call&), curves(Context&, Call&),
     points(Context&, Call&);
+
+// handlers_procedural.cpp
+void procedural(Context&, Call&), procedural2(Context&, Call&);
+
+// handlers_shapes.cpp
+void blobby(Context&, Call&), geometry(Context&, Call&), clipping_plane(Context&, Call&);
 
 } // namespace handlers
 } // namespace kanuka::ingest

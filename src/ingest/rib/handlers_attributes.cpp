@@ -4,6 +4,7 @@
 
 #include "ingest/rib/context.h"
 #include "ingest/rib/handlers.h"
+#include "ingest/rib/view_bound.h"
 
 namespace kanuka::ingest::handlers {
 
@@ -205,40 +206,6 @@ void detail(Context& c, Call& call) {
     c.attributes.detail_transform = c.camera_from_current();
 }
 
-// The area in pixels of the bound's image, times RelativeDetail (RISpec 4.2.5). Infinite where it reaches
-// behind the eye.
-static double detail_size(const Context& c) {
-    const Bounds3f& b = *c.attributes.detail_bound;
-    const scene::Camera& camera = c.options.camera;
-    const bool perspective = camera.projection != scene::Camera::Projection::Orthographic;
-    double lo[2] = {1e300, 1e300}, hi[2] = {-1e300, -1e300};
-    for (int corner = 0; corner < 8; corner++) {
-        const Vec3f p = c.attributes.detail_transform.point(
-            {corner & 1 ? b.hi.x : b.lo.x, corner & 2 ? b.hi.y : b.lo.y, corner & 4 ? b.hi.z : b.lo.z});
-        if (perspective && p.z <= camera.near_clip)
-            return std::numeric_limits<double>::infinity();
-        for (int k = 0; k < 2; k++) {
-            const double s = perspective ? double(p[k]) / p.z : double(p[k]);
-            lo[k] = std::min(lo[k], s);
-            hi[k] = std::max(hi[k], s);
-        }
-    }
-    const scene::Options& o = c.options.options;
-    const double aspect = o.width * double(o.pixel_aspect) / o.height;
-    std::array<float, 4> window{-1, 1, -1, 1};
-    if (camera.screen_window)
-        window = *camera.screen_window;
-    else if (const double f = c.options.frame_aspect_ratio ? double(*c.options.frame_aspect_ratio) : aspect;
-             f >= 1)
-        window = {float(-f), float(f), -1, 1};
-    else
-        window = {-1, 1, float(-1 / f), float(1 / f)};
-    const double focal = perspective ? 1 / std::tan(double(camera.fov) * 3.14159265358979323846 / 360) : 1;
-    const double sx = focal * o.width / std::abs(double(window[1]) - window[0]);
-    const double sy = focal * o.height / std::abs(double(window[3]) - window[2]);
-    return (hi[0] - lo[0]) * sx * (hi[1] - lo[1]) * sy * c.options.relative_detail;
-}
-
 // A representation fades in from minvisible to lowertransition, and out from uppertransition to maxvisible.
 // Neighbours share their transitions, so switching in the middle shows one of them at every size.
 void detail_range(Context& c, Call& call) {
@@ -252,7 +219,7 @@ void detail_range(Context& c, Call& call) {
         c.attributes.detail_visible = true;
         return;
     }
-    const double size = detail_size(c);
+    const double size = view_bound(c, *c.attributes.detail_bound, c.attributes.detail_transform).area;
     const double in = (double(v[0]) + v[1]) / 2, out = (double(v[2]) + v[3]) / 2;
     c.attributes.detail_visible = size >= in && (size < out || v[3] >= 1e37f);
 }

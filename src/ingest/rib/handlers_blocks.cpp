@@ -1,4 +1,4 @@
-// Blocks, archives, conditions, procedurals.
+// Blocks, archives, conditions.
 
 #include "ingest/rib/condition.h"
 #include "ingest/rib/context.h"
@@ -57,6 +57,13 @@ void solid_begin(Context& c, Call& call) {
             "SolidBegin \"" + operation +
                 "\": set operations on solids are not supported yet; their primitives are rendered whole");
     c.open(BlockKind::Solid, call.where);
+    using Kind = scene::Solid::Kind;
+    const Kind kind = operation == "union"          ? Kind::Union
+                      : operation == "intersection" ? Kind::Intersection
+                      : operation == "difference"   ? Kind::Difference
+                                                    : Kind::Primitive;
+    c.solids().push_back({kind, c.attributes.solid});
+    c.attributes.solid = int(c.solids().size()) - 1;
 }
 void solid_end(Context& c, Call& call) {
     c.close(BlockKind::Solid, call.where);
@@ -135,29 +142,6 @@ void else_branch(Context& c, Call& call) {
 void if_end(Context& c, Call& call) {
     if (inside_if(c, call))
         c.conditions.pop_back();
-}
-
-// ---- procedurals ------------------------------------------------------------------------------------
-
-void procedural(Context& c, Call& call) {
-    const std::string& type = call.text(0);
-    const auto& arguments = call.args[1].strings;
-    if (type == "DelayedReadArchive" && !arguments.empty()) {
-        // A procedural starts from the state around it and leaves none behind.
-        c.open(BlockKind::Attribute, call.where);
-        const size_t depth = c.blocks().size();
-        const Location where = call.where; // the archive's own calls reuse `call`
-        c.stream.read_archive(arguments[0], where);
-        if (c.blocks().size() >= depth)
-            c.close(BlockKind::Attribute, where);
-        return;
-    }
-    c.reports.once(Severity::Error, "Procedural " + type, call.where,
-                   "Procedural \"" + type + "\" is not supported and was left out" +
-                       (type == "RunProgram"
-                            ? ": run \"" + (arguments.empty() ? "" : arguments[0]) +
-                                  "\" beforehand, save its RIB, and use Procedural \"DelayedReadArchive\""
-                            : ": use \"DelayedReadArchive\" with a RIB file"));
 }
 
 } // namespace kanuka::ingest::handlers

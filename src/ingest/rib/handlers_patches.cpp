@@ -1,5 +1,7 @@
 // Patch, PatchMesh, NuPatch, and the Basis that they use.
 
+#include <algorithm>
+
 #include "ingest/rib/context.h"
 #include "ingest/rib/handlers.h"
 
@@ -60,15 +62,60 @@ void nu_patch(Context& c, Call& call) {
     n.v_knots = std::vector<float>(call.args[7].floats);
     n.v_min = call.f(8);
     n.v_max = call.f(9);
-    if (c.attributes.trimmed)
-        c.reports.once(Severity::Warning, "TrimCurve", call.where,
-                       "NuPatch with TrimCurve is rendered whole: trimming is not supported yet");
+    if (c.attributes.trim) {
+        n.trim = c.attributes.trim;
+        const std::string sense = c.attributes.shared->user.get_string("trimcurve:sense", "inside");
+        if (sense == "outside") {
+            auto turned = std::make_shared<TrimCurves>(*n.trim);
+            turned->outside = true;
+            n.trim = std::move(turned);
+        } else if (sense != "inside") {
+            c.reports.error("trimcurve", call.where,
+                            "Attribute \"trimcurve\" \"sense\" \"" + sense +
+                                "\" must be inside or outside; inside was used");
+        }
+    }
     c.add_primitive(call, std::move(n));
 }
 
+// TrimCurve without curves ends trimming.
 void trim_curve(Context& c, Call& call) {
-    // TrimCurve without curves ends trimming.
-    c.attributes.trimmed = !call.args[0].ints.empty();
+    c.attributes.trim = nullptr;
+    if (call.args[0].ints.empty())
+        return;
+    TrimCurves t;
+    const auto ints = [&](size_t i) { return Buffer<int32_t>(std::vector<int32_t>(call.args[i].ints)); };
+    const auto floats = [&](size_t i) { return Buffer<float>(std::vector<float>(call.args[i].floats)); };
+    t.curves_per_loop = ints(0);
+    t.order = ints(1);
+    t.knots = floats(2);
+    t.min = floats(3);
+    t.max = floats(4);
+    t.points = ints(5);
+    t.u = floats(6);
+    t.v = floats(7);
+    t.w = floats(8);
+    t.where = call.where;
+    int64_t curves = 0, knots = 0, points = 0;
+    for (const int32_t n : t.curves_per_loop)
+        curves += std::max(n, 0);
+    for (size_t i = 0; i < std::min(t.order.size(), t.points.size()); i++) {
+        knots += int64_t(std::max(t.order[i], 0)) + std::max(t.points[i], 0);
+        points += std::max(t.points[i], 0);
+    }
+    const auto expect = [&](const char* name, size_t found, int64_t expected) {
+        if (int64_t(found) == expected)
+            return true;
+        c.reports.error("TrimCurve", call.where,
+                        std::string("TrimCurve was left out: ") + name + ": expected " +
+                            std::to_string(expected) + " values, found " + std::to_string(found));
+        return false;
+    };
+    if (expect("order", t.order.size(), curves) && expect("n", t.points.size(), curves) &&
+        expect("min", t.min.size(), curves) && expect("max", t.max.size(), curves) &&
+        expect("knot", t.knots.size(), knots) && expect("u", t.u.size(), points) &&
+        expect("v", t.v.size(), points) && expect("w", t.w.size(), points))
+        c.attributes.trim = std::make_shared<TrimCurves>(std::move(t));
 }
 
 static bool basis_of(Context& c, const Call& call, size_t i, Basis& basis) {

@@ -215,6 +215,7 @@ int Objects::group_for(scene::Scene& scene, int object, const std::shared_ptr<co
         }
     }
     int first_id = 0;
+    group.solids = record(object).solids;
     group.instances = children.take(first_id);
     const int index = int(scene.groups.size());
     scene.groups.push_back(std::move(group));

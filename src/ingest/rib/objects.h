@@ -26,6 +26,7 @@ struct ObjectRecord {
     std::string name;
     Location where;
     std::vector<Member> members;
+    std::vector<scene::Solid> solids;
     int depth = 1;                                          // levels of objects, this one included
     std::unordered_multimap<size_t, Variant> looks;         // by hash of the look
     std::map<const scene::Attributes*, Variant> by_pointer; // holds the pointers, so that they stay unique

@@ -64,7 +64,8 @@ std::string would_fit(const scene::PrimvarCounts& counts, size_t items, Detail e
 bool check_primvars(Call& call, scene::Geometry& geometry, Reports& reports) {
     const std::string request(call.spec->name);
     auto& values = call.params.values;
-    const bool quadric = std::holds_alternative<scene::Quadric>(geometry);
+    const bool quadric = std::holds_alternative<scene::Quadric>(geometry) ||
+                         std::holds_alternative<scene::Blobby>(geometry); // those without positions
 
     // Step 1: positions.
     if (!quadric && !call.params.find("P") && !call.params.find("Pw") &&

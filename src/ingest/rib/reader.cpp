@@ -11,7 +11,9 @@ namespace kanuka::ingest {
 
 Reader::Reader(Journal& journal, FrameChoice frame, const RibOptions& options, const Source& scene)
     : m_extra_path(options.archive_path),
-      m_context(*this, m_declarations, journal, frame, folder_of(scene.name()), options.archive_path) {}
+      m_context(*this, m_declarations, journal, frame, folder_of(scene.name()), options.archive_path) {
+    m_context.rib_options = options;
+}
 
 std::string Reader::folder() const {
     return m_lexer ? folder_of(m_lexer->source()->name()) : "";
@@ -196,6 +198,21 @@ void Reader::read_archive(const std::string& given_name, const Location& given_w
         }
         run(source);
     });
+}
+
+// What is made on the way has no identity that could be met again: only its depth is bounded.
+void Reader::read_text(std::string text, const std::string& given_name, const Location& given_where) {
+    const std::string name = given_name;
+    const Location where = given_where;
+    if (m_open_archives.size() >= MaxArchiveDepth) {
+        m_context.reports.error("archive in itself", where,
+                                name + " was left out: procedurals and archives nest " +
+                                    std::to_string(MaxArchiveDepth) + " deep at most");
+        return;
+    }
+    m_open_archives.push_back(name);
+    run(Source::from_text(std::move(text), name));
+    m_open_archives.pop_back();
 }
 
 void Reader::record_archive(const std::string& name) {

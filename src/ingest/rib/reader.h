@@ -18,6 +18,7 @@ class Reader final : public Stream {
     Context& context() { return m_context; }
 
     void read_archive(const std::string& name, const Location& where) override;
+    void read_text(std::string text, const std::string& name, const Location& where) override;
     void skip_to(std::string_view begin, std::initializer_list<std::string_view> stops) override;
     void record_archive(const std::string& name) override;
     void stop() override { m_stopped = true; }

@@ -286,11 +286,11 @@ TEST(RibErrors, ShaderParameters) {
 }
 
 TEST(RibErrors, MissingRequestsAreNamedOnce) {
-    const Parsed r(world("Geometry \"teapot\"\nGeometry \"teapot\" \"uniform color Cs\" [1 1 1]\nBlobby 1 "
-                         "[1000 0] [1 2] [\"\"]\nSphere 1 -1 1 360"));
+    const Parsed r(world("Deformation \"twist\"\nDeformation \"bend\" \"float k\" [1]\nSystem \"ls\"\n"
+                         "Sphere 1 -1 1 360"));
     EXPECT_EQ(r.messages().size(), 2u) << r.all_messages();
-    EXPECT_TRUE(r.says("error 3:1 Geometry is not supported"));
-    EXPECT_TRUE(r.says("error 5:1 Blobby is not supported"));
+    EXPECT_TRUE(r.says("warning 3:1 Deformation is not supported"));
+    EXPECT_TRUE(r.says("warning 5:1 System is not supported"));
 }
 
 // ---- binary -----------------------------------------------------------------------------------------

@@ -1,16 +1,32 @@
 // Reads RIB (ASCII, gzip, archives) into the scene model.
 #pragma once
 
-#include "scene/scene.h"
+#include <functional>
+#include <optional>
 #include <string>
 
+#include "scene/scene.h"
+
 namespace kanuka::ingest {
+
+// A procedural that somebody's own code may expand.
+struct ProceduralRequest {
+    std::string type; // DynamicLoad, RunProgram, DelayedReadArchive, or a name of the plug-in's own
+    std::vector<std::string> arguments;
+    double detail; // pixels of its bound's image; 1e38 where that has no end
+    Location where;
+};
 
 struct RibOptions {
     std::vector<std::string> archive_path; // searched after the folder of the file that asks
     // The number of a FrameBegin; 0 = the first frame that writes more than depth (shadow-map passes are
     // passed over).
     int frame = 0;
+    bool run_programs = true; // Procedural "RunProgram" may start processes
+    // Gives RIB for a procedural, or nothing where it does not know it; asked before anything else. What it
+    // throws is reported at the procedural.
+    std::function<std::optional<std::string>(const ProceduralRequest&)> procedural = {};
+    size_t most_procedurals = size_t(1) << 24; // in a scene; they nest 100 deep at most
 };
 
 // Throws Error where the file cannot be read at all; everything else is reported with file, line, column and

@@ -53,10 +53,11 @@ struct AttributeState {
     uint32_t set = 0; // AttributeField bits
     std::shared_ptr<const LightSet> lights = std::make_shared<LightSet>();
     scene::Basis u_basis = scene::basis_by_name("bezier"), v_basis = scene::basis_by_name("bezier");
-    std::optional<Bounds3f> detail_bound; // of Detail, in the space it was given in
-    Transform detail_transform;           // that space
-    bool detail_visible = true;           // DetailRange's verdict
-    bool trimmed = false;
+    std::optional<Bounds3f> detail_bound;          // of Detail, in the space it was given in
+    Transform detail_transform;                    // that space
+    bool detail_visible = true;                    // DetailRange's verdict
+    std::shared_ptr<const scene::TrimCurves> trim; // of NuPatches to come
+    int solid = -1;                                // of an open SolidBegin, among Context::solids()
 
     scene::Attributes& edit(uint32_t field) {
         if (shared.use_count() > 1)

@@ -1,0 +1,253 @@
+// Trimmed patches: how much is left, where it ends, and that nothing opens in between.
+#include <gtest/gtest.h>
+
+#include "base/tasks.h"
+#include "dice/test_scene.h"
+#include "grid/trimmed.h"
+
+using namespace kanuka;
+using namespace kanuka::dice;
+using namespace kanuka::dice::test;
+
+namespace {
+
+// Several knot spans each way over [0, 2]^2; x = u - 1, y = v - 1 by Greville's abscissae, z from `height`.
+template <class Height>
+scene::Primitive patch(Height height, float rate = 1) {
+    scene::NuPatch n{};
+    n.nu = n.nv = 6;
+    n.u_order = n.v_order = 4;
+    const std::vector<float> knots{0, 0, 0, 0, 0.6f, 1.4f, 2, 2, 2, 2};
+    n.u_knots = n.v_knots = knots;
+    n.u_min = n.v_min = 0, n.u_max = n.v_max = 2;
+    std::vector<float> p;
+    const auto greville = [&](int i) {
+        return (knots[size_t(i) + 1] + knots[size_t(i) + 2] + knots[size_t(i) + 3]) / 3 - 1;
+    };
+    for (int j = 0; j < 6; j++)
+        for (int i = 0; i < 6; i++)
+            p.insert(p.end(), {greville(i), greville(j), height(i, j)});
+    return primitive(std::move(n), p, rate);
+}
+
+struct Loops {
+    scene::TrimCurves t;
+    std::vector<int32_t> loops, order, points;
+    std::vector<float> knots, min, max, u, v, w;
+
+    void polygon(std::vector<std::array<float, 2>> p) {
+        p.push_back(p[0]);
+        curve(2, p, std::vector<float>(p.size(), 1.0f));
+    }
+    // Nine points of a rational quadratic: exact.
+    void circle(float x, float y, float r) {
+        const float s = std::sqrt(0.5f);
+        curve(3,
+              {{x + r, y},
+               {x + r, y + r},
+               {x, y + r},
+               {x - r, y + r},
+               {x - r, y},
+               {x - r, y - r},
+               {x, y - r},
+               {x + r, y - r},
+               {x + r, y}},
+              {1, s, 1, s, 1, s, 1, s, 1}, {0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4});
+    }
+    void curve(int k, const std::vector<std::array<float, 2>>& p, const std::vector<float>& weights,
+               std::vector<float> given = {}) {
+        if (given.empty()) {
+            given.push_back(0);
+            for (size_t i = 0; i < p.size(); i++)
+                given.push_back(float(i));
+            given.push_back(float(p.size() - 1));
+        }
+        loops.push_back(1), order.push_back(k), points.push_back(int32_t(p.size()));
+        min.push_back(given.front()), max.push_back(given.back());
+        knots.insert(knots.end(), given.begin(), given.end());
+        for (size_t i = 0; i < p.size(); i++) {
+            u.push_back(p[i][0] * weights[i]), v.push_back(p[i][1] * weights[i]), w.push_back(weights[i]);
+        }
+    }
+    std::shared_ptr<const scene::TrimCurves> take(bool outside = false) const {
+        auto out = std::make_shared<scene::TrimCurves>();
+        out->curves_per_loop = loops, out->order = order, out->points = points;
+        out->knots = knots, out->min = min, out->max = max;
+        out->u = u, out->v = v, out->w = w;
+        out->outside = outside;
+        return out;
+    }
+};
+
+struct Cut {
+    Diced diced;
+    double area = 0; // over x and y
+    EdgeCount edges; // of all that is traced
+    std::vector<std::array<Key, 3>> triangles;
+
+    explicit Cut(const scene::Primitive& p, const DiceOptions& o, const Displace& displace = {},
+                 bool uniform = false) {
+        Journal journal;
+        DiceTarget target;
+        target.shade_uniform = uniform;
+        diced = dice::dice(p, target, o, displace, journal);
+        EXPECT_TRUE(journal.entries().empty()) << journal.entries()[0].message;
+        for (size_t g = 0; g < diced.grids.size(); g++)
+            if (diced.trimmed[g].indices.empty())
+                add_lattice(diced.traced[g]);
+            else
+                add_cut(diced.grids[g], diced.trimmed[g]);
+    }
+    void add(const Key& a, const Key& b, const Key& c) {
+        area += 0.5 * ((double(b[0]) - a[0]) * (double(c[1]) - a[1]) -
+                       (double(b[1]) - a[1]) * (double(c[0]) - a[0]));
+        edges.triangle(a, b, c);
+        triangles.push_back({a, b, c});
+    }
+    void add_lattice(const grid::TracedGrid& t) {
+        const auto at = [&](int i, int j) {
+            const float* p = &t.P[3 * size_t(j * (t.mu + 1) + i)];
+            return positive_zero({p[0], p[1], p[2]});
+        };
+        for (int j = 0; j < t.mv; j++)
+            for (int i = 0; i < t.mu; i++) {
+                add(at(i, j), at(i + 1, j), at(i, j + 1));
+                add(at(i + 1, j + 1), at(i, j + 1), at(i + 1, j));
+            }
+    }
+    void add_cut(const grid::Grid& g, const grid::TrimmedMesh& m) {
+        grid::VertexInputs none, merged;
+        none.stride = g.stride;
+        grid::Grid out;
+        grid::TracedMesh mesh;
+        const grid::TrimmedPart part{&g, &none, &m};
+        grid::merge_trimmed({&part, 1}, out, merged, mesh);
+        const auto at = [&](uint32_t i) {
+            const Vec3f p = out.position(int(i));
+            return positive_zero({p.x, p.y, p.z});
+        };
+        for (size_t k = 0; k < mesh.indices.size(); k += 3)
+            add(at(mesh.indices[k]), at(mesh.indices[k + 1]), at(mesh.indices[k + 2]));
+    }
+    // Open edges that `allowed` does not explain.
+    template <class Allowed>
+    size_t cracks(Allowed allowed) const {
+        std::map<std::pair<Key, Key>, int> count;
+        for (const auto& t : triangles)
+            for (size_t k = 0; k < 3; k++) {
+                const Key &a = t[k], &b = t[(k + 1) % 3];
+                if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0])
+                    continue;
+                a < b ? count[{a, b}]++ : count[{b, a}]--;
+            }
+        size_t n = 0;
+        for (const auto& [edge, c] : count)
+            if (c != 0 && !(allowed(edge.first) && allowed(edge.second))) {
+                if (n++ == 0)
+                    ADD_FAILURE() << "open from (" << edge.first[0] << ", " << edge.first[1] << ") to ("
+                                  << edge.second[0] << ", " << edge.second[1] << "), " << c << " times";
+            }
+        return n;
+    }
+};
+
+bool on_border(const Key& p) {
+    return std::abs(std::abs(p[0]) - 1) < 2e-6f || std::abs(std::abs(p[1]) - 1) < 2e-6f;
+}
+
+float waves(int i, int j) {
+    return 0.3f * std::sin(1.7f * float(i) + 0.4f * float(j)) * std::cos(1.1f * float(j));
+}
+
+} // namespace
+
+TEST(Trim, HolesHaveTheirArea) {
+    Loops loops;
+    loops.polygon({{0, 0}, {2, 0}, {2, 2}, {0, 2}});
+    loops.circle(0.9f, 1.1f, 0.5f);
+    loops.polygon({{0.8f, 1}, {1, 1}, {1, 1.2f}, {0.8f, 1.2f}}); // an island in it
+    scene::Primitive p = patch([](int, int) { return 0.0f; });
+    for (const bool outside : {false, true})
+        for (const bool uniform : {false, true}) {
+            std::get<scene::NuPatch>(p.geometry).trim = loops.take(outside);
+            const Cut cut(p, looking(3, 512), {}, uniform);
+            const double hole = double(Pi) * 0.25 - 0.04;
+            EXPECT_NEAR(cut.area, outside ? hole : 4 - hole, 1.2e-3) << outside << uniform;
+            EXPECT_EQ(cut.cracks([](const Key& k) {
+                const float r = std::hypot(k[0] + 0.1f, k[1] - 0.1f);
+                const bool square = std::max(std::abs(k[0] + 0.1f), std::abs(k[1] - 0.1f)) < 0.1001f;
+                return on_border(k) || std::abs(r - 0.5f) < 2e-3f || square;
+            }),
+                      0u)
+                << outside << uniform;
+        }
+}
+
+TEST(Trim, WavyAndDisplacedPatchesStayWhole) {
+    Loops loops;
+    loops.polygon({{-1, -1}, {3, -1}, {3, 3}, {-1, 3}}); // around all of it
+    for (int k = 0; k < 12; k++) // some across knots, some smaller than a cell, some over the border
+        loops.circle(0.37f * float(k % 5) + 0.13f, 0.61f * float(k / 3) + 0.09f * float(k % 3),
+                     0.004f * float(1 + k * k));
+    scene::Primitive p = patch(waves, 2);
+    std::get<scene::NuPatch>(p.geometry).trim = loops.take();
+    // Overlapping circles cross each other: cells there are decided by their middle, so their borders are
+    // open by up to a cell. Everywhere else the border is the circles.
+    for (const float height : {0.0f, 0.05f}) {
+        const Cut cut(p, looking(2.5f, 200), height > 0 ? bumps(height, 9) : Displace());
+        EXPECT_GT(cut.triangles.size(), 1000u);
+        if (height > 0)
+            continue;
+        const float cell = 0.05f;
+        EXPECT_EQ(cut.cracks([&](const Key& key) {
+            bool allowed = on_border(key);
+            int near = 0;
+            for (int k = 0; k < 12; k++) {
+                const float r = 0.004f * float(1 + k * k);
+                const float d = std::hypot(key[0] + 1 - (0.37f * float(k % 5) + 0.13f),
+                                           key[1] + 1 - (0.61f * float(k / 3) + 0.09f * float(k % 3)));
+                allowed |= std::abs(d - r) < 4e-3f; // 0.05 micropolygon edges, and some
+                near += std::abs(d - r) < cell;
+            }
+            return allowed || near > 1;
+        }),
+                  0u);
+    }
+}
+
+TEST(Trim, NothingAndEverything) {
+    Loops all, none;
+    all.polygon({{0, 0}, {2, 0}, {2, 2}, {0, 2}});
+    none.polygon({{5, 5}, {6, 5}, {6, 6}, {5, 6}});
+    scene::Primitive p = patch(waves);
+    std::get<scene::NuPatch>(p.geometry).trim = all.take();
+    const Cut whole(p, looking(3));
+    EXPECT_NEAR(whole.area, 4, 1e-5);
+    EXPECT_EQ(whole.cracks(on_border), 0u);
+    std::get<scene::NuPatch>(p.geometry).trim = none.take();
+    EXPECT_TRUE(Cut(p, looking(3)).triangles.empty());
+}
+
+TEST(Trim, SameForAnyThreadCount) {
+    Loops loops;
+    loops.circle(1, 1, 0.8f);
+    scene::Primitive p = patch(waves);
+    std::get<scene::NuPatch>(p.geometry).trim = loops.take();
+    std::vector<std::array<Key, 3>> by_threads[2];
+    for (const int threads : {1, 3})
+        tasks::with_threads(threads, [&] { by_threads[threads / 3] = Cut(p, looking(3)).triangles; });
+    EXPECT_EQ(by_threads[0], by_threads[1]);
+}
+
+TEST(Trim, BadCurvesAreReported) {
+    Loops loops;
+    loops.circle(1, 1, 0.5f);
+    loops.knots[3] = 9; // not rising
+    scene::Primitive p = patch(waves);
+    std::get<scene::NuPatch>(p.geometry).trim = loops.take();
+    Journal journal;
+    const Diced d = dice::dice(p, {}, looking(3), {}, journal);
+    ASSERT_EQ(journal.entries().size(), 1u);
+    EXPECT_NE(journal.entries()[0].message.find("knots are not in rising order"), std::string::npos);
+    EXPECT_FALSE(d.grids.empty());
+}

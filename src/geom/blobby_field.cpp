@@ -1,0 +1,424 @@
+#include "geom/blobby_field.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kanuka::geom {
+namespace {
+
+using Interval = BlobbyField::Interval;
+
+// (1 - r^2)^3 within the unit ball: RISpec's 1 - 3 r^2 + 3 r^4 - r^6.
+double bump(double r2) {
+    const double f = 1 - r2;
+    return r2 < 1 ? f * f * f : 0;
+}
+
+// Arithmetic that the operations need, on numbers, numbers with gradients, and ranges.
+double add(double a, double b) {
+    return a + b;
+}
+double multiply(double a, double b) {
+    return a * b;
+}
+double largest(double a, double b) {
+    return std::max(a, b);
+}
+double smallest(double a, double b) {
+    return std::min(a, b);
+}
+double negate(double a) {
+    return -a;
+}
+constexpr double LeastDivisor = 1e-9;
+double guarded(double b) {
+    return std::abs(b) < LeastDivisor ? std::copysign(LeastDivisor, b) : b;
+}
+double divide(double a, double b) {
+    return a / guarded(b);
+}
+
+Dual add(const Dual& a, const Dual& b) {
+    return {a.v + b.v, a.x + b.x, a.y + b.y, a.z + b.z};
+}
+Dual scaled(const Dual& a, double f) {
+    return {a.v * f, a.x * f, a.y * f, a.z * f};
+}
+Dual multiply(const Dual& a, const Dual& b) {
+    return {a.v * b.v, a.x * b.v + b.x * a.v, a.y * b.v + b.y * a.v, a.z * b.v + b.z * a.v};
+}
+Dual largest(const Dual& a, const Dual& b) {
+    return a.v < b.v ? b : a;
+}
+Dual smallest(const Dual& a, const Dual& b) {
+    return b.v < a.v ? b : a;
+}
+Dual negate(const Dual& a) {
+    return scaled(a, -1);
+}
+Dual divide(const Dual& a, const Dual& b) {
+    const double d = guarded(b.v), q = a.v / d;
+    return {q, (a.x - q * b.x) / d, (a.y - q * b.y) / d, (a.z - q * b.z) / d};
+}
+
+Interval add(const Interval& a, const Interval& b) {
+    return {a.lo + b.lo, a.hi + b.hi};
+}
+Interval multiply(const Interval& a, const Interval& b) {
+    const double p[] = {a.lo * b.lo, a.lo * b.hi, a.hi * b.lo, a.hi * b.hi};
+    return {*std::min_element(p, p + 4), *std::max_element(p, p + 4)};
+}
+Interval largest(const Interval& a, const Interval& b) {
+    return {std::max(a.lo, b.lo), std::max(a.hi, b.hi)};
+}
+Interval smallest(const Interval& a, const Interval& b) {
+    return {std::min(a.lo, b.lo), std::min(a.hi, b.hi)};
+}
+Interval negate(const Interval& a) {
+    return {-a.hi, -a.lo};
+}
+Interval divide(const Interval& a, const Interval& b) {
+    if (b.lo < LeastDivisor && b.hi > -LeastDivisor)
+        return {-1e300, 1e300};
+    return multiply(a, {1 / b.hi, 1 / b.lo});
+}
+
+void take(const Transform& m, const double* p, double w, double* q) {
+    for (size_t r = 0; r < 3; r++)
+        q[r] = m.m[r][0] * p[0] + m.m[r][1] * p[1] + m.m[r][2] * p[2] + w * m.m[r][3];
+}
+
+} // namespace
+
+// Squared distance of p from the blob's core over its radius; its gradient where asked for.
+double BlobbyField::squared(const Node& node, const double* p, double* gradient) {
+    double q[3];
+    take(node.to_blob, p, 1, q);
+    if (node.op == Op::Segment) {
+        double t = 0;
+        for (int c = 0; c < 3; c++)
+            t += (q[c] - node.p[c]) * node.d[c];
+        t = std::clamp(t * node.inverse_length2, 0.0, 1.0);
+        for (int c = 0; c < 3; c++)
+            q[c] = (q[c] - node.p[c] - t * node.d[c]) * node.inverse_radius;
+    }
+    if (gradient) { // the core's nearest point stands still to first order
+        const double f = 2 * (node.op == Op::Segment ? node.inverse_radius : 1);
+        for (size_t c = 0; c < 3; c++)
+            gradient[c] =
+                f * (q[0] * node.to_blob.m[0][c] + q[1] * node.to_blob.m[1][c] + q[2] * node.to_blob.m[2][c]);
+    }
+    return q[0] * q[0] + q[1] * q[1] + q[2] * q[2];
+}
+
+bool BlobbyField::prepare(const scene::Blobby& blobby, const Location& where, Journal& journal) {
+    const auto& code = blobby.code;
+    const auto& floats = blobby.floats;
+    size_t bad = 0;
+    bool repellers = false;
+    std::string why;
+    const auto fail = [&](const std::string& reason) {
+        bad++;
+        if (why.empty())
+            why = "operation " + std::to_string(m_nodes.size()) + " " + reason;
+        m_nodes.push_back({});
+    };
+    const auto parameters = [&](int32_t at, size_t n) -> const float* {
+        if (at < 0 || size_t(at) + n > floats.size())
+            return nullptr;
+        for (size_t i = 0; i < n; i++)
+            if (!std::isfinite(floats[size_t(at) + i]))
+                return nullptr;
+        return floats.data() + at;
+    };
+    size_t i = 0;
+    while (i < code.size()) {
+        const int32_t op = code[i++];
+        size_t count = op >= 1000 ? (op == 1003 ? 2 : 1) : op == 4 || op == 5 ? 2 : 1;
+        if (op >= 0 && op <= 3) { // a count comes first
+            if (i >= code.size() || code[i] < 0) {
+                fail("has no number of operands");
+                break;
+            }
+            count = size_t(code[i++]);
+        } else if (op < 0 || (op > 7 && op < 1000) || op > 1003) {
+            fail("has the unknown code " + std::to_string(op));
+            break; // how long it is is not known either
+        }
+        if (count > code.size() - i) {
+            fail("lacks operands");
+            break;
+        }
+        const int32_t* operand = code.data() + i;
+        i += count;
+        Node node;
+        if (op >= 1000) {
+            if (op != 1000)
+                node.leaf = m_leaves++;
+            const size_t n = op == 1000 ? 1 : op == 1001 ? 16 : op == 1002 ? 23 : 4;
+            const float* f = parameters(operand[op == 1003 ? 1 : 0], n);
+            if (op == 1003) {
+                repellers = true;
+                m_nodes.push_back(node);
+                continue;
+            }
+            if (!f) {
+                fail("has no finite parameters at " + std::to_string(operand[0]));
+                continue;
+            }
+            if (op == 1000) {
+                node.op = Op::Constant;
+                node.constant = double(f[0]);
+                m_nodes.push_back(std::move(node));
+                continue;
+            }
+            const float* matrix = op == 1002 ? f + 7 : f; // rows as RIB has them
+            Transform to_object;
+            for (size_t r = 0; r < 4; r++)
+                for (size_t c = 0; c < 4; c++)
+                    to_object.m[c][r] = double(matrix[4 * r + c]);
+            try {
+                node.to_blob = to_object.inverse();
+            } catch (const Error&) {
+                fail("is flattened by its matrix");
+                continue;
+            }
+            node.op = op == 1002 ? Op::Segment : Op::Ellipsoid;
+            double from[3] = {0, 0, 0}, to[3] = {0, 0, 0}, radius = 1;
+            if (op == 1002) {
+                double length2 = 0;
+                for (int c = 0; c < 3; c++) {
+                    node.p[c] = from[c] = double(f[c]);
+                    to[c] = double(f[3 + c]);
+                    node.d[c] = to[c] - from[c];
+                    length2 += node.d[c] * node.d[c];
+                }
+                radius = std::abs(double(f[6]));
+                if (!(radius > 0)) {
+                    fail("has no radius");
+                    continue;
+                }
+                node.inverse_radius = 1 / radius;
+                node.inverse_length2 = length2 > 0 ? 1 / length2 : 0;
+            }
+            // Frobenius norms bound how much lengths grow.
+            double there = 0, back = 0;
+            for (size_t r = 0; r < 3; r++)
+                for (size_t c = 0; c < 3; c++) {
+                    there += to_object.m[r][c] * to_object.m[r][c];
+                    back += node.to_blob.m[r][c] * node.to_blob.m[r][c];
+                }
+            node.stretch = std::sqrt(back) * node.inverse_radius;
+            Ball ball;
+            double mid[3], half = 0;
+            for (int c = 0; c < 3; c++) {
+                mid[c] = (from[c] + to[c]) / 2;
+                half += (to[c] - from[c]) * (to[c] - from[c]) / 4;
+            }
+            take(to_object, mid, 1, ball.center);
+            ball.radius = (std::sqrt(half) + radius) * std::sqrt(there);
+            node.ball = int(m_supports.size());
+            m_supports.push_back(ball);
+        } else {
+            constexpr Op ops[] = {Op::Add,      Op::Multiply, Op::Max,    Op::Min,
+                                  Op::Subtract, Op::Divide,   Op::Negate, Op::Add};
+            node.op = ops[op];
+            bool good = true;
+            for (size_t k = 0; k < count; k++) {
+                good &= operand[k] >= 0 && size_t(operand[k]) < m_nodes.size();
+                node.operands.push_back(operand[k]);
+            }
+            if (!good || count == 0) {
+                fail("takes results that are not there yet");
+                continue;
+            }
+            // RISpec's table 5.3 has the subtrahend first.
+            if (op == 4)
+                std::swap(node.operands[0], node.operands[1]);
+        }
+        m_nodes.push_back(std::move(node));
+    }
+    if (bad > 0)
+        journal.error(where, "Blobby: " + std::to_string(bad) + " operations were taken as zero: " + why);
+    if (repellers)
+        journal.warning(where,
+                        "Blobby: repelling planes (operation 1003) are not supported and were taken as "
+                        "zero; subtract an ellipsoid instead");
+    return !m_nodes.empty() && !m_supports.empty();
+}
+
+Interval BlobbyField::leaf_range(const Node& node, const double* lo, const double* hi) const {
+    double mid[3], half = 0;
+    for (int c = 0; c < 3; c++) {
+        mid[c] = (lo[c] + hi[c]) / 2;
+        half += (hi[c] - lo[c]) * (hi[c] - lo[c]) / 4;
+    }
+    const double r = std::sqrt(squared(node, mid, nullptr)), reach = node.stretch * std::sqrt(half);
+    const double near = std::max(0.0, r - reach), far = r + reach;
+    return {bump(far * far), bump(near * near)};
+}
+
+// Values of all nodes that a box has, in order; those that are zero there are `T()`.
+template <class T, class Leaf>
+T BlobbyField::run(Local& local, std::vector<T>& values, Leaf leaf) const {
+    T last{};
+    for (const int n : local.nodes) {
+        const Node& node = m_nodes[size_t(n)];
+        T& v = values[size_t(n)];
+        const auto in = [&](size_t k) -> const T& { return values[size_t(node.operands[k])]; };
+        const auto fold = [&](auto combine) {
+            v = in(0);
+            for (size_t k = 1; k < node.operands.size(); k++)
+                v = combine(v, in(k));
+        };
+        switch (node.op) {
+        case Op::Zero:
+            v = T{};
+            break;
+        case Op::Constant:
+        case Op::Ellipsoid:
+        case Op::Segment:
+            v = leaf(node);
+            break;
+        case Op::Add: // what is zero adds nothing
+            v = T{};
+            for (const int k : node.operands)
+                if (!local.zero[size_t(k)])
+                    v = add(v, values[size_t(k)]);
+            break;
+        case Op::Multiply:
+            fold([](const T& a, const T& b) { return multiply(a, b); });
+            break;
+        case Op::Max:
+            fold([](const T& a, const T& b) { return largest(a, b); });
+            break;
+        case Op::Min:
+            fold([](const T& a, const T& b) { return smallest(a, b); });
+            break;
+        case Op::Subtract:
+            v = add(in(0), negate(in(1)));
+            break;
+        case Op::Divide:
+            v = divide(in(0), in(1));
+            break;
+        case Op::Negate:
+            v = negate(in(0));
+            break;
+        }
+        last = v;
+    }
+    return last;
+}
+
+void BlobbyField::localize(const double* lo, const double* hi, const Local* outer, Local& local) const {
+    const size_t n = m_nodes.size();
+    local.nodes.clear();
+    local.zero.assign(n, 1);
+    local.scratch.assign(n, 0);
+    local.duals.assign(n, {});
+    std::vector<Interval> ranges(n);
+    const auto consider = [&](int i) {
+        const Node& node = m_nodes[size_t(i)];
+        bool zero = node.op == Op::Zero;
+        if (node.op == Op::Ellipsoid || node.op == Op::Segment) {
+            ranges[size_t(i)] = leaf_range(node, lo, hi);
+            zero = !(ranges[size_t(i)].hi > 0);
+        } else if (!node.operands.empty()) {
+            zero = true;
+            for (const int k : node.operands)
+                zero &= bool(local.zero[size_t(k)]);
+        }
+        if (!zero) {
+            local.zero[size_t(i)] = 0;
+            local.nodes.push_back(i);
+        }
+    };
+    if (outer)
+        for (const int i : outer->nodes)
+            consider(i);
+    else
+        for (size_t i = 0; i < n; i++)
+            consider(int(i));
+    if (local.nodes.empty() || local.nodes.back() != int(n) - 1) {
+        local.nodes.clear(); // zero all over
+        local.crosses = false;
+        return;
+    }
+    const Interval all = run<Interval>(local, ranges, [&](const Node& node) {
+        return node.op == Op::Constant ? Interval{node.constant, node.constant}
+                                       : ranges[size_t(&node - m_nodes.data())];
+    });
+    local.crosses = all.lo <= Surface && all.hi >= Surface;
+}
+
+double BlobbyField::value(const double* p, Local& local) const {
+    return run<double>(local, local.scratch, [&](const Node& node) {
+        return node.op == Op::Constant ? node.constant : bump(squared(node, p, nullptr));
+    });
+}
+
+Dual BlobbyField::dual(const double* p, Local& local) const {
+    return run<Dual>(local, local.duals, [&](const Node& node) {
+        if (node.op == Op::Constant)
+            return Dual{node.constant, 0, 0, 0};
+        double g[3];
+        const double r2 = squared(node, p, g);
+        const double slope = r2 < 1 ? -3 * (1 - r2) * (1 - r2) : 0;
+        return Dual{bump(r2), slope * g[0], slope * g[1], slope * g[2]};
+    });
+}
+
+// A sum's parts count by their values, an extremum's by which it is; what is subtracted or divided by has no
+// say.
+void BlobbyField::influences(const double* p, Local& local, std::vector<double>& by_leaf) const {
+    by_leaf.assign(size_t(std::max(m_leaves, 1)), 0);
+    value(p, local);
+    std::vector<double> share(m_nodes.size(), 0);
+    share.back() = 1;
+    for (size_t k = local.nodes.size(); k-- > 0;) {
+        const int n = local.nodes[k];
+        const Node& node = m_nodes[size_t(n)];
+        const double own = share[size_t(n)];
+        if (own == 0)
+            continue;
+        const auto of = [&](int i) { return local.zero[size_t(i)] ? 0.0 : local.scratch[size_t(i)]; };
+        switch (node.op) {
+        case Op::Add:
+        case Op::Multiply: {
+            double sum = 0;
+            for (const int i : node.operands)
+                sum += std::max(0.0, of(i));
+            for (const int i : node.operands)
+                share[size_t(i)] +=
+                    own * (sum > 0 ? std::max(0.0, of(i)) / sum : 1.0 / double(node.operands.size()));
+            break;
+        }
+        case Op::Max:
+        case Op::Min: {
+            int best = node.operands[0];
+            for (const int i : node.operands)
+                if (node.op == Op::Max ? of(i) > of(best) : of(i) < of(best))
+                    best = i;
+            share[size_t(best)] += own;
+            break;
+        }
+        case Op::Subtract:
+        case Op::Divide:
+        case Op::Negate:
+            share[size_t(node.operands[0])] += own;
+            break;
+        default:
+            if (node.leaf >= 0)
+                by_leaf[size_t(node.leaf)] += own;
+        }
+    }
+    double sum = 0;
+    for (const double w : by_leaf)
+        sum += w;
+    if (!(sum > 0))
+        by_leaf[0] = sum = 1;
+    for (double& w : by_leaf)
+        w /= sum;
+}
+
+} // namespace kanuka::geom

@@ -1,0 +1,176 @@
+// Procedural and Procedural2: geometry that something else makes.
+
+#include <cmath>
+#include <limits>
+
+#include "ingest/rib/context.h"
+#include "ingest/rib/handlers.h"
+#include "ingest/rib/search_path.h"
+#include "ingest/rib/view_bound.h"
+
+namespace kanuka::ingest::handlers {
+
+using scene::Value;
+
+namespace {
+
+struct Request {
+    std::string type; // DelayedReadArchive, RunProgram, DynamicLoad, or a plug-in's own
+    std::vector<std::string> arguments;
+    std::vector<float> bound; // may be empty
+    Location where;           // copies: what is expanded reuses the call
+};
+
+std::vector<std::string> folders_of(Context& c) {
+    std::vector<std::string> folders{c.stream.folder()};
+    const std::string path = c.options.options.user.get_string("searchpath:procedural", "");
+    if (!path.empty())
+        for (std::string& f : expand_search_path(path, c.default_path, c.default_path, c.stream.folder()))
+            folders.push_back(std::move(f));
+    folders.insert(folders.end(), c.options.options.archive_path.begin(),
+                   c.options.options.archive_path.end());
+    return folders;
+}
+
+void fail(Context& c, const Request& r, const std::string& why) {
+    c.reports.error("Procedural " + r.type, r.where,
+                    "Procedural \"" + r.type + "\"" +
+                        (r.arguments.empty() ? "" : " \"" + r.arguments[0] + "\"") + " was left out: " + why);
+}
+
+bool run_program(Context& c, const Request& r, double detail) {
+    if (!c.rib_options.run_programs || c.options.options.user.get_int("procedural:runprograms", 1) == 0) {
+        fail(c, r,
+             "running programs is forbidden; run it beforehand, save its RIB, and use "
+             "\"DelayedReadArchive\"");
+        return false;
+    }
+    // RISpec 5.9: the detail and the arguments, as a line.
+    const std::string line =
+        std::to_string(detail) + " " + (r.arguments.size() > 1 ? r.arguments[1] : "") + "\n";
+    std::string rib;
+    try {
+        rib = c.programs.ask(r.arguments[0], folders_of(c), line);
+    } catch (const Error& e) {
+        fail(c, r, e.what());
+        return false;
+    }
+    c.stream.read_text(std::move(rib), r.arguments[0] + " (RunProgram)", r.where);
+    return true;
+}
+
+bool ask_plug_in(Context& c, const Request& r, double detail) {
+    if (!c.rib_options.procedural)
+        return false;
+    std::optional<std::string> rib;
+    try {
+        rib = c.rib_options.procedural({r.type, r.arguments, detail, r.where});
+    } catch (const std::exception& e) {
+        fail(c, r, e.what());
+        return true;
+    }
+    if (rib)
+        c.stream.read_text(std::move(*rib),
+                           (r.arguments.empty() ? r.type : r.arguments[0]) + " (" + r.type + ")", r.where);
+    return rib.has_value();
+}
+
+// A procedural starts from the state around it and leaves none behind.
+void expand(Context& c, const Request& r) {
+    if (++c.procedurals > c.rib_options.most_procedurals) {
+        c.reports.once(Severity::Error, "too many procedurals", r.where,
+                       "this procedural and those after it were left out: there are more than " +
+                           std::to_string(c.rib_options.most_procedurals));
+        return;
+    }
+    if (!c.attributes.detail_visible)
+        return;
+    double detail = std::numeric_limits<double>::infinity();
+    bool bounded = r.bound.size() == 6;
+    for (const float f : r.bound)
+        bounded &= std::isfinite(f);
+    if (bounded) {
+        Bounds3f b;
+        b.extend(Vec3f(r.bound[0], r.bound[2], r.bound[4]));
+        b.extend(Vec3f(r.bound[1], r.bound[3], r.bound[5]));
+        const ViewBound view = view_bound(c, b, c.camera_from_current());
+        detail = view.area;
+        // Rays reach what lies beside the picture; who knows that nothing there matters may say so.
+        if (view.outside && c.options.options.user.get_int("procedural:offscreen", 1) == 0)
+            return;
+    }
+    if (!std::isfinite(detail)) // as other renderers have it
+        detail = 1e38;
+    c.open(BlockKind::Attribute, r.where);
+    const size_t depth = c.blocks().size();
+    if (ask_plug_in(c, r, detail)) {
+        // done
+    } else if (r.type == "DelayedReadArchive" && !r.arguments.empty()) {
+        c.stream.read_archive(r.arguments[0], r.where);
+    } else if (r.type == "RunProgram" && !r.arguments.empty()) {
+        run_program(c, r, detail);
+    } else if (r.arguments.empty()) {
+        fail(c, r, "it has no arguments");
+    } else {
+        fail(c, r,
+             r.type == "DynamicLoad" ? "no plug-in of that name has been registered; see docs/rib.md"
+                                     : "there are DelayedReadArchive, RunProgram and DynamicLoad");
+    }
+    if (c.blocks().size() >= depth)
+        c.close(BlockKind::Attribute, r.where);
+}
+
+} // namespace
+
+void procedural(Context& c, Call& call) {
+    Request r{call.text(0), call.args[1].strings, call.args[2].floats, call.where};
+    // Bindings may give the bound of a world as a multiple of RI_INFINITY: no bound.
+    for (const float f : r.bound)
+        if (!(std::abs(f) < 1e30f)) {
+            r.bound.clear();
+            break;
+        }
+    expand(c, r);
+}
+
+void procedural2(Context& c, Call& call) {
+    Request r{call.text(0), {}, {}, call.where};
+    if (r.type.ends_with("2"))
+        r.type.pop_back();
+    if (call.text(1) == "SimpleBound") {
+        if (const Value* bound = call.params.find("__bound"); bound && bound->floats.size() >= 6)
+            r.bound.assign(bound->floats.begin(), bound->floats.begin() + 6);
+        else
+            c.reports.warning("Procedural2", call.where,
+                              "Procedural2 \"SimpleBound\" has no \"float[6] __bound\"");
+    }
+    for (const char* name : {"filename", "__filename", "dsoname", "__dsoname", "programname", "command"})
+        if (const std::string file = call.params.get_string(name, ""); !file.empty() && r.arguments.empty())
+            r.arguments.push_back(file);
+    for (const char* name : {"arguments", "data", "__arguments"})
+        if (const std::string text = call.params.get_string(name, "");
+            !text.empty() && r.arguments.size() == 1)
+            r.arguments.push_back(text);
+    // Other parameters reach programs and plug-ins as "name=value" words.
+    if (r.arguments.size() == 1) {
+        std::string words;
+        for (const Value& v : call.params.values) {
+            if (v.name.starts_with("__") || v.name == "filename" || v.name == "dsoname")
+                continue;
+            words += (words.empty() ? "" : " ") + v.name + "=";
+            std::string values;
+            for (const float f : v.floats)
+                values += (values.empty() ? "" : ",") + std::to_string(f);
+            for (const int32_t i : v.ints)
+                values += (values.empty() ? "" : ",") + std::to_string(i);
+            for (const std::string& s : v.strings)
+                values += (values.empty() ? "" : ",") + s;
+            words += values;
+        }
+        if (!words.empty())
+            r.arguments.push_back(words);
+    }
+    expand(c, r);
+}
+
+} // namespace kanuka::ingest::handlers

@@ -1,0 +1,128 @@
+// Blobby, Geometry, and ClippingPlane.
+
+#include <cmath>
+
+#include "ingest/rib/context.h"
+#include "ingest/rib/handlers.h"
+
+namespace kanuka::ingest::handlers {
+
+using namespace scene;
+
+void blobby(Context& c, Call& call) {
+    Blobby b;
+    b.leaves = call.i(0);
+    b.code = std::vector<int32_t>(call.args[1].ints);
+    b.floats = std::vector<float>(call.args[2].floats);
+    b.strings = std::vector<std::string>(call.args[3].strings);
+    if (b.code.empty() || b.leaves < 1) {
+        c.reports.error("shape of Blobby", call.where,
+                        "Blobby was left out: it needs one leaf and one operation or more");
+        return;
+    }
+    c.add_primitive(call, std::move(b));
+}
+
+// What lies on the side that the normal points to is cut away (RISpec 4.1.1).
+void clipping_plane(Context& c, Call& call) {
+    const auto& v = call.args[0].floats;
+    if (!c.finite(call, 1))
+        return;
+    const Transform camera_from_here = c.camera_from_current();
+    if (camera_from_here.determinant3() == 0 || (v[3] == 0 && v[4] == 0 && v[5] == 0)) {
+        c.reports.error("ClippingPlane", call.where, "ClippingPlane was left out: it has no direction");
+        return;
+    }
+    const Vec3f p = camera_from_here.point({v[0], v[1], v[2]});
+    const Vec3f n = camera_from_here.normal({v[3], v[4], v[5]}, camera_from_here.inverse());
+    c.options.camera.clipping_planes.push_back({p.x, p.y, p.z, n.x, n.y, n.z});
+    c.reports.once(Severity::Warning, "ClippingPlane", call.where,
+                   "ClippingPlane is kept with the scene, but nothing is cut yet; cut the geometry instead");
+}
+
+namespace {
+
+// Martin Newell's teapot (1975) with Jim Blinn's bottom, z up, as its 32 Bezier patches are tabulated in
+// Crow, "The Origins of the Teapot", IEEE Computer Graphics and Applications 7(1), 1987. What turns about the
+// axis is there as quarters whose inner points lie at 0.56; handle and spout are mirrored in y.
+struct ProfilePoint {
+    float radius, z;
+};
+constexpr ProfilePoint Body[] = {{1.4f, 2.4f},    {1.3375f, 2.53125f}, {1.4375f, 2.53125f}, {1.5f, 2.4f},
+                                 {1.75f, 1.875f}, {2, 1.35f},          {2, 0.9f},           {2, 0.45f},
+                                 {1.5f, 0.225f},  {1.5f, 0.15f},       {1.5f, 0.075f},      {1.425f, 0},
+                                 {0, 0}};
+constexpr ProfilePoint Lid[] = {{0, 3.15f},    {0.8f, 3.15f}, {0, 2.85f},  {0.2f, 2.7f},
+                                {0.4f, 2.55f}, {1.3f, 2.55f}, {1.3f, 2.4f}};
+// A cross section: its upper point, its lower one, and half its width.
+struct Section {
+    float x0, z0, x1, z1, half;
+};
+constexpr Section Handle[] = {{-1.6f, 2.025f, -1.5f, 2.25f, 0.3f}, {-2.3f, 2.025f, -2.5f, 2.25f, 0.3f},
+                              {-2.7f, 2.025f, -3, 2.25f, 0.3f},    {-2.7f, 1.8f, -3, 1.8f, 0.3f},
+                              {-2.7f, 1.575f, -3, 1.35f, 0.3f},    {-2.5f, 1.125f, -2.65f, 0.9375f, 0.3f},
+                              {-2, 0.9f, -1.9f, 0.6f, 0.3f}};
+constexpr Section Spout[] = {{1.7f, 1.425f, 1.7f, 0.6f, 0.66f},       {2.6f, 1.425f, 3.1f, 0.825f, 0.66f},
+                             {2.3f, 2.1f, 2.4f, 2.025f, 0.25f},       {2.7f, 2.4f, 3.3f, 2.4f, 0.25f},
+                             {2.8f, 2.475f, 3.525f, 2.49375f, 0.25f}, {2.9f, 2.475f, 3.45f, 2.5125f, 0.15f},
+                             {2.8f, 2.4f, 3.2f, 2.4f, 0.15f}};
+
+std::vector<float> turned(std::span<const ProfilePoint> profile) {
+    constexpr float k = 0.56f;
+    constexpr float circle[13][2] = {{1, 0},  {1, -k}, {k, -1}, {0, -1}, {-k, -1}, {-1, -k}, {-1, 0},
+                                     {-1, k}, {-k, 1}, {0, 1},  {k, 1},  {1, k},   {1, 0}};
+    std::vector<float> p;
+    for (const ProfilePoint& q : profile)
+        for (const auto& d : circle)
+            p.insert(p.end(), {d[0] * q.radius, d[1] * q.radius, q.z});
+    return p;
+}
+
+std::vector<float> swept(std::span<const Section> sections) {
+    std::vector<float> p;
+    for (const Section& s : sections)
+        for (const auto& [low, y] :
+             {std::pair{0, 0.0f}, {0, -s.half}, {1, -s.half}, {1, 0.0f}, {1, s.half}, {0, s.half}, {0, 0.0f}})
+            p.insert(p.end(), {low ? s.x1 : s.x0, y, low ? s.z1 : s.z0});
+    return p;
+}
+
+void add_teapot(Context& c, Call& call) {
+    // What is said of the whole holds for its four meshes.
+    for (Value& v : call.params.values)
+        if (v.detail == Detail::Uniform && v.items() == 1)
+            v.detail = Detail::Constant;
+    std::erase_if(call.params.values, [](const Value& v) { return v.detail != Detail::Constant; });
+    const ValueList constants = call.params;
+    const auto add = [&](int nu, std::vector<float> points) {
+        PatchMesh mesh;
+        mesh.nu = nu;
+        mesh.nv = int(points.size() / 3) / nu;
+        mesh.u_basis = mesh.v_basis = basis_by_name("bezier");
+        call.params = constants;
+        Value p;
+        p.name = "P";
+        p.type = Type::Point;
+        p.detail = Detail::Vertex;
+        p.floats = std::move(points);
+        p.where = call.where;
+        call.params.set(std::move(p));
+        c.add_primitive(call, std::move(mesh));
+    };
+    add(13, turned(Body));
+    add(13, turned(Lid));
+    add(7, swept(Handle));
+    add(7, swept(Spout));
+}
+
+} // namespace
+
+void geometry(Context& c, Call& call) {
+    if (call.text(0) == "teapot")
+        add_teapot(c, call);
+    else
+        c.reports.error("Geometry", call.where,
+                        "Geometry \"" + call.text(0) + "\" was left out: there is \"teapot\" alone");
+}
+
+} // namespace kanuka::ingest::handlers

@@ -1,0 +1,94 @@
+// Trim curves, blobbies, the teapot, solids, clipping planes.
+
+#include "ingest/rib/test_support.h"
+
+namespace kanuka::ingest::test {
+
+using namespace scene;
+
+static const std::string Nurbs =
+    "NuPatch 2 2 [0 0 1 1] 0 1 2 2 [0 0 1 1] 0 1 \"P\" [0 0 0 1 0 0 0 1 0 1 1 0]\n";
+static const std::string Loop =
+    "TrimCurve [1] [2] [0 0 1 2 3 4 4] [0] [4] [5] [0.2 0.8 0.8 0.2 0.2] [0.2 0.2 0.8 0.8 0.2] [1 1 1 1 1]\n";
+
+TEST(RibShapes, TrimCurvesHoldForTheirBlock) {
+    const Parsed r(world("AttributeBegin\n" + Loop + Nurbs +
+                         "Attribute \"trimcurve\" \"string sense\" \"outside\"\n" + Nurbs +
+                         "TrimCurve [] [] [] [] [] [] [] [] []\n" + Nurbs + "AttributeEnd\n" + Nurbs));
+    EXPECT_SILENT(r);
+    const auto trim = [&](size_t i) { return std::get<NuPatch>(r.primitive(i).geometry).trim; };
+    ASSERT_TRUE(trim(0));
+    EXPECT_EQ(trim(0)->u.size(), 5u);
+    EXPECT_FALSE(trim(0)->outside);
+    ASSERT_TRUE(trim(1));
+    EXPECT_TRUE(trim(1)->outside);
+    EXPECT_FALSE(trim(2));
+    EXPECT_FALSE(trim(3));
+}
+
+TEST(RibShapes, TrimCurvesOfWrongLengthsAreLeftOut) {
+    const Parsed r(world("TrimCurve [1] [2] [0 0 1 1] [0] [4] [5] [0.2 0.8] [0.2] [1]\n" + Nurbs));
+    EXPECT_TRUE(r.says("TrimCurve was left out: knot: expected 7 values, found 4")) << r.all_messages();
+    EXPECT_FALSE(std::get<NuPatch>(r.primitive(0).geometry).trim);
+}
+
+TEST(RibShapes, Blobby) {
+    const Parsed r(world("Blobby 2 [1001 0 1001 16 0 2 0 1] [1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1  1 0 0 0 0 1 0 "
+                         "0 0 0 1 0 1 0 0 1] "
+                         "[\"\"] \"vertex color Cs\" [1 0 0 0 1 0]\nBlobby 0 [] [] []"));
+    ASSERT_EQ(r.scene.primitives.size(), 1u);
+    EXPECT_EQ(std::get<Blobby>(r.primitive(0).geometry).code.size(), 8u);
+    EXPECT_EQ(r.primitive(0).primvars.find("Cs")->items(), 2u);
+    EXPECT_TRUE(r.says("Blobby was left out")) << r.all_messages();
+}
+
+TEST(RibShapes, TheTeapotHas32Patches) {
+    const Parsed r(world("Geometry \"teapot\" \"constant color Cs\" [1 0 0]\nGeometry \"kettle\""));
+    ASSERT_EQ(r.scene.primitives.size(), 4u);
+    int patches = 0;
+    Bounds3f bounds;
+    for (const Primitive& p : r.scene.primitives) {
+        const auto& mesh = std::get<PatchMesh>(p.geometry);
+        patches += (mesh.nu - 1) / 3 * ((mesh.nv - 1) / 3);
+        EXPECT_TRUE(p.primvars.find("Cs"));
+        const auto& P = p.primvars.find("P")->floats;
+        for (size_t i = 0; i < P.size(); i += 3)
+            bounds.extend({P[i], P[i + 1], P[i + 2]});
+    }
+    EXPECT_EQ(patches, 32);
+    expect_point(bounds.lo, -3, -2, 0);
+    expect_point(bounds.hi, 3.525f, 2, 3.15f);
+    EXPECT_TRUE(r.says("there is \"teapot\" alone")) << r.all_messages();
+}
+
+TEST(RibShapes, SolidsMakeATree) {
+    const std::string ball = "Sphere 1 -1 1 360\n";
+    const Parsed r(world("SolidBegin \"difference\"\nSolidBegin \"primitive\"\n" + ball + ball +
+                         "SolidEnd\n" + ball + "SolidEnd\n" + ball + "ObjectBegin 1\nSolidBegin \"union\"\n" +
+                         ball +
+                         "SolidEnd\nObjectEnd\n"
+                         "ObjectInstance 1"));
+    ASSERT_EQ(r.scene.primitives.size(), 4u);
+    EXPECT_EQ(r.primitive(0).solid, 1);
+    EXPECT_EQ(r.primitive(1).solid, 1);
+    EXPECT_EQ(r.primitive(2).solid, 2);
+    EXPECT_EQ(r.primitive(3).solid, -1);
+    ASSERT_EQ(r.scene.solids.size(), 3u);
+    EXPECT_EQ(r.scene.solids[0].kind, Solid::Kind::Difference);
+    EXPECT_EQ(r.scene.solids[1].parent, 0);
+    EXPECT_EQ(r.scene.solids[2].parent, 0);
+    ASSERT_EQ(r.scene.groups.size(), 1u);
+    EXPECT_EQ(r.scene.groups[0].solids.size(), 2u);
+    EXPECT_EQ(r.scene.groups[0].primitives[0].solid, 1);
+}
+
+TEST(RibShapes, ClippingPlanesAreKeptInCameraSpace) {
+    const Parsed r("Translate 0 0 5\nRotate 180 0 1 0\nClippingPlane 0 0 1 0 0 2\n" +
+                   world("Sphere 1 -1 1 360"));
+    ASSERT_EQ(r.scene.camera.clipping_planes.size(), 1u);
+    const auto& p = r.scene.camera.clipping_planes[0];
+    expect_point({p[0], p[1], p[2]}, 0, 0, 4);
+    expect_point(normalize(Vec3f(p[3], p[4], p[5])), 0, 0, -1);
+}
+
+} // namespace kanuka::ingest::test
