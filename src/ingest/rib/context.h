@@ -43,6 +43,13 @@ struct MotionBlock {
     std::vector<scene::Motion::Shape> shapes;
 };
 
+// Attributes that Resource "attributes" saved.
+struct Resource {
+    AttributeState attributes;
+    Transform ctm;
+    std::vector<TransformKey> ctm_keys;
+};
+
 struct FrameChoice {
     int frame = 0;                // FrameBegin's number; 0 = the first that makes a picture
     bool take_depth_pass = false; // a frame that writes depth alone counts as a picture
@@ -72,7 +79,9 @@ class Context {
     Lights lights;
     Objects objects;
     std::map<std::string, Transform> coordinate_systems;
-    std::vector<bool> conditions;          // of open IfBegin blocks: a branch was taken
+    std::map<std::string, scene::ShaderRef> patterns;          // Pattern, by handle
+    std::vector<std::map<std::string, Resource>> resources{1}; // Resource "attributes", by open ResourceBegin
+    std::vector<bool> conditions;                              // of open IfBegin blocks: a branch was taken
     std::vector<std::string> default_path; // what "@" means in search paths, and "&" at first
     const std::vector<std::string> extra_archive_path;
 

@@ -28,11 +28,19 @@ void Reader::run(Lexer& lexer) {
     Lexer* const outer = m_lexer;
     m_lexer = &lexer;
     lexer.is_request = [](std::string_view word) { return find_request(word) != nullptr; };
+    std::vector<Lexer::Comment> outer_comments;
+    if (m_sink) {
+        outer_comments = std::move(m_comments);
+        m_comments.clear();
+        lexer.comments = &m_comments;
+    }
     while (!m_stopped) {
         const Token token = lexer.peek();
+        pass_comments(lexer.offset());
         if (token == Token::End)
             break;
         if (token == Token::Word) {
+            lexer.source()->passed(lexer.offset());
             request();
             continue;
         }
@@ -41,7 +49,19 @@ void Reader::run(Lexer& lexer) {
                                     "; reading goes on at the next request");
         resynchronise();
     }
+    pass_comments(lexer.end());
+    m_comments = std::move(outer_comments);
     m_lexer = outer;
+}
+
+void Reader::pass_comments(size_t before) {
+    if (!m_sink)
+        return;
+    size_t passed = 0;
+    for (; passed < m_comments.size() && m_comments[passed].begin < before; passed++)
+        m_sink->comment(m_lexer->source()->text().substr(m_comments[passed].begin,
+                                                         m_comments[passed].end - m_comments[passed].begin));
+    m_comments.erase(m_comments.begin(), m_comments.begin() + long(passed));
 }
 
 void Reader::request() {
@@ -66,6 +86,11 @@ void Reader::request() {
                                     "; it takes: " + spec->usage());
         resynchronise();
     }
+    if (m_sink) {
+        pass_comments(m_lexer->space_begin());
+        m_sink->call(m_call);
+        return;
+    }
     m_context.execute(m_call);
 }
 
@@ -74,6 +99,8 @@ void Reader::unknown_request(std::string_view word) {
     m_context.reports.once(Severity::Error, "unknown request " + m_request, m_call.where,
                            "unknown request " + m_request + " was left out" +
                                (nearest.empty() ? "" : "; did you mean " + std::string(nearest) + "?"));
+    if (m_sink)
+        m_sink->unknown(word, *m_lexer);
     resynchronise();
 }
 
@@ -136,7 +163,11 @@ std::string Reader::found() {
 
 // ---- archives ---------------------------------------------------------------------------------------
 
-void Reader::read_archive(const std::string& given_name, const Location& given_where) {
+void Reader::read_archive(const std::string& name, const Location& where) {
+    read_archive_file(name, where);
+}
+
+bool Reader::read_archive_file(const std::string& given_name, const Location& given_where) {
     const std::string name = given_name; // both are overwritten by the archive's own requests
     const Location where = given_where;
     const auto guarded = [&](const std::string& id, auto&& read) {
@@ -149,20 +180,21 @@ void Reader::read_archive(const std::string& given_name, const Location& given_w
             m_context.reports.error("archive in itself", where,
                                     "ReadArchive \"" + name + "\" was left out: the archive reads itself (" +
                                         chain + id + ")");
-            return;
+            return false;
         }
         m_open_archives.push_back(id);
-        read();
+        const bool done = read();
         m_open_archives.pop_back();
+        return done;
     };
     // Step 1: archives within the file go before files.
     if (const auto known = m_inline_archives.find(name); known != m_inline_archives.end()) {
         const InlineArchive archive = known->second;
-        guarded(name, [&] {
-            Lexer lexer(archive.source, archive.begin, archive.end);
+        return guarded(name, [&] {
+            Lexer lexer(archive.source, archive.begin, archive.end, archive.definitions);
             run(lexer);
+            return true;
         });
-        return;
     }
     // Step 2: the folder of the file that asks, then the caller's folders, then Option "searchpath"
     // "archive".
@@ -181,20 +213,21 @@ void Reader::read_archive(const std::string& given_name, const Location& given_w
         m_context.reports.error("missing archive", where,
                                 "ReadArchive \"" + name + "\" was left out: the file is not in " + looked +
                                     "; set Option \"searchpath\" \"archive\"");
-        return;
+        return false;
     }
     std::error_code ignored;
     const std::string real = std::filesystem::weakly_canonical(*path, ignored).string();
-    guarded(real.empty() ? *path : real, [&] {
+    return guarded(real.empty() ? *path : real, [&] {
         std::shared_ptr<const Source> source;
         try {
             source = Source::open(*path);
         } catch (const Error& e) {
             m_context.reports.error("missing archive", where,
                                     "ReadArchive \"" + name + "\" was left out: " + std::string(e.what()));
-            return;
+            return false;
         }
         run(source);
+        return true;
     });
 }
 
@@ -203,7 +236,7 @@ void Reader::record_archive(const std::string& name) {
     const size_t begin = m_lexer->position();
     skip_to("ArchiveBegin", {"ArchiveEnd"});
     m_lexer->peek();
-    m_inline_archives[key] = {m_lexer->source(), begin, m_lexer->offset()};
+    m_inline_archives[key] = {m_lexer->source(), begin, m_lexer->offset(), m_lexer->definitions()};
     if (m_lexer->peek() == Token::End)
         m_context.reports.error("file ends early", m_call.where,
                                 "ArchiveBegin \"" + key + "\" is not closed; add ArchiveEnd");

@@ -9,6 +9,15 @@
 
 namespace kanuka::ingest {
 
+// Who takes calls instead of the context: nothing is executed then but what reading itself needs.
+class CallSink {
+  public:
+    virtual ~CallSink() = default;
+    virtual void call(Call& call) = 0;
+    virtual void unknown(std::string_view request, Lexer& lexer) = 0; // its tokens follow
+    virtual void comment(std::string_view text) = 0;
+};
+
 // Thread safety: none; one reader a scene.
 class Reader final : public Stream {
   public:
@@ -16,6 +25,10 @@ class Reader final : public Stream {
 
     void run(const std::shared_ptr<const Source>& source);
     Context& context() { return m_context; }
+    // From here on calls go to a sink as they were written: parameters neither checked nor declared away.
+    void pass_on(CallSink& sink) { m_sink = &sink; }
+    // False: reported, nothing was read.
+    bool read_archive_file(const std::string& name, const Location& where);
 
     void read_archive(const std::string& name, const Location& where) override;
     void skip_to(std::string_view begin, std::initializer_list<std::string_view> stops) override;
@@ -29,9 +42,11 @@ class Reader final : public Stream {
     struct InlineArchive {
         std::shared_ptr<const Source> source;
         size_t begin, end;
+        std::shared_ptr<BinaryDefinitions> definitions;
     };
     void run(Lexer& lexer);
     void request();
+    void pass_comments(size_t before);
     void unknown_request(std::string_view word);
     void resynchronise();
 
@@ -51,6 +66,8 @@ class Reader final : public Stream {
     bool read_parameters(Call& call);
     bool read_parameter(Call& call);
     bool read_value(Call& call, scene::Value& value, const Declaration& declaration);
+    bool read_as_written(Call& call);
+    Token kind_of_value();
     bool read_undeclared(Call& call, scene::Value& value);
     bool fit_value(const Call& call, scene::Value& value, size_t found);
 
@@ -67,6 +84,8 @@ class Reader final : public Stream {
     std::map<std::string, InlineArchive> m_inline_archives;
     std::vector<std::string> m_open_archives; // names, outermost first
     bool m_stopped = false;
+    CallSink* m_sink = nullptr;
+    std::vector<Lexer::Comment> m_comments; // for the sink
 };
 
 } // namespace kanuka::ingest

@@ -238,6 +238,7 @@ bool Reader::read_arguments(Call& call) {
     for (size_t i = 0; i < MaxArguments; i++)
         call.args[i].clear();
     call.params.values.clear();
+    call.tokens.clear();
     for (size_t i = 0; i < count; i++) {
         const ArgSpec& spec = call.spec->args[i];
         if (spec.optional && !can_start(m_lexer->peek(), spec.type))

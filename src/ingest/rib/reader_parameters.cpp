@@ -13,8 +13,61 @@ bool Reader::read_parameters(Call& call) {
     if (call.spec->params == Params::None)
         return true;
     while (m_lexer->peek() == Token::String)
-        if (!read_parameter(call))
+        if (!(m_sink ? read_as_written(call) : read_parameter(call)))
             return false;
+    return true;
+}
+
+// What kind of token a value is made of: Number, String, Floats, or Close where it is empty.
+Token Reader::kind_of_value() {
+    Token kind = m_lexer->peek();
+    const size_t open = m_lexer->offset();
+    if (kind == Token::Open) {
+        m_lexer->skip();
+        kind = m_lexer->peek();
+        m_lexer->seek(open);
+        m_lexer->peek();
+    }
+    return kind;
+}
+
+// For a sink: the token and the values as they stand. Whether numbers are integers is all that declarations
+// are needed for.
+bool Reader::read_as_written(Call& call) {
+    Value value;
+    value.where = m_lexer->where();
+    if (!read_string(m_token))
+        return false;
+    std::string problem;
+    const auto parsed = m_token.find_first_of(" \t\n[") == std::string::npos
+                            ? std::nullopt
+                            : parse_declaration(m_token, true, problem);
+    const Declaration* declared = parsed ? &parsed->declaration : m_declarations.find(m_token);
+    value.name = parsed ? parsed->name : std::string_view(m_token);
+    const std::string token = m_token;
+    const std::string what = "\"" + token + "\"";
+    const Token kind = kind_of_value();
+    if (kind == Token::String) {
+        if (!read_strings(m_strings, what))
+            return false;
+        value.type = Type::String;
+        value.strings = std::vector<std::string>(m_strings);
+    } else if (kind == Token::Word || kind == Token::End || kind == Token::Bad) {
+        m_context.reports.error("parameter without value", value.where,
+                                m_request + ": the parameter " + what + " has no value; found " + found());
+        return false;
+    } else if (declared && declared->type == Type::Integer) {
+        if (!read_integers(m_ints, what))
+            return false;
+        value.type = Type::Integer;
+        value.ints = std::vector<int32_t>(m_ints);
+    } else {
+        if (!read_numbers(m_floats, what))
+            return false;
+        value.floats = std::vector<float>(m_floats);
+    }
+    call.params.values.push_back(std::move(value));
+    call.tokens.push_back(token);
     return true;
 }
 
@@ -60,14 +113,7 @@ bool Reader::read_value(Call& call, Value& value, const Declaration& declaration
     }
     // A value of the wrong kind: strings for numbers or the other way round. It is read as what it is, and
     // dropped.
-    Token kind = next;
-    if (next == Token::Open) {
-        const size_t open = m_lexer->offset();
-        m_lexer->skip();
-        kind = m_lexer->peek();
-        m_lexer->seek(open);
-        m_lexer->peek();
-    }
+    const Token kind = kind_of_value();
     if ((kind == Token::String) != text && kind != Token::Close) {
         m_context.reports.error("type of value", value.where,
                                 m_request + ": \"" + value.name + "\" is declared as " +
@@ -131,15 +177,7 @@ bool Reader::fit_value(const Call& call, Value& value, size_t found) {
 
 // A token that nobody declared: options and attributes of other renderers, misspelled parameters.
 bool Reader::read_undeclared(Call& call, Value& value) {
-    const Token next = m_lexer->peek();
-    Token kind = next;
-    const size_t start = m_lexer->offset();
-    if (next == Token::Open) {
-        m_lexer->skip();
-        kind = m_lexer->peek();
-        m_lexer->seek(start);
-        m_lexer->peek();
-    }
+    const Token kind = kind_of_value();
     if (kind == Token::String) {
         if (!read_strings(m_strings, "\"" + value.name + "\""))
             return false;
