@@ -16,8 +16,8 @@ examples:
   kanuka convert small.rib -                          as canonical text, to standard output
   kanuka convert scene.rib one.rib --expand-archives  what archives hold in place of ReadArchive
 
-Canonical text has a request a line, and the same values, comments and structure hints as its source; converting it again
-changes no byte. What cannot be read is reported and left out.
+Canonical text has a request a line, and the same values, comments and structure hints as its source; converting it
+again changes no byte. What cannot be read is reported and left out.
 
 """
 

@@ -63,6 +63,9 @@ class Context {
     void execute(Call& call);
     void finish(const Location& end); // closes what is open and completes the scene
     scene::Scene& scene() { return m_scene; }
+    // For programs that make several pictures: the world just ended, and the next WorldBegin begins anew. None
+    // where the world was passed over.
+    std::optional<scene::Scene> take_world();
     bool world_done() const { return m_world_done; }
     bool depth_pass_skipped() const { return !m_depth_passes.empty(); }
     const std::vector<int>& frames_seen() const { return m_frames_seen; }
@@ -119,6 +122,7 @@ class Context {
     void add_shape(Call& call, scene::Geometry geometry);
     void motion_sample(Call& call);
     void finish_motion();
+    void complete();
     void restore(Block& block);
     bool writes_depth_only() const;
 

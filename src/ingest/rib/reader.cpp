@@ -232,6 +232,13 @@ bool Reader::read_archive_file(const std::string& given_name, const Location& gi
 }
 
 void Reader::record_archive(const std::string& name) {
+    if (!m_lexer) { // a program's
+        m_recording = std::make_unique<Recording>();
+        m_recording->name = name;
+        m_recording->output = output_to(m_recording->text);
+        m_recording->writer = std::make_unique<Writer>(*m_recording->output, Writer::Form::Ascii);
+        return;
+    }
     const std::string key = name;
     const size_t begin = m_lexer->position();
     skip_to("ArchiveBegin", {"ArchiveEnd"});
@@ -245,6 +252,12 @@ void Reader::record_archive(const std::string& name) {
 }
 
 void Reader::skip_to(std::string_view begin, std::initializer_list<std::string_view> stops) {
+    if (!m_lexer) {
+        m_passing = std::make_unique<Passing>();
+        m_passing->begin = begin;
+        m_passing->stops.assign(stops.begin(), stops.end());
+        return;
+    }
     const bool declarations_count = begin == "FrameBegin" || begin == "WorldBegin";
     for (int depth = 0;;) {
         const Token token = m_lexer->peek();

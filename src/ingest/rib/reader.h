@@ -6,6 +6,7 @@
 
 #include "ingest/rib/context.h"
 #include "ingest/rib/lexer.h"
+#include "ingest/rib/writer.h"
 
 namespace kanuka::ingest {
 
@@ -25,6 +26,8 @@ class Reader final : public Stream {
 
     void run(const std::shared_ptr<const Source>& source);
     Context& context() { return m_context; }
+    // A call that a program makes; `m_lexer` is null then. (reader_calls.cpp)
+    void call(Call& call);
     // From here on calls go to a sink as they were written: parameters neither checked nor declared away.
     void pass_on(CallSink& sink) { m_sink = &sink; }
     // False: reported, nothing was read.
@@ -84,6 +87,22 @@ class Reader final : public Stream {
     std::map<std::string, InlineArchive> m_inline_archives;
     std::vector<std::string> m_open_archives; // names, outermost first
     bool m_stopped = false;
+    // Of calls from programs: what skip_to() passes over, and the archive being recorded, as RIB.
+    struct Passing {
+        std::string begin;
+        std::vector<std::string> stops;
+        int depth = 0;
+    };
+    struct Recording {
+        std::string name, text;
+        std::unique_ptr<Output> output;
+        std::unique_ptr<Writer> writer;
+        int depth = 0;
+    };
+    bool passes_over(const Call& call);
+    bool records(const Call& call);
+    std::unique_ptr<Passing> m_passing;
+    std::unique_ptr<Recording> m_recording;
     CallSink* m_sink = nullptr;
     std::vector<Lexer::Comment> m_comments; // for the sink
 };
