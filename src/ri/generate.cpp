@@ -104,7 +104,7 @@ void write_header(const char* prologue) {
     const std::string text{std::istreambuf_iterator<char>(in), {}};
     const size_t tokens = text.find("@TOKENS@"), calls = text.find("@CALLS@");
     std::fputs(text.substr(0, tokens).c_str(), stdout);
-    std::string line = "extern RtToken";
+    std::string line = "KANUKA_RI extern RtToken";
     for (const auto& [name, value] : ri::Tokens) {
         if (line.size() + name.size() > 100) {
             std::printf("%s\n", line.c_str());
@@ -127,12 +127,12 @@ void write_calls() {
     std::puts("// Made from the table of requests by kanuka_make_ri.\n#include <cstdarg>\n\n#include "
               "\"ri/binding.h\"\n\nusing namespace kanuka::ri;\n\nextern \"C\" {\n");
     for (const auto& [name, value] : ri::Tokens)
-        std::printf("KANUKA_RI RtToken %s = \"%s\";\n", std::string(name).c_str(),
+        std::printf("RtToken %s = \"%s\";\n", std::string(name).c_str(),
                     std::string(value).c_str());
     for (const Signature& s : ri::signatures()) {
         const bool handle = s.result != "RtVoid";
         std::string body = "    " + std::string(handle ? "return " : "") + "make_call(\"" +
-                           std::string(s.spec->name) + "\", [&](Caller& c) {\n";
+                           std::string(s.spec->name) + "\", [&]([[maybe_unused]] Caller& c) {\n";
         for (size_t i = 0; i < s.spec->arg_count(); i++)
             body += "        " + taken(s, s.spec->args[i]) + "\n";
         if (has_parameters(s))

@@ -26,15 +26,15 @@ constexpr Exception Exceptions[] = {
     {"ColorSamples", "RtInt n, RtFloat nRGB[3 * n], RtFloat RGBn[3 * n]"},
     {"PixelFilter", "RtFilterFunc filter, RtFloat xwidth, RtFloat ywidth"},
     {"MakeTexture",
-     "char* picture, char* texture, RtToken swrap, RtToken twrap, RtFilterFunc filter, RtFloat swidth, "
+     "RtString picture, RtString texture, RtToken swrap, RtToken twrap, RtFilterFunc filter, RtFloat swidth, "
      "RtFloat twidth"},
     {"MakeBump",
-     "char* picture, char* texture, RtToken swrap, RtToken twrap, RtFilterFunc filter, RtFloat swidth, "
+     "RtString picture, RtString texture, RtToken swrap, RtToken twrap, RtFilterFunc filter, RtFloat swidth, "
      "RtFloat twidth"},
     {"MakeLatLongEnvironment",
-     "char* picture, char* texture, RtFilterFunc filter, RtFloat swidth, RtFloat twidth"},
+     "RtString picture, RtString texture, RtFilterFunc filter, RtFloat swidth, RtFloat twidth"},
     {"MakeCubeFaceEnvironment",
-     "char* px, char* nx, char* py, char* ny, char* pz, char* nz, char* texture, RtFloat fov, RtFilterFunc "
+     "RtString px, RtString nx, RtString py, RtString ny, RtString pz, RtString nz, RtString texture, RtFloat fov, RtFilterFunc "
      "filter, RtFloat swidth, RtFloat twidth"},
     {"MakeOcclusion", "RtInt npictures, RtString* pictures[npictures], RtString texture"},
     {"MakeBrickMap", "RtInt nclouds, RtString* pointclouds[nclouds], RtString brickmap"},

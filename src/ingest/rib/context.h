@@ -143,4 +143,8 @@ class Context {
     MotionBlock m_motion;     // the open one: they do not nest
 };
 
+// The area in pixels of a bound's image, times RelativeDetail (RISpec 4.2.5). Infinite where it reaches
+// behind the eye.
+double detail_size(const Context& context, const Bounds3f& bound, const Transform& camera_from_bound);
+
 } // namespace kanuka::ingest

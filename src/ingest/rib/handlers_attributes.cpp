@@ -205,15 +205,16 @@ void detail(Context& c, Call& call) {
     c.attributes.detail_transform = c.camera_from_current();
 }
 
-// The area in pixels of the bound's image, times RelativeDetail (RISpec 4.2.5). Infinite where it reaches
-// behind the eye.
-static double detail_size(const Context& c) {
-    const Bounds3f& b = *c.attributes.detail_bound;
+} // namespace kanuka::ingest::handlers
+
+namespace kanuka::ingest {
+
+double detail_size(const Context& c, const Bounds3f& b, const Transform& camera_from_bound) {
     const scene::Camera& camera = c.options.camera;
     const bool perspective = camera.projection != scene::Camera::Projection::Orthographic;
     double lo[2] = {1e300, 1e300}, hi[2] = {-1e300, -1e300};
     for (int corner = 0; corner < 8; corner++) {
-        const Vec3f p = c.attributes.detail_transform.point(
+        const Vec3f p = camera_from_bound.point(
             {corner & 1 ? b.hi.x : b.lo.x, corner & 2 ? b.hi.y : b.lo.y, corner & 4 ? b.hi.z : b.lo.z});
         if (perspective && p.z <= camera.near_clip)
             return std::numeric_limits<double>::infinity();
@@ -239,6 +240,10 @@ static double detail_size(const Context& c) {
     return (hi[0] - lo[0]) * sx * (hi[1] - lo[1]) * sy * c.options.relative_detail;
 }
 
+} // namespace kanuka::ingest
+
+namespace kanuka::ingest::handlers {
+
 // A representation fades in from minvisible to lowertransition, and out from uppertransition to maxvisible.
 // Neighbours share their transitions, so switching in the middle shows one of them at every size.
 void detail_range(Context& c, Call& call) {
@@ -252,7 +257,7 @@ void detail_range(Context& c, Call& call) {
         c.attributes.detail_visible = true;
         return;
     }
-    const double size = detail_size(c);
+    const double size = detail_size(c, *c.attributes.detail_bound, c.attributes.detail_transform);
     const double in = (double(v[0]) + v[1]) / 2, out = (double(v[2]) + v[3]) / 2;
     c.attributes.detail_visible = size >= in && (size < out || v[3] >= 1e37f);
 }
