@@ -54,19 +54,22 @@ void Caller::new_handle() {
 }
 
 void Caller::filter(RtFilterFunc function) {
-    constexpr std::pair<RtFilterFunc, const char*> filters[] = {
-        {RiBoxFilter, "box"},           {RiTriangleFilter, "triangle"},
-        {RiGaussianFilter, "gaussian"}, {RiCatmullRomFilter, "catmull-rom"},
-        {RiSincFilter, "sinc"},         {RiMitchellFilter, "mitchell"},
-        {RiBlackmanHarrisFilter, "blackman-harris"}};
+    constexpr std::pair<RtFilterFunc, const char*> filters[] = {{RiBoxFilter, "box"},
+                                                                {RiTriangleFilter, "triangle"},
+                                                                {RiGaussianFilter, "gaussian"},
+                                                                {RiCatmullRomFilter, "catmull-rom"},
+                                                                {RiSincFilter, "sinc"},
+                                                                {RiMitchellFilter, "mitchell"},
+                                                                {RiBlackmanHarrisFilter, "blackman-harris"}};
     for (const auto& [known, name] : filters)
         if (known == function)
             return text(name);
-    m_session.report(RIE_UNIMPLEMENT, RIE_WARNING,
-                     "Ri" + std::string(m_call.spec->name) +
-                         ": filters of your own are not called; the Gaussian was used. There are RiBoxFilter, "
-                         "RiTriangleFilter, RiGaussianFilter, RiCatmullRomFilter, RiSincFilter, "
-                         "RiMitchellFilter, RiBlackmanHarrisFilter");
+    m_session.report(
+        RIE_UNIMPLEMENT, RIE_WARNING,
+        "Ri" + std::string(m_call.spec->name) +
+            ": filters of your own are not called; the Gaussian was used. There are RiBoxFilter, "
+            "RiTriangleFilter, RiGaussianFilter, RiCatmullRomFilter, RiSincFilter, "
+            "RiMitchellFilter, RiBlackmanHarrisFilter");
     text("gaussian");
 }
 
@@ -99,17 +102,18 @@ void Caller::parameters(RtInt n, RtToken tokens[], RtPointer parms[], long verti
         std::string problem;
         const bool in_line = token.find_first_of(" \t\n[") != std::string::npos;
         const auto parsed = in_line ? ingest::parse_declaration(token, true, problem) : std::nullopt;
-        const ingest::Declaration* declared =
-            parsed ? &parsed->declaration
-                   : in_line ? nullptr : m_session.context().declarations.find(token);
+        const ingest::Declaration* declared = parsed    ? &parsed->declaration
+                                              : in_line ? nullptr
+                                                        : m_session.context().declarations.find(token);
         if (!declared || !parms[i]) {
             m_session.report(RIE_BADTOKEN, RIE_ERROR,
                              "Ri" + std::string(m_call.spec->name) + ": the parameter \"" + token +
                                  "\" was left out: " +
-                                 (declared      ? "it has no value"
-                                  : in_line     ? problem
-                                                : "it is not declared, so its length is not known; use "
-                                                  "RiDeclare(\"" + token + "\", \"uniform float\")"));
+                                 (declared  ? "it has no value"
+                                  : in_line ? problem
+                                            : "it is not declared, so its length is not known; use "
+                                              "RiDeclare(\"" +
+                                                  token + "\", \"uniform float\")"));
             continue;
         }
         Value v;
@@ -118,8 +122,7 @@ void Caller::parameters(RtInt n, RtToken tokens[], RtPointer parms[], long verti
         v.detail = declared->detail;
         v.array_size = declared->array_size;
         v.where = m_call.where;
-        const long items =
-            (primitive ? std::max(lengths.of(v.detail), 0L) : 1) * long(declared->array_size);
+        const long items = (primitive ? std::max(lengths.of(v.detail), 0L) : 1) * long(declared->array_size);
         if (v.type == Type::String) {
             const auto* strings = static_cast<const RtToken*>(parms[i]);
             std::vector<std::string> copy;

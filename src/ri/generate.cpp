@@ -50,7 +50,10 @@ std::string vector_form(const Signature& s) {
 std::string plain_form(const Signature& s) {
     const std::string all = joined(s, true);
     return s.result + " " + name_of(s) + "(" +
-           (has_parameters(s) ? all + ", ..." : all.empty() ? "void" : all) + ")";
+           (has_parameters(s) ? all + ", ..."
+            : all.empty()     ? "void"
+                              : all) +
+           ")";
 }
 
 const Parameter* find(const Signature& s, std::string_view name) {
@@ -127,8 +130,7 @@ void write_calls() {
     std::puts("// Made from the table of requests by kanuka_make_ri.\n#include <cstdarg>\n\n#include "
               "\"ri/binding.h\"\n\nusing namespace kanuka::ri;\n\nextern \"C\" {\n");
     for (const auto& [name, value] : ri::Tokens)
-        std::printf("RtToken %s = \"%s\";\n", std::string(name).c_str(),
-                    std::string(value).c_str());
+        std::printf("RtToken %s = \"%s\";\n", std::string(name).c_str(), std::string(value).c_str());
     for (const Signature& s : ri::signatures()) {
         const bool handle = s.result != "RtVoid";
         std::string body = "    " + std::string(handle ? "return " : "") + "make_call(\"" +

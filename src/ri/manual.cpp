@@ -74,9 +74,9 @@ RtInt RiLastError = RIE_NOERROR;
 
 RtBasis RiBezierBasis = {{-1, 3, -3, 1}, {3, -6, 3, 0}, {-3, 3, 0, 0}, {1, 0, 0, 0}};
 RtBasis RiBSplineBasis = {{-1.f / 6, 3.f / 6, -3.f / 6, 1.f / 6},
-                                    {3.f / 6, -6.f / 6, 3.f / 6, 0},
-                                    {-3.f / 6, 0, 3.f / 6, 0},
-                                    {1.f / 6, 4.f / 6, 1.f / 6, 0}};
+                          {3.f / 6, -6.f / 6, 3.f / 6, 0},
+                          {-3.f / 6, 0, 3.f / 6, 0},
+                          {1.f / 6, 4.f / 6, 1.f / 6, 0}};
 RtBasis RiCatmullRomBasis = {
     {-0.5f, 1.5f, -1.5f, 0.5f}, {1, -2.5f, 2, -0.5f}, {-0.5f, 0, 0.5f, 0}, {0, 1, 0, 0}};
 RtBasis RiHermiteBasis = {{2, 1, -2, 1}, {-3, -2, 3, -1}, {0, 1, 0, 0}, {1, 0, 0, 0}};
@@ -108,9 +108,7 @@ RtVoid RiErrorHandler(RtErrorFunc handler) {
     session->error_handler = handler;
     if (session->writes())
         make_call("ErrorHandler", [&](Caller& c) {
-            c.text(handler == RiErrorIgnore  ? "ignore"
-                   : handler == RiErrorAbort ? "abort"
-                                             : "print");
+            c.text(handler == RiErrorIgnore ? "ignore" : handler == RiErrorAbort ? "abort" : "print");
         });
 }
 

@@ -34,8 +34,8 @@ Session::Session(const std::string& name) : m_source(ingest::Source::from_text("
     } else {
         m_journal.set_listener(heard, this);
     }
-    m_reader = std::make_unique<ingest::Reader>(m_journal, ingest::FrameChoice{}, ingest::RibOptions{},
-                                                *m_source);
+    m_reader =
+        std::make_unique<ingest::Reader>(m_journal, ingest::FrameChoice{}, ingest::RibOptions{}, *m_source);
 }
 
 void Session::finish() {
@@ -110,8 +110,7 @@ static std::string standard_shaders() {
     Dl_info info{};
     if (::dladdr(reinterpret_cast<void*>(&current), &info) && info.dli_fname) {
         const fs::path library = fs::absolute(info.dli_fname).parent_path();
-        for (const fs::path& folder :
-             {library / "shaders", library.parent_path() / "share/kanuka/shaders"})
+        for (const fs::path& folder : {library / "shaders", library.parent_path() / "share/kanuka/shaders"})
             if (fs::exists(folder / "matte.sl"))
                 return folder.string();
     }

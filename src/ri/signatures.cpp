@@ -12,9 +12,9 @@ using ingest::ArgType;
 using ingest::RequestSpec;
 
 // Not in C, or written by hand: they take functions, lists of numbers, or return what the table has not.
-constexpr std::string_view ByHand[] = {"version",      "Declare",     "MotionBegin", "ReadArchive",
-                                       "ArchiveBegin", "ErrorHandler", "Procedural",  "ArchiveRecord",
-                                       "Procedural2"};
+constexpr std::string_view ByHand[] = {"version",     "Declare",       "MotionBegin",
+                                       "ReadArchive", "ArchiveBegin",  "ErrorHandler",
+                                       "Procedural",  "ArchiveRecord", "Procedural2"};
 
 // What the table does not tell: how long arrays are. `sum` and `sum_of_each` are in binding.h.
 struct Exception {
@@ -33,14 +33,15 @@ constexpr Exception Exceptions[] = {
      "RtFloat twidth"},
     {"MakeLatLongEnvironment",
      "RtString picture, RtString texture, RtFilterFunc filter, RtFloat swidth, RtFloat twidth"},
-    {"MakeCubeFaceEnvironment",
-     "RtString px, RtString nx, RtString py, RtString ny, RtString pz, RtString nz, RtString texture, RtFloat fov, RtFilterFunc "
-     "filter, RtFloat swidth, RtFloat twidth"},
+    {"MakeCubeFaceEnvironment", "RtString px, RtString nx, RtString py, RtString ny, RtString pz, RtString "
+                                "nz, RtString texture, RtFloat fov, RtFilterFunc "
+                                "filter, RtFloat swidth, RtFloat twidth"},
     {"MakeOcclusion", "RtInt npictures, RtString* pictures[npictures], RtString texture"},
     {"MakeBrickMap", "RtInt nclouds, RtString* pointclouds[nclouds], RtString brickmap"},
     {"TrimCurve",
      "RtInt nloops, RtInt* ncurves[nloops], RtInt* order[sum(ncurves, nloops)], RtFloat* knot[sum(n, "
-     "sum(ncurves, nloops)) + sum(order, sum(ncurves, nloops))], RtFloat* min[sum(ncurves, nloops)], RtFloat* "
+     "sum(ncurves, nloops)) + sum(order, sum(ncurves, nloops))], RtFloat* min[sum(ncurves, nloops)], "
+     "RtFloat* "
      "max[sum(ncurves, nloops)], RtInt* n[sum(ncurves, nloops)], RtFloat* u[sum(n, sum(ncurves, nloops))], "
      "RtFloat* v[sum(n, sum(ncurves, nloops))], RtFloat* w[sum(n, sum(ncurves, nloops))]"},
     {"Polygon", "RtInt nvertices", "nvertices"},
@@ -119,7 +120,9 @@ void derive(const ArgSpec& a, Signature& s) {
     case ArgType::String:
         return add("RtToken", name);
     case ArgType::Handle:
-        return add(name == "light" ? "RtLightHandle" : name == "filter" ? "RtLightHandle" : "RtObjectHandle",
+        return add(name == "light"    ? "RtLightHandle"
+                   : name == "filter" ? "RtLightHandle"
+                                      : "RtObjectHandle",
                    name);
     case ArgType::NewHandle:
         s.result = s.spec->params == ingest::Params::Shader ? "RtLightHandle" : "RtObjectHandle";

@@ -1,5 +1,5 @@
-/* A picture in the manner of the textbooks: options, camera, lights, quadrics, a mesh, an object, motion, and a
-   procedural of the program's own that divides itself while it is large in the picture.
+/* A picture in the manner of the textbooks: options, camera, lights, quadrics, a mesh, an object, motion, and
+   a procedural of the program's own that divides itself while it is large in the picture.
 
    kanuka_ri_picture NAME.exr renders; kanuka_ri_picture NAME.rib writes the same scene as RIB. */
 #include <stdio.h>
@@ -53,7 +53,8 @@ static void floor_of_squares(void) {
     static RtPoint points[6] = {{-4, -1, -2}, {0, -1, -2}, {4, -1, -2}, {-4, -1, 6}, {0, -1, 6}, {4, -1, 6}};
     static RtColor colors[2] = {{0.2f, 0.3f, 0.4f}, {0.5f, 0.5f, 0.45f}};
     RiDeclare("tint", "uniform color");
-    RiPointsPolygons(2, nverts, verts, RI_P, (RtPointer)points, "uniform color Cs", (RtPointer)colors, RI_NULL);
+    RiPointsPolygons(2, nverts, verts, RI_P, (RtPointer)points, "uniform color Cs", (RtPointer)colors,
+                     RI_NULL);
 }
 
 int main(int argc, char** argv) {
@@ -80,7 +81,8 @@ int main(int argc, char** argv) {
     RiRotate(-15, 1, 0, 0);
     RiWorldBegin();
 
-    lamp = RiLightSource(RI_POINTLIGHT, RI_INTENSITY, (RtPointer)&intensity, RI_FROM, (RtPointer)from, RI_NULL);
+    lamp =
+        RiLightSource(RI_POINTLIGHT, RI_INTENSITY, (RtPointer)&intensity, RI_FROM, (RtPointer)from, RI_NULL);
     sky = RiLightSource(RI_AMBIENTLIGHT, RI_INTENSITY, (RtPointer)&roughness, RI_NULL);
     RiIlluminate(lamp, RI_TRUE);
     RiIlluminate(sky, RI_TRUE);

@@ -14,7 +14,8 @@ static const char expected[] =
     "Basis [-1 3 -3 1 3 -6 3 0 -3 3 0 0 1 0 0 0] 3 [0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 1] 1\n"
     "LightSource \"pointlight\" \"1\" \"from\" [1 2 3]\n"
     "Illuminate \"1\" 0\n"
-    "PatchMesh \"bicubic\" 7 \"nonperiodic\" 4 \"nonperiodic\" \"P\" [0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16";
+    "PatchMesh \"bicubic\" 7 \"nonperiodic\" 4 \"nonperiodic\" \"P\" [0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 "
+    "16";
 
 int main(int argc, char** argv) {
     const char* name = argc > 1 ? argv[1] : "ri_written.rib";
@@ -60,7 +61,7 @@ int main(int argc, char** argv) {
     text[length] = 0;
     fclose(file);
     if (strncmp(text, expected, strlen(expected)) != 0 ||
-        !strstr(text, "83] \"weights\" [0 1 2 3 4 5]\nMotionBegin [0 0.5]\nMotionEnd\n"
+        !strstr(text, "83]\n\"weights\" [0 1 2 3 4 5]\nMotionBegin [0 0.5]\nMotionEnd\n"
                       "Procedural \"DelayedReadArchive\" [\"part.rib\"] [-1 1 -1 1 -1 1]\nWorldEnd\n")) {
         fprintf(stderr, "written was:\n%s", text);
         return 1;
