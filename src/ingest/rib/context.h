@@ -24,6 +24,7 @@ class Stream {
     // Remembers the requests up to ArchiveEnd under a name.
     virtual void record_archive(const std::string& name) = 0;
     virtual void stop() = 0;
+    virtual double progress() const { return 1; } // how much of the outermost file has been read, 0 to 1
     virtual std::string folder() const = 0; // of the file being read; empty = the working directory
 };
 

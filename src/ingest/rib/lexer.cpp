@@ -317,8 +317,13 @@ void Lexer::integers(std::vector<int32_t>& out, size_t& fractions) {
             // Up to nine digits and then a space: no need of floating point.
             uint32_t v = 0;
             const char* q = p;
-            while (q < end && unsigned(*q - '0') < 10 && q - p < 9)
-                v = v * 10 + unsigned(*q++ - '0');
+            if (ShortNumber n; end - p >= 32 && scan_short(p, n) && !n.point && n.length <= 9) {
+                v = uint32_t(n.mantissa);
+                q += n.length;
+            } else {
+                while (q < end && unsigned(*q - '0') < 10 && q - p < 9)
+                    v = v * 10 + unsigned(*q++ - '0');
+            }
             if (q > p && (q == end || is(*q, Space) || *q == ']')) {
                 out.push_back(int32_t(v));
                 p = q;

@@ -27,6 +27,8 @@ void Reader::run(const std::shared_ptr<const Source>& source) {
 void Reader::run(Lexer& lexer) {
     Lexer* const outer = m_lexer;
     m_lexer = &lexer;
+    if (!outer)
+        m_outermost_lexer = &lexer;
     lexer.is_request = [](std::string_view word) { return find_request(word) != nullptr; };
     std::vector<Lexer::Comment> outer_comments;
     if (m_sink) {
@@ -52,6 +54,14 @@ void Reader::run(Lexer& lexer) {
     pass_comments(lexer.end());
     m_comments = std::move(outer_comments);
     m_lexer = outer;
+    if (!outer)
+        m_outermost_lexer = nullptr;
+}
+
+double Reader::progress() const {
+    return m_outermost_lexer && m_outermost_lexer->end() > 0
+               ? double(m_outermost_lexer->position()) / double(m_outermost_lexer->end())
+               : 1;
 }
 
 void Reader::pass_comments(size_t before) {
@@ -180,6 +190,14 @@ bool Reader::read_archive_file(const std::string& given_name, const Location& gi
             m_context.reports.error("archive in itself", where,
                                     "ReadArchive \"" + name + "\" was left out: the archive reads itself (" +
                                         chain + id + ")");
+            return false;
+        }
+        if (m_open_archives.size() >= DeepArchive && ++m_deep_reads > MaxDeepReads) {
+            m_context.reports.once(Severity::Error, "archives without end", where,
+                                   "ReadArchive was left out: archives have read others, " +
+                                       std::to_string(DeepArchive) + " deep or more, " +
+                                       std::to_string(MaxDeepReads) +
+                                       " times; look for archives that double");
             return false;
         }
         m_open_archives.push_back(id);

@@ -38,8 +38,12 @@ class Reader final : public Stream {
     void record_archive(const std::string& name) override;
     void stop() override { m_stopped = true; }
     std::string folder() const override;
+    double progress() const override;
 
     static constexpr size_t MaxArchiveDepth = 100;
+    // Archives that read two others each, and so on, would never end: so many reads may lie this deep.
+    static constexpr size_t DeepArchive = 5;
+    static constexpr int MaxDeepReads = 1'000'000;
 
   private:
     struct InlineArchive {
@@ -56,13 +60,16 @@ class Reader final : public Stream {
     // reader_arguments.cpp. False: reported, and the request is to be left out.
     bool read_arguments(Call& call);
     bool read_argument(const ArgSpec& spec, Argument& argument, bool& in_brackets);
-    bool read_numbers(std::vector<float>& out, const std::string& what);
-    bool read_integers(std::vector<int32_t>& out, const std::string& what);
-    bool read_strings(std::vector<std::string>& out, const std::string& what);
+    // `what` is the argument's or parameter's name, for messages.
+    bool read_numbers(std::vector<float>& out, std::string_view what);
+    bool read_integers(std::vector<int32_t>& out, std::string_view what);
+    bool read_strings(std::vector<std::string>& out, std::string_view what);
     bool read_string(std::string& out);
-    bool wrong(const std::string& expected, const std::string& what);
+    bool wrong(const char* expected, std::string_view what);
     // After the elements of an array: true at ']', which is consumed; else says what stands there instead.
-    bool close_array(size_t open, const std::string& what, const char* elements);
+    bool close_array(size_t open, std::string_view what, const char* elements);
+    template <class T>
+    scene::Buffer<T> kept(const std::vector<T>& values);
     std::string found();
 
     // reader_parameters.cpp
@@ -81,11 +88,19 @@ class Reader final : public Stream {
     Call m_call;
     std::string m_request; // name of the request being read, for messages
     std::string m_token;
+    // Small arrays of many primitives share a block: one allocation for thousands of them.
+    struct Block {
+        std::unique_ptr<std::byte[]> bytes;
+        size_t used = 0;
+    };
+    std::shared_ptr<Block> m_block;
+    const Lexer* m_outermost_lexer = nullptr;
     std::vector<float> m_floats; // scratch
     std::vector<int32_t> m_ints;
     std::vector<std::string> m_strings;
     std::map<std::string, InlineArchive> m_inline_archives;
     std::vector<std::string> m_open_archives; // names, outermost first
+    int m_deep_reads = 0;
     bool m_stopped = false;
     // Of calls from programs: what skip_to() passes over, and the archive being recorded, as RIB.
     struct Passing {

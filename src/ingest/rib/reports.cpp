@@ -2,6 +2,9 @@
 
 namespace kanuka::ingest {
 
+// Of messages that are said once: a file of random words knows no end of them.
+static constexpr size_t MaxKeys = 1000;
+
 void Reports::at(Severity severity, std::string_view kind, const Location& where, std::string message) {
     if (severity == Severity::Error && mode == Mode::Abort)
         throw Error(where, message + " (ErrorHandler \"abort\": reading ends here)");
@@ -24,6 +27,10 @@ void Reports::once(Severity severity, std::string_view key, const Location& wher
     if (mode == Mode::Ignore)
         severity = Severity::Info;
     auto it = m_firsts.find(key);
+    if (it == m_firsts.end() && m_firsts.size() >= MaxKeys) {
+        at(severity, "messages of more than " + std::to_string(MaxKeys) + " sorts", where, message);
+        return;
+    }
     if (it == m_firsts.end())
         it = m_firsts.emplace(std::string(key), First{where, message}).first;
     m_journal.report(severity, it->second.where, it->second.message);

@@ -1,8 +1,10 @@
 #include "ingest/rib/source.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <fcntl.h>
+#include <immintrin.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -134,17 +136,38 @@ Source::~Source() {
     unmap();
 }
 
-Location Source::locate(size_t offset) const {
-    offset = std::min(offset, m_text.size());
-    if (offset < m_checkpoint) {
-        m_checkpoint = 0;
-        m_line = 1;
+// 32 at a time: every byte of a file is looked at for line ends, binary ones too.
+static size_t count_bytes(const char* p, size_t size, char wanted) {
+    size_t count = 0;
+    const __m256i pattern = _mm256_set1_epi8(wanted);
+    for (; size >= 32; p += 32, size -= 32) {
+        const __m256i bytes = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(p));
+        count += size_t(std::popcount(unsigned(_mm256_movemask_epi8(_mm256_cmpeq_epi8(bytes, pattern)))));
     }
-    m_line += int(std::count(m_text.data() + m_checkpoint, m_text.data() + offset, m_line_end));
-    m_checkpoint = offset;
-    const size_t newline = offset == 0 ? std::string_view::npos : m_text.rfind(m_line_end, offset - 1);
-    const size_t start = newline == std::string_view::npos ? 0 : newline + 1;
-    return {m_name, m_line, int(offset - start) + 1};
+    for (; size > 0; p++, size--)
+        count += *p == wanted;
+    return count;
+}
+
+Location Source::locate(size_t offset) const {
+    constexpr size_t Apart = size_t(1) << 16;
+    offset = std::min(offset, m_text.size());
+    if (offset < m_place.offset) {
+        while (!m_places.empty() && m_places.back().offset > offset)
+            m_places.pop_back();
+        m_place = m_places.empty() ? Place{} : m_places.back();
+    } else if (m_place.offset >= (m_places.empty() ? 0 : m_places.back().offset) + Apart) {
+        m_places.push_back(m_place);
+    }
+    const char* const from = m_text.data() + m_place.offset;
+    const size_t size = offset - m_place.offset;
+    if (const size_t lines = count_bytes(from, size, m_line_end)) {
+        m_place.line += int(lines);
+        m_place.line_start =
+            size_t(static_cast<const char*>(::memrchr(from, m_line_end, size)) - m_text.data()) + 1;
+    }
+    m_place.offset = offset;
+    return {m_name, m_place.line, int(offset - m_place.line_start) + 1};
 }
 
 } // namespace kanuka::ingest

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/error.h"
 
@@ -43,9 +44,14 @@ class Source {
     size_t m_mapped_size = 0;
     mutable size_t m_released = 0;
     std::string_view m_text;
-    mutable size_t m_checkpoint = 0; // byte up to which lines are counted
-    mutable int m_line = 1;          // line of m_checkpoint
-    char m_line_end = '\n';          // '\r' in files of old Macintoshes
+    // Where lines are counted up to, and places before it to start from when somebody asks backwards.
+    struct Place {
+        size_t offset = 0, line_start = 0;
+        int line = 1;
+    };
+    mutable Place m_place;
+    mutable std::vector<Place> m_places;
+    char m_line_end = '\n'; // '\r' in files of old Macintoshes
     void find_line_end();
 };
 
