@@ -119,7 +119,7 @@ TEST(ErrorHandler, Modes) {
     EXPECT_EQ(Parsed(world("ErrorHandler \"ignore\" Sphere 1" + Ball)).journal.error_count(), 0u);
     EXPECT_EQ(Parsed(world("ErrorHandler \"print\" Sphere 1" + Ball)).journal.error_count(), 1u);
     EXPECT_THROW(Parsed(world("ErrorHandler \"abort\" Sphere 1" + Ball)), Error);
-    EXPECT_NO_THROW(Parsed(world("ErrorHandler \"abort\" Blobby 0 [] []" + Ball))); // well written
+    EXPECT_NO_THROW(Parsed(world("ErrorHandler \"abort\" Deformation \"x\"" + Ball))); // well written
     EXPECT_TRUE(Parsed(world("ErrorHandler \"shout\"")).says("must be print, ignore or abort"));
 }
 
