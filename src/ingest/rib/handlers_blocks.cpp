@@ -51,11 +51,6 @@ void solid_begin(Context& c, Call& call) {
         c.reports.error("SolidBegin", call.where,
                         "SolidBegin \"" + operation +
                             "\": it must be primitive, union, intersection or difference");
-    else if (operation == "intersection" || operation == "difference")
-        c.reports.once(
-            Severity::Warning, "SolidBegin", call.where,
-            "SolidBegin \"" + operation +
-                "\": set operations on solids are not supported yet; their primitives are rendered whole");
     c.open(BlockKind::Solid, call.where);
     using Kind = scene::Solid::Kind;
     const Kind kind = operation == "union"          ? Kind::Union
