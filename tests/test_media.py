@@ -47,7 +47,8 @@ def test_what_absorbs_nothing_vanishes_under_an_even_sky(tmp_path: Path, surface
 
 def test_a_cloud_that_absorbs_is_transparent_by_its_law(tmp_path: Path) -> None:
     rgb, _ = render(
-        tmp_path, BALL.format(shapes='Surface "cloud" "color scattering" [0 0 0] "color absorption" [0.7 0.7 0.7]\n' + CLOSED)
+        tmp_path,
+        BALL.format(shapes='Surface "cloud" "color scattering" [0 0 0] "color absorption" [0.7 0.7 0.7]\n' + CLOSED),
     )
     assert rgb[5:7, 5:7].mean() == pytest.approx(np.exp(-1.4), rel=0.03)  # right through the middle
 

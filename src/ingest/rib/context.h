@@ -28,7 +28,7 @@ class Stream {
     virtual void record_archive(const std::string& name) = 0;
     virtual void stop() = 0;
     virtual double progress() const { return 1; } // how much of the outermost file has been read, 0 to 1
-    virtual std::string folder() const = 0; // of the file being read; empty = the working directory
+    virtual std::string folder() const = 0;       // of the file being read; empty = the working directory
 };
 
 // The samples of an open motion block.
@@ -67,8 +67,8 @@ class Context {
     void execute(Call& call);
     void finish(const Location& end); // closes what is open and completes the scene
     scene::Scene& scene() { return m_scene; }
-    // For programs that make several pictures: the world just ended, and the next WorldBegin begins anew. None
-    // where the world was passed over.
+    // For programs that make several pictures: the world just ended, and the next WorldBegin begins anew.
+    // None where the world was passed over.
     std::optional<scene::Scene> take_world();
     bool world_done() const { return m_world_done; }
     bool depth_pass_skipped() const { return !m_depth_passes.empty(); }

@@ -17,9 +17,9 @@ void declare(Context&, Call&), frame_begin(Context&, Call&), frame_end(Context&,
     object_end(Context&, Call&), object_instance(Context&, Call&), motion_begin(Context&, Call&),
     motion_end(Context&, Call&), read_archive(Context&, Call&), archive_begin(Context&, Call&),
     archive_end(Context&, Call&), if_begin(Context&, Call&), else_if(Context&, Call&),
-    else_branch(Context&, Call&), if_end(Context&, Call&), 
-    error_handler(Context&, Call&), resource_begin(Context&, Call&), resource_end(Context&, Call&),
-    resource(Context&, Call&), edit_begin(Context&, Call&);
+    else_branch(Context&, Call&), if_end(Context&, Call&), error_handler(Context&, Call&),
+    resource_begin(Context&, Call&), resource_end(Context&, Call&), resource(Context&, Call&),
+    edit_begin(Context&, Call&);
 
 // handlers_options.cpp
 void format(Context&, Call&), frame_aspect_ratio(Context&, Call&), screen_window(Context&, Call&),
