@@ -23,22 +23,30 @@ namespace detail {
     out[2] = _mm256_shuffle_ps(ab1, cd1, 0x44), out[3] = _mm256_shuffle_ps(ab1, cd1, 0xee);
 }
 
-template <int Fields>
+// Registers lie `Step` apart: a Float<16> is two of them. Loops are unrolled, so that rows stay in registers;
+// and nothing is copied in pieces narrower than it is read, which processors do not forward.
+template <int Fields, int Step>
 [[gnu::always_inline]] inline void load_rows_8(const float* base, const int32_t at[8], __m256* out) {
+#pragma GCC unroll 4
     for (int f = 0; f < Fields; f += 4) {
-        const auto pair = [&](int i) {
+        const auto pair = [&](int i) __attribute__((always_inline)) {
             return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(base + at[i] + f)),
                                         _mm_loadu_ps(base + at[i + 4] + f), 1);
         };
-        transpose_4x8(pair(0), pair(1), pair(2), pair(3), out + f);
+        __m256 turned[4];
+        transpose_4x8(pair(0), pair(1), pair(2), pair(3), turned);
+        out[f * Step] = turned[0], out[(f + 1) * Step] = turned[1];
+        out[(f + 2) * Step] = turned[2], out[(f + 3) * Step] = turned[3];
     }
 }
 
-template <int Fields>
+template <int Fields, int Step>
 [[gnu::always_inline]] inline void store_rows_8(float* const at[8], const __m256* in, uint32_t bits) {
+#pragma GCC unroll 4
     for (int f = 0; f < Fields; f += 4) {
         __m256 row[4]; // row[i] holds rows i and i + 4
-        transpose_4x8(in[f], in[f + 1], in[f + 2], in[f + 3], row);
+        transpose_4x8(in[f * Step], in[(f + 1) * Step], in[(f + 2) * Step], in[(f + 3) * Step], row);
+#pragma GCC unroll 4
         for (int i = 0; i < 4; i++) {
             if (bits >> i & 1)
                 _mm_storeu_ps(at[i] + f, _mm256_castps256_ps128(row[i]));
@@ -58,12 +66,9 @@ template <int Fields, int W>
     if constexpr (W % 8 == 0) {
         alignas(64) int32_t offset[W];
         std::memcpy(offset, &at.v, sizeof offset);
-        for (int half = 0; half < W / 8; half++) {
-            __m256 lanes[Fields];
-            detail::load_rows_8<Fields>(base, offset + 8 * half, lanes);
-            for (int f = 0; f < Fields; f++)
-                std::memcpy(reinterpret_cast<char*>(&out[size_t(f)].v) + 32 * half, &lanes[f], 32);
-        }
+        for (int half = 0; half < W / 8; half++)
+            detail::load_rows_8<Fields, W / 8>(base, offset + 8 * half,
+                                               reinterpret_cast<__m256*>(out.data()) + half);
     } else {
         for (int i = 0; i < W; i++)
             for (int f = 0; f < Fields; f++) {
@@ -86,13 +91,11 @@ void store_rows(float* base, Int<W> at, const std::array<Float<W>, Fields>& in, 
     const uint32_t bits = m.bits();
     if constexpr (W % 8 == 0) {
         for (int half = 0; half < W / 8; half++) {
-            __m256 lanes[Fields];
-            for (size_t f = 0; f < Fields; f++)
-                std::memcpy(&lanes[f], reinterpret_cast<const char*>(&in[f].v) + 32 * half, 32);
             float* row[8];
             for (int i = 0; i < 8; i++)
                 row[i] = base + at.v[8 * half + i];
-            detail::store_rows_8<int(Fields)>(row, lanes, bits >> (8 * half) & 0xff);
+            detail::store_rows_8<int(Fields), W / 8>(row, reinterpret_cast<const __m256*>(in.data()) + half,
+                                                     bits >> (8 * half) & 0xff);
         }
     } else {
         for (int i = 0; i < W; i++)
@@ -112,15 +115,13 @@ int compress_rows(float* base, const std::array<Float<W>, Fields>& in, uint32_t 
         int n = 0;
         for (int half = 0; half < W / 8; half++) {
             const uint32_t some = bits >> (8 * half) & 0xff;
-            __m256 lanes[Fields];
-            for (size_t f = 0; f < Fields; f++)
-                std::memcpy(&lanes[f], reinterpret_cast<const char*>(&in[f].v) + 32 * half, 32);
             float* at[8];
             for (int i = 0; i < 8; i++) {
                 at[i] = base + size_t(n) * Fields;
                 n += int(some >> i & 1);
             }
-            detail::store_rows_8<Fields>(at, lanes, some);
+            detail::store_rows_8<int(Fields), W / 8>(at, reinterpret_cast<const __m256*>(in.data()) + half,
+                                                     some);
         }
         return n;
     } else {
