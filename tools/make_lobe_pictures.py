@@ -41,6 +41,16 @@ SWEEPS = {
     "BlinnBrdf": ("exponent", ["2", "10", "40", "200", "2000"], ""),
 }
 
+# Layers: the upper lobe and the lower one, VALUE changing.
+LAYERS = {
+    "ThickCoat": (
+        ["0", "0.15", "0.4", "1", "2.5"],
+        'MicrofacetDielectricBrdf("ior", 1.6, "roughness", 0.03, "absorption", color(0.15, 0.7, 1.6), "thickness", VALUE)',
+        'MicrofacetConductorBrdf("reflectance", color(0.9), "roughness", 0.45)',
+        "thick",
+    ),
+}
+
 SCENE = """\
 Format 500 108 1
 Display "balls.png" "file" "rgb"
@@ -87,17 +97,41 @@ class ballNUMBER()
 """
 
 
+LAYERED_BALL = """\
+class ballNUMBER()
+{
+    public void mnk_init(output MnkObjectProperties o; output MnkMaterial material)
+    {
+        MnkMaterialBoundary b = CreateBoundary(material);
+        AddLobe(b, "upper", UPPER);
+        AddLobe(b, "lower", LOWER);
+        AddLayer(b, "all", "OPERATOR", "upper", "lower");
+    }
+}
+"""
+
+
+def layered_ball(name: str, value: str) -> str:
+    """The shader of one ball of a row of layers."""
+    _, upper, lower, operator = LAYERS[name]
+    text = LAYERED_BALL.replace("UPPER", upper).replace("LOWER", lower).replace("OPERATOR", operator)
+    return text.replace("VALUE", value)
+
+
 def main() -> None:
     PICTURES.mkdir(parents=True, exist_ok=True)
     page = (ROOT / "docs" / "lobes.md").read_text()
     names = re.findall(r"images/lobes/(\w+)\.png", page)
-    for name in sys.argv[1:] or names:
+    for name in sys.argv[1:] or [*names, *LAYERS]:
         key, values, rest = SWEEPS.get(name, ("roughness", ["0", "0.25", "0.5", "0.75", "1"], ""))
+        values = LAYERS[name][0] if name in LAYERS else values
         with tempfile.TemporaryDirectory() as folder:
             balls = ""
             for i, value in enumerate(values):
                 inputs = f'"{key}", {value}' + (f", {rest}" if rest else "")
-                text = BALL.replace("NUMBER", str(i)).replace("LOBE", name).replace("INPUTS", inputs)
+                text = BALL.replace("LOBE", name).replace("INPUTS", inputs)
+                text = layered_ball(name, value) if name in LAYERS else text
+                text = text.replace("NUMBER", str(i))
                 (Path(folder) / f"ball{i}.sl").write_text(text)
                 balls += f'AttributeBegin\n  Surface "ball{i}"\n  Translate {(i - 2) * 2.25} 0 0\n'
                 balls += "  Rotate -90 1 0 0\n  Sphere 1 -1 1 360\nAttributeEnd\n"

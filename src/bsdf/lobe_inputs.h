@@ -12,7 +12,7 @@ namespace kanuka::bsdf {
 
 using grid::LobeId;
 
-inline constexpr int MaxColors = 3, MaxNumbers = 7;
+inline constexpr int MaxColors = 3, MaxNumbers = 8;
 
 template <int W>
 struct LobeInputs {

@@ -432,6 +432,44 @@ void fill_metals(const char* path) {
     }
 }
 
+// ---- below a thick coat
+
+void fill_dielectric_means() {
+    for (int n = 0; n < T::Indices; n++) {
+        double sum = 0;
+        constexpr int N = 4096;
+        for (int i = 0; i < N; i++) { // over the cosine, by its square root's steps
+            const double x = (i + 0.5) / N, c = x * x;
+            Float<1> unused;
+            sum += double(fresnel_dielectric(Float<1>(float(c)), Float<1>(T::index_of(n)), unused)[0]) * 2 *
+                   c * 2 * x / N;
+        }
+        made().dielectric_mean[n] = float(sum);
+    }
+}
+
+void fill_escape(int at, float cosine, float x) {
+    const float alpha = x * x * x * x;
+    for (int n = 0; n < T::Indices; n++) {
+        const float index = T::index_of(n);
+        float& ratio = made().escape[n * T::Plane + at];
+        ratio = 1;
+        if (alpha == 0)
+            continue;
+        const float inside = std::sqrt(1 - (1 - cosine * cosine) / (index * index));
+        Float<1> unused;
+        double all = 0, out = 0;
+        for (const Scattered& s : reflected(Ggx<8>{F(alpha)}, view(inside), 24, 0)) {
+            const double share = double(s.share) * double(ggx_balance(Float<1>(s.wi.z), Float<1>(alpha))[0]);
+            all += share;
+            out += share * (1 - double(fresnel_dielectric(Float<1>(s.wi.z), Float<1>(1 / index), unused)[0]));
+        }
+        const double smooth = 1 - double(fresnel_dielectric(softened(Float<1>(cosine), Float<1>(alpha)),
+                                                            Float<1>(index), unused)[0]);
+        ratio = float(out / all / std::max(smooth, 1e-6));
+    }
+}
+
 void fill_all(const char* metals) {
     fill_metals(metals);
     fill_lambda();
@@ -443,6 +481,8 @@ void fill_all(const char* metals) {
     };
     each(fill_sheen_seen);
     each(fill_others);
+    fill_dielectric_means();
+    each(fill_escape);
     for (int n = 0; n < T::GlassIndices; n++)
         for (int k = 0; k < T::Alphas; k++)
             fill_glass(n, k);

@@ -92,6 +92,9 @@ const LobeInput dielectric_brdf[] = {
     color_input("transmittance", 1,
                 "of the layer, for light that crosses it once, straight: as the upper layer of a coat, what "
                 "lies below is seen through it, down and up, along refracted ways"),
+    float_input("thickness", 1, 0, 1000, "mm", "of the layer, for its absorption"),
+    {"absorption", Color, Vec3f(0, 0, 0), 0, Inf, "1/mm", Storage::Rgb9e5,
+     "of light on its way through the layer, besides transmittance"},
 };
 const LobeInput dielectric_bsdf[] = {
     color_input(
@@ -136,6 +139,20 @@ const LobeInput blinn[] = {
 const LobeInput emission[] = {
     {"radiance", Color, Vec3f(1, 1, 1), 0, Inf, "W/(sr m^2), D65 = (1, 1, 1)", Storage::Rgb9e5,
      "radiance, the same in all directions, on the outside"},
+};
+const LobeInput cone_emission[] = {
+    {"radiance", Color, Vec3f(1, 1, 1), 0, Inf, "W/(sr m^2), D65 = (1, 1, 1)", Storage::Rgb9e5,
+     "radiance within the cone, on the outside"},
+    float_input("angle", 45, 0.5f, 90, "degrees",
+                "from the normal to the cone's edge, where nothing is left"),
+    float_input("softness", 0.2f, 0, 1, "1",
+                "of the edge: the part of the angle over which light fades; 0 is a sharp edge"),
+};
+const LobeInput profile_emission[] = {
+    {"radiance", Color, Vec3f(1, 1, 1), 0, Inf, "W/(sr m^2), D65 = (1, 1, 1)", Storage::Rgb9e5,
+     "radiance along the normal, on the outside"},
+    float_input("exponent", 1, 0, 1000, "1",
+                "of the cosine to the normal that radiance goes with: 0 is diffuse, more is narrower"),
 };
 const LobeInput henyey_greenstein[] = {
     {"meanCosine", Color, Vec3f(0, 0, 0), -1, 1, "1", Storage::Rgb11,
@@ -186,6 +203,10 @@ const LobeDecl table[] = {
     {LobeId::BlinnBrdf, "BlinnBrdf", LobeKind::Reflection, blinn,
      "Blinn's highlight, physically scaled (Ashikhmin and Shirley 2000)"},
     {LobeId::DiffuseEmission, "DiffuseEmission", LobeKind::Emission, emission, "diffuse emitter"},
+    {LobeId::ConeEmission, "ConeEmission", LobeKind::Emission, cone_emission,
+     "emitter that shines within a cone about its normal, with a soft edge"},
+    {LobeId::ProfileEmission, "ProfileEmission", LobeKind::Emission, profile_emission,
+     "emitter whose radiance is a power of the cosine to its normal"},
     {LobeId::HenyeyGreensteinPfrgb, "HenyeyGreensteinPfrgb", LobeKind::Phase, henyey_greenstein,
      "Henyey and Greenstein's phase function (1941)"},
     {LobeId::DoubleHenyeyGreensteinPfrgb, "DoubleHenyeyGreensteinPfrgb", LobeKind::Phase,

@@ -353,6 +353,8 @@ _node("Layers", "material", "layer_over", "the upper over the lower, which shows
       _LAYER.format(1, "of the upper"), layer="over")  # fmt: skip
 _node("Layers", "material", "layer_coat", "the lower gets the light that the upper does not reflect",
       _LAYER.format(1, "of the upper"), layer="coat")  # fmt: skip
+_node("Layers", "material", "layer_thick", "as coat, the lower seen along ways that a dielectric upper bends",
+      _LAYER.format(1, "of the upper"), layer="thick")  # fmt: skip
 _node("Layers", "material", "layer_add", "the sum of both: for emission",
       "material upper: one\nmaterial lower: the other", layer="add")  # fmt: skip
 
