@@ -457,13 +457,21 @@ void fill_escape(int at, float cosine, float x) {
         if (alpha == 0)
             continue;
         const float inside = std::sqrt(1 - (1 - cosine * cosine) / (index * index));
-        Float<1> unused;
+        // Many strata: the critical angle is an edge.
+        const Ggx<8> ggx{F(alpha)};
+        const V wo = view(inside);
+        const F lambda_o = ggx.lambda(wo), one(1.0f), zero(0.0f);
         double all = 0, out = 0;
-        for (const Scattered& s : reflected(Ggx<8>{F(alpha)}, view(inside), 24, 0)) {
-            const double share = double(s.share) * double(ggx_balance(Float<1>(s.wi.z), Float<1>(alpha))[0]);
-            all += share;
-            out += share * (1 - double(fresnel_dielectric(Float<1>(s.wi.z), Float<1>(1 / index), unused)[0]));
-        }
+        stratify(ggx, wo, 96, 0, [&](const V& m, F weight) {
+            const V wi = reflect(wo, m);
+            const F share =
+                select((wi.z > zero) & (dot(wo, m) > zero),
+                       weight * ggx_balance(abs(wi.z), F(alpha)) / (one + lambda_o + ggx.lambda(wi)), zero);
+            F cos_t;
+            all += sum_of(share);
+            out += sum_of(share * (one - fresnel_dielectric(max(wi.z, zero), F(1 / index), cos_t)));
+        });
+        Float<1> unused;
         const double smooth = 1 - double(fresnel_dielectric(softened(Float<1>(cosine), Float<1>(alpha)),
                                                             Float<1>(index), unused)[0]);
         ratio = float(out / all / std::max(smooth, 1e-6));

@@ -60,8 +60,12 @@ struct ThickLayer {
         const Float<W> one(1.0f), two(2.0f);
         Float<W> unused;
         switch (id) {
+        case LobeId::OrenNayarBrdf: { // seen from above it sends more upwards; fitted to furnaces
+            const Float<W> more = sqrt(one - one / (n * n)) * fma(wo.z - one, Float<W>(1.4f), one);
+            return one - (one - dielectric_mean(n)) / (n * n) *
+                             fma(Float<W>(0.081f) * in.number[0], max(more, Float<W>(0.0f)), one);
+        }
         case LobeId::LambertBrdf:
-        case LobeId::OrenNayarBrdf:
         case LobeId::BurleyBrdf:
         case LobeId::SheenBrdf:
             return one - (one - dielectric_mean(n)) / (n * n);

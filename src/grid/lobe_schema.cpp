@@ -143,8 +143,7 @@ const LobeInput emission[] = {
 const LobeInput cone_emission[] = {
     {"radiance", Color, Vec3f(1, 1, 1), 0, Inf, "W/(sr m^2), D65 = (1, 1, 1)", Storage::Rgb9e5,
      "radiance within the cone, on the outside"},
-    float_input("angle", 45, 0.5f, 90, "degrees",
-                "from the normal to the cone's edge, where nothing is left"),
+    float_input("angle", 45, 1, 90, "degrees", "from the normal to the cone's edge, where nothing is left"),
     float_input("softness", 0.2f, 0, 1, "1",
                 "of the edge: the part of the angle over which light fades; 0 is a sharp edge"),
 };
