@@ -21,6 +21,7 @@ ABOUT = {
     "micropolygons": "",
     "networks": "links",
     "shaders": "",
+    "lights": "",
 }
 SAME = ("commit", "quick", "repeats", "threads")
 SAME_MACHINE = ("cpu", "family_model_stepping", "cores", "isa")

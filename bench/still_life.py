@@ -39,12 +39,16 @@ def write_exr(path: Path, rgb: np.ndarray) -> None:
     os.replace(temporary, path)
 
 
-def environment(name: str, colored: bool) -> Path:
-    """A sky with a horizon, a window of light and a low sun; or its greys."""
-    path = cache_folder() / f"{name}.exr"
+def environment(name: str, colored: bool, height: int = 256) -> Path:
+    """A sky with a horizon, a window of light and a low sun; or its greys.
+
+    Renderers do not agree on whether a picture's first row is at the pole or half a texel from it: for pictures that
+    are to be the same, texels are small.
+    """
+    path = cache_folder() / f"{name}-{height}.exr"
     if path.exists():
         return path
-    height, width = 256, 512
+    width = 2 * height
     theta, phi = (np.arange(height) + 0.5) / height * np.pi, (np.arange(width) + 0.5) / width * 2 * np.pi
     up = np.cos(theta)[:, None]
     direction = np.stack(
@@ -96,7 +100,7 @@ def grey_stage(name: str, finish: Finish | None) -> Scene:
         Mesh("ball", GREY, *fine_ball(0, 1, 0), finish=finish),
     ]
     camera = Camera((0, 1.8, 5), (0, 0.8, 0), 42)
-    return Scene(name, (256, 256), 64, camera, meshes, environment=environment("grey-sky", colored=False))
+    return Scene(name, (256, 256), 64, camera, meshes, environment=environment("grey-sky", colored=False, height=1024))
 
 
 def under_a_sky(_n: int) -> Scene:

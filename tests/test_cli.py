@@ -12,7 +12,7 @@ import pytest
 import conftest
 import kanuka
 
-COMMANDS = [[], ["render"], ["info"], ["compare"], ["shader"], ["shader", "compile"]]
+COMMANDS = [[], ["render"], ["info"], ["convert"], ["compare"], ["shader"], ["shader", "compile"]]
 COMMANDS += [["shader", name] for name in ("info", "publish", "cache", "run")]
 
 
@@ -24,7 +24,9 @@ def test_help(kanuka_command, command: list[str]) -> None:
     assert result.stderr == ""
 
 
-@pytest.mark.parametrize("command", [["render"], ["info"], ["compare"], ["shader", "compile"]], ids=" ".join)
+@pytest.mark.parametrize(
+    "command", [["render"], ["info"], ["convert"], ["compare"], ["shader", "compile"]], ids=" ".join
+)
 def test_help_has_examples_and_exit_codes(kanuka_command, command: list[str]) -> None:
     text = kanuka_command(*command, "--help").stdout
     assert "examples:\n  kanuka " + " ".join(command) in text
@@ -63,6 +65,24 @@ def test_wrong_command_lines(kanuka_command, arguments: list[str], word: str) ->
     assert result.returncode == 2
     assert word.replace(", ", "").replace("'", "") in result.stderr.replace(", ", "").replace("'", "")
     assert result.stdout == ""
+
+
+def test_convert_round_trip(kanuka_command, ball: Path, tmp_path: Path) -> None:
+    for source, target, *options in (
+        (ball, "text.rib"),
+        ("text.rib", "binary.rib.gz", "--binary"),
+        ("binary.rib.gz", "again.rib.zst"),
+        ("again.rib.zst", "packed", "--gzip", "--binary"),
+        ("packed", "last.rib"),
+    ):
+        result = kanuka_command("convert", source, target, *options)
+        assert result.returncode == 0, result.stderr
+    assert (tmp_path / "last.rib").read_bytes() == (tmp_path / "text.rib").read_bytes()
+    assert (tmp_path / "packed").read_bytes()[:2] == b"\x1f\x8b"
+    assert kanuka_command("convert", "packed", "-").stdout == (tmp_path / "text.rib").read_text()
+    assert kanuka_command("convert", "packed", "no/where.rib").returncode == 5
+    assert kanuka_command("convert", "packed", "x.rib", "--gzip", "--zstd").returncode == 2
+    assert kanuka_command("convert", "none.rib", "x.rib").returncode == 4
 
 
 def test_render_writes_picture_png_and_statistics(kanuka_command, ball: Path, tmp_path: Path) -> None:

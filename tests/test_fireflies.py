@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scenes import quad
 
 import kanuka
+from scenes import quad
 
 
 def caustic() -> kanuka.Scene:

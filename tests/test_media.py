@@ -47,7 +47,8 @@ def test_what_absorbs_nothing_vanishes_under_an_even_sky(tmp_path: Path, surface
 
 def test_a_cloud_that_absorbs_is_transparent_by_its_law(tmp_path: Path) -> None:
     rgb, _ = render(
-        tmp_path, BALL.format(shapes='Surface "cloud" "color scattering" 0 "color absorption" [0.7 0.7 0.7]\n' + CLOSED)
+        tmp_path,
+        BALL.format(shapes='Surface "cloud" "color scattering" [0 0 0] "color absorption" [0.7 0.7 0.7]\n' + CLOSED),
     )
     assert rgb[5:7, 5:7].mean() == pytest.approx(np.exp(-1.4), rel=0.03)  # right through the middle
 
@@ -56,15 +57,16 @@ def test_priorities_cut_what_overlaps(tmp_path: Path) -> None:
     """Two clouds of absorption 0.2 and 1: which of them is there, where both are?"""
     two = """
     AttributeBegin
-      Surface "cloud" "color scattering" 0 "color absorption" [0.2 0.2 0.2] "float priority" [{0}]
+      Surface "cloud" "color scattering" [0 0 0] "color absorption" [0.2 0.2 0.2] "float priority" [{0}]
       {ball}
     AttributeEnd
-    Surface "cloud" "color scattering" 0 "color absorption" [1 1 1] "float priority" [{1}]
+    Surface "cloud" "color scattering" [0 0 0] "color absorption" [1 1 1] "float priority" [{1}]
     Scale 0.5 0.5 0.5
     {ball}
     """
     for priorities, depth in (((1, 0), 0.4), ((0, 1), 1.2)):
-        rgb, _ = render(tmp_path, BALL.format(shapes=two.format(*priorities, ball=CLOSED)))
+        middle = BALL.replace("[20]", "[2]")  # straight through, all over the picture
+        rgb, _ = render(tmp_path, middle.format(shapes=two.format(*priorities, ball=CLOSED)))
         assert rgb[5:7, 5:7].mean() == pytest.approx(np.exp(-depth), rel=0.03)
 
 
@@ -79,6 +81,7 @@ def test_an_open_sea_over_the_camera_is_reported(tmp_path: Path) -> None:
     shapes = """
     Surface "cloud" "color scattering" [1 1 1]
     Translate 0 0 -6
+    ReverseOrientation
     Patch "bilinear" "P" [-9 1 -9  9 1 -9  -9 1 9  9 1 9]
     """
     _, journal = render(tmp_path, BALL.format(shapes=shapes))

@@ -24,7 +24,7 @@ LEVELS: dict[str, int] = {
             ("bvh", "bsdf"),
             ("transport", "film"),
             ("render",),
-            ("gpu", "python"),
+            ("gpu", "python", "ri"),
         )
     )
     for folder in folders

@@ -12,9 +12,9 @@ PICTURE = ROOT / "docs" / "images" / "interiors.png"
 
 # The drink is a little larger than the hollow that it fills; the glass has the higher priority.
 SCENE = """\
-Format 640 200 1
+Format 384 120 1
 Display "interiors.png" "file" "rgb"
-PixelSamples 22 22
+PixelSamples 3 3
 ShadingRate 0.5
 Option "kanuka" "integer maxdepth" 24
 Option "searchpath" "string shader" [".:&"]

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstring>
+#include <limits>
 #include <map>
 
 #include "base/error.h"
@@ -25,27 +26,15 @@ Mask<W> traceable(const RayPacket<W>& rays) {
     return m;
 }
 
-// Stochastic transparency: a surface of presence p stops a ray with probability p. One decision per ray and
-// cell, by hash, so hits and shadows need no special case.
 void presence_filter(const RTCFilterFunctionNArguments* args) {
     const Geometry& g = *static_cast<const Geometry*>(args->geometryUserPtr);
     const Context& context = *reinterpret_cast<const Context*>(args->context);
     for (unsigned i = 0; i < args->N; i++) {
         if (args->valid[i] == 0)
             continue;
-        const unsigned prim = RTCHitN_primID(args->hit, args->N, i);
-        const float u = RTCHitN_u(args->hit, args->N, i), v = RTCHitN_v(args->hit, args->N, i);
-        const int shape = g.shape_of_grid.size() == 1 ? g.shape_of_grid[0] : g.shape_of_grid[prim];
-        const int seed = context.seeds[RTCRayN_id(args->ray, args->N, i)];
-        const float t = RTCRayN_tfar(args->ray, args->N, i);
-        int t_bits;
-        std::memcpy(&t_bits, &t, 4);
-        const Int<1> h = hash_bits(Int<1>(seed) ^ hash_bits(Int<1>(int(uint32_t(shape) * 0x9e3779b1u + prim +
-                                                                       (uint32_t(t_bits) & ~0xffu)))));
-        if (to_unit(h)[0] >= g.store->presence(shape, int(prim), u, v))
-            args->valid[i] = 0;
-        if (context.passes &&
-            (context.passes[RTCRayN_id(args->ray, args->N, i)] & g.store->links_of(shape).lets_through) != 0)
+        if (!is_present(g, context, RTCRayN_id(args->ray, args->N, i), RTCHitN_primID(args->hit, args->N, i),
+                        RTCHitN_u(args->hit, args->N, i), RTCHitN_v(args->hit, args->N, i),
+                        RTCRayN_tfar(args->ray, args->N, i)))
             args->valid[i] = 0;
     }
 }
@@ -55,6 +44,7 @@ void presence_filter(const RTCFilterFunctionNArguments* args) {
 struct Scene::Impl {
     RTCDevice device = nullptr;
     std::vector<Group> groups;
+    std::vector<Scene::Plane> planes; // that clip
     std::atomic<int64_t> bytes{0};
     const store::Store& store;
 
@@ -71,8 +61,11 @@ struct Scene::Impl {
             &bytes);
     }
     ~Impl() {
-        for (Group& g : groups)
+        for (Group& g : groups) {
             rtcReleaseScene(g.scene);
+            if (g.solids)
+                rtcReleaseScene(g.solids);
+        }
         rtcReleaseDevice(device);
     }
 
@@ -81,25 +74,30 @@ struct Scene::Impl {
                store.links()[size_t(s.links)].lets_through != 0;
     }
 
-    void attach(Group& group, RTCGeometry geometry, std::unique_ptr<Geometry> ours) {
+    // `ours`: null for instances, of which `bounds_solid` tells where they go.
+    void attach(Group& group, RTCGeometry geometry, std::unique_ptr<Geometry> ours,
+                bool bounds_solid = false) {
         if (ours) {
             rtcSetGeometryUserData(geometry, ours.get());
-            if (cuts_out(store.shapes()[size_t(ours->shape_of_grid[0])])) {
-                rtcSetGeometryIntersectFilterFunction(geometry, presence_filter);
-                rtcSetGeometryOccludedFilterFunction(geometry, presence_filter);
+            ours->group = int(&group - groups.data());
+            ours->partly = cuts_out(store.shapes()[size_t(ours->shape_of_grid[0])]);
+            bounds_solid = ours->solid >= 0;
+            if (bounds_solid || ours->partly) {
+                const auto filter = bounds_solid ? note_crossing : presence_filter;
+                rtcSetGeometryIntersectFilterFunction(geometry, filter);
+                rtcSetGeometryOccludedFilterFunction(geometry, filter);
             }
         }
         rtcCommitGeometry(geometry);
-        const unsigned id = rtcAttachGeometry(group.scene, geometry);
-        if (id != group.geometries.size())
-            throw Error("Embree numbered geometries in an unexpected order", ExitCode::Internal);
+        rtcAttachGeometryByID(bounds_solid && group.solids ? group.solids : group.scene, geometry,
+                              unsigned(group.geometries.size()));
         group.geometries.push_back(std::move(ours));
         rtcReleaseGeometry(geometry);
     }
 
     // Grids of a group that move by the same steps and whose hits are all filtered, or all not: their
     // vertices lie in the arena as they are.
-    void add_grids(Group& group, const std::vector<int>& shapes) {
+    void add_grids(Group& group, const std::vector<int>& shapes, int solid) {
         if (shapes.empty())
             return;
         RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_GRID);
@@ -117,17 +115,17 @@ struct Scene::Impl {
         for (int k = 0; k <= first.motion_segments; k++)
             rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, unsigned(k), RTC_FORMAT_FLOAT3,
                                        store.words(), size_t(k) * size_t(first.motion_stride) * 4, 12, last);
-        auto ours = std::make_unique<Geometry>(Geometry{&store, shapes, {}});
+        auto ours = std::make_unique<Geometry>(Geometry{&store, shapes, {}, solid});
         attach(group, geometry, std::move(ours));
     }
 
     // The same grids as quads that share the grids' vertices; for still ones. Embree splits both along the
     // same diagonal.
-    void add_quads(Group& group, const std::vector<int>& shapes, size_t cells) {
+    void add_quads(Group& group, const std::vector<int>& shapes, size_t cells, int solid) {
         RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_QUAD);
         auto* corner = static_cast<uint32_t*>(
             rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 16, cells));
-        auto ours = std::make_unique<Geometry>(Geometry{&store, {}, {}});
+        auto ours = std::make_unique<Geometry>(Geometry{&store, {}, {}, solid});
         ours->shape_of_grid.reserve(cells);
         ours->cell.reserve(cells);
         size_t last = 0;
@@ -149,7 +147,7 @@ struct Scene::Impl {
         attach(group, geometry, std::move(ours));
     }
 
-    void add_mesh(Group& group, int shape) {
+    void add_mesh(Group& group, int shape, int solid) {
         const store::ShapeRecord& s = store.shapes()[size_t(shape)];
         const bool quads = s.flags & store::ShapeRecord::Quads;
         RTCGeometry geometry =
@@ -162,7 +160,7 @@ struct Scene::Impl {
         rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0,
                                    quads ? RTC_FORMAT_UINT4 : RTC_FORMAT_UINT3, store.words() + s.indices, 0,
                                    quads ? 16 : 12, size_t(s.mv));
-        attach(group, geometry, std::make_unique<Geometry>(Geometry{&store, {shape}, {}}));
+        attach(group, geometry, std::make_unique<Geometry>(Geometry{&store, {shape}, {}, solid}));
     }
 
     void add_instances(Group& group, const GroupDesc::Instances& desc, const GroupDesc& child) {
@@ -177,7 +175,7 @@ struct Scene::Impl {
         in->target = &groups[size_t(desc.group)];
         in->transforms = desc.transforms;
         in->paths = desc.paths;
-        rtcGetSceneBounds(in->target->scene, &in->child);
+        in->child = bounds_of(*in->target);
         if (!in->paths.empty())
             bound_paths(*in);
         else
@@ -196,7 +194,7 @@ struct Scene::Impl {
         rtcSetGeometryOccludedFunction(geometry, instance_occluded);
         bytes += int64_t(in->inverses.size() * sizeof(float) + in->bounds.size() * sizeof(Bounds3f));
         group.instances.push_back(std::move(in));
-        attach(group, geometry, nullptr);
+        attach(group, geometry, nullptr, desc.bounds_solid);
     }
 
     template <int W>
@@ -222,43 +220,57 @@ Scene::Scene(const store::Store& store, std::span<const GroupDesc> groups, bool 
     impl.groups.resize(groups.size());
     for (size_t g = 0; g < groups.size(); g++) {
         Group& group = impl.groups[g];
-        group.scene = rtcNewScene(impl.device);
-        rtcSetSceneFlags(group.scene,
-                         RTCSceneFlags(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION |
-                                       (compact ? RTC_SCENE_FLAG_COMPACT : 0)));
-        // Grids by whether hits are filtered, their steps, and how far apart those lie.
-        std::map<std::array<int32_t, 3>, std::vector<int>> grids;
-        for (const auto& range : groups[g].shapes)
+        const auto new_scene = [&] {
+            RTCScene s = rtcNewScene(impl.device);
+            rtcSetSceneFlags(s, RTCSceneFlags(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION |
+                                              (compact ? RTC_SCENE_FLAG_COMPACT : 0)));
+            return s;
+        };
+        group.scene = new_scene();
+        group.trees = SolidTrees(groups[g].solids);
+        if (!group.trees.empty())
+            group.solids = new_scene();
+        // Grids by whether hits are filtered, their steps, and how far apart those lie; and by the solid
+        // that they bound.
+        std::map<std::array<int32_t, 4>, std::vector<int>> grids;
+        for (const auto& range : groups[g].shapes) {
+            const int solid = group.trees.empty() || group.trees.holds(range.solid) ? range.solid : -1;
             for (int s = range.first; s < range.first + range.count; s++) {
                 const store::ShapeRecord& shape = store.shapes()[size_t(s)];
                 if (shape.flags & store::ShapeRecord::Mesh)
-                    impl.add_mesh(group, s);
+                    impl.add_mesh(group, s, solid);
                 else
                     grids[{impl.cuts_out(shape), shape.motion_segments,
-                           shape.motion_segments > 0 ? shape.motion_stride : 0}]
+                           shape.motion_segments > 0 ? shape.motion_stride : 0, solid}]
                         .push_back(s);
             }
+        }
         for (const auto& [kind, list] : grids) {
             size_t cells = 0;
             for (int shape : list)
                 cells += size_t(store.shapes()[size_t(shape)].mu) * size_t(store.shapes()[size_t(shape)].mv);
-            const bool solid = kind[0] == 0, still = kind[1] == 0;
-            if (solid && still && cells > 0 && cells <= MostQuads && !compact)
-                impl.add_quads(group, list, cells);
+            const bool opaque = kind[0] == 0, still = kind[1] == 0;
+            if (opaque && still && cells > 0 && cells <= MostQuads && !compact)
+                impl.add_quads(group, list, cells, kind[3]);
             else
-                impl.add_grids(group, list);
+                impl.add_grids(group, list, kind[3]);
         }
         for (const auto& instances : groups[g].instances)
             impl.add_instances(group, instances, groups[size_t(instances.group)]);
         rtcCommitScene(group.scene);
+        if (group.solids)
+            rtcCommitScene(group.solids);
     }
 }
 
 Scene::~Scene() = default;
 
+void Scene::clip(std::span<const Plane> planes) {
+    m_impl->planes.assign(planes.begin(), planes.end());
+}
+
 Bounds3f Scene::bounds() const {
-    RTCBounds b;
-    rtcGetSceneBounds(m_impl->groups.back().scene, &b);
+    const RTCBounds b = bounds_of(m_impl->groups.back());
     Bounds3f r;
     r.lo = {b.lower_x, b.lower_y, b.lower_z};
     r.hi = {b.upper_x, b.upper_y, b.upper_z};
@@ -314,6 +326,41 @@ void fill(Ray& r, const RayPacket<W>& rays) {
     put(r.mask, Int<W>(-1)), put(r.id, Int<W>::lane_index()), put(r.flags, Int<W>(0));
 }
 
+// A field of a lane: packets have arrays where single rays have values.
+template <class T>
+T& at(T* field, int) {
+    return *field;
+}
+template <class T, size_t N>
+T& at(T (*field)[N], int i) {
+    return (*field)[i];
+}
+
+template <int W>
+RTCRay lane(const RayPacket<W>& rays, int i) {
+    RTCRay r;
+    r.org_x = rays.o.x.v[i], r.org_y = rays.o.y.v[i], r.org_z = rays.o.z.v[i];
+    r.dir_x = rays.d.x.v[i], r.dir_y = rays.d.y.v[i], r.dir_z = rays.d.z.v[i];
+    r.tnear = rays.t_min.v[i], r.tfar = rays.t_max.v[i], r.time = rays.time.v[i];
+    r.mask = unsigned(-1), r.id = unsigned(i), r.flags = 0;
+    return r;
+}
+
+// What planes leave of a ray is one piece of it: they all cut half of space.
+template <int W>
+RayPacket<W> clipped(RayPacket<W> rays, const std::vector<Scene::Plane>& planes) {
+    for (const Scene::Plane& p : planes) {
+        const Vec3<Float<W>> n(p.normal);
+        const Float<W> ahead = dot(Vec3<Float<W>>(p.point) - rays.o, n), rises = dot(rays.d, n),
+                       t = ahead / rises;
+        rays.t_max = select((rises > Float<W>(0.0f)) & (t < rays.t_max), t, rays.t_max);
+        rays.t_min = select((rises < Float<W>(0.0f)) & (t > rays.t_min), t, rays.t_min);
+        rays.active &= !((rises == Float<W>(0.0f)) & (ahead < Float<W>(0.0f)));
+    }
+    rays.active &= rays.t_min <= rays.t_max;
+    return rays;
+}
+
 } // namespace
 
 namespace {
@@ -347,6 +394,19 @@ void Scene::intersect(const RayPacket<W>& rays, HitPacket<W>& hits) const {
     if constexpr (W == 1)
         if (rays.coherent)
             return intersect_as_packet(*this, rays, hits);
+    if (m_impl->planes.empty())
+        return intersect_kept(rays, hits);
+    intersect_kept(clipped(rays, m_impl->planes), hits);
+    hits.t = select(hits.hit, hits.t, rays.t_max);
+}
+
+template <int W>
+Mask<W> Scene::occluded(const RayPacket<W>& rays) const {
+    return occluded_kept(m_impl->planes.empty() ? rays : clipped(rays, m_impl->planes));
+}
+
+template <int W>
+void Scene::intersect_kept(const RayPacket<W>& rays, HitPacket<W>& hits) const {
     using E = EmbreeTypes<W>;
     alignas(64) typename E::RayHit rh;
     alignas(64) int32_t hit_group[W], slot_shift[W];
@@ -363,8 +423,30 @@ void Scene::intersect(const RayPacket<W>& rays, HitPacket<W>& hits) const {
     const Mask<W> active = traceable(rays);
     alignas(64) int32_t valid[W];
     std::memcpy(valid, &active.v, sizeof valid);
+    const Group& group = m_impl->groups.back();
+    std::vector<SolidHit> solids(group.solids ? W : 0);
+    uint32_t bounded = 0; // rays that meet a solid, which nothing behind it hides
+    if (group.solids)
+        for (uint32_t bits = active.bits(); bits; bits &= bits - 1) {
+            const int i = __builtin_ctz(bits);
+            if (!solids[size_t(i)].find(group, context, lane(rays, i)))
+                continue;
+            bounded |= 1u << i;
+            at(&rh.ray.tfar, i) = solids[size_t(i)].t();
+        }
     if (W > 1 || valid[0])
-        E::intersect(valid, m_impl->groups.back().scene, &context.embree, &rh);
+        E::intersect(valid, group.scene, &context.embree, &rh);
+    for (; bounded; bounded &= bounded - 1) {
+        const int i = __builtin_ctz(bounded);
+        if (at(&rh.hit.geomID, i) != RTC_INVALID_GEOMETRY_ID)
+            continue;
+        RTCHit hit;
+        solids[size_t(i)].put(context, unsigned(i), hit);
+        at(&rh.hit.Ng_x, i) = hit.Ng_x, at(&rh.hit.Ng_y, i) = hit.Ng_y, at(&rh.hit.Ng_z, i) = hit.Ng_z;
+        at(&rh.hit.u, i) = hit.u, at(&rh.hit.v, i) = hit.v;
+        at(&rh.hit.geomID, i) = hit.geomID, at(&rh.hit.primID, i) = hit.primID;
+        at(&rh.hit.instID[0], i) = hit.instID[0];
+    }
     const auto get = [](auto& value, const auto& field) { std::memcpy(&value.v, &field, sizeof value.v); };
     get(hits.t, rh.ray.tfar);
     get(hits.u, rh.hit.u), get(hits.v, rh.hit.v);
@@ -396,7 +478,7 @@ void Scene::intersect(const RayPacket<W>& rays, HitPacket<W>& hits) const {
 }
 
 template <int W>
-Mask<W> Scene::occluded(const RayPacket<W>& rays) const {
+Mask<W> Scene::occluded_kept(const RayPacket<W>& rays) const {
     using E = EmbreeTypes<W>;
     alignas(64) typename E::Ray r;
     alignas(64) float transforms[12 * W];
@@ -410,6 +492,14 @@ Mask<W> Scene::occluded(const RayPacket<W>& rays) const {
     std::memcpy(valid, &active.v, sizeof valid);
     if (W > 1 || valid[0])
         E::occluded(valid, m_impl->groups.back().scene, &context.embree, &r);
+    const Group& group = m_impl->groups.back();
+    if (group.solids)
+        for (uint32_t bits = active.bits(); bits; bits &= bits - 1) {
+            const int i = __builtin_ctz(bits);
+            SolidHit solid;
+            if (!(at(&r.tfar, i) < 0) && solid.find(group, context, lane(rays, i)))
+                at(&r.tfar, i) = -std::numeric_limits<float>::infinity();
+        }
     Float<W> t;
     std::memcpy(&t.v, &r.tfar, sizeof t.v);
     return (t < Float<W>(0.0f)) & active;

@@ -13,6 +13,7 @@
 #include "base/lanes.h"
 #include "base/motion.h"
 #include "base/vec.h"
+#include "bvh/solids.h"
 #include "store/store.h"
 
 namespace kanuka::bvh {
@@ -21,6 +22,8 @@ namespace kanuka::bvh {
 struct GroupDesc {
     struct Range {
         int first, count;
+        int solid =
+            -1; // that they bound, of the group's or, if it has none, of the group's that it is placed in
     };
     std::vector<Range> shapes;
     struct Instances {
@@ -30,8 +33,10 @@ struct GroupDesc {
         // Moving ones instead: where each is at a time from 0 to 1; must outlive the scene.
         std::span<const MotionPath> paths = {};
         int first_slot = Unnumbered; // within the group; see number_emitters()
+        bool bounds_solid = false;   // parts of the surfaces of solids
     };
     std::vector<Instances> instances;
+    std::vector<SolidNode> solids;
 
     static constexpr int Unnumbered = -1;
     int first_emitter = 0, emitters = 0; // of the group's own shapes: a run of the store's
@@ -83,10 +88,20 @@ class Scene {
     template <int W>
     Mask<W> occluded(const RayPacket<W>& rays) const;
 
+    // Cuts away what lies on the side of a plane that its normal points to, for all rays. Before any query.
+    struct Plane {
+        Vec3f point, normal;
+    };
+    void clip(std::span<const Plane> planes);
+
     Bounds3f bounds() const;
     uint64_t bytes() const; // of the hierarchies, without the positions that they share with the store
 
   private:
+    template <int W>
+    void intersect_kept(const RayPacket<W>& rays, HitPacket<W>& hits) const;
+    template <int W>
+    Mask<W> occluded_kept(const RayPacket<W>& rays) const;
     struct Impl;
     std::unique_ptr<Impl> m_impl;
 };

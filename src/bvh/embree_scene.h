@@ -4,6 +4,7 @@
 #include <embree3/rtcore.h>
 
 #include "bvh/bvh.h"
+#include "bvh/solids.h"
 
 namespace kanuka::bvh {
 
@@ -22,12 +23,22 @@ struct Geometry {
     const store::Store* store;
     std::vector<int> shape_of_grid; // grids, and quads of grids: by primID; meshes: one entry
     std::vector<uint32_t> cell;     // quads of grids: place of the cell, u | v << 16, by primID; else empty
+    int solid = -1;                 // that it bounds
+    int group = -1;                 // that it lies in
+    bool partly = false;            // for some rays it is not there
+
+    int shape(unsigned prim) const {
+        return shape_of_grid.size() == 1 ? shape_of_grid[0] : shape_of_grid[prim];
+    }
 };
 
 struct Instances;
 
 struct Group {
     RTCScene scene = nullptr;
+    RTCScene solids = nullptr; // what bounds the solids of `trees`: rays that are traced here hit nothing,
+                               // but note all crossings. geomIDs go on through both scenes.
+    SolidTrees trees;
     std::vector<std::unique_ptr<Geometry>> geometries; // by geomID; null for instances
     std::vector<std::unique_ptr<Instances>> instances;
 };
@@ -55,11 +66,46 @@ struct Context {
     int32_t* hit_slot_shift;
     const int32_t* passes; // null: shadow linking is not asked for
     int width;
+    struct Crossings* crossings = nullptr; // where those of the ray go
     int depth = 0;
     Matrix world_from_current[MaxDepth + 1];
     int32_t slot[MaxDepth + 1]; // where the numbers of emitters in the current group begin
 };
 static_assert(offsetof(Context, embree) == 0);
+
+// ---- solids
+// What a ray crosses, and where moving parts of solids are as it does.
+struct Crossings {
+    struct Place {
+        const Geometry* geometry;
+        Matrix world_from_shape;
+    };
+    std::vector<Crossing> all;
+    std::vector<Place> places;
+    int depth; // of the group that has the tree
+};
+
+// Is the surface there for a ray, by its presence and the lights that it lets through?
+bool is_present(const Geometry& g, const Context& context, unsigned ray_id, unsigned prim, float u, float v,
+                float t);
+// Filter of what bounds solids: takes the crossing down and lets the ray go on.
+void note_crossing(const RTCFilterFunctionNArguments* args);
+// The nearest boundary of a group's solids; false = none up to the ray's end. The ray is in the group's
+// space.
+class SolidHit {
+  public:
+    bool find(const Group& group, Context& context, const RTCRay& ray);
+    float t() const { return m_hit->t; }
+    void put(Context& context, unsigned ray_id, RTCHit& hit) const;
+
+  private:
+    Crossings m_crossings;
+    const Crossing* m_hit = nullptr;
+};
+// Of one group with all that is in it, for one ray.
+void intersect_group(const Group& group, Context& context, RTCRayHit& rh);
+void occluded_group(const Group& group, Context& context, RTCRay& ray);
+RTCBounds bounds_of(const Group& group);
 
 // Callbacks of the user geometry that places groups.
 void instance_bounds(const RTCBoundsFunctionArguments* args);

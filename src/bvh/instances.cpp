@@ -213,7 +213,7 @@ void instance_intersect(const RTCIntersectFunctionNArguments* args) {
         rh.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         rh.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
         const float before = rh.ray.tfar;
-        rtcIntersect1(in.target->scene, &context.embree, &rh);
+        intersect_group(*in.target, context, rh);
         if (rh.hit.geomID == RTC_INVALID_GEOMETRY_ID || !(rh.ray.tfar < before))
             continue;
         RTCRayN_tfar(rays, args->N, i) = rh.ray.tfar;
@@ -244,7 +244,7 @@ void instance_occluded(const RTCOccludedFunctionNArguments* args) {
         RTCRay ray;
         if (!passage.take(args->ray, args->N, i, ray))
             continue;
-        rtcOccluded1(in.target->scene, &context.embree, &ray);
+        occluded_group(*in.target, context, ray);
         if (ray.tfar < 0)
             RTCRayN_tfar(args->ray, args->N, i) = -std::numeric_limits<float>::infinity();
     }

@@ -13,6 +13,7 @@ SurfacePtr make_subdivision(const scene::Primitive&, const scene::SubdivisionMes
                             Journal&);
 SurfacePtr make_patch_mesh(const scene::Primitive&, const scene::PatchMesh&, const Transform&, Journal&);
 SurfacePtr make_nupatch(const scene::Primitive&, const scene::NuPatch&, const Transform&, Journal&);
-SurfacePtr make_quadric(const scene::Primitive&, const scene::Quadric&, const Transform&, Journal&);
+SurfacePtr make_quadric(const scene::Primitive&, const scene::Quadric&, const Transform&, Journal&,
+                        SurfaceHints);
 
 } // namespace kanuka::geom

@@ -23,7 +23,9 @@ class QuadricSurface : public Surface {
     QuadricSurface(const scene::Primitive& primitive, const Transform& m)
         : Surface(primitive, m), m_q(std::get<scene::Quadric>(primitive.geometry)) {}
 
-    bool prepare(const scene::Primitive& primitive, Journal& journal) {
+    // `moving`: sweeps may change on the way, and faces must not: all have as many as a whole turn, and sides
+    // that meet or shrink to a point at one time are treated as any others.
+    bool prepare(const scene::Primitive& primitive, bool moving, Journal& journal) {
         if (const std::string why = read_arguments(); !why.empty()) {
             journal.error(primitive.where, "a quadric was left out: " + why);
             return false;
@@ -32,9 +34,12 @@ class QuadricSurface : public Surface {
             m_inverse = m_render_from_object.inverse();
         m_primvars = collect_primvars(primitive, m_render_from_object, {1, 4, 4, 4}, journal);
         LatticeShape shape;
-        shape.nu = m_nu = std::clamp(int(std::ceil(std::abs(m_theta) / 90 - 1e-6)), 1, 4);
-        shape.nv = m_nv = profile_faces();
-        build_lattice(*this, m_topology, shape);
+        shape.nu = m_nu = moving ? 4 : std::clamp(int(std::ceil(std::abs(m_theta) / 90 - 1e-6)), 1, 4);
+        shape.nv = m_nv = profile_faces(moving);
+        if (moving)
+            m_topology = lattice_topology(shape);
+        else
+            build_lattice(*this, m_topology, shape);
         return true;
     }
 
@@ -149,10 +154,10 @@ class QuadricSurface : public Surface {
         return {};
     }
 
-    int profile_faces() const {
+    int profile_faces(bool moving) const {
         const double sweep = std::abs(m_to - m_from);
         if (m_q.kind == Kind::Sphere || m_q.kind == Kind::Torus)
-            return std::clamp(int(std::ceil(sweep / radians(90) - 1e-6)), 1, 4);
+            return moving ? 4 : std::clamp(int(std::ceil(sweep / radians(90) - 1e-6)), 1, 4);
         return 1;
     }
 
@@ -228,9 +233,9 @@ class QuadricSurface : public Surface {
 } // namespace
 
 SurfacePtr make_quadric(const scene::Primitive& primitive, const scene::Quadric&, const Transform& m,
-                        Journal& journal) {
+                        Journal& journal, SurfaceHints hints) {
     auto surface = std::make_unique<QuadricSurface>(primitive, m);
-    return surface->prepare(primitive, journal) ? std::move(surface) : nullptr;
+    return surface->prepare(primitive, hints.moving, journal) ? std::move(surface) : nullptr;
 }
 
 } // namespace kanuka::geom

@@ -184,7 +184,7 @@ std::unique_ptr<Surface> make_surface(const scene::Primitive& primitive, const T
         else if constexpr (std::is_same_v<G, scene::NuPatch>)
             return make_nupatch(primitive, geometry, m, journal);
         else if constexpr (std::is_same_v<G, scene::Quadric>)
-            return make_quadric(primitive, geometry, m, journal);
+            return make_quadric(primitive, geometry, m, journal, hints);
         else
             return nullptr;
     };

@@ -1,7 +1,6 @@
 #include "grid/trimmed.h"
 
 #include <algorithm>
-#include <cstring>
 
 namespace kanuka::grid {
 
@@ -28,7 +27,8 @@ static bool same_everywhere(std::span<const TrimmedPart> parts, size_t slot) {
     const SlotValues& first = parts[0].inputs->slots[slot];
     return std::ranges::all_of(parts, [&](const TrimmedPart& p) {
         const SlotValues& s = p.inputs->slots[slot];
-        return s.uniform && std::memcmp(&s.value, &first.value, sizeof s.value) == 0;
+        const Vec3f &a = s.value, &b = first.value;
+        return s.uniform && a.x == b.x && a.y == b.y && a.z == b.z;
     });
 }
 

@@ -11,6 +11,7 @@
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/vector.h>
 
+#include "ingest/rib/convert.h"
 #include "ingest/rib/rib.h"
 #include "python/bindings.h"
 #include "render/session.h"
@@ -275,6 +276,30 @@ void bind_render(nb::module_& m) {
         "scene's journal. run_programs=False forbids Procedural \"RunProgram\". procedurals: functions by\n"
         "name, for Procedural \"DynamicLoad\" [\"name\" \"data\"]: called with the size in pixels and the\n"
         "data, they return RIB.");
+    m.def(
+        "convert_rib",
+        [](const std::string& source, const std::string& target, bool binary, const std::string& packing,
+           bool expand_archives, const std::vector<std::string>& archive_path) {
+            ingest::ConvertOptions options{binary, ingest::packing_by_name(target), expand_archives,
+                                           archive_path};
+            if (packing == "gzip")
+                options.packing = ingest::Packing::Gzip;
+            else if (packing == "zstd")
+                options.packing = ingest::Packing::Zstd;
+            else if (packing == "none")
+                options.packing = ingest::Packing::None;
+            else if (packing != "auto")
+                throw nb::value_error("packing: expected auto, none, gzip or zstd");
+            auto journal = std::make_shared<Journal>();
+            Supervisor supervisor{nb::none()};
+            supervisor.run([&] { ingest::convert_rib(source, target, options, *journal); });
+            supervisor.rethrow_interrupt();
+            return journal;
+        },
+        nb::arg("source"), nb::arg("target"), nb::kw_only(), nb::arg("binary") = false,
+        nb::arg("packing") = "auto", nb::arg("expand_archives") = false, nb::arg("archive_path") = nb::list(),
+        "Writes a RIB as canonical text or binary; packing 'auto' goes by the target's name (.gz, .zst). '-' "
+        "is\nstandard input and output. What could not be read is in the journal that comes back.");
     m.def(
         "integrators",
         [] {

@@ -29,6 +29,18 @@ struct Prepared {
     bool changes = false; // its shape
 };
 
+void turn_inside_out(grid::Grid& g) {
+    const auto turn = [](std::vector<float>& normals) {
+        for (float& x : normals)
+            x = -x;
+    };
+    turn(g.N);
+    turn(g.Ng);
+    for (grid::Grid::Step& step : g.later)
+        turn(step.N);
+    g.flips = !g.flips;
+}
+
 class GeometryBuilder {
   public:
     explicit GeometryBuilder(const GeometryRequest& request)
@@ -45,13 +57,14 @@ class GeometryBuilder {
             bvh::GroupDesc desc;
             // A group that nothing shows is not diced.
             if (m_pixels_per_unit[g] > 0)
-                add_primitives(scene.groups[g].primitives, Transform(), m_pixels_per_unit[g], desc);
+                add_primitives(scene.groups[g].primitives, scene.groups[g].solids, Transform(),
+                               m_pixels_per_unit[g], desc);
             add_instances(scene.groups[g].instances, Transform(), desc);
             m_group.push_back(int(m_out->groups.size()));
             m_out->groups.push_back(std::move(desc));
         }
         bvh::GroupDesc world;
-        add_primitives(scene.primitives, m_request.render_from_world, 0, world);
+        add_primitives(scene.primitives, scene.solids, m_request.render_from_world, 0, world);
         add_instances(scene.instances, m_request.render_from_world, world);
         m_out->groups.push_back(std::move(world));
         share_wall_time(seconds_since(start));
@@ -92,40 +105,50 @@ class GeometryBuilder {
                       m[2] * m[2] + m[6] * m[6] + m[10] * m[10]}));
     }
 
-    void add_primitives(const std::vector<scene::Primitive>& primitives, const Transform& render_from_group,
+    void add_primitives(const std::vector<scene::Primitive>& primitives,
+                        const std::vector<scene::Solid>& solids, const Transform& render_from_group,
                         float pixels_per_unit, bvh::GroupDesc& desc) {
         // Runs of primitives are prepared in parallel and made resident in order: the same store for any
         // thread count, and never more than a run's pages twice in memory.
         constexpr size_t Run = 256;
-        int first = int(m_out->store.shapes().size());
+        desc.solids = solid_nodes(solids);
+        int first = int(m_out->store.shapes().size()), solid = -1;
         const auto close_run = [&] { // the shapes so far belong to the group itself
             const int next = int(m_out->store.shapes().size());
             if (next > first)
-                desc.shapes.push_back({first, next - first});
+                desc.shapes.push_back({first, next - first, solid});
             first = next;
         };
         for (size_t begin = 0; begin < primitives.size() && !m_request.progress.cancelled(); begin += Run) {
             const size_t end = std::min(primitives.size(), begin + Run);
             std::vector<Prepared> prepared(end - begin);
             tasks::parallel_for(end - begin, [&](size_t i) {
-                prepare(primitives[begin + i], render_from_group, pixels_per_unit, prepared[i]);
+                const int bounded = solid_of(primitives[begin + i], desc.solids);
+                prepare(primitives[begin + i], render_from_group, pixels_per_unit,
+                        bvh::subtracted(desc.solids, bounded), prepared[i]);
             });
             for (Prepared& p : prepared) {
                 if (p.empty)
                     continue;
+                const scene::Primitive& primitive = primitives[begin + size_t(&p - prepared.data())];
                 const auto& program = p.material->program();
-                if (!p.path.empty())
+                const int bounded = solid_of(primitive, desc.solids);
+                if (!p.path.empty() || bounded != solid)
                     close_run();
-                m_out->store.add_page(
-                    p.page, m_out->store.add_program(program), interior_of(program),
-                    m_request.linking.of(primitives[begin + size_t(&p - prepared.data())].attributes.get()));
+                solid = bounded;
+                m_out->store.add_page(p.page, m_out->store.add_program(program), interior_of(program),
+                                      m_request.linking.of(primitive.attributes.get()));
                 m_out->moving |= p.changes || !p.path.empty();
                 if (!p.path.empty()) {
                     bvh::GroupDesc moving;
-                    moving.shapes.push_back({first, int(m_out->store.shapes().size()) - first});
+                    moving.shapes.push_back({first, int(m_out->store.shapes().size()) - first, solid});
                     first = int(m_out->store.shapes().size());
                     m_out->paths.push_back(std::move(p.path));
-                    desc.instances.push_back({int(m_out->groups.size()), {}, m_out->paths.back()});
+                    desc.instances.push_back({int(m_out->groups.size()),
+                                              {},
+                                              m_out->paths.back(),
+                                              bvh::GroupDesc::Unnumbered,
+                                              solid >= 0});
                     m_out->groups.push_back(std::move(moving));
                     m_out->instanced = true;
                 }
@@ -141,8 +164,25 @@ class GeometryBuilder {
         close_run();
     }
 
+    static std::vector<bvh::SolidNode> solid_nodes(const std::vector<scene::Solid>& solids) {
+        using Kind = bvh::SolidNode::Kind;
+        std::vector<bvh::SolidNode> nodes;
+        for (const scene::Solid& s : solids)
+            nodes.push_back({s.kind == scene::Solid::Kind::Union          ? Kind::Union
+                             : s.kind == scene::Solid::Kind::Intersection ? Kind::Intersection
+                             : s.kind == scene::Solid::Kind::Difference   ? Kind::Difference
+                                                                          : Kind::Primitive,
+                             s.parent});
+        return nodes;
+    }
+    static int solid_of(const scene::Primitive& p, const std::vector<bvh::SolidNode>& nodes) {
+        const bool known = p.solid >= 0 && size_t(p.solid) < nodes.size();
+        return known && nodes[size_t(p.solid)].kind == bvh::SolidNode::Kind::Primitive ? p.solid : -1;
+    }
+
+    // `inside_out`: what a solid is taken away from ends there; its outside lies within.
     void prepare(const scene::Primitive& declared, const Transform& render_from_group, float pixels_per_unit,
-                 Prepared& out) {
+                 bool inside_out, Prepared& out) {
         try {
             MovingPrimitive moving;
             if (declared.motion)
@@ -170,7 +210,10 @@ class GeometryBuilder {
             dice::Diced diced = dice::dice(primitive, target, m_request.dice, displace, m_request.journal);
             const double dicing = seconds_since(start);
             const auto shading_start = Clock::now();
-            shade_and_encode(primitive, diced, material, out);
+            shade_and_encode(primitive, diced, material, inside_out, out);
+            const bool at_rest = pixels_per_unit <= 0 && out.path.empty() && moving.later.empty();
+            if (!out.empty)
+                leave_cut_emitters(out.page, declared.solid >= 0, at_rest);
             out.changes = !moving.later.empty();
             m_dice_time += std::max(0.0, dicing - displacing.load() / tasks::max_threads());
             m_shade_time += seconds_since(shading_start) + displacing.load() / tasks::max_threads();
@@ -198,7 +241,7 @@ class GeometryBuilder {
     }
 
     void shade_and_encode(const scene::Primitive& primitive, dice::Diced& diced,
-                          const shade::Material& material, Prepared& out) {
+                          const shade::Material& material, bool inside_out, Prepared& out) {
         const size_t count = diced.is_mesh ? 1 : diced.grids.size();
         std::vector<grid::VertexInputs> inputs(count);
         std::vector<store::ShadedGrid> shaded(count);
@@ -226,6 +269,8 @@ class GeometryBuilder {
                 grid::carry_normals(g, normals);
                 m_request.stats.count.shader_evaluations += uint64_t(g.vertices());
             }
+            if (inside_out)
+                turn_inside_out(g);
             shaded[i] = {&g, diced.is_mesh ? nullptr : &diced.traced[i],
                          diced.is_mesh ? &diced.mesh : nullptr, material.uniform() ? &once : &inputs[i]};
         });
@@ -267,6 +312,26 @@ class GeometryBuilder {
         // The shading system made lumen of watt; what is left is geometry.
         const auto as = *unit == color::Unit::Watt ? color::Unit::Lumen : *unit;
         store::scale_emission(page, float(*color::photometric(1, as, {color::LightShape::Area, 0, area}, 0)));
+    }
+
+    // Emitters that may be cut away are found by rays alone: nobody asks for light that is not there.
+    void leave_cut_emitters(store::Page& page, bool of_solid, bool at_rest) {
+        if (!of_solid && m_request.clips.empty())
+            return;
+        const store::PageHeader& h = page.header();
+        for (uint32_t e = 0; e < h.emitters; e++) {
+            uint32_t* at = page.words.data() + h.emitters_at + e * (sizeof(store::Emitter) / 4);
+            store::Emitter emitter;
+            std::memcpy(&emitter, at, sizeof emitter);
+            bool kept = !of_solid && at_rest;
+            for (const bvh::Scene::Plane& plane : m_request.clips)
+                for (const Vec3f& p : {emitter.p0, emitter.p0 + emitter.e1, emitter.p0 + emitter.e2})
+                    kept &= dot(p - plane.point, plane.normal) <= 0;
+            if (kept)
+                continue;
+            emitter.power = 0;
+            std::memcpy(at, &emitter, sizeof emitter);
+        }
     }
 
     void report_lights_without_area(const scene::Primitive& primitive, const store::Page& page) {

@@ -37,6 +37,7 @@ struct GeometryRequest {
     Stats& stats;
     const Progress& progress;
     const Linking& linking;
+    std::vector<bvh::Scene::Plane> clips = {}; // in render space
 };
 
 // Thread count changes nothing in what is built.

@@ -118,15 +118,17 @@ class BatchSession {
         so.aovs = m_aovs.names();
         m_shading = shade::ShadingSystem::create(so, m_scene, m_journal, m_stats);
         const Linking linking(m_scene, m_journal);
+        const auto clips = clipping_planes();
         m_geometry =
             build_geometry({m_scene, *m_shading, *m_color.palette, m_dice, m_camera.render_from_world,
-                            shutter(), m_journal, m_stats, m_progress, linking});
+                            shutter(), m_journal, m_stats, m_progress, linking, clips});
         {
             const ScopedTimer timer(m_stats.time.bvh_s);
             m_progress.update("build", 0);
             number_emitters();
             const bool compact = m_stats.count.traced_polygons > 1000000;
             m_bvh = std::make_unique<bvh::Scene>(m_geometry->store, m_geometry->groups, compact);
+            m_bvh->clip(clips);
             m_stats.bytes.bvh = m_bvh->bytes();
             m_progress.update("build", 1);
         }
@@ -175,6 +177,19 @@ class BatchSession {
         in.seed = m_options.seed;
         m_view = transport::make_scene_view(in, m_journal);
         m_stats.bytes.textures = m_shading->texture_bytes();
+    }
+
+    // Clipping planes in render space. They are the camera's: one that moves has left them where they were.
+    std::vector<bvh::Scene::Plane> clipping_planes() {
+        std::vector<bvh::Scene::Plane> planes;
+        const Transform render_from_camera = m_camera.camera_from_render.inverse();
+        for (const auto& c : m_scene.camera.clipping_planes)
+            planes.push_back({render_from_camera.point({c[0], c[1], c[2]}),
+                              render_from_camera.normal({c[3], c[4], c[5]}, m_camera.camera_from_render)});
+        if (!planes.empty() && !m_camera.view.motion.empty())
+            m_journal.warning({m_scene.file}, "clipping planes stay where they are when the shutter opens; "
+                                              "the camera moves on without them");
+        return planes;
     }
 
     // Emitting triangles in instances are asked for light, place by place, as long as there are not too many.

@@ -120,19 +120,19 @@ Fault subdivision_fault(const SubdivisionMesh& m, size_t positions) {
 }
 
 Fault direction_fault(const char* name, bool cubic, int n, int step, bool periodic) {
+    if (!cubic ? n >= 2
+               : step >= 1 && n <= 1'000'000'000 &&
+                     (periodic ? n >= 3 && n % step == 0 : n >= 4 && (n - 4) % step == 0))
+        return {}; // of millions of patches: no words
     const std::string found = std::string(name) + " = " + std::to_string(n);
     if (!cubic)
-        return n >= 2 ? Fault() : found + "; a bilinear mesh needs 2 or more";
+        return found + "; a bilinear mesh needs 2 or more";
     const std::string steps = " with a basis step of " + std::to_string(step);
     if (step < 1 || n > 1'000'000'000)
         return found + steps + " is out of range";
     if (periodic)
-        return n >= 3 && n % step == 0
-                   ? Fault()
-                   : found + steps + ": a periodic mesh needs a multiple of the step, 3 or more";
-    return n >= 4 && (n - 4) % step == 0
-               ? Fault()
-               : found + steps + ": a nonperiodic mesh needs 4 plus a multiple of the step";
+        return found + steps + ": a periodic mesh needs a multiple of the step, 3 or more";
+    return found + steps + ": a nonperiodic mesh needs 4 plus a multiple of the step";
 }
 
 Fault knot_fault(const char* name, int n, int order, const Buffer<float>& knots, float lo, float hi) {
@@ -162,10 +162,10 @@ Fault curves_fault(const Curves& c) {
     if (c.vertices_per_curve.empty())
         return "there are no curves";
     for (size_t i = 0; i < c.vertices_per_curve.size(); i++) {
+        if (!direction_fault("", c.cubic, c.vertices_per_curve[i], c.basis.step, c.periodic))
+            continue;
         const std::string name = "nvertices[" + std::to_string(i) + "]";
-        if (Fault f =
-                direction_fault(name.c_str(), c.cubic, c.vertices_per_curve[i], c.basis.step, c.periodic))
-            return f;
+        return direction_fault(name.c_str(), c.cubic, c.vertices_per_curve[i], c.basis.step, c.periodic);
     }
     return std::nullopt;
 }

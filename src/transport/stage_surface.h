@@ -78,6 +78,17 @@ class SurfaceStage {
         return (m_at.scene.media || m_at.number < m_at.scene.max_depth) && code.leaves > 0;
     }
 
+    // Next event estimation: one light asked, one direction sampled, each weighted against the other.
+    void next_event(const SurfaceHit<W>& h, M active) {
+        if (!scatters(h.code))
+            return;
+        const Scattering<W> s(m_at, h);
+        record_albedo(s, active);
+        active &= !s.material.black();
+        sample_lights(s, active);
+        sample_direction(s, active);
+    }
+
     void sample_lights(const Scattering<W>& s, M active) {
         const SurfaceHit<W>& h = s.h;
         if (m_at.scene.choices == 0)

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <string>
 
+#include "ingest/rib/convert.h"
 #include "ingest/rib/rib.h"
 #include "scene/summary.h"
 
@@ -18,8 +19,21 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const std::string text(reinterpret_cast<const char*>(data), size);
     if (text.find("Archive \"/") != std::string::npos || text.find("..") != std::string::npos)
         return 0;
+    // What a writer writes is a fixed point: canonical text says the same again, by way of binary too.
+    Journal converted;
+    const std::string ascii = ingest::convert_text(text, "/nonexistent/fuzz.rib", {}, converted);
+    const std::string binary =
+        ingest::convert_text(ascii, "/nonexistent/fuzz.rib", {.binary = true}, converted);
+    if (ingest::convert_text(ascii, "/nonexistent/fuzz.rib", {}, converted) != ascii ||
+        ingest::convert_text(binary, "/nonexistent/fuzz.rib", {}, converted) != ascii)
+        __builtin_trap();
     Journal journal;
-    const scene::Scene scene = ingest::parse_rib(text, "/nonexistent/fuzz.rib", {}, journal);
+    scene::Scene scene;
+    try {
+        scene = ingest::parse_rib(text, "/nonexistent/fuzz.rib", {}, journal);
+    } catch (const Error&) { // ErrorHandler "abort"
+        return 0;
+    }
     const scene::Summary summary = scene::summarize(scene);
     return scene::to_json(summary).empty() || scene::to_text(summary).empty();
 }

@@ -1,10 +1,11 @@
-// Dusty and dull, as under an electron microscope.
+// Dusty and dull, as under an electron microscope: the more a surface turns away, the brighter; no lights.
 surface microscope(
-    float Ka = 0.3; // ambient reflection, as a part of Cs
-    float Kd = 1;   // diffuse reflection, as a part of Cs
+    float Ka = 0.12; // brightness of what faces the eye, as a part of Cs
+    float Kd = 0.9;  // and of the rims above it
 )
 {
     normal Nf = faceforward(normalize(N), I);
+    float away = 1 - (-normalize(I)) . Nf;
     Oi = Os;
-    Ci = Oi * Cs * (Ka * ambient() + Kd * diffuse(Nf));
+    Ci = Oi * Cs * (Ka + Kd * away * away);
 }

@@ -9,7 +9,7 @@ import traceback
 
 import kanuka
 
-from . import compare, exit_codes, info, render, shader
+from . import compare, convert, exit_codes, info, render, shader
 from .exit_codes import ExitCode
 
 EXAMPLES = """\
@@ -18,6 +18,7 @@ examples:
   kanuka render scene.rib -o a.exr --png       a.exr, and a.png beside it
   kanuka render scene.rib --progressions 16 --resolution 320x180   a quick look
   kanuka info scene.rib                        what is in a scene
+  kanuka convert scene.rib scene.rib.gz        the same scene in another coat
   kanuka compare a.exr reference.exr           how far two pictures are apart
   kanuka shader compile marble.sl              check a shader
 
@@ -33,7 +34,7 @@ def make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"kanuka {kanuka.__version__}")
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for module in (render, info, compare, shader):
+    for module in (render, info, convert, compare, shader):
         module.add_parser(subparsers)
     return parser
 

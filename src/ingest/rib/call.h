@@ -40,6 +40,8 @@ struct Call {
     Location where;
     std::array<Argument, MaxArguments> args;
     scene::ValueList params;
+    // The parameters' tokens as they were written, where a writer needs them: see Reader::pass_on.
+    std::vector<std::string> tokens;
 
     float f(size_t i) const { return float(args[i].number); }
     double d(size_t i) const { return args[i].number; }

@@ -84,16 +84,16 @@ void Context::execute(Call& call) {
         }
     }
     // Step 3: do it, or say why not.
-    const std::string note = spec.note.empty() ? "" : ": " + std::string(spec.note);
+    const auto note = [&] { return spec.note.empty() ? "" : ": " + std::string(spec.note); };
     switch (spec.support) {
     case Support::Missing: {
         const bool geometry = !(spec.scopes & InOuter);
         reports.once(geometry ? Severity::Error : Severity::Warning, name, call.where,
-                     name + " is not supported and was left out" + note);
+                     name + " is not supported and was left out" + note());
         return;
     }
     case Support::Needless:
-        reports.once(Severity::Info, name, call.where, name + " is not needed" + note);
+        reports.once(Severity::Info, name, call.where, name + " is not needed" + note());
         return;
     case Support::Ignored:
         return;
@@ -121,6 +121,16 @@ bool Context::finite(const Call& call, size_t arguments) {
 // ---- blocks -----------------------------------------------------------------------------------------
 
 void Context::open(BlockKind kind, const Location& where) {
+    // A block keeps a copy of the state, some 600 bytes: nobody nests so many, and a broken file must not
+    // fill the memory.
+    constexpr size_t Deepest = 100'000;
+    if (m_blocks.size() >= Deepest &&
+        (kind == BlockKind::Attribute || kind == BlockKind::Transform || kind == BlockKind::Solid)) {
+        reports.once(Severity::Error, "blocks too deep", where,
+                     std::string(begin_name(kind)) + " was left out: " + std::to_string(Deepest) +
+                         " blocks are open already, nested too deep; look for missing ends");
+        return;
+    }
     m_blocks.push_back({kind, where, attributes, ctm, ctm_keys, nullptr});
 }
 
@@ -220,6 +230,10 @@ void Context::add_instance(const Call& call) {
     }
     if (!attributes.detail_visible || !usable_transform(call))
         return;
+    if (attributes.solid >= 0)
+        reports.once(
+            Severity::Warning, "ObjectInstance in a solid", call.where,
+            "ObjectInstance is no part of the solid that it stands in; give the object a solid of its own");
     if (m_open_object >= 0) {
         int& depth = objects.record(m_open_object).depth;
         if (objects.record(object).depth >= Objects::MaxDepth) {
@@ -304,6 +318,13 @@ void Context::add_primitive(Call& call, scene::Geometry geometry) {
         return;
     }
     m_motion.index = int(m_scene.primitives.size());
+    auto& all = m_scene.primitives;
+    if (all.size() == all.capacity() && all.size() > 1000) {
+        // As many as there will be if the file goes on like this: growing step by step moves them all again
+        // and again.
+        const double expected = double(all.size()) / std::max(stream.progress(), 0.05) * 1.05;
+        all.reserve(std::max(2 * all.size(), size_t(expected)));
+    }
     m_scene.primitives.push_back(std::move(primitive));
 }
 

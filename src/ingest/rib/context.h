@@ -27,7 +27,8 @@ class Stream {
     // Remembers the requests up to ArchiveEnd under a name.
     virtual void record_archive(const std::string& name) = 0;
     virtual void stop() = 0;
-    virtual std::string folder() const = 0; // of the file being read; empty = the working directory
+    virtual double progress() const { return 1; } // how much of the outermost file has been read, 0 to 1
+    virtual std::string folder() const = 0;       // of the file being read; empty = the working directory
 };
 
 // The samples of an open motion block.
@@ -46,6 +47,13 @@ struct MotionBlock {
     std::vector<scene::Motion::Shape> shapes;
 };
 
+// Attributes that Resource "attributes" saved.
+struct Resource {
+    AttributeState attributes;
+    Transform ctm;
+    std::vector<TransformKey> ctm_keys;
+};
+
 struct FrameChoice {
     int frame = 0;                // FrameBegin's number; 0 = the first that makes a picture
     bool take_depth_pass = false; // a frame that writes depth alone counts as a picture
@@ -59,6 +67,9 @@ class Context {
     void execute(Call& call);
     void finish(const Location& end); // closes what is open and completes the scene
     scene::Scene& scene() { return m_scene; }
+    // For programs that make several pictures: the world just ended, and the next WorldBegin begins anew.
+    // None where the world was passed over.
+    std::optional<scene::Scene> take_world();
     bool world_done() const { return m_world_done; }
     bool depth_pass_skipped() const { return !m_depth_passes.empty(); }
     const std::vector<int>& frames_seen() const { return m_frames_seen; }
@@ -75,7 +86,9 @@ class Context {
     Lights lights;
     Objects objects;
     std::map<std::string, Transform> coordinate_systems;
-    std::vector<bool> conditions;          // of open IfBegin blocks: a branch was taken
+    std::map<std::string, scene::ShaderRef> patterns;          // Pattern, by handle
+    std::vector<std::map<std::string, Resource>> resources{1}; // Resource "attributes", by open ResourceBegin
+    std::vector<bool> conditions;                              // of open IfBegin blocks: a branch was taken
     std::vector<std::string> default_path; // what "@" means in search paths, and "&" at first
     const std::vector<std::string> extra_archive_path;
     RibOptions rib_options; // set by whoever makes the context
@@ -119,6 +132,7 @@ class Context {
     void add_shape(Call& call, scene::Geometry geometry);
     void motion_sample(Call& call);
     void finish_motion();
+    void complete();
     void restore(Block& block);
     bool writes_depth_only() const;
 

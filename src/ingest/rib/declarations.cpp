@@ -56,13 +56,17 @@ std::optional<InlineDeclaration> parse_declaration(std::string_view text, bool n
         r.declaration.declared_detail = true;
         w = next();
     }
+    // "reference TYPE name": the value is the output of a Pattern, "handle:output".
+    const bool reference = w == "reference";
+    if (reference)
+        w = next();
     const auto type = type_by_name(w);
     if (!type) {
         problem = "\"" + std::string(w) +
                   "\" is no type; use float, integer, string, color, point, vector, normal, hpoint or matrix";
         return std::nullopt;
     }
-    r.declaration.type = *type;
+    r.declaration.type = reference ? Type::String : *type;
     space();
     if (at < text.size() && text[at] == '[') {
         at++;

@@ -17,7 +17,9 @@ void declare(Context&, Call&), frame_begin(Context&, Call&), frame_end(Context&,
     object_end(Context&, Call&), object_instance(Context&, Call&), motion_begin(Context&, Call&),
     motion_end(Context&, Call&), read_archive(Context&, Call&), archive_begin(Context&, Call&),
     archive_end(Context&, Call&), if_begin(Context&, Call&), else_if(Context&, Call&),
-    else_branch(Context&, Call&), if_end(Context&, Call&);
+    else_branch(Context&, Call&), if_end(Context&, Call&), error_handler(Context&, Call&),
+    resource_begin(Context&, Call&), resource_end(Context&, Call&), resource(Context&, Call&),
+    edit_begin(Context&, Call&);
 
 // handlers_options.cpp
 void format(Context&, Call&), frame_aspect_ratio(Context&, Call&), screen_window(Context&, Call&),
@@ -41,6 +43,10 @@ void color(Context&, Call&), opacity(Context&, Call&), texture_coordinates(Conte
 void identity(Context&, Call&), transform(Context&, Call&), concat_transform(Context&, Call&),
     perspective(Context&, Call&), translate(Context&, Call&), rotate(Context&, Call&), scale(Context&, Call&),
     skew(Context&, Call&), coordinate_system(Context&, Call&), coord_sys_transform(Context&, Call&);
+
+// handlers_ris.cpp
+void shader_layer(Context&, Call&), integrator(Context&, Call&), bxdf(Context&, Call&),
+    pattern(Context&, Call&), ris_light(Context&, Call&);
 
 // handlers_geometry.cpp, handlers_patches.cpp
 void polygon(Context&, Call&), general_polygon(Context&, Call&), points_polygons(Context&, Call&),

@@ -51,11 +51,6 @@ void solid_begin(Context& c, Call& call) {
         c.reports.error("SolidBegin", call.where,
                         "SolidBegin \"" + operation +
                             "\": it must be primitive, union, intersection or difference");
-    else if (operation == "intersection" || operation == "difference")
-        c.reports.once(
-            Severity::Warning, "SolidBegin", call.where,
-            "SolidBegin \"" + operation +
-                "\": set operations on solids are not supported yet; their primitives are rendered whole");
     c.open(BlockKind::Solid, call.where);
     using Kind = scene::Solid::Kind;
     const Kind kind = operation == "union"          ? Kind::Union
@@ -142,6 +137,71 @@ void else_branch(Context& c, Call& call) {
 void if_end(Context& c, Call& call) {
     if (inside_if(c, call))
         c.conditions.pop_back();
+}
+
+// ---- errors, resources, edits ---------------------------------------------------------------------
+
+void error_handler(Context& c, Call& call) {
+    const std::string& mode = call.text(0);
+    using Mode = Reports::Mode;
+    if (mode == "print" || mode == "ignore" || mode == "abort")
+        c.reports.mode = mode == "print" ? Mode::Print : mode == "ignore" ? Mode::Ignore : Mode::Abort;
+    else
+        c.reports.error("ErrorHandler", call.where,
+                        "ErrorHandler \"" + mode +
+                            "\": it must be print, ignore or abort; it stays as it was");
+}
+
+void resource_begin(Context& c, Call&) {
+    c.resources.emplace_back();
+}
+
+void resource_end(Context& c, Call& call) {
+    if (c.resources.size() > 1)
+        c.resources.pop_back();
+    else
+        c.reports.error("unmatched ResourceEnd", call.where,
+                        "ResourceEnd without ResourceBegin was left out");
+}
+
+void resource(Context& c, Call& call) {
+    const std::string &handle = call.text(0), &type = call.text(1);
+    const std::string operation = call.params.get_string("operation", "save");
+    const std::string subset = call.params.get_string("subset", "all");
+    if (type != "attributes" || (operation != "save" && operation != "restore")) {
+        c.reports.once(Severity::Warning, "Resource " + type + " " + operation, call.where,
+                       "Resource \"" + type + "\" \"" + operation +
+                           "\" was left out: there is \"attributes\" with the operations save and restore");
+        return;
+    }
+    if (operation == "save") {
+        c.resources.back()[handle] = {c.attributes, c.ctm, c.ctm_keys};
+        return;
+    }
+    for (auto scope = c.resources.rbegin(); scope != c.resources.rend(); ++scope) {
+        const auto found = scope->find(handle);
+        if (found == scope->end())
+            continue;
+        const bool all = subset.find("all") != std::string::npos;
+        if (all || subset.find("shading") != std::string::npos)
+            c.attributes = found->second.attributes;
+        if (all || subset.find("transform") != std::string::npos) {
+            c.ctm = found->second.ctm;
+            c.ctm_keys = found->second.ctm_keys;
+        }
+        return;
+    }
+    c.reports.error("unknown resource", call.where,
+                    "Resource \"" + handle +
+                        "\" cannot be restored: nothing was saved under this name in the open blocks");
+}
+
+void edit_begin(Context& c, Call& call) {
+    c.reports.once(
+        Severity::Warning, "EditBegin", call.where,
+        "EditBegin … EditEnd was passed over: it changes a render that is running already; put the "
+        "change into the scene");
+    c.stream.skip_to("EditBegin", {"EditEnd"});
 }
 
 } // namespace kanuka::ingest::handlers

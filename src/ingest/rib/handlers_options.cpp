@@ -78,7 +78,12 @@ void crop_window(Context& c, Call& call) {
 
 void projection(Context& c, Call& call) {
     scene::Camera& camera = c.options.camera;
-    if (const auto known = projection_by_name(call.text(0))) {
+    std::string_view name = call.text(0);
+    if (name == "PxrPerspective" || name == "PxrCamera")
+        name = "perspective";
+    else if (name == "PxrOrthographic")
+        name = "orthographic";
+    if (const auto known = projection_by_name(name)) {
         camera.projection = *known;
         const float most = kind_of(*known).largest_fov;
         const float fov = call.params.get_float("fov", is_fisheye(*known) ? 180 : 90);

@@ -36,8 +36,6 @@ void clipping_plane(Context& c, Call& call) {
     const Vec3f p = camera_from_here.point({v[0], v[1], v[2]});
     const Vec3f n = camera_from_here.normal({v[3], v[4], v[5]}, camera_from_here.inverse());
     c.options.camera.clipping_planes.push_back({p.x, p.y, p.z, n.x, n.y, n.z});
-    c.reports.once(Severity::Warning, "ClippingPlane", call.where,
-                   "ClippingPlane is kept with the scene, but nothing is cut yet; cut the geometry instead");
 }
 
 namespace {

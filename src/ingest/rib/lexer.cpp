@@ -37,8 +37,12 @@ inline bool is(char c, uint8_t what) {
 } // namespace
 
 Lexer::Lexer(std::shared_ptr<const Source> source, size_t begin, size_t end)
-    : m_source(std::move(source)), m_text(m_source->text()), m_at(begin),
-      m_end(std::min(end, m_text.size())) {}
+    : Lexer(std::move(source), begin, end, std::make_shared<BinaryDefinitions>()) {}
+
+Lexer::Lexer(std::shared_ptr<const Source> source, size_t begin, size_t end,
+             std::shared_ptr<BinaryDefinitions> definitions)
+    : m_source(std::move(source)), m_text(m_source->text()), m_at(begin), m_end(std::min(end, m_text.size())),
+      m_definitions(std::move(definitions)) {}
 
 void Lexer::skip_space() {
     const char* p = m_text.data() + m_at;
@@ -48,8 +52,13 @@ void Lexer::skip_space() {
             p++;
         if (p == end || *p != '#')
             break;
+        const char* const start = p;
         while (p < end && *p != '\n' && *p != '\r') // old files end lines by a carriage return alone
             p++;
+        if (comments && size_t(start - m_text.data()) >= m_comments_to) {
+            comments->push_back({size_t(start - m_text.data()), size_t(p - m_text.data())});
+            m_comments_to = comments->back().end;
+        }
     }
     m_at = size_t(p - m_text.data());
 }
@@ -58,6 +67,7 @@ Token Lexer::peek() {
     if (m_peeked)
         return m_kind;
     m_binary = false;
+    m_space_begin = m_at;
     for (;;) {
         skip_space();
         m_token = m_at;
@@ -307,8 +317,13 @@ void Lexer::integers(std::vector<int32_t>& out, size_t& fractions) {
             // Up to nine digits and then a space: no need of floating point.
             uint32_t v = 0;
             const char* q = p;
-            while (q < end && unsigned(*q - '0') < 10 && q - p < 9)
-                v = v * 10 + unsigned(*q++ - '0');
+            if (ShortNumber n; end - p >= 32 && scan_short(p, n) && !n.point && n.length <= 9) {
+                v = uint32_t(n.mantissa);
+                q += n.length;
+            } else {
+                while (q < end && unsigned(*q - '0') < 10 && q - p < 9)
+                    v = v * 10 + unsigned(*q++ - '0');
+            }
             if (q > p && (q == end || is(*q, Space) || *q == ']')) {
                 out.push_back(int32_t(v));
                 p = q;

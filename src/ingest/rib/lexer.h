@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -15,11 +14,21 @@ namespace kanuka::ingest {
 
 enum class Token : uint8_t { End, Word, Number, String, Open, Close, Floats, Bad };
 
+// What a binary stream has defined so far: requests by code (0314), strings by code (0315, 0316).
+struct BinaryDefinitions {
+    std::array<std::string_view, 256> requests{};
+    std::vector<std::string_view> strings; // null data = not defined
+};
+
 // Reads forward over part of a source. peek() finds the next token without consuming it; the reading calls
 // consume it. No token is copied: strings without escapes and words are views into the source.
 class Lexer {
   public:
     Lexer(std::shared_ptr<const Source> source, size_t begin, size_t end);
+    // Part of a source that was read before: an inline archive knows what its file had defined.
+    Lexer(std::shared_ptr<const Source> source, size_t begin, size_t end,
+          std::shared_ptr<BinaryDefinitions> definitions);
+    const std::shared_ptr<BinaryDefinitions>& definitions() const { return m_definitions; }
 
     Token peek();
     void skip();               // the peeked token, whatever it is
@@ -53,6 +62,14 @@ class Lexer {
     using IsRequest = bool (*)(std::string_view word);
     IsRequest is_request = nullptr;
 
+    // Where comments lie, if somebody wants them: each once, in order. space_begin() is where the token
+    // before the peeked one ended.
+    struct Comment {
+        size_t begin, end;
+    };
+    std::vector<Comment>* comments = nullptr;
+    size_t space_begin() const { return m_space_begin; }
+
   private:
     void skip_space();
     Token peek_binary(unsigned char c);
@@ -66,6 +83,7 @@ class Lexer {
     std::string_view m_text;
     size_t m_at, m_end;
     size_t m_token = 0;
+    size_t m_space_begin = 0, m_comments_to = 0;
     bool m_peeked = false;
     bool m_unterminated = false;
     Token m_kind = Token::End;
@@ -76,8 +94,7 @@ class Lexer {
     double m_binary_number = 0;
     bool m_binary_integer = false;
     std::string_view m_binary_text;
-    std::array<std::string_view, 256> m_requests{}; // 0314
-    std::map<uint32_t, std::string_view> m_strings; // 0315, 0316
+    std::shared_ptr<BinaryDefinitions> m_definitions;
 };
 
 } // namespace kanuka::ingest

@@ -86,7 +86,7 @@ Token Lexer::peek_binary(unsigned char c) {
     if (c == 0246) {
         if (!take(2))
             return Token::Bad;
-        m_binary_text = m_requests[static_cast<unsigned char>(m_text[m_at + 1])];
+        m_binary_text = m_definitions->requests[static_cast<unsigned char>(m_text[m_at + 1])];
         m_binary_end = m_at + 2;
         return m_binary_text.empty() ? Token::Bad : Token::Word;
     }
@@ -102,7 +102,7 @@ Token Lexer::peek_binary(unsigned char c) {
         size_t after;
         if (!take(2) || !binary_string(m_at + 2, name, after))
             return Token::Bad;
-        m_requests[static_cast<unsigned char>(m_text[m_at + 1])] = name;
+        m_definitions->requests[static_cast<unsigned char>(m_text[m_at + 1])] = name;
         m_at = after;
         return Token::End;
     }
@@ -112,7 +112,10 @@ Token Lexer::peek_binary(unsigned char c) {
         size_t after;
         if (!take(1 + size_t(w)) || !binary_string(m_at + 1 + size_t(w), text, after))
             return Token::Bad;
-        m_strings[uint32_t(big_endian(m_at + 1, w))] = text;
+        const size_t code = big_endian(m_at + 1, w);
+        if (code >= m_definitions->strings.size())
+            m_definitions->strings.resize(w == 1 ? 256 : 65536);
+        m_definitions->strings[code] = text.data() ? text : std::string_view("");
         m_at = after;
         return Token::End;
     }
@@ -120,11 +123,11 @@ Token Lexer::peek_binary(unsigned char c) {
         const int w = c - 0317 + 1;
         if (!take(1 + size_t(w)))
             return Token::Bad;
-        const auto known = m_strings.find(uint32_t(big_endian(m_at + 1, w)));
+        const size_t code = big_endian(m_at + 1, w);
         m_binary_end = m_at + 1 + size_t(w);
-        if (known == m_strings.end())
+        if (code >= m_definitions->strings.size() || !m_definitions->strings[code].data())
             return Token::Bad;
-        m_binary_text = known->second;
+        m_binary_text = m_definitions->strings[code];
         return Token::String;
     }
     return Token::Bad; // 0247 to 0307 and 0321 to 0377 are reserved

@@ -22,6 +22,11 @@ class Lights {
     void place(const Transform& world_from_camera);
     // The lights that are on for at least one primitive, in order of declaration.
     std::vector<scene::ShaderRef> finish(Reports& reports) const;
+    // Another world begins: what was lit before does not count.
+    void forget_primitives() {
+        m_seen.clear();
+        m_last.reset();
+    }
     size_t size() const { return m_lights.size(); }
     void truncate(size_t size); // forgets the lights of a frame that ends
 

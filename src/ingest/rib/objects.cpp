@@ -230,6 +230,13 @@ void Objects::instance(scene::Scene& scene, int object, const std::shared_ptr<co
     m_instances.add(group_for(scene, object, attributes, world_from_object), world_from_object, moving);
 }
 
+void Objects::forget_groups() {
+    for (ObjectRecord& r : m_records) {
+        r.looks.clear();
+        r.by_pointer.clear();
+    }
+}
+
 void Objects::finish(scene::Scene& scene, int next_id) {
     for (scene::Group::Instances& instances : m_instances.take(next_id))
         scene.instances.push_back(std::move(instances));

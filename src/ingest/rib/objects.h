@@ -54,6 +54,7 @@ class Objects {
                   const Transform& world_from_object, const std::vector<TransformKey>& moving);
     // Writes the instances to the scene; ids go on from `next_id`.
     void finish(scene::Scene& scene, int next_id);
+    void forget_groups(); // another scene begins; the objects stay
 
   private:
     int group_for(scene::Scene& scene, int object, const std::shared_ptr<const scene::Attributes>& attributes,

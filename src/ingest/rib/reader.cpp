@@ -29,12 +29,22 @@ void Reader::run(const std::shared_ptr<const Source>& source) {
 void Reader::run(Lexer& lexer) {
     Lexer* const outer = m_lexer;
     m_lexer = &lexer;
+    if (!outer)
+        m_outermost_lexer = &lexer;
     lexer.is_request = [](std::string_view word) { return find_request(word) != nullptr; };
+    std::vector<Lexer::Comment> outer_comments;
+    if (m_sink) {
+        outer_comments = std::move(m_comments);
+        m_comments.clear();
+        lexer.comments = &m_comments;
+    }
     while (!m_stopped) {
         const Token token = lexer.peek();
+        pass_comments(lexer.offset());
         if (token == Token::End)
             break;
         if (token == Token::Word) {
+            lexer.source()->passed(lexer.offset());
             request();
             continue;
         }
@@ -43,7 +53,27 @@ void Reader::run(Lexer& lexer) {
                                     "; reading goes on at the next request");
         resynchronise();
     }
+    pass_comments(lexer.end());
+    m_comments = std::move(outer_comments);
     m_lexer = outer;
+    if (!outer)
+        m_outermost_lexer = nullptr;
+}
+
+double Reader::progress() const {
+    return m_outermost_lexer && m_outermost_lexer->end() > 0
+               ? double(m_outermost_lexer->position()) / double(m_outermost_lexer->end())
+               : 1;
+}
+
+void Reader::pass_comments(size_t before) {
+    if (!m_sink)
+        return;
+    size_t passed = 0;
+    for (; passed < m_comments.size() && m_comments[passed].begin < before; passed++)
+        m_sink->comment(m_lexer->source()->text().substr(m_comments[passed].begin,
+                                                         m_comments[passed].end - m_comments[passed].begin));
+    m_comments.erase(m_comments.begin(), m_comments.begin() + long(passed));
 }
 
 void Reader::request() {
@@ -68,6 +98,11 @@ void Reader::request() {
                                     "; it takes: " + spec->usage());
         resynchronise();
     }
+    if (m_sink) {
+        pass_comments(m_lexer->space_begin());
+        m_sink->call(m_call);
+        return;
+    }
     m_context.execute(m_call);
 }
 
@@ -76,6 +111,8 @@ void Reader::unknown_request(std::string_view word) {
     m_context.reports.once(Severity::Error, "unknown request " + m_request, m_call.where,
                            "unknown request " + m_request + " was left out" +
                                (nearest.empty() ? "" : "; did you mean " + std::string(nearest) + "?"));
+    if (m_sink)
+        m_sink->unknown(word, *m_lexer);
     resynchronise();
 }
 
@@ -138,7 +175,11 @@ std::string Reader::found() {
 
 // ---- archives ---------------------------------------------------------------------------------------
 
-void Reader::read_archive(const std::string& given_name, const Location& given_where) {
+void Reader::read_archive(const std::string& name, const Location& where) {
+    read_archive_file(name, where);
+}
+
+bool Reader::read_archive_file(const std::string& given_name, const Location& given_where) {
     const std::string name = given_name; // both are overwritten by the archive's own requests
     const Location where = given_where;
     const auto guarded = [&](const std::string& id, auto&& read) {
@@ -151,20 +192,29 @@ void Reader::read_archive(const std::string& given_name, const Location& given_w
             m_context.reports.error("archive in itself", where,
                                     "ReadArchive \"" + name + "\" was left out: the archive reads itself (" +
                                         chain + id + ")");
-            return;
+            return false;
+        }
+        if (m_open_archives.size() >= DeepArchive && ++m_deep_reads > MaxDeepReads) {
+            m_context.reports.once(Severity::Error, "archives without end", where,
+                                   "ReadArchive was left out: archives have read others, " +
+                                       std::to_string(DeepArchive) + " deep or more, " +
+                                       std::to_string(MaxDeepReads) +
+                                       " times; look for archives that double");
+            return false;
         }
         m_open_archives.push_back(id);
-        read();
+        const bool done = read();
         m_open_archives.pop_back();
+        return done;
     };
     // Step 1: archives within the file go before files.
     if (const auto known = m_inline_archives.find(name); known != m_inline_archives.end()) {
         const InlineArchive archive = known->second;
-        guarded(name, [&] {
-            Lexer lexer(archive.source, archive.begin, archive.end);
+        return guarded(name, [&] {
+            Lexer lexer(archive.source, archive.begin, archive.end, archive.definitions);
             run(lexer);
+            return true;
         });
-        return;
     }
     // Step 2: the folder of the file that asks, then the caller's folders, then Option "searchpath"
     // "archive".
@@ -183,20 +233,21 @@ void Reader::read_archive(const std::string& given_name, const Location& given_w
         m_context.reports.error("missing archive", where,
                                 "ReadArchive \"" + name + "\" was left out: the file is not in " + looked +
                                     "; set Option \"searchpath\" \"archive\"");
-        return;
+        return false;
     }
     std::error_code ignored;
     const std::string real = std::filesystem::weakly_canonical(*path, ignored).string();
-    guarded(real.empty() ? *path : real, [&] {
+    return guarded(real.empty() ? *path : real, [&] {
         std::shared_ptr<const Source> source;
         try {
             source = Source::open(*path);
         } catch (const Error& e) {
             m_context.reports.error("missing archive", where,
                                     "ReadArchive \"" + name + "\" was left out: " + std::string(e.what()));
-            return;
+            return false;
         }
         run(source);
+        return true;
     });
 }
 
@@ -216,11 +267,18 @@ void Reader::read_text(std::string text, const std::string& given_name, const Lo
 }
 
 void Reader::record_archive(const std::string& name) {
+    if (!m_lexer) { // a program's
+        m_recording = std::make_unique<Recording>();
+        m_recording->name = name;
+        m_recording->output = output_to(m_recording->text);
+        m_recording->writer = std::make_unique<Writer>(*m_recording->output, Writer::Form::Ascii);
+        return;
+    }
     const std::string key = name;
     const size_t begin = m_lexer->position();
     skip_to("ArchiveBegin", {"ArchiveEnd"});
     m_lexer->peek();
-    m_inline_archives[key] = {m_lexer->source(), begin, m_lexer->offset()};
+    m_inline_archives[key] = {m_lexer->source(), begin, m_lexer->offset(), m_lexer->definitions()};
     if (m_lexer->peek() == Token::End)
         m_context.reports.error("file ends early", m_call.where,
                                 "ArchiveBegin \"" + key + "\" is not closed; add ArchiveEnd");
@@ -229,6 +287,12 @@ void Reader::record_archive(const std::string& name) {
 }
 
 void Reader::skip_to(std::string_view begin, std::initializer_list<std::string_view> stops) {
+    if (!m_lexer) {
+        m_passing = std::make_unique<Passing>();
+        m_passing->begin = begin;
+        m_passing->stops.assign(stops.begin(), stops.end());
+        return;
+    }
     const bool declarations_count = begin == "FrameBegin" || begin == "WorldBegin";
     for (int depth = 0;;) {
         const Token token = m_lexer->peek();

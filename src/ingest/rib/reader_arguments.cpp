@@ -21,10 +21,15 @@ std::string Call::handle(size_t k) const {
     return buffer;
 }
 
-bool Reader::wrong(const std::string& expected, const std::string& what) {
+// "the end of the arguments" stands as it is, names in quotes.
+static std::string quoted(std::string_view what) {
+    return what.find("the ") == 0 ? std::string(what) : "\"" + std::string(what) + "\"";
+}
+
+bool Reader::wrong(const char* expected, std::string_view what) {
     m_context.reports.error("arguments of " + m_request, m_lexer->where(),
-                            m_request + ": expected " + expected + " for " + what + ", found " + found() +
-                                "; the request was left out" +
+                            m_request + ": expected " + expected + " for " + quoted(what) + ", found " +
+                                found() + "; the request was left out" +
                                 (m_call.spec ? ". It takes: " + m_call.spec->usage() : ""));
     return false;
 }
@@ -43,7 +48,7 @@ bool Reader::read_string(std::string& out) {
     return false;
 }
 
-bool Reader::close_array(size_t open, const std::string& what, const char* elements) {
+bool Reader::close_array(size_t open, std::string_view what, const char* elements) {
     const Token next = m_lexer->peek();
     if (next == Token::Close) {
         m_lexer->skip();
@@ -57,18 +62,18 @@ bool Reader::close_array(size_t open, const std::string& what, const char* eleme
     }
     if (request) {
         m_context.reports.error("array not closed", m_lexer->where(open),
-                                m_request + ": the array of " + what +
+                                m_request + ": the array of " + quoted(what) +
                                     " that starts here is not closed before " + found() +
                                     "; add a ]. The request was left out");
         return false;
     }
     m_context.reports.error("array element", m_lexer->where(),
-                            m_request + ": an array of " + elements + " is expected for " + what +
+                            m_request + ": an array of " + elements + " is expected for " + quoted(what) +
                                 ", found " + found() + " in it; the request was left out");
     return false;
 }
 
-bool Reader::read_numbers(std::vector<float>& out, const std::string& what) {
+bool Reader::read_numbers(std::vector<float>& out, std::string_view what) {
     out.clear();
     const Token next = m_lexer->peek();
     const size_t open = m_lexer->offset();
@@ -92,12 +97,12 @@ bool Reader::read_numbers(std::vector<float>& out, const std::string& what) {
     if (m_lexer->not_finite > 0)
         m_context.reports.error("not finite", m_lexer->where(open),
                                 m_request + ": " + std::to_string(m_lexer->not_finite) +
-                                    " of the numbers for " + what +
+                                    " of the numbers for " + quoted(what) +
                                     " are not finite (nan or inf); 0 was used instead");
     return true;
 }
 
-bool Reader::read_integers(std::vector<int32_t>& out, const std::string& what) {
+bool Reader::read_integers(std::vector<int32_t>& out, std::string_view what) {
     out.clear();
     size_t fractions = 0;
     const Token next = m_lexer->peek();
@@ -129,11 +134,11 @@ bool Reader::read_integers(std::vector<int32_t>& out, const std::string& what) {
     if (fractions > 0)
         m_context.reports.warning("fractions", m_lexer->where(open),
                                   m_request + ": " + std::to_string(fractions) + " of the numbers for " +
-                                      what + " are no integers; their fractions were cut");
+                                      quoted(what) + " are no integers; their fractions were cut");
     return true;
 }
 
-bool Reader::read_strings(std::vector<std::string>& out, const std::string& what) {
+bool Reader::read_strings(std::vector<std::string>& out, std::string_view what) {
     out.clear();
     const Token next = m_lexer->peek();
     if (next == Token::String) {
@@ -153,7 +158,7 @@ bool Reader::read_strings(std::vector<std::string>& out, const std::string& what
 }
 
 bool Reader::read_argument(const ArgSpec& spec, Argument& a, bool& in_brackets) {
-    const std::string what = "\"" + std::string(spec.name) + "\"";
+    const std::string_view what = spec.name;
     a.given = true;
     switch (spec.type) {
     case ArgType::FloatArray:
@@ -204,7 +209,8 @@ bool Reader::read_argument(const ArgSpec& spec, Argument& a, bool& in_brackets) 
         a.number = m_lexer->number();
         if (spec.type == ArgType::Integer && a.number != std::trunc(a.number))
             m_context.reports.warning("fractions", m_lexer->where(),
-                                      m_request + ": " + what + " must be an integer; the fraction was cut");
+                                      m_request + ": " + quoted(what) +
+                                          " must be an integer; the fraction was cut");
     } else {
         return wrong(text ? "a string" : either ? "a number or a string" : "a number", what);
     }
@@ -235,9 +241,10 @@ static bool can_start(Token token, ArgType type) {
 bool Reader::read_arguments(Call& call) {
     bool in_brackets = false;
     const size_t count = call.spec->arg_count();
-    for (size_t i = 0; i < MaxArguments; i++)
+    for (size_t i = 0; i < count; i++)
         call.args[i].clear();
     call.params.values.clear();
+    call.tokens.clear();
     for (size_t i = 0; i < count; i++) {
         const ArgSpec& spec = call.spec->args[i];
         if (spec.optional && !can_start(m_lexer->peek(), spec.type))

@@ -1,6 +1,7 @@
 // Reading parameter lists: tokens with their declarations, and values of the declared types.
 
 #include <cmath>
+#include <cstring>
 
 #include "ingest/rib/reader.h"
 
@@ -9,12 +10,80 @@ namespace kanuka::ingest {
 using scene::Type;
 using scene::Value;
 
+// A copy for the scene.
+template <class T>
+scene::Buffer<T> Reader::kept(const std::vector<T>& values) {
+    constexpr size_t BlockSize = size_t(1) << 18, Small = 4096;
+    const size_t bytes = values.size() * sizeof(T);
+    if (bytes > Small || bytes == 0)
+        return std::vector<T>(values);
+    if (!m_block || m_block->used + bytes > BlockSize)
+        m_block = std::make_shared<Block>(Block{std::make_unique_for_overwrite<std::byte[]>(BlockSize), 0});
+    auto* const to = reinterpret_cast<T*>(m_block->bytes.get() + m_block->used);
+    std::memcpy(to, values.data(), bytes);
+    m_block->used += bytes;
+    return {to, values.size(), m_block};
+}
+
 bool Reader::read_parameters(Call& call) {
     if (call.spec->params == Params::None)
         return true;
     while (m_lexer->peek() == Token::String)
-        if (!read_parameter(call))
+        if (!(m_sink ? read_as_written(call) : read_parameter(call)))
             return false;
+    return true;
+}
+
+// What kind of token a value is made of: Number, String, Floats, or Close where it is empty.
+Token Reader::kind_of_value() {
+    Token kind = m_lexer->peek();
+    const size_t open = m_lexer->offset();
+    if (kind == Token::Open) {
+        m_lexer->skip();
+        kind = m_lexer->peek();
+        m_lexer->seek(open);
+        m_lexer->peek();
+    }
+    return kind;
+}
+
+// For a sink: the token and the values as they stand. Whether numbers are integers is all that declarations
+// are needed for.
+bool Reader::read_as_written(Call& call) {
+    Value value;
+    value.where = m_lexer->where();
+    if (!read_string(m_token))
+        return false;
+    std::string problem;
+    const auto parsed = m_token.find_first_of(" \t\n[") == std::string::npos
+                            ? std::nullopt
+                            : parse_declaration(m_token, true, problem);
+    const Declaration* declared = parsed ? &parsed->declaration : m_declarations.find(m_token);
+    value.name = parsed ? parsed->name : std::string_view(m_token);
+    const std::string token = m_token;
+    const Token kind = kind_of_value();
+    if (kind == Token::String) {
+        if (!read_strings(m_strings, value.name))
+            return false;
+        value.type = Type::String;
+        value.strings = std::vector<std::string>(m_strings);
+    } else if (kind == Token::Word || kind == Token::End || kind == Token::Bad) {
+        m_context.reports.error("parameter without value", value.where,
+                                m_request + ": the parameter \"" + token + "\" has no value; found " +
+                                    found());
+        return false;
+    } else if (declared && declared->type == Type::Integer) {
+        if (!read_integers(m_ints, value.name))
+            return false;
+        value.type = Type::Integer;
+        value.ints = kept(m_ints);
+    } else {
+        if (!read_numbers(m_floats, value.name))
+            return false;
+        value.floats = kept(m_floats);
+    }
+    call.params.values.push_back(std::move(value));
+    call.tokens.push_back(token);
     return true;
 }
 
@@ -60,14 +129,7 @@ bool Reader::read_value(Call& call, Value& value, const Declaration& declaration
     }
     // A value of the wrong kind: strings for numbers or the other way round. It is read as what it is, and
     // dropped.
-    Token kind = next;
-    if (next == Token::Open) {
-        const size_t open = m_lexer->offset();
-        m_lexer->skip();
-        kind = m_lexer->peek();
-        m_lexer->seek(open);
-        m_lexer->peek();
-    }
+    const Token kind = kind_of_value();
     if ((kind == Token::String) != text && kind != Token::Close) {
         m_context.reports.error("type of value", value.where,
                                 m_request + ": \"" + value.name + "\" is declared as " +
@@ -77,23 +139,22 @@ bool Reader::read_value(Call& call, Value& value, const Declaration& declaration
         return kind == Token::String ? read_strings(m_strings, value.name)
                                      : read_numbers(m_floats, value.name);
     }
-    const std::string what = "\"" + value.name + "\"";
     size_t found;
     if (text) {
-        if (!read_strings(m_strings, what))
+        if (!read_strings(m_strings, value.name))
             return false;
         found = m_strings.size();
         value.strings = std::vector<std::string>(m_strings);
     } else if (declaration.type == Type::Integer) {
-        if (!read_integers(m_ints, what))
+        if (!read_integers(m_ints, value.name))
             return false;
         found = m_ints.size();
-        value.ints = std::vector<int32_t>(m_ints);
+        value.ints = kept(m_ints);
     } else {
-        if (!read_numbers(m_floats, what))
+        if (!read_numbers(m_floats, value.name))
             return false;
         found = m_floats.size();
-        value.floats = std::vector<float>(m_floats);
+        value.floats = kept(m_floats);
     }
     if (call.spec->params == Params::Primitive || fit_value(call, value, found))
         call.params.set(std::move(value));
@@ -131,23 +192,15 @@ bool Reader::fit_value(const Call& call, Value& value, size_t found) {
 
 // A token that nobody declared: options and attributes of other renderers, misspelled parameters.
 bool Reader::read_undeclared(Call& call, Value& value) {
-    const Token next = m_lexer->peek();
-    Token kind = next;
-    const size_t start = m_lexer->offset();
-    if (next == Token::Open) {
-        m_lexer->skip();
-        kind = m_lexer->peek();
-        m_lexer->seek(start);
-        m_lexer->peek();
-    }
+    const Token kind = kind_of_value();
     if (kind == Token::String) {
-        if (!read_strings(m_strings, "\"" + value.name + "\""))
+        if (!read_strings(m_strings, value.name))
             return false;
         value.type = Type::String;
         value.array_size = int(std::max<size_t>(m_strings.size(), 1));
         value.strings = std::vector<std::string>(m_strings);
     } else if (kind == Token::Number || kind == Token::Floats || kind == Token::Close) {
-        if (!read_numbers(m_floats, "\"" + value.name + "\""))
+        if (!read_numbers(m_floats, value.name))
             return false;
         bool whole = call.spec->params == Params::Option || call.spec->params == Params::Attribute;
         for (const float f : m_floats)
@@ -157,7 +210,7 @@ bool Reader::read_undeclared(Call& call, Value& value) {
             value.type = Type::Integer;
             value.ints = std::vector<int32_t>(m_floats.begin(), m_floats.end());
         } else {
-            value.floats = std::vector<float>(m_floats);
+            value.floats = kept(m_floats);
         }
     } else {
         m_context.reports.error("parameter without value", value.where,

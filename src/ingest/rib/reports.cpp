@@ -2,7 +2,14 @@
 
 namespace kanuka::ingest {
 
+// Of messages that are said once: a file of random words knows no end of them.
+static constexpr size_t MaxKeys = 1000;
+
 void Reports::at(Severity severity, std::string_view kind, const Location& where, std::string message) {
+    if (severity == Severity::Error && mode == Mode::Abort)
+        throw Error(where, message + " (ErrorHandler \"abort\": reading ends here)");
+    if (mode == Mode::Ignore)
+        severity = Severity::Info;
     auto it = m_places.find(kind);
     if (it == m_places.end())
         it = m_places.emplace(std::string(kind), 0).first;
@@ -17,7 +24,13 @@ void Reports::at(Severity severity, std::string_view kind, const Location& where
 
 void Reports::once(Severity severity, std::string_view key, const Location& where,
                    const std::string& message) {
+    if (mode == Mode::Ignore)
+        severity = Severity::Info;
     auto it = m_firsts.find(key);
+    if (it == m_firsts.end() && m_firsts.size() >= MaxKeys) {
+        at(severity, "messages of more than " + std::to_string(MaxKeys) + " sorts", where, message);
+        return;
+    }
     if (it == m_firsts.end())
         it = m_firsts.emplace(std::string(key), First{where, message}).first;
     m_journal.report(severity, it->second.where, it->second.message);

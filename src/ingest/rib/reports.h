@@ -14,6 +14,11 @@ class Reports {
   public:
     explicit Reports(Journal& journal) : m_journal(journal) {}
 
+    // ErrorHandler: Ignore makes information of warnings and errors; Abort throws the first mistake in the
+    // file (what is well written but not supported here is none) as an Error.
+    enum class Mode : uint8_t { Print, Ignore, Abort };
+    Mode mode = Mode::Print;
+
     // One entry a place. `kind` names the message's sort: after MaxPlaces of one sort the rest are counted in
     // one entry, for a broken exporter may make the same mistake a million times.
     void at(Severity severity, std::string_view kind, const Location& where, std::string message);

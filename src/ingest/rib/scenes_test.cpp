@@ -68,7 +68,14 @@ TEST_F(RibScenes, TheOthers) {
     EXPECT_EQ(read("aqsis/features/textures/sticky.rib", 0).primitives, 3u);
     EXPECT_EQ(read("aqsis/scenes/microbe/microbe.rib", 0).faces, 1692u);
     EXPECT_EQ(read("aqsis/features/blobby/prman/first.rib", 1).primitives, 1u); // Imager in the world
-    EXPECT_EQ(read("every_request.rib", 1).primitives, 25u);
+    EXPECT_EQ(read("every_request.rib", 0).primitives, 25u); // it asks for ErrorHandler "ignore"
+}
+
+TEST_F(RibScenes, EveryRequestIsKnown) {
+    Journal journal;
+    read_rib((root / "every_request.rib").string(), {}, journal);
+    for (const auto& e : journal.entries())
+        EXPECT_EQ(e.message.find("unknown request"), std::string::npos) << e.message;
 }
 
 TEST(RibFuzz, BrokenVersionsOfASceneNeverFail) {

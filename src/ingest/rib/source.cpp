@@ -1,125 +1,121 @@
 #include "ingest/rib/source.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <fcntl.h>
+#include <immintrin.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include <zlib.h>
+
+#include "ingest/rib/unpack.h"
 
 namespace kanuka::ingest {
 
-static std::string read_descriptor(int fd, const std::string& name) {
-    std::string all;
-    size_t used = 0;
-    for (;;) {
-        if (all.size() - used < 65536)
-            all.resize(std::max<size_t>(all.size() * 2, size_t(1) << 20));
-        const ssize_t n = ::read(fd, all.data() + used, all.size() - used);
+// A pipe or device, read to its end.
+static void read_descriptor(int fd, const std::string& name, Spool& to) {
+    std::string chunk(size_t(1) << 20, '\0');
+    std::unique_ptr<Unpacker> unpacker;
+    size_t total = 0, filled = 0;
+    for (bool end = false; !end;) {
+        // The first bytes of a pipe may come one by one.
+        const ssize_t n = ::read(fd, chunk.data() + filled, chunk.size() - filled);
         if (n < 0 && errno == EINTR)
             continue;
         if (n < 0)
             throw Error(Location{name}, std::string("cannot be read: ") + std::strerror(errno));
-        if (n == 0)
-            break;
-        used += size_t(n);
+        filled += size_t(n);
+        end = n == 0;
+        if (!end && filled < 4)
+            continue;
+        const std::string_view bytes(chunk.data(), filled);
+        if (total == 0)
+            unpacker = find_unpacker(bytes, name);
+        total += filled;
+        filled = 0;
+        if (unpacker)
+            unpacker->feed(bytes, to);
+        else
+            to.append(bytes);
     }
-    all.resize(used);
-    return all;
+    if (unpacker)
+        unpacker->finish();
 }
 
-// A file may be several gzip members one after another (as `cat a.gz b.gz` makes): all are inflated.
-static std::string inflate_gzip(std::string_view packed, const std::string& name) {
-    std::string out;
-    size_t used = 0;
-    z_stream z{};
-    if (inflateInit2(&z, 15 + 16) != Z_OK)
-        throw Error(Location{name}, "zlib cannot be initialised", ExitCode::Internal);
-    const auto* next = reinterpret_cast<const Bytef*>(packed.data());
-    size_t left = packed.size();
-    int status = Z_OK;
-    std::string fault;
-    while (left > 0 || z.avail_in > 0) {
-        if (z.avail_in == 0) {
-            z.next_in = const_cast<Bytef*>(next);
-            z.avail_in = uInt(std::min<size_t>(left, size_t(1) << 30));
-            next += z.avail_in;
-            left -= z.avail_in;
-        }
-        if (out.size() - used < 65536)
-            out.resize(std::max<size_t>(out.size() * 2, packed.size() * 4 + 65536));
-        z.next_out = reinterpret_cast<Bytef*>(out.data() + used);
-        const size_t room = std::min<size_t>(out.size() - used, size_t(1) << 30);
-        z.avail_out = uInt(room);
-        status = inflate(&z, Z_NO_FLUSH);
-        used += room - z.avail_out;
-        if (status == Z_STREAM_END) {
-            const bool more = z.avail_in >= 2 && z.next_in[0] == 0x1f && z.next_in[1] == 0x8b;
-            if (!more)
-                break; // padding after the last member is legal
-            inflateReset(&z);
-        } else if (status != Z_OK && status != Z_BUF_ERROR) {
-            fault = z.msg ? z.msg : "broken data";
-            break;
-        } else if (status == Z_BUF_ERROR && left == 0 && z.avail_in == 0) {
-            break;
-        }
-    }
-    inflateEnd(&z);
-    if (status != Z_STREAM_END)
-        throw Error(Location{name}, "the gzip data is " +
-                                        (fault.empty() ? "cut short" : "damaged (" + fault + ")") +
-                                        "; test the file with gzip -t");
-    out.resize(used);
-    return out;
+void Source::map(int fd, size_t size) {
+    void* mapping = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, fd, 0);
+    if (mapping == MAP_FAILED)
+        throw Error(Location{m_name}, std::string("cannot be read: ") + std::strerror(errno));
+    m_mapping = mapping;
+    m_mapped_size = size;
+    ::madvise(mapping, size, MADV_SEQUENTIAL);
+    m_text = {static_cast<const char*>(mapping), size};
 }
 
-static bool is_gzip(std::string_view bytes) {
-    return bytes.size() >= 2 && bytes[0] == '\x1f' && bytes[1] == '\x8b';
+void Source::unmap() {
+    if (m_mapping)
+        ::munmap(m_mapping, m_mapped_size);
+    m_mapping = nullptr;
+}
+
+void Source::take(Spool& spool) {
+    if (spool.file() >= 0) {
+        map(spool.file(), spool.size());
+    } else {
+        m_owned = spool.take_text();
+        m_text = m_owned;
+    }
 }
 
 std::shared_ptr<Source> Source::open(const std::string& path) {
-    if (path == "-") {
-        std::shared_ptr<Source> source(new Source("(standard input)"));
-        source->m_owned = read_descriptor(STDIN_FILENO, source->m_name);
-        if (is_gzip(source->m_owned))
-            source->m_owned = inflate_gzip(source->m_owned, source->m_name);
-        source->m_text = source->m_owned;
-        source->find_line_end();
-        return source;
-    }
-    std::shared_ptr<Source> source(new Source(path));
-    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (fd < 0)
-        throw Error(Location{path}, std::string("cannot be opened: ") + std::strerror(errno));
-    struct Close {
+    const bool standard = path == "-";
+    std::shared_ptr<Source> source(new Source(standard ? "(standard input)" : path));
+    struct File {
         int fd;
-        ~Close() { ::close(fd); }
-    } close{fd};
-    struct stat info{};
-    if (::fstat(fd, &info) != 0 || S_ISDIR(info.st_mode))
-        throw Error(Location{path}, "is a folder, not a RIB file");
-    // Only regular files can be mapped; pipes and devices are read to their end.
-    if (S_ISREG(info.st_mode) && info.st_size > 0) {
-        void* mapping = ::mmap(nullptr, size_t(info.st_size), PROT_READ, MAP_PRIVATE, fd, 0);
-        if (mapping != MAP_FAILED) {
-            source->m_mapping = mapping;
-            source->m_mapped_size = size_t(info.st_size);
-            ::madvise(mapping, source->m_mapped_size, MADV_SEQUENTIAL);
-            source->m_text = {static_cast<const char*>(mapping), source->m_mapped_size};
+        bool ours;
+        ~File() {
+            if (ours && fd >= 0)
+                ::close(fd);
         }
-    }
-    if (!source->m_mapping) {
-        source->m_owned = read_descriptor(fd, path);
-        source->m_text = source->m_owned;
-    }
-    if (is_gzip(source->m_text)) {
-        source->m_owned = inflate_gzip(source->m_text, path);
-        source->m_text = source->m_owned;
+    } const file{standard ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC), !standard};
+    if (file.fd < 0)
+        throw Error(Location{path}, std::string("cannot be opened: ") + std::strerror(errno));
+    struct stat info{};
+    if (::fstat(file.fd, &info) != 0 || S_ISDIR(info.st_mode))
+        throw Error(Location{path}, "is a folder, not a RIB file");
+    Spool spool(source->m_name);
+    // Only regular files can be mapped; pipes and devices are read to their end.
+    if (!standard && S_ISREG(info.st_mode) && info.st_size > 0) {
+        source->map(file.fd, size_t(info.st_size));
+        if (const auto unpacker = find_unpacker(source->m_text, path)) {
+            // In pieces: what was unpacked leaves memory.
+            constexpr size_t Piece = size_t(8) << 20;
+            for (size_t at = 0; at < source->m_text.size(); at += Piece) {
+                unpacker->feed(source->m_text.substr(at, Piece), spool);
+                source->passed(at);
+            }
+            unpacker->finish();
+            source->unmap();
+            source->m_released = 0;
+            source->take(spool);
+        }
+    } else {
+        read_descriptor(file.fd, source->m_name, spool);
+        source->take(spool);
     }
     source->find_line_end();
     return source;
+}
+
+// The pages stay in the file: they come back if somebody looks.
+void Source::passed(size_t offset) const {
+    constexpr size_t Step = size_t(32) << 20;
+    if (!m_mapping || offset < m_released + 2 * Step)
+        return;
+    const size_t to = (offset - Step) / Step * Step;
+    ::madvise(static_cast<char*>(m_mapping) + m_released, to - m_released, MADV_DONTNEED);
+    m_released = to;
 }
 
 std::shared_ptr<Source> Source::from_text(std::string text, std::string name) {
@@ -137,21 +133,41 @@ void Source::find_line_end() {
 }
 
 Source::~Source() {
-    if (m_mapping)
-        ::munmap(m_mapping, m_mapped_size);
+    unmap();
+}
+
+// 32 at a time: every byte of a file is looked at for line ends, binary ones too.
+static size_t count_bytes(const char* p, size_t size, char wanted) {
+    size_t count = 0;
+    const __m256i pattern = _mm256_set1_epi8(wanted);
+    for (; size >= 32; p += 32, size -= 32) {
+        const __m256i bytes = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(p));
+        count += size_t(std::popcount(unsigned(_mm256_movemask_epi8(_mm256_cmpeq_epi8(bytes, pattern)))));
+    }
+    for (; size > 0; p++, size--)
+        count += *p == wanted;
+    return count;
 }
 
 Location Source::locate(size_t offset) const {
+    constexpr size_t Apart = size_t(1) << 16;
     offset = std::min(offset, m_text.size());
-    if (offset < m_checkpoint) {
-        m_checkpoint = 0;
-        m_line = 1;
+    if (offset < m_place.offset) {
+        while (!m_places.empty() && m_places.back().offset > offset)
+            m_places.pop_back();
+        m_place = m_places.empty() ? Place{} : m_places.back();
+    } else if (m_place.offset >= (m_places.empty() ? 0 : m_places.back().offset) + Apart) {
+        m_places.push_back(m_place);
     }
-    m_line += int(std::count(m_text.data() + m_checkpoint, m_text.data() + offset, m_line_end));
-    m_checkpoint = offset;
-    const size_t newline = offset == 0 ? std::string_view::npos : m_text.rfind(m_line_end, offset - 1);
-    const size_t start = newline == std::string_view::npos ? 0 : newline + 1;
-    return {m_name, m_line, int(offset - start) + 1};
+    const char* const from = m_text.data() + m_place.offset;
+    const size_t size = offset - m_place.offset;
+    if (const size_t lines = count_bytes(from, size, m_line_end)) {
+        m_place.line += int(lines);
+        m_place.line_start =
+            size_t(static_cast<const char*>(::memrchr(from, m_line_end, size)) - m_text.data()) + 1;
+    }
+    m_place.offset = offset;
+    return {m_name, m_place.line, int(offset - m_place.line_start) + 1};
 }
 
 } // namespace kanuka::ingest

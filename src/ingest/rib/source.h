@@ -1,19 +1,23 @@
-// The bytes of one RIB stream: a plain file (mapped), a gzip file (inflated), standard input, or a text in
-// memory.
+// The bytes of one RIB stream: a plain file (mapped), a gzip or zstd file (unpacked), standard input, or a
+// text in memory.
 #pragma once
 
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/error.h"
 
 namespace kanuka::ingest {
 
+class Spool;
+
 // Thread safety: none; one reader a source.
 class Source {
   public:
-    // "-" is standard input. Throws Error where the file cannot be read. Gzip is told by its first two bytes.
+    // "-" is standard input. Throws Error where the file cannot be read. Gzip and zstd are told by their
+    // first bytes.
     static std::shared_ptr<Source> open(const std::string& path);
     static std::shared_ptr<Source> from_text(std::string text, std::string name);
     ~Source();
@@ -26,16 +30,28 @@ class Source {
     // one pass over the file in all, and scanning numbers need not watch for line ends.
     Location locate(size_t offset) const;
 
+    // Reading has got this far: the memory of mapped bytes before it may go.
+    void passed(size_t offset) const;
+
   private:
+    void map(int fd, size_t size);
+    void unmap();
+    void take(Spool& spool);
     explicit Source(std::string name) : m_name(std::move(name)) {}
     std::string m_name;
     std::string m_owned;
     void* m_mapping = nullptr;
     size_t m_mapped_size = 0;
+    mutable size_t m_released = 0;
     std::string_view m_text;
-    mutable size_t m_checkpoint = 0; // byte up to which lines are counted
-    mutable int m_line = 1;          // line of m_checkpoint
-    char m_line_end = '\n';          // '\r' in files of old Macintoshes
+    // Where lines are counted up to, and places before it to start from when somebody asks backwards.
+    struct Place {
+        size_t offset = 0, line_start = 0;
+        int line = 1;
+    };
+    mutable Place m_place;
+    mutable std::vector<Place> m_places;
+    char m_line_end = '\n'; // '\r' in files of old Macintoshes
     void find_line_end();
 };
 

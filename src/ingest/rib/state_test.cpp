@@ -429,7 +429,7 @@ TEST(RibBlocks, SolidsSaveAttributesAndPassThrough) {
     EXPECT_EQ(r.primitive(1).attributes->color, Rgb(1, 1, 1));
     expect_point(r.primitive(1).world_from_object.point({1, 0, 0}), 0, 1, 0);
     expect_point(r.primitive(2).world_from_object.point({1, 0, 0}), 1, 0, 0);
-    EXPECT_EQ(r.messages().size(), 1u);
+    EXPECT_TRUE(r.messages().empty()) << r.all_messages();
 }
 
 TEST(RibTransform, CoShadersBelongToTheAttributes) {

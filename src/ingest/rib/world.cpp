@@ -154,12 +154,31 @@ void Context::finish(const Location& end) {
                 "frame " + std::to_string(number) +
                     " writes depth alone and was passed over: shadows are traced and need no maps; ask "
                     "for the frame by its number to render it");
+    complete();
+}
+
+// What the scene takes when its world is whole.
+void Context::complete() {
     m_scene.light_shaders = lights.finish(reports);
     objects.finish(m_scene, m_next_id);
     m_scene.coordinate_systems = coordinate_systems;
     if (m_world_done && m_scene.primitives.empty() && m_scene.instances.empty())
         reports.warning("empty world", m_world_where,
                         "the world has no primitives: the picture will be empty");
+}
+
+std::optional<scene::Scene> Context::take_world() {
+    if (!m_world_done || m_in_world)
+        return std::nullopt;
+    complete();
+    scene::Scene scene = std::move(m_scene);
+    m_scene = {};
+    m_scene.journal = scene.journal;
+    m_world_done = false;
+    m_next_id = 1;
+    objects.forget_groups();
+    lights.forget_primitives();
+    return scene;
 }
 
 } // namespace kanuka::ingest

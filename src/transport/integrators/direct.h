@@ -22,13 +22,8 @@ struct Integrator {
                     // Paths that left a rough surface have looked for emission, the other half of its light
                     // sampling.
                     active &= hit.ray[PathState::Mis] == Float<W>(0.0f);
-                    if (!stage.scatters(code) || !any(active))
-                        return;
-                    const Scattering<W> s(stage.at(), hit);
-                    stage.record_albedo(s, active);
-                    active &= !s.material.black();
-                    stage.sample_lights(s, active);
-                    stage.sample_direction(s, active);
+                    if (any(active))
+                        stage.next_event(hit, active);
                 });
         }
     }

@@ -19,13 +19,7 @@ struct Integrator {
                 [](SurfaceStage<W>& stage, const bsdf::MaterialCode& code, Int<W> slots, Mask<W> active) {
                     SurfaceHit<W> hit(stage.at(), code, slots);
                     stage.arrive(hit, active);
-                    if (!stage.scatters(code))
-                        return;
-                    const Scattering<W> s(stage.at(), hit);
-                    stage.record_albedo(s, active);
-                    active &= !s.material.black();
-                    stage.sample_lights(s, active);
-                    stage.sample_direction(s, active);
+                    stage.next_event(hit, active);
                 });
         }
     }

@@ -1,0 +1,56 @@
+"""kanuka convert: a RIB in another coat."""
+
+from __future__ import annotations
+
+import argparse
+
+import kanuka
+
+from . import exit_codes, messages
+from .exit_codes import ExitCode
+
+EXAMPLES = """\
+examples:
+  kanuka convert scene.rib scene.rib.gz               packed; .zst packs by zstd
+  kanuka convert scene.rib small.rib --binary         RISpec's binary encodings
+  kanuka convert small.rib -                          as canonical text, to standard output
+  kanuka convert scene.rib one.rib --expand-archives  what archives hold in place of ReadArchive
+
+Canonical text has a request a line, and the same values, comments and structure hints as its source; converting it
+again changes no byte. What cannot be read is reported and left out.
+
+"""
+
+
+def add_parser(subparsers: argparse._SubParsersAction) -> None:
+    parser = subparsers.add_parser(
+        "convert",
+        help="write a RIB as text or binary, packed or not",
+        description="Converts a RIB to text or binary, packed or not, without changing what it says.",
+        epilog=EXAMPLES + exit_codes.HELP,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("input", metavar="IN", help="RIB in any form; - is standard input")
+    parser.add_argument(
+        "output", metavar="OUT", help="RIB file, packed if it ends in .gz or .zst; - is standard output"
+    )
+    parser.add_argument("--binary", action="store_true", help="RISpec's binary encodings; default: text")
+    parser.add_argument("--gzip", action="store_true", help="pack by gzip, whatever OUT is called")
+    parser.add_argument("--zstd", action="store_true", help="pack by zstd")
+    parser.add_argument("--expand-archives", action="store_true", help="what archives hold in place of ReadArchive")
+    parser.set_defaults(run=run, parser=parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    if arguments.gzip and arguments.zstd:
+        arguments.parser.error("--gzip and --zstd: choose one")
+    packing = "gzip" if arguments.gzip else "zstd" if arguments.zstd else "auto"
+    journal = kanuka.convert_rib(
+        arguments.input,
+        arguments.output,
+        binary=arguments.binary,
+        packing=packing,
+        expand_archives=arguments.expand_archives,
+    )
+    messages.Printer(journal).flush()
+    return ExitCode.ERRORS if journal.error_count else ExitCode.OK

@@ -1,0 +1,127 @@
+#include "bvh/solids.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+namespace kanuka::bvh {
+
+using Kind = SolidNode::Kind;
+
+namespace {
+
+// Parents that come later (or are no nodes at all) are none: no walk goes round in circles.
+int parent_of(std::span<const SolidNode> nodes, int node) {
+    const int parent = nodes[size_t(node)].parent;
+    return parent >= 0 && parent < node ? parent : -1;
+}
+
+} // namespace
+
+bool subtracted(std::span<const SolidNode> nodes, int node) {
+    bool odd = false;
+    while (node >= 0 && size_t(node) < nodes.size()) {
+        const int parent = parent_of(nodes, node);
+        if (parent >= 0 && nodes[size_t(parent)].kind == Kind::Difference) {
+            int first = parent + 1;
+            while (parent_of(nodes, first) != parent)
+                first++;
+            odd ^= node != first;
+        }
+        node = parent;
+    }
+    return odd;
+}
+
+SolidTrees::SolidTrees(std::span<const SolidNode> nodes) {
+    m_nodes.resize(nodes.size());
+    for (size_t i = 0; i < nodes.size(); i++) {
+        m_nodes[i] = {nodes[i].kind, parent_of(nodes, int(i)), -1, 0};
+        if (m_nodes[i].parent < 0)
+            continue;
+        Node& parent = m_nodes[size_t(m_nodes[i].parent)];
+        if (parent.children++ == 0)
+            parent.first_child = int(i);
+    }
+}
+
+SolidTrees::Walk::State& SolidTrees::Walk::of(int node) {
+    for (State& s : m_touched)
+        if (s.node == node)
+            return s;
+    return m_touched.emplace_back(State{node, 0, false});
+}
+
+bool SolidTrees::Walk::value(const State& s) const {
+    const Node& node = m_trees.m_nodes[size_t(s.node)];
+    switch (node.kind) {
+    case Kind::Intersection:
+        return s.children > 0 && s.children == node.children;
+    case Kind::Difference:
+        return s.first && s.children == 1;
+    default:
+        return s.children > 0;
+    }
+}
+
+int SolidTrees::Walk::cross(int node) {
+    State& leaf = of(node);
+    bool now = !leaf.first; // of a primitive: whether the point is inside, by parity
+    leaf.first = now;
+    // Primitives within a primitive are part of what it encloses.
+    bool before = value(leaf);
+    leaf.children += now ? 1 : -1;
+    bool after = value(leaf);
+    while (before != after) {
+        const int parent = m_trees.m_nodes[size_t(node)].parent;
+        if (parent < 0)
+            return node;
+        State& s = of(parent);
+        before = value(s);
+        s.children += after ? 1 : -1;
+        if (m_trees.m_nodes[size_t(parent)].kind != Kind::Primitive &&
+            m_trees.m_nodes[size_t(parent)].first_child == node)
+            s.first = after;
+        after = value(s);
+        node = parent;
+    }
+    return -1;
+}
+
+Precision::Precision(const Vec3f& o, const Vec3f& d) {
+    constexpr float Rounding = 1e-6f; // less than rays start clear of surfaces
+    const auto largest = [](const Vec3f& v) {
+        return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+    };
+    const float size = std::max(length(d), 1e-30f);
+    base = Rounding * largest(o) / size;
+    slope = Rounding * largest(d) / size;
+}
+
+void order_crossings(std::vector<Crossing>& crossings, const Precision& precision) {
+    constexpr float Grazing = 32; // that much less precise
+    std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
+        return std::tie(a.t, a.solid, a.shape, a.primitive, a.place, a.entering) <
+               std::tie(b.t, b.solid, b.shape, b.primitive, b.place, b.entering);
+    });
+    size_t kept = 0;
+    for (const Crossing& c : crossings) {
+        // A closed surface is entered again only after it was left.
+        bool again = false, last = true;
+        for (size_t k = kept; k-- > 0 && !again;) {
+            const Crossing& b = crossings[k];
+            const float apart = c.t - b.t, least = precision.at(c.t);
+            if (apart > Grazing * least)
+                break;
+            if (b.solid != c.solid)
+                continue;
+            again = b.entering == c.entering && (last || apart <= least);
+            last = false;
+        }
+        if (!again)
+            crossings[kept++] = c;
+    }
+    crossings.resize(kept);
+}
+
+} // namespace kanuka::bvh

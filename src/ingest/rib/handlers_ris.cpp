@@ -1,0 +1,369 @@
+// Shading networks of other renderers, as far as they have a counterpart here: layered shaders, and the
+// Bxdfs, Patterns, Lights and Integrators that RenderMan has had since its version 19. A table says what each
+// becomes.
+
+#include <algorithm>
+#include <cmath>
+
+#include "ingest/rib/context.h"
+#include "ingest/rib/handlers.h"
+
+namespace kanuka::ingest::handlers {
+
+using scene::ShaderRef;
+using scene::Type;
+using scene::Value;
+using scene::ValueList;
+
+namespace {
+
+// "theirs:ours" or, where both are the same, one name; separated by spaces.
+struct Mapping {
+    std::string_view theirs, ours, parameters;
+};
+
+constexpr Mapping Bxdfs[] = {
+    {"PxrDisney", "principled",
+     "baseColor metallic roughness specular clearcoat:coat emitColor:emission presence subsurface"},
+    {"PxrDisneyBsdf", "principled",
+     "baseColor metallic roughness ior clearcoat:coat emitColor:emission presence"},
+    {"PxrDiffuse", "principled", "diffuseColor:baseColor presence"},
+    {"PxrSurface", "principled",
+     "diffuseColor:baseColor specularRoughness:roughness presence clearcoatRoughness:coatRoughness"},
+    {"PxrLayerSurface", "principled",
+     "diffuseColor:baseColor specularRoughness:roughness presence clearcoatRoughness:coatRoughness"},
+    {"PxrConstant", "emitter", "emitColor:radiance"},
+    {"PxrBlack", "principled", ""},
+    {"PxrGlass", "glass", "ior roughness transmissionColor:transmittance reflectionColor:reflectance"},
+    {"PxrLMDiffuse", "principled", "frontColor:baseColor presence"},
+    {"PxrLMPlastic", "principled", "diffuseColor:baseColor roughness presence"},
+    {"PxrLMMetal", "principled", "roughness presence"},
+    {"PxrLMGlass", "glass", "refractionIndex:ior roughness"},
+    {"LamaDiffuse", "principled", "color:baseColor"},
+    {"LamaConductor", "conductor", "reflectivity:reflectance edgeColor:edgeReflectance roughness"},
+    {"LamaDielectric", "glass",
+     "IOR:ior roughness reflectionTint:reflectance transmissionTint:transmittance"},
+    {"LamaEmission", "emitter", "color:radiance"},
+    {"LamaSurface", "principled", ""},
+};
+
+constexpr Mapping RisLights[] = {
+    {"PxrRectLight", "quadlight", "lightColorMap:texture"},
+    {"PxrDiskLight", "disklight", ""},
+    {"PxrSphereLight", "spherelight", ""},
+    {"PxrCylinderLight", "cylinderlight", ""},
+    {"PxrDistantLight", "distantlight", "angleExtent:angle"},
+    {"PxrDomeLight", "environmentlight", "lightColorMap:texture"},
+    {"PxrMeshLight", "arealight", ""},
+};
+
+// What all lights have, and what is taken account of below.
+constexpr std::string_view LightParameters =
+    "intensity exposure lightColor areaNormalize primaryVisibility lightGroup lightColorGamma "
+    "traceLightPaths enableShadows fixedSampleCount importanceMultiplier";
+constexpr std::string_view SurfaceParameters =
+    "diffuseGain specularFaceColor specularEdgeColor specularModelType specularFresnelMode specularIor "
+    "clearcoatFaceColor clearcoatEdgeColor glowGain glowColor refractionGain refractionColor "
+    "glassRoughness glassIor emission eta sheen specularTint";
+
+bool names(std::string_view list, std::string_view name) {
+    for (size_t at = list.find(name); at != std::string_view::npos; at = list.find(name, at + 1)) {
+        const size_t end = at + name.size();
+        if ((at == 0 || list[at - 1] == ' ') && (end == list.size() || list[end] == ' '))
+            return true;
+    }
+    return false;
+}
+
+// Our name of their parameter; empty = there is none.
+std::string_view ours(std::string_view mapping, std::string_view theirs) {
+    for (size_t at = 0; at < mapping.size();) {
+        const size_t stop = std::min(mapping.find(' ', at), mapping.size());
+        const std::string_view pair = mapping.substr(at, stop - at);
+        const size_t colon = pair.find(':');
+        if (pair.substr(0, colon) == theirs)
+            return colon == std::string_view::npos ? pair : pair.substr(colon + 1);
+        at = stop + 1;
+    }
+    return {};
+}
+
+template <size_t N>
+const Mapping* find(const Mapping (&table)[N], std::string_view name) {
+    for (const Mapping& m : table)
+        if (m.theirs == name)
+            return &m;
+    return nullptr;
+}
+
+void set(ValueList& list, std::string_view name, Type type, std::vector<float> floats) {
+    Value v;
+    v.name = name;
+    v.type = type;
+    v.floats = std::move(floats);
+    list.set(std::move(v));
+}
+void set(ValueList& list, std::string_view name, float value) {
+    set(list, name, Type::Float, {value});
+}
+void set(ValueList& list, std::string_view name, Rgb c) {
+    set(list, name, Type::Color, {c.x, c.y, c.z});
+}
+void set(ValueList& list, std::string_view name, std::string text) {
+    Value v;
+    v.name = name;
+    v.type = Type::String;
+    v.strings = std::vector<std::string>{std::move(text)};
+    list.set(std::move(v));
+}
+
+float largest(Rgb c) {
+    return std::max({c.x, c.y, c.z});
+}
+
+// Says once a shader which of its parameters have no counterpart.
+void report_rest(Context& c, const Call& call, const Mapping& mapping, std::string_view known) {
+    std::string rest;
+    for (const Value& v : call.params.values)
+        if (ours(mapping.parameters, v.name).empty() && !names(known, v.name) && !v.name.starts_with("__"))
+            rest += (rest.empty() ? "" : ", ") + v.name;
+    if (!rest.empty())
+        c.reports.once(Severity::Info, "parameters of " + call.text(0), call.where,
+                       std::string(call.spec->name) + " \"" + call.text(0) + "\" was taken for \"" +
+                           std::string(mapping.ours) + "\", which has no counterpart of " + rest);
+}
+
+// ---- Bxdf -------------------------------------------------------------------------------------------
+
+// The gains, Fresnel colours and lobes of PxrSurface in the terms of `principled`.
+std::string surface_of_lobes(const ValueList& theirs, ValueList& to) {
+    const float diffuse = theirs.get_float("diffuseGain", 1);
+    const Rgb face = theirs.get_color("specularFaceColor", Rgb(0));
+    const Rgb edge = theirs.get_color("specularEdgeColor", Rgb(0));
+    const bool physical = theirs.get_int("specularFresnelMode", 0) == 1;
+    const Rgb base = to.get_color("baseColor", Rgb(0.18f));
+    if (theirs.get_float("refractionGain", 0) > 0.5f) {
+        const float ior = theirs.get_float("glassIor", 1.5f);
+        const float roughness = theirs.get_float("glassRoughness", 0.1f);
+        const Rgb tint = theirs.get_color("refractionColor", Rgb(1));
+        to.values.clear();
+        set(to, "ior", ior);
+        set(to, "roughness", roughness);
+        set(to, "transmittance", tint);
+        return "glass";
+    }
+    if (diffuse <= 0 && largest(face) > 0.2f) { // metal: no light from below
+        set(to, "baseColor", face);
+        set(to, "metallic", 1.0f);
+    } else {
+        if (const Value* v = to.find("baseColor"); !v || v->type != Type::String)
+            set(to, "baseColor", base * diffuse);
+        if (physical)
+            set(to, "specular", largest(edge) > 0 ? 1.0f : 0.0f);
+        else
+            set(to, "specular", largest(face) > 0 ? 1.0f : largest(edge) > 0 ? 0.5f : 0.0f);
+        if (physical)
+            set(to, "ior", theirs.get_color("specularIor", Rgb(1.5f)).x);
+        else if (const float f = largest(face); f > 0 && f < 0.9f) // Schlick's F0 as an index of refraction
+            set(to, "ior", (1 + std::sqrt(f)) / (1 - std::sqrt(f)));
+    }
+    const Rgb coat = theirs.get_color("clearcoatFaceColor", theirs.get_color("clearcoatEdgeColor", Rgb(0)));
+    if (largest(coat) > 0)
+        set(to, "coat", 1.0f);
+    if (const float glow = theirs.get_float("glowGain", 0); glow > 0)
+        set(to, "emission", theirs.get_color("glowColor", Rgb(1)) * glow);
+    return "principled";
+}
+
+} // namespace
+
+void pattern(Context& c, Call& call) {
+    const std::string handle = call.text(1);
+    c.patterns[handle] = c.shader(call, 0);
+}
+
+// A parameter that a Pattern feeds: pictures on the base colour go on, everything else takes its default.
+static void take_reference(Context& c, const Call& call, const Value& v, std::string_view our_name,
+                           ValueList& to) {
+    const std::string reference = v.strings.empty() ? "" : v.strings[0];
+    const auto known = c.patterns.find(reference.substr(0, reference.find(':')));
+    if (known != c.patterns.end() && known->second.name == "PxrTexture" && our_name == "baseColor") {
+        set(to, "baseColor", Rgb(1));
+        set(to, "texturename", known->second.parameters.get_string("filename", ""));
+        return;
+    }
+    const std::string pattern =
+        known == c.patterns.end() ? "\"" + reference + "\"" : "\"" + known->second.name + "\"";
+    c.reports.once(
+        Severity::Warning, "pattern " + pattern, v.where,
+        std::string(call.spec->name) + " \"" + call.text(0) + "\": \"" + v.name +
+            "\" is fed by the Pattern " + pattern +
+            ", which has no counterpart; the default was used. PxrTexture on the base colour works; "
+            "write a shader for more");
+}
+
+void bxdf(Context& c, Call& call) {
+    static constexpr Mapping fallback{"", "principled",
+                                      "baseColor diffuseColor:baseColor color:baseColor roughness presence"};
+    const Mapping* mapping = find(Bxdfs, call.text(0));
+    if (!mapping) {
+        mapping = &fallback;
+        c.reports.once(Severity::Warning, "Bxdf " + call.text(0), call.where,
+                       "Bxdf \"" + call.text(0) +
+                           "\" is not known; a plain surface of its colour and roughness stands in. Write "
+                           "Surface with a shader of your own");
+    }
+    ValueList to;
+    for (const Value& v : call.params.values) {
+        const std::string_view name = ours(mapping->parameters, v.name);
+        if (name.empty())
+            continue;
+        if (v.type == Type::String) {
+            take_reference(c, call, v, name, to);
+            continue;
+        }
+        Value renamed = v;
+        renamed.name = name;
+        to.set(std::move(renamed));
+    }
+    const std::string_view theirs = mapping->theirs;
+    std::string shader(mapping->ours);
+    if (theirs == "PxrSurface" || theirs == "PxrLayerSurface")
+        shader = surface_of_lobes(call.params, to);
+    else if (theirs == "PxrDiffuse" || theirs == "PxrLMDiffuse" || theirs == "LamaDiffuse")
+        set(to, "specular", 0.0f);
+    else if (theirs == "PxrBlack")
+        set(to, "specular", 0.0f), set(to, "baseColor", Rgb(0));
+    else if (theirs == "PxrLMMetal")
+        set(to, "metallic", 1.0f), set(to, "baseColor", call.params.get_color("specularColor", Rgb(0.9f)));
+    if (theirs == "PxrDisney") // Burley's specular 0.5 is an index of refraction of 1.5
+        set(to, "specular", std::min(1.0f, 2 * call.params.get_float("specular", 0.5f)));
+    std::erase_if(to.values, [](const Value& v) { return v.name == "subsurface"; });
+    report_rest(c, call, *mapping, SurfaceParameters);
+    if (shader == "principled" && largest(to.get_color("emission", Rgb(0))) < 0)
+        set(to, "emission", Rgb(0));
+    ShaderRef ref = c.shader(call, 0);
+    ref.name = shader;
+    ref.parameters = std::move(to);
+    c.attributes.edit(FieldSurface).surface = std::move(ref);
+}
+
+// ---- Light ------------------------------------------------------------------------------------------
+
+// Their area lights have an edge or a diameter of one and are scaled by the transformation, as ours are.
+static double area_of(const Context& c, std::string_view light) {
+    const Vec3f o = c.ctm.point({0, 0, 0});
+    const double x = length(c.ctm.point({1, 0, 0}) - o), y = length(c.ctm.point({0, 1, 0}) - o),
+                 z = length(c.ctm.point({0, 0, 1}) - o);
+    constexpr double Quarter = 0.78539816339744831;
+    if (light == "PxrRectLight")
+        return x * y;
+    if (light == "PxrDiskLight")
+        return Quarter * x * y;
+    if (light == "PxrSphereLight")
+        return 4 * Quarter * std::pow(x * y * z, 2.0 / 3);
+    if (light == "PxrCylinderLight")
+        return 4 * Quarter * x * std::sqrt(y * z);
+    return 1;
+}
+
+void ris_light(Context& c, Call& call) {
+    const Mapping* mapping = find(RisLights, call.text(0));
+    if (!mapping) {
+        c.reports.once(Severity::Warning, "Light " + call.text(0), call.where,
+                       "Light \"" + call.text(0) +
+                           "\" has no counterpart and was left out; use PxrRectLight, PxrDiskLight, "
+                           "PxrSphereLight, PxrCylinderLight, PxrDistantLight, PxrDomeLight, PxrMeshLight or "
+                           "a LightSource");
+        return;
+    }
+    if (c.scope() == InObject) {
+        c.reports.error("light in object", call.where,
+                        "Light inside ObjectBegin … ObjectEnd was left out: lights cannot be instanced; move "
+                        "it out");
+        return;
+    }
+    const ValueList& theirs = call.params;
+    ValueList to;
+    double intensity =
+        double(theirs.get_float("intensity", 1)) * std::exp2(double(theirs.get_float("exposure", 0)));
+    if (theirs.get_int("areaNormalize", 0) != 0)
+        intensity /= std::max(area_of(c, mapping->theirs), 1e-30);
+    set(to, "intensity", float(std::isfinite(intensity) ? intensity : 0));
+    set(to, "lightcolor", theirs.get_color("lightColor", Rgb(1)));
+    for (const Value& v : theirs.values)
+        if (const std::string_view name = ours(mapping->parameters, v.name); !name.empty()) {
+            Value renamed = v;
+            renamed.name = name;
+            to.set(std::move(renamed));
+        }
+    if (mapping->ours != "distantlight" && mapping->ours != "arealight")
+        set(to, "visible", float(theirs.get_int("primaryVisibility", 1)));
+    if (const std::string group = theirs.get_string("lightGroup", ""); !group.empty())
+        set(to, "group", group);
+    report_rest(c, call, *mapping, LightParameters);
+    const std::string handle = call.text(1);
+    ShaderRef light = c.shader(call, 0);
+    light.name = mapping->ours;
+    light.handle = handle;
+    light.parameters = std::move(to);
+    if (mapping->theirs == "PxrCylinderLight") { // theirs lies along x, ours along z
+        Transform turn;
+        turn.m[0] = {0, 0, 1, 0};
+        turn.m[1] = {0, 1, 0, 0};
+        turn.m[2] = {-1, 0, 0, 0};
+        light.world_from_shader = light.world_from_shader * turn;
+    }
+    if (mapping->theirs == "PxrMeshLight") { // what follows shines
+        c.lights.declare_area(handle);
+        c.attributes.edit(FieldAreaLight).area_light = std::move(light);
+        return;
+    }
+    c.lights.declare(std::move(light), c.attributes);
+}
+
+// ---- the rest ---------------------------------------------------------------------------------------
+
+void integrator(Context& c, Call& call) {
+    const std::string& name = call.text(0);
+    if (name == "PxrPathTracer" || name == "PxrVCM" || name == "PxrUnified")
+        c.options.options.max_depth =
+            std::clamp(call.params.get_int("maxPathLength", c.options.options.max_depth), 1, 1000);
+    else if (name == "PxrDirectLighting")
+        c.options.options.max_depth = 1;
+    else
+        c.reports.once(Severity::Warning, "Integrator " + name, call.where,
+                       "Integrator \"" + name +
+                           "\" has no counterpart: paths are traced. Choose another by Option \"kanuka\" "
+                           "\"string integrator\"");
+}
+
+// Layers run one after another; the last one makes the colour. A single layer is an ordinary shader.
+void shader_layer(Context& c, Call& call) {
+    const std::string type = call.text(0);
+    const auto set_layer = [&](std::optional<ShaderRef>& slot) {
+        if (slot && !slot->handle.empty())
+            c.reports.once(Severity::Warning, "ShaderLayer", call.where,
+                           "ShaderLayer: of several layers the last is the shader, and their connections are "
+                           "left out; write one shader that does what the layers do, or co-shaders");
+        slot = c.shader(call, 1);
+        slot->handle = call.text(2);
+    };
+    if (type == "surface")
+        set_layer(c.attributes.edit(FieldSurface).surface);
+    else if (type == "displacement")
+        set_layer(c.attributes.edit(FieldDisplacement).displacement);
+    else if (type == "atmosphere")
+        set_layer(c.attributes.edit(FieldAtmosphere).atmosphere);
+    else if (type == "interior")
+        set_layer(c.attributes.edit(FieldInterior).interior);
+    else if (type == "exterior")
+        set_layer(c.attributes.edit(FieldExterior).exterior);
+    else
+        c.reports.once(Severity::Warning, "ShaderLayer " + type, call.where,
+                       "ShaderLayer \"" + type +
+                           "\" was left out: layers are of surface, displacement, atmosphere, interior or "
+                           "exterior");
+}
+
+} // namespace kanuka::ingest::handlers

@@ -1,0 +1,198 @@
+#include "ri/binding.h"
+
+#include <algorithm>
+#include <new>
+
+#include "ingest/rib/requests.h"
+#include "ri/session.h"
+
+namespace kanuka::ri {
+
+using ingest::ArgType;
+using scene::Type;
+using scene::Value;
+
+// ---- arguments --------------------------------------------------------------------------------------
+
+Caller::Caller(Session& session, const char* request) : m_session(session) {
+    m_call.spec = ingest::find_request(request);
+    m_call.where = session.where();
+}
+
+ingest::Argument& Caller::next() {
+    ingest::Argument& a = m_call.args[m_argument++];
+    a.given = true;
+    return a;
+}
+
+void Caller::number(double value) {
+    next().number = value;
+}
+
+void Caller::text(const char* text) {
+    ingest::Argument& a = next();
+    a.is_text = true;
+    a.text = text ? text : "";
+}
+
+void Caller::handle(RtPointer pointer) {
+    ingest::Argument& a = next();
+    const std::string* name = m_session.handle(pointer);
+    a.is_text = true;
+    if (name)
+        a.text = *name;
+    else
+        m_session.report(RIE_BADHANDLE, RIE_ERROR,
+                         "Ri" + std::string(m_call.spec->name) + ": this handle was returned by no call");
+}
+
+void Caller::new_handle() {
+    ingest::Argument& a = next();
+    a.is_text = true;
+    a.text = std::to_string(m_session.next_handle++);
+    result = m_session.keep_handle(a.text);
+}
+
+void Caller::filter(RtFilterFunc function) {
+    constexpr std::pair<RtFilterFunc, const char*> filters[] = {{RiBoxFilter, "box"},
+                                                                {RiTriangleFilter, "triangle"},
+                                                                {RiGaussianFilter, "gaussian"},
+                                                                {RiCatmullRomFilter, "catmull-rom"},
+                                                                {RiSincFilter, "sinc"},
+                                                                {RiMitchellFilter, "mitchell"},
+                                                                {RiBlackmanHarrisFilter, "blackman-harris"}};
+    for (const auto& [known, name] : filters)
+        if (known == function)
+            return text(name);
+    m_session.report(
+        RIE_UNIMPLEMENT, RIE_WARNING,
+        "Ri" + std::string(m_call.spec->name) +
+            ": filters of your own are not called; the Gaussian was used. There are RiBoxFilter, "
+            "RiTriangleFilter, RiGaussianFilter, RiCatmullRomFilter, RiSincFilter, "
+            "RiMitchellFilter, RiBlackmanHarrisFilter");
+    text("gaussian");
+}
+
+void Caller::floats(const RtFloat* values, long count) {
+    if (ingest::Argument& a = next(); values && count > 0)
+        a.floats.assign(values, values + count);
+}
+
+void Caller::ints(const RtInt* values, long count) {
+    if (ingest::Argument& a = next(); values && count > 0)
+        a.ints.assign(values, values + count);
+}
+
+void Caller::strings(const RtToken* values, long count) {
+    ingest::Argument& a = next();
+    for (long i = 0; values && i < count; i++)
+        a.strings.emplace_back(values[i] ? values[i] : "");
+}
+
+// ---- parameters -------------------------------------------------------------------------------------
+
+void Caller::parameters(RtInt n, RtToken tokens[], RtPointer parms[], long vertices) {
+    const bool primitive = m_call.spec->params == ingest::Params::Primitive;
+    const auto& attributes = m_session.context().attributes;
+    const Lengths lengths =
+        primitive ? lengths_of(m_call, vertices, attributes.u_basis.step, attributes.v_basis.step)
+                  : Lengths{};
+    for (RtInt i = 0; i < n; i++) {
+        const std::string token = tokens[i] ? tokens[i] : "";
+        std::string problem;
+        const bool in_line = token.find_first_of(" \t\n[") != std::string::npos;
+        const auto parsed = in_line ? ingest::parse_declaration(token, true, problem) : std::nullopt;
+        const ingest::Declaration* declared = parsed    ? &parsed->declaration
+                                              : in_line ? nullptr
+                                                        : m_session.context().declarations.find(token);
+        if (!declared || !parms[i]) {
+            m_session.report(RIE_BADTOKEN, RIE_ERROR,
+                             "Ri" + std::string(m_call.spec->name) + ": the parameter \"" + token +
+                                 "\" was left out: " +
+                                 (declared  ? "it has no value"
+                                  : in_line ? problem
+                                            : "it is not declared, so its length is not known; use "
+                                              "RiDeclare(\"" +
+                                                  token + "\", \"uniform float\")"));
+            continue;
+        }
+        Value v;
+        v.name = parsed ? std::string(parsed->name) : token;
+        v.type = declared->type;
+        v.detail = declared->detail;
+        v.array_size = declared->array_size;
+        v.where = m_call.where;
+        const long items = (primitive ? std::max(lengths.of(v.detail), 0L) : 1) * long(declared->array_size);
+        if (v.type == Type::String) {
+            const auto* strings = static_cast<const RtToken*>(parms[i]);
+            std::vector<std::string> copy;
+            for (long k = 0; k < items; k++)
+                copy.emplace_back(strings[k] ? strings[k] : "");
+            v.strings = std::move(copy);
+        } else if (v.type == Type::Integer) {
+            const auto* ints = static_cast<const RtInt*>(parms[i]);
+            v.ints = std::vector<int32_t>(ints, ints + items);
+        } else {
+            const auto* floats = static_cast<const RtFloat*>(parms[i]);
+            v.floats = std::vector<float>(floats, floats + items * scene::components(v.type));
+        }
+        m_call.params.values.push_back(std::move(v));
+        m_call.tokens.push_back(token);
+    }
+}
+
+// ---- calls ------------------------------------------------------------------------------------------
+
+RtPointer make_call(const char* request, const std::function<void(Caller&)>& fill) {
+    Session* session = current();
+    if (!session) {
+        RiLastError = RIE_NOTSTARTED;
+        char message[] = "a call before RiBegin or after RiEnd was left out";
+        RiErrorPrint(RIE_NOTSTARTED, RIE_ERROR, message);
+        return nullptr;
+    }
+    try {
+        Caller caller(*session, request);
+        fill(caller);
+        session->execute(caller.call());
+        return caller.result;
+    } catch (const std::bad_alloc&) {
+        session->report(RIE_NOMEM, RIE_SEVERE, std::string("Ri") + request + ": out of memory");
+    } catch (const Error& e) {
+        session->report(e.code() == ExitCode::Output ? RIE_SYSTEM : RIE_BADFILE, RIE_SEVERE, e.what());
+    } catch (const std::exception& e) {
+        session->report(RIE_BUG, RIE_SEVERE, e.what());
+    }
+    return nullptr;
+}
+
+Listed::Listed(std::va_list list) {
+    while (const RtToken token = va_arg(list, RtToken)) {
+        m_tokens.push_back(token);
+        m_values.push_back(va_arg(list, RtPointer));
+    }
+}
+
+long samples() {
+    const Session* session = current();
+    if (!session)
+        return 3;
+    const auto& rgb = const_cast<Session*>(session)->context().options.rgb_from_samples;
+    return rgb.empty() ? 3 : long(rgb.size() / 3);
+}
+
+long sum(const RtInt* values, long count) {
+    long total = 0;
+    for (long i = 0; values && i < count; i++)
+        total += std::max(values[i], 0);
+    return total;
+}
+
+long sum_of_each(const RtInt* values, long records, int stride, int k) {
+    long total = 0;
+    for (long i = 0; values && i < records; i++)
+        total += std::max(values[i * stride + k], 0);
+    return total;
+}
+
+} // namespace kanuka::ri

@@ -1,0 +1,147 @@
+#include "ri/session.h"
+
+#include <cstdlib>
+#include <dlfcn.h>
+#include <filesystem>
+
+#include "film/film.h"
+#include "render/session.h"
+
+namespace kanuka::ri {
+
+namespace fs = std::filesystem;
+
+// ---- start and end ----------------------------------------------------------------------------------
+
+static void heard(const Journal::Entry& e, void* user) {
+    const RtInt severity = e.severity == Severity::Error     ? RIE_ERROR
+                           : e.severity == Severity::Warning ? RIE_WARNING
+                                                             : RIE_INFO;
+    const std::string where = e.where.file == "(program)" ? "" : e.where.str() + ": ";
+    static_cast<Session*>(user)->report(severity == RIE_INFO ? RIE_NOERROR : RIE_CONSISTENCY, severity,
+                                        where + e.message);
+}
+
+static bool is_rib(const std::string& name) {
+    return name.ends_with(".rib") || name.ends_with(".rib.gz") || name.ends_with(".rib.zst");
+}
+
+Session::Session(const std::string& name) : m_source(ingest::Source::from_text("", "")) {
+    if (is_rib(name)) {
+        m_output = ingest::open_output(name, ingest::packing_by_name(name));
+        m_writer = std::make_unique<ingest::Writer>(*m_output, ingest::Writer::Form::Ascii);
+        m_writer->comment("##RenderMan RIB-Structure 1.1");
+    } else {
+        m_journal.set_listener(heard, this);
+    }
+    m_reader =
+        std::make_unique<ingest::Reader>(m_journal, ingest::FrameChoice{}, ingest::RibOptions{}, *m_source);
+}
+
+void Session::finish() {
+    if (m_writer) {
+        m_writer->flush();
+        m_output->finish();
+        return;
+    }
+    if (!context().blocks().empty()) {
+        report(RIE_NESTING, RIE_ERROR,
+               std::string(begin_name(context().blocks().back().kind)) +
+                   " is not closed at RiEnd: an unfinished world is not rendered");
+        return;
+    }
+    if (m_pictures == 0)
+        report(RIE_NOERROR, RIE_INFO, "RiEnd: there was no world to render");
+}
+
+// ---- calls ------------------------------------------------------------------------------------------
+
+void Session::execute(ingest::Call& call) {
+    if (m_writer) {
+        m_writer->call(call);
+        // The state is kept, for whatever depends on it: bases, colour samples, the size of procedurals.
+        const std::string_view name = call.spec->name;
+        const bool geometry = !(call.spec->scopes & ingest::InOuter) && name != "WorldEnd" &&
+                              name != "FrameEnd" && name != "ObjectEnd" && !name.starts_with("Solid");
+        if (geometry || name == "ReadArchive")
+            return;
+    }
+    m_reader->call(call);
+    if (call.spec->name != "WorldEnd")
+        return;
+    if (m_writer)
+        context().take_world();
+    else
+        render_world();
+}
+
+void Session::comment(const std::string& text) {
+    if (m_writer)
+        m_writer->comment(text);
+}
+
+RtPointer Session::keep_handle(const std::string& text) {
+    m_kept.push_back(text);
+    return &m_kept.back();
+}
+
+const std::string* Session::handle(RtPointer pointer) const {
+    for (const std::string& s : m_kept)
+        if (&s == pointer)
+            return &s;
+    return nullptr;
+}
+
+void Session::report(RtInt code, RtInt severity, const std::string& message) {
+    if (code != RIE_NOERROR)
+        RiLastError = code;
+    if (error_handler) {
+        std::string text = message; // handlers take char*
+        error_handler(code, severity, text.data());
+    }
+}
+
+// ---- rendering --------------------------------------------------------------------------------------
+
+// KANUKA_SHADERS, else beside the library, else where it was built.
+static std::string standard_shaders() {
+    if (const char* given = std::getenv("KANUKA_SHADERS"); given && *given)
+        return given;
+    Dl_info info{};
+    if (::dladdr(reinterpret_cast<void*>(&current), &info) && info.dli_fname) {
+        const fs::path library = fs::absolute(info.dli_fname).parent_path();
+        for (const fs::path& folder : {library / "shaders", library.parent_path() / "share/kanuka/shaders"})
+            if (fs::exists(folder / "matte.sl"))
+                return folder.string();
+    }
+    return KANUKA_SHADERS_FOLDER;
+}
+
+// The first Display that goes to a file, as kanuka render has it.
+static fs::path picture_path(const scene::Scene& scene) {
+    for (const scene::Display& d : scene.options.displays)
+        if (d.driver != "framebuffer" && !d.file.empty()) {
+            const fs::path path = d.file.substr(d.file.starts_with('+') ? 1 : 0);
+            return path.extension() == ".png" ? path : fs::path(path).replace_extension(".exr");
+        }
+    return "ri.exr";
+}
+
+void Session::render_world() {
+    const std::optional<scene::Scene> scene = context().take_world();
+    if (!scene)
+        return; // a pass of depth for shadow maps, or a frame that was passed over
+    render::Overrides overrides;
+    overrides.standard_shaders = standard_shaders();
+    Stats stats;
+    const render::Result result = render::render(*scene, overrides, m_journal, stats, {});
+    const fs::path path = picture_path(*scene);
+    if (path.extension() == ".png")
+        film::write_png(path.string(), result.picture, scene->options.exposure_gain, 1,
+                        color::find_display(scene->options.color.display).value_or(color::Display::Srgb));
+    else
+        film::write_exr(path.string(), result.picture);
+    m_pictures++;
+}
+
+} // namespace kanuka::ri
