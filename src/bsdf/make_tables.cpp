@@ -448,6 +448,33 @@ void fill_dielectric_means() {
     }
 }
 
+// What GGX of width alpha, all its light balanced, sends from a direction in the layer to those that leave
+// it. Of rough ones over the directions above the layer: strata of normals see little of a narrow cone. Of
+// others over normals.
+double escape(float alpha, const V& wo, float index) {
+    const Ggx<8> ggx{F(alpha)};
+    const F lambda_o = ggx.lambda(wo), one(1.0f), zero(0.0f), n(index);
+    const float own = ggx_balance(Float<1>(wo.z[0]), Float<1>(alpha))[0];
+    if (alpha > 0.25f)
+        return double(own) * hemisphere(128, [&](const V& over) {
+                   F inside;
+                   const F passes = one - fresnel_dielectric(over.z, n, inside);
+                   const V wi(over.x / n, over.y / n, inside), m = normalize(wo + wi);
+                   const F f = F(0.25f) * ggx.D(m) / (wo.z * (one + lambda_o + ggx.lambda(wi)));
+                   return f * ggx_balance(inside, F(alpha)) * passes * over.z / (n * n * inside);
+               });
+    double out = 0;
+    stratify(ggx, wo, 96, 0, [&](const V& m, F weight) {
+        const V wi = reflect(wo, m);
+        const F share =
+            select((wi.z > zero) & (dot(wo, m) > zero),
+                   weight * ggx_balance(abs(wi.z), F(alpha)) / (one + lambda_o + ggx.lambda(wi)), zero);
+        F cos_t;
+        out += sum_of(share * (one - fresnel_dielectric(max(wi.z, zero), one / n, cos_t)));
+    });
+    return double(own) * out;
+}
+
 void fill_escape(int at, float cosine, float x) {
     const float alpha = x * x * x * x;
     for (int n = 0; n < T::Indices; n++) {
@@ -457,24 +484,10 @@ void fill_escape(int at, float cosine, float x) {
         if (alpha == 0)
             continue;
         const float inside = std::sqrt(1 - (1 - cosine * cosine) / (index * index));
-        // Many strata: the critical angle is an edge.
-        const Ggx<8> ggx{F(alpha)};
-        const V wo = view(inside);
-        const F lambda_o = ggx.lambda(wo), one(1.0f), zero(0.0f);
-        double all = 0, out = 0;
-        stratify(ggx, wo, 96, 0, [&](const V& m, F weight) {
-            const V wi = reflect(wo, m);
-            const F share =
-                select((wi.z > zero) & (dot(wo, m) > zero),
-                       weight * ggx_balance(abs(wi.z), F(alpha)) / (one + lambda_o + ggx.lambda(wi)), zero);
-            F cos_t;
-            all += sum_of(share);
-            out += sum_of(share * (one - fresnel_dielectric(max(wi.z, zero), F(1 / index), cos_t)));
-        });
         Float<1> unused;
         const double smooth = 1 - double(fresnel_dielectric(softened(Float<1>(cosine), Float<1>(alpha)),
                                                             Float<1>(index), unused)[0]);
-        ratio = float(out / all / std::max(smooth, 1e-6));
+        ratio = float(std::min(escape(alpha, view(inside), index), 1.0) / std::max(smooth, 1e-6));
     }
 }
 

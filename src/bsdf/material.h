@@ -456,6 +456,7 @@ class Material {
     void enter_layers(const Vec3<Float<W>>& wo, Mask<W> outside, const Float<W> l[Wavelengths],
                       const Float<W>* outer);
     void give_back(const Vec3<Float<W>>& wo);
+    Float<W> escape_by_directions(const MaterialCode::Node& n, int coat) const;
     LobeValue<W> eval_layered(const Vec3<Float<W>>& wo, const Vec3<Float<W>>& wi) const;
     LobeSample<W> sample_below(int leaf, Float<W> u_lobe, Float<W> u0, Float<W> u1) const;
 

@@ -35,11 +35,68 @@ template <int W>
                          n.bed < 0 ? outer : &m_layer[n.bed].index);
 }
 
+// The part of what a lobe reflects that leaves a coat and all below it: over two lattices, of the lobe's own
+// samples and of directions above the coat by their cosine, weighed by the balance heuristic (Veach and
+// Guibas 1995): one finds narrow lobes, the other the edge of the cone that leaves.
+template <int W>
+[[gnu::noinline]] Float<W> Material<W>::escape_by_directions(const MaterialCode::Node& n, int coat) const {
+    const Float<W> zero(0.0f), one(1.0f), least(1e-20f);
+    const LobeInputs<W>& in = m_inputs[n.leaf];
+    const Vec3<Float<W>>& from = m_layer[n.bed].wo;
+    int chain[MaxThickCoats], length = 0; // from the lobe's coat out to this one
+    for (int b = n.bed;; b = m_code.beds[size_t(b)].outer) {
+        chain[length++] = b;
+        if (b == coat)
+            break;
+    }
+    Float<W> all(0.0f), out(0.0f), unused;
+    for (int i = 0; i < EscapeDirections; i++) {
+        const Float<W> u0((float(i) + 0.5f) / float(EscapeDirections)),
+            u1((float(i * EscapeStep % EscapeDirections) + 0.5f) / float(EscapeDirections));
+        const LobeSample<W> s = sample_lobe(n.lobe, in, from, Float<W>(0.5f), u0, u1);
+        for (const bool own : {true, false}) {
+            Vec3<Float<W>> inside = s.wi, over = s.wi;
+            Mask<W> leaves = s.valid & (s.wi.z > zero);
+            Float<W> passes(1.0f), jacobian(1.0f);
+            if (own) {
+                for (int k = 0; k < length; k++) {
+                    const Float<W> cosine = over.z;
+                    over = m_layer[chain[k]].out_of(over, leaves);
+                    over.z = min(over.z, one);
+                    passes = passes * (one - fresnel_dielectric(over.z, m_layer[chain[k]].n, unused));
+                    jacobian = jacobian * m_layer[chain[k]].jacobian(over.z, cosine);
+                }
+            } else {
+                over = inside = sample_cosine(u0, u1);
+                leaves = Mask<W>(true);
+                for (int k = length - 1; k >= 0; k--) {
+                    const ThickLayer<W>& layer = m_layer[chain[k]];
+                    const Float<W> cosine = inside.z;
+                    passes = passes * (one - fresnel_dielectric(cosine, layer.n, unused));
+                    inside = layer.into(inside);
+                    jacobian = jacobian * layer.jacobian(cosine, inside.z);
+                }
+            }
+            const LobeValue<W> v = eval_lobe(n.lobe, in, from, inside);
+            const Float<W> p = v.pdf[0], f = kanuka::select(p > zero, v.f[0], zero);
+            if (own)
+                all += kanuka::select(s.valid, kanuka::select(s.delta, one, f / max(p, least)), zero);
+            const Float<W> density = fma(p, jacobian, max(over.z, zero) * Float<W>(InvPi));
+            const Float<W> once = f * jacobian * passes / max(density, least);
+            const Float<W> mirrored = own ? passes : zero; // smooth lobes have one direction
+            out += kanuka::select(leaves, kanuka::select(s.delta, mirrored, once), zero);
+        }
+    }
+    // The lattices err by up to 2 %: what is counted as leaving and does not is lost; none is gained.
+    return min(Float<W>(1.02f) * out / max(all, least), one);
+}
+
 // The series of what is reflected back inside, coat by coat from the inside out.
 template <int W>
 [[gnu::noinline]] void Material<W>::give_back(const Vec3<Float<W>>& wo) {
     const Float<W> one(1.0f);
     Spectrum<W> gain[MaxLobes], reflected[MaxLobes], through[MaxLobes], relative[MaxLobes];
+    Float<W> whole[MaxLobes], before[MaxLobes]; // see ThickLayer::escape
     for (const MaterialCode::Node& n : m_code.nodes) {
         if (n.leaf < 0)
             continue;
@@ -51,8 +108,7 @@ template <int W>
         reflected[n.leaf] = reflected_albedo(n.lobe, m_inputs[n.leaf], from, albedo);
         through[n.leaf] = albedo + reflected[n.leaf] * Float<W>(-1.0f);
         gain[n.leaf] = Spectrum<W>(one);
-        m_above[n.leaf] =
-            drawn_above(n.lobe, m_inputs[n.leaf], m_layer[n.bed].keeps(n.lobe, m_inputs[n.leaf]));
+        whole[n.leaf] = before[n.leaf] = one;
     }
     for (int b = int(m_code.beds.size()) - 1; b >= 0; b--) {
         const ThickLayer<W>& layer = m_layer[b];
@@ -63,9 +119,17 @@ template <int W>
         for (const MaterialCode::Node& n : m_code.nodes) {
             if (n.leaf < 0 || !m_code.below(n.bed, b))
                 continue;
-            const Float<W> kept = layer.keeps(n.lobe, m_inputs[n.leaf]);
-            inside += relative[n.leaf] * gain[n.leaf] * reflected[n.leaf] * both * kept;
-            reflected[n.leaf] = reflected[n.leaf] * (one - kept);
+            const int k = n.leaf;
+            whole[k] = whole[k] * layer.n;
+            const Float<W> out = escapes_by_directions(n.lobe, m_inputs[k])
+                                     ? escape_by_directions(n, b)
+                                     : layer.escape(n.lobe, m_inputs[k], whole[k], before[k]);
+            const Float<W> kept = one - out / max(before[k], Float<W>(1e-6f));
+            before[k] = out;
+            if (n.bed == b)
+                m_above[k] = drawn_above(n.lobe, m_inputs[k], kept);
+            inside += relative[k] * gain[k] * reflected[k] * both * kept;
+            reflected[k] = reflected[k] * (one - kept);
         }
         for (const MaterialCode::Node& n : m_code.nodes) {
             if (n.leaf < 0 || !m_code.below(n.bed, b))

@@ -2,13 +2,13 @@
 // (Weidlich and Wilkie 2007, *Arbitrarily Layered Micro-Facet Surfaces*). With primes for directions in the
 // layer and n for its index, radiance that enters grows by n^2 and that which leaves falls by as much, so
 //
-//     f(wo, wi) cos i = T(wo) T(wi) A(wo') A(wi') f'(wo', wi') cos i' J,    J = dwi'/dwi = cos i / (n^2 cos
-//     i')
+//     f(wo, wi) cos i = T(wo) T(wi) A(wo') A(wi') f'(wo', wi') cos i' J
+//     J = dwi' / dwi = cos i / (n^2 cos i')
 //
 // with A what the way through the layer leaves (Beer and Lambert), and density p' J. What is reflected back
 // from inside meets the base again, and again: a geometric series, 1 / (1 - sum of albedo times the part that
-// comes back), so that what a white base sends up all leaves. That part is exact for diffuse bases; for
-// microfacets it is a table.
+// comes back), so that what a white base sends up all leaves. Every round is taken to be reflected as the
+// first one, which keeps colour and amount, and simplifies directions. docs/transport.md has the figures.
 #pragma once
 
 #include "bsdf/lobes.h"
@@ -55,30 +55,52 @@ struct ThickLayer {
             t[k] = exp2(-(depth[k] * inv));
         return t;
     }
-    // The part of what a lobe reflects that the interface sends back down.
-    Float<W> keeps(LobeId id, const LobeInputs<W>& in) const {
-        const Float<W> one(1.0f), two(2.0f);
-        Float<W> unused;
+    // The part of what a lobe reflects that leaves this layer. `whole`: index of the lobe's layer against
+    // what lies over this one, the product of those between; `before`: the part that gets as far as this
+    // layer.
+    Float<W> escape(LobeId id, const LobeInputs<W>& in, Float<W> whole, Float<W> before) const {
+        const Float<W> one(1.0f), below = whole / n;
+        const auto passes = [&](Float<W> cosine, Float<W> index) {
+            Float<W> unused;
+            return one - fresnel_dielectric(cosine, max(index, one), unused);
+        };
         switch (id) {
-        case LobeId::OrenNayarBrdf: { // seen from above it sends more upwards; fitted to furnaces
-            const Float<W> more = sqrt(one - one / (n * n)) * fma(wo.z - one, Float<W>(1.4f), one);
-            return one - (one - dielectric_mean(n)) / (n * n) *
-                             fma(Float<W>(0.081f) * in.number[0], max(more, Float<W>(0.0f)), one);
-        }
+        case LobeId::OrenNayarBrdf:
         case LobeId::LambertBrdf:
         case LobeId::BurleyBrdf:
-        case LobeId::SheenBrdf:
-            return one - (one - dielectric_mean(n)) / (n * n);
-        case LobeId::PhongBrdf:
-        case LobeId::BlinnBrdf: // as wide as those facets (Walter et al. 2007)
-            return one - escape_of_ggx(above.z, sqrt(two / (in.number[0] + two)), n);
-        case LobeId::GratingBrdf:
-            return fresnel_dielectric(above.z, n, unused);
-        default:
-            return one - escape_of_ggx(above.z, in.alpha, n);
+        case LobeId::SheenBrdf: {
+            Float<W> out = (one - dielectric_mean(n)) / (n * n);
+            // Layers below have dimmed directions that would not leave here more than those that do, which
+            // lie about the way of diffuse light from above.
+            const Float<W> about = sqrt(one - Float<W>(0.5f) / (n * n));
+            out = out * kanuka::select(below > Float<W>(1.0001f),
+                                       passes(about, below) / (one - dielectric_mean(below)), one);
+            if (id == LobeId::OrenNayarBrdf) { // seen from above it sends more upwards; fitted to furnaces
+                const Float<W> more = sqrt(one - one / (n * n)) * fma(wo.z - one, Float<W>(1.4f), one);
+                out = out * fma(Float<W>(0.081f) * in.number[0], max(more, Float<W>(0.0f)), one);
+            }
+            return before * min(out, one);
+        }
+        case LobeId::GratingBrdf: // what its orders send beyond the critical angle is lost
+            return before * passes(above.z, n);
+        default: {
+            // One interface of the whole index bends as several do, but reflects more.
+            const Float<W> several = passes(above.z, n) * passes(wo.z, below), once = passes(above.z, whole);
+            return min(escape_of_ggx(above.z, in.alpha, whole) *
+                           max(several / max(once, Float<W>(1e-4f)), one),
+                       before);
+        }
         }
     }
 };
+
+// Lobes of which no table says how much leaves a layer: the mean over this many directions does, for each
+// hit.
+inline constexpr int EscapeDirections = 89, EscapeStep = 55; // of Fibonacci's
+template <int W>
+bool escapes_by_directions(LobeId id, const LobeInputs<W>& in) {
+    return id == LobeId::PhongBrdf || id == LobeId::BlinnBrdf || in.stretched;
+}
 
 // What a lobe reflects of its albedo, the rest being let through.
 template <int W>

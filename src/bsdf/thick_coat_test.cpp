@@ -13,12 +13,17 @@ using kanuka::testing::sidak;
 namespace {
 
 struct Base {
-    const char* name;
+    std::string name;
     std::function<int(Tree&)> add;
 };
 
 int rough_mirror(Tree& t, float roughness) {
     return t.lobe(LobeId::MicrofacetConductorBrdf, {White, White, Vec3f(roughness)});
+}
+
+int shaped_mirror(Tree& t, float roughness, float anisotropy, float tail) {
+    return t.lobe(LobeId::MicrofacetConductorBrdf,
+                  {White, White, Vec3f(roughness), White, Vec3f(anisotropy), Vec3f(0.1f), Vec3f(tail)});
 }
 
 // All of white bases: what goes in comes out.
@@ -41,12 +46,42 @@ std::vector<Base> white_bases() {
              const int a = varnish(t, 0.3f), b = white_lambert(t);
              return t.join(LayerOp::Coat, a, b);
          }},
+        {"brushed", [](Tree& t) { return shaped_mirror(t, 0.6f, 0.8f, 0.5f); }},
+        {"brushed, narrow", [](Tree& t) { return shaped_mirror(t, 0.3f, 0.6f, 0.5f); }},
+        {"Beckmann", [](Tree& t) { return shaped_mirror(t, 0.6f, 0, 0); }},
+        {"foil", [](Tree& t) { return t.lobe(LobeId::RetroBrdf, {White, White, Vec3f(0.4f)}); }},
     };
-    for (float roughness : {0.2f, 0.45f, 0.7f, 1.0f})
-        all.push_back({"rough mirror", [=](Tree& t) { return rough_mirror(t, roughness); }});
+    for (float roughness : {0.2f, 0.3f, 0.45f, 0.7f, 0.85f, 1.0f})
+        all.push_back({"rough mirror " + std::to_string(roughness),
+                       [=](Tree& t) { return rough_mirror(t, roughness); }});
     for (float roughness : {0.3f, 1.0f})
-        all.push_back({"Oren-Nayar",
+        all.push_back({"Oren-Nayar " + std::to_string(roughness),
                        [=](Tree& t) { return t.lobe(LobeId::OrenNayarBrdf, {White, Vec3f(roughness)}); }});
+    return all;
+}
+
+// Reflection that loses something by itself, at its whitest.
+std::vector<Base> other_bases() {
+    const auto one_lobe = [](std::string name, LobeId id, std::vector<Vec3f> inputs) {
+        return Base{std::move(name), [=](Tree& t) { return t.lobe(id, inputs); }};
+    };
+    std::vector<Base> all = {
+        one_lobe("grating", LobeId::GratingBrdf, {White}),
+        one_lobe("silver", LobeId::MetalBrdf, {Vec3f(1.0f), White, White, Vec3f(0.4f)}),
+        one_lobe("dielectric", LobeId::MicrofacetDielectricBrdf, {White, Vec3f(2.0f), Vec3f(0.5f)}),
+        one_lobe("long tail", LobeId::MicrofacetConductorBrdf,
+                 {White, White, Vec3f(0.6f), White, Vec3f(0.0f), Vec3f(0.0f), Vec3f(0.6f)}),
+        one_lobe("glass", LobeId::MicrosurfaceDielectricBsdfRgb_v1, {Half, White, White, Vec3f(1.8f)}),
+        one_lobe("sheet", LobeId::ThinWalledDielectricBsdf, {White, White, Vec3f(1.8f), Half}),
+    };
+    for (float roughness : {0.1f, 1.0f}) {
+        all.push_back(one_lobe("Burley", LobeId::BurleyBrdf, {White, Vec3f(roughness)}));
+        all.push_back(one_lobe("sheen", LobeId::SheenBrdf, {White, Vec3f(roughness)}));
+    }
+    for (float exponent : {2.0f, 40.0f, 1000.0f}) {
+        all.push_back(one_lobe("Phong", LobeId::PhongBrdf, {White, Vec3f(exponent)}));
+        all.push_back(one_lobe("Blinn", LobeId::BlinnBrdf, {White, Vec3f(exponent)}));
+    }
     return all;
 }
 
@@ -68,26 +103,47 @@ Tree under(const Base& base, float index, float roughness, float weight = 1) {
 
 } // namespace
 
-TEST(ThickCoat, WhiteBasesLoseNothing) {
-    double least = 2, most = 0;
-    for (const Base& base : white_bases())
-        for (float index : {1.2f, 1.5f, 2.2f})
-            for (float roughness : {0.0f, 0.4f})
-                for (float weight : {1.0f, 0.5f})
-                    for (float cosine : Cosines) {
-                        const Energy e = scattered(under(base, index, roughness, weight), cosine, true, 3000);
-                        least = std::min(least, e.mean[0] + 4.5 * e.error);
-                        most = std::max(most, e.mean[0] - 4.5 * e.error);
-                        EXPECT_NEAR(e.mean[0], 1, 4.5 * e.error + 0.02)
-                            << base.name << ", index " << index << ", coat " << roughness << ", weight "
-                            << weight << ", cosine " << cosine;
-                        EXPECT_LE(e.mean[0] - 4.5 * e.error, 1.005)
-                            << base.name << ", index " << index << ", coat " << roughness << ", weight "
-                            << weight << ", cosine " << cosine;
-                        EXPECT_NEAR(e.albedo[0][0], 1, 0.02) << base.name;
+// Energy by base, index, roughness and weight of the coat, and view; `alone`: of the base without a coat.
+template <class Check>
+void each_energy(const std::vector<Base>& bases, const std::vector<float>& indices, const Check& check) {
+    for (const Base& base : bases)
+        for (float cosine : Cosines) {
+            Tree plain;
+            base.add(plain);
+            const Energy alone = scattered(plain, cosine, true, 3000);
+            for (float index : indices)
+                for (float roughness : {0.0f, 0.4f})
+                    for (float weight : {1.0f, 0.5f}) {
+                        SCOPED_TRACE(base.name + ", index " + std::to_string(index) + ", coat " +
+                                     std::to_string(roughness) + ", weight " + std::to_string(weight) +
+                                     ", cosine " + std::to_string(cosine));
+                        check(scattered(under(base, index, roughness, weight), cosine, true, 3000), alone);
                     }
-    RecordProperty("least", std::to_string(least));
-    RecordProperty("most", std::to_string(most));
+        }
+}
+
+// What a white base gets it gives back, but for 2.5 %; but for 1 % where the index is at most 1.5 and the
+// base is Lambert's or of round microfacets, for which kept light is known rather than fitted or estimated.
+// No coat makes light: what is beyond 1 is its base's own.
+TEST(ThickCoat, WhiteBasesLoseNothing) {
+    each_energy(white_bases(), {1.2f, 1.5f, 2.2f}, [](const Energy& e, const Energy& alone) {
+        EXPECT_GE(e.mean[0] + 4.5 * e.error, 1 - 0.025);
+        EXPECT_LE(e.mean[0] - 4.5 * e.error, std::max(alone.mean[0], 1.0) + 0.005);
+        EXPECT_NEAR(e.albedo[0][0], 1, 0.02);
+    });
+    auto round = white_bases();
+    std::erase_if(round, [](const Base& b) {
+        return b.name.starts_with("brushed") || b.name == "Beckmann" || b.name.starts_with("Oren");
+    });
+    each_energy(round, {1.2f, 1.5f},
+                [](const Energy& e, const Energy&) { EXPECT_GE(e.mean[0] + 4.5 * e.error, 1 - 0.01); });
+}
+
+TEST(ThickCoat, NothingIsGained) {
+    each_energy(other_bases(), {1.2f, 1.5f, 2.2f, 3.5f}, [](const Energy& e, const Energy& alone) {
+        for (int w = 0; w < Wavelengths; w++)
+            EXPECT_LE(e.mean[w] - 4.5 * e.error, std::max(alone.mean[w], 1.0) + 0.005) << w;
+    });
 }
 
 // Two coats, one upon the other, over a mix.
@@ -99,7 +155,9 @@ TEST(ThickCoat, Nested) {
         const int base = t.join(LayerOp::Mix, mirror, paint, 0.5f),
                   inner = t.join(LayerOp::Thick, second, base);
         t.join(LayerOp::Thick, clear, inner);
-        expect_energy(t, cosine, 1, "two thick coats", 0.02);
+        const Energy e = scattered(t, cosine);
+        EXPECT_LE(e.mean[0] - 4.5 * e.error, 1.005) << cosine;
+        EXPECT_GE(e.mean[0] + 4.5 * e.error, 1 - 0.02) << cosine;
     }
 }
 
@@ -111,7 +169,7 @@ TEST(ThickCoat, SamplesFollowTheirDensity) {
     int tests = 0;
     for (const Base& base : bases)
         for (float cosine : {0.95f, 0.3f}) {
-            if (base.name == std::string("mirror"))
+            if (base.name == "mirror")
                 continue;
             const Tree t = under(base, 1.5f, 0.5f);
             const MaterialCode code(t.program);

@@ -170,6 +170,12 @@ const LobeInput mie[] = {
     float_input("diameter", 10, 5, 50, "um", "of the droplets"),
 };
 
+const LobeInput rayleigh_phase[] = {
+    float_input(
+        "angstromExponent", 0, 0, 8, "1",
+        "scattering goes with (550 nm / wavelength) to this power, and what SetScattering says is that "
+        "at 550 nm: 4 for air (Rayleigh 1871); 0 leaves it to SetScattering's colour"),
+};
 const LobeDecl table[] = {
     {LobeId::LambertBrdf, "LambertBrdf", LobeKind::Reflection, lambert_brdf,
      "Lambertian reflection on both sides", true, true},
@@ -210,10 +216,7 @@ const LobeDecl table[] = {
      "Henyey and Greenstein's phase function (1941)"},
     {LobeId::DoubleHenyeyGreensteinPfrgb, "DoubleHenyeyGreensteinPfrgb", LobeKind::Phase,
      double_henyey_greenstein, "two of Henyey and Greenstein's: forwards and backwards, as skin and clouds"},
-    {LobeId::RayleighPfrgb,
-     "RayleighPfrgb",
-     LobeKind::Phase,
-     {},
+    {LobeId::RayleighPfrgb, "RayleighPfrgb", LobeKind::Phase, rayleigh_phase,
      "Rayleigh's phase function: particles much smaller than the wavelength, as in air and thin milk"},
     {LobeId::DrainePfrgb, "DrainePfrgb", LobeKind::Phase, draine,
      "Draine's phase function (2003): between Rayleigh's and Henyey and Greenstein's"},

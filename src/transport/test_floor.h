@@ -27,7 +27,7 @@ struct FloorScene : TestScene {
 // Irradiance at each pixel of the floor, against the picture: its mean, and pixel by pixel within the noise
 // that pixels with like values have.
 inline void expect_irradiance(FloorScene& s, const std::function<double(const Vec3f&)>& irradiance,
-                              double relative, int progressions = 32) {
+                              double relative, int progressions = 32, int pixel_progressions = 512) {
     double expected = 0, worst = 0;
     std::vector<double> truth;
     for (int y = 0; y < Size; y++)
@@ -38,7 +38,7 @@ inline void expect_irradiance(FloorScene& s, const std::function<double(const Ve
     const auto e = s.estimate(progressions, 12);
     for (const auto& c : e.channel)
         EXPECT_NEAR(c.mean(), expected, relative * expected + 4.5 * c.error());
-    const auto pixels = s.render(512, 8);
+    const auto pixels = s.render(pixel_progressions, 8);
     for (size_t i = 0; i < pixels.size(); i++)
         worst = std::max(worst, std::abs(double(pixels[i].rgb[1]) - truth[i]) / (truth[i] + 0.1 * expected));
     EXPECT_LT(worst, 0.1);
