@@ -1,8 +1,6 @@
 // The part of a material that has thick coats: see thick_coat.h. Beds are what lies below them, outer ones
-// first.
+// first. Included by material.h, at its end.
 #pragma once
-
-#include "bsdf/material.h"
 
 namespace kanuka::bsdf {
 

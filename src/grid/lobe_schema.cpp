@@ -23,6 +23,10 @@ const LobeInput float_input(std::string_view name, float fallback, float low, fl
                             std::string_view unit, std::string_view doc) {
     return {name, Float, Vec3f(fallback, 0, 0), low, high, unit, Storage::Half, doc};
 }
+const LobeInput Walks = float_input(
+    "walks", 0, 0, 1, "1",
+    "1: light between facets, GGX's, follows random walks (Heitz et al. 2016), with some noise and "
+    "not below films; 0: it is shaped as what one facet scatters");
 const LobeInput Anisotropy = float_input("anisotropy", 0, 0, 1, "1",
                                          "of slopes: 0 the same all round, 1 next to none along the grooves");
 const LobeInput Rotation =
@@ -60,6 +64,7 @@ const LobeInput conductor[] = {
     Anisotropy,
     Rotation,
     Tail,
+    Walks,
 };
 constexpr std::string_view MetalNames[] = {"", "Ag", "Al", "Au", "Cr", "Cu", "Fe", "Ni", "Pt", "Ti"};
 const LobeInput metal[] = {
@@ -110,6 +115,7 @@ const LobeInput dielectric_bsdf[] = {
     Tail,
     FilmThickness,
     FilmIor,
+    Walks,
 };
 const LobeInput thin_walled[] = {
     color_input("reflectance", 1, "tint of the reflection"),
