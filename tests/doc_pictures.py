@@ -10,11 +10,14 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+
 import kanuka
 
 ROOT = Path(__file__).resolve().parent.parent
 IMAGES = ROOT / "docs" / "images"
-SMALL = (80, 18, 8)  # width, height, samples along each side of a pixel
+SMALL = (80, 18, 3)  # width, height, samples along each side of a pixel
+BLOCK = (6, 8)  # rows, columns: two across a ball
 
 # lobe: the input that changes, its five values, what else is given. Others: roughness from 0 to 1.
 SWEEPS = {
@@ -220,6 +223,15 @@ def render_row(name: str, seed: int) -> kanuka.Picture:
     """Small, as the tests hold it against tests/references/lobes."""
     with tempfile.TemporaryDirectory() as folder:
         return kanuka.render(kanuka.load(write_row(Path(folder), name, SMALL)), seed=seed)
+
+
+def summary(picture: kanuka.Picture) -> kanuka.Picture:
+    """Means over blocks of x / (1 + x): few samples a pixel have long tails, which no mean and variance describe."""
+    rgb = picture["rgb"].astype(np.float64)
+    height, width, _ = rgb.shape
+    rows, columns = BLOCK
+    blocks = (rgb / (1 + rgb)).reshape(height // rows, rows, width // columns, columns, 3)
+    return kanuka.Picture({"rgb": blocks.mean(axis=(1, 3)).astype(np.float32)})
 
 
 def draw(picture: Path, write: Callable[[Path], Path], *arguments: object) -> None:

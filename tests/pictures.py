@@ -21,10 +21,18 @@ class Reference:
     runs: int
     progressions: int
 
-    def z_test(self, picture: kanuka.Picture) -> kanuka.ZTestResult:
+    def z_test(self, picture: kanuka.Picture, of: int = 1) -> kanuka.ZTestResult:
+        """One of so many tests, which together are wrong one time in a hundred."""
         variance_of_mean = kanuka.Picture({"rgb": self.variance / self.runs})
         mean = kanuka.Picture({"rgb": self.mean})
-        return kanuka.z_test(mean, variance_of_mean, picture, reference_samples=self.runs, test_samples=1)
+        return kanuka.z_test(
+            mean,
+            variance_of_mean,
+            picture,
+            reference_samples=self.runs,
+            test_samples=1,
+            significance=1 - 0.99 ** (1 / of),
+        )
 
     def mean_errors(self, picture: kanuka.Picture) -> np.ndarray:
         """By channel: how far the mean over all pixels is off, over its standard deviation."""
@@ -39,9 +47,9 @@ def load(name: str) -> Reference:
         return Reference(data["mean"], data["variance"], int(data["runs"]), int(data["progressions"]))
 
 
-def expect_same(reference: Reference, picture: kanuka.Picture, folder: Path) -> None:
+def expect_same(reference: Reference, picture: kanuka.Picture, folder: Path, of: int = 1) -> None:
     """Each pixel is the reference's; where not, p-values are written into the folder."""
-    result = reference.z_test(picture)
+    result = reference.z_test(picture, of)
     if not result.passed:
         result.p_values.write(folder / "p.exr")
     assert result.passed, (

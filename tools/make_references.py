@@ -26,7 +26,7 @@ NAMES = [*scenes.ALL, *(f"lobes/{name}" for name in doc_pictures.lobes())]
 
 def render(name: str, seed: int, progressions: int) -> kanuka.Picture:
     if name.startswith("lobes/"):  # their scenes say how many samples
-        return doc_pictures.render_row(name.removeprefix("lobes/"), seed)
+        return doc_pictures.summary(doc_pictures.render_row(name.removeprefix("lobes/"), seed))
     return kanuka.render(scenes.ALL[name](), progressions=progressions, seed=seed)
 
 
