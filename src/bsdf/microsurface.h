@@ -68,8 +68,9 @@ struct DirectionHash {
 // Light from wi to wo (both above) over two facets and more, times |cos wi|, of reflection alone.
 // fresnel(cosine) -> Spectrum.
 template <int W, class Fresnel>
-Spectrum<W> walk_between_mirrors(const Microsurface<W>& s, const Vec3<Float<W>>& wo, const Vec3<Float<W>>& wi,
-                                 Mask<W> active, const Fresnel& fresnel) {
+[[gnu::noinline]] Spectrum<W> walk_between_mirrors(const Microsurface<W>& s, const Vec3<Float<W>>& wo,
+                                                   const Vec3<Float<W>>& wi, Mask<W> active,
+                                                   const Fresnel& fresnel) {
     using F = Float<W>;
     const F zero(0.0f);
     DirectionHash<W> random(wo, wi);
@@ -95,8 +96,8 @@ Spectrum<W> walk_between_mirrors(const Microsurface<W>& s, const Vec3<Float<W>>&
 // The same of an interface, above and below; and light that passes over one facet. eta: index behind, over
 // that on wo's side. fresnel(cosine, eta, cos_t) -> what is reflected.
 template <int W>
-Float<W> walk_through_interface(const Microsurface<W>& s, const Vec3<Float<W>>& wo, const Vec3<Float<W>>& wi,
-                                Float<W> eta, Mask<W> active) {
+[[gnu::noinline]] Float<W> walk_through_interface(const Microsurface<W>& s, const Vec3<Float<W>>& wo,
+                                                  const Vec3<Float<W>>& wi, Float<W> eta, Mask<W> active) {
     using F = Float<W>;
     const F zero(0.0f), one(1.0f);
     DirectionHash<W> random(wo, wi);
