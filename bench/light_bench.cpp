@@ -46,10 +46,11 @@ int main(int argc, char** argv) {
         ManyLights kind;
     } kinds[] = {{"points", ManyLights::Points},
                  {"spheres", ManyLights::Spheres},
-                 {"triangles", ManyLights::Triangles}};
+                 {"triangles", ManyLights::Triangles},
+                 {"lit facets", ManyLights::LitFacets}};
     for (const auto& kind : kinds)
         for (int count : {10, 100, 1000, 10000, 100000}) {
-            if (quick && count > 10000)
+            if (quick && (count > 10000 || kind.kind == ManyLights::LitFacets))
                 continue;
             const auto start = std::chrono::steady_clock::now();
             ManyLightsScene s(kind.kind, count, Size);

@@ -156,14 +156,29 @@ Vec3<Float<W>> select(Mask<W> m, const Vec3<Float<W>>& a, const Vec3<Float<W>>& 
     return {select(m, a.x, b.x), select(m, a.y, b.y), select(m, a.z, b.z)};
 }
 
-// min and max return b where either is NaN, as SSE does.
+// min and max return b where either is NaN, as SSE does. By name: of a comparison with a constant the
+// compiler makes two instructions.
 template <int W>
 Float<W> min(Float<W> a, Float<W> b) {
-    return a.v < b.v ? a.v : b.v;
+    if constexpr (W == 8)
+        return (typename Float<W>::F)_mm256_min_ps((__m256)a.v, (__m256)b.v);
+#ifdef __AVX512F__
+    else if constexpr (W == 16)
+        return (typename Float<W>::F)_mm512_min_ps((__m512)a.v, (__m512)b.v);
+#endif
+    else
+        return a.v < b.v ? a.v : b.v;
 }
 template <int W>
 Float<W> max(Float<W> a, Float<W> b) {
-    return a.v > b.v ? a.v : b.v;
+    if constexpr (W == 8)
+        return (typename Float<W>::F)_mm256_max_ps((__m256)a.v, (__m256)b.v);
+#ifdef __AVX512F__
+    else if constexpr (W == 16)
+        return (typename Float<W>::F)_mm512_max_ps((__m512)a.v, (__m512)b.v);
+#endif
+    else
+        return a.v > b.v ? a.v : b.v;
 }
 template <int W>
 Int<W> min(Int<W> a, Int<W> b) {
@@ -344,6 +359,10 @@ int compress_store(float* out, Float<W> value, uint32_t bits) {
         }
     }
     return n;
+}
+template <int W>
+int compress_store(int32_t* out, Int<W> value, uint32_t bits) {
+    return compress_store(reinterpret_cast<float*>(out), bitcast_float(value), bits); // bits pass unchanged
 }
 
 } // namespace kanuka

@@ -4,6 +4,7 @@
 // importances are one vector operation; there is no splitting, one light is asked.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -23,15 +24,18 @@ struct LightBound {
     int32_t sets = -1;     // bits of the sets of receivers it shines on
 };
 
-// Eight children, structure of arrays. power 0: no child.
+// Eight children, structure of arrays. power 0: no child. What every walk reads comes first: where lights
+// shine to all sides, the other half never enters a cache.
 struct alignas(64) LightNode {
     static constexpr int Width = 8;
     float x[8], y[8], z[8], radius[8];
-    float axis_x[8], axis_y[8], axis_z[8], cos_spread[8], cos_reach[8];
     float power[8];
-    int32_t sets[8];
     int32_t child[8]; // a node, or ~leaf
+    float axis_x[8], axis_y[8], axis_z[8], cos_spread[8], cos_reach[8];
+    int32_t sets[8];
+    static constexpr size_t FirstHalf = 192;
 };
+static_assert(offsetof(LightNode, axis_x) == LightNode::FirstHalf);
 
 struct LightTree {
     std::vector<LightNode> nodes; // root first; children behind their parents
@@ -40,6 +44,11 @@ struct LightTree {
     bool linked = false;          // some lights do not shine on all sets
     bool round = false;           // all shine to all sides
     bool empty() const { return nodes.empty(); }
+    void prefetch(int32_t node, size_t bytes) const {
+        const char* from = reinterpret_cast<const char*>(&nodes[size_t(node)]);
+        for (size_t line = 0; line < bytes; line += 64)
+            __builtin_prefetch(from + line);
+    }
     bool flat() const { return nodes.size() == 1; }
     uint64_t bytes() const {
         return nodes.size() * (sizeof(LightNode) + sizeof(int32_t)) + place.size() * sizeof(int32_t);
@@ -68,13 +77,15 @@ void pick_lights(const LightTree& tree, int count, const LightQuery* queries, co
 // The chance that pick_light() picks `leaf`.
 float chance_of_light(const LightTree& tree, const LightQuery& query, int32_t leaf);
 
-// Calls found(leaf) for every leaf whose sphere a ray meets before `t_max`, in an order of the tree's own.
+// Calls found(ray, leaf) for every leaf whose sphere a ray meets before its `t_max`; of one ray in an order
+// of the tree's own. At most MostWalks rays: they take turns, so that one waits for memory while the others
+// work.
 struct LightRay {
     Vec3f o, d; // d is unit
     float t_max;
 };
 template <class Found>
-void lights_along(const LightTree& tree, const LightRay& ray, Found&& found);
+void lights_along(const LightTree& tree, int count, const LightRay* rays, Found&& found);
 
 // A bound of what children bring to points, both in lanes: one may be the same in all of them.
 template <int W>
@@ -86,28 +97,28 @@ struct LightChild {
 };
 
 template <int W>
-Float<W> light_importance(const LightChild<W>& child, const Vec3<Float<W>>& P, const Vec3<Float<W>>& N,
-                          Mask<W> oriented, bool round = false) {
+[[gnu::always_inline]] inline Float<W> light_importance(const LightChild<W>& child, const Vec3<Float<W>>& P,
+                                                        const Vec3<Float<W>>& N, Mask<W> oriented,
+                                                        bool round = false) {
     using F = Float<W>;
     const F zero(0.0f), one(1.0f);
     const Vec3<F> to = child.center - P;
-    const F d2 = max(dot(to, to), F(1e-30f)), r2 = child.radius * child.radius;
-    const F inv_d = one / sqrt(d2);
-    // The angle that the sphere fills, theta_b; inside it, all directions.
-    const F sin2_b = r2 / d2;
-    const Mask<W> inside = sin2_b >= one;
-    const F sin_b = select(inside, one, sqrt(sin2_b));
+    const F d2 = dot(to, to), r2 = child.radius * child.radius;
+    // The sphere fills the angle theta_b. From inside it, which is every direction, points are taken to its
+    // surface: sin theta_b = 1 there, and the cosines below lose nothing.
+    const F inv_d = one / sqrt(max(max(d2, r2), F(1e-30f)));
+    const F sin_b = child.radius * inv_d;
     // Of the receiver: cos(theta_i - theta_b) is at most cos theta_i + sin theta_b, and near it where the
     // sphere is small. Nothing where all of it is below the horizon.
     const F cos_n = dot(N, to) * inv_d;
     const F cos_i = min(max(cos_n, zero) + sin_b, one);
-    const F taken =
-        select(oriented, select(inside | (cos_n + sin_b > F(-1e-3f)), cos_i + F(1e-3f), zero), F(0.5f));
-    const F reaches = child.power * (taken / max(d2, r2));
+    const F taken = select(oriented, select(cos_n + sin_b > F(-1e-3f), cos_i + F(1e-3f), zero), F(0.5f));
+    const F reaches = child.power * taken * (inv_d * inv_d);
     if (round)
         return reaches;
+    const Mask<W> inside = r2 >= d2;
     const auto sine = [&](F c) { return sqrt(max(one - c * c, zero)); };
-    const F cos_b = select(inside, F(-1.0f), sqrt(max(one - sin2_b, zero)));
+    const F cos_b = select(inside, F(-1.0f), sine(sin_b));
     // Of light: theta' = theta - theta_spread - theta_b, not below 0.
     const F cos_w = -dot(child.axis, to) * inv_d, sin_w = sine(cos_w), sin_o = sine(child.cos_spread);
     const Mask<W> within = cos_w >= child.cos_spread;
@@ -120,27 +131,48 @@ Float<W> light_importance(const LightChild<W>& child, const Vec3<Float<W>>& P, c
 }
 
 template <class Found>
-void lights_along(const LightTree& tree, const LightRay& ray, Found&& found) {
+void lights_along(const LightTree& tree, int count, const LightRay* rays, Found&& found) {
     using F = Float<8>;
-    int32_t stack[256];
-    int top = 0;
-    if (!tree.empty())
-        stack[top++] = 0;
-    while (top > 0) {
-        const LightNode& n = tree.nodes[size_t(stack[--top])];
-        const Vec3<F> to(F::load(n.x) - F(ray.o.x), F::load(n.y) - F(ray.o.y), F::load(n.z) - F(ray.o.z));
-        const Vec3<F> d(F(ray.d.x), F(ray.d.y), F(ray.d.z));
-        const F r = F::load(n.radius) * F(1.0001f), along = dot(to, d);
-        const Vec3<F> off = to - d * along;
-        const Mask<8> m = (dot(off, off) <= r * r) & (along >= -r) & (along - r <= F(ray.t_max)) &
-                          (F::load(n.power) > F(0.0f));
-        for (uint32_t bits = m.bits(); bits; bits &= bits - 1) {
-            const int32_t child = n.child[__builtin_ctz(bits)];
-            if (child < 0)
-                found(~child);
-            else if (top < 256)
-                stack[top++] = child;
+    constexpr int Most = 256; // a level takes seven places at most
+    struct Turn {
+        int32_t ray, top;
+        int32_t stack[Most + LightNode::Width]; // places to write in vain
+    };
+    if (tree.empty())
+        return;
+    Turn turns[MostWalks];
+    Turn* on_way[MostWalks];
+    for (int i = 0; i < count; i++) {
+        turns[i].ray = i;
+        turns[i].stack[0] = 0;
+        turns[i].top = 1;
+        on_way[i] = &turns[i];
+    }
+    while (count > 0) {
+        int left = 0;
+        for (int i = 0; i < count; i++) {
+            Turn& turn = *on_way[i];
+            const LightRay& ray = rays[turn.ray];
+            const LightNode& n = tree.nodes[size_t(turn.stack[--turn.top])];
+            const Vec3<F> to(F::load(n.x) - F(ray.o.x), F::load(n.y) - F(ray.o.y), F::load(n.z) - F(ray.o.z));
+            const Vec3<F> d(F(ray.d.x), F(ray.d.y), F(ray.d.z));
+            const F r = F::load(n.radius) * F(1.0001f), along = dot(to, d);
+            const Vec3<F> off = to - d * along;
+            const Mask<8> m = (dot(off, off) <= r * r) & (along >= -r) & (along - r <= F(ray.t_max)) &
+                              (F::load(n.power) > F(0.0f));
+            const Int<8> child = Int<8>::load(n.child);
+            // How many children a ray meets is anybody's guess: nodes go to the stack without a branch.
+            const uint32_t leaves = (m & (child < Int<8>(0))).bits(), nodes = m.bits() & ~leaves;
+            turn.top += compress_store(turn.stack + turn.top, child, nodes);
+            turn.top = std::min(turn.top, Most);
+            for (uint32_t bits = leaves; bits; bits &= bits - 1)
+                found(turn.ray, ~n.child[__builtin_ctz(bits)]);
+            if (turn.top == 0)
+                continue;
+            tree.prefetch(turn.stack[turn.top - 1], LightNode::FirstHalf);
+            on_way[left++] = &turn;
         }
+        count = left;
     }
 }
 

@@ -232,12 +232,13 @@ TEST(LightTree, OddLights) {
         lights[i] = {{std::pow(1.05f, float(i)), 0, 0}, 0, {0, 0, 1}, -1, 0, 1};
     tree = build_light_tree(lights);
     int found = 0;
-    lights_along(tree, {{0, 0, -1}, {0, 0, 1}, 1e30f}, [&](int) { found++; });
+    const LightRay beside{{0, 0, -1}, {0, 0, 1}, 1e30f}, through{{-1, 0, 0}, {1, 0, 0}, 1e30f};
+    lights_along(tree, 1, &beside, [&](int, int) { found++; });
     EXPECT_EQ(found, 0);
     for (auto& b : lights)
         b.radius = 1;
     tree = build_light_tree(lights);
-    lights_along(tree, {{-1, 0, 0}, {1, 0, 0}, 1e30f}, [&](int) { found++; });
+    lights_along(tree, 1, &through, [&](int, int) { found++; });
     EXPECT_EQ(found, 1000);
 }
 

@@ -564,19 +564,22 @@ void meet_lights(const SceneView& scene, BatchState& batch, const PathState& pat
         meet_light(scene, batch, paths, ray, slot, Int<W>(k), t_max, bounce, m);
     if (scene.met_tree.empty())
         return;
+    LightRay rays[W];
+    int lane[W], count = 0;
     for (uint32_t bits = m.bits(); bits; bits &= bits - 1) {
-        const int i = __builtin_ctz(bits), at = slot[i];
-        const auto one = load_rows<PathState::Fields>(paths.row, Int<1>(at << 4));
-        const float* row = paths.row[at];
-        const LightRay along{
-            {row[PathState::Origin], row[PathState::Origin + 1], row[PathState::Origin + 2]},
-            {row[PathState::Direction], row[PathState::Direction + 1], row[PathState::Direction + 2]},
-            t_max[i]};
-        lights_along(scene.met_tree, along, [&](int32_t light) {
-            meet_light<1>(scene, batch, paths, one, Int<1>(at), Int<1>(light), Float<1>(t_max[i]), bounce,
-                          Mask<1>(true));
-        });
+        const int i = __builtin_ctz(bits);
+        const auto v = [&](int field) { return paths.row[slot[i]][field]; };
+        lane[count] = i;
+        rays[count++] = {{v(PathState::Origin), v(PathState::Origin + 1), v(PathState::Origin + 2)},
+                         {v(PathState::Direction), v(PathState::Direction + 1), v(PathState::Direction + 2)},
+                         t_max[i]};
     }
+    lights_along(scene.met_tree, count, rays, [&](int k, int32_t light) {
+        const int at = slot[lane[k]];
+        const auto one = load_rows<PathState::Fields>(paths.row, Int<1>(at << 4));
+        meet_light<1>(scene, batch, paths, one, Int<1>(at), Int<1>(light), Float<1>(t_max[lane[k]]), bounce,
+                      Mask<1>(true));
+    });
 }
 
 } // namespace kanuka::transport
