@@ -35,6 +35,7 @@ def render(tmp_path: Path, text: str, **options: object) -> tuple[np.ndarray, li
     [
         'Surface "cloud" "color scattering" [2 2 2]',
         'Surface "cloud" "color scattering" [1 2 3] "float droplets" [10]',
+        'Surface "cloud" "color scattering" [1 1 1] "float air" [1]',
         'Surface "glass" "float ior" [1.3] "color scattering" [2 2 2] "float meanCosine" [0.6]',
     ],
 )

@@ -12,7 +12,7 @@ namespace kanuka::bsdf {
 
 using grid::LobeId;
 
-inline constexpr int MaxColors = 3, MaxNumbers = 7;
+inline constexpr int MaxColors = 3, MaxNumbers = 8;
 
 template <int W>
 struct LobeInputs {
@@ -31,10 +31,12 @@ struct LobeInputs {
     Float<W> film, film_index;                    // thickness in nm
     Mask<W> rough;                                // enough for light to meet several facets
     Mask<W> disperses{false};                     // wavelengths go ways of their own
+    Mask<W> walks{false};                         // light between facets by walks: microsurface.h
+    Float<W> spread;                              // part of samples that such light's cosine lobe draws
     StretchedCell<W> cell;
     const Float<W>* l = nullptr;     // normalised wavelengths
     const Float<W>* outer = nullptr; // index of refraction of what is outside; null = 1, nothing
-    bool dispersive = false, stretched = false, has_film = false, compensated = false;
+    bool dispersive = false, stretched = false, has_film = false, compensated = false, has_walks = false;
 
     bool has(int input) const { return given >> input & 1; }
     Float<W> wavelength(int i) const { return fma(l[i], Float<W>(470.0f), Float<W>(360.0f)); } // nm

@@ -39,6 +39,9 @@ struct LobeTables {
     // Dielectrics: albedo of reflection from outside; balance of reflection and transmission together, from
     // outside (planes of an index each), then from inside.
     float dielectric[Indices * Plane], glass_balance[2 * GlassIndices * Plane];
+    // Mean of a smooth dielectric's reflectance over directions, from outside; below a layer of such an
+    // index, the part of what GGX reflects that leaves the layer, over what a smooth interface lets through.
+    float dielectric_mean[Indices], escape[Indices * Plane];
     float stretched_balance[Tails * Stretches * WideAlphas * Azimuths * WideCosines];
     // Mean of their albedos, and the fourth root of the width of GGX that has the same.
     float stretched_mean[Tails * Stretches * WideAlphas], stretched_round[Tails * Stretches * WideAlphas];
@@ -158,6 +161,28 @@ Float<W> dielectric_albedo(Float<W> cosine, Float<W> alpha, Float<W> eta) {
     Float<W> cos_t;
     const Float<W> index = clamp(eta, Float<W>(LobeTables::MinIndex), Float<W>(LobeTables::MaxIndex));
     return fresnel_dielectric(softened(cosine, alpha), index, cos_t) * fma(n.f, b - a, a);
+}
+
+template <int W>
+Float<W> dielectric_mean(Float<W> eta) {
+    const Knot<W> n = index_knot(eta);
+    const float* t = lobe_tables().dielectric_mean;
+    const Float<W> a = gather(t, n.i), b = gather(t, n.i + Int<W>(1));
+    return fma(n.f, b - a, a);
+}
+// Of light that GGX reflects below a smooth interface of index eta, what gets out; `cosine`: of the view,
+// over the interface.
+template <int W>
+Float<W> escape_of_ggx(Float<W> cosine, Float<W> alpha, Float<W> eta) {
+    const Knot<W> n = index_knot(eta);
+    const Int<W> plane(LobeTables::Plane);
+    const TableCell<W> cell(cosine, alpha);
+    const Float<W> a = cell.lookup(lobe_tables().escape, n.i * plane);
+    const Float<W> b = cell.lookup(lobe_tables().escape, (n.i + Int<W>(1)) * plane);
+    Float<W> cos_t;
+    const Float<W> index = clamp(eta, Float<W>(LobeTables::MinIndex), Float<W>(LobeTables::MaxIndex));
+    const Float<W> smooth = Float<W>(1.0f) - fresnel_dielectric(softened(cosine, alpha), index, cos_t);
+    return clamp(smooth * fma(n.f, b - a, a), Float<W>(0.0f), Float<W>(1.0f));
 }
 
 // ---- balances s: see above

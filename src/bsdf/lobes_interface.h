@@ -84,15 +84,30 @@ struct InterfaceLobe {
         }
         if (in.compensated) {
             const Float<W> s = in.balance * balance_at(in, wi);
-            r.f = r.f * s;
+            r.f = r.f * kanuka::select(in.walks, one, s);
         }
+        if (in.has_walks)
+            walk(in, wo, wi, transmits, r);
         r.f *= select(transmits, in.color[2], in.color[1]);
         return r;
+    }
+
+    // Light that passes over one facet is part of the walk, too: it leaves at another height than it came.
+    static void walk(const LobeInputs<W>& in, const V& wo, const V& wi, Mask<W> transmits, LobeValue<W>& r) {
+        const Float<W> zero(0.0f), one(1.0f);
+        const Float<W> cosine = abs(wi.z) * Float<W>(0.5f * InvPi);
+        for (int i = 0; i < (in.dispersive ? Wavelengths : 1); i++) {
+            const Float<W> many = walk_through_interface(microsurface_of(in), wo, wi, in.eta[i], in.walks);
+            for (int k = in.dispersive ? i : 0; k < (in.dispersive ? i + 1 : Wavelengths); k++)
+                r.f[k] = kanuka::select(in.walks & transmits, zero, r.f[k]) + many;
+        }
+        r.pdf = r.pdf * (one - in.spread) + Spectrum<W>(in.spread * cosine);
     }
 
     template <class Facets>
     static LobeSample<W> sample_with(const Facets& facets, const LobeInputs<W>& in, const V& wo,
                                      Float<W> u_choice, Float<W> u0, Float<W> u1) {
+        const Mask<W> spreads = in.has_walks ? split(in.spread, u1) : Mask<W>(false);
         const V m = sample_facet(facets, in, wo, u0, u1);
         const Float<W> om = max(dot(wo, m), Float<W>(0.0f)), zero(0.0f), one(1.0f);
         Float<W> cos_t, chosen;
@@ -102,6 +117,12 @@ struct InterfaceLobe {
         LobeSample<W> s =
             sample_of(kanuka::select(reflects, reflect(wo, m), refract(wo, m, in.eta[0], cos_t)));
         s.valid = (reflects & (s.wi.z > zero)) | ((!reflects) & (s.wi.z < zero));
+        if (in.has_walks) { // both sides alike
+            V w = sample_cosine(u0, u1);
+            w.z = kanuka::select(u_choice < Float<W>(0.5f), w.z, -w.z);
+            s.wi = kanuka::select(spreads, w, s.wi);
+            s.valid |= spreads;
+        }
         s.delta = in.alpha < Float<W>(SmoothAlpha);
         s.value = no_value<W>();
         if (!any(s.delta))
@@ -185,6 +206,8 @@ void prepare_interface(LobeInputs<W>& in, const Vec3<Float<W>>& wo, Mask<W> outs
             in.balance_alpha = in.cell.round_alpha();
         }
         in.balance = InterfaceLobe<W>::balance_at(in, in.stretched ? to_axis(in, wo) : wo);
+        if (!in.has_film) // walks do not know films
+            prepare_walks(in, wo, 10, 7, 0.5f);
     }
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "bsdf/lobe_inputs.h"
+#include "bsdf/microsurface.h"
 
 namespace kanuka::bsdf {
 
@@ -99,6 +100,40 @@ Spectrum<W> compensation(const LobeInputs<W>& in, const Vec3<Float<W>>& wi) {
     return r;
 }
 
+// ---- light between facets
+
+// input, number: of `walks` in the schema and among the floats. share: of samples for what more than one
+// facet scatters, over that a mirror loses to it.
+template <int W>
+void prepare_walks(LobeInputs<W>& in, const Vec3<Float<W>>& wo, int input, int number, float share) {
+    if (!in.has(input) || !in.compensated)
+        return;
+    in.walks = in.rough & (in.number[number] > Float<W>(0.5f));
+    in.has_walks = any(in.walks);
+    if (!in.has_walks)
+        return;
+    if (in.stretched) // walks know GGX's facets alone
+        in.tail = kanuka::select(in.walks, Float<W>(0.5f), in.tail);
+    const Float<W> lost = Float<W>(1.0f) - ggx_albedo(wo.z, in.alpha);
+    in.spread = kanuka::select(in.walks, clamp(Float<W>(share) * lost, Float<W>(0.02f), Float<W>(0.9f)),
+                               Float<W>(0.0f));
+}
+template <int W>
+Microsurface<W> microsurface_of(const LobeInputs<W>& in) {
+    const Float<W> alpha = max(in.alpha, Float<W>(SmoothAlpha));
+    return {in.stretched ? in.along : alpha, alpha};
+}
+// Where u falls into the first `share` of [0, 1), and what it is within its part.
+template <int W>
+Mask<W> split(Float<W> share, Float<W>& u) {
+    const Float<W> one(1.0f), below(0.99999994f);
+    const Mask<W> first = u < share;
+    u = min(kanuka::select(first, u / max(share, Float<W>(1e-6f)),
+                           (u - share) / max(one - share, Float<W>(1e-6f))),
+            below);
+    return first;
+}
+
 // Evaluation and sampling of a reflection whose Fresnel term is `fresnel(in, cosine)`.
 template <int W, class Fresnel>
 struct ReflectionLobe {
@@ -111,12 +146,15 @@ struct ReflectionLobe {
     [[gnu::noinline]] static LobeSample<W> sample(const LobeInputs<W>& in, const V& wo, Float<W> u0,
                                                   Float<W> u1) {
         V wi;
+        const Mask<W> spreads = in.has_walks ? split(in.spread, u1) : Mask<W>(false);
         if (in.stretched) {
             const V w = to_axis(in, wo);
             wi = from_axis(in, reflect(w, sample_facet(stretched_of(in), in, w, u0, u1)));
         } else {
             wi = reflect(wo, sample_facet(ggx_of(in), in, wo, u0, u1));
         }
+        if (in.has_walks)
+            wi = kanuka::select(spreads, sample_cosine(u0, u1), wi);
         LobeSample<W> s = sample_of(wi);
         s.valid = wi.z > Float<W>(0.0f);
         s.delta = in.alpha < Float<W>(SmoothAlpha);
@@ -132,8 +170,16 @@ struct ReflectionLobe {
     static LobeValue<W> eval_with(const Facets& facets, const LobeInputs<W>& in, const V& wo, const V& wi) {
         const FacetTerms<W> t = facet_reflection(facets, in, wo, wi);
         LobeValue<W> v{Fresnel::value(in, t.cos_m) * t.f, Spectrum<W>(t.pdf)};
-        if (in.compensated && Fresnel::Compensated)
-            v.f *= compensation(in, wi);
+        if (in.compensated && Fresnel::Compensated) {
+            const Spectrum<W> more = compensation(in, wi);
+            v.f *= in.has_walks ? select(in.walks, Spectrum<W>(Float<W>(1.0f)), more) : more;
+        }
+        if (in.has_walks) {
+            v.f += walk_between_mirrors(microsurface_of(in), wo, wi, in.walks,
+                                        [&](Float<W> cosine) { return Fresnel::value(in, cosine); });
+            const Float<W> cosine = max(wi.z, Float<W>(0.0f)) * Float<W>(InvPi);
+            v.pdf = v.pdf * (Float<W>(1.0f) - in.spread) + Spectrum<W>(in.spread * cosine);
+        }
         return v;
     }
 };
@@ -182,6 +228,7 @@ void prepare_conductor(LobeInputs<W>& in, const Vec3<Float<W>>& wo) {
             in.dip[i] = (in.color[0][i] * (one - w) + in.color[1][i] * w) * (one - in.color[2][i]);
     }
     prepare_gain(in, wo);
+    prepare_walks(in, wo, 7, 4, 1.0f);
 }
 
 // What is scattered once by Fresnel's mean over visible normals: a black face still has its bright edges;

@@ -22,6 +22,13 @@ bool gives(const LobeCase& c, const char* name) {
             return true;
     return false;
 }
+// Part of their value is noise, and exact in the mean alone: see microsurface_test.cpp.
+bool walks(const LobeCase& c) {
+    for (const auto& [n, v] : c.given)
+        if (n == "walks")
+            return v.x > 0.5f;
+    return false;
+}
 bool stretched(const LobeCase& c) {
     return gives(c, "anisotropy") || gives(c, "tail");
 }
@@ -133,7 +140,7 @@ TEST(Lobes, DensitiesOfOtherWavelengths) {
 // that of wo.
 TEST(Lobes, Reciprocity) {
     for (const LobeCase& c : rough_cases({0.6f})) {
-        if (!c.decl().reciprocal)
+        if (!c.decl().reciprocal || walks(c))
             continue;
         Uniform u(11);
         int compared = 0, apart = 0;
@@ -195,7 +202,7 @@ TEST(Lobes, AlbedoIsAtMostOne) {
                 mean.add(s.valid[k] && v.pdf[0][k] > 0 ? double(v.f[0][k] / v.pdf[0][k]) : 0.0);
         }
         EXPECT_LE(mean.mean(), 1 + slack(c) + 4 * mean.error()) << c.str();
-        if (c.cosine == 0.6f) {
+        if (c.cosine == 0.6f && !walks(c)) {
             const auto cells =
                 integrate_cells([&](const V8& wi) { return eval_lobe(c.id, in, wo, wi).f[0]; });
             const double integral = std::accumulate(cells.begin(), cells.end(), 0.0);

@@ -7,13 +7,14 @@
 #include <stdexcept>
 #include <vector>
 
-#include "bsdf/lobes.h"
+#include "bsdf/thick_coat.h"
 #include "grid/word_layout.h"
 
 namespace kanuka::bsdf {
 
-inline constexpr int MaxNodes = 32, MaxLobes = 16, MaxInputs = 10;
-inline constexpr int CoatTransmittance = 8; // the input of MicrofacetDielectricBrdf
+inline constexpr int MaxNodes = 32, MaxLobes = 16, MaxInputs = 11;
+// Inputs of MicrofacetDielectricBrdf.
+inline constexpr int CoatTransmittance = 8, CoatAbsorption = 10;
 
 // The layering program, flattened for lanes. Host data, one per program, read by every hit.
 struct MaterialCode {
@@ -33,6 +34,13 @@ struct MaterialCode {
         uint32_t given = 0, colors = 0; // bits by input: given at all; colours
         bool need_albedo = false;       // below the upper side of a coat
         int absorber = -1;              // coats: leaf of the upper layer, if it absorbs what crosses it
+        int bed = -1;                   // below which thick coat; -1 = none
+    };
+    // What lies below a thick coat.
+    struct Bed {
+        int outer; // the bed that the coat lies in; -1 = none
+        int node;  // the coat
+        int upper; // leaf of its layer
     };
     struct Aov {
         int channel; // the first of its values among all
@@ -42,6 +50,8 @@ struct MaterialCode {
     std::vector<Node> nodes; // post-order
     Place filter, glow;      // of the atmosphere; word -1 = there is none
     Place presence;          // likewise
+    std::vector<Bed> beds;   // outer before inner; most materials have none
+    int bed_of_leaf[MaxLobes] = {};
     std::vector<Aov> aovs;
     int leaves = 0;
     int words = 0; // of a vertex record; the normal's table entry follows
@@ -81,7 +91,7 @@ struct MaterialCode {
                 dispersive |= n.lobe == LobeId::GratingBrdf ||
                               (n.lobe == LobeId::MicrosurfaceDielectricBsdfRgb_v1 && node.given >> 4 & 1);
             }
-            has_coat |= n.op == grid::LayerOp::Coat;
+            has_coat |= n.op == grid::LayerOp::Coat || n.op == grid::LayerOp::Thick;
             nodes.push_back(node);
         }
         filter = place(program.atmosphere.filter, Vec3f(1, 1, 1));
@@ -94,19 +104,51 @@ struct MaterialCode {
         }
         if (nodes.size() > size_t(MaxNodes) || leaves > MaxLobes)
             throw std::length_error("a material has more than 16 lobes or 32 nodes");
+        if (has_coat && leaves > 1)
+            make_beds(int(nodes.size()) - 1, -1);
+        for (const Node& n : nodes)
+            if (n.leaf >= 0)
+                bed_of_leaf[n.leaf] = n.bed;
         for (Node& n : nodes)
-            if (n.op == grid::LayerOp::Coat) {
+            if (n.op == grid::LayerOp::Thick)
+                mark_albedo(n.upper);
+            else if (n.op == grid::LayerOp::Coat) {
                 mark_albedo(n.upper);
                 const Node& upper = nodes[size_t(n.upper)];
                 if (upper.op == grid::LayerOp::Lobe && upper.lobe == LobeId::MicrofacetDielectricBrdf &&
-                    upper.given >> CoatTransmittance & 1) {
+                    (upper.given & (1u << CoatTransmittance | 1u << CoatAbsorption))) {
                     n.absorber = upper.leaf;
                     absorbs = true;
                 }
             }
     }
 
+    bool below(int bed, int coat) const { // is a bed that of a coat, or within it?
+        while (bed >= 0 && bed != coat)
+            bed = beds[size_t(bed)].outer;
+        return bed == coat;
+    }
+
   private:
+    // Thick coats that are not dielectrics, and those too deep, are coats without refraction.
+    void make_beds(int node, int bed) {
+        Node& n = nodes[size_t(node)];
+        n.bed = bed;
+        if (n.op == grid::LayerOp::Lobe)
+            return;
+        make_beds(n.upper, bed);
+        if (n.op == grid::LayerOp::Thick) {
+            const Node& upper = nodes[size_t(n.upper)];
+            if (upper.op == grid::LayerOp::Lobe && upper.lobe == LobeId::MicrofacetDielectricBrdf &&
+                beds.size() < MaxThickCoats) {
+                beds.push_back({bed, node, upper.leaf});
+                bed = int(beds.size()) - 1;
+            } else {
+                n.op = grid::LayerOp::Coat;
+            }
+        }
+        make_beds(n.lower, bed);
+    }
     void mark_albedo(int node) {
         Node& n = nodes[size_t(node)];
         n.need_albedo = true;
@@ -137,21 +179,28 @@ class Material {
             m_node_weight[i] = n.weight.word < 0 ? Float<W>(1.0f) : fetch.number(n.weight);
             if (n.leaf >= 0) {
                 decode(n, fetch);
-                if (n.lobe != LobeId::LambertBrdf)
+                if (n.lobe != LobeId::LambertBrdf && code.beds.empty())
                     prepare_lobe(n.lobe, m_inputs[n.leaf], wo, outside, l, outer);
             }
         }
+        if (!code.beds.empty())
+            enter_layers(wo, outside, l, outer);
         if (code.has_coat)
             upward_albedo(wo);
-        downward_weights();
+        downward_weights(int(code.nodes.size()) - 1, m_weight);
         if (code.absorbs)
             absorb(wo);
+        if (!code.beds.empty())
+            give_back(wo);
         Float<W> total(0.0f);
         for (size_t i = 0; i < code.nodes.size(); i++) {
             const int leaf = code.nodes[i].leaf;
             if (leaf < 0)
                 continue;
-            Spectrum<W> albedo = m_weight[leaf] * albedo_of_lobe(code.nodes[i].lobe, m_inputs[leaf], wo);
+            Spectrum<W> albedo =
+                m_weight[leaf] * (code.bed_of_leaf[leaf] >= 0
+                                      ? m_seen[leaf]
+                                      : albedo_of_lobe(code.nodes[i].lobe, m_inputs[leaf], wo));
             if (code.absorbs) // on the way in at 45 degrees, about the mean
                 albedo *= crossing(leaf, Float<W>(0.7f));
             m_albedo += albedo;
@@ -174,6 +223,8 @@ class Material {
             v.f *= m_weight[0];
             return v;
         }
+        if (!m_code.beds.empty())
+            return eval_layered(wo, wi);
         LobeValue<W> sum{Spectrum<W>(Float<W>(0.0f)), Spectrum<W>(Float<W>(0.0f))};
         for (int k = 0; k < m_code.leaves; k++) {
             const LobeValue<W> v = eval_lobe(m_lobe[k], m_inputs[k], wo, wi);
@@ -207,7 +258,9 @@ class Material {
             if (any(chosen)) {
                 const Float<W> again = clamp((u_lobe - from) / max(m_share[k], Float<W>(1e-12f)),
                                              Float<W>(0.0f), Float<W>(0.99999994f));
-                const LobeSample<W> one = sample_lobe(m_lobe[k], m_inputs[k], wo, again, u0, u1);
+                const LobeSample<W> one = m_code.bed_of_leaf[k] >= 0
+                                              ? sample_below(k, again, u0, u1)
+                                              : sample_lobe(m_lobe[k], m_inputs[k], wo, again, u0, u1);
                 s.wi = kanuka::select(chosen, one.wi, s.wi);
                 s.valid |= chosen & one.valid;
                 s.delta |= chosen & one.delta;
@@ -250,8 +303,9 @@ class Material {
             const Float<W> w = m_node_weight[i];
             switch (n.op) {
             case grid::LayerOp::Lobe:
-                m_node_albedo[i] = n.leaf < 0 ? Spectrum<W>(Float<W>(0.0f))
-                                              : albedo_of_lobe(n.lobe, m_inputs[n.leaf], wo) * w;
+                m_node_albedo[i] = n.leaf < 0
+                                       ? Spectrum<W>(Float<W>(0.0f))
+                                       : albedo_of_lobe(n.lobe, m_inputs[n.leaf], seen_from(n.bed, wo)) * w;
                 break;
             case grid::LayerOp::Mix:
                 m_node_albedo[i] = m_node_albedo[n.upper] * w + m_node_albedo[n.lower] * (one - w);
@@ -264,6 +318,7 @@ class Material {
                     m_node_albedo[n.upper] * w + m_node_albedo[n.lower] * (one - w * coverage(n.upper));
                 break;
             case grid::LayerOp::Coat:
+            case grid::LayerOp::Thick:
                 m_node_albedo[i] = m_node_albedo[n.upper] * w +
                                    m_node_albedo[n.lower] * remaining(m_node_albedo[n.upper], w);
                 break;
@@ -292,6 +347,7 @@ class Material {
             break;
         case grid::LayerOp::Over:
         case grid::LayerOp::Coat:
+        case grid::LayerOp::Thick:
             c = coverage(n.upper) * w + coverage(n.lower) * (one - w * coverage(n.upper));
             break;
         default:
@@ -301,18 +357,23 @@ class Material {
         return min(c, one);
     }
 
-    void downward_weights() {
+    // Weights of the lobes below a node.
+    void downward_weights(int root, Spectrum<W> of_leaf[MaxLobes]) const {
         Spectrum<W> weight[MaxNodes];
-        const int root = int(m_code.nodes.size()) - 1;
         const Float<W> one(1.0f);
         weight[root] = Spectrum<W>(one);
+        uint32_t reached = 1u << root;
         for (int i = root; i >= 0; i--) {
+            if (!(reached >> i & 1))
+                continue;
             const MaterialCode::Node& n = m_code.nodes[size_t(i)];
             const Float<W> w = m_node_weight[i];
+            if (n.op != grid::LayerOp::Lobe)
+                reached |= 1u << n.upper | 1u << n.lower;
             switch (n.op) {
             case grid::LayerOp::Lobe:
                 if (n.leaf >= 0)
-                    m_weight[n.leaf] = weight[i] * w;
+                    of_leaf[n.leaf] = weight[i] * w;
                 break;
             case grid::LayerOp::Mix:
                 weight[n.upper] = weight[i] * w;
@@ -323,6 +384,7 @@ class Material {
                 weight[n.lower] = weight[i] * (one - w * coverage(n.upper));
                 break;
             case grid::LayerOp::Coat:
+            case grid::LayerOp::Thick:
                 weight[n.upper] = weight[i] * w;
                 weight[n.lower] = weight[i] * remaining(m_node_albedo[n.upper], w);
                 break;
@@ -359,12 +421,21 @@ class Material {
             if (n.absorber < 0)
                 continue;
             const LobeInputs<W>& coat = m_inputs[n.absorber];
-            for (int k = 0; k < Wavelengths; k++) { // a coat of weight w lets 1 - w (1 - T) through
-                const Float<W> T = fma(m_node_weight[i], coat.color[1][k] - one, one);
-                depth[n.lower][k] = depth[i][k] - log2(clamp(T, Float<W>(1e-6f), one));
-            }
+            depth[n.lower] = depth[i] + depth_of(coat, m_node_weight[i]);
             index[n.lower] = max(index[i], coat.eta[0]);
         }
+    }
+    // -log2 of what a straight way through a layer leaves; one of weight w lets 1 - w (1 - T) through.
+    static Spectrum<W> depth_of(const LobeInputs<W>& coat, Float<W> w) {
+        const Float<W> one(1.0f);
+        Spectrum<W> depth;
+        for (int k = 0; k < Wavelengths; k++) {
+            Float<W> T = coat.color[1][k];
+            if (coat.has(CoatAbsorption)) // 1 / ln 2
+                T = T * exp2(-(coat.color[2][k] * coat.number[7] * Float<W>(1.44269504f)));
+            depth[k] = -log2(clamp(fma(w, T - one, one), Float<W>(1e-6f), one));
+        }
+        return depth;
     }
     Spectrum<W> crossing(int leaf, Float<W> cosine) const {
         const Float<W> one(1.0f), sine2 = max(one - cosine * cosine, Float<W>(0.0f));
@@ -378,9 +449,23 @@ class Material {
         return select(wi.z > Float<W>(0.0f), crossing(leaf, wi.z), Spectrum<W>(Float<W>(1.0f)));
     }
 
+    // ---- thick coats: material_layers.h
+    const Vec3<Float<W>>& seen_from(int bed, const Vec3<Float<W>>& wo) const {
+        return bed < 0 ? wo : m_layer[bed].wo;
+    }
+    void enter_layers(const Vec3<Float<W>>& wo, Mask<W> outside, const Float<W> l[Wavelengths],
+                      const Float<W>* outer);
+    void give_back(const Vec3<Float<W>>& wo);
+    Float<W> escape_by_directions(const MaterialCode::Node& n, int coat) const;
+    LobeValue<W> eval_layered(const Vec3<Float<W>>& wo, const Vec3<Float<W>>& wi) const;
+    LobeSample<W> sample_below(int leaf, Float<W> u_lobe, Float<W> u0, Float<W> u1) const;
+
     const MaterialCode& m_code;
     Spectrum<W> m_depth[MaxLobes]; // of materials that absorb
     Float<W> m_index[MaxLobes];
+    ThickLayer<W> m_layer[MaxThickCoats]; // of materials with thick coats
+    Spectrum<W> m_seen[MaxLobes];         // below them: albedo, of what gets out
+    Float<W> m_above[MaxLobes];           // part of the samples that drawn_above() says
     Float<W> m_node_weight[MaxNodes];
     Spectrum<W> m_node_albedo[MaxNodes];
     LobeInputs<W> m_inputs[MaxLobes];
@@ -392,3 +477,5 @@ class Material {
 };
 
 } // namespace kanuka::bsdf
+
+#include "bsdf/material_layers.h"

@@ -138,7 +138,13 @@ inline std::vector<LobeCase> rough_cases(const std::vector<float>& cosines = {0.
                 values = {1.05f, 1.4f, 4};
             else if (name == "exponent")
                 values = {0, 10, 1000};
-            else if (!input.names.empty())
+            else if (name == "walks") {
+                mine.push_back(c.with("walks", 1).with("roughness", 0.8f));
+                mine.push_back(c.with("walks", 1).with("roughness", 0.7f).with("anisotropy", 0.6f));
+                if (decl.id == LobeId::MicrosurfaceDielectricBsdfRgb_v1)
+                    mine.push_back(c.with("walks", 1).with("roughness", 0.7f).with("abbe", 30));
+                values = {0.3f, 1};
+            } else if (!input.names.empty())
                 values = {1, float(input.names.size() - 1)};
             else if (input.storage == grid::Storage::Rgb9e5)
                 values = {0.3f, 5};

@@ -10,11 +10,15 @@ std::array<float, Interior::MaxPhaseInputs> Interior::defaults(LobeId phase) {
     return values;
 }
 
-bool LayeringProgram::emits() const {
+const LayerNode* LayeringProgram::emission() const {
     for (const LayerNode& n : nodes)
         if (n.op == LayerOp::Lobe && lobe(n.lobe).kind == LobeKind::Emission)
-            return true;
-    return false;
+            return &n;
+    return nullptr;
+}
+
+bool LayeringProgram::emits() const {
+    return emission() != nullptr;
 }
 
 bool LayeringProgram::needs_tangent() const {

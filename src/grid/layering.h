@@ -16,11 +16,13 @@ inline constexpr int LayeringVersion = 1;
 
 // Upper and lower refer to the operator's two children; w is the operator's weight at the vertex.
 enum class LayerOp : uint8_t {
-    Lobe, // a leaf: lobe weight times lobe
-    Mix,  // w upper + (1 - w) lower
-    Over, // w upper + (1 - w * coverage) lower, coverage = sum of the upper's lobe weights, at most 1
-    Coat, // w upper + lower attenuated by the remaining albedo of the upper, 1 - w * albedo(upper, wo)
-    Add,  // upper + lower, weights unchanged: emission only
+    Lobe,  // a leaf: lobe weight times lobe
+    Mix,   // w upper + (1 - w) lower
+    Over,  // w upper + (1 - w * coverage) lower, coverage = sum of the upper's lobe weights, at most 1
+    Coat,  // w upper + lower attenuated by the remaining albedo of the upper, 1 - w * albedo(upper, wo)
+    Add,   // upper + lower, weights unchanged: emission only
+    Thick, // as Coat, lower seen along directions that the upper, a dielectric, refracts; with what is
+           // reflected back inside
 };
 
 struct LayerNode {
@@ -82,6 +84,8 @@ struct LayeringProgram {
     std::optional<Interior> interior;
 
     bool emits() const;
+    // Its first emission lobe, after which all of its emission is shaped; null = none.
+    const LayerNode* emission() const;
     bool needs_tangent() const; // a lobe has a direction on the surface: the record holds that of dPdu
     std::string key() const;    // two materials with the same key run the same code on the same record
 };

@@ -23,6 +23,10 @@ const LobeInput float_input(std::string_view name, float fallback, float low, fl
                             std::string_view unit, std::string_view doc) {
     return {name, Float, Vec3f(fallback, 0, 0), low, high, unit, Storage::Half, doc};
 }
+const LobeInput Walks = float_input(
+    "walks", 0, 0, 1, "1",
+    "1: light between facets, GGX's, follows random walks (Heitz et al. 2016), with some noise and "
+    "not below films; 0: it is shaped as what one facet scatters");
 const LobeInput Anisotropy = float_input("anisotropy", 0, 0, 1, "1",
                                          "of slopes: 0 the same all round, 1 next to none along the grooves");
 const LobeInput Rotation =
@@ -60,6 +64,7 @@ const LobeInput conductor[] = {
     Anisotropy,
     Rotation,
     Tail,
+    Walks,
 };
 constexpr std::string_view MetalNames[] = {"", "Ag", "Al", "Au", "Cr", "Cu", "Fe", "Ni", "Pt", "Ti"};
 const LobeInput metal[] = {
@@ -92,6 +97,9 @@ const LobeInput dielectric_brdf[] = {
     color_input("transmittance", 1,
                 "of the layer, for light that crosses it once, straight: as the upper layer of a coat, what "
                 "lies below is seen through it, down and up, along refracted ways"),
+    float_input("thickness", 1, 0, 1000, "mm", "of the layer, for its absorption"),
+    {"absorption", Color, Vec3f(0, 0, 0), 0, Inf, "1/mm", Storage::Rgb9e5,
+     "of light on its way through the layer, besides transmittance"},
 };
 const LobeInput dielectric_bsdf[] = {
     color_input(
@@ -107,6 +115,7 @@ const LobeInput dielectric_bsdf[] = {
     Tail,
     FilmThickness,
     FilmIor,
+    Walks,
 };
 const LobeInput thin_walled[] = {
     color_input("reflectance", 1, "tint of the reflection"),
@@ -137,6 +146,19 @@ const LobeInput emission[] = {
     {"radiance", Color, Vec3f(1, 1, 1), 0, Inf, "W/(sr m^2), D65 = (1, 1, 1)", Storage::Rgb9e5,
      "radiance, the same in all directions, on the outside"},
 };
+const LobeInput cone_emission[] = {
+    {"radiance", Color, Vec3f(1, 1, 1), 0, Inf, "W/(sr m^2), D65 = (1, 1, 1)", Storage::Rgb9e5,
+     "radiance within the cone, on the outside"},
+    float_input("angle", 45, 1, 90, "degrees", "from the normal to the cone's edge, where nothing is left"),
+    float_input("softness", 0.2f, 0, 1, "1",
+                "of the edge: the part of the angle over which light fades; 0 is a sharp edge"),
+};
+const LobeInput profile_emission[] = {
+    {"radiance", Color, Vec3f(1, 1, 1), 0, Inf, "W/(sr m^2), D65 = (1, 1, 1)", Storage::Rgb9e5,
+     "radiance along the normal, on the outside"},
+    float_input("exponent", 1, 0, 1000, "1",
+                "of the cosine to the normal that radiance goes with: 0 is diffuse, more is narrower"),
+};
 const LobeInput henyey_greenstein[] = {
     {"meanCosine", Color, Vec3f(0, 0, 0), -1, 1, "1", Storage::Rgb11,
      "anisotropy g, its mean is used: forwards above 0, 0 is isotropic"},
@@ -154,6 +176,12 @@ const LobeInput mie[] = {
     float_input("diameter", 10, 5, 50, "um", "of the droplets"),
 };
 
+const LobeInput rayleigh_phase[] = {
+    float_input(
+        "angstromExponent", 0, 0, 8, "1",
+        "scattering goes with (550 nm / wavelength) to this power, and what SetScattering says is that "
+        "at 550 nm: 4 for air (Rayleigh 1871); 0 leaves it to SetScattering's colour"),
+};
 const LobeDecl table[] = {
     {LobeId::LambertBrdf, "LambertBrdf", LobeKind::Reflection, lambert_brdf,
      "Lambertian reflection on both sides", true, true},
@@ -186,14 +214,15 @@ const LobeDecl table[] = {
     {LobeId::BlinnBrdf, "BlinnBrdf", LobeKind::Reflection, blinn,
      "Blinn's highlight, physically scaled (Ashikhmin and Shirley 2000)"},
     {LobeId::DiffuseEmission, "DiffuseEmission", LobeKind::Emission, emission, "diffuse emitter"},
+    {LobeId::ConeEmission, "ConeEmission", LobeKind::Emission, cone_emission,
+     "emitter that shines within a cone about its normal, with a soft edge"},
+    {LobeId::ProfileEmission, "ProfileEmission", LobeKind::Emission, profile_emission,
+     "emitter whose radiance is a power of the cosine to its normal"},
     {LobeId::HenyeyGreensteinPfrgb, "HenyeyGreensteinPfrgb", LobeKind::Phase, henyey_greenstein,
      "Henyey and Greenstein's phase function (1941)"},
     {LobeId::DoubleHenyeyGreensteinPfrgb, "DoubleHenyeyGreensteinPfrgb", LobeKind::Phase,
      double_henyey_greenstein, "two of Henyey and Greenstein's: forwards and backwards, as skin and clouds"},
-    {LobeId::RayleighPfrgb,
-     "RayleighPfrgb",
-     LobeKind::Phase,
-     {},
+    {LobeId::RayleighPfrgb, "RayleighPfrgb", LobeKind::Phase, rayleigh_phase,
      "Rayleigh's phase function: particles much smaller than the wavelength, as in air and thin milk"},
     {LobeId::DrainePfrgb, "DrainePfrgb", LobeKind::Phase, draine,
      "Draine's phase function (2003): between Rayleigh's and Henyey and Greenstein's"},

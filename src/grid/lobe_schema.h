@@ -51,6 +51,8 @@ enum class LobeId : uint8_t {
     PhongBrdf,
     BlinnBrdf,
     DiffuseEmission,
+    ConeEmission,
+    ProfileEmission,
     HenyeyGreensteinPfrgb,
     DoubleHenyeyGreensteinPfrgb,
     RayleighPfrgb,

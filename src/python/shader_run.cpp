@@ -140,7 +140,7 @@ nb::dict run(const ShaderInfo& info, int width, int height, const nb::dict& para
 } // namespace
 
 nb::dict describe(const grid::LayeringProgram& program) {
-    static constexpr const char* Ops[] = {"lobe", "mix", "over", "coat", "add"};
+    static constexpr const char* Ops[] = {"lobe", "mix", "over", "coat", "add", "thick"};
     nb::list nodes, slots;
     const auto slot_name = [&](int s) {
         return s < 0 ? nb::object(nb::none()) : nb::object(nb::cast(program.slots[size_t(s)].name));

@@ -229,6 +229,18 @@ int InstanceImpl::node_of(const ops::MaterialBuild& build, const std::string& na
                                     "\", which is no lobe or layer of this material that is still free");
         if (node.upper < 0 || node.lower < 0)
             return std::max(node.upper, node.lower);
+        const grid::LayerNode& upper = m_layering.nodes[size_t(node.upper)];
+        if (n.op == LayerOp::Thick &&
+            (upper.op != LayerOp::Lobe || upper.lobe != grid::LobeId::MicrofacetDielectricBrdf))
+            services.report(Severity::Warning, where(),
+                            "layer \"" + n.name + "\" is thick, but its upper, \"" + n.upper +
+                                "\", is no MicrofacetDielectricBrdf: it bends no light, as \"coat\"");
+    } else if (const grid::LayerNode* first = m_layering.emission();
+               first && first->lobe != n.lobe && grid::lobe(n.lobe).kind == grid::LobeKind::Emission) {
+        services.report(Severity::Warning, where(),
+                        "\"" + n.name + "\" is a " + std::string(grid::lobe(n.lobe).name) + " beside the " +
+                            std::string(grid::lobe(first->lobe).name) + " \"" + first->name +
+                            "\": a surface shines in one shape, that of the first");
     }
     // Slots: the weight, then the inputs that the shader sets or that differ from their default.
     const auto add = [&](grid::Slot slot, int channel, Vec3f value) {

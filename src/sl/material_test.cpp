@@ -208,6 +208,46 @@ TEST(SlMaterial, MistakesInMaterialsAreReported) {
     EXPECT_TRUE(has("gives \"a\" a DiffuseEmission"));
 }
 
+TEST(SlMaterial, ThickCoatsAndShapesOfEmission) {
+    TestServices services;
+    const auto good = make(R"(class good() {
+    public void mnk_init(output MnkObjectProperties o; output MnkMaterial m) {
+        MnkMaterialBoundary b = CreateBoundary(m);
+        AddLobe(b, "varnish", MicrofacetDielectricBrdf("thickness", 2, "absorption", color(0.1, 0.2, 0.3)));
+        AddLobe(b, "paint", LambertBrdf());
+        AddLobe(b, "glow", ConeEmission("angle", 30));
+        AddLayer(b, "all", "thick", "varnish", "paint");
+    }
+})",
+                           services);
+    ASSERT_TRUE(good);
+    EXPECT_TRUE(services.reports.empty()) << services.reports[0];
+    const auto& nodes = good->program().nodes;
+    EXPECT_TRUE(
+        std::any_of(nodes.begin(), nodes.end(), [](const auto& n) { return n.op == LayerOp::Thick; }));
+    ASSERT_TRUE(good->program().emission());
+    EXPECT_EQ(good->program().emission()->lobe, LobeId::ConeEmission);
+    make(R"(class bad() {
+    public void mnk_init(output MnkObjectProperties o; output MnkMaterial m) {
+        MnkMaterialBoundary b = CreateBoundary(m);
+        AddLobe(b, "a", MetalBrdf());
+        AddLobe(b, "c", LambertBrdf());
+        AddLayer(b, "l", "thick", "a", "c");
+        AddLobe(b, "d", DiffuseEmission());
+        AddLobe(b, "p", ProfileEmission("exponent", 3));
+    }
+})",
+         services);
+    const auto has = [&](const char* text) {
+        for (const std::string& r : services.reports)
+            if (r.find(text) != std::string::npos)
+                return true;
+        return false;
+    };
+    EXPECT_TRUE(has("is no MicrofacetDielectricBrdf"));
+    EXPECT_TRUE(has("a surface shines in one shape"));
+}
+
 TEST(SlMaterial, InputsAreClampedAndNansReplaced) {
     TestServices services;
     const auto i = make(R"(class c() {

@@ -288,7 +288,8 @@ class GridEncoder {
             c = coverage(n.upper, i) * w + coverage(n.lower, i) * (1 - w);
             break;
         case LayerOp::Over:
-        case LayerOp::Coat: {
+        case LayerOp::Coat:
+        case LayerOp::Thick: {
             const float upper = coverage(n.upper, i);
             c = upper * w + coverage(n.lower, i) * (1 - w * upper);
             break;
@@ -308,19 +309,52 @@ class GridEncoder {
         case LayerOp::Lobe:
             if (grid::lobe(n.lobe).kind != grid::LobeKind::Emission)
                 return Rgb(0);
-            return (n.inputs.empty() || n.inputs[0] < 0 ? grid::lobe(n.lobe).inputs[0].fallback
-                                                        : color(n.inputs[0], i)) *
-                   w;
+            return count_shape(n, i,
+                               (n.inputs.empty() || n.inputs[0] < 0 ? grid::lobe(n.lobe).inputs[0].fallback
+                                                                    : color(n.inputs[0], i)) *
+                                   w);
         case LayerOp::Mix:
             return emission(n.upper, i) * w + emission(n.lower, i) * (1 - w);
         case LayerOp::Over:
             return emission(n.upper, i) * w + emission(n.lower, i) * (1 - w * coverage(n.upper, i));
         case LayerOp::Coat:
+        case LayerOp::Thick:
             return emission(n.upper, i) * w + emission(n.lower, i);
         case LayerOp::Add:
             return emission(n.upper, i) + emission(n.lower, i);
         }
         return Rgb(0);
+    }
+
+    // An emitter has one shape: the mean of its lobes' of the first one's kind, by their light.
+    Rgb count_shape(const grid::LayerNode& n, int i, const Rgb& radiance) {
+        const grid::LobeDecl& decl = grid::lobe(n.lobe);
+        const float light = std::max(color::luminance(radiance), 1e-12f);
+        if (n.lobe == m_program.emission()->lobe && decl.inputs.size() > 1) {
+            m_shape_light += light;
+            for (size_t k = 1; k < decl.inputs.size() && k <= 2; k++) {
+                const bool given = k < n.inputs.size() && n.inputs[k] >= 0;
+                m_shape[k - 1] += light * (given ? value(n.inputs[k], 0, i) : decl.inputs[k].fallback.x);
+            }
+        }
+        return radiance;
+    }
+    EmissionShape shape_of_emitter() const {
+        EmissionShape s;
+        // An area light's cone bounds whatever its surface sends out.
+        s.cos_outer = std::clamp(m_program.emission_cosine, 0.0f, 0.9999f);
+        s.cos_inner = s.cos_outer;
+        if (!(m_shape_light > 0))
+            return s;
+        const float first = m_shape[0] / m_shape_light, second = m_shape[1] / m_shape_light;
+        if (m_program.emission()->lobe == grid::LobeId::ProfileEmission) {
+            s.exponent = first;
+        } else {
+            const auto cosine = [](float degrees) { return std::cos(degrees * (Pi / 180)); };
+            s.cos_outer = std::max(s.cos_outer, std::clamp(cosine(first), 0.0f, 0.9999f));
+            s.cos_inner = std::max(s.cos_outer, std::clamp(cosine(first * (1 - second)), 0.0f, 1.0f));
+        }
+        return s;
     }
 
     // Emits to the outside: where shading normals point, as a hit has it; without them, where the winding
@@ -341,6 +375,7 @@ class GridEncoder {
         e.e2 = p[2] - p[0];
         const int root = int(m_program.nodes.size()) - 1;
         Rgb rgb(0);
+        m_shape[0] = m_shape[1] = m_shape_light = 0;
         for (int i : vertex) {
             // A ray that comes by chance meets what is there alone; one that is sent here counts that part.
             const float presence = m_program.presence < 0 ? 1 : value(m_program.presence, 0, i);
@@ -352,10 +387,9 @@ class GridEncoder {
         const Vec3f c2 = cross(e.e1, e.e2);
         e.area = 0.5f * length(c2);
         e.area = std::isfinite(e.area) ? e.area : 0;
-        // What is sent out is radiance times the integral of the cosine over the cone.
-        const float cosine = std::clamp(m_program.emission_cosine, 0.0f, 0.9999f);
-        e.power = e.area * std::max(color::luminance(rgb), 0.0f) * (1 - cosine * cosine);
-        e.flags = uint32_t(emits_backwards(c2, vertex)) | uint32_t(cosine * Emitter::ConeUnit) << 1;
+        const EmissionShape shape = shape_of_emitter();
+        e.power = e.area * std::max(color::luminance(rgb), 0.0f) * shape.sent();
+        e.flags = uint32_t(emits_backwards(c2, vertex)) | shape.bits();
         m_out.emitters.push_back(e);
     }
 
@@ -405,7 +439,8 @@ class GridEncoder {
     const color::Palette& m_palette;
     Encoded& m_out;
     int m_count;
-    std::vector<Vec3f> m_normals; // one if flat, none if there are none
+    float m_shape[2] = {0, 0}, m_shape_light = 0; // sums over an emitter's vertices and lobes
+    std::vector<Vec3f> m_normals;                 // one if flat, none if there are none
 };
 
 template <class T>

@@ -1,5 +1,7 @@
 #include "store/store.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <sys/mman.h>
 
@@ -12,6 +14,22 @@ namespace {
 constexpr size_t ArenaWords = size_t(1) << 31;
 constexpr size_t PageAlignment = 48; // words: whole cache lines, and whole xyz triples
 } // namespace
+
+uint32_t EmissionShape::bits() const {
+    const uint32_t outer = uint32_t(cos_outer * Emitter::ConeUnit) << ConeShift;
+    const auto more = [](float x) { return uint32_t(std::clamp(x, 0.0f, 1.0f) * float(MoreMask) + 0.5f); };
+    if (exponent > 0)
+        return outer | Power | more(std::log2(1 + exponent) / ExponentRange) << MoreShift;
+    return outer | more((cos_inner - cos_outer) / std::max(1 - cos_outer, 1e-6f)) << MoreShift;
+}
+
+// Integrals of the cosine times falloff, by the cosine; over 1/2.
+float EmissionShape::sent() const {
+    const float a = cos_outer, d = std::max(cos_inner - a, 0.0f);
+    if (exponent > 0)
+        return 2 * (1 - std::pow(a, exponent + 2)) / (exponent + 2);
+    return 1 - cos_inner * cos_inner + d * (a + 0.7f * d);
+}
 
 Store::Store() : m_capacity(ArenaWords) {
     void* p = mmap(nullptr, m_capacity * 4 + 64, PROT_READ | PROT_WRITE,

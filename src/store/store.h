@@ -5,6 +5,7 @@
 //   page:  header │ shape records │ slot tables │ lobe-input words │ positions │ indices │ emitters
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -21,7 +22,7 @@
 namespace kanuka::store {
 
 inline constexpr uint32_t PageMagic = 0x53504d4b; // "KMPS"
-inline constexpr uint32_t PageVersion = 3;
+inline constexpr uint32_t PageVersion = 4;
 
 // One traced shape: a grid, or a mesh. Sixteen words; offsets are page-relative in a page, arena-absolute
 // when resident. Hot: read for every hit.
@@ -69,10 +70,27 @@ struct Emitter {
     float c0, c1, c2, scale; // radiance as color::Palette::emission has it: scale * S(lambda; c) * white
     float power;             // area * luminance of scale * rgb
     float area;
-    uint32_t flags; // 1: emits on the side of -cross(e1, e2); above: ConeUnit times the cosine of its cone
+    // 1: emits on the side of -cross(e1, e2); above: see EmissionShape.
+    uint32_t flags;
     static constexpr float ConeUnit = 65535;
 };
 static_assert(sizeof(Emitter) == 64);
+
+// How an emitter's radiance falls with the cosine to its normal: from cos_inner down to nothing at cos_outer
+// (a cubic, as spots have), or with a power. In Emitter::flags: 16 bits for cos_outer; a bit that says
+// which; 14 bits for cos_inner's place between cos_outer and 1, or for the exponent's logarithm.
+struct EmissionShape {
+    float cos_outer = 0, cos_inner = 0, exponent = 0;
+    static constexpr int ConeShift = 1, MoreShift = 18;
+    static constexpr uint32_t Power = 1u << 17, MoreMask = 0x3fff;
+    static constexpr float ExponentRange = 10; // log2(1 + exponent) is below
+
+    uint32_t bits() const;
+    float sent() const;                     // radiant exitance over that of a diffuse emitter
+    static float reach_of(uint32_t flags) { // a cosine below which nothing goes
+        return std::max(float((flags >> ConeShift) & 0xffffu) / Emitter::ConeUnit - 1e-5f, 0.0f);
+    }
+};
 
 struct Interior {
     float ior = 1.5f, priority = 0;

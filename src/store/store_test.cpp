@@ -313,6 +313,53 @@ TEST(Emitters, LayersCoverThem) {
     EXPECT_NEAR(store.emitters().back().power, 0.5f * 0.5f, 1e-5f);
 }
 
+// Cones and powers of the cosine: what an emitter sends, against quadrature, and its bits through a page.
+TEST(Emitters, ShapesByAngle) {
+    using grid::LobeId;
+    struct Case {
+        LobeId id;
+        float first, second;
+    };
+    for (const Case& c : {Case{LobeId::ConeEmission, 50, 0.5f}, Case{LobeId::ConeEmission, 90, 1},
+                          Case{LobeId::ConeEmission, 20, 0}, Case{LobeId::ProfileEmission, 0, 0},
+                          Case{LobeId::ProfileEmission, 0.5f, 0}, Case{LobeId::ProfileEmission, 60, 0}}) {
+        auto program = lamp_program();
+        program.nodes[1].lobe = c.id;
+        for (const char* name : {"first", "second"}) {
+            if (c.id == LobeId::ProfileEmission && program.nodes[1].inputs.size() > 1)
+                break;
+            program.nodes[1].inputs.push_back(int(program.slots.size()));
+            program.slots.push_back({grid::InputType::Float, grid::Storage::Half, 0, 100, false, name});
+        }
+        HandMade made(1, 1, program);
+        made.set_uniform(2, {1, 1, 1});
+        made.set_uniform(3, {1, 0, 0});
+        made.set_uniform(4, {c.first, 0, 0});
+        if (program.slots.size() > 5)
+            made.set_uniform(5, {c.second, 0, 0});
+        TemporaryFile file;
+        write_page(file.path(), encode_one(made, program));
+        Store store;
+        store.add_page(read_page(file.path()), store.add_program(program), -1);
+        const Emitter& e = store.emitters()[0];
+        const double degree = 3.141592653589793 / 180;
+        const double outer = std::cos(double(c.first) * degree),
+                     inner = std::cos(double(c.first) * (1 - double(c.second)) * degree);
+        double sent = 0;
+        for (int i = 0; i < 20000; i++) {
+            const double x = (i + 0.5) / 20000;
+            const double t = std::clamp((x - outer) / std::max(inner - outer, 1e-9), 0.0, 1.0);
+            const double falloff =
+                c.id == LobeId::ProfileEmission ? std::pow(x, double(c.first)) : t * t * (3 - 2 * t);
+            sent += falloff * 2 * x / 20000;
+        }
+        EXPECT_NEAR(double(e.power) / double(e.area), sent, 1e-3 * sent + 1e-4) << c.first << " " << c.second;
+        EXPECT_EQ(bool(e.flags & EmissionShape::Power), c.id == LobeId::ProfileEmission && c.first > 0);
+        EXPECT_NEAR(EmissionShape::reach_of(e.flags),
+                    c.id == LobeId::ProfileEmission ? 0.0 : std::max(outer, 0.0), 1e-4);
+    }
+}
+
 TEST(Presence, OnGridsAndMeshes) {
     const auto program = lamp_program();
     HandMade made(2, 2, program);

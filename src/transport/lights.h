@@ -229,10 +229,24 @@ class LightChances {
 // ---- sampling
 // ------------------------------------------------------------------------------------------------------
 
-// Does an emitter with these flags shine where the cosine to its normal is so much?
+// The part of its radiance that an emitter with these flags sends where the cosine to its normal is so much.
 template <int W>
-Mask<W> in_emission_cone(Int<W> flags, Float<W> cosine) {
-    return cosine * Float<W>(store::Emitter::ConeUnit) >= Float<W>((flags >> 1) & Int<W>(0xffff));
+Float<W> emission_falloff(Int<W> flags, Float<W> cosine) {
+    using F = Float<W>;
+    using S = store::EmissionShape;
+    const F zero(0.0f), one(1.0f), unit(store::Emitter::ConeUnit);
+    const F cone((flags >> S::ConeShift) & Int<W>(0xffff));
+    const F hard = select(cosine * unit >= cone, one, zero);
+    const Int<W> more = (flags >> S::MoreShift) & Int<W>(int(S::MoreMask));
+    const Mask<W> shaped = more != Int<W>(0);
+    if (!any(shaped))
+        return hard;
+    const F x = F(more) * F(1 / float(S::MoreMask));
+    const F outer = cone / unit, wide = max((one - outer) * x, F(1e-6f));
+    const F t = clamp((cosine - outer) / wide, zero, one);
+    const F power = exp2((exp2(x * F(S::ExponentRange)) - one) * log2(clamp(cosine, F(1e-6f), one)));
+    const Mask<W> powered = (flags & Int<W>(int(S::Power))) != Int<W>(0);
+    return hard * select(shaped, select(powered, power, t * t * (F(3.0f) - F(2.0f) * t)), one);
 }
 
 // Corner and sides of an emitting triangle in render space, and the normal of the side that shines, as long
@@ -291,12 +305,14 @@ void sample_emitters(const SceneView& scene, const Vec3<Float<W>>& P, Int<W> emi
                                          : F(2.0f) * chance / twice;
     // Closer to its plane than positions are exact, nobody can say on which side of the emitter P lies.
     const F blur = max(max(abs(P.x), abs(P.y)), abs(P.z)) * F(1.5e-6f);
-    const Mask<W> ok = (facing > F(1e-6f)) & (facing * d > blur) & in_emission_cone(e.flags, facing);
+    const Mask<W> ok = (facing > F(1e-6f)) & (facing * d > blur);
+    const F falloff = emission_falloff(e.flags, facing);
     s.wi = select(m, wi, s.wi);
     s.distance = select(m, d * F(0.9999f), s.distance);
-    s.radiance = bsdf::select(m, emission_spectrum(scene, e.c0, e.c1, e.c2, e.scale, l), s.radiance);
+    s.radiance =
+        bsdf::select(m, emission_spectrum(scene, e.c0, e.c1, e.c2, e.scale, l) * falloff, s.radiance);
     s.pdf = select(m, density * d2 / max(facing, F(1e-6f)), s.pdf);
-    s.valid &= ok | !m;
+    s.valid &= (ok & (falloff > F(0.0f))) | !m;
 }
 
 // Lights of one shape, a lane each.

@@ -24,6 +24,12 @@ struct MediumLanes {
         };
         absorption = amount(R::Absorption);
         scattering = amount(R::Scattering);
+        const Float<W> power = row[R::Angstrom];
+        if (any(power > Float<W>(0.0f)))
+            for (int k = 0; k < Wavelengths; k++)
+                scattering[k] =
+                    scattering[k] *
+                    exp2(power * log2(Float<W>(550.0f) / fma(l[k], Float<W>(470.0f), Float<W>(360.0f))));
         ior = row[R::Ior];
         scatters = row[R::Scatters] > Float<W>(0.0f);
     }

@@ -149,6 +149,8 @@ void fill_media(SceneView& view, const store::Store& store, int volume_depth, Jo
         row[MediumRow::Ior] = from.ior;
         row[MediumRow::Priority] = std::clamp(from.priority, -1e6f, 1e6f);
         row[MediumRow::Scatters] = from.scatters ? 1.0f : 0.0f;
+        if (from.phase == LobeId::RayleighPfrgb)
+            row[MediumRow::Angstrom] = std::clamp(from.phase_inputs[0], 0.0f, 8.0f);
         view.scatters |= from.scatters;
     }
     if (view.interiors.empty())

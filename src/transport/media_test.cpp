@@ -193,6 +193,39 @@ TEST(Media, ShadowsOfMedia) {
         }
 }
 
+// Rayleigh's law: the coefficient goes with the inverse fourth power of the wavelength, and so do free paths.
+TEST(Media, RayleighGoesWithTheFourthPower) {
+    const float sigma = 0.5f;
+    store::Interior air = medium(Rgb(0), Rgb(sigma));
+    air.phase = grid::LobeId::RayleighPfrgb;
+    const auto white = amount(Rgb(sigma));
+    for (float power : {0.0f, 1.3f, 4.0f}) {
+        air.phase_inputs[0] = power;
+        const auto law = [&](int i) {
+            return amount_at(white, i) * std::pow(550.0 / (double(color::LambdaMin) + i), double(power));
+        };
+        for (float half : {0.5f, 1.5f}) {
+            TestScene s;
+            add_box(s, {0, 0, 4}, half, {}, s.store.add_interior(air));
+            look_along_z(s, 0.001f);
+            s.inputs.lights.push_back(visible_sky(Rgb(1)));
+            s.finish();
+            for (int nm : {400, 450, 550, 650, 800}) {
+                Float<8> l[Wavelengths];
+                for (auto& x : l)
+                    x = Float<8>((float(nm) - 360) / 470);
+                const MediumLanes<8> lanes(s.view, Int<8>(0), l);
+                const double expected = law(nm - int(color::LambdaMin));
+                EXPECT_NEAR(double(lanes.scattering[1][3]), expected, 1e-4 * expected) << nm;
+            }
+            s.view.volume_depth = 2; // in and out, or in and one particle
+            s.view.constant.present = true;
+            expect_mean(s.estimate(64, 16), seen([&](int i) { return std::exp(-2 * double(half) * law(i)); }),
+                        0.004, "exponent " + std::to_string(power));
+        }
+    }
+}
+
 // ---- scattering
 
 // Sunlight that meets one particle in a box: the integral along the eye's ray.
@@ -258,6 +291,7 @@ TEST(Media, FurnaceOfWhiteMedia) {
     for (const auto& [lobe, inputs] :
          {std::pair{L::DoubleHenyeyGreensteinPfrgb, std::array{0.8f, -0.3f, 0.3f, 0.0f}},
           {L::RayleighPfrgb, std::array{0.0f, 0.0f, 0.0f, 0.0f}},
+          {L::RayleighPfrgb, std::array{4.0f, 0.0f, 0.0f, 0.0f}},
           {L::DrainePfrgb, std::array{0.5f, 10.0f, 0.0f, 0.0f}},
           {L::MiePfrgb, std::array{12.0f, 0.0f, 0.0f, 0.0f}}}) {
         store::Interior in = medium(Rgb(0), Rgb(2));

@@ -352,6 +352,7 @@ LightBound bound_of(const store::Emitter& e, const float* placement, int32_t set
     b.radius = std::max({length(middle), length(e1 - middle), length(e2 - middle)});
     b.axis = twice > 0 ? n * (side / twice) : Vec3f(0, 0, 1);
     b.cos_spread = 1;
+    b.cos_reach = store::EmissionShape::reach_of(e.flags);
     b.power = twice > 0 && e.area > 0 ? e.power / e.area * 0.5f * twice : 0.0f;
     b.sets = sets;
     return b;

@@ -92,6 +92,7 @@ struct MediumRow {
         Ior = 8,
         Priority = 9,
         Scatters = 10, // 1 or 0
+        Angstrom = 11, // scattering goes with (550 nm / wavelength) to this power
         Fields = 12
     };
     static constexpr int Shift = 4; // rows are 16 floats apart

@@ -343,8 +343,11 @@ class SurfaceStage {
             return;
         const I e = select(m, h.shape.emitter + h.place.triangle, I(0));
         const auto data = load_rows<sizeof(store::Emitter) / 4>(m_at.scene.emitters, e << 4);
-        m &= (!h.outside) | in_emission_cone(bitcast_int(data[15]), h.raw_cos_outside);
-        const S radiance = emission_spectrum(m_at.scene, data[9], data[10], data[11], data[12], h.l);
+        const F falloff =
+            select(h.outside, emission_falloff(bitcast_int(data[15]), h.raw_cos_outside), F(1.0f));
+        m &= falloff > F(0.0f);
+        const S radiance =
+            emission_spectrum(m_at.scene, data[9], data[10], data[11], data[12], h.l) * falloff;
         const F density = h.ray[PathState::AskEmitters] *
                           met_emitter_density(m_at.scene, m_at.paths, h.ray, m_at.hits, h.slot, e, m) * h.t *
                           h.t / max(h.raw_cos_outside, F(1e-6f));

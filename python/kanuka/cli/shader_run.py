@@ -158,7 +158,7 @@ def look(result: dict) -> np.ndarray:
             return w * upper + (1 - w) * lower
         if node["op"] == "over":
             return w * upper + (1 - w * np.minimum(covers(node["upper"]), 1)) * lower
-        if node["op"] == "coat":
+        if node["op"] in ("coat", "thick"):
             return w * upper + (1 - w * upper) * lower
         return upper + lower
 

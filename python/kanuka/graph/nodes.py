@@ -331,6 +331,12 @@ _lobe("glossy", "reflection of a dielectric: polish, varnish, skin of plastics; 
       float ior = 1.5: index of refraction
       float roughness = 0.1: perceptual""",
       ("reflectance", "ior", "roughness"))  # fmt: skip
+_lobe("varnish", "a clear or tinted layer of some thickness: the upper of layer_thick", "MicrofacetDielectricBrdf",
+      """float ior = 1.5: index of refraction
+      float roughness = 0: perceptual
+      float thickness = 1: of the layer, mm
+      color absorption = 0: of light on its way through the layer, 1/mm""",
+      ("ior", "roughness", "thickness", "absorption"))  # fmt: skip
 _lobe("metal", "reflection of a metal", "MicrofacetConductorBrdf",
       """color color = 0.9: reflectance seen straight on
       color edge = 1: reflectance at grazing angles
@@ -345,6 +351,15 @@ _lobe("glass", "a dielectric's surface that reflects and refracts", "Microsurfac
       ("transmittance", "reflectance", "roughness", "ior", "abbe"))  # fmt: skip
 _lobe("emission", "light given off, alike in all directions", "DiffuseEmission", "color color = 1: radiance, W/(sr m²)",
       ("radiance",))  # fmt: skip
+_lobe("emission_cone", "light given off within a cone about the normal", "ConeEmission",
+      """color color = 1: radiance within the cone, W/(sr m²)
+      float angle = 45: from the normal to the cone's edge, degrees
+      float softness = 0.2: of the edge""",
+      ("radiance", "angle", "softness"))  # fmt: skip
+_lobe("emission_profile", "light given off with a power of the cosine to the normal", "ProfileEmission",
+      """color color = 1: radiance along the normal, W/(sr m²)
+      float exponent = 1: more is narrower""",
+      ("radiance", "exponent"))  # fmt: skip
 
 _LAYER = "material upper: what lies on top\nmaterial lower: what lies below\nfloat weight = {0}: {1}"
 _node("Layers", "material", "layer_mix", "weight of the upper, the rest of the lower", _LAYER.format(0.5, "of the upper"),
@@ -353,6 +368,8 @@ _node("Layers", "material", "layer_over", "the upper over the lower, which shows
       _LAYER.format(1, "of the upper"), layer="over")  # fmt: skip
 _node("Layers", "material", "layer_coat", "the lower gets the light that the upper does not reflect",
       _LAYER.format(1, "of the upper"), layer="coat")  # fmt: skip
+_node("Layers", "material", "layer_thick", "as coat, the lower seen along ways that a dielectric upper bends",
+      _LAYER.format(1, "of the upper"), layer="thick")  # fmt: skip
 _node("Layers", "material", "layer_add", "the sum of both: for emission",
       "material upper: one\nmaterial lower: the other", layer="add")  # fmt: skip
 

@@ -84,11 +84,13 @@ void build_call(Runner& r, const Arguments& a) {
             n.op = grid::LayerOp::Over;
         else if (op == "coat")
             n.op = grid::LayerOp::Coat;
+        else if (op == "thick")
+            n.op = grid::LayerOp::Thick;
         else if (op == "add")
             n.op = grid::LayerOp::Add;
         else {
             r.services.report(Severity::Error, r.location(a.site.loc),
-                              "there is no layer \"" + op + "\"; there are mix, over, coat and add");
+                              "there is no layer \"" + op + "\"; there are mix, over, coat, thick and add");
             break;
         }
         add_node(r, a, std::move(n));

@@ -75,7 +75,7 @@ std::string lobes_page() {
         if (scatters)
             text += std::string(lobe.lossless ? ", lossless" : "") + (lobe.reciprocal ? ", reciprocal" : "");
         text += ".\n\n";
-        if (scatters)
+        if (scatters || lobe.kind == grid::LobeKind::Emission)
             text += "![](images/lobes/" + name + ".png)\n\n";
         text += lobe_inputs(lobe);
     }

@@ -1,0 +1,146 @@
+// The layer of a thick coat: what lies below is seen, and lit, along directions refracted at its surface
+// (Weidlich and Wilkie 2007, *Arbitrarily Layered Micro-Facet Surfaces*). With primes for directions in the
+// layer and n for its index, radiance that enters grows by n^2 and that which leaves falls by as much, so
+//
+//     f(wo, wi) cos i = T(wo) T(wi) A(wo') A(wi') f'(wo', wi') cos i' J
+//     J = dwi' / dwi = cos i / (n^2 cos i')
+//
+// with A what the way through the layer leaves (Beer and Lambert), and density p' J. What is reflected back
+// from inside meets the base again, and again: a geometric series, 1 / (1 - sum of albedo times the part that
+// comes back), so that what a white base sends up all leaves. Every round is taken to be reflected as the
+// first one, which keeps colour and amount, and simplifies directions. docs/transport.md has the figures.
+#pragma once
+
+#include "bsdf/lobes.h"
+
+namespace kanuka::bsdf {
+
+inline constexpr int MaxThickCoats = 4;
+
+template <int W>
+struct ThickLayer {
+    using V = Vec3<Float<W>>;
+
+    V above, wo;       // towards the viewer: over the layer, and in it
+    Float<W> n;        // index against what lies over it
+    Float<W> index;    // and against vacuum
+    Spectrum<W> depth; // -log2 of what a straight way through leaves
+
+    void enter(const V& from, Float<W> relative) {
+        above = from;
+        n = relative;
+        wo = into(from);
+    }
+    V into(const V& w) const {
+        const Float<W> one(1.0f), inv = one / n;
+        return {w.x * inv, w.y * inv, sqrt(max(one - (one - w.z * w.z) * inv * inv, Float<W>(0.0f)))};
+    }
+    // Where a direction in the layer leaves it; those beyond the critical angle do not.
+    V out_of(const V& w, Mask<W>& leaves) const {
+        const Float<W> one(1.0f), z2 = one - (one - w.z * w.z) * n * n;
+        leaves &= z2 > Float<W>(0.0f);
+        return {w.x * n, w.y * n, sqrt(max(z2, Float<W>(1e-8f)))};
+    }
+    // J above, for a direction over the layer and its cosine in it.
+    Float<W> jacobian(Float<W> over, Float<W> inside) const { return over / (n * n * inside); }
+    // What the interface lets through and the way leaves of light from over it.
+    Spectrum<W> lets_in(Float<W> over, Float<W> inside) const {
+        Float<W> unused;
+        return way(inside) * (Float<W>(1.0f) - fresnel_dielectric(over, n, unused));
+    }
+    Spectrum<W> way(Float<W> inside) const {
+        const Float<W> inv = Float<W>(1.0f) / max(inside, Float<W>(0.01f));
+        Spectrum<W> t;
+        for (int k = 0; k < Wavelengths; k++)
+            t[k] = exp2(-(depth[k] * inv));
+        return t;
+    }
+    // The part of what a lobe reflects that leaves this layer. `whole`: index of the lobe's layer against
+    // what lies over this one, the product of those between; `before`: the part that gets as far as this
+    // layer.
+    Float<W> escape(LobeId id, const LobeInputs<W>& in, Float<W> whole, Float<W> before) const {
+        const Float<W> one(1.0f), below = whole / n;
+        const auto passes = [&](Float<W> cosine, Float<W> index) {
+            Float<W> unused;
+            return one - fresnel_dielectric(cosine, max(index, one), unused);
+        };
+        switch (id) {
+        case LobeId::OrenNayarBrdf:
+        case LobeId::LambertBrdf:
+        case LobeId::BurleyBrdf:
+        case LobeId::SheenBrdf: {
+            Float<W> out = (one - dielectric_mean(n)) / (n * n);
+            // Layers below have dimmed directions that would not leave here more than those that do, which
+            // lie about the way of diffuse light from above.
+            const Float<W> about = sqrt(one - Float<W>(0.5f) / (n * n));
+            out = out * kanuka::select(below > Float<W>(1.0001f),
+                                       passes(about, below) / (one - dielectric_mean(below)), one);
+            if (id == LobeId::OrenNayarBrdf) { // seen from above it sends more upwards; fitted to furnaces
+                const Float<W> more = sqrt(one - one / (n * n)) * fma(wo.z - one, Float<W>(1.4f), one);
+                out = out * fma(Float<W>(0.081f) * in.number[0], max(more, Float<W>(0.0f)), one);
+            }
+            return before * min(out, one);
+        }
+        case LobeId::GratingBrdf: // what its orders send beyond the critical angle is lost
+            return before * passes(above.z, n);
+        default: {
+            // One interface of the whole index bends as several do, but reflects more.
+            const Float<W> several = passes(above.z, n) * passes(wo.z, below), once = passes(above.z, whole);
+            return min(escape_of_ggx(above.z, in.alpha, whole) *
+                           max(several / max(once, Float<W>(1e-4f)), one),
+                       before);
+        }
+        }
+    }
+};
+
+// Lobes of which no table says how much leaves a layer: the mean over this many directions does, for each
+// hit.
+inline constexpr int EscapeDirections = 89, EscapeStep = 55; // of Fibonacci's
+template <int W>
+bool escapes_by_directions(LobeId id, const LobeInputs<W>& in) {
+    return id == LobeId::PhongBrdf || id == LobeId::BlinnBrdf || in.stretched;
+}
+
+// What a lobe reflects of its albedo, the rest being let through.
+template <int W>
+Spectrum<W> reflected_albedo(LobeId id, const LobeInputs<W>& in, const Vec3<Float<W>>& wo,
+                             const Spectrum<W>& albedo) {
+    const Float<W> one(1.0f), zero(0.0f);
+    Float<W> unused;
+    if (grid::lobe(id).kind == grid::LobeKind::Reflection)
+        return albedo;
+    if (grid::lobe(id).kind == grid::LobeKind::Transmission)
+        return Spectrum<W>(zero);
+    const Float<W> F = id == LobeId::MicrosurfaceDielectricBsdfRgb_v1
+                           ? fresnel_dielectric(wo.z, in.eta[0], unused)
+                           : fresnel_dielectric(wo.z, max(in.number[0], one), unused);
+    const Float<W> all = id == LobeId::MicrosurfaceDielectricBsdfRgb_v1 ? F : F * Float<W>(2.0f) / (one + F);
+    Spectrum<W> r;
+    for (int k = 0; k < Wavelengths; k++)
+        r[k] = min(albedo[k], all);
+    return r;
+}
+
+// The part of a lobe's samples below a thick coat that are drawn over it, by the cosine: all of diffuse ones;
+// of rough facets about those that would not come out. Not of smooth ones.
+template <int W>
+Float<W> drawn_above(LobeId id, const LobeInputs<W>& in, Float<W> kept) {
+    switch (id) {
+    case LobeId::LambertBrdf:
+    case LobeId::OrenNayarBrdf:
+    case LobeId::BurleyBrdf:
+    case LobeId::SheenBrdf:
+        return Float<W>(1.0f);
+    case LobeId::MicrofacetConductorBrdf:
+    case LobeId::MetalBrdf:
+    case LobeId::RetroBrdf:
+    case LobeId::MicrofacetDielectricBrdf:
+        return kanuka::select(in.alpha < Float<W>(SmoothAlpha), Float<W>(0.0f),
+                              clamp(kept, Float<W>(0.0f), Float<W>(0.9f)));
+    default:
+        return Float<W>(0.0f);
+    }
+}
+
+} // namespace kanuka::bsdf
