@@ -77,6 +77,7 @@ void bind_camera(nb::module_& m);
 void bind_scene(nb::module_& m);
 void bind_geometry(nb::class_<Scene>& scene, nb::class_<Group>& group);
 void bind_picture(nb::module_& m);
+void bind_procedurals(nb::module_& m);
 void bind_render(nb::module_& m);
 void bind_shader(nb::module_& m);
 

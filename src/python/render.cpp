@@ -14,6 +14,7 @@
 #include "ingest/rib/convert.h"
 #include "ingest/rib/rib.h"
 #include "python/bindings.h"
+#include "python/procedurals.h"
 #include "render/session.h"
 #include "transport/integrator.h"
 
@@ -155,35 +156,6 @@ Picture render(std::shared_ptr<Scene> scene, const render::Overrides& given,
     picture.picture = std::move(result.picture);
     picture.cancelled = result.cancelled;
     return picture;
-}
-
-// Plug-ins by name: Procedural "DynamicLoad" ["fur.so" "data"] calls procedurals["fur"](detail, "data").
-std::function<std::optional<std::string>(const ingest::ProceduralRequest&)> plug_ins(nb::dict procedurals) {
-    if (procedurals.size() == 0)
-        return {};
-    // Copies are made and dropped on threads that do not hold the interpreter.
-    const std::shared_ptr<nb::dict> shared(new nb::dict(std::move(procedurals)), [](nb::dict* dict) {
-        const nb::gil_scoped_acquire gil;
-        delete dict;
-    });
-    return [shared](const ingest::ProceduralRequest& request) -> std::optional<std::string> {
-        const std::string& given =
-            request.type == "DynamicLoad" && !request.arguments.empty() ? request.arguments[0] : request.type;
-        const nb::gil_scoped_acquire gil;
-        for (const std::string& name : {given, std::filesystem::path(given).stem().string()}) {
-            if (!shared->contains(name.c_str()))
-                continue;
-            try {
-                const std::string data = request.arguments.size() > 1 ? request.arguments[1] : "";
-                return nb::cast<std::string>((*shared)[name.c_str()](request.detail, data));
-            } catch (nb::python_error& e) {
-                throw Error(e.what());
-            } catch (const nb::cast_error&) {
-                throw Error("the plug-in did not return a str of RIB");
-            }
-        }
-        return std::nullopt;
-    };
 }
 
 std::shared_ptr<Scene> load(const std::string& path, const std::vector<std::string>& archive_path, int frame,

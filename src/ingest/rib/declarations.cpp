@@ -155,7 +155,9 @@ Declarations::Declarations() {
     }
 }
 
-void Declarations::declare(std::string_view name, const Declaration& declaration) {
+void Declarations::declare(std::string_view name, const Declaration& declaration, std::string_view text) {
+    if (!text.empty())
+        m_own.insert(m_own.end(), {std::string(name), std::string(text)});
     m_map.insert_or_assign(std::string(name), declaration);
 }
 

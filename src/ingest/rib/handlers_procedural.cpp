@@ -19,6 +19,7 @@ struct Request {
     std::vector<std::string> arguments;
     std::vector<float> bound; // may be empty
     Location where;           // copies: what is expanded reuses the call
+    scene::ValueList parameters = {};
 };
 
 std::vector<std::string> folders_of(Context& c) {
@@ -38,8 +39,13 @@ void fail(Context& c, const Request& r, const std::string& why) {
                         (r.arguments.empty() ? "" : " \"" + r.arguments[0] + "\"") + " was left out: " + why);
 }
 
+// Code of others: programs, and the libraries and scripts of DynamicLoad.
+bool may_run(const Context& c) {
+    return c.rib_options.run_programs && c.options.options.user.get_int("procedural:runprograms", 1) != 0;
+}
+
 bool run_program(Context& c, const Request& r, double detail) {
-    if (!c.rib_options.run_programs || c.options.options.user.get_int("procedural:runprograms", 1) == 0) {
+    if (!may_run(c)) {
         fail(c, r,
              "running programs is forbidden; run it beforehand, save its RIB, and use "
              "\"DelayedReadArchive\"");
@@ -64,7 +70,8 @@ bool ask_plug_in(Context& c, const Request& r, double detail) {
         return false;
     std::optional<std::string> rib;
     try {
-        rib = c.rib_options.procedural({r.type, r.arguments, detail, r.where});
+        rib = c.rib_options.procedural({r.type, r.arguments, detail, r.where, r.bound, folders_of(c),
+                                        r.parameters, c.declarations.own(), may_run(c)});
     } catch (const std::exception& e) {
         fail(c, r, e.what());
         return true;
@@ -123,7 +130,7 @@ void expand(Context& c, const Request& r) {
 } // namespace
 
 void procedural(Context& c, Call& call) {
-    Request r{call.text(0), call.args[1].strings, call.args[2].floats, call.where};
+    Request r{call.text(0), call.args[1].strings, call.args[2].floats, call.where, {}};
     // Bindings may give the bound of a world as a multiple of RI_INFINITY: no bound.
     for (const float f : r.bound)
         if (!(std::abs(f) < 1e30f)) {
@@ -134,7 +141,7 @@ void procedural(Context& c, Call& call) {
 }
 
 void procedural2(Context& c, Call& call) {
-    Request r{call.text(0), {}, {}, call.where};
+    Request r{call.text(0), {}, {}, call.where, {}};
     if (r.type.ends_with("2"))
         r.type.pop_back();
     if (call.text(1) == "SimpleBound") {
@@ -151,7 +158,8 @@ void procedural2(Context& c, Call& call) {
         if (const std::string text = call.params.get_string(name, "");
             !text.empty() && r.arguments.size() == 1)
             r.arguments.push_back(text);
-    // Other parameters reach programs and plug-ins as "name=value" words.
+    r.parameters = call.params;
+    // Other parameters reach programs as "name=value" words; plug-ins get them as they are, too.
     if (r.arguments.size() == 1) {
         std::string words;
         for (const Value& v : call.params.values) {
