@@ -264,6 +264,8 @@ void bind_procedurals(nb::module_& m) {
         .def_prop_ro("where", [](const ProceduralRequest& r) { return r.where.str(); }, "file:line:column")
         .def_prop_ro("declared", [](const ProceduralRequest& r) { return r.declared; },
                      "the scene's declarations: name, text, name, text, …")
+        .def_prop_ro("in_object", [](const ProceduralRequest& r) { return r.in_object; },
+                     "between ObjectBegin and ObjectEnd: it may not open one of its own")
         .def_prop_ro("may_run", [](const ProceduralRequest& r) { return r.may_run; },
                      "code from outside of the package may run")
         .def_prop_ro(

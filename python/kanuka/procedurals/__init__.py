@@ -22,6 +22,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from .._native import ProceduralRequest
+from . import library
 from .parameters import Parameter
 
 Plugin = Callable[[ProceduralRequest], str | bytes]
@@ -52,7 +53,7 @@ def expand(request: ProceduralRequest) -> str | bytes | None:
         return module.expand(request)
     if not name.suffix and request.find(f"{request.name}.py"):
         return from_file(request)
-    return None
+    return library.expand(request) if request.type == "DynamicLoad" else None
 
 
 def from_file(request: ProceduralRequest) -> str | bytes:

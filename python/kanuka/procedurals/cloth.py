@@ -60,7 +60,7 @@ def expand(request) -> bytes:
     if p.fibres > 0 and pixels >= 2:
         parts += fibres(ground, p)
     # As an object yarns are tubes, not ribbons that face the camera.
-    if getattr(request, "in_object", False):
+    if request.in_object:
         return b"".join(parts)
     return b'ObjectBegin "cloth"\n' + b"".join(parts) + b'ObjectEnd\nObjectInstance "cloth"\n'
 

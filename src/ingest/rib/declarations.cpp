@@ -131,7 +131,8 @@ constexpr Standard StandardDeclarations[] = {
     {"constant normal", "constantnormal"},
     {"uniform integer", "gridsize texturememory geocachememory eyesplits endofframe maxdepth volumedepth "
                         "progressions seed diceflatness "
-                        "camera truedisplacement strictdirections arrayroom"},
+                        "camera truedisplacement strictdirections arrayroom proceduralmemory offscreen "
+                        "runprograms ondemand"},
     {"uniform integer[2]", "bucketsize origin"},
     {"uniform float[4]", "quantize"},
     {"uniform float", "geometrytolerance normaltolerance"},

@@ -5,6 +5,7 @@
 
 #include "ingest/rib/context.h"
 #include "ingest/rib/handlers.h"
+#include "ingest/rib/on_demand.h"
 #include "ingest/rib/search_path.h"
 #include "ingest/rib/view_bound.h"
 
@@ -14,13 +15,14 @@ using scene::Value;
 
 namespace {
 
-struct Request {
-    std::string type; // DelayedReadArchive, RunProgram, DynamicLoad, or a plug-in's own
-    std::vector<std::string> arguments;
-    std::vector<float> bound; // may be empty
-    Location where;           // copies: what is expanded reuses the call
-    scene::ValueList parameters = {};
-};
+using Request = ProceduralCall;
+
+Bounds3f box_of(const std::vector<float>& bound) {
+    Bounds3f b;
+    b.extend(Vec3f(bound[0], bound[2], bound[4]));
+    b.extend(Vec3f(bound[1], bound[3], bound[5]));
+    return b;
+}
 
 std::vector<std::string> folders_of(Context& c) {
     std::vector<std::string> folders{c.stream.folder()};
@@ -71,7 +73,8 @@ bool ask_plug_in(Context& c, const Request& r, double detail) {
     std::optional<std::string> rib;
     try {
         rib = c.rib_options.procedural({r.type, r.arguments, detail, r.where, r.bound, folders_of(c),
-                                        r.parameters, c.declarations.own(), may_run(c)});
+                                        r.parameters, c.declarations.own(),
+                                        c.scope() == InObject, may_run(c)});
     } catch (const std::exception& e) {
         fail(c, r, e.what());
         return true;
@@ -92,20 +95,34 @@ void expand(Context& c, const Request& r) {
     }
     if (!c.attributes.detail_visible)
         return;
-    double detail = std::numeric_limits<double>::infinity();
     bool bounded = r.bound.size() == 6;
     for (const float f : r.bound)
         bounded &= std::isfinite(f);
     if (bounded) {
-        Bounds3f b;
-        b.extend(Vec3f(r.bound[0], r.bound[2], r.bound[4]));
-        b.extend(Vec3f(r.bound[1], r.bound[3], r.bound[5]));
+        const Bounds3f b = box_of(r.bound);
         const ViewBound view = view_bound(c, b, c.camera_from_current());
-        detail = view.area;
         // Rays reach what lies beside the picture; who knows that nothing there matters may say so.
         if (view.outside && c.options.options.user.get_int("procedural:offscreen", 1) == 0)
             return;
+        if (c.may_delay()) {
+            Bounds3f world;
+            for (int corner = 0; corner < 8; corner++)
+                world.extend(c.ctm.point({corner & 1 ? b.hi.x : b.lo.x, corner & 2 ? b.hi.y : b.lo.y,
+                                          corner & 4 ? b.hi.z : b.lo.z}));
+            c.lights.shine_on(c.attributes);
+            c.delayed->add(r, c, world);
+            return;
+        }
     }
+    expand_procedural(c, r);
+}
+
+} // namespace
+
+void expand_procedural(Context& c, const Request& r) {
+    double detail = std::numeric_limits<double>::infinity();
+    if (r.bound.size() == 6)
+        detail = view_bound(c, box_of(r.bound), c.camera_from_current()).area;
     if (!std::isfinite(detail)) // as other renderers have it
         detail = 1e38;
     c.open(BlockKind::Attribute, r.where);
@@ -126,8 +143,6 @@ void expand(Context& c, const Request& r) {
     if (c.blocks().size() >= depth)
         c.close(BlockKind::Attribute, r.where);
 }
-
-} // namespace
 
 void procedural(Context& c, Call& call) {
     Request r{call.text(0), call.args[1].strings, call.args[2].floats, call.where, {}};
