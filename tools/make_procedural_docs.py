@@ -17,10 +17,10 @@ def write_tables() -> None:
     manual = ROOT / "docs" / "procedurals.md"
     text = manual.read_text()
     for name in procedurals.SHIPPED:
-        begin, end = f"<!-- {name} -->\n", f"\n<!-- end of {name} -->"
+        begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
         before, rest = text.split(begin, 1)
         after = rest.split(end, 1)[1]
-        text = before + begin + parameters.markdown(procedurals.table(name)) + end + after
+        text = before + begin + parameters.markdown(procedurals.table(name)) + "\n" + end + after
     manual.write_text(text)
 
 

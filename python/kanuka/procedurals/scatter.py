@@ -63,7 +63,7 @@ def places(surface: Surface, p, up: np.ndarray, rng: np.random.Generator) -> tup
     wanted = int(p.density * area + 0.5) if p.density > 0 else p.count
     # Discs that find no more room cover 0.547 of the plane: n = 0.696 area / distance^2. A little less is reached
     # with so many darts.
-    radius = max(p.distance, p.evenness * 0.75 * np.sqrt(area / max(wanted, 1)))
+    radius = max(p.distance, p.evenness * 0.7 * np.sqrt(area / max(wanted, 1)))
     darts = surface.sample(wanted * DARTS if radius > 0 else wanted, rng, weights)
     if radius > 0 and len(darts.P):
         darts = darts.take(spaced(darts.P, radius, rng)[:wanted])
