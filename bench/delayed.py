@@ -2,7 +2,7 @@
 
     python bench/delayed.py [--archives 1000000] [--folder /tmp/delayed]
 
-Boxes with balls in them stand on a plane around the camera, which sees a few of them; a wall hides most of those.
+Boxes with balls in them stand on a plane, PITCH apart. The camera stands in a court; walls hide what is beyond it.
 """
 
 from __future__ import annotations
@@ -43,7 +43,10 @@ def write(folder: Path, count: int) -> Path:
         'WorldBegin\nLightSource "distantlight" 1 "point from" [-1 3 -1] "point to" [0 0 0]\n'
         'LightSource "environmentlight" 2 "float intensity" [0.4]\n'
         'Polygon "P" [-9000 0 -9000 -9000 0 9000 9000 0 9000 9000 0 -9000]\n'
-        'Polygon "P" [-9000 0 60 -9000 40 60 9000 40 60 9000 0 60]\n' + "".join(lines) + "WorldEnd\n"
+        'Polygon "P" [-60 0 60 -60 40 60 60 40 60 60 0 60]\n'
+        'Polygon "P" [-60 0 -20 60 0 -20 60 40 -20 -60 40 -20]\n'
+        'Polygon "P" [-60 0 -20 -60 40 -20 -60 40 60 -60 0 60]\n'
+        'Polygon "P" [60 0 -20 60 0 60 60 40 60 60 40 -20]\n' + "".join(lines) + "WorldEnd\n"
     )
     return path
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,7 +15,9 @@ from kanuka import procedurals
 from kanuka.procedurals import cloth, hair, parameters, scatter, surface, trees
 
 ROOT = Path(__file__).resolve().parents[1]
-WORLD = 'Format 48 48 1\nPixelSamples 2 2\nProjection "perspective" "fov" [40]\nTranslate 0 0 5\nWorldBegin\n{}\nWorldEnd\n'
+WORLD = (
+    'Format 48 48 1\nPixelSamples 2 2\nProjection "perspective" "fov" [40]\nTranslate 0 0 5\nWorldBegin\n{}\nWorldEnd\n'
+)
 SQUARE = 'Polygon "P" [-1 0 -1  -1 0 1  1 0 1  1 0 -1]\n'
 
 
@@ -116,9 +119,10 @@ def test_hair_grows_out_of_the_skin(tmp_path: Path) -> None:
     assert np.linalg.norm(np.diff(course, axis=1), axis=2).sum(axis=1) == pytest.approx(0.3, rel=1e-3)
     assert np.sum((course[:, -1] - roots.P) * roots.N, axis=1) == pytest.approx(0.3, rel=1e-3)
     clumped = hair.grow(roots, values(hair.PARAMETERS, "length=0.3 clump=1 clumpsize=0.5"), np.random.default_rng(1))
-    assert len(np.unique(np.round(clumped[:, -1, [0, 2]] / 0.25), axis=0)) < 0.5 * len(
-        np.unique(np.round(course[:, -1, [0, 2]] / 0.25), axis=0)
-    ) + 40
+    assert (
+        len(np.unique(np.round(clumped[:, -1, [0, 2]] / 0.25), axis=0))
+        < 0.5 * len(np.unique(np.round(course[:, -1, [0, 2]] / 0.25), axis=0)) + 40
+    )
 
 
 def test_a_hundred_thousand_hairs_take_about_a_second(tmp_path: Path) -> None:
@@ -145,7 +149,7 @@ def test_branches_start_on_what_bears_them() -> None:
     p = values(trees.PARAMETERS)
     levels = trees.branches(p, np.random.default_rng(p.seed))
     assert [len(course) for course, _ in levels] == [1, 20, 260, 2080]
-    for (parent, thick), (child, thin) in zip(levels, levels[1:], strict=False):
+    for (parent, thick), (child, thin) in itertools.pairwise(levels):
         each = len(child) // len(parent)
         for i in range(0, len(child), max(1, len(child) // 50)):
             bearer = parent[i // each]
@@ -208,7 +212,7 @@ def test_cloth_lies_on_a_surface(tmp_path: Path) -> None:
     (tmp_path / "ball.rib").write_text("Sphere 1 -0.9 0.9 360\n")
     ask = request("surface=ball.rib", tmp_path)
     p = values(cloth.PARAMETERS, "surface=ball.rib")
-    P, N = cloth.Mapped(ask, p).at(np.linspace(0.1, 0.9, 30), np.linspace(0.1, 0.9, 30))
+    P, _ = cloth.Mapped(ask, p).at(np.linspace(0.1, 0.9, 30), np.linspace(0.1, 0.9, 30))
     assert np.linalg.norm(P, axis=1) == pytest.approx(1, abs=5e-3)
 
 
@@ -253,7 +257,8 @@ def test_what_rays_do_not_meet_stays_unread_and_threads_do_not_matter(tmp_path: 
     wall = 'Polygon "P" [-90 -90 30 -90 90 30 90 90 30 90 -90 30]\n'
     boxes = "".join(
         f"TransformBegin Translate {x} {y} {z} Procedural "
-        f'"DelayedReadArchive" ["{"nest" if i == 1 else "ball"}.rib"] [-1 1 -1 1 -1 {43 if i == 1 else 1}] TransformEnd\n'
+        f'"DelayedReadArchive" ["{"nest" if i == 1 else "ball"}.rib"] [-1 1 -1 1 -1 {43 if i == 1 else 1}] '
+        "TransformEnd\n"
         for i, (x, y, z) in enumerate(places)
     )
     # The light comes from behind the camera: shadow rays go that way, and meet what stands there.
@@ -274,19 +279,20 @@ def test_what_rays_do_not_meet_stays_unread_and_threads_do_not_matter(tmp_path: 
 
 
 def test_memory_of_procedurals_is_bounded(tmp_path: Path) -> None:
-    (tmp_path / "ball.rib").write_text("Attribute \"dice\" \"flatness\" 0\nSphere 0.4 -0.4 0.4 360\n")
+    (tmp_path / "ball.rib").write_text('Attribute "dice" "flatness" 0\nSphere 0.4 -0.4 0.4 360\n')
     boxes = "".join(
-        f'TransformBegin Translate {x} {y} 0 Procedural "DelayedReadArchive" ["ball.rib"] [-1 1 -1 1 -1 1] TransformEnd\n'
-        for x in np.linspace(-1.5, 1.5, 50)
-        for y in np.linspace(-1.5, 1.5, 50)
+        f"TransformBegin Translate {x} {y} 0 "
+        'Procedural "DelayedReadArchive" ["ball.rib"] [-1 1 -1 1 -1 1] TransformEnd\n'
+        for x in np.linspace(-1.5, 1.5, 40)
+        for y in np.linspace(-1.5, 1.5, 40)
     )
-    scene = load(tmp_path, 'LightSource "distantlight" 1\n' + boxes, on_demand=True)
+    load(tmp_path, 'LightSource "distantlight" 1\n' + boxes, on_demand=True)
     scene_path = tmp_path / "scene.rib"
-    scene_path.write_text('Option "limits" "int proceduralmemory" [1]\nShadingRate 0.01\n' + scene_path.read_text())
+    scene_path.write_text('Option "limits" "int proceduralmemory" [1]\nShadingRate 0.1\n' + scene_path.read_text())
     bounded = kanuka.load(scene_path, on_demand=True)
     picture = kanuka.render(bounded)
     count = picture.stats["count"]
-    assert 0 < count["procedurals_read"] < 2500
+    assert 0 < count["procedurals_read"] < 1600
     assert any("stay unread" in str(m) for m in picture.journal.messages)
     assert picture["alpha"].max() > 0
 
@@ -310,7 +316,7 @@ def test_plug_ins_are_found_as_files(tmp_path: Path) -> None:
         "import kanuka\n"
         "@kanuka.procedural\n"
         "def balls(request):\n"
-        '    assert request.bound == [-1.0, 1.0, -1.0, 1.0, -1.0, 1.0]\n'
+        "    assert request.bound == [-1.0, 1.0, -1.0, 1.0, -1.0, 1.0]\n"
         '    return b"Sphere 1 -1 1 360 " * int(request.data)\n'
     )
     body = 'Procedural "DynamicLoad" ["balls" "3"] [-1 1 -1 1 -1 1]'

@@ -1,4 +1,4 @@
-"""Writes the parameter tables of docs/procedurals.md, which kanuka.procedurals declares; --pictures renders its pictures."""
+"""Writes the parameter tables of docs/procedurals.md as kanuka.procedurals declares them; --pictures: and pictures."""
 
 from __future__ import annotations
 

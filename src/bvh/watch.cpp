@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cstddef>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <thread>
 
@@ -91,8 +91,7 @@ struct Watch::Query {
 
 struct WatchCallbacks {
     static void bounds(const RTCBoundsFunctionArguments* args) {
-        const Bounds3f& b =
-            static_cast<const Watch::Impl*>(args->geometryUserPtr)->boxes[args->primID];
+        const Bounds3f& b = static_cast<const Watch::Impl*>(args->geometryUserPtr)->boxes[args->primID];
         *args->bounds_o = {b.lo.x, b.lo.y, b.lo.z, 0, b.hi.x, b.hi.y, b.hi.z, 0};
     }
     static void intersect(const RTCIntersectFunctionNArguments* args) {

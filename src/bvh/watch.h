@@ -1,4 +1,5 @@
-// Boxes that rays are watched for: which of them they enter before they hit anything. For what is not read yet.
+// Boxes that rays are watched for: which of them they enter before they hit anything. For what is not read
+// yet.
 #pragma once
 
 #include <atomic>
@@ -23,7 +24,7 @@ class Watch {
 
     void set_reach(int boxes) { m_reach = boxes; }
     void leave_out(size_t box) { m_out[box] = true; } // it is read
-    std::vector<uint32_t> take(); // those that were noted since the last call, in order
+    std::vector<uint32_t> take();                     // those that were noted since the last call, in order
     // How often this thread has noted one: what a piece of work has met is the difference.
     uint64_t noted_here() const;
 

@@ -201,8 +201,8 @@ SurfaceMesh surface_mesh(const std::string& path, float edge) {
     std::string quoted;
     for (const char c : std::filesystem::absolute(path).string())
         quoted += (c == '"' || c == '\\' ? "\\" : "") + std::string(1, c);
-    const scene::Scene scene = ingest::parse_rib("WorldBegin\nReadArchive \"" + quoted + "\"\nWorldEnd\n",
-                                                 "(surface)", {}, journal);
+    const scene::Scene scene =
+        ingest::parse_rib("WorldBegin\nReadArchive \"" + quoted + "\"\nWorldEnd\n", "(surface)", {}, journal);
     for (const Journal::Entry& e : journal.entries())
         if (e.severity == Severity::Error)
             throw Error(e.where, e.message);
@@ -253,21 +253,29 @@ nb::dict as_dict(const SurfaceMesh& m) {
 
 void bind_procedurals(nb::module_& m) {
     nb::class_<ProceduralRequest>(m, "ProceduralRequest", "What a scene asks of a procedural plug-in.")
-        .def_prop_ro("type", [](const ProceduralRequest& r) { return r.type; }, "DynamicLoad, …")
+        .def_prop_ro(
+            "type", [](const ProceduralRequest& r) { return r.type; }, "DynamicLoad, …")
         .def_prop_ro("name", name_of, "of the plug-in")
         .def_prop_ro("data", data_of, "the text that the scene gives")
-        .def_prop_ro("detail", [](const ProceduralRequest& r) { return r.detail; },
-                     "pixels that the bound covers; 1e38 where that has no end")
-        .def_prop_ro("bound", [](const ProceduralRequest& r) { return r.bound; },
-                     "xmin xmax ymin ymax zmin zmax; empty = none")
-        .def_prop_ro("folders", [](const ProceduralRequest& r) { return r.folders; }, "searched for files")
-        .def_prop_ro("where", [](const ProceduralRequest& r) { return r.where.str(); }, "file:line:column")
-        .def_prop_ro("declared", [](const ProceduralRequest& r) { return r.declared; },
-                     "the scene's declarations: name, text, name, text, …")
-        .def_prop_ro("in_object", [](const ProceduralRequest& r) { return r.in_object; },
-                     "between ObjectBegin and ObjectEnd: it may not open one of its own")
-        .def_prop_ro("may_run", [](const ProceduralRequest& r) { return r.may_run; },
-                     "code from outside of the package may run")
+        .def_prop_ro(
+            "detail", [](const ProceduralRequest& r) { return r.detail; },
+            "pixels that the bound covers; 1e38 where that has no end")
+        .def_prop_ro(
+            "bound", [](const ProceduralRequest& r) { return r.bound; },
+            "xmin xmax ymin ymax zmin zmax; empty = none")
+        .def_prop_ro(
+            "folders", [](const ProceduralRequest& r) { return r.folders; }, "searched for files")
+        .def_prop_ro(
+            "where", [](const ProceduralRequest& r) { return r.where.str(); }, "file:line:column")
+        .def_prop_ro(
+            "declared", [](const ProceduralRequest& r) { return r.declared; },
+            "the scene's declarations: name, text, name, text, …")
+        .def_prop_ro(
+            "in_object", [](const ProceduralRequest& r) { return r.in_object; },
+            "between ObjectBegin and ObjectEnd: it may not open one of its own")
+        .def_prop_ro(
+            "may_run", [](const ProceduralRequest& r) { return r.may_run; },
+            "code from outside of the package may run")
         .def_prop_ro(
             "parameters",
             [](const ProceduralRequest& r) {

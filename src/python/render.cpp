@@ -245,13 +245,13 @@ void bind_render(nb::module_& m) {
             return load(path.string(), archive_path, frame, run_programs, std::move(procedurals), on_demand);
         },
         nb::arg("path"), nb::kw_only(), nb::arg("archive_path") = nb::list(), nb::arg("frame") = 0,
-        nb::arg("run_programs") = true, nb::arg("procedurals") = nb::dict(),
-        nb::arg("on_demand") = false,
+        nb::arg("run_programs") = true, nb::arg("procedurals") = nb::dict(), nb::arg("on_demand") = false,
         "Reads a RIB file, compressed or not; '-' is standard input. What it could not make sense of is in "
         "the\n"
         "scene's journal. run_programs=False forbids Procedural \"RunProgram\". procedurals: functions by\n"
         "name, for Procedural \"DynamicLoad\" [\"name\" \"data\"]: called with the size in pixels and the\n"
-        "data, they return RIB. on_demand=True leaves procedurals with bounds unread until a ray of a render\n"
+        "data, they return RIB. on_demand=True leaves procedurals with bounds unread until a ray of a "
+        "render\n"
         "meets them.");
     m.def(
         "convert_rib",

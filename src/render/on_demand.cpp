@@ -4,8 +4,8 @@
 
 namespace kanuka::render {
 
-// A ray notes the first boxes on its way. Twice as many from round to round: what hides behind a box that is met is
-// seldom needed, but a forest must not take a round a tree.
+// A ray notes the first boxes on its way. Twice as many from round to round: what hides behind a box that is
+// met is seldom needed, but a forest must not take a round a tree.
 constexpr int FirstReach = 1, MostReach = 64;
 // How many are read before the memory is looked at again.
 constexpr size_t Portion = 1024;
@@ -38,8 +38,8 @@ void OnDemand::look_again() {
     for (const Bounds3f& b : m_delayed.bounds()) {
         Bounds3f box;
         for (int corner = 0; corner < 8; corner++)
-            box.extend(m_render_from_world.point({corner & 1 ? b.hi.x : b.lo.x, corner & 2 ? b.hi.y : b.lo.y,
-                                                  corner & 4 ? b.hi.z : b.lo.z}));
+            box.extend(m_render_from_world.point(
+                {corner & 1 ? b.hi.x : b.lo.x, corner & 2 ? b.hi.y : b.lo.y, corner & 4 ? b.hi.z : b.lo.z}));
         boxes.push_back(box);
     }
     m_watch = std::make_unique<bvh::Watch>(boxes);
@@ -93,9 +93,10 @@ void OnDemand::report(const Location& where) const {
                                    std::to_string(m_left_out) +
                                    " that rays have met, and whatever lies behind them, stay unread");
     if (m_delayed.read_count() < m_delayed.bounds().size() && m_left_out == 0)
-        m_journal.report(Severity::Info, where, std::to_string(m_delayed.read_count()) + " of " +
-                              std::to_string(m_delayed.bounds().size()) +
-                              " procedurals were read; no ray has met the others");
+        m_journal.report(Severity::Info, where,
+                         std::to_string(m_delayed.read_count()) + " of " +
+                             std::to_string(m_delayed.bounds().size()) +
+                             " procedurals were read; no ray has met the others");
 }
 
 } // namespace kanuka::render

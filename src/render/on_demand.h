@@ -1,5 +1,6 @@
-// Procedurals are read when a ray meets their bounds. Work that has met some is thrown away and done again with what
-// they made, so that the picture is the one of the whole scene; the boxes that no ray entered are never opened.
+// Procedurals are read when a ray meets their bounds. Work that has met some is thrown away and done again
+// with what they made, so that the picture is the one of the whole scene; the boxes that no ray entered are
+// never opened.
 #pragma once
 
 #include <functional>

@@ -10,9 +10,9 @@
 #include "render/aovs.h"
 #include "render/color_setup.h"
 #include "render/geometry.h"
+#include "render/light_pictures.h"
 #include "render/on_demand.h"
 #include "scene/shutter.h"
-#include "shade/ies.h"
 #include "shade/lights.h"
 #include "transport/kernel.h"
 #include "transport/scene_data.h"
@@ -124,9 +124,11 @@ class BatchSession {
         m_geometry = build_geometry(request_for(m_scene));
         if (m_delayed) {
             const int megabytes = m_options.user.get_int("limits:proceduralmemory", 0);
-            m_on_demand = std::make_unique<OnDemand>(*m_delayed, m_camera.render_from_world,
-                                                     uint64_t(std::max(megabytes, 0)) << 20, m_journal, m_stats);
-            m_on_demand->build_known(resident_bytes(), [&](const scene::Scene& part) { return add_part(part); });
+            m_on_demand =
+                std::make_unique<OnDemand>(*m_delayed, m_camera.render_from_world,
+                                           uint64_t(std::max(megabytes, 0)) << 20, m_journal, m_stats);
+            m_on_demand->build_known(resident_bytes(),
+                                     [&](const scene::Scene& part) { return add_part(part); });
         }
         build_bvh();
         Journal unheard; // what is not read yet may have them
@@ -140,8 +142,8 @@ class BatchSession {
         m_linking->apply(in.lights);
         in.palette = m_color.palette.get();
         in.sensor = &m_color.sensor;
-        load_environment(in);
-        load_tables(in);
+        load_environment(in, m_color.palette->space(), m_journal);
+        load_tables(in, m_journal);
         in.render_from_world = m_camera.render_from_world;
         in.camera = m_camera.view;
         if (const auto fault = scene::fault_of_opening(m_options.shutter_opening))
@@ -171,8 +173,9 @@ class BatchSession {
     }
 
     GeometryRequest request_for(const scene::Scene& scene) {
-        return {scene,     *m_shading, *m_color.palette, m_dice,     m_camera.render_from_world, shutter(),
-                m_journal, m_stats,    m_progress,       *m_linking, m_clips};
+        return {scene,     *m_shading, *m_color.palette, m_dice,     m_camera.render_from_world,
+                shutter(), m_journal,  m_stats,          m_progress, *m_linking,
+                m_clips};
     }
 
     // What follows from the geometry as it is now.
@@ -211,8 +214,7 @@ class BatchSession {
     }
     // True: there is more to be traced now.
     bool read_what_was_met() {
-        if (!m_on_demand ||
-            !m_on_demand->read_met([&](const scene::Scene& part) { return add_part(part); }))
+        if (!m_on_demand || !m_on_demand->read_met([&](const scene::Scene& part) { return add_part(part); }))
             return false;
         build_bvh();
         Journal unheard;
@@ -254,67 +256,6 @@ class BatchSession {
             return b;
         const Vec3f eye{float(m_camera.eye[0]), float(m_camera.eye[1]), float(m_camera.eye[2])};
         return {b.lo + eye, b.hi + eye};
-    }
-
-    void load_environment(transport::SceneInputs& in) {
-        for (scene::Light& light : in.lights) {
-            if (light.kind != scene::Light::Kind::Environment || in.map.width > 0)
-                continue;
-            if (light.table) {
-                in.map = {light.table->width, light.table->height, light.table->rgb};
-                continue;
-            }
-            if (light.texture.empty())
-                continue;
-            try {
-                const film::Picture picture = film::read_exr(light.texture);
-                const auto *r = picture.find("R"), *g = picture.find("G"), *b = picture.find("B");
-                if (!r || !g || !b)
-                    throw Error("it has no R, G and B channels");
-                in.map.width = picture.width;
-                in.map.height = picture.height;
-                in.map.rgb.resize(r->data.size() * 3);
-                // A file that names its space is brought to the scene's; others are taken to be in it.
-                const color::Space space = m_color.palette->space();
-                const bool converts = picture.names_space && picture.space != space;
-                const color::Matrix3 matrix = color::convert(picture.space, space);
-                for (size_t i = 0; i < r->data.size(); i++) {
-                    in.map.rgb[3 * i] = r->data[i];
-                    in.map.rgb[3 * i + 1] = g->data[i];
-                    in.map.rgb[3 * i + 2] = b->data[i];
-                    if (converts) {
-                        const Rgb c = color::transform(matrix, {r->data[i], g->data[i], b->data[i]});
-                        for (int k = 0; k < 3; k++)
-                            in.map.rgb[3 * i + size_t(k)] = std::max(c[k], 0.0f);
-                    }
-                }
-            } catch (const Error& e) {
-                m_journal.error(light.where, "the environment picture \"" + light.texture +
-                                                 "\" cannot be used (" + e.what() +
-                                                 "); give a latitude-longitude OpenEXR file");
-                light.texture.clear();
-            }
-        }
-    }
-
-    // Pictures on quads, photometric profiles of points and spots.
-    void load_tables(transport::SceneInputs& in) {
-        using Kind = scene::Light::Kind;
-        constexpr int MostColumns = 1024;
-        for (scene::Light& light : in.lights) {
-            if (light.kind == Kind::Quad && !light.texture.empty()) {
-                if (auto picture = shade::read_latlong(light.texture, MostColumns, light.where, m_journal)) {
-                    auto table = std::make_shared<scene::LightTable>();
-                    table->width = picture->width, table->height = picture->height;
-                    for (float& v : picture->rgb)
-                        v = std::isfinite(v) ? std::clamp(v, 0.0f, 1e6f) : 0.0f;
-                    table->rgb = std::move(picture->rgb);
-                    light.table = std::move(table);
-                }
-            } else if ((light.kind == Kind::Point || light.kind == Kind::Spot) && !light.profile.empty()) {
-                light.table = shade::read_ies(light.profile, light.where, m_journal);
-            }
-        }
     }
 
     void trace() {

@@ -38,7 +38,8 @@ std::string run_library(const std::string& path, const std::string& data, float 
     {
         const Redirect redirect(session);
         for (size_t i = 0; i + 1 < declarations.size(); i += 2)
-            RiDeclare(const_cast<char*>(declarations[i].c_str()), const_cast<char*>(declarations[i + 1].c_str()));
+            RiDeclare(const_cast<char*>(declarations[i].c_str()),
+                      const_cast<char*>(declarations[i + 1].c_str()));
         std::string text = data; // it may write into it
         const RtPointer own = convert(text.data());
         subdivide(own, detail);
@@ -78,9 +79,10 @@ std::optional<std::string> expand_by_library(const ingest::ProceduralRequest& re
 
 // For renderers of which this library is not the one that runs: the RIB of a procedural, to be given to
 // RiFreeLibraryRib; null, and *problem set likewise, where it failed.
-extern "C" __attribute__((visibility("default"))) char* RiLibraryRib(const char* path, const char* data, float detail,
-                                                                     const char* const* declarations, int count,
-                                                                     char** problem) {
+extern "C" __attribute__((visibility("default"))) char* RiLibraryRib(const char* path, const char* data,
+                                                                     float detail,
+                                                                     const char* const* declarations,
+                                                                     int count, char** problem) {
     *problem = nullptr;
     try {
         std::string problems;

@@ -1,5 +1,5 @@
-// Procedurals that nobody has read yet: boxes that hold what they would make, and a way to have it made. Whoever
-// traces rays says which boxes they meet (render/on_demand.h).
+// Procedurals that nobody has read yet: boxes that hold what they would make, and a way to have it made.
+// Whoever traces rays says which boxes they meet (render/on_demand.h).
 #pragma once
 
 #include <deque>

@@ -10,8 +10,8 @@ and the scene's text; one that is marked by `@procedural` gets the whole request
 
     scene = kanuka.load("scene.rib", procedurals={"spikes": spikes})
 
-A file `spikes.py` beside the scene (or in Option "searchpath" "procedural") that defines such a function of its own name
-is found without being registered.
+A file `spikes.py` beside the scene (or in Option "searchpath" "procedural") that defines such a function of its own
+name is found without being registered.
 """
 
 from __future__ import annotations

@@ -105,7 +105,9 @@ class Mapped:
                 px, py = x - a[which, 0], y - a[which, 1]
                 v = (px * (c[which, 1] - a[which, 1]) - (c[which, 0] - a[which, 0]) * py) / det[which]
                 w = ((b[which, 0] - a[which, 0]) * py - px * (b[which, 1] - a[which, 1])) / det[which]
-                inside = (v >= -1e-6) & (w >= -1e-6) & (v + w <= 1 + 1e-6) & (x >= 0) & (y >= 0) & (x < size) & (y < size)
+                inside = (
+                    (v >= -1e-6) & (w >= -1e-6) & (v + w <= 1 + 1e-6) & (x >= 0) & (y >= 0) & (x < size) & (y < size)
+                )
                 which, x, y, v, w = which[inside], x[inside], y[inside], v[inside, None], w[inside, None]
                 t = surface.triangles[which]
                 self.maps[y, x] = values[t[:, 0]] * (1 - v - w) + values[t[:, 1]] * v + values[t[:, 2]] * w
@@ -156,8 +158,10 @@ def yarns(ground, p: SimpleNamespace, warp: bool, plies: int, cuts: int) -> list
     count, crossings = (p.warps, p.wefts) if warp else (p.wefts, p.warps)
     index = np.arange(count)
     # Crossings, and half a room more at both ends.
-    over = above(p, index[:, None], np.arange(-1, crossings + 1)) if warp else (
-        1 - above(p, np.arange(-1, crossings + 1)[None], index[:, None])
+    over = (
+        above(p, index[:, None], np.arange(-1, crossings + 1))
+        if warp
+        else (1 - above(p, np.arange(-1, crossings + 1)[None], index[:, None]))
     )
     height = smooth(2.0 * over - 1, cuts)
     along = (np.arange(height.shape[1]) / cuts - 0.5) / crossings
@@ -168,7 +172,7 @@ def yarns(ground, p: SimpleNamespace, warp: bool, plies: int, cuts: int) -> list
     lane = (index[:, None] + 0.5 + 0.25 * p.uneven * wobble(key, along, p.seed)) / count
     s, t = (lane, np.broadcast_to(along, lane.shape)) if warp else (np.broadcast_to(along, lane.shape), lane)
     course, normal = ground.at(s, t)
-    tangent = unit(np.gradient(course, axis=1)) if course.shape[1] > 1 else np.zeros_like(course) + [0, 1, 0]
+    tangent = unit(np.gradient(course, axis=1)) if course.shape[1] > 1 else np.zeros_like(course) + np.array([0, 1, 0])
     if normal is None:
         h = 1e-3
         ds = ground.at(s + h, t)[0] - ground.at(s - h, t)[0]
@@ -197,7 +201,9 @@ def yarns(ground, p: SimpleNamespace, warp: bool, plies: int, cuts: int) -> list
 
 def yarn_colors(p: SimpleNamespace, warp: bool, index: np.ndarray) -> np.ndarray:
     own, other = (p.warpcolor, p.weftcolor) if warp else (p.weftcolor, p.warpcolor)
-    color = np.where(((index // p.stripes) % 2 == 1)[:, None], other, own) if p.stripes else np.tile(own, (len(index), 1))
+    color = (
+        np.where(((index // p.stripes) % 2 == 1)[:, None], other, own) if p.stripes else np.tile(own, (len(index), 1))
+    )
     return np.clip(color * (1 + p.colorvariation * (2 * hashed(index + 7919 * warp, p.seed + 30) - 1)[:, None]), 0, 1)
 
 
@@ -219,7 +225,7 @@ def fibres(ground, p: SimpleNamespace) -> list[bytes]:
     radius = 0.5 * p.thickness * ground.room
     lean = unit(flat + 0.5 * rng.random((n, 1)) * normal)
     points = [root + 0.3 * radius * normal]
-    for k in range(4):
+    for _ in range(4):
         lean = unit(lean + 0.45 * rng.normal(size=(n, 3)) + 0.1 * normal)
         points.append(points[-1] + lean * (length / 4)[:, None])
     course = np.stack(points, axis=1)

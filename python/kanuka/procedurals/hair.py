@@ -100,8 +100,11 @@ def grow(roots: Samples, p: SimpleNamespace, rng: np.random.Generator) -> np.nda
         hair += radius[:, None] * (np.sin(angle) - np.sin(phase)[:, None])[:, :, None] * up[:, None]
     if p.frizz > 0:
         for octave in (1.0, 2.3, 5.1):
-            amount = p.frizz / octave * t * np.sin(
-                octave * np.pi * (t + rng.random((n, 1))) * (1 + 0.5 * rng.random((n, 1)))
+            amount = (
+                p.frizz
+                / octave
+                * t
+                * np.sin(octave * np.pi * (t + rng.random((n, 1))) * (1 + 0.5 * rng.random((n, 1))))
             )
             turn = 2 * np.pi * rng.random((n, 1))
             hair += (amount * np.cos(turn))[:, :, None] * side[:, None]

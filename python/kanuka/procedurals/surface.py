@@ -56,7 +56,9 @@ class Surface:
         def blend(values: np.ndarray) -> np.ndarray:
             return (values[t] * w).sum(axis=1)
 
-        return Samples(blend(self.P), unit(blend(self.N)), blend(self.st), {k: blend(v) for k, v in self.primvars.items()})
+        return Samples(
+            blend(self.P), unit(blend(self.N)), blend(self.st), {k: blend(v) for k, v in self.primvars.items()}
+        )
 
 
 def unit(v: np.ndarray) -> np.ndarray:
@@ -114,7 +116,10 @@ def close_pairs(points: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarr
     order = np.argsort(flat, kind="stable")
     flat = flat[order]
     firsts, seconds = [], []
-    for dx, dy, dz in [(0, 0, 0), *((x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) > (0, 0, 0))]:
+    for dx, dy, dz in [
+        (0, 0, 0),
+        *((x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) > (0, 0, 0)),
+    ]:
         wanted = flat + (dx * size[1] + dy) * size[2] + dz
         begin, end = np.searchsorted(flat, wanted), np.searchsorted(flat, wanted, side="right")
         if (dx, dy, dz) == (0, 0, 0):

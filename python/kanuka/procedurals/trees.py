@@ -186,7 +186,7 @@ def leaves(twigs: tuple[np.ndarray, np.ndarray], p: SimpleNamespace, rng: np.ran
     shape = LEAF * [1, p.leafshape, 1]
     frame = np.stack([along, wide, normal], axis=1)  # rows
     stalk = 0.12
-    corners = here[:, None] + size * (np.matmul(shape + [stalk, 0, 0], frame))
+    corners = here[:, None] + size * (np.matmul(shape + np.array([stalk, 0, 0]), frame))
     count = len(here)
     faces = (LEAF_FACES + np.arange(count)[:, None, None] * len(LEAF)).reshape(-1, 3)
     # A leaf's colours: lighter and yellower, or darker, each by itself; the same for both sides.

@@ -95,7 +95,7 @@ class Context {
     const std::vector<std::string> extra_archive_path;
     RibOptions rib_options; // set by whoever makes the context
     Programs programs;
-    size_t procedurals = 0; // expanded so far
+    size_t procedurals = 0;      // expanded so far
     OnDemand* delayed = nullptr; // where those go that can wait; null = they are expanded at once
     // Where nothing around a procedural ties it to its place in the file.
     bool may_delay() const;

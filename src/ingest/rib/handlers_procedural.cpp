@@ -72,9 +72,9 @@ bool ask_plug_in(Context& c, const Request& r, double detail) {
         return false;
     std::optional<std::string> rib;
     try {
-        rib = c.rib_options.procedural({r.type, r.arguments, detail, r.where, r.bound, folders_of(c),
-                                        r.parameters, c.declarations.own(),
-                                        c.scope() == InObject, may_run(c)});
+        rib =
+            c.rib_options.procedural({r.type, r.arguments, detail, r.where, r.bound, folders_of(c),
+                                      r.parameters, c.declarations.own(), c.scope() == InObject, may_run(c)});
     } catch (const std::exception& e) {
         fail(c, r, e.what());
         return true;

@@ -50,7 +50,9 @@ scene::Scene OnDemand::expand(std::span<const uint32_t> which) {
     for (const uint32_t i : which) {
         const Item& item = m_items[i];
         const State& state = *item.state;
-        ProceduralCall call{state.type, item.arguments, {item.bound.begin(), item.bound.end()},
+        ProceduralCall call{state.type,
+                            item.arguments,
+                            {item.bound.begin(), item.bound.end()},
                             {state.file, item.line, item.column}};
         if (item.parameters)
             call.parameters = *item.parameters;

@@ -1,5 +1,5 @@
-// Procedurals that wait until somebody needs them: what must be known to expand each as if it were read where it
-// stands, in about 300 bytes.
+// Procedurals that wait until somebody needs them: what must be known to expand each as if it were read where
+// it stands, in about 300 bytes.
 #pragma once
 
 #include <deque>

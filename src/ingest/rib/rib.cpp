@@ -10,8 +10,8 @@ static scene::Scene read_source(const std::shared_ptr<const Source>& source, con
     // Shadow-map passes are passed over. Where a file holds nothing else, the first of them is what is
     // wanted.
     for (const bool take_depth_pass : {false, true}) {
-        const auto owner = std::make_shared<Reader>(journal, FrameChoice{options.frame, take_depth_pass}, options,
-                                                    *source);
+        const auto owner =
+            std::make_shared<Reader>(journal, FrameChoice{options.frame, take_depth_pass}, options, *source);
         Reader& reader = *owner;
         std::shared_ptr<OnDemand> delayed;
         if (options.on_demand)

@@ -16,12 +16,13 @@ struct ProceduralRequest {
     std::vector<std::string> arguments;
     double detail; // pixels of its bound's image; 1e38 where that has no end
     Location where;
-    std::vector<float> bound = {};           // in the current space, as RiBound; empty = none
-    std::vector<std::string> folders = {};   // where what it names is looked for
-    scene::ValueList parameters = {};        // of Procedural2
-    std::vector<std::string> declared = {};  // "name" "declaration" …: the scene's own, for who makes RIB of it
-    bool in_object = false;                  // between ObjectBegin and ObjectEnd
-    bool may_run = true;                     // code that is not part of the renderer
+    std::vector<float> bound = {};         // in the current space, as RiBound; empty = none
+    std::vector<std::string> folders = {}; // where what it names is looked for
+    scene::ValueList parameters = {};      // of Procedural2
+    std::vector<std::string> declared =
+        {};                 // "name" "declaration" …: the scene's own, for who makes RIB of it
+    bool in_object = false; // between ObjectBegin and ObjectEnd
+    bool may_run = true;    // code that is not part of the renderer
 };
 
 struct RibOptions {
