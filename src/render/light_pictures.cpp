@@ -5,7 +5,7 @@
 
 #include "film/film.h"
 #include "shade/ies.h"
-#include "shade/lights.h"
+#include "shade/shade.h"
 
 namespace kanuka::render {
 
