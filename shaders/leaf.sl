@@ -1,7 +1,7 @@
 // A thin sheet that light passes: leaves, paper, cloth.
 class leaf(
-    color front = color(0.15, 0.30, 0.06);   // reflectance
-    color through = color(0.30, 0.45, 0.05); // transmittance
+    varying color front = color(0.15, 0.30, 0.06);   // reflectance
+    varying color through = color(0.30, 0.45, 0.05); // transmittance
     float transmission = 0.4;                // part of the light that goes to the other side
 )
 {

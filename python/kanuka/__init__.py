@@ -21,6 +21,7 @@ from ._native import (
     Message,
     Options,
     Picture,
+    ProceduralRequest,
     Scene,
     Shader,
     Spectrum,
@@ -47,9 +48,11 @@ from ._native import (
     shader_cache_limit,
     shader_cache_trim,
     shader_stages,
+    surface_mesh,
     z_test,
 )
 from .graph import GraphError, ShaderGraph
+from .procedurals import procedural
 
 __all__ = [
     "Camera",
@@ -63,6 +66,7 @@ __all__ = [
     "Message",
     "Options",
     "Picture",
+    "ProceduralRequest",
     "Scene",
     "Shader",
     "ShaderGraph",
@@ -80,6 +84,7 @@ __all__ = [
     "integrators",
     "load",
     "metal",
+    "procedural",
     "publish_shader",
     "published_metadata",
     "read",
@@ -90,5 +95,6 @@ __all__ = [
     "shader_cache_limit",
     "shader_cache_trim",
     "shader_stages",
+    "surface_mesh",
     "z_test",
 ]

@@ -394,15 +394,31 @@ void Scene::intersect(const RayPacket<W>& rays, HitPacket<W>& hits) const {
     if constexpr (W == 1)
         if (rays.coherent)
             return intersect_as_packet(*this, rays, hits);
-    if (m_impl->planes.empty())
-        return intersect_kept(rays, hits);
-    intersect_kept(clipped(rays, m_impl->planes), hits);
-    hits.t = select(hits.hit, hits.t, rays.t_max);
+    if (m_impl->planes.empty()) {
+        intersect_kept(rays, hits);
+    } else {
+        intersect_kept(clipped(rays, m_impl->planes), hits);
+        hits.t = select(hits.hit, hits.t, rays.t_max);
+    }
+    if (m_watch)
+        tell(rays, traceable(rays), select(hits.hit, hits.t, rays.t_max));
+}
+
+template <int W>
+void Scene::tell(const RayPacket<W>& rays, const Mask<W>& which, const Float<W>& t_max) const {
+    for (uint32_t bits = which.bits(); bits; bits &= bits - 1) {
+        const int i = __builtin_ctz(bits);
+        m_watch->look({rays.o.x[i], rays.o.y[i], rays.o.z[i]}, {rays.d.x[i], rays.d.y[i], rays.d.z[i]},
+                      rays.t_min[i], t_max[i]);
+    }
 }
 
 template <int W>
 Mask<W> Scene::occluded(const RayPacket<W>& rays) const {
-    return occluded_kept(m_impl->planes.empty() ? rays : clipped(rays, m_impl->planes));
+    const Mask<W> hidden = occluded_kept(m_impl->planes.empty() ? rays : clipped(rays, m_impl->planes));
+    if (m_watch)
+        tell(rays, traceable(rays) & !hidden, rays.t_max);
+    return hidden;
 }
 
 template <int W>

@@ -14,6 +14,7 @@
 #include "base/motion.h"
 #include "base/vec.h"
 #include "bvh/solids.h"
+#include "bvh/watch.h"
 #include "store/store.h"
 
 namespace kanuka::bvh {
@@ -93,6 +94,8 @@ class Scene {
         Vec3f point, normal;
     };
     void clip(std::span<const Plane> planes);
+    // Tells it of every ray, up to its hit. Null = nobody; it must outlive the scene.
+    void watch_by(const Watch* watch) { m_watch = watch; }
 
     Bounds3f bounds() const;
     uint64_t bytes() const; // of the hierarchies, without the positions that they share with the store
@@ -102,8 +105,11 @@ class Scene {
     void intersect_kept(const RayPacket<W>& rays, HitPacket<W>& hits) const;
     template <int W>
     Mask<W> occluded_kept(const RayPacket<W>& rays) const;
+    template <int W>
+    void tell(const RayPacket<W>& rays, const Mask<W>& which, const Float<W>& t_max) const;
     struct Impl;
     std::unique_ptr<Impl> m_impl;
+    const Watch* m_watch = nullptr;
 };
 
 } // namespace kanuka::bvh

@@ -13,7 +13,7 @@
 #include "base/stats.h"
 #include "color/color.h"
 #include "film/film.h"
-#include "scene/scene.h"
+#include "scene/delayed.h"
 
 namespace kanuka::python {
 
@@ -49,6 +49,7 @@ struct Scene {
     scene::Scene scene;
     Camera camera;
     std::shared_ptr<Journal> journal = std::make_shared<Journal>(); // what reading it reported
+    std::shared_ptr<scene::Delayed> delayed; // procedurals that wait; they report to the journal
     double ingest_s = 0;
     int next_id = 1;
 };
@@ -77,6 +78,7 @@ void bind_camera(nb::module_& m);
 void bind_scene(nb::module_& m);
 void bind_geometry(nb::class_<Scene>& scene, nb::class_<Group>& group);
 void bind_picture(nb::module_& m);
+void bind_procedurals(nb::module_& m);
 void bind_render(nb::module_& m);
 void bind_shader(nb::module_& m);
 

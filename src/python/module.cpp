@@ -36,6 +36,7 @@ NB_MODULE(_native, m) {
     bind_camera(m);
     bind_scene(m);
     bind_picture(m);
+    bind_procedurals(m);
     bind_render(m);
     bind_shader(m);
 }

@@ -166,6 +166,8 @@ nb::object stats_dict(const Picture& p) {
     count["paths"] = s.count.paths.load();
     count["rays"] = s.count.rays.load();
     count["nan_samples"] = s.count.nan_samples.load();
+    count["procedurals"] = s.count.procedurals.load();
+    count["procedurals_read"] = s.count.procedurals_read.load();
     count["fireflies"] = s.count.fireflies.load();
     nb::list fireflies;
     for (const Stats::Firefly& f : s.fireflies) {

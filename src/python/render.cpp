@@ -14,6 +14,7 @@
 #include "ingest/rib/convert.h"
 #include "ingest/rib/rib.h"
 #include "python/bindings.h"
+#include "python/procedurals.h"
 #include "render/session.h"
 #include "transport/integrator.h"
 
@@ -118,6 +119,7 @@ Picture render(std::shared_ptr<Scene> scene, const render::Overrides& given,
                std::optional<bool> strict_directions, nb::handle callback, std::shared_ptr<Journal> journal) {
     render::Overrides overrides = given;
     overrides.standard_shaders = standard_shaders();
+    overrides.delayed = scene->delayed.get();
     scene::Scene& s = scene->scene;
     struct Restore { // the scene's own option is the scene's own
         bool& option;
@@ -157,43 +159,16 @@ Picture render(std::shared_ptr<Scene> scene, const render::Overrides& given,
     return picture;
 }
 
-// Plug-ins by name: Procedural "DynamicLoad" ["fur.so" "data"] calls procedurals["fur"](detail, "data").
-std::function<std::optional<std::string>(const ingest::ProceduralRequest&)> plug_ins(nb::dict procedurals) {
-    if (procedurals.size() == 0)
-        return {};
-    // Copies are made and dropped on threads that do not hold the interpreter.
-    const std::shared_ptr<nb::dict> shared(new nb::dict(std::move(procedurals)), [](nb::dict* dict) {
-        const nb::gil_scoped_acquire gil;
-        delete dict;
-    });
-    return [shared](const ingest::ProceduralRequest& request) -> std::optional<std::string> {
-        const std::string& given =
-            request.type == "DynamicLoad" && !request.arguments.empty() ? request.arguments[0] : request.type;
-        const nb::gil_scoped_acquire gil;
-        for (const std::string& name : {given, std::filesystem::path(given).stem().string()}) {
-            if (!shared->contains(name.c_str()))
-                continue;
-            try {
-                const std::string data = request.arguments.size() > 1 ? request.arguments[1] : "";
-                return nb::cast<std::string>((*shared)[name.c_str()](request.detail, data));
-            } catch (nb::python_error& e) {
-                throw Error(e.what());
-            } catch (const nb::cast_error&) {
-                throw Error("the plug-in did not return a str of RIB");
-            }
-        }
-        return std::nullopt;
-    };
-}
-
 std::shared_ptr<Scene> load(const std::string& path, const std::vector<std::string>& archive_path, int frame,
-                            bool run_programs, nb::dict procedurals) {
+                            bool run_programs, nb::dict procedurals, bool on_demand) {
     auto scene = std::make_shared<Scene>();
     ingest::RibOptions options;
     options.archive_path = archive_path;
     options.frame = frame;
     options.run_programs = run_programs;
     options.procedural = plug_ins(std::move(procedurals));
+    if (on_demand)
+        options.on_demand = &scene->delayed;
     Supervisor supervisor{nb::none()};
     supervisor.run([&] {
         ScopedTimer timer(scene->ingest_s);
@@ -266,16 +241,18 @@ void bind_render(nb::module_& m) {
     m.def(
         "load",
         [](const std::filesystem::path& path, const std::vector<std::string>& archive_path, int frame,
-           bool run_programs, nb::dict procedurals) {
-            return load(path.string(), archive_path, frame, run_programs, std::move(procedurals));
+           bool run_programs, nb::dict procedurals, bool on_demand) {
+            return load(path.string(), archive_path, frame, run_programs, std::move(procedurals), on_demand);
         },
         nb::arg("path"), nb::kw_only(), nb::arg("archive_path") = nb::list(), nb::arg("frame") = 0,
-        nb::arg("run_programs") = true, nb::arg("procedurals") = nb::dict(),
+        nb::arg("run_programs") = true, nb::arg("procedurals") = nb::dict(), nb::arg("on_demand") = false,
         "Reads a RIB file, compressed or not; '-' is standard input. What it could not make sense of is in "
         "the\n"
         "scene's journal. run_programs=False forbids Procedural \"RunProgram\". procedurals: functions by\n"
         "name, for Procedural \"DynamicLoad\" [\"name\" \"data\"]: called with the size in pixels and the\n"
-        "data, they return RIB.");
+        "data, they return RIB. on_demand=True leaves procedurals with bounds unread until a ray of a "
+        "render\n"
+        "meets them.");
     m.def(
         "convert_rib",
         [](const std::string& source, const std::string& target, bool binary, const std::string& packing,

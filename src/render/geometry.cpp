@@ -43,10 +43,34 @@ void turn_inside_out(grid::Grid& g) {
 
 class GeometryBuilder {
   public:
-    explicit GeometryBuilder(const GeometryRequest& request)
-        : m_request(request), m_out(std::make_unique<Geometry>()) {}
+    GeometryBuilder(const GeometryRequest& request, Geometry& out)
+        : m_request(request), m_out(&out), m_first_group(out.group_of_scene.size()) {}
 
-    std::unique_ptr<Geometry> run() {
+    void run() {
+        // The world comes last, whatever is added before it.
+        bvh::GroupDesc world;
+        const bool extends = !m_out->groups.empty();
+        if (extends) {
+            world = std::move(m_out->groups.back());
+            m_out->groups.pop_back();
+        }
+        bvh::GroupDesc here;
+        build(here);
+        if (!extends) {
+            world = std::move(here);
+        } else if (!here.shapes.empty() || !here.instances.empty()) {
+            m_out->transforms.push_back({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0});
+            world.instances.push_back({int(m_out->groups.size()), m_out->transforms.back()});
+            m_out->groups.push_back(std::move(here));
+            m_out->instanced = true;
+        }
+        m_out->groups.push_back(std::move(world));
+        m_request.stats.bytes.grids = m_out->store.grid_bytes();
+        m_request.stats.bytes.lobe_inputs = m_out->store.input_bytes();
+    }
+
+  private:
+    void build(bvh::GroupDesc& world) {
         const scene::Scene& scene = m_request.scene;
         rate_groups();
         m_total = scene.primitives.size();
@@ -56,30 +80,23 @@ class GeometryBuilder {
         for (size_t g = 0; g < scene.groups.size(); g++) {
             bvh::GroupDesc desc;
             // A group that nothing shows is not diced.
-            if (m_pixels_per_unit[g] > 0)
-                add_primitives(scene.groups[g].primitives, scene.groups[g].solids, Transform(),
-                               m_pixels_per_unit[g], desc);
+            if (const float rate = m_pixels_per_unit[m_first_group + g]; rate > 0)
+                add_primitives(scene.groups[g].primitives, scene.groups[g].solids, Transform(), rate, desc);
             add_instances(scene.groups[g].instances, Transform(), desc);
-            m_group.push_back(int(m_out->groups.size()));
+            m_out->group_of_scene.push_back(int(m_out->groups.size()));
             m_out->groups.push_back(std::move(desc));
         }
-        bvh::GroupDesc world;
         add_primitives(scene.primitives, scene.solids, m_request.render_from_world, 0, world);
         add_instances(scene.instances, m_request.render_from_world, world);
-        m_out->groups.push_back(std::move(world));
         share_wall_time(seconds_since(start));
-        m_request.stats.bytes.grids = m_out->store.grid_bytes();
-        m_request.stats.bytes.lobe_inputs = m_out->store.input_bytes();
-        return std::move(m_out);
     }
 
-  private:
     // The closest instance decides how finely a group is diced: pixels per unit of its own space, from the
     // top down.
     void rate_groups() {
         const scene::Scene& scene = m_request.scene;
         const dice::DicingCamera& camera = m_request.dice.camera;
-        m_pixels_per_unit.assign(scene.groups.size(), 0.0f);
+        m_pixels_per_unit.assign(m_first_group + scene.groups.size(), 0.0f);
         for (const auto& in : scene.instances)
             for (size_t i = 0; i + 12 <= in.transforms.size(); i += 12) {
                 const float* m = in.transforms.data() + i;
@@ -92,8 +109,8 @@ class GeometryBuilder {
                 m_pixels_per_unit[size_t(in.group)] =
                     std::max(m_pixels_per_unit[size_t(in.group)], rate * scale);
             }
-        for (size_t g = scene.groups.size(); g-- > 0;)
-            for (const auto& in : scene.groups[g].instances)
+        for (size_t g = m_pixels_per_unit.size(); g-- > m_first_group;)
+            for (const auto& in : scene.groups[g - m_first_group].instances)
                 for (size_t i = 0; i + 12 <= in.transforms.size(); i += 12)
                     m_pixels_per_unit[size_t(in.group)] =
                         std::max(m_pixels_per_unit[size_t(in.group)],
@@ -389,7 +406,7 @@ class GeometryBuilder {
             m_request.stats.count.instances += t.size() / 12;
             m_out->instanced |= !t.empty();
             m_out->transforms.push_back(std::move(t));
-            desc.instances.push_back({m_group[size_t(in.group)], m_out->transforms.back()});
+            desc.instances.push_back({m_out->group_of_scene[size_t(in.group)], m_out->transforms.back()});
         }
     }
 
@@ -419,11 +436,11 @@ class GeometryBuilder {
         m_out->moving |= !paths.empty();
         if (!paths.empty()) {
             m_out->paths.push_back(std::move(paths));
-            desc.instances.push_back({m_group[size_t(in.group)], {}, m_out->paths.back()});
+            desc.instances.push_back({m_out->group_of_scene[size_t(in.group)], {}, m_out->paths.back()});
         }
         if (!still.empty()) {
             m_out->transforms.push_back(std::move(still));
-            desc.instances.push_back({m_group[size_t(in.group)], m_out->transforms.back()});
+            desc.instances.push_back({m_out->group_of_scene[size_t(in.group)], m_out->transforms.back()});
         }
     }
 
@@ -437,9 +454,9 @@ class GeometryBuilder {
     }
 
     const GeometryRequest& m_request;
-    std::unique_ptr<Geometry> m_out;
+    Geometry* m_out;
+    size_t m_first_group; // of the scene's: those before it are built
     std::vector<float> m_pixels_per_unit;
-    std::vector<int> m_group; // of the scene's groups among those of the BVH
     std::atomic<double> m_dice_time{0}, m_shade_time{0};
     std::mutex m_progress_mutex;
     size_t m_done = 0, m_total = 0;
@@ -448,7 +465,13 @@ class GeometryBuilder {
 } // namespace
 
 std::unique_ptr<Geometry> build_geometry(const GeometryRequest& request) {
-    return GeometryBuilder(request).run();
+    auto geometry = std::make_unique<Geometry>();
+    GeometryBuilder(request, *geometry).run();
+    return geometry;
+}
+
+void extend_geometry(const GeometryRequest& request, Geometry& geometry) {
+    GeometryBuilder(request, geometry).run();
 }
 
 } // namespace kanuka::render

@@ -22,6 +22,7 @@ struct Geometry {
     std::vector<bvh::GroupDesc> groups;         // the last is the world
     std::vector<std::vector<float>> transforms; // what the groups' instances point to
     std::vector<std::vector<MotionPath>> paths; // and the moving ones
+    std::vector<int> group_of_scene;            // of the scene's groups among those here
     bool instanced = false;
     bool moving = false; // something moves while the shutter is open
 };
@@ -42,5 +43,8 @@ struct GeometryRequest {
 
 // Thread count changes nothing in what is built.
 std::unique_ptr<Geometry> build_geometry(const GeometryRequest& request);
+// `request.scene` is a part that goes on from what was built: its groups are numbered on, and its primitives
+// become a group of their own that stands in the world.
+void extend_geometry(const GeometryRequest& request, Geometry& geometry);
 
 } // namespace kanuka::render

@@ -166,6 +166,12 @@ int32_t Linking::passes(const scene::Attributes& a, const Location& where, Journ
     return bits;
 }
 
+void Linking::add(const scene::Scene& part, Journal& journal) {
+    add_primitives(part.primitives, journal);
+    for (const scene::Group& g : part.groups)
+        add_primitives(g.primitives, journal);
+}
+
 store::Links Linking::of(const scene::Attributes* attributes) const {
     const auto found = m_links.find(attributes);
     return found == m_links.end() ? store::Links{} : found->second;

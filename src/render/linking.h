@@ -20,6 +20,8 @@ class Linking {
     Linking(const scene::Scene& scene, Journal& journal);
     store::Links of(const scene::Attributes* attributes) const;
     void apply(std::vector<scene::Light>& lights) const;
+    // A part that is read later: its receivers; lights in it have no names.
+    void add(const scene::Scene& part, Journal& journal);
 
   private:
     struct Name {

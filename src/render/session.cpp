@@ -3,14 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <numeric>
 #include <sys/resource.h>
 
 #include "base/tasks.h"
 #include "render/aovs.h"
 #include "render/color_setup.h"
 #include "render/geometry.h"
+#include "render/light_pictures.h"
+#include "render/on_demand.h"
 #include "scene/shutter.h"
-#include "shade/ies.h"
 #include "shade/lights.h"
 #include "transport/kernel.h"
 #include "transport/scene_data.h"
@@ -49,7 +51,7 @@ class BatchSession {
     BatchSession(const scene::Scene& scene, const Overrides& o, Journal& journal, Stats& stats,
                  const Progress& progress)
         : m_scene(scene), m_journal(journal), m_stats(stats), m_progress(progress), m_lanes(o.lanes),
-          m_standard_shaders(o.standard_shaders), m_options(scene.options) {
+          m_standard_shaders(o.standard_shaders), m_delayed(o.delayed), m_options(scene.options) {
         m_options.width = o.width.value_or(m_options.width);
         m_options.height = o.height.value_or(m_options.height);
         if (m_options.width < 1 || m_options.height < 1 ||
@@ -117,41 +119,33 @@ class BatchSession {
         so.camera_from_render = m_camera.camera_from_render;
         so.aovs = m_aovs.names();
         m_shading = shade::ShadingSystem::create(so, m_scene, m_journal, m_stats);
-        const Linking linking(m_scene, m_journal);
-        const auto clips = clipping_planes();
-        m_geometry =
-            build_geometry({m_scene, *m_shading, *m_color.palette, m_dice, m_camera.render_from_world,
-                            shutter(), m_journal, m_stats, m_progress, linking, clips});
-        {
-            const ScopedTimer timer(m_stats.time.bvh_s);
-            m_progress.update("build", 0);
-            number_emitters();
-            const bool compact = m_stats.count.traced_polygons > 1000000;
-            m_bvh = std::make_unique<bvh::Scene>(m_geometry->store, m_geometry->groups, compact);
-            m_bvh->clip(clips);
-            m_stats.bytes.bvh = m_bvh->bytes();
-            m_progress.update("build", 1);
+        m_linking = std::make_unique<Linking>(m_scene, m_journal);
+        m_clips = clipping_planes();
+        m_geometry = build_geometry(request_for(m_scene));
+        if (m_delayed) {
+            const int megabytes = m_options.user.get_int("limits:proceduralmemory", 0);
+            m_on_demand =
+                std::make_unique<OnDemand>(*m_delayed, m_camera.render_from_world,
+                                           uint64_t(std::max(megabytes, 0)) << 20, m_journal, m_stats);
+            m_on_demand->build_known(resident_bytes(),
+                                     [&](const scene::Scene& part) { return add_part(part); });
         }
-        m_aovs.find(m_geometry->store.programs(), m_scene.file, m_journal);
-        transport::SceneInputs in;
-        in.aov_is_color = m_aovs.is_color();
-        in.store = &m_geometry->store;
-        in.bvh = m_bvh.get();
-        in.groups = m_geometry->groups;
-        in.instanced = m_geometry->instanced;
+        build_bvh();
+        Journal unheard; // what is not read yet may have them
+        m_aovs.find(m_geometry->store.programs(), m_scene.file, m_on_demand ? unheard : m_journal);
+        transport::SceneInputs& in = m_inputs;
         in.lights = m_scene.lights;
         for (scene::Light& l : m_shading->lights(m_scene.light_shaders, world_bounds()))
             in.lights.push_back(std::move(l));
         for (scene::Light& l : in.lights)
             shade::resolve_light_color(l, *m_color.palette, m_color.folders, m_journal);
-        linking.apply(in.lights);
+        m_linking->apply(in.lights);
         in.palette = m_color.palette.get();
         in.sensor = &m_color.sensor;
-        load_environment(in);
-        load_tables(in);
+        load_environment(in, m_color.palette->space(), m_journal);
+        load_tables(in, m_journal);
         in.render_from_world = m_camera.render_from_world;
         in.camera = m_camera.view;
-        in.moving = m_geometry->moving;
         if (const auto fault = scene::fault_of_opening(m_options.shutter_opening))
             m_journal.warning({m_scene.file}, "the shutter's opening is not used: " + *fault);
         else
@@ -175,8 +169,58 @@ class BatchSession {
         in.max_depth = m_options.max_depth;
         in.volume_depth = m_options.volume_depth;
         in.seed = m_options.seed;
-        m_view = transport::make_scene_view(in, m_journal);
+        make_view();
+    }
+
+    GeometryRequest request_for(const scene::Scene& scene) {
+        return {scene,     *m_shading, *m_color.palette, m_dice,     m_camera.render_from_world,
+                shutter(), m_journal,  m_stats,          m_progress, *m_linking,
+                m_clips};
+    }
+
+    // What follows from the geometry as it is now.
+    void build_bvh() {
+        const ScopedTimer timer(m_stats.time.bvh_s);
+        m_progress.update("build", 0);
+        number_emitters();
+        const bool compact = m_stats.count.traced_polygons > 1000000;
+        m_bvh.reset();
+        m_bvh = std::make_unique<bvh::Scene>(m_geometry->store, m_geometry->groups, compact);
+        m_bvh->clip(m_clips);
+        m_bvh->watch_by(m_on_demand ? m_on_demand->watch() : nullptr);
+        m_stats.bytes.bvh = m_bvh->bytes();
+        m_progress.update("build", 1);
+    }
+    void make_view() {
+        m_inputs.aov_is_color = m_aovs.is_color();
+        m_inputs.store = &m_geometry->store;
+        m_inputs.bvh = m_bvh.get();
+        m_inputs.groups = m_geometry->groups;
+        m_inputs.instanced = m_geometry->instanced;
+        m_inputs.moving = m_geometry->moving;
+        m_kernels.clear();
+        m_view = transport::make_scene_view(m_inputs, m_journal);
         m_stats.bytes.textures = m_shading->texture_bytes();
+    }
+
+    // ---- procedurals that rays have met
+    uint64_t resident_bytes() const {
+        return m_geometry->store.grid_bytes() + m_geometry->store.input_bytes();
+    }
+    uint64_t add_part(const scene::Scene& part) {
+        m_linking->add(part, m_journal);
+        extend_geometry(request_for(part), *m_geometry);
+        return resident_bytes();
+    }
+    // True: there is more to be traced now.
+    bool read_what_was_met() {
+        if (!m_on_demand || !m_on_demand->read_met([&](const scene::Scene& part) { return add_part(part); }))
+            return false;
+        build_bvh();
+        Journal unheard;
+        m_aovs.find(m_geometry->store.programs(), m_scene.file, unheard);
+        make_view();
+        return true;
     }
 
     // Clipping planes in render space. They are the camera's: one that moves has left them where they were.
@@ -205,72 +249,13 @@ class BatchSession {
     }
 
     Bounds3f world_bounds() const {
-        const Bounds3f b = m_bvh->bounds();
+        Bounds3f b = m_bvh->bounds();
+        if (m_on_demand)
+            b.extend(m_on_demand->bounds());
         if (b.empty())
             return b;
         const Vec3f eye{float(m_camera.eye[0]), float(m_camera.eye[1]), float(m_camera.eye[2])};
         return {b.lo + eye, b.hi + eye};
-    }
-
-    void load_environment(transport::SceneInputs& in) {
-        for (scene::Light& light : in.lights) {
-            if (light.kind != scene::Light::Kind::Environment || in.map.width > 0)
-                continue;
-            if (light.table) {
-                in.map = {light.table->width, light.table->height, light.table->rgb};
-                continue;
-            }
-            if (light.texture.empty())
-                continue;
-            try {
-                const film::Picture picture = film::read_exr(light.texture);
-                const auto *r = picture.find("R"), *g = picture.find("G"), *b = picture.find("B");
-                if (!r || !g || !b)
-                    throw Error("it has no R, G and B channels");
-                in.map.width = picture.width;
-                in.map.height = picture.height;
-                in.map.rgb.resize(r->data.size() * 3);
-                // A file that names its space is brought to the scene's; others are taken to be in it.
-                const color::Space space = m_color.palette->space();
-                const bool converts = picture.names_space && picture.space != space;
-                const color::Matrix3 matrix = color::convert(picture.space, space);
-                for (size_t i = 0; i < r->data.size(); i++) {
-                    in.map.rgb[3 * i] = r->data[i];
-                    in.map.rgb[3 * i + 1] = g->data[i];
-                    in.map.rgb[3 * i + 2] = b->data[i];
-                    if (converts) {
-                        const Rgb c = color::transform(matrix, {r->data[i], g->data[i], b->data[i]});
-                        for (int k = 0; k < 3; k++)
-                            in.map.rgb[3 * i + size_t(k)] = std::max(c[k], 0.0f);
-                    }
-                }
-            } catch (const Error& e) {
-                m_journal.error(light.where, "the environment picture \"" + light.texture +
-                                                 "\" cannot be used (" + e.what() +
-                                                 "); give a latitude-longitude OpenEXR file");
-                light.texture.clear();
-            }
-        }
-    }
-
-    // Pictures on quads, photometric profiles of points and spots.
-    void load_tables(transport::SceneInputs& in) {
-        using Kind = scene::Light::Kind;
-        constexpr int MostColumns = 1024;
-        for (scene::Light& light : in.lights) {
-            if (light.kind == Kind::Quad && !light.texture.empty()) {
-                if (auto picture = shade::read_latlong(light.texture, MostColumns, light.where, m_journal)) {
-                    auto table = std::make_shared<scene::LightTable>();
-                    table->width = picture->width, table->height = picture->height;
-                    for (float& v : picture->rgb)
-                        v = std::isfinite(v) ? std::clamp(v, 0.0f, 1e6f) : 0.0f;
-                    table->rgb = std::move(picture->rgb);
-                    light.table = std::move(table);
-                }
-            } else if ((light.kind == Kind::Point || light.kind == Kind::Spot) && !light.profile.empty()) {
-                light.table = shade::read_ies(light.profile, light.where, m_journal);
-            }
-        }
     }
 
     void trace() {
@@ -287,9 +272,17 @@ class BatchSession {
         int from = 0;
         while (from < m_progressions && !m_progress.cancelled()) {
             const int to = std::min(m_progressions, from == 0 ? 1 : from + 8);
-            tasks::parallel_for(m_done.size(), [&](size_t bucket) {
+            // Buckets whose paths have met procedurals that are not read are done again when they are.
+            std::vector<size_t> todo(m_done.size());
+            std::iota(todo.begin(), todo.end(), size_t(0));
+            std::vector<uint8_t> again(m_done.size());
+            const auto trace_bucket = [&](size_t index) {
+                const size_t bucket = todo[index];
                 if (m_progress.cancelled())
                     return;
+                const bvh::Watch* const watch = m_on_demand ? m_on_demand->watch() : nullptr;
+                const uint64_t met = watch ? watch->noted_here() : 0;
+                const BucketSums before = watch ? take_sums(int(bucket), across) : BucketSums();
                 std::unique_ptr<transport::Kernel> kernel = take_kernel();
                 transport::BatchCounts counts;
                 transport::BatchRequest r;
@@ -305,18 +298,69 @@ class BatchSession {
                     r.progression = uint32_t(p);
                     kernel->trace(r, counts);
                 }
-                m_done[bucket] = to;
                 give_kernel(std::move(kernel));
+                if (watch && watch->noted_here() != met) {
+                    put_sums(int(bucket), across, before);
+                    m_stats.count.rays += counts.rays;
+                    again[bucket] = 1;
+                    return;
+                }
+                m_done[bucket] = to;
                 count(counts);
                 const uint64_t n = finished += uint64_t(to - from);
                 const std::lock_guard lock(m_mutex);
                 m_progress.update("progressions", double(n) / double(work));
-            });
+            };
+            for (;;) {
+                tasks::parallel_for(todo.size(), trace_bucket);
+                if (m_progress.cancelled() || !read_what_was_met())
+                    break;
+                std::erase_if(todo, [&](size_t bucket) { return again[bucket] == 0; });
+                std::fill(again.begin(), again.end(), uint8_t(0));
+            }
             if (from == 0)
                 m_stats.time.first_pixel_s =
                     m_stats.time.ingest_s + std::chrono::duration<double>(Clock::now() - m_start).count();
             from = to;
         }
+        if (m_on_demand) {
+            m_on_demand->report({m_scene.file});
+            m_aovs.find(m_geometry->store.programs(), m_scene.file, m_journal);
+        }
+    }
+
+    // What a bucket's pixels hold, to be put back.
+    struct BucketSums {
+        std::vector<transport::PixelSums> pixels;
+        std::vector<float> aovs;
+    };
+    template <class Visit> // visit(first pixel of a row, pixels)
+    void rows_of(int bucket, int across, Visit visit) {
+        const int width = m_window.x1 - m_window.x0, height = m_window.y1 - m_window.y0;
+        const int x0 = bucket % across * BucketSize, y0 = bucket / across * BucketSize;
+        for (int y = y0; y < std::min(y0 + BucketSize, height); y++)
+            visit(size_t(y) * size_t(width) + size_t(x0), size_t(std::min(BucketSize, width - x0)));
+    }
+    BucketSums take_sums(int bucket, int across) {
+        BucketSums sums;
+        const size_t n = m_view.aov_is_color.size();
+        rows_of(bucket, across, [&](size_t first, size_t count) {
+            sums.pixels.insert(sums.pixels.end(), m_pixels.begin() + ptrdiff_t(first),
+                               m_pixels.begin() + ptrdiff_t(first + count));
+            sums.aovs.insert(sums.aovs.end(), m_aov_sums.begin() + ptrdiff_t(n * first),
+                             m_aov_sums.begin() + ptrdiff_t(n * (first + count)));
+        });
+        return sums;
+    }
+    void put_sums(int bucket, int across, const BucketSums& sums) {
+        const size_t n = m_view.aov_is_color.size();
+        size_t at = 0;
+        rows_of(bucket, across, [&](size_t first, size_t count) {
+            std::copy_n(sums.pixels.begin() + ptrdiff_t(at), count, m_pixels.begin() + ptrdiff_t(first));
+            std::copy_n(sums.aovs.begin() + ptrdiff_t(n * at), n * count,
+                        m_aov_sums.begin() + ptrdiff_t(n * first));
+            at += count;
+        });
     }
 
     std::unique_ptr<transport::Kernel> take_kernel() {
@@ -472,6 +516,7 @@ class BatchSession {
     const Progress& m_progress;
     int m_lanes;
     std::string m_standard_shaders;
+    scene::Delayed* m_delayed;
     scene::Options m_options;
     transport::IntegratorChoice m_integrator;
     transport::BatchCounts m_fireflies; // those alone
@@ -484,8 +529,12 @@ class BatchSession {
     PlacedCamera m_camera;
     dice::DiceOptions m_dice;
     std::unique_ptr<shade::ShadingSystem> m_shading;
+    std::unique_ptr<Linking> m_linking;
+    std::vector<bvh::Scene::Plane> m_clips;
     std::unique_ptr<Geometry> m_geometry;
+    std::unique_ptr<OnDemand> m_on_demand;
     std::unique_ptr<bvh::Scene> m_bvh;
+    transport::SceneInputs m_inputs;
     std::unique_ptr<film::Filter> m_filter;
     transport::SceneView m_view;
 

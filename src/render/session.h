@@ -8,7 +8,7 @@
 #include "base/progress.h"
 #include "base/stats.h"
 #include "film/film.h"
-#include "scene/scene.h"
+#include "scene/delayed.h"
 
 namespace kanuka::render {
 
@@ -24,6 +24,7 @@ struct Overrides {
     std::optional<std::array<float, 2>> shutter; // opens, closes; equal = no motion blur
     int lanes = 0;                               // transport and shading lanes: 1, 8, 16; 0 = widest
     std::string standard_shaders;                // folder
+    scene::Delayed* delayed = nullptr;           // procedurals to be read when rays meet them
 };
 
 struct Result {

@@ -64,6 +64,13 @@ Session* current() {
     return contexts().current;
 }
 
+Redirect::Redirect(Session& session) : m_before(contexts().current) {
+    contexts().current = &session;
+}
+Redirect::~Redirect() {
+    contexts().current = m_before;
+}
+
 } // namespace kanuka::ri
 
 using namespace kanuka;

@@ -6,6 +6,7 @@
 
 #include "film/film.h"
 #include "render/session.h"
+#include "ri/plug_in.h"
 
 namespace kanuka::ri {
 
@@ -34,8 +35,21 @@ Session::Session(const std::string& name) : m_source(ingest::Source::from_text("
     } else {
         m_journal.set_listener(heard, this);
     }
+    ingest::RibOptions options;
+    options.procedural = expand_by_library;
+    m_reader = std::make_unique<ingest::Reader>(m_journal, ingest::FrameChoice{}, options, *m_source);
+}
+
+Session::Session(Recording& recording)
+    : next_handle(1 << 30), m_recording(&recording), m_source(ingest::Source::from_text("", "")) {
+    m_output = ingest::output_to(recording.text);
+    m_writer = std::make_unique<ingest::Writer>(*m_output, ingest::Writer::Form::Ascii);
     m_reader =
         std::make_unique<ingest::Reader>(m_journal, ingest::FrameChoice{}, ingest::RibOptions{}, *m_source);
+    ingest::Call world;
+    world.spec = ingest::find_request("WorldBegin");
+    world.where = where();
+    m_reader->call(world);
 }
 
 void Session::finish() {
@@ -95,6 +109,11 @@ const std::string* Session::handle(RtPointer pointer) const {
 void Session::report(RtInt code, RtInt severity, const std::string& message) {
     if (code != RIE_NOERROR)
         RiLastError = code;
+    if (m_recording) {
+        if (severity >= RIE_WARNING)
+            m_recording->problems += (m_recording->problems.empty() ? "" : "; ") + message;
+        return;
+    }
     if (error_handler) {
         std::string text = message; // handlers take char*
         error_handler(code, severity, text.data());

@@ -16,6 +16,12 @@ class Session {
     // Empty: renders. NAME.rib, .rib.gz, .rib.zst: writes. Throws Error where that cannot be.
     explicit Session(const std::string& name);
 
+    // Writes into `text`, as what stands in a world: what a plug-in's calls become (plug_in.h).
+    struct Recording {
+        std::string text, problems;
+    };
+    explicit Session(Recording& recording);
+
     void execute(ingest::Call& call);
     void comment(const std::string& text);
     void finish(); // RiEnd
@@ -35,6 +41,7 @@ class Session {
 
   private:
     void render_world();
+    Recording* m_recording = nullptr;
     Journal m_journal;
     std::shared_ptr<const ingest::Source> m_source; // of no bytes: calls have no file
     std::unique_ptr<ingest::Reader> m_reader;
@@ -46,6 +53,16 @@ class Session {
 
 // The session of RiBegin or RiContext; null = none.
 Session* current();
+// While it lives calls go to another session.
+class Redirect {
+  public:
+    explicit Redirect(Session& session);
+    ~Redirect();
+    Redirect(const Redirect&) = delete;
+
+  private:
+    Session* m_before;
+};
 
 // How many values the primitive of a call has of each storage class, by its arguments.
 struct Lengths {

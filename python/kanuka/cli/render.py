@@ -129,7 +129,7 @@ def run(arguments: argparse.Namespace) -> int:
 def render(arguments: argparse.Namespace, started: float, interruption: Interruption) -> int:
     bar = ProgressBar(arguments.quiet)
     bar.update("ingest", 0)
-    scene = kanuka.load(arguments.scene, frame=arguments.frame, run_programs=not arguments.no_programs)
+    scene = kanuka.load(arguments.scene, frame=arguments.frame, run_programs=not arguments.no_programs, on_demand=True)
     printer = messages.Printer(scene.journal)
     bar.between = printer.flush
     bar.finish()

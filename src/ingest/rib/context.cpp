@@ -1,5 +1,6 @@
 #include "ingest/rib/context.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "ingest/rib/handlers.h"
@@ -183,6 +184,34 @@ bool Context::close(BlockKind kind, const Location& where) {
     restore(m_blocks.back());
     m_blocks.pop_back();
     return true;
+}
+
+// ---- procedurals that wait --------------------------------------------------------------------------
+
+bool Context::may_delay() const {
+    return delayed && m_in_world && m_open_object < 0 && attributes.solid < 0 && ctm_keys.empty() &&
+           options.options.user.get_int("procedural:ondemand", 1) != 0 &&
+           std::ranges::none_of(m_blocks, [](const Block& b) { return b.kind == BlockKind::Motion; });
+}
+
+void Context::reopen_world() {
+    m_scene = {};
+    m_scene.journal = &reports.journal();
+    m_in_world = true;
+    m_lights_before = lights.size();
+    open(BlockKind::World, m_world_where);
+}
+
+scene::Scene Context::close_world() {
+    end_world(m_world_where);
+    if (lights.size() > m_lights_before) {
+        reports.once(Severity::Warning, "light in a procedural", m_world_where,
+                     "a LightSource in a procedural that was read on demand was left out: say Option "
+                     "\"procedural\" \"int ondemand\" [0], or declare it outside");
+        lights.truncate(m_lights_before);
+    }
+    m_next_id = objects.finish(m_scene, m_next_id);
+    return std::move(m_scene);
 }
 
 // ---- objects ----------------------------------------------------------------------------------------

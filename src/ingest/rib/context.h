@@ -59,6 +59,8 @@ struct FrameChoice {
     bool take_depth_pass = false; // a frame that writes depth alone counts as a picture
 };
 
+class OnDemand;
+
 class Context {
   public:
     Context(Stream& stream, Declarations& declarations, Journal& journal, FrameChoice frame,
@@ -93,7 +95,14 @@ class Context {
     const std::vector<std::string> extra_archive_path;
     RibOptions rib_options; // set by whoever makes the context
     Programs programs;
-    size_t procedurals = 0; // expanded so far
+    size_t procedurals = 0;      // expanded so far
+    OnDemand* delayed = nullptr; // where those go that can wait; null = they are expanded at once
+    // Where nothing around a procedural ties it to its place in the file.
+    bool may_delay() const;
+    // What stands in a world that has ended already: requests from here on make a scene of their own, whose
+    // groups are numbered on.
+    void reopen_world();
+    scene::Scene close_world();
 
     Scope scope() const;
     bool in_world() const { return m_in_world; }
@@ -146,7 +155,7 @@ class Context {
     std::vector<int> m_frames_seen;
     Location m_world_where;
     Transform m_camera_from_world;
-    size_t m_frame_lights = 0;
+    size_t m_frame_lights = 0, m_lights_before = 0;
     int m_next_id = 1;
     int m_open_object = -1;
     Transform m_object_outer; // the transformation at ObjectBegin

@@ -131,7 +131,8 @@ constexpr Standard StandardDeclarations[] = {
     {"constant normal", "constantnormal"},
     {"uniform integer", "gridsize texturememory geocachememory eyesplits endofframe maxdepth volumedepth "
                         "progressions seed diceflatness "
-                        "camera truedisplacement strictdirections arrayroom"},
+                        "camera truedisplacement strictdirections arrayroom proceduralmemory offscreen "
+                        "runprograms ondemand"},
     {"uniform integer[2]", "bucketsize origin"},
     {"uniform float[4]", "quantize"},
     {"uniform float", "geometrytolerance normaltolerance"},
@@ -155,7 +156,9 @@ Declarations::Declarations() {
     }
 }
 
-void Declarations::declare(std::string_view name, const Declaration& declaration) {
+void Declarations::declare(std::string_view name, const Declaration& declaration, std::string_view text) {
+    if (!text.empty())
+        m_own.insert(m_own.end(), {std::string(name), std::string(text)});
     m_map.insert_or_assign(std::string(name), declaration);
 }
 

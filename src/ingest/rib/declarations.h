@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "scene/values.h"
 
@@ -30,13 +31,16 @@ std::optional<InlineDeclaration> parse_declaration(std::string_view text, bool n
 class Declarations {
   public:
     Declarations(); // the standard ones
-    void declare(std::string_view name, const Declaration& declaration);
+    // `text`: as a scene wrote it; those are kept, for whoever makes RIB to be read here.
+    void declare(std::string_view name, const Declaration& declaration, std::string_view text = {});
+    const std::vector<std::string>& own() const { return m_own; } // name, text, name, text, …
     const Declaration* find(std::string_view name) const;
     // The declared name nearest to a misspelled one; empty = none is near.
     std::string_view nearest(std::string_view name) const;
 
   private:
     std::map<std::string, Declaration, std::less<>> m_map;
+    std::vector<std::string> m_own;
 };
 
 } // namespace kanuka::ingest

@@ -16,7 +16,7 @@ void declare(Context& c, Call& call) {
                 (parsed ? "the declaration \"" + call.text(1) + "\" must not hold a name" : problem));
         return;
     }
-    c.declarations.declare(call.text(0), parsed->declaration);
+    c.declarations.declare(call.text(0), parsed->declaration, call.text(1));
 }
 
 void frame_begin(Context& c, Call& call) {

@@ -5,6 +5,7 @@
 
 #include "ingest/rib/context.h"
 #include "ingest/rib/handlers.h"
+#include "ingest/rib/on_demand.h"
 #include "ingest/rib/search_path.h"
 #include "ingest/rib/view_bound.h"
 
@@ -14,12 +15,14 @@ using scene::Value;
 
 namespace {
 
-struct Request {
-    std::string type; // DelayedReadArchive, RunProgram, DynamicLoad, or a plug-in's own
-    std::vector<std::string> arguments;
-    std::vector<float> bound; // may be empty
-    Location where;           // copies: what is expanded reuses the call
-};
+using Request = ProceduralCall;
+
+Bounds3f box_of(const std::vector<float>& bound) {
+    Bounds3f b;
+    b.extend(Vec3f(bound[0], bound[2], bound[4]));
+    b.extend(Vec3f(bound[1], bound[3], bound[5]));
+    return b;
+}
 
 std::vector<std::string> folders_of(Context& c) {
     std::vector<std::string> folders{c.stream.folder()};
@@ -38,8 +41,13 @@ void fail(Context& c, const Request& r, const std::string& why) {
                         (r.arguments.empty() ? "" : " \"" + r.arguments[0] + "\"") + " was left out: " + why);
 }
 
+// Code of others: programs, and the libraries and scripts of DynamicLoad.
+bool may_run(const Context& c) {
+    return c.rib_options.run_programs && c.options.options.user.get_int("procedural:runprograms", 1) != 0;
+}
+
 bool run_program(Context& c, const Request& r, double detail) {
-    if (!c.rib_options.run_programs || c.options.options.user.get_int("procedural:runprograms", 1) == 0) {
+    if (!may_run(c)) {
         fail(c, r,
              "running programs is forbidden; run it beforehand, save its RIB, and use "
              "\"DelayedReadArchive\"");
@@ -64,7 +72,9 @@ bool ask_plug_in(Context& c, const Request& r, double detail) {
         return false;
     std::optional<std::string> rib;
     try {
-        rib = c.rib_options.procedural({r.type, r.arguments, detail, r.where});
+        rib =
+            c.rib_options.procedural({r.type, r.arguments, detail, r.where, r.bound, folders_of(c),
+                                      r.parameters, c.declarations.own(), c.scope() == InObject, may_run(c)});
     } catch (const std::exception& e) {
         fail(c, r, e.what());
         return true;
@@ -85,20 +95,34 @@ void expand(Context& c, const Request& r) {
     }
     if (!c.attributes.detail_visible)
         return;
-    double detail = std::numeric_limits<double>::infinity();
     bool bounded = r.bound.size() == 6;
     for (const float f : r.bound)
         bounded &= std::isfinite(f);
     if (bounded) {
-        Bounds3f b;
-        b.extend(Vec3f(r.bound[0], r.bound[2], r.bound[4]));
-        b.extend(Vec3f(r.bound[1], r.bound[3], r.bound[5]));
+        const Bounds3f b = box_of(r.bound);
         const ViewBound view = view_bound(c, b, c.camera_from_current());
-        detail = view.area;
         // Rays reach what lies beside the picture; who knows that nothing there matters may say so.
         if (view.outside && c.options.options.user.get_int("procedural:offscreen", 1) == 0)
             return;
+        if (c.may_delay()) {
+            Bounds3f world;
+            for (int corner = 0; corner < 8; corner++)
+                world.extend(c.ctm.point({corner & 1 ? b.hi.x : b.lo.x, corner & 2 ? b.hi.y : b.lo.y,
+                                          corner & 4 ? b.hi.z : b.lo.z}));
+            c.lights.shine_on(c.attributes);
+            c.delayed->add(r, c, world);
+            return;
+        }
     }
+    expand_procedural(c, r);
+}
+
+} // namespace
+
+void expand_procedural(Context& c, const Request& r) {
+    double detail = std::numeric_limits<double>::infinity();
+    if (r.bound.size() == 6)
+        detail = view_bound(c, box_of(r.bound), c.camera_from_current()).area;
     if (!std::isfinite(detail)) // as other renderers have it
         detail = 1e38;
     c.open(BlockKind::Attribute, r.where);
@@ -120,10 +144,8 @@ void expand(Context& c, const Request& r) {
         c.close(BlockKind::Attribute, r.where);
 }
 
-} // namespace
-
 void procedural(Context& c, Call& call) {
-    Request r{call.text(0), call.args[1].strings, call.args[2].floats, call.where};
+    Request r{call.text(0), call.args[1].strings, call.args[2].floats, call.where, {}};
     // Bindings may give the bound of a world as a multiple of RI_INFINITY: no bound.
     for (const float f : r.bound)
         if (!(std::abs(f) < 1e30f)) {
@@ -134,7 +156,7 @@ void procedural(Context& c, Call& call) {
 }
 
 void procedural2(Context& c, Call& call) {
-    Request r{call.text(0), {}, {}, call.where};
+    Request r{call.text(0), {}, {}, call.where, {}};
     if (r.type.ends_with("2"))
         r.type.pop_back();
     if (call.text(1) == "SimpleBound") {
@@ -151,7 +173,8 @@ void procedural2(Context& c, Call& call) {
         if (const std::string text = call.params.get_string(name, "");
             !text.empty() && r.arguments.size() == 1)
             r.arguments.push_back(text);
-    // Other parameters reach programs and plug-ins as "name=value" words.
+    r.parameters = call.params;
+    // Other parameters reach programs as "name=value" words; plug-ins get them as they are, too.
     if (r.arguments.size() == 1) {
         std::string words;
         for (const Value& v : call.params.values) {

@@ -58,6 +58,14 @@ void Lights::shine(AttributeState& attributes) {
         attributes.edit(0).lights_on = m_names;
 }
 
+void Lights::shine_on(const AttributeState& attributes) {
+    if (attributes.lights == m_last)
+        return;
+    AttributeState copy;
+    copy.lights = attributes.lights;
+    shine(copy);
+}
+
 void Lights::place(const Transform& world_from_camera) {
     for (scene::ShaderRef& light : m_lights)
         scene::transform_shader(world_from_camera, light);

@@ -18,6 +18,8 @@ class Lights {
                     const Location& where);
     // A primitive is declared under this attribute state.
     void shine(AttributeState& attributes);
+    // Primitives may come under it later.
+    void shine_on(const AttributeState& attributes);
     // WorldBegin: what was declared in camera space gets its place in the world.
     void place(const Transform& world_from_camera);
     // The lights that are on for at least one primitive, in order of declaration.

@@ -217,7 +217,7 @@ int Objects::group_for(scene::Scene& scene, int object, const std::shared_ptr<co
     int first_id = 0;
     group.solids = record(object).solids;
     group.instances = children.take(first_id);
-    const int index = int(scene.groups.size());
+    const int index = m_groups_before + int(scene.groups.size());
     scene.groups.push_back(std::move(group));
     ObjectRecord& r = record(object);
     r.looks.emplace(look_hash(*attributes), ObjectRecord::Variant{attributes, index});
@@ -231,15 +231,18 @@ void Objects::instance(scene::Scene& scene, int object, const std::shared_ptr<co
 }
 
 void Objects::forget_groups() {
+    m_groups_before = 0;
     for (ObjectRecord& r : m_records) {
         r.looks.clear();
         r.by_pointer.clear();
     }
 }
 
-void Objects::finish(scene::Scene& scene, int next_id) {
+int Objects::finish(scene::Scene& scene, int next_id) {
     for (scene::Group::Instances& instances : m_instances.take(next_id))
         scene.instances.push_back(std::move(instances));
+    m_groups_before += int(scene.groups.size());
+    return next_id;
 }
 
 } // namespace kanuka::ingest

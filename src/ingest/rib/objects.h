@@ -52,9 +52,10 @@ class Objects {
     // One more instance in the world.
     void instance(scene::Scene& scene, int object, const std::shared_ptr<const scene::Attributes>& attributes,
                   const Transform& world_from_object, const std::vector<TransformKey>& moving);
-    // Writes the instances to the scene; ids go on from `next_id`.
-    void finish(scene::Scene& scene, int next_id);
-    void forget_groups(); // another scene begins; the objects stay
+    // Writes the instances to the scene; ids go on from `next_id`, and where they end is returned. The next
+    // scene's groups are numbered on from this one's.
+    int finish(scene::Scene& scene, int next_id);
+    void forget_groups(); // another scene begins, with groups of its own; the objects stay
 
   private:
     int group_for(scene::Scene& scene, int object, const std::shared_ptr<const scene::Attributes>& attributes,
@@ -62,6 +63,7 @@ class Objects {
     std::vector<ObjectRecord> m_records;
     std::map<std::string, int> m_handles;
     InstanceLists m_instances;
+    int m_groups_before = 0; // of scenes that this one goes on from
 };
 
 // What a primitive inside an object looks like: `own` where its bits are set, else `inherited`.

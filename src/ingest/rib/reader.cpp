@@ -60,6 +60,17 @@ void Reader::run(Lexer& lexer) {
         m_outermost_lexer = nullptr;
 }
 
+void Reader::resume(const std::string& file, const std::function<void()>& work) {
+    const std::shared_ptr<const Source> nothing = Source::from_text("", file);
+    Lexer lexer(nothing, 0, 0);
+    m_lexer = &lexer;
+    m_outermost_lexer = &lexer;
+    m_stopped = false; // the end of a frame stops reading
+    work();
+    m_lexer = nullptr;
+    m_outermost_lexer = nullptr;
+}
+
 double Reader::progress() const {
     return m_outermost_lexer && m_outermost_lexer->end() > 0
                ? double(m_outermost_lexer->position()) / double(m_outermost_lexer->end())

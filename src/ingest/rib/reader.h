@@ -30,6 +30,8 @@ class Reader final : public Stream {
     void call(Call& call);
     // From here on calls go to a sink as they were written: parameters neither checked nor declared away.
     void pass_on(CallSink& sink) { m_sink = &sink; }
+    // Does what a file asked for as if its reading stood there: archives are looked for beside it.
+    void resume(const std::string& file, const std::function<void()>& work);
     // False: reported, nothing was read.
     bool read_archive_file(const std::string& name, const Location& where);
 

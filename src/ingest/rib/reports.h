@@ -19,6 +19,7 @@ class Reports {
     enum class Mode : uint8_t { Print, Ignore, Abort };
     Mode mode = Mode::Print;
 
+    Journal& journal() { return m_journal; }
     // One entry a place. `kind` names the message's sort: after MaxPlaces of one sort the rest are counted in
     // one entry, for a broken exporter may make the same mistake a million times.
     void at(Severity severity, std::string_view kind, const Location& where, std::string message);

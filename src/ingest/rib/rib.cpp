@@ -1,5 +1,6 @@
 #include "ingest/rib/rib.h"
 
+#include "ingest/rib/on_demand.h"
 #include "ingest/rib/reader.h"
 
 namespace kanuka::ingest {
@@ -9,7 +10,12 @@ static scene::Scene read_source(const std::shared_ptr<const Source>& source, con
     // Shadow-map passes are passed over. Where a file holds nothing else, the first of them is what is
     // wanted.
     for (const bool take_depth_pass : {false, true}) {
-        Reader reader(journal, {options.frame, take_depth_pass}, options, *source);
+        const auto owner =
+            std::make_shared<Reader>(journal, FrameChoice{options.frame, take_depth_pass}, options, *source);
+        Reader& reader = *owner;
+        std::shared_ptr<OnDemand> delayed;
+        if (options.on_demand)
+            delayed = std::make_shared<OnDemand>(), reader.context().delayed = delayed.get();
         reader.run(source);
         Context& context = reader.context();
         if (!take_depth_pass && !context.world_done() && context.depth_pass_skipped())
@@ -30,6 +36,10 @@ static scene::Scene read_source(const std::shared_ptr<const Source>& source, con
         }
         scene::Scene scene = std::move(context.scene());
         scene.file = source->name();
+        if (delayed && !delayed->bounds().empty()) {
+            delayed->take(owner, source);
+            *options.on_demand = delayed;
+        }
         return scene;
     }
     return {};

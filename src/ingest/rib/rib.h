@@ -2,10 +2,11 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
-#include "scene/scene.h"
+#include "scene/delayed.h"
 
 namespace kanuka::ingest {
 
@@ -15,6 +16,13 @@ struct ProceduralRequest {
     std::vector<std::string> arguments;
     double detail; // pixels of its bound's image; 1e38 where that has no end
     Location where;
+    std::vector<float> bound = {};         // in the current space, as RiBound; empty = none
+    std::vector<std::string> folders = {}; // where what it names is looked for
+    scene::ValueList parameters = {};      // of Procedural2
+    std::vector<std::string> declared =
+        {};                 // "name" "declaration" …: the scene's own, for who makes RIB of it
+    bool in_object = false; // between ObjectBegin and ObjectEnd
+    bool may_run = true;    // code that is not part of the renderer
 };
 
 struct RibOptions {
@@ -26,6 +34,9 @@ struct RibOptions {
     // Gives RIB for a procedural, or nothing where it does not know it; asked before anything else. What it
     // throws is reported at the procedural.
     std::function<std::optional<std::string>(const ProceduralRequest&)> procedural = {};
+    // Where procedurals with bounds go that may be read later; null = all are read at once. Not for worlds
+    // that stand between the calls of a program.
+    std::shared_ptr<scene::Delayed>* on_demand = nullptr;
     size_t most_procedurals = size_t(1) << 24; // in a scene; they nest 100 deep at most
 };
 

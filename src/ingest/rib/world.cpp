@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "ingest/rib/context.h"
+#include "ingest/rib/on_demand.h"
 
 namespace kanuka::ingest {
 
@@ -160,9 +161,10 @@ void Context::finish(const Location& end) {
 // What the scene takes when its world is whole.
 void Context::complete() {
     m_scene.light_shaders = lights.finish(reports);
-    objects.finish(m_scene, m_next_id);
+    m_next_id = objects.finish(m_scene, m_next_id);
     m_scene.coordinate_systems = coordinate_systems;
-    if (m_world_done && m_scene.primitives.empty() && m_scene.instances.empty())
+    if (m_world_done && m_scene.primitives.empty() && m_scene.instances.empty() &&
+        (!delayed || delayed->bounds().empty()))
         reports.warning("empty world", m_world_where,
                         "the world has no primitives: the picture will be empty");
 }

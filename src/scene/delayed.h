@@ -1,0 +1,48 @@
+// Procedurals that nobody has read yet: boxes that hold what they would make, and a way to have it made.
+// Whoever traces rays says which boxes they meet (render/on_demand.h).
+#pragma once
+
+#include <deque>
+#include <span>
+#include <vector>
+
+#include "scene/scene.h"
+
+namespace kanuka::scene {
+
+// What was read stays: a second render begins with it. Thread safety: none; one render at a time.
+class Delayed {
+  public:
+    virtual ~Delayed() = default;
+
+    // In world space. Grows where procedurals bring others.
+    const std::vector<Bounds3f>& bounds() const { return m_bounds; }
+    bool is_read(size_t i) const { return m_read[i]; }
+    size_t read_count() const { return m_read_count; }
+    // What was read, in order. Their groups are numbered on from those of the scene and of earlier parts;
+    // their solids are their own.
+    const std::deque<Scene>& parts() const { return m_parts; }
+
+    // Reads these, in the order given, into one part more. Bounds may move in memory.
+    void read(std::span<const uint32_t> which) {
+        for (const uint32_t i : which)
+            m_read[i] = true;
+        m_read_count += which.size();
+        m_parts.push_back(expand(which));
+    }
+
+  protected:
+    virtual Scene expand(std::span<const uint32_t> which) = 0;
+    void add(const Bounds3f& bound) {
+        m_bounds.push_back(bound);
+        m_read.push_back(false);
+    }
+
+  private:
+    std::vector<Bounds3f> m_bounds;
+    std::vector<bool> m_read;
+    size_t m_read_count = 0;
+    std::deque<Scene> m_parts;
+};
+
+} // namespace kanuka::scene
