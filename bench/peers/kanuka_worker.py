@@ -1,4 +1,4 @@
-"""Kanuka, by its Python package. Options: geometry_tolerance, shading_rate, lanes."""
+"""Kanuka, by its Python package. Options: geometry_tolerance, shading_rate, lanes, watertight."""
 
 from __future__ import annotations
 
@@ -96,6 +96,7 @@ def load() -> tuple[kanuka.Scene, int]:
         made = request.make_scene()
         scene, samples = build(made), made.samples
     scene.options.filter, scene.options.filter_width = "box", (1, 1)
+    scene.options.watertight = request.option("watertight", True)
     return scene, request.samples or samples
 
 

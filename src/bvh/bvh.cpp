@@ -222,7 +222,7 @@ struct Scene::Impl {
     }
 };
 
-Scene::Scene(const store::Store& store, std::span<const GroupDesc> groups, bool compact)
+Scene::Scene(const store::Store& store, std::span<const GroupDesc> groups, Build build)
     : m_impl(std::make_unique<Impl>(store)) {
     Impl& impl = *m_impl;
     impl.groups.resize(groups.size());
@@ -230,8 +230,9 @@ Scene::Scene(const store::Store& store, std::span<const GroupDesc> groups, bool 
         Group& group = impl.groups[g];
         const auto new_scene = [&] {
             RTCScene s = rtcNewScene(impl.device);
-            rtcSetSceneFlags(s, RTCSceneFlags(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION |
-                                              (compact ? RTC_SCENE_FLAG_COMPACT : 0)));
+            rtcSetSceneFlags(s, RTCSceneFlags(RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION |
+                                              (build.watertight ? RTC_SCENE_FLAG_ROBUST : 0) |
+                                              (build.compact ? RTC_SCENE_FLAG_COMPACT : 0)));
             return s;
         };
         group.scene = new_scene();
@@ -258,7 +259,7 @@ Scene::Scene(const store::Store& store, std::span<const GroupDesc> groups, bool 
             for (int shape : list)
                 cells += size_t(store.shapes()[size_t(shape)].mu) * size_t(store.shapes()[size_t(shape)].mv);
             const bool opaque = kind[0] == 0, still = kind[1] == 0;
-            if (opaque && still && cells > 0 && cells <= MostQuads && !compact)
+            if (opaque && still && cells > 0 && cells <= MostQuads && !build.compact)
                 impl.add_quads(group, list, cells, kind[3]);
             else
                 impl.add_grids(group, list, kind[3]);

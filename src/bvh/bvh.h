@@ -79,9 +79,12 @@ struct HitPacket {
 
 class Scene {
   public:
-    // The last group is the world. Builds in parallel; `compact` trades a little speed for a third of the
-    // memory.
-    Scene(const store::Store& store, std::span<const GroupDesc> groups, bool compact);
+    struct Build {
+        bool compact = false;   // a third of the memory for a little speed
+        bool watertight = true; // no ray passes between polygons that share an edge; a fifth of the speed
+    };
+    // The last group is the world. Builds in parallel.
+    Scene(const store::Store& store, std::span<const GroupDesc> groups, Build build);
     ~Scene();
     Scene(const Scene&) = delete;
 

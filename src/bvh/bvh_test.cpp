@@ -37,9 +37,11 @@ void compare(const Shapes& shapes, const std::vector<Ray>& rays, const std::vect
 TEST(Bvh, SphereLatticeAgainstBruteForce) {
     Shapes shapes;
     shapes.add_sphere({0.1f, 0.2f, 0.3f}, 1, 24);
-    const auto scene = shapes.flat_scene();
     const auto rays = random_rays(3000, 1.5f, 1);
-    compare(shapes, rays, intersect<8>(*scene, rays), 800);
+    for (bool watertight : {true, false}) {
+        const auto scene = shapes.flat_scene({.watertight = watertight});
+        compare(shapes, rays, intersect<8>(*scene, rays), 800);
+    }
 }
 
 TEST(Bvh, RandomQuadsAgainstBruteForce) {
@@ -335,7 +337,7 @@ TEST(Bvh, BrokenGeometryIsNeverHit) {
 TEST(Bvh, AnEmptySceneIsMissed) {
     store::Store store;
     GroupDesc world;
-    const Scene scene(store, std::span(&world, 1), false);
+    const Scene scene(store, std::span(&world, 1), {});
     EXPECT_FALSE(intersect<1>(scene, {{{0, 0, 0}, {0, 0, 1}}})[0].hit);
     EXPECT_TRUE(scene.bounds().empty());
 }

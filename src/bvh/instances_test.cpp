@@ -85,7 +85,7 @@ TEST(Instances, AThousandAgainstFlatCopies) {
     std::vector<GroupDesc> groups(2);
     groups[0].shapes.push_back({0, 1});
     groups[1].instances.push_back({0, transforms});
-    const Scene scene(one.store, groups, false);
+    const Scene scene(one.store, groups, {});
     const auto flat = copies.flat_scene();
     const auto rays = random_rays(8000, 5, 2);
     const auto reference = intersect<8>(*flat, rays);
@@ -135,7 +135,7 @@ TEST(Instances, NestThreeLevels) {
     flat.add_sphere({0, 0, 0}, 0.5f, 8);
     all.push_back(Transform());
     original.push_back(2);
-    const Scene scene(nested.store, groups, false);
+    const Scene scene(nested.store, groups, {});
     const auto flat_scene = flat.flat_scene();
     const auto rays = random_rays(8000, 4, 4);
     const auto a = intersect<8>(scene, rays), b = intersect<8>(*flat_scene, rays);
@@ -172,7 +172,7 @@ TEST(Instances, TheClosestWins) {
         groups[0].shapes.push_back({0, 1});
         groups[1].shapes.push_back({1, 1});
         groups[1].instances.push_back({0, transforms});
-        const Scene scene(shapes.store, groups, false);
+        const Scene scene(shapes.store, groups, {});
         const Hit h = intersect<8>(scene, {{{0.1f, 0.2f, 5}, {0, 0, -1}}})[0];
         ASSERT_TRUE(h.hit);
         EXPECT_EQ(h.instanced, expect_instance);
@@ -188,7 +188,7 @@ TEST(Instances, CutOutsWorkInsideThem) {
     std::vector<GroupDesc> groups(2);
     groups[0].shapes.push_back({0, 1});
     groups[1].instances.push_back({0, transforms});
-    const Scene scene(shapes.store, groups, false);
+    const Scene scene(shapes.store, groups, {});
     constexpr int Count = 20000;
     const std::vector<Ray> rays(Count, {{0.1f, 0.2f, 2}, {0, 0, -1}});
     const auto hits = intersect<8>(scene, rays);
@@ -212,7 +212,7 @@ TEST(Instances, DegenerateOnesAreNeverHit) {
     groups[0].shapes.push_back({0, 1});
     groups[2].instances.push_back({0, transforms});
     groups[2].instances.push_back({1, transforms});
-    const Scene scene(shapes.store, groups, false);
+    const Scene scene(shapes.store, groups, {});
     const auto hits = intersect<8>(scene, {{{0.1f, 0.2f, 5}, {0, 0, -1}}, {{0.1f, 5, 0.2f}, {0, -1, 0}}});
     ASSERT_TRUE(hits[0].hit);
     EXPECT_NEAR(hits[0].t, 5 + 3 - std::sqrt(1 - 0.05f), 0.03f);

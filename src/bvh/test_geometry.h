@@ -152,10 +152,10 @@ class Shapes {
             }
         return add_grid(2 * n, n, points, presence);
     }
-    std::unique_ptr<Scene> flat_scene() const {
+    std::unique_ptr<Scene> flat_scene(Scene::Build build = {}) const {
         GroupDesc world;
         world.shapes.push_back({0, int(store.shapes().size())});
-        return std::make_unique<Scene>(store, std::span(&world, 1), false);
+        return std::make_unique<Scene>(store, std::span(&world, 1), build);
     }
 
   private:

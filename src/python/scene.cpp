@@ -263,6 +263,8 @@ void bind_options(nb::module_& m) {
         .def_rw("geometry_tolerance", &O::geometry_tolerance,
                 "pixels; 0 = micropolygons are traced one to one")
         .def_rw("normal_tolerance", &O::normal_tolerance, "degrees")
+        .def_rw("watertight", &O::watertight,
+                "Rays never pass between polygons that share an edge; without it they are a fifth faster.")
         .def_rw("seed", &O::seed)
         .def_rw("strict_directions", &O::strict_directions,
                 "What surface shaders do that no material can do is an error, not approximated.")

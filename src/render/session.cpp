@@ -183,9 +183,11 @@ class BatchSession {
         const ScopedTimer timer(m_stats.time.bvh_s);
         m_progress.update("build", 0);
         number_emitters();
-        const bool compact = m_stats.count.traced_polygons > 1000000;
         m_bvh.reset();
-        m_bvh = std::make_unique<bvh::Scene>(m_geometry->store, m_geometry->groups, compact);
+        m_bvh =
+            std::make_unique<bvh::Scene>(m_geometry->store, m_geometry->groups,
+                                         bvh::Scene::Build{.compact = m_stats.count.traced_polygons > 1000000,
+                                                           .watertight = m_options.watertight});
         m_bvh->clip(m_clips);
         m_bvh->watch_by(m_on_demand ? m_on_demand->watch() : nullptr);
         m_stats.bytes.bvh = m_bvh->bytes();

@@ -63,7 +63,8 @@ class CrackScene {
         m_store.add_page(store::encode(shaded, program, 0, bad), m_store.add_program(program), -1);
         m_groups.resize(1);
         m_groups[0].shapes.push_back({0, int(m_store.shapes().size())});
-        m_scene = std::make_unique<bvh::Scene>(m_store, m_groups, seed / 32 % 2 == 1);
+        m_scene =
+            std::make_unique<bvh::Scene>(m_store, m_groups, bvh::Scene::Build{.compact = seed / 32 % 2 == 1});
         open_edges = diced.is_mesh ? 0 : dice::test::traced_edges(diced).open();
         for (const grid::TracedGrid& t : diced.traced)
             micropolygons += size_t(t.mu) * size_t(t.mv);

@@ -303,6 +303,7 @@ struct Options {
     float geometry_tolerance =
         0.25f;                  // traced geometry: distance in pixels from the diced surface; 0 = off (1:1)
     float normal_tolerance = 3; // and degrees between their normals
+    bool watertight = true;     // rays never pass between polygons that share an edge
     uint32_t seed = 0;
     bool strict_directions = false; // what shaders do that no material can do is an error, not approximated
     int array_room = 64;            // values that shaders' arrays hold which grow in loops of unseen length

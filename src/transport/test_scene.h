@@ -175,7 +175,7 @@ class TestScene {
     // The last group is the world. What the groups point to must stay.
     void finish(std::span<bvh::GroupDesc> groups) {
         unnumbered = bvh::number_emitters(store, groups, most_slots);
-        bvh = std::make_unique<bvh::Scene>(store, groups, false);
+        bvh = std::make_unique<bvh::Scene>(store, groups, bvh::Scene::Build{});
         inputs.store = &store;
         inputs.bvh = bvh.get();
         inputs.groups = groups;

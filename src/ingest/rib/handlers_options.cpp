@@ -306,6 +306,8 @@ static void kanuka_option(Context& c, const Value& v) {
                : wrong("a whole number");
     } else if (v.name == "strictdirections") {
         number ? void(o.strict_directions = f != 0) : wrong("0 or 1");
+    } else if (v.name == "watertight") {
+        number ? void(o.watertight = f != 0) : wrong("0 or 1");
     } else if (v.name == "arrayroom") {
         number&& f >= 1 && f <= 65536 ? void(o.array_room = int(f)) : wrong("a whole number from 1 to 65536");
     } else if (v.name == "clampdirect" || v.name == "clampindirect") {
@@ -319,7 +321,7 @@ static void kanuka_option(Context& c, const Value& v) {
                         "Option \"kanuka\": there is no \"" + v.name +
                             "\"; there are geometrytolerance, normaltolerance, maxdepth, volumedepth, "
                             "progressions, integrator, clampdirect, clampindirect, seed, "
-                            "strictdirections, arrayroom");
+                            "strictdirections, watertight, arrayroom");
     }
 }
 
