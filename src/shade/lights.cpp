@@ -203,6 +203,12 @@ scene::ShaderRef stand_in_for_light(const scene::ShaderRef& ref, const std::stri
         return (!contains(standard.parameters, v.name) && v.name != "group" && v.name != "__group") ||
                v.name == "texture" || v.name == "mapname"; // pictures that theirs may well not shine
     });
+    if (standard.kind == scene::Light::Kind::Environment) { // light shaders are seen by surfaces alone
+        scene::Value visible;
+        visible.name = "visible";
+        visible.floats = std::vector<float>{0};
+        result.parameters.set(std::move(visible));
+    }
     std::vector<std::string_view> names;
     for (const LightShader& s : light_shaders())
         names.push_back(s.name);

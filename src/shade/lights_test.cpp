@@ -93,6 +93,8 @@ TEST_F(Lights, WhatStandsInForUnknownLights) {
     ref.parameters.set(value("coneangle", scene::Type::Float, {0.5f}));
     EXPECT_EQ(name_of("uber"), "spotlight");
     EXPECT_NE(journal.entries().back().message.find("\"spotlight\" with what parameters"), std::string::npos);
+    ref.name = "envlight";
+    EXPECT_FALSE(make_light(stand_in_for_light(ref, "here", journal), textures, journal)->visible_camera);
     for (const char* name : {"envlight", "spot2", "x"}) {
         ref.name = name;
         EXPECT_TRUE(make_light(stand_in_for_light(ref, "here", journal), textures, journal));

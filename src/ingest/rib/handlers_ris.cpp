@@ -282,6 +282,8 @@ static void take_area_light(ShaderRef& light) {
     set(light.parameters, "lightcolor", theirs.get_color("lightColor", theirs.get_color("envTint", Rgb(1))));
     if (const std::string map = theirs.get_string("rman__EnvMap", ""); !map.empty())
         set(light.parameters, "texture", map);
+    if (const float seen = theirs.get_float("rman__LightPrimaryVisibility", 1); seen == 0)
+        set(light.parameters, "visible", seen);
     light.name = "arealight";
 }
 
