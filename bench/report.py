@@ -57,6 +57,10 @@ def goals(results: dict) -> list[dict[str, object]]:
             name = f"100 000 {run['lights']}"
             add(f"{name}: time a sample, against 10", "≤ 1.5×", f"{run['slower']:.2f}×", run["slower"] <= 1.5)
             add(f"{name}: noise, against uniform choice", "≥ 5× less", f"{run['quieter']:.1f}×", run["quieter"] >= 5)
+    for run in (run for found_lanes in results.get("lanes", ()) for run in found_lanes["runs"]):
+        for lanes_of, least in ((8, 3.5), (16, 5)):
+            fast = run[f"of_{lanes_of}"]
+            add(f"surface stage, {run['material']}: {lanes_of} lanes", f"≥ {least}× one", f"{fast:.1f}×", fast >= least)
     for t in results.get("tolerance", ()):
         measured = f"means {100 * t['mean_error']:.2f} % apart, z {t['rms_z']:.2f} r.m.s."
         add(f"{t['kind']}: tolerance on and off", "same within noise", measured, not t["structure"])
@@ -128,6 +132,7 @@ def page(results: dict) -> str:
     parts += networks(results)
     parts += shaders(results)
     parts += lights(results)
+    parts += lanes(results)
     parts += tolerance(results)
     if results["failures"]:
         parts += [
@@ -256,6 +261,22 @@ def lights(results: dict) -> list[str]:
         return []
     head = ["lights", "time a sample", "against 10", "noise of a sample", "of uniform choice", "bytes a light"]
     return ["## Lights\n", table(head, rows)]
+
+
+def lanes(results: dict) -> list[str]:
+    rows = [
+        [
+            run["material"],
+            *(f"{run[f'ns_{n}']:.0f} ns" for n in (1, 8, 16)),
+            *(f"{run[f'of_{n}']:.1f}×" for n in (8, 16)),
+        ]
+        for found in results.get("lanes", ())
+        for run in found["runs"]
+    ]
+    if not rows:
+        return []
+    head = ["surface stage, a hit", "one lane", "8 lanes", "16 lanes", "8 against one", "16 against one"]
+    return ["## Lanes\n", table(head, rows)]
 
 
 def tolerance(results: dict) -> list[str]:

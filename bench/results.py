@@ -22,6 +22,7 @@ ABOUT = {
     "networks": "links",
     "shaders": "",
     "lights": "",
+    "lanes": "",
 }
 SAME = ("commit", "quick", "repeats", "threads")
 SAME_MACHINE = ("cpu", "family_model_stepping", "cores", "isa")

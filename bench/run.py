@@ -18,6 +18,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import compiler
+import lanes
 import lights
 import machine
 import measures
@@ -26,7 +27,7 @@ import report
 from results import Results
 
 ROOT = Path(__file__).resolve().parent.parent
-MEASURES = ("side-by-side", "micropolygons", "networks", "shaders", "lights", "tolerance", "agreement")
+MEASURES = ("side-by-side", "micropolygons", "networks", "shaders", "lights", "lanes", "tolerance", "agreement")
 # Mitsuba's LLVM mode does not take 100 000 instances, and it has no procedural textures.
 SCENES = {
     "cornell": ("mitsuba-llvm-spectral", "mitsuba-scalar-spectral", "cycles", "luxcore"),
@@ -117,6 +118,9 @@ def main() -> int:
     if "lights" in wanted and not arguments.scene:
         say("lights, from ten to a hundred thousand:")
         results.put("lights", "", attempt(lights.measure))
+    if "lanes" in wanted and not arguments.scene:
+        say("the surface stage by one lane, by 8 and by 16:")
+        results.put("lanes", "", attempt(lanes.measure))
     if "tolerance" in wanted and not arguments.scene:
         say("geometry tolerance, on and off:")
         for kind in measures.TOLERANCE_SCENES:

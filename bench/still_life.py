@@ -42,33 +42,44 @@ def write_exr(path: Path, rgb: np.ndarray) -> None:
 def environment(name: str, colored: bool, height: int = 256) -> Path:
     """A sky with a horizon, a window of light and a low sun; or its greys.
 
-    Renderers do not agree on whether a picture's first row is at the pole or half a texel from it: for pictures that
-    are to be the same, texels are small.
+    Renderers do not agree on whether a picture's first row is at the pole or half a texel from it (Mitsuba), so the sky
+    is drawn for either: from_pole() says where.
     """
     path = cache_folder() / f"{name}-{height}.exr"
-    if path.exists():
-        return path
-    width = 2 * height
-    theta, phi = (np.arange(height) + 0.5) / height * np.pi, (np.arange(width) + 0.5) / width * 2 * np.pi
+    middles = (np.arange(height) + 0.5) / height
+    for file, rows in ((path, middles), (from_pole(path), np.arange(height) / (height - 1))):
+        if not file.exists():
+            write_exr(file, sky(rows * np.pi, colored))
+    return path
+
+
+def from_pole(path: Path) -> Path:
+    """The same environment, its first row at the pole and its last at the other."""
+    return path.with_stem(path.stem + "-from-pole")
+
+
+def sky(theta: np.ndarray, colored: bool) -> np.ndarray:
+    """Radiance at angles from +y, a row each; columns are twice as many."""
+    width = 2 * len(theta)
+    phi = (np.arange(width) + 0.5) / width * 2 * np.pi
     up = np.cos(theta)[:, None]
     direction = np.stack(
         [np.sin(theta)[:, None] * np.sin(phi), up + 0 * phi, -np.sin(theta)[:, None] * np.cos(phi)], axis=-1
     )
     zenith, horizon, ground = np.array([0.25, 0.45, 0.9]), np.array([0.9, 0.85, 0.8]), np.array([0.15, 0.12, 0.1])
     mix = np.clip(up, 0, 1)[..., None] ** 0.6
-    sky = np.where(up[..., None] > 0, horizon * (1 - mix) + zenith * mix, ground)
+    light = np.where(up[..., None] > 0, horizon * (1 - mix) + zenith * mix, ground)
 
-    def spot(towards: tuple[float, float, float], degrees: float, light: np.ndarray, soft: float) -> np.ndarray:
+    def spot(towards: tuple[float, float, float], degrees: float, radiance: np.ndarray, soft: float) -> np.ndarray:
         axis = np.array(towards) / np.linalg.norm(towards)
         angle = np.degrees(np.arccos(np.clip(direction @ axis, -1, 1)))
-        return np.clip((degrees - angle) / soft + 0.5, 0, 1)[..., None] * light
+        return np.clip((degrees - angle) / soft + 0.5, 0, 1)[..., None] * radiance
 
-    sky = sky + spot((1, 0.7, 0.6), 4, np.array([90, 75, 55]), 1.5)
-    sky = sky + spot((-1, 0.5, 0.3), 22, np.array([5, 5.5, 6]), 4)
+    light = light + spot((1, 0.7, 0.6), 4, np.array([90, 75, 55]), 1.5)
+    light = light + spot((-1, 0.5, 0.3), 22, np.array([5, 5.5, 6]), 4)
     if not colored:
-        sky = np.repeat(sky.mean(-1, keepdims=True), 3, axis=-1)
-    write_exr(path, sky.astype(np.float32))
-    return path
+        light = np.repeat(light.mean(-1, keepdims=True), 3, axis=-1)
+    return light.astype(np.float32)
 
 
 def fine_ball(x: float, radius: float, z: float, y: float = 0) -> tuple[np.ndarray, np.ndarray]:

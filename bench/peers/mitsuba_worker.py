@@ -15,6 +15,7 @@ import mitsuba as mi
 import numpy as np
 
 import scenes
+import still_life
 from peers import worker
 
 say = worker.claim_stdout()
@@ -124,7 +125,7 @@ def describe(scene: scenes.Scene) -> dict:
     if scene.sky:
         described["sky"] = {"type": "constant", "radiance": {"type": "rgb", "value": [scene.sky] * 3}}
     if scene.environment:
-        described["sky"] = {"type": "envmap", "filename": str(scene.environment)}
+        described["sky"] = {"type": "envmap", "filename": str(still_life.from_pole(scene.environment))}
     with figures.time("load_s"):
         for mesh in scene.meshes:
             described[f"mesh_{mesh.name}"] = mi.load_dict(shape(mesh, scene.band))

@@ -19,6 +19,7 @@ enum class Dimension : int {
     LightChoice,      // which light; which of its parts
     LightPosition,    // on the light
     PerBounce,
+    Level = (1 << 20) - 1, // which levels of detail a path meets; likewise apart
     FirstMedium = 1 << 20, // free paths in media, a pair each: apart, so that other scenes keep their points
 };
 

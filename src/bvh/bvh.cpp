@@ -32,9 +32,14 @@ void presence_filter(const RTCFilterFunctionNArguments* args) {
     for (unsigned i = 0; i < args->N; i++) {
         if (args->valid[i] == 0)
             continue;
-        if (!is_present(g, context, RTCRayN_id(args->ray, args->N, i), RTCHitN_primID(args->hit, args->N, i),
-                        RTCHitN_u(args->hit, args->N, i), RTCHitN_v(args->hit, args->N, i),
-                        RTCRayN_tfar(args->ray, args->N, i)))
+        const unsigned prim = RTCHitN_primID(args->hit, args->N, i);
+        if (is_back(g, prim,
+                    {RTCHitN_Ng_x(args->hit, args->N, i), RTCHitN_Ng_y(args->hit, args->N, i),
+                     RTCHitN_Ng_z(args->hit, args->N, i)},
+                    {RTCRayN_dir_x(args->ray, args->N, i), RTCRayN_dir_y(args->ray, args->N, i),
+                     RTCRayN_dir_z(args->ray, args->N, i)}) ||
+            !is_present(g, context, RTCRayN_id(args->ray, args->N, i), prim, RTCHitN_u(args->hit, args->N, i),
+                        RTCHitN_v(args->hit, args->N, i), RTCRayN_tfar(args->ray, args->N, i)))
             args->valid[i] = 0;
     }
 }
@@ -70,8 +75,9 @@ struct Scene::Impl {
     }
 
     bool cuts_out(const store::ShapeRecord& s) const { // for some rays
-        return store.programs()[size_t(s.program)].presence >= 0 ||
-               store.links()[size_t(s.links)].lets_through != 0;
+        const store::Links& links = store.links()[size_t(s.links)];
+        return store.programs()[size_t(s.program)].presence >= 0 || links.lets_through != 0 ||
+               (links.seen & (store::Links::OneSided | store::Links::Unseen)) != 0 || links.fades();
     }
 
     // `ours`: null for instances, of which `bounds_solid` tells where they go.
@@ -207,6 +213,8 @@ struct Scene::Impl {
         c.hit_group = hit_group;
         c.hit_slot_shift = hit_slot_shift;
         c.passes = nullptr;
+        c.camera = reinterpret_cast<const int32_t*>(&rays.camera.v);
+        c.level = reinterpret_cast<const float*>(&rays.level.v);
         c.slot[0] = 0;
         c.width = W;
         c.world_from_current[0] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
@@ -377,6 +385,8 @@ void intersect_as_packet(const Scene& scene, const RayPacket<1>& ray, HitPacket<
     rays.active = Int<8>::lane_index() == Int<8>(ray.active[0] ? 0 : -1);
     rays.seed = Int<8>(ray.seed[0]);
     rays.time = Float<8>(ray.time[0]);
+    rays.camera = Int<8>(ray.camera[0]);
+    rays.level = Float<8>(ray.level[0]);
     rays.coherent = true;
     scene.intersect(rays, hits);
     hit.hit = Mask<1>(hits.hit[0]);

@@ -60,6 +60,8 @@ struct RayPacket {
     Int<W> seed;           // decides hits on partly present surfaces; same seed, same decisions
     Float<W> time{0.0f};   // while the shutter is open, 0 to 1
     Int<W> passes{0};      // shadow linking: passes through shapes that share a bit of it; occluded() alone
+    Int<W> camera{0};      // 1: from the camera, which some shapes are hidden from
+    Float<W> level{0.5f};  // which levels of detail it meets: store::Links::level_from
 };
 
 template <int W>

@@ -65,6 +65,8 @@ struct Context {
     int32_t* hit_group;
     int32_t* hit_slot_shift;
     const int32_t* passes; // null: shadow linking is not asked for
+    const int32_t* camera;
+    const float* level;
     int width;
     struct Crossings* crossings = nullptr; // where those of the ray go
     int depth = 0;
@@ -85,9 +87,18 @@ struct Crossings {
     int depth; // of the group that has the tree
 };
 
-// Is the surface there for a ray, by its presence and the lights that it lets through?
+// Is the surface there for a ray, by its presence, the lights that it lets through and what sees it? Of its
+// sides both are: is_back() tells.
 bool is_present(const Geometry& g, const Context& context, unsigned ray_id, unsigned prim, float u, float v,
                 float t);
+// Is that the inside of a shape that has none? By the winding, in the space of the shape: mirrors keep it.
+inline bool is_back(const Geometry& g, unsigned prim, const Vec3f& Ng, const Vec3f& d) {
+    const int shape = g.shape(prim);
+    if (!(g.store->links_of(shape).seen & store::Links::OneSided))
+        return false;
+    const bool flips = g.store->shapes()[size_t(shape)].flags & store::ShapeRecord::Flips;
+    return (dot(Ng, d) > 0) != flips;
+}
 // Filter of what bounds solids: takes the crossing down and lets the ray go on.
 void note_crossing(const RTCFilterFunctionNArguments* args);
 // The nearest boundary of a group's solids; false = none up to the ray's end. The ray is in the group's

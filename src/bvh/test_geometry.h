@@ -72,6 +72,9 @@ class Shapes {
     store::Store store;
     std::vector<Triangle> triangles; // of every shape, in its own space
 
+    store::Links links; // of shapes to come
+    bool flips = false; // their winding
+
     Shapes() {
         m_program.nodes.resize(1);
         m_program.slots = {{grid::InputType::Float, grid::Storage::Half, 0, 1, false, "presence"}};
@@ -156,13 +159,14 @@ class Shapes {
     }
 
   private:
-    static void add_step(grid::Grid& g, int nu, int nv, const std::vector<Vec3f>& points) {
+    void add_step(grid::Grid& g, int nu, int nv, const std::vector<Vec3f>& points) {
         grid::Grid later = vertices(nu, nv, points);
         g.later.push_back({std::move(later.P), std::move(later.N)});
     }
-    static grid::Grid vertices(int nu, int nv, const std::vector<Vec3f>& points) {
+    grid::Grid vertices(int nu, int nv, const std::vector<Vec3f>& points) const {
         grid::Grid g;
         g.allocate(nu, nv);
+        g.flips = flips;
         for (size_t i = 0; i < points.size(); i++)
             for (int c = 0; c < 3; c++)
                 g.P[size_t(c * g.stride) + i] = points[i][c];
@@ -176,7 +180,7 @@ class Shapes {
         shaded.inputs = &inputs;
         uint64_t bad = 0;
         const auto page = store::encode(std::span(&shaded, 1), m_program, 0, bad);
-        return store.add_page(page, store.add_program(m_program), -1);
+        return store.add_page(page, store.add_program(m_program), -1, links);
     }
     grid::LayeringProgram m_program;
 };

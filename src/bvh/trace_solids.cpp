@@ -14,14 +14,20 @@ namespace kanuka::bvh {
 bool is_present(const Geometry& g, const Context& context, unsigned ray_id, unsigned prim, float u, float v,
                 float t) {
     const int shape = g.shape(prim);
+    const store::Links& links = g.store->links_of(shape);
+    const float level = context.level[ray_id];
+    if (level < links.level_from || level >= links.level_to)
+        return false;
+    if ((links.seen & store::Links::Unseen) && context.camera[ray_id])
+        return false;
+    if (context.passes && (context.passes[ray_id] & links.lets_through) != 0)
+        return false;
     int t_bits;
     std::memcpy(&t_bits, &t, 4);
     const Int<1> h =
         hash_bits(Int<1>(context.seeds[ray_id]) ^
                   hash_bits(Int<1>(int(uint32_t(shape) * 0x9e3779b1u + prim + (uint32_t(t_bits) & ~0xffu)))));
-    if (to_unit(h)[0] >= g.store->presence(shape, int(prim), u, v))
-        return false;
-    return !(context.passes && (context.passes[ray_id] & g.store->links_of(shape).lets_through) != 0);
+    return to_unit(h)[0] < g.store->presence(shape, int(prim), u, v);
 }
 
 void note_crossing(const RTCFilterFunctionNArguments* args) {

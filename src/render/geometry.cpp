@@ -150,11 +150,21 @@ class GeometryBuilder {
                 const scene::Primitive& primitive = primitives[begin + size_t(&p - prepared.data())];
                 const auto& program = p.material->program();
                 const int bounded = solid_of(primitive, desc.solids);
+                store::Links links = m_request.linking.of(primitive.attributes.get());
+                if (bounded >= 0 || program.interior || turns_to_viewer(primitive))
+                    links.seen &= ~store::Links::OneSided;
+                if (p.page.header().emitters > 0 && links.fades()) {
+                    // Light sampling knows no transitions: what shines switches in the middle.
+                    if (links.level_from > 0.5f || links.level_to <= 0.5f) {
+                        p = {};
+                        continue;
+                    }
+                    links.level_from = 0, links.level_to = 1;
+                }
                 if (!p.path.empty() || bounded != solid)
                     close_run();
                 solid = bounded;
-                m_out->store.add_page(p.page, m_out->store.add_program(program), interior_of(program),
-                                      m_request.linking.of(primitive.attributes.get()));
+                m_out->store.add_page(p.page, m_out->store.add_program(program), interior_of(program), links);
                 m_out->moving |= p.changes || !p.path.empty();
                 if (!p.path.empty()) {
                     bvh::GroupDesc moving;
@@ -191,6 +201,11 @@ class GeometryBuilder {
                                                                           : Kind::Primitive,
                              s.parent});
         return nodes;
+    }
+    // Ribbons and discs show their outside wherever they are seen from.
+    static bool turns_to_viewer(const scene::Primitive& p) {
+        return std::holds_alternative<scene::Curves>(p.geometry) ||
+               std::holds_alternative<scene::Points>(p.geometry);
     }
     static int solid_of(const scene::Primitive& p, const std::vector<bvh::SolidNode>& nodes) {
         const bool known = p.solid >= 0 && size_t(p.solid) < nodes.size();

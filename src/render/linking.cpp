@@ -10,6 +10,8 @@ constexpr int MostSets = 31, MostPasses = 31;
 constexpr const char* Lit = "lighting:subset";
 constexpr const char* Unlit = "lighting:excludesubset";
 constexpr const char* Through = "shadow:excludesubset";
+constexpr const char* Level =
+    "kanuka:level"; // from, to: of the paths' numbers from 0 to 1, those that meet it
 
 std::set<std::string> words(const std::string& text) {
     std::set<std::string> all;
@@ -114,8 +116,20 @@ void Linking::add_primitives(const std::vector<scene::Primitive>& primitives, Jo
                 m_names[size_t(k)].lit_sets &= ~bit;
         }
         links.lets_through = passes(*a, p.where, journal);
+        see(*a, links);
         m_links[a] = links;
     }
+}
+
+void Linking::see(const scene::Attributes& a, store::Links& links) {
+    if (a.sides == 1)
+        links.seen |= store::Links::OneSided;
+    if (a.matte)
+        links.seen |= store::Links::HeldOut;
+    if (!a.visible_camera)
+        links.seen |= store::Links::Unseen;
+    if (const scene::Value* v = a.user.find(Level); v && v->floats.size() == 2)
+        links.level_from = v->floats[0], links.level_to = v->floats[1];
 }
 
 std::vector<int> Linking::off(const scene::Attributes& a) {

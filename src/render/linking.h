@@ -1,5 +1,5 @@
 // Which lights shine on what, and through what: names and groups of lights to the bits that the store and the
-// lights carry.
+// lights carry. And which rays see what.
 #pragma once
 
 #include <map>
@@ -33,6 +33,7 @@ class Linking {
     void add_primitives(const std::vector<scene::Primitive>& primitives, Journal& journal);
     // Indices of m_names.
     std::vector<int> off(const scene::Attributes& attributes);
+    static void see(const scene::Attributes& attributes, store::Links& links);
     int32_t passes(const scene::Attributes& attributes, const Location& where, Journal& journal);
 
     std::vector<Name> m_names;

@@ -102,11 +102,20 @@ struct Interior {
     bool operator==(const Interior&) const = default;
 };
 
-// Which lights shine on what, of a page's shapes.
+// Which lights shine on what, and which rays see it, of a page's shapes.
 struct Links {
     int32_t lit_sets = 1;     // light linking: the bit of the receivers' set that it is in,
     int32_t shone_sets = -1;  // bits of the sets that it shines on, if it emits,
     int32_t lets_through = 0; // and of the lights whose shadow rays pass through it (shadow linking)
+    enum Seen : int32_t {
+        OneSided = 1, // rays that come from the inside do not meet it
+        HeldOut = 2,  // to camera rays a hole in the picture
+        Unseen = 4    // by camera rays
+    };
+    int32_t seen = 0;
+    // A level of detail in transition is there for paths whose number (RayPacket::level) lies between.
+    float level_from = 0, level_to = 1;
+    bool fades() const { return level_from > 0 || level_to < 1; }
     bool operator==(const Links&) const = default;
 };
 

@@ -63,6 +63,7 @@ struct alignas(64) BatchState {
     Lane<float> filter_weight;
     float limit = Unclamped; // most radiance of a contribution, as things stand: Tracer
     Lane<float> time;        // while the shutter is open, 0 to 1; written where something moves
+    Lane<float> level;       // which levels of detail a path meets; written where some are in transition
     uint32_t reversed_progression;
     std::vector<float> aovs; // BatchPadded values a channel of those that displays ask for
 };

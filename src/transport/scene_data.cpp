@@ -491,8 +491,12 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
     view.seed = in.seed;
     fill_media(view, *in.store, in.volume_depth, journal);
 
-    for (const store::Links& links : in.store->links())
+    for (const store::Links& links : in.store->links()) {
         view.linked |= links.lit_sets != 1 || links.shone_sets != -1;
+        view.holds_out |= (links.seen & store::Links::HeldOut) != 0;
+        view.hides |= (links.seen & store::Links::Unseen) != 0;
+        view.fades |= links.fades();
+    }
     fill_lights(view, in, palette, journal);
     fill_emitters(view, in);
     if (view.tree.empty() && view.emitter_density.empty())

@@ -126,6 +126,8 @@ struct SceneView {
     CameraView camera;
     bool moving = false;                  // paths have a time: something moves while the shutter is open
     std::vector<float> shutter_quantiles; // scene::shutter_quantiles; empty = open all the time
+    // Some shape has it: store::Links::seen, and levels of detail in transition.
+    bool holds_out = false, hides = false, fades = false;
     IntegratorChoice integrator;
     float clamp_direct = Unclamped, clamp_indirect = Unclamped; // most radiance of one contribution
     int max_depth = 8;                                          // surface events of a path

@@ -23,6 +23,9 @@ void occlude(const SceneView& scene, BatchState& batch, const ShadowState& shado
         if (scene.moving)
             rays.time =
                 gather(batch.time, select(rays.active, Int<W>::load(shadows.path + first), Int<W>(0)));
+        if (scene.fades)
+            rays.level =
+                gather(batch.level, select(rays.active, Int<W>::load(shadows.path + first), Int<W>(0)));
         if (scene.shadow_linked)
             rays.passes = Int<W>::load(shadows.passes + first);
         const Mask<W> lit = rays.active & !scene.bvh->occluded(rays);

@@ -82,6 +82,10 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
         }
 
         F lens_x(0.0f), lens_y(0.0f);
+        if (scene.fades) {
+            sampler.sample_2d(int(Dimension::Level), u0, u1);
+            u0.store(batch.level + first);
+        }
         if (cam.lens_radius > 0) {
             sampler.sample_2d(int(Dimension::Lens), u0, u1);
             sample_lens(cam, u0, u1, lens_x, lens_y);

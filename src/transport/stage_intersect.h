@@ -79,6 +79,11 @@ void intersect(const SceneView& scene, BatchState& batch, PathState& paths, int 
                 select(rays.active,
                        gather(batch.time, select(rays.active, bitcast_int(ray[PathState::Path]), Int<W>(0))),
                        Float<W>(0.0f));
+        if (scene.fades)
+            rays.level =
+                gather(batch.level, select(rays.active, bitcast_int(ray[PathState::Path]), Int<W>(0)));
+        if (scene.hides)
+            rays.camera = select(camera_paths(scene, paths, in_use, bounce), Int<W>(1), Int<W>(0));
         scene.bvh->intersect(rays, hit);
         const Mask<W> missed = rays.active & !hit.hit, scattered = missed & (reach < Float<W>(1e30f));
         if (scene.scatters)
@@ -94,8 +99,13 @@ void intersect(const SceneView& scene, BatchState& batch, PathState& paths, int 
                                 sizeof(float) * W);
             hit.slot_shift.store(hits.slot_shift.data() + first);
         }
+        Mask<W> shows = hit.hit;
+        if (scene.holds_out) // what hides all behind it and is black itself is a miss without a sky
+            shows &= !(camera_paths(scene, paths, in_use, bounce) &
+                       ((links_of(scene, select(hit.hit, hit.shape, Int<W>(0)), &store::Links::seen) &
+                         Int<W>(store::Links::HeldOut)) != Int<W>(0)));
         const Int<W> program =
-            select(hit.hit,
+            select(shows,
                    gather(scene.shapes + offsetof(store::ShapeRecord, program) / 4,
                           hit.shape * Int<W>(store::ShapeWords)),
                    select(scattered, Int<W>(ProgramRuns::Scattered), Int<W>(ProgramRuns::Missed)));

@@ -256,6 +256,8 @@ void occlude_in_media(const SceneView& scene, BatchState& batch, const ShadowSta
         rays.seed = I::load(shadows.seed + first);
         if (scene.moving)
             rays.time = gather(batch.time, path);
+        if (scene.fades)
+            rays.level = gather(batch.level, path);
         const I passes = scene.shadow_linked ? I::load(shadows.passes + first) : I(0);
         MediaStack<W> media;
         for (int k = 0; k < MediaStack<W>::Most; k++)

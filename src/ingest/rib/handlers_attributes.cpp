@@ -207,8 +207,24 @@ void detail(Context& c, Call& call) {
     c.attributes.detail_transform = c.camera_from_current();
 }
 
+// Of the paths' numbers from 0 to 1 those between two meet what follows; 0 and 1: all do.
+static void set_level(Context& c, float from, float to) {
+    constexpr const char* Name = "kanuka:level";
+    const Value* known = c.attributes.shared->user.find(Name);
+    const std::vector<float> range{from, to};
+    if (known ? std::equal(range.begin(), range.end(), known->floats.begin(), known->floats.end())
+              : from <= 0 && to >= 1)
+        return;
+    Value v;
+    v.name = Name;
+    v.type = scene::Type::Float;
+    v.array_size = 2;
+    v.floats = range;
+    c.attributes.edit(FieldUser).user.set(std::move(v));
+}
+
 // A representation fades in from minvisible to lowertransition, and out from uppertransition to maxvisible.
-// Neighbours share their transitions, so switching in the middle shows one of them at every size.
+// Neighbours share their transitions: there a path meets one of them or the other, never both or none.
 void detail_range(Context& c, Call& call) {
     const auto& v = call.args[0].floats;
     if (!(v[0] <= v[1] && v[1] <= v[2] && v[2] <= v[3])) {
@@ -216,13 +232,15 @@ void detail_range(Context& c, Call& call) {
                         "DetailRange was left out: its four numbers must not fall");
         return;
     }
-    if (!c.attributes.detail_bound) {
-        c.attributes.detail_visible = true;
-        return;
-    }
+    c.attributes.detail_visible = true;
+    if (!c.attributes.detail_bound)
+        return set_level(c, 0, 1);
     const double size = view_bound(c, *c.attributes.detail_bound, c.attributes.detail_transform).area;
-    const double in = (double(v[0]) + v[1]) / 2, out = (double(v[2]) + v[3]) / 2;
-    c.attributes.detail_visible = size >= in && (size < out || v[3] >= 1e37f);
+    const bool ends = v[3] < 1e37f;
+    c.attributes.detail_visible = size >= double(v[0]) && !(ends && size >= double(v[3]));
+    const auto share = [&](float from, float to) { return float((size - from) / (double(to) - from)); };
+    set_level(c, ends && size > double(v[2]) && size < double(v[3]) ? share(v[2], v[3]) : 0,
+              size < double(v[1]) && size >= double(v[0]) ? share(v[0], v[1]) : 1);
 }
 
 // ---- Attribute --------------------------------------------------------------------------------------

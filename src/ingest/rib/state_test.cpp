@@ -255,8 +255,36 @@ TEST(RibAttributes, LevelOfDetail) {
     EXPECT_TRUE(shown("0 0 3000 3000"));
     EXPECT_FALSE(shown("0 0 2000 2200"));
     EXPECT_TRUE(shown("2200 2250 9000 9000"));
-    EXPECT_FALSE(shown("2300 2500 1e38 1e38"));
+    EXPECT_TRUE(shown("2300 2500 1e38 1e38"));
+    EXPECT_FALSE(shown("2310 2500 1e38 1e38"));
     EXPECT_TRUE(shown("0 0 2300 2500"));
+    EXPECT_TRUE(shown("0 0 1000 1e38"));
+}
+
+// Two levels share a transition from 2204 to 2404, of which 2304 is the middle; half the paths meet each.
+TEST(RibAttributes, LevelsInTransition) {
+    const Parsed r("Format 960 960 1 " + world("Translate 0 0 10 Detail [-.5 .5 -.5 .5 0 0]\n"
+                                               "DetailRange 0 0 2204 2404 Sphere 1 -1 1 360\n"
+                                               "DetailRange 2204 2404 1e38 1e38 Sphere 1 -1 1 360\n"
+                                               "DetailRange 0 0 1e38 1e38 Sphere 1 -1 1 360"));
+    const auto level = [&](size_t i) {
+        const scene::Value* v = r.primitive(i).attributes->user.find("kanuka:level");
+        return v ? std::vector<float>(v->floats.begin(), v->floats.end()) : std::vector<float>{};
+    };
+    ASSERT_EQ(r.scene.primitives.size(), 3u);
+    ASSERT_EQ(level(0).size(), 2u);
+    EXPECT_NEAR(level(0)[0], 0.5f, 1e-3f);
+    EXPECT_EQ(level(0)[1], 1);
+    EXPECT_EQ(level(1)[0], 0);
+    EXPECT_EQ(level(1)[1], level(0)[0]) << "bit for bit: no path meets both or none";
+    EXPECT_EQ(level(2), (std::vector<float>{0, 1}));
+
+    const Parsed scaled("Format 960 960 1 RelativeDetail 0.5 " +
+                        world("Translate 0 0 10 Detail [-.5 .5 -.5 .5 0 0]\n"
+                              "DetailRange 0 0 1150 1250 Sphere 1 -1 1 360\n"
+                              "DetailRange 1150 1250 1e38 1e38 Sphere 1 -1 1 360"));
+    ASSERT_EQ(scaled.scene.primitives.size(), 2u);
+    EXPECT_NEAR(scaled.primitive(0).attributes->user.find("kanuka:level")->floats[0], 0.02f, 1e-3f);
 }
 
 // ---- lights -----------------------------------------------------------------------------------------

@@ -1,0 +1,229 @@
+// The layering program of an instance: which lobes, how they lie, and where their inputs come from.
+#include <algorithm>
+#include <cmath>
+
+#include "sl/shader.h"
+
+namespace kanuka::sl {
+
+using grid::LayerOp;
+
+static grid::Slot make_slot(const grid::LobeInput& in, const std::string& node) {
+    grid::Slot s;
+    s.type = in.type;
+    s.storage = in.storage;
+    s.low = in.low;
+    s.high = in.high;
+    s.name = node + "." + std::string(in.name);
+    return s;
+}
+
+int InstanceImpl::node_of(const ops::MaterialBuild& build, const std::string& name, std::vector<int>& made,
+                          int depth, Services& services) {
+    const ir::Program& p = m_shader->program();
+    const auto found =
+        std::find_if(build.nodes.begin(), build.nodes.end(), [&](const auto& n) { return n.name == name; });
+    if (found == build.nodes.end() || depth > 64)
+        return -1;
+    const size_t index = size_t(found - build.nodes.begin());
+    if (made[index] >= 0)
+        return -1; // a node has one parent
+    const ops::MaterialBuild::Node& n = *found;
+    const auto where = [&] {
+        return Location{n.loc.file < p.files.size() ? p.files[n.loc.file] : p.name, int(n.loc.line),
+                        int(n.loc.column)};
+    };
+    grid::LayerNode node;
+    node.op = n.op;
+    node.lobe = n.lobe;
+    node.name = n.name;
+    made[index] = 0;
+    if (n.op != LayerOp::Lobe) {
+        node.upper = node_of(build, n.upper, made, depth + 1, services);
+        node.lower = node_of(build, n.lower, made, depth + 1, services);
+        for (const auto& [child, given] : {std::pair{node.upper, &n.upper}, std::pair{node.lower, &n.lower}})
+            if (child < 0)
+                services.report(Severity::Error, where(),
+                                "layer \"" + n.name + "\" names \"" + *given +
+                                    "\", which is no lobe or layer of this material that is still free");
+        if (node.upper < 0 || node.lower < 0)
+            return std::max(node.upper, node.lower);
+        const grid::LayerNode& upper = m_layering.nodes[size_t(node.upper)];
+        if (n.op == LayerOp::Thick &&
+            (upper.op != LayerOp::Lobe || upper.lobe != grid::LobeId::MicrofacetDielectricBrdf))
+            services.report(Severity::Warning, where(),
+                            "layer \"" + n.name + "\" is thick, but its upper, \"" + n.upper +
+                                "\", is no MicrofacetDielectricBrdf: it bends no light, as \"coat\"");
+    } else if (const grid::LayerNode* first = m_layering.emission();
+               first && first->lobe != n.lobe && grid::lobe(n.lobe).kind == grid::LobeKind::Emission) {
+        services.report(Severity::Warning, where(),
+                        "\"" + n.name + "\" is a " + std::string(grid::lobe(n.lobe).name) + " beside the " +
+                            std::string(grid::lobe(first->lobe).name) + " \"" + first->name +
+                            "\": a surface shines in one shape, that of the first");
+    }
+    // Slots: the weight, then the inputs that the shader sets or that differ from their default.
+    const auto add = [&](grid::Slot slot, int channel, Vec3f value) {
+        m_layering.slots.push_back(std::move(slot));
+        SlotSource source;
+        source.value = value;
+        for (size_t k = 0; k < p.shade.outputs.size(); k++)
+            if (p.shade.outputs[k].kind == ir::Output::Slot && p.shade.outputs[k].index == channel &&
+                channel >= 0)
+                source.output = int(k);
+        m_sources.push_back(source);
+        return int(m_layering.slots.size()) - 1;
+    };
+    const grid::LobeDecl& lobe = grid::lobe(n.lobe);
+    std::vector<int> channels(lobe.inputs.size() + 1, -1);
+    for (size_t c = 0; c < p.channels.size(); c++) {
+        const ir::Channel& channel = p.channels[c];
+        if (channel.node != n.name || channel.presence)
+            continue;
+        if (channel.input >= 0 && (n.op != LayerOp::Lobe || channel.lobe != n.lobe)) {
+            services.report(Severity::Error, where(),
+                            "SetLobe gives \"" + n.name + "\" a " +
+                                std::string(grid::lobe(channel.lobe).name) + ", AddLobe made it a " +
+                                (n.op == LayerOp::Lobe ? std::string(lobe.name) : "layer"));
+            continue;
+        }
+        channels[size_t(channel.input + 1)] = int(c);
+    }
+    if (channels[0] >= 0) {
+        grid::Slot weight;
+        weight.name = n.name + ".weight";
+        if (n.op == LayerOp::Lobe && lobe.kind == grid::LobeKind::Emission)
+            weight.high = 65504;
+        m_channels[size_t(channels[0]) * 3] = 1;
+        node.weight = add(std::move(weight), channels[0], Vec3f(1, 0, 0));
+    }
+    if (n.op == LayerOp::Lobe) {
+        node.inputs.assign(lobe.inputs.size(), -1);
+        for (size_t i = 0; i < lobe.inputs.size(); i++) {
+            const auto given = std::find(n.given.begin(), n.given.end(), int(i));
+            const Vec3f value =
+                given != n.given.end() ? n.values[size_t(given - n.given.begin())] : lobe.inputs[i].fallback;
+            const int channel = channels[i + 1];
+            if (channel >= 0)
+                for (int c = 0; c < 3; c++)
+                    m_channels[size_t(channel) * 3 + size_t(c)] = value[c];
+            if (channel >= 0 || given != n.given.end())
+                node.inputs[i] = add(make_slot(lobe.inputs[i], n.name), channel, value);
+        }
+    }
+    m_layering.nodes.push_back(std::move(node));
+    made[index] = 1;
+    return int(m_layering.nodes.size()) - 1;
+}
+
+// Amounts that cannot be are none, with a warning.
+static grid::Interior clean(grid::Interior in, Services& services) {
+    bool bad = false;
+    const auto keep = [&](float& x, float low, float otherwise) {
+        if (std::isfinite(x) && x >= low)
+            return;
+        bad = true;
+        x = otherwise;
+    };
+    keep(in.ior, 0.1f, 1);
+    keep(in.priority, -1e6f, 0);
+    for (int c = 0; c < 3; c++)
+        keep(in.absorption[c], 0, 0), keep(in.scattering[c], 0, 0);
+    if (bad)
+        services.report(
+            Severity::Warning, {},
+            "an interior's index of refraction, absorption, scattering or priority is negative or "
+            "not a number; it is taken as nothing");
+    return in;
+}
+
+void InstanceImpl::build_material(const ops::MaterialBuild& build, Services& services) {
+    const ir::Program& p = m_shader->program();
+    m_channels.assign(p.channels.size() * 3 + 3, 0.0f);
+    std::vector<int> made(build.nodes.size(), -1);
+    // Roots: nodes that no layer names. Layers are made from the top, lobes in the order of their AddLobe.
+    std::vector<int> roots;
+    for (const auto& n : build.nodes) {
+        bool inner = false;
+        for (const auto& layer : build.nodes)
+            inner = inner || (layer.op != LayerOp::Lobe && (layer.upper == n.name || layer.lower == n.name) &&
+                              &layer != &n);
+        if (inner)
+            continue;
+        const int root = node_of(build, n.name, made, 0, services);
+        if (root >= 0)
+            roots.push_back(root);
+    }
+    for (size_t c = 0; c < p.channels.size(); c++) {
+        if (!p.channels[c].presence)
+            continue;
+        m_channels[c * 3] = 1;
+        grid::Slot slot;
+        slot.name = "presence";
+        m_layering.presence = int(m_layering.slots.size());
+        m_layering.slots.push_back(std::move(slot));
+        SlotSource source;
+        for (size_t k = 0; k < p.shade.outputs.size(); k++)
+            if (p.shade.outputs[k].kind == ir::Output::Slot && p.shade.outputs[k].index == int(c))
+                source.output = int(k);
+        source.value = Vec3f(1, 0, 0);
+        m_sources.push_back(source);
+    }
+    // Several roots lie side by side under implicit Add nodes.
+    int top = roots.empty() ? -1 : roots[0];
+    for (size_t i = 1; i < roots.size(); i++) {
+        grid::LayerNode add;
+        add.op = LayerOp::Add;
+        add.upper = top;
+        add.lower = roots[i];
+        m_layering.nodes.push_back(std::move(add));
+        top = int(m_layering.nodes.size()) - 1;
+    }
+    if (build.has_interior)
+        m_layering.interior = clean(build.interior, services);
+    m_layering.shines_both = !p.fixed_lobes.empty();
+
+    ir::Variant colors = m_variant;
+    colors.Cs = colors.Os = true;
+    const std::vector<bool> always = m_shader->uniform_outputs(colors),
+                            plain = m_shader->uniform_outputs(m_variant);
+    m_uniform = m_uniform_plain = true;
+    for (size_t s = 0; s < m_sources.size(); s++) {
+        const int k = m_sources[s].output;
+        m_layering.slots[s].uniform = k < 0 || always[size_t(k)];
+        m_uniform = m_uniform && m_layering.slots[s].uniform;
+        m_uniform_plain = m_uniform_plain && (k < 0 || plain[size_t(k)]);
+    }
+    for (size_t k = 0; k < p.shade.outputs.size(); k++) {
+        const ir::Output& o = p.shade.outputs[k];
+        if (o.kind == ir::Output::Normal)
+            m_uniform = m_uniform_plain = false; // bump: every vertex has its normal
+        if (o.kind == ir::Output::Aov) {         // shown, as slots are
+            m_uniform = m_uniform && always[k];
+            m_uniform_plain = m_uniform_plain && plain[k];
+        }
+    }
+}
+
+// A surface that the arguments make opaque has no presence to test at every hit.
+void InstanceImpl::settle_presence(Services& services) {
+    const int slot = m_layering.presence;
+    if (slot < 0 || !m_opacity || m_variant.Os || !m_shader->program().shade.root)
+        return;
+    const int output = m_sources[size_t(slot)].output;
+    if (output < 0 || !m_shader->uniform_outputs(m_variant)[size_t(output)])
+        return;
+    grid::Grid point;
+    point.allocate(0, 0);
+    GridGlobals globals;
+    globals.Os = *m_opacity;
+    grid::VertexInputs values;
+    shade(point, globals, services, values);
+    if (values.slots[size_t(slot)].uniform && values.slots[size_t(slot)].value.x >= 1) {
+        // It is the last slot: build_material adds it so.
+        m_layering.slots.pop_back();
+        m_sources.pop_back();
+        m_layering.presence = -1;
+    }
+}
+
+} // namespace kanuka::sl
