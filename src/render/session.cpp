@@ -46,6 +46,19 @@ Window crop_window(const std::array<float, 4>& crop, int width, int height) {
     return w;
 }
 
+// A scene that names neither a light nor a surface would be black. RISpec's default surface is lit from the
+// eye, so that shapes show.
+bool names_no_light(const scene::Scene& scene) {
+    const auto plain = [](const std::vector<scene::Primitive>& primitives) {
+        return std::all_of(primitives.begin(), primitives.end(), [](const scene::Primitive& p) {
+            return !p.attributes || (!p.attributes->surface && !p.attributes->area_light);
+        });
+    };
+    return scene.lights.empty() && scene.light_shaders.empty() && plain(scene.primitives) &&
+           std::all_of(scene.groups.begin(), scene.groups.end(),
+                       [&](const scene::Group& g) { return plain(g.primitives); });
+}
+
 class BatchSession {
   public:
     BatchSession(const scene::Scene& scene, const Overrides& o, Journal& journal, Stats& stats,
@@ -60,6 +73,14 @@ class BatchSession {
         m_options.crop = o.crop.value_or(m_options.crop);
         m_options.seed = o.seed.value_or(m_options.seed);
         m_options.max_depth = o.max_depth.value_or(m_options.max_depth);
+        if (!o.integrator && m_options.integrator == "path" && !m_scene.file.empty() && !m_delayed &&
+            names_no_light(m_scene)) {
+            m_options.integrator = "facing";
+            m_journal.report(
+                Severity::Info, Location{m_scene.file},
+                "there are neither lights nor surface shaders: shapes are shown as if lit from the "
+                "eye (integrator facing)");
+        }
         m_options.integrator = o.integrator.value_or(m_options.integrator);
         m_options.geometry_tolerance = o.geometry_tolerance.value_or(m_options.geometry_tolerance);
         if (o.shutter)

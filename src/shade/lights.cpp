@@ -1,6 +1,7 @@
 #include "shade/lights.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <string_view>
 
@@ -170,14 +171,52 @@ bool is_standard_light(std::string_view name) {
     return find_light(name) != nullptr;
 }
 
-void report_unknown_light(const scene::ShaderRef& ref, const std::string& searched, Journal& journal) {
+namespace {
+
+// What files call their own light shaders; the first row that fits counts. A light that says nothing of its
+// kind is taken for a distant one: without a falloff its intensity is known to fit any size of scene.
+constexpr std::pair<std::string_view, std::string_view> LightNames[] = {
+    {"ambient", "ambientlight"}, {"env", "environmentlight"},     {"dome", "environmentlight"},
+    {"sky", "environmentlight"}, {"occl", "environmentlight"},    {"hemi", "environmentlight"},
+    {"distant", "distantlight"}, {"directional", "distantlight"}, {"sun", "distantlight"},
+    {"nofall", "distantlight"},  {"spot", "spotlight"},           {"point", "pointlight"},
+};
+
+std::string_view likely_light(const scene::ShaderRef& ref) {
+    std::string name = ref.name.substr(ref.name.find_last_of('/') + 1);
+    for (char& c : name)
+        c = char(std::tolower(static_cast<unsigned char>(c)));
+    for (const auto& [part, standard] : LightNames)
+        if (name.find(part) != std::string::npos)
+            return standard;
+    return ref.parameters.find("coneangle") ? "spotlight" : "distantlight";
+}
+
+} // namespace
+
+scene::ShaderRef stand_in_for_light(const scene::ShaderRef& ref, const std::string& searched,
+                                    Journal& journal) {
+    scene::ShaderRef result = ref;
+    result.name = likely_light(ref);
+    const LightShader& standard = *find_light(result.name);
+    std::erase_if(result.parameters.values, [&](const scene::Value& v) {
+        return (!contains(standard.parameters, v.name) && v.name != "group" && v.name != "__group") ||
+               v.name == "texture" || v.name == "mapname"; // pictures that theirs may well not shine
+    });
+    if (standard.kind == scene::Light::Kind::Environment) { // light shaders are seen by surfaces alone
+        scene::Value visible;
+        visible.name = "visible";
+        visible.floats = std::vector<float>{0};
+        result.parameters.set(std::move(visible));
+    }
     std::vector<std::string_view> names;
     for (const LightShader& s : light_shaders())
         names.push_back(s.name);
     journal.error(ref.where, "light shader \"" + ref.name + "\" is not found (" + ref.name + ".slo or " +
-                                 ref.name + ".sl), searched in " + searched +
-                                 "; the light is left out. Built in are " + joined(names) +
-                                 ", and AreaLightSource \"arealight\"");
+                                 ref.name + ".sl), searched in " + searched + "; \"" + result.name +
+                                 "\" with what parameters they share stands in for it. Built in are " +
+                                 joined(names) + ", and AreaLightSource \"arealight\"");
+    return result;
 }
 
 Rgb light_amount(const scene::ShaderRef& ref) {

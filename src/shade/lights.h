@@ -15,8 +15,10 @@ namespace kanuka::shade {
 
 // True for the standard light shaders, which are analytic.
 bool is_standard_light(std::string_view name);
-// Says that there is no such light shader, and which there are.
-void report_unknown_light(const scene::ShaderRef& ref, const std::string& searched, Journal& journal);
+// The standard light that stands in for a shader that is not found: by what its name and its parameters say,
+// with those of them that it has. Reported, with what there is.
+scene::ShaderRef stand_in_for_light(const scene::ShaderRef& ref, const std::string& searched,
+                                    Journal& journal);
 
 // A frame without scale: origin at `from`, +z towards `to`, all in one space.
 Transform aimed(const Vec3f& from, const Vec3f& to);

@@ -62,7 +62,7 @@ TEST_F(Lights, UnknownShadersAndParametersAreReported) {
     ref.parameters.set(value("shadows", scene::Type::Float, {1}));
     EXPECT_FALSE(make("uberlight"));
     EXPECT_FALSE(is_standard_light("uberlight"));
-    report_unknown_light(ref, "here", journal);
+    stand_in_for_light(ref, "here", journal);
     EXPECT_TRUE(make("pointlight"));
     const auto entries = journal.entries();
     ASSERT_EQ(entries.size(), 2u);
@@ -71,6 +71,36 @@ TEST_F(Lights, UnknownShadersAndParametersAreReported) {
     EXPECT_NE(entries[1].message.find("light shader \"uberlight\" is not found"), std::string::npos);
     EXPECT_NE(entries[1].message.find("ambientlight, distantlight, pointlight, spotlight, environmentlight"),
               std::string::npos);
+}
+
+TEST_F(Lights, WhatStandsInForUnknownLights) {
+    ref.parameters.set(value("intensity", scene::Type::Float, {3}));
+    ref.parameters.set(value("lighttype", scene::Type::Float, {2}));
+    ref.parameters.set(value("from", scene::Type::Point, {0, 5, 0}));
+    ref.parameters.set(test::text("mapname", "sky.tx"));
+    const auto name_of = [&](const std::string& name) {
+        ref.name = name;
+        return stand_in_for_light(ref, "here", journal).name;
+    };
+    EXPECT_EQ(name_of("theirs/MyAmbient"), "ambientlight");
+    EXPECT_EQ(name_of("envlight"), "environmentlight");
+    EXPECT_EQ(name_of("exporterDirectionalLight"), "distantlight");
+    EXPECT_EQ(name_of("point_nofall"), "distantlight");
+    EXPECT_EQ(name_of("mypoint"), "pointlight");
+    EXPECT_EQ(name_of("uber"), "distantlight");
+    const scene::ShaderRef uber = stand_in_for_light(ref, "here", journal);
+    EXPECT_EQ(uber.parameters.values.size(), 2u) << "intensity and from; what it has not goes without a word";
+    ref.parameters.set(value("coneangle", scene::Type::Float, {0.5f}));
+    EXPECT_EQ(name_of("uber"), "spotlight");
+    EXPECT_NE(journal.entries().back().message.find("\"spotlight\" with what parameters"), std::string::npos);
+    ref.name = "envlight";
+    EXPECT_FALSE(make_light(stand_in_for_light(ref, "here", journal), textures, journal)->visible_camera);
+    for (const char* name : {"envlight", "spot2", "x"}) {
+        ref.name = name;
+        EXPECT_TRUE(make_light(stand_in_for_light(ref, "here", journal), textures, journal));
+    }
+    for (const Journal::Entry& e : journal.entries())
+        EXPECT_NE(e.message.find("is not found"), std::string::npos) << e.message;
 }
 
 TEST_F(Lights, ShadowMapLightsAreTheirStandardOnes) {

@@ -520,10 +520,9 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
 
 // Lights live in world space: their "current" is the world.
 std::optional<scene::Light> SystemImpl::run_light(const scene::ShaderRef& ref, const Bounds3f& lit) {
-    if (!find(ref)) {
-        report_unknown_light(ref, join_folders(m_shader_folders), m_journal);
-        return std::nullopt;
-    }
+    if (!find(ref))
+        return make_light(stand_in_for_light(ref, join_folders(m_shader_folders), m_journal), m_textures,
+                          m_journal);
     Bound bound;
     bound.shader = load(ref, sl::ShaderKind::Light);
     if (!bound.shader)

@@ -121,6 +121,13 @@ bool Context::finite(const Call& call, size_t arguments) {
 
 // ---- blocks -----------------------------------------------------------------------------------------
 
+std::vector<AttributeState*> Context::open_states() {
+    std::vector<AttributeState*> states{&attributes};
+    for (Block& block : m_blocks)
+        states.push_back(&block.attributes);
+    return states;
+}
+
 void Context::open(BlockKind kind, const Location& where) {
     // A block keeps a copy of the state, some 600 bytes: nobody nests so many, and a broken file must not
     // fill the memory.

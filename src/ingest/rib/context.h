@@ -110,6 +110,7 @@ class Context {
     std::vector<scene::Solid>& solids() { // of the world or the open object
         return m_open_object >= 0 ? objects.record(m_open_object).solids : m_scene.solids;
     }
+    std::vector<AttributeState*> open_states(); // the current one, and what closing blocks return to
     void open(BlockKind kind, const Location& where);
     // Closes the innermost open block of a kind, and what was left open inside it. False: there is none to
     // close.

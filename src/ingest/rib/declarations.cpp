@@ -72,7 +72,11 @@ std::optional<InlineDeclaration> parse_declaration(std::string_view text, bool n
         at++;
         space();
         // "[ 2.0 ]" is seen in the wild, so the size is read as any number.
-        const ScannedNumber n = scan_number(text.data() + at, text.data() + text.size());
+        const ScannedNumber n = at < text.size() && text[at] == ']'
+                                    ? ScannedNumber{1, text.data() + at, true}
+                                    : scan_number(text.data() + at, text.data() + text.size());
+        if (n.end == text.data() + at)
+            r.declaration.open_array = true; // "color[] name": as many as are given
         if (!n.end || !(n.value >= 1) || n.value > 1e6 || n.value != std::floor(n.value)) {
             problem = "the array size in \"" + std::string(text) + "\" must be a whole number of 1 or more";
             return std::nullopt;
@@ -118,7 +122,7 @@ constexpr Standard StandardDeclarations[] = {
     {"uniform string",
      "texturename coordinatesystem shader texture archive procedural display displays name shadinggroup "
      "shadows depthfilter shadowname mapname bucketorder sense "
-     "casts_shadows"},
+     "casts_shadows __instanceid __group"},
     {"vertex point", "P"},
     {"vertex float", "Pz"},
     {"vertex hpoint", "Pw"},

@@ -16,6 +16,7 @@ struct Declaration {
     scene::Type type = scene::Type::Float;
     int array_size = 1;
     bool declared_detail = false; // the class was written, not defaulted
+    bool open_array = false;      // "type[]": of any length
 };
 
 struct InlineDeclaration {

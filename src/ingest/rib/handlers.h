@@ -2,6 +2,10 @@
 // number and type.
 #pragma once
 
+namespace kanuka::scene {
+struct ShaderRef;
+}
+
 namespace kanuka::ingest {
 
 class Context;
@@ -46,7 +50,11 @@ void identity(Context&, Call&), transform(Context&, Call&), concat_transform(Con
 
 // handlers_ris.cpp
 void shader_layer(Context&, Call&), integrator(Context&, Call&), bxdf(Context&, Call&),
-    pattern(Context&, Call&), ris_light(Context&, Call&);
+    pattern(Context&, Call&), ris_light(Context&, Call&), display_filter(Context&, Call&);
+// Area lights of RenderMan 19 and 20: makes their parameters ours; does nothing to others.
+void shaped_light(scene::ShaderRef& light);
+// A shape that is the area light in force itself ("rectlight", "envsphere", …); false = it is none.
+bool light_geometry(Context&, const Call&);
 
 // handlers_geometry.cpp, handlers_patches.cpp
 void polygon(Context&, Call&), general_polygon(Context&, Call&), points_polygons(Context&, Call&),

@@ -85,6 +85,7 @@ void area_light_source(Context& c, Call& call) {
     }
     ShaderRef light = c.shader(call, 0);
     light.handle = handle;
+    shaped_light(light);
     c.attributes.edit(FieldAreaLight).area_light = std::move(light);
 }
 

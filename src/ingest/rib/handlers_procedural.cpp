@@ -160,7 +160,10 @@ void procedural2(Context& c, Call& call) {
     if (r.type.ends_with("2"))
         r.type.pop_back();
     if (call.text(1) == "SimpleBound") {
-        if (const Value* bound = call.params.find("__bound"); bound && bound->floats.size() >= 6)
+        const Value* bound = call.params.find("__bound");
+        if (!bound)
+            bound = call.params.find("bound"); // as exporters of RenderMan 20 write it
+        if (bound && bound->floats.size() >= 6)
             r.bound.assign(bound->floats.begin(), bound->floats.begin() + 6);
         else
             c.reports.warning("Procedural2", call.where,

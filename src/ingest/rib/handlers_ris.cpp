@@ -36,7 +36,7 @@ constexpr Mapping Bxdfs[] = {
     {"PxrBlack", "principled", ""},
     {"PxrGlass", "glass", "ior roughness transmissionColor:transmittance reflectionColor:reflectance"},
     {"PxrLMDiffuse", "principled", "frontColor:baseColor presence"},
-    {"PxrLMPlastic", "principled", "diffuseColor:baseColor roughness presence"},
+    {"PxrLMPlastic", "principled", "diffuseColor:baseColor roughness specularRoughness:roughness presence"},
     {"PxrLMMetal", "principled", "roughness presence"},
     {"PxrLMGlass", "glass", "refractionIndex:ior roughness"},
     {"LamaDiffuse", "principled", "color:baseColor"},
@@ -56,6 +56,10 @@ constexpr Mapping RisLights[] = {
     {"PxrDomeLight", "environmentlight", "lightColorMap:texture"},
     {"PxrMeshLight", "arealight", ""},
 };
+
+// AreaLightSource of RenderMan 19 and 20, whose shape is a primitive or a Geometry that follows.
+constexpr std::string_view ShapedLights[] = {"PxrAreaLight",   "PxrStdAreaLight", "PxrStdEnvMapLight",
+                                             "PxrEnvMapLight", "PxrEnvDayLight",  "PxrStdEnvDayLight"};
 
 // What all lights have, and what is taken account of below.
 constexpr std::string_view LightParameters =
@@ -205,6 +209,8 @@ static void take_reference(Context& c, const Call& call, const Value& v, std::st
 void bxdf(Context& c, Call& call) {
     static constexpr Mapping fallback{"", "principled",
                                       "baseColor diffuseColor:baseColor color:baseColor roughness presence"};
+    if (call.text(0) == "PxrLightEmission") // its light is the area light's
+        return;
     const Mapping* mapping = find(Bxdfs, call.text(0));
     if (!mapping) {
         mapping = &fallback;
@@ -267,6 +273,50 @@ static double area_of(const Context& c, std::string_view light) {
     return 1;
 }
 
+static void take_area_light(ShaderRef& light) {
+    const ValueList theirs = std::move(light.parameters);
+    light.parameters = {};
+    const double intensity =
+        double(theirs.get_float("intensity", 1)) * std::exp2(double(theirs.get_float("exposure", 0)));
+    set(light.parameters, "intensity", float(std::isfinite(intensity) ? intensity : 0));
+    set(light.parameters, "lightcolor", theirs.get_color("lightColor", theirs.get_color("envTint", Rgb(1))));
+    if (const std::string map = theirs.get_string("rman__EnvMap", ""); !map.empty())
+        set(light.parameters, "texture", map);
+    if (const float seen = theirs.get_float("rman__LightPrimaryVisibility", 1); seen == 0)
+        set(light.parameters, "visible", seen);
+    light.name = "arealight";
+}
+
+void shaped_light(ShaderRef& light) {
+    if (std::find(std::begin(ShapedLights), std::end(ShapedLights), light.name) != std::end(ShapedLights))
+        take_area_light(light);
+}
+
+// Geometry "envsphere" and the shapes of lights: with an area light in force, the light itself.
+bool light_geometry(Context& c, const Call& call) {
+    static constexpr std::pair<std::string_view, std::string_view> Shapes[] = {
+        {"envsphere", "environmentlight"},
+        {"rectlight", "quadlight"},
+        {"disklight", "disklight"},
+        {"spherelight", "spherelight"},
+        {"cylinderlight", "cylinderlight"}};
+    for (const auto& [shape, name] : Shapes)
+        if (call.text(0) == shape) {
+            if (!c.attributes.shared->area_light)
+                return true; // what a light that is off would look like
+            ShaderRef light = *c.attributes.shared->area_light;
+            if (light.name != "arealight")
+                take_area_light(light);
+            light.name = name;
+            light.world_from_shader = c.ctm;
+            if (name != "environmentlight")
+                std::erase_if(light.parameters.values, [](const Value& v) { return v.name == "texture"; });
+            c.lights.declare_everywhere(std::move(light), c.open_states());
+            return true;
+        }
+    return false;
+}
+
 void ris_light(Context& c, Call& call) {
     const Mapping* mapping = find(RisLights, call.text(0));
     if (!mapping) {
@@ -319,7 +369,7 @@ void ris_light(Context& c, Call& call) {
         c.attributes.edit(FieldAreaLight).area_light = std::move(light);
         return;
     }
-    c.lights.declare(std::move(light), c.attributes);
+    c.lights.declare_everywhere(std::move(light), c.open_states());
 }
 
 // ---- the rest ---------------------------------------------------------------------------------------
@@ -331,11 +381,32 @@ void integrator(Context& c, Call& call) {
             std::clamp(call.params.get_int("maxPathLength", c.options.options.max_depth), 1, 1000);
     else if (name == "PxrDirectLighting")
         c.options.options.max_depth = 1;
+    else if (name == "PxrOcclusion")
+        c.options.options.integrator = "ao";
+    else if (name == "PxrVisualizer" || name == "PxrDebugShadingContext" || name == "PxrValidateBxdf")
+        c.options.options.integrator = "facing";
+    else if (name == "PxrDefault")
+        return;
     else
         c.reports.once(Severity::Warning, "Integrator " + name, call.where,
                        "Integrator \"" + name +
                            "\" has no counterpart: paths are traced. Choose another by Option \"kanuka\" "
                            "\"string integrator\"");
+}
+
+// A colour behind everything is an imager; the others grade the picture.
+void display_filter(Context& c, Call& call) {
+    if (call.text(0) != "PxrBackgroundDisplayFilter" && call.text(0) != "PxrBackgroundSampleFilter") {
+        c.reports.once(Severity::Warning, "DisplayFilter", call.where,
+                       std::string(call.spec->name) + " \"" + call.text(0) +
+                           "\" is not supported and was left out: grade the picture afterwards");
+        return;
+    }
+    ShaderRef imager;
+    imager.name = "background";
+    imager.where = call.where;
+    set(imager.parameters, "bgcolor", call.params.get_color("backgroundColor", Rgb(0)));
+    c.options.options.imager = std::move(imager);
 }
 
 // Layers run one after another; the last one makes the colour. A single layer is an ordinary shader.

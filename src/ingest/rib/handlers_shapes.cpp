@@ -118,7 +118,7 @@ void add_teapot(Context& c, Call& call) {
 void geometry(Context& c, Call& call) {
     if (call.text(0) == "teapot")
         add_teapot(c, call);
-    else
+    else if (!light_geometry(c, call))
         c.reports.error("Geometry", call.where,
                         "Geometry \"" + call.text(0) + "\" was left out: there is \"teapot\" alone");
 }

@@ -14,7 +14,14 @@ namespace {
 Transform from_rows(Context& c, const Call& call) {
     const auto& rows = call.args[0].floats;
     const double w = double(rows[15]);
-    const bool affine = rows[3] == 0 && rows[7] == 0 && rows[11] == 0 && w != 0;
+    // Exporters write rounding errors there: inverses of matrices of floats.
+    const auto none = [&](size_t i) {
+        double most = 0;
+        for (size_t j = i - 3; j < i; j++)
+            most = std::max(most, std::abs(double(rows[j])));
+        return std::abs(double(rows[i])) <= 1e-6 * std::min(most, std::abs(w));
+    };
+    const bool affine = w != 0 && none(3) && none(7) && none(11);
     if (!affine)
         c.reports.once(
             Severity::Warning, "projective transformation", call.where,
@@ -24,7 +31,7 @@ Transform from_rows(Context& c, const Call& call) {
     Transform t;
     for (size_t i = 0; i < 4; i++)
         for (size_t j = 0; j < 4; j++)
-            t.m[j][i] = double(rows[i * 4 + j]) / (affine ? w : 1);
+            t.m[j][i] = affine && j == 3 ? (i == 3 ? 1 : 0) : double(rows[i * 4 + j]) / (affine ? w : 1);
     return t;
 }
 

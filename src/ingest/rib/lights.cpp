@@ -2,7 +2,7 @@
 
 namespace kanuka::ingest {
 
-void Lights::declare(scene::ShaderRef shader, AttributeState& attributes) {
+int Lights::add(scene::ShaderRef shader) {
     const int index = int(m_lights.size());
     // Objects name their lights: a handle that is used again must not stand for two.
     const bool again = m_handles.contains(shader.handle);
@@ -10,9 +10,25 @@ void Lights::declare(scene::ShaderRef shader, AttributeState& attributes) {
     if (again)
         shader.handle += "#" + std::to_string(index);
     m_lights.push_back(std::move(shader));
+    return index;
+}
+
+static void turn_on(int light, AttributeState& attributes) {
     auto on = std::make_shared<LightSet>(*attributes.lights);
-    on->insert(index);
+    on->insert(light);
     attributes.lights = std::move(on);
+}
+
+void Lights::declare(scene::ShaderRef shader, AttributeState& attributes) {
+    turn_on(add(std::move(shader)), attributes);
+}
+
+void Lights::declare_everywhere(scene::ShaderRef shader, const std::vector<AttributeState*>& states) {
+    const int index = add(std::move(shader));
+    for (const auto& [lights, names] : m_seen)
+        names->insert(m_lights[size_t(index)].handle);
+    for (AttributeState* state : states)
+        turn_on(index, *state);
 }
 
 void Lights::illuminate(const std::string& handle, bool on, AttributeState& attributes, Reports& reports,
@@ -81,7 +97,7 @@ std::vector<scene::ShaderRef> Lights::finish(Reports& reports) const {
     for (size_t i = 0; i < m_lights.size(); i++) {
         size_t on = 0;
         for (const auto& seen : m_seen)
-            on += seen.first->contains(int(i));
+            on += seen.first->contains(int(i)) || seen.second->contains(m_lights[i].handle);
         const scene::ShaderRef& light = m_lights[i];
         const std::string what = "LightSource \"" + light.name + "\" \"" + light.handle + "\"";
         if (on == 0 && !m_seen.empty()) {

@@ -12,6 +12,9 @@ class Lights {
   public:
     // Adds a light and turns it on in `attributes`. A handle used again means the newer light from here on.
     void declare(scene::ShaderRef shader, AttributeState& attributes);
+    // The same of a light that shines on everything, wherever it is declared: on for the primitives so far,
+    // and turned on in the states of all open blocks, which Illuminate may change.
+    void declare_everywhere(scene::ShaderRef shader, const std::vector<AttributeState*>& states);
     // AreaLightSource: known by its handle, but lit by its primitives.
     void declare_area(const std::string& handle) { m_handles[handle] = AreaLight; }
     void illuminate(const std::string& handle, bool on, AttributeState& attributes, Reports& reports,
@@ -33,11 +36,12 @@ class Lights {
     void truncate(size_t size); // forgets the lights of a frame that ends
 
   private:
+    int add(scene::ShaderRef shader);
     static constexpr int AreaLight = -1;
     std::vector<scene::ShaderRef> m_lights;
     std::map<std::string, int> m_handles;
     // Every set that a primitive was declared under, and the names of its lights.
-    std::map<std::shared_ptr<const LightSet>, std::shared_ptr<const std::set<std::string>>> m_seen;
+    std::map<std::shared_ptr<const LightSet>, std::shared_ptr<std::set<std::string>>> m_seen;
     std::shared_ptr<const std::set<std::string>> m_names; // of the last
     std::shared_ptr<const LightSet> m_last;
 };

@@ -156,6 +156,14 @@ bool Reader::read_value(Call& call, Value& value, const Declaration& declaration
         found = m_floats.size();
         value.floats = kept(m_floats);
     }
+    const size_t components = size_t(scene::components(value.type));
+    if (declaration.open_array && found % components == 0) {
+        if (found == 0) // an empty array says nothing
+            return true;
+        value.array_size = int(found / components);
+        call.params.set(std::move(value));
+        return true;
+    }
     if (call.spec->params == Params::Primitive || fit_value(call, value, found))
         call.params.set(std::move(value));
     return true;

@@ -80,7 +80,75 @@ TEST(Ris, MeshLightsShine) {
 TEST(Ris, IntegratorsSayHowDeep) {
     const Parsed p("Integrator \"PxrPathTracer\" \"i\" \"int maxPathLength\" [5]\n" + world(Ball));
     EXPECT_EQ(p.scene.options.max_depth, 5);
-    EXPECT_TRUE(Parsed("Integrator \"PxrOcclusion\" \"i\"\n" + world(Ball)).says("paths are traced"));
+    EXPECT_EQ(Parsed("Integrator \"PxrOcclusion\" \"i\"\n" + world(Ball)).scene.options.integrator, "ao");
+    EXPECT_EQ(Parsed("Integrator \"PxrVisualizer\" \"i\"\n" + world(Ball)).scene.options.integrator,
+              "facing");
+    EXPECT_TRUE(Parsed("Integrator \"PxrOwn\" \"i\"\n" + world(Ball)).says("paths are traced"));
+}
+
+TEST(Ris, LightsShineOutsideOfTheirBlocks) {
+    const Parsed p(world(Ball + "AttributeBegin AttributeBegin Light \"PxrRectLight\" \"key\" AttributeEnd" +
+                         Ball + "AttributeEnd" + Ball +
+                         "AttributeBegin Illuminate \"key\" 0 Sphere 1 -1 1 360 AttributeEnd"));
+    EXPECT_SILENT(p);
+    ASSERT_EQ(p.scene.light_shaders.size(), 1u);
+    for (size_t i = 0; i < 3; i++)
+        EXPECT_TRUE(p.primitive(i).attributes->lights_on->contains("key")) << i;
+    EXPECT_FALSE(p.primitive(3).attributes->lights_on->contains("key"));
+    // A frame's light ends with it.
+    const Parsed frames("FrameBegin 1 WorldBegin Light \"PxrDomeLight\" \"d\"" + Ball +
+                            "WorldEnd FrameEnd FrameBegin 2 WorldBegin" + Ball + "WorldEnd FrameEnd",
+                        {.frame = 2});
+    EXPECT_TRUE(frames.scene.light_shaders.empty());
+}
+
+TEST(Ris, AreaLightsOfShapes) {
+    const Parsed p(
+        world("AttributeBegin Scale 2 2 2 AreaLightSource \"PxrStdAreaLight\" \"a\" \"float "
+              "intensity\" 3 \"float exposure\" 1 \"color lightColor\" [1 .5 0] Bxdf "
+              "\"PxrLightEmission\" \"e\" Geometry \"rectlight\" AttributeEnd\n"
+              "AttributeBegin AreaLightSource \"x/own_env\" \"b\" \"color envTint\" [0 0 1] \"string "
+              "rman__EnvMap\" [\"sky.tx\"] Geometry \"envsphere\" \"constant float[2] resolution\" [9 "
+              "9] AttributeEnd Illuminate \"a\" 1 Illuminate \"b\" 1 Geometry \"envsphere\"\n"
+              "AreaLightSource \"PxrAreaLight\" \"c\" \"float intensity\" 7" +
+              Ball));
+    EXPECT_SILENT(p);
+    ASSERT_EQ(p.scene.light_shaders.size(), 2u);
+    EXPECT_EQ(p.scene.light_shaders[0].name, "quadlight");
+    EXPECT_EQ(p.scene.light_shaders[0].parameters.get_float("intensity", 0), 6);
+    EXPECT_EQ(p.scene.light_shaders[0].parameters.get_color("lightcolor", Rgb(0)), Rgb(1, .5f, 0));
+    EXPECT_EQ(p.scene.light_shaders[1].name, "environmentlight");
+    EXPECT_EQ(p.scene.light_shaders[1].parameters.get_string("texture", ""), "sky.tx");
+    ASSERT_EQ(p.scene.primitives.size(), 1u);
+    EXPECT_EQ(p.primitive(0).attributes->area_light->name, "arealight");
+    EXPECT_EQ(p.primitive(0).attributes->area_light->parameters.get_float("intensity", 0), 7);
+}
+
+TEST(Ris, OpenArrays) {
+    const Parsed p(world("Bxdf \"PxrDisney\" \"a\" \"int[] utilityPattern\" [] \"color[] baseColor\" [1 0 0] "
+                         "\"string __instanceid\" [\"x\"] \"__instanceid\" [\"a_0\"]" +
+                         Ball));
+    EXPECT_SILENT(p);
+    EXPECT_EQ(surface(p).parameters.get_color("baseColor", Rgb(0)), Rgb(1, 0, 0));
+}
+
+TEST(Ris, BackgroundsAreImagers) {
+    const Parsed p("DisplayFilter \"PxrBackgroundDisplayFilter\" \"b\" \"color backgroundColor\" [1 .5 0]\n"
+                   "DisplayFilter \"PxrGradeDisplayFilter\" \"g\"\n" +
+                   world(Ball));
+    ASSERT_TRUE(p.scene.options.imager);
+    EXPECT_EQ(p.scene.options.imager->parameters.get_color("bgcolor", Rgb(0)), Rgb(1, .5f, 0));
+    EXPECT_TRUE(p.says("PxrGradeDisplayFilter\" is not supported"));
+}
+
+TEST(Ris, MatricesWithRoundingErrorsAreAffine) {
+    const Parsed p(world("ConcatTransform [1 0 0 9.8e-9 0 1 0 -2e-9 0 0 1 3e-9 0 0 3.3 1]" + Ball));
+    EXPECT_SILENT(p);
+    const auto& last = p.primitive(0).world_from_object.m[3];
+    EXPECT_EQ(last[0], 0);
+    EXPECT_EQ(last[3], 1);
+    EXPECT_TRUE(
+        Parsed(world("ConcatTransform [1 0 0 .01 0 1 0 0 0 0 1 0 0 0 3 1]" + Ball)).says("projective"));
 }
 
 TEST(Layers, TheLastCounts) {
