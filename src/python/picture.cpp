@@ -8,6 +8,7 @@
 
 #include "film/ztest.h"
 #include "python/arrays.h"
+#include "shade/make_texture.h"
 
 namespace kanuka::python {
 
@@ -290,6 +291,17 @@ void bind_journal(nb::module_& m) {
             nb::sig("def __iter__(self) -> Iterator[Message]"));
 }
 
+static void make_texture(const std::vector<std::string>& pictures, const std::string& texture,
+                         const std::pair<std::string, std::string>& wrap, const std::string& filter,
+                         bool latlong, float fov) {
+    using Kind = shade::TextureMaking::Kind;
+    const nb::gil_scoped_release release;
+    shade::make_texture({pictures.size() == 6 ? Kind::CubeFaces
+                         : latlong            ? Kind::LatLong
+                                              : Kind::Texture,
+                         pictures, texture, wrap.first, wrap.second, filter, fov});
+}
+
 void bind_picture(nb::module_& m) {
     nb::class_<Picture>(
         m, "Picture",
@@ -343,6 +355,15 @@ void bind_picture(nb::module_& m) {
                    std::to_string(p.picture.height) + ">";
         });
     m.def("read", &read, nb::arg("path"), "Reads an EXR file.");
+    m.def(
+        "make_texture", &make_texture, nb::arg("pictures"), nb::arg("texture"), nb::kw_only(),
+        nb::arg("wrap") = std::pair<std::string, std::string>("periodic", "periodic"),
+        nb::arg("filter") = "box", nb::arg("latlong") = false, nb::arg("fov") = 90.0f,
+        "Makes a tiled, mip-mapped texture of a picture; of six, cube faces in the order px nx py ny pz nz, "
+        "a "
+        "latitude-longitude environment. `wrap`: along s and t, black, clamp, periodic or mirror. `filter`: "
+        "from a level to the next: box, triangle, gaussian, catmull-rom, mitchell, lanczos and others. "
+        "`latlong`: the picture is an environment by latitude and longitude.");
     bind_comparison(m);
     bind_z_test(m);
 }

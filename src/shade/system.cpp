@@ -16,6 +16,7 @@
 #include "shade/default_surface.h"
 #include "shade/light_table.h"
 #include "shade/lights.h"
+#include "shade/make_texture.h"
 #include "shade/material.h"
 #include "shade/opacity.h"
 #include "shade/search.h"
@@ -83,6 +84,7 @@ class SystemImpl final : public ShadingSystem {
           m_world_spaces(scene, options.camera_from_render * options.render_from_world) {
         if (m_palette)
             m_textures.set_space(m_palette->space());
+        m_textures.set_made(make_textures(scene.options.user, m_textures.folders(), journal));
         m_compile_options.lanes = options.lanes;
         m_compile_options.cache_dir = options.cache_dir;
         m_compile_options.include_path = m_shader_folders;

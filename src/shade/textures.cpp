@@ -68,6 +68,8 @@ void Textures::set_space(color::Space space) {
 }
 
 std::string Textures::find(const std::string& name) const {
+    if (const auto made = m_made.find(name); made != m_made.end())
+        return made->second;
     constexpr const char* as_named[] = {""};
     if (auto path = find_file(name, m_folders, as_named))
         return *path;

@@ -2,6 +2,7 @@
 // file.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -32,6 +33,8 @@ class Textures {
     // already. Before the first lookup.
     void set_space(color::Space space);
 
+    // Files that names stand for before they are looked for. Before the first lookup.
+    void set_made(std::map<std::string, std::string> made) { m_made = std::move(made); }
     std::string find(const std::string& name) const; // the file it stands for; empty = none
     struct Info {
         int width = 0, height = 0, channels = 0;
@@ -47,6 +50,7 @@ class Textures {
     const Entry& entry(const char* name);
 
     std::vector<std::string> m_folders;
+    std::map<std::string, std::string> m_made;
     Journal& m_journal;
     std::unique_ptr<Cache> m_cache;
     bool m_converts = false;

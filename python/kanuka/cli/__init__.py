@@ -9,7 +9,7 @@ import traceback
 
 import kanuka
 
-from . import compare, convert, exit_codes, info, render, shader
+from . import compare, convert, exit_codes, info, render, shader, texture
 from .exit_codes import ExitCode
 
 EXAMPLES = """\
@@ -20,6 +20,7 @@ examples:
   kanuka info scene.rib                        what is in a scene
   kanuka convert scene.rib scene.rib.gz        the same scene in another coat
   kanuka compare a.exr reference.exr           how far two pictures are apart
+  kanuka texture wood.png wood.tx              a mip-mapped texture of a picture
   kanuka shader compile marble.sl              check a shader
 
 """
@@ -34,7 +35,7 @@ def make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"kanuka {kanuka.__version__}")
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for module in (render, info, convert, compare, shader):
+    for module in (render, info, convert, compare, texture, shader):
         module.add_parser(subparsers)
     return parser
 

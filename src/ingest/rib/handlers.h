@@ -32,7 +32,8 @@ void format(Context&, Call&), frame_aspect_ratio(Context&, Call&), screen_window
     pixel_filter(Context&, Call&), exposure(Context&, Call&), imager(Context&, Call&),
     quantize(Context&, Call&), display(Context&, Call&), display_channel(Context&, Call&),
     hider(Context&, Call&), color_samples(Context&, Call&), relative_detail(Context&, Call&),
-    pixel_variance(Context&, Call&), option(Context&, Call&), make_texture(Context&, Call&);
+    pixel_variance(Context&, Call&), option(Context&, Call&), make_texture(Context&, Call&),
+    make_latlong_environment(Context&, Call&), make_cube_face_environment(Context&, Call&);
 
 // handlers_attributes.cpp
 void color(Context&, Call&), opacity(Context&, Call&), texture_coordinates(Context&, Call&),

@@ -273,11 +273,35 @@ void relative_detail(Context& c, Call& call) {
     c.options.relative_detail = call.f(0);
 }
 
-// Textures are looked up as the pictures that they were made of: "maketexture:NAME" holds the picture's name.
+// Textures are made before the first lookup; what a made texture is asked for is kept under its name:
+// pictures, kind, s_wrap, t_wrap, filter; and the field of view of cube faces.
+static void keep_making(Context& c, const Call& call, size_t pictures, const char* kind, size_t filter,
+                        const std::string& s_wrap, const std::string& t_wrap, float fov) {
+    Value v;
+    v.name = "maketexture:" + call.text(pictures);
+    v.type = scene::Type::String;
+    std::vector<std::string> texts;
+    for (size_t i = 0; i < pictures; i++)
+        texts.push_back(call.text(i));
+    const std::string& named = call.text(filter);
+    texts.insert(texts.end(), {kind, s_wrap.empty() ? "black" : s_wrap, t_wrap.empty() ? "black" : t_wrap,
+                               named.empty() ? "box" : named});
+    v.strings = std::move(texts);
+    v.floats = std::vector<float>{fov};
+    v.where = call.where;
+    c.options.options.user.set(std::move(v));
+}
+
 void make_texture(Context& c, Call& call) {
-    keep_text(c.options.options.user, "maketexture:" + call.text(1), call.text(0));
-    c.reports.once(Severity::Info, call.spec->name, call.where,
-                   std::string(call.spec->name) + ": " + std::string(call.spec->note));
+    keep_making(c, call, 1, "texture", 4, call.text(2), call.text(3), 90);
+}
+
+void make_latlong_environment(Context& c, Call& call) {
+    keep_making(c, call, 1, "latlong", 2, "periodic", "clamp", 90);
+}
+
+void make_cube_face_environment(Context& c, Call& call) {
+    keep_making(c, call, 6, "cube", 8, "periodic", "clamp", call.f(7));
 }
 
 // ---- Option -----------------------------------------------------------------------------------------

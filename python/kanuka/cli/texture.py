@@ -1,0 +1,59 @@
+"""kanuka texture: a tiled, mip-mapped texture of a picture."""
+
+from __future__ import annotations
+
+import argparse
+
+import kanuka
+
+from . import exit_codes
+from .exit_codes import ExitCode
+
+EXAMPLES = """\
+examples:
+  kanuka texture wood.png wood.tx                        repeats in both directions
+  kanuka texture label.png label.tx --wrap black         black around it
+  kanuka texture sky.exr sky.env --latlong               an environment by latitude and longitude
+  kanuka texture px.exr nx.exr py.exr ny.exr pz.exr nz.exr room.env   of the faces of a cube
+
+Textures are OpenEXR files of linear light, whatever they are called. Plain pictures serve as well; of a texture
+only the tiles that are needed are read.
+
+"""
+
+
+def add_parser(subparsers: argparse._SubParsersAction) -> None:
+    parser = subparsers.add_parser(
+        "texture",
+        help="make a tiled, mip-mapped texture of a picture",
+        description="Makes a tiled, mip-mapped texture of a picture, or an environment of the six faces of a cube.",
+        epilog=EXAMPLES + exit_codes.HELP,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("pictures", metavar="IN", nargs="+", help="one picture, or six: px nx py ny pz nz")
+    parser.add_argument("texture", metavar="OUT", help="texture to write")
+    parser.add_argument(
+        "--wrap",
+        default="periodic",
+        metavar="S[,T]",
+        help="beyond the picture: black, clamp, periodic or mirror (default: periodic)",
+    )
+    parser.add_argument("--filter", default="box", help="from a level to the next (default: box)")
+    parser.add_argument("--latlong", action="store_true", help="the picture is an environment")
+    parser.add_argument("--fov", type=float, default=90, help="of cube faces, in degrees (default: 90)")
+    parser.set_defaults(run=run, parser=parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    if len(arguments.pictures) not in (1, 6):
+        arguments.parser.error(f"one picture or six cube faces, not {len(arguments.pictures)}")
+    s, _, t = arguments.wrap.partition(",")
+    kanuka.make_texture(
+        arguments.pictures,
+        arguments.texture,
+        wrap=(s, t or s),
+        filter=arguments.filter,
+        latlong=arguments.latlong,
+        fov=arguments.fov,
+    )
+    return ExitCode.OK
