@@ -1,6 +1,7 @@
 // Fuzzes the RIB reader with libFuzzer (clang):
 //
-//   cmake -S . -B build-fuzz -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER=clang++-19 -DKANUKA_FUZZ=ON \
+//   cmake -S . -B build-fuzz -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER=clang++-19
+//   -DKANUKA_FUZZ=ON \
 //         -DKANUKA_SANITIZE=fuzzer-no-link,address,undefined -DKANUKA_TESTS=OFF -DKANUKA_PYTHON=OFF
 //   ninja -C build-fuzz rib_fuzz && build-fuzz/tests/fuzz/rib_fuzz -dict=tests/fuzz/rib.dict CORPUS
 //
