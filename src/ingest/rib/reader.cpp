@@ -122,7 +122,7 @@ void Reader::unknown_request(std::string_view word) {
     m_context.reports.once(Severity::Error, "unknown request " + m_request, m_call.where,
                            "unknown request " + m_request + " was left out" +
                                (nearest.empty() ? "" : "; did you mean " + std::string(nearest) + "?"));
-    if (m_sink)
+    if (m_sink && !word.empty()) // a code may be defined as no name at all, which no text can say
         m_sink->unknown(word, *m_lexer);
     resynchronise();
 }

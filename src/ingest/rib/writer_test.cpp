@@ -88,6 +88,12 @@ TEST(Writer, UnknownRequestsStay) {
     EXPECT_EQ(convert(convert(text, true), false), text);
 }
 
+TEST(Writer, RequestsWithoutANameGo) { // found by fuzzing: a code that is defined as the empty string
+    const std::string text = "Sides 2\n\314\001\220\246\001 1 2\nSphere 1 -1 1 360\n";
+    EXPECT_EQ(convert(text, false), "Sides 2\nSphere 1 -1 1 360\n");
+    expect_fixed_point(text, "nameless");
+}
+
 TEST(Writer, RoundTripsOfEverything) {
     std::string text = "##RenderMan RIB-Structure 1.1\nversion 3.04\n";
     for (int i = 0; i < 700; i++) // more strings than one byte counts
