@@ -59,8 +59,11 @@ std::optional<std::string> expand_by_library(const ingest::ProceduralRequest& re
         path = ingest::find_file(name + ".so", request.folders);
     if (!path) {
         std::string looked;
-        for (const std::string& folder : request.folders)
-            looked += (looked.empty() ? "\"" : ", \"") + (folder.empty() ? "." : folder) + "\"";
+        for (const std::string& folder : request.folders) {
+            const std::string quoted = "\"" + (folder.empty() ? "." : folder) + "\"";
+            if (looked.find(quoted) == std::string::npos)
+                looked += (looked.empty() ? "" : ", ") + quoted;
+        }
         throw Error("there is no such library in " + looked + "; set Option \"searchpath\" \"procedural\"");
     }
     if (!request.may_run)

@@ -196,4 +196,19 @@ std::string serialize(const std::vector<sl::Argument>& arguments) {
     return bytes;
 }
 
+void add_colors(std::vector<sl::Argument>& arguments, const Rgb& given, const DefaultSurface& coverage) {
+    if (coverage.varying_color) {
+        sl::Argument color;
+        color.name = "Cs";
+        color.varying = true;
+        arguments.push_back(std::move(color));
+    }
+    sl::Argument opacity;
+    opacity.name = "Os";
+    opacity.varying = coverage.varying_presence;
+    if (!opacity.varying)
+        opacity.floats = {given.x, given.y, given.z};
+    arguments.push_back(std::move(opacity));
+}
+
 } // namespace kanuka::shade

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "scene/scene.h"
+#include "shade/default_surface.h"
 #include "shade/spaces.h"
 #include "sl/sl.h"
 
@@ -22,6 +23,10 @@ std::vector<sl::Argument> bind_arguments(const sl::Shader& shader, const scene::
 
 // A primvar that has one value for the whole primitive.
 bool is_constant(const scene::Value& primvar);
+
+// The compiler wants to know which of Cs and Os the grids will carry, and whether the surface is opaque: then
+// it keeps no presence.
+void add_colors(std::vector<sl::Argument>& arguments, const Rgb& opacity, const DefaultSurface& coverage);
 
 // The bytes an argument list stands for: equal strings, equal arguments.
 std::string serialize(const std::vector<sl::Argument>& arguments);

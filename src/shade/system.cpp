@@ -55,24 +55,6 @@ bool close(const Transform& a, const Transform& b) {
     return difference <= 1e-9 * size;
 }
 
-// The compiler wants to know which of Cs and Os the grids will carry, and whether the surface is opaque: then
-// it keeps no presence.
-void add_colors(std::vector<sl::Argument>& arguments, const MaterialImpl::Own& own,
-                const DefaultSurface& coverage) {
-    if (coverage.varying_color) {
-        sl::Argument color;
-        color.name = "Cs";
-        color.varying = true;
-        arguments.push_back(std::move(color));
-    }
-    sl::Argument opacity;
-    opacity.name = "Os";
-    opacity.varying = coverage.varying_presence;
-    if (!opacity.varying)
-        opacity.floats = {own.opacity.x, own.opacity.y, own.opacity.z};
-    arguments.push_back(std::move(opacity));
-}
-
 class SystemImpl final : public ShadingSystem {
   public:
     SystemImpl(const ShadingOptions& options, const scene::Scene& scene, Journal& journal,
@@ -484,7 +466,7 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
     if (own_light)
         bound.area_light = bind_in(attributes.area_light, sl::ShaderKind::Light, own.area_light_from_shader);
     if (bound.surface.shader)
-        add_colors(bound.surface.arguments, own, coverage);
+        add_colors(bound.surface.arguments, own.opacity, coverage);
     own.surface_where = bound.surface.where;
     own.displacement_where = bound.displacement.where;
     own.atmosphere_where = bound.atmosphere.where;

@@ -35,7 +35,7 @@ def expand(request) -> bytes | None:
     if found is None:
         if not request.name.endswith(".so"):
             return None
-        folders = ", ".join(f'"{f or "."}"' for f in request.folders)
+        folders = ", ".join(f'"{f}"' for f in dict.fromkeys(f or "." for f in request.folders))
         raise FileNotFoundError(f'there is no such library in {folders}; set Option "searchpath" "procedural"')
     if not request.may_run:
         raise PermissionError("running code that is no part of the renderer is forbidden")

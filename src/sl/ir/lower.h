@@ -80,6 +80,7 @@ class Lower {
     void run_for(const ast::Stmt* s);
     void run_loop(Loc at, const std::function<Ref()>& condition_value, const std::function<void()>& body,
                   const std::function<void()>& step);
+    void pass(const LoopTargets& targets, Loc at, const std::function<void()>& body);
     void jump(int target, Loc at);
     template <class F>
     Block* in_block(F&& body) {

@@ -179,13 +179,7 @@ void Lower::repeat(Ref count, const Stmt* body, Loc at) {
             done.body = in_block([&] { jump(targets.leave, at); });
             done.orelse = m_b.stage().block();
             m_b.item(done);
-            Item inner{Item::Scope};
-            inner.target = targets.next;
-            inner.loc = at;
-            m_loops.push_back(targets);
-            inner.body = in_block([&] { statement(body); });
-            m_loops.pop_back();
-            m_b.item(inner);
+            pass(targets, at, [&] { statement(body); });
             m_b.store(counter, m_b.emit(Op::Add, Ty::Float, {m_b.load(counter, at), m_b.constant(1.0f)}, at),
                       at);
         });

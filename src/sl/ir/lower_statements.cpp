@@ -29,6 +29,17 @@ void Lower::branch(Ref c, const Stmt* yes, const Stmt* no, Loc at) {
 
 // scope L { loop { if (!condition) jump L; scope N { body } step } }: break jumps to the end of L, continue
 // to that of N.
+// The body once: continue leaves what is in it.
+void Lower::pass(const LoopTargets& targets, Loc at, const std::function<void()>& body) {
+    Item inner{Item::Scope};
+    inner.target = targets.next;
+    inner.loc = at;
+    m_loops.push_back(targets);
+    inner.body = in_block(body);
+    m_loops.pop_back();
+    m_b.item(inner);
+}
+
 void Lower::run_loop(Loc at, const std::function<Ref()>& condition_value, const std::function<void()>& body,
                      const std::function<void()>& step) {
     const LoopTargets targets{m_b.stage().targets, m_b.stage().targets + 1};
@@ -57,13 +68,7 @@ void Lower::run_loop(Loc at, const std::function<Ref()>& condition_value, const 
                     m_b.item(leave);
                 }
             }
-            Item inner{Item::Scope};
-            inner.target = targets.next;
-            inner.loc = at;
-            m_loops.push_back(targets);
-            inner.body = in_block(body);
-            m_loops.pop_back();
-            m_b.item(inner);
+            pass(targets, at, body);
             if (step)
                 step();
         });
