@@ -44,6 +44,15 @@ def goals(results: dict) -> list[dict[str, object]]:
         many = f"{m['micropolygons'] / 1e6:.1f} M micropolygons"
         add(f"{many}: dice, shade, build", "≤ 2 s", f"{m['build_s']:.2f} s", m["build_s"] <= 2)
         add(f"{many}: geometry and BVH", "≤ 30 bytes each", f"{m['bytes_each']:.1f}", m["bytes_each"] <= 30)
+    for run in (run for found_dice in results.get("dice", ()) for run in found_dice["runs"]):
+        if run["case"].startswith("subdivision"):
+            rate = run["vertices_per_cpu_s"] / 1e6
+            add(f"{run['case']}: dicing, a thread", "≥ 4 M vertices/s", f"{rate:.1f} M/s", rate >= 4)
+    for run in (run for found_hair in results.get("hair", ()) for run in found_hair["runs"]):
+        if run["hairs"] >= 5_000_000:
+            gb = run["peak_bytes"] / 1e9
+            name = f"{run['hairs'] / 1e6:g} M {run['kind']} hairs: load, dice, trace"
+            add(name, "≤ 6 GB", f"{gb:.2f} GB", gb <= 6)
     for w in results.get("networks", ()):
         least = NETWORK_GOALS.get(w["links"])
         if least:
@@ -129,6 +138,8 @@ def page(results: dict) -> str:
     parts += side_by_side(results)
     parts += agreement(results)
     parts += micropolygons(results)
+    parts += dice(results)
+    parts += hair(results)
     parts += networks(results)
     parts += shaders(results)
     parts += lights(results)
@@ -188,6 +199,45 @@ def micropolygons(results: dict) -> list[str]:
         return []
     head = ["micropolygons", "dice", "shade", "BVH", "together", "geometry B", "BVH B", "lobe inputs B", "peak memory"]
     return ["## Micropolygons\n", table(head, rows), "Bytes are for each micropolygon.\n"]
+
+
+def dice(results: dict) -> list[str]:
+    rows = [
+        [
+            run["case"],
+            f"{run['vertices'] / 1e6:.2f} M",
+            f"{run['cells'] / 1e6:.2f} M",
+            f"{run['traced'] / 1e6:.2f} M",
+            f"{run['cpu_s']:.2f} s",
+            f"{run['vertices_per_cpu_s'] / 1e6:.1f} M/s",
+        ]
+        for found in results.get("dice", ())
+        for run in found["runs"]
+    ]
+    if not rows:
+        return []
+    head = ["one thread", "vertices", "micropolygons", "traced", "time", "vertices a second"]
+    return ["## Dicing\n", table(head, rows), "Evaluated, joined, simplified; no displacement, no shading.\n"]
+
+
+def hair(results: dict) -> list[str]:
+    times = ("load_s", "dice_s", "shade_s", "bvh_s", "transport_s")
+    memory = ("loaded_bytes", "grids_bytes", "lobe_inputs_bytes", "bvh_bytes", "peak_bytes")
+    rows = [
+        [
+            f"{run['hairs'] / 1e6:g} M {run['kind']}",
+            f"{run['segments'] / 1e6:g} M",
+            *(f"{run[name]:.1f} s" for name in times),
+            *(f"{run[name] / 1e9:.2f} GB" for name in memory),
+        ]
+        for found in results.get("hair", ())
+        for run in found["runs"]
+    ]
+    if not rows:
+        return []
+    head = ["hairs", "segments", "load", "dice", "shade", "BVH", "transport"]
+    head += ["loaded, peak", "grids", "lobe inputs", "BVH", "peak memory"]
+    return ["## Hair\n", table(head, rows)]
 
 
 def networks(results: dict) -> list[str]:

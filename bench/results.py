@@ -19,6 +19,8 @@ ABOUT = {
     "agreement": "scene",
     "tolerance": "kind",
     "micropolygons": "",
+    "dice": "",
+    "hair": "",
     "networks": "links",
     "shaders": "",
     "lights": "",

@@ -18,6 +18,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import compiler
+import dicing
+import hair
 import lanes
 import lights
 import machine
@@ -27,7 +29,18 @@ import report
 from results import Results
 
 ROOT = Path(__file__).resolve().parent.parent
-MEASURES = ("side-by-side", "micropolygons", "networks", "shaders", "lights", "lanes", "tolerance", "agreement")
+MEASURES = (
+    "side-by-side",
+    "micropolygons",
+    "dice",
+    "hair",
+    "networks",
+    "shaders",
+    "lights",
+    "lanes",
+    "tolerance",
+    "agreement",
+)
 # Mitsuba's LLVM mode does not take 100 000 instances, and it has no procedural textures.
 SCENES = {
     "cornell": ("mitsuba-llvm-spectral", "mitsuba-scalar-spectral", "cycles", "luxcore"),
@@ -108,6 +121,12 @@ def main() -> int:
     if "micropolygons" in wanted and not arguments.scene:
         say("micropolygons:")
         results.put("micropolygons", "", attempt(measures.micropolygons))
+    if "dice" in wanted and not arguments.scene:
+        say("dicing, a thread:")
+        results.put("dice", "", attempt(dicing.measure))
+    if "hair" in wanted and not arguments.scene:
+        say("hair:")
+        results.put("hair", "", attempt(hair.measure))
     if "networks" in wanted and not arguments.scene:
         say("shader networks, from an empty cache to the last pixel:")
         for n in measures.NETWORK_SAMPLES:

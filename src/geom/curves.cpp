@@ -164,6 +164,10 @@ class CurveMesher {
             r[c] = blend(w, p, [&](size_t v) { return m_points.xyz[3 * v + c]; });
         return r;
     }
+    Vec3f at(const Curve& c, int segment, float t) const {
+        const Place p = place(c, segment, t);
+        return blend_points(p.value, p);
+    }
     template <class Value>
     float blend_varying(const Curve& c, const Place& p, Value value) const {
         const size_t a = c.first_varying + p.segment, b = c.first_varying + size_t(p.segment + 1) % c.varying;
@@ -220,8 +224,7 @@ class CurveMesher {
             if (m_curves.cubic) {
                 Vec3f p[Samples];
                 for (int i = 0; i < Samples; i++)
-                    p[i] = blend_points(place(c, s, float(i) / (Samples - 1)).value,
-                                        place(c, s, float(i) / (Samples - 1)));
+                    p[i] = at(c, s, float(i) / (Samples - 1));
                 float cells = 0, off = 0, turn = 0;
                 for (int i = 1; i < Samples; i++)
                     cells += m_view.cells(p[i - 1], p[i]);
@@ -236,9 +239,8 @@ class CurveMesher {
                 n = int(std::clamp(std::ceil(std::max(std::min(shape, cells), cells / length_per_cut)), 1.0f,
                                    256.0f));
             } else {
-                const Vec3f a = blend_points(place(c, s, 0).value, place(c, s, 0));
-                const Vec3f b = blend_points(place(c, s, 1).value, place(c, s, 1));
-                n = int(std::clamp(std::ceil(m_view.cells(a, b) / length_per_cut), 1.0f, 256.0f));
+                const float cells = m_view.cells(at(c, s, 0), at(c, s, 1));
+                n = int(std::clamp(std::ceil(cells / length_per_cut), 1.0f, 256.0f));
             }
             c.cuts.push_back(n);
             c.rings += n;
@@ -258,7 +260,7 @@ class CurveMesher {
                 const Vec3f p = blend_points(at.value, at);
                 Vec3f d = blend_points(at.slope, at);
                 if (!(length_squared(d) > 0)) // doubled control points: the last direction, or the chord
-                    d = ring > 0 ? tangent : blend_points(place(c, s, 1).value, place(c, s, 1)) - p;
+                    d = ring > 0 ? tangent : this->at(c, s, 1) - p;
                 tangent = length_squared(d) > 0 ? normalize(d) : Vec3f(0, 0, 1);
                 Vec3f across;
                 if (normals)

@@ -1,29 +1,9 @@
-// Subdivision surfaces: limit points and derivatives by OpenSubdiv's Bfr, face by face. Regular patches are
-// bicubic (or bilinear) polynomials, so four corner evaluations with derivatives give their Bezier form, and
-// the lattice is filled by the same vectorised loops that patches use; irregular ones are evaluated point by
-// point.
-#include "geom/subdivision.h"
-
+// Subdivision surfaces: limit points and derivatives by OpenSubdiv's Bfr, face by face.
 #include "geom/kinds.h"
+#include "geom/subdivision_patch.h"
 
 namespace kanuka::geom {
 namespace {
-
-using BfrSurface = osd::Bfr::Surface<float>;
-using osd::Bfr::Parameterization;
-
-// One face's patch for one kind of data.
-struct FacePatch {
-    BfrSurface surface;
-    std::vector<float> points;
-    BfrSurface::PointDescriptor layout;
-
-    void prepare(const float* mesh, int width) {
-        layout = BfrSurface::PointDescriptor(width);
-        points.resize(size_t(surface.GetNumPatchPoints()) * width);
-        surface.PreparePatchPoints(mesh, layout, points.data(), layout);
-    }
-};
 
 class SubdivisionSurface : public Surface {
   public:
@@ -67,14 +47,10 @@ class SubdivisionSurface : public Surface {
         if (!m_factory->InitVertexSurface(m_face[m_quads[face].piece], &patch.surface))
             return;
         patch.prepare(m_points.xyz.data(), 3);
-        for (int j = 0; j < v.count; j++)
-            for (int i = 0; i < u.count; i++) {
-                const Place at = place(patch.surface, face, u[i], v[j]);
-                float p[3];
-                patch.surface.Evaluate(at.uv, patch.points.data(), patch.layout, p);
-                for (int c = 0; c < 3; c++)
-                    out[size_t(c) * stride + j * u.count + i] = p[c];
-            }
+        std::vector<PatchTarget> targets(3);
+        for (int c = 0; c < 3; c++)
+            targets[c].value = out + size_t(c) * stride;
+        fill_lattice(patch, chart(patch, face), u, v, targets, u.count);
     }
     int uniform_index(int face) const override { return m_cage.face[m_face[m_quads[face].piece]]; }
 
@@ -84,16 +60,16 @@ class SubdivisionSurface : public Surface {
         FacePatch patch;
         if (m_factory->InitVertexSurface(base_face, &patch.surface)) {
             patch.prepare(m_vertex_data.data(), m_vertex_width);
-            fill(patch, face, u, v, out, m_vertex_targets, true);
+            fill(patch, face, u, v, out, m_vertex_targets);
         }
         if (m_varying_width > 0 && m_factory->InitVaryingSurface(base_face, &patch.surface)) {
             patch.prepare(m_varying_data.data(), m_varying_width);
-            fill(patch, face, u, v, out, m_varying_targets, false);
+            fill(patch, face, u, v, out, m_varying_targets);
         }
         for (size_t k = 0; k < m_channels.size(); k++)
             if (m_factory->InitFaceVaryingSurface(base_face, &patch.surface, int(k))) {
                 patch.prepare(m_channels[k].values.data(), int(m_channel_targets[k].size()));
-                fill(patch, face, u, v, out, m_channel_targets[k], false);
+                fill(patch, face, u, v, out, m_channel_targets[k]);
             }
         for (const Primvar& p : m_primvars.list)
             if (p.detail == scene::Detail::Uniform)
@@ -104,109 +80,30 @@ class SubdivisionSurface : public Surface {
     }
 
   private:
-    // A component of a primvar; -1 - k = coordinate k of P.
+    // A component of a primvar; of P where `primvar` is -1.
     struct Component {
         int primvar, component;
     };
     using Components = std::vector<Component>;
 
-    // Bfr's own coordinates of a point of one of our faces, and how they change with ours.
-    struct Place {
-        float uv[2];
-        float du[2], dv[2]; // d(uv)/du, d(uv)/dv
-    };
-    Place place(const BfrSurface& surface, int face, float u, float v) const {
-        const int k = m_quads[face].corner;
-        if (k < 0)
-            return {{u, v}, {1, 0}, {0, 1}};
-        const Parameterization p = surface.GetParameterization();
-        Place out;
-        if (p.GetType() == Parameterization::TRI) {
-            // Bilinear between the corner, the middles of its two edges and the centre.
-            float c[3][2];
-            for (int i = 0; i < 3; i++)
-                p.GetVertexCoord((k + i) % 3, c[i]);
-            for (int d = 0; d < 2; d++) {
-                const float a = c[0][d], b = (c[0][d] + c[1][d]) / 2, e = (c[0][d] + c[2][d]) / 2,
-                            m = (c[0][d] + c[1][d] + c[2][d]) / 3;
-                out.uv[d] = (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * e + u * m);
-                out.du[d] = (1 - v) * (b - a) + v * (m - e);
-                out.dv[d] = (1 - u) * (e - a) + u * (m - b);
-            }
-            return out;
-        }
-        const float local[2] = {u, v};
-        p.ConvertNormalizedSubFaceToCoord(k, local, out.uv);
-        return {{out.uv[0], out.uv[1]}, {0.5f, 0}, {0, 0.5f}};
+    FaceChart chart(const FacePatch& patch, int face) const {
+        return {patch.surface.GetParameterization(), m_quads[face].corner};
     }
 
-    float* destination(grid::Grid& g, const Component& c) const {
-        if (c.primvar < 0)
-            return g.P.data() + size_t(c.component) * g.stride;
-        return m_primvars.list[c.primvar].destination(g, c.component);
-    }
-
-    void fill(const FacePatch& patch, int face, Line u, Line v, Lattice out, const Components& components,
-              bool derivatives) const {
-        const bool whole = m_quads[face].corner < 0;
-        if (whole && patch.surface.IsRegular() && u.count * v.count > 12) {
-            fill_regular(patch, u, v, out, components, derivatives);
-            return;
-        }
+    void fill(const FacePatch& patch, int face, Line u, Line v, Lattice out,
+              const Components& components) const {
+        std::vector<PatchTarget> targets(components.size());
         grid::Grid& g = out.grid;
-        const int n = int(components.size());
-        std::vector<float> value(size_t(3) * n);
-        float *p = value.data(), *pu = p + n, *pv = pu + n;
-        for (int j = 0; j < v.count; j++)
-            for (int i = 0; i < u.count; i++) {
-                const Place at = place(patch.surface, face, u[i], v[j]);
-                const size_t to = out.base + size_t(j) * out.pitch + i;
-                if (derivatives)
-                    patch.surface.Evaluate(at.uv, patch.points.data(), patch.layout, p, pu, pv);
-                else
-                    patch.surface.Evaluate(at.uv, patch.points.data(), patch.layout, p);
-                for (int c = 0; c < n; c++)
-                    destination(g, components[c])[to] = p[c];
-                if (derivatives)
-                    for (int c = 0; c < 3; c++) {
-                        g.dPdu[to + size_t(c) * g.stride] = fma(pu[c], at.du[0], pv[c] * at.du[1]);
-                        g.dPdv[to + size_t(c) * g.stride] = fma(pu[c], at.dv[0], pv[c] * at.dv[1]);
-                    }
+        for (size_t k = 0; k < components.size(); k++) {
+            const Component& c = components[k];
+            if (c.primvar >= 0) {
+                targets[k].value = m_primvars.list[c.primvar].destination(g, c.component) + out.base;
+                continue;
             }
-    }
-
-    void fill_regular(const FacePatch& patch, Line u, Line v, Lattice out, const Components& components,
-                      bool derivatives) const {
-        const int n = int(components.size());
-        const size_t size = size_t(6) * n;
-        std::vector<float> corner(4 * size), control(size_t(16) * n);
-        for (int k = 0; k < 4; k++) {
-            const float uv[2] = {float(k & 1), float(k >> 1)};
-            float* d = corner.data() + k * size;
-            patch.surface.Evaluate(uv, patch.points.data(), patch.layout, d, d + n, d + 2 * n, d + 3 * n,
-                                   d + 4 * n, d + 5 * n);
+            const size_t at = size_t(c.component) * g.stride + out.base;
+            targets[k] = {&g.P[at], &g.dPdu[at], &g.dPdv[at]};
         }
-        for (int c = 0; c < n; c++)
-            for (int j = 0; j < 4; j++)
-                for (int i = 0; i < 4; i++) {
-                    // Hermite data of the nearest corner: value, both slopes and the twist.
-                    const float* d = corner.data() + ((i > 1) + 2 * (j > 1)) * size + c;
-                    const float a = i == 1   ? 1.0f / 3
-                                    : i == 2 ? -1.0f / 3
-                                             : 0,
-                                b = j == 1   ? 1.0f / 3
-                                    : j == 2 ? -1.0f / 3
-                                             : 0;
-                    control[16 * c + 4 * j + i] = d[0] + a * d[n] + b * d[2 * n] + a * b * d[4 * n];
-                }
-        const TensorLattice lattice(u, &BezierBasis, v, &BezierBasis);
-        grid::Grid& g = out.grid;
-        for (int c = 0; c < n; c++) {
-            const size_t at = size_t(c) * g.stride + out.base;
-            const bool slopes = derivatives && c < 3;
-            lattice.slopes(&control[16 * c], destination(g, components[c]) + out.base,
-                           slopes ? &g.dPdu[at] : nullptr, slopes ? &g.dPdv[at] : nullptr, out.pitch);
-        }
+        fill_lattice(patch, chart(patch, face), u, v, targets, out.pitch);
     }
 
     // Interleaves what is interpolated alike.
