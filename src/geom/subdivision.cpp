@@ -1,5 +1,6 @@
 // Subdivision surfaces: limit points and derivatives by OpenSubdiv's Bfr, face by face.
 #include "geom/kinds.h"
+#include "geom/subdivision_edits.h"
 #include "geom/subdivision_patch.h"
 
 namespace kanuka::geom {
@@ -18,6 +19,8 @@ class SubdivisionSurface : public Surface {
         m_primvars =
             collect_primvars(primitive, m_render_from_object,
                              {m_cage.faces, m_points.size(), m_points.size(), m_cage.corners}, journal);
+        if (has_edits(mesh))
+            apply_edits(primitive, mesh, m_render_from_object, m_cage, m_points, m_primvars, journal);
         gather_data();
         if (!make_factory()) {
             journal.error(primitive.where, "the topology of a subdivision mesh is refused by OpenSubdiv");
@@ -71,12 +74,18 @@ class SubdivisionSurface : public Surface {
                 patch.prepare(m_channels[k].values.data(), int(m_channel_targets[k].size()));
                 fill(patch, face, u, v, out, m_channel_targets[k]);
             }
+        const size_t value = m_cage.own_uniform ? size_t(base_face) : size_t(m_cage.face[base_face]);
         for (const Primvar& p : m_primvars.list)
             if (p.detail == scene::Detail::Uniform)
                 for (int c = 0; c < p.components; c++)
                     for (int j = 0; j < v.count; j++)
                         std::fill_n(p.destination(out.grid, c) + out.base + size_t(j) * out.pitch, u.count,
-                                    p(uniform_index(face), c));
+                                    p(value, c));
+    }
+
+    FaceRange range(int face) const override {
+        const PieceQuad& quad = m_quads[face];
+        return m_cage.ranges.empty() || quad.corner >= 0 ? FaceRange{} : m_cage.ranges[m_face[quad.piece]];
     }
 
   private:
@@ -142,32 +151,11 @@ class SubdivisionSurface : public Surface {
     }
 
     bool make_factory() {
-        osd::Far::TopologyDescriptor d;
-        d.numVertices = int(m_points.size());
-        d.numFaces = int(m_cage.sizes.size());
-        d.numVertsPerFace = m_cage.sizes.data();
-        d.vertIndicesPerFace = m_cage.vertices.data();
-        d.numCreases = int(m_cage.crease_weights.size());
-        d.creaseVertexIndexPairs = m_cage.crease_pairs.data();
-        d.creaseWeights = m_cage.crease_weights.data();
-        d.numCorners = int(m_cage.corner_weights.size());
-        d.cornerVertexIndices = m_cage.corner_vertices.data();
-        d.cornerWeights = m_cage.corner_weights.data();
-        d.numHoles = int(m_cage.holes.size());
-        d.holeIndices = m_cage.holes.data();
-        std::vector<osd::Far::TopologyDescriptor::FVarChannel> channels(m_channels.size());
-        for (size_t k = 0; k < channels.size(); k++) {
-            channels[k].numValues = m_channels[k].count;
-            channels[k].valueIndices = m_channels[k].indices.data();
-        }
-        d.numFVarChannels = int(channels.size());
-        d.fvarChannels = channels.data();
-        using Factory = osd::Far::TopologyRefinerFactory<osd::Far::TopologyDescriptor>;
-        m_refiner.reset(Factory::Create(d, Factory::Options(m_cage.scheme, m_cage.options)));
+        m_refiner = make_refiner(m_cage, m_points.size(), m_channels);
         if (!m_refiner)
             return false;
         SurfaceFactory::Options options;
-        if (!channels.empty())
+        if (!m_channels.empty())
             options.SetDefaultFVarID(0);
         m_factory = std::make_unique<SurfaceFactory>(*m_refiner, options);
         return true;

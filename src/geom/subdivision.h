@@ -25,6 +25,10 @@ struct Cage {
     osd::Sdc::Options options;
     std::vector<int> crease_pairs, corner_vertices, holes;
     std::vector<float> crease_weights, corner_weights;
+    // Of a cage that has been refined (subdivision_edits.h): uniform values are the cage's own, face by face,
+    // and a face is part of the scene's.
+    bool own_uniform = false;
+    std::vector<FaceRange> ranges; // empty = whole faces
 };
 // False where nothing is left.
 bool read_cage(const scene::Primitive& primitive, const scene::SubdivisionMesh& mesh,
@@ -37,6 +41,10 @@ struct FaceVaryingChannel {
     int count = 0;
 };
 FaceVaryingChannel join_face_varying(const Cage& cage, const Primvar& primvar, size_t points);
+
+// Null where OpenSubdiv refuses.
+std::unique_ptr<osd::Far::TopologyRefiner> make_refiner(const Cage& cage, size_t points,
+                                                        const std::vector<FaceVaryingChannel>& channels);
 
 using FactoryCache =
     osd::Bfr::SurfaceFactoryCacheThreaded<std::shared_mutex, std::shared_lock<std::shared_mutex>,

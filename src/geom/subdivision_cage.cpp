@@ -76,13 +76,14 @@ class TagReader {
         else if (tag.name == "smoothtriangles")
             m_cage.options.SetTriangleSubdivision(
                 tag.ints.empty() || tag.ints[0] != 0 ? Sdc::TRI_SUB_SMOOTH : Sdc::TRI_SUB_CATMARK);
-        else if (tag.name != "facevaryingpropagatecorners")
+        else if (tag.name != "facevaryingpropagatecorners" && tag.name != "vertexedit" &&
+                 tag.name != "edgeedit" && tag.name != "faceedit") // subdivision_edits.cpp
             m_journal.warning(
                 m_primitive.where,
                 "unknown subdivision tag \"" + tag.name +
                     "\"; one of crease, corner, hole, interpolateboundary, "
                     "facevaryinginterpolateboundary, facevaryingpropagatecorners, creasemethod, "
-                    "smoothtriangles");
+                    "smoothtriangles, vertexedit, edgeedit, faceedit");
     }
 
     void finish() const {
@@ -205,6 +206,33 @@ FaceVaryingChannel join_face_varying(const Cage& cage, const Primvar& primvar, s
             out.indices[cage.first[f] + i] = k;
         }
     return out;
+}
+
+std::unique_ptr<osd::Far::TopologyRefiner> make_refiner(const Cage& cage, size_t points,
+                                                        const std::vector<FaceVaryingChannel>& channels) {
+    osd::Far::TopologyDescriptor d;
+    d.numVertices = int(points);
+    d.numFaces = int(cage.sizes.size());
+    d.numVertsPerFace = cage.sizes.data();
+    d.vertIndicesPerFace = cage.vertices.data();
+    d.numCreases = int(cage.crease_weights.size());
+    d.creaseVertexIndexPairs = cage.crease_pairs.data();
+    d.creaseWeights = cage.crease_weights.data();
+    d.numCorners = int(cage.corner_weights.size());
+    d.cornerVertexIndices = cage.corner_vertices.data();
+    d.cornerWeights = cage.corner_weights.data();
+    d.numHoles = int(cage.holes.size());
+    d.holeIndices = cage.holes.data();
+    std::vector<osd::Far::TopologyDescriptor::FVarChannel> given(channels.size());
+    for (size_t k = 0; k < given.size(); k++) {
+        given[k].numValues = channels[k].count;
+        given[k].valueIndices = channels[k].indices.data();
+    }
+    d.numFVarChannels = int(given.size());
+    d.fvarChannels = given.data();
+    using Factory = osd::Far::TopologyRefinerFactory<osd::Far::TopologyDescriptor>;
+    return std::unique_ptr<osd::Far::TopologyRefiner>(
+        Factory::Create(d, Factory::Options(cage.scheme, cage.options)));
 }
 
 } // namespace kanuka::geom

@@ -137,6 +137,21 @@ TEST(RibGeometry, SubdivisionTags) {
     EXPECT_EQ(long_form.tags[1].strings, (std::vector<std::string>{"text"}));
 }
 
+TEST(RibGeometry, HierarchicalEditsFollowTheirFaces) {
+    // The first face has two vertices and goes: paths to the others move up.
+    const Parsed r(
+        world("HierarchicalSubdivisionMesh \"catmull-clark\" [2 3 3] [0 1  0 1 2  0 2 3] [\"faceedit\" "
+              "\"vertexedit\"] [4 0 1  8 6 3] [1 2 1 0  3 1 0 2  3 0 0 1] [0 0 1 0 0 2] [\"hole\" \"add\" "
+              "\"P\" \"value\"] " +
+              Square));
+    const auto& mesh = std::get<SubdivisionMesh>(r.primitive(0).geometry);
+    ASSERT_EQ(mesh.tags.size(), 2u);
+    EXPECT_EQ(mesh.tags[0].ints, (std::vector<int32_t>{1, 1, 1, -1}));
+    EXPECT_EQ(mesh.tags[1].ints, (std::vector<int32_t>{3, 0, 0, 2, 3, -1, 0, 1}));
+    EXPECT_EQ(mesh.tags[1].strings, (std::vector<std::string>{"add", "P", "value"}));
+    EXPECT_EQ(mesh.tags[1].floats.size(), 6u);
+}
+
 TEST(RibGeometry, SubdivisionMistakes) {
     const auto with_tags = [](const std::string& tags) {
         return Parsed(world("SubdivisionMesh \"catmull-clark\" [4] [0 1 2 3] " + tags + " " + Square));

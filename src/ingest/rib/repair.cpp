@@ -122,17 +122,23 @@ void drop_faces(Call& call, Mesh& mesh, const Buffer<int32_t>& loops, Buffer<int
             faces.keep(v, false);
 }
 
-// "hole" names faces, which move up.
-void renumber_holes(scene::SubdivisionMesh& mesh, const Parts& faces) {
+// "hole" names faces, which move up; so do the paths of hierarchical edits, a length and then a face each. A
+// path to a face that has gone keeps a number that no face has.
+void renumber_faces(scene::SubdivisionMesh& mesh, const Parts& faces) {
     std::vector<int32_t> moved(faces.good.size());
     int32_t next = 0;
     for (size_t f = 0; f < faces.good.size(); f++)
         moved[f] = faces.good[f] ? next++ : -1;
+    const auto move = [&](int32_t& face) {
+        face = face >= 0 && size_t(face) < moved.size() ? moved[size_t(face)] : -1;
+    };
     for (auto& tag : mesh.tags)
         if (tag.name == "hole") {
-            for (int32_t& face : tag.ints)
-                face = face >= 0 && size_t(face) < moved.size() ? moved[size_t(face)] : -1;
+            std::ranges::for_each(tag.ints, move);
             std::erase(tag.ints, -1);
+        } else if (tag.name == "vertexedit" || tag.name == "edgeedit" || tag.name == "faceedit") {
+            for (size_t i = 0; i + 1 < tag.ints.size() && tag.ints[i] > 0; i += size_t(tag.ints[i]) + 1)
+                move(tag.ints[i + 1]);
         }
 }
 
@@ -182,7 +188,7 @@ void drop_bad_parts(Call& call, scene::Geometry& geometry, size_t positions, Rep
     } else if (auto* subdivision = std::get_if<scene::SubdivisionMesh>(&geometry)) {
         drop_faces(call, *subdivision, {}, subdivision->vertices_per_face, positions, reports, faces);
         if (!faces.good.empty())
-            renumber_holes(*subdivision, faces);
+            renumber_faces(*subdivision, faces);
     } else if (auto* curves = std::get_if<scene::Curves>(&geometry)) {
         drop_curves(call, *curves, reports);
     }

@@ -172,7 +172,7 @@ constexpr RequestSpec Table[] = {
     {"HierarchicalSubdivisionMesh", Ext, MovingSolid, {{{"scheme", A::String}, {"nverts", A::IntegerArray},
      {"verts", A::IntegerArray}, {"tags", A::StringArray}, {"nargs", A::IntegerArray}, {"intargs", A::IntegerArray},
      {"floatargs", A::FloatArray}, {"stringargs", A::StringArray}}}, Params::Primitive, Support::Partial,
-     h::subdivision_mesh, "without its edits of finer levels"},
+     h::subdivision_mesh, "with edits of vertices, edges and faces at finer levels; not \"attributes\""},
     {"Sphere", V31, MovingSolid, {{{"radius zmin zmax thetamax", A::Floats, 4}}}, Params::Primitive, Support::Full,
      h::quadric, ""},
     {"Cone", V31, MovingSolid, {{{"height radius thetamax", A::Floats, 3}}}, Params::Primitive, Support::Full, h::quadric, ""},
