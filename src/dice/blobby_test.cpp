@@ -1,6 +1,10 @@
 // Blobbies as meshes: where their surface lies, that it is closed, what it is coloured.
 #include <gtest/gtest.h>
 
+#include <bit>
+#include <filesystem>
+#include <fstream>
+
 #include "base/tasks.h"
 #include "dice/test_scene.h"
 
@@ -171,6 +175,74 @@ TEST(Blobby, BadCodesAreReportedAndHugeOnesBounded) {
     ASSERT_EQ(coarse.entries().size(), 1u);
     EXPECT_NE(coarse.entries()[0].message.find("times larger than micropolygons"), std::string::npos);
     EXPECT_GT(d.mesh_vertices.vertices(), 100000);
+}
+
+// Depths of a floor at world z = 0, seen from z = 10 looking down, 8 units each way; half of it lies 1
+// higher.
+static std::string depth_file(bool turned) {
+    const int n = 64;
+    std::vector<uint32_t> words{0x2F0867AB, uint32_t(n) | uint32_t(n) << 16};
+    const float screen[16] = {0.25f, 0, 0, 0, 0, 0.25f, 0, 0, 0, 0, -1, 0, 0, 0, 10, 1};
+    const float camera[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, 0, 0, 0, 10, 1};
+    for (const float* m : {screen, camera})
+        for (int i = 0; i < 16; i++)
+            words.push_back(std::bit_cast<uint32_t>(m[i]));
+    for (int i = 0; i < n * n; i++)
+        words.push_back(std::bit_cast<uint32_t>(i % n < n / 2 ? 10.0f : 9.0f));
+    std::string bytes;
+    for (size_t i = 0; i < words.size(); i++)
+        for (int b = 0; b < 4; b++) {
+            const int shift = turned ? (i == 1 ? (b ^ 1) * 8 : (3 - b) * 8) : b * 8;
+            bytes.push_back(char(words[i] >> shift & 255));
+        }
+    return bytes;
+}
+
+TEST(Blobby, RepellingPlanesKeepTheGround) {
+    const std::filesystem::path path = std::filesystem::temp_directory_path() / "kanuka_ground.zfile";
+    const auto made = [&](float z, double world_up = 0) {
+        scene::Primitive p =
+            blobby({1001, 0, 1003, 0, 16, 0, 2, 0, 1}, {ball(0, 0, z, 3), {0.8f, 0.02f, 0.3f, 0.2f}});
+        std::get<scene::Blobby>(p.geometry).strings = std::vector<std::string>{path.string()};
+        p.world_from_object = Transform::translate(0, 0, world_up);
+        return p;
+    };
+    const auto write = [&](const std::string& bytes) { std::ofstream(path, std::ios::binary) << bytes; };
+    const auto lowest = [](const Diced& d, bool right) {
+        float z = 1e9f;
+        for (int i = 0; i < d.mesh_vertices.vertices(); i++) {
+            const Vec3f p = d.mesh_vertices.position(i);
+            if (right ? p.x > 0.15f : p.x < -0.15f)
+                z = std::min(z, p.z);
+        }
+        return z;
+    };
+    for (const bool turned : {false, true}) {
+        write(depth_file(turned));
+        const Diced d = run(made(0.5f));
+        EXPECT_EQ(open_edges(d), 0u);
+        // Without the ground the ball would reach from z = -1 to 2. B / z meets the field's 0.4 or so near
+        // the floor.
+        EXPECT_GT(lowest(d, false), 0.01f);
+        EXPECT_LT(lowest(d, false), 0.1f);
+        EXPECT_GT(lowest(d, true), 1.01f); // the floor's other half lies higher
+        EXPECT_LT(lowest(d, true), 1.1f);
+    }
+    // The ground stays in the world where the object moves; far above it nothing happens.
+    EXPECT_NEAR(lowest(run(made(0.5f, 0.25)), false), lowest(run(made(0.5f)), false) - 0.25f, 0.05f);
+    EXPECT_NEAR(lowest(run(made(4)), false), 2.5f, 0.05f);
+    for (const auto& [bytes, words] :
+         {std::pair{std::string("TIFF") + std::string(200, 'x'), "is no file of depths"},
+          std::pair{depth_file(false).substr(0, 300), "ends early"},
+          std::pair{std::string(), "there is no file"}}) {
+        write(bytes);
+        Journal journal;
+        EXPECT_FALSE(dice::dice(made(0.5f), {}, looking(3), {}, journal).mesh.indices.empty());
+        ASSERT_EQ(journal.entries().size(), 1u) << words;
+        EXPECT_NE(journal.entries()[0].message.find(words), std::string::npos)
+            << journal.entries()[0].message;
+    }
+    std::filesystem::remove(path);
 }
 
 TEST(Blobby, SameForAnyThreadCount) {

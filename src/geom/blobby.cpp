@@ -218,7 +218,7 @@ bool mesh_from_blobby(const scene::Primitive& primitive, const scene::Blobby& bl
     if (first)
         return false; // another shape has other cells
     BlobbyField field;
-    if (!field.prepare(blobby, primitive.where, journal)) {
+    if (!field.prepare(blobby, primitive.world_from_object, primitive.where, journal)) {
         journal.error(primitive.where, "a Blobby has no blobs and was left out");
         return false;
     }

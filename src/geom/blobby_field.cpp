@@ -111,11 +111,51 @@ double BlobbyField::squared(const Node& node, const double* p, double* gradient)
     return q[0] * q[0] + q[1] * q[1] + q[2] * q[2];
 }
 
-bool BlobbyField::prepare(const scene::Blobby& blobby, const Location& where, Journal& journal) {
+// A repelling plane at height z: (D b(z / C) - B / z) (1 - e(z / A)), where b rises from 0 to 1 at 1 and
+// falls to 0 at 2, and e eases from 0 to 1: below, a barrier keeps the surface out, above it swells.
+static double repelling_bump(double r) {
+    const double f = r * (2 - r);
+    return r > 0 && r < 2 ? f * f * f : 0;
+}
+static double ease(double r) {
+    return r <= 0 ? 0 : r >= 1 ? 1 : r * r * (3 - 2 * r);
+}
+constexpr double LeastHeight = 1e-6;
+
+double BlobbyField::ground_value(const Node& node, const double* p) const {
+    double q[3];
+    take(m_world_from_object, p, 1, q);
+    const double h = node.ground->height(q);
+    if (!(h < node.reach))
+        return 0;
+    const double z = std::max(h, LeastHeight);
+    return (node.swell * repelling_bump(z / node.bulge) - node.barrier / z) * (1 - ease(z / node.reach));
+}
+
+Interval BlobbyField::ground_range(const Node& node, const double* lo, const double* hi) const {
+    double corners[8][3];
+    for (int k = 0; k < 8; k++) {
+        const double p[3] = {k & 1 ? hi[0] : lo[0], k & 2 ? hi[1] : lo[1], k & 4 ? hi[2] : lo[2]};
+        take(m_world_from_object, p, 1, corners[k]);
+    }
+    const GroundMap::Range h = node.ground->heights(corners);
+    if (!(h.lo < node.reach))
+        return {0, 0};
+    const double a = std::max(h.lo, LeastHeight), b = std::clamp(h.hi, LeastHeight, node.reach);
+    const double r = a / node.bulge, s = b / node.bulge;
+    const Interval bump{std::min(repelling_bump(r), repelling_bump(s)),
+                        r <= 1 && s >= 1 ? 1 : std::max(repelling_bump(r), repelling_bump(s))};
+    const Interval swell = multiply(bump, Interval{node.swell, node.swell});
+    const Interval barrier = multiply(Interval{1 / b, 1 / a}, Interval{-node.barrier, -node.barrier});
+    return multiply(add(swell, barrier), Interval{1 - ease(b / node.reach), 1 - ease(a / node.reach)});
+}
+
+bool BlobbyField::prepare(const scene::Blobby& blobby, const Transform& world_from_object,
+                          const Location& where, Journal& journal) {
+    m_world_from_object = world_from_object;
     const auto& code = blobby.code;
     const auto& floats = blobby.floats;
     size_t bad = 0;
-    bool repellers = false;
     std::string why;
     const auto fail = [&](const std::string& reason) {
         bad++;
@@ -157,13 +197,26 @@ bool BlobbyField::prepare(const scene::Blobby& blobby, const Location& where, Jo
                 node.leaf = m_leaves++;
             const size_t n = op == 1000 ? 1 : op == 1001 ? 16 : op == 1002 ? 23 : 4;
             const float* f = parameters(operand[op == 1003 ? 1 : 0], n);
-            if (op == 1003) {
-                repellers = true;
-                m_nodes.push_back(node);
+            if (!f) {
+                fail("has no finite parameters at " + std::to_string(operand[op == 1003 ? 1 : 0]));
                 continue;
             }
-            if (!f) {
-                fail("has no finite parameters at " + std::to_string(operand[0]));
+            if (op == 1003) {
+                if (operand[0] < 0 || size_t(operand[0]) >= blobby.strings.size()) {
+                    fail("has no string " + std::to_string(operand[0]) + ", the name of a file of depths");
+                    continue;
+                }
+                std::string reason;
+                node.ground = GroundMap::read(blobby.strings[size_t(operand[0])], reason);
+                node.op = Op::Ground;
+                node.reach = double(f[0]), node.barrier = double(f[1]);
+                node.bulge = double(f[2]), node.swell = double(f[3]);
+                if (!node.ground || !(node.reach > 0) || !(node.barrier >= 0) || !(node.bulge > 0)) {
+                    fail("repels nothing: " +
+                         (node.ground ? "its heights must be positive, A B C D of its floats" : reason));
+                    continue;
+                }
+                m_nodes.push_back(std::move(node));
                 continue;
             }
             if (op == 1000) {
@@ -240,10 +293,6 @@ bool BlobbyField::prepare(const scene::Blobby& blobby, const Location& where, Jo
     }
     if (bad > 0)
         journal.error(where, "Blobby: " + std::to_string(bad) + " operations were taken as zero: " + why);
-    if (repellers)
-        journal.warning(where,
-                        "Blobby: repelling planes (operation 1003) are not supported and were taken as "
-                        "zero; subtract an ellipsoid instead");
     return !m_nodes.empty() && !m_supports.empty();
 }
 
@@ -278,6 +327,7 @@ T BlobbyField::run(Local& local, std::vector<T>& values, Leaf leaf) const {
         case Op::Constant:
         case Op::Ellipsoid:
         case Op::Segment:
+        case Op::Ground:
             v = leaf(node);
             break;
         case Op::Add: // what is zero adds nothing
@@ -323,6 +373,9 @@ void BlobbyField::localize(const double* lo, const double* hi, const Local* oute
         if (node.op == Op::Ellipsoid || node.op == Op::Segment) {
             ranges[size_t(i)] = leaf_range(node, lo, hi);
             zero = !(ranges[size_t(i)].hi > 0);
+        } else if (node.op == Op::Ground) {
+            ranges[size_t(i)] = ground_range(node, lo, hi);
+            zero = ranges[size_t(i)].lo == 0 && ranges[size_t(i)].hi == 0;
         } else if (!node.operands.empty()) {
             zero = true;
             for (const int k : node.operands)
@@ -353,7 +406,9 @@ void BlobbyField::localize(const double* lo, const double* hi, const Local* oute
 
 double BlobbyField::value(const double* p, Local& local) const {
     return run<double>(local, local.scratch, [&](const Node& node) {
-        return node.op == Op::Constant ? node.constant : bump(squared(node, p, nullptr));
+        return node.op == Op::Constant ? node.constant
+               : node.op == Op::Ground ? ground_value(node, p)
+                                       : bump(squared(node, p, nullptr));
     });
 }
 
@@ -362,6 +417,15 @@ Dual BlobbyField::dual(const double* p, Local& local) const {
         if (node.op == Op::Constant)
             return Dual{node.constant, 0, 0, 0};
         double g[3];
+        if (node.op == Op::Ground) { // depths are bilinear: differences tell as much as derivatives
+            const double step = 1e-3 * std::min(node.reach, node.bulge);
+            for (int c = 0; c < 3; c++) {
+                double a[3] = {p[0], p[1], p[2]}, b[3] = {p[0], p[1], p[2]};
+                a[c] -= step, b[c] += step;
+                g[c] = (ground_value(node, b) - ground_value(node, a)) / (2 * step);
+            }
+            return Dual{ground_value(node, p), g[0], g[1], g[2]};
+        }
         const double r2 = squared(node, p, g);
         const double slope = r2 < 1 ? -3 * (1 - r2) * (1 - r2) : 0;
         return Dual{bump(r2), slope * g[0], slope * g[1], slope * g[2]};

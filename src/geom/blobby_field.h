@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "base/vec.h"
+#include "geom/ground_map.h"
 #include "scene/scene.h"
 
 namespace kanuka::geom {
@@ -18,7 +19,8 @@ class BlobbyField {
   public:
     static constexpr double Surface = 0.421875; // (1 - 1/4)^3: a lone blob is half of its support
     // Bad codes are reported; false = nothing is left.
-    bool prepare(const scene::Blobby& blobby, const Location& where, Journal& journal);
+    bool prepare(const scene::Blobby& blobby, const Transform& world_from_object, const Location& where,
+                 Journal& journal);
 
     struct Interval {
         double lo = 0, hi = 0;
@@ -44,7 +46,20 @@ class BlobbyField {
     const std::vector<Ball>& supports() const { return m_supports; } // of leaves with one
 
   private:
-    enum class Op { Constant, Ellipsoid, Segment, Zero, Add, Multiply, Max, Min, Subtract, Divide, Negate };
+    enum class Op {
+        Constant,
+        Ellipsoid,
+        Segment,
+        Ground,
+        Zero,
+        Add,
+        Multiply,
+        Max,
+        Min,
+        Subtract,
+        Divide,
+        Negate
+    };
     struct Node;
     static double squared(const Node& node, const double* p, double* gradient);
     struct Node {
@@ -56,14 +71,19 @@ class BlobbyField {
         double p[3] = {}, d[3] = {}; // of the segment, in blob space
         double inverse_radius = 1, inverse_length2 = 0;
         int ball = -1;
+        std::shared_ptr<const GroundMap> ground;
+        double reach = 0, barrier = 0, bulge = 0, swell = 0; // A, B, C, D of a repelling plane
         std::vector<int> operands;
     };
+    double ground_value(const Node& node, const double* p) const;
+    Interval ground_range(const Node& node, const double* lo, const double* hi) const;
     Interval leaf_range(const Node& node, const double* lo, const double* hi) const;
     template <class T, class Leaf>
     T run(Local& local, std::vector<T>& values, Leaf leaf) const;
 
     std::vector<Node> m_nodes;
     std::vector<Ball> m_supports;
+    Transform m_world_from_object; // where the ground lies
     int m_leaves = 0;
 };
 

@@ -4,6 +4,7 @@
 
 #include "ingest/rib/context.h"
 #include "ingest/rib/handlers.h"
+#include "ingest/rib/search_path.h"
 
 namespace kanuka::ingest::handlers {
 
@@ -14,7 +15,11 @@ void blobby(Context& c, Call& call) {
     b.leaves = call.i(0);
     b.code = std::vector<int32_t>(call.args[1].ints);
     b.floats = std::vector<float>(call.args[2].floats);
-    b.strings = std::vector<std::string>(call.args[3].strings);
+    std::vector<std::string> files = call.args[3].strings; // of depths: the ground
+    for (std::string& name : files)
+        if (auto found = find_file(name, c.options.options.texture_path))
+            name = *found;
+    b.strings = std::move(files);
     if (b.code.empty() || b.leaves < 1) {
         c.reports.error("shape of Blobby", call.where,
                         "Blobby was left out: it needs one leaf and one operation or more");

@@ -190,7 +190,7 @@ constexpr RequestSpec Table[] = {
     {"Points", V32, MovingSolid, {}, Params::Primitive, Support::Full, h::points, ""},
     {"Blobby", V32, MovingSolid, {{{"nleaf", A::Integer}, {"code", A::IntegerArray}, {"floats", A::FloatArray},
      {"strings", A::StringArray, 0, true}}}, Params::Primitive, Support::Partial, h::blobby,
-     "repelling planes are taken as zero; operation 4 takes its first operand from its second"},
+     "no plug-ins (operation 1004); operation 4 takes its first operand from its second"},
     {"Procedural", V32, Solid, {{{"type", A::String}, {"arguments", A::StringArray}, {"bound", A::FloatArray}}}, No,
      Support::Partial, h::procedural, "DelayedReadArchive and RunProgram, expanded as they are read; DynamicLoad by plug-ins"},
     {"Procedural2", Ext, Solid, {{{"type", A::String}, {"boundtype", A::String}}}, Params::Other, Support::Partial, h::procedural2,
