@@ -266,10 +266,12 @@ void Context::add_instance(const Call& call) {
     }
     if (!attributes.detail_visible || !usable_transform(call))
         return;
-    if (attributes.solid >= 0)
-        reports.once(
-            Severity::Warning, "ObjectInstance in a solid", call.where,
-            "ObjectInstance is no part of the solid that it stands in; give the object a solid of its own");
+    if (attributes.solid >= 0) {
+        if (m_open_object < 0)
+            lights.shine(attributes);
+        add_to_solid(object, call.where);
+        return;
+    }
     if (m_open_object >= 0) {
         int& depth = objects.record(m_open_object).depth;
         if (objects.record(object).depth >= Objects::MaxDepth) {

@@ -139,6 +139,10 @@ class Context {
 
   private:
     bool usable_transform(const Call& call);
+    static constexpr size_t MostInSolid = 1'000'000;
+    struct SolidInstance;
+    void add_to_solid(int object, const Location& where);
+    bool expand(const SolidInstance& instance, size_t& left); // false: it is too much
     void add_shape(Call& call, scene::Geometry geometry);
     void motion_sample(Call& call);
     void finish_motion();

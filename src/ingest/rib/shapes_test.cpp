@@ -61,6 +61,55 @@ TEST(RibShapes, TheTeapotHas32Patches) {
     EXPECT_TRUE(r.says("there is \"teapot\" alone")) << r.all_messages();
 }
 
+TEST(RibShapes, InstancesInSolidsBecomePartOfThem) {
+    const std::string ball = "Sphere 1 -1 1 360\n";
+    const Parsed r(world(
+        "ObjectBegin \"lens\" SolidBegin \"intersection\" Translate 0.5 0 0 " + ball +
+        "Color 0 1 0 Surface \"plastic\" Translate -1 0 0 " + ball + "SolidEnd ObjectEnd\n" +
+        "ObjectBegin \"can\" Cylinder 1 -1 1 360 Disk 1 1 360 TransformBegin Translate 0 0 3 ObjectInstance "
+        "\"lens\" TransformEnd ObjectEnd\n"
+        "Color 1 0 0 Surface \"matte\" SolidBegin \"difference\" " +
+        ball +
+        "Translate 5 0 0 ObjectInstance \"can\" MotionBegin [0 1] Translate 0 0 0 Translate 0 1 0 MotionEnd "
+        "ObjectInstance \"lens\" SolidEnd\n"
+        "ObjectInstance \"lens\""));
+    EXPECT_SILENT(r);
+    using Kind = Solid::Kind;
+    const std::pair<Kind, int> tree[] = {
+        {Kind::Difference, -1},  {Kind::Primitive, 0}, {Kind::Primitive, 0},  // the ball; the can's surfaces
+        {Kind::Intersection, 0}, {Kind::Primitive, 3}, {Kind::Primitive, 3},  // the lens in the can
+        {Kind::Intersection, 0}, {Kind::Primitive, 6}, {Kind::Primitive, 6}}; // the moving one
+    ASSERT_EQ(r.scene.solids.size(), std::size(tree));
+    for (size_t i = 0; i < std::size(tree); i++) {
+        EXPECT_EQ(r.scene.solids[i].kind, tree[i].first) << i;
+        EXPECT_EQ(r.scene.solids[i].parent, tree[i].second) << i;
+    }
+    ASSERT_EQ(r.scene.primitives.size(), 7u);
+    const int in[] = {1, 2, 2, 4, 5, 7, 8};
+    for (size_t i = 0; i < 7; i++)
+        EXPECT_EQ(r.primitive(i).solid, in[i]) << i;
+    // Places and looks: what the object does not set comes from the instance, its shaders move along.
+    expect_point(r.primitive(3).world_from_object.point({0, 0, 0}), 5.5f, 0, 3);
+    EXPECT_EQ(r.primitive(3).attributes->color, Rgb(1, 0, 0));
+    EXPECT_EQ(r.primitive(4).attributes->color, Rgb(0, 1, 0));
+    EXPECT_EQ(r.primitive(4).attributes->surface->name, "plastic");
+    expect_point(r.primitive(4).attributes->surface->world_from_shader.point({0, 0, 0}), 5.5f, 0, 3);
+    EXPECT_EQ(r.primitive(3).attributes->surface->name, "matte");
+    ASSERT_TRUE(r.primitive(5).motion);
+    ASSERT_EQ(r.primitive(5).motion->places.size(), 2u);
+    expect_point(r.primitive(5).motion->places[1].transform.point({0, 0, 0}), 5.5f, 1, 0);
+    // Outside of a solid an instance is one as ever.
+    EXPECT_EQ(r.scene.groups.size(), 1u);
+    EXPECT_EQ(r.scene.instances.size(), 1u);
+    // Doubling objects stay bounded.
+    std::string deep = "ObjectBegin 0 " + ball + "ObjectEnd\n";
+    for (int i = 1; i < 40; i++)
+        deep += "ObjectBegin " + std::to_string(i) + " ObjectInstance " + std::to_string(i - 1) +
+                " ObjectInstance " + std::to_string(i - 1) + " ObjectEnd\n";
+    EXPECT_TRUE(
+        Parsed(world(deep + "SolidBegin \"union\" ObjectInstance 39 SolidEnd")).says("more than 1000000"));
+}
+
 TEST(RibShapes, SolidsMakeATree) {
     const std::string ball = "Sphere 1 -1 1 360\n";
     const Parsed r(world("SolidBegin \"difference\"\nSolidBegin \"primitive\"\n" + ball + ball +
