@@ -155,6 +155,23 @@ TEST(Blobby, VertexValuesFollowTheField) {
     }
 }
 
+TEST(Blobby, ConstantsMayHaveValues) {
+    // A constant, a ball, the larger of them: the ball's value is the second where nleaf is 2, the first where it
+    // is 1.
+    for (const int leaves : {1, 2}) {
+        scene::Primitive p = blobby({1000, 16, 1001, 0, 2, 2, 0, 1}, {ball(0, 0, 0, 2), {0.0f}});
+        std::get<scene::Blobby>(p.geometry).leaves = leaves;
+        p.primvars.set(
+            test::floats("Cs", Type::Color, Detail::Vertex,
+                         leaves == 1 ? std::vector<float>{0, 1, 0} : std::vector<float>{1, 0, 0, 0, 1, 0}));
+        const Diced d = run(p);
+        const grid::Channel& color = d.mesh_vertices.primvars.at(0);
+        ASSERT_GT(d.mesh_vertices.vertices(), 100);
+        for (int i = 0; i < d.mesh_vertices.vertices(); i++)
+            ASSERT_NEAR(color.component(1)[i], 1, 1e-5f);
+    }
+}
+
 TEST(Blobby, BadCodesAreReportedAndHugeOnesBounded) {
     Journal journal;
     for (const std::vector<int32_t>& code : std::vector<std::vector<int32_t>>{{1001, 0, 0, 2, 0, 9},

@@ -291,6 +291,15 @@ bool BlobbyField::prepare(const scene::Blobby& blobby, const Transform& world_fr
         }
         m_nodes.push_back(std::move(node));
     }
+    // PRMan's application note counts constants among the leaves that have values, RISpec does not: nleaf
+    // tells.
+    const auto constants = std::ranges::count(m_nodes, Op::Constant, &Node::op);
+    if (bad == 0 && m_leaves != blobby.leaves && m_leaves + constants == blobby.leaves) {
+        m_leaves = 0;
+        for (Node& node : m_nodes)
+            if (node.leaf >= 0 || node.op == Op::Constant)
+                node.leaf = m_leaves++;
+    }
     if (bad > 0)
         journal.error(where, "Blobby: " + std::to_string(bad) + " operations were taken as zero: " + why);
     return !m_nodes.empty() && !m_supports.empty();
