@@ -45,7 +45,7 @@ def goals(results: dict) -> list[dict[str, object]]:
         add(f"{many}: dice, shade, build", "≤ 2 s", f"{m['build_s']:.2f} s", m["build_s"] <= 2)
         add(f"{many}: geometry and BVH", "≤ 30 bytes each", f"{m['bytes_each']:.1f}", m["bytes_each"] <= 30)
     for run in (run for found_dice in results.get("dice", ()) for run in found_dice["runs"]):
-        if run["case"].startswith("subdivision"):
+        if run["case"].startswith("subdivision") and not results.get("quick"):  # whose grids are small
             rate = run["vertices_per_cpu_s"] / 1e6
             add(f"{run['case']}: dicing, a thread", "≥ 4 M vertices/s", f"{rate:.1f} M/s", rate >= 4)
     for run in (run for found_hair in results.get("hair", ()) for run in found_hair["runs"]):
