@@ -10,16 +10,14 @@
 #include <cstdio>
 #include <cstring>
 
-#include "transport/integrators/path.h"
-#include "transport/test_scene.h"
+#include "base/cpu.h"
+#include "lane_stage.h"
 
 using namespace kanuka;
 using namespace kanuka::transport;
 using namespace kanuka::transport::testing;
 
 namespace {
-
-constexpr int Size = 32; // pixels of a side: one batch
 
 struct Room : TestScene {
     explicit Room(const std::vector<Lobe>& things) {
@@ -31,45 +29,11 @@ struct Room : TestScene {
         add_quad(c + y * 0.99f, {0.5f, 0, 0}, {0, 0, 0.5f}, {glow(Rgb(10))});
         add_sphere({-0.8f, -1, 2.4f}, 0.9f, 24, things);
         add_sphere({1, -1.2f, 2.8f}, 0.8f, 24, things);
-        camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0.9f, Size, Size);
+        camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0.9f, RoomSize, RoomSize);
         inputs.max_depth = 5;
         finish();
     }
 };
-
-struct Times {
-    uint64_t ticks = 0, hits = 0;
-};
-
-template <int W>
-Times surface_stage(const Room& room, int progressions) {
-    Tracer<W> tracer(room.view);
-    std::vector<PixelSums> pixels(size_t(Size * Size), PixelSums{});
-    Times times;
-    BatchCounts counts;
-    for (int p = 0; p < progressions; p++) {
-        BatchRequest r;
-        r.x0 = r.y0 = 0;
-        r.x1 = r.y1 = r.stride = Size;
-        r.progression = uint32_t(p);
-        r.pixels = pixels.data();
-        tracer.generate(r, counts);
-        while (tracer.count() > 0 && tracer.bounce() <= tracer.scene.last_step()) {
-            tracer.intersect();
-            tracer.surfaces(
-                [&](SurfaceStage<W>& stage, const bsdf::MaterialCode& code, Int<W> slots, Mask<W> active) {
-                    const uint64_t start = __builtin_ia32_rdtsc();
-                    SurfaceHit<W> hit(stage.at(), code, slots);
-                    stage.arrive(hit, active);
-                    stage.next_event(hit, active);
-                    times.ticks += __builtin_ia32_rdtsc() - start;
-                    times.hits += uint64_t(__builtin_popcount(active.bits()));
-                });
-        }
-        tracer.finish();
-    }
-    return times;
-}
 
 double ticks_a_nanosecond() {
     const auto start = std::chrono::steady_clock::now();
@@ -86,6 +50,7 @@ double ticks_a_nanosecond() {
 int main(int argc, char** argv) {
     const bool quick = argc > 1 && std::strcmp(argv[1], "--quick") == 0;
     const double rate = ticks_a_nanosecond();
+    const auto sixteen_lanes = has_avx512() ? surface_stage_avx512 : surface_stage_16;
     const Lobe coat{grid::LobeId::MicrofacetDielectricBrdf, {Vec3f(0.1f)}};
     const struct {
         const char* name;
@@ -100,7 +65,7 @@ int main(int argc, char** argv) {
         std::vector<double> ns[3];
         for (int round = 0; round < rounds; round++) {
             const Times times[] = {surface_stage<1>(room, progressions), surface_stage<8>(room, progressions),
-                                   surface_stage<16>(room, progressions)};
+                                   sixteen_lanes(room, progressions)};
             for (int k = 0; k < 3; k++)
                 ns[k].push_back(double(times[k].ticks) / rate / double(times[k].hits));
         }

@@ -425,11 +425,10 @@ void Scene::tell(const RayPacket<W>& rays, const Mask<W>& which, const Float<W>&
 }
 
 template <int W>
-Mask<W> Scene::occluded(const RayPacket<W>& rays) const {
-    const Mask<W> hidden = occluded_kept(m_impl->planes.empty() ? rays : clipped(rays, m_impl->planes));
+void Scene::find_occluded(const RayPacket<W>& rays, Mask<W>& hidden) const {
+    hidden = occluded_kept(m_impl->planes.empty() ? rays : clipped(rays, m_impl->planes));
     if (m_watch)
         tell(rays, traceable(rays) & !hidden, rays.t_max);
-    return hidden;
 }
 
 template <int W>
@@ -535,8 +534,8 @@ Mask<W> Scene::occluded_kept(const RayPacket<W>& rays) const {
 template void Scene::intersect<1>(const RayPacket<1>&, HitPacket<1>&) const;
 template void Scene::intersect<8>(const RayPacket<8>&, HitPacket<8>&) const;
 template void Scene::intersect<16>(const RayPacket<16>&, HitPacket<16>&) const;
-template Mask<1> Scene::occluded<1>(const RayPacket<1>&) const;
-template Mask<8> Scene::occluded<8>(const RayPacket<8>&) const;
-template Mask<16> Scene::occluded<16>(const RayPacket<16>&) const;
+template void Scene::find_occluded<1>(const RayPacket<1>&, Mask<1>&) const;
+template void Scene::find_occluded<8>(const RayPacket<8>&, Mask<8>&) const;
+template void Scene::find_occluded<16>(const RayPacket<16>&, Mask<16>&) const;
 
 } // namespace kanuka::bvh

@@ -92,7 +92,14 @@ class Scene {
     template <int W>
     void intersect(const RayPacket<W>& rays, HitPacket<W>& hits) const;
     template <int W>
-    Mask<W> occluded(const RayPacket<W>& rays) const;
+    Mask<W> occluded(const RayPacket<W>& rays) const {
+        Mask<W> m;
+        find_occluded(rays, m);
+        return m;
+    }
+    // By reference: callers built for AVX-512 return masks in other registers than this library.
+    template <int W>
+    void find_occluded(const RayPacket<W>& rays, Mask<W>& hidden) const;
 
     // Cuts away what lies on the side of a plane that its normal points to, for all rays. Before any query.
     struct Plane {

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <span>
 
+#include "base/cpu.h"
 #include "sl/sl.h"
 
 namespace kanuka::sl::test {
@@ -113,7 +114,7 @@ struct Config {
 
 inline std::vector<Config> configs() {
     std::vector<Config> c = {{1, 0}, {1, 2}, {8, 0}, {8, 2}};
-    if (__builtin_cpu_supports("avx512f")) {
+    if (has_avx512()) {
         c.push_back({16, 0});
         c.push_back({16, 2});
     }

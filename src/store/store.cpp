@@ -37,7 +37,7 @@ Store::Store() : m_capacity(ArenaWords) {
     if (p == MAP_FAILED)
         throw Error("cannot reserve address space for the micropolygon store; check ulimit -v",
                     ExitCode::Internal);
-    madvise(p, m_capacity * 4 + 64, MADV_HUGEPAGE); // rays read all over it: fewer pages to look up
+    want_large_pages(p, m_capacity * 4 + 64);
     m_arena = static_cast<uint32_t*>(p);
 }
 

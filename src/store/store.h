@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/large_pages.h"
 #include "color/palette.h"
 #include "grid/grid.h"
 #include "grid/layering.h"
@@ -178,7 +179,7 @@ class Store {
     const std::vector<Links>& links() const { return m_links; } // 0 = the default
     const Links& links_of(int shape) const { return m_links[size_t(m_shapes[size_t(shape)].links)]; }
     const std::vector<ShapeRecord>& shapes() const { return m_shapes; }
-    const std::vector<Emitter>& emitters() const { return m_emitters; }
+    const LargeVector<Emitter>& emitters() const { return m_emitters; }
     // Word 0 of the arena.
     const uint32_t* words() const { return m_arena; }
     const float* floats() const { return reinterpret_cast<const float*>(m_arena); }
@@ -197,7 +198,7 @@ class Store {
     std::vector<Interior> m_interiors;
     std::vector<Links> m_links{Links()};
     std::vector<ShapeRecord> m_shapes;
-    std::vector<Emitter> m_emitters;
+    LargeVector<Emitter> m_emitters;
     uint64_t m_grid_bytes = 0, m_input_bytes = 0;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "base/cpu.h"
 #include "base/error.h"
 #include "transport/integrator_table.h"
 
@@ -70,9 +71,10 @@ IntegratorChoice IntegratorChoice::parse(std::string_view text) {
     return choice;
 }
 
+// Sixteen are there for who asks: without AVX-512 they run as pairs of registers, which gains nothing.
 int widest_lanes() {
     return 8;
-} // sixteen run as pairs of AVX2 registers, which gains nothing
+}
 
 std::unique_ptr<Kernel> make_kernel(const SceneView& scene, int lanes) {
     const IntegratorRow& row = row_of(scene.integrator.name);
@@ -81,7 +83,8 @@ std::unique_ptr<Kernel> make_kernel(const SceneView& scene, int lanes) {
     if (lanes != 1 && lanes != 8 && lanes != 16)
         throw Error("lanes must be 1, 8 or 16", ExitCode::Usage);
     const auto widest = [](auto a, auto b) { return a ? a : b; };
-    const auto make = lanes == 1 ? row.w1 : widest(lanes == 16 ? row.w16 : nullptr, widest(row.w8, row.w1));
+    const auto sixteen = has_avx512() ? row.w16_avx512 : row.w16;
+    const auto make = lanes == 1 ? row.w1 : widest(lanes == 16 ? sixteen : nullptr, widest(row.w8, row.w1));
     return make(scene, scene.integrator.values);
 }
 

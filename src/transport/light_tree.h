@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/lanes.h"
+#include "base/large_pages.h"
 
 namespace kanuka::transport {
 
@@ -38,7 +39,7 @@ struct alignas(64) LightNode {
 static_assert(offsetof(LightNode, axis_x) == LightNode::FirstHalf);
 
 struct LightTree {
-    std::vector<LightNode> nodes; // root first; children behind their parents
+    LargeVector<LightNode> nodes; // root first; children behind their parents
     std::vector<int32_t> parent;  // of each node its place in its parent, 8 * node + child; root: -1
     std::vector<int32_t> place;   // of each leaf; -1 = not in the hierarchy
     bool linked = false;          // some lights do not shine on all sets

@@ -5,42 +5,13 @@
 
 #include "color/color.h"
 #include "transport/media_setup.h"
+#include "transport/wavelengths.h"
 
 namespace kanuka::transport {
 
 namespace {
 
 using Kind = scene::Light::Kind;
-
-// Wavelengths are drawn where the sensor looks: density in proportion to the sum of its curves, with a floor
-// that keeps the ends of the range from becoming fireflies.
-void fill_wavelengths(WavelengthTable& table, const color::Sensor& sensor, const color::Table& white) {
-    const auto &x = sensor.importance[0], &y = sensor.importance[1], &z = sensor.importance[2];
-    std::vector<double> cumulative(color::LambdaCount, 0);
-    double mean = 0;
-    for (int i = 0; i < color::LambdaCount; i++)
-        mean += double(x[i] + y[i] + z[i]) / color::LambdaCount;
-    for (int i = 1; i < color::LambdaCount; i++) {
-        const double density =
-            0.5 * double(x[i] + y[i] + z[i] + x[i - 1] + y[i - 1] + z[i - 1]) + 0.02 * mean;
-        cumulative[size_t(i)] = cumulative[size_t(i) - 1] + density;
-    }
-    table.quantile.resize(WavelengthTable::Segments + 1);
-    size_t at = 0;
-    for (int k = 0; k <= WavelengthTable::Segments; k++) {
-        const double target = cumulative.back() * k / WavelengthTable::Segments;
-        while (at + 2 < cumulative.size() && cumulative[at + 1] < target)
-            at++;
-        const double f = (target - cumulative[at]) / (cumulative[at + 1] - cumulative[at]);
-        table.quantile[size_t(k)] = float((double(at) + f) / (color::LambdaCount - 1));
-    }
-    for (int i = 0; i < 480; i++) {
-        const size_t j = size_t(std::min(i, color::LambdaCount - 1));
-        for (int c = 0; c < 3; c++)
-            table.sensor[i][c] = sensor.curves[c][j];
-        table.sensor[i][3] = table.lookup_white[i] = white[j];
-    }
-}
 
 // Any non-negative RGB as scale * S(lambda): twice the maximum, to stay where spectra are smooth.
 void uplift_amount(const Rgb& rgb, const color::Palette& palette, float out[4]) {
@@ -206,7 +177,7 @@ void fill_map(EnvironmentMap& map, const LatLong& picture, const scene::Light& l
 }
 
 // Vose's alias method (1991).
-void fill_alias(SceneView& view, const std::vector<store::Emitter>& emitters,
+void fill_alias(SceneView& view, std::span<const store::Emitter> emitters,
                 const std::vector<int32_t>& sampled) {
     double total = 0;
     for (int32_t e : sampled)
@@ -262,7 +233,7 @@ void fill_lights(SceneView& view, const SceneInputs& in, color::Palette& palette
     std::vector<Rgb> constants;
     bool constant_visible = false;
     int32_t constant_sets = 0;
-    std::vector<AnalyticLight> far, near;
+    LargeVector<AnalyticLight> far, near;
     std::vector<LightBound> far_bounds, near_bounds;
     for (const scene::Light& light : in.lights) {
         const bool environment = light.kind == Kind::Environment || light.kind == Kind::Ambient;
@@ -473,7 +444,7 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
     const color::Sensor& sensor = in.sensor ? *in.sensor : observer;
     const color::UpliftTable& uplift = palette.uplift_table();
     view.uplift = {uplift.coefficients.data(), uplift.resolution, uplift.z_factor, uplift.z_offset};
-    fill_wavelengths(view.wavelengths, sensor, palette.white());
+    view.wavelengths = make_wavelengths(sensor, palette.white());
     for (size_t i = 0; i < 9; i++)
         view.sensor_matrix[i] = sensor.output_from_sensor[i / 3][i % 3];
     view.filter_x = in.filter_x.data();

@@ -13,16 +13,9 @@
 #include "transport/integrator.h"
 #include "transport/light_tree.h"
 #include "transport/path_state.h"
+#include "transport/wavelengths.h"
 
 namespace kanuka::transport {
-
-// Quantiles of the wavelength density: lambda(u) is linear between knots, so density and inverse are exact.
-struct WavelengthTable {
-    static constexpr int Segments = 256;
-    std::vector<float> quantile; // Segments + 1 values of l = (lambda - 360) / 470
-    float sensor[480][4];        // the sensor's curves at 1 nm, and emitted white; padded
-    float lookup_white[480];     // the spectrum of emitted white
-};
 
 // Words of four bytes, gathered by lanes; see light_shapes.h. What most lights are asked for lies in the
 // first cache line: there may be many, and each is asked seldom.
@@ -137,7 +130,7 @@ struct SceneView {
 
     // Lights: the choices are all of the hierarchy together (if any), the environment map, and each analytic
     // light that is not in the hierarchy.
-    std::vector<AnalyticLight> lights; // choices first_light_choice, …; then those of the hierarchy
+    LargeVector<AnalyticLight> lights; // choices first_light_choice, …; then those of the hierarchy
     std::vector<LightBound> bounds;    // of `lights`; distant ones: power is the irradiance
     int lights_by_choice = 0;
     uint32_t light_shapes = 0; // bits by AnalyticLight::Shape, of all; by_tables: some have one

@@ -20,6 +20,7 @@
 #include <llvm/Transforms/Scalar/SROA.h>
 #include <llvm/Transforms/Scalar/SimplifyCFG.h>
 
+#include "base/cpu.h"
 #include "sl/codegen/emit.h"
 
 namespace kanuka::sl {
@@ -92,10 +93,7 @@ void optimise(llvm::Module& module, llvm::TargetMachine& tm, int opt_level) {
 } // namespace
 
 int widest_lanes() {
-    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-                   __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl")
-               ? 16
-               : 8;
+    return has_avx512() ? 16 : 8;
 }
 
 std::string backend_version() {

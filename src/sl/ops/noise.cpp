@@ -1,4 +1,5 @@
 #define KANUKA_NOISE_ISA avx2
+#include "base/cpu.h"
 #include "sl/ops/noise_kernels.h"
 
 namespace kanuka::sl::ops {
@@ -29,7 +30,7 @@ int find_noise(NoiseKind kind, int dimensions, int results) {
 NoiseFunction noise_function(int kernel, int width) {
     const NoiseKernel& k = kernels[kernel];
     if (width == 16)
-        return __builtin_cpu_supports("avx512f") ? noise_function16(k) : nullptr;
+        return has_avx512() ? noise_function16(k) : nullptr;
     return avx2::Kernel<8>::find(k, width == 1);
 }
 
