@@ -95,7 +95,7 @@ Projection "perspective" "fov" [17]
 Translate 0 0.02 12
 Rotate -9 1 0 0
 WorldBegin
-LightSource "distantlight" 1 "intensity" [2.6] "from" [-3 3 -1] "to" [0 0 0] "float angle" [5]
+LightSource "distantlight" 1 "intensity" [2.6] "from" [-3 3 -1] "to" [0 0 0] "float angle" [50]
 LightSource "environmentlight" 2 "intensity" [0.6] "lightcolor" [0.75 0.87 1] "float visible" [1]
 AttributeBegin
   Surface "checks"
