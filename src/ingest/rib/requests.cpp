@@ -220,10 +220,10 @@ constexpr RequestSpec Table[] = {
 
     // ---- of other renderers -------------------------------------------------------------------------
     {"ShaderLayer", Ext, Anywhere, {{{"type", A::String}, {"name", A::String}, {"layer", A::String}}}, Params::Shader,
-     Support::Partial, h::shader_layer, "of several layers the last is the shader"},
+     Support::Partial, h::shader_layer, "of surfaces and displacements: all run, the last is the shader"},
     {"ConnectShaderLayers", Ext, Anywhere, {{{"type", A::String}, {"layer1", A::String}, {"variable1", A::String},
-     {"layer2", A::String}, {"variable2", A::String}}}, No, Support::Missing, nullptr,
-     "write one shader that does what the layers do"},
+     {"layer2", A::String}, {"variable2", A::String}}}, No, Support::Partial,
+     h::connect_shader_layers, "output parameters to parameters; no arrays and texts"},
     {"Shader", Ext, Anywhere, {{{"name", A::String}, {"handle", A::String}}}, Params::Shader, Support::Full, h::coshader,
      "a co-shader: the attributes' shaders call it by its handle"},
     {"System", Ext, Anywhere, {{{"command", A::String}}}, No, Support::Missing, nullptr, "commands in scenes are never run"},
@@ -247,7 +247,7 @@ constexpr RequestSpec Table[] = {
     {"Displace", Ext, Anywhere, {{{"name", A::String}, {"handle", A::String}}}, Params::Shader, Support::Missing, nullptr,
      "use Displacement"},
     {"Pattern", Ext, Anywhere, {{{"name", A::String}, {"handle", A::String}}}, Params::Shader, Support::Partial, h::pattern,
-     "PxrTexture on the base colour of a Bxdf"},
+     "a shader of that name, whose outputs reach a Bxdf's parameters"},
     {"Light", Ext, Anywhere, {{{"name", A::String}, {"handle", A::String}}}, Params::Shader, Support::Partial, h::ris_light,
      "rectangle, disk, sphere, cylinder, distant, dome, mesh"},
     {"LightFilter", Ext, Anywhere, {{{"name", A::String}, {"handle", A::String}}}, Params::Shader, Support::Missing, nullptr,
