@@ -118,7 +118,8 @@ void Reader::tell_unknown(size_t begin) {
 void Reader::request() {
     const size_t offset = m_lexer->offset();
     const std::string_view word = m_lexer->word();
-    const RequestSpec* spec = find_request(word);
+    // Files say the same again and again.
+    const RequestSpec* spec = m_call.spec && m_call.spec->name == word ? m_call.spec : find_request(word);
     m_call.spec = spec;
     m_call.where = m_lexer->where(offset);
     m_request = word;
