@@ -4,9 +4,9 @@ surface PxrTexture(
     float invertT = 1;                     // 1: t rises upwards in the picture
     color missingColor = color(1, 0, 1);   // where there is no picture
     output varying color resultRGB = 0;    // colour
-    output varying float resultR = 0;      // its components
-    output varying float resultG = 0;      //
-    output varying float resultB = 0;      //
+    output varying float resultR = 0;      // its first component
+    output varying float resultG = 0;      // the second
+    output varying float resultB = 0;      // the third
 )
 {
     resultRGB = missingColor;
