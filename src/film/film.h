@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -60,6 +61,9 @@ class Filter {
     struct Sample {
         float dx, dy, weight;
     };
+    // Any function of both, by its values in the middle of nx times ny cells over the width, rows from -y.
+    // Throws Error where they are no filter.
+    Filter(std::span<const float> values, int nx, int ny, float width_x, float width_y);
     Sample sample(float u0, float u1) const;
     static std::vector<std::string> names();
     static constexpr int TableSize = 1024;
@@ -69,7 +73,20 @@ class Filter {
     const std::vector<float>& weight_y() const { return m_weight_y; }
     bool has_weights() const { return m_has_weights; } // false: every weight is 1
 
+    // Of a filter of values, which has these in place of the tables: a row by the first table, a cell of it
+    // by the second, an even place in the cell.
+    struct Cells {
+        int nx = 0, ny = 0; // 0 = it is one of the named
+        float width[2] = {0, 0};
+        std::vector<float> rows;   // ny + 1 masses of |f| up to each row, from 0 to 1
+        std::vector<float> cells;  // ny times nx + 1, likewise along each row
+        std::vector<float> weight; // ny times nx
+    };
+    const Cells& cells() const { return m_cells; }
+    static constexpr int MostCells = 1024; // along an axis
+
   private:
+    Cells m_cells;
     std::vector<float> m_table_x, m_table_y, m_weight_x, m_weight_y;
     bool m_has_weights = false;
 };

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "film/film.h"
+#include "film/filter_cells.h"
 
 namespace kanuka::film {
 
@@ -171,6 +171,8 @@ Filter::Filter(const std::string& name, float width_x, float width_y) {
 }
 
 Filter::Sample Filter::sample(float u0, float u1) const {
+    if (m_cells.nx > 0)
+        return sample_cells(m_cells, u0, u1);
     const auto axis = [](float u, const std::vector<float>& table, const std::vector<float>& weight,
                          float& w) {
         const float s = u * float(TableSize);

@@ -169,6 +169,73 @@ TEST(Filter, TablesAreTheSample) {
     EXPECT_FLOAT_EQ(s.weight, filter.weight_x()[100] * filter.weight_y().back());
 }
 
+// A ring about the middle with a trough about it: no product of two functions, and of both signs.
+double ring(double x, double y) {
+    const double r = std::hypot(x, y);
+    return r < 0.5 ? 0.5 : r < 1 ? 2 - r : r < 1.5 ? -0.3 : 0;
+}
+
+TEST(Filter, ValuesInCellsAreDrawnByTheirSizeAndWeighedByTheirSign) {
+    constexpr int Nx = 48, Ny = 40, Bins = 8;
+    constexpr float Wx = 3, Wy = 4;
+    std::vector<float> values;
+    double all = 0, total = 0;
+    std::vector<double> expected(size_t(Bins * Bins)), found(size_t(Bins * Bins));
+    const auto bin = [](double x, double y) {
+        const int i = std::clamp(int((x / Wx + 0.5) * Bins), 0, Bins - 1);
+        return size_t(std::clamp(int((y / Wy + 0.5) * Bins), 0, Bins - 1) * Bins + i);
+    };
+    for (int y = 0; y < Ny; y++)
+        for (int x = 0; x < Nx; x++) {
+            const double px = Wx * ((x + 0.5) / Nx - 0.5), py = Wy * ((y + 0.5) / Ny - 0.5);
+            values.push_back(float(ring(px, py)));
+            all += std::abs(values.back());
+            total += values.back();
+            expected[bin(px, py)] += std::abs(values.back());
+        }
+    const Filter filter(values, Nx, Ny, Wx, Wy);
+    EXPECT_TRUE(filter.has_weights());
+    constexpr int N = 200000;
+    std::mt19937 generator(7);
+    std::uniform_real_distribution<float> u;
+    double mean = 0;
+    for (int i = 0; i < N; i++) {
+        const Filter::Sample s = filter.sample(u(generator), u(generator));
+        ASSERT_LE(std::abs(s.dx), Wx / 2);
+        ASSERT_LE(std::abs(s.dy), Wy / 2);
+        found[bin(s.dx, s.dy)]++;
+        mean += s.weight / N;
+    }
+    EXPECT_NEAR(mean, 1, 4 * all / total / std::sqrt(double(N)));
+    double statistic = 0;
+    int dof = -1;
+    for (size_t b = 0; b < expected.size(); b++) {
+        const double wanted = expected[b] / all * N;
+        if (wanted == 0) {
+            EXPECT_EQ(found[b], 0) << b;
+            continue;
+        }
+        statistic += (found[b] - wanted) * (found[b] - wanted) / wanted;
+        dof++;
+    }
+    EXPECT_GT(chi_square_p(statistic, dof), 1e-3) << statistic;
+}
+
+TEST(Filter, ValuesThatAreNoFilterAreErrors) {
+    const std::vector<float> plus{0, 1, 1, 0}, none{1, -1, 1, -1}, infinite{1, 1, INFINITY, 1};
+    EXPECT_FALSE(Filter(plus, 2, 2, 1, 1).has_weights());
+    for (const float u : {0.0f, 0.49999f, 0.5f, 1 - 0x1p-24f}) // never where it is 0
+        for (const float v : {0.0f, 0.5f, 1 - 0x1p-24f}) {
+            const Filter::Sample s = Filter(plus, 2, 2, 1, 1).sample(u, v);
+            EXPECT_LE(s.dx * s.dy, 0) << u << ' ' << v;
+            EXPECT_EQ(s.weight, 1);
+        }
+    EXPECT_THROW(Filter(none, 2, 2, 1, 1), Error);
+    EXPECT_THROW(Filter(infinite, 2, 2, 1, 1), Error);
+    EXPECT_THROW(Filter(plus, 3, 2, 1, 1), Error);
+    EXPECT_THROW(Filter(plus, 2, 2, 0, 1), Error);
+}
+
 TEST(Filter, NonsenseIsAnError) {
     try {
         Filter("gausian", 2, 2);

@@ -293,13 +293,13 @@ void bind_journal(nb::module_& m) {
 
 static void make_texture(const std::vector<std::string>& pictures, const std::string& texture,
                          const std::pair<std::string, std::string>& wrap, const std::string& filter,
-                         bool latlong, float fov) {
+                         bool latlong, float fov, const std::pair<float, float>& width) {
     using Kind = shade::TextureMaking::Kind;
     const nb::gil_scoped_release release;
     shade::make_texture({pictures.size() == 6 ? Kind::CubeFaces
                          : latlong            ? Kind::LatLong
                                               : Kind::Texture,
-                         pictures, texture, wrap.first, wrap.second, filter, fov});
+                         pictures, texture, wrap.first, wrap.second, filter, fov, width.first, width.second});
 }
 
 void bind_picture(nb::module_& m) {
@@ -359,10 +359,13 @@ void bind_picture(nb::module_& m) {
         "make_texture", &make_texture, nb::arg("pictures"), nb::arg("texture"), nb::kw_only(),
         nb::arg("wrap") = std::pair<std::string, std::string>("periodic", "periodic"),
         nb::arg("filter") = "box", nb::arg("latlong") = false, nb::arg("fov") = 90.0f,
+        nb::arg("filter_width") = std::pair<float, float>(0.0f, 0.0f),
         "Makes a tiled, mip-mapped texture of a picture; of six, cube faces in the order px nx py ny pz nz, "
         "a "
         "latitude-longitude environment. `wrap`: along s and t, black, clamp, periodic or mirror. `filter`: "
-        "from a level to the next: box, triangle, gaussian, catmull-rom, mitchell, lanczos and others. "
+        "from a level to the next: box, triangle, gaussian, catmull-rom, mitchell, lanczos, bessel and "
+        "others, "
+        "`filter_width` texels of the smaller level wide along s and t; 0 is the filter's own width. "
         "`latlong`: the picture is an environment by latitude and longitude.");
     bind_comparison(m);
     bind_z_test(m);

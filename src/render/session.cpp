@@ -12,6 +12,7 @@
 #include "render/geometry.h"
 #include "render/light_pictures.h"
 #include "render/on_demand.h"
+#include "render/pixel_filter.h"
 #include "scene/shutter.h"
 #include "shade/lights.h"
 #include "transport/kernel.h"
@@ -171,13 +172,14 @@ class BatchSession {
             m_journal.warning({m_scene.file}, "the shutter's opening is not used: " + *fault);
         else
             in.shutter_quantiles = scene::shutter_quantiles(m_options.shutter_opening);
-        try {
-            m_filter = std::make_unique<film::Filter>(m_options.filter, m_options.filter_width[0],
-                                                      m_options.filter_width[1]);
-        } catch (const Error& e) {
-            m_journal.error({m_scene.file}, std::string(e.what()) + "; gaussian 2 2 is used");
-            m_filter = std::make_unique<film::Filter>("gaussian", 2.0f, 2.0f);
-        }
+        m_filter = make_filter(m_options, {m_scene.file}, m_journal);
+        const film::Filter::Cells& cells = m_filter->cells();
+        in.filter_cells = {cells.nx,
+                           cells.ny,
+                           cells.rows.data(),
+                           cells.cells.data(),
+                           cells.weight.data(),
+                           {cells.width[0], cells.width[1]}};
         in.filter_x = m_filter->table_x();
         in.filter_y = m_filter->table_y();
         if (m_filter->has_weights()) {

@@ -1,6 +1,7 @@
 #include "ri/binding.h"
 
 #include <algorithm>
+#include <cmath>
 #include <new>
 
 #include "ingest/rib/requests.h"
@@ -64,13 +65,69 @@ void Caller::filter(RtFilterFunc function) {
     for (const auto& [known, name] : filters)
         if (known == function)
             return text(name);
+    if (m_call.spec->name == "PixelFilter" && function) {
+        m_own_filter = function;
+        return text("table");
+    }
+    if (function == RiBesselFilter)
+        return text("bessel");
     m_session.report(
         RIE_UNIMPLEMENT, RIE_WARNING,
         "Ri" + std::string(m_call.spec->name) +
-            ": filters of your own are not called; the Gaussian was used. There are RiBoxFilter, "
-            "RiTriangleFilter, RiGaussianFilter, RiCatmullRomFilter, RiSincFilter, "
-            "RiMitchellFilter, RiBlackmanHarrisFilter");
+            ": textures are not made by filters of a program's own; the Gaussian was used. There "
+            "are RiBoxFilter, RiTriangleFilter, RiGaussianFilter, RiCatmullRomFilter, "
+            "RiSincFilter, RiBesselFilter, RiMitchellFilter, RiBlackmanHarrisFilter");
     text("gaussian");
+}
+
+// RIB has no functions: Option "pixelfilter" holds the values in the middle of cells, rows from -y.
+void Caller::settle_filter() {
+    if (!m_own_filter)
+        return;
+    constexpr float CellsPerPixel = 32;
+    constexpr int Fewest = 16, Most = 192;
+    const RtFloat width[2] = {RtFloat(m_call.args[1].number), RtFloat(m_call.args[2].number)};
+    int cells[2];
+    for (int k = 0; k < 2; k++)
+        cells[k] = width[k] > 0 && width[k] < float(Most)
+                       ? std::clamp(int(std::ceil(CellsPerPixel * width[k])), Fewest, Most)
+                       : Most;
+    std::vector<float> values;
+    double sum = 0;
+    for (int y = 0; y < cells[1]; y++)
+        for (int x = 0; x < cells[0]; x++) {
+            const auto place = [&](int i, int k) {
+                return width[k] * ((RtFloat(i) + 0.5f) / RtFloat(cells[k]) - 0.5f);
+            };
+            values.push_back(m_own_filter(place(x, 0), place(y, 1), width[0], width[1]));
+            sum += double(values.back());
+        }
+    if (!(sum > 0 && std::isfinite(sum))) {
+        m_session.report(
+            RIE_RANGE, RIE_ERROR,
+            "RiPixelFilter: the integral of a filter must be more than 0; the Gaussian was used");
+        m_call.args[0].text = "gaussian";
+        return;
+    }
+    ingest::Call option;
+    option.spec = ingest::find_request("Option");
+    option.where = m_call.where;
+    option.args[0].given = option.args[0].is_text = true;
+    option.args[0].text = "pixelfilter";
+    Value size;
+    size.name = "cells";
+    size.type = Type::Integer;
+    size.array_size = 2;
+    size.ints = std::vector<int32_t>{cells[0], cells[1]};
+    Value table;
+    table.name = "values";
+    table.array_size = int(values.size());
+    table.floats = std::move(values);
+    option.tokens = {"uniform integer[2] cells",
+                     "uniform float[" + std::to_string(table.array_size) + "] values"};
+    size.where = table.where = m_call.where;
+    option.params.values = {std::move(size), std::move(table)};
+    m_session.execute(option);
 }
 
 void Caller::floats(const RtFloat* values, long count) {
@@ -154,6 +211,7 @@ RtPointer make_call(const char* request, const std::function<void(Caller&)>& fil
     try {
         Caller caller(*session, request);
         fill(caller);
+        caller.settle_filter();
         session->execute(caller.call());
         return caller.result;
     } catch (const std::bad_alloc&) {

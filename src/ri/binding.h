@@ -21,7 +21,10 @@ class Caller {
     void text(const char* text);
     void handle(RtPointer handle); // one that a call returned
     void new_handle();
-    void filter(RtFilterFunc function); // by its name; one that is not ours is reported
+    void filter(RtFilterFunc function); // by its name
+    // After all arguments: a filter of the program's own becomes a table of its values, where there can be
+    // one.
+    void settle_filter();
     void floats(const RtFloat* values, long count);
     void floats(std::initializer_list<RtFloat> values) { floats(values.begin(), long(values.size())); }
     void ints(const RtInt* values, long count);
@@ -37,6 +40,7 @@ class Caller {
     Session& m_session;
     ingest::Call m_call;
     size_t m_argument = 0;
+    RtFilterFunc m_own_filter = nullptr;
 };
 
 // Fills in a call and makes it. Errors go to the error handler; none leaves through C.

@@ -35,6 +35,10 @@ float sinc(float x) {
     return std::abs(x) < 1e-4f ? 1 : std::sin(Pi * x) / (Pi * x);
 }
 
+float bessel(float r) { // J1(pi r) / (pi r / 2): the disc's counterpart of sinc
+    return r < 1e-3f ? 1 : float(std::cyl_bessel_j(1.0, double(Pi * r))) / (0.5f * Pi * r);
+}
+
 float catmull_rom(float x) {
     x = std::abs(x);
     return x < 1 ? (1.5f * x - 2.5f) * x * x + 1 : x < 2 ? ((-0.5f * x + 2.5f) * x - 4) * x + 2 : 0;
@@ -189,7 +193,9 @@ RtVoid RiMotionBegin(RtInt n, ...) {
     RiMotionBeginV(RtInt(times.size()), times.data());
 }
 
-RtVoid RiReadArchiveV(RtToken name, RtArchiveCallback, RtInt n, RtToken tokens[], RtPointer parms[]) {
+RtVoid RiReadArchiveV(RtToken name, RtArchiveCallback callback, RtInt n, RtToken tokens[],
+                      RtPointer parms[]) {
+    const Session::Listening listening(current(), callback);
     make_call("ReadArchive", [&](Caller& c) {
         c.text(name);
         c.parameters(n, tokens, parms, 0);
@@ -231,8 +237,8 @@ RtVoid RiArchiveRecord(RtToken type, RtString format, ...) {
     va_end(list);
     text.resize(text.size() - 1);
     const std::string kind = type ? type : "";
-    if (!current() || (kind == "verbatim" && !current()->writes()))
-        return; // text for a file that is not written
+    if (!current())
+        return;
     std::ranges::replace(text, '\n', ' ');
     current()->comment(kind == "structure" ? "##" + text : kind == "verbatim" ? text : "#" + text);
 }
@@ -327,6 +333,9 @@ RtFloat RiCatmullRomFilter(RtFloat x, RtFloat y, RtFloat, RtFloat) {
 }
 RtFloat RiSincFilter(RtFloat x, RtFloat y, RtFloat, RtFloat) {
     return sinc(x) * sinc(y);
+}
+RtFloat RiBesselFilter(RtFloat x, RtFloat y, RtFloat, RtFloat) {
+    return bessel(std::hypot(x, y));
 }
 RtFloat RiGaussianFilter(RtFloat x, RtFloat y, RtFloat xw, RtFloat yw) {
     x *= 2 / xw;

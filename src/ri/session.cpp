@@ -5,8 +5,11 @@
 #include <filesystem>
 
 #include "film/film.h"
+#include "ingest/rib/handlers.h"
 #include "render/session.h"
 #include "ri/plug_in.h"
+#include "shade/make_texture.h"
+#include "shade/search.h"
 
 namespace kanuka::ri {
 
@@ -64,7 +67,9 @@ void Session::finish() {
                    " is not closed at RiEnd: an unfinished world is not rendered");
         return;
     }
-    if (m_pictures == 0)
+    const bool textures = m_textures_left;
+    make_left_textures();
+    if (m_pictures == 0 && !textures)
         report(RIE_NOERROR, RIE_INFO, "RiEnd: there was no world to render");
 }
 
@@ -80,7 +85,13 @@ void Session::execute(ingest::Call& call) {
         if (geometry || name == "ReadArchive")
             return;
     }
+    if (call.spec->name == "FrameEnd") // with it go the frame's options
+        make_left_textures();
     m_reader->call(call);
+    if (call.spec->handler == ingest::handlers::make_texture ||
+        call.spec->handler == ingest::handlers::make_latlong_environment ||
+        call.spec->handler == ingest::handlers::make_cube_face_environment)
+        m_textures_left = !m_writer;
     if (call.spec->name != "WorldEnd")
         return;
     if (m_writer)
@@ -89,7 +100,25 @@ void Session::execute(ingest::Call& call) {
         render_world();
 }
 
+Session::Listening::Listening(Session* session, RtArchiveCallback callback) {
+    if (!session)
+        return;
+    m_reader = session->m_reader.get();
+    m_before = m_reader->listen({});
+    if (callback)
+        m_reader->listen([callback](const char* type, const std::string& text) {
+            char format[] = "%s"; // the text may hold what looks like a format
+            callback(const_cast<RtToken>(type), format, text.c_str());
+        });
+}
+
+Session::Listening::~Listening() {
+    if (m_reader)
+        m_reader->listen(std::move(m_before));
+}
+
 void Session::comment(const std::string& text) {
+    m_reader->record_line(text);
     if (m_writer)
         m_writer->comment(text);
 }
@@ -146,10 +175,20 @@ static fs::path picture_path(const scene::Scene& scene) {
     return "ri.exr";
 }
 
+// Textures are made when a world is rendered; these have none.
+void Session::make_left_textures() {
+    if (!m_textures_left)
+        return;
+    m_textures_left = false;
+    const scene::Options& options = context().options.options;
+    shade::make_textures(options.user, shade::search_folders(options.texture_path, "", ""), m_journal);
+}
+
 void Session::render_world() {
     const std::optional<scene::Scene> scene = context().take_world();
     if (!scene)
         return; // a pass of depth for shadow maps, or a frame that was passed over
+    m_textures_left = false;
     render::Overrides overrides;
     overrides.standard_shaders = standard_shaders();
     Stats stats;

@@ -23,7 +23,18 @@ class Session {
     explicit Session(Recording& recording);
 
     void execute(ingest::Call& call);
-    void comment(const std::string& text);
+    void comment(const std::string& text); // a line as it is, where calls become RIB
+    // While it lives, a function of the program is told what archives hold beside requests; null = none.
+    class Listening {
+      public:
+        Listening(Session* session, RtArchiveCallback callback);
+        ~Listening();
+        Listening(const Listening&) = delete;
+
+      private:
+        ingest::Reader* m_reader = nullptr;
+        ingest::Reader::RecordListener m_before;
+    };
     void finish(); // RiEnd
 
     bool writes() const { return m_writer != nullptr; }
@@ -41,6 +52,7 @@ class Session {
 
   private:
     void render_world();
+    void make_left_textures();
     Recording* m_recording = nullptr;
     Journal m_journal;
     std::shared_ptr<const ingest::Source> m_source; // of no bytes: calls have no file
@@ -49,6 +61,7 @@ class Session {
     std::unique_ptr<ingest::Writer> m_writer;
     std::deque<std::string> m_kept; // what C holds pointers to
     int m_pictures = 0;
+    bool m_textures_left = false; // asked for, and no world has been rendered since
 };
 
 // The session of RiBegin or RiContext; null = none.

@@ -145,6 +145,8 @@ std::vector<sl::Argument> bind_arguments(const sl::Shader& shader, const scene::
     };
     for (const scene::Value& value : ref.parameters.values) {
         const Location& where = value.where.line > 0 ? value.where : ref.where;
+        if (value.name.starts_with(':')) // what layers are connected by
+            continue;
         const sl::Parameter* p = parameter(value.name);
         if (!p) {
             journal.warning(where, "shader \"" + ref.name + "\" has no parameter \"" + value.name + "\"; " +

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <map>
 
+#include "scene/layers.h"
+
 namespace kanuka::shade {
 
 namespace {
@@ -30,6 +32,10 @@ class Connect {
 
     Network run(const sl::Shader& shader, const ShaderRef& ref, const Scopes& scopes) {
         Network network;
+        // All layers run, in their order, connected or not: each may set Ci or move P.
+        for (const std::string& handle : scene::layers(ref))
+            if (const int target = resolve(handle, scopes); target >= 0 && m_nodes[size_t(target)].found)
+                m_nodes[size_t(target)].found->layer = true;
         network.connections = connections(shader, ref, scopes, "shader \"" + ref.name + "\"");
         // Declaration order, outermost list first: what getshaders() gives.
         std::vector<int> order(m_nodes.size());
@@ -111,7 +117,60 @@ class Connect {
             if (any)
                 all.push_back(std::move(c));
         }
+        for (const scene::Value& v : ref.parameters.values)
+            if (scene::is_connection(v))
+                connect_output(shader, ref, v, scopes, who, all);
         return all;
+    }
+
+    // A parameter that has its value from a layer's output.
+    void connect_output(const sl::Shader& shader, const ShaderRef& ref, const scene::Value& v,
+                        const Scopes& scopes, const std::string& who, std::vector<sl::Connection>& all) {
+        const Location& where = v.where.line > 0 ? v.where : ref.where;
+        const std::string name = v.name.substr(1), &handle = v.strings[0], &output = v.strings[1];
+        const auto left_out = [&](const std::string& why) {
+            m_journal.warning(where, "parameter \"" + name + "\" of " + who + " is not connected to \"" +
+                                         output + "\" of layer \"" + handle + "\": " + why +
+                                         ". It keeps its own value");
+        };
+        const auto find = [](const sl::Shader& s, const std::string& wanted) -> const sl::Parameter* {
+            for (const sl::Parameter& p : s.parameters())
+                if (p.name == wanted)
+                    return &p;
+            return nullptr;
+        };
+        const auto names = [](const sl::Shader& s, bool outputs) {
+            std::string list;
+            for (const sl::Parameter& p : s.parameters())
+                if (!outputs || p.output)
+                    list += (list.empty() ? "" : ", ") + p.name;
+            return list.empty() ? std::string("there are none") : "there are " + list;
+        };
+        const sl::Parameter* to = find(shader, name);
+        if (!to)
+            return left_out("there is no such parameter; " + names(shader, false));
+        const int target = resolve(handle, scopes);
+        if (target < 0)
+            return left_out("there is no such layer before it");
+        if (!m_nodes[size_t(target)].found) // reported
+            return;
+        if (m_nodes[size_t(target)].open)
+            return left_out("the layers are connected in a circle");
+        const sl::Shader& layer = *m_nodes[size_t(target)].found->shader;
+        const sl::Parameter* from = find(layer, output);
+        if (!from || !from->output)
+            return left_out((from ? "that is no output parameter; " : "it has no such parameter; ") +
+                            names(layer, true));
+        const auto array = [](const sl::Parameter& p) { return p.array_size > 0 || p.resizable; };
+        const auto triple = [](sl::Type t) { return sl::components(t) == 3 && t < sl::Type::Matrix; };
+        const bool fits = to->type == from->type || (triple(to->type) && triple(from->type)) ||
+                          (triple(to->type) && from->type == sl::Type::Float);
+        if (!fits || array(*to) || array(*from) || to->type >= sl::Type::String)
+            return left_out("a " + std::string(sl::type_name(from->type)) + (array(*from) ? "[]" : "") +
+                            " cannot become a " + std::string(sl::type_name(to->type)) +
+                            (array(*to) ? "[]" : ""));
+        m_nodes[size_t(target)].found->layer = true;
+        all.push_back({name, {handle_of(target)}, output});
     }
 
     std::string handle_of(int target) const {
@@ -179,14 +238,15 @@ std::string describe(const Network& network, sl::CompileOptions& options) {
             key += '\n' + c.parameter;
             for (const std::string& handle : c.handles)
                 key += '\0' + handle;
+            key += '\0' + c.output;
         }
     };
     options.connections = network.connections;
     add(network.connections);
     for (const CoShader& c : network.coshaders) {
-        key += "\n\n" + c.handle + '\n' + c.path + '\n' + c.category;
+        key += (c.layer ? "\n\n:" : "\n\n") + c.handle + '\n' + c.path + '\n' + c.category;
         add(c.connections);
-        options.coshaders.push_back({c.handle, c.path, {}, c.category, c.connections});
+        options.coshaders.push_back({c.handle, c.path, {}, c.category, c.connections, c.layer});
     }
     return key;
 }

@@ -19,6 +19,7 @@ struct CoShader {
     std::string handle; // of one that another brought along: that one's and its own, "outer/inner"
     std::string category;
     std::vector<sl::Connection> connections;
+    bool layer = false; // of a shader of several (scene/layers.h)
 };
 
 struct Network {

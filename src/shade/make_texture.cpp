@@ -1,15 +1,17 @@
 #include "shade/make_texture.h"
 
 #include <OpenImageIO/imagebuf.h>
-#include <OpenImageIO/imagebufalgo.h>
+#include <OpenImageIO/imageio.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <sstream>
+#include <filesystem>
+#include <memory>
 
 #include "base/tasks.h"
 #include "base/vec.h"
 #include "shade/linear_input.h"
+#include "shade/mip_levels.h"
 #include "shade/search.h"
 
 namespace kanuka::shade {
@@ -17,20 +19,6 @@ namespace kanuka::shade {
 namespace {
 
 constexpr std::string_view Wraps[] = {"black", "clamp", "periodic", "mirror"};
-// RISpec's names and those of tools, and what OpenImageIO calls them.
-constexpr std::pair<std::string_view, const char*> Filters[] = {
-    {"box", "box"},
-    {"triangle", "triangle"},
-    {"gaussian", "gaussian"},
-    {"catmull-rom", "catmull-rom"},
-    {"b-spline", "b-spline"},
-    {"mitchell", "mitchell"},
-    {"sinc", "sinc"},
-    {"lanczos", "lanczos3"},
-    {"blackman-harris", "blackman-harris"},
-    {"disk", "disk"},
-};
-
 // A whole picture, in linear light.
 OIIO::ImageBuf read_linear(const std::string& path, bool& halfs) {
     LinearInput file;
@@ -92,6 +80,38 @@ OIIO::ImageBuf unfold(const TextureMaking& making, bool& halfs) {
     return out;
 }
 
+// A tiled file of all levels, whole under its name or not there.
+void write_levels(const std::vector<OIIO::ImageBuf>& levels, OIIO::ImageSpec spec, const std::string& name) {
+    const std::string part = name + ".part";
+    const auto fail = [&](std::string why) {
+        std::error_code ignored;
+        std::filesystem::remove(part, ignored);
+        while (!why.empty() && why.back() == '\n')
+            why.pop_back();
+        throw Error("the texture \"" + name + "\" cannot be written" + (why.empty() ? "" : " (" + why + ")") +
+                        "; look at its folder",
+                    ExitCode::Output);
+    };
+    const std::unique_ptr<OIIO::ImageOutput> file = OIIO::ImageOutput::create("openexr");
+    if (!file)
+        fail(OIIO::geterror());
+    for (size_t i = 0; i < levels.size(); i++) {
+        const OIIO::ImageSpec& size = levels[i].spec();
+        spec.width = spec.full_width = size.width;
+        spec.height = spec.full_height = size.height;
+        spec.x = spec.y = spec.full_x = spec.full_y = 0;
+        if (!file->open(part, spec, i == 0 ? OIIO::ImageOutput::Create : OIIO::ImageOutput::AppendMIPLevel) ||
+            !file->write_image(OIIO::TypeDesc::FLOAT, levels[i].localpixels()))
+            fail(file->geterror());
+    }
+    if (!file->close())
+        fail(file->geterror());
+    std::error_code failed;
+    std::filesystem::rename(part, name, failed);
+    if (failed)
+        fail(failed.message());
+}
+
 } // namespace
 
 void make_texture(const TextureMaking& making) {
@@ -102,44 +122,31 @@ void make_texture(const TextureMaking& making) {
     for (const std::string& wrap : {making.s_wrap, making.t_wrap})
         if (std::find(std::begin(Wraps), std::end(Wraps), wrap) == std::end(Wraps))
             throw Error("there is no wrap mode \"" + wrap + "\"; there are black, clamp, periodic, mirror");
-    const auto filter = std::find_if(std::begin(Filters), std::end(Filters),
-                                     [&](const auto& f) { return f.first == making.filter; });
-    if (filter == std::end(Filters)) {
-        std::string all;
-        for (const auto& f : Filters)
-            all += (all.empty() ? "" : ", ") + std::string(f.first);
-        throw Error("there is no filter \"" + making.filter + "\"; there are " + all);
-    }
+    if (!is_mip_filter(making.filter))
+        throw Error("there is no filter \"" + making.filter + "\"; there are " + mip_filter_names());
     if (!(making.fov > 0 && making.fov < 180))
         throw Error("cube faces must have a field of view between 0 and 180 degrees");
 
     bool halfs;
     OIIO::ImageBuf picture =
         making.kind == Kind::CubeFaces ? unfold(making, halfs) : read_linear(making.pictures[0], halfs);
-    OIIO::ImageSpec& spec = picture.specmod();
-    for (const char* name : {"wrapmodes", "textureformat", "compression", "tiffcompression"})
+    const bool environment = making.kind != Kind::Texture;
+    const std::string s_wrap = environment ? "periodic" : making.s_wrap,
+                      t_wrap = environment ? "clamp" : making.t_wrap;
+    OIIO::ImageSpec spec = picture.spec();
+    for (const char* name : {"compression", "tiffcompression"})
         spec.erase_attribute(name);
-    OIIO::ImageSpec config;
-    config.format = halfs ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT;
-    config.tile_width = config.tile_height = 64;
-    config.tile_depth = 1;
-    config.attribute("wrapmodes", making.kind == Kind::Texture ? making.s_wrap + "," + making.t_wrap
-                                                               : std::string("periodic,clamp"));
-    config.attribute("compression", "zip");
-    config.attribute("maketx:filtername", filter->second);
-    config.attribute("maketx:fileformatname", "openexr");
-    config.attribute("maketx:hash", 0);
-    std::ostringstream said;
-    const auto mode =
-        making.kind == Kind::Texture ? OIIO::ImageBufAlgo::MakeTxTexture : OIIO::ImageBufAlgo::MakeTxEnvLatl;
-    if (!OIIO::ImageBufAlgo::make_texture(mode, picture, making.texture, config, &said)) {
-        std::string why = said.str() + OIIO::geterror();
-        while (!why.empty() && why.back() == '\n')
-            why.pop_back();
-        throw Error("the texture \"" + making.texture + "\" cannot be written" +
-                        (why.empty() ? "" : " (" + why + ")") + "; look at its folder",
-                    ExitCode::Output);
-    }
+    spec.set_format(halfs ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT);
+    spec.tile_width = spec.tile_height = 64;
+    spec.tile_depth = 1;
+    spec.attribute("wrapmodes", s_wrap + "," + t_wrap);
+    spec.attribute("compression", "zip");
+    // OpenEXR's own mark of an environment means another axis upwards, and texels that lie on its edges.
+    spec.attribute("textureformat", "Plain Texture");
+    spec.attribute("kanuka:environment", int(environment));
+    write_levels(
+        mip_levels(std::move(picture), {making.filter, making.s_width, making.t_width, s_wrap, t_wrap}), spec,
+        making.texture);
 }
 
 std::map<std::string, std::string> make_textures(const scene::ValueList& options,
@@ -148,7 +155,7 @@ std::map<std::string, std::string> make_textures(const scene::ValueList& options
     constexpr const char* as_named[] = {""};
     std::map<std::string, std::string> made;
     for (const scene::Value& v : options.values) {
-        // Pictures, then kind, s_wrap, t_wrap, filter; fov.
+        // Pictures, then kind, s_wrap, t_wrap, filter; fov, s_width, t_width.
         if (!v.name.starts_with(Prefix) || v.strings.size() < 5)
             continue;
         const size_t n = v.strings.size() - 4;
@@ -165,8 +172,11 @@ std::map<std::string, std::string> make_textures(const scene::ValueList& options
                                      : find_file(v.strings[i], folders, as_named).value_or(v.strings[i]));
         }
         making.s_wrap = v.strings[n + 1], making.t_wrap = v.strings[n + 2], making.filter = v.strings[n + 3];
-        if (!v.floats.empty())
-            making.fov = v.floats[0];
+        const auto number = [&](size_t i, float otherwise) {
+            return i < v.floats.size() ? v.floats[i] : otherwise;
+        };
+        making.fov = number(0, making.fov);
+        making.s_width = number(1, 0), making.t_width = number(2, 0);
         try {
             make_texture(making);
             made[making.texture] = making.texture;

@@ -20,6 +20,7 @@ struct TextureMaking {
     std::string s_wrap = "black", t_wrap = "black"; // black, clamp, periodic, mirror
     std::string filter = "box";                     // from a level to the next
     float fov = 90;                                 // of CubeFaces
+    float s_width = 0, t_width = 0; // of the filter, in texels of the level that is made; 0 = its own
 };
 
 // Writes an OpenEXR file of linear light whatever it is called: of halfs where they hold the picture, else of

@@ -104,6 +104,68 @@ TEST_F(MakeTexture, FiltersAndNumbersOfThePictureAreKept) {
     EXPECT_GT(spread[1], 1);
 }
 
+// A dot in the middle of a texel of the second level spreads as the filter says, at the width that was asked
+// for.
+TEST_F(MakeTexture, WidthsOfFiltersAreHonoured) {
+    write("dot.exr", 64, 64, OIIO::TypeDesc::FLOAT, 1,
+          [](int x, int y, int) { return x / 2 == 16 && y / 2 == 16 ? 1.0f : 0.0f; });
+    const auto level = [&](const char* filter, float s, float t, const char* wrap = "black") {
+        make_texture({Kind::Texture, {path("dot.exr")}, path("dot.tex"), wrap, wrap, filter, 90, s, t});
+        OIIO::ImageBuf b(path("dot.tex"), 0, 1);
+        EXPECT_TRUE(b.read(0, 1, true, OIIO::TypeDesc::FLOAT));
+        return b;
+    };
+    const auto reach = [&](const OIIO::ImageBuf& b, int dx, int dy) { // texels beside the dot that know of it
+        int n = 0;
+        while (n < 12 && std::abs(b.getchannel(16 + (n + 1) * dx, 16 + (n + 1) * dy, 0, 0)) > 1e-6f)
+            n++;
+        return n;
+    };
+    struct Case {
+        const char* filter;
+        float s, t;
+        int across, down;
+    };
+    // A texel knows of the dot's texels, a quarter of one from its middle, if they lie within half the width.
+    for (const Case& c : {Case{"box", 1, 1, 0, 0},
+                          {"box", 3, 1, 1, 0},
+                          {"box", 1, 5, 0, 2},
+                          {"gaussian", 2, 2, 1, 1},
+                          {"gaussian", 6, 4, 3, 2},
+                          {"triangle", 4, 2, 2, 1},
+                          {"mitchell", 8, 4, 4, 2},
+                          {"sinc", 6, 6, 3, 3},
+                          {"bessel", 6, 4, 3, 2},
+                          {"catmull-rom", 4, 4, 2, 2},
+                          {"disk", 3, 3, 1, 1}}) {
+        const OIIO::ImageBuf b = level(c.filter, c.s, c.t);
+        EXPECT_EQ(reach(b, 1, 0), c.across) << c.filter << " " << c.s;
+        EXPECT_EQ(reach(b, -1, 0), c.across) << c.filter << " " << c.s;
+        EXPECT_EQ(reach(b, 0, 1), c.down) << c.filter << " " << c.t;
+        double sum = 0;
+        for (int y = 0; y < 32; y++)
+            for (int x = 0; x < 32; x++)
+                sum += double(b.getchannel(x, y, 0, 0));
+        EXPECT_NEAR(sum, 1, 1e-4) << c.filter; // what is there stays
+    }
+    EXPECT_NEAR(level("box", 3, 3).getchannel(17, 16, 0, 0), 1.0 / 9, 1e-6);
+    EXPECT_LT(level("sinc", 6, 6).getchannel(17, 16, 0, 0) * level("sinc", 6, 6).getchannel(18, 16, 0, 0), 0);
+}
+
+TEST_F(MakeTexture, FiltersReachAroundTheEdges) {
+    write("edge.exr", 30, 16, OIIO::TypeDesc::FLOAT, 1, [](int x, int, int) { return x < 2 ? 1.0f : 0.0f; });
+    const auto last = [&](const char* wrap) {
+        make_texture({Kind::Texture, {path("edge.exr")}, path("edge.tex"), wrap, "clamp", "box", 90, 3, 1});
+        OIIO::ImageBuf b(path("edge.tex"), 0, 1);
+        EXPECT_TRUE(b.read(0, 1, true, OIIO::TypeDesc::FLOAT));
+        return b.getchannel(14, 3, 0, 0);
+    };
+    EXPECT_NEAR(last("periodic"), 1.0f / 3, 1e-6f);
+    EXPECT_EQ(last("clamp"), 0);
+    EXPECT_EQ(last("mirror"), 0);
+    EXPECT_EQ(last("black"), 0);
+}
+
 // Faces painted with the direction that each texel looks along come back by direction.
 TEST_F(MakeTexture, CubeFacesMeetAtTheirEdges) {
     struct Axes {

@@ -219,7 +219,8 @@ std::optional<CoShader> SystemImpl::load_coshader(const scene::ShaderRef& ref) {
 // A shader that calls co-shaders is compiled once more, together with those that it reaches.
 void SystemImpl::connect(Bound& bound, const scene::ShaderRef& ref, const Scope& scope,
                          const scene::ValueList& primvars, const Spaces& spaces, bool area_light) {
-    if (!bound.shader || bound.shader->coshaders() == sl::CoShaderUse::None)
+    const bool layered = ref.parameters.find(":layers") != nullptr;
+    if (!bound.shader || (bound.shader->coshaders() == sl::CoShaderUse::None && !layered))
         return;
     const Network network = connect_coshaders(
         *bound.shader, ref, scope, [this](const scene::ShaderRef& r) { return load_coshader(r); }, m_journal);

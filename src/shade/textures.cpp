@@ -126,7 +126,8 @@ std::optional<Textures::Info> Textures::info(const char* name) {
         return std::nullopt;
     const std::string kind = spec->get_string_attribute("textureformat");
     return Info{spec->full_width, spec->full_height, spec->nchannels,
-                kind.find("nvironment") != std::string::npos};
+                kind.find("nvironment") != std::string::npos ||
+                    spec->get_int_attribute("kanuka:environment") != 0};
 }
 
 void Textures::lookup(const sl::TextureRequest& request, const Location& asker) {

@@ -18,7 +18,8 @@ FrontEnd::FrontEnd(const std::string& name, std::string text, const CompileOptio
         unit.given = c;
         unit.source = read(c.file, c.text, options);
         for (const Connection& connection : c.connections)
-            m_connections.push_back({c.handle + "." + connection.parameter, connection.handles});
+            m_connections.push_back(
+                {c.handle + "." + connection.parameter, connection.handles, connection.output});
     }
 }
 
@@ -208,13 +209,13 @@ std::optional<ir::Program> FrontEnd::check_and_lower() {
     program.source_hash = m_source.hash;
     std::string linked; // co-shaders make another shader of it
     for (const Unit& unit : m_units)
-        linked +=
-            unit.given.handle + "\n" + unit.given.category + "\n" + std::to_string(unit.source.hash) + "\n";
+        linked += (unit.given.layer ? "layer " : "") + unit.given.handle + "\n" + unit.given.category + "\n" +
+                  std::to_string(unit.source.hash) + "\n";
     for (const Connection& c : m_connections) {
         linked += c.parameter;
         for (const std::string& handle : c.handles)
             linked += "\n " + handle;
-        linked += "\n";
+        linked += "\n" + c.output + "\n";
     }
     if (!linked.empty())
         program.source_hash = hash_bytes(linked.data(), linked.size(), program.source_hash);

@@ -127,7 +127,7 @@ const std::string& ShaderSource::identity() {
             all += "connect " + c.parameter;
             for (const std::string& handle : c.handles)
                 all += "\n  " + handle;
-            all += "\n";
+            all += (c.output.empty() ? "" : "\n  its " + c.output) + "\n";
         }
     };
     connect(m_options.connections);
@@ -145,7 +145,7 @@ const std::string& ShaderSource::identity() {
     };
     add(m_name, m_text);
     for (const CoShader& c : m_options.coshaders) {
-        all += "\nco-shader " + c.handle + "\n" + c.category + "\n" + c.file + "\n";
+        all += (c.layer ? "\nlayer " : "\nco-shader ") + c.handle + "\n" + c.category + "\n" + c.file + "\n";
         connect(c.connections);
         add(c.file, c.text);
     }

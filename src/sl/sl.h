@@ -51,10 +51,12 @@ struct TextureUse {
 };
 
 // Parameters that name co-shaders: those of type shader, and strings that are the handle of one. They are
-// known when a shader is compiled with its co-shaders.
+// known when a shader is compiled with its co-shaders. With an output, the parameter is of any other type,
+// and has at each point what the one co-shader, a layer, leaves in that parameter of its own.
 struct Connection {
     std::string parameter;
     std::vector<std::string> handles; // of what is not there: null
+    std::string output = {};
 };
 
 // A shader that another one calls. Its methods are compiled into the caller; its parameters become the
@@ -65,6 +67,7 @@ struct CoShader {
     std::string text;     // what the file says, if it need not be read
     std::string category; // for getshaders(), several separated by commas
     std::vector<Connection> connections;
+    bool layer = false; // runs once before the shader, on the same Ci, Oi, P and N; layers in their order
 };
 
 // Which co-shaders a shader may call: none, those that its parameters name, or any that there is.

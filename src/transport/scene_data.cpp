@@ -452,6 +452,7 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
     view.filter_weight_x = in.filter_weight_x.empty() ? nullptr : in.filter_weight_x.data();
     view.filter_weight_y = in.filter_weight_y.empty() ? nullptr : in.filter_weight_y.data();
     view.filter_size = int(in.filter_x.size()) - 1;
+    view.filter_cells = in.filter_cells;
     view.camera = in.camera;
     view.moving = in.moving || !in.camera.motion.empty();
     view.shutter_quantiles = in.shutter_quantiles;

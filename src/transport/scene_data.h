@@ -28,6 +28,7 @@ struct SceneInputs {
     bool moving = false; // something moves while the shutter is open, or the camera does
     std::vector<float> shutter_quantiles;
     std::span<const float> filter_x, filter_y, filter_weight_x, filter_weight_y;
+    SceneView::FilterCells filter_cells;
     std::vector<bool> aov_is_color; // SceneView has the same
     IntegratorChoice integrator;
     float clamp_direct = 0, clamp_indirect = 0; // scene::Options

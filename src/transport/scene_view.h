@@ -115,6 +115,16 @@ struct SceneView {
     const float* filter_weight_x; // signs of negative lobes; may be null
     const float* filter_weight_y;
     int filter_size;
+    // A filter given as a table of ny rows of nx cells over its width: masses of |f| from 0 to 1, of rows and
+    // of the cells of each row, and signed weights of cells. nx = 0: there are the tables above instead.
+    struct FilterCells {
+        int nx = 0, ny = 0;
+        const float* rows = nullptr;   // ny + 1
+        const float* cells = nullptr;  // (nx + 1) * ny
+        const float* weight = nullptr; // nx * ny
+        float width[2] = {0, 0};       // in pixels
+    };
+    FilterCells filter_cells;
 
     CameraView camera;
     bool moving = false;                  // paths have a time: something moves while the shutter is open

@@ -1,6 +1,8 @@
 // Generate: camera rays for a rectangle of pixels at one progression.
 #pragma once
 
+#include <bit>
+
 #include "base/sampling.h"
 #include "transport/camera.h"
 #include "transport/kernel.h"
@@ -18,6 +20,31 @@ Float<W> filter_offset(const float* table, const float* signs, int size, Float<W
     if (signs)
         weight *= gather(signs, i);
     return fma(x - Float<W>(i), b - a, a);
+}
+
+// Which of the `count` steps of a table of masses, which rises from 0 at `first` to 1, holds u; u becomes the
+// place within the step.
+template <int W>
+Int<W> filter_step(const float* mass, Int<W> first, int count, Float<W>& u) {
+    Int<W> found(0);
+    for (int step = int(std::bit_ceil(unsigned(count))) / 2; step > 0; step /= 2) {
+        const Int<W> next = min(found + Int<W>(step), Int<W>(count - 1));
+        found = select(gather(mass, first + next) <= u, next, found);
+    }
+    const Float<W> low = gather(mass, first + found), high = gather(mass + 1, first + found);
+    u = (u - low) / (high - low);
+    return found;
+}
+
+// The same of a filter given as a table: a row, then a cell of it, then a place in the cell.
+template <int W>
+void filter_offset(const SceneView::FilterCells& table, Float<W> u0, Float<W> u1, Float<W>& dx, Float<W>& dy,
+                   Float<W>& weight) {
+    const Int<W> y = filter_step(table.rows, Int<W>(0), table.ny, u1);
+    const Int<W> x = filter_step(table.cells, y * Int<W>(table.nx + 1), table.nx, u0);
+    weight = gather(table.weight, y * Int<W>(table.nx) + x);
+    dx = fma(Float<W>(x) + u0, Float<W>(table.width[0] / float(table.nx)), Float<W>(-0.5f * table.width[0]));
+    dy = fma(Float<W>(y) + u1, Float<W>(table.width[1] / float(table.ny)), Float<W>(-0.5f * table.width[1]));
 }
 
 // The seed of a pixel's samples.
@@ -64,8 +91,13 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
         // Position on the film, filter importance sampled.
         F u0, u1, weight(1.0f);
         sampler.sample_2d(int(Dimension::Filter), u0, u1);
-        const F dx = filter_offset(scene.filter_x, scene.filter_weight_x, scene.filter_size, u0, weight);
-        const F dy = filter_offset(scene.filter_y, scene.filter_weight_y, scene.filter_size, u1, weight);
+        F dx, dy;
+        if (scene.filter_cells.nx > 0) {
+            filter_offset(scene.filter_cells, u0, u1, dx, dy, weight);
+        } else {
+            dx = filter_offset(scene.filter_x, scene.filter_weight_x, scene.filter_size, u0, weight);
+            dy = filter_offset(scene.filter_y, scene.filter_weight_y, scene.filter_size, u1, weight);
+        }
         weight.store(batch.filter_weight + first);
         const F sx = (F(px) + F(0.5f) + dx) * F(1.0f / float(cam.width)),
                 sy = (F(py) + F(0.5f) + dy) * F(1.0f / float(cam.height));

@@ -39,6 +39,12 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="beyond the picture: black, clamp, periodic or mirror (default: periodic)",
     )
     parser.add_argument("--filter", default="box", help="from a level to the next (default: box)")
+    parser.add_argument(
+        "--filter-width",
+        default="0",
+        metavar="S[,T]",
+        help="of the filter, in texels of the smaller level (default: the filter's own)",
+    )
     parser.add_argument("--latlong", action="store_true", help="the picture is an environment")
     parser.add_argument("--fov", type=float, default=90, help="of cube faces, in degrees (default: 90)")
     parser.set_defaults(run=run, parser=parser)
@@ -48,11 +54,17 @@ def run(arguments: argparse.Namespace) -> int:
     if len(arguments.pictures) not in (1, 6):
         arguments.parser.error(f"one picture or six cube faces, not {len(arguments.pictures)}")
     s, _, t = arguments.wrap.partition(",")
+    s_width, _, t_width = arguments.filter_width.partition(",")
+    try:
+        widths = (float(s_width), float(t_width or s_width))
+    except ValueError:
+        arguments.parser.error(f"--filter-width: expected one number or two, not {arguments.filter_width}")
     kanuka.make_texture(
         arguments.pictures,
         arguments.texture,
         wrap=(s, t or s),
         filter=arguments.filter,
+        filter_width=widths,
         latlong=arguments.latlong,
         fov=arguments.fov,
     )

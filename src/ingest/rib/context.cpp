@@ -339,20 +339,20 @@ void Context::add_primitive(Call& call, scene::Geometry geometry) {
         lights.shine(attributes);
     if (in_motion)
         m_motion.shapes.push_back({m_motion.times[0], geometry, call.params}); // buffers are shared
-    scene::Primitive primitive{
-        std::move(geometry), std::move(call.params), ctm, attributes.shared, m_next_id++,
-        call.where,          moving_place(ctm_keys)};
-    primitive.solid = attributes.solid;
-    if (primitive.solid >= 0 && solids()[size_t(primitive.solid)].kind != scene::Solid::Kind::Primitive) {
+    int solid = attributes.solid;
+    if (solid >= 0 && solids()[size_t(solid)].kind != scene::Solid::Kind::Primitive) {
         // Without a SolidBegin "primitive" of its own it is one.
-        solids().push_back({scene::Solid::Kind::Primitive, primitive.solid});
-        primitive.solid = int(solids().size()) - 1;
+        solids().push_back({scene::Solid::Kind::Primitive, solid});
+        solid = int(solids().size()) - 1;
     }
     m_motion.object = m_open_object;
     if (m_open_object >= 0) {
         auto& members = objects.record(m_open_object).members;
         m_motion.index = int(members.size());
-        members.push_back({std::move(primitive), -1, attributes.set});
+        members.push_back(
+            {scene::Primitive(std::move(geometry), std::move(call.params), ctm, attributes.shared,
+                              m_next_id++, call.where, moving_place(ctm_keys), solid),
+             -1, attributes.set});
         return;
     }
     m_motion.index = int(m_scene.primitives.size());
@@ -363,7 +363,8 @@ void Context::add_primitive(Call& call, scene::Geometry geometry) {
         const double expected = double(all.size()) / std::max(stream.progress(), 0.05) * 1.05;
         all.reserve(std::max(2 * all.size(), size_t(expected)));
     }
-    m_scene.primitives.push_back(std::move(primitive));
+    all.emplace_back(std::move(geometry), std::move(call.params), ctm, attributes.shared, m_next_id++,
+                     call.where, moving_place(ctm_keys), solid);
 }
 
 } // namespace kanuka::ingest

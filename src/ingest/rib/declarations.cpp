@@ -167,8 +167,13 @@ void Declarations::declare(std::string_view name, const Declaration& declaration
 }
 
 const Declaration* Declarations::find(std::string_view name) const {
+    if (m_last && m_last->first == name)
+        return &m_last->second;
     const auto it = m_map.find(name);
-    return it == m_map.end() ? nullptr : &it->second;
+    if (it == m_map.end())
+        return nullptr;
+    m_last = &*it;
+    return &it->second;
 }
 
 std::string_view Declarations::nearest(std::string_view name) const {

@@ -40,7 +40,8 @@ class Declarations {
     std::string_view nearest(std::string_view name) const;
 
   private:
-    std::map<std::string, Declaration, std::less<>> m_map;
+    std::map<std::string, Declaration, std::less<>> m_map;                     // nothing is ever taken out
+    mutable const std::pair<const std::string, Declaration>* m_last = nullptr; // found: it is asked for again
     std::vector<std::string> m_own;
 };
 

@@ -50,8 +50,9 @@ void identity(Context&, Call&), transform(Context&, Call&), concat_transform(Con
     skew(Context&, Call&), coordinate_system(Context&, Call&), coord_sys_transform(Context&, Call&);
 
 // handlers_ris.cpp
-void shader_layer(Context&, Call&), integrator(Context&, Call&), bxdf(Context&, Call&),
-    pattern(Context&, Call&), ris_light(Context&, Call&), display_filter(Context&, Call&);
+void shader_layer(Context&, Call&), connect_shader_layers(Context&, Call&), integrator(Context&, Call&),
+    bxdf(Context&, Call&), pattern(Context&, Call&), ris_light(Context&, Call&),
+    display_filter(Context&, Call&);
 // Area lights of RenderMan 19 and 20: makes their parameters ours; does nothing to others.
 void shaped_light(scene::ShaderRef& light);
 // A shape that is the area light in force itself ("rectlight", "envsphere", …); false = it is none.

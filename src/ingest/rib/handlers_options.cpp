@@ -156,8 +156,9 @@ void pixel_samples(Context& c, Call& call) {
 }
 
 void pixel_filter(Context& c, Call& call) {
-    constexpr std::string_view known[] = {"box",  "triangle", "gaussian",       "catmull-rom",
-                                          "sinc", "mitchell", "blackman-harris"};
+    // "table": the values of Option "pixelfilter", as the C binding writes a function of a program's own.
+    constexpr std::string_view known[] = {"box",  "triangle", "gaussian",        "catmull-rom",
+                                          "sinc", "mitchell", "blackman-harris", "table"};
     std::string name = call.text(0);
     if (name == "separable-catmull-rom")
         name = "catmull-rom";
@@ -274,7 +275,7 @@ void relative_detail(Context& c, Call& call) {
 }
 
 // Textures are made before the first lookup; what a made texture is asked for is kept under its name:
-// pictures, kind, s_wrap, t_wrap, filter; and the field of view of cube faces.
+// pictures, kind, s_wrap, t_wrap, filter; and the field of view of cube faces, and the filter's widths.
 static void keep_making(Context& c, const Call& call, size_t pictures, const char* kind, size_t filter,
                         const std::string& s_wrap, const std::string& t_wrap, float fov) {
     Value v;
@@ -287,7 +288,7 @@ static void keep_making(Context& c, const Call& call, size_t pictures, const cha
     texts.insert(texts.end(), {kind, s_wrap.empty() ? "black" : s_wrap, t_wrap.empty() ? "black" : t_wrap,
                                named.empty() ? "box" : named});
     v.strings = std::move(texts);
-    v.floats = std::vector<float>{fov};
+    v.floats = std::vector<float>{fov, call.f(filter + 1), call.f(filter + 2)};
     v.where = call.where;
     c.options.options.user.set(std::move(v));
 }

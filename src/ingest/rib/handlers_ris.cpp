@@ -1,4 +1,4 @@
-// Shading networks of other renderers, as far as they have a counterpart here: layered shaders, and the
+// Shading networks of other renderers, as far as they have a counterpart here: the
 // Bxdfs, Patterns, Lights and Integrators that RenderMan has had since its version 19. A table says what each
 // becomes.
 
@@ -7,6 +7,7 @@
 
 #include "ingest/rib/context.h"
 #include "ingest/rib/handlers.h"
+#include "scene/layers.h"
 
 namespace kanuka::ingest::handlers {
 
@@ -186,24 +187,63 @@ void pattern(Context& c, Call& call) {
     c.patterns[handle] = c.shader(call, 0);
 }
 
-// A parameter that a Pattern feeds: pictures on the base colour go on, everything else takes its default.
+// "handle:output", if there is such a Pattern.
+struct Reference {
+    std::string handle, output;
+};
+static std::optional<Reference> reference(const Context& c, const Value& v) {
+    if (v.type != Type::String || v.strings.size() != 1)
+        return std::nullopt;
+    const std::string& text = v.strings[0];
+    const size_t colon = text.rfind(':');
+    if (colon == std::string::npos || colon + 1 == text.size() || !c.patterns.contains(text.substr(0, colon)))
+        return std::nullopt;
+    return Reference{text.substr(0, colon), text.substr(colon + 1)};
+}
+
+// Makes a Pattern, and those that feed it, layers of a surface. What they are is a shader of that name.
+static void add_pattern(Context& c, const std::string& handle, ShaderRef& surface) {
+    const std::vector<std::string> known = scene::layers(surface);
+    if (std::find(known.begin(), known.end(), handle) != known.end())
+        return;
+    ShaderRef layer = c.patterns[handle];
+    layer.handle = handle;
+    scene::add_layer(surface, layer); // known from here on: circles end
+    ValueList own;
+    for (Value& v : layer.parameters.values) {
+        const std::optional<Reference> r = reference(c, v);
+        if (!r) {
+            own.set(std::move(v));
+            continue;
+        }
+        add_pattern(c, r->handle, surface);
+        own.set(scene::texts(":" + v.name, {r->handle, r->output}, v.where));
+    }
+    layer.parameters = std::move(own);
+    scene::add_layer(surface, std::move(layer)); // after those that feed it
+}
+
+// A parameter that a Pattern feeds: a picture on the base colour is that of the surface, others are layers.
 static void take_reference(Context& c, const Call& call, const Value& v, std::string_view our_name,
-                           ValueList& to) {
-    const std::string reference = v.strings.empty() ? "" : v.strings[0];
-    const auto known = c.patterns.find(reference.substr(0, reference.find(':')));
-    if (known != c.patterns.end() && known->second.name == "PxrTexture" && our_name == "baseColor") {
-        set(to, "baseColor", Rgb(1));
-        set(to, "texturename", known->second.parameters.get_string("filename", ""));
+                           ShaderRef& surface) {
+    const std::optional<Reference> r = reference(c, v);
+    if (!r) {
+        const std::string text = v.strings.empty() ? "" : v.strings[0];
+        c.reports.once(Severity::Warning, "pattern " + text, v.where,
+                       std::string(call.spec->name) + " \"" + call.text(0) + "\": \"" + v.name +
+                           "\" is fed by \"" + text +
+                           "\", which is no output of a Pattern before it; the default was used. It is "
+                           "written \"handle:output\"");
         return;
     }
-    const std::string pattern =
-        known == c.patterns.end() ? "\"" + reference + "\"" : "\"" + known->second.name + "\"";
-    c.reports.once(
-        Severity::Warning, "pattern " + pattern, v.where,
-        std::string(call.spec->name) + " \"" + call.text(0) + "\": \"" + v.name +
-            "\" is fed by the Pattern " + pattern +
-            ", which has no counterpart; the default was used. PxrTexture on the base colour works; "
-            "write a shader for more");
+    const ShaderRef& pattern = c.patterns[r->handle];
+    if (pattern.name == "PxrTexture" && our_name == "baseColor" && r->output == "resultRGB") {
+        set(surface.parameters, "baseColor", Rgb(1));
+        set(surface.parameters, "texturename", pattern.parameters.get_string("filename", ""));
+        return;
+    }
+    add_pattern(c, r->handle, surface);
+    scene::connect(surface, std::string(our_name), r->handle, r->output, v.where);
 }
 
 void bxdf(Context& c, Call& call) {
@@ -219,13 +259,14 @@ void bxdf(Context& c, Call& call) {
                            "\" is not known; a plain surface of its colour and roughness stands in. Write "
                            "Surface with a shader of your own");
     }
-    ValueList to;
+    ShaderRef layered;
+    ValueList& to = layered.parameters;
     for (const Value& v : call.params.values) {
         const std::string_view name = ours(mapping->parameters, v.name);
         if (name.empty())
             continue;
         if (v.type == Type::String) {
-            take_reference(c, call, v, name, to);
+            take_reference(c, call, v, name, layered);
             continue;
         }
         Value renamed = v;
@@ -251,6 +292,7 @@ void bxdf(Context& c, Call& call) {
     ShaderRef ref = c.shader(call, 0);
     ref.name = shader;
     ref.parameters = std::move(to);
+    ref.coshaders = std::move(layered.coshaders);
     c.attributes.edit(FieldSurface).surface = std::move(ref);
 }
 
@@ -407,34 +449,6 @@ void display_filter(Context& c, Call& call) {
     imager.where = call.where;
     set(imager.parameters, "bgcolor", call.params.get_color("backgroundColor", Rgb(0)));
     c.options.options.imager = std::move(imager);
-}
-
-// Layers run one after another; the last one makes the colour. A single layer is an ordinary shader.
-void shader_layer(Context& c, Call& call) {
-    const std::string type = call.text(0);
-    const auto set_layer = [&](std::optional<ShaderRef>& slot) {
-        if (slot && !slot->handle.empty())
-            c.reports.once(Severity::Warning, "ShaderLayer", call.where,
-                           "ShaderLayer: of several layers the last is the shader, and their connections are "
-                           "left out; write one shader that does what the layers do, or co-shaders");
-        slot = c.shader(call, 1);
-        slot->handle = call.text(2);
-    };
-    if (type == "surface")
-        set_layer(c.attributes.edit(FieldSurface).surface);
-    else if (type == "displacement")
-        set_layer(c.attributes.edit(FieldDisplacement).displacement);
-    else if (type == "atmosphere")
-        set_layer(c.attributes.edit(FieldAtmosphere).atmosphere);
-    else if (type == "interior")
-        set_layer(c.attributes.edit(FieldInterior).interior);
-    else if (type == "exterior")
-        set_layer(c.attributes.edit(FieldExterior).exterior);
-    else
-        c.reports.once(Severity::Warning, "ShaderLayer " + type, call.where,
-                       "ShaderLayer \"" + type +
-                           "\" was left out: layers are of surface, displacement, atmosphere, interior or "
-                           "exterior");
 }
 
 } // namespace kanuka::ingest::handlers

@@ -133,19 +133,30 @@ Token Lexer::peek_binary(unsigned char c) {
     return Token::Bad; // 0247 to 0307 and 0321 to 0377 are reserved
 }
 
+// Turns the bytes of each around, makes 0 of nan and inf, and counts those. Without a branch, so that several
+// go at a time.
+__attribute__((optimize("O3"))) static uint32_t take_floats(const char* from, size_t count, float* to) {
+    constexpr uint32_t Exponent = 0x7f800000;
+    uint32_t not_finite = 0;
+    for (size_t i = 0; i < count; i++) {
+        uint32_t bits;
+        std::memcpy(&bits, from + 4 * i, 4);
+        bits = __builtin_bswap32(bits);
+        const uint32_t bad = (bits & Exponent) == Exponent;
+        not_finite += bad;
+        bits &= bad - 1;
+        std::memcpy(to + i, &bits, 4);
+    }
+    return not_finite;
+}
+
 void Lexer::binary_floats(std::vector<float>& out) {
     const size_t w = static_cast<unsigned char>(m_text[m_at]) - 0310u + 1;
     const size_t count = big_endian(m_at + 1, int(w));
     const char* p = m_text.data() + m_at + 1 + w;
     const size_t base = out.size();
     out.resize(base + count);
-    for (size_t i = 0; i < count; i++) {
-        uint32_t bits;
-        std::memcpy(&bits, p + 4 * i, 4);
-        const float v = std::bit_cast<float>(__builtin_bswap32(bits));
-        not_finite += !std::isfinite(v);
-        out[base + i] = std::isfinite(v) ? v : 0;
-    }
+    not_finite += take_floats(p, count, out.data() + base);
     m_at = m_binary_end;
     m_peeked = false;
 }

@@ -32,12 +32,9 @@ void Reader::run(Lexer& lexer) {
     if (!outer)
         m_outermost_lexer = &lexer;
     lexer.is_request = [](std::string_view word) { return find_request(word) != nullptr; };
-    std::vector<Lexer::Comment> outer_comments;
-    if (m_sink) {
-        outer_comments = std::move(m_comments);
-        m_comments.clear();
+    std::vector<Lexer::Comment> outer_comments = std::exchange(m_comments, {});
+    if (m_sink || m_listener)
         lexer.comments = &m_comments;
-    }
     while (!m_stopped) {
         const Token token = lexer.peek();
         pass_comments(lexer.offset());
@@ -78,24 +75,60 @@ double Reader::progress() const {
 }
 
 void Reader::pass_comments(size_t before) {
-    if (!m_sink)
-        return;
     size_t passed = 0;
-    for (; passed < m_comments.size() && m_comments[passed].begin < before; passed++)
-        m_sink->comment(m_lexer->source()->text().substr(m_comments[passed].begin,
-                                                         m_comments[passed].end - m_comments[passed].begin));
+    for (; passed < m_comments.size() && m_comments[passed].begin < before; passed++) {
+        const std::string_view text = m_lexer->source()->text().substr(
+            m_comments[passed].begin, m_comments[passed].end - m_comments[passed].begin);
+        if (m_sink)
+            m_sink->comment(text);
+        else if (text.starts_with("##"))
+            tell("structure", std::string(text.substr(2)));
+        else
+            tell("comment", std::string(text.substr(1)));
+    }
     m_comments.erase(m_comments.begin(), m_comments.begin() + long(passed));
+}
+
+// A listener's own calls are a program's: no file is being read while it makes them.
+void Reader::tell(const char* type, const std::string& text) {
+    const RecordListener listener = m_listener;
+    if (!listener)
+        return;
+    Lexer* const lexer = std::exchange(m_lexer, nullptr);
+    const Lexer* const outermost = std::exchange(m_outermost_lexer, nullptr);
+    std::vector<Lexer::Comment> comments = std::exchange(m_comments, {});
+    listener(type, text);
+    m_comments = std::move(comments);
+    m_lexer = lexer;
+    m_outermost_lexer = outermost;
+}
+
+// A request that nobody knows, as it stands in the file up to the next request or comment.
+void Reader::tell_unknown(size_t begin) {
+    resynchronise();
+    size_t end = m_lexer->position();
+    for (const Lexer::Comment& comment : m_comments)
+        if (comment.begin > begin)
+            end = std::min(end, comment.begin);
+    std::string_view text = m_lexer->source()->text().substr(begin, end - begin);
+    text = text.substr(0, text.find_last_not_of(" \t\r\n") + 1);
+    tell("verbatim", std::string(text));
 }
 
 void Reader::request() {
     const size_t offset = m_lexer->offset();
     const std::string_view word = m_lexer->word();
-    const RequestSpec* spec = find_request(word);
+    // Files say the same again and again.
+    const RequestSpec* spec = m_call.spec && m_call.spec->name == word ? m_call.spec : find_request(word);
     m_call.spec = spec;
     m_call.where = m_lexer->where(offset);
     m_request = word;
     if (!spec) {
-        unknown_request(word);
+        // What a binary code stands for is no text of the file.
+        if (m_listener && !word.empty() && m_lexer->source()->text().substr(offset).starts_with(word))
+            tell_unknown(offset);
+        else
+            unknown_request(word);
         return;
     }
     if (!read_arguments(m_call) || !read_parameters(m_call)) {
@@ -112,6 +145,10 @@ void Reader::request() {
     if (m_sink) {
         pass_comments(m_lexer->space_begin());
         m_sink->call(m_call);
+        return;
+    }
+    if (m_listener && spec->name == "ArchiveRecord") {
+        tell(std::string(m_call.text(0)).c_str(), std::string(m_call.text(1)));
         return;
     }
     m_context.execute(m_call);

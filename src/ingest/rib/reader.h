@@ -3,6 +3,7 @@
 
 #include <map>
 #include <memory>
+#include <utility>
 
 #include "ingest/rib/context.h"
 #include "ingest/rib/lexer.h"
@@ -28,8 +29,14 @@ class Reader final : public Stream {
     Context& context() { return m_context; }
     // A call that a program makes; `m_lexer` is null then. (reader_calls.cpp)
     void call(Call& call);
+    // A line of text as it is, for the archive that a program records; false = it records none.
+    bool record_line(const std::string& text);
     // From here on calls go to a sink as they were written: parameters neither checked nor declared away.
     void pass_on(CallSink& sink) { m_sink = &sink; }
+    // Who hears, in order, what files hold beside requests: "comment", "structure", "verbatim", and its text.
+    // What the table of requests does not know is verbatim then, and not reported. Returns who heard before.
+    using RecordListener = std::function<void(const char* type, const std::string& text)>;
+    RecordListener listen(RecordListener listener) { return std::exchange(m_listener, std::move(listener)); }
     // Does what a file asked for as if its reading stood there: archives are looked for beside it.
     void resume(const std::string& file, const std::function<void()>& work);
     // False: reported, nothing was read.
@@ -57,6 +64,8 @@ class Reader final : public Stream {
     void run(Lexer& lexer);
     void request();
     void pass_comments(size_t before);
+    void tell(const char* type, const std::string& text);
+    void tell_unknown(size_t begin);
     void unknown_request(std::string_view word);
     void resynchronise();
 
@@ -122,7 +131,8 @@ class Reader final : public Stream {
     std::unique_ptr<Passing> m_passing;
     std::unique_ptr<Recording> m_recording;
     CallSink* m_sink = nullptr;
-    std::vector<Lexer::Comment> m_comments; // for the sink
+    RecordListener m_listener;
+    std::vector<Lexer::Comment> m_comments; // for the sink or the listener
 };
 
 } // namespace kanuka::ingest

@@ -27,6 +27,12 @@ bool Reader::passes_over(const Call& call) {
     return true;
 }
 
+bool Reader::record_line(const std::string& text) {
+    if (m_recording)
+        m_recording->writer->comment(text);
+    return m_recording != nullptr;
+}
+
 bool Reader::records(const Call& call) {
     if (!m_recording)
         return false;

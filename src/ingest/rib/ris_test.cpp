@@ -1,6 +1,7 @@
 // Requests of later renderers: Bxdf, Light, layers, resources, edits, error handlers.
 
 #include "ingest/rib/test_support.h"
+#include "scene/layers.h"
 
 namespace kanuka::ingest::test {
 
@@ -48,8 +49,22 @@ TEST(Ris, PatternsFeedBxdfs) {
                          Ball));
     EXPECT_EQ(surface(p).parameters.get_string("texturename", ""), "wood.tx");
     EXPECT_EQ(surface(p).parameters.get_float("specular", 1), 0);
-    EXPECT_EQ(surface(p, 1).parameters.find("roughness"), nullptr);
-    EXPECT_TRUE(p.says("Pattern \"PxrNoise\", which has no counterpart"));
+    EXPECT_TRUE(surface(p).coshaders.empty());
+    EXPECT_EQ(surface(p, 1).parameters.get_string(":roughness", ""), "noise");
+    ASSERT_EQ(surface(p, 1).coshaders.size(), 1u);
+    EXPECT_EQ(surface(p, 1).coshaders[0].name, "PxrNoise");
+    EXPECT_SILENT(p);
+
+    // Patterns feed Patterns; those that feed others come first, circles end.
+    const Parsed chain(
+        world("Pattern \"A\" \"a\" \"reference float x\" [\"c:resultF\"] \"string file\" [\"b:c\"]\n"
+              "Pattern \"B\" \"b\" \"reference color y\" [\"a:resultRGB\"]\n"
+              "Pattern \"C\" \"c\" \"reference color z\" [\"b:resultRGB\"]\n"
+              "Bxdf \"PxrDisney\" \"d\" \"reference color baseColor\" [\"b:resultRGB\"] "
+              "\"reference float metallic\" [\"nobody:resultF\"]" +
+              Ball));
+    EXPECT_EQ(scene::layers(surface(chain)), (std::vector<std::string>{"c", "a", "b"}));
+    EXPECT_TRUE(chain.says("fed by \"nobody:resultF\", which is no output of a Pattern"));
 }
 
 TEST(Ris, LightsBecomeOurs) {
@@ -151,15 +166,43 @@ TEST(Ris, MatricesWithRoundingErrorsAreAffine) {
         Parsed(world("ConcatTransform [1 0 0 .01 0 1 0 0 0 0 1 0 0 0 3 1]" + Ball)).says("projective"));
 }
 
-TEST(Layers, TheLastCounts) {
+TEST(Layers, AllRunBeforeTheLast) {
     const Parsed one(world("ShaderLayer \"surface\" \"matte\" \"base\" \"Kd\" .5" + Ball));
     EXPECT_SILENT(one);
     EXPECT_EQ(surface(one).name, "matte");
-    const Parsed two(world("ShaderLayer \"surface\" \"dots\" \"a\" ShaderLayer \"surface\" \"matte\" \"b\" "
-                           "ConnectShaderLayers \"surface\" \"a\" \"c\" \"b\" \"Kd\"" +
-                           Ball));
-    EXPECT_EQ(surface(two).name, "matte");
-    EXPECT_TRUE(two.says("the last is the shader"));
+    EXPECT_TRUE(scene::layers(surface(one)).empty());
+    const Parsed p(world("Surface \"metal\" ShaderLayer \"surface\" \"dots\" \"a\" ShaderLayer \"surface\" "
+                         "\"mixer\" \"b\" \"float gain\" 2 ShaderLayer \"surface\" \"matte\" \"c\"\n"
+                         "ConnectShaderLayers \"surface\" \"a\" \"out\" \"b\" \"in\"\n"
+                         "ConnectShaderLayers \"surface\" \"b\" \"mixed\" \"c\" \"Kd\"" +
+                         Ball));
+    EXPECT_SILENT(p);
+    EXPECT_EQ(surface(p).name, "matte");
+    EXPECT_EQ(scene::layers(surface(p)), (std::vector<std::string>{"a", "b"}));
+    const scene::Value* kd = surface(p).parameters.find(":Kd");
+    ASSERT_TRUE(kd && scene::is_connection(*kd));
+    EXPECT_EQ(kd->strings[0] + "." + kd->strings[1], "b.mixed");
+    EXPECT_EQ(kd->where.line, 5);
+    ASSERT_EQ(surface(p).coshaders.size(), 2u);
+    EXPECT_EQ(surface(p).coshaders[1].parameters.get_float("gain", 0), 2);
+    EXPECT_EQ(surface(p).coshaders[1].parameters.get_string(":in", ""), "a");
+}
+
+TEST(Layers, OfOneNameTheLastCountsAndWhatIsNotThereIsSaid) {
+    const std::string layer = "ShaderLayer \"surface\" ";
+    const Parsed p(world(layer + "\"dots\" \"a\" " + layer + "\"matte\" \"b\" " + layer + "\"lines\" \"a\" " +
+                         layer +
+                         "\"metal\" \"c\" ConnectShaderLayers \"surface\" \"x\" \"o\" \"b\" \"Kd\"\n"
+                         "ConnectShaderLayers \"surface\" \"b\" \"o\" \"b\" \"Kd\" "
+                         "ConnectShaderLayers \"displacement\" \"a\" \"o\" \"b\" \"Kd\" "
+                         "ConnectShaderLayers \"light\" \"a\" \"o\" \"b\" \"Kd\"" +
+                         Ball));
+    EXPECT_EQ(scene::layers(surface(p)), (std::vector<std::string>{"b", "a"}));
+    EXPECT_EQ(surface(p).coshaders.back().name, "lines");
+    EXPECT_TRUE(p.says("there is no surface layer \"x\"; there are b, a, c")) << p.all_messages();
+    EXPECT_TRUE(p.says("layer \"b\" cannot feed itself"));
+    EXPECT_TRUE(p.says("there are none: ShaderLayer makes them"));
+    EXPECT_TRUE(p.says("layers are of surface, displacement"));
 }
 
 TEST(Resources, SaveAndRestore) {

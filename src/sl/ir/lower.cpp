@@ -356,6 +356,8 @@ void Lower::class_stage(const char* name, Stage& stage, Role role) {
         m_program.Ci = bind(m_sema.global("Ci")).var;
         m_program.Oi = bind(m_sema.global("Oi")).var;
     }
+    if (role == Role::Shade)
+        start_layers();
     for (FunctionDecl* f : methods)
         run_method(f);
     if (role == Role::Init)
@@ -389,6 +391,7 @@ void Lower::classic_stage() {
         m_program.Ci = bind(m_sema.global("Ci")).var;
         m_program.Oi = bind(m_sema.global("Oi")).var;
     }
+    start_layers();
     // return ends the shader: a scope around its body.
     const int target = m_b.stage().targets++;
     m_returns.push_back({target, -1});

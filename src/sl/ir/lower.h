@@ -29,7 +29,10 @@ class Lower {
           m_projected(projected), m_linked(sema.linked()), m_any_shader(any_shader), m_b(program.defaults),
           m_array_room(array_room) {
         for (const Connection& c : connections)
-            m_connections[c.parameter] = &c.handles;
+            if (c.output.empty())
+                m_connections[c.parameter] = &c.handles;
+            else
+                m_layered[c.parameter] = &c;
     }
     void run();
     // A call has not reckoned with a co-shader that its handle may be: the program is of no use, and
@@ -164,6 +167,9 @@ class Lower {
 
     // lower_coshaders.cpp
     const std::vector<std::string>* connected(const std::string& parameter) const;
+    bool bind_layered(const ast::VarDecl* v, Binding& b);
+    void run_layer(int unit);
+    void start_layers();
     std::string known_handle(const std::string& handle) const;
     void note_stores();
     std::vector<int> targets(Ref handle);
@@ -261,6 +267,7 @@ class Lower {
     const Linked* m_linked; // null = no co-shaders are known
     bool m_any_shader;
     std::map<std::string, const std::vector<std::string>*> m_connections; // by parameter
+    std::map<std::string, const Connection*> m_layered;                   // those of layers' outputs
     Builder m_b;
     Role m_role = Role::Defaults;
     Block* m_prologue = nullptr;

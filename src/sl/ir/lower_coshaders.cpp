@@ -142,6 +142,8 @@ void Lower::start(int unit) {
             for (FunctionDecl* f : s.functions)
                 if (f->name == name && f->formals.empty() && f->result.is(Base::Void))
                     run_method(f);
+    if (m_linked->units[size_t(unit)].given->layer && on_grid())
+        run_layer(unit);
     m_b.set_block(here);
     m_b.set_place(place);
     m_self = self;
@@ -153,6 +155,59 @@ void Lower::start(int unit) {
     m_loop = loop;
     m_sample = sample;
     m_starts.insert(m_starts.end(), own->items.begin(), own->items.end());
+}
+
+// ---- layers
+// ------------------------------------------------------------------------------------------------------------
+
+// A layer runs as the shader does that comes after it: its method for the stage, else the one it has. All
+// write the same Ci, Oi, P and N, so the last to do so counts.
+void Lower::run_layer(int unit) {
+    const std::vector<FunctionDecl*>& functions = m_linked->units[size_t(unit)].shader->functions;
+    const auto run = [&](std::string_view name) {
+        for (FunctionDecl* f : functions)
+            if (f->name == name && f->formals.size() == 2 && f->result.is(Base::Void)) {
+                run_method(f);
+                return true;
+            }
+        return false;
+    };
+    if (m_role == Role::Displace && (run("mnk_displacement") || run("displacement")))
+        return;
+    const bool lit = run("prelighting");
+    if (!run("surface") && !lit && m_role != Role::Displace)
+        run("displacement");
+}
+
+void Lower::start_layers() {
+    for (size_t u = 0; m_linked && u < m_linked->units.size(); u++)
+        if (m_linked->units[u].given->layer)
+            start(int(u));
+}
+
+// A parameter that is connected has its value before the stage begins, once the layer has run.
+bool Lower::bind_layered(const VarDecl* v, Binding& b) {
+    const auto it = m_layered.find(m_program.parameters[size_t(m_parameter_index[v])].name);
+    if (it == m_layered.end() || !on_grid() || !m_linked || it->second->handles.empty())
+        return false;
+    const int unit = m_linked->find(it->second->handles[0]);
+    const VarDecl* from = unit < 0 ? nullptr : m_linked->variable(size_t(unit), it->second->output);
+    if (!from || from->type.array || v->type.array)
+        return false;
+    start(unit);
+    Block* const here = m_b.block();
+    Block* const own = m_b.stage().block();
+    m_b.set_block(own);
+    Expr name{ExprKind::Name, v->loc};
+    name.var = const_cast<VarDecl*>(from);
+    name.type = from->type;
+    b.kind = Binding::Variable;
+    b.var = m_b.var(std::string(v->name), ty(v->type), v->loc);
+    m_b.declare(b.var);
+    store_tagged(b.var, expr_as(&name, v->type), v->loc);
+    m_b.set_block(here);
+    m_starts.insert(m_starts.end(), own->items.begin(), own->items.end());
+    return true;
 }
 
 // ---- calls

@@ -36,7 +36,9 @@ Lower::Binding& Lower::bind(const VarDecl* v) {
         const auto handle = [&](size_t i) {
             return m_b.text(i < handles->size() ? known_handle((*handles)[i]) : std::string());
         };
-        if (late_default(v)) {
+        if (bind_layered(v, b)) {
+            // what a layer leaves
+        } else if (late_default(v)) {
             b.kind = Binding::Variable;
             b.var = m_b.var(std::string(v->name), ty(v->type), v->loc);
             Block* const here = m_b.block();

@@ -1,0 +1,178 @@
+"""Shaders of several layers: outputs of earlier ones become parameters of later ones."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kanuka
+
+SHADERS = {
+    # Red on the left, blue on the right; a height that rises from 0 to 1; Ci, that the last may leave alone.
+    "halves": """surface halves(uniform float gain = 1; output varying color c = 0; output varying float h = 0) {
+        c = gain * (s < 0.5 ? color(1, 0, 0) : color(0, 0, 1));
+        h = s;
+        Ci = color(0, 0.25, 0);
+    }""",
+    "dim": """surface dim(color input = color(0, 1, 0); float by = 0.5; output varying color result = 0;
+            output varying string name = "") {
+        result = by * input;
+    }""",
+    "show": "surface show(color paint = color(0, 1, 0)) { Oi = 1; Ci = paint * diffuse(normalize(N)); }",
+    "leave": "surface leave(float unused = 0) { Oi = 1; }",
+    "lit": """class lit(color paint = color(0, 1, 0); float lift = 0) {
+        varying float seen = 0;
+        public void begin() { seen = lift; }
+        public void mnk_init(output MnkObjectProperties o; output MnkMaterial m) {
+            MnkMaterialBoundary b = CreateBoundary(m);
+            AddLobe(b, "body", LambertBrdf());
+        }
+        public void mnk_displacement(output point P; output normal N) { P += seen * normalize(N); }
+        public void mnk_prelighting(output MnkMaterialBoundary b) {
+            SetLobe(b, "body", 1.0, LambertBrdf("diffuseReflectance", paint));
+        }
+    }""",
+    "rise": "displacement rise(output varying float up = 0) { up = 0.5 * s; }",
+    "push": "displacement push(float amount = 0) { P += amount * normalize(N); }",
+}
+HEAD = """Format 16 16 1
+PixelFilter "box" 1 1
+Projection "orthographic"
+WorldBegin
+"""
+SQUARE = """
+Polygon "P" [-1 -1 2  1 -1 2  1 1 2  -1 1 2] "st" [0 1 1 1 1 0 0 0]
+WorldEnd
+"""
+CHAIN = """ShaderLayer "surface" "halves" "a"
+ShaderLayer "surface" "dim" "b" "float by" 0.25
+ShaderLayer "surface" "{last}" "c"
+ConnectShaderLayers "surface" "a" "c" "b" "input"
+ConnectShaderLayers "surface" "b" "result" "c" "paint"
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    for name, text in SHADERS.items():
+        (tmp_path / f"{name}.sl").write_text(text)
+    return tmp_path
+
+
+def render(folder: Path, body: str, **keywords: object) -> tuple[kanuka.Picture, str]:
+    path = folder / "scene.rib"
+    path.write_text(HEAD + body + SQUARE)
+    scene = kanuka.load(path)
+    picture = kanuka.render(scene, journal=scene.journal, **{"progressions": 64, **keywords})
+    return picture, "\n".join(str(message) for message in scene.journal)
+
+
+@pytest.mark.parametrize("last", ["show", "lit"])
+def test_outputs_reach_later_layers(folder: Path, last: str) -> None:
+    picture, said = render(folder, CHAIN.format(last=last))
+    assert not said
+    np.testing.assert_allclose(picture["albedo"][:, :7].mean(axis=(0, 1)), (0.25, 0, 0), atol=5e-3)
+    np.testing.assert_allclose(picture["albedo"][:, 9:].mean(axis=(0, 1)), (0, 0, 0.25), atol=5e-3)
+
+
+def test_the_same_for_any_number_of_lanes(folder: Path) -> None:
+    pictures = [render(folder, CHAIN.format(last="show"), lanes=n, progressions=4)[0]["albedo"] for n in (1, 8, 16)]
+    assert np.array_equal(pictures[0], pictures[1])
+    assert np.array_equal(pictures[0], pictures[2])
+
+
+def test_without_connections_parameters_keep_their_values(folder: Path) -> None:
+    body = 'ShaderLayer "surface" "halves" "a"\nShaderLayer "surface" "show" "b"\n'
+    picture, said = render(folder, body)
+    assert not said
+    np.testing.assert_allclose(picture["albedo"].mean(axis=(0, 1)), (0, 1, 0), atol=0.02)
+    # All layers run: one that leaves Ci alone shows what it was.
+    picture, _ = render(folder, body.replace("show", "leave"))
+    np.testing.assert_allclose(picture["rgb"].mean(axis=(0, 1)), (0, 0.25, 0), atol=5e-3)
+
+
+def test_floats_become_colours_and_layers_have_values_of_their_own(folder: Path) -> None:
+    body = """ShaderLayer "surface" "halves" "a" "float gain" 0.75
+ShaderLayer "surface" "show" "b"
+ConnectShaderLayers "surface" "a" "h" "b" "paint"
+"""
+    picture, said = render(folder, body)
+    assert not said
+    ramp = np.repeat(((np.arange(16) + 0.5) / 16)[:, None], 3, axis=1)
+    np.testing.assert_allclose(picture["albedo"].mean(axis=0), ramp, atol=0.02)
+    picture, _ = render(folder, body.replace('"h"', '"c"'))
+    np.testing.assert_allclose(picture["albedo"][:, :7].mean(axis=(0, 1)), (0.75, 0, 0), atol=0.01)
+
+
+def test_displacements_have_layers(folder: Path) -> None:
+    layers = """Surface "constant"
+ShaderLayer "displacement" "rise" "a"
+ShaderLayer "displacement" "push" "b"
+ConnectShaderLayers "displacement" "a" "up" "b" "amount"
+"""
+    picture, said = render(folder, layers)
+    assert not said
+    depth = picture["Z"].mean(axis=0)
+    np.testing.assert_allclose(np.abs(depth - 2), (np.arange(16) + 0.5) / 32, atol=0.02)
+    # Of a class whose surface layers feed its displacement.
+    body = """ShaderLayer "surface" "halves" "a"
+ShaderLayer "surface" "lit" "b"
+ConnectShaderLayers "surface" "a" "h" "b" "lift"
+"""
+    picture, said = render(folder, body)
+    assert not said
+    np.testing.assert_allclose(np.abs(picture["Z"].mean(axis=0) - 2), (np.arange(16) + 0.5) / 16, atol=0.03)
+
+
+@pytest.mark.parametrize(
+    ("connection", "message"),
+    [
+        ('"a" "d" "b" "paint"', "it has no such parameter; there are c, h"),
+        ('"a" "gain" "b" "paint"', "that is no output parameter; there are c, h"),
+        ('"a" "c" "b" "color"', "there is no such parameter; there are paint"),
+        ('"z" "c" "b" "paint"', 'there is no surface layer "z"; there are a, b'),
+    ],
+)
+def test_what_cannot_be_connected_is_said(folder: Path, connection: str, message: str) -> None:
+    body = f"""ShaderLayer "surface" "halves" "a"
+ShaderLayer "surface" "show" "b"
+ConnectShaderLayers "surface" {connection}"""
+    picture, said = render(folder, body)
+    assert "scene.rib:7:" in said
+    assert message in said
+    assert len(said.splitlines()) == 1
+    np.testing.assert_allclose(picture["albedo"].mean(axis=(0, 1)), (0, 1, 0), atol=0.02)
+
+
+def test_circles_are_cut(folder: Path) -> None:
+    body = """ShaderLayer "surface" "dim" "a"
+ShaderLayer "surface" "dim" "b"
+ShaderLayer "surface" "show" "c"
+ConnectShaderLayers "surface" "a" "result" "b" "input"
+ConnectShaderLayers "surface" "b" "result" "a" "input"
+ConnectShaderLayers "surface" "b" "result" "c" "paint"
+"""
+    picture, said = render(folder, body)
+    assert "connected in a circle" in said
+    assert len(said.splitlines()) == 1
+    assert np.isfinite(picture["albedo"]).all()
+
+
+def test_patterns_feed_bxdfs(folder: Path) -> None:
+    sky = 'Light "PxrDomeLight" "sky" "float intensity" 1\n'
+    checks = '"color colorA" [0.8 0.8 0.8] "color colorB" [0.1 0.1 0.1] "float frequency" 2'
+    body = f"""{sky}Pattern "PxrChecker" "c" {checks}
+Pattern "PxrInvert" "i" "reference color inputRGB" ["c:resultRGB"]
+Bxdf "PxrDiffuse" "d" "reference color diffuseColor" ["i:resultRGB"]
+"""
+    picture, said = render(folder, body)
+    assert not said
+    grey = picture["albedo"][..., 1]
+    for rows, columns, albedo in ((0, 0, 0.2), (0, 8, 0.9), (8, 0, 0.9), (8, 8, 0.2)):
+        tile = grey[rows + 1 : rows + 7, columns + 1 : columns + 7]
+        np.testing.assert_allclose(tile, albedo, atol=0.02)
+    _, said = render(folder, body.replace("PxrInvert", "PxrNoSuch"))
+    assert "scene.rib:7:" in said
+    assert '"PxrNoSuch" is not found' in said
