@@ -3,6 +3,8 @@ or with the half vector along it, where a highlight is highest."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -51,3 +53,34 @@ def test_plastic_adds_a_white_highlight(tilt: float) -> None:
 
 def test_constant_shines_by_itself() -> None:
     assert card("constant", 0) == pytest.approx(np.array(COLOR), rel=0.01)
+
+
+@pytest.mark.parametrize("kind", ["classic", "lobe"])
+def test_light_of_its_own_varies_from_point_to_point(kind: str, tmp_path: Path) -> None:
+    """A ramp of emission on one square: traced in large triangles, it would be as coarse as they are."""
+    ramp = "color(s, t, 0.5)"
+    if kind == "classic":
+        text = f"surface ramp() {{ Oi = 1; Ci = {ramp}; }}"
+    else:
+        text = f"""class ramp() {{
+            public void mnk_init(output MnkObjectProperties o; output MnkMaterial m) {{
+                MnkMaterialBoundary b = CreateBoundary(m);
+                AddLobe(b, "light", DiffuseEmission());
+            }}
+            public void mnk_prelighting(output MnkMaterialBoundary b) {{
+                SetLobe(b, "light", 1, DiffuseEmission("radiance", {ramp}));
+            }}
+        }}"""
+    (tmp_path / "ramp.sl").write_text(text)
+    (tmp_path / "ramp.rib").write_text(
+        'Format 64 64 1\nPixelFilter "box" 1 1\nProjection "orthographic"\nWorldBegin\nSurface "ramp"\n'
+        'Polygon "P" [-1 -1 2  -1 1 2  1 1 2  1 -1 2] "st" [0 1 0 0 1 0 1 1]\nWorldEnd\n'
+    )
+    picture = kanuka.render(kanuka.load(tmp_path / "ramp.rib"), progressions=64)
+    assert not picture.journal.error_count, list(picture.journal)
+    across = (np.arange(64) + 0.5) / 64
+    rows = picture["rgb"].mean(0)
+    np.testing.assert_allclose(rows[:, 0], across, atol=0.02)
+    np.testing.assert_allclose(picture["rgb"].mean(1)[:, 1], across, atol=0.02)
+    # Pixel by pixel, too: what is left is noise of wavelengths.
+    assert np.abs(picture["rgb"][..., 0] - across).mean() < 0.02

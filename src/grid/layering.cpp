@@ -1,5 +1,8 @@
 #include "grid/layering.h"
 
+#include <algorithm>
+#include <utility>
+
 namespace kanuka::grid {
 
 std::array<float, Interior::MaxPhaseInputs> Interior::defaults(LobeId phase) {
@@ -19,6 +22,24 @@ const LayerNode* LayeringProgram::emission() const {
 
 bool LayeringProgram::emits() const {
     return emission() != nullptr;
+}
+
+bool LayeringProgram::emission_depends_on(const std::function<bool(int slot)>& property) const {
+    const auto has = [&](int slot) { return slot >= 0 && property(slot); };
+    // Of each node, does it hold emission, and does that depend? Children come before their parents.
+    std::vector<std::pair<bool, bool>> found;
+    for (const LayerNode& n : nodes) {
+        auto& [emits, depends] = found.emplace_back(false, false);
+        if (n.op == LayerOp::Lobe) {
+            emits = lobe(n.lobe).kind == LobeKind::Emission;
+            depends = emits && std::any_of(n.inputs.begin(), n.inputs.end(), has);
+        }
+        for (const int child : {n.upper, n.lower})
+            if (n.op != LayerOp::Lobe && child >= 0)
+                emits |= found[size_t(child)].first, depends |= found[size_t(child)].second;
+        depends |= emits && has(n.weight);
+    }
+    return std::any_of(found.begin(), found.end(), [](const auto& node) { return node.second; });
 }
 
 bool LayeringProgram::needs_tangent() const {

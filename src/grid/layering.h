@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -86,6 +87,8 @@ struct LayeringProgram {
     bool emits() const;
     // Its first emission lobe, after which all of its emission is shaped; null = none.
     const LayerNode* emission() const;
+    // Does what is emitted depend on a slot with that property?
+    bool emission_depends_on(const std::function<bool(int slot)>& property) const;
     bool needs_tangent() const; // a lobe has a direction on the surface: the record holds that of dPdu
     std::string key() const;    // two materials with the same key run the same code on the same record
 };

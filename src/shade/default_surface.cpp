@@ -41,6 +41,7 @@ class DefaultInstance final : public sl::Instance {
     void displace(grid::Grid&, const sl::GridGlobals&, sl::Services&) const override {}
     bool uniform_material() const override { return !m_kind.varying_color && !m_kind.varying_presence; }
     bool uniform_material(bool) const override { return uniform_material(); }
+    bool emission_varies(bool) const override { return false; }
 
     void shade(grid::Grid& grid, const sl::GridGlobals& globals, sl::Services&,
                grid::VertexInputs& out) const override {

@@ -4,7 +4,9 @@
 #include <OpenImageIO/imageio.h>
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
+#include <ctime>
 #include <filesystem>
 #include <memory>
 
@@ -81,6 +83,21 @@ OIIO::ImageBuf unfold(const TextureMaking& making, bool& halfs) {
 }
 
 // A tiled file of all levels, whole under its name or not there.
+// When a file was written, in UTC and as OpenEXR's capDate has it. Textures bear the date of their picture:
+// made again they are the same file.
+std::string date_of(const std::string& path) {
+    std::error_code failed;
+    const auto written = std::filesystem::last_write_time(path, failed);
+    const auto time =
+        failed ? std::chrono::system_clock::time_point{} : std::chrono::file_clock::to_sys(written);
+    const std::time_t seconds = std::chrono::system_clock::to_time_t(
+        std::chrono::time_point_cast<std::chrono::system_clock::duration>(time));
+    std::tm utc{};
+    gmtime_r(&seconds, &utc);
+    char text[32];
+    return {text, std::strftime(text, sizeof text, "%Y:%m:%d %H:%M:%S", &utc)};
+}
+
 void write_levels(const std::vector<OIIO::ImageBuf>& levels, OIIO::ImageSpec spec, const std::string& name) {
     const std::string part = name + ".part";
     const auto fail = [&](std::string why) {
@@ -141,6 +158,7 @@ void make_texture(const TextureMaking& making) {
     spec.tile_depth = 1;
     spec.attribute("wrapmodes", s_wrap + "," + t_wrap);
     spec.attribute("compression", "zip");
+    spec.attribute("DateTime", date_of(making.pictures[0]));
     // OpenEXR's own mark of an environment means another axis upwards, and texels that lie on its edges.
     spec.attribute("textureformat", "Plain Texture");
     spec.attribute("kanuka:environment", int(environment));

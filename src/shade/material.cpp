@@ -79,8 +79,12 @@ bool MaterialImpl::displaces() const {
     return m_core->displacement || m_core->surface->displaces();
 }
 
+bool MaterialImpl::emission_varies() const {
+    return m_core->light_varies || m_core->surface->emission_varies(m_own.varying_color_or_opacity);
+}
+
 bool MaterialImpl::uniform() const {
-    if (m_core->emission_varies)
+    if (m_core->light_varies)
         return false;
     if (m_core->atmosphere) // differs with the distance from the eye
         return false;
@@ -136,7 +140,7 @@ void MaterialImpl::shade(grid::Grid& grid, grid::VertexInputs& out) const {
         grid::SlotValues& radiance = out.slots[size_t(m_core->emission_slot)];
         radiance.uniform = true;
         radiance.value = m_core->emission;
-        if (m_core->emission_varies) {
+        if (m_core->light_varies) {
             Spaces spaces = m_own.spaces;
             spaces.current_from_shader = m_own.area_light_from_shader;
             MaterialServices of_light(spaces, m_own.facts, m_textures, m_journal, m_own.area_light_where);

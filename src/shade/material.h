@@ -18,7 +18,7 @@ struct MaterialCore {
     grid::LayeringProgram program; // the surface's, with emission and presence added
     int emission_slot = -1;        // of the area light's radiance
     Rgb emission{0, 0, 0};
-    bool emission_varies = false;
+    bool light_varies = false; // that radiance does, over the light
     int presence_slot =
         -1; // of Attributes::opacity; -1 where the shader computes presence itself, or it is one
     std::string key;
@@ -53,7 +53,7 @@ class MaterialImpl final : public Material {
 
     const grid::LayeringProgram& program() const override { return m_core->program; }
     bool displaces() const override;
-    bool emission_varies() const override { return m_core->emission_varies; }
+    bool emission_varies() const override;
     bool uniform() const override;
     uint64_t hash() const override { return m_hash; }
     void displace(grid::Grid& grid) const override;

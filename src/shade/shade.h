@@ -40,7 +40,7 @@ class Material {
     virtual ~Material() = default;
     virtual const grid::LayeringProgram& program() const = 0;
     virtual bool displaces() const = 0;
-    virtual bool emission_varies() const { return false; } // that of an area light, over its surface
+    virtual bool emission_varies() const { return false; } // over its surface
     virtual bool uniform() const = 0;                      // no input varies over a grid: shade one vertex
     virtual uint64_t hash() const = 0; // shader objects and parameters; part of a grid's store key
     virtual void displace(grid::Grid& grid) const = 0;

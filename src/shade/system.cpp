@@ -358,7 +358,7 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(const BoundShaders& bound,
             const sl::Emission light = run_area_light(*core->area_light, point, {}, services);
             const size_t stride = size_t(point.stride);
             core->emission = {light.Cl[0], light.Cl[stride], light.Cl[2 * stride]};
-            core->emission_varies = !light.uniform;
+            core->light_varies = !light.uniform;
             core->program.emission_cosine = cone_of(light);
         }
     }

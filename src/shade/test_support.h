@@ -100,6 +100,7 @@ class FakeInstance final : public sl::Instance {
     }
     bool uniform_material() const override { return true; }
     bool uniform_material(bool) const override { return true; }
+    bool emission_varies(bool) const override { return false; }
     void shade(grid::Grid& grid, const sl::GridGlobals& globals, sl::Services& services,
                grid::VertexInputs& out) const override {
         m_shader.last_globals = globals;

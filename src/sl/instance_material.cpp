@@ -193,6 +193,14 @@ void InstanceImpl::build_material(const ops::MaterialBuild& build, Services& ser
         m_uniform = m_uniform && m_layering.slots[s].uniform;
         m_uniform_plain = m_uniform_plain && (k < 0 || plain[size_t(k)]);
     }
+    const auto varies = [&](const std::vector<bool>& uniform) {
+        return m_layering.emission_depends_on([&](int slot) {
+            const int k = m_sources[size_t(slot)].output;
+            return k >= 0 && !uniform[size_t(k)];
+        });
+    };
+    m_emission_varies = varies(always);
+    m_emission_varies_plain = varies(plain);
     for (size_t k = 0; k < p.shade.outputs.size(); k++) {
         const ir::Output& o = p.shade.outputs[k];
         if (o.kind == ir::Output::Normal)

@@ -133,6 +133,9 @@ class InstanceImpl final : public Instance {
     bool uniform_material(bool grids_have_colors) const override {
         return grids_have_colors ? m_uniform : m_uniform_plain;
     }
+    bool emission_varies(bool grids_have_colors) const override {
+        return grids_have_colors ? m_emission_varies : m_emission_varies_plain;
+    }
 
   private:
     void bind(std::span<const Argument> arguments, Services& services);
@@ -166,7 +169,8 @@ class InstanceImpl final : public Instance {
     grid::LayeringProgram m_layering;
     std::vector<SlotSource> m_sources; // parallel to the slots
     std::optional<Vec3f> m_opacity;    // Os, where the arguments fix it
-    bool m_uniform = false, m_uniform_plain = false;
+    bool m_uniform = false, m_uniform_plain = false, m_emission_varies = false,
+         m_emission_varies_plain = false;
 };
 
 } // namespace kanuka::sl

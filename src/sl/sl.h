@@ -210,6 +210,8 @@ class Instance {
     virtual bool uniform_material() const = 0;
     // The same for grids that are known to carry, or not to carry, primvars "Cs" and "Os".
     virtual bool uniform_material(bool grids_have_colors) const = 0;
+    // Does what the surface sends out of itself vary over such grids?
+    virtual bool emission_varies(bool grids_have_colors) const = 0;
 };
 
 class Shader {
