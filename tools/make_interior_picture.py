@@ -10,6 +10,6 @@ import doc_pictures
 
 doc_pictures.draw(
     doc_pictures.IMAGES / "interiors.png",
-    lambda folder: doc_pictures.write_interiors(folder, (384, 120, 3)),
+    lambda folder: doc_pictures.write_interiors(folder, (640, 200, 12)),
     *sys.argv[1:],
 )
