@@ -1,6 +1,6 @@
 // Light leaks through random subdivision, NURBS and displaced surfaces, diced for random cameras. Not run by
 // the tests, which do the same with fewer rays.
-//   kanuka_crack_bench [--rays N] [--scenes N] [--seed N]
+//   kanuka_crack_bench [--rays N] [--scenes N] [--seed N] [--aimed 0|1]
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -10,6 +10,7 @@
 
 int main(int argc, char** argv) {
     uint64_t rays = 100'000'000, scenes = 400, seed = 0;
+    bool aimed = true; // half of the rays at lines and corners where grids meet
     for (int i = 1; i + 1 < argc; i += 2) {
         const uint64_t n = uint64_t(std::atof(argv[i + 1]));
         if (std::strcmp(argv[i], "--rays") == 0)
@@ -18,6 +19,8 @@ int main(int argc, char** argv) {
             scenes = n;
         else if (std::strcmp(argv[i], "--seed") == 0)
             seed = n;
+        else if (std::strcmp(argv[i], "--aimed") == 0)
+            aimed = n != 0;
     }
     scenes = std::max<uint64_t>(1, scenes);
     const auto start = std::chrono::steady_clock::now();
@@ -25,7 +28,7 @@ int main(int argc, char** argv) {
     for (uint64_t s = 0; s < scenes; s++) {
         const kanuka::render::testing::CrackScene scene(uint32_t(seed + s));
         const uint64_t n = rays / scenes + (s < rays % scenes);
-        const auto found = scene.leaks(n, uint32_t(seed + s));
+        const auto found = scene.leaks(n, uint32_t(seed + s), aimed);
         if (found[0] + found[1] > 0)
             std::printf("seed %llu, %s: %llu leaks anywhere, %llu at edges, %llu at corners, of %llu rays\n",
                         (unsigned long long)(seed + s), scene.kind.c_str(), (unsigned long long)found[0],

@@ -73,8 +73,9 @@ class CrackScene {
     size_t micropolygons = 0, open_edges = 0;
     bool silent() const { return m_journal.entries().empty(); }
 
-    // Rays that leave: of those that went anywhere, were aimed at edges, and at corners.
-    std::array<uint64_t, 3> leaks(uint64_t rays, uint32_t seed) const {
+    // Rays that leave: of those that went anywhere, were aimed at edges, and at corners. Not `aimed`: all go
+    // anywhere.
+    std::array<uint64_t, 3> leaks(uint64_t rays, uint32_t seed, bool aimed = true) const {
         constexpr uint64_t Batch = 1 << 14;
         std::array<std::atomic<uint64_t>, 3> leaks{};
         tasks::parallel_for(size_t((rays + Batch - 1) / Batch), [&](size_t b) {
@@ -87,7 +88,7 @@ class CrackScene {
                     const Vec3f o{0.1f * in01(random) - 0.05f, 0.1f * in01(random) - 0.05f,
                                   0.1f * in01(random) - 0.05f};
                     Vec3f d;
-                    if (k % 2 == 0 || m_seams.empty()) {
+                    if (!aimed || k % 2 == 0 || m_seams.empty()) {
                         const float z = 2 * in01(random) - 1, a = 2 * Pi * in01(random),
                                     r = std::sqrt(std::max(0.0f, 1 - z * z));
                         d = {r * std::cos(a), r * std::sin(a), z};

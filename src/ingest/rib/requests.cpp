@@ -192,9 +192,9 @@ constexpr RequestSpec Table[] = {
      {"strings", A::StringArray, 0, true}}}, Params::Primitive, Support::Partial, h::blobby,
      "no plug-ins (operation 1004); operation 4 takes its first operand from its second"},
     {"Procedural", V32, Solid, {{{"type", A::String}, {"arguments", A::StringArray}, {"bound", A::FloatArray}}}, No,
-     Support::Partial, h::procedural, "DelayedReadArchive and RunProgram, expanded as they are read; DynamicLoad by plug-ins"},
+     Support::Partial, h::procedural, "DelayedReadArchive, RunProgram and DynamicLoad, when a ray meets their bound"},
     {"Procedural2", Ext, Solid, {{{"type", A::String}, {"boundtype", A::String}}}, Params::Other, Support::Partial, h::procedural2,
-     "DelayedReadArchive2, DynamicLoad2, RunProgram2; expanded as they are read"},
+     "DelayedReadArchive2, DynamicLoad2, RunProgram2, when a ray meets their bound"},
     {"Geometry", V31, Solid, {{{"type", A::String}}}, Params::Primitive, Support::Full, h::geometry, "teapot"},
 
     // ---- textures -----------------------------------------------------------------------------------
