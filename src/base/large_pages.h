@@ -1,5 +1,5 @@
-// Memory that is read all over, such as a hierarchy: in large pages (2 MB on x86), for the processor to look up
-// fewer of them. A wish, which the system may not grant.
+// Memory that is read all over, such as a hierarchy: in large pages (2 MB on x86), for the processor to look
+// up fewer of them. A wish, which the system may not grant.
 #pragma once
 
 #include <cstddef>

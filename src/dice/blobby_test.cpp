@@ -156,8 +156,8 @@ TEST(Blobby, VertexValuesFollowTheField) {
 }
 
 TEST(Blobby, ConstantsMayHaveValues) {
-    // A constant, a ball, the larger of them: the ball's value is the second where nleaf is 2, the first where it
-    // is 1.
+    // A constant, a ball, the larger of them: the ball's value is the second where nleaf is 2, the first
+    // where it is 1.
     for (const int leaves : {1, 2}) {
         scene::Primitive p = blobby({1000, 16, 1001, 0, 2, 2, 0, 1}, {ball(0, 0, 0, 2), {0.0f}});
         std::get<scene::Blobby>(p.geometry).leaves = leaves;

@@ -62,7 +62,8 @@ struct DiceTarget {
     float pixels_per_unit = 0;
     bool shade_uniform =
         false; // the material is constant: rates serve geometry alone, flat pieces need one cell
-    bool keep_density = false; // traced geometry is not simplified: emitters whose light varies over them, triangle by triangle
+    bool keep_density = false; // traced geometry is not simplified: emitters whose light varies over them,
+                               // triangle by triangle
     // A primitive that moves as a whole: more places to see it from, as DicingCamera has them.
     std::vector<Transform> also_from = {};
     // A primitive that changes its shape: what it is at further steps, evenly through the time that the
