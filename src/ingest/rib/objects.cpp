@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "ingest/rib/place_shaders.h"
+
 namespace kanuka::ingest {
 
 using scene::Attributes;
@@ -189,13 +191,7 @@ int Objects::group_for(scene::Scene& scene, int object, const std::shared_ptr<co
     group.name = record(object).name;
     // Inherited shaders were declared in world space; group members see them from the group.
     auto local = std::make_shared<Attributes>(*attributes);
-    const Transform object_from_world = world_from_object.inverse();
-    for (std::optional<ShaderRef>* shader : {&local->surface, &local->displacement, &local->interior,
-                                             &local->exterior, &local->atmosphere, &local->area_light})
-        if (*shader)
-            scene::transform_shader(object_from_world, **shader);
-    for (ShaderRef& c : local->coshaders)
-        scene::transform_shader(object_from_world, c);
+    place_shaders(world_from_object.inverse(), *local);
     const std::shared_ptr<const Attributes> shared_local = local;
     std::map<std::pair<const Attributes*, uint32_t>, std::shared_ptr<const Attributes>> merged;
     InstanceLists children;

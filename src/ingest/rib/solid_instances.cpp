@@ -1,6 +1,7 @@
 // An instance inside of a solid becomes part of it: what the object holds is copied into the solid's tree,
 // since instances have trees of their own.
 #include "ingest/rib/context.h"
+#include "ingest/rib/place_shaders.h"
 
 namespace kanuka::ingest {
 
@@ -12,15 +13,6 @@ struct Context::SolidInstance {
     std::vector<TransformKey> keys;
     int solid; // that it is part of
 };
-
-static void take_shaders_along(scene::Attributes& a, const Transform& t) {
-    for (std::optional<scene::ShaderRef>* shader :
-         {&a.surface, &a.displacement, &a.interior, &a.exterior, &a.atmosphere, &a.area_light})
-        if (*shader)
-            scene::transform_shader(t, **shader);
-    for (scene::ShaderRef& c : a.coshaders)
-        scene::transform_shader(t, c);
-}
 
 void Context::add_to_solid(int object, const Location& where) {
     size_t left = MostInSolid;
@@ -47,7 +39,7 @@ bool Context::expand(const SolidInstance& instance, size_t& left) {
         auto& look = looks[{member.primitive.attributes.get(), member.set}];
         if (!look) {
             auto own = std::make_shared<scene::Attributes>(*member.primitive.attributes);
-            take_shaders_along(*own, instance.place);
+            place_shaders(instance.place, *own);
             look = inherit(instance.attributes, own, member.set);
         }
         const Transform place = instance.place * member.primitive.world_from_object;

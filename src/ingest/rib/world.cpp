@@ -5,6 +5,7 @@
 
 #include "ingest/rib/context.h"
 #include "ingest/rib/on_demand.h"
+#include "ingest/rib/place_shaders.h"
 
 namespace kanuka::ingest {
 
@@ -103,13 +104,7 @@ void Context::begin_world(const Location& where) {
     lights.place(world_from_camera);
     for (auto& [name, transform] : coordinate_systems)
         transform = world_from_camera * transform;
-    scene::Attributes& a = attributes.edit(0);
-    for (std::optional<scene::ShaderRef>* shader :
-         {&a.surface, &a.displacement, &a.interior, &a.exterior, &a.atmosphere, &a.area_light})
-        if (*shader)
-            scene::transform_shader(world_from_camera, **shader);
-    for (scene::ShaderRef& c : a.coshaders)
-        scene::transform_shader(world_from_camera, c);
+    place_shaders(world_from_camera, attributes.edit(0));
     if (m_scene.options.imager)
         m_scene.options.imager->world_from_shader =
             world_from_camera * m_scene.options.imager->world_from_shader;
