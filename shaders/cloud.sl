@@ -1,4 +1,5 @@
-// Fog, smoke or a cloud, the same all through a closed shape: light passes its surface as it comes.
+// Fog, smoke or a cloud in a closed shape, whose surface light passes as it comes: the same all through, or in a
+// Volume as thick as a variable of its lattice says.
 class cloud(
     color scattering = 1;       // turned aside, per metre
     color absorption = 0;       // taken away, per metre
@@ -7,6 +8,7 @@ class cloud(
     float air = 0;              // 1: as air, blue more than red by the fourth power; scattering is that at 550 nm
     float meanCosine = 0;       // of the angle by which light is turned: 1 forwards, 0 anywhere, -1 back
     float priority = 0;         // where bodies overlap, the highest is there
+    string densityPrimvar = "density"; // of a Volume: scales scattering and absorption from place to place
 )
 {
     public void mnk_init(output MnkObjectProperties objectProperties; output MnkMaterial material)

@@ -50,6 +50,7 @@ struct MaterialCode {
     std::vector<Node> nodes; // post-order
     Place filter, glow;      // of the atmosphere; word -1 = there is none
     Place presence;          // likewise
+    Place ambient;           // likewise: as much as it reflects
     std::vector<Bed> beds;   // outer before inner; most materials have none
     int bed_of_leaf[MaxLobes] = {};
     std::vector<Aov> aovs;
@@ -96,6 +97,7 @@ struct MaterialCode {
         }
         filter = place(program.atmosphere.filter, Vec3f(1, 1, 1));
         glow = place(program.atmosphere.glow, Vec3f(0, 0, 0));
+        ambient = place(program.ambient, Vec3f(0, 0, 0));
         for (const grid::Aov& a : program.aovs) {
             Aov aov{3 * a.index, a.components, {}};
             for (int c = 0; c < a.components; c++)

@@ -22,7 +22,9 @@ Density::Density(const DiceTarget& target, const DiceOptions& options, float sha
     m_falloff = std::max(0.0f, camera.offscreen_falloff) * OffscreenGrowth;
     m_half_width = 0.5f * float(camera.width) / m_pixels_per_tangent;
     m_half_height = 0.5f * float(camera.height) / m_pixels_per_tangent;
-    m_edge_cosine = 1 / std::sqrt(1 + m_half_width * m_half_width + m_half_height * m_half_height);
+    m_middle_x = camera.middle_x, m_middle_y = camera.middle_y;
+    const float far_x = std::abs(m_middle_x) + m_half_width, far_y = std::abs(m_middle_y) + m_half_height;
+    m_edge_cosine = 1 / std::sqrt(1 + far_x * far_x + far_y * far_y);
     add_pose(camera.render_from_camera);
     for (const Transform& pose : camera.also_from)
         add_pose(pose);
@@ -63,14 +65,18 @@ float Density::pixels_at(const Vec3f& q, float& beyond) const {
         // Outside the cone around the frustum the scale goes by distance, so that nothing is infinite beside
         // or behind the camera.
         const float depth = std::max(q.z, r * m_edge_cosine);
-        beyond = max(max(abs(q.x) - m_half_width * q.z, abs(q.y) - m_half_height * q.z) * inv, 0.0f) +
+        beyond = max(max(abs(q.x - m_middle_x * q.z) - m_half_width * q.z,
+                         abs(q.y - m_middle_y * q.z) - m_half_height * q.z) *
+                         inv,
+                     0.0f) +
                  max(-q.z * inv, 0.0f);
         return m_pixels_per_tangent / std::max(depth, m_near);
     }
     case Projection::Orthographic:
-        beyond = max(
-            max(abs(q.x) / std::max(m_half_width, 1e-20f), abs(q.y) / std::max(m_half_height, 1e-20f)) - 1,
-            0.0f);
+        beyond = max(max(abs(q.x - m_middle_x) / std::max(m_half_width, 1e-20f),
+                         abs(q.y - m_middle_y) / std::max(m_half_height, 1e-20f)) -
+                         1,
+                     0.0f);
         return m_pixels_per_tangent;
     case Projection::Fisheye:
     case Projection::Equisolid: {

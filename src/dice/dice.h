@@ -25,6 +25,8 @@ struct DicingCamera {
     float half_angle = 1; // of a fisheye's image circle, radians
     float near_clip = 1e-4f;
     int width = 0, height = 0;
+    // Middle of the picture: a tangent (orthographic: units) right of the axis, and above it.
+    float middle_x = 0, middle_y = 0;
     // Primitives outside the frustum are diced too (rays reach them), but coarser: 0 = they are not, 1 = as
     // usual.
     float offscreen_falloff = 1;

@@ -70,7 +70,8 @@ std::string LayeringProgram::key() const {
             k += "," + std::to_string(a.slots[size_t(c)]);
     }
     k += "|e" + std::to_string(emission_cosine) + (shines_both ? "b" : "");
-    k += "|p" + std::to_string(presence) + "i" + std::to_string(interior.has_value());
+    k += "|p" + std::to_string(presence) + "i" + std::to_string(interior.has_value()) + "m" +
+         std::to_string(ambient);
     return k;
 }
 

@@ -78,6 +78,7 @@ struct LayeringProgram {
     std::vector<LayerNode> nodes;
     std::vector<Slot> slots;
     int presence = -1; // slot of presence (cut-out opacity), float; -1 = opaque
+    int ambient = -1;  // slot of how much of ambient light it shows, colour; -1 = as much as it reflects
     Atmosphere atmosphere;
     float emission_cosine = 0; // an area light shines where the cosine to its normal is at least this
     bool shines_both = false;  // to both sides, as Ci does; lobes and area lights shine to the outside

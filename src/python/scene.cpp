@@ -103,7 +103,8 @@ void add_light(Scene& s, const std::string& kind, nb::handle amount, nb::handle 
 
 const char* kind_name(const scene::Geometry& geometry) {
     constexpr const char* names[] = {"polygon mesh", "subdivision mesh", "patch mesh", "NURBS patch",
-                                     "quadric",      "curves",           "points",     "blobby"};
+                                     "quadric",      "curves",           "points",     "blobby",
+                                     "volume"};
     static_assert(std::size(names) == std::variant_size_v<scene::Geometry>);
     return names[geometry.index()];
 }
@@ -257,6 +258,25 @@ void bind_options(nb::module_& m) {
         .def_rw("volume_depth", &O::volume_depth,
                 "events of a path inside of media: scattering, boundaries that are passed")
         .def_rw("integrator", &O::integrator)
+        .def_prop_rw(
+            "transport",
+            [](const O& o) {
+                return o.transport == O::Transport::Full      ? "full"
+                       : o.transport == O::Transport::Classic ? "classic"
+                                                              : "auto";
+            },
+            [](O& o, const std::string& name) {
+                if (name != "full" && name != "classic" && name != "auto")
+                    throw nb::value_error("transport: expected full, classic or auto");
+                o.transport = name == "full"      ? O::Transport::Full
+                              : name == "classic" ? O::Transport::Classic
+                                                  : O::Transport::Auto;
+            },
+            "Which light is found. full: between surfaces too, with shadows of all lights. classic: as "
+            "RISpec's renderers\n"
+            "did: of light sources alone, with shadows where lights ask for them, and along mirrors. auto: "
+            "classic if\n"
+            "all shaders and lights are RISpec's.")
         .def_rw("clamp_direct", &O::clamp_direct,
                 "most radiance that light brings which reaches the first surface straight; 0 = unbounded")
         .def_rw("clamp_indirect", &O::clamp_indirect, "and all other light, a contribution; 0 = unbounded")
@@ -390,6 +410,7 @@ void bind_scene(nb::module_& m) {
             [](Scene& s, const scene::ShaderRef& shader, nb::handle placement) {
                 s.scene.light_shaders.push_back(shader);
                 s.scene.light_shaders.back().world_from_shader = transform(placement, "transform");
+                s.scene.light_shaders.back().shadows = true;
             },
             nb::arg("shader"), nb::arg("transform") = nb::none(),
             "Adds a light by its shader: Shader('spotlight', intensity=3, …).",

@@ -81,6 +81,8 @@ PlacedCamera place_camera(const scene::Camera& c, const scene::Options& o, const
     d.near_clip = c.near_clip;
     d.width = o.width;
     d.height = o.height;
+    d.middle_x = 0.5f * (v.left + v.right);
+    d.middle_y = 0.5f * (v.bottom + v.top);
 
     const MotionPath path(keys, out.render_from_world);
     if (shutter.blurs() && path.moves()) {

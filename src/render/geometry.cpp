@@ -7,6 +7,7 @@
 #include "base/tasks.h"
 #include "color/photometry.h"
 #include "render/motion.h"
+#include "render/volumes.h"
 
 namespace kanuka::render {
 
@@ -27,6 +28,7 @@ struct Prepared {
     // place in the parent's space then, and from there to where it goes.
     std::vector<MotionPath> path;
     bool changes = false; // its shape
+    Thickness inside;     // of a Volume
 };
 
 void turn_inside_out(grid::Grid& g) {
@@ -153,6 +155,11 @@ class GeometryBuilder {
                 store::Links links = m_request.linking.of(primitive.attributes.get());
                 if (bounded >= 0 || program.interior || turns_to_viewer(primitive))
                     links.seen &= ~store::Links::OneSided;
+                if (m_request.classic && p.page.header().emitters > 0 &&
+                    !(primitive.attributes && primitive.attributes->area_light)) {
+                    links.seen |= store::Links::Backdrop;
+                    leave_emitters(p.page, [](const store::Emitter&) { return false; });
+                }
                 if (p.page.header().emitters > 0 && links.fades()) {
                     // Light sampling knows no transitions: what shines switches in the middle.
                     if (links.level_from > 0.5f || links.level_to <= 0.5f) {
@@ -164,7 +171,8 @@ class GeometryBuilder {
                 if (!p.path.empty() || bounded != solid)
                     close_run();
                 solid = bounded;
-                m_out->store.add_page(p.page, m_out->store.add_program(program), interior_of(program), links);
+                m_out->store.add_page(p.page, m_out->store.add_program(program),
+                                      interior_of(program, p.inside), links);
                 m_out->moving |= p.changes || !p.path.empty();
                 if (!p.path.empty()) {
                     bvh::GroupDesc moving;
@@ -219,10 +227,18 @@ class GeometryBuilder {
             MovingPrimitive moving;
             if (declared.motion)
                 moving = in_shutter(declared, m_request.shutter);
-            const scene::Primitive& primitive = declared.motion ? moving.rest : declared;
+            const scene::Primitive& rest = declared.motion ? moving.rest : declared;
+            const auto* volume = std::get_if<scene::Volume>(&rest.geometry);
+            scene::Primitive boundary;
+            if (volume)
+                boundary = boundary_of(rest, *volume);
+            const scene::Primitive& primitive = volume ? boundary : rest;
             const Transform render_from_object = render_from_group * primitive.world_from_object;
             const auto start = Clock::now();
             out.material = m_request.shading.material(primitive, render_from_object, pixels_per_unit > 0);
+            if (volume)
+                fill(rest, *volume, render_from_object, pixels_per_unit > 0 || !moving.places.empty(),
+                     boundary, out);
             const shade::Material& material = *out.material;
             dice::DiceTarget target{render_from_object, pixels_per_unit,
                                     material.uniform() && !material.displaces(), material.emission_varies()};
@@ -255,6 +271,36 @@ class GeometryBuilder {
         }
         const std::lock_guard lock(m_progress_mutex);
         m_request.progress.update("dice", double(++m_done) / double(std::max<size_t>(m_total, 1)));
+    }
+
+    // What is in a Volume. What is not in its place in render space (`elsewhere`: in instances, or as it
+    // moves) is as thick everywhere as it is on average.
+    void fill(const scene::Primitive& primitive, const scene::Volume& volume,
+              const Transform& render_from_object, bool elsewhere, scene::Primitive& boundary,
+              Prepared& out) {
+        if (!out.material->program().interior) {
+            if (primitive.attributes && primitive.attributes->surface)
+                m_request.journal.report(
+                    Severity::Info, primitive.where,
+                    "the surface shader \"" + primitive.attributes->surface->name +
+                        "\" says nothing of what is inside: the Volume is shown as smoke of its "
+                        "Color, Opacity and density; \"cloud\" is a shader of volumes");
+            boundary.attributes =
+                as_smoke(primitive.attributes ? *primitive.attributes : scene::Attributes());
+            out.material = m_request.shading.material(boundary, render_from_object, elsewhere);
+        }
+        out.inside = thickness_of(primitive, volume, render_from_object);
+        if (out.inside.bad > 0)
+            m_request.journal.warning(primitive.where,
+                                      std::to_string(out.inside.bad) +
+                                          " densities are below zero or not finite and are taken as 0");
+        if (elsewhere && out.inside.field) {
+            m_request.journal.warning(primitive.where,
+                                      "a Volume that moves or is instanced is as thick everywhere as it is "
+                                      "on average");
+            out.inside.field = nullptr;
+            out.inside.most = out.inside.mean;
+        }
     }
 
     // A moving thing that the camera sees is seen as if the camera moved the other way.
@@ -350,16 +396,24 @@ class GeometryBuilder {
     void leave_cut_emitters(store::Page& page, bool of_solid, bool at_rest) {
         if (!of_solid && m_request.clips.empty())
             return;
+        leave_emitters(page, [&](const store::Emitter& emitter) {
+            bool kept = !of_solid && at_rest;
+            for (const bvh::Scene::Plane& plane : m_request.clips)
+                for (const Vec3f& p : {emitter.p0, emitter.p0 + emitter.e1, emitter.p0 + emitter.e2})
+                    kept &= dot(p - plane.point, plane.normal) <= 0;
+            return kept;
+        });
+    }
+
+    // What is not kept is not asked for.
+    template <class Kept>
+    static void leave_emitters(store::Page& page, Kept kept) {
         const store::PageHeader& h = page.header();
         for (uint32_t e = 0; e < h.emitters; e++) {
             uint32_t* at = page.words.data() + h.emitters_at + e * (sizeof(store::Emitter) / 4);
             store::Emitter emitter;
             std::memcpy(&emitter, at, sizeof emitter);
-            bool kept = !of_solid && at_rest;
-            for (const bvh::Scene::Plane& plane : m_request.clips)
-                for (const Vec3f& p : {emitter.p0, emitter.p0 + emitter.e1, emitter.p0 + emitter.e2})
-                    kept &= dot(p - plane.point, plane.normal) <= 0;
-            if (kept)
+            if (kept(emitter))
                 continue;
             emitter.power = 0;
             std::memcpy(at, &emitter, sizeof emitter);
@@ -383,7 +437,7 @@ class GeometryBuilder {
                                       "points or lines");
     }
 
-    int interior_of(const grid::LayeringProgram& program) {
+    int interior_of(const grid::LayeringProgram& program, const Thickness& inside) {
         if (!program.interior)
             return -1;
         store::Interior interior;
@@ -393,14 +447,15 @@ class GeometryBuilder {
         interior.phase_inputs = program.interior->phase_inputs;
         const auto amount = [&](const Rgb& per_meter, std::array<float, 4>& spectrum) {
             const float m = std::max({per_meter.x, per_meter.y, per_meter.z});
-            if (!(m > 0))
+            if (!(m * inside.most > 0))
                 return false;
             const auto c = color::uplift(per_meter * (0.5f / m), m_request.palette.uplift_table());
-            spectrum = {c[0], c[1], c[2], 2 * m};
+            spectrum = {c[0], c[1], c[2], 2 * m * inside.most};
             return true;
         };
         interior.absorbs = amount(program.interior->absorption, interior.absorption_spectrum);
         interior.scatters = amount(program.interior->scattering, interior.scattering_spectrum);
+        interior.field = inside.field;
         return m_out->store.add_interior(interior);
     }
 

@@ -39,6 +39,7 @@ struct GeometryRequest {
     const Progress& progress;
     const Linking& linking;
     std::vector<bvh::Scene::Plane> clips = {}; // in render space
+    bool classic = false;                      // surfaces light nothing, but for area lights
 };
 
 // Thread count changes nothing in what is built.

@@ -6,7 +6,8 @@ namespace kanuka::render {
 
 namespace {
 
-constexpr int MostSets = 31, MostPasses = 31;
+constexpr int MostSets = 31, MostPasses = 30;
+constexpr int32_t PassesAll = 1 << 30; // of all lights: through what casts no shadows
 constexpr const char* Lit = "lighting:subset";
 constexpr const char* Unlit = "lighting:excludesubset";
 constexpr const char* Through = "shadow:excludesubset";
@@ -54,6 +55,16 @@ std::string area_light_name(const scene::Attributes& a) {
 
 std::string area_light_group(const scene::Attributes& a) {
     return a.area_light->parameters.get_string("group", a.area_light->parameters.get_string("__group", ""));
+}
+
+// BMRT's casts_shadows, and the ways in which PRMan and 3Delight have said the same.
+bool casts_no_shadows(const scene::Attributes& a) {
+    if (a.user.get_string("render:casts_shadows", "") == "none" ||
+        a.user.get_string("visibility:transmission", "") == "transparent" ||
+        a.user.get_string("shade:transmissionhitmode", "") == "transparent")
+        return true;
+    const scene::Value* v = a.user.find("visibility:transmission");
+    return v && v->type != scene::Type::String && a.user.get_int("visibility:transmission", 1) == 0;
 }
 
 } // namespace
@@ -154,7 +165,8 @@ std::vector<int> Linking::off(const scene::Attributes& a) {
 
 int32_t Linking::passes(const scene::Attributes& a, const Location& where, Journal& journal) {
     const std::set<std::string> through = words_of(a, Through);
-    int32_t bits = 0;
+    int32_t bits = casts_no_shadows(a) ? PassesAll : 0;
+    m_shadowless |= bits != 0;
     if (through.empty())
         return bits;
     for (Name& n : m_names) {
@@ -169,7 +181,7 @@ int32_t Linking::passes(const scene::Attributes& a, const Location& where, Journ
         }
         if (n.passes == 0) {
             if (m_passes >= MostPasses) {
-                journal.warning(where, "more than 31 lights shine through some primitives; light \"" +
+                journal.warning(where, "more than 30 lights shine through some primitives; light \"" +
                                            n.name + "\" casts all shadows");
                 continue;
             }
@@ -197,6 +209,9 @@ void Linking::apply(std::vector<scene::Light>& lights) const {
             light.lit_sets = m_names[size_t(at->second)].lit_sets;
             light.passes = m_names[size_t(at->second)].passes;
         }
+    if (m_shadowless)
+        for (scene::Light& light : lights)
+            light.passes |= PassesAll;
 }
 
 } // namespace kanuka::render

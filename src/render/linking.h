@@ -41,6 +41,7 @@ class Linking {
     std::map<std::vector<int>, int32_t> m_sets; // to the bit of the set
     std::map<const scene::Attributes*, store::Links> m_links;
     int m_passes = 0;
+    bool m_shadowless = false; // something casts no shadows at all
     // Of the last set of lights that were on: most primitives share one.
     std::shared_ptr<const std::set<std::string>> m_last_on;
     std::vector<int> m_last_dark;

@@ -137,10 +137,12 @@ class BatchSession {
         so.texture_path = m_options.texture_path;
         so.standard_shaders = m_standard_shaders;
         so.lanes = m_lanes;
+        so.width = m_options.width, so.height = m_options.height;
         so.render_from_world = m_camera.render_from_world;
         so.camera_from_render = m_camera.camera_from_render;
         so.aovs = m_aovs.names();
         m_shading = shade::ShadingSystem::create(so, m_scene, m_journal, m_stats);
+        decide_transport();
         m_linking = std::make_unique<Linking>(m_scene, m_journal);
         m_clips = clipping_planes();
         m_geometry = build_geometry(request_for(m_scene));
@@ -157,7 +159,11 @@ class BatchSession {
         m_aovs.find(m_geometry->store.programs(), m_scene.file, m_on_demand ? unheard : m_journal);
         transport::SceneInputs& in = m_inputs;
         in.lights = m_scene.lights;
-        for (scene::Light& l : m_shading->lights(m_scene.light_shaders, world_bounds()))
+        std::vector<scene::ShaderRef> light_shaders = m_scene.light_shaders;
+        for (scene::ShaderRef& ref : light_shaders)
+            if (!m_classic && !ref.shadows)
+                ref.shadows = true;
+        for (scene::Light& l : m_shading->lights(light_shaders, world_bounds()))
             in.lights.push_back(std::move(l));
         for (scene::Light& l : in.lights)
             shade::resolve_light_color(l, *m_color.palette, m_color.folders, m_journal);
@@ -191,14 +197,28 @@ class BatchSession {
         in.clamp_indirect = m_options.clamp_indirect;
         in.max_depth = m_options.max_depth;
         in.volume_depth = m_options.volume_depth;
+        in.interreflection = !m_classic;
         in.seed = m_options.seed;
         make_view();
+    }
+
+    void decide_transport() {
+        using Transport = scene::Options::Transport;
+        m_classic = m_options.transport == Transport::Classic;
+        if (m_options.transport != Transport::Auto || m_options.integrator != "path")
+            return;
+        m_classic = m_shading->all_classic(m_scene);
+        if (m_classic)
+            m_journal.report(Severity::Info, Location{m_scene.file},
+                             "shaders and lights are RISpec's, and so is light: of light sources alone, with "
+                             "shadows where "
+                             "they ask for them, and along mirrors. --transport full traces all of it");
     }
 
     GeometryRequest request_for(const scene::Scene& scene) {
         return {scene,     *m_shading, *m_color.palette, m_dice,     m_camera.render_from_world,
                 shutter(), m_journal,  m_stats,          m_progress, *m_linking,
-                m_clips};
+                m_clips,   m_classic};
     }
 
     // What follows from the geometry as it is now.
@@ -546,6 +566,7 @@ class BatchSession {
     transport::IntegratorChoice m_integrator;
     transport::BatchCounts m_fireflies; // those alone
     float m_shading_rate;
+    bool m_classic = false; // scene::Options::transport, decided
     ColorSetup m_color;
     int m_progressions;
     Window m_window;

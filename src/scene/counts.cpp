@@ -215,6 +215,10 @@ PrimvarCounts primvar_counts(const Geometry& geometry, size_t positions) {
                 const size_t n = size_t(std::max(b.leaves, 0));
                 return PrimvarCounts{1, n, n, n, n};
             },
+            [&](const Volume& v) {
+                const size_t n = size_t(v.size[0]) * size_t(v.size[1]) * size_t(v.size[2]);
+                return PrimvarCounts{1, n, n, n, n};
+            },
         },
         geometry);
 }
@@ -253,6 +257,7 @@ std::string_view kind_name(const Geometry& geometry) {
                           [](const Curves&) -> std::string_view { return "Curves"; },
                           [](const Points&) -> std::string_view { return "Points"; },
                           [](const Blobby&) -> std::string_view { return "Blobby"; },
+                          [](const Volume&) -> std::string_view { return "Volume"; },
                       },
                       geometry);
 }

@@ -21,6 +21,9 @@ struct ShaderRef {
     Transform world_from_shader; // its "shader" coordinate system
     Location where;
     std::vector<ShaderRef> coshaders; // that it may call by their handles, besides those of the attributes
+    // Of a light: do things stand in its way? Not said: lights of RISpec's four kinds, and those that are
+    // run, ask for shadows by a parameter that names one; all others have them.
+    std::optional<bool> shadows;
 };
 
 inline void transform_shader(const Transform& world_from_here, ShaderRef& shader) {
@@ -139,8 +142,18 @@ struct Blobby {
     Buffer<std::string> strings; // files of repelling planes' heights
 };
 
+// What fills a box, or the body of a shape that touches its sides (cylinder and cone along z, the cone's tip
+// at zmax): vertex and varying primvars lie on a lattice over the box, x fastest. The surface shader's
+// interior says what it is made of; the primvar that its parameter "densityPrimvar" names ("density") how
+// thick it is here and there.
+struct Volume {
+    enum class Shape { Box, Ellipsoid, Cylinder, Cone } shape = Shape::Box;
+    std::array<float, 6> bound; // xmin xmax ymin ymax zmin zmax
+    std::array<int, 3> size{1, 1, 1};
+};
+
 using Geometry =
-    std::variant<PolygonMesh, SubdivisionMesh, PatchMesh, NuPatch, Quadric, Curves, Points, Blobby>;
+    std::variant<PolygonMesh, SubdivisionMesh, PatchMesh, NuPatch, Quadric, Curves, Points, Blobby, Volume>;
 
 // How a primitive moves and changes its shape. Times are those of Options::shutter_open and shutter_close;
 // between them everything goes linearly (turns: evenly), before the first and after the last it stands still.
@@ -242,6 +255,7 @@ struct Light {
     std::string spectrum;        // of the light (color::resolve_light); the amount filters it; empty = white
     std::string unit;            // of the amount: lumen, candela, lux, nit, watt; empty = radiometric
     bool visible_camera = true;
+    bool shadows = true; // false: it shines through everything
     // Scales the amount, by direction or place; null = one. Of a quad: its picture, from the top (+y) down.
     std::shared_ptr<const LightTable> table;
     std::string name;
@@ -299,6 +313,10 @@ struct Options {
     int max_depth = 8;       // surface scattering events
     int volume_depth = 1024; // events inside of media: scattering, boundaries that only are passed
     std::string integrator = "path";
+    // Which light is found: `Full`: between surfaces too, with shadows of all lights. `Classic`: what
+    // RISpec's renderers found: of light sources alone and along mirrors, with shadows where lights ask for
+    // them. `Auto`: classic if no surface is of Kanuka's own kind.
+    enum class Transport : uint8_t { Full, Classic, Auto } transport = Transport::Full;
     float clamp_direct = 0, clamp_indirect = 0; // most radiance that one contribution brings; 0 = unbounded
     float geometry_tolerance =
         0.25f;                  // traced geometry: distance in pixels from the diced surface; 0 = off (1:1)

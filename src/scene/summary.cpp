@@ -44,6 +44,8 @@ Bounds3f quadric_bounds(const Quadric& q) {
 }
 
 Bounds3f object_bounds(const Primitive& p) {
+    if (const auto* v = std::get_if<Volume>(&p.geometry))
+        return {{v->bound[0], v->bound[2], v->bound[4]}, {v->bound[1], v->bound[3], v->bound[5]}};
     if (const auto* q = std::get_if<Quadric>(&p.geometry))
         return quadric_bounds(*q);
     Bounds3f b;

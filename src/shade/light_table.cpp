@@ -139,6 +139,7 @@ scene::Light shade_light(const sl::Instance& shader, const scene::ShaderRef& ref
     scene::Light light;
     light.name = ref.handle;
     light.where = ref.where;
+    light.visible_camera = false; // light shaders are asked by surfaces alone
     sl::GridGlobals globals;
     const Bounds3f all = lit.empty() ? Bounds3f{{-1, -1, -1}, {1, 1, 1}} : lit;
     const Vec3f center = all.center();
@@ -153,7 +154,6 @@ scene::Light shade_light(const sl::Instance& shader, const scene::ShaderRef& ref
 
     if (form.form == sl::Emission::Ambient) {
         light.kind = Kind::Ambient;
-        light.visible_camera = false;
         light.amount = Rgb(first.rgb[0], first.rgb[1], first.rgb[2]);
         if (!near(first.rgb.data(), first.rgb.data() + 9, 3))
             services.report(

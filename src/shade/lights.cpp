@@ -174,12 +174,25 @@ bool is_standard_light(std::string_view name) {
 namespace {
 
 // What files call their own light shaders; the first row that fits counts. A light that says nothing of its
-// kind is taken for a distant one: without a falloff its intensity is known to fit any size of scene.
+// kind is taken for a distant one: without a falloff its intensity is known to fit any size of scene. Empty:
+// what it would bring is found by tracing.
 constexpr std::pair<std::string_view, std::string_view> LightNames[] = {
-    {"ambient", "ambientlight"}, {"env", "environmentlight"},     {"dome", "environmentlight"},
-    {"sky", "environmentlight"}, {"occl", "environmentlight"},    {"hemi", "environmentlight"},
-    {"distant", "distantlight"}, {"directional", "distantlight"}, {"sun", "distantlight"},
-    {"nofall", "distantlight"},  {"spot", "spotlight"},           {"point", "pointlight"},
+    {"caustic", ""},
+    {"indirect", ""},
+    {"photon", ""},
+    {"ambient", "ambientlight"},
+    {"env", "environmentlight"},
+    {"dome", "environmentlight"},
+    {"sky", "environmentlight"},
+    {"occl", "environmentlight"},
+    {"hemi", "environmentlight"},
+    {"distant", "distantlight"},
+    {"directional", "distantlight"},
+    {"sun", "distantlight"},
+    {"nofall", "distantlight"},
+    {"spot", "spotlight"},
+    {"point", "pointlight"},
+    {"arealight", "quadlight"},
 };
 
 std::string_view likely_light(const scene::ShaderRef& ref) {
@@ -198,6 +211,12 @@ scene::ShaderRef stand_in_for_light(const scene::ShaderRef& ref, const std::stri
                                     Journal& journal) {
     scene::ShaderRef result = ref;
     result.name = likely_light(ref);
+    if (result.name.empty()) {
+        journal.report(Severity::Info, ref.where,
+                       "light shader \"" + ref.name +
+                           "\" is not found and nothing stands in for it: indirect light is traced");
+        return result;
+    }
     const LightShader& standard = *find_light(result.name);
     std::erase_if(result.parameters.values, [&](const scene::Value& v) {
         return (!contains(standard.parameters, v.name) && v.name != "group" && v.name != "__group") ||
@@ -330,6 +349,28 @@ void resolve_light_color(scene::Light& light, color::Palette& palette, std::span
                 "The amount is taken as it is");
 }
 
+bool is_classic_light(const scene::ShaderRef& ref) {
+    constexpr std::string_view Classic[] = {"ambientlight", "distantlight", "pointlight", "spotlight"};
+    const LightShader* standard = find_light(ref.name);
+    return standard && contains(Classic, standard->name) && !(ref.parameters.get_float("angle", 0) > 0) &&
+           !(ref.parameters.get_float("radius", 0) > 0);
+}
+
+// RISpec's lights cast shadows only where they are asked to, by shadow maps; so do PRMan's, BMRT's,
+// 3Delight's and Aqsis'. Here a map is a wish to have them: they are traced.
+bool casts_shadows(const scene::ShaderRef& ref) {
+    if (ref.shadows)
+        return *ref.shadows;
+    const std::string base = ref.name.substr(ref.name.find_last_of('/') + 1);
+    if (base.starts_with("shadow"))
+        return true;
+    for (const scene::Value& v : ref.parameters.values)
+        if (v.type == scene::Type::String && v.name.find("shadow") != std::string::npos &&
+            !v.strings.empty() && !v.strings[0].empty())
+            return true;
+    return find_light(ref.name) && !is_classic_light(ref);
+}
+
 std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textures& textures,
                                        Journal& journal) {
     const LightShader* shader = find_light(ref.name);
@@ -345,6 +386,7 @@ std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textur
     light.name = ref.handle;
     light.where = ref.where;
     light.amount = light_amount(ref);
+    light.shadows = casts_shadows(ref);
     light.group = ref.parameters.get_string("group", ref.parameters.get_string("__group", ""));
     // RISpec's light shaders hand Cl to a surface whose diffuse() multiplies it by the cosine alone. A white
     // Lambertian surface reflects radiance E / pi, so Cl stands for an irradiance of pi Cl.

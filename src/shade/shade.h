@@ -26,6 +26,7 @@ struct ShadingOptions {
     int lanes = 0;                          // 0 = widest
     size_t texture_bytes = size_t(1) << 30; // memory for texture tiles
     color::Palette* palette = nullptr;      // takes the measured spectra that materials name; must outlive
+    int width = 0, height = 0;              // of the picture; 0 = as the scene says
     Transform render_from_world;            // "world" and "camera" spaces for shaders
     Transform camera_from_render;
     std::vector<std::string> aovs; // output parameters that displays ask for: programs have them where
@@ -66,6 +67,9 @@ class ShadingSystem {
     virtual std::shared_ptr<const Material> material(const scene::Primitive& primitive,
                                                      const Transform& render_from_object,
                                                      bool instanced = false) = 0;
+    // Is all of it what RISpec's renderers knew? Surfaces by classic shaders, or none (those that are missing
+    // count as classic); lights of RISpec's four kinds, or by shaders of the scene.
+    virtual bool all_classic(const scene::Scene& scene) = 0;
     // Light shaders to lights. The standard ones (ambientlight, distantlight, pointlight, spotlight) and
     // Kanuka's own environmentlight are analytic; any other is run and tabulated (light_table.h). `lit`:
     // bounds in world space of what there is to be lit.

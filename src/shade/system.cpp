@@ -61,9 +61,12 @@ class SystemImpl final : public ShadingSystem {
                CompileShader compile)
         : m_journal(journal), m_palette(options.palette), m_compile(std::move(compile)),
           m_shader_folders(search_folders(options.shader_path, scene.file, options.standard_shaders)),
+          m_standard_shaders(options.standard_shaders),
           m_textures(search_folders(options.texture_path, scene.file, ""), options.texture_bytes, journal),
           m_render_from_world(options.render_from_world), m_options(scene.options), m_camera(scene.camera),
           m_world_spaces(scene, options.camera_from_render * options.render_from_world) {
+        if (options.width > 0 && options.height > 0)
+            m_options.width = options.width, m_options.height = options.height;
         if (m_palette)
             m_textures.set_space(m_palette->space());
         m_textures.set_made(make_textures(scene.options.user, m_textures.folders(), journal));
@@ -89,6 +92,8 @@ class SystemImpl final : public ShadingSystem {
     Transform current_from_world(const scene::Primitive& primitive,
                                  const Transform& current_from_object) const;
     std::optional<std::string> find(const scene::ShaderRef& ref) const;
+    bool has_its_own(const scene::ShaderRef& ref) const;
+    bool all_classic(const scene::Scene& scene) override;
     Loaded load(const scene::ShaderRef& ref, sl::ShaderKind wanted, bool area_light = false);
     Loaded compile(const std::string& key, const std::string& path, const sl::CompileOptions& options);
     std::optional<CoShader> load_coshader(const scene::ShaderRef& ref);
@@ -108,6 +113,7 @@ class SystemImpl final : public ShadingSystem {
     CompileShader m_compile;
     sl::CompileOptions m_compile_options;
     std::vector<std::string> m_shader_folders;
+    std::string m_standard_shaders;
     Textures m_textures;
     Transform m_render_from_world;
     scene::Options m_options;
@@ -503,11 +509,43 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
     return m_materials.try_emplace(id, std::move(material)).first->second;
 }
 
+bool SystemImpl::all_classic(const scene::Scene& scene) {
+    std::set<std::string> known;
+    const scene::Attributes* last = nullptr;
+    const auto classic = [&](const scene::Primitive& p) {
+        if (!p.attributes || p.attributes.get() == last)
+            return true;
+        last = p.attributes.get();
+        if (last->area_light)
+            return false;
+        if (!last->surface || !known.insert(last->surface->name).second)
+            return true;
+        const auto path = find(*last->surface);
+        const Loaded shader = path ? compile(*path, *path, m_compile_options) : nullptr;
+        return !shader || shader->kind() != sl::ShaderKind::Class;
+    };
+    const auto of_rispec = [&](const scene::ShaderRef& light) {
+        return !is_standard_light(light.name) || has_its_own(light) || is_classic_light(light);
+    };
+    return scene.lights.empty() && std::ranges::all_of(scene.light_shaders, of_rispec) &&
+           std::ranges::all_of(scene.primitives, classic) &&
+           std::ranges::all_of(scene.groups, [&](const scene::Group& g) {
+               return std::ranges::all_of(g.primitives, classic);
+           });
+}
+
+// Does the scene bring a shader of that name, which one that ships has, too?
+bool SystemImpl::has_its_own(const scene::ShaderRef& ref) const {
+    const auto path = find(ref);
+    return path && std::filesystem::path(*path).parent_path() != std::filesystem::path(m_standard_shaders);
+}
+
 // Lights live in world space: their "current" is the world.
 std::optional<scene::Light> SystemImpl::run_light(const scene::ShaderRef& ref, const Bounds3f& lit) {
-    if (!find(ref))
-        return make_light(stand_in_for_light(ref, join_folders(m_shader_folders), m_journal), m_textures,
-                          m_journal);
+    if (!find(ref)) {
+        const scene::ShaderRef stand_in = stand_in_for_light(ref, join_folders(m_shader_folders), m_journal);
+        return stand_in.name.empty() ? std::nullopt : make_light(stand_in, m_textures, m_journal);
+    }
     Bound bound;
     bound.shader = load(ref, sl::ShaderKind::Light);
     if (!bound.shader)
@@ -527,10 +565,13 @@ std::vector<scene::Light> SystemImpl::lights(const std::vector<scene::ShaderRef>
                                              const Bounds3f& lit) {
     std::vector<scene::Light> all;
     for (const scene::ShaderRef& ref : shaders) {
-        std::optional<scene::Light> light =
-            is_standard_light(ref.name) ? make_light(ref, m_textures, m_journal) : run_light(ref, lit);
-        if (light)
+        std::optional<scene::Light> light = is_standard_light(ref.name) && !has_its_own(ref)
+                                                ? make_light(ref, m_textures, m_journal)
+                                                : run_light(ref, lit);
+        if (light) {
+            light->shadows = casts_shadows(ref);
             all.push_back(std::move(*light));
+        }
     }
     return all;
 }

@@ -77,7 +77,7 @@ int InstanceImpl::node_of(const ops::MaterialBuild& build, const std::string& na
     std::vector<int> channels(lobe.inputs.size() + 1, -1);
     for (size_t c = 0; c < p.channels.size(); c++) {
         const ir::Channel& channel = p.channels[c];
-        if (channel.node != n.name || channel.presence)
+        if (channel.node != n.name || channel.presence || channel.ambient)
             continue;
         if (channel.input >= 0 && (n.op != LayerOp::Lobe || channel.lobe != n.lobe)) {
             services.report(Severity::Error, where(),
@@ -154,18 +154,22 @@ void InstanceImpl::build_material(const ops::MaterialBuild& build, Services& ser
             roots.push_back(root);
     }
     for (size_t c = 0; c < p.channels.size(); c++) {
-        if (!p.channels[c].presence)
+        const bool ambient = p.channels[c].ambient;
+        if (!p.channels[c].presence && !ambient)
             continue;
-        m_channels[c * 3] = 1;
         grid::Slot slot;
-        slot.name = "presence";
-        m_layering.presence = int(m_layering.slots.size());
+        slot.name = ambient ? "ambient" : "presence";
+        if (ambient)
+            slot.type = grid::InputType::Color, slot.storage = grid::Storage::Rgb9e5, slot.high = 65504;
+        else
+            m_channels[c * 3] = 1;
+        (ambient ? m_layering.ambient : m_layering.presence) = int(m_layering.slots.size());
         m_layering.slots.push_back(std::move(slot));
         SlotSource source;
         for (size_t k = 0; k < p.shade.outputs.size(); k++)
             if (p.shade.outputs[k].kind == ir::Output::Slot && p.shade.outputs[k].index == int(c))
                 source.output = int(k);
-        source.value = Vec3f(1, 0, 0);
+        source.value = Vec3f(ambient ? 0.0f : 1.0f, 0, 0);
         m_sources.push_back(source);
     }
     // Several roots lie side by side under implicit Add nodes.
@@ -227,10 +231,11 @@ void InstanceImpl::settle_presence(Services& services) {
     grid::VertexInputs values;
     shade(point, globals, services, values);
     if (values.slots[size_t(slot)].uniform && values.slots[size_t(slot)].value.x >= 1) {
-        // It is the last slot: build_material adds it so.
-        m_layering.slots.pop_back();
-        m_sources.pop_back();
+        m_layering.slots.erase(m_layering.slots.begin() + slot);
+        m_sources.erase(m_sources.begin() + slot);
         m_layering.presence = -1;
+        if (m_layering.ambient > slot) // slots of lobes come before
+            m_layering.ambient--;
     }
 }
 

@@ -345,7 +345,8 @@ TEST(SlFunctionsOfLight, ArraysAndOpacityHoldLight) {
 
 TEST(SlLight, EveryWayToLightIsAccepted) {
     const std::pair<const char*, const char*> ways[] = {
-        {"ambient()", "diffuse.diffuseReflectance"},
+        {"ambient()", "ambient"},
+        {"diffuse(N) + 0 * ambient()", "diffuse.diffuseReflectance"},
         {"diffuse(N)", "diffuse.diffuseReflectance"},
         {"subsurface(P, N, \"scattering\", color(1))", "diffuse.diffuseReflectance"},
         {"specular(N, -I, 0.5)", "specular.reflectance"},

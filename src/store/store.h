@@ -127,7 +127,8 @@ struct Links {
     enum Seen : int32_t {
         OneSided = 1, // rays that come from the inside do not meet it
         HeldOut = 2,  // to camera rays a hole in the picture
-        Unseen = 4    // by camera rays
+        Unseen = 4,   // by camera rays
+        Backdrop = 8  // it shines for the camera and in mirrors, and lights nothing
     };
     int32_t seen = 0;
     // A level of detail in transition is there for paths whose number (RayPacket::level) lies between.

@@ -324,7 +324,7 @@ void sample_analytic(const SceneView& scene, int shape, Int<W> index, const Vec3
     using V = Vec3<F>;
     using A = AnalyticLight;
     const LightLanes<W> light(scene, select(m, index, Int<W>(0)));
-    if (scene.shadow_linked)
+    if (scene.shadow_linked || scene.shadowless)
         s.passes = select(m, light.get(&A::passes), s.passes);
     if (scene.linked)
         s.valid &= ((set & light.get(&A::sets)) != Int<W>(0)) | !m;
@@ -345,7 +345,7 @@ void sample_analytic(const SceneView& scene, int shape, Int<W> index, const Vec3
         const V to = light.get(&A::position) - P;
         const F d = sqrt(max(dot(to, to), F(1e-20f)));
         s.wi = select(m, to / d, s.wi);
-        s.distance = select(m, d, s.distance);
+        s.distance = select(m, d * F(0.9999f), s.distance); // what it lies in is not in its way
         s.pdf = select(m, chance, s.pdf);
         s.delta |= m;
     } else {
@@ -355,10 +355,13 @@ void sample_analytic(const SceneView& scene, int shape, Int<W> index, const Vec3
         s.pdf = select(m, point.pdf * chance, s.pdf);
         s.valid &= point.valid | !m;
         place = point.place;
-        if (scene.shadow_linked) // no ray finds what only this light's shadow rays pass through
+        if (scene.shadow_linked ||
+            scene.shadowless) // no ray finds what only this light's shadow rays pass through
             s.delta |= m & (s.passes != Int<W>(0));
     }
     s.radiance = bsdf::select(m, light_arriving(scene, light, P, place, l, m), s.radiance);
+    if (scene.shadowless) // nothing is asked on the way
+        s.distance = select(m & (s.passes == Int<W>(A::Shadowless)), F(0.0f), s.distance);
 }
 
 template <int W>

@@ -53,7 +53,7 @@ AnalyticLight make_light(const scene::Light& light, const Transform& render_from
     a.cos_angle = std::cos(0.5f * light.angle * Degrees);
     a.visible_camera = light.visible_camera;
     a.sets = light.lit_sets;
-    a.passes = light.passes;
+    a.passes = light.shadows ? light.passes : AnalyticLight::Shadowless;
     Rgb amount = light.amount;
     const bool point = light.kind == Kind::Point || light.kind == Kind::Spot;
     if (light.kind == Kind::Spot) {
@@ -229,14 +229,26 @@ void fill_estimates(SceneView& view, std::span<const LightBound> asked) {
 // Lights of the scene: environments, then analytic ones, those to be chosen in turn first.
 void fill_lights(SceneView& view, const SceneInputs& in, color::Palette& palette, Journal& journal) {
     // Several constant environments add up; one picture is kept.
-    Rgb constant(0);
-    std::vector<Rgb> constants;
+    struct Sum {
+        Rgb all{0, 0, 0};
+        std::vector<Rgb> parts;
+        void add(const Rgb& amount) {
+            all += amount;
+            parts.push_back(amount);
+        }
+        void uplift(color::Palette& palette, float c[4]) const {
+            uplift_amount(all, palette, c);
+            if (parts.size() > 1)
+                if (const auto sum = palette.sum(parts))
+                    std::copy(sum->begin(), sum->end(), c);
+        }
+    } constant, ambient;
     bool constant_visible = false;
     int32_t constant_sets = 0;
     LargeVector<AnalyticLight> far, near;
     std::vector<LightBound> far_bounds, near_bounds;
     for (const scene::Light& light : in.lights) {
-        const bool environment = light.kind == Kind::Environment || light.kind == Kind::Ambient;
+        const bool environment = light.kind == Kind::Environment;
         if (!std::isfinite(light.amount.x + light.amount.y + light.amount.z) ||
             !finite(light.world_from_light)) {
             journal.warning(light.where, "a light whose amount or place is not a number is left out");
@@ -246,10 +258,13 @@ void fill_lights(SceneView& view, const SceneInputs& in, color::Palette& palette
             continue;
         view.linked |= light.lit_sets != -1;
         view.shadow_linked |= light.passes != 0;
-        if (environment && light.texture.empty() && !light.table) {
-            constant += light.amount;
-            constants.push_back(light.amount);
-            constant_visible |= light.kind == Kind::Environment && light.visible_camera;
+        view.shadowless |= !light.shadows;
+        if (light.kind == Kind::Ambient) {
+            ambient.add(light.amount);
+            view.ambient.sets |= light.lit_sets;
+        } else if (environment && light.texture.empty() && !light.table) {
+            constant.add(light.amount);
+            constant_visible |= light.visible_camera;
             constant_sets |= light.lit_sets;
         } else if (environment) {
             if (view.map.width == 0 && in.map.width > 0) {
@@ -271,13 +286,12 @@ void fill_lights(SceneView& view, const SceneInputs& in, color::Palette& palette
             (a.shape == AnalyticLight::Distant ? far_bounds : near_bounds).push_back(bound);
         }
     }
-    view.constant.present = usable(constant);
+    view.ambient.present = usable(ambient.all);
+    ambient.uplift(palette, view.ambient.c);
+    view.constant.present = usable(constant.all);
     view.constant.visible_camera = constant_visible;
     view.constant_sets = constant_sets;
-    uplift_amount(constant, palette, view.constant.c);
-    if (constants.size() > 1)
-        if (const auto sum = palette.sum(constants))
-            std::copy(sum->begin(), sum->end(), view.constant.c);
+    constant.uplift(palette, view.constant.c);
     view.spectra = palette.tables();
     view.lights = std::move(far);
     view.bounds = std::move(far_bounds);
@@ -460,6 +474,7 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
     view.clamp_direct = in.clamp_direct > 0 ? in.clamp_direct : Unclamped;
     view.clamp_indirect = in.clamp_indirect > 0 ? in.clamp_indirect : Unclamped;
     view.max_depth = in.max_depth;
+    view.interreflection = in.interreflection;
     view.seed = in.seed;
     fill_media(view, *in.store, in.volume_depth, journal);
 
@@ -467,6 +482,7 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
         view.linked |= links.lit_sets != 1 || links.shone_sets != -1;
         view.holds_out |= (links.seen & store::Links::HeldOut) != 0;
         view.hides |= (links.seen & store::Links::Unseen) != 0;
+        view.backdrops |= (links.seen & store::Links::Backdrop) != 0;
         view.fades |= links.fades();
     }
     fill_lights(view, in, palette, journal);

@@ -33,6 +33,7 @@ struct SceneInputs {
     IntegratorChoice integrator;
     float clamp_direct = 0, clamp_indirect = 0; // scene::Options
     int max_depth = 8, volume_depth = 1024;
+    bool interreflection = true; // SceneView has the same
     uint32_t seed = 0;
 };
 

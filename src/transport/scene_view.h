@@ -31,7 +31,8 @@ struct alignas(64) AnalyticLight {
     int32_t width;        // of the table; 0 = none
     int32_t visible_camera;
     int32_t sets;   // light linking: bits of the receivers' sets it shines on
-    int32_t passes; // shadow linking: its bit in store::Links::lets_through
+    int32_t passes; // shadow linking: its bit in store::Links::lets_through; Shadowless
+    static constexpr int32_t Shadowless = INT32_MIN; // it shines through everything
 
     Vec3f axis, x, y; // unit vectors; axis: the way light travels
     float cos_inner;
@@ -131,12 +132,14 @@ struct SceneView {
     bool moving = false;                  // paths have a time: something moves while the shutter is open
     std::vector<float> shutter_quantiles; // scene::shutter_quantiles; empty = open all the time
     // Some shape has it: store::Links::seen, and levels of detail in transition.
-    bool holds_out = false, hides = false, fades = false;
+    bool holds_out = false, hides = false, fades = false, backdrops = false;
     IntegratorChoice integrator;
     float clamp_direct = Unclamped, clamp_indirect = Unclamped; // most radiance of one contribution
     int max_depth = 8;                                          // surface events of a path
     int volume_depth = 1024;                                    // events inside of media
     int roulette_depth = 4;
+    bool interreflection =
+        true; // false: paths end where they come from anything but the camera and smooth lobes
     uint32_t seed = 0;
 
     // Lights: the choices are all of the hierarchy together (if any), the environment map, and each analytic
@@ -149,6 +152,12 @@ struct SceneView {
     std::vector<float> light_tables;
     EnvironmentMap map;
     ConstantEnvironment constant;
+    // Ambient lights: surfaces show it without shadows, to the camera and in mirrors; nothing else sees it.
+    struct {
+        bool present = false;
+        float c[4] = {0, 0, 0, 0};
+        int32_t sets = 0;
+    } ambient;
     int choices = 0, emitter_choice = -1, map_choice = -1, first_light_choice = 0;
     // What the environment brings to a surface that sees all of it, and all of the hierarchy as one sphere:
     // estimates that decide how often each is asked (LightChances in lights.h).
@@ -156,6 +165,7 @@ struct SceneView {
     Vec3f emitter_center{0, 0, 0};
     bool linked = false;        // light linking: some lights do not shine on all
     bool shadow_linked = false; // some shapes let some lights through
+    bool shadowless = false;    // some lights shine through everything
     int32_t map_sets = -1, constant_sets = -1;
 
     // Leaves of the hierarchy: emitting triangles by slot (bvh::number_emitters), then analytic lights.

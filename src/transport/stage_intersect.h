@@ -72,7 +72,9 @@ void intersect(const SceneView& scene, BatchState& batch, PathState& paths, int 
                                   rays.t_min, bounce);
         }
         rays.t_max = reach;
-        rays.seed = bitcast_int(ray[PathState::PixelHash]) ^ Int<W>(int(uint32_t(bounce) * 0x3c6ef372u));
+        rays.seed =
+            way_seed(bitcast_int(ray[PathState::PixelHash]) ^ Int<W>(int(uint32_t(bounce) * 0x3c6ef372u)),
+                     batch.reversed_progression);
         rays.coherent = bounce == 0;
         if (scene.moving)
             rays.time =

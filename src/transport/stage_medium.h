@@ -212,8 +212,9 @@ class MediumStage {
             compress_store(reinterpret_cast<float*>(m_shadows.passes) + at, bitcast_float(light.passes),
                            bits);
         compress_store(reinterpret_cast<float*>(m_shadows.path) + at, ray[PathState::Path], bits);
-        const I seed =
-            bitcast_int(ray[PathState::PixelHash]) ^ I(int(uint32_t(m_bounce) * 0x3c6ef372u + 0x1b873593u));
+        const I seed = way_seed(bitcast_int(ray[PathState::PixelHash]) ^
+                                    I(int(uint32_t(m_bounce) * 0x3c6ef372u + 0x1b873593u)),
+                                m_batch.reversed_progression);
         balance.store(m_shadows, at, media, bits);
         m_shadow_count +=
             compress_store(reinterpret_cast<float*>(m_shadows.seed) + at, bitcast_float(seed), bits);

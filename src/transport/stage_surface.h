@@ -68,8 +68,12 @@ class SurfaceStage {
             look_through_atmosphere(h, active & h.camera);
         if (any(h.shape.emitter >= I(0)))
             add_emission(h, active & (h.shape.emitter >= I(0)));
+        if (m_at.scene.ambient.present)
+            add_ambient(h, active);
         if (any(h.camera))
             record_first_hit(h, active & h.camera);
+        if (!m_at.scene.interreflection)
+            active &= h.ray[PathState::Mis] == F(0.0f);
         if (m_at.scene.media)
             active &= Events::surfaces(gather(m_at.paths.events, h.slot)) < I(m_at.scene.max_depth);
     }
@@ -146,8 +150,9 @@ class SurfaceStage {
         if (m_at.scene.shadow_linked)
             compress_store(reinterpret_cast<float*>(m_shadows.passes) + at, bitcast_float(passes), bits);
         compress_store(reinterpret_cast<float*>(m_shadows.path) + at, bitcast_float(h.path), bits);
-        const I seed = bitcast_int(h.ray[PathState::PixelHash]) ^
-                       I(int(uint32_t(m_at.number) * 0x3c6ef372u + 0x1b873593u));
+        const I seed = way_seed(bitcast_int(h.ray[PathState::PixelHash]) ^
+                                    I(int(uint32_t(m_at.number) * 0x3c6ef372u + 0x1b873593u)),
+                                m_at.batch.reversed_progression);
         m_shadow_count +=
             compress_store(reinterpret_cast<float*>(m_shadows.seed) + at, bitcast_float(seed), bits);
     }
@@ -332,6 +337,25 @@ class SurfaceStage {
         h.beta = h.beta * h.fetch.color(h.code.filter);
     }
 
+    // RISpec's ambient(): the same from everywhere, through everything. It stands for light that was not
+    // traced once; what it brings is seen by the camera and by way of smooth lobes, and lights nothing.
+    [[gnu::noinline]] void add_ambient(const SurfaceHit<W>& h, M m) {
+        m &= h.ray[PathState::Mis] == F(0.0f);
+        if (m_at.scene.linked)
+            m &= (links_of(m_at.scene, bitcast_int(h.hit[HitState::Shape]), &store::Links::lit_sets) &
+                  I(m_at.scene.ambient.sets)) != I(0);
+        if (!any(m) || (h.code.ambient.word < 0 && h.code.leaves == 0))
+            return;
+        S shown;
+        if (h.code.ambient.word >= 0) {
+            const S amount = h.fetch.amount(h.code.ambient), unit = white(h);
+            for (int k = 0; k < Wavelengths; k++)
+                shown[k] = amount[k] / max(unit[k], F(1e-20f));
+        } else
+            shown = Scattering<W>(m_at, h).material.albedo();
+        add(h, shown * emission_spectrum(m_at.scene, m_at.scene.ambient.c, h.l), m);
+    }
+
     void add_emission(const SurfaceHit<W>& h, M m) {
         // Only the outside shines, but for classic surfaces; light sampling asks for outsides alone.
         m &= h.outside | h.shape.has(store::ShapeRecord::ShinesBoth);
@@ -339,6 +363,10 @@ class SurfaceStage {
             m &= (gather(m_at.paths.ask_set, h.slot) &
                   links_of(m_at.scene, bitcast_int(h.hit[HitState::Shape]), &store::Links::shone_sets)) !=
                  I(0);
+        if (m_at.scene.backdrops)
+            m &= ((links_of(m_at.scene, bitcast_int(h.hit[HitState::Shape]), &store::Links::seen) &
+                   I(store::Links::Backdrop)) == I(0)) |
+                 (h.ray[PathState::Mis] == F(0.0f));
         if (!any(m))
             return;
         const I e = select(m, h.shape.emitter + h.place.triangle, I(0));

@@ -65,6 +65,12 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         default=None,
         help="what a surface shader does that no material can do is an error at its line, not approximated",
     )
+    picture.add_argument(
+        "--transport",
+        choices=("full", "classic", "auto"),
+        help="light between surfaces and shadows of all lights; light of sources alone, shadows where lights ask for them, "
+        "as RISpec's renderers had it; or that where all shaders and lights are RISpec's (a scene's default)",
+    )
     picture.add_argument("--integrator", metavar="NAME[:PARAMETER=VALUE,...]", help=integrators_help())
     for name, what in (("direct", "light that reaches the first surface straight"), ("indirect", "all other light")):
         picture.add_argument(
@@ -178,6 +184,7 @@ def render(arguments: argparse.Namespace, started: float, interruption: Interrup
 def set_options(scene: kanuka.Scene, arguments: argparse.Namespace) -> None:
     """Options of the command line over those of the scene; names are checked by the render, which reports them."""
     options = {
+        "transport": arguments.transport,
         "clamp_direct": arguments.clamp_direct,
         "clamp_indirect": arguments.clamp_indirect,
         "color_space": arguments.color_space,
@@ -209,12 +216,26 @@ def default_output(scene_file: str, scene: kanuka.Scene) -> Path:
     """The first Display that goes to a file, as an EXR; else the scene's own name, in this folder."""
     for display in scene.options.displays:
         if display["driver"] != "framebuffer" and display["file"]:
-            return Path(display["file"].lstrip("+")).with_suffix(".exr")
+            return as_exr(display["file"].lstrip("+"))
     if scene_file == "-":
         return Path("picture.exr")
     name = Path(scene_file).name
     for suffix in (".gz", ".rib"):
         name = name.removesuffix(suffix)
+    return Path(name + ".exr")
+
+
+PICTURE_SUFFIXES = set(
+    ".als .bmp .dpx .exr .gif .hdr .iff .it .jpeg .jpg .mpg .pct .pic .pict .png .pnm .ppm .psd .ras .rgb .rgba .rla "
+    ".sgi .sun .targa .tex .tga .tif .tiff .tx .xpm".split()
+)
+
+
+def as_exr(name: str) -> Path:
+    """The picture that a Display's name stands for: what follows its last dot may be a frame's number."""
+    path = Path(name)
+    if path.suffix.lower() in PICTURE_SUFFIXES:
+        return path.with_suffix(".exr")
     return Path(name + ".exr")
 
 

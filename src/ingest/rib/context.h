@@ -55,8 +55,10 @@ struct Resource {
 };
 
 struct FrameChoice {
-    int frame = 0;                // FrameBegin's number; 0 = the first that makes a picture
-    bool take_depth_pass = false; // a frame that writes depth alone counts as a picture
+    int frame = 0; // FrameBegin's number; 0 = the first that makes a picture
+    bool take_depth_pass =
+        false; // a frame that writes depth, or a texture's picture, alone counts as a picture
+    const std::set<std::string, std::less<>>* sources = nullptr; // pictures that textures are made of
 };
 
 class OnDemand;
@@ -73,6 +75,9 @@ class Context {
     // None where the world was passed over.
     std::optional<scene::Scene> take_world();
     bool world_done() const { return m_world_done; }
+    // The file asks for what RISpec's renderers did not do: networks of shaders since RenderMan 19, area
+    // lights.
+    bool traces_light = false;
     bool depth_pass_skipped() const { return !m_depth_passes.empty(); }
     const std::vector<int>& frames_seen() const { return m_frames_seen; }
 
@@ -149,11 +154,13 @@ class Context {
     void complete();
     void restore(Block& block);
     bool writes_depth_only() const;
+    bool writes_sources() const;
 
     scene::Scene m_scene;
     FrameChoice m_frame_choice;
     std::vector<Block> m_blocks;
     bool m_in_world = false, m_world_done = false;
+    std::string m_transport = "auto";                     // OptionState::transport of the world
     std::vector<std::pair<int, Location>> m_depth_passes; // passed over: frame and place
     bool m_frame_open = false, m_frame_chosen = false;
     int m_frames_begun = 0, m_loose_worlds = 0;

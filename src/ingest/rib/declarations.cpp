@@ -75,13 +75,14 @@ std::optional<InlineDeclaration> parse_declaration(std::string_view text, bool n
         const ScannedNumber n = at < text.size() && text[at] == ']'
                                     ? ScannedNumber{1, text.data() + at, true}
                                     : scan_number(text.data() + at, text.data() + text.size());
-        if (n.end == text.data() + at)
-            r.declaration.open_array = true; // "color[] name": as many as are given
-        if (!n.end || !(n.value >= 1) || n.value > 1e6 || n.value != std::floor(n.value)) {
+        // "color[] name": as many as are given; exporters write "color[0] name" for none.
+        const bool open = n.end && (n.end == text.data() + at || n.value == 0);
+        r.declaration.open_array = open;
+        if (!open && (!n.end || !(n.value >= 1) || n.value > 1e6 || n.value != std::floor(n.value))) {
             problem = "the array size in \"" + std::string(text) + "\" must be a whole number of 1 or more";
             return std::nullopt;
         }
-        r.declaration.array_size = int(n.value);
+        r.declaration.array_size = std::max(int(n.value), 1);
         at = size_t(n.end - text.data());
         space();
         if (at >= text.size() || text[at] != ']') {

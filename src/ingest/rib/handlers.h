@@ -68,7 +68,8 @@ void polygon(Context&, Call&), general_polygon(Context&, Call&), points_polygons
 void procedural(Context&, Call&), procedural2(Context&, Call&);
 
 // handlers_shapes.cpp
-void blobby(Context&, Call&), geometry(Context&, Call&), clipping_plane(Context&, Call&);
+void blobby(Context&, Call&), geometry(Context&, Call&), clipping_plane(Context&, Call&),
+    volume(Context&, Call&);
 
 } // namespace handlers
 } // namespace kanuka::ingest

@@ -61,6 +61,12 @@ void texture_coordinates(Context& c, Call& call) {
 
 // ---- shaders ----------------------------------------------------------------------------------------
 
+// BMRT's Attribute "light" "shadows".
+static std::optional<bool> wanted_shadows(const Context& c) {
+    const std::string one = c.attributes.shared->user.get_string("light:shadows", "");
+    return one == "on" ? std::optional(true) : one == "off" ? std::optional(false) : std::nullopt;
+}
+
 void light_source(Context& c, Call& call) {
     if (c.scope() == InObject) {
         c.reports.error("light in object", call.where,
@@ -72,6 +78,7 @@ void light_source(Context& c, Call& call) {
     ShaderRef light = c.shader(call, 0);
     light.handle = handle;
     light.coshaders = c.attributes.shared->coshaders;
+    light.shadows = wanted_shadows(c);
     c.lights.declare(std::move(light), c.attributes);
 }
 
@@ -79,6 +86,7 @@ void area_light_source(Context& c, Call& call) {
     const std::string handle = call.handle(1);
     const std::string& name = call.text(0);
     c.lights.declare_area(handle);
+    c.traces_light = true;
     if (name.empty() || name == "null") {
         c.attributes.edit(FieldAreaLight).area_light.reset(); // ends an area light
         return;

@@ -183,7 +183,13 @@ void exposure(Context& c, Call& call) {
 }
 
 void imager(Context& c, Call& call) {
-    c.options.options.imager = c.shader(call, 0);
+    scene::ShaderRef imager = c.shader(call, 0);
+    if (imager.name ==
+        "background") // PRMan's and BMRT's names of what no language lets a parameter be called
+        for (Value& v : imager.parameters.values)
+            if (v.name == "color" || v.name == "background" || v.name == "backgroundcolor")
+                v.name = "bgcolor";
+    c.options.options.imager = std::move(imager);
 }
 
 void quantize(Context& c, Call& call) {
@@ -338,6 +344,13 @@ static void kanuka_option(Context& c, const Value& v) {
     } else if (v.name == "clampdirect" || v.name == "clampindirect") {
         float& limit = v.name == "clampdirect" ? o.clamp_direct : o.clamp_indirect;
         number&& f >= 0 ? void(limit = f) : wrong("a radiance, or 0 for no bound");
+    } else if (v.name == "transport") {
+        const std::string which = v.strings.empty() ? "" : v.strings[0];
+        if (which != "full" && which != "classic" && which != "auto")
+            return wrong("\"full\" (light between surfaces, all shadows), \"classic\" (as RISpec's renderers "
+                         "found it) "
+                         "or \"auto\"");
+        c.options.transport = which;
     } else if (v.name == "integrator") {
         number ? wrong("the name of an integrator")
                : void(o.integrator = v.strings.empty() ? "path" : v.strings[0]);
@@ -346,7 +359,7 @@ static void kanuka_option(Context& c, const Value& v) {
                         "Option \"kanuka\": there is no \"" + v.name +
                             "\"; there are geometrytolerance, normaltolerance, maxdepth, volumedepth, "
                             "progressions, integrator, clampdirect, clampindirect, seed, "
-                            "strictdirections, watertight, arrayroom");
+                            "transport, strictdirections, watertight, arrayroom");
     }
 }
 

@@ -46,6 +46,7 @@ constexpr Mapping Bxdfs[] = {
      "IOR:ior roughness reflectionTint:reflectance transmissionTint:transmittance"},
     {"LamaEmission", "emitter", "color:radiance"},
     {"LamaSurface", "principled", ""},
+    {"PxrVolume", "cloud", "anisotropy:meanCosine"},
 };
 
 constexpr Mapping RisLights[] = {
@@ -69,7 +70,8 @@ constexpr std::string_view LightParameters =
 constexpr std::string_view SurfaceParameters =
     "diffuseGain specularFaceColor specularEdgeColor specularModelType specularFresnelMode specularIor "
     "clearcoatFaceColor clearcoatEdgeColor glowGain glowColor refractionGain refractionColor "
-    "glassRoughness glassIor emission eta sheen specularTint";
+    "glassRoughness glassIor emission eta sheen specularTint diffuseColor densityFloat densityColor "
+    "densityFloatPrimVar maxDensity";
 
 bool names(std::string_view list, std::string_view name) {
     for (size_t at = list.find(name); at != std::string_view::npos; at = list.find(name, at + 1)) {
@@ -246,7 +248,18 @@ static void take_reference(Context& c, const Call& call, const Value& v, std::st
     scene::connect(surface, std::string(our_name), r->handle, r->output, v.where);
 }
 
+// What volumes turn aside and take away a metre, of their density and albedo.
+static void take_volume(const ValueList& theirs, ValueList& to) {
+    const Rgb density = theirs.get_color("densityColor", Rgb(1)) * theirs.get_float("densityFloat", 1),
+              albedo = theirs.get_color("diffuseColor", Rgb(0.5f));
+    set(to, "scattering", density * albedo);
+    set(to, "absorption", density * (Rgb(1) - albedo));
+    if (const std::string name = theirs.get_string("densityFloatPrimVar", ""); !name.empty())
+        set(to, "densityPrimvar", name);
+}
+
 void bxdf(Context& c, Call& call) {
+    c.traces_light = true;
     static constexpr Mapping fallback{"", "principled",
                                       "baseColor diffuseColor:baseColor color:baseColor roughness presence"};
     if (call.text(0) == "PxrLightEmission") // its light is the area light's
@@ -283,6 +296,8 @@ void bxdf(Context& c, Call& call) {
         set(to, "specular", 0.0f), set(to, "baseColor", Rgb(0));
     else if (theirs == "PxrLMMetal")
         set(to, "metallic", 1.0f), set(to, "baseColor", call.params.get_color("specularColor", Rgb(0.9f)));
+    else if (theirs == "PxrVolume")
+        take_volume(call.params, to);
     if (theirs == "PxrDisney") // Burley's specular 0.5 is an index of refraction of 1.5
         set(to, "specular", std::min(1.0f, 2 * call.params.get_float("specular", 0.5f)));
     std::erase_if(to.values, [](const Value& v) { return v.name == "subsurface"; });
@@ -353,6 +368,7 @@ bool light_geometry(Context& c, const Call& call) {
             light.world_from_shader = c.ctm;
             if (name != "environmentlight")
                 std::erase_if(light.parameters.values, [](const Value& v) { return v.name == "texture"; });
+            c.traces_light = true;
             c.lights.declare_everywhere(std::move(light), c.open_states());
             return true;
         }
@@ -390,7 +406,8 @@ void ris_light(Context& c, Call& call) {
             to.set(std::move(renamed));
         }
     if (mapping->ours != "distantlight" && mapping->ours != "arealight")
-        set(to, "visible", float(theirs.get_int("primaryVisibility", 1)));
+        set(to, "visible",
+            float(theirs.get_int("primaryVisibility", 1) != 0 && c.attributes.shared->visible_camera));
     if (const std::string group = theirs.get_string("lightGroup", ""); !group.empty())
         set(to, "group", group);
     report_rest(c, call, *mapping, LightParameters);
@@ -411,12 +428,14 @@ void ris_light(Context& c, Call& call) {
         c.attributes.edit(FieldAreaLight).area_light = std::move(light);
         return;
     }
+    c.traces_light = true;
     c.lights.declare_everywhere(std::move(light), c.open_states());
 }
 
 // ---- the rest ---------------------------------------------------------------------------------------
 
 void integrator(Context& c, Call& call) {
+    c.traces_light = true;
     const std::string& name = call.text(0);
     if (name == "PxrPathTracer" || name == "PxrVCM" || name == "PxrUnified")
         c.options.options.max_depth =

@@ -1,5 +1,6 @@
-// Blobby, Geometry, and ClippingPlane.
+// Blobby, Volume, Geometry, and ClippingPlane.
 
+#include <algorithm>
 #include <cmath>
 
 #include "ingest/rib/context.h"
@@ -26,6 +27,36 @@ void blobby(Context& c, Call& call) {
         return;
     }
     c.add_primitive(call, std::move(b));
+}
+
+void volume(Context& c, Call& call) {
+    constexpr std::string_view shapes[] = {"box", "ellipsoid", "cylinder", "cone"};
+    const std::string& type = call.text(0);
+    const auto left_out = [&](const std::string& why) {
+        c.reports.error("Volume", call.where, "Volume \"" + type + "\" was left out: " + why);
+    };
+    const auto shape = std::ranges::find(shapes, type);
+    if (shape == std::end(shapes))
+        return left_out(type.starts_with("blobbydso:")
+                            ? "plug-ins of volumes are not supported; bake it to a lattice "
+                              "and give that to Volume \"box\""
+                            : "there are box, ellipsoid, cylinder and cone");
+    Volume v;
+    v.shape = Volume::Shape(shape - std::begin(shapes));
+    const auto& bound = call.args[1].floats;
+    if (bound.size() != 6 || !(bound[0] < bound[1] && bound[2] < bound[3] && bound[4] < bound[5]))
+        return left_out("its bound must be xmin xmax ymin ymax zmin zmax, each maximum above its minimum");
+    std::copy(bound.begin(), bound.end(), v.bound.begin());
+    const auto& size = call.args[2].ints;
+    constexpr int64_t Most = int64_t(1) << 30;
+    int64_t total = size.size() == 3 ? 1 : 0;
+    for (size_t k = 0; k < 3 && total > 0; k++) { // 0 0 0: no values but constant ones
+        v.size[k] = std::max(size[k], 1);
+        total = size[k] < 0 || v.size[k] > Most / total ? 0 : total * v.size[k];
+    }
+    if (total == 0)
+        return left_out("nvertices must be three counts of at most " + std::to_string(Most) + " together");
+    c.add_primitive(call, v);
 }
 
 // What lies on the side that the normal points to is cut away (RISpec 4.1.1).

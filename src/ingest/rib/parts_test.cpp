@@ -103,7 +103,10 @@ TEST(Declarations, Forms) {
     EXPECT_EQ(tight->name, "tiles");
     EXPECT_EQ(tight->declaration.detail, scene::Detail::Uniform);
     EXPECT_TRUE(parse_declaration("uniform color", false, problem));
-    for (const char* bad : {"uniform", "uniform colour Cs", "float[0] a", "float[-1] a", "float[2 a",
+    const auto none = parse_declaration("int[0] x", true, problem); // Blender's exporter
+    ASSERT_TRUE(none);
+    EXPECT_TRUE(none->declaration.open_array);
+    for (const char* bad : {"uniform", "uniform colour Cs", "float[-1] a", "float[2 a",
                             "float[1e9] a", "float a b", "float", ""}) {
         problem.clear();
         EXPECT_FALSE(parse_declaration(bad, true, problem)) << bad;

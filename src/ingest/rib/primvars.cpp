@@ -65,7 +65,8 @@ bool check_primvars(Call& call, scene::Geometry& geometry, Reports& reports) {
     const std::string request(call.spec->name);
     auto& values = call.params.values;
     const bool quadric = std::holds_alternative<scene::Quadric>(geometry) ||
-                         std::holds_alternative<scene::Blobby>(geometry); // those without positions
+                         std::holds_alternative<scene::Blobby>(geometry) ||
+                         std::holds_alternative<scene::Volume>(geometry); // those without positions
 
     // Step 1: positions.
     if (!quadric && !call.params.find("P") && !call.params.find("Pw") &&

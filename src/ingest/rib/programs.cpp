@@ -1,10 +1,13 @@
 #include "ingest/rib/programs.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
+#include <fstream>
 #include <poll.h>
 #include <spawn.h>
+#include <sstream>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -75,6 +78,31 @@ std::vector<std::string> words_of(const std::string& command) {
 
 } // namespace
 
+// What a script's first line names: "#!/usr/bin/env python" is python's. Empty = it is no script that can be
+// read.
+static std::string interpreter_of(const std::string& file) {
+    std::ifstream in(file);
+    std::string line;
+    if (!std::getline(in, line) || !line.starts_with("#!"))
+        return {};
+    std::istringstream words(line.substr(2));
+    std::string name, next;
+    words >> name;
+    if (name.ends_with("/env") && words >> next)
+        name = next;
+    return name;
+}
+
+// Scripts of thirty years name interpreters that machines of today have elsewhere, or in a later version.
+static std::string usual_interpreter(const std::string& named) {
+    const std::string base = named.substr(named.rfind('/') + 1);
+    for (const std::string_view known :
+         {"python", "perl", "ruby", "tclsh", "bash", "zsh", "ksh", "csh", "sh"})
+        if (base.starts_with(known))
+            return known == "python" ? "python3" : std::string(known);
+    return {};
+}
+
 static void start(const std::string& command, const std::vector<std::string>& folders, pid_t& pid, int& to,
                   int& from) {
     std::vector<std::string> words = words_of(command);
@@ -102,13 +130,23 @@ static void start(const std::string& command, const std::vector<std::string>& fo
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_adddup2(&actions, in[1], 0);
     posix_spawn_file_actions_adddup2(&actions, out[1], 1);
-    const int failure = posix_spawnp(&pid, argv[0], &actions, nullptr, argv.data(), environ);
+    int failure = posix_spawnp(&pid, argv[0], &actions, nullptr, argv.data(), environ);
+    std::string interpreter, named;
+    if (failure != 0 && !(named = interpreter_of(words[0])).empty()) {
+        interpreter = usual_interpreter(named);
+        if (!interpreter.empty()) {
+            argv.insert(argv.begin(), interpreter.data());
+            failure = posix_spawnp(&pid, argv[0], &actions, nullptr, argv.data(), environ);
+        }
+    }
     posix_spawn_file_actions_destroy(&actions);
     close(in[1]), close(out[1]);
     if (failure != 0) {
         close(in[0]), close(out[0]);
         pid = -1;
-        throw Error(std::string("it cannot be started: ") + std::strerror(failure));
+        throw Error(named.empty() ? std::string("it cannot be started: ") + std::strerror(failure)
+                                  : "it cannot be started: its first line names \"" + named +
+                                        "\", which is not there; install that, or name another");
     }
     to = in[0], from = out[0];
 }
@@ -135,12 +173,14 @@ std::string Programs::ask(const std::string& command, const std::vector<std::str
     size_t sent = 0, looked = 0;
     std::vector<char> buffer(1 << 16);
     for (;;) {
-        if (const size_t end = answer.find('\377', looked); end != std::string::npos) {
-            program->rest = answer.substr(end + 1);
+        // The byte 255; or what becomes of it where text is written as UTF-8, which no RIB holds either.
+        const size_t end = std::min(answer.find('\377', looked), answer.find("\303\277", looked));
+        if (end != std::string::npos) {
+            program->rest = answer.substr(end + (answer[end] == '\377' ? 1 : 2));
             answer.resize(end);
             return answer;
         }
-        looked = answer.size();
+        looked = answer.empty() ? 0 : answer.size() - 1;
         if (answer.size() > limits.bytes)
             throw fail("its answer is longer than " + std::to_string(limits.bytes) + " bytes");
         pollfd fds[2] = {{program->from, POLLIN, 0}, {program->to, POLLOUT, 0}};

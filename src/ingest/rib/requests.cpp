@@ -261,7 +261,7 @@ constexpr RequestSpec Table[] = {
     {"DisplayChannel", Ext, Outside, {{{"channel", A::String}}}, Params::Other, Support::Full, h::display_channel,
      "the shader says of what type it is; a Display names it as its mode"},
     {"Volume", Ext, MovingSolid, {{{"type", A::String}, {"bound", A::FloatArray}, {"nvertices", A::IntegerArray}}},
-     Params::Primitive, Support::Missing, nullptr, "volume primitives are not supported yet"},
+     Params::Primitive, Support::Partial, h::volume, "box, ellipsoid, cylinder, cone; not blobbydso"},
 };
 // clang-format on
 

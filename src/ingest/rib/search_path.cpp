@@ -83,12 +83,28 @@ std::vector<std::string> expand_search_path(std::string_view text, const std::ve
 
 std::optional<std::string> find_file(const std::string& name, const std::vector<std::string>& folders) {
     std::error_code ignored;
-    if (!name.empty() && name[0] == '/')
-        return fs::exists(name, ignored) ? std::optional(name) : std::nullopt;
-    for (const std::string& folder : folders) {
-        const std::string path = join_path(folder, name);
-        if (fs::exists(path, ignored) && !fs::is_directory(path, ignored))
-            return path;
+    const auto in_folders = [&](const std::string& relative) -> std::optional<std::string> {
+        for (const std::string& folder : folders) {
+            const std::string path = join_path(folder, relative);
+            if (fs::exists(path, ignored) && !fs::is_directory(path, ignored))
+                return path;
+        }
+        return std::nullopt;
+    };
+    const bool drive = name.size() > 2 && std::isalpha(static_cast<unsigned char>(name[0])) &&
+                       name[1] == ':' && (name[2] == '/' || name[2] == '\\');
+    if (!drive && (name.empty() || name[0] != '/'))
+        return in_folders(name);
+    if (!drive && fs::exists(name, ignored))
+        return name;
+    // A path of the machine that the file was written on: its end may be here, the longer the better.
+    std::string tail = name;
+    std::replace(tail.begin(), tail.end(), '\\', '/');
+    for (size_t slash = tail.find('/'); slash != std::string::npos; slash = tail.find('/')) {
+        tail.erase(0, slash + 1);
+        if (!tail.empty() && tail[0] != '/')
+            if (auto found = in_folders(tail))
+                return found;
     }
     return std::nullopt;
 }

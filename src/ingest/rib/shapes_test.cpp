@@ -61,6 +61,33 @@ TEST(RibShapes, TheTeapotHas32Patches) {
     EXPECT_TRUE(r.says("there is \"teapot\" alone")) << r.all_messages();
 }
 
+TEST(RibShapes, Volumes) {
+    const Parsed r(world("Volume \"ellipsoid\" [-1 1 -2 2 0 3] [2 1 2] \"varying float density\" [1 2 3 4] \"constant color tint\" [1 0 0]\n"
+                         "Volume \"box\" [0 1 0 1 0 1] [0 0 0]\n"));
+    EXPECT_SILENT(r);
+    ASSERT_EQ(r.scene.primitives.size(), 2u);
+    const auto& v = std::get<Volume>(r.primitive(0).geometry);
+    EXPECT_EQ(v.shape, Volume::Shape::Ellipsoid);
+    EXPECT_EQ(v.size, (std::array<int, 3>{2, 1, 2}));
+    EXPECT_EQ(v.bound, (std::array<float, 6>{-1, 1, -2, 2, 0, 3}));
+    EXPECT_EQ(r.primitive(0).primvars.find("density")->floats.size(), 4u);
+    EXPECT_EQ(std::get<Volume>(r.primitive(1).geometry).size, (std::array<int, 3>{1, 1, 1}));
+    const std::pair<const char*, const char*> bad[] = {
+        {"Volume \"blob\" [0 1 0 1 0 1] [1 1 1]", "there are box, ellipsoid, cylinder and cone"},
+        {"Volume \"blobbydso:x\" [0 1 0 1 0 1] [1 1 1]", "plug-ins of volumes are not supported"},
+        {"Volume \"box\" [0 1 0 1 1 1] [1 1 1]", "each maximum above its minimum"},
+        {"Volume \"box\" [0 1 0 1] [1 1 1]", "each maximum above its minimum"},
+        {"Volume \"box\" [0 1 0 1 0 1] [1 1]", "nvertices must be three counts"},
+        {"Volume \"box\" [0 1 0 1 0 1] [2147483647 2147483647 2147483647]", "nvertices must be three counts"},
+        {"Volume \"box\" [0 1 0 1 0 1] [-1 1 1]", "nvertices must be three counts"},
+    };
+    for (const auto& [text, message] : bad) {
+        const Parsed b(world(text));
+        EXPECT_TRUE(b.scene.primitives.empty()) << text;
+        EXPECT_TRUE(b.says(message)) << text << "\n" << b.all_messages();
+    }
+}
+
 TEST(RibShapes, InstancesInSolidsBecomePartOfThem) {
     const std::string ball = "Sphere 1 -1 1 360\n";
     const Parsed r(world(

@@ -19,6 +19,7 @@ struct OptionState {
     // RGB.
     std::vector<float> rgb_from_samples;
     bool shutter_given = false;
+    std::string transport = "auto"; // Option "kanuka" "transport"
 };
 
 // Which attributes were set since ObjectBegin: the others come from the instance (RISpec 5.8).

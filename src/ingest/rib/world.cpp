@@ -18,6 +18,14 @@ bool Context::writes_depth_only() const {
     });
 }
 
+// A pass whose pictures a texture is made of, further on.
+bool Context::writes_sources() const {
+    const auto& displays = options.options.displays;
+    return m_frame_choice.sources && !displays.empty() &&
+           std::ranges::all_of(
+               displays, [&](const scene::Display& d) { return m_frame_choice.sources->contains(d.file); });
+}
+
 void Context::begin_frame(int number, const Location& where) {
     open(BlockKind::Frame, where);
     m_blocks.back().options = std::make_unique<OptionState>(options);
@@ -57,7 +65,8 @@ void Context::begin_world(const Location& where) {
         reports.once(Severity::Info, "further world", where,
                      "a further WorldBegin: one world is rendered at a time; ask for frame " +
                          std::to_string(number) + " to get this one");
-    if (take && m_frame_choice.frame == 0 && !m_frame_choice.take_depth_pass && writes_depth_only()) {
+    if (take && m_frame_choice.frame == 0 && !m_frame_choice.take_depth_pass &&
+        (writes_depth_only() || writes_sources())) {
         take = false;
         m_depth_passes.push_back({number, where});
     }
@@ -90,6 +99,7 @@ void Context::begin_world(const Location& where) {
         reports.error("camera", where,
                       "the moving camera's transformation cannot be inverted at all times; it stands still");
     m_scene.options = options.options;
+    m_transport = options.transport;
     m_scene.camera = options.camera;
     m_scene.camera.camera_from_world = m_camera_from_world;
     if (usable)
@@ -145,16 +155,20 @@ void Context::finish(const Location& end) {
         reports.error("file ends early", end, "IfBegin is not closed at the end of the file; add IfEnd");
     for (const auto& [number, where] : m_depth_passes)
         if (m_world_done)
-            reports.info(
-                "depth pass", where,
-                "frame " + std::to_string(number) +
-                    " writes depth alone and was passed over: shadows are traced and need no maps; ask "
-                    "for the frame by its number to render it");
+            reports.info("depth pass", where,
+                         "frame " + std::to_string(number) +
+                             " writes what shadow maps or textures are made of and was passed over: ask for "
+                             "the frame by its "
+                             "number to render it");
     complete();
 }
 
 // What the scene takes when its world is whole.
 void Context::complete() {
+    using Transport = scene::Options::Transport;
+    m_scene.options.transport = m_transport == "auto"      ? traces_light ? Transport::Full : Transport::Auto
+                                : m_transport == "classic" ? Transport::Classic
+                                                           : Transport::Full;
     m_scene.light_shaders = lights.finish(reports);
     m_next_id = objects.finish(m_scene, m_next_id);
     m_scene.coordinate_systems = coordinate_systems;

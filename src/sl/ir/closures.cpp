@@ -216,9 +216,10 @@ int Extraction::carrier(const Contents& c) const {
 
 static const char* source_name(Closure kind) {
     static constexpr const char* Names[] = {
-        "ambient()",     "diffuse()", "specular()", "phong()",    "trace()", "trace()",
-        "environment()", "Cl",        "L",          "L",          "L",       "fresnel()",
-        "fresnel()",     "trace()",   "trace()",    "specular()", "L",       "Cl"};
+        "ambient()", "indirectdiffuse()", "diffuse()", "specular()", "phong()",    "trace()",
+        "trace()",   "environment()",     "Cl",        "L",          "L",          "L",
+        "fresnel()", "fresnel()",         "trace()",   "trace()",    "specular()", "L",
+        "Cl"};
     static_assert(std::size(Names) == size_t(Closure::LightSample) + 1);
     return Names[int(kind)];
 }

@@ -99,8 +99,10 @@ struct InputInfo {
 const InputInfo& input_info(Input input);
 
 enum class Closure : uint8_t {
-    // whole terms: light from everywhere through a lobe
+    // light of ambient sources, which no lobe reflects
     Ambient,
+    // whole terms: light from everywhere through a lobe
+    Indirect, // what other lobes bring anyway
     Diffuse,
     Specular,
     Phong,
@@ -265,6 +267,7 @@ struct Channel {
     int input = -1;   // of the lobe; -1 = weight
     grid::LobeId lobe = grid::LobeId::LambertBrdf;
     bool presence = false;
+    bool ambient = false; // how much of the light of ambient sources it shows
     Ty ty = Ty::Float;
 };
 

@@ -25,12 +25,12 @@ class Lobes {
             m_presence = op(Op::Mul, sum, f(1 / 3.f));
             if (m_terms.plain && !follows_opacity() && last_plain())
                 m_presence = glowing(m_presence);
-            output("", -1, grid::LobeId::LambertBrdf, m_presence, true);
+            output("", -1, grid::LobeId::LambertBrdf, m_presence, Special::Presence);
         }
         bool has_lobe = false;
         for (const auto& [site, var] : m_terms.weights)
-            has_lobe = has_lobe || m_terms.sites[size_t(site)].kind != Closure::Ambient;
-        // Ambient light is light like any other here: every lobe reflects it already.
+            has_lobe = has_lobe || (m_terms.sites[size_t(site)].kind != Closure::Ambient &&
+                                    m_terms.sites[size_t(site)].kind != Closure::Indirect);
         const auto total = [&](auto&& wanted) {
             Ref sum = None;
             for (const auto& [site, var] : m_terms.weights)
@@ -44,11 +44,13 @@ class Lobes {
             return sum == None ? None : unpremultiply(sum, opacity);
         };
         if (const Ref w =
-                total([&](Closure k) { return is_lambert(k) || (k == Closure::Ambient && !has_lobe); });
+                total([&](Closure k) { return is_lambert(k) || (k == Closure::Indirect && !has_lobe); });
             w != None) {
             m_program.fixed_lobes.emplace_back("diffuse", grid::LobeId::LambertBrdf);
             output("diffuse", 0, grid::LobeId::LambertBrdf, w);
         }
+        if (const Ref w = total([](Closure k) { return k == Closure::Ambient; }); w != None)
+            output("ambient", -1, grid::LobeId::LambertBrdf, w, Special::Ambient);
         int count = 0;
         Ref rest = None, rest_roughness = None; // more than a material has room for: one lobe together
         for (const auto& [site, var] : m_terms.weights) {
@@ -101,6 +103,7 @@ class Lobes {
     }
 
   private:
+    enum class Special { None, Presence, Ambient }; // of no lobe
     // Glossy lobes: a material has 16 lobes and 32 nodes, add nodes among them.
     static constexpr int MaxGlossy = 12;
 
@@ -198,13 +201,15 @@ class Lobes {
         return false;
     }
 
-    void output(const std::string& node, int input, grid::LobeId lobe, Ref value, bool presence = false) {
+    void output(const std::string& node, int input, grid::LobeId lobe, Ref value,
+                Special special = Special::None) {
+        const bool presence = special == Special::Presence;
         const Ty ty = m_b.at(value).ty;
         const int var = m_b.var(presence ? "presence" : node, ty, {});
         m_b.declare(var);
         m_b.store(var, value, {});
         m_stage.outputs.push_back({Output::Slot, var, int(m_program.channels.size())});
-        m_program.channels.push_back({node, input, lobe, presence, ty});
+        m_program.channels.push_back({node, input, lobe, presence, special == Special::Ambient, ty});
     }
 
     void glossy(const std::string& node, Ref weight, Ref roughness) {

@@ -26,7 +26,7 @@ int Lower::channel(const std::string& node, int input, grid::LobeId lobe, Ty ty,
     const std::string key = node + '\0' + std::to_string(input) + (presence ? "p" : "");
     const auto [it, fresh] = m_channels.try_emplace(key, int(m_program.channels.size()));
     if (fresh)
-        m_program.channels.push_back({node, input, lobe, presence, ty});
+        m_program.channels.push_back({node, input, lobe, presence, false, ty});
     const int index = it->second;
     if (!m_channel_vars.count(index)) {
         const int var = m_b.var(presence ? "presence" : node, ty, at);

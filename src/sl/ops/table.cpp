@@ -69,7 +69,8 @@ const Row table[] = {
     rsl(M, "T round(T x)", "return floor(x + 0.5);", "nearest whole number"),
     prim(M, "T min(T a, T b, ...)", Op::Min, "smallest of the arguments, component by component"),
     prim(M, "T max(T a, T b, ...)", Op::Max, "largest of the arguments, component by component"),
-    rsl(M, "T clamp(T x, T low, T high)", "return min(max(x, low), high);", "x limited to [low, high]"),
+    rsl(M, "T clamp(T x, T low, T high)", "return max(min(x, high), low);",
+        "x limited to [low, high]; low, if that is above high"),
     rsl(M, "T mix(T a, T b, float t)", "return a * (1 - t) + b * t;", "linear interpolation from a to b"),
     rsl(M, "color mix(color a, color b, color t)", "return a * (color(1) - t) + b * t;"),
     rsl(M, "V mix(V a, V b, V t)", "return a * (V(1) - t) + b * t;"),
@@ -366,7 +367,7 @@ const Row table[] = {
     // ---- light: what becomes of it in a surface's material
     // ----------------------------------------------------------------------------------------------
     closure("color ambient(...)", Closure::Ambient,
-            "light of ambient sources: a Lambert lobe, dropped beside diffuse()"),
+            "light of ambient sources, without shadows; seen by the camera and in mirrors"),
     closure("color diffuse(normal n, ...)", Closure::Diffuse, "a Lambert lobe"),
     closure("color specular(normal n, vector v, float roughness, ...)", Closure::Specular,
             "a glossy lobe; the roughness is the inverse of Blinn's exponent"),
@@ -393,14 +394,14 @@ const Row table[] = {
     // Light that transport finds; a surface adds none to it.
     rsl(L, "float occlusion(point p, normal n, ...)", "return 0;", "0: transport occludes"),
     rsl(L, "float occlusion(string file, point p, normal n, ...)", "return 0;"),
-    closure("color indirectdiffuse(...)", Closure::Ambient,
-            "as ambient(): transport finds indirect light by the Lambert lobe of diffuse(), or else by one "
-            "of its own"),
-    closure("color indirect(...)", Closure::Ambient, "as indirectdiffuse()"),
-    closure("color irradiance(...)", Closure::Ambient, "as indirectdiffuse()"),
-    closure("color photonmap(string file, ...)", Closure::Ambient,
+    closure("color indirectdiffuse(...)", Closure::Indirect,
+            "nothing: transport finds indirect light by the Lambert lobe of diffuse(), or else by one of its "
+            "own"),
+    closure("color indirect(...)", Closure::Indirect, "as indirectdiffuse()"),
+    closure("color irradiance(...)", Closure::Indirect, "as indirectdiffuse()"),
+    closure("color photonmap(string file, ...)", Closure::Indirect,
             "as indirectdiffuse(): transport finds caustics"),
-    closure("color caustic(...)", Closure::Ambient, "as indirectdiffuse(): transport finds caustics"),
+    closure("color caustic(...)", Closure::Indirect, "as indirectdiffuse(): transport finds caustics"),
     rsl(L, "color transmission(point from, point to, ...)", "return color(1);",
         "1: transport traces what lies between"),
     rsl(L, "color visibility(point from, point to, ...)", "return color(1);", "1, as transmission()"),

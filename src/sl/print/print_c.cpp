@@ -54,6 +54,8 @@ std::string channel_name(const Program& program, int channel) {
     const Channel& c = program.channels[size_t(channel)];
     if (c.presence)
         return "presence";
+    if (c.ambient)
+        return "ambient";
     return c.node + "." +
            (c.input < 0 ? "weight" : std::string(grid::lobe(c.lobe).inputs[size_t(c.input)].name));
 }
