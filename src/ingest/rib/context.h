@@ -149,6 +149,7 @@ class Context {
     void complete();
     void restore(Block& block);
     bool writes_depth_only() const;
+    void choose_camera(const Location& where);
 
     scene::Scene m_scene;
     FrameChoice m_frame_choice;

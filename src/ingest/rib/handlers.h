@@ -23,7 +23,7 @@ void declare(Context&, Call&), frame_begin(Context&, Call&), frame_end(Context&,
     archive_end(Context&, Call&), if_begin(Context&, Call&), else_if(Context&, Call&),
     else_branch(Context&, Call&), if_end(Context&, Call&), error_handler(Context&, Call&),
     resource_begin(Context&, Call&), resource_end(Context&, Call&), resource(Context&, Call&),
-    edit_begin(Context&, Call&);
+    edit_begin(Context&, Call&), system_command(Context&, Call&);
 
 // handlers_options.cpp
 void format(Context&, Call&), frame_aspect_ratio(Context&, Call&), screen_window(Context&, Call&),
@@ -31,9 +31,10 @@ void format(Context&, Call&), frame_aspect_ratio(Context&, Call&), screen_window
     depth_of_field(Context&, Call&), shutter(Context&, Call&), pixel_samples(Context&, Call&),
     pixel_filter(Context&, Call&), exposure(Context&, Call&), imager(Context&, Call&),
     quantize(Context&, Call&), display(Context&, Call&), display_channel(Context&, Call&),
-    hider(Context&, Call&), color_samples(Context&, Call&), relative_detail(Context&, Call&),
-    pixel_variance(Context&, Call&), option(Context&, Call&), make_texture(Context&, Call&),
-    make_latlong_environment(Context&, Call&), make_cube_face_environment(Context&, Call&);
+    hider(Context&, Call&), camera(Context&, Call&), color_samples(Context&, Call&),
+    relative_detail(Context&, Call&), pixel_variance(Context&, Call&), option(Context&, Call&),
+    make_texture(Context&, Call&), make_latlong_environment(Context&, Call&),
+    make_cube_face_environment(Context&, Call&);
 
 // handlers_attributes.cpp
 void color(Context&, Call&), opacity(Context&, Call&), texture_coordinates(Context&, Call&),

@@ -254,6 +254,22 @@ void hider(Context& c, Call& call) {
     }
 }
 
+// The state of the camera as it is now, under a name. Its parameters are those of the state, which stays the
+// camera if nobody names another.
+void camera(Context& c, Call& call) {
+    for (const Value& v : call.params.values) {
+        if (camera_option(c, v))
+            continue;
+        c.reports.once(
+            Severity::Warning, "Camera " + v.name, v.where,
+            "Camera: \"" + v.name +
+                "\" has no counterpart and was left out; there are shutteropening, aperture and "
+                "dofaspect, and the requests Projection, Clipping, DepthOfField, Shutter before it");
+    }
+    c.options.cameras[call.text(0)] = {c.options.camera, c.options.frame_aspect_ratio, c.ctm, c.ctm_keys,
+                                       c.options.options.shutter_opening};
+}
+
 void color_samples(Context& c, Call& call) {
     const auto& n_rgb = call.args[0].floats;
     const size_t n = n_rgb.size() / 3;

@@ -290,7 +290,7 @@ TEST(RibErrors, MissingRequestsAreNamedOnce) {
                          "Sphere 1 -1 1 360"));
     EXPECT_EQ(r.messages().size(), 2u) << r.all_messages();
     EXPECT_TRUE(r.says("warning 3:1 Deformation is not supported"));
-    EXPECT_TRUE(r.says("warning 5:1 System is not supported"));
+    EXPECT_TRUE(r.says("warning 5:1 System \"ls\" was not run"));
 }
 
 // ---- binary -----------------------------------------------------------------------------------------

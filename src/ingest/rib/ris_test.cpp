@@ -1,5 +1,7 @@
 // Requests of later renderers: Bxdf, Light, layers, resources, edits, error handlers.
 
+#include <filesystem>
+
 #include "ingest/rib/test_support.h"
 #include "scene/layers.h"
 
@@ -164,6 +166,58 @@ TEST(Ris, MatricesWithRoundingErrorsAreAffine) {
     EXPECT_EQ(last[3], 1);
     EXPECT_TRUE(
         Parsed(world("ConcatTransform [1 0 0 .01 0 1 0 0 0 0 1 0 0 0 3 1]" + Ball)).says("projective"));
+}
+
+TEST(Ris, ShadersOfVolumePrimitivesAreOurs) {
+    const Parsed p(world("VPSurface \"metal\" VPAtmosphere \"fog\" VPInterior \"smoke\"" + Ball));
+    EXPECT_EQ(surface(p).name, "metal");
+    EXPECT_EQ(p.primitive(0).attributes->atmosphere->name, "fog");
+    EXPECT_EQ(p.primitive(0).attributes->interior->name, "smoke");
+}
+
+TEST(Cameras, TheStateAtWorldBeginUnlessADisplayNamesAnother) {
+    const std::string two = "TransformBegin Projection \"perspective\" \"fov\" 30 Translate -1 0 5 "
+                            "Camera \"left\" \"float[2] shutteropening\" [.2 .8] TransformEnd\n"
+                            "Projection \"orthographic\" Translate 1 0 5 CoordinateSystem \"rig\" "
+                            "Camera \"right\" \"float[2] shutteropening\" [0 1] \"float zoom\" 2\n";
+    const auto at = [](const Parsed& p) { return p.scene.camera.camera_from_world.point({0, 0, 0}); };
+    const Parsed plain(two + "WorldBegin" + Ball + "WorldEnd");
+    expect_point(at(plain), 1, 0, 5);
+    EXPECT_EQ(plain.scene.camera.projection, scene::Camera::Projection::Orthographic);
+    EXPECT_TRUE(plain.says("Camera: \"zoom\" has no counterpart"));
+
+    for (const std::string choice : {"Display \"a.exr\" \"openexr\" \"rgb\" \"string camera\" [\"left\"]\n",
+                                     "Hider \"raytrace\" \"string camera\" [\"left\"]\n"}) {
+        const Parsed p(two + choice + "WorldBegin" + Ball + "WorldEnd");
+        expect_point(at(p), -1, 0, 5);
+        EXPECT_EQ(p.scene.camera.projection, scene::Camera::Projection::Perspective);
+        EXPECT_EQ(p.scene.camera.fov, 30);
+        EXPECT_EQ(p.scene.options.shutter_opening, (std::vector<float>{.2f, .8f}));
+        // What was declared before the world stays where it was declared.
+        expect_point(p.scene.coordinate_systems.at("rig").point({0, 0, 0}), 0, 0, 0);
+        expect_point(p.scene.coordinate_systems.at("camera").point({0, 0, 0}), 1, 0, -5);
+    }
+    const Parsed none(two +
+                      "Display \"a.exr\" \"openexr\" \"rgb\" \"string camera\" [\"top\"]\n"
+                      "Display \"+b.exr\" \"openexr\" \"z\" \"string camera\" [\"left\"]\n" +
+                      "WorldBegin" + Ball + "WorldEnd");
+    expect_point(at(none), 1, 0, 5);
+    EXPECT_TRUE(none.says("there is no Camera \"top\", which a display names; there are left, right"));
+    EXPECT_TRUE(none.says("the display \"b.exr\" names the camera \"left\""));
+}
+
+TEST(Commands, RunWhereTheyAreAllowed) {
+    const std::string file = testing::TempDir() + "/kanuka_system_ran";
+    const std::string scene = "System \"touch '" + file + "'\"\nSystem \"exit 3\"\n" + world(Ball);
+    std::filesystem::remove(file);
+    const Parsed no(scene);
+    EXPECT_FALSE(std::filesystem::exists(file));
+    EXPECT_TRUE(no.says("was not run: a scene may run commands only if who reads it allows it"));
+    const Parsed yes(scene, {.run_system = true});
+    EXPECT_TRUE(std::filesystem::exists(file));
+    EXPECT_EQ(yes.messages().size(), 1u) << yes.all_messages();
+    EXPECT_TRUE(yes.says("System \"exit 3\" ended with status 3"));
+    std::filesystem::remove(file);
 }
 
 TEST(Layers, AllRunBeforeTheLast) {
