@@ -2,6 +2,8 @@
 // number and type.
 #pragma once
 
+#include <optional>
+
 namespace kanuka::scene {
 struct ShaderRef;
 }
@@ -48,16 +50,24 @@ void color(Context&, Call&), opacity(Context&, Call&), texture_coordinates(Conte
 // handlers_transform.cpp
 void identity(Context&, Call&), transform(Context&, Call&), concat_transform(Context&, Call&),
     perspective(Context&, Call&), translate(Context&, Call&), rotate(Context&, Call&), scale(Context&, Call&),
-    skew(Context&, Call&), coordinate_system(Context&, Call&), coord_sys_transform(Context&, Call&);
+    skew(Context&, Call&), coordinate_system(Context&, Call&), scoped_coordinate_system(Context&, Call&),
+    coord_sys_transform(Context&, Call&);
+
+// handlers_layers.cpp
+void shader_layer(Context&, Call&), connect_shader_layers(Context&, Call&), deformation(Context&, Call&);
+// What displaces from here on, after the Deformations in force; none = these alone.
+void put_displacement(Context&, std::optional<scene::ShaderRef>&&);
 
 // handlers_ris.cpp
-void shader_layer(Context&, Call&), connect_shader_layers(Context&, Call&), integrator(Context&, Call&),
-    bxdf(Context&, Call&), pattern(Context&, Call&), ris_light(Context&, Call&),
-    display_filter(Context&, Call&);
+void integrator(Context&, Call&), bxdf(Context&, Call&), displace(Context&, Call&), pattern(Context&, Call&),
+    ris_light(Context&, Call&), display_filter(Context&, Call&);
 // Area lights of RenderMan 19 and 20: makes their parameters ours; does nothing to others.
 void shaped_light(scene::ShaderRef& light);
 // A shape that is the area light in force itself ("rectlight", "envsphere", …); false = it is none.
 bool light_geometry(Context&, const Call&);
+
+// handlers_light_filters.cpp
+void light_filter(Context&, Call&), enable_light_filter(Context&, Call&);
 
 // handlers_geometry.cpp, handlers_patches.cpp
 void polygon(Context&, Call&), general_polygon(Context&, Call&), points_polygons(Context&, Call&),

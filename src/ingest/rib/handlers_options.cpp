@@ -171,6 +171,12 @@ void pixel_filter(Context& c, Call& call) {
         return out_of_range(c, call, "there is no filter \"" + name + "\" (there are " + names + ")");
     }
     c.options.options.filter = name;
+    Value asked; // where, for who finds no table
+    asked.name = "pixelfilter:name";
+    asked.type = scene::Type::String;
+    asked.strings = std::vector<std::string>{name};
+    asked.where = call.where;
+    c.options.options.user.set(std::move(asked));
     c.options.options.filter_width[0] = call.f(1);
     c.options.options.filter_width[1] = call.f(2);
 }
@@ -278,10 +284,6 @@ void color_samples(Context& c, Call& call) {
     if (!c.finite(call, 2))
         return;
     c.options.rgb_from_samples = n_rgb;
-    if (n != 3)
-        c.reports.once(Severity::Warning, "ColorSamples", call.where,
-                       "ColorSamples with " + std::to_string(n) +
-                           " components is applied to Color and Opacity; colours among parameters stay RGB");
 }
 
 void relative_detail(Context& c, Call& call) {

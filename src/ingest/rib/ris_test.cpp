@@ -168,6 +168,85 @@ TEST(Ris, MatricesWithRoundingErrorsAreAffine) {
         Parsed(world("ConcatTransform [1 0 0 .01 0 1 0 0 0 0 1 0 0 0 3 1]" + Ball)).says("projective"));
 }
 
+TEST(Ris, DisplaceIsADisplacement) {
+    const Parsed p(
+        world("Pattern \"PxrFractal\" \"f\"\n"
+              "Displace \"PxrDisplace\" \"d\" \"float dispAmount\" .1 \"reference float dispScalar\" "
+              "[\"f:resultF\"] \"reference vector dispVector\" [\"none:resultXYZ\"] \"int trace\" 1" +
+              Ball +
+              "Displace \"own\" \"d\" \"string file\" [\"a:b.tx\"] \"reference float k\" "
+              "[\"f:resultF\"]" +
+              Ball + "Displace \"null\" \"d\"" + Ball));
+    const scene::ShaderRef& d = *p.primitive(0).attributes->displacement;
+    EXPECT_EQ(d.name, "PxrDisplace");
+    EXPECT_FLOAT_EQ(d.parameters.get_float("dispAmount", 0), .1f);
+    EXPECT_EQ(scene::layers(d), (std::vector<std::string>{"f"}));
+    ASSERT_TRUE(d.parameters.find(":dispScalar"));
+    EXPECT_TRUE(scene::is_connection(*d.parameters.find(":dispScalar")));
+    EXPECT_FALSE(d.parameters.find("dispScalar"));
+    EXPECT_FALSE(d.parameters.find("dispVector"));
+    EXPECT_TRUE(p.says("\"dispVector\" is fed by \"none:resultXYZ\""));
+    EXPECT_TRUE(p.says("Displace \"PxrDisplace\" has no \"trace\" here"));
+    const scene::ShaderRef& own = *p.primitive(1).attributes->displacement;
+    EXPECT_EQ(own.parameters.get_string("file", ""), "a:b.tx");
+    EXPECT_TRUE(own.parameters.find(":k"));
+    EXPECT_FALSE(p.primitive(2).attributes->displacement);
+}
+
+TEST(Deformations, RunBeforeTheDisplacement) {
+    const auto order = [](const Parsed& p, size_t i) { // all that run, in order
+        std::string names;
+        const auto& d = p.primitive(i).attributes->displacement;
+        if (!d)
+            return names;
+        for (const std::string& handle : scene::layers(*d))
+            for (const scene::ShaderRef& layer : d->coshaders)
+                if (layer.handle == handle)
+                    names += layer.name + " ";
+        return names + d->name;
+    };
+    const Parsed p(world("Deformation \"twist\"" + Ball + "Displacement \"bumpy\"" + Ball +
+                         "Deformation \"bend\"" + Ball + "Displacement \"dented\"" + Ball +
+                         "ShaderLayer \"displacement\" \"low\" \"l\" "
+                         "ShaderLayer \"displacement\" \"high\" \"h\"" +
+                         Ball + "Displacement \"null\"" + Ball + "Deformation \"roll\"" + Ball +
+                         "Deformation \"null\"" + Ball));
+    EXPECT_SILENT(p);
+    EXPECT_EQ(order(p, 0), "twist");
+    EXPECT_EQ(order(p, 1), "twist bumpy");
+    EXPECT_EQ(order(p, 2), "bend twist bumpy"); // the newest is nearest to the object
+    EXPECT_EQ(order(p, 3), "bend twist dented");
+    EXPECT_EQ(order(p, 4), "bend twist low high");
+    EXPECT_EQ(order(p, 5), "bend twist");
+    EXPECT_EQ(order(p, 6), "roll bend twist");
+    EXPECT_EQ(order(p, 7), "");
+}
+
+TEST(LightFilters, FactorsAreOnTheirLights) {
+    const Parsed p(
+        world("LightFilter \"PxrIntMultLightFilter\" \"half\" \"float intensity\" 2 \"float exposure\" -2 "
+              "\"float density\" 1\n"
+              "LightFilter \"PxrIntMultLightFilter\" \"red\" \"color tint\" [1 0 0]\n"
+              "LightFilter \"PxrBarnLightFilter\" \"barn\"\n"
+              "Light \"PxrRectLight\" \"a\" \"color lightColor\" [1 1 .5] Light \"PxrDomeLight\" \"b\"\n"
+              "EnableLightFilter \"a\" \"half\" 1 EnableLightFilter \"a\" \"half\" 1 EnableLightFilter \"a\" "
+              "\"red\" 1 "
+              "EnableLightFilter \"a\" \"barn\" 1 EnableLightFilter \"b\" \"half\" 1 EnableLightFilter \"b\" "
+              "\"half\" 0\n"
+              "EnableLightFilter \"c\" \"half\" 1 EnableLightFilter \"a\" \"gone\" 1\n"
+              "Light \"PxrMeshLight\" \"m\" EnableLightFilter \"m\" \"half\" 1" +
+              Ball));
+    ASSERT_EQ(p.scene.light_shaders.size(), 2u);
+    EXPECT_EQ(p.scene.light_shaders[0].parameters.get_color("lightcolor", Rgb(0)), Rgb(.5f, 0, 0));
+    EXPECT_EQ(p.scene.light_shaders[1].parameters.get_color("lightcolor", Rgb(0)), Rgb(1, 1, 1));
+    EXPECT_EQ(p.primitive(0).attributes->area_light->parameters.get_color("lightcolor", Rgb(0)), Rgb(.5f));
+    EXPECT_TRUE(p.says("there is no counterpart of density")) << p.all_messages();
+    EXPECT_TRUE(p.says("LightFilter \"PxrBarnLightFilter\" has no counterpart, its lights shine without it"));
+    EXPECT_TRUE(p.says("EnableLightFilter \"c\": no light in force has this handle"));
+    EXPECT_TRUE(p.says("there is no LightFilter \"gone\" before it"));
+    EXPECT_EQ(p.messages().size(), 4u) << p.all_messages();
+}
+
 TEST(Ris, ShadersOfVolumePrimitivesAreOurs) {
     const Parsed p(world("VPSurface \"metal\" VPAtmosphere \"fog\" VPInterior \"smoke\"" + Ball));
     EXPECT_EQ(surface(p).name, "metal");
@@ -284,7 +363,7 @@ TEST(ErrorHandler, Modes) {
     EXPECT_EQ(Parsed(world("ErrorHandler \"ignore\" Sphere 1" + Ball)).journal.error_count(), 0u);
     EXPECT_EQ(Parsed(world("ErrorHandler \"print\" Sphere 1" + Ball)).journal.error_count(), 1u);
     EXPECT_THROW(Parsed(world("ErrorHandler \"abort\" Sphere 1" + Ball)), Error);
-    EXPECT_NO_THROW(Parsed(world("ErrorHandler \"abort\" Deformation \"x\"" + Ball))); // well written
+    EXPECT_NO_THROW(Parsed(world("ErrorHandler \"abort\" System \"ls\"" + Ball))); // well written
     EXPECT_TRUE(Parsed(world("ErrorHandler \"shout\"")).says("must be print, ignore or abort"));
 }
 

@@ -112,6 +112,7 @@ void Context::begin_world(const Location& where) {
         // reported below, or of no matter
     }
     choose_camera(where);
+    mend_means();
     m_camera_from_world = ctm;
     Transform world_from_camera;
     try {
