@@ -9,10 +9,10 @@ displacement PxrDisplace(
 )
 {
     if (enabled != 0) {
-        if (modelDispVector . modelDispVector > 0) {
-            P += vtransform("object", "current", modelDispVector);
-            N = calculatenormal(P);
-        }
+        P += vtransform("object", "current", modelDispVector);
+        normal moved = calculatenormal(P);
+        if (modelDispVector . modelDispVector > 0)
+            N = moved; // else the normal stays as smooth as it was
         normal n = normalize(ntransform("object", N));
         P += dispAmount * vtransform("object", "current", dispScalar * vector(n) + dispVector);
         N = calculatenormal(P);

@@ -138,10 +138,15 @@ void Context::motion_sample(Call& call) {
         return;
     }
     if (!is_transformation(*call.spec)) {
-        if (call.spec->scopes & InOuter)
+        constexpr size_t Most = 10'000; // kilobytes each, in a broken file
+        if (!(call.spec->scopes & InOuter))
+            call.spec->handler(*this, call);
+        else if (m_motion.samples.size() < Most)
             m_motion.samples.push_back(call);
         else
-            call.spec->handler(*this, call);
+            reports.once(Severity::Warning, "motion samples", call.where,
+                         std::string(call.spec->name) + ": of the motion block at " + m_motion.where.str() +
+                             " the first " + std::to_string(Most) + " samples count");
         return;
     }
     // The request's own matrix: what it makes of the identity.

@@ -132,11 +132,14 @@ void Context::finish_mean(std::vector<double> times, std::vector<Call> samples) 
                    "time");
     std::vector<double> weights = weights_of(times);
     Call call = mean_call(samples, weights);
-    if (!m_in_world && samples.size() > 1) // the shutter may still change
+    constexpr size_t Most = 1000;
+    const bool keep =
+        !m_in_world && samples.size() > 1 && m_means.size() < Most; // the shutter may still change
+    if (keep)
         m_means.push_back({std::move(times), std::move(samples), weights, attributes.shared->color,
                            attributes.shared->opacity});
     call.spec->handler(*this, call);
-    if (!m_means.empty()) {
+    if (keep) {
         m_means.back().color = attributes.shared->color;
         m_means.back().opacity = attributes.shared->opacity;
     }
