@@ -233,6 +233,26 @@ Displace "PxrDisplace" "d" "float dispAmount" 0.5 "reference float dispScalar" [
     np.testing.assert_allclose(np.abs(picture["Z"].mean(axis=0) - 2), 2 * rises, atol=0.04)
 
 
+@pytest.mark.parametrize(
+    ("mode", "low", "high"), [("1", 0, 0.5), ("2", -0.25, 0.5), ("3", -0.25, 0.5)], ids=["none", "centred", "mixed"]
+)
+def test_heights_are_brought_into_range(folder: Path, mode: str, low: float, high: float) -> None:
+    body = f"""Surface "constant"
+Pattern "halves" "h"
+Pattern "PxrDispTransform" "t" "reference float dispScalar" ["h:h"] "int dispRemapMode" [{mode}] "float dispDepth" 0.5
+    "float dispHeight" 1
+Displace "PxrDisplace" "d" "float dispAmount" 0.5 "reference float dispScalar" ["t:resultF"]
+"""
+    picture, said = render(folder, body)
+    assert not said
+    along = (np.arange(16) + 0.5) / 16
+    ramp = low + (high - low) * along
+    if mode == "2":
+        ramp = np.where(along > 0.5, 0.5 * (2 * along - 1), 0.25 * (2 * along - 1))
+    rises = 2 - picture["Z"].mean(axis=0)
+    np.testing.assert_allclose(rises if abs(rises[-1] - 0.5) < 0.1 else -rises, ramp, atol=0.025)
+
+
 def test_deformations_come_first(folder: Path) -> None:
     body = 'Surface "constant"\nDeformation "away" "float far" 1\n'
     picture, said = render(folder, body)
