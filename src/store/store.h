@@ -93,6 +93,21 @@ struct EmissionShape {
     }
 };
 
+// How thick an interior is here and there: values on a lattice over a box, or over the body of a shape within
+// it; none outside.
+struct DensityField {
+    enum Shape : int32_t {
+        Box,
+        Ellipsoid,
+        Cylinder,
+        Cone
+    }; // the last two along z, the cone's tip at its end
+    Shape shape = Box;
+    std::array<int, 3> size{1, 1, 1};         // of the lattice; x runs fastest
+    std::array<float, 12> unit_from_render{}; // the box is [0, 1]^3 there
+    std::vector<float> density;               // factors from 0 to 1 of the interior's amounts
+};
+
 struct Interior {
     float ior = 1.5f, priority = 0;
     std::array<float, 4> absorption_spectrum{}; // uplift of sigma_a / scale: c0 c1 c2 scale, 1/m
@@ -100,6 +115,7 @@ struct Interior {
     bool absorbs = false, scatters = false;
     grid::LobeId phase = grid::LobeId::HenyeyGreensteinPfrgb;
     std::array<float, grid::Interior::MaxPhaseInputs> phase_inputs{};
+    std::shared_ptr<const DensityField> field; // null = the same everywhere
     bool operator==(const Interior&) const = default;
 };
 

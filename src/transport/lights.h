@@ -545,8 +545,8 @@ void meet_light(const SceneView& scene, BatchState& batch, const PathState& path
         const Spectrum<W> arriving = light_arriving(scene, light, o, point.place, l.data(), met);
         if (scene.media) {
             Carried<W> carried{spectrum_of(ray, PathState::Beta), ratios_of(scene, paths, slot), before};
-            carried.survive(MediumLanes<W>(scene, bitcast_int(ray[PathState::Interior]), l.data()),
-                            point.distance - gather(paths.start, slot), met);
+            survive(scene, batch, ray, MediumLanes<W>(scene, bitcast_int(ray[PathState::Interior]), l.data()),
+                    gather(paths.start, slot), point.distance, bounce, carried, met);
             const F weight = F(1.0f) / fma(carried.mis, density, carried.ratios());
             add_radiance(batch, path, carried.beta * arriving * weight, met);
             continue;

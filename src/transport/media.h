@@ -1,40 +1,11 @@
-// Media: what a path is in, and what that does to its light on the way. Interiors are homogeneous; where they
-// overlap, the one of the highest priority is there, and boundaries of the others are not (Schmidt and Budge
-// 2002, Simple Nested Dielectrics in Ray Traced Images). Used in scenes where SceneView::media is set, alone.
+// Media: what a path is in, and what that does to its light on the way. Where interiors overlap, the one of
+// the highest priority is there, and boundaries of the others are not (Schmidt and Budge 2002, Simple Nested
+// Dielectrics in Ray Traced Images). Used in scenes where SceneView::media is set, alone.
 #pragma once
 
-#include "base/lanes_math.h"
-#include "base/sampling.h"
-#include "transport/light_environment.h"
+#include "transport/fields.h"
 
 namespace kanuka::transport {
-
-// What SceneView knows of each lane's medium; -1 = nothing is there.
-template <int W>
-struct MediumLanes {
-    Spectrum<W> absorption, scattering; // 1/m
-    Float<W> ior;
-    Mask<W> scatters;
-
-    MediumLanes(const SceneView& scene, Int<W> medium, const Float<W> l[Wavelengths]) {
-        using R = MediumRow;
-        const auto row = load_rows<R::Fields>(scene.media_rows.data(), (medium + Int<W>(1)) << R::Shift);
-        const auto amount = [&](size_t at) {
-            return bsdf::sigmoid_spectrum(row[at], row[at + 1], row[at + 2], l) * row[at + 3];
-        };
-        absorption = amount(R::Absorption);
-        scattering = amount(R::Scattering);
-        const Float<W> power = row[R::Angstrom];
-        if (any(power > Float<W>(0.0f)))
-            for (int k = 0; k < Wavelengths; k++)
-                scattering[k] =
-                    scattering[k] *
-                    exp2(power * log2(Float<W>(550.0f) / fma(l[k], Float<W>(470.0f), Float<W>(360.0f))));
-        ior = row[R::Ior];
-        scatters = row[R::Scatters] > Float<W>(0.0f);
-    }
-    Float<W> extinction(int i) const { return absorption[i] + scattering[i]; }
-};
 
 // The media around a place, the one that is there first: by priority; of equals, the one entered last. The
 // same one may be there several times: objects of one medium that overlap are one body.
@@ -168,6 +139,14 @@ struct Carried {
         }
         mis = select(drawn, mis * exp(min(hero * s, F(80.0f))), mis);
     }
+    // The same where it is thicker here than there.
+    void survive(const Nulls<W>& nulls, Mask<W> m) {
+        for (int i = 0; i < Wavelengths; i++) {
+            beta[i] = select(m, beta[i] * nulls.change[i], beta[i]);
+            ratio[i] = select(m, ratio[i] * nulls.change[i], ratio[i]);
+        }
+        mis = select(m, mis * nulls.mis, mis);
+    }
     // And met a particle there, the density of which is sigma_t more; what is absorbed is weighed.
     void scatter(const MediumLanes<W>& medium, Mask<W> m) {
         const Float<W> inv = Float<W>(1.0f) / max(medium.extinction(0), Float<W>(1e-30f));
@@ -201,20 +180,58 @@ template <int W>
         return far;
     const auto l = load_rows<4>(batch.l, bitcast_int(ray[PathState::Path]) << 2);
     const MediumLanes<W> medium(scene, at, l.data());
-    if (!any(medium.scatters))
+    const Mask<W> drawn = medium.scatters & (medium.field < Int<W>(0));
+    if (!any(drawn))
         return far;
     const Sampler<W> sampler{bitcast_int(ray[PathState::PixelHash]), batch.reversed_progression};
     F u, unused;
     sampler.sample_2d(medium_dimension(bounce), u, unused);
     const F depth = log2(F(1.0f) - u) * F(-0.693147181f);
     const F hero = medium.extinction(0);
-    return select(medium.scatters & (hero > F(0.0f)), min(start + depth / max(hero, F(1e-30f)), far), far);
+    return select(drawn & (hero > F(0.0f)), min(start + depth / max(hero, F(1e-30f)), far), far);
+}
+
+// The medium with a field that a path is in, on its way.
+template <int W>
+Nulls<W> pass_field(const SceneView& scene, const BatchState& batch, const Row<W, PathState::Fields>& ray,
+                    const MediumLanes<W>& medium, Float<W> start, Float<W> T, int bounce, Mask<W> m) {
+    const Int<W> of_path = bitcast_int(ray[PathState::PixelHash]) ^
+                           Int<W>(int(uint32_t(medium_dimension(bounce)) * 0x85ebca6bu));
+    return pass_particles(scene, medium, vector_of(ray, PathState::Origin),
+                          vector_of(ray, PathState::Direction), start, T,
+                          way_seed(of_path, batch.reversed_progression), m);
+}
+
+// Where before T each path meets a particle of a medium with a field; far = nowhere.
+template <int W>
+[[gnu::noinline]] Float<W> field_path(const SceneView& scene, const BatchState& batch, const PathState& paths,
+                                      Int<W> slot, Float<W> T, int bounce, Mask<W> m) {
+    const auto ray = load_rows<PathState::Fields>(paths.row, slot << 4);
+    const Int<W> at = bitcast_int(ray[PathState::Interior]);
+    const auto l = load_rows<4>(batch.l, bitcast_int(ray[PathState::Path]) << 2);
+    const MediumLanes<W> medium(scene, at, l.data());
+    m &= (at >= Int<W>(0)) & (medium.field >= Int<W>(0));
+    if (!any(m))
+        return Float<W>(1e30f);
+    return pass_field(scene, batch, ray, medium, gather(paths.start, slot), T, bounce, m).reach;
+}
+
+// What the way from its start to t did to a path that no particle has stopped.
+template <int W>
+void survive(const SceneView& scene, const BatchState& batch, const Row<W, PathState::Fields>& ray,
+             const MediumLanes<W>& medium, Float<W> start, Float<W> t, int bounce, Carried<W>& carried,
+             Mask<W> m) {
+    const Mask<W> thickness_varies = m & (medium.field >= Int<W>(0));
+    carried.survive(medium, max(t - start, Float<W>(0.0f)), m & !thickness_varies);
+    if (any(thickness_varies))
+        carried.survive(pass_field(scene, batch, ray, medium, start, t, bounce, thickness_varies),
+                        thickness_varies);
 }
 
 // Paths in media that scatter have gone to T, where they met a surface, a particle, or nothing.
 template <int W>
 [[gnu::noinline]] void end_flight(const SceneView& scene, const BatchState& batch, PathState& paths,
-                                  Int<W> slot, Float<W> T, Mask<W> m) {
+                                  Int<W> slot, Float<W> T, int bounce, Mask<W> m) {
     auto ray = load_rows<PathState::Fields>(paths.row, slot << 4);
     const auto l = load_rows<4>(batch.l, bitcast_int(ray[PathState::Path]) << 2);
     const MediumLanes<W> medium(scene, bitcast_int(ray[PathState::Interior]), l.data());
@@ -222,7 +239,7 @@ template <int W>
     if (!any(m))
         return;
     Carried<W> carried{spectrum_of(ray, PathState::Beta), ratios_of(scene, paths, slot), ray[PathState::Mis]};
-    carried.survive(medium, max(T - gather(paths.start, slot), Float<W>(0.0f)), m);
+    survive(scene, batch, ray, medium, gather(paths.start, slot), T, bounce, carried, m);
     for (size_t k = 0; k < Wavelengths; k++) {
         ray[PathState::Beta + k] = carried.beta[int(k)];
         scatter(paths.ratio[k], slot, carried.ratio[int(k)], m);

@@ -1,6 +1,7 @@
 #include "transport/media_setup.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "transport/stage_medium.h"
 
@@ -126,6 +127,19 @@ void place_camera(SceneView& view, Journal& journal) {
         view.camera_media[k] = stack.at[k][0];
 }
 
+int32_t add_field(SceneView& view, const store::DensityField& field) {
+    const size_t at = view.fields.size();
+    view.fields.resize(at + FieldRow::Words);
+    float* row = view.fields.data() + at;
+    std::copy(field.unit_from_render.begin(), field.unit_from_render.end(), row);
+    for (size_t c = 0; c < 3; c++)
+        row[FieldRow::SizeX + c] = float(field.size[c]);
+    row[FieldRow::Shape] = float(field.shape);
+    view.fields.insert(view.fields.end(), field.density.begin(), field.density.end());
+    view.fields.resize((view.fields.size() + 3) / 4 * 4);
+    return int32_t(at);
+}
+
 } // namespace
 
 void fill_media(SceneView& view, const store::Store& store, int volume_depth, Journal& journal) {
@@ -134,6 +148,7 @@ void fill_media(SceneView& view, const store::Store& store, int volume_depth, Jo
     view.media_rows.assign(Stride * (store.interiors().size() + 1), 0.0f);
     view.media_rows[MediumRow::Ior] = 1;
     view.media_rows[MediumRow::Priority] = -1e30f; // nothing gives way to everything
+    view.media_rows[MediumRow::Field] = std::bit_cast<float>(-1);
     for (size_t k = 0; k < store.interiors().size(); k++) {
         const store::Interior& from = store.interiors()[k];
         SceneView::Interior to{};
@@ -148,10 +163,12 @@ void fill_media(SceneView& view, const store::Store& store, int volume_depth, Jo
                   row + MediumRow::Scattering);
         row[MediumRow::Ior] = from.ior;
         row[MediumRow::Priority] = std::clamp(from.priority, -1e6f, 1e6f);
-        row[MediumRow::Scatters] = from.scatters ? 1.0f : 0.0f;
+        // Where it is thicker here than there, particles are drawn even if they only absorb.
+        row[MediumRow::Scatters] = from.scatters || from.field ? 1.0f : 0.0f;
+        row[MediumRow::Field] = std::bit_cast<float>(from.field ? add_field(view, *from.field) : -1);
         if (from.phase == LobeId::RayleighPfrgb)
             row[MediumRow::Angstrom] = std::clamp(from.phase_inputs[0], 0.0f, 8.0f);
-        view.scatters |= from.scatters;
+        view.scatters |= from.scatters || from.field;
     }
     if (view.interiors.empty())
         return;

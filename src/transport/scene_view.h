@@ -86,7 +86,8 @@ struct MediumRow {
         Priority = 9,
         Scatters = 10, // 1 or 0
         Angstrom = 11, // scattering goes with (550 nm / wavelength) to this power
-        Fields = 12
+        Field = 12,    // bits of the place in SceneView::fields; -1 = the same everywhere
+        Fields = 16
     };
     static constexpr int Shift = 4; // rows are 16 floats apart
 };
@@ -187,6 +188,7 @@ struct SceneView {
     bool media = false, scatters = false, clear_boundaries = false;
     std::vector<int32_t> clear;
     std::vector<float> media_rows;              // MediumRow, of nothing, then of each interior
+    std::vector<float> fields;                  // see fields.h; empty = all interiors are the same everywhere
     int32_t camera_media[4] = {-1, -1, -1, -1}; // where the camera stands; as MediaStack has it
     int last_step() const { return media ? max_depth + volume_depth : max_depth; }
 };

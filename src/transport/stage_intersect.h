@@ -85,6 +85,12 @@ void intersect(const SceneView& scene, BatchState& batch, PathState& paths, int 
         if (scene.hides)
             rays.camera = select(camera_paths(scene, paths, in_use, bounce), Int<W>(1), Int<W>(0));
         scene.bvh->intersect(rays, hit);
+        if (!scene.fields.empty()) {
+            const Float<W> particle =
+                field_path(scene, batch, paths, in_use, select(hit.hit, hit.t, reach), bounce, rays.active);
+            hit.hit &= !(particle < hit.t);
+            reach = min(reach, particle);
+        }
         const Mask<W> missed = rays.active & !hit.hit, scattered = missed & (reach < Float<W>(1e30f));
         if (scene.scatters)
             hit.t = select(hit.hit, hit.t, reach);
@@ -113,7 +119,7 @@ void intersect(const SceneView& scene, BatchState& batch, PathState& paths, int 
         if (scene.meets_lights())
             meet_lights(scene, batch, paths, in_use, select(hit.hit, hit.t, reach), bounce, rays.active);
         if (scene.scatters)
-            end_flight(scene, batch, paths, in_use, hit.t, rays.active);
+            end_flight(scene, batch, paths, in_use, hit.t, bounce, rays.active);
         const Mask<W> escaped = missed & !scattered;
         if (any(escaped))
             add_environment(scene, batch, paths, in_use, escaped, bounce);

@@ -277,8 +277,15 @@ void occlude_in_media(const SceneView& scene, BatchState& batch, const ShadowSta
                 const F s = max(select(hit.hit, hit.t, far) - rays.t_min, F(0.0f));
                 if (any(rays.active & (media.at[0] >= I(0)))) {
                     const MediumLanes<W> medium(scene, media.at[0], l.data());
+                    const M varies = rays.active & (medium.field >= I(0));
+                    Spectrum<W> left(F(1.0f));
+                    if (any(varies))
+                        left = through_particles(scene, medium, rays.o, rays.d, rays.t_min, rays.t_min + s,
+                                                 way_seed(rays.seed ^ I(int(uint32_t(k) * 0xc2b2ae35u)),
+                                                          batch.reversed_progression),
+                                                 varies);
                     for (int i = 0; i < Wavelengths; i++) {
-                        const F T = exp(-(medium.extinction(i) * s));
+                        const F T = select(varies, left[i], exp(-(medium.extinction(i) * s)));
                         through[i] = select(rays.active, through[i] * T, through[i]);
                         // Directions find the light if no particle is met; those that are absorbed by what
                         // does not scatter get there, and bring less.
