@@ -100,6 +100,13 @@ void deformation(Context& c, Call& call) {
         }
         return;
     }
+    constexpr size_t Most = 64;
+    if (first.size() >= Most) {
+        c.reports.once(Severity::Error, "deformations", call.where,
+                       "Deformation \"" + call.text(0) + "\" was left out: " + std::to_string(Most) +
+                           " are in force; end them by AttributeEnd or Deformation \"null\"");
+        return;
+    }
     ShaderRef newest = c.shader(call, 0);
     newest.handle = std::string(Deforms) + std::to_string(first.size() + 1);
     if (slot && deforms(*slot)) { // nothing but deformations

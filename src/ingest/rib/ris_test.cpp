@@ -220,6 +220,12 @@ TEST(Deformations, RunBeforeTheDisplacement) {
     EXPECT_EQ(order(p, 5), "bend twist");
     EXPECT_EQ(order(p, 6), "roll bend twist");
     EXPECT_EQ(order(p, 7), "");
+    std::string many;
+    for (int i = 0; i < 70; i++)
+        many += "Deformation \"twist\" ";
+    const Parsed deep(world(many + Ball));
+    EXPECT_EQ(scene::layers(*deep.primitive(0).attributes->displacement).size(), 63u);
+    EXPECT_TRUE(deep.says("was left out: 64 are in force"));
 }
 
 TEST(LightFilters, FactorsAreOnTheirLights) {
