@@ -93,6 +93,19 @@ def test_a_filter_of_the_programs_own_makes_the_picture(own: Path, tmp_path: Pat
     assert "must be more than 0; the Gaussian was used" in run(own, "filter", "none.exr", cwd=tmp_path).stderr
 
 
+def test_colours_of_samples_are_as_long_as_they_say(own: Path, tmp_path: Path) -> None:
+    for name in ("c.exr", "c.rib"):
+        result = run(own, "samples", name, cwd=tmp_path)
+        assert (result.returncode, result.stderr) == (0, "")
+    by_c = kanuka.read(tmp_path / "c.exr")["rgb"]
+    ramp = (np.arange(2, 14) + 0.5) / 16  # red on the left, blue on the right
+    inside = by_c[2:-2, 2:-2].mean(axis=0)
+    np.testing.assert_allclose(inside, np.stack([1 - ramp, 0 * ramp, ramp], axis=1), atol=0.03)
+    by_rib = kanuka.render(kanuka.load(tmp_path / "c.rib"))
+    by_rib.write(tmp_path / "rib.exr")
+    assert np.array_equal(by_c, kanuka.read(tmp_path / "rib.exr")["rgb"])
+
+
 def test_textures_are_made_without_a_world(own: Path, tmp_path: Path) -> None:
     ramp = np.tile(np.linspace(0, 1, 64, dtype=np.float32)[:, None, None], (1, 64, 3))
     kanuka.Picture({"rgb": ramp}).write(tmp_path / "ramp.exr")

@@ -140,6 +140,18 @@ def test_options_go_over_the_scene(kanuka_command, ball: Path, tmp_path: Path) -
     assert picture.offset == (32, 0)
 
 
+def test_commands_run_only_where_they_are_allowed(kanuka_command, tmp_path: Path) -> None:
+    made = tmp_path / "made"
+    scene = tmp_path / "scene.rib"
+    scene.write_text(f'Format 8 8 1 System "touch {made}"\nWorldBegin\nSphere 1 -1 1 360\nWorldEnd\n')
+    command = ["render", scene, "-o", tmp_path / "a.exr", "--progressions", "1"]
+    result = kanuka_command(*command)
+    assert "was not run: a scene may run commands only if" in result.stderr
+    assert not made.exists()
+    kanuka_command(*command, "--allow-system")
+    assert made.exists()
+
+
 def test_scene_that_is_not_there(kanuka_command, tmp_path: Path) -> None:
     result = kanuka_command("render", "nowhere.rib")
     assert result.returncode == 4

@@ -169,3 +169,26 @@ def test_a_fisheye_sees_a_disk_and_a_spherical_camera_everything() -> None:
 def test_errors_say_what_would_do(make: object, words: str) -> None:
     with pytest.raises(ValueError, match=words.replace("(", r"\(")):
         make(scene())
+
+
+def test_clipping_planes_move_with_the_camera(tmp_path: Path) -> None:
+    path = tmp_path / "scene.rib"
+    path.write_text(
+        f'Format {SIZE} {SIZE} 1 PixelFilter "box" 1 1 Shutter 0 1 Projection "perspective" "fov" 90\n'
+        "ClippingPlane 0 0 0 1 0 0 MotionBegin [0 1] Translate 0 0 2 Translate 0.7 0 2 MotionEnd\nWorldBegin\n"
+        'Surface "constant" Polygon "P" [-9 -9 0 9 -9 0 9 9 0 -9 9 0]\nWorldEnd\n'
+    )
+    loaded = kanuka.load(path)
+    picture = kanuka.render(loaded, progressions=64, journal=loaded.journal)["alpha"].reshape(SIZE, SIZE)
+    assert not list(loaded.journal)
+    assert (picture[:, : SIZE // 2] == 1).all()
+    assert (picture[:, SIZE // 2 :] == 0).all()
+
+
+def test_a_filter_without_its_table_is_said_where_it_stands(tmp_path: Path) -> None:
+    path = tmp_path / "scene.rib"
+    path.write_text('Format 8 8 1\nPixelFilter "table" 2 2\nWorldBegin\nSphere 1 -1 1 360\nWorldEnd\n')
+    loaded = kanuka.load(path)
+    kanuka.render(loaded, progressions=1, journal=loaded.journal)
+    said = [str(message) for message in loaded.journal]
+    assert any("scene.rib:2:1" in m and 'needs Option "pixelfilter"' in m for m in said), said

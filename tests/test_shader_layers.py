@@ -34,6 +34,23 @@ SHADERS = {
             SetLobe(b, "body", 1.0, LambertBrdf("diffuseReflectance", paint));
         }
     }""",
+    "gives": """surface gives(output uniform string which = ""; output varying float ramp[3] = {0, 0, 0};
+            output uniform float some[] = {}) {
+        which = "yes";
+        ramp[0] = s; ramp[1] = 0.25; ramp[2] = 0.5;
+        push(some, 0.75); push(some, 0.125);
+    }""",
+    "takes": """surface takes(uniform string word = "no"; varying float three[3] = {0, 0, 0};
+            uniform float list[] = {1}; varying float two[2] = {1, 0}) {
+        Oi = 1;
+        if (word == "yes")
+            Ci = color(three[0], three[1] + three[2], list[1]) * diffuse(normalize(N));
+        else
+            Ci = color(two[0], two[1], arraylength(list)) * diffuse(normalize(N));
+    }""",
+    "away": 'transformation away(float far = 1;) { P += far * vtransform("shader", vector (0, 0, 1)); }',
+    "marks": """surface marks() { point p = transform("rig", P); Oi = 1;
+        Ci = color(0.1 * xcomp(p), 0.5, 0.5) * diffuse(normalize(N)); }""",
     "rise": "displacement rise(output varying float up = 0) { up = 0.5 * s; }",
     "push": "displacement push(float amount = 0) { P += amount * normalize(N); }",
 }
@@ -176,3 +193,86 @@ Bxdf "PxrDiffuse" "d" "reference color diffuseColor" ["i:resultRGB"]
     _, said = render(folder, body.replace("PxrInvert", "PxrNoSuch"))
     assert "scene.rib:7:" in said
     assert '"PxrNoSuch" is not found' in said
+
+
+def test_texts_and_arrays_are_handed_on(folder: Path) -> None:
+    body = """ShaderLayer "surface" "gives" "a"
+ShaderLayer "surface" "takes" "b"
+"""
+    connect = """ConnectShaderLayers "surface" "a" "which" "b" "word"
+ConnectShaderLayers "surface" "a" "ramp" "b" "three"
+ConnectShaderLayers "surface" "a" "some" "b" "list"
+"""
+    picture, said = render(folder, body + connect)
+    assert not said
+    ramp = (np.arange(16) + 0.5) / 16
+    albedo = picture["albedo"].mean(axis=0)
+    np.testing.assert_allclose(albedo[:, 0], ramp, atol=0.02)
+    np.testing.assert_allclose(albedo[:, 1], 0.75, atol=5e-3)
+    np.testing.assert_allclose(albedo[:, 2], 0.125, atol=5e-3)
+    picture, said = render(folder, body)
+    np.testing.assert_allclose(picture["albedo"].mean(axis=(0, 1)), (1, 0, 1), atol=5e-3)
+    _, said = render(folder, body + 'ConnectShaderLayers "surface" "a" "ramp" "b" "two"')
+    assert "a float[3] cannot become a float[2]" in said
+    _, said = render(folder, body + 'ConnectShaderLayers "surface" "a" "which" "b" "two"')
+    assert "a string cannot become a float[2]" in said
+
+
+def test_displace_is_fed_by_patterns(folder: Path) -> None:
+    body = """Surface "constant"
+Pattern "rise" "r"
+Displace "PxrDisplace" "d" "float dispAmount" 0.5 "reference float dispScalar" ["r:up"] "vector modelDispVector" [0 0 1]
+"""
+    picture, said = render(folder, body)
+    assert not said
+    depth = picture["Z"].mean(axis=0)
+    rises = (np.arange(16) + 0.5) / 64
+    np.testing.assert_allclose(np.abs(depth - 3), rises, atol=0.02)
+    picture, said = render(folder, "Translate 0 0 -2 Scale 1 1 2 " + body.replace("[0 0 1]", "[0 0 0]"))
+    assert not said  # lengths are the object's: twice as far
+    np.testing.assert_allclose(np.abs(picture["Z"].mean(axis=0) - 2), 2 * rises, atol=0.04)
+
+
+@pytest.mark.parametrize(
+    ("mode", "low", "high"), [("1", 0, 0.5), ("2", -0.25, 0.5), ("3", -0.25, 0.5)], ids=["none", "centred", "mixed"]
+)
+def test_heights_are_brought_into_range(folder: Path, mode: str, low: float, high: float) -> None:
+    body = f"""Surface "constant"
+Pattern "halves" "h"
+Pattern "PxrDispTransform" "t" "reference float dispScalar" ["h:h"] "int dispRemapMode" [{mode}] "float dispDepth" 0.5
+    "float dispHeight" 1
+Displace "PxrDisplace" "d" "float dispAmount" 0.5 "reference float dispScalar" ["t:resultF"]
+"""
+    picture, said = render(folder, body)
+    assert not said
+    along = (np.arange(16) + 0.5) / 16
+    ramp = low + (high - low) * along
+    if mode == "2":
+        ramp = np.where(along > 0.5, 0.5 * (2 * along - 1), 0.25 * (2 * along - 1))
+    rises = 2 - picture["Z"].mean(axis=0)
+    np.testing.assert_allclose(rises if abs(rises[-1] - 0.5) < 0.1 else -rises, ramp, atol=0.025)
+
+
+def test_deformations_come_first(folder: Path) -> None:
+    body = 'Surface "constant"\nDeformation "away" "float far" 1\n'
+    picture, said = render(folder, body)
+    assert not said
+    np.testing.assert_allclose(picture["Z"].mean(), 3, atol=1e-3)
+    picture, said = render(folder, body + 'Displacement "push" "float amount" 0.25 Deformation "away" "float far" 0.5')
+    assert not said
+    np.testing.assert_allclose(np.abs(picture["Z"].mean() - 3.5), 0.25, atol=1e-3)
+
+
+def test_scoped_coordinate_systems_are_those_of_the_block(folder: Path) -> None:
+    def square(x: float) -> str:
+        return f"""AttributeBegin Translate {x} 0 0 ScopedCoordinateSystem "rig" Translate 4 0 0 Translate {-x - 4} 0 0
+Polygon "P" [{x} -1 2  {x + 1} -1 2  {x + 1} 1 2  {x} 1 2] "st" [0 1 1 1 1 0 0 0] AttributeEnd
+"""
+
+    path = folder / "scene.rib"
+    path.write_text(HEAD + 'Surface "marks"\n' + square(-1) + square(0) + "WorldEnd\n")
+    scene = kanuka.load(path)
+    picture = kanuka.render(scene, journal=scene.journal, progressions=64)
+    assert not list(scene.journal)
+    along = 0.1 * (np.arange(8) + 0.5) / 8  # each begins at its own
+    np.testing.assert_allclose(picture["albedo"][..., 0].mean(axis=0), np.concatenate([along, along]), atol=0.01)

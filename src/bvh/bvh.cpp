@@ -49,7 +49,8 @@ void presence_filter(const RTCFilterFunctionNArguments* args) {
 struct Scene::Impl {
     RTCDevice device = nullptr;
     std::vector<Group> groups;
-    std::vector<Scene::Plane> planes; // that clip
+    std::vector<Scene::Plane> planes; // that clip, at so many times
+    int plane_times = 1;
     std::atomic<int64_t> bytes{0};
     const store::Store& store;
 
@@ -274,8 +275,9 @@ Scene::Scene(const store::Store& store, std::span<const GroupDesc> groups, Build
 
 Scene::~Scene() = default;
 
-void Scene::clip(std::span<const Plane> planes) {
+void Scene::clip(std::span<const Plane> planes, int times) {
     m_impl->planes.assign(planes.begin(), planes.end());
+    m_impl->plane_times = times;
 }
 
 Bounds3f Scene::bounds() const {
@@ -357,11 +359,24 @@ RTCRay lane(const RayPacket<W>& rays, int i) {
 
 // What planes leave of a ray is one piece of it: they all cut half of space.
 template <int W>
-RayPacket<W> clipped(RayPacket<W> rays, const std::vector<Scene::Plane>& planes) {
-    for (const Scene::Plane& p : planes) {
-        const Vec3<Float<W>> n(p.normal);
-        const Float<W> ahead = dot(Vec3<Float<W>>(p.point) - rays.o, n), rises = dot(rays.d, n),
-                       t = ahead / rises;
+RayPacket<W> clipped(RayPacket<W> rays, const std::vector<Scene::Plane>& planes, int times) {
+    const size_t count = planes.size() / size_t(times);
+    for (size_t p = 0; p < count; p++) {
+        Vec3<Float<W>> point(planes[p].point), n(planes[p].normal);
+        if (times > 1) { // linear between two times, as the camera is
+            static_assert(sizeof(Scene::Plane) == 6 * sizeof(float));
+            const int stride = int(6 * count);
+            const Float<W> x = rays.time * Float<W>(float(times - 1));
+            const Int<W> i = max(min(to_int(x), Int<W>(times - 2)), Int<W>(0)); // idle lanes have any time
+            const Float<W> f = x - Float<W>(i);
+            const float* first = &planes[p].point.x;
+            for (int k = 0; k < 6; k++) {
+                const Float<W> a = gather(first + k, i * Int<W>(stride)),
+                               b = gather(first + stride + k, i * Int<W>(stride));
+                (k < 3 ? point[k] : n[k - 3]) = fma(f, b - a, a);
+            }
+        }
+        const Float<W> ahead = dot(point - rays.o, n), rises = dot(rays.d, n), t = ahead / rises;
         rays.t_max = select((rises > Float<W>(0.0f)) & (t < rays.t_max), t, rays.t_max);
         rays.t_min = select((rises < Float<W>(0.0f)) & (t > rays.t_min), t, rays.t_min);
         rays.active &= !((rises == Float<W>(0.0f)) & (ahead < Float<W>(0.0f)));
@@ -408,7 +423,7 @@ void Scene::intersect(const RayPacket<W>& rays, HitPacket<W>& hits) const {
     if (m_impl->planes.empty()) {
         intersect_kept(rays, hits);
     } else {
-        intersect_kept(clipped(rays, m_impl->planes), hits);
+        intersect_kept(clipped(rays, m_impl->planes, m_impl->plane_times), hits);
         hits.t = select(hits.hit, hits.t, rays.t_max);
     }
     if (m_watch)
@@ -426,7 +441,8 @@ void Scene::tell(const RayPacket<W>& rays, const Mask<W>& which, const Float<W>&
 
 template <int W>
 void Scene::find_occluded(const RayPacket<W>& rays, Mask<W>& hidden) const {
-    hidden = occluded_kept(m_impl->planes.empty() ? rays : clipped(rays, m_impl->planes));
+    hidden =
+        occluded_kept(m_impl->planes.empty() ? rays : clipped(rays, m_impl->planes, m_impl->plane_times));
     if (m_watch)
         tell(rays, traceable(rays) & !hidden, rays.t_max);
 }

@@ -105,7 +105,9 @@ class Scene {
     struct Plane {
         Vec3f point, normal;
     };
-    void clip(std::span<const Plane> planes);
+    // Planes that move are there at `times` even times of the shutter, all planes of one time after the
+    // other.
+    void clip(std::span<const Plane> planes, int times = 1);
     // Tells it of every ray, up to its hit. Null = nobody; it must outlive the scene.
     void watch_by(const Watch* watch) { m_watch = watch; }
 

@@ -310,4 +310,31 @@ TEST(Solids, PlanesCutEveryRayAndLeaveItsReach) {
     EXPECT_NEAR(eight[2].t, 2, 5e-3);
 }
 
+TEST(Solids, PlanesMove) {
+    Shapes shapes;
+    shapes.add_sphere({0, 0, 0}, 1, 64);
+    const auto scene = shapes.flat_scene();
+    // What lies right of x is gone; it goes from -2 by 0 to 1. Another stays, above everything.
+    scene->clip(std::vector<Scene::Plane>{{{-2, 0, 0}, {1, 0, 0}},
+                                          {{0, 5, 0}, {0, 1, 0}},
+                                          {{0, 0, 0}, {1, 0, 0}},
+                                          {{0, 5, 0}, {0, 1, 0}},
+                                          {{1, 0, 0}, {1, 0, 0}},
+                                          {{0, 5, 0}, {0, 1, 0}}},
+                3);
+    std::vector<Ray> rays;
+    for (const float time : {0.0f, 0.2f, 0.5f, 0.7f, 0.8f, 1.0f})
+        for (const float x : {-0.5f, 0.5f})
+            rays.push_back({{x, 0.1f, -3}, {0, 0, 1}, time});
+    const auto eight = intersect<8>(*scene, rays);
+    const auto one = intersect<1>(*scene, rays);
+    const auto shadow = occluded<8>(*scene, rays);
+    const bool expected[] = {false, false, false, false, true, false, true, false, true, true, true, true};
+    for (size_t i = 0; i < rays.size(); i++) {
+        EXPECT_EQ(eight[i].hit, expected[i]) << i;
+        EXPECT_EQ(one[i].hit, expected[i]) << i;
+        EXPECT_EQ(shadow[i], expected[i]) << i;
+    }
+}
+
 } // namespace kanuka::bvh

@@ -172,6 +172,17 @@ TEST(Blobby, ConstantsMayHaveValues) {
     }
 }
 
+TEST(Blobby, PlugInsAddNothingAndAreNamed) {
+    // An ellipsoid, a plug-in with two floats and no strings, their sum: as the ellipsoid alone.
+    scene::Primitive p = blobby({1001, 0, 1004, 0, 2, 16, 0, 0, 0, 2, 0, 1}, {ball(0, 0, 0, 2), {1, 2}});
+    std::get<scene::Blobby>(p.geometry).strings = std::vector<std::string>{"cube.so"};
+    Journal journal;
+    const Diced d = dice::dice(p, {}, looking(3), {}, journal);
+    EXPECT_NEAR(volume(d), volume(run(blobby({1001, 0}, {ball(0, 0, 0, 2)}))), 1e-6);
+    ASSERT_EQ(journal.entries().size(), 1u);
+    EXPECT_NE(journal.entries()[0].message.find("the plug-in \"cube.so\", adds nothing"), std::string::npos);
+}
+
 TEST(Blobby, BadCodesAreReportedAndHugeOnesBounded) {
     Journal journal;
     for (const std::vector<int32_t>& code : std::vector<std::vector<int32_t>>{{1001, 0, 0, 2, 0, 9},

@@ -174,14 +174,14 @@ bool BlobbyField::prepare(const scene::Blobby& blobby, const Transform& world_fr
     size_t i = 0;
     while (i < code.size()) {
         const int32_t op = code[i++];
-        size_t count = op >= 1000 ? (op == 1003 ? 2 : 1) : op == 4 || op == 5 ? 2 : 1;
+        size_t count = op >= 1000 ? (op == 1004 ? 5 : op == 1003 ? 2 : 1) : op == 4 || op == 5 ? 2 : 1;
         if (op >= 0 && op <= 3) { // a count comes first
             if (i >= code.size() || code[i] < 0) {
                 fail("has no number of operands");
                 break;
             }
             count = size_t(code[i++]);
-        } else if (op < 0 || (op > 7 && op < 1000) || op > 1003) {
+        } else if (op < 0 || (op > 7 && op < 1000) || op > 1004) {
             fail("has the unknown code " + std::to_string(op));
             break; // how long it is is not known either
         }
@@ -195,6 +195,15 @@ bool BlobbyField::prepare(const scene::Blobby& blobby, const Transform& world_fr
         if (op >= 1000) {
             if (op != 1000)
                 node.leaf = m_leaves++;
+            if (op == 1004) { // name; number and place of its floats; of its strings
+                const bool named = operand[0] >= 0 && size_t(operand[0]) < blobby.strings.size();
+                journal.warning(where, "Blobby: operation 1004, the plug-in \"" +
+                                           (named ? blobby.strings[size_t(operand[0])] : std::string()) +
+                                           "\", adds nothing: blobs by plug-ins are not run. Put ellipsoids "
+                                           "(1001) or segments (1002) in its place");
+                m_nodes.push_back(std::move(node)); // zero
+                continue;
+            }
             const size_t n = op == 1000 ? 1 : op == 1001 ? 16 : op == 1002 ? 23 : 4;
             const float* f = parameters(operand[op == 1003 ? 1 : 0], n);
             if (!f) {

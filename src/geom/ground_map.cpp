@@ -29,7 +29,10 @@ std::shared_ptr<const GroundMap> GroundMap::read(const std::string& path, std::s
         return v;
     };
     if (bytes.empty()) {
-        why = "there is no file of depths \"" + path + "\"";
+        why = "there is no file of depths \"" + path +
+              "\". A renderer that makes shadow maps writes it (Display \"FILE\" \"zfile\" \"z\"); it is "
+              "looked for in "
+              "Option \"searchpath\" \"texture\"";
         return nullptr;
     }
     if (bytes.size() < Header || (word(0) != Magic && turned(word(0)) != Magic)) {

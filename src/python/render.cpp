@@ -160,12 +160,13 @@ Picture render(std::shared_ptr<Scene> scene, const render::Overrides& given,
 }
 
 std::shared_ptr<Scene> load(const std::string& path, const std::vector<std::string>& archive_path, int frame,
-                            bool run_programs, nb::dict procedurals, bool on_demand) {
+                            bool run_programs, nb::dict procedurals, bool on_demand, bool run_system) {
     auto scene = std::make_shared<Scene>();
     ingest::RibOptions options;
     options.archive_path = archive_path;
     options.frame = frame;
     options.run_programs = run_programs;
+    options.run_system = run_system;
     options.procedural = plug_ins(std::move(procedurals));
     if (on_demand)
         options.on_demand = &scene->delayed;
@@ -241,14 +242,17 @@ void bind_render(nb::module_& m) {
     m.def(
         "load",
         [](const std::filesystem::path& path, const std::vector<std::string>& archive_path, int frame,
-           bool run_programs, nb::dict procedurals, bool on_demand) {
-            return load(path.string(), archive_path, frame, run_programs, std::move(procedurals), on_demand);
+           bool run_programs, nb::dict procedurals, bool on_demand, bool run_system) {
+            return load(path.string(), archive_path, frame, run_programs, std::move(procedurals), on_demand,
+                        run_system);
         },
         nb::arg("path"), nb::kw_only(), nb::arg("archive_path") = nb::list(), nb::arg("frame") = 0,
         nb::arg("run_programs") = true, nb::arg("procedurals") = nb::dict(), nb::arg("on_demand") = false,
+        nb::arg("run_system") = false,
         "Reads a RIB file, compressed or not; '-' is standard input. What it could not make sense of is in "
         "the\n"
-        "scene's journal. run_programs=False forbids Procedural \"RunProgram\". procedurals: functions by\n"
+        "scene's journal. run_programs=False forbids Procedural \"RunProgram\". run_system=True lets\n"
+        "System have the shell do whatever the scene says. procedurals: functions by\n"
         "name, for Procedural \"DynamicLoad\" [\"name\" \"data\"]: called with the size in pixels and the\n"
         "data, they return RIB. on_demand=True leaves procedurals with bounds unread until a ray of a "
         "render\n"

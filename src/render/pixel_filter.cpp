@@ -19,7 +19,10 @@ std::unique_ptr<film::Filter> make_filter(const scene::Options& options, const L
         return std::make_unique<film::Filter>(std::span(values->floats.data(), values->floats.size()),
                                               cells->ints[0], cells->ints[1], width[0], width[1]);
     } catch (const Error& e) {
-        journal.error(options.filter == "table" && values ? values->where : where,
+        const scene::Value* asked = options.user.find("pixelfilter:name");
+        journal.error(options.filter == "table" && values ? values->where
+                      : asked                             ? asked->where
+                                                          : where,
                       std::string(e.what()) + "; gaussian 2 2 is used");
         return std::make_unique<film::Filter>("gaussian", 2.0f, 2.0f);
     }

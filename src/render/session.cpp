@@ -231,7 +231,7 @@ class BatchSession {
             std::make_unique<bvh::Scene>(m_geometry->store, m_geometry->groups,
                                          bvh::Scene::Build{.compact = m_stats.count.traced_polygons > 1000000,
                                                            .watertight = m_options.watertight});
-        m_bvh->clip(m_clips);
+        m_bvh->clip(m_clips, std::max(1, int(m_camera.view.motion.size() / 12)));
         m_bvh->watch_by(m_on_demand ? m_on_demand->watch() : nullptr);
         m_stats.bytes.bvh = m_bvh->bytes();
         m_progress.update("build", 1);
@@ -268,16 +268,26 @@ class BatchSession {
         return true;
     }
 
-    // Clipping planes in render space. They are the camera's: one that moves has left them where they were.
+    // Clipping planes in render space. They are the camera's, and move with it: then at the times of its
+    // motion.
     std::vector<bvh::Scene::Plane> clipping_planes() {
         std::vector<bvh::Scene::Plane> planes;
-        const Transform render_from_camera = m_camera.camera_from_render.inverse();
-        for (const auto& c : m_scene.camera.clipping_planes)
-            planes.push_back({render_from_camera.point({c[0], c[1], c[2]}),
-                              render_from_camera.normal({c[3], c[4], c[5]}, m_camera.camera_from_render)});
-        if (!planes.empty() && !m_camera.view.motion.empty())
-            m_journal.warning({m_scene.file}, "clipping planes stay where they are when the shutter opens; "
-                                              "the camera moves on without them");
+        if (m_scene.camera.clipping_planes.empty())
+            return planes;
+        const auto add = [&](const Transform& render_from_camera, const Transform& camera_from_render) {
+            for (const auto& c : m_scene.camera.clipping_planes)
+                planes.push_back({render_from_camera.point({c[0], c[1], c[2]}),
+                                  render_from_camera.normal({c[3], c[4], c[5]}, camera_from_render)});
+        };
+        const std::vector<float>& motion = m_camera.view.motion;
+        if (motion.empty())
+            add(m_camera.camera_from_render.inverse(), m_camera.camera_from_render);
+        for (size_t i = 0; i + 12 <= motion.size(); i += 12) {
+            Transform render_from_camera;
+            for (size_t k = 0; k < 12; k++)
+                render_from_camera.m[k / 4][k % 4] = double(motion[i + k]);
+            add(render_from_camera, render_from_camera.inverse());
+        }
         return planes;
     }
 

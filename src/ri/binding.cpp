@@ -191,7 +191,8 @@ void Caller::parameters(RtInt n, RtToken tokens[], RtPointer parms[], long verti
             v.ints = std::vector<int32_t>(ints, ints + items);
         } else {
             const auto* floats = static_cast<const RtFloat*>(parms[i]);
-            v.floats = std::vector<float>(floats, floats + items * scene::components(v.type));
+            const long numbers = v.type == scene::Type::Color ? samples() : scene::components(v.type);
+            v.floats = std::vector<float>(floats, floats + items * numbers);
         }
         m_call.params.values.push_back(std::move(v));
         m_call.tokens.push_back(token);

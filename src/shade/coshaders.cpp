@@ -163,12 +163,20 @@ class Connect {
                             names(layer, true));
         const auto array = [](const sl::Parameter& p) { return p.array_size > 0 || p.resizable; };
         const auto triple = [](sl::Type t) { return sl::components(t) == 3 && t < sl::Type::Matrix; };
+        // Arrays go element by element; one of fixed length needs as many.
+        const bool lists = array(*to) && array(*from);
+        const bool lengths =
+            !lists || to->resizable || (!from->resizable && from->array_size == to->array_size);
         const bool fits = to->type == from->type || (triple(to->type) && triple(from->type)) ||
-                          (triple(to->type) && from->type == sl::Type::Float);
-        if (!fits || array(*to) || array(*from) || to->type >= sl::Type::String)
-            return left_out("a " + std::string(sl::type_name(from->type)) + (array(*from) ? "[]" : "") +
-                            " cannot become a " + std::string(sl::type_name(to->type)) +
-                            (array(*to) ? "[]" : ""));
+                          (triple(to->type) && from->type == sl::Type::Float && !lists);
+        const auto type = [&](const sl::Parameter& p) {
+            return std::string(sl::type_name(p.type)) + (!array(p) ? ""
+                                                         : p.resizable
+                                                             ? "[]"
+                                                             : "[" + std::to_string(p.array_size) + "]");
+        };
+        if (!fits || array(*to) != array(*from) || !lengths || to->type > sl::Type::String)
+            return left_out("a " + type(*from) + " cannot become a " + type(*to));
         m_nodes[size_t(target)].found->layer = true;
         all.push_back({name, {handle_of(target)}, output});
     }

@@ -1,5 +1,7 @@
 #include "shade/spaces.h"
 
+#include "scene/coordinate_system.h"
+
 #include <cmath>
 
 #include "base/error.h"
@@ -77,6 +79,8 @@ std::optional<Transform> Spaces::current_from(std::string_view name) const {
     } catch (const Error&) {
         return std::nullopt;
     }
+    if (const scene::Value* v = scoped ? scoped->find(scene::coordinate_system_name(name)) : nullptr)
+        return current_from_world * scene::matrix_of(*v);
     const auto named = shared->world_from_named.find(std::string(name));
     if (named == shared->world_from_named.end())
         return std::nullopt;

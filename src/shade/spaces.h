@@ -25,6 +25,7 @@ struct WorldSpaces {
 // primitives.
 struct Spaces {
     const WorldSpaces* shared = nullptr;
+    const scene::ValueList* scoped = nullptr; // attributes with coordinate systems of its own; null = none
     Transform current_from_object, current_from_world, current_from_shader;
 
     // current, object, shader, world, camera (eye), screen, NDC, raster, or a CoordinateSystem by name.

@@ -1,6 +1,7 @@
 #include "shade/system.h"
 
 #define XXH_INLINE_ALL
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -9,6 +10,7 @@
 #include <mutex>
 #include <xxhash.h>
 
+#include "scene/coordinate_system.h"
 #include "shade/area_light.h"
 #include "shade/arguments.h"
 #include "shade/atmosphere.h"
@@ -315,6 +317,12 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(const BoundShaders& bound,
     append(key, char((attributes.area_light ? 1 : 0) | (coverage.varying_color ? 2 : 0) |
                      (coverage.has_presence ? 4 : 0) | (coverage.varying_presence ? 8 : 0) |
                      (attributes.sides == 2 ? 16 : 0)));
+    if (own.spaces.scoped)
+        for (const scene::Value& v : own.spaces.scoped->values)
+            if (scene::is_coordinate_system(v)) {
+                key += v.name;
+                key.append(reinterpret_cast<const char*>(v.floats.data()), 16 * sizeof(float));
+            }
     {
         std::lock_guard lock(m_mutex);
         if (const auto found = m_cores.find(key); found != m_cores.end())
@@ -415,6 +423,8 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
     MaterialImpl::Own own;
     own.spaces.shared = &m_world_spaces;
     own.spaces.current_from_object = render_from_object;
+    if (std::ranges::any_of(attributes.user.values, scene::is_coordinate_system))
+        own.spaces.scoped = &attributes.user;
     own.spaces.current_from_world = current_from_world(primitive, render_from_object);
     const auto shader_space = [&](const std::optional<scene::ShaderRef>& ref) {
         return ref ? own.spaces.current_from_world * ref->world_from_shader : render_from_object;

@@ -83,12 +83,33 @@ static void texture(const char* from, const char* to) {
     RiEnd();
 }
 
+/* Colours of two samples, the first red and the second blue: two vertices of each. */
+static void sampled(const char* name) {
+    static RtPoint square[4] = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
+    static RtFloat red_and_blue[6] = {1, 0, 0, 0, 0, 1}, back[6] = {1, 0, 0, 0, 0, 1};
+    static RtFloat colors[8] = {1, 0, 0, 1, 0, 1, 1, 0};
+    const int rib = strstr(name, ".rib") != NULL;
+    RiBegin(rib ? (RtToken)name : RI_NULL);
+    RiFormat(16, 16, 1);
+    RiColorSamples(2, red_and_blue, back);
+    RiDisplay(rib ? "unused.exr" : (RtToken)name, RI_FILE, RI_RGB, RI_NULL);
+    RiProjection(RI_ORTHOGRAPHIC, RI_NULL);
+    RiTranslate(0, 0, 1);
+    RiWorldBegin();
+    RiSurface(RI_CONSTANT, RI_NULL);
+    RiPolygon(4, RI_P, (RtPointer)square, RI_CS, (RtPointer)colors, RI_NULL);
+    RiWorldEnd();
+    RiEnd();
+}
+
 int main(int argc, char** argv) {
     const char* what = argc > 2 ? argv[1] : "";
     if (strcmp(what, "archive") == 0)
         read_archive(argv[2]);
     else if (strcmp(what, "filter") == 0)
         filtered(argv[2]);
+    else if (strcmp(what, "samples") == 0)
+        sampled(argv[2]);
     else if (strcmp(what, "texture") == 0 && argc > 3)
         texture(argv[2], argv[3]);
     else

@@ -41,6 +41,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     )
     parser.add_argument("--frame", type=types.natural, default=0, metavar="N", help="of the file; default: the first")
     parser.add_argument("--no-programs", action="store_true", help='Procedural "RunProgram" may start no process')
+    parser.add_argument("--allow-system", action="store_true", help="System may have the shell do what the scene says")
     parser.add_argument("--png", action="store_true", help="write a PNG beside the EXR")
     parser.add_argument("--stats", type=Path, metavar="FILE.json", help="write times, counts and bytes")
     parser.add_argument(
@@ -135,7 +136,13 @@ def run(arguments: argparse.Namespace) -> int:
 def render(arguments: argparse.Namespace, started: float, interruption: Interruption) -> int:
     bar = ProgressBar(arguments.quiet)
     bar.update("ingest", 0)
-    scene = kanuka.load(arguments.scene, frame=arguments.frame, run_programs=not arguments.no_programs, on_demand=True)
+    scene = kanuka.load(
+        arguments.scene,
+        frame=arguments.frame,
+        run_programs=not arguments.no_programs,
+        run_system=arguments.allow_system,
+        on_demand=True,
+    )
     printer = messages.Printer(scene.journal)
     bar.between = printer.flush
     bar.finish()

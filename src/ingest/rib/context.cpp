@@ -63,8 +63,7 @@ void Context::execute(Call& call) {
                           " holds samples of one transformation, colour or primitive, and was closed here");
         end_motion(call.where);
     } else if (in_motion && spec.handler != &handlers::motion_end) {
-        // Step 2: samples of a motion block gather; of other requests than transformations and primitives the
-        // first one counts.
+        // Step 2: samples of a motion block gather.
         if (m_motion.request && m_motion.request != &spec) {
             reports.error("motion block", call.where,
                           name + " in a motion block of " + std::string(m_motion.request->name) +
@@ -73,16 +72,12 @@ void Context::execute(Call& call) {
         }
         m_motion.request = &spec;
         const int sample = m_motion.calls++;
-        const bool supported = spec.support == Support::Full || spec.support == Support::Partial;
-        if (supported && (is_transformation(spec) || !(spec.scopes & InOuter))) {
+        if (spec.handler) {
             motion_sample(call);
             return;
         }
-        if (sample > 0) {
-            reports.once(Severity::Info, "motion of " + name, call.where,
-                         name + " does not change while the shutter is open: the first sample was used");
+        if (sample > 0)
             return;
-        }
     }
     // Step 3: do it, or say why not.
     const auto note = [&] { return spec.note.empty() ? "" : ": " + std::string(spec.note); };

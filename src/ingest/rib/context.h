@@ -45,6 +45,17 @@ struct MotionBlock {
     // shapes.
     int object = -1, index = -1;
     std::vector<scene::Motion::Shape> shapes;
+    // Of any other request: they have a mean.
+    std::vector<Call> samples;
+};
+
+// A request before the world whose samples were replaced by their mean over the shutter, which may change
+// yet.
+struct MeanOverShutter {
+    std::vector<double> times;
+    std::vector<Call> samples;
+    std::vector<double> weights;
+    Rgb color, opacity; // as they were set then
 };
 
 // Attributes that Resource "attributes" saved.
@@ -94,6 +105,7 @@ class Context {
     Objects objects;
     std::map<std::string, Transform> coordinate_systems;
     std::map<std::string, scene::ShaderRef> patterns;          // Pattern, by handle
+    std::map<std::string, std::optional<Rgb>> light_filters;   // LightFilter: a factor; none = reported
     std::vector<std::map<std::string, Resource>> resources{1}; // Resource "attributes", by open ResourceBegin
     std::vector<bool> conditions;                              // of open IfBegin blocks: a branch was taken
     std::vector<std::string> default_path; // what "@" means in search paths, and "&" at first
@@ -151,10 +163,14 @@ class Context {
     void add_shape(Call& call, scene::Geometry geometry);
     void motion_sample(Call& call);
     void finish_motion();
+    void finish_mean(std::vector<double> times, std::vector<Call> samples); // motion_mean.cpp
+    std::vector<double> weights_of(std::span<const double> times) const;
+    void mend_means();
     void complete();
     void restore(Block& block);
     bool writes_depth_only() const;
     bool writes_sources() const;
+    void choose_camera(const Location& where);
 
     scene::Scene m_scene;
     FrameChoice m_frame_choice;
@@ -172,6 +188,7 @@ class Context {
     int m_open_object = -1;
     Transform m_object_outer; // the transformation at ObjectBegin
     MotionBlock m_motion;     // the open one: they do not nest
+    std::vector<MeanOverShutter> m_means;
 };
 
 } // namespace kanuka::ingest

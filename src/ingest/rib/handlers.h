@@ -2,6 +2,8 @@
 // number and type.
 #pragma once
 
+#include <optional>
+
 namespace kanuka::scene {
 struct ShaderRef;
 }
@@ -23,7 +25,7 @@ void declare(Context&, Call&), frame_begin(Context&, Call&), frame_end(Context&,
     archive_end(Context&, Call&), if_begin(Context&, Call&), else_if(Context&, Call&),
     else_branch(Context&, Call&), if_end(Context&, Call&), error_handler(Context&, Call&),
     resource_begin(Context&, Call&), resource_end(Context&, Call&), resource(Context&, Call&),
-    edit_begin(Context&, Call&);
+    edit_begin(Context&, Call&), system_command(Context&, Call&);
 
 // handlers_options.cpp
 void format(Context&, Call&), frame_aspect_ratio(Context&, Call&), screen_window(Context&, Call&),
@@ -31,9 +33,10 @@ void format(Context&, Call&), frame_aspect_ratio(Context&, Call&), screen_window
     depth_of_field(Context&, Call&), shutter(Context&, Call&), pixel_samples(Context&, Call&),
     pixel_filter(Context&, Call&), exposure(Context&, Call&), imager(Context&, Call&),
     quantize(Context&, Call&), display(Context&, Call&), display_channel(Context&, Call&),
-    hider(Context&, Call&), color_samples(Context&, Call&), relative_detail(Context&, Call&),
-    pixel_variance(Context&, Call&), option(Context&, Call&), make_texture(Context&, Call&),
-    make_latlong_environment(Context&, Call&), make_cube_face_environment(Context&, Call&);
+    hider(Context&, Call&), camera(Context&, Call&), color_samples(Context&, Call&),
+    relative_detail(Context&, Call&), pixel_variance(Context&, Call&), option(Context&, Call&),
+    make_texture(Context&, Call&), make_latlong_environment(Context&, Call&),
+    make_cube_face_environment(Context&, Call&);
 
 // handlers_attributes.cpp
 void color(Context&, Call&), opacity(Context&, Call&), texture_coordinates(Context&, Call&),
@@ -47,16 +50,24 @@ void color(Context&, Call&), opacity(Context&, Call&), texture_coordinates(Conte
 // handlers_transform.cpp
 void identity(Context&, Call&), transform(Context&, Call&), concat_transform(Context&, Call&),
     perspective(Context&, Call&), translate(Context&, Call&), rotate(Context&, Call&), scale(Context&, Call&),
-    skew(Context&, Call&), coordinate_system(Context&, Call&), coord_sys_transform(Context&, Call&);
+    skew(Context&, Call&), coordinate_system(Context&, Call&), scoped_coordinate_system(Context&, Call&),
+    coord_sys_transform(Context&, Call&);
+
+// handlers_layers.cpp
+void shader_layer(Context&, Call&), connect_shader_layers(Context&, Call&), deformation(Context&, Call&);
+// What displaces from here on, after the Deformations in force; none = these alone.
+void put_displacement(Context&, std::optional<scene::ShaderRef>&&);
 
 // handlers_ris.cpp
-void shader_layer(Context&, Call&), connect_shader_layers(Context&, Call&), integrator(Context&, Call&),
-    bxdf(Context&, Call&), pattern(Context&, Call&), ris_light(Context&, Call&),
-    display_filter(Context&, Call&);
+void integrator(Context&, Call&), bxdf(Context&, Call&), displace(Context&, Call&), pattern(Context&, Call&),
+    ris_light(Context&, Call&), display_filter(Context&, Call&);
 // Area lights of RenderMan 19 and 20: makes their parameters ours; does nothing to others.
 void shaped_light(scene::ShaderRef& light);
 // A shape that is the area light in force itself ("rectlight", "envsphere", …); false = it is none.
 bool light_geometry(Context&, const Call&);
+
+// handlers_light_filters.cpp
+void light_filter(Context&, Call&), enable_light_filter(Context&, Call&);
 
 // handlers_geometry.cpp, handlers_patches.cpp
 void polygon(Context&, Call&), general_polygon(Context&, Call&), points_polygons(Context&, Call&),

@@ -120,11 +120,10 @@ void surface(Context& c, Call& call) {
 }
 
 void displacement(Context& c, Call& call) {
-    auto& a = c.attributes.edit(FieldDisplacement);
     if (call.text(0).empty() || call.text(0) == "null")
-        a.displacement.reset();
+        put_displacement(c, std::nullopt);
     else
-        a.displacement = c.shader(call, 0);
+        put_displacement(c, c.shader(call, 0));
 }
 
 static void not_run(Context& c, const Call& call) {

@@ -1,5 +1,8 @@
 // Blocks, archives, conditions.
 
+#include <cstdlib>
+#include <sys/wait.h>
+
 #include "ingest/rib/condition.h"
 #include "ingest/rib/context.h"
 #include "ingest/rib/handlers.h"
@@ -139,7 +142,28 @@ void if_end(Context& c, Call& call) {
         c.conditions.pop_back();
 }
 
-// ---- errors, resources, edits ---------------------------------------------------------------------
+// ---- commands, errors, resources, edits
+// ---------------------------------------------------------------------
+
+void system_command(Context& c, Call& call) {
+    const std::string& command = call.text(0);
+    if (!c.rib_options.run_system) {
+        c.reports.once(
+            Severity::Warning, "System", call.where,
+            "System \"" + command +
+                "\" was not run: a scene may run commands only if who reads it allows it, by kanuka "
+                "render --allow-system or kanuka.load(..., run_system=True)");
+        return;
+    }
+    const int status = std::system(command.c_str());
+    if (status == -1)
+        c.reports.error("System", call.where, "System \"" + command + "\" could not be started");
+    else if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
+        c.reports.warning("System", call.where,
+                          "System \"" + command + "\" ended with " +
+                              (WIFEXITED(status) ? "status " + std::to_string(WEXITSTATUS(status))
+                                                 : "signal " + std::to_string(WTERMSIG(status))));
+}
 
 void error_handler(Context& c, Call& call) {
     const std::string& mode = call.text(0);

@@ -171,6 +171,12 @@ void pixel_filter(Context& c, Call& call) {
         return out_of_range(c, call, "there is no filter \"" + name + "\" (there are " + names + ")");
     }
     c.options.options.filter = name;
+    Value asked; // where, for who finds no table
+    asked.name = "pixelfilter:name";
+    asked.type = scene::Type::String;
+    asked.strings = std::vector<std::string>{name};
+    asked.where = call.where;
+    c.options.options.user.set(std::move(asked));
     c.options.options.filter_width[0] = call.f(1);
     c.options.options.filter_width[1] = call.f(2);
 }
@@ -260,6 +266,22 @@ void hider(Context& c, Call& call) {
     }
 }
 
+// The state of the camera as it is now, under a name. Its parameters are those of the state, which stays the
+// camera if nobody names another.
+void camera(Context& c, Call& call) {
+    for (const Value& v : call.params.values) {
+        if (camera_option(c, v))
+            continue;
+        c.reports.once(
+            Severity::Warning, "Camera " + v.name, v.where,
+            "Camera: \"" + v.name +
+                "\" has no counterpart and was left out; there are shutteropening, aperture and "
+                "dofaspect, and the requests Projection, Clipping, DepthOfField, Shutter before it");
+    }
+    c.options.cameras[call.text(0)] = {c.options.camera, c.options.frame_aspect_ratio, c.ctm, c.ctm_keys,
+                                       c.options.options.shutter_opening};
+}
+
 void color_samples(Context& c, Call& call) {
     const auto& n_rgb = call.args[0].floats;
     const size_t n = n_rgb.size() / 3;
@@ -268,10 +290,6 @@ void color_samples(Context& c, Call& call) {
     if (!c.finite(call, 2))
         return;
     c.options.rgb_from_samples = n_rgb;
-    if (n != 3)
-        c.reports.once(Severity::Warning, "ColorSamples", call.where,
-                       "ColorSamples with " + std::to_string(n) +
-                           " components is applied to Color and Opacity; colours among parameters stay RGB");
 }
 
 void relative_detail(Context& c, Call& call) {

@@ -311,6 +311,37 @@ void bxdf(Context& c, Call& call) {
     c.attributes.edit(FieldSurface).surface = std::move(ref);
 }
 
+// ---- Displace ---------------------------------------------------------------------------------------
+
+// A displacement shader of that name. Its texts may be those of the shader, too: only what names a Pattern,
+// or looks like it where a number belongs, is a connection.
+void displace(Context& c, Call& call) {
+    static constexpr std::string_view Numbers = "enabled dispAmount dispScalar dispVector modelDispVector";
+    if (call.text(0).empty() || call.text(0) == "null") {
+        put_displacement(c, std::nullopt);
+        return;
+    }
+    const bool shipped = call.text(0) == "PxrDisplace";
+    ShaderRef layered;
+    ValueList own;
+    for (const Value& v : call.params.values) {
+        if (reference(c, v) || (shipped && v.type == Type::String && names(Numbers, v.name)))
+            take_reference(c, call, v, v.name, layered);
+        else if (!shipped || names(Numbers, v.name))
+            own.set(v);
+        else if (!v.name.starts_with("__"))
+            c.reports.once(Severity::Info, "parameters of PxrDisplace", v.where,
+                           "Displace \"PxrDisplace\" has no \"" + v.name + "\" here; there are " +
+                               std::string(Numbers));
+    }
+    for (Value& v : layered.parameters.values) // connections
+        own.set(std::move(v));
+    ShaderRef ref = c.shader(call, 0);
+    ref.parameters = std::move(own);
+    ref.coshaders = std::move(layered.coshaders);
+    put_displacement(c, std::move(ref));
+}
+
 // ---- Light ------------------------------------------------------------------------------------------
 
 // Their area lights have an edge or a diameter of one and are scaled by the transformation, as ours are.

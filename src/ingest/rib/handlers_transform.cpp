@@ -5,6 +5,7 @@
 
 #include "ingest/rib/context.h"
 #include "ingest/rib/handlers.h"
+#include "scene/coordinate_system.h"
 
 namespace kanuka::ingest::handlers {
 
@@ -129,10 +130,26 @@ void coordinate_system(Context& c, Call& call) {
     c.coordinate_systems[call.text(0)] = c.ctm;
 }
 
+// Known to what follows in the attribute block: an attribute, which the primitives' shaders see.
+void scoped_coordinate_system(Context& c, Call& call) {
+    scene::Value v = scene::matrix_value(scene::coordinate_system_name(call.text(0)), c.ctm);
+    v.where = call.where;
+    c.attributes.edit(FieldUser).user.set(std::move(v));
+}
+
 void coord_sys_transform(Context& c, Call& call) {
+    if (const scene::Value* scoped =
+            c.attributes.shared->user.find(scene::coordinate_system_name(call.text(0)))) {
+        c.replace(scene::matrix_of(*scoped));
+        return;
+    }
     const auto known = c.coordinate_systems.find(call.text(0));
     if (known == c.coordinate_systems.end()) {
         std::string names;
+        for (const scene::Value& v : c.attributes.shared->user.values)
+            if (scene::is_coordinate_system(v))
+                names +=
+                    (names.empty() ? "" : ", ") + v.name.substr(scene::coordinate_system_name("").size());
         for (const auto& [name, transform] : c.coordinate_systems)
             names += (names.empty() ? "" : ", ") + name;
         c.reports.error("unknown coordinate system", call.where,

@@ -2,6 +2,15 @@
 
 namespace kanuka::ingest {
 
+void scale_color(scene::ValueList& parameters, std::string_view name, const Rgb& factor) {
+    const Rgb color = parameters.get_color(name, Rgb(1)) * factor;
+    scene::Value v;
+    v.name = name;
+    v.type = scene::Type::Color;
+    v.floats = std::vector<float>{color.x, color.y, color.z};
+    parameters.set(std::move(v));
+}
+
 int Lights::add(scene::ShaderRef shader) {
     const int index = int(m_lights.size());
     // Objects name their lights: a handle that is used again must not stand for two.
@@ -58,6 +67,24 @@ void Lights::illuminate(const std::string& handle, bool on, AttributeState& attr
     attributes.lights = std::move(changed);
 }
 
+void Lights::set_parameters(const Location& where, const scene::ValueList& parameters) {
+    for (scene::ShaderRef& light : m_lights)
+        if (light.where.line == where.line && light.where.column == where.column &&
+            light.where.file == where.file)
+            light.parameters = parameters;
+}
+
+bool Lights::filter(const std::string& light, const std::string& filter, const Rgb& factor, bool on) {
+    const auto known = m_handles.find(light);
+    if (known == m_handles.end() || known->second == AreaLight)
+        return false;
+    if (on)
+        m_filters[known->second][filter] = factor;
+    else
+        m_filters[known->second].erase(filter);
+    return true;
+}
+
 void Lights::shine(AttributeState& attributes) {
     if (attributes.lights != m_last) {
         m_last = attributes.lights;
@@ -90,6 +117,7 @@ void Lights::place(const Transform& world_from_camera) {
 void Lights::truncate(size_t size) {
     m_lights.resize(std::min(size, m_lights.size()));
     std::erase_if(m_handles, [&](const auto& entry) { return entry.second >= int(size); });
+    std::erase_if(m_filters, [&](const auto& entry) { return entry.first >= int(size); });
 }
 
 std::vector<scene::ShaderRef> Lights::finish(Reports& reports) const {
@@ -108,6 +136,9 @@ std::vector<scene::ShaderRef> Lights::finish(Reports& reports) const {
             continue;
         }
         lit.push_back(light);
+        if (const auto filters = m_filters.find(int(i)); filters != m_filters.end())
+            for (const auto& [handle, factor] : filters->second)
+                scale_color(lit.back().parameters, "lightcolor", factor);
     }
     return lit;
 }

@@ -8,6 +8,9 @@
 
 namespace kanuka::ingest {
 
+// A colour parameter times a factor; white where it is not given.
+void scale_color(scene::ValueList& parameters, std::string_view name, const Rgb& factor);
+
 class Lights {
   public:
     // Adds a light and turns it on in `attributes`. A handle used again means the newer light from here on.
@@ -15,6 +18,11 @@ class Lights {
     // The same of a light that shines on everything, wherever it is declared: on for the primitives so far,
     // and turned on in the states of all open blocks, which Illuminate may change.
     void declare_everywhere(scene::ShaderRef shader, const std::vector<AttributeState*>& states);
+    // New parameters for the lights that were declared at a place.
+    void set_parameters(const Location& where, const scene::ValueList& parameters);
+    // EnableLightFilter: a light's colour is multiplied by the factors that are on. False: there is no such
+    // light.
+    bool filter(const std::string& light, const std::string& filter, const Rgb& factor, bool on);
     // AreaLightSource: known by its handle, but lit by its primitives.
     void declare_area(const std::string& handle) { m_handles[handle] = AreaLight; }
     void illuminate(const std::string& handle, bool on, AttributeState& attributes, Reports& reports,
@@ -40,6 +48,7 @@ class Lights {
     static constexpr int AreaLight = -1;
     std::vector<scene::ShaderRef> m_lights;
     std::map<std::string, int> m_handles;
+    std::map<int, std::map<std::string, Rgb>> m_filters; // that are on, by light and handle
     // Every set that a primitive was declared under, and the names of its lights.
     std::map<std::shared_ptr<const LightSet>, std::shared_ptr<std::set<std::string>>> m_seen;
     std::shared_ptr<const std::set<std::string>> m_names; // of the last

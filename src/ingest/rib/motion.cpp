@@ -126,7 +126,7 @@ void Context::end_motion(const Location& where) {
         reports.warning("empty motion block", where, "MotionEnd: the motion block has no sample");
 }
 
-// One more sample of a transformation or a primitive.
+// One more sample.
 void Context::motion_sample(Call& call) {
     const size_t sample = size_t(m_motion.calls) - 1;
     if (sample >= m_motion.times.size()) {
@@ -138,7 +138,15 @@ void Context::motion_sample(Call& call) {
         return;
     }
     if (!is_transformation(*call.spec)) {
-        call.spec->handler(*this, call);
+        constexpr size_t Most = 10'000; // kilobytes each, in a broken file
+        if (!(call.spec->scopes & InOuter))
+            call.spec->handler(*this, call);
+        else if (m_motion.samples.size() < Most)
+            m_motion.samples.push_back(call);
+        else
+            reports.once(Severity::Warning, "motion samples", call.where,
+                         std::string(call.spec->name) + ": of the motion block at " + m_motion.where.str() +
+                             " the first " + std::to_string(Most) + " samples count");
         return;
     }
     // The request's own matrix: what it makes of the identity.
@@ -185,6 +193,8 @@ void Context::finish_motion() {
             ctm = ctm_keys[0].transform;
         }
     }
+    if (!block.samples.empty())
+        finish_mean(std::move(block.times), std::move(block.samples));
     if (block.shapes.size() > 1 && block.index >= 0) {
         scene::Primitive& p = block.object >= 0
                                   ? objects.record(block.object).members[size_t(block.index)].primitive

@@ -90,6 +90,8 @@ class Reader final : public Stream {
     bool read_value(Call& call, scene::Value& value, const Declaration& declaration);
     bool read_as_written(Call& call);
     Token kind_of_value();
+    // ColorSamples in force: a colour's numbers become RGB. False: reported, they are not colours.
+    bool colors_of_samples(const Call& call, const scene::Value& value, std::vector<float>& numbers);
     bool read_undeclared(Call& call, scene::Value& value);
     bool fit_value(const Call& call, scene::Value& value, size_t found);
 

@@ -9,6 +9,15 @@ namespace kanuka::ingest {
 void Reader::call(Call& call) {
     if (records(call) || passes_over(call))
         return;
+    if (!m_context.options.rgb_from_samples.empty())
+        std::erase_if(call.params.values, [&](scene::Value& v) {
+            if (v.type != scene::Type::Color)
+                return false;
+            std::vector<float> numbers(v.floats.begin(), v.floats.end());
+            const bool colors = colors_of_samples(call, v, numbers);
+            v.floats = std::move(numbers);
+            return !colors;
+        });
     m_context.execute(call);
 }
 

@@ -115,6 +115,27 @@ bool Reader::read_parameter(Call& call) {
     return read_undeclared(call, value);
 }
 
+bool Reader::colors_of_samples(const Call& call, const Value& value, std::vector<float>& numbers) {
+    const std::vector<float>& rgb = m_context.options.rgb_from_samples;
+    if (rgb.empty())
+        return true;
+    const size_t n = rgb.size() / 3, colors = numbers.size() / n;
+    if (numbers.size() % n != 0) {
+        m_context.reports.error("color samples", value.where,
+                                std::string(call.spec->name) + ": \"" + value.name + "\": colors have " +
+                                    std::to_string(n) + " numbers since ColorSamples, found " +
+                                    std::to_string(numbers.size()) + "; the parameter was left out");
+        return false;
+    }
+    std::vector<float> converted(3 * colors, 0.0f);
+    for (size_t c = 0; c < colors; c++)
+        for (size_t i = 0; i < n; i++)
+            for (size_t k = 0; k < 3; k++)
+                converted[3 * c + k] += numbers[n * c + i] * rgb[3 * i + k];
+    numbers = std::move(converted);
+    return true;
+}
+
 bool Reader::read_value(Call& call, Value& value, const Declaration& declaration) {
     value.type = declaration.type;
     value.detail = declaration.detail;
@@ -153,6 +174,8 @@ bool Reader::read_value(Call& call, Value& value, const Declaration& declaration
     } else {
         if (!read_numbers(m_floats, value.name))
             return false;
+        if (value.type == Type::Color && !colors_of_samples(call, value, m_floats))
+            return true;
         found = m_floats.size();
         value.floats = kept(m_floats);
     }

@@ -303,11 +303,12 @@ TEST(RibErrors, ShaderParameters) {
 }
 
 TEST(RibErrors, MissingRequestsAreNamedOnce) {
-    const Parsed r(world("Deformation \"twist\"\nDeformation \"bend\" \"float k\" [1]\nSystem \"ls\"\n"
-                         "Sphere 1 -1 1 360"));
+    const Parsed r(
+        "PixelSampleImager \"twist\"\nPixelSampleImager \"bend\" \"float k\" [1]\nSystem \"ls\"\n" +
+        world("Sphere 1 -1 1 360"));
     EXPECT_EQ(r.messages().size(), 2u) << r.all_messages();
-    EXPECT_TRUE(r.says("warning 3:1 Deformation is not supported"));
-    EXPECT_TRUE(r.says("warning 5:1 System is not supported"));
+    EXPECT_TRUE(r.says("warning 1:1 PixelSampleImager is not supported"));
+    EXPECT_TRUE(r.says("warning 3:1 System \"ls\" was not run"));
 }
 
 // ---- binary -----------------------------------------------------------------------------------------

@@ -31,6 +31,7 @@ struct RibOptions {
     // passed over).
     int frame = 0;
     bool run_programs = true; // Procedural "RunProgram" may start processes
+    bool run_system = false;  // System may have the shell do anything
     // Gives RIB for a procedural, or nothing where it does not know it; asked before anything else. What it
     // throws is reported at the procedural.
     std::function<std::optional<std::string>(const ProceduralRequest&)> procedural = {};

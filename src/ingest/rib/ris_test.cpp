@@ -1,5 +1,7 @@
 // Requests of later renderers: Bxdf, Light, layers, resources, edits, error handlers.
 
+#include <filesystem>
+
 #include "ingest/rib/test_support.h"
 #include "scene/layers.h"
 
@@ -166,6 +168,143 @@ TEST(Ris, MatricesWithRoundingErrorsAreAffine) {
         Parsed(world("ConcatTransform [1 0 0 .01 0 1 0 0 0 0 1 0 0 0 3 1]" + Ball)).says("projective"));
 }
 
+TEST(Ris, DisplaceIsADisplacement) {
+    const Parsed p(
+        world("Pattern \"PxrFractal\" \"f\"\n"
+              "Displace \"PxrDisplace\" \"d\" \"float dispAmount\" .1 \"reference float dispScalar\" "
+              "[\"f:resultF\"] \"reference vector dispVector\" [\"none:resultXYZ\"] \"int trace\" 1" +
+              Ball +
+              "Displace \"own\" \"d\" \"string file\" [\"a:b.tx\"] \"reference float k\" "
+              "[\"f:resultF\"]" +
+              Ball + "Displace \"null\" \"d\"" + Ball));
+    const scene::ShaderRef& d = *p.primitive(0).attributes->displacement;
+    EXPECT_EQ(d.name, "PxrDisplace");
+    EXPECT_FLOAT_EQ(d.parameters.get_float("dispAmount", 0), .1f);
+    EXPECT_EQ(scene::layers(d), (std::vector<std::string>{"f"}));
+    ASSERT_TRUE(d.parameters.find(":dispScalar"));
+    EXPECT_TRUE(scene::is_connection(*d.parameters.find(":dispScalar")));
+    EXPECT_FALSE(d.parameters.find("dispScalar"));
+    EXPECT_FALSE(d.parameters.find("dispVector"));
+    EXPECT_TRUE(p.says("\"dispVector\" is fed by \"none:resultXYZ\""));
+    EXPECT_TRUE(p.says("Displace \"PxrDisplace\" has no \"trace\" here"));
+    const scene::ShaderRef& own = *p.primitive(1).attributes->displacement;
+    EXPECT_EQ(own.parameters.get_string("file", ""), "a:b.tx");
+    EXPECT_TRUE(own.parameters.find(":k"));
+    EXPECT_FALSE(p.primitive(2).attributes->displacement);
+}
+
+TEST(Deformations, RunBeforeTheDisplacement) {
+    const auto order = [](const Parsed& p, size_t i) { // all that run, in order
+        std::string names;
+        const auto& d = p.primitive(i).attributes->displacement;
+        if (!d)
+            return names;
+        for (const std::string& handle : scene::layers(*d))
+            for (const scene::ShaderRef& layer : d->coshaders)
+                if (layer.handle == handle)
+                    names += layer.name + " ";
+        return names + d->name;
+    };
+    const Parsed p(world("Deformation \"twist\"" + Ball + "Displacement \"bumpy\"" + Ball +
+                         "Deformation \"bend\"" + Ball + "Displacement \"dented\"" + Ball +
+                         "ShaderLayer \"displacement\" \"low\" \"l\" "
+                         "ShaderLayer \"displacement\" \"high\" \"h\"" +
+                         Ball + "Displacement \"null\"" + Ball + "Deformation \"roll\"" + Ball +
+                         "Deformation \"null\"" + Ball));
+    EXPECT_SILENT(p);
+    EXPECT_EQ(order(p, 0), "twist");
+    EXPECT_EQ(order(p, 1), "twist bumpy");
+    EXPECT_EQ(order(p, 2), "bend twist bumpy"); // the newest is nearest to the object
+    EXPECT_EQ(order(p, 3), "bend twist dented");
+    EXPECT_EQ(order(p, 4), "bend twist low high");
+    EXPECT_EQ(order(p, 5), "bend twist");
+    EXPECT_EQ(order(p, 6), "roll bend twist");
+    EXPECT_EQ(order(p, 7), "");
+    std::string many;
+    for (int i = 0; i < 70; i++)
+        many += "Deformation \"twist\" ";
+    const Parsed deep(world(many + Ball));
+    EXPECT_EQ(scene::layers(*deep.primitive(0).attributes->displacement).size(), 63u);
+    EXPECT_TRUE(deep.says("was left out: 64 are in force"));
+}
+
+TEST(LightFilters, FactorsAreOnTheirLights) {
+    const Parsed p(
+        world("LightFilter \"PxrIntMultLightFilter\" \"half\" \"float intensity\" 2 \"float exposure\" -2 "
+              "\"float density\" 1\n"
+              "LightFilter \"PxrIntMultLightFilter\" \"red\" \"color tint\" [1 0 0]\n"
+              "LightFilter \"PxrBarnLightFilter\" \"barn\"\n"
+              "Light \"PxrRectLight\" \"a\" \"color lightColor\" [1 1 .5] Light \"PxrDomeLight\" \"b\"\n"
+              "EnableLightFilter \"a\" \"half\" 1 EnableLightFilter \"a\" \"half\" 1 EnableLightFilter \"a\" "
+              "\"red\" 1 "
+              "EnableLightFilter \"a\" \"barn\" 1 EnableLightFilter \"b\" \"half\" 1 EnableLightFilter \"b\" "
+              "\"half\" 0\n"
+              "EnableLightFilter \"c\" \"half\" 1 EnableLightFilter \"a\" \"gone\" 1\n"
+              "Light \"PxrMeshLight\" \"m\" EnableLightFilter \"m\" \"half\" 1" +
+              Ball));
+    ASSERT_EQ(p.scene.light_shaders.size(), 2u);
+    EXPECT_EQ(p.scene.light_shaders[0].parameters.get_color("lightcolor", Rgb(0)), Rgb(.5f, 0, 0));
+    EXPECT_EQ(p.scene.light_shaders[1].parameters.get_color("lightcolor", Rgb(0)), Rgb(1, 1, 1));
+    EXPECT_EQ(p.primitive(0).attributes->area_light->parameters.get_color("lightcolor", Rgb(0)), Rgb(.5f));
+    EXPECT_TRUE(p.says("there is no counterpart of density")) << p.all_messages();
+    EXPECT_TRUE(p.says("LightFilter \"PxrBarnLightFilter\" has no counterpart, its lights shine without it"));
+    EXPECT_TRUE(p.says("EnableLightFilter \"c\": no light in force has this handle"));
+    EXPECT_TRUE(p.says("there is no LightFilter \"gone\" before it"));
+    EXPECT_EQ(p.messages().size(), 4u) << p.all_messages();
+}
+
+TEST(Ris, ShadersOfVolumePrimitivesAreOurs) {
+    const Parsed p(world("VPSurface \"metal\" VPAtmosphere \"fog\" VPInterior \"smoke\"" + Ball));
+    EXPECT_EQ(surface(p).name, "metal");
+    EXPECT_EQ(p.primitive(0).attributes->atmosphere->name, "fog");
+    EXPECT_EQ(p.primitive(0).attributes->interior->name, "smoke");
+}
+
+TEST(Cameras, TheStateAtWorldBeginUnlessADisplayNamesAnother) {
+    const std::string two = "TransformBegin Projection \"perspective\" \"fov\" 30 Translate -1 0 5 "
+                            "Camera \"left\" \"float[2] shutteropening\" [.2 .8] TransformEnd\n"
+                            "Projection \"orthographic\" Translate 1 0 5 CoordinateSystem \"rig\" "
+                            "Camera \"right\" \"float[2] shutteropening\" [0 1] \"float zoom\" 2\n";
+    const auto at = [](const Parsed& p) { return p.scene.camera.camera_from_world.point({0, 0, 0}); };
+    const Parsed plain(two + "WorldBegin" + Ball + "WorldEnd");
+    expect_point(at(plain), 1, 0, 5);
+    EXPECT_EQ(plain.scene.camera.projection, scene::Camera::Projection::Orthographic);
+    EXPECT_TRUE(plain.says("Camera: \"zoom\" has no counterpart"));
+
+    for (const std::string choice : {"Display \"a.exr\" \"openexr\" \"rgb\" \"string camera\" [\"left\"]\n",
+                                     "Hider \"raytrace\" \"string camera\" [\"left\"]\n"}) {
+        const Parsed p(two + choice + "WorldBegin" + Ball + "WorldEnd");
+        expect_point(at(p), -1, 0, 5);
+        EXPECT_EQ(p.scene.camera.projection, scene::Camera::Projection::Perspective);
+        EXPECT_EQ(p.scene.camera.fov, 30);
+        EXPECT_EQ(p.scene.options.shutter_opening, (std::vector<float>{.2f, .8f}));
+        // What was declared before the world stays where it was declared.
+        expect_point(p.scene.coordinate_systems.at("rig").point({0, 0, 0}), 0, 0, 0);
+        expect_point(p.scene.coordinate_systems.at("camera").point({0, 0, 0}), 1, 0, -5);
+    }
+    const Parsed none(two +
+                      "Display \"a.exr\" \"openexr\" \"rgb\" \"string camera\" [\"top\"]\n"
+                      "Display \"+b.exr\" \"openexr\" \"z\" \"string camera\" [\"left\"]\n" +
+                      "WorldBegin" + Ball + "WorldEnd");
+    expect_point(at(none), 1, 0, 5);
+    EXPECT_TRUE(none.says("there is no Camera \"top\", which a display names; there are left, right"));
+    EXPECT_TRUE(none.says("the display \"b.exr\" names the camera \"left\""));
+}
+
+TEST(Commands, RunWhereTheyAreAllowed) {
+    const std::string file = testing::TempDir() + "/kanuka_system_ran";
+    const std::string scene = "System \"touch '" + file + "'\"\nSystem \"exit 3\"\n" + world(Ball);
+    std::filesystem::remove(file);
+    const Parsed no(scene);
+    EXPECT_FALSE(std::filesystem::exists(file));
+    EXPECT_TRUE(no.says("was not run: a scene may run commands only if who reads it allows it"));
+    const Parsed yes(scene, {.run_system = true});
+    EXPECT_TRUE(std::filesystem::exists(file));
+    EXPECT_EQ(yes.messages().size(), 1u) << yes.all_messages();
+    EXPECT_TRUE(yes.says("System \"exit 3\" ended with status 3"));
+    std::filesystem::remove(file);
+}
+
 TEST(Layers, AllRunBeforeTheLast) {
     const Parsed one(world("ShaderLayer \"surface\" \"matte\" \"base\" \"Kd\" .5" + Ball));
     EXPECT_SILENT(one);
@@ -230,7 +369,7 @@ TEST(ErrorHandler, Modes) {
     EXPECT_EQ(Parsed(world("ErrorHandler \"ignore\" Sphere 1" + Ball)).journal.error_count(), 0u);
     EXPECT_EQ(Parsed(world("ErrorHandler \"print\" Sphere 1" + Ball)).journal.error_count(), 1u);
     EXPECT_THROW(Parsed(world("ErrorHandler \"abort\" Sphere 1" + Ball)), Error);
-    EXPECT_NO_THROW(Parsed(world("ErrorHandler \"abort\" Deformation \"x\"" + Ball))); // well written
+    EXPECT_NO_THROW(Parsed(world("ErrorHandler \"abort\" System \"ls\"" + Ball))); // well written
     EXPECT_TRUE(Parsed(world("ErrorHandler \"shout\"")).says("must be print, ignore or abort"));
 }
 

@@ -1,6 +1,7 @@
 // The graphics state of RISpec chapter 4: options, attributes, transformation, and the blocks that save them.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -9,6 +10,15 @@
 #include "scene/scene.h"
 
 namespace kanuka::ingest {
+
+// What Camera saves.
+struct NamedCamera {
+    scene::Camera camera;
+    std::optional<float> frame_aspect_ratio;
+    Transform camera_from_world;
+    std::vector<TransformKey> keys; // of a moving one
+    std::vector<float> shutter_opening;
+};
 
 struct OptionState {
     scene::Options options;
@@ -20,6 +30,7 @@ struct OptionState {
     std::vector<float> rgb_from_samples;
     bool shutter_given = false;
     std::string transport = "auto"; // Option "kanuka" "transport"
+    std::map<std::string, NamedCamera> cameras;
 };
 
 // Which attributes were set since ObjectBegin: the others come from the instance (RISpec 5.8).

@@ -421,7 +421,95 @@ TEST(RibMotion, SaysWhatDoesNotFit) {
     EXPECT_FALSE(backwards.primitive(0).motion);
     const Parsed color(world("MotionBegin [0 1] Color 1 0 0 Color 0 1 0 MotionEnd Sphere 1 -1 1 360"));
     EXPECT_TRUE(color.says("Color does not change while the shutter is open"));
-    EXPECT_EQ(color.primitive(0).attributes->color, Rgb(1, 0, 0));
+    EXPECT_EQ(color.primitive(0).attributes->color, Rgb(1, 0, 0)); // no shutter: an instant
+}
+
+TEST(RibMotion, NumbersHaveTheirMeanOverTheShutter) {
+    const auto intensity = [](const std::string& before, const std::string& times,
+                              const std::string& after = "") {
+        const Parsed p(
+            before + "MotionBegin [" + times + "] LightSource \"pointlight\" 1 \"intensity\" 1 " +
+            "\"string __note\" \"a\" LightSource \"pointlight\" 1 \"intensity\" 5 \"string __note\" \"b\" "
+            "MotionEnd\n" +
+            after + world("Sphere 1 -1 1 360"));
+        EXPECT_EQ(p.scene.light_shaders.size(), 1u) << p.all_messages();
+        if (p.scene.light_shaders.empty())
+            return NAN;
+        EXPECT_EQ(p.scene.light_shaders[0].parameters.get_string("__note", ""), "a");
+        return p.scene.light_shaders[0].parameters.get_float("intensity", 0);
+    };
+    EXPECT_FLOAT_EQ(intensity("Shutter 0 1 ", "0 1"), 3);
+    EXPECT_FLOAT_EQ(intensity("Shutter 0 .5 ", "0 1"), 2);
+    // It stands still before the first sample and after the last.
+    EXPECT_FLOAT_EQ(intensity("Shutter -1 1 ", "0 1"), 2);
+    EXPECT_FLOAT_EQ(intensity("Shutter 0 4 ", "0 1"), (3 + 3 * 5) / 4.f);
+    EXPECT_FLOAT_EQ(intensity("Shutter 2 3 ", "0 1"), 5);
+    EXPECT_FLOAT_EQ(intensity("Shutter -2 -1 ", "0 1"), 1);
+    // An instant, and Shutter after the block
+    EXPECT_FLOAT_EQ(intensity("Shutter .25 .25 ", "0 1"), 2);
+    EXPECT_FLOAT_EQ(intensity("", "0 1", "Shutter 0 1\n"), 3);
+    EXPECT_FLOAT_EQ(intensity("Shutter 0 1 ", "0 1", "Shutter .5 1\n"), 4);
+    // One that opens slowly sees more of the end: the mean of t under the openness 2t.
+    EXPECT_NEAR(intensity("Shutter 0 1 Option \"camera\" \"float[2] shutteropening\" [1 1] ", "0 1"),
+                1 + 4 * 2 / 3.0, 1e-4);
+}
+
+TEST(RibMotion, ColoursAndShadersToo) {
+    const Parsed p(
+        "Shutter 0 1\nMotionBegin [0 1] Opacity 1 1 1 Opacity 0 0 .5 MotionEnd "
+        "MotionBegin [0 1] Surface \"plastic\" \"Kd\" 1 Surface \"plastic\" \"Kd\" 0 MotionEnd\n"
+        "Shutter 0 .5\n" +
+        world("MotionBegin [0 .5 1] Color 1 0 0 Color 0 1 0 Color 0 0 1 MotionEnd Sphere 1 -1 1 360\n"
+              "MotionBegin [0 1] Surface \"matte\" Surface \"metal\" MotionEnd Sphere 1 -1 1 360\n"
+              "MotionBegin [0 1] Displacement \"bumpy\" \"Km\" 0 \"string texturename\" \"a\" "
+              "Displacement \"bumpy\" \"Km\" 8 MotionEnd Sphere 1 -1 1 360"));
+    ASSERT_EQ(p.scene.primitives.size(), 3u);
+    const scene::Attributes& a = *p.primitive(0).attributes;
+    EXPECT_EQ(a.color, Rgb(.5f, .5f, 0)); // the shutter closes at the second
+    EXPECT_EQ(a.opacity, Rgb(.75f, .75f, .875f));
+    EXPECT_FLOAT_EQ(a.surface->parameters.get_float("Kd", 9), .75f);
+    EXPECT_EQ(p.primitive(1).attributes->surface->name, "matte");
+    EXPECT_TRUE(p.says("a shader cannot become another"));
+    const scene::ShaderRef& bump = *p.primitive(2).attributes->displacement;
+    EXPECT_FLOAT_EQ(bump.parameters.get_float("Km", 9), 2);
+    EXPECT_EQ(bump.parameters.get_string("texturename", ""), "a");
+}
+
+TEST(RibOptions, ColourSamplesOfParameters) {
+    // Two samples: the first is red, the second blue.
+    const Parsed p("ColorSamples [1 0 0  0 0 1] [1 0  0 0  0 1]\n" +
+                   world("Color [.5 .25] LightSource \"pointlight\" 1 \"lightcolor\" [1 .5]\n"
+                         "Surface \"plastic\" \"specularcolor\" [.25 .5] \"color[2] ramp\" [1 0 0 1]\n"
+                         "Polygon \"P\" [0 0 1 1 0 1 0 1 1] \"Cs\" [1 0 .5 .5 0 1]\n"
+                         "Surface \"plastic\" \"specularcolor\" [1 1 1] Sphere 1 -1 1 360"));
+    const auto floats = [](const scene::Value* v) {
+        return v ? std::vector<float>(v->floats.begin(), v->floats.end()) : std::vector<float>();
+    };
+    using V = std::vector<float>;
+    EXPECT_EQ(p.primitive(0).attributes->color, Rgb(.5f, 0, .25f));
+    EXPECT_EQ(p.scene.light_shaders.at(0).parameters.get_color("lightcolor", Rgb(0)), Rgb(1, 0, .5f));
+    const auto& surface = p.primitive(0).attributes->surface->parameters;
+    EXPECT_EQ(floats(surface.find("specularcolor")), (V{.25f, 0, .5f}));
+    EXPECT_EQ(floats(surface.find("ramp")), (V{1, 0, 0, 0, 0, 1}));
+    EXPECT_EQ(floats(p.primitive(0).primvars.find("Cs")), (V{1, 0, 0, .5f, 0, .5f, 0, 0, 1}));
+    EXPECT_FALSE(p.primitive(1).attributes->surface->parameters.find("specularcolor"));
+    EXPECT_TRUE(p.says("colors have 2 numbers since ColorSamples, found 3")) << p.all_messages();
+    EXPECT_EQ(p.messages().size(), 1u) << p.all_messages();
+}
+
+TEST(RibTransform, ScopedCoordinateSystemsEndWithTheirBlock) {
+    const Parsed p(
+        "Projection \"perspective\" Translate 0 0 5 ScopedCoordinateSystem \"rig\"\nWorldBegin\n"
+        "AttributeBegin Translate 1 0 0 ScopedCoordinateSystem \"lamp\" Identity "
+        "CoordSysTransform \"lamp\" Sphere 1 -1 1 360 CoordSysTransform \"rig\" Sphere 1 -1 1 360\n"
+        "AttributeEnd Sphere 1 -1 1 360 CoordSysTransform \"lamp\"\nWorldEnd");
+    expect_point(p.primitive(0).world_from_object.point({0, 0, 0}), 1, 0, 0);
+    expect_point(p.primitive(1).world_from_object.point({0, 0, 0}), 0, 0,
+                 0); // the camera's translation undone
+    EXPECT_TRUE(p.primitive(0).attributes->user.find("coordinatesystem:lamp"));
+    EXPECT_FALSE(p.primitive(2).attributes->user.find("coordinatesystem:lamp"));
+    EXPECT_TRUE(p.says("there is no coordinate system \"lamp\"; there are: rig, camera, world"))
+        << p.all_messages();
 }
 
 TEST(RibOptions, ProjectionsAndLenses) {

@@ -53,6 +53,40 @@ void Context::end_frame(const Location& where) {
         lights.truncate(m_frame_lights);
 }
 
+// A display that names a camera has its state in place of the current one.
+void Context::choose_camera(const Location& where) {
+    const auto& displays = options.options.displays;
+    std::string name = options.options.user.get_string("hider:camera", "");
+    if (!displays.empty())
+        name = displays[0].parameters.get_string("camera", name);
+    for (const scene::Display& d : displays)
+        if (d.parameters.get_string("camera", name) != name)
+            reports.warning("further camera", where,
+                            "the display \"" + d.file + "\" names the camera \"" +
+                                d.parameters.get_string("camera", "") +
+                                "\", but the first display has another: one camera makes all layers of a "
+                                "picture. Render the scene once more with that display first");
+    if (name.empty())
+        return;
+    const auto known = options.cameras.find(name);
+    if (known == options.cameras.end()) {
+        std::string names;
+        for (const auto& [have, camera] : options.cameras)
+            names += (names.empty() ? "" : ", ") + have;
+        reports.error("unknown camera", where,
+                      "there is no Camera \"" + name + "\", which a display names; " +
+                          (names.empty() ? "there are none" : "there are " + names) +
+                          ". The state at WorldBegin is the camera");
+        return;
+    }
+    const NamedCamera& chosen = known->second;
+    options.camera = chosen.camera;
+    options.frame_aspect_ratio = chosen.frame_aspect_ratio;
+    options.options.shutter_opening = chosen.shutter_opening;
+    ctm = chosen.camera_from_world;
+    ctm_keys = chosen.keys;
+}
+
 void Context::begin_world(const Location& where) {
     // Step 1: is this the world to be rendered?
     const bool in_frame = m_frame_open;
@@ -78,8 +112,16 @@ void Context::begin_world(const Location& where) {
         stream.skip_to("WorldBegin", {"WorldEnd"});
         return;
     }
-    // Step 2: the camera is where the transformations before the world put it.
+    // Step 2: the camera is where the transformations before the world put it, or Camera before them.
     m_world_done = true;
+    Transform world_from_here;
+    try {
+        world_from_here = ctm.inverse();
+    } catch (const Error&) {
+        // reported below, or of no matter
+    }
+    choose_camera(where);
+    mend_means();
     m_camera_from_world = ctm;
     Transform world_from_camera;
     try {
@@ -111,13 +153,13 @@ void Context::begin_world(const Location& where) {
     }
     // Step 3: what was declared in camera space so far gets its place in the world.
     replace({});
-    lights.place(world_from_camera);
+    lights.place(world_from_here);
     for (auto& [name, transform] : coordinate_systems)
-        transform = world_from_camera * transform;
-    place_shaders(world_from_camera, attributes.edit(0));
+        transform = world_from_here * transform;
+    place_shaders(world_from_here, attributes.edit(0));
     if (m_scene.options.imager)
         m_scene.options.imager->world_from_shader =
-            world_from_camera * m_scene.options.imager->world_from_shader;
+            world_from_here * m_scene.options.imager->world_from_shader;
     coordinate_systems["world"] = {};
     coordinate_systems["camera"] = world_from_camera;
 }

@@ -192,7 +192,7 @@ bool Lower::bind_layered(const VarDecl* v, Binding& b) {
         return false;
     const int unit = m_linked->find(it->second->handles[0]);
     const VarDecl* from = unit < 0 ? nullptr : m_linked->variable(size_t(unit), it->second->output);
-    if (!from || from->type.array || v->type.array)
+    if (!from || from->type.array != v->type.array)
         return false;
     start(unit);
     Block* const here = m_b.block();
@@ -202,9 +202,16 @@ bool Lower::bind_layered(const VarDecl* v, Binding& b) {
     name.var = const_cast<VarDecl*>(from);
     name.type = from->type;
     b.kind = Binding::Variable;
-    b.var = m_b.var(std::string(v->name), ty(v->type), v->loc);
+    b.var = m_b.var(std::string(v->name), ty(v->type), v->loc, v->type.array ? std::max(1, v->type.size) : 0);
     m_b.declare(b.var);
-    store_tagged(b.var, expr_as(&name, v->type), v->loc);
+    if (v->resizable) {
+        b.length = m_b.var(std::string(v->name) + ".length", Ty::Float, v->loc);
+        m_b.declare(b.length);
+    }
+    if (v->type.array)
+        assign_array(b, &name, v->type, v->loc);
+    else
+        store_tagged(b.var, expr_as(&name, v->type), v->loc);
     m_b.set_block(here);
     m_starts.insert(m_starts.end(), own->items.begin(), own->items.end());
     return true;

@@ -320,9 +320,13 @@ StructDecl* Parser::structure() {
 // ------------------------------------------------------------------------------------------------------
 
 static constexpr std::pair<std::string_view, ShaderKind> ShaderKeywords[] = {
-    {"surface", ShaderKind::Surface}, {"displacement", ShaderKind::Displacement},
-    {"light", ShaderKind::Light},     {"volume", ShaderKind::Volume},
-    {"imager", ShaderKind::Imager},   {"class", ShaderKind::Class},
+    {"surface", ShaderKind::Surface},
+    {"displacement", ShaderKind::Displacement},
+    {"transformation", ShaderKind::Displacement}, // RISpec 3.1: moves P
+    {"light", ShaderKind::Light},
+    {"volume", ShaderKind::Volume},
+    {"imager", ShaderKind::Imager},
+    {"class", ShaderKind::Class},
     {"shader", ShaderKind::Class}};
 
 bool Parser::at_shader() const {
