@@ -69,7 +69,9 @@ Token Lexer::peek() {
     m_binary = false;
     m_space_begin = m_at;
     for (;;) {
-        skip_space();
+        // Binary tokens stand without space between them.
+        if (m_at >= m_end || is(m_text[m_at], Space) || m_text[m_at] == '#')
+            skip_space();
         m_token = m_at;
         m_peeked = true;
         if (m_at >= m_end)
