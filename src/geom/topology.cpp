@@ -120,9 +120,14 @@ PolygonEdges find_edges(const std::vector<int>& first, const std::vector<int>& v
 
 Topology polygon_topology(const std::vector<int>& first, const std::vector<int>& vertices, int vertex_count,
                           bool collapse_triangles, std::vector<PieceQuad>& quads) {
+    return polygon_topology(first, vertices, vertex_count, collapse_triangles,
+                            find_edges(first, vertices, vertex_count), quads);
+}
+
+Topology polygon_topology(const std::vector<int>& first, const std::vector<int>& vertices, int vertex_count,
+                          bool collapse_triangles, const PolygonEdges& edges, std::vector<PieceQuad>& quads) {
     using Part = Topology::Part;
     Topology t;
-    const PolygonEdges edges = find_edges(first, vertices, vertex_count);
     t.edges.reserve(edges.edges.size());
     for (const auto& e : edges.edges)
         t.edges.push_back({e[0], e[1]});
