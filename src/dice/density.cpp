@@ -112,12 +112,27 @@ float Density::cells(const Vec3f& a, const Vec3f& b) const {
         return length(b - a) * m_uniform * m_cells_per_pixel;
     float most = 0;
     for (const Pose& pose : m_poses)
-        most = std::max(most, cells_from(pose, a, b));
+        most = std::max(most, cells_between(pose.to_camera(a), pose.to_camera(b)));
     return most;
 }
 
-float Density::cells_from(const Pose& pose, const Vec3f& a, const Vec3f& b) const {
-    const Vec3f qa = pose.to_camera(a), qb = pose.to_camera(b);
+void Density::cells(const Vec3f* points, int count, float* out) const {
+    if (m_uniform > 0) {
+        for (int i = 0; i + 1 < count; i++)
+            out[i] = length(points[i + 1] - points[i]) * m_uniform * m_cells_per_pixel;
+        return;
+    }
+    std::fill_n(out, count - 1, 0.0f);
+    Vec3f q[MostPoints];
+    for (const Pose& pose : m_poses) {
+        for (int i = 0; i < count; i++)
+            q[i] = pose.to_camera(points[i]);
+        for (int i = 0; i + 1 < count; i++)
+            out[i] = std::max(out[i], cells_between(q[i], q[i + 1]));
+    }
+}
+
+float Density::cells_between(const Vec3f& qa, const Vec3f& qb) const {
     const Vec3f middle = (qa + qb) * 0.5f, d = qb - qa;
     float beyond;
     const float at = pixels_at(middle, beyond),
@@ -170,8 +185,10 @@ LineMeasure RateRule::line(const Vec3f* p, int count) const {
     constexpr float Uneven = 2.5f, Worthwhile = 4;
     const int pieces = count - 1;
     float sum = 0, squares = 0, peak = 0;
+    float lengths[Density::MostPoints];
+    density.cells(p, count, lengths);
     for (int i = 0; i < pieces; i++) {
-        const float l = density.cells(p[i], p[i + 1]);
+        const float l = lengths[i];
         sum += l;
         squares += l * l;
         peak = std::max(peak, l);

@@ -16,6 +16,9 @@ class Density final : public geom::Viewpoint {
     bool has_camera() const override { return m_uniform <= 0; }
     // Micropolygon edges that fit between two near points; foreshortened as the camera sees them.
     float cells(const Vec3f& a, const Vec3f& b) const override;
+    // The same from each of a line's points to the next: count - 1 values. At most MostPoints.
+    static constexpr int MostPoints = 16;
+    void cells(const Vec3f* points, int count, float* out) const;
     // Micropolygons that fit into a triangle.
     float area(const Vec3f& a, const Vec3f& b, const Vec3f& c) const;
     // Direction from p to the camera, not normalised; towards the viewer for orthographic cameras.
@@ -35,7 +38,7 @@ class Density final : public geom::Viewpoint {
     float pixels_at(const Vec3f& camera_point, float& beyond) const;
     // The same for a unit of render space, with that.
     float pixels_from(const Pose& pose, const Vec3f& p, float& beyond) const;
-    float cells_from(const Pose& pose, const Vec3f& a, const Vec3f& b) const;
+    float cells_between(const Vec3f& a, const Vec3f& b) const; // points of the camera's
     Vec3f towards(const Pose& pose, const Vec3f& p) const;
 
     float m_uniform = 0, m_cells_per_pixel = 1;

@@ -25,7 +25,10 @@ class SubdivisionSurface : public Surface {
         gather_data();
         const PolygonEdges edges = find_edges(m_cage.first, m_cage.vertices, int(m_points.size()));
         m_regular.find(m_cage, m_points.size(), edges);
-        if (!make_factory()) {
+        // OpenSubdiv's tables cost as much as many small faces: there are none where all are regular.
+        const bool all_regular =
+            m_regular.count() == m_cage.sizes.size() && m_channels.empty() && m_varying_width == 0;
+        if (!all_regular && !make_factory()) {
             journal.error(primitive.where, "the topology of a subdivision mesh is refused by OpenSubdiv");
             return false;
         }
@@ -50,6 +53,10 @@ class SubdivisionSurface : public Surface {
         evaluate_data(face, Vertex, m_points.xyz.data(), u, v, targets, 3, u.count);
     }
     int uniform_index(int face) const override { return m_cage.face[m_face[m_quads[face].piece]]; }
+
+    bool joins_smoothly(int face) const override {
+        return m_continuous && m_regular.has(m_face[m_quads[face].piece]);
+    }
 
   protected:
     void shape(int face, Line u, Line v, Lattice out) const override {
@@ -98,7 +105,7 @@ class SubdivisionSurface : public Surface {
                 if (m_regular.points(
                         base_face, data == Vertex ? m_cage.vertices.data() : m_channels[data].indices.data(),
                         points)) {
-                    fill_bspline(ControlValues(values, count, points, 16), u, v, targets, count, pitch);
+                    fill_bspline(values, points, u, v, targets, count, pitch);
                     return;
                 }
             }
@@ -183,6 +190,7 @@ class SubdivisionSurface : public Surface {
             for (int c = 0; c < p.components; c++)
                 to.push_back({int(i), c});
         }
+        m_continuous = m_channels.empty() && m_uniform_targets.empty();
         m_vertex_width = int(m_vertex_targets.size());
         m_varying_width = int(m_varying_targets.size());
         const size_t n = m_points.size();
@@ -222,6 +230,7 @@ class SubdivisionSurface : public Surface {
     std::vector<float> m_vertex_data, m_varying_data;
     std::vector<FaceVaryingChannel> m_channels;
     bool m_smooth_channels = true; // inside, at least
+    bool m_continuous = true;      // no primvar changes from face to face
     RegularFaces m_regular;
     PatchKinds m_kinds; // of vertex data
     std::vector<PatchKinds> m_channel_kinds;

@@ -28,7 +28,10 @@ class ControlValues {
     float *m_data, *m_origin;
 };
 
-// Sixteen control points of a uniform bicubic B-spline, row by row.
+// Sixteen control points of a uniform bicubic B-spline, row by row: `width` = `count` floats each of a
+// mesh's.
+void fill_bspline(const float* values, const int* points, Line u, Line v, const PatchTarget* targets,
+                  int count, int pitch);
 void fill_bspline(const ControlValues& points, Line u, Line v, const PatchTarget* targets, int count,
                   int pitch);
 

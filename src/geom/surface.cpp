@@ -22,16 +22,20 @@ void Surface::edge_positions(int edge, Line t, float* out, int stride) const {
         const int half = x > 0.5f ? 1 : 0;
         return e.face[half] < 0 || e.face[half] == e.face[1 - half] ? int(e.face[0] < 0) : half;
     };
-    std::vector<float> x;
+    constexpr int Few = 16;
+    float few[Few];
+    std::vector<float> many(t.count > Few ? t.count : 0);
+    float* const x = many.empty() ? few : many.data();
     for (int i = 0, end; i < t.count; i = end) { // runs that one face evaluates
         const int half = half_of(t[i]), f = e.face[half], side = e.side[half];
-        for (end = i, x.clear(); end < t.count && half_of(t[end]) == half; end++)
-            x.push_back(std::clamp(side_parameter(m_topology.faces[f].sides[side], t[end]), 0.0f, 1.0f));
+        for (end = i; end < t.count && half_of(t[end]) == half; end++)
+            x[end - i] = std::clamp(side_parameter(m_topology.faces[f].sides[side], t[end]), 0.0f, 1.0f);
         // Lines rise; a side that is walked backwards is evaluated from its other end.
-        const bool backwards = x.front() > x.back();
+        const int n = end - i;
+        const bool backwards = x[0] > x[n - 1];
         if (backwards)
-            std::reverse(x.begin(), x.end());
-        const Line line{x.data(), end - i};
+            std::reverse(x, x + n);
+        const Line line{x, n};
         const float fixed = side == 1 || side == 2 ? 1.0f : 0.0f;
         const Line one{&fixed, 1};
         const bool along_u = side == 0 || side == 2;

@@ -45,6 +45,8 @@ class Surface {
     // Interior lines of a face may be much longer than its sides.
     bool bulges() const { return m_bulges; }
     virtual int uniform_index(int face) const { return face; }
+    // Normals and primvars of the face are its neighbours' where they meet.
+    virtual bool joins_smoothly(int) const { return false; }
     // What cuts parts of it away, in the parameters of the whole surface, and those; null = nothing.
     virtual const scene::TrimCurves* trim() const { return nullptr; }
     virtual ParameterRange parameters() const { return {}; }

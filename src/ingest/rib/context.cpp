@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/large_pages.h"
+#include "base/large_arrays.h"
 #include "ingest/rib/handlers.h"
 #include "ingest/rib/motion.h"
 #include "ingest/rib/primvars.h"
@@ -362,15 +362,7 @@ void Context::add_primitive(Call& call, scene::Geometry geometry) {
         // As many as there will be if the file goes on like this: growing step by step moves them all again
         // and again.
         const double expected = double(all.size()) / std::max(stream.progress(), 0.05) * 1.05;
-        all.reserve(std::max(2 * all.size(), size_t(expected)));
-        // Written once from end to end: with small pages the system has more work than the reader.
-        constexpr size_t Page = 4096;
-        const auto begin = reinterpret_cast<uintptr_t>(all.data()),
-                   end = reinterpret_cast<uintptr_t>(all.data() + all.capacity());
-        const size_t ahead = (Page - begin % Page) % Page;
-        if (end - begin >= 2 * LargePage)
-            want_large_pages(reinterpret_cast<std::byte*>(all.data()) + ahead,
-                             (end - begin - ahead) / Page * Page);
+        reserve_large(all, std::max(2 * all.size(), size_t(expected)));
     }
     all.emplace_back(std::move(geometry), std::move(call.params), ctm, attributes.shared, m_next_id++,
                      call.where, moving_place(ctm_keys), solid);
