@@ -117,7 +117,7 @@ class Merger {
         number();
         geom::MeshParts out;
         geom::allocate_mesh(out, m_owners, m_splitter.surface());
-        evaluate(m_splitter.surface(), out.vertices, true);
+        evaluate(m_splitter.surface(), out.vertices, !m_guests.empty());
         take_guests(out);
         out.vertices.flips = m_splitter.surface().flips();
         list_quads(out.mesh);
@@ -186,23 +186,31 @@ class Merger {
         const std::vector<float*> out = components_of(to), guest_out = components_of(m_guest_data);
         tasks::parallel_chunks(m_pieces.size(), Grain, [&](size_t begin, size_t end) {
             Scratch scratch(m_splitter, surface);
-            std::vector<uint32_t> from, at, guest_from, guest_at;
+            std::vector<uint32_t> from, other_from, other_at; // its own vertices, which are in a row; others
             for (size_t i = begin; i < end; i++) {
                 const std::vector<float*>* in;
                 scratch.fill(m_pieces[i], in);
-                from.clear(), at.clear(), guest_from.clear(), guest_at.clear();
+                from.clear(), other_from.clear(), other_at.clear();
+                uint32_t first = 0;
                 for (size_t s = m_first_slot[i]; s < m_first_slot[i + 1]; s++) {
                     const uint32_t v = m_vertex[s], k = uint32_t(s - m_first_slot[i]);
-                    if (guests && (v & Guest))
-                        guest_from.push_back(k), guest_at.push_back(v & ~Guest);
-                    else if (m_source[v] == s)
-                        from.push_back(k), at.push_back(v);
+                    if (guests && (v & Guest)) {
+                        other_from.push_back(k), other_at.push_back(v & ~Guest);
+                    } else if (m_source[v] == s && v < m_owners) {
+                        first = from.empty() ? v : first;
+                        from.push_back(k);
+                    } else if (m_source[v] == s) {
+                        other_from.push_back(k), other_at.push_back(v);
+                    }
                 }
                 for (size_t c = 0; c < out.size(); c++) {
+                    const float* const data = (*in)[c];
+                    float* const own = out[c] + first;
                     for (size_t k = 0; k < from.size(); k++)
-                        out[c][at[k]] = (*in)[c][from[k]];
-                    for (size_t k = 0; k < guest_from.size(); k++)
-                        guest_out[c][guest_at[k]] = (*in)[c][guest_from[k]];
+                        own[k] = data[from[k]];
+                    float* const other = guests ? guest_out[c] : out[c];
+                    for (size_t k = 0; k < other_from.size(); k++)
+                        other[other_at[k]] = data[other_from[k]];
                 }
             }
         });

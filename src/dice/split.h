@@ -82,15 +82,17 @@ class Splitter {
   private:
     void start();
     void grow_edges(size_t begin);
+    void positions(const geom::Surface& surface, const Edge& edge, int samples, float* xyz) const;
     LineMeasure measure(const Edge& edge, int samples) const;
-    bool wants_cut(Edge& edge) const;
+    void measure(const Edge* edges, const int* which, int count, int samples, LineMeasure* out) const;
+    void measure(const Edge* edges, int count, LineMeasure* out) const;
+    bool wants_cut(Edge& edge, const LineMeasure& measure) const;
     void plan(Piece& piece, int& split) const;
     struct Interior {
         float want_u, want_v, least_u, least_v;
         bool uneven_u, uneven_v;
     };
     void measure_interior(const geom::Surface& surface, const Piece& piece, int samples, Interior& m) const;
-    LineMeasure measure(const geom::Surface& surface, const Edge& edge, int samples) const;
     void cut(const Piece& piece, int axis, std::vector<Piece>& out);
     Segment whole(int edge, bool reversed) const;
     Segment half(const Segment& s, int which) const;

@@ -52,6 +52,21 @@ class SubdivisionSurface : public Surface {
             targets[c].value = out + size_t(c) * stride;
         evaluate_data(face, Vertex, m_points.xyz.data(), u, v, targets, 3, u.count);
     }
+    void edge_positions(int edge, Line t, float* out, int stride) const override {
+        const Topology::Edge& e = m_topology.edges[edge];
+        constexpr int Few = 16;
+        const int face = e.face[0], base_face = face >= 0 ? m_face[m_quads[face].piece] : -1;
+        if (face < 0 || face != e.face[1] || t.count > Few || !m_regular.has(base_face)) {
+            Surface::edge_positions(edge, t, out, stride);
+            return;
+        }
+        float x[Few];
+        for (int i = 0; i < t.count; i++)
+            x[i] = side_parameter(m_topology.faces[face].sides[e.side[0]], t[i]);
+        int points[16];
+        m_regular.points_of_vertices(base_face, m_cage.vertices.data(), points);
+        bspline_side(m_points.xyz.data(), points, e.side[0], {x, t.count}, out, stride);
+    }
     int uniform_index(int face) const override { return m_cage.face[m_face[m_quads[face].piece]]; }
 
     bool joins_smoothly(int face) const override {
@@ -102,9 +117,12 @@ class SubdivisionSurface : public Surface {
         if (data != Varying) {
             if (m_regular.has(base_face) && (data == Vertex || m_smooth_channels)) {
                 int points[16];
-                if (m_regular.points(
-                        base_face, data == Vertex ? m_cage.vertices.data() : m_channels[data].indices.data(),
-                        points)) {
+                bool joined = true;
+                if (data == Vertex)
+                    m_regular.points_of_vertices(base_face, m_cage.vertices.data(), points);
+                else
+                    joined = m_regular.points(base_face, m_channels[data].indices.data(), points);
+                if (joined) {
                     fill_bspline(values, points, u, v, targets, count, pitch);
                     return;
                 }

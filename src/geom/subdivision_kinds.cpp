@@ -251,6 +251,26 @@ void fill_few(const float* values, const int* points, Line u, Line v, const Patc
 
 } // namespace
 
+void bspline_side(const float* xyz, const int* points, int side, Line t, float* out, int stride) {
+    const bool along_u = side == grid::VMin || side == grid::VMax;
+    const int step = along_u ? 1 : 4, across = along_u ? 4 : 1;
+    const int first = side == grid::UMax || side == grid::VMax ? across : 0;
+    const Float4 origin = load3(xyz + size_t(points[5]) * 3);
+    Float4 q[4];
+    for (int i = 0; i < 4; i++) {
+        const auto p = [&](int j) {
+            return load3(xyz + size_t(points[first + i * step + j * across]) * 3) - origin;
+        };
+        q[i] = (p(0) + p(2)) * (1.0f / 6) + p(1) * (4.0f / 6);
+    }
+    for (int i = 0; i < t.count; i++) {
+        const Float4 w = bspline_values(t[i]);
+        const Float4 x = (q[0] * w[0] + q[1] * w[1]) + (q[2] * w[2] + q[3] * w[3]) + origin;
+        for (int c = 0; c < 3; c++)
+            out[size_t(c) * stride + i] = x[c];
+    }
+}
+
 void fill_bspline(const float* values, const int* points, Line u, Line v, const PatchTarget* targets,
                   int count, int pitch) {
     const auto wide = [](Line t) { return t.count == 1 || t[t.count - 1] - t[0] >= 0.25f; };

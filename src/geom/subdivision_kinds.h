@@ -32,6 +32,8 @@ class ControlValues {
 // mesh's.
 void fill_bspline(const float* values, const int* points, Line u, Line v, const PatchTarget* targets,
                   int count, int pitch);
+// Positions along a side of it, in grid::Edge order: t as side and not as edge, rising or falling.
+void bspline_side(const float* xyz, const int* points, int side, Line t, float* out, int stride);
 void fill_bspline(const ControlValues& points, Line u, Line v, const PatchTarget* targets, int count,
                   int pitch);
 

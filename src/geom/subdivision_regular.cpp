@@ -64,7 +64,8 @@ void RegularFaces::find(const Cage& cage, size_t points, const PolygonEdges& edg
         m_count += size_t(r);
 }
 
-bool RegularFaces::points(int face, const int* of_corner, int* out) const {
+template <bool Check>
+bool RegularFaces::find_points(int face, const int* of_corner, int* out) const {
     const uint32_t begin = uint32_t(m_first[face]);
     // Where corner k, and beyond side k what is next to its first and second corner, and what is diagonally
     // beyond corner k, lie among the 16.
@@ -87,11 +88,20 @@ bool RegularFaces::points(int face, const int* of_corner, int* out) const {
         out[First[k]] = first;
         out[Second[k]] = second;
         out[Beyond[k]] = of_corner[corner(d, 3)];
-        joined &= of_corner[corner(t, 1)] == own && of_corner[corner(before, 0)] == own &&
-                  of_corner[corner(d, 1)] == own && of_corner[corner(d, 0)] == first &&
-                  of_corner[corner(d, 2)] == of_corner[corner(before, 3)];
+        if (Check)
+            joined &= of_corner[corner(t, 1)] == own && of_corner[corner(before, 0)] == own &&
+                      of_corner[corner(d, 1)] == own && of_corner[corner(d, 0)] == first &&
+                      of_corner[corner(d, 2)] == of_corner[corner(before, 3)];
     }
     return joined;
+}
+
+bool RegularFaces::points(int face, const int* of_corner, int* out) const {
+    return find_points<true>(face, of_corner, out);
+}
+
+void RegularFaces::points_of_vertices(int face, const int* of_corner, int* out) const {
+    find_points<false>(face, of_corner, out);
 }
 
 } // namespace kanuka::geom

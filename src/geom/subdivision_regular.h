@@ -15,8 +15,12 @@ class RegularFaces {
     // Control points of a regular face, row by row, as numbers that the corners of faces have: vertices, or
     // values of face-varying data. False where those do not join around the face.
     bool points(int face, const int* of_corner, int* out) const;
+    // Those of vertices, which always join.
+    void points_of_vertices(int face, const int* of_corner, int* out) const;
 
   private:
+    template <bool Check>
+    bool find_points(int face, const int* of_corner, int* out) const;
     static constexpr uint32_t None = ~0u;
     std::vector<uint32_t> m_twin; // of the side that begins at a corner: first corner of its face * 4 + which
     std::vector<int> m_first;     // corner of each face

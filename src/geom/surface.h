@@ -35,7 +35,7 @@ class Surface {
     // Everything: P, N, Ng, dPdu, dPdv, u, v, s, t and the primvars.
     void evaluate(int face, Line u, Line v, Lattice out) const;
     // Positions at parameters t of an edge: out[c * stride + i].
-    void edge_positions(int edge, Line t, float* out, int stride) const;
+    virtual void edge_positions(int edge, Line t, float* out, int stride) const;
 
     void allocate_channels(grid::Grid& grid) const { m_primvars.allocate_channels(grid); }
     bool flips() const { return m_flips; }
