@@ -76,6 +76,30 @@ void fill_grid(const Splitter& splitter, const geom::Surface& surface, const Pie
 void list_boundary(const Splitter& splitter, const Piece& piece, std::vector<BoundaryVertex>& out) {
     out.clear();
     const int nu = piece.nu, nv = piece.nv, row = nu + 1;
+    // Most often nothing moves.
+    bool plain = true;
+    for (int side = 0; side < 4; side++)
+        plain &= piece.sides[side].cells == side_cells(piece, side);
+    if (plain) {
+        const auto add = [&](int side, int index, int i) {
+            const Segment& s = piece.sides[side];
+            const Edge& e = splitter.edges[s.edge];
+            out.push_back({index, splitter.point(e, s.begin + (s.reversed ? s.cells - i : i)), false});
+        };
+        for (int i = 1; i < nu; i++)
+            add(grid::VMin, i, i);
+        for (int i = 1; i < nv; i++)
+            add(grid::UMax, i * row + nu, i);
+        for (int i = 1; i < nu; i++)
+            add(grid::VMax, nv * row + i, i);
+        for (int i = 1; i < nv; i++)
+            add(grid::UMin, i * row, i);
+        add(grid::VMin, 0, 0);
+        add(grid::VMin, nu, nu);
+        add(grid::UMax, nv * row + nu, nv);
+        add(grid::VMax, nv * row, 0);
+        return;
+    }
     const auto lattice = [&](int side, int i) {
         switch (side) {
         case grid::VMin:

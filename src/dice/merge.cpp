@@ -126,7 +126,7 @@ class Merger {
 
     geom::MeshParts later(const geom::Surface& surface) const {
         geom::MeshParts out;
-        geom::allocate_mesh(out, m_source.size(), surface);
+        geom::allocate_mesh(out, m_owners + m_more.size(), surface);
         out.vertices.flips = surface.flips();
         const_cast<Merger*>(this)->evaluate(surface, out.vertices, false);
         move_to_owners(out.vertices);
@@ -154,17 +154,17 @@ class Merger {
         });
         std::vector<uint32_t> owner(size_t(m_splitter.points()), None); // vertex of a point
         std::vector<char> smooth;                                       // by vertex
-        m_source.reserve(slots / 2);
         smooth.reserve(slots / 2);
+        m_first_vertex.reserve(m_pieces.size());
         for (size_t i = 0; i < m_pieces.size(); i++) {
             const bool joins = m_splitter.surface().joins_smoothly(m_pieces[i].face);
+            m_first_vertex.push_back(uint32_t(smooth.size()));
             for (size_t s = m_first_slot[i]; s < m_first_slot[i + 1]; s++) {
                 const uint32_t point = m_vertex[s];
                 if (point == None || owner[point] == None) {
-                    m_vertex[s] = uint32_t(m_source.size());
+                    m_vertex[s] = uint32_t(smooth.size());
                     if (point != None)
                         owner[point] = m_vertex[s];
-                    m_source.push_back(uint32_t(s));
                     smooth.push_back(joins);
                 } else if (joins || smooth[owner[point]]) {
                     m_vertex[s] = owner[point];
@@ -174,7 +174,7 @@ class Merger {
                 }
             }
         }
-        m_owners = m_source.size();
+        m_owners = smooth.size();
         if (!m_guests.empty()) {
             m_guest_data.allocate(int(m_guests.size()) - 1, 0);
             m_splitter.surface().allocate_channels(m_guest_data);
@@ -191,17 +191,15 @@ class Merger {
                 const std::vector<float*>* in;
                 scratch.fill(m_pieces[i], in);
                 from.clear(), other_from.clear(), other_at.clear();
-                uint32_t first = 0;
+                const uint32_t first = m_first_vertex[i];
                 for (size_t s = m_first_slot[i]; s < m_first_slot[i + 1]; s++) {
                     const uint32_t v = m_vertex[s], k = uint32_t(s - m_first_slot[i]);
-                    if (guests && (v & Guest)) {
-                        other_from.push_back(k), other_at.push_back(v & ~Guest);
-                    } else if (m_source[v] == s && v < m_owners) {
-                        first = from.empty() ? v : first;
+                    if (v == first + from.size())
                         from.push_back(k);
-                    } else if (m_source[v] == s) {
+                    else if (guests && (v & Guest))
+                        other_from.push_back(k), other_at.push_back(v & ~Guest);
+                    else if (v >= m_owners && m_more[v - m_owners].slot == s)
                         other_from.push_back(k), other_at.push_back(v);
-                    }
                 }
                 for (size_t c = 0; c < out.size(); c++) {
                     const float* const data = (*in)[c];
@@ -230,18 +228,17 @@ class Merger {
                                  : same_data(m_guest_data, data[v - m_owners], m_guest_data, g, texture))
                     break;
             if (v == None) {
-                v = uint32_t(m_source.size());
+                v = uint32_t(m_owners + m_more.size());
                 next[last] = v;
                 next.push_back(None);
                 data.push_back(g);
-                m_source.push_back(m_guests[g].slot);
-                m_owner_of_more.push_back(m_guests[g].owner);
+                m_more.push_back(m_guests[g]);
             }
             m_vertex[m_guests[g].slot] = v;
         }
         if (!data.empty()) {
             geom::MeshParts all;
-            geom::allocate_mesh(all, m_source.size(), m_splitter.surface());
+            geom::allocate_mesh(all, m_owners + m_more.size(), m_splitter.surface());
             const std::vector<float*> from = components_of(out.vertices), more = components_of(m_guest_data),
                                       to = components_of(all.vertices);
             tasks::parallel_for(to.size(), [&](size_t c) {
@@ -257,9 +254,9 @@ class Merger {
 
     // One position for all vertices of a point, bit for bit.
     void move_to_owners(grid::Grid& g) const {
-        for (size_t k = 0; k < m_owner_of_more.size(); k++)
+        for (size_t k = 0; k < m_more.size(); k++)
             for (int c = 0; c < 3; c++)
-                g.P[m_owners + k + size_t(c) * g.stride] = g.P[m_owner_of_more[k] + size_t(c) * g.stride];
+                g.P[m_owners + k + size_t(c) * g.stride] = g.P[m_more[k].owner + size_t(c) * g.stride];
     }
 
     void list_quads(grid::TracedMesh& mesh) const {
@@ -286,10 +283,9 @@ class Merger {
     const Splitter& m_splitter;
     const std::vector<Piece>& m_pieces;
     std::vector<size_t> m_first_slot, m_first_quad;
-    std::vector<uint32_t> m_vertex;        // of a slot
-    std::vector<uint32_t> m_source;        // slot that a vertex has its data from
-    std::vector<uint32_t> m_owner_of_more; // of a vertex that a guest got
-    std::vector<GuestSlot> m_guests;
+    std::vector<uint32_t> m_vertex;          // of a slot
+    std::vector<uint32_t> m_first_vertex;    // of those that a piece owns, which are in a row
+    std::vector<GuestSlot> m_guests, m_more; // all; those that got a vertex, in order
     grid::Grid m_guest_data;
     size_t m_owners = 0;
 };

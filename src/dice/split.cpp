@@ -387,14 +387,6 @@ void Splitter::number_points() {
         m_point_alias[edges[key >> 32].first_point + int(uint32_t(key)) - 1] = vertex;
 }
 
-int Splitter::point(const Edge& e, int index) const {
-    if (e.point || index == 0)
-        return m_point_alias[e.a];
-    if (index == e.cells)
-        return m_point_alias[e.b];
-    return m_point_alias[e.first_point + index - 1];
-}
-
 int Splitter::polyline_index(const Segment& s, int i, int n) {
     const int k = s.cells == 0 ? 0 : nearest_kept(i, n / s.cells, n);
     return s.begin + (s.reversed ? s.cells - k : k);

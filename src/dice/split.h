@@ -73,7 +73,10 @@ class Splitter {
     // Points: the vertices first, then the interior vertices of all uncut edges. Numbers of one point agree
     // everywhere.
     int points() const { return int(m_point_alias.size()); }
-    int point(const Edge& edge, int index) const;
+    int point(const Edge& e, int index) const {
+        const bool first = e.point || index == 0;
+        return m_point_alias[first ? e.a : index == e.cells ? e.b : e.first_point + index - 1];
+    }
     // Polyline vertex that lattice vertex i of n along a side is moved onto, and its parameter in the piece's
     // face.
     static int polyline_index(const Segment& s, int i, int n);
