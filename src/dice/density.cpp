@@ -9,6 +9,7 @@ constexpr float LeastForeshortening = 1.0f / 8;
 // Out of the picture edges grow to nine times their length, within some eleven degrees of its border: what
 // rays find there is seen in reflections and by its light alone.
 constexpr float OffscreenGrowth = 8, OffscreenSlope = 5;
+constexpr float Worthwhile = 4; // cells: lines of fewer are not cut for being uneven
 
 Density::Density(const DiceTarget& target, const DiceOptions& options, float shading_rate) {
     const DicingCamera& camera = options.camera;
@@ -49,11 +50,24 @@ void Density::add_pose(const Transform& render_from_camera) {
     m_poses.push_back(pose);
 }
 
-Vec3f Density::Pose::to_camera(const Vec3f& p) const {
+inline Vec3f Density::Pose::to_camera(const Vec3f& p) const {
     const auto& m = camera_from_render;
     return {fma(m[0][0], p.x, fma(m[0][1], p.y, fma(m[0][2], p.z, m[0][3]))),
             fma(m[1][0], p.x, fma(m[1][1], p.y, fma(m[1][2], p.z, m[1][3]))),
             fma(m[2][0], p.x, fma(m[2][1], p.y, fma(m[2][2], p.z, m[2][3])))};
+}
+
+inline float Density::perspective_at(const Vec3f& q, float& beyond) const {
+    // Outside the cone around the frustum the scale goes by distance, so that nothing is infinite beside
+    // or behind the camera.
+    const float r = length(q), inv = 1 / std::max(r, 1e-20f);
+    const float depth = std::max(q.z, r * m_edge_cosine);
+    beyond = max(max(abs(q.x - m_middle_x * q.z) - m_half_width * q.z,
+                     abs(q.y - m_middle_y * q.z) - m_half_height * q.z) *
+                     inv,
+                 0.0f) +
+             max(-q.z * inv, 0.0f);
+    return m_pixels_per_tangent / std::max(depth, m_near);
 }
 
 // The root of the pixels a steradian, over the distance. (Perspective: of the pixels of a square that faces
@@ -61,17 +75,8 @@ Vec3f Density::Pose::to_camera(const Vec3f& p) const {
 float Density::pixels_at(const Vec3f& q, float& beyond) const {
     const float r = length(q), inv = 1 / std::max(r, 1e-20f);
     switch (m_projection) {
-    case Projection::Perspective: {
-        // Outside the cone around the frustum the scale goes by distance, so that nothing is infinite beside
-        // or behind the camera.
-        const float depth = std::max(q.z, r * m_edge_cosine);
-        beyond = max(max(abs(q.x - m_middle_x * q.z) - m_half_width * q.z,
-                         abs(q.y - m_middle_y * q.z) - m_half_height * q.z) *
-                         inv,
-                     0.0f) +
-                 max(-q.z * inv, 0.0f);
-        return m_pixels_per_tangent / std::max(depth, m_near);
-    }
+    case Projection::Perspective:
+        return perspective_at(q, beyond);
     case Projection::Orthographic:
         beyond = max(max(abs(q.x - m_middle_x) / std::max(m_half_width, 1e-20f),
                          abs(q.y - m_middle_y) / std::max(m_half_height, 1e-20f)) -
@@ -118,12 +123,28 @@ float Density::cells(const Vec3f& a, const Vec3f& b) const {
         return length(b - a) * m_uniform * m_cells_per_pixel;
     float most = 0;
     for (const Pose& pose : m_poses)
-        most = std::max(most, cells_from(pose, a, b));
+        most = std::max(most, cells_between(pose.to_camera(a), pose.to_camera(b)));
     return most;
 }
 
-float Density::cells_from(const Pose& pose, const Vec3f& a, const Vec3f& b) const {
-    const Vec3f qa = pose.to_camera(a), qb = pose.to_camera(b);
+void Density::cells(const Vec3f* points, int count, float* out) const {
+    if (m_uniform > 0) {
+        for (int i = 0; i + 1 < count; i++)
+            out[i] = length(points[i + 1] - points[i]) * m_uniform * m_cells_per_pixel;
+        return;
+    }
+    std::fill_n(out, count - 1, 0.0f);
+    Vec3f q[MostPoints];
+    for (const Pose& pose : m_poses) {
+        for (int i = 0; i < count; i++)
+            q[i] = pose.to_camera(points[i]);
+        for (int i = 0; i + 1 < count; i++)
+            out[i] = std::max(out[i], cells_between(q[i], q[i + 1]));
+    }
+}
+
+template <class PixelsAt>
+inline float Density::cells_between(const Vec3f& qa, const Vec3f& qb, PixelsAt pixels_at) const {
     const Vec3f middle = (qa + qb) * 0.5f, d = qb - qa;
     float beyond;
     const float at = pixels_at(middle, beyond),
@@ -136,6 +157,28 @@ float Density::cells_from(const Pose& pose, const Vec3f& a, const Vec3f& b) cons
     const float least =
         std::min(1.0f, LeastForeshortening + beyond); // outside the picture orientation means nothing
     return std::sqrt(std::max(across2, l2 * least * least)) * pixels * m_cells_per_pixel;
+}
+
+float Density::cells_between(const Vec3f& qa, const Vec3f& qb) const {
+    return cells_between(qa, qb, [&](const Vec3f& q, float& beyond) { return pixels_at(q, beyond); });
+}
+
+void Density::cells(const float* a, const float* b, int stride, int count, float* out) const {
+    const auto at = [&](const float* p, int i) { return Vec3f{p[i], p[i + stride], p[i + 2 * stride]}; };
+    if (m_uniform > 0 || m_projection != Projection::Perspective || m_poses.size() != 1) {
+        for (int i = 0; i < count; i++)
+            out[i] = cells(at(a, i), at(b, i));
+        return;
+    }
+    // Eight at a time.
+    const Pose pose = m_poses[0];
+    const Density& d = *this;
+    for (int i = 0; i < count; i++) {
+        const float l =
+            d.cells_between(pose.to_camera(at(a, i)), pose.to_camera(at(b, i)),
+                            [&](const Vec3f& q, float& beyond) { return d.perspective_at(q, beyond); });
+        out[i] = max(0.0f, l);
+    }
 }
 
 float Density::area(const Vec3f& a, const Vec3f& b, const Vec3f& c) const {
@@ -171,13 +214,12 @@ int round_to_power(float x) {
     return n;
 }
 
-LineMeasure RateRule::line(const Vec3f* p, int count) const {
+LineMeasure RateRule::line(const float* lengths, int step, int pieces) {
     // Equal steps serve a line of uneven density best at the quadratic mean of what its parts ask for.
-    constexpr float Uneven = 2.5f, Worthwhile = 4;
-    const int pieces = count - 1;
+    constexpr float Uneven = 2.5f;
     float sum = 0, squares = 0, peak = 0;
     for (int i = 0; i < pieces; i++) {
-        const float l = density.cells(p[i], p[i + 1]);
+        const float l = lengths[i * step];
         sum += l;
         squares += l * l;
         peak = std::max(peak, l);
@@ -188,6 +230,14 @@ LineMeasure RateRule::line(const Vec3f* p, int count) const {
     m.cells = std::sqrt(squares * float(pieces));
     peak *= float(pieces);
     m.uneven = peak > Worthwhile && peak > Uneven * sum;
+    return m;
+}
+
+LineMeasure RateRule::line(const Vec3f* p, int count) const {
+    const int pieces = count - 1;
+    float lengths[Density::MostPoints];
+    density.cells(p, count, lengths);
+    LineMeasure m = line(lengths, 1, pieces);
     if (!shape_only)
         return m;
     // A curve cut into n equal steps lies dev / n^2 off its chords, and turns turn / n a step.

@@ -16,6 +16,11 @@ class Density final : public geom::Viewpoint {
     bool has_camera() const override { return m_uniform <= 0; }
     // Micropolygon edges that fit between two near points; foreshortened as the camera sees them.
     float cells(const Vec3f& a, const Vec3f& b) const override;
+    // The same from each of a line's points to the next: count - 1 values. At most MostPoints.
+    static constexpr int MostPoints = 16;
+    void cells(const Vec3f* points, int count, float* out) const;
+    // The same of `count` pairs, component by component: a[c * stride + i] to b[c * stride + i].
+    void cells(const float* a, const float* b, int stride, int count, float* out) const;
     // Micropolygons that fit into a triangle.
     float area(const Vec3f& a, const Vec3f& b, const Vec3f& c) const;
     // Direction from p to the camera, not normalised; towards the viewer for orthographic cameras.
@@ -35,7 +40,10 @@ class Density final : public geom::Viewpoint {
     float pixels_at(const Vec3f& camera_point, float& beyond) const;
     // The same for a unit of render space, with that.
     float pixels_from(const Pose& pose, const Vec3f& p, float& beyond) const;
-    float cells_from(const Pose& pose, const Vec3f& a, const Vec3f& b) const;
+    float perspective_at(const Vec3f& camera_point, float& beyond) const;
+    template <class PixelsAt>
+    float cells_between(const Vec3f& a, const Vec3f& b, PixelsAt pixels_at) const;
+    float cells_between(const Vec3f& a, const Vec3f& b) const; // points of the camera's
     Vec3f towards(const Pose& pose, const Vec3f& p) const;
 
     float m_uniform = 0, m_cells_per_pixel = 1;
@@ -63,6 +71,9 @@ struct RateRule {
     int max_cells = 32;
 
     LineMeasure line(const Vec3f* points, int count) const;
+    // Of the lengths in cells from each of its points to the next, `step` apart in memory; not for shape
+    // alone.
+    static LineMeasure line(const float* lengths, int step, int pieces);
     // Cells that a twisted quad (a, b, c, d in cyclic order) needs in either direction, for shape alone.
     float twist(const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3f& d) const;
 };

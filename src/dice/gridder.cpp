@@ -28,17 +28,26 @@ grid::Grid make_grid(const Splitter& splitter, const Piece& piece) {
 
 grid::Grid make_grid(const Splitter& splitter, const geom::Surface& surface, const Piece& piece) {
     grid::Grid g;
-    const int nu = piece.nu, nv = piece.nv;
-    g.allocate(nu, nv);
+    g.allocate(piece.nu, piece.nv);
     surface.allocate_channels(g);
     g.face = surface.uniform_index(piece.face);
     g.flips = surface.flips();
-    std::vector<float> us(nu + 1), vs(nv + 1), moved;
+    fill_grid(splitter, surface, piece, g);
+    return g;
+}
+
+void fill_grid(const Splitter& splitter, const geom::Surface& surface, const Piece& piece, grid::Grid& g) {
+    constexpr int Few = 40;
+    const int nu = piece.nu, nv = piece.nv;
+    std::array<float, 2 * Few> few;
+    std::vector<float> many(std::max(nu, nv) < Few ? 0 : size_t(nu + nv + 2)), moved;
+    float* const us = many.empty() ? few.data() : many.data();
+    float* const vs = us + (many.empty() ? Few : nu + 1);
     for (int i = 0; i <= nu; i++)
         us[i] = natural(piece, grid::VMin, i);
     for (int j = 0; j <= nv; j++)
         vs[j] = natural(piece, grid::UMin, j);
-    surface.evaluate(piece.face, {us.data(), nu + 1}, {vs.data(), nv + 1}, {g, 0, nu + 1});
+    surface.evaluate(piece.face, {us, nu + 1}, {vs, nv + 1}, {g, 0, nu + 1});
     for (int side = 0; side < 4; side++) {
         const Segment& s = piece.sides[side];
         const int n = side_cells(piece, side);
@@ -54,20 +63,43 @@ grid::Grid make_grid(const Splitter& splitter, const geom::Surface& surface, con
             continue;
         const geom::Line line{moved.data() + from, to - from + 1};
         if (side == grid::VMin)
-            surface.evaluate(piece.face, line, {vs.data(), 1}, {g, from, nu + 1});
+            surface.evaluate(piece.face, line, {vs, 1}, {g, from, nu + 1});
         else if (side == grid::VMax)
-            surface.evaluate(piece.face, line, {vs.data() + nv, 1}, {g, nv * (nu + 1) + from, nu + 1});
+            surface.evaluate(piece.face, line, {vs + nv, 1}, {g, nv * (nu + 1) + from, nu + 1});
         else if (side == grid::UMin)
-            surface.evaluate(piece.face, {us.data(), 1}, line, {g, from * (nu + 1), nu + 1});
+            surface.evaluate(piece.face, {us, 1}, line, {g, from * (nu + 1), nu + 1});
         else
-            surface.evaluate(piece.face, {us.data() + nu, 1}, line, {g, from * (nu + 1) + nu, nu + 1});
+            surface.evaluate(piece.face, {us + nu, 1}, line, {g, from * (nu + 1) + nu, nu + 1});
     }
-    return g;
 }
 
 void list_boundary(const Splitter& splitter, const Piece& piece, std::vector<BoundaryVertex>& out) {
     out.clear();
     const int nu = piece.nu, nv = piece.nv, row = nu + 1;
+    // Most often nothing moves.
+    bool plain = true;
+    for (int side = 0; side < 4; side++)
+        plain &= piece.sides[side].cells == side_cells(piece, side);
+    if (plain) {
+        const auto add = [&](int side, int index, int i) {
+            const Segment& s = piece.sides[side];
+            const Edge& e = splitter.edges[s.edge];
+            out.push_back({index, splitter.point(e, s.begin + (s.reversed ? s.cells - i : i)), false});
+        };
+        for (int i = 1; i < nu; i++)
+            add(grid::VMin, i, i);
+        for (int i = 1; i < nv; i++)
+            add(grid::UMax, i * row + nu, i);
+        for (int i = 1; i < nu; i++)
+            add(grid::VMax, nv * row + i, i);
+        for (int i = 1; i < nv; i++)
+            add(grid::UMin, i * row, i);
+        add(grid::VMin, 0, 0);
+        add(grid::VMin, nu, nu);
+        add(grid::UMax, nv * row + nu, nv);
+        add(grid::VMax, nv * row, 0);
+        return;
+    }
     const auto lattice = [&](int side, int i) {
         switch (side) {
         case grid::VMin:
@@ -86,10 +118,11 @@ void list_boundary(const Splitter& splitter, const Piece& piece, std::vector<Bou
         const Segment& s = piece.sides[side];
         const Edge& e = splitter.edges[s.edge];
         const int n = side_cells(piece, side);
+        const bool whole = s.cells == n; // every vertex has its own
         for (int i = 0; i <= n; i++) {
-            const int k = splitter.polyline_index(s, i, n);
+            const int k = whole ? s.begin + (s.reversed ? n - i : i) : splitter.polyline_index(s, i, n);
             const bool moved =
-                !e.point && s.cells != n && splitter.parameter(piece, side, k) != natural(piece, side, i);
+                !e.point && !whole && splitter.parameter(piece, side, k) != natural(piece, side, i);
             const int point = splitter.point(e, k);
             if (i > 0 && i < n) {
                 out.push_back({lattice(side, i), point, moved});

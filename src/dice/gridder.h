@@ -15,6 +15,8 @@ struct BoundaryVertex {
 grid::Grid make_grid(const Splitter& splitter, const Piece& piece);
 // Of another surface with the same topology.
 grid::Grid make_grid(const Splitter& splitter, const geom::Surface& surface, const Piece& piece);
+// The same into a grid of this many cells that the surface has made channels for.
+void fill_grid(const Splitter& splitter, const geom::Surface& surface, const Piece& piece, grid::Grid& grid);
 void list_boundary(const Splitter& splitter, const Piece& piece, std::vector<BoundaryVertex>& out);
 // Where side k's polyline vertices lie: lattice index i of the side is moved to side_parameters[i].
 void side_parameters(const Splitter& splitter, const Piece& piece, int side, std::vector<float>& out);

@@ -1,5 +1,9 @@
 #include "dice/merge.h"
 
+#include <array>
+#include <bit>
+
+#include "base/large_arrays.h"
 #include "base/tasks.h"
 
 namespace kanuka::dice {
@@ -39,15 +43,15 @@ bool near(float a, float b) {
 }
 
 // Same shading data, whatever their faces' own u and v (which make s and t where none are given).
-bool same_data(const grid::Grid& g, uint32_t a, uint32_t b, bool texture) {
-    const Vec3f n = g.normal(int(a)), m = g.normal(int(b));
+bool same_data(const grid::Grid& g, uint32_t a, const grid::Grid& h, uint32_t b, bool texture) {
+    const Vec3f n = g.normal(int(a)), m = h.normal(int(b));
     if (!(dot(n, m) > SameNormal * sqrt(length_squared(n) * length_squared(m))))
         return false;
-    if (texture && (!near(g.s[a], g.s[b]) || !near(g.t[a], g.t[b])))
+    if (texture && (!near(g.s[a], h.s[b]) || !near(g.t[a], h.t[b])))
         return false;
-    for (const grid::Channel& c : g.primvars)
-        for (int k = 0; k < c.components; k++)
-            if (!near(c.component(k)[a], c.component(k)[b]))
+    for (size_t i = 0; i < g.primvars.size(); i++)
+        for (int k = 0; k < g.primvars[i].components; k++)
+            if (!near(g.primvars[i].component(k)[a], h.primvars[i].component(k)[b]))
                 return false;
     return true;
 }
@@ -58,102 +62,243 @@ void copy_vertices(const grid::Grid& source, size_t from, grid::Grid& target, si
     each_component(source, target, [&](const float* a, float* b) { std::copy_n(a + from, count, b + to); });
 }
 
-std::vector<geom::MeshParts> merge_pieces(const Splitter& splitter,
-                                          std::span<const std::unique_ptr<geom::Surface>> later) {
-    const std::vector<Piece>& pieces = splitter.pieces;
-    // Every piece's vertices, on their own: a slot each.
-    std::vector<size_t> first_slot(pieces.size() + 1, 0), first_quad(pieces.size() + 1, 0);
-    for (size_t i = 0; i < pieces.size(); i++) {
-        first_slot[i + 1] = first_slot[i] + size_t(pieces[i].nu + 1) * (pieces[i].nv + 1);
-        first_quad[i + 1] = first_quad[i] + size_t(pieces[i].nu) * pieces[i].nv;
-    }
-    const size_t slots = first_slot.back();
-    geom::MeshParts all;
-    geom::allocate_mesh(all, slots, splitter.surface());
-    std::vector<uint32_t> point(slots); // shared ones first, then each inner vertex its own
-    tasks::parallel_chunks(pieces.size(), Grain, [&](size_t begin, size_t end) {
-        std::vector<BoundaryVertex> boundary;
-        for (size_t i = begin; i < end; i++) {
-            grid::Grid g = make_grid(splitter, pieces[i]);
-            copy_vertices(g, 0, all.vertices, first_slot[i], size_t(g.vertices()));
-            for (int v = 0; v < g.vertices(); v++)
-                point[first_slot[i] + v] = uint32_t(splitter.points() + first_slot[i] + v);
-            list_boundary(splitter, pieces[i], boundary);
-            for (const BoundaryVertex& b : boundary)
-                point[first_slot[i] + b.index] = uint32_t(b.point);
-        }
+namespace {
+
+constexpr uint32_t None = ~0u, Guest = 1u << 31;
+
+// Component after component of all arrays.
+std::vector<float*> components_of(grid::Grid& g) {
+    std::vector<float*> out;
+    each_array(g, [&](float* a, int n) {
+        for (int c = 0; c < n; c++)
+            out.push_back(a + size_t(c) * g.stride);
     });
-    // Slots by point, then one vertex for each distinct set of data.
-    const size_t points = size_t(splitter.points()) + slots;
-    std::vector<uint32_t> first(points + 1, 0), list(slots);
-    for (const uint32_t p : point)
-        first[p + 1]++;
-    for (size_t p = 1; p <= points; p++)
-        first[p] += first[p - 1];
-    std::vector<uint32_t> at(first.begin(), first.end() - 1);
-    for (size_t s = 0; s < slots; s++)
-        list[at[point[s]]++] = uint32_t(s);
-    std::vector<uint32_t> vertex(slots), source;
-    source.reserve(slots / 2);
-    grid::Grid& g = all.vertices;
-    for (size_t p = 0; p < points; p++) {
-        const size_t head = source.size();
-        for (uint32_t k = first[p]; k < first[p + 1]; k++) {
-            const uint32_t s = list[k];
-            for (int c = 0; c < 3; c++) // one position, bit for bit
-                g.P[s + size_t(c) * g.stride] = g.P[list[first[p]] + size_t(c) * g.stride];
-            size_t v = head;
-            while (v < source.size() && !same_data(g, source[v], s, splitter.surface().has_texture()))
-                v++;
-            if (v == source.size())
-                source.push_back(s);
-            vertex[s] = uint32_t(v);
+    return out;
+}
+
+// Grids to evaluate pieces in, used again and again: one for every number of cells up to four each way.
+class Scratch {
+  public:
+    Scratch(const Splitter& splitter, const geom::Surface& surface)
+        : m_splitter(splitter), m_surface(surface) {}
+
+    grid::Grid& fill(const Piece& piece, const std::vector<float*>*& components) {
+        const int iu = std::countr_zero(unsigned(piece.nu)), iv = std::countr_zero(unsigned(piece.nv));
+        Place& place = m_places[piece.nu <= 4 && piece.nv <= 4 ? 1 + 3 * iu + iv : 0];
+        if (place.grid.nu != piece.nu || place.grid.nv != piece.nv) {
+            place.grid = {};
+            place.grid.allocate(piece.nu, piece.nv);
+            m_surface.allocate_channels(place.grid);
+            place.components = components_of(place.grid);
         }
+        fill_grid(m_splitter, m_surface, piece, place.grid);
+        components = &place.components;
+        return place.grid;
     }
-    geom::MeshParts out;
-    geom::allocate_mesh(out, source.size(), splitter.surface());
-    out.vertices.flips = splitter.surface().flips();
-    const auto gather = [&](grid::Grid& to) {
-        tasks::parallel_chunks(source.size(), 1 << 15, [&](size_t begin, size_t end) {
-            each_component(g, to, [&](const float* a, float* b) {
-                for (size_t i = begin; i < end; i++)
-                    b[i] = a[source[i]];
-            });
-        });
+
+  private:
+    struct Place {
+        grid::Grid grid;
+        std::vector<float*> components;
     };
-    gather(out.vertices);
-    out.mesh.vertices_per_face = 4;
-    out.mesh.indices.resize(4 * first_quad.back());
-    tasks::parallel_chunks(pieces.size(), Grain, [&](size_t begin, size_t end) {
-        for (size_t i = begin; i < end; i++) {
-            uint32_t* to = &out.mesh.indices[4 * first_quad[i]];
-            const int row = pieces[i].nu + 1;
-            for (int v = 0; v < pieces[i].nv; v++)
-                for (int u = 0; u < pieces[i].nu; u++) {
-                    const size_t s = first_slot[i] + size_t(v) * row + u;
-                    for (const size_t k : {s, s + 1, s + row + 1, s + row})
-                        *to++ = vertex[k];
-                }
+    const Splitter& m_splitter;
+    const geom::Surface& m_surface;
+    std::array<Place, 10> m_places;
+};
+
+// Every piece's vertices have a slot each, and every slot ends up with a vertex. The first slot of a point
+// owns its vertex. The others are its guests: they share it if their data are the same, and have one of their
+// own, after all owners', if not. Where the surface is smooth nobody asks.
+class Merger {
+  public:
+    explicit Merger(const Splitter& splitter) : m_splitter(splitter), m_pieces(splitter.pieces) {}
+
+    geom::MeshParts merge() {
+        number();
+        geom::MeshParts out;
+        geom::allocate_mesh(out, m_owners, m_splitter.surface());
+        evaluate(m_splitter.surface(), out.vertices, !m_guests.empty());
+        take_guests(out);
+        out.vertices.flips = m_splitter.surface().flips();
+        list_quads(out.mesh);
+        return out;
+    }
+
+    geom::MeshParts later(const geom::Surface& surface) const {
+        geom::MeshParts out;
+        geom::allocate_mesh(out, m_owners + m_more.size(), surface);
+        out.vertices.flips = surface.flips();
+        const_cast<Merger*>(this)->evaluate(surface, out.vertices, false);
+        move_to_owners(out.vertices);
+        return out;
+    }
+
+  private:
+    void number() {
+        m_first_slot.assign(m_pieces.size() + 1, 0);
+        m_first_quad.assign(m_pieces.size() + 1, 0);
+        for (size_t i = 0; i < m_pieces.size(); i++) {
+            m_first_slot[i + 1] = m_first_slot[i] + size_t(m_pieces[i].nu + 1) * (m_pieces[i].nv + 1);
+            m_first_quad[i + 1] = m_first_quad[i] + size_t(m_pieces[i].nu) * m_pieces[i].nv;
         }
-    });
-    std::vector<geom::MeshParts> parts;
-    parts.push_back(std::move(out));
-    for (const auto& surface : later) {
-        tasks::parallel_chunks(pieces.size(), Grain, [&](size_t begin, size_t end) {
+        // Points of slots first, which become vertices in the same place.
+        const size_t slots = m_first_slot.back();
+        m_vertex.assign(slots, None);
+        tasks::parallel_chunks(m_pieces.size(), Grain, [&](size_t begin, size_t end) {
+            std::vector<BoundaryVertex> boundary;
             for (size_t i = begin; i < end; i++) {
-                const grid::Grid piece = make_grid(splitter, *surface, pieces[i]);
-                copy_vertices(piece, 0, g, first_slot[i], size_t(piece.vertices()));
+                list_boundary(m_splitter, m_pieces[i], boundary);
+                for (const BoundaryVertex& b : boundary)
+                    m_vertex[m_first_slot[i] + b.index] = uint32_t(b.point);
             }
         });
-        for (size_t s = 0; s < slots; s++)
-            for (int c = 0; c < 3; c++)
-                g.P[s + size_t(c) * g.stride] = g.P[list[first[point[s]]] + size_t(c) * g.stride];
-        geom::MeshParts part;
-        geom::allocate_mesh(part, source.size(), *surface);
-        part.vertices.flips = surface->flips();
-        gather(part.vertices);
-        parts.push_back(std::move(part));
+        std::vector<uint32_t> owner(size_t(m_splitter.points()), None); // vertex of a point
+        std::vector<char> smooth;                                       // by vertex
+        smooth.reserve(slots / 2);
+        m_first_vertex.reserve(m_pieces.size());
+        for (size_t i = 0; i < m_pieces.size(); i++) {
+            const bool joins = m_splitter.surface().joins_smoothly(m_pieces[i].face);
+            m_first_vertex.push_back(uint32_t(smooth.size()));
+            for (size_t s = m_first_slot[i]; s < m_first_slot[i + 1]; s++) {
+                const uint32_t point = m_vertex[s];
+                if (point == None || owner[point] == None) {
+                    m_vertex[s] = uint32_t(smooth.size());
+                    if (point != None)
+                        owner[point] = m_vertex[s];
+                    smooth.push_back(joins);
+                } else if (joins || smooth[owner[point]]) {
+                    m_vertex[s] = owner[point];
+                } else {
+                    m_vertex[s] = Guest | uint32_t(m_guests.size());
+                    m_guests.push_back({uint32_t(s), owner[point]});
+                }
+            }
+        }
+        m_owners = smooth.size();
+        if (!m_guests.empty()) {
+            m_guest_data.allocate(int(m_guests.size()) - 1, 0);
+            m_splitter.surface().allocate_channels(m_guest_data);
+        }
     }
+
+    // All pieces, each into the vertices that it is the source of, and its guests into their own place.
+    void evaluate(const geom::Surface& surface, grid::Grid& to, bool guests) {
+        const std::vector<float*> out = components_of(to), guest_out = components_of(m_guest_data);
+        tasks::parallel_chunks(m_pieces.size(), Grain, [&](size_t begin, size_t end) {
+            Scratch scratch(m_splitter, surface);
+            std::vector<uint32_t> from, other_from, other_at; // its own vertices, which are in a row; others
+            for (size_t i = begin; i < end; i++) {
+                const std::vector<float*>* in;
+                scratch.fill(m_pieces[i], in);
+                from.clear(), other_from.clear(), other_at.clear();
+                const uint32_t first = m_first_vertex[i];
+                for (size_t s = m_first_slot[i]; s < m_first_slot[i + 1]; s++) {
+                    const uint32_t v = m_vertex[s], k = uint32_t(s - m_first_slot[i]);
+                    if (v == first + from.size())
+                        from.push_back(k);
+                    else if (guests && (v & Guest))
+                        other_from.push_back(k), other_at.push_back(v & ~Guest);
+                    else if (v >= m_owners && m_more[v - m_owners].slot == s)
+                        other_from.push_back(k), other_at.push_back(v);
+                }
+                for (size_t c = 0; c < out.size(); c++) {
+                    const float* const data = (*in)[c];
+                    float* const own = out[c] + first;
+                    for (size_t k = 0; k < from.size(); k++)
+                        own[k] = data[from[k]];
+                    float* const other = guests ? guest_out[c] : out[c];
+                    for (size_t k = 0; k < other_from.size(); k++)
+                        other[other_at[k]] = data[other_from[k]];
+                }
+            }
+        });
+    }
+
+    // Guests share a vertex of their point or get one.
+    void take_guests(geom::MeshParts& out) {
+        if (m_guests.empty())
+            return;
+        const bool texture = m_splitter.surface().has_texture();
+        std::vector<uint32_t> next(m_owners, None); // of a vertex: the next one of its point
+        std::vector<uint32_t> data;                 // of vertices beyond the owners': which guest's
+        for (uint32_t g = 0; g < m_guests.size(); g++) {
+            uint32_t v = m_guests[g].owner, last = None;
+            for (; v != None; last = v, v = next[v])
+                if (v < m_owners ? same_data(out.vertices, v, m_guest_data, g, texture)
+                                 : same_data(m_guest_data, data[v - m_owners], m_guest_data, g, texture))
+                    break;
+            if (v == None) {
+                v = uint32_t(m_owners + m_more.size());
+                next[last] = v;
+                next.push_back(None);
+                data.push_back(g);
+                m_more.push_back(m_guests[g]);
+            }
+            m_vertex[m_guests[g].slot] = v;
+        }
+        if (!data.empty()) {
+            geom::MeshParts all;
+            geom::allocate_mesh(all, m_owners + m_more.size(), m_splitter.surface());
+            const std::vector<float*> from = components_of(out.vertices), more = components_of(m_guest_data),
+                                      to = components_of(all.vertices);
+            tasks::parallel_for(to.size(), [&](size_t c) {
+                std::copy_n(from[c], m_owners, to[c]);
+                for (size_t k = 0; k < data.size(); k++)
+                    to[c][m_owners + k] = more[c][data[k]];
+            });
+            out = std::move(all);
+            move_to_owners(out.vertices);
+        }
+        m_guest_data = {};
+    }
+
+    // One position for all vertices of a point, bit for bit.
+    void move_to_owners(grid::Grid& g) const {
+        for (size_t k = 0; k < m_more.size(); k++)
+            for (int c = 0; c < 3; c++)
+                g.P[m_owners + k + size_t(c) * g.stride] = g.P[m_more[k].owner + size_t(c) * g.stride];
+    }
+
+    void list_quads(grid::TracedMesh& mesh) const {
+        mesh.vertices_per_face = 4;
+        reserve_large(mesh.indices, 4 * m_first_quad.back());
+        mesh.indices.resize(4 * m_first_quad.back());
+        tasks::parallel_chunks(m_pieces.size(), Grain, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; i++) {
+                uint32_t* to = &mesh.indices[4 * m_first_quad[i]];
+                const int row = m_pieces[i].nu + 1;
+                for (int v = 0; v < m_pieces[i].nv; v++)
+                    for (int u = 0; u < m_pieces[i].nu; u++) {
+                        const size_t s = m_first_slot[i] + size_t(v) * row + u;
+                        for (const size_t k : {s, s + 1, s + row + 1, s + row})
+                            *to++ = m_vertex[k];
+                    }
+            }
+        });
+    }
+
+    struct GuestSlot {
+        uint32_t slot, owner; // the vertex that its point has
+    };
+    const Splitter& m_splitter;
+    const std::vector<Piece>& m_pieces;
+    std::vector<size_t> m_first_slot, m_first_quad;
+    std::vector<uint32_t> m_vertex;          // of a slot
+    std::vector<uint32_t> m_first_vertex;    // of those that a piece owns, which are in a row
+    std::vector<GuestSlot> m_guests, m_more; // all; those that got a vertex, in order
+    grid::Grid m_guest_data;
+    size_t m_owners = 0;
+};
+
+} // namespace
+
+std::vector<geom::MeshParts> merge_pieces(const Splitter& splitter,
+                                          std::span<const std::unique_ptr<geom::Surface>> later) {
+    Merger merger(splitter);
+    std::vector<geom::MeshParts> parts;
+    parts.push_back(merger.merge());
+    for (const auto& surface : later)
+        parts.push_back(merger.later(*surface));
     return parts;
 }
 

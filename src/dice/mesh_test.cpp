@@ -356,6 +356,28 @@ TEST(Merge, FineSubdivisionBecomesOneMeshOnItsLimit) {
     // Texture seams double their vertices, and nothing else.
     prim.primvars.set(floats("st", Type::Float, Detail::FaceVarying, st, 2));
     EXPECT_EQ(run(prim, o).mesh_vertices.vertices(), (N + 1) * (N + 1));
+    // The same for any number of threads; a later shape has the same vertices, those of the seams too.
+    std::vector<scene::Primitive> later{prim};
+    for (scene::Value& value : later[0].primvars.values)
+        if (value.name == "P") {
+            std::vector<float> shifted(value.floats.begin(), value.floats.end());
+            for (size_t i = 0; i < shifted.size(); i += 3)
+                shifted[i] += 0.5f;
+            value.floats = std::move(shifted);
+        }
+    DiceTarget moving;
+    moving.later = later;
+    Diced by_threads[2];
+    for (const int threads : {1, 3})
+        tasks::with_threads(threads, [&] { by_threads[threads / 3] = run(prim, o, {}, moving); });
+    const grid::Grid &one = by_threads[0].mesh_vertices, &three = by_threads[1].mesh_vertices;
+    EXPECT_EQ(by_threads[0].mesh.indices, by_threads[1].mesh.indices);
+    EXPECT_EQ(one.P, three.P);
+    EXPECT_EQ(one.s, three.s);
+    ASSERT_EQ(one.later.size(), 1u);
+    EXPECT_EQ(one.later[0].P, three.later[0].P);
+    for (int i = 0; i < one.vertices(); i++)
+        EXPECT_NEAR(one.later[0].P[i] - one.P[i], 0.5f, 1e-6f);
     // Displacement moves it along its normals.
     const Diced moved = run(prim, o, [](grid::Grid& g) {
         for (int i = 0; i < g.vertices(); i++)

@@ -1,5 +1,8 @@
 #include "dice/split.h"
 
+#include <algorithm>
+
+#include "base/large_arrays.h"
 #include "base/tasks.h"
 
 namespace kanuka::dice {
@@ -29,14 +32,20 @@ bool Splitter::run(double limit) {
         });
         std::vector<Piece> next;
         const size_t known_edges = edges.size();
+        size_t whole_pieces = 0;
         for (size_t i = 0; i < todo.size(); i++) {
             if (split[i] == 0) {
                 total += double(todo[i].nu) * todo[i].nv;
-                pieces.push_back(todo[i]);
+                todo[whole_pieces++] = todo[i];
             } else {
                 cut(todo[i], split[i] - 1, next);
             }
         }
+        todo.resize(whole_pieces);
+        if (pieces.empty())
+            pieces = std::move(todo);
+        else
+            pieces.insert(pieces.end(), todo.begin(), todo.end());
         grow_edges(known_edges);
         if (total > limit || double(next.size()) > limit || edges.size() > m_most_edges)
             return false;
@@ -65,6 +74,7 @@ double Splitter::cells() const {
 void Splitter::start() {
     const geom::Topology& t = m_surface.topology();
     m_vertices = t.vertices;
+    reserve_large(edges, t.edges.size());
     edges.resize(t.edges.size());
     for (size_t i = 0; i < edges.size(); i++) {
         Edge& e = edges[i];
@@ -81,6 +91,7 @@ void Splitter::start() {
     for (size_t i = 0; i < t.edges.size(); i++)
         if (const Edge& e = edges[i]; e.middle >= 0 && e.child < 0 && (e.cells == 1 || e.point))
             m_merged.push_back({e.middle, e.a});
+    reserve_large(pieces, t.faces.size());
     pieces.resize(t.faces.size());
     for (size_t f = 0; f < pieces.size(); f++) {
         pieces[f].face = int(f);
@@ -96,18 +107,8 @@ void Splitter::start() {
     }
 }
 
-LineMeasure Splitter::measure(const Edge& e, int samples) const {
-    LineMeasure m = measure(m_surface, e, samples);
-    for (const geom::Surface* surface : m_later) {
-        const LineMeasure other = measure(*surface, e, samples);
-        m.cells = std::max(m.cells, other.cells);
-        m.uneven |= other.uneven;
-    }
-    return m;
-}
-
-LineMeasure Splitter::measure(const geom::Surface& surface, const Edge& e, int samples) const {
-    float t[EdgeSamples], xyz[3 * EdgeSamples];
+void Splitter::positions(const geom::Surface& surface, const Edge& e, int samples, float* xyz) const {
+    float t[EdgeSamples];
     for (int i = 0; i < samples; i++)
         t[i] = e.t0 + (e.t1 - e.t0) * (float(i) / float(samples - 1));
     if (e.topology >= 0) {
@@ -116,22 +117,78 @@ LineMeasure Splitter::measure(const geom::Surface& surface, const Edge& e, int s
         const geom::Line line{t, samples}, one{&e.fixed, 1};
         surface.positions(e.face, e.axis == 0 ? line : one, e.axis == 0 ? one : line, xyz, samples);
     }
-    Vec3f p[EdgeSamples];
-    for (int i = 0; i < samples; i++)
-        p[i] = {xyz[i], xyz[samples + i], xyz[2 * samples + i]};
-    return m_rule.line(p, samples);
 }
 
-bool Splitter::wants_cut(Edge& e) const {
+static void join(LineMeasure& m, const LineMeasure& other) {
+    m.cells = std::max(m.cells, other.cells);
+    m.uneven |= other.uneven;
+}
+
+LineMeasure Splitter::measure(const Edge& e, int samples) const {
+    LineMeasure m;
+    const auto add = [&](const geom::Surface& surface) {
+        float xyz[3 * EdgeSamples];
+        positions(surface, e, samples, xyz);
+        Vec3f p[EdgeSamples];
+        for (int i = 0; i < samples; i++)
+            p[i] = {xyz[i], xyz[samples + i], xyz[2 * samples + i]};
+        join(m, m_rule.line(p, samples));
+    };
+    add(m_surface);
+    for (const geom::Surface* surface : m_later)
+        add(*surface);
+    return m;
+}
+
+// Many edges at once, which differ in where they are alone.
+void Splitter::measure(const Edge* list, const int* which, int count, int samples, LineMeasure* out) const {
+    float xyz[3 * EdgeSamples * Grain], lengths[(EdgeSamples - 1) * Grain];
+    const int stride = EdgeSamples * int(Grain);
+    const auto add = [&](const geom::Surface& surface) {
+        for (int k = 0; k < count; k++) {
+            float own[3 * EdgeSamples];
+            positions(surface, list[which[k]], samples, own);
+            for (int c = 0; c < 3; c++)
+                for (int i = 0; i < samples; i++)
+                    xyz[c * stride + i * count + k] = own[c * samples + i];
+        }
+        m_rule.density.cells(xyz, xyz + count, stride, (samples - 1) * count, lengths);
+        for (int k = 0; k < count; k++)
+            join(out[which[k]], RateRule::line(lengths + k, count, samples - 1));
+    };
+    for (int k = 0; k < count; k++)
+        out[which[k]] = {};
+    add(m_surface);
+    for (const geom::Surface* surface : m_later)
+        add(*surface);
+}
+
+void Splitter::measure(const Edge* list, int count, LineMeasure* out) const {
+    // Most edges of fine meshes are short: three points tell, unless the surface may make an arch between
+    // them.
+    constexpr float Short = 2;
+    int which[Grain] = {}, n = 0;
+    for (int k = 0; k < count; k++)
+        if (!list[k].point)
+            which[n++] = k;
+    if (m_rule.shape_only) {
+        for (int i = 0; i < n; i++)
+            out[which[i]] = measure(list[which[i]], EdgeSamples);
+        return;
+    }
+    if (!m_surface.bulges()) {
+        measure(list, which, n, 3, out);
+        n = int(std::remove_if(which, which + n, [&](int k) { return out[k].cells <= Short; }) - which);
+    }
+    if (n > 0)
+        measure(list, which, n, EdgeSamples, out);
+}
+
+bool Splitter::wants_cut(Edge& e, const LineMeasure& m) const {
     if (e.point) {
         e.cells = 1;
         return false;
     }
-    // Most edges of fine meshes are short: three points tell, unless the surface may make an arch between
-    // them.
-    LineMeasure m = measure(e, 3);
-    if (m_surface.bulges() || m_rule.shape_only || m.cells > 2)
-        m = measure(e, EdgeSamples);
     e.cells = round_to_power(m.cells);
     if (e.cells <= m_rule.max_cells && !m.uneven)
         return false;
@@ -148,8 +205,10 @@ void Splitter::grow_edges(size_t begin) {
         const size_t end = edges.size();
         cut_it.assign(end - begin, 0);
         tasks::parallel_chunks(end - begin, Grain, [&](size_t from, size_t to) {
+            LineMeasure measures[Grain];
+            measure(&edges[begin + from], int(to - from), measures);
             for (size_t i = from; i < to; i++)
-                cut_it[i] = wants_cut(edges[begin + i]);
+                cut_it[i] = wants_cut(edges[begin + i], measures[i - from]);
         });
         for (size_t i = begin; i < end; i++) {
             if (!cut_it[i - begin])
@@ -326,14 +385,6 @@ void Splitter::number_points() {
             m_point_alias[e.first_point + e.cells / 2 - 1] = e.middle;
     for (const auto& [key, vertex] : m_forced)
         m_point_alias[edges[key >> 32].first_point + int(uint32_t(key)) - 1] = vertex;
-}
-
-int Splitter::point(const Edge& e, int index) const {
-    if (e.point || index == 0)
-        return m_point_alias[e.a];
-    if (index == e.cells)
-        return m_point_alias[e.b];
-    return m_point_alias[e.first_point + index - 1];
 }
 
 int Splitter::polyline_index(const Segment& s, int i, int n) {

@@ -73,7 +73,10 @@ class Splitter {
     // Points: the vertices first, then the interior vertices of all uncut edges. Numbers of one point agree
     // everywhere.
     int points() const { return int(m_point_alias.size()); }
-    int point(const Edge& edge, int index) const;
+    int point(const Edge& e, int index) const {
+        const bool first = e.point || index == 0;
+        return m_point_alias[first ? e.a : index == e.cells ? e.b : e.first_point + index - 1];
+    }
     // Polyline vertex that lattice vertex i of n along a side is moved onto, and its parameter in the piece's
     // face.
     static int polyline_index(const Segment& s, int i, int n);
@@ -82,15 +85,17 @@ class Splitter {
   private:
     void start();
     void grow_edges(size_t begin);
+    void positions(const geom::Surface& surface, const Edge& edge, int samples, float* xyz) const;
     LineMeasure measure(const Edge& edge, int samples) const;
-    bool wants_cut(Edge& edge) const;
+    void measure(const Edge* edges, const int* which, int count, int samples, LineMeasure* out) const;
+    void measure(const Edge* edges, int count, LineMeasure* out) const;
+    bool wants_cut(Edge& edge, const LineMeasure& measure) const;
     void plan(Piece& piece, int& split) const;
     struct Interior {
         float want_u, want_v, least_u, least_v;
         bool uneven_u, uneven_v;
     };
     void measure_interior(const geom::Surface& surface, const Piece& piece, int samples, Interior& m) const;
-    LineMeasure measure(const geom::Surface& surface, const Edge& edge, int samples) const;
     void cut(const Piece& piece, int axis, std::vector<Piece>& out);
     Segment whole(int edge, bool reversed) const;
     Segment half(const Segment& s, int which) const;

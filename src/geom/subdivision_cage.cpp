@@ -11,6 +11,9 @@ constexpr float InfinitelySharp = 10; // to OpenSubdiv
 
 void read_faces(const scene::SubdivisionMesh& mesh, const ControlPoints& points, bool triangles_only,
                 Cage& cage, Dropped& dropped) {
+    cage.vertices.reserve(mesh.vertices.size());
+    for (std::vector<int>* v : {&cage.first, &cage.sizes, &cage.face, &cage.corner})
+        v->reserve(mesh.vertices_per_face.size() + 1);
     cage.first.push_back(0);
     cage.faces = mesh.vertices_per_face.size();
     size_t corner = 0;

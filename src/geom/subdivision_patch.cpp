@@ -12,11 +12,6 @@ namespace {
 
 using osd::Bfr::Parameterization;
 
-constexpr BasisMatrix BsplineBasis{{{-1.0f / 6, 0.5f, -0.5f, 1.0f / 6},
-                                    {0.5f, -1, 0.5f, 0},
-                                    {-0.5f, 0, 0.5f, 0},
-                                    {1.0f / 6, 4.0f / 6, 1.0f / 6, 0}}};
-
 // Chebyshev's nodes on [0, 1] for cubics.
 constexpr std::array<float, 4> Nodes{0.03806023f, 0.30865828f, 0.69134172f, 0.96193977f};
 // Not nodes, one in each quarter.

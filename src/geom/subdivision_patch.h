@@ -6,6 +6,11 @@
 
 namespace kanuka::geom {
 
+inline constexpr BasisMatrix BsplineBasis{{{-1.0f / 6, 0.5f, -0.5f, 1.0f / 6},
+                                           {0.5f, -1, 0.5f, 0},
+                                           {-0.5f, 0, 0.5f, 0},
+                                           {1.0f / 6, 4.0f / 6, 1.0f / 6, 0}}};
+
 using BfrSurface = osd::Bfr::Surface<float>;
 
 // One face's patch for one kind of data.

@@ -100,6 +100,115 @@ TEST(Subdivision, DenseLatticesAreThatOfTheirPoints) {
     EXPECT_LT(worst_channel, 3e-5);
 }
 
+namespace {
+
+// `copies` of a mesh beside each other, all but the first elsewhere.
+scene::Primitive repeated(const scene::Primitive& one, int copies) {
+    const auto& mesh = std::get<scene::SubdivisionMesh>(one.geometry);
+    const int points = int(one.primvars.find("P")->floats.size() / 3);
+    scene::SubdivisionMesh all;
+    all.tags = {mesh.tags[0]};
+    std::vector<int32_t> sizes, vertices;
+    scene::Primitive out;
+    for (int k = 0; k < copies; k++) {
+        sizes.insert(sizes.end(), mesh.vertices_per_face.begin(), mesh.vertices_per_face.end());
+        for (const int v : mesh.vertices)
+            vertices.push_back(v + k * points);
+        all.tags.push_back(mesh.tags[1]);
+        for (int& v : all.tags.back().ints)
+            v += k * points;
+    }
+    all.vertices_per_face = std::move(sizes);
+    all.vertices = std::move(vertices);
+    out.geometry = std::move(all);
+    for (const scene::Value& v : one.primvars.values) {
+        std::vector<float> floats;
+        for (int k = 0; k < copies; k++)
+            for (size_t i = 0; i < v.floats.size(); i++)
+                floats.push_back(v.floats[i] + (v.name == "P" && i % 3 == 2 ? 5.0f * float(k) : 0));
+        scene::Value longer = v;
+        longer.floats = std::move(floats);
+        out.primvars.set(longer);
+    }
+    return out;
+}
+
+// A closed strip of 9 x 9 quads around a torus; with `tag`, a crease of no sharpness along one of its edges.
+scene::Primitive torus(bool tag) {
+    constexpr int N = 9;
+    std::vector<float> p;
+    std::vector<int32_t> index;
+    for (int j = 0; j < N; j++)
+        for (int i = 0; i < N; i++) {
+            const float a = 2 * Pi * float(i) / N, b = 2 * Pi * float(j) / N, r = 2 + std::cos(b);
+            p.insert(p.end(), {r * std::cos(a), r * std::sin(a), std::sin(b + 0.3f * std::cos(a))});
+            const int i1 = (i + 1) % N, j1 = (j + 1) % N;
+            index.insert(index.end(), {j * N + i, j * N + i1, j1 * N + i1, j1 * N + i});
+        }
+    scene::SubdivisionMesh m;
+    m.vertices_per_face = std::vector<int32_t>(N * N, 4);
+    m.vertices = std::move(index);
+    if (tag)
+        for (int v = 0; v + 1 < N * N; v++)
+            if (v % N + 1 < N)
+                m.tags.push_back({"crease", {v, v + 1}, {0}, {}});
+    scene::Primitive out;
+    out.geometry = m;
+    out.primvars.set(value("P", scene::Type::Point, scene::Detail::Vertex, p));
+    return out;
+}
+
+struct Difference {
+    double p = 0, slope = 0, channel = 0;
+};
+Difference difference(const grid::Grid& a, const grid::Grid& b) {
+    Difference d;
+    const size_t n = size_t(a.stride);
+    for (int k = 0; k < a.vertices(); k++) {
+        d.p = std::max(d.p, double(length(a.position(k) - b.position(k))));
+        for (int c = 0; c < 3; c++)
+            for (const auto slopes : {&grid::Grid::dPdu, &grid::Grid::dPdv})
+                d.slope = std::max(d.slope, double(abs((a.*slopes)[k + c * n] - (b.*slopes)[k + c * n])));
+        d.channel = std::max({d.channel, double(abs(a.s[k] - b.s[k])), double(abs(a.t[k] - b.t[k]))});
+        for (size_t c = 0; c < a.primvars.size(); c++)
+            d.channel = std::max(d.channel, double(abs(a.primvars[c].data[k] - b.primvars[c].data[k])));
+    }
+    return d;
+}
+
+} // namespace
+
+// Faces whose surroundings many others have are evaluated by matrices that were made once; a few are not.
+TEST(Subdivision, FacesOfAKindAreWhatOpenSubdivMakesOfOne) {
+    const scene::Primitive mesh = mixed_mesh();
+    const auto one = make(mesh), many = make(repeated(mesh, 40));
+    ASSERT_EQ(many->faces(), 40 * one->faces());
+    for (int f = 0; f < one->faces(); f++)
+        for (const auto& [n, from, to] :
+             {std::tuple{23, 0.0f, 1.0f}, std::tuple{2, 0.0f, 1.0f}, std::tuple{7, 0.5f, 0.5625f}}) {
+            const std::vector<float> u = steps(n, from, to), v = steps(n + 1, 0, 0.75f);
+            const Difference d = difference(evaluate(*one, f, u, v), evaluate(*many, f, u, v));
+            EXPECT_LT(d.p, 4e-6) << f;
+            EXPECT_LT(d.slope, 3e-4) << f;
+            EXPECT_LT(d.channel, 2e-5) << f;
+            const std::vector<float> middle{0.5f};
+            const Vec3f a = evaluate(*many, f, middle, middle).position(0),
+                        b = evaluate(*many, 39 * one->faces() + f, middle, middle).position(0);
+            EXPECT_LT(length(b - a - Vec3f(0, 0, 39 * 5)), 6e-5);
+        }
+}
+
+TEST(Subdivision, RegularFacesAreWhatOpenSubdivMakesOfThem) {
+    const auto plain = make(torus(false)), tagged = make(torus(true));
+    for (int f = 0; f < plain->faces(); f++)
+        for (const auto& [n, from, to] : {std::tuple{4, 0.0f, 1.0f}, std::tuple{7, 0.5f, 0.5625f}}) {
+            const std::vector<float> u = steps(n, from, to), v = steps(n - 1, 0.25f, 0.75f);
+            const Difference d = difference(evaluate(*plain, f, u, v), evaluate(*tagged, f, u, v));
+            EXPECT_LT(d.p, 2e-6) << f;
+            EXPECT_LT(d.slope, 5e-5) << f;
+        }
+}
+
 // ---- hierarchical edits
 // ------------------------------------------------------------------------------------
 

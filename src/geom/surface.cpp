@@ -22,16 +22,20 @@ void Surface::edge_positions(int edge, Line t, float* out, int stride) const {
         const int half = x > 0.5f ? 1 : 0;
         return e.face[half] < 0 || e.face[half] == e.face[1 - half] ? int(e.face[0] < 0) : half;
     };
-    std::vector<float> x;
+    constexpr int Few = 16;
+    float few[Few];
+    std::vector<float> many(t.count > Few ? t.count : 0);
+    float* const x = many.empty() ? few : many.data();
     for (int i = 0, end; i < t.count; i = end) { // runs that one face evaluates
         const int half = half_of(t[i]), f = e.face[half], side = e.side[half];
-        for (end = i, x.clear(); end < t.count && half_of(t[end]) == half; end++)
-            x.push_back(std::clamp(side_parameter(m_topology.faces[f].sides[side], t[end]), 0.0f, 1.0f));
+        for (end = i; end < t.count && half_of(t[end]) == half; end++)
+            x[end - i] = std::clamp(side_parameter(m_topology.faces[f].sides[side], t[end]), 0.0f, 1.0f);
         // Lines rise; a side that is walked backwards is evaluated from its other end.
-        const bool backwards = x.front() > x.back();
+        const int n = end - i;
+        const bool backwards = x[0] > x[n - 1];
         if (backwards)
-            std::reverse(x.begin(), x.end());
-        const Line line{x.data(), end - i};
+            std::reverse(x, x + n);
+        const Line line{x, n};
         const float fixed = side == 1 || side == 2 ? 1.0f : 0.0f;
         const Line one{&fixed, 1};
         const bool along_u = side == 0 || side == 2;
@@ -42,15 +46,19 @@ void Surface::edge_positions(int edge, Line t, float* out, int stride) const {
     }
 }
 
+// Small lattices without gaps go in one row.
+constexpr int FewPoints = 64;
+static bool is_few(Line u, Line v, const Lattice& out) {
+    return out.pitch == u.count && u.count * v.count <= FewPoints;
+}
+
 void Surface::evaluate(int face, Line u, Line v, Lattice out) const {
     grid::Grid& g = out.grid;
     const FaceRange r = range(face);
     const std::array<float, 8>& tc = m_texture_coordinates;
-    for (int j = 0; j < v.count; j++) {
-        const int row = out.base + j * out.pitch;
-        const float gv = r.v0 + (r.v1 - r.v0) * v[j];
-        for (int i = 0; i < u.count; i++) {
-            const float gu = r.u0 + (r.u1 - r.u0) * u[i];
+    const auto texture = [&](int row, int count, auto&& u_of, auto&& v_of) {
+        for (int i = 0; i < count; i++) {
+            const float gu = u_of(i), gv = v_of(i);
             g.u[row + i] = gu;
             g.v[row + i] = gv;
             // Bilinear in the corners (0,0), (1,0), (0,1), (1,1) of TextureCoordinates.
@@ -58,6 +66,18 @@ void Surface::evaluate(int face, Line u, Line v, Lattice out) const {
             g.s[row + i] = w00 * tc[0] + w10 * tc[2] + w01 * tc[4] + w11 * tc[6];
             g.t[row + i] = w00 * tc[1] + w10 * tc[3] + w01 * tc[5] + w11 * tc[7];
         }
+    };
+    const auto u_at = [&](int i) { return r.u0 + (r.u1 - r.u0) * u[i]; };
+    const auto v_at = [&](int j) { return r.v0 + (r.v1 - r.v0) * v[j]; };
+    if (is_few(u, v, out)) {
+        float us[FewPoints], vs[FewPoints];
+        for (int j = 0, k = 0; j < v.count; j++)
+            for (int i = 0; i < u.count; i++, k++)
+                us[k] = u_at(i), vs[k] = v_at(j);
+        texture(out.base, u.count * v.count, [&](int k) { return us[k]; }, [&](int k) { return vs[k]; });
+    } else {
+        for (int j = 0; j < v.count; j++)
+            texture(out.base + j * out.pitch, u.count, u_at, [gv = v_at(j)](int) { return gv; });
     }
     shape(face, u, v, out);
     const float du = r.u1 - r.u0, dv = r.v1 - r.v0;
@@ -79,13 +99,12 @@ void Surface::frame(int face, Line u, Line v, Lattice out) const {
     const size_t n = size_t(g.stride);
     const float sign = m_flips ? -1.0f : 1.0f;
     const bool own = owns_normals(face);
-    for (int j = 0; j < v.count; j++) {
-        const int row = out.base + j * out.pitch;
+    const auto make_row = [&](int row, int count, int first) { // `first`: of the lattice
         const float *ax = &g.dPdu[row], *ay = ax + n, *az = ay + n;
         const float *bx = &g.dPdv[row], *by = bx + n, *bz = by + n;
         float *nx = &g.Ng[row], *ny = nx + n, *nz = ny + n;
         int degenerate = 0;
-        for (int i = 0; i < u.count && !own; i++) {
+        for (int i = 0; i < count && !own; i++) {
             const float x = fma(ay[i], bz[i], -(az[i] * by[i]));
             const float y = fma(az[i], bx[i], -(ax[i] * bz[i]));
             const float z = fma(ax[i], by[i], -(ay[i] * bx[i]));
@@ -98,20 +117,25 @@ void Surface::frame(int face, Line u, Line v, Lattice out) const {
             nz[i] = z * inv;
             degenerate += !(l > 1e-9f * aa * bb) || !(l > 1e-37f);
         }
-        for (int i = 0; i < u.count && degenerate; i++) {
+        for (int i = 0; i < count && degenerate; i++) {
             const Vec3f a{ax[i], ay[i], az[i]}, b{bx[i], by[i], bz[i]}, c = cross(a, b);
             const float l = length_squared(c);
             if (l > 1e-9f * length_squared(a) * length_squared(b) && l > 1e-37f)
                 continue;
-            const Vec3f m = normal_beside(face, u[i], v[j]) * sign;
+            const Vec3f m = normal_beside(face, u[(first + i) % u.count], v[(first + i) / u.count]) * sign;
             nx[i] = m.x, ny[i] = m.y, nz[i] = m.z;
         }
         if (!m_primvars.normals) {
-            std::copy_n(nx, u.count, &g.N[row]);
-            std::copy_n(ny, u.count, &g.N[row + n]);
-            std::copy_n(nz, u.count, &g.N[row + 2 * n]);
+            std::copy_n(nx, count, &g.N[row]);
+            std::copy_n(ny, count, &g.N[row + n]);
+            std::copy_n(nz, count, &g.N[row + 2 * n]);
         }
-    }
+    };
+    if (is_few(u, v, out))
+        make_row(out.base, u.count * v.count, 0);
+    else
+        for (int j = 0; j < v.count; j++)
+            make_row(out.base + j * out.pitch, u.count, j * u.count);
 }
 
 // Where derivatives vanish or are parallel (a collapsed side), the normal is the limit from the inside of the

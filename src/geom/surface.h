@@ -35,7 +35,7 @@ class Surface {
     // Everything: P, N, Ng, dPdu, dPdv, u, v, s, t and the primvars.
     void evaluate(int face, Line u, Line v, Lattice out) const;
     // Positions at parameters t of an edge: out[c * stride + i].
-    void edge_positions(int edge, Line t, float* out, int stride) const;
+    virtual void edge_positions(int edge, Line t, float* out, int stride) const;
 
     void allocate_channels(grid::Grid& grid) const { m_primvars.allocate_channels(grid); }
     bool flips() const { return m_flips; }
@@ -45,6 +45,8 @@ class Surface {
     // Interior lines of a face may be much longer than its sides.
     bool bulges() const { return m_bulges; }
     virtual int uniform_index(int face) const { return face; }
+    // Normals and primvars of the face are its neighbours' where they meet.
+    virtual bool joins_smoothly(int) const { return false; }
     // What cuts parts of it away, in the parameters of the whole surface, and those; null = nothing.
     virtual const scene::TrimCurves* trim() const { return nullptr; }
     virtual ParameterRange parameters() const { return {}; }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "base/large_arrays.h"
+
 namespace kanuka::geom {
 
 void Topology::attach(int face, int side, int edge, Part part, bool reversed) {
@@ -120,14 +122,19 @@ PolygonEdges find_edges(const std::vector<int>& first, const std::vector<int>& v
 
 Topology polygon_topology(const std::vector<int>& first, const std::vector<int>& vertices, int vertex_count,
                           bool collapse_triangles, std::vector<PieceQuad>& quads) {
+    return polygon_topology(first, vertices, vertex_count, collapse_triangles,
+                            find_edges(first, vertices, vertex_count), quads);
+}
+
+Topology polygon_topology(const std::vector<int>& first, const std::vector<int>& vertices, int vertex_count,
+                          bool collapse_triangles, const PolygonEdges& edges, std::vector<PieceQuad>& quads) {
     using Part = Topology::Part;
     Topology t;
-    const PolygonEdges edges = find_edges(first, vertices, vertex_count);
-    t.edges.reserve(edges.edges.size());
+    reserve_large(t.edges, edges.edges.size());
     for (const auto& e : edges.edges)
         t.edges.push_back({e[0], e[1]});
     t.vertices = vertex_count;
-    t.faces.reserve(first.size());
+    reserve_large(t.faces, first.size());
     quads.reserve(first.size());
     for (int piece = 0; piece + 1 < int(first.size()); piece++) {
         const PolygonEdges::Half* h = &edges.halves[first[piece]];

@@ -77,5 +77,8 @@ struct PieceQuad {
 };
 Topology polygon_topology(const std::vector<int>& first, const std::vector<int>& vertices, int vertex_count,
                           bool collapse_triangles, std::vector<PieceQuad>& quads);
+// The same of edges that are found.
+Topology polygon_topology(const std::vector<int>& first, const std::vector<int>& vertices, int vertex_count,
+                          bool collapse_triangles, const PolygonEdges& edges, std::vector<PieceQuad>& quads);
 
 } // namespace kanuka::geom

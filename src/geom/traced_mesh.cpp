@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstring>
 
+#include "base/large_arrays.h"
 #include "base/tasks.h"
 
 namespace kanuka::geom {
@@ -228,8 +229,11 @@ static void allocate_arrays(MeshParts& parts, size_t vertices) {
     g.nv = 0;
     g.stride = int((vertices + grid::LanePadding - 1) / grid::LanePadding * grid::LanePadding);
     std::vector<float>* arrays[] = {&g.P, &g.N, &g.Ng, &g.dPdu, &g.dPdv, &g.u, &g.v, &g.s, &g.t};
-    tasks::parallel_for(std::size(arrays),
-                        [&](size_t i) { arrays[i]->assign(size_t(g.stride) * (i < 5 ? 3 : 1), 0.0f); });
+    tasks::parallel_for(std::size(arrays), [&](size_t i) {
+        const size_t size = size_t(g.stride) * (i < 5 ? 3 : 1);
+        reserve_large(*arrays[i], size);
+        arrays[i]->assign(size, 0.0f);
+    });
 }
 
 void allocate_mesh(MeshParts& parts, size_t vertices, const Primvars& primvars) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/large_arrays.h"
 #include "ingest/rib/handlers.h"
 #include "ingest/rib/motion.h"
 #include "ingest/rib/primvars.h"
@@ -356,7 +357,7 @@ void Context::add_primitive(Call& call, scene::Geometry geometry) {
         // As many as there will be if the file goes on like this: growing step by step moves them all again
         // and again.
         const double expected = double(all.size()) / std::max(stream.progress(), 0.05) * 1.05;
-        all.reserve(std::max(2 * all.size(), size_t(expected)));
+        reserve_large(all, std::max(2 * all.size(), size_t(expected)));
     }
     all.emplace_back(std::move(geometry), std::move(call.params), ctm, attributes.shared, m_next_id++,
                      call.where, moving_place(ctm_keys), solid);

@@ -195,6 +195,8 @@ void imager(Context& c, Call& call) {
         for (Value& v : imager.parameters.values)
             if (v.name == "color" || v.name == "background" || v.name == "backgroundcolor")
                 v.name = "bgcolor";
+    if (c.scope() == InWorld || c.scope() == InObject) // published files have it there, and PRMan takes it
+        c.scene().options.imager = imager;
     c.options.options.imager = std::move(imager);
 }
 

@@ -69,7 +69,9 @@ Token Lexer::peek() {
     m_binary = false;
     m_space_begin = m_at;
     for (;;) {
-        skip_space();
+        // Binary tokens stand without space between them.
+        if (m_at >= m_end || is(m_text[m_at], Space) || m_text[m_at] == '#')
+            skip_space();
         m_token = m_at;
         m_peeked = true;
         if (m_at >= m_end)
@@ -79,7 +81,7 @@ Token Lexer::peek() {
             return m_kind = Token::Number;
         if (is(c, WordStart))
             return m_kind = Token::Word;
-        if (c == '"')
+        if (c == '"' || c == '\'') // PRMan takes both
             return m_kind = Token::String;
         if (c == '[')
             return m_kind = Token::Open;
@@ -145,18 +147,19 @@ std::string_view Lexer::string() {
         return m_binary_text;
     }
     // Step 1: strings without escapes need no copy.
+    const char quote = m_text[m_at];
     size_t p = m_at + 1;
     const size_t start = p;
-    while (p < m_end && m_text[p] != '"' && m_text[p] != '\\' && m_text[p] != '\n')
+    while (p < m_end && m_text[p] != quote && m_text[p] != '\\' && m_text[p] != '\n')
         p++;
-    if (p < m_end && m_text[p] == '"') {
+    if (p < m_end && m_text[p] == quote) {
         m_at = p + 1;
         return m_text.substr(start, p - start);
     }
     // Step 2: the rest, with C's escapes. A backslash before a line break joins the lines (RISpec appendix
     // C.1).
     m_scratch.assign(m_text.substr(start, p - start));
-    while (p < m_end && m_text[p] != '"') {
+    while (p < m_end && m_text[p] != quote) {
         char c = m_text[p];
         if (c == '\n' && next_line_is_request(p)) {
             m_unterminated = true;

@@ -106,8 +106,8 @@ TEST(Declarations, Forms) {
     const auto none = parse_declaration("int[0] x", true, problem); // Blender's exporter
     ASSERT_TRUE(none);
     EXPECT_TRUE(none->declaration.open_array);
-    for (const char* bad : {"uniform", "uniform colour Cs", "float[-1] a", "float[2 a",
-                            "float[1e9] a", "float a b", "float", ""}) {
+    for (const char* bad : {"uniform", "uniform colour Cs", "float[-1] a", "float[2 a", "float[1e9] a",
+                            "float a b", "float", ""}) {
         problem.clear();
         EXPECT_FALSE(parse_declaration(bad, true, problem)) << bad;
         EXPECT_FALSE(problem.empty()) << bad;

@@ -121,8 +121,9 @@ void Reader::request() {
     // Files say the same again and again.
     const RequestSpec* spec = m_call.spec && m_call.spec->name == word ? m_call.spec : find_request(word);
     m_call.spec = spec;
-    m_call.where = m_lexer->where(offset);
-    m_request = word;
+    m_lexer->where(offset, m_call.where);
+    if (m_request != word)
+        m_request = word;
     if (!spec) {
         // What a binary code stands for is no text of the file.
         if (m_listener && !word.empty() && m_lexer->source()->text().substr(offset).starts_with(word))

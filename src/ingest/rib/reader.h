@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "base/large_pages.h"
 #include "ingest/rib/context.h"
 #include "ingest/rib/lexer.h"
 #include "ingest/rib/writer.h"
@@ -87,6 +88,7 @@ class Reader final : public Stream {
     // reader_parameters.cpp
     bool read_parameters(Call& call);
     bool read_parameter(Call& call);
+    bool read_parameter(Call& call, scene::Value& value); // into m_take_value whether it is to be kept
     bool read_value(Call& call, scene::Value& value, const Declaration& declaration);
     bool read_as_written(Call& call);
     Token kind_of_value();
@@ -104,10 +106,15 @@ class Reader final : public Stream {
     std::string m_token;
     // Small arrays of many primitives share a block: one allocation for thousands of them.
     struct Block {
-        std::unique_ptr<std::byte[]> bytes;
-        size_t used = 0;
+        explicit Block(size_t size) : bytes(LargePages<std::byte>().allocate(size)), size(size) {}
+        ~Block() { LargePages<std::byte>().deallocate(bytes, size); }
+        Block(const Block&) = delete;
+        std::byte* bytes;
+        size_t size, used = 0;
     };
     std::shared_ptr<Block> m_block;
+    bool m_take_value = false;      // the parameter being read, which lies in the call already
+    size_t m_parameters_before = 0; // of the call before: most have as many
     const Lexer* m_outermost_lexer = nullptr;
     std::vector<float> m_floats; // scratch
     std::vector<int32_t> m_ints;

@@ -13,13 +13,14 @@ using scene::Value;
 // A copy for the scene.
 template <class T>
 scene::Buffer<T> Reader::kept(const std::vector<T>& values) {
-    constexpr size_t BlockSize = size_t(1) << 18, Small = 4096;
+    // Blocks grow to a large page: the system's work for a page counts where so little is done with it.
+    constexpr size_t FirstBlock = size_t(1) << 18, Small = 4096;
     const size_t bytes = values.size() * sizeof(T);
     if (bytes > Small || bytes == 0)
         return std::vector<T>(values);
-    if (!m_block || m_block->used + bytes > BlockSize)
-        m_block = std::make_shared<Block>(Block{std::make_unique_for_overwrite<std::byte[]>(BlockSize), 0});
-    auto* const to = reinterpret_cast<T*>(m_block->bytes.get() + m_block->used);
+    if (!m_block || m_block->used + bytes > m_block->size)
+        m_block = std::make_shared<Block>(m_block ? std::min(LargePage, 2 * m_block->size) : FirstBlock);
+    auto* const to = reinterpret_cast<T*>(m_block->bytes + m_block->used);
     std::memcpy(to, values.data(), bytes);
     m_block->used += bytes;
     return {to, values.size(), m_block};
@@ -28,9 +29,12 @@ scene::Buffer<T> Reader::kept(const std::vector<T>& values) {
 bool Reader::read_parameters(Call& call) {
     if (call.spec->params == Params::None)
         return true;
+    if (m_lexer->peek() == Token::String)
+        call.params.values.reserve(std::clamp<size_t>(m_parameters_before, 1, 8));
     while (m_lexer->peek() == Token::String)
         if (!(m_sink ? read_as_written(call) : read_parameter(call)))
             return false;
+    m_parameters_before = call.params.values.size();
     return true;
 }
 
@@ -87,18 +91,36 @@ bool Reader::read_as_written(Call& call) {
     return true;
 }
 
+// The value is made where it will lie. One of the same name takes its place.
 bool Reader::read_parameter(Call& call) {
-    const Location where = m_lexer->where();
+    std::vector<Value>& values = call.params.values;
+    const size_t at = values.size();
+    values.emplace_back();
+    m_take_value = false;
+    const bool good = read_parameter(call, values[at]);
+    if (!good || !m_take_value) {
+        values.pop_back();
+        return good;
+    }
+    for (size_t i = 0; i < at; i++)
+        if (values[i].name == values[at].name) {
+            values[i] = std::move(values[at]);
+            values.pop_back();
+            break;
+        }
+    return true;
+}
+
+bool Reader::read_parameter(Call& call, Value& value) {
+    m_lexer->where(m_lexer->offset(), value.where);
     if (!read_string(m_token))
         return false;
-    Value value;
-    value.where = where;
     // A space or bracket in the token means an inline declaration.
     if (m_token.find_first_of(" \t\n[") != std::string::npos) {
         std::string problem;
         const auto parsed = parse_declaration(m_token, true, problem);
         if (!parsed) {
-            m_context.reports.error("declaration", where,
+            m_context.reports.error("declaration", value.where,
                                     m_request + ": \"" + m_token + "\" was left out: " + problem);
             m_context.reports.at(
                 Severity::Info, "declaration form", {},
@@ -184,11 +206,11 @@ bool Reader::read_value(Call& call, Value& value, const Declaration& declaration
         if (found == 0) // an empty array says nothing
             return true;
         value.array_size = int(found / components);
-        call.params.set(std::move(value));
+        m_take_value = true;
         return true;
     }
     if (call.spec->params == Params::Primitive || fit_value(call, value, found))
-        call.params.set(std::move(value));
+        m_take_value = true;
     return true;
 }
 
@@ -270,7 +292,7 @@ bool Reader::read_undeclared(Call& call, Value& value) {
             m_request + ": \"" + value.name + "\" is not declared and was taken for a " +
                 std::string(name(value.type)) +
                 (value.array_size > 1 ? "[" + std::to_string(value.array_size) + "]" : "") + mend);
-    call.params.set(std::move(value));
+    m_take_value = true;
     return true;
 }
 

@@ -26,23 +26,28 @@ TEST(RibFrames, TheFirstThatMakesAPicture) {
     ASSERT_EQ(r.scene.primitives.size(), 1u);
     EXPECT_EQ(r.scene.light_shaders.size(), 1u);
     EXPECT_EQ(r.messages().size(), 1u) << r.all_messages(); // Declare in a frame that is passed over counts
-    EXPECT_TRUE(r.says("info 6:1 frame 1 writes what shadow maps or textures are made of and was passed over"));
+    EXPECT_TRUE(
+        r.says("info 6:1 frame 1 writes what shadow maps or textures are made of and was passed over"));
 }
 
 // A face of an environment is no picture that somebody wants to see.
 TEST(RibFrames, WhatTexturesAreMadeOfIsPassedOver) {
     std::string text;
     for (const char* side : {"px", "nx", "py", "ny", "pz", "nz"})
-        text += std::string("FrameBegin 1\nDisplay \"env.") + side + "\" \"file\" \"rgb\"\nWorldBegin Disk 0 1 360 WorldEnd\nFrameEnd\n";
-    text += "MakeCubeFaceEnvironment \"env.px\" \"env.nx\" \"env.py\" \"env.ny\" \"env.pz\" \"env.nz\" \"env.tx\" 90 "
-            "\"gaussian\" 2 2\nFrameBegin 7\nDisplay \"ball.tif\" \"file\" \"rgb\"\nWorldBegin Sphere 1 -1 1 360 "
-            "WorldEnd\nFrameEnd\n";
+        text += std::string("FrameBegin 1\nDisplay \"env.") + side +
+                "\" \"file\" \"rgb\"\nWorldBegin Disk 0 1 360 WorldEnd\nFrameEnd\n";
+    text +=
+        "MakeCubeFaceEnvironment \"env.px\" \"env.nx\" \"env.py\" \"env.ny\" \"env.pz\" \"env.nz\" "
+        "\"env.tx\" 90 "
+        "\"gaussian\" 2 2\nFrameBegin 7\nDisplay \"ball.tif\" \"file\" \"rgb\"\nWorldBegin Sphere 1 -1 1 360 "
+        "WorldEnd\nFrameEnd\n";
     const Parsed r(text);
     ASSERT_EQ(r.scene.options.displays.size(), 1u);
     EXPECT_EQ(r.scene.options.displays[0].file, "ball.tif");
     // Where there is nothing else, that is the picture.
-    const Parsed alone("FrameBegin 1\nDisplay \"a.tif\" \"file\" \"rgb\"\nWorldBegin Disk 0 1 360 WorldEnd\nFrameEnd\n"
-                       "MakeTexture \"a.tif\" \"a.tx\" \"black\" \"black\" \"box\" 1 1\n");
+    const Parsed alone(
+        "FrameBegin 1\nDisplay \"a.tif\" \"file\" \"rgb\"\nWorldBegin Disk 0 1 360 WorldEnd\nFrameEnd\n"
+        "MakeTexture \"a.tif\" \"a.tx\" \"black\" \"black\" \"box\" 1 1\n");
     EXPECT_EQ(alone.scene.primitives.size(), 1u);
 }
 

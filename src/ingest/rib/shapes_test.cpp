@@ -62,7 +62,8 @@ TEST(RibShapes, TheTeapotHas32Patches) {
 }
 
 TEST(RibShapes, Volumes) {
-    const Parsed r(world("Volume \"ellipsoid\" [-1 1 -2 2 0 3] [2 1 2] \"varying float density\" [1 2 3 4] \"constant color tint\" [1 0 0]\n"
+    const Parsed r(world("Volume \"ellipsoid\" [-1 1 -2 2 0 3] [2 1 2] \"varying float density\" [1 2 3 4] "
+                         "\"constant color tint\" [1 0 0]\n"
                          "Volume \"box\" [0 1 0 1 0 1] [0 0 0]\n"));
     EXPECT_SILENT(r);
     ASSERT_EQ(r.scene.primitives.size(), 2u);

@@ -149,7 +149,20 @@ static size_t count_bytes(const char* p, size_t size, char wanted) {
     return count;
 }
 
+// Of fewer than 32 bytes, where 32 can be read.
+static size_t count_few_bytes(const char* p, size_t size, char wanted) {
+    const __m256i bytes = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(p));
+    const auto equal = unsigned(_mm256_movemask_epi8(_mm256_cmpeq_epi8(bytes, _mm256_set1_epi8(wanted))));
+    return size_t(std::popcount(equal & ((1u << size) - 1)));
+}
+
 Location Source::locate(size_t offset) const {
+    Location where;
+    locate(offset, where);
+    return where;
+}
+
+void Source::locate(size_t offset, Location& out) const {
     constexpr size_t Apart = size_t(1) << 16;
     offset = std::min(offset, m_text.size());
     if (offset < m_place.offset) {
@@ -161,13 +174,20 @@ Location Source::locate(size_t offset) const {
     }
     const char* const from = m_text.data() + m_place.offset;
     const size_t size = offset - m_place.offset;
-    if (const size_t lines = count_bytes(from, size, m_line_end)) {
+    const size_t whole = m_text.size() - offset >= 32 ? size / 32 * 32 : size;
+    size_t lines = count_bytes(from, whole, m_line_end);
+    if (whole < size)
+        lines += count_few_bytes(from + whole, size - whole, m_line_end);
+    if (lines > 0) {
         m_place.line += int(lines);
         m_place.line_start =
             size_t(static_cast<const char*>(::memrchr(from, m_line_end, size)) - m_text.data()) + 1;
     }
     m_place.offset = offset;
-    return {m_name, m_place.line, int(offset - m_place.line_start) + 1};
+    if (out.file != m_name)
+        out.file = m_name;
+    out.line = m_place.line;
+    out.column = int(offset - m_place.line_start) + 1;
 }
 
 } // namespace kanuka::ingest

@@ -29,6 +29,8 @@ class Source {
     // Line and column of a byte. Lines are counted from the last place asked, so that asking in order costs
     // one pass over the file in all, and scanning numbers need not watch for line ends.
     Location locate(size_t offset) const;
+    // The same into `out`, which allocates nothing where it has been in this file before.
+    void locate(size_t offset, Location& out) const;
 
     // Reading has got this far: the memory of mapped bytes before it may go.
     void passed(size_t offset) const;
