@@ -49,10 +49,16 @@ Window crop_window(const std::array<float, 4>& crop, int width, int height) {
 
 // A scene that names neither a light nor a surface would be black. RISpec's default surface is lit from the
 // eye, so that shapes show.
-bool names_no_light(const scene::Scene& scene) {
-    const auto plain = [](const std::vector<scene::Primitive>& primitives) {
-        return std::all_of(primitives.begin(), primitives.end(), [](const scene::Primitive& p) {
-            return !p.attributes || (!p.attributes->surface && !p.attributes->area_light);
+// A surface shader that is not found is none.
+bool names_no_light(const scene::Scene& scene, const shade::ShadingSystem& shading) {
+    const auto plain = [&](const std::vector<scene::Primitive>& primitives) {
+        const scene::Attributes* last = nullptr;
+        return std::all_of(primitives.begin(), primitives.end(), [&](const scene::Primitive& p) {
+            const scene::Attributes* a = p.attributes.get();
+            if (!a || a == last)
+                return true;
+            last = a;
+            return !a->area_light && (!a->surface || !shading.knows(*a->surface));
         });
     };
     return scene.lights.empty() && scene.light_shaders.empty() && plain(scene.primitives) &&
@@ -74,14 +80,7 @@ class BatchSession {
         m_options.crop = o.crop.value_or(m_options.crop);
         m_options.seed = o.seed.value_or(m_options.seed);
         m_options.max_depth = o.max_depth.value_or(m_options.max_depth);
-        if (!o.integrator && m_options.integrator == "path" && !m_scene.file.empty() && !m_delayed &&
-            names_no_light(m_scene)) {
-            m_options.integrator = "facing";
-            m_journal.report(
-                Severity::Info, Location{m_scene.file},
-                "there are neither lights nor surface shaders: shapes are shown as if lit from the "
-                "eye (integrator facing)");
-        }
+        m_may_face = !o.integrator && m_options.integrator == "path" && !m_scene.file.empty() && !m_delayed;
         m_options.integrator = o.integrator.value_or(m_options.integrator);
         m_options.geometry_tolerance = o.geometry_tolerance.value_or(m_options.geometry_tolerance);
         if (o.shutter)
@@ -203,6 +202,14 @@ class BatchSession {
     }
 
     void decide_transport() {
+        if (m_may_face && names_no_light(m_scene, *m_shading)) {
+            m_options.integrator = "facing";
+            m_integrator = transport::IntegratorChoice::parse(m_options.integrator);
+            m_journal.report(
+                Severity::Info, Location{m_scene.file},
+                "there are neither lights nor surface shaders: shapes are shown as if lit from the "
+                "eye (integrator facing)");
+        }
         using Transport = scene::Options::Transport;
         m_classic = m_options.transport == Transport::Classic;
         if (m_options.transport != Transport::Auto || m_options.integrator != "path")
@@ -515,21 +522,29 @@ class BatchSession {
         const int across = (picture.width + BucketSize - 1) / BucketSize;
         const Transform world_from_render =
             Transform::translate(m_camera.eye[0], m_camera.eye[1], m_camera.eye[2]);
+        const bool weighted = m_view.filter_weighted();
         for (int y = 0; y < picture.height; y++)
             for (int x = 0; x < picture.width; x++) {
                 const size_t i = size_t(y) * size_t(picture.width) + size_t(x);
                 const transport::PixelSums& s = m_pixels[i];
                 const int done = m_done[size_t(y / BucketSize) * size_t(across) + size_t(x / BucketSize)];
-                // Filters with negative lobes are divided by the weights that came, or their spread would
-                // show as noise.
+                // Filters with negative lobes: weights spread about their mean of one, and few may nearly
+                // cancel. So they weigh what a sample is above the plain mean, which is 0 all over where all
+                // samples are alike.
                 const float n = s.weight > 0.25f * float(done) ? 1 / s.weight
                                 : done > 0                     ? 1 / float(done)
                                                                : 0;
+                const auto filtered = [&](float sum, float plain) {
+                    if (!weighted || done == 0)
+                        return sum * n;
+                    const float mean = plain / float(done);
+                    return mean + (sum - mean * s.weight) / float(done);
+                };
                 const float h = s.hits > 0 ? 1 / s.hits : 0;
                 auto put = [&, c = 0](float v) mutable { picture.channels[size_t(c++)].data[i] = v; };
-                for (float v : s.rgb)
-                    put(v * n * exposure);
-                put(std::clamp(s.alpha * n, 0.0f, 1.0f));
+                for (int c = 0; c < 3; c++)
+                    put(filtered(s.rgb[c], s.plain[c]) * exposure);
+                put(std::clamp(filtered(s.alpha, s.plain[3]), 0.0f, 1.0f));
                 for (float v : s.albedo)
                     put(v * n);
                 Vec3f normal{s.normal[0], s.normal[1], s.normal[2]};
@@ -572,7 +587,8 @@ class BatchSession {
     transport::IntegratorChoice m_integrator;
     transport::BatchCounts m_fireflies; // those alone
     float m_shading_rate;
-    bool m_classic = false; // scene::Options::transport, decided
+    bool m_may_face = false; // nobody chose an integrator
+    bool m_classic = false;  // scene::Options::transport, decided
     ColorSetup m_color;
     int m_progressions;
     Window m_window;

@@ -70,6 +70,7 @@ class ShadingSystem {
     // Is all of it what RISpec's renderers knew? Surfaces by classic shaders, or none (those that are missing
     // count as classic); lights of RISpec's four kinds, or by shaders of the scene.
     virtual bool all_classic(const scene::Scene& scene) = 0;
+    virtual bool knows(const scene::ShaderRef& shader) const = 0; // its file is found
     // Light shaders to lights. The standard ones (ambientlight, distantlight, pointlight, spotlight) and
     // Kanuka's own environmentlight are analytic; any other is run and tabulated (light_table.h). `lit`:
     // bounds in world space of what there is to be lit.

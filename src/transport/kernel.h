@@ -17,7 +17,8 @@ struct alignas(16) PixelSums {
     float albedo[3], depth;
     float normal[3], id;     // id: of the first progression's hit
     float position[3], hits; // hits: how many samples found a surface
-    float weight;            // of the pixel filter
+    float weight;            // of the pixel filter; its mean is one
+    float plain[4];          // rgb and alpha, unweighted: kept where weights differ
 };
 
 // A sample far brighter than its pixel was up to then, in luminance.

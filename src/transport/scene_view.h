@@ -117,6 +117,7 @@ struct SceneView {
     const float* filter_weight_x; // signs of negative lobes; may be null
     const float* filter_weight_y;
     int filter_size;
+    bool filter_weighted() const { return filter_weight_x || filter_weight_y || filter_cells.nx > 0; }
     // A filter given as a table of ny rows of nx cells over its width: masses of |f| from 0 to 1, of rows and
     // of the cells of each row, and signed weights of cells. nx = 0: there are the tables above instead.
     struct FilterCells {

@@ -47,6 +47,7 @@ void finish(const SceneView& scene, const BatchState& batch, int count, const Ba
     using F = Float<W>;
     using I = Int<W>;
     const int width = request.x1 - request.x0;
+    const bool weighted = scene.filter_weighted();
     for (int first = 0; first < count; first += W) {
         const I path = I::lane_index() + I(first);
         const auto l = load_rows<4>(batch.l, path << 2), radiance = load_rows<4>(batch.radiance, path << 2);
@@ -93,11 +94,16 @@ void finish(const SceneView& scene, const BatchState& batch, int count, const Ba
                 }
                 for (int c = 0; c < 3; c++)
                     p.rgb[c] += w * rgb[c].v[i];
+                if (weighted)
+                    for (int c = 0; c < 3; c++)
+                        p.plain[c] += rgb[c].v[i];
             } else if (counts.nan_samples++ == 0) {
                 counts.nan_x = x;
                 counts.nan_y = y;
             }
             p.alpha += w * hit[BatchState::Alpha];
+            if (weighted)
+                p.plain[3] += hit[BatchState::Alpha];
             p.hits += met;
             p.weight += w;
             const auto finite = [](float x) { return std::isfinite(x) ? x : 0.0f; };
