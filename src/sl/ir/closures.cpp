@@ -30,6 +30,8 @@ std::map<int, Loc> Extraction::run() {
     m_declared.resize(m_stage.vars.size());
     m_plain_only.resize(m_stage.vars.size());
     m_plain_only[size_t(m_program.Oi)] = true;
+    for (size_t v = 0; v < m_vars.size(); v++)
+        m_plain_only[v] = m_plain_only[v] || m_stage.vars[v].counts;
     for (const Output& o : m_stage.outputs)
         if (o.var >= 0 && o.var != m_program.Ci)
             m_plain_only[size_t(o.var)] = true;
@@ -115,13 +117,6 @@ void Extraction::find_sites(Block& b) {
     for (Item& item : b.items) {
         if (item.kind == Item::Instruction) {
             Instr& i = m_stage.instrs[size_t(item.ref)];
-            // An environment map seen along a mirrored view direction is a mirror that sees the scene.
-            if (i.op == Op::Call && m_stage.calls[size_t(i.imm)].kind == CallKind::Environment &&
-                i.args.size() > 2 && m_directions.refs[size_t(i.args[2])] && i.ty == Ty::Triple) {
-                i.args = {i.args[2]};
-                i.op = Op::Closure;
-                i.imm = int(Closure::Environment);
-            }
             if (i.op == Op::Closure) {
                 check_arguments(i);
                 m_site_of[item.ref] = int(m_sites.size());
@@ -483,6 +478,7 @@ bool Extraction::flow_instruction(Ref r) {
 std::map<int, Loc> extract_closures(Program& program, Diagnostics& diagnostics, bool strict) {
     if (program.Ci < 0 || !program.shade.root)
         return {};
+    choose_pictures(program.shade, strict);
     rename_assignments(program);
     return Extraction(program, diagnostics, strict).run();
 }

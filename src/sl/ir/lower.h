@@ -163,6 +163,8 @@ class Lower {
     Ref component(const ast::Expr* e);
     Ref space(const ast::Expr* e);
     Ref host(CallKind kind, const ast::Expr* e, const ops::Signature& s);
+    Ref random(const ast::Expr* e, const ops::Signature& s);
+    Ref told_math(Ref r, Loc at);
     bool returns_early(const ast::FunctionDecl* f);
 
     // lower_coshaders.cpp
@@ -270,6 +272,8 @@ class Lower {
     std::map<std::string, const Connection*> m_layered;                   // those of layers' outputs
     Builder m_b;
     Role m_role = Role::Defaults;
+    bool m_said_occlusion = false;
+    int m_random = -1; // variable: calls of random() so far, in this run of the stage
     Block* m_prologue = nullptr;
     std::unordered_map<const ast::VarDecl*, Binding> m_bind;
     std::unordered_map<const ast::VarDecl*, int> m_parameter_index, m_member_index;
