@@ -244,7 +244,8 @@ TEST_F(MakeTexture, ScenesMakeTheirsAndPicturesStandForWhatCannotBeMade) {
 
     // Of six pictures none stands for the whole, nor does one that has the name by chance.
     scene::Value cube = test::text("maketexture:room", "");
-    cube.strings = {"a.exr", "a.exr", "a.exr", "a.exr", "a.exr", "no.exr", "cube", "black", "black", "box"};
+    cube.strings = std::vector<std::string>{"a.exr",  "a.exr", "a.exr", "a.exr", "a.exr",
+                                            "no.exr", "cube",  "black", "black", "box"};
     write("room.exr", 8, 8, OIIO::TypeDesc::HALF, 1, [](int, int, int) { return 1.0f; });
     scene::ValueList more;
     more.set(cube);

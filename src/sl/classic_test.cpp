@@ -250,6 +250,60 @@ surface s() { Oi = 1; Ci = glossy(normalize(N), -normalize(I), 0.125, 0.5); })";
     EXPECT_NEAR(with("0.25"), highlight(0.25f), 1e-5); // pow(c, 8) = 1/4 is pow(c, 4) = 1/2
 }
 
+// Ward's highlight, as Advanced RenderMan writes it: a microfacet lobe of both widths, along its grooves.
+TEST(SlClassic, WardsAnisotropicHighlightIsALobe) {
+    const char* ward = R"(
+color ward(normal N; vector V; vector xdir; float xroughness, yroughness;) {
+    float sqr(float x) { return x * x; }
+    float cos_theta_r = clamp(N . V, 0.0001, 1);
+    vector X = xdir / xroughness;
+    vector Y = (N ^ xdir) / yroughness;
+    color C = 0;
+    extern point P;
+    illuminance (P, N, PI / 2) {
+        extern vector L; extern color Cl;
+        float nonspec = 0;
+        lightsource("__nonspecular", nonspec);
+        if (nonspec < 1) {
+            vector LN = normalize(L);
+            float cos_theta_i = LN . N;
+            if (cos_theta_i > 0.0) {
+                vector H = normalize(V + LN);
+                float rho = exp(-2 * (sqr(X . H) + sqr(Y . H)) / (1 + H . N)) / sqrt(cos_theta_i * cos_theta_r);
+                C += Cl * ((1 - nonspec) * cos_theta_i * rho);
+            }
+        }
+    }
+    return C / (4 * xroughness * yroughness);
+}
+surface s(float x = 0.1, y = 0.3; color Ks = 0.5;) {
+    normal Nf = faceforward(normalize(N), I);
+    Oi = Os;
+    Ci = Os * (Ks * ward(Nf, -normalize(I), normalize(dPdu), x, y) + 0.25 * diffuse(Nf));
+})";
+    for (const Config c : configs()) {
+        Journal journal;
+        const auto shader = compile(ward, c, &journal);
+        ASSERT_TRUE(shader && journal.entries().empty()) << messages(journal);
+        for (const bool along : {true, false}) {
+            const std::vector<Argument> args = {{"x", {along ? 0.1f : 0.3f}, {}, false},
+                                                {"y", {along ? 0.3f : 0.1f}, {}, false}};
+            TestServices services;
+            Shaded r;
+            r.instance = shader->instantiate(args, services);
+            grid::Grid g = plane(8, 5);
+            r.instance->shade(g, {}, services, r.out);
+            EXPECT_TRUE(services.reports.empty());
+            // As much light as the formula says, and the height that it has: 1 / (4 ax ay).
+            EXPECT_NEAR(r.at("specular.reflectance", 3).x, 0.5f, 1e-5);
+            EXPECT_NEAR(r.at("specular.roughness", 3).x, std::sqrt(0.3f), 1e-5);
+            EXPECT_NEAR(r.at("specular.anisotropy", 3).x, (1 - 1 / 3.f) / 0.95f, 1e-5);
+            EXPECT_NEAR(r.at("specular.rotation", 3).x, along ? 0 : 0.25f, 1e-5);
+            EXPECT_EQ(r.at("diffuse.diffuseReflectance", 3).x, 0.25f);
+        }
+    }
+}
+
 TEST(SlClassic, OcclusionByItselfIsExplained) {
     Journal journal;
     ASSERT_TRUE(compile("surface ao() { Oi = Os; Ci = Oi * (1 - occlusion(P, N, 16) + occlusion(P, N, 4)); }",

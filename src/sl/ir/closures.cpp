@@ -25,6 +25,7 @@ std::map<int, Loc> Extraction::run() {
     m_directions = find_directions(m_stage);
     find_colored();
     find_sites(*m_stage.root);
+    find_used();
     m_refs.resize(m_stage.instrs.size());
     m_vars.resize(m_stage.vars.size());
     m_declared.resize(m_stage.vars.size());
@@ -135,6 +136,40 @@ void Extraction::find_sites(Block& b) {
             find_sites(*item.body);
         if (item.orelse)
             find_sites(*item.orelse);
+    }
+}
+
+// What is stored, asked or has an effect, and what that is made of. A kernel that was read as a whole leaves
+// its parts behind.
+void Extraction::find_used() {
+    m_used.assign(m_stage.instrs.size(), false);
+    std::vector<Ref> work;
+    const auto roots = [&](auto& again, const Block& b) -> void {
+        for (const Item& item : b.items) {
+            if (item.kind == Item::Instruction) {
+                const Instr& i = m_stage.instrs[size_t(item.ref)];
+                if (i.op == Op::Store || i.op == Op::StoreElement || i.op == Op::Call)
+                    work.push_back(item.ref);
+            } else if (item.kind == Item::If) {
+                work.push_back(item.ref);
+            } else if (item.kind == Item::Scope && item.light != None) {
+                work.push_back(item.light);
+            }
+            if (item.body)
+                again(again, *item.body);
+            if (item.orelse)
+                again(again, *item.orelse);
+        }
+    };
+    roots(roots, *m_stage.root);
+    while (!work.empty()) {
+        const Ref r = work.back();
+        work.pop_back();
+        if (m_used[size_t(r)])
+            continue;
+        m_used[size_t(r)] = true;
+        for (const Ref a : m_stage.instrs[size_t(r)].args)
+            work.push_back(a);
     }
 }
 
@@ -407,6 +442,8 @@ bool Extraction::skips_little(const Instr& i) {
 }
 
 bool Extraction::flow_instruction(Ref r) {
+    if (!m_used[size_t(r)])
+        return false;
     const Instr& i = m_stage.instrs[size_t(r)];
     Contents c;
     const Contents all = arguments(i);

@@ -213,7 +213,8 @@ class Lower {
         LightMirrored,
         Cosine,
         HalfCosine,
-        MirrorCosine
+        MirrorCosine,
+        Ward // a kernel already, times what is known
     };
     Tag tag(Ref r) const {
         const auto it = m_tags.find(r);
@@ -230,6 +231,12 @@ class Lower {
     Ref kernel(Closure kind, Ty ty, std::vector<Ref> args, Tag t, Loc at);
     Ref light_arithmetic(ast::BinOp op, Ref a, Ref b, Loc at);
     Ref light_shadeop(const ast::Expr* e);
+    // lower_kernels.cpp
+    bool of_light(Ref r, int depth = 0) const;
+    Ref without_cosine(Ref r, Loc at);
+    Ref squared_half(Ref r) const;
+    Ref ward(Ref exponent, Loc at);
+    Ref ward_arithmetic(ast::BinOp op, Ref a, Ref b, Loc at);
     Ref fresnel(const ast::Expr* e);
     Ref view_direction(Loc at);
     Ref turned(Ref normal, Loc at);

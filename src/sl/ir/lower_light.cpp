@@ -6,6 +6,7 @@
 //   illuminance (P, N, PI/2) C += Cl * (N . normalize(L));              is diffuse(N)
 //   … Cl * pow(max(0, N . H), 1 / roughness), H = normalize(Ln + V);    is specular(N, V, roughness)
 //   … Cl * smoothstep(a, b, pow(…));                                    is as wide at half its height
+//   … Cl * (N . Ln) * exp(-2 ((X . H)^2 + (Y . H)^2) / (1 + H . N)) …   is Ward's: lower_kernels.cpp
 //   … Cl * pow(max(0, R . Ln), size), R = reflect(I, N);                is phong(N, V, size)
 #include <cmath>
 #include <utility>
@@ -76,6 +77,8 @@ Ref Lower::light_arithmetic(BinOp op, Ref a, Ref b, Loc at) {
     Tag x = tag(a), y = tag(b);
     if (x == Tag::None && y == Tag::None)
         return ir::None;
+    if (x == Tag::Ward || y == Tag::Ward)
+        return ward_arithmetic(op, a, b, at);
     const auto cosine = [](Tag t) {
         return t == Tag::Cosine || t == Tag::HalfCosine || t == Tag::MirrorCosine;
     };
@@ -290,6 +293,11 @@ Ref Lower::light_shadeop(const Expr* e) {
             {m_b.constant(1.0f), m_b.emit(Op::Max, Ty::Float, {args[3], m_b.constant(1e-4f)}, e->loc)},
             e->loc);
         return kernel(Closure::SpecularKernel, Ty::Triple, {args[1], args[1], exponent}, Tag::None, e->loc);
+    }
+    if (n == "exp") {
+        const std::vector<Ref> args = arguments();
+        const Ref kernel = ward(args[0], e->loc);
+        return kernel != ir::None ? kernel : m_b.emit(s.op, ty(s.result), args, e->loc, s.imm);
     }
     if (n == "smoothstep" && s.args.size() == 3) {
         // A highlight with an edge, smoothstep(low, high, pow(N . H, n)): the lobe that is as wide at half
