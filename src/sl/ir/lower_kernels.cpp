@@ -109,7 +109,10 @@ Ref Lower::ward(Ref exponent, Loc at) {
     };
     const Ref angle = m_b.emit(Op::Math2, Ty::Float, {along(v), along(u)}, at, int(Fn::Atan2));
     const Ref turn = op(Op::Mul, angle, f(0.5f * std::numbers::inv_pi_v<float>));
-    const Ref rotation = op(Op::Sub, turn, m_b.emit(Op::Floor, Ty::Float, {turn}, at));
+    // Half a turn changes nothing. Values between vertices must not cross the jump from one turn to none, so
+    // it lies where grooves seldom run: along dPdu is 1/2, along dPdv 3/4, of [3/8, 7/8).
+    const Ref halves = m_b.emit(Op::Floor, Ty::Float, {op(Op::Add, op(Op::Mul, turn, f(2)), f(0.25f))}, at);
+    const Ref rotation = op(Op::Add, op(Op::Sub, turn, op(Op::Mul, halves, f(0.5f))), f(0.5f));
     return kernel(Closure::SpecularKernel, Ty::Float, {normal, normal, n, anisotropy, rotation}, Tag::Ward,
                   at);
 }
