@@ -199,8 +199,11 @@ std::map<std::string, std::string> make_textures(const scene::ValueList& options
             make_texture(making);
             made[making.texture] = making.texture;
         } catch (const std::exception& e) {
+            // Six pictures have none among them that could stand in, nor has another file of a like name.
             if (n == 1)
                 made[making.texture] = making.pictures[0];
+            else if (!std::filesystem::exists(making.texture))
+                made[making.texture] = "";
             journal.error(v.where, "\"" + making.texture + "\" was not made: " + e.what() +
                                        (n == 1 ? "; the picture itself stands for it" : ""));
         }

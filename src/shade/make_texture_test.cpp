@@ -241,6 +241,19 @@ TEST_F(MakeTexture, ScenesMakeTheirsAndPicturesStandForWhatCannotBeMade) {
     EXPECT_EQ(made.at(bad), path("a.exr"));
     ASSERT_EQ(journal.entries().size(), 1u);
     EXPECT_EQ(journal.entries()[0].where.str(), "s.rib:3:1");
+
+    // Of six pictures none stands for the whole, nor does one that has the name by chance.
+    scene::Value cube = test::text("maketexture:room", "");
+    cube.strings = std::vector<std::string>{"a.exr",  "a.exr", "a.exr", "a.exr", "a.exr",
+                                            "no.exr", "cube",  "black", "black", "box"};
+    write("room.exr", 8, 8, OIIO::TypeDesc::HALF, 1, [](int, int, int) { return 1.0f; });
+    scene::ValueList more;
+    more.set(cube);
+    Textures textures({folder.str()}, 1 << 20, journal);
+    EXPECT_TRUE(textures.info("room"));
+    Textures without({folder.str()}, 1 << 20, journal);
+    without.set_made(make_textures(more, {folder.str()}, journal));
+    EXPECT_FALSE(without.info("room"));
 }
 
 } // namespace

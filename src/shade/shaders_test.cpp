@@ -90,10 +90,11 @@ struct Shaders : testing::Test {
 TEST_F(Shaders, EachCompilesSilentlyUnderItsOwnNameWithDocumentedParameters) {
     sl::CompileOptions options;
     options.cache_dir = cache.str();
-    const std::set<std::string> standard = {"null",         "constant",   "matte",          "metal",
-                                            "shinymetal",   "plastic",    "paintedplastic", "ambientlight",
-                                            "distantlight", "pointlight", "spotlight",      "depthcue",
-                                            "fog",          "bumpy",      "background"};
+    const std::set<std::string> standard = {
+        "null",         "constant",        "matte",        "metal",        "shinymetal",
+        "plastic",      "paintedplastic",  "ambientlight", "distantlight", "pointlight",
+        "spotlight",    "depthcue",        "fog",          "bumpy",        "background",
+        "clamptoalpha", "paintedconstant", "paintedmatte"};
     const auto names = shipped();
     for (const std::string& name : standard)
         EXPECT_TRUE(std::count(names.begin(), names.end(), name)) << name;
@@ -104,6 +105,16 @@ TEST_F(Shaders, EachCompilesSilentlyUnderItsOwnNameWithDocumentedParameters) {
         for (const sl::Parameter& p : shader->parameters())
             EXPECT_FALSE(p.doc.empty()) << name << "." << p.name;
     }
+    EXPECT_EQ(messages(journal), "");
+}
+
+TEST_F(Shaders, ClampToAlphaLimitsEachComponent) {
+    float r[] = {2, 0.25f}, g[] = {0.1f, 0.5f}, b[] = {0.5f, 3}, alpha[] = {0.5f, 1};
+    scene::ShaderRef ref;
+    ref.name = "clamptoalpha";
+    system->image(ref, {2, 1, 0, 0, 2, 1, r, g, b, alpha});
+    EXPECT_EQ(Vec3f(r[0], g[0], b[0]), Vec3f(0.5f, 0.1f, 0.5f));
+    EXPECT_EQ(Vec3f(r[1], g[1], b[1]), Vec3f(0.25f, 0.5f, 1));
     EXPECT_EQ(messages(journal), "");
 }
 

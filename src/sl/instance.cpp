@@ -164,8 +164,7 @@ void InstanceImpl::run_once(const BuiltStage& built, Services& services, ops::Ma
     f.channels = m_channels.data();
     f.outputs = outputs.data();
     f.host = &runner;
-    f.budget = ir::LoopBudget;
-    built.run(&f);
+    call(built, f, runner);
     runner.report_faults();
     for (size_t k = 0; k < built.stage.outputs.size(); k++) {
         const ir::Output& o = built.stage.outputs[k];
@@ -181,6 +180,20 @@ void InstanceImpl::run_once(const BuiltStage& built, Services& services, ops::Ma
             std::copy_n(results[k].begin(), n,
                         (member ? m_members : m_params).begin() + place.offset + o.element * n);
         }
+    }
+}
+
+// A shader whose loops do not end would cost its budget on each of hundreds of grids: the first is told at
+// once, and after it a loop has less patience. Which grids come first is chance, but those whose loops end in
+// time are the same whatever the others do.
+void InstanceImpl::call(const BuiltStage& built, Frame& frame, ops::Runner& runner) const {
+    std::atomic<bool>& endless = m_shader->endless();
+    frame.budget = ir::LoopBudget;
+    frame.patience = endless.load(std::memory_order_relaxed) ? ir::LoopPatience : ir::LoopBudget;
+    built.run(&frame);
+    if (frame.budget < 0 && !endless.exchange(true)) {
+        runner.report_faults();
+        runner.faults.clear();
     }
 }
 
@@ -275,13 +288,11 @@ void InstanceImpl::run(const BuiltStage& built, const ir::Variant& variant, grid
     f.channels = m_channels.data();
     f.outputs = out.data();
     f.host = &runner;
-    f.budget = ir::LoopBudget;
     for (int begin = 0; begin < vertices; begin += block) {
         f.count = std::min(block, vertices - begin);
-        f.budget = ir::LoopBudget;
         if (mesh)
             runner.columns = f.count;
-        built.run(&f);
+        call(built, f, runner);
         // On to the next block: everything that has a value a vertex.
         for (const float*& x : inputs)
             x = x ? x + f.count : nullptr;

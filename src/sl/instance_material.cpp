@@ -216,6 +216,24 @@ void InstanceImpl::build_material(const ops::MaterialBuild& build, Services& ser
     }
 }
 
+// Says nothing: for a point that no picture shows.
+class Silent final : public Services {
+  public:
+    explicit Silent(Services& services) : m_services(services) {}
+    void texture(const TextureRequest& q) override { m_services.texture(q); }
+    void environment(const TextureRequest& q, const float* x, const float* y, const float* z) override {
+        m_services.environment(q, x, y, z);
+    }
+    bool transform(const char* from, const char* to, float matrix[16]) override {
+        return m_services.transform(from, to, matrix);
+    }
+    bool query(const Query& q) override { return m_services.query(q); }
+    void report(Severity, const Location&, const std::string&) override {}
+
+  private:
+    Services& m_services;
+};
+
 // A surface that the arguments make opaque has no presence to test at every hit.
 void InstanceImpl::settle_presence(Services& services) {
     const int slot = m_layering.presence;
@@ -224,12 +242,17 @@ void InstanceImpl::settle_presence(Services& services) {
     const int output = m_sources[size_t(slot)].output;
     if (output < 0 || !m_shader->uniform_outputs(m_variant)[size_t(output)])
         return;
-    grid::Grid point;
+    grid::Grid point; // of a plane that the eye is in front of
     point.allocate(0, 0);
+    point.u[0] = point.v[0] = point.s[0] = point.t[0] = 0.5f;
+    point.dPdu[0] = point.dPdv[point.stride] = 1;
+    point.N[2 * point.stride] = point.Ng[2 * point.stride] = 1;
     GridGlobals globals;
     globals.Os = *m_opacity;
+    globals.E = Vec3f(0, 0, 1);
     grid::VertexInputs values;
-    shade(point, globals, services, values);
+    Silent silent(services);
+    shade(point, globals, silent, values);
     if (values.slots[size_t(slot)].uniform && values.slots[size_t(slot)].value.x >= 1) {
         m_layering.slots.erase(m_layering.slots.begin() + slot);
         m_sources.erase(m_sources.begin() + slot);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <deque>
 #include <map>
 #include <mutex>
@@ -96,6 +97,8 @@ class ShaderImpl final : public Shader, public std::enable_shared_from_this<Shad
     const Build& build(const ir::Variant& variant) const;
     // Outputs of the shade stage that are uniform, for a variant.
     std::vector<bool> uniform_outputs(const ir::Variant& variant) const;
+    // Did a loop of the shader not end? Then all its loops have less patience from there on.
+    std::atomic<bool>& endless() const { return m_endless; }
 
   private:
     ShaderImpl(std::unique_ptr<ShaderSource> source, CompileOptions options);
@@ -107,6 +110,7 @@ class ShaderImpl final : public Shader, public std::enable_shared_from_this<Shad
     std::shared_ptr<const ir::Program> m_program;
     uint64_t m_hash = 0;
     bool m_from_cache = false;
+    mutable std::atomic<bool> m_endless{false};
     mutable std::mutex m_mutex;
     mutable std::unique_ptr<ShaderSource> m_source;
     mutable std::map<std::string, std::unique_ptr<Build>> m_builds;
@@ -148,7 +152,7 @@ class InstanceImpl final : public Instance {
                std::vector<grid::SlotValues>* aovs) const;
     void carry_members(grid::Grid& grid, const GridGlobals& globals, Services& services) const;
     ir::Variant variant_for(const grid::Grid& grid) const;
-    struct Run;
+    void call(const BuiltStage& stage, Frame& frame, ops::Runner& runner) const;
     void run(const BuiltStage& stage, const ir::Variant& variant, grid::Grid& grid,
              const GridGlobals& globals, Services& services, const std::vector<float*>& outputs) const;
 

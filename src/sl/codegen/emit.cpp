@@ -24,7 +24,8 @@ enum Field {
     Channels,
     Outputs,
     Host,
-    Budget
+    Budget,
+    Patience
 };
 
 StageEmitter::StageEmitter(llvm::Module& module, const Program& program, const Stage& stage, const Plan& plan,
@@ -39,6 +40,7 @@ StageEmitter::StageEmitter(llvm::Module& module, const Program& program, const S
     m_void = m_b.getVoidTy();
     std::vector<llvm::Type*> fields = {m_int, m_int, m_long};
     fields.resize(Budget, m_pointer);
+    fields.push_back(m_long);
     fields.push_back(m_long);
     m_frame_type = llvm::StructType::get(m_context, fields);
 }
@@ -141,9 +143,10 @@ void StageEmitter::drive_item(const Item& item) {
         BasicBlock *body = block("loop"), *exit = block("leave");
         BasicBlock* const outer = m_driver_loop_exit;
         m_driver_loop_exit = exit;
+        llvm::Value* const turns = count_turns(item, m_driver_entry);
         m_b.CreateBr(body);
         m_b.SetInsertPoint(body);
-        spend(item, m_driver, exit);
+        spend(item, turns, m_driver, exit);
         drive(*item.body);
         end_with(body);
         m_driver_loop_exit = outer;
@@ -166,12 +169,27 @@ void StageEmitter::drive_item(const Item& item) {
     }
 }
 
-// One more iteration of a loop: leaves it where the run has had its share.
-void StageEmitter::spend(const Item& loop, Function* function, BasicBlock* exit) {
+// Before a loop: where its own iterations are counted.
+llvm::Value* StageEmitter::count_turns(const Item& loop, BasicBlock* entry) {
+    if (loop.fault < 0)
+        return nullptr;
+    llvm::IRBuilder<> at_entry(entry, entry->begin());
+    llvm::Value* turns = at_entry.CreateAlloca(m_long, nullptr, "turns");
+    m_b.CreateStore(m_b.getInt64(0), turns);
+    return turns;
+}
+
+// One more iteration of a loop: leaves it where the run or the loop has had its share. Then the run has
+// nothing left: all other loops are left, too.
+void StageEmitter::spend(const Item& loop, llvm::Value* turns, Function* function, BasicBlock* exit) {
     if (loop.fault < 0)
         return;
     llvm::Value* p = m_b.CreateStructGEP(m_frame_type, m_frame, Budget);
-    llvm::Value* left = m_b.CreateSub(m_b.CreateLoad(m_long, p), m_b.getInt64(1));
+    llvm::Value* turn = m_b.CreateAdd(m_b.CreateLoad(m_long, turns), m_b.getInt64(1));
+    m_b.CreateStore(turn, turns);
+    llvm::Value* endless = m_b.CreateICmpSGT(turn, field(Patience, m_long, "patience"));
+    llvm::Value* left = m_b.CreateSelect(endless, m_b.getInt64(-1),
+                                         m_b.CreateSub(m_b.CreateLoad(m_long, p), m_b.getInt64(1)));
     m_b.CreateStore(left, p);
     BasicBlock* spent = BasicBlock::Create(m_context, "spent", function);
     BasicBlock* go = BasicBlock::Create(m_context, "go", function);

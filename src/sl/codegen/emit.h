@@ -50,7 +50,8 @@ class StageEmitter {
     llvm::Value* constant_pointer(const ir::Instr& instr, int component);
     llvm::Value* leaf_pointer(const ir::Instr& instr, int component);
     llvm::Value* driver_flag(Ref condition);
-    void spend(const ir::Item& loop, llvm::Function* function, llvm::BasicBlock* exit);
+    llvm::Value* count_turns(const ir::Item& loop, llvm::BasicBlock* entry);
+    void spend(const ir::Item& loop, llvm::Value* turns, llvm::Function* function, llvm::BasicBlock* exit);
     void report_fault(int fault, llvm::Value* lanes);
     void fault_where(llvm::Value* bad, bool varying, const ir::Instr& instr);
 

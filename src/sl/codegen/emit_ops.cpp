@@ -241,6 +241,28 @@ StageEmitter::Value StageEmitter::compute(const Instr& i) {
         fault_where(bad, i.varying, i);
         return v;
     }
+    case Op::Math1:
+    case Op::Math2: {
+        const Fn fn = Fn(i.imm);
+        const bool log = fn == Fn::Log || fn == Fn::Log2 || fn == Fn::Log10;
+        const Value a = arg(0), b = i.op == Op::Math2 ? arg(1) : Value{};
+        llvm::Value* zero = llvm::Constant::getNullValue(a.part[0]->getType());
+        llvm::Value* bad = nullptr;
+        for (int k = 0; k < n; k++) {
+            v.part[k] = scalar_op(i, a.part[k], b.part[k]);
+            if (!log && fn != Fn::Pow)
+                continue;
+            // The logarithm of what is not positive, a broken power of a negative number: 0, and a fault.
+            llvm::Value* wrong = log ? m_b.CreateFCmpOLE(a.part[k], zero)
+                                     : m_b.CreateAnd(m_b.CreateFCmpOLT(a.part[k], zero),
+                                                     m_b.CreateFCmpUNO(v.part[k], v.part[k]));
+            v.part[k] = m_b.CreateSelect(wrong, zero, v.part[k]);
+            bad = bad ? m_b.CreateOr(bad, wrong) : wrong;
+        }
+        if (bad && !i.floats.empty())
+            fault_where(bad, i.varying, i);
+        return v;
+    }
     case Op::MatMul: {
         const Value a = arg(0), b = arg(1);
         for (int row = 0; row < 4; row++)
@@ -312,10 +334,10 @@ llvm::Value* StageEmitter::clamp_index(const Instr& i, int size, bool varying) {
     llvm::Value* whole = m_b.CreateUnaryIntrinsic(
         llvm::Intrinsic::floor, m_b.CreateFAdd(f, llvm::ConstantFP::get(f->getType(), 1e-4)));
     llvm::Value* low = m_b.CreateFCmpOGE(whole, zero);
-    llvm::Value* high = m_b.CreateFCmpOLE(whole, last);
-    if (!i.floats.empty()) {
-        fault_where(m_b.CreateNot(m_b.CreateAnd(low, high)), varying, i);
-    }
+    if (!i.floats.empty()) // nor is a hair below the end outside of it
+        fault_where(m_b.CreateNot(m_b.CreateAnd(
+                        low, m_b.CreateFCmpOLT(f, llvm::ConstantFP::get(f->getType(), double(size))))),
+                    varying, i);
     whole = m_b.CreateSelect(low, whole, zero);
     whole = m_b.CreateSelect(m_b.CreateFCmpOLE(whole, last), whole, last);
     return m_b.CreateFPToSI(whole, f->getType()->isVectorTy() ? lane_type(Ty::Mask, true) : m_int);

@@ -266,9 +266,10 @@ void StageEmitter::item(const Item& item) {
         BasicBlock *body = make("loop"), *exit = make("leave");
         BasicBlock* const outer = m_r->loop_exit;
         m_r->loop_exit = exit;
+        llvm::Value* const turns = count_turns(item, m_r->entry);
         m_b.CreateBr(body);
         m_b.SetInsertPoint(body);
-        spend(item, m_r->function, exit);
+        spend(item, turns, m_r->function, exit);
         nested(item.body);
         end_with(body);
         m_r->loop_exit = outer;

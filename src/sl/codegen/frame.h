@@ -23,7 +23,8 @@ struct Frame {
     const float* channels; // values before any SetLobe: three floats a channel
     float* const* outputs; // by index of the stage's output, 16 a piece; null = not wanted
     void* host;            // the Runner
-    int64_t budget;        // iterations that are left
+    int64_t budget;        // iterations that are left; below zero: a loop did not end
+    int64_t patience;      // iterations that one loop may have
 };
 
 // What generated code calls. `args` has a pointer for each component of each argument, then of the result.

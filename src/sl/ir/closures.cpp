@@ -25,11 +25,14 @@ std::map<int, Loc> Extraction::run() {
     m_directions = find_directions(m_stage);
     find_colored();
     find_sites(*m_stage.root);
+    find_used();
     m_refs.resize(m_stage.instrs.size());
     m_vars.resize(m_stage.vars.size());
     m_declared.resize(m_stage.vars.size());
     m_plain_only.resize(m_stage.vars.size());
     m_plain_only[size_t(m_program.Oi)] = true;
+    for (size_t v = 0; v < m_vars.size(); v++)
+        m_plain_only[v] = m_plain_only[v] || m_stage.vars[v].counts;
     for (const Output& o : m_stage.outputs)
         if (o.var >= 0 && o.var != m_program.Ci)
             m_plain_only[size_t(o.var)] = true;
@@ -115,13 +118,6 @@ void Extraction::find_sites(Block& b) {
     for (Item& item : b.items) {
         if (item.kind == Item::Instruction) {
             Instr& i = m_stage.instrs[size_t(item.ref)];
-            // An environment map seen along a mirrored view direction is a mirror that sees the scene.
-            if (i.op == Op::Call && m_stage.calls[size_t(i.imm)].kind == CallKind::Environment &&
-                i.args.size() > 2 && m_directions.refs[size_t(i.args[2])] && i.ty == Ty::Triple) {
-                i.args = {i.args[2]};
-                i.op = Op::Closure;
-                i.imm = int(Closure::Environment);
-            }
             if (i.op == Op::Closure) {
                 check_arguments(i);
                 m_site_of[item.ref] = int(m_sites.size());
@@ -140,6 +136,40 @@ void Extraction::find_sites(Block& b) {
             find_sites(*item.body);
         if (item.orelse)
             find_sites(*item.orelse);
+    }
+}
+
+// What is stored, asked or has an effect, and what that is made of. A kernel that was read as a whole leaves
+// its parts behind.
+void Extraction::find_used() {
+    m_used.assign(m_stage.instrs.size(), false);
+    std::vector<Ref> work;
+    const auto roots = [&](auto& again, const Block& b) -> void {
+        for (const Item& item : b.items) {
+            if (item.kind == Item::Instruction) {
+                const Instr& i = m_stage.instrs[size_t(item.ref)];
+                if (i.op == Op::Store || i.op == Op::StoreElement || i.op == Op::Call)
+                    work.push_back(item.ref);
+            } else if (item.kind == Item::If) {
+                work.push_back(item.ref);
+            } else if (item.kind == Item::Scope && item.light != None) {
+                work.push_back(item.light);
+            }
+            if (item.body)
+                again(again, *item.body);
+            if (item.orelse)
+                again(again, *item.orelse);
+        }
+    };
+    roots(roots, *m_stage.root);
+    while (!work.empty()) {
+        const Ref r = work.back();
+        work.pop_back();
+        if (m_used[size_t(r)])
+            continue;
+        m_used[size_t(r)] = true;
+        for (const Ref a : m_stage.instrs[size_t(r)].args)
+            work.push_back(a);
     }
 }
 
@@ -412,6 +442,8 @@ bool Extraction::skips_little(const Instr& i) {
 }
 
 bool Extraction::flow_instruction(Ref r) {
+    if (!m_used[size_t(r)])
+        return false;
     const Instr& i = m_stage.instrs[size_t(r)];
     Contents c;
     const Contents all = arguments(i);
@@ -483,6 +515,7 @@ bool Extraction::flow_instruction(Ref r) {
 std::map<int, Loc> extract_closures(Program& program, Diagnostics& diagnostics, bool strict) {
     if (program.Ci < 0 || !program.shade.root)
         return {};
+    choose_pictures(program.shade, strict);
     rename_assignments(program);
     return Extraction(program, diagnostics, strict).run();
 }

@@ -71,9 +71,16 @@ void Extraction::make_variables() {
             const Var old = m_stage.vars[v];
             m_parts[v][s] = m_b.var(old.name + "'" + std::to_string(s), old.ty, old.loc, old.array);
         }
+    for (const auto& [ref, site] : m_site_of)
+        if (m_stage.instrs[size_t(ref)].args.size() > 4)
+            for (int Site::* const slot : {&Site::anisotropy, &Site::rotation}) {
+                m_new_vars.push_back(m_sites[size_t(site)].*slot = m_b.var("grooves", Ty::Float, {}));
+            }
     for (Site& s : m_sites) {
         if (s.first >= 0) { // products come after their factors
             for (int f : {s.first, s.second}) {
+                s.anisotropy = std::max(s.anisotropy, m_sites[size_t(f)].anisotropy);
+                s.rotation = std::max(s.rotation, m_sites[size_t(f)].rotation);
                 s.shape = std::max(s.shape, m_sites[size_t(f)].shape);
                 s.eta = std::max(s.eta, m_sites[size_t(f)].eta);
             }
@@ -230,6 +237,8 @@ void Extraction::store(const Instr& i) {
 void Extraction::instruction(const Item& item) {
     const Instr i = m_stage.instrs[size_t(item.ref)];
     const Loc at = i.loc;
+    if (!m_used[size_t(item.ref)])
+        return;
     if (i.op == Op::Store || i.op == Op::StoreElement)
         return store(i);
     if (skips_little(i)) {
@@ -258,6 +267,10 @@ void Extraction::instruction(const Item& item) {
         if (site.shape >= 0 || site.eta >= 0)
             m_b.store(site.shape >= 0 ? site.shape : site.eta,
                       shape_argument(site, value(i.args[2], true), at), at);
+        if (site.anisotropy >= 0) {
+            m_b.store(site.anisotropy, value(i.args[3], true), at);
+            m_b.store(site.rotation, value(i.args[4], true), at);
+        }
         break;
     }
     case Op::Load:

@@ -33,7 +33,7 @@ class Walk {
                 bool depends = false;
                 for (Ref a : i.args)
                     depends = depends || m_d.refs[size_t(a)];
-                if (i.op == Op::Closure)
+                if (i.op == Op::Closure || (i.op == Op::Call && m_stage.calls[size_t(i.imm)].frozen))
                     depends = false; // light comes later, from wherever it comes
                 if (i.op == Op::Load || i.op == Op::LoadElement)
                     depends = depends || m_d.vars[size_t(i.imm)];

@@ -51,6 +51,7 @@ class Extraction {
     void complain(Loc at, const std::string& what);
     void find_colored();
     void find_sites(Block& b);
+    void find_used();
     void check_arguments(Instr& i);
     Contents contents(Ref r);
     Contents arguments(const Instr& i);
@@ -98,6 +99,7 @@ class Extraction {
     Directions m_directions;
     std::vector<Site> m_sites;
     std::map<Ref, int> m_site_of;
+    std::vector<bool> m_used; // by value: what nothing takes need not be linear in light
     std::map<std::pair<int, int>, int> m_products;
     std::vector<Contents> m_refs, m_vars;
     std::vector<std::map<int, int>> m_parts; // by variable: a variable for each site

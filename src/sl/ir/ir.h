@@ -160,6 +160,7 @@ struct CallSite {
     std::vector<Ref> args;
     std::vector<std::string> names; // of the arguments, where they have one
     int imm = 0;                    // lobe, channels, …
+    bool frozen = false;            // seen by the dicing camera on purpose: no word of it
 };
 
 struct Instr {
@@ -180,6 +181,7 @@ struct Var {
     bool varying = false;
     bool must_be_uniform = false; // declared so
     bool clear = false;           // an array whose elements are zero when it comes to life
+    bool counts = false;          // of the compiler's own: no light, whatever conditions change it
     Loc loc;
     int context = -1; // masks: where it was declared
 };
@@ -260,6 +262,8 @@ struct Place {
 inline constexpr int ResizableRoom = 64;
 // Iterations of all loops together, in one run of one stage over one grid, after which they are left.
 inline constexpr int64_t LoopBudget = 10'000'000;
+// Iterations of one loop by itself, once the shader had a loop that met the budget.
+inline constexpr int64_t LoopPatience = 10'000;
 
 // One number or colour of the material: written by SetLobe, or a part of an extracted closure.
 struct Channel {

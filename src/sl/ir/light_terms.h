@@ -11,8 +11,10 @@ namespace kanuka::sl::ir {
 struct Site {
     Closure kind;
     Loc loc;
-    int shape = -1;              // variable: the argument that shapes the lobe (roughness, exponent)
-    int eta = -1;                // variable: of a Fresnel factor
+    int shape = -1;      // variable: the argument that shapes the lobe (roughness, exponent)
+    int eta = -1;        // variable: of a Fresnel factor
+    int anisotropy = -1; // variables: of a highlight that is not round
+    int rotation = -1;
     int first = -1, second = -1; // a product of two factors: their sites
     int loop = -1;               // number of the illuminance loop that a factor belongs to
     bool exponent = false;       // shape is Blinn's exponent, not its inverse
@@ -20,6 +22,10 @@ struct Site {
     // weight of one direction of a projected loop. -1 = one: a white surface, fully lit.
     int reference = -1;
 };
+
+// How much narrower than across its grooves a lobe of anisotropy 1 is along them: 1 - this
+// (bsdf/microfacet.h).
+inline constexpr float Stretch = 0.95f;
 
 inline bool is_factor(Closure k) {
     return k >= Closure::Light && k <= Closure::FresnelTransmit;

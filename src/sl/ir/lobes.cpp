@@ -63,7 +63,16 @@ class Lobes {
             const Ref w =
                 op(Op::Mul, unpremultiply(m_b.load(var, {}), opacity), m_b.splat(height(alpha2), {}));
             const Ref alpha = m_b.emit(Op::Sqrt, Ty::Float, {alpha2}, {});
-            const Ref roughness = m_b.emit(Op::Sqrt, Ty::Float, {alpha}, {});
+            Ref roughness = m_b.emit(Op::Sqrt, Ty::Float, {alpha}, {});
+            if (s.anisotropy >= 0) // a lobe's is that across its grooves, this the mean
+                roughness =
+                    op(Op::Div, roughness,
+                       m_b.emit(
+                           Op::Sqrt, Ty::Float,
+                           {m_b.emit(Op::Sqrt, Ty::Float,
+                                     {op(Op::Sub, f(1), op(Op::Mul, f(Stretch), m_b.load(s.anisotropy, {})))},
+                                     {})},
+                           {}));
             if (++count >= MaxGlossy) {
                 rest = rest == None ? w : op(Op::Add, rest, w);
                 rest_roughness = rest_roughness == None ? roughness : op(Op::Max, rest_roughness, roughness);
@@ -71,6 +80,11 @@ class Lobes {
                 dielectric(name, w, index_of(s), roughness);
             } else {
                 glossy(name, w, roughness);
+                if (s.anisotropy >= 0) {
+                    constexpr auto Lobe = grid::LobeId::MicrofacetConductorBrdf;
+                    output(name, 4, Lobe, m_b.load(s.anisotropy, {}));
+                    output(name, 5, Lobe, m_b.load(s.rotation, {}));
+                }
             }
         }
         if (rest != None)

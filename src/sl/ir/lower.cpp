@@ -95,6 +95,7 @@ void Lower::begin_stage(Stage& stage, Role role, const char* name) {
     m_pushes.clear();
     m_loop = -1;
     m_sample = ir::None;
+    m_random = -1;
     m_lit = false;
     for (const VarDecl* v : m_shader.constants)
         declare(v);

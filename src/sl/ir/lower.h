@@ -163,6 +163,8 @@ class Lower {
     Ref component(const ast::Expr* e);
     Ref space(const ast::Expr* e);
     Ref host(CallKind kind, const ast::Expr* e, const ops::Signature& s);
+    Ref random(const ast::Expr* e, const ops::Signature& s);
+    Ref told_math(Ref r, Loc at);
     bool returns_early(const ast::FunctionDecl* f);
 
     // lower_coshaders.cpp
@@ -211,7 +213,8 @@ class Lower {
         LightMirrored,
         Cosine,
         HalfCosine,
-        MirrorCosine
+        MirrorCosine,
+        Ward // a kernel already, times what is known
     };
     Tag tag(Ref r) const {
         const auto it = m_tags.find(r);
@@ -228,6 +231,12 @@ class Lower {
     Ref kernel(Closure kind, Ty ty, std::vector<Ref> args, Tag t, Loc at);
     Ref light_arithmetic(ast::BinOp op, Ref a, Ref b, Loc at);
     Ref light_shadeop(const ast::Expr* e);
+    // lower_kernels.cpp
+    bool of_light(Ref r, int depth = 0) const;
+    Ref without_cosine(Ref r, Loc at);
+    Ref squared_half(Ref r) const;
+    Ref ward(Ref exponent, Loc at);
+    Ref ward_arithmetic(ast::BinOp op, Ref a, Ref b, Loc at);
     Ref fresnel(const ast::Expr* e);
     Ref view_direction(Loc at);
     Ref turned(Ref normal, Loc at);
@@ -270,6 +279,8 @@ class Lower {
     std::map<std::string, const Connection*> m_layered;                   // those of layers' outputs
     Builder m_b;
     Role m_role = Role::Defaults;
+    bool m_said_occlusion = false;
+    int m_random = -1; // variable: calls of random() so far, in this run of the stage
     Block* m_prologue = nullptr;
     std::unordered_map<const ast::VarDecl*, Binding> m_bind;
     std::unordered_map<const ast::VarDecl*, int> m_parameter_index, m_member_index;

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "sl/ir/lower.h"
@@ -228,7 +229,51 @@ Ref Lower::primitive(const Expr* e, const ops::Signature& s) {
         args.erase(args.begin());
         args[0] = two;
     }
-    return m_b.emit(s.op, t, std::move(args), e->loc, s.imm);
+    const size_t before = m_b.stage().instrs.size();
+    const Ref r = m_b.emit(s.op, t, std::move(args), e->loc, s.imm);
+    return size_t(r) == before ? told_math(r, e->loc) : r;
+}
+
+// pow() and log() are 0 where they have no value. That is told, as a division by zero is, unless it cannot
+// be.
+Ref Lower::told_math(Ref r, Loc at) {
+    Instr& i = m_b.stage().instrs[size_t(r)];
+    const bool pow = i.op == Op::Math2 && Fn(i.imm) == Fn::Pow;
+    const bool log = i.op == Op::Math1 && Fn(i.imm) == Fn::Log;
+    if (!pow && !log)
+        return r;
+    const auto all = [&](Ref a, auto&& good) {
+        const Instr& c = m_b.at(a);
+        return c.op == Op::Const && std::all_of(c.floats.begin(), c.floats.end(), good);
+    };
+    const Op op = m_b.at(i.args[0]).op;
+    const bool safe = pow ? op == Op::Abs || op == Op::Sqrt ||
+                                all(i.args[0], [](float x) { return x >= 0; }) ||
+                                all(i.args[1], [](float y) { return y == std::trunc(y); })
+                          : all(i.args[0], [](float x) { return x > 0; });
+    if (!safe)
+        m_b.stage().instrs[size_t(r)].floats = {
+            float(fault(at, pow ? "pow() of a negative number to a power that is not whole: 0"
+                                : "log() of a number that is not positive: 0"))};
+    return r;
+}
+
+// Calls are counted, so that each has a number of its own, in loops, too.
+Ref Lower::random(const Expr* e, const ops::Signature& s) {
+    const Loc at = e->loc;
+    if (m_random < 0) {
+        m_random = m_b.var("random", Ty::Float, at);
+        m_b.stage().vars[size_t(m_random)].counts = true;
+        Block* const here = m_b.block();
+        m_b.set_block(m_prologue);
+        m_b.declare(m_random);
+        m_b.store(m_random, m_b.constant(float(int(m_role)) * 2097152.0f),
+                  at); // stages differ: 2^21 calls each
+        m_b.set_block(here);
+    }
+    const Ref call = m_b.emit(Op::Add, Ty::Float, {m_b.load(m_random, at), m_b.constant(1.0f)}, at);
+    m_b.store(m_random, call, at);
+    return source_call("__random", {call}, at, ty(s.result));
 }
 
 Ref Lower::noise(const Expr* e, const ops::Signature& s) {
@@ -413,7 +458,7 @@ Ref Lower::texture(const Expr* e, const ops::Signature& s) {
         return global(m_sema.global(fallback), e->loc);
     };
     if (environment) {
-        // A refracted direction sees the scene through a lobe, as trace() does; closures.cpp knows of
+        // A refracted direction sees the scene through a lobe, as trace() does; pictures.cpp knows of
         // mirrors.
         if (m_lit && !positional.empty() && tag(positional[0]) == Tag::Refracted &&
             ty(s.result) == Ty::Triple)
@@ -453,7 +498,7 @@ Ref Lower::texture(const Expr* e, const ops::Signature& s) {
         }
     }
     site.imm = comps(ty(s.result));
-    if (environment) // a mirror lobe if the direction depends on the view: closures.cpp decides
+    if (environment) // of a direction that depends on the view: pictures.cpp decides what it is
         site.names[2] = "direction";
     return m_b.call(std::move(site), ty(s.result));
 }
@@ -520,6 +565,8 @@ Ref Lower::special(const Expr* e, const ops::Signature& s) {
         return host(CallKind::Match, e, s);
     if (n == "printf")
         return host(CallKind::Printf, e, s);
+    if (n == "random")
+        return random(e, s);
     if (n == "__report")
         return host(CallKind::Report, e, s);
     if (const Ref r = light_query(e, known = true); known)

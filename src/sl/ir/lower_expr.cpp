@@ -352,9 +352,11 @@ Ref Lower::in_space(Ref value, const ast::Type& type, const Expr* space, Loc at)
     return value;
 }
 
-// Does it divide by what may be zero? Then it runs only where it is wanted: the condition may be there to
-// guard it.
+// Does it divide by what may be zero, or ask pow() or log() for what they do not have? Then it runs only
+// where it is wanted: the condition may be there to guard it.
 static bool divides(const Expr* e) {
+    if (e->kind == ExprKind::Call && e->shadeop && (e->shadeop->name == "pow" || e->shadeop->name == "log"))
+        return true;
     if (e->kind == ExprKind::Binary && e->op == BinOp::Div && e->args[1]->kind != ExprKind::Number)
         return true;
     for (const Expr* a : e->args)

@@ -5,7 +5,12 @@
 //
 //   illuminance (P, N, PI/2) C += Cl * (N . normalize(L));              is diffuse(N)
 //   … Cl * pow(max(0, N . H), 1 / roughness), H = normalize(Ln + V);    is specular(N, V, roughness)
+//   … Cl * smoothstep(a, b, pow(…));                                    is as wide at half its height
+//   … Cl * (N . Ln) * exp(-2 ((X . H)^2 + (Y . H)^2) / (1 + H . N)) …   is Ward's: lower_kernels.cpp
 //   … Cl * pow(max(0, R . Ln), size), R = reflect(I, N);                is phong(N, V, size)
+#include <cmath>
+#include <utility>
+
 #include "sl/ir/lower.h"
 
 namespace kanuka::sl::ir {
@@ -72,6 +77,8 @@ Ref Lower::light_arithmetic(BinOp op, Ref a, Ref b, Loc at) {
     Tag x = tag(a), y = tag(b);
     if (x == Tag::None && y == Tag::None)
         return ir::None;
+    if (x == Tag::Ward || y == Tag::Ward)
+        return ward_arithmetic(op, a, b, at);
     const auto cosine = [](Tag t) {
         return t == Tag::Cosine || t == Tag::HalfCosine || t == Tag::MirrorCosine;
     };
@@ -239,6 +246,9 @@ Ref Lower::light_shadeop(const Expr* e) {
     };
     if (n == "fresnel")
         return fresnel(e);
+    if (n == "occlusion" && m_lit && !m_b.place() && !std::exchange(m_said_occlusion, true))
+        m_diagnostics.info(e->loc, "occlusion() is 0: transport occludes what light falls on. A surface that "
+                                   "shows 1 - occlusion() by itself is white; --integrator ao shows it");
     if (n == "normalize") {
         const std::vector<Ref> args = arguments();
         const Tag t = tag(args[0]);
@@ -284,6 +294,29 @@ Ref Lower::light_shadeop(const Expr* e) {
             e->loc);
         return kernel(Closure::SpecularKernel, Ty::Triple, {args[1], args[1], exponent}, Tag::None, e->loc);
     }
+    if (n == "exp") {
+        const std::vector<Ref> args = arguments();
+        const Ref kernel = ward(args[0], e->loc);
+        return kernel != ir::None ? kernel : m_b.emit(s.op, ty(s.result), args, e->loc, s.imm);
+    }
+    if (n == "smoothstep" && s.args.size() == 3) {
+        // A highlight with an edge, smoothstep(low, high, pow(N . H, n)): the lobe that is as wide at half
+        // its height, where pow(N . H, n) is in the middle.
+        const std::vector<Ref> args = arguments();
+        const Instr made = m_b.at(args[2]);
+        const bool glossy = made.op == Op::Closure && (Closure(made.imm) == Closure::SpecularKernel ||
+                                                       Closure(made.imm) == Closure::PhongKernel);
+        if (!glossy || made.ty != Ty::Float)
+            return source(args);
+        const auto op = [&](Op o, Ref a, Ref b) { return m_b.emit(o, Ty::Float, {a, b}, e->loc); };
+        const auto f = [&](float x) { return m_b.constant(x); };
+        const Ref middle = op(Op::Mul, op(Op::Add, args[0], args[1]), f(0.5f));
+        const Ref safe = op(Op::Min, op(Op::Max, middle, f(0.01f)), f(0.99f));
+        const Ref narrower =
+            op(Op::Div, f(std::log(0.5f)), m_b.emit(Op::Math1, Ty::Float, {safe}, e->loc, int(Fn::Log)));
+        return kernel(Closure(made.imm), Ty::Float,
+                      {made.args[0], made.args[1], op(Op::Mul, made.args[2], narrower)}, Tag::None, e->loc);
+    }
     if (n == "max" || n == "clamp" || n == "abs" || n == "pow") {
         const std::vector<Ref> args = arguments();
         Ref cosine = ir::None;
@@ -296,7 +329,8 @@ Ref Lower::light_shadeop(const Expr* e) {
                 constants = constants && m_b.is_const(a);
         }
         if (cosine == ir::None) // evaluated already: go on with these values
-            return n == "clamp" ? source(args) : m_b.emit(s.op, ty(s.result), args, e->loc, s.imm);
+            return n == "clamp" ? source(args)
+                                : told_math(m_b.emit(s.op, ty(s.result), args, e->loc, s.imm), e->loc);
         if (n == "pow") {
             if (cosine != args[0] || tag(cosine) == Tag::Cosine)
                 return ir::None;

@@ -113,6 +113,10 @@ class Masks {
         return b && lanes_leave(*b, inside);
     }
 
+    static bool writes_values(CallKind kind) {
+        return kind == CallKind::Printf || kind == CallKind::Format || kind == CallKind::Concat;
+    }
+
     void instruction(const Item& item) {
         Instr& i = m_stage.instrs[size_t(item.ref)];
         const bool stores = i.op == Op::Store || i.op == Op::StoreElement;
@@ -123,9 +127,16 @@ class Masks {
         } else if (i.op == Op::LoadElement && i.varying && m_stage.instrs[size_t(i.args[0])].varying) {
             const Ref mask = current(); // faults count lanes that run
             m_stage.instrs[size_t(item.ref)].args.push_back(mask);
-        } else if (i.op == Op::Div && i.varying && !i.floats.empty()) {
+        } else if ((i.op == Op::Div || i.op == Op::Math1 || i.op == Op::Math2) && i.varying &&
+                   !i.floats.empty()) {
             const Ref mask = current();
             m_stage.instrs[size_t(item.ref)].args.push_back(mask);
+        } else if (i.op == Op::Call && m_context.mask >= 0 &&
+                   writes_values(m_stage.calls[size_t(i.imm)].kind)) {
+            const Ref mask = current(); // of the first lane that runs
+            m_stage.instrs[size_t(item.ref)].args.push_back(mask);
+            CallSite& site = m_stage.calls[size_t(m_stage.instrs[size_t(item.ref)].imm)];
+            site.args.push_back(mask);
         } else if (i.op == Op::StoreElement && m_stage.instrs[size_t(i.args[0])].varying) {
             const Ref mask = current();
             m_stage.instrs[size_t(item.ref)].args.push_back(mask);

@@ -15,6 +15,10 @@ struct Variant {
     bool varies(int param) const { return size_t(param) < params.size() && params[size_t(param)]; }
 };
 
+// Makes of environment(map, R) along a mirrored view direction what it is: the picture where there is one,
+// else a mirror (pictures.cpp). strict: a mirror.
+void choose_pictures(Stage& stage, bool strict);
+
 // Gives each whole assignment of the shade stage a variable of its own, where that is easy (rename.cpp).
 void rename_assignments(Program& program);
 

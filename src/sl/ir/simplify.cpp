@@ -65,7 +65,7 @@ void forward(Stage& s) {
             continue;
         const Use& u = uses[size_t(i.imm)];
         if (u.stores == 1 && u.stored == u.declared && u.declared && !s.vars[size_t(i.imm)].must_be_uniform) {
-            if (Instr& value = s.instrs[size_t(u.value)]; value.text.empty())
+            if (Instr& value = s.instrs[size_t(u.value)]; value.text.empty() && value.op != Op::Text)
                 value.text = s.vars[size_t(i.imm)].name; // for who reads what becomes of a shader
             alias[r] = u.value;
         }

@@ -222,25 +222,50 @@ static void texture(Runner& r, const Frame& frame, const Arguments& a) {
 // ---- strings
 // ------------------------------------------------------------------------------------------------------------
 
-static void append_value(std::string& out, const Runner& r, const Arguments& a, int k) {
+// How many of a call's arguments are values: a mask of the lanes that run may come last.
+static size_t value_count(const Runner& r, const Arguments& a) {
+    const std::vector<ir::Ref>& args = a.site.args;
+    return args.size() - (!args.empty() && r.stage.instrs[size_t(args.back())].ty == ir::Ty::Mask);
+}
+
+// The vertex whose values are written: the first that runs, -1 = none does.
+static int first_active(const Runner& r, const Frame& frame, const Arguments& a) {
+    const size_t values = value_count(r, a);
+    if (values == a.site.args.size())
+        return 0;
+    const float* mask = a.at(int(values))[0];
+    for (int i = 0; i < frame.count; i++) {
+        int32_t bits;
+        std::memcpy(&bits, mask + i, 4);
+        if (bits < 0)
+            return i;
+    }
+    return -1;
+}
+
+static void append_value(std::string& out, const Runner& r, const Arguments& a, int k, int vertex) {
     const ir::Ty ty = r.stage.instrs[size_t(a.site.args[size_t(k)])].ty;
     if (ty == ir::Ty::String) {
         out += a.text(k);
         return;
     }
+    if (vertex < 0 || !r.stage.instrs[size_t(a.site.args[size_t(k)])].varying)
+        vertex = 0;
     for (int c = 0; c < ir::comps(ty); c++) {
         char number[48];
-        std::snprintf(number, sizeof number, "%g", double(a.at(k)[c][0]));
+        std::snprintf(number, sizeof number, "%g", double(a.at(k)[c][vertex]));
         out += (c ? " " : "") + std::string(number);
     }
 }
 
 // %f %g %d %c %p %n %v %m %s take the next argument, whatever its type; %% is a percent sign. Widths are
 // skipped.
-static std::string format(const Runner& r, const Arguments& a) {
+static std::string format(const Runner& r, const Frame& frame, const Arguments& a) {
     const char* p = a.text(0);
     std::string out;
     size_t next = 1;
+    const size_t values = value_count(r, a);
+    const int vertex = first_active(r, frame, a);
     for (; *p; p++) {
         if (*p != '%') {
             out += *p;
@@ -251,8 +276,8 @@ static std::string format(const Runner& r, const Arguments& a) {
                 p++;
             if (p[1])
                 p++;
-            if (next < a.site.args.size())
-                append_value(out, r, a, int(next++));
+            if (next < values)
+                append_value(out, r, a, int(next++), vertex);
         }
     }
     return out;
@@ -269,10 +294,13 @@ static float match(const char* pattern, const char* subject) {
 static void space_matrix(Runner& r, const Arguments& a) {
     float m[16];
     const char *from = a.text(0), *to = a.text(1);
-    if (!r.services.transform(from, to, m)) {
-        r.services.report(Severity::Warning, r.location(a.site.loc),
-                          "unknown coordinate system: no transform from \"" + std::string(from) + "\" to \"" +
-                              to + "\"; nothing is transformed");
+    // "" is a shader's way to say "none", asked for under a condition: matrices are fetched before that.
+    const bool none = !*from || !*to;
+    if (none || !r.services.transform(from, to, m)) {
+        if (!none)
+            r.services.report(Severity::Warning, r.location(a.site.loc),
+                              "unknown coordinate system: no transform from \"" + std::string(from) +
+                                  "\" to \"" + to + "\"; nothing is transformed");
         for (int i = 0; i < 16; i++)
             m[i] = i % 5 == 0;
     }
@@ -329,19 +357,23 @@ void host_call(Runner& r, const Frame& frame, const Arguments& a) {
         space_matrix(r, a);
         break;
     case CallKind::Printf:
-        r.services.report(Severity::Info, r.location(a.site.loc), format(r, a));
+        if (first_active(r, frame, a) < 0)
+            break;
+        r.services.report(Severity::Info, r.location(a.site.loc), format(r, frame, a));
         break;
     case CallKind::Report:
         r.services.report(Severity::Warning, r.location(a.site.loc),
                           std::string(a.text(0)) + " \"" + a.text(1) + "\"");
         break;
     case CallKind::Format:
-        a.set_text(r.texts.emplace_back(format(r, a)).c_str());
+        a.set_text(r.texts.emplace_back(format(r, frame, a)).c_str());
         break;
     case CallKind::Concat: {
         std::string s;
-        for (size_t k = 0; k < a.site.args.size(); k++)
-            append_value(s, r, a, int(k));
+        const size_t values = value_count(r, a);
+        const int vertex = first_active(r, frame, a);
+        for (size_t k = 0; k < values; k++)
+            append_value(s, r, a, int(k), vertex);
         a.set_text(r.texts.emplace_back(std::move(s)).c_str());
         break;
     }

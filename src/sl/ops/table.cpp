@@ -51,9 +51,10 @@ const Row table[] = {
          "arc tangent; with two arguments, of y/x over the whole circle"),
     math("float atan(float y, float x)", Fn::Atan2),
     math("float exp(float x)", Fn::Exp, "e to the power of x"),
-    math("float log(float x)", Fn::Log, "natural logarithm, or that to a base"),
+    math("float log(float x)", Fn::Log, "natural logarithm, or that to a base; 0 where x is not positive"),
     rsl(M, "float log(float x, float base)", "return log(x) / log(base);"),
-    math("T pow(T x, T y)", Fn::Pow, "x to the power of y, component by component"),
+    math("T pow(T x, T y)", Fn::Pow,
+         "x to the power of y, component by component; 0 where x is negative and y not whole"),
     prim(M, "T sqrt(T x)", Op::Sqrt, "square root; 0 for negative arguments"),
     rsl(M, "float inversesqrt(float x)", "return x > 0 ? 1 / sqrt(x) : 0;",
         "1 / sqrt(x); 0 where x is not positive"),
@@ -134,9 +135,9 @@ const Row table[] = {
     noise("T pnoise(float x, float y, float xperiod, float yperiod)", NoiseKind::PeriodicNoise),
     noise("T pnoise(point p, point period)", NoiseKind::PeriodicNoise),
     noise("T pnoise(point p, float t, point period, float tperiod)", NoiseKind::PeriodicNoise),
-    rsl("Noise", "T random()",
-        "return T cellnoise(point(u * 16777.0, v * 16777.0, 0.5), s * 9973.0 + t * 313.0);",
-        "a random value in [0, 1] for each vertex"),
+    special("Noise", "T random()", "a random value in [0, 1), another one at each call and vertex"),
+    rsl("Noise", "T __random(float call)",
+        "return T cellnoise(point(u * 16777.0, v * 16777.0, call), s * 9973.0 + t * 313.0);"),
     // ---- geometry
     // -----------------------------------------------------------------------------------------------------
     prim(G, "float xcomp(V p)", Op::Extract, "first component", 0),
@@ -357,8 +358,10 @@ const Row table[] = {
             "width, swidth, "
             "twidth, fill, wrap, filter"),
     special(T, "color texture(string name, ...)"),
-    special(T, "float environment(string name, vector direction, ...)",
-            "an environment map in a direction; of a mirrored view direction, a mirror lobe"),
+    special(
+        T, "float environment(string name, vector direction, ...)",
+        "an environment map in a direction. Of a mirrored view direction: the picture as the dicing camera "
+        "sees it, where there is one, else a mirror lobe"),
     special(T, "color environment(string name, vector direction, ...)"),
     special(T, "float environment(string name, void region, ...)"),
     special(T, "color environment(string name, void region, ...)"),

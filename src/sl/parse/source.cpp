@@ -85,11 +85,11 @@ void Diagnostics::error(Loc at, const std::string& what) {
         m_journal.error(m_sources.location(at), what + excerpt(at));
 }
 
-void Diagnostics::warning(Loc at, const std::string& what) {
+void Diagnostics::tell(Severity severity, Loc at, const std::string& what) {
     const std::string key =
         std::to_string(at.file) + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) + what;
     if (m_errors < MaxErrors && m_warnings.insert(key).second)
-        m_journal.warning(m_sources.location(at), what + excerpt(at));
+        m_journal.report(severity, m_sources.location(at), what + excerpt(at));
 }
 
 // Levenshtein's distance, cut off at `limit`.

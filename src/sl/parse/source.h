@@ -55,7 +55,8 @@ class Diagnostics {
     static constexpr int MaxErrors = 20;
     Diagnostics(Sources& sources, Journal& journal) : m_sources(sources), m_journal(journal) {}
     void error(Loc at, const std::string& what);
-    void warning(Loc at, const std::string& what);
+    void warning(Loc at, const std::string& what) { tell(Severity::Warning, at, what); }
+    void info(Loc at, const std::string& what) { tell(Severity::Info, at, what); }
     int errors() const { return m_errors; }
     // While set, errors are warnings that begin with this text, and only the first is told: code that nothing
     // runs need not be right.
@@ -68,6 +69,7 @@ class Diagnostics {
 
   private:
     std::string excerpt(Loc at) const;
+    void tell(Severity severity, Loc at, const std::string& what);
     Sources& m_sources;
     Journal& m_journal;
     int m_errors = 0;

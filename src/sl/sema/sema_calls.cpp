@@ -168,7 +168,8 @@ ast::Type Sema::call_shadeop(Expr* e, const ops::Shadeop& op, const ast::Type* e
         // An output argument is not read: no warning that it has no value yet.
         bool output = false;
         for (const ops::Signature& s : op.signatures)
-            output = output || (i < s.args.size() && s.args[i].output);
+            output = output || (i < s.args.size() ? s.args[i].output
+                                                  : s.variadic && !s.args.empty() && s.args.back().output);
         Expr* a = e->args[i];
         if (output && a->kind == ExprKind::Name && find(a->text))
             find(a->text)->written = true;
