@@ -121,8 +121,9 @@ TEST_F(System, MissingBrokenAndMisplacedShadersBecomeMatte) {
     const std::string all = messages();
     EXPECT_EQ(journal.entries().size(), 4u) << all;
     EXPECT_NE(
-        all.find("scene.rib:10:1: shader \"nowhere\" is not found (nowhere.slo or nowhere.sl); searched in " +
-                 folder.str()),
+        all.find(
+            "scene.rib:10:1: shader \"nowhere\" is not found (nowhere.slo or nowhere.sl); searched in \"" +
+            folder.str() + "\""),
         std::string::npos);
     EXPECT_NE(all.find("Matte stands in"), std::string::npos);
     EXPECT_NE(all.find("\"broken\" (" + folder.str() + "/broken.sl) does not compile"), std::string::npos);
