@@ -134,7 +134,8 @@ constexpr Standard StandardDeclarations[] = {
     {"varying float[2]", "st"},
     {"constant float", "constantwidth"},
     {"constant normal", "constantnormal"},
-    {"uniform integer", "gridsize texturememory geocachememory eyesplits endofframe maxdepth volumedepth "
+    {"uniform integer", "gridsize texturememory geocachememory eyesplits endofframe maxdepth maxspeculardepth "
+                        "maxdiffusedepth max_raylevel volumedepth "
                         "progressions seed diceflatness "
                         "camera truedisplacement strictdirections arrayroom proceduralmemory offscreen "
                         "runprograms ondemand"},
