@@ -495,6 +495,12 @@ void check_area_light(const scene::ShaderRef& ref, Journal& journal) {
         journal.warning(ref.where,
                         "unknown area light shader \"" + ref.name +
                             "\"; it shines as \"arealight\" does: radiance intensity times lightcolor");
+    else if (ref.parameters.get_float("intensity", 1) > 1000 && !ref.parameters.find("unit"))
+        journal.warning(
+            ref.where,
+            "\"arealight\" shines with a radiance of intensity times lightcolor, which is far beyond "
+            "white here. BMRT's light of that name has light fall off by the square of the distance: its "
+            "radiance is pi times the intensity, over the area");
     check_parameters(ref, AreaParameters, {}, journal);
 }
 

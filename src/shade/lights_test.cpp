@@ -167,6 +167,14 @@ TEST_F(Lights, AreaLightsOfOtherNamesShineAlike) {
     check_area_light(ref, journal);
     EXPECT_EQ(journal.entries().size(), 1u);
     expect_near(light_amount(ref), {5, 5, 5});
+    ref.name = "arealight";
+    check_area_light(ref, journal);
+    EXPECT_EQ(journal.entries().size(), 1u);
+    ref.parameters.set(value("intensity", scene::Type::Float, {150000})); // cornell.rib of BMRT
+    check_area_light(ref, journal);
+    ASSERT_EQ(journal.entries().size(), 2u);
+    EXPECT_NE((journal.entries()[0].message + journal.entries()[1].message).find("over the area"),
+              std::string::npos);
 }
 
 } // namespace
