@@ -100,3 +100,20 @@ def test_a_light_with_a_place_of_its_own_arrives_as_it_says(tmp_path: Path, radi
     r = np.hypot(*own["P"][..., :2].transpose(2, 0, 1))
     ring = (r > radius + 0.3) & (r < 1.2)
     assert own["rgb"][ring].mean() == pytest.approx(plain["rgb"][ring].mean(), rel=0.04)
+
+
+def test_bmrt_s_arealight_falls_off_whatever_its_area(tmp_path: Path) -> None:
+    path = tmp_path / "scene.rib"
+    means = []
+    light = '"arealight" 1 "intensity"'
+    for text in (
+        (CARD % "")
+        .replace("AreaLight", 'Attribute "light" "nsamples" [4]\nAreaLight')
+        .replace('"own" 1', f"{light} 8"),
+        (CARD % "").replace('"own" 1', f"{light} {8 / 0.5**2}"),
+    ):
+        path.write_text(text.replace("0.1 360", "0.5 360"))
+        picture = kanuka.render(kanuka.load(path), progressions=64, max_depth=1)
+        r = np.hypot(*picture["P"][..., :2].transpose(2, 0, 1))
+        means.append(picture["rgb"][(r > 0.8) & (r < 1.5)].mean())
+    assert means[0] == pytest.approx(means[1], rel=0.04)

@@ -8,10 +8,17 @@
 
 namespace kanuka::shade {
 
+bool is_bmrt_arealight(const scene::Attributes& attributes) {
+    const scene::ShaderRef& light = *attributes.area_light;
+    return light.name == "arealight" && !light.parameters.find("unit") &&
+           attributes.user.find("light:nsamples");
+}
+
 namespace {
 
 bool is_spread(const scene::Primitive& p) {
-    return p.attributes && p.attributes->area_light && p.attributes->area_light->name != "arealight";
+    return p.attributes && p.attributes->area_light &&
+           (p.attributes->area_light->name != "arealight" || is_bmrt_arealight(*p.attributes));
 }
 
 void add(Spread& spread, const Vec3f& a, const Vec3f& b, const Vec3f& c) {

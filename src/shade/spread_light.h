@@ -23,7 +23,12 @@ struct Spread {
     float area = 0;
 };
 
-// By spread_key(); those that are not "arealight" and not in objects. `lit`: the middle of all else.
+// BMRT's light of that name: its Cl falls off by the square of the distance, and the mean of its samples
+// counts, so its radiance is pi times the intensity, over the area. Only BMRT is told how many samples that
+// takes.
+bool is_bmrt_arealight(const scene::Attributes& attributes);
+
+// By spread_key(); those that are not Kanuka's "arealight" and not in objects. `lit`: the middle of all else.
 std::map<std::string, Spread> spread_lights(const scene::Scene& scene, Vec3f& lit);
 std::string spread_key(const scene::ShaderRef& light);
 

@@ -490,6 +490,16 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
                 area_light_amount(*attributes.area_light, m_palette, m_textures.folders(), m_journal);
     } else if (attributes.area_light)
         own.emission = light_amount(*attributes.area_light);
+    if (attributes.area_light && is_bmrt_arealight(attributes)) {
+        const auto spread = m_spread.find(spread_key(*attributes.area_light));
+        if (spread != m_spread.end() && spread->second.area > 0) {
+            own.emission = own.emission * (Pi / spread->second.area);
+            m_journal.report(
+                Severity::Info, attributes.area_light->where,
+                "\"arealight\" with Attribute \"light\" \"nsamples\" is BMRT's: its radiance is pi times "
+                "the intensity, over the area");
+        }
+    }
     DefaultSurface coverage;
     const auto take_primvar = [&](const char* name, Rgb& constant, bool& varying) {
         const scene::Value* v = primitive.primvars.find(name);
@@ -508,7 +518,7 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
     // 2. Shaders and their values
     const bool own_light = attributes.area_light && attributes.area_light->name != "arealight" &&
                            find(*attributes.area_light).has_value();
-    if (attributes.area_light && !own_light)
+    if (attributes.area_light && !own_light && !is_bmrt_arealight(attributes))
         check_area_light(*attributes.area_light, m_journal);
     const auto bind_in = [&](const std::optional<scene::ShaderRef>& ref, sl::ShaderKind wanted,
                              const Transform& current_from_shader) {
