@@ -8,7 +8,6 @@ class cloud(
     float air = 0;              // 1: as air, blue more than red by the fourth power; scattering is that at 550 nm
     float meanCosine = 0;       // of the angle by which light is turned: 1 forwards, 0 anywhere, -1 back
     float priority = 0;         // where bodies overlap, the highest is there
-    string densityPrimvar = "density"; // of a Volume: scales scattering and absorption from place to place
 )
 {
     public void mnk_init(output MnkObjectProperties objectProperties; output MnkMaterial material)

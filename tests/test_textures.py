@@ -16,7 +16,7 @@ MakeTexture "picture.exr" "made.tex" "periodic" "clamp" "gaussian" 2 2
 Format 32 32 1
 Projection "orthographic"
 WorldBegin
-Surface "paintedplastic" "Ka" 0 "Kd" 1 "Ks" 0 "texturename" "made.tex"
+Surface "paintedplastic" "Ka" 1 "Kd" 0 "Ks" 0 "texturename" "made.tex"
 LightSource "ambientlight" 1
 Translate 0 0 1
 Polygon "P" [-1 -1 0 1 -1 0 1 1 0 -1 1 0] "st" [0 1 1 1 1 0 0 0]

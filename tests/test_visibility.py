@@ -80,7 +80,7 @@ def test_one_sided_surfaces_are_seen_from_outside(tmp_path: Path, shape: str, pl
 def test_light_comes_through_the_back(tmp_path: Path) -> None:
     """Shadow rays and paths agree: a one-sided sheet lets light through from its inside."""
     scene = (
-        HEAD + "WorldBegin %s Translate 0 0 4\n"
+        HEAD + 'Option "kanuka" "transport" "full" WorldBegin %s Translate 0 0 4\n'
         'LightSource "pointlight" 1 "from" [0 3 -1] "intensity" 20\n'
         'Attribute "visibility" "integer camera" 0 %s\n'
         "AttributeBegin Translate 0 1 0 Rotate 90 1 0 0 Scale 2 2 2 %s AttributeEnd\n"
@@ -98,7 +98,7 @@ def test_light_comes_through_the_back(tmp_path: Path) -> None:
 
 
 SHADOW = (
-    HEAD + 'WorldBegin LightSource "pointlight" 1 "from" [-3 3 0] "intensity" 40\n'
+    HEAD + 'Option "kanuka" "transport" "full" WorldBegin LightSource "pointlight" 1 "from" [-3 3 0] "intensity" 40\n'
     'Surface "matte" AttributeBegin %s Translate 0.3 0 5 Sphere 0.6 -0.6 0.6 360 AttributeEnd\n'
     'Translate 0 0 6 Scale 1.6 1.6 1 Polygon "P" [-1 -1 0 1 -1 0 1 1 0 -1 1 0] WorldEnd\n'
 )

@@ -208,11 +208,6 @@ class BatchSession {
         if (m_options.transport != Transport::Auto || m_options.integrator != "path")
             return;
         m_classic = m_shading->all_classic(m_scene);
-        if (m_classic)
-            m_journal.report(Severity::Info, Location{m_scene.file},
-                             "shaders and lights are RISpec's, and so is light: of light sources alone, with "
-                             "shadows where "
-                             "they ask for them, and along mirrors. --transport full traces all of it");
     }
 
     GeometryRequest request_for(const scene::Scene& scene) {
@@ -555,6 +550,7 @@ class BatchSession {
         }
         const int least = *std::min_element(m_done.begin(), m_done.end());
         picture.metadata = {{"kanuka.version", KANUKA_VERSION},
+                            {"kanuka.transport", m_classic ? "classic" : "full"},
                             {"kanuka.scene", m_scene.file},
                             {"kanuka.integrator", m_options.integrator},
                             {"kanuka.colorspace", std::string(color::info(picture.space).name)},

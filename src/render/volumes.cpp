@@ -28,7 +28,14 @@ Transform unit_from_object(const std::array<float, 6>& bound) {
 Primitive boundary_of(const Primitive& primitive, const Volume& volume) {
     Primitive box = primitive;
     box.motion = nullptr;
-    std::erase_if(box.primvars.values, [](const Value& v) { return v.detail != Detail::Constant; });
+    if (primitive.attributes &&
+        !(primitive.attributes->opacity == Rgb(1))) { // it is of the inside, not of the boundary
+        auto whole = std::make_shared<Attributes>(*primitive.attributes);
+        whole->opacity = Rgb(1);
+        box.attributes = std::move(whole);
+    }
+    std::erase_if(box.primvars.values,
+                  [](const Value& v) { return v.detail != Detail::Constant || v.name == "Os"; });
     Value p;
     p.name = "P";
     p.type = Type::Point;
@@ -56,6 +63,7 @@ std::shared_ptr<const Attributes> as_smoke(const Attributes& attributes) {
     cloud.parameters.set(color_value("absorption", attributes.opacity * (Rgb(1) - albedo)));
     smoke->surface = std::move(cloud);
     smoke->displacement.reset();
+    smoke->opacity = Rgb(1);
     return smoke;
 }
 
@@ -63,8 +71,7 @@ Thickness thickness_of(const Primitive& primitive, const Volume& volume,
                        const Transform& render_from_object) {
     Thickness t;
     const Attributes* a = primitive.attributes.get();
-    const std::string name =
-        a && a->surface ? a->surface->parameters.get_string("densityPrimvar", "density") : "density";
+    const std::string name = a ? a->user.get_string("kanuka:densityprimvar", "density") : "density";
     const Value* values = primitive.primvars.find(name);
     if (values && (values->floats.empty() || values->array_size != 1))
         values = nullptr;

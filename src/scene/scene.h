@@ -144,8 +144,8 @@ struct Blobby {
 
 // What fills a box, or the body of a shape that touches its sides (cylinder and cone along z, the cone's tip
 // at zmax): vertex and varying primvars lie on a lattice over the box, x fastest. The surface shader's
-// interior says what it is made of; the primvar that its parameter "densityPrimvar" names ("density") how
-// thick it is here and there.
+// interior says what it is made of; the primvar that the attribute "kanuka:densityprimvar" names ("density")
+// how thick it is here and there.
 struct Volume {
     enum class Shape { Box, Ellipsoid, Cylinder, Cone } shape = Shape::Box;
     std::array<float, 6> bound; // xmin xmax ymin ymax zmin zmax

@@ -187,7 +187,9 @@ def render(arguments: argparse.Namespace, started: float, interruption: Interrup
     if arguments.fireflies:
         print(fireflies.describe(picture.stats), file=sys.stderr)
     if not arguments.quiet:
-        print(f"{picture.width} × {picture.height} pixels in {duration(total)}", file=sys.stderr)
+        classic = picture.metadata.get("kanuka.transport") == "classic" and arguments.transport is None
+        light = ", with light as RISpec's renderers had it (--transport full traces all)" if classic else ""
+        print(f"{picture.width} × {picture.height} pixels in {duration(total)}{light}", file=sys.stderr)
     for path in written:
         print(path)
     if picture.cancelled:

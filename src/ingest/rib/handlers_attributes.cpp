@@ -279,9 +279,13 @@ void attribute(Context& c, Call& call) {
             c.attributes.edit(FieldVisibility).visible_camera = integer_of(v) != 0;
         } else if ((is("dice", "flatness") || is("kanuka", "diceflatness")) && !text) {
             c.attributes.edit(FieldDiceFlatness).dice_flatness = integer_of(v) != 0;
+        } else if (is("kanuka", "densityprimvar") && text) {
+            v.name = "kanuka:densityprimvar";
+            c.attributes.edit(FieldUser).user.set(std::move(v));
         } else if (category == "kanuka") {
             c.reports.error("Attribute kanuka", v.where,
-                            "Attribute \"kanuka\": there is no \"" + v.name + "\"; there is diceflatness");
+                            "Attribute \"kanuka\": there is no \"" + v.name +
+                                "\"; there are diceflatness, densityprimvar");
         } else {
             v.name = category + ":" + v.name;
             c.attributes.edit(FieldUser).user.set(std::move(v));

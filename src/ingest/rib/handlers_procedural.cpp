@@ -145,6 +145,7 @@ void expand_procedural(Context& c, const Request& r) {
 }
 
 void procedural(Context& c, Call& call) {
+    c.traces_light = true; // what is in it is not known, or later
     Request r{call.text(0), call.args[1].strings, call.args[2].floats, call.where, {}};
     // Bindings may give the bound of a world as a multiple of RI_INFINITY: no bound.
     for (const float f : r.bound)
@@ -156,6 +157,7 @@ void procedural(Context& c, Call& call) {
 }
 
 void procedural2(Context& c, Call& call) {
+    c.traces_light = true; // what is in it is not known, or later
     Request r{call.text(0), {}, {}, call.where, {}};
     if (r.type.ends_with("2"))
         r.type.pop_back();

@@ -254,8 +254,6 @@ static void take_volume(const ValueList& theirs, ValueList& to) {
               albedo = theirs.get_color("diffuseColor", Rgb(0.5f));
     set(to, "scattering", density * albedo);
     set(to, "absorption", density * (Rgb(1) - albedo));
-    if (const std::string name = theirs.get_string("densityFloatPrimVar", ""); !name.empty())
-        set(to, "densityPrimvar", name);
 }
 
 void bxdf(Context& c, Call& call) {
@@ -297,7 +295,8 @@ void bxdf(Context& c, Call& call) {
     else if (theirs == "PxrLMMetal")
         set(to, "metallic", 1.0f), set(to, "baseColor", call.params.get_color("specularColor", Rgb(0.9f)));
     else if (theirs == "PxrVolume")
-        take_volume(call.params, to);
+        take_volume(call.params, to), set(c.attributes.edit(FieldUser).user, "kanuka:densityprimvar",
+                                          call.params.get_string("densityFloatPrimVar", "density"));
     if (theirs == "PxrDisney") // Burley's specular 0.5 is an index of refraction of 1.5
         set(to, "specular", std::min(1.0f, 2 * call.params.get_float("specular", 0.5f)));
     std::erase_if(to.values, [](const Value& v) { return v.name == "subsurface"; });

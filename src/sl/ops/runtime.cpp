@@ -104,13 +104,22 @@ static void calculate_normal(Runner& r, const Arguments& a) {
         mean += double(size2(i));
     const float tiny = float(mean / n * 1e-8);
     for (int i = 0; i < n; i++) {
-        if (size2(i) > tiny)
-            continue;
         const int column = i % r.columns, row = i / r.columns;
+        // Where a side meets a neighbour's fewer vertices its own have moved along it, and a cell in the corner may lie
+        // folded over: its normal is the wrong way round.
+        const auto folded = [&] {
+            if (column != 0 && row != 0 && column != r.columns - 1 && row != r.rows - 1)
+                return false;
+            const int k = std::clamp(row, 1, r.rows - 2) * r.columns + std::clamp(column, 1, r.columns - 2);
+            return r.columns > 2 && r.rows > 2 && x[i] * x[k] + y[i] * y[k] + z[i] * z[k] < 0;
+        };
+        if (size2(i) > tiny && !folded())
+            continue;
         const int inward_u = column * 2 < r.columns ? 1 : -1, inward_v = row * 2 < r.rows ? 1 : -1;
         int from = -1;
         for (int k : {i + inward_v * r.columns, i + inward_u, i + inward_v * r.columns + inward_u})
-            if (from < 0 && k >= 0 && k < n && size2(k) > tiny)
+            if (from < 0 && k >= 0 && k < n && size2(k) > tiny &&
+                (size2(i) <= tiny || x[k] * x[i] + y[k] * y[i] + z[k] * z[i] < 0))
                 from = k;
         for (int c = 0; c < 3; c++)
             out[c][i] = from >= 0 ? out[c][from] : N[c][i];
