@@ -119,7 +119,8 @@ TEST_F(System, AMissingShaderIsSaidOnceWithACount) {
         material(scene.primitives[k]);
     ASSERT_EQ(journal.entries().size(), 1u) << messages();
     EXPECT_EQ(journal.entries()[0].count, 3u);
-    EXPECT_EQ(journal.entries()[0].where.line, 7) << "the first that the scene holds, not the first that was asked";
+    EXPECT_EQ(journal.entries()[0].where.line, 7)
+        << "the first that the scene holds, not the first that was asked";
 }
 
 TEST_F(System, MissingBrokenAndMisplacedShadersBecomeMatte) {
