@@ -83,3 +83,37 @@ def test_a_cone_is_dark_outside(tmp_path: Path, degrees: float) -> None:
     a, b = cone["rgb"][inside].mean(), whole["rgb"][inside].mean()
     assert a > 0.05
     assert a == pytest.approx(b, rel=0.03)
+
+
+@pytest.mark.parametrize("radius", [0.1, 0.3])
+def test_a_light_with_a_place_of_its_own_arrives_as_it_says(tmp_path: Path, radius: float) -> None:
+    """A point light's shader spread over a disk (BMRT's uberlight): the size changes softness, not brightness."""
+    (tmp_path / "own.sl").write_text('light own(float intensity = 1) { illuminate(point "shader" 0) Cl = intensity; }')
+    path = tmp_path / "scene.rib"
+    pictures = []
+    # An irradiance of 2 pi from two units away; the disk itself is traced as a polygon.
+    for light in ('"own" 1 "intensity" 2', f'"arealight" 1 "intensity" {2 * 2**2 / radius**2}'):
+        path.write_text((CARD % "").replace('"own" 1', light).replace("0.1 360", f"{radius} 360"))
+        pictures.append(kanuka.render(kanuka.load(path), progressions=64, max_depth=1))
+    own, plain = pictures
+    assert ["shines from a place of its own" in m.message for m in own.journal.messages] == [True]
+    r = np.hypot(*own["P"][..., :2].transpose(2, 0, 1))
+    ring = (r > radius + 0.3) & (r < 1.2)
+    assert own["rgb"][ring].mean() == pytest.approx(plain["rgb"][ring].mean(), rel=0.04)
+
+
+def test_bmrt_s_arealight_falls_off_whatever_its_area(tmp_path: Path) -> None:
+    path = tmp_path / "scene.rib"
+    means = []
+    light = '"arealight" 1 "intensity"'
+    for text in (
+        (CARD % "")
+        .replace("AreaLight", 'Attribute "light" "nsamples" [4]\nAreaLight')
+        .replace('"own" 1', f"{light} 8"),
+        (CARD % "").replace('"own" 1', f"{light} {8 / 0.5**2}"),
+    ):
+        path.write_text(text.replace("0.1 360", "0.5 360"))
+        picture = kanuka.render(kanuka.load(path), progressions=64, max_depth=1)
+        r = np.hypot(*picture["P"][..., :2].transpose(2, 0, 1))
+        means.append(picture["rgb"][(r > 0.8) & (r < 1.5)].mean())
+    assert means[0] == pytest.approx(means[1], rel=0.04)

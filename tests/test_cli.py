@@ -85,6 +85,17 @@ def test_convert_round_trip(kanuka_command, ball: Path, tmp_path: Path) -> None:
     assert kanuka_command("convert", "none.rib", "x.rib").returncode == 4
 
 
+def test_render_reads_several_files_as_one(kanuka_command, ball: Path, tmp_path: Path) -> None:
+    (tmp_path / "small.opt").write_text('Option "kanuka" "integrator" "facing"\nFormat 9 9 1\n')
+    lines = [line for line in ball.read_text().splitlines() if not line.startswith("Format")]
+    (tmp_path / "plain.rib").write_text("\n".join(lines) + "\n")
+    result = kanuka_command("render", "small.opt", "plain.rib", "--progressions", 1)
+    assert result.returncode == 0, result.stderr
+    picture = kanuka.read(tmp_path / result.stdout.strip())
+    assert (picture.width, picture.height) == (9, 9)
+    assert kanuka_command("render", "none.opt", "plain.rib").returncode == 4
+
+
 def test_render_writes_picture_png_and_statistics(kanuka_command, ball: Path, tmp_path: Path) -> None:
     result = kanuka_command("render", ball, "-o", "a.exr", "--png", "--stats", "a.json", "--progressions", 4)
     assert result.returncode == 0, result.stderr

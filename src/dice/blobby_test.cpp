@@ -183,12 +183,45 @@ TEST(Blobby, PlugInsAddNothingAndAreNamed) {
     EXPECT_NE(journal.entries()[0].message.find("the plug-in \"cube.so\", adds nothing"), std::string::npos);
 }
 
+TEST(Blobby, UnknownOperationsThatCountTheirOperandsArePassedOver) {
+    // AIR's dynamic blob (9000), a leaf as it says, between an ellipsoid and their sum.
+    scene::Primitive p =
+        blobby({1001, 0, 9000, 4, 0, 80, 1, 96, 0, 2, 0, 1}, {ball(0, 0, 0, 2)}, {1, 0, 0, 0, 1, 0});
+    std::get<scene::Blobby>(p.geometry).leaves = 2;
+    Journal journal;
+    const Diced d = dice::dice(p, {}, looking(3), {}, journal);
+    EXPECT_NEAR(volume(d), volume(run(blobby({1001, 0}, {ball(0, 0, 0, 2)}))), 1e-6);
+    ASSERT_EQ(journal.entries().size(), 1u);
+    EXPECT_NE(journal.entries()[0].message.find("the operation 9000 is not known; its 4 operands"),
+              std::string::npos)
+        << journal.entries()[0].message;
+}
+
+TEST(Blobby, DivisionByNothingIsNothing) {
+    // A large ball over a small one beside its middle: none of it but where the small one is.
+    const Diced d =
+        run(blobby({1001, 0, 1001, 16, 5, 0, 1}, {ball(0, 0, 0, 2), ball(0.5f, 0, 0, 1)}), looking(3, 128));
+    ASSERT_GT(d.mesh_vertices.vertices(), 300);
+    for (int i = 0; i < d.mesh_vertices.vertices(); i++) {
+        const Vec3f p = d.mesh_vertices.position(i);
+        ASSERT_LT(length(p - Vec3f(0.5f, 0, 0)), 1.05f);
+    }
+    EXPECT_EQ(open_edges(d), 0u);
+    Journal journal;
+    const Diced none = dice::dice(blobby({1001, 0, 1001, 16, 5, 0, 1}, {ball(0, 0, 0, 1), ball(3, 0, 0, 1)}),
+                                  {}, looking(3), {}, journal);
+    EXPECT_TRUE(none.mesh.indices.empty()) << "nothing is everywhere";
+}
+
 TEST(Blobby, BadCodesAreReportedAndHugeOnesBounded) {
     Journal journal;
     for (const std::vector<int32_t>& code : std::vector<std::vector<int32_t>>{{1001, 0, 0, 2, 0, 9},
                                                                               {1001, 5},
                                                                               {1001},
                                                                               {77},
+                                                                              {9000, 1 << 30, 0},
+                                                                              {9000, -1},
+                                                                              {9000},
                                                                               {0, 1 << 30, 0},
                                                                               {1003, 0, 0},
                                                                               {1000, 0},
@@ -196,7 +229,7 @@ TEST(Blobby, BadCodesAreReportedAndHugeOnesBounded) {
         const Diced d = dice::dice(blobby(code, {ball(0, 0, 0, 1)}), {}, looking(3), {}, journal);
         EXPECT_TRUE(d.mesh.indices.empty()) << code[0];
     }
-    EXPECT_GE(journal.entries().size(), 8u);
+    EXPECT_GE(journal.entries().size(), 9u);
     Journal coarse;
     DiceOptions near = looking(3, 200000);
     const Diced d = dice::dice(blobby({1001, 0}, {ball(0, 0, 0, 2)}), {}, near, {}, coarse);

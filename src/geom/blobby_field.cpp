@@ -34,8 +34,10 @@ constexpr double LeastDivisor = 1e-9;
 double guarded(double b) {
     return std::abs(b) < LeastDivisor ? std::copysign(LeastDivisor, b) : b;
 }
+// Nothing is there where the divisor is nothing: far from all blobs 0 / 0 is 0, and no plateau rises about
+// the divisor's own end.
 double divide(double a, double b) {
-    return a / guarded(b);
+    return b == 0 ? 0 : a / guarded(b);
 }
 
 Dual add(const Dual& a, const Dual& b) {
@@ -57,6 +59,8 @@ Dual negate(const Dual& a) {
     return scaled(a, -1);
 }
 Dual divide(const Dual& a, const Dual& b) {
+    if (b.v == 0)
+        return {0, 0, 0, 0};
     const double d = guarded(b.v), q = a.v / d;
     return {q, (a.x - q * b.x) / d, (a.y - q * b.y) / d, (a.z - q * b.z) / d};
 }
@@ -78,6 +82,8 @@ Interval negate(const Interval& a) {
     return {-a.hi, -a.lo};
 }
 Interval divide(const Interval& a, const Interval& b) {
+    if (b.lo == 0 && b.hi == 0)
+        return {0, 0};
     if (b.lo < LeastDivisor && b.hi > -LeastDivisor)
         return {-1e300, 1e300};
     return multiply(a, {1 / b.hi, 1 / b.lo});
@@ -175,13 +181,14 @@ bool BlobbyField::prepare(const scene::Blobby& blobby, const Transform& world_fr
     while (i < code.size()) {
         const int32_t op = code[i++];
         size_t count = op >= 1000 ? (op == 1004 ? 5 : op == 1003 ? 2 : 1) : op == 4 || op == 5 ? 2 : 1;
-        if (op >= 0 && op <= 3) { // a count comes first
+        const bool unknown = op > 1004;        // as AIR's 9000: they bring their count of operands
+        if ((op >= 0 && op <= 3) || unknown) { // a count comes first
             if (i >= code.size() || code[i] < 0) {
                 fail("has no number of operands");
                 break;
             }
             count = size_t(code[i++]);
-        } else if (op < 0 || (op > 7 && op < 1000) || op > 1004) {
+        } else if (op < 0 || (op > 7 && op < 1000)) {
             fail("has the unknown code " + std::to_string(op));
             break; // how long it is is not known either
         }
@@ -195,6 +202,14 @@ bool BlobbyField::prepare(const scene::Blobby& blobby, const Transform& world_fr
         if (op >= 1000) {
             if (op != 1000)
                 node.leaf = m_leaves++;
+            if (unknown) {
+                journal.warning(where, "Blobby: the operation " + std::to_string(op) + " is not known; its " +
+                                           std::to_string(count) +
+                                           " operands were passed over, and it adds nothing. Put ellipsoids "
+                                           "(1001) or segments (1002) in its place");
+                m_nodes.push_back(std::move(node)); // zero
+                continue;
+            }
             if (op == 1004) { // name; number and place of its floats; of its strings
                 const bool named = operand[0] >= 0 && size_t(operand[0]) < blobby.strings.size();
                 journal.warning(where, "Blobby: operation 1004, the plug-in \"" +

@@ -159,8 +159,9 @@ Picture render(std::shared_ptr<Scene> scene, const render::Overrides& given,
     return picture;
 }
 
-std::shared_ptr<Scene> load(const std::string& path, const std::vector<std::string>& archive_path, int frame,
-                            bool run_programs, nb::dict procedurals, bool on_demand, bool run_system) {
+std::shared_ptr<Scene> load(const std::vector<std::string>& paths,
+                            const std::vector<std::string>& archive_path, int frame, bool run_programs,
+                            nb::dict procedurals, bool on_demand, bool run_system) {
     auto scene = std::make_shared<Scene>();
     ingest::RibOptions options;
     options.archive_path = archive_path;
@@ -173,7 +174,7 @@ std::shared_ptr<Scene> load(const std::string& path, const std::vector<std::stri
     Supervisor supervisor{nb::none()};
     supervisor.run([&] {
         ScopedTimer timer(scene->ingest_s);
-        scene->scene = ingest::read_rib(path, options, *scene->journal);
+        scene->scene = ingest::read_ribs(paths, options, *scene->journal);
     });
     supervisor.rethrow_interrupt();
     scene->scene.journal = scene->journal.get();
@@ -242,13 +243,16 @@ void bind_render(nb::module_& m) {
     m.def(
         "load",
         [](const std::filesystem::path& path, const std::vector<std::string>& archive_path, int frame,
-           bool run_programs, nb::dict procedurals, bool on_demand, bool run_system) {
-            return load(path.string(), archive_path, frame, run_programs, std::move(procedurals), on_demand,
+           bool run_programs, nb::dict procedurals, bool on_demand, bool run_system,
+           const std::vector<std::filesystem::path>& before) {
+            std::vector<std::string> paths(before.begin(), before.end());
+            paths.push_back(path.string());
+            return load(paths, archive_path, frame, run_programs, std::move(procedurals), on_demand,
                         run_system);
         },
         nb::arg("path"), nb::kw_only(), nb::arg("archive_path") = nb::list(), nb::arg("frame") = 0,
         nb::arg("run_programs") = true, nb::arg("procedurals") = nb::dict(), nb::arg("on_demand") = false,
-        nb::arg("run_system") = false,
+        nb::arg("run_system") = false, nb::arg("before") = nb::list(),
         "Reads a RIB file, compressed or not; '-' is standard input. What it could not make sense of is in "
         "the\n"
         "scene's journal. run_programs=False forbids Procedural \"RunProgram\". run_system=True lets\n"
@@ -256,7 +260,7 @@ void bind_render(nb::module_& m) {
         "name, for Procedural \"DynamicLoad\" [\"name\" \"data\"]: called with the size in pixels and the\n"
         "data, they return RIB. on_demand=True leaves procedurals with bounds unread until a ray of a "
         "render\n"
-        "meets them.");
+        "meets them. before: files that are read before it, as one stream with it: options, declarations.");
     m.def(
         "convert_rib",
         [](const std::string& source, const std::string& target, bool binary, const std::string& packing,

@@ -68,6 +68,14 @@ Bounds3f transformed(const Transform& t, const Bounds3f& b) {
     return r;
 }
 
+} // namespace
+
+Bounds3f world_bounds(const Primitive& primitive) {
+    return transformed(primitive.world_from_object, object_bounds(primitive));
+}
+
+namespace {
+
 Transform from_3x4(const float* rows) {
     Transform t;
     for (size_t i = 0; i < 12; i++)

@@ -31,6 +31,7 @@ struct Summary {
     Camera camera;
 };
 
+Bounds3f world_bounds(const Primitive& primitive); // of its control points
 Summary summarize(const Scene& scene);
 std::string to_json(const Summary& summary, int indent = 2);
 std::string to_text(const Summary& summary); // for people, ending in a newline

@@ -163,7 +163,7 @@ TEST_F(CoShaders, WhatIsNotThereIsToldAndNull) {
               std::string::npos)
         << said();
     EXPECT_NE(said().find("\"broken\""), std::string::npos);
-    EXPECT_NE(said().find("co-shader \"gone\" is not found"), std::string::npos);
+    EXPECT_NE(said().find("shader \"gone\" is not found"), std::string::npos);
 }
 
 TEST_F(CoShaders, CirclesAreCut) {

@@ -131,6 +131,27 @@ int find_falloff(const Samples& near, const Samples& twice) {
     return std::clamp(int(std::lround(std::log2(a / b))), 0, 4);
 }
 
+// Does the place that a light shines from follow what it shines on? Parallel: light as a distant light's,
+// from its own side of every point (BMRT's windowlight, projectors by planes, uberlight's parallel rays).
+enum class Place { Fixed, Parallel, Moves };
+Place place_of(const sl::Instance& shader, sl::Services& services, const sl::GridGlobals& globals,
+               const Vec3f& center, float radius, const Vec3f& from, Vec3f& direction) {
+    // Behind a window the way from it may be the way to it: the cone's axis knows better.
+    if (!(length(direction) > 0))
+        direction = length(center - from) > 0 ? normalize(center - from) : Vec3f(0, 0, 1);
+    bool moves = false, parallel = true;
+    for (const Vec3f& step :
+         {Vec3f(0.31f, 0.07f, 0.11f), Vec3f(-0.13f, 0.29f, 0.05f), Vec3f(0.03f, -0.17f, 0.37f)}) {
+        const Vec3f there = center + step * radius;
+        const Vec3f other = run(shader, services, globals, 2, 2, [&](int i, int j) {
+                                return there + Vec3f(float(i), float(j), 0) * (0.01f * radius);
+                            }).emission.from;
+        moves |= length(other - from) > 1e-3f * radius;
+        parallel &= length(cross(there - other, direction)) < 1e-3f * radius;
+    }
+    return !moves ? Place::Fixed : parallel ? Place::Parallel : Place::Moves;
+}
+
 } // namespace
 
 scene::Light shade_light(const sl::Instance& shader, const scene::ShaderRef& ref, const Bounds3f& lit,
@@ -163,17 +184,36 @@ scene::Light shade_light(const sl::Instance& shader, const scene::ShaderRef& ref
                     "the middle of the scene is taken for all of it");
         return light;
     }
-    if (form.form == sl::Emission::Solar) {
+    Vec3f sun = axis;
+    Place place = Place::Fixed;
+    if (form.form == sl::Emission::Illuminate) {
+        place = place_of(shader, services, globals, center, radius, form.from, sun);
+        if (place == Place::Moves)
+            services.report(Severity::Warning, ref.where,
+                            "light \"" + ref.name +
+                                "\" shines from a place that differs from point to point, and not in one "
+                                "direction; the place for the middle of the scene is taken for all of it");
+    }
+    if (form.form == sl::Emission::Solar || place == Place::Parallel) {
         light.kind = Kind::Distant;
-        light.world_from_light = aimed(center - axis * radius, center);
-        light.angle = std::clamp(2 * form.angle * 180 * InvPi, 0.0f, 180.0f);
+        light.world_from_light = aimed(center - sun * radius, center);
+        if (form.form == sl::Emission::Solar)
+            light.angle = std::clamp(2 * form.angle * 180 * InvPi, 0.0f, 180.0f);
         const Vec3f x = column(light.world_from_light, 0), y = column(light.world_from_light, 1);
         table->extent = radius;
         table->width = table->height = PlaneSize;
         const auto coordinate = [&](int i) { return (2 * (float(i) + 0.5f) / PlaneSize - 1) * radius; };
-        table->rgb = run(shader, services, globals, PlaneSize, PlaneSize, [&](int i, int j) {
-                         return center + x * coordinate(i) + y * coordinate(j);
-                     }).rgb;
+        const auto plane = [&](const Vec3f& middle) {
+            return run(shader, services, globals, PlaneSize, PlaneSize,
+                       [&](int i, int j) { return middle + x * coordinate(i) + y * coordinate(j); })
+                .rgb;
+        };
+        table->rgb = plane(center);
+        if (place == Place::Parallel) { // what is not lit yet in the middle may be farther on
+            const std::vector<float> farther = plane(center + sun * radius);
+            for (size_t i = 0; i < farther.size(); i++)
+                table->rgb[i] = std::max(table->rgb[i], farther[i]);
+        }
     } else {
         // Directions about the axis; Ps lies on spheres about the light.
         const bool sky = form.form == sl::Emission::Sky;

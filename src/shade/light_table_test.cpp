@@ -61,6 +61,34 @@ TEST_F(LightTables, FalloffIsFound) {
     }
 }
 
+// BMRT's windowlight: parallel light through a pane, from a place beside what it lights.
+TEST_F(LightTables, APlaceThatFollowsWhatIsLitMakesDistantLight) {
+    const auto l = make("light w() { vector path = normalize(vector (1, -1, 0));"
+                        " float d = 3 - ycomp(Ps); point PL = Ps - path * (d * sqrt(2));"
+                        " illuminate (PL, path, .01)"
+                        "  Cl = 2 * step(-1, xcomp(PL)) * (1 - step(1, xcomp(PL))) * step(-1, zcomp(PL)) * "
+                        "(1 - step(1, zcomp(PL))); }");
+    EXPECT_EQ(l.kind, scene::Light::Kind::Distant);
+    EXPECT_EQ(l.angle, 0);
+    ASSERT_TRUE(l.table);
+    expect_color(l.amount, Rgb(2 * Pi));
+    expect_color(l.world_from_light.vector({0, 0, 1}), normalize(Vec3f(1, -1, 0)));
+    // The pane about (0, 3, 0): 1.41 by 2 across the light; the plane is 2 sqrt(12) wide.
+    double bright = 0;
+    for (size_t i = 0; i < l.table->rgb.size(); i += 3)
+        bright += l.table->rgb[i] > 0.5f;
+    const double side = 2 * std::sqrt(12.0) / l.table->width;
+    EXPECT_NEAR(bright * side * side, 2 * std::sqrt(2.0), 0.1);
+    EXPECT_TRUE(journal.entries().empty());
+}
+
+TEST_F(LightTables, APlaceThatMovesOtherwiseIsTold) {
+    const auto l = make("light w() { illuminate (point (0.5 * xcomp(Ps), 5, 0)) Cl = 1; }");
+    EXPECT_EQ(l.kind, scene::Light::Kind::Point);
+    ASSERT_EQ(journal.entries().size(), 1u);
+    EXPECT_NE(journal.entries()[0].message.find("differs from point to point"), std::string::npos);
+}
+
 TEST_F(LightTables, ConesKeepTheirProfile) {
     ref.world_from_shader = Transform::translate(0, 4, 0);
     const auto l =

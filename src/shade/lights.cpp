@@ -30,11 +30,11 @@ const std::vector<LightShader>& light_shaders() {
         {"distantlight", Distant, {"intensity", "lightcolor", "spectrum", "unit", "from", "to", "angle"}},
         {"pointlight",
          Point,
-         {"intensity", "lightcolor", "spectrum", "unit", "from", "to", "radius", "iesprofile"}},
+         {"intensity", "lightcolor", "spectrum", "unit", "from", "to", "radius", "iesprofile", "decay"}},
         {"spotlight",
          Spot,
          {"intensity", "lightcolor", "spectrum", "unit", "from", "to", "coneangle", "conedeltaangle",
-          "beamdistribution", "radius", "iesprofile"}},
+          "beamdistribution", "radius", "iesprofile", "decay"}},
         {"environmentlight",
          Environment,
          {"intensity", "lightcolor", "spectrum", "unit", "texture", "mapname", "visible"}},
@@ -139,6 +139,20 @@ void take_daylight(scene::Light& light, const scene::ShaderRef& ref) {
     light.angle = std::clamp(ref.parameters.get_float("angle", 0.53f), 0.0f, 180.0f);
 }
 
+// Light that falls off with another power of the distance than physics has it, as Maya's and 3Delight's
+// lights can: a table of one texel says so. They have no extent, for the power would not hold near it.
+void take_decay(scene::Light& light, float decay) {
+    const int power = std::isfinite(decay) ? int(std::lround(std::clamp(decay, 0.0f, 4.0f))) : 2;
+    if (power == 2)
+        return;
+    auto table = std::make_shared<scene::LightTable>();
+    table->angle = 1.01f * Pi;
+    table->falloff = power;
+    table->rgb = {1, 1, 1};
+    light.table = std::move(table);
+    light.radius = 0;
+}
+
 std::string_view standard_name(std::string_view name) {
     for (const auto& [theirs, ours] : ShadowLights)
         if (name == theirs)
@@ -189,9 +203,9 @@ constexpr std::pair<std::string_view, std::string_view> LightNames[] = {
     {"distant", "distantlight"},
     {"directional", "distantlight"},
     {"sun", "distantlight"},
-    {"nofall", "distantlight"},
     {"spot", "spotlight"},
     {"point", "pointlight"},
+    {"nofall", "distantlight"},
     {"arealight", "quadlight"},
 };
 
@@ -203,6 +217,30 @@ std::string_view likely_light(const scene::ShaderRef& ref) {
         if (name.find(part) != std::string::npos)
             return standard;
     return ref.parameters.find("coneangle") ? "spotlight" : "distantlight";
+}
+
+void set_number(scene::ShaderRef& ref, const char* name, float number) {
+    scene::Value v;
+    v.name = name;
+    v.floats = std::vector<float>{number};
+    ref.parameters.set(std::move(v));
+}
+
+// The power of the distance that their light falls off with, where the shader's name or a parameter says.
+// Exporters (Maya's, Liquid's) call it decay; BMRT's and Larry Gritz' uberlight falloff.
+std::optional<int> falloff_of(const scene::ShaderRef& ref) {
+    std::string name = ref.name;
+    for (char& c : name)
+        c = char(std::tolower(static_cast<unsigned char>(c)));
+    if (name.find("nofall") != std::string::npos)
+        return 0;
+    for (const char* parameter : {"decay", "decayRate", "decayrate", "falloff"})
+        if (const scene::Value* v = ref.parameters.find(parameter); v && v->type == scene::Type::Float) {
+            const float power = ref.parameters.get_float(parameter, 2);
+            if (std::isfinite(power))
+                return int(std::lround(std::clamp(power, 0.0f, 4.0f)));
+        }
+    return std::nullopt;
 }
 
 } // namespace
@@ -218,15 +256,27 @@ scene::ShaderRef stand_in_for_light(const scene::ShaderRef& ref, const std::stri
         return result;
     }
     const LightShader& standard = *find_light(result.name);
+    const std::optional<int> falloff = falloff_of(ref);
     std::erase_if(result.parameters.values, [&](const scene::Value& v) {
         return (!contains(standard.parameters, v.name) && v.name != "group" && v.name != "__group") ||
                v.name == "texture" || v.name == "mapname"; // pictures that theirs may well not shine
     });
-    if (standard.kind == scene::Light::Kind::Environment) { // light shaders are seen by surfaces alone
-        scene::Value visible;
-        visible.name = "visible";
-        visible.floats = std::vector<float>{0};
-        result.parameters.set(std::move(visible));
+    if (standard.kind == scene::Light::Kind::Environment) // light shaders are seen by surfaces alone
+        set_number(result, "visible", 0);
+    if (falloff &&
+        (standard.kind == scene::Light::Kind::Point || standard.kind == scene::Light::Kind::Spot)) {
+        set_number(result, "decay", float(*falloff));
+        // Liquid's and Maya's cone ends beyond its angle, and they have another name for the distribution.
+        if (const scene::Value* soft = ref.parameters.find("penumbraangle"); soft && !soft->floats.empty()) {
+            const float edge = soft->floats[0], angle = ref.parameters.get_float("coneangle", 30 / Degrees);
+            set_number(result, "coneangle", angle + std::max(edge, 0.0f));
+            set_number(result, "conedeltaangle", std::max(std::abs(edge), 1e-4f));
+        }
+        if (ref.parameters.find("dropoff"))
+            set_number(result, "beamdistribution", std::max(ref.parameters.get_float("dropoff", 0), 0.0f));
+        if (standard.kind == scene::Light::Kind::Point)
+            std::erase_if(result.parameters.values,
+                          [&](const scene::Value& v) { return !contains(standard.parameters, v.name); });
     }
     std::vector<std::string_view> names;
     for (const LightShader& s : light_shaders())
@@ -414,6 +464,8 @@ std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textur
         light.cone_angle = ref.parameters.get_float("coneangle", 30 / Degrees) * Degrees;
         light.cone_delta_angle = ref.parameters.get_float("conedeltaangle", 5 / Degrees) * Degrees;
         light.beam_distribution = ref.parameters.get_float("beamdistribution", 2);
+        if (ref.parameters.find("decay"))
+            take_decay(light, ref.parameters.get_float("decay", 2));
         break;
     case scene::Light::Kind::Environment:
         light.world_from_light = ref.world_from_shader;
@@ -443,6 +495,12 @@ void check_area_light(const scene::ShaderRef& ref, Journal& journal) {
         journal.warning(ref.where,
                         "unknown area light shader \"" + ref.name +
                             "\"; it shines as \"arealight\" does: radiance intensity times lightcolor");
+    else if (ref.parameters.get_float("intensity", 1) > 1000 && !ref.parameters.find("unit"))
+        journal.warning(
+            ref.where,
+            "\"arealight\" shines with a radiance of intensity times lightcolor, which is far beyond "
+            "white here. BMRT's light of that name has light fall off by the square of the distance: its "
+            "radiance is pi times the intensity, over the area");
     check_parameters(ref, AreaParameters, {}, journal);
 }
 

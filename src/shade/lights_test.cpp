@@ -1,5 +1,7 @@
 #include "shade/lights.h"
 
+#include <cmath>
+
 #include "shade/test_support.h"
 
 namespace kanuka::shade {
@@ -85,7 +87,8 @@ TEST_F(Lights, WhatStandsInForUnknownLights) {
     EXPECT_EQ(name_of("theirs/MyAmbient"), "ambientlight");
     EXPECT_EQ(name_of("envlight"), "environmentlight");
     EXPECT_EQ(name_of("exporterDirectionalLight"), "distantlight");
-    EXPECT_EQ(name_of("point_nofall"), "distantlight");
+    EXPECT_EQ(name_of("point_nofall"), "pointlight");
+    EXPECT_EQ(name_of("nofalloff"), "distantlight");
     EXPECT_EQ(name_of("mypoint"), "pointlight");
     EXPECT_EQ(name_of("uber"), "distantlight");
     const scene::ShaderRef uber = stand_in_for_light(ref, "here", journal);
@@ -99,6 +102,37 @@ TEST_F(Lights, WhatStandsInForUnknownLights) {
         ref.name = name;
         EXPECT_TRUE(make_light(stand_in_for_light(ref, "here", journal), textures, journal));
     }
+    for (const Journal::Entry& e : journal.entries())
+        EXPECT_NE(e.message.find("is not found"), std::string::npos) << e.message;
+}
+
+TEST_F(Lights, StandInsFallOffAsTheirShadersSay) {
+    const auto falloff_of = [&](const std::string& name) {
+        ref.name = name;
+        const auto light = make_light(stand_in_for_light(ref, "here", journal), textures, journal);
+        EXPECT_TRUE(light);
+        return light->table ? light->table->falloff : 2;
+    };
+    EXPECT_EQ(falloff_of("liquidpoint"), 2);
+    EXPECT_EQ(falloff_of("pointnofalloff"), 0);
+    ref.parameters.set(value("decay", scene::Type::Float, {0}));
+    EXPECT_EQ(falloff_of("liquidpoint"), 0);
+    EXPECT_EQ(make("pointlight")->table->falloff, 0);
+    ref.parameters.set(value("decay", scene::Type::Float, {2}));
+    EXPECT_EQ(falloff_of("liquidpoint"), 2);
+    ref.parameters.set(value("decay", scene::Type::Float, {NAN}));
+    EXPECT_EQ(falloff_of("liquidpoint"), 2);
+    ref.parameters.set(value("decay", scene::Type::Float, {1}));
+    ref.parameters.set(value("coneangle", scene::Type::Float, {0.5f}));
+    ref.parameters.set(value("penumbraangle", scene::Type::Float, {0.1f}));
+    ref.parameters.set(value("dropoff", scene::Type::Float, {0}));
+    EXPECT_EQ(falloff_of("liquidspot"), 1);
+    const auto spot = make_light(stand_in_for_light(ref, "here", journal), textures, journal);
+    EXPECT_EQ(spot->kind, scene::Light::Kind::Spot);
+    EXPECT_NEAR(spot->cone_angle, 0.6f * 180 / Pi, 1e-3f);
+    EXPECT_NEAR(spot->cone_delta_angle, 0.1f * 180 / Pi, 1e-3f);
+    EXPECT_EQ(spot->beam_distribution, 0);
+    EXPECT_EQ(falloff_of("liquiddistant"), 2);
     for (const Journal::Entry& e : journal.entries())
         EXPECT_NE(e.message.find("is not found"), std::string::npos) << e.message;
 }
@@ -123,7 +157,7 @@ TEST_F(Lights, EnvironmentPictureIsLookedFor) {
     ref.parameters.set(test::text("texture", "night.exr"));
     EXPECT_EQ(make("environmentlight")->texture, "");
     ASSERT_EQ(journal.entries().size(), 1u);
-    EXPECT_NE(journal.entries()[0].message.find("\"night.exr\" is not found; searched in " + folder.str()),
+    EXPECT_NE(journal.entries()[0].message.find("\"night.exr\" is not found; searched in \"" + folder.str()),
               std::string::npos);
 }
 
@@ -133,6 +167,14 @@ TEST_F(Lights, AreaLightsOfOtherNamesShineAlike) {
     check_area_light(ref, journal);
     EXPECT_EQ(journal.entries().size(), 1u);
     expect_near(light_amount(ref), {5, 5, 5});
+    ref.name = "arealight";
+    check_area_light(ref, journal);
+    EXPECT_EQ(journal.entries().size(), 1u);
+    ref.parameters.set(value("intensity", scene::Type::Float, {150000})); // cornell.rib of BMRT
+    check_area_light(ref, journal);
+    ASSERT_EQ(journal.entries().size(), 2u);
+    EXPECT_NE((journal.entries()[0].message + journal.entries()[1].message).find("over the area"),
+              std::string::npos);
 }
 
 } // namespace

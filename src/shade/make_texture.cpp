@@ -4,11 +4,13 @@
 #include <OpenImageIO/imageio.h>
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <chrono>
 #include <cmath>
 #include <ctime>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "base/tasks.h"
 #include "base/vec.h"
@@ -21,10 +23,29 @@ namespace kanuka::shade {
 namespace {
 
 constexpr std::string_view Wraps[] = {"black", "clamp", "periodic", "mirror"};
+
+// The file of a picture that a scene names. What a Display of another frame wrote under that name is an
+// OpenEXR file: "pic.tif" is pic.exr, "env.xp" env.xp.exr.
+std::optional<std::string> find_picture(const std::string& name, std::vector<std::string> folders) {
+    constexpr const char* As[] = {"", ".exr"};
+    folders.push_back("."); // where pictures are written
+    if (auto found = find_file(name, folders, As))
+        return found;
+    // A frame's number is no suffix.
+    const std::filesystem::path path(name);
+    const std::string suffix = path.extension().string();
+    if (suffix.size() < 2 || suffix.size() > 6 || std::isdigit(static_cast<unsigned char>(suffix[1])))
+        return std::nullopt;
+    return find_file(std::filesystem::path(path).replace_extension(".exr").string(), folders, As);
+}
+
 // A whole picture, in linear light.
 OIIO::ImageBuf read_linear(const std::string& path, bool& halfs) {
     LinearInput file;
     OIIO::ImageSpec spec;
+    std::error_code failed;
+    if (!std::filesystem::exists(path, failed))
+        throw Error("there is no picture \"" + path + "\"");
     if (!file.open(path, spec))
         throw Error("the picture \"" + path + "\" cannot be read (" + file.geterror() + ")");
     halfs = spec.format == OIIO::TypeDesc::HALF || spec.format.basesize() == 1;
@@ -82,7 +103,6 @@ OIIO::ImageBuf unfold(const TextureMaking& making, bool& halfs) {
     return out;
 }
 
-// A tiled file of all levels, whole under its name or not there.
 // When a file was written, in UTC and as OpenEXR's capDate has it. Textures bear the date of their picture:
 // made again they are the same file.
 std::string date_of(const std::string& path) {
@@ -98,6 +118,7 @@ std::string date_of(const std::string& path) {
     return {text, std::strftime(text, sizeof text, "%Y:%m:%d %H:%M:%S", &utc)};
 }
 
+// A tiled file of all levels, whole under its name or not there.
 void write_levels(const std::vector<OIIO::ImageBuf>& levels, OIIO::ImageSpec spec, const std::string& name) {
     const std::string part = name + ".part";
     const auto fail = [&](std::string why) {
@@ -170,7 +191,6 @@ void make_texture(const TextureMaking& making) {
 std::map<std::string, std::string> make_textures(const scene::ValueList& options,
                                                  const std::vector<std::string>& folders, Journal& journal) {
     constexpr std::string_view Prefix = "maketexture:";
-    constexpr const char* as_named[] = {""};
     std::map<std::string, std::string> made;
     for (const scene::Value& v : options.values) {
         // Pictures, then kind, s_wrap, t_wrap, filter; fov, s_width, t_width.
@@ -183,11 +203,22 @@ std::map<std::string, std::string> make_textures(const scene::ValueList& options
         making.kind = kind == "latlong" ? TextureMaking::Kind::LatLong
                       : kind == "cube"  ? TextureMaking::Kind::CubeFaces
                                         : TextureMaking::Kind::Texture;
+        std::string missing;
         for (size_t i = 0; i < n; i++) {
             const auto before = made.find(v.strings[i]); // of a texture that was just made
-            making.pictures.push_back(
-                before != made.end() ? before->second
-                                     : find_file(v.strings[i], folders, as_named).value_or(v.strings[i]));
+            const auto picture = before != made.end() ? before->second : find_picture(v.strings[i], folders);
+            if (!picture)
+                missing += (missing.empty() ? "\"" : "\", \"") + v.strings[i];
+            making.pictures.push_back(picture.value_or(v.strings[i]));
+        }
+        if (!missing.empty()) {
+            const bool several = missing.find("\", \"") != std::string::npos;
+            journal.error(v.where,
+                          "\"" + making.texture + "\" was not made: " +
+                              (several ? "there are no pictures " : "there is no picture ") + missing +
+                              "\" in " + join_folders(folders) + ". Where another frame of the file writes " +
+                              (several ? "them" : "it") + ", render that frame first, by its number");
+            continue;
         }
         making.s_wrap = v.strings[n + 1], making.t_wrap = v.strings[n + 2], making.filter = v.strings[n + 3];
         const auto number = [&](size_t i, float otherwise) {

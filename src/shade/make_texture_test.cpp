@@ -214,7 +214,9 @@ TEST_F(MakeTexture, CubeFacesMeetAtTheirEdges) {
 TEST_F(MakeTexture, WhatCannotBeIsSaid) {
     write("a.exr", 8, 8, OIIO::TypeDesc::HALF, 1, [](int, int, int) { return 1.0f; });
     const std::string a = path("a.exr"), to = path("a.tex");
-    EXPECT_NE(failure({Kind::Texture, {path("no.png")}, to}).find("cannot be read"), std::string::npos);
+    EXPECT_NE(failure({Kind::Texture, {path("no.png")}, to}).find("there is no picture"), std::string::npos);
+    folder.write("text.png", "no picture");
+    EXPECT_NE(failure({Kind::Texture, {path("text.png")}, to}).find("cannot be read"), std::string::npos);
     EXPECT_NE(failure({Kind::Texture, {a}, to, "wrap"}).find("no wrap mode \"wrap\""), std::string::npos);
     EXPECT_NE(failure({Kind::Texture, {a}, to, "black", "black", "soft"}).find("there are box"),
               std::string::npos);
@@ -254,6 +256,29 @@ TEST_F(MakeTexture, ScenesMakeTheirsAndPicturesStandForWhatCannotBeMade) {
     Textures without({folder.str()}, 1 << 20, journal);
     without.set_made(make_textures(more, {folder.str()}, journal));
     EXPECT_FALSE(without.info("room"));
+}
+
+// Display "pic.tif" of a frame before is pic.exr, "env.xp" is env.xp.exr.
+TEST_F(MakeTexture, PicturesOfOtherFramesAreFoundByTheNamesOfTheirDisplays) {
+    for (const char* name : {"pic.exr", "env.xp.exr", "dof.exr"})
+        write(name, 8, 8, OIIO::TypeDesc::HALF, 1, [](int, int, int) { return 1.0f; });
+    Journal journal;
+    const auto make = [&](const std::string& picture) {
+        scene::ValueList options;
+        scene::Value v = test::text("maketexture:" + path("it.tex"), "");
+        v.strings = std::vector<std::string>{picture, "texture", "black", "black", "box"};
+        options.set(v);
+        return make_textures(options, {folder.str()}, journal).size();
+    };
+    EXPECT_EQ(make("pic.tif"), 1u);
+    EXPECT_EQ(make("env.xp"), 1u);
+    EXPECT_TRUE(journal.entries().empty());
+    EXPECT_EQ(make("dof.0154"), 0u) << "another frame than dof.exr";
+    ASSERT_EQ(journal.entries().size(), 1u);
+    const std::string said = journal.entries()[0].message;
+    EXPECT_NE(said.find("there is no picture \"dof.0154\" in \"" + folder.str() + "\""), std::string::npos)
+        << said;
+    EXPECT_NE(said.find("render that frame first"), std::string::npos);
 }
 
 } // namespace

@@ -64,7 +64,7 @@ std::optional<std::string> find_file(const std::string& name, std::span<const st
 std::string join_folders(std::span<const std::string> folders) {
     std::string all;
     for (const std::string& folder : folders)
-        all += (all.empty() ? "" : ", ") + folder;
+        all += (all.empty() ? "\"" : ", \"") + folder + "\"";
     return all;
 }
 

@@ -18,6 +18,6 @@ std::vector<std::string> search_folders(const std::vector<std::string>& path, co
 std::optional<std::string> find_file(const std::string& name, std::span<const std::string> folders,
                                      std::span<const char* const> extensions);
 
-std::string join_folders(std::span<const std::string> folders); // "a, b, c", for messages
+std::string join_folders(std::span<const std::string> folders); // "a", "b", for messages
 
 } // namespace kanuka::shade

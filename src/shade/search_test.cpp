@@ -9,8 +9,8 @@ constexpr const char* Extensions[] = {".slo", ".sl"};
 
 TEST(Search, PathThenSceneFolderThenStandard) {
     const auto folders = search_folders({"/a", "b", "@"}, "/scenes/x.rib", "/standard");
-    EXPECT_EQ(join_folders(folders), "/a, b, /scenes/b, /standard, /scenes");
-    EXPECT_EQ(join_folders(search_folders({}, "x.rib", "/standard")), "., /standard");
+    EXPECT_EQ(join_folders(folders), "\"/a\", \"b\", \"/scenes/b\", \"/standard\", \"/scenes\"");
+    EXPECT_EQ(join_folders(search_folders({}, "x.rib", "/standard")), "\".\", \"/standard\"");
 }
 
 TEST(Search, FirstFolderWinsAndSloBeforeSl) {

@@ -8,6 +8,7 @@
 #include <future>
 #include <map>
 #include <mutex>
+#include <unordered_map>
 #include <xxhash.h>
 
 #include "scene/coordinate_system.h"
@@ -22,6 +23,7 @@
 #include "shade/material.h"
 #include "shade/opacity.h"
 #include "shade/search.h"
+#include "shade/spread_light.h"
 
 namespace kanuka::shade {
 
@@ -78,6 +80,10 @@ class SystemImpl final : public ShadingSystem {
         m_compile_options.strict_directions = scene.options.strict_directions;
         m_compile_options.array_room = scene.options.array_room;
         m_compile_options.aovs = options.aovs;
+        m_spread = spread_lights(scene, m_lit_middle);
+        note_names(scene.primitives);
+        for (const scene::Group& g : scene.groups)
+            note_names(g.primitives);
     }
 
     std::shared_ptr<const Material> material(const scene::Primitive& primitive,
@@ -93,6 +99,7 @@ class SystemImpl final : public ShadingSystem {
 
     Transform current_from_world(const scene::Primitive& primitive,
                                  const Transform& current_from_object) const;
+    void note_names(const std::vector<scene::Primitive>& primitives);
     std::optional<std::string> find(const scene::ShaderRef& ref) const;
     bool has_its_own(const scene::ShaderRef& ref) const;
     bool all_classic(const scene::Scene& scene) override;
@@ -123,6 +130,12 @@ class SystemImpl final : public ShadingSystem {
     scene::Camera m_camera;
     WorldSpaces m_world_spaces;
 
+    // Where the scene first names each shader: one message of it in all, whoever comes first.
+    std::unordered_map<std::string, Location> m_first_named;
+
+    std::map<std::string, Spread> m_spread; // area lights by shaders of the scene
+    Vec3f m_lit_middle{0, 0, 0};            // of what they light
+
     std::mutex m_mutex; // guards the maps below; nothing is compiled while it is held
     std::map<std::string, std::shared_future<Loaded>> m_shaders; // by path
     std::map<std::string, std::shared_ptr<const MaterialCore>> m_cores;
@@ -139,6 +152,18 @@ Transform SystemImpl::current_from_world(const scene::Primitive& primitive,
     if (close(primitive.world_from_object, current_from_object))
         return {};
     return current_from_object * inverse_or_identity(primitive.world_from_object);
+}
+
+void SystemImpl::note_names(const std::vector<scene::Primitive>& primitives) {
+    const scene::Attributes* last = nullptr; // neighbours nearly always share them
+    for (const scene::Primitive& p : primitives) {
+        if (!p.attributes || p.attributes.get() == last)
+            continue;
+        last = p.attributes.get();
+        for (const auto* ref : {&last->surface, &last->displacement, &last->atmosphere})
+            if (*ref)
+                m_first_named.try_emplace((*ref)->name, (*ref)->where);
+    }
 }
 
 std::optional<std::string> SystemImpl::find(const scene::ShaderRef& ref) const {
@@ -183,10 +208,11 @@ SystemImpl::Loaded SystemImpl::load(const scene::ShaderRef& ref, sl::ShaderKind 
                                                                        : "Matte stands in for it";
     const std::optional<std::string> path = find(ref);
     if (!path) {
-        m_journal.error(ref.where, "shader \"" + ref.name + "\" is not found (" + ref.name + ".slo or " +
-                                       ref.name + ".sl); searched in " + join_folders(m_shader_folders) +
-                                       ". Add its folder: Option \"searchpath\" \"shader\" [\"FOLDER\"]. " +
-                                       instead);
+        const auto first = m_first_named.find(ref.name);
+        m_journal.error(first == m_first_named.end() ? ref.where : first->second,
+                        "shader \"" + ref.name + "\" is not found (" + ref.name + ".slo or " + ref.name +
+                            ".sl); searched in " + join_folders(m_shader_folders) +
+                            ". Add its folder: Option \"searchpath\" \"shader\" [\"FOLDER\"]. " + instead);
         return nullptr;
     }
     sl::CompileOptions options = m_compile_options;
@@ -208,17 +234,19 @@ SystemImpl::Loaded SystemImpl::load(const scene::ShaderRef& ref, sl::ShaderKind 
 }
 
 std::optional<CoShader> SystemImpl::load_coshader(const scene::ShaderRef& ref) {
-    const std::string instead = "Its handle \"" + ref.handle + "\" is null";
+    // Of a Shader, a layer or a Pattern.
+    const std::string instead =
+        "Its handle \"" + ref.handle + "\" is null, and what it feeds keeps its default";
     const std::optional<std::string> path = find(ref);
     if (!path) {
-        m_journal.error(ref.where, "co-shader \"" + ref.name + "\" is not found (" + ref.name + ".slo or " +
+        m_journal.error(ref.where, "shader \"" + ref.name + "\" is not found (" + ref.name + ".slo or " +
                                        ref.name + ".sl); searched in " + join_folders(m_shader_folders) +
                                        ". " + instead);
         return std::nullopt;
     }
     CoShader found{&ref, compile(*path, *path, m_compile_options), *path, {}, {}, {}};
     if (!found.shader) {
-        m_journal.error(ref.where, "co-shader \"" + ref.name + "\" (" + *path +
+        m_journal.error(ref.where, "shader \"" + ref.name + "\" (" + *path +
                                        ") does not compile; mend it as its messages say. " + instead);
         return std::nullopt;
     }
@@ -315,6 +343,10 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(const BoundShaders& bound,
     }
     if (attributes.area_light)
         append(key, own.emission);
+    const auto spread =
+        bound.area_light.shader ? m_spread.find(spread_key(*attributes.area_light)) : m_spread.end();
+    if (spread != m_spread.end())
+        key += spread->first;
     append(key, char((attributes.area_light ? 1 : 0) | (coverage.varying_color ? 2 : 0) |
                      (coverage.has_presence ? 4 : 0) | (coverage.varying_presence ? 8 : 0) |
                      (attributes.sides == 2 ? 16 : 0)));
@@ -370,11 +402,26 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(const BoundShaders& bound,
             Spaces spaces = own.spaces;
             spaces.current_from_shader = own.area_light_from_shader;
             MaterialServices services(spaces, own.facts, m_textures, m_journal, bound.area_light.where);
-            const sl::Emission light = run_area_light(*core->area_light, point, {}, services);
-            const size_t stride = size_t(point.stride);
-            core->emission = {light.Cl[0], light.Cl[stride], light.Cl[2 * stride]};
-            core->light_varies = !light.uniform;
-            core->program.emission_cosine = cone_of(light);
+            std::optional<sl::Emission> radiance;
+            if (spread != m_spread.end())
+                radiance = spread_radiance(*core->area_light, spread->second, own.spaces.current_from_world,
+                                           m_lit_middle, services);
+            if (radiance) { // the same all over
+                m_journal.report(
+                    Severity::Info, bound.area_light.where,
+                    "area light \"" + attributes.area_light->name +
+                        "\" shines from a place of its own, not from the surface: the surface is as "
+                        "bright as what the shader says arrives in the middle of the scene");
+                core->emission = {radiance->Cl[0], radiance->Cl[1], radiance->Cl[2]};
+                core->program.emission_cosine = cone_of(*radiance);
+                core->area_light.reset();
+            } else {
+                const sl::Emission light = run_area_light(*core->area_light, point, {}, services);
+                const size_t stride = size_t(point.stride);
+                core->emission = {light.Cl[0], light.Cl[stride], light.Cl[2 * stride]};
+                core->light_varies = !light.uniform;
+                core->program.emission_cosine = cone_of(light);
+            }
         }
     }
     add_aovs(core->program, *core->surface, m_compile_options.aovs);
@@ -444,6 +491,16 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
                 area_light_amount(*attributes.area_light, m_palette, m_textures.folders(), m_journal);
     } else if (attributes.area_light)
         own.emission = light_amount(*attributes.area_light);
+    if (attributes.area_light && is_bmrt_arealight(attributes)) {
+        const auto spread = m_spread.find(spread_key(*attributes.area_light));
+        if (spread != m_spread.end() && spread->second.area > 0) {
+            own.emission = own.emission * (Pi / spread->second.area);
+            m_journal.report(
+                Severity::Info, attributes.area_light->where,
+                "\"arealight\" with Attribute \"light\" \"nsamples\" is BMRT's: its radiance is pi times "
+                "the intensity, over the area");
+        }
+    }
     DefaultSurface coverage;
     const auto take_primvar = [&](const char* name, Rgb& constant, bool& varying) {
         const scene::Value* v = primitive.primvars.find(name);
@@ -462,7 +519,7 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
     // 2. Shaders and their values
     const bool own_light = attributes.area_light && attributes.area_light->name != "arealight" &&
                            find(*attributes.area_light).has_value();
-    if (attributes.area_light && !own_light)
+    if (attributes.area_light && !own_light && !is_bmrt_arealight(attributes))
         check_area_light(*attributes.area_light, m_journal);
     const auto bind_in = [&](const std::optional<scene::ShaderRef>& ref, sl::ShaderKind wanted,
                              const Transform& current_from_shader) {

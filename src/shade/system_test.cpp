@@ -107,6 +107,22 @@ TEST_F(System, MatteTakesVaryingColorsAndOpacities) {
     EXPECT_NEAR(out.slots[1].value.x, 0.5f, 1e-6f);
 }
 
+TEST_F(System, AMissingShaderIsSaidOnceWithACount) {
+    for (const int line : {7, 5, 9}) {
+        scene::Attributes a;
+        a.surface = ref("nowhere");
+        a.surface->where.line = line;
+        scene.primitives.push_back(primitive(a));
+    }
+    make();
+    for (size_t k : {2u, 0u, 1u})
+        material(scene.primitives[k]);
+    ASSERT_EQ(journal.entries().size(), 1u) << messages();
+    EXPECT_EQ(journal.entries()[0].count, 3u);
+    EXPECT_EQ(journal.entries()[0].where.line, 7)
+        << "the first that the scene holds, not the first that was asked";
+}
+
 TEST_F(System, MissingBrokenAndMisplacedShadersBecomeMatte) {
     make();
     for (const char* name : {"nowhere", "broken", "dents"}) {
@@ -121,8 +137,9 @@ TEST_F(System, MissingBrokenAndMisplacedShadersBecomeMatte) {
     const std::string all = messages();
     EXPECT_EQ(journal.entries().size(), 4u) << all;
     EXPECT_NE(
-        all.find("scene.rib:10:1: shader \"nowhere\" is not found (nowhere.slo or nowhere.sl); searched in " +
-                 folder.str()),
+        all.find(
+            "scene.rib:10:1: shader \"nowhere\" is not found (nowhere.slo or nowhere.sl); searched in \"" +
+            folder.str() + "\""),
         std::string::npos);
     EXPECT_NE(all.find("Matte stands in"), std::string::npos);
     EXPECT_NE(all.find("\"broken\" (" + folder.str() + "/broken.sl) does not compile"), std::string::npos);

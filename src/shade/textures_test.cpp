@@ -115,7 +115,7 @@ TEST_F(TexturesTest, MissingFilesAreReportedOnceForWhoAsks) {
     const auto entries = journal.entries();
     ASSERT_EQ(entries.size(), 1u);
     EXPECT_EQ(entries[0].where.str(), "scene.rib:4:2");
-    EXPECT_NE(entries[0].message.find("\"nowhere.tx\" is not found; searched in " + folder.str()),
+    EXPECT_NE(entries[0].message.find("\"nowhere.tx\" is not found; searched in \"" + folder.str()),
               std::string::npos);
     for (float v : lookup.result)
         EXPECT_EQ(v, 0.5f);

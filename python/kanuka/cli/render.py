@@ -20,6 +20,7 @@ examples:
   kanuka render scene.rib
   kanuka render scene.rib -o frames/a.exr --png --stats frames/a.json
   kanuka render scene.rib --progressions 4 --crop 0.4,0.6,0.4,0.6
+  kanuka render options.rib scene.rib
 
 The picture appears under its name complete or not at all. Ctrl-C (or SIGTERM) stops early and saves what is there as
 NAME.partial.exr; a second one stops at once. Paths of the pictures go to standard output, all else to standard error.
@@ -35,7 +36,12 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         epilog=EXAMPLES + exit_codes.HELP,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("scene", metavar="SCENE", help="RIB file, gzipped or not; - is standard input")
+    parser.add_argument(
+        "scenes",
+        nargs="+",
+        metavar="SCENE",
+        help="RIB file, gzipped or not; - is standard input. Several are read one after another as one",
+    )
     parser.add_argument(
         "-o", "--output", type=Path, metavar="FILE.exr", help="default: the scene's Display, or SCENE.exr"
     )
@@ -137,7 +143,8 @@ def render(arguments: argparse.Namespace, started: float, interruption: Interrup
     bar = ProgressBar(arguments.quiet)
     bar.update("ingest", 0)
     scene = kanuka.load(
-        arguments.scene,
+        arguments.scenes[-1],
+        before=arguments.scenes[:-1],
         frame=arguments.frame,
         run_programs=not arguments.no_programs,
         run_system=arguments.allow_system,
@@ -148,7 +155,7 @@ def render(arguments: argparse.Namespace, started: float, interruption: Interrup
     bar.finish()
 
     set_options(scene, arguments)
-    output = arguments.output or default_output(arguments.scene, scene)
+    output = arguments.output or default_output(arguments.scenes[-1], scene)
     check_output(output)
     picture = kanuka.render(
         scene,

@@ -54,7 +54,9 @@ void Context::execute(Call& call) {
     // Step 1: is it legal here?
     if (!(spec.scopes & scope())) {
         reports.error("scope of " + name, call.where,
-                      name + " is not legal here and was left out: " + places(spec.scopes));
+                      spec.handler == &handlers::world_begin
+                          ? "WorldBegin was left out: the world has begun already, at " + m_world_where.str()
+                          : name + " is not legal here and was left out: " + places(spec.scopes));
         return;
     }
     if (in_motion && !(spec.scopes & InMotion)) {

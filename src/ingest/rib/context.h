@@ -86,6 +86,7 @@ class Context {
     // None where the world was passed over.
     std::optional<scene::Scene> take_world();
     bool world_done() const { return m_world_done; }
+    bool world_in_frame() const { return m_world_in_frame; } // the one that was taken
     // The file asks for what RISpec's renderers did not do: networks of shaders since RenderMan 19, area
     // lights.
     bool traces_light = false;
@@ -175,7 +176,7 @@ class Context {
     scene::Scene m_scene;
     FrameChoice m_frame_choice;
     std::vector<Block> m_blocks;
-    bool m_in_world = false, m_world_done = false;
+    bool m_in_world = false, m_world_done = false, m_world_in_frame = false;
     std::string m_transport = "auto";                     // OptionState::transport of the world
     std::vector<std::pair<int, Location>> m_depth_passes; // passed over: frame and place
     bool m_frame_open = false, m_frame_chosen = false;

@@ -134,10 +134,12 @@ constexpr Standard StandardDeclarations[] = {
     {"varying float[2]", "st"},
     {"constant float", "constantwidth"},
     {"constant normal", "constantnormal"},
-    {"uniform integer", "gridsize texturememory geocachememory eyesplits endofframe maxdepth volumedepth "
-                        "progressions seed diceflatness "
-                        "camera truedisplacement strictdirections arrayroom proceduralmemory offscreen "
-                        "runprograms ondemand"},
+    {"uniform integer",
+     "gridsize texturememory geocachememory eyesplits endofframe maxdepth maxspeculardepth "
+     "maxdiffusedepth max_raylevel volumedepth "
+     "progressions seed diceflatness "
+     "camera truedisplacement strictdirections arrayroom proceduralmemory offscreen "
+     "runprograms ondemand"},
     {"uniform integer[2]", "bucketsize origin"},
     {"uniform float[4]", "quantize"},
     {"uniform float", "geometrytolerance normaltolerance"},

@@ -442,6 +442,20 @@ static void search_path_option(Context& c, const Value& v) {
         *path = expand_search_path(v.strings[0], *path, c.default_path, c.stream.folder());
 }
 
+// How often rays may go on from surfaces, as PRMan and BMRT count it: 0 = only the camera's are traced, and a
+// path has one surface event.
+static void ray_depth_option(Context& c, const std::string& category, const Value& v) {
+    if (!(category == "trace" && v.name == "maxdepth") && !(category == "render" && v.name == "max_raylevel"))
+        return;
+    const float n = !v.ints.empty() ? float(v.ints[0]) : !v.floats.empty() ? v.floats[0] : NAN;
+    if (v.type != scene::Type::String && n >= 0)
+        c.options.options.max_depth = int(std::min(n, 999.0f)) + 1;
+    else
+        c.reports.error("Option trace", v.where,
+                        "Option \"" + category + "\": \"" + v.name +
+                            "\" must be a whole number of 0 or more; it stays as it was");
+}
+
 void option(Context& c, Call& call) {
     const std::string& category = call.text(0);
     for (Value& v : call.params.values) {
@@ -453,6 +467,7 @@ void option(Context& c, Call& call) {
             continue;
         if (category == "color" || category == "exposure")
             color_option(c, category, v);
+        ray_depth_option(c, category, v);
         if (category == "searchpath")
             search_path_option(c, v);
         v.name = category + ":" + v.name;

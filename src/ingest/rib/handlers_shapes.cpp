@@ -121,6 +121,16 @@ std::vector<float> swept(std::span<const Section> sections) {
     return p;
 }
 
+Value places(std::vector<float> points, const Location& where) {
+    Value p;
+    p.name = "P";
+    p.type = Type::Point;
+    p.detail = Detail::Vertex;
+    p.floats = std::move(points);
+    p.where = where;
+    return p;
+}
+
 void add_teapot(Context& c, Call& call) {
     // What is said of the whole holds for its four meshes.
     for (Value& v : call.params.values)
@@ -134,13 +144,7 @@ void add_teapot(Context& c, Call& call) {
         mesh.nv = int(points.size() / 3) / nu;
         mesh.u_basis = mesh.v_basis = basis_by_name("bezier");
         call.params = constants;
-        Value p;
-        p.name = "P";
-        p.type = Type::Point;
-        p.detail = Detail::Vertex;
-        p.floats = std::move(points);
-        p.where = call.where;
-        call.params.set(std::move(p));
+        call.params.set(places(std::move(points), call.where));
         c.add_primitive(call, std::move(mesh));
     };
     add(13, turned(Body));
@@ -149,14 +153,30 @@ void add_teapot(Context& c, Call& call) {
     add(7, swept(Spout));
 }
 
+// Of side 1 about the origin, as PRMan has had it since its version 17.
+void add_cube(Context& c, Call& call) {
+    PolygonMesh mesh;
+    mesh.loops_per_face = std::vector<int32_t>(6, 1);
+    mesh.vertices_per_loop = std::vector<int32_t>(6, 4);
+    mesh.vertices =
+        std::vector<int32_t>{0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5};
+    std::vector<float> points;
+    for (int k = 0; k < 8; k++)
+        points.insert(points.end(), {k & 1 ? 0.5f : -0.5f, k & 2 ? 0.5f : -0.5f, k & 4 ? 0.5f : -0.5f});
+    call.params.set(places(std::move(points), call.where));
+    c.add_primitive(call, std::move(mesh));
+}
+
 } // namespace
 
 void geometry(Context& c, Call& call) {
     if (call.text(0) == "teapot")
         add_teapot(c, call);
+    else if (call.text(0) == "cube")
+        add_cube(c, call);
     else if (!light_geometry(c, call))
         c.reports.error("Geometry", call.where,
-                        "Geometry \"" + call.text(0) + "\" was left out: there is \"teapot\" alone");
+                        "Geometry \"" + call.text(0) + "\" was left out: there are \"teapot\" and \"cube\"");
 }
 
 } // namespace kanuka::ingest::handlers

@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <unistd.h>
 
 #include "ingest/rib/requests.h"
 #include "ingest/rib/test_support.h"
@@ -25,7 +26,8 @@ TEST(RibFrames, TheFirstThatMakesAPicture) {
     EXPECT_EQ(r.scene.options.width, 10); // frame 1's Format ended with it
     ASSERT_EQ(r.scene.primitives.size(), 1u);
     EXPECT_EQ(r.scene.light_shaders.size(), 1u);
-    EXPECT_EQ(r.messages().size(), 1u) << r.all_messages(); // Declare in a frame that is passed over counts
+    EXPECT_EQ(r.messages().size(), 2u) << r.all_messages(); // Declare in a frame that is passed over counts
+    EXPECT_TRUE(r.says("info 8:1 frame 2 is read, number 2 of 3; ask for others")) << r.all_messages();
     EXPECT_TRUE(
         r.says("info 6:1 frame 1 writes what shadow maps or textures are made of and was passed over"));
 }
@@ -62,7 +64,7 @@ TEST(RibFrames, ByNumber) {
     options.frame = 1;
     const Parsed depth(ThreeFrames, options);
     EXPECT_EQ(depth.scene.options.width, 64);
-    EXPECT_SILENT(depth);
+    EXPECT_EQ(depth.messages().size(), 1u) << depth.all_messages();
     options.frame = 3;
     Journal journal;
     try {
@@ -76,7 +78,47 @@ TEST(RibFrames, ByNumber) {
 TEST(RibFrames, ADepthPassAloneIsAPicture) {
     const Parsed r("Display \"s\" \"zfile\" \"z\" WorldBegin Sphere 1 -1 1 360 WorldEnd");
     EXPECT_EQ(r.scene.primitives.size(), 1u);
+    EXPECT_EQ(r.scene.options.integrator, "facing");
+    EXPECT_EQ(r.messages().size(), 1u) << r.all_messages();
+    EXPECT_TRUE(r.says("the displays ask for depth alone"));
+    // It is read twice, and what is said of it is said once.
+    Parsed twice("MakeShadow \"s\" \"t\"\nNonsense 1\nDisplay \"s\" \"zfile\" \"z\" WorldBegin Nonsense "
+                 "2\nSphere 1 -1 "
+                 "1 360 WorldEnd");
+    for (const Journal::Entry& e : twice.journal.entries())
+        EXPECT_EQ(e.count, e.message.find("Nonsense") == std::string::npos ? 1u : 2u) << e.message;
+    EXPECT_EQ(twice.journal.entries().size(), 3u) << twice.all_messages();
+}
+
+TEST(RibFrames, WordsInCommentsAreNoFrames) {
+    const Parsed r("# FrameBegin 1\nFrameBegin 3\nWorldBegin Sphere 1 -1 1 360 WorldEnd\nFrameEnd\n");
     EXPECT_SILENT(r);
+}
+
+TEST(RibFrames, AWorldInAWorldNamesTheFirst) {
+    const Parsed r("\nWorldBegin\nWorldBegin\nSphere 1 -1 1 360\nWorldEnd\n");
+    EXPECT_TRUE(r.says("error 3:1 WorldBegin was left out: the world has begun already, at test.rib:2:1"))
+        << r.all_messages();
+}
+
+// As prman and rendrib take them: options in a file of their own.
+TEST(RibFrames, SeveralFilesAreOneStream) {
+    const fs::path folder = fs::temp_directory_path() / ("kanuka_several_" + std::to_string(::getpid()));
+    fs::create_directories(folder / "b");
+    std::ofstream(folder / "a.opt") << "Format 30 20 1\nDeclare \"heat\" \"uniform float\"\nAttributeBegin\n";
+    std::ofstream(folder / "b/scene.rib")
+        << "AttributeEnd\nWorldBegin\nSurface \"a\" \"heat\" 1\nReadArchive "
+           "\"ball.rib\"\nWorldEnd\n";
+    std::ofstream(folder / "b/ball.rib") << "Sphere 1 -1 1 360\n";
+    Journal journal;
+    const std::string paths[] = {(folder / "a.opt").string(), (folder / "b/scene.rib").string()};
+    const scene::Scene scene = read_ribs(paths, {}, journal);
+    for (const Journal::Entry& e : journal.entries())
+        ADD_FAILURE() << e.message;
+    EXPECT_EQ(scene.options.width, 30);
+    EXPECT_EQ(scene.primitives.size(), 1u);
+    EXPECT_EQ(scene.file, paths[1]);
+    fs::remove_all(folder);
 }
 
 TEST(RibFrames, WorldsWithoutFrames) {
@@ -267,7 +309,7 @@ TEST(RibErrors, Scopes) {
     EXPECT_TRUE(r.says("error 2:1 FrameEnd is not legal here"));
     EXPECT_TRUE(r.says("error 4:1 Format is not legal here and was left out: it belongs before WorldBegin"));
     EXPECT_TRUE(r.says("error 6:1 ObjectEnd is not legal here"));
-    EXPECT_TRUE(r.says("error 7:1 WorldBegin is not legal here"));
+    EXPECT_TRUE(r.says("error 7:1 WorldBegin was left out: the world has begun already, at test.rib:3:1"));
     EXPECT_TRUE(r.says("error 9:1 WorldEnd is not legal here"));
     EXPECT_EQ(r.scene.primitives.size(), 1u);
     EXPECT_EQ(r.scene.options.width, 640);

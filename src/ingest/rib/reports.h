@@ -37,7 +37,14 @@ class Reports {
 
     static constexpr int MaxPlaces = 50;
 
+    // Of a file that is read twice: what the first reading said is not said by the second.
+    using Said = std::map<std::string, uint64_t>; // how often
+    void remember(Said* said) { m_said = said; }  // null ends it
+    void leave_out(Said* said) { m_said_before = said; }
+
   private:
+    void report(Severity severity, const Location& where, std::string message);
+    Said *m_said = nullptr, *m_said_before = nullptr;
     struct First {
         Location where;
         std::string message;

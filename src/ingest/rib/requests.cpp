@@ -190,12 +190,12 @@ constexpr RequestSpec Table[] = {
     {"Points", V32, MovingSolid, {}, Params::Primitive, Support::Full, h::points, ""},
     {"Blobby", V32, MovingSolid, {{{"nleaf", A::Integer}, {"code", A::IntegerArray}, {"floats", A::FloatArray},
      {"strings", A::StringArray, 0, true}}}, Params::Primitive, Support::Partial, h::blobby,
-     "plug-ins (operation 1004) add nothing; operation 4 takes its first operand from its second"},
+     "plug-ins (operation 1004) and operations above add nothing; operation 4 takes its first operand from its second"},
     {"Procedural", V32, Solid, {{{"type", A::String}, {"arguments", A::StringArray}, {"bound", A::FloatArray}}}, No,
      Support::Partial, h::procedural, "DelayedReadArchive, RunProgram and DynamicLoad, when a ray meets their bound"},
     {"Procedural2", Ext, Solid, {{{"type", A::String}, {"boundtype", A::String}}}, Params::Other, Support::Partial, h::procedural2,
      "DelayedReadArchive2, DynamicLoad2, RunProgram2, when a ray meets their bound"},
-    {"Geometry", V31, Solid, {{{"type", A::String}}}, Params::Primitive, Support::Full, h::geometry, "teapot"},
+    {"Geometry", V31, Solid, {{{"type", A::String}}}, Params::Primitive, Support::Full, h::geometry, "teapot, cube"},
 
     // ---- textures -----------------------------------------------------------------------------------
     {"MakeTexture", V31, Outside, {{{"picture", A::String}, {"texture", A::String}, {"swrap", A::String},

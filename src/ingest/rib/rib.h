@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "scene/delayed.h"
@@ -44,6 +45,8 @@ struct RibOptions {
 // Throws Error where the file cannot be read at all; everything else is reported with file, line, column and
 // mend, and reading goes on at the next request. "-" reads standard input.
 scene::Scene read_rib(const std::string& path, const RibOptions& options, Journal& journal);
+// One or more, read one after another as one stream: options in the first hold for the scene in the last.
+scene::Scene read_ribs(std::span<const std::string> paths, const RibOptions& options, Journal& journal);
 scene::Scene parse_rib(const std::string& text, const std::string& name, const RibOptions& options,
                        Journal& journal);
 

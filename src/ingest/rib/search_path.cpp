@@ -5,12 +5,17 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "ingest/rib/zip.h"
+
 namespace kanuka::ingest {
 
 namespace fs = std::filesystem;
 
 std::string folder_of(const std::string& path) {
-    const size_t slash = path.rfind('/');
+    // Of a zip's member: "a.zip!" or a folder in it.
+    const size_t slash = path.rfind('/'), mark = path.rfind(".zip!");
+    if (mark != std::string::npos && (slash == std::string::npos || slash < mark))
+        return path.substr(0, mark + 5);
     return slash == std::string::npos ? "" : slash == 0 ? "/" : path.substr(0, slash);
 }
 
@@ -19,7 +24,7 @@ std::string join_path(const std::string& folder, const std::string& name) {
         return name;
     if (name == ".")
         return folder;
-    return folder.back() == '/' ? folder + name : folder + "/" + name;
+    return folder.back() == '/' || folder.ends_with(".zip!") ? folder + name : folder + "/" + name;
 }
 
 // $NAME and ${NAME}, and ~ at the start. An unset variable is empty, as in a shell.
@@ -86,8 +91,12 @@ std::optional<std::string> find_file(const std::string& name, const std::vector<
     const auto in_folders = [&](const std::string& relative) -> std::optional<std::string> {
         for (const std::string& folder : folders) {
             const std::string path = join_path(folder, relative);
-            if (fs::exists(path, ignored) && !fs::is_directory(path, ignored))
+            if (const auto zipped = split_zip(path)) {
+                if (zip_has(zipped->first, zipped->second))
+                    return path;
+            } else if (fs::exists(path, ignored) && !fs::is_directory(path, ignored)) {
                 return path;
+            }
         }
         return std::nullopt;
     };
@@ -95,7 +104,7 @@ std::optional<std::string> find_file(const std::string& name, const std::vector<
                        name[1] == ':' && (name[2] == '/' || name[2] == '\\');
     if (!drive && (name.empty() || name[0] != '/'))
         return in_folders(name);
-    if (!drive && fs::exists(name, ignored))
+    if (!drive && (fs::exists(name, ignored) || in_folders(name)))
         return name;
     // A path of the machine that the file was written on: its end may be here, the longer the better.
     std::string tail = name;

@@ -58,7 +58,24 @@ TEST(RibShapes, TheTeapotHas32Patches) {
     EXPECT_EQ(patches, 32);
     expect_point(bounds.lo, -3, -2, 0);
     expect_point(bounds.hi, 3.525f, 2, 3.15f);
-    EXPECT_TRUE(r.says("there is \"teapot\" alone")) << r.all_messages();
+    EXPECT_TRUE(r.says("there are \"teapot\" and \"cube\"")) << r.all_messages();
+}
+
+TEST(RibShapes, TheCubeLooksOutwards) {
+    const Parsed r(world("Geometry \"cube\" \"constant color Cs\" [1 0 0]"));
+    EXPECT_SILENT(r);
+    const auto& mesh = std::get<PolygonMesh>(r.primitive(0).geometry);
+    const auto& P = r.primitive(0).primvars.find("P")->floats;
+    ASSERT_EQ(mesh.vertices.size(), 24u);
+    const auto at = [&](size_t k) {
+        const auto i = size_t(mesh.vertices[k]);
+        return Vec3f(P[3 * i], P[3 * i + 1], P[3 * i + 2]);
+    };
+    for (size_t f = 0; f < 24; f += 4) {
+        const Vec3f middle = (at(f) + at(f + 1) + at(f + 2) + at(f + 3)) * 0.25f;
+        EXPECT_NEAR(length(middle), 0.5f, 1e-6f);
+        EXPECT_NEAR(dot(cross(at(f + 1) - at(f), at(f + 2) - at(f + 1)), middle), 0.5f, 1e-6f);
+    }
 }
 
 TEST(RibShapes, Volumes) {

@@ -8,8 +8,10 @@
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <utility>
 
 #include "ingest/rib/unpack.h"
+#include "ingest/rib/zip.h"
 
 namespace kanuka::ingest {
 
@@ -68,7 +70,27 @@ void Source::take(Spool& spool) {
     }
 }
 
+std::shared_ptr<Source> Source::open_member(const std::string& path, const std::string& zip,
+                                            const std::string& member) {
+    std::shared_ptr<Source> source(new Source(path));
+    Spool spool(path);
+    std::unique_ptr<Unpacker> unpacker; // a member may be packed for itself
+    bool first = true;
+    read_zip(zip, member, [&](std::string_view piece) {
+        if (std::exchange(first, false))
+            unpacker = find_unpacker(piece, path);
+        unpacker ? unpacker->feed(piece, spool) : spool.append(piece);
+    });
+    if (unpacker)
+        unpacker->finish();
+    source->take(spool);
+    source->find_line_end();
+    return source;
+}
+
 std::shared_ptr<Source> Source::open(const std::string& path) {
+    if (const auto zipped = split_zip(path); zipped && ::access(path.c_str(), F_OK) != 0)
+        return open_member(path, zipped->first, zipped->second);
     const bool standard = path == "-";
     std::shared_ptr<Source> source(new Source(standard ? "(standard input)" : path));
     struct File {

@@ -17,7 +17,7 @@ class Spool;
 class Source {
   public:
     // "-" is standard input. Throws Error where the file cannot be read. Gzip and zstd are told by their
-    // first bytes.
+    // first bytes; "a.zip!b.rib" is the member b.rib of a.zip.
     static std::shared_ptr<Source> open(const std::string& path);
     static std::shared_ptr<Source> from_text(std::string text, std::string name);
     ~Source();
@@ -36,6 +36,8 @@ class Source {
     void passed(size_t offset) const;
 
   private:
+    static std::shared_ptr<Source> open_member(const std::string& path, const std::string& zip,
+                                               const std::string& member);
     void map(int fd, size_t size);
     void unmap();
     void take(Spool& spool);

@@ -576,4 +576,15 @@ TEST(RibTransform, CoShadersBelongToTheAttributes) {
     EXPECT_EQ(o.scene.options.array_room, 128);
 }
 
+// PRMan and BMRT count the rays that go on, Kanuka the surfaces.
+TEST(RibOptions, DepthOfRays) {
+    EXPECT_EQ(Parsed("Option \"trace\" \"int maxdepth\" [0]\n" + world("")).scene.options.max_depth, 1);
+    EXPECT_EQ(Parsed("Option \"trace\" \"maxdepth\" [4]\n" + world("")).scene.options.max_depth, 5);
+    EXPECT_EQ(Parsed("Option \"render\" \"integer max_raylevel\" [4]\n" + world("")).scene.options.max_depth,
+              5);
+    const Parsed bad("Option \"trace\" \"int maxdepth\" [-1]\n" + world(""));
+    EXPECT_EQ(bad.scene.options.max_depth, scene::Options{}.max_depth);
+    EXPECT_TRUE(bad.says("must be a whole number of 0 or more")) << bad.all_messages();
+}
+
 } // namespace kanuka::ingest::test

@@ -114,6 +114,7 @@ void Context::begin_world(const Location& where) {
     }
     // Step 2: the camera is where the transformations before the world put it, or Camera before them.
     m_world_done = true;
+    m_world_in_frame = in_frame;
     Transform world_from_here;
     try {
         world_from_here = ctm.inverse();
@@ -142,6 +143,12 @@ void Context::begin_world(const Location& where) {
                       "the moving camera's transformation cannot be inverted at all times; it stands still");
     m_scene.options = options.options;
     m_transport = options.transport;
+    if (writes_depth_only() && m_scene.options.integrator == "path") {
+        m_scene.options.integrator = "facing";
+        reports.info("depth alone", where,
+                     "the displays ask for depth alone: shapes are shown as if lit from the eye (integrator "
+                     "facing) beside it");
+    }
     m_scene.camera = options.camera;
     m_scene.camera.camera_from_world = m_camera_from_world;
     if (usable)
