@@ -190,8 +190,8 @@ TEST(SlClassic, NoFaultIsToldThatIsNone) {
     EXPECT_TRUE(none.reports.empty()) << none.reports[0];
 }
 
-// One grid has the whole budget, the others little; what ends in time is right all the same.
-TEST(SlClassic, EndlessLoopsHaveLessPatienceAfterTheFirst) {
+// The same on every grid; what ends in time is right all the same.
+TEST(SlClassic, EndlessLoopsAreLeft) {
     const auto shader = compile(probe("float i = 0, k = 0, j;"
                                       "if (k > go) { while (i < 1) { k += 1; } }"
                                       "for (i = 0; i < 300; i += 1) for (j = 0; j < 50; j += 1) k += 1;"
@@ -206,10 +206,10 @@ TEST(SlClassic, EndlessLoopsHaveLessPatienceAfterTheFirst) {
     TestServices services;
     EXPECT_EQ(run(0, services), 15000);
     EXPECT_TRUE(services.reports.empty());
-    EXPECT_EQ(run(-1, services), 10'000'000);
+    EXPECT_EQ(run(-1, services), 100'000);
     ASSERT_FALSE(services.reports.empty());
     EXPECT_NE(services.reports[0].find("this loop does not end"), std::string::npos);
-    EXPECT_EQ(run(-1, services), 10'000);
+    EXPECT_EQ(run(-1, services), 100'000);
     EXPECT_EQ(run(0, services), 15000);
 }
 

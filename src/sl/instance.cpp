@@ -183,13 +183,12 @@ void InstanceImpl::run_once(const BuiltStage& built, Services& services, ops::Ma
     }
 }
 
-// A shader whose loops do not end would cost its budget on each of hundreds of grids: the first is told at
-// once, and after it a loop has less patience. Which grids come first is chance, but those whose loops end in
-// time are the same whatever the others do.
+// What a loop that does not end costs is bounded on every grid alike, so that pictures do not depend on which comes
+// first; the first is told at once.
 void InstanceImpl::call(const BuiltStage& built, Frame& frame, ops::Runner& runner) const {
     std::atomic<bool>& endless = m_shader->endless();
     frame.budget = ir::LoopBudget;
-    frame.patience = endless.load(std::memory_order_relaxed) ? ir::LoopPatience : ir::LoopBudget;
+    frame.patience = ir::LoopPatience;
     built.run(&frame);
     if (frame.budget < 0 && !endless.exchange(true)) {
         runner.report_faults();

@@ -97,7 +97,7 @@ class ShaderImpl final : public Shader, public std::enable_shared_from_this<Shad
     const Build& build(const ir::Variant& variant) const;
     // Outputs of the shade stage that are uniform, for a variant.
     std::vector<bool> uniform_outputs(const ir::Variant& variant) const;
-    // Did a loop of the shader not end? Then all its loops have less patience from there on.
+    // Has it been told that a loop of the shader does not end?
     std::atomic<bool>& endless() const { return m_endless; }
 
   private:

@@ -262,8 +262,8 @@ struct Place {
 inline constexpr int ResizableRoom = 64;
 // Iterations of all loops together, in one run of one stage over one grid, after which they are left.
 inline constexpr int64_t LoopBudget = 10'000'000;
-// Iterations of one loop by itself, once the shader had a loop that met the budget.
-inline constexpr int64_t LoopPatience = 10'000;
+// And those of one loop by itself.
+inline constexpr int64_t LoopPatience = 100'000;
 
 // One number or colour of the material: written by SetLobe, or a part of an extracted closure.
 struct Channel {

@@ -52,7 +52,7 @@ void Lower::run_loop(Loc at, const std::function<Ref()>& condition_value, const 
         Item forever{Item::Loop};
         forever.loc = at;
         forever.fault = fault(at, "this loop does not end: it is left after " + std::to_string(LoopBudget) +
-                                      " iterations of all loops over a grid, in later grids after " +
+                                      " iterations of all loops over a grid, or " +
                                       std::to_string(LoopPatience) + " of its own");
         forever.body = in_block([&] {
             if (condition_value) {
