@@ -192,6 +192,11 @@ std::map<std::string, std::string> make_textures(const scene::ValueList& options
                                                  const std::vector<std::string>& folders, Journal& journal) {
     constexpr std::string_view Prefix = "maketexture:";
     std::map<std::string, std::string> made;
+    // Of six pictures none could stand in, nor could another file of a like name.
+    const auto leave_to_no_other = [&](const std::string& texture) {
+        if (!std::filesystem::exists(texture))
+            made[texture] = "";
+    };
     for (const scene::Value& v : options.values) {
         // Pictures, then kind, s_wrap, t_wrap, filter; fov, s_width, t_width.
         if (!v.name.starts_with(Prefix) || v.strings.size() < 5)
@@ -218,6 +223,8 @@ std::map<std::string, std::string> make_textures(const scene::ValueList& options
                               (several ? "there are no pictures " : "there is no picture ") + missing +
                               "\" in " + join_folders(folders) + ". Where another frame of the file writes " +
                               (several ? "them" : "it") + ", render that frame first, by its number");
+            if (n > 1)
+                leave_to_no_other(making.texture);
             continue;
         }
         making.s_wrap = v.strings[n + 1], making.t_wrap = v.strings[n + 2], making.filter = v.strings[n + 3];
@@ -230,11 +237,10 @@ std::map<std::string, std::string> make_textures(const scene::ValueList& options
             make_texture(making);
             made[making.texture] = making.texture;
         } catch (const std::exception& e) {
-            // Six pictures have none among them that could stand in, nor has another file of a like name.
             if (n == 1)
                 made[making.texture] = making.pictures[0];
-            else if (!std::filesystem::exists(making.texture))
-                made[making.texture] = "";
+            else
+                leave_to_no_other(making.texture);
             journal.error(v.where, "\"" + making.texture + "\" was not made: " + e.what() +
                                        (n == 1 ? "; the picture itself stands for it" : ""));
         }
