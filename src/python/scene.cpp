@@ -102,9 +102,9 @@ void add_light(Scene& s, const std::string& kind, nb::handle amount, nb::handle 
 // ---------------------------------------------------------------------------------------
 
 const char* kind_name(const scene::Geometry& geometry) {
-    constexpr const char* names[] = {"polygon mesh", "subdivision mesh", "patch mesh", "NURBS patch",
-                                     "quadric",      "curves",           "points",     "blobby",
-                                     "volume"};
+    constexpr const char* names[] = {"polygon mesh", "subdivision mesh", "patch mesh",
+                                     "NURBS patch",  "quadric",          "curves",
+                                     "points",       "blobby",           "volume"};
     static_assert(std::size(names) == std::variant_size_v<scene::Geometry>);
     return names[geometry.index()];
 }

@@ -183,8 +183,8 @@ void InstanceImpl::run_once(const BuiltStage& built, Services& services, ops::Ma
     }
 }
 
-// What a loop that does not end costs is bounded on every grid alike, so that pictures do not depend on which comes
-// first; the first is told at once.
+// What a loop that does not end costs is bounded on every grid alike, so that pictures do not depend on which
+// comes first; the first is told at once.
 void InstanceImpl::call(const BuiltStage& built, Frame& frame, ops::Runner& runner) const {
     std::atomic<bool>& endless = m_shader->endless();
     frame.budget = ir::LoopBudget;

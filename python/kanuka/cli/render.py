@@ -242,8 +242,7 @@ def default_output(scene_file: str, scene: kanuka.Scene) -> Path:
 
 
 PICTURE_SUFFIXES = set(
-    ".als .bmp .dpx .exr .gif .hdr .iff .it .jpeg .jpg .mpg .pct .pic .pict .png .pnm .ppm .psd .ras .rgb .rgba .rla "
-    ".sgi .sun .targa .tex .tga .tif .tiff .tx .xpm".split()
+    [".als", ".bmp", ".dpx", ".exr", ".gif", ".hdr", ".iff", ".it", ".jpeg", ".jpg", ".mpg", ".pct", ".pic", ".pict", ".png", ".pnm", ".ppm", ".psd", ".ras", ".rgb", ".rgba", ".rla", ".sgi", ".sun", ".targa", ".tex", ".tga", ".tif", ".tiff", ".tx", ".xpm"]
 )
 
 

@@ -105,8 +105,8 @@ static void calculate_normal(Runner& r, const Arguments& a) {
     const float tiny = float(mean / n * 1e-8);
     for (int i = 0; i < n; i++) {
         const int column = i % r.columns, row = i / r.columns;
-        // Where a side meets a neighbour's fewer vertices its own have moved along it, and a cell in the corner may lie
-        // folded over: its normal is the wrong way round.
+        // Where a side meets a neighbour's fewer vertices its own have moved along it, and a cell in the
+        // corner may lie folded over: its normal is the wrong way round.
         const auto folded = [&] {
             if (column != 0 && row != 0 && column != r.columns - 1 && row != r.rows - 1)
                 return false;
