@@ -75,8 +75,8 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     picture.add_argument(
         "--transport",
         choices=("full", "classic", "auto"),
-        help="light between surfaces and shadows of all lights; light of sources alone, with shadows where lights ask for "
-        "them, as RISpec's renderers had it; or that where all shaders and lights are RISpec's (a scene's default)",
+        help="light between surfaces and shadows of all lights; light of sources alone, with shadows where lights "
+        "ask for them, as RISpec's renderers had it; or that where all shaders and lights are RISpec's (a scene's default)",
     )
     picture.add_argument("--integrator", metavar="NAME[:PARAMETER=VALUE,...]", help=integrators_help())
     for name, what in (("direct", "light that reaches the first surface straight"), ("indirect", "all other light")):
@@ -244,8 +244,9 @@ def default_output(scene_file: str, scene: kanuka.Scene) -> Path:
 PICTURE_SUFFIXES = frozenset(
     f".{name}"
     for name in (
-        *("als", "bmp", "dpx", "exr", "gif", "hdr", "iff", "it", "jpeg", "jpg", "mpg", "pct", "pic", "pict", "png", "pnm"),
-        *("ppm", "psd", "ras", "rgb", "rgba", "rla", "sgi", "sun", "targa", "tex", "tga", "tif", "tiff", "tx", "xpm"),
+        *("als", "bmp", "dpx", "exr", "gif", "hdr", "iff", "it", "jpeg", "jpg", "mpg", "pct", "pic", "pict", "png"),
+        *("pnm", "ppm", "psd", "ras", "rgb", "rgba", "rla", "sgi", "sun", "targa", "tex", "tga", "tif", "tiff", "tx"),
+        "xpm",
     )
 )
 
