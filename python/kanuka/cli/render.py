@@ -76,7 +76,8 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "--transport",
         choices=("full", "classic", "auto"),
         help="light between surfaces and shadows of all lights; light of sources alone, with shadows where lights "
-        "ask for them, as RISpec's renderers had it; or that where all shaders and lights are RISpec's (a scene's default)",
+        "ask for them, as RISpec's renderers had it; or that where all shaders and lights are RISpec's, as scenes have "
+        "it that say nothing",
     )
     picture.add_argument("--integrator", metavar="NAME[:PARAMETER=VALUE,...]", help=integrators_help())
     for name, what in (("direct", "light that reaches the first surface straight"), ("indirect", "all other light")):
