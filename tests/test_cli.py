@@ -261,3 +261,20 @@ def test_shader_compile(kanuka_command, tmp_path: Path) -> None:
     assert re.search(r"^error: .*bad\.sl:2:\d+: .*undefined_thing", result.stderr, re.MULTILINE)
     assert "^" in result.stderr, "a caret under the place"
     assert kanuka_command("shader", "compile", "nowhere.sl").returncode == 4
+
+
+def test_black_pictures_say_why(kanuka_command, tmp_path: Path) -> None:
+    def said(world: str) -> str:
+        path = tmp_path / "black.rib"
+        path.write_text(f"Format 16 16 1\nWorldBegin {world} WorldEnd\n")
+        return kanuka_command("render", str(path), "-o", str(tmp_path / "a.exr"), "--progressions", "1").stderr
+
+    ball = 'Surface "matte" Translate 0 0 5 Sphere 1 -1 1 360'
+    assert "the picture is black: no light shines" in said(ball)
+    behind = 'LightSource "distantlight" 1 "from" [0 0 1] "to" [0 0 0] '
+    sheet = 'Surface "matte" Polygon "P" [-9 -9 5 -9 9 5 9 9 5 9 -9 5]'
+    assert "the picture is black: no light reaches" in said(behind + sheet)
+    assert "the picture is black: the camera sees nothing" in said(
+        'LightSource "distantlight" 1 Translate 9 9 5 ' + ball
+    )
+    assert "black" not in said('LightSource "distantlight" 1 ' + ball)

@@ -8,6 +8,8 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
+
 import kanuka
 
 from . import arguments as types
@@ -191,11 +193,23 @@ def render(arguments: argparse.Namespace, started: float, interruption: Interrup
         classic = picture.metadata.get("kanuka.transport") == "classic" and arguments.transport is None
         light = ", with light as RISpec's renderers had it (--transport full traces all)" if classic else ""
         print(f"{picture.width} × {picture.height} pixels in {duration(total)}{light}", file=sys.stderr)
+        if not np.any(picture["rgb"]):
+            print(f"the picture is black: {why_black(scene, picture)}", file=sys.stderr)
     for path in written:
         print(path)
     if picture.cancelled:
         return interruption.exit_code
     return ExitCode.ERRORS if scene.journal.error_count else ExitCode.OK
+
+
+def why_black(scene: kanuka.Scene, picture: kanuka.Picture) -> str:
+    """The likeliest reason, for who looks at nothing."""
+    if not np.any(picture["alpha"]):
+        return "the camera sees nothing; look at its place, its clipping planes and what messages say is missing"
+    about = scene.summary()
+    if not about["lights"] and not about["area_lights"]:
+        return "no light shines; add one, or look at shapes by --integrator facing"
+    return "no light reaches what the camera sees; look at the lights' places, or at shapes by --integrator facing"
 
 
 def set_options(scene: kanuka.Scene, arguments: argparse.Namespace) -> None:
