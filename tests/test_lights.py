@@ -121,3 +121,16 @@ def test_daylight() -> None:
 def turned() -> np.ndarray:
     """The zenith, +z, to +y."""
     return np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]], float)
+
+
+def test_lamps_smaller_than_a_pixel_have_their_light(tmp_path: Path) -> None:
+    """A disk and a ball far too small to be seen bring what their areas do."""
+    for shape, area in (("Disk 0 0.01 360", np.pi * 0.01**2), ("Sphere 0.01 -0.01 0.01 360", np.pi * 0.01**2)):
+        (tmp_path / "lamp.rib").write_text(
+            'Format 16 16 1\nProjection "perspective" "fov" 1\nTranslate 0 0 9\nWorldBegin\n'
+            f'AttributeBegin AreaLightSource "arealight" 1 "intensity" [10000] Translate 0 0 -2 {shape} AttributeEnd\n'
+            'Surface "matte" Sides 2 Polygon "P" [-9 -9 0 -9 9 0 9 9 0 9 -9 0] WorldEnd\n'
+        )
+        picture = kanuka.render(kanuka.load(tmp_path / "lamp.rib"), progressions=64)
+        seen = picture["rgb"][2:6, 2:6, 1].mean()  # beside the lamp's own picture
+        assert seen == pytest.approx(10000 * area / 4 / np.pi, rel=0.04), shape

@@ -14,7 +14,7 @@ constexpr float Worthwhile = 4; // cells: lines of fewer are not cut for being u
 Density::Density(const DiceTarget& target, const DiceOptions& options, float shading_rate) {
     const DicingCamera& camera = options.camera;
     const float rate = std::max(1e-4f, shading_rate * options.shading_rate_scale);
-    m_cells_per_pixel = 1 / std::sqrt(rate);
+    m_cells_per_pixel = std::max(target.finer, 1.0f) / std::sqrt(rate);
     m_uniform = target.pixels_per_unit;
     m_projection = camera.projection;
     m_half_angle = camera.half_angle;

@@ -66,6 +66,7 @@ struct DiceTarget {
         false; // the material is constant: rates serve geometry alone, flat pieces need one cell
     bool keep_density = false; // traced geometry is not simplified: emitters whose light varies over them,
                                // triangle by triangle
+    float finer = 1;           // how many times as many cells a side as its size in the picture asks for
     // A primitive that moves as a whole: more places to see it from, as DicingCamera has them.
     std::vector<Transform> also_from = {};
     // A primitive that changes its shape: what it is at further steps, evenly through the time that the

@@ -243,6 +243,7 @@ class GeometryBuilder {
             dice::DiceTarget target{render_from_object, pixels_per_unit,
                                     material.uniform() && !material.displaces(), material.emission_varies()};
             target.later = moving.later;
+            target.finer = for_its_light(primitive, render_from_object, pixels_per_unit);
             if (!moving.places.empty()) {
                 out.path.emplace_back(moving.places, render_from_group, render_from_object.inverse());
                 target.also_from = views_of(out.path[0]);
@@ -301,6 +302,29 @@ class GeometryBuilder {
             out.inside.field = nullptr;
             out.inside.most = out.inside.mean;
         }
+    }
+
+    // A lamp of a pixel would be a polygon of few corners, inscribed in its outline: a square for a disk,
+    // which has 2 / pi of its light. So curved lamps have a least number of cells across, wherever they
+    // stand.
+    float for_its_light(const scene::Primitive& primitive, const Transform& render_from_object,
+                        float pixels_per_unit) const {
+        constexpr float Across = 24, OutOfThePicture = 9; // coarser there: Density
+        const auto* quadric = std::get_if<scene::Quadric>(&primitive.geometry);
+        if (!quadric || !primitive.attributes || !primitive.attributes->area_light)
+            return 1;
+        float size = 0; // angles are arguments too, and of those that matter none is larger than lengths
+        for (size_t i = 0; i + 1 < quadric->arguments.size(); i++)
+            size = std::max(size, std::abs(quadric->arguments[i]));
+        const float scale = std::cbrt(std::abs(float(render_from_object.determinant3())));
+        const float distance = std::max(length(render_from_object.point({0, 0, 0})), 1e-6f);
+        const dice::DicingCamera& camera = m_request.dice.camera;
+        const float rate = pixels_per_unit > 0 ? pixels_per_unit
+                           : camera.projection == Projection::Orthographic
+                               ? camera.pixels_per_tangent
+                               : camera.pixels_per_tangent / distance;
+        const float pixels = 2 * size * scale * rate / OutOfThePicture;
+        return std::clamp(Across / std::max(pixels, 1e-6f), 1.0f, 1e4f);
     }
 
     // A moving thing that the camera sees is seen as if the camera moved the other way.
