@@ -85,7 +85,7 @@ ReverseOrientation
 Polygon "P" [-9 -9 0  9 -9 0  9 9 0  -9 9 0]
 WorldEnd
 """
-    clear, fogged = (render(tmp_path, lamp % air, 16)["rgb"] for air in ("", FOG))
+    clear, fogged = (render(tmp_path, lamp % air, 128)["rgb"] for air in ("", FOG))
     assert clear.mean() > 0.01
     assert fogged.mean() == pytest.approx(clear.mean(), rel=0.01)  # the lamp is diced more finely in fog
 

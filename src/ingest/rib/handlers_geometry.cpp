@@ -158,9 +158,9 @@ void subdivision_mesh(Context& c, Call& call) {
                 mesh.scheme = "catmull-clark";
                 break;
             }
-    int32_t largest = -1;
+    int64_t largest = -1;
     for (const int32_t v : mesh.vertices)
-        largest = std::max(largest, v);
+        largest = std::max(largest, int64_t(v));
     for (SubdivisionMesh::Tag& tag : subdivision_tags(c, call)) {
         std::string problem;
         if (fits(tag, size_t(largest + 1), mesh.vertices_per_face.size(), problem))

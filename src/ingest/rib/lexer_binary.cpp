@@ -7,6 +7,7 @@
 //   0314 c string   defines request code c                   0315 + w   code (w + 1 bytes), string: defines a
 //   string 0317 + w        code (w + 1 bytes): the string so defined
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -102,7 +103,15 @@ Token Lexer::peek_binary(unsigned char c) {
         size_t after;
         if (!take(2) || !binary_string(m_at + 2, name, after))
             return Token::Bad;
-        m_definitions->requests[static_cast<unsigned char>(m_text[m_at + 1])] = name;
+        const auto letter = [](char x) {
+            return (x >= 'A' && x <= 'Z') || (x >= 'a' && x <= 'z') || x == '_';
+        };
+        const bool word = !name.empty() && letter(name[0]) && std::ranges::all_of(name, [&](char x) {
+            return letter(x) || (x >= '0' && x <= '9') || x == ':';
+        });
+        // What is no word names no request.
+        m_definitions->requests[static_cast<unsigned char>(m_text[m_at + 1])] =
+            word ? name : std::string_view();
         m_at = after;
         return Token::End;
     }
