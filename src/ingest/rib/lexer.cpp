@@ -66,9 +66,9 @@ void Lexer::skip_space() {
 Token Lexer::peek() {
     if (m_peeked)
         return m_kind;
-    m_binary = false;
     m_space_begin = m_at;
     for (;;) {
+        m_binary = false; // what follows a definition may be text
         // Binary tokens stand without space between them.
         if (m_at >= m_end || is(m_text[m_at], Space) || m_text[m_at] == '#')
             skip_space();

@@ -202,6 +202,20 @@ TEST(Lexer, BinaryEncodings) {
     EXPECT_EQ(l.word(), "Sides");
 }
 
+// A definition is no token: text after it is read as what it is, not as what the binary token before it was.
+TEST(Lexer, TextAfterDefinitions) {
+    Lexer lexer = lex("\223abc\315\007\221P Sphere \315\010\221Q \"text\"\315\011\221R 7");
+    ASSERT_EQ(lexer.peek(), Token::String);
+    EXPECT_EQ(lexer.string(), "abc");
+    ASSERT_EQ(lexer.peek(), Token::Word);
+    EXPECT_EQ(lexer.word(), "Sphere");
+    ASSERT_EQ(lexer.peek(), Token::String);
+    EXPECT_EQ(lexer.string(), "text");
+    ASSERT_EQ(lexer.peek(), Token::Number);
+    EXPECT_EQ(lexer.number(), 7);
+    EXPECT_EQ(lexer.peek(), Token::End);
+}
+
 TEST(Lexer, CutBinaryIsBadNotRead) {
     for (const std::string& s :
          {std::string("\x81\x01"), std::string("\x9a"), std::string("\xa3\xff\xff\xff\xff"),
