@@ -1,4 +1,4 @@
-#include "shade/system.h"
+#include "shade/system_impl.h"
 
 #define XXH_INLINE_ALL
 #include <algorithm>
@@ -32,18 +32,6 @@ namespace {
 constexpr const char* ShaderExtensions[] = {".slo", ".sl"};
 constexpr const char* AsNamed[] = {""};
 
-// A shader found, compiled and with its values bound; null where there is none.
-struct Bound {
-    std::shared_ptr<const sl::Shader> shader;
-    std::vector<sl::Argument> arguments;
-    Location where;
-};
-
-struct BoundShaders {
-    Bound surface, displacement, atmosphere, area_light;
-    std::array<const Bound*, 4> all() const { return {&surface, &displacement, &atmosphere, &area_light}; }
-};
-
 template <class T>
 void append(std::string& bytes, const T& value) {
     bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
@@ -59,88 +47,7 @@ bool close(const Transform& a, const Transform& b) {
     return difference <= 1e-9 * size;
 }
 
-class SystemImpl final : public ShadingSystem {
-  public:
-    SystemImpl(const ShadingOptions& options, const scene::Scene& scene, Journal& journal,
-               CompileShader compile)
-        : m_journal(journal), m_palette(options.palette), m_compile(std::move(compile)),
-          m_shader_folders(search_folders(options.shader_path, scene.file, options.standard_shaders)),
-          m_standard_shaders(options.standard_shaders),
-          m_textures(search_folders(options.texture_path, scene.file, ""), options.texture_bytes, journal),
-          m_render_from_world(options.render_from_world), m_options(scene.options), m_camera(scene.camera),
-          m_world_spaces(scene, options.camera_from_render * options.render_from_world) {
-        if (options.width > 0 && options.height > 0)
-            m_options.width = options.width, m_options.height = options.height;
-        if (m_palette)
-            m_textures.set_space(m_palette->space());
-        m_textures.set_made(make_textures(scene.options.user, m_textures.folders(), journal));
-        m_compile_options.lanes = options.lanes;
-        m_compile_options.cache_dir = options.cache_dir;
-        m_compile_options.include_path = m_shader_folders;
-        m_compile_options.strict_directions = scene.options.strict_directions;
-        m_compile_options.array_room = scene.options.array_room;
-        m_compile_options.aovs = options.aovs;
-        m_spread = spread_lights(scene, m_lit_middle);
-        note_names(scene.primitives);
-        for (const scene::Group& g : scene.groups)
-            note_names(g.primitives);
-    }
-
-    std::shared_ptr<const Material> material(const scene::Primitive& primitive,
-                                             const Transform& render_from_object, bool instanced) override;
-    std::vector<scene::Light> lights(const std::vector<scene::ShaderRef>& shaders,
-                                     const Bounds3f& lit) override;
-    void image(const scene::ShaderRef& imager, const ImagerPixels& pixels) override;
-    uint64_t texture_bytes() const override { return m_textures.bytes(); }
-
-  private:
-    using Loaded = std::shared_ptr<const sl::Shader>;
-    using Scope = std::vector<const std::vector<scene::ShaderRef>*>;
-
-    Transform current_from_world(const scene::Primitive& primitive,
-                                 const Transform& current_from_object) const;
-    void note_names(const std::vector<scene::Primitive>& primitives);
-    std::optional<std::string> find(const scene::ShaderRef& ref) const;
-    bool has_its_own(const scene::ShaderRef& ref) const;
-    bool all_classic(const scene::Scene& scene) override;
-    bool knows(const scene::ShaderRef& shader) const override { return find(shader).has_value(); }
-    Loaded load(const scene::ShaderRef& ref, sl::ShaderKind wanted, bool area_light = false);
-    Loaded compile(const std::string& key, const std::string& path, const sl::CompileOptions& options);
-    std::optional<CoShader> load_coshader(const scene::ShaderRef& ref);
-    void connect(Bound& bound, const scene::ShaderRef& ref, const Scope& scope,
-                 const scene::ValueList& primvars, const Spaces& spaces, bool area_light = false);
-    std::optional<scene::Light> run_light(const scene::ShaderRef& ref, const Bounds3f& lit);
-    scene::ShaderRef with_measured_colors(const scene::ShaderRef& ref, const sl::Shader& shader);
-    Rgb measured_color(const std::string& name, const Rgb& instead, const Location& where);
-    Bound bind(const std::optional<scene::ShaderRef>& ref, sl::ShaderKind wanted,
-               const scene::Primitive& primitive, const Spaces& spaces);
-    std::shared_ptr<const MaterialCore> core(const BoundShaders& bound, const scene::Attributes& attributes,
-                                             const MaterialImpl::Own& own, const DefaultSurface& coverage);
-    uint64_t hash(const std::string& key, const BoundShaders& bound) const;
-
-    Journal& m_journal;
-    color::Palette* m_palette;
-    CompileShader m_compile;
-    sl::CompileOptions m_compile_options;
-    std::vector<std::string> m_shader_folders;
-    std::string m_standard_shaders;
-    Textures m_textures;
-    Transform m_render_from_world;
-    scene::Options m_options;
-    scene::Camera m_camera;
-    WorldSpaces m_world_spaces;
-
-    // Where the scene first names each shader: one message of it in all, whoever comes first.
-    std::unordered_map<std::string, Location> m_first_named;
-
-    std::map<std::string, Spread> m_spread; // area lights by shaders of the scene
-    Vec3f m_lit_middle{0, 0, 0};            // of what they light
-
-    std::mutex m_mutex; // guards the maps below; nothing is compiled while it is held
-    std::map<std::string, std::shared_future<Loaded>> m_shaders; // by path
-    std::map<std::string, std::shared_ptr<const MaterialCore>> m_cores;
-    std::map<std::pair<uint64_t, uint64_t>, std::shared_ptr<const Material>> m_materials;
-};
+} // namespace
 
 // A primitive of a group is shaded in group space, and its world_from_object is relative to the group; the
 // space that `current_from_object` leads to tells which it is. Rounding must not make equal materials differ,
@@ -576,117 +483,6 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
     std::lock_guard lock(m_mutex);
     return m_materials.try_emplace(id, std::move(material)).first->second;
 }
-
-bool SystemImpl::all_classic(const scene::Scene& scene) {
-    std::set<std::string> known;
-    const scene::Attributes* last = nullptr;
-    const auto classic = [&](const scene::Primitive& p) {
-        if (!p.attributes || p.attributes.get() == last)
-            return true;
-        last = p.attributes.get();
-        if (last->area_light)
-            return false;
-        if (!last->surface || !known.insert(last->surface->name).second)
-            return true;
-        const auto path = find(*last->surface);
-        const Loaded shader = path ? compile(*path, *path, m_compile_options) : nullptr;
-        return !shader || shader->kind() != sl::ShaderKind::Class;
-    };
-    const auto of_rispec = [&](const scene::ShaderRef& light) {
-        return !is_standard_light(light.name) || has_its_own(light) || is_classic_light(light);
-    };
-    return scene.lights.empty() && std::ranges::all_of(scene.light_shaders, of_rispec) &&
-           std::ranges::all_of(scene.primitives, classic) &&
-           std::ranges::all_of(scene.groups, [&](const scene::Group& g) {
-               return std::ranges::all_of(g.primitives, classic);
-           });
-}
-
-// Does the scene bring a shader of that name, which one that ships has, too?
-bool SystemImpl::has_its_own(const scene::ShaderRef& ref) const {
-    const auto path = find(ref);
-    return path && std::filesystem::path(*path).parent_path() != std::filesystem::path(m_standard_shaders);
-}
-
-// Lights live in world space: their "current" is the world.
-std::optional<scene::Light> SystemImpl::run_light(const scene::ShaderRef& ref, const Bounds3f& lit) {
-    if (!find(ref)) {
-        const scene::ShaderRef stand_in = stand_in_for_light(ref, join_folders(m_shader_folders), m_journal);
-        return stand_in.name.empty() ? std::nullopt : make_light(stand_in, m_textures, m_journal);
-    }
-    Bound bound;
-    bound.shader = load(ref, sl::ShaderKind::Light);
-    if (!bound.shader)
-        return std::nullopt;
-    Spaces spaces;
-    spaces.shared = &m_world_spaces;
-    spaces.current_from_object = spaces.current_from_shader = ref.world_from_shader;
-    const Facts facts{nullptr, &m_options, &m_camera};
-    MaterialServices services(spaces, facts, m_textures, m_journal, ref.where);
-    bound.arguments = bind_arguments(*bound.shader, ref, {}, spaces, m_journal);
-    connect(bound, ref, {&ref.coshaders}, {}, spaces);
-    const auto instance = bound.shader->instantiate(bound.arguments, services);
-    return shade_light(*instance, ref, lit, services);
-}
-
-std::vector<scene::Light> SystemImpl::lights(const std::vector<scene::ShaderRef>& shaders,
-                                             const Bounds3f& lit) {
-    std::vector<scene::Light> all;
-    for (const scene::ShaderRef& ref : shaders) {
-        std::optional<scene::Light> light = is_standard_light(ref.name) && !has_its_own(ref)
-                                                ? make_light(ref, m_textures, m_journal)
-                                                : run_light(ref, lit);
-        if (light) {
-            light->shadows = casts_shadows(ref);
-            all.push_back(std::move(*light));
-        }
-    }
-    return all;
-}
-
-// Rows of pixels are grids, so that derivatives and noise are those of neighbouring pixels.
-void SystemImpl::image(const scene::ShaderRef& ref, const ImagerPixels& pixels) {
-    const Loaded shader = load(ref, sl::ShaderKind::Imager);
-    if (!shader)
-        return;
-    Spaces spaces;
-    spaces.shared = &m_world_spaces;
-    spaces.current_from_object = spaces.current_from_shader = ref.world_from_shader;
-    const Facts facts{nullptr, &m_options, &m_camera};
-    MaterialServices services(spaces, facts, m_textures, m_journal, ref.where);
-    const auto instance = shader->instantiate(bind_arguments(*shader, ref, {}, spaces, m_journal), services);
-    const size_t width = size_t(pixels.width);
-    const int rows = std::clamp((1 << 16) / std::max(pixels.width, 1), 2, 64);
-    for (int y0 = 0; y0 < pixels.height; y0 += rows) {
-        const int count = std::min(rows, pixels.height - y0);
-        grid::Grid g;
-        g.allocate(pixels.width - 1, count - 1);
-        const size_t stride = size_t(g.stride), first = size_t(y0) * width, n = width * size_t(count);
-        grid::Channel color{"Cs", 3, g.stride, std::vector<float>(3 * stride + 32, 0.0f)}, opacity = color;
-        opacity.name = "Os";
-        const std::span<float> channels[] = {pixels.r, pixels.g, pixels.b};
-        for (size_t i = 0; i < n; i++) {
-            const float x = float(pixels.x0) + float(i % width) + 0.5f,
-                        y = float(pixels.y0 + y0) + float(i / width) + 0.5f;
-            g.P[i] = x, g.P[stride + i] = y;
-            g.u[i] = g.s[i] = x / float(pixels.full_width);
-            g.v[i] = g.t[i] = y / float(pixels.full_height);
-            for (size_t c = 0; c < 3; c++) {
-                color.data[c * stride + i] = channels[c][first + i];
-                opacity.data[c * stride + i] = pixels.alpha[first + i];
-            }
-        }
-        g.primvars = {std::move(color), std::move(opacity)};
-        const sl::Filtered f = instance->filter(g, {}, services);
-        for (size_t i = 0; i < n; i++) {
-            for (size_t c = 0; c < 3; c++)
-                channels[c][first + i] = f.Ci[c * stride + i];
-            pixels.alpha[first + i] = f.alpha[i];
-        }
-    }
-}
-
-} // namespace
 
 std::unique_ptr<ShadingSystem> make_shading_system(const ShadingOptions& options, const scene::Scene& scene,
                                                    Journal& journal, CompileShader compile) {

@@ -1,0 +1,118 @@
+// The shading system: what it keeps, and who does what. system.cpp binds shaders and makes materials of them;
+// system_lights.cpp runs what is no material: lights and imagers.
+#pragma once
+
+#include <array>
+#include <future>
+#include <map>
+#include <mutex>
+#include <unordered_map>
+
+#include "shade/area_light.h"
+#include "shade/arguments.h"
+#include "shade/coshaders.h"
+#include "shade/default_surface.h"
+#include "shade/make_texture.h"
+#include "shade/material.h"
+#include "shade/search.h"
+#include "shade/spread_light.h"
+#include "shade/system.h"
+
+namespace kanuka::shade {
+
+// A shader found, compiled and with its values bound; null where there is none.
+struct Bound {
+    std::shared_ptr<const sl::Shader> shader;
+    std::vector<sl::Argument> arguments;
+    Location where;
+};
+
+struct BoundShaders {
+    Bound surface, displacement, atmosphere, area_light;
+    std::array<const Bound*, 4> all() const { return {&surface, &displacement, &atmosphere, &area_light}; }
+};
+
+class SystemImpl final : public ShadingSystem {
+  public:
+    SystemImpl(const ShadingOptions& options, const scene::Scene& scene, Journal& journal,
+               CompileShader compile)
+        : m_journal(journal), m_palette(options.palette), m_compile(std::move(compile)),
+          m_shader_folders(search_folders(options.shader_path, scene.file, options.standard_shaders)),
+          m_standard_shaders(options.standard_shaders),
+          m_textures(search_folders(options.texture_path, scene.file, ""), options.texture_bytes, journal),
+          m_render_from_world(options.render_from_world), m_options(scene.options), m_camera(scene.camera),
+          m_world_spaces(scene, options.camera_from_render * options.render_from_world) {
+        if (options.width > 0 && options.height > 0)
+            m_options.width = options.width, m_options.height = options.height;
+        if (m_palette)
+            m_textures.set_space(m_palette->space());
+        m_textures.set_made(make_textures(scene.options.user, m_textures.folders(), journal));
+        m_compile_options.lanes = options.lanes;
+        m_compile_options.cache_dir = options.cache_dir;
+        m_compile_options.include_path = m_shader_folders;
+        m_compile_options.strict_directions = scene.options.strict_directions;
+        m_compile_options.array_room = scene.options.array_room;
+        m_compile_options.aovs = options.aovs;
+        m_spread = spread_lights(scene, m_lit_middle);
+        note_names(scene.primitives);
+        for (const scene::Group& g : scene.groups)
+            note_names(g.primitives);
+    }
+
+    std::shared_ptr<const Material> material(const scene::Primitive& primitive,
+                                             const Transform& render_from_object, bool instanced) override;
+    std::vector<scene::Light> lights(const std::vector<scene::ShaderRef>& shaders,
+                                     const Bounds3f& lit) override;
+    void image(const scene::ShaderRef& imager, const ImagerPixels& pixels) override;
+    uint64_t texture_bytes() const override { return m_textures.bytes(); }
+
+  private:
+    using Loaded = std::shared_ptr<const sl::Shader>;
+    using Scope = std::vector<const std::vector<scene::ShaderRef>*>;
+
+    Transform current_from_world(const scene::Primitive& primitive,
+                                 const Transform& current_from_object) const;
+    void note_names(const std::vector<scene::Primitive>& primitives);
+    std::optional<std::string> find(const scene::ShaderRef& ref) const;
+    bool has_its_own(const scene::ShaderRef& ref) const;
+    bool all_classic(const scene::Scene& scene) override;
+    bool knows(const scene::ShaderRef& shader) const override { return find(shader).has_value(); }
+    Loaded load(const scene::ShaderRef& ref, sl::ShaderKind wanted, bool area_light = false);
+    Loaded compile(const std::string& key, const std::string& path, const sl::CompileOptions& options);
+    std::optional<CoShader> load_coshader(const scene::ShaderRef& ref);
+    void connect(Bound& bound, const scene::ShaderRef& ref, const Scope& scope,
+                 const scene::ValueList& primvars, const Spaces& spaces, bool area_light = false);
+    std::optional<scene::Light> run_light(const scene::ShaderRef& ref, const Bounds3f& lit);
+    scene::ShaderRef with_measured_colors(const scene::ShaderRef& ref, const sl::Shader& shader);
+    Rgb measured_color(const std::string& name, const Rgb& instead, const Location& where);
+    Bound bind(const std::optional<scene::ShaderRef>& ref, sl::ShaderKind wanted,
+               const scene::Primitive& primitive, const Spaces& spaces);
+    std::shared_ptr<const MaterialCore> core(const BoundShaders& bound, const scene::Attributes& attributes,
+                                             const MaterialImpl::Own& own, const DefaultSurface& coverage);
+    uint64_t hash(const std::string& key, const BoundShaders& bound) const;
+
+    Journal& m_journal;
+    color::Palette* m_palette;
+    CompileShader m_compile;
+    sl::CompileOptions m_compile_options;
+    std::vector<std::string> m_shader_folders;
+    std::string m_standard_shaders;
+    Textures m_textures;
+    Transform m_render_from_world;
+    scene::Options m_options;
+    scene::Camera m_camera;
+    WorldSpaces m_world_spaces;
+
+    // Where the scene first names each shader: one message of it in all, whoever comes first.
+    std::unordered_map<std::string, Location> m_first_named;
+
+    std::map<std::string, Spread> m_spread; // area lights by shaders of the scene
+    Vec3f m_lit_middle{0, 0, 0};            // of what they light
+
+    std::mutex m_mutex; // guards the maps below; nothing is compiled while it is held
+    std::map<std::string, std::shared_future<Loaded>> m_shaders; // by path
+    std::map<std::string, std::shared_ptr<const MaterialCore>> m_cores;
+    std::map<std::pair<uint64_t, uint64_t>, std::shared_ptr<const Material>> m_materials;
+};
+
+} // namespace kanuka::shade
