@@ -95,4 +95,25 @@ PlacedCamera place_camera(const scene::Camera& c, const scene::Options& o, const
     return out;
 }
 
+std::vector<bvh::Scene::Plane> clipping_planes(const scene::Camera& of, const PlacedCamera& camera) {
+    std::vector<bvh::Scene::Plane> planes;
+    if (of.clipping_planes.empty())
+        return planes;
+    const auto add = [&](const Transform& render_from_camera, const Transform& camera_from_render) {
+        for (const auto& c : of.clipping_planes)
+            planes.push_back({render_from_camera.point({c[0], c[1], c[2]}),
+                              render_from_camera.normal({c[3], c[4], c[5]}, camera_from_render)});
+    };
+    const std::vector<float>& motion = camera.view.motion;
+    if (motion.empty())
+        add(camera.camera_from_render.inverse(), camera.camera_from_render);
+    for (size_t i = 0; i + 12 <= motion.size(); i += 12) {
+        Transform render_from_camera;
+        for (size_t k = 0; k < 12; k++)
+            render_from_camera.m[k / 4][k % 4] = double(motion[i + k]);
+        add(render_from_camera, render_from_camera.inverse());
+    }
+    return planes;
+}
+
 } // namespace kanuka::render

@@ -1,6 +1,7 @@
 // Where pictures are taken from: the scene's camera as transport and dicing need it.
 #pragma once
 
+#include "bvh/bvh.h"
 #include "dice/dice.h"
 #include "scene/scene.h"
 #include "transport/scene_view.h"
@@ -25,5 +26,8 @@ struct PlacedCamera {
 
 // `options` over those of the scene.
 PlacedCamera place_camera(const scene::Camera& camera, const scene::Options& options, const Shutter& shutter);
+
+// In render space. They are the camera's, and move with it: then at the times of its motion.
+std::vector<bvh::Scene::Plane> clipping_planes(const scene::Camera& of, const PlacedCamera& camera);
 
 } // namespace kanuka::render

@@ -1,14 +1,16 @@
 #include "render/session.h"
 
 #include <algorithm>
-#include <cmath>
 #include <mutex>
 #include <numeric>
 #include <sys/resource.h>
 
 #include "base/tasks.h"
+#include "render/accumulator.h"
 #include "render/aovs.h"
 #include "render/color_setup.h"
+#include "render/develop.h"
+#include "render/fireflies.h"
 #include "render/geometry.h"
 #include "render/light_pictures.h"
 #include "render/on_demand.h"
@@ -27,29 +29,8 @@ namespace kanuka::render {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr int BucketSize = 16; // pixels a side: one transport batch
-
-struct Window {
-    int x0, y0, x1, y1;
-};
-
-// RISpec: a pixel is in the crop window if its number is at least ceil(res * min) and at most ceil(res * max
-// - 1).
-Window crop_window(const std::array<float, 4>& crop, int width, int height) {
-    const auto clamp_to = [](double v, int hi) { return std::clamp(int(v), 0, hi); };
-    Window w;
-    w.x0 = clamp_to(std::ceil(double(width) * crop[0] - 1e-4), width);
-    w.x1 = clamp_to(std::ceil(double(width) * crop[1] - 1e-4), width);
-    w.y0 = clamp_to(std::ceil(double(height) * crop[2] - 1e-4), height);
-    w.y1 = clamp_to(std::ceil(double(height) * crop[3] - 1e-4), height);
-    if (w.x0 >= w.x1 || w.y0 >= w.y1)
-        throw Error("the crop window is empty; it is xmin,xmax,ymin,ymax in [0, 1]", ExitCode::Usage);
-    return w;
-}
-
 // A scene that names neither a light nor a surface would be black. RISpec's default surface is lit from the
-// eye, so that shapes show.
-// A surface shader that is not found is none.
+// eye, so that shapes show. A surface shader that is not found is none.
 bool names_no_light(const scene::Scene& scene, const shade::ShadingSystem& shading) {
     const auto plain = [&](const std::vector<scene::Primitive>& primitives) {
         const scene::Attributes* last = nullptr;
@@ -104,9 +85,8 @@ class BatchSession {
             return result;
         }
         trace();
-        explain_fireflies();
         const ScopedTimer timer(m_stats.time.film_s);
-        result.picture = develop();
+        result.picture = finish();
         result.cancelled = m_progress.cancelled();
         return result;
     }
@@ -143,7 +123,7 @@ class BatchSession {
         m_shading = shade::ShadingSystem::create(so, m_scene, m_journal, m_stats);
         decide_transport();
         m_linking = std::make_unique<Linking>(m_scene, m_journal);
-        m_clips = clipping_planes();
+        m_clips = clipping_planes(m_scene.camera, m_camera);
         m_geometry = build_geometry(request_for(m_scene));
         if (m_delayed) {
             const int megabytes = m_options.user.get_int("limits:proceduralmemory", 0);
@@ -270,29 +250,6 @@ class BatchSession {
         return true;
     }
 
-    // Clipping planes in render space. They are the camera's, and move with it: then at the times of its
-    // motion.
-    std::vector<bvh::Scene::Plane> clipping_planes() {
-        std::vector<bvh::Scene::Plane> planes;
-        if (m_scene.camera.clipping_planes.empty())
-            return planes;
-        const auto add = [&](const Transform& render_from_camera, const Transform& camera_from_render) {
-            for (const auto& c : m_scene.camera.clipping_planes)
-                planes.push_back({render_from_camera.point({c[0], c[1], c[2]}),
-                                  render_from_camera.normal({c[3], c[4], c[5]}, camera_from_render)});
-        };
-        const std::vector<float>& motion = m_camera.view.motion;
-        if (motion.empty())
-            add(m_camera.camera_from_render.inverse(), m_camera.camera_from_render);
-        for (size_t i = 0; i + 12 <= motion.size(); i += 12) {
-            Transform render_from_camera;
-            for (size_t k = 0; k < 12; k++)
-                render_from_camera.m[k / 4][k % 4] = double(motion[i + k]);
-            add(render_from_camera, render_from_camera.inverse());
-        }
-        return planes;
-    }
-
     // Emitting triangles in instances are asked for light, place by place, as long as there are not too many.
     void number_emitters() {
         constexpr int Most = 1 << 23; // a hierarchy of about half a gigabyte
@@ -316,53 +273,40 @@ class BatchSession {
     }
 
     void trace() {
-        const int width = m_window.x1 - m_window.x0, height = m_window.y1 - m_window.y0;
-        const int across = (width + BucketSize - 1) / BucketSize,
-                  down = (height + BucketSize - 1) / BucketSize;
-        m_pixels.assign(size_t(width) * size_t(height), transport::PixelSums{});
-        m_aov_sums.assign(m_pixels.size() * m_view.aov_is_color.size(), 0.0f);
-        m_done.assign(size_t(across) * size_t(down), 0);
+        m_gathered = Accumulator(m_window, m_view.aov_is_color.size());
         const ScopedTimer timer(m_stats.time.transport_s);
-        const uint64_t work = uint64_t(across * down) * uint64_t(m_progressions);
+        const uint64_t work = m_gathered.buckets() * uint64_t(m_progressions);
         std::atomic<uint64_t> finished{0};
         // The first pass shows a whole picture; later ones stay with a bucket longer, for the caches' sake.
         int from = 0;
         while (from < m_progressions && !m_progress.cancelled()) {
             const int to = std::min(m_progressions, from == 0 ? 1 : from + 8);
             // Buckets whose paths have met procedurals that are not read are done again when they are.
-            std::vector<size_t> todo(m_done.size());
+            std::vector<size_t> todo(m_gathered.buckets());
             std::iota(todo.begin(), todo.end(), size_t(0));
-            std::vector<uint8_t> again(m_done.size());
+            std::vector<uint8_t> again(todo.size());
             const auto trace_bucket = [&](size_t index) {
                 const size_t bucket = todo[index];
                 if (m_progress.cancelled())
                     return;
                 const bvh::Watch* const watch = m_on_demand ? m_on_demand->watch() : nullptr;
                 const uint64_t met = watch ? watch->noted_here() : 0;
-                const BucketSums before = watch ? take_sums(int(bucket), across) : BucketSums();
+                const Accumulator::Sums before = watch ? m_gathered.take(bucket) : Accumulator::Sums();
                 std::unique_ptr<transport::Kernel> kernel = take_kernel();
                 transport::BatchCounts counts;
-                transport::BatchRequest r;
-                r.x0 = m_window.x0 + int(bucket) % across * BucketSize;
-                r.y0 = m_window.y0 + int(bucket) / across * BucketSize;
-                r.x1 = std::min(r.x0 + BucketSize, m_window.x1);
-                r.y1 = std::min(r.y0 + BucketSize, m_window.y1);
-                r.pixels = m_pixels.data() - (ptrdiff_t(m_window.y0) * width + m_window.x0);
-                r.stride = width;
-                r.aovs = m_aov_sums.data() - (ptrdiff_t(m_window.y0) * width + m_window.x0) *
-                                                 ptrdiff_t(m_view.aov_is_color.size());
+                transport::BatchRequest r = m_gathered.request(bucket);
                 for (int p = from; p < to; p++) {
                     r.progression = uint32_t(p);
                     kernel->trace(r, counts);
                 }
                 give_kernel(std::move(kernel));
                 if (watch && watch->noted_here() != met) {
-                    put_sums(int(bucket), across, before);
+                    m_gathered.put(bucket, before);
                     m_stats.count.rays += counts.rays;
                     again[bucket] = 1;
                     return;
                 }
-                m_done[bucket] = to;
+                m_gathered.set_done(bucket, to);
                 count(counts);
                 const uint64_t n = finished += uint64_t(to - from);
                 const std::lock_guard lock(m_mutex);
@@ -384,40 +328,8 @@ class BatchSession {
             m_on_demand->report({m_scene.file});
             m_aovs.find(m_geometry->store.programs(), m_scene.file, m_journal);
         }
-    }
-
-    // What a bucket's pixels hold, to be put back.
-    struct BucketSums {
-        std::vector<transport::PixelSums> pixels;
-        std::vector<float> aovs;
-    };
-    template <class Visit> // visit(first pixel of a row, pixels)
-    void rows_of(int bucket, int across, Visit visit) {
-        const int width = m_window.x1 - m_window.x0, height = m_window.y1 - m_window.y0;
-        const int x0 = bucket % across * BucketSize, y0 = bucket / across * BucketSize;
-        for (int y = y0; y < std::min(y0 + BucketSize, height); y++)
-            visit(size_t(y) * size_t(width) + size_t(x0), size_t(std::min(BucketSize, width - x0)));
-    }
-    BucketSums take_sums(int bucket, int across) {
-        BucketSums sums;
-        const size_t n = m_view.aov_is_color.size();
-        rows_of(bucket, across, [&](size_t first, size_t count) {
-            sums.pixels.insert(sums.pixels.end(), m_pixels.begin() + ptrdiff_t(first),
-                               m_pixels.begin() + ptrdiff_t(first + count));
-            sums.aovs.insert(sums.aovs.end(), m_aov_sums.begin() + ptrdiff_t(n * first),
-                             m_aov_sums.begin() + ptrdiff_t(n * (first + count)));
-        });
-        return sums;
-    }
-    void put_sums(int bucket, int across, const BucketSums& sums) {
-        const size_t n = m_view.aov_is_color.size();
-        size_t at = 0;
-        rows_of(bucket, across, [&](size_t first, size_t count) {
-            std::copy_n(sums.pixels.begin() + ptrdiff_t(at), count, m_pixels.begin() + ptrdiff_t(first));
-            std::copy_n(sums.aovs.begin() + ptrdiff_t(n * at), n * count,
-                        m_aov_sums.begin() + ptrdiff_t(n * first));
-            at += count;
-        });
+        if (m_stats.count.fireflies > 0)
+            m_stats.fireflies = explain_fireflies(m_fireflies, *take_kernel(), m_view, m_scene);
     }
 
     std::unique_ptr<transport::Kernel> take_kernel() {
@@ -454,122 +366,21 @@ class BatchSession {
                     std::to_string(c.nan_x) + ", " + std::to_string(c.nan_y));
     }
 
-    // The worst samples once more, each alone, and what their paths did.
-    void explain_fireflies() {
-        if (m_stats.count.fireflies == 0)
-            return;
-        const std::unique_ptr<transport::Kernel> kernel = take_kernel();
-        std::vector<float> aovs(m_view.aov_is_color.size());
-        for (const transport::Firefly& f : m_fireflies.worst) {
-            if (f.x < 0)
-                continue;
-            transport::PixelSums sums{};
-            transport::BatchCounts counts;
-            std::vector<transport::PathVertex> log;
-            transport::BatchRequest r{f.x,         f.y, f.x + 1, f.y + 1, f.progression,
-                                      &sums - f.x, 0,   &log,    nullptr};
-            r.aovs = aovs.data() - ptrdiff_t(f.x) * ptrdiff_t(aovs.size());
-            kernel->trace(r, counts);
-            m_stats.fireflies.push_back({f.x, f.y, f.progression, f.luminance, f.mean, {}});
-            for (const transport::PathVertex& v : log)
-                m_stats.fireflies.back().path.push_back({object_name(v.object), lobe_name(v), v.smooth,
-                                                         v.through, v.distance, v.met, v.emitted, v.asked});
-        }
-    }
-    std::string object_name(int id) const { // they count from one
-        if (id <= 0)
-            return "";
-        const std::string number = "object " + std::to_string(id);
-        if (size_t(id) > m_scene.primitives.size())
-            return number;
-        const scene::Primitive& p = m_scene.primitives[size_t(id) - 1];
-        if (!p.attributes->name.empty())
-            return p.attributes->name;
-        return p.where.line > 0 ? number + " (" + p.where.file + ":" + std::to_string(p.where.line) + ")"
-                                : number;
-    }
-    std::string lobe_name(const transport::PathVertex& v) const {
-        if (v.program >= 0 && v.leaf >= 0)
-            for (const auto& node : m_view.materials[size_t(v.program)].nodes)
-                if (node.leaf == v.leaf)
-                    return std::string(grid::lobe(node.lobe).name);
-        return "";
-    }
-
-    film::Picture develop() {
-        film::Picture picture;
-        picture.width = m_window.x1 - m_window.x0;
-        picture.height = m_window.y1 - m_window.y0;
-        picture.full_width = m_options.width;
-        picture.full_height = m_options.height;
-        picture.x0 = m_window.x0;
-        picture.y0 = m_window.y0;
-        picture.space = m_color.sensor.output;
-        const float exposure = float(m_color.exposure.factor());
-        if (m_color.exposure.physical())
-            picture.white_luminance = 1 / exposure;
-        struct Out {
-            const char* name;
-            bool half;
-        };
-        static constexpr Out outs[] = {
-            {"R", true},        {"G", true},        {"B", true},    {"A", true},    {"albedo.R", true},
-            {"albedo.G", true}, {"albedo.B", true}, {"N.X", true},  {"N.Y", true},  {"N.Z", true},
-            {"Z", false},       {"P.X", false},     {"P.Y", false}, {"P.Z", false}, {"id", false}};
-        for (const Out& o : outs)
-            picture.channels.push_back({o.name, o.half, std::vector<float>(m_pixels.size())});
-        const size_t first_aov = m_aovs.add_channels(picture, m_pixels.size());
-        const int across = (picture.width + BucketSize - 1) / BucketSize;
-        const Transform world_from_render =
-            Transform::translate(m_camera.eye[0], m_camera.eye[1], m_camera.eye[2]);
-        const bool weighted = m_view.filter_weighted();
-        for (int y = 0; y < picture.height; y++)
-            for (int x = 0; x < picture.width; x++) {
-                const size_t i = size_t(y) * size_t(picture.width) + size_t(x);
-                const transport::PixelSums& s = m_pixels[i];
-                const int done = m_done[size_t(y / BucketSize) * size_t(across) + size_t(x / BucketSize)];
-                // Filters with negative lobes: weights spread about their mean of one, and few may nearly
-                // cancel. So they weigh what a sample is above the plain mean, which is 0 all over where all
-                // samples are alike.
-                const float n = s.weight > 0.25f * float(done) ? 1 / s.weight
-                                : done > 0                     ? 1 / float(done)
-                                                               : 0;
-                const auto filtered = [&](float sum, float plain) {
-                    if (!weighted || done == 0)
-                        return sum * n;
-                    const float mean = plain / float(done);
-                    return mean + (sum - mean * s.weight) / float(done);
-                };
-                const float h = s.hits > 0 ? 1 / s.hits : 0;
-                auto put = [&, c = 0](float v) mutable { picture.channels[size_t(c++)].data[i] = v; };
-                for (int c = 0; c < 3; c++)
-                    put(filtered(s.rgb[c], s.plain[c]) * exposure);
-                put(std::clamp(filtered(s.alpha, s.plain[3]), 0.0f, 1.0f));
-                for (float v : s.albedo)
-                    put(v * n);
-                Vec3f normal{s.normal[0], s.normal[1], s.normal[2]};
-                normal = dot(normal, normal) > 0 ? normalize(normal) : Vec3f(0.0f);
-                put(normal.x), put(normal.y), put(normal.z);
-                const Vec3f p{s.position[0] * h, s.position[1] * h, s.position[2] * h};
-                put(s.hits > 0 ? dot(p, m_camera.forward) : std::numeric_limits<float>::infinity());
-                const Vec3f world = s.hits > 0 ? world_from_render.point(p) : Vec3f(0.0f);
-                put(world.x), put(world.y), put(world.z);
-                put(s.id);
-                m_aovs.put(picture, first_aov, i, m_aov_sums, n, h);
-            }
+    film::Picture finish() {
+        film::Picture picture =
+            develop(m_gathered, m_options, m_camera, m_color, m_aovs, m_view.filter_weighted());
         if (m_options.imager) {
             const auto channel = [&](size_t c) { return std::span<float>(picture.channels[c].data); };
             m_shading->image(*m_options.imager,
                              {picture.width, picture.height, picture.x0, picture.y0, m_options.width,
                               m_options.height, channel(0), channel(1), channel(2), channel(3)});
         }
-        const int least = *std::min_element(m_done.begin(), m_done.end());
         picture.metadata = {{"kanuka.version", KANUKA_VERSION},
                             {"kanuka.transport", m_classic ? "classic" : "full"},
                             {"kanuka.scene", m_scene.file},
                             {"kanuka.integrator", m_options.integrator},
                             {"kanuka.colorspace", std::string(color::info(picture.space).name)},
-                            {"kanuka.progressions", std::to_string(least)},
+                            {"kanuka.progressions", std::to_string(m_gathered.least_done())},
                             {"kanuka.shutter", std::to_string(m_options.shutter_open) + " " +
                                                    std::to_string(m_options.shutter_close)},
                             {"kanuka.seed", std::to_string(m_options.seed)}};
@@ -608,10 +419,8 @@ class BatchSession {
 
     std::mutex m_mutex;
     std::vector<std::unique_ptr<transport::Kernel>> m_kernels;
-    std::vector<transport::PixelSums> m_pixels;
+    Accumulator m_gathered;
     Aovs m_aovs;
-    std::vector<float> m_aov_sums;
-    std::vector<int> m_done; // progressions of each bucket
 };
 
 } // namespace

@@ -1,0 +1,69 @@
+#include "render/develop.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace kanuka::render {
+
+film::Picture develop(const Accumulator& gathered, const scene::Options& options, const PlacedCamera& camera,
+                      const ColorSetup& color, const Aovs& aovs, bool filter_weighted) {
+    film::Picture picture;
+    picture.width = gathered.window().width();
+    picture.height = gathered.window().height();
+    picture.full_width = options.width;
+    picture.full_height = options.height;
+    picture.x0 = gathered.window().x0;
+    picture.y0 = gathered.window().y0;
+    picture.space = color.sensor.output;
+    const float exposure = float(color.exposure.factor());
+    if (color.exposure.physical())
+        picture.white_luminance = 1 / exposure;
+    struct Out {
+        const char* name;
+        bool half;
+    };
+    static constexpr Out outs[] = {{"R", true},        {"G", true},        {"B", true},        {"A", true},
+                                   {"albedo.R", true}, {"albedo.G", true}, {"albedo.B", true}, {"N.X", true},
+                                   {"N.Y", true},      {"N.Z", true},      {"Z", false},       {"P.X", false},
+                                   {"P.Y", false},     {"P.Z", false},     {"id", false}};
+    const std::vector<transport::PixelSums>& pixels = gathered.pixels();
+    for (const Out& o : outs)
+        picture.channels.push_back({o.name, o.half, std::vector<float>(pixels.size())});
+    const size_t first_aov = aovs.add_channels(picture, pixels.size());
+    const Transform world_from_render = Transform::translate(camera.eye[0], camera.eye[1], camera.eye[2]);
+    for (int y = 0; y < picture.height; y++)
+        for (int x = 0; x < picture.width; x++) {
+            const size_t i = size_t(y) * size_t(picture.width) + size_t(x);
+            const transport::PixelSums& s = pixels[i];
+            const int done = gathered.done_at(x, y);
+            // Filters with negative lobes: weights spread about their mean of one, and few may nearly cancel.
+            // So they weigh what a sample is above the plain mean, which is 0 all over where all samples are
+            // alike.
+            const float n = s.weight > 0.25f * float(done) ? 1 / s.weight : done > 0 ? 1 / float(done) : 0;
+            const auto filtered = [&](float sum, float plain) {
+                if (!filter_weighted || done == 0)
+                    return sum * n;
+                const float mean = plain / float(done);
+                return mean + (sum - mean * s.weight) / float(done);
+            };
+            const float h = s.hits > 0 ? 1 / s.hits : 0;
+            auto put = [&, c = 0](float v) mutable { picture.channels[size_t(c++)].data[i] = v; };
+            for (int c = 0; c < 3; c++)
+                put(filtered(s.rgb[c], s.plain[c]) * exposure);
+            put(std::clamp(filtered(s.alpha, s.plain[3]), 0.0f, 1.0f));
+            for (float v : s.albedo)
+                put(v * n);
+            Vec3f normal{s.normal[0], s.normal[1], s.normal[2]};
+            normal = dot(normal, normal) > 0 ? normalize(normal) : Vec3f(0.0f);
+            put(normal.x), put(normal.y), put(normal.z);
+            const Vec3f p{s.position[0] * h, s.position[1] * h, s.position[2] * h};
+            put(s.hits > 0 ? dot(p, camera.forward) : std::numeric_limits<float>::infinity());
+            const Vec3f world = s.hits > 0 ? world_from_render.point(p) : Vec3f(0.0f);
+            put(world.x), put(world.y), put(world.z);
+            put(s.id);
+            aovs.put(picture, first_aov, i, gathered.aov_sums(), n, h);
+        }
+    return picture;
+}
+
+} // namespace kanuka::render
