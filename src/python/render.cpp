@@ -262,6 +262,34 @@ void bind_render(nb::module_& m) {
         "render\n"
         "meets them. before: files that are read before it, as one stream with it: options, declarations.");
     m.def(
+        "frames",
+        [](const std::filesystem::path& path, const std::vector<std::string>& archive_path,
+           const std::vector<std::filesystem::path>& before) {
+            std::vector<std::string> paths(before.begin(), before.end());
+            paths.push_back(path.string());
+            ingest::RibOptions options;
+            options.archive_path = archive_path;
+            std::vector<ingest::RibFrame> frames;
+            Supervisor supervisor{nb::none()};
+            supervisor.run([&] { frames = ingest::read_frames(paths, options); });
+            supervisor.rethrow_interrupt();
+            nb::list out;
+            for (const ingest::RibFrame& f : frames) {
+                nb::dict one;
+                one["number"] = f.number;
+                one["line"] = f.where.line;
+                one["picture"] = f.picture;
+                out.append(one);
+            }
+            return out;
+        },
+        nb::arg("path"), nb::kw_only(), nb::arg("archive_path") = nb::list(), nb::arg("before") = nb::list(),
+        "The frames of a RIB file, in order: what load(frame=number) may ask for, the line of its world, and "
+        "whether\nit makes a picture (else only what shadow maps or textures are made of). Worlds outside of "
+        "frames count\nfrom 1.",
+        nb::sig("def frames(path: str | os.PathLike, *, archive_path: Sequence[str] = (), "
+                "before: Sequence[str | os.PathLike] = ()) -> list[dict[str, int | bool]]"));
+    m.def(
         "convert_rib",
         [](const std::string& source, const std::string& target, bool binary, const std::string& packing,
            bool expand_archives, const std::vector<std::string>& archive_path) {

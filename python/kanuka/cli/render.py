@@ -6,6 +6,7 @@ import argparse
 import signal
 import sys
 import time
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ import numpy as np
 import kanuka
 
 from . import arguments as types
-from . import exit_codes, fireflies, messages, statistics
+from . import exit_codes, fireflies, frames, messages, statistics
 from .exit_codes import ExitCode, fail
 from .progress import ProgressBar, duration
 
@@ -23,9 +24,12 @@ examples:
   kanuka render scene.rib -o frames/a.exr --png --stats frames/a.json
   kanuka render scene.rib --progressions 4 --crop 0.4,0.6,0.4,0.6
   kanuka render options.rib scene.rib
+  kanuka render walk.rib --frame all -o walk.####.exr
 
-The picture appears under its name complete or not at all. Ctrl-C (or SIGTERM) stops early and saves what is there as
-NAME.partial.exr; a second one stops at once. Paths of the pictures go to standard output, all else to standard error.
+Of several frames each has its picture: in -o and --stats a row of # stands for the number, or it goes before the
+suffix. A picture appears under its name complete or not at all. Ctrl-C (or SIGTERM) stops early and saves what is
+there as NAME.partial.exr; a second one stops at once. Paths of the pictures go to standard output, all else to standard
+error.
 
 """
 
@@ -47,7 +51,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "-o", "--output", type=Path, metavar="FILE.exr", help="default: the scene's Display, or SCENE.exr"
     )
-    parser.add_argument("--frame", type=types.natural, default=0, metavar="N", help="of the file; default: the first")
+    parser.add_argument("--frame", type=frames.chosen, metavar="N", help=frames.HELP)
     parser.add_argument("--no-programs", action="store_true", help='Procedural "RunProgram" may start no process')
     parser.add_argument("--allow-system", action="store_true", help="System may have the shell do what the scene says")
     parser.add_argument("--png", action="store_true", help="write a PNG beside the EXR")
@@ -136,19 +140,50 @@ def run(arguments: argparse.Namespace) -> int:
         check_output(arguments.output)
     interruption = Interruption()
     try:
-        return render(arguments, started, interruption)
+        if arguments.frame is None:
+            return render(arguments, Frame(), started, interruption)
+        numbers = frames.numbers(arguments.frame, arguments.scenes)
+        if len(numbers) == 1:
+            return render(arguments, Frame(numbers[0]), started, interruption)
+        return render_frames(arguments, numbers, interruption)
     except KeyboardInterrupt:
         print("interrupted before there was a picture", file=sys.stderr)
         return interruption.exit_code
 
 
-def render(arguments: argparse.Namespace, started: float, interruption: Interruption) -> int:
+@dataclass
+class Frame:
+    """One of those that are rendered; 0 = the first that makes a picture."""
+
+    number: int = 0
+    of_several: bool = False
+    written: set[Path] = field(default_factory=set)  # of those before it
+
+    def file(self, path: Path | None) -> Path | None:
+        return frames.numbered(path, self.number) if path and self.of_several else path
+
+
+def render_frames(arguments: argparse.Namespace, numbers: list[int], interruption: Interruption) -> int:
+    """One after another; an error in one does not keep the others from being rendered."""
+    worst = ExitCode.OK
+    written: set[Path] = set()
+    for k, number in enumerate(numbers):
+        if not arguments.quiet:
+            print(f"frame {number} ({k + 1} of {len(numbers)})", file=sys.stderr)
+        code = render(arguments, Frame(number, True, written), time.monotonic(), interruption)
+        if code not in (ExitCode.OK, ExitCode.ERRORS):
+            return code
+        worst = worst or code
+    return worst
+
+
+def render(arguments: argparse.Namespace, frame: Frame, started: float, interruption: Interruption) -> int:
     bar = ProgressBar(arguments.quiet)
     bar.update("ingest", 0)
     scene = kanuka.load(
         arguments.scenes[-1],
         before=arguments.scenes[:-1],
-        frame=arguments.frame,
+        frame=frame.number,
         run_programs=not arguments.no_programs,
         run_system=arguments.allow_system,
         on_demand=True,
@@ -158,8 +193,11 @@ def render(arguments: argparse.Namespace, started: float, interruption: Interrup
     bar.finish()
 
     set_options(scene, arguments)
-    output = arguments.output or default_output(arguments.scenes[-1], scene)
+    output = frame.file(arguments.output) or default_output(arguments.scenes[-1], scene)
+    if output in frame.written:  # frames whose displays have one name
+        output = frames.numbered(output, frame.number)
     check_output(output)
+    frame.written.add(output)
     picture = kanuka.render(
         scene,
         progressions=arguments.progressions,
@@ -185,7 +223,7 @@ def render(arguments: argparse.Namespace, started: float, interruption: Interrup
     written = write(picture, output, arguments.png and not picture.cancelled)
     total = time.monotonic() - started
     if arguments.stats:
-        statistics.write(arguments.stats, picture, total)
+        statistics.write(frame.file(arguments.stats), picture, total)
     printer.flush()
     if arguments.fireflies:
         print(fireflies.describe(picture.stats), file=sys.stderr)

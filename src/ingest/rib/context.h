@@ -65,11 +65,14 @@ struct Resource {
     std::vector<TransformKey> ctm_keys;
 };
 
+struct RibFrame;
+
 struct FrameChoice {
     int frame = 0; // FrameBegin's number; 0 = the first that makes a picture
     bool take_depth_pass =
         false; // a frame that writes depth, or a texture's picture, alone counts as a picture
     const std::set<std::string, std::less<>>* sources = nullptr; // pictures that textures are made of
+    std::vector<RibFrame>* list = nullptr;                       // all are noted there, and none is taken
 };
 
 class OnDemand;

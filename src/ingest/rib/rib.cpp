@@ -60,7 +60,7 @@ static void tell_of_frames(const Source& source, Context& context) {
                          "frame " + std::to_string(number) + " is read, " +
                              (read == 1 ? "the first" : "number " + std::to_string(read)) + " of " +
                              std::to_string(frames.size()) +
-                             "; ask for others by their numbers (kanuka render --frame N)");
+                             "; ask for others by their numbers (kanuka render --frame N, or all)");
 }
 
 // Several are read one after another as if they were one.
@@ -133,6 +133,21 @@ scene::Scene read_ribs(std::span<const std::string> paths, const RibOptions& opt
     for (const std::string& path : paths)
         sources.push_back(Source::open(path));
     return read_sources(sources, options, journal);
+}
+
+std::vector<RibFrame> read_frames(std::span<const std::string> paths, const RibOptions& options) {
+    std::vector<std::shared_ptr<const Source>> files;
+    Names sources;
+    for (const std::string& path : paths) {
+        files.push_back(Source::open(path));
+        find_texture_sources(files.back()->text(), sources);
+    }
+    std::vector<RibFrame> frames;
+    Journal unheard; // whoever reads one of them is told
+    Reader reader(unheard, FrameChoice{0, false, &sources, &frames}, options, *files.back());
+    for (const auto& file : files)
+        reader.run(file);
+    return frames;
 }
 
 scene::Scene parse_rib(const std::string& text, const std::string& name, const RibOptions& options,

@@ -42,11 +42,20 @@ struct RibOptions {
     size_t most_procedurals = size_t(1) << 24; // in a scene; they nest 100 deep at most
 };
 
+// A frame of a file that has a world, or a world outside of all frames: they count from 1.
+struct RibFrame {
+    int number = 0;
+    Location where;
+    bool picture = true; // false: it writes what shadow maps or textures are made of, alone
+};
+
 // Throws Error where the file cannot be read at all; everything else is reported with file, line, column and
 // mend, and reading goes on at the next request. "-" reads standard input.
 scene::Scene read_rib(const std::string& path, const RibOptions& options, Journal& journal);
 // One or more, read one after another as one stream: options in the first hold for the scene in the last.
 scene::Scene read_ribs(std::span<const std::string> paths, const RibOptions& options, Journal& journal);
+// All that RibOptions::frame may ask for, in order. Worlds are passed over; nothing is reported.
+std::vector<RibFrame> read_frames(std::span<const std::string> paths, const RibOptions& options);
 scene::Scene parse_rib(const std::string& text, const std::string& name, const RibOptions& options,
                        Journal& journal);
 

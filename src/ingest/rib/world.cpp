@@ -6,6 +6,7 @@
 #include "ingest/rib/context.h"
 #include "ingest/rib/on_demand.h"
 #include "ingest/rib/place_shaders.h"
+#include "ingest/rib/rib.h"
 
 namespace kanuka::ingest {
 
@@ -33,7 +34,7 @@ void Context::begin_frame(int number, const Location& where) {
     m_frames_seen.push_back(number);
     m_frame_lights = lights.size();
     const int wanted = m_frame_choice.frame;
-    m_frame_chosen = !m_world_done && (wanted == 0 || wanted == number);
+    m_frame_chosen = !m_world_done && (wanted == 0 || wanted == number || m_frame_choice.list);
     if (!m_frame_chosen)
         stream.skip_to("FrameBegin", {"FrameEnd"});
 }
@@ -99,10 +100,15 @@ void Context::begin_world(const Location& where) {
         reports.once(Severity::Info, "further world", where,
                      "a further WorldBegin: one world is rendered at a time; ask for frame " +
                          std::to_string(number) + " to get this one");
-    if (take && m_frame_choice.frame == 0 && !m_frame_choice.take_depth_pass &&
-        (writes_depth_only() || writes_sources())) {
+    const bool makes_picture = !writes_depth_only() && !writes_sources();
+    if (take && m_frame_choice.frame == 0 && !m_frame_choice.take_depth_pass && !makes_picture) {
         take = false;
         m_depth_passes.push_back({number, where});
+    }
+    if (std::vector<RibFrame>* list = m_frame_choice.list) {
+        take = false;
+        if (list->empty() || list->back().number != number) // a frame's further worlds are no frames
+            list->push_back({number, where, makes_picture});
     }
     open(BlockKind::World, where);
     m_blocks.back().options = std::make_unique<OptionState>(options);
