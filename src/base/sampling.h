@@ -10,8 +10,8 @@ namespace kanuka {
 // Pairs of dimensions a path consumes. Those of a bounce repeat: pair = FirstBounce + bounce * PerBounce +
 // offset.
 enum class Dimension : int {
-    Filter = 0,     // position in the pixel
-    WavelengthTime, // hero wavelength; shutter time
+    Filter = 0, // position in the pixel
+    Wavelength, // where the four lie; which of them is the hero
     Lens,
     FirstBounce,
     LobeRoulette = 0, // offsets: which lobe; Russian roulette
@@ -19,7 +19,7 @@ enum class Dimension : int {
     LightChoice,      // which light; which of its parts
     LightPosition,    // on the light
     PerBounce,
-    Level = (1 << 20) - 1, // which levels of detail a path meets; likewise apart
+    LevelTime = (1 << 20) - 1, // which levels of detail a path meets; shutter time; likewise apart
     FirstMedium = 1 << 20, // free paths in media, a pair each: apart, so that other scenes keep their points
 };
 

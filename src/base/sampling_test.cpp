@@ -167,7 +167,7 @@ TEST(Sampler, SameForAllLaneCounts) {
 }
 
 TEST(Sampler, DimensionsOfBouncesDoNotOverlap) {
-    std::vector<int> used = {int(Dimension::Filter), int(Dimension::WavelengthTime), int(Dimension::Lens)};
+    std::vector<int> used = {int(Dimension::Filter), int(Dimension::Wavelength), int(Dimension::Lens)};
     for (int bounce = 0; bounce < 10; bounce++)
         for (Dimension d : {Dimension::LobeRoulette, Dimension::Direction, Dimension::LightChoice,
                             Dimension::LightPosition})

@@ -2,6 +2,7 @@
 #include <cstring>
 #include <gtest/gtest.h>
 
+#include "base/test_statistics.h"
 #include "store/quantize.h"
 #include "transport/test_scene.h"
 
@@ -230,6 +231,29 @@ float from_stored(float grey) { // what the vertex word keeps
 } // namespace
 
 // Two densities: one traced cell under sixteen shading cells, bilinear between their vertices.
+// Wavelengths of a pixel's samples lie between each other: a colour that fills the picture settles much faster
+// than by the root of their number.
+TEST(Kernel, WavelengthsOfAPixelAreSpread) {
+    TestScene s;
+    s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 1, Size, Size);
+    s.inputs.lights = {constant_sky(Rgb(0.7f, 0.01f, 0.01f))};
+    s.finish();
+    const auto deviation = [&](int progressions) {
+        kanuka::testing::RunningMean red;
+        for (int seed = 0; seed < 16; seed++) {
+            s.view.seed = uint32_t(seed);
+            for (const PixelSums& p : s.render(progressions, 8))
+                red.add(double(p.rgb[0]));
+        }
+        EXPECT_NEAR(red.mean(), 0.7, 0.02) << progressions;
+        return std::sqrt(red.variance());
+    };
+    const double of_one = deviation(1);
+    EXPECT_LT(deviation(4), 0.3 * of_one); // by the root: a half
+    EXPECT_LT(deviation(16), 0.1 * of_one);
+    EXPECT_LT(deviation(64), 0.03 * of_one);
+}
+
 TEST(Fetch, FineShadingUnderACoarseTrace) {
     const auto checker = [](float x, float y) {
         return (int(x * 4 + 0.5f) + int(y * 4 + 0.5f)) % 2 ? 0.8f : 0.2f;

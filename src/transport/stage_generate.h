@@ -104,20 +104,16 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
         const F fx = fma(sx, F(cam.right - cam.left), F(cam.left)),
                 fy = fma(sy, F(cam.bottom - cam.top), F(cam.top));
 
-        // Hero wavelength and time share a pair; time is drawn as the shutter lets light in.
-        F uw, time(0.0f);
-        sampler.sample_2d(int(Dimension::WavelengthTime), uw, time);
-        if (scene.moving) {
-            if (!scene.shutter_quantiles.empty())
+        F level, time(0.0f);
+        if (scene.moving || scene.fades) {
+            sampler.sample_2d(int(Dimension::LevelTime), level, time);
+            level.store(batch.level + first);
+            if (!scene.shutter_quantiles.empty()) // as the shutter lets light in
                 time = quantile(scene.shutter_quantiles.data(), scene::ShutterSegments, time);
             time.store(batch.time + first);
         }
 
         F lens_x(0.0f), lens_y(0.0f);
-        if (scene.fades) {
-            sampler.sample_2d(int(Dimension::Level), u0, u1);
-            u0.store(batch.level + first);
-        }
         if (cam.lens_radius > 0) {
             sampler.sample_2d(int(Dimension::Lens), u0, u1);
             sample_lens(cam, u0, u1, lens_x, lens_y);
@@ -132,10 +128,14 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
         Vec3<F> O, D;
         leave_camera(cam, o, d, time, O, D);
 
-        // Hero wavelength by the table of quantiles; the others rotated equidistantly.
+        // Wavelengths by the table of quantiles, a quarter apart. What they see together is the same whichever
+        // of them is the hero: so that is drawn apart, and a pixel's samples spread over one quarter.
+        F in_quarter, hero;
+        sampler.sample_2d(int(Dimension::Wavelength), in_quarter, hero);
+        const F first_u = (in_quarter + floor(hero * F(4.0f))) * F(0.25f);
         Row<W, 4> l;
         for (int k = 0; k < 4; k++) {
-            F u = uw + F(0.25f * float(k));
+            F u = first_u + F(0.25f * float(k));
             u = select(u >= F(1.0f), u - F(1.0f), u) * F(float(WavelengthTable::Segments));
             const I i = min(to_int(u), I(WavelengthTable::Segments - 1));
             const F a = gather(scene.wavelengths.quantile.data(), i),
