@@ -485,8 +485,9 @@ class BatchSession {
         const scene::Primitive& p = m_scene.primitives[size_t(id) - 1];
         if (!p.attributes->name.empty())
             return p.attributes->name;
-        return p.where.line > 0 ? number + " (" + p.where.file + ":" + std::to_string(p.where.line) + ")"
-                                : number;
+        return p.where.line > 0
+                   ? number + " (" + p.where.file.str() + ":" + std::to_string(p.where.line) + ")"
+                   : number;
     }
     std::string lobe_name(const transport::PathVertex& v) const {
         if (v.program >= 0 && v.leaf >= 0)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "base/large_arrays.h"
 #include "ingest/rib/handlers.h"
@@ -325,6 +326,14 @@ scene::ShaderRef Context::shader(Call& call, size_t name_argument) const {
     return ref;
 }
 
+// One for all primitives in a row that have it.
+const Shared<Transform>& Context::shared_ctm() {
+    // Bit by bit: zeros have signs.
+    if (std::memcmp(&*m_shared_ctm, &ctm, sizeof ctm) != 0)
+        m_shared_ctm = ctm;
+    return m_shared_ctm;
+}
+
 void Context::add_primitive(Call& call, scene::Geometry geometry) {
     const bool in_motion = m_motion.request == call.spec;
     if (in_motion && m_motion.calls > 1) {
@@ -348,7 +357,7 @@ void Context::add_primitive(Call& call, scene::Geometry geometry) {
         auto& members = objects.record(m_open_object).members;
         m_motion.index = int(members.size());
         members.push_back(
-            {scene::Primitive(std::move(geometry), std::move(call.params), ctm, attributes.shared,
+            {scene::Primitive(std::move(geometry), std::move(call.params), shared_ctm(), attributes.shared,
                               m_next_id++, call.where, moving_place(ctm_keys), solid),
              -1, attributes.set});
         return;
@@ -361,8 +370,8 @@ void Context::add_primitive(Call& call, scene::Geometry geometry) {
         const double expected = double(all.size()) / std::max(stream.progress(), 0.05) * 1.05;
         reserve_large(all, std::max(2 * all.size(), size_t(expected)));
     }
-    all.emplace_back(std::move(geometry), std::move(call.params), ctm, attributes.shared, m_next_id++,
-                     call.where, moving_place(ctm_keys), solid);
+    all.emplace_back(std::move(geometry), std::move(call.params), shared_ctm(), attributes.shared,
+                     m_next_id++, call.where, moving_place(ctm_keys), solid);
 }
 
 } // namespace kanuka::ingest

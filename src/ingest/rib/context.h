@@ -157,6 +157,7 @@ class Context {
 
   private:
     bool usable_transform(const Call& call);
+    const Shared<Transform>& shared_ctm();
     static constexpr size_t MostInSolid = 1'000'000;
     struct SolidInstance;
     void add_to_solid(int object, const Location& where);
@@ -186,6 +187,7 @@ class Context {
     Transform m_camera_from_world;
     size_t m_frame_lights = 0, m_lights_before = 0;
     int m_next_id = 1;
+    Shared<Transform> m_shared_ctm; // of the primitive before
     int m_open_object = -1;
     Transform m_object_outer; // the transformation at ObjectBegin
     MotionBlock m_motion;     // the open one: they do not nest

@@ -50,7 +50,6 @@ class Lexer {
     size_t end() const { return m_end; }
     Location where() const { return m_source->locate(m_token); }
     Location where(size_t offset) const { return m_source->locate(offset); }
-    void where(size_t offset, Location& out) const { m_source->locate(offset, out); }
     const std::shared_ptr<const Source>& source() const { return m_source; }
 
     // What string() met: 0, or the offset of an opening quote whose string never ended.

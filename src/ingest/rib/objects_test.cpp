@@ -21,7 +21,7 @@ TEST(RibObjects, InstancesShareOneGroup) {
     EXPECT_NEAR(r.scene.instances[0].transforms[13], -1, 1e-6f);
     const scene::Primitive& p = r.scene.groups[0].primitives.at(0);
     EXPECT_EQ(p.attributes->surface->name, "plastic");
-    expect_point(p.world_from_object.point({0, 0, 0}), 0, 0, 1);
+    expect_point(p.world_from_object->point({0, 0, 0}), 0, 0, 1);
     EXPECT_GT(r.scene.instances[0].first_id, p.id);
 }
 

@@ -112,7 +112,7 @@ bool Reader::read_parameter(Call& call) {
 }
 
 bool Reader::read_parameter(Call& call, Value& value) {
-    m_lexer->where(m_lexer->offset(), value.where);
+    value.where = m_lexer->where();
     if (!read_string(m_token))
         return false;
     // A space or bracket in the token means an inline declaration.

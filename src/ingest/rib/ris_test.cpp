@@ -161,7 +161,7 @@ TEST(Ris, BackgroundsAreImagers) {
 TEST(Ris, MatricesWithRoundingErrorsAreAffine) {
     const Parsed p(world("ConcatTransform [1 0 0 9.8e-9 0 1 0 -2e-9 0 0 1 3e-9 0 0 3.3 1]" + Ball));
     EXPECT_SILENT(p);
-    const auto& last = p.primitive(0).world_from_object.m[3];
+    const auto& last = p.primitive(0).world_from_object->m[3];
     EXPECT_EQ(last[0], 0);
     EXPECT_EQ(last[3], 1);
     EXPECT_TRUE(
@@ -354,8 +354,8 @@ TEST(Resources, SaveAndRestore) {
               "AttributeEnd ResourceEnd\nResource \"r\" \"attributes\" \"string operation\" "
               "\"restore\""));
     EXPECT_EQ(surface(p).name, "metal");
-    expect_point(p.primitive(0).world_from_object.point({0, 0, 0}), 0, 0, 0);
-    expect_point(p.primitive(1).world_from_object.point({0, 0, 0}), 1, 2, 3);
+    expect_point(p.primitive(0).world_from_object->point({0, 0, 0}), 0, 0, 0);
+    expect_point(p.primitive(1).world_from_object->point({0, 0, 0}), 1, 2, 3);
     EXPECT_TRUE(p.says("nothing was saved under this name"));
 }
 
