@@ -49,20 +49,20 @@ static std::string places(uint8_t scopes) {
 
 void Context::execute(Call& call) {
     const RequestSpec& spec = *call.spec;
-    const std::string name(spec.name);
+    const auto name = [&] { return std::string(spec.name); }; // for messages
     const bool in_motion = !m_blocks.empty() && m_blocks.back().kind == BlockKind::Motion;
 
     // Step 1: is it legal here?
     if (!(spec.scopes & scope())) {
-        reports.error("scope of " + name, call.where,
+        reports.error("scope of " + name(), call.where,
                       spec.handler == &handlers::world_begin
                           ? "WorldBegin was left out: the world has begun already, at " + m_world_where.str()
-                          : name + " is not legal here and was left out: " + places(spec.scopes));
+                          : name() + " is not legal here and was left out: " + places(spec.scopes));
         return;
     }
     if (in_motion && !(spec.scopes & InMotion)) {
         reports.error("motion block", call.where,
-                      name + " is not legal between MotionBegin and MotionEnd; the block opened at " +
+                      name() + " is not legal between MotionBegin and MotionEnd; the block opened at " +
                           m_blocks.back().where.str() +
                           " holds samples of one transformation, colour or primitive, and was closed here");
         end_motion(call.where);
@@ -70,7 +70,7 @@ void Context::execute(Call& call) {
         // Step 2: samples of a motion block gather.
         if (m_motion.request && m_motion.request != &spec) {
             reports.error("motion block", call.where,
-                          name + " in a motion block of " + std::string(m_motion.request->name) +
+                          name() + " in a motion block of " + std::string(m_motion.request->name) +
                               ": all samples must be of one request; left out");
             return;
         }
@@ -88,12 +88,12 @@ void Context::execute(Call& call) {
     switch (spec.support) {
     case Support::Missing: {
         const bool geometry = !(spec.scopes & InOuter);
-        reports.once(geometry ? Severity::Error : Severity::Warning, name, call.where,
-                     name + " is not supported and was left out" + note());
+        reports.once(geometry ? Severity::Error : Severity::Warning, name(), call.where,
+                     name() + " is not supported and was left out" + note());
         return;
     }
     case Support::Needless:
-        reports.once(Severity::Info, name, call.where, name + " is not needed" + note());
+        reports.once(Severity::Info, name(), call.where, name() + " is not needed" + note());
         return;
     case Support::Ignored:
         return;
