@@ -260,7 +260,7 @@ void put_messages(ByteWriter& out, const std::vector<Journal::Entry>& messages, 
     out.count(messages.size());
     for (const Journal::Entry& e : messages) {
         out.put(uint8_t(e.severity));
-        out.text(e.where.file == name ? "" : e.where.file);
+        out.text(e.where.file == name ? std::string_view() : e.where.file.str());
         out.count(uint64_t(e.where.line));
         out.count(uint64_t(e.where.column));
         out.text(e.message);
