@@ -8,8 +8,6 @@
 
 namespace kanuka::ingest {
 
-using namespace std::string_view_literals;
-
 using scene::Detail;
 using scene::Type;
 using scene::Value;
@@ -82,12 +80,12 @@ bool check_primvars(Call& call, scene::Geometry& geometry, Reports& reports) {
         return false;
     }
     size_t positions = 0;
-    for (const std::string_view name : {"P"sv, "Pw"sv})
+    for (const std::string_view name : {"P", "Pw"})
         if (const Value* p = call.params.find(name)) {
-            if (scene::components(p->type) != (p->name == "P"sv ? 3 : 4) || p->array_size != 1) {
+            if (scene::components(p->type) != (p->name == "P" ? 3 : 4) || p->array_size != 1) {
                 reports.error("type of P", p->where,
                               request() + ": \"" + std::string(name) + "\" must be of type " +
-                                  (p->name == "P"sv ? "point" : "hpoint") + ". The primitive was left out");
+                                  (p->name == "P" ? "point" : "hpoint") + ". The primitive was left out");
                 return false;
             }
             positions = p->items();
@@ -106,7 +104,7 @@ bool check_primvars(Call& call, scene::Geometry& geometry, Reports& reports) {
     const scene::PrimvarCounts counts = scene::primvar_counts(geometry, positions);
     for (size_t i = 0; i < values.size();) {
         Value& v = values[i];
-        const bool is_position = v.name == "P"sv || v.name == "Pw"sv;
+        const bool is_position = v.name == "P" || v.name == "Pw";
         if (is_position && !quadric)
             v.detail = Detail::Vertex;
         const size_t element = size_t(components(v.type)) * size_t(v.array_size);
