@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "base/error.h"
+#include "base/shared_value.h"
 #include "base/tasks.h"
 #include "base/vec.h"
 
@@ -153,6 +154,34 @@ TEST(Tasks, ExceptionsReachTheCaller) {
         });
     };
     EXPECT_THROW(work(), Error);
+}
+
+// Millions of locations name the same file.
+TEST(Location, NamesAreKeptOnce) {
+    static_assert(sizeof(Location) == 16 && std::is_trivially_copyable_v<Location>);
+    const std::string path = "a/path/longer/than/a/string/holds/in/itself.rib";
+    const FileName a(path), b(std::string_view(path).substr(0)), other("b.rib");
+    EXPECT_EQ(&a.str(), &b.str());
+    EXPECT_EQ(a, path);
+    EXPECT_NE(a, other);
+    EXPECT_LT(a, other); // by their text, not by when they were named
+    EXPECT_LT(FileName(), a);
+    EXPECT_TRUE(FileName().empty());
+    EXPECT_TRUE(FileName("").empty());
+    EXPECT_EQ(FileName().str(), "");
+}
+
+TEST(Shared, CopiesShareAndReplacingLeavesThem) {
+    Shared<std::array<int, 2>> a, b = std::array{1, 2};
+    EXPECT_EQ((*a)[0], 0);
+    a = b;
+    EXPECT_EQ(&*a, &*b);
+    b = std::array{1, 2};
+    EXPECT_NE(&*a, &*b);
+    EXPECT_EQ(a, b);
+    b = std::array{1, 3};
+    EXPECT_EQ((*a)[1], 2);
+    EXPECT_FALSE(a == b);
 }
 
 TEST(Errors, SayWhere) {

@@ -1,8 +1,22 @@
 #include "base/error.h"
 
 #include <algorithm>
+#include <set>
 
 namespace kanuka {
+
+constinit const std::string FileName::Empty;
+
+const std::string* FileName::kept(std::string_view text) {
+    if (text.empty())
+        return nullptr;
+    // Never freed: an error of the last moment may still ask.
+    static std::mutex& mutex = *new std::mutex;
+    static auto& names = *new std::set<std::string, std::less<>>;
+    std::lock_guard lock(mutex);
+    const auto found = names.find(text);
+    return &*(found != names.end() ? found : names.emplace(text).first);
+}
 
 std::string Location::str() const {
     std::string s = file;

@@ -10,11 +10,13 @@
 #include <string>
 #include <vector>
 
+#include "base/file_name.h"
+
 namespace kanuka {
 
 // Where in an input something was found. Line and column start at 1; 0 = unknown.
 struct Location {
-    std::string file;
+    FileName file;
     int line = 0;
     int column = 0;
     std::string str() const; // "file:line:column", as much of it as is known

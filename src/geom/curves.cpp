@@ -29,7 +29,7 @@ class CurveMesher {
                 const Viewpoint& view)
         : m_curves(curves), m_view(view), m_points(control_points(primitive, m)), m_widths(primitive, m) {
         m_order = curves.cubic ? 4 : 2;
-        m_step = curves.cubic ? std::max(1, curves.basis.step) : 1;
+        m_step = curves.cubic ? std::max(1, curves.basis->step) : 1;
         m_tube = !view.has_camera();
     }
 
@@ -141,7 +141,7 @@ class CurveMesher {
         p.t = t;
         Weights w(m_order, 1);
         if (m_curves.cubic)
-            cubic_weights({&t, 1}, m_curves.basis.m, w);
+            cubic_weights({&t, 1}, m_curves.basis->m, w);
         else
             linear_weights({&t, 1}, w);
         for (int k = 0; k < m_order; k++) {

@@ -11,8 +11,8 @@ class PatchSurface : public Surface {
     PatchSurface(const scene::Primitive& primitive, const scene::PatchMesh& mesh, const Transform& m)
         : Surface(primitive, m), m_mesh(mesh), m_points(control_points(primitive, m)) {
         m_order = mesh.cubic ? 4 : 2;
-        m_step_u = mesh.cubic ? std::max(1, mesh.u_basis.step) : 1;
-        m_step_v = mesh.cubic ? std::max(1, mesh.v_basis.step) : 1;
+        m_step_u = mesh.cubic ? std::max(1, mesh.u_basis->step) : 1;
+        m_step_v = mesh.cubic ? std::max(1, mesh.v_basis->step) : 1;
         m_nu = mesh.u_periodic ? mesh.nu / m_step_u : (mesh.nu - m_order) / m_step_u + 1;
         m_nv = mesh.v_periodic ? mesh.nv / m_step_v : (mesh.nv - m_order) / m_step_v + 1;
         m_corners_u = mesh.u_periodic ? m_nu : m_nu + 1;

@@ -9,7 +9,7 @@ static void translate(const std::exception_ptr& pointer, void* payload) {
         std::rethrow_exception(pointer);
     } catch (const Error& error) {
         nb::object instance = nb::borrow(error_class)(error.what());
-        instance.attr("file") = error.where().file;
+        instance.attr("file") = error.where().file.str();
         instance.attr("line") = error.where().line;
         instance.attr("column") = error.where().column;
         instance.attr("exit_code") = int(error.code());

@@ -271,7 +271,7 @@ void bind_journal(nb::module_& m) {
                                 : e.severity == Severity::Warning ? "warning"
                                                                   : "info";
                      })
-        .def_prop_ro("file", [](const Entry& e) { return e.where.file; })
+        .def_prop_ro("file", [](const Entry& e) { return e.where.file.str(); })
         .def_prop_ro("line", [](const Entry& e) { return e.where.line; })
         .def_prop_ro("column", [](const Entry& e) { return e.where.column; })
         .def_ro("message", &Entry::message)

@@ -47,7 +47,7 @@ std::vector<Sphere> bound_groups(const scene::Scene& scene, size_t first) {
             if (const Bounds3f b = scene::world_bounds(p); !b.empty())
                 box.extend(b);
             else // a blobby
-                add(p.world_from_object.point({0, 0, 0}), 1);
+                add(p.world_from_object->point({0, 0, 0}), 1);
         for (const auto& in : scene.groups[g].instances)
             if (size_t(in.group) >= first)
                 each_transform(in, [&](const float* m) {

@@ -75,12 +75,12 @@ TEST(InShutter, PlacesKeepTheirKeys) {
     const scene::Primitive p =
         with({{{0, Transform::translate(1, 0, 0)}, {10, Transform::translate(11, 0, 0)}}, {}});
     const MovingPrimitive m = in_shutter(p, {2, 4});
-    EXPECT_DOUBLE_EQ(m.rest.world_from_object.m[0][3], 3);
+    EXPECT_DOUBLE_EQ(m.rest.world_from_object->m[0][3], 3);
     ASSERT_EQ(m.places.size(), 2u);
     EXPECT_DOUBLE_EQ(MotionPath(m.places).at(1).m[0][3], 5);
     EXPECT_TRUE(in_shutter(p, {2, 2}).places.empty());
     EXPECT_TRUE(in_shutter(p, {20, 30}).places.empty()); // it has arrived
-    EXPECT_DOUBLE_EQ(in_shutter(p, {20, 30}).rest.world_from_object.m[0][3], 11);
+    EXPECT_DOUBLE_EQ(in_shutter(p, {20, 30}).rest.world_from_object->m[0][3], 11);
 }
 
 // Whatever the camera looks like and however it moves, dicing and transport see the same.

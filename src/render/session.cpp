@@ -122,6 +122,8 @@ class BatchSession {
         so.aovs = m_aovs.names();
         m_shading = shade::ShadingSystem::create(so, m_scene, m_journal, m_stats);
         decide_transport();
+        if (m_classic)
+            m_shading->light_defaults_from_eye();
         m_linking = std::make_unique<Linking>(m_scene, m_journal);
         m_clips = clipping_planes(m_scene.camera, m_camera);
         m_geometry = build_geometry(request_for(m_scene));

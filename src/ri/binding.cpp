@@ -152,7 +152,7 @@ void Caller::parameters(RtInt n, RtToken tokens[], RtPointer parms[], long verti
     const bool primitive = m_call.spec->params == ingest::Params::Primitive;
     const auto& attributes = m_session.context().attributes;
     const Lengths lengths =
-        primitive ? lengths_of(m_call, vertices, attributes.u_basis.step, attributes.v_basis.step)
+        primitive ? lengths_of(m_call, vertices, attributes.u_basis->step, attributes.v_basis->step)
                   : Lengths{};
     for (RtInt i = 0; i < n; i++) {
         const std::string token = tokens[i] ? tokens[i] : "";

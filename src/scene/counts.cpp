@@ -61,7 +61,7 @@ PrimvarCounts curve_counts(const Curves& c) {
         r.varying = r.vertex;
     } else {
         for (const int32_t n : c.vertices_per_curve)
-            r.varying += patches(true, n, c.basis.step, c.periodic) + (c.periodic ? 0 : 1);
+            r.varying += patches(true, n, c.basis->step, c.periodic) + (c.periodic ? 0 : 1);
     }
     r.face_varying = r.varying;
     r.face_vertex = r.vertex;
@@ -162,10 +162,10 @@ Fault curves_fault(const Curves& c) {
     if (c.vertices_per_curve.empty())
         return "there are no curves";
     for (size_t i = 0; i < c.vertices_per_curve.size(); i++) {
-        if (!direction_fault("", c.cubic, c.vertices_per_curve[i], c.basis.step, c.periodic))
+        if (!direction_fault("", c.cubic, c.vertices_per_curve[i], c.basis->step, c.periodic))
             continue;
         const std::string name = "nvertices[" + std::to_string(i) + "]";
-        return direction_fault(name.c_str(), c.cubic, c.vertices_per_curve[i], c.basis.step, c.periodic);
+        return direction_fault(name.c_str(), c.cubic, c.vertices_per_curve[i], c.basis->step, c.periodic);
     }
     return std::nullopt;
 }
@@ -188,8 +188,8 @@ PrimvarCounts primvar_counts(const Geometry& geometry, size_t positions) {
                 return mesh_counts(m.vertices_per_face.size(), m.vertices.size(), index_bound(m.vertices));
             },
             [&](const PatchMesh& m) {
-                const size_t pu = patches(m.cubic, m.nu, m.u_basis.step, m.u_periodic);
-                const size_t pv = patches(m.cubic, m.nv, m.v_basis.step, m.v_periodic);
+                const size_t pu = patches(m.cubic, m.nu, m.u_basis->step, m.u_periodic);
+                const size_t pv = patches(m.cubic, m.nv, m.v_basis->step, m.v_periodic);
                 PrimvarCounts r;
                 r.uniform = pu * pv;
                 r.varying = (pu + (m.u_periodic ? 0 : 1)) * (pv + (m.v_periodic ? 0 : 1));
@@ -228,9 +228,9 @@ std::optional<std::string> fault_of(const Geometry& geometry, size_t positions) 
                           [&](const PolygonMesh& m) { return polygon_fault(m, positions); },
                           [&](const SubdivisionMesh& m) { return subdivision_fault(m, positions); },
                           [&](const PatchMesh& m) {
-                              Fault f = direction_fault("nu", m.cubic, m.nu, m.u_basis.step, m.u_periodic);
+                              Fault f = direction_fault("nu", m.cubic, m.nu, m.u_basis->step, m.u_periodic);
                               if (!f)
-                                  f = direction_fault("nv", m.cubic, m.nv, m.v_basis.step, m.v_periodic);
+                                  f = direction_fault("nv", m.cubic, m.nv, m.v_basis->step, m.v_periodic);
                               return f ? f : lattice_fault(m.nu, m.nv, positions);
                           },
                           [&](const NuPatch& m) {

@@ -8,6 +8,7 @@
 
 #include "base/motion.h"
 #include "base/projection.h"
+#include "base/shared_value.h"
 #include "scene/values.h"
 
 namespace kanuka::scene {
@@ -92,7 +93,7 @@ struct PatchMesh { // Patch (nu = nv = 2 or 4) and PatchMesh, vertices in u-fast
     bool cubic = true;
     int nu = 4, nv = 4;
     bool u_periodic = false, v_periodic = false;
-    Basis u_basis, v_basis;
+    Shared<Basis> u_basis, v_basis;
 };
 
 // TrimCurve: loops of rational B-splines in the parameters of a NuPatch. A point is kept if a line from it
@@ -125,7 +126,7 @@ struct Quadric {
 struct Curves {
     bool cubic = true;
     bool periodic = false;
-    Basis basis;
+    Shared<Basis> basis;
     Buffer<int32_t> vertices_per_curve; // primvars: P, width or constantwidth, N
 };
 
@@ -171,7 +172,7 @@ struct Motion {
 struct Primitive {
     Geometry geometry;
     ValueList primvars;
-    Transform world_from_object;
+    Shared<Transform> world_from_object;
     std::shared_ptr<const Attributes> attributes;
     int id = 0; // counts from 1 in order of declaration: the "object id" AOV
     Location where;

@@ -32,23 +32,21 @@ class Buffer {
     Buffer() = default;
     Buffer(std::vector<T> v) {
         auto owned = std::make_shared<std::vector<T>>(std::move(v));
-        m_data = owned->data();
         m_size = owned->size();
-        m_owner = std::move(owned);
+        m_data = {owned, owned->data()};
     }
     Buffer(const T* data, size_t size, std::shared_ptr<const void> owner)
-        : m_data(data), m_size(size), m_owner(std::move(owner)) {}
-    const T* data() const { return m_data; }
+        : m_data(std::move(owner), data), m_size(size) {}
+    const T* data() const { return m_data.get(); }
     size_t size() const { return m_size; }
     bool empty() const { return m_size == 0; }
-    const T& operator[](size_t i) const { return m_data[i]; }
-    const T* begin() const { return m_data; }
-    const T* end() const { return m_data + m_size; }
+    const T& operator[](size_t i) const { return data()[i]; }
+    const T* begin() const { return data(); }
+    const T* end() const { return data() + m_size; }
 
   private:
-    const T* m_data = nullptr;
+    std::shared_ptr<const T> m_data; // the first of them; keeps the owner
     size_t m_size = 0;
-    std::shared_ptr<const void> m_owner;
 };
 
 // One named value. Floats hold every numeric type but Integer.

@@ -70,6 +70,9 @@ class ShadingSystem {
     // Is all of it what RISpec's renderers knew? Surfaces by classic shaders, or none (those that are missing
     // count as classic); lights of RISpec's four kinds, or by shaders of the scene.
     virtual bool all_classic(const scene::Scene& scene) = 0;
+    // Primitives that name no surface are lit from the eye, by no light, as RISpec's renderers had it; else
+    // they are matte. Before any material is asked for.
+    virtual void light_defaults_from_eye() = 0;
     virtual bool knows(const scene::ShaderRef& shader) const = 0; // its file is found
     // Light shaders to lights. The standard ones (ambientlight, distantlight, pointlight, spotlight) and
     // Kanuka's own environmentlight are analytic; any other is run and tabulated (light_table.h). `lit`:

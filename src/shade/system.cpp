@@ -435,7 +435,9 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
         return bind(ref, wanted, primitive, spaces);
     };
     BoundShaders bound;
-    bound.surface = bind_in(attributes.surface, sl::ShaderKind::Surface, own.spaces.current_from_shader);
+    const bool by_default = !attributes.surface && !attributes.area_light;
+    bound.surface = bind_in(by_default ? m_default_surface : attributes.surface, sl::ShaderKind::Surface,
+                            own.spaces.current_from_shader);
     bound.displacement =
         bind_in(attributes.displacement, sl::ShaderKind::Displacement, own.displacement_from_shader);
     if (attributes.atmosphere && instanced)

@@ -85,6 +85,7 @@ class ShaderImpl final : public Shader, public std::enable_shared_from_this<Shad
     uint64_t hash() const override { return m_hash; }
     bool from_cache() const override { return m_from_cache; }
     bool queries() const override { return m_program->queries; }
+    bool asks_for_interreflection() const override { return m_program->interreflection; }
     CoShaderUse coshaders() const override { return m_program->coshaders; }
     std::span<const TextureUse> textures() const override { return m_program->textures; }
     std::vector<std::string> stages() const override;

@@ -226,6 +226,8 @@ class Shader {
     // True if a stage asks for attributes or options: what it computes may then differ from one primitive to
     // the next.
     virtual bool queries() const { return false; }
+    // True if it asks for light between surfaces (indirectdiffuse()) or what keeps it away (occlusion()).
+    virtual bool asks_for_interreflection() const { return false; }
     // What it asks for, and may be compiled with (CompileOptions::coshaders).
     virtual CoShaderUse coshaders() const { return CoShaderUse::None; }
     // Unknown arguments and wrong types are reported to the journal (with the names there are) and skipped.
@@ -278,6 +280,6 @@ std::vector<CacheEntry> cache_entries(const std::string& folder, bool verify); /
 uint64_t cache_clear(const std::string& folder);                               // number of files removed
 uint64_t cache_trim(const std::string& folder, uint64_t max_bytes);
 
-inline constexpr int CompilerVersion = 6;
+inline constexpr int CompilerVersion = 7;
 
 } // namespace kanuka::sl

@@ -121,7 +121,7 @@ void put_program(ByteWriter& out, const ir::Program& p) {
         out.text(t.parameter);
         out.put(uint8_t(t.environment));
     }
-    out.put(uint8_t(p.queries));
+    out.put(uint8_t(p.queries | p.interreflection << 1));
     out.put(uint8_t(p.coshaders));
     put_texts(out, p.aovs);
     out.put(p.source_hash);
@@ -173,7 +173,9 @@ void get_program(ByteReader& in, ir::Program& p) {
         t.parameter = in.text();
         t.environment = in.get<uint8_t>();
     }
-    p.queries = in.get<uint8_t>();
+    const uint8_t asks = in.get<uint8_t>();
+    p.queries = asks & 1;
+    p.interreflection = asks & 2;
     p.coshaders = CoShaderUse(in.get<uint8_t>());
     p.aovs = get_texts(in);
     p.source_hash = in.get<uint64_t>();
@@ -260,7 +262,7 @@ void put_messages(ByteWriter& out, const std::vector<Journal::Entry>& messages, 
     out.count(messages.size());
     for (const Journal::Entry& e : messages) {
         out.put(uint8_t(e.severity));
-        out.text(e.where.file == name ? "" : e.where.file);
+        out.text(e.where.file == name ? std::string_view() : e.where.file.str());
         out.count(uint64_t(e.where.line));
         out.count(uint64_t(e.where.column));
         out.text(e.message);

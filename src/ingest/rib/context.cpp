@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "base/large_arrays.h"
 #include "ingest/rib/handlers.h"
@@ -48,20 +49,20 @@ static std::string places(uint8_t scopes) {
 
 void Context::execute(Call& call) {
     const RequestSpec& spec = *call.spec;
-    const std::string name(spec.name);
+    const auto name = [&] { return std::string(spec.name); }; // for messages
     const bool in_motion = !m_blocks.empty() && m_blocks.back().kind == BlockKind::Motion;
 
     // Step 1: is it legal here?
     if (!(spec.scopes & scope())) {
-        reports.error("scope of " + name, call.where,
+        reports.error("scope of " + name(), call.where,
                       spec.handler == &handlers::world_begin
                           ? "WorldBegin was left out: the world has begun already, at " + m_world_where.str()
-                          : name + " is not legal here and was left out: " + places(spec.scopes));
+                          : name() + " is not legal here and was left out: " + places(spec.scopes));
         return;
     }
     if (in_motion && !(spec.scopes & InMotion)) {
         reports.error("motion block", call.where,
-                      name + " is not legal between MotionBegin and MotionEnd; the block opened at " +
+                      name() + " is not legal between MotionBegin and MotionEnd; the block opened at " +
                           m_blocks.back().where.str() +
                           " holds samples of one transformation, colour or primitive, and was closed here");
         end_motion(call.where);
@@ -69,7 +70,7 @@ void Context::execute(Call& call) {
         // Step 2: samples of a motion block gather.
         if (m_motion.request && m_motion.request != &spec) {
             reports.error("motion block", call.where,
-                          name + " in a motion block of " + std::string(m_motion.request->name) +
+                          name() + " in a motion block of " + std::string(m_motion.request->name) +
                               ": all samples must be of one request; left out");
             return;
         }
@@ -87,12 +88,12 @@ void Context::execute(Call& call) {
     switch (spec.support) {
     case Support::Missing: {
         const bool geometry = !(spec.scopes & InOuter);
-        reports.once(geometry ? Severity::Error : Severity::Warning, name, call.where,
-                     name + " is not supported and was left out" + note());
+        reports.once(geometry ? Severity::Error : Severity::Warning, name(), call.where,
+                     name() + " is not supported and was left out" + note());
         return;
     }
     case Support::Needless:
-        reports.once(Severity::Info, name, call.where, name + " is not needed" + note());
+        reports.once(Severity::Info, name(), call.where, name() + " is not needed" + note());
         return;
     case Support::Ignored:
         return;
@@ -175,10 +176,14 @@ bool Context::close(BlockKind kind, const Location& where) {
         return false;
     }
     // Step 2: what is open inside it ends with it.
+    if (m_blocks.size() > at) {
+        const size_t within = m_blocks.size() - at - 1;
+        reports.error("block not closed", m_blocks[at].where,
+                      std::string(begin_name(m_blocks[at].kind)) + " is not closed before the end of " +
+                          begin + " at " + where.str() + "; it was closed there" +
+                          (within > 0 ? ", with " + std::to_string(within) + " within it" : ""));
+    }
     while (m_blocks.size() > at) {
-        reports.error("block not closed", m_blocks.back().where,
-                      std::string(begin_name(m_blocks.back().kind)) + " is not closed before the end of " +
-                          begin + " at " + where.str() + "; it was closed there");
         if (m_blocks.back().kind == BlockKind::Object)
             end_object(where);
         else {
@@ -254,6 +259,13 @@ void Context::end_object(const Location& where) {
     objects.end(object);
 }
 
+void Context::add_light(scene::ShaderRef light) {
+    if (m_open_object >= 0)
+        objects.record(m_open_object).lights.push_back(std::move(light));
+    else
+        lights.declare_everywhere(std::move(light), open_states());
+}
+
 void Context::add_instance(const Call& call) {
     const int object = objects.find(call.handle(0));
     if (object < 0) {
@@ -264,6 +276,10 @@ void Context::add_instance(const Call& call) {
     }
     if (!attributes.detail_visible || !usable_transform(call))
         return;
+    for (scene::ShaderRef light : std::vector(objects.record(object).lights)) {
+        scene::transform_shader(ctm, light);
+        add_light(std::move(light));
+    }
     if (attributes.solid >= 0) {
         if (m_open_object < 0)
             lights.shine(attributes);
@@ -325,6 +341,14 @@ scene::ShaderRef Context::shader(Call& call, size_t name_argument) const {
     return ref;
 }
 
+// One for all primitives in a row that have it.
+const Shared<Transform>& Context::shared_ctm() {
+    // Bit by bit: zeros have signs.
+    if (std::memcmp(&*m_shared_ctm, &ctm, sizeof ctm) != 0)
+        m_shared_ctm = ctm;
+    return m_shared_ctm;
+}
+
 void Context::add_primitive(Call& call, scene::Geometry geometry) {
     const bool in_motion = m_motion.request == call.spec;
     if (in_motion && m_motion.calls > 1) {
@@ -348,7 +372,7 @@ void Context::add_primitive(Call& call, scene::Geometry geometry) {
         auto& members = objects.record(m_open_object).members;
         m_motion.index = int(members.size());
         members.push_back(
-            {scene::Primitive(std::move(geometry), std::move(call.params), ctm, attributes.shared,
+            {scene::Primitive(std::move(geometry), std::move(call.params), shared_ctm(), attributes.shared,
                               m_next_id++, call.where, moving_place(ctm_keys), solid),
              -1, attributes.set});
         return;
@@ -361,8 +385,8 @@ void Context::add_primitive(Call& call, scene::Geometry geometry) {
         const double expected = double(all.size()) / std::max(stream.progress(), 0.05) * 1.05;
         reserve_large(all, std::max(2 * all.size(), size_t(expected)));
     }
-    all.emplace_back(std::move(geometry), std::move(call.params), ctm, attributes.shared, m_next_id++,
-                     call.where, moving_place(ctm_keys), solid);
+    all.emplace_back(std::move(geometry), std::move(call.params), shared_ctm(), attributes.shared,
+                     m_next_id++, call.where, moving_place(ctm_keys), solid);
 }
 
 } // namespace kanuka::ingest

@@ -131,6 +131,8 @@ class Context {
     std::vector<scene::Solid>& solids() { // of the world or the open object
         return m_open_object >= 0 ? objects.record(m_open_object).solids : m_scene.solids;
     }
+    // A light that shines on everything: in the world, or where the object that is open will be instanced.
+    void add_light(scene::ShaderRef light);
     std::vector<AttributeState*> open_states(); // the current one, and what closing blocks return to
     void open(BlockKind kind, const Location& where);
     // Closes the innermost open block of a kind, and what was left open inside it. False: there is none to
@@ -160,6 +162,7 @@ class Context {
 
   private:
     bool usable_transform(const Call& call);
+    const Shared<Transform>& shared_ctm();
     static constexpr size_t MostInSolid = 1'000'000;
     struct SolidInstance;
     void add_to_solid(int object, const Location& where);
@@ -189,6 +192,7 @@ class Context {
     Transform m_camera_from_world;
     size_t m_frame_lights = 0, m_lights_before = 0;
     int m_next_id = 1;
+    Shared<Transform> m_shared_ctm; // of the primitive before
     int m_open_object = -1;
     Transform m_object_outer; // the transformation at ObjectBegin
     MotionBlock m_motion;     // the open one: they do not nest

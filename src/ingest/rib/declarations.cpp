@@ -1,5 +1,6 @@
 #include "ingest/rib/declarations.h"
 
+#include <algorithm>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -60,7 +61,11 @@ std::optional<InlineDeclaration> parse_declaration(std::string_view text, bool n
     const bool reference = w == "reference";
     if (reference)
         w = next();
-    const auto type = type_by_name(w);
+    // What plug-ins hand to each other beside values.
+    static constexpr std::string_view Handed[] = {"struct", "bxdf",          "displace",    "lightfilter",
+                                                  "shader", "displayfilter", "samplefilter"};
+    const bool handed = reference && std::ranges::find(Handed, w) != std::end(Handed);
+    const auto type = handed ? Type::String : type_by_name(w);
     if (!type) {
         problem = "\"" + std::string(w) +
                   "\" is no type; use float, integer, string, color, point, vector, normal, hpoint or matrix";

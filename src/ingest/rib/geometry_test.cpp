@@ -79,15 +79,15 @@ TEST(RibGeometry, PatchesAndBases) {
     EXPECT_EQ(std::get<PatchMesh>(r.primitive(1).geometry).u_basis, basis_by_name("b-spline"));
     const auto& mesh = std::get<PatchMesh>(r.primitive(2).geometry);
     EXPECT_TRUE(mesh.v_periodic);
-    EXPECT_EQ(mesh.v_basis.step, 1);
+    EXPECT_EQ(mesh.v_basis->step, 1);
     EXPECT_EQ(r.primitive(2).primvars.find("s")->items(), 18u); // 3 by 6 corners
     const Value* p = r.primitive(3).primvars.find("P");
     ASSERT_TRUE(p);
     EXPECT_EQ(list(p->floats),
               (std::vector<float>{0, 0, 0, 0.5f, 0, 0, 1, 0, 0, 0, 1, 1, 0.5f, 1, 2, 1, 1, 3}));
     EXPECT_FALSE(r.primitive(3).primvars.find("Pz"));
-    EXPECT_EQ(std::get<PatchMesh>(r.primitive(3).geometry).u_basis.m[1][0], 5);
-    EXPECT_EQ(std::get<PatchMesh>(r.primitive(3).geometry).u_basis.step, 2);
+    EXPECT_EQ(std::get<PatchMesh>(r.primitive(3).geometry).u_basis->m[1][0], 5);
+    EXPECT_EQ(std::get<PatchMesh>(r.primitive(3).geometry).u_basis->step, 2);
 }
 
 TEST(RibGeometry, NuPatch) {

@@ -128,10 +128,9 @@ void depth_of_field(Context& c, Call& call) {
     if (!call.args[2].given)
         return out_of_range(c, call,
                             "it takes fstop, focallength and focaldistance, or nothing for a pinhole");
-    if (!c.finite(call, 3) || !(call.f(0) > 0 && call.f(1) > 0 && call.f(2) > 0))
+    const bool pinhole = call.f(0) >= 1e30f; // RISpec's infinity, whatever else is said
+    if (!pinhole && (!c.finite(call, 3) || !(call.f(0) > 0 && call.f(1) > 0 && call.f(2) > 0)))
         return out_of_range(c, call, "fstop, focallength and focaldistance must be more than 0");
-    // Exporters write a huge f-stop for a pinhole.
-    const bool pinhole = call.f(0) >= 1e30f;
     camera.f_stop = pinhole ? 0 : call.f(0);
     camera.focal_length = pinhole ? 0 : call.f(1);
     camera.focal_distance = pinhole ? 0 : call.f(2);
@@ -257,6 +256,28 @@ static bool camera_option(Context& c, const Value& v) {
     return true;
 }
 
+// What RenderMan says by options since its 22nd version, and by requests before.
+static bool ri_option(Context& c, const Value& v) {
+    scene::Options& o = c.options.options;
+    const auto& f = v.floats;
+    if (v.name == "FormatResolution" && v.ints.size() == 2 && v.ints[0] > 0 && v.ints[1] > 0)
+        o.width = v.ints[0], o.height = v.ints[1];
+    else if (v.name == "FormatPixelAspectRatio" && f.size() == 1 && f[0] > 0)
+        o.pixel_aspect = f[0];
+    else if (v.name == "CropWindow" && f.size() == 4 && f[0] >= 0 && f[0] < f[1] && f[1] <= 1 && f[2] >= 0 &&
+             f[2] < f[3] && f[3] <= 1)
+        o.crop = {f[0], f[1], f[2], f[3]};
+    else if (v.name == "ScreenWindow" && f.size() == 4 && f[0] != f[1] && f[2] != f[3])
+        c.options.camera.screen_window = {f[0], f[1], f[2], f[3]};
+    else if (v.name == "FrameAspectRatio" && f.size() == 1 && f[0] > 0)
+        c.options.frame_aspect_ratio = f[0];
+    else if (v.name == "Shutter" && f.size() == 2 && f[0] <= f[1])
+        o.shutter_open = f[0], o.shutter_close = f[1];
+    else
+        return false;
+    return true;
+}
+
 void hider(Context& c, Call& call) {
     scene::ValueList& user = c.options.options.user;
     keep_text(user, "hider", call.text(0));
@@ -271,14 +292,22 @@ void hider(Context& c, Call& call) {
 // The state of the camera as it is now, under a name. Its parameters are those of the state, which stays the
 // camera if nobody names another.
 void camera(Context& c, Call& call) {
-    for (const Value& v : call.params.values) {
-        if (camera_option(c, v))
-            continue;
-        c.reports.once(
-            Severity::Warning, "Camera " + v.name, v.where,
-            "Camera: \"" + v.name +
-                "\" has no counterpart and was left out; there are shutteropening, aperture and "
-                "dofaspect, and the requests Projection, Clipping, DepthOfField, Shutter before it");
+    for (Value v : call.params.values) {
+        if (v.name.starts_with("Ri:"))
+            v.name = v.name.substr(3);
+        scene::Camera& camera = c.options.camera;
+        const bool number = v.floats.size() == 1 && std::isfinite(v.floats[0]);
+        if (number && v.name == "nearClip" && v.floats[0] < camera.far_clip)
+            camera.near_clip = v.floats[0];
+        else if (number && v.name == "farClip" && v.floats[0] > camera.near_clip)
+            camera.far_clip = v.floats[0];
+        else if (!camera_option(c, v) && !ri_option(c, v))
+            c.reports.once(
+                Severity::Warning, "Camera " + v.name, v.where,
+                "Camera: \"" + v.name +
+                    "\" has no counterpart and was left out; there are shutteropening, aperture, dofaspect, "
+                    "nearClip, farClip and Ri:ScreenWindow, and the requests Projection, Clipping, "
+                    "DepthOfField, Shutter before it");
     }
     c.options.cameras[call.text(0)] = {c.options.camera, c.options.frame_aspect_ratio, c.ctm, c.ctm_keys,
                                        c.options.options.shutter_opening};
@@ -459,6 +488,8 @@ static void ray_depth_option(Context& c, const std::string& category, const Valu
 void option(Context& c, Call& call) {
     const std::string& category = call.text(0);
     for (Value& v : call.params.values) {
+        if (category == "Ri" && ri_option(c, v))
+            continue;
         if (category == "kanuka") {
             kanuka_option(c, v);
             continue;

@@ -3,6 +3,7 @@
 // becomes.
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "ingest/rib/context.h"
@@ -97,8 +98,12 @@ std::string_view ours(std::string_view mapping, std::string_view theirs) {
 
 template <size_t N>
 const Mapping* find(const Mapping (&table)[N], std::string_view name) {
+    // Plug-ins are files, which some systems find whatever their case.
+    const auto same = [](char a, char b) {
+        return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
+    };
     for (const Mapping& m : table)
-        if (m.theirs == name)
+        if (std::ranges::equal(m.theirs, name, same))
             return &m;
     return nullptr;
 }
@@ -399,7 +404,7 @@ bool light_geometry(Context& c, const Call& call) {
             if (name != "environmentlight")
                 std::erase_if(light.parameters.values, [](const Value& v) { return v.name == "texture"; });
             c.traces_light = true;
-            c.lights.declare_everywhere(std::move(light), c.open_states());
+            c.add_light(std::move(light));
             return true;
         }
     return false;
@@ -413,12 +418,6 @@ void ris_light(Context& c, Call& call) {
                            "\" has no counterpart and was left out; use PxrRectLight, PxrDiskLight, "
                            "PxrSphereLight, PxrCylinderLight, PxrDistantLight, PxrDomeLight, PxrMeshLight or "
                            "a LightSource");
-        return;
-    }
-    if (c.scope() == InObject) {
-        c.reports.error("light in object", call.where,
-                        "Light inside ObjectBegin … ObjectEnd was left out: lights cannot be instanced; move "
-                        "it out");
         return;
     }
     const ValueList& theirs = call.params;
@@ -459,7 +458,7 @@ void ris_light(Context& c, Call& call) {
         return;
     }
     c.traces_light = true;
-    c.lights.declare_everywhere(std::move(light), c.open_states());
+    c.add_light(std::move(light));
 }
 
 // ---- the rest ---------------------------------------------------------------------------------------

@@ -48,7 +48,7 @@ TEST(Hostile, MatricesThatAreNoNumbers) {
               "AttributeEnd AttributeBegin Scale 1e-300 inf 1" + Ball + "AttributeEnd" + Ball));
     EXPECT_GE(p.journal.error_count(), 3u) << p.all_messages();
     for (const scene::Primitive& primitive : p.scene.primitives)
-        for (const auto& row : primitive.world_from_object.m)
+        for (const auto& row : primitive.world_from_object->m)
             for (const double v : row)
                 EXPECT_TRUE(std::isfinite(v));
 }

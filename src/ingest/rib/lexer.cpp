@@ -63,9 +63,7 @@ void Lexer::skip_space() {
     m_at = size_t(p - m_text.data());
 }
 
-Token Lexer::peek() {
-    if (m_peeked)
-        return m_kind;
+Token Lexer::peek_next() {
     m_space_begin = m_at;
     for (;;) {
         m_binary = false; // what follows a definition may be text

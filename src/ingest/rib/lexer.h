@@ -30,7 +30,7 @@ class Lexer {
           std::shared_ptr<BinaryDefinitions> definitions);
     const std::shared_ptr<BinaryDefinitions>& definitions() const { return m_definitions; }
 
-    Token peek();
+    Token peek() { return m_peeked ? m_kind : peek_next(); }
     void skip();               // the peeked token, whatever it is
     std::string_view word();   // valid as long as the source
     std::string_view string(); // valid until the next string
@@ -50,7 +50,6 @@ class Lexer {
     size_t end() const { return m_end; }
     Location where() const { return m_source->locate(m_token); }
     Location where(size_t offset) const { return m_source->locate(offset); }
-    void where(size_t offset, Location& out) const { m_source->locate(offset, out); }
     const std::shared_ptr<const Source>& source() const { return m_source; }
 
     // What string() met: 0, or the offset of an opening quote whose string never ended.
@@ -73,6 +72,7 @@ class Lexer {
 
   private:
     void skip_space();
+    Token peek_next();
     Token peek_binary(unsigned char c);
     bool take(size_t n) const { return m_end - m_at >= n; }
     uint64_t big_endian(size_t at, int bytes) const;

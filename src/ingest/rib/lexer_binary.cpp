@@ -93,9 +93,12 @@ Token Lexer::peek_binary(unsigned char c) {
     }
     if (c >= 0310 && c < 0314) {
         const size_t w = c - 0310u + 1;
-        if (!take(1 + w) || big_endian(m_at + 1, int(w)) > (m_end - m_at - 1 - w) / 4)
+        if (!take(1 + w))
             return Token::Bad;
-        m_binary_end = m_at + 1 + w + 4 * big_endian(m_at + 1, int(w));
+        const size_t count = big_endian(m_at + 1, int(w));
+        if (count > (m_end - m_at - 1 - w) / 4)
+            return Token::Bad;
+        m_binary_end = m_at + 1 + w + 4 * count;
         return Token::Floats;
     }
     if (c == 0314) {

@@ -27,8 +27,9 @@ struct ObjectRecord {
     Location where;
     std::vector<Member> members;
     std::vector<scene::Solid> solids;
-    int depth = 1;                                          // levels of objects, this one included
-    std::unordered_multimap<size_t, Variant> looks;         // by hash of the look
+    std::vector<scene::ShaderRef> lights;           // that each instance brings, in the object's space
+    int depth = 1;                                  // levels of objects, this one included
+    std::unordered_multimap<size_t, Variant> looks; // by hash of the look
     std::map<const scene::Attributes*, Variant> by_pointer; // holds the pointers, so that they stay unique
 };
 

@@ -21,7 +21,7 @@ TEST(RibObjects, InstancesShareOneGroup) {
     EXPECT_NEAR(r.scene.instances[0].transforms[13], -1, 1e-6f);
     const scene::Primitive& p = r.scene.groups[0].primitives.at(0);
     EXPECT_EQ(p.attributes->surface->name, "plastic");
-    expect_point(p.world_from_object.point({0, 0, 0}), 0, 0, 1);
+    expect_point(p.world_from_object->point({0, 0, 0}), 0, 0, 1);
     EXPECT_GT(r.scene.instances[0].first_id, p.id);
 }
 
@@ -66,6 +66,23 @@ TEST(RibObjects, ShadersAreSeenFromTheGroup) {
     expect_point(
         r.scene.groups.at(0).primitives.at(0).attributes->surface->world_from_shader.point({0, 0, 0}), 0, 0,
         0);
+}
+
+// Katana and RenderMan 24 instance lights as they do geometry.
+TEST(RibObjects, LightsComeWithEveryInstance) {
+    const Parsed r(
+        world("ObjectBegin \"lamp\" Translate 0 0 1 Light \"PxrSphereLight\" \"lamp\" ObjectEnd\n"
+              "ObjectBegin \"pair\" ObjectInstance \"lamp\" Translate 5 0 0 ObjectInstance \"lamp\" "
+              "ObjectEnd\n"
+              "Translate 0 7 0 ObjectInstance \"lamp\" ObjectInstance \"pair\" Sphere 1 -1 1 360"));
+    EXPECT_TRUE(r.messages().empty()) << r.all_messages();
+    ASSERT_EQ(r.scene.light_shaders.size(), 3u);
+    for (size_t i = 0; i < 3; i++) {
+        const Vec3f p = r.scene.light_shaders[i].world_from_shader.point({0, 0, 0});
+        EXPECT_EQ(p.x, i == 2 ? 5 : 0);
+        EXPECT_EQ(p.y, 7);
+        EXPECT_EQ(p.z, 1);
+    }
 }
 
 TEST(RibObjects, Mistakes) {

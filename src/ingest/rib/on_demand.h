@@ -37,7 +37,8 @@ class OnDemand final : public scene::Delayed {
     struct State {
         std::shared_ptr<const scene::Attributes> before; // as the requests had made them
         AttributeState attributes;                       // and with the lights that are on
-        std::string type, file;
+        std::string type;
+        FileName file;
     };
     struct Item {
         std::shared_ptr<const State> state;

@@ -45,7 +45,7 @@ std::string load(const std::string& name, const std::string& bound = "-1 1 -1 1 
 // What places and colours a primitive, as text.
 std::string described(const scene::Primitive& p) {
     std::string s = std::to_string(p.geometry.index());
-    for (const auto& row : p.world_from_object.m)
+    for (const auto& row : p.world_from_object->m)
         for (const double x : row)
             s += " " + std::to_string(x);
     const scene::Attributes& a = *p.attributes;
@@ -133,7 +133,7 @@ TEST(OnDemand, ProceduralsBringOthers) {
     const scene::Scene& inner = w.read({2});
     ASSERT_EQ(inner.primitives.size(), 1u);
     EXPECT_EQ(inner.primitives[0].attributes->color.y, 0); // of the one that brought it
-    expect_point(inner.primitives[0].world_from_object.point({0, 0, 0}), 3, 0, 5);
+    expect_point(inner.primitives[0].world_from_object->point({0, 0, 0}), 3, 0, 5);
     EXPECT_SILENT(r);
 }
 

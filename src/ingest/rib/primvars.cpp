@@ -62,7 +62,7 @@ std::string would_fit(const scene::PrimvarCounts& counts, size_t items, Detail e
 } // namespace
 
 bool check_primvars(Call& call, scene::Geometry& geometry, Reports& reports) {
-    const std::string request(call.spec->name);
+    const auto request = [&] { return std::string(call.spec->name); }; // for messages
     auto& values = call.params.values;
     const bool quadric = std::holds_alternative<scene::Quadric>(geometry) ||
                          std::holds_alternative<scene::Blobby>(geometry) ||
@@ -73,18 +73,18 @@ bool check_primvars(Call& call, scene::Geometry& geometry, Reports& reports) {
         !expand_heights(call.params, geometry)) {
         const bool heights = call.params.find("Pz") != nullptr;
         reports.error("no P", call.where,
-                      request +
+                      request() +
                           (heights ? " cannot take its positions from \"Pz\"; give \"P\""
                                    : " has no positions; give \"P\"") +
                           ". The primitive was left out");
         return false;
     }
     size_t positions = 0;
-    for (const char* name : {"P", "Pw"})
+    for (const std::string_view name : {"P", "Pw"})
         if (const Value* p = call.params.find(name)) {
             if (scene::components(p->type) != (p->name == "P" ? 3 : 4) || p->array_size != 1) {
                 reports.error("type of P", p->where,
-                              request + ": \"" + name + "\" must be of type " +
+                              request() + ": \"" + std::string(name) + "\" must be of type " +
                                   (p->name == "P" ? "point" : "hpoint") + ". The primitive was left out");
                 return false;
             }
@@ -96,7 +96,7 @@ bool check_primvars(Call& call, scene::Geometry& geometry, Reports& reports) {
     if (const Value* p = call.params.find("P"); p && std::holds_alternative<scene::Curves>(geometry))
         positions = p->items(); // those of dropped curves are gone
     if (const auto fault = scene::fault_of(geometry, positions)) {
-        reports.error("shape of " + request, call.where, request + " was left out: " + *fault);
+        reports.error("shape of " + request(), call.where, request() + " was left out: " + *fault);
         return false;
     }
 
@@ -112,7 +112,7 @@ bool check_primvars(Call& call, scene::Geometry& geometry, Reports& reports) {
         const size_t found = stored(v);
         if (found < needed || (quadric && is_position)) {
             const std::string what =
-                request + ": \"" + v.name + "\": expected " + std::to_string(needed) +
+                request() + ": \"" + v.name + "\": expected " + std::to_string(needed) +
                 (v.type == Type::String ? " strings (" : " numbers (") + std::to_string(counts.of(v.detail)) +
                 " " + std::string(name(v.detail)) + " values), found " + std::to_string(found) +
                 (found % element == 0 ? would_fit(counts, found / element, v.detail) : "");
@@ -129,7 +129,7 @@ bool check_primvars(Call& call, scene::Geometry& geometry, Reports& reports) {
             (v.detail == Detail::Vertex || v.detail == Detail::Varying) && found == positions * element;
         if (found > needed && !unused_vertices)
             reports.warning("too many values", v.where,
-                            request + ": \"" + v.name + "\": expected " + std::to_string(needed) +
+                            request() + ": \"" + v.name + "\": expected " + std::to_string(needed) +
                                 " values, found " + std::to_string(found) + "; the last ones were not used" +
                                 (found % element == 0 ? would_fit(counts, found / element, v.detail) : ""));
         cut(v.floats, needed);

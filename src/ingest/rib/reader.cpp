@@ -121,7 +121,7 @@ void Reader::request() {
     // Files say the same again and again.
     const RequestSpec* spec = m_call.spec && m_call.spec->name == word ? m_call.spec : find_request(word);
     m_call.spec = spec;
-    m_lexer->where(offset, m_call.where);
+    m_call.where = m_lexer->where(offset);
     if (m_request != word)
         m_request = word;
     if (!spec) {

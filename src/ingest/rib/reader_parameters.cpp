@@ -1,5 +1,6 @@
 // Reading parameter lists: tokens with their declarations, and values of the declared types.
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -13,17 +14,27 @@ using scene::Value;
 // A copy for the scene.
 template <class T>
 scene::Buffer<T> Reader::kept(const std::vector<T>& values) {
-    // Blocks grow to a large page: the system's work for a page counts where so little is done with it.
-    constexpr size_t FirstBlock = size_t(1) << 18, Small = 4096;
+    // Large pages: the system's work for a page counts where so little is done with it. Scenes of more than a
+    // few are given blocks that the allocator maps by themselves: among its other pieces, blocks of a page
+    // would part what is free into pieces that the next scene cannot use. What is not written takes no
+    // memory.
+    constexpr size_t FirstBlock = size_t(1) << 18, MappedBlock = size_t(64) << 20, Small = 4096;
     const size_t bytes = values.size() * sizeof(T);
     if (bytes > Small || bytes == 0)
         return std::vector<T>(values);
     if (!m_block || m_block->used + bytes > m_block->size)
-        m_block = std::make_shared<Block>(m_block ? std::min(LargePage, 2 * m_block->size) : FirstBlock);
+        m_block = std::make_shared<Block>(!m_block                    ? FirstBlock
+                                          : m_block->size < LargePage ? 2 * m_block->size
+                                                                      : MappedBlock);
     auto* const to = reinterpret_cast<T*>(m_block->bytes + m_block->used);
     std::memcpy(to, values.data(), bytes);
     m_block->used += bytes;
     return {to, values.size(), m_block};
+}
+
+// A space or bracket in the token means an inline declaration.
+static bool is_inline_declaration(std::string_view token) {
+    return std::ranges::any_of(token, [](char c) { return c == ' ' || c == '\t' || c == '\n' || c == '['; });
 }
 
 bool Reader::read_parameters(Call& call) {
@@ -59,9 +70,8 @@ bool Reader::read_as_written(Call& call) {
     if (!read_string(m_token))
         return false;
     std::string problem;
-    const auto parsed = m_token.find_first_of(" \t\n[") == std::string::npos
-                            ? std::nullopt
-                            : parse_declaration(m_token, true, problem);
+    const auto parsed =
+        is_inline_declaration(m_token) ? parse_declaration(m_token, true, problem) : std::nullopt;
     const Declaration* declared = parsed ? &parsed->declaration : m_declarations.find(m_token);
     value.name = parsed ? parsed->name : std::string_view(m_token);
     const std::string token = m_token;
@@ -112,11 +122,10 @@ bool Reader::read_parameter(Call& call) {
 }
 
 bool Reader::read_parameter(Call& call, Value& value) {
-    m_lexer->where(m_lexer->offset(), value.where);
+    value.where = m_lexer->where();
     if (!read_string(m_token))
         return false;
-    // A space or bracket in the token means an inline declaration.
-    if (m_token.find_first_of(" \t\n[") != std::string::npos) {
+    if (is_inline_declaration(m_token)) {
         std::string problem;
         const auto parsed = parse_declaration(m_token, true, problem);
         if (!parsed) {

@@ -145,7 +145,7 @@ void renumber_faces(scene::SubdivisionMesh& mesh, const Parts& faces) {
 void drop_curves(Call& call, scene::Curves& curves, Reports& reports) {
     Parts parts;
     std::string first;
-    const int step = curves.basis.step;
+    const int step = curves.basis->step;
     for (const int32_t n : curves.vertices_per_curve) {
         if (n < 0)
             return;

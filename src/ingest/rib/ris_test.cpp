@@ -161,7 +161,7 @@ TEST(Ris, BackgroundsAreImagers) {
 TEST(Ris, MatricesWithRoundingErrorsAreAffine) {
     const Parsed p(world("ConcatTransform [1 0 0 9.8e-9 0 1 0 -2e-9 0 0 1 3e-9 0 0 3.3 1]" + Ball));
     EXPECT_SILENT(p);
-    const auto& last = p.primitive(0).world_from_object.m[3];
+    const auto& last = p.primitive(0).world_from_object->m[3];
     EXPECT_EQ(last[0], 0);
     EXPECT_EQ(last[3], 1);
     EXPECT_TRUE(
@@ -354,8 +354,8 @@ TEST(Resources, SaveAndRestore) {
               "AttributeEnd ResourceEnd\nResource \"r\" \"attributes\" \"string operation\" "
               "\"restore\""));
     EXPECT_EQ(surface(p).name, "metal");
-    expect_point(p.primitive(0).world_from_object.point({0, 0, 0}), 0, 0, 0);
-    expect_point(p.primitive(1).world_from_object.point({0, 0, 0}), 1, 2, 3);
+    expect_point(p.primitive(0).world_from_object->point({0, 0, 0}), 0, 0, 0);
+    expect_point(p.primitive(1).world_from_object->point({0, 0, 0}), 1, 2, 3);
     EXPECT_TRUE(p.says("nothing was saved under this name"));
 }
 
@@ -371,6 +371,36 @@ TEST(ErrorHandler, Modes) {
     EXPECT_THROW(Parsed(world("ErrorHandler \"abort\" Sphere 1" + Ball)), Error);
     EXPECT_NO_THROW(Parsed(world("ErrorHandler \"abort\" System \"ls\"" + Ball))); // well written
     EXPECT_TRUE(Parsed(world("ErrorHandler \"shout\"")).says("must be print, ignore or abort"));
+}
+
+// What RenderMan 22 and later say by options; a camera's own window and clipping.
+TEST(Ris, PictureAndCameraByOptions) {
+    const Parsed r("Option \"Ri\" \"int[2] FormatResolution\" [587 392] \"float FormatPixelAspectRatio\" 1.5 "
+                   "\"float[4] CropWindow\" [0 0.5 0.25 1] \"float[2] Shutter\" [0 0.5] \"float[4] "
+                   "ScreenWindow\" [-2 1 -1 1]\nWorldBegin Sphere 1 -1 1 360 WorldEnd");
+    EXPECT_TRUE(r.messages().empty()) << r.all_messages();
+    const scene::Options& o = r.scene.options;
+    EXPECT_EQ(o.width, 587);
+    EXPECT_EQ(o.height, 392);
+    EXPECT_EQ(o.pixel_aspect, 1.5f);
+    EXPECT_EQ(o.crop, (std::array<float, 4>{0, 0.5f, 0.25f, 1}));
+    EXPECT_EQ(o.shutter_close, 0.5f);
+    EXPECT_EQ(r.scene.camera.screen_window, (std::array<float, 4>{-2, 1, -1, 1}));
+    const Parsed c("Display \"a\" \"file\" \"rgb\" \"string camera\" \"main\"\nProjection \"perspective\"\n"
+                   "Camera \"main\" \"float[4] Ri:ScreenWindow\" [-1 2 -1 1] \"float nearClip\" 0.5 \"float "
+                   "farClip\" 90\nWorldBegin Sphere 1 -1 1 360 WorldEnd");
+    EXPECT_TRUE(c.messages().empty()) << c.all_messages();
+    EXPECT_EQ(c.scene.camera.screen_window, (std::array<float, 4>{-1, 2, -1, 1}));
+    EXPECT_EQ(c.scene.camera.near_clip, 0.5f);
+    EXPECT_EQ(c.scene.camera.far_clip, 90);
+}
+
+TEST(Ris, PlugInsOfAnyCaseAndWhatTheyHandOn) {
+    const Parsed r("WorldBegin\nPattern \"PxrManifold2D\" \"m\"\nBxdf \"PXRDisney\" \"b\" \"reference struct "
+                   "manifold\" [\"m:result\"] \"color baseColor\" [1 0 0]\nSphere 1 -1 1 360\nWorldEnd");
+    ASSERT_TRUE(r.scene.primitives.at(0).attributes->surface.has_value());
+    EXPECT_EQ(r.scene.primitives[0].attributes->surface->name, "principled");
+    EXPECT_FALSE(r.says("error")) << r.all_messages();
 }
 
 } // namespace kanuka::ingest::test

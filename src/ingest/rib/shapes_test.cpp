@@ -134,7 +134,7 @@ TEST(RibShapes, InstancesInSolidsBecomePartOfThem) {
     for (size_t i = 0; i < 7; i++)
         EXPECT_EQ(r.primitive(i).solid, in[i]) << i;
     // Places and looks: what the object does not set comes from the instance, its shaders move along.
-    expect_point(r.primitive(3).world_from_object.point({0, 0, 0}), 5.5f, 0, 3);
+    expect_point(r.primitive(3).world_from_object->point({0, 0, 0}), 5.5f, 0, 3);
     EXPECT_EQ(r.primitive(3).attributes->color, Rgb(1, 0, 0));
     EXPECT_EQ(r.primitive(4).attributes->color, Rgb(0, 1, 0));
     EXPECT_EQ(r.primitive(4).attributes->surface->name, "plastic");

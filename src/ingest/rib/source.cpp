@@ -92,7 +92,7 @@ std::shared_ptr<Source> Source::open(const std::string& path) {
     if (const auto zipped = split_zip(path); zipped && ::access(path.c_str(), F_OK) != 0)
         return open_member(path, zipped->first, zipped->second);
     const bool standard = path == "-";
-    std::shared_ptr<Source> source(new Source(standard ? "(standard input)" : path));
+    std::shared_ptr<Source> source(new Source(standard ? FileName("(standard input)") : FileName(path)));
     struct File {
         int fd;
         bool ours;
@@ -140,8 +140,8 @@ void Source::passed(size_t offset) const {
     m_released = to;
 }
 
-std::shared_ptr<Source> Source::from_text(std::string text, std::string name) {
-    std::shared_ptr<Source> source(new Source(std::move(name)));
+std::shared_ptr<Source> Source::from_text(std::string text, FileName name) {
+    std::shared_ptr<Source> source(new Source(name));
     source->m_owned = std::move(text);
     source->m_text = source->m_owned;
     source->find_line_end();
@@ -179,12 +179,6 @@ static size_t count_few_bytes(const char* p, size_t size, char wanted) {
 }
 
 Location Source::locate(size_t offset) const {
-    Location where;
-    locate(offset, where);
-    return where;
-}
-
-void Source::locate(size_t offset, Location& out) const {
     constexpr size_t Apart = size_t(1) << 16;
     offset = std::min(offset, m_text.size());
     if (offset < m_place.offset) {
@@ -206,10 +200,7 @@ void Source::locate(size_t offset, Location& out) const {
             size_t(static_cast<const char*>(::memrchr(from, m_line_end, size)) - m_text.data()) + 1;
     }
     m_place.offset = offset;
-    if (out.file != m_name)
-        out.file = m_name;
-    out.line = m_place.line;
-    out.column = int(offset - m_place.line_start) + 1;
+    return {m_name, m_place.line, int(offset - m_place.line_start) + 1};
 }
 
 } // namespace kanuka::ingest

@@ -19,18 +19,16 @@ class Source {
     // "-" is standard input. Throws Error where the file cannot be read. Gzip and zstd are told by their
     // first bytes; "a.zip!b.rib" is the member b.rib of a.zip.
     static std::shared_ptr<Source> open(const std::string& path);
-    static std::shared_ptr<Source> from_text(std::string text, std::string name);
+    static std::shared_ptr<Source> from_text(std::string text, FileName name);
     ~Source();
     Source(const Source&) = delete;
     Source& operator=(const Source&) = delete;
 
-    const std::string& name() const { return m_name; }
+    const std::string& name() const { return m_name.str(); }
     std::string_view text() const { return m_text; }
     // Line and column of a byte. Lines are counted from the last place asked, so that asking in order costs
     // one pass over the file in all, and scanning numbers need not watch for line ends.
     Location locate(size_t offset) const;
-    // The same into `out`, which allocates nothing where it has been in this file before.
-    void locate(size_t offset, Location& out) const;
 
     // Reading has got this far: the memory of mapped bytes before it may go.
     void passed(size_t offset) const;
@@ -41,8 +39,8 @@ class Source {
     void map(int fd, size_t size);
     void unmap();
     void take(Spool& spool);
-    explicit Source(std::string name) : m_name(std::move(name)) {}
-    std::string m_name;
+    explicit Source(FileName name) : m_name(name) {}
+    FileName m_name;
     std::string m_owned;
     void* m_mapping = nullptr;
     size_t m_mapped_size = 0;

@@ -64,7 +64,7 @@ struct AttributeState {
     std::shared_ptr<scene::Attributes> shared = std::make_shared<scene::Attributes>();
     uint32_t set = 0; // AttributeField bits
     std::shared_ptr<const LightSet> lights = std::make_shared<LightSet>();
-    scene::Basis u_basis = scene::basis_by_name("bezier"), v_basis = scene::basis_by_name("bezier");
+    Shared<scene::Basis> u_basis = scene::basis_by_name("bezier"), v_basis = scene::basis_by_name("bezier");
     std::optional<Bounds3f> detail_bound;          // of Detail, in the space it was given in
     Transform detail_transform;                    // that space
     bool detail_visible = true;                    // DetailRange's verdict

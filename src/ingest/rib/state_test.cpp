@@ -13,7 +13,7 @@ using scene::Camera;
 static Vec3f place(const std::string& transform, const Vec3f& p) {
     const Parsed r(world(transform + "\nSphere 1 -1 1 360"));
     EXPECT_SILENT(r);
-    return r.primitive(0).world_from_object.point(p);
+    return r.primitive(0).world_from_object->point(p);
 }
 
 TEST(RibTransform, RotationSense) {
@@ -55,7 +55,7 @@ TEST(RibTransform, NamedSpaces) {
     const Parsed r(world("TransformBegin Translate 1 2 3 CoordinateSystem \"here\" TransformEnd "
                          "Translate 7 7 7 CoordSysTransform \"here\" Sphere 1 -1 1 360"));
     EXPECT_SILENT(r);
-    expect_point(r.primitive(0).world_from_object.point({0, 0, 0}), 1, 2, 3);
+    expect_point(r.primitive(0).world_from_object->point({0, 0, 0}), 1, 2, 3);
     expect_point(r.scene.coordinate_systems.at("here").point({0, 0, 0}), 1, 2, 3);
     EXPECT_TRUE(Parsed(world("CoordSysTransform \"nowhere\" Sphere 1 -1 1 360"))
                     .says("there is no coordinate system"));
@@ -200,7 +200,7 @@ TEST(RibAttributes, StackAndValues) {
     EXPECT_EQ(b.color, Rgb(0, 0, 1)); // TransformEnd restores the transformation alone
     EXPECT_EQ(b.name, "");
     EXPECT_TRUE(b.visible_camera);
-    expect_point(r.primitive(1).world_from_object.point({0, 0, 0}), 0, 0, 0);
+    expect_point(r.primitive(1).world_from_object->point({0, 0, 0}), 0, 0, 0);
     EXPECT_EQ(r.primitive(0).id, 1);
     EXPECT_EQ(r.primitive(1).id, 2);
 }
@@ -338,7 +338,7 @@ TEST(RibMotion, TransformationsAndShapes) {
     ASSERT_EQ(r.scene.primitives.size(), 1u);
     const scene::Primitive& p = r.primitive(0);
     EXPECT_EQ(std::get<scene::Quadric>(p.geometry).arguments[0], 1);
-    expect_point(p.world_from_object.point({0.5f, 0, 0}), 2, 0, 0);
+    expect_point(p.world_from_object->point({0.5f, 0, 0}), 2, 0, 0);
     ASSERT_TRUE(p.motion);
     ASSERT_EQ(p.motion->places.size(), 2u);
     EXPECT_EQ(p.motion->places[1].time, 1);
@@ -356,7 +356,7 @@ TEST(RibMotion, EndsWithItsBlock) {
     EXPECT_SILENT(r);
     EXPECT_FALSE(r.primitive(0).motion);
     EXPECT_TRUE(r.primitive(1).motion); // two samples that are the same: the renderer finds that out
-    expect_point(r.primitive(2).world_from_object.point({0, 0, 0}), 1, 0, 0);
+    expect_point(r.primitive(2).world_from_object->point({0, 0, 0}), 1, 0, 0);
 }
 
 // Matrices alone would have it stand still.
@@ -417,7 +417,7 @@ TEST(RibMotion, SaysWhatDoesNotFit) {
     const Parsed backwards(
         world("MotionBegin [1 0] Translate 3 0 0 Translate 1 0 0 MotionEnd Sphere 1 -1 1 360"));
     EXPECT_TRUE(backwards.says("the times must rise"));
-    expect_point(backwards.primitive(0).world_from_object.point({0, 0, 0}), 3, 0, 0);
+    expect_point(backwards.primitive(0).world_from_object->point({0, 0, 0}), 3, 0, 0);
     EXPECT_FALSE(backwards.primitive(0).motion);
     const Parsed color(world("MotionBegin [0 1] Color 1 0 0 Color 0 1 0 MotionEnd Sphere 1 -1 1 360"));
     EXPECT_TRUE(color.says("Color does not change while the shutter is open"));
@@ -503,8 +503,8 @@ TEST(RibTransform, ScopedCoordinateSystemsEndWithTheirBlock) {
         "AttributeBegin Translate 1 0 0 ScopedCoordinateSystem \"lamp\" Identity "
         "CoordSysTransform \"lamp\" Sphere 1 -1 1 360 CoordSysTransform \"rig\" Sphere 1 -1 1 360\n"
         "AttributeEnd Sphere 1 -1 1 360 CoordSysTransform \"lamp\"\nWorldEnd");
-    expect_point(p.primitive(0).world_from_object.point({0, 0, 0}), 1, 0, 0);
-    expect_point(p.primitive(1).world_from_object.point({0, 0, 0}), 0, 0,
+    expect_point(p.primitive(0).world_from_object->point({0, 0, 0}), 1, 0, 0);
+    expect_point(p.primitive(1).world_from_object->point({0, 0, 0}), 0, 0,
                  0); // the camera's translation undone
     EXPECT_TRUE(p.primitive(0).attributes->user.find("coordinatesystem:lamp"));
     EXPECT_FALSE(p.primitive(2).attributes->user.find("coordinatesystem:lamp"));
@@ -545,8 +545,8 @@ TEST(RibBlocks, SolidsSaveAttributesAndPassThrough) {
         "SolidEnd SolidBegin \"primitive\" Sphere 1 -1 1 360 SolidEnd SolidEnd Sphere 1 -1 1 360"));
     ASSERT_EQ(r.scene.primitives.size(), 3u);
     EXPECT_EQ(r.primitive(1).attributes->color, Rgb(1, 1, 1));
-    expect_point(r.primitive(1).world_from_object.point({1, 0, 0}), 0, 1, 0);
-    expect_point(r.primitive(2).world_from_object.point({1, 0, 0}), 1, 0, 0);
+    expect_point(r.primitive(1).world_from_object->point({1, 0, 0}), 0, 1, 0);
+    expect_point(r.primitive(2).world_from_object->point({1, 0, 0}), 1, 0, 0);
     EXPECT_TRUE(r.messages().empty()) << r.all_messages();
 }
 

@@ -298,7 +298,8 @@ struct Program {
     bool area_light = false;        // see CompileOptions; of use while lowering alone
     std::vector<std::string> files; // names of the sources, for locations at run time
     std::vector<TextureUse> textures;
-    bool queries = false; // asks for attributes, options or the like
+    bool queries = false;         // asks for attributes, options or the like
+    bool interreflection = false; // asks for light between surfaces, or what keeps it away: occlusion()
     CoShaderUse coshaders = CoShaderUse::None;
     uint64_t source_hash = 0;
 

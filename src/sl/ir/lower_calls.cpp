@@ -307,6 +307,7 @@ Ref Lower::closure(const Expr* e, const ops::Signature& s) {
         return zero(Ty::Triple);
     }
     Closure kind = Closure(s.imm);
+    m_program.interreflection |= kind == Closure::Indirect;
     if (kind == Closure::Mirror && args.size() == 2)
         args.erase(args.begin()); // trace(P, R)
     if (kind == Closure::Mirror && tag(args[0]) == Tag::Refracted)

@@ -246,6 +246,7 @@ Ref Lower::light_shadeop(const Expr* e) {
     };
     if (n == "fresnel")
         return fresnel(e);
+    m_program.interreflection |= n == "occlusion" && m_lit;
     if (n == "occlusion" && m_lit && !m_b.place() && !std::exchange(m_said_occlusion, true))
         m_diagnostics.info(e->loc, "occlusion() is 0: transport occludes what light falls on. A surface that "
                                    "shows 1 - occlusion() by itself is white; --integrator ao shows it");

@@ -67,7 +67,10 @@ class Pictures {
             m_b.store(seen, m_b.call(std::move(look), Ty::Triple), at);
         });
         choice.orelse = in_block([&] {
-            const Ref none = m_b.emit(Op::SameText, Ty::Bool, {name, m_b.text("")}, at);
+            Ref none = m_b.emit(Op::SameText, Ty::Bool, {name, m_b.text("")}, at);
+            for (const char* traced : {"raytrace", "reflection"}) // what PRMan and BMRT call it
+                none = m_b.emit(Op::Or, Ty::Bool,
+                                {none, m_b.emit(Op::SameText, Ty::Bool, {name, m_b.text(traced)}, at)}, at);
             Item missing{Item::If};
             missing.ref = m_b.emit(Op::Not, Ty::Bool, {none}, at);
             missing.loc = at;
