@@ -18,7 +18,8 @@ constexpr Row Rows[] = {
     {"Option", "shadow", "uniform float", "bias bias0 bias1"},
     {"Option", "limits", "uniform color", "zthreshold othreshold"},
     {"Option", "limits", "uniform integer",
-     "threads octreememory pointmemory brickmemory deepshadowmemory deepshadowtiles curvemaxsegments"},
+     "threads nthreads octreememory pointmemory brickmemory deepshadowmemory deepshadowtiles "
+     "curvemaxsegments"},
     {"Option", "limits", "uniform float", "vprelativeshadingrate"},
     {"Option", "render", "uniform integer", "minsamples maxsamples nthreads prmanspecular prmanlighting"},
     {"Option", "render", "uniform float", "minshadowbias"},
@@ -34,6 +35,7 @@ constexpr Row Rows[] = {
     {"Option", "RI2RIB_Indentation", "uniform string", "Type"},
     {"Option", "RI2RIB_Indentation", "uniform integer", "Size"},
     {"Option", "bucket", "uniform string", "order"},
+    {"Option", "runtime", "uniform string", "verbosity"},
     {"Option", "shutter", "uniform float", "offset"},
     {"Option", "trace", "uniform float", "approximation decimationrate"},
     {"Option", "ribparse", "uniform string", "varsubst"},
