@@ -85,6 +85,15 @@ def test_convert_round_trip(kanuka_command, ball: Path, tmp_path: Path) -> None:
     assert kanuka_command("convert", "none.rib", "x.rib").returncode == 4
 
 
+@pytest.mark.parametrize("coat", [[], ["--gzip"], ["--zstd"], ["--binary", "--zstd"]], ids=" ".join)
+def test_every_coat_comes_by_standard_input(kanuka_command, ball: Path, tmp_path: Path, coat: list[str]) -> None:
+    assert kanuka_command("convert", ball, "packed", *coat).returncode == 0
+    with open(tmp_path / "packed", "rb") as packed:
+        result = kanuka_command("convert", "-", "-", stdin=packed)
+    assert result.returncode == 0, result.stderr
+    assert result.stdout == kanuka_command("convert", ball, "-").stdout
+
+
 def test_render_reads_several_files_as_one(kanuka_command, ball: Path, tmp_path: Path) -> None:
     (tmp_path / "small.opt").write_text('Option "kanuka" "integrator" "facing"\nFormat 9 9 1\n')
     lines = [line for line in ball.read_text().splitlines() if not line.startswith("Format")]

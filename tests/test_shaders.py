@@ -40,3 +40,18 @@ def test_the_bench_sees_what_is_wrong() -> None:
     assert "r at row 0, column 0" in bench.difference(right, bench.parse(text.replace("(10 ", "(10.001 ", 1)))
     assert "messages" in bench.difference(right, bench.parse(text + "warning: more\n"))
     assert "outputs" in bench.difference(right, bench.parse(text.replace("r:", "q:")))
+
+
+@pytest.mark.parametrize("detail", ["uniform", "varying"])
+def test_a_value_a_face_reaches_parameters_of_any_detail(tmp_path: Path, detail: str) -> None:
+    (tmp_path / "faces.sl").write_text(
+        f"surface faces({detail} float k = 0.5;) {{ uniform float twice = 2 * k; Ci = 0.5 * twice; Oi = 1; }}"
+    )
+    path = tmp_path / "faces.rib"
+    path.write_text(
+        'Format 16 8 1\nProjection "orthographic"\nWorldBegin\nSurface "faces"\nPointsPolygons [4 4] [0 1 2 3 1 4 5 2] '
+        '"P" [-2 -1 1 0 -1 1 0 1 1 -2 1 1 2 -1 1 2 1 1] "uniform float k" [0.75 0.25]\nWorldEnd\n'
+    )
+    picture = kanuka.render(kanuka.load(path), progressions=64)["rgb"]
+    assert picture[2:6, 2:6].mean() == pytest.approx(0.75, rel=0.02)
+    assert picture[2:6, -6:-2].mean() == pytest.approx(0.25, rel=0.02)

@@ -110,6 +110,9 @@ class SolidHit {
     void put(Context& context, unsigned ray_id, RTCHit& hit) const;
 
   private:
+    // All of them from the ray's start on, in order.
+    void gather(const Group& group, Context& context, RTCRayHit rh, Crossings& crossings);
+
     Crossings m_crossings;
     const Crossing* m_hit = nullptr;
 };

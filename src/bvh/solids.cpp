@@ -124,4 +124,43 @@ void order_crossings(std::vector<Crossing>& crossings, const Precision& precisio
     crossings.resize(kept);
 }
 
+namespace {
+
+bool is_odd(const std::vector<Crossing>& crossings, int solid) {
+    return std::ranges::count(crossings, solid, &Crossing::solid) % 2 != 0;
+}
+
+} // namespace
+
+bool any_odd(const std::vector<Crossing>& crossings) {
+    return std::ranges::any_of(crossings, [&](const Crossing& c) { return is_odd(crossings, c.solid); });
+}
+
+void drop_unpaired(std::vector<Crossing>& ahead, const std::vector<Crossing>& behind) {
+    std::vector<int> torn;
+    for (const Crossing& c : ahead)
+        if (std::ranges::find(torn, c.solid) == torn.end() && is_odd(ahead, c.solid) &&
+            !is_odd(behind, c.solid))
+            torn.push_back(c.solid);
+    for (const int solid : torn) {
+        std::vector<size_t> of_it;
+        for (size_t i = 0; i < ahead.size(); i++)
+            if (ahead[i].solid == solid)
+                of_it.push_back(i);
+        const auto takes_turns_without = [&](size_t left_out) {
+            const Crossing* before = nullptr;
+            for (const size_t i : of_it) {
+                if (i == left_out)
+                    continue;
+                if (before && before->entering == ahead[i].entering)
+                    return false;
+                before = &ahead[i];
+            }
+            return true;
+        };
+        const auto found = std::ranges::find_if(of_it, takes_turns_without);
+        ahead.erase(ahead.begin() + ptrdiff_t(found != of_it.end() ? *found : of_it.back()));
+    }
+}
+
 } // namespace kanuka::bvh

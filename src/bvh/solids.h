@@ -78,6 +78,15 @@ struct Precision {
 // both report it.
 void order_crossings(std::vector<Crossing>& crossings, const Precision& precision);
 
+// Does a primitive solid have an odd number of crossings?
+bool any_odd(const std::vector<Crossing>& crossings);
+
+// A line crosses a closed surface evenly often: where those ahead of a ray's start are odd and those behind
+// it even, the line went through a crack, as between a cylinder's rim and its lid, which are diced apart.
+// Without its fellow a crossing tells nothing, and is left out: the one without which entering and leaving
+// take turns.
+void drop_unpaired(std::vector<Crossing>& ahead, const std::vector<Crossing>& behind);
+
 // Calls accept(crossing) for crossings that a tree's value changes at, nearest first, until one is taken.
 // Coincident surfaces count as one: what is taken away up to a common face leaves no skin there.
 template <class Accept>

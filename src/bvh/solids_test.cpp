@@ -246,6 +246,42 @@ TEST(Solids, CommonFacesLeaveNothing) {
     EXPECT_EQ(side[0].shape, 1);
 }
 
+// A box with slits about its lid, within a ball: rays that go through one and out at the other side are not
+// in the box all the way from their start.
+TEST(Solids, CracksLeaveNothingInTheAir) {
+    Shapes shapes;
+    std::vector<Vec3f> p;
+    for (int k = 0; k < 8; k++) {
+        const float s = k & 4 ? 0.9f : 1; // the lid's corners
+        p.push_back({(k & 1 ? 0.5f : -0.5f) * s, (k & 2 ? 0.5f : -0.5f) * s, k & 4 ? 0.5f : -0.5f});
+    }
+    for (int k = 0; k < 4; k++)
+        p.push_back({k & 1 ? 0.5f : -0.5f, k & 2 ? 0.5f : -0.5f, 0.5f});
+    const int box =
+        shapes.add_mesh(4, p, {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 9, 8, 2, 10, 11, 3, 0, 8, 10, 2, 1, 3, 11, 9});
+    GroupDesc world;
+    world.shapes.push_back({box, 1, 1});
+    world.shapes.push_back({shapes.add_sphere({0, 0, 0}, 2, 48), 1, 2});
+    world.solids = {{Kind::Intersection, -1}, {Kind::Primitive, 0}, {Kind::Primitive, 0}};
+    const Scene scene(shapes.store, std::span(&world, 1), {});
+    std::vector<Ray> rays = random_rays(20000, 4, 11);
+    std::erase_if(rays, [](const Ray& r) { return length(r.o) < 1; }); // all start outside of the box
+    const auto hits = intersect<8>(scene, rays);
+    const auto shadows = occluded<8>(scene, rays);
+    int found = 0;
+    for (size_t i = 0; i < rays.size(); i++) {
+        ASSERT_EQ(hits[i].hit, shadows[i]);
+        if (!hits[i].hit)
+            continue;
+        found++;
+        const Vec3f at = rays[i].o + rays[i].d * hits[i].t;
+        EXPECT_LT(std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)}), 0.5001f) << i;
+    }
+    EXPECT_GT(found, 300);
+    // From inside of it out through a slit: in the ball's air it is out.
+    EXPECT_FALSE(intersect<8>(scene, {{{0, 0, 0}, normalize(Vec3f(0.475f, 0, 0.5f))}})[0].hit);
+}
+
 // Area of what is seen along z: of a lens, of a ball with a bite, of both together.
 TEST(Solids, SilhouettesHaveTheAreasOfTheirFormulas) {
     const double r = 1, apart = 1; // two balls, a distance of their radius from each other across the view

@@ -58,23 +58,42 @@ void note_crossing(const RTCFilterFunctionNArguments* args) {
     }
 }
 
+static Precision precision_of(const RTCRay& ray) {
+    return {{ray.org_x, ray.org_y, ray.org_z}, {ray.dir_x, ray.dir_y, ray.dir_z}};
+}
+
+void SolidHit::gather(const Group& group, Context& context, RTCRayHit rh, Crossings& crossings) {
+    crossings.depth = context.depth;
+    rh.ray.tfar = 1e30f; // beyond the ray's end: that tells where it starts
+    rh.hit.geomID = rh.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    context.crossings = &crossings;
+    const Precision precision = precision_of(rh.ray);
+    rtcIntersect1(group.solids, &context.embree, &rh);
+    context.crossings = nullptr;
+    std::erase_if(crossings.all, [&](const Crossing& c) { return !group.trees.holds(c.solid); });
+    order_crossings(crossings.all, precision);
+}
+
 bool SolidHit::find(const Group& group, Context& context, const RTCRay& ray) {
     m_hit = nullptr;
     m_crossings.all.clear();
     m_crossings.places.clear();
-    m_crossings.depth = context.depth;
     RTCRayHit rh;
     rh.ray = ray;
-    rh.ray.tfar = 1e30f; // beyond the ray's end: that tells where it starts
-    rh.hit.geomID = rh.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    context.crossings = &m_crossings;
-    rtcIntersect1(group.solids, &context.embree, &rh);
-    context.crossings = nullptr;
-    std::erase_if(m_crossings.all, [&](const Crossing& c) { return !group.trees.holds(c.solid); });
+    gather(group, context, rh, m_crossings);
     if (m_crossings.all.empty())
         return false;
-    const Precision precision({ray.org_x, ray.org_y, ray.org_z}, {ray.dir_x, ray.dir_y, ray.dir_z});
-    order_crossings(m_crossings.all, precision);
+    if (any_odd(m_crossings.all)) { // it starts inside of something, or passed a crack: what is behind tells
+        rh.ray.org_x += ray.dir_x * ray.tnear;
+        rh.ray.org_y += ray.dir_y * ray.tnear;
+        rh.ray.org_z += ray.dir_z * ray.tnear;
+        rh.ray.dir_x = -ray.dir_x, rh.ray.dir_y = -ray.dir_y, rh.ray.dir_z = -ray.dir_z;
+        rh.ray.tnear = 0;
+        Crossings behind;
+        gather(group, context, rh, behind);
+        drop_unpaired(m_crossings.all, behind.all);
+    }
+    const Precision precision = precision_of(ray);
     const Crossing* hit = first_boundary(group.trees, m_crossings.all, precision, [&](const Crossing& c) {
         if (c.t > ray.tfar)
             return true; // and so are all that come

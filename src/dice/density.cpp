@@ -26,9 +26,14 @@ Density::Density(const DiceTarget& target, const DiceOptions& options, float sha
     m_middle_x = camera.middle_x, m_middle_y = camera.middle_y;
     const float far_x = std::abs(m_middle_x) + m_half_width, far_y = std::abs(m_middle_y) + m_half_height;
     m_edge_cosine = 1 / std::sqrt(1 + far_x * far_x + far_y * far_y);
-    add_pose(camera.render_from_camera);
-    for (const Transform& pose : camera.also_from)
+    m_instanced = m_uniform > 0 || !target.instead_from.empty();
+    for (const Transform& pose : target.instead_from)
         add_pose(pose);
+    if (target.instead_from.empty()) {
+        add_pose(camera.render_from_camera);
+        for (const Transform& pose : camera.also_from)
+            add_pose(pose);
+    }
     for (const Transform& pose : target.also_from)
         add_pose(pose);
 }

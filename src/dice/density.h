@@ -13,7 +13,7 @@ class Density final : public geom::Viewpoint {
 
     // Pixels a unit of render space spans at p, seen face on.
     float pixels_per_unit(const Vec3f& p) const override;
-    bool has_camera() const override { return m_uniform <= 0; }
+    bool has_camera() const override { return !m_instanced; }
     // Micropolygon edges that fit between two near points; foreshortened as the camera sees them.
     float cells(const Vec3f& a, const Vec3f& b) const override;
     // The same from each of a line's points to the next: count - 1 values. At most MostPoints.
@@ -47,6 +47,7 @@ class Density final : public geom::Viewpoint {
     Vec3f towards(const Pose& pose, const Vec3f& p) const;
 
     float m_uniform = 0, m_cells_per_pixel = 1;
+    bool m_instanced = false;
     Projection m_projection = Projection::Perspective;
     float m_half_angle = 1;
     float m_pixels_per_tangent = 1, m_near = 1e-4f, m_falloff = 1;

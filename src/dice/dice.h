@@ -57,11 +57,14 @@ struct Diced {
 // Displaces one grid in place; empty = the surface is not displaced. Must depend on each vertex and its
 // neighbours alone. Shapes that change are displaced at every step.
 using Displace = std::function<void(grid::Grid&)>;
-// For instanced primitives, the closest instances decide the rate: see `scale_hint`.
 struct DiceTarget {
     Transform render_from_object;
-    // Instances: diced uniformly in group space, as if `pixels_per_unit` held everywhere; 0 = use the camera.
+    // Many instances: diced uniformly in group space, as if `pixels_per_unit` held everywhere; 0 = use the
+    // camera.
     float pixels_per_unit = 0;
+    // Few instances: where the camera stands to each of them, render_from_camera in group space, in place of
+    // the dicing camera's own. What is diced so faces no camera.
+    std::vector<Transform> instead_from = {};
     bool shade_uniform =
         false; // the material is constant: rates serve geometry alone, flat pieces need one cell
     bool keep_density = false; // traced geometry is not simplified: emitters whose light varies over them,

@@ -1,6 +1,7 @@
 #include "geom/surface.h"
 
 #include <gtest/gtest.h>
+#include <random>
 
 #include "geom/triangulate.h"
 
@@ -89,6 +90,10 @@ scene::SubdivisionMesh cube(std::vector<scene::SubdivisionMesh::Tag> tags = {}) 
     return m;
 }
 
+struct Point2 {
+    double x, y;
+};
+
 // Derivatives of a lattice against differences of its positions, relative to their size.
 void expect_derivatives(const Surface& s, int face, float tolerance) {
     const float h = 1e-3f;
@@ -134,6 +139,68 @@ TEST(Triangulate, ConcavePolygonWithHoles) {
         quads += 0.5 * n.z;
     }
     EXPECT_NEAR(quads, sum, 1e-5);
+}
+
+// Many holes in rows and columns, whose corners lie on common lines; points tell whether they are covered.
+TEST(Triangulate, HolesInRowsAndColumns) {
+    const std::vector<std::vector<Point2>> kinds = {
+        {{1, 1}, {7, 1}, {7, 7}, {1, 7}}, {{1, 1}, {7, 1}, {7, 7}},
+        {{1, 7}, {4, 1}, {7, 7}},         {{1, 1}, {7, 1}, {7, 3}, {3, 3}, {3, 7}, {1, 7}}, // an L
+        {{1, 4}, {4, 1}, {7, 4}, {4, 7}}, {{1, 1}, {4, 3}, {7, 1}, {5, 4}, {7, 7}, {4, 5}, {1, 7}, {3, 4}}};
+    const auto inside = [](const std::vector<Point2>& loop, double x, double y) {
+        bool in = false;
+        for (size_t i = 0, j = loop.size() - 1; i < loop.size(); j = i++)
+            if ((loop[i].y > y) != (loop[j].y > y) &&
+                x < loop[i].x + (y - loop[i].y) / (loop[j].y - loop[i].y) * (loop[j].x - loop[i].x))
+                in = !in;
+        return in;
+    };
+    std::mt19937 g(5);
+    for (int round = 0; round < 1500; round++) {
+        const int columns = 1 + int(g() % 4), rows = 1 + int(g() % 4);
+        const double w = 8 * columns, h = 8 * rows;
+        std::vector<std::vector<Point2>> loops = {{{0, 0}, {w, 0}, {w, h}, {0, h}}};
+        if (g() % 3 == 0) // a notch from above, between two columns
+            loops[0] = {{0, 0}, {w, 0}, {w, h}, {8.5, h}, {8, 0.5}, {7.5, h}, {0, h}};
+        for (int r = 0; r < rows; r++)
+            for (int c = 0; c < columns; c++) {
+                if (g() % 4 == 0)
+                    continue;
+                std::vector<Point2> hole = kinds[g() % kinds.size()];
+                const unsigned turns = g() % 4;
+                for (Point2& q : hole) {
+                    for (unsigned k = 0; k < turns; k++)
+                        q = {8 - q.y, q.x};
+                    q = {q.x + 8 * c, q.y + 8 * r};
+                }
+                if (g() % 2)
+                    std::reverse(hole.begin(), hole.end());
+                std::rotate(hole.begin(), hole.begin() + long(g() % hole.size()), hole.end());
+                loops.push_back(hole);
+            }
+        Loops l;
+        l.loop_first = {0};
+        for (const auto& loop : loops) {
+            for (const Point2& q : loop)
+                l.points.push_back({float(q.x), float(q.y), 0});
+            l.loop_first.push_back(int(l.points.size()));
+        }
+        const auto triangles = triangulate(l);
+        for (int k = 0; k < 60; k++) {
+            const double x = w * double(g()) / 4294967296.0, y = h * double(g()) / 4294967296.0;
+            bool expected = inside(loops[0], x, y);
+            for (size_t i = 1; i < loops.size(); i++)
+                expected &= !inside(loops[i], x, y);
+            int covered = 0;
+            for (const auto& t : triangles) {
+                std::vector<Point2> corners;
+                for (const int i : t)
+                    corners.push_back({l.points[size_t(i)].x, l.points[size_t(i)].y});
+                covered += inside(corners, x, y);
+            }
+            ASSERT_EQ(covered, int(expected)) << "round " << round << " at " << x << " " << y;
+        }
+    }
 }
 
 TEST(Triangulate, EveryAxisAndHostileInput) {

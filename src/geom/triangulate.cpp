@@ -69,53 +69,57 @@ double loop_area(const std::vector<Point2>& p, const std::vector<int>& loop) {
     return sum;
 }
 
-// Where the hole's rightmost corner sees the outline: the edge hit by a ray to the right gives a candidate; a
-// reflex corner inside the triangle (corner, hit, candidate) is seen first.
+// Does the outline's corner i see q at once, between the edges that meet there? Corners that bridges meet at
+// are there twice or more, each with its own part of the angle.
+bool opens_to(const std::vector<Point2>& p, const std::vector<int>& outline, int i, const Point2& q) {
+    const int n = int(outline.size());
+    const Point2 &at = p[outline[i]], &before = p[outline[(i + n - 1) % n]], &after = p[outline[(i + 1) % n]];
+    const bool left_of_after = orient(at, after, q) >= 0, left_of_before = orient(before, at, q) >= 0;
+    return orient(before, at, after) > 0 ? left_of_after && left_of_before : left_of_after || left_of_before;
+}
+
+// Where the hole's rightmost corner m sees the outline: a ray to the right leaves through an edge, whose end
+// farther right is a candidate; a reflex corner inside the triangle (m, hit, candidate) is seen first.
 int bridge_corner(const std::vector<Point2>& p, const std::vector<int>& outline, const Point2& m) {
     const int n = int(outline.size());
-    double best_x = std::numeric_limits<double>::infinity();
-    int best = -1;
+    double hit_x = std::numeric_limits<double>::infinity();
+    int candidate = -1;
     for (int i = 0; i < n; i++) {
         const Point2 &a = p[outline[i]], &b = p[outline[(i + 1) % n]];
-        if ((a.y > m.y) == (b.y > m.y) && !(a.y == m.y || b.y == m.y))
+        if (!(a.y <= m.y && m.y <= b.y && a.y < b.y)) // the inside is to the left of what goes up
             continue;
-        double x;
-        if (a.y == b.y)
-            x = std::max(a.x, b.x);
-        else
-            x = a.x + (m.y - a.y) / (b.y - a.y) * (b.x - a.x);
-        if (x >= m.x && x < best_x) {
-            best_x = x;
-            best = a.x > b.x ? i : (i + 1) % n;
+        const double x = a.x + (m.y - a.y) / (b.y - a.y) * (b.x - a.x);
+        if (x >= m.x && x < hit_x) {
+            hit_x = x;
+            candidate = a.x > b.x ? i : (i + 1) % n;
         }
     }
-    if (best < 0) // the hole is not inside: take the nearest corner
-        for (int i = 0; i < n; i++) {
-            const Point2 &a = p[outline[i]], &b = p[outline[std::max(best, 0)]];
-            const auto far = [&](const Point2& q) {
-                return (q.x - m.x) * (q.x - m.x) + (q.y - m.y) * (q.y - m.y);
-            };
-            if (best < 0 || far(a) < far(b))
-                best = i;
-        }
-    const Point2 hit{std::isfinite(best_x) ? best_x : p[outline[best]].x, m.y}, c = p[outline[best]];
-    double least = std::numeric_limits<double>::infinity();
-    int seen = best;
+    if (candidate < 0) { // the hole is not inside: take the nearest corner
+        const auto far = [&](int i) {
+            const Point2& q = p[outline[i]];
+            return (q.x - m.x) * (q.x - m.x) + (q.y - m.y) * (q.y - m.y);
+        };
+        candidate = 0;
+        for (int i = 1; i < n; i++)
+            if (far(i) < far(candidate))
+                candidate = i;
+        return candidate;
+    }
+    const Point2 hit{hit_x, m.y}, c = p[outline[candidate]];
+    double least = std::numeric_limits<double>::infinity(), nearest = least;
+    int seen = -1;
     for (int i = 0; i < n; i++) {
         const Point2& q = p[outline[i]];
-        if (i == best || same(q, c))
+        if (q.x < m.x || same(q, m) || !opens_to(p, outline, i, m))
             continue;
-        const bool inside = c.y > m.y ? covers(m, hit, c, q) : covers(m, c, hit, q);
-        if (!inside || q.x <= m.x)
+        const bool in_triangle = c.y > m.y ? covers(m, hit, c, q) : covers(m, c, hit, q);
+        if (!in_triangle && !same(q, c) && !same(q, hit))
             continue;
-        const Point2 &before = p[outline[(i + n - 1) % n]], &after = p[outline[(i + 1) % n]];
-        if (orient(before, q, after) >= 0)
-            continue; // convex corners hide nothing
-        const double slope = std::abs(q.y - m.y) / (q.x - m.x);
-        if (slope < least)
-            least = slope, seen = i;
+        const double slope = std::abs(q.y - m.y) / std::max(q.x - m.x, 1e-300);
+        if (slope < least || (slope == least && q.x < nearest))
+            least = slope, nearest = q.x, seen = i;
     }
-    return seen;
+    return seen >= 0 ? seen : candidate;
 }
 
 std::vector<int> join_holes(const std::vector<Point2>& p, const Loops& loops) {

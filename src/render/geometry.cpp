@@ -6,6 +6,7 @@
 
 #include "base/tasks.h"
 #include "color/photometry.h"
+#include "render/group_views.h"
 #include "render/motion.h"
 #include "render/volumes.h"
 
@@ -74,7 +75,8 @@ class GeometryBuilder {
   private:
     void build(bvh::GroupDesc& world) {
         const scene::Scene& scene = m_request.scene;
-        rate_groups();
+        const std::vector<GroupView> views =
+            view_groups(scene, m_first_group, m_request.render_from_world, m_request.dice.camera);
         m_total = scene.primitives.size();
         for (const scene::Group& g : scene.groups)
             m_total += g.primitives.size();
@@ -82,51 +84,21 @@ class GeometryBuilder {
         for (size_t g = 0; g < scene.groups.size(); g++) {
             bvh::GroupDesc desc;
             // A group that nothing shows is not diced.
-            if (const float rate = m_pixels_per_unit[m_first_group + g]; rate > 0)
-                add_primitives(scene.groups[g].primitives, scene.groups[g].solids, Transform(), rate, desc);
+            if (views[g].pixels_per_unit > 0)
+                add_primitives(scene.groups[g].primitives, scene.groups[g].solids, Transform(), &views[g],
+                               desc);
             add_instances(scene.groups[g].instances, Transform(), desc);
             m_out->group_of_scene.push_back(int(m_out->groups.size()));
             m_out->groups.push_back(std::move(desc));
         }
-        add_primitives(scene.primitives, scene.solids, m_request.render_from_world, 0, world);
+        add_primitives(scene.primitives, scene.solids, m_request.render_from_world, nullptr, world);
         add_instances(scene.instances, m_request.render_from_world, world);
         share_wall_time(seconds_since(start));
     }
 
-    // The closest instance decides how finely a group is diced: pixels per unit of its own space, from the
-    // top down.
-    void rate_groups() {
-        const scene::Scene& scene = m_request.scene;
-        const dice::DicingCamera& camera = m_request.dice.camera;
-        m_pixels_per_unit.assign(m_first_group + scene.groups.size(), 0.0f);
-        for (const auto& in : scene.instances)
-            for (size_t i = 0; i + 12 <= in.transforms.size(); i += 12) {
-                const float* m = in.transforms.data() + i;
-                const Vec3f p = m_request.render_from_world.point({m[3], m[7], m[11]});
-                const float scale = scale_of(m);
-                const float distance = std::max(length(p) - scale, 0.1f * scale);
-                const float rate = camera.projection != Projection::Orthographic
-                                       ? camera.pixels_per_tangent / std::max(distance, 1e-6f)
-                                       : camera.pixels_per_tangent;
-                m_pixels_per_unit[size_t(in.group)] =
-                    std::max(m_pixels_per_unit[size_t(in.group)], rate * scale);
-            }
-        for (size_t g = m_pixels_per_unit.size(); g-- > m_first_group;)
-            for (const auto& in : scene.groups[g - m_first_group].instances)
-                for (size_t i = 0; i + 12 <= in.transforms.size(); i += 12)
-                    m_pixels_per_unit[size_t(in.group)] =
-                        std::max(m_pixels_per_unit[size_t(in.group)],
-                                 m_pixels_per_unit[g] * scale_of(in.transforms.data() + i));
-    }
-    static float scale_of(const float* m) {
-        return std::sqrt(
-            std::max({m[0] * m[0] + m[4] * m[4] + m[8] * m[8], m[1] * m[1] + m[5] * m[5] + m[9] * m[9],
-                      m[2] * m[2] + m[6] * m[6] + m[10] * m[10]}));
-    }
-
     void add_primitives(const std::vector<scene::Primitive>& primitives,
                         const std::vector<scene::Solid>& solids, const Transform& render_from_group,
-                        float pixels_per_unit, bvh::GroupDesc& desc) {
+                        const GroupView* instanced, bvh::GroupDesc& desc) {
         // Runs of primitives are prepared in parallel and made resident in order: the same store for any
         // thread count, and never more than a run's pages twice in memory.
         constexpr size_t Run = 256;
@@ -143,7 +115,7 @@ class GeometryBuilder {
             std::vector<Prepared> prepared(end - begin);
             tasks::parallel_for(end - begin, [&](size_t i) {
                 const int bounded = solid_of(primitives[begin + i], desc.solids);
-                prepare(primitives[begin + i], render_from_group, pixels_per_unit,
+                prepare(primitives[begin + i], render_from_group, instanced,
                         bvh::subtracted(desc.solids, bounded), prepared[i]);
             });
             for (Prepared& p : prepared) {
@@ -221,8 +193,9 @@ class GeometryBuilder {
     }
 
     // `inside_out`: what a solid is taken away from ends there; its outside lies within.
-    void prepare(const scene::Primitive& declared, const Transform& render_from_group, float pixels_per_unit,
-                 bool inside_out, Prepared& out) {
+    // `instanced`: null = in the world.
+    void prepare(const scene::Primitive& declared, const Transform& render_from_group,
+                 const GroupView* instanced, bool inside_out, Prepared& out) {
         try {
             MovingPrimitive moving;
             if (declared.motion)
@@ -235,18 +208,24 @@ class GeometryBuilder {
             const scene::Primitive& primitive = volume ? boundary : rest;
             const Transform render_from_object = render_from_group * primitive.world_from_object;
             const auto start = Clock::now();
-            out.material = m_request.shading.material(primitive, render_from_object, pixels_per_unit > 0);
+            out.material = m_request.shading.material(primitive, render_from_object, instanced != nullptr);
             if (volume)
-                fill(rest, *volume, render_from_object, pixels_per_unit > 0 || !moving.places.empty(),
-                     boundary, out);
+                fill(rest, *volume, render_from_object, instanced || !moving.places.empty(), boundary, out);
             const shade::Material& material = *out.material;
-            dice::DiceTarget target{render_from_object, pixels_per_unit,
-                                    material.uniform() && !material.displaces(), material.emission_varies()};
+            dice::DiceTarget target;
+            target.render_from_object = render_from_object;
+            if (instanced && instanced->cameras.empty())
+                target.pixels_per_unit = instanced->pixels_per_unit;
+            else if (instanced)
+                target.instead_from = instanced->cameras;
+            target.shade_uniform = material.uniform() && !material.displaces();
+            target.keep_density = material.emission_varies();
             target.later = moving.later;
-            target.finer = for_its_light(primitive, render_from_object, pixels_per_unit);
+            target.finer =
+                for_its_light(primitive, render_from_object, instanced ? instanced->pixels_per_unit : 0);
             if (!moving.places.empty()) {
                 out.path.emplace_back(moving.places, render_from_group, render_from_object.inverse());
-                target.also_from = views_of(out.path[0]);
+                target.also_from = views_of(out.path[0], target.instead_from);
             }
             std::atomic<double> displacing{0};
             dice::Displace displace;
@@ -260,7 +239,7 @@ class GeometryBuilder {
             const double dicing = seconds_since(start);
             const auto shading_start = Clock::now();
             shade_and_encode(primitive, diced, material, inside_out, out);
-            const bool at_rest = pixels_per_unit <= 0 && out.path.empty() && moving.later.empty();
+            const bool at_rest = !instanced && out.path.empty() && moving.later.empty();
             if (!out.empty)
                 leave_cut_emitters(out.page, declared.solid >= 0, at_rest);
             out.changes = !moving.later.empty();
@@ -327,18 +306,23 @@ class GeometryBuilder {
         return std::clamp(Across / std::max(pixels, 1e-6f), 1.0f, 1e4f);
     }
 
-    // A moving thing that the camera sees is seen as if the camera moved the other way.
-    std::vector<Transform> views_of(const MotionPath& path) const {
+    // A moving thing that the camera sees is seen as if the camera moved the other way. `instead_from`: as
+    // DiceTarget has it.
+    std::vector<Transform> views_of(const MotionPath& path,
+                                    const std::vector<Transform>& instead_from) const {
+        constexpr size_t Times = 4;
         const dice::DicingCamera& camera = m_request.dice.camera;
         std::vector<Transform> views;
-        for (size_t i = 1; i <= 4; i++) {
-            const Transform& render_from_camera =
-                camera.also_from.size() == 4 ? camera.also_from[i - 1] : camera.render_from_camera;
+        for (size_t i = 1; i <= Times; i++)
             try {
-                views.push_back(path.at(double(i) / 4).inverse() * render_from_camera);
+                const Transform back = path.at(double(i) / Times).inverse();
+                for (const Transform& from : instead_from)
+                    views.push_back(back * from);
+                if (instead_from.empty())
+                    views.push_back(back * (camera.also_from.size() == Times ? camera.also_from[i - 1]
+                                                                             : camera.render_from_camera));
             } catch (const Error&) { // flattened then
             }
-        }
         return views;
     }
 
@@ -550,7 +534,6 @@ class GeometryBuilder {
     const GeometryRequest& m_request;
     Geometry* m_out;
     size_t m_first_group; // of the scene's: those before it are built
-    std::vector<float> m_pixels_per_unit;
     std::atomic<double> m_dice_time{0}, m_shade_time{0};
     std::mutex m_progress_mutex;
     size_t m_done = 0, m_total = 0;

@@ -87,12 +87,7 @@ void InstanceImpl::bind(std::span<const Argument> arguments, Services& services)
         }
         const size_t index = size_t(it - p.parameters.begin());
         const ir::Place& place = p.places[index];
-        if (a.varying) {
-            if (!place.varying) {
-                complain("parameter \"" + a.name + "\" of shader \"" + p.name +
-                         "\" is uniform, so a varying primvar cannot set it; declare it varying");
-                continue;
-            }
+        if (a.varying) { // a uniform parameter too: it has a value a face
             m_variant.params[index] = true;
             m_primvars[index] = a.name.substr(a.name.rfind('.') + 1); // of a co-shader: without its handle
             if (place.length >= 0)

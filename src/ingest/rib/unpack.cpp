@@ -140,6 +140,8 @@ class Unzstd final : public Unpacker {
     ~Unzstd() override { ZSTD_freeDStream(m_stream); }
 
     void feed(std::string_view bytes, Spool& to) override {
+        if (bytes.empty()) // asks for what comes after the end
+            return;
         ZSTD_inBuffer in{bytes.data(), bytes.size(), 0};
         ZSTD_outBuffer out{m_buffer.data(), m_buffer.size(), 0};
         do {
@@ -148,7 +150,7 @@ class Unzstd final : public Unpacker {
             if (ZSTD_isError(m_left))
                 damaged(m_name, "zstd", ZSTD_getErrorName(m_left));
             to.append({m_buffer.data(), out.pos});
-        } while (in.pos < in.size || out.pos == out.size);
+        } while (in.pos < in.size || (out.pos == out.size && m_left != 0));
     }
     void finish() override {
         if (m_left != 0)

@@ -1,0 +1,128 @@
+#include "render/group_views.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "scene/summary.h"
+
+namespace kanuka::render {
+namespace {
+
+constexpr size_t MostPlaces = 8; // that are looked at one by one
+
+struct Sphere {
+    Vec3f center{0, 0, 0};
+    float radius = 0;
+};
+
+Transform from_rows(const float* rows) {
+    Transform t;
+    for (size_t i = 0; i < 12; i++)
+        t.m[i / 4][i % 4] = double(rows[i]);
+    return t;
+}
+
+float largest_scale(const float* m) {
+    return std::sqrt(
+        std::max({m[0] * m[0] + m[4] * m[4] + m[8] * m[8], m[1] * m[1] + m[5] * m[5] + m[9] * m[9],
+                  m[2] * m[2] + m[6] * m[6] + m[10] * m[10]}));
+}
+
+template <class Visit> // visit(row-major 3x4 matrix); moving ones at all their times
+void each_transform(const scene::Group::Instances& in, Visit visit) {
+    for (size_t i = 0; i + 12 <= in.transforms.size(); i += 12)
+        visit(in.transforms.data() + i);
+}
+
+// What the group's primitives and its own instances reach, before displacement.
+std::vector<Sphere> bound_groups(const scene::Scene& scene, size_t first) {
+    std::vector<Sphere> spheres(scene.groups.size());
+    for (size_t g = 0; g < spheres.size(); g++) { // groups hold instances of lower ones
+        Bounds3f box;
+        const auto add = [&](const Vec3f& center, float radius) {
+            box.extend(center - Vec3f(radius));
+            box.extend(center + Vec3f(radius));
+        };
+        for (const scene::Primitive& p : scene.groups[g].primitives)
+            if (const Bounds3f b = scene::world_bounds(p); !b.empty())
+                box.extend(b);
+            else // a blobby
+                add(p.world_from_object.point({0, 0, 0}), 1);
+        for (const auto& in : scene.groups[g].instances)
+            if (size_t(in.group) >= first)
+                each_transform(in, [&](const float* m) {
+                    const Sphere& child = spheres[size_t(in.group) - first];
+                    add(from_rows(m).point(child.center), child.radius * largest_scale(m));
+                });
+        if (!box.empty())
+            spheres[g] = {(box.lo + box.hi) * 0.5f, length(box.hi - box.lo) * 0.5f};
+    }
+    return spheres;
+}
+
+struct Seen {
+    std::vector<Transform> places; // render_from_group, while they are few
+    bool many = false;
+    float pixels_per_unit = 0;
+};
+
+} // namespace
+
+std::vector<GroupView> view_groups(const scene::Scene& scene, size_t first,
+                                   const Transform& render_from_world, const dice::DicingCamera& camera) {
+    const std::vector<Sphere> bounds = bound_groups(scene, first);
+    const Vec3f eye = camera.render_from_camera.point({0, 0, 0});
+    std::vector<Seen> seen(scene.groups.size());
+    const auto place = [&](int group, const Transform& render_from_group, float scale) {
+        if (size_t(group) < first) // built before
+            return;
+        Seen& s = seen[size_t(group) - first];
+        const Sphere& bound = bounds[size_t(group) - first];
+        const float radius = bound.radius * scale;
+        // From within the bound it is unknown how near it comes.
+        const float distance = std::max({length(render_from_group.point(bound.center) - eye) - radius,
+                                         0.5f * radius, camera.near_clip, 1e-6f});
+        const float rate = camera.projection != Projection::Orthographic
+                               ? camera.pixels_per_tangent / distance
+                               : camera.pixels_per_tangent;
+        s.pixels_per_unit = std::max(s.pixels_per_unit, rate * scale);
+        s.many |= s.places.size() == MostPlaces;
+        if (!s.many)
+            s.places.push_back(render_from_group);
+    };
+    for (const auto& in : scene.instances)
+        each_transform(
+            in, [&](const float* m) { place(in.group, render_from_world * from_rows(m), largest_scale(m)); });
+    for (size_t g = seen.size(); g-- > 0;)
+        for (const auto& in : scene.groups[g].instances)
+            each_transform(in, [&](const float* m) {
+                if (!seen[g].many) {
+                    for (const Transform& outer : seen[g].places) {
+                        const float scale = float(std::cbrt(std::abs(outer.determinant3())));
+                        place(in.group, outer * from_rows(m), scale * largest_scale(m));
+                    }
+                } else if (size_t(in.group) >= first) {
+                    Seen& inner = seen[size_t(in.group) - first];
+                    inner.many = true;
+                    inner.pixels_per_unit =
+                        std::max(inner.pixels_per_unit, seen[g].pixels_per_unit * largest_scale(m));
+                }
+            });
+    std::vector<GroupView> views(seen.size());
+    for (size_t g = 0; g < views.size(); g++) {
+        views[g].pixels_per_unit = seen[g].pixels_per_unit;
+        if (seen[g].many)
+            continue;
+        for (const Transform& render_from_group : seen[g].places)
+            try {
+                const Transform group_from_render = render_from_group.inverse();
+                views[g].cameras.push_back(group_from_render * camera.render_from_camera);
+                for (const Transform& at_another_time : camera.also_from)
+                    views[g].cameras.push_back(group_from_render * at_another_time);
+            } catch (const Error&) { // flattened: it shows nothing
+            }
+    }
+    return views;
+}
+
+} // namespace kanuka::render

@@ -1,0 +1,24 @@
+// How finely what is instanced is diced: as its instances are seen.
+#pragma once
+
+#include <vector>
+
+#include "dice/dice.h"
+
+namespace kanuka::render {
+
+// A group of the scene: it is diced once, in its own space, as finely as the instance needs that shows it
+// largest.
+struct GroupView {
+    // While there are few instances: the camera as each of them sees it, render_from_camera in the group's
+    // space. Each place of the group then has the rate that its nearest view asks for.
+    std::vector<Transform> cameras;
+    // Where there are more: that of the closest one all over the group. 0 = nothing shows it.
+    float pixels_per_unit = 0;
+};
+
+// One a group of the scene. `first`: number of the scene's first group, as instances count.
+std::vector<GroupView> view_groups(const scene::Scene& scene, size_t first,
+                                   const Transform& render_from_world, const dice::DicingCamera& camera);
+
+} // namespace kanuka::render
