@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gzip
 import os
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -122,3 +124,118 @@ def test_textures_are_made_without_a_world(own: Path, tmp_path: Path) -> None:
         filter_width=(6, 2),
     )
     assert (tmp_path / "again.tex").read_bytes() == (tmp_path / "ramp.tex").read_bytes()
+
+
+# ---- sessions, by kanuka_ri_session
+
+
+@pytest.fixture
+def session(root: Path) -> Path:
+    return find_program(root, "kanuka_ri_session")
+
+
+BALL = "# one\n# two\nSphere 1 -1 1 360\n"
+
+
+@pytest.mark.parametrize(
+    ("how", "ends", "said", "printed"),
+    [
+        ("handler", 1, ["43|2|TransformEnd without TransformBegin was left out"], "WorldBegin is not closed"),
+        ("callback", 1, [], "WorldBegin is not closed"),
+        ("procedural", 1, [], "AttributeBegin is not closed"),
+        ("again", 0, ["43|2|TransformEnd without TransformBegin was left out"], "RiObjectInstance was left out"),
+    ],
+)
+def test_programs_may_end_in_their_own_callbacks(
+    session: Path, tmp_path: Path, how: str, ends: int, said: list[str], printed: str
+) -> None:
+    """Under valgrind, where there is one: what has ended is not touched again."""
+    (tmp_path / "part.rib").write_text(BALL)
+    valgrind = shutil.which("valgrind")
+    checker = [valgrind, "-q", "--error-exitcode=9"] if valgrind and how != "again" else []
+    result = run(*checker, session, f"end-{how}", cwd=tmp_path)
+    assert (result.returncode, result.stdout.splitlines()) == (0, [*said, f"ended {ends}"]), result.stderr
+    assert result.stderr.count(printed) == 1
+
+
+def test_a_program_without_lights_and_shaders_is_lit_from_the_eye(session: Path, tmp_path: Path) -> None:
+    (tmp_path / "part.rib").write_text(BALL)
+    result = run(session, "plain", cwd=tmp_path)
+    assert result.returncode == 0
+    assert "lit from the eye" in result.stderr
+    run(session, "plain", "plain.rib", cwd=tmp_path)
+    by_c = kanuka.read(tmp_path / "plain.exr")["rgb"]
+    assert by_c.mean() > 0.05
+    kanuka.render(kanuka.load(tmp_path / "plain.rib")).write(tmp_path / "rib.exr")
+    assert np.array_equal(by_c, kanuka.read(tmp_path / "rib.exr")["rgb"])
+
+
+def test_rib_goes_to_a_program(session: Path, tmp_path: Path) -> None:
+    run(session, "plain", "plain.rib", cwd=tmp_path)
+    assert run(session, "plain", "|cat > piped.rib", cwd=tmp_path).stderr == ""
+    assert (tmp_path / "piped.rib").read_text() == (tmp_path / "plain.rib").read_text()
+    assert '"false" could not run or failed' in run(session, "plain", "|false", cwd=tmp_path).stderr
+    assert "names that end in .rib" in run(session, "plain", "scene", cwd=tmp_path).stderr
+
+
+def test_each_display_has_its_picture(session: Path, tmp_path: Path) -> None:
+    (tmp_path / "part.rib").write_text(BALL)
+    run(session, "frames", "anim", cwd=tmp_path)
+    first, second = (kanuka.read(tmp_path / f"anim.000{i}.exr")["rgb"] for i in (1, 2))
+    assert first[..., 2].max() > 0.5 > second[..., 2].max()
+
+
+def test_pictures_of_faces_become_textures_called_as_formats_are(session: Path, tmp_path: Path) -> None:
+    result = run(session, "faces", cwd=tmp_path)
+    assert (result.returncode, result.stderr) == (0, "")
+    for i, name in enumerate(("px", "nx", "py", "ny", "pz", "nz")):
+        color = [0.0, 0.0, 0.0]
+        color[i % 3] = 1 if i < 3 else 0.5
+        assert kanuka.read(tmp_path / f"face.{name}.exr")["rgb"][4, 4] == pytest.approx(color, abs=0.02)
+    assert (tmp_path / "env").exists()
+    assert kanuka.read(tmp_path / "last.exr")["rgb"][4, 4] == pytest.approx([0, 0.5, 0], abs=0.02)
+
+
+def test_handlers_declarations_and_files_before_the_context(session: Path, tmp_path: Path) -> None:
+    result = run(session, "before", "b.rib", cwd=tmp_path)
+    assert (result.returncode, result.stderr) == (0, "")
+    assert [line.split("|")[0] for line in result.stdout.splitlines()] == ["23", "47", "23"]
+    packed = (tmp_path / "b.rib").read_bytes()
+    assert packed[:2] == b"\x1f\x8b"
+    plain = gzip.decompress(packed)
+    assert b"weight" in plain
+    assert b'Declare "' not in plain, "it is binary"
+
+
+def test_records_are_kept_line_by_line(session: Path, tmp_path: Path) -> None:
+    run(session, "record", "c.rib", cwd=tmp_path)
+    assert (tmp_path / "c.rib").read_text() == (
+        "##RenderMan RIB-Structure 1.1\n#one\n#two\n#three\n##Creator a program\n"
+        '# four\nDisplay "a.exr" "file" "rgb"\nFormat 64 48 1\nPixelSamples 2 2\n'
+        'ArchiveBegin "kept"\nAttribute "user"\n"uniform float x" [1]\nArchiveEnd\n'
+    )
+
+
+def test_names_that_renderers_declare_and_values_that_are_none(session: Path, tmp_path: Path) -> None:
+    result = run(session, "names", "d.rib", cwd=tmp_path)
+    assert (result.returncode, result.stderr) == (0, "")
+    said = [line.split("|", 2) for line in result.stdout.splitlines()]
+    assert [code for code, _, _ in said] == ["41", "41", "41", "42", "44"]
+    assert "give the address of a char*" in said[0][2]
+    assert 'declare it: "uniform float bias"' in said[1][2]
+    assert 'RiDeclare("nobodyknows"' in said[2][2]
+    written = (tmp_path / "d.rib").read_text().splitlines()
+    assert written[1:5] == [
+        'Option "shadow" "bias0" [0.25]',
+        'Attribute "dice" "binary" [1] "rasterorient" [1]',
+        'Attribute "displacementbound" "sphere" [0.25] "space" ["shader"]',
+        'Hider "hidden" "jitter" [1]',
+    ]
+    assert 'Attribute "light" "string shadow" ["on"]' in written
+    assert 'Attribute "trace" "bias" [1]' in written
+
+
+def test_a_file_without_riend_holds_what_was_written(session: Path, tmp_path: Path) -> None:
+    result = run(session, "begun", "e.rib", cwd=tmp_path)
+    assert "the program ended without RiEnd" in result.stderr
+    assert (tmp_path / "e.rib").read_text() == "##RenderMan RIB-Structure 1.1\nWorldBegin\n"

@@ -122,11 +122,9 @@ def test_normals_calculated_at_corners_of_grids_are_not_turned(tmp_path: Path) -
 
 
 def test_frames_that_make_textures_are_passed_over_and_displays_keep_their_numbers(tmp_path: Path) -> None:
-    from kanuka.cli.render import as_exr
-
-    assert as_exr("ball.tif") == Path("ball.exr")
-    assert as_exr("dof.0154") == Path("dof.0154.exr")
-    assert as_exr("env.xp") == Path("env.xp.exr")
+    assert kanuka.picture_file("ball.tif") == "ball.exr"
+    assert kanuka.picture_file("dof.0154") == "dof.0154.exr"
+    assert kanuka.picture_file("env.xp") == "env.xp.exr"
 
 
 # ---- volumes

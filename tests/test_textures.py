@@ -44,6 +44,17 @@ def test_a_scene_makes_its_textures(picture: Path, tmp_path: Path, monkeypatch: 
     assert result["rgb"].mean() / result["alpha"].mean() == pytest.approx(kanuka.read(picture)["rgb"].mean(), rel=0.02)
 
 
+@pytest.mark.parametrize("name", ["env", "tif", "tx"])
+def test_a_texture_may_be_called_as_a_format_is(
+    picture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.rib").write_text(SCENE.replace("made.tex", name))
+    result = kanuka.render(kanuka.load("scene.rib"), progressions=1)
+    assert not [m.message for m in result.journal.messages]
+    assert result["rgb"].mean() / result["alpha"].mean() == pytest.approx(kanuka.read(picture)["rgb"].mean(), rel=0.05)
+
+
 def test_the_library_and_the_command_make_the_same(picture: Path, tmp_path: Path) -> None:
     kanuka.make_texture([str(picture)], str(tmp_path / "a.tx"), wrap=("black", "clamp"), filter="triangle")
     command = [sys.executable, "-m", "kanuka", "texture", str(picture), str(tmp_path / "b.tx")]

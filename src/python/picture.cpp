@@ -8,6 +8,7 @@
 
 #include "film/ztest.h"
 #include "python/arrays.h"
+#include "scene/picture_name.h"
 #include "shade/make_texture.h"
 
 namespace kanuka::python {
@@ -354,6 +355,9 @@ void bind_picture(nb::module_& m) {
             return "<kanuka.Picture " + std::to_string(p.picture.width) + " x " +
                    std::to_string(p.picture.height) + ">";
         });
+    m.def(
+        "picture_file", [](const std::string& name) { return scene::picture_file(name); }, nb::arg("display"),
+        "The file that the name of a Display stands for: 'ball.tif' is ball.exr, 'anim.0001' anim.0001.exr.");
     m.def("read", &read, nb::arg("path"), "Reads an EXR file.");
     m.def(
         "make_texture", &make_texture, nb::arg("pictures"), nb::arg("texture"), nb::kw_only(),

@@ -3,8 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
+#ifdef __linux__
+#include <cerrno>
+#include <sys/uio.h>
+#include <unistd.h>
+#endif
 
 #include "ingest/rib/requests.h"
+#include "ri/contexts.h"
+#include "ri/predeclared.h"
 #include "ri/session.h"
 
 namespace kanuka::ri {
@@ -40,28 +47,29 @@ void Caller::handle(RtPointer pointer) {
     ingest::Argument& a = next();
     const std::string* name = m_session.handle(pointer);
     a.is_text = true;
-    if (name)
+    if (name) {
         a.text = *name;
-    else
-        m_session.report(RIE_BADHANDLE, RIE_ERROR,
-                         "Ri" + std::string(m_call.spec->name) + ": this handle was returned by no call");
+        return;
+    }
+    left_out = true;
+    m_session.report(RIE_BADHANDLE, RIE_ERROR,
+                     "Ri" + std::string(m_call.spec->name) +
+                         " was left out: this handle was returned by no call");
 }
 
-void Caller::new_handle() {
+void Caller::new_handle(const char* name) {
     ingest::Argument& a = next();
     a.is_text = true;
-    a.text = std::to_string(m_session.next_handle++);
+    a.text = name ? name : std::to_string(m_session.next_handle++);
     result = m_session.keep_handle(a.text);
 }
 
 void Caller::filter(RtFilterFunc function) {
-    constexpr std::pair<RtFilterFunc, const char*> filters[] = {{RiBoxFilter, "box"},
-                                                                {RiTriangleFilter, "triangle"},
-                                                                {RiGaussianFilter, "gaussian"},
-                                                                {RiCatmullRomFilter, "catmull-rom"},
-                                                                {RiSincFilter, "sinc"},
-                                                                {RiMitchellFilter, "mitchell"},
-                                                                {RiBlackmanHarrisFilter, "blackman-harris"}};
+    constexpr std::pair<RtFilterFunc, const char*> filters[] = {
+        {RiBoxFilter, "box"},           {RiTriangleFilter, "triangle"},
+        {RiGaussianFilter, "gaussian"}, {RiCatmullRomFilter, "catmull-rom"},
+        {RiSincFilter, "sinc"},         {RiSeparableCatmullRomFilter, "catmull-rom"},
+        {RiMitchellFilter, "mitchell"}, {RiBlackmanHarrisFilter, "blackman-harris"}};
     for (const auto& [known, name] : filters)
         if (known == function)
             return text(name);
@@ -69,14 +77,19 @@ void Caller::filter(RtFilterFunc function) {
         m_own_filter = function;
         return text("table");
     }
-    if (function == RiBesselFilter)
-        return text("bessel");
-    m_session.report(
-        RIE_UNIMPLEMENT, RIE_WARNING,
-        "Ri" + std::string(m_call.spec->name) +
-            ": textures are not made by filters of a program's own; the Gaussian was used. There "
-            "are RiBoxFilter, RiTriangleFilter, RiGaussianFilter, RiCatmullRomFilter, "
-            "RiSincFilter, RiBesselFilter, RiMitchellFilter, RiBlackmanHarrisFilter");
+    const std::string request = "Ri" + std::string(m_call.spec->name);
+    if (!function) {
+        m_session.report(RIE_RANGE, RIE_ERROR, request + ": there is no filter; the Gaussian was used");
+        return text("gaussian");
+    }
+    constexpr std::pair<RtFilterFunc, const char*> of_textures[] = {
+        {RiBesselFilter, "bessel"}, {RiDiskFilter, "disk"}, {RiLanczosFilter, "lanczos"}};
+    for (const auto& [known, name] : of_textures)
+        if (known == function)
+            return text(name);
+    m_session.report(RIE_UNIMPLEMENT, RIE_WARNING,
+                     request + ": textures are not made by filters of a program's own; the Gaussian was "
+                               "used. There are those of ri.h, RiGaussianFilter and so on");
     text("gaussian");
 }
 
@@ -148,7 +161,41 @@ void Caller::strings(const RtToken* values, long count) {
 
 // ---- parameters -------------------------------------------------------------------------------------
 
-void Caller::parameters(RtInt n, RtToken tokens[], RtPointer parms[], long vertices) {
+std::optional<ingest::Declaration> Caller::declaration(const std::string& name) const {
+    const ingest::Declarations& declarations = m_session.context().declarations;
+    const std::vector<std::string>& own = declarations.own();
+    for (size_t i = 0; i < own.size(); i += 2)
+        if (own[i] == name)
+            return *declarations.find(name);
+    std::string problem;
+    if (const auto type = predeclared(m_call.spec->name, m_call.args[0].text, name); !type.empty())
+        return ingest::parse_declaration(type, false, problem)->declaration;
+    if (const ingest::Declaration* known = declarations.find(name))
+        return *known;
+    return std::nullopt;
+}
+
+static std::string declare_it(const std::string& name) {
+    const std::string_view type = predeclared_elsewhere(name);
+    const std::string mend = "it is not declared, so its length is not known; declare it: ";
+    if (!type.empty())
+        return mend + "\"" + std::string(type) + " " + name + "\"";
+    return mend + "RiDeclare(\"" + name + "\", TYPE), TYPE being \"uniform float\" for a number, " +
+           "\"uniform integer\", \"uniform string\", \"uniform color\" or another";
+}
+
+// Programs give a text where the address of one belongs, now and then: that must not end them.
+static bool readable([[maybe_unused]] const void* place) {
+#ifdef __linux__
+    char byte;
+    const iovec here{&byte, 1}, there{const_cast<void*>(place), 1};
+    return process_vm_readv(getpid(), &here, 1, &there, 1, 0) == 1 || errno != EFAULT;
+#else
+    return true;
+#endif
+}
+
+void Caller::parameters(RtInt n, const RtToken tokens[], RtPointer parms[], long vertices) {
     const bool primitive = m_call.spec->params == ingest::Params::Primitive;
     const auto& attributes = m_session.context().attributes;
     const Lengths lengths =
@@ -156,21 +203,19 @@ void Caller::parameters(RtInt n, RtToken tokens[], RtPointer parms[], long verti
                   : Lengths{};
     for (RtInt i = 0; i < n; i++) {
         const std::string token = tokens[i] ? tokens[i] : "";
+        const auto leave_out = [&](const std::string& why) {
+            m_session.report(RIE_BADTOKEN, RIE_ERROR,
+                             "Ri" + std::string(m_call.spec->name) + ": the parameter \"" + token +
+                                 "\" was left out: " + why);
+        };
         std::string problem;
         const bool in_line = token.find_first_of(" \t\n[") != std::string::npos;
         const auto parsed = in_line ? ingest::parse_declaration(token, true, problem) : std::nullopt;
-        const ingest::Declaration* declared = parsed    ? &parsed->declaration
-                                              : in_line ? nullptr
-                                                        : m_session.context().declarations.find(token);
+        const std::optional<ingest::Declaration> declared = parsed    ? parsed->declaration
+                                                            : in_line ? std::nullopt
+                                                                      : declaration(token);
         if (!declared || !parms[i]) {
-            m_session.report(RIE_BADTOKEN, RIE_ERROR,
-                             "Ri" + std::string(m_call.spec->name) + ": the parameter \"" + token +
-                                 "\" was left out: " +
-                                 (declared  ? "it has no value"
-                                  : in_line ? problem
-                                            : "it is not declared, so its length is not known; use "
-                                              "RiDeclare(\"" +
-                                                  token + "\", \"uniform float\")"));
+            leave_out(declared ? "it has no value" : in_line ? problem : declare_it(token));
             continue;
         }
         Value v;
@@ -183,8 +228,16 @@ void Caller::parameters(RtInt n, RtToken tokens[], RtPointer parms[], long verti
         if (v.type == Type::String) {
             const auto* strings = static_cast<const RtToken*>(parms[i]);
             std::vector<std::string> copy;
-            for (long k = 0; k < items; k++)
-                copy.emplace_back(strings[k] ? strings[k] : "");
+            bool texts = true;
+            for (long k = 0; k < items && texts; k++) {
+                texts = primitive || !strings[k] || readable(strings[k]);
+                if (texts)
+                    copy.emplace_back(strings[k] ? strings[k] : "");
+            }
+            if (!texts) {
+                leave_out("its value is no array of strings; give the address of a char*, not the text");
+                continue;
+            }
             v.strings = std::move(copy);
         } else if (v.type == Type::Integer) {
             const auto* ints = static_cast<const RtInt*>(parms[i]);
@@ -202,16 +255,19 @@ void Caller::parameters(RtInt n, RtToken tokens[], RtPointer parms[], long verti
 // ---- calls ------------------------------------------------------------------------------------------
 
 RtPointer make_call(const char* request, const std::function<void(Caller&)>& fill) {
-    Session* session = current();
+    // Held: callbacks and error handlers of the call may end it.
+    const std::shared_ptr<Session> session = current();
     if (!session) {
-        RiLastError = RIE_NOTSTARTED;
-        char message[] = "a call before RiBegin or after RiEnd was left out";
-        RiErrorPrint(RIE_NOTSTARTED, RIE_ERROR, message);
+        report_outside(RIE_NOTSTARTED, RIE_ERROR,
+                       std::string("Ri") + request +
+                           " was left out: it stands before RiBegin or after RiEnd");
         return nullptr;
     }
     try {
         Caller caller(*session, request);
         fill(caller);
+        if (caller.left_out)
+            return nullptr;
         caller.settle_filter();
         session->execute(caller.call());
         return caller.result;
@@ -233,10 +289,10 @@ Listed::Listed(std::va_list list) {
 }
 
 long samples() {
-    const Session* session = current();
+    const std::shared_ptr<Session> session = current();
     if (!session)
         return 3;
-    const auto& rgb = const_cast<Session*>(session)->context().options.rgb_from_samples;
+    const auto& rgb = session->context().options.rgb_from_samples;
     return rgb.empty() ? 3 : long(rgb.size() / 3);
 }
 

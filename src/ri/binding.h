@@ -4,9 +4,12 @@
 #include <cstdarg>
 #include <functional>
 #include <initializer_list>
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "ingest/rib/call.h"
+#include "ingest/rib/declarations.h"
 #include "ri.h"
 
 namespace kanuka::ri {
@@ -19,9 +22,9 @@ class Caller {
     Caller(Session& session, const char* request);
     void number(double value);
     void text(const char* text);
-    void handle(RtPointer handle); // one that a call returned
-    void new_handle();
-    void filter(RtFilterFunc function); // by its name
+    void handle(RtPointer handle);               // one that a call returned
+    void new_handle(const char* name = nullptr); // null: the next number
+    void filter(RtFilterFunc function);          // by its name
     // After all arguments: a filter of the program's own becomes a table of its values, where there can be
     // one.
     void settle_filter();
@@ -30,13 +33,16 @@ class Caller {
     void ints(const RtInt* values, long count);
     void strings(const RtToken* values, long count);
     // `vertices`: of a primitive whose arguments do not tell how many there are.
-    void parameters(RtInt n, RtToken tokens[], RtPointer parms[], long vertices);
+    void parameters(RtInt n, const RtToken tokens[], RtPointer parms[], long vertices);
 
     ingest::Call& call() { return m_call; }
     RtPointer result = nullptr;
+    bool left_out = false; // an argument cannot be, and was reported
 
   private:
     ingest::Argument& next();
+    // Of a name that stands alone: by the program's own declaration, the request's, or everybody's.
+    std::optional<ingest::Declaration> declaration(const std::string& name) const;
     Session& m_session;
     ingest::Call m_call;
     size_t m_argument = 0;

@@ -2,6 +2,7 @@
 //
 //   kanuka_make_ri header PROLOGUE > ri.h        kanuka_make_ri calls > calls.cpp
 
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 #include <iterator>
@@ -19,8 +20,11 @@ using ri::Parameter;
 using ri::Signature;
 
 std::string declared(const Parameter& p) {
-    if (p.type.ends_with('*') && !p.length.empty())
-        return p.type.substr(0, p.type.size() - 1) + " " + p.name + "[]";
+    if (p.type.ends_with('*') && !p.length.empty()) {
+        const std::string type = p.type.substr(0, p.type.size() - 1);
+        // Arrays of strings are constant: what programs hand over, some do and some do not declare so.
+        return (type == "RtString" || type == "RtToken" ? "const " : "") + type + " " + p.name + "[]";
+    }
     if (p.type == "RtFloat" && !p.length.empty())
         return p.type + " " + p.name + "[]";
     return p.type + " " + p.name;
@@ -44,7 +48,7 @@ std::string name_of(const Signature& s) {
 std::string vector_form(const Signature& s) {
     const std::string all = joined(s, true);
     return s.result + " " + name_of(s) + "V(" + all + (all.empty() ? "" : ", ") +
-           "RtInt n, RtToken tokens[], RtPointer parms[])";
+           "RtInt n, const RtToken tokens[], RtPointer parms[])";
 }
 
 std::string plain_form(const Signature& s) {
@@ -61,6 +65,25 @@ const Parameter* find(const Signature& s, std::string_view name) {
         if (p.name == name)
             return &p;
     return nullptr;
+}
+
+// The numbers of an argument "x1 y1 z1 …" in the table: of parameters that are called so, or of all of them,
+// points one number after another.
+std::string listed(const Signature& s, const std::string& names) {
+    std::string list;
+    const auto add = [&](const std::string& number) { list += (list.empty() ? "" : ", ") + number; };
+    if (!find(s, names.substr(0, names.find(' ')))) {
+        for (const Parameter& p : s.parameters)
+            for (int i = 0; i < (p.length.empty() ? 1 : std::stoi(p.length)); i++)
+                add(p.length.empty() ? p.name : p.name + "[" + std::to_string(i) + "]");
+        return list;
+    }
+    for (size_t at = 0; at < names.size();) {
+        const size_t stop = std::min(names.find(' ', at), names.size());
+        add(names.substr(at, stop - at));
+        at = stop + 1;
+    }
+    return list;
 }
 
 // How an argument of the request is taken from the parameters.
@@ -84,12 +107,7 @@ std::string taken(const Signature& s, const ArgSpec& a) {
             return "c.floats(&" + name + "[0][0], 16);";
         if (find(s, "bound"))
             return "c.floats(bound, 6);";
-        {
-            std::string list = name;
-            for (size_t at = list.find(' '); at != std::string::npos; at = list.find(' ', at + 2))
-                list.replace(at, 1, ", ");
-            return "c.floats({" + list + "});";
-        }
+        return "c.floats({" + listed(s, name) + "});";
     case ArgType::FloatArray:
         return "c.floats(" + name + ", " + p->length + ");";
     case ArgType::IntegerArray:

@@ -5,7 +5,7 @@
 #include <dlfcn.h>
 
 #include "ingest/rib/search_path.h"
-#include "ri/session.h"
+#include "ri/contexts.h"
 
 namespace kanuka::ri {
 
@@ -34,7 +34,7 @@ std::string run_library(const std::string& path, const std::string& data, float 
     const auto subdivide = symbol<void (*)(RtPointer, RtFloat)>(library, "Subdivide");
     const auto release = symbol<void (*)(RtPointer)>(library, "Free");
     Session::Recording recording;
-    Session session(recording);
+    const auto session = std::make_shared<Session>(recording);
     {
         const Redirect redirect(session);
         for (size_t i = 0; i + 1 < declarations.size(); i += 2)
@@ -45,7 +45,7 @@ std::string run_library(const std::string& path, const std::string& data, float 
         subdivide(own, detail);
         release(own);
     }
-    session.finish();
+    session->finish();
     problems = std::move(recording.problems);
     return std::move(recording.text);
 }

@@ -12,9 +12,9 @@ using ingest::ArgType;
 using ingest::RequestSpec;
 
 // Not in C, or written by hand: they take functions, lists of numbers, or return what the table has not.
-constexpr std::string_view ByHand[] = {"version",     "Declare",       "MotionBegin",
-                                       "ReadArchive", "ArchiveBegin",  "ErrorHandler",
-                                       "Procedural",  "ArchiveRecord", "Procedural2"};
+constexpr std::string_view ByHand[] = {"version",      "Declare",      "MotionBegin", "ReadArchive",
+                                       "ArchiveBegin", "ErrorHandler", "Procedural",  "ArchiveRecord",
+                                       "Procedural2",  "Option"};
 
 // What the table does not tell: how long arrays are. `sum` and `sum_of_each` are in binding.h.
 struct Exception {
@@ -44,6 +44,8 @@ constexpr Exception Exceptions[] = {
      "RtFloat* "
      "max[sum(ncurves, nloops)], RtInt* n[sum(ncurves, nloops)], RtFloat* u[sum(n, sum(ncurves, nloops))], "
      "RtFloat* v[sum(n, sum(ncurves, nloops))], RtFloat* w[sum(n, sum(ncurves, nloops))]"},
+    {"Hyperboloid", "RtPoint point1[3], RtPoint point2[3], RtFloat thetamax"},
+    {"Quantize", "RtToken type, RtInt one, RtInt min, RtInt max, RtFloat dither"},
     {"Polygon", "RtInt nvertices", "nvertices"},
     {"GeneralPolygon", "RtInt nloops, RtInt* nverts[nloops]"},
     {"PointsPolygons", "RtInt npolys, RtInt* nverts[npolys], RtInt* verts[sum(nverts, npolys)]"},

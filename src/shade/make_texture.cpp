@@ -14,6 +14,7 @@
 
 #include "base/tasks.h"
 #include "base/vec.h"
+#include "scene/picture_name.h"
 #include "shade/linear_input.h"
 #include "shade/mip_levels.h"
 #include "shade/search.h"
@@ -25,18 +26,13 @@ namespace {
 constexpr std::string_view Wraps[] = {"black", "clamp", "periodic", "mirror"};
 
 // The file of a picture that a scene names. What a Display of another frame wrote under that name is an
-// OpenEXR file: "pic.tif" is pic.exr, "env.xp" env.xp.exr.
+// OpenEXR file of another name (picture_name.h).
 std::optional<std::string> find_picture(const std::string& name, std::vector<std::string> folders) {
     constexpr const char* As[] = {"", ".exr"};
     folders.push_back("."); // where pictures are written
     if (auto found = find_file(name, folders, As))
         return found;
-    // A frame's number is no suffix.
-    const std::filesystem::path path(name);
-    const std::string suffix = path.extension().string();
-    if (suffix.size() < 2 || suffix.size() > 6 || std::isdigit(static_cast<unsigned char>(suffix[1])))
-        return std::nullopt;
-    return find_file(std::filesystem::path(path).replace_extension(".exr").string(), folders, As);
+    return find_file(scene::picture_file(name), folders, std::span(As, 1));
 }
 
 // A whole picture, in linear light.
@@ -197,6 +193,10 @@ std::map<std::string, std::string> make_textures(const scene::ValueList& options
         if (!std::filesystem::exists(texture))
             made[texture] = "";
     };
+    // OpenImageIO takes a bare name, as "env" or "tif", for that of a format.
+    const auto path_of = [](const std::string& name) {
+        return name.find('/') == std::string::npos ? "./" + name : name;
+    };
     for (const scene::Value& v : options.values) {
         // Pictures, then kind, s_wrap, t_wrap, filter; fov, s_width, t_width.
         if (!v.name.starts_with(Prefix) || v.strings.size() < 5)
@@ -235,7 +235,7 @@ std::map<std::string, std::string> make_textures(const scene::ValueList& options
         making.s_width = number(1, 0), making.t_width = number(2, 0);
         try {
             make_texture(making);
-            made[making.texture] = making.texture;
+            made[making.texture] = path_of(making.texture);
         } catch (const std::exception& e) {
             if (n == 1)
                 made[making.texture] = making.pictures[0];

@@ -9,6 +9,7 @@
 #include <shared_mutex>
 
 #include "base/vec.h"
+#include "scene/picture_name.h"
 #include "shade/linear_input.h"
 #include "shade/search.h"
 
@@ -73,6 +74,11 @@ std::string Textures::find(const std::string& name) const {
     constexpr const char* as_named[] = {""};
     if (auto path = find_file(name, m_folders, as_named))
         return *path;
+    // "env.xp" for env.xp.exr, as a Display wrote it.
+    const std::string suffix = std::filesystem::path(name).extension().string();
+    if (!suffix.empty() && !scene::is_picture_suffix(suffix))
+        if (auto path = find_file(name, m_folders, PictureExtensions))
+            return *path;
     // "wood.tx" for wood.png, "wood.tif.tx" for wood.tif
     const std::filesystem::path stem = std::filesystem::path(name).replace_extension();
     if (auto path = find_file(stem.string(), m_folders, as_named); path && stem.has_extension())

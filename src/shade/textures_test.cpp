@@ -51,6 +51,16 @@ struct TexturesTest : testing::Test {
     }
 };
 
+TEST_F(TexturesTest, WhatFollowsTheLastDotMayBeAFramesNumber) {
+    write("walk.exr", OIIO::TypeDesc::HALF, {1, 0, 0}, {1, 0, 0});
+    write("walk.0002.exr", OIIO::TypeDesc::HALF, {0, 1, 0}, {0, 1, 0});
+    Lookup numbered("walk.0002", {0.25f}, {0.5f}), suffixed("walk.tif", {0.25f}, {0.5f});
+    textures.lookup(numbered.request, where);
+    textures.lookup(suffixed.request, where);
+    EXPECT_EQ(numbered.result, (std::vector<float>{0, 1, 0}));
+    EXPECT_EQ(suffixed.result, (std::vector<float>{1, 0, 0}));
+}
+
 TEST_F(TexturesTest, EightBitColoursAreDecodedToLinearLight) {
     write("color.png", OIIO::TypeDesc::UINT8, {0.5f, 0.25f, 1}, {0, 0, 0});
     write("color.jpg", OIIO::TypeDesc::UINT8, {0.5f, 0.5f, 0.5f}, {0, 0, 0});

@@ -285,30 +285,12 @@ def default_output(scene_file: str, scene: kanuka.Scene) -> Path:
     """The first Display that goes to a file, as an EXR; else the scene's own name, in this folder."""
     for display in scene.options.displays:
         if display["driver"] != "framebuffer" and display["file"]:
-            return as_exr(display["file"].lstrip("+"))
+            return Path(kanuka.picture_file(display["file"].lstrip("+")))
     if scene_file == "-":
         return Path("picture.exr")
     name = Path(scene_file).name
     for suffix in (".gz", ".rib"):
         name = name.removesuffix(suffix)
-    return Path(name + ".exr")
-
-
-PICTURE_SUFFIXES = frozenset(
-    f".{name}"
-    for name in (
-        *("als", "bmp", "dpx", "exr", "gif", "hdr", "iff", "it", "jpeg", "jpg", "mpg", "pct", "pic", "pict", "png"),
-        *("pnm", "ppm", "psd", "ras", "rgb", "rgba", "rla", "sgi", "sun", "targa", "tex", "tga", "tif", "tiff", "tx"),
-        "xpm",
-    )
-)
-
-
-def as_exr(name: str) -> Path:
-    """The picture that a Display's name stands for: what follows its last dot may be a frame's number."""
-    path = Path(name)
-    if path.suffix.lower() in PICTURE_SUFFIXES:
-        return path.with_suffix(".exr")
     return Path(name + ".exr")
 
 

@@ -37,6 +37,7 @@ struct MotionBlock {
     Location where;
     const RequestSpec* request = nullptr; // of all samples
     int calls = 0;
+    bool wrong_times = false; // reported: the first sample is all there is
     // Of a transformation: its own matrix at every time; `absolute` if it replaces what was there.
     std::vector<TransformKey> local;
     bool absolute = false;

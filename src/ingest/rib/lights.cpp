@@ -57,6 +57,8 @@ void Lights::illuminate(const std::string& handle, bool on, AttributeState& attr
                          "the light's handle instead");
         return;
     }
+    if (!on)
+        m_switched_off.insert(known->second);
     if (attributes.lights->contains(known->second) == on)
         return;
     auto changed = std::make_shared<LightSet>(*attributes.lights);
@@ -118,6 +120,7 @@ void Lights::truncate(size_t size) {
     m_lights.resize(std::min(size, m_lights.size()));
     std::erase_if(m_handles, [&](const auto& entry) { return entry.second >= int(size); });
     std::erase_if(m_filters, [&](const auto& entry) { return entry.first >= int(size); });
+    std::erase_if(m_switched_off, [&](int light) { return light >= int(size); });
 }
 
 std::vector<scene::ShaderRef> Lights::finish(Reports& reports) const {
@@ -129,10 +132,10 @@ std::vector<scene::ShaderRef> Lights::finish(Reports& reports) const {
         const scene::ShaderRef& light = m_lights[i];
         const std::string what = "LightSource \"" + light.name + "\" \"" + light.handle + "\"";
         if (on == 0 && !m_seen.empty()) {
-            reports.warning(
-                "light that is never on", light.where,
-                what + " is on for no primitive and was left out; a light declared between AttributeBegin "
-                       "and AttributeEnd needs Illuminate after them");
+            if (!m_switched_off.contains(int(i)))
+                reports.warning("light that is never on", light.where,
+                                what + " is on for no primitive and was left out; a light declared between "
+                                       "AttributeBegin and AttributeEnd needs Illuminate after them");
             continue;
         }
         lit.push_back(light);

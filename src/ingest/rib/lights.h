@@ -51,6 +51,7 @@ class Lights {
     std::map<int, std::map<std::string, Rgb>> m_filters; // that are on, by light and handle
     // Every set that a primitive was declared under, and the names of its lights.
     std::map<std::shared_ptr<const LightSet>, std::shared_ptr<std::set<std::string>>> m_seen;
+    std::set<int> m_switched_off;                         // by Illuminate, somewhere: who does that means it
     std::shared_ptr<const std::set<std::string>> m_names; // of the last
     std::shared_ptr<const LightSet> m_last;
 };

@@ -117,6 +117,7 @@ void Context::begin_motion(const Call& call) {
         reports.error("motion times", call.where,
                       "MotionBegin: the times must rise; the first sample stands for all");
         times.assign(1, 0.0);
+        m_motion.wrong_times = true;
     }
 }
 
@@ -130,7 +131,7 @@ void Context::end_motion(const Location& where) {
 void Context::motion_sample(Call& call) {
     const size_t sample = size_t(m_motion.calls) - 1;
     if (sample >= m_motion.times.size()) {
-        if (m_motion.times.size() > 1 || sample == 1)
+        if (!m_motion.wrong_times && (m_motion.times.size() > 1 || sample == 1))
             reports.once(Severity::Warning, "motion samples", call.where,
                          std::string(call.spec->name) + ": the motion block has more samples than the " +
                              std::to_string(m_motion.times.size()) + " times of MotionBegin at " +

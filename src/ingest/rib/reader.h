@@ -32,6 +32,7 @@ class Reader final : public Stream {
     void call(Call& call);
     // A line of text as it is, for the archive that a program records; false = it records none.
     bool record_line(const std::string& text);
+    bool record_text(const std::string& text); // that need be no line
     // From here on calls go to a sink as they were written: parameters neither checked nor declared away.
     void pass_on(CallSink& sink) { m_sink = &sink; }
     // Who hears, in order, what files hold beside requests: "comment", "structure", "verbatim", and its text.

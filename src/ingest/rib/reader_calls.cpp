@@ -42,6 +42,12 @@ bool Reader::record_line(const std::string& text) {
     return m_recording != nullptr;
 }
 
+bool Reader::record_text(const std::string& text) {
+    if (m_recording)
+        m_recording->writer->verbatim(text);
+    return m_recording != nullptr;
+}
+
 bool Reader::records(const Call& call) {
     if (!m_recording)
         return false;

@@ -300,7 +300,7 @@ TEST(RibLights, WhatIsOnForNothingIsLeftOut) {
     ASSERT_EQ(r.scene.light_shaders.size(), 2u);
     EXPECT_EQ(r.scene.light_shaders[0].name, "ambientlight");
     EXPECT_EQ(r.scene.light_shaders[1].name, "spotlight");
-    EXPECT_TRUE(r.says("\"pointlight\" \"off\" is on for no primitive"));
+    EXPECT_FALSE(r.says("\"pointlight\" \"off\"")) << "who switches a light off means it";
     EXPECT_TRUE(r.says("\"distantlight\" \"3\" is on for no primitive"));
     EXPECT_EQ(*r.primitive(0).attributes->lights_on, (std::set<std::string>{"1", "4"}));
     EXPECT_EQ(*r.primitive(1).attributes->lights_on, (std::set<std::string>{"4"}));
@@ -417,6 +417,7 @@ TEST(RibMotion, SaysWhatDoesNotFit) {
     const Parsed backwards(
         world("MotionBegin [1 0] Translate 3 0 0 Translate 1 0 0 MotionEnd Sphere 1 -1 1 360"));
     EXPECT_TRUE(backwards.says("the times must rise"));
+    EXPECT_FALSE(backwards.says("more samples"));
     expect_point(backwards.primitive(0).world_from_object->point({0, 0, 0}), 3, 0, 0);
     EXPECT_FALSE(backwards.primitive(0).motion);
     const Parsed color(world("MotionBegin [0 1] Color 1 0 0 Color 0 1 0 MotionEnd Sphere 1 -1 1 360"));

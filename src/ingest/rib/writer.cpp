@@ -3,6 +3,7 @@
 #include <bit>
 #include <charconv>
 #include <cmath>
+#include <utility>
 
 namespace kanuka::ingest {
 
@@ -31,6 +32,7 @@ bool is_structure(const std::string& line) {
 } // namespace
 
 void Writer::flush() {
+    settle();
     m_output.write(m_buffer);
     m_buffer.clear();
     m_line = 0;
@@ -59,7 +61,26 @@ static int bytes_of(uint64_t v) {
     return v < 256 ? 1 : v < 65536 ? 2 : v < 16777216 ? 3 : 4;
 }
 
+void Writer::verbatim(std::string_view text) {
+    if (!m_loose && binary() && !m_buffer.empty() && m_buffer.back() != '\n')
+        m_buffer += '\n';
+    m_buffer += text;
+    m_loose = text.empty() ? m_loose : text.back() != '\n';
+    m_line = m_buffer.size();
+}
+
+void Writer::settle() {
+    if (std::exchange(m_loose, false))
+        end_line();
+}
+
+void Writer::end_line() {
+    m_buffer += '\n';
+    m_line = m_buffer.size();
+}
+
 void Writer::request(std::string_view name) {
+    settle();
     if (!binary()) {
         m_buffer += name;
         return;
@@ -199,14 +220,14 @@ void Writer::end_request() {
 }
 
 void Writer::comment(std::string_view text) {
+    settle();
     std::string line(text);
     while (!line.empty() && (line.back() == ' ' || line.back() == '\r' || line.back() == '\n'))
         line.pop_back();
     if (binary() && !m_buffer.empty() && is_structure(line) && m_buffer.back() != '\n')
         m_buffer += '\n'; // structure hints begin a line
     m_buffer += line;
-    m_buffer += '\n';
-    m_line = m_buffer.size();
+    end_line();
 }
 
 void Writer::numbers(const float* values, size_t count, bool brackets) {

@@ -23,7 +23,9 @@ class Writer {
 
     void call(const Call& call);
     void comment(std::string_view text); // from its '#' on; a line of its own
-    void flush();                        // to the output
+    // RIB as it is. More of it goes on where it ends; anything else begins a line.
+    void verbatim(std::string_view text);
+    void flush(); // to the output
 
     // The tokens, for requests that the table does not know.
     void request(std::string_view name);
@@ -41,11 +43,14 @@ class Writer {
     void separate(size_t length);       // a blank or a line break before what comes
     void big_endian(uint64_t value, int bytes);
     void string_bytes(std::string_view text);
+    void settle(); // after verbatim text
+    void end_line();
     bool binary() const { return m_form == Form::Binary; }
 
     Output& m_output;
     const Form m_form;
     std::string m_buffer;
+    bool m_loose = false;                                 // it ends in verbatim text, within a line
     size_t m_line = 0;                                    // where the current one starts in the buffer
     std::unordered_map<std::string_view, int> m_requests; // names in the table
     std::unordered_map<std::string, uint32_t> m_tokens;

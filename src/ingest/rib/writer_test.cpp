@@ -6,6 +6,7 @@
 
 #include "ingest/rib/convert.h"
 #include "ingest/rib/test_support.h"
+#include "ingest/rib/writer.h"
 #include "scene/summary.h"
 
 namespace kanuka::ingest::test {
@@ -80,6 +81,34 @@ TEST(Writer, IntegersKeepAllTheirDigits) {
         "integer[2] two\" [-2147483648 16777217]\n";
     EXPECT_EQ(convert(text, false), text);
     EXPECT_EQ(convert(convert(text, true), false), text);
+}
+
+TEST(Writer, VerbatimTextGoesOnWhereItEnds) {
+    for (const auto form : {Writer::Form::Ascii, Writer::Form::Binary}) {
+        std::string text;
+        {
+            const auto output = output_to(text);
+            Writer writer(*output, form);
+            Call sides;
+            sides.spec = find_request("Sides");
+            sides.args[0].given = true;
+            sides.args[0].number = 1;
+            writer.call(sides);
+            writer.verbatim("Format ");
+            writer.verbatim("64 48 1");
+            writer.call(sides);
+            writer.verbatim("# one\n\n# two\n");
+            writer.verbatim("# three");
+            writer.comment("#four");
+            writer.verbatim("");
+            writer.verbatim("# five");
+            writer.flush();
+        }
+        EXPECT_EQ(convert(text, false),
+                  "Sides 1\nFormat 64 48 1\nSides 1\n# one\n# two\n# three\n#four\n# five\n");
+        if (form == Writer::Form::Ascii)
+            EXPECT_EQ(text, "Sides 1\nFormat 64 48 1\nSides 1\n# one\n\n# two\n# three\n#four\n# five\n");
+    }
 }
 
 TEST(Writer, UnknownRequestsStay) {
