@@ -59,7 +59,7 @@ def test_shadows_are_cast_where_lights_ask_for_them(tmp_path: Path) -> None:
 def test_surfaces_light_nothing_and_mirrors_see_them(tmp_path: Path) -> None:
     backdrop = 'AttributeBegin Surface "constant" Color [1 1 1] Sphere 50 -50 50 360 AttributeEnd\n'
     assert middle(picture(tmp_path, SUN + backdrop + FLOOR)) == pytest.approx([0.5] * 3, rel=0.02)
-    assert middle(picture(tmp_path, SUN + backdrop + FLOOR, FULL))[1] > 1
+    np.testing.assert_allclose(middle(picture(tmp_path, SUN + backdrop + FLOOR, FULL)), 1, rtol=0.02)  # a furnace
     np.testing.assert_allclose(middle(picture(tmp_path, SUN + backdrop)), 1, rtol=0.01)  # itself, to the camera
     mirror = 'Surface "mirror" ' + FLOOR.removeprefix('Surface "matte" ')
     (tmp_path / "mirror.sl").write_text(
@@ -159,3 +159,27 @@ def test_volumes_of_other_renderers_and_of_bad_values(tmp_path: Path) -> None:
     broken = picture(tmp_path, SKY + bad)
     np.testing.assert_allclose(middle(broken), 1, atol=0.01)
     assert any("below zero or not finite" in m.message for m in broken.journal.messages)
+
+
+def test_shaders_that_ask_for_indirect_light_get_it(tmp_path: Path) -> None:
+    (tmp_path / "bleeding.sl").write_text(
+        "surface bleeding() { normal n = faceforward(normalize(N), I);"
+        " Oi = 1; Ci = Cs * (diffuse(n) + indirectdiffuse(P, n, 64)); }"
+    )
+    (tmp_path / "dirty.sl").write_text(
+        "surface dirty() { normal n = faceforward(normalize(N), I); float hidden = occlusion(P, n, 64);"
+        " Oi = 1; Ci = Cs * (1 - hidden) * (ambient() + diffuse(n)); }"
+    )
+    for surface, transport in (("bleeding", "full"), ("dirty", "full"), ("matte", "classic")):
+        result = picture(tmp_path, SUN + FLOOR.replace("matte", surface), progressions=1)
+        assert result.metadata["kanuka.transport"] == transport, surface
+
+
+def test_what_names_no_surface_is_lit_from_the_eye(tmp_path: Path) -> None:
+    light = 'LightSource "distantlight" 1 "intensity" 1 "from" [9 0 0] "to" [0 0 0]\n'
+    floor = FLOOR.removeprefix('Surface "matte" ')
+    assert middle(picture(tmp_path, light + FLOOR)) == pytest.approx([0] * 3, abs=1e-3)  # edge on to the light
+    assert middle(picture(tmp_path, light + "Color [1 0.5 0.25]\n" + floor)) == pytest.approx([1, 0.5, 0.25], rel=0.05)
+    # In full it is matte, and so is one whose shader is missing.
+    assert middle(picture(tmp_path, light + floor, FULL)) == pytest.approx([0] * 3, abs=1e-3)
+    assert middle(picture(tmp_path, light + 'Surface "nowhere"\n' + floor)) == pytest.approx([0] * 3, abs=1e-3)

@@ -76,7 +76,9 @@ class SystemImpl final : public ShadingSystem {
     std::optional<std::string> find(const scene::ShaderRef& ref) const;
     bool has_its_own(const scene::ShaderRef& ref) const;
     bool all_classic(const scene::Scene& scene) override;
-    void light_defaults_from_eye() override { m_default_surface = scene::ShaderRef{.name = "defaultsurface"}; }
+    void light_defaults_from_eye() override {
+        m_default_surface = scene::ShaderRef{.name = "defaultsurface"};
+    }
     bool knows(const scene::ShaderRef& shader) const override { return find(shader).has_value(); }
     Loaded load(const scene::ShaderRef& ref, sl::ShaderKind wanted, bool area_light = false);
     Loaded compile(const std::string& key, const std::string& path, const sl::CompileOptions& options);

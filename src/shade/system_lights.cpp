@@ -22,8 +22,7 @@ bool SystemImpl::all_classic(const scene::Scene& scene) {
             return true;
         const auto path = find(*last->surface);
         const Loaded shader = path ? compile(*path, *path, m_compile_options) : nullptr;
-        return !shader ||
-               (shader->kind() != sl::ShaderKind::Class && !shader->asks_for_interreflection());
+        return !shader || (shader->kind() != sl::ShaderKind::Class && !shader->asks_for_interreflection());
     };
     const auto of_rispec = [&](const scene::ShaderRef& light) {
         return !is_standard_light(light.name) || has_its_own(light) || is_classic_light(light);

@@ -231,8 +231,8 @@ float from_stored(float grey) { // what the vertex word keeps
 } // namespace
 
 // Two densities: one traced cell under sixteen shading cells, bilinear between their vertices.
-// Wavelengths of a pixel's samples lie between each other: a colour that fills the picture settles much faster
-// than by the root of their number.
+// Wavelengths of a pixel's samples lie between each other: a colour that fills the picture settles much
+// faster than by the root of their number.
 TEST(Kernel, WavelengthsOfAPixelAreSpread) {
     TestScene s;
     s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 1, Size, Size);

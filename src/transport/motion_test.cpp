@@ -50,8 +50,8 @@ void expect_coverage(TestScene& s, const Covered& covered, std::span<const float
                 int n = 0;
                 for (int b = 0; b < Fine; b++)
                     for (int a = 0; a < Fine; a++)
-                        n += covered((x + (a + u) / Fine) / Size * 2 - 1,
-                                     1 - (y + (b + v) / Fine) / Size * 2, time);
+                        n += covered((x + (a + u) / Fine) / Size * 2 - 1, 1 - (y + (b + v) / Fine) / Size * 2,
+                                     time);
                 light += w * n / (Fine * Fine);
             }
             const double expected = light / all;
@@ -60,8 +60,7 @@ void expect_coverage(TestScene& s, const Covered& covered, std::span<const float
             // Where nothing varies there is no error to divide by; then the grid's own is what is allowed.
             // What is met a few times, too, says little of its error; then it is that of so many coins.
             const double met = expected * (1 - expected) * Renders * Paths;
-            const double error =
-                std::max(met > 30 ? m.error() : std::sqrt(met) / (Renders * Paths), 1.5e-3);
+            const double error = std::max(met > 30 ? m.error() : std::sqrt(met) / (Renders * Paths), 1.5e-3);
             wrong += normal_p((m.mean() - expected) / error) < sidak(1e-3, Size * Size);
         }
     EXPECT_EQ(wrong, 0);

@@ -128,8 +128,9 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
         Vec3<F> O, D;
         leave_camera(cam, o, d, time, O, D);
 
-        // Wavelengths by the table of quantiles, a quarter apart. What they see together is the same whichever
-        // of them is the hero: so that is drawn apart, and a pixel's samples spread over one quarter.
+        // Wavelengths by the table of quantiles, a quarter apart. What they see together is the same
+        // whichever of them is the hero: so that is drawn apart, and a pixel's samples spread over one
+        // quarter.
         F in_quarter, hero;
         sampler.sample_2d(int(Dimension::Wavelength), in_quarter, hero);
         const F first_u = (in_quarter + floor(hero * F(4.0f))) * F(0.25f);
