@@ -5,7 +5,7 @@
 
 namespace kanuka {
 
-constinit const std::string FileName::Empty;
+const std::string FileName::Empty; // no location is asked for its file before main()
 
 const std::string* FileName::kept(std::string_view text) {
     if (text.empty())
