@@ -127,12 +127,14 @@ class GeometryBuilder {
                 store::Links links = m_request.linking.of(primitive.attributes.get());
                 if (bounded >= 0 || program.interior || turns_to_viewer(primitive))
                     links.seen &= ~store::Links::OneSided;
-                if (m_request.classic && p.page.header().emitters > 0 &&
-                    !(primitive.attributes && primitive.attributes->area_light)) {
+                const bool shines = p.page.header().emitters > 0;
+                const bool lights = shines && (!m_request.classic ||
+                                               (primitive.attributes && primitive.attributes->area_light));
+                if (shines && !lights) {
                     links.seen |= store::Links::Backdrop;
                     leave_emitters(p.page, [](const store::Emitter&) { return false; });
                 }
-                if (p.page.header().emitters > 0 && links.fades()) {
+                if (lights && links.fades()) {
                     // Light sampling knows no transitions: what shines switches in the middle.
                     if (links.level_from > 0.5f || links.level_to <= 0.5f) {
                         p = {};
