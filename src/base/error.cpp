@@ -34,12 +34,12 @@ static std::string prefixed(const Location& where, const std::string& what) {
 }
 
 Error::Error(Location where, const std::string& what, ExitCode code)
-    : std::runtime_error(prefixed(where, what)), m_where(std::move(where)), m_code(code) {}
+    : std::runtime_error(prefixed(where, what)), m_where(where), m_code(code) {}
 
 void Journal::report(Severity severity, Location where, std::string message) {
     std::lock_guard lock(m_mutex);
     const std::string key = std::to_string(int(severity)) + where.str() + '\n' + message;
-    auto [it, fresh] = m_entries.try_emplace(key, Entry{severity, std::move(where), std::move(message), 0});
+    auto [it, fresh] = m_entries.try_emplace(key, Entry{severity, where, std::move(message), 0});
     it->second.count++;
     if (severity == Severity::Error)
         m_errors++;

@@ -60,10 +60,10 @@ class Journal {
     };
     void report(Severity severity, Location where, std::string message);
     void warning(Location where, std::string message) {
-        report(Severity::Warning, std::move(where), std::move(message));
+        report(Severity::Warning, where, std::move(message));
     }
     void error(Location where, std::string message) {
-        report(Severity::Error, std::move(where), std::move(message));
+        report(Severity::Error, where, std::move(message));
     }
     // Sorted by first file, line, column, message: the same for any thread count.
     std::vector<Entry> entries() const;

@@ -292,7 +292,9 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(const BoundShaders& bound,
             core->displacement.reset();
     }
     core->program = core->surface->program();
-    core->program.shines_both &= attributes.sides == 2 && !attributes.area_light;
+    const bool lit_from_eye = surface.shader && !attributes.surface;
+    core->program.shines_both = (core->program.shines_both || lit_from_eye) && attributes.sides == 2 &&
+                                !attributes.area_light;
     if (coverage.has_presence && core->program.presence < 0 &&
         core->surface->shader().kind() == sl::ShaderKind::Class)
         core->presence_slot = core->program.presence =

@@ -371,8 +371,7 @@ class SurfaceStage {
             return;
         const I e = select(m, h.shape.emitter + h.place.triangle, I(0));
         const auto data = load_rows<sizeof(store::Emitter) / 4>(m_at.scene.emitters, e << 4);
-        const F falloff =
-            select(h.outside, emission_falloff(bitcast_int(data[15]), h.raw_cos_outside), F(1.0f));
+        const F falloff = emission_falloff(bitcast_int(data[15]), abs(h.raw_cos_outside));
         m &= falloff > F(0.0f);
         const S radiance =
             emission_spectrum(m_at.scene, data[9], data[10], data[11], data[12], h.l) * falloff;
