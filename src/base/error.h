@@ -62,9 +62,7 @@ class Journal {
     void warning(Location where, std::string message) {
         report(Severity::Warning, where, std::move(message));
     }
-    void error(Location where, std::string message) {
-        report(Severity::Error, where, std::move(message));
-    }
+    void error(Location where, std::string message) { report(Severity::Error, where, std::move(message)); }
     // Sorted by first file, line, column, message: the same for any thread count.
     std::vector<Entry> entries() const;
     bool has_errors() const { return m_errors.load() > 0; }

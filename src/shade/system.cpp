@@ -293,8 +293,8 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(const BoundShaders& bound,
     }
     core->program = core->surface->program();
     const bool lit_from_eye = surface.shader && !attributes.surface;
-    core->program.shines_both = (core->program.shines_both || lit_from_eye) && attributes.sides == 2 &&
-                                !attributes.area_light;
+    core->program.shines_both =
+        (core->program.shines_both || lit_from_eye) && attributes.sides == 2 && !attributes.area_light;
     if (coverage.has_presence && core->program.presence < 0 &&
         core->surface->shader().kind() == sl::ShaderKind::Class)
         core->presence_slot = core->program.presence =
