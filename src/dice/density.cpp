@@ -23,7 +23,8 @@ Density::Density(const DiceTarget& target, const DiceOptions& options, float sha
     m_falloff = std::max(0.0f, camera.offscreen_falloff) * OffscreenGrowth;
     m_half_width = 0.5f * float(camera.width) / m_pixels_per_tangent;
     m_half_height = 0.5f * float(camera.height) / m_pixels_per_tangent;
-    m_middle_x = camera.middle_x, m_middle_y = camera.middle_y;
+    m_stretch = camera.pixel_stretch > 0 ? camera.pixel_stretch : 1;
+    m_middle_x = camera.middle_x, m_middle_y = camera.middle_y * m_stretch;
     const float far_x = std::abs(m_middle_x) + m_half_width, far_y = std::abs(m_middle_y) + m_half_height;
     m_edge_cosine = 1 / std::sqrt(1 + far_x * far_x + far_y * far_y);
     m_instanced = m_uniform > 0 || !target.instead_from.empty();
@@ -48,7 +49,7 @@ void Density::add_pose(const Transform& render_from_camera) {
     Pose pose;
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 4; j++)
-            pose.camera_from_render[i][j] = float(inverse.m[i][j]);
+            pose.camera_from_render[i][j] = float(inverse.m[i][j] * (i == 1 ? m_stretch : 1));
     pose.scale = float(std::cbrt(std::abs(inverse.determinant3())));
     pose.eye = render_from_camera.point({0, 0, 0});
     pose.view = render_from_camera.vector({0, 0, 1});
@@ -120,7 +121,7 @@ float Density::pixels_per_unit(const Vec3f& p) const {
     float most = 0, beyond;
     for (const Pose& pose : m_poses)
         most = std::max(most, pixels_from(pose, p, beyond));
-    return most;
+    return most * std::max(1.0f, m_stretch);
 }
 
 float Density::cells(const Vec3f& a, const Vec3f& b) const {
@@ -198,7 +199,7 @@ float Density::area(const Vec3f& a, const Vec3f& b, const Vec3f& c) const {
         const Vec3f w = towards(pose, p);
         const float facing = 0.5f * abs(dot(n, w)) / std::max(length(w), 1e-30f);
         const float seen = std::max(facing, full * std::min(1.0f, LeastForeshortening + beyond));
-        most = std::max(most, seen * pixels * pixels);
+        most = std::max(most, seen * pixels * pixels * m_stretch);
     }
     return most * m_cells_per_pixel * m_cells_per_pixel;
 }

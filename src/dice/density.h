@@ -31,7 +31,7 @@ class Density final : public geom::Viewpoint {
     // Where the camera is at one of the times that count: the one with the most pixels decides.
     struct Pose {
         float camera_from_render[3][4];
-        float scale = 1;                   // camera units a render unit
+        float scale = 1;                   // camera units a render unit, along x
         Vec3f eye{0, 0, 0}, view{0, 0, 1}; // in render space
         Vec3f to_camera(const Vec3f& p) const;
     };
@@ -47,6 +47,7 @@ class Density final : public geom::Viewpoint {
     Vec3f towards(const Pose& pose, const Vec3f& p) const;
 
     float m_uniform = 0, m_cells_per_pixel = 1;
+    float m_stretch = 1; // of camera space along y, after which pixels are square
     bool m_instanced = false;
     Projection m_projection = Projection::Perspective;
     float m_half_angle = 1;
