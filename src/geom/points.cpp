@@ -7,9 +7,10 @@
 namespace kanuka::geom {
 namespace {
 
-constexpr int Levels = 5;
-// A level serves spheres of less than this radius in pixels.
-constexpr float LevelRadius[Levels] = {1.5f, 5, 16, 60, 1e30f};
+constexpr int Levels = 7;
+// A level serves spheres of less than this radius in pixels: its outline is within a quarter of one of a
+// circle.
+constexpr float LevelRadius[Levels] = {1.5f, 5, 16, 60, 250, 1000, 1e30f};
 
 struct Ball {
     bool flat = false; // directions lie in x and y, and z is the normal
@@ -54,7 +55,7 @@ Ball make_ball(int level) {
 
 // A regular polygon of the disk's area, as a fan.
 Ball make_disk(int level) {
-    constexpr int Corners[Levels] = {6, 10, 16, 32, 64};
+    constexpr int Corners[Levels] = {6, 10, 16, 32, 64, 128, 256};
     Ball b;
     b.flat = true;
     const int n = Corners[level];
@@ -158,9 +159,6 @@ bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, con
         return mesh_from_blobs(primitive, m, view, journal, out, first);
     // What faces the camera has none to face where it is instanced.
     const bool flat = (kind == Kind::Disk || kind == Kind::Square) && (normals || view.has_camera());
-    std::array<Ball, Levels> balls;
-    for (int l = 0; l < Levels; l++)
-        balls[l] = !flat ? make_ball(l) : kind == Kind::Disk ? make_disk(l) : make_square();
     const PerPoint aspect(primitive, "patchaspectratio", 1), angle(primitive, "patchangle", 0);
 
     // Level of every point; -1 = left out.
@@ -179,6 +177,12 @@ bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, con
                 std::find_if(LevelRadius, LevelRadius + Levels - 1, [&](float r) { return pixels < r; }) -
                 LevelRadius);
         }
+    }
+    std::array<Ball, Levels> balls;
+    for (int l = 0; l < Levels; l++)
+        if (std::find(level.begin(), level.end(), int8_t(l)) != level.end())
+            balls[l] = !flat ? make_ball(l) : kind == Kind::Disk ? make_disk(l) : make_square();
+    for (size_t i = 0; i < n; i++) {
         first_vertex[i + 1] = first_vertex[i] + (level[i] < 0 ? 0 : balls[level[i]].directions.size());
         first_index[i + 1] = first_index[i] + (level[i] < 0 ? 0 : balls[level[i]].triangles.size());
     }
