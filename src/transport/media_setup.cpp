@@ -167,10 +167,14 @@ void fill_media(SceneView& view, const store::Store& store, int volume_depth, Jo
         view.scatters |= from.scatters || from.field;
         view.media |= from.absorbs;
     }
+    for (const bsdf::MaterialCode& code : view.materials) {
+        view.clear.push_back(code.leaves == 0);
+        view.straight.push_back(code.straight != 0);
+        view.thin_walls |= code.straight != 0;
+    }
+    view.media |= view.thin_walls;
     if (view.phases.empty())
         return;
-    for (const bsdf::MaterialCode& code : view.materials)
-        view.clear.push_back(code.leaves == 0);
     for (const store::ShapeRecord& s : store.shapes())
         view.clear_boundaries |= s.interior >= 0 && s.emitter < 0 && view.clear[size_t(s.program)];
     view.media |= view.scatters || view.clear_boundaries || view.phases.size() > 1;

@@ -76,14 +76,16 @@ struct alignas(64) HitState {
     std::vector<int32_t> slot_shift;
 };
 
-// Shadow rays are written and read in order.
+// Shadow rays are written and read in order: two lights asked at a vertex, and one on the way to it.
 struct alignas(64) ShadowState {
-    Lane<float> o[3], d[3], t_max, contribution[4];
-    Lane<int32_t> path, seed;
-    Lane<int32_t> passes; // written only where scene.shadow_linked
+    template <class T>
+    using Row = T[3 * BatchSize + 16];
+    Row<float> o[3], d[3], t_max, contribution[4];
+    Row<int32_t> path, seed;
+    Row<int32_t> passes; // written only where scene.shadow_linked
     // Written only where scene.media; see ShadowBalance.
-    Lane<int32_t> media[4];
-    Lane<float> asked, found[4];
+    Row<int32_t> media[4];
+    Row<float> asked, found[4];
 };
 
 } // namespace kanuka::transport

@@ -7,7 +7,7 @@
 
 #include "transport/fetch.h"
 #include "transport/stage_intersect.h"
-#include "transport/surface_hit.h"
+#include "transport/stage_walls.h"
 
 namespace kanuka::transport {
 
@@ -184,8 +184,14 @@ class MediumStage {
         F u_choice, u_part, u0, u1;
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LightChoice), u_choice, u_part);
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LightPosition), u0, u1);
-        const LightSample<W> light =
-            sample_light(m_scene, chances, receiver, u_choice, u_part, u0, u1, l, active);
+        for (int ask = 0; ask < m_scene.asks; ask++)
+            add_light(ray, receiver,
+                      sample_light(m_scene, chances, receiver, ask, u_choice, u_part, u0, u1, l, active),
+                      carried, phase, d, media, active);
+    }
+    void add_light(const PathRow<W>& ray, const Receiver<W>& receiver, const LightSample<W>& light,
+                   const Carried<W>& carried, const bsdf::Phase<W>& phase, const V& d,
+                   const MediaStack<W>& media, M active) {
         const F density = bsdf::eval_phase(phase, dot(d, light.wi));
         ShadowBalance<W> balance;
         const S by_directions = carried.ratio * select(light.delta, F(0.0f), density);
@@ -233,11 +239,12 @@ class MediumStage {
 // ---- shadow rays
 
 // Boundaries without lobes and those within media of higher priority stop no light; nor do shapes that the
-// light is linked to shine through.
+// light is linked to shine through. Smooth thin walls let their part through.
 inline constexpr int MostCrossings = 64;
 
 template <int W>
-void occlude_in_media(const SceneView& scene, BatchState& batch, const ShadowState& shadows, int count) {
+void occlude_in_media(const SceneView& scene, BatchState& batch, const ShadowState& shadows, int count,
+                      WallScratch* walls) {
     using F = Float<W>;
     using I = Int<W>;
     using M = Mask<W>;
@@ -268,7 +275,7 @@ void occlude_in_media(const SceneView& scene, BatchState& batch, const ShadowSta
         for (int k = 0; k < Wavelengths; k++)
             found[k] = F::load(shadows.found[k] + first);
         M lit(false);
-        if (!scene.clear_boundaries && !any(media.at[0] >= I(0))) {
+        if (!scene.clear_boundaries && !scene.thin_walls && !any(media.at[0] >= I(0))) {
             rays.passes = passes;
             lit = active & !scene.bvh->occluded(rays);
         } else {
@@ -301,11 +308,23 @@ void occlude_in_media(const SceneView& scene, BatchState& batch, const ShadowSta
                 const I record = select(hit.hit, hit.shape, I(0)) * I(store::ShapeWords);
                 const Crossing<W> crossing(scene, media,
                                            gather(scene.shapes + offsetof(R, interior) / 4, record), outside);
-                const M clear = gather(scene.clear.data(),
-                                       gather(scene.shapes + offsetof(R, program) / 4, record)) != I(0);
+                const I program = gather(scene.shapes + offsetof(R, program) / 4, record);
+                const M clear = gather(scene.clear.data(), program) != I(0);
                 M on = crossing.boundary &
                        (crossing.nothing |
                         (clear & (gather(scene.shapes + offsetof(R, emitter) / 4, record) < I(0))));
+                const M wall = scene.thin_walls
+                                   ? hit.hit & !on & (gather(scene.straight.data(), program) != I(0))
+                                   : M(false);
+                if (any(wall)) {
+                    const WallPassage<W> passage =
+                        pass_walls(scene, batch, *walls, rays, hit, media, path, program, wall);
+                    on |= passage.passes;
+                    for (int i = 0; i < Wavelengths; i++) {
+                        through[i] = select(passage.passes, through[i] * passage.part[i], through[i]);
+                        found[i] = select(passage.passes, found[i] * passage.chance[i], found[i]);
+                    }
+                }
                 media = MediaStack<W>::select_of(hit.hit & on, crossing.after, media);
                 if (scene.shadow_linked)
                     on |= (links_of(scene, select(hit.hit, hit.shape, I(0)), &store::Links::lets_through) &

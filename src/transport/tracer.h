@@ -21,6 +21,12 @@ class Tracer {
                 a.assign(BatchPadded, 0.0f);
             m->hits.slot_shift.assign(BatchPadded, 0);
         }
+        if (scene.thin_walls) {
+            m_walls = std::make_unique<WallScratch>();
+            if (scene.instanced)
+                for (auto& a : m_walls->hits.world_from_shape)
+                    a.assign(BatchPadded, 0.0f);
+        }
         m->batch.aovs.assign(scene.aov_is_color.size() * BatchPadded, 0.0f);
     }
 
@@ -76,7 +82,7 @@ class Tracer {
         if (m_request->log)
             m_request->log->back().emitted = brought();
         m->batch.limit = limit(m_bounce + 1);
-        occlude<W>(scene, m->batch, m->shadows, shadow_count);
+        occlude<W>(scene, m->batch, m->shadows, shadow_count, m_walls.get());
         if (m_request->log)
             m_request->log->back().asked = brought();
         m_count = next_count;
@@ -124,6 +130,7 @@ class Tracer {
     PathState* next() { return &m->paths[~m_bounce & 1]; }
 
     std::unique_ptr<Memory> m;
+    std::unique_ptr<WallScratch> m_walls; // where SceneView::thin_walls
     const BatchRequest* m_request = nullptr;
     BatchCounts* m_counts = nullptr;
     int m_bounce = 0, m_count = 0;
