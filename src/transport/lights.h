@@ -192,6 +192,7 @@ LightSample<W> sample_light(const SceneView& scene, const LightChances<W>& chanc
     s.delta = Mask<W>(false);
     s.valid = active;
     s.passes = I(0);
+    s.light = I(-1);
     const I choice = chances.choose(u_choice, ask);
     I analytic(-1);
     F chance(0.0f);
@@ -247,6 +248,7 @@ LightSample<W> sample_light(const SceneView& scene, const LightChances<W>& chanc
     }
     const Mask<W> some = active & (analytic >= I(0));
     if (any(some)) {
+        s.light = select(some, analytic, s.light);
         const I shapes = LightLanes<W>(scene, select(some, analytic, I(0))).get(&AnalyticLight::shape);
         for (uint32_t kinds = scene.light_shapes; kinds; kinds &= kinds - 1) {
             const int shape = __builtin_ctz(kinds);

@@ -166,6 +166,7 @@ void fill_media(SceneView& view, const store::Store& store, int volume_depth, Jo
             row[MediumRow::Angstrom] = std::clamp(from.phase_inputs[0], 0.0f, 8.0f);
         view.scatters |= from.scatters || from.field;
         view.media |= from.absorbs;
+        view.has_fog |= from.scatters && !from.field;
     }
     for (const bsdf::MaterialCode& code : view.materials) {
         view.clear.push_back(code.leaves == 0);

@@ -42,6 +42,7 @@ struct alignas(64) PathState {
     Lane<int32_t> under[3]; // media that the one in the row hides; see MediaStack
     Lane<float> start;      // where on its ray a path is: past boundaries that it was not turned at
     Lane<int32_t> events;   // see Events in media.h
+    Lane<float> sight;      // how far the next surface is; kept only where there are fog lamps
 };
 
 // What a batch knows of each of its paths from first to last.

@@ -191,6 +191,9 @@ struct SceneView {
     std::vector<int32_t> met_lights;
     LightTree met_tree;        // leaves: as `lights`
     std::vector<int32_t> suns; // distant lights with a cone
+    // Lamps without size, by choice of their own, where some fog is the same everywhere: stage_fog.h.
+    static constexpr int MostFogLamps = 16;
+    std::vector<int32_t> fog_lamps;
     // What light sampling needs to know again where a ray meets a light: paths carry the normal they left.
     bool keeps_normals = false;
     bool meets_lights() const { return !met_lights.empty() || !met_tree.empty(); }
@@ -199,6 +202,7 @@ struct SceneView {
     // Paths keep track of the media around them: there are several interiors, or one that absorbs or
     // scatters, or one whose boundary lets light pass as it comes (`clear`: by program, no lobes).
     bool media = false, scatters = false, clear_boundaries = false;
+    bool has_fog = false; // something scatters that is the same everywhere
     std::vector<int32_t> clear;
     // Some materials let light go on as it came (`straight`: by program): shadow rays ask how much.
     bool thin_walls = false;

@@ -50,8 +50,8 @@ class SurfaceStage {
     using S = Spectrum<W>;
 
   public:
-    SurfaceStage(const Bounce& at, PathState& next, ShadowState& shadows)
-        : m_at(at), m_next(next), m_shadows(shadows) {}
+    SurfaceStage(const Bounce& at, PathState& next, ShadowState& shadows, int shadow_count)
+        : m_at(at), m_next(next), m_shadows(shadows), m_shadow_count(shadow_count) {}
 
     const Bounce& at() const { return m_at; }
     void log_to(PathVertex* vertex) { m_log = vertex; } // of the one path there is
@@ -447,7 +447,7 @@ class SurfaceStage {
     const Bounce m_at;
     PathState& m_next;
     ShadowState& m_shadows;
-    int m_next_count = 0, m_shadow_count = 0;
+    int m_next_count = 0, m_shadow_count;
     M m_arrived{false}; // of the hits at hand
     PathVertex* m_log = nullptr;
 };

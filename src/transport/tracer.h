@@ -49,7 +49,9 @@ class Tracer {
     void intersect() {
         m_counts->rays += uint64_t(m_count);
         m->batch.limit = limit(m_bounce);
-        transport::intersect<W>(scene, m->batch, *paths(), m_count, m_bounce, m->hits, m->runs);
+        m_shadow_count = 0;
+        transport::intersect<W>(scene, m->batch, *paths(), m_count, m_bounce, m->hits, m->runs, m->shadows,
+                                m_shadow_count);
         if (m_request->log)
             log_hit();
     }
@@ -58,8 +60,8 @@ class Tracer {
     // continued are those that live: the next bounce.
     template <class Each>
     void surfaces(Each&& each) {
-        SurfaceStage<W> stage({scene, m->batch, *paths(), m->hits, m_bounce, m_reversed}, *next(),
-                              m->shadows);
+        SurfaceStage<W> stage({scene, m->batch, *paths(), m->hits, m_bounce, m_reversed}, *next(), m->shadows,
+                              m_shadow_count);
         if (m_request->log)
             stage.log_to(&m_request->log->back());
         for (size_t program = 0; program < scene.materials.size(); program++) {
@@ -133,7 +135,7 @@ class Tracer {
     std::unique_ptr<WallScratch> m_walls; // where SceneView::thin_walls
     const BatchRequest* m_request = nullptr;
     BatchCounts* m_counts = nullptr;
-    int m_bounce = 0, m_count = 0;
+    int m_bounce = 0, m_count = 0, m_shadow_count = 0;
     uint32_t m_reversed = 0;
     float m_logged = 0;
 };
