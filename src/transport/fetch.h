@@ -126,17 +126,17 @@ struct HitPlace {
         const I step_u = one_i << (s.steps & nibble), step_v = one_i << ((s.steps >> 4) & nibble);
         const auto edge = [&](int e) { return one_i << ((s.steps >> (8 + 4 * e)) & nibble); };
         // The rule of dice/split.h, nearest_kept: the nearest; from midway, towards the nearer end of the
-        // edge.
-        const auto snap = [](I k, I step, I n) {
+        // edge; from its middle, towards its second end on VMax and UMax (`high` = 1).
+        const auto snap = [](I k, I step, I n, int high) {
             const I twice = (k & (step - I(1))) << 1, down = k & (I(0) - step);
-            const Mask<W> up = (twice > step) | ((twice == step) & ((k << 1) > n));
+            const Mask<W> up = (twice > step) | ((twice == step) & ((k << 1) + I(high) > n));
             return select(up, down + step, down);
         };
         const auto corner = [&](int di, int dj, F& x, F& y) {
             const I vi = i + I(di), vj = j + I(dj);
             I px = vi * step_u, py = vj * step_v;
-            const I sx0 = snap(px, edge(grid::VMin), s.nu), sx1 = snap(px, edge(grid::VMax), s.nu);
-            const I sy0 = snap(py, edge(grid::UMin), s.nv), sy1 = snap(py, edge(grid::UMax), s.nv);
+            const I sx0 = snap(px, edge(grid::VMin), s.nu, 0), sx1 = snap(px, edge(grid::VMax), s.nu, 1);
+            const I sy0 = snap(py, edge(grid::UMin), s.nv, 0), sy1 = snap(py, edge(grid::UMax), s.nv, 1);
             const I mx = select(vj == I(0), sx0, select(vj == s.mv, sx1, px));
             const I my = select(vi == I(0), sy0, select(vi == s.mu, sy1, py));
             x = F(mx), y = F(my);
