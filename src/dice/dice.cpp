@@ -245,6 +245,7 @@ Diced dice_surface(const geom::Surface& surface, std::vector<std::unique_ptr<geo
             return {};
         }
         rule.density.coarsen(0.5f);
+        rule.geometry_tolerance *= 2;
         splitter = std::make_unique<Splitter>(surface, rule, shapes);
     }
     if (halvings > 0)

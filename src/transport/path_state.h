@@ -75,6 +75,7 @@ struct alignas(64) HitState {
     Lane<int32_t> instanced;
     std::vector<float> world_from_shape[12]; // only where the scene has instances
     std::vector<int32_t> slot_shift;
+    std::vector<float> magnitude; // bvh::HitPacket::magnitude
 };
 
 // Shadow rays are written and read in order: two lights asked at a vertex, and one on the way to it.

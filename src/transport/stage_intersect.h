@@ -128,6 +128,7 @@ void intersect(const SceneView& scene, BatchState& batch, PathState& paths, int 
                     std::memcpy(hits.world_from_shape[k].data() + first, hit.world_from_shape[k],
                                 sizeof(float) * W);
             hit.slot_shift.store(hits.slot_shift.data() + first);
+            hit.magnitude.store(hits.magnitude.data() + first);
         }
         Mask<W> shows = hit.hit;
         if (scene.holds_out) // what hides all behind it and is black itself is a miss without a sky

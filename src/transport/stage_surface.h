@@ -9,23 +9,78 @@
 
 namespace kanuka::transport {
 
+template <int W>
+struct DirectionSample : bsdf::LobeSample<W> {
+    Mask<W> through{false}; // the lobe transmits
+};
+
 // A hit's material, and what it takes to sample light and directions there.
 template <int W>
 struct Scattering {
     const SurfaceHit<W>& h;
-    Vec3<Float<W>> wo; // in the frame of the hit
+    Vec3<Float<W>> wo, ng; // in the frame of the hit: the view, the normal of the surface itself
     bsdf::Material<W> material;
     Sampler<W> sampler;
     Receiver<W> receiver;
     LightChances<W> chances;
 
     Scattering(const Bounce& at, const SurfaceHit<W>& h)
-        : h(h), wo(local_view(h)),
+        : h(h), wo(local_view(h)), ng(h.to_local(h.Ng)),
           material(h.code, h.fetch, h.outside, wo, h.l, at.scene.media ? &h.crossing.outer : nullptr),
           sampler{bitcast_int(h.ray[PathState::PixelHash]), at.reversed_progression},
           receiver(receiver_at(at, h)), chances(at.scene, receiver) {}
 
+    // Is there a lobe for light from wi?
+    Mask<W> reaches(const Vec3<Float<W>>& wi) const {
+        const Float<W> above = dot(wi, ng);
+        return max(wi.z * above, mirrored(wi, above).z * above) > Float<W>(0.0f);
+    }
+    // What the material makes of light from wi, a direction in the frame of the hit, on whatever side of the
+    // surface it lies. A lobe that leans with its shading normal has a part on the wrong side; a mirror that
+    // lies in the surface brings it back. So nothing is lost, whatever the lobes, and the density is that of
+    // sample(). It is the perfect mirror for a tangent facet of Schüssler, Heitz, Hanika and Dachsbacher 2017
+    // (Microfacet-based Normal Mapping for Robust Monte Carlo Path Tracing, section 4), put into the surface,
+    // which serves transmission and layers, too. Without a lean there is no such part.
+    bsdf::LobeValue<W> eval(const Vec3<Float<W>>& wi, Mask<W> m) const {
+        using F = Float<W>;
+        const F above = dot(wi, ng);
+        const Vec3<F> image = mirrored(wi, above);
+        bsdf::LobeValue<W> value = material.eval(wo, wi);
+        const Mask<W> own = wi.z * above > F(0.0f), folded = m & (image.z * above > F(0.0f));
+        mask(value, own);
+        if (any(folded))
+            add(value, image, folded);
+        return value;
+    }
+    // A direction of the material, brought to the side of the surface that its lobe means.
+    DirectionSample<W> sample(Float<W> u_lobe, Float<W> u0, Float<W> u1, Mask<W> m) const {
+        using F = Float<W>;
+        DirectionSample<W> s{material.sample(wo, u_lobe, u0, u1)};
+        const F above = dot(s.wi, ng);
+        const Vec3<F> image = mirrored(s.wi, above);
+        const Mask<W> folded = s.wi.z * above<F(0.0f), both = image.z * s.wi.z> F(0.0f);
+        if (const Mask<W> more = m & s.valid & both & !s.delta; any(more))
+            add(s.value, image, more);
+        s.through = s.wi.z < F(0.0f);
+        s.wi = select(folded, image, s.wi);
+        s.valid &= abs(above) > F(1e-6f); // else rounding decides where it starts
+        return s;
+    }
+
   private:
+    Vec3<Float<W>> mirrored(const Vec3<Float<W>>& w, Float<W> above) const {
+        return w - ng * (above + above);
+    }
+    static void mask(bsdf::LobeValue<W>& value, Mask<W> m) {
+        value.f = bsdf::select(m, value.f, Spectrum<W>(Float<W>(0.0f)));
+        value.pdf = bsdf::select(m, value.pdf, Spectrum<W>(Float<W>(0.0f)));
+    }
+    [[gnu::noinline]] void add(bsdf::LobeValue<W>& value, const Vec3<Float<W>>& wi, Mask<W> m) const {
+        bsdf::LobeValue<W> more = material.eval(wo, wi);
+        mask(more, m);
+        value.f += more.f;
+        value.pdf += more.pdf;
+    }
     static Vec3<Float<W>> local_view(const SurfaceHit<W>& h) {
         Vec3<Float<W>> wo = h.to_local(-h.d);
         wo.z = h.cos_o;
@@ -119,14 +174,12 @@ class SurfaceStage {
     }
     void add_light(const Scattering<W>& s, const LightSample<W>& light, M active) {
         const SurfaceHit<W>& h = s.h;
+        count_broken(h, active & light.valid, dot(light.wi, h.Ng) * light.pdf);
         const V wi = h.to_local(light.wi);
-        // Geometric and shading normal must agree on which side the light is.
-        const F side = dot(light.wi, h.Ng) * wi.z;
-        count_broken(h, active & light.valid, side * light.pdf);
-        M m = active & light.valid & (side > F(0.0f));
+        M m = active & light.valid & s.reaches(wi);
         if (!any(m))
             return;
-        const bsdf::LobeValue<W> value = s.material.eval(s.wo, wi);
+        const bsdf::LobeValue<W> value = s.eval(wi, m);
         // Balance over both techniques and all wavelengths: sum_j r_j (p_light + p_j).
         F denominator(0.0f);
         for (int k = 0; k < Wavelengths; k++) {
@@ -184,18 +237,17 @@ class SurfaceStage {
         F u_lobe, u_roulette, u0, u1;
         at.sampler.sample_2d(bounce_dimension(m_at.number, Dimension::LobeRoulette), u_lobe, u_roulette);
         at.sampler.sample_2d(bounce_dimension(m_at.number, Dimension::Direction), u0, u1);
-        const bsdf::LobeSample<W> s = at.material.sample(at.wo, u_lobe, u0, u1);
+        const DirectionSample<W> s = at.sample(u_lobe, u0, u1, active | through);
         if (h.code.straight) {
             const M straight = (active | through) & at.material.goes_straight(s);
             go_straight(at, &u_roulette, F(1.0f), straight);
             active &= !straight;
         }
         const V wi = normalize(h.to_world(s.wi));
-        const F side = dot(wi, h.Ng) * s.wi.z;
-        count_broken(h, active & s.valid, side + s.value.pdf[0]);
-        M m = active & s.valid & (side > F(0.0f)) & (s.value.pdf[0] > F(0.0f));
+        count_broken(h, active & s.valid, wi.x + s.value.pdf[0]);
+        M m = active & s.valid & (s.value.pdf[0] > F(0.0f));
         if (m_log && m[0])
-            m_log->leaf = s.leaf[0], m_log->smooth = s.delta[0], m_log->through = s.wi.z[0] < 0;
+            m_log->leaf = s.leaf[0], m_log->smooth = s.delta[0], m_log->through = s.through[0];
         const F inv_pdf = F(1.0f) / max(s.value.pdf[0], F(1e-30f));
         S beta = h.beta * s.value.f * inv_pdf;
         F ratios{float(Wavelengths)}, next_ratios{float(Wavelengths)};
@@ -216,7 +268,7 @@ class SurfaceStage {
             beta = beta * (F(1.0f) / max(keep, F(1e-6f)));
         }
         m &= !(bsdf::mean(beta) <= F(0.0f));
-        leave(at, wi, s.wi.z < F(0.0f), beta, ratio, mis, m);
+        leave(at, wi, s.through, beta, ratio, mis, m);
     }
 
     // Through a thin wall. `chance`: that it is gone at all, beside that of the material's choice;
@@ -384,7 +436,9 @@ class SurfaceStage {
                                m_at.number > 0 ? gather(m_at.paths.ask_n[c], h.slot) : F(0.0f), bits);
         if (m_at.scene.linked)
             compress_store(reinterpret_cast<float*>(m_next.ask_set) + at, bitcast_float(set), bits);
-        store_media(m_next, at, h.crossing.after, beyond(vector_of(h.ray, PathState::Origin), h.d, h.t),
+        const F behind = h.t + h.clearance / max(abs(dot(h.d, h.Ng)), F(1e-2f));
+        store_media(m_next, at, h.crossing.after,
+                    max(beyond(vector_of(h.ray, PathState::Origin), h.d, h.t), behind),
                     events + I(Events::Inside), bits);
         m_next_count += compress_rows(m_next.row[at], row, bits);
     }

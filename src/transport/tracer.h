@@ -20,6 +20,7 @@ class Tracer {
             for (auto& a : m->hits.world_from_shape)
                 a.assign(BatchPadded, 0.0f);
             m->hits.slot_shift.assign(BatchPadded, 0);
+            m->hits.magnitude.assign(BatchPadded, 0.0f);
         }
         if (scene.thin_walls) {
             m_walls = std::make_unique<WallScratch>();
