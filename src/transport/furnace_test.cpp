@@ -23,6 +23,7 @@ void add_room(TestScene& s, const std::vector<Lobe>& lobes) {
 }
 
 void expect_grey(const TestScene::Estimate& e, double value, double relative, const std::string& what) {
+    EXPECT_EQ(e.nan_samples, 0u) << what;
     for (const auto& c : e.channel)
         EXPECT_NEAR(c.mean(), value, relative * value + 4.5 * c.error()) << what;
 }

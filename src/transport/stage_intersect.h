@@ -2,7 +2,7 @@
 // order of their layering programs, so that all lanes of a surface call run the same lobes.
 #pragma once
 
-#include "transport/lights.h"
+#include "transport/light_hits.h"
 
 namespace kanuka::transport {
 
@@ -10,18 +10,26 @@ namespace kanuka::transport {
 template <int W>
 void add_environment(const SceneView& scene, BatchState& batch, const PathState& paths, Int<W> slot,
                      Mask<W> m, int bounce) {
-    if (scene.map_choice < 0 && !scene.constant.present)
+    if (scene.map.width == 0 && !scene.constant.present && scene.suns.empty())
         return;
     using F = Float<W>;
     using P = PathState;
     const auto ray = load_rows<P::Fields>(paths.row, slot << 4);
     const Int<W> path = bitcast_int(ray[P::Path]);
     const auto l = load_rows<4>(batch.l, path << 2);
-    const Spectrum<W> beta = spectrum_of(ray, P::Beta);
+    Spectrum<W> beta = spectrum_of(ray, P::Beta);
+    if (scene.media) { // what only absorbs and has no end leaves nothing; what scatters has let it pass
+        const MediumLanes<W> medium(scene, bitcast_int(ray[P::Interior]), l.data());
+        for (int k = 0; k < Wavelengths; k++)
+            beta[k] =
+                select(medium.scatters | (medium.absorption[k] <= Float<W>(0.0f)), beta[k], Float<W>(0.0f));
+    }
+    if (!scene.suns.empty())
+        meet_suns(scene, batch, paths, ray, beta, slot, bounce, m);
     const Mask<W> camera = camera_paths(scene, paths, slot, bounce), all(true), none(false);
     const Mask<W> constant =
         scene.constant.present ? (!camera) | Mask<W>(scene.constant.visible_camera) : none;
-    const Mask<W> map = scene.map_choice >= 0 ? (!camera) | Mask<W>(scene.map.visible_camera) : none;
+    const Mask<W> map = scene.map.width > 0 ? (!camera) | Mask<W>(scene.map.visible_camera) : none;
     if (any(m & camera & (constant | map)))
         scatter(batch.first[0] + BatchState::Alpha, path << 4, F(1.0f), m & camera & (constant | map));
     const F ratios = sum_of_ratios(scene, paths, slot);
@@ -35,8 +43,14 @@ void add_environment(const SceneView& scene, BatchState& batch, const PathState&
                      constant & shines(scene.constant_sets));
     if (any(m & map)) {
         const MapPlace<W> p = map_place(scene.map, vector_of(ray, P::Direction));
-        const F weight = F(1.0f) / fma(ray[P::Mis], map_pdf(scene.map, p) * ray[P::AskMap], ratios);
-        add_radiance(batch, path, beta * map_radiance(scene, p, l.data()) * weight,
+        const MapCell<W> c(scene.map, p);
+        const MapTexels<W> texels(scene.map, c);
+        Float<W> weight = Float<W>(1.0f) / ratios;
+        if (scene.map_choice >= 0) {
+            const Float<W> pdf = map_pdf(scene.map, texels.weights(scene.map, c), c, p.sin_theta);
+            weight = Float<W>(1.0f) / fma(ray[P::Mis], pdf * ray[P::AskMap], ratios);
+        }
+        add_radiance(batch, path, beta * map_radiance(scene, texels, c, l.data()) * weight,
                      map & shines(scene.map_sets));
     }
 }

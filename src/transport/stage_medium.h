@@ -131,7 +131,7 @@ class MediumStage {
         const V d = vector_of(ray, PathState::Direction);
         const V P = vector_of(ray, PathState::Origin) + d * gather(m_hits.row[0] + HitState::T, slot << 3);
         const MediaStack<W> media = MediaStack<W>::load(m_paths, I(interior), slot);
-        const auto& of = m_scene.interiors[size_t(interior)].phase;
+        const auto& of = m_scene.phases[size_t(interior)];
         const bsdf::Phase<W> phase{of.kind, F(of.g[0]), F(of.other_g[0]), F(of.share[0]), F(of.alpha[0])};
         const Sampler<W> sampler{bitcast_int(ray[PathState::PixelHash]), m_batch.reversed_progression};
         Receiver<W> receiver{P, V(F(0.0f), F(0.0f), F(0.0f)), M(false)};

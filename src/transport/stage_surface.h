@@ -134,11 +134,15 @@ class SurfaceStage {
         const uint32_t bits = m.bits();
         if (!bits)
             return;
-        const V o = h.offset(wi);
+        // From clear of the surface to where it was meant to go.
+        const V o = h.offset(wi), off = o - h.P;
+        const F along = dot(off, wi), inv = F(1.0f) / max(distance, F(1e-30f));
+        const V aimed = select(abs(along) * F(8.0f) < distance, wi - (off - wi * along) * inv, wi);
+        distance = max(distance - along, F(0.0f));
         const int at = m_shadow_count;
         for (int c = 0; c < 3; c++) {
             compress_store(m_shadows.o[c] + at, o[c], bits);
-            compress_store(m_shadows.d[c] + at, wi[c], bits);
+            compress_store(m_shadows.d[c] + at, aimed[c], bits);
         }
         for (int k = 0; k < Wavelengths; k++)
             compress_store(m_shadows.contribution[k] + at, contribution[k], bits);
@@ -276,26 +280,16 @@ class SurfaceStage {
   private:
     // Absorption on the way here, if the path was inside something (Beer and Lambert).
     void absorb(SurfaceHit<W>& h) {
+        if (!m_at.scene.media)
+            return;
         const I interior = bitcast_int(h.ray[PathState::Interior]);
         if (!any(interior >= I(0)))
             return;
-        if (m_at.scene.media) { // where it scatters too, end_flight() has been there
-            const MediumLanes<W> medium(m_at.scene, interior, h.l);
-            const F s = h.t - gather(m_at.paths.start, h.slot);
-            for (int i = 0; i < Wavelengths; i++)
-                h.beta[i] = select(medium.scatters, h.beta[i], h.beta[i] * exp(-(medium.absorption[i] * s)));
-            return;
-        }
-        for (size_t k = 0; k < m_at.scene.interiors.size(); k++) {
-            const auto& medium = m_at.scene.interiors[k];
-            const M m = interior == I(int(k));
-            if (!medium.absorbs || !any(m))
-                continue;
-            const S sigma =
-                bsdf::sigmoid_spectrum(F(medium.c[0]), F(medium.c[1]), F(medium.c[2]), h.l) * F(medium.c[3]);
-            for (int i = 0; i < Wavelengths; i++)
-                h.beta[i] = select(m, h.beta[i] * exp(-sigma[i] * h.t), h.beta[i]);
-        }
+        // Where it scatters too, end_flight() has been there.
+        const MediumLanes<W> medium(m_at.scene, interior, h.l);
+        const F s = h.t - gather(m_at.paths.start, h.slot);
+        for (int i = 0; i < Wavelengths; i++)
+            h.beta[i] = select(medium.scatters, h.beta[i], h.beta[i] * exp(-(medium.absorption[i] * s)));
     }
 
     // Paths that a boundary does not turn go on as they came, in what is behind it: where it lies within a

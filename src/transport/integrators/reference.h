@@ -78,7 +78,8 @@ struct Integrator {
         using A = AnalyticLight;
         const SceneView& scene = stage.at().scene;
         const A& light = scene.lights[size_t(index)];
-        if (light.shape != A::Delta && light.shape != A::Distant && light.passes == 0)
+        const bool met = light.shape >= A::Quad || (light.shape == A::Distant && light.cone > 0);
+        if (met && light.passes == 0)
             return;
         LightSample<1> sample{{F(0.0f), F(0.0f), F(1.0f)},
                               F(1e30f),
