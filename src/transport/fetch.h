@@ -66,8 +66,9 @@ struct MotionLanes {
 // Where on its shape a hit lies: the traced cell with local coordinates, and the triangle of the cell.
 template <int W>
 struct HitPlace {
-    Int<W> anchor{
-        0}; // traced vertex that both triangles of the cell share: (1, 0), or a mesh triangle's first
+    // Corners of its triangle among the traced vertices: one that both triangles of the cell share, (1, 0),
+    // or a mesh triangle's second; the other two.
+    Int<W> anchor{0}, other[2] = {0, 0};
     Int<W> triangle{0}; // number of the triangle on the shape
     // Vertices of the record around the hit, and their weights.
     Int<W> vertex[4] = {0, 0, 0, 0};
@@ -92,6 +93,8 @@ struct HitPlace {
         const F fx = x - F(i), fy = y - F(j);
         const Mask<W> second = fx + fy > one;
         anchor = j * (s.mu + I(1)) + i + I(1);
+        other[0] = anchor + s.mu;
+        other[1] = select(second, other[0] + I(1), anchor - I(1));
         triangle = (j * s.mu + i) * I(2) + select(second, I(1), I(0));
         F a = clamp(u, zero, one) * F(s.nu), b = clamp(v, zero, one) * F(s.nv); // on the shading lattice
         const Mask<W> collapsed = s.has(store::ShapeRecord::Collapsed);
@@ -166,6 +169,8 @@ struct HitPlace {
         const I p2 = select(quads, select(second, v1, v3), v2);
         const F b1 = select(second, one - u, u), b2 = select(second, one - v, v);
         anchor = select(mesh, v1, anchor);
+        other[0] = select(mesh, p0, other[0]);
+        other[1] = select(mesh, select(quads, v3, v2), other[1]);
         triangle = select(mesh, select(quads, prim + prim + select(second, I(1), zero_i), prim), triangle);
         vertex[0] = select(mesh, p0, vertex[0]);
         vertex[1] = select(mesh, p1, vertex[1]);
