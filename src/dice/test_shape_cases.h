@@ -20,11 +20,13 @@ struct ShapeCase {
     double tolerance = 0;
     size_t open_edges = 0; // of a closed shape
     size_t triangles = 0;
-    bool counted = false; // it was large enough in the raster
+    bool counted = false;  // it was large enough in the raster
+    bool straight = false; // its outline: chords are no excuse for layers
     // Half a per cent, or where its few pixels leave that to the tolerance, that.
     bool wrong() const {
         return counted &&
-               (error > std::max(0.005, tolerance) || twice > 0.005 || outline > 0.005 || open_edges > 0);
+               (error > (straight ? 0.005 : std::max(0.005, tolerance)) ||
+                twice > (straight ? 0.005 : std::max(0.005, tolerance)) || outline > 0.005 || open_edges > 0);
     }
 };
 
@@ -191,14 +193,11 @@ inline ShapeCase run_shape(uint32_t seed, int only_kind = -1) {
         if (s.flat)
             out.twice = std::max(out.twice, std::max(0.0, d.twice - 3) / d.area);
         const double pixel = (orthographic ? 2 * radius : 2 * radius / distance) / pixels / from.spacing();
-        out.tolerance =
-            std::max(out.tolerance, d.outline * pixel * std::clamp(tolerance, 0.25, 1.0) / d.area);
-        // Where nothing but normals counts, a chord of six degrees is 1.3 % of its length off.
-        if (tolerance > 1)
-            out.tolerance = std::max(out.tolerance, 0.02);
+        out.tolerance = std::max(out.tolerance, d.outline * pixel * std::max(tolerance, 0.25) / d.area);
         if (s.closed)
             out.open_edges = std::max(out.open_edges, open_edges(soup).first);
         if (!s.outline_points.empty()) {
+            out.straight = true;
             double there = 0;
             for (size_t l = 0; l + 1 < s.outline_first.size(); l++)
                 for (size_t i = s.outline_first[l]; i < s.outline_first[l + 1]; i++) {
