@@ -294,7 +294,19 @@ float RateRule::twist(const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3
                  -1e-4f * length_squared(n);
     const float distance = convex ? abs(dot(twist, n)) / length(n) : length(twist);
     const float off = 0.25f * distance * density.pixels_per_unit((a + c) * 0.5f);
-    return std::sqrt(off / (slack * std::max(geometry_tolerance, 0.01f)));
+    const float by_distance = std::sqrt(off / (slack * std::max(geometry_tolerance, 0.01f)));
+    // Its normals turn from corner to corner, and n x n cells have n times less to turn. Beside a pole a
+    // corner has no normal, one that is turned in is no twist, and nothing is cut for this alone.
+    float turn = 0;
+    for (int k = 0; k < 2; k++) {
+        const Vec3f p = cross(corners[k + 1] - corners[k], corners[(k + 3) % 4] - corners[k]);
+        const Vec3f q = cross(corners[(k + 3) % 4] - corners[k + 2], corners[k + 1] - corners[k + 2]);
+        if (std::min(length_squared(p), length_squared(q)) > 1e-2f * length_squared(n))
+            turn = std::max(turn, std::atan2(length(cross(p, q)), abs(dot(p, q))));
+    }
+    const float by_angle = turn * (180 / Pi) / (2 * std::max(normal_tolerance, 0.1f));
+    const float most = std::min(float(max_cells), std::max(density.cells(a, c), density.cells(b, d)));
+    return std::max(by_distance, std::min(by_angle, most));
 }
 
 } // namespace kanuka::dice

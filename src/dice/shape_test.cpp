@@ -109,3 +109,26 @@ TEST(Shapes, CurvesOfAnyBasisAreMovedAsAWhole) {
              hermite = middle("hermite", {0, 0, 0, 1.5f, 3, 0, 2, 0, 0, 1.5f, -3, 0});
     EXPECT_LT(length(bezier - hermite), 1e-3);
 }
+
+// However far from the picture's pixels: the normals of what is traced are the surface's within some degrees.
+TEST(Shapes, TwistedRulingsHaveTheirNormals) {
+    const D3 a{1, -1, -1}, slope{0, 1, 1}; // of z
+    const scene::Primitive p =
+        primitive(scene::Quadric{scene::Quadric::Kind::Hyperboloid, {1, -1, -1, 1, 1, 1, 360}});
+    for (const bool uniform : {true, false}) {
+        DiceOptions o = looking(4, 800);
+        o.geometry_tolerance = 1000;
+        DiceTarget target;
+        target.shade_uniform = uniform;
+        Journal journal;
+        double worst = 0;
+        for (const auto& t : traced_triangles(dice::dice(p, target, o, {}, journal), 0)) {
+            const D3 at = (t[0] + t[1] + t[2]) * (1 / 3.0), line = a + slope * (at.z + 1);
+            // Of x^2 + y^2 - r(z)^2.
+            const D3 normal = unit({at.x, at.y, -(line.x * slope.x + line.y * slope.y)});
+            const D3 own = unit(cross(t[1] - t[0], t[2] - t[0]));
+            worst = std::max(worst, std::acos(std::min(1.0, std::abs(dot(own, normal)))) * 360 / Turn);
+        }
+        EXPECT_LT(worst, 6) << "degrees, uniform " << uniform;
+    }
+}
