@@ -177,7 +177,9 @@ class QuadricSurface : public Surface {
         case Kind::Torus: {
             const bool sphere = m_q.kind == Kind::Sphere;
             const double r = sphere ? a[0] : a[1], offset = sphere ? 0.0 : a[0];
-            const double phi = m_from + (m_to - m_from) * v, d = m_to - m_from;
+            const double d = m_to - m_from;
+            const bool around = v == 1 && std::abs(d) > radians(360) * (1 - 1e-12);
+            const double phi = around ? m_from : m_from + d * v;
             double c = std::cos(phi), s = std::sin(phi);
             if (sphere && std::abs(c) < 1e-9) // exactly on the axis
                 c = 0, s = s > 0 ? 1 : -1;
@@ -218,7 +220,9 @@ class QuadricSurface : public Surface {
     std::vector<double> rotation(const FaceRange& r, Line u) const {
         std::vector<double> turn(size_t(2) * u.count);
         for (int i = 0; i < u.count; i++) {
-            const double a = radians(m_theta * (r.u0 + double(r.u1 - r.u0) * u[i]));
+            const double t = r.u0 + double(r.u1 - r.u0) * u[i];
+            // A whole turn ends where it began, bit for bit: shapes in motion have no seam to be joined by.
+            const double a = t == 1 && std::abs(m_theta) == 360 ? 0 : radians(m_theta * t);
             turn[2 * i] = std::cos(a);
             turn[2 * i + 1] = std::sin(a);
         }
