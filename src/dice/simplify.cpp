@@ -82,8 +82,12 @@ void each_step(const grid::Grid& g, Visit visit) {
         visit(later.P);
 }
 
+int middle_of(const grid::Grid& g) {
+    return (g.nv / 2) * (g.nu + 1) + g.nu / 2;
+}
+
 float finest_pixels(const RateRule& rule, const grid::Grid& g) {
-    float pixels = rule.density.pixels_per_unit(g.position((g.nv / 2) * (g.nu + 1) + g.nu / 2));
+    float pixels = rule.density.pixels_per_unit(g.position(middle_of(g)));
     for (const int corner : {0, g.nu, g.nv * (g.nu + 1), g.vertices() - 1})
         pixels = std::max(pixels, rule.density.pixels_per_unit(g.position(corner)));
     return pixels;
@@ -102,7 +106,8 @@ void limit_by_twist(Splitter& splitter, const std::vector<grid::Grid>& grids, co
                 if (step == 1 || s.cells == 0)
                     continue;
                 if (budget < 0)
-                    budget = 0.5f * tolerance_at(rule, finest_pixels(rule, g));
+                    budget =
+                        0.5f * tolerance_at(rule, rule.density.pixels_per_unit(g.position(middle_of(g))));
                 const bool along_u = side == grid::VMin || side == grid::VMax;
                 const int n = along_u ? g.nu : g.nv, across = along_u ? g.nv : g.nu;
                 float worst;

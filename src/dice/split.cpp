@@ -62,11 +62,15 @@ bool Splitter::run(double limit) {
     }
     for (Piece& p : pieces)
         for (int k = 0; k < 4; k++) {
-            Segment& s = p.sides[k] = current(p.sides[k]);
-            int& n = k == grid::VMin || k == grid::VMax ? p.nu : p.nv;
-            n = std::max(n, s.cells);
+            Segment& s = p.sides[k];
+            Edge& e = edges[s.edge];
+            if (s.of != e.cells) {
+                s = current(s);
+                int& n = k == grid::VMin || k == grid::VMax ? p.nu : p.nv;
+                n = std::max(n, s.cells);
+            }
             if (s.cells > 0)
-                edges[s.edge].least = std::min(edges[s.edge].least, s.cells);
+                e.least = std::min(e.least, s.cells);
         }
     number_points();
     return true;
@@ -348,9 +352,10 @@ Segment Splitter::whole(int edge, bool reversed) const {
 }
 
 Segment Splitter::current(Segment s) const {
-    if (is_cut(s))
+    const int n = edges[s.edge].cells;
+    if (is_cut(s) || n == s.of)
         return s;
-    const int n = edges[s.edge].cells, more = n / s.of;
+    const int more = n / s.of;
     s.begin *= more;
     s.cells *= more;
     s.of = n;
@@ -385,6 +390,8 @@ Segment Splitter::half(const Segment& s, int which) const {
 
 // A straight side of a twisted piece needs one cell of its own, but what lies beside it more.
 void Splitter::refine_twisted(const Piece& piece) {
+    if (piece.twist == 1)
+        return;
     for (int k = 0; k < 4; k++) {
         const int n = std::min(piece.twist, k == grid::VMin || k == grid::VMax ? piece.nu : piece.nv);
         const Segment& s = piece.sides[k];
