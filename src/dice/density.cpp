@@ -14,6 +14,7 @@ constexpr float Worthwhile = 4; // cells: lines of fewer are not cut for being u
 Density::Density(const DiceTarget& target, const DiceOptions& options, float shading_rate) {
     const DicingCamera& camera = options.camera;
     const float rate = std::max(1e-4f, shading_rate * options.shading_rate_scale);
+    m_most = options.max_micropolygons;
     m_cells_per_pixel = std::max(target.finer, 1.0f) / std::sqrt(rate);
     m_uniform = target.pixels_per_unit;
     m_projection = camera.projection;
@@ -218,6 +219,11 @@ int round_to_power(float x) {
     while (x > 1.41421356f * float(n) && n < (1 << 24))
         n *= 2;
     return n;
+}
+
+void RateRule::coarsen(int halvings, int most) {
+    density.coarsen(std::ldexp(1.0f, -halvings));
+    least_range *= std::pow(FinestRange, -float(halvings) / float(most));
 }
 
 LineMeasure RateRule::line(const float* lengths, int step, int pieces) {

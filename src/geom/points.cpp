@@ -163,8 +163,9 @@ bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, con
         balls[l] = !flat ? make_ball(l) : kind == Kind::Disk ? make_disk(l) : make_square();
     const PerPoint aspect(primitive, "patchaspectratio", 1), angle(primitive, "patchangle", 0);
 
-    // Level of every point; -1 = left out.
+    // Level of every point; -1 = left out. All are coarser where they would be too many.
     std::vector<int8_t> level(n);
+    int finest = Levels - 1;
     Dropped dropped;
     std::vector<size_t> first_vertex(n + 1, 0), first_index(n + 1, 0);
     const bool own_first_widths = first_widths.varying() && first_widths.varying()->floats.size() >= n;
@@ -179,10 +180,21 @@ bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, con
                 std::find_if(LevelRadius, LevelRadius + Levels - 1, [&](float r) { return pixels < r; }) -
                 LevelRadius);
         }
-        first_vertex[i + 1] = first_vertex[i] + (level[i] < 0 ? 0 : balls[level[i]].directions.size());
-        first_index[i + 1] = first_index[i] + (level[i] < 0 ? 0 : balls[level[i]].triangles.size());
     }
     dropped.report(n, "points", primitive.where, journal);
+    for (;; finest--) {
+        for (size_t i = 0; i < n; i++) {
+            level[i] = std::min(level[i], int8_t(finest));
+            first_vertex[i + 1] = first_vertex[i] + (level[i] < 0 ? 0 : balls[level[i]].directions.size());
+            first_index[i + 1] = first_index[i] + (level[i] < 0 ? 0 : balls[level[i]].triangles.size());
+        }
+        if (finest == 0 || double(first_vertex[n]) <= view.most_vertices())
+            break;
+    }
+    if (finest < Levels - 1)
+        journal.warning(primitive.where, "points would need more vertices than " +
+                                             std::to_string(int64_t(view.most_vertices())) +
+                                             "; they were made of fewer each");
     if (first_index[n] == 0)
         return false;
     allocate_mesh(out, first_vertex[n], primvars);
