@@ -1,6 +1,7 @@
 #include "render/session.h"
 
 #include <algorithm>
+#include <climits>
 #include <mutex>
 #include <numeric>
 #include <sys/resource.h>
@@ -344,6 +345,11 @@ class BatchSession {
             m_on_demand->report({m_scene.file});
             m_aovs.find(m_geometry->store.programs(), m_scene.file, m_journal);
         }
+        if (const uint64_t bad = m_stats.count.nan_samples)
+            m_journal.warning(
+                {m_scene.file},
+                std::to_string(bad) + " samples that were not finite have been dropped, the first at pixel " +
+                    std::to_string(m_first_nan.second) + ", " + std::to_string(m_first_nan.first));
         if (m_stats.count.fireflies > 0)
             m_stats.fireflies = explain_fireflies(m_fireflies, *take_kernel(), m_view, m_scene);
     }
@@ -375,11 +381,10 @@ class BatchSession {
                 if (f.x >= 0)
                     m_fireflies.note(f);
         }
-        if (c.nan_samples > 0)
-            m_journal.warning(
-                {m_scene.file},
-                "samples that were not finite have been dropped, the first of a bucket at pixel " +
-                    std::to_string(c.nan_x) + ", " + std::to_string(c.nan_y));
+        if (c.nan_samples > 0) {
+            const std::lock_guard lock(m_mutex);
+            m_first_nan = std::min(m_first_nan, std::pair(c.nan_y, c.nan_x));
+        }
     }
 
     film::Picture finish() {
@@ -412,7 +417,8 @@ class BatchSession {
     scene::Delayed* m_delayed;
     scene::Options m_options;
     transport::IntegratorChoice m_integrator;
-    transport::BatchCounts m_fireflies; // those alone
+    transport::BatchCounts m_fireflies;                // those alone
+    std::pair<int, int> m_first_nan{INT_MAX, INT_MAX}; // y, x
     float m_shading_rate;
     bool m_may_face = false; // nobody chose an integrator
     bool m_classic = false;  // scene::Options::transport, decided

@@ -255,8 +255,7 @@ scene::Light shade_light(const sl::Instance& shader, const scene::ShaderRef& ref
             shrink(*table);
         }
     }
-    // A white matte surface that faces the light is to show Cl: see make_light().
-    settle(light, *table, light.kind == Kind::Environment ? 1.0f : Pi);
+    settle(light, *table, light.kind == Kind::Environment ? 1.0f : IrradianceOfCl);
     const bool plain =
         table->rgb.empty() && (light.kind != Kind::Point || (table->falloff == 2 && table->angle >= Pi));
     if (table->rgb.empty())

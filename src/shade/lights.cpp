@@ -438,8 +438,6 @@ std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textur
     light.amount = light_amount(ref);
     light.shadows = casts_shadows(ref);
     light.group = ref.parameters.get_string("group", ref.parameters.get_string("__group", ""));
-    // RISpec's light shaders hand Cl to a surface whose diffuse() multiplies it by the cosine alone. A white
-    // Lambertian surface reflects radiance E / pi, so Cl stands for an irradiance of pi Cl.
     if (shader->name == "skylight" || shader->name == "sunlight") {
         light.visible_camera = ref.parameters.get_float("visible", 1) != 0;
         take_daylight(light, ref);
@@ -447,7 +445,7 @@ std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textur
     }
     light.spectrum = ref.parameters.get_string("spectrum", "");
     light.unit = ref.parameters.get_string("unit", "");
-    const float classic = light.unit.empty() ? Pi : 1; // an amount with a unit is what it says
+    const float classic = light.unit.empty() ? IrradianceOfCl : 1;
     switch (light.kind) {
     case scene::Light::Kind::Distant:
         place(light, ref);
@@ -457,7 +455,7 @@ std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textur
     case scene::Light::Kind::Point:
     case scene::Light::Kind::Spot:
         place(light, ref);
-        light.amount *= classic; // Cl = intensity / r^2, so the radiant intensity is pi times `intensity`
+        light.amount *= classic; // Cl = intensity / r^2
         light.radius = std::max(0.0f, ref.parameters.get_float("radius", 0));
         light.profile = find_file("photometric profile", ref.parameters.get_string("iesprofile", ""),
                                   "The light shines without it", ref, textures, journal);

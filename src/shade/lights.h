@@ -13,6 +13,12 @@
 
 namespace kanuka::shade {
 
+// The unit of light shaders: a white matte surface that faces their Cl shows Cl (RISpec 3.2, section 12.6:
+// diffuse() multiplies Cl by the cosine alone). It reflects radiance E / pi, so an irradiance is this times
+// Cl, and a radiant intensity this times `intensity`; what has a unit, and all lights from Python, are
+// radiometric as they are.
+inline constexpr float IrradianceOfCl = Pi;
+
 // True for the standard light shaders, which are analytic.
 bool is_standard_light(std::string_view name);
 // Of RISpec's four kinds and without an extent.
