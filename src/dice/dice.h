@@ -20,9 +20,13 @@ struct DicingCamera {
     std::vector<Transform>
         also_from; // the same at other times while the shutter is open: the finest view counts
     Projection projection = Projection::Perspective;
-    // Perspective: pixels per unit of tangent; orthographic: pixels per unit; others: pixels per radian, at
-    // the picture's centre (spherical: root of those along both axes).
+    // Across the picture, in perspective: pixels per unit of tangent; orthographic: pixels per unit. Others:
+    // pixels per radian, at the picture's centre, the root of those along both axes.
     float pixels_per_tangent = 0;
+    // How many times as many there are up the picture, where pixels are not square (perspective,
+    // orthographic).
+    float pixel_stretch = 1;
+    float finest_pixels() const { return pixels_per_tangent * std::max(1.0f, pixel_stretch); }
     float half_angle = 1; // of a fisheye's image circle, radians
     float near_clip = 1e-4f;
     int width = 0, height = 0;

@@ -525,6 +525,13 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
     view.map_choice = view.map.cells.rows > 0 ? view.choices++ : -1;
     view.first_light_choice = view.choices;
     view.choices += view.lights_by_choice;
+    for (int k = 0; view.has_fog && k < view.lights_by_choice; k++)
+        if (view.lights[size_t(k)].shape == AnalyticLight::Delta &&
+            view.fog_lamps.size() < SceneView::MostFogLamps)
+            view.fog_lamps.push_back(k);
+    const bool far = view.map_choice >= 0 || view.distant_lights > 0,
+               near = view.emitter_choice >= 0 || view.lights_by_choice > view.distant_lights;
+    view.asks = far && near && view.choices <= SceneView::FewChoices ? 2 : 1;
     if (view.map_choice >= 0) // pi times the mean over the sphere of what is asked for
         view.map_brings = 0.25f / view.map.density;
     return view;
