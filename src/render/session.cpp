@@ -107,6 +107,20 @@ class BatchSession {
         m_dice.shading_rate_scale = m_shading_rate;
         m_dice.geometry_tolerance = m_options.geometry_tolerance;
         m_dice.normal_tolerance = m_options.normal_tolerance;
+        m_dice.max_micropolygons =
+            dice::DiceOptions::most_for(m_options.width, m_options.height, m_shading_rate * finest_rate());
+    }
+    float finest_rate() const {
+        float finest = 1;
+        const auto look = [&](const std::vector<scene::Primitive>& primitives) {
+            for (const scene::Primitive& p : primitives)
+                if (p.attributes)
+                    finest = std::min(finest, p.attributes->shading_rate);
+        };
+        look(m_scene.primitives);
+        for (const scene::Group& g : m_scene.groups)
+            look(g.primitives);
+        return finest;
     }
     Shutter shutter() const { return {double(m_options.shutter_open), double(m_options.shutter_close)}; }
 

@@ -154,19 +154,32 @@ void Textures::lookup(const sl::TextureRequest& request, const Location& asker) 
         return;
     }
     OIIO::TextureSystem& system = *m_cache->system;
+    // Channels that the file has not are filled. (The library asserts that there is one that it has.)
+    if (const OIIO::ImageSpec* spec = system.imagespec(entry.handle);
+        channels == 0 || !spec || request.first_channel >= spec->nchannels) {
+        float fill[MaxChannels];
+        std::fill_n(fill, MaxChannels, request.fill);
+        for (int i = 0; i < request.count; i++)
+            store(i, fill);
+        return;
+    }
     OIIO::TextureOpt options;
     options.firstchannel = std::max(0, request.first_channel);
     options.swrap = entry.s_wrap, options.twrap = entry.t_wrap;
     if (request.wrap && *request.wrap)
         OIIO::TextureOpt::parse_wrapmodes(request.wrap, options.swrap, options.twrap);
-    options.sblur = options.tblur = std::max(0.0f, finite(request.blur));
-    options.swidth = options.twidth = std::max(0.0f, finite(request.width));
+    options.sblur = options.tblur = std::clamp(finite(request.blur), 0.0f, 1024.0f);
+    options.swidth = options.twidth = std::clamp(finite(request.width), 0.0f, 1024.0f);
     options.fill = request.fill;
     OIIO::TextureSystem::Perthread* thread = system.get_perthread_info();
-    const auto at = [](const float* values, int i) { return values ? finite(values[i]) : 0.0f; };
+    // A point of infinite coordinates has no place on the picture: its corner will do. Far out single
+    // precision knows no texel, and numbers of texels would not be whole numbers any more.
+    static constexpr float Farthest = 1 << 20;
+    const auto at = [](const float* values, int i) {
+        return values ? std::clamp(finite(values[i]), -Farthest, Farthest) : 0.0f;
+    };
     for (int i = 0; i < request.count; i++) {
         float values[MaxChannels] = {};
-        // A point of infinite coordinates has no place on the picture: its corner will do.
         if (system.texture(entry.handle, thread, options, at(request.s, i), at(request.t, i),
                            at(request.dsdu, i), at(request.dtdu, i), at(request.dsdv, i), at(request.dtdv, i),
                            channels, values)) {
