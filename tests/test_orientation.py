@@ -156,6 +156,27 @@ def test_rib_keeps_rispecs_sky(tmp_path: Path, axis: str) -> None:
     np.testing.assert_array_equal(read(kanuka.render(scene, progressions=4)), LETTER)
 
 
+@pytest.mark.parametrize("axis", AXES)
+def test_shaders_see_the_sky_that_lights_do(tmp_path: Path, axis: str) -> None:
+    """environment() along the line of sight, on a ball about the camera."""
+    written(tmp_path / "letters.exr", letters(rispec_directions(), left_handed=True))
+    (tmp_path / "look.sl").write_text(
+        'surface look(string map = "";) { Oi = 1; Ci = environment(map, vtransform("world", I)); }'
+    )
+    path = tmp_path / "sky.rib"
+    path.write_text(
+        'WorldBegin Surface "look" "map" ["letters.exr"] Attribute "dice" "rasterorient" 0 ShadingRate 0.02 '
+        "Sphere 5 -5 5 360 WorldEnd\n"
+    )
+    scene = kanuka.load(path, journal=kanuka.Journal())
+    scene.options.texture_path = scene.options.shader_path = [str(tmp_path)]
+    view = looking(*AXES[axis], left_handed=True)
+    scene.camera, scene.resolution = view.camera, (40, 56)
+    scene.options.filter, scene.options.filter_width = "box", (1, 1)
+    scene.options.transport = "full"
+    np.testing.assert_array_equal(read(kanuka.render(scene, progressions=4)), LETTER)
+
+
 DIRECTIONS = {
     "ahead": (0, 0, -1),
     "right": (1, 0, 0),

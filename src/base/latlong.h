@@ -1,5 +1,6 @@
-// Pictures of all directions by latitude and longitude: where a direction lies in one, and back. Environment
-// lights, environment(), skies and cube faces that are unfolded all go by this.
+// Pictures of all directions by latitude and longitude: where a direction lies in one, and back.
+// environment(), skies, light shaders that are tabulated and cube faces that are unfolded go by this;
+// environment lights have the same for lanes (transport/light_environment.h).
 //
 // RISpec 3.2, MakeLatLongEnvironment: longitude 0 at the left and 360 degrees at the right, the north pole at
 // the top, and direction = (cos(longitude) cos(latitude), sin(longitude) cos(latitude), sin(latitude)). Seen
