@@ -112,6 +112,42 @@ def test_transforms_turn_the_sky(tmp_path: Path, axis: str) -> None:
     np.testing.assert_array_equal(read(kanuka.render(scene, progressions=4)), LETTER)
 
 
+def test_skies_are_turned_but_never_stretched(tmp_path: Path) -> None:
+    """What a transform that stretches has of a rotation counts, for all ways to find light alike."""
+    turn = np.array([[0.8, 0.6, 0], [-0.6, 0.8, 0], [0, 0, 1]])
+    stretched = np.eye(4)
+    stretched[:3, :3] = np.diag([3, 1, 1]) @ turn
+    stretched[:3, 3] = 5, 6, 7
+    u, _, vt = np.linalg.svd(stretched[:3, :3])
+    pattern = np.full((HEIGHT, WIDTH, 3), 0.2, np.float32)
+    pattern[:32] = 5
+    pattern[80:112, 160:240] = 3
+    sky = written(tmp_path / "sky.exr", pattern)
+    # By hand: the irradiance of a floor whose normal is +y, texel by texel.
+    cosine = np.maximum((openexr_directions() @ (u @ vt).T)[..., 1], 0)
+    solid_angle = 2 * np.pi**2 / (WIDTH * HEIGHT) * np.sin(np.pi * (np.arange(HEIGHT) + 0.5) / HEIGHT)[:, None]
+    expected = (pattern[..., 1] * cosine * solid_angle).sum() / np.pi
+    corners = np.array([[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]], np.float32)
+    for integrator in ("path", "reference"):
+        scene = kanuka.Scene()
+        scene.resolution = 8, 8
+        scene.camera = kanuka.Camera(
+            (0, 1, 0), (0, 0, 0), (0, 0, -1), projection="orthographic", screen_window=(-0.5, 0.5, -0.5, 0.5)
+        )
+        scene.add_mesh(corners, np.array([[0, 1, 2, 3]], np.int32), material=kanuka.Material("matte", Kd=1))
+        scene.add_light("environment", texture=sky, transform=stretched)
+        seen = kanuka.render(scene, progressions=1024, integrator=integrator)["rgb"].mean()
+        assert seen == pytest.approx(expected, rel=0.03), integrator
+
+
+def test_a_flat_transform_is_told(tmp_path: Path) -> None:
+    scene = looking((0, 0, 1), (0, 1, 0))
+    scene.add_light("environment", texture=written(tmp_path / "sky.exr", np.ones((4, 8, 3), np.float32)),
+                    transform=np.diag([1.0, 0, 1, 1]))  # fmt: skip
+    with pytest.warns(kanuka.Warning, match="flat"):
+        assert not kanuka.render(scene, progressions=1)["rgb"].any()
+
+
 def test_a_mirror_ball_shows_what_lies_around_it(tmp_path: Path) -> None:
     pattern = letters(openexr_directions())
     sky = written(tmp_path / "letters.exr", pattern)

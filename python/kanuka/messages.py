@@ -17,6 +17,8 @@ logger.addHandler(logging.NullHandler())
 class Warning(UserWarning):
     """Something is missing, replaced or without effect: the picture is not what the scene asks for."""
 
+    __module__ = "kanuka"
+
 
 def text(message: Message) -> str:
     """ "file:line:column: what was found, and what would do (×count)"."""

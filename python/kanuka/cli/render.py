@@ -49,7 +49,11 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="RIB file, gzipped or not; - is standard input. Several are read one after another as one",
     )
     parser.add_argument(
-        "-o", "--output", type=Path, metavar="FILE.exr", help="default: the scene's Display, or SCENE.exr"
+        "-o",
+        "--output",
+        type=Path,
+        metavar="FILE.exr",
+        help="where the picture goes, .exr or .png; default: where the scene's Display says, or SCENE.exr",
     )
     parser.add_argument("--frame", type=frames.chosen, metavar="N", help=frames.HELP)
     parser.add_argument("--no-programs", action="store_true", help='Procedural "RunProgram" may start no process')
@@ -64,7 +68,12 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     )
     parser.add_argument("-v", "--verbose", action="store_true", help="say where time and memory went")
     picture = parser.add_argument_group("picture", "over what the scene says")
-    picture.add_argument("--progressions", type=types.positive_int, metavar="N", help="paths a pixel")
+    picture.add_argument(
+        "--progressions",
+        type=types.positive_int,
+        metavar="N",
+        help="paths a pixel; default: the scene's PixelSamples, else 64",
+    )
     picture.add_argument("--resolution", type=types.resolution, metavar="WxH", help="pixels")
     picture.add_argument("--crop", type=types.crop, metavar="X0,X1,Y0,Y1", help="fractions of the picture, y down")
     picture.add_argument("--shading-rate", type=types.positive_float, metavar="R", help="multiplies micropolygon areas")
