@@ -13,7 +13,7 @@ static scene::ShaderRef shader(const std::string& name, const nb::dict& values) 
         const std::string declared = nb::cast<std::string>(key);
         const std::string parameter_name = declared.substr(declared.rfind(' ') + 1);
         const auto take = [&](nb::handle shader, const std::string& handle) {
-            scene::ShaderRef c = nb::cast<scene::ShaderRef>(shader);
+            scene::ShaderRef c = as<scene::ShaderRef>(shader, declared + ": expected a Shader");
             c.handle = handle;
             ref.coshaders.push_back(std::move(c));
             return handle;
@@ -48,10 +48,14 @@ static void init_material(Material* self, const std::string& surface, const nb::
             self->color = rgb(value, "color");
         else if (name == "opacity")
             self->opacity = rgb(value, "opacity");
+        else if (name == "displacement" && value.is_none())
+            self->displacement.reset();
         else if (name == "displacement")
-            self->displacement = nb::cast<scene::ShaderRef>(value);
+            self->displacement = as<scene::ShaderRef>(value, "displacement: expected a Shader");
         else if (name == "displacement_bound")
-            self->displacement_bound = nb::cast<float>(value);
+            self->displacement_bound = as<float>(value, "displacement_bound: expected a number");
+        else if (name == "parameters" && !nb::isinstance<nb::dict>(value))
+            throw nb::type_error("parameters: expected a dictionary, as {'float roughness': 0.2}");
         else if (name == "parameters")
             values.update(value);
         else

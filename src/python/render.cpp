@@ -121,11 +121,13 @@ Picture render(std::shared_ptr<Scene> scene, const render::Overrides& given,
     overrides.standard_shaders = standard_shaders();
     overrides.delayed = scene->delayed.get();
     scene::Scene& s = scene->scene;
-    struct Restore { // the scene's own option is the scene's own
-        bool& option;
-        bool value;
-        ~Restore() { option = value; }
-    } const restore{s.options.strict_directions, s.options.strict_directions};
+    check_idle(*scene);
+    struct Reading {
+        bool& now;
+        explicit Reading(bool& flag) : now(flag) { now = true; }
+        ~Reading() { now = false; }
+    } const reading(scene->is_rendered);
+    s.options = scene->options; // Python may write its own while the picture is made
     s.options.strict_directions = strict_directions.value_or(s.options.strict_directions);
     const int width = overrides.width.value_or(s.options.width),
               height = overrides.height.value_or(s.options.height);
@@ -179,6 +181,7 @@ std::shared_ptr<Scene> load(const std::vector<std::string>& paths,
     supervisor.rethrow_interrupt();
     scene->scene.journal = scene->journal.get();
     scene->camera.camera = scene->scene.camera;
+    scene->options = scene->scene.options;
     for (const auto& p : scene->scene.primitives)
         scene->next_id = std::max(scene->next_id, p.id + 1);
     return scene;

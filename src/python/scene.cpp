@@ -13,6 +13,7 @@ namespace kanuka::python {
 namespace {
 
 scene::Group::Instances instances(Scene& owner, const Group& group, nb::handle transforms, nb::handle times) {
+    check_idle(owner);
     if (group.owner.get() != &owner)
         throw nb::value_error("group: it belongs to another scene");
     const FloatArray array = float_array(transforms, "transforms");
@@ -85,7 +86,7 @@ void add_light(Scene& s, const std::string& kind, nb::handle amount, nb::handle 
     light.cone_delta_angle = cone_delta_angle;
     light.beam_distribution = beam_distribution;
     const bool point = light.kind == scene::Light::Kind::Point || light.kind == scene::Light::Kind::Spot;
-    light.radius = radius.is_none() ? (point ? 0.0f : 0.5f) : nb::cast<float>(radius);
+    light.radius = radius.is_none() ? (point ? 0.0f : 0.5f) : as<float>(radius, "radius: expected a number");
     light.width = width, light.height = height;
     light.texture = texture;
     light.profile = profile;
@@ -95,6 +96,7 @@ void add_light(Scene& s, const std::string& kind, nb::handle amount, nb::handle 
     if (!spectrum.is_none())
         light.spectrum = spectrum_text(spectrum);
     light.unit = unit;
+    check_idle(s);
     s.scene.lights.push_back(light);
 }
 
@@ -166,7 +168,7 @@ nb::dict summary(const Scene& s) {
         displacement_list.append(name);
     shaders["surface"] = surface_list;
     shaders["displacement"] = displacement_list;
-    const scene::Options& o = s.scene.options;
+    const scene::Options& o = s.options;
     result["file"] = s.scene.file;
     result["resolution"] = nb::make_tuple(o.width, o.height);
     result["crop"] = nb::make_tuple(o.crop[0], o.crop[1], o.crop[2], o.crop[3]);
@@ -322,10 +324,9 @@ void bind_scene(nb::module_& m) {
                             "Geometry that is placed any number of times; made by Scene.add_group().");
     nb::class_<Scene> scene(m, "Scene", "What is rendered: geometry, lights, camera, options.");
     bind_geometry(scene, group);
-    const char* instances_doc =
-        "Places a group once for each matrix of (N, 3, 4) or (N, 4, 4), acting on "
-        "columns. Float32 (N, 3, 4) is kept "
-        "by reference. Moving ones: (T, N, 3, 4) at `times` (default: evenly from 0 to 1).";
+    const char* instances_doc = "Places a group once for each matrix of (N, 3, 4) or (N, 4, 4), acting on "
+                                "columns. "
+                                "Moving ones: (T, N, 3, 4) at `times` (default: evenly from 0 to 1).";
 
     group.def_prop_ro("name", [](const Group& g) { return g.get().name; })
         .def(
@@ -342,14 +343,13 @@ void bind_scene(nb::module_& m) {
 
     scene.def(nb::init<>())
         .def_prop_ro(
-            "options", [](Scene& s) -> scene::Options& { return s.scene.options; },
+            "options", [](Scene& s) -> scene::Options& { return s.options; },
             nb::rv_policy::reference_internal)
         .def_prop_rw(
             "camera", [](Scene& s) -> Camera& { return s.camera; },
             [](Scene& s, const Camera& c) { s.camera = c; }, nb::rv_policy::reference_internal)
         .def_prop_rw(
-            "resolution",
-            [](const Scene& s) { return std::pair(s.scene.options.width, s.scene.options.height); },
+            "resolution", [](const Scene& s) { return std::pair(s.options.width, s.options.height); },
             [](nb::handle self, nb::handle size) { self.attr("options").attr("resolution") = size; },
             nb::for_setter(nb::sig("def resolution(self, size: tuple[int, int], /) -> None")))
         .def_prop_ro("file", [](const Scene& s) { return s.scene.file; })
@@ -358,6 +358,7 @@ void bind_scene(nb::module_& m) {
         .def(
             "add_group",
             [](std::shared_ptr<Scene> s, const std::string& name) {
+                check_idle(*s);
                 s->scene.groups.emplace_back().name = name;
                 return Group{s, int(s->scene.groups.size()) - 1};
             },
@@ -408,6 +409,7 @@ void bind_scene(nb::module_& m) {
         .def(
             "add_light_shader",
             [](Scene& s, const scene::ShaderRef& shader, nb::handle placement) {
+                check_idle(s);
                 s.scene.light_shaders.push_back(shader);
                 s.scene.light_shaders.back().world_from_shader = transform(placement, "transform");
                 s.scene.light_shaders.back().shadows = true;

@@ -71,6 +71,8 @@ color::Space space_of(const std::string& name) {
 std::string spectrum_text(nb::handle value) {
     if (nb::isinstance<nb::str>(value))
         return nb::cast<std::string>(value);
+    if (!nb::isinstance<Spectrum>(value))
+        throw nb::type_error("a spectrum: expected a Spectrum, or the text that makes one");
     return nb::cast<const Spectrum&>(value).text;
 }
 
