@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 
+#include "base/cancel.h"
 #include "base/error.h"
 #include "base/sampling.h"
 #include "base/tasks.h"
@@ -271,6 +272,7 @@ Scene::Scene(const store::Store& store, std::span<const GroupDesc> groups, Build
         rtcCommitScene(group.scene);
         if (group.solids)
             rtcCommitScene(group.solids);
+        tasks::check_cancelled(); // then they are not built
     }
 }
 

@@ -14,15 +14,17 @@ std::string shape_text(const std::vector<size_t>& shape) {
 }
 
 template <class T>
-static void share(nb::handle value, const char* dtype, const char* what, scene::Buffer<T>& buffer,
-                  std::vector<size_t>& shape) {
+static void read(nb::handle value, const char* dtype, const char* what, scene::Buffer<T>& buffer,
+                 std::vector<size_t>& shape) {
     using Array = nb::ndarray<const T, nb::c_contig, nb::device::cpu>;
     if (value.is_none()) // NumPy would make a NaN of it
         wrong_argument(what, "ArrayLike", value);
     Array array;
+    bool own = false;
     try {
-        // Returns its argument where type and layout are right already: no copy then.
+        // Returns its argument where type and layout are right already.
         const nb::object even = nb::module_::import_("numpy").attr("ascontiguousarray")(value, dtype);
+        own = !even.is(value) && even.attr("base").is_none();
         array = nb::cast<Array>(even);
     } catch (nb::python_error& error) {
         throw nb::type_error(
@@ -30,20 +32,25 @@ static void share(nb::handle value, const char* dtype, const char* what, scene::
     }
     for (size_t i = 0; i < array.ndim(); i++)
         shape.push_back(array.shape(i));
-    // The ndarray holds a reference to the array; its last copy takes the interpreter's lock to let go.
+    if (!own) {
+        buffer = std::vector<T>(array.data(), array.data() + array.size());
+        return;
+    }
+    // A copy already, which nobody else knows. The ndarray holds a reference to it; its last copy takes the
+    // interpreter's lock to let go.
     auto owner = std::make_shared<Array>(array);
     buffer = scene::Buffer<T>(owner->data(), owner->size(), owner);
 }
 
 FloatArray float_array(nb::handle value, const char* what) {
     FloatArray array;
-    share<float>(value, "float32", what, array.buffer, array.shape);
+    read<float>(value, "float32", what, array.buffer, array.shape);
     return array;
 }
 
 IntArray int_array(nb::handle value, const char* what) {
     IntArray array;
-    share<int32_t>(value, "int32", what, array.buffer, array.shape);
+    read<int32_t>(value, "int32", what, array.buffer, array.shape);
     return array;
 }
 

@@ -1,4 +1,5 @@
-// NumPy arrays to the scene's buffers. An array of the right type and layout is shared, never copied.
+// NumPy arrays to the scene's buffers. They are copied: what Python holds may be resized, truncated (memory
+// maps) and written by other threads while it is rendered.
 #pragma once
 
 #include "python/bindings.h"

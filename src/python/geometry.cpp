@@ -195,9 +195,11 @@ struct Place {
     std::vector<scene::Primitive>& primitives;
 };
 Place place(Scene& s) {
+    check_idle(s);
     return {s, s.scene.primitives};
 }
 Place place(Group& g) {
+    check_idle(*g.owner);
     return {*g.owner, g.get().primitives};
 }
 
@@ -315,11 +317,9 @@ void bind(nb::class_<Owner>& c) {
         nb::arg("reverse_orientation") = false, nb::arg("times") = nb::none(),
         nb::arg("lights_off") = nb::list(), nb::arg("shadows_off") = nb::list(),
         "Adds polygons and returns the primitive's id, as in the picture's 'id' layer.\n\n"
-        "`points` (N, 3) float32 and `faces` (M, 3) or (M, 4) int32 are kept by reference, not copied: "
-        "leave them\n"
-        "as they are until the picture is rendered. With `counts`, `faces` is flat and counts[i] is the "
-        "number of\n"
-        "corners of face i. `primvars` are bound to shader parameters of their name; the number of rows "
+        "`points` is (N, 3) float32, `faces` (M, 3) or (M, 4) int32. With `counts`, `faces` is flat and "
+        "counts[i] is the\n"
+        "number of corners of face i. `primvars` are bound to shader parameters of their name; the number of rows "
         "tells\n"
         "whether they are given for each vertex, face corner, face, or once. `area_light` is the radiance "
         "that\n"

@@ -228,6 +228,7 @@ void add_light(Scene& s, const std::string& kind_name, const nb::kwargs& given) 
             light.amount = light.amount * shade::preetham_sun(sun, g.turbidity),
             light.angle = g.angle.value_or(0.53f);
     }
+    check_idle(s);
     s.scene.lights.push_back(std::move(light));
 }
 
@@ -286,6 +287,7 @@ void bind_lights(nb::class_<Scene>& scene) {
     define(
         scene, "add_light_shader",
         [](Scene& s, const scene::ShaderRef& shader, nb::handle placement) {
+            check_idle(s);
             s.scene.light_shaders.push_back(shader);
             s.scene.light_shaders.back().world_from_shader = transform(placement, "transform");
             s.scene.light_shaders.back().shadows = true;

@@ -60,6 +60,8 @@ static void init_material(Material* self, const std::string& surface, const nb::
             self->color = rgb(value, "color");
         else if (name == "opacity")
             self->opacity = rgb(value, "opacity");
+        else if (name == "displacement" && value.is_none())
+            self->displacement.reset();
         else if (name == "displacement")
             self->displacement = displacement_of(value);
         else if (name == "displacement_bound")

@@ -203,6 +203,13 @@ Picture render(std::shared_ptr<Scene> scene, const nb::kwargs& keywords) {
     const scene::Scene& s = scene->scene;
     overrides.standard_shaders = standard_shaders();
     overrides.delayed = scene->delayed.get();
+    check_idle(*scene);
+    struct Reading {
+        bool& now;
+        explicit Reading(bool& flag) : now(flag) { now = true; }
+        ~Reading() { now = false; }
+    } const reading(scene->is_rendered);
+    scene->scene.options = scene->options; // Python may write its own while the picture is made
     const int width = overrides.width.value_or(s.options.width),
               height = overrides.height.value_or(s.options.height);
     overrides.camera = scene->camera.resolve(s.options, width, height);
@@ -263,6 +270,7 @@ std::shared_ptr<Scene> load(const std::vector<std::string>& paths,
     supervisor.rethrow_interrupt();
     scene->scene.journal = scene->journal.get();
     scene->camera.camera = scene->scene.camera;
+    scene->options = scene->scene.options;
     for (const auto& p : scene->scene.primitives)
         scene->next_id = std::max(scene->next_id, p.id + 1);
     return scene;

@@ -18,6 +18,7 @@ namespace kanuka::python {
 namespace {
 
 scene::Group::Instances instances(Scene& owner, const Group& group, nb::handle transforms, nb::handle times) {
+    check_idle(owner);
     if (group.owner.get() != &owner)
         throw nb::value_error("group: it belongs to another scene");
     const FloatArray array = float_array(transforms, "transforms");
@@ -95,7 +96,7 @@ nb::dict summary(const Scene& s) {
     for (const scene::Group& g : s.scene.groups)
         for (const auto& i : g.instances)
             placed += i.count();
-    const scene::Options& o = s.scene.options;
+    const scene::Options& o = s.options;
     result["file"] = s.scene.file;
     result["resolution"] = nb::make_tuple(o.width, o.height);
     result["crop"] = nb::make_tuple(o.crop[0], o.crop[1], o.crop[2], o.crop[3]);
@@ -249,10 +250,9 @@ void bind_scene(nb::module_& m) {
                             "Geometry that is placed any number of times; made by Scene.add_group().");
     nb::class_<Scene> scene(m, "Scene", "What is rendered: geometry, lights, camera, options.");
     bind_geometry(scene, group);
-    const char* instances_doc =
-        "Places a group once for each matrix of (N, 3, 4) or (N, 4, 4), acting on "
-        "columns. Float32 (N, 3, 4) is kept "
-        "by reference. Moving ones: (T, N, 3, 4) at `times` (default: evenly from 0 to 1).";
+    const char* instances_doc = "Places a group once for each matrix of (N, 3, 4) or (N, 4, 4), acting on "
+                                "columns. "
+                                "Moving ones: (T, N, 3, 4) at `times` (default: evenly from 0 to 1).";
 
     group.def_prop_ro("name", [](const Group& g) { return g.get().name; });
     define(
@@ -269,13 +269,13 @@ void bind_scene(nb::module_& m) {
 
     scene.def(nb::init<>());
     scene.def_prop_ro(
-        "options", [](Scene& s) -> scene::Options& { return s.scene.options; },
+        "options", [](Scene& s) -> scene::Options& { return s.options; },
         nb::rv_policy::reference_internal);
     property(
         scene, "camera", [](Scene& s) -> Camera& { return s.camera; },
         [](Scene& s, const Camera& c) { s.camera = c; }, nb::rv_policy::reference_internal);
     scene.def_prop_rw(
-        "resolution", [](const Scene& s) { return std::pair(s.scene.options.width, s.scene.options.height); },
+        "resolution", [](const Scene& s) { return std::pair(s.options.width, s.options.height); },
         [](nb::handle self, nb::handle size) { self.attr("options").attr("resolution") = size; },
         nb::for_setter(nb::sig("def resolution(self, size: tuple[int, int], /) -> None")));
     scene.def_prop_ro("file", [](const Scene& s) { return s.scene.file; });
@@ -284,6 +284,7 @@ void bind_scene(nb::module_& m) {
     define(
         scene, "add_group",
         [](std::shared_ptr<Scene> s, const std::string& name) {
+            check_idle(*s);
             s->scene.groups.emplace_back().name = name;
             return Group{s, int(s->scene.groups.size()) - 1};
         },

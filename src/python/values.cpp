@@ -80,13 +80,17 @@ scene::Value parameter(const std::string& key, nb::handle value) {
         return result;
     }
     if (is_text(value) || is_list_of_text(value)) {
-        auto strings = is_text(value) ? std::vector<std::string>{nb::cast<std::string>(value)}
-                                      : nb::cast<std::vector<std::string>>(value);
+        auto strings =
+            is_text(value)
+                ? std::vector<std::string>{nb::cast<std::string>(value)}
+                : as<std::vector<std::string>>(value, key + ": expected a text, or a list of texts");
         result.type = Type::String;
         result.array_size = declared.array_size.value_or(int(strings.size()));
         result.strings = std::move(strings);
         return result;
     }
+    if (declared.type == Type::String)
+        throw nb::value_error((key + ": expected a text, or a list of texts").c_str());
     if (declared.type == Type::Integer) {
         const IntArray array = int_array(value, key.c_str());
         result.type = Type::Integer;
@@ -133,13 +137,18 @@ scene::Value primvar(const std::string& key, nb::handle value, std::span<const D
     const Declaration declared = parse_declaration(key);
     if (is_text(value))
         return parameter("constant string " + declared.name, value);
+    if (declared.type == Type::String)
+        throw nb::value_error((key + ": a string primvar is one text, for all of the primitive").c_str());
     const FloatArray array = float_array(value, told.c_str());
     const size_t rows = array.shape.empty() ? 1 : array.shape[0];
     const size_t columns = rows ? array.buffer.size() / rows : 0;
 
     scene::Value result;
     result.name = declared.name;
-    result.floats = array.buffer;
+    if (declared.type == Type::Integer)
+        result.ints = int_array(value, key.c_str()).buffer;
+    else
+        result.floats = array.buffer;
     const auto guess = [&] {
         if (declared.name == "N")
             return Type::Normal;

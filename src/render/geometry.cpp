@@ -6,6 +6,7 @@
 
 #include "base/tasks.h"
 #include "color/photometry.h"
+#include "render/budget.h"
 #include "render/group_views.h"
 #include "render/motion.h"
 #include "render/volumes.h"
@@ -168,6 +169,7 @@ class GeometryBuilder {
                 m_request.stats.count.traced_polygons += h.traced_polygons;
                 p = {};
             }
+            refuse_geometry_that_cannot_fit(m_out->store.grid_bytes() + m_out->store.input_bytes(), m_memory);
         }
         m_request.stats.count.primitives += primitives.size();
         close_run();
@@ -539,6 +541,7 @@ class GeometryBuilder {
     std::atomic<double> m_dice_time{0}, m_shade_time{0};
     std::mutex m_progress_mutex;
     size_t m_done = 0, m_total = 0;
+    const uint64_t m_memory = machine_memory();
 };
 
 } // namespace

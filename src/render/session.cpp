@@ -6,9 +6,11 @@
 #include <numeric>
 #include <sys/resource.h>
 
+#include "base/cancel.h"
 #include "base/tasks.h"
 #include "render/accumulator.h"
 #include "render/aovs.h"
+#include "render/budget.h"
 #include "render/color_setup.h"
 #include "render/develop.h"
 #include "render/fireflies.h"
@@ -80,10 +82,10 @@ class BatchSession {
 
     Result run() {
         m_start = Clock::now();
+        refuse_what_cannot_fit(m_window, m_aovs.names().size(), machine_memory());
         place_camera();
-        build();
         Result result;
-        if (m_progress.cancelled()) {
+        if (!tasks::unless_cancelled(m_progress.cancelled, [&] { build(); })) {
             result.cancelled = true;
             return result;
         }
@@ -453,6 +455,7 @@ class BatchSession {
 Result render(const scene::Scene& scene, const Overrides& overrides, Journal& journal, Stats& stats,
               const Progress& progress) {
     Result result;
+    check_threads(overrides.threads.value_or(0));
     tasks::with_threads(overrides.threads.value_or(0), [&] {
         BatchSession session(scene, overrides, journal, stats, progress);
         result = session.run();
