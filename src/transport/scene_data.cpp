@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "color/color.h"
+#include "color/photometry.h"
 #include "transport/media_setup.h"
 #include "transport/quad_pictures.h"
 #include "transport/wavelengths.h"
@@ -184,7 +185,7 @@ void fill_map(EnvironmentMap& map, const LatLong& picture, const scene::Light& l
     const float tint[3] = {light.amount.x, light.amount.y, light.amount.z};
     for (size_t i = 0; i < map.rgb.size(); i++) {
         float& v = map.rgb[i];
-        v = std::isfinite(v) ? std::clamp(v * tint[i % 3], 0.0f, 1e6f) : 0.0f;
+        v = std::isfinite(v) ? std::clamp(v * tint[i % 3], 0.0f, color::LargestRadiance) : 0.0f;
     }
     const int w = map.width, h = map.height;
     const auto weight = [&](int i, int j) {
