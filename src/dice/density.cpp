@@ -223,6 +223,7 @@ int round_to_power(float x) {
 
 void RateRule::coarsen(int halvings, int most) {
     density.coarsen(std::ldexp(1.0f, -halvings));
+    slack *= std::ldexp(1.0f, halvings);
     least_range *= std::pow(FinestRange, -float(halvings) / float(most));
 }
 
@@ -293,7 +294,7 @@ float RateRule::twist(const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3
                  -1e-4f * length_squared(n);
     const float distance = convex ? abs(dot(twist, n)) / length(n) : length(twist);
     const float off = 0.25f * distance * density.pixels_per_unit((a + c) * 0.5f);
-    return std::sqrt(off / std::max(geometry_tolerance, 0.01f));
+    return std::sqrt(off / (slack * std::max(geometry_tolerance, 0.01f)));
 }
 
 } // namespace kanuka::dice

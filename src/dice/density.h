@@ -76,12 +76,13 @@ struct RateRule {
     int max_cells = 32;
     float least_range = FinestRange;                       // of a face's u or v that is cut no more
     static constexpr float FinestRange = 1.0f / (1 << 18); // deeper than any picture needs
+    float slack = 1;                                       // times the tolerance, of what was too much
     // Micropolygons `halvings` times twice as long, in the end one grid a face: there are faces that no rate
     // serves, which run from before the eye to where all of the world is a point.
     void coarsen(int halvings, int most);
 
     // Where there is no tolerance, nothing curved is further off than this all the same.
-    float tolerance() const { return geometry_tolerance > 0 ? geometry_tolerance : 0.25f; }
+    float tolerance() const { return slack * (geometry_tolerance > 0 ? geometry_tolerance : 0.25f); }
     // Are micropolygons so long that their chords leave it? (A face turns by a right angle at most: over one
     // cell, a fifth of its length.)
     bool is_coarse() const { return 0.2f * density.edge_pixels() > tolerance(); }

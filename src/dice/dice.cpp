@@ -119,9 +119,12 @@ Diced dice_mesh(std::vector<geom::MeshParts> parts, const scene::Primitive& prim
             report_other_topology(primitive, journal);
             parts.resize(1);
         }
+    std::vector<std::vector<float>> later_radius;
     for (geom::MeshParts& p : parts) {
-        if (&p != &parts[0])
+        if (&p != &parts[0]) {
+            later_radius.push_back(std::move(p.mesh.radius));
             p.mesh = parts[0].mesh;
+        }
         if (displace)
             displace_mesh(p, displace, primitive.where, journal);
     }
@@ -131,6 +134,7 @@ Diced dice_mesh(std::vector<geom::MeshParts> parts, const scene::Primitive& prim
     out.mesh = std::move(parts[0].mesh);
     for (size_t k = 1; k < parts.size(); k++)
         out.mesh_vertices.later.push_back({std::move(parts[k].vertices.P), std::move(parts[k].vertices.N)});
+    out.mesh.later_radius = std::move(later_radius);
     return out;
 }
 
@@ -333,7 +337,8 @@ static Diced dice_primitive(const scene::Primitive& primitive, const DiceTarget&
     if (const auto* curves = std::get_if<scene::Curves>(&primitive.geometry))
         return dice_mesh_steps(primitive, target, rule, displace, journal,
                                [&](const P& p, const P* first, Journal& j, geom::MeshParts& parts) {
-                                   return geom::mesh_from_curves(p, *curves, m, rule.density, j, parts,
+                                   return geom::mesh_from_curves(p, *curves, m, rule.density,
+                                                                 target.polygons || displace, j, parts,
                                                                  first);
                                });
     if (std::holds_alternative<scene::Points>(primitive.geometry))

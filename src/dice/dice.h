@@ -58,7 +58,7 @@ struct DiceOptions {
 };
 
 // What a primitive became: grids (with their traced lattices, parallel), or a mesh: one that is finer than
-// the rate, curves as ribbons (tubes, if instanced), points as small spheres.
+// the rate, curves as ribbons, fibres or tubes, points as small spheres.
 struct Diced {
     std::vector<grid::Grid> grids;
     std::vector<grid::TracedGrid> traced;
@@ -84,6 +84,7 @@ struct DiceTarget {
         false; // the material is constant: rates serve geometry alone, flat pieces need one cell
     bool keep_density = false; // traced geometry is not simplified: emitters whose light varies over them,
                                // triangle by triangle
+    bool polygons = false;     // curves, too: emitters are triangles
     float finer = 1;           // how many times as many cells a side as its size in the picture asks for
     // A primitive that moves as a whole: more places to see it from, as DicingCamera has them.
     std::vector<Transform> also_from = {};

@@ -38,6 +38,7 @@ bool Splitter::run(double limit) {
         size_t whole_pieces = 0;
         for (size_t i = 0; i < todo.size(); i++) {
             if (split[i] == 0) {
+                refine_twisted(todo[i]);
                 total += std::max(LeastCells, double(todo[i].nu) * todo[i].nv);
                 todo[whole_pieces++] = todo[i];
             } else {
@@ -262,6 +263,7 @@ void Splitter::measure_interior(const geom::Surface& surface, const Piece& piece
     if (m_rule.shape_only) {
         const float twist = m_rule.twist(at(0, 0), at(n - 1, 0), at(n - 1, n - 1), at(0, n - 1));
         m.want_u = std::max(m.want_u, twist), m.want_v = std::max(m.want_v, twist);
+        m.twist = std::max(m.twist, twist);
     }
 }
 
@@ -289,6 +291,7 @@ void Splitter::plan(Piece& piece, int& split) const {
         want_u = m.want_u, want_v = m.want_v;
         least_u = m.least_u, least_v = m.least_v;
         uneven_u = m.uneven_u, uneven_v = m.uneven_v;
+        piece.twist = round_to_power(m.twist);
     }
     const int nu = std::max(round_to_power(want_u), std::max(along_u[0], along_u[1]));
     const int nv = std::max(round_to_power(want_v), std::max(along_v[0], along_v[1]));
@@ -378,6 +381,19 @@ Segment Splitter::half(const Segment& s, int which) const {
         h.cells = 0;
     }
     return h;
+}
+
+// A straight side of a twisted piece needs one cell of its own, but what lies beside it more.
+void Splitter::refine_twisted(const Piece& piece) {
+    for (int k = 0; k < 4; k++) {
+        const int n = std::min(piece.twist, k == grid::VMin || k == grid::VMax ? piece.nu : piece.nv);
+        const Segment& s = piece.sides[k];
+        if (is_cut(s) || s.cells == 0)
+            continue;
+        Edge& e = edges[s.edge];
+        while (!e.point && current(s).cells < n && 2 * e.cells <= m_rule.max_cells)
+            e.cells *= 2;
+    }
 }
 
 int Splitter::middle_vertex(const Segment& s) {

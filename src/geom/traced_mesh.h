@@ -40,9 +40,10 @@ template <class Visit>
 void sample_polygons(const scene::Primitive& primitive, const scene::PolygonMesh& mesh, const Transform& m,
                      size_t samples, Visit visit);
 
-// Ribbons: turned to the camera, or across "N" where it is given; three-sided tubes where there is no camera.
+// Ribbons across "N" where it is given; else fibres, or tubes of quads: wide ones, and all if there must be
+// `polygons`.
 bool mesh_from_curves(const scene::Primitive& primitive, const scene::Curves& curves, const Transform& m,
-                      const Viewpoint& view, Journal& journal, MeshParts& out,
+                      const Viewpoint& view, bool polygons, Journal& journal, MeshParts& out,
                       const scene::Primitive* first = nullptr);
 // Spheres: octahedra, refined as their size in the picture asks; their mean silhouette has the sphere's area.
 bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, const Viewpoint& view,

@@ -100,10 +100,8 @@ std::string find_file(const char* what, const std::string& name, const char* ins
         return {};
     std::string file = textures.find(name);
     if (file.empty())
-        journal.error(ref.where, std::string(what) + " \"" + name + "\" is not found; searched in " +
-                                     join_folders(textures.folders()) +
-                                     ". Add its folder: Option \"searchpath\" \"texture\" [\"FOLDER\"]. " +
-                                     instead);
+        journal.error(ref.where, std::string(what) + " \"" + name + "\" is not found; " +
+                                     searched_in(textures.folders(), "texture", ref.where) + ". " + instead);
     return file;
 }
 
@@ -169,16 +167,17 @@ const LightShader* find_light(std::string_view name) {
 
 } // namespace
 
-Transform aimed(const Vec3f& from, const Vec3f& to) {
-    Vec3f z = to - from;
-    z = length(z) > 0 ? normalize(z) : Vec3f(0, 0, 1);
-    const Vec3f x = normalize(cross(std::abs(z.x) < 0.9f ? Vec3f(1, 0, 0) : Vec3f(0, 1, 0), z));
-    const Vec3f y = cross(z, x);
+Transform frame_of(const Vec3f& origin, const Vec3f& direction, const Vec3f& up, const Vec3f& other) {
+    const Vec3f z = length(direction) > 0 ? normalize(direction) : Vec3f(0, 0, 1);
+    const Vec3f x = normalize(cross(std::abs(dot(up, z)) < 0.9999f ? up : other, z)), y = cross(z, x);
     Transform t;
-    t.m[0] = {x.x, y.x, z.x, from.x};
-    t.m[1] = {x.y, y.y, z.y, from.y};
-    t.m[2] = {x.z, y.z, z.z, from.z};
+    for (int i = 0; i < 3; i++)
+        t.m[size_t(i)] = {x[i], y[i], z[i], origin[i]};
     return t;
+}
+
+Transform aimed(const Vec3f& from, const Vec3f& to) {
+    return frame_of(from, to - from, {1, 0, 0}, {0, 1, 0});
 }
 
 bool is_standard_light(std::string_view name) {

@@ -8,7 +8,7 @@
 #include <mutex>
 #include <shared_mutex>
 
-#include "base/vec.h"
+#include "base/latlong.h"
 #include "scene/picture_name.h"
 #include "shade/linear_input.h"
 #include "shade/search.h"
@@ -35,6 +35,7 @@ struct Textures::Entry {
     bool rec709 = false;                                  // decoded from sRGB
     OIIO::TextureOpt::Wrap s_wrap = OIIO::TextureOpt::WrapPeriodic, t_wrap = OIIO::TextureOpt::WrapPeriodic;
     std::string problem;
+    bool missing = false; // the problem is where it was looked for
 };
 
 struct Textures::Cache {
@@ -100,9 +101,8 @@ const Textures::Entry& Textures::entry(const char* name) {
         return entry;
     const std::string path = find(place->first);
     if (path.empty()) {
-        entry.problem =
-            "texture \"" + place->first + "\" is not found; searched in " + join_folders(m_folders) +
-            ". Add its folder: Option \"searchpath\" \"texture\" [\"FOLDER\"]. Mid-grey stands in for it";
+        entry.problem = "texture \"" + place->first + "\" is not found; ";
+        entry.missing = true;
         return entry;
     }
     const OIIO::ustring file(path);
@@ -146,7 +146,9 @@ void Textures::lookup(const sl::TextureRequest& request, const Location& asker) 
     const float grey[MaxChannels] = {Missing, Missing, Missing, Missing, Missing, Missing, Missing, Missing,
                                      Missing, Missing, Missing, Missing, Missing, Missing, Missing, Missing};
     if (!entry.handle) {
-        m_journal.error(asker, entry.problem);
+        m_journal.error(asker, !entry.missing ? entry.problem
+                                              : entry.problem + searched_in(m_folders, "texture", asker) +
+                                                    ". Mid-grey stands in for it");
         for (int i = 0; i < request.count; i++)
             store(i, grey);
         return;
@@ -202,10 +204,8 @@ void Textures::lookup_environment(const sl::TextureRequest& request, const float
         const int count = std::min(Block, request.count - begin);
         for (int i = 0; i < count; i++) {
             const Vec3f d(x[begin + i], y[begin + i], z[begin + i]);
-            const float len = length(d);
-            const float phi = std::atan2(finite(d.y), finite(d.x));
-            s[i] = (phi < 0 ? phi + 2 * Pi : phi) * (0.5f * InvPi);
-            t[i] = len > 0 ? std::acos(std::clamp(d.z / len, -1.0f, 1.0f)) * InvPi : 0.5f;
+            const LatLongPlace place = latlong_place({finite(d.x), finite(d.y), finite(d.z)});
+            s[i] = place.u, t[i] = place.v;
         }
         sl::TextureRequest block = request;
         block.s = s, block.t = t;
