@@ -130,9 +130,12 @@ film::Picture without_alpha(const film::Picture& picture) {
 void write(Picture& p, const std::filesystem::path& path, std::optional<float> gain,
            std::optional<float> gamma, bool alpha, const std::string& display) {
     const std::string suffix = path.extension().string(), file = path.string();
-    const auto encoding = display.empty() ? std::optional(p.display) : color::find_display(display);
-    if (!encoding)
-        throw nb::value_error("display: expected \"srgb\" or \"rec709\"");
+    film::PngEncoding encoding = p.encoding;
+    if (!display.empty()) {
+        if (display != film::LinearDisplay && !color::find_display(display))
+            throw nb::value_error("display: expected \"srgb\", \"rec709\" or \"linear\"");
+        encoding = film::png_encoding(display, 1);
+    }
     double unused = 0;
     nb::gil_scoped_release free;
     ScopedTimer timer(p.stats ? p.stats->time.film_s : unused);
@@ -140,7 +143,7 @@ void write(Picture& p, const std::filesystem::path& path, std::optional<float> g
         film::write_exr(file, p.picture);
     else if (suffix == ".png")
         film::write_png(file, alpha ? p.picture : without_alpha(p.picture), gain.value_or(p.exposure_gain),
-                        gamma.value_or(p.exposure_gamma), *encoding);
+                        gamma.value_or(encoding.gamma), encoding.display);
     else
         throw Error(file + ": pictures are written as .exr or .png", ExitCode::Usage);
 }
@@ -346,9 +349,14 @@ void bind_picture(nb::module_& m) {
                 "True where rendering stopped early; the pixels are what was there.")
         .def("write", &write, nb::arg("path"), nb::kw_only(), nb::arg("gain") = nb::none(),
              nb::arg("gamma") = nb::none(), nb::arg("alpha") = false, nb::arg("display") = "",
-             "Writes .exr (all layers, linear) or .png (8 bits, Rec.709 primaries, `display` sRGB or rec709, "
-             "what is transparent over black unless\n"
-             "`alpha` is set; `gain` and `gamma` default to the scene's Exposure). The file appears complete "
+             "Writes .exr (all layers, linear) or .png (8 bits, Rec.709 primaries, what is transparent over "
+             "black "
+             "unless\n"
+             "`alpha` is set; `gain` defaults to the scene's Exposure. `display`: srgb, rec709 (BT.1886), or "
+             "linear: "
+             "the\nvalues as they are. By default it is the scene's, where a gamma of Exposure takes the "
+             "place of "
+             "sRGB;\n`gamma` comes before it). The file appears complete "
              "or\n"
              "not at all.")
         .def("__repr__", [](const Picture& p) {

@@ -143,10 +143,7 @@ Picture render(std::shared_ptr<Scene> scene, const render::Overrides& given,
     picture.stats = std::make_shared<Stats>();
     picture.stats->time.ingest_s = picture.stats->time.total_s = scene->ingest_s;
     picture.exposure_gain = s.options.exposure_gain;
-    // The gamma of Exposure stands for the display's; a PNG has its own transfer, sRGB, which takes its
-    // place.
-    picture.exposure_gamma = 1;
-    picture.display = color::find_display(s.options.color.display).value_or(color::Display::Srgb);
+    picture.encoding = film::png_encoding(s.options.color.display, s.options.exposure_gamma);
 
     Supervisor supervisor(callback);
     render::Result result;

@@ -209,7 +209,7 @@ void bind_options(nb::module_& m) {
             })
         .def_rw("exposure_gain", &O::exposure_gain)
         .def_rw("exposure_gamma", &O::exposure_gamma,
-                "the display gamma that the scene asks for; PNGs are sRGB instead")
+                "of Exposure: where it is not 1, PNGs have it in place of sRGB's curve")
         .def_prop_rw(
             "color_space", [](const O& o) { return o.color.space; },
             [](O& o, const std::string& s) { o.color.space = s; },
@@ -237,11 +237,12 @@ void bind_options(nb::module_& m) {
         .def_prop_rw(
             "display", [](const O& o) { return o.color.display; },
             [](O& o, const std::string& s) {
-                if (!color::find_display(s))
-                    throw nb::value_error("display: expected \"srgb\" or \"rec709\"");
+                if (s != film::LinearDisplay && !color::find_display(s))
+                    throw nb::value_error("display: expected \"srgb\", \"rec709\" or \"linear\"");
                 o.color.display = s;
             },
-            "encoding of PNGs: srgb, or rec709 (BT.1886)")
+            "encoding of PNGs: srgb, rec709 (BT.1886), or linear: the values as they are but for "
+            "exposure_gamma")
         .def_prop_rw(
             "f_stop", [](const O& o) { return o.color.f_stop; }, [](O& o, float v) { o.color.f_stop = v; },
             "with shutter_time: exposure of physical light; 0 = none")

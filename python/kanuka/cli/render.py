@@ -114,7 +114,12 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     color.add_argument("--f-stop", type=types.positive_float, metavar="N", help="with --shutter: physical exposure")
     color.add_argument("--shutter", type=types.positive_float, metavar="S", help="seconds that light is gathered")
     color.add_argument("--iso", type=types.positive_float, metavar="S", help="sensitivity; default: 100")
-    color.add_argument("--display", choices=("srgb", "rec709"), help="encoding of the PNG; rec709 is BT.1886")
+    color.add_argument(
+        "--display",
+        choices=("srgb", "rec709", "linear"),
+        help="encoding of the PNG, over a gamma that the scene's Exposure sets; rec709 is BT.1886; linear writes the "
+        "values as they are, as renderers did that knew no curve",
+    )
     machine = parser.add_argument_group("machine", "the picture does not depend on these")
     machine.add_argument("--threads", type=types.positive_int, metavar="N", help="default: all there are")
     machine.add_argument("--lanes", type=int, choices=(0, 1, 8, 16), default=0, help="SIMD lanes; 0 = the widest")
@@ -267,6 +272,8 @@ def set_options(scene: kanuka.Scene, arguments: argparse.Namespace) -> None:
         "iso": arguments.iso,
         "display": arguments.display,
     }
+    if arguments.display is not None:
+        scene.options.exposure_gamma = 1
     for name, value in options.items():
         if value is not None:
             setattr(scene.options, name, value)
