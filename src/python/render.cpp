@@ -157,12 +157,13 @@ Picture render(std::shared_ptr<Scene> scene, const render::Overrides& given,
 }
 
 std::shared_ptr<Scene> load(const std::vector<std::string>& paths,
-                            const std::vector<std::string>& archive_path, int frame, bool run_programs,
-                            nb::dict procedurals, bool on_demand, bool run_system) {
+                            const std::vector<std::string>& archive_path, int frame, int repeat,
+                            bool run_programs, nb::dict procedurals, bool on_demand, bool run_system) {
     auto scene = std::make_shared<Scene>();
     ingest::RibOptions options;
     options.archive_path = archive_path;
     options.frame = frame;
+    options.repeat = repeat;
     options.run_programs = run_programs;
     options.run_system = run_system;
     options.procedural = plug_ins(std::move(procedurals));
@@ -240,20 +241,21 @@ void bind_render(nb::module_& m) {
     m.def(
         "load",
         [](const std::filesystem::path& path, const std::vector<std::string>& archive_path, int frame,
-           bool run_programs, nb::dict procedurals, bool on_demand, bool run_system,
+           int repeat, bool run_programs, nb::dict procedurals, bool on_demand, bool run_system,
            const std::vector<std::filesystem::path>& before) {
             std::vector<std::string> paths(before.begin(), before.end());
             paths.push_back(path.string());
-            return load(paths, archive_path, frame, run_programs, std::move(procedurals), on_demand,
+            return load(paths, archive_path, frame, repeat, run_programs, std::move(procedurals), on_demand,
                         run_system);
         },
         nb::arg("path"), nb::kw_only(), nb::arg("archive_path") = nb::list(), nb::arg("frame") = 0,
-        nb::arg("run_programs") = true, nb::arg("procedurals") = nb::dict(), nb::arg("on_demand") = false,
-        nb::arg("run_system") = false, nb::arg("before") = nb::list(),
+        nb::arg("repeat") = 0, nb::arg("run_programs") = true, nb::arg("procedurals") = nb::dict(),
+        nb::arg("on_demand") = false, nb::arg("run_system") = false, nb::arg("before") = nb::list(),
         "Reads a RIB file, compressed or not; '-' is standard input. What it could not make sense of is in "
         "the\n"
         "scene's journal. run_programs=False forbids Procedural \"RunProgram\". run_system=True lets\n"
-        "System have the shell do whatever the scene says. procedurals: functions by\n"
+        "System have the shell do whatever the scene says. frame: the number of one, and of several of that "
+        "number the\none that `repeat` others come before. procedurals: functions by\n"
         "name, for Procedural \"DynamicLoad\" [\"name\" \"data\"]: called with the size in pixels and the\n"
         "data, they return RIB. on_demand=True leaves procedurals with bounds unread until a ray of a "
         "render\n"
@@ -276,14 +278,20 @@ void bind_render(nb::module_& m) {
                 one["number"] = f.number;
                 one["line"] = f.where.line;
                 one["picture"] = f.picture;
+                one["source"] = f.source;
+                one["repeat"] = f.repeat;
                 out.append(one);
             }
             return out;
         },
         nb::arg("path"), nb::kw_only(), nb::arg("archive_path") = nb::list(), nb::arg("before") = nb::list(),
-        "The frames of a RIB file, in order: what load(frame=number) may ask for, the line of its world, and "
-        "whether\nit makes a picture (else only what shadow maps or textures are made of). Worlds outside of "
-        "frames count\nfrom 1.",
+        "The frames of a RIB file, in order: what load(frame=number, repeat=repeat) may ask for (repeat: how "
+        "many "
+        "frames of\nthat number come before it), the line of its world, whether it makes a picture (else "
+        "only what "
+        "shadow maps or\ntextures are made of), and whether it is the source of a texture. Worlds outside of "
+        "frames "
+        "count from 1.",
         nb::sig("def frames(path: str | os.PathLike, *, archive_path: Sequence[str] = (), "
                 "before: Sequence[str | os.PathLike] = ()) -> list[dict[str, int | bool]]"));
     m.def(

@@ -6,10 +6,7 @@ import argparse
 import signal
 import sys
 import time
-from dataclasses import dataclass, field
 from pathlib import Path
-
-import numpy as np
 
 import kanuka
 
@@ -146,49 +143,37 @@ def run(arguments: argparse.Namespace) -> int:
     interruption = Interruption()
     try:
         if arguments.frame is None:
-            return render(arguments, Frame(), started, interruption)
-        numbers = frames.numbers(arguments.frame, arguments.scenes)
-        if len(numbers) == 1:
-            return render(arguments, Frame(numbers[0]), started, interruption)
-        return render_frames(arguments, numbers, interruption)
+            return render(arguments, frames.Frame(), started, interruption)
+        wanted = frames.frames(arguments.frame, arguments.scenes)
+        if len(wanted) == 1:
+            return render(arguments, wanted[0], started, interruption)
+        return render_frames(arguments, wanted, interruption)
     except KeyboardInterrupt:
         print("interrupted before there was a picture", file=sys.stderr)
         return interruption.exit_code
 
 
-@dataclass
-class Frame:
-    """One of those that are rendered; 0 = the first that makes a picture."""
-
-    number: int = 0
-    of_several: bool = False
-    written: set[Path] = field(default_factory=set)  # of those before it
-
-    def file(self, path: Path | None) -> Path | None:
-        return frames.numbered(path, self.number) if path and self.of_several else path
-
-
-def render_frames(arguments: argparse.Namespace, numbers: list[int], interruption: Interruption) -> int:
+def render_frames(arguments: argparse.Namespace, wanted: list[frames.Frame], interruption: Interruption) -> int:
     """One after another; an error in one does not keep the others from being rendered."""
     worst = ExitCode.OK
-    written: set[Path] = set()
-    for k, number in enumerate(numbers):
+    for k, frame in enumerate(wanted):
         if not arguments.quiet:
-            print(f"frame {number} ({k + 1} of {len(numbers)})", file=sys.stderr)
-        code = render(arguments, Frame(number, True, written), time.monotonic(), interruption)
+            print(f"frame {frame.number} ({k + 1} of {len(wanted)})", file=sys.stderr)
+        code = render(arguments, frame, time.monotonic(), interruption)
         if code not in (ExitCode.OK, ExitCode.ERRORS):
             return code
         worst = worst or code
     return worst
 
 
-def render(arguments: argparse.Namespace, frame: Frame, started: float, interruption: Interruption) -> int:
+def render(arguments: argparse.Namespace, frame: frames.Frame, started: float, interruption: Interruption) -> int:
     bar = ProgressBar(arguments.quiet)
     bar.update("ingest", 0)
     scene = kanuka.load(
         arguments.scenes[-1],
         before=arguments.scenes[:-1],
         frame=frame.number,
+        repeat=frame.repeat,
         run_programs=not arguments.no_programs,
         run_system=arguments.allow_system,
         on_demand=True,
@@ -198,17 +183,18 @@ def render(arguments: argparse.Namespace, frame: Frame, started: float, interrup
     bar.finish()
 
     set_options(scene, arguments)
-    output = frame.file(arguments.output) or default_output(arguments.scenes[-1], scene)
+    named = None if frame.source else arguments.output
+    output = frame.file(named) or default_output(arguments.scenes[-1], scene)
     if output in frame.written:  # frames whose displays have one name
-        output = frames.numbered(output, frame.number)
+        output = frames.numbered(output, frame)
     check_output(output)
     frame.written.add(output)
     picture = kanuka.render(
         scene,
         progressions=arguments.progressions,
         threads=arguments.threads,
-        resolution=arguments.resolution,
-        crop=arguments.crop,
+        resolution=None if frame.source else arguments.resolution,
+        crop=None if frame.source else arguments.crop,
         shading_rate=arguments.shading_rate,
         geometry_tolerance=arguments.geometry_tolerance,
         max_depth=arguments.max_depth,
@@ -225,7 +211,7 @@ def render(arguments: argparse.Namespace, frame: Frame, started: float, interrup
 
     if picture.cancelled:
         output = output.with_suffix(".partial.exr")
-    written = write(picture, output, arguments.png and not picture.cancelled)
+    written = write(picture, output, arguments.png and not picture.cancelled and not frame.source)
     total = time.monotonic() - started
     if arguments.stats:
         statistics.write(frame.file(arguments.stats), picture, total)
@@ -236,23 +222,11 @@ def render(arguments: argparse.Namespace, frame: Frame, started: float, interrup
         classic = picture.metadata.get("kanuka.transport") == "classic" and arguments.transport is None
         light = ", with light as RISpec's renderers had it (--transport full traces all)" if classic else ""
         print(f"{picture.width} × {picture.height} pixels in {duration(total)}{light}", file=sys.stderr)
-        if not np.any(picture["rgb"]):
-            print(f"the picture is black: {why_black(scene, picture)}", file=sys.stderr)
     for path in written:
         print(path)
     if picture.cancelled:
         return interruption.exit_code
     return ExitCode.ERRORS if scene.journal.error_count else ExitCode.OK
-
-
-def why_black(scene: kanuka.Scene, picture: kanuka.Picture) -> str:
-    """The likeliest reason, for who looks at nothing."""
-    if not np.any(picture["alpha"]):
-        return "the camera sees nothing; look at its place, its clipping planes and what messages say is missing"
-    about = scene.summary()
-    if not about["lights"] and not about["area_lights"]:
-        return "no light shines; add one, or look at shapes by --integrator facing"
-    return "no light reaches what the camera sees; look at the lights' places, or at shapes by --integrator facing"
 
 
 def set_options(scene: kanuka.Scene, arguments: argparse.Namespace) -> None:
