@@ -224,8 +224,10 @@ class Preprocessor {
         std::string where;
         for (const auto& path : tried)
             where += "\n  " + path.string();
-        m_diagnostics.error(t[0].loc, "cannot find the file \"" + name + "\"; looked for" + where +
-                                          "\nName the folder that has it with -I FOLDER");
+        m_diagnostics.error(t[0].loc,
+                            "cannot find the file \"" + name + "\"; looked for" + where +
+                                "\nName the folder that has it: in a scene by Option \"searchpath\" "
+                                "\"shader\" [\"FOLDER\"], for kanuka shader by -I FOLDER");
     }
 
     bool hidden(int list, const Macro* macro) const {
