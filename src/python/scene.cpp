@@ -289,6 +289,21 @@ void bind_options(nb::module_& m) {
         .def_rw("seed", &O::seed)
         .def_rw("strict_directions", &O::strict_directions,
                 "What surface shaders do that no material can do is an error, not approximated.")
+        .def_prop_rw(
+            "specular", [](const O& o) { return o.user.get_string("kanuka:specular", "prman"); },
+            [](O& o, const std::string& which) {
+                if (which != "prman" && which != "rispec")
+                    throw nb::value_error(
+                        "specular is \"prman\" (the exponent of specular() is 8 / roughness) or "
+                        "\"rispec\" (1 / roughness)");
+                scene::Value v;
+                v.name = "kanuka:specular";
+                v.type = scene::Type::String;
+                v.strings = std::vector<std::string>{which};
+                o.user.set(std::move(v));
+            },
+            "The exponent that specular() of classic shaders has: prman, 8 / roughness; rispec, 1 / "
+            "roughness.")
         .def_rw("array_room", &O::array_room,
                 "Values that shaders' arrays hold which grow in loops of unseen length.")
         .def_prop_rw(

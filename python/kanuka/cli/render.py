@@ -76,6 +76,12 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="what a surface shader does that no material can do is an error at its line, not approximated",
     )
     picture.add_argument(
+        "--specular",
+        choices=("prman", "rispec"),
+        help="exponent of specular() in classic shaders: 8/roughness, as PRMan, Aqsis and 3Delight have it (default), "
+        "or RISpec's 1/roughness",
+    )
+    picture.add_argument(
         "--transport",
         choices=("full", "classic", "auto"),
         help="light between surfaces and shadows of all lights; light of sources alone, with shadows where lights "
@@ -232,6 +238,7 @@ def render(arguments: argparse.Namespace, frame: frames.Frame, started: float, i
 def set_options(scene: kanuka.Scene, arguments: argparse.Namespace) -> None:
     """Options of the command line over those of the scene; names are checked by the render, which reports them."""
     options = {
+        "specular": arguments.specular,
         "transport": arguments.transport,
         "clamp_direct": arguments.clamp_direct,
         "clamp_indirect": arguments.clamp_indirect,
