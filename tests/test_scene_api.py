@@ -81,7 +81,7 @@ def test_words_for_arrays_are_type_errors() -> None:
         (lambda: kanuka.Camera((0, 0, 0), (0, 1, 0)), "up points along the line of sight"),
         (lambda: kanuka.Camera((0, 0, 1), (0, 0, 0), fov=180), "between 0 and 180"),
         (lambda: kanuka.Camera((0, 0, 1), (0, 0, 0), fov_axis="z"), "not one of"),
-        (lambda: kanuka.Scene().add_light("sun"), '"sun" is not one of "distant"'),
+        (lambda: kanuka.Scene().add_light("moon"), '"moon" is not one of "distant"'),
         (lambda: kanuka.Scene().add_sphere(-1), "positive"),
         (lambda: kanuka.Material("matte", Kd=[]), "an empty value"),
         (lambda: kanuka.Scene().add_subdivision(POINTS, QUAD, scheme="butterfly"), "catmull-clark"),

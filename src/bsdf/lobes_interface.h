@@ -211,15 +211,23 @@ void prepare_interface(LobeInputs<W>& in, const Vec3<Float<W>>& wo, Mask<W> outs
     }
 }
 
-// Nothing is lost: what a rough interface does not reflect, it lets through.
+// Nothing is lost: what a rough interface does not reflect, it lets through. Each wavelength by its own
+// index: lobes share samples by the mean, which must not depend on which of the four leads.
 template <int W>
 Spectrum<W> albedo_of_interface(const LobeInputs<W>& in, Float<W> cos_o) {
-    Float<W> cos_t;
-    const Float<W> one(1.0f), n = in.eta[0];
-    const Float<W> smooth = fresnel_dielectric(cos_o, n, cos_t);
-    const Float<W> rough = min(dielectric_albedo(cos_o, in.alpha, n), one);
-    const Float<W> F = kanuka::select(in.rough & (n > one), rough, smooth);
-    return in.color[1] * F + in.color[2] * (one - F);
+    const Float<W> one(1.0f);
+    Spectrum<W> albedo;
+    Float<W> F(0.0f);
+    for (int i = 0; i < Wavelengths; i++) {
+        if (i == 0 || in.dispersive) {
+            Float<W> cos_t;
+            const Float<W> n = in.eta[i], smooth = fresnel_dielectric(cos_o, n, cos_t);
+            const Float<W> rough = min(dielectric_albedo(cos_o, in.alpha, n), one);
+            F = kanuka::select(in.rough & (n > one), rough, smooth);
+        }
+        albedo[i] = in.color[1][i] * F + in.color[2][i] * (one - F);
+    }
+    return albedo;
 }
 
 } // namespace kanuka::bsdf

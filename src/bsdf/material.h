@@ -59,6 +59,8 @@ struct MaterialCode {
     bool dispersive = false, transmits = false, has_coat = false;
     bool has_tangent = false; // its table entry follows the normal's
     bool absorbs = false;     // a coat takes from what crosses it
+    // Bits by leaf: thin walls, which let light go on as it came where they are smooth.
+    uint32_t straight = 0;
 
     explicit MaterialCode(const grid::LayeringProgram& program) {
         const grid::WordLayout layout(program);
@@ -111,6 +113,9 @@ struct MaterialCode {
         for (const Node& n : nodes)
             if (n.leaf >= 0)
                 bed_of_leaf[n.leaf] = n.bed;
+        for (const Node& n : nodes)
+            if (n.leaf >= 0 && n.bed < 0 && n.lobe == LobeId::ThinWalledDielectricBsdf)
+                straight |= 1u << n.leaf;
         for (Node& n : nodes)
             if (n.op == grid::LayerOp::Thick)
                 mark_albedo(n.upper);
@@ -281,6 +286,23 @@ class Material {
         s.value.pdf = select(s.delta, s.value.pdf, all_lobes.pdf);
         s.valid &= !m_black;
         return s;
+    }
+
+    // What goes on as it came, through smooth thin walls: how much, and the chance of it in sample().
+    LobeValue<W> straight(const Vec3<Float<W>>& wo) const {
+        LobeValue<W> sum = no_value<W>();
+        for (int k = 0; k < m_code.leaves; k++) {
+            if (!(m_code.straight >> k & 1))
+                continue;
+            const LobeValue<W> v = ThinWallLobe<W>::straight(m_inputs[k], wo);
+            sum.f += v.f * m_weight[k];
+            sum.pdf += v.pdf * m_share[k];
+        }
+        return {select(m_black, no_value<W>().f, sum.f), select(m_black, no_value<W>().f, sum.pdf)};
+    }
+    Mask<W> goes_straight(const LobeSample<W>& s) const {
+        return s.valid & s.delta & (s.wi.z < Float<W>(0.0f)) &
+               ((Int<W>(int(m_code.straight)) & (Int<W>(1) << s.leaf)) != Int<W>(0));
     }
 
   private:

@@ -53,6 +53,51 @@ TEST(Material, FurnaceOfCoats) {
             }
 }
 
+// Which of a path's four wavelengths leads must not change what a material is: values, densities and the
+// shares of lobes are those of each wavelength alone. Under an interface that disperses, what a coat leaves
+// to its base goes by Fresnel's equations with Cauchy's index at that wavelength, here in double.
+TEST(Material, NothingDependsOnTheHero) {
+    constexpr double Abbe = 12, Ior = 1.7;
+    for (float roughness : {0.0f, 0.4f}) {
+        Tree t;
+        const int a = t.lobe(LobeId::MicrosurfaceDielectricBsdfRgb_v1,
+                             {Vec3f(roughness), White, Vec3f(0.0f), Vec3f(float(Ior)), Vec3f(float(Abbe))},
+                             0.6f),
+                  b = t.lobe(LobeId::LambertBrdf, {Half});
+        t.join(LayerOp::Coat, a, b);
+        const MaterialCode code(t.program);
+        for (float cosine : {0.9f, 0.2f}) {
+            F8 l[Wavelengths], turned[Wavelengths];
+            wavelengths<8>(l);
+            const V8 wo = seen_from<8>(cosine), wi = seen_from<8>(0.5f);
+            const Material<8> first(code, TreeFetch<8>(t), Mask<8>(true), wo, l);
+            const auto expected = first.eval(wo, wi);
+            for (int turn = 1; turn < Wavelengths; turn++) {
+                for (int k = 0; k < Wavelengths; k++)
+                    turned[k] = l[(k + turn) % Wavelengths];
+                const Material<8> m(code, TreeFetch<8>(t), Mask<8>(true), wo, turned);
+                const auto value = m.eval(wo, wi);
+                for (int k = 0; k < Wavelengths; k++) {
+                    const int same = (k + turn) % Wavelengths;
+                    EXPECT_NEAR(value.f[k][0], expected.f[same][0], 1e-6f);
+                    EXPECT_NEAR(value.pdf[k][0], expected.pdf[same][0], 1e-6f);
+                    EXPECT_NEAR(m.albedo()[k][0], first.albedo()[same][0], 1e-6f);
+                }
+            }
+            for (int k = 0; k < Wavelengths && roughness == 0; k++) {
+                const double lambda = 360 + 470 * double(l[k][0]);
+                const double B = (Ior - 1) / Abbe / (1 / (486.13 * 486.13) - 1 / (656.28 * 656.28));
+                const double n = Ior + B * (1 / (lambda * lambda) - 1 / (587.56 * 587.56)),
+                             c = double(cosine);
+                const double ct = std::sqrt(1 - (1 - c * c) / (n * n));
+                const double s = (c - n * ct) / (c + n * ct), p = (n * c - ct) / (n * c + ct);
+                const double F = 0.5 * (s * s + p * p);
+                EXPECT_NEAR(double(first.albedo()[k][0]), 0.6 * F + 0.5 * (1 - 0.6 * F), 1e-5) << lambda;
+            }
+        }
+    }
+}
+
 // A coat that absorbs, over a white base: what is reflected, and what crosses the layer down and up, by
 // quadrature over the way in.
 TEST(Material, AbsorbingCoats) {

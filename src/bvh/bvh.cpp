@@ -205,12 +205,13 @@ struct Scene::Impl {
     }
 
     template <int W>
-    Context context(const RayPacket<W>& rays, float* transforms, int32_t* hit_group,
+    Context context(const RayPacket<W>& rays, float* transforms, float* hit_magnitude, int32_t* hit_group,
                     int32_t* hit_slot_shift) const {
         Context c;
         rtcInitIntersectContext(&c.embree);
         c.seeds = reinterpret_cast<const int32_t*>(&rays.seed.v);
         c.hit_transform = transforms;
+        c.hit_magnitude = hit_magnitude;
         c.hit_group = hit_group;
         c.hit_slot_shift = hit_slot_shift;
         c.passes = nullptr;
@@ -409,6 +410,7 @@ void intersect_as_packet(const Scene& scene, const RayPacket<1>& ray, HitPacket<
     hit.t = hits.t[0], hit.u = hits.u[0], hit.v = hits.v[0];
     hit.Ng = {hits.Ng.x[0], hits.Ng.y[0], hits.Ng.z[0]};
     hit.shape = hits.shape[0], hit.prim = hits.prim[0], hit.instanced = hits.instanced[0];
+    hit.magnitude = hits.magnitude[0], hit.slot_shift = hits.slot_shift[0];
     for (int k = 0; k < 12; k++)
         hit.world_from_shape[k][0] = hits.world_from_shape[k][0];
 }
@@ -451,6 +453,7 @@ template <int W>
 void Scene::intersect_kept(const RayPacket<W>& rays, HitPacket<W>& hits) const {
     using E = EmbreeTypes<W>;
     alignas(64) typename E::RayHit rh;
+    alignas(64) float magnitude[W];
     alignas(64) int32_t hit_group[W], slot_shift[W];
     const int world = int(m_impl->groups.size()) - 1;
     for (int i = 0; i < W; i++)
@@ -459,7 +462,8 @@ void Scene::intersect_kept(const RayPacket<W>& rays, HitPacket<W>& hits) const {
     const Int<W> none(-1);
     std::memcpy(&rh.hit.geomID, &none.v, sizeof none.v);
     std::memcpy(&rh.hit.instID[0], &none.v, sizeof none.v);
-    Context context = m_impl->context<W>(rays, &hits.world_from_shape[0][0], hit_group, slot_shift);
+    Context context =
+        m_impl->context<W>(rays, &hits.world_from_shape[0][0], magnitude, hit_group, slot_shift);
     if (rays.coherent)
         context.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     const Mask<W> active = traceable(rays);
@@ -499,6 +503,7 @@ void Scene::intersect_kept(const RayPacket<W>& rays, HitPacket<W>& hits) const {
     get(instance, rh.hit.instID[0]);
     hits.hit = (geometry != none) & active;
     hits.instanced = Int<W>(0);
+    hits.magnitude = Float<W>(0.0f);
     hits.shape = Int<W>(0);
     for (uint32_t bits = hits.hit.bits(); bits; bits &= bits - 1) {
         const int i = __builtin_ctz(bits);
@@ -507,7 +512,7 @@ void Scene::intersect_kept(const RayPacket<W>& rays, HitPacket<W>& hits) const {
             *m_impl->groups[size_t(inside ? hit_group[i] : world)].geometries[size_t(geometry.v[i])];
         hits.instanced.v[i] = inside;
         if (inside)
-            hits.slot_shift.v[i] = slot_shift[i];
+            hits.slot_shift.v[i] = slot_shift[i], hits.magnitude.v[i] = magnitude[i];
         hits.shape.v[i] =
             g.shape_of_grid.size() == 1 ? g.shape_of_grid[0] : g.shape_of_grid[size_t(hits.prim.v[i])];
         if (!g.cell.empty()) {
@@ -523,10 +528,10 @@ template <int W>
 Mask<W> Scene::occluded_kept(const RayPacket<W>& rays) const {
     using E = EmbreeTypes<W>;
     alignas(64) typename E::Ray r;
-    alignas(64) float transforms[12 * W];
+    alignas(64) float transforms[12 * W], magnitude[W];
     int32_t hit_group[W], slot_shift[W], passes[W];
     fill<W>(r, rays);
-    Context context = m_impl->context<W>(rays, transforms, hit_group, slot_shift);
+    Context context = m_impl->context<W>(rays, transforms, magnitude, hit_group, slot_shift);
     rays.passes.store(passes);
     context.passes = passes;
     const Mask<W> active = traceable(rays);

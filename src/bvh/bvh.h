@@ -73,6 +73,9 @@ struct HitPacket {
         prim; // index into Store::shapes; face of a mesh, unused for grids (u, v run over the whole grid)
     Int<W> instanced;                          // 0, or 1 where `world_from_shape` holds the lane's transform
     alignas(64) float world_from_shape[12][W]; // row-major 3x4, at the ray's time
+    // How large the numbers were, in units of the world, through which the ray came to the shape's space and
+    // points of the shape come back; rounding is relative to that. Where instanced.
+    Float<W> magnitude;
     Int<W>
         slot_shift; // where instanced: added to the number of an emitter, its slot; negative sums have none
 };

@@ -62,6 +62,7 @@ struct Context {
     RTCIntersectContext embree; // first member: Embree hands it back (checked below)
     const int32_t* seeds;
     float* hit_transform; // [12][width]
+    float* hit_magnitude; // HitPacket::magnitude
     int32_t* hit_group;
     int32_t* hit_slot_shift;
     const int32_t* passes; // null: shadow linking is not asked for
@@ -71,9 +72,14 @@ struct Context {
     struct Crossings* crossings = nullptr; // where those of the ray go
     int depth = 0;
     Matrix world_from_current[MaxDepth + 1];
+    // Of the levels below the world, for the ray in question.
+    const float *parent_from_current[MaxDepth + 1], *current_from_parent[MaxDepth + 1];
     int32_t slot[MaxDepth + 1]; // where the numbers of emitters in the current group begin
 };
 static_assert(offsetof(Context, embree) == 0);
+
+// HitPacket::magnitude for a point of the current space.
+float magnitude_at(const Context& context, const Vec3f& p);
 
 // ---- solids
 // What a ray crosses, and where moving parts of solids are as it does.
@@ -81,6 +87,7 @@ struct Crossings {
     struct Place {
         const Geometry* geometry;
         Matrix world_from_shape;
+        float magnitude;
     };
     std::vector<Crossing> all;
     std::vector<Place> places;

@@ -111,9 +111,21 @@ RTCRay ray_in_child(const RTCRayN* rays, unsigned n, unsigned i, const float* in
     return r;
 }
 
-void enter(Context& context, const Instances& in, unsigned prim, const float* group_from_child) {
+// What the components of m (p, w) are sums of.
+Vec3f sizes(const float* m, const Vec3f& p, float w) {
+    const auto row = [&](int r) {
+        return std::abs(m[r] * p.x) + std::abs(m[r + 1] * p.y) + std::abs(m[r + 2] * p.z) +
+               std::abs(m[r + 3] * w);
+    };
+    return {row(0), row(4), row(8)};
+}
+
+void enter(Context& context, const Instances& in, unsigned prim, const float* group_from_child,
+           const float* child_from_group) {
     context.world_from_current[context.depth + 1] =
         concat(context.world_from_current[context.depth], group_from_child);
+    context.parent_from_current[context.depth + 1] = group_from_child;
+    context.current_from_parent[context.depth + 1] = child_from_group;
     const int32_t above = context.slot[context.depth++];
     context.slot[context.depth] = above < 0 || in.first_slot < 0
                                       ? GroupDesc::Unnumbered
@@ -129,20 +141,19 @@ class Passage {
             m_context.depth++; // for the ray to come
             return;
         }
-        enter(m_context, in, prim, in.transforms.data() + size_t(prim) * 12);
         m_inverse = in.inverses.data() + size_t(prim) * 12;
+        enter(m_context, in, prim, in.transforms.data() + size_t(prim) * 12, m_inverse);
     }
     ~Passage() { m_context.depth--; }
     // The ray in the child's space; false = it meets nothing there.
     bool take(const RTCRayN* rays, unsigned n, unsigned i, RTCRay& out) {
         if (!m_in.paths.empty()) {
-            float m[12];
-            m_in.paths[m_prim].at(double(RTCRayN_time(const_cast<RTCRayN*>(rays), n, i)), m);
-            if (!invert(m, m_moving))
+            m_in.paths[m_prim].at(double(RTCRayN_time(const_cast<RTCRayN*>(rays), n, i)), m_moving);
+            if (!invert(m_moving, m_moving_inverse))
                 return false;
             m_context.depth--;
-            enter(m_context, m_in, m_prim, m);
-            m_inverse = m_moving;
+            m_inverse = m_moving_inverse;
+            enter(m_context, m_in, m_prim, m_moving, m_inverse);
         }
         out = ray_in_child(rays, n, i, m_inverse);
         return traceable(out);
@@ -153,10 +164,25 @@ class Passage {
     const Instances& m_in;
     unsigned m_prim;
     const float* m_inverse = nullptr;
-    float m_moving[12];
+    float m_moving[12], m_moving_inverse[12];
 };
 
 } // namespace
+
+// To first order, rounding moves a point by so much times a few units in the last place: at each level the
+// ray's start is taken down by the inverse, and points come up by the matrix (Higham 2002, Accuracy and
+// Stability of Numerical Algorithms, section 3.5).
+float magnitude_at(const Context& context, const Vec3f& p) {
+    Vec3f at = p, sum(0.0f);
+    for (int k = context.depth; k > 0; k--) {
+        const float *up = context.parent_from_current[k], *down = context.current_from_parent[k];
+        const Vec3f parent = apply(up, at, 1);
+        sum += sizes(context.world_from_current[size_t(k)].data(), sizes(down, parent, 1), 0) +
+               sizes(context.world_from_current[size_t(k) - 1].data(), sizes(up, at, 1), 0);
+        at = parent;
+    }
+    return std::max({sum.x, sum.y, sum.z});
+}
 
 bool invert(const float* m, float* out) {
     const double a = m[0], b = m[1], c = m[2], d = m[4], e = m[5], f = m[6], g = m[8], h = m[9], i = m[10];
@@ -222,6 +248,10 @@ void instance_intersect(const RTCIntersectFunctionNArguments* args) {
             for (int k = 0; k < 12; k++)
                 context.hit_transform[k * context.width + int(rh.ray.id)] =
                     context.world_from_current[context.depth][k];
+            const RTCRay& r = rh.ray;
+            context.hit_magnitude[r.id] =
+                magnitude_at(context, {r.org_x + r.tfar * r.dir_x, r.org_y + r.tfar * r.dir_y,
+                                       r.org_z + r.tfar * r.dir_z});
             context.hit_group[rh.ray.id] = in.group;
             const int32_t slot = context.slot[context.depth];
             context.hit_slot_shift[rh.ray.id] = slot < 0 || in.first_emitter < 0

@@ -52,7 +52,9 @@ void note_crossing(const RTCFilterFunctionNArguments* args) {
         c.place = -1;
         if (context.depth > crossings.depth) {
             c.place = int(crossings.places.size());
-            crossings.places.push_back({&g, context.world_from_current[context.depth]});
+            const Vec3f p{r.org_x + c.t * r.dir_x, r.org_y + c.t * r.dir_y, r.org_z + c.t * r.dir_z};
+            crossings.places.push_back(
+                {&g, context.world_from_current[context.depth], magnitude_at(context, p)});
         }
         crossings.all.push_back(c);
     }
@@ -117,6 +119,7 @@ void SolidHit::put(Context& context, unsigned ray_id, RTCHit& hit) const {
     const Crossings::Place& place = m_crossings.places[size_t(c.place)];
     for (size_t k = 0; k < 12; k++)
         context.hit_transform[k * size_t(context.width) + ray_id] = place.world_from_shape[k];
+    context.hit_magnitude[ray_id] = place.magnitude;
     context.hit_group[ray_id] = place.geometry->group;
     context.hit_slot_shift[ray_id] = std::numeric_limits<int32_t>::min();
     hit.instID[0] = 0;

@@ -258,7 +258,7 @@ static std::vector<float> traced_positions(const Piece& piece, const grid::Grid&
         if (s.cells == 0 || t.edge_step[side] == step)
             continue;
         for (int i = 0; i <= m; i++) {
-            const int local = nearest_kept(i * step, t.edge_step[side], n) * t.edge_step[side];
+            const int local = nearest_kept(i * step, t.edge_step[side], n, side) * t.edge_step[side];
             const int k = side == grid::VMin   ? local
                           : side == grid::VMax ? g.nv * (g.nu + 1) + local
                           : side == grid::UMin ? local * (g.nu + 1)

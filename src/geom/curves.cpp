@@ -14,6 +14,11 @@ constexpr float TurnTolerance = 12;    // degrees a cut
 constexpr float LengthPerCut = 8;      // micropolygon edges: colour changes slowly along a hair
 constexpr float Wide = 2;              // micropolygon edges: wider curves are surfaces, cut at the full rate
 
+// A whole number of at least `least`; what is beyond single precision is that.
+int whole(float x, float least, float most) {
+    return int(std::isfinite(x) && x > least ? std::min(std::ceil(x), most) : least);
+}
+
 struct Curve {
     size_t first_vertex = 0, first_varying = 0; // in the primvars
     int vertices = 0, segments = 0, varying = 0;
@@ -103,15 +108,17 @@ class CurveMesher {
     }
 
     bool build(const scene::Primitive& primitive, MeshParts& out) {
-        size_t vertices = 0, quads = 0;
+        size_t vertices = 0, quads = 0, needed = 0; // whatever the rate
         std::vector<size_t> first_quad;
         for (Curve& c : m_list) {
+            needed += 2 * size_t(c.segments + 1);
             c.first = vertices;
             first_quad.push_back(quads);
             vertices += size_t(c.rings) * c.across;
             quads += c.rings > 1 ? size_t(c.rings - 1) * (m_tube ? c.across : c.across - 1) : 0;
         }
-        if (quads == 0)
+        out.too_many = double(vertices) > std::max(m_view.most_vertices(), 4.0 * double(needed));
+        if (quads == 0 || out.too_many)
             return false;
         allocate_mesh(out, vertices, m_primvars);
         out.mesh.vertices_per_face = 4;
@@ -215,9 +222,9 @@ class CurveMesher {
             return;
         const float wide = widest(index);
         if (m_tube)
-            c.across = wide < Wide ? 3 : int(std::clamp(std::ceil(wide), 6.0f, 32.0f));
+            c.across = wide < Wide ? 3 : whole(wide, 6, 32);
         else
-            c.across = wide < Wide ? 2 : 1 + int(std::clamp(std::ceil(wide), 2.0f, 256.0f));
+            c.across = wide < Wide ? 2 : 1 + whole(wide, 2, 256);
         const float length_per_cut = wide < Wide ? LengthPerCut : 1;
         for (int s = 0; s < c.segments; s++) {
             int n = 1;
@@ -236,11 +243,10 @@ class CurveMesher {
                 off *= m_view.pixels_per_unit(p[Samples / 2]);
                 const float shape =
                     std::max(std::sqrt(off / ChordTolerance), turn * (180 / Pi) / TurnTolerance);
-                n = int(std::clamp(std::ceil(std::max(std::min(shape, cells), cells / length_per_cut)), 1.0f,
-                                   256.0f));
+                n = whole(std::max(std::min(shape, cells), cells / length_per_cut), 1, 256);
             } else {
                 const float cells = m_view.cells(at(c, s, 0), at(c, s, 1));
-                n = int(std::clamp(std::ceil(cells / length_per_cut), 1.0f, 256.0f));
+                n = whole(cells / length_per_cut, 1, 256);
             }
             c.cuts.push_back(n);
             c.rings += n;

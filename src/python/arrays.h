@@ -29,6 +29,8 @@ std::vector<TransformKey> transform_keys(nb::handle value, nb::handle times, con
 // `count` rising numbers; None = even from 0 to 1.
 std::vector<double> sample_times(nb::handle times, size_t count, const char* what);
 
+void check_times(nb::handle times); // numbers, or None
+
 std::string shape_text(const std::vector<size_t>& shape);
 
 } // namespace kanuka::python

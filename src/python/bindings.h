@@ -33,7 +33,8 @@ struct Spectrum {
     std::string text;
     color::Table table;
 };
-std::string spectrum_text(nb::handle value); // of a str or a Spectrum; throws for others
+// Of a str or a Spectrum; throws for others, with the argument's name.
+std::string spectrum_text(nb::handle value, const char* name);
 
 // A camera, with its field of view as it was given: which side of the picture it spans is known only once the
 // picture's size is.

@@ -2,6 +2,7 @@
 
 #include <nanobind/stl/vector.h>
 
+#include "python/arguments.h"
 #include "python/arrays.h"
 
 namespace kanuka::python {
@@ -75,7 +76,7 @@ scene::Value parameter(const std::string& key, nb::handle value) {
     if (nb::isinstance<Spectrum>(value)) { // a colour by its text
         result.type = Type::String;
         result.array_size = 1;
-        result.strings = std::vector<std::string>{spectrum_text(value)};
+        result.strings = std::vector<std::string>{spectrum_text(value, key.c_str())};
         return result;
     }
     if (is_text(value) || is_list_of_text(value)) {
@@ -122,15 +123,17 @@ scene::Value parameter(const std::string& key, nb::handle value) {
 scene::ValueList parameters(const nb::dict& values) {
     scene::ValueList list;
     for (auto [key, value] : values)
-        list.set(parameter(nb::cast<std::string>(key), value));
+        list.set(parameter(argument<std::string>(key, "a parameter's name"), value));
     return list;
 }
 
-scene::Value primvar(const std::string& key, nb::handle value, std::span<const DetailCount> counts) {
+scene::Value primvar(const std::string& key, nb::handle value, std::span<const DetailCount> counts,
+                     const std::string& what) {
+    const std::string& told = what.empty() ? key : what;
     const Declaration declared = parse_declaration(key);
     if (is_text(value))
         return parameter("constant string " + declared.name, value);
-    const FloatArray array = float_array(value, key.c_str());
+    const FloatArray array = float_array(value, told.c_str());
     const size_t rows = array.shape.empty() ? 1 : array.shape[0];
     const size_t columns = rows ? array.buffer.size() / rows : 0;
 
@@ -157,8 +160,8 @@ scene::Value primvar(const std::string& key, nb::handle value, std::span<const D
     const size_t one = size_t(scene::components(result.type));
     result.array_size = declared.array_size.value_or(int(std::max<size_t>(1, columns / one)));
     if (columns != one * size_t(result.array_size))
-        throw nb::value_error((key + ": shape " + shape_text(array.shape) + " does not hold values of type " +
-                               std::string(scene::name(result.type)) +
+        throw nb::value_error((told + ": shape " + shape_text(array.shape) +
+                               " does not hold values of type " + std::string(scene::name(result.type)) +
                                (result.array_size > 1 ? "[" + std::to_string(result.array_size) + "]" : ""))
                                   .c_str());
     std::string expected;
@@ -171,7 +174,7 @@ scene::Value primvar(const std::string& key, nb::handle value, std::span<const D
                     std::string(scene::name(c.detail)) + ")";
     }
     throw nb::value_error(
-        (key + ": " + std::to_string(rows) + " values fit nothing here; one of " + expected).c_str());
+        (told + ": " + std::to_string(rows) + " values fit nothing here; one of " + expected).c_str());
 }
 
 } // namespace kanuka::python

@@ -19,6 +19,8 @@ struct DetailCount {
     scene::Detail detail;
     size_t count;
 };
-scene::Value primvar(const std::string& key, nb::handle value, std::span<const DetailCount> counts);
+// `what` names it in messages; empty = by its key.
+scene::Value primvar(const std::string& key, nb::handle value, std::span<const DetailCount> counts,
+                     const std::string& what = "");
 
 } // namespace kanuka::python

@@ -35,16 +35,16 @@ film::Picture develop(const Accumulator& gathered, const scene::Options& options
         for (int x = 0; x < picture.width; x++) {
             const size_t i = size_t(y) * size_t(picture.width) + size_t(x);
             const transport::PixelSums& s = pixels[i];
-            const int done = gathered.done_at(x, y);
+            const float done = float(gathered.done_at(x, y)) - s.dropped;
             // Filters with negative lobes: weights spread about their mean of one, and few may nearly cancel.
             // So they weigh what a sample is above the plain mean, which is 0 all over where all samples are
             // alike.
-            const float n = s.weight > 0.25f * float(done) ? 1 / s.weight : done > 0 ? 1 / float(done) : 0;
+            const float n = s.weight > 0.25f * done ? 1 / s.weight : done > 0 ? 1 / done : 0;
             const auto filtered = [&](float sum, float plain) {
-                if (!filter_weighted || done == 0)
+                if (!filter_weighted || done <= 0)
                     return sum * n;
-                const float mean = plain / float(done);
-                return mean + (sum - mean * s.weight) / float(done);
+                const float mean = plain / done;
+                return mean + (sum - mean * s.weight) / done;
             };
             const float h = s.hits > 0 ? 1 / s.hits : 0;
             auto put = [&, c = 0](float v) mutable { picture.channels[size_t(c++)].data[i] = v; };

@@ -302,8 +302,8 @@ class GeometryBuilder {
         const dice::DicingCamera& camera = m_request.dice.camera;
         const float rate = pixels_per_unit > 0 ? pixels_per_unit
                            : camera.projection == Projection::Orthographic
-                               ? camera.pixels_per_tangent
-                               : camera.pixels_per_tangent / distance;
+                               ? camera.finest_pixels()
+                               : camera.finest_pixels() / distance;
         const float pixels = 2 * size * scale * rate / OutOfThePicture;
         return std::clamp(Across / std::max(pixels, 1e-6f), 1.0f, 1e4f);
     }

@@ -22,11 +22,8 @@ bool is_published_shader(const std::string& path) {
 
 std::string foreign_picture(const std::string& path) {
     const std::string head = first_bytes(path), suffix = std::filesystem::path(path).extension().string();
-    // A depth file begins with 0x2f0867ab, in its machine's order of bytes.
-    constexpr std::string_view Depth[] = {"\x2f\x08\x67\xab", "\xab\x67\x08\x2f", "Aqsis ZFile"};
-    for (const std::string_view magic : Depth)
-        if (head.starts_with(magic))
-            return "is a depth file for shadow maps; shadows are traced and need none";
+    if (head.starts_with("Aqsis ZFile"))
+        return "is a depth file for shadow maps; shadows are traced and need none";
     if (head.starts_with("Ptex"))
         return "is a Ptex file, which is not read; bake it to a TIFF or EXR file by texture coordinates";
     for (const std::string_view made :

@@ -92,7 +92,7 @@ std::optional<std::string> SystemImpl::find(const scene::ShaderRef& ref) const {
     return path ? path : find_file(ref.name, m_shader_folders, ShaderExtensions, ours);
 }
 
-std::string SystemImpl::not_found(const scene::ShaderRef& ref) const {
+std::string SystemImpl::not_found(const scene::ShaderRef& ref, const Location& asker) const {
     std::string foreign; // as find() left them
     {
         std::lock_guard lock(m_foreign_mutex);
@@ -100,8 +100,9 @@ std::string SystemImpl::not_found(const scene::ShaderRef& ref) const {
             if (std::filesystem::path(path).stem() == std::filesystem::path(ref.name).stem())
                 foreign = path;
     }
-    return "shader \"" + ref.name + "\" is not found (" + ref.name + ".slo or " + ref.name +
-           ".sl); searched in " + join_folders(m_shader_folders) +
+    return "shader \"" + ref.name + "\" is not found (" + ref.name + ".slo or " + ref.name + ".sl)" +
+           did_you_mean(ref.name, m_shader_folders, ShaderExtensions) + "; " +
+           searched_in(m_shader_folders, "shader", asker) +
            (foreign.empty()
                 ? ""
                 : ". There is " + foreign + ", which another renderer compiled: its source is needed");
@@ -142,9 +143,8 @@ SystemImpl::Loaded SystemImpl::load(const scene::ShaderRef& ref, sl::ShaderKind 
     const std::optional<std::string> path = find(ref);
     if (!path) {
         const auto first = m_first_named.find(ref.name);
-        m_journal.error(first == m_first_named.end() ? ref.where : first->second,
-                        not_found(ref) + ". Add its folder: Option \"searchpath\" \"shader\" [\"FOLDER\"]. " +
-                            instead);
+        const Location& asker = first == m_first_named.end() ? ref.where : first->second;
+        m_journal.error(asker, not_found(ref, asker) + ". " + instead);
         return nullptr;
     }
     sl::CompileOptions options = m_compile_options;
@@ -175,7 +175,7 @@ std::optional<CoShader> SystemImpl::load_coshader(const scene::ShaderRef& ref) {
         "Its handle \"" + ref.handle + "\" is null, and what it feeds keeps its default";
     const std::optional<std::string> path = find(ref);
     if (!path) {
-        m_journal.error(ref.where, not_found(ref) + ". " + instead);
+        m_journal.error(ref.where, not_found(ref, ref.where) + ". " + instead);
         return std::nullopt;
     }
     CoShader found{&ref, compile(*path, *path, m_compile_options), *path, {}, {}, {}};

@@ -42,20 +42,19 @@ class SystemImpl final : public ShadingSystem {
           m_shader_folders(search_folders(options.shader_path, scene.file, options.standard_shaders)),
           m_standard_shaders(options.standard_shaders),
           m_textures(search_folders(options.texture_path, scene.file, ""), options.texture_bytes, journal),
-          m_render_from_world(options.render_from_world), m_options(scene.options), m_camera(scene.camera),
-          m_world_spaces(scene, options.camera_from_render * options.render_from_world) {
-        if (options.width > 0 && options.height > 0)
-            m_options.width = options.width, m_options.height = options.height;
+          m_render_from_world(options.render_from_world),
+          m_options(options.options ? *options.options : scene.options),
+          m_camera(options.camera ? *options.camera : scene.camera),
+          m_world_spaces(scene, m_options, m_camera, options.camera_from_render * options.render_from_world) {
         if (m_palette)
             m_textures.set_space(m_palette->space());
         m_textures.set_made(make_textures(scene.options.user, m_textures.folders(), journal));
         m_compile_options.lanes = options.lanes;
         m_compile_options.cache_dir = options.cache_dir;
         m_compile_options.include_path = m_shader_folders;
-        m_compile_options.strict_directions = scene.options.strict_directions;
-        m_compile_options.array_room = scene.options.array_room;
-        m_compile_options.rispec_specular =
-            scene.options.user.get_string("kanuka:specular", "prman") == "rispec";
+        m_compile_options.strict_directions = m_options.strict_directions;
+        m_compile_options.array_room = m_options.array_room;
+        m_compile_options.rispec_specular = m_options.user.get_string("kanuka:specular", "prman") == "rispec";
         m_compile_options.aovs = options.aovs;
         m_light_shaders = scene.light_shaders;
         m_lights = scene.lights;
@@ -80,7 +79,7 @@ class SystemImpl final : public ShadingSystem {
                                  const Transform& current_from_object) const;
     void note_names(const std::vector<scene::Primitive>& primitives);
     std::optional<std::string> find(const scene::ShaderRef& ref) const;
-    std::string not_found(const scene::ShaderRef& ref) const;
+    std::string not_found(const scene::ShaderRef& ref, const Location& asker) const;
     bool has_its_own(const scene::ShaderRef& ref) const;
     bool all_classic(const scene::Scene& scene) override;
     void light_defaults_from_eye() override {

@@ -66,8 +66,9 @@ struct MotionLanes {
 // Where on its shape a hit lies: the traced cell with local coordinates, and the triangle of the cell.
 template <int W>
 struct HitPlace {
-    Int<W> anchor{
-        0}; // traced vertex that both triangles of the cell share: (1, 0), or a mesh triangle's first
+    // Corners of its triangle among the traced vertices: one that both triangles of the cell share, (1, 0),
+    // or a mesh triangle's second; the other two.
+    Int<W> anchor{0}, other[2] = {0, 0};
     Int<W> triangle{0}; // number of the triangle on the shape
     // Vertices of the record around the hit, and their weights.
     Int<W> vertex[4] = {0, 0, 0, 0};
@@ -92,6 +93,8 @@ struct HitPlace {
         const F fx = x - F(i), fy = y - F(j);
         const Mask<W> second = fx + fy > one;
         anchor = j * (s.mu + I(1)) + i + I(1);
+        other[0] = anchor + s.mu;
+        other[1] = select(second, other[0] + I(1), anchor - I(1));
         triangle = (j * s.mu + i) * I(2) + select(second, I(1), I(0));
         F a = clamp(u, zero, one) * F(s.nu), b = clamp(v, zero, one) * F(s.nv); // on the shading lattice
         const Mask<W> collapsed = s.has(store::ShapeRecord::Collapsed);
@@ -123,17 +126,17 @@ struct HitPlace {
         const I step_u = one_i << (s.steps & nibble), step_v = one_i << ((s.steps >> 4) & nibble);
         const auto edge = [&](int e) { return one_i << ((s.steps >> (8 + 4 * e)) & nibble); };
         // The rule of dice/split.h, nearest_kept: the nearest; from midway, towards the nearer end of the
-        // edge.
-        const auto snap = [](I k, I step, I n) {
+        // edge; from its middle, towards its second end on VMax and UMax (`high` = 1).
+        const auto snap = [](I k, I step, I n, int high) {
             const I twice = (k & (step - I(1))) << 1, down = k & (I(0) - step);
-            const Mask<W> up = (twice > step) | ((twice == step) & ((k << 1) > n));
+            const Mask<W> up = (twice > step) | ((twice == step) & ((k << 1) + I(high) > n));
             return select(up, down + step, down);
         };
         const auto corner = [&](int di, int dj, F& x, F& y) {
             const I vi = i + I(di), vj = j + I(dj);
             I px = vi * step_u, py = vj * step_v;
-            const I sx0 = snap(px, edge(grid::VMin), s.nu), sx1 = snap(px, edge(grid::VMax), s.nu);
-            const I sy0 = snap(py, edge(grid::UMin), s.nv), sy1 = snap(py, edge(grid::UMax), s.nv);
+            const I sx0 = snap(px, edge(grid::VMin), s.nu, 0), sx1 = snap(px, edge(grid::VMax), s.nu, 1);
+            const I sy0 = snap(py, edge(grid::UMin), s.nv, 0), sy1 = snap(py, edge(grid::UMax), s.nv, 1);
             const I mx = select(vj == I(0), sx0, select(vj == s.mv, sx1, px));
             const I my = select(vi == I(0), sy0, select(vi == s.mu, sy1, py));
             x = F(mx), y = F(my);
@@ -166,6 +169,8 @@ struct HitPlace {
         const I p2 = select(quads, select(second, v1, v3), v2);
         const F b1 = select(second, one - u, u), b2 = select(second, one - v, v);
         anchor = select(mesh, v1, anchor);
+        other[0] = select(mesh, p0, other[0]);
+        other[1] = select(mesh, select(quads, v3, v2), other[1]);
         triangle = select(mesh, select(quads, prim + prim + select(second, I(1), zero_i), prim), triangle);
         vertex[0] = select(mesh, p0, vertex[0]);
         vertex[1] = select(mesh, p1, vertex[1]);

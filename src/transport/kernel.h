@@ -19,6 +19,7 @@ struct alignas(16) PixelSums {
     float position[3], hits; // hits: how many samples found a surface
     float weight;            // of the pixel filter; its mean is one
     float plain[4];          // rgb and alpha, unweighted: kept where weights differ
+    float dropped;           // samples that were no numbers: they are in no sum
 };
 
 // A sample far brighter than its pixel was up to then, in luminance.

@@ -372,6 +372,33 @@ TEST(Broken, ANaNLightSpoilsOnlyWhatItLights) {
         EXPECT_TRUE(finite(p));
 }
 
+// A sample that is dropped is as if it had not been taken: the others' mean stays, and so does alpha.
+TEST(Broken, DroppedSamplesDarkenNothing) {
+    TestScene s;
+    s.add_quad({0, 0, 2}, {0, 4, 0}, {4, 0, 0}, {matte(Rgb(0.5f))});
+    s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0.4f, Size, Size);
+    s.inputs.max_depth = 1;
+    scene::Light faint; // two alike: each is asked for half of the time, and one of them breaks its samples
+    faint.kind = scene::Light::Kind::Point;
+    faint.amount = Rgb(1e-6f);
+    s.inputs.lights = {faint, faint, constant_sky(Rgb(1))};
+    s.finish();
+    s.view.lights[1].c[3] = std::numeric_limits<float>::quiet_NaN();
+    constexpr int N = 32;
+    const auto pixels = s.render(N, 8);
+    EXPECT_NEAR(double(s.nan_samples), 0.5 * N * Size * Size, 0.03 * N * Size * Size);
+    double sum = 0, dropped = 0;
+    for (const PixelSums& p : pixels) {
+        EXPECT_EQ(p.weight, N - p.dropped);
+        EXPECT_EQ(p.alpha, p.weight);
+        EXPECT_EQ(p.hits, p.weight);
+        sum += double(p.rgb[1]) / (Size * Size); // over the samples that count
+        dropped += double(p.dropped);
+    }
+    EXPECT_EQ(dropped, double(s.nan_samples));
+    EXPECT_NEAR(sum, 0.5, 0.005);
+}
+
 TEST(Broken, LightsThatAreNoNumbersAreLeftOut) {
     const float NaN = std::numeric_limits<float>::quiet_NaN(), Inf = std::numeric_limits<float>::infinity();
     TestScene s;

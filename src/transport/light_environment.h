@@ -97,6 +97,7 @@ struct LightSample {
     Float<W> pdf;         // over solid angle, choice included; delta: the choice alone
     Mask<W> delta, valid;
     Int<W> passes; // shadow linking: AnalyticLight::passes
+    Int<W> light;  // place in SceneView::lights; -1 = none
 };
 
 // ---- environment
@@ -114,92 +115,119 @@ MapPlace<W> map_place(const EnvironmentMap& map, const Vec3<Float<W>>& d) {
         return fma(Float<W>(m[3 * r]), d.x, fma(Float<W>(m[3 * r + 1]), d.y, Float<W>(m[3 * r + 2]) * d.z));
     };
     const Vec3<Float<W>> e = normalize(Vec3<Float<W>>(row(0), row(1), row(2)));
-    return {turn_of(e.y, e.x) * Float<W>(float(map.width)), acos_over_pi(e.z) * Float<W>(float(map.height)),
-            sqrt(max(Float<W>(1.0f) - e.z * e.z, Float<W>(1e-8f)))};
+    // Not by the cosine alone, which says little near the poles.
+    const Float<W> across = sqrt(fma(e.x, e.x, e.y * e.y));
+    return {turn_of(e.y, e.x) * Float<W>(float(map.width)),
+            turn_of(across, e.z) * Float<W>(2.0f * float(map.height)), max(across, Float<W>(1e-7f))};
 }
 
+// Where a place lies between texel centres. Columns wrap, rows end at the poles: the first and the last are
+// half as high, and their texels meet themselves there.
 template <int W>
-Spectrum<W> map_radiance(const SceneView& scene, const MapPlace<W>& p, const Float<W> l[Wavelengths]) {
-    const EnvironmentMap& map = scene.map;
-    // Bilinear between texel centres; wraps in azimuth, stops at the poles.
-    const Float<W> x = p.x - Float<W>(0.5f), y = p.y - Float<W>(0.5f);
-    const Float<W> xf = floor(x), yf = floor(y);
-    const Int<W> w(map.width), last_row(map.height - 1), zero(0);
-    Int<W> i0 = to_int(xf), j0 = to_int(yf);
-    i0 = select(i0 < zero, i0 + w, i0);
-    i0 = min(max(i0, zero), w - Int<W>(1)); // a direction may be NaN
-    Int<W> i1 = i0 + Int<W>(1);
-    i1 = select(i1 >= w, i1 - w, i1);
-    j0 = min(max(j0, Int<W>(-1)), last_row);
-    const Int<W> j1 = min(j0 + Int<W>(1), last_row);
-    j0 = max(j0, zero);
-    const Float<W> fx = x - xf, fy = y - yf;
-    const auto texel = [&](Int<W> i, Int<W> j) {
-        const Int<W> at = (j * w + i) * Int<W>(3);
-        return Vec3<Float<W>>(gather(map.rgb.data(), at), gather(map.rgb.data() + 1, at),
-                              gather(map.rgb.data() + 2, at));
-    };
-    const Vec3<Float<W>> a = lerp(fx, texel(i0, j0), texel(i1, j0)),
-                         b = lerp(fx, texel(i0, j1), texel(i1, j1));
-    const Vec3<Float<W>> rgb = lerp(fy, a, b);
+struct MapCell {
+    Int<W> column, row; // column 0: from the centre of texel 0 to that of texel 1; row 0: from the pole
+    Float<W> x, y;      // in it
+
+    MapCell(Int<W> column, Int<W> row, Float<W> x, Float<W> y) : column(column), row(row), x(x), y(y) {}
+    MapCell(const EnvironmentMap& map, const MapPlace<W>& p) {
+        const Int<W> w(map.width), h(map.height), zero(0);
+        const Float<W> px = p.x - Float<W>(0.5f), py = p.y - Float<W>(0.5f), xf = floor(px), yf = floor(py);
+        column = to_int(xf);
+        column = select(column < zero, column + w, column);
+        column = min(max(column, zero), w - Int<W>(1)); // a direction may be NaN
+        row = min(max(to_int(yf) + Int<W>(1), zero), h);
+        x = px - xf;
+        y = select(row == zero, p.y + p.y, select(row == h, (py - yf) * Float<W>(2.0f), py - yf));
+    }
+    MapPlace<W> place(const EnvironmentMap& map) const {
+        const Float<W> w(float(map.width)), half(0.5f);
+        const Float<W> size = select((row == Int<W>(0)) | (row == Int<W>(map.height)), half, Float<W>(1.0f));
+        MapPlace<W> p;
+        p.x = Float<W>(column) + x + half;
+        p.x = select(p.x >= w, p.x - w, p.x);
+        p.y = max(Float<W>(row) - half, Float<W>(0.0f)) + y * size;
+        return p;
+    }
+};
+
+template <int W>
+struct MapTexels {
+    Vec3<Float<W>> rgb[2][2]; // [row][column]
+
+    MapTexels(const EnvironmentMap& map, const MapCell<W>& c) {
+        const Int<W> w(map.width), last(map.height - 1), zero(0);
+        const Int<W> next = c.column + Int<W>(1);
+        const Int<W> i[2] = {c.column, select(next >= w, zero, next)};
+        const Int<W> j[2] = {max(c.row - Int<W>(1), zero), min(c.row, last)};
+        for (int b = 0; b < 2; b++)
+            for (int a = 0; a < 2; a++) {
+                const Int<W> at = (j[b] * w + i[a]) * Int<W>(3);
+                rgb[b][a] = {gather(map.rgb.data(), at), gather(map.rgb.data() + 1, at),
+                             gather(map.rgb.data() + 2, at)};
+            }
+    }
+    // What sampling weighs a place by: its light, as far as it is above the mean, and the sine of the
+    // latitude.
+    BilinearCell<W> weights(const EnvironmentMap& map, const MapCell<W>& c) const {
+        const Float<W> mean(map.mean), zero(0.0f), half(0.5f);
+        const Float<W> unit(0.5f / float(map.height)), row(c.row);
+        Float<W> sine[2], unused;
+        sincos_2pi(max(row - half, zero) * unit, sine[0], unused);
+        sincos_2pi(min(row + half, Float<W>(float(map.height))) * unit, sine[1], unused);
+        BilinearCell<W> cell;
+        for (int b = 0; b < 2; b++)
+            for (int a = 0; a < 2; a++) {
+                const Vec3<Float<W>>& t = rgb[b][a];
+                cell.w[b][a] = above_mean(texel_weight(t.x, t.y, t.z), mean) * max(sine[b], zero);
+            }
+        return cell;
+    }
+};
+
+template <int W>
+Spectrum<W> map_radiance(const SceneView& scene, const MapTexels<W>& t, const MapCell<W>& c,
+                         const Float<W> l[Wavelengths]) {
+    const Vec3<Float<W>> rgb =
+        lerp(c.y, lerp(c.x, t.rgb[0][0], t.rgb[0][1]), lerp(c.x, t.rgb[1][0], t.rgb[1][1]));
     const Float<W> scale = max(max(max(rgb.x, rgb.y), rgb.z) * Float<W>(2.0f), Float<W>(1e-20f));
     Float<W> c0, c1, c2;
     bsdf::uplift(scene.uplift, rgb * (Float<W>(1.0f) / scale), c0, c1, c2);
     return emission_spectrum(scene, c0, c1, c2, scale, l);
 }
 
+// Over solid angle: a texel fills 2 pi^2 sin(theta) / texels.
 template <int W>
-Float<W> map_pdf(const EnvironmentMap& map, const MapPlace<W>& p) {
-    const Int<W> i = min(max(to_int(p.x), Int<W>(0)), Int<W>(map.width - 1));
-    const Int<W> j = min(max(to_int(p.y), Int<W>(0)), Int<W>(map.height - 1));
-    const Int<W> at = j * Int<W>(map.width + 1) + i;
-    const Float<W> row = gather(map.marginal.data() + 1, j) - gather(map.marginal.data(), j);
-    const Float<W> texel = gather(map.conditional.data() + 1, at) - gather(map.conditional.data(), at);
-    // Chance of the texel over its solid angle, 2 pi^2 sin(theta) / texels.
-    return row * texel * Float<W>(float(map.width) * float(map.height) / (2 * Pi * Pi)) / p.sin_theta;
-}
-
-// Largest i in [0, count) with table[i] <= u.
-template <int W>
-Int<W> search(const float* table, Int<W> base, int count, Float<W> u) {
-    Int<W> lo(0), size(count);
-    for (int span = count; span > 1; span = (span + 1) / 2) {
-        const Int<W> half = size >> 1;
-        const Int<W> mid = lo + half;
-        const Mask<W> right = (gather(table, base + mid) <= u) & (half > Int<W>(0));
-        lo = select(right, mid, lo);
-        size = select(right, size - half, half);
-        size = max(size, Int<W>(1));
-    }
-    return lo;
+Float<W> map_pdf(const EnvironmentMap& map, const BilinearCell<W>& weights, const MapCell<W>& c,
+                 Float<W> sin_theta) {
+    return weights.at(c.x, c.y) * Float<W>(map.density) / sin_theta;
 }
 
 template <int W>
 void sample_map(const SceneView& scene, Float<W> u0, Float<W> u1, LightSample<W>& s,
                 const Float<W> l[Wavelengths], Mask<W> m) {
     const EnvironmentMap& map = scene.map;
-    const Int<W> j = search(map.marginal.data(), Int<W>(0), map.height, u1);
-    const Int<W> row = j * Int<W>(map.width + 1);
-    const Int<W> i = search(map.conditional.data(), row, map.width, u0);
-    const auto inside = [](const float* table, Int<W> at, Float<W> u) {
-        const Float<W> a = gather(table, at), b = gather(table + 1, at);
-        return clamp((u - a) / max(b - a, Float<W>(1e-20f)), Float<W>(0.0f), Float<W>(0.9999f));
-    };
-    MapPlace<W> p;
-    p.x = Float<W>(i) + inside(map.conditional.data(), row + i, u0);
-    p.y = Float<W>(j) + inside(map.marginal.data(), j, u1);
+    const float *marginal = map.cells.marginal.data(), *conditional = map.cells.conditional.data();
+    const Int<W> j = search(marginal, Int<W>(0), Int<W>(map.cells.rows), u1);
+    const Int<W> row = j * Int<W>(map.cells.columns + 1);
+    const Int<W> i = search(conditional, row, Int<W>(map.cells.columns), u0);
+    MapCell<W> c(i, j, Float<W>(0.0f), Float<W>(0.0f));
+    const MapTexels<W> texels(map, c);
+    const BilinearCell<W> weights = texels.weights(map, c);
+    weights.sample(within_step(conditional, row + i, u0), within_step(marginal, j, u1), c.x, c.y);
+    const MapPlace<W> p = c.place(map);
     Float<W> st, ct, sp, cp;
     sincos_2pi(p.y * Float<W>(0.5f / float(map.height)), st, ct);
     sincos_2pi(p.x * Float<W>(1.0f / float(map.width)), sp, cp);
-    p.sin_theta = max(st, Float<W>(1e-4f));
     const Vec3<Float<W>> e(st * cp, st * sp, ct);
     const float* r = map.environment_from_render; // orthogonal: its transpose is its inverse
-    const auto column = [&](int c) {
-        return fma(Float<W>(r[c]), e.x, fma(Float<W>(r[3 + c]), e.y, Float<W>(r[6 + c]) * e.z));
+    const auto column = [&](int k) {
+        return fma(Float<W>(r[k]), e.x, fma(Float<W>(r[3 + k]), e.y, Float<W>(r[6 + k]) * e.z));
     };
+    const Float<W> pdf = map_pdf(map, weights, c, max(st, Float<W>(1e-7f)));
     s.wi = select(m, normalize(Vec3<Float<W>>(column(0), column(1), column(2))), s.wi);
-    s.radiance = bsdf::select(m, map_radiance(scene, p, l), s.radiance);
-    s.pdf = select(m, map_pdf(map, p), s.pdf);
+    s.radiance = bsdf::select(m, map_radiance(scene, texels, c, l), s.radiance);
+    s.pdf = select(m, pdf, s.pdf);
+    s.valid &= (pdf > Float<W>(0.0f)) | !m;
 }
 
 } // namespace kanuka::transport

@@ -113,8 +113,16 @@ Spectrum<W> table_spectrum(const SceneView& scene, const LightLanes<W>& light, c
     return bsdf::sigmoid_spectrum(c0, c1, c2, l) * (most * lit);
 }
 
-// What arrives at P from a light: radiance of those with an area, irradiance on a surface that faces others.
-// `place`: of a quad, from -1 to 1.
+// Of directions, even over a cone; see AnalyticLight::cone.
+template <int W>
+Float<W> density_in_cone(Float<W> cone) {
+    return select(cone > Float<W>(0.0f), Float<W>(0.5f * InvPi) / max(cone, Float<W>(1e-20f)),
+                  Float<W>(1.0f));
+}
+
+// What arrives at P from a light: radiance of those with an area or a cone, irradiance on a surface that
+// faces others. The radiance of a cone of angular radius a is its irradiance over pi sin^2 a. `place`: of a
+// quad, from -1 to 1.
 template <int W>
 Spectrum<W> light_arriving(const SceneView& scene, const LightLanes<W>& light, const Vec3<Float<W>>& P,
                            const Vec3<Float<W>>& place, const Float<W> l[Wavelengths], Mask<W> m) {
@@ -143,7 +151,10 @@ Spectrum<W> light_arriving(const SceneView& scene, const LightLanes<W>& light, c
             falloff = select(tabulated, table_falloff, falloff);
         }
     }
-    return s * select(shape == I(A::Delta), falloff, F(1.0f));
+    const F width = light.get(&A::cone);
+    const F spread = select((shape == I(A::Distant)) & (width > F(0.0f)),
+                            F(InvPi) / max(width * (F(2.0f) - width), F(1e-20f)), F(1.0f));
+    return s * select(shape == I(A::Delta), falloff, spread);
 }
 
 // Angles of a rectangle as seen from the origin: Urena, Fajardo and King 2013, An Area-Preserving
@@ -207,6 +218,7 @@ template <int W>
 struct LightPoint {
     Vec3<Float<W>> wi, place;
     Float<W> distance, pdf; // over solid angle
+    Float<W> cosine;        // to the normal of flat lights, 1 of others; what is sampled alone has it
     Mask<W> valid;
 };
 
@@ -243,6 +255,7 @@ LightPoint<W> sample_shape(int shape, const LightLanes<W>& light, const Vec3<Flo
         const F sine = sqrt(max(sine2, zero));
         s.wi = normalize(t * (sine * cp) + b * (sine * sp) + axis * (one - drop));
         s.distance = d * (one - drop) - sqrt(max(radius * radius - d2 * sine2, zero));
+        s.cosine = one;
         s.pdf = one / max(F(2 * Pi) * most, F(1e-30f));
         return s;
     }
@@ -284,6 +297,7 @@ LightPoint<W> sample_shape(int shape, const LightLanes<W>& light, const Vec3<Flo
         s.pdf = d2 * sqrt(d2) / (F(4.0f) * psi * half_y * h * h);
     }
     s.distance = sqrt(d2);
+    s.cosine = cosine; // of what is valid
     s.wi = normalize(light.to_render(v));
     s.valid = m & (cosine > F(1e-6f));
     return s;

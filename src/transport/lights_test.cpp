@@ -329,6 +329,28 @@ TEST(AreaLights, GlossyFloorsSeeTheSameByEitherTechnique) {
     EXPECT_LT(error[0], error[2]);
 }
 
+// Lights that shine through everything are asked for alone: what meets them would see them a second time.
+TEST(AreaLights, WithoutShadowsAreCountedOnce) {
+    for (Kind kind : {Kind::Quad, Kind::Disk, Kind::Sphere, Kind::Cylinder, Kind::Distant}) {
+        double mean[2], error[2];
+        for (int k = 0; k < 2; k++) {
+            FloorScene s;
+            auto l = light(kind, Rgb(3), Transform::translate(0.1f, 0.5f, 0) * Downwards);
+            l.radius = 0.4f;
+            l.angle = 40;
+            l.shadows = k == 0;
+            l.visible_camera = false;
+            s.inputs.lights.push_back(l);
+            if (k == 1)
+                s.add_quad({0, 0.01f, 0}, {0, 0, 9}, {9, 0, 0}, {matte(Rgb(0))}); // in the way of others
+            s.finish();
+            const auto e = s.estimate(64, 10);
+            mean[k] = e.channel[1].mean(), error[k] = e.channel[1].error();
+        }
+        EXPECT_NEAR(mean[1], mean[0], 0.003 * mean[0] + 4.5 * std::hypot(error[0], error[1])) << int(kind);
+    }
+}
+
 TEST(AreaLights, OfNoAreaAreReported) {
     FloorScene s;
     auto l = light(Kind::Quad, Rgb(3), Transform());

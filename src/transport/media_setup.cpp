@@ -90,7 +90,7 @@ void place_camera(SceneView& view, Journal& journal) {
         seen.push_back(media_along(view, o, normalize(Vec3f(d[0], d[1], d[2]))));
     std::vector<Around> inside;
     bool doubtful = false;
-    for (int32_t medium = 0; medium < int32_t(view.interiors.size()); medium++) {
+    for (int32_t medium = 0; medium < int32_t(view.phases.size()); medium++) {
         std::vector<std::vector<float>> times(rays); // distances, a ray each
         std::vector<size_t> counts;
         for (size_t r = 0; r < rays; r++) {
@@ -151,11 +151,7 @@ void fill_media(SceneView& view, const store::Store& store, int volume_depth, Jo
     view.media_rows[MediumRow::Field] = std::bit_cast<float>(-1);
     for (size_t k = 0; k < store.interiors().size(); k++) {
         const store::Interior& from = store.interiors()[k];
-        SceneView::Interior to{};
-        std::copy(from.absorption_spectrum.begin(), from.absorption_spectrum.end(), to.c);
-        to.absorbs = from.absorbs;
-        to.phase = make_phase(from.phase, from.phase_inputs);
-        view.interiors.push_back(to);
+        view.phases.push_back(make_phase(from.phase, from.phase_inputs));
         float* row = view.media_rows.data() + Stride * (k + 1);
         std::copy(from.absorption_spectrum.begin(), from.absorption_spectrum.end(),
                   row + MediumRow::Absorption);
@@ -169,14 +165,20 @@ void fill_media(SceneView& view, const store::Store& store, int volume_depth, Jo
         if (from.phase == LobeId::RayleighPfrgb)
             row[MediumRow::Angstrom] = std::clamp(from.phase_inputs[0], 0.0f, 8.0f);
         view.scatters |= from.scatters || from.field;
+        view.media |= from.absorbs;
+        view.has_fog |= from.scatters && !from.field;
     }
-    if (view.interiors.empty())
-        return;
-    for (const bsdf::MaterialCode& code : view.materials)
+    for (const bsdf::MaterialCode& code : view.materials) {
         view.clear.push_back(code.leaves == 0);
+        view.straight.push_back(code.straight != 0);
+        view.thin_walls |= code.straight != 0;
+    }
+    view.media |= view.thin_walls;
+    if (view.phases.empty())
+        return;
     for (const store::ShapeRecord& s : store.shapes())
         view.clear_boundaries |= s.interior >= 0 && s.emitter < 0 && view.clear[size_t(s.program)];
-    view.media = view.scatters || view.clear_boundaries || view.interiors.size() > 1;
+    view.media |= view.scatters || view.clear_boundaries || view.phases.size() > 1;
     view.keeps_ratios |= view.scatters;
     place_camera(view, journal);
 }

@@ -5,6 +5,7 @@
 
 #include "color/color.h"
 #include "transport/media_setup.h"
+#include "transport/quad_pictures.h"
 #include "transport/wavelengths.h"
 
 namespace kanuka::transport {
@@ -34,12 +35,41 @@ bool usable(const Rgb& c) {
 
 constexpr float Degrees = Pi / 180;
 
+// Places on a quad by its picture; see quad_pictures.h.
+void fill_quad_density(AnalyticLight& a, const scene::LightTable& t, std::vector<float>& densities) {
+    const int w = t.width, h = t.height;
+    const auto weight = [&](int i, int j) {
+        const float* rgb = t.at(0, std::clamp(j, 0, h - 1), std::clamp(i, 0, w - 1));
+        return texel_weight(rgb[0], rgb[1], rgb[2]);
+    };
+    double sum = 0;
+    for (int j = 0; j < h; j++)
+        for (int i = 0; i < w; i++)
+            sum += double(weight(i, j));
+    const float mean = float(sum / (double(w) * h));
+    const PictureCells cells = make_picture_cells(
+        w + 1, h + 1, [&](int i, int j) { return double(above_mean(weight(i - 1, j - 1), mean)); },
+        [&](int i) { return i == 0 || i == w ? 0.5 : 1.0; },
+        [&](int j) { return j == 0 || j == h ? 0.5 : 1.0; });
+    // As much as is above the mean, so that a picture without contrast changes nothing.
+    const double share = std::min(cells.total / std::max(sum, 1e-30), 0.95);
+    if (!(share > 0.05))
+        return;
+    a.picture = int(densities.size());
+    densities.insert(densities.end(),
+                     {float(share), float(double(w) * h / (cells.total * double(a.area))), mean});
+    densities.insert(densities.end(), cells.marginal.begin(), cells.marginal.end());
+    densities.insert(densities.end(), cells.conditional.begin(), cells.conditional.end());
+}
+
 // One analytic light, its amount uplifted; of soft points and spots it becomes the radiance of their ball.
 AnalyticLight make_light(const scene::Light& light, const Transform& render_from_world,
-                         const color::Palette& palette, LightBound& bound, std::vector<float>& tables) {
+                         const color::Palette& palette, LightBound& bound, std::vector<float>& tables,
+                         std::vector<float>& densities) {
     using A = AnalyticLight;
     const Transform render_from_light = render_from_world * light.world_from_light;
     AnalyticLight a{};
+    a.picture = -1;
     Vec3f columns[3], scales(0.0f);
     for (int k = 0; k < 3; k++) {
         columns[k] =
@@ -50,7 +80,6 @@ AnalyticLight make_light(const scene::Light& light, const Transform& render_from
     a.position = render_from_light.point({0, 0, 0});
     a.x = columns[0], a.y = columns[1], a.axis = columns[2];
     a.cos_outer = a.cos_inner = -2;
-    a.cos_angle = std::cos(0.5f * light.angle * Degrees);
     a.visible_camera = light.visible_camera;
     a.sets = light.lit_sets;
     a.passes = light.shadows ? light.passes : AnalyticLight::Shadowless;
@@ -68,6 +97,9 @@ AnalyticLight make_light(const scene::Light& light, const Transform& render_from
     switch (light.kind) {
     case Kind::Distant:
         a.shape = A::Distant;
+        a.cone = float(1 - std::cos(0.5 * double(light.angle * Degrees)));
+        if (a.cone < 1e-9f) // narrower than floats tell directions apart
+            a.cone = 0;
         bound.power = luminance;
         break;
     case Kind::Quad:
@@ -110,6 +142,8 @@ AnalyticLight make_light(const scene::Light& light, const Transform& render_from
         a.falloff = t->falloff;
         a.angle = t->angle, a.nearest = t->nearest, a.extent = t->extent;
         tables.insert(tables.end(), t->rgb.begin(), t->rgb.end());
+        if (a.shape == A::Quad)
+            fill_quad_density(a, *t, densities);
     }
     return a;
 }
@@ -135,38 +169,32 @@ void fill_map(EnvironmentMap& map, const LatLong& picture, const scene::Light& l
         float& v = map.rgb[i];
         v = std::isfinite(v) ? std::clamp(v * tint[i % 3], 0.0f, 1e6f) : 0.0f;
     }
-    // Weight of a texel: the largest luminance that bilinear interpolation can bring into it, times its solid
-    // angle.
     const int w = map.width, h = map.height;
-    std::vector<float> luminance(size_t(w) * h);
-    for (size_t i = 0; i < luminance.size(); i++)
-        luminance[i] = color::luminance({map.rgb[3 * i], map.rgb[3 * i + 1], map.rgb[3 * i + 2]});
-    map.marginal.assign(size_t(h) + 1, 0);
-    map.conditional.assign(size_t(h) * (w + 1), 0);
-    double total = 0;
-    std::vector<double> rows(size_t(h), 0.0);
+    const auto weight = [&](int i, int j) {
+        const float* t = map.rgb.data() + 3 * (size_t(j) * size_t(w) + size_t(i));
+        return texel_weight(t[0], t[1], t[2]);
+    };
+    double sum = 0, all = 0;
     for (int j = 0; j < h; j++) {
-        const double sine = std::sin(Pi * (j + 0.5) / h);
-        std::vector<double> c(size_t(w) + 1, 0.0);
-        for (int i = 0; i < w; i++) {
-            float m = 0;
-            for (int dj = -1; dj <= 1; dj++)
-                for (int di = -1; di <= 1; di++)
-                    m = std::max(
-                        m, luminance[size_t(std::clamp(j + dj, 0, h - 1)) * w + size_t((i + di + w) % w)]);
-            c[size_t(i) + 1] = c[size_t(i)] + double(m) + 1e-9;
-        }
-        rows[size_t(j)] = c.back() * sine;
-        total += rows[size_t(j)];
-        for (int i = 0; i <= w; i++)
-            map.conditional[size_t(j) * (w + 1) + i] = float(c[size_t(i)] / c.back());
+        const double sine = std::sin(double(Pi) * (j + 0.5) / h);
+        for (int i = 0; i < w; i++)
+            sum += double(weight(i, j)) * sine;
+        all += sine * w;
     }
-    double sum = 0;
-    for (int j = 0; j < h; j++) {
-        sum += rows[size_t(j)];
-        map.marginal[size_t(j) + 1] = float(sum / total);
+    // A picture that is the same everywhere has nothing to be asked for.
+    map.mean = float(sum / all * 1.0001);
+    PictureCells cells = make_picture_cells(
+        w, h + 1,
+        [&](int i, int j) { // corners: at the poles, and at texel centres
+            const double theta = double(Pi) * std::clamp(j - 0.5, 0.0, double(h)) / h;
+            return double(above_mean(weight(i % w, std::clamp(j - 1, 0, h - 1)), map.mean)) *
+                   (j == 0 || j == h + 1 ? 0.0 : std::sin(theta));
+        },
+        [](int) { return 1.0; }, [&](int j) { return j == 0 || j == h ? 0.5 : 1.0; });
+    if (cells.total > 0) {
+        map.density = float(double(w) * h / (2 * double(Pi) * double(Pi) * cells.total));
+        map.cells = std::move(cells);
     }
-    map.total = float(total);
     const Transform t = (render_from_world * light.world_from_light).inverse();
     for (int r = 0; r < 3; r++) {
         Vec3f row{float(t.m[r][0]), float(t.m[r][1]), float(t.m[r][2])};
@@ -274,8 +302,8 @@ void fill_lights(SceneView& view, const SceneInputs& in, color::Palette& palette
                 journal.warning(light.where, "a second environment picture is not used; one scene has one");
         } else {
             LightBound bound;
-            const AnalyticLight a =
-                make_light(light, in.render_from_world, palette, bound, view.light_tables);
+            const AnalyticLight a = make_light(light, in.render_from_world, palette, bound, view.light_tables,
+                                               view.light_densities);
             if (const char* what = flaw(light, a)) {
                 journal.warning(light.where, what);
                 continue;
@@ -299,7 +327,8 @@ void fill_lights(SceneView& view, const SceneInputs& in, color::Palette& palette
     view.bounds.insert(view.bounds.end(), near_bounds.begin(), near_bounds.end());
     constexpr size_t Few = 16; // cheaper to weigh one by one than by the hierarchy, and more exactly
     const bool few = view.lights.size() <= Few;
-    view.lights_by_choice = int(few ? view.lights.size() : view.lights.size() - near.size());
+    view.distant_lights = int(view.lights.size() - near.size());
+    view.lights_by_choice = few ? int(view.lights.size()) : view.distant_lights;
     std::vector<LightBound> met(view.bounds);
     size_t shapes = 0;
     for (size_t k = 0; k < view.lights.size(); k++) {
@@ -308,12 +337,15 @@ void fill_lights(SceneView& view, const SceneInputs& in, color::Palette& palette
             shapes++;
             if (few)
                 view.met_lights.push_back(int32_t(k));
-        } else
+        } else {
             met[k].power = 0;
+            if (view.lights[k].shape == AnalyticLight::Distant && view.lights[k].cone > 0)
+                view.suns.push_back(int32_t(k));
+        }
     }
     if (!few && shapes > 0)
         view.met_tree = build_light_tree(met);
-    view.keeps_normals = shapes > 0;
+    view.keeps_normals = shapes > 0 || !view.suns.empty();
 }
 
 LightBound bound_of(const store::Emitter& e, const float* placement, int32_t sets) {
@@ -490,11 +522,18 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
     if (view.tree.empty() && view.emitter_density.empty())
         view.emitter_density.assign(in.store->emitters().size() + 1, 0.0f);
     view.choices = view.emitter_choice >= 0 ? 1 : 0;
-    view.map_choice = view.map.width > 0 ? view.choices++ : -1;
+    view.map_choice = view.map.cells.rows > 0 ? view.choices++ : -1;
     view.first_light_choice = view.choices;
     view.choices += view.lights_by_choice;
-    if (view.map_choice >= 0) // pi times the mean of luminance over the sphere
-        view.map_brings = view.map.total * 0.5f * Pi * Pi / (float(view.map.width) * float(view.map.height));
+    for (int k = 0; view.has_fog && k < view.lights_by_choice; k++)
+        if (view.lights[size_t(k)].shape == AnalyticLight::Delta &&
+            view.fog_lamps.size() < SceneView::MostFogLamps)
+            view.fog_lamps.push_back(k);
+    const bool far = view.map_choice >= 0 || view.distant_lights > 0,
+               near = view.emitter_choice >= 0 || view.lights_by_choice > view.distant_lights;
+    view.asks = far && near && view.choices <= SceneView::FewChoices ? 2 : 1;
+    if (view.map_choice >= 0) // pi times the mean over the sphere of what is asked for
+        view.map_brings = 0.25f / view.map.density;
     return view;
 }
 

@@ -13,6 +13,7 @@
 #include "transport/integrator.h"
 #include "transport/light_tree.h"
 #include "transport/path_state.h"
+#include "transport/picture_cells.h"
 #include "transport/wavelengths.h"
 
 namespace kanuka::transport {
@@ -37,20 +38,21 @@ struct alignas(64) AnalyticLight {
     Vec3f axis, x, y; // unit vectors; axis: the way light travels
     float cos_inner;
     int32_t exponent;
-    float cos_angle; // distant: cosine of the angular radius; 1 = delta
+    float cone; // distant: 1 - cosine of the angular radius; 0 = delta
     // scene::LightTable
     int32_t table, height, layers, falloff;
     float angle, nearest, extent;
+    int32_t picture; // quads: its density in SceneView::light_densities; -1 = none
 };
 static_assert(offsetof(AnalyticLight, axis) == 64);
 inline constexpr int AnalyticWords = sizeof(AnalyticLight) / 4;
 
 struct EnvironmentMap {
     int width = 0, height = 0;
-    std::vector<float> rgb;                   // 3 a texel, rows from +z (theta = 0) down; bounded and finite
-    std::vector<float> marginal, conditional; // cumulative, height + 1 and height * (width + 1)
-    float total = 0;                          // sum of weights: luminance * sin(theta)
-    float environment_from_render[9];         // rows
+    std::vector<float> rgb;           // 3 a texel, rows from +z (theta = 0) down; bounded and finite
+    PictureCells cells;               // of what is above the mean; no rows = nothing is
+    float mean = 0, density = 0;      // of weights over the sphere; see map_pdf()
+    float environment_from_render[9]; // rows
     bool visible_camera = true;
 };
 
@@ -147,10 +149,10 @@ struct SceneView {
     // light that is not in the hierarchy.
     LargeVector<AnalyticLight> lights; // choices first_light_choice, …; then those of the hierarchy
     std::vector<LightBound> bounds;    // of `lights`; distant ones: power is the irradiance
-    int lights_by_choice = 0;
+    int lights_by_choice = 0, distant_lights = 0; // the distant ones come first
     uint32_t light_shapes = 0; // bits by AnalyticLight::Shape, of all; by_tables: some have one
     bool light_tables_used = false;
-    std::vector<float> light_tables;
+    std::vector<float> light_tables, light_densities;
     EnvironmentMap map;
     ConstantEnvironment constant;
     // Ambient lights: surfaces show it without shadows, to the camera and in mirrors; nothing else sees it.
@@ -159,6 +161,10 @@ struct SceneView {
         float c[4] = {0, 0, 0, 0};
         int32_t sets = 0;
     } ambient;
+    // Lights asked at a vertex: two where some are at infinity and some are not. Far choices are then the
+    // picture of the sky and the distant lights.
+    int asks = 1;
+    static constexpr int FewChoices = 24;
     int choices = 0, emitter_choice = -1, map_choice = -1, first_light_choice = 0;
     // What the environment brings to a surface that sees all of it, and all of the hierarchy as one sphere:
     // estimates that decide how often each is asked (LightChances in lights.h).
@@ -183,21 +189,24 @@ struct SceneView {
     // Analytic lights that rays can meet: those sampled by choice in turn, those of the hierarchy by one of
     // their own.
     std::vector<int32_t> met_lights;
-    LightTree met_tree; // leaves: as `lights`
+    LightTree met_tree;        // leaves: as `lights`
+    std::vector<int32_t> suns; // distant lights with a cone
+    // Lamps without size, by choice of their own, where some fog is the same everywhere: stage_fog.h.
+    static constexpr int MostFogLamps = 16;
+    std::vector<int32_t> fog_lamps;
     // What light sampling needs to know again where a ray meets a light: paths carry the normal they left.
     bool keeps_normals = false;
     bool meets_lights() const { return !met_lights.empty() || !met_tree.empty(); }
 
-    struct Interior {
-        float c[4];
-        bool absorbs;
-        bsdf::Phase<1> phase;
-    };
-    std::vector<Interior> interiors;
-    // Paths keep track of the media around them: there are several interiors, or one that scatters, or one
-    // whose boundary lets light pass as it comes (`clear`: by program, no lobes).
+    std::vector<bsdf::Phase<1>> phases; // of interiors
+    // Paths keep track of the media around them: there are several interiors, or one that absorbs or
+    // scatters, or one whose boundary lets light pass as it comes (`clear`: by program, no lobes).
     bool media = false, scatters = false, clear_boundaries = false;
+    bool has_fog = false; // something scatters that is the same everywhere
     std::vector<int32_t> clear;
+    // Some materials let light go on as it came (`straight`: by program): shadow rays ask how much.
+    bool thin_walls = false;
+    std::vector<int32_t> straight;
     std::vector<float> media_rows;              // MediumRow, of nothing, then of each interior
     std::vector<float> fields;                  // see fields.h; empty = all interiors are the same everywhere
     int32_t camera_media[4] = {-1, -1, -1, -1}; // where the camera stands; as MediaStack has it

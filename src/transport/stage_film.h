@@ -8,9 +8,10 @@
 namespace kanuka::transport {
 
 template <int W>
-void occlude(const SceneView& scene, BatchState& batch, const ShadowState& shadows, int count) {
+void occlude(const SceneView& scene, BatchState& batch, const ShadowState& shadows, int count,
+             WallScratch* walls) {
     if (scene.media)
-        return occlude_in_media<W>(scene, batch, shadows, count);
+        return occlude_in_media<W>(scene, batch, shadows, count, walls);
     for (int first = 0; first < count; first += W) {
         bvh::RayPacket<W> rays;
         for (int c = 0; c < 3; c++) {
@@ -82,25 +83,33 @@ void finish(const SceneView& scene, const BatchState& batch, int count, const Ba
             PixelSums& p = request.pixels[size_t(y) * request.stride + x];
             const float* hit = batch.first[at];
             const float w = batch.filter_weight[at], met = hit[BatchState::Met];
-            if (std::isfinite(rgb[0].v[i]) && std::isfinite(rgb[1].v[i]) && std::isfinite(rgb[2].v[i])) {
-                if (request.progression >= Firefly::FirstLooked && p.weight > 0) {
-                    const Firefly f{x, y, request.progression,
-                                    luminance(rgb[0].v[i], rgb[1].v[i], rgb[2].v[i]),
-                                    std::max(luminance(p.rgb[0], p.rgb[1], p.rgb[2]) / p.weight, 0.0f)};
-                    if (f.luminance > Firefly::Factor * (f.mean + 0.01f)) {
-                        counts.fireflies++;
-                        counts.note(f);
-                    }
-                }
-                for (int c = 0; c < 3; c++)
-                    p.rgb[c] += w * rgb[c].v[i];
-                if (weighted)
-                    for (int c = 0; c < 3; c++)
-                        p.plain[c] += rgb[c].v[i];
-            } else if (counts.nan_samples++ == 0) {
-                counts.nan_x = x;
-                counts.nan_y = y;
+            if (request.progression == 0) {
+                int32_t id;
+                std::memcpy(&id, hit + BatchState::Id, sizeof id);
+                p.id = float(id);
             }
+            // A sample that is no number is as if it had not been taken: a black one in its place would
+            // darken the picture.
+            const float v[3] = {rgb[0].v[i], rgb[1].v[i], rgb[2].v[i]};
+            if (!std::isfinite(v[0] + v[1] + v[2])) {
+                if (counts.nan_samples++ == 0)
+                    counts.nan_x = x, counts.nan_y = y;
+                p.dropped++;
+                continue;
+            }
+            if (request.progression >= Firefly::FirstLooked && p.weight > 0) {
+                const Firefly f{x, y, request.progression, luminance(v[0], v[1], v[2]),
+                                std::max(luminance(p.rgb[0], p.rgb[1], p.rgb[2]) / p.weight, 0.0f)};
+                if (f.luminance > Firefly::Factor * (f.mean + 0.01f)) {
+                    counts.fireflies++;
+                    counts.note(f);
+                }
+            }
+            for (int c = 0; c < 3; c++)
+                p.rgb[c] += w * v[c];
+            if (weighted)
+                for (int c = 0; c < 3; c++)
+                    p.plain[c] += v[c];
             p.alpha += w * hit[BatchState::Alpha];
             if (weighted)
                 p.plain[3] += hit[BatchState::Alpha];
@@ -112,11 +121,6 @@ void finish(const SceneView& scene, const BatchState& batch, int count, const Ba
                 p.albedo[c] += finite(w * albedo[c].v[i]);
                 p.normal[c] += finite(met * hit[BatchState::Normal + c]);
                 p.position[c] += finite(met * hit[BatchState::Position + c]);
-            }
-            if (request.progression == 0) {
-                int32_t id;
-                std::memcpy(&id, hit + BatchState::Id, sizeof id);
-                p.id = float(id);
             }
             for (size_t a = 0; a < scene.aov_is_color.size(); a++) {
                 const float value = batch.aovs[a * BatchPadded + size_t(at)];

@@ -2,7 +2,8 @@
 // order of their layering programs, so that all lanes of a surface call run the same lobes.
 #pragma once
 
-#include "transport/lights.h"
+#include "transport/light_hits.h"
+#include "transport/stage_fog.h"
 
 namespace kanuka::transport {
 
@@ -10,18 +11,26 @@ namespace kanuka::transport {
 template <int W>
 void add_environment(const SceneView& scene, BatchState& batch, const PathState& paths, Int<W> slot,
                      Mask<W> m, int bounce) {
-    if (scene.map_choice < 0 && !scene.constant.present)
+    if (scene.map.width == 0 && !scene.constant.present && scene.suns.empty())
         return;
     using F = Float<W>;
     using P = PathState;
     const auto ray = load_rows<P::Fields>(paths.row, slot << 4);
     const Int<W> path = bitcast_int(ray[P::Path]);
     const auto l = load_rows<4>(batch.l, path << 2);
-    const Spectrum<W> beta = spectrum_of(ray, P::Beta);
+    Spectrum<W> beta = spectrum_of(ray, P::Beta);
+    if (scene.media) { // what only absorbs and has no end leaves nothing; what scatters has let it pass
+        const MediumLanes<W> medium(scene, bitcast_int(ray[P::Interior]), l.data());
+        for (int k = 0; k < Wavelengths; k++)
+            beta[k] =
+                select(medium.scatters | (medium.absorption[k] <= Float<W>(0.0f)), beta[k], Float<W>(0.0f));
+    }
+    if (!scene.suns.empty())
+        meet_suns(scene, batch, paths, ray, beta, slot, bounce, m);
     const Mask<W> camera = camera_paths(scene, paths, slot, bounce), all(true), none(false);
     const Mask<W> constant =
         scene.constant.present ? (!camera) | Mask<W>(scene.constant.visible_camera) : none;
-    const Mask<W> map = scene.map_choice >= 0 ? (!camera) | Mask<W>(scene.map.visible_camera) : none;
+    const Mask<W> map = scene.map.width > 0 ? (!camera) | Mask<W>(scene.map.visible_camera) : none;
     if (any(m & camera & (constant | map)))
         scatter(batch.first[0] + BatchState::Alpha, path << 4, F(1.0f), m & camera & (constant | map));
     const F ratios = sum_of_ratios(scene, paths, slot);
@@ -35,8 +44,14 @@ void add_environment(const SceneView& scene, BatchState& batch, const PathState&
                      constant & shines(scene.constant_sets));
     if (any(m & map)) {
         const MapPlace<W> p = map_place(scene.map, vector_of(ray, P::Direction));
-        const F weight = F(1.0f) / fma(ray[P::Mis], map_pdf(scene.map, p) * ray[P::AskMap], ratios);
-        add_radiance(batch, path, beta * map_radiance(scene, p, l.data()) * weight,
+        const MapCell<W> c(scene.map, p);
+        const MapTexels<W> texels(scene.map, c);
+        Float<W> weight = Float<W>(1.0f) / ratios;
+        if (scene.map_choice >= 0) {
+            const Float<W> pdf = map_pdf(scene.map, texels.weights(scene.map, c), c, p.sin_theta);
+            weight = Float<W>(1.0f) / fma(ray[P::Mis], pdf * ray[P::AskMap], ratios);
+        }
+        add_radiance(batch, path, beta * map_radiance(scene, texels, c, l.data()) * weight,
                      map & shines(scene.map_sets));
     }
 }
@@ -50,7 +65,7 @@ struct ProgramRuns {
 
 template <int W>
 void intersect(const SceneView& scene, BatchState& batch, PathState& paths, int count, int bounce,
-               HitState& hits, ProgramRuns& runs) {
+               HitState& hits, ProgramRuns& runs, ShadowState& shadows, int& shadow_count) {
     const int programs = int(scene.materials.size());
     runs.first.assign(size_t(programs) + 1, 0);
     runs.program.resize(BatchPadded);
@@ -71,7 +86,8 @@ void intersect(const SceneView& scene, BatchState& batch, PathState& paths, int 
                 reach = free_path(scene, batch, load_rows<PathState::Fields>(paths.row, in_use << 4),
                                   rays.t_min, bounce);
         }
-        rays.t_max = reach;
+        const bool fog = !scene.fog_lamps.empty();
+        rays.t_max = fog ? Float<W>(1e30f) : reach;
         rays.seed =
             way_seed(bitcast_int(ray[PathState::PixelHash]) ^ Int<W>(int(uint32_t(bounce) * 0x3c6ef372u)),
                      batch.reversed_progression);
@@ -87,6 +103,12 @@ void intersect(const SceneView& scene, BatchState& batch, PathState& paths, int 
         if (scene.hides)
             rays.camera = select(camera_paths(scene, paths, in_use, bounce), Int<W>(1), Int<W>(0));
         scene.bvh->intersect(rays, hit);
+        if (fog) {
+            const Float<W> sight = select(hit.hit, hit.t, Float<W>(1e30f));
+            sight.store(paths.sight + first);
+            ask_in_fog(scene, batch, paths, in_use, sight, bounce, shadows, shadow_count, rays.active);
+            hit.hit &= hit.t < reach;
+        }
         if (!scene.fields.empty()) {
             const Float<W> particle =
                 field_path(scene, batch, paths, in_use, select(hit.hit, hit.t, reach), bounce, rays.active);
@@ -106,6 +128,7 @@ void intersect(const SceneView& scene, BatchState& batch, PathState& paths, int 
                     std::memcpy(hits.world_from_shape[k].data() + first, hit.world_from_shape[k],
                                 sizeof(float) * W);
             hit.slot_shift.store(hits.slot_shift.data() + first);
+            hit.magnitude.store(hits.magnitude.data() + first);
         }
         Mask<W> shows = hit.hit;
         if (scene.holds_out) // what hides all behind it and is black itself is a miss without a sky

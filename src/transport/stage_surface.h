@@ -9,23 +9,78 @@
 
 namespace kanuka::transport {
 
+template <int W>
+struct DirectionSample : bsdf::LobeSample<W> {
+    Mask<W> through{false}; // the lobe transmits
+};
+
 // A hit's material, and what it takes to sample light and directions there.
 template <int W>
 struct Scattering {
     const SurfaceHit<W>& h;
-    Vec3<Float<W>> wo; // in the frame of the hit
+    Vec3<Float<W>> wo, ng; // in the frame of the hit: the view, the normal of the surface itself
     bsdf::Material<W> material;
     Sampler<W> sampler;
     Receiver<W> receiver;
     LightChances<W> chances;
 
     Scattering(const Bounce& at, const SurfaceHit<W>& h)
-        : h(h), wo(local_view(h)),
+        : h(h), wo(local_view(h)), ng(h.to_local(h.Ng)),
           material(h.code, h.fetch, h.outside, wo, h.l, at.scene.media ? &h.crossing.outer : nullptr),
           sampler{bitcast_int(h.ray[PathState::PixelHash]), at.reversed_progression},
           receiver(receiver_at(at, h)), chances(at.scene, receiver) {}
 
+    // Is there a lobe for light from wi?
+    Mask<W> reaches(const Vec3<Float<W>>& wi) const {
+        const Float<W> above = dot(wi, ng);
+        return max(wi.z * above, mirrored(wi, above).z * above) > Float<W>(0.0f);
+    }
+    // What the material makes of light from wi, a direction in the frame of the hit, on whatever side of the
+    // surface it lies. A lobe that leans with its shading normal has a part on the wrong side; a mirror that
+    // lies in the surface brings it back. So nothing is lost, whatever the lobes, and the density is that of
+    // sample(). It is the perfect mirror for a tangent facet of Schüssler, Heitz, Hanika and Dachsbacher 2017
+    // (Microfacet-based Normal Mapping for Robust Monte Carlo Path Tracing, section 4), put into the surface,
+    // which serves transmission and layers, too. Without a lean there is no such part.
+    bsdf::LobeValue<W> eval(const Vec3<Float<W>>& wi, Mask<W> m) const {
+        using F = Float<W>;
+        const F above = dot(wi, ng);
+        const Vec3<F> image = mirrored(wi, above);
+        bsdf::LobeValue<W> value = material.eval(wo, wi);
+        const Mask<W> own = wi.z * above > F(0.0f), folded = m & (image.z * above > F(0.0f));
+        mask(value, own);
+        if (any(folded))
+            add(value, image, folded);
+        return value;
+    }
+    // A direction of the material, brought to the side of the surface that its lobe means.
+    DirectionSample<W> sample(Float<W> u_lobe, Float<W> u0, Float<W> u1, Mask<W> m) const {
+        using F = Float<W>;
+        DirectionSample<W> s{material.sample(wo, u_lobe, u0, u1)};
+        const F above = dot(s.wi, ng);
+        const Vec3<F> image = mirrored(s.wi, above);
+        const Mask<W> folded = s.wi.z * above<F(0.0f), both = image.z * s.wi.z> F(0.0f);
+        if (const Mask<W> more = m & s.valid & both & !s.delta; any(more))
+            add(s.value, image, more);
+        s.through = s.wi.z < F(0.0f);
+        s.wi = select(folded, image, s.wi);
+        s.valid &= abs(above) > F(1e-6f); // else rounding decides where it starts
+        return s;
+    }
+
   private:
+    Vec3<Float<W>> mirrored(const Vec3<Float<W>>& w, Float<W> above) const {
+        return w - ng * (above + above);
+    }
+    static void mask(bsdf::LobeValue<W>& value, Mask<W> m) {
+        value.f = bsdf::select(m, value.f, Spectrum<W>(Float<W>(0.0f)));
+        value.pdf = bsdf::select(m, value.pdf, Spectrum<W>(Float<W>(0.0f)));
+    }
+    [[gnu::noinline]] void add(bsdf::LobeValue<W>& value, const Vec3<Float<W>>& wi, Mask<W> m) const {
+        bsdf::LobeValue<W> more = material.eval(wo, wi);
+        mask(more, m);
+        value.f += more.f;
+        value.pdf += more.pdf;
+    }
     static Vec3<Float<W>> local_view(const SurfaceHit<W>& h) {
         Vec3<Float<W>> wo = h.to_local(-h.d);
         wo.z = h.cos_o;
@@ -50,8 +105,8 @@ class SurfaceStage {
     using S = Spectrum<W>;
 
   public:
-    SurfaceStage(const Bounce& at, PathState& next, ShadowState& shadows)
-        : m_at(at), m_next(next), m_shadows(shadows) {}
+    SurfaceStage(const Bounce& at, PathState& next, ShadowState& shadows, int shadow_count)
+        : m_at(at), m_next(next), m_shadows(shadows), m_shadow_count(shadow_count) {}
 
     const Bounce& at() const { return m_at; }
     void log_to(PathVertex* vertex) { m_log = vertex; } // of the one path there is
@@ -64,6 +119,7 @@ class SurfaceStage {
         absorb(h);
         if (m_at.scene.media)
             pass_on(h, active);
+        m_arrived = active;
         if (any(h.camera) && h.code.filter.word >= 0)
             look_through_atmosphere(h, active & h.camera);
         if (any(h.shape.emitter >= I(0)))
@@ -82,15 +138,25 @@ class SurfaceStage {
         return (m_at.scene.media || m_at.number < m_at.scene.max_depth) && code.leaves > 0;
     }
 
-    // Next event estimation: one light asked, one direction sampled, each weighted against the other.
+    // Paths that end here, but for what goes straight through a thin wall: shadow rays pass it, whatever the
+    // depth, so that directions must, too.
+    M goes_through(const SurfaceHit<W>& h, M active) const {
+        if (!h.code.straight)
+            return M(false);
+        return m_arrived & !active &
+               (Events::inside(gather(m_at.paths.events, h.slot)) < I(m_at.scene.volume_depth));
+    }
+
+    // Next event estimation: lights asked, one direction sampled, each weighted against the other.
     void next_event(const SurfaceHit<W>& h, M active) {
-        if (!scatters(h.code))
+        const M through = goes_through(h, active);
+        if (!scatters(h.code) || !any(active | through))
             return;
         const Scattering<W> s(m_at, h);
         record_albedo(s, active);
         active &= !s.material.black();
         sample_lights(s, active);
-        sample_direction(s, active);
+        sample_direction(s, active, through);
     }
 
     void sample_lights(const Scattering<W>& s, M active) {
@@ -100,16 +166,20 @@ class SurfaceStage {
         F u_choice, u_part, u0, u1;
         s.sampler.sample_2d(bounce_dimension(m_at.number, Dimension::LightChoice), u_choice, u_part);
         s.sampler.sample_2d(bounce_dimension(m_at.number, Dimension::LightPosition), u0, u1);
-        const LightSample<W> light =
-            sample_light(m_at.scene, s.chances, s.receiver, u_choice, u_part, u0, u1, h.l, active);
+        for (int ask = 0; ask < m_at.scene.asks; ask++)
+            add_light(
+                s,
+                sample_light(m_at.scene, s.chances, s.receiver, ask, u_choice, u_part, u0, u1, h.l, active),
+                active);
+    }
+    void add_light(const Scattering<W>& s, const LightSample<W>& light, M active) {
+        const SurfaceHit<W>& h = s.h;
+        count_broken(h, active & light.valid, dot(light.wi, h.Ng) * light.pdf);
         const V wi = h.to_local(light.wi);
-        // Geometric and shading normal must agree on which side the light is.
-        const F side = dot(light.wi, h.Ng) * wi.z;
-        count_broken(h, active & light.valid, side * light.pdf);
-        M m = active & light.valid & (side > F(0.0f));
+        M m = active & light.valid & s.reaches(wi);
         if (!any(m))
             return;
-        const bsdf::LobeValue<W> value = s.material.eval(s.wo, wi);
+        const bsdf::LobeValue<W> value = s.eval(wi, m);
         // Balance over both techniques and all wavelengths: sum_j r_j (p_light + p_j).
         F denominator(0.0f);
         for (int k = 0; k < Wavelengths; k++) {
@@ -134,11 +204,15 @@ class SurfaceStage {
         const uint32_t bits = m.bits();
         if (!bits)
             return;
-        const V o = h.offset(wi);
+        // From clear of the surface to where it was meant to go.
+        const V o = h.offset(wi), off = o - h.P;
+        const F along = dot(off, wi), inv = F(1.0f) / max(distance, F(1e-30f));
+        const V aimed = select(abs(along) * F(8.0f) < distance, wi - (off - wi * along) * inv, wi);
+        distance = max(distance - along, F(0.0f));
         const int at = m_shadow_count;
         for (int c = 0; c < 3; c++) {
             compress_store(m_shadows.o[c] + at, o[c], bits);
-            compress_store(m_shadows.d[c] + at, wi[c], bits);
+            compress_store(m_shadows.d[c] + at, aimed[c], bits);
         }
         for (int k = 0; k < Wavelengths; k++)
             compress_store(m_shadows.contribution[k] + at, contribution[k], bits);
@@ -157,18 +231,23 @@ class SurfaceStage {
             compress_store(reinterpret_cast<float*>(m_shadows.seed) + at, bitcast_float(seed), bits);
     }
 
-    void sample_direction(const Scattering<W>& at, M active) {
+    // through: only what goes straight on counts.
+    void sample_direction(const Scattering<W>& at, M active, M through) {
         const SurfaceHit<W>& h = at.h;
         F u_lobe, u_roulette, u0, u1;
         at.sampler.sample_2d(bounce_dimension(m_at.number, Dimension::LobeRoulette), u_lobe, u_roulette);
         at.sampler.sample_2d(bounce_dimension(m_at.number, Dimension::Direction), u0, u1);
-        const bsdf::LobeSample<W> s = at.material.sample(at.wo, u_lobe, u0, u1);
+        const DirectionSample<W> s = at.sample(u_lobe, u0, u1, active | through);
+        if (h.code.straight) {
+            const M straight = (active | through) & at.material.goes_straight(s);
+            go_straight(at, &u_roulette, F(1.0f), straight);
+            active &= !straight;
+        }
         const V wi = normalize(h.to_world(s.wi));
-        const F side = dot(wi, h.Ng) * s.wi.z;
-        count_broken(h, active & s.valid, side + s.value.pdf[0]);
-        M m = active & s.valid & (side > F(0.0f)) & (s.value.pdf[0] > F(0.0f));
+        count_broken(h, active & s.valid, wi.x + s.value.pdf[0]);
+        M m = active & s.valid & (s.value.pdf[0] > F(0.0f));
         if (m_log && m[0])
-            m_log->leaf = s.leaf[0], m_log->smooth = s.delta[0], m_log->through = s.wi.z[0] < 0;
+            m_log->leaf = s.leaf[0], m_log->smooth = s.delta[0], m_log->through = s.through[0];
         const F inv_pdf = F(1.0f) / max(s.value.pdf[0], F(1e-30f));
         S beta = h.beta * s.value.f * inv_pdf;
         F ratios{float(Wavelengths)}, next_ratios{float(Wavelengths)};
@@ -189,7 +268,38 @@ class SurfaceStage {
             beta = beta * (F(1.0f) / max(keep, F(1e-6f)));
         }
         m &= !(bsdf::mean(beta) <= F(0.0f));
-        leave(at, wi, s.wi.z < F(0.0f), beta, ratio, mis, m);
+        leave(at, wi, s.through, beta, ratio, mis, m);
+    }
+
+    // Through a thin wall. `chance`: that it is gone at all, beside that of the material's choice;
+    // `u_roulette`: null = there is none.
+    void go_straight(const Scattering<W>& at, const F* u_roulette, F chance, M m) {
+        const SurfaceHit<W>& h = at.h;
+        if (!any(m))
+            return;
+        const bsdf::LobeValue<W> v = at.material.straight(at.wo);
+        m &= v.pdf[0] > F(0.0f);
+        const F inv_pdf = F(1.0f) / max(v.pdf[0], F(1e-30f));
+        S beta = h.beta * v.f * (inv_pdf / chance), ratio = ratios_of(m_at.scene, m_at.paths, h.slot);
+        F ratios(0.0f);
+        for (int k = 0; k < Wavelengths; k++) {
+            ratio[k] *= v.pdf[k] * inv_pdf;
+            ratios += ratio[k];
+        }
+        if (u_roulette && m_at.number >= m_at.scene.roulette_depth) {
+            const F keep = min(bsdf::max_component(beta) * F(float(Wavelengths)) / ratios, F(0.95f));
+            m &= *u_roulette < keep;
+            beta = beta * (F(1.0f) / max(keep, F(1e-6f)));
+        }
+        m &= !(bsdf::mean(beta) <= F(0.0f));
+        // Who looks through sees what lies behind as in a mirror, not as the camera does.
+        const I events = gather(m_at.paths.events, h.slot) & I(Events::Camera - 1);
+        const F mis = h.ray[PathState::Mis];
+        I set(0);
+        if (m_at.scene.linked)
+            set = select(mis == F(0.0f), at.receiver.set, set_left(h));
+        if (const uint32_t bits = m.bits())
+            continue_ray(h, beta, ratio, mis * inv_pdf, set, events, bits);
     }
 
     // The paths of m go on along wi. `mis`: PathState::Mis.
@@ -276,26 +386,16 @@ class SurfaceStage {
   private:
     // Absorption on the way here, if the path was inside something (Beer and Lambert).
     void absorb(SurfaceHit<W>& h) {
+        if (!m_at.scene.media)
+            return;
         const I interior = bitcast_int(h.ray[PathState::Interior]);
         if (!any(interior >= I(0)))
             return;
-        if (m_at.scene.media) { // where it scatters too, end_flight() has been there
-            const MediumLanes<W> medium(m_at.scene, interior, h.l);
-            const F s = h.t - gather(m_at.paths.start, h.slot);
-            for (int i = 0; i < Wavelengths; i++)
-                h.beta[i] = select(medium.scatters, h.beta[i], h.beta[i] * exp(-(medium.absorption[i] * s)));
-            return;
-        }
-        for (size_t k = 0; k < m_at.scene.interiors.size(); k++) {
-            const auto& medium = m_at.scene.interiors[k];
-            const M m = interior == I(int(k));
-            if (!medium.absorbs || !any(m))
-                continue;
-            const S sigma =
-                bsdf::sigmoid_spectrum(F(medium.c[0]), F(medium.c[1]), F(medium.c[2]), h.l) * F(medium.c[3]);
-            for (int i = 0; i < Wavelengths; i++)
-                h.beta[i] = select(m, h.beta[i] * exp(-sigma[i] * h.t), h.beta[i]);
-        }
+        // Where it scatters too, end_flight() has been there.
+        const MediumLanes<W> medium(m_at.scene, interior, h.l);
+        const F s = h.t - gather(m_at.paths.start, h.slot);
+        for (int i = 0; i < Wavelengths; i++)
+            h.beta[i] = select(medium.scatters, h.beta[i], h.beta[i] * exp(-(medium.absorption[i] * s)));
     }
 
     // Paths that a boundary does not turn go on as they came, in what is behind it: where it lies within a
@@ -308,24 +408,37 @@ class SurfaceStage {
         const uint32_t bits = (passes & (Events::inside(events) < I(m_at.scene.volume_depth))).bits();
         if (!bits)
             return;
+        const S ratio = ratios_of(m_at.scene, m_at.paths, h.slot);
+        const I set = m_at.scene.linked ? set_left(h) : I(0);
+        continue_ray(h, h.beta, ratio, h.ray[PathState::Mis], set, events, bits);
+    }
+
+    // Of receivers, in linked scenes: of the surface that the ray left.
+    I set_left(const SurfaceHit<W>& h) const {
+        return m_at.number > 0 ? gather(m_at.paths.ask_set, h.slot) : I(-1);
+    }
+
+    // Goes on as it came, in what is behind: to lights and to those who ask for them it is one ray.
+    void continue_ray(const SurfaceHit<W>& h, const S& beta, const S& ratio, F mis, I set, I events,
+                      uint32_t bits) {
         auto row = h.ray;
         for (size_t k = 0; k < Wavelengths; k++)
-            row[PathState::Beta + k] = h.beta[int(k)];
+            row[PathState::Beta + k] = beta[int(k)];
+        row[PathState::Mis] = mis;
         row[PathState::Interior] = bitcast_float(h.crossing.after.at[0]);
         const int at = m_next_count;
-        if (m_at.scene.keeps_ratios) {
-            const S ratio = ratios_of(m_at.scene, m_at.paths, h.slot);
+        if (m_at.scene.keeps_ratios)
             for (int k = 0; k < Wavelengths; k++)
                 compress_store(m_next.ratio[k] + at, ratio[k], bits);
-        }
         if (m_at.scene.keeps_normals)
             for (int c = 0; c < 3; c++)
                 compress_store(m_next.ask_n[c] + at,
                                m_at.number > 0 ? gather(m_at.paths.ask_n[c], h.slot) : F(0.0f), bits);
         if (m_at.scene.linked)
-            compress_store(reinterpret_cast<float*>(m_next.ask_set) + at,
-                           bitcast_float(m_at.number > 0 ? gather(m_at.paths.ask_set, h.slot) : I(-1)), bits);
-        store_media(m_next, at, h.crossing.after, beyond(vector_of(h.ray, PathState::Origin), h.d, h.t),
+            compress_store(reinterpret_cast<float*>(m_next.ask_set) + at, bitcast_float(set), bits);
+        const F behind = h.t + h.clearance / max(abs(dot(h.d, h.Ng)), F(1e-2f));
+        store_media(m_next, at, h.crossing.after,
+                    max(beyond(vector_of(h.ray, PathState::Origin), h.d, h.t), behind),
                     events + I(Events::Inside), bits);
         m_next_count += compress_rows(m_next.row[at], row, bits);
     }
@@ -388,7 +501,8 @@ class SurfaceStage {
     const Bounce m_at;
     PathState& m_next;
     ShadowState& m_shadows;
-    int m_next_count = 0, m_shadow_count = 0;
+    int m_next_count = 0, m_shadow_count;
+    M m_arrived{false}; // of the hits at hand
     PathVertex* m_log = nullptr;
 };
 

@@ -37,6 +37,7 @@ struct SurfaceHit {
     V T, B;
     M outside; // the viewer is on the outside
     F cos_o, t;
+    F clearance; // between the surface and rays that start here
     F raw_cos_outside;
     ShapeLanes<W> shape;
     HitPlace<W> place;
@@ -56,20 +57,23 @@ struct SurfaceHit {
         const auto waves = load_rows<4>(at.batch.l, path << 2);
         for (size_t k = 0; k < Wavelengths; k++)
             l[k] = waves[k];
-        const V o = vector_of(ray, PathState::Origin);
         V anchor = traced_vertex(at.scene, shape.positions, place.anchor);
+        V e1 = traced_vertex(at.scene, shape.positions, place.other[0]) - anchor,
+          e2 = traced_vertex(at.scene, shape.positions, place.other[1]) - anchor;
+        F magnitude(0.0f);
         if (at.scene.moving)
-            follow_motion(at, anchor);
+            follow_motion(at, anchor, e1, e2, magnitude);
         else
             N = fetch.normal(shape);
+        F extent = largest(e1, e2);
+        const F slender = turn_to_triangle(e1, e2, extent);
         if (at.scene.instanced)
-            leave_instance(at.hits, anchor, Ng, N);
+            leave_instance(at.hits, anchor, e1, e2, extent, magnitude);
         // Cast the hit onto the plane of its triangle: the ray parameter loses digits far from the
         // origin.
-        P = o + d * t;
-        const F n2 = max(dot(Ng, Ng), F(1e-37f));
-        P += Ng * (dot(anchor - P, Ng) / n2);
-        Ng = Ng * (F(1.0f) / sqrt(n2));
+        P = vector_of(ray, PathState::Origin) + d * t;
+        P += Ng * dot(anchor - P, Ng);
+        stand_clear(magnitude, extent, slender);
         orient();
         if (code.has_tangent)
             along_tangent(leave_instance(at, fetch.tangent()));
@@ -82,16 +86,40 @@ struct SurfaceHit {
 
     V to_local(const V& w) const { return {dot(w, T), dot(w, B), dot(w, N)}; }
     V to_world(const V& w) const { return T * w.x + B * w.y + N * w.z; }
-    // A start for rays on the side of w, clear of the surface by a few units in the last place of the
-    // position.
-    V offset(const V& w) const {
-        const F size = max(max(abs(P.x), abs(P.y)), abs(P.z));
-        const F e = fma(size, F(1.5e-6f), F(1e-12f));
-        return P + Ng * copysign(e, dot(w, Ng));
-    }
+    // A start for rays on the side of w, clear of the surface.
+    V offset(const V& w) const { return P + Ng * copysign(clearance, dot(w, Ng)); }
 
   private:
-    void follow_motion(const Bounce& at, V& anchor) {
+    // How far the tracer may see the surface from P: a few units in the last place of what it computes with
+    // (Waechter and Binder 2019, A Fast and Robust Method for Avoiding Self-Intersection; bounds as in Pharr,
+    // Jakob and Humphreys 2023, section 6.8.) That are coordinates of the place, also on the way through
+    // instances, and differences between a ray's start and corners of the triangle; of slender triangles
+    // the normal that those differences span is less sure.
+    void stand_clear(F magnitude, F extent, F slender) {
+        clearance = fma(largest(P, P) + magnitude, F(1.5e-6f),
+                        fma(extent, fma(slender, F(5e-7f), F(1e-6f)), F(1e-30f)));
+    }
+
+    static F largest(const V& a, const V& b) {
+        return max(max(max(abs(a.x), abs(b.x)), max(abs(a.y), abs(b.y))), max(abs(a.z), abs(b.z)));
+    }
+    static V unit(const V& v) { // of any length that is a number
+        const V w = v * (F(1.0f) / max(largest(v, v), F(1e-37f)));
+        return w * (F(1.0f) / sqrt(max(dot(w, w), F(1e-37f))));
+    }
+    // Ng of the triangle with these sides, towards where the tracer has it. The tracer's own is spanned by
+    // differences to the ray's start: of a small triangle far away few of its digits hold. Returns one over
+    // the normal's length, in units of the longest sides.
+    F turn_to_triangle(const V& e1, const V& e2, F extent) {
+        const F inverse = F(1.0f) / max(extent, F(1e-37f));
+        const V n = cross(e1 * inverse, e2 * inverse);
+        const F n2 = dot(n, n), least(1e-10f), slender = F(1.0f) / sqrt(max(n2, least));
+        const V met = unit(Ng), mine = n * slender;
+        Ng = select(n2 > least, mine * copysign(F(1.0f), dot(mine, met)), met);
+        return slender;
+    }
+
+    void follow_motion(const Bounce& at, V& anchor, V& e1, V& e2, F& magnitude) {
         const MotionLanes<W> motion(at.scene.shapes, bitcast_int(hit[HitState::Shape]),
                                     gather(at.batch.time, path));
         if (!any(motion.moving)) {
@@ -99,10 +127,17 @@ struct SurfaceHit {
             return;
         }
         const I first = shape.positions + motion.segment * motion.stride;
-        const V a = traced_vertex(at.scene, select(motion.moving, first, shape.positions), place.anchor);
-        const V b = traced_vertex(at.scene, select(motion.moving, first + motion.stride, shape.positions),
-                                  place.anchor);
-        anchor = select(motion.moving, a + (b - a) * motion.f, anchor);
+        const I still = select(motion.moving, first, shape.positions),
+                later = select(motion.moving, first + motion.stride, shape.positions);
+        V corner[3];
+        for (int k = 0; k < 3; k++) {
+            const I vertex = k == 0 ? place.anchor : place.other[k - 1];
+            const V a = traced_vertex(at.scene, still, vertex), b = traced_vertex(at.scene, later, vertex);
+            corner[k] = select(motion.moving, a + (b - a) * motion.f, a);
+            magnitude = max(magnitude, select(motion.moving, largest(a, b), F(0.0f)));
+        }
+        anchor = corner[0];
+        e1 = corner[1] - anchor, e2 = corner[2] - anchor;
         N = fetch.normal(shape, motion);
     }
 
@@ -140,7 +175,7 @@ struct SurfaceHit {
         return vector_of(load_rows<4>(scene.floats, positions + vertex * I(3)), 0);
     }
 
-    void leave_instance(const HitState& hits, V& anchor, V& Ng, V& N) const {
+    void leave_instance(const HitState& hits, V& anchor, const V& e1, const V& e2, F& extent, F& magnitude) {
         const M inside = gather(hits.instanced, slot) != I(0);
         if (!any(inside))
             return;
@@ -150,8 +185,14 @@ struct SurfaceHit {
         const V row0(m[0], m[1], m[2]), row1(m[4], m[5], m[6]), row2(m[8], m[9], m[10]);
         const V world(dot(row0, anchor) + m[3], dot(row1, anchor) + m[7], dot(row2, anchor) + m[11]);
         anchor = select(inside, world, anchor);
-        Ng = select(inside, turn_normal(m, Ng), Ng);
-        N = select(inside, turn_normal(m, N), N);
+        const auto turned = [&](const V& v) { return V(dot(row0, v), dot(row1, v), dot(row2, v)); };
+        extent = select(inside, largest(turned(e1), turned(e2)), extent);
+        // Of what moves within, `magnitude` is in units of the shape: the longest of three rows bounds what
+        // becomes of it.
+        const F scale = sqrt(max(max(dot(row0, row0), dot(row1, row1)), dot(row2, row2)));
+        magnitude = select(inside, fma(magnitude, scale, gather(hits.magnitude.data(), slot)), magnitude);
+        Ng = select(inside, unit(turn_normal(m, Ng)), Ng);
+        N = select(inside, unit(turn_normal(m, N)), N);
     }
 
     // A tangent goes with the transform itself.

@@ -36,6 +36,7 @@ inline void expect_irradiance(FloorScene& s, const std::function<double(const Ve
             expected += truth.back() / (Size * Size);
         }
     const auto e = s.estimate(progressions, 12);
+    EXPECT_EQ(e.nan_samples, 0u);
     for (const auto& c : e.channel)
         EXPECT_NEAR(c.mean(), expected, relative * expected + 4.5 * c.error());
     const auto pixels = s.render(pixel_progressions, 8);

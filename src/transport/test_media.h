@@ -69,6 +69,7 @@ inline void look_along_z(TestScene& s, float half_width) {
 
 inline void expect_mean(const TestScene::Estimate& e, const Rgb& expected, double relative,
                         const std::string& what) {
+    EXPECT_EQ(e.nan_samples, 0u) << what;
     for (int c = 0; c < 3; c++)
         EXPECT_NEAR(e.channel[c].mean(), double(expected[c]),
                     relative * double(expected[c]) + 4.5 * e.channel[c].error())
@@ -76,6 +77,7 @@ inline void expect_mean(const TestScene::Estimate& e, const Rgb& expected, doubl
 }
 inline void expect_same(const TestScene::Estimate& a, const TestScene::Estimate& b, double relative,
                         const std::string& what) {
+    EXPECT_EQ(a.nan_samples + b.nan_samples, 0u) << what;
     for (int c = 0; c < 3; c++)
         EXPECT_NEAR(a.channel[c].mean(), b.channel[c].mean(),
                     relative * b.channel[c].mean() +

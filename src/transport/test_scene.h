@@ -207,19 +207,21 @@ class TestScene {
         nan_samples = bad;
         for (auto& p : pixels)
             for (int c = 0; c < 3; c++)
-                p.rgb[c] /= float(progressions);
+                p.rgb[c] /= std::max(float(progressions) - p.dropped, 1.0f);
         return pixels;
     }
 
     // Mean of the picture, a channel, and its error: over `seeds` renders of their own.
     struct Estimate {
         kanuka::testing::RunningMean channel[3];
+        uint64_t nan_samples = 0;
     };
     Estimate estimate(int progressions, int seeds, int lanes = 8) {
         Estimate e;
         for (int seed = 0; seed < seeds; seed++) {
             view.seed = uint32_t(seed);
             const auto pixels = render(progressions, lanes);
+            e.nan_samples += nan_samples;
             for (int c = 0; c < 3; c++) {
                 double sum = 0;
                 for (const PixelSums& p : pixels)

@@ -224,10 +224,9 @@ class Preprocessor {
         std::string where;
         for (const auto& path : tried)
             where += "\n  " + path.string();
-        m_diagnostics.error(t[0].loc,
-                            "cannot find the file \"" + name + "\"; looked for" + where +
-                                "\nName the folder that has it: in a scene by Option \"searchpath\" "
-                                "\"shader\" [\"FOLDER\"], for kanuka shader by -I FOLDER");
+        m_diagnostics.error(t[0].loc, "cannot find the file \"" + name + "\"; looked for" + where +
+                                          "\nAdd the folder that has it: -I FOLDER of kanuka shader, or the "
+                                          "shader search path of a scene");
     }
 
     bool hidden(int list, const Macro* macro) const {

@@ -43,15 +43,16 @@ struct Integrator {
                 [&](SurfaceStage<1>& stage, const bsdf::MaterialCode& code, Int<1> slot, Mask<1> active) {
                     SurfaceHit<1> hit(stage.at(), code, slot);
                     stage.arrive(hit, active);
-                    if (!stage.scatters(code))
+                    const Mask<1> through = stage.goes_through(hit, active);
+                    if (!stage.scatters(code) || !any(active | through))
                         return;
                     const Scattering<1> s(stage.at(), hit);
                     stage.record_albedo(s, active);
                     Random random(bitcast_int(hit.ray[PathState::PixelHash])[0], tracer.request().progression,
                                   tracer.bounce());
-                    for (size_t k = 0; k < stage.at().scene.lights.size(); k++)
+                    for (size_t k = 0; k < stage.at().scene.lights.size() && any(active); k++)
                         add_light(stage, s, int(k), random);
-                    go_on(stage, s, random);
+                    go_on(stage, s, random, active, through);
                 });
         }
     }
@@ -78,7 +79,8 @@ struct Integrator {
         using A = AnalyticLight;
         const SceneView& scene = stage.at().scene;
         const A& light = scene.lights[size_t(index)];
-        if (light.shape != A::Delta && light.shape != A::Distant && light.passes == 0)
+        const bool met = light.shape >= A::Quad || (light.shape == A::Distant && light.cone > 0);
+        if (met && light.passes == 0)
             return;
         LightSample<1> sample{{F(0.0f), F(0.0f), F(1.0f)},
                               F(1e30f),
@@ -90,16 +92,15 @@ struct Integrator {
         const F u0 = random(), u1 = random();
         sample_analytic(scene, light.shape, Int<1>(index), s.receiver.P, s.receiver.set, u0, u1, sample,
                         s.h.l, Mask<1>(true), F(1.0f));
-        const V wi = s.h.to_local(sample.wi);
-        const Mask<1> m = sample.valid & (dot(sample.wi, s.h.Ng) * wi.z > F(0.0f));
-        const S contribution = s.h.beta * s.material.eval(s.wo, wi).f * sample.radiance *
+        const S contribution = s.h.beta * s.eval(s.h.to_local(sample.wi), sample.valid).f * sample.radiance *
                                (stage.weight(s.h) / max(sample.pdf, F(1e-30f)));
-        stage.cast_shadow(s.h, sample.wi, sample.distance, contribution, sample.passes, m);
+        stage.cast_shadow(s.h, sample.wi, sample.distance, contribution, sample.passes, sample.valid);
     }
 
     // Half of the paths take a smooth lobe, if the material's own choice is one, and else end; half go
     // anywhere.
-    static void go_on(SurfaceStage<1>& stage, const Scattering<1>& s, Random& random) {
+    static void go_on(SurfaceStage<1>& stage, const Scattering<1>& s, Random& random, Mask<1> active,
+                      Mask<1> through) {
         const SurfaceHit<1>& h = s.h;
         const F u_lobe = random(), u0 = random(), u1 = random();
         S ratio(F(1.0f));
@@ -107,26 +108,27 @@ struct Integrator {
             for (int k = 0; k < Wavelengths; k++)
                 ratio[k] = gather(stage.at().paths.ratio[k], h.slot);
         if (random()[0] < 0.5f) {
-            const bsdf::LobeSample<1> sample = s.material.sample(s.wo, u_lobe, u0, u1);
+            const DirectionSample<1> sample = s.sample(u_lobe, u0, u1, Mask<1>(true));
+            const Mask<1> straight = s.material.goes_straight(sample);
+            stage.go_straight(s, nullptr, F(0.5f), straight & (active | through));
             const V wi = normalize(h.to_world(sample.wi));
-            const F side = dot(wi, h.Ng) * sample.wi.z, pdf = max(sample.value.pdf[0], F(1e-30f));
+            const F pdf = max(sample.value.pdf[0], F(1e-30f));
             for (int k = 0; k < Wavelengths; k++)
                 ratio[k] *= sample.value.pdf[k] / pdf;
-            stage.leave(s, wi, sample.wi.z < F(0.0f), h.beta * sample.value.f * (F(2.0f) / pdf), ratio,
-                        F(0.0f),
-                        sample.valid & sample.delta & (side > F(0.0f)) & (sample.value.pdf[0] > F(0.0f)));
+            stage.leave(s, wi, sample.through, h.beta * sample.value.f * (F(2.0f) / pdf), ratio, F(0.0f),
+                        active & sample.valid & sample.delta & !straight & (sample.value.pdf[0] > F(0.0f)));
             return;
         }
         F sine, cosine;
         sincos_2pi(u0, sine, cosine);
         const F z = fma(F(-2.0f), u1, F(1.0f)), r = sqrt(max(F(1.0f) - z * z, F(0.0f)));
         const V local(r * cosine, r * sine, z), wi = normalize(h.to_world(local));
-        const S beta = h.beta * s.material.eval(s.wo, local).f * F(2 * 4 * Pi);
+        const S beta = h.beta * s.eval(local, Mask<1>(true)).f * F(2 * 4 * Pi);
         // Nothing else finds what this direction finds; but it is no smooth lobe, and lights that are only
         // asked for, by add_light(), must not be met as well.
         const F alone(1e-30f);
-        stage.leave(s, wi, z < F(0.0f), beta, ratio, alone,
-                    (dot(wi, h.Ng) * z > F(0.0f)) & (bsdf::max_component(beta) > F(0.0f)));
+        stage.leave(s, wi, dot(wi, h.Ng) < F(0.0f), beta, ratio, alone,
+                    active & (bsdf::max_component(beta) > F(0.0f)));
     }
 };
 
