@@ -146,6 +146,16 @@ const LobeInput blinn[] = {
     color_input("reflectance", 1, "fraction of light reflected, at most"),
     float_input("exponent", 80, 0, 10000, "1", "of the cosine with the half vector"),
 };
+constexpr std::string_view HighlightNames[] = {"half", "mirror"};
+const LobeInput highlight[] = {
+    {"height", Color, Vec3f(1, 1, 1), 0, Inf, "1", Storage::Rgb9e5,
+     "of the highlight: what is reflected there of a light that makes a white matte surface show 1; held to "
+     "what reflects all light"},
+    float_input("exponent", 80, 0, 10000, "1", "of the cosine"),
+    {"about", Float, Vec3f(0, 0, 0), 0, 1, "", Storage::Half,
+     "what direction the cosine is with: half, that between light and view; mirror, that of the view",
+     HighlightNames},
+};
 const LobeInput emission[] = {
     {"radiance", Color, Vec3f(1, 1, 1), 0, Inf, "W/(sr m^2), D65 = (1, 1, 1)", Storage::Amount,
      "radiance, the same in all directions, on the outside"},
@@ -218,6 +228,9 @@ const LobeDecl table[] = {
      "Phong's highlight, physically scaled (Lafortune and Willems 1994)"},
     {LobeId::BlinnBrdf, "BlinnBrdf", LobeKind::Reflection, blinn,
      "Blinn's highlight, physically scaled (Ashikhmin and Shirley 2000)"},
+    {LobeId::HighlightBrdf, "HighlightBrdf", LobeKind::Reflection, highlight,
+     "the highlight of RISpec's specular() and phong(): a power of a cosine alone, as high from everywhere",
+     false},
     {LobeId::DiffuseEmission, "DiffuseEmission", LobeKind::Emission, emission, "diffuse emitter"},
     {LobeId::ConeEmission, "ConeEmission", LobeKind::Emission, cone_emission,
      "emitter that shines within a cone about its normal, with a soft edge"},

@@ -60,6 +60,7 @@ enum class LobeId : uint8_t {
     GratingBrdf,
     PhongBrdf,
     BlinnBrdf,
+    HighlightBrdf,
     DiffuseEmission,
     ConeEmission,
     ProfileEmission,

@@ -76,8 +76,8 @@ struct Picture {
     std::shared_ptr<Stats> stats; // null where it was read from a file
     std::shared_ptr<Journal> journal;
     bool cancelled = false;
-    float exposure_gain = 1, exposure_gamma = 1; // of the scene; for the PNG
-    color::Display display = color::Display::Srgb;
+    float exposure_gain = 1;
+    film::PngEncoding encoding; // of the scene
 };
 
 void bind_journal(nb::module_& m);

@@ -148,9 +148,12 @@ void write(Picture& p, const std::filesystem::path& path, std::optional<float> g
         return write(some, path, gain, gamma, alpha, display, {});
     }
     const std::string suffix = path.extension().string(), file = path.string();
-    const auto encoding = display.empty() ? std::optional(p.display) : color::find_display(display);
-    if (!encoding)
-        throw nb::value_error("display: expected \"srgb\" or \"rec709\"");
+    film::PngEncoding encoding = p.encoding;
+    if (!display.empty()) {
+        if (display != film::LinearDisplay && !color::find_display(display))
+            throw nb::value_error("display: expected \"srgb\", \"rec709\" or \"linear\"");
+        encoding = film::png_encoding(display, 1);
+    }
     double unused = 0;
     nb::gil_scoped_release free;
     ScopedTimer timer(p.stats ? p.stats->time.film_s : unused);
@@ -158,7 +161,7 @@ void write(Picture& p, const std::filesystem::path& path, std::optional<float> g
         film::write_exr(file, p.picture);
     else if (suffix == ".png")
         film::write_png(file, alpha ? p.picture : without_alpha(p.picture), gain.value_or(p.exposure_gain),
-                        gamma.value_or(p.exposure_gamma), *encoding);
+                        gamma.value_or(encoding.gamma), encoding.display);
     else
         throw Error(file + ": pictures are written as .exr or .png", ExitCode::Usage);
 }
@@ -365,11 +368,12 @@ void bind_picture(nb::module_& m) {
            nb::arg("gamma") = nb::none(), nb::arg("alpha") = false, nb::arg("display") = "",
            nb::arg("layers") = nb::none(),
            "Writes .exr (linear, all layers or those of `layers`) or .png (8 bits, Rec.709 primaries, "
-           "`display` sRGB or rec709, "
            "what is transparent over black unless\n"
-           "`alpha` is set; `gain` and `gamma` default to the scene's Exposure). The file appears complete "
-           "or\n"
-           "not at all.");
+           "`alpha` is set; `gain` defaults to the scene's Exposure. `display`: srgb, rec709 (BT.1886), or "
+           "linear: the\n"
+           "values as they are. By default it is the scene's, where a gamma of Exposure takes the place of "
+           "sRGB;\n"
+           "`gamma` comes before it). The file appears complete or not at all.");
     picture.def("__repr__", [](const Picture& p) {
         return "<kanuka.Picture " + std::to_string(p.picture.width) + " x " +
                std::to_string(p.picture.height) + ">";

@@ -220,10 +220,7 @@ Picture render(std::shared_ptr<Scene> scene, const nb::kwargs& keywords) {
     picture.stats = std::make_shared<Stats>();
     picture.stats->time.ingest_s = picture.stats->time.total_s = scene->ingest_s;
     picture.exposure_gain = s.options.exposure_gain;
-    // The gamma of Exposure stands for the display's; a PNG has its own transfer, sRGB, which takes its
-    // place.
-    picture.exposure_gamma = 1;
-    picture.display = color::find_display(s.options.color.display).value_or(color::Display::Srgb);
+    picture.encoding = film::png_encoding(s.options.color.display, s.options.exposure_gamma);
 
     Supervisor supervisor(request.progress);
     render::Result result;
@@ -246,8 +243,8 @@ Picture render(std::shared_ptr<Scene> scene, const nb::kwargs& keywords) {
 }
 
 std::shared_ptr<Scene> load(const std::vector<std::string>& paths,
-                            const std::vector<std::string>& archive_path, int frame, bool run_programs,
-                            nb::dict procedurals, bool on_demand, bool run_system,
+                            const std::vector<std::string>& archive_path, int frame, int repeat,
+                            bool run_programs, nb::dict procedurals, bool on_demand, bool run_system,
                             std::shared_ptr<Journal> journal) {
     auto scene = std::make_shared<Scene>();
     const Messages messages(std::move(journal));
@@ -255,6 +252,7 @@ std::shared_ptr<Scene> load(const std::vector<std::string>& paths,
     ingest::RibOptions options;
     options.archive_path = archive_path;
     options.frame = frame;
+    options.repeat = repeat;
     options.run_programs = run_programs;
     options.run_system = run_system;
     options.procedural = plug_ins(std::move(procedurals));
@@ -290,21 +288,23 @@ void bind_render(nb::module_& m) {
     define(
         m, "load",
         [](const std::filesystem::path& path, const std::vector<std::string>& archive_path, int frame,
-           bool run_programs, nb::dict procedurals, bool on_demand, bool run_system,
+           int repeat, bool run_programs, nb::dict procedurals, bool on_demand, bool run_system,
            const std::vector<std::filesystem::path>& before, std::shared_ptr<Journal> journal) {
             std::vector<std::string> paths(before.begin(), before.end());
             paths.push_back(path.string());
-            return load(paths, archive_path, frame, run_programs, std::move(procedurals), on_demand,
+            return load(paths, archive_path, frame, repeat, run_programs, std::move(procedurals), on_demand,
                         run_system, std::move(journal));
         },
         nb::arg("path"), nb::kw_only(), nb::arg("archive_path") = nb::list(), nb::arg("frame") = 0,
-        nb::arg("run_programs") = true, nb::arg("procedurals") = nb::dict(), nb::arg("on_demand") = false,
-        nb::arg("run_system") = false, nb::arg("before") = nb::list(), nb::arg("journal") = nb::none(),
+        nb::arg("repeat") = 0, nb::arg("run_programs") = true, nb::arg("procedurals") = nb::dict(),
+        nb::arg("on_demand") = false, nb::arg("run_system") = false, nb::arg("before") = nb::list(),
+        nb::arg("journal") = nb::none(),
         "Reads a RIB file, compressed or not; '-' is standard input. What it could not make sense of is a "
         "kanuka.Warning,\n"
         "and in the scene's journal. run_programs=False forbids Procedural \"RunProgram\". run_system=True "
         "lets\n"
-        "System have the shell do whatever the scene says. procedurals: functions by\n"
+        "System have the shell do whatever the scene says. frame: the number of one, and of several of that "
+        "number the\none that `repeat` others come before. procedurals: functions by\n"
         "name, for Procedural \"DynamicLoad\" [\"name\" \"data\"]: called with the size in pixels and the\n"
         "data, they return RIB. on_demand=True leaves procedurals with bounds unread until a ray of a "
         "render\n"
@@ -328,14 +328,20 @@ void bind_render(nb::module_& m) {
                 one["number"] = f.number;
                 one["line"] = f.where.line;
                 one["picture"] = f.picture;
+                one["source"] = f.source;
+                one["repeat"] = f.repeat;
                 out.append(one);
             }
             return out;
         },
         nb::arg("path"), nb::kw_only(), nb::arg("archive_path") = nb::list(), nb::arg("before") = nb::list(),
-        "The frames of a RIB file, in order: what load(frame=number) may ask for, the line of its world, and "
-        "whether\nit makes a picture (else only what shadow maps or textures are made of). Worlds outside of "
-        "frames count\nfrom 1.",
+        "The frames of a RIB file, in order: what load(frame=number, repeat=repeat) may ask for (repeat: how "
+        "many "
+        "frames of\nthat number come before it), the line of its world, whether it makes a picture (else "
+        "only what "
+        "shadow maps or\ntextures are made of), and whether it is the source of a texture. Worlds outside of "
+        "frames "
+        "count from 1.",
         nb::sig("def frames(path: str | os.PathLike, *, archive_path: Sequence[str] = (), "
                 "before: Sequence[str | os.PathLike] = ()) -> list[dict[str, int | bool]]"));
     define(

@@ -137,7 +137,7 @@ void bind_options(nb::module_& m) {
         [](O& o, std::pair<float, float> w) { o.filter_width[0] = w.first, o.filter_width[1] = w.second; });
     field(options, "exposure_gain", &O::exposure_gain);
     field(options, "exposure_gamma", &O::exposure_gamma,
-          "the display gamma that the scene asks for; PNGs are sRGB instead");
+          "of Exposure: where it is not 1, PNGs have it in place of sRGB's curve");
     property(
         options, "color_space", [](const O& o) { return o.color.space; },
         [](O& o, const std::string& s) { o.color.space = s; },
@@ -165,11 +165,11 @@ void bind_options(nb::module_& m) {
     property(
         options, "display", [](const O& o) { return o.color.display; },
         [](O& o, const std::string& s) {
-            if (!color::find_display(s))
-                throw nb::value_error("display: expected \"srgb\" or \"rec709\"");
+            if (s != film::LinearDisplay && !color::find_display(s))
+                throw nb::value_error("display: expected \"srgb\", \"rec709\" or \"linear\"");
             o.color.display = s;
         },
-        "encoding of PNGs: srgb, or rec709 (BT.1886)");
+        "encoding of PNGs: srgb, rec709 (BT.1886), or linear: the values as they are but for exposure_gamma");
     property(
         options, "f_stop", [](const O& o) { return o.color.f_stop; },
         [](O& o, float v) { o.color.f_stop = v; }, "with shutter_time: exposure of physical light; 0 = none");
@@ -216,6 +216,20 @@ void bind_options(nb::module_& m) {
     field(options, "seed", &O::seed);
     field(options, "strict_directions", &O::strict_directions,
           "What surface shaders do that no material can do is an error, not approximated.");
+    property(
+        options, "specular", [](const O& o) { return o.user.get_string("kanuka:specular", "prman"); },
+        [](O& o, const std::string& which) {
+            if (which != "prman" && which != "rispec")
+                throw nb::value_error(
+                    "specular is \"prman\" (the exponent of specular() is 8 / roughness) or "
+                    "\"rispec\" (1 / roughness)");
+            scene::Value v;
+            v.name = "kanuka:specular";
+            v.type = scene::Type::String;
+            v.strings = std::vector<std::string>{which};
+            o.user.set(std::move(v));
+        },
+        "The exponent that specular() of classic shaders has: prman, 8 / roughness; rispec, 1 / roughness.");
     field(options, "array_room", &O::array_room,
           "Values that shaders' arrays hold which grow in loops of unseen length.");
     property(

@@ -93,6 +93,8 @@ class BatchSession {
         const ScopedTimer timer(m_stats.time.film_s);
         result.picture = finish();
         result.cancelled = m_progress.cancelled();
+        if (!result.cancelled)
+            tell_of_darkness(result.picture);
         return result;
     }
 
@@ -200,6 +202,26 @@ class BatchSession {
         in.interreflection = !m_classic;
         in.seed = m_options.seed;
         make_view();
+    }
+
+    // A black picture is a surprise: the likeliest reason, for who looks at nothing.
+    void tell_of_darkness(const film::Picture& picture) {
+        const auto dark = [&](std::initializer_list<const char*> names) {
+            return std::ranges::all_of(names, [&](const char* name) {
+                const film::Picture::Channel* channel = picture.find(name);
+                return !channel || std::ranges::all_of(channel->data, [](float v) { return v == 0; });
+            });
+        };
+        if (!dark({"R", "G", "B"}))
+            return;
+        const std::string why =
+            dark({"A"}) ? "the camera sees nothing; look at its place, its clipping planes and what "
+                          "messages say is missing"
+            : m_inputs.lights.empty()
+                ? "no light shines; add one, or look at shapes by the integrator facing"
+                : "no light reaches what the camera sees; look at the lights' places, or at "
+                  "shapes by the integrator facing";
+        m_journal.warning(Location{m_scene.file}, "the picture is black: " + why);
     }
 
     void decide_transport() {

@@ -58,6 +58,7 @@ constexpr std::pair<std::string_view, std::string_view> ShadowLights[] = {
     {"shadowdistant", "distantlight"}, {"shadowpoint", "pointlight"}, {"shadowspot", "spotlight"}};
 constexpr std::string_view ShadowMapParameters[] = {"shadowname", "sfpx", "sfnx", "sfpy",  "sfny",   "sfpz",
                                                     "sfnz",       "blur", "bias", "width", "samples"};
+constexpr std::span<const std::string_view> ShadowMapFaces = std::span(ShadowMapParameters).subspan(1, 6);
 
 constexpr std::string_view AreaParameters[] = {"intensity", "lightcolor", "spectrum", "unit"};
 
@@ -407,17 +408,36 @@ bool is_classic_light(const scene::ShaderRef& ref) {
 
 // RISpec's lights cast shadows only where they are asked to, by shadow maps; so do PRMan's, BMRT's,
 // 3Delight's and Aqsis'. Here a map is a wish to have them: they are traced.
-bool casts_shadows(const scene::ShaderRef& ref) {
+bool casts_shadows(const scene::ShaderRef& ref, const sl::Shader* shader) {
     if (ref.shadows)
         return *ref.shadows;
-    const std::string base = ref.name.substr(ref.name.find_last_of('/') + 1);
-    if (base.starts_with("shadow"))
-        return true;
+    const auto is_map = [](const std::string& name) {
+        return name.find("shadow") != std::string::npos || contains(ShadowMapFaces, name);
+    };
     for (const scene::Value& v : ref.parameters.values)
-        if (v.type == scene::Type::String && v.name.find("shadow") != std::string::npos &&
-            !v.strings.empty() && !v.strings[0].empty())
+        if (v.type == scene::Type::String && is_map(v.name) && !v.strings.empty() && !v.strings[0].empty())
             return true;
+    if (shader)
+        for (const sl::Parameter& p : shader->parameters())
+            if (p.type == sl::Type::String && is_map(p.name) && !p.strings.empty() && !p.strings[0].empty() &&
+                !ref.parameters.find(p.name))
+                return true;
     return find_light(ref.name) && !is_classic_light(ref);
+}
+
+// RISpec's spotlight compares cosines: beyond pi its cone grows narrower again, and a scene that gives 40
+// degrees where 40 radians are meant has one of cos(40), as wide as acos(cos(40)).
+static void take_cone(scene::Light& light, const scene::ShaderRef& ref) {
+    const float angle = ref.parameters.get_float("coneangle", 30 / Degrees),
+                delta = ref.parameters.get_float("conedeltaangle", 5 / Degrees);
+    light.cone_angle = angle * Degrees;
+    light.cone_delta_angle = delta * Degrees;
+    if (!(angle > Pi) || !std::isfinite(angle) || !std::isfinite(delta))
+        return;
+    const double outer = std::cos(double(angle)),
+                 inner = std::max(outer, std::cos(double(angle) - double(delta)));
+    light.cone_angle = float(std::acos(outer)) * Degrees;
+    light.cone_delta_angle = float(std::acos(outer) - std::acos(inner)) * Degrees;
 }
 
 std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textures& textures,
@@ -435,7 +455,7 @@ std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textur
     light.name = ref.handle;
     light.where = ref.where;
     light.amount = light_amount(ref);
-    light.shadows = casts_shadows(ref);
+    light.shadows = casts_shadows(ref, nullptr);
     light.group = ref.parameters.get_string("group", ref.parameters.get_string("__group", ""));
     if (shader->name == "skylight" || shader->name == "sunlight") {
         light.visible_camera = ref.parameters.get_float("visible", 1) != 0;
@@ -458,8 +478,7 @@ std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textur
         light.radius = std::max(0.0f, ref.parameters.get_float("radius", 0));
         light.profile = find_file("photometric profile", ref.parameters.get_string("iesprofile", ""),
                                   "The light shines without it", ref, textures, journal);
-        light.cone_angle = ref.parameters.get_float("coneangle", 30 / Degrees) * Degrees;
-        light.cone_delta_angle = ref.parameters.get_float("conedeltaangle", 5 / Degrees) * Degrees;
+        take_cone(light, ref);
         light.beam_distribution = ref.parameters.get_float("beamdistribution", 2);
         if (ref.parameters.find("decay"))
             take_decay(light, ref.parameters.get_float("decay", 2));

@@ -23,7 +23,8 @@ inline constexpr float IrradianceOfCl = Pi;
 bool is_standard_light(std::string_view name);
 // Of RISpec's four kinds and without an extent.
 bool is_classic_light(const scene::ShaderRef& ref);
-bool casts_shadows(const scene::ShaderRef& ref);
+// `shader`: the one that the scene brings, null if it is built in.
+bool casts_shadows(const scene::ShaderRef& ref, const sl::Shader* shader);
 // The standard light that stands in for a shader that is not found: by what its name and its parameters say,
 // with those of them that it has. Reported, with what there is.
 scene::ShaderRef stand_in_for_light(const scene::ShaderRef& ref, const std::string& searched,

@@ -48,7 +48,8 @@ std::vector<std::string> search_folders(const std::vector<std::string>& path, co
 }
 
 std::optional<std::string> find_file(const std::string& name, std::span<const std::string> folders,
-                                     std::span<const char* const> extensions) {
+                                     std::span<const char* const> extensions,
+                                     const std::function<bool(const std::string&)>& serves) {
     if (name.empty() || name.find('\0') != std::string::npos)
         return std::nullopt;
     const bool absolute = fs::path(name).is_absolute();
@@ -57,7 +58,7 @@ std::optional<std::string> find_file(const std::string& name, std::span<const st
         for (const char* extension : extensions) {
             const fs::path candidate =
                 (absolute ? fs::path(name) : fs::path(folder) / name).string() + extension;
-            if (is_file(candidate))
+            if (is_file(candidate) && (!serves || serves(candidate.string())))
                 return candidate.string();
         }
     return std::nullopt;

@@ -1,6 +1,7 @@
 // Where shaders and textures are looked for.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -16,9 +17,10 @@ std::vector<std::string> search_folders(const std::vector<std::string>& path, co
                                         const std::string& last);
 
 // The first file FOLDER/NAME+EXTENSION there is; all extensions are tried in one folder before the next.
-// Absolute names are taken as they are.
+// Absolute names are taken as they are. Files that `serves` refuses are passed over.
 std::optional<std::string> find_file(const std::string& name, std::span<const std::string> folders,
-                                     std::span<const char* const> extensions);
+                                     std::span<const char* const> extensions,
+                                     const std::function<bool(const std::string&)>& serves = nullptr);
 
 std::string join_folders(std::span<const std::string> folders); // "a", "b", for messages
 

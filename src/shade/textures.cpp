@@ -10,6 +10,7 @@
 
 #include "base/latlong.h"
 #include "scene/picture_name.h"
+#include "shade/foreign.h"
 #include "shade/linear_input.h"
 #include "shade/search.h"
 
@@ -35,6 +36,7 @@ struct Textures::Entry {
     bool rec709 = false;                                  // decoded from sRGB
     OIIO::TextureOpt::Wrap s_wrap = OIIO::TextureOpt::WrapPeriodic, t_wrap = OIIO::TextureOpt::WrapPeriodic;
     std::string problem;
+    std::string unread;   // what the file is, if there is one and it is no picture
     bool missing = false; // the problem is where it was looked for
 };
 
@@ -113,8 +115,9 @@ const Textures::Entry& Textures::entry(const char* name) {
         std::string why = m_cache->system->geterror();
         if (why.empty())
             why = m_cache->images->geterror();
-        entry.problem = "texture \"" + path + "\" cannot be read" + (why.empty() ? "" : " (" + why + ")") +
-                        "; write it anew, as a TIFF, EXR, PNG or JPEG file. Mid-grey stands in for it";
+        entry.unread = "texture \"" + path + "\" cannot be read" + (why.empty() ? "" : " (" + why + ")") +
+                       ": it " + foreign_picture(path);
+        entry.problem = entry.unread + ". Mid-grey stands in for it";
         return entry;
     }
     // A file made by a texture tool says how it wraps; plain pictures repeat.
@@ -128,8 +131,11 @@ const Textures::Entry& Textures::entry(const char* name) {
 std::optional<Textures::Info> Textures::info(const char* name) {
     const Entry& e = entry(name);
     const OIIO::ImageSpec* spec = e.handle ? m_cache->system->imagespec(e.handle) : nullptr;
-    if (!spec)
+    if (!spec) {
+        if (!e.unread.empty())
+            m_journal.error(Location{}, e.unread);
         return std::nullopt;
+    }
     const std::string kind = spec->get_string_attribute("textureformat");
     return Info{spec->full_width, spec->full_height, spec->nchannels,
                 kind.find("nvironment") != std::string::npos ||

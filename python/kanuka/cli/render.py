@@ -6,10 +6,7 @@ import argparse
 import signal
 import sys
 import time
-from dataclasses import dataclass, field
 from pathlib import Path
-
-import numpy as np
 
 import kanuka
 
@@ -91,6 +88,12 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="what a surface shader does that no material can do is an error at its line, not approximated",
     )
     picture.add_argument(
+        "--specular",
+        choices=("prman", "rispec"),
+        help="exponent of specular() in classic shaders: 8/roughness, as PRMan, Aqsis and 3Delight have it (default), "
+        "or RISpec's 1/roughness",
+    )
+    picture.add_argument(
         "--transport",
         choices=("full", "classic", "auto"),
         help="light between surfaces and shadows of all lights; light of sources alone, with shadows where lights "
@@ -126,7 +129,12 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     color.add_argument("--f-stop", type=types.positive_float, metavar="N", help="with --shutter: physical exposure")
     color.add_argument("--shutter", type=types.positive_float, metavar="S", help="seconds that light is gathered")
     color.add_argument("--iso", type=types.positive_float, metavar="S", help="sensitivity; default: 100")
-    color.add_argument("--display", choices=("srgb", "rec709"), help="encoding of the PNG; rec709 is BT.1886")
+    color.add_argument(
+        "--display",
+        choices=("srgb", "rec709", "linear"),
+        help="encoding of the PNG, over a gamma that the scene's Exposure sets; rec709 is BT.1886; linear writes the "
+        "values as they are, as renderers did that knew no curve",
+    )
     machine = parser.add_argument_group("machine", "the picture does not depend on these")
     machine.add_argument("--threads", type=types.positive_int, metavar="N", help="default: all there are")
     machine.add_argument("--lanes", type=int, choices=(0, 1, 8, 16), default=0, help="SIMD lanes; 0 = the widest")
@@ -157,49 +165,37 @@ def run(arguments: argparse.Namespace) -> int:
     interruption = Interruption()
     try:
         if arguments.frame is None:
-            return render(arguments, Frame(), started, interruption)
-        numbers = frames.numbers(arguments.frame, arguments.scenes)
-        if len(numbers) == 1:
-            return render(arguments, Frame(numbers[0]), started, interruption)
-        return render_frames(arguments, numbers, interruption)
+            return render(arguments, frames.Frame(), started, interruption)
+        wanted = frames.frames(arguments.frame, arguments.scenes)
+        if len(wanted) == 1:
+            return render(arguments, wanted[0], started, interruption)
+        return render_frames(arguments, wanted, interruption)
     except KeyboardInterrupt:
         print("interrupted before there was a picture", file=sys.stderr)
         return interruption.exit_code
 
 
-@dataclass
-class Frame:
-    """One of those that are rendered; 0 = the first that makes a picture."""
-
-    number: int = 0
-    of_several: bool = False
-    written: set[Path] = field(default_factory=set)  # of those before it
-
-    def file(self, path: Path | None) -> Path | None:
-        return frames.numbered(path, self.number) if path and self.of_several else path
-
-
-def render_frames(arguments: argparse.Namespace, numbers: list[int], interruption: Interruption) -> int:
+def render_frames(arguments: argparse.Namespace, wanted: list[frames.Frame], interruption: Interruption) -> int:
     """One after another; an error in one does not keep the others from being rendered."""
     worst = ExitCode.OK
-    written: set[Path] = set()
-    for k, number in enumerate(numbers):
+    for k, frame in enumerate(wanted):
         if not arguments.quiet:
-            print(f"frame {number} ({k + 1} of {len(numbers)})", file=sys.stderr)
-        code = render(arguments, Frame(number, True, written), time.monotonic(), interruption)
+            print(f"frame {frame.number} ({k + 1} of {len(wanted)})", file=sys.stderr)
+        code = render(arguments, frame, time.monotonic(), interruption)
         if code not in (ExitCode.OK, ExitCode.ERRORS):
             return code
         worst = worst or code
     return worst
 
 
-def render(arguments: argparse.Namespace, frame: Frame, started: float, interruption: Interruption) -> int:
+def render(arguments: argparse.Namespace, frame: frames.Frame, started: float, interruption: Interruption) -> int:
     bar = ProgressBar(bool(arguments.quiet))
     bar.update("ingest", 0)
     scene = kanuka.load(
         arguments.scenes[-1],
         before=arguments.scenes[:-1],
         frame=frame.number,
+        repeat=frame.repeat,
         run_programs=not arguments.no_programs,
         run_system=arguments.allow_system,
         on_demand=True,
@@ -210,17 +206,18 @@ def render(arguments: argparse.Namespace, frame: Frame, started: float, interrup
     bar.finish()
 
     set_options(scene, arguments)
-    output = frame.file(arguments.output) or default_output(arguments.scenes[-1], scene)
+    named = None if frame.source else arguments.output
+    output = frame.file(named) or default_output(arguments.scenes[-1], scene)
     if output in frame.written:  # frames whose displays have one name
-        output = frames.numbered(output, frame.number)
+        output = frames.numbered(output, frame)
     check_picture(output)
     frame.written.add(output)
     picture = kanuka.render(
         scene,
         progressions=arguments.progressions,
         threads=arguments.threads,
-        resolution=arguments.resolution,
-        crop=arguments.crop,
+        resolution=None if frame.source else arguments.resolution,
+        crop=None if frame.source else arguments.crop,
         shading_rate=arguments.shading_rate,
         geometry_tolerance=arguments.geometry_tolerance,
         max_depth=arguments.max_depth,
@@ -237,9 +234,9 @@ def render(arguments: argparse.Namespace, frame: Frame, started: float, interrup
 
     if picture.cancelled:
         output = output.with_suffix(".partial.exr")
-    written = write(picture, output, arguments.png and not picture.cancelled)
+    written = write(picture, output, arguments.png and not picture.cancelled and not frame.source)
     if not picture.cancelled:
-        folder = arguments.output.parent if arguments.output else Path()
+        folder = named.parent if named else Path()
         written += write_added(picture, scene, folder, frame, output)
     total = time.monotonic() - started
     if arguments.stats:
@@ -253,8 +250,6 @@ def render(arguments: argparse.Namespace, frame: Frame, started: float, interrup
         classic = picture.metadata.get("kanuka.transport") == "classic" and arguments.transport is None
         light = ", with light as RISpec's renderers had it (--transport full traces all)" if classic else ""
         print(f"{picture.width} × {picture.height} pixels in {duration(total)}{light}", file=sys.stderr)
-        if not np.any(picture["rgb"]):
-            print(f"the picture is black: {why_black(scene, picture)}", file=sys.stderr)
     for path in written:
         print(path)
     if picture.cancelled:
@@ -262,19 +257,10 @@ def render(arguments: argparse.Namespace, frame: Frame, started: float, interrup
     return ExitCode.ERRORS if scene.journal.error_count else ExitCode.OK
 
 
-def why_black(scene: kanuka.Scene, picture: kanuka.Picture) -> str:
-    """The likeliest reason, for who looks at nothing."""
-    if not np.any(picture["alpha"]):
-        return "the camera sees nothing; look at its place, its clipping planes and what messages say is missing"
-    about = scene.summary()
-    if not about["lights"] and not about["area_lights"]:
-        return "no light shines; add one, or look at shapes by --integrator facing"
-    return "no light reaches what the camera sees; look at the lights' places, or at shapes by --integrator facing"
-
-
 def set_options(scene: kanuka.Scene, arguments: argparse.Namespace) -> None:
     """Options of the command line over those of the scene; names are checked by the render, which reports them."""
     options = {
+        "specular": arguments.specular,
         "transport": arguments.transport,
         "clamp_direct": arguments.clamp_direct,
         "clamp_indirect": arguments.clamp_indirect,
@@ -289,6 +275,8 @@ def set_options(scene: kanuka.Scene, arguments: argparse.Namespace) -> None:
         "iso": arguments.iso,
         "display": arguments.display,
     }
+    if arguments.display is not None:
+        scene.options.exposure_gamma = 1
     for name, value in options.items():
         if value is not None:
             setattr(scene.options, name, value)
@@ -307,7 +295,9 @@ def file_displays(scene: kanuka.Scene) -> list[dict]:
     return [d for d in scene.options.displays if d["driver"] != "framebuffer" and d["file"]]
 
 
-def write_added(picture: kanuka.Picture, scene: kanuka.Scene, folder: Path, frame: Frame, output: Path) -> list[Path]:
+def write_added(
+    picture: kanuka.Picture, scene: kanuka.Scene, folder: Path, frame: frames.Frame, output: Path
+) -> list[Path]:
     """Displays after the first have files of their own, in `folder`, with the layers that they ask for; the first one's
     has all layers, and stands for those of its name."""
     layers: dict[Path, list[str]] = {}
@@ -319,7 +309,7 @@ def write_added(picture: kanuka.Picture, scene: kanuka.Scene, folder: Path, fram
     for path, names in layers.items():
         if not names:  # output variables that no shader has: told already
             continue
-        file = frames.numbered(path, frame.number) if path in frame.written else path
+        file = frames.numbered(path, frame) if path in frame.written else path
         frame.written.add(file)
         check_picture(file)
         picture.write(file, layers=names)

@@ -99,7 +99,15 @@ def find(path: Path) -> Path:
         return path
     candidates = [path.with_name(path.name + suffix) for suffix in (".slo", ".sl")]
     candidates.append(Path(standard_shaders()) / f"{path.name}.sl")
-    return next((c for c in candidates if c.exists()), path)
+    return next((c for c in candidates if c.exists() and not is_foreign(c)), path)
+
+
+def is_foreign(path: Path) -> bool:
+    """Other renderers call their compiled shaders .slo, too."""
+    if path.suffix != ".slo":
+        return False
+    with path.open("rb") as file:
+        return file.read(6) != b"KNKSLO"
 
 
 def given(arguments: argparse.Namespace) -> dict[str, object]:

@@ -78,7 +78,7 @@ constexpr RequestSpec Table[] = {
     {"PixelFilter", V31, Outside, {{{"filter", A::String}, {"xwidth", A::Float}, {"ywidth", A::Float}}}, No, Support::Full,
      h::pixel_filter, "box, triangle, gaussian, catmull-rom, sinc, mitchell, blackman-harris; table: the values of Option \"pixelfilter\""},
     {"Exposure", V31, Outside, {{{"gain", A::Float}, {"gamma", A::Float}}}, No, Support::Full, h::exposure,
-     "the gain is the PNG's; the gamma stands for the display's, which a PNG has of its own"},
+     "of PNGs; a gamma other than 1 takes the place of sRGB's curve"},
     {"Imager", V31, Anywhere, {{{"name", A::String}}}, Params::Shader, Support::Full, h::imager, "of the picture, wherever it stands"},
     {"Quantize", V31, Outside, {{{"type", A::String}, {"one", A::Float}, {"min", A::Float}, {"max", A::Float},
      {"dither", A::Float}}}, No, Support::Kept, h::quantize, "pictures are written in floating point"},

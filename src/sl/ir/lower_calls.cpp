@@ -312,6 +312,8 @@ Ref Lower::closure(const Expr* e, const ops::Signature& s) {
         args.erase(args.begin()); // trace(P, R)
     if (kind == Closure::Mirror && tag(args[0]) == Tag::Refracted)
         kind = Closure::Refraction;
+    if (kind == Closure::Specular)
+        args[2] = blinn_exponent(args[2], e->loc);
     return m_b.emit(Op::Closure, Ty::Triple, std::move(args), e->loc, int(kind));
 }
 
