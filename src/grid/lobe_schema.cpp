@@ -148,7 +148,7 @@ const LobeInput blinn[] = {
 };
 constexpr std::string_view HighlightNames[] = {"half", "mirror"};
 const LobeInput highlight[] = {
-    {"height", Color, Vec3f(1, 1, 1), 0, Inf, "1", Storage::Rgb9e5,
+    {"height", Color, Vec3f(1, 1, 1), 0, Inf, "1", Storage::Amount,
      "of the highlight: what is reflected there of a light that makes a white matte surface show 1; held to "
      "what reflects all light"},
     float_input("exponent", 80, 0, 10000, "1", "of the cosine"),
