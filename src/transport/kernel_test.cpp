@@ -286,9 +286,10 @@ TEST(Fetch, CollapsedEdges) {
     v.traced.mu = v.traced.mv = 4;
     v.traced.step_u = v.traced.step_v = 2;
     v.traced.edge_step = {4, 8, 2, 4};
-    const auto snap = [](int k, int step) { // from midway towards the nearer end, as dicing does
+    // From midway towards the nearer end, from the middle of UMax towards its second: as dicing does.
+    const auto snap = [](int k, int step, int high = 0) {
         const int rest = k % step;
-        return k - rest + (2 * rest > step || (2 * rest == step && 2 * k > 8) ? step : 0);
+        return k - rest + (2 * rest > step || (2 * rest == step && 2 * k + high > 8) ? step : 0);
     };
     for (int j = 0; j <= 4; j++)
         for (int i = 0; i <= 4; i++) {
@@ -296,7 +297,7 @@ TEST(Fetch, CollapsedEdges) {
             if (j == 0)
                 x = snap(2 * i, 4);
             if (i == 4)
-                y = snap(2 * j, 8);
+                y = snap(2 * j, 8, 1);
             if (i == 0)
                 y = snap(2 * j, 4);
             for (float f : {float(x) / 8, float(y) / 8, 2.0f})
