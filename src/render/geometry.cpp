@@ -357,18 +357,24 @@ class GeometryBuilder {
                 }
             m_request.stats.count.shader_evaluations += 1;
         }
+        const bool may_round =
+            !material.displaces() &&
+            !(primitive.attributes && primitive.attributes->user.get_int("kanuka:shadowterminator", 1) == 0);
         tasks::parallel_for(count, [&](size_t i) {
             grid::Grid& g = diced.is_mesh ? diced.mesh_vertices : diced.grids[i]; // shading may set N: bumps
+            bool smooth = may_round;
             if (!material.uniform()) {
-                const std::vector<float> normals = g.later.empty() ? std::vector<float>() : g.N;
+                const std::vector<float> normals = g.later.empty() && !may_round ? std::vector<float>() : g.N;
                 material.shade(g, inputs[i]);
+                smooth = may_round && g.N == normals;
                 grid::carry_normals(g, normals);
                 m_request.stats.count.shader_evaluations += uint64_t(g.vertices());
             }
             if (inside_out)
                 turn_inside_out(g);
             shaded[i] = {&g, diced.is_mesh ? nullptr : &diced.traced[i],
-                         diced.is_mesh ? &diced.mesh : nullptr, material.uniform() ? &once : &inputs[i]};
+                         diced.is_mesh ? &diced.mesh : nullptr, material.uniform() ? &once : &inputs[i],
+                         smooth};
         });
         if (count == 0)
             return;

@@ -35,7 +35,8 @@ struct ShapeRecord {
         Flips = 8,
         Collapsed = 16,
         FlatNormal = 32,
-        ShinesBoth = 64 // to the inside too; what is sent there is met, not asked for
+        ShinesBoth = 64, // to the inside too; what is sent there is met, not asked for
+        Rounded = 128    // its facets stand for a curved surface, which its normals tell of
     };
     int32_t flags;
     int32_t program;    // index into Store::programs
@@ -163,6 +164,7 @@ struct ShadedGrid {
     const grid::TracedGrid* traced; // or
     const grid::TracedMesh* mesh = nullptr;
     const grid::VertexInputs* inputs;
+    bool smooth = false; // normals are those of the surface, not of bumps: facets may be Rounded
 };
 
 // Encodes the grids of a primitive: folds inputs that are constant over a grid, quantises the others.
