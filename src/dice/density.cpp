@@ -14,6 +14,7 @@ constexpr float Worthwhile = 4; // cells: lines of fewer are not cut for being u
 Density::Density(const DiceTarget& target, const DiceOptions& options, float shading_rate) {
     const DicingCamera& camera = options.camera;
     const float rate = std::max(1e-4f, shading_rate * options.shading_rate_scale);
+    m_most = options.max_micropolygons;
     m_cells_per_pixel = std::max(target.finer, 1.0f) / std::sqrt(rate);
     m_uniform = target.pixels_per_unit;
     m_projection = camera.projection;
@@ -23,7 +24,8 @@ Density::Density(const DiceTarget& target, const DiceOptions& options, float sha
     m_falloff = std::max(0.0f, camera.offscreen_falloff) * OffscreenGrowth;
     m_half_width = 0.5f * float(camera.width) / m_pixels_per_tangent;
     m_half_height = 0.5f * float(camera.height) / m_pixels_per_tangent;
-    m_middle_x = camera.middle_x, m_middle_y = camera.middle_y;
+    m_stretch = camera.pixel_stretch > 0 ? camera.pixel_stretch : 1;
+    m_middle_x = camera.middle_x, m_middle_y = camera.middle_y * m_stretch;
     const float far_x = std::abs(m_middle_x) + m_half_width, far_y = std::abs(m_middle_y) + m_half_height;
     m_edge_cosine = 1 / std::sqrt(1 + far_x * far_x + far_y * far_y);
     m_instanced = m_uniform > 0 || !target.instead_from.empty();
@@ -48,7 +50,7 @@ void Density::add_pose(const Transform& render_from_camera) {
     Pose pose;
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 4; j++)
-            pose.camera_from_render[i][j] = float(inverse.m[i][j]);
+            pose.camera_from_render[i][j] = float(inverse.m[i][j] * (i == 1 ? m_stretch : 1));
     pose.scale = float(std::cbrt(std::abs(inverse.determinant3())));
     pose.eye = render_from_camera.point({0, 0, 0});
     pose.view = render_from_camera.vector({0, 0, 1});
@@ -120,7 +122,7 @@ float Density::pixels_per_unit(const Vec3f& p) const {
     float most = 0, beyond;
     for (const Pose& pose : m_poses)
         most = std::max(most, pixels_from(pose, p, beyond));
-    return most;
+    return most * std::max(1.0f, m_stretch);
 }
 
 float Density::cells(const Vec3f& a, const Vec3f& b) const {
@@ -198,7 +200,7 @@ float Density::area(const Vec3f& a, const Vec3f& b, const Vec3f& c) const {
         const Vec3f w = towards(pose, p);
         const float facing = 0.5f * abs(dot(n, w)) / std::max(length(w), 1e-30f);
         const float seen = std::max(facing, full * std::min(1.0f, LeastForeshortening + beyond));
-        most = std::max(most, seen * pixels * pixels);
+        most = std::max(most, seen * pixels * pixels * m_stretch);
     }
     return most * m_cells_per_pixel * m_cells_per_pixel;
 }
@@ -217,6 +219,12 @@ int round_to_power(float x) {
     while (x > 1.41421356f * float(n) && n < (1 << 24))
         n *= 2;
     return n;
+}
+
+void RateRule::coarsen(int halvings, int most) {
+    density.coarsen(std::ldexp(1.0f, -halvings));
+    slack *= std::ldexp(1.0f, halvings);
+    least_range *= std::pow(FinestRange, -float(halvings) / float(most));
 }
 
 LineMeasure RateRule::line(const float* lengths, int step, int pieces) {
@@ -243,32 +251,50 @@ LineMeasure RateRule::line(const Vec3f* p, int count) const {
     float lengths[Density::MostPoints];
     density.cells(p, count, lengths);
     LineMeasure m = line(lengths, 1, pieces);
-    if (!shape_only)
+    if (!shape_only && !is_coarse())
         return m;
-    // A curve cut into n equal steps lies dev / n^2 off its chords, and turns turn / n a step.
-    float deviation = 0, turn = 0;
-    const float pixels = density.pixels_per_unit(p[count / 2]);
+    // Of a curve f cut into n equal steps the chords are |f''| / (8 n^2) off; second differences give f''.
+    // Only what is across the line counts.
+    constexpr float UnevenBend = 3; // times the mean
+    float most = 0, sum = 0, turn = 0;
     for (int i = 1; i < pieces; i++) {
-        deviation = std::max(deviation, length(p[i] - lerp(float(i) / float(pieces), p[0], p[pieces])));
         const Vec3f a = p[i] - p[i - 1], b = p[i + 1] - p[i];
-        turn += std::atan2(length(cross(a, b)), dot(a, b));
+        const float across = length(cross(a, b)), along = std::max(length(a + b), length(a));
+        if (!(along > 0))
+            continue;
+        const float bend = 2 * across / along * density.pixels_per_unit(p[i]);
+        most = std::max(most, bend);
+        sum += bend;
+        turn += std::atan2(across, dot(a, b));
     }
-    deviation *= pixels;
-    if (deviation < 1e-3f)
-        return {std::min(m.cells, 1.0f), false};
-    if (geometry_tolerance > 0) {
-        const float by_distance = std::sqrt(deviation / geometry_tolerance);
-        const float by_angle = turn * (180 / Pi) / (2 * std::max(normal_tolerance, 0.1f));
-        m.cells = std::min(m.cells, 1.41f * std::max(by_distance, by_angle)); // never rounded down
-        m.uneven = m.uneven && m.cells > Worthwhile;
+    const float deviation = most * float(pieces * pieces) / 8;
+    // What positions in single precision are off by is no bend.
+    const Vec3f& middle = p[count / 2];
+    const float noise = 1e-3f + 4e-6f * length(middle) * density.pixels_per_unit(middle);
+    if (!(deviation >= noise) || !std::isfinite(deviation))
+        return shape_only ? LineMeasure{std::min(m.cells, 1.0f), false} : m;
+    const float by_distance = 1.41f * std::sqrt(deviation / tolerance()); // never rounded down
+    if (shape_only && geometry_tolerance > 0) {
+        const float by_angle = 1.41f * turn * (180 / Pi) / (2 * std::max(normal_tolerance, 0.1f));
+        m.cells = std::min(m.cells, by_angle);
+        m.uneven = false;
     }
+    m.cells = std::max(m.cells, by_distance);
+    m.uneven |= by_distance > Worthwhile && most * float(pieces - 1) > UnevenBend * sum;
     return m;
 }
 
 float RateRule::twist(const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3f& d) const {
     // Two triangles are this far from the bilinear quad at its centre; n x n cells bring it down by n^2.
-    const float off = 0.25f * length(a - b + c - d) * density.pixels_per_unit((a + c) * 0.5f);
-    return std::sqrt(off / std::max(geometry_tolerance, 0.01f));
+    // Sliding along a plane is no distance, unless a corner is turned in.
+    const Vec3f corners[4] = {a, b, c, d}, n = cross(c - a, d - b), twist = a - b + c - d;
+    bool convex = length_squared(n) > 0;
+    for (int k = 0; k < 4 && convex; k++)
+        convex = dot(cross(corners[(k + 1) % 4] - corners[k], corners[(k + 3) % 4] - corners[k]), n) >=
+                 -1e-4f * length_squared(n);
+    const float distance = convex ? abs(dot(twist, n)) / length(n) : length(twist);
+    const float off = 0.25f * distance * density.pixels_per_unit((a + c) * 0.5f);
+    return std::sqrt(off / (slack * std::max(geometry_tolerance, 0.01f)));
 }
 
 } // namespace kanuka::dice

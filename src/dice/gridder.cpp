@@ -19,7 +19,7 @@ void side_parameters(const Splitter& splitter, const Piece& piece, int side, std
     const bool keep = s.cells == n || splitter.edges[s.edge].point;
     for (int i = 0; i <= n; i++)
         out[i] = keep ? natural(piece, side, i)
-                      : splitter.parameter(piece, side, splitter.polyline_index(s, i, n));
+                      : splitter.parameter(piece, side, splitter.polyline_index(s, side, i, n));
 }
 
 grid::Grid make_grid(const Splitter& splitter, const Piece& piece) {
@@ -120,7 +120,7 @@ void list_boundary(const Splitter& splitter, const Piece& piece, std::vector<Bou
         const int n = side_cells(piece, side);
         const bool whole = s.cells == n; // every vertex has its own
         for (int i = 0; i <= n; i++) {
-            const int k = whole ? s.begin + (s.reversed ? n - i : i) : splitter.polyline_index(s, i, n);
+            const int k = whole ? s.begin + (s.reversed ? n - i : i) : splitter.polyline_index(s, side, i, n);
             const bool moved =
                 !e.point && !whole && splitter.parameter(piece, side, k) != natural(piece, side, i);
             const int point = splitter.point(e, k);

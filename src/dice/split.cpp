@@ -7,16 +7,19 @@
 
 namespace kanuka::dice {
 
-constexpr float LeastRange = 1.0f / (1 << 18); // of a face's u or v; deeper than any picture needs
 constexpr int EdgeSamples = 9;
 constexpr size_t Grain = 64;
+constexpr int MostCells = 1 << 24; // of an edge; see round_to_power
 
 Splitter::Splitter(const geom::Surface& surface, const RateRule& rule,
                    std::vector<const geom::Surface*> later)
     : m_surface(surface), m_later(std::move(later)), m_rule(rule) {}
 
 bool Splitter::run(double limit) {
-    m_most_edges = size_t(limit);
+    // A grid costs as much as some cells more than it has; every face has one, whatever the rate.
+    constexpr double LeastCells = 16;
+    limit = std::max(limit, 2 * LeastCells * double(m_surface.topology().faces.size()));
+    m_most_edges = size_t(limit / 4);
     start();
     if (edges.size() > m_most_edges)
         return false;
@@ -35,7 +38,8 @@ bool Splitter::run(double limit) {
         size_t whole_pieces = 0;
         for (size_t i = 0; i < todo.size(); i++) {
             if (split[i] == 0) {
-                total += double(todo[i].nu) * todo[i].nv;
+                refine_twisted(todo[i]);
+                total += std::max(LeastCells, double(todo[i].nu) * todo[i].nv);
                 todo[whole_pieces++] = todo[i];
             } else {
                 cut(todo[i], split[i] - 1, next);
@@ -47,7 +51,7 @@ bool Splitter::run(double limit) {
         else
             pieces.insert(pieces.end(), todo.begin(), todo.end());
         grow_edges(known_edges);
-        if (total > limit || double(next.size()) > limit || edges.size() > m_most_edges)
+        if (total + LeastCells * double(next.size()) > limit || edges.size() > m_most_edges)
             return false;
         // Sides on edges that have just been measured.
         for (Piece& p : next)
@@ -56,10 +60,14 @@ bool Splitter::run(double limit) {
                     s = whole(s.edge, s.reversed);
         todo = std::move(next);
     }
-    for (const Piece& p : pieces)
-        for (const Segment& s : p.sides)
+    for (Piece& p : pieces)
+        for (int k = 0; k < 4; k++) {
+            Segment& s = p.sides[k] = current(p.sides[k]);
+            int& n = k == grid::VMin || k == grid::VMax ? p.nu : p.nv;
+            n = std::max(n, s.cells);
             if (s.cells > 0)
                 edges[s.edge].least = std::min(edges[s.edge].least, s.cells);
+        }
     number_points();
     return true;
 }
@@ -89,7 +97,7 @@ void Splitter::start() {
     if (edges.size() > m_most_edges)
         return;
     for (size_t i = 0; i < t.edges.size(); i++)
-        if (const Edge& e = edges[i]; e.middle >= 0 && e.child < 0 && (e.cells == 1 || e.point))
+        if (const Edge& e = edges[i]; e.middle >= 0 && e.point)
             m_merged.push_back({e.middle, e.a});
     reserve_large(pieces, t.faces.size());
     pieces.resize(t.faces.size());
@@ -171,7 +179,7 @@ void Splitter::measure(const Edge* list, int count, LineMeasure* out) const {
     for (int k = 0; k < count; k++)
         if (!list[k].point)
             which[n++] = k;
-    if (m_rule.shape_only) {
+    if (m_rule.shape_only || m_rule.is_coarse()) {
         for (int i = 0; i < n; i++)
             out[which[i]] = measure(list[which[i]], EdgeSamples);
         return;
@@ -189,10 +197,11 @@ bool Splitter::wants_cut(Edge& e, const LineMeasure& m) const {
         e.cells = 1;
         return false;
     }
-    e.cells = round_to_power(m.cells);
+    // A vertex of its own where faces use its halves: moved to an end it would take a corner of theirs along.
+    e.cells = std::max(round_to_power(m.cells), e.middle >= 0 ? 2 : 1);
     if (e.cells <= m_rule.max_cells && !m.uneven)
         return false;
-    if (e.t1 - e.t0 > LeastRange)
+    if (e.t1 - e.t0 > m_rule.least_range)
         return true;
     e.cells = std::min(e.cells, m_rule.max_cells);
     return false;
@@ -254,6 +263,7 @@ void Splitter::measure_interior(const geom::Surface& surface, const Piece& piece
     if (m_rule.shape_only) {
         const float twist = m_rule.twist(at(0, 0), at(n - 1, 0), at(n - 1, n - 1), at(0, n - 1));
         m.want_u = std::max(m.want_u, twist), m.want_v = std::max(m.want_v, twist);
+        m.twist = std::max(m.twist, twist);
     }
 }
 
@@ -262,7 +272,7 @@ void Splitter::plan(Piece& piece, int& split) const {
     // where the camera is nearer to the middle than to the sides.
     const auto side_cells = [&](int k) {
         const Segment& s = piece.sides[k];
-        return is_cut(s) ? 2 * m_rule.max_cells : edges[s.edge].point ? 0 : s.cells;
+        return is_cut(s) ? 2 * m_rule.max_cells : edges[s.edge].point ? 0 : current(s).cells;
     };
     const int along_u[2] = {side_cells(0), side_cells(2)}, along_v[2] = {side_cells(3), side_cells(1)};
     const int most = std::max(std::max(along_u[0], along_u[1]), std::max(along_v[0], along_v[1]));
@@ -281,6 +291,7 @@ void Splitter::plan(Piece& piece, int& split) const {
         want_u = m.want_u, want_v = m.want_v;
         least_u = m.least_u, least_v = m.least_v;
         uneven_u = m.uneven_u, uneven_v = m.uneven_v;
+        piece.twist = round_to_power(m.twist);
     }
     const int nu = std::max(round_to_power(want_u), std::max(along_u[0], along_u[1]));
     const int nv = std::max(round_to_power(want_v), std::max(along_v[0], along_v[1]));
@@ -290,8 +301,8 @@ void Splitter::plan(Piece& piece, int& split) const {
         cut_v |= nu >= 8 && nv >= 4 && want_u > 4 * least_u;
         cut_u |= nv >= 8 && nu >= 4 && want_v > 4 * least_v;
     }
-    cut_u = cut_u && piece.u1 - piece.u0 > LeastRange;
-    cut_v = cut_v && piece.v1 - piece.v0 > LeastRange;
+    cut_u = cut_u && piece.u1 - piece.u0 > m_rule.least_range;
+    cut_v = cut_v && piece.v1 - piece.v0 > m_rule.least_range;
     if (cut_u && cut_v)
         (nu >= nv ? cut_v : cut_u) = false;
     split = cut_u ? 1 : cut_v ? 2 : 0;
@@ -309,8 +320,9 @@ void Splitter::cut(const Piece& piece, int axis, std::vector<Piece>& out) {
     e.fixed = axis == 0 ? (piece.u0 + piece.u1) / 2 : (piece.v0 + piece.v1) / 2;
     e.t0 = axis == 0 ? piece.v0 : piece.u0;
     e.t1 = axis == 0 ? piece.v1 : piece.u1;
-    e.a = middle_vertex(piece.sides[low]);
-    e.b = middle_vertex(piece.sides[high]);
+    const Segment at_low = shared(piece.sides[low]), at_high = shared(piece.sides[high]);
+    e.a = middle_vertex(at_low);
+    e.b = middle_vertex(at_high);
     Segment between;
     between.edge = int(edges.size());
     edges.push_back(e);
@@ -318,7 +330,7 @@ void Splitter::cut(const Piece& piece, int axis, std::vector<Piece>& out) {
     (axis == 0 ? first.u1 : first.v1) = e.fixed;
     (axis == 0 ? second.u0 : second.v0) = e.fixed;
     for (const int side : {low, high}) {
-        const Segment& s = piece.sides[side];
+        const Segment& s = side == low ? at_low : at_high;
         first.sides[side] = half(s, s.reversed ? 1 : 0);
         second.sides[side] = half(s, s.reversed ? 0 : 1);
     }
@@ -332,7 +344,30 @@ void Splitter::cut(const Piece& piece, int axis, std::vector<Piece>& out) {
 
 Segment Splitter::whole(int edge, bool reversed) const {
     const Edge& e = edges[edge];
-    return {edge, 0, e.child >= 0 ? -1 : e.point ? 0 : e.cells, reversed};
+    return {edge, 0, e.child >= 0 ? -1 : e.point ? 0 : e.cells, reversed, e.cells};
+}
+
+Segment Splitter::current(Segment s) const {
+    if (is_cut(s))
+        return s;
+    const int n = edges[s.edge].cells, more = n / s.of;
+    s.begin *= more;
+    s.cells *= more;
+    s.of = n;
+    return s;
+}
+
+// A corner that is moved to the end of a long cell takes the lines between the halves along, across what lies
+// inside of them.
+Segment Splitter::shared(const Segment& s) {
+    if (is_cut(s))
+        return s;
+    Segment now = current(s);
+    Edge& e = edges[s.edge];
+    if (now.cells != 1 || e.point || 2 * e.cells > m_rule.max_cells)
+        return now;
+    e.cells *= 2;
+    return current(s);
 }
 
 Segment Splitter::half(const Segment& s, int which) const {
@@ -348,6 +383,19 @@ Segment Splitter::half(const Segment& s, int which) const {
     return h;
 }
 
+// A straight side of a twisted piece needs one cell of its own, but what lies beside it more.
+void Splitter::refine_twisted(const Piece& piece) {
+    for (int k = 0; k < 4; k++) {
+        const int n = std::min(piece.twist, k == grid::VMin || k == grid::VMax ? piece.nu : piece.nv);
+        const Segment& s = piece.sides[k];
+        if (is_cut(s) || s.cells == 0)
+            continue;
+        Edge& e = edges[s.edge];
+        while (!e.point && current(s).cells < n && 2 * e.cells <= m_rule.max_cells)
+            e.cells *= 2;
+    }
+}
+
 int Splitter::middle_vertex(const Segment& s) {
     if (is_cut(s))
         return edges[edges[s.edge].child].b;
@@ -360,9 +408,9 @@ int Splitter::vertex_at(int edge, int index) {
         return e.a;
     if (index == e.cells)
         return e.b;
-    int& vertex = index == e.cells / 2
-                      ? e.middle
-                      : m_forced.try_emplace(uint64_t(edge) << 32 | uint32_t(index), -1).first->second;
+    const uint32_t at = uint32_t(index) * uint32_t(MostCells / e.cells);
+    int& vertex =
+        2 * index == e.cells ? e.middle : m_forced.try_emplace(uint64_t(edge) << 32 | at, -1).first->second;
     if (vertex < 0)
         vertex = m_vertices++;
     return vertex;
@@ -383,12 +431,14 @@ void Splitter::number_points() {
     for (const Edge& e : edges)
         if (e.child < 0 && !e.point && e.middle >= 0 && e.cells >= 2)
             m_point_alias[e.first_point + e.cells / 2 - 1] = e.middle;
-    for (const auto& [key, vertex] : m_forced)
-        m_point_alias[edges[key >> 32].first_point + int(uint32_t(key)) - 1] = vertex;
+    for (const auto& [key, vertex] : m_forced) {
+        const Edge& e = edges[key >> 32];
+        m_point_alias[e.first_point + int(uint32_t(key) / uint32_t(MostCells / e.cells)) - 1] = vertex;
+    }
 }
 
-int Splitter::polyline_index(const Segment& s, int i, int n) {
-    const int k = s.cells == 0 ? 0 : nearest_kept(i, n / s.cells, n);
+int Splitter::polyline_index(const Segment& s, int side, int i, int n) {
+    const int k = s.cells == 0 ? 0 : nearest_kept(i, n / s.cells, n, side);
     return s.begin + (s.reversed ? s.cells - k : k);
 }
 

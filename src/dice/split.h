@@ -3,10 +3,11 @@
 // An edge decides from itself alone: it is cut in halves (recursively) while it needs more cells than a grid
 // may have or needs them unevenly; what is left has a power of two of equal cells. Pieces follow: a piece is
 // split across wherever one of its sides is cut, or where its interior asks for it. A piece that is split
-// across an uncut side takes a part of that side's cells; where there is only one cell to share, the middle
-// goes to the cell's first end. In the end every side of a piece is a run of whole cells of one edge, and
-// both neighbours of an edge visit all of its vertices in order: the surface is watertight whatever its
-// neighbours' rates are. (The cutting rule is DiagSplit's, Fisher et al. 2009.)
+// across an uncut side takes a part of that side's cells; where there is only one cell to share, the edge
+// gets twice as many, up to max_cells; beyond that the middle goes to the cell's first end. In the end every
+// side of a piece is a run of whole cells of one edge, and both neighbours of an edge visit all of its
+// vertices in order: the surface is watertight whatever its neighbours' rates are. (The cutting rule is
+// DiagSplit's, Fisher et al. 2009.)
 #pragma once
 
 #include <unordered_map>
@@ -39,6 +40,7 @@ struct Segment {
     int edge = -1;
     int begin = 0, cells = 0;
     bool reversed = false; // the side runs against the edge
+    int of = 1;            // cells of the edge when this was written: it may have got more since
 };
 
 struct Piece {
@@ -46,15 +48,17 @@ struct Piece {
     float u0 = 0, u1 = 1, v0 = 0, v1 = 1;
     std::array<Segment, 4> sides; // in grid::Edge order
     int nu = 1, nv = 1;
+    int twist = 1; // cells that its twist asks for either way, and of its sides too
 };
 
 // Which vertex of a side's coarser polyline, `spacing` lattice cells apart, lattice vertex i of n goes to:
-// the nearest. From midway it goes towards the nearer end of the side, so that at a corner the two sides do
-// not both pull away from it and fold the cell there. (Both neighbours need the same polyline, not the same
-// choice.)
-inline int nearest_kept(int i, int spacing, int n) {
-    const int rest = i % spacing;
-    return i / spacing + (2 * rest > spacing || (2 * rest == spacing && 2 * i > n));
+// the nearest. From midway it goes towards the nearer end of the side; from the side's own middle, on VMin
+// and UMin towards their first end, on VMax and UMax towards their second: so at the two corners that a
+// cell's diagonal does not meet, both sides never pull away, which would fold the cell there. (Both
+// neighbours need the same polyline, not the same choice.)
+inline int nearest_kept(int i, int spacing, int n, int side) {
+    const int rest = i % spacing, high = side == grid::UMax || side == grid::VMax;
+    return i / spacing + (2 * rest > spacing || (2 * rest == spacing && 2 * i + high > n));
 }
 
 class Splitter {
@@ -77,9 +81,9 @@ class Splitter {
         const bool first = e.point || index == 0;
         return m_point_alias[first ? e.a : index == e.cells ? e.b : e.first_point + index - 1];
     }
-    // Polyline vertex that lattice vertex i of n along a side is moved onto, and its parameter in the piece's
-    // face.
-    static int polyline_index(const Segment& s, int i, int n);
+    // Polyline vertex that lattice vertex i of n along a side (and its segment) is moved onto, and its
+    // parameter in the piece's face.
+    static int polyline_index(const Segment& s, int side, int i, int n);
     float parameter(const Piece& piece, int side, int polyline_index) const;
 
   private:
@@ -94,11 +98,15 @@ class Splitter {
     struct Interior {
         float want_u, want_v, least_u, least_v;
         bool uneven_u, uneven_v;
+        float twist = 1;
     };
     void measure_interior(const geom::Surface& surface, const Piece& piece, int samples, Interior& m) const;
     void cut(const Piece& piece, int axis, std::vector<Piece>& out);
     Segment whole(int edge, bool reversed) const;
     Segment half(const Segment& s, int which) const;
+    Segment current(Segment s) const; // in the cells that its edge has now
+    Segment shared(const Segment& s); // with an even number of cells, if its edge may have them
+    void refine_twisted(const Piece& piece);
     bool is_cut(const Segment& s) const { return s.cells < 0; }
     int middle_vertex(const Segment& s);
     int vertex_at(int edge, int index);
@@ -109,8 +117,9 @@ class Splitter {
     const RateRule& m_rule;
     int m_vertices = 0;
     size_t m_most_edges = 0;
-    std::unordered_map<uint64_t, int> m_forced; // (edge, index) of a corner inside an uncut edge -> vertex
-    std::vector<std::pair<int, int>> m_merged;  // vertex, the vertex it is the same as
+    // (edge, index) of a corner inside an uncut edge -> vertex. Indices as if it had MostCells.
+    std::unordered_map<uint64_t, int> m_forced;
+    std::vector<std::pair<int, int>> m_merged; // vertex, the vertex it is the same as
     std::vector<int> m_point_alias;
 };
 

@@ -424,7 +424,7 @@ std::vector<uint32_t> kept_vertices(const Piece& piece, const grid::Grid& g, con
         const int base = side == grid::VMax ? g.nv * row : side == grid::UMax ? g.nu : 0;
         const int stride = along_u ? 1 : row;
         for (int i = 0; i <= n; i++)
-            kept[size_t(base + i * stride)] = uint32_t(base + nearest_kept(i, step, n) * step * stride);
+            kept[size_t(base + i * stride)] = uint32_t(base + nearest_kept(i, step, n, side) * step * stride);
     }
     return kept;
 }

@@ -6,10 +6,33 @@
 namespace kanuka::geom {
 namespace {
 
+using Matrix4 = std::array<std::array<double, 4>, 4>;
+
+// Row k: how Bezier point k mixes the control points of a basis.
+Matrix4 bezier_from(const BasisMatrix& basis) {
+    Matrix4 m;
+    for (int k = 0; k < 4; k++) {
+        const double a = basis[0][k], b = basis[1][k], c = basis[2][k], d = basis[3][k]; // of t^3, t^2, t, 1
+        m[0][k] = d;
+        m[1][k] = d + c / 3;
+        m[2][k] = d + (2 * c + b) / 3;
+        m[3][k] = a + b + c + d;
+    }
+    return m;
+}
+
+// Do its weights sum to one? Those of slopes (Hermite) and of powers do not: a transform that moves the
+// origin may be applied to what they make, but not to them.
+bool is_affine(const Matrix4& bezier) {
+    return std::all_of(bezier.begin(), bezier.end(), [](const std::array<double, 4>& row) {
+        return std::abs(row[0] + row[1] + row[2] + row[3] - 1) < 1e-5;
+    });
+}
+
 class PatchSurface : public Surface {
   public:
     PatchSurface(const scene::Primitive& primitive, const scene::PatchMesh& mesh, const Transform& m)
-        : Surface(primitive, m), m_mesh(mesh), m_points(control_points(primitive, m)) {
+        : Surface(primitive, m), m_mesh(mesh), m_placed(m), m_points(control_points(primitive, m)) {
         m_order = mesh.cubic ? 4 : 2;
         m_step_u = mesh.cubic ? std::max(1, mesh.u_basis->step) : 1;
         m_step_v = mesh.cubic ? std::max(1, mesh.v_basis->step) : 1;
@@ -18,6 +41,16 @@ class PatchSurface : public Surface {
         m_corners_u = mesh.u_periodic ? m_nu : m_nu + 1;
         m_corners_v = mesh.v_periodic ? m_nv : m_nv + 1;
         m_bulges = mesh.cubic;
+        if (!mesh.cubic)
+            return;
+        m_bezier_u = bezier_from(mesh.u_basis->m);
+        m_bezier_v = bezier_from(mesh.v_basis->m);
+        m_in_bezier = m_points.weights.empty() && !(is_affine(m_bezier_u) && is_affine(m_bezier_v));
+        if (!m_in_bezier)
+            return;
+        for (size_t c = 0; c < 3; c++)
+            m_origin[c] = std::exchange(m_placed.m[c][3], 0);
+        m_points = control_points(primitive, m_placed);
     }
 
     bool prepare(const scene::Primitive& primitive, Journal& journal) {
@@ -38,22 +71,23 @@ class PatchSurface : public Surface {
                                                " control points, found " + std::to_string(m_points.size()));
             return false;
         }
-        for (size_t i = 0; i < need; i++)
-            if (!m_points.finite(i)) {
-                Dropped{1, 0, 0}.report(1, "patch meshes", primitive.where, journal);
-                return false;
-            }
+        if (!keep_finite(need, primitive.where, journal))
+            return false;
         ItemCounts counts;
         counts.uniform = size_t(m_nu) * m_nv;
         counts.varying = counts.facevarying = size_t(m_corners_u) * m_corners_v;
         counts.vertex = need;
         m_primvars = collect_primvars(primitive, m_render_from_object, counts, journal);
+        std::vector<int> kept = std::exchange(m_kept, {}); // of the whole lattice first
         build_lattice(*this, m_topology, {m_nu, m_nv, mesh.u_periodic, mesh.v_periodic, {}});
+        if (!kept.empty())
+            m_topology = kept_faces(m_topology, kept);
+        m_kept = std::move(kept);
         return true;
     }
 
     void positions(int face, Line u, Line v, float* out, int stride) const override {
-        const TensorLattice lattice(u, basis(m_mesh.u_basis), v, basis(m_mesh.v_basis));
+        const TensorLattice lattice(u, place_basis(m_mesh.u_basis), v, place_basis(m_mesh.v_basis));
         float control[3][16];
         float homogeneous[16];
         gather_points(face, control, homogeneous);
@@ -69,12 +103,15 @@ class PatchSurface : public Surface {
     }
 
     FaceRange range(int face) const override {
+        face = in_lattice(face);
         const int i = face % m_nu, j = face / m_nu;
         return {float(i) / m_nu, float(i + 1) / m_nu, float(j) / m_nv, float(j + 1) / m_nv};
     }
+    int uniform_index(int face) const override { return in_lattice(face); }
 
   protected:
     void shape(int face, Line u, Line v, Lattice out) const override {
+        const TensorLattice places(u, place_basis(m_mesh.u_basis), v, place_basis(m_mesh.v_basis));
         const TensorLattice lattice(u, basis(m_mesh.u_basis), v, basis(m_mesh.v_basis));
         grid::Grid& g = out.grid;
         float control[3][16];
@@ -82,7 +119,7 @@ class PatchSurface : public Surface {
         gather_points(face, control, homogeneous);
         for (int c = 0; c < 3; c++) {
             const size_t at = size_t(c) * g.stride + out.base;
-            lattice.slopes(control[c], &g.P[at], &g.dPdu[at], &g.dPdv[at], out.pitch);
+            places.slopes(control[c], &g.P[at], &g.dPdu[at], &g.dPdv[at], out.pitch);
         }
         if (!m_points.weights.empty())
             project_rational(homogeneous, lattice, u.count, v.count, out);
@@ -92,7 +129,7 @@ class PatchSurface : public Surface {
                 float* to = p.destination(g, c) + out.base;
                 float q[16];
                 if (p.detail == scene::Detail::Uniform) {
-                    std::fill_n(q, 4, p(face, c));
+                    std::fill_n(q, 4, p(in_lattice(face), c));
                     linear.values(q, to, out.pitch);
                 } else if (p.detail == scene::Detail::Vertex) {
                     for (int k = 0; k < m_order * m_order; k++)
@@ -107,6 +144,35 @@ class PatchSurface : public Surface {
     }
 
   private:
+    int in_lattice(int face) const { return m_kept.empty() ? face : m_kept[face]; }
+
+    // Leaves out the patches that a control point is not finite of. False: that is all of them.
+    bool keep_finite(size_t points, const Location& where, Journal& journal) {
+        size_t good = 0;
+        while (good < points && !m_points.finite(good))
+            good++;
+        std::vector<int> kept;
+        for (int f = 0; f < m_nu * m_nv; f++) {
+            int k = 0;
+            while (k < m_order * m_order && m_points.finite(vertex(f, k)))
+                k++;
+            if (k == m_order * m_order)
+                kept.push_back(f);
+        }
+        const size_t all = size_t(m_nu) * m_nv;
+        Dropped{all - kept.size(), 0, 0}.report(all, "patches", where, journal);
+        // Nobody sees them, but the lattice's sides are looked at as a whole.
+        for (size_t i = 0; i < points && good < points; i++)
+            if (!m_points.finite(i)) {
+                std::copy_n(&m_points.xyz[3 * good], 3, &m_points.xyz[3 * i]);
+                if (!m_points.weights.empty())
+                    m_points.weights[i] = m_points.weights[good];
+            }
+        if (kept.size() < all)
+            m_kept = kept;
+        return !kept.empty();
+    }
+
     void height_field(const scene::Value& z) {
         // RISpec: a height field over the unit square of parameter space.
         const int nu = m_mesh.nu, nv = m_mesh.nv;
@@ -116,7 +182,7 @@ class PatchSurface : public Surface {
         for (int j = 0; j < nv; j++)
             for (int i = 0; i < nu; i++) {
                 const int at = j * nu + i;
-                const Vec3f p = m_render_from_object.point(
+                const Vec3f p = m_placed.point(
                     {nu > 1 ? float(i) / (nu - 1) : 0.0f, nv > 1 ? float(j) / (nv - 1) : 0.0f, z.floats[at]});
                 for (int c = 0; c < 3; c++)
                     m_points.xyz[3 * at + c] = p[c];
@@ -124,14 +190,20 @@ class PatchSurface : public Surface {
     }
 
     const BasisMatrix* basis(const scene::Basis& b) const { return m_mesh.cubic ? &b.m : nullptr; }
+    // Of what gather_points gives.
+    const BasisMatrix* place_basis(const scene::Basis& b) const {
+        return m_in_bezier ? &BezierBasis : basis(b);
+    }
 
     // k-th control point of a face, u fastest.
     size_t vertex(int face, int k) const {
+        face = in_lattice(face);
         const int i = ((face % m_nu) * m_step_u + k % m_order) % m_mesh.nu;
         const int j = ((face / m_nu) * m_step_v + k / m_order) % m_mesh.nv;
         return size_t(j) * m_mesh.nu + i;
     }
     size_t corner(int face, int k) const {
+        face = in_lattice(face);
         const int i = (face % m_nu + k % 2) % m_corners_u, j = (face / m_nu + k / 2) % m_corners_v;
         return size_t(j) * m_corners_u + i;
     }
@@ -142,6 +214,19 @@ class PatchSurface : public Surface {
             for (int c = 0; c < 3; c++)
                 control[c][k] = m_points.xyz[3 * at + c];
             homogeneous[k] = m_points.weights.empty() ? 1 : m_points.weights[at];
+        }
+        for (int c = 0; c < 3 && m_in_bezier; c++) {
+            double half[4][4] = {}, all[16] = {};
+            for (int j = 0; j < 4; j++)
+                for (int i = 0; i < 4; i++)
+                    for (int k = 0; k < 4; k++)
+                        half[j][i] += m_bezier_u[i][k] * double(control[c][4 * j + k]);
+            for (int j = 0; j < 4; j++)
+                for (int i = 0; i < 4; i++)
+                    for (int k = 0; k < 4; k++)
+                        all[4 * j + i] += m_bezier_v[j][k] * half[k][i];
+            for (int k = 0; k < 16; k++)
+                control[c][k] = float(all[k] + m_origin[c]);
         }
     }
 
@@ -154,7 +239,14 @@ class PatchSurface : public Surface {
     }
 
     const scene::PatchMesh m_mesh;
+    // Where control points are, and what is missing to render space: only where they are not affine, and made
+    // Bezier points in double.
+    Transform m_placed;
+    std::array<double, 3> m_origin{};
+    bool m_in_bezier = false;
+    Matrix4 m_bezier_u, m_bezier_v;
     ControlPoints m_points;
+    std::vector<int> m_kept; // of the lattice's patches; empty = all
     int m_order, m_step_u, m_step_v, m_nu, m_nv, m_corners_u, m_corners_v;
 };
 

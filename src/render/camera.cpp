@@ -25,6 +25,13 @@ void place_film(const scene::Camera& c, const scene::Options& o, transport::Came
     v.top = screen[3] * half;
     v.width = o.width;
     v.height = o.height;
+    const float across = std::abs(v.right - v.left), up = std::abs(v.top - v.bottom);
+    if (!(across > 0 && up > 0 && std::isfinite(across) && std::isfinite(up)))
+        throw Error("the camera's screen window has no size (" + std::to_string(v.left) + " to " +
+                        std::to_string(v.right) + ", " + std::to_string(v.bottom) + " to " +
+                        std::to_string(v.top) +
+                        "): its sides must differ, and field of view and pixel aspect be numbers",
+                    ExitCode::Usage);
 }
 
 void place_lens(const scene::Camera& c, transport::CameraView& v) {
@@ -39,12 +46,24 @@ void place_lens(const scene::Camera& c, transport::CameraView& v) {
     v.squeeze = c.squeeze > 0 ? c.squeeze : 1;
 }
 
-float pixels_per_radian(const transport::CameraView& v) {
+void place_pixels(const transport::CameraView& v, dice::DicingCamera& d) {
     const float across = float(v.width) / std::abs(v.right - v.left);
-    if (v.projection != Projection::Spherical)
-        return across * film_per_radian(v.projection, v.half_angle);
-    const float down = float(v.height) / std::abs(v.top - v.bottom);
-    return std::sqrt(across * InvPi * down * (2 * InvPi));
+    const float up = float(v.height) / std::abs(v.top - v.bottom);
+    switch (v.projection) {
+    case Projection::Perspective:
+    case Projection::Orthographic:
+        d.pixels_per_tangent = across;
+        // Beyond this pixels are slivers, and finer rates serve nobody.
+        d.pixel_stretch = std::clamp(up / across, 1.0f / 16, 16.0f);
+        break;
+    case Projection::Fisheye:
+    case Projection::Equisolid:
+        d.pixels_per_tangent = std::sqrt(across * up) * film_per_radian(v.projection, v.half_angle);
+        break;
+    case Projection::Spherical:
+        d.pixels_per_tangent = std::sqrt(across * InvPi * up * (2 * InvPi));
+        break;
+    }
 }
 
 } // namespace
@@ -77,7 +96,7 @@ PlacedCamera place_camera(const scene::Camera& c, const scene::Options& o, const
     d.render_from_camera = render_from_camera;
     d.projection = v.projection;
     d.half_angle = v.half_angle;
-    d.pixels_per_tangent = pixels_per_radian(v);
+    place_pixels(v, d);
     d.near_clip = c.near_clip;
     d.width = o.width;
     d.height = o.height;

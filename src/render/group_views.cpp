@@ -82,9 +82,8 @@ std::vector<GroupView> view_groups(const scene::Scene& scene, size_t first,
         // From within the bound it is unknown how near it comes.
         const float distance = std::max({length(render_from_group.point(bound.center) - eye) - radius,
                                          0.5f * radius, camera.near_clip, 1e-6f});
-        const float rate = camera.projection != Projection::Orthographic
-                               ? camera.pixels_per_tangent / distance
-                               : camera.pixels_per_tangent;
+        const float rate = camera.projection != Projection::Orthographic ? camera.finest_pixels() / distance
+                                                                         : camera.finest_pixels();
         s.pixels_per_unit = std::max(s.pixels_per_unit, rate * scale);
         s.many |= s.places.size() == MostPlaces;
         if (!s.many)

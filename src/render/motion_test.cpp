@@ -100,6 +100,24 @@ TEST(PlaceCamera, MovesFromTheEyeWhereItOpens) {
     EXPECT_TRUE(place_camera(c, o, {0.5, 0.5}).view.motion.empty());
 }
 
+// A tangent of the picture is as many pixels across and up as it is in the picture itself, whether
+// PixelAspectRatio, the format's shape or a stretched screen window makes them so.
+TEST(PlaceCamera, PixelsThatAreNotSquare) {
+    scene::Camera c;
+    c.fov = 90;
+    scene::Options o;
+    o.width = 400, o.height = 100;
+    o.pixel_aspect = 0.5f; // the picture is twice as wide as it is high: 4 tangents by 2
+    const dice::DicingCamera narrow = place_camera(c, o, {}).dicing;
+    EXPECT_NEAR(narrow.pixels_per_tangent, 100, 1e-3f);
+    EXPECT_NEAR(narrow.pixels_per_tangent * narrow.pixel_stretch, 50, 1e-3f);
+    o.pixel_aspect = 1;
+    c.screen_window = std::array<float, 4>{-2, 2, -2, 2};
+    const dice::DicingCamera stretched = place_camera(c, o, {}).dicing;
+    EXPECT_NEAR(stretched.pixels_per_tangent, 100, 1e-3f);
+    EXPECT_NEAR(stretched.pixels_per_tangent * stretched.pixel_stretch, 25, 1e-3f);
+}
+
 TEST(PlaceCamera, PixelsPerRadian) {
     scene::Camera c;
     scene::Options o;

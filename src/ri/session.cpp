@@ -307,10 +307,11 @@ void Session::render_world() {
     const render::Result result = render::render(*scene, overrides, m_journal, stats, {});
     const fs::path path = picture_path(*scene);
     if (path.extension() == ".png")
-        film::write_png(path.string(), result.picture, scene->options.exposure_gain, 1,
-                        color::find_display(scene->options.color.display).value_or(color::Display::Srgb));
-    else
-        film::write_exr(path.string(), result.picture);
+        const film::PngEncoding encoding =
+            film::png_encoding(scene->options.color.display, scene->options.exposure_gamma);
+    film::write_png(path.string(), result.picture, scene->options.exposure_gain, encoding.gamma,
+                    encoding.display);
+    else film::write_exr(path.string(), result.picture);
     m_pictures++;
 }
 

@@ -17,6 +17,8 @@ class MaterialServices final : public sl::Services {
                      const float* z) override;
     bool transform(const char* from, const char* to, float matrix[16]) override;
     bool query(const sl::Query& query) override;
+    int lights() override;
+    void light(const sl::LightRequest& request) override;
     void report(Severity severity, const Location& where, const std::string& message) override;
 
     // True once a shader asked for a space that differs from one primitive to the next.

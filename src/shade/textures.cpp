@@ -8,8 +8,9 @@
 #include <mutex>
 #include <shared_mutex>
 
-#include "base/vec.h"
+#include "base/latlong.h"
 #include "scene/picture_name.h"
+#include "shade/foreign.h"
 #include "shade/linear_input.h"
 #include "shade/search.h"
 
@@ -35,6 +36,8 @@ struct Textures::Entry {
     bool rec709 = false;                                  // decoded from sRGB
     OIIO::TextureOpt::Wrap s_wrap = OIIO::TextureOpt::WrapPeriodic, t_wrap = OIIO::TextureOpt::WrapPeriodic;
     std::string problem;
+    std::string unread;   // what the file is, if there is one and it is no picture
+    bool missing = false; // the problem is where it was looked for
 };
 
 struct Textures::Cache {
@@ -100,9 +103,8 @@ const Textures::Entry& Textures::entry(const char* name) {
         return entry;
     const std::string path = find(place->first);
     if (path.empty()) {
-        entry.problem =
-            "texture \"" + place->first + "\" is not found; searched in " + join_folders(m_folders) +
-            ". Add its folder: Option \"searchpath\" \"texture\" [\"FOLDER\"]. Mid-grey stands in for it";
+        entry.problem = "texture \"" + place->first + "\" is not found; ";
+        entry.missing = true;
         return entry;
     }
     const OIIO::ustring file(path);
@@ -113,8 +115,9 @@ const Textures::Entry& Textures::entry(const char* name) {
         std::string why = m_cache->system->geterror();
         if (why.empty())
             why = m_cache->images->geterror();
-        entry.problem = "texture \"" + path + "\" cannot be read" + (why.empty() ? "" : " (" + why + ")") +
-                        "; write it anew, as a TIFF, EXR, PNG or JPEG file. Mid-grey stands in for it";
+        entry.unread = "texture \"" + path + "\" cannot be read" + (why.empty() ? "" : " (" + why + ")") +
+                       ": it " + foreign_picture(path);
+        entry.problem = entry.unread + ". Mid-grey stands in for it";
         return entry;
     }
     // A file made by a texture tool says how it wraps; plain pictures repeat.
@@ -128,8 +131,11 @@ const Textures::Entry& Textures::entry(const char* name) {
 std::optional<Textures::Info> Textures::info(const char* name) {
     const Entry& e = entry(name);
     const OIIO::ImageSpec* spec = e.handle ? m_cache->system->imagespec(e.handle) : nullptr;
-    if (!spec)
+    if (!spec) {
+        if (!e.unread.empty())
+            m_journal.error(Location{}, e.unread);
         return std::nullopt;
+    }
     const std::string kind = spec->get_string_attribute("textureformat");
     return Info{spec->full_width, spec->full_height, spec->nchannels,
                 kind.find("nvironment") != std::string::npos ||
@@ -146,25 +152,40 @@ void Textures::lookup(const sl::TextureRequest& request, const Location& asker) 
     const float grey[MaxChannels] = {Missing, Missing, Missing, Missing, Missing, Missing, Missing, Missing,
                                      Missing, Missing, Missing, Missing, Missing, Missing, Missing, Missing};
     if (!entry.handle) {
-        m_journal.error(asker, entry.problem);
+        m_journal.error(asker, !entry.missing ? entry.problem
+                                              : entry.problem + searched_in(m_folders, "texture", asker) +
+                                                    ". Mid-grey stands in for it");
         for (int i = 0; i < request.count; i++)
             store(i, grey);
         return;
     }
     OIIO::TextureSystem& system = *m_cache->system;
+    // Channels that the file has not are filled. (The library asserts that there is one that it has.)
+    if (const OIIO::ImageSpec* spec = system.imagespec(entry.handle);
+        channels == 0 || !spec || request.first_channel >= spec->nchannels) {
+        float fill[MaxChannels];
+        std::fill_n(fill, MaxChannels, request.fill);
+        for (int i = 0; i < request.count; i++)
+            store(i, fill);
+        return;
+    }
     OIIO::TextureOpt options;
     options.firstchannel = std::max(0, request.first_channel);
     options.swrap = entry.s_wrap, options.twrap = entry.t_wrap;
     if (request.wrap && *request.wrap)
         OIIO::TextureOpt::parse_wrapmodes(request.wrap, options.swrap, options.twrap);
-    options.sblur = options.tblur = std::max(0.0f, finite(request.blur));
-    options.swidth = options.twidth = std::max(0.0f, finite(request.width));
+    options.sblur = options.tblur = std::clamp(finite(request.blur), 0.0f, 1024.0f);
+    options.swidth = options.twidth = std::clamp(finite(request.width), 0.0f, 1024.0f);
     options.fill = request.fill;
     OIIO::TextureSystem::Perthread* thread = system.get_perthread_info();
-    const auto at = [](const float* values, int i) { return values ? finite(values[i]) : 0.0f; };
+    // A point of infinite coordinates has no place on the picture: its corner will do. Far out single
+    // precision knows no texel, and numbers of texels would not be whole numbers any more.
+    static constexpr float Farthest = 1 << 20;
+    const auto at = [](const float* values, int i) {
+        return values ? std::clamp(finite(values[i]), -Farthest, Farthest) : 0.0f;
+    };
     for (int i = 0; i < request.count; i++) {
         float values[MaxChannels] = {};
-        // A point of infinite coordinates has no place on the picture: its corner will do.
         if (system.texture(entry.handle, thread, options, at(request.s, i), at(request.t, i),
                            at(request.dsdu, i), at(request.dtdu, i), at(request.dsdv, i), at(request.dtdv, i),
                            channels, values)) {
@@ -189,10 +210,8 @@ void Textures::lookup_environment(const sl::TextureRequest& request, const float
         const int count = std::min(Block, request.count - begin);
         for (int i = 0; i < count; i++) {
             const Vec3f d(x[begin + i], y[begin + i], z[begin + i]);
-            const float len = length(d);
-            const float phi = std::atan2(finite(d.y), finite(d.x));
-            s[i] = (phi < 0 ? phi + 2 * Pi : phi) * (0.5f * InvPi);
-            t[i] = len > 0 ? std::acos(std::clamp(d.z / len, -1.0f, 1.0f)) * InvPi : 0.5f;
+            const LatLongPlace place = latlong_place({finite(d.x), finite(d.y), finite(d.z)});
+            s[i] = place.u, t[i] = place.v;
         }
         sl::TextureRequest block = request;
         block.s = s, block.t = t;

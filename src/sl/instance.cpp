@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstring>
+#include <deque>
 
 #include "sl/shader.h"
 
@@ -194,6 +195,20 @@ void InstanceImpl::call(const BuiltStage& built, Frame& frame, ops::Runner& runn
 // ---- running over grids
 // -----------------------------------------------------------------------------------------------------
 
+// Homogeneous points serve as points.
+static bool feeds(const grid::Channel& c, const ir::Place& place) {
+    return c.components == place.count || (c.components == 4 && place.count == 3);
+}
+static grid::Channel divided_by_w(const grid::Channel& c) {
+    grid::Channel point{c.name, 3, c.stride, std::vector<float>(size_t(c.stride) * 3 + 32)};
+    for (int k = 0; k < 3; k++)
+        for (int i = 0; i < c.stride; i++) {
+            const float w = c.component(3)[i];
+            point.component(k)[i] = w != 0 ? c.component(k)[i] / w : c.component(k)[i];
+        }
+    return point;
+}
+
 ir::Variant InstanceImpl::variant_for(const grid::Grid& grid) const {
     ir::Variant v = m_variant;
     v.Cs = v.Os = false;
@@ -205,7 +220,7 @@ ir::Variant InstanceImpl::variant_for(const grid::Grid& grid) const {
     for (size_t i = 0; i < v.params.size(); i++) {
         bool found = false;
         for (const grid::Channel& c : grid.primvars)
-            found = found || (c.name == m_primvars[i] && c.components == p.places[i].count);
+            found = found || (c.name == m_primvars[i] && feeds(c, p.places[i]));
         v.params[i] = v.params[i] && found;
     }
     return v;
@@ -255,15 +270,19 @@ void InstanceImpl::run(const BuiltStage& built, const ir::Variant& variant, grid
     uniform(du, Vec3f(globals.du));
     uniform(dv, Vec3f(globals.dv));
     std::vector<const float*> varying(size_t(p.floats) + 1, nullptr);
+    std::deque<grid::Channel> divided;
     for (const grid::Channel& c : grid.primvars) {
         if (c.name == "Cs" && variant.Cs)
             triple(Cs, c.component(0), c.stride);
         if (c.name == "Os" && variant.Os)
             triple(Os, c.component(0), c.stride);
         for (size_t i = 0; i < variant.params.size(); i++)
-            if (variant.params[i] && c.name == m_primvars[i] && c.components == p.places[i].count)
-                for (int k = 0; k < c.components; k++)
-                    varying[size_t(p.places[i].offset + k)] = c.component(k);
+            if (variant.params[i] && c.name == m_primvars[i] && feeds(c, p.places[i])) {
+                const bool divide = c.components != p.places[i].count;
+                const grid::Channel& from = divide ? divided.emplace_back(divided_by_w(c)) : c;
+                for (int k = 0; k < from.components; k++)
+                    varying[size_t(p.places[i].offset + k)] = from.component(k);
+            }
     }
     std::vector<float*> out = outputs;
 

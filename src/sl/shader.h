@@ -86,6 +86,7 @@ class ShaderImpl final : public Shader, public std::enable_shared_from_this<Shad
     bool from_cache() const override { return m_from_cache; }
     bool queries() const override { return m_program->queries; }
     bool asks_for_interreflection() const override { return m_program->interreflection; }
+    bool has_light_of_its_own() const override { return m_program->own_light; }
     CoShaderUse coshaders() const override { return m_program->coshaders; }
     std::span<const TextureUse> textures() const override { return m_program->textures; }
     std::vector<std::string> stages() const override;

@@ -89,6 +89,13 @@ struct CompileOptions {
     // What a classic surface does that no material can do is an error rather than an approximation with a
     // warning: weights that depend on the viewing direction, functions of light, kernels that are no lobe's.
     bool strict_directions = false;
+    // specular(), and specularbrdf(), have Blinn's exponent 1 / roughness, as RISpec has it; else 8 /
+    // roughness as PRMan, Aqsis and 3Delight, which nearly all published pictures were made with.
+    bool rispec_specular = false;
+    // Illuminance loops of classic surfaces that are no lobe's are run for the lights of the scene, at the
+    // point that is shaded, without shadows, and what they gather is what the surface shines with. Else they
+    // become their albedo.
+    bool gathers_light = false;
     // Values that an array has room for that grows in a loop whose length is not seen (reserve() gives more).
     int array_room = 64;
     // What the shader is connected to: its code is made for that. Without it every handle is null.
@@ -109,6 +116,15 @@ struct TextureRequest {
     float fill;
     float* result; // channels arrays, one after another, `result_stride` floats apart
     int result_stride;
+};
+
+// Light of one light at points, without shadows: for volume shaders, which look for it on their way. All in
+// current space, three arrays each.
+struct LightRequest {
+    int light, count;
+    const float* P[3];
+    float* L[3];  // from the point to the light; a distant one's of length one
+    float* Cl[3]; // 0 where it does not shine
 };
 
 // What attribute(), option(), rendererinfo() and textureinfo() ask. The answer is a text or floats, as
@@ -137,6 +153,9 @@ class Services {
         (void)query;
         return false;
     }
+    // Lights that shine from somewhere: how many there are, and what one sends to points.
+    virtual int lights() { return 0; }
+    virtual void light(const LightRequest& request) { (void)request; }
     // A run-time fault or message, located in the shader's source.
     virtual void report(Severity severity, const Location& where, const std::string& message) = 0;
 };
@@ -228,6 +247,8 @@ class Shader {
     virtual bool queries() const { return false; }
     // True if it asks for light between surfaces (indirectdiffuse()) or what keeps it away (occlusion()).
     virtual bool asks_for_interreflection() const { return false; }
+    // It has illuminance loops that are no lobe's.
+    virtual bool has_light_of_its_own() const { return false; }
     // What it asks for, and may be compiled with (CompileOptions::coshaders).
     virtual CoShaderUse coshaders() const { return CoShaderUse::None; }
     // Unknown arguments and wrong types are reported to the journal (with the names there are) and skipped.
@@ -264,6 +285,10 @@ std::vector<std::string> emit_stages();
 std::optional<std::string> emit(const std::string& name, const std::string& source, Emit what,
                                 const std::string& stage, const CompileOptions& options, Journal& journal);
 
+// Do a file's first bytes say that it is a published shader? (slo.h; ".slo" is the name of other renderers'
+// compiled shaders, too.)
+bool is_slo(std::string_view bytes);
+
 // ---- the cache
 // ---------------------------------------------------------------------------------------------------------
 
@@ -280,6 +305,6 @@ std::vector<CacheEntry> cache_entries(const std::string& folder, bool verify); /
 uint64_t cache_clear(const std::string& folder);                               // number of files removed
 uint64_t cache_trim(const std::string& folder, uint64_t max_bytes);
 
-inline constexpr int CompilerVersion = 7;
+inline constexpr int CompilerVersion = 8;
 
 } // namespace kanuka::sl

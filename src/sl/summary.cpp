@@ -121,7 +121,7 @@ void put_program(ByteWriter& out, const ir::Program& p) {
         out.text(t.parameter);
         out.put(uint8_t(t.environment));
     }
-    out.put(uint8_t(p.queries | p.interreflection << 1));
+    out.put(uint8_t(p.queries | p.interreflection << 1 | p.own_light << 2));
     out.put(uint8_t(p.coshaders));
     put_texts(out, p.aovs);
     out.put(p.source_hash);
@@ -176,6 +176,7 @@ void get_program(ByteReader& in, ir::Program& p) {
     const uint8_t asks = in.get<uint8_t>();
     p.queries = asks & 1;
     p.interreflection = asks & 2;
+    p.own_light = asks & 4;
     p.coshaders = CoShaderUse(in.get<uint8_t>());
     p.aovs = get_texts(in);
     p.source_hash = in.get<uint64_t>();

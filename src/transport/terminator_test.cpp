@@ -56,8 +56,9 @@ TEST(ShadowTerminator, CoarseBallIsLitAsASphere) {
         EXPECT_NEAR(found / expected, 1, 0.015) << "sun at " << turn;
         const auto [same, facets, parts] = Ball(turn, false, ahead).light(turn);
         EXPECT_LT(off, (turn < 120 ? 0.005 : 0.03) * expected) << "sun at " << turn;
-        if (turn > 60) // what facets look like
+        if (turn > 60) { // what facets look like
             EXPECT_GT(parts / same, 8 * off / expected) << "sun at " << turn;
+        }
         EXPECT_NEAR(facets / same, 1, 0.08); // what is below them comes back, if elsewhere
     }
 }

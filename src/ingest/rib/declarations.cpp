@@ -148,7 +148,7 @@ constexpr Standard StandardDeclarations[] = {
     {"uniform integer[2]", "bucketsize origin"},
     {"uniform float[4]", "quantize"},
     {"uniform float", "geometrytolerance normaltolerance"},
-    {"uniform string", "integrator"},
+    {"uniform string", "integrator specular"},
     {"uniform float", "clampdirect"},
     {"uniform float", "clampindirect"},
 };

@@ -426,14 +426,19 @@ void StageEmitter::write_outputs() {
         } else if (o.kind == Output::Slot) {
             const Channel& channel = m_program.channels[size_t(o.index)];
             double low = 0, high = 1;
+            bool turns = false;
             if (channel.input >= 0) {
                 const grid::LobeInput& in = grid::lobe(channel.lobe).inputs[size_t(channel.input)];
                 low = double(in.low);
                 high = double(in.high);
+                turns = in.between() == grid::Between::Turns;
             } else if (!channel.presence) {
-                high = 65504; // what a half holds
+                high = std::numeric_limits<double>::infinity();
             }
             for (int c = 0; c < n; c++) {
+                if (turns) // whole ones are none
+                    v.part[c] = m_b.CreateFSub(v.part[c],
+                                               m_b.CreateUnaryIntrinsic(llvm::Intrinsic::floor, v.part[c]));
                 llvm::Value* lo = llvm::ConstantFP::get(v.part[c]->getType(), low);
                 v.part[c] = m_b.CreateSelect(m_b.CreateFCmpOGT(v.part[c], lo), v.part[c], lo);
                 if (high < 1e30) {

@@ -122,7 +122,6 @@ void Extraction::find_sites(Block& b) {
                 check_arguments(i);
                 m_site_of[item.ref] = int(m_sites.size());
                 Site s{Closure(i.imm), i.loc};
-                s.exponent = s.kind == Closure::SpecularKernel;
                 if (is_fresnel(s.kind) || s.kind == Closure::LightSample)
                     s.reference = int(i.floats[0]);
                 else if (in_loop(s.kind))

@@ -139,9 +139,12 @@ enum class CallKind : uint8_t {
     Concat,
     Match,
     Report,
-    Found, // attribute, option, rendererinfo, textureinfo: is it known? imm: sl::Query::Kind * 4 + what is
-           // wanted
-    Query, // its value
+    Found,  // attribute, option, rendererinfo, textureinfo: is it known? imm: sl::Query::Kind * 4 + what is
+            // wanted
+    Query,  // its value
+    Lights, // how many there are, for shaders that look at them one by one
+    LightDirection,
+    LightColor, // of one, at a point: the way to it, Cl
     CreateBoundary,
     AddLobe,
     AddLayer,
@@ -296,6 +299,9 @@ struct Program {
     std::vector<std::pair<std::string, grid::LobeId>> fixed_lobes;
     std::vector<std::string> aovs;  // output parameters that the shade stage hands out
     bool area_light = false;        // see CompileOptions; of use while lowering alone
+    bool rispec_specular = false;   // the same
+    bool gathers_light = false;     // the same
+    bool own_light = false;         // illuminance loops that are no lobe's
     std::vector<std::string> files; // names of the sources, for locations at run time
     std::vector<TextureUse> textures;
     bool queries = false;         // asks for attributes, options or the like

@@ -231,6 +231,7 @@ class Lower {
     Ref kernel(Closure kind, Ty ty, std::vector<Ref> args, Tag t, Loc at);
     Ref light_arithmetic(ast::BinOp op, Ref a, Ref b, Loc at);
     Ref light_shadeop(const ast::Expr* e);
+    Ref blinn_exponent(Ref roughness, Loc at);
     // lower_kernels.cpp
     bool of_light(Ref r, int depth = 0) const;
     Ref without_cosine(Ref r, Loc at);
@@ -251,6 +252,7 @@ class Lower {
     void illuminance(const ast::Stmt* s);
     Binding bind_color(Loc at);
     void project(const ast::Stmt* s, Loc reason);
+    void ask_lights(const ast::Stmt* s);
     void gather(const ast::Stmt* s);
     void repeat(Ref count, const ast::Stmt* body, Loc at);
     int reference_value(const char* name, Loc at);

@@ -223,6 +223,12 @@ Ref Lower::fresnel(const Expr* e) {
     return zero(Ty::Float);
 }
 
+// The exponent of (N . H) that the roughness of specular() and specularbrdf() stands for.
+Ref Lower::blinn_exponent(Ref roughness, Loc at) {
+    const Ref some = m_b.emit(Op::Max, Ty::Float, {roughness, m_b.constant(1e-4f)}, at);
+    return m_b.emit(Op::Div, Ty::Float, {m_b.constant(m_program.rispec_specular ? 1.0f : 8.0f), some}, at);
+}
+
 // Shadeops of directions and cosines; None = as any other.
 Ref Lower::light_shadeop(const Expr* e) {
     const std::string& n = e->shadeop->name;
@@ -285,16 +291,15 @@ Ref Lower::light_shadeop(const Expr* e) {
         const bool view = tag(args[0]) == Tag::View || tag(args[0]) == Tag::Eye;
         return tagged(source(args), !view ? Tag::None : n == "reflect" ? Tag::Mirrored : Tag::Refracted);
     }
+    if (n == "specularbrdf") {
+        std::vector<Ref> args = arguments();
+        args[3] = blinn_exponent(args[3], e->loc);
+        if (m_illuminance == 0)
+            return source_call("__blinn", args, e->loc);
+        return kernel(Closure::SpecularKernel, Ty::Triple, {args[1], args[1], args[3]}, Tag::None, e->loc);
+    }
     if (m_illuminance == 0)
         return ir::None;
-    if (n == "specularbrdf") {
-        const std::vector<Ref> args = arguments();
-        const Ref exponent = m_b.emit(
-            Op::Div, Ty::Float,
-            {m_b.constant(1.0f), m_b.emit(Op::Max, Ty::Float, {args[3], m_b.constant(1e-4f)}, e->loc)},
-            e->loc);
-        return kernel(Closure::SpecularKernel, Ty::Triple, {args[1], args[1], exponent}, Tag::None, e->loc);
-    }
     if (n == "exp") {
         const std::vector<Ref> args = arguments();
         const Ref kernel = ward(args[0], e->loc);

@@ -335,6 +335,40 @@ static void query(Runner& r, const Arguments& a) {
     }
 }
 
+// What a light is at points: which one may differ from vertex to vertex, where loops were left early.
+static void light(Runner& r, const Frame& frame, const Arguments& a) {
+    const ir::Instr& result = r.stage.instrs[size_t(a.site.result)];
+    const auto varies = [&](size_t k) { return r.stage.instrs[size_t(a.site.args[k])].varying; };
+    const int n = result.varying ? frame.count : 1;
+    const size_t pad = size_t(n) + 16;
+    std::vector<float> places(3 * pad), out(6 * pad);
+    LightRequest q{};
+    q.count = n;
+    for (size_t c = 0; c < 3; c++) {
+        const float* from = a.at(1)[c];
+        for (int i = 0; i < n; i++)
+            places[c * pad + size_t(i)] = from[varies(1) ? i : 0];
+        q.P[c] = places.data() + c * pad;
+        q.L[c] = out.data() + c * pad;
+        q.Cl[c] = out.data() + (3 + c) * pad;
+    }
+    const auto wanted = [&](int i) { return int(a.at(0)[0][varies(0) ? i : 0]); };
+    const bool color = a.site.kind == ir::CallKind::LightColor;
+    for (int k = 0; k < r.services.lights(); k++) {
+        bool any = false;
+        for (int i = 0; i < n && !any; i++)
+            any = wanted(i) == k;
+        if (!any)
+            continue;
+        q.light = k;
+        std::fill(out.begin(), out.end(), 0.0f);
+        r.services.light(q);
+        for (int i = 0; i < n; i++)
+            for (size_t c = 0; wanted(i) == k && c < 3; c++)
+                a.result()[c][i] = (color ? q.Cl : q.L)[c][i];
+    }
+}
+
 void host_call(Runner& r, const Frame& frame, const Arguments& a) {
     using ir::CallKind;
     switch (a.site.kind) {
@@ -383,6 +417,13 @@ void host_call(Runner& r, const Frame& frame, const Arguments& a) {
     case CallKind::Found:
     case CallKind::Query:
         query(r, a);
+        break;
+    case CallKind::Lights:
+        a.result()[0][0] = float(r.services.lights());
+        break;
+    case CallKind::LightDirection:
+    case CallKind::LightColor:
+        light(r, frame, a);
         break;
     default:
         build_call(r, a);
