@@ -288,3 +288,12 @@ def waves_under_a_lens() -> kanuka.Scene:
     scene.add_subdivision(points, faces, material=kanuka.Material("plastic", roughness=0.25), transform=wide)
     scene.add_light("sphere", amount=3, position=(0.5, 1.5, 0), radius=0.7)
     return scene
+
+
+@validation
+def bumps_under_a_panel() -> kanuka.Scene:
+    bumps = kanuka.Shader(str(SHADERS / "broad" / "bumps"))
+    scene = ball_on_floor(kanuka.Material("plastic", roughness=0.3, displacement=bumps, color=(0.7, 0.4, 0.2)))
+    coated = kanuka.Material("lacquer", metallic=0.5, coatRoughness=0.5, displacement=bumps)
+    scene.add_sphere(0.5, material=coated, transform=place(1, -0.5, 1.2))
+    return scene

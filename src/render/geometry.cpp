@@ -74,6 +74,10 @@ class GeometryBuilder {
     }
 
   private:
+    static Transform around(const Vec3f& p) {
+        return Transform::translate(double(p.x), double(p.y), double(p.z));
+    }
+
     void build(bvh::GroupDesc& world) {
         const scene::Scene& scene = m_request.scene;
         const std::vector<GroupView> views =
@@ -85,11 +89,13 @@ class GeometryBuilder {
         for (size_t g = 0; g < scene.groups.size(); g++) {
             bvh::GroupDesc desc;
             // A group that nothing shows is not diced.
+            const Transform built_from_group = around(-views[g].center);
             if (views[g].pixels_per_unit > 0)
-                add_primitives(scene.groups[g].primitives, scene.groups[g].solids, Transform(), &views[g],
-                               desc);
-            add_instances(scene.groups[g].instances, Transform(), desc);
+                add_primitives(scene.groups[g].primitives, scene.groups[g].solids, built_from_group,
+                               &views[g], desc);
+            add_instances(scene.groups[g].instances, built_from_group, desc);
             m_out->group_of_scene.push_back(int(m_out->groups.size()));
+            m_out->center_of_scene.push_back(views[g].center);
             m_out->groups.push_back(std::move(desc));
         }
         add_primitives(scene.primitives, scene.solids, m_request.render_from_world, nullptr, world);
@@ -212,9 +218,11 @@ class GeometryBuilder {
             const scene::Primitive& primitive = volume ? boundary : rest;
             const Transform render_from_object = render_from_group * primitive.world_from_object;
             const auto start = Clock::now();
-            out.material = m_request.shading.material(primitive, render_from_object, instanced != nullptr);
+            out.material = m_request.shading.material(primitive, render_from_object,
+                                                      instanced ? &render_from_group : nullptr);
             if (volume)
-                fill(rest, *volume, render_from_object, instanced || !moving.places.empty(), boundary, out);
+                fill(rest, *volume, render_from_object,
+                     instanced || !moving.places.empty() ? &render_from_group : nullptr, boundary, out);
             const shade::Material& material = *out.material;
             dice::DiceTarget target;
             target.render_from_object = render_from_object;
@@ -261,10 +269,10 @@ class GeometryBuilder {
         m_request.progress.update("dice", double(++m_done) / double(std::max<size_t>(m_total, 1)));
     }
 
-    // What is in a Volume. What is not in its place in render space (`elsewhere`: in instances, or as it
-    // moves) is as thick everywhere as it is on average.
+    // What is in a Volume. What is not in its place in render space (`elsewhere`: from its group, in
+    // instances, or as it moves) is as thick everywhere as it is on average.
     void fill(const scene::Primitive& primitive, const scene::Volume& volume,
-              const Transform& render_from_object, bool elsewhere, scene::Primitive& boundary,
+              const Transform& render_from_object, const Transform* elsewhere, scene::Primitive& boundary,
               Prepared& out) {
         if (!out.material->program().interior) {
             if (primitive.attributes && primitive.attributes->surface)
@@ -355,18 +363,24 @@ class GeometryBuilder {
                 }
             m_request.stats.count.shader_evaluations += 1;
         }
+        const bool may_round =
+            !material.displaces() &&
+            !(primitive.attributes && primitive.attributes->user.get_int("kanuka:shadowterminator", 1) == 0);
         tasks::parallel_for(count, [&](size_t i) {
             grid::Grid& g = diced.is_mesh ? diced.mesh_vertices : diced.grids[i]; // shading may set N: bumps
+            bool smooth = may_round;
             if (!material.uniform()) {
-                const std::vector<float> normals = g.later.empty() ? std::vector<float>() : g.N;
+                const std::vector<float> normals = g.later.empty() && !may_round ? std::vector<float>() : g.N;
                 material.shade(g, inputs[i]);
+                smooth = may_round && g.N == normals;
                 grid::carry_normals(g, normals);
                 m_request.stats.count.shader_evaluations += uint64_t(g.vertices());
             }
             if (inside_out)
                 turn_inside_out(g);
             shaded[i] = {&g, diced.is_mesh ? nullptr : &diced.traced[i],
-                         diced.is_mesh ? &diced.mesh : nullptr, material.uniform() ? &once : &inputs[i]};
+                         diced.is_mesh ? &diced.mesh : nullptr, material.uniform() ? &once : &inputs[i],
+                         smooth};
         });
         if (count == 0)
             return;
@@ -482,18 +496,23 @@ class GeometryBuilder {
 
     void add_instances(const std::vector<scene::Group::Instances>& all, const Transform& render_from_parent,
                        bvh::GroupDesc& desc) {
-        const float shift[3] = {float(render_from_parent.m[0][3]), float(render_from_parent.m[1][3]),
-                                float(render_from_parent.m[2][3])};
         for (const auto& in : all) {
-            // render_from_parent is a translation (or nothing), so only the last column moves.
             if (in.moves()) {
                 add_moving_instances(in, render_from_parent, desc);
                 continue;
             }
+            // Both are translations, or nothing, so only the last column moves; summed in double, since what
+            // is taken away of it here is often there again.
+            const Vec3f& center = m_out->center_of_scene[size_t(in.group)];
             std::vector<float> t(in.transforms.begin(), in.transforms.end());
             for (size_t i = 0; i + 12 <= t.size(); i += 12)
-                for (int r = 0; r < 3; r++)
-                    t[i + size_t(4 * r + 3)] += shift[r];
+                for (size_t r = 0; r < 3; r++) {
+                    float* row = t.data() + i + 4 * r;
+                    double moved = double(row[3]) + render_from_parent.m[r][3];
+                    for (int k = 0; k < 3; k++)
+                        moved += double(row[k]) * double(center[k]);
+                    row[3] = float(moved);
+                }
             m_request.stats.count.instances += t.size() / 12;
             m_out->instanced |= !t.empty();
             m_out->transforms.push_back(std::move(t));
@@ -504,6 +523,7 @@ class GeometryBuilder {
     void add_moving_instances(const scene::Group::Instances& in, const Transform& render_from_parent,
                               bvh::GroupDesc& desc) {
         const size_t count = in.count();
+        const Transform group_from_built = around(m_out->center_of_scene[size_t(in.group)]);
         std::vector<MotionPath> paths;
         std::vector<float> still;
         std::vector<TransformKey> keys(in.times.size());
@@ -516,11 +536,12 @@ class GeometryBuilder {
                         keys[k].transform.m[r][c] = double(m[4 * r + c]);
             }
             if (const auto moving = keys_in_shutter(keys, m_request.shutter); !moving.empty()) {
-                paths.emplace_back(moving, render_from_parent);
+                paths.emplace_back(moving, render_from_parent, group_from_built);
                 continue;
             }
             still.resize(still.size() + 12);
-            MotionPath(keys, render_from_parent).at(m_request.shutter.open, still.data() + still.size() - 12);
+            MotionPath(keys, render_from_parent, group_from_built)
+                .at(m_request.shutter.open, still.data() + still.size() - 12);
         }
         m_request.stats.count.instances += count;
         m_out->instanced |= count > 0;

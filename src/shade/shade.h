@@ -63,11 +63,11 @@ class ShadingSystem {
     virtual ~ShadingSystem() = default;
     // `render_from_object`: object space of this primitive for the shader's transforms. Primvars of constant
     // detail are bound as parameters; varying ones are found on the grid. Materials are shared where all they
-    // depend on is equal. `instanced`: of a group, whose space stands for render space; it may be seen from
-    // many places at once.
+    // depend on is equal. `built_from_group`: of a group, whose space stands for the world's; it may be
+    // seen from many places at once. Null: in the world.
     virtual std::shared_ptr<const Material> material(const scene::Primitive& primitive,
                                                      const Transform& render_from_object,
-                                                     bool instanced = false) = 0;
+                                                     const Transform* built_from_group = nullptr) = 0;
     // Is all of it what RISpec's renderers knew? Surfaces by classic shaders, or none (those that are missing
     // count as classic); lights of RISpec's four kinds, or by shaders of the scene.
     virtual bool all_classic(const scene::Scene& scene) = 0;

@@ -399,7 +399,8 @@ uint64_t SystemImpl::hash(const std::string& key, const BoundShaders& shaders) c
 }
 
 std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& primitive,
-                                                     const Transform& render_from_object, bool instanced) {
+                                                     const Transform& render_from_object,
+                                                     const Transform* built_from_group) {
     static const scene::Attributes fallback;
     const scene::Attributes& attributes = primitive.attributes ? *primitive.attributes : fallback;
 
@@ -409,7 +410,8 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
     own.spaces.current_from_object = render_from_object;
     if (std::ranges::any_of(attributes.user.values, scene::is_coordinate_system))
         own.spaces.scoped = &attributes.user;
-    own.spaces.current_from_world = current_from_world(primitive, render_from_object);
+    own.spaces.current_from_world =
+        built_from_group ? *built_from_group : current_from_world(primitive, render_from_object);
     const auto shader_space = [&](const std::optional<scene::ShaderRef>& ref) {
         return ref ? own.spaces.current_from_world * ref->world_from_shader : render_from_object;
     };
@@ -469,7 +471,7 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
                             own.spaces.current_from_shader);
     bound.displacement =
         bind_in(attributes.displacement, sl::ShaderKind::Displacement, own.displacement_from_shader);
-    if (attributes.atmosphere && instanced)
+    if (attributes.atmosphere && built_from_group)
         m_journal.warning(attributes.atmosphere->where,
                           "atmosphere \"" + attributes.atmosphere->name +
                               "\" does not reach instances: they are shaded once for all places that they "

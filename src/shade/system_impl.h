@@ -65,7 +65,8 @@ class SystemImpl final : public ShadingSystem {
     }
 
     std::shared_ptr<const Material> material(const scene::Primitive& primitive,
-                                             const Transform& render_from_object, bool instanced) override;
+                                             const Transform& render_from_object,
+                                             const Transform* built_from_group) override;
     std::vector<scene::Light> lights(const std::vector<scene::ShaderRef>& shaders,
                                      const Bounds3f& lit) override;
     void image(const scene::ShaderRef& imager, const ImagerPixels& pixels) override;

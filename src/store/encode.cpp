@@ -52,6 +52,8 @@ class GridEncoder {
         for (size_t w = 0; w < m_layout.words.size(); w++)
             encode_word(w);
         encode_normals();
+        if (m_shaded.smooth && is_coarse())
+            m_out.shape.flags |= ShapeRecord::Rounded;
         if (m_program.needs_tangent())
             encode_tangents();
         if (m_program.emits())
@@ -229,6 +231,54 @@ class GridEncoder {
                 m_out.inputs.push_back(to_oct32(n == Vec3f(0.0f) ? normals[size_t(i)] : n));
             }
         m_normals = std::move(normals);
+    }
+
+    // Does a normal lean farther from its facet than dicing lets it?
+    bool is_coarse() const {
+        constexpr float LeastCosine = 0.9976f; // 4 degrees
+        const ShapeRecord& s = m_out.shape;
+        if (!(s.flags & ShapeRecord::HasNormals) || m_normals.size() == 1 || s.motion_segments > 0 ||
+            (s.flags & (ShapeRecord::Collapsed | ShapeRecord::Fibre)))
+            return false;
+        // Of traced corners, with their vertices.
+        const auto leans = [&](const std::array<int, 3>& traced, const std::array<int, 3>& vertex) {
+            const auto at = [&](int v) {
+                const float* p = m_out.positions.data() + size_t(v) * 3;
+                return Vec3f(p[0], p[1], p[2]);
+            };
+            const Vec3f n = unit(cross(at(traced[1]) - at(traced[0]), at(traced[2]) - at(traced[0])));
+            for (const int v : vertex)
+                if (!(n == Vec3f(0.0f)) && std::abs(dot(n, m_normals[size_t(v)])) < LeastCosine)
+                    return true;
+            return false;
+        };
+        if (m_shaded.mesh) {
+            const int n = m_shaded.mesh->vertices_per_face;
+            for (size_t f = 0; f < m_out.indices.size(); f += size_t(n)) {
+                const auto corner = [&](int k) { return int(m_out.indices[f + size_t(k)]); };
+                const std::array<int, 3> a{corner(0), corner(1), corner(n - 1)};
+                if (leans(a, a))
+                    return true;
+                if (n == 4)
+                    if (const std::array<int, 3> b{corner(2), corner(3), corner(1)}; leans(b, b))
+                        return true;
+            }
+            return false;
+        }
+        const grid::TracedGrid& t = *m_shaded.traced;
+        for (int j = 0; j < t.mv; j++)
+            for (int i = 0; i < t.mu; i++) {
+                const auto traced = [&](int a, int b) { return (j + b) * (t.mu + 1) + i + a; };
+                const auto vertex = [&](int a, int b) {
+                    return (j + b) * t.step_v * (s.nu + 1) + (i + a) * t.step_u;
+                };
+                if (leans({traced(0, 0), traced(1, 0), traced(0, 1)},
+                          {vertex(0, 0), vertex(1, 0), vertex(0, 1)}) ||
+                    leans({traced(1, 1), traced(0, 1), traced(1, 0)},
+                          {vertex(1, 1), vertex(0, 1), vertex(1, 0)}))
+                    return true;
+            }
+        return false;
     }
 
     // dPdu at every vertex; where there is none, some direction across the normal.

@@ -37,7 +37,8 @@ struct ShapeRecord {
         FlatNormal = 32,
         ShinesBoth = 64, // to the inside too; what is sent there is met, not asked for
         Fibre = 128,     // a mesh of round segments: an index each, positions are xyz and the radius
-        Layer = 256      // rays that come from the inside do not meet it
+        Layer = 256,     // rays that come from the inside do not meet it
+        Rounded = 512    // its facets stand for a curved surface, which its normals tell of
     };
     int32_t flags;
     int32_t program;    // index into Store::programs
@@ -165,6 +166,7 @@ struct ShadedGrid {
     const grid::TracedGrid* traced; // or
     const grid::TracedMesh* mesh = nullptr;
     const grid::VertexInputs* inputs;
+    bool smooth = false; // normals are those of the surface, not of bumps: facets may be Rounded
 };
 
 // Encodes the grids of a primitive: folds inputs that are constant over a grid, quantises the others.

@@ -203,6 +203,38 @@ struct HitPlace {
     }
 };
 
+// Corners of the triangle that a hit lies on: among the traced vertices, and among those that inputs are kept
+// of. (Of grids without coarsened edges.)
+template <int W>
+struct Corners {
+    Int<W> traced[3], vertex[3];
+    Float<W> weight[3];
+
+    Corners(const ShapeLanes<W>& s, const HitPlace<W>& place, Float<W> u, Float<W> v) {
+        using F = Float<W>;
+        using I = Int<W>;
+        const Mask<W> mesh = s.has(store::ShapeRecord::Mesh);
+        const F zero(0.0f), one(1.0f);
+        const F x = clamp(u, zero, one) * F(s.mu), y = clamp(v, zero, one) * F(s.mv);
+        const I i = max(min(to_int(x), s.mu - I(1)), I(0)), j = max(min(to_int(y), s.mv - I(1)), I(0));
+        const F fx = x - F(i), fy = y - F(j);
+        const Mask<W> second = fx + fy > one;
+        const I step_u = I(1) << (s.steps & I(15)), step_v = I(1) << ((s.steps >> 4) & I(15));
+        const F of_corner[3] = {select(second, fx + fy - one, one - fx - fy), select(second, one - fy, fx),
+                                select(second, one - fx, fy)};
+        const I one_i(1), zero_i(0);
+        const I a[3] = {select(second, one_i, zero_i), one_i, zero_i},
+                b[3] = {select(second, one_i, zero_i), zero_i, one_i};
+        for (int k = 0; k < 3; k++) {
+            const I on_grid = (j + b[k]) * (s.mu + one_i) + i + a[k];
+            traced[k] = select(mesh, place.vertex[k], on_grid);
+            vertex[k] =
+                select(mesh, place.vertex[k], (j + b[k]) * step_v * (s.nu + one_i) + (i + a[k]) * step_u);
+            weight[k] = select(mesh, place.weight[k], of_corner[k]);
+        }
+    }
+};
+
 // Reads lobe inputs at a place. Constant words (stride 0) are floats already; varying ones are decoded at the
 // vertices around the hit, interpolated, and then uplifted: the order that keeps a texture's colours.
 template <int W>
@@ -316,6 +348,12 @@ class InputFetch {
         const Vec3<Float<W>> a = direction_at(base, stride);
         const Vec3<Float<W>> b = direction_at(kanuka::select(motion.moving, base + each, base), stride);
         return if_any(shape, kanuka::select(motion.moving, a + (b - a) * motion.f, a));
+    }
+    // Likewise at a vertex, of lanes whose normals vary.
+    Vec3<Float<W>> normal_of(Int<W> vertex, Mask<W> m) const {
+        Int<W> base, stride;
+        entry(m_code.words, base, stride);
+        return decode_oct(gather(m_scene.words, kanuka::select(m, base + vertex, Int<W>(0))));
     }
     // The direction of dPdu, in the same space; of programs that need it.
     Vec3<Float<W>> tangent() const {

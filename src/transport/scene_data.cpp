@@ -353,6 +353,8 @@ void fill_lights(SceneView& view, const SceneInputs& in, color::Palette& palette
     size_t shapes = 0;
     for (size_t k = 0; k < view.lights.size(); k++) {
         view.light_shapes |= 1u << view.lights[k].shape;
+        view.points_in_tree |=
+            int(k) >= view.lights_by_choice && view.lights[k].shape == AnalyticLight::Delta;
         if (view.lights[k].shape >= AnalyticLight::Quad) {
             shapes++;
             if (few)

@@ -142,7 +142,7 @@ constexpr Standard StandardDeclarations[] = {
     {"uniform integer",
      "gridsize texturememory geocachememory eyesplits endofframe maxdepth maxspeculardepth "
      "maxdiffusedepth max_raylevel volumedepth "
-     "progressions seed diceflatness "
+     "progressions seed diceflatness shadowterminator "
      "camera truedisplacement strictdirections arrayroom proceduralmemory offscreen "
      "runprograms ondemand"},
     {"uniform integer[2]", "bucketsize origin"},
