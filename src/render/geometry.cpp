@@ -6,6 +6,7 @@
 
 #include "base/tasks.h"
 #include "color/photometry.h"
+#include "grid/mesh_patches.h"
 #include "render/group_views.h"
 #include "render/motion.h"
 #include "render/volumes.h"
@@ -68,6 +69,7 @@ class GeometryBuilder {
             m_out->instanced = true;
         }
         m_out->groups.push_back(std::move(world));
+        m_request.shading.report_ranges();
         m_request.stats.bytes.grids = m_out->store.grid_bytes();
         m_request.stats.bytes.lobe_inputs = m_out->store.input_bytes();
     }
@@ -221,6 +223,9 @@ class GeometryBuilder {
             else if (instanced)
                 target.instead_from = instanced->cameras;
             target.shade_uniform = material.uniform() && !material.displaces();
+            target.displacing = material.displaces() ? material.reads_displacing() : grid::Reads();
+            target.shading = material.uniform() ? grid::Reads() : material.reads_shading();
+            target.shading.frame = target.shading.frame || material.program().needs_tangent();
             target.keep_density = material.emission_varies();
             target.later = moving.later;
             target.finer =
@@ -349,9 +354,17 @@ class GeometryBuilder {
                 }
             m_request.stats.count.shader_evaluations += 1;
         }
+        const bool patches = diced.is_mesh && !material.uniform() && material.reads_shading().rings > 0;
+        if (patches) {
+            const std::vector<float> normals =
+                diced.mesh_vertices.later.empty() ? std::vector<float>() : diced.mesh_vertices.N;
+            shade_mesh(diced, material, inputs[0]);
+            grid::carry_normals(diced.mesh_vertices, normals);
+            m_request.stats.count.shader_evaluations += uint64_t(diced.mesh_vertices.vertices());
+        }
         tasks::parallel_for(count, [&](size_t i) {
             grid::Grid& g = diced.is_mesh ? diced.mesh_vertices : diced.grids[i]; // shading may set N: bumps
-            if (!material.uniform()) {
+            if (!material.uniform() && !patches) {
                 const std::vector<float> normals = g.later.empty() ? std::vector<float>() : g.N;
                 material.shade(g, inputs[i]);
                 grid::carry_normals(g, normals);
@@ -389,6 +402,33 @@ class GeometryBuilder {
             m_request.journal.warning(primitive.where,
                                       std::to_string(bad) +
                                           " shader outputs were not finite and have been replaced");
+    }
+
+    // A mesh whose vertices depend on their neighbours, patch by patch.
+    static void shade_mesh(dice::Diced& diced, const shade::Material& material, grid::VertexInputs& inputs) {
+        grid::Grid& g = diced.mesh_vertices;
+        const grid::MeshPatches patches(g, diced.mesh, diced.mesh_rest.empty() ? g.P : diced.mesh_rest,
+                                        material.reads_shading().rings);
+        std::vector<float> normals = g.N;
+        grid::MeshInputs whole(g);
+        std::mutex mutex;
+        bool facets = g.facets;
+        tasks::parallel_for(patches.count(), [&](size_t k) {
+            grid::Grid patch;
+            std::vector<uint32_t> vertices;
+            grid::VertexInputs of_patch;
+            patches.cut(k, patch, vertices);
+            const size_t own = size_t(patch.stencils->own);
+            material.shade(patch, of_patch);
+            const std::lock_guard lock(mutex);
+            whole.add(of_patch, vertices, own, inputs);
+            for (size_t c = 0; c < 3; c++)
+                for (size_t i = 0; i < own; i++)
+                    normals[vertices[i] + c * size_t(g.stride)] = patch.N[i + c * size_t(patch.stride)];
+            facets = patch.facets;
+        });
+        g.N = std::move(normals);
+        g.facets = facets;
     }
 
     // An area light whose amount is of the whole of it (lumen, watt, candela) spreads it over its area.

@@ -55,6 +55,8 @@ class MaterialImpl final : public Material {
     bool displaces() const override;
     bool emission_varies() const override;
     bool uniform() const override;
+    grid::Reads reads_displacing() const override;
+    grid::Reads reads_shading() const override;
     uint64_t hash() const override { return m_hash; }
     void displace(grid::Grid& grid) const override;
     void shade(grid::Grid& grid, grid::VertexInputs& out) const override;

@@ -126,6 +126,8 @@ class InstanceImpl final : public Instance {
     const Shader& shader() const override { return *m_shader; }
     const grid::LayeringProgram& program() const override { return m_layering; }
     bool displaces() const override { return m_shader->program().displace.root != nullptr; }
+    grid::Reads reads_displacing() const override { return m_shader->program().displace.reads; }
+    grid::Reads reads_shading() const override;
     void displace(grid::Grid& grid, const GridGlobals& globals, Services& services) const override;
     void shade(grid::Grid& grid, const GridGlobals& globals, Services& services,
                grid::VertexInputs& out) const override;

@@ -159,7 +159,7 @@ struct GridGlobals {
     Vec3f Cs{1, 1, 1}, Os{1, 1, 1}; // unless the grid has primvars "Cs", "Os"
     Vec3f E{0, 0, 0};               // the eye, in current space
     float time = 0;
-    float du = 0, dv = 0; // filled by shade: parameter steps between vertices
+    float du = 0, dv = 0; // parameter steps between vertices; on a mesh their mean
 };
 
 // What a light shader sends to points, which are the vertices of a grid.
@@ -196,6 +196,9 @@ class Instance {
                        grid::VertexInputs& out) const = 0;
     // Run a light shader with Ps at each vertex of `points`. Thread safe.
     virtual Emission emit(grid::Grid&, const GridGlobals&, Services&) const { return {}; }
+    // What displace(), and what all the other stages, read about a vertex.
+    virtual grid::Reads reads_displacing() const { return {}; }
+    virtual grid::Reads reads_shading() const { return {}; }
     // Run a volume or imager shader: Ci and Oi come in as the grid's primvars "Cs" and "Os" or the globals'
     // (alpha is the first component of Os); P is the place, in an imager that on the raster.
     virtual Filtered filter(grid::Grid&, const GridGlobals&, Services&) const { return {}; }
@@ -280,6 +283,6 @@ std::vector<CacheEntry> cache_entries(const std::string& folder, bool verify); /
 uint64_t cache_clear(const std::string& folder);                               // number of files removed
 uint64_t cache_trim(const std::string& folder, uint64_t max_bytes);
 
-inline constexpr int CompilerVersion = 7;
+inline constexpr int CompilerVersion = 8;
 
 } // namespace kanuka::sl

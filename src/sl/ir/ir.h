@@ -129,7 +129,7 @@ enum class Closure : uint8_t {
 
 enum class CallKind : uint8_t {
     Dx,
-    Dy,              // differences to the next vertex in u, in v
+    Dy,              // differences to the next vertex in u, in v; imm: 1 + Input, if it is that of one
     CalculateNormal, // P, N
     Texture,         // channels = imm; see Call arguments in runtime.cpp
     Environment,
@@ -242,6 +242,7 @@ struct Stage {
     int targets = 0;
 
     Block* block() { return &blocks.emplace_back(); }
+    grid::Reads reads; // set when the program is complete (reads.cpp)
     Stage() = default;
     Stage(const Stage& other) { *this = other; }
     Stage& operator=(const Stage& other); // deep: blocks point at each other

@@ -534,6 +534,8 @@ Ref Lower::special(const Expr* e, const ops::Signature& s) {
         return m_b.call(std::move(site), m_b.at(x).ty);
     }
     if (n == "texture" || n == "environment")
+        else if (const Instr& i = m_b.at(x); i.op == Op::Input)
+            site.imm = 1 + i.imm;
         return texture(e, s);
     if (n == "determinant")
         return determinant(expr(e->args[0]), e->loc);
