@@ -151,7 +151,8 @@ void MaterialImpl::displace(grid::Grid& grid) const {
 }
 
 void MaterialImpl::shade(grid::Grid& grid, grid::VertexInputs& out) const {
-    MaterialServices services(m_own.spaces, m_own.facts, m_textures, m_journal, m_own.surface_where);
+    MaterialServices services(m_own.spaces, m_own.facts, m_textures, m_journal, m_own.surface_where,
+                              m_core->ranges.get());
     const sl::GridGlobals g = globals(grid);
     if (m_core->program.aovs.empty()) {
         m_core->surface->shade(grid, g, services, out);

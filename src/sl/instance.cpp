@@ -335,7 +335,7 @@ void InstanceImpl::shade(grid::Grid& grid, const GridGlobals& globals, Services&
         out.slots[s].value = m_sources[s].value;
     }
     if (!m_shader->program().shade.root)
-        return;
+        return keep_in_range(out, 0, 0, services);
     carry_members(grid, globals, services);
     const ir::Variant variant = variant_for(grid);
     const BuiltStage& built = m_shader->build(variant).shade;
@@ -398,11 +398,13 @@ void InstanceImpl::shade(grid::Grid& grid, const GridGlobals& globals, Services&
         else if (k >= 0)
             out.slots[s].value = Vec3f(values[size_t(k)][0], values[size_t(k)][1], values[size_t(k)][2]);
     }
+    keep_in_range(out, size_t(grid.vertices()), size_t(grid.stencils ? grid.stencils->own : grid.vertices()),
+                  services);
     if (!normals.empty()) {
         normals.resize(size_t(grid.stride) * 3);
         grid.N.swap(normals);
+        grid.facets = false;
     }
 }
-        grid.facets = false;
 
 } // namespace kanuka::sl

@@ -153,6 +153,7 @@ class InstanceImpl final : public Instance {
     void settle_presence(Services& services);
     void shade(grid::Grid& grid, const GridGlobals& globals, Services& services, grid::VertexInputs& out,
                std::vector<grid::SlotValues>* aovs) const;
+    void keep_in_range(grid::VertexInputs& out, size_t vertices, size_t own, Services& services) const;
     void carry_members(grid::Grid& grid, const GridGlobals& globals, Services& services) const;
     ir::Variant variant_for(const grid::Grid& grid) const;
     void call(const BuiltStage& stage, Frame& frame, ops::Runner& runner) const;

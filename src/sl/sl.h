@@ -123,6 +123,14 @@ struct Query {
     std::string* text;
 };
 
+// Values of a slot that lay outside of its range on one grid, and were taken as its ends.
+struct OutOfRange {
+    const std::string& shader;
+    const grid::Slot& slot;
+    float least, most; // of all values that are numbers
+    uint64_t count;    // of vertices, or grids where one value is for all; more than rounding
+};
+
 class Services {
   public:
     virtual ~Services() = default;
@@ -137,6 +145,7 @@ class Services {
         (void)query;
         return false;
     }
+    virtual void out_of_range(const OutOfRange&) {}
     // A run-time fault or message, located in the shader's source.
     virtual void report(Severity severity, const Location& where, const std::string& message) = 0;
 };
@@ -187,6 +196,9 @@ class Instance {
     // Fixed by mnk_init and mnk_interior, which have run.
     virtual const grid::LayeringProgram& program() const = 0;
     virtual bool displaces() const = 0;
+    // What displace(), and what all the other stages, read about a vertex.
+    virtual grid::Reads reads_displacing() const { return {}; }
+    virtual grid::Reads reads_shading() const { return {}; }
     // Run begin and mnk_displacement (or the displacement shader): move P, set N. Thread safe: grids are
     // independent.
     virtual void displace(grid::Grid& grid, const GridGlobals& globals, Services& services) const = 0;
@@ -196,9 +208,6 @@ class Instance {
                        grid::VertexInputs& out) const = 0;
     // Run a light shader with Ps at each vertex of `points`. Thread safe.
     virtual Emission emit(grid::Grid&, const GridGlobals&, Services&) const { return {}; }
-    // What displace(), and what all the other stages, read about a vertex.
-    virtual grid::Reads reads_displacing() const { return {}; }
-    virtual grid::Reads reads_shading() const { return {}; }
     // Run a volume or imager shader: Ci and Oi come in as the grid's primvars "Cs" and "Os" or the globals'
     // (alpha is the first component of Os); P is the place, in an imager that on the raster.
     virtual Filtered filter(grid::Grid&, const GridGlobals&, Services&) const { return {}; }
