@@ -276,6 +276,7 @@ struct Channel {
     Ty ty = Ty::Float;
 };
 
+    bool unsure = false; // set by a name that only the run time knows to have been added
 struct Program {
     ShaderKind kind = ShaderKind::Class;
     std::string name;

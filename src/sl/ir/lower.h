@@ -190,6 +190,17 @@ class Lower {
 
     // lower_material.cpp
     Ref material(const ast::Expr* e, const ops::Signature& s, bool& known);
+    // What mnk_init adds, as far as its names are constants.
+    struct AddedNodes {
+        std::map<std::string, std::set<grid::LobeId>> lobes; // with what they may be
+        std::set<std::string> layers;
+        std::vector<CallSite> joins; // AddLayer
+        bool open = false;           // there are more, whose names only the run time knows
+    };
+    void note_added(const CallSite& site);
+    void check_layers();
+    std::string known_nodes(const std::string& name) const;
+    bool is_added(const std::string& name, Loc at, std::optional<grid::LobeId> lobe);
     LobeValue lobe_value(const ast::Expr* e);
     void bind_lobe(const ast::VarDecl* v, const ast::Expr* init);
     void set_lobe(const ast::Expr* e);
@@ -293,6 +304,7 @@ class Lower {
     std::vector<int> m_active_units; // parallel: the co-shaders that they are of, -1 = the shader's own
     int m_self = -1;                 // the co-shader whose code is being lowered
     // Of the stage: co-shaders in use, what they do first, the values that variables get, handles asked for
+    AddedNodes m_added;                          // by mnk_init
     std::set<int> m_started;
     std::vector<Item> m_starts;
     size_t m_stores_seen = 0;
