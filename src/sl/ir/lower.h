@@ -215,6 +215,8 @@ class Lower {
         View,       // I
         Eye,        // -I
         Facing,     // a normal that faceforward() turned: unturned, since surfaces have two sides
+        Behind,     // such a normal the other way round
+        Negated,    // any other normal the other way round
         ViewCosine, // I . N
         EyeCosine,  // -I . N
         Mirrored,
@@ -251,7 +253,9 @@ class Lower {
     Ref fresnel(const ast::Expr* e);
     Ref view_direction(Loc at);
     Ref turned(Ref normal, Loc at);
-    Ref negated(Ref value, Loc at);
+    Ref negated(Ref value, bool normal, Loc at);
+    bool depends_on_view(Ref r, std::set<Ref>& seen);
+    Ref diffuse(Ref normal, Loc at);
     Ref source_call(const char* shadeop, std::vector<Ref> args, Loc at, Ty result = Ty::Triple);
 
     // lower_loops.cpp: loops over light, and what else asks for light that comes only later
@@ -300,11 +304,11 @@ class Lower {
     std::map<std::string, Ref> m_spaces;
     std::unordered_map<int, int> m_channel_vars; // of the stage
     std::map<std::string, int> m_channels;       // by node and input
+    AddedNodes m_added;                          // by mnk_init
     std::vector<ast::FunctionDecl*> m_active;
     std::vector<int> m_active_units; // parallel: the co-shaders that they are of, -1 = the shader's own
     int m_self = -1;                 // the co-shader whose code is being lowered
     // Of the stage: co-shaders in use, what they do first, the values that variables get, handles asked for
-    AddedNodes m_added;                          // by mnk_init
     std::set<int> m_started;
     std::vector<Item> m_starts;
     size_t m_stores_seen = 0;
