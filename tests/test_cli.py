@@ -224,7 +224,7 @@ def test_info(kanuka_command, ball: Path) -> None:
     text = kanuka_command("info", ball)
     assert text.returncode == 0
     assert "48 × 32" in text.stdout
-    assert "1 × quadric" in text.stdout
+    assert "1 × sphere" in text.stdout
     assert "distantlight" in text.stdout
     summary = json.loads(kanuka_command("info", ball, "--json").stdout)
     assert summary["resolution"] == [48, 32]

@@ -67,6 +67,12 @@ struct ThinWallLobe {
         return s;
     }
 
+    static LobeValue<W> straight(const LobeInputs<W>& in, const V& wo) {
+        const Mask<W> smooth = in.alpha < F(SmoothAlpha);
+        const LobeValue<W> v = choice(in, reflectance(in, wo.z), Mask<W>(true));
+        return {select(smooth, v.f, no_value<W>().f), select(smooth, v.pdf, no_value<W>().f)};
+    }
+
   private:
     // Both ways go to the same directions for all wavelengths, so one chance serves them all: the mean.
     static LobeValue<W> choice(const LobeInputs<W>& in, const Spectrum<W>& R, Mask<W> passes) {

@@ -21,6 +21,7 @@ struct MaterialCode {
     struct Place {
         int word = -1, half = 0; // -1: not given, `fallback` holds
         bool wide = false;       // a colour without upper bound
+        grid::Between between = grid::Between::Linear;
         Vec3f fallback{0, 0, 0};
     };
     struct Node {
@@ -59,6 +60,8 @@ struct MaterialCode {
     bool dispersive = false, transmits = false, has_coat = false;
     bool has_tangent = false; // its table entry follows the normal's
     bool absorbs = false;     // a coat takes from what crosses it
+    // Bits by leaf: thin walls, which let light go on as it came where they are smooth.
+    uint32_t straight = 0;
 
     explicit MaterialCode(const grid::LayeringProgram& program) {
         const grid::WordLayout layout(program);
@@ -68,7 +71,8 @@ struct MaterialCode {
             Place p;
             p.fallback = fallback;
             if (slot >= 0)
-                p.word = layout.places[size_t(slot)].word, p.half = layout.places[size_t(slot)].half;
+                p.word = layout.places[size_t(slot)].word, p.half = layout.places[size_t(slot)].half,
+                p.between = program.slots[size_t(slot)].between;
             return p;
         };
         presence = place(program.presence, Vec3f(1, 1, 1));
@@ -80,7 +84,7 @@ struct MaterialCode {
                 node.input_count = int(decl.inputs.size());
                 for (size_t i = 0; i < decl.inputs.size(); i++) {
                     node.inputs[i] = place(i < n.inputs.size() ? n.inputs[i] : -1, decl.inputs[i].fallback);
-                    node.inputs[i].wide = decl.inputs[i].storage == grid::Storage::Rgb9e5;
+                    node.inputs[i].wide = decl.inputs[i].storage == grid::Storage::Amount;
                     node.given |= uint32_t(node.inputs[i].word >= 0) << i;
                     node.colors |= uint32_t(decl.inputs[i].type == grid::InputType::Color) << i;
                 }
@@ -111,6 +115,9 @@ struct MaterialCode {
         for (const Node& n : nodes)
             if (n.leaf >= 0)
                 bed_of_leaf[n.leaf] = n.bed;
+        for (const Node& n : nodes)
+            if (n.leaf >= 0 && n.bed < 0 && n.lobe == LobeId::ThinWalledDielectricBsdf)
+                straight |= 1u << n.leaf;
         for (Node& n : nodes)
             if (n.op == grid::LayerOp::Thick)
                 mark_albedo(n.upper);
@@ -281,6 +288,23 @@ class Material {
         s.value.pdf = select(s.delta, s.value.pdf, all_lobes.pdf);
         s.valid &= !m_black;
         return s;
+    }
+
+    // What goes on as it came, through smooth thin walls: how much, and the chance of it in sample().
+    LobeValue<W> straight(const Vec3<Float<W>>& wo) const {
+        LobeValue<W> sum = no_value<W>();
+        for (int k = 0; k < m_code.leaves; k++) {
+            if (!(m_code.straight >> k & 1))
+                continue;
+            const LobeValue<W> v = ThinWallLobe<W>::straight(m_inputs[k], wo);
+            sum.f += v.f * m_weight[k];
+            sum.pdf += v.pdf * m_share[k];
+        }
+        return {select(m_black, no_value<W>().f, sum.f), select(m_black, no_value<W>().f, sum.pdf)};
+    }
+    Mask<W> goes_straight(const LobeSample<W>& s) const {
+        return s.valid & s.delta & (s.wi.z < Float<W>(0.0f)) &
+               ((Int<W>(int(m_code.straight)) & (Int<W>(1) << s.leaf)) != Int<W>(0));
     }
 
   private:

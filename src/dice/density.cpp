@@ -14,6 +14,7 @@ constexpr float Worthwhile = 4; // cells: lines of fewer are not cut for being u
 Density::Density(const DiceTarget& target, const DiceOptions& options, float shading_rate) {
     const DicingCamera& camera = options.camera;
     const float rate = std::max(1e-4f, shading_rate * options.shading_rate_scale);
+    m_most = options.max_micropolygons;
     m_cells_per_pixel = std::max(target.finer, 1.0f) / std::sqrt(rate);
     m_uniform = target.pixels_per_unit;
     m_projection = camera.projection;
@@ -220,6 +221,12 @@ int round_to_power(float x) {
     return n;
 }
 
+void RateRule::coarsen(int halvings, int most) {
+    density.coarsen(std::ldexp(1.0f, -halvings));
+    slack *= std::ldexp(1.0f, halvings);
+    least_range *= std::pow(FinestRange, -float(halvings) / float(most));
+}
+
 LineMeasure RateRule::line(const float* lengths, int step, int pieces) {
     // Equal steps serve a line of uneven density best at the quadratic mean of what its parts ask for.
     constexpr float Uneven = 2.5f;
@@ -287,7 +294,7 @@ float RateRule::twist(const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3
                  -1e-4f * length_squared(n);
     const float distance = convex ? abs(dot(twist, n)) / length(n) : length(twist);
     const float off = 0.25f * distance * density.pixels_per_unit((a + c) * 0.5f);
-    return std::sqrt(off / std::max(geometry_tolerance, 0.01f));
+    return std::sqrt(off / (slack * std::max(geometry_tolerance, 0.01f)));
 }
 
 } // namespace kanuka::dice

@@ -14,6 +14,7 @@ class Density final : public geom::Viewpoint {
     // Pixels a unit of render space spans at p, seen face on.
     float pixels_per_unit(const Vec3f& p) const override;
     bool has_camera() const override { return !m_instanced; }
+    double most_vertices() const override { return m_most; }
     // Micropolygon edges that fit between two near points; foreshortened as the camera sees them.
     float cells(const Vec3f& a, const Vec3f& b) const override;
     // The same from each of a line's points to the next: count - 1 values. At most MostPoints.
@@ -49,6 +50,7 @@ class Density final : public geom::Viewpoint {
 
     float m_uniform = 0, m_cells_per_pixel = 1;
     float m_stretch = 1; // of camera space along y, after which pixels are square
+    double m_most;
     bool m_instanced = false;
     Projection m_projection = Projection::Perspective;
     float m_half_angle = 1;
@@ -72,9 +74,15 @@ struct RateRule {
     float geometry_tolerance = 0.25f; // pixels
     float normal_tolerance = 3;       // degrees
     int max_cells = 32;
+    float least_range = FinestRange;                       // of a face's u or v that is cut no more
+    static constexpr float FinestRange = 1.0f / (1 << 18); // deeper than any picture needs
+    float slack = 1;                                       // times the tolerance, of what was too much
+    // Micropolygons `halvings` times twice as long, in the end one grid a face: there are faces that no rate
+    // serves, which run from before the eye to where all of the world is a point.
+    void coarsen(int halvings, int most);
 
     // Where there is no tolerance, nothing curved is further off than this all the same.
-    float tolerance() const { return geometry_tolerance > 0 ? geometry_tolerance : 0.25f; }
+    float tolerance() const { return slack * (geometry_tolerance > 0 ? geometry_tolerance : 0.25f); }
     // Are micropolygons so long that their chords leave it? (A face turns by a right angle at most: over one
     // cell, a fifth of its length.)
     bool is_coarse() const { return 0.2f * density.edge_pixels() > tolerance(); }

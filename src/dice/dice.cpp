@@ -4,6 +4,7 @@
 #include <cmath>
 #include <mutex>
 #include <optional>
+#include <utility>
 
 #include "base/tasks.h"
 #include "dice/merge.h"
@@ -14,7 +15,7 @@
 namespace kanuka::dice {
 namespace {
 
-constexpr int MostHalvings = 12; // of micropolygon lengths
+constexpr int MostHalvings = 14; // of micropolygon lengths
 
 // Vertices that displacement made infinite or not a number go back to where they were. Counts them among the
 // first `own`.
@@ -124,12 +125,15 @@ Diced dice_mesh(std::vector<geom::MeshParts> parts, const scene::Primitive& prim
             report_other_topology(primitive, journal);
             parts.resize(1);
         }
+    std::vector<std::vector<float>> later_radius;
     Diced out;
     const int rings = target.displacing.rings;
     for (geom::MeshParts& p : parts) {
         const bool first = &p == &parts[0];
-        if (!first)
+        if (!first) {
+            later_radius.push_back(std::move(p.mesh.radius));
             p.mesh = parts[0].mesh;
+        }
         if (rings > 0 || target.displacing.frame ||
             (first && (target.shading.rings > 0 || target.shading.frame)))
             grid::complete_frames(p.vertices, p.mesh);
@@ -144,16 +148,50 @@ Diced dice_mesh(std::vector<geom::MeshParts> parts, const scene::Primitive& prim
     out.mesh = std::move(parts[0].mesh);
     for (size_t k = 1; k < parts.size(); k++)
         out.mesh_vertices.later.push_back({std::move(parts[k].vertices.P), std::move(parts[k].vertices.N)});
+    out.mesh.later_radius = std::move(later_radius);
     return out;
+}
+
+// Makes something, and coarser until it keeps within bounds.
+template <class Make> // make(): false = it would take too much
+bool make_within(const scene::Primitive& primitive, RateRule& rule, Journal& journal, Make make) {
+    int halvings = 0;
+    while (!make()) {
+        const int step = halvings < 2 ? 1 : 2;
+        if (halvings + step > MostHalvings) {
+            journal.error(primitive.where,
+                          "a primitive cannot be diced to any sensible number of micropolygons and was left "
+                          "out; check its size and transform");
+            return false;
+        }
+        halvings += step;
+        rule.coarsen(step, MostHalvings);
+    }
+    if (halvings > 0)
+        journal.warning(primitive.where, "a primitive would be diced to more than " +
+                                             std::to_string(int64_t(rule.density.most_vertices())) +
+                                             " micropolygons; they were made " +
+                                             std::to_string(1 << halvings) +
+                                             " times longer. Check its size and transform; else a larger "
+                                             "shading rate, or splitting it up, would do");
+    return true;
 }
 
 // A mesh at every step: make(primitive, first, journal, parts), `first` null for the first one. What was
 // reported of that is not repeated.
 template <class Make>
-Diced dice_mesh_steps(const scene::Primitive& primitive, const DiceTarget& target, const Displace& displace,
-                      Journal& journal, Make make) {
+Diced dice_mesh_steps(const scene::Primitive& primitive, const DiceTarget& target, RateRule& rule,
+                      const Displace& displace, Journal& journal, Make make) {
     std::vector<geom::MeshParts> parts(1);
-    if (!make(primitive, nullptr, journal, parts[0]))
+    bool made = false;
+    Journal quiet;
+    Journal* reports = &journal;
+    const bool fits = make_within(primitive, rule, journal, [&] {
+        parts[0] = {};
+        made = make(primitive, nullptr, *std::exchange(reports, &quiet), parts[0]);
+        return !parts[0].too_many;
+    });
+    if (!fits || !made)
         return {};
     for (const scene::Primitive& later : target.later) {
         Journal quiet;
@@ -252,31 +290,18 @@ void drop_grids(Diced& diced, const std::vector<Kept>& kept) {
 }
 
 Diced dice_surface(const geom::Surface& surface, std::vector<std::unique_ptr<geom::Surface>> later,
-                   const scene::Primitive& primitive, const DiceTarget& target, RateRule rule,
-                   const DiceOptions& options, bool simplify, const Displace& displace, Journal& journal) {
+                   const scene::Primitive& primitive, const DiceTarget& target, RateRule rule, bool simplify,
+                   const Displace& displace, Journal& journal) {
     Diced out;
     std::vector<const geom::Surface*> shapes;
     for (const auto& s : later)
         shapes.push_back(s.get());
-    auto splitter = std::make_unique<Splitter>(surface, rule, shapes);
-    int halvings = 0;
-    while (!splitter->run(options.max_micropolygons)) {
-        if (++halvings > MostHalvings) {
-            journal.error(primitive.where,
-                          "a primitive cannot be diced to any sensible number of micropolygons and was "
-                          "left out; check its size and transform");
-            return {};
-        }
-        rule.density.coarsen(0.5f);
-        rule.geometry_tolerance *= 2;
-        splitter = std::make_unique<Splitter>(surface, rule, shapes);
-    }
-    if (halvings > 0)
-        journal.warning(primitive.where,
-                        "a primitive would be diced to more than " +
-                            std::to_string(options.max_micropolygons * 1e-6) +
-                            " million micropolygons; they were made " + std::to_string(1 << halvings) +
-                            " times longer. A larger shading rate, or splitting it up, would do");
+    std::unique_ptr<Splitter> splitter;
+    if (!make_within(primitive, rule, journal, [&] {
+            splitter = std::make_unique<Splitter>(surface, rule, shapes);
+            return splitter->run(rule.density.most_vertices());
+        }))
+        return {};
     if (!surface.trim() && is_merged(*splitter, rule))
         return dice_mesh(
             merge_pieces(*splitter, later,
@@ -329,25 +354,26 @@ static Diced dice_primitive(const scene::Primitive& primitive, const DiceTarget&
     int max_cells = 1;
     while (max_cells * 2 <= std::clamp(options.max_grid_cells, 1, 256))
         max_cells *= 2;
-    const RateRule rule{Density(target, options, attributes.shading_rate), target.shade_uniform && !displace,
-                        std::max(0.0f, options.geometry_tolerance), std::max(0.0f, options.normal_tolerance),
-                        max_cells};
+    RateRule rule{Density(target, options, attributes.shading_rate), target.shade_uniform && !displace,
+                  std::max(0.0f, options.geometry_tolerance), std::max(0.0f, options.normal_tolerance),
+                  max_cells};
     const bool simplify = options.geometry_tolerance > 0 && attributes.dice_flatness && !target.keep_density;
     const Transform& m = target.render_from_object;
     using P = scene::Primitive;
     if (const auto* curves = std::get_if<scene::Curves>(&primitive.geometry))
-        return dice_mesh_steps(primitive, target, displace, journal,
+        return dice_mesh_steps(primitive, target, rule, displace, journal,
                                [&](const P& p, const P* first, Journal& j, geom::MeshParts& parts) {
-                                   return geom::mesh_from_curves(p, *curves, m, rule.density, j, parts,
+                                   return geom::mesh_from_curves(p, *curves, m, rule.density,
+                                                                 target.polygons || displace, j, parts,
                                                                  first);
                                });
     if (std::holds_alternative<scene::Points>(primitive.geometry))
-        return dice_mesh_steps(primitive, target, displace, journal,
+        return dice_mesh_steps(primitive, target, rule, displace, journal,
                                [&](const P& p, const P* first, Journal& j, geom::MeshParts& parts) {
                                    return geom::mesh_from_points(p, m, rule.density, j, parts, first);
                                });
     if (const auto* blobby = std::get_if<scene::Blobby>(&primitive.geometry))
-        return dice_mesh_steps(primitive, target, displace, journal,
+        return dice_mesh_steps(primitive, target, rule, displace, journal,
                                [&](const P& p, const P* first, Journal& j, geom::MeshParts& parts) {
                                    return geom::mesh_from_blobby(p, *blobby, m, rule.density, j, parts,
                                                                  first);
@@ -358,7 +384,7 @@ static Diced dice_primitive(const scene::Primitive& primitive, const DiceTarget&
         const PolygonSizes sizes = polygon_sizes(primitive, *mesh, target, rule);
         if (sizes.finer_than_rate)
             return dice_mesh_steps(
-                primitive, target, displace, journal,
+                primitive, target, rule, displace, journal,
                 [&](const P& p, const P* first, Journal& j, geom::MeshParts& parts) {
                     if (!geom::mesh_from_polygons(p, *mesh, m, reads_parameters(target), j, parts, first))
                         return false;
@@ -371,7 +397,7 @@ static Diced dice_primitive(const scene::Primitive& primitive, const DiceTarget&
     if (!surface)
         return {};
     return dice_surface(*surface, later_surfaces(*surface, primitive, target, hints, journal), primitive,
-                        target, rule, options, simplify, displace, journal);
+                        target, rule, simplify, displace, journal);
 }
 
 Diced dice(const scene::Primitive& primitive, const DiceTarget& target, const DiceOptions& options,

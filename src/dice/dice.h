@@ -44,11 +44,21 @@ struct DiceOptions {
     float geometry_tolerance = 0.25f; // pixels; 0 = traced geometry at shading density
     float normal_tolerance = 3;       // degrees
     // A primitive that would need more micropolygons is diced coarser, and reported.
-    double max_micropolygons = double(1 << 25);
+    static constexpr double MostMicropolygons = double(1 << 25);
+    double max_micropolygons = MostMicropolygons;
+    // As many as a picture can show of a primitive, and what it reflects, at the finest shading rate there
+    // is: a small picture of something endless must not take as long as a large one.
+    static double most_for(int width, int height, float shading_rate) {
+        constexpr double APixel = 64, Always = double(1 << 18);
+        constexpr float Least = 1.0f / 16, Most = 1;
+        return std::clamp(APixel * double(width) * double(height) /
+                              double(std::clamp(shading_rate, Least, Most)),
+                          Always, MostMicropolygons);
+    }
 };
 
 // What a primitive became: grids (with their traced lattices, parallel), or a mesh: one that is finer than
-// the rate, curves as ribbons (tubes, if instanced), points as small spheres.
+// the rate, curves as ribbons, fibres or tubes, points as small spheres.
 struct Diced {
     std::vector<grid::Grid> grids;
     std::vector<grid::TracedGrid> traced;
@@ -79,6 +89,7 @@ struct DiceTarget {
     grid::Reads displacing = {}, shading = {};
     bool keep_density = false; // traced geometry is not simplified: emitters whose light varies over them,
                                // triangle by triangle
+    bool polygons = false;     // curves, too: emitters are triangles
     float finer = 1;           // how many times as many cells a side as its size in the picture asks for
     // A primitive that moves as a whole: more places to see it from, as DicingCamera has them.
     std::vector<Transform> also_from = {};

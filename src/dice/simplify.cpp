@@ -43,6 +43,78 @@ void choose_edge_step(Edge& e, const std::vector<Vec3f>& p, const RateRule& rule
     e.error = error;
 }
 
+// Beside a side that keeps every `along`-th vertex, a lattice that keeps every `across`-th row is a fan of
+// triangles. How far the bilinear quads that they stand for are twisted off them at most.
+float side_twist(const grid::Grid& g, const std::vector<float>& positions, int side, int along, int across) {
+    const bool along_u = side == grid::VMin || side == grid::VMax;
+    const int n = along_u ? g.nu : g.nv, row = g.nu + 1;
+    const int step = along_u ? 1 : row, in = along_u ? row : 1;
+    const int base = side == grid::VMax ? g.nv * row : side == grid::UMax ? g.nu : 0;
+    const int inwards = side == grid::VMax || side == grid::UMax ? -across * in : across * in;
+    const auto at = [&](int k) {
+        const float* p = positions.data() + k;
+        return Vec3f{p[0], p[g.stride], p[2 * size_t(g.stride)]};
+    };
+    float worst = 0;
+    for (int i = 0; i < n; i += along) {
+        const int k = base + i * step, l = k + along * step;
+        const Vec3f a = at(k), b = at(l), c = at(l + inwards), d = at(k + inwards);
+        const Vec3f normal = cross(c - a, d - b);
+        const float size = length(normal);
+        if (size > 0)
+            worst = std::max(worst, abs(dot(a - b + c - d, normal)) / size);
+    }
+    return 0.25f * worst;
+}
+
+template <class Visit>
+void each_step(const grid::Grid& g, Visit visit) {
+    visit(g.P);
+    for (const grid::Grid::Step& later : g.later)
+        visit(later.P);
+}
+
+float finest_pixels(const RateRule& rule, const grid::Grid& g) {
+    float pixels = rule.density.pixels_per_unit(g.position((g.nv / 2) * (g.nu + 1) + g.nu / 2));
+    for (const int corner : {0, g.nu, g.nv * (g.nu + 1), g.vertices() - 1})
+        pixels = std::max(pixels, rule.density.pixels_per_unit(g.position(corner)));
+    return pixels;
+}
+
+// A straight side of a twisted surface needs vertices for what lies beside it.
+void limit_by_twist(Splitter& splitter, const std::vector<grid::Grid>& grids, const RateRule& rule) {
+    std::vector<std::array<int, 4>> most(grids.size());
+    tasks::parallel_chunks(grids.size(), 16, [&](size_t begin, size_t end) {
+        for (size_t k = begin; k < end; k++) {
+            const grid::Grid& g = grids[k];
+            float budget = -1;
+            for (int side = 0; side < 4; side++) {
+                const Segment& s = splitter.pieces[k].sides[side];
+                int& step = most[k][size_t(side)] = splitter.edges[s.edge].step;
+                if (step == 1 || s.cells == 0)
+                    continue;
+                if (budget < 0)
+                    budget = 0.5f * tolerance_at(rule, finest_pixels(rule, g));
+                const bool along_u = side == grid::VMin || side == grid::VMax;
+                const int n = along_u ? g.nu : g.nv, across = along_u ? g.nv : g.nu;
+                float worst;
+                do {
+                    worst = 0;
+                    each_step(g, [&](const std::vector<float>& p) {
+                        worst = std::max(worst, side_twist(g, p, side, n / s.cells * step,
+                                                           std::max(1, across * step / s.cells)));
+                    });
+                } while (worst > budget && (step /= 2) > 1);
+            }
+        }
+    });
+    for (size_t k = 0; k < grids.size(); k++)
+        for (int side = 0; side < 4; side++) {
+            Edge& e = splitter.edges[splitter.pieces[k].sides[side].edge];
+            e.step = std::min(e.step, most[k][size_t(side)]);
+        }
+}
+
 class GridSteps {
   public:
     GridSteps(const grid::Grid& g, const std::vector<float>& positions, float budget, float cos_tolerance)
@@ -235,6 +307,7 @@ void choose_edge_steps(Splitter& splitter, const std::vector<grid::Grid>& grids,
             e.error = error;
         }
     });
+    limit_by_twist(splitter, grids, rule);
 }
 
 // The kept vertices of one step's positions.
@@ -286,9 +359,7 @@ grid::TracedGrid trace_grid(const Splitter& splitter, const Piece& piece, const 
         edge_error = std::max(edge_error, s.cells == 0 ? 0 : e.error);
     }
     if (simplify) {
-        float pixels = rule.density.pixels_per_unit(g.position((g.nv / 2) * (g.nu + 1) + g.nu / 2));
-        for (const int corner : {0, g.nu, g.nv * (g.nu + 1), g.vertices() - 1})
-            pixels = std::max(pixels, rule.density.pixels_per_unit(g.position(corner)));
+        const float pixels = finest_pixels(rule, g);
         const auto steps_of = [&](const std::vector<float>& positions, int limit_u, int limit_v) {
             GridSteps steps(g, positions, std::max(0.0f, tolerance_at(rule, pixels) - edge_error),
                             std::cos(rule.normal_tolerance * (Pi / 180)));
@@ -299,6 +370,16 @@ grid::TracedGrid trace_grid(const Splitter& splitter, const Piece& piece, const 
         steps_of(g.P, std::min(t.edge_step[0], t.edge_step[2]), std::min(t.edge_step[1], t.edge_step[3]));
         for (const grid::Grid::Step& later : g.later)
             steps_of(later.P, t.step_u, t.step_v);
+        const float budget = std::max(0.0f, tolerance_at(rule, pixels) - edge_error);
+        for (int k = 0; k < 4; k++) {
+            int& across = k == grid::VMin || k == grid::VMax ? t.step_v : t.step_u;
+            const int along = k == grid::VMin || k == grid::VMax ? t.step_u : t.step_v;
+            each_step(g, [&](const std::vector<float>& p) {
+                while (across > 1 && piece.sides[size_t(k)].cells > 0 && t.edge_step[size_t(k)] > along &&
+                       side_twist(g, p, k, t.edge_step[size_t(k)], across) > budget)
+                    across /= 2;
+            });
+        }
     }
     t.mu = g.nu / t.step_u;
     t.mv = g.nv / t.step_v;

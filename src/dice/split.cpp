@@ -7,7 +7,6 @@
 
 namespace kanuka::dice {
 
-constexpr float LeastRange = 1.0f / (1 << 18); // of a face's u or v; deeper than any picture needs
 constexpr int EdgeSamples = 9;
 constexpr size_t Grain = 64;
 constexpr int MostCells = 1 << 24; // of an edge; see round_to_power
@@ -17,7 +16,10 @@ Splitter::Splitter(const geom::Surface& surface, const RateRule& rule,
     : m_surface(surface), m_later(std::move(later)), m_rule(rule) {}
 
 bool Splitter::run(double limit) {
-    m_most_edges = size_t(limit);
+    // A grid costs as much as some cells more than it has; every face has one, whatever the rate.
+    constexpr double LeastCells = 16;
+    limit = std::max(limit, 2 * LeastCells * double(m_surface.topology().faces.size()));
+    m_most_edges = size_t(limit / 4);
     start();
     if (edges.size() > m_most_edges)
         return false;
@@ -36,7 +38,8 @@ bool Splitter::run(double limit) {
         size_t whole_pieces = 0;
         for (size_t i = 0; i < todo.size(); i++) {
             if (split[i] == 0) {
-                total += double(todo[i].nu) * todo[i].nv;
+                refine_twisted(todo[i]);
+                total += std::max(LeastCells, double(todo[i].nu) * todo[i].nv);
                 todo[whole_pieces++] = todo[i];
             } else {
                 cut(todo[i], split[i] - 1, next);
@@ -48,7 +51,7 @@ bool Splitter::run(double limit) {
         else
             pieces.insert(pieces.end(), todo.begin(), todo.end());
         grow_edges(known_edges);
-        if (total > limit || double(next.size()) > limit || edges.size() > m_most_edges)
+        if (total + LeastCells * double(next.size()) > limit || edges.size() > m_most_edges)
             return false;
         // Sides on edges that have just been measured.
         for (Piece& p : next)
@@ -198,7 +201,7 @@ bool Splitter::wants_cut(Edge& e, const LineMeasure& m) const {
     e.cells = std::max(round_to_power(m.cells), e.middle >= 0 ? 2 : 1);
     if (e.cells <= m_rule.max_cells && !m.uneven)
         return false;
-    if (e.t1 - e.t0 > LeastRange)
+    if (e.t1 - e.t0 > m_rule.least_range)
         return true;
     e.cells = std::min(e.cells, m_rule.max_cells);
     return false;
@@ -260,6 +263,7 @@ void Splitter::measure_interior(const geom::Surface& surface, const Piece& piece
     if (m_rule.shape_only) {
         const float twist = m_rule.twist(at(0, 0), at(n - 1, 0), at(n - 1, n - 1), at(0, n - 1));
         m.want_u = std::max(m.want_u, twist), m.want_v = std::max(m.want_v, twist);
+        m.twist = std::max(m.twist, twist);
     }
 }
 
@@ -287,6 +291,7 @@ void Splitter::plan(Piece& piece, int& split) const {
         want_u = m.want_u, want_v = m.want_v;
         least_u = m.least_u, least_v = m.least_v;
         uneven_u = m.uneven_u, uneven_v = m.uneven_v;
+        piece.twist = round_to_power(m.twist);
     }
     const int nu = std::max(round_to_power(want_u), std::max(along_u[0], along_u[1]));
     const int nv = std::max(round_to_power(want_v), std::max(along_v[0], along_v[1]));
@@ -296,8 +301,8 @@ void Splitter::plan(Piece& piece, int& split) const {
         cut_v |= nu >= 8 && nv >= 4 && want_u > 4 * least_u;
         cut_u |= nv >= 8 && nu >= 4 && want_v > 4 * least_v;
     }
-    cut_u = cut_u && piece.u1 - piece.u0 > LeastRange;
-    cut_v = cut_v && piece.v1 - piece.v0 > LeastRange;
+    cut_u = cut_u && piece.u1 - piece.u0 > m_rule.least_range;
+    cut_v = cut_v && piece.v1 - piece.v0 > m_rule.least_range;
     if (cut_u && cut_v)
         (nu >= nv ? cut_v : cut_u) = false;
     split = cut_u ? 1 : cut_v ? 2 : 0;
@@ -376,6 +381,19 @@ Segment Splitter::half(const Segment& s, int which) const {
         h.cells = 0;
     }
     return h;
+}
+
+// A straight side of a twisted piece needs one cell of its own, but what lies beside it more.
+void Splitter::refine_twisted(const Piece& piece) {
+    for (int k = 0; k < 4; k++) {
+        const int n = std::min(piece.twist, k == grid::VMin || k == grid::VMax ? piece.nu : piece.nv);
+        const Segment& s = piece.sides[k];
+        if (is_cut(s) || s.cells == 0)
+            continue;
+        Edge& e = edges[s.edge];
+        while (!e.point && current(s).cells < n && 2 * e.cells <= m_rule.max_cells)
+            e.cells *= 2;
+    }
 }
 
 int Splitter::middle_vertex(const Segment& s) {

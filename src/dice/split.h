@@ -48,6 +48,7 @@ struct Piece {
     float u0 = 0, u1 = 1, v0 = 0, v1 = 1;
     std::array<Segment, 4> sides; // in grid::Edge order
     int nu = 1, nv = 1;
+    int twist = 1; // cells that its twist asks for either way, and of its sides too
 };
 
 // Which vertex of a side's coarser polyline, `spacing` lattice cells apart, lattice vertex i of n goes to:
@@ -97,6 +98,7 @@ class Splitter {
     struct Interior {
         float want_u, want_v, least_u, least_v;
         bool uneven_u, uneven_v;
+        float twist = 1;
     };
     void measure_interior(const geom::Surface& surface, const Piece& piece, int samples, Interior& m) const;
     void cut(const Piece& piece, int axis, std::vector<Piece>& out);
@@ -104,6 +106,7 @@ class Splitter {
     Segment half(const Segment& s, int which) const;
     Segment current(Segment s) const; // in the cells that its edge has now
     Segment shared(const Segment& s); // with an even number of cells, if its edge may have them
+    void refine_twisted(const Piece& piece);
     bool is_cut(const Segment& s) const { return s.cells < 0; }
     int middle_vertex(const Segment& s);
     int vertex_at(int edge, int index);

@@ -193,6 +193,9 @@ inline ShapeCase run_shape(uint32_t seed, int only_kind = -1) {
         const double pixel = (orthographic ? 2 * radius : 2 * radius / distance) / pixels / from.spacing();
         out.tolerance =
             std::max(out.tolerance, d.outline * pixel * std::clamp(tolerance, 0.25, 1.0) / d.area);
+        // Where nothing but normals counts, a chord of six degrees is 1.3 % of its length off.
+        if (tolerance > 1)
+            out.tolerance = std::max(out.tolerance, 0.02);
         if (s.closed)
             out.open_edges = std::max(out.open_edges, open_edges(soup).first);
         if (!s.outline_points.empty()) {

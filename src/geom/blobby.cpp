@@ -12,9 +12,10 @@
 namespace kanuka::geom {
 namespace {
 
-constexpr int Block = 8;                       // cells a side
-constexpr size_t MostBlocks = size_t(1) << 17; // some 30 million cells at a time
-constexpr int MostHalvings = 8;
+constexpr int Block = 8;                                      // cells a side
+constexpr size_t LeastBlocks = 1 << 10, MostBlocks = 1 << 17; // some 30 million cells at a time
+constexpr double VerticesABlock = 256;                        // at the most, nearly
+constexpr int MostHalvings = 16;
 
 struct Place {
     int x, y, z; // block or cell
@@ -41,7 +42,8 @@ class Polygoniser {
         : m_field(field), m_cell(cell), m_origin(origin), m_influences(wants_influences) {}
 
     // Blocks that the surface may pass through, within a number of them. False: there are more.
-    bool find_blocks(int blocks_a_side) {
+    bool find_blocks(int blocks_a_side, size_t most) {
+        m_most = most;
         BlobbyField::Local all;
         int size = 1;
         while (size < blocks_a_side)
@@ -74,7 +76,7 @@ class Polygoniser {
             return true;
         if (size == 1) {
             m_blocks.push_back(b);
-            return m_blocks.size() <= MostBlocks;
+            return m_blocks.size() <= m_most;
         }
         const int h = size / 2;
         for (int k = 0; k < 8; k++) {
@@ -189,6 +191,7 @@ class Polygoniser {
     const double* m_origin;
     const bool m_influences;
     std::vector<Place> m_blocks;
+    size_t m_most = 0;
 };
 
 // Cells as large as the finest micropolygon that any blob asks for, in object space.
@@ -239,12 +242,14 @@ bool mesh_from_blobby(const scene::Primitive& primitive, const scene::Blobby& bl
         return false;
     }
     double cell = std::clamp(cell_size(field, m, view), size / double(1 << 18), size / 16);
+    const auto most_blocks =
+        size_t(std::clamp(view.most_vertices() / VerticesABlock, double(LeastBlocks), double(MostBlocks)));
     std::vector<Piece> pieces;
     for (int halvings = 0;; halvings++, cell *= 2) {
         for (int c = 0; c < 3; c++) // off the centres, where symmetric fields would meet lattice points
             origin[c] = lo[c] - cell * 0.371;
         Polygoniser polygoniser(field, cell, origin, leaves > 0 && !primvars.list.empty());
-        if (!polygoniser.find_blocks(int(std::ceil(size / cell / Block)) + 1)) {
+        if (!polygoniser.find_blocks(int(std::ceil(size / cell / Block)) + 1, most_blocks)) {
             if (halvings >= MostHalvings) {
                 journal.error(primitive.where,
                               "a Blobby is too large to be made of polygons and was left out");

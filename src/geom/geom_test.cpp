@@ -563,6 +563,56 @@ TEST(Primvars, TextureCoordinatesAndNormals) {
     EXPECT_EQ(n.Ng[2 * n.stride], 1);
 }
 
+// One control point that is no number takes the patches along that it is of, and no others: of a periodic
+// b-spline net those that have it among their sixteen.
+TEST(BadInput, PatchesBesideAreKept) {
+    scene::PatchMesh tube;
+    tube.nu = 9, tube.nv = 8, tube.u_periodic = true;
+    tube.u_basis = tube.v_basis = scene::basis_by_name("b-spline");
+    std::vector<float> p, uniform;
+    for (int j = 0; j < 8; j++)
+        for (int i = 0; i < 9; i++)
+            p.insert(p.end(), {std::cos(float(i) * 0.698f), std::sin(float(i) * 0.698f), float(j)});
+    for (int f = 0; f < 9 * 5; f++)
+        uniform.push_back(float(f));
+    std::vector<float> broken = p;
+    constexpr int I = 1, J = 2;
+    broken[3 * (J * 9 + I) + 1] = NAN;
+    const auto with = [&](const std::vector<float>& points) {
+        scene::Primitive out = primitive(tube, points);
+        out.primvars.set(value("number", Type::Float, Detail::Uniform, uniform));
+        return out;
+    };
+    Journal journal;
+    const auto whole = make_surface(with(p), {}, journal), s = make_surface(with(broken), {}, journal);
+    ASSERT_TRUE(whole && s);
+    ASSERT_EQ(journal.entries().size(), 1u);
+    EXPECT_NE(journal.entries()[0].message.find("12 of 45 patches"), std::string::npos);
+    std::vector<int> left;
+    for (int j = 0; j < 5; j++)
+        for (int i = 0; i < 9; i++)
+            if (!((I - i + 9) % 9 < 4 && J >= j && J < j + 4))
+                left.push_back(j * 9 + i);
+    ASSERT_EQ(s->faces(), int(left.size()));
+    for (size_t f = 0; f < left.size(); f++) {
+        EXPECT_EQ(s->uniform_index(int(f)), left[f]);
+        const grid::Grid a = evaluate(*s, int(f), {0, 0.5f, 1}, {0, 1}),
+                         b = evaluate(*whole, left[f], {0, 0.5f, 1}, {0, 1});
+        for (int i = 0; i < a.vertices(); i++) {
+            EXPECT_EQ(a.position(i), b.position(i));
+            EXPECT_EQ(a.v[size_t(i)], b.v[size_t(i)]);
+        }
+        EXPECT_EQ(a.primvars[0].data[0], float(left[f]));
+    }
+    // Neighbours that are left still share their edges.
+    size_t sides = 0;
+    for (const auto& face : s->topology().faces)
+        for (const auto& side : face.sides)
+            sides += side.edge >= 0;
+    EXPECT_EQ(sides, 4 * left.size());
+    EXPECT_LT(s->topology().edges.size(), 3 * left.size());
+}
+
 TEST(BadInput, IsReportedAndDropped) {
     scene::PolygonMesh m;
     m.vertices_per_loop = std::vector<int32_t>{3, 3, 3, 3, 4};

@@ -7,9 +7,10 @@
 namespace kanuka::geom {
 namespace {
 
-constexpr int Levels = 5;
-// A level serves spheres of less than this radius in pixels.
-constexpr float LevelRadius[Levels] = {1.5f, 5, 16, 60, 1e30f};
+constexpr int Levels = 7;
+// A level serves spheres of less than this radius in pixels: its outline is within a quarter of one of a
+// circle.
+constexpr float LevelRadius[Levels] = {1.5f, 5, 16, 60, 250, 1000, 1e30f};
 
 struct Ball {
     bool flat = false; // directions lie in x and y, and z is the normal
@@ -54,7 +55,7 @@ Ball make_ball(int level) {
 
 // A regular polygon of the disk's area, as a fan.
 Ball make_disk(int level) {
-    constexpr int Corners[Levels] = {6, 10, 16, 32, 64};
+    constexpr int Corners[Levels] = {6, 10, 16, 32, 64, 128, 256};
     Ball b;
     b.flat = true;
     const int n = Corners[level];
@@ -158,13 +159,11 @@ bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, con
         return mesh_from_blobs(primitive, m, view, journal, out, first);
     // What faces the camera has none to face where it is instanced.
     const bool flat = (kind == Kind::Disk || kind == Kind::Square) && (normals || view.has_camera());
-    std::array<Ball, Levels> balls;
-    for (int l = 0; l < Levels; l++)
-        balls[l] = !flat ? make_ball(l) : kind == Kind::Disk ? make_disk(l) : make_square();
     const PerPoint aspect(primitive, "patchaspectratio", 1), angle(primitive, "patchangle", 0);
 
-    // Level of every point; -1 = left out.
+    // Level of every point; -1 = left out. All are coarser where they would be too many.
     std::vector<int8_t> level(n);
+    int finest = Levels - 1;
     Dropped dropped;
     std::vector<size_t> first_vertex(n + 1, 0), first_index(n + 1, 0);
     const bool own_first_widths = first_widths.varying() && first_widths.varying()->floats.size() >= n;
@@ -179,10 +178,28 @@ bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, con
                 std::find_if(LevelRadius, LevelRadius + Levels - 1, [&](float r) { return pixels < r; }) -
                 LevelRadius);
         }
-        first_vertex[i + 1] = first_vertex[i] + (level[i] < 0 ? 0 : balls[level[i]].directions.size());
-        first_index[i + 1] = first_index[i] + (level[i] < 0 ? 0 : balls[level[i]].triangles.size());
     }
     dropped.report(n, "points", primitive.where, journal);
+    std::array<Ball, Levels> balls; // those that are used
+    const auto ball_of = [&](int8_t l) -> const Ball& {
+        Ball& ball = balls[size_t(l)];
+        if (ball.directions.empty())
+            ball = !flat ? make_ball(l) : kind == Kind::Disk ? make_disk(l) : make_square();
+        return ball;
+    };
+    for (;; finest--) {
+        for (size_t i = 0; i < n; i++) {
+            level[i] = std::min(level[i], int8_t(finest));
+            first_vertex[i + 1] = first_vertex[i] + (level[i] < 0 ? 0 : ball_of(level[i]).directions.size());
+            first_index[i + 1] = first_index[i] + (level[i] < 0 ? 0 : ball_of(level[i]).triangles.size());
+        }
+        if (finest == 0 || double(first_vertex[n]) <= view.most_vertices())
+            break;
+    }
+    if (finest < Levels - 1)
+        journal.warning(primitive.where, "points would need more vertices than " +
+                                             std::to_string(int64_t(view.most_vertices())) +
+                                             "; they were made of fewer each");
     if (first_index[n] == 0)
         return false;
     allocate_mesh(out, first_vertex[n], primvars);

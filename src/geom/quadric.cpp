@@ -146,6 +146,14 @@ class QuadricSurface : public Surface {
         }
         // Normals are computed in object space, where only a reversed orientation turns them.
         m_orientation = m_flips == (m_render_from_object.determinant3() < 0) ? 1 : -1;
+        for (const double v : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+            const ProfilePoint p = profile(v);
+            const double r = std::hypot(p.x, p.y);
+            for (const auto& row : m_render_from_object.m)
+                if (!(r * std::hypot(row[0], row[1]) + std::abs(row[2] * p.z) + std::abs(row[3]) <=
+                      double(ControlPoints::Farthest)))
+                    return "it reaches farther than 1e18";
+        }
         // On the axis, points beside it tell in which direction it is left.
         const ProfilePoint start = profile(0.25), end = profile(0.75);
         const double x = start.x + end.x, y = start.y + end.y, l = std::sqrt(x * x + y * y);

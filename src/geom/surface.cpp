@@ -190,7 +190,7 @@ void Dropped::report(size_t total, std::string_view what, const Location& where,
             journal.warning(where, std::to_string(n) + " of " + std::to_string(total) + " " +
                                        std::string(what) + " " + why + " and were left out");
     };
-    say(non_finite, "have positions that are not finite");
+    say(non_finite, "have positions that are not finite, or farther than 1e18,");
     say(bad_index, "have vertex indices or counts out of range");
     say(degenerate, "have no area");
 }

@@ -92,8 +92,11 @@ struct ControlPoints {
     std::vector<float> weights; // empty = not rational
     size_t size() const { return xyz.size() / 3; }
     Vec3f operator[](size_t i) const { return {xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]}; }
+    // In reach of the tracer, which knows nothing of what is farther.
+    static bool in_reach(float x) { return std::abs(x) <= Farthest; }
+    static constexpr float Farthest = 1e18f;
     bool finite(size_t i) const {
-        return std::isfinite(xyz[3 * i]) && std::isfinite(xyz[3 * i + 1]) && std::isfinite(xyz[3 * i + 2]) &&
+        return in_reach(xyz[3 * i]) && in_reach(xyz[3 * i + 1]) && in_reach(xyz[3 * i + 2]) &&
                (weights.empty() || (std::isfinite(weights[i]) && weights[i] != 0));
     }
 };

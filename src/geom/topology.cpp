@@ -93,6 +93,27 @@ Topology lattice_topology(const LatticeShape& shape) {
     return t;
 }
 
+Topology kept_faces(const Topology& all, const std::vector<int>& faces) {
+    Topology t;
+    t.vertices = all.vertices;
+    std::vector<int> number(all.edges.size(), -1);
+    for (const int f : faces) {
+        const int to = int(t.faces.size());
+        t.faces.emplace_back();
+        for (int k = 0; k < 4; k++) {
+            const Topology::Side& side = all.faces[f].sides[k];
+            const Topology::Edge& e = all.edges[side.edge];
+            int& edge = number[side.edge];
+            if (edge < 0) {
+                edge = int(t.edges.size());
+                t.edges.push_back({e.a, e.b, e.middle, e.point});
+            }
+            t.attach(to, k, edge, side.part, side.reversed);
+        }
+    }
+    return t;
+}
+
 PolygonEdges find_edges(const std::vector<int>& first, const std::vector<int>& vertices, int vertex_count) {
     // Edges are bucketed by their lower vertex; a bucket holds a handful, so matching within it is a linear
     // search.

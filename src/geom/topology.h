@@ -54,6 +54,8 @@ struct LatticeShape {
     std::array<bool, 4> pole{}; // sides of the whole that are one point, in grid::Edge order
 };
 Topology lattice_topology(const LatticeShape& shape);
+// Only these faces, in their order, and their edges.
+Topology kept_faces(const Topology& all, const std::vector<int>& faces);
 
 // Edges of polygonal faces by their pair of vertices. Faces are given as cycles of vertex numbers.
 struct PolygonEdges {

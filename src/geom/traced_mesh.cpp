@@ -50,7 +50,7 @@ bool all_usable(const PolygonFaces& faces, const std::vector<float>& p) {
     tasks::parallel_chunks(p.size(), Grain, [&](size_t begin, size_t end) {
         bool ok = true;
         for (size_t i = begin; i < end; i++)
-            ok &= std::isfinite(p[i]);
+            ok &= ControlPoints::in_reach(p[i]);
         if (!ok)
             good = false;
     });

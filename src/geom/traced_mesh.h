@@ -9,6 +9,7 @@ namespace kanuka::geom {
 struct MeshParts {
     grid::Grid vertices; // nu = vertices - 1, nv = 0
     grid::TracedMesh mesh;
+    bool too_many = false; // nothing was made, since the rate asks for more vertices than there may be
 };
 
 // What curves and points need to know of the view. Thread safety: const members may run at the same time.
@@ -18,7 +19,8 @@ class Viewpoint {
     virtual float cells(const Vec3f& a, const Vec3f& b) const = 0; // micropolygon edges from a to b
     virtual float pixels_per_unit(const Vec3f& p) const = 0;
     virtual Vec3f towards_camera(const Vec3f& p) const = 0;
-    virtual bool has_camera() const = 0; // false: seen from anywhere (instances)
+    virtual bool has_camera() const = 0;                             // false: seen from anywhere (instances)
+    virtual double most_vertices() const { return double(1 << 25); } // of a mesh that is cut by its size
 };
 
 // Allocates the vertices' arrays, in parallel; also the primvar channels.
@@ -39,9 +41,10 @@ template <class Visit>
 void sample_polygons(const scene::Primitive& primitive, const scene::PolygonMesh& mesh, const Transform& m,
                      size_t samples, Visit visit);
 
-// Ribbons: turned to the camera, or across "N" where it is given; three-sided tubes where there is no camera.
+// Ribbons across "N" where it is given; else fibres, or tubes of quads: wide ones, and all if there must be
+// `polygons`.
 bool mesh_from_curves(const scene::Primitive& primitive, const scene::Curves& curves, const Transform& m,
-                      const Viewpoint& view, Journal& journal, MeshParts& out,
+                      const Viewpoint& view, bool polygons, Journal& journal, MeshParts& out,
                       const scene::Primitive* first = nullptr);
 // Spheres: octahedra, refined as their size in the picture asks; their mean silhouette has the sphere's area.
 bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, const Viewpoint& view,

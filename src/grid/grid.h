@@ -106,6 +106,14 @@ struct TracedGrid {
 struct TracedMesh {
     int vertices_per_face = 3;
     std::vector<uint32_t> indices;
+    // Where it is not empty: fibres, not faces (one index each). Every index begins a segment that ends at
+    // the vertex after it, round, as thick as the radii of the two, with balls where nothing goes on. Normals
+    // are the fibre's.
+    std::vector<float> radius;
+    std::vector<std::vector<float>> later_radius; // the same for every Grid::Step
+    // Closed around, but one layer of its material: what lets light through does so once (see
+    // LayeringProgram::is_layer).
+    bool around = false;
 };
 
 } // namespace kanuka::grid

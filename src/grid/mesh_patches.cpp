@@ -25,6 +25,8 @@ static bool spans(const Vec3f& a, const Vec3f& b) {
 }
 
 void complete_frames(Grid& g, const TracedMesh& mesh) {
+    if (!mesh.radius.empty())
+        return; // fibres have theirs
     const size_t n = size_t(g.stride), per = size_t(mesh.vertices_per_face);
     std::vector<char> done(size_t(g.vertices()));
     for (size_t i = 0; i < done.size(); i++) {
@@ -76,6 +78,12 @@ int MeshPatches::corners(uint32_t face) const {
 }
 
 void MeshPatches::list_faces() {
+    if (!m_mesh.radius.empty()) {
+        m_goes_on.assign(size_t(m_grid.vertices()), 0);
+        for (const uint32_t v : m_mesh.indices)
+            m_goes_on[v] = 1;
+        return;
+    }
     const size_t per = size_t(m_mesh.vertices_per_face), faces = m_mesh.indices.size() / per;
     m_first_face.assign(size_t(m_grid.vertices()) + 1, 0);
     for (size_t f = 0; f < faces; f++)
@@ -174,6 +182,13 @@ class MeshPatches::Lookup {
 
 void MeshPatches::add_neighbours(std::vector<uint32_t>& vertices, size_t begin, size_t end,
                                  Lookup& lookup) const {
+    if (!m_goes_on.empty()) {
+        for (size_t i = begin; i < end; i++)
+            for (const uint32_t other : {before(vertices[i]), after(vertices[i])})
+                if (lookup.add(other, uint32_t(vertices.size())) == Lookup::None && other != vertices[i])
+                    vertices.push_back(other);
+        return;
+    }
     for (size_t i = begin; i < end; i++)
         for (uint32_t at = m_first_face[vertices[i]]; at < m_first_face[vertices[i] + 1]; at++) {
             const uint32_t f = m_face[at];
@@ -191,6 +206,8 @@ class MeshPatches::Ring {
 
     // Appends the stencil of mesh vertex v.
     void stencil(uint32_t v, const Lookup& lookup, Stencils& out) {
+        if (!m_patches.m_goes_on.empty())
+            return fibre(v, lookup, out);
         collect(v);
         const Vec3f n = normal(), u = of(m_patches.m_grid.dPdu, v), w = of(m_patches.m_grid.dPdv, v);
         float step_u = 0, step_v = 0;
@@ -209,6 +226,20 @@ class MeshPatches::Ring {
     Vec3f of(const std::vector<float>& a, uint32_t v) const {
         const size_t n = m_patches.m_stride;
         return {a[v], a[v + n], a[v + 2 * n]};
+    }
+    // Along a fibre v grows from vertex to vertex; across it, u goes over the whole of it.
+    void fibre(uint32_t v, const Lookup& lookup, Stencils& out) {
+        const uint32_t a = m_patches.before(v), b = m_patches.after(v);
+        const float share = a != v && b != v ? 0.5f : 1.0f;
+        for (const auto& [other, sign] : {std::pair{a, -share}, std::pair{b, share}})
+            if (other != v) {
+                out.vertex.push_back(lookup.find(other));
+                out.along_u.push_back(0), out.along_v.push_back(sign);
+            }
+        const float l = length(of(m_patches.m_grid.dPdv, v));
+        out.step_u.push_back(1);
+        out.step_v.push_back(l > 0 ? share * length(m_patches.rest(b) - m_patches.rest(a)) / l : 0);
+        out.first.push_back(uint32_t(out.vertex.size()));
     }
     static Vec3f unit(const Vec3f& v) {
         const float l = length(v);

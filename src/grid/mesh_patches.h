@@ -33,6 +33,9 @@ class MeshPatches {
     void sort_vertices();
     void list_faces();
     int corners(uint32_t face) const;
+    // Along a fibre; v itself where it ends.
+    uint32_t before(uint32_t v) const { return v > 0 && m_goes_on[v - 1] ? v - 1 : v; }
+    uint32_t after(uint32_t v) const { return m_goes_on[v] && v + 1 < m_goes_on.size() ? v + 1 : v; }
     Vec3f rest(uint32_t v) const { return {m_rest[v], m_rest[v + m_stride], m_rest[v + 2 * m_stride]}; }
 
     class Lookup;
@@ -46,6 +49,7 @@ class MeshPatches {
     const int m_rings;
     std::vector<uint32_t> m_order;              // vertices that lie together are together
     std::vector<uint32_t> m_first_face, m_face; // faces by vertex
+    std::vector<char> m_goes_on;                // of fibres: a segment begins at the vertex
 };
 
 // What shading made of the own vertices of a patch, into what there is of the whole mesh. The first call

@@ -7,6 +7,7 @@
 #include "base/tasks.h"
 #include "color/photometry.h"
 #include "grid/mesh_patches.h"
+#include "render/budget.h"
 #include "render/group_views.h"
 #include "render/motion.h"
 #include "render/volumes.h"
@@ -170,6 +171,7 @@ class GeometryBuilder {
                 m_request.stats.count.traced_polygons += h.traced_polygons;
                 p = {};
             }
+            refuse_geometry_that_cannot_fit(m_out->store.grid_bytes() + m_out->store.input_bytes(), m_memory);
         }
         m_request.stats.count.primitives += primitives.size();
         close_run();
@@ -227,6 +229,10 @@ class GeometryBuilder {
             target.shading = material.uniform() ? grid::Reads() : material.reads_shading();
             target.shading.frame = target.shading.frame || material.program().needs_tangent();
             target.keep_density = material.emission_varies();
+            // What shines for the camera alone is not asked for light.
+            target.polygons =
+                material.program().emits() &&
+                (!m_request.classic || (primitive.attributes && primitive.attributes->area_light));
             target.later = moving.later;
             target.finer =
                 for_its_light(primitive, render_from_object, instanced ? instanced->pixels_per_unit : 0);
@@ -388,12 +394,12 @@ class GeometryBuilder {
         grid::VertexInputs cut_inputs;
         grid::TracedMesh cut_mesh;
         if (!parts.empty()) {
-            grid::merge_trimmed(parts, cut, cut_inputs, cut_mesh);
+            grid::merge_trimmed(parts, material.program().slots, cut, cut_inputs, cut_mesh);
             std::erase_if(shaded, [](const store::ShadedGrid& s) { return s.grid == nullptr; });
             shaded.push_back({&cut, nullptr, &cut_mesh, &cut_inputs});
         }
-        uint64_t bad = 0;
-        out.page = store::encode(shaded, material.program(), primitive.id, bad, &m_request.palette);
+        uint64_t bad = 0, lost = 0;
+        out.page = store::encode(shaded, material.program(), primitive.id, bad, &m_request.palette, &lost);
         if (primitive.attributes && primitive.attributes->area_light)
             spread_flux(*primitive.attributes->area_light, out.page);
         out.empty = false;
@@ -402,6 +408,11 @@ class GeometryBuilder {
             m_request.journal.warning(primitive.where,
                                       std::to_string(bad) +
                                           " shader outputs were not finite and have been replaced");
+        if (lost > 0)
+            m_request.journal.warning(
+                primitive.where, std::to_string(lost) +
+                                     " shader outputs were beyond what is kept (radiance of emitters 1e15, "
+                                     "other amounts 65504) and have been made smaller");
     }
 
     // A mesh whose vertices depend on their neighbours, patch by patch.
@@ -579,6 +590,7 @@ class GeometryBuilder {
     std::atomic<double> m_dice_time{0}, m_shade_time{0};
     std::mutex m_progress_mutex;
     size_t m_done = 0, m_total = 0;
+    const uint64_t m_memory = machine_memory();
 };
 
 } // namespace

@@ -95,8 +95,8 @@ void add_atmosphere(grid::LayeringProgram& program) {
         program.slots.push_back({InputType::Color, storage, 0, high, false, name});
         return int(program.slots.size()) - 1;
     };
-    program.atmosphere.filter = add(Storage::Rgb11, 1, "atmosphere.filter");
-    program.atmosphere.glow = add(Storage::Rgb9e5, std::numeric_limits<float>::infinity(), "atmosphere.glow");
+    program.atmosphere.filter = add(Storage::Color, 1, "atmosphere.filter");
+    program.atmosphere.glow = add(Storage::Amount, std::numeric_limits<float>::infinity(), "atmosphere.glow");
 }
 
 void fill_atmosphere(const sl::Instance& shader, grid::Grid& grid, const sl::GridGlobals& globals,

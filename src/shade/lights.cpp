@@ -100,10 +100,8 @@ std::string find_file(const char* what, const std::string& name, const char* ins
         return {};
     std::string file = textures.find(name);
     if (file.empty())
-        journal.error(ref.where, std::string(what) + " \"" + name + "\" is not found; searched in " +
-                                     join_folders(textures.folders()) +
-                                     ". Add its folder: Option \"searchpath\" \"texture\" [\"FOLDER\"]. " +
-                                     instead);
+        journal.error(ref.where, std::string(what) + " \"" + name + "\" is not found; " +
+                                     searched_in(textures.folders(), "texture", ref.where) + ". " + instead);
     return file;
 }
 
@@ -169,16 +167,17 @@ const LightShader* find_light(std::string_view name) {
 
 } // namespace
 
-Transform aimed(const Vec3f& from, const Vec3f& to) {
-    Vec3f z = to - from;
-    z = length(z) > 0 ? normalize(z) : Vec3f(0, 0, 1);
-    const Vec3f x = normalize(cross(std::abs(z.x) < 0.9f ? Vec3f(1, 0, 0) : Vec3f(0, 1, 0), z));
-    const Vec3f y = cross(z, x);
+Transform frame_of(const Vec3f& origin, const Vec3f& direction, const Vec3f& up, const Vec3f& other) {
+    const Vec3f z = length(direction) > 0 ? normalize(direction) : Vec3f(0, 0, 1);
+    const Vec3f x = normalize(cross(std::abs(dot(up, z)) < 0.9999f ? up : other, z)), y = cross(z, x);
     Transform t;
-    t.m[0] = {x.x, y.x, z.x, from.x};
-    t.m[1] = {x.y, y.y, z.y, from.y};
-    t.m[2] = {x.z, y.z, z.z, from.z};
+    for (int i = 0; i < 3; i++)
+        t.m[size_t(i)] = {x[i], y[i], z[i], origin[i]};
     return t;
+}
+
+Transform aimed(const Vec3f& from, const Vec3f& to) {
+    return frame_of(from, to - from, {1, 0, 0}, {0, 1, 0});
 }
 
 bool is_standard_light(std::string_view name) {
@@ -438,8 +437,6 @@ std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textur
     light.amount = light_amount(ref);
     light.shadows = casts_shadows(ref);
     light.group = ref.parameters.get_string("group", ref.parameters.get_string("__group", ""));
-    // RISpec's light shaders hand Cl to a surface whose diffuse() multiplies it by the cosine alone. A white
-    // Lambertian surface reflects radiance E / pi, so Cl stands for an irradiance of pi Cl.
     if (shader->name == "skylight" || shader->name == "sunlight") {
         light.visible_camera = ref.parameters.get_float("visible", 1) != 0;
         take_daylight(light, ref);
@@ -447,7 +444,7 @@ std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textur
     }
     light.spectrum = ref.parameters.get_string("spectrum", "");
     light.unit = ref.parameters.get_string("unit", "");
-    const float classic = light.unit.empty() ? Pi : 1; // an amount with a unit is what it says
+    const float classic = light.unit.empty() ? IrradianceOfCl : 1;
     switch (light.kind) {
     case scene::Light::Kind::Distant:
         place(light, ref);
@@ -457,7 +454,7 @@ std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textur
     case scene::Light::Kind::Point:
     case scene::Light::Kind::Spot:
         place(light, ref);
-        light.amount *= classic; // Cl = intensity / r^2, so the radiant intensity is pi times `intensity`
+        light.amount *= classic; // Cl = intensity / r^2
         light.radius = std::max(0.0f, ref.parameters.get_float("radius", 0));
         light.profile = find_file("photometric profile", ref.parameters.get_string("iesprofile", ""),
                                   "The light shines without it", ref, textures, journal);

@@ -2,6 +2,7 @@
 
 #include <OpenImageIO/half.h>
 #include <array>
+#include <filesystem>
 
 #include "color/color.h"
 
@@ -34,6 +35,33 @@ bool LinearInput::pass(bool success) {
     return success;
 }
 
+// Readers allocate what a header claims before they find that the file is too short for it. No compression
+// that pictures come in goes much beyond a thousandth.
+bool LinearInput::fits(const std::string& name) {
+    constexpr int LargestSide = 1 << 20, MostChannels = 1024, LargestTile = 8192;
+    constexpr uint64_t Always = uint64_t(256) << 20, MostCompressed = 4096;
+    const OIIO::ImageSpec& s = m_file->spec();
+    const auto size = std::to_string(s.width) + " by " + std::to_string(s.height) + " pixels of " +
+                      std::to_string(s.nchannels) + " channels";
+    if (s.width < 1 || s.height < 1 || s.depth > 1 || s.nchannels < 1 || s.width > LargestSide ||
+        s.height > LargestSide || s.nchannels > MostChannels) {
+        errorfmt("it claims {}", size);
+        return false;
+    }
+    if (s.tile_width < 0 || s.tile_height < 0 || s.tile_width > LargestTile || s.tile_height > LargestTile) {
+        errorfmt("its tiles claim {} by {} pixels", s.tile_width, s.tile_height);
+        return false;
+    }
+    std::error_code none;
+    const uint64_t file = std::filesystem::file_size(name, none);
+    const uint64_t bytes = std::max(s.image_bytes(true), s.tile_bytes(true));
+    if (!none && bytes > Always && bytes / MostCompressed > file) {
+        errorfmt("it claims {}, and the file has {} bytes", size, file);
+        return false;
+    }
+    return true;
+}
+
 void LinearInput::take_spec() {
     m_spec = m_file->spec();
     m_decodes = is_srgb(m_spec);
@@ -56,6 +84,11 @@ bool LinearInput::open(const std::string& name, OIIO::ImageSpec& spec, const OII
         errorfmt("{}", OIIO::geterror());
         return false;
     }
+    m_name = name;
+    if (!fits(m_name)) {
+        m_file.reset();
+        return false;
+    }
     take_spec();
     spec = m_spec;
     return true;
@@ -72,7 +105,7 @@ bool LinearInput::seek_subimage(int subimage, int miplevel) {
         return false;
     if (subimage == current_subimage() && miplevel == current_miplevel())
         return true;
-    if (!m_file->seek_subimage(subimage, miplevel))
+    if (!m_file->seek_subimage(subimage, miplevel) || !fits(m_name))
         return false;
     take_spec();
     return true;

@@ -25,11 +25,13 @@ class LinearInput final : public OIIO::ImageInput {
     bool read_native_tile(int subimage, int miplevel, int x, int y, int z, void* data) override;
 
   private:
-    bool pass(bool success); // hands on the file reader's error message
+    bool pass(bool success);            // hands on the file reader's error message
+    bool fits(const std::string& name); // false: what its header claims cannot be so
     void take_spec();
     void decode(const unsigned char* from, size_t pixels, void* to) const;
 
     std::unique_ptr<OIIO::ImageInput> m_file;
+    std::string m_name;
     bool m_decodes = false;
     std::vector<unsigned char> m_buffer;
 };

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "sl/parse/source.h"
+
 namespace fs = std::filesystem;
 
 namespace kanuka::shade {
@@ -66,6 +68,30 @@ std::string join_folders(std::span<const std::string> folders) {
     for (const std::string& folder : folders)
         all += (all.empty() ? "\"" : ", \"") + folder + "\"";
     return all;
+}
+
+std::string searched_in(std::span<const std::string> folders, const std::string& kind,
+                        const Location& asker) {
+    return "searched in " + join_folders(folders) + ". Add its folder: " +
+           (asker.file.empty() ? "scene.options." + kind + "_path"
+                               : "Option \"searchpath\" \"" + kind + "\" [\"FOLDER\"]");
+}
+
+std::string did_you_mean(const std::string& name, std::span<const std::string> folders,
+                         std::span<const char* const> extensions) {
+    std::vector<std::string> there;
+    for (const std::string& folder : folders) {
+        std::error_code failed;
+        for (fs::directory_iterator file(folder, failed), end; !failed && file != end; file.increment(failed))
+            for (const char* extension : extensions) {
+                const std::string found = file->path().filename().string();
+                if (found.ends_with(extension))
+                    there.push_back(found.substr(0, found.size() - std::string_view(extension).size()));
+            }
+    }
+    std::sort(there.begin(), there.end()); // folders list their files in any order
+    const std::string near = sl::closest(name, {there.begin(), there.end()});
+    return near.empty() || near == name ? "" : "; did you mean \"" + near + "\"?";
 }
 
 } // namespace kanuka::shade

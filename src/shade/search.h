@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "base/error.h"
+
 namespace kanuka::shade {
 
 // The folders of a search path in order, then the scene file's folder, then `last` (if not empty). A relative
@@ -19,5 +21,12 @@ std::optional<std::string> find_file(const std::string& name, std::span<const st
                                      std::span<const char* const> extensions);
 
 std::string join_folders(std::span<const std::string> folders); // "a", "b", for messages
+
+// What is said of a file that is not there: "searched in "a", "b". Add its folder: …", the last in the words
+// of RIB, or of Python where no file asked for it. `kind`: "shader" or "texture".
+std::string searched_in(std::span<const std::string> folders, const std::string& kind, const Location& asker);
+// "; did you mean "matte"?": a file there whose name is much the same. Empty = none is.
+std::string did_you_mean(const std::string& name, std::span<const std::string> folders,
+                         std::span<const char* const> extensions);
 
 } // namespace kanuka::shade

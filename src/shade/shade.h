@@ -20,14 +20,15 @@ namespace kanuka::shade {
 
 struct ShadingOptions {
     std::vector<std::string> shader_path,
-        texture_path;                       // folders, in order; then the folder of the scene file
-    std::string standard_shaders;           // folder of the shaders that ship with Kanuka
-    std::string cache_dir;                  // empty = default
-    int lanes = 0;                          // 0 = widest
-    size_t texture_bytes = size_t(1) << 30; // memory for texture tiles
-    color::Palette* palette = nullptr;      // takes the measured spectra that materials name; must outlive
-    int width = 0, height = 0;              // of the picture; 0 = as the scene says
-    Transform render_from_world;            // "world" and "camera" spaces for shaders
+        texture_path;                        // folders, in order; then the folder of the scene file
+    std::string standard_shaders;            // folder of the shaders that ship with Kanuka
+    std::string cache_dir;                   // empty = default
+    int lanes = 0;                           // 0 = widest
+    size_t texture_bytes = size_t(1) << 30;  // memory for texture tiles
+    color::Palette* palette = nullptr;       // takes the measured spectra that materials name; must outlive
+    const scene::Options* options = nullptr; // of this render; null = the scene's
+    const scene::Camera* camera = nullptr;
+    Transform render_from_world; // "world" and "camera" spaces for shaders
     Transform camera_from_render;
     std::vector<std::string> aovs; // output parameters that displays ask for: programs have them where
                                    // their surface does
@@ -90,9 +91,8 @@ class ShadingSystem {
     virtual uint64_t texture_bytes() const = 0;
 };
 
-// A whole environment picture, linear Rec.709, row by row from the top. The top row is the light's +z (its
-// pole); column x looks along phi = 2 pi (x + 1/2) / width, phi = atan2(y, x) in the light's space.
-// environment() in shaders does the same.
+// A whole environment picture, linear Rec.709, row by row from the top; base/latlong.h says where it shows
+// what.
 struct LatLong {
     int width = 0, height = 0;
     std::vector<float> rgb;

@@ -116,10 +116,11 @@ SystemImpl::Loaded SystemImpl::load(const scene::ShaderRef& ref, sl::ShaderKind 
     const std::optional<std::string> path = find(ref);
     if (!path) {
         const auto first = m_first_named.find(ref.name);
-        m_journal.error(first == m_first_named.end() ? ref.where : first->second,
-                        "shader \"" + ref.name + "\" is not found (" + ref.name + ".slo or " + ref.name +
-                            ".sl); searched in " + join_folders(m_shader_folders) +
-                            ". Add its folder: Option \"searchpath\" \"shader\" [\"FOLDER\"]. " + instead);
+        const Location& asker = first == m_first_named.end() ? ref.where : first->second;
+        m_journal.error(asker, "shader \"" + ref.name + "\" is not found (" + ref.name + ".slo or " +
+                                   ref.name + ".sl)" +
+                                   did_you_mean(ref.name, m_shader_folders, ShaderExtensions) + "; " +
+                                   searched_in(m_shader_folders, "shader", asker) + ". " + instead);
         return nullptr;
     }
     sl::CompileOptions options = m_compile_options;

@@ -40,18 +40,18 @@ class SystemImpl final : public ShadingSystem {
           m_shader_folders(search_folders(options.shader_path, scene.file, options.standard_shaders)),
           m_standard_shaders(options.standard_shaders),
           m_textures(search_folders(options.texture_path, scene.file, ""), options.texture_bytes, journal),
-          m_render_from_world(options.render_from_world), m_options(scene.options), m_camera(scene.camera),
-          m_world_spaces(scene, options.camera_from_render * options.render_from_world) {
-        if (options.width > 0 && options.height > 0)
-            m_options.width = options.width, m_options.height = options.height;
+          m_render_from_world(options.render_from_world),
+          m_options(options.options ? *options.options : scene.options),
+          m_camera(options.camera ? *options.camera : scene.camera),
+          m_world_spaces(scene, m_options, m_camera, options.camera_from_render * options.render_from_world) {
         if (m_palette)
             m_textures.set_space(m_palette->space());
         m_textures.set_made(make_textures(scene.options.user, m_textures.folders(), journal));
         m_compile_options.lanes = options.lanes;
         m_compile_options.cache_dir = options.cache_dir;
         m_compile_options.include_path = m_shader_folders;
-        m_compile_options.strict_directions = scene.options.strict_directions;
-        m_compile_options.array_room = scene.options.array_room;
+        m_compile_options.strict_directions = m_options.strict_directions;
+        m_compile_options.array_room = m_options.array_room;
         m_compile_options.aovs = options.aovs;
         m_spread = spread_lights(scene, m_lit_middle);
         note_names(scene.primitives);

@@ -8,7 +8,7 @@
 #include <mutex>
 #include <shared_mutex>
 
-#include "base/vec.h"
+#include "base/latlong.h"
 #include "scene/picture_name.h"
 #include "shade/linear_input.h"
 #include "shade/search.h"
@@ -35,6 +35,7 @@ struct Textures::Entry {
     bool rec709 = false;                                  // decoded from sRGB
     OIIO::TextureOpt::Wrap s_wrap = OIIO::TextureOpt::WrapPeriodic, t_wrap = OIIO::TextureOpt::WrapPeriodic;
     std::string problem;
+    bool missing = false; // the problem is where it was looked for
 };
 
 struct Textures::Cache {
@@ -129,9 +130,8 @@ const Textures::Entry& Textures::entry(const char* name) {
         return entry;
     const std::string path = find(place->first);
     if (path.empty()) {
-        entry.problem =
-            "texture \"" + place->first + "\" is not found; searched in " + join_folders(m_folders) +
-            ". Add its folder: Option \"searchpath\" \"texture\" [\"FOLDER\"]. Mid-grey stands in for it";
+        entry.problem = "texture \"" + place->first + "\" is not found; ";
+        entry.missing = true;
         return entry;
     }
     const OIIO::ustring file(path);
@@ -175,25 +175,40 @@ void Textures::lookup(const sl::TextureRequest& request, const Location& asker) 
     const float grey[MaxChannels] = {Missing, Missing, Missing, Missing, Missing, Missing, Missing, Missing,
                                      Missing, Missing, Missing, Missing, Missing, Missing, Missing, Missing};
     if (!entry.handle) {
-        m_journal.error(asker, entry.problem);
+        m_journal.error(asker, !entry.missing ? entry.problem
+                                              : entry.problem + searched_in(m_folders, "texture", asker) +
+                                                    ". Mid-grey stands in for it");
         for (int i = 0; i < request.count; i++)
             store(i, grey);
         return;
     }
     OIIO::TextureSystem& system = *m_cache->system;
+    // Channels that the file has not are filled. (The library asserts that there is one that it has.)
+    if (const OIIO::ImageSpec* spec = system.imagespec(entry.handle);
+        channels == 0 || !spec || request.first_channel >= spec->nchannels) {
+        float fill[MaxChannels];
+        std::fill_n(fill, MaxChannels, request.fill);
+        for (int i = 0; i < request.count; i++)
+            store(i, fill);
+        return;
+    }
     OIIO::TextureOpt options;
     options.firstchannel = std::max(0, request.first_channel);
     options.swrap = entry.s_wrap, options.twrap = entry.t_wrap;
     if (request.wrap && *request.wrap)
         OIIO::TextureOpt::parse_wrapmodes(request.wrap, options.swrap, options.twrap);
-    options.sblur = options.tblur = std::max(0.0f, finite(request.blur));
-    options.swidth = options.twidth = std::max(0.0f, finite(request.width));
+    options.sblur = options.tblur = std::clamp(finite(request.blur), 0.0f, 1024.0f);
+    options.swidth = options.twidth = std::clamp(finite(request.width), 0.0f, 1024.0f);
     options.fill = request.fill;
     const Cache::Lease thread(*m_cache);
-    const auto at = [](const float* values, int i) { return values ? finite(values[i]) : 0.0f; };
+    // A point of infinite coordinates has no place on the picture: its corner will do. Far out single
+    // precision knows no texel, and numbers of texels would not be whole numbers any more.
+    static constexpr float Farthest = 1 << 20;
+    const auto at = [](const float* values, int i) {
+        return values ? std::clamp(finite(values[i]), -Farthest, Farthest) : 0.0f;
+    };
     for (int i = 0; i < request.count; i++) {
         float values[MaxChannels] = {};
-        // A point of infinite coordinates has no place on the picture: its corner will do.
         if (system.texture(entry.handle, thread.get(), options, at(request.s, i), at(request.t, i),
                            at(request.dsdu, i), at(request.dtdu, i), at(request.dsdv, i), at(request.dtdv, i),
                            channels, values)) {
@@ -218,10 +233,8 @@ void Textures::lookup_environment(const sl::TextureRequest& request, const float
         const int count = std::min(Block, request.count - begin);
         for (int i = 0; i < count; i++) {
             const Vec3f d(x[begin + i], y[begin + i], z[begin + i]);
-            const float len = length(d);
-            const float phi = std::atan2(finite(d.y), finite(d.x));
-            s[i] = (phi < 0 ? phi + 2 * Pi : phi) * (0.5f * InvPi);
-            t[i] = len > 0 ? std::acos(std::clamp(d.z / len, -1.0f, 1.0f)) * InvPi : 0.5f;
+            const LatLongPlace place = latlong_place({finite(d.x), finite(d.y), finite(d.z)});
+            s[i] = place.u, t[i] = place.v;
         }
         sl::TextureRequest block = request;
         block.s = s, block.t = t;

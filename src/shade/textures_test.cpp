@@ -131,6 +131,67 @@ TEST_F(TexturesTest, MissingFilesAreReportedOnceForWhoAsks) {
         EXPECT_EQ(v, 0.5f);
 }
 
+TEST_F(TexturesTest, ChannelsThatAFileHasNotAreFilled) {
+    write("three.exr", OIIO::TypeDesc::HALF, {0.25f, 0.5f, 1}, {0.25f, 0.5f, 1});
+    write("one.exr", OIIO::TypeDesc::HALF, {0.75f}, {0.75f});
+    const auto read = [&](const char* file, int first, int channels) {
+        Lookup lookup(file, {0.5f}, {0.5f}, 0, channels);
+        lookup.request.first_channel = first;
+        lookup.request.fill = 0.125f;
+        textures.lookup(lookup.request, where);
+        return lookup.result;
+    };
+    EXPECT_EQ(read("three.exr", 3, 1), (std::vector<float>{0.125f}));
+    EXPECT_EQ(read("three.exr", 1000000, 3), (std::vector<float>{0.125f, 0.125f, 0.125f}));
+    EXPECT_EQ(read("three.exr", 2147483647, 3), (std::vector<float>{0.125f, 0.125f, 0.125f}));
+    EXPECT_EQ(read("three.exr", 2, 3), (std::vector<float>{1, 0.125f, 0.125f}));
+    EXPECT_EQ(read("three.exr", -1, 1), (std::vector<float>{0.25f}));
+    EXPECT_EQ(read("one.exr", 0, 3), (std::vector<float>{0.75f, 0.75f, 0.75f})) << "grey serves as a colour";
+    EXPECT_EQ(read("one.exr", 1, 3), (std::vector<float>{0.125f, 0.125f, 0.125f}));
+    EXPECT_TRUE(read("three.exr", 0, 0).empty());
+    EXPECT_TRUE(journal.entries().empty());
+}
+
+TEST_F(TexturesTest, CoordinatesAndFootprintsOfAnySize) {
+    write("dots.png", OIIO::TypeDesc::UINT8, {1, 1, 1}, {0, 0, 0});
+    const float any[] = {1e9f, -1e9f, 1e30f, -3.4e38f, INFINITY, NAN};
+    for (const char* wrap : {"black", "clamp", "periodic", "mirror"})
+        for (const float x : any)
+            for (const float y : any) {
+                Lookup lookup("dots.png", {x, 0.5f, x}, {0.5f, x, y}, y);
+                lookup.request.wrap = wrap;
+                lookup.request.blur = x, lookup.request.width = y;
+                textures.lookup(lookup.request, where);
+                for (const float v : lookup.result)
+                    ASSERT_TRUE(v >= 0 && v <= 1) << v;
+            }
+}
+
+// 120 bytes that claim 67 million pixels a row: refused before anything is allocated.
+TEST_F(TexturesTest, HeadersThatClaimTooMuchAreRefused) {
+    const auto little = [](uint32_t value, int bytes) {
+        std::string out;
+        for (int i = 0; i < bytes; i++)
+            out += char(value >> (8 * i));
+        return out;
+    };
+    const auto bmp = [&](uint32_t width, uint32_t height) {
+        return "BM" + little(120, 4) + little(0, 4) + little(54, 4) + little(40, 4) + little(width, 4) +
+               little(height, 4) + little(1, 2) + little(24, 2) + std::string(24 + 66, 'x');
+    };
+    folder.write("wide.bmp", bmp(0x4000008, 4));
+    folder.write("both.bmp", bmp(60000, 60000));
+    for (const char* name : {"wide.bmp", "both.bmp"}) {
+        Lookup lookup(name, {0.5f}, {0.5f});
+        textures.lookup(lookup.request, where);
+        EXPECT_EQ(lookup.result, (std::vector<float>{0.5f, 0.5f, 0.5f}));
+        EXPECT_FALSE(read_latlong((folder.path / name).string(), 0, where, journal));
+    }
+    for (const Journal::Entry& e : journal.entries())
+        EXPECT_NE(e.message.find("it claims "), std::string::npos) << e.message;
+    EXPECT_EQ(journal.entries().size(), 4u);
+}
+
 TEST_F(TexturesTest, BrokenFilesAreReported) {
     folder.write("broken.png", "this is no picture");
     Lookup lookup("broken.png", {0.5f}, {0.5f});

@@ -15,6 +15,7 @@ static grid::Slot make_slot(const grid::LobeInput& in, const std::string& node) 
     s.low = in.low;
     s.high = in.high;
     s.name = node + "." + std::string(in.name);
+    s.between = in.between();
     return s;
 }
 
@@ -92,7 +93,7 @@ int InstanceImpl::node_of(const ops::MaterialBuild& build, const std::string& na
         grid::Slot weight;
         weight.name = n.name + ".weight";
         if (n.op == LayerOp::Lobe && lobe.kind == grid::LobeKind::Emission)
-            weight.high = 65504;
+            weight.high = std::numeric_limits<float>::infinity();
         m_channels[size_t(channels[0]) * 3] = 1;
         node.weight = add(std::move(weight), channels[0], Vec3f(1, 0, 0));
     }
@@ -174,7 +175,7 @@ void InstanceImpl::build_material(const ops::MaterialBuild& build, Services& ser
         grid::Slot slot;
         slot.name = ambient ? "ambient" : "presence";
         if (ambient)
-            slot.type = grid::InputType::Color, slot.storage = grid::Storage::Rgb9e5, slot.high = 65504;
+            slot.type = grid::InputType::Color, slot.storage = grid::Storage::Amount, slot.high = 65504;
         else
             m_channels[c * 3] = 1;
         (ambient ? m_layering.ambient : m_layering.presence) = int(m_layering.slots.size());

@@ -49,6 +49,9 @@ void InstanceImpl::keep_in_range(grid::VertexInputs& out, size_t vertices, size_
         float* const data = values.uniform ? &values.value.x : values.data.data();
         const size_t stride = values.uniform ? 1 : size_t(out.stride), n = values.uniform ? 1 : vertices;
         Seen seen;
+        if (slot.between == grid::Between::Turns) // whole ones are none
+            for (size_t i = 0; i < n; i++)
+                data[i] -= std::floor(data[i]);
         for (int c = 0; c < components; c++)
             if (float* x = data + size_t(c) * stride; !all_within(x, n, slot.low, slot.high))
                 keep(x, n, values.uniform ? 1 : own, slot, seen);

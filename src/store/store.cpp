@@ -124,6 +124,11 @@ float Store::presence(int shape, int prim, float u, float v) const {
     };
     if (s.flags & ShapeRecord::Mesh) {
         const bool quads = s.flags & ShapeRecord::Quads;
+        if (s.flags & ShapeRecord::Fibre) {
+            const int first = int(m_arena[s.indices + prim]);
+            const float f = u >= 0 ? std::min(u, 1.0f) : 0; // not a number on a ball
+            return at(first) + (at(first + 1) - at(first)) * f;
+        }
         const uint32_t* index = m_arena + s.indices + prim * (quads ? 4 : 3);
         if (!quads)
             return (1 - u - v) * at(int(index[0])) + u * at(int(index[1])) + v * at(int(index[2]));

@@ -79,8 +79,11 @@ struct HitPlace {
         const Mask<W> mesh = s.has(R::Mesh);
         if (!all(mesh))
             place_on_grid(s, u, v);
-        if (any(mesh))
-            place_on_mesh(scene, s, prim, u, v, mesh);
+        const Mask<W> fibre = s.has(R::Fibre);
+        if (any(mesh & !fibre))
+            place_on_mesh(scene, s, prim, u, v, mesh & !fibre);
+        if (any(fibre))
+            place_on_fibre(scene, s, prim, u, fibre);
     }
 
   private:
@@ -152,6 +155,23 @@ struct HitPlace {
         b = select(second, w3 * y3 + (one - fx) * y2 + (one - fy) * y1, w0 * y0 + fx * y1 + fy * y2);
     }
 
+    // Between the two vertices of a segment. The anchor is the first of them, inside of the fibre.
+    void place_on_fibre(const SceneView& scene, const ShapeLanes<W>& s, Int<W> prim, Float<W> u,
+                        Mask<W> fibre) {
+        using F = Float<W>;
+        using I = Int<W>;
+        const F zero(0.0f), one(1.0f);
+        const I first = gather(scene.words, select(fibre, s.indices + prim, I(0)));
+        const F f = select(u >= zero, min(u, one), zero); // not a number on a ball
+        anchor = select(fibre, first, anchor);
+        other[0] = select(fibre, first, other[0]), other[1] = select(fibre, first, other[1]);
+        triangle = select(fibre, prim, triangle);
+        for (int k = 0; k < 4; k++) {
+            vertex[k] = select(fibre, k == 0 ? first : first + I(1), vertex[k]);
+            weight[k] = select(fibre, k == 0 ? one - f : k == 1 ? f : zero, weight[k]);
+        }
+    }
+
     void place_on_mesh(const SceneView& scene, const ShapeLanes<W>& s, Int<W> prim, Float<W> u, Float<W> v,
                        Mask<W> mesh) {
         using F = Float<W>;
@@ -207,13 +227,10 @@ class InputFetch {
         }
         if (!all(constant)) {
             Float<W> v0, v1, v2, m(1.0f);
-            Vec3<Float<W>> rgb;
+            Vec3<Float<W>> rgb = interpolate_rgb(base, constant);
             if (input.wide) { // twice the largest component, to stay where spectra are smooth, as encode.cpp
-                rgb = interpolate_rgb9e5(base, constant);
                 m = max(max(max(rgb.x, rgb.y), rgb.z) * Float<W>(2.0f), Float<W>(1e-20f));
                 rgb = rgb * (Float<W>(1.0f) / m);
-            } else {
-                rgb = interpolate_rgb11(base, stride, constant);
             }
             bsdf::uplift(m_scene.uplift, rgb, v0, v1, v2);
             c0 = kanuka::select(constant, c0, v0), c1 = kanuka::select(constant, c1, v1),
@@ -234,14 +251,13 @@ class InputFetch {
         if (any(constant))
             r = gather(m_scene.floats + input.half, kanuka::select(constant, base, Int<W>(0)));
         if (!all(constant)) {
-            Float<W> sum(0.0f);
+            Float<W> value[4];
             for (int k = 0; k < 4; k++) {
                 const Int<W> at = kanuka::select(constant, Int<W>(0), base + m_place.vertex[k]);
                 const Int<W> word = gather(m_scene.words, at);
-                sum =
-                    fma(m_place.weight[k], half_to_float((word >> (16 * input.half)) & Int<W>(0xffff)), sum);
+                value[k] = half_to_float((word >> (16 * input.half)) & Int<W>(0xffff));
             }
-            r = kanuka::select(constant, r, sum);
+            r = kanuka::select(constant, r, between(input.between, value));
         }
         return r;
     }
@@ -259,7 +275,7 @@ class InputFetch {
         }
         if (!all(constant)) {
             // Twice the largest component, to stay where spectra are smooth, as encode.cpp has it.
-            const Vec3<Float<W>> rgb = interpolate_rgb9e5(base, constant);
+            const Vec3<Float<W>> rgb = interpolate_rgb(base, constant);
             const Float<W> m = max(max(rgb.x, rgb.y), rgb.z) * Float<W>(2.0f);
             Float<W> v0, v1, v2;
             bsdf::uplift(m_scene.uplift, rgb * (Float<W>(1.0f) / max(m, Float<W>(1e-20f))), v0, v1, v2);
@@ -309,6 +325,29 @@ class InputFetch {
     }
 
   private:
+    // What the vertices around have, here.
+    Float<W> between(grid::Between rule, const Float<W> value[4]) const {
+        using F = Float<W>;
+        F sum(0.0f);
+        if (rule == grid::Between::Linear) {
+            for (int k = 0; k < 4; k++)
+                sum = fma(m_place.weight[k], value[k], sum);
+            return sum;
+        }
+        F most = m_place.weight[0], nearest = value[0];
+        for (int k = 1; k < 4; k++) {
+            nearest = kanuka::select(m_place.weight[k] > most, value[k], nearest);
+            most = max(most, m_place.weight[k]);
+        }
+        if (rule == grid::Between::Nearest)
+            return nearest;
+        for (int k = 0; k < 4; k++) {
+            const F way = value[k] - nearest;
+            sum = fma(m_place.weight[k], way - F(0.5f) * floor(fma(way, F(2.0f), F(0.5f))), sum);
+        }
+        return nearest + sum;
+    }
+
     void entry(int word, Int<W>& base, Int<W>& stride) const {
         // And the next entry, or inputs.
         const auto row = load_rows<4>(m_scene.words, m_table + Int<W>(2 * word));
@@ -340,21 +379,7 @@ class InputFetch {
         return n;
     }
 
-    Vec3<Float<W>> interpolate_rgb11(Int<W> base, Int<W> stride, Mask<W> constant) const {
-        Vec3<Float<W>> sum{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
-        (void)stride;
-        for (int k = 0; k < 4; k++) {
-            const Int<W> word =
-                gather(m_scene.words, kanuka::select(constant, Int<W>(0), base + m_place.vertex[k]));
-            const Float<W> r = Float<W>(word & Int<W>(2047)) * Float<W>(1 / 2047.0f);
-            const Float<W> g = Float<W>((word >> 11) & Int<W>(2047)) * Float<W>(1 / 2047.0f);
-            const Float<W> b = Float<W>(word >> 22) * Float<W>(1 / 1023.0f);
-            sum += Vec3<Float<W>>(r * r, g * g, b * b) * m_place.weight[k];
-        }
-        return sum;
-    }
-
-    Vec3<Float<W>> interpolate_rgb9e5(Int<W> base, Mask<W> constant) const {
+    Vec3<Float<W>> interpolate_rgb(Int<W> base, Mask<W> constant) const {
         Vec3<Float<W>> sum{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
         for (int k = 0; k < 4; k++) {
             const Int<W> word =

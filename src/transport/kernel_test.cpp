@@ -225,7 +225,7 @@ void look_at_unit_square(TestScene& s) {
 }
 
 float from_stored(float grey) { // what the vertex word keeps
-    return store::from_rgb11(store::to_rgb11(Rgb(grey))).y;
+    return store::from_rgb9e5(store::to_rgb9e5(Rgb(grey))).y;
 }
 
 } // namespace

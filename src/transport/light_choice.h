@@ -130,65 +130,55 @@ Float<W> chance_of_leaf(const LightTree& tree, const Receiver<W>& r, Int<W> leaf
 // unshadowed, mixed with equal shares, so that none starves where the estimate is wrong. Exact where lights
 // are few; scenes with more have them in the hierarchy, or fall back on equal shares where they are distant.
 //
-// Indoors the sky is mostly hidden, and far brighter than lamps. So what comes from infinity has at most
-// two thirds of the samples, unless lamps bring next to nothing: in a room without windows that costs a lamp
-// at most three times its noise^2, in the open it costs the sky half of its own more.
+// Estimates know nothing of what is in the way. Indoors the sky is hidden, and far brighter than lamps: where
+// a scene has both, what comes from infinity and what is near are asked apart, one of each (SceneView::asks).
 template <int W>
 class LightChances {
     using F = Float<W>;
+    using I = Int<W>;
 
   public:
-    static constexpr int Exact = 24;
-    static constexpr float NearShare = 1 / 3.0f; // of lights nearby, where there are others far away
-    static constexpr float NearMost = 1000;      // but at most so many times what they bring says
-
-    LightChances(const SceneView& scene, const Receiver<W>& r) : m_count(scene.choices) {
+    LightChances(const SceneView& scene, const Receiver<W>& r) : m_count(scene.choices), m_asks(scene.asks) {
         m_equal = F(m_count > 0 ? 1.0f / float(m_count) : 0.0f);
-        m_exact = m_count <= Exact && (m_count > 1 || scene.linked);
+        m_exact = m_count <= SceneView::FewChoices && (m_count > 1 || scene.linked);
         if (!m_exact)
             return;
-        F near(0.0f), far(0.0f), open(0.0f);
-        const auto set = [&](int choice, F brings, int32_t sets, F& sum) {
+        m_first_far = scene.emitter_choice >= 0 ? 1 : 0;
+        m_end_far = m_asks > 1 ? scene.first_light_choice + scene.distant_lights : m_first_far;
+        Sums sums[2];
+        const auto set = [&](int choice, F brings, int32_t sets) {
             F share(1.0f);
             if (scene.linked) {
-                const Mask<W> shines = (r.set & Int<W>(sets)) != Int<W>(0);
+                const Mask<W> shines = (r.set & I(sets)) != I(0);
                 brings = kanuka::select(shines, brings, F(0.0f));
                 share = kanuka::select(shines, F(1.0f), F(0.0f));
                 m_share[choice] = share;
             }
             m_chance[choice] = brings;
-            sum += brings;
-            open += share;
+            sums[is_far(choice)].brings += brings;
+            sums[is_far(choice)].open += share;
         };
         if (scene.emitter_choice >= 0) {
             const Vec3f c = scene.emitter_center;
             const Vec3<F> to = Vec3<F>(F(c.x), F(c.y), F(c.z)) - r.P;
-            set(scene.emitter_choice, F(scene.emitter_power) / max(dot(to, to), F(scene.emitter_radius2)), -1,
-                near);
+            set(scene.emitter_choice, F(scene.emitter_power) / max(dot(to, to), F(scene.emitter_radius2)),
+                -1);
         }
         if (scene.map_choice >= 0)
-            set(scene.map_choice, F(scene.map_brings), scene.map_sets, far);
+            set(scene.map_choice, F(scene.map_brings), scene.map_sets);
         for (int k = 0; k < scene.lights_by_choice; k++)
-            set(scene.first_light_choice + k, brings(scene, k, r), scene.lights[size_t(k)].sets,
-                k < scene.distant_lights ? far : near);
-        const int first_far = scene.emitter_choice >= 0 ? 1 : 0,
-                  last_far = scene.first_light_choice + scene.distant_lights;
-        if (first_far < last_far && last_far - first_far < m_count) {
-            // Their share of what they bring goes to lights nearby until those have theirs.
-            const F q = min(F(NearShare), F(NearMost) * near / max(far + near, F(1e-30f)));
-            const F bound = near * (F(1.0f) - q) / max(q, F(1e-30f));
-            const F cut =
-                kanuka::select((near > F(0.0f)) & (bound < far), bound / max(far, F(1e-30f)), F(1.0f));
-            for (int k = first_far; k < last_far; k++)
-                m_chance[k] *= cut;
-            far *= cut;
+            set(scene.first_light_choice + k, brings(scene, k, r), scene.lights[size_t(k)].sets);
+        F scale[2], share[2], alone[2];
+        Mask<W> some[2];
+        for (int g = 0; g < m_asks; g++) {
+            const F total = sums[g].brings, open = max(sums[g].open, F(1.0f));
+            some[g] = total > F(1e-20f);
+            scale[g] = F(0.85f) / max(total, F(1e-20f));
+            share[g] = F(0.15f) / open, alone[g] = F(1.0f) / open;
         }
-        const F total = far + near;
-        const Mask<W> some = total > F(1e-20f);
-        const F scale = F(0.85f) / max(total, F(1e-20f)), share = F(0.15f) / max(open, F(1.0f)),
-                alone = F(1.0f) / max(open, F(1.0f));
         for (int k = 0; k < m_count; k++) {
-            m_chance[k] = kanuka::select(some, fma(m_chance[k], scale, share), alone);
+            const int g = is_far(k);
+            m_chance[k] = kanuka::select(some[g], fma(m_chance[k], scale[g], share[g]), alone[g]);
             if (scene.linked)
                 m_chance[k] *= m_share[k];
         }
@@ -198,22 +188,27 @@ class LightChances {
             return F(0.0f);
         return m_exact ? m_chance[choice] : m_equal;
     }
-    F of(Int<W> choice) const {
+    F of(I choice) const {
         if (!m_exact)
             return m_equal;
         F chance(0.0f);
         for (int k = 0; k < m_count; k++)
-            chance = kanuka::select(choice == Int<W>(k), m_chance[k], chance);
+            chance = kanuka::select(choice == I(k), m_chance[k], chance);
         return chance;
     }
-    Int<W> choose(F u) const {
+    // ask: which of SceneView::asks.
+    I choose(F u, int ask) const {
         if (!m_exact)
-            return min(to_int(u * F(float(m_count))), Int<W>(m_count - 1));
-        Int<W> choice(0);
-        F from(0.0f);
-        for (int k = 0; k + 1 < m_count; k++) {
-            from += m_chance[k];
-            choice = kanuka::select(u >= from, Int<W>(k + 1), choice);
+            return min(to_int(u * F(float(m_count))), I(m_count - 1));
+        I choice(0);
+        F up_to(0.0f);
+        bool first = true;
+        for (int k = 0; k < m_count; k++) {
+            if (is_far(k) != ask)
+                continue;
+            choice = first ? I(k) : kanuka::select(u >= up_to, I(k), choice);
+            up_to += m_chance[k];
+            first = false;
         }
         return choice;
     }
@@ -236,9 +231,14 @@ class LightChances {
         return estimate;
     }
 
-    int m_count;
+    struct Sums {
+        F brings{0.0f}, open{0.0f};
+    };
+    int is_far(int choice) const { return choice >= m_first_far && choice < m_end_far ? 1 : 0; }
+
+    int m_count, m_asks, m_first_far = 0, m_end_far = 0; // what is far lies between what is near
     bool m_exact;
-    F m_equal, m_chance[Exact], m_share[Exact];
+    F m_equal, m_chance[SceneView::FewChoices], m_share[SceneView::FewChoices];
 };
 
 } // namespace kanuka::transport

@@ -97,6 +97,7 @@ struct LightSample {
     Float<W> pdf;         // over solid angle, choice included; delta: the choice alone
     Mask<W> delta, valid;
     Int<W> passes; // shadow linking: AnalyticLight::passes
+    Int<W> light;  // place in SceneView::lights; -1 = none
 };
 
 // ---- environment

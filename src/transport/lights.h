@@ -180,7 +180,7 @@ void sample_analytic(const SceneView& scene, int shape, Int<W> index, const Vec3
 
 template <int W>
 LightSample<W> sample_light(const SceneView& scene, const LightChances<W>& chances, const Receiver<W>& r,
-                            Float<W> u_choice, Float<W> u_part, Float<W> u0, Float<W> u1,
+                            int ask, Float<W> u_choice, Float<W> u_part, Float<W> u0, Float<W> u1,
                             const Float<W> l[Wavelengths], Mask<W> active) {
     using F = Float<W>;
     using I = Int<W>;
@@ -192,7 +192,8 @@ LightSample<W> sample_light(const SceneView& scene, const LightChances<W>& chanc
     s.delta = Mask<W>(false);
     s.valid = active;
     s.passes = I(0);
-    const I choice = chances.choose(u_choice);
+    s.light = I(-1);
+    const I choice = chances.choose(u_choice, ask);
     I analytic(-1);
     F chance(0.0f);
     if (scene.lights_by_choice > 0) {
@@ -247,6 +248,7 @@ LightSample<W> sample_light(const SceneView& scene, const LightChances<W>& chanc
     }
     const Mask<W> some = active & (analytic >= I(0));
     if (any(some)) {
+        s.light = select(some, analytic, s.light);
         const I shapes = LightLanes<W>(scene, select(some, analytic, I(0))).get(&AnalyticLight::shape);
         for (uint32_t kinds = scene.light_shapes; kinds; kinds &= kinds - 1) {
             const int shape = __builtin_ctz(kinds);

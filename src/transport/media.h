@@ -166,6 +166,22 @@ Spectrum<W> ratios_of(const SceneView& scene, const PathState& paths, Int<W> slo
     return ratio;
 }
 
+// How a shadow ray's contribution has been weighted, as shares of one: by light sampling, and by directions
+// at each wavelength. What is on the way changes the latter; see docs/transport.md, "Interiors".
+template <int W>
+struct ShadowBalance {
+    Float<W> asked{1.0f};
+    Spectrum<W> found{Float<W>(0.0f)};
+
+    void store(ShadowState& shadows, int at, const MediaStack<W>& media, uint32_t bits) const {
+        for (int k = 0; k < MediaStack<W>::Most; k++)
+            compress_store(reinterpret_cast<float*>(shadows.media[k]) + at, bitcast_float(media.at[k]), bits);
+        compress_store(shadows.asked + at, asked, bits);
+        for (int k = 0; k < Wavelengths; k++)
+            compress_store(shadows.found[k] + at, found[k], bits);
+    }
+};
+
 // ---- on the way, before and after the closest hit is known
 
 // How far each path may go: until it meets a particle of the medium it is in, as the hero's extinction has

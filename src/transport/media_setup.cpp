@@ -166,11 +166,16 @@ void fill_media(SceneView& view, const store::Store& store, int volume_depth, Jo
             row[MediumRow::Angstrom] = std::clamp(from.phase_inputs[0], 0.0f, 8.0f);
         view.scatters |= from.scatters || from.field;
         view.media |= from.absorbs;
+        view.has_fog |= from.scatters && !from.field;
     }
+    for (const bsdf::MaterialCode& code : view.materials) {
+        view.clear.push_back(code.leaves == 0);
+        view.straight.push_back(code.straight != 0);
+        view.thin_walls |= code.straight != 0;
+    }
+    view.media |= view.thin_walls;
     if (view.phases.empty())
         return;
-    for (const bsdf::MaterialCode& code : view.materials)
-        view.clear.push_back(code.leaves == 0);
     for (const store::ShapeRecord& s : store.shapes())
         view.clear_boundaries |= s.interior >= 0 && s.emitter < 0 && view.clear[size_t(s.program)];
     view.media |= view.scatters || view.clear_boundaries || view.phases.size() > 1;

@@ -39,4 +39,24 @@ struct MediumLanes {
     }
 };
 
+template <int W>
+bsdf::Phase<W> phase_of(const SceneView& scene, int interior) {
+    using F = Float<W>;
+    const auto& of = scene.phases[size_t(interior)];
+    return {of.kind, F(of.g[0]), F(of.other_g[0]), F(of.share[0]), F(of.alpha[0])};
+}
+
+// Density over the sphere, where each lane's interior scatters.
+template <int W>
+Float<W> phase_between(const SceneView& scene, Int<W> interior, Float<W> cosine, Mask<W> m) {
+    Float<W> density(0.0f);
+    while (any(m)) {
+        const int one = interior[__builtin_ctz(m.bits())];
+        const Mask<W> here = m & (interior == Int<W>(one));
+        density = select(here, bsdf::eval_phase(phase_of<W>(scene, one), cosine), density);
+        m &= !here;
+    }
+    return density;
+}
+
 } // namespace kanuka::transport

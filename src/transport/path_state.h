@@ -42,6 +42,7 @@ struct alignas(64) PathState {
     Lane<int32_t> under[3]; // media that the one in the row hides; see MediaStack
     Lane<float> start;      // where on its ray a path is: past boundaries that it was not turned at
     Lane<int32_t> events;   // see Events in media.h
+    Lane<float> sight;      // how far the next surface is; kept only where there are fog lamps
 };
 
 // What a batch knows of each of its paths from first to last.
@@ -75,16 +76,25 @@ struct alignas(64) HitState {
     std::vector<float> world_from_shape[12]; // only where the scene has instances
     std::vector<int32_t> slot_shift;
     std::vector<float> magnitude; // bvh::HitPacket::magnitude
+
+    void keep_instances() {
+        for (auto& a : world_from_shape)
+            a.assign(BatchPadded, 0.0f);
+        slot_shift.assign(BatchPadded, 0);
+        magnitude.assign(BatchPadded, 0.0f);
+    }
 };
 
-// Shadow rays are written and read in order.
+// Shadow rays are written and read in order: two lights asked at a vertex, and one on the way to it.
 struct alignas(64) ShadowState {
-    Lane<float> o[3], d[3], t_max, contribution[4];
-    Lane<int32_t> path, seed;
-    Lane<int32_t> passes; // written only where scene.shadow_linked
+    template <class T>
+    using Row = T[3 * BatchSize + 16];
+    Row<float> o[3], d[3], t_max, contribution[4];
+    Row<int32_t> path, seed;
+    Row<int32_t> passes; // written only where scene.shadow_linked
     // Written only where scene.media; see ShadowBalance.
-    Lane<int32_t> media[4];
-    Lane<float> asked, found[4];
+    Row<int32_t> media[4];
+    Row<float> asked, found[4];
 };
 
 } // namespace kanuka::transport

@@ -314,4 +314,51 @@ TEST(QuadDensity, IrradianceOfABrightSpot) {
     EXPECT_LT(with.channel[1].error(), 0.4 * without.channel[1].error());
 }
 
+// ---- how often the sky is asked
+
+// A lamp in a closed room beneath a sky that nobody sees there.
+TEST(ChoiceOfLight, AHiddenSkyCostsALampLittle) {
+    const auto noise2 = [](float sky) {
+        TestScene s;
+        const Vec3f x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
+        s.add_quad(-z, x, y, {matte(Rgb(0.5f))}), s.add_quad(z, y, x, {matte(Rgb(0.5f))});
+        s.add_quad(-x, y, z, {matte(Rgb(0.5f))}), s.add_quad(x, z, y, {matte(Rgb(0.5f))});
+        s.add_quad(-y, z, x, {matte(Rgb(0.5f))}), s.add_quad(y, x, z, {matte(Rgb(0.5f))});
+        scene::Light lamp;
+        lamp.kind = Kind::Sphere;
+        lamp.radius = 0.1f;
+        lamp.amount = Rgb(10);
+        lamp.visible_camera = false;
+        lamp.world_from_light = Transform::translate(0.2, 0.6, 0.3);
+        s.inputs.lights.push_back(lamp);
+        if (sky > 0) {
+            s.inputs.map = LatLong{32, 16, {}};
+            for (int j = 0; j < 16; j++)
+                for (int i = 0; i < 32; i++)
+                    s.inputs.map.rgb.insert(s.inputs.map.rgb.end(), 3,
+                                            sky * (1 + 0.5f * std::sin(0.4f * float(i))));
+            scene::Light l;
+            l.kind = Kind::Environment;
+            l.texture = "a picture";
+            s.inputs.lights.push_back(l);
+        }
+        s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0.9f, Size, Size);
+        s.inputs.max_depth = 1;
+        s.finish();
+        const auto truth = s.render(512, 8);
+        s.view.seed = 9;
+        double sum = 0;
+        const auto pixels = s.render(4, 8);
+        for (size_t i = 0; i < pixels.size(); i++)
+            sum += std::pow(double(pixels[i].rgb[1]) - double(truth[i].rgb[1]), 2);
+        return sum;
+    };
+    const double alone = noise2(0);
+    for (float sky : {10.0f, 100.0f}) {
+        const double more = noise2(sky) / alone;
+        RecordProperty("sky_" + std::to_string(int(sky)), std::to_string(more));
+        EXPECT_LT(more, 1.15) << sky;
+    }
+}
+
 } // namespace kanuka::transport

@@ -161,6 +161,10 @@ struct SceneView {
         float c[4] = {0, 0, 0, 0};
         int32_t sets = 0;
     } ambient;
+    // Lights asked at a vertex: two where some are at infinity and some are not. Far choices are then the
+    // picture of the sky and the distant lights.
+    int asks = 1;
+    static constexpr int FewChoices = 24;
     int choices = 0, emitter_choice = -1, map_choice = -1, first_light_choice = 0;
     // What the environment brings to a surface that sees all of it, and all of the hierarchy as one sphere:
     // estimates that decide how often each is asked (LightChances in lights.h).
@@ -187,6 +191,9 @@ struct SceneView {
     std::vector<int32_t> met_lights;
     LightTree met_tree;        // leaves: as `lights`
     std::vector<int32_t> suns; // distant lights with a cone
+    // Lamps without size, by choice of their own, where some fog is the same everywhere: stage_fog.h.
+    static constexpr int MostFogLamps = 16;
+    std::vector<int32_t> fog_lamps;
     // What light sampling needs to know again where a ray meets a light: paths carry the normal they left.
     bool keeps_normals = false;
     bool meets_lights() const { return !met_lights.empty() || !met_tree.empty(); }
@@ -195,7 +202,11 @@ struct SceneView {
     // Paths keep track of the media around them: there are several interiors, or one that absorbs or
     // scatters, or one whose boundary lets light pass as it comes (`clear`: by program, no lobes).
     bool media = false, scatters = false, clear_boundaries = false;
+    bool has_fog = false; // something scatters that is the same everywhere
     std::vector<int32_t> clear;
+    // Some materials let light go on as it came (`straight`: by program): shadow rays ask how much.
+    bool thin_walls = false;
+    std::vector<int32_t> straight;
     std::vector<float> media_rows;              // MediumRow, of nothing, then of each interior
     std::vector<float> fields;                  // see fields.h; empty = all interiors are the same everywhere
     int32_t camera_media[4] = {-1, -1, -1, -1}; // where the camera stands; as MediaStack has it

@@ -8,9 +8,10 @@
 namespace kanuka::transport {
 
 template <int W>
-void occlude(const SceneView& scene, BatchState& batch, const ShadowState& shadows, int count) {
+void occlude(const SceneView& scene, BatchState& batch, const ShadowState& shadows, int count,
+             WallScratch* walls) {
     if (scene.media)
-        return occlude_in_media<W>(scene, batch, shadows, count);
+        return occlude_in_media<W>(scene, batch, shadows, count, walls);
     for (int first = 0; first < count; first += W) {
         bvh::RayPacket<W> rays;
         for (int c = 0; c < 3; c++) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "transport/light_hits.h"
+#include "transport/stage_fog.h"
 
 namespace kanuka::transport {
 
@@ -64,7 +65,7 @@ struct ProgramRuns {
 
 template <int W>
 void intersect(const SceneView& scene, BatchState& batch, PathState& paths, int count, int bounce,
-               HitState& hits, ProgramRuns& runs) {
+               HitState& hits, ProgramRuns& runs, ShadowState& shadows, int& shadow_count) {
     const int programs = int(scene.materials.size());
     runs.first.assign(size_t(programs) + 1, 0);
     runs.program.resize(BatchPadded);
@@ -85,7 +86,8 @@ void intersect(const SceneView& scene, BatchState& batch, PathState& paths, int 
                 reach = free_path(scene, batch, load_rows<PathState::Fields>(paths.row, in_use << 4),
                                   rays.t_min, bounce);
         }
-        rays.t_max = reach;
+        const bool fog = !scene.fog_lamps.empty();
+        rays.t_max = fog ? Float<W>(1e30f) : reach;
         rays.seed =
             way_seed(bitcast_int(ray[PathState::PixelHash]) ^ Int<W>(int(uint32_t(bounce) * 0x3c6ef372u)),
                      batch.reversed_progression);
@@ -101,6 +103,12 @@ void intersect(const SceneView& scene, BatchState& batch, PathState& paths, int 
         if (scene.hides)
             rays.camera = select(camera_paths(scene, paths, in_use, bounce), Int<W>(1), Int<W>(0));
         scene.bvh->intersect(rays, hit);
+        if (fog) {
+            const Float<W> sight = select(hit.hit, hit.t, Float<W>(1e30f));
+            sight.store(paths.sight + first);
+            ask_in_fog(scene, batch, paths, in_use, sight, bounce, shadows, shadow_count, rays.active);
+            hit.hit &= hit.t < reach;
+        }
         if (!scene.fields.empty()) {
             const Float<W> particle =
                 field_path(scene, batch, paths, in_use, select(hit.hit, hit.t, reach), bounce, rays.active);

@@ -4,10 +4,11 @@
 #pragma once
 
 #include <algorithm>
+#include <optional>
 
 #include "transport/fetch.h"
 #include "transport/stage_intersect.h"
-#include "transport/surface_hit.h"
+#include "transport/stage_walls.h"
 
 namespace kanuka::transport {
 
@@ -19,22 +20,6 @@ void store_media(PathState& next, int at, const MediaStack<W>& media, Float<W> s
     compress_store(next.start + at, start, bits);
     compress_store(reinterpret_cast<float*>(next.events) + at, bitcast_float(events), bits);
 }
-
-// How a shadow ray's contribution has been weighted, as shares of one: by light sampling, and by directions
-// at each wavelength. What is on the way changes the latter; see docs/transport.md, "Interiors".
-template <int W>
-struct ShadowBalance {
-    Float<W> asked{1.0f};
-    Spectrum<W> found{Float<W>(0.0f)};
-
-    void store(ShadowState& shadows, int at, const MediaStack<W>& media, uint32_t bits) const {
-        for (int k = 0; k < MediaStack<W>::Most; k++)
-            compress_store(reinterpret_cast<float*>(shadows.media[k]) + at, bitcast_float(media.at[k]), bits);
-        compress_store(shadows.asked + at, asked, bits);
-        for (int k = 0; k < Wavelengths; k++)
-            compress_store(shadows.found[k] + at, found[k], bits);
-    }
-};
 
 // Does a ray along d meet its shape from outside? As SurfaceStage has it, for lanes of any program.
 template <int W>
@@ -108,6 +93,12 @@ class MediumStage {
     }
 
   private:
+    struct OnTheWay {
+        FogLamps<W> lamps;
+        F t, ratios;
+        OnTheWay(const FogLamps<W>& lamps, F t, F ratios) : lamps(lamps), t(t), ratios(ratios) {}
+    };
+
     int32_t interior_of(int slot) const {
         int32_t k;
         std::memcpy(&k, m_paths.row[slot] + PathState::Interior, sizeof k);
@@ -127,18 +118,30 @@ class MediumStage {
         if (any(seen))
             scatter(m_batch.first[0] + BatchState::Alpha, path << 4, F(1.0f), seen);
         Carried<W> carried{spectrum_of(ray, PathState::Beta), ratios_of(m_scene, m_paths, slot), F(0.0f)};
-        carried.scatter(MediumLanes<W>(m_scene, I(interior), l.data()), active);
-        const V d = vector_of(ray, PathState::Direction);
-        const V P = vector_of(ray, PathState::Origin) + d * gather(m_hits.row[0] + HitState::T, slot << 3);
+        const MediumLanes<W> medium(m_scene, I(interior), l.data());
+        const V d = vector_of(ray, PathState::Direction), o = vector_of(ray, PathState::Origin);
+        const F t = gather(m_hits.row[0] + HitState::T, slot << 3);
+        std::optional<OnTheWay> fog;
+        if (!m_scene.fog_lamps.empty() && any(medium.field < I(0))) {
+            // ask_in_fog() might have found the lamp from here: its density over that of the free path.
+            const F start = gather(m_paths.start, slot);
+            F ratios(0.0f);
+            for (int k = 0; k < Wavelengths; k++)
+                ratios += carried.ratio[k] * exp(min(medium.extinction(k) * (t - start), F(30.0f)));
+            fog.emplace(FogLamps<W>(m_scene, o, d, start, gather(m_paths.sight, slot), I(1)), t,
+                        min(ratios / max(medium.extinction(0), F(1e-30f)), F(1e30f)));
+        }
+        carried.scatter(medium, active);
+        const V P = o + d * t;
         const MediaStack<W> media = MediaStack<W>::load(m_paths, I(interior), slot);
-        const auto& of = m_scene.phases[size_t(interior)];
-        const bsdf::Phase<W> phase{of.kind, F(of.g[0]), F(of.other_g[0]), F(of.share[0]), F(of.alpha[0])};
+        const bsdf::Phase<W> phase = phase_of<W>(m_scene, interior);
         const Sampler<W> sampler{bitcast_int(ray[PathState::PixelHash]), m_batch.reversed_progression};
         Receiver<W> receiver{P, V(F(0.0f), F(0.0f), F(0.0f)), M(false)};
         const LightChances<W> chances(m_scene, receiver);
 
         const M going = active & (Events::inside(events) < I(m_scene.volume_depth));
-        ask_light(ray, l.data(), sampler, receiver, chances, carried, phase, d, media, going);
+        ask_light(ray, l.data(), sampler, receiver, chances, carried, phase, d, media, fog ? &*fog : nullptr,
+                  going);
 
         F u_part, u_roulette, u0, u1;
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LobeRoulette), u_part, u_roulette);
@@ -178,22 +181,31 @@ class MediumStage {
 
     void ask_light(const PathRow<W>& ray, const F* l, const Sampler<W>& sampler, const Receiver<W>& receiver,
                    const LightChances<W>& chances, const Carried<W>& carried, const bsdf::Phase<W>& phase,
-                   const V& d, const MediaStack<W>& media, M active) {
+                   const V& d, const MediaStack<W>& media, const OnTheWay* fog, M active) {
         if (m_scene.choices == 0 || !any(active))
             return;
         F u_choice, u_part, u0, u1;
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LightChoice), u_choice, u_part);
         sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LightPosition), u0, u1);
-        const LightSample<W> light =
-            sample_light(m_scene, chances, receiver, u_choice, u_part, u0, u1, l, active);
+        for (int ask = 0; ask < m_scene.asks; ask++)
+            add_light(ray, receiver,
+                      sample_light(m_scene, chances, receiver, ask, u_choice, u_part, u0, u1, l, active),
+                      carried, phase, d, media, fog, active);
+    }
+    void add_light(const PathRow<W>& ray, const Receiver<W>& receiver, const LightSample<W>& light,
+                   const Carried<W>& carried, const bsdf::Phase<W>& phase, const V& d,
+                   const MediaStack<W>& media, const OnTheWay* fog, M active) {
         const F density = bsdf::eval_phase(phase, dot(d, light.wi));
         ShadowBalance<W> balance;
         const S by_directions = carried.ratio * select(light.delta, F(0.0f), density);
-        F denominator = carried.ratios() * light.pdf;
+        F asked = carried.ratios() * light.pdf;
+        if (fog)
+            asked = fma(fog->lamps.density(light.light, fog->t), fog->ratios, asked);
+        F denominator = asked;
         for (int k = 0; k < Wavelengths; k++)
             denominator += by_directions[k];
         const F weight = F(1.0f) / max(denominator, F(1e-30f));
-        balance.asked = carried.ratios() * light.pdf * weight;
+        balance.asked = asked * weight;
         balance.found = by_directions * weight;
         const S contribution = carried.beta * light.radiance * (density * weight);
         const M m = active & light.valid & !(bsdf::mean(contribution) <= F(0.0f));
@@ -233,11 +245,12 @@ class MediumStage {
 // ---- shadow rays
 
 // Boundaries without lobes and those within media of higher priority stop no light; nor do shapes that the
-// light is linked to shine through.
+// light is linked to shine through. Smooth thin walls let their part through.
 inline constexpr int MostCrossings = 64;
 
 template <int W>
-void occlude_in_media(const SceneView& scene, BatchState& batch, const ShadowState& shadows, int count) {
+void occlude_in_media(const SceneView& scene, BatchState& batch, const ShadowState& shadows, int count,
+                      WallScratch* walls) {
     using F = Float<W>;
     using I = Int<W>;
     using M = Mask<W>;
@@ -268,7 +281,7 @@ void occlude_in_media(const SceneView& scene, BatchState& batch, const ShadowSta
         for (int k = 0; k < Wavelengths; k++)
             found[k] = F::load(shadows.found[k] + first);
         M lit(false);
-        if (!scene.clear_boundaries && !any(media.at[0] >= I(0))) {
+        if (!scene.clear_boundaries && !scene.thin_walls && !any(media.at[0] >= I(0))) {
             rays.passes = passes;
             lit = active & !scene.bvh->occluded(rays);
         } else {
@@ -301,11 +314,23 @@ void occlude_in_media(const SceneView& scene, BatchState& batch, const ShadowSta
                 const I record = select(hit.hit, hit.shape, I(0)) * I(store::ShapeWords);
                 const Crossing<W> crossing(scene, media,
                                            gather(scene.shapes + offsetof(R, interior) / 4, record), outside);
-                const M clear = gather(scene.clear.data(),
-                                       gather(scene.shapes + offsetof(R, program) / 4, record)) != I(0);
+                const I program = gather(scene.shapes + offsetof(R, program) / 4, record);
+                const M clear = gather(scene.clear.data(), program) != I(0);
                 M on = crossing.boundary &
                        (crossing.nothing |
                         (clear & (gather(scene.shapes + offsetof(R, emitter) / 4, record) < I(0))));
+                const M wall = scene.thin_walls
+                                   ? hit.hit & !on & (gather(scene.straight.data(), program) != I(0))
+                                   : M(false);
+                if (any(wall)) {
+                    const WallPassage<W> passage =
+                        pass_walls(scene, batch, *walls, rays, hit, media, path, program, wall);
+                    on |= passage.passes;
+                    for (int i = 0; i < Wavelengths; i++) {
+                        through[i] = select(passage.passes, through[i] * passage.part[i], through[i]);
+                        found[i] = select(passage.passes, found[i] * passage.chance[i], found[i]);
+                    }
+                }
                 media = MediaStack<W>::select_of(hit.hit & on, crossing.after, media);
                 if (scene.shadow_linked)
                     on |= (links_of(scene, select(hit.hit, hit.shape, I(0)), &store::Links::lets_through) &

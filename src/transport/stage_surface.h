@@ -105,8 +105,8 @@ class SurfaceStage {
     using S = Spectrum<W>;
 
   public:
-    SurfaceStage(const Bounce& at, PathState& next, ShadowState& shadows)
-        : m_at(at), m_next(next), m_shadows(shadows) {}
+    SurfaceStage(const Bounce& at, PathState& next, ShadowState& shadows, int shadow_count)
+        : m_at(at), m_next(next), m_shadows(shadows), m_shadow_count(shadow_count) {}
 
     const Bounce& at() const { return m_at; }
     void log_to(PathVertex* vertex) { m_log = vertex; } // of the one path there is
@@ -119,6 +119,7 @@ class SurfaceStage {
         absorb(h);
         if (m_at.scene.media)
             pass_on(h, active);
+        m_arrived = active;
         if (any(h.camera) && h.code.filter.word >= 0)
             look_through_atmosphere(h, active & h.camera);
         if (any(h.shape.emitter >= I(0)))
@@ -137,15 +138,25 @@ class SurfaceStage {
         return (m_at.scene.media || m_at.number < m_at.scene.max_depth) && code.leaves > 0;
     }
 
-    // Next event estimation: one light asked, one direction sampled, each weighted against the other.
+    // Paths that end here, but for what goes straight through a thin wall: shadow rays pass it, whatever the
+    // depth, so that directions must, too.
+    M goes_through(const SurfaceHit<W>& h, M active) const {
+        if (!h.code.straight)
+            return M(false);
+        return m_arrived & !active &
+               (Events::inside(gather(m_at.paths.events, h.slot)) < I(m_at.scene.volume_depth));
+    }
+
+    // Next event estimation: lights asked, one direction sampled, each weighted against the other.
     void next_event(const SurfaceHit<W>& h, M active) {
-        if (!scatters(h.code))
+        const M through = goes_through(h, active);
+        if (!scatters(h.code) || !any(active | through))
             return;
         const Scattering<W> s(m_at, h);
         record_albedo(s, active);
         active &= !s.material.black();
         sample_lights(s, active);
-        sample_direction(s, active);
+        sample_direction(s, active, through);
     }
 
     void sample_lights(const Scattering<W>& s, M active) {
@@ -155,8 +166,14 @@ class SurfaceStage {
         F u_choice, u_part, u0, u1;
         s.sampler.sample_2d(bounce_dimension(m_at.number, Dimension::LightChoice), u_choice, u_part);
         s.sampler.sample_2d(bounce_dimension(m_at.number, Dimension::LightPosition), u0, u1);
-        const LightSample<W> light =
-            sample_light(m_at.scene, s.chances, s.receiver, u_choice, u_part, u0, u1, h.l, active);
+        for (int ask = 0; ask < m_at.scene.asks; ask++)
+            add_light(
+                s,
+                sample_light(m_at.scene, s.chances, s.receiver, ask, u_choice, u_part, u0, u1, h.l, active),
+                active);
+    }
+    void add_light(const Scattering<W>& s, const LightSample<W>& light, M active) {
+        const SurfaceHit<W>& h = s.h;
         count_broken(h, active & light.valid, dot(light.wi, h.Ng) * light.pdf);
         const V wi = h.to_local(light.wi);
         M m = active & light.valid & s.reaches(wi);
@@ -214,12 +231,18 @@ class SurfaceStage {
             compress_store(reinterpret_cast<float*>(m_shadows.seed) + at, bitcast_float(seed), bits);
     }
 
-    void sample_direction(const Scattering<W>& at, M active) {
+    // through: only what goes straight on counts.
+    void sample_direction(const Scattering<W>& at, M active, M through) {
         const SurfaceHit<W>& h = at.h;
         F u_lobe, u_roulette, u0, u1;
         at.sampler.sample_2d(bounce_dimension(m_at.number, Dimension::LobeRoulette), u_lobe, u_roulette);
         at.sampler.sample_2d(bounce_dimension(m_at.number, Dimension::Direction), u0, u1);
-        const DirectionSample<W> s = at.sample(u_lobe, u0, u1, active);
+        const DirectionSample<W> s = at.sample(u_lobe, u0, u1, active | through);
+        if (h.code.straight) {
+            const M straight = (active | through) & at.material.goes_straight(s);
+            go_straight(at, &u_roulette, F(1.0f), straight);
+            active &= !straight;
+        }
         const V wi = normalize(h.to_world(s.wi));
         count_broken(h, active & s.valid, wi.x + s.value.pdf[0]);
         M m = active & s.valid & (s.value.pdf[0] > F(0.0f));
@@ -246,6 +269,37 @@ class SurfaceStage {
         }
         m &= !(bsdf::mean(beta) <= F(0.0f));
         leave(at, wi, s.through, beta, ratio, mis, m);
+    }
+
+    // Through a thin wall. `chance`: that it is gone at all, beside that of the material's choice;
+    // `u_roulette`: null = there is none.
+    void go_straight(const Scattering<W>& at, const F* u_roulette, F chance, M m) {
+        const SurfaceHit<W>& h = at.h;
+        if (!any(m))
+            return;
+        const bsdf::LobeValue<W> v = at.material.straight(at.wo);
+        m &= v.pdf[0] > F(0.0f);
+        const F inv_pdf = F(1.0f) / max(v.pdf[0], F(1e-30f));
+        S beta = h.beta * v.f * (inv_pdf / chance), ratio = ratios_of(m_at.scene, m_at.paths, h.slot);
+        F ratios(0.0f);
+        for (int k = 0; k < Wavelengths; k++) {
+            ratio[k] *= v.pdf[k] * inv_pdf;
+            ratios += ratio[k];
+        }
+        if (u_roulette && m_at.number >= m_at.scene.roulette_depth) {
+            const F keep = min(bsdf::max_component(beta) * F(float(Wavelengths)) / ratios, F(0.95f));
+            m &= *u_roulette < keep;
+            beta = beta * (F(1.0f) / max(keep, F(1e-6f)));
+        }
+        m &= !(bsdf::mean(beta) <= F(0.0f));
+        // Who looks through sees what lies behind as in a mirror, not as the camera does.
+        const I events = gather(m_at.paths.events, h.slot) & I(Events::Camera - 1);
+        const F mis = h.ray[PathState::Mis];
+        I set(0);
+        if (m_at.scene.linked)
+            set = select(mis == F(0.0f), at.receiver.set, set_left(h));
+        if (const uint32_t bits = m.bits())
+            continue_ray(h, beta, ratio, mis * inv_pdf, set, events, bits);
     }
 
     // The paths of m go on along wi. `mis`: PathState::Mis.
@@ -354,23 +408,34 @@ class SurfaceStage {
         const uint32_t bits = (passes & (Events::inside(events) < I(m_at.scene.volume_depth))).bits();
         if (!bits)
             return;
+        const S ratio = ratios_of(m_at.scene, m_at.paths, h.slot);
+        const I set = m_at.scene.linked ? set_left(h) : I(0);
+        continue_ray(h, h.beta, ratio, h.ray[PathState::Mis], set, events, bits);
+    }
+
+    // Of receivers, in linked scenes: of the surface that the ray left.
+    I set_left(const SurfaceHit<W>& h) const {
+        return m_at.number > 0 ? gather(m_at.paths.ask_set, h.slot) : I(-1);
+    }
+
+    // Goes on as it came, in what is behind: to lights and to those who ask for them it is one ray.
+    void continue_ray(const SurfaceHit<W>& h, const S& beta, const S& ratio, F mis, I set, I events,
+                      uint32_t bits) {
         auto row = h.ray;
         for (size_t k = 0; k < Wavelengths; k++)
-            row[PathState::Beta + k] = h.beta[int(k)];
+            row[PathState::Beta + k] = beta[int(k)];
+        row[PathState::Mis] = mis;
         row[PathState::Interior] = bitcast_float(h.crossing.after.at[0]);
         const int at = m_next_count;
-        if (m_at.scene.keeps_ratios) {
-            const S ratio = ratios_of(m_at.scene, m_at.paths, h.slot);
+        if (m_at.scene.keeps_ratios)
             for (int k = 0; k < Wavelengths; k++)
                 compress_store(m_next.ratio[k] + at, ratio[k], bits);
-        }
         if (m_at.scene.keeps_normals)
             for (int c = 0; c < 3; c++)
                 compress_store(m_next.ask_n[c] + at,
                                m_at.number > 0 ? gather(m_at.paths.ask_n[c], h.slot) : F(0.0f), bits);
         if (m_at.scene.linked)
-            compress_store(reinterpret_cast<float*>(m_next.ask_set) + at,
-                           bitcast_float(m_at.number > 0 ? gather(m_at.paths.ask_set, h.slot) : I(-1)), bits);
+            compress_store(reinterpret_cast<float*>(m_next.ask_set) + at, bitcast_float(set), bits);
         const F behind = h.t + h.clearance / max(abs(dot(h.d, h.Ng)), F(1e-2f));
         store_media(m_next, at, h.crossing.after,
                     max(beyond(vector_of(h.ray, PathState::Origin), h.d, h.t), behind),
@@ -436,7 +501,8 @@ class SurfaceStage {
     const Bounce m_at;
     PathState& m_next;
     ShadowState& m_shadows;
-    int m_next_count = 0, m_shadow_count = 0;
+    int m_next_count = 0, m_shadow_count;
+    M m_arrived{false}; // of the hits at hand
     PathVertex* m_log = nullptr;
 };
 

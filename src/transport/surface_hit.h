@@ -65,8 +65,11 @@ struct SurfaceHit {
             follow_motion(at, anchor, e1, e2, magnitude);
         else
             N = fetch.normal(shape);
+        const M fibre = shape.has(store::ShapeRecord::Fibre);
+        if (any(fibre))
+            stand_on_fibre(at, fibre, anchor, e1, e2, magnitude);
         F extent = largest(e1, e2);
-        const F slender = turn_to_triangle(e1, e2, extent);
+        const F slender = select(fibre, F(1.0f), turn_to_triangle(e1, e2, extent));
         if (at.scene.instanced)
             leave_instance(at.hits, anchor, e1, e2, extent, magnitude);
         // Cast the hit onto the plane of its triangle: the ray parameter loses digits far from the
@@ -76,7 +79,7 @@ struct SurfaceHit {
         stand_clear(magnitude, extent, slender);
         orient();
         if (code.has_tangent)
-            along_tangent(leave_instance(at, fetch.tangent()));
+            along_tangent(tangent(at, fibre, e1));
         else
             coordinate_frame(N, T, B);
         if (at.scene.media)
@@ -90,6 +93,39 @@ struct SurfaceHit {
     V offset(const V& w) const { return P + Ng * copysign(clearance, dot(w, Ng)); }
 
   private:
+    // Anchors a hit on a fibre where its surface has the hit's normal, at the end of the segment that is
+    // farther that way: a plane of that normal touches the surface there, along the segment, and at the hit.
+    // Its sides are both the segment.
+    void stand_on_fibre(const Bounce& at, M fibre, V& anchor, V& e1, V& e2, F& magnitude) const {
+        const MotionLanes<W> motion(at.scene.shapes, bitcast_int(hit[HitState::Shape]),
+                                    at.scene.moving ? gather(at.batch.time, path) : F(0.0f));
+        const M moves = fibre & motion.moving;
+        const I still = shape.positions + place.anchor * I(4);
+        const I first = select(fibre, still + select(moves, motion.segment * motion.stride, I(0)), I(0)),
+                next = first + select(moves, motion.stride, I(0));
+        const F f = select(moves, motion.f, F(0.0f));
+        V p[2];
+        F radius[2], size(0.0f);
+        for (int k = 0; k < 2; k++) {
+            const auto a = load_rows<4>(at.scene.floats, first + I(4 * k)),
+                       b = load_rows<4>(at.scene.floats, next + I(4 * k));
+            for (size_t c = 0; c < 3; c++)
+                p[k][int(c)] = a[c] + (b[c] - a[c]) * f;
+            radius[k] = a[3] + (b[3] - a[3]) * f;
+            size = max(size, largest(vector_of(a, 0), vector_of(b, 0)));
+        }
+        const V axis = p[1] - p[0], n = unit(Ng);
+        const M second = dot(n, axis) + (radius[1] - radius[0]) > F(0.0f);
+        anchor = select(fibre, select(second, p[1] + n * radius[1], p[0] + n * radius[0]), anchor);
+        e1 = select(fibre, axis, e1), e2 = select(fibre, axis, e2);
+        magnitude = select(fibre, select(moves, size, F(0.0f)), magnitude);
+    }
+    // dPdu; around a fibre.
+    V tangent(const Bounce& at, M fibre, const V& axis) const {
+        const V t = leave_instance(at, fetch.tangent());
+        return any(fibre) ? select(fibre, cross(select(outside, N, -N), leave_instance(at, axis)), t) : t;
+    }
+
     // How far the tracer may see the surface from P: a few units in the last place of what it computes with
     // (Waechter and Binder 2019, A Fast and Robust Method for Avoiding Self-Intersection; bounds as in Pharr,
     // Jakob and Humphreys 2023, section 6.8.) That are coordinates of the place, also on the way through

@@ -35,9 +35,11 @@ inline grid::LayeringProgram make_program(const std::vector<Lobe>& lobes, std::v
         };
         n.weight = add(grid::InputType::Float, grid::Storage::Half, 0, 1, {l.weight, 0, 0});
         const auto& decl = grid::lobe(l.id);
-        for (size_t i = 0; i < l.inputs.size(); i++) // those not given keep their defaults
+        for (size_t i = 0; i < l.inputs.size(); i++) { // those not given keep their defaults
             n.inputs.push_back(add(decl.inputs[i].type, decl.inputs[i].storage, decl.inputs[i].low,
                                    decl.inputs[i].high, l.inputs[i]));
+            p.slots.back().between = decl.inputs[i].between();
+        }
         p.nodes.push_back(n);
         const int leaf = int(p.nodes.size()) - 1;
         if (root >= 0) {

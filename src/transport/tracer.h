@@ -16,11 +16,12 @@ template <int W>
 class Tracer {
   public:
     explicit Tracer(const SceneView& scene) : scene(scene), m(std::make_unique<Memory>()) {
-        if (scene.instanced) {
-            for (auto& a : m->hits.world_from_shape)
-                a.assign(BatchPadded, 0.0f);
-            m->hits.slot_shift.assign(BatchPadded, 0);
-            m->hits.magnitude.assign(BatchPadded, 0.0f);
+        if (scene.instanced)
+            m->hits.keep_instances();
+        if (scene.thin_walls) {
+            m_walls = std::make_unique<WallScratch>();
+            if (scene.instanced)
+                m_walls->hits.keep_instances();
         }
         m->batch.aovs.assign(scene.aov_is_color.size() * BatchPadded, 0.0f);
     }
@@ -44,7 +45,9 @@ class Tracer {
     void intersect() {
         m_counts->rays += uint64_t(m_count);
         m->batch.limit = limit(m_bounce);
-        transport::intersect<W>(scene, m->batch, *paths(), m_count, m_bounce, m->hits, m->runs);
+        m_shadow_count = 0;
+        transport::intersect<W>(scene, m->batch, *paths(), m_count, m_bounce, m->hits, m->runs, m->shadows,
+                                m_shadow_count);
         if (m_request->log)
             log_hit();
     }
@@ -53,8 +56,8 @@ class Tracer {
     // continued are those that live: the next bounce.
     template <class Each>
     void surfaces(Each&& each) {
-        SurfaceStage<W> stage({scene, m->batch, *paths(), m->hits, m_bounce, m_reversed}, *next(),
-                              m->shadows);
+        SurfaceStage<W> stage({scene, m->batch, *paths(), m->hits, m_bounce, m_reversed}, *next(), m->shadows,
+                              m_shadow_count);
         if (m_request->log)
             stage.log_to(&m_request->log->back());
         for (size_t program = 0; program < scene.materials.size(); program++) {
@@ -77,7 +80,7 @@ class Tracer {
         if (m_request->log)
             m_request->log->back().emitted = brought();
         m->batch.limit = limit(m_bounce + 1);
-        occlude<W>(scene, m->batch, m->shadows, shadow_count);
+        occlude<W>(scene, m->batch, m->shadows, shadow_count, m_walls.get());
         if (m_request->log)
             m_request->log->back().asked = brought();
         m_count = next_count;
@@ -125,9 +128,10 @@ class Tracer {
     PathState* next() { return &m->paths[~m_bounce & 1]; }
 
     std::unique_ptr<Memory> m;
+    std::unique_ptr<WallScratch> m_walls; // where SceneView::thin_walls
     const BatchRequest* m_request = nullptr;
     BatchCounts* m_counts = nullptr;
-    int m_bounce = 0, m_count = 0;
+    int m_bounce = 0, m_count = 0, m_shadow_count = 0;
     uint32_t m_reversed = 0;
     float m_logged = 0;
 };

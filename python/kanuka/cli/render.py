@@ -14,8 +14,8 @@ import numpy as np
 import kanuka
 
 from . import arguments as types
-from . import exit_codes, fireflies, frames, messages, statistics
-from .exit_codes import ExitCode, fail
+from . import exit_codes, files, fireflies, frames, messages, statistics
+from .exit_codes import ExitCode
 from .progress import ProgressBar, duration
 
 EXAMPLES = """\
@@ -49,7 +49,11 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="RIB file, gzipped or not; - is standard input. Several are read one after another as one",
     )
     parser.add_argument(
-        "-o", "--output", type=Path, metavar="FILE.exr", help="default: the scene's Display, or SCENE.exr"
+        "-o",
+        "--output",
+        type=Path,
+        metavar="FILE.exr",
+        help="where the picture goes, .exr or .png; default: where the scene's Display says, or SCENE.exr",
     )
     parser.add_argument("--frame", type=frames.chosen, metavar="N", help=frames.HELP)
     parser.add_argument("--no-programs", action="store_true", help='Procedural "RunProgram" may start no process')
@@ -59,9 +63,17 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--fireflies", action="store_true", help="list the samples that outshine their pixels most, and their paths"
     )
-    parser.add_argument("--quiet", action="store_true", help="no progress; messages still come")
+    parser.add_argument(
+        "-q", "--quiet", action="count", default=0, help="no progress; messages still come; -qq: errors alone"
+    )
+    parser.add_argument("-v", "--verbose", action="store_true", help="say where time and memory went")
     picture = parser.add_argument_group("picture", "over what the scene says")
-    picture.add_argument("--progressions", type=types.positive_int, metavar="N", help="paths a pixel")
+    picture.add_argument(
+        "--progressions",
+        type=types.positive_int,
+        metavar="N",
+        help="paths a pixel; default: the scene's PixelSamples, else 64",
+    )
     picture.add_argument("--resolution", type=types.resolution, metavar="WxH", help="pixels")
     picture.add_argument("--crop", type=types.crop, metavar="X0,X1,Y0,Y1", help="fractions of the picture, y down")
     picture.add_argument("--shading-rate", type=types.positive_float, metavar="R", help="multiplies micropolygon areas")
@@ -137,7 +149,11 @@ def run(arguments: argparse.Namespace) -> int:
         except kanuka.Error as error:
             arguments.parser.error(f"--integrator: {error}")
     if arguments.output:
-        check_output(arguments.output)
+        check_picture(arguments.output)
+    if arguments.stats:
+        files.check_output(arguments.stats)
+    for scene in arguments.scenes:
+        files.check_input(scene, "a RIB file")
     interruption = Interruption()
     try:
         if arguments.frame is None:
@@ -178,7 +194,7 @@ def render_frames(arguments: argparse.Namespace, numbers: list[int], interruptio
 
 
 def render(arguments: argparse.Namespace, frame: Frame, started: float, interruption: Interruption) -> int:
-    bar = ProgressBar(arguments.quiet)
+    bar = ProgressBar(bool(arguments.quiet))
     bar.update("ingest", 0)
     scene = kanuka.load(
         arguments.scenes[-1],
@@ -187,8 +203,9 @@ def render(arguments: argparse.Namespace, frame: Frame, started: float, interrup
         run_programs=not arguments.no_programs,
         run_system=arguments.allow_system,
         on_demand=True,
+        journal=kanuka.Journal(),
     )
-    printer = messages.Printer(scene.journal)
+    printer = messages.Printer(scene.journal, errors_only=arguments.quiet > 1)
     bar.between = printer.flush
     bar.finish()
 
@@ -196,7 +213,7 @@ def render(arguments: argparse.Namespace, frame: Frame, started: float, interrup
     output = frame.file(arguments.output) or default_output(arguments.scenes[-1], scene)
     if output in frame.written:  # frames whose displays have one name
         output = frames.numbered(output, frame.number)
-    check_output(output)
+    check_picture(output)
     frame.written.add(output)
     picture = kanuka.render(
         scene,
@@ -221,10 +238,15 @@ def render(arguments: argparse.Namespace, frame: Frame, started: float, interrup
     if picture.cancelled:
         output = output.with_suffix(".partial.exr")
     written = write(picture, output, arguments.png and not picture.cancelled)
+    if not picture.cancelled:
+        folder = arguments.output.parent if arguments.output else Path()
+        written += write_added(picture, scene, folder, frame, output)
     total = time.monotonic() - started
     if arguments.stats:
         statistics.write(frame.file(arguments.stats), picture, total)
     printer.flush()
+    if arguments.verbose:
+        print(statistics.describe(picture, total), file=sys.stderr)
     if arguments.fireflies:
         print(fireflies.describe(picture.stats), file=sys.stderr)
     if not arguments.quiet:
@@ -281,11 +303,34 @@ def write(picture: kanuka.Picture, output: Path, png: bool) -> list[Path]:
     return written
 
 
+def file_displays(scene: kanuka.Scene) -> list[dict]:
+    return [d for d in scene.options.displays if d["driver"] != "framebuffer" and d["file"]]
+
+
+def write_added(picture: kanuka.Picture, scene: kanuka.Scene, folder: Path, frame: Frame, output: Path) -> list[Path]:
+    """Displays after the first have files of their own, in `folder`, with the layers that they ask for; the first one's
+    has all layers, and stands for those of its name."""
+    layers: dict[Path, list[str]] = {}
+    for display in file_displays(scene)[1:]:
+        path = folder / kanuka.picture_file(display["file"])
+        if path != output:
+            layers.setdefault(path, []).extend(name for name in display["layers"] if name in picture)
+    written = []
+    for path, names in layers.items():
+        if not names:  # output variables that no shader has: told already
+            continue
+        file = frames.numbered(path, frame.number) if path in frame.written else path
+        frame.written.add(file)
+        check_picture(file)
+        picture.write(file, layers=names)
+        written.append(file)
+    return written
+
+
 def default_output(scene_file: str, scene: kanuka.Scene) -> Path:
     """The first Display that goes to a file, as an EXR; else the scene's own name, in this folder."""
-    for display in scene.options.displays:
-        if display["driver"] != "framebuffer" and display["file"]:
-            return Path(kanuka.picture_file(display["file"].lstrip("+")))
+    for display in file_displays(scene):
+        return Path(kanuka.picture_file(display["file"]))
     if scene_file == "-":
         return Path("picture.exr")
     name = Path(scene_file).name
@@ -294,14 +339,8 @@ def default_output(scene_file: str, scene: kanuka.Scene) -> Path:
     return Path(name + ".exr")
 
 
-def check_output(output: Path) -> None:
-    """Says before the work what would fail after it."""
-    if output.suffix not in (".exr", ".png"):
-        fail(ExitCode.USAGE, f"{output}: pictures are written as .exr or .png")
-    if output.is_dir():
-        fail(ExitCode.OUTPUT, f"{output}: is a folder; name a file in it")
-    if not output.parent.is_dir():
-        fail(ExitCode.OUTPUT, f"{output}: there is no folder {output.parent}; make it first")
+def check_picture(path: Path) -> None:
+    files.check_output(path, files.PICTURES, "pictures")
 
 
 class Interruption:

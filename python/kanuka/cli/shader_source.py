@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import difflib
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,7 +13,8 @@ import kanuka
 from kanuka.paths import standard_shaders
 
 from . import arguments as types
-from . import messages
+from . import files, messages
+from .exit_codes import ExitCode, fail
 
 
 def define(text: str) -> tuple[str, str]:
@@ -103,6 +105,12 @@ def find(path: Path) -> Path:
 def given(arguments: argparse.Namespace) -> dict[str, object]:
     """The shader as kanuka.compile_shader and its like take it; a graph becomes its shader's text."""
     path = find(arguments.file)
+    if not path.suffix and not path.exists():
+        shipped = sorted(file.stem for file in Path(standard_shaders()).glob("*.sl"))
+        near = difflib.get_close_matches(path.name, shipped, 1)
+        hint = f"did you mean {near[0]}?" if near else "name a file, or one of " + ", ".join(shipped)
+        fail(ExitCode.INPUT, f"{path}: there is no such shader, here or among those that ship; {hint}")
+    files.check_input(path, "a shader")
     source = kanuka.ShaderGraph.load(path).to_rsl() if path.suffix == ".json" else None
     return {
         "path": path,

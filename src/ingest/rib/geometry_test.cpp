@@ -62,6 +62,17 @@ static std::string lattice(int nu, int nv) {
     return s;
 }
 
+TEST(RibGeometry, NowrapIsNonperiodic) {
+    const Parsed r(world("PatchMesh \"bilinear\" 3 \"nowrap\" 2 \"periodic\" \"P\" [" + lattice(3, 2) +
+                         "]\nCurves \"linear\" [3] \"nowrap\" \"P\" [" + lattice(3, 1) + "]"));
+    EXPECT_SILENT(r);
+    ASSERT_EQ(r.scene.primitives.size(), 2u);
+    const auto& mesh = std::get<PatchMesh>(r.primitive(0).geometry);
+    EXPECT_FALSE(mesh.u_periodic);
+    EXPECT_TRUE(mesh.v_periodic);
+    EXPECT_FALSE(std::get<Curves>(r.primitive(1).geometry).periodic);
+}
+
 TEST(RibGeometry, PatchesAndBases) {
     const Parsed r(world("Patch \"bilinear\" \"P\" [" + lattice(2, 2) +
                          "]\nBasis \"b-spline\" 1 \"catmull-rom\" 1\n"

@@ -192,7 +192,8 @@ void curves(Context& c, Call& call) {
     Curves curves;
     const std::string& type = call.text(0);
     const std::string& wrap = call.text(2);
-    if ((type != "linear" && type != "cubic") || (wrap != "periodic" && wrap != "nonperiodic")) {
+    if ((type != "linear" && type != "cubic") ||
+        (wrap != "periodic" && wrap != "nonperiodic" && wrap != "nowrap")) {
         c.reports.error(
             "kind of Curves", call.where,
             "Curves \"" + type + "\" \"" + wrap +

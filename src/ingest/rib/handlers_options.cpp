@@ -214,6 +214,11 @@ void display(Context& c, Call& call) {
         d.file.erase(0, 1);
     else
         displays.clear();
+    if (d.file.empty() && d.driver != "framebuffer")
+        c.reports.error("display", call.where,
+                        "a Display without a name writes no file; name it, as in Display \"" +
+                            std::string(displays.empty() ? "" : "+") + "ids.exr\" \"" + d.driver + "\" \"" +
+                            d.mode + "\"");
     displays.push_back(std::move(d));
 }
 

@@ -30,12 +30,17 @@ void patch(Context& c, Call& call) {
     c.add_primitive(call, std::move(mesh));
 }
 
+// RISpec says nonperiodic; some published files say nowrap.
+static bool is_open(std::string_view wrap) {
+    return wrap == "nonperiodic" || wrap == "nowrap";
+}
+
 void patch_mesh(Context& c, Call& call) {
     PatchMesh mesh;
     if (!patch_type(c, call, mesh.cubic))
         return;
     for (const size_t i : {size_t(2), size_t(4)})
-        if (call.text(i) != "periodic" && call.text(i) != "nonperiodic") {
+        if (call.text(i) != "periodic" && !is_open(call.text(i))) {
             c.reports.error("wrap of PatchMesh", call.where,
                             "PatchMesh: the wrap \"" + call.text(i) +
                                 "\" must be periodic or nonperiodic; the primitive was left out");

@@ -83,7 +83,9 @@ constexpr RequestSpec Table[] = {
     {"Quantize", V31, Outside, {{{"type", A::String}, {"one", A::Float}, {"min", A::Float}, {"max", A::Float},
      {"dither", A::Float}}}, No, Support::Kept, h::quantize, "pictures are written in floating point"},
     {"Display", V31, Outside, {{{"name", A::String}, {"type", A::String}, {"mode", A::String}}}, Params::Other,
-     Support::Full, h::display, "a name with + adds a display, without it replaces all"},
+     Support::Partial, h::display,
+     "a name with + adds a display, without it replaces all; the first one's file has all layers, each other "
+     "file those of its mode; framebuffers show nothing, drivers' parameters do nothing"},
     {"Hider", V31, Outside, {{{"type", A::String}}}, Params::Other, Support::Kept, h::hider,
      "aperture, dofaspect and shutteropening count, as in Option \"camera\""},
     {"ColorSamples", V31, Outside, {{{"nRGB", A::FloatArray}, {"RGBn", A::FloatArray}}}, No, Support::Full,

@@ -363,7 +363,7 @@ Ref Lower::component_of(Ref whole, Ref index, Loc at) {
     const auto part = [&](int i) { return m_b.emit(Op::Extract, Ty::Float, {whole}, at, i); };
     if (m_b.is_const(index)) {
         const float f = m_b.at(index).floats[0];
-        return part(f > 0 ? std::min(int(f), n - 1) : 0);
+        return part(f > 0 ? int(std::min(f, float(n - 1))) : 0);
     }
     Ref r = part(0);
     for (int i = 1; i < n; i++)

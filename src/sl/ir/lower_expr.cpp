@@ -197,7 +197,7 @@ Ref Lower::truth(Ref value) {
     default:
         break;
     }
-    return m_b.emit(Op::Ne, Ty::Bool, {value, m_b.constant(0.0f)}, m_b.at(value).loc);
+    return m_b.emit(Op::Ne, Ty::Bool, {value, m_b.constant(0.0f)}, at);
 }
 
 Ref Lower::condition(const Expr* e) {

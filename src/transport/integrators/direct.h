@@ -22,8 +22,7 @@ struct Integrator {
                     // Paths that left a rough surface have looked for emission, the other half of its light
                     // sampling.
                     active &= hit.ray[PathState::Mis] == Float<W>(0.0f);
-                    if (any(active))
-                        stage.next_event(hit, active);
+                    stage.next_event(hit, active);
                 });
         }
     }

@@ -43,15 +43,16 @@ struct Integrator {
                 [&](SurfaceStage<1>& stage, const bsdf::MaterialCode& code, Int<1> slot, Mask<1> active) {
                     SurfaceHit<1> hit(stage.at(), code, slot);
                     stage.arrive(hit, active);
-                    if (!stage.scatters(code))
+                    const Mask<1> through = stage.goes_through(hit, active);
+                    if (!stage.scatters(code) || !any(active | through))
                         return;
                     const Scattering<1> s(stage.at(), hit);
                     stage.record_albedo(s, active);
                     Random random(bitcast_int(hit.ray[PathState::PixelHash])[0], tracer.request().progression,
                                   tracer.bounce());
-                    for (size_t k = 0; k < stage.at().scene.lights.size(); k++)
+                    for (size_t k = 0; k < stage.at().scene.lights.size() && any(active); k++)
                         add_light(stage, s, int(k), random);
-                    go_on(stage, s, random);
+                    go_on(stage, s, random, active, through);
                 });
         }
     }
@@ -98,7 +99,8 @@ struct Integrator {
 
     // Half of the paths take a smooth lobe, if the material's own choice is one, and else end; half go
     // anywhere.
-    static void go_on(SurfaceStage<1>& stage, const Scattering<1>& s, Random& random) {
+    static void go_on(SurfaceStage<1>& stage, const Scattering<1>& s, Random& random, Mask<1> active,
+                      Mask<1> through) {
         const SurfaceHit<1>& h = s.h;
         const F u_lobe = random(), u0 = random(), u1 = random();
         S ratio(F(1.0f));
@@ -107,12 +109,14 @@ struct Integrator {
                 ratio[k] = gather(stage.at().paths.ratio[k], h.slot);
         if (random()[0] < 0.5f) {
             const DirectionSample<1> sample = s.sample(u_lobe, u0, u1, Mask<1>(true));
+            const Mask<1> straight = s.material.goes_straight(sample);
+            stage.go_straight(s, nullptr, F(0.5f), straight & (active | through));
             const V wi = normalize(h.to_world(sample.wi));
             const F pdf = max(sample.value.pdf[0], F(1e-30f));
             for (int k = 0; k < Wavelengths; k++)
                 ratio[k] *= sample.value.pdf[k] / pdf;
             stage.leave(s, wi, sample.through, h.beta * sample.value.f * (F(2.0f) / pdf), ratio, F(0.0f),
-                        sample.valid & sample.delta & (sample.value.pdf[0] > F(0.0f)));
+                        active & sample.valid & sample.delta & !straight & (sample.value.pdf[0] > F(0.0f)));
             return;
         }
         F sine, cosine;
@@ -123,7 +127,8 @@ struct Integrator {
         // Nothing else finds what this direction finds; but it is no smooth lobe, and lights that are only
         // asked for, by add_light(), must not be met as well.
         const F alone(1e-30f);
-        stage.leave(s, wi, dot(wi, h.Ng) < F(0.0f), beta, ratio, alone, bsdf::max_component(beta) > F(0.0f));
+        stage.leave(s, wi, dot(wi, h.Ng) < F(0.0f), beta, ratio, alone,
+                    active & (bsdf::max_component(beta) > F(0.0f)));
     }
 };
 

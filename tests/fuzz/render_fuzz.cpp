@@ -1,0 +1,402 @@
+// Whole renders of mutated input at 16 by 12 pixels: from the parser to pixels.
+//
+//   build/tests/fuzz/kanuka_render_fuzz scenes --count 100000 --keep FOLDER
+//   build/tests/fuzz/kanuka_render_fuzz shaders|slo|cache|textures|pages …
+//   … --first SEED --count 1 --print     what one seed renders, and how it went
+//   … --file FILE                        a kept input again
+//
+// A case is its seed: the same on every machine. Each runs in a forked worker (worker.h); what crashes,
+// hangs, takes too much memory, ends with an exception that is no Error or leaves a pixel that is not a
+// number is written to FOLDER under its seed.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <unistd.h>
+
+#include "film/film.h"
+#include "ingest/rib/rib.h"
+#include "mutate.h"
+#include "render/session.h"
+#include "shade/make_texture.h"
+#include "sl/codegen/cache.h"
+#include "sl/frontend.h"
+#include "store/store.h"
+#include "worker.h"
+
+namespace {
+
+using namespace kanuka;
+using fuzz::Random;
+namespace fs = std::filesystem;
+
+std::string read(const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+void write(const fs::path& path, const std::string& bytes) {
+    std::ofstream(path, std::ios::binary) << bytes;
+}
+
+struct Source {
+    std::string name, bytes;
+};
+std::vector<Source> read_all(const std::vector<fs::path>& folders, const char* suffix,
+                             size_t most = 1 << 16) {
+    std::vector<fs::path> paths;
+    for (const fs::path& folder : folders)
+        for (const auto& entry : fs::directory_iterator(folder))
+            if (entry.path().extension() == suffix && entry.file_size() <= most)
+                paths.push_back(entry.path());
+    std::sort(paths.begin(), paths.end());
+    std::vector<Source> all;
+    for (const fs::path& p : paths)
+        all.push_back({p.filename().string(), read(p)});
+    return all;
+}
+
+// A picture of any kind for scenes to name, small.
+film::Picture sample_picture() {
+    film::Picture p;
+    p.width = 16, p.height = 8;
+    for (const char* name : {"B", "G", "R"}) {
+        film::Picture::Channel c{name, true, {}};
+        for (int i = 0; i < p.width * p.height; i++)
+            c.data.push_back(float((i * 7 + name[0]) % 11) / 10);
+        p.channels.push_back(std::move(c));
+    }
+    return p;
+}
+
+std::string little(uint32_t value, int bytes) {
+    std::string out;
+    for (int i = 0; i < bytes; i++)
+        out += char(value >> (8 * i));
+    return out;
+}
+
+std::string sample_bmp() {
+    std::string out = "BM" + little(54 + 16 * 8 * 3, 4) + little(0, 4) + little(54, 4) + little(40, 4) +
+                      little(16, 4) + little(8, 4) + little(1, 2) + little(24, 2) + std::string(24, '\0');
+    for (int i = 0; i < 16 * 8 * 3; i++)
+        out += char(i * 5);
+    return out;
+}
+
+std::string sample_tiff() {
+    std::string out = "II*" + std::string(1, '\0') + little(8, 4) + little(9, 2);
+    const auto tag = [&](uint32_t id, uint32_t type, uint32_t count, uint32_t value) {
+        out += little(id, 2) + little(type, 2) + little(count, 4) + little(value, 4);
+    };
+    tag(256, 3, 1, 16), tag(257, 3, 1, 8), tag(258, 3, 1, 8), tag(259, 3, 1, 1), tag(262, 3, 1, 1);
+    tag(273, 4, 1, 122), tag(277, 3, 1, 1), tag(278, 3, 1, 8), tag(279, 4, 1, 128);
+    out += little(0, 4);
+    for (int i = 0; i < 128; i++)
+        out += char(i * 2);
+    return out;
+}
+
+bool names_foreign_files(const std::string& text) {
+    return text.find("\"/") != std::string::npos || text.find("</") != std::string::npos ||
+           text.find("..") != std::string::npos || text.find('~') != std::string::npos;
+}
+
+// What is wrong with a render of the text; empty = nothing.
+std::string render_text(const std::string& text, bool print) {
+    Journal journal;
+    Stats stats;
+    std::string fault;
+    try {
+        ingest::RibOptions options;
+        options.run_programs = false;
+        options.most_procedurals = 256;
+        const scene::Scene scene = ingest::parse_rib(text, "fuzz.rib", options, journal);
+        render::Overrides overrides;
+        overrides.width = 16, overrides.height = 12;
+        overrides.progressions = 1;
+        overrides.threads = 1;
+        overrides.standard_shaders = KANUKA_SOURCE_DIR "/shaders";
+        const render::Result result = render::render(scene, overrides, journal, stats, {});
+        for (const film::Picture::Channel& c : result.picture.channels)
+            for (const float x : c.data)
+                if (std::isnan(x) || (std::isinf(x) && c.name != "Z")) // Z: nothing there
+                    fault = "pixels of " + c.name + " that are not finite";
+    } catch (const Error& e) { // no picture, and said why
+        if (print)
+            std::printf("error: %s\n", e.what());
+    }
+    if (print)
+        for (const Journal::Entry& e : journal.entries())
+            std::printf("%s: %s (%d)\n", e.where.str().c_str(), e.message.c_str(), int(e.count));
+    return fault;
+}
+
+// ---- kinds of input
+// ----------------------------------------------------------------------------------------------
+
+struct Kind {
+    std::string suffix;
+    // The input that the seed makes.
+    std::function<std::string(uint64_t)> make;
+    // Renders it.
+    std::function<std::string(const std::string&, bool)> run;
+};
+
+Kind scenes() {
+    auto all = std::make_shared<std::vector<Source>>(
+        read_all({KANUKA_SOURCE_DIR "/tests/fuzz/corpus", KANUKA_SOURCE_DIR "/scenes"}, ".rib", 12000));
+    return {".rib",
+            [all](uint64_t seed) {
+                Random random(seed);
+                const Source& base = (*all)[random.below(all->size())];
+                return fuzz::mutate_text(base.bytes, (*all)[random.below(all->size())].bytes, random);
+            },
+            [](const std::string& text, bool print) {
+                return names_foreign_files(text) || text.size() > 200000 ? "" : render_text(text, print);
+            }};
+}
+
+// A scene in which the shader "fuzz" is everything that a shader may be.
+std::string scene_of(const std::string& file) {
+    return "Option \"searchpath\" \"shader\" \".\"\nProjection \"perspective\" \"fov\" 50\nTranslate 0 0 "
+           "3\nWorldBegin\n"
+           "LightSource \"distantlight\" 1\nLightSource \"fuzz\" 2\nAtmosphere \"fuzz\"\nDisplacement "
+           "\"fuzz\"\n"
+           "Surface \"fuzz\"\nSphere 1 -1 1 360\nPolygon \"P\" [-2 -1 -1 2 -1 -1 2 -1 1 -2 -1 1]\n"
+           "Surface \"matte\"\nInterior \"fuzz\"\nSphere 0.5 -0.5 0.5 360\nWorldEnd\n# " +
+           file + "\n";
+}
+
+std::string run_shader(const std::string& bytes, const char* file, bool print) {
+    if (names_foreign_files(bytes))
+        return "";
+    fs::remove("fuzz.sl");
+    fs::remove("fuzz.slo");
+    write(file, bytes);
+    fs::remove_all("shader_cache");
+    return render_text(scene_of(file), print);
+}
+
+Kind shaders() {
+    auto all = std::make_shared<std::vector<Source>>(
+        read_all({KANUKA_SOURCE_DIR "/shaders", KANUKA_SOURCE_DIR "/tests/shaders"}, ".sl"));
+    return {".sl",
+            [all](uint64_t seed) {
+                Random random(seed);
+                const Source& base = (*all)[random.below(all->size())];
+                return fuzz::mutate_text(base.bytes, (*all)[random.below(all->size())].bytes, random);
+            },
+            [](const std::string& text, bool print) { return run_shader(text, "fuzz.sl", print); }};
+}
+
+// Published shaders: damaged as they lie on disk; every other one with its checksum made to fit, so that what
+// reads the inside meets the damage too.
+Kind slo() {
+    auto all = std::make_shared<std::vector<std::string>>();
+    for (const Source& s : read_all({KANUKA_SOURCE_DIR "/shaders"}, ".sl")) {
+        Journal journal;
+        sl::FrontEnd front(s.name, s.bytes, {}, journal);
+        if (const auto program = front.check() ? front.lower() : std::nullopt)
+            all->push_back(sl::write_slo(front.sources(), front.source(), *program));
+    }
+    return {".slo",
+            [all](uint64_t seed) {
+                Random random(seed);
+                std::string bytes = (*all)[random.below(all->size())];
+                fuzz::mutate_bytes(bytes, random);
+                constexpr size_t Magic = 9, Checksum = Magic + 40, Body = Checksum + 8; // slo.cpp: Header
+                if (seed % 2 == 0 && bytes.size() > Body) {
+                    std::string head = bytes.substr(Magic, 48);
+                    std::memset(head.data() + 40, 0, 8);
+                    const uint64_t sum = sl::hash_bytes(bytes.data() + Body, bytes.size() - Body,
+                                                        sl::hash_bytes(head.data(), head.size()));
+                    std::memcpy(bytes.data() + Checksum, &sum, 8);
+                }
+                return bytes;
+            },
+            [](const std::string& bytes, bool print) { return run_shader(bytes, "fuzz.slo", print); }};
+}
+
+// Entries of the shader cache.
+Kind cache() {
+    return {".kso", [](uint64_t seed) { return std::to_string(seed); },
+            [](const std::string& text, bool print) {
+                Random random(std::strtoull(text.c_str(), nullptr, 10));
+                render_text(scene_of(""), false);
+                std::vector<fs::path> entries;
+                std::error_code none;
+                for (const auto& e : fs::directory_iterator("shader_cache", none))
+                    entries.push_back(e.path());
+                std::sort(entries.begin(), entries.end());
+                for (const fs::path& e : entries) {
+                    std::string bytes = read(e);
+                    fuzz::mutate_bytes(bytes, random);
+                    write(e, bytes);
+                }
+                return render_text(scene_of(""), print);
+            }};
+}
+
+Kind textures() {
+    auto all = std::make_shared<std::vector<Source>>();
+    fuzz::in_child([] {
+        const film::Picture picture = sample_picture();
+        film::write_exr("sample.exr", picture);
+        film::write_png("sample.png", picture, 1, 1);
+        shade::TextureMaking making;
+        making.pictures = {"sample.exr"};
+        making.texture = "sample.tx.exr";
+        shade::make_texture(making);
+    });
+    for (const char* name : {"sample.exr", "sample.png", "sample.tx.exr"})
+        all->push_back({name, read(name)});
+    all->push_back({"sample.bmp", sample_bmp()});
+    all->push_back({"sample.tif", sample_tiff()});
+    // The name of the file goes before its bytes.
+    return {".picture",
+            [all](uint64_t seed) {
+                Random random(seed);
+                const Source& base = (*all)[random.below(all->size())];
+                std::string bytes = base.bytes;
+                fuzz::mutate_bytes(bytes, random);
+                return base.name.substr(base.name.find('.')) + "\n" + bytes;
+            },
+            [](const std::string& bytes, bool print) {
+                const size_t end = bytes.find('\n');
+                const std::string file = "fuzz" + bytes.substr(0, end);
+                for (const auto& e : fs::directory_iterator("."))
+                    if (e.path().filename().string().starts_with("fuzz."))
+                        fs::remove(e.path());
+                write(file, bytes.substr(end + 1));
+                const std::string named = '"' + file + '"';
+                return render_text(
+                    "MakeTexture " + named +
+                        " \"made.tx\" \"periodic\" \"clamp\" \"gaussian\" 2 2\n"
+                        "Option \"searchpath\" \"texture\" \".\"\nTranslate 0 0 3\nWorldBegin\n"
+                        "LightSource \"environmentlight\" 1 \"envname\" " +
+                        named + "\nLight \"PxrRectLight\" \"r\" \"string lightColorMap\" " + named +
+                        "\nSurface \"paintedplastic\" \"texturename\" " + named +
+                        "\nPolygon \"P\" [-1 -1 0 1 -1 0 1 1 0 -1 1 0]\n"
+                        "Surface \"paintedmatte\" \"texturename\" \"made.tx\"\nSphere 1 -1 1 360\n"
+                        "WorldEnd\n",
+                    print);
+            }};
+}
+
+// Pages of the store: what is damaged is refused.
+Kind pages() {
+    grid::Grid g;
+    g.allocate(4, 4);
+    for (int i = 0; i < g.vertices(); i++) {
+        g.P[size_t(i)] = float(i % 5), g.P[size_t(i + g.stride)] = float(i / 5);
+        g.N[size_t(i + 2 * g.stride)] = 1;
+    }
+    grid::TracedGrid traced;
+    traced.mu = traced.mv = 4;
+    for (int i = 0; i < g.vertices(); i++)
+        for (const float x : {float(i % 5), float(i / 5), 0.0f})
+            traced.P.push_back(x);
+    grid::LayeringProgram program;
+    program.nodes.resize(1);
+    const grid::VertexInputs inputs;
+    const store::ShadedGrid shaded{&g, &traced, nullptr, &inputs};
+    fuzz::in_child([&] {
+        uint64_t bad = 0;
+        store::write_page("sample.page", store::encode({&shaded, 1}, program, 1, bad));
+    });
+    const std::string page = read("sample.page");
+    return {".page",
+            [page](uint64_t seed) {
+                Random random(seed);
+                std::string bytes = page;
+                fuzz::mutate_bytes(bytes, random);
+                return bytes == page ? bytes.substr(1) : bytes;
+            },
+            [](const std::string& bytes, bool print) -> std::string {
+                write("fuzz.page", bytes);
+                try {
+                    store::read_page("fuzz.page");
+                } catch (const Error& e) {
+                    if (print)
+                        std::printf("error: %s\n", e.what());
+                    return "";
+                }
+                return "a damaged page was taken";
+            }};
+}
+
+} // namespace
+
+int main(int count, char** argument) {
+    std::string kind_name = count > 1 ? argument[1] : "scenes", keep, file;
+    uint64_t first = 0, cases = 200;
+    bool print = false;
+    fuzz::Limits limits;
+    for (int i = 2; i < count; i++) {
+        const std::string option = argument[i];
+        const char* value = i + 1 < count ? argument[i + 1] : "";
+        if (option == "--print")
+            print = true;
+        else if (option == "--first")
+            first = std::strtoull(value, nullptr, 10), i++;
+        else if (option == "--count")
+            cases = std::strtoull(value, nullptr, 10), i++;
+        else if (option == "--seconds")
+            limits.seconds = std::strtod(value, nullptr), i++;
+        else if (option == "--keep")
+            keep = fs::absolute(value).string(), i++;
+        else if (option == "--file")
+            file = fs::absolute(value).string(), i++;
+    }
+    if (!keep.empty())
+        fs::create_directories(keep);
+    // Everything that is written lies in a folder of this run.
+    std::string scratch = (fs::temp_directory_path() / "kanuka-fuzz-XXXXXX").string();
+    if (!mkdtemp(scratch.data()))
+        return 2;
+    fs::current_path(scratch);
+    setenv("KANUKA_SHADER_CACHE", (scratch + "/shader_cache").c_str(), 1);
+    fuzz::in_child([] { film::write_exr("picture.exr", sample_picture()); });
+    const Kind kind = kind_name == "shaders"    ? shaders()
+                      : kind_name == "slo"      ? slo()
+                      : kind_name == "cache"    ? cache()
+                      : kind_name == "textures" ? textures()
+                      : kind_name == "pages"    ? pages()
+                                                : scenes();
+    uint64_t found = 0;
+    const auto input = [&](uint64_t seed) { return file.empty() ? kind.make(seed) : read(file); };
+    const auto note = [&](const char* what, const fuzz::Finding& f) {
+        std::printf("%s seed %llu: %s: %s\n", kind_name.c_str(), static_cast<unsigned long long>(f.seed),
+                    what, f.what.c_str());
+        std::fflush(stdout);
+        if (!keep.empty())
+            write(fs::path(keep) / (kind_name + "_" + std::to_string(f.seed) + kind.suffix), input(f.seed));
+    };
+    if (!file.empty())
+        cases = 1;
+    const uint64_t ran = fuzz::run_cases(
+        first, cases, limits,
+        [&](uint64_t seed) {
+            const std::string bytes = input(seed);
+            if (print && cases == 1)
+                std::printf("%s\n----\n", bytes.c_str());
+            return kind.run(bytes, print);
+        },
+        [&](const fuzz::Finding& f) {
+            found++;
+            note("FOUND", f);
+        },
+        [&](const fuzz::Finding& f) { note("slow", f); });
+    std::printf("%s: %llu cases from seed %llu, %llu found\n", kind_name.c_str(),
+                static_cast<unsigned long long>(ran), static_cast<unsigned long long>(first),
+                static_cast<unsigned long long>(found));
+    fs::current_path("/");
+    fs::remove_all(scratch);
+    return found > 0 ? 1 : 0;
+}
