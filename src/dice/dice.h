@@ -67,10 +67,12 @@ struct Diced {
     bool is_mesh = false;
     grid::Grid mesh_vertices; // nu = vertices - 1, nv = 0
     grid::TracedMesh mesh;
+    std::vector<float> mesh_rest; // P before displacement, if shading asks for neighbours and there was one
 };
 
 // Displaces one grid in place; empty = the surface is not displaced. Must depend on each vertex and its
-// neighbours alone. Shapes that change are displaced at every step.
+// neighbours alone; of meshes it gets patches (grid/mesh_patches.h). Shapes that change are displaced at
+// every step.
 using Displace = std::function<void(grid::Grid&)>;
 struct DiceTarget {
     Transform render_from_object;
@@ -82,6 +84,9 @@ struct DiceTarget {
     std::vector<Transform> instead_from = {};
     bool shade_uniform =
         false; // the material is constant: rates serve geometry alone, flat pieces need one cell
+    // What displacement and shading read: a mesh has vertices of its own for each face where u and v matter
+    // that are a face's own, and neighbours where those do.
+    grid::Reads displacing = {}, shading = {};
     bool keep_density = false; // traced geometry is not simplified: emitters whose light varies over them,
                                // triangle by triangle
     bool polygons = false;     // curves, too: emitters are triangles

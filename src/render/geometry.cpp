@@ -6,6 +6,7 @@
 
 #include "base/tasks.h"
 #include "color/photometry.h"
+#include "grid/mesh_patches.h"
 #include "render/budget.h"
 #include "render/group_views.h"
 #include "render/motion.h"
@@ -69,6 +70,7 @@ class GeometryBuilder {
             m_out->instanced = true;
         }
         m_out->groups.push_back(std::move(world));
+        m_request.shading.report_ranges();
         m_request.stats.bytes.grids = m_out->store.grid_bytes();
         m_request.stats.bytes.lobe_inputs = m_out->store.input_bytes();
     }
@@ -231,6 +233,9 @@ class GeometryBuilder {
             else if (instanced)
                 target.instead_from = instanced->cameras;
             target.shade_uniform = material.uniform() && !material.displaces();
+            target.displacing = material.displaces() ? material.reads_displacing() : grid::Reads();
+            target.shading = material.uniform() ? grid::Reads() : material.reads_shading();
+            target.shading.frame = target.shading.frame || material.program().needs_tangent();
             target.keep_density = material.emission_varies();
             // What shines for the camera alone is not asked for light.
             target.polygons =
@@ -366,11 +371,23 @@ class GeometryBuilder {
         const bool may_round =
             !material.displaces() &&
             !(primitive.attributes && primitive.attributes->user.get_int("kanuka:shadowterminator", 1) == 0);
+        const auto normals_of = [&](const grid::Grid& g) {
+            return g.later.empty() && !may_round ? std::vector<float>() : g.N;
+        };
+        const bool patches = diced.is_mesh && !material.uniform() && material.reads_shading().rings > 0;
+        bool rounded_mesh = may_round;
+        if (patches) {
+            const std::vector<float> normals = normals_of(diced.mesh_vertices);
+            shade_mesh(diced, material, inputs[0]);
+            rounded_mesh = may_round && diced.mesh_vertices.N == normals;
+            grid::carry_normals(diced.mesh_vertices, normals);
+            m_request.stats.count.shader_evaluations += uint64_t(diced.mesh_vertices.vertices());
+        }
         tasks::parallel_for(count, [&](size_t i) {
             grid::Grid& g = diced.is_mesh ? diced.mesh_vertices : diced.grids[i]; // shading may set N: bumps
-            bool smooth = may_round;
-            if (!material.uniform()) {
-                const std::vector<float> normals = g.later.empty() && !may_round ? std::vector<float>() : g.N;
+            bool smooth = rounded_mesh;
+            if (!material.uniform() && !patches) {
+                const std::vector<float> normals = normals_of(g);
                 material.shade(g, inputs[i]);
                 smooth = may_round && g.N == normals;
                 grid::carry_normals(g, normals);
@@ -414,6 +431,33 @@ class GeometryBuilder {
                 primitive.where, std::to_string(lost) +
                                      " shader outputs were beyond what is kept (radiance of emitters 1e15, "
                                      "other amounts 65504) and have been made smaller");
+    }
+
+    // A mesh whose vertices depend on their neighbours, patch by patch.
+    static void shade_mesh(dice::Diced& diced, const shade::Material& material, grid::VertexInputs& inputs) {
+        grid::Grid& g = diced.mesh_vertices;
+        const grid::MeshPatches patches(g, diced.mesh, diced.mesh_rest.empty() ? g.P : diced.mesh_rest,
+                                        material.reads_shading().rings);
+        std::vector<float> normals = g.N;
+        grid::MeshInputs whole(g);
+        std::mutex mutex;
+        bool facets = g.facets;
+        tasks::parallel_for(patches.count(), [&](size_t k) {
+            grid::Grid patch;
+            std::vector<uint32_t> vertices;
+            grid::VertexInputs of_patch;
+            patches.cut(k, patch, vertices);
+            const size_t own = size_t(patch.stencils->own);
+            material.shade(patch, of_patch);
+            const std::lock_guard lock(mutex);
+            whole.add(of_patch, vertices, own, inputs);
+            for (size_t c = 0; c < 3; c++)
+                for (size_t i = 0; i < own; i++)
+                    normals[vertices[i] + c * size_t(g.stride)] = patch.N[i + c * size_t(patch.stride)];
+            facets = patch.facets;
+        });
+        g.N = std::move(normals);
+        g.facets = facets;
     }
 
     // An area light whose amount is of the whole of it (lumen, watt, candela) spreads it over its area.

@@ -36,6 +36,7 @@ grid::Grid sample(const grid::Grid& grid, int count) {
     const int n = std::min(count, grid.vertices());
     grid::Grid s;
     s.allocate(n - 1, 0);
+    s.facets = grid.facets;
     const auto vertex = [&](int i) { return n > 1 ? int(int64_t(grid.vertices() - 1) * i / (n - 1)) : 0; };
     const auto take = [&](const std::vector<float>& from, int stride, std::vector<float>& to,
                           int components) {

@@ -7,8 +7,9 @@
 namespace kanuka::shade {
 
 MaterialServices::MaterialServices(const Spaces& spaces, const Facts& facts, Textures& textures,
-                                   Journal& journal, const Location& where)
-    : m_spaces(spaces), m_facts(facts), m_textures(textures), m_journal(journal), m_where(where) {}
+                                   Journal& journal, const Location& where, Ranges* ranges)
+    : m_spaces(spaces), m_facts(facts), m_textures(textures), m_journal(journal), m_where(where),
+      m_ranges(ranges) {}
 
 void MaterialServices::texture(const sl::TextureRequest& request) {
     m_textures.lookup(request, m_where);

@@ -43,7 +43,11 @@ class Material {
     virtual const grid::LayeringProgram& program() const = 0;
     virtual bool displaces() const = 0;
     virtual bool emission_varies() const { return false; } // over its surface
-    virtual bool uniform() const = 0;                      // no input varies over a grid: shade one vertex
+    // What displace() and shade() read about a vertex. Of a mesh they take patches that have so many rings
+    // of neighbours (grid/mesh_patches.h).
+    virtual grid::Reads reads_displacing() const { return {}; }
+    virtual grid::Reads reads_shading() const { return {}; }
+    virtual bool uniform() const = 0;  // no input varies over a grid: shade one vertex
     virtual uint64_t hash() const = 0; // shader objects and parameters; part of a grid's store key
     virtual void displace(grid::Grid& grid) const = 0;
     virtual void shade(grid::Grid& grid, grid::VertexInputs& out) const = 0;
@@ -74,6 +78,8 @@ class ShadingSystem {
     // Primitives that name no surface are lit from the eye, by no light, as RISpec's renderers had it; else
     // they are matte. Before any material is asked for.
     virtual void light_defaults_from_eye() = 0;
+    // Tells what materials gave so far that lay outside of the ranges of lobes' inputs. After shading.
+    virtual void report_ranges() {}
     virtual bool knows(const scene::ShaderRef& shader) const = 0; // its file is found
     // Light shaders to lights. The standard ones (ambientlight, distantlight, pointlight, spotlight) and
     // Kanuka's own environmentlight are analytic; any other is run and tabulated (light_table.h). `lit`:

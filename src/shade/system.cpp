@@ -367,6 +367,7 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(const BoundShaders& bound,
         if (core->atmosphere)
             add_atmosphere(core->program);
     }
+    core->ranges = m_ranges;
     core->key = key;
     if (depends_on_object) // what mnk_init decided holds for this primitive alone
         return core;

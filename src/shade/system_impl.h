@@ -87,6 +87,7 @@ class SystemImpl final : public ShadingSystem {
         m_default_surface = scene::ShaderRef{.name = "defaultsurface"};
         m_gathers_light = true;
     }
+    void report_ranges() override { m_ranges->report(m_journal); }
     bool knows(const scene::ShaderRef& shader) const override { return find(shader).has_value(); }
     Loaded load(const scene::ShaderRef& ref, sl::ShaderKind wanted, bool area_light = false);
     Loaded compile(const std::string& key, const std::string& path, const sl::CompileOptions& options);
@@ -110,6 +111,7 @@ class SystemImpl final : public ShadingSystem {
     std::vector<std::string> m_shader_folders;
     std::string m_standard_shaders;
     Textures m_textures;
+    std::shared_ptr<Ranges> m_ranges = std::make_shared<Ranges>();
     Transform m_render_from_world;
     scene::Options m_options;
     scene::Camera m_camera;

@@ -45,8 +45,37 @@ struct Textures::Cache {
     OIIO::TextureSystem* system = OIIO::TextureSystem::create(false, images);
     std::shared_mutex mutex;
     std::map<std::string, Entry, std::less<>> entries;
+    // What OpenImageIO keeps for a thread. Its own is found by the thread and the cache's address, and
+    // threads outlive caches: a later cache in the same place would find tiles that are gone.
+    std::mutex idle_mutex;
+    std::vector<OIIO::TextureSystem::Perthread*> idle;
+
+    class Lease {
+      public:
+        explicit Lease(Cache& cache) : m_cache(cache) {
+            const std::lock_guard lock(cache.idle_mutex);
+            if (!cache.idle.empty()) {
+                m_thread = cache.idle.back();
+                cache.idle.pop_back();
+            }
+            m_thread = m_thread ? m_thread : cache.system->create_thread_info();
+        }
+        Lease(const Lease&) = delete;
+        Lease& operator=(const Lease&) = delete;
+        ~Lease() {
+            const std::lock_guard lock(m_cache.idle_mutex);
+            m_cache.idle.push_back(m_thread);
+        }
+        OIIO::TextureSystem::Perthread* get() const { return m_thread; }
+
+      private:
+        Cache& m_cache;
+        OIIO::TextureSystem::Perthread* m_thread = nullptr;
+    };
 
     ~Cache() {
+        for (OIIO::TextureSystem::Perthread* thread : idle)
+            system->destroy_thread_info(thread);
         OIIO::TextureSystem::destroy(system);
         OIIO::ImageCache::destroy(images);
     }
@@ -177,7 +206,7 @@ void Textures::lookup(const sl::TextureRequest& request, const Location& asker) 
     options.sblur = options.tblur = std::clamp(finite(request.blur), 0.0f, 1024.0f);
     options.swidth = options.twidth = std::clamp(finite(request.width), 0.0f, 1024.0f);
     options.fill = request.fill;
-    OIIO::TextureSystem::Perthread* thread = system.get_perthread_info();
+    const Cache::Lease thread(*m_cache);
     // A point of infinite coordinates has no place on the picture: its corner will do. Far out single
     // precision knows no texel, and numbers of texels would not be whole numbers any more.
     static constexpr float Farthest = 1 << 20;
@@ -186,7 +215,7 @@ void Textures::lookup(const sl::TextureRequest& request, const Location& asker) 
     };
     for (int i = 0; i < request.count; i++) {
         float values[MaxChannels] = {};
-        if (system.texture(entry.handle, thread, options, at(request.s, i), at(request.t, i),
+        if (system.texture(entry.handle, thread.get(), options, at(request.s, i), at(request.t, i),
                            at(request.dsdu, i), at(request.dtdu, i), at(request.dsdv, i), at(request.dtdv, i),
                            channels, values)) {
             if (m_converts && entry.rec709 && channels >= 3 && options.firstchannel == 0) {

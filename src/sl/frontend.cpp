@@ -199,6 +199,7 @@ std::optional<ir::Program> FrontEnd::check_and_lower() {
         ir::number_texts(*s, all_varying(program), m_diagnostics);
         ir::Stage checked = *s;
         ir::infer_detail(checked, all_varying(program), &m_diagnostics);
+        s->reads = ir::find_reads(*s);
         if (s == &program.shade)
             ir::check_directions(program, program.Ci >= 0 && !m_strict, m_diagnostics);
     }

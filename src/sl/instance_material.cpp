@@ -140,6 +140,20 @@ static grid::Interior clean(grid::Interior in, Services& services) {
 void InstanceImpl::build_material(const ops::MaterialBuild& build, Services& services) {
     const ir::Program& p = m_shader->program();
     m_channels.assign(p.channels.size() * 3 + 3, 0.0f);
+    for (size_t c = 0; c < p.channels.size(); c++) {
+        const ir::Channel& channel = p.channels[c];
+        const auto named = [&](const auto& n) { return n.name == channel.node; };
+        if (!channel.unsure || std::ranges::any_of(build.nodes, named) ||
+            std::any_of(p.channels.begin(), p.channels.begin() + ptrdiff_t(c),
+                        [&](const ir::Channel& other) { return other.node == channel.node; }))
+            continue;
+        std::string have;
+        for (const auto& n : build.nodes)
+            have += (have.empty() ? "\"" : ", \"") + n.name + "\"";
+        services.report(Severity::Warning, {p.name},
+                        "mnk_prelighting sets \"" + channel.node + "\", but mnk_init added " +
+                            (have.empty() ? "nothing" : "only " + have) + ": it does nothing");
+    }
     std::vector<int> made(build.nodes.size(), -1);
     // Roots: nodes that no layer names. Layers are made from the top, lobes in the order of their AddLobe.
     std::vector<int> roots;

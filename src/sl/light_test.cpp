@@ -515,4 +515,65 @@ TEST(SlLight, GlowNeedsNoOpacity) {
                 1, 1e-6f);
 }
 
+// Seen from above and from below, that is with the normal towards the eye and away from it: what follows from
+// the mirrored direction is the same. The oracle is I - 2 (I . n) n with n towards the eye.
+TEST(SlLight, FaceforwardTurnsNormalsOfReversedSurfaces) {
+    for (const float side : {1.0f, -1.0f})
+        for (const std::string body :
+             {"vector R = I - 2 * (I . Nf) * Nf;", "vector R = I - (I . Nf) * 2 * Nf;",
+              "float c = 2 * (I . Nf); vector R = I; R -= c * Nf;", "vector R = reflect(I, Nf);",
+              "vector R = I + 2 * (-I . Nf) * Nf;", "vector R = I - 2 * (I . -Nf) * -Nf;"})
+            for (const std::string n : {"faceforward(normalize(N), I)", "faceforward(-normalize(N), I)"}) {
+                const auto shader =
+                    compile("surface s() { normal Nf = " + n + "; " + body +
+                            " Ci = color(xcomp(R), ycomp(R), zcomp(R)) * 0.1 + 0.5; Oi = 1; }");
+                ASSERT_TRUE(shader);
+                TestServices services;
+                const auto instance = shader->instantiate({}, services);
+                grid::Grid g = plane(8, 5);
+                GridGlobals globals;
+                globals.E = Vec3f(1, 0.5f, 2 * side);
+                grid::VertexInputs out;
+                instance->shade(g, globals, services, out);
+                const int radiance = slot(instance->program(), "emission.radiance");
+                ASSERT_GE(radiance, 0);
+                for (int k = 0; k < g.vertices(); k++) {
+                    const Vec3f i = g.position(k) - globals.E, turned(0, 0, side);
+                    const Vec3f expected = (i - turned * (2 * dot(i, turned))) * 0.1f + Vec3f(0.5f);
+                    EXPECT_NEAR(length(value(out, radiance, k) - expected), 0, 1e-5f) << body << n << side;
+                }
+            }
+}
+
+TEST(SlLight, DiffuseOfTheOtherSideComesThrough) {
+    for (const std::string n : {"-Nf", "-N", "-normalize(N)", "-faceforward(N, I)"}) {
+        const Shaded s = surface("normal Nf = faceforward(normalize(N), I); Oi = 1;"
+                                 "Ci = color(0.1, 0.2, 0.3) * diffuse(Nf) + color(0.4, 0.3, 0.2) * diffuse(" +
+                                 n + ");");
+        EXPECT_EQ(s.lobes(), (std::vector{LobeId::LambertBrdf, LobeId::LambertBtdf})) << n << s.said;
+        EXPECT_NEAR(length(s("diffuse.diffuseReflectance") - Vec3f(0.1f, 0.2f, 0.3f)), 0, 1e-6f) << n;
+        EXPECT_NEAR(length(s("transmission.diffuseTransmittance") - Vec3f(0.4f, 0.3f, 0.2f)), 0, 1e-6f) << n;
+        EXPECT_EQ(s.said, "");
+    }
+    // In a loop of its own.
+    const Shaded loop = surface("normal Nf = faceforward(normalize(N), I); Oi = 1; Ci = 0;"
+                                "illuminance(P, -Nf, PI / 2) Ci += 0.3 * Cl * (normalize(L) . -Nf);");
+    EXPECT_EQ(loop.lobes(), std::vector{LobeId::LambertBtdf}) << loop.said;
+    EXPECT_NEAR(loop("transmission.diffuseTransmittance").x, 0.3f, 1e-6f);
+    // A normal that pointed inwards before is turned to the outside; one that a shader turns to the eye is
+    // what faceforward() would give.
+    const Shaded cross = surface("normal n = normal(dPdv ^ dPdu); Oi = 1; Ci = 0.3 * diffuse(-n);");
+    EXPECT_NEAR(cross("diffuse.diffuseReflectance").x, 0.3f, 1e-6f);
+    EXPECT_LE(cross("transmission.diffuseTransmittance").x, 0);
+    const Shaded by_hand =
+        surface("normal n = normalize(N); if (n . I > 0) n = -n; Oi = 1; Ci = 0.3 * diffuse(n);");
+    EXPECT_EQ(by_hand.lobes(), std::vector{LobeId::LambertBrdf}) << by_hand.said;
+}
+
+TEST(SlLight, MovingPInASurfaceIsTold) {
+    const Shaded s = surface("P += 0.3 * u * normalize(N); N = calculatenormal(P); Oi = 1; Ci = diffuse(N);");
+    EXPECT_EQ(s.warnings("only a displacement shader moves the surface"), 1) << s.said;
+    EXPECT_EQ(surface("point Q = P; Q += 1; Oi = 1; Ci = diffuse(N) * xcomp(Q);").said, "");
+}
+
 } // namespace kanuka::sl::test

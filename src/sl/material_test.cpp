@@ -183,15 +183,16 @@ class car() {
     EXPECT_TRUE(services.reports.empty()) << services.reports[0];
 }
 
+// Of names that are no constants; mistakes in others are errors of the compiler (mistakes_test.cpp).
 TEST(SlMaterial, MistakesInMaterialsAreReported) {
     TestServices services;
-    make(R"(class bad() {
+    make(R"(class bad(string lobe = "a", kind = "glue", other = "nobody") {
     public void mnk_init(output MnkObjectProperties o; output MnkMaterial m) {
         MnkMaterialBoundary b = CreateBoundary(m);
+        AddLobe(b, lobe, LambertBrdf());
         AddLobe(b, "a", LambertBrdf());
-        AddLobe(b, "a", LambertBrdf());
-        AddLayer(b, "l", "glue", "a", "a");
-        AddLayer(b, "k", "mix", "a", "nobody");
+        AddLayer(b, "l", kind, "a", "a");
+        AddLayer(b, "k", "mix", "a", other);
     }
     public void mnk_prelighting(output MnkMaterialBoundary b) { SetLobe(b, "a", 1, DiffuseEmission("radiance", color(1))); }
 })",

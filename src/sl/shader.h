@@ -127,6 +127,8 @@ class InstanceImpl final : public Instance {
     const Shader& shader() const override { return *m_shader; }
     const grid::LayeringProgram& program() const override { return m_layering; }
     bool displaces() const override { return m_shader->program().displace.root != nullptr; }
+    grid::Reads reads_displacing() const override { return m_shader->program().displace.reads; }
+    grid::Reads reads_shading() const override;
     void displace(grid::Grid& grid, const GridGlobals& globals, Services& services) const override;
     void shade(grid::Grid& grid, const GridGlobals& globals, Services& services,
                grid::VertexInputs& out) const override;
@@ -152,6 +154,7 @@ class InstanceImpl final : public Instance {
     void settle_presence(Services& services);
     void shade(grid::Grid& grid, const GridGlobals& globals, Services& services, grid::VertexInputs& out,
                std::vector<grid::SlotValues>* aovs) const;
+    void keep_in_range(grid::VertexInputs& out, size_t vertices, size_t own, Services& services) const;
     void carry_members(grid::Grid& grid, const GridGlobals& globals, Services& services) const;
     ir::Variant variant_for(const grid::Grid& grid) const;
     void call(const BuiltStage& stage, Frame& frame, ops::Runner& runner) const;

@@ -139,6 +139,14 @@ struct Query {
     std::string* text;
 };
 
+// Values of a slot that lay outside of its range on one grid, and were taken as its ends.
+struct OutOfRange {
+    const std::string& shader;
+    const grid::Slot& slot;
+    float least, most; // of all values that are numbers
+    uint64_t count;    // of vertices, or grids where one value is for all; more than rounding
+};
+
 class Services {
   public:
     virtual ~Services() = default;
@@ -156,6 +164,7 @@ class Services {
     // Lights that shine from somewhere: how many there are, and what one sends to points.
     virtual int lights() { return 0; }
     virtual void light(const LightRequest& request) { (void)request; }
+    virtual void out_of_range(const OutOfRange&) {}
     // A run-time fault or message, located in the shader's source.
     virtual void report(Severity severity, const Location& where, const std::string& message) = 0;
 };
@@ -178,7 +187,7 @@ struct GridGlobals {
     Vec3f Cs{1, 1, 1}, Os{1, 1, 1}; // unless the grid has primvars "Cs", "Os"
     Vec3f E{0, 0, 0};               // the eye, in current space
     float time = 0;
-    float du = 0, dv = 0; // filled by shade: parameter steps between vertices
+    float du = 0, dv = 0; // parameter steps between vertices; on a mesh their mean
 };
 
 // What a light shader sends to points, which are the vertices of a grid.
@@ -206,6 +215,9 @@ class Instance {
     // Fixed by mnk_init and mnk_interior, which have run.
     virtual const grid::LayeringProgram& program() const = 0;
     virtual bool displaces() const = 0;
+    // What displace(), and what all the other stages, read about a vertex.
+    virtual grid::Reads reads_displacing() const { return {}; }
+    virtual grid::Reads reads_shading() const { return {}; }
     // Run begin and mnk_displacement (or the displacement shader): move P, set N. Thread safe: grids are
     // independent.
     virtual void displace(grid::Grid& grid, const GridGlobals& globals, Services& services) const = 0;

@@ -104,6 +104,7 @@ enum class Closure : uint8_t {
     // whole terms: light from everywhere through a lobe
     Indirect, // what other lobes bring anyway
     Diffuse,
+    DiffuseBehind, // of the side that N points away from: it comes through
     Specular,
     Phong,
     Mirror,
@@ -112,6 +113,7 @@ enum class Closure : uint8_t {
     // factors, which make a term by two: the light of one direction, and what a lobe does with it
     Light,
     CosineKernel,
+    CosineBehind,
     SpecularKernel,
     PhongKernel,
     // factors of whole terms: Fresnel's reflected and transmitted parts
@@ -129,7 +131,7 @@ enum class Closure : uint8_t {
 
 enum class CallKind : uint8_t {
     Dx,
-    Dy,              // differences to the next vertex in u, in v
+    Dy,              // differences to the next vertex in u, in v; imm: 1 + Input, if it is that of one
     CalculateNormal, // P, N
     Texture,         // channels = imm; see Call arguments in runtime.cpp
     Environment,
@@ -243,6 +245,7 @@ struct Stage {
     std::vector<Output> outputs;
     std::vector<std::pair<Loc, std::string>> faults; // places where a run-time fault may arise
     int targets = 0;
+    grid::Reads reads; // set when the program is complete (reads.cpp)
 
     Block* block() { return &blocks.emplace_back(); }
     Stage() = default;
@@ -276,6 +279,7 @@ struct Channel {
     bool presence = false;
     bool ambient = false; // how much of the light of ambient sources it shows
     Ty ty = Ty::Float;
+    bool unsure = false; // set by a name that only the run time knows to have been added
 };
 
 struct Program {

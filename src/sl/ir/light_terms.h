@@ -56,6 +56,8 @@ inline Closure product_kind(Closure a, Closure b) {
         switch (b) {
         case Closure::CosineKernel:
             return Closure::Diffuse;
+        case Closure::CosineBehind:
+            return Closure::DiffuseBehind;
         case Closure::SpecularKernel:
             return Closure::Specular;
         case Closure::PhongKernel:

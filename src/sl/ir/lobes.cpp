@@ -49,6 +49,10 @@ class Lobes {
             m_program.fixed_lobes.emplace_back("diffuse", grid::LobeId::LambertBrdf);
             output("diffuse", 0, grid::LobeId::LambertBrdf, w);
         }
+        if (const Ref w = total([](Closure k) { return k == Closure::DiffuseBehind; }); w != None) {
+            m_program.fixed_lobes.emplace_back("transmission", grid::LobeId::LambertBtdf);
+            output("transmission", 0, grid::LobeId::LambertBtdf, w);
+        }
         if (const Ref w = total([](Closure k) { return k == Closure::Ambient; }); w != None)
             output("ambient", -1, grid::LobeId::LambertBrdf, w, Special::Ambient);
         int count = 0;

@@ -314,6 +314,9 @@ Ref Lower::closure(const Expr* e, const ops::Signature& s) {
         kind = Closure::Refraction;
     if (kind == Closure::Specular)
         args[2] = blinn_exponent(args[2], e->loc);
+    if (kind == Closure::Diffuse && !args.empty() &&
+        (tag(args[0]) == Tag::Behind || tag(args[0]) == Tag::Negated))
+        return diffuse(args[0], e->loc);
     return m_b.emit(Op::Closure, Ty::Triple, std::move(args), e->loc, int(kind));
 }
 
@@ -533,6 +536,8 @@ Ref Lower::special(const Expr* e, const ops::Signature& s) {
         site.args = {x};
         if (n == "calculatenormal")
             site.args.push_back(input(Input::N));
+        else if (const Instr& i = m_b.at(x); i.op == Op::Input)
+            site.imm = 1 + i.imm;
         return m_b.call(std::move(site), m_b.at(x).ty);
     }
     if (n == "texture" || n == "environment")

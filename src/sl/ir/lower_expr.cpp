@@ -253,7 +253,7 @@ Ref Lower::expr(const Expr* e) {
         const Ref v = expr_as(e->args[0], e->type);
         if (tag(v) == Tag::Light || tag(v) == Tag::LightMirrored)
             return v; // which way it points does not matter to a kernel
-        return negated(v, e->loc);
+        return negated(v, e->type.is(Base::Normal), e->loc);
     }
     case ExprKind::Binary:
         return binary(e);

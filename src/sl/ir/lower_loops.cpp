@@ -192,7 +192,7 @@ void Lower::project(const Stmt* s, Loc reason) {
         cone.axis = expr_global("N", at);
         cone.angle = f(3.14159265f);
     }
-    if (tag(cone.axis) == Tag::Facing)
+    if (tag(cone.axis) == Tag::Facing || tag(cone.axis) == Tag::Behind)
         cone.axis = turned(cone.axis, at);
     Ref low;
     if (m_b.is_const(cone.angle)) {

@@ -250,7 +250,7 @@ const Row table[] = {
         "how much x changes from one vertex to the next"),
     rsl(D, "float filterwidthp(point p)", "return sqrt(area(p));", "filterwidth() of a point"),
     special(D, "normal calculatenormal(point p)",
-            "normal of the surface whose points are p; not unit length. On a mesh without neighbours, N"),
+            "normal of the surface whose points are p; not unit length"),
     // ---- colour
     // -------------------------------------------------------------------------------------------------------
     special(C, "float comp(color c, float index)", "a component of a colour or matrix"),
