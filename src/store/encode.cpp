@@ -81,17 +81,12 @@ class GridEncoder {
                              : std::clamp(x, low, std::isfinite(x) ? high : std::min(high, LargestHalf));
     }
 
-    float given_value(int slot, int component, int vertex) const {
+    // `most`: emitters keep whole floats.
+    float value(int slot, int component, int vertex, float most = LargestHalf) {
         const grid::SlotValues& values = m_shaded.inputs->slots[slot];
-        return values.uniform ? values.value[component]
-                              : values.data[size_t(component) * m_shaded.inputs->stride + vertex];
-    }
-    float value(int slot, int component, int vertex) {
-        return clean(given_value(slot, component, vertex), m_program.slots[slot]);
-    }
-    // Of what an emitter keeps, whole floats.
-    float amount(int slot, int component, int vertex) {
-        return clean(given_value(slot, component, vertex), m_program.slots[slot], color::LargestRadiance);
+        const float x = values.uniform ? values.value[component]
+                                       : values.data[size_t(component) * m_shaded.inputs->stride + vertex];
+        return clean(x, m_program.slots[slot], most);
     }
 
     bool constant(int slot) const {
@@ -391,16 +386,19 @@ class GridEncoder {
     // Radiance of the tree below `node` at a vertex; coats are taken as clear.
     Rgb emission(int node, int i) {
         const grid::LayerNode& n = m_program.nodes[size_t(node)];
-        const float w = n.weight < 0 ? 1 : amount(n.weight, 0, i);
+        const auto radiance = [&](int slot, int c, int v) {
+            return value(slot, c, v, color::LargestRadiance);
+        };
+        const float w = n.weight < 0 ? 1 : radiance(n.weight, 0, i);
         switch (n.op) {
         case LayerOp::Lobe:
             if (grid::lobe(n.lobe).kind != grid::LobeKind::Emission)
                 return Rgb(0);
+            if (n.inputs.empty() || n.inputs[0] < 0)
+                return count_shape(n, i, grid::lobe(n.lobe).inputs[0].fallback * w);
             return count_shape(
                 n, i,
-                (n.inputs.empty() || n.inputs[0] < 0
-                     ? grid::lobe(n.lobe).inputs[0].fallback
-                     : Rgb(amount(n.inputs[0], 0, i), amount(n.inputs[0], 1, i), amount(n.inputs[0], 2, i))) *
+                Rgb(radiance(n.inputs[0], 0, i), radiance(n.inputs[0], 1, i), radiance(n.inputs[0], 2, i)) *
                     w);
         case LayerOp::Mix:
             return emission(n.upper, i) * w + emission(n.lower, i) * (1 - w);
@@ -636,22 +634,6 @@ Page encode(std::span<const ShadedGrid> grids, const grid::LayeringProgram& prog
     }
     page.header() = h;
     return page;
-}
-
-float emitting_area(const Page& page) {
-    double area = 0;
-    const auto* emitters = reinterpret_cast<const Emitter*>(page.words.data() + page.header().emitters_at);
-    for (uint32_t i = 0; i < page.header().emitters; i++)
-        area += emitters[i].scale > 0 ? double(emitters[i].area) : 0;
-    return float(area);
-}
-
-void scale_emission(Page& page, float factor) {
-    auto* emitters = reinterpret_cast<Emitter*>(page.words.data() + page.header().emitters_at);
-    for (uint32_t i = 0; i < page.header().emitters; i++) {
-        emitters[i].scale *= factor;
-        emitters[i].power *= factor;
-    }
 }
 
 } // namespace kanuka::store

@@ -143,4 +143,20 @@ float Store::presence(int shape, int prim, float u, float v) const {
            fy * ((1 - fx) * at(a + s.nu + 1) + fx * at(a + s.nu + 2));
 }
 
+float emitting_area(const Page& page) {
+    double area = 0;
+    const auto* emitters = reinterpret_cast<const Emitter*>(page.words.data() + page.header().emitters_at);
+    for (uint32_t i = 0; i < page.header().emitters; i++)
+        area += emitters[i].scale > 0 ? double(emitters[i].area) : 0;
+    return float(area);
+}
+
+void scale_emission(Page& page, float factor) {
+    auto* emitters = reinterpret_cast<Emitter*>(page.words.data() + page.header().emitters_at);
+    for (uint32_t i = 0; i < page.header().emitters; i++) {
+        emitters[i].scale *= factor;
+        emitters[i].power *= factor;
+    }
+}
+
 } // namespace kanuka::store
