@@ -294,7 +294,16 @@ float RateRule::twist(const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3
                  -1e-4f * length_squared(n);
     const float distance = convex ? abs(dot(twist, n)) / length(n) : length(twist);
     const float off = 0.25f * distance * density.pixels_per_unit((a + c) * 0.5f);
-    return std::sqrt(off / (slack * std::max(geometry_tolerance, 0.01f)));
+    const float by_distance = std::sqrt(off / (slack * std::max(geometry_tolerance, 0.01f)));
+    // Its normals turn from corner to corner, and n x n cells have n times less to turn.
+    float turn = 0;
+    for (int k = 0; k < 2; k++) {
+        const Vec3f p = cross(corners[k + 1] - corners[k], corners[(k + 3) % 4] - corners[k]);
+        const Vec3f q = cross(corners[(k + 3) % 4] - corners[k + 2], corners[k + 1] - corners[k + 2]);
+        turn = std::max(turn, std::atan2(length(cross(p, q)), dot(p, q)));
+    }
+    const float by_angle = turn * (180 / Pi) / (2 * std::max(normal_tolerance, 0.1f));
+    return std::max(by_distance, std::min(by_angle, std::max(density.cells(a, c), density.cells(b, d))));
 }
 
 } // namespace kanuka::dice

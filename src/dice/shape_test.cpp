@@ -84,3 +84,51 @@ TEST(Shapes, TwistedRulingsStayWithinTheTolerance) {
         EXPECT_LT(worst, 0.3) << "pixels, uniform " << uniform << ", " << soup.size() << " triangles";
     }
 }
+
+// However far from the picture's pixels: the normals of what is traced are the surface's within some degrees.
+TEST(Shapes, TwistedRulingsHaveTheirNormals) {
+    const D3 a{1, -1, -1}, slope{0, 1, 1}; // of z
+    const scene::Primitive p =
+        primitive(scene::Quadric{scene::Quadric::Kind::Hyperboloid, {1, -1, -1, 1, 1, 1, 360}});
+    for (const bool uniform : {true, false}) {
+        DiceOptions o = looking(4, 800);
+        o.geometry_tolerance = 1000;
+        DiceTarget target;
+        target.shade_uniform = uniform;
+        Journal journal;
+        double worst = 0;
+        for (const auto& t : traced_triangles(dice::dice(p, target, o, {}, journal), 0)) {
+            const D3 at = (t[0] + t[1] + t[2]) * (1 / 3.0), line = a + slope * (at.z + 1);
+            // Of x^2 + y^2 - r(z)^2.
+            const D3 normal = unit({at.x, at.y, -(line.x * slope.x + line.y * slope.y)});
+            const D3 own = unit(cross(t[1] - t[0], t[2] - t[0]));
+            worst = std::max(worst, std::acos(std::min(1.0, std::abs(dot(own, normal)))) * 360 / Turn);
+        }
+        EXPECT_LT(worst, 6) << "degrees, uniform " << uniform;
+    }
+}
+
+// A Hermite curve goes with its transform as the Bezier curve that it is.
+TEST(Shapes, CurvesOfAnyBasisAreMovedAsAWhole) {
+    const auto middle = [](const char* basis, std::vector<float> points) {
+        scene::Curves c;
+        c.basis = scene::basis_by_name(basis);
+        c.vertices_per_curve = std::vector<int32_t>{4};
+        scene::Primitive p = primitive(c, std::move(points));
+        p.primvars.set(floats("constantwidth", scene::Type::Float, scene::Detail::Constant, {0.2f}));
+        p.primvars.set(floats("N", scene::Type::Normal, scene::Detail::Varying, {0, 0, 1, 0, 0, 1}));
+        DiceTarget target;
+        target.render_from_object = Transform::translate(3, -2, 1) * Transform::rotate(30, 0, 0, 1);
+        Journal journal;
+        D3 low{9, 9, 9}, high{-9, -9, -9};
+        for (const auto& t : traced_triangles(dice::dice(p, target, looking(6, 400), {}, journal), 0))
+            for (const D3& q : t) {
+                low = {std::min(low.x, q.x), std::min(low.y, q.y), std::min(low.z, q.z)};
+                high = {std::max(high.x, q.x), std::max(high.y, q.y), std::max(high.z, q.z)};
+            }
+        return (low + high) * 0.5;
+    };
+    const D3 bezier = middle("bezier", {0, 0, 0, 0.5f, 1, 0, 1.5f, 1, 0, 2, 0, 0}),
+             hermite = middle("hermite", {0, 0, 0, 1.5f, 3, 0, 2, 0, 0, 1.5f, -3, 0});
+    EXPECT_LT(length(bezier - hermite), 1e-3);
+}

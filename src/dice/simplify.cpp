@@ -44,8 +44,10 @@ void choose_edge_step(Edge& e, const std::vector<Vec3f>& p, const RateRule& rule
 }
 
 // Beside a side that keeps every `along`-th vertex, a lattice that keeps every `across`-th row is a fan of
-// triangles. How far the bilinear quads that they stand for are twisted off them at most.
-float side_twist(const grid::Grid& g, const std::vector<float>& positions, int side, int along, int across) {
+// triangles. How many times as far as may be the bilinear quads that they stand for are twisted off them: by
+// distance, and by what normals turn.
+float side_twist(const grid::Grid& g, const std::vector<float>& positions, int side, int along, int across,
+                 float budget, float normal_tolerance) {
     const bool along_u = side == grid::VMin || side == grid::VMax;
     const int n = along_u ? g.nu : g.nv, row = g.nu + 1;
     const int step = along_u ? 1 : row, in = along_u ? row : 1;
@@ -55,16 +57,21 @@ float side_twist(const grid::Grid& g, const std::vector<float>& positions, int s
         const float* p = positions.data() + k;
         return Vec3f{p[0], p[g.stride], p[2 * size_t(g.stride)]};
     };
+    const float turn = std::tan(2 * std::min(normal_tolerance, 40.0f) * (Pi / 180));
     float worst = 0;
     for (int i = 0; i < n; i += along) {
         const int k = base + i * step, l = k + along * step;
         const Vec3f a = at(k), b = at(l), c = at(l + inwards), d = at(k + inwards);
         const Vec3f normal = cross(c - a, d - b);
         const float size = length(normal);
-        if (size > 0)
-            worst = std::max(worst, abs(dot(a - b + c - d, normal)) / size);
+        if (!(size > 0))
+            continue;
+        const float distance = 0.25f * abs(dot(a - b + c - d, normal)) / size;
+        const Vec3f p = cross(b - a, d - a), q = cross(d - c, b - c);
+        worst = std::max(worst, distance / std::max(budget, 1e-30f));
+        worst = std::max(worst, length(cross(p, q)) / std::max(turn * dot(p, q), 1e-30f));
     }
-    return 0.25f * worst;
+    return worst;
 }
 
 template <class Visit>
@@ -102,9 +109,10 @@ void limit_by_twist(Splitter& splitter, const std::vector<grid::Grid>& grids, co
                     worst = 0;
                     each_step(g, [&](const std::vector<float>& p) {
                         worst = std::max(worst, side_twist(g, p, side, n / s.cells * step,
-                                                           std::max(1, across * step / s.cells)));
+                                                           std::max(1, across * step / s.cells), budget,
+                                                           rule.normal_tolerance));
                     });
-                } while (worst > budget && (step /= 2) > 1);
+                } while (worst > 1 && (step /= 2) > 1);
             }
         }
     });
@@ -376,7 +384,7 @@ grid::TracedGrid trace_grid(const Splitter& splitter, const Piece& piece, const 
             const int along = k == grid::VMin || k == grid::VMax ? t.step_u : t.step_v;
             each_step(g, [&](const std::vector<float>& p) {
                 while (across > 1 && piece.sides[size_t(k)].cells > 0 && t.edge_step[size_t(k)] > along &&
-                       side_twist(g, p, k, t.edge_step[size_t(k)], across) > budget)
+                       side_twist(g, p, k, t.edge_step[size_t(k)], across, budget, rule.normal_tolerance) > 1)
                     across /= 2;
             });
         }

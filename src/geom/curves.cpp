@@ -72,6 +72,11 @@ class CurveMesher {
     }
 
     bool read(const scene::Primitive& primitive, const Transform& m, Journal& journal) {
+        for (size_t k = 0; k < 4 && m_curves.cubic; k++) {
+            const std::array<float, 4>& row = m_curves.basis->m[k]; // of t^(3-k)
+            if (std::abs(row[0] + row[1] + row[2] + row[3] - (k == 3 ? 1.0f : 0.0f)) > 1e-4f)
+                m_origin = Vec3f(float(m.m[0][3]), float(m.m[1][3]), float(m.m[2][3]));
+        }
         Dropped dropped;
         size_t vertex = 0, varying = 0;
         for (const int n : m_curves.vertices_per_curve) {
@@ -208,11 +213,14 @@ class CurveMesher {
             sum = fma(w[k], value(p.vertex[k]), sum);
         return sum;
     }
+    // Where the basis' weights do not sum to one (Hermite, power), what they make is moved, not what they
+    // weigh.
+    Vec3f m_origin{0, 0, 0};
     Vec3f blend_points(const std::array<float, 4>& w, const Place& p) const {
         Vec3f r;
         for (int c = 0; c < 3; c++)
-            r[c] = blend(w, p, [&](size_t v) { return m_points.xyz[3 * v + c]; });
-        return r;
+            r[c] = blend(w, p, [&](size_t v) { return m_points.xyz[3 * v + c] - m_origin[c]; });
+        return &w == &p.value ? r + m_origin : r;
     }
     Vec3f at(const Curve& c, int segment, float t) const {
         const Place p = place(c, segment, t);
