@@ -1,8 +1,8 @@
 // Glazed pottery: a glossy glaze that runs thin on ridges, thick in hollows and towards the foot, and leaves the foot bare.
 // For shapes whose v runs from foot to mouth.
 class glaze(
-    color thin = color(0.42, 0.60, 0.53);  // reflectance where the glaze is thin
-    color thick = color(0.05, 0.21, 0.20); // reflectance where it is thick
+    color thin = color(0.64, 0.79, 0.74);  // reflectance below the gloss where the glaze is thin
+    color thick = color(0.12, 0.40, 0.38); // likewise where it is thick
     color clay = color(0.34, 0.20, 0.13);  // reflectance of the bare foot
     float foot = 0.10;                     // v where the glaze ends
     float flutes = 26;                     // upright flutes around the body
@@ -27,7 +27,7 @@ class glaze(
         MnkMaterialBoundary boundary = CreateBoundary(material);
         AddLobe(boundary, "gloss", MicrofacetDielectricBrdf());
         AddLobe(boundary, "body", LambertBrdf());
-        AddLayer(boundary, "glazed", "coat", "gloss", "body");
+        AddLayer(boundary, "glazed", "thick", "gloss", "body");
     }
 
     public void mnk_displacement(output point P; output normal N)

@@ -1,5 +1,6 @@
 // Hair and fur, as ribbons turned to the camera. A strand is a cylinder: rough across, smooth along, so that its gloss
-// is anisotropic; light goes through it as well as back. Cs is its colour, as `hair` of the procedurals gives it.
+// is anisotropic; light goes through it as well as back, less what its surface reflects. Cs is its colour, as `hair` of
+// the procedurals gives it.
 class hair(
     float gloss = 0.6;                 // weight of the clear reflection off the surface
     float tinted = 0.5;                // weight of the reflection from inside, in the hair's colour
@@ -14,6 +15,9 @@ class hair(
         AddLobe(boundary, "inside", MicrofacetConductorBrdf());
         AddLobe(boundary, "reflection", LambertBrdf());
         AddLobe(boundary, "transmission", LambertBtdf());
+        AddLayer(boundary, "spread", "mix", "transmission", "reflection");
+        AddLayer(boundary, "core", "mix", "inside", "spread");
+        AddLayer(boundary, "strand", "coat", "surface", "core");
     }
 
     public void mnk_prelighting(output MnkMaterialBoundary boundary)
@@ -25,10 +29,11 @@ class hair(
             min(1, 1.6 * roughness), "anisotropy", 0.6, "rotation", 0.25);
         LambertBrdf back = LambertBrdf("diffuseReflectance", Cs);
         LambertBtdf through = LambertBtdf("diffuseTransmittance", deep);
-        float bright = 0.25 * tinted;
         SetLobe(boundary, "surface", gloss, clear);
-        SetLobe(boundary, "inside", bright, dyed);
-        SetLobe(boundary, "reflection", (1 - bright) * (1 - transmission), back);
-        SetLobe(boundary, "transmission", (1 - bright) * transmission, through);
+        SetLobe(boundary, "inside", 1.0, dyed);
+        SetLobe(boundary, "reflection", 1.0, back);
+        SetLobe(boundary, "transmission", 1.0, through);
+        SetLayer(boundary, "spread", transmission);
+        SetLayer(boundary, "core", 0.25 * tinted);
     }
 }

@@ -1,10 +1,10 @@
 // Lacquer: a clear coat over paint, or over metal that shows through it.
 //
-//     coat (dielectric reflection)      what it reflects is taken from below
+//     coat (dielectric reflection)      light is bent below it, and goes to and fro
 //       |
 //     base: metallic * metal + (1 - metallic) * paint
 class lacquer(
-    color paint = color(0.55, 0.02, 0.02); // reflectance of the paint
+    color paint = color(0.55, 0.02, 0.02); // reflectance of the paint without the coat
     float metallic = 0;                    // part of the base that is metal flakes of the same colour
     float flakeRoughness = 0.45;           // perceptual roughness of those flakes
     float coatWeight = 1;                  // 0 = no coat
@@ -21,7 +21,7 @@ class lacquer(
         AddLobe(boundary, "flakes", MicrofacetConductorBrdf());
         AddLobe(boundary, "paint", LambertBrdf());
         AddLayer(boundary, "base", "mix", "flakes", "paint");
-        AddLayer(boundary, "lacquer", "coat", "coat", "base");
+        AddLayer(boundary, "lacquer", "thick", "coat", "base");
     }
 
     public void mnk_displacement(output point P; output normal N)

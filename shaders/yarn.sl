@@ -12,6 +12,8 @@ class yarn(
         AddLobe(boundary, "sheen", SheenBrdf());
         AddLobe(boundary, "gloss", MicrofacetConductorBrdf());
         AddLobe(boundary, "body", OrenNayarBrdf());
+        AddLayer(boundary, "thread", "mix", "gloss", "body");
+        AddLayer(boundary, "yarn", "coat", "sheen", "thread"); // what stands off takes light from what lies below
     }
 
     public void mnk_prelighting(output MnkMaterialBoundary boundary)
@@ -21,7 +23,8 @@ class yarn(
             roughness, "anisotropy", 0.7, "rotation", 0.25 + twist);
         OrenNayarBrdf body = OrenNayarBrdf("diffuseReflectance", Cs, "roughness", 0.7);
         SetLobe(boundary, "sheen", sheen, stray);
-        SetLobe(boundary, "gloss", gloss, fibres);
-        SetLobe(boundary, "body", max(0, 1 - gloss), body);
+        SetLobe(boundary, "gloss", 1.0, fibres);
+        SetLobe(boundary, "body", 1.0, body);
+        SetLayer(boundary, "thread", gloss);
     }
 }

@@ -44,7 +44,10 @@ def test_shadows_are_cast_where_lights_ask_for_them(tmp_path: Path) -> None:
         return float(middle(picture(tmp_path, before + light + BEFORE + FLOOR, head))[1])
 
     assert lit("", SUN) == pytest.approx(0.5, rel=0.02)
-    assert lit("", SUN.replace("distantlight", "shadowdistant")) == 0
+    mapped = SUN.replace("distantlight", "shadowdistant")
+    assert lit("", mapped) == pytest.approx(0.5, rel=0.02)  # without a map the classic shader casts none
+    assert lit("", mapped.replace('"intensity"', '"string shadowname" [""] "intensity"')) > 0.4
+    assert lit("", mapped.replace('"intensity"', '"string shadowname" ["sun.shd"] "intensity"')) == 0
     assert lit("", SUN.replace('"intensity"', '"string shadowname" ["sun.shd"] "intensity"')) == 0
     assert lit('Attribute "light" "string shadows" ["on"]\n', SUN) == 0
     assert lit("", SUN, FULL) < 0.05  # what comes around the edges

@@ -224,7 +224,7 @@ def test_info(kanuka_command, ball: Path) -> None:
     text = kanuka_command("info", ball)
     assert text.returncode == 0
     assert "48 × 32" in text.stdout
-    assert "1 × quadric" in text.stdout
+    assert "1 × sphere" in text.stdout
     assert "distantlight" in text.stdout
     summary = json.loads(kanuka_command("info", ball, "--json").stdout)
     assert summary["resolution"] == [48, 32]
@@ -287,3 +287,9 @@ def test_black_pictures_say_why(kanuka_command, tmp_path: Path) -> None:
         'LightSource "distantlight" 1 Translate 9 9 5 ' + ball
     )
     assert "black" not in said('LightSource "distantlight" 1 ' + ball)
+    # A network without light: its shader could shine, and does not. Said once, with --quiet too.
+    network = 'Bxdf "PxrDisney" "m" "color baseColor" [0.5 0.5 0.5] Translate 0 0 5 Sphere 1 -1 1 360'
+    path = tmp_path / "network.rib"
+    path.write_text(f"Format 16 16 1\nWorldBegin {network} WorldEnd\n")
+    result = kanuka_command("render", path, "-o", str(tmp_path / "b.exr"), "--progressions", "1", "--quiet")
+    assert result.stderr.count("the picture is black: no light shines") == 1

@@ -74,6 +74,44 @@ def test_frames_of_one_display_do_not_overwrite_each_other(kanuka_command, tmp_p
     assert result.stdout.split() == ["one.exr", "one.0002.exr"]
 
 
+def test_frames_of_one_number_are_all_rendered(kanuka_command, tmp_path: Path) -> None:
+    path = tmp_path / "same.rib"
+    path.write_text(film([1, 3, 4]).replace("FrameBegin 3", "FrameBegin 1").replace("FrameBegin 4", "FrameBegin 1"))
+    assert [(f["number"], f["repeat"]) for f in kanuka.frames(path)] == [(1, 0), (1, 1), (1, 2)]
+    result = kanuka_command("render", path, "--frame", "all", "-o", "a.##.exr", "--progressions", 16)
+    assert result.stdout.split() == ["a.01.exr", "a.01-2.exr", "a.01-3.exr"], result.stderr
+    red = [kanuka.read(tmp_path / name)["rgb"][4, 4, 0] for name in result.stdout.split()]
+    assert red == pytest.approx([0.1, 0.3, 0.4], rel=0.05)
+
+
+def test_faces_of_an_environment_are_rendered_for_what_is_mirrored_in_it(kanuka_command, tmp_path: Path) -> None:
+    """Six frames of one number make a cube, of which a seventh reads: each face has a colour of its own."""
+    colors = {"px": "1 0 0", "nx": "0 1 0", "py": "0 0 1", "ny": "1 1 0", "pz": "0 1 1", "nz": "1 0 1"}
+    text = 'Format 8 8 1\nPixelFilter "box" 1 1\n'
+    for side, color in colors.items():
+        text += f'FrameBegin 1\nDisplay "{side}.tif" "file" "rgb"\nProjection "perspective" "fov" 90\n'
+        text += f'WorldBegin\nSurface "constant"\nColor [{color}]\nSphere 5 -5 5 360\nWorldEnd\nFrameEnd\n'
+    names = " ".join(f'"{side}.tif"' for side in colors)
+    text += f'MakeCubeFaceEnvironment {names} "room.env" 90 "box" 1 1\n'
+    text += 'FrameBegin 1\nDisplay "seen.tif" "file" "rgb"\nProjection "orthographic"\nWorldBegin\n'
+    text += 'Surface "seen"\nPolygon "P" [-1 -1 2  -1 1 2  1 1 2  1 -1 2]\nWorldEnd\nFrameEnd\n'
+    (tmp_path / "seen.sl").write_text(
+        'surface seen() { Oi = 1; Ci = environment("room.env", vector "world" (xcomp(P) > 0 ? 1 : -1, 0, 0)); }'
+    )
+    path = tmp_path / "cube.rib"
+    path.write_text(text)
+    result = kanuka_command(
+        "render", path, "--frame", "all", "-o", "out.exr", "--resolution", "16x16", "--progressions", 64
+    )
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.split()[:-1] == [f"{side}.exr" for side in colors]
+    assert result.stdout.split()[-1] == "out.0001-7.exr"
+    seen = kanuka.read(tmp_path / "out.0001-7.exr")["rgb"]
+    assert kanuka.read(tmp_path / "px.exr")["rgb"].shape[:2] == (8, 8)  # as fine as the scene says
+    assert seen[8, 12] == pytest.approx([1, 0, 0], abs=0.05)
+    assert seen[8, 3] == pytest.approx([0, 1, 0], abs=0.05)
+
+
 def test_passes_that_make_no_picture_are_not_among_all(kanuka_command, tmp_path: Path) -> None:
     path = tmp_path / "passes.rib"
     path.write_text('FrameBegin 1\nDisplay "a.z" "zfile" "z"\n' + WORLD.format(what="") + "FrameEnd\n" + film([2, 3]))

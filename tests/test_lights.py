@@ -51,6 +51,33 @@ def test_kinds_light_the_floor(kind: str) -> None:
     assert right == pytest.approx(left, rel=0.1)
 
 
+@pytest.mark.parametrize("kind", ["point", "spot", "distant"])
+def test_light_shaders_have_their_unit(kind: str) -> None:
+    """A white matte surface shows Cl of a light shader (RISpec), and E / pi of an irradiance E."""
+
+    def radiance(light: str) -> float:
+        scene = floor()
+        scene.camera = kanuka.Camera(
+            (0, 4, 0), (0, 0, 0), (0, 0, -1), projection="orthographic", screen_window=(-0.1, 0.1, -0.05, 0.05)
+        )
+        where = {"point from": (0, 2, 0), "point to": (0, 0, 0)} if kind != "point" else {"point from": (0, 2, 0)}
+        if light == "python":
+            scene.add_light(kind, amount=5 * np.pi, position=(0, 2, 0), direction=(0, -1, 0))
+        elif light == "unit":
+            measure = {"distant": "lux"}.get(kind, "candela")
+            scene.add_light(kind, amount=5, position=(0, 2, 0), direction=(0, -1, 0), unit=measure)
+        else:
+            more = {"string unit": {"distant": "lux"}.get(kind, "candela")} if light == "shader with unit" else {}
+            shader = kanuka.Shader(f"{kind}light", intensity=5, **where, **more)
+            scene.add_light_shader(shader)
+        return float(kanuka.render(scene, progressions=64)["rgb"][..., 1].mean())
+
+    far = 1 if kind == "distant" else 4  # the square of the distance
+    assert radiance("python") == pytest.approx(5 / far, rel=0.01)
+    assert radiance("shader") == pytest.approx(5 / far, rel=0.01)
+    assert radiance("unit") == pytest.approx(radiance("shader with unit"), rel=0.01)
+
+
 def test_unknown_kinds_are_named() -> None:
     with pytest.raises(ValueError, match="cylinder"):
         floor().add_light("laser")

@@ -24,10 +24,9 @@ BATCHES = 8
 
 
 def estimate(build: Callable[[], kanuka.Scene], integrator: str, samples: int) -> pictures.Estimate:
-    renders = [
-        kanuka.render(build(), progressions=samples, integrator=integrator, seed=1 + k)["rgb"] for k in range(BATCHES)
-    ]
-    return pictures.Estimate.of(np.stack(renders), samples, block=8)
+    renders = [kanuka.render(build(), progressions=samples, integrator=integrator, seed=1 + k) for k in range(BATCHES)]
+    assert not any(r.stats["count"]["nan_samples"] for r in renders)
+    return pictures.Estimate.of(np.stack([r["rgb"] for r in renders]), samples, block=8)
 
 
 @pytest.mark.parametrize("name", validation_scenes.ALL)

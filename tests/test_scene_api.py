@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import sys
 
 import numpy as np
@@ -25,16 +24,12 @@ def facing_camera() -> kanuka.Scene:
     return scene
 
 
-def test_arrays_are_kept_by_reference_until_the_scene_goes() -> None:
+def test_arrays_are_the_scene_s_own() -> None:
     points, faces = POINTS.copy(), QUAD.copy()
     before = sys.getrefcount(points), sys.getrefcount(faces)
     scene = kanuka.Scene()
     scene.add_mesh(points, faces)
-    assert sys.getrefcount(points) > before[0]
     scene.add_subdivision(points, faces)
-    assert sys.getrefcount(faces) > before[1]
-    del scene
-    gc.collect()
     assert (sys.getrefcount(points), sys.getrefcount(faces)) == before
 
 
@@ -81,7 +76,7 @@ def test_words_for_arrays_are_type_errors() -> None:
         (lambda: kanuka.Camera((0, 0, 0), (0, 1, 0)), "up points along the line of sight"),
         (lambda: kanuka.Camera((0, 0, 1), (0, 0, 0), fov=180), "between 0 and 180"),
         (lambda: kanuka.Camera((0, 0, 1), (0, 0, 0), fov_axis="z"), "not one of"),
-        (lambda: kanuka.Scene().add_light("sun"), '"sun" is not one of "distant"'),
+        (lambda: kanuka.Scene().add_light("moon"), '"moon" is not one of "distant"'),
         (lambda: kanuka.Scene().add_sphere(-1), "positive"),
         (lambda: kanuka.Material("matte", Kd=[]), "an empty value"),
         (lambda: kanuka.Scene().add_subdivision(POINTS, QUAD, scheme="butterfly"), "catmull-clark"),

@@ -90,7 +90,7 @@ def closed_room_with_an_emitter() -> kanuka.Scene:
 @validation
 def sun_with_an_angle_and_a_lamp_without() -> kanuka.Scene:
     scene = ball_on_floor(matte(0.5, 0.6, 0.7), light="")
-    scene.add_light("distant", amount=(2, 1.8, 1.5), direction=(-1, -1, -0.5), angle=12)
+    scene.add_light("distant", amount=(2, 1.8, 1.5), direction=(-1, -1, -0.5), angle=60)
     scene.add_light("point", amount=3, position=(-1.5, 1, 1.5))
     return scene
 
@@ -146,6 +146,39 @@ def emitters_in_instances() -> kanuka.Scene:
 def mirror_and_smooth_glass() -> kanuka.Scene:
     scene = ball_on_floor(kanuka.Material("mirror"), depth=6)
     scene.add_sphere(0.5, material=kanuka.Material("glass"), transform=place(0.6, -0.5, 1.4))
+    return scene
+
+
+@validation
+def sun_in_a_mirror() -> kanuka.Scene:
+    scene = ball_on_floor(kanuka.Material("mirror"), light="")
+    scene.add_light("distant", amount=3, direction=(-0.5, -1, -0.5), angle=50)
+    return scene
+
+
+@validation
+def lamps_behind_a_pane() -> kanuka.Scene:
+    """Asked for through it, and met through it."""
+    scene = stage((0.1, 0.1, 0.1))
+    floor(scene, matte(0.7, 0.7, 0.7))
+    scene.add_sphere(0.7, material=matte(0.6, 0.4, 0.2))
+    scene.add_mesh(*quad((-3, 1, 3), (3, 1, 3), (3, 1, -3), (-3, 1, -3)), material=broad("pane"))
+    scene.add_light("quad", amount=5, position=(-1, 3, 0), direction=(0, -1, 0), width=2, height=2)
+    scene.add_light("point", amount=4, position=(1.5, 1.8, 0.5))
+    scene.add_light("distant", amount=1, direction=(0.5, -1, -0.5), angle=50)
+    return scene
+
+
+@validation
+def lamps_in_tinted_water() -> kanuka.Scene:
+    """One interior, which only absorbs: a tank around all."""
+    scene = stage()
+    floor(scene, matte(0.7, 0.7, 0.7))
+    water = kanuka.Material("glass", ior=1.0001, absorption=(0.5, 0.2, 0.1))
+    scene.add_sphere(8, material=water)
+    scene.add_light("quad", amount=20, position=(-1, 2, 0), direction=(0, -1, 0), width=2, height=2)
+    scene.add_light("sphere", amount=12, position=(1.2, 0, 0.5), radius=0.5)
+    scene.add_light("point", amount=9, position=(1.5, 1.8, -0.5))
     return scene
 
 
@@ -254,4 +287,13 @@ def waves_under_a_lens() -> kanuka.Scene:
     wide = np.diag([2.5, 1, 2.5, 1])
     scene.add_subdivision(points, faces, material=kanuka.Material("plastic", roughness=0.25), transform=wide)
     scene.add_light("sphere", amount=3, position=(0.5, 1.5, 0), radius=0.7)
+    return scene
+
+
+@validation
+def bumps_under_a_panel() -> kanuka.Scene:
+    bumps = kanuka.Shader(str(SHADERS / "broad" / "bumps"))
+    scene = ball_on_floor(kanuka.Material("plastic", roughness=0.3, displacement=bumps, color=(0.7, 0.4, 0.2)))
+    coated = kanuka.Material("lacquer", metallic=0.5, coatRoughness=0.5, displacement=bumps)
+    scene.add_sphere(0.5, material=coated, transform=place(1, -0.5, 1.2))
     return scene

@@ -82,9 +82,7 @@ def build(made: scenes.Scene) -> kanuka.Scene:
     if made.sky:
         scene.add_light("environment", amount=[made.sky] * 3)
     if made.environment:
-        # The picture's first row is +z of the light, its first column +x.
-        y_up = [[0, 1, 0, 0], [0, 0, 1, 0], [-1, 0, 0, 0], [0, 0, 0, 1]]
-        scene.add_light("environment", texture=str(made.environment), transform=y_up)
+        scene.add_light("environment", texture=str(made.environment))
     return scene
 
 

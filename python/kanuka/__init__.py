@@ -37,6 +37,7 @@ from ._native import (
     glass,
     illuminant_names,
     integrators,
+    light_kinds,
     load,
     make_texture,
     metal,
@@ -55,6 +56,7 @@ from ._native import (
     z_test,
 )
 from .graph import GraphError, ShaderGraph
+from .messages import Warning
 from .procedurals import procedural
 
 __all__ = [
@@ -74,6 +76,7 @@ __all__ = [
     "Shader",
     "ShaderGraph",
     "Spectrum",
+    "Warning",
     "ZTestResult",
     "__version__",
     "check_integrator",
@@ -86,6 +89,7 @@ __all__ = [
     "glass",
     "illuminant_names",
     "integrators",
+    "light_kinds",
     "load",
     "make_texture",
     "metal",

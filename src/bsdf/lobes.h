@@ -37,6 +37,8 @@ template <int W>
         return ThinWallLobe<W>::prepare(in, wo);
     case LobeId::GratingBrdf:
         return GratingLobe<W>::prepare(in);
+    case LobeId::HighlightBrdf:
+        return HighlightLobe<W>::prepare(in);
     default:
         return;
     }
@@ -80,6 +82,8 @@ LobeValue<W> eval_lobe(LobeId id, const LobeInputs<W>& in, const Vec3<Float<W>>&
         return PhongLobe<W>::eval(in, wo, wi);
     case LobeId::BlinnBrdf:
         return BlinnLobe<W>::eval(in, wo, wi);
+    case LobeId::HighlightBrdf:
+        return HighlightLobe<W>::eval(in, wo, wi);
     default:
         return no_value<W>();
     }
@@ -116,6 +120,8 @@ LobeSample<W> sample_lobe(LobeId id, const LobeInputs<W>& in, const Vec3<Float<W
         return PhongLobe<W>::sample(in, wo, u0, u1);
     case LobeId::BlinnBrdf:
         return BlinnLobe<W>::sample(in, wo, u0, u1);
+    case LobeId::HighlightBrdf:
+        return HighlightLobe<W>::sample(in, wo, u0, u1);
     default: {
         LobeSample<W> s = sample_of(Vec3<Float<W>>(Float<W>(0.0f), Float<W>(0.0f), Float<W>(1.0f)));
         s.valid = Mask<W>(false);
@@ -154,6 +160,8 @@ Spectrum<W> albedo_of_lobe(LobeId id, const LobeInputs<W>& in, const Vec3<Float<
         return PhongLobe<W>::albedo(in, wo.z);
     case LobeId::BlinnBrdf:
         return BlinnLobe<W>::albedo(in, wo.z);
+    case LobeId::HighlightBrdf:
+        return HighlightLobe<W>::albedo(in, wo.z);
     default:
         return Spectrum<W>(Float<W>(0.0f));
     }

@@ -1,4 +1,5 @@
-// Phong's and Blinn's highlights, scaled to be physical: reciprocal, and never more than they get.
+// Phong's and Blinn's highlights, scaled to be physical: reciprocal, and never more than they get; and as
+// RISpec has them.
 #pragma once
 
 #include "bsdf/lobe_inputs.h"
@@ -84,6 +85,59 @@ struct BlinnLobe {
         const V h = sample_cosine_power(in.number[0], u0, u1);
         LobeSample<W> s = sample_of(reflect(wo, h));
         s.valid = (s.wi.z > F(0.0f)) & (dot(wo, h) > F(0.0f));
+        return s;
+    }
+};
+
+// specular() and phong() of RISpec 3.2 (section 15.6) are Cl cos^n, without the cosine of the light: a light
+// of Cl, which a white matte surface shows as Cl when it faces it, shows as Cl on the highlight's axis
+// whatever the exponent and the view. So f |cos wi| = height / pi cos^n: not reciprocal, and above an
+// exponent of about 5 (mirror: 1) less than comes in. Densities are Blinn's and Phong's.
+template <int W>
+struct HighlightLobe {
+    using F = Float<W>;
+    using V = Vec3<F>;
+
+    static Mask<W> about_mirror(const LobeInputs<W>& in) { return in.number[1] > F(0.5f); }
+    // The height that reflects all light around the axis, were there no horizon: 1 over the integral of
+    // cos^n / pi.
+    static F most(const LobeInputs<W>& in) {
+        const F n = in.number[0];
+        return kanuka::select(about_mirror(in), (n + F(1.0f)) * F(0.5f), (n + F(2.0f)) * F(0.125f));
+    }
+    static void prepare(LobeInputs<W>& in) {
+        const F limit = most(in);
+        for (int k = 0; k < Wavelengths; k++)
+            in.color[0][k] = min(in.color[0][k], limit);
+    }
+    static Spectrum<W> albedo(const LobeInputs<W>& in, F cosine) {
+        const TableCell<W> cell(cosine, width_of_exponent(in.number[0]));
+        const Mask<W> mirror = about_mirror(in);
+        const F share = kanuka::select(mirror, cell.lookup(lobe_tables().highlight[1]),
+                                       cell.lookup(lobe_tables().highlight[0]));
+        return in.color[0] * (share / most(in));
+    }
+    [[gnu::noinline]] static LobeValue<W> eval(const LobeInputs<W>& in, const V& wo, const V& wi) {
+        const F zero(0.0f), n = in.number[0];
+        const V h = normalize(wo + wi);
+        const Mask<W> mirror = about_mirror(in);
+        const F c = kanuka::select(mirror, wo.z * wi.z - wo.x * wi.x - wo.y * wi.y, h.z);
+        const Mask<W> lit = (wi.z > zero) & (c > zero);
+        const F power = kanuka::select(lit, cosine_power(c, n) * F(InvPi), zero);
+        const F pdf = power * kanuka::select(mirror, (n + F(1.0f)) * F(0.5f),
+                                             (n + F(1.0f)) * F(0.125f) / max(dot(wo, h), F(1e-7f)));
+        return {in.color[0] * power, Spectrum<W>(pdf)};
+    }
+    [[gnu::noinline]] static LobeSample<W> sample(const LobeInputs<W>& in, const V& wo, F u0, F u1) {
+        const V w = sample_cosine_power(in.number[0], u0, u1), mirrored(-wo.x, -wo.y, wo.z);
+        V t, b;
+        coordinate_frame(mirrored, t, b);
+        const V about = t * w.x + b * w.y + mirrored * w.z, half = reflect(wo, w);
+        const Mask<W> mirror = about_mirror(in);
+        LobeSample<W> s =
+            sample_of(V(kanuka::select(mirror, about.x, half.x), kanuka::select(mirror, about.y, half.y),
+                        kanuka::select(mirror, about.z, half.z)));
+        s.valid = (s.wi.z > F(0.0f)) & (mirror | (dot(wo, w) > F(0.0f)));
         return s;
     }
 };

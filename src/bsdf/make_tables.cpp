@@ -373,9 +373,15 @@ void fill_others(int at, float cosine, float x) {
     t.burley[at] = float(hemisphere(48, [&](const V& wi) { return BurleyLobe<8>::shape(r, wo, wi); }));
     t.sheen[at] = float(hemisphere(96, [&](const V& wi) { return SheenLobe<8>::shape(r, wo, wi); }));
     // Narrow lobes are summed over what sampling gives.
-    double phong = 0, blinn = 0;
+    double phong = 0, blinn = 0, highlight[2] = {0, 0};
     constexpr int N = 48;
-    LobeInputs<8> in;
+    LobeInputs<8> in, at_most[2]; // highlights that reflect all there is around their axis
+    for (int mirror = 0; mirror < 2; mirror++) {
+        at_most[mirror].color[0] = Spectrum<8>(F(1e30f));
+        at_most[mirror].number[0] = n;
+        at_most[mirror].number[1] = F(float(mirror));
+        HighlightLobe<8>::prepare(at_most[mirror]);
+    }
     in.color[0] = Spectrum<8>(F(1.0f));
     in.number[0] = n;
     for (int i = 0; i < N; i++)
@@ -389,9 +395,15 @@ void fill_others(int at, float cosine, float x) {
             const auto p = PhongLobe<8>::sample(in, wo, u0, u1), b = BlinnLobe<8>::sample(in, wo, u0, u1);
             phong += mean_of(p, PhongLobe<8>::eval(in, wo, p.wi)) / (N * N);
             blinn += mean_of(b, BlinnLobe<8>::eval(in, wo, b.wi)) / (N * N);
+            for (int mirror = 0; mirror < 2; mirror++) {
+                const auto s = HighlightLobe<8>::sample(at_most[mirror], wo, u0, u1);
+                highlight[mirror] += mean_of(s, HighlightLobe<8>::eval(at_most[mirror], wo, s.wi)) / (N * N);
+            }
         }
     t.phong[at] = float(phong);
     t.blinn[at] = float(blinn);
+    for (int mirror = 0; mirror < 2; mirror++)
+        t.highlight[mirror][at] = float(highlight[mirror]);
 }
 
 // Rows "metal,wavelength,n,k", linear between entries, in the order that the schema names the metals in.

@@ -21,6 +21,7 @@ struct MaterialCode {
     struct Place {
         int word = -1, half = 0; // -1: not given, `fallback` holds
         bool wide = false;       // a colour without upper bound
+        grid::Between between = grid::Between::Linear;
         Vec3f fallback{0, 0, 0};
     };
     struct Node {
@@ -70,7 +71,8 @@ struct MaterialCode {
             Place p;
             p.fallback = fallback;
             if (slot >= 0)
-                p.word = layout.places[size_t(slot)].word, p.half = layout.places[size_t(slot)].half;
+                p.word = layout.places[size_t(slot)].word, p.half = layout.places[size_t(slot)].half,
+                p.between = program.slots[size_t(slot)].between;
             return p;
         };
         presence = place(program.presence, Vec3f(1, 1, 1));
@@ -82,7 +84,7 @@ struct MaterialCode {
                 node.input_count = int(decl.inputs.size());
                 for (size_t i = 0; i < decl.inputs.size(); i++) {
                     node.inputs[i] = place(i < n.inputs.size() ? n.inputs[i] : -1, decl.inputs[i].fallback);
-                    node.inputs[i].wide = decl.inputs[i].storage == grid::Storage::Rgb9e5;
+                    node.inputs[i].wide = decl.inputs[i].storage == grid::Storage::Amount;
                     node.given |= uint32_t(node.inputs[i].word >= 0) << i;
                     node.colors |= uint32_t(decl.inputs[i].type == grid::InputType::Color) << i;
                 }

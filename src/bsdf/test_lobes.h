@@ -146,7 +146,7 @@ inline std::vector<LobeCase> rough_cases(const std::vector<float>& cosines = {0.
                 values = {0.3f, 1};
             } else if (!input.names.empty())
                 values = {1, float(input.names.size() - 1)};
-            else if (input.storage == grid::Storage::Rgb9e5)
+            else if (input.storage == grid::Storage::Amount)
                 values = {0.3f, 5};
             else if (input.type == grid::InputType::Color)
                 values = {0.4f};

@@ -99,7 +99,7 @@ struct ThickLayer {
 inline constexpr int EscapeDirections = 89, EscapeStep = 55; // of Fibonacci's
 template <int W>
 bool escapes_by_directions(LobeId id, const LobeInputs<W>& in) {
-    return id == LobeId::PhongBrdf || id == LobeId::BlinnBrdf || in.stretched;
+    return id == LobeId::PhongBrdf || id == LobeId::BlinnBrdf || id == LobeId::HighlightBrdf || in.stretched;
 }
 
 // What a lobe reflects of its albedo, the rest being let through.

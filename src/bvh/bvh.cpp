@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 
+#include "base/cancel.h"
 #include "base/error.h"
 #include "base/sampling.h"
 #include "base/tasks.h"
@@ -78,7 +79,8 @@ struct Scene::Impl {
     bool cuts_out(const store::ShapeRecord& s) const { // for some rays
         const store::Links& links = store.links()[size_t(s.links)];
         return store.programs()[size_t(s.program)].presence >= 0 || links.lets_through != 0 ||
-               (links.seen & (store::Links::OneSided | store::Links::Unseen)) != 0 || links.fades();
+               (links.seen & (store::Links::OneSided | store::Links::Unseen)) != 0 || links.fades() ||
+               (s.flags & store::ShapeRecord::Layer) != 0;
     }
 
     // `ours`: null for instances, of which `bounds_solid` tells where they go.
@@ -156,17 +158,25 @@ struct Scene::Impl {
 
     void add_mesh(Group& group, int shape, int solid) {
         const store::ShapeRecord& s = store.shapes()[size_t(shape)];
-        const bool quads = s.flags & store::ShapeRecord::Quads;
-        RTCGeometry geometry =
-            rtcNewGeometry(device, quads ? RTC_GEOMETRY_TYPE_QUAD : RTC_GEOMETRY_TYPE_TRIANGLE);
+        struct Kind {
+            RTCGeometryType type;
+            RTCFormat vertex, index;
+            size_t vertex_bytes, index_bytes;
+        };
+        const Kind kind =
+            s.flags & store::ShapeRecord::Fibre
+                ? Kind{RTC_GEOMETRY_TYPE_ROUND_LINEAR_CURVE, RTC_FORMAT_FLOAT4, RTC_FORMAT_UINT, 16, 4}
+            : s.flags & store::ShapeRecord::Quads
+                ? Kind{RTC_GEOMETRY_TYPE_QUAD, RTC_FORMAT_FLOAT3, RTC_FORMAT_UINT4, 12, 16}
+                : Kind{RTC_GEOMETRY_TYPE_TRIANGLE, RTC_FORMAT_FLOAT3, RTC_FORMAT_UINT3, 12, 12};
+        RTCGeometry geometry = rtcNewGeometry(device, kind.type);
         rtcSetGeometryTimeStepCount(geometry, unsigned(s.motion_segments) + 1);
         for (int k = 0; k <= s.motion_segments; k++)
-            rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, unsigned(k), RTC_FORMAT_FLOAT3,
+            rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, unsigned(k), kind.vertex,
                                        store.words() + s.positions, size_t(k) * size_t(s.motion_stride) * 4,
-                                       12, size_t(s.mu));
-        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0,
-                                   quads ? RTC_FORMAT_UINT4 : RTC_FORMAT_UINT3, store.words() + s.indices, 0,
-                                   quads ? 16 : 12, size_t(s.mv));
+                                       kind.vertex_bytes, size_t(s.mu));
+        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, kind.index, store.words() + s.indices,
+                                   0, kind.index_bytes, size_t(s.mv));
         attach(group, geometry, std::make_unique<Geometry>(Geometry{&store, {shape}, {}, solid}));
     }
 
@@ -271,6 +281,7 @@ Scene::Scene(const store::Store& store, std::span<const GroupDesc> groups, Build
         rtcCommitScene(group.scene);
         if (group.solids)
             rtcCommitScene(group.solids);
+        tasks::check_cancelled(); // then they are not built
     }
 }
 

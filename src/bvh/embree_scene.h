@@ -98,12 +98,14 @@ struct Crossings {
 // sides both are: is_back() tells.
 bool is_present(const Geometry& g, const Context& context, unsigned ray_id, unsigned prim, float u, float v,
                 float t);
-// Is that the inside of a shape that has none? By the winding, in the space of the shape: mirrors keep it.
+// Is that the inside of a shape that is not there from there? By the winding, in the space of the shape:
+// mirrors keep it.
 inline bool is_back(const Geometry& g, unsigned prim, const Vec3f& Ng, const Vec3f& d) {
     const int shape = g.shape(prim);
-    if (!(g.store->links_of(shape).seen & store::Links::OneSided))
+    const int32_t flags = g.store->shapes()[size_t(shape)].flags;
+    if (!(flags & store::ShapeRecord::Layer) && !(g.store->links_of(shape).seen & store::Links::OneSided))
         return false;
-    const bool flips = g.store->shapes()[size_t(shape)].flags & store::ShapeRecord::Flips;
+    const bool flips = flags & store::ShapeRecord::Flips;
     return (dot(Ng, d) > 0) != flips;
 }
 // Filter of what bounds solids: takes the crossing down and lets the ray go on.

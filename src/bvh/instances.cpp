@@ -19,6 +19,8 @@ Matrix concat(const Matrix& a, const float* b) {
     return r;
 }
 
+constexpr Matrix Identity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+
 Vec3f apply(const float* m, const Vec3f& p, float w) {
     return {m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3] * w, m[4] * p.x + m[5] * p.y + m[6] * p.z + m[7] * w,
             m[8] * p.x + m[9] * p.y + m[10] * p.z + m[11] * w};
@@ -176,6 +178,8 @@ float magnitude_at(const Context& context, const Vec3f& p) {
     Vec3f at = p, sum(0.0f);
     for (int k = context.depth; k > 0; k--) {
         const float *up = context.parent_from_current[k], *down = context.current_from_parent[k];
+        if (std::equal(up, up + 12, Identity.data())) // rounds nothing: what was read on demand has it
+            continue;
         const Vec3f parent = apply(up, at, 1);
         sum += sizes(context.world_from_current[size_t(k)].data(), sizes(down, parent, 1), 0) +
                sizes(context.world_from_current[size_t(k) - 1].data(), sizes(up, at, 1), 0);

@@ -10,6 +10,9 @@
 
 namespace kanuka::color {
 
+// More of a light or a picture is not kept: the square of this is still a number.
+inline constexpr float LargestRadiance = 1e15f;
+
 // lm, cd, lx = lm / m^2, nit = cd / m^2, W
 enum class Unit { None, Lumen, Candela, Lux, Nit, Watt };
 std::optional<Unit> find_unit(std::string_view name); // lumen lm candela cd lux lx nit nits watt W

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cmath>
+#include <mutex>
 #include <optional>
 #include <utility>
 
@@ -9,18 +10,20 @@
 #include "dice/merge.h"
 #include "dice/simplify.h"
 #include "dice/trim.h"
+#include "grid/mesh_patches.h"
 
 namespace kanuka::dice {
 namespace {
 
 constexpr int MostHalvings = 14; // of micropolygon lengths
 
-// Vertices that displacement made infinite or not a number go back to where they were.
-size_t displace_grid(grid::Grid& g, const Displace& displace) {
+// Vertices that displacement made infinite or not a number go back to where they were. Counts them among the
+// first `own`.
+size_t displace_grid(grid::Grid& g, const Displace& displace, size_t own) {
     const std::vector<float> before = g.P;
     displace(g);
     size_t bad = 0;
-    for (int i = 0; i < g.vertices(); i++) {
+    for (int i = 0; i < int(own); i++) {
         const Vec3f p = g.position(i);
         if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z))
             continue;
@@ -60,48 +63,51 @@ PolygonSizes polygon_sizes(const scene::Primitive& primitive, const scene::Polyg
             float(small) >= Share * float(faces)};
 }
 
-// Displaces a mesh's vertices. Their neighbours are not beside them in the arrays, so normals are made anew.
-void displace_mesh(geom::MeshParts& parts, const Displace& displace, const Location& where,
-                   Journal& journal) {
+// Displaces a mesh's vertices, patch by patch. `rest`: takes what P was. N is what the shader leaves, as on
+// grids.
+void displace_mesh(geom::MeshParts& parts, const Displace& displace, int rings, std::vector<float>& rest,
+                   const Location& where, Journal& journal) {
     grid::Grid& g = parts.vertices;
-    if (parts.flat)
+    if (g.facets)
         g.N = g.Ng;
-    constexpr size_t Chunk = 1 << 13; // vertices a call, so that calls can run side by side
-    const size_t vertices = size_t(g.vertices());
+    g.facets = false;
+    const size_t n = size_t(g.stride);
     std::atomic<size_t> bad{0};
-    // What displacement leaves for the surface, channels that the vertices do not have yet.
-    std::vector<std::vector<grid::Channel>> left((vertices + Chunk - 1) / Chunk);
-    tasks::parallel_chunks(vertices, Chunk, [&](size_t begin, size_t end) {
-        grid::Grid part;
-        part.allocate(int(end - begin) - 1, 0);
-        part.flips = g.flips;
-        for (const grid::Channel& c : g.primvars)
-            part.primvars.push_back(
-                {c.name, c.components, part.stride, std::vector<float>(size_t(c.components) * part.stride)});
-        copy_vertices(g, begin, part, 0, end - begin);
-        bad += displace_grid(part, displace);
-        left[begin / Chunk].assign(
-            std::make_move_iterator(part.primvars.begin() + ptrdiff_t(g.primvars.size())),
-            std::make_move_iterator(part.primvars.end()));
-        part.primvars.resize(g.primvars.size());
-        copy_vertices(part, 0, g, begin, end - begin);
+    const grid::MeshPatches patches(g, parts.mesh, g.P, rings);
+    std::vector<float> moved = g.P, normals = g.N;
+    // What displacement leaves for the surface: channels that the vertices do not have yet.
+    std::vector<grid::Channel> left;
+    std::once_flag once;
+    tasks::parallel_for(patches.count(), [&](size_t k) {
+        grid::Grid patch;
+        std::vector<uint32_t> vertices;
+        patches.cut(k, patch, vertices);
+        const size_t own = size_t(patch.stencils->own), had = patch.primvars.size();
+        bad += displace_grid(patch, displace, own);
+        std::call_once(once, [&] {
+            for (size_t c = had; c < patch.primvars.size(); c++) {
+                const grid::Channel& made = patch.primvars[c];
+                left.push_back(
+                    {made.name, made.components, g.stride, std::vector<float>(size_t(made.components) * n)});
+            }
+        });
+        const auto put = [&](const float* from, int components, float* to) {
+            for (size_t c = 0; c < size_t(components); c++)
+                for (size_t i = 0; i < own; i++)
+                    to[vertices[i] + c * n] = from[i + c * size_t(patch.stride)];
+        };
+        put(patch.P.data(), 3, moved.data());
+        put(patch.N.data(), 3, normals.data());
+        for (size_t c = 0; c < left.size(); c++)
+            put(patch.primvars[had + c].data.data(), left[c].components, left[c].data.data());
     });
-    for (size_t k = 0; k < (left.empty() ? 0 : left[0].size()); k++) {
-        grid::Channel all{left[0][k].name, left[0][k].components, g.stride, {}};
-        all.data.resize(size_t(all.components) * size_t(g.stride));
-        for (size_t chunk = 0; chunk < left.size(); chunk++)
-            for (int c = 0; c < all.components; c++)
-                std::copy_n(left[chunk][k].component(c), std::min(Chunk, vertices - chunk * Chunk),
-                            all.component(c) + chunk * Chunk);
-        g.primvars.push_back(std::move(all));
-    }
+    rest = std::move(g.P);
+    g.P = std::move(moved);
+    g.N = std::move(normals);
+    for (grid::Channel& c : left)
+        g.primvars.push_back(std::move(c));
     if (bad > 0)
         report_bad_displacement(bad, where, journal);
-    geom::vertex_normals(g, parts.mesh, g.flips, g.Ng);
-    if (parts.flat)
-        std::fill(g.N.begin(), g.N.end(), 0.0f);
-    else
-        g.N = g.Ng;
 }
 
 void report_other_topology(const scene::Primitive& primitive, Journal& journal) {
@@ -113,24 +119,36 @@ void report_other_topology(const scene::Primitive& primitive, Journal& journal) 
 
 // `parts`: the mesh at every step, the first one first.
 Diced dice_mesh(std::vector<geom::MeshParts> parts, const scene::Primitive& primitive,
-                const Displace& displace, Journal& journal) {
+                const DiceTarget& target, const Displace& displace, Journal& journal) {
     for (size_t k = 1; k < parts.size(); k++)
         if (parts[k].vertices.nu != parts[0].vertices.nu) {
             report_other_topology(primitive, journal);
             parts.resize(1);
         }
-    for (geom::MeshParts& p : parts) {
-        if (&p != &parts[0])
-            p.mesh = parts[0].mesh;
-        if (displace)
-            displace_mesh(p, displace, primitive.where, journal);
-    }
+    std::vector<std::vector<float>> later_radius;
     Diced out;
+    const int rings = target.displacing.rings;
+    for (geom::MeshParts& p : parts) {
+        const bool first = &p == &parts[0];
+        if (!first) {
+            later_radius.push_back(std::move(p.mesh.radius));
+            p.mesh = parts[0].mesh;
+        }
+        if (rings > 0 || target.displacing.frame ||
+            (first && (target.shading.rings > 0 || target.shading.frame)))
+            grid::complete_frames(p.vertices, p.mesh);
+        std::vector<float> rest;
+        if (displace)
+            displace_mesh(p, displace, rings, rest, primitive.where, journal);
+        if (first && target.shading.rings > 0)
+            out.mesh_rest = std::move(rest);
+    }
     out.is_mesh = true;
     out.mesh_vertices = std::move(parts[0].vertices);
     out.mesh = std::move(parts[0].mesh);
     for (size_t k = 1; k < parts.size(); k++)
         out.mesh_vertices.later.push_back({std::move(parts[k].vertices.P), std::move(parts[k].vertices.N)});
+    out.mesh.later_radius = std::move(later_radius);
     return out;
 }
 
@@ -181,7 +199,7 @@ Diced dice_mesh_steps(const scene::Primitive& primitive, const DiceTarget& targe
         if (!make(later, &primitive, quiet, parts.back()))
             parts.back().vertices.nu = -1; // no such mesh
     }
-    return dice_mesh(std::move(parts), primitive, displace, journal);
+    return dice_mesh(std::move(parts), primitive, target, displace, journal);
 }
 
 bool same_topology(const geom::Topology& a, const geom::Topology& b) {
@@ -217,6 +235,13 @@ std::vector<std::unique_ptr<geom::Surface>> later_surfaces(const geom::Surface& 
     return out;
 }
 
+bool reads_parameters(const DiceTarget& target) {
+    return target.displacing.parameters || target.shading.parameters;
+}
+bool reads_texture(const DiceTarget& target) {
+    return target.displacing.texture || target.shading.texture;
+}
+
 // Many pieces of hardly more than a micropolygon are a mesh already finer than the rate. Very many small ones
 // go the same way, since a grid of its own costs each of them some two kilobytes.
 bool is_merged(const Splitter& splitter, const RateRule& rule) {
@@ -239,7 +264,9 @@ std::vector<grid::Grid> make_grids(const Splitter& splitter, const geom::Surface
     seams = std::make_unique<Seams>(splitter, grids);
     seams->join(grids);
     if (displace) {
-        tasks::parallel_for(grids.size(), [&](size_t i) { bad += displace_grid(grids[i], displace); });
+        tasks::parallel_for(grids.size(), [&](size_t i) {
+            bad += displace_grid(grids[i], displace, size_t(grids[i].vertices()));
+        });
         seams->weld(grids);
     }
     return grids;
@@ -263,8 +290,8 @@ void drop_grids(Diced& diced, const std::vector<Kept>& kept) {
 }
 
 Diced dice_surface(const geom::Surface& surface, std::vector<std::unique_ptr<geom::Surface>> later,
-                   const scene::Primitive& primitive, RateRule rule, bool simplify, const Displace& displace,
-                   Journal& journal) {
+                   const scene::Primitive& primitive, const DiceTarget& target, RateRule rule, bool simplify,
+                   const Displace& displace, Journal& journal) {
     Diced out;
     std::vector<const geom::Surface*> shapes;
     for (const auto& s : later)
@@ -276,7 +303,10 @@ Diced dice_surface(const geom::Surface& surface, std::vector<std::unique_ptr<geo
         }))
         return {};
     if (!surface.trim() && is_merged(*splitter, rule))
-        return dice_mesh(merge_pieces(*splitter, later), primitive, displace, journal);
+        return dice_mesh(
+            merge_pieces(*splitter, later,
+                         reads_parameters(target) || (reads_texture(target) && !surface.has_texture())),
+            primitive, target, displace, journal);
     std::atomic<size_t> bad{0};
     std::unique_ptr<Seams> seams;
     std::vector<std::vector<grid::Grid>> steps; // those after the first
@@ -333,7 +363,8 @@ static Diced dice_primitive(const scene::Primitive& primitive, const DiceTarget&
     if (const auto* curves = std::get_if<scene::Curves>(&primitive.geometry))
         return dice_mesh_steps(primitive, target, rule, displace, journal,
                                [&](const P& p, const P* first, Journal& j, geom::MeshParts& parts) {
-                                   return geom::mesh_from_curves(p, *curves, m, rule.density, j, parts,
+                                   return geom::mesh_from_curves(p, *curves, m, rule.density,
+                                                                 target.polygons || displace, j, parts,
                                                                  first);
                                });
     if (std::holds_alternative<scene::Points>(primitive.geometry))
@@ -352,21 +383,21 @@ static Diced dice_primitive(const scene::Primitive& primitive, const DiceTarget&
     if (const auto* mesh = std::get_if<scene::PolygonMesh>(&primitive.geometry)) {
         const PolygonSizes sizes = polygon_sizes(primitive, *mesh, target, rule);
         if (sizes.finer_than_rate)
-            return dice_mesh_steps(primitive, target, rule, displace, journal,
-                                   [&](const P& p, const P* first, Journal& j, geom::MeshParts& parts) {
-                                       if (!geom::mesh_from_polygons(p, *mesh, m, j, parts, first))
-                                           return false;
-                                       geom::vertex_normals(parts.vertices, parts.mesh, parts.vertices.flips,
-                                                            parts.vertices.Ng);
-                                       return true;
-                                   });
+            return dice_mesh_steps(
+                primitive, target, rule, displace, journal,
+                [&](const P& p, const P* first, Journal& j, geom::MeshParts& parts) {
+                    if (!geom::mesh_from_polygons(p, *mesh, m, reads_parameters(target), j, parts, first))
+                        return false;
+                    geom::vertex_normals(parts.vertices, parts.mesh, parts.vertices.flips, parts.vertices.Ng);
+                    return true;
+                });
         hints.small_triangles = sizes.small;
     }
     const auto surface = geom::make_surface(primitive, m, journal, hints);
     if (!surface)
         return {};
     return dice_surface(*surface, later_surfaces(*surface, primitive, target, hints, journal), primitive,
-                        rule, simplify, displace, journal);
+                        target, rule, simplify, displace, journal);
 }
 
 Diced dice(const scene::Primitive& primitive, const DiceTarget& target, const DiceOptions& options,

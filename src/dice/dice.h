@@ -58,7 +58,7 @@ struct DiceOptions {
 };
 
 // What a primitive became: grids (with their traced lattices, parallel), or a mesh: one that is finer than
-// the rate, curves as ribbons (tubes, if instanced), points as small spheres.
+// the rate, curves as ribbons, fibres or tubes, points as small spheres.
 struct Diced {
     std::vector<grid::Grid> grids;
     std::vector<grid::TracedGrid> traced;
@@ -67,10 +67,12 @@ struct Diced {
     bool is_mesh = false;
     grid::Grid mesh_vertices; // nu = vertices - 1, nv = 0
     grid::TracedMesh mesh;
+    std::vector<float> mesh_rest; // P before displacement, if shading asks for neighbours and there was one
 };
 
 // Displaces one grid in place; empty = the surface is not displaced. Must depend on each vertex and its
-// neighbours alone. Shapes that change are displaced at every step.
+// neighbours alone; of meshes it gets patches (grid/mesh_patches.h). Shapes that change are displaced at
+// every step.
 using Displace = std::function<void(grid::Grid&)>;
 struct DiceTarget {
     Transform render_from_object;
@@ -82,8 +84,12 @@ struct DiceTarget {
     std::vector<Transform> instead_from = {};
     bool shade_uniform =
         false; // the material is constant: rates serve geometry alone, flat pieces need one cell
+    // What displacement and shading read: a mesh has vertices of its own for each face where u and v matter
+    // that are a face's own, and neighbours where those do.
+    grid::Reads displacing = {}, shading = {};
     bool keep_density = false; // traced geometry is not simplified: emitters whose light varies over them,
                                // triangle by triangle
+    bool polygons = false;     // curves, too: emitters are triangles
     float finer = 1;           // how many times as many cells a side as its size in the picture asks for
     // A primitive that moves as a whole: more places to see it from, as DicingCamera has them.
     std::vector<Transform> also_from = {};

@@ -23,29 +23,17 @@ void each_array(grid::Grid& g, Visit visit) {
         visit(c.data.data(), c.components);
 }
 
-// copy(source array, target array) for every component of every array.
-template <class Copy>
-void each_component(const grid::Grid& source, grid::Grid& target, Copy copy) {
-    std::vector<const float*> from;
-    each_array(const_cast<grid::Grid&>(source), [&](float* a, int n) {
-        for (int c = 0; c < n; c++)
-            from.push_back(a + size_t(c) * source.stride);
-    });
-    size_t k = 0;
-    each_array(target, [&](float* a, int n) {
-        for (int c = 0; c < n; c++)
-            copy(from[k++], a + size_t(c) * target.stride);
-    });
-}
-
 bool near(float a, float b) {
     return abs(a - b) <= 1e-5f * (1 + abs(a) + abs(b));
 }
 
-// Same shading data, whatever their faces' own u and v (which make s and t where none are given).
-bool same_data(const grid::Grid& g, uint32_t a, const grid::Grid& h, uint32_t b, bool texture) {
+// Same shading data. s and t are made from u and v where none are given.
+bool same_data(const grid::Grid& g, uint32_t a, const grid::Grid& h, uint32_t b, bool parameters,
+               bool texture) {
     const Vec3f n = g.normal(int(a)), m = h.normal(int(b));
     if (!(dot(n, m) > SameNormal * sqrt(length_squared(n) * length_squared(m))))
+        return false;
+    if (parameters && (!near(g.u[a], h.u[b]) || !near(g.v[a], h.v[b])))
         return false;
     if (texture && (!near(g.s[a], h.s[b]) || !near(g.t[a], h.t[b])))
         return false;
@@ -55,14 +43,6 @@ bool same_data(const grid::Grid& g, uint32_t a, const grid::Grid& h, uint32_t b,
                 return false;
     return true;
 }
-
-} // namespace
-
-void copy_vertices(const grid::Grid& source, size_t from, grid::Grid& target, size_t to, size_t count) {
-    each_component(source, target, [&](const float* a, float* b) { std::copy_n(a + from, count, b + to); });
-}
-
-namespace {
 
 constexpr uint32_t None = ~0u, Guest = 1u << 31;
 
@@ -111,7 +91,9 @@ class Scratch {
 // own, after all owners', if not. Where the surface is smooth nobody asks.
 class Merger {
   public:
-    explicit Merger(const Splitter& splitter) : m_splitter(splitter), m_pieces(splitter.pieces) {}
+    Merger(const Splitter& splitter, bool parameters)
+        : m_splitter(splitter), m_pieces(splitter.pieces),
+          m_parameters(parameters || !splitter.surface().own_parameters()) {}
 
     geom::MeshParts merge() {
         number();
@@ -157,7 +139,7 @@ class Merger {
         smooth.reserve(slots / 2);
         m_first_vertex.reserve(m_pieces.size());
         for (size_t i = 0; i < m_pieces.size(); i++) {
-            const bool joins = m_splitter.surface().joins_smoothly(m_pieces[i].face);
+            const bool joins = !m_parameters && m_splitter.surface().joins_smoothly(m_pieces[i].face);
             m_first_vertex.push_back(uint32_t(smooth.size()));
             for (size_t s = m_first_slot[i]; s < m_first_slot[i + 1]; s++) {
                 const uint32_t point = m_vertex[s];
@@ -224,8 +206,9 @@ class Merger {
         for (uint32_t g = 0; g < m_guests.size(); g++) {
             uint32_t v = m_guests[g].owner, last = None;
             for (; v != None; last = v, v = next[v])
-                if (v < m_owners ? same_data(out.vertices, v, m_guest_data, g, texture)
-                                 : same_data(m_guest_data, data[v - m_owners], m_guest_data, g, texture))
+                if (v < m_owners
+                        ? same_data(out.vertices, v, m_guest_data, g, m_parameters, texture)
+                        : same_data(m_guest_data, data[v - m_owners], m_guest_data, g, m_parameters, texture))
                     break;
             if (v == None) {
                 v = uint32_t(m_owners + m_more.size());
@@ -282,6 +265,7 @@ class Merger {
     };
     const Splitter& m_splitter;
     const std::vector<Piece>& m_pieces;
+    const bool m_parameters; // u and v count
     std::vector<size_t> m_first_slot, m_first_quad;
     std::vector<uint32_t> m_vertex;          // of a slot
     std::vector<uint32_t> m_first_vertex;    // of those that a piece owns, which are in a row
@@ -293,8 +277,9 @@ class Merger {
 } // namespace
 
 std::vector<geom::MeshParts> merge_pieces(const Splitter& splitter,
-                                          std::span<const std::unique_ptr<geom::Surface>> later) {
-    Merger merger(splitter);
+                                          std::span<const std::unique_ptr<geom::Surface>> later,
+                                          bool parameters) {
+    Merger merger(splitter, parameters);
     std::vector<geom::MeshParts> parts;
     parts.push_back(merger.merge());
     for (const auto& surface : later)

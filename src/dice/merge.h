@@ -6,13 +6,12 @@
 
 namespace kanuka::dice {
 
-// All pieces' lattices with their shared vertices joined, except where normals or primvars differ. u and v at
-// a shared vertex are those of one of its faces.
-// The result has a part for every surface: the splitter's, then the later ones, of the same vertices.
+// All pieces' lattices with their shared vertices joined, except where normals, primvars or u and v differ.
+// Where those are a face's own and nobody reads them (`parameters`) they do not count: a shared vertex has
+// those of one of its faces. The result has a part for every surface: the splitter's, then the later ones, of
+// the same vertices.
 std::vector<geom::MeshParts> merge_pieces(const Splitter& splitter,
-                                          std::span<const std::unique_ptr<geom::Surface>> later);
-
-// Vertices from … from + count of one grid to to … of another that has the same channels: every array.
-void copy_vertices(const grid::Grid& source, size_t from, grid::Grid& target, size_t to, size_t count);
+                                          std::span<const std::unique_ptr<geom::Surface>> later,
+                                          bool parameters);
 
 } // namespace kanuka::dice

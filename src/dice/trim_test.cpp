@@ -121,7 +121,7 @@ struct Cut {
         grid::Grid out;
         grid::TracedMesh mesh;
         const grid::TrimmedPart part{&g, &none, &m};
-        grid::merge_trimmed({&part, 1}, out, merged, mesh);
+        grid::merge_trimmed({&part, 1}, {}, out, merged, mesh);
         const auto at = [&](uint32_t i) {
             const Vec3f p = out.position(int(i));
             return positive_zero({p.x, p.y, p.z});

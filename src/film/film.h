@@ -4,8 +4,10 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/error.h"
@@ -38,11 +40,23 @@ struct Picture {
 // range of half are stored as its largest. Metadata whose name is one of the format's own attributes goes
 // under "kanuka.NAME".
 void write_exr(const std::string& path, const Picture& picture);
-// Rec.709 primaries in a display's encoding, 8 bits, rounded to nearest; (gain * C)^(1 / gamma) applied to
+// How a PNG is encoded: by a display's curve, or, where that is none, by a gamma alone, as RISpec's quantiser
+// has it (RISpec 3.2, 4.1.3): then it is marked as nothing.
+struct PngEncoding {
+    float gamma = 1;
+    std::optional<color::Display> display = color::Display::Srgb;
+};
+inline constexpr std::string_view LinearDisplay = "linear";
+// Of a scene, by the name of its display and the gamma of its Exposure. A gamma that a scene sets is the one
+// that its pictures were meant to have, so it takes the place of sRGB's curve. Where it is left at 1 nothing
+// is known of the display, and a picture without any curve would be too dark on all of today's: it has
+// sRGB's. "linear" is for who compares with pictures that were written so.
+PngEncoding png_encoding(std::string_view display, float exposure_gamma);
+// Rec.709 primaries, 8 bits, rounded to nearest; (gain * C)^(1 / gamma) applied to
 // R G B (or the only channel, as grey) before; A, where it is there, is kept, and colour divided by it. NaN
 // is black. Pictures in another space are converted, white to white.
 void write_png(const std::string& path, const Picture& picture, float gain, float gamma,
-               color::Display display = color::Display::Srgb);
+               std::optional<color::Display> display = color::Display::Srgb);
 // Any flat EXR without subsampled channels, tiled or not; of a multi-part file the first part. Throws Error
 // with ExitCode::Input; hostile files included.
 Picture read_exr(const std::string& path);

@@ -74,6 +74,33 @@ TEST(Png, GainThenGamma) {
     EXPECT_EQ(decode(path).bytes, (std::vector<uint8_t>{188, 137, 255}));
 }
 
+// RISpec's quantiser: 255 (gain c)^(1 / gamma), and nothing on top.
+TEST(Png, TheGammaOfExposureTakesThePlaceOfSrgb) {
+    const TestDirectory dir;
+    const std::string path = dir.file("a.png");
+    const std::vector<float> values = {0.02f, 0.18f, 0.45f};
+    const Picture p = pixels({{"R", {values[0]}}, {"G", {values[1]}}, {"B", {values[2]}}});
+    const auto quantised = [&](double gain, double gamma) {
+        std::vector<uint8_t> bytes;
+        for (const float v : values)
+            bytes.push_back(uint8_t(std::lround(255 * std::min(std::pow(gain * double(v), 1 / gamma), 1.0))));
+        return bytes;
+    };
+    for (const double gamma : {1.8, 2.2, 0.5}) {
+        const PngEncoding e = png_encoding("srgb", float(gamma));
+        write_png(path, p, 1.5f, e.gamma, e.display);
+        EXPECT_EQ(decode(path).bytes, quantised(1.5, gamma)) << gamma;
+        EXPECT_FALSE(decode(path).srgb);
+    }
+    const PngEncoding linear = png_encoding("linear", 1);
+    write_png(path, p, 1, linear.gamma, linear.display);
+    EXPECT_EQ(decode(path).bytes, quantised(1, 1));
+    // Left at 1, or where another display is asked for, it is the display's curve.
+    EXPECT_EQ(png_encoding("srgb", 1).display, color::Display::Srgb);
+    EXPECT_EQ(png_encoding("rec709", 2.2f).display, color::Display::Rec709);
+    EXPECT_EQ(png_encoding("rec709", 2.2f).gamma, 1);
+}
+
 TEST(Png, AlphaIsStraight) {
     const TestDirectory dir;
     const std::string path = dir.file("a.png");

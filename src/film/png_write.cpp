@@ -23,12 +23,13 @@ uint8_t to_byte(float v) {
 
 struct Encoder {
     float gain, inverse_gamma;
-    color::Display display;
+    std::optional<color::Display> display;
     uint8_t operator()(float linear) const {
         const float exposed = linear * gain;
-        return to_byte(exposed > 0
-                           ? color::display_encode(display, std::pow(std::min(exposed, 1.0f), inverse_gamma))
-                           : 0.0f);
+        if (!(exposed > 0))
+            return 0;
+        const float corrected = std::pow(std::min(exposed, 1.0f), inverse_gamma);
+        return to_byte(display ? color::display_encode(*display, corrected) : corrected);
     }
 };
 
@@ -43,8 +44,17 @@ int write_to_file(spng_ctx*, void* file, void* data, size_t size) {
 
 } // namespace
 
+PngEncoding png_encoding(std::string_view display, float exposure_gamma) {
+    if (display == LinearDisplay)
+        return {exposure_gamma, std::nullopt};
+    const color::Display known = color::find_display(display).value_or(color::Display::Srgb);
+    if (known == color::Display::Srgb && exposure_gamma != 1)
+        return {exposure_gamma, std::nullopt};
+    return {1, known};
+}
+
 void write_png(const std::string& path, const Picture& picture, float gain, float gamma,
-               color::Display display) {
+               std::optional<color::Display> display) {
     const auto fail = [&](const std::string& what) { throw Error(Location{path}, what, ExitCode::Output); };
     if (!(gamma > 0) || !std::isfinite(gamma) || !std::isfinite(gain))
         fail("exposure needs a finite gain and a gamma above 0");

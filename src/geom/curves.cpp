@@ -1,5 +1,8 @@
-// Curves to ribbons (or tubes) of quads: rings of vertices along every curve, joined one by one. Hair has two
-// vertices a ring; curves that are wide in the picture have as many as the rate asks.
+// Curves: rings of vertices along every one. Where `N` is given they are ribbons of quads across it (RISpec);
+// else they are as wide from everywhere. Thin ones are fibres, one vertex a ring, which the ray tracer
+// rounds. Curves that are wide in the picture are tubes of quads with as many vertices as the rate asks, and
+// so are all where the surface must be made of polygons. Of a tube the half that faces the camera has u from
+// 0 to 1, as a ribbon that is turned there would have it; the other half goes back.
 #include <cmath>
 
 #include "base/tasks.h"
@@ -12,7 +15,8 @@ constexpr int Samples = 9;             // a segment, to find how finely it must 
 constexpr float ChordTolerance = 0.1f; // pixels
 constexpr float TurnTolerance = 12;    // degrees a cut
 constexpr float LengthPerCut = 8;      // micropolygon edges: colour changes slowly along a hair
-constexpr float Wide = 2;              // micropolygon edges: wider curves are surfaces, cut at the full rate
+constexpr float Widest = 1e15f;
+constexpr float Wide = 2; // micropolygon edges: wider curves are surfaces, cut at the full rate
 
 // A whole number of at least `least`; what is beyond single precision is that.
 int whole(float x, float least, float most) {
@@ -23,19 +27,48 @@ struct Curve {
     size_t first_vertex = 0, first_varying = 0; // in the primvars
     int vertices = 0, segments = 0, varying = 0;
     std::vector<int> cuts; // per segment
-    int across = 2;        // vertices of a ring
+    int wide = 0;          // micropolygon edges across, of wide ones
+    int across = 1;        // vertices of a ring
     size_t first = 0;      // vertex of the mesh
     int rings = 0;
+};
+
+// Where the vertices of a tube's ring stand: angles from one side over the front, where the camera is, to the
+// other and around. By Cauchy's formula the mean width of what is convex is its outline over pi: so the ring
+// is larger than the circle that it stands for by what makes the outlines equal.
+class Ring {
+  public:
+    explicit Ring(int front) {
+        if (front == 0) {
+            // A triangle is too narrow by 9 % to too wide by 5 %; turned so, it is right for the camera.
+            const float turn = std::acos(3 / Pi);
+            for (int k = 0; k < 3; k++)
+                angle.push_back(Pi / 2 + turn + float(k) * (2 * Pi / 3));
+            scale = 2 * Pi / (3 * std::sqrt(3.0f));
+            return;
+        }
+        const int back = std::max(4, (front + 3) / 4);
+        for (int k = 0; k < front; k++)
+            angle.push_back(Pi * float(k) / float(front));
+        for (int k = 0; k < back; k++)
+            angle.push_back(Pi * (1 + float(k) / float(back)));
+        const auto chords = [](int n) { return float(n) * std::sin(Pi / float(2 * n)); };
+        scale = Pi / (chords(front) + chords(back));
+    }
+    static int size(int front) { return front == 0 ? 3 : front + std::max(4, (front + 3) / 4); }
+
+    std::vector<float> angle;
+    float scale; // of the radius
 };
 
 class CurveMesher {
   public:
     CurveMesher(const scene::Primitive& primitive, const scene::Curves& curves, const Transform& m,
-                const Viewpoint& view)
-        : m_curves(curves), m_view(view), m_points(control_points(primitive, m)), m_widths(primitive, m) {
+                const Viewpoint& view, bool polygons)
+        : m_curves(curves), m_view(view), m_points(control_points(primitive, m)), m_widths(primitive, m),
+          m_kind(polygons ? Kind::Tube : Kind::Fibre) {
         m_order = curves.cubic ? 4 : 2;
         m_step = curves.cubic ? std::max(1, curves.basis->step) : 1;
-        m_tube = !view.has_camera();
     }
 
     bool read(const scene::Primitive& primitive, const Transform& m, Journal& journal) {
@@ -75,6 +108,8 @@ class CurveMesher {
         const size_t total = m_curves.vertices_per_curve.size();
         dropped.report(total, "curves", primitive.where, journal);
         m_primvars = collect_primvars(primitive, m, {total, varying, m_points.size(), varying}, journal);
+        if (m_primvars.normals)
+            m_kind = Kind::Ribbon;
         if (m_widths.varying()) {
             const scene::Detail detail = m_widths.varying()->detail;
             const size_t need = detail == scene::Detail::Vertex    ? m_points.size()
@@ -96,9 +131,11 @@ class CurveMesher {
             for (size_t i = begin; i < end; i++)
                 choose_cuts(i);
         });
+        choose_kind();
     }
     // Of the same curves in another shape.
     void take_cuts(const CurveMesher& first) {
+        m_kind = first.m_kind;
         for (size_t i = 0; i < m_list.size() && i < first.m_list.size(); i++) {
             Curve& c = m_list[i];
             const Curve& f = first.m_list[i];
@@ -107,39 +144,45 @@ class CurveMesher {
                 continue;
             }
             c.cuts = f.cuts;
+            c.wide = f.wide;
             c.across = f.across;
             c.rings = f.rings;
         }
     }
 
     bool build(const scene::Primitive& primitive, MeshParts& out) {
-        size_t vertices = 0, quads = 0, needed = 0; // whatever the rate
-        std::vector<size_t> first_quad;
+        size_t vertices = 0, faces = 0, needed = 0; // whatever the rate
+        std::vector<size_t> first_face;
         for (Curve& c : m_list) {
             needed += 2 * size_t(c.segments + 1);
             c.first = vertices;
-            first_quad.push_back(quads);
+            first_face.push_back(faces);
             vertices += size_t(c.rings) * c.across;
-            quads += c.rings > 1 ? size_t(c.rings - 1) * (m_tube ? c.across : c.across - 1) : 0;
+            faces += c.rings > 1 ? size_t(c.rings - 1) * faces_of_ring(c) : 0;
         }
         out.too_many = double(vertices) > std::max(m_view.most_vertices(), 4.0 * double(needed));
-        if (quads == 0 || out.too_many)
+        if (faces == 0 || out.too_many)
             return false;
         allocate_mesh(out, vertices, m_primvars);
-        out.mesh.vertices_per_face = 4;
-        out.mesh.indices.resize(4 * quads);
+        const size_t corners = m_kind == Kind::Fibre ? 1 : 4;
+        out.mesh.vertices_per_face = int(corners);
+        out.mesh.indices.resize(corners * faces);
+        out.mesh.radius.resize(m_kind == Kind::Fibre ? vertices : 0);
+        out.mesh.around = m_kind != Kind::Ribbon;
         const scene::Attributes* a = primitive.attributes.get();
         const std::array<float, 8> tc = a ? a->texture_coordinates : scene::Attributes{}.texture_coordinates;
         tasks::parallel_chunks(m_list.size(), 64, [&](size_t begin, size_t end) {
             for (size_t i = begin; i < end; i++) {
-                fill(i, tc, out.vertices);
-                connect(m_list[i], &out.mesh.indices[4 * first_quad[i]]);
+                fill(i, tc, out);
+                connect(m_list[i], &out.mesh.indices[corners * first_face[i]]);
             }
         });
         return true;
     }
 
   private:
+    enum class Kind { Ribbon, Fibre, Tube };
+
     struct Place {
         int segment;
         float t;
@@ -197,7 +240,12 @@ class CurveMesher {
         return blend_varying(m_list[curve], p, [&](size_t i) { return v(i, c); });
     }
 
+    // Not negative, and in the ray tracer's range.
     float width(size_t curve, const Place& p) const {
+        const float w = std::abs(raw_width(curve, p));
+        return std::isfinite(w) ? std::min(w, Widest) : 0;
+    }
+    float raw_width(size_t curve, const Place& p) const {
         const scene::Value* w = m_widths.varying();
         if (!w || m_first_width_only)
             return m_widths.at(0);
@@ -229,10 +277,7 @@ class CurveMesher {
         if (c.segments == 0)
             return;
         const float wide = widest(index);
-        if (m_tube)
-            c.across = wide < Wide ? 3 : whole(wide, 6, 32);
-        else
-            c.across = wide < Wide ? 2 : 1 + whole(wide, 2, 256);
+        c.wide = wide < Wide ? 0 : whole(wide, 2, 256);
         const float length_per_cut = wide < Wide ? LengthPerCut : 1;
         for (int s = 0; s < c.segments; s++) {
             int n = 1;
@@ -261,11 +306,33 @@ class CurveMesher {
         }
     }
 
-    void fill(size_t index, const std::array<float, 8>& tc, grid::Grid& g) const {
+    // Wide curves show what varies across them, which fibres do not have: tubes, unless they are few among
+    // thin ones.
+    void choose_kind() {
+        size_t rings = 0, wide = 0;
+        for (const Curve& c : m_list) {
+            rings += size_t(c.rings);
+            wide += c.wide > 0 ? size_t(c.rings) : 0;
+        }
+        if (m_kind == Kind::Fibre && 2 * wide > rings)
+            m_kind = Kind::Tube;
+        for (Curve& c : m_list)
+            c.across = m_kind == Kind::Fibre    ? 1
+                       : m_kind == Kind::Ribbon ? 1 + std::max(c.wide, 1)
+                                                : Ring::size(front_of(c));
+    }
+    static int front_of(const Curve& c) { return c.wide == 0 ? 0 : std::max(c.wide, 6); }
+    size_t faces_of_ring(const Curve& c) const {
+        return size_t(m_kind == Kind::Ribbon ? c.across - 1 : c.across);
+    }
+
+    void fill(size_t index, const std::array<float, 8>& tc, MeshParts& out_parts) const {
         const Curve& c = m_list[index];
         if (c.segments == 0)
             return;
+        grid::Grid& g = out_parts.vertices;
         const Primvar* normals = m_primvars.normals ? normal_primvar() : nullptr;
+        const Ring around(m_kind == Kind::Tube ? front_of(c) : 0);
         Vec3f tangent(0), side(0);
         int ring = 0;
         for (int s = 0; s < c.segments; s++)
@@ -281,9 +348,9 @@ class CurveMesher {
                     across = cross(Vec3f(value(*normals, index, at, 0), value(*normals, index, at, 1),
                                          value(*normals, index, at, 2)),
                                    tangent);
-                else if (!m_tube)
+                else if (m_view.has_camera())
                     across = cross(m_view.towards_camera(p), tangent);
-                else // carried along the curve, so that the tube does not twist
+                else // carried along the curve, so that it does not twist
                     across = ring > 0 ? side - tangent * dot(side, tangent) : Vec3f(0);
                 const float l = length(across);
                 if (l > 1e-6f)
@@ -294,11 +361,22 @@ class CurveMesher {
                 const float half = 0.5f * width(index, at), v = (float(s) + at.t) / float(c.segments);
                 for (int x = 0; x < c.across; x++) {
                     const size_t i = c.first + size_t(ring) * c.across + x, n = size_t(g.stride);
-                    const float u = float(x) / float(m_tube ? c.across : c.across - 1), angle = u * 2 * Pi;
-                    const Vec3f arm =
-                        m_tube ? side * std::cos(angle) + out * std::sin(angle) : side * (2 * u - 1);
-                    const Vec3f q = p + arm * half, normal = m_tube ? arm : out;
-                    const Vec3f length_wise = d * float(c.segments), cross_wise = side * (2 * half);
+                    Vec3f q = p, normal = out, along = side;
+                    float u = 0.5f;
+                    if (m_kind == Kind::Ribbon) {
+                        u = float(x) / float(c.across - 1);
+                        q = p + side * ((2 * u - 1) * half);
+                    } else if (m_kind == Kind::Tube) {
+                        const float cosine = std::cos(around.angle[size_t(x)]),
+                                    sine = std::sin(around.angle[size_t(x)]);
+                        u = 0.5f - 0.5f * cosine;
+                        normal = out * sine - side * cosine;
+                        along = side * sine + out * cosine;
+                        q = p + normal * (half * around.scale);
+                    } else {
+                        out_parts.mesh.radius[i] = half;
+                    }
+                    const Vec3f length_wise = d * float(c.segments), cross_wise = along * (2 * half);
                     for (int e = 0; e < 3; e++) {
                         g.P[i + e * n] = q[e];
                         g.N[i + e * n] = g.Ng[i + e * n] = normal[e];
@@ -316,15 +394,36 @@ class CurveMesher {
                             primvar.destination(g, e)[i] = value(primvar, index, at, e);
                 }
             }
+        if (m_kind == Kind::Fibre && !m_curves.periodic)
+            draw_in(c, out_parts);
+    }
+
+    // The ray tracer ends a fibre with half a ball: drawn in, so that from the side it covers what a blunt
+    // one would.
+    void draw_in(const Curve& c, MeshParts& parts) const {
+        if (c.rings < 2)
+            return;
+        grid::Grid& g = parts.vertices;
+        const size_t last = c.first + size_t(c.rings) - 1, n = size_t(g.stride);
+        for (const auto& [end, next] : {std::pair{c.first, c.first + 1}, {last, last - 1}}) {
+            const Vec3f to = g.position(int(next)) - g.position(int(end));
+            const float l = length(to), by = std::min(Pi / 4 * parts.mesh.radius[end], l / 4);
+            for (size_t e = 0; e < 3 && l > 0; e++)
+                g.P[end + e * n] += to[int(e)] * (by / l);
+        }
     }
 
     void connect(const Curve& c, uint32_t* to) const {
-        const uint32_t n = uint32_t(c.across);
+        const uint32_t n = uint32_t(c.across), faces = uint32_t(faces_of_ring(c));
         for (int r = 0; r + 1 < c.rings; r++) {
             const uint32_t a = uint32_t(c.first) + uint32_t(r) * n, b = a + n;
-            for (uint32_t x = 0; x < (m_tube ? n : n - 1); x++) {
+            if (m_kind == Kind::Fibre) {
+                *to++ = a;
+                continue;
+            }
+            for (uint32_t x = 0; x < faces; x++) { // wound to the outside
                 const uint32_t y = (x + 1) % n;
-                for (const uint32_t i : {a + x, a + y, b + y, b + x})
+                for (const uint32_t i : {a + x, b + x, b + y, a + y})
                     *to++ = i;
             }
         }
@@ -344,19 +443,20 @@ class CurveMesher {
     Primvars m_primvars;
     std::vector<Curve> m_list;
     int m_order = 4, m_step = 1;
-    bool m_tube = false, m_first_width_only = false;
+    Kind m_kind;
+    bool m_first_width_only = false;
 };
 
 } // namespace
 
 bool mesh_from_curves(const scene::Primitive& primitive, const scene::Curves& curves, const Transform& m,
-                      const Viewpoint& view, Journal& journal, MeshParts& out,
+                      const Viewpoint& view, bool polygons, Journal& journal, MeshParts& out,
                       const scene::Primitive* first) {
-    CurveMesher mesher(primitive, curves, m, view);
+    CurveMesher mesher(primitive, curves, m, view, polygons);
     if (!mesher.read(primitive, m, journal))
         return false;
     if (first) {
-        CurveMesher first_mesher(*first, curves, m, view);
+        CurveMesher first_mesher(*first, curves, m, view, polygons);
         if (!first_mesher.read(*first, m, journal))
             return false;
         first_mesher.choose_all_cuts();

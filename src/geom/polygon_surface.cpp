@@ -43,6 +43,7 @@ class PolygonSurface : public Surface {
             lattice.values(q, out + size_t(c) * stride, u.count);
         }
     }
+    bool own_parameters() const override { return true; }
     int uniform_index(int face) const override { return m_pieces.face[m_quads[face].piece]; }
 
   protected:

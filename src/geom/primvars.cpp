@@ -58,6 +58,17 @@ static size_t needed(Detail detail, const ItemCounts& counts) {
 
 // Geometric types live in object space and are handed to shaders in render space.
 static scene::Buffer<float> transformed(const scene::Buffer<float>& in, Type type, const Transform& m) {
+    if (type == Type::HPoint) { // who reads it divides by w, after interpolation
+        std::vector<float> out(in.size());
+        for (size_t i = 0; i + 3 < in.size(); i += 4)
+            for (size_t r = 0; r < 4; r++) {
+                double sum = 0;
+                for (size_t c = 0; c < 4; c++)
+                    sum += m.m[r][c] * double(in[i + c]);
+                out[i + r] = float(sum);
+            }
+        return out;
+    }
     if (type != Type::Point && type != Type::Vector && type != Type::Normal)
         return in;
     Transform inverse;

@@ -69,6 +69,7 @@ class SubdivisionSurface : public Surface {
     }
     int uniform_index(int face) const override { return m_cage.face[m_face[m_quads[face].piece]]; }
 
+    bool own_parameters() const override { return true; }
     bool joins_smoothly(int face) const override {
         return m_continuous && m_regular.has(m_face[m_quads[face].piece]);
     }

@@ -1,5 +1,6 @@
 #include "geom/subdivision.h"
 
+#include <algorithm>
 #include <cstring>
 #include <set>
 
@@ -16,6 +17,8 @@ void read_faces(const scene::SubdivisionMesh& mesh, const ControlPoints& points,
         v->reserve(mesh.vertices_per_face.size() + 1);
     cage.first.push_back(0);
     cage.faces = mesh.vertices_per_face.size();
+    constexpr int Few = 32;
+    std::vector<int> sorted;
     size_t corner = 0;
     for (size_t f = 0; f < cage.faces; f++) {
         const int n = mesh.vertices_per_face[f];
@@ -30,9 +33,14 @@ void read_faces(const scene::SubdivisionMesh& mesh, const ControlPoints& points,
         for (int i = 0; i < n && good; i++) {
             const int v = mesh.vertices[begin + i];
             good = uint32_t(v) < points.size();
-            for (int k = 0; k < i && good; k++)
+            for (int k = 0; k < i && good && n <= Few; k++)
                 good = mesh.vertices[begin + k] != v;
             finite = finite && good && points.finite(v);
+        }
+        if (good && n > Few) {
+            sorted.assign(&mesh.vertices[begin], &mesh.vertices[begin] + n);
+            std::sort(sorted.begin(), sorted.end());
+            good = std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end();
         }
         if (!good || !finite) {
             (good ? dropped.non_finite : dropped.bad_index)++;
@@ -46,6 +54,24 @@ void read_faces(const scene::SubdivisionMesh& mesh, const ControlPoints& points,
         cage.corner.push_back(int(begin));
     }
     cage.corners = corner;
+}
+
+// Work and memory for what is around a vertex or in a face go with the cube of its edges (a face of 400
+// corners takes 6 s, one of 1 000 minutes), and refinement beside it would cost less than looking at it.
+bool has_huge_parts(const Cage& cage, size_t points, std::string& what) {
+    constexpr int MostCorners = 128, MostValence = 256;
+    std::vector<int> valence(points, 0);
+    for (const int v : cage.vertices)
+        valence[size_t(v)]++;
+    const int corners = *std::max_element(cage.sizes.begin(), cage.sizes.end());
+    const int edges = *std::max_element(valence.begin(), valence.end());
+    if (corners > MostCorners)
+        what =
+            "a face of " + std::to_string(corners) + " corners (at most " + std::to_string(MostCorners) + ")";
+    else if (edges > MostValence)
+        what =
+            "a vertex of " + std::to_string(edges) + " faces (at most " + std::to_string(MostValence) + ")";
+    return !what.empty();
 }
 
 class TagReader {
@@ -174,6 +200,14 @@ bool read_cage(const scene::Primitive& primitive, const scene::SubdivisionMesh& 
     dropped.report(cage.faces, "subdivision faces", primitive.where, journal);
     if (cage.sizes.empty())
         return false;
+    if (std::string what;
+        cage.scheme != osd::Sdc::SCHEME_BILINEAR && has_huge_parts(cage, points.size(), what)) {
+        cage.scheme = osd::Sdc::SCHEME_BILINEAR;
+        journal.warning(primitive.where,
+                        "a subdivision mesh has " + what +
+                            ": it is shown as the polygons that it is made of. Cut such faces, "
+                            "or refine the mesh around such vertices");
+    }
     // RISpec: without the tag, faces at a boundary only guide the others.
     cage.options.SetVtxBoundaryInterpolation(Sdc::VTX_BOUNDARY_NONE);
     cage.options.SetFVarLinearInterpolation(Sdc::FVAR_LINEAR_CORNERS_PLUS1);

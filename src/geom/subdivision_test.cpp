@@ -72,6 +72,52 @@ scene::Primitive mixed_mesh() {
 } // namespace
 
 // Dense lattices of irregular faces are filled by polynomials of their parts, single points are not.
+// Regular n-gon of radius 1 (Archimedes): as one face of n corners, and as n quads around a vertex of valence
+// n / 2.
+TEST(Subdivision, HugeFacesAndValencesEndAsPolygons) {
+    constexpr int N = 2000;
+    for (const bool one_face : {true, false}) {
+        scene::SubdivisionMesh m;
+        std::vector<float> p;
+        std::vector<int32_t> sizes, vertices;
+        for (int i = 0; i < N; i++) {
+            const double a = 2 * M_PI * i / N;
+            p.insert(p.end(), {float(std::cos(a)), float(std::sin(a)), 0});
+        }
+        p.insert(p.end(), {0, 0, 0});
+        if (one_face) {
+            sizes.push_back(N);
+            for (int i = 0; i < N; i++)
+                vertices.push_back(i);
+        }
+        for (int i = 0; i < N && !one_face; i += 2) {
+            sizes.push_back(4);
+            vertices.insert(vertices.end(), {N, i, i + 1, (i + 2) % N});
+        }
+        m.vertices_per_face = sizes, m.vertices = vertices;
+        m.tags = {{"interpolateboundary", {1}, {}, {}}};
+        scene::Primitive prim;
+        prim.geometry = m;
+        prim.primvars.set(value("P", scene::Type::Point, scene::Detail::Vertex, p));
+        Journal journal;
+        const auto s = make_surface(prim, {}, journal);
+        ASSERT_TRUE(s);
+        ASSERT_EQ(journal.entries().size(), 1u);
+        EXPECT_NE(
+            journal.entries()[0].message.find(one_face ? "a face of 2000 corners" : "a vertex of 1000 faces"),
+            std::string::npos);
+        double area = 0;
+        for (size_t f = 0; f < s->topology().faces.size(); f++) {
+            const grid::Grid g = evaluate(*s, int(f), steps(1), steps(1));
+            const auto cross_z = [](const Vec3f& a, const Vec3f& b) {
+                return double(a.x) * double(b.y) - double(a.y) * double(b.x);
+            };
+            area += 0.5 * cross_z(g.position(3) - g.position(0), g.position(2) - g.position(1));
+        }
+        EXPECT_NEAR(std::abs(area), 0.5 * N * std::sin(2 * M_PI / N), 1e-4);
+    }
+}
+
 TEST(Subdivision, DenseLatticesAreThatOfTheirPoints) {
     const auto made = make(mixed_mesh());
     const Surface& s = *made;

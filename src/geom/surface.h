@@ -42,6 +42,8 @@ class Surface {
     bool has_texture() const {
         return m_primvars.s || m_primvars.t;
     } // s and t are given, not made from u and v
+    // u and v are those of each face by itself, not of the whole primitive.
+    virtual bool own_parameters() const { return false; }
     // Interior lines of a face may be much longer than its sides.
     bool bulges() const { return m_bulges; }
     virtual int uniform_index(int face) const { return face; }

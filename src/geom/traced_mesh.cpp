@@ -5,6 +5,7 @@
 
 #include "base/large_arrays.h"
 #include "base/tasks.h"
+#include "grid/mesh_patches.h"
 
 namespace kanuka::geom {
 namespace {
@@ -67,13 +68,13 @@ struct Sources {
 // One output vertex for every distinct set of face-varying and uniform values that a point has.
 class VertexSplitter {
   public:
-    VertexSplitter(const PolygonFaces& faces, const Primvars& primvars, size_t points)
-        : m_faces(faces), m_points(points) {
+    VertexSplitter(const PolygonFaces& faces, const Primvars& primvars, bool parameters, size_t points)
+        : m_faces(faces), m_points(points), m_parameters(parameters) {
         for (const Primvar& p : primvars.list)
             if (p.detail == scene::Detail::Uniform || is_corner(p))
                 m_primvars.push_back(&p);
     }
-    bool needed() const { return !m_primvars.empty(); }
+    bool needed() const { return m_parameters || !m_primvars.empty(); }
 
     Sources split(const CornerFaces& used) {
         Sources out;
@@ -140,6 +141,8 @@ class VertexSplitter {
         return m_faces.sides() ? corner / m_faces.sides() : m_face[corner];
     }
     bool same(uint32_t a, uint32_t b) const {
+        if (m_parameters)
+            return false;
         for (const Primvar* p : m_primvars) {
             const size_t n = p->components, i = is_corner(*p) ? a : face(a), j = is_corner(*p) ? b : face(b);
             if (std::memcmp(p->values.data() + i * n, p->values.data() + j * n, n * sizeof(float)) != 0)
@@ -150,6 +153,7 @@ class VertexSplitter {
 
     const PolygonFaces& m_faces;
     const size_t m_points;
+    const bool m_parameters; // each face's own
     std::vector<const Primvar*> m_primvars;
     std::vector<uint32_t> m_face;
 };
@@ -221,6 +225,22 @@ void turn_concave_quads(const grid::Grid& g, grid::TracedMesh& mesh) {
     });
 }
 
+// Each face's own, at vertices that no two faces share.
+void set_parameters(MeshParts& parts) {
+    const grid::TracedMesh& mesh = parts.mesh;
+    const size_t per = size_t(mesh.vertices_per_face);
+    tasks::parallel_chunks(mesh.indices.size() / per, Grain, [&](size_t begin, size_t end) {
+        for (size_t f = begin; f < end; f++) {
+            const uint32_t* q = &mesh.indices[f * per];
+            const bool triangle = per == 3 || q[2] == q[3];
+            for (int k = 0; k < (triangle ? 3 : 4); k++) {
+                const auto [u, v] = grid::corner_parameters(triangle, k);
+                parts.vertices.u[q[k]] = u, parts.vertices.v[q[k]] = v;
+            }
+        }
+    });
+}
+
 } // namespace
 
 static void allocate_arrays(MeshParts& parts, size_t vertices) {
@@ -247,7 +267,7 @@ void allocate_mesh(MeshParts& parts, size_t vertices, const Surface& surface) {
 }
 
 bool mesh_from_polygons(const scene::Primitive& primitive, const scene::PolygonMesh& mesh, const Transform& m,
-                        Journal& journal, MeshParts& out, const scene::Primitive* first) {
+                        bool parameters, Journal& journal, MeshParts& out, const scene::Primitive* first) {
     const ControlPoints points = control_points(primitive, m);
     const ControlPoints first_points = first ? control_points(*first, m) : ControlPoints{};
     const ControlPoints& shape = first ? first_points : points; // what faces are made from
@@ -269,7 +289,7 @@ bool mesh_from_polygons(const scene::Primitive& primitive, const scene::PolygonM
     const Primvars primvars = collect_primvars(primitive, m, faces.item_counts(), journal);
 
     // Vertices and their data.
-    VertexSplitter splitter(faces, primvars, points.size());
+    VertexSplitter splitter(faces, primvars, parameters, points.size());
     Sources sources;
     sources.count = points.size();
     if (splitter.needed())
@@ -317,7 +337,9 @@ bool mesh_from_polygons(const scene::Primitive& primitive, const scene::PolygonM
         pair_triangles(out.mesh);
     else
         turn_concave_quads(g, out.mesh);
-    out.flat = !primvars.normals;
+    if (parameters)
+        set_parameters(out);
+    g.facets = !primvars.normals;
     return true;
 }
 

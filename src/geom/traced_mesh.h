@@ -9,7 +9,6 @@ namespace kanuka::geom {
 struct MeshParts {
     grid::Grid vertices; // nu = vertices - 1, nv = 0
     grid::TracedMesh mesh;
-    bool flat = false;     // normals are left zero: the tracer takes those of its faces
     bool too_many = false; // nothing was made, since the rate asks for more vertices than there may be
 };
 
@@ -31,18 +30,21 @@ void allocate_mesh(MeshParts& parts, size_t vertices, const Surface& surface);
 // The polygons as they are. Vertices are the scene's, split where face-varying or uniform data differ. Pairs
 // of triangles become quads where nine in ten do (see grid::TracedMesh), which changes no point of the
 // surface. False = nothing left.
+// `parameters`: u and v are read, so that every face has vertices of its own; else they are left zero.
 // `first`, here and below: of a later shape, the primitive as it was first; faces and counts of vertices are
 // made from that.
 bool mesh_from_polygons(const scene::Primitive& primitive, const scene::PolygonMesh& mesh, const Transform& m,
-                        Journal& journal, MeshParts& out, const scene::Primitive* first = nullptr);
+                        bool parameters, Journal& journal, MeshParts& out,
+                        const scene::Primitive* first = nullptr);
 // Calls visit(points, count) for the outlines of about `samples` faces spread over the mesh, in render space.
 template <class Visit>
 void sample_polygons(const scene::Primitive& primitive, const scene::PolygonMesh& mesh, const Transform& m,
                      size_t samples, Visit visit);
 
-// Ribbons: turned to the camera, or across "N" where it is given; three-sided tubes where there is no camera.
+// Ribbons across "N" where it is given; else fibres, or tubes of quads: wide ones, and all if there must be
+// `polygons`.
 bool mesh_from_curves(const scene::Primitive& primitive, const scene::Curves& curves, const Transform& m,
-                      const Viewpoint& view, Journal& journal, MeshParts& out,
+                      const Viewpoint& view, bool polygons, Journal& journal, MeshParts& out,
                       const scene::Primitive* first = nullptr);
 // Spheres: octahedra, refined as their size in the picture asks; their mean silhouette has the sphere's area.
 bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, const Viewpoint& view,

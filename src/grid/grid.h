@@ -25,6 +25,27 @@ struct Channel {
     const float* component(int c) const { return data.data() + size_t(c) * stride; }
 };
 
+// What stands in for the vertices beside one, where a mesh has them anywhere (mesh_patches.h). The change of
+// x to the next vertex along u is the sum of along_u[k] (x[vertex[k]] - x[i]), k from first[i] to first[i +
+// 1].
+struct Stencils {
+    int own = 0;                         // vertices; those after are there as neighbours of these
+    std::vector<uint32_t> first, vertex; // first: one more than there are vertices
+    std::vector<float> along_u, along_v; // parallel to vertex
+    std::vector<float> step_u, step_v;   // a vertex: the change of u along u, of v along v
+};
+
+// What shading at a vertex reads beside P and normals.
+struct Reads {
+    bool parameters = false; // u, v
+    bool texture = false;    // s, t
+    bool frame = false;      // dPdu, dPdv
+    int rings = 0;           // how far off the vertices are that it depends on
+};
+inline Reads both(const Reads& a, const Reads& b, int rings) {
+    return {a.parameters || b.parameters, a.texture || b.texture, a.frame || b.frame, rings};
+}
+
 // Edges of a grid in the order v = 0, u = 1, v = 1, u = 0 (walked with u, v rising).
 enum Edge { VMin = 0, UMax = 1, VMax = 2, UMin = 3 };
 
@@ -45,6 +66,9 @@ struct Grid {
     // pole is not: it keeps its u and v.)
     std::array<int, 4> edge_cells{};
     bool flips = false; // cross(dPdu, dPdv) points to the inside
+    // N is zero: the tracer takes the normals of its faces. Shaders find Ng, the mean of those, in its place.
+    bool facets = false;
+    std::shared_ptr<const Stencils> stencils; // of patches of a mesh alone
     // Where it is later while the shutter is open, if it changes its shape: P and N at further times, evenly
     // apart, laid out like those above. Shading happens once, at the first.
     struct Step {
@@ -82,6 +106,14 @@ struct TracedGrid {
 struct TracedMesh {
     int vertices_per_face = 3;
     std::vector<uint32_t> indices;
+    // Where it is not empty: fibres, not faces (one index each). Every index begins a segment that ends at
+    // the vertex after it, round, as thick as the radii of the two, with balls where nothing goes on. Normals
+    // are the fibre's.
+    std::vector<float> radius;
+    std::vector<std::vector<float>> later_radius; // the same for every Grid::Step
+    // Closed around, but one layer of its material: what lets light through does so once (see
+    // LayeringProgram::is_layer).
+    bool around = false;
 };
 
 } // namespace kanuka::grid

@@ -42,6 +42,19 @@ bool LayeringProgram::emission_depends_on(const std::function<bool(int slot)>& p
     return std::any_of(found.begin(), found.end(), [](const auto& node) { return node.second; });
 }
 
+bool LayeringProgram::is_layer() const {
+    bool passes = presence >= 0;
+    for (const LayerNode& n : nodes) {
+        if (n.op != LayerOp::Lobe)
+            continue;
+        if (n.lobe == LobeId::MicrosurfaceDielectricBsdfRgb_v1)
+            return false;
+        const LobeKind kind = lobe(n.lobe).kind;
+        passes |= kind == LobeKind::Transmission || kind == LobeKind::ReflectionTransmission;
+    }
+    return passes && !interior;
+}
+
 bool LayeringProgram::needs_tangent() const {
     for (const LayerNode& n : nodes) {
         if (n.op != LayerOp::Lobe || find_input(lobe(n.lobe), "rotation") < 0)
@@ -62,7 +75,8 @@ std::string LayeringProgram::key() const {
             k += ":" + std::to_string(s);
     }
     for (const Slot& s : slots)
-        k += "|" + std::to_string(int(s.type)) + std::to_string(int(s.storage));
+        k += "|" + std::to_string(int(s.type)) + std::to_string(int(s.storage)) +
+             std::to_string(int(s.between));
     k += "|a" + std::to_string(atmosphere.filter) + "," + std::to_string(atmosphere.glow);
     for (const Aov& a : aovs) {
         k += "|o" + std::to_string(a.index) + (a.color ? "c" : "");

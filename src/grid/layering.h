@@ -42,6 +42,7 @@ struct Slot {
     float low = 0, high = 1;
     bool uniform = false; // the shader computes one value a grid
     std::string name;     // "reflection.diffuseReflectance", for messages
+    Between between = Between::Linear;
 };
 
 // What lies between a surface and the camera: rays from the camera see `filter` times the surface's radiance,
@@ -90,6 +91,9 @@ struct LayeringProgram {
     const LayerNode* emission() const;
     // Does what is emitted depend on a slot with that property?
     bool emission_depends_on(const std::function<bool(int slot)>& property) const;
+    // Has its surface two sides but nothing between them, so that a fibre of it is passed in one step? It
+    // lets light through, by presence or a lobe, and none of them is the border of something that refracts.
+    bool is_layer() const;
     bool needs_tangent() const; // a lobe has a direction on the surface: the record holds that of dPdu
     std::string key() const;    // two materials with the same key run the same code on the same record
 };

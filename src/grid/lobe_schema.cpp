@@ -17,7 +17,7 @@ constexpr std::string_view GrazingDoc =
 
 // Inputs that many lobes have.
 const LobeInput color_input(std::string_view name, float fallback, std::string_view doc) {
-    return {name, Color, Vec3f(fallback, fallback, fallback), 0, 1, "1", Storage::Rgb11, doc};
+    return {name, Color, Vec3f(fallback, fallback, fallback), 0, 1, "1", Storage::Color, doc};
 }
 const LobeInput float_input(std::string_view name, float fallback, float low, float high,
                             std::string_view unit, std::string_view doc) {
@@ -29,8 +29,9 @@ const LobeInput Walks = float_input(
     "not below films; 0: it is shaped as what one facet scatters");
 const LobeInput Anisotropy = float_input("anisotropy", 0, 0, 1, "1",
                                          "of slopes: 0 the same all round, 1 next to none along the grooves");
-const LobeInput Rotation =
-    float_input("rotation", 0, 0, 1, "turns", "of the grooves, from the direction of dPdu");
+const LobeInput Rotation = float_input("rotation", 0, 0, 1, "turns",
+                                       "of the grooves, from the direction of dPdu; half a turn is none, and "
+                                       "between vertices the shorter way is taken");
 const LobeInput Tail =
     float_input("tail", 0.5f, 0, 0.6f, "1",
                 "how far slopes spread: 0 Beckmann, 0.5 GGX, between and beyond Student's t with 1 / tail");
@@ -69,10 +70,12 @@ const LobeInput conductor[] = {
 constexpr std::string_view MetalNames[] = {"", "Ag", "Al", "Au", "Cr", "Cu", "Fe", "Ni", "Pt", "Ti"};
 const LobeInput metal[] = {
     {"metal", Float, Vec3f(0, 0, 0), 0, 9, "1", Storage::Half,
-     "measured spectra of a metal, by its symbol: \"Au\"; 0, or \"\", takes eta and extinction", MetalNames},
-    {"eta", Color, Vec3f(1.5f, 1.5f, 1.5f), 0, 20, "1", Storage::Rgb9e5,
+     "measured spectra of a metal, by its symbol: \"Au\"; 0, or \"\", takes eta and extinction; between "
+     "vertices it is the nearest one's",
+     MetalNames},
+    {"eta", Color, Vec3f(1.5f, 1.5f, 1.5f), 0, 20, "1", Storage::Amount,
      "index of refraction n, against vacuum"},
-    {"extinction", Color, Vec3f(4, 4, 4), 0, 20, "1", Storage::Rgb9e5, "extinction coefficient k"},
+    {"extinction", Color, Vec3f(4, 4, 4), 0, 20, "1", Storage::Amount, "extinction coefficient k"},
     float_input("roughness", 0.2f, 0, 1, "1", AlphaDoc),
     Anisotropy,
     Rotation,
@@ -98,7 +101,7 @@ const LobeInput dielectric_brdf[] = {
                 "of the layer, for light that crosses it once, straight: as the upper layer of a coat, what "
                 "lies below is seen through it, down and up, along refracted ways"),
     float_input("thickness", 1, 0, 1000, "mm", "of the layer, for its absorption"),
-    {"absorption", Color, Vec3f(0, 0, 0), 0, Inf, "1/mm", Storage::Rgb9e5,
+    {"absorption", Color, Vec3f(0, 0, 0), 0, Inf, "1/mm", Storage::Amount,
      "of light on its way through the layer, besides transmittance"},
 };
 const LobeInput dielectric_bsdf[] = {
@@ -127,8 +130,9 @@ const LobeInput thin_walled[] = {
 };
 const LobeInput grating[] = {
     color_input("reflectance", 1, "of all orders together"),
-    float_input("roughness", 0.15f, 0, 1, "1",
-                "blurs the orders; a third of its square is their width, in sines of angles"),
+    float_input(
+        "roughness", 0.15f, 0, 1, "1",
+        "blurs the orders; a third of its square is their width, in sines of angles, and at least 0.003"),
     float_input("period", 1600, 100, 60000, "nm", "from groove to groove; a compact disc has 1600"),
     float_input("depth", 120, 0, 5000, "nm",
                 "of the grooves; a quarter of a wavelength leaves nothing of the mirror's direction"),
@@ -142,34 +146,45 @@ const LobeInput blinn[] = {
     color_input("reflectance", 1, "fraction of light reflected, at most"),
     float_input("exponent", 80, 0, 10000, "1", "of the cosine with the half vector"),
 };
+constexpr std::string_view HighlightNames[] = {"half", "mirror"};
+const LobeInput highlight[] = {
+    {"height", Color, Vec3f(1, 1, 1), 0, Inf, "1", Storage::Amount,
+     "of the highlight: what is reflected there of a light that makes a white matte surface show 1; held to "
+     "what reflects all light"},
+    float_input("exponent", 80, 0, 10000, "1", "of the cosine"),
+    {"about", Float, Vec3f(0, 0, 0), 0, 1, "", Storage::Half,
+     "what direction the cosine is with: half, that between light and view; mirror, that of the view",
+     HighlightNames},
+};
 const LobeInput emission[] = {
-    {"radiance", Color, Vec3f(1, 1, 1), 0, Inf, "W/(sr m^2), D65 = (1, 1, 1)", Storage::Rgb9e5,
+    {"radiance", Color, Vec3f(1, 1, 1), 0, Inf, "W/(sr m^2), D65 = (1, 1, 1)", Storage::Amount,
      "radiance, the same in all directions, on the outside"},
 };
 const LobeInput cone_emission[] = {
-    {"radiance", Color, Vec3f(1, 1, 1), 0, Inf, "W/(sr m^2), D65 = (1, 1, 1)", Storage::Rgb9e5,
+    {"radiance", Color, Vec3f(1, 1, 1), 0, Inf, "W/(sr m^2), D65 = (1, 1, 1)", Storage::Amount,
      "radiance within the cone, on the outside"},
     float_input("angle", 45, 1, 90, "degrees", "from the normal to the cone's edge, where nothing is left"),
     float_input("softness", 0.2f, 0, 1, "1",
                 "of the edge: the part of the angle over which light fades; 0 is a sharp edge"),
 };
 const LobeInput profile_emission[] = {
-    {"radiance", Color, Vec3f(1, 1, 1), 0, Inf, "W/(sr m^2), D65 = (1, 1, 1)", Storage::Rgb9e5,
+    {"radiance", Color, Vec3f(1, 1, 1), 0, Inf, "W/(sr m^2), D65 = (1, 1, 1)", Storage::Amount,
      "radiance along the normal, on the outside"},
     float_input("exponent", 1, 0, 1000, "1",
                 "of the cosine to the normal that radiance goes with: 0 is diffuse, more is narrower"),
 };
 const LobeInput henyey_greenstein[] = {
-    {"meanCosine", Color, Vec3f(0, 0, 0), -1, 1, "1", Storage::Rgb11,
-     "anisotropy g, its mean is used: forwards above 0, 0 is isotropic"},
+    {"meanCosine", Color, Vec3f(0, 0, 0), -1, 1, "1", Storage::Color,
+     "anisotropy g, its mean is used: forwards above 0, 0 is isotropic; beyond 0.9995 either way it is that"},
 };
 const LobeInput double_henyey_greenstein[] = {
-    float_input("meanCosine", 0.8f, -1, 1, "1", "g of the first part"),
-    float_input("otherMeanCosine", -0.3f, -1, 1, "1", "g of the second part"),
+    float_input("meanCosine", 0.8f, -1, 1, "1", "g of the first part, within 0.9995"),
+    float_input("otherMeanCosine", -0.3f, -1, 1, "1", "g of the second part, within 0.9995"),
     float_input("share", 0.2f, 0, 1, "1", "of the second part"),
 };
 const LobeInput draine[] = {
-    float_input("meanCosine", 0.5f, 0.05f, 1, "1", "g of the factor that is Henyey and Greenstein's"),
+    float_input("meanCosine", 0.5f, 0.05f, 1, "1",
+                "g of the factor that is Henyey and Greenstein's, within 0.9995"),
     float_input("alpha", 1, 0, 1000, "1", "of the factor 1 + alpha cos^2"),
 };
 const LobeInput mie[] = {
@@ -213,6 +228,9 @@ const LobeDecl table[] = {
      "Phong's highlight, physically scaled (Lafortune and Willems 1994)"},
     {LobeId::BlinnBrdf, "BlinnBrdf", LobeKind::Reflection, blinn,
      "Blinn's highlight, physically scaled (Ashikhmin and Shirley 2000)"},
+    {LobeId::HighlightBrdf, "HighlightBrdf", LobeKind::Reflection, highlight,
+     "the highlight of RISpec's specular() and phong(): a power of a cosine alone, as high from everywhere",
+     false},
     {LobeId::DiffuseEmission, "DiffuseEmission", LobeKind::Emission, emission, "diffuse emitter"},
     {LobeId::ConeEmission, "ConeEmission", LobeKind::Emission, cone_emission,
      "emitter that shines within a cone about its normal, with a soft edge"},

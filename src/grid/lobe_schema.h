@@ -15,10 +15,17 @@ enum class InputType : uint8_t { Float, Color };
 // How an input that varies over a grid is kept at a vertex. Everything is a part of a 32-bit word; floats
 // share a word two by two. An input that is constant over a grid is kept once, unquantised.
 enum class Storage : uint8_t {
-    Rgb11,  // colour in [0, 1]: square root, 11-11-10 bits. One word
-    Rgb9e5, // colour >= 0 without upper bound: shared exponent. One word
+    Color,  // in [0, 1], and
+    Amount, // >= 0 without upper bound: nine bits a component and a shared exponent. One word
     Half,   // float: half precision. Half a word
     Full,   // float: as it is. One word; for values that are shown and not shaded with
+};
+
+// What lies between the values of an input at vertices.
+enum class Between : uint8_t {
+    Linear,
+    Turns,  // of something without a direction, as grooves: half a turn is none, and the shorter way is taken
+    Nearest // codes: what they name has nothing between
 };
 
 struct LobeInput {
@@ -30,6 +37,9 @@ struct LobeInput {
     Storage storage;
     std::string_view doc;
     std::span<const std::string_view> names = {}; // of the values 0, 1, …: a string may be given for one
+    Between between() const {
+        return unit == "turns" ? Between::Turns : names.empty() ? Between::Linear : Between::Nearest;
+    }
 };
 
 enum class LobeKind : uint8_t { Reflection, Transmission, ReflectionTransmission, Emission, Phase };
@@ -50,6 +60,7 @@ enum class LobeId : uint8_t {
     GratingBrdf,
     PhongBrdf,
     BlinnBrdf,
+    HighlightBrdf,
     DiffuseEmission,
     ConeEmission,
     ProfileEmission,

@@ -1,24 +1,34 @@
 #include "grid/trimmed.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace kanuka::grid {
 
 // Of `components` arrays; `from` is laid out with the grid's stride.
 static void blend(const TrimmedMesh& mesh, const std::vector<float>& from, int from_stride, int components,
-                  std::vector<float>& to, int to_stride, size_t first) {
+                  std::vector<float>& to, int to_stride, size_t first, Between between = Between::Linear) {
     if (from.empty())
         return;
     for (int c = 0; c < components; c++) {
         const float* x = from.data() + size_t(c) * size_t(from_stride);
         float* out = to.data() + size_t(c) * size_t(to_stride) + first;
         for (const TrimmedMesh::Vertex& v : mesh.vertices) {
+            if (between == Between::Nearest) {
+                const float wa = 1 - v.wb - v.wc;
+                *out++ = wa >= v.wb && wa >= v.wc ? x[v.a] : v.wb >= v.wc ? x[v.b] : x[v.c];
+                continue;
+            }
+            const auto way = [&](int to_vertex) {
+                const float d = x[to_vertex] - x[v.a];
+                return between == Between::Turns ? d - 0.5f * std::floor(2 * d + 0.5f) : d;
+            };
             float y = x[v.a];
             if (v.wb != 0)
-                y += v.wb * (x[v.b] - x[v.a]);
+                y += v.wb * way(int(v.b));
             if (v.wc != 0)
-                y += v.wc * (x[v.c] - x[v.a]);
-            *out++ = y;
+                y += v.wc * way(int(v.c));
+            *out++ = between == Between::Turns ? y - std::floor(y) : y;
         }
     }
 }
@@ -32,7 +42,8 @@ static bool same_everywhere(std::span<const TrimmedPart> parts, size_t slot) {
     });
 }
 
-void merge_trimmed(std::span<const TrimmedPart> parts, Grid& g, VertexInputs& inputs, TracedMesh& mesh) {
+void merge_trimmed(std::span<const TrimmedPart> parts, std::span<const Slot> slots, Grid& g,
+                   VertexInputs& inputs, TracedMesh& mesh) {
     size_t vertices = 0;
     std::vector<size_t> first;
     for (const TrimmedPart& p : parts) {
@@ -85,7 +96,7 @@ void merge_trimmed(std::span<const TrimmedPart> parts, Grid& g, VertexInputs& in
             if (!s.uniform) {
                 blend(m, s.data, parts[i].inputs->stride,
                       std::min(components, int(s.data.size() / size_t(parts[i].inputs->stride))), to.data,
-                      g.stride, first[i]);
+                      g.stride, first[i], k < slots.size() ? slots[k].between : Between::Linear);
                 continue;
             }
             for (int c = 0; c < components; c++)

@@ -26,8 +26,8 @@ struct TrimmedPart {
 };
 
 // All parts of a primitive as one mesh with its inputs. Slots that are uniform and equal in all parts stay
-// so.
-void merge_trimmed(std::span<const TrimmedPart> parts, Grid& vertices, VertexInputs& inputs,
-                   TracedMesh& mesh);
+// so. `slots`: of their program.
+void merge_trimmed(std::span<const TrimmedPart> parts, std::span<const Slot> slots, Grid& vertices,
+                   VertexInputs& inputs, TracedMesh& mesh);
 
 } // namespace kanuka::grid

@@ -11,7 +11,7 @@
 namespace kanuka::grid {
 
 struct WordLayout {
-    enum class Word : uint8_t { Rgb11, Rgb9e5, HalfPair, Float };
+    enum class Word : uint8_t { Color, Amount, HalfPair, Float };
     struct Place {
         int word = -1;
         int half = 0; // 0 = low, 1 = high 16 bits
@@ -27,7 +27,7 @@ struct WordLayout {
             const Slot& slot = program.slots[s];
             if (slot.type == InputType::Color) {
                 places.push_back({int(words.size()), 0});
-                words.push_back(slot.storage == Storage::Rgb9e5 ? Word::Rgb9e5 : Word::Rgb11);
+                words.push_back(slot.storage == Storage::Amount ? Word::Amount : Word::Color);
                 slots_of_word.push_back({int(s), -1});
             } else if (slot.storage == Storage::Full) {
                 places.push_back({int(words.size()), 0});

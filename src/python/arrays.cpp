@@ -2,6 +2,8 @@
 
 #include <nanobind/ndarray.h>
 
+#include "python/arguments.h"
+
 namespace kanuka::python {
 
 std::string shape_text(const std::vector<size_t>& shape) {
@@ -12,13 +14,17 @@ std::string shape_text(const std::vector<size_t>& shape) {
 }
 
 template <class T>
-static void share(nb::handle value, const char* dtype, const char* what, scene::Buffer<T>& buffer,
-                  std::vector<size_t>& shape) {
+static void read(nb::handle value, const char* dtype, const char* what, scene::Buffer<T>& buffer,
+                 std::vector<size_t>& shape) {
     using Array = nb::ndarray<const T, nb::c_contig, nb::device::cpu>;
+    if (value.is_none()) // NumPy would make a NaN of it
+        wrong_argument(what, "ArrayLike", value);
     Array array;
+    bool own = false;
     try {
-        // Returns its argument where type and layout are right already: no copy then.
+        // Returns its argument where type and layout are right already.
         const nb::object even = nb::module_::import_("numpy").attr("ascontiguousarray")(value, dtype);
+        own = !even.is(value) && even.attr("base").is_none();
         array = nb::cast<Array>(even);
     } catch (nb::python_error& error) {
         throw nb::type_error(
@@ -26,20 +32,25 @@ static void share(nb::handle value, const char* dtype, const char* what, scene::
     }
     for (size_t i = 0; i < array.ndim(); i++)
         shape.push_back(array.shape(i));
-    // The ndarray holds a reference to the array; its last copy takes the interpreter's lock to let go.
+    if (!own) {
+        buffer = std::vector<T>(array.data(), array.data() + array.size());
+        return;
+    }
+    // A copy already, which nobody else knows. The ndarray holds a reference to it; its last copy takes the
+    // interpreter's lock to let go.
     auto owner = std::make_shared<Array>(array);
     buffer = scene::Buffer<T>(owner->data(), owner->size(), owner);
 }
 
 FloatArray float_array(nb::handle value, const char* what) {
     FloatArray array;
-    share<float>(value, "float32", what, array.buffer, array.shape);
+    read<float>(value, "float32", what, array.buffer, array.shape);
     return array;
 }
 
 IntArray int_array(nb::handle value, const char* what) {
     IntArray array;
-    share<int32_t>(value, "int32", what, array.buffer, array.shape);
+    read<int32_t>(value, "int32", what, array.buffer, array.shape);
     return array;
 }
 
@@ -67,8 +78,12 @@ Rgb rgb(nb::handle value, const char* what) {
 
 using Doubles = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
 
-static Doubles doubles(nb::handle value) {
-    return nb::cast<Doubles>(nb::module_::import_("numpy").attr("ascontiguousarray")(value, "float64"));
+static Doubles doubles(nb::handle value, const char* what) {
+    try {
+        return nb::cast<Doubles>(nb::module_::import_("numpy").attr("ascontiguousarray")(value, "float64"));
+    } catch (nb::python_error& error) {
+        throw nb::type_error((std::string(what) + ": not an array of numbers: " + error.what()).c_str());
+    }
 }
 
 static Transform matrix(const double* rows, size_t count) {
@@ -82,7 +97,7 @@ static Transform matrix(const double* rows, size_t count) {
 Transform transform(nb::handle value, const char* what) {
     if (value.is_none())
         return {};
-    const Doubles array = doubles(value);
+    const Doubles array = doubles(value, what);
     if (array.ndim() != 2 || array.shape(1) != 4 || (array.shape(0) != 3 && array.shape(0) != 4))
         throw nb::value_error(
             (std::string(what) + ": expected a 4x4 or 3x4 matrix that acts on columns").c_str());
@@ -96,7 +111,7 @@ std::vector<double> sample_times(nb::handle times, size_t count, const char* wha
             result[i] = count > 1 ? double(i) / double(count - 1) : 0;
         return result;
     }
-    const Doubles array = doubles(times);
+    const Doubles array = doubles(times, "times");
     if (array.ndim() != 1 || array.shape(0) != count)
         throw nb::value_error((std::string("times: expected ") + std::to_string(count) +
                                " numbers, as many as " + what + " has")
@@ -108,10 +123,15 @@ std::vector<double> sample_times(nb::handle times, size_t count, const char* wha
     return result;
 }
 
+void check_times(nb::handle times) {
+    if (!times.is_none())
+        doubles(times, "times");
+}
+
 std::vector<TransformKey> transform_keys(nb::handle value, nb::handle times, const char* what) {
     if (value.is_none())
         return {{0, {}}};
-    const Doubles array = doubles(value);
+    const Doubles array = doubles(value, what);
     if (array.ndim() == 2)
         return {{0, transform(value, what)}};
     if (array.ndim() != 3 || array.shape(0) < 1 || array.shape(2) != 4 ||

@@ -1,4 +1,5 @@
-// NumPy arrays to the scene's buffers. An array of the right type and layout is shared, never copied.
+// NumPy arrays to the scene's buffers. They are copied: what Python holds may be resized, truncated (memory
+// maps) and written by other threads while it is rendered.
 #pragma once
 
 #include "python/bindings.h"
@@ -28,6 +29,8 @@ Transform transform(nb::handle value, const char* what); // 4x4 or 3x4, acting o
 std::vector<TransformKey> transform_keys(nb::handle value, nb::handle times, const char* what);
 // `count` rising numbers; None = even from 0 to 1.
 std::vector<double> sample_times(nb::handle times, size_t count, const char* what);
+
+void check_times(nb::handle times); // numbers, or None
 
 std::string shape_text(const std::vector<size_t>& shape);
 

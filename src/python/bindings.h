@@ -7,12 +7,12 @@
 // In every source alike: a type converted differently in two of them would break the one-definition rule.
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
-#include <nanobind/stl/string.h>
 
 #include "base/error.h"
 #include "base/stats.h"
 #include "color/color.h"
 #include "film/film.h"
+#include "python/string_caster.h"
 #include "scene/delayed.h"
 
 namespace kanuka::python {
@@ -33,7 +33,8 @@ struct Spectrum {
     std::string text;
     color::Table table;
 };
-std::string spectrum_text(nb::handle value); // of a str or a Spectrum; throws for others
+// Of a str or a Spectrum; throws for others, with the argument's name.
+std::string spectrum_text(nb::handle value, const char* name);
 
 // A camera, with its field of view as it was given: which side of the picture it spans is known only once the
 // picture's size is.
@@ -44,15 +45,23 @@ struct Camera {
     scene::Camera resolve(const scene::Options& options, int width, int height) const;
 };
 
-// A scene under construction, or read from a file. Arrays given to it are kept by reference.
+// A scene under construction, or read from a file. Members are written with the interpreter's lock held.
 struct Scene {
-    scene::Scene scene;
+    scene::Scene scene;       // a render reads it without the lock, and nothing may write it then:
+    bool is_rendered = false; // see check_idle()
+    scene::Options options;   // those of the next render
     Camera camera;
     std::shared_ptr<Journal> journal = std::make_shared<Journal>(); // what reading it reported
     std::shared_ptr<scene::Delayed> delayed; // procedurals that wait; they report to the journal
     double ingest_s = 0;
     int next_id = 1;
 };
+
+// Throws where a render reads the scene.
+inline void check_idle(const Scene& scene) {
+    if (scene.is_rendered)
+        throw std::runtime_error("the scene is being rendered: add to it before or after, or to another one");
+}
 
 // A group of a scene; instances of it are added to the scene or to later groups.
 struct Group {
@@ -67,8 +76,8 @@ struct Picture {
     std::shared_ptr<Stats> stats; // null where it was read from a file
     std::shared_ptr<Journal> journal;
     bool cancelled = false;
-    float exposure_gain = 1, exposure_gamma = 1; // of the scene; for the PNG
-    color::Display display = color::Display::Srgb;
+    float exposure_gain = 1;
+    film::PngEncoding encoding; // of the scene
 };
 
 void bind_journal(nb::module_& m);

@@ -1,6 +1,7 @@
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/vector.h>
 
+#include "python/arguments.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 
@@ -141,7 +142,7 @@ nb::object matrix(const Transform& t) {
 } // namespace
 
 void bind_camera(nb::module_& m) {
-    nb::class_<Camera>(
+    nb::class_<Camera> camera(
         m, "Camera",
         "Where the picture is taken from.\n\n"
         "`fov` is in degrees across the side that `fov_axis` names: 'smaller', 'x' or 'y'. The world is\n"
@@ -155,80 +156,75 @@ void bind_camera(nb::module_& m) {
         "none.\n"
         "The iris has `blades` straight sides (0 = round), the first corner `blade_rotation` degrees from "
         "the\n"
-        "right; an anamorphic lens makes blurred lights `squeeze` times higher than wide.")
-        .def(
-            "__init__",
-            [](Camera* self, nb::handle origin, nb::handle target, nb::handle up, float fov,
-               const std::string& axis, const std::string& projection, float near_clip, float far_clip,
-               float f_stop, float focal_length, float focal_distance,
-               std::optional<std::array<float, 4>> window, int blades, float blade_rotation, float squeeze,
-               bool left_handed) {
-                const Transform t =
-                    look_at(vec3d(origin, "origin"), vec3d(target, "target"), vec3d(up, "up"), left_handed);
-                new (self) Camera(make(t, {fov, axis, projection, near_clip, far_clip, f_stop, focal_length,
-                                           focal_distance, window, blades, blade_rotation, squeeze}));
-            },
-            nb::arg("origin"), nb::arg("target"), nb::arg("up") = nb::make_tuple(0, 1, 0), nb::kw_only(),
-            nb::arg("fov") = 45.0f, nb::arg("fov_axis") = "smaller", nb::arg("projection") = "perspective",
-            nb::arg("near_clip") = 1e-4f, nb::arg("far_clip") = 1e30f, nb::arg("f_stop") = 0.0f,
-            nb::arg("focal_length") = 0.0f, nb::arg("focal_distance") = 0.0f,
-            nb::arg("screen_window") = nb::none(), nb::arg("blades") = 0, nb::arg("blade_rotation") = 0.0f,
-            nb::arg("squeeze") = 1.0f, nb::arg("left_handed") = false,
-            nb::sig(
-                "def __init__(self, origin: Sequence[float], target: Sequence[float], up: Sequence[float] = "
+        "right; an anamorphic lens makes blurred lights `squeeze` times higher than wide.");
+    define(
+        camera, "__init__",
+        [](Camera* self, nb::handle origin, nb::handle target, nb::handle up, float fov,
+           const std::string& axis, const std::string& projection, float near_clip, float far_clip,
+           float f_stop, float focal_length, float focal_distance, std::optional<std::array<float, 4>> window,
+           int blades, float blade_rotation, float squeeze, bool left_handed) {
+            const Transform t =
+                look_at(vec3d(origin, "origin"), vec3d(target, "target"), vec3d(up, "up"), left_handed);
+            new (self) Camera(make(t, {fov, axis, projection, near_clip, far_clip, f_stop, focal_length,
+                                       focal_distance, window, blades, blade_rotation, squeeze}));
+        },
+        nb::arg("origin"), nb::arg("target"), nb::arg("up") = nb::make_tuple(0, 1, 0), nb::kw_only(),
+        nb::arg("fov") = 45.0f, nb::arg("fov_axis") = "smaller", nb::arg("projection") = "perspective",
+        nb::arg("near_clip") = 1e-4f, nb::arg("far_clip") = 1e30f, nb::arg("f_stop") = 0.0f,
+        nb::arg("focal_length") = 0.0f, nb::arg("focal_distance") = 0.0f,
+        nb::arg("screen_window") = nb::none(), nb::arg("blades") = 0, nb::arg("blade_rotation") = 0.0f,
+        nb::arg("squeeze") = 1.0f, nb::arg("left_handed") = false,
+        nb::sig("def __init__(self, origin: Sequence[float], target: Sequence[float], up: Sequence[float] = "
                 "(0, 1, 0), "
                 "*, fov: float = 45, fov_axis: str = 'smaller', projection: str = 'perspective', "
                 "near_clip: float = 1e-4, far_clip: float = 1e30, f_stop: float = 0, focal_length: float = "
                 "0, "
                 "focal_distance: float = 0, screen_window: tuple[float, float, float, float] | None = None, "
                 "blades: int = 0, blade_rotation: float = 0, squeeze: float = 1, "
-                "left_handed: bool = False) -> None"))
-        .def_static(
-            "from_matrix",
-            [](nb::handle world_from_camera, float fov, const std::string& axis,
-               const std::string& projection, float near_clip, float far_clip, float f_stop,
-               float focal_length, float focal_distance, std::optional<std::array<float, 4>> window,
-               int blades, float blade_rotation, float squeeze) {
-                // Looking along -z: flip to RISpec's camera space.
-                const Transform t =
-                    Transform::scale(1, 1, -1) * transform(world_from_camera, "world_from_camera").inverse();
-                return make(t, {fov, axis, projection, near_clip, far_clip, f_stop, focal_length,
-                                focal_distance, window, blades, blade_rotation, squeeze});
-            },
-            nb::arg("world_from_camera"), nb::kw_only(), nb::arg("fov") = 45.0f,
-            nb::arg("fov_axis") = "smaller", nb::arg("projection") = "perspective",
-            nb::arg("near_clip") = 1e-4f, nb::arg("far_clip") = 1e30f, nb::arg("f_stop") = 0.0f,
-            nb::arg("focal_length") = 0.0f, nb::arg("focal_distance") = 0.0f,
-            nb::arg("screen_window") = nb::none(), nb::arg("blades") = 0, nb::arg("blade_rotation") = 0.0f,
-            nb::arg("squeeze") = 1.0f,
-            "A camera from its 4x4 placement, as OpenGL, USD and Blender have it: looking along -z, y up, "
-            "columns.",
-            nb::sig("def from_matrix(world_from_camera: ArrayLike, *, fov: float = 45, fov_axis: str = "
-                    "'smaller', "
-                    "projection: str = 'perspective', near_clip: float = 1e-4, far_clip: float = 1e30, "
-                    "f_stop: float = 0, "
-                    "focal_length: float = 0, focal_distance: float = 0, "
-                    "screen_window: tuple[float, float, float, float] | None = None, blades: int = 0, "
-                    "blade_rotation: float = 0, squeeze: float = 1) -> Camera"))
-        .def_static(
-            "moving", &moving, nb::arg("cameras"), nb::arg("times") = nb::none(),
-            "A camera that is where each of `cameras` is at its time (default: evenly from 0 to 1); the "
-            "lens is the\n"
-            "first one's. Options.shutter says which part of its way the picture sees.",
-            nb::sig("def moving(cameras: Sequence[Camera], times: Sequence[float] | None = None) -> Camera"))
-        .def_prop_ro("fov", [](const Camera& c) { return c.camera.fov; })
-        .def_prop_ro(
-            "fov_axis",
-            [](const Camera& c) {
-                return c.axis == Camera::FovAxis::X ? "x" : c.axis == Camera::FovAxis::Y ? "y" : "smaller";
-            })
-        .def_prop_ro("projection",
-                     [](const Camera& c) { return std::string(kind_of(c.camera.projection).name); })
-        .def_prop_ro("f_stop", [](const Camera& c) { return c.camera.f_stop; })
-        .def_prop_ro(
-            "camera_from_world", [](const Camera& c) { return matrix(c.camera.camera_from_world); },
-            "4x4, acting on columns, into RISpec's camera space: x right, y up, z into the picture.",
-            nb::sig("def camera_from_world(self) -> numpy.typing.NDArray[numpy.float64]"));
+                "left_handed: bool = False) -> None"));
+    define(
+        Static{camera}, "from_matrix",
+        [](nb::handle world_from_camera, float fov, const std::string& axis, const std::string& projection,
+           float near_clip, float far_clip, float f_stop, float focal_length, float focal_distance,
+           std::optional<std::array<float, 4>> window, int blades, float blade_rotation, float squeeze) {
+            if (world_from_camera.is_none())
+                wrong_argument("world_from_camera", "ArrayLike", world_from_camera);
+            // Looking along -z: flip to RISpec's camera space.
+            const Transform t =
+                Transform::scale(1, 1, -1) * transform(world_from_camera, "world_from_camera").inverse();
+            return make(t, {fov, axis, projection, near_clip, far_clip, f_stop, focal_length, focal_distance,
+                            window, blades, blade_rotation, squeeze});
+        },
+        nb::arg("world_from_camera"), nb::kw_only(), nb::arg("fov") = 45.0f, nb::arg("fov_axis") = "smaller",
+        nb::arg("projection") = "perspective", nb::arg("near_clip") = 1e-4f, nb::arg("far_clip") = 1e30f,
+        nb::arg("f_stop") = 0.0f, nb::arg("focal_length") = 0.0f, nb::arg("focal_distance") = 0.0f,
+        nb::arg("screen_window") = nb::none(), nb::arg("blades") = 0, nb::arg("blade_rotation") = 0.0f,
+        nb::arg("squeeze") = 1.0f,
+        "A camera from its 4x4 placement, as OpenGL, USD and Blender have it: looking along -z, y up, "
+        "columns.",
+        nb::sig("def from_matrix(world_from_camera: ArrayLike, *, fov: float = 45, fov_axis: str = "
+                "'smaller', "
+                "projection: str = 'perspective', near_clip: float = 1e-4, far_clip: float = 1e30, "
+                "f_stop: float = 0, "
+                "focal_length: float = 0, focal_distance: float = 0, "
+                "screen_window: tuple[float, float, float, float] | None = None, blades: int = 0, "
+                "blade_rotation: float = 0, squeeze: float = 1) -> Camera"));
+    define(Static{camera}, "moving", &moving, nb::arg("cameras"), nb::arg("times") = nb::none(),
+           "A camera that is where each of `cameras` is at its time (default: evenly from 0 to 1); the "
+           "lens is the\n"
+           "first one's. Options.shutter says which part of its way the picture sees.",
+           nb::sig("def moving(cameras: Sequence[Camera], times: Sequence[float] | None = None) -> Camera"));
+    camera.def_prop_ro("fov", [](const Camera& c) { return c.camera.fov; });
+    camera.def_prop_ro("fov_axis", [](const Camera& c) {
+        return c.axis == Camera::FovAxis::X ? "x" : c.axis == Camera::FovAxis::Y ? "y" : "smaller";
+    });
+    camera.def_prop_ro("projection",
+                       [](const Camera& c) { return std::string(kind_of(c.camera.projection).name); });
+    camera.def_prop_ro("f_stop", [](const Camera& c) { return c.camera.f_stop; });
+    camera.def_prop_ro(
+        "camera_from_world", [](const Camera& c) { return matrix(c.camera.camera_from_world); },
+        "4x4, acting on columns, into RISpec's camera space: x right, y up, z into the picture.",
+        nb::sig("def camera_from_world(self) -> numpy.typing.NDArray[numpy.float64]"));
 }
 
 } // namespace kanuka::python

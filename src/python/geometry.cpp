@@ -1,6 +1,7 @@
 // Meshes, curves, points and quadrics, alike for a scene and for a group of it.
 #include <nanobind/stl/vector.h>
 
+#include "python/arguments.h"
 #include "python/arrays.h"
 #include "python/values.h"
 
@@ -21,10 +22,24 @@ struct Looks {
     std::vector<std::string> lights_off, shadows_off;
 };
 
+// A Material, a surface Shader, or the name of one.
+Material material_of(nb::handle given) {
+    Material material;
+    if (nb::isinstance<Material>(given))
+        return nb::cast<const Material&>(given);
+    if (nb::isinstance<scene::ShaderRef>(given))
+        material.surface = nb::cast<const scene::ShaderRef&>(given);
+    else if (nb::isinstance<nb::str>(given))
+        material.surface.name = nb::cast<std::string>(given);
+    else
+        wrong_argument("material", "Material | Shader | str | None", given);
+    return material;
+}
+
 std::shared_ptr<const scene::Attributes> attributes(const Looks& looks) {
     auto result = std::make_shared<scene::Attributes>();
     if (!looks.material.is_none()) {
-        const auto& material = nb::cast<const Material&>(looks.material);
+        const Material material = material_of(looks.material);
         result->surface = material.surface;
         result->displacement = material.displacement;
         result->displacement_bound = material.displacement_bound;
@@ -106,7 +121,7 @@ void add_shapes(scene::Primitive& primitive, nb::list points, nb::handle normals
         motion->shapes.push_back({at[i], primitive.geometry, primitive.primvars});
         motion->shapes.back().primvars.set(std::move(P));
         if (n.size() > 1)
-            motion->shapes.back().primvars.set(primvar("normal N", n[i], counts));
+            motion->shapes.back().primvars.set(primvar("normal N", n[i], counts, "normals"));
     }
     primitive.motion = std::move(motion);
 }
@@ -166,11 +181,11 @@ void add_primvars(scene::Primitive& primitive, const MeshPrimvars& given, size_t
                                   {Detail::Uniform, faces.count},
                                   {Detail::Constant, 1}};
     if (!given.normals.is_none())
-        primitive.primvars.set(primvar("normal N", slices(given.normals, 2)[0], counts));
+        primitive.primvars.set(primvar("normal N", slices(given.normals, 2)[0], counts, "normals"));
     if (!given.uv.is_none())
-        primitive.primvars.set(primvar("float[2] st", given.uv, counts));
+        primitive.primvars.set(primvar("float[2] st", given.uv, counts, "uv"));
     for (auto [key, value] : given.primvars)
-        primitive.primvars.set(primvar(nb::cast<std::string>(key), value, counts));
+        primitive.primvars.set(primvar(argument<std::string>(key, "primvars: a name"), value, counts));
     add_shapes(primitive, given.points, given.normals, counts, given.times);
 }
 
@@ -180,9 +195,11 @@ struct Place {
     std::vector<scene::Primitive>& primitives;
 };
 Place place(Scene& s) {
+    check_idle(s);
     return {s, s.scene.primitives};
 }
 Place place(Group& g) {
+    check_idle(*g.owner);
     return {*g.owner, g.get().primitives};
 }
 
@@ -190,6 +207,8 @@ int add(Place place, scene::Primitive primitive, const Looks& looks) {
     primitive.attributes = attributes(looks);
     const std::vector<TransformKey> places = transform_keys(looks.transform, looks.times, "transform");
     primitive.world_from_object = places[0].transform;
+    if (places.size() < 2 && !primitive.motion) // nothing moves: still, they are times
+        check_times(looks.times);
     if (places.size() > 1) {
         auto motion = primitive.motion ? std::make_shared<scene::Motion>(*primitive.motion)
                                        : std::make_shared<scene::Motion>();
@@ -266,7 +285,8 @@ int add_sphere(Place place, float radius, const Looks& looks) {
 }
 
 #define LOOKS_SIG                                                                                            \
-    "material: Material | None = None, transform: ArrayLike | None = None, area_light: Sequence[float] | "   \
+    "material: Material | Shader | str | None = None, transform: ArrayLike | None = None, area_light: "      \
+    "Sequence[float] | "                                                                                     \
     "Shader | "                                                                                              \
     "None = None, "                                                                                          \
     "name: str = '', shading_rate: float = 1, visible_camera: bool = True, double_sided: bool = True, "      \
@@ -279,88 +299,85 @@ int add_sphere(Place place, float radius, const Looks& looks) {
 
 template <class Owner>
 void bind(nb::class_<Owner>& c) {
-    c.def(
-         "add_mesh",
-         [](Owner& owner, nb::handle points, nb::handle faces, nb::handle counts, nb::handle normals,
-            nb::handle uv, nb::dict primvars, nb::handle material, nb::handle transform,
-            nb::handle area_light, std::string name, float shading_rate, bool visible, bool double_sided,
-            bool reverse, nb::handle times, std::vector<std::string> lights_off,
-            std::vector<std::string> shadows_off) {
-             return add_mesh(place(owner), points, faces, counts, {normals, uv, primvars},
-                             {material, transform, area_light, name, shading_rate, visible, double_sided,
-                              reverse, times, lights_off, shadows_off});
-         },
-         nb::arg("points"), nb::arg("faces"), nb::arg("counts") = nb::none(), nb::kw_only(),
-         nb::arg("normals") = nb::none(), nb::arg("uv") = nb::none(), nb::arg("primvars") = nb::dict(),
-         nb::arg("material") = nb::none(), nb::arg("transform") = nb::none(),
-         nb::arg("area_light") = nb::none(), nb::arg("name") = "", nb::arg("shading_rate") = 1.0f,
-         nb::arg("visible_camera") = true, nb::arg("double_sided") = true,
-         nb::arg("reverse_orientation") = false, nb::arg("times") = nb::none(),
-         nb::arg("lights_off") = nb::list(), nb::arg("shadows_off") = nb::list(),
-         "Adds polygons and returns the primitive's id, as in the picture's 'id' layer.\n\n"
-         "`points` (N, 3) float32 and `faces` (M, 3) or (M, 4) int32 are kept by reference, not copied: "
-         "leave them\n"
-         "as they are until the picture is rendered. With `counts`, `faces` is flat and counts[i] is the "
-         "number of\n"
-         "corners of face i. `primvars` are bound to shader parameters of their name; the number of rows "
-         "tells\n"
-         "whether they are given for each vertex, face corner, face, or once. `area_light` is the radiance "
-         "that\n"
-         "the surface sends out. `transform` is 4x4, acting on columns. Lights of `lights_off`, by name or "
-         "group, do not\n"
-         "shine on it; those of `shadows_off` shine through it.\n\n"
-         "What moves while the shutter is open (Options.shutter) is given for several times: `points` (T, N, "
-         "3),\n"
-         "`normals` alike or once, `transform` (T, 4, 4), at `times` (default: evenly from 0 to 1).",
-         nb::sig("def add_mesh" MESH_SIG LOOKS_SIG ") -> int"))
-        .def(
-            "add_subdivision",
-            [](Owner& owner, nb::handle points, nb::handle faces, nb::handle counts, nb::handle normals,
-               nb::handle uv, nb::dict primvars, std::string scheme,
-               std::vector<std::vector<int32_t>> creases, std::vector<float> crease_sharpness,
-               std::vector<int32_t> corners, std::vector<float> corner_sharpness, std::vector<int32_t> holes,
-               bool interpolate_boundary, nb::handle material, nb::handle transform, nb::handle area_light,
-               std::string name, float shading_rate, bool visible, bool double_sided, bool reverse,
-               nb::handle times, std::vector<std::string> lights_off, std::vector<std::string> shadows_off) {
-                return add_subdivision(
-                    place(owner), points, faces, counts, scheme,
-                    {creases, crease_sharpness, corners, holes, corner_sharpness, interpolate_boundary},
-                    {normals, uv, primvars},
-                    {material, transform, area_light, name, shading_rate, visible, double_sided, reverse,
-                     times, lights_off, shadows_off});
-            },
-            nb::arg("points"), nb::arg("faces"), nb::arg("counts") = nb::none(), nb::kw_only(),
-            nb::arg("normals") = nb::none(), nb::arg("uv") = nb::none(), nb::arg("primvars") = nb::dict(),
-            nb::arg("scheme") = "catmull-clark", nb::arg("creases") = nb::list(),
-            nb::arg("crease_sharpness") = nb::list(), nb::arg("corners") = nb::list(),
-            nb::arg("corner_sharpness") = nb::list(), nb::arg("holes") = nb::list(),
-            nb::arg("interpolate_boundary") = true, nb::arg("material") = nb::none(),
-            nb::arg("transform") = nb::none(), nb::arg("area_light") = nb::none(), nb::arg("name") = "",
-            nb::arg("shading_rate") = 1.0f, nb::arg("visible_camera") = true, nb::arg("double_sided") = true,
-            nb::arg("reverse_orientation") = false, nb::arg("times") = nb::none(),
-            nb::arg("lights_off") = nb::list(), nb::arg("shadows_off") = nb::list(),
-            "Adds a subdivision surface: arguments as add_mesh, and its creases as chains of vertices.",
-            nb::sig("def add_subdivision" MESH_SIG
-                    "scheme: str = 'catmull-clark', creases: Sequence[Sequence[int]] = [], "
-                    "crease_sharpness: Sequence[float] = [], corners: Sequence[int] = [], "
-                    "corner_sharpness: Sequence[float] = [], holes: Sequence[int] = [], "
-                    "interpolate_boundary: bool = True, " LOOKS_SIG ") -> int"))
-        .def(
-            "add_sphere",
-            [](Owner& owner, float radius, nb::handle material, nb::handle transform, nb::handle area_light,
-               std::string name, float shading_rate, bool visible, bool double_sided, bool reverse,
-               nb::handle times, std::vector<std::string> lights_off, std::vector<std::string> shadows_off) {
-                return add_sphere(place(owner), radius,
-                                  {material, transform, area_light, name, shading_rate, visible, double_sided,
-                                   reverse, times, lights_off, shadows_off});
-            },
-            nb::arg("radius") = 1.0f, nb::kw_only(), nb::arg("material") = nb::none(),
-            nb::arg("transform") = nb::none(), nb::arg("area_light") = nb::none(), nb::arg("name") = "",
-            nb::arg("shading_rate") = 1.0f, nb::arg("visible_camera") = true, nb::arg("double_sided") = true,
-            nb::arg("reverse_orientation") = false, nb::arg("times") = nb::none(),
-            nb::arg("lights_off") = nb::list(), nb::arg("shadows_off") = nb::list(),
-            "Adds a sphere about the origin of its own space.",
-            nb::sig("def add_sphere(self, radius: float = 1, *, " LOOKS_SIG ") -> int"));
+    define(
+        c, "add_mesh",
+        [](Owner& owner, nb::handle points, nb::handle faces, nb::handle counts, nb::handle normals,
+           nb::handle uv, nb::dict primvars, nb::handle material, nb::handle transform, nb::handle area_light,
+           std::string name, float shading_rate, bool visible, bool double_sided, bool reverse,
+           nb::handle times, std::vector<std::string> lights_off, std::vector<std::string> shadows_off) {
+            return add_mesh(place(owner), points, faces, counts, {normals, uv, primvars},
+                            {material, transform, area_light, name, shading_rate, visible, double_sided,
+                             reverse, times, lights_off, shadows_off});
+        },
+        nb::arg("points"), nb::arg("faces"), nb::arg("counts") = nb::none(), nb::kw_only(),
+        nb::arg("normals") = nb::none(), nb::arg("uv") = nb::none(), nb::arg("primvars") = nb::dict(),
+        nb::arg("material") = nb::none(), nb::arg("transform") = nb::none(),
+        nb::arg("area_light") = nb::none(), nb::arg("name") = "", nb::arg("shading_rate") = 1.0f,
+        nb::arg("visible_camera") = true, nb::arg("double_sided") = true,
+        nb::arg("reverse_orientation") = false, nb::arg("times") = nb::none(),
+        nb::arg("lights_off") = nb::list(), nb::arg("shadows_off") = nb::list(),
+        "Adds polygons and returns the primitive's id, as in the picture's 'id' layer.\n\n"
+        "`points` is (N, 3) float32, `faces` (M, 3) or (M, 4) int32. With `counts`, `faces` is flat and "
+        "counts[i] is the\n"
+        "number of corners of face i. `primvars` are bound to shader parameters of their name; the number of rows "
+        "tells\n"
+        "whether they are given for each vertex, face corner, face, or once. `area_light` is the radiance "
+        "that\n"
+        "the surface sends out. `transform` is 4x4, acting on columns. Lights of `lights_off`, by name or "
+        "group, do not\n"
+        "shine on it; those of `shadows_off` shine through it.\n\n"
+        "What moves while the shutter is open (Options.shutter) is given for several times: `points` (T, N, "
+        "3),\n"
+        "`normals` alike or once, `transform` (T, 4, 4), at `times` (default: evenly from 0 to 1).",
+        nb::sig("def add_mesh" MESH_SIG LOOKS_SIG ") -> int"));
+    define(
+        c, "add_subdivision",
+        [](Owner& owner, nb::handle points, nb::handle faces, nb::handle counts, nb::handle normals,
+           nb::handle uv, nb::dict primvars, std::string scheme, std::vector<std::vector<int32_t>> creases,
+           std::vector<float> crease_sharpness, std::vector<int32_t> corners,
+           std::vector<float> corner_sharpness, std::vector<int32_t> holes, bool interpolate_boundary,
+           nb::handle material, nb::handle transform, nb::handle area_light, std::string name,
+           float shading_rate, bool visible, bool double_sided, bool reverse, nb::handle times,
+           std::vector<std::string> lights_off, std::vector<std::string> shadows_off) {
+            return add_subdivision(
+                place(owner), points, faces, counts, scheme,
+                {creases, crease_sharpness, corners, holes, corner_sharpness, interpolate_boundary},
+                {normals, uv, primvars},
+                {material, transform, area_light, name, shading_rate, visible, double_sided, reverse, times,
+                 lights_off, shadows_off});
+        },
+        nb::arg("points"), nb::arg("faces"), nb::arg("counts") = nb::none(), nb::kw_only(),
+        nb::arg("normals") = nb::none(), nb::arg("uv") = nb::none(), nb::arg("primvars") = nb::dict(),
+        nb::arg("scheme") = "catmull-clark", nb::arg("creases") = nb::list(),
+        nb::arg("crease_sharpness") = nb::list(), nb::arg("corners") = nb::list(),
+        nb::arg("corner_sharpness") = nb::list(), nb::arg("holes") = nb::list(),
+        nb::arg("interpolate_boundary") = true, nb::arg("material") = nb::none(),
+        nb::arg("transform") = nb::none(), nb::arg("area_light") = nb::none(), nb::arg("name") = "",
+        nb::arg("shading_rate") = 1.0f, nb::arg("visible_camera") = true, nb::arg("double_sided") = true,
+        nb::arg("reverse_orientation") = false, nb::arg("times") = nb::none(),
+        nb::arg("lights_off") = nb::list(), nb::arg("shadows_off") = nb::list(),
+        "Adds a subdivision surface: arguments as add_mesh, and its creases as chains of vertices.",
+        nb::sig("def add_subdivision" MESH_SIG
+                "scheme: str = 'catmull-clark', creases: Sequence[Sequence[int]] = [], "
+                "crease_sharpness: Sequence[float] = [], corners: Sequence[int] = [], "
+                "corner_sharpness: Sequence[float] = [], holes: Sequence[int] = [], "
+                "interpolate_boundary: bool = True, " LOOKS_SIG ") -> int"));
+    define(
+        c, "add_sphere",
+        [](Owner& owner, float radius, nb::handle material, nb::handle transform, nb::handle area_light,
+           std::string name, float shading_rate, bool visible, bool double_sided, bool reverse,
+           nb::handle times, std::vector<std::string> lights_off, std::vector<std::string> shadows_off) {
+            return add_sphere(place(owner), radius,
+                              {material, transform, area_light, name, shading_rate, visible, double_sided,
+                               reverse, times, lights_off, shadows_off});
+        },
+        nb::arg("radius") = 1.0f, nb::kw_only(), nb::arg("material") = nb::none(),
+        nb::arg("transform") = nb::none(), nb::arg("area_light") = nb::none(), nb::arg("name") = "",
+        nb::arg("shading_rate") = 1.0f, nb::arg("visible_camera") = true, nb::arg("double_sided") = true,
+        nb::arg("reverse_orientation") = false, nb::arg("times") = nb::none(),
+        nb::arg("lights_off") = nb::list(), nb::arg("shadows_off") = nb::list(),
+        "Adds a sphere about the origin of its own space.",
+        nb::sig("def add_sphere(self, radius: float = 1, *, " LOOKS_SIG ") -> int"));
 }
 
 } // namespace

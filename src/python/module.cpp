@@ -8,7 +8,7 @@ static void translate(const std::exception_ptr& pointer, void* payload) {
     try {
         std::rethrow_exception(pointer);
     } catch (const Error& error) {
-        nb::object instance = nb::borrow(error_class)(error.what());
+        nb::object instance = nb::borrow(error_class)(std::string(error.what()));
         instance.attr("file") = error.where().file.str();
         instance.attr("line") = error.where().line;
         instance.attr("column") = error.where().column;

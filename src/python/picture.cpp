@@ -7,6 +7,7 @@
 #include <nanobind/stl/vector.h>
 
 #include "film/ztest.h"
+#include "python/arguments.h"
 #include "python/arrays.h"
 #include "scene/picture_name.h"
 #include "shade/make_texture.h"
@@ -90,7 +91,7 @@ void init_picture(Picture* self, const nb::dict& arrays) {
     new (self) Picture();
     film::Picture& picture = self->picture;
     for (auto [key, value] : arrays) {
-        const auto name = nb::cast<std::string>(key);
+        const auto name = argument<std::string>(key, "layers: a name");
         const FloatArray array = float_array(value, name.c_str());
         if (array.shape.size() < 2 || array.shape.size() > 3)
             throw nb::value_error(
@@ -127,12 +128,32 @@ film::Picture without_alpha(const film::Picture& picture) {
     return result;
 }
 
+// Its channels of these layers alone.
+Picture with_layers(const Picture& p, const std::vector<std::string>& names) {
+    Picture result = p;
+    const auto unwanted = [&](const film::Picture::Channel& channel) {
+        return std::find(names.begin(), names.end(), layer_of(channel.name)) == names.end();
+    };
+    std::erase_if(result.picture.channels, unwanted);
+    if (result.picture.channels.empty())
+        throw nb::value_error("layers: the picture has none of them; keys() names those that it has");
+    return result;
+}
+
 void write(Picture& p, const std::filesystem::path& path, std::optional<float> gain,
-           std::optional<float> gamma, bool alpha, const std::string& display) {
+           std::optional<float> gamma, bool alpha, const std::string& display,
+           const std::optional<std::vector<std::string>>& layers) {
+    if (layers) {
+        Picture some = with_layers(p, *layers);
+        return write(some, path, gain, gamma, alpha, display, {});
+    }
     const std::string suffix = path.extension().string(), file = path.string();
-    const auto encoding = display.empty() ? std::optional(p.display) : color::find_display(display);
-    if (!encoding)
-        throw nb::value_error("display: expected \"srgb\" or \"rec709\"");
+    film::PngEncoding encoding = p.encoding;
+    if (!display.empty()) {
+        if (display != film::LinearDisplay && !color::find_display(display))
+            throw nb::value_error("display: expected \"srgb\", \"rec709\" or \"linear\"");
+        encoding = film::png_encoding(display, 1);
+    }
     double unused = 0;
     nb::gil_scoped_release free;
     ScopedTimer timer(p.stats ? p.stats->time.film_s : unused);
@@ -140,7 +161,7 @@ void write(Picture& p, const std::filesystem::path& path, std::optional<float> g
         film::write_exr(file, p.picture);
     else if (suffix == ".png")
         film::write_png(file, alpha ? p.picture : without_alpha(p.picture), gain.value_or(p.exposure_gain),
-                        gamma.value_or(p.exposure_gamma), *encoding);
+                        gamma.value_or(encoding.gamma), encoding.display);
     else
         throw Error(file + ": pictures are written as .exr or .png", ExitCode::Usage);
 }
@@ -211,8 +232,8 @@ void bind_z_test(nb::module_& m) {
         .def_ro("smallest_p", &R::smallest_p)
         .def_prop_ro("worst_at", [](const R& r) { return std::pair(r.worst_x, r.worst_y); })
         .def_prop_ro("p_values", [](const R& r) { return Picture{.picture = r.p_values}; });
-    m.def(
-        "z_test",
+    define(
+        m, "z_test",
         [](const Picture& reference, const Picture& variance, const Picture& test, double reference_samples,
            double test_samples, double significance) {
             film::ZTestOptions options;
@@ -251,8 +272,8 @@ void bind_comparison(nb::module_& m) {
         .def_ro("nonfinite_b", &C::nonfinite_b)
         .def_prop_ro(
             "difference", [](const C& c) { return Picture{.picture = c.difference}; }, "the FLIP map");
-    m.def(
-        "compare",
+    define(
+        m, "compare",
         [](const Picture& a, const Picture& b, float gain) {
             nb::gil_scoped_release free;
             return film::compare(a.picture, b.picture, gain);
@@ -304,63 +325,67 @@ static void make_texture(const std::vector<std::string>& pictures, const std::st
 }
 
 void bind_picture(nb::module_& m) {
-    nb::class_<Picture>(
+    nb::class_<Picture> picture(
         m, "Picture",
         "Pixels by layer: picture['rgb'] is a (height, width, 3) array of scene-linear Rec.709, others\n"
-        "are 'alpha', 'albedo', 'N', 'Z', … as picture.keys() says; rows run from the top.")
-        .def("__init__", &init_picture, nb::arg("layers"), "A picture from arrays: Picture({'rgb': array}).",
-             nb::sig("def __init__(self, layers: dict[str, ArrayLike]) -> None"))
-        .def("__getitem__", &get_layer, nb::arg("layer"),
-             nb::sig("def __getitem__(self, layer: str) -> numpy.typing.NDArray[numpy.float32]"))
-        .def("__contains__",
-             [](const Picture& p, const std::string& name) {
-                 const auto names = keys(p);
-                 return std::find(names.begin(), names.end(), name) != names.end();
-             })
-        .def("keys", &keys)
-        .def(
-            "__iter__", [](const Picture& p) { return nb::iter(nb::cast(keys(p))); },
-            nb::sig("def __iter__(self) -> Iterator[str]"))
-        .def("__len__", [](const Picture& p) { return keys(p).size(); })
-        .def_prop_ro("width", [](const Picture& p) { return p.picture.width; })
-        .def_prop_ro("height", [](const Picture& p) { return p.picture.height; })
-        .def_prop_ro(
-            "full_size",
-            [](const Picture& p) { return std::pair(p.picture.full_width, p.picture.full_height); },
-            "of the whole frame; a cropped picture is smaller")
-        .def_prop_ro(
-            "offset", [](const Picture& p) { return std::pair(p.picture.x0, p.picture.y0); },
-            "where the picture sits in the whole frame")
-        .def_prop_rw(
-            "metadata", [](const Picture& p) { return p.picture.metadata; },
-            [](Picture& p, const std::map<std::string, std::string>& metadata) {
-                p.picture.metadata = metadata;
-            })
-        .def_prop_ro("stats", &stats_dict, "Figures of the render; None for a picture that was read.",
-                     nb::sig("def stats(self) -> dict[str, dict[str, float]] | None"))
-        .def_prop_ro(
-            "space", [](const Picture& p) { return std::string(color::info(p.picture.space).name); },
-            "colour space of the pixels")
-        .def_ro("journal", &Picture::journal)
-        .def_ro("cancelled", &Picture::cancelled,
-                "True where rendering stopped early; the pixels are what was there.")
-        .def("write", &write, nb::arg("path"), nb::kw_only(), nb::arg("gain") = nb::none(),
-             nb::arg("gamma") = nb::none(), nb::arg("alpha") = false, nb::arg("display") = "",
-             "Writes .exr (all layers, linear) or .png (8 bits, Rec.709 primaries, `display` sRGB or rec709, "
-             "what is transparent over black unless\n"
-             "`alpha` is set; `gain` and `gamma` default to the scene's Exposure). The file appears complete "
-             "or\n"
-             "not at all.")
-        .def("__repr__", [](const Picture& p) {
-            return "<kanuka.Picture " + std::to_string(p.picture.width) + " x " +
-                   std::to_string(p.picture.height) + ">";
+        "are 'alpha', 'albedo', 'N', 'Z', … as picture.keys() says; rows run from the top.");
+    define(picture, "__init__", &init_picture, nb::arg("layers"),
+           "A picture from arrays: Picture({'rgb': array}).",
+           nb::sig("def __init__(self, layers: dict[str, ArrayLike]) -> None"));
+    define(picture, "__getitem__", &get_layer, nb::arg("layer"),
+           nb::sig("def __getitem__(self, layer: str) -> numpy.typing.NDArray[numpy.float32]"));
+    picture.def("__contains__", [](const Picture& p, const std::string& name) {
+        const auto names = keys(p);
+        return std::find(names.begin(), names.end(), name) != names.end();
+    });
+    picture.def("keys", &keys);
+    picture.def(
+        "__iter__", [](const Picture& p) { return nb::iter(nb::cast(keys(p))); },
+        nb::sig("def __iter__(self) -> Iterator[str]"));
+    picture.def("__len__", [](const Picture& p) { return keys(p).size(); });
+    picture.def_prop_ro("width", [](const Picture& p) { return p.picture.width; });
+    picture.def_prop_ro("height", [](const Picture& p) { return p.picture.height; });
+    picture.def_prop_ro(
+        "full_size", [](const Picture& p) { return std::pair(p.picture.full_width, p.picture.full_height); },
+        "of the whole frame; a cropped picture is smaller");
+    picture.def_prop_ro(
+        "offset", [](const Picture& p) { return std::pair(p.picture.x0, p.picture.y0); },
+        "where the picture sits in the whole frame");
+    property(
+        picture, "metadata", [](const Picture& p) { return p.picture.metadata; },
+        [](Picture& p, const std::map<std::string, std::string>& metadata) {
+            p.picture.metadata = metadata;
         });
-    m.def(
-        "picture_file", [](const std::string& name) { return scene::picture_file(name); }, nb::arg("display"),
+    picture.def_prop_ro("stats", &stats_dict, "Figures of the render; None for a picture that was read.",
+                        nb::sig("def stats(self) -> dict[str, dict[str, float]] | None"));
+    picture.def_prop_ro(
+        "space", [](const Picture& p) { return std::string(color::info(p.picture.space).name); },
+        "colour space of the pixels");
+    picture.def_ro("journal", &Picture::journal);
+    picture.def_ro("cancelled", &Picture::cancelled,
+                   "True where rendering stopped early; the pixels are what was there.");
+    define(picture, "write", &write, nb::arg("path"), nb::kw_only(), nb::arg("gain") = nb::none(),
+           nb::arg("gamma") = nb::none(), nb::arg("alpha") = false, nb::arg("display") = "",
+           nb::arg("layers") = nb::none(),
+           "Writes .exr (linear, all layers or those of `layers`) or .png (8 bits, Rec.709 primaries, "
+           "what is transparent over black unless\n"
+           "`alpha` is set; `gain` defaults to the scene's Exposure. `display`: srgb, rec709 (BT.1886), or "
+           "linear: the\n"
+           "values as they are. By default it is the scene's, where a gamma of Exposure takes the place of "
+           "sRGB;\n"
+           "`gamma` comes before it). The file appears complete or not at all.");
+    picture.def("__repr__", [](const Picture& p) {
+        return "<kanuka.Picture " + std::to_string(p.picture.width) + " x " +
+               std::to_string(p.picture.height) + ">";
+    });
+
+    define(
+        m, "picture_file", [](const std::string& name) { return scene::picture_file(name); },
+        nb::arg("display"),
         "The file that the name of a Display stands for: 'ball.tif' is ball.exr, 'anim.0001' anim.0001.exr.");
-    m.def("read", &read, nb::arg("path"), "Reads an EXR file.");
-    m.def(
-        "make_texture", &make_texture, nb::arg("pictures"), nb::arg("texture"), nb::kw_only(),
+    define(m, "read", &read, nb::arg("path"), "Reads an EXR file.");
+    define(
+        m, "make_texture", &make_texture, nb::arg("pictures"), nb::arg("texture"), nb::kw_only(),
         nb::arg("wrap") = std::pair<std::string, std::string>("periodic", "periodic"),
         nb::arg("filter") = "box", nb::arg("latlong") = false, nb::arg("fov") = 90.0f,
         nb::arg("filter_width") = std::pair<float, float>(0.0f, 0.0f),

@@ -10,6 +10,7 @@
 
 #include "dice/dice.h"
 #include "ingest/rib/search_path.h"
+#include "python/arguments.h"
 
 namespace kanuka::python {
 
@@ -291,8 +292,8 @@ void bind_procedurals(nb::module_& m) {
                 return ingest::find_file(file, r.folders);
             },
             nb::arg("file"), "Path of a file that the scene names; None = it is not in the folders.");
-    m.def(
-        "surface_mesh",
+    define(
+        m, "surface_mesh",
         [](const std::filesystem::path& path, float edge) {
             SurfaceMesh mesh;
             {

@@ -13,7 +13,8 @@
 
 #include "ingest/rib/convert.h"
 #include "ingest/rib/rib.h"
-#include "python/bindings.h"
+#include "python/keywords.h"
+#include "python/messages.h"
 #include "python/procedurals.h"
 #include "render/session.h"
 #include "transport/integrator.h"
@@ -88,6 +89,17 @@ class Supervisor {
         nb::raise_python_error();
     }
 
+    // The same; then the messages are told, however it ended.
+    void run(const std::function<void()>& work, const Messages& messages) {
+        try {
+            run(work);
+        } catch (...) {
+            messages.tell();
+            throw;
+        }
+        messages.tell();
+    }
+
   private:
     void serve() {
         if (PyErr_CheckSignals() != 0)
@@ -115,70 +127,148 @@ std::string standard_shaders() {
     return nb::cast<std::string>(nb::module_::import_("kanuka.paths").attr("standard_shaders")());
 }
 
-Picture render(std::shared_ptr<Scene> scene, const render::Overrides& given,
-               std::optional<bool> strict_directions, nb::handle callback, std::shared_ptr<Journal> journal) {
-    render::Overrides overrides = given;
+// ---- render(): the one declaration of its arguments
+// --------------------------------------------------------
+
+struct Request {
+    render::Overrides overrides;
+    nb::object progress = nb::none();
+    std::shared_ptr<Journal> journal;
+};
+
+// To a member of the overrides; None leaves the scene's.
+template <auto Member>
+void over(Request& r, nb::handle value, const char* name) {
+    r.overrides.*Member = argument<std::remove_cvref_t<decltype(r.overrides.*Member)>>(value, name);
+}
+
+using O = render::Overrides;
+constexpr Keyword<Request> RenderKeywords[] = {
+    {"progressions", "int | None", "None", "paths a pixel", "None = the scene's samples, else 64",
+     over<&O::progressions>},
+    {"threads", "int | None", "None", "", "None = all there are; the picture is the same for any number",
+     over<&O::threads>},
+    {"resolution", "tuple[int, int] | None", "None", "pixels", "width and height",
+     [](Request& r, nb::handle value, const char* name) {
+         const auto size = argument<std::optional<std::pair<int, int>>>(value, name);
+         if (size && (size->first < 1 || size->second < 1))
+             throw nb::value_error("resolution: expected two positive numbers");
+         r.overrides.width = size ? std::optional(size->first) : std::nullopt;
+         r.overrides.height = size ? std::optional(size->second) : std::nullopt;
+     }},
+    {"crop", "tuple[float, float, float, float] | None", "None", "fractions of the picture, y down",
+     "xmin, xmax, ymin, ymax", over<&O::crop>},
+    {"shading_rate", "float | None", "None", "", "multiplies every object's micropolygon area",
+     over<&O::shading_rate>},
+    {"geometry_tolerance", "float | None", "None", "pixels",
+     "how far traced geometry may be off the diced surface; 0 traces every micropolygon",
+     over<&O::geometry_tolerance>},
+    {"max_depth", "int | None", "None", "", "scattering events of a path", over<&O::max_depth>},
+    {"integrator", "str | None", "None", "",
+     "a name and parameters, as 'ao:distance=2'; integrators() has them", over<&O::integrator>},
+    {"seed", "int | None", "None", "", "another seed, another noise", over<&O::seed>},
+    {"aovs", "Sequence[str]", "()", "",
+     "output parameters of surface shaders that become layers, beside those that the scene's displays name",
+     over<&O::aovs>},
+    {"shutter", "tuple[float, float] | None", "None", "", "when it opens and closes; equal = no motion blur",
+     [](Request& r, nb::handle value, const char* name) {
+         over<&O::shutter>(r, value, name);
+         if (const auto& s = r.overrides.shutter; s && !((*s)[0] <= (*s)[1]))
+             throw nb::value_error("shutter: it must open before it closes");
+     }},
+    {"lanes", "int", "0", "1, 8 or 16", "SIMD lanes; 0 = the widest. The picture is the same",
+     over<&O::lanes>},
+    {"strict_directions", "bool | None", "None", "",
+     "what surface shaders do that no material can do is an error; else it is approximated",
+     over<&O::strict_directions>},
+    {"progress", "Callable[[str, float], object] | None", "None", "",
+     "called with the phase and its fraction, on the calling thread",
+     [](Request& r, nb::handle value, const char* name) {
+         if (!value.is_none() && !PyCallable_Check(value.ptr()))
+             wrong_argument(name, "a callable or None", value);
+         r.progress = nb::borrow(value);
+     }},
+    {"journal", "Journal | None", "None", "", "takes the messages, which are warnings else",
+     [](Request& r, nb::handle value, const char* name) {
+         r.journal = argument<std::shared_ptr<Journal>>(value, name, true);
+     }},
+};
+
+constexpr std::span<const Keyword<Request>> RenderTable(RenderKeywords);
+
+Picture render(std::shared_ptr<Scene> scene, const nb::kwargs& keywords) {
+    Request request;
+    take_keywords(request, RenderTable, "render", keywords);
+    render::Overrides& overrides = request.overrides;
+    const scene::Scene& s = scene->scene;
     overrides.standard_shaders = standard_shaders();
     overrides.delayed = scene->delayed.get();
-    scene::Scene& s = scene->scene;
-    struct Restore { // the scene's own option is the scene's own
-        bool& option;
-        bool value;
-        ~Restore() { option = value; }
-    } const restore{s.options.strict_directions, s.options.strict_directions};
-    s.options.strict_directions = strict_directions.value_or(s.options.strict_directions);
+    check_idle(*scene);
+    struct Reading {
+        bool& now;
+        explicit Reading(bool& flag) : now(flag) { now = true; }
+        ~Reading() { now = false; }
+    } const reading(scene->is_rendered);
+    scene->scene.options = scene->options; // Python may write its own while the picture is made
     const int width = overrides.width.value_or(s.options.width),
               height = overrides.height.value_or(s.options.height);
-    if (width < 1 || height < 1)
-        throw nb::value_error("resolution: expected two positive numbers");
-    s.camera = scene->camera.resolve(s.options, width, height);
-    if (!journal) {
-        journal = std::make_shared<Journal>();
-        for (const Journal::Entry& e : scene->journal->entries())
-            for (uint64_t i = 0; i < e.count; i++)
-                journal->report(e.severity, e.where, e.message);
-    }
+    overrides.camera = scene->camera.resolve(s.options, width, height);
+    const Messages messages(request.journal);
+    const std::shared_ptr<Journal> journal = messages.journal;
     Picture picture;
     picture.journal = journal;
     picture.stats = std::make_shared<Stats>();
     picture.stats->time.ingest_s = picture.stats->time.total_s = scene->ingest_s;
     picture.exposure_gain = s.options.exposure_gain;
-    // The gamma of Exposure stands for the display's; a PNG has its own transfer, sRGB, which takes its
-    // place.
-    picture.exposure_gamma = 1;
-    picture.display = color::find_display(s.options.color.display).value_or(color::Display::Srgb);
+    picture.encoding = film::png_encoding(s.options.color.display, s.options.exposure_gamma);
 
-    Supervisor supervisor(callback);
+    Supervisor supervisor(request.progress);
     render::Result result;
     supervisor.run(
-        [&] { result = render::render(s, overrides, *journal, *picture.stats, supervisor.progress()); });
+        [&] { result = render::render(s, overrides, *journal, *picture.stats, supervisor.progress()); },
+        messages);
+    if (messages.tells)
+        for (const Journal::Entry& e : scene->journal->entries()) // what reading the scene reported
+            for (uint64_t i = 0; i < e.count; i++)
+                journal->report(e.severity, e.where, e.message);
     if (result.picture.channels.empty()) // nothing to keep
         supervisor.rethrow_interrupt();
     picture.picture = std::move(result.picture);
     picture.cancelled = result.cancelled;
+    char seconds[32];
+    std::snprintf(seconds, sizeof seconds, "%.2f", picture.stats->time.total_s);
+    log(std::to_string(picture.picture.width) + " × " + std::to_string(picture.picture.height) +
+        " pixels in " + seconds + " s");
     return picture;
 }
 
 std::shared_ptr<Scene> load(const std::vector<std::string>& paths,
-                            const std::vector<std::string>& archive_path, int frame, bool run_programs,
-                            nb::dict procedurals, bool on_demand, bool run_system) {
+                            const std::vector<std::string>& archive_path, int frame, int repeat,
+                            bool run_programs, nb::dict procedurals, bool on_demand, bool run_system,
+                            std::shared_ptr<Journal> journal) {
     auto scene = std::make_shared<Scene>();
+    const Messages messages(std::move(journal));
+    scene->journal = messages.journal;
     ingest::RibOptions options;
     options.archive_path = archive_path;
     options.frame = frame;
+    options.repeat = repeat;
     options.run_programs = run_programs;
     options.run_system = run_system;
     options.procedural = plug_ins(std::move(procedurals));
     if (on_demand)
         options.on_demand = &scene->delayed;
     Supervisor supervisor{nb::none()};
-    supervisor.run([&] {
-        ScopedTimer timer(scene->ingest_s);
-        scene->scene = ingest::read_ribs(paths, options, *scene->journal);
-    });
+    supervisor.run(
+        [&] {
+            ScopedTimer timer(scene->ingest_s);
+            scene->scene = ingest::read_ribs(paths, options, *scene->journal);
+        },
+        messages);
     supervisor.rethrow_interrupt();
     scene->scene.journal = scene->journal.get();
     scene->camera.camera = scene->scene.camera;
+    scene->options = scene->scene.options;
     for (const auto& p : scene->scene.primitives)
         scene->next_id = std::max(scene->next_id, p.id + 1);
     return scene;
@@ -187,82 +277,41 @@ std::shared_ptr<Scene> load(const std::vector<std::string>& paths,
 } // namespace
 
 void bind_render(nb::module_& m) {
-    m.def(
-        "render",
-        [](std::shared_ptr<Scene> scene, std::optional<int> progressions, std::optional<int> threads,
-           std::optional<std::pair<int, int>> resolution, std::optional<std::array<float, 4>> crop,
-           std::optional<float> shading_rate, std::optional<float> geometry_tolerance,
-           std::optional<int> max_depth, std::optional<std::string> integrator, std::optional<uint32_t> seed,
-           const std::vector<std::string>& aovs, std::optional<std::array<float, 2>> shutter, int lanes,
-           std::optional<bool> strict_directions, nb::handle progress, std::shared_ptr<Journal> journal) {
-            render::Overrides o;
-            o.progressions = progressions;
-            o.threads = threads;
-            if (resolution)
-                o.width = resolution->first, o.height = resolution->second;
-            o.crop = crop;
-            o.shading_rate = shading_rate;
-            o.geometry_tolerance = geometry_tolerance;
-            o.max_depth = max_depth;
-            o.integrator = integrator;
-            o.seed = seed;
-            o.aovs = aovs;
-            if (shutter && !((*shutter)[0] <= (*shutter)[1]))
-                throw nb::value_error("shutter: it must open before it closes");
-            o.shutter = shutter;
-            o.lanes = lanes;
-            return render(scene, o, strict_directions, progress, journal);
-        },
-        nb::arg("scene"), nb::kw_only(), nb::arg("progressions") = nb::none(),
-        nb::arg("threads") = nb::none(), nb::arg("resolution") = nb::none(), nb::arg("crop") = nb::none(),
-        nb::arg("shading_rate") = nb::none(), nb::arg("geometry_tolerance") = nb::none(),
-        nb::arg("max_depth") = nb::none(), nb::arg("integrator") = nb::none(), nb::arg("seed") = nb::none(),
-        nb::arg("aovs") = nb::list(), nb::arg("shutter") = nb::none(), nb::arg("lanes") = 0,
-        nb::arg("strict_directions") = nb::none(), nb::arg("progress") = nb::none(),
-        nb::arg("journal") = nb::none(),
-        "Renders a scene. Arguments go over the scene's own options; None leaves them.\n\n"
-        "`progressions` is the number of paths a pixel, `shading_rate` multiplies every object's "
-        "micropolygon area.\n"
-        "`aovs` names output parameters of surface shaders that become layers of the picture, beside those "
-        "that the\n"
-        "scene's displays ask for.\n"
-        "`progress(phase, fraction)` is called on the calling thread. Ctrl-C stops early and returns what is "
-        "there,\n"
-        "with `cancelled` set. `strict_directions` makes errors of what surface shaders do that no material "
-        "can do;\n"
-        "else it is approximated. The picture is the same, bit for bit, for any number of threads.",
-        nb::sig("def render(scene: Scene, *, progressions: int | None = None, threads: int | None = None, "
-                "resolution: tuple[int, int] | None = None, crop: tuple[float, float, float, float] | None = "
-                "None, "
-                "shading_rate: float | None = None, geometry_tolerance: float | None = None, "
-                "max_depth: int | None = None, integrator: str | None = None, seed: int | None = None, "
-                "aovs: Sequence[str] = (), shutter: tuple[float, float] | None = None, "
-                "lanes: int = 0, strict_directions: bool | None = None, "
-                "progress: Callable[[str, float], object] | None = None, journal: Journal | None = None) -> "
-                "Picture"));
-    m.def(
-        "load",
+    static const std::string // nanobind keeps the pointers
+        sig = "def render(scene: Scene, *" + keyword_signature(RenderTable) + ") -> Picture",
+        about = "Renders a scene. Arguments go over the scene's own options; None leaves them.\n" +
+                keyword_doc(RenderTable) +
+                "\n\nCtrl-C stops early and returns what is there, with `cancelled` set. What is missing or "
+                "replaced "
+                "is a kanuka.Warning,\nand in the picture's journal.";
+    define(m, "render", &render, nb::arg("scene"), nb::arg("keywords"), nb::sig(sig.c_str()), about.c_str());
+    define(
+        m, "load",
         [](const std::filesystem::path& path, const std::vector<std::string>& archive_path, int frame,
-           bool run_programs, nb::dict procedurals, bool on_demand, bool run_system,
-           const std::vector<std::filesystem::path>& before) {
+           int repeat, bool run_programs, nb::dict procedurals, bool on_demand, bool run_system,
+           const std::vector<std::filesystem::path>& before, std::shared_ptr<Journal> journal) {
             std::vector<std::string> paths(before.begin(), before.end());
             paths.push_back(path.string());
-            return load(paths, archive_path, frame, run_programs, std::move(procedurals), on_demand,
-                        run_system);
+            return load(paths, archive_path, frame, repeat, run_programs, std::move(procedurals), on_demand,
+                        run_system, std::move(journal));
         },
         nb::arg("path"), nb::kw_only(), nb::arg("archive_path") = nb::list(), nb::arg("frame") = 0,
-        nb::arg("run_programs") = true, nb::arg("procedurals") = nb::dict(), nb::arg("on_demand") = false,
-        nb::arg("run_system") = false, nb::arg("before") = nb::list(),
-        "Reads a RIB file, compressed or not; '-' is standard input. What it could not make sense of is in "
-        "the\n"
-        "scene's journal. run_programs=False forbids Procedural \"RunProgram\". run_system=True lets\n"
-        "System have the shell do whatever the scene says. procedurals: functions by\n"
+        nb::arg("repeat") = 0, nb::arg("run_programs") = true, nb::arg("procedurals") = nb::dict(),
+        nb::arg("on_demand") = false, nb::arg("run_system") = false, nb::arg("before") = nb::list(),
+        nb::arg("journal") = nb::none(),
+        "Reads a RIB file, compressed or not; '-' is standard input. What it could not make sense of is a "
+        "kanuka.Warning,\n"
+        "and in the scene's journal. run_programs=False forbids Procedural \"RunProgram\". run_system=True "
+        "lets\n"
+        "System have the shell do whatever the scene says. frame: the number of one, and of several of that "
+        "number the\none that `repeat` others come before. procedurals: functions by\n"
         "name, for Procedural \"DynamicLoad\" [\"name\" \"data\"]: called with the size in pixels and the\n"
         "data, they return RIB. on_demand=True leaves procedurals with bounds unread until a ray of a "
         "render\n"
-        "meets them. before: files that are read before it, as one stream with it: options, declarations.");
-    m.def(
-        "frames",
+        "meets them. before: files that are read before it, as one stream with it: options, declarations.\n"
+        "journal: takes the messages, which are warnings else.");
+    define(
+        m, "frames",
         [](const std::filesystem::path& path, const std::vector<std::string>& archive_path,
            const std::vector<std::filesystem::path>& before) {
             std::vector<std::string> paths(before.begin(), before.end());
@@ -279,18 +328,24 @@ void bind_render(nb::module_& m) {
                 one["number"] = f.number;
                 one["line"] = f.where.line;
                 one["picture"] = f.picture;
+                one["source"] = f.source;
+                one["repeat"] = f.repeat;
                 out.append(one);
             }
             return out;
         },
         nb::arg("path"), nb::kw_only(), nb::arg("archive_path") = nb::list(), nb::arg("before") = nb::list(),
-        "The frames of a RIB file, in order: what load(frame=number) may ask for, the line of its world, and "
-        "whether\nit makes a picture (else only what shadow maps or textures are made of). Worlds outside of "
-        "frames count\nfrom 1.",
+        "The frames of a RIB file, in order: what load(frame=number, repeat=repeat) may ask for (repeat: how "
+        "many "
+        "frames of\nthat number come before it), the line of its world, whether it makes a picture (else "
+        "only what "
+        "shadow maps or\ntextures are made of), and whether it is the source of a texture. Worlds outside of "
+        "frames "
+        "count from 1.",
         nb::sig("def frames(path: str | os.PathLike, *, archive_path: Sequence[str] = (), "
                 "before: Sequence[str | os.PathLike] = ()) -> list[dict[str, int | bool]]"));
-    m.def(
-        "convert_rib",
+    define(
+        m, "convert_rib",
         [](const std::string& source, const std::string& target, bool binary, const std::string& packing,
            bool expand_archives, const std::vector<std::string>& archive_path) {
             ingest::ConvertOptions options{binary, ingest::packing_by_name(target), expand_archives,
@@ -334,8 +389,8 @@ void bind_render(nb::module_& m) {
         "What `integrator` takes, by name: 'help', and 'parameters' (name: (default, help)). They are "
         "written\n"
         "as in 'ao:distance=2'.");
-    m.def(
-        "check_integrator", [](const std::string& text) { transport::IntegratorChoice::parse(text); },
+    define(
+        m, "check_integrator", [](const std::string& text) { transport::IntegratorChoice::parse(text); },
         nb::arg("text"), "Raises Error unless `text` names an integrator and its parameters.");
 }
 

@@ -6,6 +6,8 @@
 #include <nanobind/stl/map.h>
 #include <nanobind/stl/vector.h>
 
+#include "python/arguments.h"
+#include "python/messages.h"
 #include "python/shader.h"
 
 namespace kanuka::python {
@@ -71,20 +73,21 @@ std::string read_source(const std::filesystem::path& path, const std::optional<s
 struct Request {
     std::filesystem::path path;
     sl::CompileOptions options;
-    std::shared_ptr<Journal> journal;
+    Messages messages;
     std::string text;
 
     Request(const std::filesystem::path& path, const std::optional<std::string>& source, const Texts& include,
             const std::map<std::string, std::string>& defines, std::shared_ptr<Journal> journal)
-        : path(path), journal(journal ? std::move(journal) : std::make_shared<Journal>()),
-          text(read_source(path, source)) {
+        : path(path), messages(std::move(journal)), text(read_source(path, source)) {
         options.include_path = include;
         options.defines.assign(defines.begin(), defines.end());
     }
     [[noreturn]] void fail() const {
-        for (const Journal::Entry& e : journal->entries())
-            if (e.severity == Severity::Error)
+        for (const Journal::Entry& e : messages.journal->entries())
+            if (e.severity == Severity::Error) {
+                messages.tell(e.message);
                 throw Error(e.where, e.message);
+            }
         throw Error({path.string()}, "the shader does not compile");
     }
 };
@@ -138,10 +141,11 @@ ShaderInfo compile(const std::filesystem::path& path, const std::optional<std::s
     info.file = path.string();
     {
         nb::gil_scoped_release free;
-        info.shader = sl::compile_source(info.file, r.text, r.options, *r.journal);
+        info.shader = sl::compile_source(info.file, r.text, r.options, *r.messages.journal);
     }
     if (!info.shader)
         r.fail();
+    r.messages.tell();
     return info;
 }
 
@@ -152,10 +156,11 @@ nb::bytes publish(const std::filesystem::path& path, const std::optional<std::st
     std::optional<std::string> bytes;
     {
         nb::gil_scoped_release free;
-        bytes = sl::publish(path.string(), r.text, r.options, *r.journal);
+        bytes = sl::publish(path.string(), r.text, r.options, *r.messages.journal);
     }
     if (!bytes)
         r.fail();
+    r.messages.tell();
     return nb::bytes(bytes->data(), bytes->size());
 }
 
@@ -175,10 +180,12 @@ std::string emit(const std::filesystem::path& path, const std::string& what, con
     std::optional<std::string> text;
     {
         nb::gil_scoped_release free;
-        text = sl::emit(path.string(), r.text, sl::Emit(found - sl::EmitNames), stage, r.options, *r.journal);
+        text = sl::emit(path.string(), r.text, sl::Emit(found - sl::EmitNames), stage, r.options,
+                        *r.messages.journal);
     }
     if (!text)
         r.fail();
+    r.messages.tell();
     return *text;
 }
 
@@ -204,21 +211,21 @@ nb::list cache_entries(const std::string& folder, bool verify) {
 }
 
 void bind_cache(nb::module_& m) {
-    m.def("shader_cache_folder", &sl::default_cache_dir,
-          "Where compiled shaders are kept: KANUKA_SHADER_CACHE, or the user's cache folder.");
-    m.def("shader_cache_limit", &sl::cache_limit,
-          "Its largest size in bytes: KANUKA_SHADER_CACHE_SIZE, or 1 GiB.");
-    m.def("shader_cache_entries", &cache_entries, nb::arg("folder") = "", nb::kw_only(),
-          nb::arg("verify") = false,
-          "What is in the shader cache, newest first; with `verify`, what is wrong with each entry.",
-          nb::sig("def shader_cache_entries(folder: str = '', *, verify: bool = False) -> list[dict[str, "
-                  "object]]"));
-    m.def(
-        "shader_cache_clear",
+    define(m, "shader_cache_folder", &sl::default_cache_dir,
+           "Where compiled shaders are kept: KANUKA_SHADER_CACHE, or the user's cache folder.");
+    define(m, "shader_cache_limit", &sl::cache_limit,
+           "Its largest size in bytes: KANUKA_SHADER_CACHE_SIZE, or 1 GiB.");
+    define(m, "shader_cache_entries", &cache_entries, nb::arg("folder") = "", nb::kw_only(),
+           nb::arg("verify") = false,
+           "What is in the shader cache, newest first; with `verify`, what is wrong with each entry.",
+           nb::sig("def shader_cache_entries(folder: str = '', *, verify: bool = False) -> list[dict[str, "
+                   "object]]"));
+    define(
+        m, "shader_cache_clear",
         [](const std::string& folder) { return sl::cache_clear(folder_or_default(folder)); },
         nb::arg("folder") = "", "Empties the shader cache; returns the number of files removed.");
-    m.def(
-        "shader_cache_trim",
+    define(
+        m, "shader_cache_trim",
         [](const std::string& folder, std::optional<uint64_t> bytes) {
             return sl::cache_trim(folder_or_default(folder), bytes.value_or(sl::cache_limit()));
         },
@@ -243,15 +250,15 @@ void bind_shader(nb::module_& m) {
                 "stages", [](const ShaderInfo& s) { return s.shader->stages(); },
                 nb::sig("def stages(self) -> list[str]"));
     bind_shader_run(shader);
-    m.def(
-        "compile_shader", &compile, nb::arg("path"), nb::kw_only(), nb::arg("source") = nb::none(),
+    define(
+        m, "compile_shader", &compile, nb::arg("path"), nb::kw_only(), nb::arg("source") = nb::none(),
         nb::arg("include") = nb::list(), nb::arg("defines") = nb::dict(), nb::arg("lanes") = 0,
         nb::arg("opt_level") = 2, nb::arg("use_cache") = true, nb::arg("cache") = "",
         nb::arg("strict_directions") = false, nb::arg("array_room") = sl::CompileOptions{}.array_room,
         nb::arg("coshaders") = nb::dict(), nb::arg("connections") = nb::dict(),
         nb::arg("journal") = nb::none(),
         "Compiles a shader as a render would; `source` stands for the file's text. Raises kanuka.Error with "
-        "the first error; all of them go to `journal`.\n"
+        "the first error; the others are warnings, or all go to `journal`.\n"
         "`coshaders` are files by handle; `connections` handles by parameter, which of a co-shader is "
         "'handle.parameter'.",
         nb::sig(
@@ -260,21 +267,21 @@ void bind_shader(nb::module_& m) {
             "use_cache: bool = True, cache: str = '', strict_directions: bool = False, array_room: int = 64, "
             "coshaders: dict[str, str | os.PathLike] = {}, connections: dict[str, Sequence[str]] = {}, "
             "journal: Journal | None = None) -> CompiledShader"));
-    m.def("publish_shader", &publish, nb::arg("path"), nb::kw_only(), nb::arg("source") = nb::none(),
-          nb::arg("include") = nb::list(), nb::arg("defines") = nb::dict(), nb::arg("journal") = nb::none(),
-          "The bytes of a .slo: a shader that needs none of its files any more.",
-          nb::sig("def publish_shader(path: str | os.PathLike, *, source: str | None = None, "
-                  "include: Sequence[str] = [], defines: dict[str, str] = {}, journal: Journal | None = "
-                  "None) -> bytes"));
-    m.def(
-        "published_metadata",
+    define(m, "publish_shader", &publish, nb::arg("path"), nb::kw_only(), nb::arg("source") = nb::none(),
+           nb::arg("include") = nb::list(), nb::arg("defines") = nb::dict(), nb::arg("journal") = nb::none(),
+           "The bytes of a .slo: a shader that needs none of its files any more.",
+           nb::sig("def publish_shader(path: str | os.PathLike, *, source: str | None = None, "
+                   "include: Sequence[str] = [], defines: dict[str, str] = {}, journal: Journal | None = "
+                   "None) -> bytes"));
+    define(
+        m, "published_metadata",
         [](const std::filesystem::path& path) {
             return sl::published_metadata(path.string(), read_source(path, std::nullopt));
         },
         nb::arg("path"), "What a .slo says of itself, as JSON text, without compiling it.",
         nb::sig("def published_metadata(path: str | os.PathLike) -> str"));
-    m.def(
-        "emit_shader", &emit, nb::arg("path"), nb::arg("what"), nb::arg("stage") = "", nb::kw_only(),
+    define(
+        m, "emit_shader", &emit, nb::arg("path"), nb::arg("what"), nb::arg("stage") = "", nb::kw_only(),
         nb::arg("source") = nb::none(), nb::arg("include") = nb::list(), nb::arg("defines") = nb::dict(),
         nb::arg("lanes") = 0, nb::arg("opt_level") = 2, nb::arg("journal") = nb::none(),
         "What becomes of a shader, as text: rsl (preprocessed), ast, ir, c, llvm or asm.",
@@ -283,7 +290,7 @@ void bind_shader(nb::module_& m) {
             "None, "
             "include: Sequence[str] = [], defines: dict[str, str] = {}, lanes: int = 0, opt_level: int = 2, "
             "journal: Journal | None = None) -> str"));
-    m.def("shader_stages", &sl::emit_stages, "The stages that emit_shader() may be asked for.");
+    define(m, "shader_stages", &sl::emit_stages, "The stages that emit_shader() may be asked for.");
     bind_cache(m);
 }
 

@@ -5,7 +5,9 @@
 #include <nanobind/stl/vector.h>
 
 #include "grid/word_layout.h"
+#include "python/arguments.h"
 #include "python/arrays.h"
+#include "python/messages.h"
 #include "python/shader.h"
 #include "shade/services.h"
 #include "shade/textures.h"
@@ -86,11 +88,11 @@ void bind(const nb::dict& values, const sl::Shader& shader, int width, int heigh
 }
 
 nb::dict run(const ShaderInfo& info, int width, int height, const nb::dict& parameters,
-             std::shared_ptr<Journal> journal) {
+             std::shared_ptr<Journal> given) {
     if (width < 1 || height < 1 || int64_t(width) * height > (int64_t(1) << 26))
         throw nb::value_error("expected a grid of 1 to 2^26 vertices");
-    if (!journal)
-        journal = std::make_shared<Journal>();
+    const Messages messages(std::move(given));
+    const std::shared_ptr<Journal> journal = messages.journal;
     grid::Grid grid = unit_square(width, height);
     std::vector<sl::Argument> arguments;
     bind(parameters, *info.shader, width, height, grid, arguments);
@@ -134,6 +136,7 @@ nb::dict run(const ShaderInfo& info, int width, int height, const nb::dict& para
     result["N"] = plane(grid.N.data(), size_t(grid.stride), 3, width, height);
     result["slots"] = slots;
     result["program"] = describe(program);
+    messages.tell();
     return result;
 }
 
@@ -212,15 +215,15 @@ nb::dict describe(const grid::LayeringProgram& program) {
 }
 
 void bind_shader_run(nb::class_<ShaderInfo>& shader) {
-    shader.def("run", &run, nb::arg("width") = 1, nb::arg("height") = 1, nb::arg("parameters") = nb::dict(),
-               nb::arg("journal") = nb::none(),
-               "Shades the unit square, without a scene: `height` rows of `width` vertices with P = (u, v, "
-               "0), N = +z, s = u,\n"
-               "t = v; displacement first. Values of `parameters` that are arrays of that size vary. Returns "
-               "\"P\" and \"N\",\n"
-               "\"slots\" (the material's values by name, as arrays) and \"program\" (its lobes and layers).",
-               nb::sig("def run(self, width: int = 1, height: int = 1, parameters: dict[str, object] = {}, "
-                       "journal: Journal | None = None) -> dict[str, object]"));
+    define(shader, "run", &run, nb::arg("width") = 1, nb::arg("height") = 1,
+           nb::arg("parameters") = nb::dict(), nb::arg("journal") = nb::none(),
+           "Shades the unit square, without a scene: `height` rows of `width` vertices with P = (u, v, "
+           "0), N = +z, s = u,\n"
+           "t = v; displacement first. Values of `parameters` that are arrays of that size vary. Returns "
+           "\"P\" and \"N\",\n"
+           "\"slots\" (the material's values by name, as arrays) and \"program\" (its lobes and layers).",
+           nb::sig("def run(self, width: int = 1, height: int = 1, parameters: dict[str, object] = {}, "
+                   "journal: Journal | None = None) -> dict[str, object]"));
 }
 
 } // namespace kanuka::python

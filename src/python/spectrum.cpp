@@ -12,7 +12,7 @@
 #include "color/materials.h"
 #include "color/photometry.h"
 #include "color/sensor.h"
-#include "python/bindings.h"
+#include "python/arguments.h"
 
 namespace kanuka::python {
 
@@ -68,64 +68,70 @@ color::Space space_of(const std::string& name) {
 
 } // namespace
 
-std::string spectrum_text(nb::handle value) {
-    if (nb::isinstance<nb::str>(value))
-        return nb::cast<std::string>(value);
-    return nb::cast<const Spectrum&>(value).text;
+std::string spectrum_text(nb::handle value, const char* name) {
+    if (nb::isinstance<Spectrum>(value))
+        return nb::cast<const Spectrum&>(value).text;
+    if (!nb::isinstance<nb::str>(value))
+        wrong_argument(name, "Spectrum | str", value);
+    return nb::cast<std::string>(value);
 }
 
 void bind_spectrum(nb::module_& m) {
-    nb::class_<Spectrum>(m, "Spectrum",
-                         "A spectrum over 360 to 830 nm: a light by name ('D65', 'F11', 'LED-B3', "
-                         "'blackbody:3200'), a file, or\n"
-                         "values at wavelengths in nm, linear between them. Lights by name have Y = 1. It "
-                         "stands for a colour in\n"
-                         "Material and add_light(): what is measured is rendered as it was measured.")
-        .def(
-            "__init__",
-            [](Spectrum* self, const std::string& name) {
-                new (self) Spectrum();
-                const color::NamedSpectrum found = color::resolve_spectrum(name, {});
-                self->table = found.table;
-                self->text = found.file.empty() ? name : std::filesystem::absolute(found.file).string();
-            },
-            nb::arg("name"))
-        .def(
-            "__init__",
-            [](Spectrum* self, Numbers wavelengths, Numbers values) {
-                new (self) Spectrum(from_values(std::move(wavelengths), std::move(values)));
-            },
-            nb::arg("wavelengths"), nb::arg("values"))
-        .def_prop_ro(
-            "values", [](const Spectrum& s) { return array_of(s.table); }, "at 360, 361, … 830 nm",
-            nb::sig("def values(self) -> numpy.typing.NDArray[numpy.float32]"))
-        .def("xyz", &xyz, nb::arg("under").none() = nb::none(), nb::kw_only(), nb::arg("observer") = "1931",
-             "Tristimulus values, of a reflectance `under` a light or of a light by itself.")
-        .def(
-            "rgb",
-            [](const Spectrum& s, const Spectrum* under, const std::string& space) {
-                const Rgb v = color::transform(color::space_from_xyz(space_of(space)), [&] {
-                    const auto [x, y, z] = xyz(s, under, "1931");
-                    return Rgb(float(x), float(y), float(z));
-                }());
-                return std::tuple(v.x, v.y, v.z);
-            },
-            nb::arg("under").none() = nb::none(), nb::kw_only(), nb::arg("space") = "rec709",
-            "Linear RGB of it, not adapted.")
-        .def_prop_ro(
-            "chromaticity",
-            [](const Spectrum& s) {
-                const auto c = color::chromaticity(s.table);
-                return std::pair(c.x, c.y);
-            },
-            "x, y for the 1931 observer")
-        .def_prop_ro(
-            "efficacy", [](const Spectrum& s) { return color::luminous_efficacy(s.table); }, "lumen per watt")
-        .def("__str__", [](const Spectrum& s) { return s.text; })
-        .def("__repr__", [](const Spectrum& s) { return "kanuka.Spectrum('" + s.text.substr(0, 40) + "')"; });
+    nb::class_<Spectrum> spectrum(
+        m, "Spectrum",
+        "A spectrum over 360 to 830 nm: a light by name ('D65', 'F11', 'LED-B3', "
+        "'blackbody:3200'), a file, or\n"
+        "values at wavelengths in nm, linear between them. Lights by name have Y = 1. It "
+        "stands for a colour in\n"
+        "Material and add_light(): what is measured is rendered as it was measured.");
+    define(
+        spectrum, "__init__",
+        [](Spectrum* self, const std::string& name) {
+            new (self) Spectrum();
+            const color::NamedSpectrum found = color::resolve_spectrum(name, {});
+            self->table = found.table;
+            self->text = found.file.empty() ? name : std::filesystem::absolute(found.file).string();
+        },
+        nb::arg("name"));
+    define(
+        spectrum, "__init__",
+        [](Spectrum* self, Numbers wavelengths, Numbers values) {
+            new (self) Spectrum(from_values(std::move(wavelengths), std::move(values)));
+        },
+        nb::arg("wavelengths"), nb::arg("values"));
+    spectrum.def_prop_ro(
+        "values", [](const Spectrum& s) { return array_of(s.table); }, "at 360, 361, … 830 nm",
+        nb::sig("def values(self) -> numpy.typing.NDArray[numpy.float32]"));
+    define(spectrum, "xyz", &xyz, nb::arg("under").none() = nb::none(), nb::kw_only(),
+           nb::arg("observer") = "1931",
+           "Tristimulus values, of a reflectance `under` a light or of a light by itself.");
+    define(
+        spectrum, "rgb",
+        [](const Spectrum& s, const Spectrum* under, const std::string& space) {
+            const Rgb v = color::transform(color::space_from_xyz(space_of(space)), [&] {
+                const auto [x, y, z] = xyz(s, under, "1931");
+                return Rgb(float(x), float(y), float(z));
+            }());
+            return std::tuple(v.x, v.y, v.z);
+        },
+        nb::arg("under").none() = nb::none(), nb::kw_only(), nb::arg("space") = "rec709",
+        "Linear RGB of it, not adapted.");
+    spectrum.def_prop_ro(
+        "chromaticity",
+        [](const Spectrum& s) {
+            const auto c = color::chromaticity(s.table);
+            return std::pair(c.x, c.y);
+        },
+        "x, y for the 1931 observer");
+    spectrum.def_prop_ro(
+        "efficacy", [](const Spectrum& s) { return color::luminous_efficacy(s.table); }, "lumen per watt");
+    spectrum.def("__str__", [](const Spectrum& s) { return s.text; });
+    spectrum.def("__repr__",
+                 [](const Spectrum& s) { return "kanuka.Spectrum('" + s.text.substr(0, 40) + "')"; });
+
     m.def("illuminant_names", &color::illuminant_names, "Lights that Spectrum takes by name.");
-    m.def(
-        "metal",
+    define(
+        m, "metal",
         [](const std::string& name) {
             const auto metal = color::find_metal(name);
             if (!metal) {
@@ -137,8 +143,8 @@ void bind_spectrum(nb::module_& m) {
             return nb::make_tuple(array_of(metal->eta), array_of(metal->k));
         },
         nb::arg("name"), "Complex refractive index of a metal: n and k at 360, 361, … 830 nm.");
-    m.def(
-        "glass",
+    define(
+        m, "glass",
         [](const std::string& name) {
             const auto glass = color::find_glass(name);
             if (!glass) {
@@ -150,8 +156,8 @@ void bind_spectrum(nb::module_& m) {
             return array_of(glass->table());
         },
         nb::arg("name"), "Refractive index of a glass at 360, 361, … 830 nm.");
-    m.def(
-        "delta_e_2000",
+    define(
+        m, "delta_e_2000",
         [](std::array<double, 3> a, std::array<double, 3> b, std::array<double, 3> white) {
             return color::delta_e_2000(color::lab_from_xyz(a, white), color::lab_from_xyz(b, white));
         },

@@ -2,6 +2,7 @@
 
 #include <nanobind/stl/vector.h>
 
+#include "python/arguments.h"
 #include "python/arrays.h"
 
 namespace kanuka::python {
@@ -75,17 +76,21 @@ scene::Value parameter(const std::string& key, nb::handle value) {
     if (nb::isinstance<Spectrum>(value)) { // a colour by its text
         result.type = Type::String;
         result.array_size = 1;
-        result.strings = std::vector<std::string>{spectrum_text(value)};
+        result.strings = std::vector<std::string>{spectrum_text(value, key.c_str())};
         return result;
     }
     if (is_text(value) || is_list_of_text(value)) {
-        auto strings = is_text(value) ? std::vector<std::string>{nb::cast<std::string>(value)}
-                                      : nb::cast<std::vector<std::string>>(value);
+        auto strings =
+            is_text(value)
+                ? std::vector<std::string>{nb::cast<std::string>(value)}
+                : as<std::vector<std::string>>(value, key + ": expected a text, or a list of texts");
         result.type = Type::String;
         result.array_size = declared.array_size.value_or(int(strings.size()));
         result.strings = std::move(strings);
         return result;
     }
+    if (declared.type == Type::String)
+        throw nb::value_error((key + ": expected a text, or a list of texts").c_str());
     if (declared.type == Type::Integer) {
         const IntArray array = int_array(value, key.c_str());
         result.type = Type::Integer;
@@ -122,21 +127,28 @@ scene::Value parameter(const std::string& key, nb::handle value) {
 scene::ValueList parameters(const nb::dict& values) {
     scene::ValueList list;
     for (auto [key, value] : values)
-        list.set(parameter(nb::cast<std::string>(key), value));
+        list.set(parameter(argument<std::string>(key, "a parameter's name"), value));
     return list;
 }
 
-scene::Value primvar(const std::string& key, nb::handle value, std::span<const DetailCount> counts) {
+scene::Value primvar(const std::string& key, nb::handle value, std::span<const DetailCount> counts,
+                     const std::string& what) {
+    const std::string& told = what.empty() ? key : what;
     const Declaration declared = parse_declaration(key);
     if (is_text(value))
         return parameter("constant string " + declared.name, value);
-    const FloatArray array = float_array(value, key.c_str());
+    if (declared.type == Type::String)
+        throw nb::value_error((key + ": a string primvar is one text, for all of the primitive").c_str());
+    const FloatArray array = float_array(value, told.c_str());
     const size_t rows = array.shape.empty() ? 1 : array.shape[0];
     const size_t columns = rows ? array.buffer.size() / rows : 0;
 
     scene::Value result;
     result.name = declared.name;
-    result.floats = array.buffer;
+    if (declared.type == Type::Integer)
+        result.ints = int_array(value, key.c_str()).buffer;
+    else
+        result.floats = array.buffer;
     const auto guess = [&] {
         if (declared.name == "N")
             return Type::Normal;
@@ -157,8 +169,8 @@ scene::Value primvar(const std::string& key, nb::handle value, std::span<const D
     const size_t one = size_t(scene::components(result.type));
     result.array_size = declared.array_size.value_or(int(std::max<size_t>(1, columns / one)));
     if (columns != one * size_t(result.array_size))
-        throw nb::value_error((key + ": shape " + shape_text(array.shape) + " does not hold values of type " +
-                               std::string(scene::name(result.type)) +
+        throw nb::value_error((told + ": shape " + shape_text(array.shape) +
+                               " does not hold values of type " + std::string(scene::name(result.type)) +
                                (result.array_size > 1 ? "[" + std::to_string(result.array_size) + "]" : ""))
                                   .c_str());
     std::string expected;
@@ -171,7 +183,7 @@ scene::Value primvar(const std::string& key, nb::handle value, std::span<const D
                     std::string(scene::name(c.detail)) + ")";
     }
     throw nb::value_error(
-        (key + ": " + std::to_string(rows) + " values fit nothing here; one of " + expected).c_str());
+        (told + ": " + std::to_string(rows) + " values fit nothing here; one of " + expected).c_str());
 }
 
 } // namespace kanuka::python

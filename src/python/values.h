@@ -19,6 +19,19 @@ struct DetailCount {
     scene::Detail detail;
     size_t count;
 };
-scene::Value primvar(const std::string& key, nb::handle value, std::span<const DetailCount> counts);
+// `what` names it in messages; empty = by its key.
+scene::Value primvar(const std::string& key, nb::handle value, std::span<const DetailCount> counts,
+                     const std::string& what = "");
+
+// A value of Python's as one of ours; `expected` is what is said where it is none: "displacement: expected a
+// Shader".
+template <class T>
+T as(nb::handle value, const std::string& expected) {
+    T result{};
+    if (!nb::try_cast(value, result))
+        throw nb::type_error(
+            (expected + ", got " + nb::cast<std::string>(value.type().attr("__name__"))).c_str());
+    return result;
+}
 
 } // namespace kanuka::python

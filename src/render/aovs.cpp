@@ -2,38 +2,16 @@
 
 #include <algorithm>
 
+#include "scene/display_layers.h"
+
 namespace kanuka::render {
 
-namespace {
-
-// Modes of displays that are no names of output variables, and the layers that are always there.
-constexpr std::string_view Known[] = {"rgb", "rgba", "rgbz", "rgbaz", "r",     "g",      "b", "a", "z",  "Z",
-                                      "az",  "Ci",   "Oi",   "Ci,Oi", "alpha", "albedo", "N", "P", "id", ""};
-
-// The last word of a declaration is the name.
-std::string name_of(std::string_view declaration) {
-    const size_t end = declaration.find_last_not_of(" \t\n");
-    if (end == std::string_view::npos)
-        return "";
-    const size_t space = declaration.find_last_of(" \t\n", end);
-    const size_t begin = space == std::string_view::npos ? 0 : space + 1;
-    return std::string(declaration.substr(begin, end + 1 - begin));
-}
-
-} // namespace
-
 void Aovs::ask(const std::vector<scene::Display>& displays, const std::vector<std::string>& more) {
-    const auto add = [&](std::string_view list) {
-        while (true) {
-            const size_t comma = list.find(',');
-            const std::string name = name_of(list.substr(0, comma));
-            if (std::find(std::begin(Known), std::end(Known), name) == std::end(Known) &&
+    const auto add = [&](std::string_view mode) {
+        for (const std::string& name : scene::layers_of_mode(mode))
+            if (!scene::is_standard_layer(name) &&
                 std::find(m_names.begin(), m_names.end(), name) == m_names.end())
                 m_names.push_back(name);
-            if (comma == std::string_view::npos)
-                return;
-            list.remove_prefix(comma + 1);
-        }
     };
     for (const scene::Display& d : displays)
         add(d.mode);

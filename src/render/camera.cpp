@@ -25,6 +25,13 @@ void place_film(const scene::Camera& c, const scene::Options& o, transport::Came
     v.top = screen[3] * half;
     v.width = o.width;
     v.height = o.height;
+    const float across = std::abs(v.right - v.left), up = std::abs(v.top - v.bottom);
+    if (!(across > 0 && up > 0 && std::isfinite(across) && std::isfinite(up)))
+        throw Error("the camera's screen window has no size (" + std::to_string(v.left) + " to " +
+                        std::to_string(v.right) + ", " + std::to_string(v.bottom) + " to " +
+                        std::to_string(v.top) +
+                        "): its sides must differ, and field of view and pixel aspect be numbers",
+                    ExitCode::Usage);
 }
 
 void place_lens(const scene::Camera& c, transport::CameraView& v) {

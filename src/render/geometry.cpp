@@ -6,6 +6,8 @@
 
 #include "base/tasks.h"
 #include "color/photometry.h"
+#include "grid/mesh_patches.h"
+#include "render/budget.h"
 #include "render/group_views.h"
 #include "render/motion.h"
 #include "render/volumes.h"
@@ -68,11 +70,16 @@ class GeometryBuilder {
             m_out->instanced = true;
         }
         m_out->groups.push_back(std::move(world));
+        m_request.shading.report_ranges();
         m_request.stats.bytes.grids = m_out->store.grid_bytes();
         m_request.stats.bytes.lobe_inputs = m_out->store.input_bytes();
     }
 
   private:
+    static Transform around(const Vec3f& p) {
+        return Transform::translate(double(p.x), double(p.y), double(p.z));
+    }
+
     void build(bvh::GroupDesc& world) {
         const scene::Scene& scene = m_request.scene;
         const std::vector<GroupView> views =
@@ -84,11 +91,13 @@ class GeometryBuilder {
         for (size_t g = 0; g < scene.groups.size(); g++) {
             bvh::GroupDesc desc;
             // A group that nothing shows is not diced.
+            const Transform built_from_group = around(-views[g].center);
             if (views[g].pixels_per_unit > 0)
-                add_primitives(scene.groups[g].primitives, scene.groups[g].solids, Transform(), &views[g],
-                               desc);
-            add_instances(scene.groups[g].instances, Transform(), desc);
+                add_primitives(scene.groups[g].primitives, scene.groups[g].solids, built_from_group,
+                               &views[g], desc);
+            add_instances(scene.groups[g].instances, built_from_group, desc);
             m_out->group_of_scene.push_back(int(m_out->groups.size()));
+            m_out->center_of_scene.push_back(views[g].center);
             m_out->groups.push_back(std::move(desc));
         }
         add_primitives(scene.primitives, scene.solids, m_request.render_from_world, nullptr, world);
@@ -168,6 +177,7 @@ class GeometryBuilder {
                 m_request.stats.count.traced_polygons += h.traced_polygons;
                 p = {};
             }
+            refuse_geometry_that_cannot_fit(m_out->store.grid_bytes() + m_out->store.input_bytes(), m_memory);
         }
         m_request.stats.count.primitives += primitives.size();
         close_run();
@@ -210,9 +220,11 @@ class GeometryBuilder {
             const scene::Primitive& primitive = volume ? boundary : rest;
             const Transform render_from_object = render_from_group * primitive.world_from_object;
             const auto start = Clock::now();
-            out.material = m_request.shading.material(primitive, render_from_object, instanced != nullptr);
+            out.material = m_request.shading.material(primitive, render_from_object,
+                                                      instanced ? &render_from_group : nullptr);
             if (volume)
-                fill(rest, *volume, render_from_object, instanced || !moving.places.empty(), boundary, out);
+                fill(rest, *volume, render_from_object,
+                     instanced || !moving.places.empty() ? &render_from_group : nullptr, boundary, out);
             const shade::Material& material = *out.material;
             dice::DiceTarget target;
             target.render_from_object = render_from_object;
@@ -221,7 +233,14 @@ class GeometryBuilder {
             else if (instanced)
                 target.instead_from = instanced->cameras;
             target.shade_uniform = material.uniform() && !material.displaces();
+            target.displacing = material.displaces() ? material.reads_displacing() : grid::Reads();
+            target.shading = material.uniform() ? grid::Reads() : material.reads_shading();
+            target.shading.frame = target.shading.frame || material.program().needs_tangent();
             target.keep_density = material.emission_varies();
+            // What shines for the camera alone is not asked for light.
+            target.polygons =
+                material.program().emits() &&
+                (!m_request.classic || (primitive.attributes && primitive.attributes->area_light));
             target.later = moving.later;
             target.finer =
                 for_its_light(primitive, render_from_object, instanced ? instanced->pixels_per_unit : 0);
@@ -255,10 +274,10 @@ class GeometryBuilder {
         m_request.progress.update("dice", double(++m_done) / double(std::max<size_t>(m_total, 1)));
     }
 
-    // What is in a Volume. What is not in its place in render space (`elsewhere`: in instances, or as it
-    // moves) is as thick everywhere as it is on average.
+    // What is in a Volume. What is not in its place in render space (`elsewhere`: from its group, in
+    // instances, or as it moves) is as thick everywhere as it is on average.
     void fill(const scene::Primitive& primitive, const scene::Volume& volume,
-              const Transform& render_from_object, bool elsewhere, scene::Primitive& boundary,
+              const Transform& render_from_object, const Transform* elsewhere, scene::Primitive& boundary,
               Prepared& out) {
         if (!out.material->program().interior) {
             if (primitive.attributes && primitive.attributes->surface)
@@ -349,18 +368,36 @@ class GeometryBuilder {
                 }
             m_request.stats.count.shader_evaluations += 1;
         }
+        const bool may_round =
+            !material.displaces() &&
+            !(primitive.attributes && primitive.attributes->user.get_int("kanuka:shadowterminator", 1) == 0);
+        const auto normals_of = [&](const grid::Grid& g) {
+            return g.later.empty() && !may_round ? std::vector<float>() : g.N;
+        };
+        const bool patches = diced.is_mesh && !material.uniform() && material.reads_shading().rings > 0;
+        bool rounded_mesh = may_round;
+        if (patches) {
+            const std::vector<float> normals = normals_of(diced.mesh_vertices);
+            shade_mesh(diced, material, inputs[0]);
+            rounded_mesh = may_round && diced.mesh_vertices.N == normals;
+            grid::carry_normals(diced.mesh_vertices, normals);
+            m_request.stats.count.shader_evaluations += uint64_t(diced.mesh_vertices.vertices());
+        }
         tasks::parallel_for(count, [&](size_t i) {
             grid::Grid& g = diced.is_mesh ? diced.mesh_vertices : diced.grids[i]; // shading may set N: bumps
-            if (!material.uniform()) {
-                const std::vector<float> normals = g.later.empty() ? std::vector<float>() : g.N;
+            bool smooth = rounded_mesh;
+            if (!material.uniform() && !patches) {
+                const std::vector<float> normals = normals_of(g);
                 material.shade(g, inputs[i]);
+                smooth = may_round && g.N == normals;
                 grid::carry_normals(g, normals);
                 m_request.stats.count.shader_evaluations += uint64_t(g.vertices());
             }
             if (inside_out)
                 turn_inside_out(g);
             shaded[i] = {&g, diced.is_mesh ? nullptr : &diced.traced[i],
-                         diced.is_mesh ? &diced.mesh : nullptr, material.uniform() ? &once : &inputs[i]};
+                         diced.is_mesh ? &diced.mesh : nullptr, material.uniform() ? &once : &inputs[i],
+                         smooth};
         });
         if (count == 0)
             return;
@@ -375,12 +412,12 @@ class GeometryBuilder {
         grid::VertexInputs cut_inputs;
         grid::TracedMesh cut_mesh;
         if (!parts.empty()) {
-            grid::merge_trimmed(parts, cut, cut_inputs, cut_mesh);
+            grid::merge_trimmed(parts, material.program().slots, cut, cut_inputs, cut_mesh);
             std::erase_if(shaded, [](const store::ShadedGrid& s) { return s.grid == nullptr; });
             shaded.push_back({&cut, nullptr, &cut_mesh, &cut_inputs});
         }
-        uint64_t bad = 0;
-        out.page = store::encode(shaded, material.program(), primitive.id, bad, &m_request.palette);
+        uint64_t bad = 0, lost = 0;
+        out.page = store::encode(shaded, material.program(), primitive.id, bad, &m_request.palette, &lost);
         if (primitive.attributes && primitive.attributes->area_light)
             spread_flux(*primitive.attributes->area_light, out.page);
         out.empty = false;
@@ -389,6 +426,38 @@ class GeometryBuilder {
             m_request.journal.warning(primitive.where,
                                       std::to_string(bad) +
                                           " shader outputs were not finite and have been replaced");
+        if (lost > 0)
+            m_request.journal.warning(
+                primitive.where, std::to_string(lost) +
+                                     " shader outputs were beyond what is kept (radiance of emitters 1e15, "
+                                     "other amounts 65504) and have been made smaller");
+    }
+
+    // A mesh whose vertices depend on their neighbours, patch by patch.
+    static void shade_mesh(dice::Diced& diced, const shade::Material& material, grid::VertexInputs& inputs) {
+        grid::Grid& g = diced.mesh_vertices;
+        const grid::MeshPatches patches(g, diced.mesh, diced.mesh_rest.empty() ? g.P : diced.mesh_rest,
+                                        material.reads_shading().rings);
+        std::vector<float> normals = g.N;
+        grid::MeshInputs whole(g);
+        std::mutex mutex;
+        bool facets = g.facets;
+        tasks::parallel_for(patches.count(), [&](size_t k) {
+            grid::Grid patch;
+            std::vector<uint32_t> vertices;
+            grid::VertexInputs of_patch;
+            patches.cut(k, patch, vertices);
+            const size_t own = size_t(patch.stencils->own);
+            material.shade(patch, of_patch);
+            const std::lock_guard lock(mutex);
+            whole.add(of_patch, vertices, own, inputs);
+            for (size_t c = 0; c < 3; c++)
+                for (size_t i = 0; i < own; i++)
+                    normals[vertices[i] + c * size_t(g.stride)] = patch.N[i + c * size_t(patch.stride)];
+            facets = patch.facets;
+        });
+        g.N = std::move(normals);
+        g.facets = facets;
     }
 
     // An area light whose amount is of the whole of it (lumen, watt, candela) spreads it over its area.
@@ -471,18 +540,23 @@ class GeometryBuilder {
 
     void add_instances(const std::vector<scene::Group::Instances>& all, const Transform& render_from_parent,
                        bvh::GroupDesc& desc) {
-        const float shift[3] = {float(render_from_parent.m[0][3]), float(render_from_parent.m[1][3]),
-                                float(render_from_parent.m[2][3])};
         for (const auto& in : all) {
-            // render_from_parent is a translation (or nothing), so only the last column moves.
             if (in.moves()) {
                 add_moving_instances(in, render_from_parent, desc);
                 continue;
             }
+            // Both are translations, or nothing, so only the last column moves; summed in double, since what
+            // is taken away of it here is often there again.
+            const Vec3f& center = m_out->center_of_scene[size_t(in.group)];
             std::vector<float> t(in.transforms.begin(), in.transforms.end());
             for (size_t i = 0; i + 12 <= t.size(); i += 12)
-                for (int r = 0; r < 3; r++)
-                    t[i + size_t(4 * r + 3)] += shift[r];
+                for (size_t r = 0; r < 3; r++) {
+                    float* row = t.data() + i + 4 * r;
+                    double moved = double(row[3]) + render_from_parent.m[r][3];
+                    for (int k = 0; k < 3; k++)
+                        moved += double(row[k]) * double(center[k]);
+                    row[3] = float(moved);
+                }
             m_request.stats.count.instances += t.size() / 12;
             m_out->instanced |= !t.empty();
             m_out->transforms.push_back(std::move(t));
@@ -493,6 +567,7 @@ class GeometryBuilder {
     void add_moving_instances(const scene::Group::Instances& in, const Transform& render_from_parent,
                               bvh::GroupDesc& desc) {
         const size_t count = in.count();
+        const Transform group_from_built = around(m_out->center_of_scene[size_t(in.group)]);
         std::vector<MotionPath> paths;
         std::vector<float> still;
         std::vector<TransformKey> keys(in.times.size());
@@ -505,11 +580,12 @@ class GeometryBuilder {
                         keys[k].transform.m[r][c] = double(m[4 * r + c]);
             }
             if (const auto moving = keys_in_shutter(keys, m_request.shutter); !moving.empty()) {
-                paths.emplace_back(moving, render_from_parent);
+                paths.emplace_back(moving, render_from_parent, group_from_built);
                 continue;
             }
             still.resize(still.size() + 12);
-            MotionPath(keys, render_from_parent).at(m_request.shutter.open, still.data() + still.size() - 12);
+            MotionPath(keys, render_from_parent, group_from_built)
+                .at(m_request.shutter.open, still.data() + still.size() - 12);
         }
         m_request.stats.count.instances += count;
         m_out->instanced |= count > 0;
@@ -539,6 +615,7 @@ class GeometryBuilder {
     std::atomic<double> m_dice_time{0}, m_shade_time{0};
     std::mutex m_progress_mutex;
     size_t m_done = 0, m_total = 0;
+    const uint64_t m_memory = machine_memory();
 };
 
 } // namespace

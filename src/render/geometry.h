@@ -23,6 +23,7 @@ struct Geometry {
     std::vector<std::vector<float>> transforms; // what the groups' instances point to
     std::vector<std::vector<MotionPath>> paths; // and the moving ones
     std::vector<int> group_of_scene;            // of the scene's groups among those here
+    std::vector<Vec3f> center_of_scene;         // GroupView::center of each of them
     bool instanced = false;
     bool moving = false; // something moves while the shutter is open
 };

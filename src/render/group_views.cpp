@@ -82,9 +82,8 @@ std::vector<GroupView> view_groups(const scene::Scene& scene, size_t first,
         // From within the bound it is unknown how near it comes.
         const float distance = std::max({length(render_from_group.point(bound.center) - eye) - radius,
                                          0.5f * radius, camera.near_clip, 1e-6f});
-        const float rate = camera.projection != Projection::Orthographic
-                               ? camera.finest_pixels() / distance
-                               : camera.finest_pixels();
+        const float rate = camera.projection != Projection::Orthographic ? camera.finest_pixels() / distance
+                                                                         : camera.finest_pixels();
         s.pixels_per_unit = std::max(s.pixels_per_unit, rate * scale);
         s.many |= s.places.size() == MostPlaces;
         if (!s.many)
@@ -110,12 +109,18 @@ std::vector<GroupView> view_groups(const scene::Scene& scene, size_t first,
             });
     std::vector<GroupView> views(seen.size());
     for (size_t g = 0; g < views.size(); g++) {
+        // Much farther than it is large; what can be built where it is keeps its place to the last bit.
+        constexpr float Far = 4;
+        if (length(bounds[g].center) > Far * bounds[g].radius && std::isfinite(length(bounds[g].center)))
+            views[g].center = bounds[g].center;
+        const Vec3f c = -views[g].center;
+        const Transform built_from_group = Transform::translate(double(c.x), double(c.y), double(c.z));
         views[g].pixels_per_unit = seen[g].pixels_per_unit;
         if (seen[g].many)
             continue;
         for (const Transform& render_from_group : seen[g].places)
             try {
-                const Transform group_from_render = render_from_group.inverse();
+                const Transform group_from_render = built_from_group * render_from_group.inverse();
                 views[g].cameras.push_back(group_from_render * camera.render_from_camera);
                 for (const Transform& at_another_time : camera.also_from)
                     views[g].cameras.push_back(group_from_render * at_another_time);

@@ -15,9 +15,13 @@ struct GroupView {
     std::vector<Transform> cameras;
     // Where there are more: that of the closest one all over the group. 0 = nothing shows it.
     float pixels_per_unit = 0;
+    // What is modelled far from its origin has few digits for its shape. Its group is built around this point
+    // instead, which the matrices of its instances take back; 0 where it makes no difference.
+    Vec3f center{0, 0, 0};
 };
 
-// One a group of the scene. `first`: number of the scene's first group, as instances count.
+// One a group of the scene. `first`: number of the scene's first group, as instances count. Cameras are those
+// of the group as it is built, around its centre.
 std::vector<GroupView> view_groups(const scene::Scene& scene, size_t first,
                                    const Transform& render_from_world, const dice::DicingCamera& camera);
 

@@ -1,13 +1,16 @@
 #include "render/session.h"
 
 #include <algorithm>
+#include <climits>
 #include <mutex>
 #include <numeric>
 #include <sys/resource.h>
 
+#include "base/cancel.h"
 #include "base/tasks.h"
 #include "render/accumulator.h"
 #include "render/aovs.h"
+#include "render/budget.h"
 #include "render/color_setup.h"
 #include "render/develop.h"
 #include "render/fireflies.h"
@@ -52,7 +55,8 @@ class BatchSession {
     BatchSession(const scene::Scene& scene, const Overrides& o, Journal& journal, Stats& stats,
                  const Progress& progress)
         : m_scene(scene), m_journal(journal), m_stats(stats), m_progress(progress), m_lanes(o.lanes),
-          m_standard_shaders(o.standard_shaders), m_delayed(o.delayed), m_options(scene.options) {
+          m_standard_shaders(o.standard_shaders), m_delayed(o.delayed), m_options(scene.options),
+          m_taken_by(o.camera.value_or(scene.camera)) {
         m_options.width = o.width.value_or(m_options.width);
         m_options.height = o.height.value_or(m_options.height);
         if (m_options.width < 1 || m_options.height < 1 ||
@@ -60,6 +64,7 @@ class BatchSession {
             throw Error("the resolution must be at least 1x1 and at most 2^30 pixels", ExitCode::Usage);
         m_options.crop = o.crop.value_or(m_options.crop);
         m_options.seed = o.seed.value_or(m_options.seed);
+        m_options.strict_directions = o.strict_directions.value_or(m_options.strict_directions);
         m_options.max_depth = o.max_depth.value_or(m_options.max_depth);
         m_may_face = !o.integrator && m_options.integrator == "path" && !m_scene.file.empty() && !m_delayed;
         m_options.integrator = o.integrator.value_or(m_options.integrator);
@@ -77,10 +82,10 @@ class BatchSession {
 
     Result run() {
         m_start = Clock::now();
+        refuse_what_cannot_fit(m_window, m_aovs.names().size(), machine_memory());
         place_camera();
-        build();
         Result result;
-        if (m_progress.cancelled()) {
+        if (!tasks::unless_cancelled(m_progress.cancelled, [&] { build(); })) {
             result.cancelled = true;
             return result;
         }
@@ -88,6 +93,8 @@ class BatchSession {
         const ScopedTimer timer(m_stats.time.film_s);
         result.picture = finish();
         result.cancelled = m_progress.cancelled();
+        if (!result.cancelled)
+            tell_of_darkness(result.picture);
         return result;
     }
 
@@ -100,7 +107,7 @@ class BatchSession {
 
   private:
     void place_camera() {
-        m_camera = render::place_camera(m_scene.camera, m_options, shutter());
+        m_camera = render::place_camera(m_taken_by, m_options, shutter());
         m_dice.camera = m_camera.dicing;
         m_dice.shading_rate_scale = m_shading_rate;
         m_dice.geometry_tolerance = m_options.geometry_tolerance;
@@ -130,7 +137,7 @@ class BatchSession {
         so.texture_path = m_options.texture_path;
         so.standard_shaders = m_standard_shaders;
         so.lanes = m_lanes;
-        so.width = m_options.width, so.height = m_options.height;
+        so.options = &m_options, so.camera = &m_taken_by;
         so.render_from_world = m_camera.render_from_world;
         so.camera_from_render = m_camera.camera_from_render;
         so.aovs = m_aovs.names();
@@ -139,7 +146,7 @@ class BatchSession {
         if (m_classic)
             m_shading->light_defaults_from_eye();
         m_linking = std::make_unique<Linking>(m_scene, m_journal);
-        m_clips = clipping_planes(m_scene.camera, m_camera);
+        m_clips = clipping_planes(m_taken_by, m_camera);
         m_geometry = build_geometry(request_for(m_scene));
         if (m_delayed) {
             const int megabytes = m_options.user.get_int("limits:proceduralmemory", 0);
@@ -195,6 +202,26 @@ class BatchSession {
         in.interreflection = !m_classic;
         in.seed = m_options.seed;
         make_view();
+    }
+
+    // A black picture is a surprise: the likeliest reason, for who looks at nothing.
+    void tell_of_darkness(const film::Picture& picture) {
+        const auto dark = [&](std::initializer_list<const char*> names) {
+            return std::ranges::all_of(names, [&](const char* name) {
+                const film::Picture::Channel* channel = picture.find(name);
+                return !channel || std::ranges::all_of(channel->data, [](float v) { return v == 0; });
+            });
+        };
+        if (!dark({"R", "G", "B"}))
+            return;
+        const std::string why =
+            dark({"A"}) ? "the camera sees nothing; look at its place, its clipping planes and what "
+                          "messages say is missing"
+            : m_inputs.lights.empty()
+                ? "no light shines; add one, or look at shapes by the integrator facing"
+                : "no light reaches what the camera sees; look at the lights' places, or at "
+                  "shapes by the integrator facing";
+        m_journal.warning(Location{m_scene.file}, "the picture is black: " + why);
     }
 
     void decide_transport() {
@@ -344,6 +371,11 @@ class BatchSession {
             m_on_demand->report({m_scene.file});
             m_aovs.find(m_geometry->store.programs(), m_scene.file, m_journal);
         }
+        if (const uint64_t bad = m_stats.count.nan_samples)
+            m_journal.warning(
+                {m_scene.file},
+                std::to_string(bad) + " samples that were not finite have been dropped, the first at pixel " +
+                    std::to_string(m_first_nan.second) + ", " + std::to_string(m_first_nan.first));
         if (m_stats.count.fireflies > 0)
             m_stats.fireflies = explain_fireflies(m_fireflies, *take_kernel(), m_view, m_scene);
     }
@@ -375,11 +407,10 @@ class BatchSession {
                 if (f.x >= 0)
                     m_fireflies.note(f);
         }
-        if (c.nan_samples > 0)
-            m_journal.warning(
-                {m_scene.file},
-                "samples that were not finite have been dropped, the first of a bucket at pixel " +
-                    std::to_string(c.nan_x) + ", " + std::to_string(c.nan_y));
+        if (c.nan_samples > 0) {
+            const std::lock_guard lock(m_mutex);
+            m_first_nan = std::min(m_first_nan, std::pair(c.nan_y, c.nan_x));
+        }
     }
 
     film::Picture finish() {
@@ -411,8 +442,10 @@ class BatchSession {
     std::string m_standard_shaders;
     scene::Delayed* m_delayed;
     scene::Options m_options;
+    scene::Camera m_taken_by;
     transport::IntegratorChoice m_integrator;
-    transport::BatchCounts m_fireflies; // those alone
+    transport::BatchCounts m_fireflies;                // those alone
+    std::pair<int, int> m_first_nan{INT_MAX, INT_MAX}; // y, x
     float m_shading_rate;
     bool m_may_face = false; // nobody chose an integrator
     bool m_classic = false;  // scene::Options::transport, decided
@@ -444,6 +477,7 @@ class BatchSession {
 Result render(const scene::Scene& scene, const Overrides& overrides, Journal& journal, Stats& stats,
               const Progress& progress) {
     Result result;
+    check_threads(overrides.threads.value_or(0));
     tasks::with_threads(overrides.threads.value_or(0), [&] {
         BatchSession session(scene, overrides, journal, stats, progress);
         result = session.run();

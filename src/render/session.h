@@ -20,6 +20,8 @@ struct Overrides {
     std::optional<float> geometry_tolerance; // pixels; 0 = one micropolygon traced per shading cell
     std::optional<std::string> integrator;   // as transport::IntegratorChoice::parse() reads it
     std::optional<uint32_t> seed;
+    std::optional<bool> strict_directions;
+    std::optional<scene::Camera> camera;
     std::vector<std::string> aovs; // output parameters of surfaces, beside those that displays ask for
     std::optional<std::array<float, 2>> shutter; // opens, closes; equal = no motion blur
     int lanes = 0;                               // transport and shading lanes: 1, 8, 16; 0 = widest

@@ -262,4 +262,11 @@ std::string_view kind_name(const Geometry& geometry) {
                       geometry);
 }
 
+std::string_view kind_name(Light::Kind kind) {
+    constexpr std::string_view names[] = {"distant", "point", "spot",   "environment", "ambient",
+                                          "quad",    "disk",  "sphere", "cylinder"};
+    static_assert(std::size(names) == size_t(Light::Kind::Cylinder) + 1);
+    return names[size_t(kind)];
+}
+
 } // namespace kanuka::scene

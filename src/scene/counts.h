@@ -23,5 +23,6 @@ std::optional<std::string> fault_of(const Geometry& geometry, size_t positions);
 
 // "Sphere", "PolygonMesh", …
 std::string_view kind_name(const Geometry& geometry);
+std::string_view kind_name(Light::Kind kind); // "distant", "quad", …
 
 } // namespace kanuka::scene

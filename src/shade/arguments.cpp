@@ -27,7 +27,7 @@ bool fits(scene::Type value, sl::Type parameter) {
     case sl::Type::Point:
     case sl::Type::Vector:
     case sl::Type::Normal:
-        return is_triple(value);
+        return is_triple(value) || (value == scene::Type::HPoint && parameter == sl::Type::Point);
     case sl::Type::Matrix:
         return value == scene::Type::Matrix;
     case sl::Type::String:
@@ -76,15 +76,31 @@ std::string declaration(sl::Type type, int array_size) {
     return std::string(name(type)) + (array_size > 0 ? "[" + std::to_string(array_size) + "]" : "");
 }
 
+// Plain numbers, which is what a reader makes of a value that nobody declared, are what the shader declares,
+// if there are as many.
+bool is_meant(const scene::Value& value, const sl::Parameter& parameter) {
+    return value.type == scene::Type::Float && parameter.type < sl::Type::String && value.floats.size() > 1 &&
+           value.floats.size() == size_t(floats_of(parameter.type) * std::max(1, parameter.array_size));
+}
+
+std::vector<float> divided_by_w(const std::vector<float>& points) {
+    std::vector<float> out;
+    for (size_t i = 0; i + 4 <= points.size(); i += 4)
+        for (size_t k = 0; k < 3; k++)
+            out.push_back(points[i + 3] != 0 ? points[i + k] / points[i + 3] : points[i + k]);
+    return out;
+}
+
 // The value as an argument in the space it came from; false = reported and skipped.
 bool convert(const scene::Value& value, const sl::Parameter& parameter, const std::string& shader,
              const Location& where, Journal& journal, sl::Argument& argument) {
     const std::string expected = declaration(parameter.type, parameter.array_size);
-    if (!fits(value.type, parameter.type)) {
-        journal.warning(where, "parameter \"" + parameter.name + "\" of shader \"" + shader + "\" is a " +
-                                   expected + ", not a " + std::string(scene::name(value.type)) +
-                                   "; its default is kept. Declare it \"" + expected + " " + parameter.name +
-                                   "\"");
+    if (!fits(value.type, parameter.type) && !is_meant(value, parameter)) {
+        journal.warning(where,
+                        "parameter \"" + parameter.name + "\" of shader \"" + shader + "\" is a " + expected +
+                            ", not a " + std::string(scene::name(value.type)) +
+                            (value.array_size > 1 ? "[" + std::to_string(value.array_size) + "]" : "") +
+                            "; its default is kept. Declare it \"" + expected + " " + parameter.name + "\"");
         return false;
     }
     argument.name = parameter.name;
@@ -92,6 +108,8 @@ bool convert(const scene::Value& value, const sl::Parameter& parameter, const st
     argument.strings.assign(value.strings.begin(), value.strings.end());
     if (value.type == scene::Type::Integer)
         argument.floats.assign(value.ints.begin(), value.ints.end());
+    if (value.type == scene::Type::HPoint)
+        argument.floats = divided_by_w(argument.floats);
     const size_t found =
         parameter.type >= sl::Type::String ? argument.strings.size() : argument.floats.size();
     const size_t one = size_t(floats_of(parameter.type));

@@ -94,6 +94,30 @@ TEST_F(Arguments, MisfitsAreReportedAndSkipped) {
     EXPECT_NE(all.find("primitive variable \"map\" (varying float) does not fit"), std::string::npos) << all;
 }
 
+// "tint" [1 0 0] that nobody declared comes as float[3]: the shader knows what it is.
+TEST_F(Arguments, PlainNumbersAreWhatTheShaderDeclares) {
+    ref.parameters.set(value("tint", scene::Type::Float, {1, 0.5f, 0}));
+    ref.parameters.set(value("origin", scene::Type::Float, {1, 2, 3}));
+    ref.parameters.set(value("up", scene::Type::Float, {1, 1}));
+    for (scene::Value& v : ref.parameters.values)
+        v.array_size = int(v.floats.size());
+    EXPECT_EQ(find(bind(), "tint")->floats, (std::vector<float>{1, 0.5f, 0}));
+    EXPECT_EQ(find(bind(), "origin")->floats, (std::vector<float>{12, 2, 3}))
+        << "in shader space, as any point";
+    EXPECT_EQ(find(bind(), "up"), nullptr) << "two numbers are no normal";
+    EXPECT_NE(messages().find("\"up\" of shader \"wood\" is a normal, not a float[2]"), std::string::npos)
+        << messages();
+}
+
+TEST_F(Arguments, HomogeneousPointsAreDividedByTheirWeight) {
+    primvars.set(value("origin", scene::Type::HPoint, {2, 4, 6, 2}, Detail::Constant));
+    EXPECT_EQ(find(bind(), "origin")->floats, (std::vector<float>{1, 12, 3}));
+    primvars.set(value("origin", scene::Type::HPoint, std::vector<float>(16, 1.0f), Detail::Vertex));
+    EXPECT_TRUE(find(bind(), "origin")->varying);
+    primvars.set(value("up", scene::Type::HPoint, std::vector<float>(16, 1.0f), Detail::Vertex));
+    EXPECT_EQ(find(bind(), "up"), nullptr) << "directions have no weight";
+}
+
 TEST_F(Arguments, SerializeTellsListsApart) {
     ref.parameters.set(test::text("map", "a"));
     const std::string first = serialize(bind());

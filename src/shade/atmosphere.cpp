@@ -36,6 +36,7 @@ grid::Grid sample(const grid::Grid& grid, int count) {
     const int n = std::min(count, grid.vertices());
     grid::Grid s;
     s.allocate(n - 1, 0);
+    s.facets = grid.facets;
     const auto vertex = [&](int i) { return n > 1 ? int(int64_t(grid.vertices() - 1) * i / (n - 1)) : 0; };
     const auto take = [&](const std::vector<float>& from, int stride, std::vector<float>& to,
                           int components) {
@@ -94,8 +95,8 @@ void add_atmosphere(grid::LayeringProgram& program) {
         program.slots.push_back({InputType::Color, storage, 0, high, false, name});
         return int(program.slots.size()) - 1;
     };
-    program.atmosphere.filter = add(Storage::Rgb11, 1, "atmosphere.filter");
-    program.atmosphere.glow = add(Storage::Rgb9e5, std::numeric_limits<float>::infinity(), "atmosphere.glow");
+    program.atmosphere.filter = add(Storage::Color, 1, "atmosphere.filter");
+    program.atmosphere.glow = add(Storage::Amount, std::numeric_limits<float>::infinity(), "atmosphere.glow");
 }
 
 void fill_atmosphere(const sl::Instance& shader, grid::Grid& grid, const sl::GridGlobals& globals,

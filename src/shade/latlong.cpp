@@ -37,7 +37,7 @@ LatLong shrink(const LatLong& from, int factor) {
 std::optional<LatLong> read_latlong(const std::string& file, int max_width, const Location& asker,
                                     Journal& journal) {
     const auto fail = [&](const std::string& why) {
-        journal.error(asker, "environment picture \"" + file + "\" cannot be read (" + why +
+        journal.error(asker, "a light's picture \"" + file + "\" cannot be read (" + why +
                                  "); write it anew, as an EXR or HDR file");
         return std::nullopt;
     };

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 
+#include "base/latlong.h"
 #include "shade/lights.h"
 
 namespace kanuka::shade {
@@ -227,10 +228,9 @@ scene::Light shade_light(const sl::Instance& shader, const scene::ShaderRef& ref
         table->height = Rows * (sky ? 2 : 1);
         const auto sphere = [&](float distance) {
             return run(shader, services, globals, table->width, table->height, [&](int i, int j) {
-                const float theta = table->angle * (float(j) + 0.5f) / float(table->height),
-                            phi = 2 * Pi * (float(i) + 0.5f) / float(table->width);
-                const Vec3f d(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi),
-                              std::cos(theta));
+                const Vec3f d =
+                    latlong_direction((float(i) + 0.5f) / float(table->width),
+                                      table->angle * InvPi * (float(j) + 0.5f) / float(table->height));
                 // A sky is looked at from inside: its light comes from d.
                 return from + light.world_from_light.vector(d) * (sky ? -distance : distance);
             });
@@ -255,8 +255,7 @@ scene::Light shade_light(const sl::Instance& shader, const scene::ShaderRef& ref
             shrink(*table);
         }
     }
-    // A white matte surface that faces the light is to show Cl: see make_light().
-    settle(light, *table, light.kind == Kind::Environment ? 1.0f : Pi);
+    settle(light, *table, light.kind == Kind::Environment ? 1.0f : IrradianceOfCl);
     const bool plain =
         table->rgb.empty() && (light.kind != Kind::Point || (table->falloff == 2 && table->angle >= Pi));
     if (table->rgb.empty())

@@ -58,6 +58,7 @@ constexpr std::pair<std::string_view, std::string_view> ShadowLights[] = {
     {"shadowdistant", "distantlight"}, {"shadowpoint", "pointlight"}, {"shadowspot", "spotlight"}};
 constexpr std::string_view ShadowMapParameters[] = {"shadowname", "sfpx", "sfnx", "sfpy",  "sfny",   "sfpz",
                                                     "sfnz",       "blur", "bias", "width", "samples"};
+constexpr std::span<const std::string_view> ShadowMapFaces = std::span(ShadowMapParameters).subspan(1, 6);
 
 constexpr std::string_view AreaParameters[] = {"intensity", "lightcolor", "spectrum", "unit"};
 
@@ -100,10 +101,8 @@ std::string find_file(const char* what, const std::string& name, const char* ins
         return {};
     std::string file = textures.find(name);
     if (file.empty())
-        journal.error(ref.where, std::string(what) + " \"" + name + "\" is not found; searched in " +
-                                     join_folders(textures.folders()) +
-                                     ". Add its folder: Option \"searchpath\" \"texture\" [\"FOLDER\"]. " +
-                                     instead);
+        journal.error(ref.where, std::string(what) + " \"" + name + "\" is not found; " +
+                                     searched_in(textures.folders(), "texture", ref.where) + ". " + instead);
     return file;
 }
 
@@ -169,16 +168,17 @@ const LightShader* find_light(std::string_view name) {
 
 } // namespace
 
-Transform aimed(const Vec3f& from, const Vec3f& to) {
-    Vec3f z = to - from;
-    z = length(z) > 0 ? normalize(z) : Vec3f(0, 0, 1);
-    const Vec3f x = normalize(cross(std::abs(z.x) < 0.9f ? Vec3f(1, 0, 0) : Vec3f(0, 1, 0), z));
-    const Vec3f y = cross(z, x);
+Transform frame_of(const Vec3f& origin, const Vec3f& direction, const Vec3f& up, const Vec3f& other) {
+    const Vec3f z = length(direction) > 0 ? normalize(direction) : Vec3f(0, 0, 1);
+    const Vec3f x = normalize(cross(std::abs(dot(up, z)) < 0.9999f ? up : other, z)), y = cross(z, x);
     Transform t;
-    t.m[0] = {x.x, y.x, z.x, from.x};
-    t.m[1] = {x.y, y.y, z.y, from.y};
-    t.m[2] = {x.z, y.z, z.z, from.z};
+    for (int i = 0; i < 3; i++)
+        t.m[size_t(i)] = {x[i], y[i], z[i], origin[i]};
     return t;
+}
+
+Transform aimed(const Vec3f& from, const Vec3f& to) {
+    return frame_of(from, to - from, {1, 0, 0}, {0, 1, 0});
 }
 
 bool is_standard_light(std::string_view name) {
@@ -408,17 +408,36 @@ bool is_classic_light(const scene::ShaderRef& ref) {
 
 // RISpec's lights cast shadows only where they are asked to, by shadow maps; so do PRMan's, BMRT's,
 // 3Delight's and Aqsis'. Here a map is a wish to have them: they are traced.
-bool casts_shadows(const scene::ShaderRef& ref) {
+bool casts_shadows(const scene::ShaderRef& ref, const sl::Shader* shader) {
     if (ref.shadows)
         return *ref.shadows;
-    const std::string base = ref.name.substr(ref.name.find_last_of('/') + 1);
-    if (base.starts_with("shadow"))
-        return true;
+    const auto is_map = [](const std::string& name) {
+        return name.find("shadow") != std::string::npos || contains(ShadowMapFaces, name);
+    };
     for (const scene::Value& v : ref.parameters.values)
-        if (v.type == scene::Type::String && v.name.find("shadow") != std::string::npos &&
-            !v.strings.empty() && !v.strings[0].empty())
+        if (v.type == scene::Type::String && is_map(v.name) && !v.strings.empty() && !v.strings[0].empty())
             return true;
+    if (shader)
+        for (const sl::Parameter& p : shader->parameters())
+            if (p.type == sl::Type::String && is_map(p.name) && !p.strings.empty() && !p.strings[0].empty() &&
+                !ref.parameters.find(p.name))
+                return true;
     return find_light(ref.name) && !is_classic_light(ref);
+}
+
+// RISpec's spotlight compares cosines: beyond pi its cone grows narrower again, and a scene that gives 40
+// degrees where 40 radians are meant has one of cos(40), as wide as acos(cos(40)).
+static void take_cone(scene::Light& light, const scene::ShaderRef& ref) {
+    const float angle = ref.parameters.get_float("coneangle", 30 / Degrees),
+                delta = ref.parameters.get_float("conedeltaangle", 5 / Degrees);
+    light.cone_angle = angle * Degrees;
+    light.cone_delta_angle = delta * Degrees;
+    if (!(angle > Pi) || !std::isfinite(angle) || !std::isfinite(delta))
+        return;
+    const double outer = std::cos(double(angle)),
+                 inner = std::max(outer, std::cos(double(angle) - double(delta)));
+    light.cone_angle = float(std::acos(outer)) * Degrees;
+    light.cone_delta_angle = float(std::acos(outer) - std::acos(inner)) * Degrees;
 }
 
 std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textures& textures,
@@ -436,10 +455,8 @@ std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textur
     light.name = ref.handle;
     light.where = ref.where;
     light.amount = light_amount(ref);
-    light.shadows = casts_shadows(ref);
+    light.shadows = casts_shadows(ref, nullptr);
     light.group = ref.parameters.get_string("group", ref.parameters.get_string("__group", ""));
-    // RISpec's light shaders hand Cl to a surface whose diffuse() multiplies it by the cosine alone. A white
-    // Lambertian surface reflects radiance E / pi, so Cl stands for an irradiance of pi Cl.
     if (shader->name == "skylight" || shader->name == "sunlight") {
         light.visible_camera = ref.parameters.get_float("visible", 1) != 0;
         take_daylight(light, ref);
@@ -447,7 +464,7 @@ std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textur
     }
     light.spectrum = ref.parameters.get_string("spectrum", "");
     light.unit = ref.parameters.get_string("unit", "");
-    const float classic = light.unit.empty() ? Pi : 1; // an amount with a unit is what it says
+    const float classic = light.unit.empty() ? IrradianceOfCl : 1;
     switch (light.kind) {
     case scene::Light::Kind::Distant:
         place(light, ref);
@@ -457,12 +474,11 @@ std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textur
     case scene::Light::Kind::Point:
     case scene::Light::Kind::Spot:
         place(light, ref);
-        light.amount *= classic; // Cl = intensity / r^2, so the radiant intensity is pi times `intensity`
+        light.amount *= classic; // Cl = intensity / r^2
         light.radius = std::max(0.0f, ref.parameters.get_float("radius", 0));
         light.profile = find_file("photometric profile", ref.parameters.get_string("iesprofile", ""),
                                   "The light shines without it", ref, textures, journal);
-        light.cone_angle = ref.parameters.get_float("coneangle", 30 / Degrees) * Degrees;
-        light.cone_delta_angle = ref.parameters.get_float("conedeltaangle", 5 / Degrees) * Degrees;
+        take_cone(light, ref);
         light.beam_distribution = ref.parameters.get_float("beamdistribution", 2);
         if (ref.parameters.find("decay"))
             take_decay(light, ref.parameters.get_float("decay", 2));

@@ -13,17 +13,27 @@
 
 namespace kanuka::shade {
 
+// The unit of light shaders: a white matte surface that faces their Cl shows Cl (RISpec 3.2, section 12.6:
+// diffuse() multiplies Cl by the cosine alone). It reflects radiance E / pi, so an irradiance is this times
+// Cl, and a radiant intensity this times `intensity`; what has a unit, and all lights from Python, are
+// radiometric as they are.
+inline constexpr float IrradianceOfCl = Pi;
+
 // True for the standard light shaders, which are analytic.
 bool is_standard_light(std::string_view name);
 // Of RISpec's four kinds and without an extent.
 bool is_classic_light(const scene::ShaderRef& ref);
-bool casts_shadows(const scene::ShaderRef& ref);
+// `shader`: the one that the scene brings, null if it is built in.
+bool casts_shadows(const scene::ShaderRef& ref, const sl::Shader* shader);
 // The standard light that stands in for a shader that is not found: by what its name and its parameters say,
 // with those of them that it has. Reported, with what there is.
 scene::ShaderRef stand_in_for_light(const scene::ShaderRef& ref, const std::string& searched,
                                     Journal& journal);
 
-// A frame without scale: origin at `from`, +z towards `to`, all in one space.
+// A rotation and a place: +z along `direction`, +y as far to `up` as that allows; to `other` where they are
+// parallel.
+Transform frame_of(const Vec3f& origin, const Vec3f& direction, const Vec3f& up, const Vec3f& other);
+// That of RISpec's lights: +z towards `to`, all in one space.
 Transform aimed(const Vec3f& from, const Vec3f& to);
 
 // One of the standard light shaders by name; null for others.

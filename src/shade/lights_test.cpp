@@ -1,6 +1,7 @@
 #include "shade/lights.h"
 
 #include <cmath>
+#include <numbers>
 
 #include "shade/test_support.h"
 
@@ -147,6 +148,43 @@ TEST_F(Lights, ShadowMapLightsAreTheirStandardOnes) {
     EXPECT_TRUE(journal.entries().empty());
     EXPECT_TRUE(make("spotlight"));
     EXPECT_EQ(journal.entries().size(), 1u) << "but a plain spotlight has no shadow map";
+}
+
+// The classic shaders look a map up only where one is named: shadowname = "" casts none.
+TEST_F(Lights, ShadowLightsWithoutAMapCastNone) {
+    EXPECT_FALSE(make("shadowspot")->shadows);
+    EXPECT_FALSE(make("shadowdistant")->shadows);
+    ref.parameters.set(test::text("shadowname", ""));
+    EXPECT_FALSE(make("shadowspot")->shadows);
+    ref.parameters.set(test::text("shadowname", "spot.shad"));
+    EXPECT_TRUE(make("shadowspot")->shadows);
+    ref.parameters.values.clear();
+    ref.parameters.set(test::text("sfnz", "back.shad"));
+    EXPECT_TRUE(make("shadowpoint")->shadows);
+    // A shader of the scene's own: its defaults count, unless the scene says otherwise.
+    sl::Parameter map = test::parameter("shadowmap", sl::Type::String);
+    map.strings = {"raytrace"};
+    const test::FakeShader own("own", sl::ShaderKind::Light, {map});
+    ref.parameters.values.clear();
+    ref.name = "own";
+    EXPECT_TRUE(casts_shadows(ref, &own));
+    ref.parameters.set(test::text("shadowmap", ""));
+    EXPECT_FALSE(casts_shadows(ref, &own));
+}
+
+// RISpec's spotlight: smoothstep(cos(coneangle), cos(coneangle - conedeltaangle), cosine).
+TEST_F(Lights, ConesBeyondPiAreWhatTheirCosinesSay) {
+    for (const double angle : {30.0, 40.0, 45.0, 60.0, 4.0, 3.5}) { // "degrees", too
+        ref.parameters.set(value("coneangle", scene::Type::Float, {float(angle)}));
+        ref.parameters.set(value("conedeltaangle", scene::Type::Float, {0.2f}));
+        const auto light = make("spotlight");
+        const double outer = std::cos(angle), inner = std::max(outer, std::cos(angle - 0.2));
+        const auto cosine = [](double degrees) { return std::cos(degrees * std::numbers::pi / 180); };
+        EXPECT_NEAR(cosine(double(light->cone_angle)), outer, 2e-5) << angle;
+        EXPECT_NEAR(cosine(double(light->cone_angle - light->cone_delta_angle)), inner, 2e-5) << angle;
+    }
+    ref.parameters.set(value("coneangle", scene::Type::Float, {3}));
+    EXPECT_NEAR(make("spotlight")->cone_angle, 3 * 180 / std::numbers::pi, 1e-3);
 }
 
 TEST_F(Lights, EnvironmentPictureIsLookedFor) {

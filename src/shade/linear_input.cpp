@@ -39,7 +39,7 @@ bool LinearInput::pass(bool success) {
 // that pictures come in goes much beyond a thousandth.
 bool LinearInput::fits(const std::string& name) {
     constexpr int LargestSide = 1 << 20, MostChannels = 1024, LargestTile = 8192;
-    constexpr uint64_t Always = uint64_t(256) << 20, MostCompressed = 4096;
+    constexpr uint64_t Always = uint64_t(128) << 20, MostCompressed = 4096;
     const OIIO::ImageSpec& s = m_file->spec();
     const auto size = std::to_string(s.width) + " by " + std::to_string(s.height) + " pixels of " +
                       std::to_string(s.nchannels) + " channels";

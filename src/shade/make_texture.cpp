@@ -12,8 +12,8 @@
 #include <memory>
 #include <optional>
 
+#include "base/latlong.h"
 #include "base/tasks.h"
-#include "base/vec.h"
 #include "scene/picture_name.h"
 #include "shade/linear_input.h"
 #include "shade/mip_levels.h"
@@ -80,10 +80,9 @@ OIIO::ImageBuf unfold(const TextureMaking& making, bool& halfs) {
     const float scale = 1 / std::tan(making.fov * Pi / 360);
     tasks::parallel_for(size_t(spec.height), [&](size_t y) {
         std::vector<float> pixel(64);
-        const float theta = Pi * (float(y) + 0.5f) / float(spec.height);
         for (int x = 0; x < spec.width; x++) {
-            const float phi = 2 * Pi * (float(x) + 0.5f) / float(spec.width);
-            const Vec3f d(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
+            const Vec3f d = latlong_direction((float(x) + 0.5f) / float(spec.width),
+                                              (float(y) + 0.5f) / float(spec.height));
             size_t best = 0;
             for (size_t k = 1; k < 6; k++)
                 if (dot(d, view(k, 0)) > dot(d, view(best, 0)))

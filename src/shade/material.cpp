@@ -94,11 +94,37 @@ bool MaterialImpl::uniform() const {
     return m_core->surface->uniform_material(m_own.varying_color_or_opacity);
 }
 
+// A displacement shader moves what a class displaces then.
+grid::Reads MaterialImpl::reads_displacing() const {
+    const grid::Reads none, surface = m_core->surface->reads_displacing();
+    const grid::Reads shader = m_core->displacement ? m_core->displacement->reads_displacing() : none;
+    return both(shader, surface, shader.rings + surface.rings);
+}
+
+grid::Reads MaterialImpl::reads_shading() const {
+    grid::Reads all = m_core->surface->reads_shading();
+    for (const auto* other : {&m_core->atmosphere, &m_core->area_light})
+        if (*other) {
+            const grid::Reads r = (*other)->reads_shading();
+            all = both(all, r, std::max(all.rings, r.rings));
+        }
+    return all;
+}
+
 sl::GridGlobals MaterialImpl::globals(const grid::Grid& grid) const {
     sl::GridGlobals g;
     g.Cs = m_own.color;
     g.Os = m_own.opacity;
     g.E = m_eye;
+    if (const grid::Stencils* s = grid.stencils.get(); s && s->own > 0) {
+        double du = 0, dv = 0;
+        for (size_t i = 0; i < size_t(s->own); i++)
+            du += double(s->step_u[i]), dv += double(s->step_v[i]);
+        g.du = float(du / s->own), g.dv = float(dv / s->own);
+        return g;
+    }
+    if (grid.nv == 0) // vertices of a mesh: no neighbours are beside them
+        return g;
     // Boundary vertices may have been moved along their edge to meet a neighbour; the middle row and column
     // have not.
     const int row = grid.nv / 2 * (grid.nu + 1), column = grid.nu / 2, pitch = grid.nu + 1;
@@ -125,7 +151,8 @@ void MaterialImpl::displace(grid::Grid& grid) const {
 }
 
 void MaterialImpl::shade(grid::Grid& grid, grid::VertexInputs& out) const {
-    MaterialServices services(m_own.spaces, m_own.facts, m_textures, m_journal, m_own.surface_where);
+    MaterialServices services(m_own.spaces, m_own.facts, m_textures, m_journal, m_own.surface_where,
+                              m_core->ranges.get());
     const sl::GridGlobals g = globals(grid);
     if (m_core->program.aovs.empty()) {
         m_core->surface->shade(grid, g, services, out);

@@ -21,6 +21,7 @@ struct MaterialCore {
     bool light_varies = false; // that radiance does, over the light
     int presence_slot =
         -1; // of Attributes::opacity; -1 where the shader computes presence itself, or it is one
+    std::shared_ptr<Ranges> ranges; // what its values are told to that are out of range
     std::string key;
 };
 
@@ -54,6 +55,8 @@ class MaterialImpl final : public Material {
     const grid::LayeringProgram& program() const override { return m_core->program; }
     bool displaces() const override;
     bool emission_varies() const override;
+    grid::Reads reads_displacing() const override;
+    grid::Reads reads_shading() const override;
     bool uniform() const override;
     uint64_t hash() const override { return m_hash; }
     void displace(grid::Grid& grid) const override;

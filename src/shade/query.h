@@ -7,11 +7,14 @@
 
 namespace kanuka::shade {
 
+class PointLights;
+
 // Where the answers come from; null = nothing is known of it.
 struct Facts {
     const scene::Attributes* attributes = nullptr;
     const scene::Options* options = nullptr;
     const scene::Camera* camera = nullptr;
+    const PointLights* lights = nullptr;
 };
 
 // RISpec 3.2, tables 15.1 to 15.4. "Ri:" before a name means the same, "user:…" and "category:name" are the

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "sl/parse/source.h"
+
 namespace fs = std::filesystem;
 
 namespace kanuka::shade {
@@ -46,7 +48,8 @@ std::vector<std::string> search_folders(const std::vector<std::string>& path, co
 }
 
 std::optional<std::string> find_file(const std::string& name, std::span<const std::string> folders,
-                                     std::span<const char* const> extensions) {
+                                     std::span<const char* const> extensions,
+                                     const std::function<bool(const std::string&)>& serves) {
     if (name.empty() || name.find('\0') != std::string::npos)
         return std::nullopt;
     const bool absolute = fs::path(name).is_absolute();
@@ -55,7 +58,7 @@ std::optional<std::string> find_file(const std::string& name, std::span<const st
         for (const char* extension : extensions) {
             const fs::path candidate =
                 (absolute ? fs::path(name) : fs::path(folder) / name).string() + extension;
-            if (is_file(candidate))
+            if (is_file(candidate) && (!serves || serves(candidate.string())))
                 return candidate.string();
         }
     return std::nullopt;
@@ -66,6 +69,30 @@ std::string join_folders(std::span<const std::string> folders) {
     for (const std::string& folder : folders)
         all += (all.empty() ? "\"" : ", \"") + folder + "\"";
     return all;
+}
+
+std::string searched_in(std::span<const std::string> folders, const std::string& kind,
+                        const Location& asker) {
+    return "searched in " + join_folders(folders) + ". Add its folder: " +
+           (asker.file.empty() ? "scene.options." + kind + "_path"
+                               : "Option \"searchpath\" \"" + kind + "\" [\"FOLDER\"]");
+}
+
+std::string did_you_mean(const std::string& name, std::span<const std::string> folders,
+                         std::span<const char* const> extensions) {
+    std::vector<std::string> there;
+    for (const std::string& folder : folders) {
+        std::error_code failed;
+        for (fs::directory_iterator file(folder, failed), end; !failed && file != end; file.increment(failed))
+            for (const char* extension : extensions) {
+                const std::string found = file->path().filename().string();
+                if (found.ends_with(extension))
+                    there.push_back(found.substr(0, found.size() - std::string_view(extension).size()));
+            }
+    }
+    std::sort(there.begin(), there.end()); // folders list their files in any order
+    const std::string near = sl::closest(name, {there.begin(), there.end()});
+    return near.empty() || near == name ? "" : "; did you mean \"" + near + "\"?";
 }
 
 } // namespace kanuka::shade

@@ -2,11 +2,14 @@
 
 #include <cstring>
 
+#include "shade/point_lights.h"
+
 namespace kanuka::shade {
 
 MaterialServices::MaterialServices(const Spaces& spaces, const Facts& facts, Textures& textures,
-                                   Journal& journal, const Location& where)
-    : m_spaces(spaces), m_facts(facts), m_textures(textures), m_journal(journal), m_where(where) {}
+                                   Journal& journal, const Location& where, Ranges* ranges)
+    : m_spaces(spaces), m_facts(facts), m_textures(textures), m_journal(journal), m_where(where),
+      m_ranges(ranges) {}
 
 void MaterialServices::texture(const sl::TextureRequest& request) {
     m_textures.lookup(request, m_where);
@@ -32,6 +35,15 @@ bool MaterialServices::transform(const char* from, const char* to, float matrix[
 bool MaterialServices::query(const sl::Query& query) {
     m_asked_for_attributes = m_asked_for_attributes || query.kind == sl::Query::Attribute;
     return answer(query, m_facts, m_textures);
+}
+
+int MaterialServices::lights() {
+    return m_facts.lights ? m_facts.lights->count() : 0;
+}
+
+void MaterialServices::light(const sl::LightRequest& request) {
+    if (m_facts.lights)
+        m_facts.lights->at(request, m_spaces.current_from_world);
 }
 
 void MaterialServices::report(Severity severity, const Location& where, const std::string& message) {

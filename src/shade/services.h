@@ -2,6 +2,7 @@
 #pragma once
 
 #include "shade/query.h"
+#include "shade/ranges.h"
 #include "shade/spaces.h"
 #include "shade/textures.h"
 #include "sl/sl.h"
@@ -11,12 +12,18 @@ namespace kanuka::shade {
 class MaterialServices final : public sl::Services {
   public:
     MaterialServices(const Spaces& spaces, const Facts& facts, Textures& textures, Journal& journal,
-                     const Location& where);
+                     const Location& where, Ranges* ranges = nullptr);
     void texture(const sl::TextureRequest& request) override;
     void environment(const sl::TextureRequest& request, const float* x, const float* y,
                      const float* z) override;
     bool transform(const char* from, const char* to, float matrix[16]) override;
     bool query(const sl::Query& query) override;
+    int lights() override;
+    void light(const sl::LightRequest& request) override;
+    void out_of_range(const sl::OutOfRange& what) override {
+        if (m_ranges)
+            m_ranges->add(what, m_where);
+    }
     void report(Severity severity, const Location& where, const std::string& message) override;
 
     // True once a shader asked for a space that differs from one primitive to the next.
@@ -30,6 +37,7 @@ class MaterialServices final : public sl::Services {
     Textures& m_textures;
     Journal& m_journal;
     const Location& m_where; // of the shader in the scene
+    Ranges* m_ranges;
     bool m_asked_for_object = false, m_asked_for_attributes = false;
 };
 

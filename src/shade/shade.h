@@ -20,14 +20,15 @@ namespace kanuka::shade {
 
 struct ShadingOptions {
     std::vector<std::string> shader_path,
-        texture_path;                       // folders, in order; then the folder of the scene file
-    std::string standard_shaders;           // folder of the shaders that ship with Kanuka
-    std::string cache_dir;                  // empty = default
-    int lanes = 0;                          // 0 = widest
-    size_t texture_bytes = size_t(1) << 30; // memory for texture tiles
-    color::Palette* palette = nullptr;      // takes the measured spectra that materials name; must outlive
-    int width = 0, height = 0;              // of the picture; 0 = as the scene says
-    Transform render_from_world;            // "world" and "camera" spaces for shaders
+        texture_path;                        // folders, in order; then the folder of the scene file
+    std::string standard_shaders;            // folder of the shaders that ship with Kanuka
+    std::string cache_dir;                   // empty = default
+    int lanes = 0;                           // 0 = widest
+    size_t texture_bytes = size_t(1) << 30;  // memory for texture tiles
+    color::Palette* palette = nullptr;       // takes the measured spectra that materials name; must outlive
+    const scene::Options* options = nullptr; // of this render; null = the scene's
+    const scene::Camera* camera = nullptr;
+    Transform render_from_world; // "world" and "camera" spaces for shaders
     Transform camera_from_render;
     std::vector<std::string> aovs; // output parameters that displays ask for: programs have them where
                                    // their surface does
@@ -42,7 +43,11 @@ class Material {
     virtual const grid::LayeringProgram& program() const = 0;
     virtual bool displaces() const = 0;
     virtual bool emission_varies() const { return false; } // over its surface
-    virtual bool uniform() const = 0;                      // no input varies over a grid: shade one vertex
+    // What displace() and shade() read about a vertex. Of a mesh they take patches that have so many rings
+    // of neighbours (grid/mesh_patches.h).
+    virtual grid::Reads reads_displacing() const { return {}; }
+    virtual grid::Reads reads_shading() const { return {}; }
+    virtual bool uniform() const = 0;  // no input varies over a grid: shade one vertex
     virtual uint64_t hash() const = 0; // shader objects and parameters; part of a grid's store key
     virtual void displace(grid::Grid& grid) const = 0;
     virtual void shade(grid::Grid& grid, grid::VertexInputs& out) const = 0;
@@ -62,17 +67,19 @@ class ShadingSystem {
     virtual ~ShadingSystem() = default;
     // `render_from_object`: object space of this primitive for the shader's transforms. Primvars of constant
     // detail are bound as parameters; varying ones are found on the grid. Materials are shared where all they
-    // depend on is equal. `instanced`: of a group, whose space stands for render space; it may be seen from
-    // many places at once.
+    // depend on is equal. `built_from_group`: of a group, whose space stands for the world's; it may be
+    // seen from many places at once. Null: in the world.
     virtual std::shared_ptr<const Material> material(const scene::Primitive& primitive,
                                                      const Transform& render_from_object,
-                                                     bool instanced = false) = 0;
+                                                     const Transform* built_from_group = nullptr) = 0;
     // Is all of it what RISpec's renderers knew? Surfaces by classic shaders, or none (those that are missing
     // count as classic); lights of RISpec's four kinds, or by shaders of the scene.
     virtual bool all_classic(const scene::Scene& scene) = 0;
     // Primitives that name no surface are lit from the eye, by no light, as RISpec's renderers had it; else
     // they are matte. Before any material is asked for.
     virtual void light_defaults_from_eye() = 0;
+    // Tells what materials gave so far that lay outside of the ranges of lobes' inputs. After shading.
+    virtual void report_ranges() {}
     virtual bool knows(const scene::ShaderRef& shader) const = 0; // its file is found
     // Light shaders to lights. The standard ones (ambientlight, distantlight, pointlight, spotlight) and
     // Kanuka's own environmentlight are analytic; any other is run and tabulated (light_table.h). `lit`:
@@ -84,9 +91,8 @@ class ShadingSystem {
     virtual uint64_t texture_bytes() const = 0;
 };
 
-// A whole environment picture, linear Rec.709, row by row from the top. The top row is the light's +z (its
-// pole); column x looks along phi = 2 pi (x + 1/2) / width, phi = atan2(y, x) in the light's space.
-// environment() in shaders does the same.
+// A whole environment picture, linear Rec.709, row by row from the top; base/latlong.h says where it shows
+// what.
 struct LatLong {
     int width = 0, height = 0;
     std::vector<float> rgb;

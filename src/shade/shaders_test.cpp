@@ -177,7 +177,7 @@ TEST_F(Shaders, GlassHasAnInterior) {
 TEST_F(Shaders, LacquerLaysACoatOverItsBase) {
     const grid::LayeringProgram& p = surface("lacquer")->program();
     const grid::LayerNode& root = p.nodes.back();
-    ASSERT_EQ(root.op, grid::LayerOp::Coat);
+    ASSERT_EQ(root.op, grid::LayerOp::Thick);
     EXPECT_EQ(p.nodes[size_t(root.upper)].lobe, grid::LobeId::MicrofacetDielectricBrdf);
     EXPECT_EQ(p.nodes[size_t(root.lower)].op, grid::LayerOp::Mix);
 }

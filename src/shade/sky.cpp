@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "base/latlong.h"
 #include "color/color.h"
 
 namespace kanuka::shade {
@@ -67,8 +68,7 @@ std::shared_ptr<const scene::LightTable> preetham_sky(const Vec3f& toward, float
     table->rgb.assign(size_t(Width) * Height * 3, 0.0f);
     for (int j = 0; j < Height / 2; j++)
         for (int i = 0; i < Width; i++) {
-            const float theta = Pi * (float(j) + 0.5f) / Height, phi = 2 * Pi * (float(i) + 0.5f) / Width;
-            const Vec3f d(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
+            const Vec3f d = latlong_direction((float(i) + 0.5f) / Width, (float(j) + 0.5f) / Height);
             const float gamma = std::acos(std::clamp(dot(d, sun.direction), -1.0f, 1.0f));
             const auto value = [&](const Perez& f, float zenith) {
                 return zenith * f.at(d.z, gamma) / f.at(1, s);

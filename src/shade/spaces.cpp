@@ -31,13 +31,12 @@ Transform screen_from_camera(const scene::Camera& camera) {
     return t;
 }
 
-Transform ndc_from_screen(const scene::Scene& scene) {
-    const double aspect =
-        double(scene.options.width) * scene.options.pixel_aspect / std::max(1, scene.options.height);
+Transform ndc_from_screen(const scene::Options& options, const scene::Camera& camera) {
+    const double aspect = double(options.width) * options.pixel_aspect / std::max(1, options.height);
     std::array<double, 4> window{-1, 1, -1, 1}; // left right bottom top
-    if (scene.camera.screen_window)
-        for (int i = 0; i < 4; i++)
-            window[size_t(i)] = (*scene.camera.screen_window)[size_t(i)];
+    if (camera.screen_window)
+        for (size_t i = 0; i < 4; i++)
+            window[i] = (*camera.screen_window)[i];
     else if (aspect >= 1)
         window = {-aspect, aspect, -1, 1};
     else
@@ -51,10 +50,11 @@ Transform ndc_from_screen(const scene::Scene& scene) {
 
 } // namespace
 
-WorldSpaces::WorldSpaces(const scene::Scene& scene, const Transform& camera_from_world)
-    : camera_from_world(camera_from_world), screen_from_camera(shade::screen_from_camera(scene.camera)),
-      ndc_from_camera(ndc_from_screen(scene) * screen_from_camera),
-      raster_from_camera(Transform::scale(scene.options.width, scene.options.height, 1) * ndc_from_camera),
+WorldSpaces::WorldSpaces(const scene::Scene& scene, const scene::Options& options,
+                         const scene::Camera& camera, const Transform& camera_from_world)
+    : camera_from_world(camera_from_world), screen_from_camera(shade::screen_from_camera(camera)),
+      ndc_from_camera(ndc_from_screen(options, camera) * screen_from_camera),
+      raster_from_camera(Transform::scale(options.width, options.height, 1) * ndc_from_camera),
       world_from_named(scene.coordinate_systems) {}
 
 std::optional<Transform> Spaces::current_from(std::string_view name) const {

@@ -18,7 +18,11 @@ struct WorldSpaces {
     Transform screen_from_camera, ndc_from_camera, raster_from_camera;
     std::map<std::string, Transform> world_from_named;
 
-    WorldSpaces(const scene::Scene& scene, const Transform& camera_from_world);
+    WorldSpaces(const scene::Scene& scene, const Transform& camera_from_world)
+        : WorldSpaces(scene, scene.options, scene.camera, camera_from_world) {}
+    // With the picture and the camera that a render has, which may differ from the scene's.
+    WorldSpaces(const scene::Scene& scene, const scene::Options& options, const scene::Camera& camera,
+                const Transform& camera_from_world);
 };
 
 // One primitive's: "current" is the space of Grid::P, that is render space, or group space for a group's

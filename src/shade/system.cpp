@@ -17,6 +17,7 @@
 #include "shade/atmosphere.h"
 #include "shade/coshaders.h"
 #include "shade/default_surface.h"
+#include "shade/foreign.h"
 #include "shade/light_table.h"
 #include "shade/lights.h"
 #include "shade/make_texture.h"
@@ -75,10 +76,36 @@ void SystemImpl::note_names(const std::vector<scene::Primitive>& primitives) {
 
 std::optional<std::string> SystemImpl::find(const scene::ShaderRef& ref) const {
     const std::string extension = std::filesystem::path(ref.name).extension().string();
+    const auto ours = [this](const std::string& path) {
+        if (!path.ends_with(".slo") || is_published_shader(path))
+            return true;
+        std::lock_guard lock(m_foreign_mutex);
+        if (m_foreign.insert(path).second)
+            m_journal.report(Severity::Info, Location{path},
+                             "was compiled by another renderer and is passed over; its source, NAME.sl, is "
+                             "what serves here");
+        return false;
+    };
     std::optional<std::string> path;
     if (extension == ".sl" || extension == ".slo")
-        path = find_file(ref.name, m_shader_folders, AsNamed);
-    return path ? path : find_file(ref.name, m_shader_folders, ShaderExtensions);
+        path = find_file(ref.name, m_shader_folders, AsNamed, ours);
+    return path ? path : find_file(ref.name, m_shader_folders, ShaderExtensions, ours);
+}
+
+std::string SystemImpl::not_found(const scene::ShaderRef& ref, const Location& asker) const {
+    std::string foreign; // as find() left them
+    {
+        std::lock_guard lock(m_foreign_mutex);
+        for (const std::string& path : m_foreign)
+            if (std::filesystem::path(path).stem() == std::filesystem::path(ref.name).stem())
+                foreign = path;
+    }
+    return "shader \"" + ref.name + "\" is not found (" + ref.name + ".slo or " + ref.name + ".sl)" +
+           did_you_mean(ref.name, m_shader_folders, ShaderExtensions) + "; " +
+           searched_in(m_shader_folders, "shader", asker) +
+           (foreign.empty()
+                ? ""
+                : ". There is " + foreign + ", which another renderer compiled: its source is needed");
 }
 
 // Once for each key.
@@ -116,15 +143,17 @@ SystemImpl::Loaded SystemImpl::load(const scene::ShaderRef& ref, sl::ShaderKind 
     const std::optional<std::string> path = find(ref);
     if (!path) {
         const auto first = m_first_named.find(ref.name);
-        m_journal.error(first == m_first_named.end() ? ref.where : first->second,
-                        "shader \"" + ref.name + "\" is not found (" + ref.name + ".slo or " + ref.name +
-                            ".sl); searched in " + join_folders(m_shader_folders) +
-                            ". Add its folder: Option \"searchpath\" \"shader\" [\"FOLDER\"]. " + instead);
+        const Location& asker = first == m_first_named.end() ? ref.where : first->second;
+        m_journal.error(asker, not_found(ref, asker) + ". " + instead);
         return nullptr;
     }
     sl::CompileOptions options = m_compile_options;
     options.area_light = area_light;
     Loaded shader = compile(area_light ? *path + " on an area" : *path, *path, options);
+    if (shader && m_gathers_light && shader->has_light_of_its_own()) {
+        options.gathers_light = true;
+        shader = compile(*path + " gathers light", *path, options);
+    }
     if (!shader) {
         m_journal.error(ref.where, "shader \"" + ref.name + "\" (" + *path +
                                        ") does not compile; mend it as its messages say. " + instead);
@@ -146,9 +175,7 @@ std::optional<CoShader> SystemImpl::load_coshader(const scene::ShaderRef& ref) {
         "Its handle \"" + ref.handle + "\" is null, and what it feeds keeps its default";
     const std::optional<std::string> path = find(ref);
     if (!path) {
-        m_journal.error(ref.where, "shader \"" + ref.name + "\" is not found (" + ref.name + ".slo or " +
-                                       ref.name + ".sl); searched in " + join_folders(m_shader_folders) +
-                                       ". " + instead);
+        m_journal.error(ref.where, not_found(ref, ref.where) + ". " + instead);
         return std::nullopt;
     }
     CoShader found{&ref, compile(*path, *path, m_compile_options), *path, {}, {}, {}};
@@ -340,6 +367,7 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(const BoundShaders& bound,
         if (core->atmosphere)
             add_atmosphere(core->program);
     }
+    core->ranges = m_ranges;
     core->key = key;
     if (depends_on_object) // what mnk_init decided holds for this primitive alone
         return core;
@@ -372,7 +400,8 @@ uint64_t SystemImpl::hash(const std::string& key, const BoundShaders& shaders) c
 }
 
 std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& primitive,
-                                                     const Transform& render_from_object, bool instanced) {
+                                                     const Transform& render_from_object,
+                                                     const Transform* built_from_group) {
     static const scene::Attributes fallback;
     const scene::Attributes& attributes = primitive.attributes ? *primitive.attributes : fallback;
 
@@ -382,7 +411,8 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
     own.spaces.current_from_object = render_from_object;
     if (std::ranges::any_of(attributes.user.values, scene::is_coordinate_system))
         own.spaces.scoped = &attributes.user;
-    own.spaces.current_from_world = current_from_world(primitive, render_from_object);
+    own.spaces.current_from_world =
+        built_from_group ? *built_from_group : current_from_world(primitive, render_from_object);
     const auto shader_space = [&](const std::optional<scene::ShaderRef>& ref) {
         return ref ? own.spaces.current_from_world * ref->world_from_shader : render_from_object;
     };
@@ -442,7 +472,7 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
                             own.spaces.current_from_shader);
     bound.displacement =
         bind_in(attributes.displacement, sl::ShaderKind::Displacement, own.displacement_from_shader);
-    if (attributes.atmosphere && instanced)
+    if (attributes.atmosphere && built_from_group)
         m_journal.warning(attributes.atmosphere->where,
                           "atmosphere \"" + attributes.atmosphere->name +
                               "\" does not reach instances: they are shaded once for all places that they "
@@ -458,7 +488,8 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
     own.atmosphere_where = bound.atmosphere.where;
     own.area_light_where = bound.area_light.where;
     own.attributes = primitive.attributes;
-    own.facts = {primitive.attributes ? primitive.attributes.get() : &fallback, &m_options, &m_camera};
+    own.facts = {primitive.attributes ? primitive.attributes.get() : &fallback, &m_options, &m_camera,
+                 &m_point_lights};
 
     // 3. What is shared, then what is this primitive's own
     std::shared_ptr<const MaterialCore> shared = core(bound, attributes, own, coverage);

@@ -6,6 +6,7 @@
 #include <future>
 #include <map>
 #include <mutex>
+#include <set>
 #include <unordered_map>
 
 #include "shade/area_light.h"
@@ -14,6 +15,7 @@
 #include "shade/default_surface.h"
 #include "shade/make_texture.h"
 #include "shade/material.h"
+#include "shade/point_lights.h"
 #include "shade/search.h"
 #include "shade/spread_light.h"
 #include "shade/system.h"
@@ -40,19 +42,22 @@ class SystemImpl final : public ShadingSystem {
           m_shader_folders(search_folders(options.shader_path, scene.file, options.standard_shaders)),
           m_standard_shaders(options.standard_shaders),
           m_textures(search_folders(options.texture_path, scene.file, ""), options.texture_bytes, journal),
-          m_render_from_world(options.render_from_world), m_options(scene.options), m_camera(scene.camera),
-          m_world_spaces(scene, options.camera_from_render * options.render_from_world) {
-        if (options.width > 0 && options.height > 0)
-            m_options.width = options.width, m_options.height = options.height;
+          m_render_from_world(options.render_from_world),
+          m_options(options.options ? *options.options : scene.options),
+          m_camera(options.camera ? *options.camera : scene.camera),
+          m_world_spaces(scene, m_options, m_camera, options.camera_from_render * options.render_from_world) {
         if (m_palette)
             m_textures.set_space(m_palette->space());
         m_textures.set_made(make_textures(scene.options.user, m_textures.folders(), journal));
         m_compile_options.lanes = options.lanes;
         m_compile_options.cache_dir = options.cache_dir;
         m_compile_options.include_path = m_shader_folders;
-        m_compile_options.strict_directions = scene.options.strict_directions;
-        m_compile_options.array_room = scene.options.array_room;
+        m_compile_options.strict_directions = m_options.strict_directions;
+        m_compile_options.array_room = m_options.array_room;
+        m_compile_options.rispec_specular = m_options.user.get_string("kanuka:specular", "prman") == "rispec";
         m_compile_options.aovs = options.aovs;
+        m_light_shaders = scene.light_shaders;
+        m_lights = scene.lights;
         m_spread = spread_lights(scene, m_lit_middle);
         note_names(scene.primitives);
         for (const scene::Group& g : scene.groups)
@@ -60,7 +65,8 @@ class SystemImpl final : public ShadingSystem {
     }
 
     std::shared_ptr<const Material> material(const scene::Primitive& primitive,
-                                             const Transform& render_from_object, bool instanced) override;
+                                             const Transform& render_from_object,
+                                             const Transform* built_from_group) override;
     std::vector<scene::Light> lights(const std::vector<scene::ShaderRef>& shaders,
                                      const Bounds3f& lit) override;
     void image(const scene::ShaderRef& imager, const ImagerPixels& pixels) override;
@@ -74,17 +80,21 @@ class SystemImpl final : public ShadingSystem {
                                  const Transform& current_from_object) const;
     void note_names(const std::vector<scene::Primitive>& primitives);
     std::optional<std::string> find(const scene::ShaderRef& ref) const;
+    std::string not_found(const scene::ShaderRef& ref, const Location& asker) const;
     bool has_its_own(const scene::ShaderRef& ref) const;
     bool all_classic(const scene::Scene& scene) override;
     void light_defaults_from_eye() override {
         m_default_surface = scene::ShaderRef{.name = "defaultsurface"};
+        m_gathers_light = true;
     }
+    void report_ranges() override { m_ranges->report(m_journal); }
     bool knows(const scene::ShaderRef& shader) const override { return find(shader).has_value(); }
     Loaded load(const scene::ShaderRef& ref, sl::ShaderKind wanted, bool area_light = false);
     Loaded compile(const std::string& key, const std::string& path, const sl::CompileOptions& options);
     std::optional<CoShader> load_coshader(const scene::ShaderRef& ref);
     void connect(Bound& bound, const scene::ShaderRef& ref, const Scope& scope,
                  const scene::ValueList& primvars, const Spaces& spaces, bool area_light = false);
+    std::vector<PointLights::One> point_lights();
     std::optional<scene::Light> run_light(const scene::ShaderRef& ref, const Bounds3f& lit);
     scene::ShaderRef with_measured_colors(const scene::ShaderRef& ref, const sl::Shader& shader);
     Rgb measured_color(const std::string& name, const Rgb& instead, const Location& where);
@@ -101,6 +111,7 @@ class SystemImpl final : public ShadingSystem {
     std::vector<std::string> m_shader_folders;
     std::string m_standard_shaders;
     Textures m_textures;
+    std::shared_ptr<Ranges> m_ranges = std::make_shared<Ranges>();
     Transform m_render_from_world;
     scene::Options m_options;
     scene::Camera m_camera;
@@ -110,8 +121,15 @@ class SystemImpl final : public ShadingSystem {
     // Where the scene first names each shader: one message of it in all, whoever comes first.
     std::unordered_map<std::string, Location> m_first_named;
 
+    std::vector<scene::ShaderRef> m_light_shaders;
+    std::vector<scene::Light> m_lights;
+    bool m_gathers_light = false; // surfaces' loops that are no lobes run for the lights
+    PointLights m_point_lights{[this] { return point_lights(); }};
     std::map<std::string, Spread> m_spread; // area lights by shaders of the scene
     Vec3f m_lit_middle{0, 0, 0};            // of what they light
+
+    mutable std::mutex m_foreign_mutex;
+    mutable std::set<std::string> m_foreign; // compiled shaders of other renderers, which were said to be so
 
     std::mutex m_mutex; // guards the maps below; nothing is compiled while it is held
     std::map<std::string, std::shared_future<Loaded>> m_shaders; // by path

@@ -44,7 +44,11 @@ bool SystemImpl::has_its_own(const scene::ShaderRef& ref) const {
 std::optional<scene::Light> SystemImpl::run_light(const scene::ShaderRef& ref, const Bounds3f& lit) {
     if (!find(ref)) {
         const scene::ShaderRef stand_in = stand_in_for_light(ref, join_folders(m_shader_folders), m_journal);
-        return stand_in.name.empty() ? std::nullopt : make_light(stand_in, m_textures, m_journal);
+        std::optional<scene::Light> light =
+            stand_in.name.empty() ? std::nullopt : make_light(stand_in, m_textures, m_journal);
+        if (light)
+            light->shadows = casts_shadows(ref, nullptr);
+        return light;
     }
     Bound bound;
     bound.shader = load(ref, sl::ShaderKind::Light);
@@ -58,7 +62,58 @@ std::optional<scene::Light> SystemImpl::run_light(const scene::ShaderRef& ref, c
     bound.arguments = bind_arguments(*bound.shader, ref, {}, spaces, m_journal);
     connect(bound, ref, {&ref.coshaders}, {}, spaces);
     const auto instance = bound.shader->instantiate(bound.arguments, services);
-    return shade_light(*instance, ref, lit, services);
+    std::optional<scene::Light> light = shade_light(*instance, ref, lit, services);
+    if (light)
+        light->shadows = casts_shadows(ref, bound.shader.get());
+    return light;
+}
+
+// Those that shine from somewhere: skies and ambient light have no direction, lights of an extent several.
+std::vector<PointLights::One> SystemImpl::point_lights() {
+    using Kind = scene::Light::Kind;
+    std::vector<PointLights::One> all;
+    const auto shines = [](const scene::Light& light) {
+        return light.unit.empty() &&
+               (light.kind == Kind::Distant || light.kind == Kind::Point || light.kind == Kind::Spot);
+    };
+    for (const scene::Light& light : m_lights)
+        if (shines(light))
+            all.push_back({light, nullptr});
+    for (const scene::ShaderRef& ref : m_light_shaders) {
+        PointLights::One one;
+        Journal heard; // when the light was made for tracing
+        if (is_standard_light(ref.name) && !has_its_own(ref)) {
+            const auto light = make_light(ref, m_textures, heard);
+            if (!light || !shines(*light))
+                continue;
+            one.light = *light;
+        } else {
+            const auto path = find(ref);
+            const Loaded shader = path ? compile(*path, *path, m_compile_options) : nullptr;
+            if (!shader || shader->kind() != sl::ShaderKind::Light)
+                continue;
+            struct Running {
+                Spaces spaces;
+                Facts facts;
+                Loaded shader;
+                std::unique_ptr<sl::Instance> instance;
+            };
+            const auto run = std::make_shared<Running>();
+            run->spaces.shared = &m_world_spaces;
+            run->spaces.current_from_object = run->spaces.current_from_shader = ref.world_from_shader;
+            run->facts = {nullptr, &m_options, &m_camera};
+            run->shader = shader;
+            MaterialServices services(run->spaces, run->facts, m_textures, m_journal, ref.where);
+            run->instance =
+                shader->instantiate(bind_arguments(*shader, ref, {}, run->spaces, heard), services);
+            one.shader = [this, run, where = ref.where](grid::Grid& points) {
+                MaterialServices asked(run->spaces, run->facts, m_textures, m_journal, where);
+                return run->instance->emit(points, {}, asked);
+            };
+        }
+        all.push_back(std::move(one));
+    }
+    return all;
 }
 
 std::vector<scene::Light> SystemImpl::lights(const std::vector<scene::ShaderRef>& shaders,
@@ -68,10 +123,8 @@ std::vector<scene::Light> SystemImpl::lights(const std::vector<scene::ShaderRef>
         std::optional<scene::Light> light = is_standard_light(ref.name) && !has_its_own(ref)
                                                 ? make_light(ref, m_textures, m_journal)
                                                 : run_light(ref, lit);
-        if (light) {
-            light->shadows = casts_shadows(ref);
+        if (light)
             all.push_back(std::move(*light));
-        }
     }
     return all;
 }

@@ -107,6 +107,33 @@ TEST_F(System, MatteTakesVaryingColorsAndOpacities) {
     EXPECT_NEAR(out.slots[1].value.x, 0.5f, 1e-6f);
 }
 
+// Compiled shaders of other renderers are called NAME.slo, too: the source beside them serves.
+TEST_F(System, CompiledShadersOfOtherRenderersArePassedOver) {
+    folder.write("wood.slo", "slc 3Delight\n\x01\x02\x03");
+    folder.write("gone.slo", std::string("\x7f"
+                                         "ELF\x02\x01\x01",
+                                         7));
+    make();
+    for (int i = 0; i < 3; i++) {
+        scene::Attributes a;
+        a.surface = ref("wood");
+        a.color = Rgb(0.1f * float(i));
+        material(primitive(a));
+    }
+    EXPECT_EQ(shaders["wood"]->instances > 0, true);
+    ASSERT_EQ(journal.entries().size(), 1u) << messages();
+    EXPECT_EQ(journal.entries()[0].severity, Severity::Info);
+    EXPECT_EQ(journal.entries()[0].count, 1u);
+    EXPECT_NE(messages().find("wood.slo: was compiled by another renderer and is passed over"),
+              std::string::npos);
+    scene::Attributes a;
+    a.surface = ref("gone");
+    material(primitive(a));
+    EXPECT_NE(messages().find("There is " + folder.str() + "/gone.slo, which another renderer compiled"),
+              std::string::npos)
+        << messages();
+}
+
 TEST_F(System, AMissingShaderIsSaidOnceWithACount) {
     for (const int line : {7, 5, 9}) {
         scene::Attributes a;

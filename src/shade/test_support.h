@@ -87,7 +87,7 @@ class FakeInstance final : public sl::Instance {
         leaf.inputs = {0};
         m_program.nodes = {leaf};
         m_program.slots = {
-            {grid::InputType::Color, grid::Storage::Rgb11, 0, 1, true, "diffuse.diffuseReflectance"}};
+            {grid::InputType::Color, grid::Storage::Color, 0, 1, true, "diffuse.diffuseReflectance"}};
     }
     const sl::Shader& shader() const override { return m_shader; }
     const grid::LayeringProgram& program() const override { return m_program; }

@@ -8,8 +8,9 @@
 #include <mutex>
 #include <shared_mutex>
 
-#include "base/vec.h"
+#include "base/latlong.h"
 #include "scene/picture_name.h"
+#include "shade/foreign.h"
 #include "shade/linear_input.h"
 #include "shade/search.h"
 
@@ -35,6 +36,8 @@ struct Textures::Entry {
     bool rec709 = false;                                  // decoded from sRGB
     OIIO::TextureOpt::Wrap s_wrap = OIIO::TextureOpt::WrapPeriodic, t_wrap = OIIO::TextureOpt::WrapPeriodic;
     std::string problem;
+    std::string unread;   // what the file is, if there is one and it is no picture
+    bool missing = false; // the problem is where it was looked for
 };
 
 struct Textures::Cache {
@@ -42,8 +45,37 @@ struct Textures::Cache {
     OIIO::TextureSystem* system = OIIO::TextureSystem::create(false, images);
     std::shared_mutex mutex;
     std::map<std::string, Entry, std::less<>> entries;
+    // What OpenImageIO keeps for a thread. Its own is found by the thread and the cache's address, and
+    // threads outlive caches: a later cache in the same place would find tiles that are gone.
+    std::mutex idle_mutex;
+    std::vector<OIIO::TextureSystem::Perthread*> idle;
+
+    class Lease {
+      public:
+        explicit Lease(Cache& cache) : m_cache(cache) {
+            const std::lock_guard lock(cache.idle_mutex);
+            if (!cache.idle.empty()) {
+                m_thread = cache.idle.back();
+                cache.idle.pop_back();
+            }
+            m_thread = m_thread ? m_thread : cache.system->create_thread_info();
+        }
+        Lease(const Lease&) = delete;
+        Lease& operator=(const Lease&) = delete;
+        ~Lease() {
+            const std::lock_guard lock(m_cache.idle_mutex);
+            m_cache.idle.push_back(m_thread);
+        }
+        OIIO::TextureSystem::Perthread* get() const { return m_thread; }
+
+      private:
+        Cache& m_cache;
+        OIIO::TextureSystem::Perthread* m_thread = nullptr;
+    };
 
     ~Cache() {
+        for (OIIO::TextureSystem::Perthread* thread : idle)
+            system->destroy_thread_info(thread);
         OIIO::TextureSystem::destroy(system);
         OIIO::ImageCache::destroy(images);
     }
@@ -100,9 +132,8 @@ const Textures::Entry& Textures::entry(const char* name) {
         return entry;
     const std::string path = find(place->first);
     if (path.empty()) {
-        entry.problem =
-            "texture \"" + place->first + "\" is not found; searched in " + join_folders(m_folders) +
-            ". Add its folder: Option \"searchpath\" \"texture\" [\"FOLDER\"]. Mid-grey stands in for it";
+        entry.problem = "texture \"" + place->first + "\" is not found; ";
+        entry.missing = true;
         return entry;
     }
     const OIIO::ustring file(path);
@@ -113,8 +144,9 @@ const Textures::Entry& Textures::entry(const char* name) {
         std::string why = m_cache->system->geterror();
         if (why.empty())
             why = m_cache->images->geterror();
-        entry.problem = "texture \"" + path + "\" cannot be read" + (why.empty() ? "" : " (" + why + ")") +
-                        "; write it anew, as a TIFF, EXR, PNG or JPEG file. Mid-grey stands in for it";
+        entry.unread = "texture \"" + path + "\" cannot be read" + (why.empty() ? "" : " (" + why + ")") +
+                       ": it " + foreign_picture(path);
+        entry.problem = entry.unread + ". Mid-grey stands in for it";
         return entry;
     }
     // A file made by a texture tool says how it wraps; plain pictures repeat.
@@ -128,8 +160,11 @@ const Textures::Entry& Textures::entry(const char* name) {
 std::optional<Textures::Info> Textures::info(const char* name) {
     const Entry& e = entry(name);
     const OIIO::ImageSpec* spec = e.handle ? m_cache->system->imagespec(e.handle) : nullptr;
-    if (!spec)
+    if (!spec) {
+        if (!e.unread.empty())
+            m_journal.error(Location{}, e.unread);
         return std::nullopt;
+    }
     const std::string kind = spec->get_string_attribute("textureformat");
     return Info{spec->full_width, spec->full_height, spec->nchannels,
                 kind.find("nvironment") != std::string::npos ||
@@ -146,7 +181,9 @@ void Textures::lookup(const sl::TextureRequest& request, const Location& asker) 
     const float grey[MaxChannels] = {Missing, Missing, Missing, Missing, Missing, Missing, Missing, Missing,
                                      Missing, Missing, Missing, Missing, Missing, Missing, Missing, Missing};
     if (!entry.handle) {
-        m_journal.error(asker, entry.problem);
+        m_journal.error(asker, !entry.missing ? entry.problem
+                                              : entry.problem + searched_in(m_folders, "texture", asker) +
+                                                    ". Mid-grey stands in for it");
         for (int i = 0; i < request.count; i++)
             store(i, grey);
         return;
@@ -169,7 +206,7 @@ void Textures::lookup(const sl::TextureRequest& request, const Location& asker) 
     options.sblur = options.tblur = std::clamp(finite(request.blur), 0.0f, 1024.0f);
     options.swidth = options.twidth = std::clamp(finite(request.width), 0.0f, 1024.0f);
     options.fill = request.fill;
-    OIIO::TextureSystem::Perthread* thread = system.get_perthread_info();
+    const Cache::Lease thread(*m_cache);
     // A point of infinite coordinates has no place on the picture: its corner will do. Far out single
     // precision knows no texel, and numbers of texels would not be whole numbers any more.
     static constexpr float Farthest = 1 << 20;
@@ -178,7 +215,7 @@ void Textures::lookup(const sl::TextureRequest& request, const Location& asker) 
     };
     for (int i = 0; i < request.count; i++) {
         float values[MaxChannels] = {};
-        if (system.texture(entry.handle, thread, options, at(request.s, i), at(request.t, i),
+        if (system.texture(entry.handle, thread.get(), options, at(request.s, i), at(request.t, i),
                            at(request.dsdu, i), at(request.dtdu, i), at(request.dsdv, i), at(request.dtdv, i),
                            channels, values)) {
             if (m_converts && entry.rec709 && channels >= 3 && options.firstchannel == 0) {
@@ -202,10 +239,8 @@ void Textures::lookup_environment(const sl::TextureRequest& request, const float
         const int count = std::min(Block, request.count - begin);
         for (int i = 0; i < count; i++) {
             const Vec3f d(x[begin + i], y[begin + i], z[begin + i]);
-            const float len = length(d);
-            const float phi = std::atan2(finite(d.y), finite(d.x));
-            s[i] = (phi < 0 ? phi + 2 * Pi : phi) * (0.5f * InvPi);
-            t[i] = len > 0 ? std::acos(std::clamp(d.z / len, -1.0f, 1.0f)) * InvPi : 0.5f;
+            const LatLongPlace place = latlong_place({finite(d.x), finite(d.y), finite(d.z)});
+            s[i] = place.u, t[i] = place.v;
         }
         sl::TextureRequest block = request;
         block.s = s, block.t = t;

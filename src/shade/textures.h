@@ -24,8 +24,7 @@ class Textures {
 
     // A file that is missing or broken is reported for `asker` and reads as mid-grey.
     void lookup(const sl::TextureRequest& request, const Location& asker);
-    // Latitude-longitude pictures: the pole of +z is the top row, the horizontal runs with atan2(y, x) from 0
-    // to 2 pi.
+    // Latitude-longitude pictures, as base/latlong.h has them.
     void lookup_environment(const sl::TextureRequest& request, const float* x, const float* y, const float* z,
                             const Location& asker);
 

@@ -202,6 +202,28 @@ TEST_F(TexturesTest, BrokenFilesAreReported) {
     EXPECT_EQ(lookup.result[0], 0.5f);
 }
 
+TEST_F(TexturesTest, FilesOfOtherRenderersAreSaidToBe) {
+    folder.write("wood.tex", std::string("\x01\x02texture of somebody's own", 20));
+    folder.write("sun.shd", "Aqsis ZFile 1.8 and so on");
+    const auto said = [&](const char* name) {
+        Lookup lookup(name, {0.5f}, {0.5f});
+        textures.lookup(lookup.request, where);
+        for (const Journal::Entry& e : journal.entries())
+            if (e.message.find(name) != std::string::npos)
+                return e.message;
+        return std::string();
+    };
+    EXPECT_NE(said("wood.tex").find("is in a format that only the renderer reads that made it"),
+              std::string::npos);
+    EXPECT_NE(said("sun.shd").find("is a depth file for shadow maps"), std::string::npos);
+    // Who asks whether it is there gets no for an answer, and is told why.
+    const size_t before = journal.entries().size();
+    EXPECT_FALSE(textures.info("wood.tex"));
+    ASSERT_EQ(journal.entries().size(), before + 1);
+    EXPECT_FALSE(textures.info("nowhere.tex"));
+    EXPECT_EQ(journal.entries().size(), before + 1);
+}
+
 TEST_F(TexturesTest, AMadeTexturesNameFindsThePictureItWasMadeFrom) {
     write("grid.tif", OIIO::TypeDesc::FLOAT, {1, 0, 0}, {1, 0, 0});
     EXPECT_EQ(textures.find("grid.tx"), folder.str() + "/grid.tif");

@@ -244,10 +244,11 @@ surface s() { Oi = 1; Ci = glossy(normalize(N), -normalize(I), 0.125, 0.5); })";
         r.instance = shader->instantiate({}, services);
         grid::Grid g = plane(8, 5);
         r.instance->shade(g, {}, services, r.out);
-        return r.at("specular.reflectance", 3).x;
+        EXPECT_EQ(r.at("specular.height", 3).x, 1);
+        return r.at("specular.exponent", 3).x;
     };
-    EXPECT_NEAR(with("0.5"), highlight(0.125f), 1e-5);
-    EXPECT_NEAR(with("0.25"), highlight(0.25f), 1e-5); // pow(c, 8) = 1/4 is pow(c, 4) = 1/2
+    EXPECT_NEAR(with("0.5"), 8, 1e-4);
+    EXPECT_NEAR(with("0.25"), 4, 1e-4); // pow(c, 8) = 1/4 is pow(c, 4) = 1/2
 }
 
 // Ward's highlight, as Advanced RenderMan writes it: a microfacet lobe of both widths, along its grooves.
@@ -300,6 +301,121 @@ surface s(float x = 0.1, y = 0.3; color Ks = 0.5;) {
             EXPECT_NEAR(r.at("specular.anisotropy", 3).x, (1 - 1 / 3.f) / 0.95f, 1e-5);
             EXPECT_NEAR(r.at("specular.rotation", 3).x, along ? 0.5f : 0.75f, 1e-5);
             EXPECT_EQ(r.at("diffuse.diffuseReflectance", 3).x, 0.25f);
+        }
+    }
+}
+
+// PRMan's exponent 8 / roughness, or RISpec's 1 / roughness, wherever roughness is specular()'s: in loops
+// that are lobes, and in those that are none, too.
+TEST(SlClassic, TheExponentOfSpecularIsAChoice) {
+    const auto source = [](const char* call) {
+        return std::string("surface s(float r = 0.04;) { vector V = -normalize(I); color C = 0; Oi = 1; ") +
+               call + " Ci = C; }";
+    };
+    for (const bool rispec : {false, true}) {
+        const double exponent = (rispec ? 1 : 8) / 0.04;
+        CompileOptions o;
+        o.use_cache = false;
+        o.rispec_specular = rispec;
+        const auto shaded = [&](const char* call) {
+            Journal journal;
+            const auto shader = compile_source("test.sl", source(call), o, journal);
+            EXPECT_TRUE(shader) << messages(journal);
+            TestServices services;
+            Shaded r;
+            r.instance = shader->instantiate({}, services);
+            grid::Grid g = plane(8, 5);
+            GridGlobals globals;
+            globals.E = Vec3f(1, 0.5f, 40);
+            r.instance->shade(g, globals, services, r.out);
+            return r;
+        };
+        EXPECT_NEAR(shaded("C = specular(N, V, r);").at("specular.exponent", 3).x, exponent, 1e-3);
+        EXPECT_NEAR(shaded("illuminance(P, N, PI / 2) C += Cl * specularbrdf(L, N, V, r);")
+                        .at("specular.exponent", 3)
+                        .x,
+                    exponent, 1e-3);
+        EXPECT_NEAR(shaded("illuminance(P, N, PI / 2) C += Cl * pow(N . normalize(normalize(L) + V), 1 / r);")
+                        .at("specular.exponent", 3)
+                        .x,
+                    25, 1e-3)
+            << "which says itself what it is";
+        // A kernel that is no lobe's keeps its albedo: 1/pi times the integral of cos(theta / 2)^n over the
+        // hemisphere, seen head-on. The cube of the cosine of L makes it none, and little less at its axis.
+        double albedo = 0;
+        constexpr int N = 20000;
+        for (int k = 0; k < N; k++) {
+            const double c = (k + 0.5) / N;
+            albedo += 2 * std::pow(std::sqrt((1 + c) / 2), 8 / 0.8 / (rispec ? 8 : 1)) * c * c * c / N;
+        }
+        EXPECT_NEAR(
+            shaded("illuminance(P, N, PI / 2) C += Cl * specularbrdf(L, N, V, 0.8) * pow(normalize(L) . "
+                   "N, 3);")
+                .at("diffuse.diffuseReflectance", 22)
+                .x,
+            albedo, 0.01 * albedo);
+    }
+}
+
+// Names of textures that vary: one lookup for each that is chosen.
+TEST(SlClassic, NamesOfTexturesMayVary) {
+    struct Files : TestServices {
+        std::set<std::string> asked;
+        void texture(const TextureRequest& q) override {
+            asked.insert(q.file);
+            for (int k = 0; k < q.channels; k++)
+                for (int i = 0; i < q.count; i++)
+                    q.result[k * q.result_stride + i] = (q.file[0] == 'a' ? 0.25f : 0.75f) + 0.125f * q.s[i];
+        }
+    };
+    const char* source = R"(surface s(string first = "a.tx", second = "b.tx"; float where = 0.5;) {
+        string map = first;
+        if (u > where) map = second;
+        Oi = 1; Ci = color texture(map, u, v) * diffuse(N);
+    })";
+    for (const Config c : configs()) {
+        Journal journal;
+        const auto shader = compile(source, c, &journal);
+        ASSERT_TRUE(shader) << messages(journal);
+        for (const float where : {0.5f, 2.0f}) {
+            Files services;
+            Shaded r;
+            const std::vector<Argument> args = {{"where", {where}, {}, false}};
+            r.instance = shader->instantiate(args, services);
+            grid::Grid g = plane(8, 5);
+            r.instance->shade(g, {}, services, r.out);
+            for (int i = 0; i < 9; i++) {
+                const float u = float(i) / 8, expected = (u > where ? 0.75f : 0.25f) + 0.125f * u;
+                EXPECT_FLOAT_EQ(r.at("diffuse.diffuseReflectance", i).x, expected) << c.lanes << " " << i;
+            }
+            EXPECT_EQ(services.asked.size(), where < 1 ? 2u : 1u) << "what nobody chooses is not read";
+        }
+    }
+}
+
+// vertex hpoint __Pref for a parameter of type point: interpolated with its weight, then divided by it.
+TEST(SlClassic, HomogeneousPointsServeAsPoints) {
+    const char* source =
+        "surface s(varying point Pref = 0;) { Oi = 1; Ci = color(comp(Pref, 0), comp(Pref, 1), "
+        "comp(Pref, 2)); }";
+    for (const Config c : configs()) {
+        TestServices services;
+        Shaded r;
+        const std::vector<Argument> args = {{"Pref", {}, {}, true}};
+        r.instance = compile(source, c)->instantiate(args, services);
+        grid::Grid g = plane(8, 5);
+        grid::Channel pref{"Pref", 4, g.stride, std::vector<float>(size_t(g.stride) * 4 + 32)};
+        for (int i = 0; i < g.vertices(); i++) {
+            const float w = 1 + float(i % 7);
+            pref.component(0)[i] = w * float(i), pref.component(1)[i] = w * 2, pref.component(2)[i] = w / 4;
+            pref.component(3)[i] = w;
+        }
+        g.primvars.push_back(std::move(pref));
+        r.instance->shade(g, {}, services, r.out);
+        for (int i = 0; i < g.vertices(); i++) {
+            EXPECT_NEAR(r.at("emission.radiance", i).x, float(i), 1e-5f * float(i));
+            EXPECT_FLOAT_EQ(r.at("emission.radiance", i).y, 2);
+            EXPECT_FLOAT_EQ(r.at("emission.radiance", i).z, 0.25f);
         }
     }
 }

@@ -242,7 +242,7 @@ TEST(CoShader, LightPassesThrough) {
     ASSERT_GE(slot(p, "diffuse.diffuseReflectance"), 0);
     EXPECT_EQ(value(out, slot(p, "diffuse.diffuseReflectance"), 3), Vec3f(0.25f, 0.25f, 0.25f));
     EXPECT_EQ(value(out, slot(p, "emission.radiance"), 3), Vec3f(3, 3, 3));
-    EXPECT_GE(slot(p, "specular.reflectance"), 0);
+    EXPECT_GE(slot(p, "specular.height"), 0);
 }
 
 TEST(CoShader, WhatAShaderAsksFor) {

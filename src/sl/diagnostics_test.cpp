@@ -34,7 +34,7 @@ TEST(SlDiagnostics, Messages) {
         {"surface s() { Ci = sin(P); }", "does not take (point)"},
         {"surface s() { float a[2]; Ci = a; }", "found float[2]"},
         {"surface s() { float a; a[1] = 2; }", "has no elements"},
-        {"surface s() { string x = \"a\"; if (u > 0.5) x = \"b\"; Ci = color texture(x); }",
+        {"surface s() { string x = \"a\"; if (u > 0.5) x = \"b\"; Ci = color(transform(x, P)); }",
          "string cannot vary"},
         {"surface s() { Ci = comp(Cs, 3); }", "component 3"},
         {"surface s() { Ci = \"unfinished; }", "has no end"},

@@ -11,7 +11,8 @@ namespace kanuka::sl {
 FrontEnd::FrontEnd(const std::string& name, std::string text, const CompileOptions& options, Journal& journal)
     : m_diagnostics(m_sources, journal), m_strict(options.strict_directions), m_aovs(options.aovs),
       m_connections(options.connections), m_array_room(std::clamp(options.array_room, 1, 65536)),
-      m_area_light(options.area_light) {
+      m_area_light(options.area_light), m_rispec_specular(options.rispec_specular),
+      m_gathers_light(options.gathers_light) {
     m_source = read(name, std::move(text), options);
     for (const CoShader& c : options.coshaders) {
         Unit& unit = m_units.emplace_back();
@@ -167,6 +168,9 @@ std::optional<ir::Program> FrontEnd::check_and_lower() {
         program = {};
         program.aovs = m_aovs;
         program.area_light = m_area_light;
+        program.rispec_specular = m_rispec_specular;
+        program.gathers_light = m_gathers_light;
+        program.own_light = !projected.empty();
         ir::Lower lower(program, *m_sema, m_diagnostics, *m_unit.shaders[0], projected, m_connections,
                         any_shader, m_array_room);
         lower.run();
@@ -195,6 +199,7 @@ std::optional<ir::Program> FrontEnd::check_and_lower() {
         ir::number_texts(*s, all_varying(program), m_diagnostics);
         ir::Stage checked = *s;
         ir::infer_detail(checked, all_varying(program), &m_diagnostics);
+        s->reads = ir::find_reads(*s);
         if (s == &program.shade)
             ir::check_directions(program, program.Ci >= 0 && !m_strict, m_diagnostics);
     }

@@ -49,7 +49,7 @@ class FrontEnd {
     std::vector<Connection> m_connections; // of the shader, then those of the co-shaders, as "handle.name"
     int m_array_room;
     Linked m_linked;
-    bool m_area_light;
+    bool m_area_light, m_rispec_specular, m_gathers_light;
     Preprocessed m_source;
     ast::Arena m_arena;
     ast::Unit m_unit;

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstring>
+#include <deque>
 
 #include "sl/shader.h"
 
@@ -194,6 +195,20 @@ void InstanceImpl::call(const BuiltStage& built, Frame& frame, ops::Runner& runn
 // ---- running over grids
 // -----------------------------------------------------------------------------------------------------
 
+// Homogeneous points serve as points.
+static bool feeds(const grid::Channel& c, const ir::Place& place) {
+    return c.components == place.count || (c.components == 4 && place.count == 3);
+}
+static grid::Channel divided_by_w(const grid::Channel& c) {
+    grid::Channel point{c.name, 3, c.stride, std::vector<float>(size_t(c.stride) * 3 + 32)};
+    for (int k = 0; k < 3; k++)
+        for (int i = 0; i < c.stride; i++) {
+            const float w = c.component(3)[i];
+            point.component(k)[i] = w != 0 ? c.component(k)[i] / w : c.component(k)[i];
+        }
+    return point;
+}
+
 ir::Variant InstanceImpl::variant_for(const grid::Grid& grid) const {
     ir::Variant v = m_variant;
     v.Cs = v.Os = false;
@@ -205,7 +220,7 @@ ir::Variant InstanceImpl::variant_for(const grid::Grid& grid) const {
     for (size_t i = 0; i < v.params.size(); i++) {
         bool found = false;
         for (const grid::Channel& c : grid.primvars)
-            found = found || (c.name == m_primvars[i] && c.components == p.places[i].count);
+            found = found || (c.name == m_primvars[i] && feeds(c, p.places[i]));
         v.params[i] = v.params[i] && found;
     }
     return v;
@@ -216,14 +231,14 @@ void InstanceImpl::run(const BuiltStage& built, const ir::Variant& variant, grid
                        const std::vector<float*>& outputs) const {
     const ir::Program& p = m_shader->program();
     const int vertices = grid.vertices();
-    // Without neighbours (a mesh) any number of vertices is a grid: blocks keep the scratch memory in the
-    // cache.
+    // Where neighbours do not count (a mesh, and no patch of one) any number of vertices is a grid: blocks
+    // keep the scratch memory in the cache.
     constexpr int BlockSize = 2048;
-    const bool mesh = grid.nv == 0;
-    const int block = mesh ? std::min(vertices, BlockSize) : vertices;
+    const bool mesh = grid.nv == 0, blocks = mesh && !grid.stencils;
+    const int block = blocks ? std::min(vertices, BlockSize) : vertices;
     const int64_t stride = (block + 31) / 16 * 16;
     ops::Runner runner{p,       built.stage, services, mesh ? block : grid.nu + 1, mesh ? 1 : grid.nv + 1,
-                       nullptr, {},          {}};
+                       nullptr, {},          {},       grid.stencils.get()};
     const std::unique_ptr<float[]> scratch(new float[size_t(built.plan.arrays) * size_t(stride) + 16]);
     std::vector<float> uniforms(size_t(built.plan.uniforms) + 16, 0.0f);
     std::vector<const char*> texts(size_t(built.plan.texts) + 1, "");
@@ -240,7 +255,7 @@ void InstanceImpl::run(const BuiltStage& built, const ir::Variant& variant, grid
     };
     using enum ir::Input;
     triple(P, grid.P.data(), grid.stride);
-    triple(N, grid.N.data(), grid.stride);
+    triple(N, (grid.facets ? grid.Ng : grid.N).data(), grid.stride);
     triple(Ng, grid.Ng.data(), grid.stride);
     triple(dPdu, grid.dPdu.data(), grid.stride);
     triple(dPdv, grid.dPdv.data(), grid.stride);
@@ -255,15 +270,19 @@ void InstanceImpl::run(const BuiltStage& built, const ir::Variant& variant, grid
     uniform(du, Vec3f(globals.du));
     uniform(dv, Vec3f(globals.dv));
     std::vector<const float*> varying(size_t(p.floats) + 1, nullptr);
+    std::deque<grid::Channel> divided;
     for (const grid::Channel& c : grid.primvars) {
         if (c.name == "Cs" && variant.Cs)
             triple(Cs, c.component(0), c.stride);
         if (c.name == "Os" && variant.Os)
             triple(Os, c.component(0), c.stride);
         for (size_t i = 0; i < variant.params.size(); i++)
-            if (variant.params[i] && c.name == m_primvars[i] && c.components == p.places[i].count)
-                for (int k = 0; k < c.components; k++)
-                    varying[size_t(p.places[i].offset + k)] = c.component(k);
+            if (variant.params[i] && c.name == m_primvars[i] && feeds(c, p.places[i])) {
+                const bool divide = c.components != p.places[i].count;
+                const grid::Channel& from = divide ? divided.emplace_back(divided_by_w(c)) : c;
+                for (int k = 0; k < from.components; k++)
+                    varying[size_t(p.places[i].offset + k)] = from.component(k);
+            }
     }
     std::vector<float*> out = outputs;
 
@@ -284,7 +303,7 @@ void InstanceImpl::run(const BuiltStage& built, const ir::Variant& variant, grid
     f.host = &runner;
     for (int begin = 0; begin < vertices; begin += block) {
         f.count = std::min(block, vertices - begin);
-        if (mesh)
+        if (blocks)
             runner.columns = f.count;
         call(built, f, runner);
         // On to the next block: everything that has a value a vertex.
@@ -302,6 +321,13 @@ void InstanceImpl::run(const BuiltStage& built, const ir::Variant& variant, grid
 void InstanceImpl::shade(grid::Grid& grid, const GridGlobals& globals, Services& services,
                          grid::VertexInputs& out) const {
     shade(grid, globals, services, out, nullptr);
+}
+
+grid::Reads InstanceImpl::reads_shading() const {
+    const ir::Program& p = m_shader->program();
+    const grid::Reads light =
+        both(p.light.reads, p.filter.reads, std::max(p.light.reads.rings, p.filter.reads.rings));
+    return both(p.shade.reads, light, std::max(p.shade.reads.rings, light.rings));
 }
 
 std::vector<std::string> InstanceImpl::aovs() const {
@@ -328,7 +354,7 @@ void InstanceImpl::shade(grid::Grid& grid, const GridGlobals& globals, Services&
         out.slots[s].value = m_sources[s].value;
     }
     if (!m_shader->program().shade.root)
-        return;
+        return keep_in_range(out, 0, 0, services);
     carry_members(grid, globals, services);
     const ir::Variant variant = variant_for(grid);
     const BuiltStage& built = m_shader->build(variant).shade;
@@ -339,7 +365,7 @@ void InstanceImpl::shade(grid::Grid& grid, const GridGlobals& globals, Services&
     for (size_t k = 0; k < stage.outputs.size(); k++) {
         const ir::Output& o = stage.outputs[k];
         if (o.kind == ir::Output::Normal) {
-            normals = grid.N;
+            normals = grid.facets ? grid.Ng : grid.N;
             normals.resize(size_t(grid.stride) * 3 + 32);
             for (size_t c = 0; c < 3; c++)
                 outputs[k * 16 + c] = normals.data() + c * size_t(grid.stride);
@@ -391,9 +417,12 @@ void InstanceImpl::shade(grid::Grid& grid, const GridGlobals& globals, Services&
         else if (k >= 0)
             out.slots[s].value = Vec3f(values[size_t(k)][0], values[size_t(k)][1], values[size_t(k)][2]);
     }
+    keep_in_range(out, size_t(grid.vertices()), size_t(grid.stencils ? grid.stencils->own : grid.vertices()),
+                  services);
     if (!normals.empty()) {
         normals.resize(size_t(grid.stride) * 3);
         grid.N.swap(normals);
+        grid.facets = false;
     }
 }
 

@@ -15,6 +15,7 @@ static grid::Slot make_slot(const grid::LobeInput& in, const std::string& node) 
     s.low = in.low;
     s.high = in.high;
     s.name = node + "." + std::string(in.name);
+    s.between = in.between();
     return s;
 }
 
@@ -92,7 +93,7 @@ int InstanceImpl::node_of(const ops::MaterialBuild& build, const std::string& na
         grid::Slot weight;
         weight.name = n.name + ".weight";
         if (n.op == LayerOp::Lobe && lobe.kind == grid::LobeKind::Emission)
-            weight.high = 65504;
+            weight.high = std::numeric_limits<float>::infinity();
         m_channels[size_t(channels[0]) * 3] = 1;
         node.weight = add(std::move(weight), channels[0], Vec3f(1, 0, 0));
     }
@@ -139,6 +140,20 @@ static grid::Interior clean(grid::Interior in, Services& services) {
 void InstanceImpl::build_material(const ops::MaterialBuild& build, Services& services) {
     const ir::Program& p = m_shader->program();
     m_channels.assign(p.channels.size() * 3 + 3, 0.0f);
+    for (size_t c = 0; c < p.channels.size(); c++) {
+        const ir::Channel& channel = p.channels[c];
+        const auto named = [&](const auto& n) { return n.name == channel.node; };
+        if (!channel.unsure || std::ranges::any_of(build.nodes, named) ||
+            std::any_of(p.channels.begin(), p.channels.begin() + ptrdiff_t(c),
+                        [&](const ir::Channel& other) { return other.node == channel.node; }))
+            continue;
+        std::string have;
+        for (const auto& n : build.nodes)
+            have += (have.empty() ? "\"" : ", \"") + n.name + "\"";
+        services.report(Severity::Warning, {p.name},
+                        "mnk_prelighting sets \"" + channel.node + "\", but mnk_init added " +
+                            (have.empty() ? "nothing" : "only " + have) + ": it does nothing");
+    }
     std::vector<int> made(build.nodes.size(), -1);
     // Roots: nodes that no layer names. Layers are made from the top, lobes in the order of their AddLobe.
     std::vector<int> roots;
@@ -160,7 +175,7 @@ void InstanceImpl::build_material(const ops::MaterialBuild& build, Services& ser
         grid::Slot slot;
         slot.name = ambient ? "ambient" : "presence";
         if (ambient)
-            slot.type = grid::InputType::Color, slot.storage = grid::Storage::Rgb9e5, slot.high = 65504;
+            slot.type = grid::InputType::Color, slot.storage = grid::Storage::Amount, slot.high = 65504;
         else
             m_channels[c * 3] = 1;
         (ambient ? m_layering.ambient : m_layering.presence) = int(m_layering.slots.size());

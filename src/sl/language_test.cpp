@@ -1,4 +1,6 @@
 // Statements, functions, arrays, control flow in all its details, at every lane count and optimisation level.
+#include <algorithm>
+
 #include "sl/test_support.h"
 
 namespace kanuka::sl::test {
@@ -24,6 +26,46 @@ TEST(SlLanguage, VaryingIfs) {
     expect("if (u > 0.5 && !(v < 0.5) || u == 0) r = 1;",
            [](float u, float v) { return (u > 0.5f && v >= 0.5f) || u == 0 ? 1.0f : 0.0f; });
     expect("r = u > 0.5 ? noise(P) * 0 + 5 : v;", [](float u, float v) { return u > 0.5f ? 5.0f : v; });
+}
+
+// c op= x is c = c op x, also where the type of x follows from what is beside it: a factor is a float, a
+// summand a colour.
+TEST(SlLanguage, CompoundAssignmentsTakeTheTypesOfTheirOperators) {
+    const auto run = [](const std::string& statements) {
+        return evaluate("point q = P * 3.1 + 0.2; " + statements);
+    };
+    for (const std::string value :
+         {"noise(q)", "0.5 * noise(q)", "-noise(q)", "texture(\"a.tx\", u, v)", "(1, 2, 3)"})
+        for (const std::string op : {"*", "/", "+", "-"}) {
+            const std::string start = "color c = color(1, 2, 4); ";
+            const std::vector<Vec3f> compound = run(start + "c " + op + "= " + value + "; r = c;"),
+                                     plain = run(start + "c = c " + op +
+                                                 (value[0] == '(' ? " " + value : " (" + value + ")") +
+                                                 "; r = c;");
+            for (size_t i = 0; i < plain.size(); i++)
+                EXPECT_EQ(compound[i], plain[i]) << op << " " << value;
+        }
+    const std::vector<Vec3f> factor = run("color c = color(1, 2, 4); c *= noise(q); r = c;"),
+                             summand = run("color c = 0; c += noise(q); r = c;"),
+                             floats = run("float f = 1; f *= noise(q); r = f;"),
+                             vectors = run("vector w = 0; w += noise(q); r = color w;");
+    bool colored = false, pointed = false;
+    for (size_t i = 0; i < factor.size(); i++) {
+        EXPECT_NEAR(factor[i].y, 2 * factor[i].x, 1e-6f);
+        EXPECT_NEAR(factor[i].z, 4 * factor[i].x, 1e-6f);
+        EXPECT_NEAR(factor[i].x, floats[i].x, 1e-6f);
+        colored = colored || std::abs(summand[i].x - summand[i].y) > 0.01f;
+        pointed = pointed || std::abs(vectors[i].x - vectors[i].y) > 0.01f;
+    }
+    EXPECT_TRUE(colored && pointed);
+    // Initialisers, results and arguments say what they want.
+    const auto differ = [](const std::vector<Vec3f>& r) {
+        return std::ranges::any_of(r, [](const Vec3f& x) { return std::abs(x.x - x.y) > 0.01f; });
+    };
+    EXPECT_TRUE(differ(run("color c = noise(q); r = c;")));
+    EXPECT_TRUE(differ(evaluate("r = f(P * 3.1 + 0.2);", "color f(point q) { return noise(q); }")));
+    EXPECT_TRUE(differ(evaluate("r = f(noise(P * 3.1 + 0.2));", "color f(color c) { return c; }")));
+    EXPECT_FALSE(differ(evaluate("r = f(noise(P * 3.1 + 0.2));", "color f(float c) { return c; }")));
 }
 
 TEST(SlLanguage, Loops) {

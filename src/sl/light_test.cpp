@@ -135,7 +135,7 @@ TEST(SlFresnel, WhatIsNoDielectricIsAsTheCameraSeesIt) {
     const float kr = 0.04f; // near normal incidence at vertex 22, (1.5 - 1)^2 / (1.5 + 1)^2
     EXPECT_NEAR(s("diffuse.diffuseReflectance", 22).x, 0.5f * (1 - kr), 1e-3);
     EXPECT_NEAR(s("emission.radiance", 22).x, 0.5f * kr, 1e-3);
-    EXPECT_NEAR(s("specular.reflectance", 22).x, highlight(0.05f),
+    EXPECT_NEAR(s("specular.reflectance", 22).x, 4 * 2 / (8 / 0.05 + 2),
                 1e-6); // its own Fresnel term does the rest
     EXPECT_NEAR(s("specular.ior", 22).x, 1.5f, 1e-3);
     // Grazing view, stronger reflection.
@@ -202,9 +202,9 @@ TEST(SlProjection, OtherLoopsStayExact) {
                 "illuminance(P, N, PI / 2) S += 0.5 * Cl * pow(normalize(L) . N, 3);\n"
                 "illuminance(P, N, PI / 2) S += Cl * pow(max(0, N . normalize(normalize(L) + V)), 10);\n"
                 "Ci = D + S;");
-    EXPECT_EQ(s.lobes(), (std::vector{LobeId::LambertBrdf, LobeId::MicrofacetConductorBrdf}));
+    EXPECT_EQ(s.lobes(), (std::vector{LobeId::LambertBrdf, LobeId::HighlightBrdf}));
     EXPECT_NEAR(s("diffuse.diffuseReflectance").x, 0.75f, 0.01f); // 0.5 + 0.5 * 2 / 4
-    EXPECT_NEAR(s("specular.reflectance").x, highlight(0.1f), 1e-6);
+    EXPECT_EQ(s("specular.height").x, 1);
     EXPECT_EQ(s.warnings("is not that of a lobe"), 1) << s.said;
     EXPECT_NE(s.said.find("test.sl:4:"), std::string::npos) << s.said;
 }
@@ -220,8 +220,8 @@ TEST(SlProjection, CelShadingIsLight) {
         surface("Oi = 1; float d = 0; vector V = -normalize(I);\n"
                 "illuminance(P, N, PI / 2) { d += pow(max(0, N . normalize(normalize(L) + V)), 10); }\n"
                 "Ci = smoothstep(0.5, 0.6, d);");
-    EXPECT_NEAR(spot("specular.reflectance").x, highlight(0.1f), 1e-6);
-    EXPECT_NEAR(spot("specular.roughness").x, std::pow(2.f / 12.f, 0.25f), 1e-5);
+    EXPECT_EQ(spot("specular.height").x, 1);
+    EXPECT_EQ(spot("specular.exponent").x, 10);
     const Shaded sum = surface(std::string("Oi = 1; float d = 0; illuminance(P, N, PI / 2) {") + Cosine +
                                "float c = nl; c *= 2; d += c; }\nCi = Cs * smoothstep(0.3, 0.35, d);");
     EXPECT_EQ(sum("diffuse.diffuseReflectance").x, 1);
@@ -294,7 +294,7 @@ TEST(SlFunctionsOfLight, AreStraightLinesFromNoLightToFullLight) {
     const Shaded two = surface("float d = comp(0.5 * diffuse(N) + 0.25 * specular(N, -I, 0.1), 0); Oi = 1;\n"
                                "Ci = pow(d, 2);");
     EXPECT_NEAR(two("diffuse.diffuseReflectance").x, 0.5625f * 2 / 3, 1e-5);
-    EXPECT_NEAR(two("specular.reflectance").x, 0.5625f / 3 * highlight(0.1f), 1e-5);
+    EXPECT_NEAR(two("specular.height").x, 0.5625f / 3, 1e-5);
     EXPECT_NEAR(surface("Oi = 1; Ci = diffuse(N) * diffuse(N);")("diffuse.diffuseReflectance").x, 1, 1e-6);
     // No infinities where there is no light.
     const Shaded divided = surface("color c = 0.5 * diffuse(N); Oi = 1; Ci = c / luminance(c) * 0.25;");
@@ -306,8 +306,8 @@ TEST(SlFunctionsOfLight, AssignmentsHaveAnOrder) {
                              "Ci *= 0.5 * diffuse(N) + color(0, 1, 0) * specular(N, -I, 0.1); Ci *= before;");
     EXPECT_EQ(s.said, "");
     EXPECT_EQ(s("diffuse.diffuseReflectance"), Vec3f(0.125f, 0.03125f, 0.5f));
-    EXPECT_NEAR(s("specular.reflectance").y, 0.0625f * highlight(0.1f), 1e-6);
-    EXPECT_EQ(s("specular.reflectance").x, 0);
+    EXPECT_NEAR(s("specular.height").y, 0.0625f, 1e-6);
+    EXPECT_EQ(s("specular.height").x, 0);
     EXPECT_EQ(s.lobes().size(), 2u);
 }
 
@@ -343,14 +343,59 @@ TEST(SlFunctionsOfLight, ArraysAndOpacityHoldLight) {
 
 // ---- what published shaders ask for
 
+// A volume shader asks each light at each step of its march; where some lanes leave a loop the others go on.
+TEST(SlLight, VolumeShadersFindLightOnTheirWay) {
+    struct Lamps : TestServices {
+        int lights() override { return 3; }
+        void light(const LightRequest& q) override {
+            for (int i = 0; i < q.count; i++) {
+                q.L[0][i] = 0, q.L[1][i] = 0, q.L[2][i] = q.light == 1 ? -1.0f : 1.0f; // the second is below
+                q.Cl[0][i] = q.P[0][i] + 1, q.Cl[1][i] = float(q.light), q.Cl[2][i] = 1;
+            }
+        }
+    };
+    const char* source = R"(volume v(float steps = 4;) {
+        color all = 0, above = 0; float i, first = 0;
+        for (i = 0; i < steps; i += 1) {
+            point here = P + i * vector(1, 0, 0);
+            illuminance (here) { all += Cl; }
+            illuminance (here, vector(0, 0, 1), PI / 2) {
+                above += Cl;
+                if (u > 0.5) break;
+                first += 1;
+            }
+        }
+        Ci = color(comp(all, 0), comp(above, 1), first) + 0.5 * Ci;
+    })";
+    for (const Config c : configs()) {
+        Lamps services;
+        Journal journal;
+        const auto shader = compile(source, c, &journal);
+        ASSERT_TRUE(shader && journal.entries().empty()) << messages(journal);
+        const auto instance = shader->instantiate({}, services);
+        grid::Grid g = plane(8, 5);
+        GridGlobals globals;
+        globals.Cs = Vec3f(2, 2, 2);
+        const Filtered f = instance->filter(g, globals, services);
+        for (int v = 0; v < g.vertices(); v++) {
+            const double x = double(g.P[size_t(v)]), u = double(v % 9) / 8;
+            const auto Ci = [&](int k) { return double(f.Ci[size_t(k * g.stride + v)]); };
+            EXPECT_NEAR(Ci(0), 1 + 3 * (4 * (x + 1) + 6), 1e-4) << v; // three lights at four places
+            EXPECT_NEAR(Ci(1), 1 + (u > 0.5 ? 0 : 4 * 2), 1e-5)
+                << v; // 0 and 2 are above; left after the first
+            EXPECT_NEAR(Ci(2), 1 + (u > 0.5 ? 0 : 4 * 2), 1e-5) << v;
+        }
+    }
+}
+
 TEST(SlLight, EveryWayToLightIsAccepted) {
     const std::pair<const char*, const char*> ways[] = {
         {"ambient()", "ambient"},
         {"diffuse(N) + 0 * ambient()", "diffuse.diffuseReflectance"},
         {"diffuse(N)", "diffuse.diffuseReflectance"},
         {"subsurface(P, N, \"scattering\", color(1))", "diffuse.diffuseReflectance"},
-        {"specular(N, -I, 0.5)", "specular.reflectance"},
-        {"phong(N, -I, 1)", "specular.reflectance"},
+        {"specular(N, -I, 0.5)", "specular.height"},
+        {"phong(N, -I, 1)", "specular.height"},
         {"trace(P, reflect(I, N))", "mirror.reflectance"},
         {"trace(P, reflect(normalize(I), N), \"samplecone\", 0.1)", "mirror.reflectance"},
         {"color trace(P, reflect(normalize(I), N), 0.1)", "mirror.reflectance"},
@@ -430,7 +475,7 @@ TEST(SlLight, LobesFitIntoAMaterial) {
     const Shaded s = surface("Oi = 1; Ci = 0.25 * Cs + diffuse(N) + trace(P, reflect(I, N))" + sum + ";");
     EXPECT_EQ(s.lobes().size(), 15u);
     EXPECT_LE(s.instance->program().nodes.size(), 32u);
-    EXPECT_NEAR(s("specular12.reflectance").x, 0.19f * highlight(0.1f), 1e-5);
+    EXPECT_NEAR(s("specular12.height").x, 0.19f, 1e-5);
     EXPECT_EQ(surface("Oi = 1; Ci = 0;").lobes(), std::vector{LobeId::LambertBrdf}); // black
 }
 
@@ -468,6 +513,67 @@ TEST(SlLight, GlowNeedsNoOpacity) {
                       globals)("presence")
                     .x,
                 1, 1e-6f);
+}
+
+// Seen from above and from below, that is with the normal towards the eye and away from it: what follows from
+// the mirrored direction is the same. The oracle is I - 2 (I . n) n with n towards the eye.
+TEST(SlLight, FaceforwardTurnsNormalsOfReversedSurfaces) {
+    for (const float side : {1.0f, -1.0f})
+        for (const std::string body :
+             {"vector R = I - 2 * (I . Nf) * Nf;", "vector R = I - (I . Nf) * 2 * Nf;",
+              "float c = 2 * (I . Nf); vector R = I; R -= c * Nf;", "vector R = reflect(I, Nf);",
+              "vector R = I + 2 * (-I . Nf) * Nf;", "vector R = I - 2 * (I . -Nf) * -Nf;"})
+            for (const std::string n : {"faceforward(normalize(N), I)", "faceforward(-normalize(N), I)"}) {
+                const auto shader =
+                    compile("surface s() { normal Nf = " + n + "; " + body +
+                            " Ci = color(xcomp(R), ycomp(R), zcomp(R)) * 0.1 + 0.5; Oi = 1; }");
+                ASSERT_TRUE(shader);
+                TestServices services;
+                const auto instance = shader->instantiate({}, services);
+                grid::Grid g = plane(8, 5);
+                GridGlobals globals;
+                globals.E = Vec3f(1, 0.5f, 2 * side);
+                grid::VertexInputs out;
+                instance->shade(g, globals, services, out);
+                const int radiance = slot(instance->program(), "emission.radiance");
+                ASSERT_GE(radiance, 0);
+                for (int k = 0; k < g.vertices(); k++) {
+                    const Vec3f i = g.position(k) - globals.E, turned(0, 0, side);
+                    const Vec3f expected = (i - turned * (2 * dot(i, turned))) * 0.1f + Vec3f(0.5f);
+                    EXPECT_NEAR(length(value(out, radiance, k) - expected), 0, 1e-5f) << body << n << side;
+                }
+            }
+}
+
+TEST(SlLight, DiffuseOfTheOtherSideComesThrough) {
+    for (const std::string n : {"-Nf", "-N", "-normalize(N)", "-faceforward(N, I)"}) {
+        const Shaded s = surface("normal Nf = faceforward(normalize(N), I); Oi = 1;"
+                                 "Ci = color(0.1, 0.2, 0.3) * diffuse(Nf) + color(0.4, 0.3, 0.2) * diffuse(" +
+                                 n + ");");
+        EXPECT_EQ(s.lobes(), (std::vector{LobeId::LambertBrdf, LobeId::LambertBtdf})) << n << s.said;
+        EXPECT_NEAR(length(s("diffuse.diffuseReflectance") - Vec3f(0.1f, 0.2f, 0.3f)), 0, 1e-6f) << n;
+        EXPECT_NEAR(length(s("transmission.diffuseTransmittance") - Vec3f(0.4f, 0.3f, 0.2f)), 0, 1e-6f) << n;
+        EXPECT_EQ(s.said, "");
+    }
+    // In a loop of its own.
+    const Shaded loop = surface("normal Nf = faceforward(normalize(N), I); Oi = 1; Ci = 0;"
+                                "illuminance(P, -Nf, PI / 2) Ci += 0.3 * Cl * (normalize(L) . -Nf);");
+    EXPECT_EQ(loop.lobes(), std::vector{LobeId::LambertBtdf}) << loop.said;
+    EXPECT_NEAR(loop("transmission.diffuseTransmittance").x, 0.3f, 1e-6f);
+    // A normal that pointed inwards before is turned to the outside; one that a shader turns to the eye is
+    // what faceforward() would give.
+    const Shaded cross = surface("normal n = normal(dPdv ^ dPdu); Oi = 1; Ci = 0.3 * diffuse(-n);");
+    EXPECT_NEAR(cross("diffuse.diffuseReflectance").x, 0.3f, 1e-6f);
+    EXPECT_LE(cross("transmission.diffuseTransmittance").x, 0);
+    const Shaded by_hand =
+        surface("normal n = normalize(N); if (n . I > 0) n = -n; Oi = 1; Ci = 0.3 * diffuse(n);");
+    EXPECT_EQ(by_hand.lobes(), std::vector{LobeId::LambertBrdf}) << by_hand.said;
+}
+
+TEST(SlLight, MovingPInASurfaceIsTold) {
+    const Shaded s = surface("P += 0.3 * u * normalize(N); N = calculatenormal(P); Oi = 1; Ci = diffuse(N);");
+    EXPECT_EQ(s.warnings("only a displacement shader moves the surface"), 1) << s.said;
+    EXPECT_EQ(surface("point Q = P; Q += 1; Oi = 1; Ci = diffuse(N) * xcomp(Q);").said, "");
 }
 
 } // namespace kanuka::sl::test

@@ -91,4 +91,56 @@ TEST(SlMembers, DisplacingTwiceLeavesTheLastValues) {
     EXPECT_NEAR(r[8].z, 0.1f + (10.5f + 7 + 2) / 100, 1e-5f); // begin saw what was displaced once
 }
 
+// Output parameters do as members do: in prelighting, and in the variable that a display asks for.
+TEST(SlMembers, OutputParametersTravelToo) {
+    for (const Config c : configs()) {
+        CompileOptions o;
+        o.lanes = c.lanes, o.opt_level = c.opt, o.use_cache = false;
+        o.aovs = {"depth", "tint", "kept"};
+        Journal journal;
+        const auto shader = compile_source("carved.sl", R"(
+class carved(float height = 0.5; output varying float depth = 3; output varying color tint = 0;
+             output varying float kept = 4; output varying float seen = 0) {
+    public void mnk_init(output MnkObjectProperties o; output MnkMaterial m) {
+        MnkMaterialBoundary b = CreateBoundary(m);
+        AddLobe(b, "diffuse", LambertBrdf());
+    }
+    public void mnk_displacement(output point P; output normal N) {
+        depth = depth + height * u;
+        tint = color(depth, v, 1);
+    }
+    public void mnk_prelighting(MnkMaterialBoundary b) {
+        SetLobe(b, "diffuse", 1, LambertBrdf("diffuseReflectance", tint * 0.1));
+        depth = depth * 2;
+    }
+})",
+                                           o, journal);
+        ASSERT_TRUE(shader) << (journal.entries().empty() ? "" : journal.entries()[0].message);
+        TestServices services;
+        const auto instance = shader->instantiate({}, services);
+        ASSERT_EQ(instance->aovs(), (std::vector<std::string>{"depth", "tint", "kept"}));
+        for (const bool displace : {true, false}) {
+            grid::Grid g = plane(8, 5);
+            if (displace)
+                instance->displace(g, {}, services);
+            grid::VertexInputs out;
+            std::vector<grid::SlotValues> aovs;
+            instance->shade_with_aovs(g, {}, services, out, aovs);
+            const int reflectance = slot(instance->program(), "diffuse.diffuseReflectance");
+            ASSERT_EQ(aovs.size(), 3u);
+            ASSERT_FALSE(aovs[0].uniform);
+            ASSERT_FALSE(aovs[1].uniform);
+            for (size_t i = 0; i < 54; i++) {
+                const float u = float(i % 9) / 8, v = float(i / 9) / 5, depth = 3 + 0.5f * u;
+                EXPECT_NEAR(aovs[0].data[i], 2 * depth, 1e-5f) << displace;
+                EXPECT_NEAR(aovs[1].data[i], depth, 1e-5f);
+                EXPECT_NEAR(aovs[1].data[i + size_t(out.stride)], v, 1e-5f);
+                EXPECT_NEAR(value(out, reflectance, int(i)).x, 0.1f * depth, 1e-5f);
+            }
+            EXPECT_EQ(aovs[2].value.x, 4);
+        }
+        EXPECT_TRUE(services.reports.empty());
+    }
+}
+
 } // namespace kanuka::sl

@@ -116,6 +116,10 @@ const std::string& ShaderSource::identity() {
     std::string all = m_options.strict_directions ? "strict\n" : "";
     if (m_options.array_room != CompileOptions{}.array_room)
         all += "room " + std::to_string(m_options.array_room) + "\n";
+    if (m_options.rispec_specular)
+        all += "rispec specular\n";
+    if (m_options.gathers_light)
+        all += "gathers light\n";
     if (m_options.area_light)
         all += "area light\n";
     for (const std::string& aov : m_options.aovs)

@@ -86,6 +86,7 @@ class ShaderImpl final : public Shader, public std::enable_shared_from_this<Shad
     bool from_cache() const override { return m_from_cache; }
     bool queries() const override { return m_program->queries; }
     bool asks_for_interreflection() const override { return m_program->interreflection; }
+    bool has_light_of_its_own() const override { return m_program->own_light; }
     CoShaderUse coshaders() const override { return m_program->coshaders; }
     std::span<const TextureUse> textures() const override { return m_program->textures; }
     std::vector<std::string> stages() const override;
@@ -126,6 +127,8 @@ class InstanceImpl final : public Instance {
     const Shader& shader() const override { return *m_shader; }
     const grid::LayeringProgram& program() const override { return m_layering; }
     bool displaces() const override { return m_shader->program().displace.root != nullptr; }
+    grid::Reads reads_displacing() const override { return m_shader->program().displace.reads; }
+    grid::Reads reads_shading() const override;
     void displace(grid::Grid& grid, const GridGlobals& globals, Services& services) const override;
     void shade(grid::Grid& grid, const GridGlobals& globals, Services& services,
                grid::VertexInputs& out) const override;
@@ -151,6 +154,7 @@ class InstanceImpl final : public Instance {
     void settle_presence(Services& services);
     void shade(grid::Grid& grid, const GridGlobals& globals, Services& services, grid::VertexInputs& out,
                std::vector<grid::SlotValues>* aovs) const;
+    void keep_in_range(grid::VertexInputs& out, size_t vertices, size_t own, Services& services) const;
     void carry_members(grid::Grid& grid, const GridGlobals& globals, Services& services) const;
     ir::Variant variant_for(const grid::Grid& grid) const;
     void call(const BuiltStage& stage, Frame& frame, ops::Runner& runner) const;

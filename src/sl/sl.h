@@ -89,6 +89,13 @@ struct CompileOptions {
     // What a classic surface does that no material can do is an error rather than an approximation with a
     // warning: weights that depend on the viewing direction, functions of light, kernels that are no lobe's.
     bool strict_directions = false;
+    // specular(), and specularbrdf(), have Blinn's exponent 1 / roughness, as RISpec has it; else 8 /
+    // roughness as PRMan, Aqsis and 3Delight, which nearly all published pictures were made with.
+    bool rispec_specular = false;
+    // Illuminance loops of classic surfaces that are no lobe's are run for the lights of the scene, at the
+    // point that is shaded, without shadows, and what they gather is what the surface shines with. Else they
+    // become their albedo.
+    bool gathers_light = false;
     // Values that an array has room for that grows in a loop whose length is not seen (reserve() gives more).
     int array_room = 64;
     // What the shader is connected to: its code is made for that. Without it every handle is null.
@@ -111,6 +118,15 @@ struct TextureRequest {
     int result_stride;
 };
 
+// Light of one light at points, without shadows: for volume shaders, which look for it on their way. All in
+// current space, three arrays each.
+struct LightRequest {
+    int light, count;
+    const float* P[3];
+    float* L[3];  // from the point to the light; a distant one's of length one
+    float* Cl[3]; // 0 where it does not shine
+};
+
 // What attribute(), option(), rendererinfo() and textureinfo() ask. The answer is a text or floats, as
 // wanted.
 struct Query {
@@ -121,6 +137,14 @@ struct Query {
     int count;
     float* floats;
     std::string* text;
+};
+
+// Values of a slot that lay outside of its range on one grid, and were taken as its ends.
+struct OutOfRange {
+    const std::string& shader;
+    const grid::Slot& slot;
+    float least, most; // of all values that are numbers
+    uint64_t count;    // of vertices, or grids where one value is for all; more than rounding
 };
 
 class Services {
@@ -137,6 +161,10 @@ class Services {
         (void)query;
         return false;
     }
+    // Lights that shine from somewhere: how many there are, and what one sends to points.
+    virtual int lights() { return 0; }
+    virtual void light(const LightRequest& request) { (void)request; }
+    virtual void out_of_range(const OutOfRange&) {}
     // A run-time fault or message, located in the shader's source.
     virtual void report(Severity severity, const Location& where, const std::string& message) = 0;
 };
@@ -159,7 +187,7 @@ struct GridGlobals {
     Vec3f Cs{1, 1, 1}, Os{1, 1, 1}; // unless the grid has primvars "Cs", "Os"
     Vec3f E{0, 0, 0};               // the eye, in current space
     float time = 0;
-    float du = 0, dv = 0; // filled by shade: parameter steps between vertices
+    float du = 0, dv = 0; // parameter steps between vertices; on a mesh their mean
 };
 
 // What a light shader sends to points, which are the vertices of a grid.
@@ -187,6 +215,9 @@ class Instance {
     // Fixed by mnk_init and mnk_interior, which have run.
     virtual const grid::LayeringProgram& program() const = 0;
     virtual bool displaces() const = 0;
+    // What displace(), and what all the other stages, read about a vertex.
+    virtual grid::Reads reads_displacing() const { return {}; }
+    virtual grid::Reads reads_shading() const { return {}; }
     // Run begin and mnk_displacement (or the displacement shader): move P, set N. Thread safe: grids are
     // independent.
     virtual void displace(grid::Grid& grid, const GridGlobals& globals, Services& services) const = 0;
@@ -228,6 +259,8 @@ class Shader {
     virtual bool queries() const { return false; }
     // True if it asks for light between surfaces (indirectdiffuse()) or what keeps it away (occlusion()).
     virtual bool asks_for_interreflection() const { return false; }
+    // It has illuminance loops that are no lobe's.
+    virtual bool has_light_of_its_own() const { return false; }
     // What it asks for, and may be compiled with (CompileOptions::coshaders).
     virtual CoShaderUse coshaders() const { return CoShaderUse::None; }
     // Unknown arguments and wrong types are reported to the journal (with the names there are) and skipped.
@@ -264,6 +297,10 @@ std::vector<std::string> emit_stages();
 std::optional<std::string> emit(const std::string& name, const std::string& source, Emit what,
                                 const std::string& stage, const CompileOptions& options, Journal& journal);
 
+// Do a file's first bytes say that it is a published shader? (slo.h; ".slo" is the name of other renderers'
+// compiled shaders, too.)
+bool is_slo(std::string_view bytes);
+
 // ---- the cache
 // ---------------------------------------------------------------------------------------------------------
 
@@ -280,6 +317,6 @@ std::vector<CacheEntry> cache_entries(const std::string& folder, bool verify); /
 uint64_t cache_clear(const std::string& folder);                               // number of files removed
 uint64_t cache_trim(const std::string& folder, uint64_t max_bytes);
 
-inline constexpr int CompilerVersion = 7;
+inline constexpr int CompilerVersion = 8;
 
 } // namespace kanuka::sl

@@ -10,6 +10,7 @@
 
 #include "sl/ir/ir.h"
 #include "sl/parse/token.h"
+#include "sl/sl.h" // is_slo()
 
 namespace kanuka::sl {
 
@@ -19,7 +20,6 @@ struct Published {
     uint64_t hash = 0;    // of the tokens, as the preprocessor made it
 };
 
-bool is_slo(std::string_view bytes);
 // Nothing, and what is wrong, if the file is damaged or of a version that is not known. Without the tokens
 // where only the metadata is wanted.
 std::optional<Published> read_slo(std::string_view bytes, std::string& problem, bool metadata_alone = false);

@@ -106,7 +106,7 @@ void put_program(ByteWriter& out, const ir::Program& p) {
         out.text(c.node);
         out.put(int16_t(c.input));
         out.put(uint8_t(c.lobe));
-        out.put(uint8_t(c.presence | c.ambient << 1));
+        out.put(uint8_t(c.presence | c.ambient << 1 | c.unsure << 2));
         out.put(uint8_t(c.ty));
     }
     out.count(p.fixed_lobes.size());
@@ -121,13 +121,15 @@ void put_program(ByteWriter& out, const ir::Program& p) {
         out.text(t.parameter);
         out.put(uint8_t(t.environment));
     }
-    out.put(uint8_t(p.queries | p.interreflection << 1));
+    out.put(uint8_t(p.queries | p.interreflection << 1 | p.own_light << 2));
     out.put(uint8_t(p.coshaders));
     put_texts(out, p.aovs);
     out.put(p.source_hash);
     for (const ir::Stage* s : p.stages()) {
         out.put(uint8_t(s->root != nullptr));
         out.text(s->name);
+        out.put(uint8_t(s->reads.parameters | s->reads.texture << 1 | s->reads.frame << 2));
+        out.put(uint8_t(s->reads.rings));
         put_outputs(out, s->outputs, nullptr);
     }
 }
@@ -158,7 +160,7 @@ void get_program(ByteReader& in, ir::Program& p) {
         c.input = in.get<int16_t>();
         c.lobe = grid::LobeId(in.get<uint8_t>());
         const uint8_t special = in.get<uint8_t>();
-        c.presence = special & 1, c.ambient = special & 2;
+        c.presence = special & 1, c.ambient = special & 2, c.unsure = special & 4;
         c.ty = ir::Ty(in.get<uint8_t>());
     }
     p.fixed_lobes.resize(in.length(2));
@@ -176,6 +178,7 @@ void get_program(ByteReader& in, ir::Program& p) {
     const uint8_t asks = in.get<uint8_t>();
     p.queries = asks & 1;
     p.interreflection = asks & 2;
+    p.own_light = asks & 4;
     p.coshaders = CoShaderUse(in.get<uint8_t>());
     p.aovs = get_texts(in);
     p.source_hash = in.get<uint64_t>();
@@ -183,6 +186,8 @@ void get_program(ByteReader& in, ir::Program& p) {
         if (in.get<uint8_t>())
             s->root = s->block();
         s->name = in.text();
+        const uint8_t reads = in.get<uint8_t>();
+        s->reads = {bool(reads & 1), bool(reads & 2), bool(reads & 4), in.get<uint8_t>()};
         get_outputs(in, *s);
     }
 }

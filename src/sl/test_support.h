@@ -135,14 +135,6 @@ inline std::shared_ptr<const Shader> compile(const std::string& source, Config c
     return s;
 }
 
-// The weight of a highlight of height one: of specular(…, roughness), and of phong(…, size).
-inline float highlight(float roughness) {
-    return std::min(1.0f, 8 * roughness / (1 + 2 * roughness));
-}
-inline float phong_highlight(float size) {
-    return std::min(1.0f, 4 / (1 + 2 * size));
-}
-
 // The index of a slot by its name, -1 = none.
 inline int slot(const grid::LayeringProgram& p, const std::string& name) {
     for (size_t i = 0; i < p.slots.size(); i++)

@@ -1,8 +1,10 @@
 // Grids to pages: fold what is constant, quantise what is not.
+#include <algorithm>
 #include <atomic>
 
 #include "base/tasks.h"
 #include "color/color.h"
+#include "color/photometry.h"
 #include "store/quantize.h"
 #include "store/store.h"
 
@@ -23,7 +25,7 @@ struct Encoded {
     std::vector<std::vector<float>> later; // positions at further steps
     std::vector<uint32_t> indices;
     std::vector<Emitter> emitters;
-    uint64_t bad = 0;
+    uint64_t bad = 0, lost = 0;
 };
 
 uint32_t bits_of(float f) {
@@ -50,6 +52,8 @@ class GridEncoder {
         for (size_t w = 0; w < m_layout.words.size(); w++)
             encode_word(w);
         encode_normals();
+        if (m_shaded.smooth && is_coarse())
+            m_out.shape.flags |= ShapeRecord::Rounded;
         if (m_program.needs_tangent())
             encode_tangents();
         if (m_program.emits())
@@ -61,23 +65,28 @@ class GridEncoder {
   private:
     // Into the slot's range and to what half precision holds. Infinity lies in the range of an unbounded
     // slot, but one infinite radiance would be the whole picture's.
-    float clean(float x, const grid::Slot& slot) {
+    float clean(float x, const grid::Slot& slot, float most = LargestHalf) {
         if (slot.storage == grid::Storage::Full) {
             m_out.bad += !std::isfinite(x);
             return std::isfinite(x) ? x : 0.0f;
         }
-        const float low = std::max(slot.low, -65504.0f), high = std::min(slot.high, 65504.0f);
+        if (slot.between == grid::Between::Turns)
+            x -= std::floor(x);
+        const float low = std::max(slot.low, -most), high = std::min(slot.high, most);
         if (x >= low && x <= high)
             return x;
         m_out.bad += !std::isfinite(x);
-        return std::isnan(x) ? std::clamp(0.0f, low, high) : std::clamp(x, low, high);
+        m_out.lost += std::isfinite(x) && std::abs(x) > most && slot.high > most;
+        return std::isnan(x) ? std::clamp(0.0f, low, high)
+                             : std::clamp(x, low, std::isfinite(x) ? high : std::min(high, LargestHalf));
     }
 
-    float value(int slot, int component, int vertex) {
+    // `most`: emitters keep whole floats.
+    float value(int slot, int component, int vertex, float most = LargestHalf) {
         const grid::SlotValues& values = m_shaded.inputs->slots[slot];
         const float x = values.uniform ? values.value[component]
                                        : values.data[size_t(component) * m_shaded.inputs->stride + vertex];
-        return clean(x, m_program.slots[slot]);
+        return clean(x, m_program.slots[slot], most);
     }
 
     bool constant(int slot) const {
@@ -96,8 +105,17 @@ class GridEncoder {
 
     Rgb color(int slot, int i) { return {value(slot, 0, i), value(slot, 1, i), value(slot, 2, i)}; }
 
+    // Is it read for emitters alone, which keep whole floats? Its word is what fits.
+    bool is_emission(int slot) const {
+        return std::ranges::any_of(m_program.nodes, [&](const grid::LayerNode& n) {
+            return n.op == LayerOp::Lobe && grid::lobe(n.lobe).kind == grid::LobeKind::Emission &&
+                   (n.weight == slot || std::ranges::find(n.inputs, slot) != n.inputs.end());
+        });
+    }
+
     void encode_word(size_t w) {
         const auto [low, high] = m_layout.slots_of_word[w];
+        const uint64_t lost = m_out.lost;
         const bool folds = constant(low) && (high < 0 || constant(high));
         m_out.table.push_back(uint32_t(m_out.inputs.size()));
         m_out.table.push_back(folds ? 0 : 1);
@@ -112,7 +130,7 @@ class GridEncoder {
             // keep the spectrum smooth.
             const Rgb rgb = color(low, 0);
             const float m = std::max({rgb.x, rgb.y, rgb.z});
-            const float scale = m_layout.words[w] == WordLayout::Word::Rgb9e5 && m > 0 ? 2 * m : 1;
+            const float scale = m_layout.words[w] == WordLayout::Word::Amount && m > 0 ? 2 * m : 1;
             for (float f : m_palette.reflectance(rgb, scale))
                 out.push_back(bits_of(f));
         } else {
@@ -120,10 +138,8 @@ class GridEncoder {
             out.resize(base + m_count);
             for (int i = 0; i < m_count; i++) {
                 switch (m_layout.words[w]) {
-                case WordLayout::Word::Rgb11:
-                    out[base + i] = to_rgb11(color(low, i));
-                    break;
-                case WordLayout::Word::Rgb9e5:
+                case WordLayout::Word::Color:
+                case WordLayout::Word::Amount:
                     out[base + i] = to_rgb9e5(color(low, i));
                     break;
                 case WordLayout::Word::Float:
@@ -136,6 +152,8 @@ class GridEncoder {
                 }
             }
         }
+        if (is_emission(low) && (high < 0 || is_emission(high)))
+            m_out.lost = lost; // emitters have the whole of it
     }
 
     // Unit length, or zero where there is none to be had.
@@ -152,6 +170,13 @@ class GridEncoder {
     // Vertices without a usable normal (poles, NaN) take that of the vertex before; the first ones, that of
     // the first that has one.
     void encode_normals() {
+        if (m_out.shape.flags & ShapeRecord::Fibre) { // the fibre has its own
+            m_out.table.push_back(uint32_t(m_out.inputs.size()));
+            m_out.table.push_back(0);
+            m_out.inputs.resize(m_out.inputs.size() + 3 * (m_grid.later.size() + 1), 0);
+            m_normals.assign(1, Vec3f(0, 0, 1));
+            return;
+        }
         std::vector<Vec3f> normals(size_t(m_count), Vec3f(0.0f));
         Vec3f last(0.0f);
         bool flat = true, given = false;
@@ -203,6 +228,54 @@ class GridEncoder {
         m_normals = std::move(normals);
     }
 
+    // Does a normal lean farther from its facet than dicing lets it?
+    bool is_coarse() const {
+        constexpr float LeastCosine = 0.9976f; // 4 degrees
+        const ShapeRecord& s = m_out.shape;
+        if (!(s.flags & ShapeRecord::HasNormals) || m_normals.size() == 1 || s.motion_segments > 0 ||
+            (s.flags & (ShapeRecord::Collapsed | ShapeRecord::Fibre)))
+            return false;
+        // Of traced corners, with their vertices.
+        const auto leans = [&](const std::array<int, 3>& traced, const std::array<int, 3>& vertex) {
+            const auto at = [&](int v) {
+                const float* p = m_out.positions.data() + size_t(v) * 3;
+                return Vec3f(p[0], p[1], p[2]);
+            };
+            const Vec3f n = unit(cross(at(traced[1]) - at(traced[0]), at(traced[2]) - at(traced[0])));
+            for (const int v : vertex)
+                if (!(n == Vec3f(0.0f)) && std::abs(dot(n, m_normals[size_t(v)])) < LeastCosine)
+                    return true;
+            return false;
+        };
+        if (m_shaded.mesh) {
+            const int n = m_shaded.mesh->vertices_per_face;
+            for (size_t f = 0; f < m_out.indices.size(); f += size_t(n)) {
+                const auto corner = [&](int k) { return int(m_out.indices[f + size_t(k)]); };
+                const std::array<int, 3> a{corner(0), corner(1), corner(n - 1)};
+                if (leans(a, a))
+                    return true;
+                if (n == 4)
+                    if (const std::array<int, 3> b{corner(2), corner(3), corner(1)}; leans(b, b))
+                        return true;
+            }
+            return false;
+        }
+        const grid::TracedGrid& t = *m_shaded.traced;
+        for (int j = 0; j < t.mv; j++)
+            for (int i = 0; i < t.mu; i++) {
+                const auto traced = [&](int a, int b) { return (j + b) * (t.mu + 1) + i + a; };
+                const auto vertex = [&](int a, int b) {
+                    return (j + b) * t.step_v * (s.nu + 1) + (i + a) * t.step_u;
+                };
+                if (leans({traced(0, 0), traced(1, 0), traced(0, 1)},
+                          {vertex(0, 0), vertex(1, 0), vertex(0, 1)}) ||
+                    leans({traced(1, 1), traced(0, 1), traced(1, 0)},
+                          {vertex(1, 1), vertex(0, 1), vertex(1, 0)}))
+                    return true;
+            }
+        return false;
+    }
+
     // dPdu at every vertex; where there is none, some direction across the normal.
     void encode_tangents() {
         const auto raw = [&](int i) {
@@ -244,12 +317,16 @@ class GridEncoder {
         s.flags |= m_grid.flips ? ShapeRecord::Flips : 0;
         if (m_shaded.mesh) {
             const grid::TracedMesh& mesh = *m_shaded.mesh;
-            s.flags |= ShapeRecord::Mesh | (mesh.vertices_per_face == 4 ? ShapeRecord::Quads : 0);
+            const bool fibre = !mesh.radius.empty();
+            s.flags |= ShapeRecord::Mesh | (mesh.vertices_per_face == 4 ? ShapeRecord::Quads : 0) |
+                       (fibre ? ShapeRecord::Fibre : 0) |
+                       (mesh.around && m_program.is_layer() ? ShapeRecord::Layer : 0);
             s.mu = m_count;
             s.mv = int(mesh.indices.size() / mesh.vertices_per_face);
-            m_out.positions = interleaved(m_grid.P);
-            for (const grid::Grid::Step& step : m_grid.later)
-                m_out.later.push_back(interleaved(step.P));
+            m_out.positions = interleaved(m_grid.P, mesh.radius);
+            for (size_t k = 0; k < m_grid.later.size(); k++)
+                m_out.later.push_back(interleaved(
+                    m_grid.later[k].P, k < mesh.later_radius.size() ? mesh.later_radius[k] : mesh.radius));
             m_out.indices = mesh.indices;
             return;
         }
@@ -266,11 +343,16 @@ class GridEncoder {
         m_out.later = t.later;
     }
 
-    std::vector<float> interleaved(const std::vector<float>& p) const {
-        std::vector<float> out(size_t(m_count) * 3);
-        for (int i = 0; i < m_count; i++)
+    // With the radius behind each, if there are any.
+    std::vector<float> interleaved(const std::vector<float>& p, const std::vector<float>& radius) const {
+        const size_t each = radius.empty() ? 3 : 4;
+        std::vector<float> out(size_t(m_count) * each);
+        for (int i = 0; i < m_count; i++) {
             for (int c = 0; c < 3; c++)
-                out[size_t(i) * 3 + size_t(c)] = p[size_t(c) * size_t(m_grid.stride) + size_t(i)];
+                out[size_t(i) * each + size_t(c)] = p[size_t(c) * size_t(m_grid.stride) + size_t(i)];
+            if (each == 4)
+                out[size_t(i) * each + 3] = radius[size_t(i)];
+        }
         return out;
     }
 
@@ -304,15 +386,20 @@ class GridEncoder {
     // Radiance of the tree below `node` at a vertex; coats are taken as clear.
     Rgb emission(int node, int i) {
         const grid::LayerNode& n = m_program.nodes[size_t(node)];
-        const float w = n.weight < 0 ? 1 : value(n.weight, 0, i);
+        const auto radiance = [&](int slot, int c, int v) {
+            return value(slot, c, v, color::LargestRadiance);
+        };
+        const float w = n.weight < 0 ? 1 : radiance(n.weight, 0, i);
         switch (n.op) {
         case LayerOp::Lobe:
             if (grid::lobe(n.lobe).kind != grid::LobeKind::Emission)
                 return Rgb(0);
-            return count_shape(n, i,
-                               (n.inputs.empty() || n.inputs[0] < 0 ? grid::lobe(n.lobe).inputs[0].fallback
-                                                                    : color(n.inputs[0], i)) *
-                                   w);
+            if (n.inputs.empty() || n.inputs[0] < 0)
+                return count_shape(n, i, grid::lobe(n.lobe).inputs[0].fallback * w);
+            return count_shape(
+                n, i,
+                Rgb(radiance(n.inputs[0], 0, i), radiance(n.inputs[0], 1, i), radiance(n.inputs[0], 2, i)) *
+                    w);
         case LayerOp::Mix:
             return emission(n.upper, i) * w + emission(n.lower, i) * (1 - w);
         case LayerOp::Over:
@@ -359,7 +446,7 @@ class GridEncoder {
 
     // Emits to the outside: where shading normals point, as a hit has it; without them, where the winding
     // says.
-    bool emits_backwards(const Vec3f& cross_product, const std::array<int, 3>& vertex) const {
+    bool emits_backwards(const Vec3f& cross_product, std::span<const int> vertex) const {
         if (!(m_out.shape.flags & ShapeRecord::HasNormals))
             return m_grid.flips;
         const auto normal = [&](int i) {
@@ -368,7 +455,8 @@ class GridEncoder {
         return dot(cross_product, normal(vertex[0]) + normal(vertex[1]) + normal(vertex[2])) < 0;
     }
 
-    void add_emitter(const std::array<Vec3f, 3>& p, const std::array<int, 3>& vertex) {
+    // Radiance of the vertices' mean.
+    void add_emitter(const std::array<Vec3f, 3>& p, std::span<const int> vertex) {
         Emitter e{};
         e.p0 = p[0];
         e.e1 = p[1] - p[0];
@@ -379,7 +467,7 @@ class GridEncoder {
         for (int i : vertex) {
             // A ray that comes by chance meets what is there alone; one that is sent here counts that part.
             const float presence = m_program.presence < 0 ? 1 : value(m_program.presence, 0, i);
-            rgb += emission(root, i) * (presence / 3);
+            rgb += emission(root, i) * (presence / float(vertex.size()));
         }
         const float m = std::max({rgb.x, rgb.y, rgb.z});
         const auto c = m_palette.emission(m > 0 ? rgb : Rgb(0), 2 * m);
@@ -399,13 +487,17 @@ class GridEncoder {
             const float* p = m_out.positions.data() + size_t(v) * 3;
             return Vec3f(p[0], p[1], p[2]);
         };
+        if (m_out.shape.flags & ShapeRecord::Fibre) {
+            encode_shining_fibre();
+            return;
+        }
         if (m_shaded.mesh) {
             const int n = m_shaded.mesh->vertices_per_face;
             for (size_t f = 0; f < m_out.indices.size(); f += n) {
                 const uint32_t* v = &m_out.indices[f];
                 const auto add = [&](int a, int b, int c) {
-                    add_emitter({traced_point(v[a]), traced_point(v[b]), traced_point(v[c])},
-                                {int(v[a]), int(v[b]), int(v[c])});
+                    const int vertex[] = {int(v[a]), int(v[b]), int(v[c])};
+                    add_emitter({traced_point(v[a]), traced_point(v[b]), traced_point(v[c])}, vertex);
                 };
                 if (n == 3)
                     add(0, 1, 2);
@@ -425,11 +517,25 @@ class GridEncoder {
                     return std::min((j + b) * t.step_v, m_grid.nv) * (m_grid.nu + 1) +
                            std::min((i + a) * t.step_u, m_grid.nu);
                 };
-                add_emitter({traced(0, 0), traced(1, 0), traced(0, 1)},
-                            {shading(0, 0), shading(1, 0), shading(0, 1)});
-                add_emitter({traced(1, 1), traced(0, 1), traced(1, 0)},
-                            {shading(1, 1), shading(0, 1), shading(1, 0)});
+                const int first[] = {shading(0, 0), shading(1, 0), shading(0, 1)},
+                          second[] = {shading(1, 1), shading(0, 1), shading(1, 0)};
+                add_emitter({traced(0, 0), traced(1, 0), traced(0, 1)}, first);
+                add_emitter({traced(1, 1), traced(0, 1), traced(1, 0)}, second);
             }
+    }
+
+    // One a segment, which is met and never asked for: nobody can choose a place on it. Its area is the round
+    // one.
+    void encode_shining_fibre() {
+        for (const uint32_t i : m_out.indices) {
+            const float* p = m_out.positions.data() + size_t(i) * 4;
+            const Vec3f begin(p[0], p[1], p[2]), end(p[4], p[5], p[6]);
+            const int vertex[] = {int(i), int(i) + 1};
+            add_emitter({begin, end, begin}, vertex);
+            Emitter& e = m_out.emitters.back();
+            e.area = Pi * (p[3] + p[7]) * length(end - begin);
+            e.power = 0;
+        }
     }
 
     const ShadedGrid& m_shaded;
@@ -453,7 +559,7 @@ uint32_t* bytes_at(Page& page, uint32_t at, const std::vector<T>& source) {
 } // namespace
 
 Page encode(std::span<const ShadedGrid> grids, const grid::LayeringProgram& program, int object_id,
-            uint64_t& bad_inputs, const color::Palette* palette) {
+            uint64_t& bad_inputs, const color::Palette* palette, uint64_t* lost) {
     static const color::Palette rec709;
     const WordLayout layout(program);
     std::vector<Encoded> encoded(grids.size());
@@ -482,7 +588,8 @@ Page encode(std::span<const ShadedGrid> grids, const grid::LayeringProgram& prog
     h.shapes_at = round_up(sizeof(PageHeader) / 4, 16);
     h.tables_at = h.shapes_at + h.shapes * ShapeWords;
     h.inputs_at = h.tables_at + total.table;
-    h.positions_at = round_up(h.inputs_at + total.inputs, 3);
+    // Whole triples, and whole rows of four: the ray tracer reads those of fibres as aligned ones.
+    h.positions_at = round_up(h.inputs_at + total.inputs, 12);
     // All positions at the first step, then all at the next one, …: the ray tracer finds a step at one
     // distance.
     const uint32_t segments = grids.empty() ? 0 : uint32_t(grids[0].grid->later.size());
@@ -519,28 +626,14 @@ Page encode(std::span<const ShadedGrid> grids, const grid::LayeringProgram& prog
     for (size_t i = 0; i < grids.size(); i++) {
         const ShapeRecord& s = encoded[i].shape;
         bad_inputs += encoded[i].bad;
+        if (lost)
+            *lost += encoded[i].lost;
         h.vertices += uint32_t(grids[i].grid->vertices());
         h.micropolygons += grids[i].mesh ? uint32_t(s.mv) : uint32_t(s.nu * s.nv);
         h.traced_polygons += grids[i].mesh ? uint32_t(s.mv) : uint32_t(s.mu * s.mv);
     }
     page.header() = h;
     return page;
-}
-
-float emitting_area(const Page& page) {
-    double area = 0;
-    const auto* emitters = reinterpret_cast<const Emitter*>(page.words.data() + page.header().emitters_at);
-    for (uint32_t i = 0; i < page.header().emitters; i++)
-        area += emitters[i].scale > 0 ? double(emitters[i].area) : 0;
-    return float(area);
-}
-
-void scale_emission(Page& page, float factor) {
-    auto* emitters = reinterpret_cast<Emitter*>(page.words.data() + page.header().emitters_at);
-    for (uint32_t i = 0; i < page.header().emitters; i++) {
-        emitters[i].scale *= factor;
-        emitters[i].power *= factor;
-    }
 }
 
 } // namespace kanuka::store

@@ -11,8 +11,10 @@
 
 namespace kanuka::store {
 
+inline constexpr float LargestHalf = 65504;
+
 inline uint16_t to_half(float f) {
-    const _Float16 h = static_cast<_Float16>(std::clamp(f, -65504.0f, 65504.0f));
+    const _Float16 h = static_cast<_Float16>(std::clamp(f, -LargestHalf, LargestHalf));
     uint16_t bits;
     std::memcpy(&bits, &h, 2);
     return bits;
@@ -23,20 +25,8 @@ inline float from_half(uint16_t bits) {
     return float(h);
 }
 
-// Square roots in 11, 11 and 10 bits: steps of 0.1 % of white in the dark, 0.2 % near white.
-inline uint32_t to_rgb11(const Rgb& c) {
-    const auto code = [](float x, float steps) {
-        return uint32_t(std::sqrt(std::clamp(x, 0.0f, 1.0f)) * steps + 0.5f);
-    };
-    return code(c.x, 2047) | code(c.y, 2047) << 11 | code(c.z, 1023) << 22;
-}
-inline Rgb from_rgb11(uint32_t w) {
-    const float r = float(w & 2047) * (1 / 2047.0f), g = float((w >> 11) & 2047) * (1 / 2047.0f),
-                b = float(w >> 22) * (1 / 1023.0f);
-    return {r * r, g * g, b * b};
-}
-
-// Shared exponent, 9-9-9-5 bits, bias 15 (as EXT_texture_shared_exponent).
+// Shared exponent, 9-9-9-5 bits, bias 15 (as EXT_texture_shared_exponent): steps of 0.2 to 0.4 % of the
+// largest component, however dark.
 inline uint32_t to_rgb9e5(const Rgb& c) {
     const auto bounded = [](float x) { return x > 0 ? std::min(x, 65408.0f) : 0.0f; };
     const float r = bounded(c.x), g = bounded(c.y), b = bounded(c.z), m = std::max({r, g, b});

@@ -124,6 +124,11 @@ float Store::presence(int shape, int prim, float u, float v) const {
     };
     if (s.flags & ShapeRecord::Mesh) {
         const bool quads = s.flags & ShapeRecord::Quads;
+        if (s.flags & ShapeRecord::Fibre) {
+            const int first = int(m_arena[s.indices + prim]);
+            const float f = u >= 0 ? std::min(u, 1.0f) : 0; // not a number on a ball
+            return at(first) + (at(first + 1) - at(first)) * f;
+        }
         const uint32_t* index = m_arena + s.indices + prim * (quads ? 4 : 3);
         if (!quads)
             return (1 - u - v) * at(int(index[0])) + u * at(int(index[1])) + v * at(int(index[2]));
@@ -136,6 +141,22 @@ float Store::presence(int shape, int prim, float u, float v) const {
     const int a = j * (s.nu + 1) + i;
     return (1 - fy) * ((1 - fx) * at(a) + fx * at(a + 1)) +
            fy * ((1 - fx) * at(a + s.nu + 1) + fx * at(a + s.nu + 2));
+}
+
+float emitting_area(const Page& page) {
+    double area = 0;
+    const auto* emitters = reinterpret_cast<const Emitter*>(page.words.data() + page.header().emitters_at);
+    for (uint32_t i = 0; i < page.header().emitters; i++)
+        area += emitters[i].scale > 0 ? double(emitters[i].area) : 0;
+    return float(area);
+}
+
+void scale_emission(Page& page, float factor) {
+    auto* emitters = reinterpret_cast<Emitter*>(page.words.data() + page.header().emitters_at);
+    for (uint32_t i = 0; i < page.header().emitters; i++) {
+        emitters[i].scale *= factor;
+        emitters[i].power *= factor;
+    }
 }
 
 } // namespace kanuka::store

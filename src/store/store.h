@@ -23,7 +23,7 @@
 namespace kanuka::store {
 
 inline constexpr uint32_t PageMagic = 0x53504d4b; // "KMPS"
-inline constexpr uint32_t PageVersion = 4;
+inline constexpr uint32_t PageVersion = 5;
 
 // One traced shape: a grid, or a mesh. Sixteen words; offsets are page-relative in a page, arena-absolute
 // when resident. Hot: read for every hit.
@@ -35,18 +35,21 @@ struct ShapeRecord {
         Flips = 8,
         Collapsed = 16,
         FlatNormal = 32,
-        ShinesBoth = 64 // to the inside too; what is sent there is met, not asked for
+        ShinesBoth = 64, // to the inside too; what is sent there is met, not asked for
+        Fibre = 128,     // a mesh of round segments: an index each, positions are xyz and the radius
+        Layer = 256,     // rays that come from the inside do not meet it
+        Rounded = 512    // its facets stand for a curved surface, which its normals tell of
     };
     int32_t flags;
     int32_t program;    // index into Store::programs
     int32_t slot_table; // words: {base, stride} for each word of the vertex record, then for the normal,
                         // then for the tangent of programs that need one
-    int32_t positions;  // of traced vertex 0: xyz triples; a multiple of 3, for the ray tracer's sake
-    int32_t mu, mv;     // traced cells; mesh: vertices, faces
-    int32_t steps;      // log2: step_u | step_v << 4 | edge steps << 8, 12, 16, 20 (Edge order)
-    int32_t nu, nv;     // shading cells
-    int32_t indices;    // mesh: vertices_per_face words a face
-    int32_t emitter;    // first of its triangles among the emitters (two a cell or quad); -1 = does not emit
+    int32_t positions; // of traced vertex 0: xyz triples; of grids a multiple of 3, for the ray tracer's sake
+    int32_t mu, mv;    // traced cells; mesh: vertices, faces
+    int32_t steps;     // log2: step_u | step_v << 4 | edge steps << 8, 12, 16, 20 (Edge order)
+    int32_t nu, nv;    // shading cells
+    int32_t indices;   // mesh: vertices_per_face words a face
+    int32_t emitter;   // first of its triangles among the emitters (two a cell or quad); -1 = does not emit
     int32_t object_id;
     int32_t interior; // index into Store::interiors; -1 = none
     int32_t links;    // index into Store::links
@@ -163,13 +166,15 @@ struct ShadedGrid {
     const grid::TracedGrid* traced; // or
     const grid::TracedMesh* mesh = nullptr;
     const grid::VertexInputs* inputs;
+    bool smooth = false; // normals are those of the surface, not of bumps: facets may be Rounded
 };
 
 // Encodes the grids of a primitive: folds inputs that are constant over a grid, quantises the others.
 // Parallel over grids; the same page for any thread count. Inputs outside their range, NaN and infinite ones
 // are clamped, replaced, and counted in `bad_inputs`. `palette`: what RGB means; null = Rec.709.
+// `lost`: adds up how many finite values were beyond what is kept, and were made smaller.
 Page encode(std::span<const ShadedGrid> grids, const grid::LayeringProgram& program, int object_id,
-            uint64_t& bad_inputs, const color::Palette* palette = nullptr);
+            uint64_t& bad_inputs, const color::Palette* palette = nullptr, uint64_t* lost = nullptr);
 // Multiplies what the page's emitters give, by a factor that may depend on their whole area.
 float emitting_area(const Page& page);
 void scale_emission(Page& page, float factor);

@@ -129,9 +129,9 @@ TEST(Encode, VaryingInputsComeBackWithinTheirStep) {
             EXPECT_EQ(e.stride, 1u);
             return store.words()[e.base + uint32_t(i)];
         };
-        const Rgb r = from_rgb11(word(0)), l = from_rgb9e5(word(2));
+        const Rgb r = from_rgb9e5(word(0)), l = from_rgb9e5(word(2));
         for (int c = 0; c < 3; c++) {
-            EXPECT_NEAR(r[c], made.at(0, c, i), 1.1e-3f);
+            EXPECT_NEAR(r[c], made.at(0, c, i), 1 / 511.0f);
             EXPECT_NEAR(l[c], made.at(2, c, i), 1 / 511.0f);
         }
         EXPECT_NEAR(from_half(uint16_t(word(1))), made.at(1, 0, i), 0x1p-11f);
@@ -152,6 +152,41 @@ TEST(Encode, OneVertexThatDiffersKeepsAWordVarying) {
     EXPECT_EQ(store.presence(0, 0, 0, 0), 0.5f);
 }
 
+// Area times luminance, whatever it is: emitters keep whole floats.
+TEST(Encode, EmittersOfAnyRadiance) {
+    const auto program = lamp_program();
+    for (int decade = -2; decade <= 14; decade++) {
+        const float radiance = std::pow(10.0f, float(decade));
+        for (const bool varies : {false, true}) {
+            HandMade made(1, 1, program);
+            for (int i = 0; i < 4; i++) {
+                made.at(3, 0, i) = 1;
+                for (int c = 0; c < 3; c++)
+                    made.at(2, c, i) = varies ? radiance * (0.5f + 0.25f * float(i + i / 2)) : radiance;
+            }
+            // Triangles of vertices 0, 1, 2 and 3, 2, 1.
+            const double mean = varies ? (0.5 + 0.75 + 1.25 + 1.5 + 1.25 + 0.75) / 6 : 1;
+            const ShadedGrid shaded[] = {made.shaded()};
+            uint64_t bad = 0, lost = 0;
+            Store store;
+            store.add_page(encode(shaded, program, 7, bad, nullptr, &lost), store.add_program(program), -1);
+            double power = 0;
+            for (const Emitter& e : store.emitters())
+                power += double(e.power);
+            EXPECT_NEAR(power / double(radiance), mean, 1e-4 * mean) << decade;
+            EXPECT_EQ(bad + lost, 0u);
+        }
+    }
+    HandMade made(1, 1, program);
+    for (int i = 0; i < 4; i++)
+        made.at(2, 1, i) = 1e20f;
+    const ShadedGrid shaded[] = {made.shaded()};
+    uint64_t bad = 0, lost = 0;
+    encode(shaded, program, 7, bad, nullptr, &lost);
+    EXPECT_EQ(bad, 0u);
+    EXPECT_GT(lost, 0u);
+}
+
 TEST(Encode, BadInputsAreReplacedAndCounted) {
     const auto program = lamp_program();
     HandMade made(2, 2, program);
@@ -163,7 +198,7 @@ TEST(Encode, BadInputsAreReplacedAndCounted) {
     Store store;
     store.add_page(encode_one(made, program, &bad), store.add_program(program), -1);
     EXPECT_GE(bad, 3u);
-    EXPECT_EQ(from_rgb11(store.words()[entry(store, 0, 0).base + 4]).y, 0.0f);
+    EXPECT_EQ(from_rgb9e5(store.words()[entry(store, 0, 0).base + 4]).y, 0.0f);
     EXPECT_EQ(from_half(uint16_t(store.words()[entry(store, 0, 1).base + 2])), 1.0f);
     EXPECT_EQ(from_half(uint16_t(store.words()[entry(store, 0, 1).base + 3] >> 16)), 0.0f);
     for (const Emitter& e : store.emitters())

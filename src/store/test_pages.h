@@ -60,9 +60,9 @@ inline grid::LayeringProgram lamp_program() {
     using namespace grid;
     LayeringProgram p;
     p.slots = {
-        {InputType::Color, Storage::Rgb11, 0, 1, false, "reflectance"},
+        {InputType::Color, Storage::Color, 0, 1, false, "reflectance"},
         {InputType::Float, Storage::Half, 0, 1, false, "weight"},
-        {InputType::Color, Storage::Rgb9e5, 0, std::numeric_limits<float>::infinity(), false, "radiance"},
+        {InputType::Color, Storage::Amount, 0, std::numeric_limits<float>::infinity(), false, "radiance"},
         {InputType::Float, Storage::Half, 0, 1, false, "presence"}};
     LayerNode diffuse, glow, both;
     diffuse.lobe = LobeId::LambertBrdf;

@@ -79,8 +79,11 @@ struct HitPlace {
         const Mask<W> mesh = s.has(R::Mesh);
         if (!all(mesh))
             place_on_grid(s, u, v);
-        if (any(mesh))
-            place_on_mesh(scene, s, prim, u, v, mesh);
+        const Mask<W> fibre = s.has(R::Fibre);
+        if (any(mesh & !fibre))
+            place_on_mesh(scene, s, prim, u, v, mesh & !fibre);
+        if (any(fibre))
+            place_on_fibre(scene, s, prim, u, fibre);
     }
 
   private:
@@ -152,6 +155,23 @@ struct HitPlace {
         b = select(second, w3 * y3 + (one - fx) * y2 + (one - fy) * y1, w0 * y0 + fx * y1 + fy * y2);
     }
 
+    // Between the two vertices of a segment. The anchor is the first of them, inside of the fibre.
+    void place_on_fibre(const SceneView& scene, const ShapeLanes<W>& s, Int<W> prim, Float<W> u,
+                        Mask<W> fibre) {
+        using F = Float<W>;
+        using I = Int<W>;
+        const F zero(0.0f), one(1.0f);
+        const I first = gather(scene.words, select(fibre, s.indices + prim, I(0)));
+        const F f = select(u >= zero, min(u, one), zero); // not a number on a ball
+        anchor = select(fibre, first, anchor);
+        other[0] = select(fibre, first, other[0]), other[1] = select(fibre, first, other[1]);
+        triangle = select(fibre, prim, triangle);
+        for (int k = 0; k < 4; k++) {
+            vertex[k] = select(fibre, k == 0 ? first : first + I(1), vertex[k]);
+            weight[k] = select(fibre, k == 0 ? one - f : k == 1 ? f : zero, weight[k]);
+        }
+    }
+
     void place_on_mesh(const SceneView& scene, const ShapeLanes<W>& s, Int<W> prim, Float<W> u, Float<W> v,
                        Mask<W> mesh) {
         using F = Float<W>;
@@ -183,6 +203,38 @@ struct HitPlace {
     }
 };
 
+// Corners of the triangle that a hit lies on: among the traced vertices, and among those that inputs are kept
+// of. (Of grids without coarsened edges.)
+template <int W>
+struct Corners {
+    Int<W> traced[3], vertex[3];
+    Float<W> weight[3];
+
+    Corners(const ShapeLanes<W>& s, const HitPlace<W>& place, Float<W> u, Float<W> v) {
+        using F = Float<W>;
+        using I = Int<W>;
+        const Mask<W> mesh = s.has(store::ShapeRecord::Mesh);
+        const F zero(0.0f), one(1.0f);
+        const F x = clamp(u, zero, one) * F(s.mu), y = clamp(v, zero, one) * F(s.mv);
+        const I i = max(min(to_int(x), s.mu - I(1)), I(0)), j = max(min(to_int(y), s.mv - I(1)), I(0));
+        const F fx = x - F(i), fy = y - F(j);
+        const Mask<W> second = fx + fy > one;
+        const I step_u = I(1) << (s.steps & I(15)), step_v = I(1) << ((s.steps >> 4) & I(15));
+        const F of_corner[3] = {select(second, fx + fy - one, one - fx - fy), select(second, one - fy, fx),
+                                select(second, one - fx, fy)};
+        const I one_i(1), zero_i(0);
+        const I a[3] = {select(second, one_i, zero_i), one_i, zero_i},
+                b[3] = {select(second, one_i, zero_i), zero_i, one_i};
+        for (int k = 0; k < 3; k++) {
+            const I on_grid = (j + b[k]) * (s.mu + one_i) + i + a[k];
+            traced[k] = select(mesh, place.vertex[k], on_grid);
+            vertex[k] =
+                select(mesh, place.vertex[k], (j + b[k]) * step_v * (s.nu + one_i) + (i + a[k]) * step_u);
+            weight[k] = select(mesh, place.weight[k], of_corner[k]);
+        }
+    }
+};
+
 // Reads lobe inputs at a place. Constant words (stride 0) are floats already; varying ones are decoded at the
 // vertices around the hit, interpolated, and then uplifted: the order that keeps a texture's colours.
 template <int W>
@@ -207,13 +259,10 @@ class InputFetch {
         }
         if (!all(constant)) {
             Float<W> v0, v1, v2, m(1.0f);
-            Vec3<Float<W>> rgb;
+            Vec3<Float<W>> rgb = interpolate_rgb(base, constant);
             if (input.wide) { // twice the largest component, to stay where spectra are smooth, as encode.cpp
-                rgb = interpolate_rgb9e5(base, constant);
                 m = max(max(max(rgb.x, rgb.y), rgb.z) * Float<W>(2.0f), Float<W>(1e-20f));
                 rgb = rgb * (Float<W>(1.0f) / m);
-            } else {
-                rgb = interpolate_rgb11(base, stride, constant);
             }
             bsdf::uplift(m_scene.uplift, rgb, v0, v1, v2);
             c0 = kanuka::select(constant, c0, v0), c1 = kanuka::select(constant, c1, v1),
@@ -234,14 +283,13 @@ class InputFetch {
         if (any(constant))
             r = gather(m_scene.floats + input.half, kanuka::select(constant, base, Int<W>(0)));
         if (!all(constant)) {
-            Float<W> sum(0.0f);
+            Float<W> value[4];
             for (int k = 0; k < 4; k++) {
                 const Int<W> at = kanuka::select(constant, Int<W>(0), base + m_place.vertex[k]);
                 const Int<W> word = gather(m_scene.words, at);
-                sum =
-                    fma(m_place.weight[k], half_to_float((word >> (16 * input.half)) & Int<W>(0xffff)), sum);
+                value[k] = half_to_float((word >> (16 * input.half)) & Int<W>(0xffff));
             }
-            r = kanuka::select(constant, r, sum);
+            r = kanuka::select(constant, r, between(input.between, value));
         }
         return r;
     }
@@ -259,7 +307,7 @@ class InputFetch {
         }
         if (!all(constant)) {
             // Twice the largest component, to stay where spectra are smooth, as encode.cpp has it.
-            const Vec3<Float<W>> rgb = interpolate_rgb9e5(base, constant);
+            const Vec3<Float<W>> rgb = interpolate_rgb(base, constant);
             const Float<W> m = max(max(rgb.x, rgb.y), rgb.z) * Float<W>(2.0f);
             Float<W> v0, v1, v2;
             bsdf::uplift(m_scene.uplift, rgb * (Float<W>(1.0f) / max(m, Float<W>(1e-20f))), v0, v1, v2);
@@ -301,6 +349,12 @@ class InputFetch {
         const Vec3<Float<W>> b = direction_at(kanuka::select(motion.moving, base + each, base), stride);
         return if_any(shape, kanuka::select(motion.moving, a + (b - a) * motion.f, a));
     }
+    // Likewise at a vertex, of lanes whose normals vary.
+    Vec3<Float<W>> normal_of(Int<W> vertex, Mask<W> m) const {
+        Int<W> base, stride;
+        entry(m_code.words, base, stride);
+        return decode_oct(gather(m_scene.words, kanuka::select(m, base + vertex, Int<W>(0))));
+    }
     // The direction of dPdu, in the same space; of programs that need it.
     Vec3<Float<W>> tangent() const {
         Int<W> base, stride;
@@ -309,6 +363,29 @@ class InputFetch {
     }
 
   private:
+    // What the vertices around have, here.
+    Float<W> between(grid::Between rule, const Float<W> value[4]) const {
+        using F = Float<W>;
+        F sum(0.0f);
+        if (rule == grid::Between::Linear) {
+            for (int k = 0; k < 4; k++)
+                sum = fma(m_place.weight[k], value[k], sum);
+            return sum;
+        }
+        F most = m_place.weight[0], nearest = value[0];
+        for (int k = 1; k < 4; k++) {
+            nearest = kanuka::select(m_place.weight[k] > most, value[k], nearest);
+            most = max(most, m_place.weight[k]);
+        }
+        if (rule == grid::Between::Nearest)
+            return nearest;
+        for (int k = 0; k < 4; k++) {
+            const F way = value[k] - nearest;
+            sum = fma(m_place.weight[k], way - F(0.5f) * floor(fma(way, F(2.0f), F(0.5f))), sum);
+        }
+        return nearest + sum;
+    }
+
     void entry(int word, Int<W>& base, Int<W>& stride) const {
         // And the next entry, or inputs.
         const auto row = load_rows<4>(m_scene.words, m_table + Int<W>(2 * word));
@@ -340,21 +417,7 @@ class InputFetch {
         return n;
     }
 
-    Vec3<Float<W>> interpolate_rgb11(Int<W> base, Int<W> stride, Mask<W> constant) const {
-        Vec3<Float<W>> sum{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
-        (void)stride;
-        for (int k = 0; k < 4; k++) {
-            const Int<W> word =
-                gather(m_scene.words, kanuka::select(constant, Int<W>(0), base + m_place.vertex[k]));
-            const Float<W> r = Float<W>(word & Int<W>(2047)) * Float<W>(1 / 2047.0f);
-            const Float<W> g = Float<W>((word >> 11) & Int<W>(2047)) * Float<W>(1 / 2047.0f);
-            const Float<W> b = Float<W>(word >> 22) * Float<W>(1 / 1023.0f);
-            sum += Vec3<Float<W>>(r * r, g * g, b * b) * m_place.weight[k];
-        }
-        return sum;
-    }
-
-    Vec3<Float<W>> interpolate_rgb9e5(Int<W> base, Mask<W> constant) const {
+    Vec3<Float<W>> interpolate_rgb(Int<W> base, Mask<W> constant) const {
         Vec3<Float<W>> sum{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
         for (int k = 0; k < 4; k++) {
             const Int<W> word =

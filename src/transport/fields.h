@@ -109,7 +109,7 @@ void visit_particles(const SceneView& scene, Int<W> field, const Vec3<Float<W>>&
                      Event event) {
     using F = Float<W>;
     using I = Int<W>;
-    constexpr int Most = 1 << 16; // then it is as good as solid
+    constexpr int Most = 1 << 12; // then it is as good as solid
     const FieldLanes<W> lanes(scene, field, o, d);
     lanes.clip(from, to);
     const F mean_free = F(1.0f) / max(thickness, F(1e-30f));

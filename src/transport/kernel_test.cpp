@@ -225,7 +225,7 @@ void look_at_unit_square(TestScene& s) {
 }
 
 float from_stored(float grey) { // what the vertex word keeps
-    return store::from_rgb11(store::to_rgb11(Rgb(grey))).y;
+    return store::from_rgb9e5(store::to_rgb9e5(Rgb(grey))).y;
 }
 
 } // namespace
@@ -286,7 +286,7 @@ TEST(Fetch, CollapsedEdges) {
     v.traced.mu = v.traced.mv = 4;
     v.traced.step_u = v.traced.step_v = 2;
     v.traced.edge_step = {4, 8, 2, 4};
-    // From midway towards the nearer end, from the middle of UMax towards its second, as dicing does.
+    // From midway towards the nearer end, from the middle of UMax towards its second: as dicing does.
     const auto snap = [](int k, int step, int high = 0) {
         const int rest = k % step;
         return k - rest + (2 * rest > step || (2 * rest == step && 2 * k + high > 8) ? step : 0);

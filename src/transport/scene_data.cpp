@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "color/color.h"
+#include "color/photometry.h"
 #include "transport/media_setup.h"
 #include "transport/quad_pictures.h"
 #include "transport/wavelengths.h"
@@ -158,6 +159,23 @@ const char* flaw(const scene::Light& light, const AnalyticLight& a) {
     return nullptr;
 }
 
+// A sky is turned and mirrored, but never stretched: densities would have to follow. The orthogonal factor of
+// the polar decomposition, by Newton's iteration (Higham 1986).
+Transform nearest_rotation(Transform t) {
+    t.m[0][3] = t.m[1][3] = t.m[2][3] = 0;
+    const double size = std::cbrt(std::abs(t.determinant3()));
+    for (auto& row : t.m)
+        for (size_t c = 0; c < 3; c++)
+            row[c] /= size;
+    for (int k = 0; k < 32; k++) {
+        const Transform inverse = t.inverse();
+        for (size_t r = 0; r < 3; r++)
+            for (size_t c = 0; c < 3; c++)
+                t.m[r][c] = 0.5 * (t.m[r][c] + inverse.m[c][r]);
+    }
+    return t;
+}
+
 void fill_map(EnvironmentMap& map, const LatLong& picture, const scene::Light& light,
               const Transform& render_from_world) {
     map.width = picture.width;
@@ -167,7 +185,7 @@ void fill_map(EnvironmentMap& map, const LatLong& picture, const scene::Light& l
     const float tint[3] = {light.amount.x, light.amount.y, light.amount.z};
     for (size_t i = 0; i < map.rgb.size(); i++) {
         float& v = map.rgb[i];
-        v = std::isfinite(v) ? std::clamp(v * tint[i % 3], 0.0f, 1e6f) : 0.0f;
+        v = std::isfinite(v) ? std::clamp(v * tint[i % 3], 0.0f, color::LargestRadiance) : 0.0f;
     }
     const int w = map.width, h = map.height;
     const auto weight = [&](int i, int j) {
@@ -195,13 +213,10 @@ void fill_map(EnvironmentMap& map, const LatLong& picture, const scene::Light& l
         map.density = float(double(w) * h / (2 * double(Pi) * double(Pi) * cells.total));
         map.cells = std::move(cells);
     }
-    const Transform t = (render_from_world * light.world_from_light).inverse();
-    for (int r = 0; r < 3; r++) {
-        Vec3f row{float(t.m[r][0]), float(t.m[r][1]), float(t.m[r][2])};
-        row = normalize(row);
-        for (int c = 0; c < 3; c++)
-            map.environment_from_render[3 * r + c] = row[c];
-    }
+    const Transform t = nearest_rotation((render_from_world * light.world_from_light).inverse());
+    for (size_t r = 0; r < 3; r++)
+        for (size_t c = 0; c < 3; c++)
+            map.environment_from_render[3 * r + c] = float(t.m[r][c]);
 }
 
 // Vose's alias method (1991).
@@ -295,6 +310,11 @@ void fill_lights(SceneView& view, const SceneInputs& in, color::Palette& palette
             constant_visible |= light.visible_camera;
             constant_sets |= light.lit_sets;
         } else if (environment) {
+            if (!(std::abs(light.world_from_light.determinant3()) > 1e-30)) {
+                journal.warning(light.where,
+                                "an environment's transformation is flat: its picture is left out");
+                continue;
+            }
             if (view.map.width == 0 && in.map.width > 0) {
                 fill_map(view.map, in.map, light, in.render_from_world);
                 view.map_sets = light.lit_sets;
@@ -333,6 +353,8 @@ void fill_lights(SceneView& view, const SceneInputs& in, color::Palette& palette
     size_t shapes = 0;
     for (size_t k = 0; k < view.lights.size(); k++) {
         view.light_shapes |= 1u << view.lights[k].shape;
+        view.points_in_tree |=
+            int(k) >= view.lights_by_choice && view.lights[k].shape == AnalyticLight::Delta;
         if (view.lights[k].shape >= AnalyticLight::Quad) {
             shapes++;
             if (few)

@@ -150,6 +150,7 @@ struct SceneView {
     LargeVector<AnalyticLight> lights; // choices first_light_choice, …; then those of the hierarchy
     std::vector<LightBound> bounds;    // of `lights`; distant ones: power is the irradiance
     int lights_by_choice = 0, distant_lights = 0; // the distant ones come first
+    bool points_in_tree = false;                  // lights that nothing but the hierarchy finds
     uint32_t light_shapes = 0; // bits by AnalyticLight::Shape, of all; by_tables: some have one
     bool light_tables_used = false;
     std::vector<float> light_tables, light_densities;

@@ -18,21 +18,21 @@ struct DirectionSample : bsdf::LobeSample<W> {
 template <int W>
 struct Scattering {
     const SurfaceHit<W>& h;
-    Vec3<Float<W>> wo, ng; // in the frame of the hit: the view, the normal of the surface itself
+    Vec3<Float<W>> wo, ng; // in the frame of the hit: the view, and the normal of the horizon
     bsdf::Material<W> material;
     Sampler<W> sampler;
     Receiver<W> receiver;
     LightChances<W> chances;
 
     Scattering(const Bounce& at, const SurfaceHit<W>& h)
-        : h(h), wo(local_view(h)), ng(h.to_local(h.Ng)),
+        : h(h), wo(local_view(h)), ng(h.to_local(h.horizon)),
           material(h.code, h.fetch, h.outside, wo, h.l, at.scene.media ? &h.crossing.outer : nullptr),
           sampler{bitcast_int(h.ray[PathState::PixelHash]), at.reversed_progression},
           receiver(receiver_at(at, h)), chances(at.scene, receiver) {}
 
-    // Is there a lobe for light from wi?
-    Mask<W> reaches(const Vec3<Float<W>>& wi) const {
-        const Float<W> above = dot(wi, ng);
+    // Is there a lobe for light from wi? `above`: its cosine to the horizon's normal as SurfaceHit::offset()
+    // has it, so that rounding does not put a ray's start on one side and its value on the other.
+    Mask<W> reaches(const Vec3<Float<W>>& wi, Float<W> above) const {
         return max(wi.z * above, mirrored(wi, above).z * above) > Float<W>(0.0f);
     }
     // What the material makes of light from wi, a direction in the frame of the hit, on whatever side of the
@@ -41,9 +41,8 @@ struct Scattering {
     // sample(). It is the perfect mirror for a tangent facet of Schüssler, Heitz, Hanika and Dachsbacher 2017
     // (Microfacet-based Normal Mapping for Robust Monte Carlo Path Tracing, section 4), put into the surface,
     // which serves transmission and layers, too. Without a lean there is no such part.
-    bsdf::LobeValue<W> eval(const Vec3<Float<W>>& wi, Mask<W> m) const {
+    bsdf::LobeValue<W> eval(const Vec3<Float<W>>& wi, Float<W> above, Mask<W> m) const {
         using F = Float<W>;
-        const F above = dot(wi, ng);
         const Vec3<F> image = mirrored(wi, above);
         bsdf::LobeValue<W> value = material.eval(wo, wi);
         const Mask<W> own = wi.z * above > F(0.0f), folded = m & (image.z * above > F(0.0f));
@@ -88,6 +87,12 @@ struct Scattering {
     }
     static Receiver<W> receiver_at(const Bounce& at, const SurfaceHit<W>& h) {
         Receiver<W> r{h.P, h.N, Mask<W>(true)};
+        // What leans with its normal has light from beyond that normal's horizon, too.
+        const Mask<W> leans = Mask<W>(at.scene.points_in_tree) & (dot(h.N, h.horizon) < Float<W>(0.9995f));
+        if (any(leans)) {
+            r.N = select(leans, Vec3<Float<W>>(Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)), r.N);
+            r.oriented = !leans;
+        }
         if (h.code.transmits)
             r.N = {Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)}, r.oriented = Mask<W>(false);
         if (at.scene.linked)
@@ -176,10 +181,11 @@ class SurfaceStage {
         const SurfaceHit<W>& h = s.h;
         count_broken(h, active & light.valid, dot(light.wi, h.Ng) * light.pdf);
         const V wi = h.to_local(light.wi);
-        M m = active & light.valid & s.reaches(wi);
+        const F above = dot(light.wi, h.horizon);
+        M m = active & light.valid & s.reaches(wi, above);
         if (!any(m))
             return;
-        const bsdf::LobeValue<W> value = s.eval(wi, m);
+        const bsdf::LobeValue<W> value = s.eval(wi, above, m);
         // Balance over both techniques and all wavelengths: sum_j r_j (p_light + p_j).
         F denominator(0.0f);
         for (int k = 0; k < Wavelengths; k++) {
@@ -220,7 +226,8 @@ class SurfaceStage {
         if (m_at.scene.media)
             balance.store(
                 m_shadows, at,
-                MediaStack<W>::select_of(dot(wi, h.Ng) < F(0.0f), h.crossing.after, h.crossing.before), bits);
+                MediaStack<W>::select_of(dot(wi, h.horizon) < F(0.0f), h.crossing.after, h.crossing.before),
+                bits);
         if (m_at.scene.shadow_linked)
             compress_store(reinterpret_cast<float*>(m_shadows.passes) + at, bitcast_float(passes), bits);
         compress_store(reinterpret_cast<float*>(m_shadows.path) + at, bitcast_float(h.path), bits);

@@ -39,6 +39,7 @@ pass_walls(const SceneView& scene, BatchState& batch, WallScratch& scratch, cons
     compress_rows(scratch.hits.row[0], at_hit, all);
     if (scene.instanced) {
         hit.instanced.store(scratch.hits.instanced);
+        hit.magnitude.store(scratch.hits.magnitude.data());
         for (int k = 0; k < 12; k++)
             std::memcpy(scratch.hits.world_from_shape[k].data(), hit.world_from_shape[k], sizeof(float) * W);
     }

@@ -35,9 +35,11 @@ inline grid::LayeringProgram make_program(const std::vector<Lobe>& lobes, std::v
         };
         n.weight = add(grid::InputType::Float, grid::Storage::Half, 0, 1, {l.weight, 0, 0});
         const auto& decl = grid::lobe(l.id);
-        for (size_t i = 0; i < l.inputs.size(); i++) // those not given keep their defaults
+        for (size_t i = 0; i < l.inputs.size(); i++) { // those not given keep their defaults
             n.inputs.push_back(add(decl.inputs[i].type, decl.inputs[i].storage, decl.inputs[i].low,
                                    decl.inputs[i].high, l.inputs[i]));
+            p.slots.back().between = decl.inputs[i].between();
+        }
         p.nodes.push_back(n);
         const int leaf = int(p.nodes.size()) - 1;
         if (root >= 0) {
@@ -67,7 +69,7 @@ class TestScene {
 
     // A lattice of (mu + 1) x (mv + 1) points; normals from `normal` or flat.
     void add_lattice(int mu, int mv, const std::vector<Vec3f>& points, const std::vector<Vec3f>& normals,
-                     const std::vector<Lobe>& lobes, int interior = -1) {
+                     const std::vector<Lobe>& lobes, int interior = -1, bool smooth = false) {
         grid::Grid g;
         g.allocate(mu, mv);
         grid::TracedGrid t;
@@ -87,7 +89,7 @@ class TestScene {
         in.stride = g.stride;
         for (const Vec3f& v : values)
             in.slots.push_back({true, v, {}});
-        add({&g, &t, nullptr, &in}, program, interior);
+        add({&g, &t, nullptr, &in, smooth}, program, interior);
     }
     // A quad that changes its shape: corners (-,-), (+,-), (-,+), (+,+) at every step; flat normals of each.
     void add_moving_quad(const std::vector<std::array<Vec3f, 4>>& steps, const std::vector<Lobe>& lobes) {
@@ -128,7 +130,8 @@ class TestScene {
         add_lattice(1, 1, {p - ex - ey, p + ex - ey, p - ex + ey, p + ex + ey}, {n, n, n, n}, lobes,
                     interior);
     }
-    void add_sphere(Vec3f center, float radius, int n, const std::vector<Lobe>& lobes, int interior = -1) {
+    void add_sphere(Vec3f center, float radius, int n, const std::vector<Lobe>& lobes, int interior = -1,
+                    bool smooth = false) {
         std::vector<Vec3f> points, normals;
         for (int j = 0; j <= n; j++)
             for (int i = 0; i <= 2 * n; i++) {
@@ -139,7 +142,7 @@ class TestScene {
                 normals.push_back(d);
                 points.push_back(center + d * radius);
             }
-        add_lattice(2 * n, n, points, normals, lobes, interior);
+        add_lattice(2 * n, n, points, normals, lobes, interior, smooth);
     }
     // Camera at the origin of render space, looking along +z of `look`.
     void camera(Vec3f right, Vec3f up, Vec3f forward, float half_width, int width, int height) {

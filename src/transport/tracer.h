@@ -16,17 +16,12 @@ template <int W>
 class Tracer {
   public:
     explicit Tracer(const SceneView& scene) : scene(scene), m(std::make_unique<Memory>()) {
-        if (scene.instanced) {
-            for (auto& a : m->hits.world_from_shape)
-                a.assign(BatchPadded, 0.0f);
-            m->hits.slot_shift.assign(BatchPadded, 0);
-            m->hits.magnitude.assign(BatchPadded, 0.0f);
-        }
+        if (scene.instanced)
+            m->hits.keep_instances();
         if (scene.thin_walls) {
             m_walls = std::make_unique<WallScratch>();
             if (scene.instanced)
-                for (auto& a : m_walls->hits.world_from_shape)
-                    a.assign(BatchPadded, 0.0f);
+                m_walls->hits.keep_instances();
         }
         m->batch.aovs.assign(scene.aov_is_color.size() * BatchPadded, 0.0f);
     }

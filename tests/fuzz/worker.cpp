@@ -12,6 +12,7 @@
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <thread>
+#include <time.h>
 #include <unistd.h>
 
 namespace kanuka::fuzz {
@@ -20,8 +21,8 @@ namespace {
 // What worker and parent share. A failure's text is written before `failed`.
 struct Board {
     std::atomic<uint64_t> next, done;
-    std::atomic<double> began;
-    std::atomic<uint64_t> failed; // cases that ended with a text: one at a time
+    std::atomic<double> began, worked; // by the clock, and the process's processor time then
+    std::atomic<uint64_t> failed;      // cases that ended with a text: one at a time
     std::atomic<bool> read;
     uint64_t failed_seed;
     char text[4096];
@@ -29,6 +30,19 @@ struct Board {
 
 double now() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+double own_work() {
+    timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
+double work_of(pid_t process) {
+    clockid_t clock;
+    timespec t;
+    if (clock_getcpuclockid(process, &clock) != 0 || clock_gettime(clock, &t) != 0)
+        return 0;
+    return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
 }
 
 uint64_t resident(pid_t of) {
@@ -45,6 +59,7 @@ uint64_t resident(pid_t of) {
 
 [[noreturn]] void work(Board& board, uint64_t end, const Case& one) {
     for (uint64_t seed; (seed = board.next.load()) < end; board.next++) {
+        board.worked = own_work();
         board.began = now();
         std::string text;
         try {
@@ -79,6 +94,7 @@ uint64_t run_cases(uint64_t first, uint64_t count, const Limits& limits, const C
     const uint64_t end = first + count;
     while (board.next < end) {
         board.began = now();
+        board.worked = 0;
         uint64_t heard = board.failed, noted = UINT64_MAX;
         const pid_t child = fork();
         if (child == 0)
@@ -96,8 +112,8 @@ uint64_t run_cases(uint64_t first, uint64_t count, const Limits& limits, const C
             if (gone || !killed.empty())
                 continue;
             const uint64_t seed = board.next, bytes = resident(child);
-            const double took = now() - board.began;
-            if (took > limits.seconds)
+            const double took = work_of(child) - board.worked;
+            if (took > limits.seconds || now() - board.began > 10 * limits.seconds)
                 killed = "more than " + std::to_string(int(limits.seconds)) + " s";
             else if (bytes > limits.bytes)
                 killed = "more than " + std::to_string(limits.bytes >> 20) + " MB";

@@ -9,6 +9,8 @@
 namespace kanuka::fuzz {
 
 struct Limits {
+    // Of processor time, since other work on the machine is none of the case's; ten times as long by the
+    // clock.
     double seconds = 30;         // a case; more is a hang
     uint64_t bytes = 4ull << 30; // resident; more is a find
     double slow_seconds = 5;     // reported, not a find by itself

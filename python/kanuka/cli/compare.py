@@ -8,7 +8,7 @@ from pathlib import Path
 
 import kanuka
 
-from . import exit_codes
+from . import exit_codes, files
 from .exit_codes import ExitCode
 
 
@@ -29,6 +29,10 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
+    for picture in (arguments.a, arguments.b):
+        files.check_input(picture, "a picture")
+    if arguments.output:
+        files.check_output(arguments.output, files.PICTURES, "pictures")
     result = kanuka.compare(kanuka.read(arguments.a), kanuka.read(arguments.b))
     figures = {
         "relative_mse": result.relative_mse,

@@ -6,7 +6,7 @@ import argparse
 
 import kanuka
 
-from . import exit_codes, messages
+from . import exit_codes, files, messages
 from .exit_codes import ExitCode
 
 EXAMPLES = """\
@@ -44,6 +44,8 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 def run(arguments: argparse.Namespace) -> int:
     if arguments.gzip and arguments.zstd:
         arguments.parser.error("--gzip and --zstd: choose one")
+    files.check_input(arguments.input, "a RIB file")
+    files.check_output(arguments.output)
     packing = "gzip" if arguments.gzip else "zstd" if arguments.zstd else "auto"
     journal = kanuka.convert_rib(
         arguments.input,

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import argparse
 import re
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import kanuka
 
 ALL = "all"
-HELP = "of the file: N, A-B, several with commas between them, or all; default: the first that makes a picture"
+HELP = (
+    "of the file: N, A-B, several with commas between them, or all; default: the first that makes a picture. "
+    "Frames that textures are made of are written under their displays' names, whatever -o, --resolution and --crop say"
+)
 
 
 def chosen(text: str) -> str | list[range]:
@@ -28,32 +32,52 @@ def chosen(text: str) -> str | list[range]:
     return ranges
 
 
-def numbers(choice: str | list[range], scenes: list[str]) -> list[int]:
+@dataclass
+class Frame:
+    """One of those that are rendered; number 0 = the first that makes a picture."""
+
+    number: int = 0
+    repeat: int = 0  # frames of that number that come before it
+    source: bool = False  # of a texture of the file, which is looked for under the display's name
+    of_several: bool = False
+    written: set[Path] = field(default_factory=set)  # of those before it
+
+    def file(self, path: Path | None) -> Path | None:
+        return numbered(path, self) if path and self.of_several else path
+
+
+def frames(choice: str | list[range], scenes: list[str]) -> list[Frame]:
     """Those of the files' frames, in their order; a number that stands alone is asked for, whether there or not.
+    All are those that make pictures, and those whose pictures textures are made of.
 
     Raises kanuka.Error where none is there.
     """
     if choice != ALL and len(choice) == 1 and len(choice[0]) == 1:
-        return [choice[0][0]]
+        return [Frame(choice[0][0])]
     if "-" in scenes:
         raise kanuka.Error("standard input is read once: name the file to render several of its frames")
     known = kanuka.frames(scenes[-1], before=scenes[:-1])
     if choice == ALL:
-        wanted = [f["number"] for f in known if f["picture"]] or [f["number"] for f in known]
+        wanted = [f for f in known if f["picture"] or f["source"]] or known
     else:
-        wanted = [f["number"] for f in known if any(f["number"] in r for r in choice)]
+        wanted = [f for f in known if any(f["number"] in r for r in choice)]
     if not wanted:
         have = ", ".join(str(f["number"]) for f in known) or "none"
         raise kanuka.Error(f"{scenes[-1]}: there is no such frame; the frames are: {have}")
-    return list(dict.fromkeys(wanted))
+    several, written = len(wanted) > 1, set()
+    return [Frame(f["number"], f["repeat"], f["source"], several, written) for f in wanted]
 
 
-def numbered(path: Path, number: int) -> Path:
+def numbered(path: Path, frame: Frame) -> Path:
     """The file of one of several frames: a row of # or a %d, %04d stands for its number, else it goes before the
-    suffix."""
-    name, count = re.subn(r"#+", lambda m: f"{number:0{len(m[0])}d}", path.name)
+    suffix. The second of one number is 7-2."""
+
+    def number(width: int) -> str:
+        return f"{frame.number:0{width}d}" + (f"-{frame.repeat + 1}" if frame.repeat else "")
+
+    name, count = re.subn(r"#+", lambda m: number(len(m[0])), path.name)
     if not count:
-        name, count = re.subn(r"%0?(\d*)d", lambda m: f"{number:0{m[1] or 1}d}", name)
+        name, count = re.subn(r"%0?(\d*)d", lambda m: number(int(m[1] or 1)), name)
     if not count:
-        name = f"{path.stem}.{number:04d}{path.suffix}"
+        name = f"{path.stem}.{number(4)}{path.suffix}"
     return path.with_name(name)

@@ -8,7 +8,7 @@ import json
 import kanuka
 
 from . import arguments as types
-from . import exit_codes, messages
+from . import exit_codes, files, messages
 from .exit_codes import ExitCode
 
 
@@ -27,7 +27,8 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    scene = kanuka.load(arguments.scene, frame=arguments.frame)
+    files.check_input(arguments.scene, "a RIB file")
+    scene = kanuka.load(arguments.scene, frame=arguments.frame, journal=kanuka.Journal())
     summary = scene.summary()
     if arguments.json:
         print(json.dumps(summary, indent=2))

@@ -6,16 +6,13 @@ import argparse
 import signal
 import sys
 import time
-from dataclasses import dataclass, field
 from pathlib import Path
-
-import numpy as np
 
 import kanuka
 
 from . import arguments as types
-from . import exit_codes, fireflies, frames, messages, statistics
-from .exit_codes import ExitCode, fail
+from . import exit_codes, files, fireflies, frames, messages, statistics
+from .exit_codes import ExitCode
 from .progress import ProgressBar, duration
 
 EXAMPLES = """\
@@ -49,7 +46,11 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="RIB file, gzipped or not; - is standard input. Several are read one after another as one",
     )
     parser.add_argument(
-        "-o", "--output", type=Path, metavar="FILE.exr", help="default: the scene's Display, or SCENE.exr"
+        "-o",
+        "--output",
+        type=Path,
+        metavar="FILE.exr",
+        help="where the picture goes, .exr or .png; default: where the scene's Display says, or SCENE.exr",
     )
     parser.add_argument("--frame", type=frames.chosen, metavar="N", help=frames.HELP)
     parser.add_argument("--no-programs", action="store_true", help='Procedural "RunProgram" may start no process')
@@ -59,9 +60,17 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--fireflies", action="store_true", help="list the samples that outshine their pixels most, and their paths"
     )
-    parser.add_argument("--quiet", action="store_true", help="no progress; messages still come")
+    parser.add_argument(
+        "-q", "--quiet", action="count", default=0, help="no progress; messages still come; -qq: errors alone"
+    )
+    parser.add_argument("-v", "--verbose", action="store_true", help="say where time and memory went")
     picture = parser.add_argument_group("picture", "over what the scene says")
-    picture.add_argument("--progressions", type=types.positive_int, metavar="N", help="paths a pixel")
+    picture.add_argument(
+        "--progressions",
+        type=types.positive_int,
+        metavar="N",
+        help="paths a pixel; default: the scene's PixelSamples, else 64",
+    )
     picture.add_argument("--resolution", type=types.resolution, metavar="WxH", help="pixels")
     picture.add_argument("--crop", type=types.crop, metavar="X0,X1,Y0,Y1", help="fractions of the picture, y down")
     picture.add_argument("--shading-rate", type=types.positive_float, metavar="R", help="multiplies micropolygon areas")
@@ -77,6 +86,12 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         action="store_true",
         default=None,
         help="what a surface shader does that no material can do is an error at its line, not approximated",
+    )
+    picture.add_argument(
+        "--specular",
+        choices=("prman", "rispec"),
+        help="exponent of specular() in classic shaders: 8/roughness, as PRMan, Aqsis and 3Delight have it (default), "
+        "or RISpec's 1/roughness",
     )
     picture.add_argument(
         "--transport",
@@ -114,7 +129,12 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     color.add_argument("--f-stop", type=types.positive_float, metavar="N", help="with --shutter: physical exposure")
     color.add_argument("--shutter", type=types.positive_float, metavar="S", help="seconds that light is gathered")
     color.add_argument("--iso", type=types.positive_float, metavar="S", help="sensitivity; default: 100")
-    color.add_argument("--display", choices=("srgb", "rec709"), help="encoding of the PNG; rec709 is BT.1886")
+    color.add_argument(
+        "--display",
+        choices=("srgb", "rec709", "linear"),
+        help="encoding of the PNG, over a gamma that the scene's Exposure sets; rec709 is BT.1886; linear writes the "
+        "values as they are, as renderers did that knew no curve",
+    )
     machine = parser.add_argument_group("machine", "the picture does not depend on these")
     machine.add_argument("--threads", type=types.positive_int, metavar="N", help="default: all there are")
     machine.add_argument("--lanes", type=int, choices=(0, 1, 8, 16), default=0, help="SIMD lanes; 0 = the widest")
@@ -137,73 +157,67 @@ def run(arguments: argparse.Namespace) -> int:
         except kanuka.Error as error:
             arguments.parser.error(f"--integrator: {error}")
     if arguments.output:
-        check_output(arguments.output)
+        check_picture(arguments.output)
+    if arguments.stats:
+        files.check_output(arguments.stats)
+    for scene in arguments.scenes:
+        files.check_input(scene, "a RIB file")
     interruption = Interruption()
     try:
         if arguments.frame is None:
-            return render(arguments, Frame(), started, interruption)
-        numbers = frames.numbers(arguments.frame, arguments.scenes)
-        if len(numbers) == 1:
-            return render(arguments, Frame(numbers[0]), started, interruption)
-        return render_frames(arguments, numbers, interruption)
+            return render(arguments, frames.Frame(), started, interruption)
+        wanted = frames.frames(arguments.frame, arguments.scenes)
+        if len(wanted) == 1:
+            return render(arguments, wanted[0], started, interruption)
+        return render_frames(arguments, wanted, interruption)
     except KeyboardInterrupt:
         print("interrupted before there was a picture", file=sys.stderr)
         return interruption.exit_code
 
 
-@dataclass
-class Frame:
-    """One of those that are rendered; 0 = the first that makes a picture."""
-
-    number: int = 0
-    of_several: bool = False
-    written: set[Path] = field(default_factory=set)  # of those before it
-
-    def file(self, path: Path | None) -> Path | None:
-        return frames.numbered(path, self.number) if path and self.of_several else path
-
-
-def render_frames(arguments: argparse.Namespace, numbers: list[int], interruption: Interruption) -> int:
+def render_frames(arguments: argparse.Namespace, wanted: list[frames.Frame], interruption: Interruption) -> int:
     """One after another; an error in one does not keep the others from being rendered."""
     worst = ExitCode.OK
-    written: set[Path] = set()
-    for k, number in enumerate(numbers):
+    for k, frame in enumerate(wanted):
         if not arguments.quiet:
-            print(f"frame {number} ({k + 1} of {len(numbers)})", file=sys.stderr)
-        code = render(arguments, Frame(number, True, written), time.monotonic(), interruption)
+            print(f"frame {frame.number} ({k + 1} of {len(wanted)})", file=sys.stderr)
+        code = render(arguments, frame, time.monotonic(), interruption)
         if code not in (ExitCode.OK, ExitCode.ERRORS):
             return code
         worst = worst or code
     return worst
 
 
-def render(arguments: argparse.Namespace, frame: Frame, started: float, interruption: Interruption) -> int:
-    bar = ProgressBar(arguments.quiet)
+def render(arguments: argparse.Namespace, frame: frames.Frame, started: float, interruption: Interruption) -> int:
+    bar = ProgressBar(bool(arguments.quiet))
     bar.update("ingest", 0)
     scene = kanuka.load(
         arguments.scenes[-1],
         before=arguments.scenes[:-1],
         frame=frame.number,
+        repeat=frame.repeat,
         run_programs=not arguments.no_programs,
         run_system=arguments.allow_system,
         on_demand=True,
+        journal=kanuka.Journal(),
     )
-    printer = messages.Printer(scene.journal)
+    printer = messages.Printer(scene.journal, errors_only=arguments.quiet > 1)
     bar.between = printer.flush
     bar.finish()
 
     set_options(scene, arguments)
-    output = frame.file(arguments.output) or default_output(arguments.scenes[-1], scene)
+    named = None if frame.source else arguments.output
+    output = frame.file(named) or default_output(arguments.scenes[-1], scene)
     if output in frame.written:  # frames whose displays have one name
-        output = frames.numbered(output, frame.number)
-    check_output(output)
+        output = frames.numbered(output, frame)
+    check_picture(output)
     frame.written.add(output)
     picture = kanuka.render(
         scene,
         progressions=arguments.progressions,
         threads=arguments.threads,
-        resolution=arguments.resolution,
-        crop=arguments.crop,
+        resolution=None if frame.source else arguments.resolution,
+        crop=None if frame.source else arguments.crop,
         shading_rate=arguments.shading_rate,
         geometry_tolerance=arguments.geometry_tolerance,
         max_depth=arguments.max_depth,
@@ -220,19 +234,22 @@ def render(arguments: argparse.Namespace, frame: Frame, started: float, interrup
 
     if picture.cancelled:
         output = output.with_suffix(".partial.exr")
-    written = write(picture, output, arguments.png and not picture.cancelled)
+    written = write(picture, output, arguments.png and not picture.cancelled and not frame.source)
+    if not picture.cancelled:
+        folder = named.parent if named else Path()
+        written += write_added(picture, scene, folder, frame, output)
     total = time.monotonic() - started
     if arguments.stats:
         statistics.write(frame.file(arguments.stats), picture, total)
     printer.flush()
+    if arguments.verbose:
+        print(statistics.describe(picture, total), file=sys.stderr)
     if arguments.fireflies:
         print(fireflies.describe(picture.stats), file=sys.stderr)
     if not arguments.quiet:
         classic = picture.metadata.get("kanuka.transport") == "classic" and arguments.transport is None
         light = ", with light as RISpec's renderers had it (--transport full traces all)" if classic else ""
         print(f"{picture.width} × {picture.height} pixels in {duration(total)}{light}", file=sys.stderr)
-        if not np.any(picture["rgb"]):
-            print(f"the picture is black: {why_black(scene, picture)}", file=sys.stderr)
     for path in written:
         print(path)
     if picture.cancelled:
@@ -240,19 +257,10 @@ def render(arguments: argparse.Namespace, frame: Frame, started: float, interrup
     return ExitCode.ERRORS if scene.journal.error_count else ExitCode.OK
 
 
-def why_black(scene: kanuka.Scene, picture: kanuka.Picture) -> str:
-    """The likeliest reason, for who looks at nothing."""
-    if not np.any(picture["alpha"]):
-        return "the camera sees nothing; look at its place, its clipping planes and what messages say is missing"
-    about = scene.summary()
-    if not about["lights"] and not about["area_lights"]:
-        return "no light shines; add one, or look at shapes by --integrator facing"
-    return "no light reaches what the camera sees; look at the lights' places, or at shapes by --integrator facing"
-
-
 def set_options(scene: kanuka.Scene, arguments: argparse.Namespace) -> None:
     """Options of the command line over those of the scene; names are checked by the render, which reports them."""
     options = {
+        "specular": arguments.specular,
         "transport": arguments.transport,
         "clamp_direct": arguments.clamp_direct,
         "clamp_indirect": arguments.clamp_indirect,
@@ -267,6 +275,8 @@ def set_options(scene: kanuka.Scene, arguments: argparse.Namespace) -> None:
         "iso": arguments.iso,
         "display": arguments.display,
     }
+    if arguments.display is not None:
+        scene.options.exposure_gamma = 1
     for name, value in options.items():
         if value is not None:
             setattr(scene.options, name, value)
@@ -281,11 +291,36 @@ def write(picture: kanuka.Picture, output: Path, png: bool) -> list[Path]:
     return written
 
 
+def file_displays(scene: kanuka.Scene) -> list[dict]:
+    return [d for d in scene.options.displays if d["driver"] != "framebuffer" and d["file"]]
+
+
+def write_added(
+    picture: kanuka.Picture, scene: kanuka.Scene, folder: Path, frame: frames.Frame, output: Path
+) -> list[Path]:
+    """Displays after the first have files of their own, in `folder`, with the layers that they ask for; the first one's
+    has all layers, and stands for those of its name."""
+    layers: dict[Path, list[str]] = {}
+    for display in file_displays(scene)[1:]:
+        path = folder / kanuka.picture_file(display["file"])
+        if path != output:
+            layers.setdefault(path, []).extend(name for name in display["layers"] if name in picture)
+    written = []
+    for path, names in layers.items():
+        if not names:  # output variables that no shader has: told already
+            continue
+        file = frames.numbered(path, frame) if path in frame.written else path
+        frame.written.add(file)
+        check_picture(file)
+        picture.write(file, layers=names)
+        written.append(file)
+    return written
+
+
 def default_output(scene_file: str, scene: kanuka.Scene) -> Path:
     """The first Display that goes to a file, as an EXR; else the scene's own name, in this folder."""
-    for display in scene.options.displays:
-        if display["driver"] != "framebuffer" and display["file"]:
-            return Path(kanuka.picture_file(display["file"].lstrip("+")))
+    for display in file_displays(scene):
+        return Path(kanuka.picture_file(display["file"]))
     if scene_file == "-":
         return Path("picture.exr")
     name = Path(scene_file).name
@@ -294,14 +329,8 @@ def default_output(scene_file: str, scene: kanuka.Scene) -> Path:
     return Path(name + ".exr")
 
 
-def check_output(output: Path) -> None:
-    """Says before the work what would fail after it."""
-    if output.suffix not in (".exr", ".png"):
-        fail(ExitCode.USAGE, f"{output}: pictures are written as .exr or .png")
-    if output.is_dir():
-        fail(ExitCode.OUTPUT, f"{output}: is a folder; name a file in it")
-    if not output.parent.is_dir():
-        fail(ExitCode.OUTPUT, f"{output}: there is no folder {output.parent}; make it first")
+def check_picture(path: Path) -> None:
+    files.check_output(path, files.PICTURES, "pictures")
 
 
 class Interruption:

@@ -14,7 +14,7 @@ from . import arguments as types
 from . import exit_codes
 from . import shader_source as sources
 from .exit_codes import ExitCode, fail
-from .render import check_output
+from .files import PICTURES, check_output
 
 EXAMPLES = """\
 examples:
@@ -62,7 +62,7 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    check_output(arguments.picture)
+    check_output(arguments.picture, PICTURES, "pictures")
     width, height = arguments.grid
     journal = kanuka.Journal()
     with sources.messages_shown(journal):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import difflib
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,7 +13,8 @@ import kanuka
 from kanuka.paths import standard_shaders
 
 from . import arguments as types
-from . import messages
+from . import files, messages
+from .exit_codes import ExitCode, fail
 
 
 def define(text: str) -> tuple[str, str]:
@@ -97,12 +99,26 @@ def find(path: Path) -> Path:
         return path
     candidates = [path.with_name(path.name + suffix) for suffix in (".slo", ".sl")]
     candidates.append(Path(standard_shaders()) / f"{path.name}.sl")
-    return next((c for c in candidates if c.exists()), path)
+    return next((c for c in candidates if c.exists() and not is_foreign(c)), path)
+
+
+def is_foreign(path: Path) -> bool:
+    """Other renderers call their compiled shaders .slo, too."""
+    if path.suffix != ".slo":
+        return False
+    with path.open("rb") as file:
+        return file.read(6) != b"KNKSLO"
 
 
 def given(arguments: argparse.Namespace) -> dict[str, object]:
     """The shader as kanuka.compile_shader and its like take it; a graph becomes its shader's text."""
     path = find(arguments.file)
+    if not path.suffix and not path.exists():
+        shipped = sorted(file.stem for file in Path(standard_shaders()).glob("*.sl"))
+        near = difflib.get_close_matches(path.name, shipped, 1)
+        hint = f"did you mean {near[0]}?" if near else "name a file, or one of " + ", ".join(shipped)
+        fail(ExitCode.INPUT, f"{path}: there is no such shader, here or among those that ship; {hint}")
+    files.check_input(path, "a shader")
     source = kanuka.ShaderGraph.load(path).to_rsl() if path.suffix == ".json" else None
     return {
         "path": path,

@@ -37,6 +37,16 @@ def collect(picture: kanuka.Picture, total_s: float) -> dict[str, object]:
     return {**stats, "machine": machine(), "version": kanuka.__version__, "arguments": sys.argv[1:]}
 
 
+def describe(picture: kanuka.Picture, total_s: float) -> str:
+    """Times, counts and bytes in a few lines, for -v."""
+    stats = collect(picture, total_s)
+    time, count, bytes_ = stats["time"], stats["count"], stats["bytes"]
+    stages = ", ".join(f"{name.removesuffix('_s')} {time[name]:.2f} s" for name in time if name != "total_s")
+    counts = ", ".join(f"{value} {name.replace('_', ' ')}" for name, value in count.items() if value)
+    sizes = ", ".join(f"{name.replace('_', ' ')} {value / 1e6:.1f} MB" for name, value in bytes_.items())
+    return f"time    {stages}, total {time['total_s']:.2f} s\ncounts  {counts}\nmemory  {sizes}"
+
+
 def write(path: Path, picture: kanuka.Picture, total_s: float) -> None:
     temporary = path.with_name(f".{path.name}.{os.getpid()}")
     try:

@@ -6,7 +6,7 @@ import argparse
 
 import kanuka
 
-from . import exit_codes
+from . import exit_codes, files
 from .exit_codes import ExitCode
 
 EXAMPLES = """\
@@ -53,6 +53,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 def run(arguments: argparse.Namespace) -> int:
     if len(arguments.pictures) not in (1, 6):
         arguments.parser.error(f"one picture or six cube faces, not {len(arguments.pictures)}")
+    for picture in arguments.pictures:
+        files.check_input(picture, "a picture")
+    files.check_output(arguments.texture)
     s, _, t = arguments.wrap.partition(",")
     s_width, _, t_width = arguments.filter_width.partition(",")
     try:

@@ -47,12 +47,30 @@ static std::string places(uint8_t scopes) {
     return "it belongs to " + scope_names(scopes);
 }
 
+// What stood before the first world, said in one.
+void Context::tell_of_outside() {
+    if (m_outside > 0)
+        reports.error(
+            "before the world", m_first_outside.second,
+            m_first_outside.first + " is not legal here and was left out: it belongs between WorldBegin " +
+                "and WorldEnd" +
+                (m_outside > 1 ? ". Requests before the world that were: " + std::to_string(m_outside) : ""));
+    m_outside = 0;
+}
+
 void Context::execute(Call& call) {
     const RequestSpec& spec = *call.spec;
     const auto name = [&] { return std::string(spec.name); }; // for messages
     const bool in_motion = !m_blocks.empty() && m_blocks.back().kind == BlockKind::Motion;
 
     // Step 1: is it legal here?
+    const bool of_the_world = spec.scopes & (InWorld | InObject) && !(spec.scopes & (InOuter | InFrame));
+    if (of_the_world && !(scope() & (InWorld | InObject)) && m_frames_seen.empty() &&
+        reports.mode != Reports::Mode::Abort) { // of an archive, if no world follows
+        if (m_outside++ == 0)
+            m_first_outside = {name(), call.where};
+        return;
+    }
     if (!(spec.scopes & scope())) {
         reports.error("scope of " + name(), call.where,
                       spec.handler == &handlers::world_begin

@@ -74,6 +74,7 @@ struct FrameChoice {
         false; // a frame that writes depth, or a texture's picture, alone counts as a picture
     const std::set<std::string, std::less<>>* sources = nullptr; // pictures that textures are made of
     std::vector<RibFrame>* list = nullptr;                       // all are noted there, and none is taken
+    int repeat = 0;                                              // frames of that number to pass over
 };
 
 class OnDemand;
@@ -96,6 +97,7 @@ class Context {
     bool traces_light = false;
     bool depth_pass_skipped() const { return !m_depth_passes.empty(); }
     const std::vector<int>& frames_seen() const { return m_frames_seen; }
+    int left_outside() const { return m_outside; } // requests for a world, in a file that has none
 
     // ---- for handlers -------------------------------------------------------------------------------
     Reports reports;
@@ -176,6 +178,9 @@ class Context {
     void mend_means();
     void complete();
     void restore(Block& block);
+    void tell_of_outside();
+    bool is_asked_for(int number) const;
+    int repeats() const;
     bool writes_depth_only() const;
     bool writes_sources() const;
     void choose_camera(const Location& where);
@@ -188,6 +193,8 @@ class Context {
     std::vector<std::pair<int, Location>> m_depth_passes; // passed over: frame and place
     bool m_frame_open = false, m_frame_chosen = false;
     int m_frames_begun = 0, m_loose_worlds = 0;
+    int m_outside = 0; // requests before the first world that belong into one
+    std::pair<std::string, Location> m_first_outside;
     std::vector<int> m_frames_seen;
     Location m_world_where;
     Transform m_camera_from_world;

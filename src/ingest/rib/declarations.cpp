@@ -142,13 +142,13 @@ constexpr Standard StandardDeclarations[] = {
     {"uniform integer",
      "gridsize texturememory geocachememory eyesplits endofframe maxdepth maxspeculardepth "
      "maxdiffusedepth max_raylevel volumedepth "
-     "progressions seed diceflatness "
+     "progressions seed diceflatness shadowterminator "
      "camera truedisplacement strictdirections arrayroom proceduralmemory offscreen "
      "runprograms ondemand"},
     {"uniform integer[2]", "bucketsize origin"},
     {"uniform float[4]", "quantize"},
     {"uniform float", "geometrytolerance normaltolerance"},
-    {"uniform string", "integrator"},
+    {"uniform string", "integrator specular"},
     {"uniform float", "clampdirect"},
     {"uniform float", "clampindirect"},
 };

@@ -282,10 +282,13 @@ void attribute(Context& c, Call& call) {
         } else if (is("kanuka", "densityprimvar") && text) {
             v.name = "kanuka:densityprimvar";
             c.attributes.edit(FieldUser).user.set(std::move(v));
+        } else if (is("kanuka", "shadowterminator") && !text) {
+            v.name = "kanuka:shadowterminator";
+            c.attributes.edit(FieldUser).user.set(std::move(v));
         } else if (category == "kanuka") {
             c.reports.error("Attribute kanuka", v.where,
                             "Attribute \"kanuka\": there is no \"" + v.name +
-                                "\"; there are diceflatness, densityprimvar");
+                                "\"; there are diceflatness, densityprimvar, shadowterminator");
         } else {
             v.name = category + ":" + v.name;
             c.attributes.edit(FieldUser).user.set(std::move(v));

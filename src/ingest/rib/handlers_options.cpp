@@ -214,6 +214,11 @@ void display(Context& c, Call& call) {
         d.file.erase(0, 1);
     else
         displays.clear();
+    if (d.file.empty() && d.driver != "framebuffer")
+        c.reports.error("display", call.where,
+                        "a Display without a name writes no file; name it, as in Display \"" +
+                            std::string(displays.empty() ? "" : "+") + "ids.exr\" \"" + d.driver + "\" \"" +
+                            d.mode + "\"");
     displays.push_back(std::move(d));
 }
 
@@ -386,6 +391,11 @@ static void kanuka_option(Context& c, const Value& v) {
                : wrong("a whole number");
     } else if (v.name == "strictdirections") {
         number ? void(o.strict_directions = f != 0) : wrong("0 or 1");
+    } else if (v.name == "specular") {
+        const std::string which = v.strings.empty() ? "" : v.strings[0];
+        which == "prman" || which == "rispec" ? keep_text(o.user, "kanuka:specular", which)
+                                              : wrong("\"prman\" (the exponent of specular() is 8 / "
+                                                      "roughness) or \"rispec\" (1 / roughness)");
     } else if (v.name == "watertight") {
         number ? void(o.watertight = f != 0) : wrong("0 or 1");
     } else if (v.name == "arrayroom") {
@@ -408,7 +418,7 @@ static void kanuka_option(Context& c, const Value& v) {
                         "Option \"kanuka\": there is no \"" + v.name +
                             "\"; there are geometrytolerance, normaltolerance, maxdepth, volumedepth, "
                             "progressions, integrator, clampdirect, clampindirect, seed, "
-                            "transport, strictdirections, watertight, arrayroom");
+                            "transport, strictdirections, specular, watertight, arrayroom");
     }
 }
 

@@ -295,7 +295,9 @@ bool Reader::read_undeclared(Call& call, Value& value) {
         }
         value.detail = scene::Detail::Constant;
     }
-    if (call.spec->params == Params::Shader || call.spec->params == Params::Primitive)
+    // Of several numbers the shader knows what they are: shade/arguments.cpp.
+    const bool several = value.array_size > 1 && value.strings.empty();
+    if ((call.spec->params == Params::Shader && !several) || call.spec->params == Params::Primitive)
         m_context.reports.once(
             Severity::Warning, "undeclared parameter " + value.name, value.where,
             m_request + ": \"" + value.name + "\" is not declared and was taken for a " +

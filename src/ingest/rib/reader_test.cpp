@@ -334,6 +334,24 @@ TEST(RibErrors, NothingToRender) {
     EXPECT_TRUE(Parsed("WorldBegin WorldEnd").says("the world has no primitives"));
 }
 
+// An archive that is rendered by itself: one mistake, however much it draws.
+TEST(RibErrors, AnArchiveWithoutAWorldIsOneMistake) {
+    std::string text;
+    for (int i = 0; i < 70; i++)
+        text += "Sphere 1 -1 1 360\nPolygon \"P\" [0 0 0 1 0 0 0 1 0]\n";
+    const Parsed r(text);
+    EXPECT_EQ(r.journal.error_count(), 1u) << r.all_messages();
+    EXPECT_TRUE(
+        r.says("there is nothing to render, and 140 requests that belong into a world were left out"));
+    // Before a world it is another matter: where it stands is said, too.
+    const Parsed early("\nSphere 1 -1 1 360\nDisk 0 1 360\nWorldBegin Sphere 1 -1 1 360 WorldEnd");
+    EXPECT_EQ(early.journal.error_count(), 1u) << early.all_messages();
+    EXPECT_TRUE(
+        early.says("error 2:1 Sphere is not legal here and was left out: it belongs between WorldBegin and "
+                   "WorldEnd. Requests before the world that were: 2"))
+        << early.all_messages();
+}
+
 TEST(RibErrors, ShaderParameters) {
     const Parsed r(world("Surface \"a\" \"intensty\" 5 \"lightcolor\" [1 2] \"float Kd\" [1 2] \"mystery\" "
                          "[\"x\" \"y\"]\nSphere 1 -1 1 360"));

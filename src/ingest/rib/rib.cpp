@@ -75,7 +75,8 @@ static scene::Scene read_sources(std::span<const std::shared_ptr<const Source>> 
     // wanted.
     for (const bool take_depth_pass : {false, true}) {
         const auto owner = std::make_shared<Reader>(
-            journal, FrameChoice{options.frame, take_depth_pass, &sources}, options, *source);
+            journal, FrameChoice{options.frame, take_depth_pass, &sources, nullptr, options.repeat}, options,
+            *source);
         Reader& reader = *owner;
         std::shared_ptr<OnDemand> delayed;
         if (options.on_demand)
@@ -105,10 +106,13 @@ static scene::Scene read_sources(std::span<const std::shared_ptr<const Source>> 
                 throw Error(Location{source->name()}, "there is no frame " + std::to_string(options.frame) +
                                                           " with a world; the frames are: " + frames);
             }
-            context.reports.error(
-                "no world", source->locate(0),
-                "the file has no WorldBegin … WorldEnd: there is nothing to render. An archive is "
-                "rendered through a scene that reads it");
+            context.reports.error("no world", source->locate(0),
+                                  "the file has no WorldBegin … WorldEnd: there is nothing to render" +
+                                      (context.left_outside() > 0
+                                           ? ", and " + std::to_string(context.left_outside()) +
+                                                 " requests that belong into a world were left out"
+                                           : std::string()) +
+                                      ". An archive is rendered through a scene that reads it");
         }
         if (options.frame == 0 && context.world_in_frame())
             tell_of_frames(*of_world, context);

@@ -31,6 +31,7 @@ struct RibOptions {
     // The number of a FrameBegin; 0 = the first frame that writes more than depth (shadow-map passes are
     // passed over).
     int frame = 0;
+    int repeat = 0;           // of frames of that number, how many come before it
     bool run_programs = true; // Procedural "RunProgram" may start processes
     bool run_system = false;  // System may have the shell do anything
     // Gives RIB for a procedural, or nothing where it does not know it; asked before anything else. What it
@@ -47,6 +48,8 @@ struct RibFrame {
     int number = 0;
     Location where;
     bool picture = true; // false: it writes what shadow maps or textures are made of, alone
+    bool source = false; // it writes what a texture of the file is made of
+    int repeat = 0;      // frames of that number before it
 };
 
 // Throws Error where the file cannot be read at all; everything else is reported with file, line, column and

@@ -27,14 +27,24 @@ bool Context::writes_sources() const {
                displays, [&](const scene::Display& d) { return m_frame_choice.sources->contains(d.file); });
 }
 
+// Of several frames of one number the one that is asked for? The last of m_frames_seen is this one.
+bool Context::is_asked_for(int number) const {
+    return m_frame_choice.frame == number && repeats() == m_frame_choice.repeat;
+}
+
+// How many frames of the last one's number came before it.
+int Context::repeats() const {
+    return int(std::ranges::count(m_frames_seen, m_frames_seen.back())) - 1;
+}
+
 void Context::begin_frame(int number, const Location& where) {
     open(BlockKind::Frame, where);
     m_blocks.back().options = std::make_unique<OptionState>(options);
     m_frame_open = true;
     m_frames_seen.push_back(number);
     m_frame_lights = lights.size();
-    const int wanted = m_frame_choice.frame;
-    m_frame_chosen = !m_world_done && (wanted == 0 || wanted == number || m_frame_choice.list);
+    m_frame_chosen =
+        !m_world_done && (m_frame_choice.frame == 0 || is_asked_for(number) || m_frame_choice.list);
     if (!m_frame_chosen)
         stream.skip_to("FrameBegin", {"FrameEnd"});
 }
@@ -89,13 +99,14 @@ void Context::choose_camera(const Location& where) {
 }
 
 void Context::begin_world(const Location& where) {
+    tell_of_outside();
     // Step 1: is this the world to be rendered?
     const bool in_frame = m_frame_open;
     const int number = in_frame ? m_frames_seen.back() : ++m_loose_worlds;
     if (!in_frame)
         m_frames_seen.push_back(number);
-    bool take = !m_world_done &&
-                (in_frame ? m_frame_chosen : m_frame_choice.frame == 0 || m_frame_choice.frame == number);
+    bool take =
+        !m_world_done && (in_frame ? m_frame_chosen : m_frame_choice.frame == 0 || is_asked_for(number));
     if (m_world_done)
         reports.once(Severity::Info, "further world", where,
                      "a further WorldBegin: one world is rendered at a time; ask for frame " +
@@ -107,8 +118,10 @@ void Context::begin_world(const Location& where) {
     }
     if (std::vector<RibFrame>* list = m_frame_choice.list) {
         take = false;
-        if (list->empty() || list->back().number != number) // a frame's further worlds are no frames
-            list->push_back({number, where, makes_picture});
+        const int repeat = repeats();
+        if (list->empty() || list->back().number != number ||
+            list->back().repeat != repeat) // not its second world
+            list->push_back({number, where, makes_picture, writes_sources(), repeat});
     }
     open(BlockKind::World, where);
     m_blocks.back().options = std::make_unique<OptionState>(options);

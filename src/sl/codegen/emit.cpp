@@ -395,8 +395,8 @@ void StageEmitter::region(const Block& code, size_t begin, size_t end, bool outp
     m_frame = driver_frame;
 }
 
-// Values leave a stage within their range: NaN becomes the lowest value, a position or normal that is not
-// finite stays what it was.
+// A position or normal that is not finite stays what it was. Slots are kept within their ranges by
+// Instance::shade (ranges.cpp).
 void StageEmitter::write_outputs() {
     const int padded = 16;
     for (size_t k = 0; k < m_stage.outputs.size(); k++) {
@@ -423,24 +423,6 @@ void StageEmitter::write_outputs() {
             }
             for (int c = 0; c < n; c++)
                 v.part[c] = m_b.CreateSelect(good, v.part[c], old.part[c]);
-        } else if (o.kind == Output::Slot) {
-            const Channel& channel = m_program.channels[size_t(o.index)];
-            double low = 0, high = 1;
-            if (channel.input >= 0) {
-                const grid::LobeInput& in = grid::lobe(channel.lobe).inputs[size_t(channel.input)];
-                low = double(in.low);
-                high = double(in.high);
-            } else if (!channel.presence) {
-                high = 65504; // what a half holds
-            }
-            for (int c = 0; c < n; c++) {
-                llvm::Value* lo = llvm::ConstantFP::get(v.part[c]->getType(), low);
-                v.part[c] = m_b.CreateSelect(m_b.CreateFCmpOGT(v.part[c], lo), v.part[c], lo);
-                if (high < 1e30) {
-                    llvm::Value* hi = llvm::ConstantFP::get(v.part[c]->getType(), high);
-                    v.part[c] = m_b.CreateSelect(m_b.CreateFCmpOLT(v.part[c], hi), v.part[c], hi);
-                }
-            }
         }
         llvm::Value* outs = field(Outputs, m_pointer, "outputs");
         for (int c = 0; c < n; c++) {

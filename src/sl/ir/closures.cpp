@@ -105,6 +105,8 @@ static Closure whole(Closure kernel) {
     switch (kernel) {
     case Closure::CosineKernel:
         return Closure::Diffuse;
+    case Closure::CosineBehind:
+        return Closure::DiffuseBehind;
     case Closure::SpecularKernel:
         return Closure::Specular;
     case Closure::PhongKernel:
@@ -122,7 +124,6 @@ void Extraction::find_sites(Block& b) {
                 check_arguments(i);
                 m_site_of[item.ref] = int(m_sites.size());
                 Site s{Closure(i.imm), i.loc};
-                s.exponent = s.kind == Closure::SpecularKernel;
                 if (is_fresnel(s.kind) || s.kind == Closure::LightSample)
                     s.reference = int(i.floats[0]);
                 else if (in_loop(s.kind))
@@ -246,10 +247,9 @@ int Extraction::carrier(const Contents& c) const {
 
 static const char* source_name(Closure kind) {
     static constexpr const char* Names[] = {
-        "ambient()", "indirectdiffuse()", "diffuse()", "specular()", "phong()",    "trace()",
-        "trace()",   "environment()",     "Cl",        "L",          "L",          "L",
-        "fresnel()", "fresnel()",         "trace()",   "trace()",    "specular()", "L",
-        "Cl"};
+        "ambient()", "indirectdiffuse()", "diffuse()", "diffuse()", "specular()", "phong()", "trace()",
+        "trace()",   "environment()",     "Cl",        "L",         "L",          "L",       "L",
+        "fresnel()", "fresnel()",         "trace()",   "trace()",   "specular()", "L",       "Cl"};
     static_assert(std::size(Names) == size_t(Closure::LightSample) + 1);
     return Names[int(kind)];
 }

@@ -265,8 +265,7 @@ void Extraction::instruction(const Item& item) {
         }
         const Site& site = m_sites[size_t(s)];
         if (site.shape >= 0 || site.eta >= 0)
-            m_b.store(site.shape >= 0 ? site.shape : site.eta,
-                      shape_argument(site, value(i.args[2], true), at), at);
+            m_b.store(site.shape >= 0 ? site.shape : site.eta, value(i.args[2], true), at);
         if (site.anisotropy >= 0) {
             m_b.store(site.anisotropy, value(i.args[3], true), at);
             m_b.store(site.rotation, value(i.args[4], true), at);
@@ -474,15 +473,6 @@ void Extraction::spread(Bundle& out, const Instr& i, Ref dark, Ref bright) {
             w = finite(op(Op::Div, w, reference(sites[k], i.ty, at)), at);
         out[sites[k]] = w;
     }
-}
-
-// What shapes a lobe, in one measure: specular() and its kernel the inverse of Blinn's exponent, phong() its
-// exponent.
-Ref Extraction::shape_argument(const Site& site, Ref x, Loc at) {
-    if (!site.exponent)
-        return x;
-    const Ref n = m_b.emit(Op::Max, Ty::Float, {x, m_b.constant(1e-3f)}, at);
-    return m_b.emit(Op::Div, Ty::Float, {m_b.constant(1.0f), n}, at);
 }
 
 } // namespace kanuka::sl::ir

@@ -89,7 +89,6 @@ class Extraction {
     Bundle chord(const Instr& i);
     Bundle select(const Instr& i);
     void spread(Bundle& out, const Instr& i, Ref dark, Ref bright);
-    Ref shape_argument(const Site& site, Ref x, Loc at);
 
     Program& m_program;
     Stage& m_stage;

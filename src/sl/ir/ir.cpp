@@ -40,6 +40,7 @@ Stage& Stage::operator=(const Stage& other) {
     outputs = other.outputs;
     faults = other.faults;
     targets = other.targets;
+    reads = other.reads;
     blocks.clear();
     std::unordered_map<const Block*, Block*> copies;
     for (const Block& b : other.blocks)

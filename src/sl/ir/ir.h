@@ -104,6 +104,7 @@ enum class Closure : uint8_t {
     // whole terms: light from everywhere through a lobe
     Indirect, // what other lobes bring anyway
     Diffuse,
+    DiffuseBehind, // of the side that N points away from: it comes through
     Specular,
     Phong,
     Mirror,
@@ -112,6 +113,7 @@ enum class Closure : uint8_t {
     // factors, which make a term by two: the light of one direction, and what a lobe does with it
     Light,
     CosineKernel,
+    CosineBehind,
     SpecularKernel,
     PhongKernel,
     // factors of whole terms: Fresnel's reflected and transmitted parts
@@ -129,7 +131,7 @@ enum class Closure : uint8_t {
 
 enum class CallKind : uint8_t {
     Dx,
-    Dy,              // differences to the next vertex in u, in v
+    Dy,              // differences to the next vertex in u, in v; imm: 1 + Input, if it is that of one
     CalculateNormal, // P, N
     Texture,         // channels = imm; see Call arguments in runtime.cpp
     Environment,
@@ -139,9 +141,12 @@ enum class CallKind : uint8_t {
     Concat,
     Match,
     Report,
-    Found, // attribute, option, rendererinfo, textureinfo: is it known? imm: sl::Query::Kind * 4 + what is
-           // wanted
-    Query, // its value
+    Found,  // attribute, option, rendererinfo, textureinfo: is it known? imm: sl::Query::Kind * 4 + what is
+            // wanted
+    Query,  // its value
+    Lights, // how many there are, for shaders that look at them one by one
+    LightDirection,
+    LightColor, // of one, at a point: the way to it, Cl
     CreateBoundary,
     AddLobe,
     AddLayer,
@@ -240,6 +245,7 @@ struct Stage {
     std::vector<Output> outputs;
     std::vector<std::pair<Loc, std::string>> faults; // places where a run-time fault may arise
     int targets = 0;
+    grid::Reads reads; // set when the program is complete (reads.cpp)
 
     Block* block() { return &blocks.emplace_back(); }
     Stage() = default;
@@ -273,6 +279,7 @@ struct Channel {
     bool presence = false;
     bool ambient = false; // how much of the light of ambient sources it shows
     Ty ty = Ty::Float;
+    bool unsure = false; // set by a name that only the run time knows to have been added
 };
 
 struct Program {
@@ -296,6 +303,9 @@ struct Program {
     std::vector<std::pair<std::string, grid::LobeId>> fixed_lobes;
     std::vector<std::string> aovs;  // output parameters that the shade stage hands out
     bool area_light = false;        // see CompileOptions; of use while lowering alone
+    bool rispec_specular = false;   // the same
+    bool gathers_light = false;     // the same
+    bool own_light = false;         // illuminance loops that are no lobe's
     std::vector<std::string> files; // names of the sources, for locations at run time
     std::vector<TextureUse> textures;
     bool queries = false;         // asks for attributes, options or the like

@@ -11,13 +11,12 @@ namespace kanuka::sl::ir {
 struct Site {
     Closure kind;
     Loc loc;
-    int shape = -1;      // variable: the argument that shapes the lobe (roughness, exponent)
+    int shape = -1;      // variable: the exponent that shapes a highlight
     int eta = -1;        // variable: of a Fresnel factor
     int anisotropy = -1; // variables: of a highlight that is not round
     int rotation = -1;
     int first = -1, second = -1; // a product of two factors: their sites
     int loop = -1;               // number of the illuminance loop that a factor belongs to
-    bool exponent = false;       // shape is Blinn's exponent, not its inverse
     // Variable: what this is worth where a value is wanted: fresnel()'s as seen from the dicing camera, the
     // weight of one direction of a projected loop. -1 = one: a white surface, fully lit.
     int reference = -1;
@@ -57,6 +56,8 @@ inline Closure product_kind(Closure a, Closure b) {
         switch (b) {
         case Closure::CosineKernel:
             return Closure::Diffuse;
+        case Closure::CosineBehind:
+            return Closure::DiffuseBehind;
         case Closure::SpecularKernel:
             return Closure::Specular;
         case Closure::PhongKernel:

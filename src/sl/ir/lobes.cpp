@@ -49,19 +49,33 @@ class Lobes {
             m_program.fixed_lobes.emplace_back("diffuse", grid::LobeId::LambertBrdf);
             output("diffuse", 0, grid::LobeId::LambertBrdf, w);
         }
+        if (const Ref w = total([](Closure k) { return k == Closure::DiffuseBehind; }); w != None) {
+            m_program.fixed_lobes.emplace_back("transmission", grid::LobeId::LambertBtdf);
+            output("transmission", 0, grid::LobeId::LambertBtdf, w);
+        }
         if (const Ref w = total([](Closure k) { return k == Closure::Ambient; }); w != None)
             output("ambient", -1, grid::LobeId::LambertBrdf, w, Special::Ambient);
         int count = 0;
-        Ref rest = None, rest_roughness = None; // more than a material has room for: one lobe together
+        Ref rest = None, rest_exponent = None; // more than a material has room for: one lobe together
         for (const auto& [site, var] : m_terms.weights) {
             const Site& s = m_terms.sites[size_t(site)];
             if (s.shape < 0)
                 continue;
             const std::string name = "specular" + (count ? std::to_string(count + 1) : std::string());
-            const bool inverse = s.kind == Closure::Specular || shape_is_inverse(s);
-            const Ref alpha2 = alpha2_of(m_b.load(s.shape, {}), inverse);
-            const Ref w =
-                op(Op::Mul, unpremultiply(m_b.load(var, {}), opacity), m_b.splat(height(alpha2), {}));
+            const bool half = about_half(s);
+            const Ref exponent = m_b.load(s.shape, {});
+            Ref w = unpremultiply(m_b.load(var, {}), opacity);
+            if (++count >= MaxGlossy) {
+                rest = rest == None ? w : op(Op::Add, rest, w);
+                rest_exponent = rest_exponent == None ? exponent : op(Op::Min, rest_exponent, exponent);
+                continue;
+            }
+            if (s.anisotropy < 0 && s.kind != Closure::DielectricGlossy) {
+                highlight(name, w, exponent, half);
+                continue;
+            }
+            const Ref alpha2 = alpha2_of(exponent, half);
+            w = op(Op::Mul, w, m_b.splat(height(alpha2), {}));
             const Ref alpha = m_b.emit(Op::Sqrt, Ty::Float, {alpha2}, {});
             Ref roughness = m_b.emit(Op::Sqrt, Ty::Float, {alpha}, {});
             if (s.anisotropy >= 0) // a lobe's is that across its grooves, this the mean
@@ -73,22 +87,17 @@ class Lobes {
                                      {op(Op::Sub, f(1), op(Op::Mul, f(Stretch), m_b.load(s.anisotropy, {})))},
                                      {})},
                            {}));
-            if (++count >= MaxGlossy) {
-                rest = rest == None ? w : op(Op::Add, rest, w);
-                rest_roughness = rest_roughness == None ? roughness : op(Op::Max, rest_roughness, roughness);
-            } else if (s.kind == Closure::DielectricGlossy) {
+            if (s.kind == Closure::DielectricGlossy) {
                 dielectric(name, w, index_of(s), roughness);
             } else {
                 glossy(name, w, roughness);
-                if (s.anisotropy >= 0) {
-                    constexpr auto Lobe = grid::LobeId::MicrofacetConductorBrdf;
-                    output(name, 4, Lobe, m_b.load(s.anisotropy, {}));
-                    output(name, 5, Lobe, m_b.load(s.rotation, {}));
-                }
+                constexpr auto Lobe = grid::LobeId::MicrofacetConductorBrdf;
+                output(name, 4, Lobe, m_b.load(s.anisotropy, {}));
+                output(name, 5, Lobe, m_b.load(s.rotation, {}));
             }
         }
         if (rest != None)
-            glossy("specular" + std::to_string(MaxGlossy), rest, rest_roughness);
+            highlight("specular" + std::to_string(MaxGlossy), rest, rest_exponent, true);
         if (const Ref w = total([](Closure k) { return k == Closure::Mirror || k == Closure::Environment; });
             w != None)
             glossy("mirror", w, f(0));
@@ -234,6 +243,15 @@ class Lobes {
         output(node, 2, Lobe, roughness);
     }
 
+    void highlight(const std::string& node, Ref weight, Ref exponent, bool half) {
+        constexpr auto Lobe = grid::LobeId::HighlightBrdf;
+        m_program.fixed_lobes.emplace_back(node, Lobe);
+        output(node, 0, Lobe, weight);
+        output(node, 1, Lobe, exponent);
+        if (!half)
+            output(node, 2, Lobe, f(1));
+    }
+
     void dielectric(const std::string& node, Ref weight, Ref index, Ref roughness) {
         constexpr auto Lobe = grid::LobeId::MicrofacetDielectricBrdf;
         m_program.fixed_lobes.emplace_back(node, Lobe);
@@ -266,20 +284,22 @@ class Lobes {
         return f(1);
     }
 
-    bool shape_is_inverse(const Site& s) const {
+    // Is a highlight about the half vector, or about the mirror direction?
+    bool about_half(const Site& s) const {
+        const auto half = [](Closure k) { return k == Closure::Specular || k == Closure::SpecularKernel; };
         for (int k : {s.first, s.second})
-            if (k >= 0 && (m_terms.sites[size_t(k)].kind == Closure::Specular ||
-                           m_terms.sites[size_t(k)].kind == Closure::SpecularKernel))
+            if (k >= 0 && half(m_terms.sites[size_t(k)].kind))
                 return true;
-        return false;
+        return half(s.kind);
     }
 
-    // Blinn's exponent n as a GGX width: alpha = sqrt(2 / (n + 2)) (Walter et al. 2007); roughness is its
-    // root. specular(): n = 1 / r. phong(): four times Phong's exponent gives about the same highlight.
-    Ref alpha2_of(Ref x, bool inverse) {
-        const Ref twice = op(Op::Mul, op(Op::Max, x, f(0)), f(2));
-        const Ref more = op(Op::Add, twice, f(1));
-        return inverse ? op(Op::Div, twice, more) : op(Op::Div, f(1), more);
+    // What is no plain highlight, Ward's and those with Fresnel's factor, is a microfacet lobe. Blinn's
+    // exponent n as a GGX width: alpha = sqrt(2 / (n + 2)) (Walter et al. 2007); roughness is its root. About
+    // the mirror direction four times the exponent gives about the same highlight.
+    Ref alpha2_of(Ref exponent, bool half) {
+        const Ref n = op(Op::Max, exponent, f(0));
+        return half ? op(Op::Div, f(2), op(Op::Add, n, f(2)))
+                    : op(Op::Div, f(1), op(Op::Add, op(Op::Mul, n, f(2)), f(1)));
     }
 
     // The albedo that keeps the height of the highlight. RISpec's is one on its axis, whatever its width; a

@@ -362,6 +362,8 @@ void Lower::class_stage(const char* name, Stage& stage, Role role) {
     for (FunctionDecl* f : methods)
         run_method(f);
     if (role == Role::Init)
+        check_layers();
+    if (role == Role::Init)
         for (const auto& [v, index] :
              std::map<const VarDecl*, int>(m_member_index.begin(), m_member_index.end()))
             if (!v->type.array && m_bind[v].kind == Binding::Variable)

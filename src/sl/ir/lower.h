@@ -190,6 +190,17 @@ class Lower {
 
     // lower_material.cpp
     Ref material(const ast::Expr* e, const ops::Signature& s, bool& known);
+    // What mnk_init adds, as far as its names are constants.
+    struct AddedNodes {
+        std::map<std::string, std::set<grid::LobeId>> lobes; // with what they may be
+        std::set<std::string> layers;
+        std::vector<CallSite> joins; // AddLayer
+        bool open = false;           // there are more, whose names only the run time knows
+    };
+    void note_added(const CallSite& site);
+    void check_layers();
+    std::string known_nodes(const std::string& name) const;
+    bool is_added(const std::string& name, Loc at, std::optional<grid::LobeId> lobe);
     LobeValue lobe_value(const ast::Expr* e);
     void bind_lobe(const ast::VarDecl* v, const ast::Expr* init);
     void set_lobe(const ast::Expr* e);
@@ -204,6 +215,8 @@ class Lower {
         View,       // I
         Eye,        // -I
         Facing,     // a normal that faceforward() turned: unturned, since surfaces have two sides
+        Behind,     // such a normal the other way round
+        Negated,    // any other normal the other way round
         ViewCosine, // I . N
         EyeCosine,  // -I . N
         Mirrored,
@@ -231,6 +244,7 @@ class Lower {
     Ref kernel(Closure kind, Ty ty, std::vector<Ref> args, Tag t, Loc at);
     Ref light_arithmetic(ast::BinOp op, Ref a, Ref b, Loc at);
     Ref light_shadeop(const ast::Expr* e);
+    Ref blinn_exponent(Ref roughness, Loc at);
     // lower_kernels.cpp
     bool of_light(Ref r, int depth = 0) const;
     Ref without_cosine(Ref r, Loc at);
@@ -240,7 +254,9 @@ class Lower {
     Ref fresnel(const ast::Expr* e);
     Ref view_direction(Loc at);
     Ref turned(Ref normal, Loc at);
-    Ref negated(Ref value, Loc at);
+    Ref negated(Ref value, bool normal, Loc at);
+    bool depends_on_view(Ref r, std::set<Ref>& seen);
+    Ref diffuse(Ref normal, Loc at);
     Ref source_call(const char* shadeop, std::vector<Ref> args, Loc at, Ty result = Ty::Triple);
 
     // lower_loops.cpp: loops over light, and what else asks for light that comes only later
@@ -251,6 +267,7 @@ class Lower {
     void illuminance(const ast::Stmt* s);
     Binding bind_color(Loc at);
     void project(const ast::Stmt* s, Loc reason);
+    void ask_lights(const ast::Stmt* s);
     void gather(const ast::Stmt* s);
     void repeat(Ref count, const ast::Stmt* body, Loc at);
     int reference_value(const char* name, Loc at);
@@ -289,6 +306,7 @@ class Lower {
     std::map<std::string, Ref> m_spaces;
     std::unordered_map<int, int> m_channel_vars; // of the stage
     std::map<std::string, int> m_channels;       // by node and input
+    AddedNodes m_added;                          // by mnk_init
     std::vector<ast::FunctionDecl*> m_active;
     std::vector<int> m_active_units; // parallel: the co-shaders that they are of, -1 = the shader's own
     int m_self = -1;                 // the co-shader whose code is being lowered

@@ -61,7 +61,8 @@ void Lower::declare_array(const VarDecl* v) {
         Ref n = m_b.constant(float(v->type.size));
         if (v->size && v->type.size == 0) {
             n = expr_as(v->size, {Base::Float});
-            need_room(b.var, m_b.is_const(n) ? int(m_b.at(n).floats[0]) : ResizableRoom);
+            need_room(b.var,
+                      m_b.is_const(n) ? int(std::clamp(m_b.at(n).floats[0], 0.0f, 65536.0f)) : ResizableRoom);
             n = m_b.emit(Op::Min, Ty::Float, {n, m_b.constant(float(m_b.stage().vars[size_t(b.var)].array))},
                          v->loc);
         }

@@ -312,6 +312,11 @@ Ref Lower::closure(const Expr* e, const ops::Signature& s) {
         args.erase(args.begin()); // trace(P, R)
     if (kind == Closure::Mirror && tag(args[0]) == Tag::Refracted)
         kind = Closure::Refraction;
+    if (kind == Closure::Specular)
+        args[2] = blinn_exponent(args[2], e->loc);
+    if (kind == Closure::Diffuse && !args.empty() &&
+        (tag(args[0]) == Tag::Behind || tag(args[0]) == Tag::Negated))
+        return diffuse(args[0], e->loc);
     return m_b.emit(Op::Closure, Ty::Triple, std::move(args), e->loc, int(kind));
 }
 
@@ -360,7 +365,7 @@ Ref Lower::component_of(Ref whole, Ref index, Loc at) {
     const auto part = [&](int i) { return m_b.emit(Op::Extract, Ty::Float, {whole}, at, i); };
     if (m_b.is_const(index)) {
         const float f = m_b.at(index).floats[0];
-        return part(f > 0 ? std::min(int(f), n - 1) : 0);
+        return part(f > 0 ? int(std::min(f, float(n - 1))) : 0);
     }
     Ref r = part(0);
     for (int i = 1; i < n; i++)
@@ -531,6 +536,8 @@ Ref Lower::special(const Expr* e, const ops::Signature& s) {
         site.args = {x};
         if (n == "calculatenormal")
             site.args.push_back(input(Input::N));
+        else if (const Instr& i = m_b.at(x); i.op == Op::Input)
+            site.imm = 1 + i.imm;
         return m_b.call(std::move(site), m_b.at(x).ty);
     }
     if (n == "texture" || n == "environment")

@@ -197,7 +197,7 @@ Ref Lower::truth(Ref value) {
     default:
         break;
     }
-    return m_b.emit(Op::Ne, Ty::Bool, {value, m_b.constant(0.0f)}, m_b.at(value).loc);
+    return m_b.emit(Op::Ne, Ty::Bool, {value, m_b.constant(0.0f)}, at);
 }
 
 Ref Lower::condition(const Expr* e) {
@@ -253,7 +253,7 @@ Ref Lower::expr(const Expr* e) {
         const Ref v = expr_as(e->args[0], e->type);
         if (tag(v) == Tag::Light || tag(v) == Tag::LightMirrored)
             return v; // which way it points does not matter to a kernel
-        return negated(v, e->loc);
+        return negated(v, e->type.is(Base::Normal), e->loc);
     }
     case ExprKind::Binary:
         return binary(e);

@@ -8,6 +8,7 @@
 //   … Cl * smoothstep(a, b, pow(…));                                    is as wide at half its height
 //   … Cl * (N . Ln) * exp(-2 ((X . H)^2 + (Y . H)^2) / (1 + H . N)) …   is Ward's: lower_kernels.cpp
 //   … Cl * pow(max(0, R . Ln), size), R = reflect(I, N);                is phong(N, V, size)
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -47,14 +48,48 @@ Ref Lower::view_direction(Loc at) {
     return tagged(m_b.emit(Op::Sub, Ty::Triple, {input(Input::P), input(Input::E)}, at), Tag::View);
 }
 
-// A normal as faceforward() means it: towards the eye. Lobes take it as it is, for they have two sides.
+// A normal as faceforward() means it: towards the eye; one behind away from it. Lobes take it as it is, for
+// they have two sides.
 Ref Lower::turned(Ref normal, Loc at) {
+    const bool behind = tag(normal) == Tag::Behind;
     const Ref cosine = m_b.emit(Op::Dot, Ty::Float, {view_direction(at), normal}, at);
-    const Ref away = m_b.emit(Op::Gt, Ty::Bool, {cosine, m_b.constant(0.0f)}, at);
-    return m_b.emit(Op::Select, Ty::Triple, {away, m_b.emit(Op::Neg, Ty::Triple, {normal}, at), normal}, at);
+    const Ref wrong = m_b.emit(behind ? Op::Lt : Op::Gt, Ty::Bool, {cosine, m_b.constant(0.0f)}, at);
+    return m_b.emit(Op::Select, Ty::Triple, {wrong, m_b.emit(Op::Neg, Ty::Triple, {normal}, at), normal}, at);
 }
 
-Ref Lower::negated(Ref value, Loc at) {
+// Is it made of where the eye is?
+bool Lower::depends_on_view(Ref r, std::set<Ref>& seen) {
+    if (!seen.insert(r).second)
+        return false;
+    const std::vector<Instr>& all = m_b.stage().instrs;
+    const Instr& i = all[size_t(r)];
+    if (i.op == Op::Input && Input(i.imm) == Input::E)
+        return true;
+    const auto depends = [&](Ref a) { return depends_on_view(a, seen); };
+    if (std::ranges::any_of(i.args, depends))
+        return true;
+    return i.op == Op::Load && std::ranges::any_of(all, [&](const Instr& s) {
+               return s.op == Op::Store && s.imm == i.imm && depends(s.args[0]);
+           });
+}
+
+// diffuse() of a normal the other way round: light from the side that N points away from comes through. A
+// normal that pointed there before, as a cross product may, is N again.
+Ref Lower::diffuse(Ref normal, Loc at) {
+    const Ref cosine = m_b.emit(Op::Dot, Ty::Float, {normal, input(Input::N)}, at);
+    const Ref front =
+        m_b.emit(Op::ToFloat, Ty::Float, {m_b.emit(Op::Ge, Ty::Bool, {cosine, m_b.constant(0.0f)}, at)}, at);
+    const Ref back = m_b.emit(Op::Sub, Ty::Float, {m_b.constant(1.0f), front}, at);
+    const auto part = [&](Closure kind, Ref weight) {
+        return m_b.emit(Op::Mul, Ty::Triple,
+                        {m_b.emit(Op::Closure, Ty::Triple, {normal}, at, int(kind)), m_b.splat(weight, at)},
+                        at);
+    };
+    return m_b.emit(Op::Add, Ty::Triple, {part(Closure::Diffuse, front), part(Closure::DiffuseBehind, back)},
+                    at);
+}
+
+Ref Lower::negated(Ref value, bool normal, Loc at) {
     const Ref r = m_b.emit(Op::Neg, m_b.at(value).ty, {value}, at);
     switch (const Tag t = tag(value)) {
     case Tag::View:
@@ -66,6 +101,12 @@ Ref Lower::negated(Ref value, Loc at) {
     case Tag::EyeCosine:
         return tagged(r, Tag::ViewCosine);
     case Tag::Facing:
+        return tagged(r, Tag::Behind);
+    case Tag::Behind:
+        return tagged(r, Tag::Facing);
+    case Tag::None:
+        return normal ? tagged(r, Tag::Negated) : r;
+    case Tag::Negated:
         return r;
     default:
         return tagged(r, t);
@@ -75,6 +116,9 @@ Ref Lower::negated(Ref value, Loc at) {
 // None = nothing special.
 Ref Lower::light_arithmetic(BinOp op, Ref a, Ref b, Loc at) {
     Tag x = tag(a), y = tag(b);
+    const bool behind = x == Tag::Negated || y == Tag::Negated || x == Tag::Behind || y == Tag::Behind;
+    x = x == Tag::Negated ? Tag::None : x;
+    y = y == Tag::Negated ? Tag::None : y;
     if (x == Tag::None && y == Tag::None)
         return ir::None;
     if (x == Tag::Ward || y == Tag::Ward)
@@ -97,6 +141,17 @@ Ref Lower::light_arithmetic(BinOp op, Ref a, Ref b, Loc at) {
         // normalised.
         const bool scalar = m_b.at(op == BinOp::Mul && m_b.at(a).ty == Ty::Float ? a : b).ty == Ty::Float;
         const Tag t = x != Tag::None ? x : y;
+        // 2 (I . Nf) Nf: what goes by the side that is seen goes with the normal of that side.
+        const auto sided = [](Tag k) { return k == Tag::Facing || k == Tag::Behind; };
+        if (scalar && (sided(x) || sided(y))) {
+            const bool first = sided(x);
+            std::set<Ref> seen;
+            if (!depends_on_view(first ? b : a, seen))
+                return ir::None;
+            const Ref n = turned(first ? a : b, at);
+            const Ref s = m_b.splat(first ? b : a, at);
+            return op == BinOp::Mul ? m_b.emit(Op::Mul, Ty::Triple, {n, s}, at) : ir::None;
+        }
         if (scalar && (t == Tag::Light || t == Tag::Half || t == Tag::LightMirrored) &&
             (x == Tag::None || y == Tag::None))
             return light_direction(t, at);
@@ -107,9 +162,11 @@ Ref Lower::light_arithmetic(BinOp op, Ref a, Ref b, Loc at) {
             std::swap(a, b);
             std::swap(x, y);
         }
+        if (x == Tag::Light && behind && (y == Tag::None || y == Tag::Behind))
+            return kernel(Closure::CosineBehind, Ty::Float, {b, b}, Tag::Cosine, at);
         if (x == Tag::Light && (y == Tag::None || y == Tag::Facing))
             return kernel(Closure::CosineKernel, Ty::Float, {b, b}, Tag::Cosine, at);
-        if (x == Tag::Half && (y == Tag::None || y == Tag::Facing))
+        if (x == Tag::Half && (y == Tag::None || y == Tag::Facing || y == Tag::Behind))
             return kernel(Closure::SpecularKernel, Ty::Float, {b, b, m_b.constant(1.0f)}, Tag::HalfCosine,
                           at);
         if ((x == Tag::Light && y == Tag::Mirrored) ||
@@ -120,6 +177,8 @@ Ref Lower::light_arithmetic(BinOp op, Ref a, Ref b, Loc at) {
             std::swap(a, b);
             std::swap(x, y);
         }
+        if ((x == Tag::View || x == Tag::Eye) && y == Tag::Behind) // its sign is not that of a front
+            return m_b.emit(Op::Dot, Ty::Float, {a, turned(b, at)}, at);
         const bool facing = y == Tag::Facing || (x == Tag::Facing && y == Tag::None);
         if ((x == Tag::View || x == Tag::Eye) && (y == Tag::None || facing)) {
             if (facing)
@@ -223,6 +282,12 @@ Ref Lower::fresnel(const Expr* e) {
     return zero(Ty::Float);
 }
 
+// The exponent of (N . H) that the roughness of specular() and specularbrdf() stands for.
+Ref Lower::blinn_exponent(Ref roughness, Loc at) {
+    const Ref some = m_b.emit(Op::Max, Ty::Float, {roughness, m_b.constant(1e-4f)}, at);
+    return m_b.emit(Op::Div, Ty::Float, {m_b.constant(m_program.rispec_specular ? 1.0f : 8.0f), some}, at);
+}
+
 // Shadeops of directions and cosines; None = as any other.
 Ref Lower::light_shadeop(const Expr* e) {
     const std::string& n = e->shadeop->name;
@@ -269,7 +334,10 @@ Ref Lower::light_shadeop(const Expr* e) {
         if (t == Tag::None)
             return source(args);
         const bool view = t == Tag::View || t == Tag::Eye;
-        return m_lit && view && tag(args[0]) == Tag::None ? tagged(args[0], Tag::Facing) : args[0];
+        const Tag side = tag(args[0]);
+        if (view && (side == Tag::Behind || side == Tag::Negated)) // both are turned to the eye
+            return tagged(m_b.emit(Op::Neg, Ty::Triple, {args[0]}, e->loc), Tag::Facing);
+        return view && side == Tag::None ? tagged(args[0], Tag::Facing) : args[0];
     }
     if (n == "vtransform" && m_lit) { // space does not change what a direction is to a lobe
         const std::vector<Ref> args = arguments();
@@ -280,21 +348,20 @@ Ref Lower::light_shadeop(const Expr* e) {
         std::vector<Ref> args = arguments();
         if (tag(args[0]) == Tag::Light && n == "reflect")
             return light_direction(Tag::LightMirrored, e->loc);
-        if (tag(args[1]) == Tag::Facing)
+        if (tag(args[1]) == Tag::Facing || tag(args[1]) == Tag::Behind)
             args[1] = turned(args[1], e->loc);
         const bool view = tag(args[0]) == Tag::View || tag(args[0]) == Tag::Eye;
         return tagged(source(args), !view ? Tag::None : n == "reflect" ? Tag::Mirrored : Tag::Refracted);
     }
+    if (n == "specularbrdf") {
+        std::vector<Ref> args = arguments();
+        args[3] = blinn_exponent(args[3], e->loc);
+        if (m_illuminance == 0)
+            return source_call("__blinn", args, e->loc);
+        return kernel(Closure::SpecularKernel, Ty::Triple, {args[1], args[1], args[3]}, Tag::None, e->loc);
+    }
     if (m_illuminance == 0)
         return ir::None;
-    if (n == "specularbrdf") {
-        const std::vector<Ref> args = arguments();
-        const Ref exponent = m_b.emit(
-            Op::Div, Ty::Float,
-            {m_b.constant(1.0f), m_b.emit(Op::Max, Ty::Float, {args[3], m_b.constant(1e-4f)}, e->loc)},
-            e->loc);
-        return kernel(Closure::SpecularKernel, Ty::Triple, {args[1], args[1], exponent}, Tag::None, e->loc);
-    }
     if (n == "exp") {
         const std::vector<Ref> args = arguments();
         const Ref kernel = ward(args[0], e->loc);

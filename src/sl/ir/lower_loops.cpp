@@ -7,6 +7,7 @@
 // Lambert lobe's. (In RISpec a light of colour Cl makes a surface of f = N . L show Cl, so a = 1 there.)
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "sl/ir/lower.h"
 
@@ -32,6 +33,8 @@ Lower::Cone Lower::cone_of(const Stmt* s) {
 }
 
 void Lower::illuminance(const Stmt* s) {
+    if (m_role == Role::Filter && m_program.kind == ShaderKind::Volume)
+        return ask_lights(s);
     if (!m_lit) {
         if (m_program.kind == ShaderKind::Class)
             m_diagnostics.error(s->loc, "an illuminance loop belongs into a surface shader; here use a lobe");
@@ -41,8 +44,15 @@ void Lower::illuminance(const Stmt* s) {
         return;
     }
     const int number = m_loops_seen++;
-    if (const auto it = m_projected.find(number); it != m_projected.end())
-        return project(s, it->second);
+    if (const auto it = m_projected.find(number); it != m_projected.end()) {
+        if (!m_program.gathers_light)
+            return project(s, it->second);
+        m_diagnostics.warning(s->loc,
+                              "this illuminance loop's kernel (line " + std::to_string(it->second.line) +
+                                  ") is not that of a lobe: it is run for the lights of the scene, without "
+                                  "shadows and as the dicing camera sees it, and shines");
+        return ask_lights(s);
+    }
     // The loop is the integral that a lobe stands for: its body is read once.
     const int outer = m_loop;
     const Ref sample = m_sample;
@@ -67,6 +77,94 @@ void Lower::illuminance(const Stmt* s) {
     m_sample = sample;
     m_loop = outer;
     m_bind[m_sema.global("Cl")] = color;
+}
+
+// A volume shader's light is what it finds on its way: its loop runs over the lights of the scene, without
+// shadows. The host answers for one of them at a time, at the loop's point of every vertex. So does a
+// surface's whose kernel is no lobe's, where that is asked for.
+//
+//   scope leave { loop { if (counter >= lights) leave; L = …; Cl = …; scope next { if (lit) body } counter +=
+//   1 } }
+void Lower::ask_lights(const Stmt* s) {
+    const Loc at = s->loc;
+    const auto f = [&](float x) { return m_b.constant(x); };
+    const auto op = [&](Op o, Ty t, Ref a, Ref b) { return m_b.emit(o, t, {a, b}, at); };
+    const auto dot = [&](Ref a, Ref b) { return op(Op::Dot, Ty::Float, a, b); };
+    const auto ask = [&](CallKind kind, Ty ty, std::vector<Ref> args) {
+        CallSite site{kind, at};
+        site.args = std::move(args);
+        return m_b.call(std::move(site), ty);
+    };
+    size_t k = 0;
+    while (k < s->args.size() && s->args[k]->type.is(Base::String))
+        k++;
+    if (k >= s->args.size())
+        return m_diagnostics.error(at, "illuminance takes a position: illuminance (P) { … }");
+    const Ref P = expr_as(s->args[k], {Base::Point});
+    Cone cone = cone_of(s);
+    if (cone.axis != ir::None && tag(cone.axis) == Tag::Facing)
+        cone.axis = turned(cone.axis, at);
+    const int illuminance = std::exchange(m_illuminance, 0);
+    const Ref lights = ask(CallKind::Lights, Ty::Float, {});
+    const Ref sample = m_sample;
+    const Binding hidden = bind_color(at);
+    const int color = m_bind[m_sema.global("Cl")].var, counter = m_b.var("light", Ty::Float, at);
+    const LoopTargets targets{m_b.stage().targets, m_b.stage().targets + 1};
+    m_b.stage().targets += 2;
+    Item outer{Item::Scope};
+    outer.target = targets.leave;
+    outer.loc = at;
+    outer.body = in_block([&] {
+        m_b.declare(counter);
+        m_b.store(counter, f(0), at);
+        Item forever{Item::Loop};
+        forever.loc = at;
+        forever.body = in_block([&] {
+            const Ref now = m_b.load(counter, at);
+            Item done{Item::If};
+            done.ref = op(Op::Ge, Ty::Bool, now, lights);
+            done.loc = at;
+            done.body = in_block([&] { jump(targets.leave, at); });
+            done.orelse = m_b.stage().block();
+            m_b.item(done);
+            m_sample = ask(CallKind::LightDirection, Ty::Triple, {now, P});
+            const Ref Cl = ask(CallKind::LightColor, Ty::Triple, {now, P});
+            m_b.store(color, Cl, at);
+            if (VarDecl* l = m_sema.global("L"); l->assigned)
+                store_tagged(bind(l).var, m_sample, at);
+            Ref lit = op(Op::Gt, Ty::Bool, dot(Cl, Cl), f(0));
+            if (cone.axis != ir::None) { // L . axis >= cos(angle) |L| |axis|
+                const Ref low =
+                    m_b.emit(Op::Math1, Ty::Float, {op(Op::Min, Ty::Float, cone.angle, f(3.14159265f))}, at,
+                             int(Fn::Cos));
+                const Ref size = m_b.emit(
+                    Op::Sqrt, Ty::Float,
+                    {op(Op::Mul, Ty::Float, dot(m_sample, m_sample), dot(cone.axis, cone.axis))}, at);
+                lit = op(Op::And, Ty::Bool, lit,
+                         op(Op::Ge, Ty::Bool, dot(m_sample, cone.axis), op(Op::Mul, Ty::Float, low, size)));
+            }
+            Item inner{Item::Scope};
+            inner.target = targets.next;
+            inner.loc = at;
+            m_loops.push_back(targets);
+            inner.body = in_block([&] {
+                Item shines{Item::If};
+                shines.ref = lit;
+                shines.loc = at;
+                shines.body = in_block([&] { statement(s->body); });
+                shines.orelse = m_b.stage().block();
+                m_b.item(shines);
+            });
+            m_loops.pop_back();
+            m_b.item(inner);
+            m_b.store(counter, op(Op::Add, Ty::Float, m_b.load(counter, at), f(1)), at);
+        });
+        m_b.item(forever);
+    });
+    m_b.item(outer);
+    m_illuminance = illuminance;
+    m_sample = sample;
+    m_bind[m_sema.global("Cl")] = hidden;
 }
 
 // Each loop has a Cl of its own. Returns the binding that it hides.
@@ -94,7 +192,7 @@ void Lower::project(const Stmt* s, Loc reason) {
         cone.axis = expr_global("N", at);
         cone.angle = f(3.14159265f);
     }
-    if (tag(cone.axis) == Tag::Facing)
+    if (tag(cone.axis) == Tag::Facing || tag(cone.axis) == Tag::Behind)
         cone.axis = turned(cone.axis, at);
     Ref low;
     if (m_b.is_const(cone.angle)) {

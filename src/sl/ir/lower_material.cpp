@@ -1,6 +1,8 @@
 // The Mnk calls. In mnk_init they become host calls that build the layering program; in mnk_prelighting
 // SetLobe and its kin write channels: one variable for every weight and input that the shader sets, by the
 // name of its lobe.
+#include <algorithm>
+
 #include "sl/ir/lower.h"
 
 namespace kanuka::sl::ir {
@@ -26,7 +28,9 @@ int Lower::channel(const std::string& node, int input, grid::LobeId lobe, Ty ty,
     const std::string key = node + '\0' + std::to_string(input) + (presence ? "p" : "");
     const auto [it, fresh] = m_channels.try_emplace(key, int(m_program.channels.size()));
     if (fresh)
-        m_program.channels.push_back({node, input, lobe, presence, false, ty});
+        m_program.channels.push_back(
+            {node, input, lobe, presence, false, ty,
+             !presence && !m_added.lobes.contains(node) && !m_added.layers.contains(node)});
     const int index = it->second;
     if (!m_channel_vars.count(index)) {
         const int var = m_b.var(presence ? "presence" : node, ty, at);
@@ -99,6 +103,66 @@ Lower::LobeValue Lower::lobe_value(const Expr* e) {
     return value;
 }
 
+// ---- names: what mnk_prelighting sets, mnk_init has added
+
+void Lower::note_added(const CallSite& site) {
+    const bool lobe = site.kind == CallKind::AddLobe;
+    const Instr& name = m_b.at(site.args[lobe ? 0 : 1]);
+    if (name.op != Op::Text)
+        m_added.open = true;
+    else if (lobe)
+        m_added.lobes[name.text].insert(grid::LobeId(site.imm));
+    else
+        m_added.layers.insert(name.text);
+    if (!lobe)
+        m_added.joins.push_back(site);
+}
+
+// "; did you mean ..., or what there is.
+std::string Lower::known_nodes(const std::string& name) const {
+    std::vector<std::string_view> names;
+    for (const auto& [lobe, types] : m_added.lobes)
+        names.push_back(lobe);
+    names.insert(names.end(), m_added.layers.begin(), m_added.layers.end());
+    if (const std::string near = closest(name, names); !near.empty())
+        return "; did you mean \"" + near + "\"?";
+    std::string have;
+    for (const std::string_view n : names)
+        have += (have.empty() ? "\"" : ", \"") + std::string(n) + "\"";
+    return have.empty() ? "; it adds none" : "; it adds " + have;
+}
+
+bool Lower::is_added(const std::string& name, Loc at, std::optional<grid::LobeId> lobe) {
+    const auto found = m_added.lobes.find(name);
+    const bool layer = m_added.layers.contains(name);
+    if (found == m_added.lobes.end() && !layer) {
+        if (m_added.open)
+            return true;
+        m_diagnostics.error(at, "mnk_init adds no lobe or layer \"" + name + "\"" + known_nodes(name));
+        return false;
+    }
+    if (!lobe || m_added.open || (found != m_added.lobes.end() && found->second.contains(*lobe)))
+        return true;
+    m_diagnostics.error(at, "\"" + name + "\" is set to a " + std::string(grid::lobe(*lobe).name) +
+                                ", but mnk_init adds it as a " +
+                                (layer ? "layer: SetLayer sets its weight"
+                                       : std::string(grid::lobe(*found->second.begin()).name)));
+    return false;
+}
+
+void Lower::check_layers() {
+    static constexpr std::string_view Kinds[] = {"mix", "over", "coat", "thick", "add"};
+    for (const CallSite& site : m_added.joins) {
+        const Instr& kind = m_b.at(site.args[2]);
+        if (kind.op == Op::Text && std::ranges::find(Kinds, kind.text) == std::end(Kinds))
+            m_diagnostics.error(site.loc, "there is no layer \"" + kind.text +
+                                              "\"; there are mix, over, coat, thick and add");
+        for (const size_t part : {3, 4})
+            if (const Instr& name = m_b.at(site.args[part]); name.op == Op::Text)
+                is_added(name.text, site.loc, {});
+    }
+}
+
 void Lower::set_lobe(const Expr* e) {
     const std::string node = constant_text(e->args[1], "the name of a lobe");
     const Ref weight = expr_as(e->args[2], {Base::Float});
@@ -109,6 +173,8 @@ void Lower::set_lobe(const Expr* e) {
                                 " is a phase function: it belongs into the interior (AddPhaseFunction)");
         return;
     }
+    if (!is_added(node, e->args[1]->loc, value.lobe))
+        return;
     // A weight that is one for ever needs no place; any other store would meet it in this channel.
     const std::string key = node + '\0' + "-1";
     if (!m_b.is_const(weight, 1) || m_channels.count(key))
@@ -132,8 +198,10 @@ Ref Lower::material(const Expr* e, const ops::Signature& s, bool& known) {
         return nothing();
     }
     if (n == "AddLayer") {
-        if (only_in(Role::Init, e, "mnk_init"))
+        if (only_in(Role::Init, e, "mnk_init")) {
             host(CallKind::AddLayer, e, s);
+            note_added(m_b.stage().calls.back());
+        }
         return nothing();
     }
     if (n == "AddLobe" || n == "AddPhaseFunction" || n == "SetPhaseFunction") {
@@ -162,6 +230,8 @@ Ref Lower::material(const Expr* e, const ops::Signature& s, bool& known) {
                 site.names.emplace_back(lobe.inputs[i].name);
             }
         m_b.call(std::move(site), Ty::Void);
+        if (n == "AddLobe")
+            note_added(m_b.stage().calls.back());
         return nothing();
     }
     if (n == "SetLobe") {
@@ -170,9 +240,12 @@ Ref Lower::material(const Expr* e, const ops::Signature& s, bool& known) {
         return nothing();
     }
     if (n == "SetLayer") {
-        if (only_in(Role::Shade, e, "mnk_prelighting"))
-            set_channel(constant_text(e->args[1], "the name of a layer"), -1, grid::LobeId::LambertBrdf,
-                        Ty::Float, expr_as(e->args[2], {Base::Float}), e->loc);
+        if (only_in(Role::Shade, e, "mnk_prelighting")) {
+            const std::string name = constant_text(e->args[1], "the name of a layer");
+            const Ref weight = expr_as(e->args[2], {Base::Float});
+            if (is_added(name, e->args[1]->loc, {}))
+                set_channel(name, -1, grid::LobeId::LambertBrdf, Ty::Float, weight, e->loc);
+        }
         return nothing();
     }
     if (n == "SetPresence") {

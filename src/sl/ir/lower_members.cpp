@@ -1,4 +1,4 @@
-// Members of a class between its stages.
+// Members and output parameters of a class between its stages.
 #include <algorithm>
 
 #include "sl/ir/lower.h"
@@ -9,17 +9,17 @@ using namespace ast;
 
 // RSL 2.0 runs begin(), displacement() and surface() once each, one after the other, on one set of members.
 // Here displacement and surface are stages of their own, and begin() runs in both, for what it does besides;
-// what displacement leaves in a member travels on the grid, one value a vertex, under a name that no source
-// can say. Arrays, strings and members declared uniform do not travel.
+// what displacement leaves in a member or an output parameter travels on the grid, one value a vertex, under
+// a name that no source can say. Arrays, strings and members declared uniform do not travel.
 void Lower::leave_members() {
     const auto leave = [&](auto& again, const VarDecl* v) -> void {
         for (const VarDecl* f : v->fields)
             again(again, f);
         const auto bound = m_bind.find(v);
-        if (!v->fields.empty() || !m_member_index.contains(v) || bound == m_bind.end() ||
-            bound->second.kind != Binding::Variable)
+        const bool own = m_member_index.contains(v) || (v->kind == VarDecl::Parameter && v->output);
+        if (!v->fields.empty() || !own || bound == m_bind.end() || bound->second.kind != Binding::Variable)
             return;
-        int stores = 0; // the first one is the member's coming to life
+        int stores = 0; // the first one is its coming to life
         for (const Instr& i : m_b.stage().instrs)
             stores += (i.op == Op::Store || i.op == Op::StoreElement) && i.imm == bound->second.var;
         if (stores < 2 || v->type.array || ty(v->type) == Ty::String || v->detail == Detail::Uniform)
@@ -42,8 +42,9 @@ void Lower::leave_members() {
         m_program.places.push_back(place);
         m_program.carried++;
     };
-    for (const VarDecl* v : m_shader.members)
-        leave(leave, v);
+    for (const auto* list : {&m_shader.members, &m_shader.parameters})
+        for (const VarDecl* v : *list)
+            leave(leave, v);
 }
 
 void Lower::take_members() {

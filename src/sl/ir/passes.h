@@ -33,6 +33,10 @@ void simplify(Stage& stage);
 // Makes numbers of strings that may vary (texts.cpp); the variant is that in which all varies that may.
 void number_texts(Stage& stage, const Variant& variant, Diagnostics& diagnostics);
 
+// What the stage reads of the surface, and how many rings of neighbours what it hands out depends on
+// (reads.cpp).
+grid::Reads find_reads(const Stage& stage);
+
 // Marks what varies over a grid (detail.cpp). With diagnostics, complains about uniform variables that do.
 void infer_detail(Stage& stage, const Variant& variant, Diagnostics* diagnostics);
 

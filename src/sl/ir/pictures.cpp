@@ -76,9 +76,9 @@ class Pictures {
             missing.loc = at;
             missing.body = in_block([&] {
                 CallSite tell{CallKind::Printf, at};
-                tell.args = {
-                    m_b.text("the environment \"%s\" is not found: the scene is mirrored in its place"),
-                    name};
+                tell.args = {m_b.text("the environment \"%s\" is not found or not read: the scene is "
+                                      "mirrored in its place"),
+                             name};
                 m_b.call(std::move(tell), Ty::Void);
             });
             missing.orelse = m_stage.block();

@@ -1,7 +1,8 @@
 // Strings that vary over a grid. Machine code has no place for one string a vertex; but the strings that a
 // shader chooses between are few and known: what varies becomes the number of the string in a list, and a
-// comparison with it one of numbers. Where the text itself is needed (a texture's name) a string must still
-// be uniform.
+// comparison with it one of numbers. A lookup in a texture whose name varies becomes one lookup for each
+// name, where it is the one that is chosen. Where else the text itself is needed, a string must still be
+// uniform.
 #include <map>
 
 #include "sl/ir/passes.h"
@@ -67,6 +68,20 @@ class Texts {
         return i.op == Op::Call && m_stage.calls[size_t(i.imm)].kind == CallKind::Printf;
     }
 
+    // A lookup by one text that varies: its argument, -1 = it is none.
+    int looks_up(const Instr& i) const {
+        if (i.op != Op::Call || (i.ty != Ty::Float && i.ty != Ty::Triple))
+            return -1;
+        int found = -1;
+        for (size_t k = 0; k < i.args.size(); k++)
+            if (numbered(i.args[k])) {
+                if (found >= 0)
+                    return -1;
+                found = int(k);
+            }
+        return found;
+    }
+
     // Finds all strings that may be chosen, and uses that need the text.
     void collect(const Block& b) {
         for (const Item& item : b.items) {
@@ -80,7 +95,8 @@ class Texts {
                         add(i.args[k], i.loc);
                 else if (varies && i.op != Op::Load)
                     complain(i.loc);
-                else if (i.op != Op::SameText && i.op != Op::Store && i.op != Op::Select && !prints(i))
+                else if (i.op != Op::SameText && i.op != Op::Store && i.op != Op::Select && !prints(i) &&
+                         looks_up(i) < 0)
                     for (Ref a : i.args)
                         if (numbered(a))
                             complain(i.loc);
@@ -112,6 +128,8 @@ class Texts {
         const Instr i = m_stage.instrs[size_t(r)];
         if (i.op == Op::SameText && (numbered(i.args[0]) || numbered(i.args[1])))
             return same(r, i);
+        if (const int argument = looks_up(i); argument >= 0)
+            return look_up(r, i, size_t(argument));
         if (prints(i)) {
             for (size_t k = 0; k < i.args.size(); k++)
                 if (numbered(i.args[k])) {
@@ -130,6 +148,32 @@ class Texts {
                 }
             m_stage.instrs[size_t(r)].ty = Ty::Float;
         }
+    }
+
+    // if (number == 0) result = lookup(first, …); if (number == 1) …
+    void look_up(Ref r, const Instr& i, size_t argument) {
+        const int result = m_b.var("looked up", i.ty, i.loc);
+        m_b.declare(result);
+        m_b.store(result, i.ty == Ty::Triple ? m_b.triple(0) : m_b.constant(0.0f), i.loc);
+        const CallSite call = m_stage.calls[size_t(i.imm)];
+        Block* const here = m_b.block();
+        for (size_t k = 0; k < m_list.size(); k++) {
+            Item chosen{Item::If};
+            chosen.ref = m_b.emit(Op::Eq, Ty::Bool, {i.args[argument], m_b.constant(float(k))}, i.loc);
+            chosen.loc = i.loc;
+            chosen.body = m_stage.block();
+            chosen.orelse = m_stage.block();
+            m_b.set_block(chosen.body);
+            CallSite site = call;
+            site.args[argument] = m_list[k];
+            m_b.store(result, m_b.call(std::move(site), i.ty), i.loc);
+            m_b.set_block(here);
+            m_b.item(chosen);
+        }
+        Instr& made = m_stage.instrs[size_t(r)];
+        made.op = Op::Load;
+        made.imm = result;
+        made.args.clear();
     }
 
     // Is it one of the strings that are equal to the other operand?

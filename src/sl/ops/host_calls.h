@@ -31,6 +31,8 @@ struct Arguments {
 };
 
 void host_call(Runner& runner, const Frame& frame, const Arguments& arguments);
+void differences(Runner& runner, const Arguments& arguments); // derivatives.cpp
+void calculate_normal(Runner& runner, const Arguments& arguments);
 void build_call(Runner& runner, const Arguments& arguments); // build.cpp: materials
 
 } // namespace kanuka::sl::ops

@@ -67,7 +67,27 @@ std::string lobes_page() {
         "dPdu, the way u\n"
         "grows. Phase functions say where light goes inside of a scattering interior (`AddPhaseFunction`, "
         "`SetPhaseFunction`;\n"
-        "[transport.md](transport.md), \"Interiors\").\n\n";
+        "[transport.md](transport.md), \"Interiors\").\n\n"
+        "**Coat or thick.** Both layers put a clear lobe over others and lose no light. Under `coat` a "
+        "colour is "
+        "what is seen\n"
+        "of it: what the upper lobe reflects is taken from it, and that is all. It is for colours that were "
+        "painted or\n"
+        "measured on the finished surface (pictures of polished stone, networks of other renderers), and for "
+        "any "
+        "upper lobe:\n"
+        "sheen over yarn, a gloss over hair. Under `thick` a colour is that of the bare thing below: light "
+        "is bent, "
+        "crosses the\n"
+        "layer twice and is thrown back from its underside, so that colours are darker and deeper, as of wet "
+        "things. "
+        "It is for\n"
+        "lacquer, glaze and varnish. Below an index of 1.5 white stays white, a grey of 0.5 reflects 0.26 by "
+        "`thick` "
+        "and 0.45 by\n"
+        "`coat`, beside what the layer itself reflects. `thick` costs more, and bends light where the upper "
+        "is a\n"
+        "`MicrofacetDielectricBrdf`; over others it is a `coat`.\n\n";
     for (const grid::LobeDecl& lobe : grid::lobe_table()) {
         const std::string name(lobe.name);
         text += "## " + name + "\n\n" + std::string(lobe.doc) + ". " + Kinds[int(lobe.kind)];

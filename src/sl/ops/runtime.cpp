@@ -22,110 +22,6 @@ void Runner::report_faults() {
                             stage.faults[i].second + " (" + std::to_string(faults[i]) + " times)");
 }
 
-// ---- derivatives
-// ------------------------------------------------------------------------------------------------------
-
-// n values, `step` apart: (x[k+1] - x[k-1]) / 2, at the ends (-3 x[0] + 4 x[1] - x[2]) / 2.
-static float edge(float a, float b, float c) {
-    return 2.0f * (b - a) - 0.5f * (c - a);
-}
-
-void difference_u(const float* x, float* out, int columns, int rows) {
-    for (int j = 0; j < rows; j++, x += columns, out += columns) {
-        if (rows == 1 || columns < 2) {
-            std::fill_n(out, columns, 0.0f);
-        } else if (columns == 2) {
-            out[0] = out[1] = x[1] - x[0];
-        } else {
-            for (int i = 1; i + 1 < columns; i++)
-                out[i] = 0.5f * (x[i + 1] - x[i - 1]);
-            out[0] = edge(x[0], x[1], x[2]);
-            out[columns - 1] = -edge(x[columns - 1], x[columns - 2], x[columns - 3]);
-        }
-    }
-}
-
-void difference_v(const float* x, float* out, int columns, int rows) {
-    const int n = columns;
-    if (rows == 1) {
-        std::fill_n(out, columns, 0.0f);
-    } else if (rows == 2) {
-        for (int i = 0; i < n; i++)
-            out[i] = out[n + i] = x[n + i] - x[i];
-    } else {
-        for (int j = 1; j + 1 < rows; j++)
-            for (int i = 0; i < n; i++)
-                out[j * n + i] = 0.5f * (x[(j + 1) * n + i] - x[(j - 1) * n + i]);
-        const float* last = x + (rows - 1) * n;
-        for (int i = 0; i < n; i++) {
-            out[i] = edge(x[i], x[n + i], x[2 * n + i]);
-            out[(rows - 1) * n + i] = -edge(last[i], last[i - n], last[i - 2 * n]);
-        }
-    }
-}
-
-// Cross product of the two derivatives, of the length of the area element, turned to the side of the original
-// normal (RISpec: calculatenormal follows the orientation of the surface). Where it vanishes (poles,
-// collapsed edges) that of the next vertex inwards serves, and if there is none, the original normal.
-static void calculate_normal(Runner& r, const Arguments& a) {
-    const int n = r.columns * r.rows;
-    const float* const* P = a.at(0);
-    const float* const* N = a.at(1);
-    float* const* out = a.result();
-    if (r.rows == 1) {
-        for (int c = 0; c < 3; c++)
-            std::copy_n(N[c], n, out[c]);
-        return;
-    }
-    std::vector<float> d(size_t(n) * 6);
-    float* du[3];
-    float* dv[3];
-    for (int c = 0; c < 3; c++) {
-        du[c] = d.data() + size_t(c) * n;
-        dv[c] = d.data() + size_t(c + 3) * n;
-        difference_u(P[c], du[c], r.columns, r.rows);
-        difference_v(P[c], dv[c], r.columns, r.rows);
-    }
-    float *x = out[0], *y = out[1], *z = out[2];
-    double side = 0;
-    for (int i = 0; i < n; i++) {
-        x[i] = du[1][i] * dv[2][i] - du[2][i] * dv[1][i];
-        y[i] = du[2][i] * dv[0][i] - du[0][i] * dv[2][i];
-        z[i] = du[0][i] * dv[1][i] - du[1][i] * dv[0][i];
-        side += double(x[i]) * N[0][i] + double(y[i]) * N[1][i] + double(z[i]) * N[2][i];
-    }
-    if (side < 0)
-        for (int c = 0; c < 3; c++)
-            for (int i = 0; i < n; i++)
-                out[c][i] = -out[c][i];
-    const auto size2 = [&](int i) { return x[i] * x[i] + y[i] * y[i] + z[i] * z[i]; };
-    double mean = 0;
-    for (int i = 0; i < n; i++)
-        mean += double(size2(i));
-    const float tiny = float(mean / n * 1e-8);
-    for (int i = 0; i < n; i++) {
-        const int column = i % r.columns, row = i / r.columns;
-        // Where a side meets a neighbour's fewer vertices its own have moved along it, and a cell in the
-        // corner may lie folded over: its normal is the wrong way round.
-        const auto folded = [&] {
-            if (column != 0 && row != 0 && column != r.columns - 1 && row != r.rows - 1)
-                return false;
-            const int k = std::clamp(row, 1, r.rows - 2) * r.columns + std::clamp(column, 1, r.columns - 2);
-            return r.columns > 2 && r.rows > 2 && x[i] * x[k] + y[i] * y[k] + z[i] * z[k] < 0;
-        };
-        if (size2(i) > tiny && !folded())
-            continue;
-        const int inward_u = column * 2 < r.columns ? 1 : -1, inward_v = row * 2 < r.rows ? 1 : -1;
-        int from = -1;
-        for (int k : {i + inward_v * r.columns, i + inward_u, i + inward_v * r.columns + inward_u})
-            if (from < 0 && k >= 0 && k < n && size2(k) > tiny &&
-                (size2(i) <= tiny || x[k] * x[i] + y[k] * y[i] + z[k] * z[i] < 0))
-                from = k;
-        for (int c = 0; c < 3; c++)
-            out[c][i] = from >= 0 ? out[c][from] : N[c][i];
-    }
-}
-
 // ---- textures
 // -----------------------------------------------------------------------------------------------------------
 
@@ -178,8 +74,8 @@ static void texture(Runner& r, const Frame& frame, const Arguments& a) {
     const auto differences = [&](const float* x, float scale, const float*& du, const float*& dv) {
         float *p = buffer(), *o = buffer();
         if (n > 1) {
-            difference_u(x, p, r.columns, r.rows);
-            difference_v(x, o, r.columns, r.rows);
+            difference_u(r, x, p);
+            difference_v(r, x, o);
         }
         if (scale != 1)
             for (int i = 0; i < n; i++)
@@ -335,17 +231,47 @@ static void query(Runner& r, const Arguments& a) {
     }
 }
 
+// What a light is at points: which one may differ from vertex to vertex, where loops were left early.
+static void light(Runner& r, const Frame& frame, const Arguments& a) {
+    const ir::Instr& result = r.stage.instrs[size_t(a.site.result)];
+    const auto varies = [&](size_t k) { return r.stage.instrs[size_t(a.site.args[k])].varying; };
+    const int n = result.varying ? frame.count : 1;
+    const size_t pad = size_t(n) + 16;
+    std::vector<float> places(3 * pad), out(6 * pad);
+    LightRequest q{};
+    q.count = n;
+    for (size_t c = 0; c < 3; c++) {
+        const float* from = a.at(1)[c];
+        for (int i = 0; i < n; i++)
+            places[c * pad + size_t(i)] = from[varies(1) ? i : 0];
+        q.P[c] = places.data() + c * pad;
+        q.L[c] = out.data() + c * pad;
+        q.Cl[c] = out.data() + (3 + c) * pad;
+    }
+    const auto wanted = [&](int i) { return int(a.at(0)[0][varies(0) ? i : 0]); };
+    const bool color = a.site.kind == ir::CallKind::LightColor;
+    for (int k = 0; k < r.services.lights(); k++) {
+        bool any = false;
+        for (int i = 0; i < n && !any; i++)
+            any = wanted(i) == k;
+        if (!any)
+            continue;
+        q.light = k;
+        std::fill(out.begin(), out.end(), 0.0f);
+        r.services.light(q);
+        for (int i = 0; i < n; i++)
+            for (size_t c = 0; wanted(i) == k && c < 3; c++)
+                a.result()[c][i] = (color ? q.Cl : q.L)[c][i];
+    }
+}
+
 void host_call(Runner& r, const Frame& frame, const Arguments& a) {
     using ir::CallKind;
     switch (a.site.kind) {
     case CallKind::Dx:
-    case CallKind::Dy: {
-        const int n = ir::comps(r.stage.instrs[size_t(a.site.result)].ty);
-        for (int c = 0; c < n; c++)
-            (a.site.kind == CallKind::Dx ? difference_u : difference_v)(a.at(0)[c], a.result()[c], r.columns,
-                                                                        r.rows);
+    case CallKind::Dy:
+        differences(r, a);
         break;
-    }
     case CallKind::CalculateNormal:
         calculate_normal(r, a);
         break;
@@ -383,6 +309,13 @@ void host_call(Runner& r, const Frame& frame, const Arguments& a) {
     case CallKind::Found:
     case CallKind::Query:
         query(r, a);
+        break;
+    case CallKind::Lights:
+        a.result()[0][0] = float(r.services.lights());
+        break;
+    case CallKind::LightDirection:
+    case CallKind::LightColor:
+        light(r, frame, a);
         break;
     default:
         build_call(r, a);

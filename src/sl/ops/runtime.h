@@ -32,18 +32,19 @@ struct Runner {
     const ir::Program& program;
     const ir::Stage& stage;
     Services& services;
-    int columns = 0, rows = 0; // vertices in u and v; rows = 1: no neighbours
+    int columns = 0, rows = 0; // vertices in u and v; rows = 1: those of a mesh
     MaterialBuild* build = nullptr;
-    std::deque<std::string> texts; // made while running
-    std::vector<int> faults;       // lanes, by fault
+    std::deque<std::string> texts;            // made while running
+    std::vector<int> faults;                  // lanes, by fault
+    const grid::Stencils* stencils = nullptr; // of a mesh; null: no neighbours
 
     Location location(Loc loc) const;
     void report_faults();
 };
 
-// Differences to the next vertex: central inside, of second order at the edges. columns * rows values; rows
-// or columns of 1: zero.
-void difference_u(const float* x, float* out, int columns, int rows);
-void difference_v(const float* x, float* out, int columns, int rows);
+// Differences to the next vertex: central inside, of second order at the edges; on a mesh by its stencils,
+// and zero where it has none.
+void difference_u(const Runner& runner, const float* x, float* out);
+void difference_v(const Runner& runner, const float* x, float* out);
 
 } // namespace kanuka::sl::ops

@@ -250,7 +250,7 @@ const Row table[] = {
         "how much x changes from one vertex to the next"),
     rsl(D, "float filterwidthp(point p)", "return sqrt(area(p));", "filterwidth() of a point"),
     special(D, "normal calculatenormal(point p)",
-            "normal of the surface whose points are p; not unit length. On a mesh without neighbours, N"),
+            "normal of the surface whose points are p; not unit length"),
     // ---- colour
     // -------------------------------------------------------------------------------------------------------
     special(C, "float comp(color c, float index)", "a component of a colour or matrix"),
@@ -373,9 +373,10 @@ const Row table[] = {
             "light of ambient sources, without shadows; seen by the camera and in mirrors"),
     closure("color diffuse(normal n, ...)", Closure::Diffuse, "a Lambert lobe"),
     closure("color specular(normal n, vector v, float roughness, ...)", Closure::Specular,
-            "a glossy lobe; the roughness is the inverse of Blinn's exponent"),
+            "a highlight; Blinn's exponent is 8 / roughness, as PRMan has it, or, where it is asked for, "
+            "RISpec's 1 / roughness"),
     closure("color phong(normal n, vector v, float size, ...)", Closure::Phong,
-            "a glossy lobe of Phong's exponent"),
+            "a highlight of Phong's exponent"),
     closure("color subsurface(...)", Closure::Diffuse, "a Lambert lobe: light leaves where it enters"),
     closure("color trace(vector r, ...)", Closure::Mirror,
             "light along a mirrored or refracted view direction: a smooth lobe. As a float the distance to "
@@ -384,8 +385,10 @@ const Row table[] = {
     rsl(L, "float trace(point p, vector r, ...)", "return 1e10;"),
     rsl(L, "color specularbrdf(vector l, normal n, vector v, float roughness)",
         "vector h = normalize(normalize(l) + normalize(v));"
-        "return color(pow(max(0, n . h), 1 / max(roughness, 0.0001)));",
-        "Blinn's kernel, within illuminance: a glossy lobe"),
+        "return color(pow(max(0, n . h), 8 / max(roughness, 0.0001)));",
+        "the kernel of specular(), within illuminance: a highlight"),
+    rsl(L, "color __blinn(vector l, normal n, vector v, float exponent)",
+        "return color(pow(max(0, n . normalize(normalize(l) + normalize(v))), exponent));"),
     rsl(L, "color bsdf(vector l, normal n, ...)", "return color(max(0, normalize(l) . n) / PI);",
         "within illuminance, of any model: a Lambert lobe"),
     rsl(L, "vector __light_direction(vector axis, float low, float i, float rings)",

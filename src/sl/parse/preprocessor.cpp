@@ -225,7 +225,8 @@ class Preprocessor {
         for (const auto& path : tried)
             where += "\n  " + path.string();
         m_diagnostics.error(t[0].loc, "cannot find the file \"" + name + "\"; looked for" + where +
-                                          "\nName the folder that has it with -I FOLDER");
+                                          "\nAdd the folder that has it: -I FOLDER of kanuka shader, or the "
+                                          "shader search path of a scene");
     }
 
     bool hidden(int list, const Macro* macro) const {

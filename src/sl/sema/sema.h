@@ -69,6 +69,8 @@ class Sema {
     ast::Type tuple(ast::Expr* e, const ast::Type* expected);
     ast::Type unary(ast::Expr* e, const ast::Type* expected);
     ast::Type binary(ast::Expr* e, const ast::Type* expected);
+    ast::Type beside(ast::Expr* open, const ast::Type& other, ast::BinOp op, bool right,
+                     const ast::Type* whole);
     ast::Type arithmetic(Loc at, ast::BinOp op, const ast::Type& a, const ast::Type& b);
     ast::Type ternary(ast::Expr* e, const ast::Type* expected);
     ast::Type assign(ast::Expr* e);

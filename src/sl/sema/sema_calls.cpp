@@ -23,6 +23,11 @@ void Sema::written(Expr* e, const std::string& by) {
     for (VarDecl* f : v->fields)
         f->assigned = true;
     const std::string name = "\"" + std::string(v->name) + "\"";
+    if (first && v->kind == VarDecl::Global && v->name == "P" && m_shader->kind == ShaderKind::Surface)
+        m_diagnostics.warning(e->loc,
+                              "P is " + by +
+                                  " in a surface shader: what it computes with changes, as for a bump by "
+                                  "calculatenormal(P); only a displacement shader moves the surface");
     if (first && v->kind == VarDecl::Parameter && !v->output)
         m_diagnostics.warning(e->loc, name + " is a parameter and is " + by +
                                           ": a copy of it changes; declare it output to hand it out");

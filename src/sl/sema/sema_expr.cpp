@@ -468,9 +468,6 @@ ast::Type Sema::binary(Expr* e, const ast::Type* expected) {
         expr(b, spatial && b->kind == ExprKind::Method ? &vector : nullptr);
         return arithmetic(e->loc, e->op, a->type, b->type);
     }
-    // The operand that knows its type goes first. Beside a triple, a factor is a float (N * noise(P)) and a
-    // summand is of the same type; beside a float, what is wanted of the whole is wanted of the other (color
-    // c = 0.5 * noise(P)).
     const ast::Type* whole =
         expected && (expected->triple() || expected->is(Base::Float)) ? expected : nullptr;
     if (adapts(a) && adapts(b)) {
@@ -478,16 +475,23 @@ ast::Type Sema::binary(Expr* e, const ast::Type* expected) {
         expr(b, e->op == BinOp::Div ? nullptr : whole);
         return arithmetic(e->loc, e->op, a->type, b->type);
     }
+    // The operand that knows its type goes first.
     Expr* const known = adapts(a) ? b : a;
     Expr* const open = known == a ? b : a;
-    const ast::Type t = expr(known);
-    const ast::Type scalar{Base::Float};
-    // Textures beside a colour are colours.
-    if (t.triple())
-        expr(open, sum || open_tuple(open) || (t.is(Base::Color) && asks_texture(open)) ? &t : &scalar);
-    else
-        expr(open, e->op == BinOp::Div && open == b ? &scalar : whole);
+    beside(open, expr(known), e->op, open == b, whole);
     return arithmetic(e->loc, e->op, a->type, b->type);
+}
+
+// The operand of a sum or product whose type follows from the other one's. Beside a triple, a factor is a
+// float (N * noise(P)) and a summand is of the same type; beside a float, what is wanted of the whole is
+// wanted of it (color c = 0.5 * noise(P)). Textures beside a colour are colours.
+ast::Type Sema::beside(Expr* open, const ast::Type& other, BinOp op, bool right, const ast::Type* whole) {
+    const bool sum = op == BinOp::Add || op == BinOp::Sub;
+    const ast::Type scalar{Base::Float};
+    if (other.triple())
+        return expr(open, sum || open_tuple(open) || (other.is(Base::Color) && asks_texture(open)) ? &other
+                                                                                                   : &scalar);
+    return expr(open, op == BinOp::Div && right ? &scalar : whole);
 }
 
 ast::Type Sema::ternary(Expr* e, const ast::Type* expected) {
@@ -515,7 +519,12 @@ ast::Type Sema::assign(Expr* e) {
     } else {
         to = target->type = expr(target);
     }
-    const ast::Type from = expr(e->args[1], &to);
+    // c *= x is c = c * x.
+    Expr* const value = e->args[1];
+    const ast::Type from = e->op == BinOp::None ? expr(value, &to)
+                           : adapts(value)
+                               ? beside(value, to, e->op, true, to.is(Base::Float) ? &to : nullptr)
+                               : expr(value);
     if (to.base == Base::Error)
         return {};
     written(target, "assigned to");

@@ -92,8 +92,9 @@ struct Integrator {
         const F u0 = random(), u1 = random();
         sample_analytic(scene, light.shape, Int<1>(index), s.receiver.P, s.receiver.set, u0, u1, sample,
                         s.h.l, Mask<1>(true), F(1.0f));
-        const S contribution = s.h.beta * s.eval(s.h.to_local(sample.wi), sample.valid).f * sample.radiance *
-                               (stage.weight(s.h) / max(sample.pdf, F(1e-30f)));
+        const S value = s.eval(s.h.to_local(sample.wi), dot(sample.wi, s.h.horizon), sample.valid).f;
+        const S contribution =
+            s.h.beta * value * sample.radiance * (stage.weight(s.h) / max(sample.pdf, F(1e-30f)));
         stage.cast_shadow(s.h, sample.wi, sample.distance, contribution, sample.passes, sample.valid);
     }
 
@@ -123,11 +124,12 @@ struct Integrator {
         sincos_2pi(u0, sine, cosine);
         const F z = fma(F(-2.0f), u1, F(1.0f)), r = sqrt(max(F(1.0f) - z * z, F(0.0f)));
         const V local(r * cosine, r * sine, z), wi = normalize(h.to_world(local));
-        const S beta = h.beta * s.eval(local, Mask<1>(true)).f * F(2 * 4 * Pi);
+        const F above = dot(wi, h.horizon);
+        const S beta = h.beta * s.eval(local, above, Mask<1>(true)).f * F(2 * 4 * Pi);
         // Nothing else finds what this direction finds; but it is no smooth lobe, and lights that are only
         // asked for, by add_light(), must not be met as well.
         const F alone(1e-30f);
-        stage.leave(s, wi, dot(wi, h.Ng) < F(0.0f), beta, ratio, alone,
+        stage.leave(s, wi, above < F(0.0f), beta, ratio, alone,
                     active & (bsdf::max_component(beta) > F(0.0f)));
     }
 };

@@ -1,0 +1,221 @@
+// What curves hide of light from any direction: diced, stored and traced as a picture's geometry is.
+#include <gtest/gtest.h>
+#include <random>
+
+#include "bvh/bvh.h"
+#include "dice/test_scene.h"
+
+using namespace kanuka;
+using dice::test::floats;
+
+namespace {
+
+struct Slab {
+    std::vector<scene::Primitive> primitives;
+    dice::DiceOptions options;
+    dice::DiceTarget target;
+    dice::Displace displace;
+    grid::LayeringProgram program;
+    Slab() { program.nodes.resize(1); }
+};
+
+// How much of light along a direction goes through.
+class Traced {
+  public:
+    explicit Traced(const Slab& slab) {
+        Journal journal;
+        for (const scene::Primitive& p : slab.primitives) {
+            dice::Diced diced = dice::dice(p, slab.target, slab.options, slab.displace, journal);
+            grid::VertexInputs inputs;
+            const store::ShadedGrid shaded{&diced.mesh_vertices, nullptr, &diced.mesh, &inputs};
+            uint64_t bad = 0;
+            m_store.add_page(store::encode(std::span(&shaded, 1), slab.program, 0, bad),
+                             m_store.add_program(slab.program), -1);
+            EXPECT_EQ(bad, 0u);
+        }
+        EXPECT_TRUE(journal.entries().empty());
+        m_groups.resize(1);
+        m_groups[0].shapes.push_back({0, int(m_store.shapes().size())});
+        m_scene = std::make_unique<bvh::Scene>(m_store, m_groups, bvh::Scene::Build{});
+    }
+    bool fibres() const { return m_store.shapes()[0].flags & store::ShapeRecord::Fibre; }
+    const bvh::Scene& scene() const { return *m_scene; }
+
+    // Parallel rays along d from a square of the given half width about `center`, which is its middle.
+    double passed(const Vec3f& center, const Vec3f& d, float half, int rays, int seed = 1,
+                  float time = 0) const {
+        std::mt19937 random(static_cast<unsigned>(seed));
+        std::uniform_real_distribution<float> uniform(-half, half);
+        const Vec3f a = normalize(cross(d, abs(d.x) < 0.9f ? Vec3f(1, 0, 0) : Vec3f(0, 1, 0))),
+                    b = cross(d, a);
+        int through = 0;
+        for (int i = 0; i < rays; i += 8) {
+            bvh::RayPacket<8> packet;
+            for (int k = 0; k < 8; k++) {
+                const Vec3f o = center - d * 10 + a * uniform(random) + b * uniform(random);
+                for (int c = 0; c < 3; c++)
+                    packet.o[c].v[k] = o[c], packet.d[c].v[k] = d[c];
+            }
+            packet.t_max = Float<8>(1e30f);
+            packet.active = Int<8>::lane_index() >= Int<8>(0);
+            packet.seed = Int<8>::lane_index() + Int<8>(i);
+            packet.time = Float<8>(time);
+            const uint32_t hidden = m_scene->occluded(packet).bits();
+            bvh::HitPacket<8> hits;
+            m_scene->intersect(packet, hits);
+            EXPECT_EQ(hits.hit.bits(), hidden);
+            through += 8 - __builtin_popcount(hidden);
+        }
+        return double(through) / rays;
+    }
+
+  private:
+    store::Store m_store;
+    std::vector<bvh::GroupDesc> m_groups;
+    std::unique_ptr<bvh::Scene> m_scene;
+};
+
+constexpr float Width = 2e-4f, Depth = 2; // of the slab, in mean free paths
+
+// Parallel fibres at random places of [-1, 1]^2 in x and z, from y = -1 to 1.
+scene::Primitive grass(bool cubic) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<float> uniform(-1, 1);
+    scene::Curves c;
+    c.cubic = cubic;
+    c.basis = scene::basis_by_name("b-spline");
+    const int count = int(4 * Depth / (2 * Width)), n = cubic ? 6 : 3; // n w L = Depth along a side of 2
+    std::vector<float> p;
+    for (int i = 0; i < count; i++) {
+        const float x = uniform(random), z = uniform(random);
+        for (int k = 0; k < n; k++)
+            p.insert(p.end(), {x, cubic ? float(k) - 2.5f : float(k - 1), z});
+    }
+    c.vertices_per_curve = std::vector<int32_t>(size_t(count), n);
+    scene::Primitive out = dice::test::primitive(c, p);
+    out.primvars.set(floats("constantwidth", scene::Type::Float, scene::Detail::Constant, {Width}));
+    return out;
+}
+
+// Light through a slab of fibres falls as exp(-n w L), whichever way it goes.
+TEST(Fibres, HideLightFromAllSides) {
+    const double expected = std::exp(-double(Depth));
+    constexpr int Rays = 40000;
+    const double error = 4 * std::sqrt(2 * expected * (1 - expected) / 10000); // of rays, and of places
+    const auto check = [&](const Slab& slab, bool fibres) {
+        const Traced traced(slab);
+        EXPECT_EQ(traced.fibres(), fibres);
+        EXPECT_NEAR(traced.passed(Vec3f(0.0f), {0, 0, 1}, 0.5f, Rays), expected, error);
+        EXPECT_NEAR(traced.passed(Vec3f(0.0f), {1, 0, 0}, 0.5f, Rays), expected, error);
+        // Tilted towards the fibres the way is as much longer as they are narrower.
+        EXPECT_NEAR(traced.passed(Vec3f(0.0f), normalize(Vec3f(std::sqrt(3.0f), 1, 0)), 0.25f, Rays),
+                    expected, error);
+    };
+    Slab slab;
+    slab.primitives = {grass(false)};
+    slab.options = dice::test::looking(3);
+    check(slab, true);
+    slab.primitives = {grass(true)};
+    check(slab, true);
+    slab.target.polygons = true;
+    slab.primitives = {grass(false)};
+    check(slab, false);
+    slab.target = {};
+    slab.target.pixels_per_unit = 30; // instanced
+    check(slab, true);
+}
+
+// One bent fibre that narrows: its shadow on a plane, along any direction, by the area of its segments'
+// outlines.
+TEST(Fibres, AreAsWideFromEverywhere) {
+    std::mt19937 random(3);
+    std::normal_distribution<float> normal;
+    for (const int wide : {0, 1, 2}) { // a fibre; a tube of three sides; a tube of many
+        scene::Curves c;
+        c.cubic = false;
+        constexpr int Vertices = 5;
+        c.vertices_per_curve = std::vector<int32_t>{Vertices};
+        std::vector<float> p, w;
+        for (int k = 0; k < Vertices; k++) {
+            const float a = 0.4f * float(k);
+            p.insert(p.end(), {std::sin(a), std::cos(a), 0.3f * a});
+            w.push_back(0.02f - 0.002f * float(k));
+        }
+        Slab slab;
+        slab.primitives = {dice::test::primitive(c, p)};
+        slab.primitives[0].primvars.set(floats("width", scene::Type::Float, scene::Detail::Varying, w));
+        slab.options = dice::test::looking(4, wide == 2 ? 8000 : 100);
+        slab.target.polygons = wide == 1;
+        const Traced traced(slab);
+        EXPECT_EQ(traced.fibres(), wide == 0);
+        double found = 0, expected = 0;
+        constexpr int Directions = 60, Rays = 40000;
+        for (int i = 0; i < Directions; i++) {
+            const Vec3f d = normalize(Vec3f(normal(random), normal(random), normal(random)));
+            double sum = 0;
+            for (int k = 0; k + 1 < Vertices; k++) {
+                const Vec3f s(p[3 * k + 3] - p[3 * k], p[3 * k + 4] - p[3 * k + 1],
+                              p[3 * k + 5] - p[3 * k + 2]);
+                sum += double(length(cross(s, d))) * 0.5 * double(w[k] + w[k + 1]);
+            }
+            constexpr float Half = 1;
+            found += (1 - traced.passed({0.5f, 0.5f, 0.25f}, d, Half, Rays, i)) * 4 * Half * Half;
+            expected += sum;
+        }
+        EXPECT_NEAR(found / expected, 1, 0.02) << wide;
+    }
+}
+
+// Of a material that lets light through in part and refracts nothing a fibre is one layer, as a ribbon is.
+TEST(Fibres, AreOneLayerOfWhatIsPartlyThere) {
+    for (const bool polygons : {false, true}) {
+        Slab slab;
+        slab.primitives = {grass(false)};
+        slab.options = dice::test::looking(3);
+        slab.target.polygons = polygons;
+        slab.program.nodes[0].lobe = grid::LobeId::LambertBtdf;
+        const Traced layer(slab);
+        // From inside of one fibre: out, if it is a layer.
+        const scene::Value& v = *slab.primitives[0].primvars.find("P");
+        bvh::RayPacket<8> packet;
+        for (int k = 0; k < 8; k++)
+            for (int c = 0; c < 3; c++) {
+                packet.o[c].v[k] = v.floats[size_t(9 * k + c)] + (c == 1 ? 0.5f : 0.0f);
+                packet.d[c].v[k] = c == 2 ? 1.0f : 0.0f;
+            }
+        packet.t_max = Float<8>(Width);
+        packet.active = Int<8>::lane_index() >= Int<8>(0);
+        packet.seed = Int<8>(1);
+        EXPECT_EQ(layer.scene().occluded(packet).bits(), 0u);
+        slab.program.nodes[0].lobe = grid::LobeId::MicrosurfaceDielectricBsdfRgb_v1;
+        EXPECT_EQ(Traced(slab).scene().occluded(packet).bits(), 255u);
+    }
+}
+
+// Half way through the shutter they are half way, and as thick as is between.
+TEST(Fibres, MoveAndSwell) {
+    const auto rod = [](float x, float width) {
+        scene::Curves c;
+        c.cubic = false;
+        c.vertices_per_curve = std::vector<int32_t>{2};
+        scene::Primitive p = dice::test::primitive(c, {x, -1, 0, x, 1, 0});
+        p.primvars.set(floats("constantwidth", scene::Type::Float, scene::Detail::Constant, {width}));
+        return p;
+    };
+    const scene::Primitive later[] = {rod(0.5f, 0.06f)};
+    Slab slab;
+    slab.primitives = {rod(-0.5f, 0.02f)};
+    slab.options = dice::test::looking(4, 20);
+    slab.target.later = later;
+    const Traced traced(slab);
+    ASSERT_TRUE(traced.fibres());
+    for (const float time : {0.0f, 0.25f, 0.5f, 1.0f}) {
+        const Vec3f middle(time - 0.5f, 0, 0);
+        EXPECT_NEAR((1 - traced.passed(middle, {0, 0, 1}, 0.1f, 20000, 1, time)) * 0.2,
+                    0.02 + 0.04 * double(time), 0.0015);
+        EXPECT_NEAR((1 - traced.passed(middle, {1, 0, 0}, 0.1f, 20000, 1, time)) * 0.2,
+                    0.02 + 0.04 * double(time), 0.0015);
+    }
+}
+
+} // namespace
