@@ -227,11 +227,12 @@ def render_row(name: str, seed: int) -> kanuka.Picture:
 
 
 def summary(picture: kanuka.Picture) -> kanuka.Picture:
-    """Means over blocks of x / (1 + x): few samples a pixel have long tails, which no mean and variance describe."""
+    """Means over blocks of x / (1 + |x|): few samples a pixel have long tails, which no mean and variance describe.
+    (A single wavelength's colour may lie outside of Rec.709, so x may be below -1.)"""
     rgb = picture["rgb"].astype(np.float64)
     height, width, _ = rgb.shape
     rows, columns = BLOCK
-    blocks = (rgb / (1 + rgb)).reshape(height // rows, rows, width // columns, columns, 3)
+    blocks = (rgb / (1 + np.abs(rgb))).reshape(height // rows, rows, width // columns, columns, 3)
     return kanuka.Picture({"rgb": blocks.mean(axis=(1, 3)).astype(np.float32)})
 
 

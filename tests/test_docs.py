@@ -109,7 +109,7 @@ def test_options_of_the_command_are_those_of_render() -> None:
     }
     of_options = {
         "transport", "clamp_direct", "clamp_indirect", "color_space", "output_space", "observer", "sensor",
-        "white_balance", "f_stop", "iso", "display",
+        "white_balance", "f_stop", "iso", "display", "specular",
     }  # fmt: skip
     renamed = {"aov": "aovs", "shutter_interval": "shutter", "exposure": "exposure_stops", "shutter": "shutter_time"}
     signature = kanuka.render.__doc__.split(")")[0]

@@ -188,7 +188,8 @@ kanuka.render(s, resolution=(800, 800), progressions=1, threads=1, progress=prog
 print("done")
 """)
     run = subprocess.Popen([sys.executable, program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    time.sleep(6)
+    assert run.stdout.readline().strip() == "started"
+    time.sleep(2)
     assert run.poll() is None, run.communicate()
     asked = time.monotonic()
     run.send_signal(signal.SIGINT)

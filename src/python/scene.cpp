@@ -283,8 +283,7 @@ void bind_scene(nb::module_& m) {
 
     scene.def(nb::init<>());
     scene.def_prop_ro(
-        "options", [](Scene& s) -> scene::Options& { return s.options; },
-        nb::rv_policy::reference_internal);
+        "options", [](Scene& s) -> scene::Options& { return s.options; }, nb::rv_policy::reference_internal);
     property(
         scene, "camera", [](Scene& s) -> Camera& { return s.camera; },
         [](Scene& s, const Camera& c) { s.camera = c; }, nb::rv_policy::reference_internal);

@@ -61,6 +61,7 @@ Session::Session(const std::string& name, const Form& form)
     ingest::RibOptions options;
     options.procedural = expand_by_library;
     m_reader = std::make_unique<ingest::Reader>(m_journal, ingest::FrameChoice{}, options, *m_source);
+    m_reader->context().of_program = true;
 }
 
 Session::Session(Recording& recording)
@@ -69,6 +70,7 @@ Session::Session(Recording& recording)
     m_writer = std::make_unique<ingest::Writer>(*m_output, ingest::Writer::Form::Ascii);
     m_reader =
         std::make_unique<ingest::Reader>(m_journal, ingest::FrameChoice{}, ingest::RibOptions{}, *m_source);
+    m_reader->context().of_program = true;
     ingest::Call world;
     world.spec = ingest::find_request("WorldBegin");
     world.where = where();

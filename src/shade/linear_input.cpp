@@ -100,7 +100,10 @@ bool LinearInput::close() {
     return closed;
 }
 
+// The file's reader and the buffer are shared by the threads of a texture cache: who seeks while another
+// reads would have it read of another level.
 bool LinearInput::seek_subimage(int subimage, int miplevel) {
+    const lock_guard lock(*this);
     if (!m_file)
         return false;
     if (subimage == current_subimage() && miplevel == current_miplevel())
@@ -130,6 +133,7 @@ void LinearInput::decode(const unsigned char* from, size_t pixels, void* to) con
 }
 
 bool LinearInput::read_native_scanline(int subimage, int miplevel, int y, int z, void* data) {
+    const lock_guard lock(*this);
     if (!seek_subimage(subimage, miplevel))
         return false;
     if (!m_decodes)
@@ -142,6 +146,7 @@ bool LinearInput::read_native_scanline(int subimage, int miplevel, int y, int z,
 }
 
 bool LinearInput::read_native_tile(int subimage, int miplevel, int x, int y, int z, void* data) {
+    const lock_guard lock(*this);
     if (!seek_subimage(subimage, miplevel))
         return false;
     if (!m_decodes)

@@ -65,7 +65,7 @@ void Context::execute(Call& call) {
 
     // Step 1: is it legal here?
     const bool of_the_world = spec.scopes & (InWorld | InObject) && !(spec.scopes & (InOuter | InFrame));
-    if (of_the_world && !(scope() & (InWorld | InObject)) && m_frames_seen.empty() &&
+    if (of_the_world && !(scope() & (InWorld | InObject)) && m_frames_seen.empty() && !of_program &&
         reports.mode != Reports::Mode::Abort) { // of an archive, if no world follows
         if (m_outside++ == 0)
             m_first_outside = {name(), call.where};

@@ -95,6 +95,8 @@ class Context {
     // The file asks for what RISpec's renderers did not do: networks of shaders since RenderMan 19, area
     // lights.
     bool traces_light = false;
+    // Requests are a program's and no file's: what stands outside of a world is said where it stands.
+    bool of_program = false;
     bool depth_pass_skipped() const { return !m_depth_passes.empty(); }
     const std::vector<int>& frames_seen() const { return m_frames_seen; }
     int left_outside() const { return m_outside; } // requests for a world, in a file that has none
