@@ -47,8 +47,8 @@ struct LobeTables {
     float stretched_mean[Tails * Stretches * WideAlphas], stretched_round[Tails * Stretches * WideAlphas];
     float metal_n[Metals * MetalKnots], metal_k[Metals * MetalKnots];
     // Over cosine and roughness (its fourth power is the alpha that TableCell is given), and of width for
-    // Phong, Blinn and highlights: albedos, and the area of sheen's fibres as seen. Of highlights about the
-    // half vector and the mirror direction, over what they reflect of all directions around their axis.
+    // Phong, Blinn and highlights: albedos, and what SheenLobe::seen takes. Of highlights about the half
+    // vector and the mirror direction, over what they reflect of all directions around their axis.
     float burley[Plane], sheen[Plane], sheen_seen[Plane], phong[Plane], blinn[Plane];
     float highlight[2][Plane];
     float student_lambda[LambdaTails * LambdaCotangents];

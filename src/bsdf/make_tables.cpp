@@ -359,10 +359,10 @@ double hemisphere(int n, const Function& f) {
 
 void fill_sheen_seen(int at, float cosine, float roughness) {
     const V wo = view(cosine);
-    made().sheen_seen[at] =
-        float(std::max(double(cosine), hemisphere(96, [&](const V& m) {
-                           return max(dot(wo, m), F(0.0f)) * SheenLobe<8>::D(F(roughness), m.z);
-                       })));
+    const double seen = hemisphere(
+        96, [&](const V& m) { return max(dot(wo, m), F(0.0f)) * SheenLobe<8>::D(F(roughness), m.z); });
+    const double even = std::max(seen - 0.5 * double(cosine), 0.5 * double(cosine));
+    made().sheen_seen[at] = float(even * std::sqrt(std::max(roughness, SheenLobe<8>::LeastTabulated)));
 }
 
 void fill_others(int at, float cosine, float x) {
