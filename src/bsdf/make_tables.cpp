@@ -266,7 +266,7 @@ void fill_glass(int n, int k) {
 void fill_lambda() {
     LobeTables& t = made();
     for (int y = 0; y < T::LambdaTails; y++) {
-        const double tail = std::max(1e-3, double(T::MaxTail) * y / (T::LambdaTails - 1)), g = 1 / tail;
+        const double tail = std::max(1e-5, double(T::MaxTail) * y / (T::LambdaTails - 1)), g = 1 / tail;
         const double scale =
             std::exp(std::lgamma(g - 0.5) - std::lgamma(g)) * std::sqrt((g - 1) / 3.14159265358979);
         for (int x = 0; x < T::LambdaCotangents; x++) {
