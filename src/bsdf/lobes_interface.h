@@ -188,17 +188,19 @@ Float<W> next_to_one(Float<W> index) {
 // Directions of a cosine lobe beside those of normals. Between facets of walks light goes either way. Others
 // send it where one facet does; but seen from the denser side half of the normals and more mirror light into
 // the surface, what comes of the rest weighs all the more, and paths that are reflected in there over and
-// over multiply such weights. It stays inside as often as light of all directions does, 1 - eta^2. Constants
-// by quadrature of the variance, for indices of 1.05 to 4.
+// over multiply such weights. 1 - eta^2 is how much diffuse light total reflection keeps inside. Constants by
+// quadrature of the variance, for indices of 1.05 to 4 and roughness of 0.65 to 1.
 template <int W>
 void prepare_spread(LobeInputs<W>& in, const Vec3<Float<W>>& wo) {
     const Float<W> zero(0.0f), one(1.0f);
     if (!in.has_film) // walks do not know films
         prepare_walks(in, wo, 10, 7, 0.5f);
-    const Float<W> alpha = in.balance_alpha, eta = in.balance_eta;
-    const Float<W> lost = one - min(ggx_albedo(wo.z, alpha), ggx_mean_albedo(alpha));
-    const Float<W> spread = kanuka::select(in.rough & (eta < one), lost * (Float<W>(1.1f) - eta * eta), zero);
-    const Float<W> below = Float<W>(0.2f) * wo.z * wo.z;
+    const Float<W> eta = in.balance_eta, inside = one - eta * eta,
+                   lost = one - ggx_mean_albedo(in.balance_alpha);
+    const Float<W> part =
+        Float<W>(3.0f) * lost * lost * fma(Float<W>(1.05f) * inside, inside, Float<W>(0.1f));
+    const Float<W> spread = kanuka::select(in.rough & (eta < one), min(part, Float<W>(0.9f)), zero);
+    const Float<W> below = Float<W>(0.15f) * spread;
     in.spread = in.has_walks ? kanuka::select(in.walks, in.spread, spread) : spread;
     in.below = in.has_walks ? kanuka::select(in.walks, Float<W>(0.5f), below) : below;
     in.has_spread = any(in.spread > zero);
