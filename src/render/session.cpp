@@ -8,6 +8,7 @@
 
 #include "base/cancel.h"
 #include "base/tasks.h"
+#include "bvh/nesting.h"
 #include "render/accumulator.h"
 #include "render/aovs.h"
 #include "render/budget.h"
@@ -250,6 +251,7 @@ class BatchSession {
     void build_bvh() {
         const ScopedTimer timer(m_stats.time.bvh_s);
         m_progress.update("build", 0);
+        bound_nesting();
         number_emitters();
         m_bvh.reset();
         m_bvh =
@@ -291,6 +293,22 @@ class BatchSession {
         m_aovs.find(m_geometry->store.programs(), m_scene.file, unheard);
         make_view();
         return true;
+    }
+
+    void bound_nesting() {
+        const bvh::Nesting n =
+            bvh::bound_nesting(m_geometry->store, m_geometry->groups, m_geometry->transforms);
+        const auto say = [&](uint64_t count, Severity severity, const std::string& why) {
+            if (count > 0)
+                m_journal.report(severity, {m_scene.file}, std::to_string(count) + " instances " + why);
+        };
+        say(n.merged, Severity::Info, "lie exactly where others of the same group do and are shown as one");
+        say(n.left_out, Severity::Warning,
+            "are left out: they lie in each other, and at one spot a ray would have to enter more than " +
+                std::to_string(int(bvh::MostEntered)) +
+                " of them; fewer levels of groups in groups would do");
+        say(n.too_deep, Severity::Warning,
+            "are left out: they lie more groups deep in each other than rays follow (16)");
     }
 
     // Emitting triangles in instances are asked for light, place by place, as long as there are not too many.
