@@ -374,14 +374,13 @@ class GeometryBuilder {
         const auto normals_of = [&](const grid::Grid& g) {
             return g.later.empty() && !may_round ? std::vector<float>() : g.N;
         };
-        const bool patches = diced.is_mesh && !material.uniform() && material.reads_shading().rings > 0;
+        const bool patches = diced.is_mesh && !material.uniform();
         bool rounded_mesh = may_round;
         if (patches) {
             const std::vector<float> normals = normals_of(diced.mesh_vertices);
             shade_mesh(diced, material, inputs[0]);
             rounded_mesh = may_round && diced.mesh_vertices.N == normals;
             grid::carry_normals(diced.mesh_vertices, normals);
-            m_request.stats.count.shader_evaluations += uint64_t(diced.mesh_vertices.vertices());
         }
         tasks::parallel_for(count, [&](size_t i) {
             grid::Grid& g = diced.is_mesh ? diced.mesh_vertices : diced.grids[i]; // shading may set N: bumps
@@ -433,8 +432,8 @@ class GeometryBuilder {
                                      "other amounts 65504) and have been made smaller");
     }
 
-    // A mesh whose vertices depend on their neighbours, patch by patch.
-    static void shade_mesh(dice::Diced& diced, const shade::Material& material, grid::VertexInputs& inputs) {
+    // A mesh is shaded patch by patch: side by side, and cancelled between two of them.
+    void shade_mesh(dice::Diced& diced, const shade::Material& material, grid::VertexInputs& inputs) {
         grid::Grid& g = diced.mesh_vertices;
         const grid::MeshPatches patches(g, diced.mesh, diced.mesh_rest.empty() ? g.P : diced.mesh_rest,
                                         material.reads_shading().rings);
@@ -449,6 +448,7 @@ class GeometryBuilder {
             patches.cut(k, patch, vertices);
             const size_t own = size_t(patch.stencils->own);
             material.shade(patch, of_patch);
+            m_request.stats.count.shader_evaluations += own;
             const std::lock_guard lock(mutex);
             whole.add(of_patch, vertices, own, inputs);
             for (size_t c = 0; c < 3; c++)

@@ -257,7 +257,8 @@ class BatchSession {
         m_bvh =
             std::make_unique<bvh::Scene>(m_geometry->store, m_geometry->groups,
                                          bvh::Scene::Build{.compact = m_stats.count.traced_polygons > 1000000,
-                                                           .watertight = m_options.watertight});
+                                                           .watertight = m_options.watertight,
+                                                           .cancelled = m_progress.cancelled});
         m_bvh->clip(m_clips, std::max(1, int(m_camera.view.motion.size() / 12)));
         m_bvh->watch_by(m_on_demand ? m_on_demand->watch() : nullptr);
         m_stats.bytes.bvh = m_bvh->bytes();
@@ -356,8 +357,9 @@ class BatchSession {
                 std::unique_ptr<transport::Kernel> kernel = take_kernel();
                 transport::BatchCounts counts;
                 transport::BatchRequest r = m_gathered.request(bucket);
-                for (int p = from; p < to; p++) {
-                    r.progression = uint32_t(p);
+                int done = from;
+                for (; done < to && (done == from || !m_progress.cancelled()); done++) {
+                    r.progression = uint32_t(done);
                     kernel->trace(r, counts);
                 }
                 give_kernel(std::move(kernel));
@@ -367,15 +369,18 @@ class BatchSession {
                     again[bucket] = 1;
                     return;
                 }
-                m_gathered.set_done(bucket, to);
+                m_gathered.set_done(bucket, done);
                 count(counts);
-                const uint64_t n = finished += uint64_t(to - from);
+                const uint64_t n = finished += uint64_t(done - from);
                 const std::lock_guard lock(m_mutex);
                 m_progress.update("progressions", double(n) / double(work));
             };
             for (;;) {
                 tasks::parallel_for(todo.size(), trace_bucket);
-                if (m_progress.cancelled() || !read_what_was_met())
+                bool more = false;
+                if (m_on_demand && !m_progress.cancelled())
+                    tasks::unless_cancelled(m_progress.cancelled, [&] { more = read_what_was_met(); });
+                if (!more)
                     break;
                 std::erase_if(todo, [&](size_t bucket) { return again[bucket] == 0; });
                 std::fill(again.begin(), again.end(), uint8_t(0));
@@ -394,7 +399,7 @@ class BatchSession {
                 {m_scene.file},
                 std::to_string(bad) + " samples that were not finite have been dropped, the first at pixel " +
                     std::to_string(m_first_nan.second) + ", " + std::to_string(m_first_nan.first));
-        if (m_stats.count.fireflies > 0)
+        if (m_stats.count.fireflies > 0 && m_bvh) // which a cancelled render may have lost
             m_stats.fireflies = explain_fireflies(m_fireflies, *take_kernel(), m_view, m_scene);
     }
 
