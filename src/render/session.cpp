@@ -56,7 +56,8 @@ class BatchSession {
     BatchSession(const scene::Scene& scene, const Overrides& o, Journal& journal, Stats& stats,
                  const Progress& progress)
         : m_scene(scene), m_journal(journal), m_stats(stats), m_progress(progress), m_lanes(o.lanes),
-          m_standard_shaders(o.standard_shaders), m_delayed(o.delayed), m_options(scene.options),
+          m_standard_shaders(o.standard_shaders), m_delayed(o.delayed),
+          m_memory(o.memory ? *o.memory : machine_memory()), m_options(scene.options),
           m_taken_by(o.camera.value_or(scene.camera)) {
         m_options.width = o.width.value_or(m_options.width);
         m_options.height = o.height.value_or(m_options.height);
@@ -83,7 +84,7 @@ class BatchSession {
 
     Result run() {
         m_start = Clock::now();
-        refuse_what_cannot_fit(m_window, m_aovs.names().size(), machine_memory());
+        refuse_what_cannot_fit(m_window, m_aovs.names().size(), m_memory);
         place_camera();
         Result result;
         if (!tasks::unless_cancelled(m_progress.cancelled, [&] { build(); })) {
@@ -244,7 +245,7 @@ class BatchSession {
     GeometryRequest request_for(const scene::Scene& scene) {
         return {scene,     *m_shading, *m_color.palette, m_dice,     m_camera.render_from_world,
                 shutter(), m_journal,  m_stats,          m_progress, *m_linking,
-                m_clips,   m_classic};
+                m_clips,   m_memory,   m_classic};
     }
 
     // What follows from the geometry as it is now.
@@ -464,6 +465,7 @@ class BatchSession {
     int m_lanes;
     std::string m_standard_shaders;
     scene::Delayed* m_delayed;
+    const uint64_t m_memory;
     scene::Options m_options;
     scene::Camera m_taken_by;
     transport::IntegratorChoice m_integrator;
