@@ -54,8 +54,8 @@ class Interval:
 
 def of(values: Sequence[float]) -> Interval:
     """Of positive numbers, one a round."""
-    if not values or min(values) <= 0:
-        return Interval(sum(values) / len(values) if values else 0.0)
+    if len(values) == 0 or min(values) <= 0:
+        return Interval(sum(values) / len(values) if len(values) else 0.0)
     logs = [math.log(value) for value in values]
     mean = sum(logs) / len(logs)
     if len(logs) < 2:

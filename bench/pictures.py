@@ -135,7 +135,7 @@ def _of_mean(batches: np.ndarray) -> np.ndarray:
 
 
 def relative_error(picture: np.ndarray, converged: Estimate) -> float:
-    """Mean squared error of a picture over the square of what it should be, less what the converged one's own noise adds."""
+    """Squared error over the square of what should be, averaged, less what the converged picture's own noise adds."""
     truth = converged.mean
     squared = (picture.astype(np.float64) - truth) ** 2 - converged.variance / converged.batches
     return float(np.mean(squared / (truth**2 + 0.01)))

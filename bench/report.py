@@ -27,8 +27,8 @@ HEADINGS = {
         "Side by side",
         "After the semicolon: our figure over theirs, and the 95 % interval of rounds in pairs; below 1, Kanuka takes "
         "less. *Render*: sampling alone, kernels compiled and the scene built. *First picture*: reading, building and "
-        "one sample a pixel. *Error*: relative, squared, against the renderer's own converged picture; *noise²* is that "
-        "of the rounds among themselves.",
+        "one sample a pixel. *Error*: relative, squared, against the renderer's converged picture; *noise²*: of the "
+        "rounds among themselves.",
     ),
     "agreement": ("The same picture?", ""),
     "micropolygons": ("Micropolygons", ""),

@@ -1,7 +1,7 @@
 """results.json: what was measured, part by part, each with its commit, machine, date and load.
 
-Written after every part, so that a run that is stopped leaves what it had and the next goes on there. A part stays until
-it is measured again: figures of an older commit are shown with that commit.
+Written after every part, so that a run that is stopped leaves what it had and the next goes on there. A part stays
+until it is measured again: figures of an older commit are shown with that commit.
 """
 
 from __future__ import annotations

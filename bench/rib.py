@@ -17,7 +17,7 @@ def measure(settings: Settings, say: Say) -> Found:
     runs = median_lines(rounds, ("seconds", "bytes_per_s", "peak_bytes"))
     for run in runs:
         say(
-            f"  {run['what']:<16} {run['bytes'] / 1e6:6.1f} MB, {run['primitives']} primitives: {run['seconds']:.3f} s, "
-            f"{run['bytes_per_s'] / 1e6:.0f} MB/s, at most {run['peak_bytes'] / 1e6:.0f} MB resident"
+            f"  {run['what']:<16} {run['bytes'] / 1e6:6.1f} MB, {run['primitives']} primitives: "
+            f"{run['seconds']:.3f} s, {run['bytes_per_s'] / 1e6:.0f} MB/s, {run['peak_bytes'] / 1e6:.0f} MB at most"
         )
     return {"runs": runs}

@@ -1,4 +1,4 @@
-"""Times the scenes of scenes/ through the command: medians of some runs, a process each, as the statistics file has them.
+"""Times the scenes of scenes/ through the command: medians of some runs, a process each.
 
 .venv/bin/python bench/stages.py [SCENE.rib …] --progressions 16 --rounds 3
 """

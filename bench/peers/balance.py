@@ -1,8 +1,8 @@
 """What lossless microfacets are multiplied by (docs/transport.md, "What loses light"), by quadrature in double.
 
 s of Sinkhorn's balance: the lobe of one facet times s(wo) s(wi) reflects, or reflects and transmits, all there is.
-Shares nothing with the renderer's tables: directions are Gauss-Legendre nodes of angles, kernels are integrated over the
-azimuth. NumPy alone.
+Shares nothing with the renderer's tables: directions are Gauss-Legendre nodes of angles, kernels are integrated over
+the azimuth. NumPy alone.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Mitsuba's microfacets, scaled to what Kanuka's are by design, so that what is left to differ is a mistake.
 
 Mitsuba multiplies Smith's terms of the two directions, as if heights there were independent; Kanuka's are those of one
-height field (Heitz 2014, eq. 99). Mitsuba loses what meets several facets; Kanuka gives it back (balance.py, which shares
-nothing with its tables). How Mitsuba samples stays.
+height field (Heitz 2014, eq. 99). Mitsuba loses what meets several facets; Kanuka gives it back (balance.py, which
+shares nothing with its tables). How Mitsuba samples stays.
 """
 
 from __future__ import annotations

@@ -167,7 +167,8 @@ def describe(scene: scenes.Scene) -> dict:
         half = np.array(panel.size) / 2
         place = np.eye(4)
         place[:3, :] = np.stack([right * half[0], up * half[1], forward, panel.center], axis=-1)
-        picture = {"type": "bitmap", "filename": str(panel.picture), "filter_type": "nearest", "wrap_mode": "clamp"}
+        upside_down = mi.Bitmap(np.ascontiguousarray(np.array(mi.Bitmap(str(panel.picture)))[::-1]))  # v goes up
+        picture = {"type": "bitmap", "bitmap": upside_down, "filter_type": "nearest", "wrap_mode": "clamp"}
         described["panel"] = {
             "type": "rectangle",
             "to_world": Place(place),
