@@ -1,22 +1,48 @@
-"""Every figure of a page that a benchmark made is the one in results.json, of a known commit; the benchmark's own tools."""
+"""Every figure of a page that a benchmark made is in results.json, of a known commit; the benchmark's own tools."""
 
 from __future__ import annotations
 
+import contextlib
+import importlib
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
 
 ROOT = Path(__file__).parent.parent
-sys.path.insert(0, str(ROOT / "bench"))
-import intervals
-import report
-import scenes
-from pictures import Estimate, relative_error
-from results import Results
+BENCH = ROOT / "bench"
+NAMES = {path.stem for path in (*BENCH.glob("*.py"), *BENCH.glob("*/__init__.py"))} | {"peers"}
+LOADED: dict[str, ModuleType] = {}
+
+
+@contextlib.contextmanager
+def bench_modules() -> Iterator[None]:
+    """Modules of bench/ by their names; some of tests/ have the same ones, and are there again afterwards."""
+    hidden = {name: sys.modules.pop(name) for name in NAMES if name in sys.modules}
+    sys.modules.update(LOADED)
+    sys.path.insert(0, str(BENCH))
+    try:
+        yield
+    finally:
+        sys.path.remove(str(BENCH))
+        LOADED.update({name: sys.modules.pop(name) for name in NAMES if name in sys.modules})
+        sys.modules.update(hidden)
+
+
+@pytest.fixture(autouse=True)
+def bench() -> Iterator[None]:
+    with bench_modules():
+        yield
+
+
+with bench_modules():
+    intervals, report, scenes, pictures = map(importlib.import_module, ("intervals", "report", "scenes", "pictures"))
+    Results = importlib.import_module("results").Results
 
 RESULTS = Results(ROOT / "bench" / "results.json")
 
@@ -87,11 +113,11 @@ def test_pairs_cancel_what_both_sides_share() -> None:
 def test_the_error_of_a_picture_is_its_variance_plus_its_bias() -> None:
     rng = np.random.default_rng(2)
     truth = 0.3 + rng.random((96, 96, 3))
-    converged = Estimate.of(truth * (1 + 0.1 * rng.normal(size=(8, 96, 96, 3))), 8)
+    converged = pictures.Estimate.of(truth * (1 + 0.1 * rng.normal(size=(8, 96, 96, 3))), 8)
     noisy = truth * (1 + 0.2 * rng.normal(size=truth.shape))
     weight = np.mean(truth**2 / (truth**2 + 0.01))
-    assert relative_error(noisy, converged) == pytest.approx(0.04 * weight, rel=0.05)
-    assert relative_error(1.1 * truth, converged) == pytest.approx(0.01 * weight, rel=0.1)
+    assert pictures.relative_error(noisy, converged) == pytest.approx(0.04 * weight, rel=0.05)
+    assert pictures.relative_error(1.1 * truth, converged) == pytest.approx(0.01 * weight, rel=0.1)
 
 
 def test_files_are_named_after_what_made_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
