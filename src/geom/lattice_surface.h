@@ -5,10 +5,9 @@
 
 namespace kanuka::geom {
 
-// Makes the topology of a lattice of faces. Sides that are one point become poles; sides that meet their
-// opposite become a seam, so that a closed shape is closed for dicing too. Both are found by evaluating the
-// surface.
-void build_lattice(const Surface& surface, Topology& topology, LatticeShape shape);
+// A lattice of faces. Sides that are one point become poles; sides that meet their opposite become a seam, so
+// that a closed shape is closed for dicing too. Both are found by evaluating the surface.
+LatticeShape find_lattice(const Surface& surface, LatticeShape shape);
 
 // P = (X/w, Y/w, Z/w) and its derivatives, in place: the lattice holds the homogeneous values and slopes.
 void divide_rational(const float* w, const float* wu, const float* wv, int count_u, int count_v,

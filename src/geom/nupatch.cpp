@@ -119,7 +119,7 @@ class NurbsSurface : public Surface {
         counts.varying = counts.facevarying = size_t(m_u.segments + 1) * (m_v.segments + 1);
         counts.vertex = need;
         m_primvars = collect_primvars(primitive, m_render_from_object, counts, journal);
-        build_lattice(*this, m_topology, {int(m_u.spans.size()), int(m_v.spans.size()), false, false, {}});
+        set_lattice(find_lattice(*this, {int(m_u.spans.size()), int(m_v.spans.size())}));
         return true;
     }
 

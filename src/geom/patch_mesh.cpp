@@ -79,11 +79,15 @@ class PatchSurface : public Surface {
         counts.vertex = need;
         m_primvars = collect_primvars(primitive, m_render_from_object, counts, journal);
         std::vector<int> kept = std::exchange(m_kept, {}); // of the whole lattice first
-        build_lattice(*this, m_topology, {m_nu, m_nv, mesh.u_periodic, mesh.v_periodic, {}});
-        if (!kept.empty())
-            m_topology = kept_faces(m_topology, kept);
+        const LatticeShape shape = find_lattice(*this, {m_nu, m_nv, mesh.u_periodic, mesh.v_periodic});
         m_kept = std::move(kept);
+        set_lattice(shape);
         return true;
+    }
+    void set_lattice(const LatticeShape& shape) override {
+        Surface::set_lattice(shape);
+        if (!m_kept.empty())
+            m_topology = kept_faces(m_topology, m_kept);
     }
 
     void positions(int face, Line u, Line v, float* out, int stride) const override {
