@@ -49,6 +49,8 @@ def ours_of(settings: Settings, scene: str, samples: int, batches: int) -> Estim
 
 
 def measure(settings: Settings, scene: str, say: Say) -> Found:
+    if not REFERENCE.installed:
+        raise peers.NotInstalled(f"{REFERENCE.name} is not installed")
     pair = SCENES[scene]
     our_batches, their_batches = (4, 8) if settings.quick else (OUR_BATCHES, THEIR_BATCHES)
     our_samples, their_samples = (8, 8) if settings.quick else (pair.ours, pair.theirs)

@@ -35,7 +35,6 @@ class Results:
         return self.parts.get(name, {}).get("taken", {}).get("seconds")
 
     def write(self) -> None:
-        self.path.parent.mkdir(parents=True, exist_ok=True)
         replace(self.path, json.dumps({"parts": dict(sorted(self.parts.items()))}, indent=1) + "\n")
 
     # ---- for pages
@@ -67,6 +66,7 @@ class Results:
 
 
 def replace(path: Path, text: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}")
     temporary.write_text(text)
     os.replace(temporary, path)

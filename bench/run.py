@@ -81,6 +81,9 @@ def take(part: plan.Part, settings: Settings, results: Results, taken: dict[str,
     start, before = time.time(), machine.load()
     try:
         found = part.take(settings, say)
+    except peers.NotInstalled as error:
+        say(f"  left out: {error}")
+        return ""
     except Exception as error:  # one measure that fails leaves the others
         if not isinstance(error, peers.WorkerError | RuntimeError | OSError):
             traceback.print_exc()

@@ -90,6 +90,26 @@ def test_what_was_not_measured_says_so() -> None:
     assert "(not measured)" in report.renewed("<!-- figure: nothing:at.all -->3<!-- /figure -->", RESULTS)
 
 
+def test_a_stopped_run_goes_on(tmp_path: Path) -> None:
+    taken = {"commit": "1234567", "machine": {"cpu": "a"}, "rounds": 6, "quick": False, "threads": 2}
+    first = Results(tmp_path / "results.json")
+    first.put("hair/linear", taken | {"seconds": 9, "load": [0, 1]}, {"peak_bytes": 3e9})
+    again = Results(tmp_path / "results.json")
+    assert again.has("hair/linear", taken) and not again.has("hair/cubic", taken)
+    for key, other in {"commit": "7654321", "machine": {"cpu": "b"}, "rounds": 3, "quick": True, "threads": 1}.items():
+        assert not again.has("hair/linear", taken | {key: other})
+    assert again.seconds("hair/linear") == 9
+    assert again.look_up("hair/linear:peak_bytes") == 3e9
+    assert "3.00 GB" in report.renewed("<!-- figure: hair/linear:peak_bytes -->?<!-- /figure -->", again)
+
+
+def test_parts_have_names_of_their_own() -> None:
+    plan = importlib.import_module("plan")
+    names = [part.name for part in plan.parts()]
+    assert len(set(names)) == len(names)
+    assert {part.measure for part in plan.parts()} == set(report.HEADINGS) - {"goals", "taken"}
+
+
 def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
     rng = np.random.default_rng(1)
     held = 0

@@ -19,7 +19,11 @@ ROOT = BENCH.parent
 
 
 class WorkerError(Exception):
-    """A renderer that is not installed, cannot render the scene, or failed."""
+    """A renderer that cannot render the scene, or failed."""
+
+
+class NotInstalled(WorkerError):
+    """A renderer that is not there: what needs it is left out."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +82,7 @@ def ask(
 ) -> Answer:
     """Starts the renderer's worker and waits for its figures. `cold`: nothing that it compiled before is there."""
     if not renderer.installed:
-        raise WorkerError(f"{renderer.name} is not installed: bench/setup.sh does it, or set KANUKA_PEERS")
+        raise NotInstalled(f"{renderer.name} is not installed: bench/setup.sh does it, or set KANUKA_PEERS")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "pictures.npy"
         given = {**request, "variant": renderer.variant, "picture": str(path) if pictures else ""}

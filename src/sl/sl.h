@@ -317,6 +317,6 @@ std::vector<CacheEntry> cache_entries(const std::string& folder, bool verify); /
 uint64_t cache_clear(const std::string& folder);                               // number of files removed
 uint64_t cache_trim(const std::string& folder, uint64_t max_bytes);
 
-inline constexpr int CompilerVersion = 8;
+inline constexpr int CompilerVersion = 9;
 
 } // namespace kanuka::sl

@@ -37,6 +37,29 @@ void add_radiance(BatchState& batch, Int<W> path, const Spectrum<W>& contributio
     store_rows(batch.radiance[0], at, sum, m);
 }
 
+// Lanes may be of one path: one after the other, in their order, which is the same for any number of lanes.
+template <int W>
+void add_radiance_in_turn(BatchState& batch, Int<W> path, const Spectrum<W>& contribution, Mask<W> m) {
+    for (uint32_t bits = m.bits(); bits; bits &= bits - 1) {
+        const int i = __builtin_ctz(bits);
+        Spectrum<1> one;
+        for (int k = 0; k < Wavelengths; k++)
+            one[k] = Float<1>(contribution[k][i]);
+        add_radiance(batch, Int<1>(path[i]), one, Mask<1>(true));
+    }
+}
+
+// What shadow rays bring. Of a vertex there is one, unless lights far and near are asked apart, or light on
+// the way in fog.
+template <int W>
+void add_asked_radiance(const SceneView& scene, BatchState& batch, Int<W> path,
+                        const Spectrum<W>& contribution, Mask<W> m) {
+    if (scene.asks > 1 || !scene.fog_lamps.empty())
+        add_radiance_in_turn(batch, path, contribution, m);
+    else
+        add_radiance(batch, path, contribution, m);
+}
+
 template <int W>
 Float<W> sum_of_ratios(const SceneView& scene, const PathState& paths, Int<W> slot) {
     if (!scene.keeps_ratios)

@@ -33,7 +33,7 @@ void occlude(const SceneView& scene, BatchState& batch, const ShadowState& shado
         Spectrum<W> contribution;
         for (int k = 0; k < Wavelengths; k++)
             contribution[k] = Float<W>::load(shadows.contribution[k] + first);
-        add_radiance(batch, Int<W>::load(shadows.path + first), contribution, lit);
+        add_asked_radiance(scene, batch, Int<W>::load(shadows.path + first), contribution, lit);
     }
 }
 

@@ -349,7 +349,7 @@ void occlude_in_media(const SceneView& scene, BatchState& batch, const ShadowSta
         Spectrum<W> contribution;
         for (int k = 0; k < Wavelengths; k++)
             contribution[k] = F::load(shadows.contribution[k] + first) * through[k] * weight;
-        add_radiance(batch, path, contribution, lit);
+        add_asked_radiance(scene, batch, path, contribution, lit);
     }
 }
 

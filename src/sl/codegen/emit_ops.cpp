@@ -2,6 +2,7 @@
 #include "sl/ops/noise.h"
 
 #include <llvm/IR/Intrinsics.h>
+#include <numeric>
 
 namespace kanuka::sl {
 
@@ -100,24 +101,41 @@ llvm::Value* StageEmitter::scalar_op(const Instr& i, llvm::Value* a, llvm::Value
     }
 }
 
-// The vector functions of glibc's libmvec, called by name: LLVM does not pick the 16-lane ones itself.
+// The 8-lane functions of glibc's libmvec, for any number of lanes: its 16-lane ones and libm's own differ
+// from them in last digits. One value is a lane of eight alike, sixteen are two calls.
 llvm::Value* StageEmitter::math(Fn fn, llvm::Value* a, llvm::Value* b) {
     static constexpr const char* Names[] = {"sin", "cos",  "tan",   "asin", "acos", "atan", "exp",
                                             "log", "log2", "log10", "exp2", "cbrt", "pow",  "atan2"};
+    constexpr int Width = 8;
     const bool two = fn >= Fn::Pow;
-    std::string name = std::string(Names[int(fn)]) + "f";
-    llvm::Type* type = a->getType();
-    if (type->isVectorTy())
-        name = (m_lanes == 16 ? "_ZGVeN16v" : "_ZGVdN8v") + std::string(two ? "v_" : "_") + name;
-    llvm::FunctionType* ft = two ? llvm::FunctionType::get(type, {type, type}, false)
-                                 : llvm::FunctionType::get(type, {type}, false);
+    llvm::Type* eight = llvm::FixedVectorType::get(m_float, Width);
+    llvm::FunctionType* ft = two ? llvm::FunctionType::get(eight, {eight, eight}, false)
+                                 : llvm::FunctionType::get(eight, {eight}, false);
+    const std::string name = (two ? "_ZGVdN8vv_" : "_ZGVdN8v_") + std::string(Names[int(fn)]) + "f";
     llvm::FunctionCallee f = m_module.getOrInsertFunction(name, ft);
     if (auto* function = llvm::dyn_cast<llvm::Function>(f.getCallee())) {
         function->setDoesNotAccessMemory();
         function->setDoesNotThrow();
         function->setWillReturn();
     }
-    return two ? m_b.CreateCall(f, {a, b}) : m_b.CreateCall(f, {a});
+    const auto call = [&](llvm::Value* x, llvm::Value* y) {
+        return two ? m_b.CreateCall(f, {x, y}) : m_b.CreateCall(f, {x});
+    };
+    if (!a->getType()->isVectorTy()) {
+        const auto splat = [&](llvm::Value* v) { return v ? m_b.CreateVectorSplat(Width, v) : nullptr; };
+        return m_b.CreateExtractElement(call(splat(a), splat(b)), uint64_t(0));
+    }
+    if (m_lanes == Width)
+        return call(a, b);
+    const auto half = [&](llvm::Value* v, int first) -> llvm::Value* {
+        llvm::SmallVector<int, Width> lanes(Width);
+        std::iota(lanes.begin(), lanes.end(), first);
+        return v ? m_b.CreateShuffleVector(v, lanes) : nullptr;
+    };
+    llvm::SmallVector<int, 2 * Width> whole(2 * Width);
+    std::iota(whole.begin(), whole.end(), 0);
+    llvm::Value* low = call(half(a, 0), half(b, 0));
+    return m_b.CreateShuffleVector(low, call(half(a, Width), half(b, Width)), whole);
 }
 
 StageEmitter::Value StageEmitter::noise(const Instr& i) {

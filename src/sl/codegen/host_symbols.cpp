@@ -8,21 +8,13 @@
 #include "sl/ops/noise.h"
 
 // libmvec's functions, by address only.
-#define KANUKA_MATH1(X)                                                                                      \
-    X(sin) X(cos) X(tan) X(asin) X(acos) X(atan) X(exp) X(log) X(log2) X(log10) X(exp2) X(cbrt)
-#define KANUKA_DECLARE1(name)                                                                                \
-    void _ZGVdN8v_##name##f();                                                                               \
-    void _ZGVeN16v_##name##f();                                                                              \
-    float name##f(float);
+#define KANUKA_MATH(X)                                                                                       \
+    X(v_sin)                                                                                                 \
+    X(v_cos) X(v_tan) X(v_asin) X(v_acos) X(v_atan) X(v_exp) X(v_log) X(v_log2) X(v_log10) X(v_exp2)         \
+        X(v_cbrt) X(vv_pow) X(vv_atan2)
+#define KANUKA_DECLARE(name) void _ZGVdN8##name##f();
 extern "C" {
-#undef log
-KANUKA_MATH1(KANUKA_DECLARE1)
-void _ZGVdN8vv_powf();
-void _ZGVdN8vv_atan2f();
-void _ZGVeN16vv_powf();
-void _ZGVeN16vv_atan2f();
-float powf(float, float);
-float atan2f(float, float);
+KANUKA_MATH(KANUKA_DECLARE)
 }
 
 namespace kanuka::sl {
@@ -38,17 +30,8 @@ Map make_map() {
     function("kanuka_sl_fault", &kanuka_sl_fault);
     function("kanuka_sl_any", &kanuka_sl_any);
     function("kanuka_sl_same", &kanuka_sl_same);
-#define KANUKA_ADD1(name)                                                                                    \
-    function("_ZGVdN8v_" #name "f", &_ZGVdN8v_##name##f);                                                    \
-    function("_ZGVeN16v_" #name "f", &_ZGVeN16v_##name##f);                                                  \
-    function(#name "f", &::name##f);
-    KANUKA_MATH1(KANUKA_ADD1)
-    function("_ZGVdN8vv_powf", &_ZGVdN8vv_powf);
-    function("_ZGVeN16vv_powf", &_ZGVeN16vv_powf);
-    function("powf", &::powf);
-    function("_ZGVdN8vv_atan2f", &_ZGVdN8vv_atan2f);
-    function("_ZGVeN16vv_atan2f", &_ZGVeN16vv_atan2f);
-    function("atan2f", &::atan2f);
+#define KANUKA_ADD(name) function("_ZGVdN8" #name "f", &_ZGVdN8##name##f);
+    KANUKA_MATH(KANUKA_ADD)
     // What the code generator may call by itself.
     function("memcpy", &memcpy);
     function("memset", &memset);
