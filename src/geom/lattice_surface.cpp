@@ -70,6 +70,43 @@ void share_lattice(Surface& first, std::span<const std::unique_ptr<Surface>> lat
         s->set_lattice(all);
 }
 
+bool FiniteFaces::find(ControlPoints& points, size_t used, int faces, int each,
+                       const std::function<size_t(int, int)>& vertex, const char* what, const Location& where,
+                       Journal& journal) {
+    size_t good = 0, bad = 0;
+    for (size_t i = used; i-- > 0;)
+        if (points.finite(i))
+            good = i;
+        else
+            bad++;
+    if (bad == 0)
+        return faces > 0;
+    std::vector<int> kept;
+    for (int f = 0; f < faces; f++) {
+        int k = 0;
+        while (k < each && points.finite(vertex(f, k)))
+            k++;
+        if (k == each)
+            kept.push_back(f);
+    }
+    const size_t all = size_t(faces);
+    Dropped{all - kept.size(), 0, 0}.report(all, what, where, journal);
+    for (size_t i = 0; i < used && bad < used; i++)
+        if (!points.finite(i)) {
+            std::copy_n(&points.xyz[3 * good], 3, &points.xyz[3 * i]);
+            if (!points.weights.empty())
+                points.weights[i] = points.weights[good];
+        }
+    if (kept.size() < all)
+        m_kept = kept;
+    return !kept.empty();
+}
+
+void FiniteFaces::keep(Topology& topology) const {
+    if (!m_kept.empty())
+        topology = kept_faces(topology, m_kept);
+}
+
 void divide_rational(const float* w, const float* wu, const float* wv, int count_u, int count_v,
                      Lattice lattice) {
     grid::Grid& g = lattice.grid;
