@@ -1,7 +1,5 @@
 #include "geom/surface.h"
 
-#include <random>
-
 #include "geom/test_surfaces.h"
 
 using namespace kanuka;
