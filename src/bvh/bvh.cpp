@@ -214,6 +214,24 @@ struct Scene::Impl {
         attach(group, geometry, nullptr, desc.bounds_solid);
     }
 
+    // Embree's tasks are none of ours: it asks by itself.
+    void commit(RTCScene scene, const Build& build) {
+        if (build.cancelled)
+            rtcSetSceneProgressMonitorFunction(
+                scene, [](void* of, double) { return !static_cast<const Build*>(of)->cancelled(); },
+                const_cast<Build*>(&build));
+        rtcCommitScene(scene);
+        rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
+        tasks::check_cancelled(); // then it is not built
+        const RTCError error = rtcGetDeviceError(device);
+        if (error == RTC_ERROR_CANCELLED)
+            throw tasks::Cancelled();
+        if (error == RTC_ERROR_OUT_OF_MEMORY)
+            throw Error("there is not enough memory for the structure by which " +
+                        std::to_string(bytes >> 20) +
+                        " MB and more of geometry are traced: a larger shading rate or instances would do");
+    }
+
     template <int W>
     Context context(const RayPacket<W>& rays, float* transforms, float* hit_magnitude, int32_t* hit_group,
                     int32_t* hit_slot_shift) const {
@@ -279,10 +297,9 @@ Scene::Scene(const store::Store& store, std::span<const GroupDesc> groups, Build
         }
         for (const auto& instances : groups[g].instances)
             impl.add_instances(group, instances, groups[size_t(instances.group)]);
-        rtcCommitScene(group.scene);
+        impl.commit(group.scene, build);
         if (group.solids)
-            rtcCommitScene(group.solids);
-        tasks::check_cancelled(); // then they are not built
+            impl.commit(group.solids, build);
     }
 }
 

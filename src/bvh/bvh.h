@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -97,8 +98,9 @@ class Scene {
     struct Build {
         bool compact = false;   // a third of the memory for a little speed
         bool watertight = true; // no ray passes between polygons that share an edge; a fifth of the speed
+        std::function<bool()> cancelled = {}; // asked on any thread while it is built
     };
-    // The last group is the world. Builds in parallel.
+    // The last group is the world. Builds in parallel; throws tasks::Cancelled where it is cancelled.
     Scene(const store::Store& store, std::span<const GroupDesc> groups, Build build);
     ~Scene();
     Scene(const Scene&) = delete;

@@ -2,8 +2,12 @@
 // watertightness, widths.
 #include "bvh/test_geometry.h"
 
+#include <atomic>
+
 #include <gtest/gtest.h>
 
+#include "base/cancel.h"
+#include "base/tasks.h"
 #include "base/test_statistics.h"
 
 namespace kanuka::bvh {
@@ -340,6 +344,33 @@ TEST(Bvh, AnEmptySceneIsMissed) {
     const Scene scene(store, std::span(&world, 1), {});
     EXPECT_FALSE(intersect<1>(scene, {{{0, 0, 0}, {0, 0, 1}}})[0].hit);
     EXPECT_TRUE(scene.bounds().empty());
+}
+
+// Embree asks as it builds, and ends soon after the answer.
+TEST(Bvh, ABuildIsCancelled) {
+    Shapes shapes;
+    std::vector<Vec3f> points;
+    std::vector<uint32_t> indices;
+    constexpr uint32_t N = 400;
+    for (uint32_t i = 0; i < N * N; i++)
+        points.push_back({float(i % N), float(i / N), float(i * 7 % 5)});
+    for (uint32_t i = 0; i + N + 1 < N * N; i++)
+        indices.insert(indices.end(), {i, i + 1, i + N});
+    shapes.add_mesh(3, points, indices);
+    std::atomic<int> asked{0};
+    const int last = std::numeric_limits<int>::max();
+    const auto build = [&](int yes_at) {
+        asked = 0;
+        tasks::with_threads(
+            1, [&] { shapes.flat_scene({.cancelled = [&asked, yes_at] { return ++asked >= yes_at; }}); });
+        return asked.load();
+    };
+    const int whole = build(last);
+    ASSERT_GT(whole, 40);
+    for (const int at : {1, whole / 2}) {
+        EXPECT_THROW(build(at), tasks::Cancelled);
+        EXPECT_LE(asked - at, 16); // what goes on side by side may ask again
+    }
 }
 
 TEST(Bvh, BoundsAndMemory) {

@@ -43,13 +43,45 @@ SolidTrees::SolidTrees(std::span<const SolidNode> nodes) {
         if (parent.children++ == 0)
             parent.first_child = int(i);
     }
+    leave_out_only_children();
+}
+
+// An operation on one solid is that solid: its place in the tree goes to it, however many such lie on the
+// way.
+void SolidTrees::leave_out_only_children() {
+    std::vector<int> stands_for(m_nodes.size()); // what is left of a node
+    for (size_t i = m_nodes.size(); i-- > 0;) {
+        const Node& n = m_nodes[i];
+        const bool operation = n.kind != Kind::Primitive;
+        stands_for[i] = operation && n.children == 1 ? stands_for[size_t(n.first_child)] : int(i);
+    }
+    for (size_t i = 0; i < m_nodes.size(); i++) { // parents come first
+        Node& n = m_nodes[i];
+        if (n.parent >= 0 && stands_for[size_t(n.parent)] != n.parent)
+            n.parent = m_nodes[size_t(n.parent)].parent;
+        if (n.first_child >= 0)
+            n.first_child = stands_for[size_t(n.first_child)];
+    }
 }
 
 SolidTrees::Walk::State& SolidTrees::Walk::of(int node) {
-    for (State& s : m_touched)
-        if (s.node == node)
-            return s;
-    return m_touched.emplace_back(State{node, 0, false});
+    constexpr size_t Few = 32;
+    if (m_place.empty()) {
+        for (State& s : m_touched)
+            if (s.node == node)
+                return s;
+        if (m_touched.size() < Few)
+            return m_touched.emplace_back(State{node, 0, false});
+        m_place.assign(m_trees.m_nodes.size(), -1);
+        for (size_t i = 0; i < m_touched.size(); i++)
+            m_place[size_t(m_touched[i].node)] = int(i);
+    }
+    int& place = m_place[size_t(node)];
+    if (place < 0) {
+        place = int(m_touched.size());
+        m_touched.push_back({node, 0, false});
+    }
+    return m_touched[size_t(place)];
 }
 
 bool SolidTrees::Walk::value(const State& s) const {
@@ -133,7 +165,20 @@ bool is_odd(const std::vector<Crossing>& crossings, int solid) {
 } // namespace
 
 bool any_odd(const std::vector<Crossing>& crossings) {
-    return std::ranges::any_of(crossings, [&](const Crossing& c) { return is_odd(crossings, c.solid); });
+    constexpr size_t Few = 16;
+    if (crossings.size() <= Few)
+        return std::ranges::any_of(crossings, [&](const Crossing& c) { return is_odd(crossings, c.solid); });
+    std::vector<int> solids;
+    for (const Crossing& c : crossings)
+        solids.push_back(c.solid);
+    std::ranges::sort(solids);
+    for (auto at = solids.begin(); at != solids.end();) {
+        const auto end = std::ranges::find_if(at, solids.end(), [&](int s) { return s != *at; });
+        if ((end - at) % 2 != 0)
+            return true;
+        at = end;
+    }
+    return false;
 }
 
 void drop_unpaired(std::vector<Crossing>& ahead, const std::vector<Crossing>& behind) {

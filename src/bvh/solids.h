@@ -45,7 +45,8 @@ class SolidTrees {
         State& of(int node);
         bool value(const State& s) const;
         const SolidTrees& m_trees;
-        std::vector<State> m_touched; // few: those along the ray
+        std::vector<State> m_touched; // mostly few: those along the ray
+        std::vector<int> m_place;     // of a node among them, once they are many; -1 = untouched
     };
 
   private:
@@ -53,6 +54,7 @@ class SolidTrees {
         SolidNode::Kind kind;
         int parent, first_child, children;
     };
+    void leave_out_only_children();
     std::vector<Node> m_nodes;
 };
 

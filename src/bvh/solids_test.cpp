@@ -150,6 +150,52 @@ TEST(Solids, TreesAgainstFormulasFromInsideAndOutside) {
 }
 
 // In an instance, beside what is no solid; and with one of its balls moving.
+// Operations on one solid are that solid, and cost a ray nothing, however deep they lie in each other.
+TEST(Solids, OperationsOnOneSolidChangeNothing) {
+    constexpr Kind Operations[] = {Kind::Union, Kind::Intersection, Kind::Difference};
+    for (const auto& [depth, count] : {std::pair{1, 2000}, {3, 2000}, {20000, 400}})
+        for (const Case& c : Cases) {
+            Case deep = c;
+            deep.nodes.clear();
+            std::vector<int> now; // where a node of the case is
+            for (const SolidNode& node : c.nodes) {
+                int parent = node.parent < 0 ? -1 : now[size_t(node.parent)];
+                for (int k = 0; k < depth; k++) {
+                    deep.nodes.push_back({Operations[k % 3], parent});
+                    parent = int(deep.nodes.size()) - 1;
+                }
+                deep.nodes.push_back({node.kind, parent});
+                now.push_back(int(deep.nodes.size()) - 1);
+            }
+            for (auto& [node, ball] : deep.balls)
+                node = now[size_t(node)];
+            Shapes shapes;
+            GroupDesc world;
+            build(deep, world, shapes);
+            const Scene scene(shapes.store, std::span(&world, 1), {});
+            expect_formula<8>(scene, c, random_rays(count, 1.5f, 7));
+        }
+}
+
+// Fifty balls in a row joined two by two, each level in the next: as many crossings as states, in order.
+TEST(Solids, ManyLevelsWithASolidEach) {
+    constexpr int Levels = 50;
+    Case c;
+    for (int l = 0; l < Levels; l++) {
+        c.nodes.push_back({Kind::Union, l > 0 ? 2 * (l - 1) : -1});
+        c.nodes.push_back({Kind::Primitive, 2 * l});
+        c.balls.push_back({2 * l + 1, {{0.1f * float(l) - 2.5f, 0, 0}, 0.3f}});
+    }
+    Shapes shapes;
+    GroupDesc world;
+    build(c, world, shapes);
+    const Scene scene(shapes.store, std::span(&world, 1), {});
+    const auto hit = intersect<8>(scene, {{{-5, 0.01f, 0.02f}, {1, 0, 0}}, {{0, 0.01f, 0.02f}, {1, 0, 0}}});
+    ASSERT_TRUE(hit[0].hit && hit[1].hit);
+    EXPECT_NEAR(hit[0].t, 2.2f, 0.01f);
+    EXPECT_NEAR(hit[1].t, 2.7f, 0.01f); // from within: all of it is one body
+}
+
 TEST(Solids, InstancedAndMovingOnesAreResolved) {
     const Case& c = Cases[0];
     Shapes shapes;

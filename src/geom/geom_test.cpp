@@ -1,55 +1,17 @@
 #include "geom/surface.h"
 
-#include <gtest/gtest.h>
 #include <random>
 
+#include "geom/test_surfaces.h"
 #include "geom/triangulate.h"
 
 using namespace kanuka;
 using namespace kanuka::geom;
+using namespace kanuka::geom::testing;
 using scene::Detail;
 using scene::Type;
 
 namespace {
-
-scene::Value value(std::string name, Type type, Detail detail, std::vector<float> floats) {
-    scene::Value v;
-    v.name = std::move(name);
-    v.type = type;
-    v.detail = detail;
-    v.floats = std::move(floats);
-    return v;
-}
-
-scene::Primitive primitive(scene::Geometry g, std::vector<float> p) {
-    scene::Primitive out;
-    out.geometry = std::move(g);
-    if (!p.empty())
-        out.primvars.set(value("P", Type::Point, Detail::Vertex, std::move(p)));
-    return out;
-}
-
-grid::Grid evaluate(const Surface& s, int face, const std::vector<float>& u, const std::vector<float>& v) {
-    grid::Grid g;
-    g.allocate(int(u.size()) - 1, int(v.size()) - 1);
-    s.allocate_channels(g);
-    s.evaluate(face, {u.data(), int(u.size())}, {v.data(), int(v.size())}, {g, 0, g.nu + 1});
-    return g;
-}
-
-grid::Grid evaluate(const Surface& s, int face, int n = 16) {
-    std::vector<float> t(n + 1);
-    for (int i = 0; i <= n; i++)
-        t[i] = float(i) / float(n);
-    return evaluate(s, face, t, t);
-}
-
-std::unique_ptr<Surface> make(const scene::Primitive& p, const Transform& m = {}) {
-    Journal journal;
-    auto s = make_surface(p, m, journal);
-    EXPECT_TRUE(journal.entries().empty()) << journal.entries()[0].message;
-    return s;
-}
 
 // Integral of |dPdu x dPdv| by the midpoint rule: independent of how the surface is diced.
 double area(const Surface& s) {
@@ -561,76 +523,4 @@ TEST(Primvars, TextureCoordinatesAndNormals) {
     const grid::Grid n = evaluate(*make(flat, Transform::scale(2, 1, 1)), 0, 1);
     EXPECT_FLOAT_EQ(n.normal(0).x / n.normal(0).y, 0.5f);
     EXPECT_EQ(n.Ng[2 * n.stride], 1);
-}
-
-// One control point that is no number takes the patches along that it is of, and no others: of a periodic
-// b-spline net those that have it among their sixteen.
-TEST(BadInput, PatchesBesideAreKept) {
-    scene::PatchMesh tube;
-    tube.nu = 9, tube.nv = 8, tube.u_periodic = true;
-    tube.u_basis = tube.v_basis = scene::basis_by_name("b-spline");
-    std::vector<float> p, uniform;
-    for (int j = 0; j < 8; j++)
-        for (int i = 0; i < 9; i++)
-            p.insert(p.end(), {std::cos(float(i) * 0.698f), std::sin(float(i) * 0.698f), float(j)});
-    for (int f = 0; f < 9 * 5; f++)
-        uniform.push_back(float(f));
-    std::vector<float> broken = p;
-    constexpr int I = 1, J = 2;
-    broken[3 * (J * 9 + I) + 1] = NAN;
-    const auto with = [&](const std::vector<float>& points) {
-        scene::Primitive out = primitive(tube, points);
-        out.primvars.set(value("number", Type::Float, Detail::Uniform, uniform));
-        return out;
-    };
-    Journal journal;
-    const auto whole = make_surface(with(p), {}, journal), s = make_surface(with(broken), {}, journal);
-    ASSERT_TRUE(whole && s);
-    ASSERT_EQ(journal.entries().size(), 1u);
-    EXPECT_NE(journal.entries()[0].message.find("12 of 45 patches"), std::string::npos);
-    std::vector<int> left;
-    for (int j = 0; j < 5; j++)
-        for (int i = 0; i < 9; i++)
-            if (!((I - i + 9) % 9 < 4 && J >= j && J < j + 4))
-                left.push_back(j * 9 + i);
-    ASSERT_EQ(s->faces(), int(left.size()));
-    for (size_t f = 0; f < left.size(); f++) {
-        EXPECT_EQ(s->uniform_index(int(f)), left[f]);
-        const grid::Grid a = evaluate(*s, int(f), {0, 0.5f, 1}, {0, 1}),
-                         b = evaluate(*whole, left[f], {0, 0.5f, 1}, {0, 1});
-        for (int i = 0; i < a.vertices(); i++) {
-            EXPECT_EQ(a.position(i), b.position(i));
-            EXPECT_EQ(a.v[size_t(i)], b.v[size_t(i)]);
-        }
-        EXPECT_EQ(a.primvars[0].data[0], float(left[f]));
-    }
-    // Neighbours that are left still share their edges.
-    size_t sides = 0;
-    for (const auto& face : s->topology().faces)
-        for (const auto& side : face.sides)
-            sides += side.edge >= 0;
-    EXPECT_EQ(sides, 4 * left.size());
-    EXPECT_LT(s->topology().edges.size(), 3 * left.size());
-}
-
-TEST(BadInput, IsReportedAndDropped) {
-    scene::PolygonMesh m;
-    m.vertices_per_loop = std::vector<int32_t>{3, 3, 3, 3, 4};
-    m.vertices = std::vector<int32_t>{0, 1, 2, 0, 1, 99, 0, 0, 1, 0, 1, 4, 0, 1};
-    scene::Primitive p = primitive(m, {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, NAN, 0, 0});
-    p.where = {"a.rib", 7, 3};
-    Journal journal;
-    const auto s = make_surface(p, {}, journal);
-    ASSERT_TRUE(s);
-    EXPECT_EQ(s->faces(), 3); // of one triangle
-    ASSERT_EQ(journal.entries().size(), 3u);
-    for (const auto& e : journal.entries())
-        EXPECT_EQ(e.where.line, 7);
-    for (scene::Geometry g :
-         {scene::Geometry(scene::PatchMesh{}), scene::Geometry(scene::NuPatch{4, 4, 4, 4}),
-          scene::Geometry(scene::Quadric{scene::Quadric::Kind::Torus, {1, 2}}),
-          scene::Geometry(scene::SubdivisionMesh{}), scene::Geometry(scene::PolygonMesh{})}) {
-        EXPECT_FALSE(make_surface(primitive(g, {}), {}, journal));
-        EXPECT_FALSE(make_surface(primitive(g, {0, NAN, 0}), {}, journal));
-    }
 }

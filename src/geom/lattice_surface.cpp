@@ -28,7 +28,7 @@ std::vector<Vec3f> side_points(const Surface& surface, const LatticeShape& shape
 
 } // namespace
 
-void build_lattice(const Surface& surface, Topology& topology, LatticeShape shape) {
+LatticeShape find_lattice(const Surface& surface, LatticeShape shape) {
     std::array<std::vector<Vec3f>, 4> sides;
     Bounds3f bounds;
     for (int s = 0; s < 4; s++) {
@@ -49,7 +49,62 @@ void build_lattice(const Surface& surface, Topology& topology, LatticeShape shap
     };
     shape.wrap_u = shape.wrap_u || meet(3, 1);
     shape.wrap_v = shape.wrap_v || meet(0, 2);
-    topology = lattice_topology(shape);
+    return shape;
+}
+
+void share_lattice(Surface& first, std::span<const std::unique_ptr<Surface>> later) {
+    LatticeShape all = first.lattice();
+    for (const auto& s : later) {
+        const LatticeShape& own = s->lattice();
+        if (own.nu != all.nu || own.nv != all.nv)
+            return;
+        for (size_t k = 0; k < 4; k++)
+            all.pole[k] = all.pole[k] && own.pole[k];
+        all.twins_u |= all.wrap_u != own.wrap_u, all.wrap_u &= own.wrap_u;
+        all.twins_v |= all.wrap_v != own.wrap_v, all.wrap_v &= own.wrap_v;
+    }
+    if (all.nu == 0)
+        return;
+    first.set_lattice(all);
+    for (const auto& s : later)
+        s->set_lattice(all);
+}
+
+bool FiniteFaces::find(ControlPoints& points, size_t used, int faces, int each,
+                       const std::function<size_t(int, int)>& vertex, const char* what, const Location& where,
+                       Journal& journal) {
+    size_t good = 0, bad = 0;
+    for (size_t i = used; i-- > 0;)
+        if (points.finite(i))
+            good = i;
+        else
+            bad++;
+    if (bad == 0)
+        return faces > 0;
+    std::vector<int> kept;
+    for (int f = 0; f < faces; f++) {
+        int k = 0;
+        while (k < each && points.finite(vertex(f, k)))
+            k++;
+        if (k == each)
+            kept.push_back(f);
+    }
+    const size_t all = size_t(faces);
+    Dropped{all - kept.size(), 0, 0}.report(all, what, where, journal);
+    for (size_t i = 0; i < used && bad < used; i++)
+        if (!points.finite(i)) {
+            std::copy_n(&points.xyz[3 * good], 3, &points.xyz[3 * i]);
+            if (!points.weights.empty())
+                points.weights[i] = points.weights[good];
+        }
+    if (kept.size() < all)
+        m_kept = kept;
+    return !kept.empty();
+}
+
+void FiniteFaces::keep(Topology& topology) const {
+    if (!m_kept.empty())
+        topology = kept_faces(topology, m_kept);
 }
 
 void divide_rational(const float* w, const float* wu, const float* wv, int count_u, int count_v,

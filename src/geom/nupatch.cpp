@@ -108,32 +108,30 @@ class NurbsSurface : public Surface {
             journal.error(primitive.where, "a NURBS patch was left out: " + why);
             return false;
         }
-        for (size_t i = 0; i < need; i++)
-            if (!m_points.finite(i)) {
-                Dropped{1, 0, 0}.report(1, "NURBS patches", primitive.where, journal);
-                return false;
-            }
+        const int spans = int(m_u.spans.size() * m_v.spans.size());
+        const auto lattice_vertex = [&](int f, int k) { return vertex(span_u(f), span_v(f), k); };
+        if (!m_finite.find(m_points, need, spans, m_u.order * m_v.order, lattice_vertex,
+                           "knot spans of a NURBS patch", primitive.where, journal))
+            return false;
         m_trim = patch.trim;
         ItemCounts counts;
         counts.uniform = size_t(m_u.segments) * m_v.segments;
         counts.varying = counts.facevarying = size_t(m_u.segments + 1) * (m_v.segments + 1);
         counts.vertex = need;
         m_primvars = collect_primvars(primitive, m_render_from_object, counts, journal);
-        build_lattice(*this, m_topology, {int(m_u.spans.size()), int(m_v.spans.size()), false, false, {}});
+        FiniteFaces finite = std::exchange(m_finite, {}); // of the whole lattice first
+        const LatticeShape shape = find_lattice(*this, {int(m_u.spans.size()), int(m_v.spans.size())});
+        m_finite = std::move(finite);
+        set_lattice(shape);
         return true;
+    }
+    void set_lattice(const LatticeShape& shape) override {
+        Surface::set_lattice(shape);
+        m_finite.keep(m_topology);
     }
 
     void positions(int face, Line u, Line v, float* out, int stride) const override {
-        grid::Grid scratch;
-        scratch.stride = u.count * v.count;
-        scratch.P.resize(size_t(3) * scratch.stride);
-        scratch.dPdu.resize(scratch.P.size());
-        scratch.dPdv.resize(scratch.P.size());
-        Weights wu(m_u.order, u.count), wv(m_v.order, v.count);
-        shape_points(face, u, v, {scratch, 0, u.count}, wu, wv);
-        for (int c = 0; c < 3; c++)
-            std::copy_n(scratch.P.data() + size_t(c) * scratch.stride, scratch.stride,
-                        out + size_t(c) * stride);
+        places(span_u(face), span_v(face), u, v, out, stride);
     }
 
     FaceRange range(int face) const override {
@@ -152,14 +150,15 @@ class NurbsSurface : public Surface {
         float fu, fv;
         const int i = m_u.find(u, fu), j = m_v.find(v, fv);
         float p[3];
-        positions(j * int(m_u.spans.size()) + i, {&fu, 1}, {&fv, 1}, p, 1);
+        places(m_u.spans[size_t(i)], m_v.spans[size_t(j)], {&fu, 1}, {&fv, 1}, p,
+               1); // of those left out, too
         return {p[0], p[1], p[2]};
     }
 
   protected:
     void shape(int face, Line u, Line v, Lattice out) const override {
         Weights wu(m_u.order, u.count), wv(m_v.order, v.count), lu(2, u.count), lv(2, v.count);
-        shape_points(face, u, v, out, wu, wv);
+        shape_points(span_u(face), span_v(face), u, v, out, wu, wv);
         linear_weights(u, lu);
         linear_weights(v, lv);
         std::vector<float> q(size_t(m_u.order) * m_v.order + 4);
@@ -169,7 +168,7 @@ class NurbsSurface : public Surface {
                 float* to = p.destination(out.grid, c) + out.base;
                 if (p.detail == scene::Detail::Vertex) {
                     for (int k = 0; k < m_u.order * m_v.order; k++)
-                        q[k] = p(vertex(face, k), c);
+                        q[k] = p(vertex(span_u(face), span_v(face), k), c);
                     tensor_values(q.data(), wu, wv, to, out.pitch);
                     continue;
                 }
@@ -184,30 +183,44 @@ class NurbsSurface : public Surface {
     }
 
   private:
-    const Span& span_u(int face) const { return m_u.spans[face % m_u.spans.size()]; }
-    const Span& span_v(int face) const { return m_v.spans[face / m_u.spans.size()]; }
-    size_t vertex(int face, int k) const {
-        const int i = span_u(face).knot - m_u.order + 1 + k % m_u.order;
-        const int j = span_v(face).knot - m_v.order + 1 + k / m_u.order;
+    const Span& span_u(int face) const { return m_u.spans[m_finite.in_lattice(face) % m_u.spans.size()]; }
+    const Span& span_v(int face) const { return m_v.spans[m_finite.in_lattice(face) / m_u.spans.size()]; }
+    size_t vertex(const Span& a, const Span& b, int k) const {
+        const int i = a.knot - m_u.order + 1 + k % m_u.order;
+        const int j = b.knot - m_v.order + 1 + k / m_u.order;
         return size_t(j) * m_u.count + i;
     }
 
-    void shape_points(int face, Line u, Line v, Lattice out, Weights& wu, Weights& wv) const {
-        m_u.weights(span_u(face), u, wu);
-        m_v.weights(span_v(face), v, wv);
+    void places(const Span& a, const Span& b, Line u, Line v, float* out, int stride) const {
+        grid::Grid scratch;
+        scratch.stride = u.count * v.count;
+        scratch.P.resize(size_t(3) * scratch.stride);
+        scratch.dPdu.resize(scratch.P.size());
+        scratch.dPdv.resize(scratch.P.size());
+        Weights wu(m_u.order, u.count), wv(m_v.order, v.count);
+        shape_points(a, b, u, v, {scratch, 0, u.count}, wu, wv);
+        for (int c = 0; c < 3; c++)
+            std::copy_n(scratch.P.data() + size_t(c) * scratch.stride, scratch.stride,
+                        out + size_t(c) * stride);
+    }
+
+    void shape_points(const Span& a, const Span& b, Line u, Line v, Lattice out, Weights& wu,
+                      Weights& wv) const {
+        m_u.weights(a, u, wu);
+        m_v.weights(b, v, wv);
         grid::Grid& g = out.grid;
         const int n = m_u.order * m_v.order;
         std::vector<float> q(n);
         for (int c = 0; c < 3; c++) {
             for (int k = 0; k < n; k++)
-                q[k] = m_points.xyz[3 * vertex(face, k) + c];
+                q[k] = m_points.xyz[3 * vertex(a, b, k) + c];
             const size_t at = size_t(c) * g.stride + out.base;
             tensor_slopes(q.data(), wu, wv, &g.P[at], &g.dPdu[at], &g.dPdv[at], out.pitch);
         }
         if (m_points.weights.empty())
             return;
         for (int k = 0; k < n; k++)
-            q[k] = m_points.weights[vertex(face, k)];
+            q[k] = m_points.weights[vertex(a, b, k)];
         const size_t count = size_t(u.count) * v.count;
         std::vector<float> w(3 * count);
         tensor_slopes(q.data(), wu, wv, w.data(), w.data() + count, w.data() + 2 * count, u.count);
@@ -216,6 +229,7 @@ class NurbsSurface : public Surface {
 
     Direction m_u, m_v;
     ControlPoints m_points;
+    FiniteFaces m_finite;
     std::shared_ptr<const scene::TrimCurves> m_trim;
 };
 

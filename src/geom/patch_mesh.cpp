@@ -71,19 +71,24 @@ class PatchSurface : public Surface {
                                                " control points, found " + std::to_string(m_points.size()));
             return false;
         }
-        if (!keep_finite(need, primitive.where, journal))
+        const auto lattice_vertex = [&](int f, int k) { return vertex_in_lattice(f, k); };
+        if (!m_finite.find(m_points, need, m_nu * m_nv, m_order * m_order, lattice_vertex, "patches",
+                           primitive.where, journal))
             return false;
         ItemCounts counts;
         counts.uniform = size_t(m_nu) * m_nv;
         counts.varying = counts.facevarying = size_t(m_corners_u) * m_corners_v;
         counts.vertex = need;
         m_primvars = collect_primvars(primitive, m_render_from_object, counts, journal);
-        std::vector<int> kept = std::exchange(m_kept, {}); // of the whole lattice first
-        build_lattice(*this, m_topology, {m_nu, m_nv, mesh.u_periodic, mesh.v_periodic, {}});
-        if (!kept.empty())
-            m_topology = kept_faces(m_topology, kept);
-        m_kept = std::move(kept);
+        FiniteFaces finite = std::exchange(m_finite, {}); // of the whole lattice first
+        const LatticeShape shape = find_lattice(*this, {m_nu, m_nv, mesh.u_periodic, mesh.v_periodic});
+        m_finite = std::move(finite);
+        set_lattice(shape);
         return true;
+    }
+    void set_lattice(const LatticeShape& shape) override {
+        Surface::set_lattice(shape);
+        m_finite.keep(m_topology);
     }
 
     void positions(int face, Line u, Line v, float* out, int stride) const override {
@@ -103,11 +108,11 @@ class PatchSurface : public Surface {
     }
 
     FaceRange range(int face) const override {
-        face = in_lattice(face);
+        face = m_finite.in_lattice(face);
         const int i = face % m_nu, j = face / m_nu;
         return {float(i) / m_nu, float(i + 1) / m_nu, float(j) / m_nv, float(j + 1) / m_nv};
     }
-    int uniform_index(int face) const override { return in_lattice(face); }
+    int uniform_index(int face) const override { return m_finite.in_lattice(face); }
 
   protected:
     void shape(int face, Line u, Line v, Lattice out) const override {
@@ -129,7 +134,7 @@ class PatchSurface : public Surface {
                 float* to = p.destination(g, c) + out.base;
                 float q[16];
                 if (p.detail == scene::Detail::Uniform) {
-                    std::fill_n(q, 4, p(in_lattice(face), c));
+                    std::fill_n(q, 4, p(m_finite.in_lattice(face), c));
                     linear.values(q, to, out.pitch);
                 } else if (p.detail == scene::Detail::Vertex) {
                     for (int k = 0; k < m_order * m_order; k++)
@@ -144,35 +149,6 @@ class PatchSurface : public Surface {
     }
 
   private:
-    int in_lattice(int face) const { return m_kept.empty() ? face : m_kept[face]; }
-
-    // Leaves out the patches that a control point is not finite of. False: that is all of them.
-    bool keep_finite(size_t points, const Location& where, Journal& journal) {
-        size_t good = 0;
-        while (good < points && !m_points.finite(good))
-            good++;
-        std::vector<int> kept;
-        for (int f = 0; f < m_nu * m_nv; f++) {
-            int k = 0;
-            while (k < m_order * m_order && m_points.finite(vertex(f, k)))
-                k++;
-            if (k == m_order * m_order)
-                kept.push_back(f);
-        }
-        const size_t all = size_t(m_nu) * m_nv;
-        Dropped{all - kept.size(), 0, 0}.report(all, "patches", where, journal);
-        // Nobody sees them, but the lattice's sides are looked at as a whole.
-        for (size_t i = 0; i < points && good < points; i++)
-            if (!m_points.finite(i)) {
-                std::copy_n(&m_points.xyz[3 * good], 3, &m_points.xyz[3 * i]);
-                if (!m_points.weights.empty())
-                    m_points.weights[i] = m_points.weights[good];
-            }
-        if (kept.size() < all)
-            m_kept = kept;
-        return !kept.empty();
-    }
-
     void height_field(const scene::Value& z) {
         // RISpec: a height field over the unit square of parameter space.
         const int nu = m_mesh.nu, nv = m_mesh.nv;
@@ -196,14 +172,14 @@ class PatchSurface : public Surface {
     }
 
     // k-th control point of a face, u fastest.
-    size_t vertex(int face, int k) const {
-        face = in_lattice(face);
+    size_t vertex(int face, int k) const { return vertex_in_lattice(m_finite.in_lattice(face), k); }
+    size_t vertex_in_lattice(int face, int k) const {
         const int i = ((face % m_nu) * m_step_u + k % m_order) % m_mesh.nu;
         const int j = ((face / m_nu) * m_step_v + k / m_order) % m_mesh.nv;
         return size_t(j) * m_mesh.nu + i;
     }
     size_t corner(int face, int k) const {
-        face = in_lattice(face);
+        face = m_finite.in_lattice(face);
         const int i = (face % m_nu + k % 2) % m_corners_u, j = (face / m_nu + k / 2) % m_corners_v;
         return size_t(j) * m_corners_u + i;
     }
@@ -246,7 +222,7 @@ class PatchSurface : public Surface {
     bool m_in_bezier = false;
     Matrix4 m_bezier_u, m_bezier_v;
     ControlPoints m_points;
-    std::vector<int> m_kept; // of the lattice's patches; empty = all
+    FiniteFaces m_finite;
     int m_order, m_step_u, m_step_v, m_nu, m_nv, m_corners_u, m_corners_v;
 };
 

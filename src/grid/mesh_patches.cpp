@@ -341,8 +341,8 @@ class MeshPatches::Ring {
 void MeshPatches::cut(size_t patch, Grid& out, std::vector<uint32_t>& vertices) const {
     const size_t begin = patch * Own, own = std::min(Own, m_order.size() - begin);
     vertices.assign(m_order.begin() + ptrdiff_t(begin), m_order.begin() + ptrdiff_t(begin + own));
-    Lookup lookup(own + own / 2);
-    for (size_t i = 0; i < own; i++)
+    Lookup lookup(m_rings > 0 ? own + own / 2 : 0);
+    for (size_t i = 0; i < own && m_rings > 0; i++)
         lookup.add(vertices[i], uint32_t(i));
     size_t from = 0, inner = 0; // inner: vertices that have all of their neighbours
     for (int r = 0; r < m_rings; r++) {

@@ -38,18 +38,18 @@ void refuse_what_cannot_fit(const Window& window, size_t aovs, uint64_t memory) 
         sizeof(transport::PixelSums) + sizeof(float) * aovs + sizeof(float) * (Layers + aovs);
     const uint64_t pixels = uint64_t(window.width()) * uint64_t(window.height()), bytes = pixels * a_pixel;
     if (bytes > memory)
-        throw Error("a picture of " + std::to_string(window.width()) + " by " +
-                        std::to_string(window.height()) + " pixels takes " + gigabytes(bytes) +
-                        " of memory, and there are " + gigabytes(memory) +
-                        ": render it in parts (crop windows), or smaller",
-                    ExitCode::Usage);
+        throw CannotFit("a picture of " + std::to_string(window.width()) + " by " +
+                            std::to_string(window.height()) + " pixels takes " + gigabytes(bytes) +
+                            " of memory, and there are " + gigabytes(memory) +
+                            ": render it in parts (crop windows), or smaller",
+                        ExitCode::Usage);
 }
 
 void refuse_geometry_that_cannot_fit(uint64_t bytes, uint64_t memory) {
     if (bytes > memory / 2) // the tracer's own takes about as much again
-        throw Error("the geometry takes more than " + gigabytes(bytes) +
-                    ", and as much again to be traced; there are " + gigabytes(memory) +
-                    ": a larger shading rate, a smaller picture or instances would do");
+        throw CannotFit("the geometry takes more than " + gigabytes(bytes) +
+                        ", and as much again to be traced; there are " + gigabytes(memory) +
+                        ": a larger shading rate, a smaller picture or instances would do");
 }
 
 void check_threads(int threads) {

@@ -1,8 +1,13 @@
 #include "render/budget.h"
 
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
 #include <gtest/gtest.h>
 
-#include "base/error.h"
+#include "ingest/rib/rib.h"
+#include "render/session.h"
 
 using namespace kanuka;
 using namespace kanuka::render;
@@ -36,4 +41,43 @@ TEST(Budget, Threads) {
 TEST(Budget, Geometry) {
     EXPECT_NO_THROW(refuse_geometry_that_cannot_fit(1000, 3000));
     EXPECT_THROW(refuse_geometry_that_cannot_fit(2000, 3000), Error);
+}
+
+// Forty balls that fit one by one, but not together: the render ends with the figure, once they are too many,
+// and not when all forty are there.
+TEST(Budget, PrimitivesThatDoNotFitTogether) {
+    std::string folder = (std::filesystem::temp_directory_path() / "kanuka-budget-XXXXXX").string();
+    ASSERT_NE(mkdtemp(folder.data()), nullptr);
+    setenv("KANUKA_SHADER_CACHE", (folder + "/cache").c_str(), 1);
+    std::ofstream(folder + "/lumps.sl") << "surface lumps() { Oi = 1; Ci = color noise(P * 20); }";
+    constexpr uint64_t Memory = 64 << 20;
+    Stats stats;
+    const auto render = [&](int balls) {
+        std::string text = "Option \"searchpath\" \"shader\" \"" + folder +
+                           ":&\"\nProjection \"perspective\" \"fov\" 45\nTranslate 0 0 4\nWorldBegin\n"
+                           "Surface \"lumps\"\nShadingRate 0.5\n";
+        for (int i = 0; i < balls; i++)
+            text += "Sphere 1 -1 1 360\n";
+        Journal journal;
+        const scene::Scene scene = ingest::parse_rib(text + "WorldEnd\n", "balls.rib", {}, journal);
+        Overrides overrides;
+        overrides.width = overrides.height = 256;
+        overrides.progressions = overrides.threads = 1;
+        overrides.standard_shaders = KANUKA_SOURCE_DIR "/shaders";
+        overrides.memory = Memory;
+        kanuka::render::render(scene, overrides, journal, stats, {});
+    };
+    render(1);
+    const uint64_t each = stats.count.shader_evaluations, bytes = stats.bytes.grids + stats.bytes.lobe_inputs;
+    ASSERT_GT(bytes, Memory / 80);
+    ASSERT_LT(bytes, Memory / 2);
+    stats.count.shader_evaluations = 0;
+    try {
+        render(40);
+        ADD_FAILURE();
+    } catch (const CannotFit& e) {
+        EXPECT_NE(std::string(e.what()).find("there are 0.1 GB"), std::string::npos) << e.what();
+    }
+    EXPECT_LE(stats.count.shader_evaluations, each * (Memory / 2 / bytes + 2));
+    std::filesystem::remove_all(folder);
 }

@@ -121,6 +121,8 @@ class GeometryBuilder {
         };
         for (size_t begin = 0; begin < primitives.size() && !m_request.progress.cancelled(); begin += Run) {
             const size_t end = std::min(primitives.size(), begin + Run);
+            m_resident = m_out->store.grid_bytes() + m_out->store.input_bytes();
+            m_prepared = 0;
             std::vector<Prepared> prepared(end - begin);
             tasks::parallel_for(end - begin, [&](size_t i) {
                 const int bounded = solid_of(primitives[begin + i], desc.solids);
@@ -177,7 +179,6 @@ class GeometryBuilder {
                 m_request.stats.count.traced_polygons += h.traced_polygons;
                 p = {};
             }
-            refuse_geometry_that_cannot_fit(m_out->store.grid_bytes() + m_out->store.input_bytes(), m_memory);
         }
         m_request.stats.count.primitives += primitives.size();
         close_run();
@@ -204,10 +205,16 @@ class GeometryBuilder {
         return known && nodes[size_t(p.solid)].kind == bvh::SolidNode::Kind::Primitive ? p.solid : -1;
     }
 
+    // Before a primitive is diced and after: a run of them may be more than there is memory.
+    void refuse_more_than_fits() const {
+        refuse_geometry_that_cannot_fit(m_resident + m_prepared, m_request.memory);
+    }
+
     // `inside_out`: what a solid is taken away from ends there; its outside lies within.
     // `instanced`: null = in the world.
     void prepare(const scene::Primitive& declared, const Transform& render_from_group,
                  const GroupView* instanced, bool inside_out, Prepared& out) {
+        refuse_more_than_fits();
         try {
             MovingPrimitive moving;
             if (declared.motion)
@@ -264,8 +271,12 @@ class GeometryBuilder {
             if (!out.empty)
                 leave_cut_emitters(out.page, declared.solid >= 0, at_rest);
             out.changes = !moving.later.empty();
+            m_prepared += out.page.words.size() * sizeof(out.page.words[0]);
+            refuse_more_than_fits();
             m_dice_time += std::max(0.0, dicing - displacing.load() / tasks::max_threads());
             m_shade_time += seconds_since(shading_start) + displacing.load() / tasks::max_threads();
+        } catch (const CannotFit&) {
+            throw;
         } catch (const std::exception& e) {
             out.empty = true;
             m_request.journal.error(declared.where, std::string("the primitive is left out: ") + e.what());
@@ -374,14 +385,13 @@ class GeometryBuilder {
         const auto normals_of = [&](const grid::Grid& g) {
             return g.later.empty() && !may_round ? std::vector<float>() : g.N;
         };
-        const bool patches = diced.is_mesh && !material.uniform() && material.reads_shading().rings > 0;
+        const bool patches = diced.is_mesh && !material.uniform();
         bool rounded_mesh = may_round;
         if (patches) {
             const std::vector<float> normals = normals_of(diced.mesh_vertices);
             shade_mesh(diced, material, inputs[0]);
             rounded_mesh = may_round && diced.mesh_vertices.N == normals;
             grid::carry_normals(diced.mesh_vertices, normals);
-            m_request.stats.count.shader_evaluations += uint64_t(diced.mesh_vertices.vertices());
         }
         tasks::parallel_for(count, [&](size_t i) {
             grid::Grid& g = diced.is_mesh ? diced.mesh_vertices : diced.grids[i]; // shading may set N: bumps
@@ -433,8 +443,8 @@ class GeometryBuilder {
                                      "other amounts 65504) and have been made smaller");
     }
 
-    // A mesh whose vertices depend on their neighbours, patch by patch.
-    static void shade_mesh(dice::Diced& diced, const shade::Material& material, grid::VertexInputs& inputs) {
+    // A mesh is shaded patch by patch: side by side, and cancelled between two of them.
+    void shade_mesh(dice::Diced& diced, const shade::Material& material, grid::VertexInputs& inputs) {
         grid::Grid& g = diced.mesh_vertices;
         const grid::MeshPatches patches(g, diced.mesh, diced.mesh_rest.empty() ? g.P : diced.mesh_rest,
                                         material.reads_shading().rings);
@@ -449,6 +459,7 @@ class GeometryBuilder {
             patches.cut(k, patch, vertices);
             const size_t own = size_t(patch.stencils->own);
             material.shade(patch, of_patch);
+            m_request.stats.count.shader_evaluations += own;
             const std::lock_guard lock(mutex);
             whole.add(of_patch, vertices, own, inputs);
             for (size_t c = 0; c < 3; c++)
@@ -615,7 +626,8 @@ class GeometryBuilder {
     std::atomic<double> m_dice_time{0}, m_shade_time{0};
     std::mutex m_progress_mutex;
     size_t m_done = 0, m_total = 0;
-    const uint64_t m_memory = machine_memory();
+    uint64_t m_resident = 0;             // bytes in the store as a run of primitives begins
+    std::atomic<uint64_t> m_prepared{0}; // of pages on the way there
 };
 
 } // namespace

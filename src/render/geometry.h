@@ -39,8 +39,9 @@ struct GeometryRequest {
     Stats& stats;
     const Progress& progress;
     const Linking& linking;
-    std::vector<bvh::Scene::Plane> clips = {}; // in render space
-    bool classic = false;                      // surfaces light nothing, but for area lights
+    std::vector<bvh::Scene::Plane> clips; // in render space
+    uint64_t memory;                      // that there is
+    bool classic = false;                 // surfaces light nothing, but for area lights
 };
 
 // Thread count changes nothing in what is built.

@@ -8,6 +8,7 @@
 
 #include "base/cancel.h"
 #include "base/tasks.h"
+#include "bvh/nesting.h"
 #include "render/accumulator.h"
 #include "render/air.h"
 #include "render/aovs.h"
@@ -56,7 +57,8 @@ class BatchSession {
     BatchSession(const scene::Scene& scene, const Overrides& o, Journal& journal, Stats& stats,
                  const Progress& progress)
         : m_scene(scene), m_journal(journal), m_stats(stats), m_progress(progress), m_lanes(o.lanes),
-          m_standard_shaders(o.standard_shaders), m_delayed(o.delayed), m_options(scene.options),
+          m_standard_shaders(o.standard_shaders), m_delayed(o.delayed),
+          m_memory(o.memory ? *o.memory : machine_memory()), m_options(scene.options),
           m_taken_by(o.camera.value_or(scene.camera)) {
         m_options.width = o.width.value_or(m_options.width);
         m_options.height = o.height.value_or(m_options.height);
@@ -83,7 +85,7 @@ class BatchSession {
 
     Result run() {
         m_start = Clock::now();
-        refuse_what_cannot_fit(m_window, m_aovs.names().size(), machine_memory());
+        refuse_what_cannot_fit(m_window, m_aovs.names().size(), m_memory);
         place_camera();
         Result result;
         if (!tasks::unless_cancelled(m_progress.cancelled, [&] { build(); })) {
@@ -162,6 +164,8 @@ class BatchSession {
         m_aovs.find(m_geometry->store.programs(), m_scene.file, m_on_demand ? unheard : m_journal);
         transport::SceneInputs& in = m_inputs;
         in.lights = m_scene.lights;
+        for (scene::Light& l : in.lights)
+            m_shading->find_files(l);
         std::vector<scene::ShaderRef> light_shaders = m_scene.light_shaders;
         for (scene::ShaderRef& ref : light_shaders)
             if (!m_classic && !ref.shadows)
@@ -245,19 +249,21 @@ class BatchSession {
     GeometryRequest request_for(const scene::Scene& scene) {
         return {scene,     *m_shading, *m_color.palette, m_dice,     m_camera.render_from_world,
                 shutter(), m_journal,  m_stats,          m_progress, *m_linking,
-                m_clips,   m_classic};
+                m_clips,   m_memory,   m_classic};
     }
 
     // What follows from the geometry as it is now.
     void build_bvh() {
         const ScopedTimer timer(m_stats.time.bvh_s);
         m_progress.update("build", 0);
+        bound_nesting();
         number_emitters();
         m_bvh.reset();
         m_bvh =
             std::make_unique<bvh::Scene>(m_geometry->store, m_geometry->groups,
                                          bvh::Scene::Build{.compact = m_stats.count.traced_polygons > 1000000,
-                                                           .watertight = m_options.watertight});
+                                                           .watertight = m_options.watertight,
+                                                           .cancelled = m_progress.cancelled});
         m_bvh->clip(m_clips, std::max(1, int(m_camera.view.motion.size() / 12)));
         m_bvh->watch_by(m_on_demand ? m_on_demand->watch() : nullptr);
         m_stats.bytes.bvh = m_bvh->bytes();
@@ -319,6 +325,22 @@ class BatchSession {
         return true;
     }
 
+    void bound_nesting() {
+        const bvh::Nesting n =
+            bvh::bound_nesting(m_geometry->store, m_geometry->groups, m_geometry->transforms);
+        const auto say = [&](uint64_t count, Severity severity, const std::string& why) {
+            if (count > 0)
+                m_journal.report(severity, {m_scene.file}, std::to_string(count) + " instances " + why);
+        };
+        say(n.merged, Severity::Info, "lie exactly where others of the same group do and are shown as one");
+        say(n.left_out, Severity::Warning,
+            "are left out: they lie in each other, and at one spot a ray would have to enter more than " +
+                std::to_string(int(bvh::MostEntered)) +
+                " of them; fewer levels of groups in groups would do");
+        say(n.too_deep, Severity::Warning,
+            "are left out: they lie more groups deep in each other than rays follow (16)");
+    }
+
     // Emitting triangles in instances are asked for light, place by place, as long as there are not too many.
     void number_emitters() {
         constexpr int Most = 1 << 23; // a hierarchy of about half a gigabyte
@@ -364,8 +386,9 @@ class BatchSession {
                 std::unique_ptr<transport::Kernel> kernel = take_kernel();
                 transport::BatchCounts counts;
                 transport::BatchRequest r = m_gathered.request(bucket);
-                for (int p = from; p < to; p++) {
-                    r.progression = uint32_t(p);
+                int done = from;
+                for (; done < to && (done == from || !m_progress.cancelled()); done++) {
+                    r.progression = uint32_t(done);
                     kernel->trace(r, counts);
                 }
                 give_kernel(std::move(kernel));
@@ -375,15 +398,18 @@ class BatchSession {
                     again[bucket] = 1;
                     return;
                 }
-                m_gathered.set_done(bucket, to);
+                m_gathered.set_done(bucket, done);
                 count(counts);
-                const uint64_t n = finished += uint64_t(to - from);
+                const uint64_t n = finished += uint64_t(done - from);
                 const std::lock_guard lock(m_mutex);
                 m_progress.update("progressions", double(n) / double(work));
             };
             for (;;) {
                 tasks::parallel_for(todo.size(), trace_bucket);
-                if (m_progress.cancelled() || !read_what_was_met())
+                bool more = false;
+                if (m_on_demand && !m_progress.cancelled())
+                    tasks::unless_cancelled(m_progress.cancelled, [&] { more = read_what_was_met(); });
+                if (!more)
                     break;
                 std::erase_if(todo, [&](size_t bucket) { return again[bucket] == 0; });
                 std::fill(again.begin(), again.end(), uint8_t(0));
@@ -402,7 +428,7 @@ class BatchSession {
                 {m_scene.file},
                 std::to_string(bad) + " samples that were not finite have been dropped, the first at pixel " +
                     std::to_string(m_first_nan.second) + ", " + std::to_string(m_first_nan.first));
-        if (m_stats.count.fireflies > 0)
+        if (m_stats.count.fireflies > 0 && m_bvh) // which a cancelled render may have lost
             m_stats.fireflies = explain_fireflies(m_fireflies, *take_kernel(), m_view, m_scene);
     }
 
@@ -467,6 +493,7 @@ class BatchSession {
     int m_lanes;
     std::string m_standard_shaders;
     scene::Delayed* m_delayed;
+    const uint64_t m_memory;
     scene::Options m_options;
     scene::Camera m_taken_by;
     transport::IntegratorChoice m_integrator;

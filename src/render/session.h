@@ -27,6 +27,7 @@ struct Overrides {
     int lanes = 0;                               // transport and shading lanes: 1, 8, 16; 0 = widest
     std::string standard_shaders;                // folder
     scene::Delayed* delayed = nullptr;           // procedurals to be read when rays meet them
+    std::optional<uint64_t> memory;              // bytes that there are; unset = the machine's
 };
 
 struct Result {

@@ -1,0 +1,304 @@
+#include "bvh/nesting.h"
+
+#include <algorithm>
+#include <cstring>
+#include <unordered_set>
+
+#include "bvh/embree_scene.h"
+
+namespace kanuka::bvh {
+namespace {
+
+bool is_still(const GroupDesc::Instances& in) {
+    return in.paths.empty() && !in.bounds_solid;
+}
+size_t count_of(const GroupDesc::Instances& in) {
+    return in.paths.empty() ? in.transforms.size() / 12 : in.paths.size();
+}
+
+// ---- copies in one place
+
+struct Placement {
+    int group;
+    std::array<uint32_t, 12> bits;
+    bool operator==(const Placement&) const = default;
+};
+struct Hash {
+    size_t operator()(const Placement& p) const {
+        uint64_t h = uint64_t(uint32_t(p.group)) * 0x9e3779b97f4a7c15ull;
+        for (const uint32_t b : p.bits)
+            h = (h ^ b) * 0x100000001b3ull; // FNV-1a, a word at a time
+        return size_t(h ^ h >> 32);
+    }
+};
+
+// They look like one: hits at one distance on one shape are decided alike. Light is asked of one of them.
+uint64_t merge_copies(GroupDesc& group, std::vector<std::vector<float>>& room) {
+    constexpr size_t MostCompared = 1 << 16; // more are a crowd that lies apart, or are left out below
+    uint64_t merged = 0;
+    size_t all = 0;
+    for (const auto& in : group.instances)
+        all += count_of(in);
+    if (all > MostCompared)
+        return 0;
+    std::unordered_set<Placement, Hash> seen;
+    for (auto& in : group.instances) {
+        if (!is_still(in))
+            continue;
+        std::vector<float> kept;
+        uint64_t gone = 0;
+        for (size_t i = 0; i + 12 <= in.transforms.size(); i += 12) {
+            Placement p{in.group, {}};
+            std::memcpy(p.bits.data(), in.transforms.data() + i, sizeof p.bits);
+            const bool first = seen.insert(p).second;
+            if (!first && gone++ == 0)
+                kept.assign(in.transforms.begin(), in.transforms.begin() + ptrdiff_t(i));
+            if (first && gone > 0)
+                kept.insert(kept.end(), in.transforms.begin() + ptrdiff_t(i),
+                            in.transforms.begin() + ptrdiff_t(i + 12));
+        }
+        if (gone == 0)
+            continue;
+        merged += gone;
+        room.push_back(std::move(kept));
+        in.transforms = room.back();
+    }
+    std::erase_if(group.instances, [](const auto& in) { return is_still(in) && in.transforms.empty(); });
+    return merged;
+}
+
+// ---- chains
+
+// A group that is nothing but one still instance of another one.
+bool is_link(const GroupDesc& g) {
+    return g.shapes.empty() && g.solids.empty() && g.instances.size() == 1 && is_still(g.instances[0]) &&
+           g.instances[0].transforms.size() == 12;
+}
+
+// Instances of links become instances of what those place. Lower groups come first, so a link names none.
+void join_chains(std::span<const GroupDesc> groups, GroupDesc& group, std::vector<std::vector<float>>& room) {
+    for (auto& in : group.instances) {
+        const GroupDesc& link = groups[size_t(in.group)];
+        if (!is_still(in) || !is_link(link))
+            continue;
+        const float* inner = link.instances[0].transforms.data();
+        std::vector<float> t(in.transforms.size());
+        for (size_t i = 0; i + 12 <= t.size(); i += 12) {
+            const float* outer = in.transforms.data() + i;
+            for (size_t r = 0; r < 3; r++)
+                for (size_t c = 0; c < 4; c++) {
+                    double sum = c == 3 ? double(outer[4 * r + 3]) : 0;
+                    for (size_t k = 0; k < 3; k++)
+                        sum += double(outer[4 * r + k]) * double(inner[4 * k + c]);
+                    t[i + 4 * r + c] = float(sum);
+                }
+        }
+        room.push_back(std::move(t));
+        in.transforms = room.back();
+        in.group = link.instances[0].group;
+    }
+}
+
+// ---- what overlaps
+
+Bounds3f bounds_of(const store::Store& store, const store::ShapeRecord& s) {
+    const bool mesh = s.flags & store::ShapeRecord::Mesh, fibre = s.flags & store::ShapeRecord::Fibre;
+    const size_t n = mesh ? size_t(s.mu) : size_t(s.mu + 1) * size_t(s.mv + 1), each = fibre ? 4 : 3;
+    Bounds3f b;
+    for (int k = 0; k <= s.motion_segments; k++) {
+        const uint32_t* words = store.words() + size_t(s.positions) + size_t(k) * size_t(s.motion_stride);
+        for (size_t i = 0; i < n; i++, words += each) {
+            float p[4] = {};
+            std::memcpy(p, words, each * sizeof(float));
+            if (!std::isfinite(p[0] + p[1] + p[2] + p[3]))
+                continue;
+            b.extend(Vec3f(p[0], p[1], p[2]) - Vec3f(p[3]));
+            b.extend(Vec3f(p[0], p[1], p[2]) + Vec3f(p[3]));
+        }
+    }
+    return b;
+}
+
+Bounds3f placed(const float* m, const Bounds3f& child) {
+    Bounds3f b;
+    if (child.empty())
+        return b;
+    for (int k = 0; k < 8; k++) {
+        const Vec3f p{k & 1 ? child.hi.x : child.lo.x, k & 2 ? child.hi.y : child.lo.y,
+                      k & 4 ? child.hi.z : child.lo.z};
+        const Vec3f q{m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3],
+                      m[4] * p.x + m[5] * p.y + m[6] * p.z + m[7],
+                      m[8] * p.x + m[9] * p.y + m[10] * p.z + m[11]};
+        if (std::isfinite(q.x + q.y + q.z))
+            b.extend(q);
+    }
+    return b;
+}
+
+Bounds3f placed(const GroupDesc::Instances& in, size_t i, const Bounds3f& child) {
+    if (in.paths.empty())
+        return placed(in.transforms.data() + 12 * i, child);
+    Bounds3f b;
+    for (const double time : {0.0, 0.5, 1.0}) {
+        float m[12];
+        in.paths[i].at(time, m);
+        if (const Bounds3f there = placed(m, child); !there.empty())
+            b.extend(there);
+    }
+    return b;
+}
+
+double half_area(const Bounds3f& b) {
+    const Vec3f d = b.hi - b.lo;
+    return double(d.x) * double(d.y) + double(d.y) * double(d.z) + double(d.z) * double(d.x);
+}
+
+// Of the rays that meet `box`, those that meet `other` too: as the surface area heuristic has it (MacDonald
+// and Booth 1990, Heuristics for ray tracing using space subdivision).
+double share(const Bounds3f& box, const Bounds3f& other) {
+    Bounds3f both;
+    for (int c = 0; c < 3; c++) {
+        both.lo[c] = std::max(box.lo[c], other.lo[c]);
+        both.hi[c] = std::min(box.hi[c], other.hi[c]);
+        if (!(both.lo[c] <= both.hi[c]))
+            return 0;
+    }
+    const double whole = half_area(box);
+    return whole > 0 ? std::min(1.0, half_area(both) / whole) : 1;
+}
+
+// What is known of a group once those below it are done.
+struct Level {
+    Bounds3f bounds;
+    double entered = 0;
+    int depth = 0; // of instances in it
+};
+
+class Bounding {
+  public:
+    Bounding(const store::Store& store, std::span<GroupDesc> groups, std::vector<std::vector<float>>& room,
+             double most)
+        : m_store(store), m_groups(groups), m_room(room), m_most(most), m_levels(groups.size()) {}
+
+    void bound(size_t g, Nesting& out) {
+        GroupDesc& group = m_groups[g];
+        Level& level = m_levels[g];
+        for (const auto& range : group.shapes)
+            for (int s = range.first; s < range.first + range.count; s++)
+                if (const Bounds3f b = bounds_of(m_store, m_store.shapes()[size_t(s)]); !b.empty())
+                    level.bounds.extend(b);
+        for (auto& in : group.instances)
+            if (m_levels[size_t(in.group)].depth + 1 > MaxDepth) {
+                out.too_deep += count_of(in);
+                in.transforms = {}, in.paths = {};
+            }
+        std::erase_if(group.instances, [](const auto& in) { return count_of(in) == 0; });
+        std::vector<Bounds3f> boxes;
+        for (const auto& in : group.instances) {
+            const Level& child = m_levels[size_t(in.group)];
+            level.depth = std::max(level.depth, child.depth + 1);
+            for (size_t i = 0; i < count_of(in); i++)
+                boxes.push_back(placed(in, i, child.bounds));
+        }
+        out.left_out += leave_out(group, boxes, level);
+        out.entered = std::max(out.entered, level.entered);
+    }
+
+  private:
+    // At some of the instances: how many are entered by a ray that meets one. In order, what goes beyond the
+    // bound is not kept, but for the first.
+    uint64_t leave_out(GroupDesc& group, const std::vector<Bounds3f>& boxes, Level& level) {
+        constexpr size_t MostSpots = 64;
+        const size_t step = std::max<size_t>(1, boxes.size() / MostSpots);
+        std::vector<Bounds3f> spots;
+        for (size_t i = 0; i < boxes.size(); i += step)
+            if (!boxes[i].empty())
+                spots.push_back(boxes[i]);
+        std::vector<double> sums(spots.size()), after(spots.size());
+        uint64_t left_out = 0;
+        size_t at = 0;
+        bool any = false;
+        for (auto& in : group.instances) {
+            const double each = 1 + m_levels[size_t(in.group)].entered;
+            std::vector<size_t> kept;
+            for (size_t i = 0; i < count_of(in); i++, at++) {
+                bool fits = true;
+                for (size_t k = 0; k < spots.size(); k++) {
+                    after[k] = sums[k] + (boxes[at].empty() ? 0 : each * share(spots[k], boxes[at]));
+                    fits = fits && after[k] <= m_most;
+                }
+                if (!fits && any)
+                    continue;
+                any = true;
+                sums.swap(after);
+                kept.push_back(i);
+                if (!boxes[at].empty())
+                    level.bounds.extend(boxes[at]);
+            }
+            left_out += count_of(in) - kept.size();
+            keep(in, kept);
+        }
+        std::erase_if(group.instances, [](const auto& in) { return count_of(in) == 0; });
+        for (const double sum : sums)
+            level.entered = std::max(level.entered, sum);
+        return left_out;
+    }
+
+    void keep(GroupDesc::Instances& in, const std::vector<size_t>& kept) {
+        if (kept.size() == count_of(in))
+            return;
+        if (!in.paths.empty()) { // they lie elsewhere: the first ones
+            size_t run = 0;
+            while (run < kept.size() && kept[run] == run)
+                run++;
+            in.paths = in.paths.first(run);
+            return;
+        }
+        std::vector<float> t;
+        for (const size_t i : kept)
+            t.insert(t.end(), in.transforms.begin() + ptrdiff_t(12 * i),
+                     in.transforms.begin() + ptrdiff_t(12 * i + 12));
+        m_room.push_back(std::move(t));
+        in.transforms = m_room.back();
+    }
+
+    const store::Store& m_store;
+    const std::span<GroupDesc> m_groups;
+    std::vector<std::vector<float>>& m_room;
+    const double m_most;
+    std::vector<Level> m_levels;
+};
+
+// As if everything overlapped, which costs nothing to find out.
+bool may_go_beyond(std::span<const GroupDesc> groups, double most) {
+    std::vector<double> entered(groups.size());
+    std::vector<int> depth(groups.size());
+    bool beyond = false;
+    for (size_t g = 0; g < groups.size(); g++) {
+        for (const auto& in : groups[g].instances) {
+            entered[g] += double(count_of(in)) * (1 + entered[size_t(in.group)]);
+            depth[g] = std::max(depth[g], 1 + depth[size_t(in.group)]);
+        }
+        beyond = beyond || entered[g] > most || depth[g] > MaxDepth;
+    }
+    return beyond;
+}
+
+} // namespace
+
+Nesting bound_nesting(const store::Store& store, std::span<GroupDesc> groups,
+                      std::vector<std::vector<float>>& room, double most) {
+    Nesting out;
+    for (size_t g = 0; g < groups.size(); g++) {
+        out.merged += merge_copies(groups[g], room);
+        join_chains(groups, groups[g], room);
+    }
+    if (!may_go_beyond(groups, most))
+        return out;
+    Bounding bounding(store, groups, room, most);
+    for (size_t g = 0; g < groups.size(); g++)
+        bounding.bound(g, out);
+    return out;
+}
+
+} // namespace kanuka::bvh
