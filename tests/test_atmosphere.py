@@ -237,3 +237,16 @@ def test_instances_lie_in_the_same_air(tmp_path: Path) -> None:
     np.testing.assert_allclose(instanced["rgb"], whole["rgb"], atol=0.02)
     assert instanced["rgb"].mean((0, 1)) == pytest.approx(whole["rgb"].mean((0, 1)), rel=2e-3)
     assert np.abs(whole["rgb"] - clear["rgb"]).mean() > 0.01
+
+
+def test_random_is_another_one_on_each_way(tmp_path: Path) -> None:
+    """A march of two steps that begins anywhere: its mean is the integral, to which two even steps are far off."""
+    (tmp_path / "jitter.sl").write_text("""
+        volume jitter(color glow = 1;) {
+            float k, sum = 0;
+            for (k = 0; k < 2; k += 1) sum += pow((k + random()) / 2, 4) / 2;
+            Ci = glow * sum;
+        }""")
+    picture = render(tmp_path, PLANE % 'Atmosphere "jitter"', 256)
+    assert picture["rgb"].mean((0, 1)) == pytest.approx([0.2] * 3, rel=0.01)
+    assert picture["rgb"].mean(-1).std() < 0.02

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/sampling.h"
+
 namespace kanuka::shade {
 
 namespace {
@@ -59,6 +61,9 @@ sl::Filtered AirOfShader::run(const grid::Ways& ways, std::span<const Rgb> shown
             std::copy_n(ways.from[c], n, eye.data.begin() + ptrdiff_t(at));
             std::fill_n(color.data.begin() + ptrdiff_t(at), n, shown[k][c]);
         }
+    // random() goes by the surface's parameters: each way has its own.
+    for (size_t i = 0; i < n * shown.size(); i++)
+        g.u[i] = to_unit(hash_bits(Int<1>(ways.seed[i % n])))[0];
     g.primvars = {std::move(eye), std::move(color)};
     AirServices services(m_spaces, m_facts, m_textures, m_journal, m_where, lights);
     sl::Filtered f = m_instance->filter(g, {}, services);

@@ -556,6 +556,7 @@ void SystemImpl::check_air(const Bounds3f& seen) {
     grid::Ways ways;
     ways.count = seen.empty() ? 0 : 16;
     for (int i = 0; i < ways.count; i++) {
+        ways.seed[i] = i;
         constexpr int Bases[] = {2, 3, 5};
         for (int c = 0; c < 3; c++) {
             float x = 0, digit = 1;
