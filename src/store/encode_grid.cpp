@@ -40,6 +40,8 @@ class GridEncoder {
         encode_normals();
         if (m_shaded.smooth && is_coarse())
             m_out.shape.flags |= ShapeRecord::Rounded;
+        if (m_program.opacity[0] >= 0 && is_tinted())
+            m_out.shape.flags |= ShapeRecord::Tinted;
         if (m_program.needs_tangent())
             encode_tangents();
         if (m_program.emits())
@@ -90,6 +92,17 @@ class GridEncoder {
     }
 
     Rgb color(int slot, int i) { return {value(slot, 0, i), value(slot, 1, i), value(slot, 2, i)}; }
+
+    // Does it stop some colours more than others?
+    bool is_tinted() {
+        const auto& c = m_program.opacity;
+        for (int i = 0; i < m_count; i++) {
+            const float r = value(c[0], 0, i), g = value(c[1], 0, i), b = value(c[2], 0, i);
+            if (std::max({r, g, b}) - std::min({r, g, b}) > 1e-3f)
+                return true;
+        }
+        return false;
+    }
 
     // Is it read for emitters alone, which keep whole floats? Its word is what fits.
     bool is_emission(int slot) const {
