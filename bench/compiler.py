@@ -7,40 +7,37 @@ import math
 import statistics
 import subprocess
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 
 import shader_graphs
-from measures import Settings
+from settings import ROOT, Found, Say, Settings, built
 
-ROOT = Path(__file__).resolve().parent.parent
-BINARY = ROOT / "build" / "src" / "sl" / "kanuka_shader_bench"
 NODES = (1_000, 4_000, 10_000)
 PLAIN = ROOT / "shaders" / "plastic.sl"
 
 
-def bench(*arguments: object) -> dict[str, object]:
-    done = subprocess.run([BINARY, *map(str, arguments)], capture_output=True, text=True, check=True)
-    return json.loads(done.stdout)
+def measure(settings: Settings, say: Say) -> Found:
+    program = built("kanuka_shader_bench", "sl")
 
+    def bench(*arguments: object) -> Found:
+        done = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True, check=True)
+        return json.loads(done.stdout)
 
-def measure(settings: Settings, say: Callable[[str], None]) -> dict[str, object]:
-    subprocess.run(["ninja", "-C", ROOT / "build", "kanuka_shader_bench"], check=True, capture_output=True)
-    seconds = 0.1 if settings.quick else 0.5
-    found: dict[str, object] = {"arithmetic": bench("--arithmetic"), "compile": []}
+    seconds, repeats = (0.1, 1) if settings.quick else (0.5, min(settings.rounds, 5))
+    found: Found = {"arithmetic": bench("--arithmetic"), "compile": []}
     a = found["arithmetic"]
     say(f"  arithmetic: {', '.join(f'{name} {value:.1f}' for name, value in a.items())}")
     with tempfile.TemporaryDirectory() as folder:
-        times = [bench(PLAIN, "--cache", f"{folder}/plain{k}", "--seconds", 0) for k in range(settings.repeats)]
+        times = [bench(PLAIN, "--cache", f"{folder}/plain{k}", "--seconds", 0) for k in range(repeats)]
         found["plain_compile_s"] = statistics.median(t["compile_s"] for t in times)
         for nodes in NODES[: 1 if settings.quick else None]:
             path = Path(folder) / f"graph{nodes}.sl"
             shader_graphs.random_graph(nodes).save_shader(path)
             cold = [
                 bench(path, "--cache", f"{folder}/{nodes}-{k}", "--seconds", 0 if k else seconds)
-                for k in range(settings.repeats)
+                for k in range(repeats)
             ]
-            warm = [bench(path, "--cache", f"{folder}/{nodes}-0", "--seconds", 0) for _ in range(settings.repeats)]
+            warm = [bench(path, "--cache", f"{folder}/{nodes}-0", "--seconds", 0) for _ in range(repeats)]
             if not all(run["from_cache"] for run in warm):
                 raise RuntimeError(f"the cache did not hold the shader of {nodes} nodes")
             entry = {

@@ -8,9 +8,13 @@ Boxes with balls in them stand on a plane, PITCH apart. The camera stands in a c
 from __future__ import annotations
 
 import argparse
+import json
 import resource
+import subprocess
+import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -52,7 +56,51 @@ def write(folder: Path, count: int) -> Path:
 
 
 def peak() -> float:
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+
+
+def load_and_render(path: Path, output: Path | None) -> dict[str, object]:
+    begin, cpu = time.perf_counter(), time.process_time()
+    scene = kanuka.load(path, on_demand=True)
+    found = {"load_s": time.perf_counter() - begin, "load_cpu_s": time.process_time() - cpu, "load_peak_bytes": peak()}
+    begin, cpu = time.perf_counter(), time.process_time()
+    picture = kanuka.render(scene)
+    found |= {"render_s": time.perf_counter() - begin, "render_cpu_s": time.process_time() - cpu, "peak_bytes": peak()}
+    if output:
+        picture.write(output)
+    count = picture.stats["count"]
+    return found | {"read": count["procedurals_read"], "messages": [str(m) for m in scene.journal.messages]}
+
+
+def run(archives: int, folder: Path, output: Path | None = None) -> dict[str, object]:
+    """In a process of its own, so that its peak memory is its own."""
+    path = write(folder, archives)
+    command = [sys.executable, __file__, "--render", path, *(["--output", output] if output else [])]
+    done = subprocess.run([*map(str, command)], capture_output=True, text=True)
+    if done.returncode:
+        raise RuntimeError(f"{archives} archives ended with {done.returncode}:\n{done.stderr[-2000:]}")
+    return {
+        "archives": archives,
+        "files": FILES,
+        "rib_bytes": path.stat().st_size,
+        **json.loads(done.stdout.splitlines()[-1]),
+    }
+
+
+def summary(f: dict) -> str:
+    return (
+        f"{f['archives']} delayed archives, {f['rib_bytes'] / 1e6:.0f} MB of RIB: load {f['load_s']:.1f} s (CPU "
+        f"{f['load_cpu_s']:.1f} s), {f['load_peak_bytes'] / 1e6:.0f} MB; render {f['render_s']:.1f} s (CPU "
+        f"{f['render_cpu_s']:.1f} s), {f['peak_bytes'] / 1e6:.0f} MB; {f['read']} read"
+    )
+
+
+def measure(settings: object, say: Callable[[str], None]) -> dict[str, object]:
+    """For run.py."""
+    with tempfile.TemporaryDirectory() as folder:
+        found = run(20_000 if settings.quick else 1_000_000, Path(folder))
+    say(f"  {summary(found)}")
+    return found
 
 
 def main() -> None:
@@ -60,24 +108,15 @@ def main() -> None:
     parser.add_argument("--archives", type=int, default=1_000_000)
     parser.add_argument("--folder", type=Path)
     parser.add_argument("--output", type=Path)
+    parser.add_argument("--render", type=Path, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
+    if arguments.render:
+        print(json.dumps(load_and_render(arguments.render, arguments.output)))
+        return
     with tempfile.TemporaryDirectory() as temporary:
         folder = arguments.folder or Path(temporary)
         folder.mkdir(exist_ok=True)
-        path = write(folder, arguments.archives)
-        print(f"{arguments.archives} delayed archives, {path.stat().st_size / 2**20:.0f} MB of RIB, {FILES} files")
-        begin, cpu = time.perf_counter(), time.process_time()
-        scene = kanuka.load(path, on_demand=True)
-        print(f"load    {time.perf_counter() - begin:6.1f} s (CPU {time.process_time() - cpu:.1f} s), {peak():.0f} MB")
-        begin, cpu = time.perf_counter(), time.process_time()
-        picture = kanuka.render(scene)
-        print(f"render  {time.perf_counter() - begin:6.1f} s (CPU {time.process_time() - cpu:.1f} s), {peak():.0f} MB")
-        count = picture.stats["count"]
-        print(f"read    {count['procedurals_read']} of {count['procedurals']}")
-        for message in scene.journal.messages:
-            print(message)
-        if arguments.output:
-            picture.write(arguments.output)
+        print(summary(run(arguments.archives, folder, arguments.output)))
 
 
 if __name__ == "__main__":

@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-from collections.abc import Callable
-from pathlib import Path
+from settings import Found, Say, Settings, built, lines_of, median_lines
 
-from measures import Settings
-
-ROOT = Path(__file__).resolve().parent.parent
-BINARY = ROOT / "build" / "src" / "dice" / "kanuka_dice_bench"
+ROUNDS = 5
 
 
-def measure(settings: Settings, say: Callable[[str], None]) -> dict[str, object]:
+def measure(settings: Settings, say: Say) -> Found:
     """One thread: the goal is a thread's."""
-    subprocess.run(["ninja", "-C", ROOT / "build", "kanuka_dice_bench"], check=True, capture_output=True)
-    done = subprocess.run(
-        [BINARY, *(["--quick"] if settings.quick else [])], capture_output=True, text=True, check=True
-    )
-    runs = [json.loads(line) for line in done.stdout.splitlines()]
+    program = built("kanuka_dice_bench", "dice")
+    options = ["--quick"] if settings.quick else []
+    rounds = [lines_of(program, *options) for _ in range(1 if settings.quick else ROUNDS)]
+    runs = median_lines(rounds, ("cpu_s", "seconds", "vertices_per_cpu_s"))
     for run in runs:
         say(
             f"  {run['case']:<34} {run['vertices'] / 1e6:6.2f} M vertices in {run['seconds']:.2f} s (CPU "

@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-from collections.abc import Callable
-from pathlib import Path
-
-from measures import Settings
-
-ROOT = Path(__file__).resolve().parent.parent
-BINARY = ROOT / "build" / "src" / "transport" / "kanuka_lane_bench"
+from settings import Found, Say, Settings, built, lines_of
 
 
-def measure(settings: Settings, say: Callable[[str], None]) -> dict[str, object]:
-    subprocess.run(["ninja", "-C", ROOT / "build", "kanuka_lane_bench"], check=True, capture_output=True)
-    done = subprocess.run(
-        [BINARY, *(["--quick"] if settings.quick else [])], capture_output=True, text=True, check=True
-    )
-    runs = [json.loads(line) for line in done.stdout.splitlines()]
-    for run in runs:
+def measure(settings: Settings, say: Say) -> Found:
+    """The program takes lane counts in turn, round by round."""
+    program = built("kanuka_lane_bench", "transport")
+    lines = lines_of(program, "--quick" if settings.quick else f"--rounds={max(settings.rounds, 5)}")
+    for run in lines:
+        one, eight, sixteen = (sorted(run["rounds"][n])[len(run["rounds"][n]) // 2] for n in ("1", "8", "16"))
+        run |= {"ns_1": one, "ns_8": eight, "ns_16": sixteen}
         say(
-            f"  {run['material']:<7} {run['ns_1']:.0f} ns a hit by one lane, "
-            f"{run['ns_8']:.0f} by 8 ({run['of_8']:.1f}×), "
-            f"{run['ns_16']:.0f} by 16 ({run['of_16']:.1f}×)"
+            f"  {run['material']:<7} {one:.0f} ns a hit by one lane, {eight:.0f} by 8 ({one / eight:.1f}×), "
+            f"{sixteen:.0f} by 16 ({one / sixteen:.1f}×)"
         )
-    return {"runs": runs}
+    return {"runs": lines}

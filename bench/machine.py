@@ -31,9 +31,12 @@ def describe() -> dict[str, object]:
         "cores": cores(),
         "isa": next((name for name, flag in FLAGS if flag in flags), "SSE"),
         "memory_gib": round(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30, 1),
-        "system": platform.platform(),
-        "load_before": round(os.getloadavg()[0], 2),
     }
+
+
+def load() -> float:
+    """Of the last minute: what else ran, and what we ran ourselves."""
+    return round(os.getloadavg()[0], 2)
 
 
 def commit() -> str:

@@ -132,3 +132,10 @@ def agreement(ours: Estimate, theirs: Estimate, level: bool = True) -> Agreement
 def _of_mean(batches: np.ndarray) -> np.ndarray:
     """Variance of the mean over batches."""
     return batches.var(0, ddof=1) / len(batches)
+
+
+def relative_error(picture: np.ndarray, converged: Estimate) -> float:
+    """Squared error over the square of what should be, averaged, less what the converged picture's own noise adds."""
+    truth = converged.mean
+    squared = (picture.astype(np.float64) - truth) ** 2 - converged.variance / converged.batches
+    return float(np.mean(squared / (truth**2 + 0.01)))

@@ -1,4 +1,8 @@
-"""Converged pictures, kept outside the repository and added to batch by batch until they are long enough."""
+"""Converged pictures, kept outside the repository and added to batch by batch until they are long enough.
+
+A picture's file is named after the renderer, its version, and a digest of all that makes it: the scene and the files
+that it reads, the worker that hands it over, and for us the commit of the sources.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+import machine
 import peers
 import scenes
 from pictures import Estimate
@@ -18,8 +23,13 @@ AT_A_TIME = 4
 def _path(renderer: peers.Renderer, request: dict[str, object]) -> Path:
     folder = scenes.cache_folder() / "references"
     folder.mkdir(exist_ok=True)
-    extent = "-".join(str(request[key]) for key in ("scene", "n", "scale", "samples"))
-    return folder / f"{renderer.name}-{renderer.version()}-{extent}.npz"
+    scene = scenes.make(str(request["scene"]), int(request["n"]), float(request["scale"]))
+    made_by = sorted((peers.BENCH / "peers").glob(f"{renderer.worker.split('_')[0]}_*.py"))
+    metals = [scenes.metal_file(mesh.finish.metal) for mesh in scene.meshes if mesh.finish]
+    read = [path.read_bytes() for path in (*made_by, *metals) if path.exists()]
+    version = machine.commit() if renderer.name == "kanuka" else renderer.version()
+    key = scenes.digest(scenes.content(scene), request["samples"], request["options"], *read)
+    return folder / f"{renderer.name}-{version}-{request['scene']}-{key}.npz"
 
 
 def _load(path: Path) -> Estimate | None:

@@ -1,77 +1,75 @@
-"""results.json and RESULTS.md: written after every measure, so that a run that is stopped leaves what it had.
+"""results.json: what was measured, part by part, each with its commit, machine, date and load.
 
-A run of a part takes the place of that part alone, if machine and sources are the same as before; else it starts anew.
+Written after every part, so that a run that is stopped leaves what it had and the next goes on there. A part stays
+until it is measured again: figures of an older commit are shown with that commit.
 """
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import report
-
-# By which key an entry of each list says what it is about; micropolygons have one entry at most.
-ABOUT = {
-    "ratios": "scene",
-    "medians": "scene",
-    "agreement": "scene",
-    "tolerance": "kind",
-    "micropolygons": "",
-    "dice": "",
-    "hair": "",
-    "networks": "links",
-    "shaders": "",
-    "lights": "",
-    "lanes": "",
-}
-SAME = ("commit", "quick", "repeats", "threads")
-SAME_MACHINE = ("cpu", "family_model_stepping", "cores", "isa")
+Entry = dict[str, object]
 
 
 class Results:
-    def __init__(self, folder: Path, header: dict[str, object], say: Callable[[str], None]) -> None:
-        self.folder = folder
-        folder.mkdir(parents=True, exist_ok=True)
-        self.data = {**header, "commands": [], "failures": [], **{name: [] for name in ABOUT}}
-        old = self._old()
-        if old and self._is_of_now(old):
-            self.data |= {name: old[name] for name in (*ABOUT, "commands")}
-            say(f"adds to {folder / 'results.json'}")
-        elif old:
-            say(f"{folder / 'results.json'} is of other sources, another machine or other settings: starts anew")
-        self.data["commands"] = list(dict.fromkeys([*self.data["commands"], header["command"]]))
-
-    def _old(self) -> dict[str, object] | None:
+    def __init__(self, path: Path) -> None:
+        self.path = path
         try:
-            old = json.loads((self.folder / "results.json").read_text())
-        except (OSError, json.JSONDecodeError):
-            return None
-        return old if all(name in old for name in (*ABOUT, *SAME, "machine", "commands")) else None
+            self.parts: dict[str, Entry] = json.loads(path.read_text())["parts"]
+        except (OSError, json.JSONDecodeError, KeyError):
+            self.parts = {}
 
-    def _is_of_now(self, old: dict[str, object]) -> bool:
-        machines = old["machine"], self.data["machine"]
-        return all(old[name] == self.data[name] for name in SAME) and all(
-            machines[0].get(name) == machines[1].get(name) for name in SAME_MACHINE
-        )
+    def has(self, name: str, taken: Entry) -> bool:
+        """Measured with the same sources, on the same machine, as long as now?"""
+        old = self.parts.get(name, {}).get("taken", {})
+        return all(old.get(key) == taken[key] for key in ("commit", "machine", "rounds", "quick", "threads"))
 
-    def put(self, name: str, about: str, entries: list[dict[str, object]]) -> None:
-        """Entries of a list that are about the same as these go."""
-        self.data[name] = [entry for entry in self.data[name] if entry.get(ABOUT[name], "") != about] + entries
+    def put(self, name: str, taken: Entry, found: Entry) -> None:
+        self.parts[name] = {"taken": taken, "found": found}
         self.write()
 
-    def fail(self, line: str) -> None:
-        if line not in self.data["failures"]:
-            self.data["failures"].append(line)
-        self.write()
+    def seconds(self, name: str) -> float | None:
+        return self.parts.get(name, {}).get("taken", {}).get("seconds")
 
     def write(self) -> None:
-        self.data["goals"] = report.goals(self.data)
-        for name, text in (
-            ("results.json", json.dumps(self.data, indent=2) + "\n"),
-            ("RESULTS.md", report.page(self.data)),
-        ):
-            temporary = self.folder / f".{name}.{os.getpid()}"
-            temporary.write_text(text)
-            os.replace(temporary, self.folder / name)
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        replace(self.path, json.dumps({"parts": dict(sorted(self.parts.items()))}, indent=1) + "\n")
+
+    # ---- for pages
+
+    def of(self, measure: str) -> Iterator[tuple[str, Entry]]:
+        """What a measure found, by what it is about."""
+        for name, part in self.parts.items():
+            kind, _, about = name.partition("/")
+            if kind == measure:
+                yield about, part["found"]
+
+    def one(self, name: str) -> Entry | None:
+        part = self.parts.get(name)
+        return part["found"] if part else None
+
+    def look_up(self, key: str) -> object:
+        """`measure/about:name.name.0`; None where the part was not measured, KeyError where it has no such figure."""
+        part, _, names = key.partition(":")
+        found = self.one(part)
+        if found is None:
+            return None
+        value: object = found
+        for name in names.split("."):
+            try:
+                value = value[int(name)] if isinstance(value, list) else value[name]
+            except (KeyError, IndexError, TypeError, ValueError) as error:
+                raise KeyError(f"{key}: {part} has no figure {names}") from error
+        return value
+
+
+def replace(path: Path, text: str) -> None:
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    temporary.write_text(text)
+    os.replace(temporary, path)
+
+
+Say = Callable[[str], None]

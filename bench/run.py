@@ -1,159 +1,137 @@
-"""Kanuka and other renderers on the same scenes, in one run on one machine.
+"""Kanuka and other renderers on the same scenes, and Kanuka against itself, on one machine.
 
-    python bench/run.py --quick                            does everything work? small pictures, a minute
-    python bench/run.py                                    all of it, into bench/results.json and bench/RESULTS.md
-    python bench/run.py --scene cornell --peer mitsuba     a part of it, into out/bench
+    python bench/run.py                        all of it, into bench/results.json, bench/RESULTS.md and docs/
+    python bench/run.py --quick                does everything work? small pictures, two minutes; figures into out/bench
+    python bench/run.py --measure agreement --scene conductor      a part of it, into out/bench
+    python bench/run.py --list                 its parts, and when each was measured
 
-Renderers live in virtual environments that bench/setup.sh makes, in the folder KANUKA_PEERS (build/peers); meshes and
-converged pictures are kept in KANUKA_BENCH_CACHE (build/bench). One that is not installed is left out and named.
+A run that was stopped goes on where it was: what is measured at this commit, on this machine, is not measured again
+unless --again says so. Renderers live in virtual environments that bench/setup.sh makes, in the folder KANUKA_PEERS
+(build/peers); meshes and converged pictures are kept in KANUKA_BENCH_CACHE (build/bench). A renderer that is not
+installed is left out and named.
 """
 
 from __future__ import annotations
 
 import argparse
 import datetime
-import shlex
 import sys
-from collections.abc import Callable
+import time
+import traceback
 from pathlib import Path
 
-import compiler
-import dicing
-import hair
-import lanes
-import lights
 import machine
-import measures
 import peers
+import plan
 import report
 from results import Results
+from settings import ROOT, Settings
 
-ROOT = Path(__file__).resolve().parent.parent
-MEASURES = (
-    "side-by-side",
-    "micropolygons",
-    "dice",
-    "hair",
-    "networks",
-    "shaders",
-    "lights",
-    "lanes",
-    "tolerance",
-    "agreement",
-)
-# Mitsuba's LLVM mode does not take 100 000 instances, and it has no procedural textures.
-SCENES = {
-    "cornell": ("mitsuba-llvm-spectral", "mitsuba-scalar-spectral", "cycles", "luxcore"),
-    "terrain": ("mitsuba-llvm-spectral", "mitsuba-scalar-spectral", "cycles", "luxcore"),
-    "forest": ("mitsuba-scalar-spectral", "cycles", "luxcore"),
-    "still-life": ("mitsuba-llvm-spectral", "mitsuba-llvm-rgb", "cycles", "luxcore"),
-    "shading": ("cycles", "luxcore"),
-}
-AGREEMENT = ("cornell", "grey-cornell", "terrain", "environment", "conductor", "dielectric", "dispersion")
+QUICK_SHARE = 0.05  # of the time of a whole part
 
 
 def parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    measures = list(dict.fromkeys(part.measure for part in plan.parts()))
+    scenes = list(dict.fromkeys(part.about for part in plan.parts() if part.about))
     parser.add_argument("--quick", action="store_true", help="small pictures and scenes: no timings worth keeping")
-    parser.add_argument(
-        "--scene",
-        action="append",
-        choices=list(dict.fromkeys([*SCENES, *AGREEMENT])),
-        help="this one alone; may be repeated",
-    )
-    parser.add_argument("--peer", action="append", metavar="NAME", help=f"of {', '.join(list(peers.RENDERERS)[1:])}")
-    parser.add_argument("--measure", action="append", choices=MEASURES, help="this one alone; may be repeated")
-    parser.add_argument("--repeats", type=int, default=0, help="runs of each; medians are given (3; quick: 2)")
+    parser.add_argument("--measure", action="append", choices=measures, help="this one alone; may be repeated")
+    parser.add_argument("--scene", action="append", choices=scenes, metavar="NAME", help="what parts are about")
+    parser.add_argument("--peer", action="append", choices=list(peers.RENDERERS)[1:], metavar="NAME")
+    parser.add_argument("--rounds", type=int, default=0, help="of each renderer, in turn (6; quick: 2)")
     parser.add_argument("--threads", type=int, default=0, help="for every renderer; default: all cores")
+    parser.add_argument("--again", action="store_true", help="also what is measured already")
+    parser.add_argument("--list", action="store_true", help="show the parts, and measure nothing")
     parser.add_argument("-o", "--output", type=Path, help="folder of results.json and RESULTS.md")
     arguments = parser.parse_args()
-    for name in arguments.peer or ():
-        if not any(peer.startswith(name) for peer in peers.RENDERERS):
-            parser.error(f"--peer: no renderer's name starts with {name!r}; there are {', '.join(peers.RENDERERS)}")
-    if arguments.repeats < 0 or arguments.threads < 0:
-        parser.error("--repeats and --threads: from 1 on")
+    if arguments.rounds < 0 or arguments.threads < 0:
+        parser.error("--rounds and --threads: from 1 on")
     return arguments
 
 
-def chosen_peers(scene: str, given: list[str] | None) -> list[peers.Renderer]:
-    """Ours, and those usual for the scene; named ones in any case."""
-    names = SCENES[scene]
-    if given:
-        names = [name for name in peers.RENDERERS if name != "kanuka" and name.startswith(tuple(given))]
-    return [measures.OURS, *(peers.RENDERERS[name] for name in names)]
+def chosen(arguments: argparse.Namespace) -> list[plan.Part]:
+    return [
+        part
+        for part in plan.parts(arguments.peer)
+        if (not arguments.measure or part.measure in arguments.measure)
+        and (not arguments.scene or part.about in arguments.scene)
+        and (part.quick or not arguments.quick or arguments.measure or arguments.scene)
+    ]
+
+
+class Clock:
+    """How long the rest will take: by what parts took before, or the plan's word, times how that went so far."""
+
+    def __init__(self, parts: list[plan.Part], results: Results, quick: bool) -> None:
+        share = QUICK_SHARE if quick else 1
+        self.expected = {part.name: results.seconds(part.name) or share * part.seconds for part in parts}
+        self.gone = self.planned = 0.0
+
+    def done(self, part: plan.Part, seconds: float) -> None:
+        self.gone += seconds
+        self.planned += self.expected.pop(part.name)
+
+    def left(self) -> str:
+        pace = self.gone / self.planned if self.planned else 1
+        return f"{pace * sum(self.expected.values()) / 60:.0f} min left"
+
+
+def take(part: plan.Part, settings: Settings, results: Results, taken: dict[str, object]) -> str:
+    """Measures; says what failed, or nothing."""
+    start, before = time.time(), machine.load()
+    try:
+        found = part.take(settings, say)
+    except Exception as error:  # one measure that fails leaves the others
+        if not isinstance(error, peers.WorkerError | RuntimeError | OSError):
+            traceback.print_exc()
+        return f"{part.name}: {error}"
+    took = {"seconds": round(time.time() - start, 1), "load": [before, machine.load()]}
+    results.put(part.name, taken | took, found)
+    return ""
 
 
 def main() -> int:
     arguments = parse()
-    partial = bool(arguments.quick or arguments.scene or arguments.peer or arguments.measure)
-    settings = measures.Settings(arguments.quick, arguments.repeats or (2 if arguments.quick else 3), arguments.threads)
-    header = {
-        "machine": machine.describe(),
+    partial = bool(arguments.quick or arguments.scene or arguments.peer or arguments.measure or arguments.threads)
+    settings = Settings(arguments.quick, arguments.rounds or (2 if arguments.quick else 6), arguments.threads)
+    folder = arguments.output or (ROOT / "out" / "bench" if partial else ROOT / "bench")
+    results = Results(folder / "results.json")
+    taken = {
         "commit": machine.commit(),
+        "machine": machine.describe(),
         "date": datetime.date.today().isoformat(),
-        "command": shlex.join(["bench/run.py", *sys.argv[1:]]),
-        "quick": arguments.quick,
-        "repeats": settings.repeats,
+        "rounds": settings.rounds,
+        "quick": settings.quick,
         "threads": settings.threads or machine.cores(),
     }
-    say("{cpu}, {cores} cores, {isa}; load {load_before}".format(**header["machine"]))
-    results = Results(arguments.output or (ROOT / "out" / "bench" if partial else ROOT / "bench"), header, say)
-    wanted = set(arguments.measure or MEASURES)
-    chosen = arguments.scene or list(dict.fromkeys([*SCENES, *AGREEMENT]))
-    failures: list[str] = []
-
-    def attempt(measure: Callable[..., dict[str, object]], *given: object) -> list[dict[str, object]]:
-        """One measure that fails leaves the others."""
-        try:
-            return [measure(settings, *given, say)]
-        except peers.WorkerError as error:
-            failures.append(str(error))
-            say(f"  {error}")
-            return []
-
-    if "side-by-side" in wanted:
-        for scene in (scene for scene in chosen if scene in SCENES):
-            say(f"{scene}:")
-            runs = measures.side_by_side(settings, scene, chosen_peers(scene, arguments.peer), say, failures)
-            summaries = [each.summary(scene) for each in runs]
-            results.put("medians", scene, summaries)
-            results.put("ratios", scene, measures.ratios(summaries))
-    if "micropolygons" in wanted and not arguments.scene:
-        say("micropolygons:")
-        results.put("micropolygons", "", attempt(measures.micropolygons))
-    if "dice" in wanted and not arguments.scene:
-        say("dicing, a thread:")
-        results.put("dice", "", attempt(dicing.measure))
-    if "hair" in wanted and not arguments.scene:
-        say("hair:")
-        results.put("hair", "", attempt(hair.measure))
-    if "networks" in wanted and not arguments.scene:
-        say("shader networks, from an empty cache to the last pixel:")
-        for n in measures.NETWORK_SAMPLES:
-            results.put("networks", n, attempt(measures.network, n))
-    if "shaders" in wanted and not arguments.scene:
-        say("the shader compiler and what it makes:")
-        results.put("shaders", "", attempt(compiler.measure))
-    if "lights" in wanted and not arguments.scene:
-        say("lights, from ten to a hundred thousand:")
-        results.put("lights", "", attempt(lights.measure))
-    if "lanes" in wanted and not arguments.scene:
-        say("the surface stage by one lane, by 8 and by 16:")
-        results.put("lanes", "", attempt(lanes.measure))
-    if "tolerance" in wanted and not arguments.scene:
-        say("geometry tolerance, on and off:")
-        for kind in measures.TOLERANCE_SCENES:
-            results.put("tolerance", kind, attempt(measures.tolerance, kind))
-    if "agreement" in wanted:
-        say("agreement with a converged picture:")
-        for scene in (scene for scene in AGREEMENT if scene in chosen):
-            results.put("agreement", scene, attempt(measures.agrees, scene))
-
+    parts = chosen(arguments)
+    if arguments.list:
+        for part in parts:
+            old = results.parts.get(part.name, {}).get("taken", {})
+            say(f"{part.name:<34} {old.get('commit', 'not measured'):<14} {old.get('date', '')}")
+        return 0
+    if not partial and taken["commit"].endswith("-dirty"):
+        say("The sources are not committed: figures would be of no commit. Commit, or measure a part of it.")
+        return 2
+    waiting = [part for part in parts if arguments.again or arguments.quick or not results.has(part.name, taken)]
+    say("{cpu}, {cores} cores, {isa}; load {load}".format(**taken["machine"], load=machine.load()))
+    if len(waiting) < len(parts):
+        say(f"{len(parts) - len(waiting)} of {len(parts)} parts are there already, in {results.path}")
+    clock, failures = Clock(waiting, results, arguments.quick), []
+    for number, part in enumerate(waiting, 1):
+        say(f"[{number}/{len(waiting)}, {clock.left()}] {part.name}")
+        start = time.time()
+        if failed := take(part, settings, results, taken):
+            failures.append(failed)
+            say(f"  FAILED: {failed}")
+        clock.done(part, time.time() - start)
+        report.write(results, folder)
+    say(report.console(results))
+    if not partial:
+        report.write_docs(results)
     for line in failures:
-        results.fail(line)
-    say("")
-    say(report.console(results.data))
-    say(f"{results.folder / 'results.json'}\n{results.folder / 'RESULTS.md'}")
+        say(f"FAILED {line.splitlines()[0]}")
+    say(f"{results.path}\n{folder / 'RESULTS.md'}")
     return 1 if failures else 0
 
 

@@ -7,14 +7,17 @@ large meshes are kept as PLY files in the cache folder.
 
 from __future__ import annotations
 
+import hashlib
+import inspect
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 DEPTH = 7
+UNBOUNDED = 64  # a depth that cuts nothing off
 Color = tuple[float, float, float]
 
 
@@ -27,11 +30,24 @@ class Camera:
 
 
 @dataclass(frozen=True)
+class Medium:
+    """Grey, alike everywhere; 1/m, and Henyey and Greenstein's mean cosine."""
+
+    absorption: float
+    scattering: float
+    mean_cosine: float = 0
+
+
+@dataclass(frozen=True)
 class Finish:
     """What a surface is made of, where it is not matte; a mesh's colour is that of what lies below a coat."""
 
-    kind: str  # metal, glass, coated
-    alpha: float = 0  # width of GGX microfacets; 0 = smooth
+    # metal, glass, coated; gloss: an interface's reflection and nothing else; thin: a sheet of glass; none: the
+    # medium inside, and no surface.
+    kind: str
+    alpha: float = 0  # width of microfacets; 0 = smooth
+    slopes: str = "ggx"  # or beckmann
+    medium: Medium | None = None  # what is inside
     ior: float = 1.5
     abbe: float = 0  # 0 = no dispersion
     metal: str = "Au"  # by its measured index, where the renderer is spectral
@@ -68,6 +84,23 @@ class Copies:
 
 
 @dataclass(frozen=True)
+class Panel:
+    """A rectangle that shines along `direction` as an EXR picture has it: upright as seen from where it shines to."""
+
+    center: Color
+    direction: Color
+    size: tuple[float, float]
+    picture: Path
+
+    def axes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The picture's right, its up, and where it shines to: right × up."""
+        forward = np.array(self.direction, float) / np.linalg.norm(self.direction)
+        right = np.cross((0, 1, 0), forward)
+        right /= np.linalg.norm(right)
+        return right, np.cross(forward, right), forward
+
+
+@dataclass(frozen=True)
 class Scene:
     name: str
     resolution: tuple[int, int]
@@ -77,6 +110,7 @@ class Scene:
     copies: list[Copies] = field(default_factory=list)
     sky: float = 0  # radiance of a constant surrounding
     environment: Path | None = None  # EXR, latitude and longitude: rows from +y down, columns from -z over +x
+    panel: Panel | None = None
     band: tuple[float, float] | None = None  # light is cut to these wavelengths, nm; for spectral renderers
     depth: int = DEPTH
 
@@ -190,7 +224,8 @@ def metal_file(metal: str) -> Path:
     return cache_folder() / f"{metal}.txt"
 
 
-def write_ply(path: Path, points: np.ndarray, faces: np.ndarray) -> None:
+def write_ply(path: Path, mesh: tuple[np.ndarray, np.ndarray]) -> None:
+    points, faces = mesh
     header = f"""ply
 format binary_little_endian 1.0
 element vertex {len(points)}
@@ -224,11 +259,36 @@ def read_ply(path: Path) -> tuple[np.ndarray, np.ndarray]:
     return points, np.ascontiguousarray(records["corners"])
 
 
-def cached(name: str, make: Callable[[], tuple[np.ndarray, np.ndarray]]) -> Path:
-    path = cache_folder() / f"{name}.ply"
+def digest(*parts: object) -> str:
+    """Of texts, numbers and arrays."""
+    whole = hashlib.sha256()
+    for part in parts:
+        whole.update(part.tobytes() if isinstance(part, np.ndarray) else repr(part).encode())
+        whole.update(b"\0")
+    return whole.hexdigest()[:12]
+
+
+def kept(name: str, ending: str, make: Callable, write: Callable, *given: object) -> Path:
+    """The file of what `make` makes of what it is given, named after the source of both: so none is of yesterday."""
+    path = cache_folder() / f"{name}-{digest(inspect.getsource(make), inspect.getsource(write), *given)}{ending}"
     if not path.exists():
-        write_ply(path, *make())
+        write(path, make(*given))
     return path
+
+
+def content(scene: Scene) -> str:
+    """A digest of all that makes the picture; of files, what is in them."""
+
+    def told(value: object) -> str:
+        if isinstance(value, Path):
+            return hashlib.sha256(value.read_bytes()).hexdigest()
+        if isinstance(value, np.ndarray):
+            return digest(value)
+        if is_dataclass(value):
+            return digest(*(f"{f.name} {told(getattr(value, f.name))}" for f in fields(value)))
+        return digest(*map(told, value)) if isinstance(value, list | tuple) else repr(value)
+
+    return told(scene)
 
 
 # ---- scenes ---------------------------------------------------------------------------------------------------------
@@ -263,14 +323,14 @@ def grey_cornell(n: int) -> Scene:
 
 def terrain(n: int) -> Scene:
     """A height field of 2 (n - 1)² flat triangles under a white sky: loading, building, rays that share nothing."""
-    ground = Mesh("ground", (0.5, 0.5, 0.5), path=cached(f"terrain_{n}", lambda: height_field(n)))
+    ground = Mesh("ground", (0.5, 0.5, 0.5), path=kept("terrain", ".ply", height_field, write_ply, n))
     return Scene("terrain", (640, 360), 32, Camera((1.6, 0.95, 1.6), (0, -0.1, 0), 45), [ground], sky=1)
 
 
 def forest(n: int) -> Scene:
     """n copies of a tree under a white sky."""
     matrices, side = placements(n)
-    one = Mesh("tree", (0.25, 0.45, 0.15), path=cached("tree", tree))
+    one = Mesh("tree", (0.25, 0.45, 0.15), path=kept("tree", ".ply", tree, write_ply))
     soil = Mesh("soil", (0.35, 0.28, 0.2), *quad((0, 0, 0), (side, 0, 0), (0, 0, -side)))
     camera = Camera((0, 14, side / 2 + 12), (0, 0, side / 2 - 40), 60)
     return Scene("forest", (640, 360), 16, camera, [soil], [Copies(one, matrices)], sky=1)
@@ -300,8 +360,9 @@ def chain(n: int) -> tuple[Color, list[Link]]:
 
 def make_all() -> dict[str, tuple[Callable[[int], Scene], int]]:
     import still_life  # which takes its shapes from here
+    import validation
 
-    return MAKERS | still_life.MAKERS
+    return MAKERS | still_life.MAKERS | validation.MAKERS
 
 
 MAKERS: dict[str, tuple[Callable[[int], Scene], int]] = {  # with the usual n

@@ -31,7 +31,7 @@ int main(int argc, char** argv) {
     kanuka::tasks::parallel_for(cases, [&](size_t i) { all[i] = run_shape(uint32_t(seed + i), kind); });
     struct Sum {
         size_t counted = 0, wrong = 0, over = 0;
-        double worst = 0, twice = 0, outline = 0;
+        double worst = 0, twice = 0, outline = 0, bias = 0;
         size_t open = 0;
     };
     Sum sums[Kinds + 1];
@@ -43,19 +43,23 @@ int main(int argc, char** argv) {
             s->worst = std::max(s->worst, c.counted ? c.error : 0);
             s->twice = std::max(s->twice, c.twice);
             s->outline = std::max(s->outline, c.outline);
+            s->bias += c.counted ? c.bias : 0;
             s->open += c.open_edges > 0;
         }
         if ((list == 1 && c.wrong()) || (list == 2 && c.counted && (c.wrong() || c.error > 0.005)))
-            std::printf("%s: off by %.4f (tolerance %.4f), twice %.4f, outline %.4f, open %zu\n",
-                        c.text.c_str(), c.error, c.tolerance, c.twice, c.outline, c.open_edges);
+            std::printf("%s: off by %.4f (tolerance %.4f), twice %.4f, outline %.4f, open %zu, too large by "
+                        "%.4f, %.2f pixels\n",
+                        c.text.c_str(), c.error, c.tolerance, c.twice, c.outline, c.open_edges, c.bias,
+                        c.pixels);
     }
-    std::printf("%-22s %7s %7s %9s %9s %9s %9s %6s\n", "kind", "cases", "wrong", "over .5%", "worst", "twice",
-                "outline", "open");
+    std::printf("%-22s %7s %7s %9s %9s %9s %9s %9s %6s\n", "kind", "cases", "wrong", "over .5%", "worst",
+                "too large", "twice", "outline", "open");
     for (int k = 0; k <= Kinds; k++)
         if (sums[k].counted > 0)
-            std::printf("%-22s %7zu %7zu %9zu %9.4f %9.4f %9.4f %6zu\n", k < Kinds ? KindNames[k] : "all",
-                        sums[k].counted, sums[k].wrong, sums[k].over, sums[k].worst, sums[k].twice,
-                        sums[k].outline, sums[k].open);
+            std::printf("%-22s %7zu %7zu %9zu %9.4f %9.4f %9.4f %9.4f %6zu\n",
+                        k < Kinds ? KindNames[k] : "all", sums[k].counted, sums[k].wrong, sums[k].over,
+                        sums[k].worst, sums[k].bias / double(sums[k].counted), sums[k].twice, sums[k].outline,
+                        sums[k].open);
     std::printf("%.1f s\n", std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     return sums[Kinds].wrong > 0;
 }

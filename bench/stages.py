@@ -1,51 +1,66 @@
-"""Times the scenes of scenes/ through the command: best of some runs, a process each, figures as the statistics file's.
+"""Times the scenes of scenes/ through the command: medians of some runs, a process each.
 
-.venv/bin/python bench/stages.py [SCENE.rib …] --progressions 16 --repeat 3
+.venv/bin/python bench/stages.py [SCENE.rib …] --progressions 16 --rounds 3
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
+import statistics
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
-COMMAND = Path(sys.executable).parent / "kanuka"
+from settings import ROOT, Found, Say, Settings
+
 COLUMNS = ("dice_s", "shade_s", "bvh_s", "transport_s", "first_pixel_s", "total_s")
+SCENES = ("showcase", "cornell")
 
 
-def run(scene: Path, progressions: int) -> dict:
+def run(scene: Path, *options: object) -> dict:
     with tempfile.TemporaryDirectory() as folder:
         stats = Path(folder) / "stats.json"
-        command = [COMMAND, "render", scene, "-o", Path(folder) / "a.exr", "--stats", stats, "--quiet"]
-        subprocess.run([*map(str, command), "--progressions", str(progressions)], check=True, stdout=subprocess.DEVNULL)
+        command = [sys.executable, "-m", "kanuka", "render", scene, "-o", Path(folder) / "a.exr", "--stats", stats]
+        environment = {"PYTHONPATH": str(ROOT / "python"), **os.environ}
+        command += ["--quiet", *options]
+        subprocess.run([*map(str, command)], check=True, stdout=subprocess.DEVNULL, env=environment)
         return json.loads(stats.read_text())
+
+
+def summary(runs: list[dict]) -> Found:
+    found = {name: statistics.median(run["time"][name] for run in runs) for name in COLUMNS}
+    rays = runs[0]["count"]["rays"]
+    return found | {"rays_per_s": rays / max(found["transport_s"], 1e-9), "peak_bytes": runs[0]["bytes"]["peak_rss"]}
+
+
+def line(name: str, found: Found) -> str:
+    figures = "".join(f"{found[column]:15.3f}" for column in COLUMNS)
+    return f"{name:<20}{figures}{found['rays_per_s'] / 1e6:10.2f}{found['peak_bytes'] / 1e6:9.0f}"
+
+
+def measure(settings: Settings, scene: str, say: Say) -> Found:
+    """For run.py."""
+    options = ["--progressions", 1 if settings.quick else 16]
+    if settings.quick:
+        options += ["--resolution", "96x54"]
+    found = summary([run(ROOT / "scenes" / f"{scene}.rib", *options) for _ in range(settings.rounds)])
+    say(f"  {line(scene, found)}")
+    return found
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="*", type=Path, default=sorted((ROOT / "scenes").glob("*.rib")))
     parser.add_argument("--progressions", type=int, default=16)
-    parser.add_argument("--repeat", type=int, default=3)
-    parser.add_argument("-o", "--output", type=Path, help="write all figures as JSON")
+    parser.add_argument("--rounds", type=int, default=3)
     arguments = parser.parse_args()
-
-    best: dict[str, dict] = {}
     print(f"{'scene':<20}" + "".join(f"{name:>15}" for name in COLUMNS) + f"{'Mrays/s':>10}{'peak MB':>9}")
     for scene in arguments.scenes:
-        runs = [run(scene, arguments.progressions) for _ in range(arguments.repeat)]
-        fastest = best[scene.stem] = min(runs, key=lambda stats: stats["time"]["total_s"])
-        time, count = fastest["time"], fastest["count"]
-        rate = count["rays"] / max(time["transport_s"], 1e-9) / 1e6
-        figures = "".join(f"{time[name]:15.3f}" for name in COLUMNS)
-        print(f"{scene.stem:<20}{figures}{rate:10.2f}{fastest['bytes']['peak_rss'] / 1e6:9.0f}", flush=True)
-    if arguments.output:
-        arguments.output.parent.mkdir(parents=True, exist_ok=True)
-        arguments.output.write_text(json.dumps(best, indent=2) + "\n")
-        print(arguments.output)
+        runs = [run(scene, "--progressions", arguments.progressions) for _ in range(arguments.rounds)]
+        print(line(scene.stem, summary(runs)), flush=True)
 
 
 if __name__ == "__main__":

@@ -1,17 +1,14 @@
-"""Scenes of metal, glass and coats: how fast they converge, and whether two renderers agree on them."""
+"""Metal, glass and coats under a sky: how fast they converge; EXR files, skies and balls for other scenes."""
 
 from __future__ import annotations
 
 import os
 import struct
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from scenes import Camera, Finish, Mesh, Scene, ball, cache_folder, quad
-
-GREY = (0.5, 0.5, 0.5)
+from scenes import Camera, Finish, Mesh, Scene, ball, kept, quad
 
 
 def write_exr(path: Path, rgb: np.ndarray) -> None:
@@ -45,11 +42,9 @@ def environment(name: str, colored: bool, height: int = 256) -> Path:
     Renderers do not agree on whether a picture's first row is at the pole or half a texel from it (Mitsuba), so the sky
     is drawn for either: from_pole() says where.
     """
-    path = cache_folder() / f"{name}-{height}.exr"
-    middles = (np.arange(height) + 0.5) / height
-    for file, rows in ((path, middles), (from_pole(path), np.arange(height) / (height - 1))):
-        if not file.exists():
-            write_exr(file, sky(rows * np.pi, colored))
+    path = kept(name, ".exr", sky, write_exr, height, colored)
+    if not from_pole(path).exists():
+        write_exr(from_pole(path), sky(height, colored, at_poles=True))
     return path
 
 
@@ -58,9 +53,10 @@ def from_pole(path: Path) -> Path:
     return path.with_stem(path.stem + "-from-pole")
 
 
-def sky(theta: np.ndarray, colored: bool) -> np.ndarray:
-    """Radiance at angles from +y, a row each; columns are twice as many."""
-    width = 2 * len(theta)
+def sky(height: int, colored: bool, at_poles: bool = False) -> np.ndarray:
+    """Radiance; rows go from +y down, from the pole itself or from half a texel below it; columns are twice as many."""
+    theta = np.pi * (np.arange(height) / (height - 1) if at_poles else (np.arange(height) + 0.5) / height)
+    width = 2 * height
     phi = (np.arange(width) + 0.5) / width * 2 * np.pi
     up = np.cos(theta)[:, None]
     direction = np.stack(
@@ -104,61 +100,4 @@ def still_life(_n: int) -> Scene:
     return Scene("still-life", (480, 270), 64, CAMERA, meshes, environment=sky)
 
 
-def grey_stage(name: str, finish: Finish | None) -> Scene:
-    """One ball on a floor under an environment, all else of greys: spectra that no optimiser had a hand in."""
-    meshes = [
-        Mesh("floor", GREY, *quad((0, 0, 0), (8, 0, 0), (0, 0, -8))),
-        Mesh("ball", GREY, *fine_ball(0, 1, 0), finish=finish),
-    ]
-    camera = Camera((0, 1.8, 5), (0, 0.8, 0), 42)
-    return Scene(name, (256, 256), 64, camera, meshes, environment=environment("grey-sky", colored=False, height=1024))
-
-
-def under_a_sky(_n: int) -> Scene:
-    return grey_stage("environment", None)
-
-
-def conductor(_n: int) -> Scene:
-    return grey_stage("conductor", Finish("metal"))
-
-
-def dielectric(_n: int) -> Scene:
-    return grey_stage("dielectric", Finish("glass"))
-
-
-BANDS = 24
-SPAN = (360.0, 830.0)
-DISPERSIVE = Finish("glass", ior=1.6, abbe=8)
-
-
-def index_at(finish: Finish, nm: float) -> float:
-    """Cauchy's n = A + B / wavelength², of the index at 587.6 nm and Abbe's number."""
-    if not finish.abbe:
-        return finish.ior
-    b = (finish.ior - 1) / (finish.abbe * (486.1327**-2 - 656.2725**-2))
-    return finish.ior + b * (nm**-2 - 587.5618**-2)
-
-
-def dispersion(n: int) -> Scene:
-    """Glass that disperses under a lamp; n > 0: its n-th band of wavelengths, at the index of the band's middle."""
-    low = SPAN[0] + (SPAN[1] - SPAN[0]) / BANDS * (n - 1)
-    band = (low, low + (SPAN[1] - SPAN[0]) / BANDS) if n else None
-    finish = DISPERSIVE
-    if band:
-        finish = replace(finish, ior=index_at(DISPERSIVE, sum(band) / 2), abbe=0)
-    meshes = [
-        Mesh("floor", GREY, *quad((0, 0, 0), (4, 0, 0), (0, 0, -4))),
-        Mesh("back", GREY, *quad((0, 2, -2), (4, 0, 0), (0, 2, 0))),
-        Mesh("lamp", (0, 0, 0), *quad((0.6, 4, 0.5), (0.5, 0, 0), (0, 0, 0.5)), radiance=(12, 12, 12)),
-        Mesh("ball", GREY, *fine_ball(0, 0.8, 0, y=0.3), finish=finish),
-    ]
-    return Scene("dispersion", (96, 96), 64, Camera((0, 1.6, 5), (0, 1, 0), 36), meshes, band=band)
-
-
-MAKERS = {
-    "still-life": (still_life, 0),
-    "environment": (under_a_sky, 0),
-    "conductor": (conductor, 0),
-    "dielectric": (dielectric, 0),
-    "dispersion": (dispersion, 0),
-}
+MAKERS = {"still-life": (still_life, 0)}

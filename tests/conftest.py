@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+import kanuka
+
 ROOT = Path(__file__).resolve().parent.parent
 COMMAND = Path(sys.executable).parent / "kanuka"
 
@@ -33,6 +35,22 @@ WorldEnd
 def shader_cache(tmp_path_factory: pytest.TempPathFactory) -> None:
     """Tests neither read nor fill the user's shader cache."""
     os.environ["KANUKA_SHADER_CACHE"] = str(tmp_path_factory.mktemp("shader_cache"))
+
+
+@pytest.fixture(autouse=True)
+def no_sample_is_dropped(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Samples that are not finite count as black, so that a furnace or a comparison may pass for their lack: every
+    picture of kanuka.render is without, but of tests with the mark drops_samples."""
+    if request.node.get_closest_marker("drops_samples"):
+        return
+    render = kanuka.render
+
+    def checked(*arguments: object, **keywords: object) -> kanuka.Picture:
+        picture = render(*arguments, **keywords)
+        assert picture.stats["count"]["nan_samples"] == 0, list(picture.journal)
+        return picture
+
+    monkeypatch.setattr(kanuka, "render", checked)
 
 
 @pytest.fixture

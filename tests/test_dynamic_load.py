@@ -19,10 +19,8 @@ COMB = 'Procedural "DynamicLoad" ["{}" "{}"] [-1 9 -1 3 -1 1]'
 @pytest.fixture
 def folder(root: Path, tmp_path: Path) -> Path:
     compiler = os.environ.get("CC") or shutil.which("cc") or shutil.which("gcc")
-    if not compiler:
-        pytest.skip("there is no C compiler")
-    if not any(path.exists() for path in library.candidates()):
-        pytest.skip("libkanuka was not built")
+    assert compiler, "there is no C compiler"
+    assert any(path.exists() for path in library.candidates()), "libkanuka is not there: make build"
     source = root / "tests/c/comb.c"
     command = [compiler, "-std=c99", "-shared", "-fPIC", "-I", str(root / "include"), str(source), "-o", "comb.so"]
     subprocess.run(command, cwd=tmp_path, check=True)

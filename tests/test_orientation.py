@@ -193,6 +193,23 @@ def test_rib_keeps_rispecs_sky(tmp_path: Path, axis: str) -> None:
 
 
 @pytest.mark.parametrize("axis", AXES)
+def test_pxrdomelight_is_turned_as_usd_turns_it(tmp_path: Path, axis: str) -> None:
+    """OpenUSD's hdPrman gives PxrDomeLight this matrix (by rows) to have OpenEXR's sky in a right-handed world."""
+    written(tmp_path / "letters.exr", letters(openexr_directions()))
+    path = tmp_path / "sky.rib"
+    path.write_text(
+        "WorldBegin AttributeBegin ConcatTransform [0 0 -1 0  -1 0 0 0  0 1 0 0  0 0 0 1]\n"
+        'Light "PxrDomeLight" "sky" "string lightColorMap" ["letters.exr"] AttributeEnd WorldEnd\n'
+    )
+    scene = kanuka.load(path)
+    scene.options.texture_path = [str(tmp_path)]
+    view = looking(*AXES[axis])
+    scene.camera, scene.resolution = view.camera, (40, 56)
+    scene.options.filter, scene.options.filter_width = "box", (1, 1)
+    np.testing.assert_array_equal(read(kanuka.render(scene, progressions=4)), LETTER)
+
+
+@pytest.mark.parametrize("axis", AXES)
 def test_shaders_see_the_sky_that_lights_do(tmp_path: Path, axis: str) -> None:
     """environment() along the line of sight, on a ball about the camera."""
     written(tmp_path / "letters.exr", letters(rispec_directions(), left_handed=True))
@@ -307,3 +324,44 @@ def test_the_sun_shines_from_where_its_sky_has_it() -> None:
         scene.add_light("sun", sun=sun, amount=0.01)
         got.append(float(np.asarray(kanuka.render(scene, progressions=16)["rgb"]).mean()))
     np.testing.assert_allclose(np.array(got) / np.linalg.norm(got), sun / np.linalg.norm(sun), rtol=0.02)
+
+
+def test_skies_are_found_along_the_texture_path_whatever_their_format(tmp_path: Path) -> None:
+    """Radiance's pictures hold floats with a common exponent (Ward, Real Pixels, Graphics Gems II): flat rows."""
+    sky = np.full((4, 4, 3), 0.25)
+    sky[0] = [2, 1, 0.5]
+    exponent = np.ceil(np.log2(sky.max(-1, keepdims=True) * 1.0001))
+    rgbe = np.concatenate([np.floor(sky * 256 / 2**exponent), exponent + 128], -1).astype(np.uint8)
+    (tmp_path / "sky.hdr").write_bytes(
+        b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 4\n" + np.ascontiguousarray(rgbe).tobytes()
+    )
+    written(tmp_path / "sky.exr", sky.astype(np.float32))
+    pictures = []
+    for name in ("sky.hdr", "sky.exr"):
+        scene = looking((0, 1, 0.2), (0, 0, -1))
+        scene.options.texture_path = [str(tmp_path)]
+        scene.add_light("environment", texture=name)
+        pictures.append(np.asarray(kanuka.render(scene, progressions=16)["rgb"]))
+        np.testing.assert_allclose(pictures[-1][20:30].mean((0, 1)), [2, 1, 0.5], rtol=0.02)
+    np.testing.assert_allclose(pictures[0], pictures[1], rtol=0.02)
+
+
+def test_a_sky_that_is_not_found_is_told_with_the_folders() -> None:
+    scene = looking((0, 1, 0), (0, 0, -1))
+    scene.add_light("environment", texture="nowhere.hdr")
+    with pytest.warns(kanuka.Warning, match=r"nowhere\.hdr.*is not found; searched in"):
+        picture = kanuka.render(scene, progressions=1)
+    assert np.asarray(picture["rgb"]).mean() == pytest.approx(1, rel=0.01)
+
+
+@pytest.mark.parametrize("visible", [0, 1])
+def test_suns_hide_from_the_camera_alone(tmp_path: Path, visible: int) -> None:
+    path = tmp_path / "sun.rib"
+    path.write_text(
+        f'WorldBegin LightSource "distantlight" 1 "from" [0 0 9] "to" [0 0 0] "angle" 90 "visible" {visible} WorldEnd\n'
+    )
+    scene = kanuka.load(path)
+    view = looking((0, 0, 1), (0, 1, 0), left_handed=True)
+    scene.camera, scene.resolution = view.camera, (4, 4)
+    seen = kanuka.render(scene, progressions=4, journal=kanuka.Journal())["rgb"]
+    assert bool(seen.any()) == bool(visible)

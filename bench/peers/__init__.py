@@ -59,6 +59,7 @@ RENDERERS = {
         Renderer("luxcore", "luxcore_worker", "luxcore", "pyluxcore"),
     )
 }
+OURS = RENDERERS["kanuka"]
 
 
 @dataclass(frozen=True)

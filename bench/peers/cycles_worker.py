@@ -26,6 +26,8 @@ def settings(scene: scenes.Scene) -> None:
     cycles.max_bounces = scene.depth - 1  # bounces after the first hit
     cycles.diffuse_bounces = cycles.glossy_bounces = cycles.transmission_bounces = scene.depth - 1
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0
+    cycles.light_sampling_threshold = 0  # by default lights that bring little are left to chance
+    cycles.blur_glossy = 0  # by default reflections of reflections are blurred
     cycles.pixel_filter_type, cycles.filter_width = "BOX", 1
     render.threads_mode, render.threads = "FIXED", request.thread_count()
     render.resolution_x, render.resolution_y = scene.resolution
@@ -252,5 +254,12 @@ with tempfile.TemporaryDirectory() as folder:
         figures["render_s"].append(render(samples, seed, path)[1])
         pictures.append(read(path, made.resolution))
 figures["version"] = bpy.app.version_string
+figures["settings"] = {
+    "sampler": bpy.context.scene.cycles.sampling_pattern.lower(),
+    "roulette": f"by throughput, from bounce {bpy.context.scene.cycles.min_light_bounces + 1} on",
+    "depth": made.depth,
+    "light tree": bpy.context.scene.cycles.use_light_tree,
+    "light threshold, glossy filter, clamps": 0,
+}
 figures["samples"] = samples
 worker.finish(say, request, figures, pictures)

@@ -61,8 +61,21 @@ def material(scene: kanuka.Scene, mesh: scenes.Mesh) -> kanuka.Material:
     if finish.kind == "metal":
         np.savetxt(scenes.metal_file(finish.metal), [np.arange(360, 831), *kanuka.metal(finish.metal)])
         return kanuka.Material(f"metal_{finish.metal}", roughness=roughness)
+    medium = finish.medium or scenes.Medium(0, 0)
+    inside = {
+        "absorption": [medium.absorption] * 3,
+        "scattering": [medium.scattering] * 3,
+        "meanCosine": medium.mean_cosine,
+    }
     if finish.kind == "glass":
-        return kanuka.Material("glass", ior=finish.ior, abbe=finish.abbe, roughness=roughness)
+        return kanuka.Material("glass", ior=finish.ior, abbe=finish.abbe, roughness=roughness, **inside)
+    if finish.kind == "none":
+        return kanuka.Material("cloud", **inside)
+    if finish.kind == "thin":
+        return kanuka.Material("thin", ior=finish.ior)
+    if finish.kind == "gloss":
+        tail = {"ggx": 0.5, "beckmann": 0.0}[finish.slopes]
+        return kanuka.Material("gloss", ior=finish.ior, roughness=roughness, tail=tail)
     return kanuka.Material("lacquer", paint=mesh.color, coatIor=finish.ior, coatRoughness=roughness)
 
 
@@ -83,6 +96,16 @@ def build(made: scenes.Scene) -> kanuka.Scene:
         scene.add_light("environment", amount=[made.sky] * 3)
     if made.environment:
         scene.add_light("environment", texture=str(made.environment))
+    if panel := made.panel:
+        width, height = panel.size
+        scene.add_light(
+            "quad",
+            texture=str(panel.picture),
+            position=panel.center,
+            direction=panel.direction,
+            width=width,
+            height=height,
+        )
     return scene
 
 
@@ -131,5 +154,11 @@ figures |= {name: float(np.median(values)) for name, values in per_seed.items()}
 figures |= {f"{name}_bytes": picture.stats["bytes"][name] for name in ("grids", "lobe_inputs", "bvh")}
 figures |= {name: picture.stats["count"][name] for name in ("micropolygons", "traced_polygons", "rays", "nan_samples")}
 figures["samples"] = samples
+figures["settings"] = {
+    "sampler": "Sobol, Owen's scrambling",
+    "roulette": "from bounce 4 on, kept by 0.95 at most",
+    "depth": scene.options.max_depth,
+    "clamps": 0,
+}
 figures["version"] = kanuka.__version__
 worker.finish(say, request, figures, pictures)

@@ -15,6 +15,8 @@ say = worker.claim_stdout()
 request = worker.Request.read()
 figures = worker.Figures()
 
+ROULETTE = 3  # as it has it by default; later makes it slower
+
 pyluxcore.Init(lambda _message: None)
 
 
@@ -148,6 +150,10 @@ def configuration(given: scenes.Scene, samples: int, seed: int) -> dict[str, obj
         "renderengine.type": "PATHCPU",
         "renderengine.seed": seed,
         "sampler.type": "SOBOL",
+        "sampler.sobol.adaptive.strength": 0.0,
+        "lightstrategy.type": "LOG_POWER",
+        "path.russianroulette.depth": ROULETTE,
+        "path.russianroulette.cap": 0.5,
         "native.threads.count": request.thread_count(),
         "batch.haltspp": samples,
         "path.clamping.variance.maxvalue": 0.0,
@@ -192,5 +198,12 @@ for seed in request.seeds:
     pictures.append(picture)
 figures["version"] = pyluxcore.Version()
 figures["samples"] = samples
+figures["settings"] = {
+    "sampler": "Sobol, not adaptive",
+    "roulette": f"from bounce {ROULETTE} on, kept by 0.5 at least",
+    "depth": made.depth,
+    "lights": "log power",
+    "clamps": 0,
+}
 worker.finish(say, request, figures, pictures)
 os._exit(0)  # pyluxcore may abort while the interpreter ends

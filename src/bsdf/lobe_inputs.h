@@ -32,11 +32,12 @@ struct LobeInputs {
     Mask<W> rough;                                // enough for light to meet several facets
     Mask<W> disperses{false};                     // wavelengths go ways of their own
     Mask<W> walks{false};                         // light between facets by walks: microsurface.h
-    Float<W> spread;                              // part of samples that such light's cosine lobe draws
+    Float<W> spread, below; // part of samples that a cosine lobe draws, and of those below
     StretchedCell<W> cell;
     const Float<W>* l = nullptr;     // normalised wavelengths
     const Float<W>* outer = nullptr; // index of refraction of what is outside; null = 1, nothing
     bool dispersive = false, stretched = false, has_film = false, compensated = false, has_walks = false;
+    bool has_spread = false;
 
     bool has(int input) const { return given >> input & 1; }
     Float<W> wavelength(int i) const { return fma(l[i], Float<W>(470.0f), Float<W>(360.0f)); } // nm

@@ -36,8 +36,10 @@ struct LobeTables {
     // directions of the first; the balance s.
     float ggx[Plane], schlick[Plane], dip[Plane], balance[Plane];
     float ggx_mean[Alphas];
-    // Dielectrics: albedo of reflection from outside; balance of reflection and transmission together, from
-    // outside (planes of an index each), then from inside.
+    // Dielectrics: albedo of reflection from outside; log2 of the balance of reflection and transmission
+    // together, from outside (planes of an index each), then from inside. Where next to all light passes,
+    // both sides' balances go like x and 1 / x, which between knots have the product 1 by their logarithms
+    // alone.
     float dielectric[Indices * Plane], glass_balance[2 * GlassIndices * Plane];
     // Mean of a smooth dielectric's reflectance over directions, from outside; below a layer of such an
     // index, the part of what GGX reflects that leaves the layer, over what a smooth interface lets through.
@@ -47,8 +49,8 @@ struct LobeTables {
     float stretched_mean[Tails * Stretches * WideAlphas], stretched_round[Tails * Stretches * WideAlphas];
     float metal_n[Metals * MetalKnots], metal_k[Metals * MetalKnots];
     // Over cosine and roughness (its fourth power is the alpha that TableCell is given), and of width for
-    // Phong, Blinn and highlights: albedos, and the area of sheen's fibres as seen. Of highlights about the
-    // half vector and the mirror direction, over what they reflect of all directions around their axis.
+    // Phong, Blinn and highlights: albedos, and what SheenLobe::seen takes. Of highlights about the half
+    // vector and the mirror direction, over what they reflect of all directions around their axis.
     float burley[Plane], sheen[Plane], sheen_seen[Plane], phong[Plane], blinn[Plane];
     float highlight[2][Plane];
     float student_lambda[LambdaTails * LambdaCotangents];
@@ -206,7 +208,7 @@ Float<W> glass_balance(Float<W> cosine, Float<W> alpha, Float<W> eta) {
     const TableCell<W> cell(cosine, alpha);
     const Float<W> a = cell.lookup(lobe_tables().glass_balance, at);
     const Float<W> b = cell.lookup(lobe_tables().glass_balance, at + plane);
-    return fma(n.f, b - a, a);
+    return exp2(fma(n.f, b - a, a));
 }
 
 // Smith's Lambda of Student's t; a = cotangent over the width.

@@ -17,7 +17,7 @@ template <int W>
                                     const Float<W> l[Wavelengths], const Float<W>* outer = nullptr) {
     in.l = l;
     in.outer = outer;
-    in.stretched = in.has_film = in.dispersive = in.compensated = in.has_walks = false;
+    in.stretched = in.has_film = in.dispersive = in.compensated = in.has_walks = in.has_spread = false;
     switch (id) {
     case LobeId::OrenNayarBrdf:
         return OrenNayarLobe<W>::prepare(in, wo);

@@ -172,18 +172,23 @@ struct SheenLobe {
     using V = Vec3<F>;
     static constexpr float MinRoughness = 0.05f;
 
+    // Tables go on below the least roughness, so that what lies between their knots is right at it.
+    static constexpr float LeastTabulated = 0.02f;
+    static F held(F roughness) { return max(roughness, F(MinRoughness)); }
     static F D(F roughness, F cosine) {
-        const F n = F(1.0f) / max(roughness, F(MinRoughness));
+        const F n = F(1.0f) / max(roughness, F(LeastTabulated));
         const F sine2 = max(F(1.0f) - cosine * cosine, F(1e-20f));
         return (F(2.0f) + n) * exp2(log2(sine2) * F(0.5f) * n) * F(0.5f * InvPi);
     }
-    // cos (1 + Lambda): fibres' area as seen.
+    // cos (1 + Lambda): fibres' area as seen. Half of cos, as from either side of a surface, and an even part
+    // that goes with the root of 1 / r: the table has the latter, times that root.
     static F seen(F roughness, F cosine) {
-        return TableCell<W>(cosine, roughness * roughness * roughness * roughness)
-            .lookup(lobe_tables().sheen_seen);
+        const F r = max(roughness, F(LeastTabulated));
+        const F even = TableCell<W>(cosine, r * r * r * r).lookup(lobe_tables().sheen_seen);
+        return max(fma(cosine, F(0.5f), even / sqrt(r)), cosine);
     }
     static Spectrum<W> albedo(const LobeInputs<W>& in, F cosine) {
-        const F r = in.number[0];
+        const F r = held(in.number[0]);
         return in.color[0] * TableCell<W>(cosine, r * r * r * r).lookup(lobe_tables().sheen);
     }
     static F shape(F roughness, const V& wo, const V& wi) {
@@ -196,7 +201,7 @@ struct SheenLobe {
     }
     [[gnu::noinline]] static LobeValue<W> eval(const LobeInputs<W>& in, const V& wo, const V& wi) {
         const F pdf = kanuka::select(wi.z > F(0.0f), F(0.5f * InvPi), F(0.0f));
-        return {in.color[0] * shape(in.number[0], wo, wi), Spectrum<W>(pdf)};
+        return {in.color[0] * shape(held(in.number[0]), wo, wi), Spectrum<W>(pdf)};
     }
     // Uniform directions: sheen is brightest along the surface.
     static LobeSample<W> sample(F u0, F u1) {

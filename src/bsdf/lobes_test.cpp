@@ -33,24 +33,48 @@ bool stretched(const LobeCase& c) {
     return gives(c, "anisotropy") || gives(c, "tail");
 }
 
+double value_of(const LobeCase& c, const char* name) {
+    for (const auto& [n, v] : c.given)
+        if (n == name)
+            return double(v.x);
+    return -1;
+}
+bool is_interface(const LobeCase& c) {
+    return c.id == LobeId::MicrosurfaceDielectricBsdfRgb_v1;
+}
+
 // What energy may be off by: the tables' share; more where an interface's facets are stretched or filmed, for
 // which it has no table of its own.
-double slack(const LobeCase& c) {
-    const bool interface = c.id == LobeId::MicrosurfaceDielectricBsdfRgb_v1;
-    if (interface && gives(c, "tail") && c.given.back().second.x > 0.5f)
-        return 0.3; // loses, by intent
-    if (interface && (stretched(c) || gives(c, "filmThickness")))
-        return 0.05;
-    return stretched(c) || interface ? 0.015 : 0.008;
+double gain_slack(const LobeCase& c) {
+    if (is_interface(c) && stretched(c))
+        return 0.03;
+    if (is_interface(c) && gives(c, "filmThickness"))
+        return 0.02;
+    return is_interface(c) ? 0.008 : 0.006;
 }
-// What a lobe may state of its albedo: it shares samples by it, and dims what lies below.
+double loss_slack(const LobeCase& c) {
+    if (is_interface(c) && value_of(c, "tail") > 0.5)
+        return 0.22; // by intent: it could only gain
+    if (is_interface(c) && stretched(c))
+        return 0.05;
+    if (is_interface(c) && gives(c, "filmThickness"))
+        return 0.03;
+    return is_interface(c) ? 0.025 : 0.008; // 0.0234 by walks that end after 32 facets
+}
+// What a lobe may state of its albedo too much or too little: it shares samples by it, and dims what lies
+// below.
 double stated_slack(const LobeCase& c) {
-    if (gives(c, "tail") && c.id == LobeId::MicrosurfaceDielectricBsdfRgb_v1)
-        return 0.3;
-    if (!c.outside || c.id == LobeId::ThinWalledDielectricBsdf || c.id == LobeId::GratingBrdf ||
-        gives(c, "filmThickness"))
-        return 0.14;
-    return stretched(c) ? 0.07 : 0.02;
+    if (is_interface(c) && value_of(c, "tail") > 0.5)
+        return 0.22;
+    if (c.id == LobeId::MetalBrdf && gives(c, "filmThickness"))
+        return 0.135; // a film of index 4
+    if (c.id == LobeId::ThinWalledDielectricBsdf)
+        return 0.1; // with two colours: facets spread what is reflected at grazing angles
+    if (is_interface(c) && !c.outside)
+        return 0.09; // of two colours, too: by the smooth interface
+    if (c.id == LobeId::GratingBrdf || gives(c, "filmThickness"))
+        return 0.045;
+    return stretched(c) ? 0.062 : 0.02;
 }
 
 // Counts of sampled directions over a grid of the sphere, 10 rings a hemisphere; the last cell holds the
@@ -201,7 +225,7 @@ TEST(Lobes, AlbedoIsAtMostOne) {
             for (int k = 0; k < 8; k++)
                 mean.add(s.valid[k] && v.pdf[0][k] > 0 ? double(v.f[0][k] / v.pdf[0][k]) : 0.0);
         }
-        EXPECT_LE(mean.mean(), 1 + slack(c) + 4 * mean.error()) << c.str();
+        EXPECT_LE(mean.mean(), 1 + gain_slack(c) + 4 * mean.error()) << c.str();
         if (c.cosine == 0.6f && !walks(c)) {
             const auto cells =
                 integrate_cells([&](const V8& wi) { return eval_lobe(c.id, in, wo, wi).f[0]; });
@@ -232,8 +256,46 @@ TEST(Lobes, LosslessLobesLoseNothing) {
             for (int k = 0; k < 8; k++)
                 mean.add(s.valid[k] && v.pdf[0][k] > 0 ? double(v.f[0][k] / v.pdf[0][k]) : 0.0);
         }
-        EXPECT_NEAR(mean.mean(), 1, slack(c) + 4 * mean.error()) << c.str();
+        EXPECT_LE(mean.mean(), 1 + gain_slack(c) + 4 * mean.error()) << c.str();
+        EXPECT_GE(mean.mean(), 1 - loss_slack(c) - 4 * mean.error()) << c.str();
     }
+}
+
+// Weights of samples of rough glass are bounded and their mean is one, from outside and from within, where
+// light is reflected over and over and weights multiply: a hundred thousand strata of normals find all light.
+TEST(Lobes, WeightsOfRoughGlass) {
+    for (float roughness : {0.5f, 0.8f, 1.0f})
+        for (float ior : {1.05f, 1.5f, 2.4f, 3.0f})
+            for (bool outside : {true, false})
+                for (float cosine : {0.999f, 0.6f, 0.2f, 0.05f}) {
+                    const LobeCase c = LobeCase{LobeId::MicrosurfaceDielectricBsdfRgb_v1}
+                                           .with("roughness", roughness)
+                                           .with("ior", ior)
+                                           .seen_at(cosine, outside);
+                    Uniform u(7);
+                    const auto in = c.inputs<8>();
+                    RunningMean weight;
+                    double most = 0;
+                    constexpr int N = 320;
+                    for (int i = 0; i < N; i++)
+                        for (int j = 0; j < N; j += 8) {
+                            F8 a = u.lanes<8>(), b = u.lanes<8>();
+                            a = (a + F8(float(i))) * F8(1.0f / N);
+                            b = (b + F8(float(j)) + F8(Int<8>::lane_index())) * F8(1.0f / N);
+                            const auto s = sample_lobe(c.id, in, c.wo<8>(), u.lanes<8>(), a, b);
+                            const auto v = eval_lobe(c.id, in, c.wo<8>(), s.wi);
+                            for (int k = 0; k < 8; k++) {
+                                const double w =
+                                    s.valid[k] && v.pdf[0][k] > 0 ? double(v.f[0][k] / v.pdf[0][k]) : 0;
+                                weight.add(w);
+                                most = std::max(most, w);
+                            }
+                        }
+                    const bool thin = ior < 1.1f; // from within next to all passes, and what does not is rare
+                    EXPECT_NEAR(weight.mean(), 1, thin ? 0.015 : 0.01) << c.str();
+                    EXPECT_LT(most, thin ? 20 : 6) << c.str();
+                    EXPECT_LT(weight.error() * N, thin ? 2.3 : 1.25) << c.str(); // their standard deviation
+                }
 }
 
 // A smooth dielectric loses nothing: R + T = 1, with R of Fresnel's equations.

@@ -74,7 +74,7 @@ struct StretchedFacets {
     Float<W> shape(Float<W> s2) const {
         const Float<W> t = max(tail, Float<W>(1e-3f));
         const Float<W> base = fma(s2, t / (Float<W>(1.0f) - t), Float<W>(1.0f));
-        return exp2(-log2(base) / t);
+        return exp2(-kanuka::select(tail < Float<W>(1e-3f), s2 * Float<W>(1.44269504f), log2(base) / t));
     }
     Float<W> D(const V& m) const {
         const Float<W> c2 = m.z * m.z;

@@ -19,22 +19,24 @@ struct Phase {
 inline constexpr float InvFourPi = InvPi / 4;
 
 // (1 - g^2) / (1 + g^2 - 2 g c)^(3/2) / 4 pi (Henyey and Greenstein 1941). 1 + g^2 - 2 g c is written as (1 -
-// g)^2 + 2 g (1 - c), which keeps its digits in narrow peaks.
+// |g|)^2 + 2 |g| (1 - c), with c turned about where g < 0, which keeps its digits in narrow peaks either way.
 template <int W>
 Float<W> henyey_greenstein(Float<W> g, Float<W> cosine) {
-    const Float<W> one(1.0f),
-        d = max((one - g) * (one - g) + Float<W>(2.0f) * g * (one - cosine), Float<W>(1e-12f));
-    return Float<W>(InvFourPi) * (one - g) * (one + g) / (d * sqrt(d));
+    const Float<W> one(1.0f), h = abs(g), away = one - copysign(one, g) * cosine;
+    const Float<W> d = max((one - h) * (one - h) + Float<W>(2.0f) * h * away, Float<W>(1e-12f));
+    return Float<W>(InvFourPi) * (one - h) * (one + h) / (d * sqrt(d));
 }
 template <int W>
 Float<W> sample_henyey_greenstein(Float<W> g, Float<W> u) {
-    const Float<W> one(1.0f), two(2.0f);
-    const Float<W> flat = fma(two, u, Float<W>(-1.0f));
-    const Float<W> safe = kanuka::select(abs(g) < Float<W>(1e-3f), Float<W>(1e-3f), g);
+    const Float<W> one(1.0f), two(2.0f), zero(0.0f);
+    const Mask<W> backwards = g < zero, even = abs(g) < Float<W>(1e-3f);
+    const Float<W> h = kanuka::select(even, Float<W>(1e-3f), abs(g));
+    const Float<W> flat = fma(two, kanuka::select(backwards, one - u, u), Float<W>(-1.0f));
     // 1 - c in place of c, for the same reason.
-    const Float<W> s = (one - safe * safe) / max(fma(safe, flat, one), Float<W>(1e-12f));
-    const Float<W> t = (s * s - (one - safe) * (one - safe)) / (two * safe); // 1 - c
-    return kanuka::select(abs(g) < Float<W>(1e-3f), flat, clamp(one - t, Float<W>(-1.0f), one));
+    const Float<W> s = (one - h * h) / max(fma(h, flat, one), Float<W>(1e-12f));
+    const Float<W> t = (s * s - (one - h) * (one - h)) / (two * h); // 1 - c
+    const Float<W> c = kanuka::select(even, flat, clamp(one - t, Float<W>(-1.0f), one));
+    return kanuka::select(backwards, -c, c);
 }
 
 // Draine's (2003): Henyey and Greenstein's times 1 + alpha c^2; alpha = 1, g = 0 is Rayleigh's.

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "base/test_statistics.h"
+#include "bsdf/oracles/highlights.h"
 
 namespace kanuka::bsdf {
 namespace {
@@ -130,6 +131,56 @@ TEST(Phase, LaneCountsAgree) {
             ASSERT_EQ(eval_phase(c.phase, w1.x)[0], eval_phase(wide, w8.x)[k]) << c.name;
         }
     }
+}
+
+// Phase functions, over the ranges of their inputs.
+TEST(PhaseOracles, Formulas) {
+    using enum PhaseKind;
+    const auto compare = [](const Phase<1>& p, const auto& right, const std::string& where) {
+        for (int i = 0; i <= 400; i++) {
+            const float x = float(i) / 400, c = 1 - 2 * x * x * x; // dense forwards
+            const double found = double(eval_phase(p, Float<1>(c))[0]), is = right(double(c));
+            EXPECT_NEAR(found, is, 2e-5 * is) << where << " cos " << c;
+        }
+    };
+    const auto phase = [](PhaseKind kind, float g, float other, float share, float alpha) {
+        return Phase<1>{kind, Float<1>(g), Float<1>(other), Float<1>(share), Float<1>(alpha)};
+    };
+    const float Gs[] = {-0.9995f, -0.5f, 0, 0.3f, 0.9f, 0.9995f};
+    compare(phase(Isotropic, 0, 0, 0, 0), [](double) { return 1 / (2 * oracle::Tau); }, "isotropic");
+    compare(phase(Rayleigh, 0, 0, 0, 0), oracle::rayleigh_phase, "Rayleigh");
+    for (float g : Gs) {
+        const double d = double(g);
+        compare(
+            phase(HenyeyGreenstein, g, 0, 0, 0),
+            [&](double c) { return oracle::henyey_greenstein_phase(d, c); }, "HG " + std::to_string(g));
+        for (float other : Gs)
+            compare(
+                phase(DoubleHenyeyGreenstein, g, other, 0.3f, 0),
+                [&](double c) {
+                    const double share = double(0.3f);
+                    return (1 - share) * oracle::henyey_greenstein_phase(d, c) +
+                           share * oracle::henyey_greenstein_phase(double(other), c);
+                },
+                "double HG");
+        for (float alpha : {0.0f, 1.0f, 30.0f, 1000.0f})
+            if (g > 0)
+                compare(
+                    phase(Draine, g, 0, 0, alpha),
+                    [&](double c) { return oracle::draine_phase(d, double(alpha), c); },
+                    "Draine " + std::to_string(g) + " " + std::to_string(alpha));
+    }
+}
+
+// Water droplets: parameters are exponentials in single precision, so peaks are compared more loosely.
+TEST(PhaseOracles, Mie) {
+    for (float d : {5.0f, 8.0f, 20.0f, 50.0f})
+        for (int i = 0; i <= 200; i++) {
+            const float x = float(i) / 200, c = 1 - 2 * x * x * x;
+            const double is = oracle::mie_phase(double(d), double(c));
+            EXPECT_NEAR(eval_phase(mie_phase(Float<1>(d)), Float<1>(c))[0], is, 1e-3 * is)
+                << d << " cos " << c;
+        }
 }
 
 } // namespace kanuka::bsdf

@@ -3,7 +3,10 @@
 #include "bsdf/material.h"
 #include "color/color.h"
 
+#include <fstream>
 #include <gtest/gtest.h>
+#include <map>
+#include <sstream>
 
 #include "base/test_statistics.h"
 #include "bsdf/test_lobes.h"
@@ -105,6 +108,35 @@ TEST(Dispersion, ReproducesTheAbbeNumber) {
     const auto n = index_of_refraction(Float<1>(1.5f), Float<1>(0.0f), l); // 0 = none
     for (int k = 0; k < 4; k++)
         EXPECT_EQ(n[k][0], 1.5f);
+}
+
+// Spectra of metals: those of the file, linear between its entries.
+TEST(Metals, SpectraAreThoseOfTheFile) {
+    std::ifstream file(std::string(KANUKA_SOURCE_DIR) + "/src/color/data/metals.csv");
+    std::map<std::string, std::map<double, std::pair<double, double>>> metals;
+    for (std::string line; std::getline(file, line);) {
+        std::replace(line.begin(), line.end(), ',', ' ');
+        std::istringstream s(line);
+        std::string name;
+        double nm, n, k;
+        if (line[0] != '#' && s >> name >> nm >> n >> k)
+            metals[name][nm] = {n, k};
+    }
+    const auto& input = grid::lobe(LobeId::MetalBrdf).inputs[0];
+    ASSERT_EQ(input.names.size(), 10u);
+    for (size_t m = 1; m < input.names.size(); m++) {
+        const auto& rows = metals.at(std::string(input.names[m]));
+        const auto in = LobeCase{LobeId::MetalBrdf}.with("metal", float(m)).inputs<8>();
+        for (int i = 0; i < Wavelengths; i++) {
+            const double nm = 360 + 470 * double(test_wavelengths<8>()[i][0]);
+            const auto above = rows.lower_bound(nm), below = std::prev(above);
+            const double t = (nm - below->first) / (above->first - below->first);
+            const double n = below->second.first + t * (above->second.first - below->second.first);
+            const double k = below->second.second + t * (above->second.second - below->second.second);
+            EXPECT_NEAR(in.eta[i][0], n, 0.02 * n + 0.005) << input.names[m] << " " << nm;
+            EXPECT_NEAR(in.k[i][0], k, 0.02 * k) << input.names[m] << " " << nm;
+        }
+    }
 }
 
 TEST(Uplift, LanesFollowColor) {

@@ -166,6 +166,75 @@ TEST(Fibres, AreAsWideFromEverywhere) {
     }
 }
 
+// A bent fibre's skin is as far from its axis wherever it is met, at joints and ends too, and its normal
+// leads straight away from the axis; what passes nearer meets it.
+TEST(Fibres, AreRoundAtJointsAndEnds) {
+    constexpr float Radius = 0.02f;
+    std::vector<Vec3f> axis{{-0.4f, 0, 0}, {0, 0, 0}, {0.2f, 0.3f, 0.1f}, {0.1f, 0.3f, 0.4f}};
+    scene::Curves c;
+    c.cubic = false;
+    c.vertices_per_curve = std::vector<int32_t>{int32_t(axis.size())};
+    std::vector<float> p;
+    for (const Vec3f& q : axis)
+        p.insert(p.end(), {q.x, q.y, q.z});
+    Slab slab;
+    slab.primitives = {dice::test::primitive(c, p)};
+    slab.primitives[0].primvars.set(
+        floats("constantwidth", scene::Type::Float, scene::Detail::Constant, {2 * Radius}));
+    slab.options = dice::test::looking(4, 50);
+    const Traced traced(slab);
+    ASSERT_TRUE(traced.fibres());
+    // Half a ball ends it, drawn in so far that it covers what a blunt end would: 2 r l = pi r^2 / 2.
+    for (const auto& [end, next] : {std::pair<size_t, size_t>{0, 1}, {3, 2}})
+        axis[end] += normalize(axis[next] - axis[end]) * (Radius * Pi / 4);
+    const auto from_axis = [&](const Vec3f& q) { // the shortest way
+        Vec3f best(1e9f);
+        for (size_t k = 0; k + 1 < axis.size(); k++) {
+            const Vec3f s = axis[k + 1] - axis[k];
+            const Vec3f way =
+                q - axis[k] - s * std::clamp(dot(q - axis[k], s) / length_squared(s), 0.0f, 1.0f);
+            if (length_squared(way) < length_squared(best))
+                best = way;
+        }
+        return best;
+    };
+    std::mt19937 random(11);
+    std::normal_distribution<float> normal;
+    std::uniform_real_distribution<float> uniform(-1.5f, 1.5f);
+    const auto any = [&] { return Vec3f(normal(random), normal(random), normal(random)); };
+    size_t met[4] = {}; // at the first end, at joints and at the last end, and between
+    for (int i = 0; i < 20000; i++) {
+        // Through a place near a vertex, a point of the axis every other time.
+        const size_t k = size_t(i) % axis.size(), l = k == 3 ? 2 : k + 1;
+        const Vec3f near = axis[k] + (axis[l] - axis[k]) * (i % 8 < 4 ? 0.0f : 0.5f);
+        const Vec3f d = normalize(any()), o = near + any() * (Radius * uniform(random)) - d;
+        bvh::RayPacket<8> packet;
+        for (int e = 0; e < 8; e++)
+            for (int x = 0; x < 3; x++)
+                packet.o[x].v[e] = o[x], packet.d[x].v[e] = d[x];
+        packet.t_max = Float<8>(2);
+        packet.active = Int<8>::lane_index() < Int<8>(1);
+        packet.seed = Int<8>(0);
+        packet.time = Float<8>(0);
+        bvh::HitPacket<8> hits;
+        traced.scene().intersect(packet, hits);
+        float nearest = 1e9f;
+        for (int s = 0; s <= 4000; s++)
+            nearest = std::min(nearest, length(from_axis(o + d * (0.0005f * float(s)))));
+        if (abs(nearest - Radius) > 2e-5f)
+            EXPECT_EQ((hits.hit.bits() & 1) != 0, nearest < Radius) << nearest;
+        if (!(hits.hit.bits() & 1))
+            continue;
+        const Vec3f way = from_axis(o + d * hits.t.v[0]);
+        EXPECT_NEAR(length(way), Radius, 5e-6f);
+        const Vec3f n = normalize(Vec3f(hits.Ng.x.v[0], hits.Ng.y.v[0], hits.Ng.z.v[0]));
+        EXPECT_GT(dot(n, normalize(way)), 0.9995f) << i;
+        met[i % 8 >= 4 ? 3 : k == 0 ? 0 : k == 3 ? 2 : 1]++;
+    }
+    for (const size_t n : met)
+        EXPECT_GT(n, 1000u);
+}
+
 // Of a material that lets light through in part and refracts nothing a fibre is one layer, as a ribbon is.
 TEST(Fibres, AreOneLayerOfWhatIsPartlyThere) {
     for (const bool polygons : {false, true}) {

@@ -5,8 +5,6 @@
 #include <limits>
 #include <random>
 
-#include "color/uplift_fit.h"
-
 namespace kanuka::color {
 namespace {
 
@@ -230,22 +228,6 @@ TEST(Uplift, LayoutIsAsDescribed) {
     EXPECT_NEAR(c[2], (q[2] + mean - 0.5f) * k, 2e-3f * std::abs(c[2]));
     EXPECT_LT(largest_difference(round_trip(rgb), rgb),
               2e-5f); // no interpolation: the optimiser's own accuracy
-}
-
-TEST(Uplift, OptimiserMeetsEveryKnot) {
-    Response response;
-    for (int c = 0; c < 3; c++) {
-        response[c].resize(LambdaCount);
-        for (int i = 0; i < LambdaCount; i++)
-            response[c][i] =
-                (rgb_from_xyz[c][0] * double(cie_x()[i]) + rgb_from_xyz[c][1] * double(cie_y()[i]) +
-                 rgb_from_xyz[c][2] * double(cie_z()[i])) *
-                illuminant_d65()[i] / cie_y_integral();
-    }
-    double residual = 1;
-    const auto table = fit_uplift_table(response, 8, false, residual);
-    EXPECT_EQ(table.size(), size_t(3 * 8 * 8 * 8 * 3));
-    EXPECT_LT(residual, 1e-6);
 }
 
 } // namespace kanuka::color

@@ -13,6 +13,9 @@ struct Published {
     const char* name;
     double x, y, tolerance;
 };
+void PrintTo(const Published& p, std::ostream* out) {
+    *out << p.name;
+}
 
 } // namespace
 

@@ -35,6 +35,7 @@ TEST(Materials, AbbeGivesBack) {
                     1e-9);
     }
     EXPECT_EQ(abbe_eta(1.5, 0, 400), 1.5);
+    EXPECT_EQ(abbe_eta(1.01, 0.1, 780), 1.0) << "light is nowhere faster than in vacuum";
     // Against a catalogue: within 2e-3 of Sellmeier over the visible range.
     const auto bk7 = find_glass("BK7");
     for (double l = 400; l <= 700; l += 25)

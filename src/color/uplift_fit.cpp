@@ -107,11 +107,12 @@ double fit(const Model& model, V3& q, int max_steps = 60) {
     return std::max({std::abs(r[0]), std::abs(r[1]), std::abs(r[2])});
 }
 
-// Dark planes serve all colours darker still, down to black, with one q: the sigmoid of f / sqrt(n) goes to 0
-// with n only where f < 0.
+// The darkest plane serves all colours darker still, down to black, with one q: the sigmoid of f / sqrt(n)
+// goes to 0 with n only where f < 0. Elsewhere f may well be positive beyond the reds, where little is seen:
+// that is how a quadratic makes reds and magentas, and without it they come out grey.
 bool stays_dark(const Model& wanted, const V3& q) {
-    constexpr double Dark = 0.01, Below = -0.02;
-    if (wanted.largest > Dark)
+    constexpr double Below = -0.02;
+    if (wanted.largest > 1.5 * UpliftDarkest)
         return true;
     const auto f = [&](double l) { return (q[0] * l + q[1]) * l + q[2]; };
     const double vertex = q[0] != 0 ? std::clamp(-0.5 * q[1] / q[0], 0.0, 1.0) : 0;

@@ -76,4 +76,18 @@ TEST(UpliftOfSpaces, GreysAreFlat) {
         }
 }
 
+// Dark colours are as saturated as bright ones, to two hundredths of themselves.
+TEST(UpliftOfSpaces, DarkColoursKeepTheirSaturation) {
+    for (const Space space : {Space::Rec709, Space::Rec2020, Space::AcesCg}) {
+        const Matrix3 m = convert(Space::Rec709, space);
+        for (const Rgb& c : {Rgb(1, 0.05f, 0.05f), Rgb(0.05f, 1, 0.05f), Rgb(0, 1, 0), Rgb(0.05f, 0.05f, 1),
+                             Rgb(1, 0.05f, 1), Rgb(1, 1, 0), Rgb(0, 1, 1)})
+            for (const float scale : {0.5f, 0.1f, 0.03f, 0.009f, 0.003f, 0.001f}) {
+                const Rgb wanted = transform(m, {c.x * scale, c.y * scale, c.z * scale});
+                EXPECT_LT(difference(round_trip(wanted, space), wanted), 0.02f * scale)
+                    << info(space).name << ": " << c.x << ' ' << c.y << ' ' << c.z << " times " << scale;
+            }
+    }
+}
+
 } // namespace kanuka::color

@@ -217,7 +217,7 @@ bool same_topology(const geom::Topology& a, const geom::Topology& b) {
 }
 
 // The surface at later steps; none where it is another one then.
-std::vector<std::unique_ptr<geom::Surface>> later_surfaces(const geom::Surface& surface,
+std::vector<std::unique_ptr<geom::Surface>> later_surfaces(geom::Surface& surface,
                                                            const scene::Primitive& primitive,
                                                            const DiceTarget& target, geom::SurfaceHints hints,
                                                            Journal& journal) {
@@ -225,13 +225,18 @@ std::vector<std::unique_ptr<geom::Surface>> later_surfaces(const geom::Surface& 
     hints.first = &primitive;
     for (const scene::Primitive& later : target.later) {
         Journal quiet;
-        auto s = geom::make_surface(later, target.render_from_object, quiet, hints);
-        if (!s || !same_topology(s->topology(), surface.topology())) {
+        out.push_back(geom::make_surface(later, target.render_from_object, quiet, hints));
+        if (!out.back()) {
             report_other_topology(primitive, journal);
             return {};
         }
-        out.push_back(std::move(s));
     }
+    geom::share_lattice(surface, out);
+    for (const auto& s : out)
+        if (!same_topology(s->topology(), surface.topology())) {
+            report_other_topology(primitive, journal);
+            return {};
+        }
     return out;
 }
 

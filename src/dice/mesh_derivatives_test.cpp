@@ -353,3 +353,27 @@ TEST(MeshDerivatives, DisplacedPatchByPatch) {
             EXPECT_EQ(by_threads[0].mesh_rest[size_t(k + 2 * g.stride)], 0);
         }
 }
+
+// Along a fibre v goes from ring to ring: half of the way from one neighbour to the other at joints, all of
+// the way at ends; no curve takes anything of the next one, and nothing lies across.
+TEST(MeshDerivatives, OfFibresGoAlongThem) {
+    scene::Curves c;
+    c.cubic = false;
+    c.vertices_per_curve = std::vector<int32_t>{4, 3};
+    const std::vector<float> joints{0, 0, 0, 1, 0, 0, 1, 2, 0, 1, 2, 3, /**/ 0, 5, 0, 4, 5, 0, 4, 9, 0};
+    scene::Primitive p = primitive(c, joints);
+    p.primvars.set(floats("constantwidth", scene::Type::Float, Detail::Constant, {0.001f}));
+    p.primvars.set(floats("number", scene::Type::Float, Detail::Vertex, {0, 1, 4, 9, 100, 110, 130}));
+    const Diced d = run(p, neighbours());
+    ASSERT_FALSE(d.mesh.radius.empty());
+    ASSERT_EQ(d.mesh_vertices.vertices(), 7);
+    const float in_row[] = {1, 2, 4, 5, 10, 15, 20};
+    const Differences n = differences(d, [](const grid::Grid& g, int i) {
+        return std::ranges::find(g.primvars, std::string("number"), &grid::Channel::name)->data[size_t(i)];
+    });
+    for (size_t i = 0; i < 7; i++) {
+        EXPECT_FLOAT_EQ(n.v[i], in_row[i]) << i;
+        EXPECT_EQ(n.u[i], 0) << i;
+        EXPECT_EQ(n.step_u[i], 1) << i;
+    }
+}

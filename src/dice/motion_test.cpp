@@ -107,6 +107,82 @@ TEST(MovingDice, EveryKindFollowsItsPoints) {
     }
 }
 
+namespace {
+
+scene::Primitive quadric(scene::Quadric::Kind kind, std::vector<float> arguments) {
+    return primitive(scene::Quadric{kind, std::move(arguments)});
+}
+
+// A sheet that is rolled up about y, by so many parts of a whole turn; its last column is then the first.
+scene::Primitive rolled(float turn) {
+    constexpr int N = 9;
+    scene::NuPatch n{};
+    n.u_order = 3, n.v_order = 2, n.nu = N, n.nv = 2;
+    std::vector<float> knots;
+    for (int i = 0; i < N + 3; i++)
+        knots.push_back(float(std::clamp(i - 2, 0, N - 2)));
+    n.u_knots = knots;
+    n.v_knots = std::vector<float>{0, 0, 1, 1};
+    n.u_max = N - 2, n.v_max = 1;
+    std::vector<float> p;
+    for (const float y : {-1.0f, 1.0f})
+        for (int i = 0; i < N; i++) {
+            const float a = turn == 1 && i == N - 1 ? 0 : turn * 2 * Pi * float(i) / (N - 1);
+            p.insert(p.end(), {std::cos(a), y, std::sin(a)});
+        }
+    return primitive(n, p);
+}
+
+// Edges without a neighbour that do not lie on one of two lines around it.
+size_t open_seam(const Diced& d, bool rims) {
+    const EdgeCount all = traced_edges(d);
+    return all.open() -
+           (rims ? all.open_if([](const Key& a, const Key& b) { return a[1] == b[1] && std::abs(a[1]) == 1; })
+                 : 0);
+}
+
+} // namespace
+
+// Sides that meet are joined, whatever else changes; and where they meet for a time alone, nothing shows
+// between them then.
+TEST(MovingDice, SeamsAreClosedAsOftenAsTheyMeet) {
+    using K = scene::Quadric::Kind;
+    struct Case {
+        const char* what;
+        scene::Primitive first, later;
+        bool closed_first;
+    };
+    const Case cases[] = {
+        {"a sphere grows", quadric(K::Sphere, {1, -1, 1, 360}),
+         quadric(K::Sphere, {1.31f, -1.31f, 1.31f, 360}), true},
+        {"a sphere closes", quadric(K::Sphere, {1, -1, 1, 300}), quadric(K::Sphere, {1.1f, -1.1f, 1.1f, 360}),
+         false},
+        {"a ring grows", quadric(K::Torus, {1, 0.3f, 0, 360, 360}),
+         quadric(K::Torus, {1.2f, 0.5f, 0, 360, 360}), true},
+        {"a ring closes", quadric(K::Torus, {1, 0.3f, 0, 300, 200}),
+         quadric(K::Torus, {1, 0.4f, 0, 360, 360}), false},
+        {"a sheet is rolled up", rolled(0.6f), rolled(1), false},
+    };
+    for (const Case& c : cases)
+        for (const int pixels : {40, 200, 600})
+            for (const bool uniform : {true, false}) {
+                DiceTarget target;
+                target.later = {&c.later, 1};
+                target.shade_uniform = uniform;
+                target.render_from_object = Transform::rotate(20, 0, 1, 0); // leaves y as it is
+                DiceOptions o = looking(3, pixels);
+                o.camera.render_from_camera = o.camera.render_from_camera * Transform::translate(0.7, 0, 0);
+                o.max_grid_cells = 8;
+                Journal journal;
+                const Diced d = dice::dice(c.first, target, o, {}, journal);
+                EXPECT_TRUE(journal.entries().empty()) << c.what;
+                const bool rims = std::holds_alternative<scene::NuPatch>(c.first.geometry);
+                EXPECT_EQ(open_seam(d, rims) == 0, c.closed_first) << c.what;
+                EXPECT_EQ(open_seam(step(d, 0), rims), 0u)
+                    << c.what << ", " << pixels << " pixels, uniform " << uniform;
+            }
+}
+
 // Flat at first, bent later: cut and traced as finely as the bent one.
 TEST(MovingDice, TheFinestStepDecides) {
     const scene::Primitive flat = flat_patch(true);

@@ -322,6 +322,11 @@ void choose_edge_steps(Splitter& splitter, const std::vector<grid::Grid>& grids,
         }
     });
     limit_by_twist(splitter, grids, rule);
+    splitter.each_twin(0, [&](size_t i, size_t k) {
+        Edge &a = splitter.edges[i], &b = splitter.edges[k];
+        a.step = b.step = std::min(a.step, b.step);
+        a.error = b.error = std::max(a.error, b.error);
+    });
 }
 
 // The kept vertices of one step's positions.

@@ -72,6 +72,9 @@ bool Splitter::run(double limit) {
             if (s.cells > 0)
                 e.least = std::min(e.least, s.cells);
         }
+    each_twin(0, [&](size_t i, size_t k) {
+        edges[i].least = edges[k].least = std::min(edges[i].least, edges[k].least);
+    });
     number_points();
     return true;
 }
@@ -95,6 +98,8 @@ void Splitter::start() {
         e.b = t.edges[i].b;
         e.middle = t.edges[i].middle;
         e.point = t.edges[i].point;
+        e.twin = t.edges[i].twin;
+        m_has_twins |= e.twin >= 0;
     }
     m_most_edges += edges.size();
     grow_edges(0);
@@ -223,6 +228,10 @@ void Splitter::grow_edges(size_t begin) {
             for (size_t i = from; i < to; i++)
                 cut_it[i] = wants_cut(edges[begin + i], measures[i - from]);
         });
+        each_twin(begin, [&](size_t i, size_t k) {
+            edges[i].cells = edges[k].cells = std::max(edges[i].cells, edges[k].cells);
+            cut_it[i - begin] = cut_it[k - begin] = cut_it[i - begin] || cut_it[k - begin];
+        });
         for (size_t i = begin; i < end; i++) {
             if (!cut_it[i - begin])
                 continue;
@@ -234,9 +243,13 @@ void Splitter::grow_edges(size_t begin) {
             Edge first = e, second = e;
             first.t1 = second.t0 = (e.t0 + e.t1) / 2;
             first.b = second.a = e.middle;
-            first.middle = second.middle = -1;
+            first.middle = second.middle = first.twin = second.twin = -1;
             edges.push_back(first);
             edges.push_back(second);
+            for (int half = 0; half < 2 && e.twin >= 0 && e.twin < int(i); half++) {
+                const int own = edges[i].child + half, its = edges[size_t(e.twin)].child + half;
+                edges[size_t(own)].twin = its, edges[size_t(its)].twin = own;
+            }
         }
         begin = end;
     }
@@ -371,8 +384,14 @@ Segment Splitter::shared(const Segment& s) {
     Edge& e = edges[s.edge];
     if (now.cells != 1 || e.point || 2 * e.cells > m_rule.max_cells)
         return now;
-    e.cells *= 2;
+    double_cells(e);
     return current(s);
+}
+
+void Splitter::double_cells(Edge& e) {
+    e.cells *= 2;
+    if (e.twin >= 0)
+        edges[size_t(e.twin)].cells = e.cells;
 }
 
 Segment Splitter::half(const Segment& s, int which) const {
@@ -399,7 +418,7 @@ void Splitter::refine_twisted(const Piece& piece) {
             continue;
         Edge& e = edges[s.edge];
         while (!e.point && current(s).cells < n && 2 * e.cells <= m_rule.max_cells)
-            e.cells *= 2;
+            double_cells(e);
     }
 }
 

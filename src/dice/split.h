@@ -27,6 +27,7 @@ struct Edge {
     int a = -1, b = -1;   // vertices
     int middle = -1;      // vertex at cells / 2, if some piece has a corner there
     int child = -1;       // first of two children; -1 = not cut
+    int twin = -1;        // edge that has its cells and steps, since both meet at some time
     int cells = 1;        // a power of two, if not cut
     int least = 1 << 24;  // fewest cells any piece takes of it at once
     int first_point = -1; // number of its first interior vertex among all points
@@ -73,6 +74,13 @@ class Splitter {
     std::vector<Edge> edges;
     std::vector<Piece> pieces;
     double cells() const;
+    // visit(number of an edge, that of its twin), each pair once.
+    template <class Visit>
+    void each_twin(size_t begin, Visit visit) const {
+        for (size_t i = begin; m_has_twins && i < edges.size(); i++)
+            if (edges[i].twin > int(i))
+                visit(i, size_t(edges[i].twin));
+    }
 
     // Points: the vertices first, then the interior vertices of all uncut edges. Numbers of one point agree
     // everywhere.
@@ -94,6 +102,7 @@ class Splitter {
     void measure(const Edge* edges, const int* which, int count, int samples, LineMeasure* out) const;
     void measure(const Edge* edges, int count, LineMeasure* out) const;
     bool wants_cut(Edge& edge, const LineMeasure& measure) const;
+    void double_cells(Edge& edge);
     void plan(Piece& piece, int& split) const;
     struct Interior {
         float want_u, want_v, least_u, least_v;
@@ -117,6 +126,7 @@ class Splitter {
     const RateRule& m_rule;
     int m_vertices = 0;
     size_t m_most_edges = 0;
+    bool m_has_twins = false;
     // (edge, index) of a corner inside an uncut edge -> vertex. Indices as if it had MostCells.
     std::unordered_map<uint64_t, int> m_forced;
     std::vector<std::pair<int, int>> m_merged; // vertex, the vertex it is the same as

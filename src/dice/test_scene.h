@@ -51,9 +51,13 @@ class EdgeCount {
         edge(a, b), edge(b, c), edge(c, a);
     }
     size_t open() const {
+        return open_if([](const Key&, const Key&) { return true; });
+    }
+    template <class Counts> // counts(a, b): an edge's ends
+    size_t open_if(Counts counts) const {
         size_t n = 0;
         for (const auto& [key, count] : m_edges)
-            n += count != 0;
+            n += count != 0 && counts(key.first, key.second);
         return n;
     }
     size_t all() const { return m_edges.size(); }

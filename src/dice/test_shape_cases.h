@@ -13,6 +13,7 @@ struct ShapeCase {
     std::string text;
     // Samples of the picture that differ, over the shape's.
     double error = 0;
+    double bias = 0, pixels = 0; // at that step: what is too much less what is missing; the samples in pixels
     // Of a flat shape: samples that more than one layer covers; of its outline's length, what open edges
     // differ by.
     double twice = 0, outline = 0;
@@ -189,10 +190,14 @@ inline ShapeCase run_shape(uint32_t seed, int only_kind = -1) {
         out.counted = true;
         // A sample or two may fall on either side of a line for rounding alone.
         const double wrong = std::max(0.0, d.missing + d.extra - 3);
-        out.error = std::max(out.error, wrong / d.area);
+        const double pixel = (orthographic ? 2 * radius : 2 * radius / distance) / pixels / from.spacing();
+        if (wrong / d.area > out.error) {
+            out.error = wrong / d.area;
+            out.bias = (d.extra - d.missing) / d.area;
+            out.pixels = wrong / (pixel * pixel);
+        }
         if (s.flat)
             out.twice = std::max(out.twice, std::max(0.0, d.twice - 3) / d.area);
-        const double pixel = (orthographic ? 2 * radius : 2 * radius / distance) / pixels / from.spacing();
         out.tolerance = std::max(out.tolerance, d.outline * pixel * std::max(tolerance, 0.25) / d.area);
         if (s.closed)
             out.open_edges = std::max(out.open_edges, open_edges(soup).first);

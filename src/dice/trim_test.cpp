@@ -251,3 +251,90 @@ TEST(Trim, BadCurvesAreReported) {
     EXPECT_NE(journal.entries()[0].message.find("knots are not in rising order"), std::string::npos);
     EXPECT_FALSE(d.grids.empty());
 }
+
+// A tube with a window across the line where its parameter begins again: open along the window and the rims
+// alone, wherever the rates cut it.
+TEST(Trim, WindowsAcrossTheSeam) {
+    constexpr int N = 9;
+    scene::NuPatch n{};
+    n.u_order = 3, n.v_order = 2, n.nu = N, n.nv = 2;
+    n.u_knots = std::vector<float>{0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 7, 7};
+    n.v_knots = std::vector<float>{-1, -1, 1, 1};
+    n.u_max = 7, n.v_min = -1, n.v_max = 1;
+    std::vector<float> p;
+    std::vector<std::array<float, 2>> ring;
+    for (int i = 0; i < N; i++) {
+        const float a = i == N - 1 ? 0 : 2 * Pi * float(i) / (N - 1);
+        ring.push_back({std::cos(a), std::sin(a)});
+    }
+    for (const float y : {-1.0f, 1.0f})
+        for (const auto& q : ring)
+            p.insert(p.end(), {q[0], y, q[1]});
+    Loops window;
+    window.polygon({{-1, -0.4f}, {1, -0.4f}, {1, 0.4f}, {-1, 0.4f}});
+    window.polygon({{6, -0.4f}, {8, -0.4f}, {8, 0.4f}, {6, 0.4f}});
+    n.trim = window.take();
+    // At a knot a quadratic spline is half way between two of its points.
+    const auto beside = [&](const Key& k, size_t knot) {
+        const auto &a = ring[knot], &b = ring[knot + 1];
+        return std::hypot(k[0] - (a[0] + b[0]) / 2, k[2] - (a[1] + b[1]) / 2) < 4e-3f;
+    };
+    for (const int pixels : {30, 200, 900})
+        for (const bool uniform : {false, true}) {
+            DiceOptions o = looking(3, pixels);
+            o.camera.render_from_camera = Transform::translate(0.3, 0.4, 0) * o.camera.render_from_camera;
+            const Cut cut(primitive(n, p), o, {}, uniform);
+            EXPECT_EQ(cut.cracks([&](const Key& k) {
+                const float y = std::abs(k[1]);
+                return y == 1 || std::abs(y - 0.4f) < 4e-3f || (y < 0.41f && (beside(k, 1) || beside(k, 6)));
+            }),
+                      0u)
+                << pixels << uniform;
+        }
+}
+
+// Where a triangle is cut, what wraps goes the shorter way round, what is a code is its nearest corner's, and
+// all else is linear; parts that have one value for all of them keep it.
+TEST(Trim, CutCornersHaveTheirInputs) {
+    grid::Grid g;
+    g.allocate(1, 1);
+    grid::VertexInputs varying, same;
+    varying.stride = same.stride = g.stride;
+    const auto slot = [&](std::vector<float> values) {
+        values.resize(size_t(g.stride));
+        varying.slots.push_back({false, {}, values});
+    };
+    slot({0, 1, 3, 0});
+    slot({0.9f, 0.1f, 0.2f, 0});
+    slot({5, 7, 9, 0});
+    for (const float f : {2.0f, 0.25f, 6.0f})
+        same.slots.push_back({true, Vec3f(f), {}});
+    std::vector<grid::Slot> slots(3);
+    slots[1].between = grid::Between::Turns;
+    slots[2].between = grid::Between::Nearest;
+    const grid::TrimmedMesh cut{{{0, 1, 2, 0, 0},
+                                 {0, 1, 2, 0.5f, 0},
+                                 {0, 1, 2, 0.25f, 0.25f},
+                                 {1, 0, 2, 0.25f, 0},
+                                 {0, 1, 2, 0.2f, 0.7f}},
+                                {0, 1, 2, 2, 3, 4}};
+    const grid::TrimmedPart parts[] = {{&g, &varying, &cut}, {&g, &same, &cut}};
+    grid::Grid out;
+    grid::VertexInputs inputs;
+    grid::TracedMesh mesh;
+    grid::merge_trimmed(parts, slots, out, inputs, mesh);
+    ASSERT_EQ(out.vertices(), 10);
+    EXPECT_EQ(mesh.indices, (std::vector<uint32_t>{0, 1, 2, 2, 3, 4, 5, 6, 7, 7, 8, 9}));
+    const float linear[] = {0, 0.5f, 1, 0.75f, 2.3f};
+    // Half a turn is none: from 0.9 it is 0.2 on to 0.1, and 0.2 back to 0.2.
+    const float turns[] = {0.9f, 0, 0.9f, 0.05f, 0.8f}, code[] = {5, 5, 5, 7, 9};
+    for (size_t i = 0; i < 5; i++) {
+        EXPECT_FLOAT_EQ(inputs.slots[0].data[i], linear[i]);
+        const float off = inputs.slots[1].data[i] - turns[i];
+        EXPECT_NEAR(off - std::round(off), 0, 1e-6) << i;
+        EXPECT_TRUE(inputs.slots[1].data[i] >= 0 && inputs.slots[1].data[i] <= 1);
+        EXPECT_EQ(inputs.slots[2].data[i], code[i]) << i;
+        for (size_t k = 0; k < 3; k++)
+            EXPECT_EQ(inputs.slots[k].data[i + 5], same.slots[k].value.x);
+    }
+}

@@ -28,7 +28,7 @@ std::vector<Vec3f> side_points(const Surface& surface, const LatticeShape& shape
 
 } // namespace
 
-void build_lattice(const Surface& surface, Topology& topology, LatticeShape shape) {
+LatticeShape find_lattice(const Surface& surface, LatticeShape shape) {
     std::array<std::vector<Vec3f>, 4> sides;
     Bounds3f bounds;
     for (int s = 0; s < 4; s++) {
@@ -49,7 +49,25 @@ void build_lattice(const Surface& surface, Topology& topology, LatticeShape shap
     };
     shape.wrap_u = shape.wrap_u || meet(3, 1);
     shape.wrap_v = shape.wrap_v || meet(0, 2);
-    topology = lattice_topology(shape);
+    return shape;
+}
+
+void share_lattice(Surface& first, std::span<const std::unique_ptr<Surface>> later) {
+    LatticeShape all = first.lattice();
+    for (const auto& s : later) {
+        const LatticeShape& own = s->lattice();
+        if (own.nu != all.nu || own.nv != all.nv)
+            return;
+        for (size_t k = 0; k < 4; k++)
+            all.pole[k] = all.pole[k] && own.pole[k];
+        all.twins_u |= all.wrap_u != own.wrap_u, all.wrap_u &= own.wrap_u;
+        all.twins_v |= all.wrap_v != own.wrap_v, all.wrap_v &= own.wrap_v;
+    }
+    if (all.nu == 0)
+        return;
+    first.set_lattice(all);
+    for (const auto& s : later)
+        s->set_lattice(all);
 }
 
 bool FiniteFaces::find(ControlPoints& points, size_t used, int faces, int each,

@@ -7,10 +7,9 @@
 
 namespace kanuka::geom {
 
-// Makes the topology of a lattice of faces. Sides that are one point become poles; sides that meet their
-// opposite become a seam, so that a closed shape is closed for dicing too. Both are found by evaluating the
-// surface.
-void build_lattice(const Surface& surface, Topology& topology, LatticeShape shape);
+// A lattice of faces. Sides that are one point become poles; sides that meet their opposite become a seam, so
+// that a closed shape is closed for dicing too. Both are found by evaluating the surface.
+LatticeShape find_lattice(const Surface& surface, LatticeShape shape);
 
 // The faces of a lattice without those that a control point is not finite of, which are reported as `what`.
 class FiniteFaces {

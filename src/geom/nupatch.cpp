@@ -120,10 +120,14 @@ class NurbsSurface : public Surface {
         counts.vertex = need;
         m_primvars = collect_primvars(primitive, m_render_from_object, counts, journal);
         FiniteFaces finite = std::exchange(m_finite, {}); // of the whole lattice first
-        build_lattice(*this, m_topology, {int(m_u.spans.size()), int(m_v.spans.size()), false, false, {}});
-        finite.keep(m_topology);
+        const LatticeShape shape = find_lattice(*this, {int(m_u.spans.size()), int(m_v.spans.size())});
         m_finite = std::move(finite);
+        set_lattice(shape);
         return true;
+    }
+    void set_lattice(const LatticeShape& shape) override {
+        Surface::set_lattice(shape);
+        m_finite.keep(m_topology);
     }
 
     void positions(int face, Line u, Line v, float* out, int stride) const override {

@@ -81,10 +81,14 @@ class PatchSurface : public Surface {
         counts.vertex = need;
         m_primvars = collect_primvars(primitive, m_render_from_object, counts, journal);
         FiniteFaces finite = std::exchange(m_finite, {}); // of the whole lattice first
-        build_lattice(*this, m_topology, {m_nu, m_nv, mesh.u_periodic, mesh.v_periodic, {}});
-        finite.keep(m_topology);
+        const LatticeShape shape = find_lattice(*this, {m_nu, m_nv, mesh.u_periodic, mesh.v_periodic});
         m_finite = std::move(finite);
+        set_lattice(shape);
         return true;
+    }
+    void set_lattice(const LatticeShape& shape) override {
+        Surface::set_lattice(shape);
+        m_finite.keep(m_topology);
     }
 
     void positions(int face, Line u, Line v, float* out, int stride) const override {

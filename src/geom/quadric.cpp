@@ -23,8 +23,7 @@ class QuadricSurface : public Surface {
     QuadricSurface(const scene::Primitive& primitive, const Transform& m)
         : Surface(primitive, m), m_q(std::get<scene::Quadric>(primitive.geometry)) {}
 
-    // `moving`: sweeps may change on the way, and faces must not: all have as many as a whole turn, and sides
-    // that meet or shrink to a point at one time are treated as any others.
+    // `moving`: sweeps may change on the way, and faces must not: all have as many as a whole turn.
     bool prepare(const scene::Primitive& primitive, bool moving, Journal& journal) {
         if (const std::string why = read_arguments(); !why.empty()) {
             journal.error(primitive.where, "a quadric was left out: " + why);
@@ -36,10 +35,7 @@ class QuadricSurface : public Surface {
         LatticeShape shape;
         shape.nu = m_nu = moving ? 4 : std::clamp(int(std::ceil(std::abs(m_theta) / 90 - 1e-6)), 1, 4);
         shape.nv = m_nv = profile_faces(moving);
-        if (moving)
-            m_topology = lattice_topology(shape);
-        else
-            build_lattice(*this, m_topology, shape);
+        set_lattice(find_lattice(*this, shape));
         return true;
     }
 

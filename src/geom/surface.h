@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 
 #include "geom/primvars.h"
 #include "geom/tensor.h"
@@ -29,6 +30,9 @@ class Surface {
     virtual ~Surface() = default;
     const Topology& topology() const { return m_topology; }
     int faces() const { return int(m_topology.faces.size()); }
+    // Of faces in rows and columns; none of both = they are not.
+    const LatticeShape& lattice() const { return m_lattice; }
+    virtual void set_lattice(const LatticeShape& shape) { m_topology = lattice_topology(m_lattice = shape); }
 
     // Positions alone: out[c * stride + j * u.count + i].
     virtual void positions(int face, Line u, Line v, float* out, int stride) const = 0;
@@ -63,6 +67,7 @@ class Surface {
     virtual FaceRange range(int) const { return {}; }
 
     Topology m_topology;
+    LatticeShape m_lattice{0, 0};
     Primvars m_primvars;
     Transform m_render_from_object;
     std::array<float, 8> m_texture_coordinates;
@@ -85,6 +90,9 @@ struct SurfaceHints {
 };
 std::unique_ptr<Surface> make_surface(const scene::Primitive& primitive, const Transform& render_from_object,
                                       Journal& journal, SurfaceHints hints = {});
+// One lattice for all steps of a shape that changes: sides are one point, or meet, if they always do. Of
+// sides that meet for a time alone the edges are twins.
+void share_lattice(Surface& first, std::span<const std::unique_ptr<Surface>> later);
 
 // "P" (or "Pw" as four floats) in render space; `weights` is filled for Pw alone. Non-finite points are kept.
 struct ControlPoints {

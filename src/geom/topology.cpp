@@ -89,6 +89,11 @@ Topology lattice_topology(const LatticeShape& shape) {
             t.attach(f, 2, along_u(i, j + 1), Topology::Part::Whole, false);
             t.attach(f, 3, along_v(i, j), Topology::Part::Whole, false);
         }
+    const auto twins = [&](int a, int b) { t.edges[a].twin = b, t.edges[b].twin = a; };
+    for (int i = 0; shape.twins_v && i < nu; i++)
+        twins(along_u(i, 0), along_u(i, nv));
+    for (int j = 0; shape.twins_u && j < nv; j++)
+        twins(along_v(0, j), along_v(nu, j));
     t.merge_points();
     return t;
 }
@@ -111,6 +116,9 @@ Topology kept_faces(const Topology& all, const std::vector<int>& faces) {
             t.attach(to, k, edge, side.part, side.reversed);
         }
     }
+    for (size_t e = 0; e < number.size(); e++)
+        if (number[e] >= 0 && all.edges[e].twin >= 0)
+            t.edges[number[e]].twin = number[all.edges[e].twin];
     return t;
 }
 

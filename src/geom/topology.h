@@ -30,6 +30,7 @@ struct Topology {
         int a = -1, b = -1;
         int middle = -1;    // vertex at the middle, where some faces use halves
         bool point = false; // all of it is one point: a pole
+        int twin = -1; // edge of a changing shape that it meets at some time, but not always: diced alike
         int face[2] = {-1, -1};
         uint8_t side[2] = {0, 0};
     };
@@ -51,7 +52,8 @@ void side_position(int side, float x, float& u, float& v);
 struct LatticeShape {
     int nu = 1, nv = 1;
     bool wrap_u = false, wrap_v = false;
-    std::array<bool, 4> pole{}; // sides of the whole that are one point, in grid::Edge order
+    std::array<bool, 4> pole{};            // sides of the whole that are one point, in grid::Edge order
+    bool twins_u = false, twins_v = false; // opposite sides meet at some time, but not always
 };
 Topology lattice_topology(const LatticeShape& shape);
 // Only these faces, in their order, and their edges.

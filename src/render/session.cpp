@@ -163,6 +163,8 @@ class BatchSession {
         m_aovs.find(m_geometry->store.programs(), m_scene.file, m_on_demand ? unheard : m_journal);
         transport::SceneInputs& in = m_inputs;
         in.lights = m_scene.lights;
+        for (scene::Light& l : in.lights)
+            m_shading->find_files(l);
         std::vector<scene::ShaderRef> light_shaders = m_scene.light_shaders;
         for (scene::ShaderRef& ref : light_shaders)
             if (!m_classic && !ref.shadows)

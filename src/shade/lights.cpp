@@ -27,7 +27,9 @@ const std::vector<LightShader>& light_shaders() {
     using enum scene::Light::Kind;
     static const std::vector<LightShader> table = {
         {"ambientlight", Ambient, {"intensity", "lightcolor", "spectrum", "unit"}},
-        {"distantlight", Distant, {"intensity", "lightcolor", "spectrum", "unit", "from", "to", "angle"}},
+        {"distantlight",
+         Distant,
+         {"intensity", "lightcolor", "spectrum", "unit", "from", "to", "angle", "visible"}},
         {"pointlight",
          Point,
          {"intensity", "lightcolor", "spectrum", "unit", "from", "to", "radius", "iesprofile", "decay"}},
@@ -47,7 +49,7 @@ const std::vector<LightShader>& light_shaders() {
          Cylinder,
          {"intensity", "lightcolor", "spectrum", "unit", "radius", "height", "visible"}},
         {"skylight", Environment, {"intensity", "lightcolor", "sundirection", "turbidity", "visible"}},
-        {"sunlight", Distant, {"intensity", "lightcolor", "sundirection", "turbidity", "angle"}},
+        {"sunlight", Distant, {"intensity", "lightcolor", "sundirection", "turbidity", "angle", "visible"}},
     };
     return table;
 }
@@ -95,26 +97,19 @@ void place(scene::Light& light, const scene::ShaderRef& ref) {
     light.world_from_light = aimed(m.point(from), m.point(to));
 }
 
-std::string find_file(const char* what, const std::string& name, const char* instead,
-                      const scene::ShaderRef& ref, const Textures& textures, Journal& journal) {
+std::string find_file(const char* what, const std::string& name, const char* instead, const Location& where,
+                      const Textures& textures, Journal& journal) {
     if (name.empty())
         return {};
     std::string file = textures.find(name);
     if (file.empty())
-        journal.error(ref.where, std::string(what) + " \"" + name + "\" is not found; " +
-                                     searched_in(textures.folders(), "texture", ref.where) + ". " + instead);
+        journal.error(where, std::string(what) + " \"" + name + "\" is not found; " +
+                                 searched_in(textures.folders(), "texture", where) + ". " + instead);
     return file;
 }
 
-void take_texture(scene::Light& light, const scene::ShaderRef& ref, const Textures& textures,
-                  Journal& journal) {
-    const std::string name = ref.parameters.get_string("texture", ref.parameters.get_string("mapname", ""));
-    if (light.kind == scene::Light::Kind::Environment)
-        light.texture = find_file("environment picture", name, "A constant environment stands in for it", ref,
-                                  textures, journal);
-    else
-        light.texture =
-            find_file("light picture", name, "The light is the same all over", ref, textures, journal);
+void take_texture(scene::Light& light, const scene::ShaderRef& ref) {
+    light.texture = ref.parameters.get_string("texture", ref.parameters.get_string("mapname", ""));
 }
 
 // Values that must be positive.
@@ -470,14 +465,14 @@ std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textur
         place(light, ref);
         light.amount *= classic;
         light.angle = std::clamp(ref.parameters.get_float("angle", 0), 0.0f, 180.0f);
+        light.visible_camera = ref.parameters.get_float("visible", light.visible_camera) != 0;
         break;
     case scene::Light::Kind::Point:
     case scene::Light::Kind::Spot:
         place(light, ref);
         light.amount *= classic; // Cl = intensity / r^2
         light.radius = std::max(0.0f, ref.parameters.get_float("radius", 0));
-        light.profile = find_file("photometric profile", ref.parameters.get_string("iesprofile", ""),
-                                  "The light shines without it", ref, textures, journal);
+        light.profile = ref.parameters.get_string("iesprofile", "");
         take_cone(light, ref);
         light.beam_distribution = ref.parameters.get_float("beamdistribution", 2);
         if (ref.parameters.find("decay"))
@@ -486,7 +481,7 @@ std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textur
     case scene::Light::Kind::Environment:
         light.world_from_light = ref.world_from_shader;
         light.visible_camera = ref.parameters.get_float("visible", 1) != 0;
-        take_texture(light, ref, textures, journal);
+        take_texture(light, ref);
         break;
     case scene::Light::Kind::Ambient:
         light.visible_camera = false;
@@ -500,10 +495,22 @@ std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textur
         light.width = size_of(ref, "width", 1);
         light.height = size_of(ref, "height", 1);
         light.radius = size_of(ref, "radius", 0.5f);
-        take_texture(light, ref, textures, journal);
+        take_texture(light, ref);
         break;
     }
+    find_light_files(light, textures, journal);
     return light;
+}
+
+void find_light_files(scene::Light& light, const Textures& textures, Journal& journal) {
+    if (light.kind == scene::Light::Kind::Environment)
+        light.texture = find_file("environment picture", light.texture,
+                                  "A constant environment stands in for it", light.where, textures, journal);
+    else
+        light.texture = find_file("light picture", light.texture, "The light is the same all over",
+                                  light.where, textures, journal);
+    light.profile = find_file("photometric profile", light.profile, "The light shines without it",
+                              light.where, textures, journal);
 }
 
 void check_area_light(const scene::ShaderRef& ref, Journal& journal) {

@@ -40,6 +40,10 @@ Transform aimed(const Vec3f& from, const Vec3f& to);
 std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textures& textures,
                                        Journal& journal);
 
+// Replaces names of pictures and profiles by the files that they are found in; one that is missing is
+// reported and left out.
+void find_light_files(scene::Light& light, const Textures& textures, Journal& journal);
+
 // Parameters of light shaders: intensity times lightcolor.
 Rgb light_amount(const scene::ShaderRef& ref);
 // Radiance of an area light; where it has a unit, the amount in it, watt as lumen.

@@ -86,6 +86,9 @@ class ShadingSystem {
     // bounds in world space of what there is to be lit.
     virtual std::vector<scene::Light> lights(const std::vector<scene::ShaderRef>& shaders,
                                              const Bounds3f& lit) = 0;
+    // Looks for the files that a light names along the texture path; one that is missing is reported and left
+    // out.
+    virtual void find_files(scene::Light& light) = 0;
     // Runs an imager shader; one that is missing or does not compile is reported and changes nothing.
     virtual void image(const scene::ShaderRef& imager, const ImagerPixels& pixels) = 0;
     virtual uint64_t texture_bytes() const = 0;

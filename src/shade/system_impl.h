@@ -13,6 +13,7 @@
 #include "shade/arguments.h"
 #include "shade/coshaders.h"
 #include "shade/default_surface.h"
+#include "shade/lights.h"
 #include "shade/make_texture.h"
 #include "shade/material.h"
 #include "shade/point_lights.h"
@@ -69,6 +70,7 @@ class SystemImpl final : public ShadingSystem {
                                              const Transform* built_from_group) override;
     std::vector<scene::Light> lights(const std::vector<scene::ShaderRef>& shaders,
                                      const Bounds3f& lit) override;
+    void find_files(scene::Light& light) override { find_light_files(light, m_textures, m_journal); }
     void image(const scene::ShaderRef& imager, const ImagerPixels& pixels) override;
     uint64_t texture_bytes() const override { return m_textures.bytes(); }
 

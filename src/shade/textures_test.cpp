@@ -1,10 +1,13 @@
 #include "shade/textures.h"
 
+#include <OpenImageIO/half.h>
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
+#include <atomic>
 #include <cmath>
 #include <thread>
 
+#include "shade/linear_input.h"
 #include "shade/shade.h"
 #include "shade/test_support.h"
 
@@ -291,6 +294,51 @@ TEST_F(TexturesTest, ManyThreadsReadTheSame) {
     textures.lookup(one.request, where);
     for (const Lookup& l : many)
         EXPECT_EQ(l.result, one.result);
+}
+
+// A cache's threads share a reader: whoever reads has the level that it asked for, of one value each here.
+TEST_F(TexturesTest, ReadersServeManyThreads) {
+    constexpr int Size = 256, Tile = 16, Levels = 5, Threads = 4, Reads = 4000;
+    const std::string name = (folder.path / "levels.tif").string();
+    const auto value = [](int level) { return uint8_t(40 * level + 30); };
+    {
+        auto out = OIIO::ImageOutput::create(name);
+        for (int level = 0; level < Levels; level++) {
+            const int size = Size >> level;
+            OIIO::ImageSpec spec(size, size, 3, OIIO::TypeDesc::UINT8);
+            spec.tile_width = spec.tile_height = Tile;
+            spec.attribute("oiio:ColorSpace", "sRGB");
+            spec.attribute("textureformat", "Plain Texture");
+            ASSERT_TRUE(
+                out->open(name, spec, level ? OIIO::ImageOutput::AppendSubimage : OIIO::ImageOutput::Create));
+            const std::vector<uint8_t> pixels(size_t(size * size * 3), value(level));
+            ASSERT_TRUE(out->write_image(OIIO::TypeDesc::UINT8, pixels.data())) << out->geterror();
+        }
+        out->close();
+    }
+    LinearInput input;
+    OIIO::ImageSpec spec;
+    ASSERT_TRUE(input.open(name, spec)) << input.geterror();
+    ASSERT_EQ(spec.format, OIIO::TypeDesc::HALF); // decoded through the reader's own buffer
+    ASSERT_TRUE(input.seek_subimage(0, Levels - 1));
+    std::atomic<int> wrong{0};
+    std::vector<std::thread> threads;
+    for (int k = 0; k < Threads; k++)
+        threads.emplace_back([&, k] {
+            std::vector<half> tile(size_t(Tile * Tile * 3));
+            for (int i = 0; i < Reads; i++) {
+                const int level = (i * 7 + k * 3) % Levels, tiles = (Size >> level) / Tile;
+                const int x = i * 5 % tiles * Tile, y = (i * 11 + k) % tiles * Tile;
+                bool right = input.read_native_tile(0, level, x, y, 0, tile.data());
+                const float expected = std::pow((float(value(level)) / 255 + 0.055f) / 1.055f, 2.4f);
+                for (const half& h : tile)
+                    right = right && std::abs(float(h) - expected) < 1e-3f;
+                wrong += !right;
+            }
+        });
+    for (auto& thread : threads)
+        thread.join();
+    EXPECT_EQ(wrong, 0) << input.geterror();
 }
 
 } // namespace

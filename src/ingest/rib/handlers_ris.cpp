@@ -434,7 +434,7 @@ void ris_light(Context& c, Call& call) {
             renamed.name = name;
             to.set(std::move(renamed));
         }
-    if (mapping->ours != "distantlight" && mapping->ours != "arealight")
+    if (mapping->ours != "arealight")
         set(to, "visible",
             float(theirs.get_int("primaryVisibility", 1) != 0 && c.attributes.shared->visible_camera));
     if (const std::string group = theirs.get_string("lightGroup", ""); !group.empty())
@@ -452,6 +452,8 @@ void ris_light(Context& c, Call& call) {
         turn.m[2] = {-1, 0, 0, 0};
         light.world_from_shader = light.world_from_shader * turn;
     }
+    if (mapping->theirs == "PxrDomeLight") // for a right-handed space, RISpec's sky for a left-handed one
+        light.world_from_shader = light.world_from_shader * Transform::scale(1, -1, 1);
     if (mapping->theirs == "PxrMeshLight") { // what follows shines
         c.lights.declare_area(handle);
         c.attributes.edit(FieldAreaLight).area_light = std::move(light);

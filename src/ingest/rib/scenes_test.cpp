@@ -15,8 +15,11 @@ class RibScenes : public ::testing::Test {
     void SetUp() override {
         const char* shared = std::getenv("KANUKA_SHARED");
         root = fs::path(shared ? shared : KANUKA_SOURCE_DIR "/../shared") / "scenes/rib";
-        if (!fs::exists(root))
-            GTEST_SKIP() << root << " is not there";
+        if (shared || fs::exists(root.parent_path().parent_path())) {
+            ASSERT_TRUE(fs::exists(root)) << root << " is not there";
+        } else {
+            GTEST_SKIP() << root << " is not there: set KANUKA_SHARED";
+        }
     }
     scene::Summary read(const std::string& name, uint64_t errors) {
         Journal journal;

@@ -1,0 +1,156 @@
+"""What was aimed at, and what became of it: met, missed, or undecided where the 95 % interval holds the limit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import intervals
+from intervals import Interval
+from results import Results
+
+
+@dataclass(frozen=True)
+class Goal:
+    name: str
+    goal: str
+    measured: str
+    verdict: str
+
+
+def times(of: Interval, unit: str = "×") -> str:
+    """1.23× (1.20 to 1.26)."""
+    digits = 2 if of.value < 10 else 0
+    value = f"{of.value:.{digits}f}{unit}"
+    return value if of.low is None else f"{value} ({of.low:.{digits}f} to {of.high:.{digits}f})"
+
+
+def yes(met: bool) -> str:
+    return "met" if met else "missed"
+
+
+def all_goals(results: Results) -> list[Goal]:
+    found: list[Goal] = []
+    for each in (
+        side_by_side,
+        agreement,
+        micropolygons,
+        dice,
+        hair,
+        networks,
+        shaders,
+        lights,
+        lanes,
+        tolerance,
+        wavelengths,
+    ):
+        found += each(results)
+    return found
+
+
+def side_by_side(results: Results) -> Iterator[Goal]:
+    for scene, found in results.of("side-by-side"):
+        ours, *others = found["renderers"]
+        for theirs in others if scene in ("cornell", "terrain", "still-life") else ():
+            for figure, title in (("render_s", "transport"), ("error_x_time", "error × time")):
+                if figure in ours["rounds"] and figure in theirs["rounds"]:
+                    ratio = intervals.of_ratio(ours["rounds"][figure], theirs["rounds"][figure])
+                    yield Goal(f"{scene}: {title}, against {theirs['name']}", "< 1×", times(ratio), ratio.below(1))
+
+
+def agreement(results: Results) -> Iterator[Goal]:
+    for scene, a in results.of("agreement"):
+        where = f"{scene}: picture, against {a['peer']}"
+        yield Goal(where, "means within 0.5 %", f"{100 * a['mean_error']:.2f} %", yes(a["mean_error"] <= 0.005))
+        beyond = f"z {a['rms_z']:.2f} r.m.s., {100 * a['residual']:.2f} % beyond noise"
+        yield Goal(where, "no structure", beyond, yes(not a["structure"]))
+
+
+def micropolygons(results: Results) -> Iterator[Goal]:
+    for _, m in results.of("micropolygons"):
+        many = f"{m['micropolygons'] / 1e6:.1f} M micropolygons"
+        built = intervals.of(m["rounds"]["build_s"]) if "rounds" in m else Interval(m["build_s"])
+        yield Goal(f"{many}: dice, shade, build", "≤ 2 s", times(built, " s"), built.below(2))
+        yield Goal(f"{many}: geometry and BVH", "≤ 30 bytes each", f"{m['bytes_each']:.1f}", yes(m["bytes_each"] <= 30))
+
+
+def dice(results: Results) -> Iterator[Goal]:
+    for _, found in results.of("dice"):
+        for run in found["runs"]:
+            if run["case"].startswith("subdivision"):
+                rates = [rate / 1e6 for rate in run.get("rounds", {}).get("vertices_per_cpu_s", [])]
+                rate = intervals.of(rates) if rates else Interval(run["vertices_per_cpu_s"] / 1e6)
+                yield Goal(f"{run['case']}: dicing, a thread", "≥ 4 M vertices/s", times(rate, " M/s"), rate.above(4))
+
+
+def hair(results: Results) -> Iterator[Goal]:
+    for kind, run in results.of("hair"):
+        name = f"{run['hairs'] / 1e6:g} M {kind} hairs: load, dice, trace"
+        yield Goal(name, "≤ 6 GB", f"{run['peak_bytes'] / 1e9:.2f} GB", yes(run["peak_bytes"] <= 6e9))
+
+
+NETWORK_GOALS = {16: 5, 100: 25, 1000: 100}
+
+
+def networks(results: Results) -> Iterator[Goal]:
+    for _, w in results.of("networks"):
+        rounds, least = w["rounds"], NETWORK_GOALS[w["links"]]
+        if "theirs_s" in rounds:
+            faster = intervals.of_ratio(rounds["theirs_s"], rounds["ours_s"])
+            name = f"chain of {w['links']}, all counted, against {w['peer']}"
+            yield Goal(name, f"≥ {least}× faster", times(faster), faster.above(least))
+
+
+def shaders(results: Results) -> Iterator[Goal]:
+    """Sorted by what is compiled and what runs."""
+    for _, s in results.of("shaders"):
+        speed, arithmetic = s["network_evaluations_per_s"], s["arithmetic"]
+        yield Goal("network of 1 000 nodes, a thread", "≥ 50 000 evaluations/s", f"{speed:,.0f}", yes(speed >= 50_000))
+        for lanes_of, least in ((8, 4), (16, 6)):
+            if wide := arithmetic.get(f"lanes{lanes_of}_ns"):
+                gain = arithmetic["lanes1_ns"] / wide
+                yield Goal(f"arithmetic, {lanes_of} lanes over one", f"≥ {least}×", f"{gain:.1f}×", yes(gain >= least))
+        cost = (arithmetic.get("lanes16_ns") or arithmetic["lanes8_ns"]) / arithmetic["by_hand_ns"]
+        yield Goal("arithmetic, time over C++ by hand", "≤ 1.3×", f"{cost:.2f}×", yes(cost <= 1.3))
+        for c in (c for c in s["compile"] if c["nodes"] == 10_000):
+            seconds, gib, ms = c["compile_s"], c["peak_bytes"] / 2**30, 1000 * c["cached_s"]
+            yield Goal("10 000 nodes, cold compile", "≤ 60 s", f"{seconds:.1f} s", yes(seconds <= 60))
+            yield Goal("10 000 nodes, peak memory", "≤ 4 GiB", f"{gib:.2f} GiB", yes(gib <= 4))
+            yield Goal("10 000 nodes, from the cache", "≤ 20 ms", f"{ms:.0f} ms", yes(ms <= 20))
+        if growth := s.get("growth"):
+            yield Goal(
+                "compile time, 1 000 to 10 000 nodes", "≤ n log n (13.3×)", f"{growth:.1f}×", yes(growth <= 13.34)
+            )
+        plain = 1000 * s["plain_compile_s"]
+        yield Goal("a plain shader, cold compile", "≤ 50 ms", f"{plain:.0f} ms", yes(plain <= 50))
+
+
+def lights(results: Results) -> Iterator[Goal]:
+    for _, found in results.of("lights"):
+        for run in (run for run in found["runs"] if run["count"] == 100_000):
+            name, rounds = f"100 000 {run['lights']}", run.get("rounds", {}).get("slower")
+            slower = intervals.of(rounds) if rounds else Interval(run["slower"])
+            yield Goal(f"{name}: time a sample, against 10", "≤ 1.5×", times(slower), slower.below(1.5))
+            quieter = f"{run['quieter']:.1f}×"
+            yield Goal(f"{name}: noise, against uniform choice", "≥ 5× less", quieter, yes(run["quieter"] >= 5))
+
+
+def lanes(results: Results) -> Iterator[Goal]:
+    for _, found in results.of("lanes"):
+        for run in found["runs"]:
+            for lanes_of, least in ((8, 3.5), (16, 5)):
+                fast = intervals.of_ratio(run["rounds"]["1"], run["rounds"][str(lanes_of)])
+                name = f"surface stage, {run['material']}: {lanes_of} lanes"
+                yield Goal(name, f"≥ {least}× one", times(fast), fast.above(least))
+
+
+def tolerance(results: Results) -> Iterator[Goal]:
+    for kind, t in results.of("tolerance"):
+        measured = f"means {100 * t['mean_error']:.2f} % apart, z {t['rms_z']:.2f} r.m.s."
+        yield Goal(f"{kind}: tolerance on and off", "same within noise", measured, yes(not t["structure"]))
+
+
+def wavelengths(results: Results) -> Iterator[Goal]:
+    for scene, w in results.of("wavelengths"):
+        cost = intervals.of_ratio(w["rounds"]["four_s"], w["rounds"]["three_s"])
+        yield Goal(f"{scene}: four wavelengths over three colours", "≤ 1.35×", times(cost), cost.below(1.35))

@@ -1,0 +1,86 @@
+"""All that a complete run measures, in order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import agreement
+import compiler
+import delayed
+import dicing
+import hair
+import lanes
+import lights
+import networks
+import ourselves
+import rib
+import side_by_side
+import stages
+import triple
+from settings import Found, Say, Settings
+
+
+@dataclass(frozen=True)
+class Part:
+    measure: str
+    about: str
+    take: Callable[[Settings, Say], Found]
+    seconds: float  # about, on two quiet cores; a quick run takes some of it
+    quick: bool = True  # part of a quick run
+
+    @property
+    def name(self) -> str:
+        return f"{self.measure}/{self.about}" if self.about else self.measure
+
+
+WIDTH_SCENES = ("cornell", "still-life", "terrain")
+QUICK_AGREEMENT = ("conductor", "rough-gloss")
+
+
+def parts(peers: list[str] | None = None) -> list[Part]:
+    """`peers`: these alone, side by side."""
+
+    def about(take: Callable[..., Found], *given: object) -> Callable[[Settings, Say], Found]:
+        return lambda settings, say: take(settings, *given, say)
+
+    made = [
+        Part("side-by-side", scene, about(side_by_side.measure, scene, peers), seconds, scene == "cornell")
+        for scene, seconds in {
+            "cornell": 2200,
+            "terrain": 900,
+            "forest": 700,
+            "still-life": 1000,
+            "shading": 600,
+        }.items()
+    ]
+    made += [
+        Part("networks", str(links), about(networks.measure, links), seconds, links == 16)
+        for links, seconds in {16: 150, 100: 250, 1000: 1000}.items()
+    ]
+    made += [
+        Part("shaders", "", compiler.measure, 200),
+        Part("micropolygons", "", ourselves.micropolygons, 30),
+        Part("dice", "", dicing.measure, 60),
+        Part("rib", "", rib.measure, 60),
+        Part("lights", "", lights.measure, 250),
+        Part("lanes", "", lanes.measure, 60),
+        Part("delayed", "", delayed.measure, 40),
+    ]
+    made += [Part("hair", kind, about(hair.measure, kind), 90) for kind in ("linear", "cubic")]
+    made += [Part("stages", scene, about(stages.measure, scene), 60, scene == "showcase") for scene in stages.SCENES]
+    made += [
+        Part("tolerance", kind, about(ourselves.tolerance, kind), 90, kind == "flat")
+        for kind in ourselves.TOLERANCE_SCENES
+    ]
+    made += [
+        Part("watertight", scene, about(ourselves.watertight, scene), 90, scene == "cornell")
+        for scene in ("cornell", "terrain")
+    ]
+    made += [Part("widths", scene, about(ourselves.widths, scene), 90, scene == "cornell") for scene in WIDTH_SCENES]
+    made += [Part("wavelengths", scene, about(triple.measure, scene), 60, False) for scene in triple.SCENES]
+    made += [
+        Part("agreement", scene, about(agreement.measure, scene), 200, scene in QUICK_AGREEMENT)
+        for scene in agreement.SCENES
+    ]
+    return made

@@ -1,0 +1,23 @@
+"""How fast RIB is read, of one thread's CPU time (kanuka_rib_bench)."""
+
+from __future__ import annotations
+
+import tempfile
+
+from settings import Found, Say, Settings, built, lines_of, median_lines
+
+ROUNDS = 5
+
+
+def measure(settings: Settings, say: Say) -> Found:
+    program = built("kanuka_rib_bench", "ingest")
+    megabytes = 2 if settings.quick else 60
+    with tempfile.TemporaryDirectory() as folder:
+        rounds = [lines_of(program, megabytes, folder) for _ in range(1 if settings.quick else ROUNDS)]
+    runs = median_lines(rounds, ("seconds", "bytes_per_s", "peak_bytes"))
+    for run in runs:
+        say(
+            f"  {run['what']:<16} {run['bytes'] / 1e6:6.1f} MB, {run['primitives']} primitives: "
+            f"{run['seconds']:.3f} s, {run['bytes_per_s'] / 1e6:.0f} MB/s, {run['peak_bytes'] / 1e6:.0f} MB at most"
+        )
+    return {"runs": runs}
