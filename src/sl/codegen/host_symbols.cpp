@@ -10,8 +10,10 @@
 // libmvec's functions, by address only.
 #define KANUKA_MATH(X)                                                                                       \
     X(v_sin)                                                                                                 \
-    X(v_cos) X(v_tan) X(v_asin) X(v_acos) X(v_atan) X(v_exp) X(v_log) X(v_log2) X(v_log10) X(v_exp2)         \
-        X(v_cbrt) X(vv_pow) X(vv_atan2)
+    X(v_cos)                                                                                                 \
+    X(v_tan)                                                                                                 \
+    X(v_asin)                                                                                                \
+    X(v_acos) X(v_atan) X(v_exp) X(v_log) X(v_log2) X(v_log10) X(v_exp2) X(v_cbrt) X(vv_pow) X(vv_atan2)
 #define KANUKA_DECLARE(name) void _ZGVdN8##name##f();
 extern "C" {
 KANUKA_MATH(KANUKA_DECLARE)
