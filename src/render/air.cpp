@@ -16,12 +16,12 @@ constexpr int W = 8;
 // Shadow rays from points of a march.
 class Packet {
   public:
-    Packet(const grid::Ways& ways, int count) : m_ways(ways), m_count(count) {
+    Packet(const grid::AirSegments& segments, int count) : m_segments(segments), m_count(count) {
         m_rays.passages = m_passages;
         m_rays.active = Int<W>::lane_index() < Int<W>(count);
     }
     void set(int k, const sl::LightRequest& q, int i, const WideLights::Sample& to, uint32_t asked) {
-        const int way = i % m_ways.count;
+        const int segment = i % m_segments.count;
         const Vec3f P(q.P[0][i], q.P[1][i], q.P[2][i]);
         const float distance = length(to.L);
         const Vec3f d = to.L * (1 / std::max(distance, 1e-30f));
@@ -30,10 +30,10 @@ class Packet {
             m_rays.o[c].v[k] = P[c], m_rays.d[c].v[k] = d[c];
         m_rays.t_min.v[k] = size * 4e-6f; // where a march ends at a surface, clear of it
         m_rays.t_max.v[k] = to.far ? 1e30f : distance * (1 - 1e-5f);
-        const uint32_t seed = uint32_t(m_ways.seed[way]) ^ (asked * 0x9e3779b9u);
+        const uint32_t seed = uint32_t(m_segments.seed[segment]) ^ (asked * 0x9e3779b9u);
         m_rays.seed.v[k] = hash_bits(Int<1>(int(seed)))[0];
-        m_rays.time.v[k] = m_ways.time[way];
-        m_rays.level.v[k] = m_ways.level[way];
+        m_rays.time.v[k] = m_segments.time[segment];
+        m_rays.level.v[k] = m_segments.level[segment];
         m_rays.passes.v[k] = to.passes;
     }
     // The parts of light that get through.
@@ -44,14 +44,14 @@ class Packet {
     }
 
   private:
-    const grid::Ways& m_ways;
+    const grid::AirSegments& m_segments;
     int m_count;
     bvh::RayPacket<W> m_rays;
     bvh::LetThrough m_passages[W];
 };
 
-// What is known of a light at points: a march asks again and again, of ways that have come to their end at
-// the same point, and for each colour that may be at the far end.
+// What is known of a light at points: a march asks again and again, of segments that have come to their end
+// at the same point, and for each colour that may be at the far end.
 struct Known {
     std::vector<float> P[3], part[3];
 };
@@ -59,8 +59,8 @@ struct Known {
 class Looking final : public shade::AirLights {
   public:
     Looking(const bvh::Scene& bvh, std::span<const scene::Light> lights, const WideLights& wide,
-            const grid::Ways& ways)
-        : m_bvh(bvh), m_lights(lights), m_wide(wide), m_ways(ways), m_known(lights.size()) {}
+            const grid::AirSegments& segments)
+        : m_bvh(bvh), m_lights(lights), m_wide(wide), m_segments(segments), m_known(lights.size()) {}
 
     void dim(const sl::LightRequest& q, bool far) override {
         const scene::Light& light = m_lights[size_t(q.light)];
@@ -96,13 +96,13 @@ class Looking final : public shade::AirLights {
     }
     int wide() const override { return m_wide.count(); }
     // At each point another place of the light, spread over it along the march: Roberts' sequence, begun anew
-    // on each way.
+    // on each segment.
     void ask(const sl::LightRequest& q) override {
         m_asked++;
         int queue[W], queued = 0;
         WideLights::Sample samples[W];
         const auto flush = [&] {
-            Packet packet(m_ways, queued);
+            Packet packet(m_segments, queued);
             for (int k = 0; k < W; k++)
                 packet.set(k, q, queue[std::min(k, queued - 1)], samples[std::min(k, queued - 1)], m_asked);
             Rgb part[W];
@@ -113,7 +113,8 @@ class Looking final : public shade::AirLights {
             queued = 0;
         };
         for (int i = 0; i < q.count; i++) {
-            const uint32_t seed = uint32_t(m_ways.seed[i % m_ways.count]) ^ uint32_t(q.light) * 0x85ebca6bu;
+            const uint32_t seed =
+                uint32_t(m_segments.seed[i % m_segments.count]) ^ uint32_t(q.light) * 0x85ebca6bu;
             const auto unit = [&](uint32_t salt, double step) {
                 const double x = double(to_unit(hash_bits(Int<1>(int(seed ^ salt))))[0]) + step * m_asked;
                 return std::min(float(x - std::floor(x)), 0.99999994f);
@@ -148,15 +149,15 @@ class Looking final : public shade::AirLights {
             known.part[c][size_t(to)] = known.part[c][size_t(from)];
         }
     }
-    // The same way for another colour, if it has come to the same point; else the point itself.
+    // The same segment for another colour, if it has come to the same point; else the point itself.
     int is_first(const sl::LightRequest& q, int i) const {
-        const int k = i % m_ways.count;
+        const int k = i % m_segments.count;
         return q.P[0][k] == q.P[0][i] && q.P[1][k] == q.P[1][i] && q.P[2][k] == q.P[2][i] ? k : i;
     }
 
     void trace(const sl::LightRequest& q, const int* points, int count, bool far, int32_t passes,
                Known& known) {
-        Packet packet(m_ways, count);
+        Packet packet(m_segments, count);
         for (int k = 0; k < W; k++) {
             const int i = points[std::min(k, count - 1)];
             packet.set(k, q, i, {{q.L[0][i], q.L[1][i], q.L[2][i]}, Rgb(0), far, passes}, m_asked);
@@ -173,7 +174,7 @@ class Looking final : public shade::AirLights {
     const bvh::Scene& m_bvh;
     std::span<const scene::Light> m_lights;
     const WideLights& m_wide;
-    const grid::Ways& m_ways;
+    const grid::AirSegments& m_segments;
     std::vector<Known> m_known;
     uint32_t m_asked = 0;
 };
@@ -183,9 +184,9 @@ class AirOfScene final : public grid::Air {
     AirOfScene(shade::ShadingSystem& shading, const bvh::Scene& bvh, std::vector<scene::Light> lamps,
                WideLights wide)
         : m_shading(shading), m_bvh(bvh), m_lamps(std::move(lamps)), m_wide(std::move(wide)) {}
-    void look(int air, grid::Ways& ways) const override {
-        Looking looking(m_bvh, m_lamps, m_wide, ways);
-        m_shading.look(air, ways, looking);
+    void evaluate(int air, grid::AirSegments& segments) const override {
+        Looking looking(m_bvh, m_lamps, m_wide, segments);
+        m_shading.evaluate(air, segments, looking);
     }
 
   private:

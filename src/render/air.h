@@ -5,7 +5,7 @@
 #include <span>
 
 #include "bvh/bvh.h"
-#include "grid/ways.h"
+#include "grid/air.h"
 #include "scene/scene.h"
 #include "shade/shade.h"
 #include "transport/scene_view.h"

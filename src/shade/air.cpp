@@ -48,22 +48,23 @@ AirOfShader::AirOfShader(std::shared_ptr<const sl::Shader> shader, std::span<con
     m_instance = m_shader->instantiate(arguments, services);
 }
 
-// All ways for the first colour, then all for the next.
-sl::Filtered AirOfShader::run(const grid::Ways& ways, std::span<const Rgb> shown, AirLights* lights) const {
-    const size_t n = size_t(ways.count);
+// All segments for the first colour, then all for the next.
+sl::Filtered AirOfShader::run(const grid::AirSegments& segments, std::span<const Rgb> shown,
+                              AirLights* lights) const {
+    const size_t n = size_t(segments.count);
     grid::Grid g;
     g.allocate(std::max(int(n * shown.size()) - 1, 0), 0);
     grid::Channel eye = channel("E", g), color = channel("Cs", g);
     for (size_t k = 0; k < shown.size(); k++)
         for (int c = 0; c < 3; c++) {
             const size_t at = size_t(c) * size_t(g.stride) + k * n;
-            std::copy_n(ways.to[c], n, g.P.begin() + ptrdiff_t(at));
-            std::copy_n(ways.from[c], n, eye.data.begin() + ptrdiff_t(at));
+            std::copy_n(segments.to[c], n, g.P.begin() + ptrdiff_t(at));
+            std::copy_n(segments.from[c], n, eye.data.begin() + ptrdiff_t(at));
             std::fill_n(color.data.begin() + ptrdiff_t(at), n, shown[k][c]);
         }
-    // random() goes by the surface's parameters: each way has its own.
+    // random() goes by the surface's parameters: each segment has its own.
     for (size_t i = 0; i < n * shown.size(); i++)
-        g.u[i] = to_unit(hash_bits(Int<1>(ways.seed[i % n])))[0];
+        g.u[i] = to_unit(hash_bits(Int<1>(segments.seed[i % n])))[0];
     g.primvars = {std::move(eye), std::move(color)};
     AirServices services(m_spaces, m_facts, m_textures, m_journal, m_where, lights);
     sl::Filtered f = m_instance->filter(g, {}, services);
@@ -74,22 +75,22 @@ sl::Filtered AirOfShader::run(const grid::Ways& ways, std::span<const Rgb> shown
     return f;
 }
 
-void AirOfShader::look(grid::Ways& ways, AirLights* lights) const {
-    const size_t n = size_t(ways.count);
+void AirOfShader::evaluate(grid::AirSegments& segments, AirLights* lights) const {
+    const size_t n = size_t(segments.count);
     const Rgb shown[] = {Rgb(0), Rgb(1)};
-    const sl::Filtered f = run(ways, shown, lights);
+    const sl::Filtered f = run(segments, shown, lights);
     for (size_t c = 0; c < 3; c++)
         for (size_t i = 0; i < n; i++) {
-            const float black = f.Ci[2 * c * n + i], filter = f.Ci[(2 * c + 1) * n + i] - black;
-            ways.glow[c][i] = std::isfinite(black) ? std::max(black, 0.0f) : 0;
-            ways.filter[c][i] = std::isfinite(filter) ? std::clamp(filter, 0.0f, 1.0f) : 0;
+            const float black = f.Ci[2 * c * n + i], passed = f.Ci[(2 * c + 1) * n + i] - black;
+            segments.inscatter[c][i] = std::isfinite(black) ? std::max(black, 0.0f) : 0;
+            segments.transmittance[c][i] = std::isfinite(passed) ? std::clamp(passed, 0.0f, 1.0f) : 0;
         }
 }
 
-void AirOfShader::check(grid::Ways& ways) const {
-    const size_t n = size_t(ways.count);
+void AirOfShader::check(grid::AirSegments& segments) const {
+    const size_t n = size_t(segments.count);
     const Rgb between(0.2f, 0.5f, 0.7f), shown[] = {Rgb(0), Rgb(1), between};
-    const sl::Filtered f = run(ways, shown, nullptr);
+    const sl::Filtered f = run(segments, shown, nullptr);
     for (size_t c = 0; c < 3; c++)
         for (size_t i = 0; i < n; i++) {
             const float* Ci = f.Ci.data() + 3 * c * n + i;

@@ -1,9 +1,9 @@
-// Air: a volume shader run along straight ways, whenever a ray has found where it ends.
+// Air: a volume shader run along straight segments, whenever a ray has found where it ends.
 #pragma once
 
 #include <memory>
 
-#include "grid/ways.h"
+#include "grid/air.h"
 #include "shade/point_lights.h"
 #include "shade/services.h"
 #include "shade/shade.h"
@@ -18,12 +18,12 @@ class AirOfShader {
                 const Location& where, std::shared_ptr<const scene::Attributes> attributes);
 
     // Runs the shader for black and for white things at the far ends: two points of a line.
-    void look(grid::Ways& ways, AirLights* lights) const;
+    void evaluate(grid::AirSegments& segments, AirLights* lights) const;
     // Reports a shader that is no line: found by a third colour.
-    void check(grid::Ways& ways) const;
+    void check(grid::AirSegments& segments) const;
 
   private:
-    sl::Filtered run(const grid::Ways& ways, std::span<const Rgb> shown, AirLights* lights) const;
+    sl::Filtered run(const grid::AirSegments& segments, std::span<const Rgb> shown, AirLights* lights) const;
 
     Spaces m_spaces;
     Facts m_facts;

@@ -12,9 +12,9 @@
 #include "base/stats.h"
 #include "base/vec.h"
 #include "color/palette.h"
+#include "grid/air.h"
 #include "grid/grid.h"
 #include "grid/layering.h"
-#include "grid/ways.h"
 #include "scene/scene.h"
 
 namespace kanuka::sl {
@@ -65,8 +65,8 @@ struct ImagerPixels {
     std::span<float> r, g, b, alpha; // one value a pixel
 };
 
-// What a volume shader knows of light by rays, while it runs for some ways. Point i of a request lies on the
-// way i modulo their number.
+// What a volume shader knows of light by rays, while it runs for some segments. Point i of a request lies on
+// segment i modulo their number.
 class AirLights {
   public:
     virtual ~AirLights() = default;
@@ -117,7 +117,7 @@ class ShadingSystem {
     // Runs an imager shader; one that is missing or does not compile is reported and changes nothing.
     virtual void image(const scene::ShaderRef& imager, const ImagerPixels& pixels) = 0;
     // Air, by LayeringProgram::air: of the atmospheres of all materials so far. Thread safe.
-    virtual void look(int air, grid::Ways& ways, AirLights& lights) = 0;
+    virtual void evaluate(int air, grid::AirSegments& segments, AirLights& lights) = 0;
     virtual void check_air(const Bounds3f& seen) = 0; // reports what is no filter; `seen`: in render space
     virtual bool has_air() const = 0;
     virtual std::vector<Lamp> lamps() = 0; // also those of LayeringProgram::lit_by

@@ -148,7 +148,7 @@ SystemImpl::Loaded SystemImpl::load(const scene::ShaderRef& ref, sl::ShaderKind 
     }
     sl::CompileOptions options = m_compile_options;
     options.area_light = area_light;
-    if (wanted == sl::ShaderKind::Volume) // as many ways at a time as ever, whatever lanes paths have
+    if (wanted == sl::ShaderKind::Volume) // as many segments at a time as ever, whatever lanes paths have
         options.lanes = 0;
     Loaded shader = compile(area_light ? *path + " on an area" : *path, *path, options);
     if (shader && m_gathers_light && shader->has_light_of_its_own()) {
@@ -547,28 +547,28 @@ int SystemImpl::air_of(const scene::ShaderRef& ref, const scene::Primitive& prim
     return place->second;
 }
 
-// Ways from the eye to some points of what is seen.
+// Segments from the eye to some points of what is seen.
 void SystemImpl::check_air(const Bounds3f& seen) {
     Spaces world;
     world.shared = &m_world_spaces;
     world.current_from_world = m_render_from_world;
     const Vec3f eye = world.eye();
-    grid::Ways ways;
-    ways.count = seen.empty() ? 0 : 16;
-    for (int i = 0; i < ways.count; i++) {
-        ways.seed[i] = i;
+    grid::AirSegments segments;
+    segments.count = seen.empty() ? 0 : 16;
+    for (int i = 0; i < segments.count; i++) {
+        segments.seed[i] = i;
         constexpr int Bases[] = {2, 3, 5};
         for (int c = 0; c < 3; c++) {
             float x = 0, digit = 1;
             for (int k = i + 1; k > 0; k /= Bases[c])
                 x += (digit /= float(Bases[c])) * float(k % Bases[c]);
-            ways.from[c][i] = eye[c];
-            ways.to[c][i] = seen.lo[c] + x * (seen.hi[c] - seen.lo[c]);
+            segments.from[c][i] = eye[c];
+            segments.to[c][i] = seen.lo[c] + x * (seen.hi[c] - seen.lo[c]);
         }
     }
     for (const auto& air : m_airs)
-        if (ways.count > 0)
-            air->check(ways);
+        if (segments.count > 0)
+            air->check(segments);
 }
 
 std::unique_ptr<ShadingSystem> make_shading_system(const ShadingOptions& options, const scene::Scene& scene,

@@ -101,7 +101,9 @@ class SystemImpl final : public ShadingSystem {
     std::vector<PointLights::One> make_point_lights();
     std::vector<Lamp> lamps() override;
     int air_of(const scene::ShaderRef& ref, const scene::Primitive& primitive);
-    void look(int air, grid::Ways& ways, AirLights& lights) override { air_at(air).look(ways, &lights); }
+    void evaluate(int air, grid::AirSegments& segments, AirLights& lights) override {
+        air_at(air).evaluate(segments, &lights);
+    }
     void check_air(const Bounds3f& seen) override;
     bool has_air() const override { return !m_airs.empty(); }
     const AirOfShader& air_at(int air) {

@@ -8,7 +8,7 @@
 #include "bsdf/material.h"
 #include "bsdf/phase.h"
 #include "bvh/bvh.h"
-#include "grid/ways.h"
+#include "grid/air.h"
 #include "scene/scene.h"
 #include "store/store.h"
 #include "transport/integrator.h"

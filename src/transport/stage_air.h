@@ -7,8 +7,8 @@
 
 namespace kanuka::transport {
 
-// Dims the light of paths that have hit something, and adds what joins them on the way.
-void look_through_air(const SceneView& scene, BatchState& batch, PathState& paths, const HitState& hits,
-                      const ProgramRuns& runs, int bounce, grid::Ways& ways);
+// Attenuates the throughput of paths that have hit something, and adds what is scattered in before the hit.
+void apply_air(const SceneView& scene, BatchState& batch, PathState& paths, const HitState& hits,
+               const ProgramRuns& runs, int bounce, grid::AirSegments& segments);
 
 } // namespace kanuka::transport
