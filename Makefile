@@ -1,7 +1,7 @@
 # Kanuka: `make render` and `make test` do everything from a fresh Debian 12 on. `make help` lists the rest.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup build render test lint format bench bench-setup clean
+.PHONY: help setup build render test lint sanitize format bench bench-setup clean
 
 BUILD ?= build
 JOBS ?= $(shell nproc)
@@ -30,6 +30,9 @@ test: build     ## all tests: C++ and Python
 lint: build     ## formatting, ruff, clang-tidy, layer rule
 	@tools/lint.sh $(BUILD) $(JOBS)
 
+sanitize: setup ## what reads files, and mutated input, under AddressSanitizer and UBSan (build-sanitize)
+	@tools/sanitize.sh build-sanitize $(JOBS)
+
 format: setup   ## format all C++ and Python files in place
 	@git ls-files '*.cpp' '*.h' | xargs -r clang-format-19 -i
 	@.venv/bin/ruff check --quiet --fix . && .venv/bin/ruff format --quiet .
@@ -41,4 +44,4 @@ bench-setup:    ## install those renderers into build/peers (KANUKA_PEERS), from
 	@bench/setup.sh
 
 clean:          ## remove build products and pictures; keeps .venv
-	rm -rf $(BUILD) out python/kanuka/_native*
+	rm -rf $(BUILD) build-sanitize out python/kanuka/_native*

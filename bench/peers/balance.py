@@ -1,8 +1,8 @@
-"""What lossless microfacets are multiplied by (docs/transport.md, "What loses light"), by quadrature in double.
+"""What lossless microfacets give back (docs/transport.md, "What loses light"), by quadrature in double.
 
-s of Sinkhorn's balance: the lobe of one facet times s(wo) s(wi) reflects, or reflects and transmits, all there is.
-Shares nothing with the renderer's tables: directions are Gauss-Legendre nodes of angles, kernels are integrated over
-the azimuth. NumPy alone.
+Of metals s of Sinkhorn's balance: the lobe of one facet times s(wo) s(wi) reflects all there is. Of glass what one
+facet loses, by direction, and what leaves to either side by a lobe of its own. Shares nothing with the renderer's
+tables: directions are Gauss-Legendre nodes of angles, kernels are integrated over the azimuth. NumPy alone.
 """
 
 from __future__ import annotations
@@ -96,16 +96,26 @@ def of_mirror(alpha: float) -> tuple[np.ndarray, np.ndarray, float]:
     return sphere.cosine, _balanced(kernel), mean
 
 
-def of_glass(alpha: float, ior: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Cosines, s outside, s inside."""
-    sphere = Sphere()
-    rows = [
-        [sphere.reflected(alpha, ior), sphere.transmitted(alpha, ior)],
-        [sphere.transmitted(alpha, 1 / ior), sphere.reflected(alpha, 1 / ior)],
-    ]
-    kernel = np.block(rows) * np.tile(sphere.solid, 2)
-    s = _balanced(kernel)
-    return sphere.cosine, s[:NODES], s[NODES:]
+def _mean(sphere: Sphere, f: np.ndarray) -> float:
+    return float(2 * (f * sphere.cosine) @ sphere.solid)
+
+
+class Glass:
+    """Losses outside and inside, and what several facets send: f = loss(wo) loss(wi) back[side] or across[side]."""
+
+    def __init__(self, alpha: float, ior: float) -> None:
+        sphere = Sphere()
+        self.loss, eta = [], (ior, 1 / ior)
+        for n in eta:
+            once = (sphere.reflected(alpha, n) + sphere.transmitted(alpha, n)) * sphere.solid
+            self.loss.append(np.maximum(1 - once.sum(1), 0))
+        mean = [_mean(sphere, loss) for loss in self.loss]
+        passes = 1 - _mean(sphere, fresnel(sphere.cosine, ior))
+        self.back, self.across = [], []
+        for here, n in enumerate(eta):
+            below = passes * min(1.0, n**2 * mean[1 - here] / mean[here])
+            self.back.append((1 - below) / (np.pi * mean[here]))
+            self.across.append(below / (np.pi * mean[1 - here]))
 
 
 def mean_fresnel(n: np.ndarray, k: np.ndarray) -> np.ndarray:

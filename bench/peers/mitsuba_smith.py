@@ -2,7 +2,7 @@
 
 Mitsuba multiplies Smith's terms of the two directions, as if heights there were independent; Kanuka's are those of one
 height field (Heitz 2014, eq. 99). Mitsuba loses what meets several facets; Kanuka gives it back (balance.py, which
-shares nothing with its tables). How Mitsuba samples stays.
+shares nothing with its tables).
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 from peers import balance
 
 NAME = "kanuka_facets"
+SPREAD = 0.25  # part of samples of glass that are of light of several facets
 
 
 class Facets(mi.BSDF):
@@ -33,8 +34,8 @@ class Facets(mi.BSDF):
             F = balance.mean_fresnel(n, k)
             self.first_nm, self.gain = float(nm[0]), mi.Float(F * mean / (1 - F * (1 - mean)))
         elif self.lossless == "glass":
-            _, outside, inside = balance.of_glass(self.alpha, ior)
-            self.sides = [self._table(outside), self._table(inside)]
+            self.ior, self.glass = ior, balance.Glass(self.alpha, ior)
+            self.sides = [self._table(loss) for loss in self.glass.loss]
 
     @staticmethod
     def _table(s: np.ndarray) -> mi.Float:
@@ -49,7 +50,8 @@ class Facets(mi.BSDF):
         a, b = dr.gather(mi.Float, table, at), dr.gather(mi.Float, table, at + 1)
         return a + (x - at) * (b - a)
 
-    def _s(self, w: mi.Vector3f) -> mi.Float:
+    def _at(self, w: mi.Vector3f) -> mi.Float:
+        """s of metal, the loss of glass."""
         x = dr.acos(dr.clip(dr.abs(w.z), 0, 1)) * (256 * 2 / dr.pi)
         outside = self._look_up(self.sides[0], x)
         return outside if len(self.sides) == 1 else dr.select(w.z > 0, outside, self._look_up(self.sides[1], x))
@@ -74,22 +76,44 @@ class Facets(mi.BSDF):
         both = 1 / (1 + self._lambda(si.wi) + self._lambda(wo))
         scale = mi.Spectrum(both / dr.maximum(separate(si.wi) * separate(wo), 1e-20))
         if self.lossless == "metal":
-            more = self._s(si.wi) * self._s(wo) - 1
+            more = self._at(si.wi) * self._at(wo) - 1
             for i in range(len(scale)):
                 scale[i] *= 1 + self._look_up(self.gain, si.wavelengths[i] - self.first_nm) * more
-        elif self.lossless == "glass":
-            scale *= self._s(si.wi) * self._s(wo)
         return scale
 
+    def _many(self, si: mi.SurfaceInteraction3f, wo: mi.Vector3f) -> mi.Float:
+        """What several facets of glass send on; radiance that passes goes with the square of the index here."""
+        back, across = self.glass.back, self.glass.across
+        outside, passes = si.wi.z > 0, si.wi.z * wo.z < 0
+        stays = dr.select(outside, back[0], back[1])
+        goes = dr.select(outside, across[0] / self.ior**2, across[1] * self.ior**2)
+        return self._at(si.wi) * self._at(wo) * dr.select(passes, goes, stays) * dr.abs(wo.z)
+
     def sample(self, ctx, si, sample1, sample2, active=True):
-        sampled, weight = self.facets.sample(ctx, si, sample1, sample2, active)
-        return sampled, weight * self._scale(si, sampled.wo)
+        if self.lossless != "glass":
+            sampled, weight = self.facets.sample(ctx, si, sample1, sample2, active)
+            return sampled, weight * self._scale(si, sampled.wo)
+        spread = sample1 < SPREAD
+        again = dr.select(spread, sample1 / SPREAD, (sample1 - SPREAD) / (1 - SPREAD))
+        sampled, _ = self.facets.sample(ctx, si, again, sample2, active)
+        w = mi.warp.square_to_cosine_hemisphere(sample2)
+        w.z = dr.select(again < 0.5, w.z, -w.z)
+        sampled.wo = dr.select(spread, w, sampled.wo)
+        passes = si.wi.z * sampled.wo.z < 0
+        sampled.eta = dr.select(passes, dr.select(si.wi.z > 0, self.ior, 1 / self.ior), 1)
+        sampled.pdf = self.pdf(ctx, si, sampled.wo, active)
+        value = self.eval(ctx, si, sampled.wo, active)
+        return sampled, dr.select(sampled.pdf > 0, value / sampled.pdf, 0)
 
     def eval(self, ctx, si, wo, active=True):
-        return self.facets.eval(ctx, si, wo, active) * self._scale(si, wo)
+        value = self.facets.eval(ctx, si, wo, active) * self._scale(si, wo)
+        return value + self._many(si, wo) if self.lossless == "glass" else value
 
     def pdf(self, ctx, si, wo, active=True):
-        return self.facets.pdf(ctx, si, wo, active)
+        pdf = self.facets.pdf(ctx, si, wo, active)
+        if self.lossless == "glass":
+            pdf = (1 - SPREAD) * pdf + SPREAD * dr.abs(wo.z) / (2 * dr.pi)
+        return pdf
 
     def eval_pdf(self, ctx, si, wo, active=True):
         return self.eval(ctx, si, wo, active), self.pdf(ctx, si, wo, active)

@@ -27,7 +27,8 @@ struct LobeInputs {
     Spectrum<W> k;    // a metal's extinction
     Spectrum<W> gain; // c of lobe_tables.h
     Float<W> alpha, along, tail, axis_x, axis_y;
-    Float<W> balance, balance_alpha, balance_eta; // s of wo; width and index that s of interfaces goes by
+    Float<W> balance, balance_alpha, balance_eta; // s of wo; width and index that losses of interfaces go by
+    Float<W> many_back, many_across;              // of interfaces: what several facets send to either side
     Float<W> film, film_index;                    // thickness in nm
     Mask<W> rough;                                // enough for light to meet several facets
     Mask<W> disperses{false};                     // wavelengths go ways of their own

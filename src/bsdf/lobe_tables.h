@@ -10,6 +10,11 @@
 // and of E over directions: what is left of light after one facet more and any number after that (Kulla and
 // Conty 2017; Hill 2018). The factor is then 1 + c (s s' - 1).
 //
+// An interface has no such factor to speak of: light that passes multiplies s of one side by s of the other,
+// so that c s outside and s / c inside do as well for any c, and reflection, which has s twice on its side,
+// comes out anyhow. What one facet does is left as it is there, and what is missing leaves by a cosine lobe
+// of its own (Kulla and Conty 2017): see loss_of_glass.
+//
 // Axes: sqrt(cos) and the fourth root of alpha, dense where lobes are narrow and views grazing, and the
 // fourth root of the index less 1. What is stored is near constant: for dielectrics the ratio to a smooth
 // interface seen at a cosine that the roughness softens; for Schlick's weight the difference from it.
@@ -36,11 +41,10 @@ struct LobeTables {
     // directions of the first; the balance s.
     float ggx[Plane], schlick[Plane], dip[Plane], balance[Plane];
     float ggx_mean[Alphas];
-    // Dielectrics: albedo of reflection from outside; log2 of the balance of reflection and transmission
-    // together, from outside (planes of an index each), then from inside. Where next to all light passes,
-    // both sides' balances go like x and 1 / x, which between knots have the product 1 by their logarithms
-    // alone.
-    float dielectric[Indices * Plane], glass_balance[2 * GlassIndices * Plane];
+    // Dielectrics: albedo of reflection from outside; what reflection and transmission by one facet lack to
+    // all light, from outside (planes of an index each), then from inside; its means over directions.
+    float dielectric[Indices * Plane], glass_loss[2 * GlassIndices * Plane],
+        glass_mean_loss[2 * GlassIndices * Alphas];
     // Mean of a smooth dielectric's reflectance over directions, from outside; below a layer of such an
     // index, the part of what GGX reflects that leaves the layer, over what a smooth interface lets through.
     float dielectric_mean[Indices], escape[Indices * Plane];
@@ -195,20 +199,42 @@ template <int W>
 Float<W> ggx_balance(Float<W> cosine, Float<W> alpha) {
     return TableCell<W>(cosine, alpha).lookup(lobe_tables().balance);
 }
-// eta: behind over the side of the direction that `cosine` is of.
+// Where an index lies in the tables of interfaces. eta: behind over the side that is looked from.
 template <int W>
-Float<W> glass_balance(Float<W> cosine, Float<W> alpha, Float<W> eta) {
-    const Mask<W> outside = eta >= Float<W>(1.0f);
-    const Float<W> index = kanuka::select(outside, eta, Float<W>(1.0f) / eta);
-    const Knot<W> n(
-        sqrt(max(index - Float<W>(1.0f), Float<W>(0.0f)) * Float<W>(1 / (LobeTables::MaxIndex - 1))),
-        LobeTables::GlassIndices);
+struct GlassIndex {
+    Int<W> at; // of planes
+    Float<W> f;
+
+    GlassIndex(Float<W> eta) {
+        const Mask<W> outside = eta >= Float<W>(1.0f);
+        const Float<W> index = kanuka::select(outside, eta, Float<W>(1.0f) / eta);
+        const Knot<W> n(
+            sqrt(max(index - Float<W>(1.0f), Float<W>(0.0f)) * Float<W>(1 / (LobeTables::MaxIndex - 1))),
+            LobeTables::GlassIndices);
+        at = n.i + kanuka::select(outside, Int<W>(0), Int<W>(LobeTables::GlassIndices));
+        f = n.f;
+    }
+};
+
+// Of light that one facet neither reflects nor lets through: it meets several.
+template <int W>
+Float<W> loss_of_glass(Float<W> cosine, Float<W> alpha, Float<W> eta) {
+    const GlassIndex<W> n(eta);
     const Int<W> plane(LobeTables::Plane);
-    const Int<W> at = (n.i + kanuka::select(outside, Int<W>(0), Int<W>(LobeTables::GlassIndices))) * plane;
     const TableCell<W> cell(cosine, alpha);
-    const Float<W> a = cell.lookup(lobe_tables().glass_balance, at);
-    const Float<W> b = cell.lookup(lobe_tables().glass_balance, at + plane);
-    return exp2(fma(n.f, b - a, a));
+    const Float<W> a = cell.lookup(lobe_tables().glass_loss, n.at * plane);
+    const Float<W> b = cell.lookup(lobe_tables().glass_loss, (n.at + Int<W>(1)) * plane);
+    return fma(n.f, b - a, a);
+}
+template <int W>
+Float<W> mean_loss_of_glass(Float<W> alpha, Float<W> eta) {
+    const GlassIndex<W> n(eta);
+    const Knot<W> y(sqrt(sqrt(max(alpha, Float<W>(0.0f)))), LobeTables::Alphas);
+    const float* t = lobe_tables().glass_mean_loss;
+    const Int<W> row(LobeTables::Alphas), p = n.at * row + y.i, q = p + row;
+    const Float<W> lo = fma(y.f, gather(t, p + Int<W>(1)) - gather(t, p), gather(t, p));
+    const Float<W> hi = fma(y.f, gather(t, q + Int<W>(1)) - gather(t, q), gather(t, q));
+    return fma(n.f, hi - lo, lo);
 }
 
 // Smith's Lambda of Student's t; a = cotangent over the width.

@@ -122,6 +122,13 @@ LobeSample<W> sample_lobe(LobeId id, const LobeInputs<W>& in, const Vec3<Float<W
         return BlinnLobe<W>::sample(in, wo, u0, u1);
     case LobeId::HighlightBrdf:
         return HighlightLobe<W>::sample(in, wo, u0, u1);
+    case LobeId::AimedBsdf: // where to, those know who know its place
+    {
+        LobeSample<W> s = sample_of(Vec3<Float<W>>(Float<W>(0.0f), Float<W>(0.0f), Float<W>(1.0f)));
+        s.delta = Mask<W>(true);
+        s.value = {in.color[0], Spectrum<W>(Float<W>(1.0f))};
+        return s;
+    }
     default: {
         LobeSample<W> s = sample_of(Vec3<Float<W>>(Float<W>(0.0f), Float<W>(0.0f), Float<W>(1.0f)));
         s.valid = Mask<W>(false);
@@ -137,6 +144,7 @@ Spectrum<W> albedo_of_lobe(LobeId id, const LobeInputs<W>& in, const Vec3<Float<
     switch (id) {
     case LobeId::LambertBrdf:
     case LobeId::LambertBtdf:
+    case LobeId::AimedBsdf:
         return in.color[0];
     case LobeId::OrenNayarBrdf:
         return OrenNayarLobe<W>::albedo(in);

@@ -83,8 +83,12 @@ struct InterfaceLobe {
             }
         }
         if (in.compensated) {
-            const Float<W> s = in.balance * balance_at(in, wi);
-            r.f = r.f * kanuka::select(in.walks, one, s);
+            const Float<W> many = loss_at(in, wi) * abs(wi.z);
+            for (int i = 0; i < Wavelengths; i++) // each is reciprocal by its own index
+                r.f[i] =
+                    fma(many,
+                        kanuka::select(transmits, in.many_across * in.eta[i] / in.balance_eta, in.many_back),
+                        r.f[i]);
         }
         if (in.has_walks)
             walk(in, wo, wi, transmits, r);
@@ -148,15 +152,18 @@ struct InterfaceLobe {
     }
 
   public:
-    // s of lobe_tables.h on the side of w. The index at 587.6 nm stands for all. Stretched facets: those
-    // round ones that lose as much, times what stretching makes of s of a mirror.
-    static Float<W> balance_at(const LobeInputs<W>& in, const V& w) {
-        const Float<W> eta =
-            kanuka::select(w.z < Float<W>(0.0f), Float<W>(1.0f) / in.balance_eta, in.balance_eta);
-        Float<W> s = glass_balance(abs(w.z), in.balance_alpha, eta);
-        if (in.stretched)
-            s = s * in.cell.balance(w) / ggx_balance(abs(w.z), in.balance_alpha);
-        return kanuka::select(in.rough, s, Float<W>(1.0f));
+    // What one facet does not send on of light from w. The index at 587.6 nm stands for all. Stretched
+    // facets: round ones that lose as much in the mean, by what stretching makes of a mirror's loss; its
+    // albedo goes about as one over s.
+    static Float<W> loss_at(const LobeInputs<W>& in, const V& w) {
+        const Float<W> one(1.0f), cosine = abs(w.z), alpha = in.balance_alpha;
+        const Float<W> eta = kanuka::select(w.z < Float<W>(0.0f), one / in.balance_eta, in.balance_eta);
+        const Float<W> loss = loss_of_glass(cosine, alpha, eta);
+        if (!in.stretched)
+            return loss;
+        const Float<W> mirror = ggx_albedo(cosine, alpha), least(1e-5f);
+        const Float<W> stretched = mirror * ggx_balance(cosine, alpha) / in.cell.balance(w);
+        return min(loss * max(one - stretched, least) / max(one - mirror, least), one);
     }
 };
 
@@ -185,22 +192,35 @@ Float<W> next_to_one(Float<W> index) {
     return kanuka::select(index >= one, max(index, least), min(index, one / least));
 }
 
-// Directions of a cosine lobe beside those of normals. Between facets of walks light goes either way. Others
-// send it where one facet does; but seen from the denser side half of the normals and more mirror light into
-// the surface, what comes of the rest weighs all the more, and paths that are reflected in there over and
-// over multiply such weights. It stays inside as often as light of all directions does, 1 - eta^2. Constants
-// by quadrature of the variance, for indices of 1.05 to 4.
+// Light that meets several facets leaves by a cosine lobe on either side, less where one facet does more:
+// f = c L(wo) L(wi), L being what one facet does not send on (Kulla and Conty 2017, *Revisiting physically
+// based shading at Imageworks*). Of it T x goes through: T is what a smooth interface lets through of diffuse
+// light, x as much as reciprocity leaves, n_o^2 c_oi = n_i^2 c_io, with no c below zero. Samples are of it as
+// often as it has light. Between facets of walks light goes either way.
 template <int W>
-void prepare_spread(LobeInputs<W>& in, const Vec3<Float<W>>& wo) {
-    const Float<W> zero(0.0f), one(1.0f);
-    if (!in.has_film) // walks do not know films
+void prepare_many(LobeInputs<W>& in, const Vec3<Float<W>>& wo) {
+    const Float<W> zero(0.0f), one(1.0f), least(1e-6f), eta = in.balance_eta, alpha = in.balance_alpha;
+    const Mask<W> outside = eta >= one;
+    const Float<W> loss =
+        kanuka::select(in.rough, InterfaceLobe<W>::loss_at(in, in.stretched ? to_axis(in, wo) : wo), zero);
+    const Float<W> here = max(mean_loss_of_glass(alpha, eta), least),
+                   there = max(mean_loss_of_glass(alpha, one / eta), least);
+    const Float<W> passes = one - dielectric_mean(kanuka::select(outside, eta, one / eta));
+    const Float<W> below = passes * min(one, eta * eta * there / here);
+    in.spread = min(loss, Float<W>(0.9f));
+    in.below = below;
+    in.many_back = loss * (one - below) / here * Float<W>(InvPi);
+    in.many_across = loss * below / there * Float<W>(InvPi);
+    if (!in.has_film) { // walks do not know films
+        const Float<W> spread = in.spread;
         prepare_walks(in, wo, 10, 7, 0.5f);
-    const Float<W> alpha = in.balance_alpha, eta = in.balance_eta;
-    const Float<W> lost = one - min(ggx_albedo(wo.z, alpha), ggx_mean_albedo(alpha));
-    const Float<W> spread = kanuka::select(in.rough & (eta < one), lost * (Float<W>(1.1f) - eta * eta), zero);
-    const Float<W> below = Float<W>(0.2f) * wo.z * wo.z;
-    in.spread = in.has_walks ? kanuka::select(in.walks, in.spread, spread) : spread;
-    in.below = in.has_walks ? kanuka::select(in.walks, Float<W>(0.5f), below) : below;
+        if (in.has_walks) {
+            in.spread = kanuka::select(in.walks, in.spread, spread);
+            in.below = kanuka::select(in.walks, Float<W>(0.5f), below);
+            in.many_back = kanuka::select(in.walks, zero, in.many_back);
+            in.many_across = kanuka::select(in.walks, zero, in.many_across);
+        }
+    }
     in.has_spread = any(in.spread > zero);
 }
 
@@ -222,12 +242,11 @@ void prepare_interface(LobeInputs<W>& in, const Vec3<Float<W>>& wo, Mask<W> outs
         in.eta[i] = kanuka::select(outside, index[i], one / index[i]);
     if (in.compensated) {
         in.balance_eta = kanuka::select(outside, n_d, one / n_d);
-        if (in.stretched) { // tails beyond GGX's would gain light by this; so they lose some
+        if (in.stretched) { // tails are as GGX's at most
             in.cell = StretchedCell<W>(min(in.tail, Float<W>(0.5f)), in.number[2], in.alpha);
             in.balance_alpha = in.cell.round_alpha();
         }
-        in.balance = InterfaceLobe<W>::balance_at(in, in.stretched ? to_axis(in, wo) : wo);
-        prepare_spread(in, wo);
+        prepare_many(in, wo);
     }
 }
 
@@ -242,7 +261,10 @@ Spectrum<W> albedo_of_interface(const LobeInputs<W>& in, Float<W> cos_o) {
         if (i == 0 || in.dispersive) {
             Float<W> cos_t;
             const Float<W> n = in.eta[i], smooth = fresnel_dielectric(cos_o, n, cos_t);
-            const Float<W> rough = min(dielectric_albedo(cos_o, in.alpha, n), one);
+            Float<W> rough = dielectric_albedo(cos_o, in.alpha, n);
+            if (in.has_spread)
+                rough += in.spread * (one - in.below);
+            rough = min(rough, one);
             F = kanuka::select(in.rough & (n > one), rough, smooth);
         }
         albedo[i] = in.color[1][i] * F + in.color[2][i] * (one - F);

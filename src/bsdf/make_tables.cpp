@@ -105,9 +105,7 @@ struct Row {
     }
 };
 
-// s with s_a sum_b K_ab s_b = 1. Interfaces that hardly refract let most light straight through, where s of
-// both sides would run away against each other: there s is bounded, and some light stays lost; none is
-// gained.
+// s with s_a sum_b K_ab s_b = 1, bounded; none is gained where that keeps it from 1.
 std::vector<float> balance(const std::vector<Row>& rows) {
     std::vector<double> s(rows.size(), 1.0), whole(rows.size());
     const auto update = [&] {
@@ -221,24 +219,21 @@ void fill_ggx() {
     }
 }
 
-// Reflection and transmission of an interface, from outside and from inside, balance each other: light that
-// passes goes on on the other side.
+// What one facet of an interface does with light, from outside and from inside.
 void fill_glass(int n, int k) {
     LobeTables& t = made();
-    float* s[2] = {t.glass_balance + n * T::Plane + k * T::Cosines,
-                   t.glass_balance + (T::GlassIndices + n) * T::Plane + k * T::Cosines};
-    for (float* side : s)
-        std::fill(side, side + T::Cosines, 0.0f);
-    if (k == 0)
-        return;
     const Ggx<8> ggx{F(T::alpha_of(k))};
     const F one(1.0f), zero(0.0f);
-    std::vector<Row> rows(2 * T::Cosines);
-    for (int side = 0; side < 2; side++)
+    for (int side = 0; side < 2; side++) {
+        const int index = side * T::GlassIndices + n;
+        float* loss = t.glass_loss + index * T::Plane + k * T::Cosines;
         for (int c = 0; c < T::Cosines; c++) {
+            loss[c] = 0;
+            if (k == 0)
+                continue;
             const V wo = view(T::cosine_of(c));
             const F lambda_o = ggx.lambda(wo), eta(side ? 1 / T::glass_index_of(n) : T::glass_index_of(n));
-            Row& row = rows[size_t(side * T::Cosines + c)];
+            double whole = 0;
             const auto add = [&](const V& m, F weight) {
                 F cos_t;
                 const F reflects = fresnel_dielectric(max(dot(wo, m), zero), eta, cos_t);
@@ -247,23 +242,17 @@ void fill_glass(int n, int k) {
                     const Mask<8> valid = passes ? (wi.z < zero) & (reflects < one) : wi.z > zero;
                     const F share =
                         (passes ? one - reflects : reflects) * weight / (one + lambda_o + ggx.lambda(wi));
-                    for (int lane = 0; lane < 8; lane++) {
-                        if (!valid[lane] || !(share[lane] > 0))
-                            continue;
-                        const Between x(std::sqrt(std::abs(wi.z[lane])), T::Cosines);
-                        const int at = (passes ? 1 - side : side) * T::Cosines + x.i;
-                        row.add(at, share[lane] * (1 - x.f));
-                        row.add(at + 1, share[lane] * x.f);
-                    }
+                    for (int lane = 0; lane < 8; lane++)
+                        if (valid[lane] && share[lane] > 0)
+                            whole += double(share[lane]);
                 }
             };
             // Fine ones over the angle: total reflection begins at an edge, which 32 miss by up to 2 %.
             stratify(ggx, wo, 96, 0, add, 24);
+            loss[c] = float(std::clamp(1 - whole, 0.0, 1.0));
         }
-    const auto solved = balance(rows);
-    for (int side = 0; side < 2; side++)
-        for (int c = 0; c < T::Cosines; c++)
-            s[side][c] = std::log2(solved[size_t(side * T::Cosines + c)]);
+        t.glass_mean_loss[index * T::Alphas + k] = float(cosine_mean(loss, T::Cosines));
+    }
 }
 
 // ---- stretched distributions

@@ -48,11 +48,17 @@ struct MaterialCode {
         int components;
         Place places[3];
     };
+    struct LitBy {
+        int light;
+        Place amount;
+    };
     std::vector<Node> nodes; // post-order
-    Place filter, glow;      // of the atmosphere; word -1 = there is none
-    Place presence;          // likewise
-    Place ambient;           // likewise: as much as it reflects
-    std::vector<Bed> beds;   // outer before inner; most materials have none
+    std::vector<LitBy> lit_by;
+    Place presence;        // word -1 = it is all there
+    Place opacity[3];      // likewise: the same as presence
+    Place ambient;         // likewise: as much as it reflects
+    int air = -1;          // LayeringProgram::air
+    std::vector<Bed> beds; // outer before inner; most materials have none
     int bed_of_leaf[MaxLobes] = {};
     std::vector<Aov> aovs;
     int leaves = 0;
@@ -62,6 +68,7 @@ struct MaterialCode {
     bool absorbs = false;     // a coat takes from what crosses it
     // Bits by leaf: thin walls, which let light go on as it came where they are smooth.
     uint32_t straight = 0;
+    uint32_t aimed = 0; // lobes of one direction
 
     explicit MaterialCode(const grid::LayeringProgram& program) {
         const grid::WordLayout layout(program);
@@ -99,9 +106,12 @@ struct MaterialCode {
             has_coat |= n.op == grid::LayerOp::Coat || n.op == grid::LayerOp::Thick;
             nodes.push_back(node);
         }
-        filter = place(program.atmosphere.filter, Vec3f(1, 1, 1));
-        glow = place(program.atmosphere.glow, Vec3f(0, 0, 0));
+        for (size_t c = 0; c < 3; c++)
+            opacity[c] = place(program.opacity[c], Vec3f(1, 1, 1));
+        air = program.air;
         ambient = place(program.ambient, Vec3f(0, 0, 0));
+        for (const grid::LitBy& l : program.lit_by)
+            lit_by.push_back({l.light, place(l.slot, Vec3f(0, 0, 0))});
         for (const grid::Aov& a : program.aovs) {
             Aov aov{3 * a.index, a.components, {}};
             for (int c = 0; c < a.components; c++)
@@ -118,6 +128,9 @@ struct MaterialCode {
         for (const Node& n : nodes)
             if (n.leaf >= 0 && n.bed < 0 && n.lobe == LobeId::ThinWalledDielectricBsdf)
                 straight |= 1u << n.leaf;
+        for (const Node& n : nodes)
+            if (n.leaf >= 0 && n.lobe == LobeId::AimedBsdf)
+                aimed |= 1u << n.leaf;
         for (Node& n : nodes)
             if (n.op == grid::LayerOp::Thick)
                 mark_albedo(n.upper);
@@ -316,7 +329,8 @@ class Material {
         for (int i = 0; i < n.input_count; i++)
             if (n.colors >> i & 1)
                 in.color[color++] = fetch.color(n.inputs[i]);
-            else
+            else if (n.lobe !=
+                     LobeId::AimedBsdf) // its direction is no business of the others: SurfaceHit::aim()
                 in.number[number++] = fetch.number(n.inputs[i]);
     }
 

@@ -108,7 +108,8 @@ struct LobeCase {
 };
 
 inline bool scatters(const grid::LobeDecl& decl) {
-    return decl.kind != grid::LobeKind::Emission && decl.kind != grid::LobeKind::Phase;
+    return decl.kind != grid::LobeKind::Emission && decl.kind != grid::LobeKind::Phase &&
+           decl.id != LobeId::AimedBsdf; // a direction, and no distribution
 }
 
 // Every lobe of the table, with each of its inputs over its range in turn; rough where there is a choice.

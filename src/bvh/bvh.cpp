@@ -245,6 +245,7 @@ struct Scene::Impl {
         c.passes = nullptr;
         c.camera = reinterpret_cast<const int32_t*>(&rays.camera.v);
         c.level = reinterpret_cast<const float*>(&rays.level.v);
+        c.passages = rays.passages;
         c.slot[0] = 0;
         c.width = W;
         c.world_from_current[0] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
@@ -432,8 +433,12 @@ void intersect_as_packet(const Scene& scene, const RayPacket<1>& ray, HitPacket<
     rays.time = Float<8>(ray.time[0]);
     rays.camera = Int<8>(ray.camera[0]);
     rays.level = Float<8>(ray.level[0]);
+    LetThrough passages[8];
+    rays.passages = ray.passages ? passages : nullptr;
     rays.coherent = true;
     scene.intersect(rays, hits);
+    if (ray.passages)
+        *ray.passages = passages[0];
     hit.hit = Mask<1>(hits.hit[0]);
     hit.t = hits.t[0], hit.u = hits.u[0], hit.v = hits.v[0];
     hit.Ng = {hits.Ng.x[0], hits.Ng.y[0], hits.Ng.z[0]};

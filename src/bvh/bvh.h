@@ -51,6 +51,17 @@ struct GroupDesc {
 // `most` has left without.
 uint64_t number_emitters(const store::Store& store, std::span<GroupDesc> groups, int most);
 
+// What a ray has passed that stops some colours more than others, and the part of its light that was let
+// through there, relative to the chance of passing: store::ShapeRecord::Tinted.
+struct LetThrough {
+    static constexpr int Most = 16; // the rest counts with the last
+    int count = 0;
+    float t[Most], part[3][Most];
+
+    void add(float at, const Rgb& let_through);
+    Rgb before(float end) const; // of all up to there
+};
+
 template <int W>
 struct RayPacket {
     Vec3<Float<W>> o, d; // d need not be unit length; distances are in units of it
@@ -63,6 +74,7 @@ struct RayPacket {
     Int<W> passes{0};      // shadow linking: passes through shapes that share a bit of it; occluded() alone
     Int<W> camera{0};      // 1: from the camera, which some shapes are hidden from
     Float<W> level{0.5f};  // which levels of detail it meets: store::Links::level_from
+    LetThrough* passages = nullptr; // one a lane, empty; null = nobody asks
 };
 
 template <int W>

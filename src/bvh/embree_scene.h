@@ -68,6 +68,7 @@ struct Context {
     const int32_t* passes; // null: shadow linking is not asked for
     const int32_t* camera;
     const float* level;
+    LetThrough* passages; // null = nobody asks
     int width;
     struct Crossings* crossings = nullptr; // where those of the ray go
     int depth = 0;

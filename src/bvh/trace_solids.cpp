@@ -27,7 +27,34 @@ bool is_present(const Geometry& g, const Context& context, unsigned ray_id, unsi
     const Int<1> h =
         hash_bits(Int<1>(context.seeds[ray_id]) ^
                   hash_bits(Int<1>(int(uint32_t(shape) * 0x9e3779b1u + prim + (uint32_t(t_bits) & ~0xffu)))));
-    return to_unit(h)[0] < g.store->presence(shape, int(prim), u, v);
+    const float presence = g.store->presence(shape, int(prim), u, v);
+    if (to_unit(h)[0] < presence)
+        return true;
+    if (context.passages && g.store->shapes()[size_t(shape)].flags & store::ShapeRecord::Tinted) {
+        const Rgb left = Rgb(1) - g.store->opacity(shape, int(prim), u, v);
+        context.passages[ray_id].add(t, left * (1 / std::max(1 - presence, 1e-6f)));
+    }
+    return false;
+}
+
+// Candidates come in any order, and one may come twice.
+void LetThrough::add(float at, const Rgb& let_through) {
+    for (int i = 0; i < count; i++)
+        if (t[i] == at)
+            return;
+    const bool room = count < Most;
+    const int k = room ? count++ : int(std::max_element(t, t + Most) - t);
+    t[k] = room ? at : std::max(t[k], at);
+    for (int c = 0; c < 3; c++)
+        part[c][k] = room ? let_through[c] : part[c][k] * let_through[c];
+}
+
+Rgb LetThrough::before(float end) const {
+    Rgb all(1);
+    for (int i = 0; i < count; i++)
+        if (t[i] < end)
+            all = all * Rgb(part[0][i], part[1][i], part[2][i]);
+    return all;
 }
 
 void note_crossing(const RTCFilterFunctionNArguments* args) {

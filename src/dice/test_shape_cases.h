@@ -157,10 +157,11 @@ inline ShapeCase run_shape(uint32_t seed, int only_kind = -1) {
     char text[400];
     std::snprintf(text, sizeof text,
                   "seed %u kind %d %s: %g pixels, rate %g, tolerance %g, %s%s, grids of %d, %zu steps, "
-                  "projection %d, instanced %d",
+                  "projection %d, stretched %g, instanced %d",
                   seed, int(out.kind), KindNames[int(out.kind)], pixels, rate, tolerance,
                   uniform_shader ? "uniform" : "varying", displace ? ", displaced by nothing" : "",
-                  options.max_grid_cells, steps.size(), projection, instanced);
+                  options.max_grid_cells, steps.size(), projection, double(options.camera.pixel_stretch),
+                  instanced);
     out.text = text + (first.note.empty() ? "" : "; " + first.note);
 
     Journal journal;
@@ -198,7 +199,10 @@ inline ShapeCase run_shape(uint32_t seed, int only_kind = -1) {
         }
         if (s.flat)
             out.twice = std::max(out.twice, std::max(0.0, d.twice - 3) / d.area);
-        out.tolerance = std::max(out.tolerance, d.outline * pixel * std::max(tolerance, 0.25) / d.area);
+        // Where there are fewer pixels up the picture than across, they are so much taller.
+        const double tall = std::max(1.0, 1 / double(options.camera.pixel_stretch));
+        out.tolerance =
+            std::max(out.tolerance, d.outline * pixel * tall * std::max(tolerance, 0.25) / d.area);
         if (s.closed)
             out.open_edges = std::max(out.open_edges, open_edges(soup).first);
         if (!s.outline_points.empty()) {

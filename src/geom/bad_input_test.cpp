@@ -1,4 +1,7 @@
 // What a surface loses where its input makes no sense: that alone.
+#include <cmath>
+#include <random>
+
 #include "geom/test_surfaces.h"
 
 using namespace kanuka;
@@ -116,6 +119,36 @@ TEST(BadInput, KnotSpansBesideAreKept) {
                         EXPECT_EQ(p, q);
                 }
         }
+}
+
+// Faces joined anyhow, with sharp edges and corners: whatever is left of them can be evaluated.
+TEST(BadInput, SharpEdgesOfTornMeshes) {
+    std::mt19937 g(11);
+    const auto pick = [&](int n) { return int(g() % unsigned(n)); };
+    int whole = 0;
+    for (int round = 0; round < 1500; round++) {
+        const int points = 3 + pick(8), faces = 2 + pick(20), sides = 3 + pick(2);
+        scene::SubdivisionMesh m;
+        std::vector<int32_t> sizes, vertices;
+        for (int f = 0; f < faces; f++) {
+            sizes.push_back(sides);
+            for (int k = 0; k < sides; k++)
+                vertices.push_back(pick(points));
+        }
+        m.vertices_per_face = sizes, m.vertices = vertices;
+        m.tags = {{"interpolateboundary", {pick(3)}, {}, {}},
+                  {"crease", {0, 1, 2}, {2.5f}, {}},
+                  {"crease", {pick(points), pick(points)}, {10}, {}},
+                  {"corner", {pick(points)}, {3}, {}}};
+        std::vector<float> p;
+        for (int i = 0; i < 3 * points; i++)
+            p.push_back(float(pick(2000)) / 1000 - 1);
+        Journal journal;
+        const auto s = make_surface(primitive(m, p), {}, journal);
+        for (int f = 0; s && f < s->faces(); f++)
+            whole += std::isfinite(evaluate(*s, f, 2).P[0]);
+    }
+    EXPECT_GT(whole, 1000);
 }
 
 TEST(BadInput, IsReportedAndDropped) {

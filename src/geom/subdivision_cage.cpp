@@ -1,7 +1,9 @@
 #include "geom/subdivision.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
+#include <map>
 #include <set>
 
 namespace kanuka::geom {
@@ -183,6 +185,87 @@ class TagReader {
     size_t m_missing = 0;
 };
 
+// Vertices where the surface is no surface: at edges of more than two faces or of two that run the same way,
+// and where several borders meet.
+std::vector<char> torn_vertices(const Cage& cage, size_t points) {
+    std::map<std::pair<int, int>, std::array<int, 2>> edges; // how many faces go up it, and down
+    for (size_t f = 0; f < cage.sizes.size(); f++)
+        for (int i = cage.first[f]; i < cage.first[f + 1]; i++) {
+            const int a = cage.vertices[size_t(i)],
+                      b = cage.vertices[size_t(i + 1 < cage.first[f + 1] ? i + 1 : cage.first[f])];
+            edges[{std::min(a, b), std::max(a, b)}][a < b ? 0 : 1]++;
+        }
+    std::vector<char> torn(points);
+    std::vector<int> borders(points);
+    for (const auto& [edge, faces] : edges)
+        for (const int v : {edge.first, edge.second}) {
+            torn[size_t(v)] |= faces[0] > 1 || faces[1] > 1;
+            borders[size_t(v)] += faces[0] + faces[1] == 1;
+        }
+    for (size_t v = 0; v < points; v++)
+        torn[v] |= borders[v] > 2;
+    // Two faces have one side in common at most.
+    std::vector<std::vector<int>> faces_at(points);
+    std::vector<int> common(cage.sizes.size());
+    for (size_t f = 0; f < cage.sizes.size(); f++) {
+        const auto begin = cage.vertices.begin() + cage.first[f],
+                   end = cage.vertices.begin() + cage.first[f + 1];
+        std::vector<int> met;
+        for (auto v = begin; v != end; v++) {
+            for (const int other : faces_at[size_t(*v)])
+                if (common[size_t(other)]++ == 0)
+                    met.push_back(other);
+            faces_at[size_t(*v)].push_back(int(f));
+        }
+        for (const int other : met) {
+            if (common[size_t(other)] > 2) {
+                std::for_each(begin, end, [&](int v) { torn[size_t(v)] = 1; });
+                std::for_each(cage.vertices.begin() + cage.first[size_t(other)],
+                              cage.vertices.begin() + cage.first[size_t(other) + 1],
+                              [&](int v) { torn[size_t(v)] = 1; });
+            }
+            common[size_t(other)] = 0;
+        }
+    }
+    return torn;
+}
+
+// Bfr (OpenSubdiv 3.5) writes out of bounds where it makes a patch of a face with a torn vertex and a sharp
+// edge or corner: sharpness gives way there.
+void leave_out_sharpness_at_tears(Cage& cage, size_t points, const Location& where, Journal& journal) {
+    if (cage.crease_weights.empty() && cage.corner_weights.empty())
+        return;
+    const std::vector<char> torn = torn_vertices(cage, points);
+    std::vector<char> beside(points);
+    for (size_t f = 0; f < cage.sizes.size(); f++) {
+        const auto begin = cage.vertices.begin() + cage.first[f],
+                   end = cage.vertices.begin() + cage.first[f + 1];
+        if (std::any_of(begin, end, [&](int v) { return torn[size_t(v)]; }))
+            std::for_each(begin, end, [&](int v) { beside[size_t(v)] = 1; });
+    }
+    size_t creases = 0, corners = 0;
+    for (size_t i = 0; i < cage.crease_weights.size(); i++) {
+        const int a = cage.crease_pairs[2 * i], b = cage.crease_pairs[2 * i + 1];
+        if (beside[size_t(a)] || beside[size_t(b)])
+            continue;
+        cage.crease_pairs[2 * creases] = a, cage.crease_pairs[2 * creases + 1] = b;
+        cage.crease_weights[creases++] = cage.crease_weights[i];
+    }
+    for (size_t i = 0; i < cage.corner_weights.size(); i++)
+        if (!beside[size_t(cage.corner_vertices[i])]) {
+            cage.corner_vertices[corners] = cage.corner_vertices[i];
+            cage.corner_weights[corners++] = cage.corner_weights[i];
+        }
+    const size_t lost = cage.crease_weights.size() + cage.corner_weights.size() - creases - corners;
+    cage.crease_pairs.resize(2 * creases), cage.crease_weights.resize(creases);
+    cage.corner_vertices.resize(corners), cage.corner_weights.resize(corners);
+    if (lost > 0)
+        journal.warning(where,
+                        std::to_string(lost) +
+                            " creases or corners were left out beside edges of more than two faces, or "
+                            "vertices where several borders meet");
+}
+
 } // namespace
 
 bool read_cage(const scene::Primitive& primitive, const scene::SubdivisionMesh& mesh,
@@ -218,6 +301,7 @@ bool read_cage(const scene::Primitive& primitive, const scene::SubdivisionMesh& 
         for (const auto& tag : mesh.tags)
             reader.read(tag);
         reader.finish();
+        leave_out_sharpness_at_tears(cage, points.size(), primitive.where, journal);
     }
     return true;
 }

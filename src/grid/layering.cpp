@@ -77,12 +77,16 @@ std::string LayeringProgram::key() const {
     for (const Slot& s : slots)
         k += "|" + std::to_string(int(s.type)) + std::to_string(int(s.storage)) +
              std::to_string(int(s.between));
-    k += "|a" + std::to_string(atmosphere.filter) + "," + std::to_string(atmosphere.glow);
+    k += "|a" + std::to_string(air);
+    for (int c : opacity)
+        k += "," + std::to_string(c);
     for (const Aov& a : aovs) {
         k += "|o" + std::to_string(a.index) + (a.color ? "c" : "");
         for (int c = 0; c < a.components; c++)
             k += "," + std::to_string(a.slots[size_t(c)]);
     }
+    for (const LitBy& l : lit_by)
+        k += "|l" + std::to_string(l.light) + "," + std::to_string(l.slot);
     k += "|e" + std::to_string(emission_cosine) + (shines_both ? "b" : "");
     k += "|p" + std::to_string(presence) + "i" + std::to_string(interior.has_value()) + "m" +
          std::to_string(ambient);

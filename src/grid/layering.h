@@ -45,12 +45,6 @@ struct Slot {
     Between between = Between::Linear;
 };
 
-// What lies between a surface and the camera: rays from the camera see `filter` times the surface's radiance,
-// plus `glow`; all other rays see the surface itself. Slots, both colours; -1 = nothing is there.
-struct Atmosphere {
-    int filter = -1, glow = -1;
-};
-
 // What is inside, the same everywhere; fixed once a primitive by mnk_init and mnk_interior.
 struct Interior {
     static constexpr int MaxPhaseInputs = 4;
@@ -72,6 +66,12 @@ struct Aov {
     int components = 1;
 };
 
+// What it shines with because a light that casts shadows lights it: a loop over lights that is no lobe's.
+struct LitBy {
+    int light = 0; // of those that shine from one place
+    int slot = -1; // amount, a colour
+};
+
 // Nodes in post-order; the last is the root. A material without layers is all leaves joined under implicit
 // Add nodes, their weights as given: SetLobe(boundary, "reflection", 0.25, …) and 0.75 of transmission is
 // 0.25 a + 0.75 b.
@@ -79,11 +79,15 @@ struct LayeringProgram {
     std::vector<LayerNode> nodes;
     std::vector<Slot> slots;
     int presence = -1; // slot of presence (cut-out opacity), float; -1 = opaque
-    int ambient = -1;  // slot of how much of ambient light it shows, colour; -1 = as much as it reflects
-    Atmosphere atmosphere;
+    // Slots of Oi's components, floats, where what stops light is not the same for all colours: what is seen
+    // of the surface and what passes it are coloured by them. -1 = presence is all there is to it.
+    std::array<int, 3> opacity{-1, -1, -1};
+    int ambient = -1; // slot of how much of ambient light it shows, colour; -1 = as much as it reflects
+    int air = -1;     // between it and who sees it, by number (ways.h); -1 = nothing
     float emission_cosine = 0; // an area light shines where the cosine to its normal is at least this
     bool shines_both = false;  // to both sides, as Ci does; lobes and area lights shine to the outside
     std::vector<Aov> aovs;
+    std::vector<LitBy> lit_by;
     std::optional<Interior> interior;
 
     bool emits() const;

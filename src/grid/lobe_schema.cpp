@@ -197,6 +197,15 @@ const LobeInput rayleigh_phase[] = {
         "scattering goes with (550 nm / wavelength) to this power, and what SetScattering says is that "
         "at 550 nm: 4 for air (Rayleigh 1871); 0 leaves it to SetScattering's colour"),
 };
+const LobeInput aim(std::string_view name, float fallback, std::string_view doc) {
+    return {name, Float, Vec3f(fallback, 0, 0), -Inf, Inf, "", Storage::Full, doc};
+}
+const LobeInput aimed[] = {
+    color_input("part", 1, "of the light that comes from there"),
+    aim("x", 0, "of the direction, in current space; its length does not count"),
+    aim("y", 0, "likewise"),
+    aim("z", 1, "likewise"),
+};
 const LobeDecl table[] = {
     {LobeId::LambertBrdf, "LambertBrdf", LobeKind::Reflection, lambert_brdf,
      "Lambertian reflection on both sides", true, true},
@@ -231,6 +240,8 @@ const LobeDecl table[] = {
     {LobeId::HighlightBrdf, "HighlightBrdf", LobeKind::Reflection, highlight,
      "the highlight of RISpec's specular() and phong(): a power of a cosine alone, as high from everywhere",
      false},
+    {LobeId::AimedBsdf, "AimedBsdf", LobeKind::ReflectionTransmission, aimed,
+     "light from one direction that the shader says, whoever looks: lenses, periscopes", false},
     {LobeId::DiffuseEmission, "DiffuseEmission", LobeKind::Emission, emission, "diffuse emitter"},
     {LobeId::ConeEmission, "ConeEmission", LobeKind::Emission, cone_emission,
      "emitter that shines within a cone about its normal, with a soft edge"},

@@ -18,7 +18,7 @@ enum class Storage : uint8_t {
     Color,  // in [0, 1], and
     Amount, // >= 0 without upper bound: nine bits a component and a shared exponent. One word
     Half,   // float: half precision. Half a word
-    Full,   // float: as it is. One word; for values that are shown and not shaded with
+    Full,   // float: as it is. One word; for directions, and values that are shown and not shaded with
 };
 
 // What lies between the values of an input at vertices.
@@ -61,6 +61,7 @@ enum class LobeId : uint8_t {
     PhongBrdf,
     BlinnBrdf,
     HighlightBrdf,
+    AimedBsdf,
     DiffuseEmission,
     ConeEmission,
     ProfileEmission,

@@ -39,7 +39,8 @@ struct Outcome {
 };
 
 // Cancels once `work` counts something, and takes down how much that was.
-Outcome cancelled_at_work(const scene::Scene& scene, int threads, std::atomic<uint64_t> Stats::Count::* work) {
+Outcome cancelled_at_work(const scene::Scene& scene, int threads,
+                          std::atomic<uint64_t> Stats::Count::* work) {
     Outcome run;
     Journal journal;
     Stats stats;

@@ -1,13 +1,12 @@
 #include "render/geometry.h"
 
 #include <cmath>
-#include <cstring>
 #include <mutex>
 
 #include "base/tasks.h"
-#include "color/photometry.h"
 #include "grid/mesh_patches.h"
 #include "render/budget.h"
+#include "render/emitters.h"
 #include "render/group_views.h"
 #include "render/motion.h"
 #include "render/volumes.h"
@@ -143,7 +142,7 @@ class GeometryBuilder {
                                                (primitive.attributes && primitive.attributes->area_light));
                 if (shines && !lights) {
                     links.seen |= store::Links::Backdrop;
-                    leave_emitters(p.page, [](const store::Emitter&) { return false; });
+                    ask_no_emitters(p.page);
                 }
                 if (lights && links.fades()) {
                     // Light sampling knows no transitions: what shines switches in the middle.
@@ -269,7 +268,7 @@ class GeometryBuilder {
             shade_and_encode(primitive, diced, material, inside_out, out);
             const bool at_rest = !instanced && out.path.empty() && moving.later.empty();
             if (!out.empty)
-                leave_cut_emitters(out.page, declared.solid >= 0, at_rest);
+                ask_uncut_emitters(out.page, m_request.clips, declared.solid >= 0, at_rest);
             out.changes = !moving.later.empty();
             m_prepared += out.page.words.size() * sizeof(out.page.words[0]);
             refuse_more_than_fits();
@@ -431,7 +430,10 @@ class GeometryBuilder {
         if (primitive.attributes && primitive.attributes->area_light)
             spread_flux(*primitive.attributes->area_light, out.page);
         out.empty = false;
-        report_lights_without_area(primitive, out.page);
+        if (shines_without_area(out.page))
+            m_request.journal.warning(primitive.where,
+                                      "a light of no area sheds no light: all its facets are "
+                                      "points or lines");
         if (bad > 0)
             m_request.journal.warning(primitive.where,
                                       std::to_string(bad) +
@@ -469,62 +471,6 @@ class GeometryBuilder {
         });
         g.N = std::move(normals);
         g.facets = facets;
-    }
-
-    // An area light whose amount is of the whole of it (lumen, watt, candela) spreads it over its area.
-    void spread_flux(const scene::ShaderRef& light, store::Page& page) {
-        const auto unit = color::find_unit(light.parameters.get_string("unit", ""));
-        if (!unit || *unit == color::Unit::None)
-            return;
-        const double area = std::max(double(store::emitting_area(page)), 1e-12);
-        // The shading system made lumen of watt; what is left is geometry.
-        const auto as = *unit == color::Unit::Watt ? color::Unit::Lumen : *unit;
-        store::scale_emission(page, float(*color::photometric(1, as, {color::LightShape::Area, 0, area}, 0)));
-    }
-
-    // Emitters that may be cut away are found by rays alone: nobody asks for light that is not there.
-    void leave_cut_emitters(store::Page& page, bool of_solid, bool at_rest) {
-        if (!of_solid && m_request.clips.empty())
-            return;
-        leave_emitters(page, [&](const store::Emitter& emitter) {
-            bool kept = !of_solid && at_rest;
-            for (const bvh::Scene::Plane& plane : m_request.clips)
-                for (const Vec3f& p : {emitter.p0, emitter.p0 + emitter.e1, emitter.p0 + emitter.e2})
-                    kept &= dot(p - plane.point, plane.normal) <= 0;
-            return kept;
-        });
-    }
-
-    // What is not kept is not asked for.
-    template <class Kept>
-    static void leave_emitters(store::Page& page, Kept kept) {
-        const store::PageHeader& h = page.header();
-        for (uint32_t e = 0; e < h.emitters; e++) {
-            uint32_t* at = page.words.data() + h.emitters_at + e * (sizeof(store::Emitter) / 4);
-            store::Emitter emitter;
-            std::memcpy(&emitter, at, sizeof emitter);
-            if (kept(emitter))
-                continue;
-            emitter.power = 0;
-            std::memcpy(at, &emitter, sizeof emitter);
-        }
-    }
-
-    void report_lights_without_area(const scene::Primitive& primitive, const store::Page& page) {
-        const store::PageHeader& h = page.header();
-        bool shines = false;
-        for (uint32_t e = 0; e < h.emitters; e++) {
-            store::Emitter emitter;
-            std::memcpy(&emitter, page.words.data() + h.emitters_at + e * (sizeof(store::Emitter) / 4),
-                        sizeof emitter);
-            if (emitter.area > 0)
-                return;
-            shines |= emitter.scale > 0;
-        }
-        if (shines)
-            m_request.journal.warning(primitive.where,
-                                      "a light of no area sheds no light: all its facets are "
-                                      "points or lines");
     }
 
     int interior_of(const grid::LayeringProgram& program, const Thickness& inside) {

@@ -10,6 +10,7 @@
 #include "base/tasks.h"
 #include "bvh/nesting.h"
 #include "render/accumulator.h"
+#include "render/air.h"
 #include "render/aovs.h"
 #include "render/budget.h"
 #include "render/color_setup.h"
@@ -206,6 +207,7 @@ class BatchSession {
         in.interreflection = !m_classic;
         in.seed = m_options.seed;
         make_view();
+        m_shading->check_air(m_bvh->bounds());
     }
 
     // A black picture is a surprise: the likeliest reason, for who looks at nothing.
@@ -268,6 +270,7 @@ class BatchSession {
         m_progress.update("build", 1);
     }
     void make_view() {
+        place_lamps();
         m_inputs.aov_is_color = m_aovs.is_color();
         m_inputs.store = &m_geometry->store;
         m_inputs.bvh = m_bvh.get();
@@ -276,7 +279,30 @@ class BatchSession {
         m_inputs.moving = m_geometry->moving;
         m_kernels.clear();
         m_view = transport::make_scene_view(m_inputs, m_journal);
+        if (m_shading->has_air() && !m_view.airs.empty())
+            m_air = make_air(*m_shading, *m_bvh, m_linked_lamps, m_view, m_inputs.lights);
+        m_view.air = m_air.get();
         m_stats.bytes.textures = m_shading->texture_bytes();
+    }
+
+    // Lights that shaders are told of, for what is in their way.
+    void place_lamps() {
+        m_air.reset();
+        m_inputs.point_lights.clear();
+        const auto lit = [](const grid::LayeringProgram& p) { return !p.lit_by.empty(); };
+        if (m_shading->has_air() || std::ranges::any_of(m_geometry->store.programs(), lit)) {
+            std::vector<scene::Light> lights;
+            const std::vector<shade::Lamp> lamps = m_shading->lamps();
+            for (const shade::Lamp& lamp : lamps)
+                lights.push_back(lamp.light);
+            m_linking->apply(lights);
+            for (size_t i = 0; i < lamps.size(); i++)
+                m_inputs.point_lights.push_back({lamps[i].far
+                                                     ? m_camera.render_from_world.vector(lamps[i].place)
+                                                     : m_camera.render_from_world.point(lamps[i].place),
+                                                 lamps[i].far, lights[i].passes});
+            m_linked_lamps = std::move(lights);
+        }
     }
 
     // ---- procedurals that rays have met
@@ -489,6 +515,8 @@ class BatchSession {
     std::unique_ptr<Geometry> m_geometry;
     std::unique_ptr<OnDemand> m_on_demand;
     std::unique_ptr<bvh::Scene> m_bvh;
+    std::unique_ptr<grid::Air> m_air; // null = there is none
+    std::vector<scene::Light> m_linked_lamps;
     transport::SceneInputs m_inputs;
     std::unique_ptr<film::Filter> m_filter;
     transport::SceneView m_view;

@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "shade/area_light.h"
-#include "shade/atmosphere.h"
 #include "shade/opacity.h"
 
 namespace kanuka::shade {
@@ -29,6 +28,16 @@ int add_emission(grid::LayeringProgram& program) {
         program.nodes.push_back(add);
     }
     return slot;
+}
+
+void add_lit_by(grid::LayeringProgram& program, const std::vector<bool>& lights) {
+    const grid::LobeInput& radiance = grid::lobe(grid::LobeId::DiffuseEmission).inputs[0];
+    for (size_t i = 0; i < lights.size(); i++)
+        if (lights[i]) {
+            program.lit_by.push_back({int(i), int(program.slots.size())});
+            program.slots.push_back({radiance.type, radiance.storage, radiance.low, radiance.high, false,
+                                     "lit by " + std::to_string(i)});
+        }
 }
 
 void add_aovs(grid::LayeringProgram& program, const sl::Instance& surface,
@@ -86,8 +95,6 @@ bool MaterialImpl::emission_varies() const {
 bool MaterialImpl::uniform() const {
     if (m_core->light_varies)
         return false;
-    if (m_core->atmosphere) // differs with the distance from the eye
-        return false;
     // Presence of a varying Os may be added here, to a surface that is uniform itself.
     if (m_core->presence_slot >= 0 && m_own.varying_color_or_opacity)
         return false;
@@ -103,11 +110,10 @@ grid::Reads MaterialImpl::reads_displacing() const {
 
 grid::Reads MaterialImpl::reads_shading() const {
     grid::Reads all = m_core->surface->reads_shading();
-    for (const auto* other : {&m_core->atmosphere, &m_core->area_light})
-        if (*other) {
-            const grid::Reads r = (*other)->reads_shading();
-            all = both(all, r, std::max(all.rings, r.rings));
-        }
+    if (m_core->area_light) {
+        const grid::Reads r = m_core->area_light->reads_shading();
+        all = both(all, r, std::max(all.rings, r.rings));
+    }
     return all;
 }
 
@@ -150,10 +156,41 @@ void MaterialImpl::displace(grid::Grid& grid) const {
     }
 }
 
+// What one light more makes the surface shine with, light by light: in front of each shadows are traced.
+void MaterialImpl::shade_by_lights(grid::Grid& grid, const sl::GridGlobals& globals,
+                                   MaterialServices& services, grid::VertexInputs& out) const {
+    const int slot = m_core->program.emission()->inputs[0];
+    const auto at = [&](const grid::SlotValues& v, size_t c, size_t i) {
+        return v.uniform ? v.value[int(c)] : v.data[c * size_t(grid.stride) + i];
+    };
+    for (const grid::LitBy& one : m_core->program.lit_by) {
+        std::vector<bool> wanted = m_core->wanted_lights;
+        wanted[size_t(one.light)] = true;
+        services.want_lights(&wanted);
+        grid::Grid again = grid; // shading may turn normals
+        grid::VertexInputs lit;
+        m_core->surface->shade(again, globals, services, lit);
+        const grid::SlotValues &with = lit.slots[size_t(slot)], &without = out.slots[size_t(slot)];
+        grid::SlotValues& more = out.slots[size_t(one.slot)];
+        more.uniform = with.uniform && without.uniform;
+        for (int c = 0; c < 3; c++)
+            more.value[c] = std::max(with.value[c] - without.value[c], 0.0f);
+        if (more.uniform)
+            continue;
+        more.data.assign(3 * size_t(grid.stride), 0.0f);
+        for (size_t c = 0; c < 3; c++)
+            for (size_t i = 0; i < size_t(grid.vertices()); i++)
+                more.data[c * size_t(grid.stride) + i] = std::max(at(with, c, i) - at(without, c, i), 0.0f);
+    }
+    services.want_lights(nullptr);
+}
+
 void MaterialImpl::shade(grid::Grid& grid, grid::VertexInputs& out) const {
     MaterialServices services(m_own.spaces, m_own.facts, m_textures, m_journal, m_own.surface_where,
                               m_core->ranges.get());
     const sl::GridGlobals g = globals(grid);
+    if (!m_core->program.lit_by.empty())
+        services.want_lights(&m_core->wanted_lights);
     if (m_core->program.aovs.empty()) {
         m_core->surface->shade(grid, g, services, out);
         out.slots.resize(m_core->program.slots.size());
@@ -163,6 +200,8 @@ void MaterialImpl::shade(grid::Grid& grid, grid::VertexInputs& out) const {
         out.slots.resize(m_core->program.slots.size());
         fill_aovs(m_core->program, values, out);
     }
+    if (!m_core->program.lit_by.empty())
+        shade_by_lights(grid, g, services, out);
     if (m_core->emission_slot >= 0) {
         grid::SlotValues& radiance = out.slots[size_t(m_core->emission_slot)];
         radiance.uniform = true;
@@ -177,13 +216,6 @@ void MaterialImpl::shade(grid::Grid& grid, grid::VertexInputs& out) const {
     }
     if (m_core->presence_slot >= 0)
         fill_presence(grid, m_own.opacity, out.slots[size_t(m_core->presence_slot)]);
-    if (m_core->atmosphere) {
-        Spaces spaces = m_own.spaces;
-        spaces.current_from_shader = m_own.atmosphere_from_shader;
-        MaterialServices of_atmosphere(spaces, m_own.facts, m_textures, m_journal, m_own.atmosphere_where);
-        fill_atmosphere(*m_core->atmosphere, grid, g, of_atmosphere, m_own.atmosphere_where, m_core->program,
-                        out);
-    }
 }
 
 } // namespace kanuka::shade

@@ -11,9 +11,9 @@ namespace kanuka::shade {
 
 // What all primitives of equal shaders and parameters share.
 struct MaterialCore {
-    std::shared_ptr<const sl::Shader> surface_shader, displacement_shader, atmosphere_shader,
+    std::shared_ptr<const sl::Shader> surface_shader, displacement_shader,
         area_light_shader; // keep the instances' code alive
-    std::unique_ptr<sl::Instance> surface, displacement, atmosphere,
+    std::unique_ptr<sl::Instance> surface, displacement,
         area_light;                // null = none of its own; surface is never
     grid::LayeringProgram program; // the surface's, with emission and presence added
     int emission_slot = -1;        // of the area light's radiance
@@ -21,13 +21,17 @@ struct MaterialCore {
     bool light_varies = false; // that radiance does, over the light
     int presence_slot =
         -1; // of Attributes::opacity; -1 where the shader computes presence itself, or it is one
-    std::shared_ptr<Ranges> ranges; // what its values are told to that are out of range
+    std::vector<bool> wanted_lights; // those that cast no shadows, where program.lit_by has the others
+    std::shared_ptr<Ranges> ranges;  // what its values are told to that are out of range
     std::string key;
 };
 
 // Adds a float slot for each component of the output parameters that are handed out.
 void add_aovs(grid::LayeringProgram& program, const sl::Instance& surface,
               const std::vector<std::string>& wanted);
+
+// Adds a slot for what the surface shines with by each light that casts shadows: lights[i] does.
+void add_lit_by(grid::LayeringProgram& program, const std::vector<bool>& lights);
 
 // Adds a DiffuseEmission lobe beside all of the program's: emission is added, the surface keeps what it
 // reflects.
@@ -44,8 +48,8 @@ class MaterialImpl final : public Material {
         Rgb emission{0, 0, 0}; // of an area light
         bool varying_color_or_opacity = false;
         Transform displacement_from_shader; // current_from_shader of the displacement shader
-        Transform atmosphere_from_shader, area_light_from_shader;
-        Location surface_where, displacement_where, atmosphere_where, area_light_where;
+        Transform area_light_from_shader;
+        Location surface_where, displacement_where, area_light_where;
         std::shared_ptr<const scene::Attributes> attributes; // keeps what facts point at
         Facts facts;
     };
@@ -64,6 +68,8 @@ class MaterialImpl final : public Material {
 
   private:
     sl::GridGlobals globals(const grid::Grid& grid) const;
+    void shade_by_lights(grid::Grid& grid, const sl::GridGlobals& globals, MaterialServices& services,
+                         grid::VertexInputs& out) const;
 
     std::shared_ptr<const MaterialCore> m_core;
     Own m_own;

@@ -40,7 +40,7 @@ const std::vector<PointLights::One>& PointLights::all() const {
     return m_all;
 }
 
-void PointLights::at(const sl::LightRequest& q, const Transform& current_from_world) const {
+bool PointLights::at(const sl::LightRequest& q, const Transform& current_from_world) const {
     const One& one = all()[size_t(q.light)];
     const Transform world_from_current = inverse_or_identity(current_from_world);
     grid::Grid points; // no neighbours: what the shader looks up is not filtered
@@ -72,6 +72,8 @@ void PointLights::at(const sl::LightRequest& q, const Transform& current_from_wo
             q.Cl[c][i] = std::isfinite(lit.Cl[c]) ? lit.Cl[c] : 0;
         }
     }
+    return one.shader ? emission.form != sl::Emission::Illuminate
+                      : one.light.kind == scene::Light::Kind::Distant;
 }
 
 } // namespace kanuka::shade

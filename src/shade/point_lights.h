@@ -1,5 +1,5 @@
-// What lights send to points, asked while shading: for volume shaders, which look for light on their way.
-// Without shadows: nothing is there yet that could cast them.
+// What lights send to points, without what is in the way: for volume shaders, which look for light on their
+// way, and for surfaces that do with light what no lobe does.
 #pragma once
 
 #include <functional>
@@ -17,18 +17,18 @@ class PointLights {
     // One of RISpec's standard lights, or the scene's own shader, which is run at the points; all in world
     // space.
     struct One {
-        scene::Light light;
+        scene::Light light; // of a shader: its name, and whether it casts shadows
         std::function<sl::Emission(grid::Grid&)> shader; // null = a standard one
     };
     // `make` is called when lights are asked for the first time.
     explicit PointLights(std::function<std::vector<One>()> make) : m_make(std::move(make)) {}
 
     int count() const { return int(all().size()); }
-    void at(const sl::LightRequest& request, const Transform& current_from_world) const;
+    const std::vector<One>& all() const;
+    // Returns true for parallel light, whose L has no length.
+    bool at(const sl::LightRequest& request, const Transform& current_from_world) const;
 
   private:
-    const std::vector<One>& all() const;
-
     std::function<std::vector<One>()> m_make;
     mutable std::once_flag m_made;
     mutable std::vector<One> m_all;

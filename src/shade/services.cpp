@@ -1,5 +1,6 @@
 #include "shade/services.h"
 
+#include <algorithm>
 #include <cstring>
 
 #include "shade/point_lights.h"
@@ -42,8 +43,14 @@ int MaterialServices::lights() {
 }
 
 void MaterialServices::light(const sl::LightRequest& request) {
-    if (m_facts.lights)
-        m_facts.lights->at(request, m_spaces.current_from_world);
+    ask(request);
+    if (m_wanted && !(*m_wanted)[size_t(request.light)])
+        for (float* Cl : request.Cl)
+            std::fill_n(Cl, request.count, 0.0f);
+}
+
+bool MaterialServices::ask(const sl::LightRequest& request) {
+    return m_facts.lights && m_facts.lights->at(request, m_spaces.current_from_world);
 }
 
 void MaterialServices::report(Severity severity, const Location& where, const std::string& message) {

@@ -9,7 +9,7 @@
 
 namespace kanuka::shade {
 
-class MaterialServices final : public sl::Services {
+class MaterialServices : public sl::Services {
   public:
     MaterialServices(const Spaces& spaces, const Facts& facts, Textures& textures, Journal& journal,
                      const Location& where, Ranges* ranges = nullptr);
@@ -26,10 +26,16 @@ class MaterialServices final : public sl::Services {
     }
     void report(Severity severity, const Location& where, const std::string& message) override;
 
+    // From now on lights that are not wanted are dark. Null = all are wanted.
+    void want_lights(const std::vector<bool>* wanted) { m_wanted = wanted; }
+
     // True once a shader asked for a space that differs from one primitive to the next.
     bool asked_for_object() const { return m_asked_for_object; }
     // The same for the primitive's attributes.
     bool asked_for_attributes() const { return m_asked_for_attributes; }
+
+  protected:
+    bool ask(const sl::LightRequest& request); // PointLights::at()
 
   private:
     const Spaces& m_spaces;
@@ -38,6 +44,7 @@ class MaterialServices final : public sl::Services {
     Journal& m_journal;
     const Location& m_where; // of the shader in the scene
     Ranges* m_ranges;
+    const std::vector<bool>* m_wanted = nullptr;
     bool m_asked_for_object = false, m_asked_for_attributes = false;
 };
 

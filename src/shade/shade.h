@@ -14,7 +14,12 @@
 #include "color/palette.h"
 #include "grid/grid.h"
 #include "grid/layering.h"
+#include "grid/ways.h"
 #include "scene/scene.h"
+
+namespace kanuka::sl {
+struct LightRequest;
+}
 
 namespace kanuka::shade {
 
@@ -60,6 +65,26 @@ struct ImagerPixels {
     std::span<float> r, g, b, alpha; // one value a pixel
 };
 
+// What a volume shader knows of light by rays, while it runs for some ways. Point i of a request lies on the
+// way i modulo their number.
+class AirLights {
+  public:
+    virtual ~AirLights() = default;
+    // What is in the way of a light of ShadingSystem::lamps(): scales Cl. `far`: L has no length.
+    virtual void dim(const sl::LightRequest& request, bool far) = 0;
+    // Lights that are asked at a place of theirs at a time, and how many there are: fills in L and Cl.
+    virtual int wide() const = 0;
+    virtual void ask(const sl::LightRequest& request) = 0;
+};
+
+// A light that shines from one place, as shaders are told of it: those of its kind that the scene has, by
+// number. `place`: in world space; far: the direction to it.
+struct Lamp {
+    scene::Light light;
+    Vec3f place{0, 0, 0};
+    bool far = false;
+};
+
 class ShadingSystem {
   public:
     static std::unique_ptr<ShadingSystem> create(const ShadingOptions& options, const scene::Scene& scene,
@@ -91,6 +116,11 @@ class ShadingSystem {
     virtual void find_files(scene::Light& light) = 0;
     // Runs an imager shader; one that is missing or does not compile is reported and changes nothing.
     virtual void image(const scene::ShaderRef& imager, const ImagerPixels& pixels) = 0;
+    // Air, by LayeringProgram::air: of the atmospheres of all materials so far. Thread safe.
+    virtual void look(int air, grid::Ways& ways, AirLights& lights) = 0;
+    virtual void check_air(const Bounds3f& seen) = 0; // reports what is no filter; `seen`: in render space
+    virtual bool has_air() const = 0;
+    virtual std::vector<Lamp> lamps() = 0; // also those of LayeringProgram::lit_by
     virtual uint64_t texture_bytes() const = 0;
 };
 

@@ -14,7 +14,6 @@
 #include "scene/coordinate_system.h"
 #include "shade/area_light.h"
 #include "shade/arguments.h"
-#include "shade/atmosphere.h"
 #include "shade/coshaders.h"
 #include "shade/default_surface.h"
 #include "shade/foreign.h"
@@ -149,6 +148,8 @@ SystemImpl::Loaded SystemImpl::load(const scene::ShaderRef& ref, sl::ShaderKind 
     }
     sl::CompileOptions options = m_compile_options;
     options.area_light = area_light;
+    if (wanted == sl::ShaderKind::Volume) // as many ways at a time as ever, whatever lanes paths have
+        options.lanes = 0;
     Loaded shader = compile(area_light ? *path + " on an area" : *path, *path, options);
     if (shader && m_gathers_light && shader->has_light_of_its_own()) {
         options.gathers_light = true;
@@ -269,12 +270,13 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(const BoundShaders& bound,
                                                      const scene::Attributes& attributes,
                                                      const MaterialImpl::Own& own,
                                                      const DefaultSurface& coverage) {
-    const Bound &surface = bound.surface, &displacement = bound.displacement, &atmosphere = bound.atmosphere;
+    const Bound &surface = bound.surface, &displacement = bound.displacement;
     std::string key;
     for (const Bound* b : bound.all()) {
         append(key, b->shader ? b->shader->hash() : uint64_t(0));
         key += serialize(b->arguments) + ";";
     }
+    append(key, bound.air);
     if (attributes.area_light)
         append(key, own.emission);
     const auto spread =
@@ -361,11 +363,15 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(const BoundShaders& bound,
         }
     }
     add_aovs(core->program, *core->surface, m_compile_options.aovs);
-    if (atmosphere.shader) {
-        core->atmosphere = instantiate(atmosphere, own.atmosphere_from_shader);
-        core->atmosphere_shader = atmosphere.shader;
-        if (core->atmosphere)
-            add_atmosphere(core->program);
+    core->program.air = bound.air;
+    if (m_gathers_light && core->surface_shader && core->surface_shader->has_light_of_its_own() &&
+        core->program.emission() && core->program.emission()->inputs[0] >= 0) {
+        std::vector<bool> shadows;
+        for (const PointLights::One& one : m_point_lights.all())
+            shadows.push_back(one.light.shadows);
+        add_lit_by(core->program, shadows);
+        core->wanted_lights = shadows;
+        core->wanted_lights.flip();
     }
     core->ranges = m_ranges;
     core->key = key;
@@ -418,7 +424,6 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
     };
     own.spaces.current_from_shader = shader_space(attributes.surface);
     own.displacement_from_shader = shader_space(attributes.displacement);
-    own.atmosphere_from_shader = shader_space(attributes.atmosphere);
     own.area_light_from_shader = shader_space(attributes.area_light);
     own.color = attributes.color;
     own.opacity = attributes.opacity;
@@ -472,20 +477,14 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
                             own.spaces.current_from_shader);
     bound.displacement =
         bind_in(attributes.displacement, sl::ShaderKind::Displacement, own.displacement_from_shader);
-    if (attributes.atmosphere && built_from_group)
-        m_journal.warning(attributes.atmosphere->where,
-                          "atmosphere \"" + attributes.atmosphere->name +
-                              "\" does not reach instances: they are shaded once for all places that they "
-                              "are seen at. Objects that are no instances have it");
-    else
-        bound.atmosphere = bind_in(attributes.atmosphere, sl::ShaderKind::Volume, own.atmosphere_from_shader);
+    if (attributes.atmosphere)
+        bound.air = air_of(*attributes.atmosphere, primitive);
     if (own_light)
         bound.area_light = bind_in(attributes.area_light, sl::ShaderKind::Light, own.area_light_from_shader);
     if (bound.surface.shader)
         add_colors(bound.surface.arguments, own.opacity, coverage);
     own.surface_where = bound.surface.where;
     own.displacement_where = bound.displacement.where;
-    own.atmosphere_where = bound.atmosphere.where;
     own.area_light_where = bound.area_light.where;
     own.attributes = primitive.attributes;
     own.facts = {primitive.attributes ? primitive.attributes.get() : &fallback, &m_options, &m_camera,
@@ -503,8 +502,7 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
         }
     for (const Transform* t :
          {&own.spaces.current_from_object, &own.spaces.current_from_world, &own.spaces.current_from_shader,
-          &own.displacement_from_shader, &own.atmosphere_from_shader, &own.area_light_from_shader,
-          &m_world_spaces.camera_from_world})
+          &own.displacement_from_shader, &own.area_light_from_shader, &m_world_spaces.camera_from_world})
         append(key, t->m);
     const XXH128_hash_t name = XXH3_128bits(key.data(), key.size());
     const std::pair id(name.high64, name.low64);
@@ -517,6 +515,60 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
     auto material = std::make_shared<MaterialImpl>(shared, own, m_textures, m_journal, content);
     std::lock_guard lock(m_mutex);
     return m_materials.try_emplace(id, std::move(material)).first->second;
+}
+
+// Air lies in the world, whatever it is seen with.
+int SystemImpl::air_of(const scene::ShaderRef& ref, const scene::Primitive& primitive) {
+    Spaces spaces;
+    spaces.shared = &m_world_spaces;
+    spaces.current_from_object = spaces.current_from_world = m_render_from_world;
+    spaces.current_from_shader = m_render_from_world * ref.world_from_shader;
+    const Bound bound = bind(ref, sl::ShaderKind::Volume, primitive, spaces);
+    if (!bound.shader)
+        return -1;
+    std::string key = serialize(bound.arguments);
+    append(key, bound.shader->hash());
+    append(key, spaces.current_from_shader.m);
+    if (bound.shader->queries())
+        key += attribute_key(*primitive.attributes);
+    {
+        std::lock_guard lock(m_mutex);
+        if (const auto found = m_air_of.find(key); found != m_air_of.end())
+            return found->second;
+    }
+    auto air = std::make_unique<AirOfShader>(
+        bound.shader, bound.arguments, spaces,
+        Facts{primitive.attributes.get(), &m_options, &m_camera, &m_point_lights}, m_textures, m_journal,
+        bound.where, primitive.attributes);
+    std::lock_guard lock(m_mutex);
+    const auto [place, fresh] = m_air_of.try_emplace(key, int(m_airs.size()));
+    if (fresh) // else another thread was first
+        m_airs.push_back(std::move(air));
+    return place->second;
+}
+
+// Ways from the eye to some points of what is seen.
+void SystemImpl::check_air(const Bounds3f& seen) {
+    Spaces world;
+    world.shared = &m_world_spaces;
+    world.current_from_world = m_render_from_world;
+    const Vec3f eye = world.eye();
+    grid::Ways ways;
+    ways.count = seen.empty() ? 0 : 16;
+    for (int i = 0; i < ways.count; i++) {
+        ways.seed[i] = i;
+        constexpr int Bases[] = {2, 3, 5};
+        for (int c = 0; c < 3; c++) {
+            float x = 0, digit = 1;
+            for (int k = i + 1; k > 0; k /= Bases[c])
+                x += (digit /= float(Bases[c])) * float(k % Bases[c]);
+            ways.from[c][i] = eye[c];
+            ways.to[c][i] = seen.lo[c] + x * (seen.hi[c] - seen.lo[c]);
+        }
+    }
+    for (const auto& air : m_airs)
+        if (ways.count > 0)
+            air->check(ways);
 }
 
 std::unique_ptr<ShadingSystem> make_shading_system(const ShadingOptions& options, const scene::Scene& scene,

@@ -9,6 +9,7 @@
 #include <set>
 #include <unordered_map>
 
+#include "shade/air.h"
 #include "shade/area_light.h"
 #include "shade/arguments.h"
 #include "shade/coshaders.h"
@@ -31,8 +32,9 @@ struct Bound {
 };
 
 struct BoundShaders {
-    Bound surface, displacement, atmosphere, area_light;
-    std::array<const Bound*, 4> all() const { return {&surface, &displacement, &atmosphere, &area_light}; }
+    Bound surface, displacement, area_light;
+    int air = -1;
+    std::array<const Bound*, 3> all() const { return {&surface, &displacement, &area_light}; }
 };
 
 class SystemImpl final : public ShadingSystem {
@@ -96,7 +98,16 @@ class SystemImpl final : public ShadingSystem {
     std::optional<CoShader> load_coshader(const scene::ShaderRef& ref);
     void connect(Bound& bound, const scene::ShaderRef& ref, const Scope& scope,
                  const scene::ValueList& primvars, const Spaces& spaces, bool area_light = false);
-    std::vector<PointLights::One> point_lights();
+    std::vector<PointLights::One> make_point_lights();
+    std::vector<Lamp> lamps() override;
+    int air_of(const scene::ShaderRef& ref, const scene::Primitive& primitive);
+    void look(int air, grid::Ways& ways, AirLights& lights) override { air_at(air).look(ways, &lights); }
+    void check_air(const Bounds3f& seen) override;
+    bool has_air() const override { return !m_airs.empty(); }
+    const AirOfShader& air_at(int air) {
+        std::lock_guard lock(m_mutex);
+        return *m_airs[size_t(air)];
+    }
     std::optional<scene::Light> run_light(const scene::ShaderRef& ref, const Bounds3f& lit);
     scene::ShaderRef with_measured_colors(const scene::ShaderRef& ref, const sl::Shader& shader);
     Rgb measured_color(const std::string& name, const Rgb& instead, const Location& where);
@@ -126,7 +137,7 @@ class SystemImpl final : public ShadingSystem {
     std::vector<scene::ShaderRef> m_light_shaders;
     std::vector<scene::Light> m_lights;
     bool m_gathers_light = false; // surfaces' loops that are no lobes run for the lights
-    PointLights m_point_lights{[this] { return point_lights(); }};
+    PointLights m_point_lights{[this] { return make_point_lights(); }};
     std::map<std::string, Spread> m_spread; // area lights by shaders of the scene
     Vec3f m_lit_middle{0, 0, 0};            // of what they light
 
@@ -135,6 +146,8 @@ class SystemImpl final : public ShadingSystem {
 
     std::mutex m_mutex; // guards the maps below; nothing is compiled while it is held
     std::map<std::string, std::shared_future<Loaded>> m_shaders; // by path
+    std::vector<std::unique_ptr<AirOfShader>> m_airs;            // numbered as they come, which nothing shows
+    std::map<std::string, int> m_air_of;                         // by all that they depend on
     std::map<std::string, std::shared_ptr<const MaterialCore>> m_cores;
     std::map<std::pair<uint64_t, uint64_t>, std::shared_ptr<const Material>> m_materials;
 };

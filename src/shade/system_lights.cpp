@@ -69,7 +69,7 @@ std::optional<scene::Light> SystemImpl::run_light(const scene::ShaderRef& ref, c
 }
 
 // Those that shine from somewhere: skies and ambient light have no direction, lights of an extent several.
-std::vector<PointLights::One> SystemImpl::point_lights() {
+std::vector<PointLights::One> SystemImpl::make_point_lights() {
     using Kind = scene::Light::Kind;
     std::vector<PointLights::One> all;
     const auto shines = [](const scene::Light& light) {
@@ -79,7 +79,9 @@ std::vector<PointLights::One> SystemImpl::point_lights() {
     for (const scene::Light& light : m_lights)
         if (shines(light))
             all.push_back({light, nullptr});
-    for (const scene::ShaderRef& ref : m_light_shaders) {
+    for (scene::ShaderRef ref : m_light_shaders) {
+        if (!m_gathers_light && !ref.shadows) // all lights cast shadows then
+            ref.shadows = true;
         PointLights::One one;
         Journal heard; // when the light was made for tracing
         if (is_standard_light(ref.name) && !has_its_own(ref)) {
@@ -106,12 +108,29 @@ std::vector<PointLights::One> SystemImpl::point_lights() {
             MaterialServices services(run->spaces, run->facts, m_textures, m_journal, ref.where);
             run->instance =
                 shader->instantiate(bind_arguments(*shader, ref, {}, run->spaces, heard), services);
+            one.light.name = ref.handle;
+            one.light.shadows = casts_shadows(ref, shader.get());
             one.shader = [this, run, where = ref.where](grid::Grid& points) {
                 MaterialServices asked(run->spaces, run->facts, m_textures, m_journal, where);
                 return run->instance->emit(points, {}, asked);
             };
         }
         all.push_back(std::move(one));
+    }
+    return all;
+}
+
+std::vector<Lamp> SystemImpl::lamps() {
+    std::vector<Lamp> all;
+    for (const PointLights::One& one : m_point_lights.all()) {
+        float origin[3] = {0, 0, 0}, L[3], Cl[3];
+        const bool far = m_point_lights.at({int(all.size()),
+                                            1,
+                                            {&origin[0], &origin[1], &origin[2]},
+                                            {&L[0], &L[1], &L[2]},
+                                            {&Cl[0], &Cl[1], &Cl[2]}},
+                                           Transform());
+        all.push_back({one.light, {L[0], L[1], L[2]}, far});
     }
     return all;
 }

@@ -74,8 +74,9 @@ TEST(SlClassic, EnvironmentPicturesAreSeenInMirrors) {
             EXPECT_EQ(traced.at("mirror.reflectance", 4), Vec3f(0.5f, 0.5f, 0.5f));
             EXPECT_EQ(traced.at("emission.radiance", 4), Vec3f(0, 0, 0));
             ASSERT_EQ(other.reports.size(), *name ? 1u : 0u);
-            if (*name)
+            if (*name) {
                 EXPECT_NE(other.reports[0].find("\"missing.env\" is not found"), std::string::npos);
+            }
         }
     }
     // Nor is it a matter for a warning that the picture is seen from one place; strictly it is no picture.

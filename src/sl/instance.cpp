@@ -215,6 +215,7 @@ ir::Variant InstanceImpl::variant_for(const grid::Grid& grid) const {
     for (const grid::Channel& c : grid.primvars) {
         v.Cs = v.Cs || (c.name == "Cs" && c.components == 3);
         v.Os = v.Os || (c.name == "Os" && c.components == 3);
+        v.E = v.E || (c.name == "E" && c.components == 3 && m_shader->kind() == ShaderKind::Volume);
     }
     const ir::Program& p = m_shader->program();
     for (size_t i = 0; i < v.params.size(); i++) {
@@ -276,6 +277,8 @@ void InstanceImpl::run(const BuiltStage& built, const ir::Variant& variant, grid
             triple(Cs, c.component(0), c.stride);
         if (c.name == "Os" && variant.Os)
             triple(Os, c.component(0), c.stride);
+        if (c.name == "E" && variant.E)
+            triple(E, c.component(0), c.stride);
         for (size_t i = 0; i < variant.params.size(); i++)
             if (variant.params[i] && c.name == m_primvars[i] && feeds(c, p.places[i])) {
                 const bool divide = c.components != p.places[i].count;

@@ -1,6 +1,7 @@
 // The layering program of an instance: which lobes, how they lie, and where their inputs come from.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "sl/shader.h"
 
@@ -78,7 +79,7 @@ int InstanceImpl::node_of(const ops::MaterialBuild& build, const std::string& na
     std::vector<int> channels(lobe.inputs.size() + 1, -1);
     for (size_t c = 0; c < p.channels.size(); c++) {
         const ir::Channel& channel = p.channels[c];
-        if (channel.node != n.name || channel.presence || channel.ambient)
+        if (channel.node != n.name || channel.presence || channel.ambient || channel.opacity >= 0)
             continue;
         if (channel.input >= 0 && (n.op != LayerOp::Lobe || channel.lobe != n.lobe)) {
             services.report(Severity::Error, where(),
@@ -170,15 +171,19 @@ void InstanceImpl::build_material(const ops::MaterialBuild& build, Services& ser
     }
     for (size_t c = 0; c < p.channels.size(); c++) {
         const bool ambient = p.channels[c].ambient;
-        if (!p.channels[c].presence && !ambient)
+        const int opacity = p.channels[c].opacity;
+        if ((!p.channels[c].presence && !ambient && opacity < 0) ||
+            (opacity >= 0 && !colors_opacity(p.channels[c])))
             continue;
         grid::Slot slot;
-        slot.name = ambient ? "ambient" : "presence";
+        slot.name = ambient ? "ambient" : opacity >= 0 ? "opacity" : "presence";
         if (ambient)
             slot.type = grid::InputType::Color, slot.storage = grid::Storage::Amount, slot.high = 65504;
         else
             m_channels[c * 3] = 1;
-        (ambient ? m_layering.ambient : m_layering.presence) = int(m_layering.slots.size());
+        (ambient        ? m_layering.ambient
+         : opacity >= 0 ? m_layering.opacity[size_t(opacity)]
+                        : m_layering.presence) = int(m_layering.slots.size());
         m_layering.slots.push_back(std::move(slot));
         SlotSource source;
         for (size_t k = 0; k < p.shade.outputs.size(); k++)
@@ -231,6 +236,13 @@ void InstanceImpl::build_material(const ops::MaterialBuild& build, Services& ser
     }
 }
 
+// Where Oi is as grey as Os, and that is known to be grey, presence says it all.
+bool InstanceImpl::colors_opacity(const ir::Channel& channel) const {
+    const bool grey =
+        m_opacity && !m_variant.Os && m_opacity->x == m_opacity->y && m_opacity->y == m_opacity->z;
+    return !(channel.as_os && grey);
+}
+
 // Says nothing: for a point that no picture shows.
 class Silent final : public Services {
   public:
@@ -269,11 +281,19 @@ void InstanceImpl::settle_presence(Services& services) {
     Silent silent(services);
     shade(point, globals, silent, values);
     if (values.slots[size_t(slot)].uniform && values.slots[size_t(slot)].value.x >= 1) {
-        m_layering.slots.erase(m_layering.slots.begin() + slot);
-        m_sources.erase(m_sources.begin() + slot);
-        m_layering.presence = -1;
-        if (m_layering.ambient > slot) // slots of lobes come before
-            m_layering.ambient--;
+        const auto drop = [&](int& which) {
+            const int gone = std::exchange(which, -1);
+            if (gone < 0)
+                return;
+            m_layering.slots.erase(m_layering.slots.begin() + gone);
+            m_sources.erase(m_sources.begin() + gone);
+            for (int* other : {&m_layering.presence, &m_layering.ambient, &m_layering.opacity[0],
+                               &m_layering.opacity[1], &m_layering.opacity[2]}) // slots of lobes come before
+                *other -= *other > gone;
+        };
+        drop(m_layering.presence);
+        for (int& component : m_layering.opacity)
+            drop(component);
     }
 }
 

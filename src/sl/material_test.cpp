@@ -480,7 +480,7 @@ TEST(SlClosures, WhatIsNotAMaterialIsAnErrorIfStrict) {
         {"Oi = 1; color c = diffuse(N); if (comp(c, 0) > 0.5) c = 0; Ci = c;", "which is not known"},
         {"Oi = 1; Ci = abs(1 - normalize(I) . N) * diffuse(N);", "viewing direction I"},
         {"Oi = 1; Ci = diffuse(normalize(I));", "normal of this lobe"},
-        {"Oi = 1; Ci = trace(N);", "mirrored"},
+        {"Oi = 1; Ci = 0; float i; for (i = 0; i < 2; i += 1) Ci += trace(N);", "mirrored"},
         {"Oi = 1; Ci = 0; illuminance(P, N, PI / 2) { Ci += Cl * xcomp(L); }", "is not that of a lobe"},
         {"Oi = 1; Ci = 0; illuminance(P, N, PI / 2) { Ci += Cl; }", "is not that of a lobe"},
         {"Oi = 1; Ci = 0; illuminance(P, N, PI / 2) { Ci += Cl * pow(normalize(L) . N, 3); }",

@@ -91,8 +91,9 @@ TEST(SlNeighbours, AMeshIsAsItsGrid) {
                 for (int i = 2; i < Nu - 1; i++) {
                     const size_t k = size_t(j * Columns + i);
                     EXPECT_NEAR(length(expected[k] - found[k]), 0, 1e-5f * (1 + length(expected[k]))) << text;
-                    if (!on_grid.seen.empty())
+                    if (!on_grid.seen.empty()) {
                         EXPECT_NEAR(length(on_grid.seen[k] - on_mesh.seen[k]), 0, 1e-6f);
+                    }
                 }
             all.push_back(found);
         }

@@ -151,6 +151,7 @@ class InstanceImpl final : public Instance {
     void build_material(const ops::MaterialBuild& build, Services& services);
     int node_of(const ops::MaterialBuild& build, const std::string& name, std::vector<int>& made, int depth,
                 Services& services);
+    bool colors_opacity(const ir::Channel& channel) const;
     void settle_presence(Services& services);
     void shade(grid::Grid& grid, const GridGlobals& globals, Services& services, grid::VertexInputs& out,
                std::vector<grid::SlotValues>* aovs) const;

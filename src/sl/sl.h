@@ -185,7 +185,7 @@ struct Argument {
 // Values of the surroundings, constant over a grid.
 struct GridGlobals {
     Vec3f Cs{1, 1, 1}, Os{1, 1, 1}; // unless the grid has primvars "Cs", "Os"
-    Vec3f E{0, 0, 0};               // the eye, in current space
+    Vec3f E{0, 0, 0};               // the eye, in current space; unless a volume shader's grid has "E"
     float time = 0;
     float du = 0, dv = 0; // parameter steps between vertices; on a mesh their mean
 };

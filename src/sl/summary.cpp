@@ -106,7 +106,7 @@ void put_program(ByteWriter& out, const ir::Program& p) {
         out.text(c.node);
         out.put(int16_t(c.input));
         out.put(uint8_t(c.lobe));
-        out.put(uint8_t(c.presence | c.ambient << 1 | c.unsure << 2));
+        out.put(uint8_t(c.presence | c.ambient << 1 | c.unsure << 2 | c.as_os << 3 | (c.opacity + 1) << 4));
         out.put(uint8_t(c.ty));
     }
     out.count(p.fixed_lobes.size());
@@ -161,6 +161,7 @@ void get_program(ByteReader& in, ir::Program& p) {
         c.lobe = grid::LobeId(in.get<uint8_t>());
         const uint8_t special = in.get<uint8_t>();
         c.presence = special & 1, c.ambient = special & 2, c.unsure = special & 4;
+        c.as_os = special & 8, c.opacity = int8_t((special >> 4) - 1);
         c.ty = ir::Ty(in.get<uint8_t>());
     }
     p.fixed_lobes.resize(in.length(2));

@@ -54,6 +54,10 @@ int Store::add_program(const grid::LayeringProgram& program) {
     m_program_keys.push_back(key);
     m_presence.push_back(program.presence < 0 ? grid::WordLayout::Place{}
                                               : grid::WordLayout(program).places[size_t(program.presence)]);
+    m_opacity.emplace_back();
+    for (size_t c = 0; c < 3; c++)
+        if (program.opacity[c] >= 0)
+            m_opacity.back()[c] = grid::WordLayout(program).places[size_t(program.opacity[c])];
     return int(m_programs.size()) - 1;
 }
 
@@ -111,8 +115,17 @@ int Store::add_page(const Page& page, int program, int interior, const Links& li
 }
 
 float Store::presence(int shape, int prim, float u, float v) const {
+    return number(m_presence[size_t(m_shapes[size_t(shape)].program)], shape, prim, u, v);
+}
+
+Rgb Store::opacity(int shape, int prim, float u, float v) const {
+    const auto& places = m_opacity[size_t(m_shapes[size_t(shape)].program)];
+    return {number(places[0], shape, prim, u, v), number(places[1], shape, prim, u, v),
+            number(places[2], shape, prim, u, v)};
+}
+
+float Store::number(grid::WordLayout::Place place, int shape, int prim, float u, float v) const {
     const ShapeRecord& s = m_shapes[size_t(shape)];
-    const auto place = m_presence[size_t(s.program)];
     if (place.word < 0)
         return 1;
     const uint32_t base = m_arena[s.slot_table + 2 * place.word],

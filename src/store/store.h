@@ -38,7 +38,8 @@ struct ShapeRecord {
         ShinesBoth = 64, // to the inside too; what is sent there is met, not asked for
         Fibre = 128,     // a mesh of round segments: an index each, positions are xyz and the radius
         Layer = 256,     // rays that come from the inside do not meet it
-        Rounded = 512    // its facets stand for a curved surface, which its normals tell of
+        Rounded = 512,   // its facets stand for a curved surface, which its normals tell of
+        Tinted = 1024    // not all colours are stopped alike: LayeringProgram::opacity
     };
     int32_t flags;
     int32_t program;    // index into Store::programs
@@ -210,12 +211,16 @@ class Store {
 
     // Presence at (u, v) of a shape, decoded alone: for the ray tracer's hit filter.
     float presence(int shape, int prim, float u, float v) const;
+    // Oi there, of what is Tinted.
+    Rgb opacity(int shape, int prim, float u, float v) const;
 
   private:
     uint32_t* m_arena = nullptr;
     size_t m_capacity = 0, m_used = 0; // words
     std::vector<grid::LayeringProgram> m_programs;
+    float number(grid::WordLayout::Place place, int shape, int prim, float u, float v) const;
     std::vector<grid::WordLayout::Place> m_presence; // of each program; word -1 = always present
+    std::vector<std::array<grid::WordLayout::Place, 3>> m_opacity; // likewise
     std::vector<std::string> m_program_keys;
     std::vector<Interior> m_interiors;
     std::vector<Links> m_links{Links()};

@@ -85,10 +85,11 @@ struct alignas(64) HitState {
     }
 };
 
-// Shadow rays are written and read in order: two lights asked at a vertex, and one on the way to it.
+// Shadow rays are written and read in order: two lights asked at a vertex, one on the way to it, and one that
+// lights it in a way of its own.
 struct alignas(64) ShadowState {
     template <class T>
-    using Row = T[3 * BatchSize + 16];
+    using Row = T[4 * BatchSize + 16];
     Row<float> o[3], d[3], t_max, contribution[4];
     Row<int32_t> path, seed;
     Row<int32_t> passes; // written only where scene.shadow_linked

@@ -133,8 +133,9 @@ TEST(SkyDensity, DirectionsFollowIt) {
                 seen[size_t(std::clamp(int(p.y[k] * Rows / 8), 0, Rows - 1) * Columns +
                             std::clamp(int(p.x[k] * Columns / 16), 0, Columns - 1))]++;
                 // Asked for and met: the same, but where a direction tells less than a place.
-                if (p.sin_theta[k] > 0.01f && s.pdf[k] > 0.01f)
+                if (p.sin_theta[k] > 0.01f && s.pdf[k] > 0.01f) {
                     EXPECT_NEAR(again[k], s.pdf[k], 0.004f * s.pdf[k] + 0.002f);
+                }
             }
         }
         double all = 0;

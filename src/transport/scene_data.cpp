@@ -322,8 +322,9 @@ void fill_lights(SceneView& view, const SceneInputs& in, color::Palette& palette
                 journal.warning(light.where, "a second environment picture is not used; one scene has one");
         } else {
             LightBound bound;
-            const AnalyticLight a = make_light(light, in.render_from_world, palette, bound, view.light_tables,
-                                               view.light_densities);
+            AnalyticLight a = make_light(light, in.render_from_world, palette, bound, view.light_tables,
+                                         view.light_densities);
+            a.source = int32_t(&light - in.lights.data());
             if (const char* what = flaw(light, a)) {
                 journal.warning(light.where, what);
                 continue;
@@ -502,8 +503,16 @@ SceneView make_scene_view(const SceneInputs& in, Journal& journal) {
     view.aov_is_color = in.aov_is_color;
     for (const auto& program : in.store->programs())
         view.materials.emplace_back(program);
-    for (const auto& m : view.materials)
+    for (const auto& m : view.materials) {
         view.keeps_ratios |= m.dispersive;
+        if (m.air >= 0 && std::ranges::find(view.airs, m.air) == view.airs.end())
+            view.airs.push_back(m.air);
+    }
+    view.point_lights = in.point_lights;
+    for (const PointLight& light : in.point_lights)
+        view.shadow_linked |= light.passes != 0;
+    for (const store::ShapeRecord& s : in.store->shapes())
+        view.tinted |= (s.flags & store::ShapeRecord::Tinted) != 0;
     color::Palette rec709;
     color::Palette& palette = in.palette ? *in.palette : rec709;
     color::Sensor observer;

@@ -33,7 +33,8 @@ struct SceneInputs {
     IntegratorChoice integrator;
     float clamp_direct = 0, clamp_indirect = 0; // scene::Options
     int max_depth = 8, volume_depth = 1024;
-    bool interreflection = true; // SceneView has the same
+    bool interreflection = true;          // SceneView has the same
+    std::vector<PointLight> point_lights; // SceneView has the same
     uint32_t seed = 0;
 };
 

@@ -8,6 +8,7 @@
 #include "bsdf/material.h"
 #include "bsdf/phase.h"
 #include "bvh/bvh.h"
+#include "grid/ways.h"
 #include "scene/scene.h"
 #include "store/store.h"
 #include "transport/integrator.h"
@@ -43,9 +44,17 @@ struct alignas(64) AnalyticLight {
     int32_t table, height, layers, falloff;
     float angle, nearest, extent;
     int32_t picture; // quads: its density in SceneView::light_densities; -1 = none
+    int32_t source;  // place in SceneInputs::lights
 };
 static_assert(offsetof(AnalyticLight, axis) == 64);
 inline constexpr int AnalyticWords = sizeof(AnalyticLight) / 4;
+
+// Where the shadows of a light end that surfaces are lit by in ways of their own: grid::LitBy.
+struct PointLight {
+    Vec3f place; // render space; far: the direction to it
+    bool far = false;
+    int32_t passes = 0; // as AnalyticLight has it
+};
 
 struct EnvironmentMap {
     int width = 0, height = 0;
@@ -103,6 +112,9 @@ struct SceneView {
     const store::Links* links; // ShapeRecord::links
     const bvh::Scene* bvh;
     std::vector<bsdf::MaterialCode> materials; // by program
+    std::vector<int> airs;                     // that materials lie behind
+    const grid::Air* air = nullptr;            // null = there is none; set when the view is there, to ask it
+    bool tinted = false; // some shape stops some colours more than others: store::ShapeRecord::Tinted
     bool keeps_ratios =
         false; // densities differ between wavelengths: something disperses, or scatters inside
     bool instanced = false;
@@ -147,8 +159,9 @@ struct SceneView {
 
     // Lights: the choices are all of the hierarchy together (if any), the environment map, and each analytic
     // light that is not in the hierarchy.
-    LargeVector<AnalyticLight> lights; // choices first_light_choice, …; then those of the hierarchy
-    std::vector<LightBound> bounds;    // of `lights`; distant ones: power is the irradiance
+    std::vector<PointLight> point_lights; // that surfaces are LitBy, by number
+    LargeVector<AnalyticLight> lights;    // choices first_light_choice, …; then those of the hierarchy
+    std::vector<LightBound> bounds;       // of `lights`; distant ones: power is the irradiance
     int lights_by_choice = 0, distant_lights = 0; // the distant ones come first
     bool points_in_tree = false;                  // lights that nothing but the hierarchy finds
     uint32_t light_shapes = 0; // bits by AnalyticLight::Shape, of all; by_tables: some have one

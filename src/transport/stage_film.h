@@ -4,8 +4,20 @@
 
 #include "transport/kernel.h"
 #include "transport/stage_medium.h"
+#include "transport/tint.h"
 
 namespace kanuka::transport {
+
+// Which rays get through, and how what they pass colours their light.
+template <int W>
+[[gnu::noinline]] Mask<W> occlude_tinted(const SceneView& scene, const BatchState& batch,
+                                         bvh::RayPacket<W>& rays, Int<W> path, Spectrum<W>& contribution) {
+    const Passages<W> passages(rays);
+    const Mask<W> lit = rays.active & !scene.bvh->occluded(rays);
+    const auto l = load_rows<4>(batch.l, select(rays.active, path, Int<W>(0)) << 2);
+    contribution = contribution * passages.before(scene, rays.t_max, l.data());
+    return lit;
+}
 
 template <int W>
 void occlude(const SceneView& scene, BatchState& batch, const ShadowState& shadows, int count,
@@ -29,11 +41,16 @@ void occlude(const SceneView& scene, BatchState& batch, const ShadowState& shado
                 gather(batch.level, select(rays.active, Int<W>::load(shadows.path + first), Int<W>(0)));
         if (scene.shadow_linked)
             rays.passes = Int<W>::load(shadows.passes + first);
-        const Mask<W> lit = rays.active & !scene.bvh->occluded(rays);
         Spectrum<W> contribution;
         for (int k = 0; k < Wavelengths; k++)
             contribution[k] = Float<W>::load(shadows.contribution[k] + first);
-        add_asked_radiance(scene, batch, Int<W>::load(shadows.path + first), contribution, lit);
+        const Int<W> path = Int<W>::load(shadows.path + first);
+        Mask<W> lit(false);
+        if (scene.tinted)
+            lit = occlude_tinted(scene, batch, rays, path, contribution);
+        else
+            lit = rays.active & !scene.bvh->occluded(rays);
+        add_asked_radiance(scene, batch, path, contribution, lit);
     }
 }
 

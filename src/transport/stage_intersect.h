@@ -4,6 +4,7 @@
 
 #include "transport/light_hits.h"
 #include "transport/stage_fog.h"
+#include "transport/tint.h"
 
 namespace kanuka::transport {
 
@@ -56,6 +57,17 @@ void add_environment(const SceneView& scene, BatchState& batch, const PathState&
     }
 }
 
+// Colours the light of paths by what they have passed.
+template <int W>
+[[gnu::noinline]] void tint_paths(const SceneView& scene, const BatchState& batch, PathState& paths,
+                                  Int<W> slot, const Passages<W>& passages, Float<W> end, Mask<W> m) {
+    const auto ray = load_rows<PathState::Fields>(paths.row, slot << 4);
+    const auto l = load_rows<4>(batch.l, bitcast_int(ray[PathState::Path]) << 2);
+    const Spectrum<W> beta = spectrum_of(ray, PathState::Beta) * passages.before(scene, end, l.data());
+    for (int k = 0; k < Wavelengths; k++)
+        scatter(paths.row[0] + PathState::Beta + k, slot << 4, beta[k], m);
+}
+
 struct ProgramRuns {
     std::vector<int> first; // of each program's run in `order`; one more at the end
     std::vector<int32_t> order;
@@ -102,7 +114,15 @@ void intersect(const SceneView& scene, BatchState& batch, PathState& paths, int 
                 gather(batch.level, select(rays.active, bitcast_int(ray[PathState::Path]), Int<W>(0)));
         if (scene.hides)
             rays.camera = select(camera_paths(scene, paths, in_use, bounce), Int<W>(1), Int<W>(0));
-        scene.bvh->intersect(rays, hit);
+        if (scene.tinted) {
+            Passages<W> passages(rays);
+            scene.bvh->intersect(rays, hit);
+            tint_paths(scene, batch, paths, in_use, passages, select(hit.hit, hit.t, rays.t_max),
+                       rays.active);
+            rays.passages = nullptr;
+        } else {
+            scene.bvh->intersect(rays, hit);
+        }
         if (fog) {
             const Float<W> sight = select(hit.hit, hit.t, Float<W>(1e30f));
             sight.store(paths.sight + first);

@@ -281,13 +281,23 @@ void occlude_in_media(const SceneView& scene, BatchState& batch, const ShadowSta
         for (int k = 0; k < Wavelengths; k++)
             found[k] = F::load(shadows.found[k] + first);
         M lit(false);
+        Passages<W> passages(rays);
+        if (!scene.tinted)
+            rays.passages = nullptr;
         if (!scene.clear_boundaries && !scene.thin_walls && !any(media.at[0] >= I(0))) {
             rays.passes = passes;
             lit = active & !scene.bvh->occluded(rays);
+            if (scene.tinted)
+                through = through * passages.before(scene, far, l.data());
         } else {
             for (int k = 0; k < MostCrossings && any(rays.active); k++) {
+                passages.forget();
                 scene.bvh->intersect(rays, hit);
                 hit.hit &= rays.active;
+                if (scene.tinted)
+                    through = bsdf::select(
+                        rays.active, through * passages.before(scene, select(hit.hit, hit.t, far), l.data()),
+                        through);
                 const F s = max(select(hit.hit, hit.t, far) - rays.t_min, F(0.0f));
                 if (any(rays.active & (media.at[0] >= I(0)))) {
                     const MediumLanes<W> medium(scene, media.at[0], l.data());

@@ -17,6 +17,7 @@ struct DirectionSample : bsdf::LobeSample<W> {
 // A hit's material, and what it takes to sample light and directions there.
 template <int W>
 struct Scattering {
+    const Bounce& at;
     const SurfaceHit<W>& h;
     Vec3<Float<W>> wo, ng; // in the frame of the hit: the view, and the normal of the horizon
     bsdf::Material<W> material;
@@ -25,7 +26,7 @@ struct Scattering {
     LightChances<W> chances;
 
     Scattering(const Bounce& at, const SurfaceHit<W>& h)
-        : h(h), wo(local_view(h)), ng(h.to_local(h.horizon)),
+        : at(at), h(h), wo(local_view(h)), ng(h.to_local(h.horizon)),
           material(h.code, h.fetch, h.outside, wo, h.l, at.scene.media ? &h.crossing.outer : nullptr),
           sampler{bitcast_int(h.ray[PathState::PixelHash]), at.reversed_progression},
           receiver(receiver_at(at, h)), chances(at.scene, receiver) {}
@@ -55,12 +56,17 @@ struct Scattering {
     DirectionSample<W> sample(Float<W> u_lobe, Float<W> u0, Float<W> u1, Mask<W> m) const {
         using F = Float<W>;
         DirectionSample<W> s{material.sample(wo, u_lobe, u0, u1)};
+        Mask<W> aimed(false);
+        if (h.code.aimed != 0) {
+            aimed = s.valid & s.delta & ((Int<W>(int(h.code.aimed)) & (Int<W>(1) << s.leaf)) != Int<W>(0));
+            s.wi = select(aimed, h.aim(at, s.leaf), s.wi);
+        }
         const F above = dot(s.wi, ng);
         const Vec3<F> image = mirrored(s.wi, above);
-        const Mask<W> folded = s.wi.z * above<F(0.0f), both = image.z * s.wi.z> F(0.0f);
+        const Mask<W> folded = !aimed & (s.wi.z * above < F(0.0f)), both = image.z * s.wi.z > F(0.0f);
         if (const Mask<W> more = m & s.valid & both & !s.delta; any(more))
             add(s.value, image, more);
-        s.through = s.wi.z < F(0.0f);
+        s.through = select(aimed, above, s.wi.z) < F(0.0f);
         s.wi = select(folded, image, s.wi);
         s.valid &= abs(above) > F(1e-6f); // else rounding decides where it starts
         return s;
@@ -125,10 +131,12 @@ class SurfaceStage {
         if (m_at.scene.media)
             pass_on(h, active);
         m_arrived = active;
-        if (any(h.camera) && h.code.filter.word >= 0)
-            look_through_atmosphere(h, active & h.camera);
         if (any(h.shape.emitter >= I(0)))
             add_emission(h, active & (h.shape.emitter >= I(0)));
+        if (!h.code.lit_by.empty())
+            add_own_light(h, active);
+        if (m_at.scene.tinted && h.code.opacity[0].word >= 0)
+            color_by_opacity(h);
         if (m_at.scene.ambient.present)
             add_ambient(h, active);
         if (any(h.camera))
@@ -450,11 +458,42 @@ class SurfaceStage {
         m_next_count += compress_rows(m_next.row[at], row, bits);
     }
 
-    // What lies between the camera and what it sees first: affine in the surface's radiance, as the shading
-    // system found it at the vertices.
-    void look_through_atmosphere(SurfaceHit<W>& h, M m) {
-        add(h, h.fetch.amount(h.code.glow), m);
-        h.beta = h.beta * h.fetch.color(h.code.filter);
+    // What is seen of a surface goes with Oi, of which presence is the mean: see tint.h. What it shines with
+    // is premultiplied.
+    [[gnu::noinline]] void color_by_opacity(SurfaceHit<W>& h) {
+        const M tinted = h.shape.has(store::ShapeRecord::Tinted);
+        if (!any(tinted))
+            return;
+        const F inv = F(1.0f) / max(h.fetch.number(h.code.presence), F(1e-3f));
+        const V Oi(h.fetch.number(h.code.opacity[0]), h.fetch.number(h.code.opacity[1]),
+                   h.fetch.number(h.code.opacity[2]));
+        h.beta = bsdf::select(tinted, h.beta * tint(m_at.scene, Oi * inv, h.l), h.beta);
+    }
+
+    // What a surface shines with because lights light it that cast shadows: one of them a hit, as likely as
+    // all others. As what it shines with anyway, it is seen by the camera and by way of smooth lobes.
+    [[gnu::noinline]] void add_own_light(SurfaceHit<W>& h, M m) {
+        m &= h.ray[PathState::Mis] == F(0.0f);
+        m &= h.outside | h.shape.has(store::ShapeRecord::ShinesBoth);
+        if (!any(m))
+            return;
+        const int count = int(h.code.lit_by.size());
+        F u, unused;
+        Sampler<W>{bitcast_int(h.ray[PathState::PixelHash]), m_at.reversed_progression}.sample_2d(
+            bounce_dimension(m_at.number, Dimension::LightPosition), u, unused);
+        const I chosen = min(to_int(u * F(float(count))), I(count - 1));
+        const F scale = F(float(count)) * weight(h);
+        for (int k = 0; k < count; k++) {
+            const M here = m & (chosen == I(k));
+            if (!any(here))
+                continue;
+            const PointLight& light = m_at.scene.point_lights[size_t(h.code.lit_by[size_t(k)].light)];
+            const V place(light.place), to = light.far ? place : place - h.P;
+            const F distance = sqrt(max(dot(to, to), F(1e-30f)));
+            const S shown = h.beta * h.fetch.amount(h.code.lit_by[size_t(k)].amount) * scale;
+            cast_shadow(h, to * (F(1.0f) / distance), light.far ? F(1e30f) : distance, shown, I(light.passes),
+                        here & (bsdf::max_component(shown) > F(0.0f)));
+        }
     }
 
     // RISpec's ambient(): the same from everywhere, through everything. It stands for light that was not

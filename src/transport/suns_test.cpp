@@ -181,8 +181,9 @@ TEST(ShadowRays, EndAtTheirLight) {
                 const double area = kind == "disk" || kind == "sphere" ? DoublePi * 0.25
                                     : kind == "point"                  ? 1
                                                                        : 4;
-                if (kind != "cylinder" && kind != "emitter")
+                if (kind != "cylinder" && kind != "emitter") {
                     EXPECT_NEAR(mean, 0.8 / DoublePi * 1e4 * area / (double(far) * far), 0.01 * mean) << name;
+                }
             }
         }
 }

@@ -93,6 +93,17 @@ struct SurfaceHit {
 
     V to_local(const V& w) const { return {dot(w, T), dot(w, B), dot(w, N)}; }
     V to_world(const V& w) const { return T * w.x + B * w.y + N * w.z; }
+    // Where the light of a lobe of one direction comes from, in the frame of the hit.
+    V aim(const Bounce& at, Int<W> leaf) const {
+        V world = N;
+        for (const bsdf::MaterialCode::Node& n : code.nodes)
+            if (n.leaf >= 0 && code.aimed >> n.leaf & 1) {
+                const V w(fetch.exact(n.inputs[1]), fetch.exact(n.inputs[2]), fetch.exact(n.inputs[3]));
+                const V d = unit(at.scene.instanced ? placed(at.hits, w) : w);
+                world = select(leaf == I(n.leaf), d, world);
+            }
+        return to_local(world);
+    }
     // A start for rays on the side of w, clear of the surface.
     V offset(const V& w) const { return P + Ng * copysign(clearance, dot(w, horizon)); }
 

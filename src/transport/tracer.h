@@ -6,6 +6,7 @@
 
 #include "transport/integrator.h"
 #include "transport/kernel.h"
+#include "transport/stage_air.h"
 #include "transport/stage_film.h"
 #include "transport/stage_generate.h"
 #include "transport/stage_surface.h"
@@ -23,6 +24,8 @@ class Tracer {
             if (scene.instanced)
                 m_walls->hits.keep_instances();
         }
+        if (scene.air)
+            m_ways = std::make_unique<grid::Ways>();
         m->batch.aovs.assign(scene.aov_is_color.size() * BatchPadded, 0.0f);
     }
 
@@ -50,6 +53,11 @@ class Tracer {
                                 m_shadow_count);
         if (m_request->log)
             log_hit();
+    }
+    // What lies before the hits.
+    void look_through_air() {
+        if (scene.air)
+            transport::look_through_air(scene, m->batch, *paths(), m->hits, m->runs, m_bounce, *m_ways);
     }
     // Calls each(stage, code, slots, active) for up to W hits of one material at a time, and has what
     // scattered inside of media go on; then shadow rays that were cast are traced, and the paths that were
@@ -129,6 +137,7 @@ class Tracer {
 
     std::unique_ptr<Memory> m;
     std::unique_ptr<WallScratch> m_walls; // where SceneView::thin_walls
+    std::unique_ptr<grid::Ways> m_ways;   // where SceneView::air
     const BatchRequest* m_request = nullptr;
     BatchCounts* m_counts = nullptr;
     int m_bounce = 0, m_count = 0, m_shadow_count = 0;

@@ -4,6 +4,7 @@
 //   build/tests/fuzz/kanuka_render_fuzz shaders|slo|cache|textures|pages …
 //   … --first SEED --count 1 --print     what one seed renders, and how it went
 //   … --file FILE                        a kept input again
+//   … found --folder FOLDER              all that were kept there, each of the kind that its name says
 //
 // A case is its seed: the same on every machine. Each runs in a forked worker (worker.h); what crashes,
 // hangs, takes too much memory, ends with an exception that is no Error or leaves a pixel that is not a
@@ -331,10 +332,30 @@ Kind pages() {
             }};
 }
 
+// Inputs that fell once: the case is the number of the file, in order of names.
+Kind found(const std::string& folder) {
+    auto kinds = std::make_shared<std::vector<Kind>>();
+    kinds->push_back(scenes());
+    kinds->push_back(shaders());
+    kinds->push_back(textures());
+    auto all = std::make_shared<std::vector<std::pair<size_t, Source>>>();
+    for (size_t k = 0; k < kinds->size(); k++)
+        for (Source& s : read_all({folder}, (*kinds)[k].suffix.c_str()))
+            all->push_back({k, std::move(s)});
+    return {"", [all](uint64_t number) { return number < all->size() ? std::to_string(number) : ""; },
+            [all, kinds](const std::string& number, bool print) -> std::string {
+                if (number.empty())
+                    return "";
+                const auto& [kind, source] = (*all)[std::strtoull(number.c_str(), nullptr, 10)];
+                const std::string fault = (*kinds)[kind].run(source.bytes, print);
+                return fault.empty() ? "" : source.name + ": " + fault;
+            }};
+}
+
 } // namespace
 
 int main(int count, char** argument) {
-    std::string kind_name = count > 1 ? argument[1] : "scenes", keep, file;
+    std::string kind_name = count > 1 ? argument[1] : "scenes", keep, file, folder;
     uint64_t first = 0, cases = 200;
     bool print = false;
     fuzz::Limits limits;
@@ -353,6 +374,8 @@ int main(int count, char** argument) {
             keep = fs::absolute(value).string(), i++;
         else if (option == "--file")
             file = fs::absolute(value).string(), i++;
+        else if (option == "--folder")
+            folder = fs::absolute(value).string(), i++;
     }
     if (!keep.empty())
         fs::create_directories(keep);
@@ -368,6 +391,7 @@ int main(int count, char** argument) {
                       : kind_name == "cache"    ? cache()
                       : kind_name == "textures" ? textures()
                       : kind_name == "pages"    ? pages()
+                      : kind_name == "found"    ? found(folder)
                                                 : scenes();
     uint64_t found = 0;
     const auto input = [&](uint64_t seed) { return file.empty() ? kind.make(seed) : read(file); };

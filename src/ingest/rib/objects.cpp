@@ -192,6 +192,7 @@ int Objects::group_for(scene::Scene& scene, int object, const std::shared_ptr<co
     // Inherited shaders were declared in world space; group members see them from the group.
     auto local = std::make_shared<Attributes>(*attributes);
     place_shaders(world_from_object.inverse(), *local);
+    local->atmosphere = attributes->atmosphere; // air stays in the world
     const std::shared_ptr<const Attributes> shared_local = local;
     std::map<std::pair<const Attributes*, uint32_t>, std::shared_ptr<const Attributes>> merged;
     InstanceLists children;

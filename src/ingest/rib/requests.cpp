@@ -107,7 +107,7 @@ constexpr RequestSpec Table[] = {
     {"Surface", V31, Moving, {{{"name", A::String}}}, Params::Shader, Support::Full, h::surface, ""},
     {"Displacement", V31, Moving, {{{"name", A::String}}}, Params::Shader, Support::Full, h::displacement, ""},
     {"Atmosphere", V31, Moving, {{{"name", A::String}}}, Params::Shader, Support::Full, h::atmosphere,
-     "what rays from the camera see through it; instances excepted"},
+     "what the camera sees through it, also in mirrors and through panes"},
     {"Interior", V31, Moving, {{{"name", A::String}}}, Params::Shader, Support::Kept, h::interior,
      "interior shaders are not run yet; class shaders say by mnk_interior what is inside"},
     {"Exterior", V31, Moving, {{{"name", A::String}}}, Params::Shader, Support::Kept, h::exterior,

@@ -106,8 +106,9 @@ TEST(Writer, VerbatimTextGoesOnWhereItEnds) {
         }
         EXPECT_EQ(convert(text, false),
                   "Sides 1\nFormat 64 48 1\nSides 1\n# one\n# two\n# three\n#four\n# five\n");
-        if (form == Writer::Form::Ascii)
+        if (form == Writer::Form::Ascii) {
             EXPECT_EQ(text, "Sides 1\nFormat 64 48 1\nSides 1\n# one\n\n# two\n# three\n#four\n# five\n");
+        }
     }
 }
 

@@ -114,8 +114,9 @@ TEST_F(Zip, BrokenOnesAreToldAndDoNoHarm) {
     const auto spheres = [&](const std::string& content) {
         write("z.zip", content);
         const Parsed r = read("z.zip!a.rib");
-        if (r.scene.primitives.empty())
+        if (r.scene.primitives.empty()) {
             EXPECT_GE(r.journal.error_count(), 1u);
+        }
         return r.scene.primitives.size();
     };
     EXPECT_EQ(spheres(good), 300u);

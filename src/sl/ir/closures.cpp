@@ -71,6 +71,9 @@ std::map<int, Loc> Extraction::run() {
         for (int v : {s.shape, s.eta})
             if (v >= 0 && s.first < 0)
                 m_b.store(v, m_b.constant(v == s.eta ? 1.0f : 0.1f), s.loc);
+    for (const Site& s : m_sites)
+        if (s.aim >= 0)
+            m_b.store(s.aim, m_b.leaf(Op::Input, Ty::Triple, int(Input::N)), s.loc);
     if (m_normal >= 0)
         m_b.store(m_normal, m_b.leaf(Op::Input, Ty::Triple, int(Input::N)), {});
     rewrite(*old);
@@ -133,10 +136,12 @@ void Extraction::find_sites(Block& b) {
                 m_sites.push_back(s);
             }
         }
+        m_loops += item.kind == Item::Loop;
         if (item.body)
             find_sites(*item.body);
         if (item.orelse)
             find_sites(*item.orelse);
+        m_loops -= item.kind == Item::Loop;
     }
 }
 
@@ -178,9 +183,15 @@ void Extraction::check_arguments(Instr& i) {
     const Closure kind = Closure(i.imm);
     const bool mirror =
         kind == Closure::Mirror || kind == Closure::Environment || kind == Closure::Refraction;
+    if (kind == Closure::Mirror && m_loops == 0 && m_aims < MostAims &&
+        !m_directions.refs[size_t(i.args[0])]) {
+        i.imm = int(Closure::Aimed);
+        m_aims++;
+        return;
+    }
     if (mirror && !m_directions.refs[size_t(i.args[0])]) {
-        complain(i.loc, "light is traced along mirrored or refracted view directions only: expected "
-                        "reflect(I, N), found a direction that does not depend on I. Taken as diffuse()");
+        complain(i.loc, "light is traced along mirrored or refracted view directions, and along few others "
+                        "that no loop makes: found one more that does not depend on I. Taken as diffuse()");
         i.imm = int(Closure::Diffuse);
         i.args.clear();
         return;
@@ -247,9 +258,10 @@ int Extraction::carrier(const Contents& c) const {
 
 static const char* source_name(Closure kind) {
     static constexpr const char* Names[] = {
-        "ambient()", "indirectdiffuse()", "diffuse()", "diffuse()", "specular()", "phong()", "trace()",
-        "trace()",   "environment()",     "Cl",        "L",         "L",          "L",       "L",
-        "fresnel()", "fresnel()",         "trace()",   "trace()",   "specular()", "L",       "Cl"};
+        "ambient()", "indirectdiffuse()", "diffuse()", "diffuse()", "specular()", "phong()",    "trace()",
+        "trace()",   "environment()",     "trace()",   "Cl",        "L",          "L",          "L",
+        "L",         "fresnel()",         "fresnel()", "trace()",   "trace()",    "specular()", "L",
+        "Cl"};
     static_assert(std::size(Names) == size_t(Closure::LightSample) + 1);
     return Names[int(kind)];
 }

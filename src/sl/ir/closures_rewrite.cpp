@@ -86,6 +86,8 @@ void Extraction::make_variables() {
             }
             continue;
         }
+        if (s.kind == Closure::Aimed)
+            m_new_vars.push_back(s.aim = m_b.var("aim", Ty::Triple, s.loc));
         int* const slot = has_shape(s.kind) ? &s.shape : is_fresnel(s.kind) ? &s.eta : nullptr;
         if (slot) {
             *slot = m_b.var("shape", Ty::Float, s.loc);
@@ -266,6 +268,8 @@ void Extraction::instruction(const Item& item) {
         const Site& site = m_sites[size_t(s)];
         if (site.shape >= 0 || site.eta >= 0)
             m_b.store(site.shape >= 0 ? site.shape : site.eta, value(i.args[2], true), at);
+        if (site.aim >= 0)
+            m_b.store(site.aim, value(i.args[0], true), at);
         if (site.anisotropy >= 0) {
             m_b.store(site.anisotropy, value(i.args[3], true), at);
             m_b.store(site.rotation, value(i.args[4], true), at);

@@ -11,6 +11,8 @@ namespace kanuka::sl::ir {
 
 std::string Variant::key() const {
     std::string k{Cs ? 'C' : 'c', Os ? 'O' : 'o'};
+    if (E)
+        k += 'E';
     for (size_t i = 0; i < params.size(); i++)
         if (params[i])
             k += "," + std::to_string(i);
@@ -69,6 +71,8 @@ class Detail {
             return m_variant.Cs;
         if (i == Input::Os)
             return m_variant.Os;
+        if (i == Input::E)
+            return m_variant.E;
         return input_info(i).varying;
     }
     // Do only some lanes run here?

@@ -106,8 +106,10 @@ class Extraction {
     std::vector<int> m_new_vars;
     std::map<Ref, Bundle> m_bundles;
     std::vector<Context> m_contexts;
-    std::vector<int> m_declared;      // by variable: contexts around its declaration
-    int m_loops = 0;                  // loops around what is being walked
+    std::vector<int> m_declared; // by variable: contexts around its declaration
+    int m_loops = 0;             // loops around what is being walked
+    static constexpr int MostAims = 4;
+    int m_aims = 0;                   // directions of trace() that do not depend on the view
     int m_normal = -1;                // variable: the normal that lobes are given, where it is not N
     std::set<Ref> m_normals;          // closures that give it
     std::multimap<int, Ref> m_stores; // by variable, while find_normals runs

@@ -110,6 +110,7 @@ enum class Closure : uint8_t {
     Mirror,
     Refraction,
     Environment,
+    Aimed, // along a direction that does not depend on the view
     // factors, which make a term by two: the light of one direction, and what a lobe does with it
     Light,
     CosineKernel,
@@ -280,6 +281,8 @@ struct Channel {
     bool ambient = false; // how much of the light of ambient sources it shows
     Ty ty = Ty::Float;
     bool unsure = false; // set by a name that only the run time knows to have been added
+    int8_t opacity = -1; // which component of Oi it is
+    bool as_os = false;  // that has all components alike where Os has
 };
 
 struct Program {

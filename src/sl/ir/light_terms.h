@@ -15,6 +15,7 @@ struct Site {
     int eta = -1;        // variable: of a Fresnel factor
     int anisotropy = -1; // variables: of a highlight that is not round
     int rotation = -1;
+    int aim = -1;                // variable: where the light comes from
     int first = -1, second = -1; // a product of two factors: their sites
     int loop = -1;               // number of the illuminance loop that a factor belongs to
     // Variable: what this is worth where a value is wanted: fresnel()'s as seen from the dicing camera, the

@@ -26,6 +26,7 @@ class Lobes {
             if (m_terms.plain && !follows_opacity() && last_plain())
                 m_presence = glowing(m_presence);
             output("", -1, grid::LobeId::LambertBrdf, m_presence, Special::Presence);
+            color_opacity(opacity);
         }
         bool has_lobe = false;
         for (const auto& [site, var] : m_terms.weights)
@@ -101,6 +102,11 @@ class Lobes {
         if (const Ref w = total([](Closure k) { return k == Closure::Mirror || k == Closure::Environment; });
             w != None)
             glossy("mirror", w, f(0));
+        int aims = 0;
+        for (const auto& [site, var] : m_terms.weights)
+            if (const Site& s = m_terms.sites[size_t(site)]; s.aim >= 0)
+                aimed("trace" + (aims++ ? std::to_string(aims) : std::string()),
+                      unpremultiply(m_b.load(var, {}), opacity), m_b.load(s.aim, {}));
         const Ref reflected = total([](Closure k) { return k == Closure::DielectricMirror; });
         const Ref refracted =
             total([](Closure k) { return k == Closure::DielectricTransmit || k == Closure::Refraction; });
@@ -126,7 +132,7 @@ class Lobes {
     }
 
   private:
-    enum class Special { None, Presence, Ambient }; // of no lobe
+    enum class Special { None, Presence, Ambient, Opacity }; // of no lobe
     // Glossy lobes: a material has 16 lobes and 32 nodes, add nodes among them.
     static constexpr int MaxGlossy = 12;
 
@@ -224,6 +230,81 @@ class Lobes {
         return false;
     }
 
+    // Its components by themselves, where they may differ.
+    void color_opacity(Ref opacity) {
+        const Grey grey = greyness();
+        if (grey == Grey::Always)
+            return;
+        for (int c = 0; c < 3; c++) {
+            output("opacity" + std::to_string(c), -1, grid::LobeId::LambertBrdf,
+                   m_b.emit(Op::Extract, Ty::Float, {opacity}, {}, c), Special::Opacity);
+            m_program.channels.back().opacity = int8_t(c);
+            m_program.channels.back().as_os = grey == Grey::AsOs;
+        }
+    }
+    // Are all components of Oi alike? Never known, wherever Os has that, or in any case.
+    enum class Grey { Unknown, AsOs, Always };
+    Grey greyness() {
+        std::vector<Ref> work;
+        std::vector<uint8_t> seen(m_stage.instrs.size(), 0), vars(m_stage.vars.size(), 0);
+        Grey grey = Grey::Always;
+        const auto stores = [&](int var) {
+            if (std::exchange(vars[size_t(var)], uint8_t(1)))
+                return;
+            for (const Instr& i : m_stage.instrs)
+                if ((i.op == Op::Store || i.op == Op::StoreElement) && i.imm == var)
+                    work.push_back(i.args[i.op == Op::StoreElement]);
+        };
+        stores(m_program.Oi);
+        while (!work.empty()) {
+            const Ref r = work.back();
+            work.pop_back();
+            if (std::exchange(seen[size_t(r)], uint8_t(1)))
+                continue;
+            const Instr& i = m_stage.instrs[size_t(r)];
+            if (i.ty != Ty::Triple)
+                continue;
+            if (i.op == Op::Const ? !m_b.is_const(r, 0) && !m_b.is_const(r, 1) && !is_grey(i)
+                                  : i.op == Op::Input && Input(i.imm) != Input::Os)
+                return Grey::Unknown;
+            switch (i.op) {
+            case Op::Const:
+            case Op::Splat:
+                break;
+            case Op::Input:
+                grey = Grey::AsOs;
+                break;
+            case Op::Load:
+            case Op::LoadElement:
+                stores(i.imm);
+                break;
+            case Op::Add:
+            case Op::Sub:
+            case Op::Mul:
+            case Op::Div:
+            case Op::Min:
+            case Op::Max:
+            case Op::Neg:
+                work.insert(work.end(), i.args.begin(), i.args.end());
+                break;
+            case Op::Select:
+                work.insert(work.end(), i.args.begin() + 1, i.args.end());
+                break;
+            case Op::Make:
+                if (i.args[0] != i.args[1] || i.args[1] != i.args[2])
+                    return Grey::Unknown;
+                break;
+            default:
+                return Grey::Unknown;
+            }
+        }
+        return grey;
+    }
+    static bool is_grey(const Instr& i) {
+        return i.floats.size() == 1 ||
+               (i.floats.size() == 3 && i.floats[0] == i.floats[1] && i.floats[1] == i.floats[2]);
+    }
+
     void output(const std::string& node, int input, grid::LobeId lobe, Ref value,
                 Special special = Special::None) {
         const bool presence = special == Special::Presence;
@@ -232,7 +313,8 @@ class Lobes {
         m_b.declare(var);
         m_b.store(var, value, {});
         m_stage.outputs.push_back({Output::Slot, var, int(m_program.channels.size())});
-        m_program.channels.push_back({node, input, lobe, presence, special == Special::Ambient, ty});
+        m_program.channels.push_back({special == Special::Opacity ? "" : node, input, lobe, presence,
+                                      special == Special::Ambient, ty});
     }
 
     void glossy(const std::string& node, Ref weight, Ref roughness) {
@@ -250,6 +332,14 @@ class Lobes {
         output(node, 1, Lobe, exponent);
         if (!half)
             output(node, 2, Lobe, f(1));
+    }
+
+    void aimed(const std::string& node, Ref weight, Ref direction) {
+        constexpr auto Lobe = grid::LobeId::AimedBsdf;
+        m_program.fixed_lobes.emplace_back(node, Lobe);
+        output(node, 0, Lobe, weight);
+        for (int c = 0; c < 3; c++)
+            output(node, c + 1, Lobe, m_b.emit(Op::Extract, Ty::Float, {direction}, {}, c));
     }
 
     void dielectric(const std::string& node, Ref weight, Ref index, Ref roughness) {

@@ -269,7 +269,9 @@ class Lower {
     void project(const ast::Stmt* s, Loc reason);
     void ask_lights(const ast::Stmt* s);
     void gather(const ast::Stmt* s);
-    void repeat(Ref count, const ast::Stmt* body, Loc at);
+    // `light`: what of it the loop samples, if it does.
+    void repeat(const char* counter_name, Ref count, Loc at, const std::function<void(Ref)>& begin,
+                const std::function<void()>& body, Ref light = ir::None);
     int reference_value(const char* name, Loc at);
     Ref light_query(const ast::Expr* e, bool& known);
     Ref expr_global(const char* name, Loc at);

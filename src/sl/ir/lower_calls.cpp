@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "sl/ir/lower.h"
 
@@ -339,7 +340,9 @@ Ref Lower::component(const Expr* e) {
     if (m_b.is_const(index)) {
         const float f = std::floor(m_b.at(index).floats[0]);
         if (!(f >= 0 && f < float(n))) {
-            m_diagnostics.error(e->args[1]->loc, "component " + std::to_string(int(f)) + " of a " +
+            char number[32]; // it may be any
+            std::snprintf(number, sizeof number, "%.9g", double(f));
+            m_diagnostics.error(e->args[1]->loc, std::string("component ") + number + " of a " +
                                                      e->args[0]->type.str() + " does not exist");
             return zero(Ty::Float);
         }

@@ -108,63 +108,70 @@ void Lower::ask_lights(const Stmt* s) {
     const Ref lights = ask(CallKind::Lights, Ty::Float, {});
     const Ref sample = m_sample;
     const Binding hidden = bind_color(at);
-    const int color = m_bind[m_sema.global("Cl")].var, counter = m_b.var("light", Ty::Float, at);
+    const int color = m_bind[m_sema.global("Cl")].var;
+    Ref lit = ir::None;
+    const auto ask_light = [&](Ref now) {
+        m_sample = ask(CallKind::LightDirection, Ty::Triple, {now, P});
+        const Ref Cl = ask(CallKind::LightColor, Ty::Triple, {now, P});
+        m_b.store(color, Cl, at);
+        if (VarDecl* l = m_sema.global("L"); l->assigned)
+            store_tagged(bind(l).var, m_sample, at);
+        lit = op(Op::Gt, Ty::Bool, dot(Cl, Cl), f(0));
+        if (cone.axis != ir::None) { // L . axis >= cos(angle) |L| |axis|
+            const Ref low = m_b.emit(Op::Math1, Ty::Float,
+                                     {op(Op::Min, Ty::Float, cone.angle, f(3.14159265f))}, at, int(Fn::Cos));
+            const Ref size =
+                m_b.emit(Op::Sqrt, Ty::Float,
+                         {op(Op::Mul, Ty::Float, dot(m_sample, m_sample), dot(cone.axis, cone.axis))}, at);
+            lit = op(Op::And, Ty::Bool, lit,
+                     op(Op::Ge, Ty::Bool, dot(m_sample, cone.axis), op(Op::Mul, Ty::Float, low, size)));
+        }
+    };
+    repeat("light", lights, at, ask_light, [&] {
+        Item shines{Item::If};
+        shines.ref = lit;
+        shines.loc = at;
+        shines.body = in_block([&] { statement(s->body); });
+        shines.orelse = m_b.stage().block();
+        m_b.item(shines);
+    });
+    m_illuminance = illuminance;
+    m_sample = sample;
+    m_bind[m_sema.global("Cl")] = hidden;
+}
+
+// counter = 0; scope leave { loop { if (counter >= count) leave; begin(counter); scope next { body } counter
+// += 1 } }
+void Lower::repeat(const char* counter_name, Ref count, Loc at, const std::function<void(Ref)>& begin,
+                   const std::function<void()>& body, Ref light) {
+    const int counter = m_b.var(counter_name, Ty::Float, at);
     const LoopTargets targets{m_b.stage().targets, m_b.stage().targets + 1};
     m_b.stage().targets += 2;
     Item outer{Item::Scope};
     outer.target = targets.leave;
     outer.loc = at;
+    outer.light = light;
     outer.body = in_block([&] {
         m_b.declare(counter);
-        m_b.store(counter, f(0), at);
+        m_b.store(counter, m_b.constant(0.0f), at);
         Item forever{Item::Loop};
         forever.loc = at;
         forever.body = in_block([&] {
             const Ref now = m_b.load(counter, at);
             Item done{Item::If};
-            done.ref = op(Op::Ge, Ty::Bool, now, lights);
+            done.ref = m_b.emit(Op::Ge, Ty::Bool, {now, count}, at);
             done.loc = at;
             done.body = in_block([&] { jump(targets.leave, at); });
             done.orelse = m_b.stage().block();
             m_b.item(done);
-            m_sample = ask(CallKind::LightDirection, Ty::Triple, {now, P});
-            const Ref Cl = ask(CallKind::LightColor, Ty::Triple, {now, P});
-            m_b.store(color, Cl, at);
-            if (VarDecl* l = m_sema.global("L"); l->assigned)
-                store_tagged(bind(l).var, m_sample, at);
-            Ref lit = op(Op::Gt, Ty::Bool, dot(Cl, Cl), f(0));
-            if (cone.axis != ir::None) { // L . axis >= cos(angle) |L| |axis|
-                const Ref low =
-                    m_b.emit(Op::Math1, Ty::Float, {op(Op::Min, Ty::Float, cone.angle, f(3.14159265f))}, at,
-                             int(Fn::Cos));
-                const Ref size = m_b.emit(
-                    Op::Sqrt, Ty::Float,
-                    {op(Op::Mul, Ty::Float, dot(m_sample, m_sample), dot(cone.axis, cone.axis))}, at);
-                lit = op(Op::And, Ty::Bool, lit,
-                         op(Op::Ge, Ty::Bool, dot(m_sample, cone.axis), op(Op::Mul, Ty::Float, low, size)));
-            }
-            Item inner{Item::Scope};
-            inner.target = targets.next;
-            inner.loc = at;
-            m_loops.push_back(targets);
-            inner.body = in_block([&] {
-                Item shines{Item::If};
-                shines.ref = lit;
-                shines.loc = at;
-                shines.body = in_block([&] { statement(s->body); });
-                shines.orelse = m_b.stage().block();
-                m_b.item(shines);
-            });
-            m_loops.pop_back();
-            m_b.item(inner);
-            m_b.store(counter, op(Op::Add, Ty::Float, m_b.load(counter, at), f(1)), at);
+            begin(now);
+            pass(targets, at, body);
+            m_b.store(counter, m_b.emit(Op::Add, Ty::Float, {m_b.load(counter, at), m_b.constant(1.0f)}, at),
+                      at);
         });
         m_b.item(forever);
     });
     m_b.item(outer);
-    m_illuminance = illuminance;
-    m_sample = sample;
-    m_bind[m_sema.global("Cl")] = hidden;
 }
 
 // Each loop has a Cl of its own. Returns the binding that it hides.
@@ -209,46 +216,16 @@ void Lower::project(const Stmt* s, Loc reason) {
     m_b.stage().instrs[size_t(light)].floats = {float(reference)};
     const Binding hidden = bind_color(at);
     const int color = m_bind[m_sema.global("Cl")].var;
-    const int counter = m_b.var("direction", Ty::Float, at);
-    // ---- scope leave { loop { if (counter >= Directions) leave; L = …; scope next { body } counter += 1 } }
     const int illuminance = m_illuminance;
     const Ref sample = m_sample;
     m_illuminance = 0;
-    const LoopTargets targets{m_b.stage().targets, m_b.stage().targets + 1};
-    m_b.stage().targets += 2;
-    Item outer{Item::Scope};
-    outer.target = targets.leave;
-    outer.loc = at;
-    outer.light = light;
-    outer.body = in_block([&] {
-        m_b.declare(counter);
-        m_b.store(counter, f(0), at);
-        Item forever{Item::Loop};
-        forever.loc = at;
-        forever.body = in_block([&] {
-            const Ref now = m_b.load(counter, at);
-            Item done{Item::If};
-            done.ref = m_b.emit(Op::Ge, Ty::Bool, {now, f(float(Directions))}, at);
-            done.loc = at;
-            done.body = in_block([&] { jump(targets.leave, at); });
-            done.orelse = m_b.stage().block();
-            m_b.item(done);
-            m_sample = source_call("__light_direction", {cone.axis, low, now, f(float(Directions / 2))}, at);
-            m_b.store(color, light, at);
-            if (VarDecl* l = m_sema.global("L"); l->assigned)
-                store_tagged(bind(l).var, m_sample, at);
-            Item inner{Item::Scope};
-            inner.target = targets.next;
-            inner.loc = at;
-            m_loops.push_back(targets);
-            inner.body = in_block([&] { statement(s->body); });
-            m_loops.pop_back();
-            m_b.item(inner);
-            m_b.store(counter, op(Op::Add, m_b.load(counter, at), f(1)), at);
-        });
-        m_b.item(forever);
-    });
-    m_b.item(outer);
+    const auto choose = [&](Ref now) {
+        m_sample = source_call("__light_direction", {cone.axis, low, now, f(float(Directions / 2))}, at);
+        m_b.store(color, light, at);
+        if (VarDecl* l = m_sema.global("L"); l->assigned)
+            store_tagged(bind(l).var, m_sample, at);
+    };
+    repeat("direction", f(float(Directions)), at, choose, [&] { statement(s->body); }, light);
     m_b.store(reference, weight, at);
     m_illuminance = illuminance;
     m_sample = sample;
@@ -256,35 +233,6 @@ void Lower::project(const Stmt* s, Loc reason) {
 }
 
 // ---- gather
-
-// Runs the body `count` times.
-void Lower::repeat(Ref count, const Stmt* body, Loc at) {
-    const int counter = m_b.var("ray", Ty::Float, at);
-    m_b.declare(counter);
-    m_b.store(counter, m_b.constant(0.0f), at);
-    const LoopTargets targets{m_b.stage().targets, m_b.stage().targets + 1};
-    m_b.stage().targets += 2;
-    Item outer{Item::Scope};
-    outer.target = targets.leave;
-    outer.loc = at;
-    outer.body = in_block([&] {
-        Item forever{Item::Loop};
-        forever.loc = at;
-        forever.body = in_block([&] {
-            Item done{Item::If};
-            done.ref = m_b.emit(Op::Ge, Ty::Bool, {m_b.load(counter, at), count}, at);
-            done.loc = at;
-            done.body = in_block([&] { jump(targets.leave, at); });
-            done.orelse = m_b.stage().block();
-            m_b.item(done);
-            pass(targets, at, [&] { statement(body); });
-            m_b.store(counter, m_b.emit(Op::Add, Ty::Float, {m_b.load(counter, at), m_b.constant(1.0f)}, at),
-                      at);
-        });
-        m_b.item(forever);
-    });
-    m_b.item(outer);
-}
 
 // gather(category, P, direction, angle, samples, "name", variable, …) body else misses
 //
@@ -331,7 +279,7 @@ void Lower::gather(const Stmt* s) {
     }
     const Stmt* body = seen ? s->body : s->orelse;
     if (body)
-        repeat(number ? values[4] : m_b.constant(1.0f), body, s->loc);
+        repeat("ray", number ? values[4] : m_b.constant(1.0f), s->loc, [](Ref) {}, [&] { statement(body); });
 }
 
 // ---- queries of rays and lights

@@ -10,6 +10,7 @@ namespace kanuka::sl::ir {
 // Which of the inputs that may vary do vary: one object is compiled for each combination that occurs.
 struct Variant {
     bool Cs = false, Os = false;
+    bool E = false;           // ways through air, which begin anywhere
     std::vector<bool> params; // by parameter; empty = none
     std::string key() const;
     bool varies(int param) const { return size_t(param) < params.size() && params[size_t(param)]; }

@@ -47,7 +47,7 @@ struct Kernel {
     static I floor_int(F x, F& fraction) {
         I i = __builtin_convertvector(x, I);
         F back = __builtin_convertvector(i, F);
-        i += (back > x); // a comparison is -1 where true
+        i = I(U(i) + U(back > x)); // a comparison is -1 where true; the least number wraps
         fraction = x - __builtin_convertvector(i, F);
         // NaN and huge values: no fraction, so results stay in range.
         const I good = (fraction >= 0.0f) & (fraction <= 1.0f);

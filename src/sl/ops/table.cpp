@@ -378,9 +378,10 @@ const Row table[] = {
     closure("color phong(normal n, vector v, float size, ...)", Closure::Phong,
             "a highlight of Phong's exponent"),
     closure("color subsurface(...)", Closure::Diffuse, "a Lambert lobe: light leaves where it enters"),
-    closure("color trace(vector r, ...)", Closure::Mirror,
-            "light along a mirrored or refracted view direction: a smooth lobe. As a float the distance to "
-            "what is seen: 1e10"),
+    closure(
+        "color trace(vector r, ...)", Closure::Mirror,
+        "light along a mirrored or refracted view direction: a smooth lobe; along a direction that does "
+        "not depend on the view: AimedBsdf, from the surface. As a float the distance to what is seen: 1e10"),
     closure("color trace(point p, vector r, ...)", Closure::Mirror),
     rsl(L, "float trace(point p, vector r, ...)", "return 1e10;"),
     rsl(L, "color specularbrdf(vector l, normal n, vector v, float roughness)",

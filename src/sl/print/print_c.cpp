@@ -59,6 +59,8 @@ std::string channel_name(const Program& program, int channel) {
         return "presence";
     if (c.ambient)
         return "ambient";
+    if (c.opacity >= 0)
+        return "opacity[" + std::to_string(int(c.opacity)) + "]";
     return c.node + "." +
            (c.input < 0 ? "weight" : std::string(grid::lobe(c.lobe).inputs[size_t(c.input)].name));
 }

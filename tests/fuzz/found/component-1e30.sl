@@ -1,0 +1,3 @@
+surface component() {
+    Ci = comp(Cs, 1e30);
+}
