@@ -50,6 +50,7 @@ SWEEPS = {
     "ConeEmission": ("angle", ["15", "30", "45", "60", "90"], '"softness", 0.4'),
     "ProfileEmission": ("exponent", ["0", "1", "3", "10", "40"], ""),
     "BlinnBrdf": ("exponent", ["2", "10", "40", "200", "2000"], ""),
+    "AimedBsdf": ("y", ["-1", "-0.3", "-0.1", "0.1", "1"], '"x", 0.3, "z", 1'),
     "HighlightBrdf": ("exponent", ["8", "20", "80", "400", "2000"], ""),
 }
 
