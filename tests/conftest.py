@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import subprocess
 import sys
@@ -45,6 +46,7 @@ def no_sample_is_dropped(request: pytest.FixtureRequest, monkeypatch: pytest.Mon
         return
     render = kanuka.render
 
+    @functools.wraps(kanuka.render)
     def checked(*arguments: object, **keywords: object) -> kanuka.Picture:
         picture = render(*arguments, **keywords)
         assert picture.stats["count"]["nan_samples"] == 0, list(picture.journal)

@@ -221,8 +221,9 @@ TEST(Fibres, AreRoundAtJointsAndEnds) {
         float nearest = 1e9f;
         for (int s = 0; s <= 4000; s++)
             nearest = std::min(nearest, length(from_axis(o + d * (0.0005f * float(s)))));
-        if (abs(nearest - Radius) > 2e-5f)
+        if (abs(nearest - Radius) > 2e-5f) {
             EXPECT_EQ((hits.hit.bits() & 1) != 0, nearest < Radius) << nearest;
+        }
         if (!(hits.hit.bits() & 1))
             continue;
         const Vec3f way = from_axis(o + d * hits.t.v[0]);

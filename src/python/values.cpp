@@ -62,7 +62,9 @@ bool is_text(nb::handle value) {
 }
 
 bool is_list_of_text(nb::handle value) {
-    return nb::isinstance<nb::sequence>(value) && !is_text(value) && nb::len(value) > 0 && is_text(value[0]);
+    // Memory has no texts, and does not give items of every format.
+    return nb::isinstance<nb::sequence>(value) && !is_text(value) && !PyMemoryView_Check(value.ptr()) &&
+           nb::len(value) > 0 && is_text(value[0]);
 }
 
 } // namespace

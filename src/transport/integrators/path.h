@@ -15,7 +15,7 @@ struct Integrator {
     void trace(Tracer<W>& tracer) const {
         while (tracer.count() > 0 && tracer.bounce() <= tracer.scene.last_step()) {
             tracer.intersect();
-            tracer.look_through_air();
+            tracer.apply_air();
             tracer.surfaces(
                 [](SurfaceStage<W>& stage, const bsdf::MaterialCode& code, Int<W> slots, Mask<W> active) {
                     SurfaceHit<W> hit(stage.at(), code, slots);

@@ -39,7 +39,7 @@ struct Integrator {
         one_wavelength_each(tracer);
         while (tracer.count() > 0 && tracer.bounce() <= tracer.scene.last_step()) {
             tracer.intersect();
-            tracer.look_through_air();
+            tracer.apply_air();
             tracer.surfaces(
                 [&](SurfaceStage<1>& stage, const bsdf::MaterialCode& code, Int<1> slot, Mask<1> active) {
                     SurfaceHit<1> hit(stage.at(), code, slot);
