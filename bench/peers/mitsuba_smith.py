@@ -95,7 +95,8 @@ class Facets(mi.BSDF):
             return sampled, weight * self._scale(si, sampled.wo)
         spread = sample1 < SPREAD
         again = dr.select(spread, sample1 / SPREAD, (sample1 - SPREAD) / (1 - SPREAD))
-        sampled, _ = self.facets.sample(ctx, si, again, sample2, active)
+        sampled, weight = self.facets.sample(ctx, si, again, sample2, active)
+        valid = active & (spread | (dr.max(weight) > 0))  # not those that leave on the wrong side
         w = mi.warp.square_to_cosine_hemisphere(sample2)
         w.z = dr.select(again < 0.5, w.z, -w.z)
         sampled.wo = dr.select(spread, w, sampled.wo)
@@ -103,7 +104,7 @@ class Facets(mi.BSDF):
         sampled.eta = dr.select(passes, dr.select(si.wi.z > 0, self.ior, 1 / self.ior), 1)
         sampled.pdf = self.pdf(ctx, si, sampled.wo, active)
         value = self.eval(ctx, si, sampled.wo, active)
-        return sampled, dr.select(sampled.pdf > 0, value / sampled.pdf, 0)
+        return sampled, dr.select(valid & (sampled.pdf > 0), value / sampled.pdf, 0)
 
     def eval(self, ctx, si, wo, active=True):
         value = self.facets.eval(ctx, si, wo, active) * self._scale(si, wo)

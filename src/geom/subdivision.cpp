@@ -28,7 +28,7 @@ class SubdivisionSurface : public Surface {
         // OpenSubdiv's tables cost as much as many small faces: there are none where all are regular.
         const bool all_regular =
             m_regular.count() == m_cage.sizes.size() && m_channels.empty() && m_varying_width == 0;
-        if (!all_regular && !make_factory()) {
+        if (!all_regular && !make_factory(primitive.where, journal)) {
             journal.error(primitive.where, "the topology of a subdivision mesh is refused by OpenSubdiv");
             return false;
         }
@@ -228,8 +228,10 @@ class SubdivisionSurface : public Surface {
         }
     }
 
-    bool make_factory() {
+    bool make_factory(const Location& where, Journal& journal) {
         m_refiner = make_refiner(m_cage, m_points.size(), m_channels);
+        if (m_refiner && leave_out_overlaps(m_cage, m_refiner->GetLevel(0), where, journal))
+            m_refiner = make_refiner(m_cage, m_points.size(), m_channels);
         if (!m_refiner)
             return false;
         SurfaceFactory::Options options;

@@ -42,6 +42,11 @@ struct FaceVaryingChannel {
 };
 FaceVaryingChannel join_face_varying(const Cage& cage, const Primvar& primvar, size_t points);
 
+// Makes holes of faces at which Bfr (OpenSubdiv 3.5) reads and writes out of bounds, where a mesh that is no
+// surface overlaps itself. True if there are any.
+bool leave_out_overlaps(Cage& cage, const osd::Far::TopologyLevel& level, const Location& where,
+                        Journal& journal);
+
 // Null where OpenSubdiv refuses.
 std::unique_ptr<osd::Far::TopologyRefiner> make_refiner(const Cage& cage, size_t points,
                                                         const std::vector<FaceVaryingChannel>& channels);

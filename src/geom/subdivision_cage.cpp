@@ -5,12 +5,41 @@
 #include <cstring>
 #include <map>
 #include <set>
+#include <utility>
 
 namespace kanuka::geom {
 namespace {
 
 using Sdc = osd::Sdc::Options;
 constexpr float InfinitelySharp = 10; // to OpenSubdiv
+
+// Kept faces, by the least of their vertices.
+class KnownFaces {
+  public:
+    explicit KnownFaces(size_t points) : m_head(points, -1) {}
+
+    // Is there one with the same vertices in the same order, wherever that begins? Else it is noted.
+    bool has(const Cage& cage, const int* face, int n) {
+        const int least = int(std::min_element(face, face + n) - face);
+        int& head = m_head[size_t(face[least])];
+        for (int other = head; other >= 0; other = m_next[size_t(other)]) {
+            if (cage.sizes[size_t(other)] != n)
+                continue;
+            const int* v = cage.vertices.data() + cage.first[size_t(other)];
+            const int start = int(std::min_element(v, v + n) - v);
+            int i = 0;
+            while (i < n && v[(start + i) % n] == face[(least + i) % n])
+                i++;
+            if (i == n)
+                return true;
+        }
+        m_next.push_back(std::exchange(head, int(m_next.size())));
+        return false;
+    }
+
+  private:
+    std::vector<int> m_head, m_next;
+};
 
 void read_faces(const scene::SubdivisionMesh& mesh, const ControlPoints& points, bool triangles_only,
                 Cage& cage, Dropped& dropped) {
@@ -21,6 +50,7 @@ void read_faces(const scene::SubdivisionMesh& mesh, const ControlPoints& points,
     cage.faces = mesh.vertices_per_face.size();
     constexpr int Few = 32;
     std::vector<int> sorted;
+    KnownFaces known(points.size());
     size_t corner = 0;
     for (size_t f = 0; f < cage.faces; f++) {
         const int n = mesh.vertices_per_face[f];
@@ -46,6 +76,10 @@ void read_faces(const scene::SubdivisionMesh& mesh, const ControlPoints& points,
         }
         if (!good || !finite) {
             (good ? dropped.non_finite : dropped.bad_index)++;
+            continue;
+        }
+        if (known.has(cage, &mesh.vertices[begin], n)) { // OpenSubdiv 3.5 writes out of bounds at many
+            dropped.copies++;
             continue;
         }
         for (int i = 0; i < n; i++)
@@ -185,6 +219,28 @@ class TagReader {
     size_t m_missing = 0;
 };
 
+// Calls found(face, other) for pairs of faces that have more than a side in common.
+template <class Found>
+void for_each_overlap(const Cage& cage, size_t points, const Found& found) {
+    std::vector<std::vector<int>> faces_at(points);
+    std::vector<int> common(cage.sizes.size()), beside;
+    for (size_t f = 0; f < cage.sizes.size(); f++) {
+        beside.clear();
+        for (int i = cage.first[f]; i < cage.first[f + 1]; i++) {
+            auto& at = faces_at[size_t(cage.vertices[size_t(i)])];
+            for (const int other : at)
+                if (common[size_t(other)]++ == 0)
+                    beside.push_back(other);
+            at.push_back(int(f));
+        }
+        for (const int other : beside) {
+            if (common[size_t(other)] > 2)
+                found(int(f), other);
+            common[size_t(other)] = 0;
+        }
+    }
+}
+
 // Vertices where the surface is no surface: at edges of more than two faces or of two that run the same way,
 // and where several borders meet.
 std::vector<char> torn_vertices(const Cage& cage, size_t points) {
@@ -204,29 +260,11 @@ std::vector<char> torn_vertices(const Cage& cage, size_t points) {
         }
     for (size_t v = 0; v < points; v++)
         torn[v] |= borders[v] > 2;
-    // Two faces have one side in common at most.
-    std::vector<std::vector<int>> faces_at(points);
-    std::vector<int> common(cage.sizes.size());
-    for (size_t f = 0; f < cage.sizes.size(); f++) {
-        const auto begin = cage.vertices.begin() + cage.first[f],
-                   end = cage.vertices.begin() + cage.first[f + 1];
-        std::vector<int> met;
-        for (auto v = begin; v != end; v++) {
-            for (const int other : faces_at[size_t(*v)])
-                if (common[size_t(other)]++ == 0)
-                    met.push_back(other);
-            faces_at[size_t(*v)].push_back(int(f));
-        }
-        for (const int other : met) {
-            if (common[size_t(other)] > 2) {
-                std::for_each(begin, end, [&](int v) { torn[size_t(v)] = 1; });
-                std::for_each(cage.vertices.begin() + cage.first[size_t(other)],
-                              cage.vertices.begin() + cage.first[size_t(other) + 1],
-                              [&](int v) { torn[size_t(v)] = 1; });
-            }
-            common[size_t(other)] = 0;
-        }
-    }
+    for_each_overlap(cage, points, [&](int face, int other) { // two faces have one side in common at most
+        for (const int f : {face, other})
+            for (int i = cage.first[size_t(f)]; i < cage.first[size_t(f) + 1]; i++)
+                torn[size_t(cage.vertices[size_t(i)])] = 1;
+    });
     return torn;
 }
 
@@ -303,6 +341,33 @@ bool read_cage(const scene::Primitive& primitive, const scene::SubdivisionMesh& 
         reader.finish();
         leave_out_sharpness_at_tears(cage, points.size(), primitive.where, journal);
     }
+    return true;
+}
+
+bool leave_out_overlaps(Cage& cage, const osd::Far::TopologyLevel& level, const Location& where,
+                        Journal& journal) {
+    bool surface = true;
+    for (int v = 0; v < level.GetNumVertices() && surface; v++)
+        surface = !level.IsVertexNonManifold(v);
+    if (surface)
+        return false;
+    std::vector<char> overlapped(size_t(level.GetNumVertices()));
+    for_each_overlap(cage, overlapped.size(), [&](int face, int other) {
+        for (const int f : {face, other})
+            for (int i = cage.first[size_t(f)]; i < cage.first[size_t(f) + 1]; i++)
+                overlapped[size_t(cage.vertices[size_t(i)])] = 1;
+    });
+    const size_t before = cage.holes.size();
+    for (size_t f = 0; f < cage.sizes.size(); f++)
+        if (std::any_of(cage.vertices.begin() + cage.first[f], cage.vertices.begin() + cage.first[f + 1],
+                        [&](int v) { return overlapped[size_t(v)]; }))
+            cage.holes.push_back(int(f));
+    if (cage.holes.size() == before)
+        return false;
+    journal.warning(where,
+                    std::to_string(cage.holes.size() - before) +
+                        " subdivision faces were left out: they lie where faces have more than a side in "
+                        "common and edges more than two faces. Merge what is there twice");
     return true;
 }
 

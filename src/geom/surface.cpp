@@ -193,6 +193,7 @@ void Dropped::report(size_t total, std::string_view what, const Location& where,
     say(non_finite, "have positions that are not finite, or farther than 1e18,");
     say(bad_index, "have vertex indices or counts out of range");
     say(degenerate, "have no area");
+    say(copies, "have the vertices of another one");
 }
 
 std::unique_ptr<Surface> make_surface(const scene::Primitive& primitive, const Transform& m, Journal& journal,

@@ -112,7 +112,7 @@ ControlPoints control_points(const scene::Primitive& primitive, const Transform&
 
 // Faces left out, and why: one message each.
 struct Dropped {
-    size_t non_finite = 0, bad_index = 0, degenerate = 0;
+    size_t non_finite = 0, bad_index = 0, degenerate = 0, copies = 0;
     void report(size_t total, std::string_view what, const Location& where, Journal& journal) const;
 };
 

@@ -19,8 +19,7 @@ static scene::ShaderRef shader(const std::string& name, const nb::dict& values) 
             ref.coshaders.push_back(std::move(c));
             return handle;
         };
-        const bool several = !nb::isinstance<nb::str>(value) && nb::isinstance<nb::sequence>(value) &&
-                             nb::len(value) > 0 && nb::isinstance<scene::ShaderRef>(value[0]);
+        const bool several = is_sequence_of_objects(value) && nb::isinstance<scene::ShaderRef>(value[0]);
         if (nb::isinstance<scene::ShaderRef>(value)) {
             plain[key] = nb::cast(take(value, parameter_name));
         } else if (several) {

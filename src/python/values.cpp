@@ -62,12 +62,15 @@ bool is_text(nb::handle value) {
 }
 
 bool is_list_of_text(nb::handle value) {
-    // Memory has no texts, and does not give items of every format.
-    return nb::isinstance<nb::sequence>(value) && !is_text(value) && !PyMemoryView_Check(value.ptr()) &&
-           nb::len(value) > 0 && is_text(value[0]);
+    return is_sequence_of_objects(value) && is_text(value[0]);
 }
 
 } // namespace
+
+bool is_sequence_of_objects(nb::handle value) {
+    return nb::isinstance<nb::sequence>(value) && !is_text(value) && !PyMemoryView_Check(value.ptr()) &&
+           nb::len(value) > 0;
+}
 
 scene::Value parameter(const std::string& key, nb::handle value) {
     const Declaration declared = parse_declaration(key);

@@ -7,6 +7,8 @@
 
 namespace kanuka::python {
 
+// Neither empty nor a text; memory views do not give items of every format.
+bool is_sequence_of_objects(nb::handle value);
 // A parameter of a shader from a Python value: number -> float, text -> string, three numbers -> color, 4x4
 // -> matrix, other sequences -> arrays. A key may carry a declaration as in RIB: "point center", "uniform
 // float[2] range".
