@@ -136,8 +136,8 @@ class Tracer {
     PathState* next() { return &m->paths[~m_bounce & 1]; }
 
     std::unique_ptr<Memory> m;
-    std::unique_ptr<WallScratch> m_walls; // where SceneView::thin_walls
-    std::unique_ptr<grid::AirSegments> m_segments;   // where SceneView::air
+    std::unique_ptr<WallScratch> m_walls;          // where SceneView::thin_walls
+    std::unique_ptr<grid::AirSegments> m_segments; // where SceneView::air
     const BatchRequest* m_request = nullptr;
     BatchCounts* m_counts = nullptr;
     int m_bounce = 0, m_count = 0, m_shadow_count = 0;
