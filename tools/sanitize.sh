@@ -23,7 +23,7 @@ ninja -C "$build" -j "$jobs" "${targets[@]}"
 
 run() { # a folder's tests, or a kind of input and its number
     if [[ $1 == *:* ]]; then
-        "$build/tests/fuzz/kanuka_render_fuzz" "${1%%:*}" --count "${1##*:}" --seconds 120 --folder tests/fuzz/found --keep "$build/found"
+        "$build/tests/fuzz/kanuka_render_fuzz" "${1%%:*}" --count "${1##*:}" --seconds 90 --folder tests/fuzz/found --keep "$build/found"
     else
         "$build/src/$1/kanuka_$1_test" --gtest_brief=1
     fi

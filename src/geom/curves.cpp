@@ -84,7 +84,7 @@ class CurveMesher {
             c.first_vertex = vertex;
             c.first_varying = varying;
             c.vertices = n;
-            c.segments = m_curves.periodic ? n / m_step : (n - m_order) / m_step + 1;
+            c.segments = m_curves.periodic ? n / m_step : (std::max(n, 0) - m_order) / m_step + 1;
             c.varying = m_curves.periodic ? c.segments : c.segments + 1;
             const bool good =
                 n >= (m_curves.periodic ? 1 : m_order) && c.segments > 0 && vertex + n <= m_points.size();

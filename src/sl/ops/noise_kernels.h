@@ -127,7 +127,7 @@ struct Kernel {
         U low[D], high[D]; // hashed lattice coordinates
         for (int d = 0; d < D; d++) {
             I i = floor_int(load(in + d * W), fraction[d]);
-            I j = i + 1;
+            I j = I(U(i) + 1u); // the largest number wraps
             if constexpr (Periodic) {
                 F f = load(in + (D + d) * W);
                 I period = __builtin_convertvector(f + 0.5f, I);
