@@ -41,7 +41,8 @@ TEST(Spectrum, FormatsOfFiles) {
 TEST(Spectrum, ErrorsSayWhereAndWhat) {
     EXPECT_NE(message_of("400 0.1\nabc 3\n").find("paint.csv:2"), std::string::npos)
         << message_of("400 0.1\nabc 3\n");
-    EXPECT_NE(message_of("400 0.1\n500 0.1 0.2\n").find("3 numbers"), std::string::npos);
+    EXPECT_NE(message_of("400 0.1\n500 0.1 0.2\n").find("3 numbers, the ones before have 2"),
+              std::string::npos);
     EXPECT_NE(message_of("400\n").find("without a value"), std::string::npos);
     EXPECT_NE(message_of("400 1\n400 2\n").find("twice"), std::string::npos);
     EXPECT_NE(message_of("").find("no numbers"), std::string::npos);
