@@ -173,8 +173,8 @@ def test_an_interrupt_is_answered_while_dicing(tmp_path: Path) -> None:
     program = tmp_path / "long.py"
     program.write_text(f"""
 import kanuka, sys
-open({str(tmp_path / "slow.sl")!r}, "w").write('surface slow() {{ float x = 0, i; for (i = 0; i < 400; i += 1)'
-    ' x += noise(P * (i + 1)); Ci = color(x / 400); }}')
+open({str(tmp_path / "slow.sl")!r}, "w").write('surface slow() {{ float x = 0, i; for (i = 0; i < 4000; i += 1)'
+    ' x += noise(P * (i + 1)); Ci = color(x / 4000); }}')
 s = kanuka.Scene()
 s.options.shader_path = [{str(tmp_path)!r}]
 s.camera = kanuka.Camera((0, 0, 4), (0, 0, 0), (0, 1, 0), fov=45)
@@ -188,7 +188,7 @@ kanuka.render(s, resolution=(800, 800), progressions=1, threads=1, progress=prog
 print("done")
 """)
     run = subprocess.Popen([sys.executable, program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    time.sleep(12)  # it dices for a minute
+    time.sleep(12)  # it is shaded for minutes
     assert run.poll() is None, run.communicate()
     asked = time.monotonic()
     run.send_signal(signal.SIGINT)
