@@ -200,32 +200,48 @@ class Lobes {
         const Ref scale = m_b.emit(Op::Select, Ty::Float, {some, op(Op::Div, f(1), safe), f(0)}, {});
         return op(Op::Mul, Ci, m_b.splat(scale, {}));
     }
-    // Does Oi come from Os? Then it is one on opaque surfaces, whose presence must stay a constant.
-    bool follows_opacity() const {
-        std::vector<Ref> work;
-        std::vector<uint8_t> seen(m_stage.instrs.size(), 0), vars(m_stage.vars.size(), 0);
-        const auto stores = [&](int var) {
-            if (vars[size_t(var)])
+    // Values that a variable may come from, each once.
+    class Sources {
+      public:
+        Sources(const Stage& stage, int var)
+            : m_stage(stage), m_seen(stage.instrs.size(), 0), m_vars(stage.vars.size(), 0) {
+            stores(var);
+        }
+        const Instr* next(Ref& at) {
+            while (!m_work.empty()) {
+                at = m_work.back();
+                m_work.pop_back();
+                if (!std::exchange(m_seen[size_t(at)], uint8_t(1)))
+                    return &m_stage.instrs[size_t(at)];
+            }
+            return nullptr;
+        }
+        void arguments(const Instr& i, int from = 0) {
+            m_work.insert(m_work.end(), i.args.begin() + from, i.args.end());
+        }
+        void stores(int var) {
+            if (std::exchange(m_vars[size_t(var)], uint8_t(1)))
                 return;
-            vars[size_t(var)] = 1;
             for (const Instr& i : m_stage.instrs)
                 if ((i.op == Op::Store || i.op == Op::StoreElement) && i.imm == var)
-                    work.push_back(i.args[i.op == Op::StoreElement]);
-        };
-        stores(m_program.Oi);
-        while (!work.empty()) {
-            const Ref r = work.back();
-            work.pop_back();
-            if (std::exchange(seen[size_t(r)], uint8_t(1)))
-                continue;
-            const Instr& i = m_stage.instrs[size_t(r)];
-            if (i.op == Op::Input && Input(i.imm) == Input::Os)
+                    m_work.push_back(i.args[i.op == Op::StoreElement]);
+        }
+
+      private:
+        const Stage& m_stage;
+        std::vector<Ref> m_work;
+        std::vector<uint8_t> m_seen, m_vars;
+    };
+    // Does Oi come from Os? Then it is one on opaque surfaces, whose presence must stay a constant.
+    bool follows_opacity() const {
+        Sources sources(m_stage, m_program.Oi);
+        Ref at;
+        while (const Instr* i = sources.next(at)) {
+            if (i->op == Op::Input && Input(i->imm) == Input::Os)
                 return true;
-            for (const Ref a : i.args)
-                if (!seen[size_t(a)])
-                    work.push_back(a);
-            if (i.op == Op::Load || i.op == Op::LoadElement)
-                stores(i.imm);
+            sources.arguments(*i);
+            if (i->op == Op::Load || i->op == Op::LoadElement)
+                sources.stores(i->imm);
         }
         return false;
     }
@@ -245,23 +261,11 @@ class Lobes {
     // Are all components of Oi alike? Never known, wherever Os has that, or in any case.
     enum class Grey { Unknown, AsOs, Always };
     Grey greyness() {
-        std::vector<Ref> work;
-        std::vector<uint8_t> seen(m_stage.instrs.size(), 0), vars(m_stage.vars.size(), 0);
         Grey grey = Grey::Always;
-        const auto stores = [&](int var) {
-            if (std::exchange(vars[size_t(var)], uint8_t(1)))
-                return;
-            for (const Instr& i : m_stage.instrs)
-                if ((i.op == Op::Store || i.op == Op::StoreElement) && i.imm == var)
-                    work.push_back(i.args[i.op == Op::StoreElement]);
-        };
-        stores(m_program.Oi);
-        while (!work.empty()) {
-            const Ref r = work.back();
-            work.pop_back();
-            if (std::exchange(seen[size_t(r)], uint8_t(1)))
-                continue;
-            const Instr& i = m_stage.instrs[size_t(r)];
+        Sources sources(m_stage, m_program.Oi);
+        Ref r;
+        while (const Instr* at = sources.next(r)) {
+            const Instr& i = *at;
             if (i.ty != Ty::Triple)
                 continue;
             if (i.op == Op::Const ? !m_b.is_const(r, 0) && !m_b.is_const(r, 1) && !is_grey(i)
@@ -276,7 +280,7 @@ class Lobes {
                 break;
             case Op::Load:
             case Op::LoadElement:
-                stores(i.imm);
+                sources.stores(i.imm);
                 break;
             case Op::Add:
             case Op::Sub:
@@ -285,10 +289,10 @@ class Lobes {
             case Op::Min:
             case Op::Max:
             case Op::Neg:
-                work.insert(work.end(), i.args.begin(), i.args.end());
+                sources.arguments(i);
                 break;
             case Op::Select:
-                work.insert(work.end(), i.args.begin() + 1, i.args.end());
+                sources.arguments(i, 1);
                 break;
             case Op::Make:
                 if (i.args[0] != i.args[1] || i.args[1] != i.args[2])
