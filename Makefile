@@ -1,7 +1,7 @@
 # Kanuka: `make render` and `make test` do everything from a fresh Debian 12 on. `make help` lists the rest.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup build render test lint sanitize format bench bench-setup clean
+.PHONY: help setup quick build render test lint sanitize format bench bench-setup clean
 
 BUILD ?= build
 JOBS ?= $(shell nproc)
@@ -16,11 +16,16 @@ help:           ## this list
 setup:          ## install what is missing: Debian packages, .venv, Python packages
 	@tools/setup.sh
 
+quick: setup    ## compile what a picture needs: the Python module, without tests (Release)
+	@[ -f $(BUILD)/build.ninja ] || cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release -DKANUKA_TESTS=OFF
+	@ninja -C $(BUILD) -j $(JOBS) kanuka_native kanuka_native_stub
+
 build: setup    ## compile the library, the Python module and the tests (Release)
-	@[ -f $(BUILD)/build.ninja ] || cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release
+	@grep -qs 'KANUKA_TESTS:BOOL=ON' $(BUILD)/CMakeCache.txt && [ -f $(BUILD)/build.ninja ] || \
+	    cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release -DKANUKA_TESTS=ON
 	@ninja -C $(BUILD) -j $(JOBS)
 
-render: build   ## render SCENE (the showcase) to out/*.exr and out/*.png
+render: quick   ## render SCENE (the showcase) to out/*.exr and out/*.png
 	@mkdir -p out
 	$(KANUKA) render $(SCENE) -o $(PICTURE) --png
 

@@ -13,7 +13,7 @@ struct IntegratorRow {
     std::string_view name;
     const IntegratorInfo* info;
     using Make = std::unique_ptr<Kernel> (*)(const SceneView&, const IntegratorValues&);
-    Make w1, w8, w16, w16_avx512; // null: it has not as many lanes
+    Make w1, w8, w16, w16_avx512; // null: not built with as many lanes
 };
 
 const std::vector<IntegratorRow>& integrator_table();

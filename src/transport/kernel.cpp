@@ -82,9 +82,10 @@ std::unique_ptr<Kernel> make_kernel(const SceneView& scene, int lanes) {
         lanes = widest_lanes();
     if (lanes != 1 && lanes != 8 && lanes != 16)
         throw Error("lanes must be 1, 8 or 16", ExitCode::Usage);
-    const auto widest = [](auto a, auto b) { return a ? a : b; };
+    const auto either = [](auto a, auto b) { return a ? a : b; };
     const auto sixteen = has_avx512() ? row.w16_avx512 : row.w16;
-    const auto make = lanes == 1 ? row.w1 : widest(lanes == 16 ? sixteen : nullptr, widest(row.w8, row.w1));
+    const auto eight = either(row.w8, row.w1);
+    const auto make = either(lanes == 1 ? row.w1 : lanes == 16 ? sixteen : nullptr, eight);
     return make(scene, scene.integrator.values);
 }
 
