@@ -95,7 +95,8 @@ CALLS: dict[str, tuple[Callable, dict[str, object]]] = {
         {"reference": picture(), "variance": picture(), "test": picture(), "reference_samples": 1, "test_samples": 1},
     ),
 }
-NOT_CALLED_BY_NAME = {"Spectrum", "ProceduralRequest.find"}  # of two forms; made by scenes alone
+# Of two forms; made by scenes alone; its errors name the option.
+NOT_CALLED_BY_NAME = {"Spectrum", "ProceduralRequest.find", "check_option"}
 
 
 def parameters() -> list[tuple[str, str, str]]:
@@ -174,6 +175,19 @@ def test_numbers_that_do_not_fit_are_value_errors() -> None:
     for name, value in (("threads", 2**40), ("seed", -1), ("resolution", (0, 4)), ("progressions", 2**31)):
         with pytest.raises(ValueError, match=name):
             kanuka.render(kanuka.Scene(), **{name: value})
+
+
+def test_options_are_checked_without_a_render() -> None:
+    kanuka.check_option("max_depth", 3)
+    for name, value, error, words in (
+        ("max_depth", -1, ValueError, "max_depth: expected a whole number from 0 to 1000, got -1"),
+        ("max_depth", "deep", TypeError, "max_depth: expected int"),
+        ("max_dept", 1, ValueError, "there is no option max_dept"),
+        ("transport", "none", ValueError, "full, classic or auto"),
+        ("resolution", 4, TypeError, "resolution: expected tuple"),
+    ):
+        with pytest.raises(error, match=words):
+            kanuka.check_option(name, value)
 
 
 def test_misspelt_arguments_are_told_with_what_was_meant() -> None:

@@ -57,17 +57,22 @@ def test_commands_parse(command: str) -> None:
     make_parser().parse_args(shlex.split(command, comments=True))
 
 
-def test_the_tables_of_lights_are_as_declared() -> None:
+def made_docs():
     spec = importlib.util.spec_from_file_location("make_python_docs", ROOT / "tools" / "make_python_docs.py")
     maker = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(maker)
-    text = maker.MANUAL.read_text()
-    assert text == maker.updated(text), "run tools/make_python_docs.py"
-    table = text.split(maker.BEGIN)[1].split(maker.END)[0]
-    for kind, about in kanuka.light_kinds().items():
-        assert f"| `{kind}` |" in table
-        for parameter, (default, unit, words) in about["parameters"].items():
-            assert f"| `{parameter}` | {default} | {unit} | {words} |" in table
+    return maker
+
+
+@pytest.mark.parametrize("table", ["lights", "options", "attributes"])
+def test_tables_are_as_declared(table: str) -> None:
+    maker = made_docs()
+    text = maker.TABLES[table][0].read_text()
+    assert text == maker.updated(table), "run tools/make_python_docs.py"
+    rib = [rib.split(":")[1] for about in kanuka.attribute_parameters().values() for rib in about["rib"]]
+    names = {"lights": kanuka.light_kinds(), "options": kanuka.option_parameters(), "attributes": rib}[table]
+    for name in names:
+        assert re.search(rf"^\| .*\b{name}\W.*\|$", text, re.MULTILINE)
 
 
 def test_light_kinds_are_what_add_light_takes() -> None:
@@ -107,18 +112,24 @@ def test_options_of_the_command_are_those_of_render() -> None:
         "fireflies",
         "quiet",
     }
-    of_options = {
-        "transport", "clamp_direct", "clamp_indirect", "color_space", "output_space", "observer", "sensor",
-        "white_balance", "f_stop", "iso", "display", "specular",
-    }  # fmt: skip
-    renamed = {"aov": "aovs", "shutter_interval": "shutter", "exposure": "exposure_stops", "shutter": "shutter_time"}
-    signature = kanuka.render.__doc__.split(")")[0]
     for action in parser._actions:
-        name = renamed.get(action.dest, action.dest)
         if action.dest in of_files or action.dest in ("verbose", "messages"):
             continue
-        if action.dest in of_options or name in ("exposure_stops", "shutter_time"):
-            assert hasattr(kanuka.Options, name), name
-        else:
-            assert f" {name}: " in kanuka.render.__doc__.split("\n")[0], name
-    assert signature
+        name = {"aov": "aovs", "samples": "progressions"}.get(action.dest, action.dest)
+        assert f" {name}: " in kanuka.render.__doc__.split("\n")[0], name
+
+
+def test_options_are_the_same_in_every_door() -> None:
+    """An option is a property, an argument of render(), and what the command's flag sets."""
+    parser = next(a for a in make_parser()._subparsers._group_actions[0].choices.items() if a[0] == "render")[1]
+    flags = {action.dest: action.option_strings for action in parser._actions}
+    options = kanuka.Options if hasattr(kanuka, "Options") else type(kanuka.Scene().options)
+    for name, about in kanuka.option_parameters().items():
+        assert hasattr(options, name)
+        assert about["help"] in getattr(options, name).__doc__
+        keyword = "progressions" if name == "samples" else name
+        assert f" {keyword}: " in kanuka.render.__doc__.split("\n")[0]
+        if about["flag"]:
+            assert f"--{about['flag']}" in flags[name]
+        value = getattr(kanuka.Scene().options, name)
+        kanuka.check_option(name, value)

@@ -243,3 +243,14 @@ def test_pictures_from_arrays_compare() -> None:
         kanuka.compare(a, kanuka.Picture({"rgb": pixels[:10]}))
     with pytest.raises(KeyError, match="there are rgb"):
         a["albedo"]
+
+
+def test_every_option_is_set_and_read_back() -> None:
+    """By its last choice, by half, or by itself: what is set is what is read, and what a render takes."""
+    for name, about in kanuka.option_parameters().items():
+        scene = kanuka.Scene()
+        value = about["choices"][-1] if about["choices"] else about["default"]
+        setattr(scene.options, name, value)
+        assert getattr(scene.options, name) == value, name
+        with pytest.raises((TypeError, ValueError), match=name):
+            setattr(scene.options, name, object())

@@ -1,16 +1,17 @@
-"""Writes the tables of lights in docs/python.md as the package declares them."""
+"""Writes what the package declares into the manual: lights into docs/python.md, options into docs/options.md."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import kanuka
 
-MANUAL = Path(__file__).resolve().parents[1] / "docs" / "python.md"
-BEGIN, END = "<!-- lights: made by tools/make_python_docs.py -->\n", "<!-- end of lights -->"
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+END = "<!-- end -->"
 
 
-def tables() -> str:
+def lights() -> str:
     kinds = kanuka.light_kinds()
     lines = ["| kind | amount | is |", "|---|---|---|"]
     lines += [f"| `{name}` | {about['amount']} | {about['help']} |" for name, about in kinds.items()]
@@ -25,10 +26,53 @@ def tables() -> str:
     return "\n".join(lines) + "\n"
 
 
-def updated(text: str) -> str:
-    before, rest = text.split(BEGIN, 1)
-    return before + BEGIN + tables() + END + rest.split(END, 1)[1]
+def rib_name(name: str) -> str:
+    category, parameter = name.split(":")
+    return f'"{category}" "{parameter}"'
+
+
+def written(default: object) -> str:
+    if isinstance(default, tuple | list):
+        return ", ".join(map(written, default))
+    if isinstance(default, bool):
+        return str(default).lower()
+    return f"{default:g}" if isinstance(default, float) else str(default)
+
+
+def options() -> str:
+    lines = ["| `scene.options.` | Option | `kanuka render` | takes | default | is |", "|---|---|---|---|---|---|"]
+    for name, about in kanuka.option_parameters().items():
+        rib = f"`{rib_name(about['rib'][0])}`" if about["rib"] else ""
+        flag = f"`--{about['flag']}`" if about["flag"] else ""
+        lines.append(
+            f"| `{name}` | {rib} | {flag} | {about['expected']} | {written(about['default'])} | {about['help']} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def attributes() -> str:
+    lines = ["| Attribute | takes | default | is |", "|---|---|---|---|"]
+    for about in kanuka.attribute_parameters().values():
+        if about["rib"]:
+            names = ", ".join(f"`{rib_name(name)}`" for name in about["rib"])
+            lines.append(f"| {names} | {about['expected']} | {written(about['default'])} | {about['help']} |")
+    return "\n".join(lines) + "\n"
+
+
+TABLES: dict[str, tuple[Path, Callable[[], str]]] = {
+    "lights": (DOCS / "python.md", lights),
+    "options": (DOCS / "options.md", options),
+    "attributes": (DOCS / "rib.md", attributes),
+}
+
+
+def updated(name: str) -> str:
+    page, make = TABLES[name]
+    begin = f"<!-- {name}: made by tools/make_python_docs.py -->\n"
+    before, rest = page.read_text().split(begin, 1)
+    return before + begin + make() + END + rest.split(END, 1)[1]
 
 
 if __name__ == "__main__":
-    MANUAL.write_text(updated(MANUAL.read_text()))
+    for name, (page, _) in TABLES.items():
+        page.write_text(updated(name))

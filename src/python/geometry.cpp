@@ -44,10 +44,7 @@ std::shared_ptr<const scene::Attributes> attributes(const Looks& looks) {
         result->displacement = material.displacement;
         result->displacement_bound = material.displacement_bound;
         result->color = material.color;
-        if (!material.color_spectrum.empty())
-            result->user.set({.name = "color:spectrum",
-                              .type = Type::String,
-                              .strings = std::vector<std::string>{material.color_spectrum}});
+        result->color_spectrum = material.color_spectrum;
         result->opacity = material.opacity;
     }
     if (nb::isinstance<scene::ShaderRef>(looks.area_light)) {
@@ -67,12 +64,8 @@ std::shared_ptr<const scene::Attributes> attributes(const Looks& looks) {
     result->reverse_orientation = looks.reverse_orientation;
     result->visible_camera = looks.visible_camera;
     result->name = looks.name;
-    const auto link = [&](const char* name, const std::vector<std::string>& lights) {
-        if (!lights.empty())
-            result->user.set({.name = name, .type = Type::String, .strings = lights});
-    };
-    link("lighting:excludesubset", looks.lights_off);
-    link("shadow:excludesubset", looks.shadows_off);
+    result->lights_off = looks.lights_off;
+    result->shadows_off = looks.shadows_off;
     return result;
 }
 

@@ -15,6 +15,7 @@
 #include "ingest/rib/rib.h"
 #include "python/keywords.h"
 #include "python/messages.h"
+#include "python/parameters.h"
 #include "python/procedurals.h"
 #include "render/session.h"
 #include "transport/integrator.h"
@@ -143,44 +144,26 @@ void over(Request& r, nb::handle value, const char* name) {
 }
 
 using O = render::Overrides;
-constexpr Keyword<Request> RenderKeywords[] = {
+// Of an option, over the scene's; None leaves that.
+void over_option(Request& r, nb::handle value, const char* name) {
+    const scene::OptionParameter* row =
+        scene::find_option(name == std::string_view("progressions") ? "samples" : name);
+    if (!value.is_none())
+        r.overrides.options.set(row->name, setting(*row, value, name));
+}
+
+constexpr Keyword<Request> OwnKeywords[] = {
     {"progressions", "int | None", "None", "paths a pixel", "None = the scene's samples, else 64",
-     over<&O::progressions>},
+     over_option},
     {"threads", "int | None", "None", "", "None = all there are; the picture is the same for any number",
      over<&O::threads>},
-    {"resolution", "tuple[int, int] | None", "None", "pixels", "width and height",
-     [](Request& r, nb::handle value, const char* name) {
-         const auto size = argument<std::optional<std::pair<int, int>>>(value, name);
-         if (size && (size->first < 1 || size->second < 1))
-             throw nb::value_error("resolution: expected two positive numbers");
-         r.overrides.width = size ? std::optional(size->first) : std::nullopt;
-         r.overrides.height = size ? std::optional(size->second) : std::nullopt;
-     }},
-    {"crop", "tuple[float, float, float, float] | None", "None", "fractions of the picture, y down",
-     "xmin, xmax, ymin, ymax", over<&O::crop>},
     {"shading_rate", "float | None", "None", "", "multiplies every object's micropolygon area",
      over<&O::shading_rate>},
-    {"geometry_tolerance", "float | None", "None", "pixels",
-     "how far traced geometry may be off the diced surface; 0 traces every micropolygon",
-     over<&O::geometry_tolerance>},
-    {"max_depth", "int | None", "None", "", "scattering events of a path", over<&O::max_depth>},
-    {"integrator", "str | None", "None", "",
-     "a name and parameters, as 'ao:distance=2'; integrators() has them", over<&O::integrator>},
-    {"seed", "int | None", "None", "", "another seed, another noise", over<&O::seed>},
     {"aovs", "Sequence[str]", "()", "",
      "output parameters of surface shaders that become layers, beside those that the scene's displays name",
      over<&O::aovs>},
-    {"shutter", "tuple[float, float] | None", "None", "", "when it opens and closes; equal = no motion blur",
-     [](Request& r, nb::handle value, const char* name) {
-         over<&O::shutter>(r, value, name);
-         if (const auto& s = r.overrides.shutter; s && !((*s)[0] <= (*s)[1]))
-             throw nb::value_error("shutter: it must open before it closes");
-     }},
     {"lanes", "int", "0", "1, 8 or 16", "SIMD lanes; 0 = the widest. The picture is the same",
      over<&O::lanes>},
-    {"strict_directions", "bool | None", "None", "",
-     "what surface shaders do that no material can do is an error; else it is approximated",
-     over<&O::strict_directions>},
     {"progress", "Callable[[str, float], object] | None", "None", "",
      "called with the phase and its fraction, on the calling thread",
      [](Request& r, nb::handle value, const char* name) {
@@ -194,11 +177,27 @@ constexpr Keyword<Request> RenderKeywords[] = {
      }},
 };
 
-constexpr std::span<const Keyword<Request>> RenderTable(RenderKeywords);
+// The call's own, then every option of a scene.
+std::span<const Keyword<Request>> render_keywords() {
+    static std::vector<std::string> types; // nothing moves once it is filled
+    static const std::vector<Keyword<Request>> all = [] {
+        const auto options = scene::option_parameters();
+        types.reserve(options.size());
+        std::vector<Keyword<Request>> table(std::begin(OwnKeywords), std::end(OwnKeywords));
+        for (const scene::OptionParameter& row : options) {
+            if (row.name == std::string_view("samples")) // progressions
+                continue;
+            types.push_back(annotation(row, false) + " | None");
+            table.push_back({row.name, types.back().c_str(), "None", row.unit, row.about, over_option});
+        }
+        return table;
+    }();
+    return all;
+}
 
 Picture render(std::shared_ptr<Scene> scene, const nb::kwargs& keywords) {
     Request request;
-    take_keywords(request, RenderTable, "render", keywords);
+    take_keywords(request, render_keywords(), "render", keywords);
     render::Overrides& overrides = request.overrides;
     const scene::Scene& s = scene->scene;
     overrides.standard_shaders = standard_shaders();
@@ -210,17 +209,17 @@ Picture render(std::shared_ptr<Scene> scene, const nb::kwargs& keywords) {
         ~Reading() { now = false; }
     } const reading(scene->is_rendered);
     scene->scene.options = scene->options; // Python may write its own while the picture is made
-    const int width = overrides.width.value_or(s.options.width),
-              height = overrides.height.value_or(s.options.height);
-    overrides.camera = scene->camera.resolve(s.options, width, height);
+    scene::Options options = scene->options;
+    overrides.options.apply(options);
+    overrides.camera = scene->camera.resolve(options, options.width, options.height);
     const Messages messages(request.journal);
     const std::shared_ptr<Journal> journal = messages.journal;
     Picture picture;
     picture.journal = journal;
     picture.stats = std::make_shared<Stats>();
     picture.stats->time.ingest_s = picture.stats->time.total_s = scene->ingest_s;
-    picture.exposure_gain = s.options.exposure_gain;
-    picture.encoding = film::png_encoding(s.options.color.display, s.options.exposure_gamma);
+    picture.exposure_gain = options.exposure_gain;
+    picture.encoding = film::png_encoding(options.color.display, options.exposure_gamma);
 
     Supervisor supervisor(request.progress);
     render::Result result;
@@ -278,9 +277,9 @@ std::shared_ptr<Scene> load(const std::vector<std::string>& paths,
 
 void bind_render(nb::module_& m) {
     static const std::string // nanobind keeps the pointers
-        sig = "def render(scene: Scene, *" + keyword_signature(RenderTable) + ") -> Picture",
+        sig = "def render(scene: Scene, *" + keyword_signature(render_keywords()) + ") -> Picture",
         about = "Renders a scene. Arguments go over the scene's own options; None leaves them.\n" +
-                keyword_doc(RenderTable) +
+                keyword_doc(render_keywords()) +
                 "\n\nCtrl-C stops early and returns what is there, with `cancelled` set. What is missing or "
                 "replaced "
                 "is a kanuka.Warning,\nand in the picture's journal.";

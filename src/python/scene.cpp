@@ -7,10 +7,12 @@
 #include "python/arguments.h"
 #include "python/arrays.h"
 #include "python/lights.h"
+#include "python/parameters.h"
 #include "python/values.h"
 #include "scene/counts.h"
 #include "scene/display_layers.h"
-#include "scene/shutter.h"
+#include "scene/schema/attributes.h"
+#include "scene/schema/options.h"
 #include "scene/summary.h"
 
 namespace kanuka::python {
@@ -98,17 +100,11 @@ nb::dict summary(const Scene& s) {
             placed += i.count();
     const scene::Options& o = s.options;
     result["file"] = s.scene.file;
-    result["resolution"] = nb::make_tuple(o.width, o.height);
-    result["crop"] = nb::make_tuple(o.crop[0], o.crop[1], o.crop[2], o.crop[3]);
-    result["filter"] = o.filter;
-    result["samples"] = o.samples;
-    result["max_depth"] = o.max_depth;
-    result["volume_depth"] = o.volume_depth;
-    result["integrator"] = o.integrator;
+    for (const scene::OptionParameter& row : scene::option_parameters())
+        result[row.name] = object_of(row, row.get(o));
     result["displays"] = displays(o);
     result["projection"] = std::string(kind_of(s.camera.camera.projection).name);
     result["fov"] = s.camera.camera.fov;
-    result["shutter"] = nb::make_tuple(o.shutter_open, o.shutter_close);
     result["primitives"] = primitives;
     result["points"] = counted.control_points;
     result["groups"] = counted.groups;
@@ -122,144 +118,43 @@ nb::dict summary(const Scene& s) {
 void bind_options(nb::module_& m) {
     using O = scene::Options;
     nb::class_<O> options(m, "Options", "Options of a scene; those of render() go over them.");
-    property(
-        options, "resolution", [](const O& o) { return std::pair(o.width, o.height); },
-        [](O& o, std::pair<int, int> size) {
-            if (size.first < 1 || size.second < 1)
-                throw nb::value_error("resolution: expected two positive numbers");
-            o.width = size.first, o.height = size.second;
-        });
-    field(options, "pixel_aspect", &O::pixel_aspect);
-    field(options, "crop", &O::crop, "xmin, xmax, ymin, ymax as fractions, y down");
-    field(options, "filter", &O::filter);
-    property(
-        options, "filter_width", [](const O& o) { return std::pair(o.filter_width[0], o.filter_width[1]); },
-        [](O& o, std::pair<float, float> w) { o.filter_width[0] = w.first, o.filter_width[1] = w.second; });
-    field(options, "exposure_gain", &O::exposure_gain);
-    field(options, "exposure_gamma", &O::exposure_gamma,
-          "of Exposure: where it is not 1, PNGs have it in place of sRGB's curve");
-    property(
-        options, "color_space", [](const O& o) { return o.color.space; },
-        [](O& o, const std::string& s) { o.color.space = s; },
-        "of all RGB in the scene: rec709, rec2020 or acescg");
-    property(
-        options, "output_space", [](const O& o) { return o.color.output; },
-        [](O& o, const std::string& s) { o.color.output = s; },
-        "of the picture: one of those, aces2065 or xyz; empty = the scene's");
-    property(
-        options, "observer", [](const O& o) { return o.color.observer; },
-        [](O& o, const std::string& s) { o.color.observer = s; }, "1931 (2 degrees) or 1964 (10 degrees)");
-    property(
-        options, "sensor", [](const O& o) { return o.color.sensor; },
-        [](O& o, const std::string& s) { o.color.sensor = s; },
-        "file of a camera's sensitivities, in place of the observer");
-    property(
-        options, "sensor_training", [](const O& o) { return o.color.training; },
-        [](O& o, const std::string& s) { o.color.training = s; },
-        "file of reflectances that the camera's matrix is fitted to; empty = Kanuka's own");
-    property(
-        options, "white_balance", [](const O& o) { return o.color.white_balance; },
-        [](O& o, nb::handle s) { o.color.white_balance = spectrum_text(s, "white_balance"); },
-        "the light that is white in the picture; empty = the scene's white",
-        nb::for_setter(nb::sig("def white_balance(self, light: Spectrum | str, /) -> None")));
-    property(
-        options, "display", [](const O& o) { return o.color.display; },
-        [](O& o, const std::string& s) {
-            if (s != film::LinearDisplay && !color::find_display(s))
-                throw nb::value_error("display: expected \"srgb\", \"rec709\" or \"linear\"");
-            o.color.display = s;
-        },
-        "encoding of PNGs: srgb, rec709 (BT.1886), or linear: the values as they are but for exposure_gamma");
-    property(
-        options, "f_stop", [](const O& o) { return o.color.f_stop; },
-        [](O& o, float v) { o.color.f_stop = v; }, "with shutter_time: exposure of physical light; 0 = none");
-    property(
-        options, "shutter_time", [](const O& o) { return o.color.shutter; },
-        [](O& o, float v) { o.color.shutter = v; }, "seconds");
-    property(options, "iso", [](const O& o) { return o.color.iso; }, [](O& o, float v) { o.color.iso = v; });
-    property(
-        options, "exposure_stops", [](const O& o) { return o.color.stops; },
-        [](O& o, float v) { o.color.stops = v; }, "the picture times 2 to this");
-    field(options, "samples", &O::samples, "paths a pixel; 0 = the renderer's default");
-    field(options, "max_depth", &O::max_depth, "surface events of a path");
-    field(options, "volume_depth", &O::volume_depth,
-          "events of a path inside of media: scattering, boundaries that are passed");
-    field(options, "integrator", &O::integrator);
-    property(
-        options, "transport",
-        [](const O& o) {
-            return o.transport == O::Transport::Full      ? "full"
-                   : o.transport == O::Transport::Classic ? "classic"
-                                                          : "auto";
-        },
-        [](O& o, const std::string& name) {
-            if (name != "full" && name != "classic" && name != "auto")
-                throw nb::value_error("transport: expected full, classic or auto");
-            o.transport = name == "full"      ? O::Transport::Full
-                          : name == "classic" ? O::Transport::Classic
-                                              : O::Transport::Auto;
-        },
-        "Which light is found. full: between surfaces too, with shadows of all lights. classic: as "
-        "RISpec's renderers\n"
-        "did: of light sources alone, with shadows where lights ask for them, and along mirrors. auto: "
-        "classic if\n"
-        "all shaders and lights are RISpec's.");
-    field(options, "clamp_direct", &O::clamp_direct,
-          "most radiance that light brings which reaches the first surface straight; 0 = unbounded");
-    field(options, "clamp_indirect", &O::clamp_indirect,
-          "and all other light, a contribution; 0 = unbounded");
-    field(options, "geometry_tolerance", &O::geometry_tolerance,
-          "pixels; 0 = micropolygons are traced one to one");
-    field(options, "normal_tolerance", &O::normal_tolerance, "degrees");
-    field(options, "watertight", &O::watertight,
-          "Rays never pass between polygons that share an edge; without it they are a fifth faster.");
-    field(options, "seed", &O::seed);
-    field(options, "strict_directions", &O::strict_directions,
-          "What surface shaders do that no material can do is an error, not approximated.");
-    property(
-        options, "specular", [](const O& o) { return o.user.get_string("kanuka:specular", "prman"); },
-        [](O& o, const std::string& which) {
-            if (which != "prman" && which != "rispec")
-                throw nb::value_error(
-                    "specular is \"prman\" (the exponent of specular() is 8 / roughness) or "
-                    "\"rispec\" (1 / roughness)");
-            scene::Value v;
-            v.name = "kanuka:specular";
-            v.type = scene::Type::String;
-            v.strings = std::vector<std::string>{which};
-            o.user.set(std::move(v));
-        },
-        "The exponent that specular() of classic shaders has: prman, 8 / roughness; rispec, 1 / roughness.");
-    field(options, "array_room", &O::array_room,
-          "Values that shaders' arrays hold which grow in loops of unseen length.");
-    property(
-        options, "shutter", [](const O& o) { return std::pair(o.shutter_open, o.shutter_close); },
-        [](O& o, std::pair<float, float> times) {
-            if (!(times.first <= times.second))
-                throw nb::value_error("shutter: it must open before it closes");
-            o.shutter_open = times.first, o.shutter_close = times.second;
-        },
-        "when it opens and closes, in the times that moving things are given at; equal = no motion blur");
-    property(
-        options, "shutter_opening", [](const O& o) { return o.shutter_opening; },
-        [](O& o, const std::vector<float>& opening) {
-            if (const auto fault = scene::fault_of_opening(opening))
-                throw nb::value_error(("shutter_opening: " + *fault).c_str());
-            o.shutter_opening = opening;
-        },
-        "how it opens and closes, in fractions of its time: [] = at once; [a, b] = open from a, closing "
-        "from\n"
-        "b, linearly; ten numbers = along Bezier curves");
-    field(options, "shader_path", &O::shader_path);
-    field(options, "texture_path", &O::texture_path);
-    field(options, "archive_path", &O::archive_path);
+    bind_parameters(options, scene::option_parameters());
     options.def_prop_ro("displays", &displays, nb::sig("def displays(self) -> list[dict[str, object]]"));
+}
+
+template <class Of>
+nb::dict descriptions(std::span<const scene::Parameter<Of>> rows) {
+    const Of fallback;
+    nb::dict all;
+    for (const auto& row : rows)
+        all[row.name] = description(row, row.get(fallback));
+    return all;
 }
 
 } // namespace
 
 void bind_scene(nb::module_& m) {
     bind_options(m);
+    m.def(
+        "option_parameters", [] { return descriptions(scene::option_parameters()); },
+        nb::sig("def option_parameters() -> dict[str, dict]"),
+        "What options there are, by name: 'type', 'default', 'help', 'unit', 'expected' (what it takes, in "
+        "words),\n"
+        "'choices', 'rib' (names in RIB), 'flag' (of the command line), 'since'.");
+    m.def(
+        "attribute_parameters", [] { return descriptions(scene::attribute_parameters()); },
+        nb::sig("def attribute_parameters() -> dict[str, dict]"),
+        "What attributes of RIB are declared, as option_parameters() tells options.");
+    define(
+        m, "check_option",
+        [](const std::string& name, nb::handle value) {
+            const scene::OptionParameter* row = scene::find_option(name);
+            if (!row)
+                throw nb::value_error(("there is no option " + name).c_str());
+            setting(*row, value, name.c_str());
+        },
+        nb::arg("name"), nb::arg("value"),
+        "Raises TypeError or ValueError, with what would do, unless the option takes the value.");
     nb::class_<Group> group(m, "Group",
                             "Geometry that is placed any number of times; made by Scene.add_group().");
     nb::class_<Scene> scene(m, "Scene", "What is rendered: geometry, lights, camera, options.");

@@ -61,8 +61,9 @@ TEST(Budget, PrimitivesThatDoNotFitTogether) {
         Journal journal;
         const scene::Scene scene = ingest::parse_rib(text + "WorldEnd\n", "balls.rib", {}, journal);
         Overrides overrides;
-        overrides.width = overrides.height = 256;
-        overrides.progressions = overrides.threads = 1;
+        overrides.options.set("resolution", scene::Setting{{256, 256}, {}});
+        overrides.options.set("samples", 1);
+        overrides.threads = 1;
         overrides.standard_shaders = KANUKA_SOURCE_DIR "/shaders";
         overrides.memory = Memory;
         kanuka::render::render(scene, overrides, journal, stats, {});

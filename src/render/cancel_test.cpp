@@ -45,8 +45,8 @@ Outcome cancelled_at_work(const scene::Scene& scene, int threads,
     Journal journal;
     Stats stats;
     render::Overrides overrides;
-    overrides.width = overrides.height = 32;
-    overrides.progressions = 1;
+    overrides.options.set("resolution", scene::Setting{{32, 32}, {}});
+    overrides.options.set("samples", 1);
     overrides.threads = threads;
     overrides.standard_shaders = KANUKA_SOURCE_DIR "/shaders";
     std::atomic<uint64_t> asked{0};
@@ -123,8 +123,8 @@ TEST_F(Cancelled, PathsAreTracedNoFurther) {
                           "cancel.rib", {}, journal);
     Stats stats;
     render::Overrides overrides;
-    overrides.width = overrides.height = 16;
-    overrides.progressions = 1000;
+    overrides.options.set("resolution", scene::Setting{{16, 16}, {}});
+    overrides.options.set("samples", 1000);
     overrides.threads = 1;
     overrides.standard_shaders = KANUKA_SOURCE_DIR "/shaders";
     std::atomic<bool> first_done{false};

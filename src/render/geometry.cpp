@@ -379,8 +379,7 @@ class GeometryBuilder {
             m_request.stats.count.shader_evaluations += 1;
         }
         const bool may_round =
-            !material.displaces() &&
-            !(primitive.attributes && primitive.attributes->user.get_int("kanuka:shadowterminator", 1) == 0);
+            !material.displaces() && !(primitive.attributes && !primitive.attributes->shadow_terminator);
         const auto normals_of = [&](const grid::Grid& g) {
             return g.later.empty() && !may_round ? std::vector<float>() : g.N;
         };

@@ -8,11 +8,6 @@ namespace {
 
 constexpr int MostSets = 31, MostPasses = 30;
 constexpr int32_t PassesAll = 1 << 30; // of all lights: through what casts no shadows
-constexpr const char* Lit = "lighting:subset";
-constexpr const char* Unlit = "lighting:excludesubset";
-constexpr const char* Through = "shadow:excludesubset";
-constexpr const char* Level =
-    "kanuka:level"; // from, to: of the paths' numbers from 0 to 1, those that meet it
 
 std::set<std::string> words(const std::string& text) {
     std::set<std::string> all;
@@ -25,12 +20,8 @@ std::set<std::string> words(const std::string& text) {
     return all;
 }
 
-std::set<std::string> words_of(const scene::Attributes& attributes, const char* name) {
-    std::set<std::string> all;
-    if (const scene::Value* v = attributes.user.find(name))
-        for (const std::string& s : v->strings)
-            all.merge(words(s));
-    return all;
+std::set<std::string> set_of(const std::vector<std::string>& names) {
+    return {names.begin(), names.end()};
 }
 
 bool named(const std::set<std::string>& by, const std::string& name, const std::string& group) {
@@ -55,16 +46,6 @@ std::string area_light_name(const scene::Attributes& a) {
 
 std::string area_light_group(const scene::Attributes& a) {
     return a.area_light->parameters.get_string("group", a.area_light->parameters.get_string("__group", ""));
-}
-
-// BMRT's casts_shadows, and the ways in which PRMan and 3Delight have said the same.
-bool casts_no_shadows(const scene::Attributes& a) {
-    if (a.user.get_string("render:casts_shadows", "") == "none" ||
-        a.user.get_string("visibility:transmission", "") == "transparent" ||
-        a.user.get_string("shade:transmissionhitmode", "") == "transparent")
-        return true;
-    const scene::Value* v = a.user.find("visibility:transmission");
-    return v && v->type != scene::Type::String && a.user.get_int("visibility:transmission", 1) == 0;
 }
 
 } // namespace
@@ -139,12 +120,11 @@ void Linking::see(const scene::Attributes& a, store::Links& links) {
         links.seen |= store::Links::HeldOut;
     if (!a.visible_camera)
         links.seen |= store::Links::Unseen;
-    if (const scene::Value* v = a.user.find(Level); v && v->floats.size() == 2)
-        links.level_from = v->floats[0], links.level_to = v->floats[1];
+    links.level_from = a.level_from, links.level_to = a.level_to;
 }
 
 std::vector<int> Linking::off(const scene::Attributes& a) {
-    const std::set<std::string> only = words_of(a, Lit), not_by = words_of(a, Unlit);
+    const std::set<std::string> only = set_of(a.lights_only), not_by = set_of(a.lights_off);
     std::vector<int> dark;
     if (!a.lights_on && only.empty() && not_by.empty())
         return dark;
@@ -164,8 +144,8 @@ std::vector<int> Linking::off(const scene::Attributes& a) {
 }
 
 int32_t Linking::passes(const scene::Attributes& a, const Location& where, Journal& journal) {
-    const std::set<std::string> through = words_of(a, Through);
-    int32_t bits = casts_no_shadows(a) ? PassesAll : 0;
+    const std::set<std::string> through = set_of(a.shadows_off);
+    int32_t bits = a.casts_shadows ? 0 : PassesAll;
     m_shadowless |= bits != 0;
     if (through.empty())
         return bits;

@@ -60,25 +60,15 @@ class BatchSession {
           m_standard_shaders(o.standard_shaders), m_delayed(o.delayed),
           m_memory(o.memory ? *o.memory : machine_memory()), m_options(scene.options),
           m_taken_by(o.camera.value_or(scene.camera)) {
-        m_options.width = o.width.value_or(m_options.width);
-        m_options.height = o.height.value_or(m_options.height);
+        m_may_face = !o.options.has("integrator") && m_options.integrator == "path" &&
+                     !m_scene.file.empty() && !m_delayed;
+        o.options.apply(m_options);
         if (m_options.width < 1 || m_options.height < 1 ||
             int64_t(m_options.width) * m_options.height > (int64_t(1) << 30))
             throw Error("the resolution must be at least 1x1 and at most 2^30 pixels", ExitCode::Usage);
-        m_options.crop = o.crop.value_or(m_options.crop);
-        m_options.seed = o.seed.value_or(m_options.seed);
-        m_options.strict_directions = o.strict_directions.value_or(m_options.strict_directions);
-        m_options.max_depth = o.max_depth.value_or(m_options.max_depth);
-        m_may_face = !o.integrator && m_options.integrator == "path" && !m_scene.file.empty() && !m_delayed;
-        m_options.integrator = o.integrator.value_or(m_options.integrator);
-        m_options.geometry_tolerance = o.geometry_tolerance.value_or(m_options.geometry_tolerance);
-        if (o.shutter)
-            m_options.shutter_open = (*o.shutter)[0], m_options.shutter_close = (*o.shutter)[1];
         m_shading_rate = o.shading_rate.value_or(1.0f);
-        m_progressions = o.progressions.value_or(m_options.samples > 0 ? m_options.samples : 64);
+        m_progressions = m_options.samples;
         m_integrator = transport::IntegratorChoice::parse(m_options.integrator);
-        if (m_progressions < 1)
-            throw Error("at least one progression is needed", ExitCode::Usage);
         m_aovs.ask(m_options.displays, o.aovs);
         m_window = crop_window(m_options.crop, m_options.width, m_options.height);
     }

@@ -9,25 +9,21 @@
 #include "base/stats.h"
 #include "film/film.h"
 #include "scene/delayed.h"
+#include "scene/schema/options.h"
 
 namespace kanuka::render {
 
 // What the command line or Python sets over the scene's own options; unset = as the scene says.
 struct Overrides {
-    std::optional<int> progressions, threads, width, height, max_depth;
-    std::optional<std::array<float, 4>> crop;
-    std::optional<float> shading_rate;       // multiplies every attribute's
-    std::optional<float> geometry_tolerance; // pixels; 0 = one micropolygon traced per shading cell
-    std::optional<std::string> integrator;   // as transport::IntegratorChoice::parse() reads it
-    std::optional<uint32_t> seed;
-    std::optional<bool> strict_directions;
+    scene::OptionEdits options;
+    std::optional<int> threads;
+    std::optional<float> shading_rate; // multiplies every attribute's
     std::optional<scene::Camera> camera;
-    std::vector<std::string> aovs; // output parameters of surfaces, beside those that displays ask for
-    std::optional<std::array<float, 2>> shutter; // opens, closes; equal = no motion blur
-    int lanes = 0;                               // transport and shading lanes: 1, 8, 16; 0 = widest
-    std::string standard_shaders;                // folder
-    scene::Delayed* delayed = nullptr;           // procedurals to be read when rays meet them
-    std::optional<uint64_t> memory;              // bytes that there are; unset = the machine's
+    std::vector<std::string> aovs;     // output parameters of surfaces, beside those that displays ask for
+    int lanes = 0;                     // transport and shading lanes: 1, 8, 16; 0 = widest
+    std::string standard_shaders;      // folder
+    scene::Delayed* delayed = nullptr; // procedurals to be read when rays meet them
+    std::optional<uint64_t> memory;    // bytes that there are; unset = the machine's
 };
 
 struct Result {

@@ -71,7 +71,7 @@ Thickness thickness_of(const Primitive& primitive, const Volume& volume,
                        const Transform& render_from_object) {
     Thickness t;
     const Attributes* a = primitive.attributes.get();
-    const std::string name = a ? a->user.get_string("kanuka:densityprimvar", "density") : "density";
+    const std::string name = a ? a->density_primvar : Attributes().density_primvar;
     const Value* values = primitive.primvars.find(name);
     if (values && (values->floats.empty() || values->array_size != 1))
         values = nullptr;

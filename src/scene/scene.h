@@ -53,10 +53,17 @@ struct Attributes {
     bool visible_camera = true;
     bool dice_flatness = true; // false: traced geometry = shading density
     std::array<float, 8> texture_coordinates{0, 0, 1, 0, 0, 1, 1, 1};
-    // Names of the lights that are on for it; null = all. User attributes say more: "lighting:subset" and
-    // "lighting:excludesubset" name lights or groups of them that alone, or do not, shine on it,
-    // "shadow:excludesubset" those that shine through it.
+    bool shadow_terminator = true; // false: coarse polygons with smooth normals hide light as facets
+    std::string density_primvar = "density"; // of a Volume
+    std::string color_spectrum;              // in place of color; empty = none
+    // Names of the lights that are on for it (Illuminate); null = all.
     std::shared_ptr<const std::set<std::string>> lights_on;
+    // Lights by name or group: those that alone shine on it (none = all), that do not, and that shine through
+    // it.
+    std::vector<std::string> lights_only, lights_off, shadows_off;
+    bool casts_shadows = true; // false: all lights shine through it
+    // Of the paths' numbers from 0 to 1 those that meet it: a level of detail in transition.
+    float level_from = 0, level_to = 1;
     ValueList user; // every other Attribute call, as "category:name"
 };
 
@@ -145,7 +152,7 @@ struct Blobby {
 
 // What fills a box, or the body of a shape that touches its sides (cylinder and cone along z, the cone's tip
 // at zmax): vertex and varying primvars lie on a lattice over the box, x fastest. The surface shader's
-// interior says what it is made of; the primvar that the attribute "kanuka:densityprimvar" names ("density")
+// interior says what it is made of; the primvar that Attributes::density_primvar names
 // how thick it is here and there.
 struct Volume {
     enum class Shape { Box, Ellipsoid, Cylinder, Cone } shape = Shape::Box;
@@ -310,7 +317,7 @@ struct Options {
     float filter_width[2] = {2, 2};
     float exposure_gain = 1, exposure_gamma = 1; // gamma goes into the PNG only
     ColorOptions color;
-    int samples = 0;         // PixelSamples x*y; 0 = not given
+    int samples = 64;        // paths a pixel: PixelSamples x*y
     int max_depth = 8;       // surface scattering events
     int volume_depth = 1024; // events inside of media: scattering, boundaries that only are passed
     std::string integrator = "path";
@@ -325,6 +332,7 @@ struct Options {
     bool watertight = true;     // rays never pass between polygons that share an edge
     uint32_t seed = 0;
     bool strict_directions = false; // what shaders do that no material can do is an error, not approximated
+    std::string specular = "prman"; // exponent of specular(): 8 / roughness; rispec: 1 / roughness
     int array_room = 64;            // values that shaders' arrays hold which grow in loops of unseen length
     std::vector<std::string> shader_path, texture_path, archive_path; // "&" expanded on ingest
     std::vector<Display> displays;

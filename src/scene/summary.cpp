@@ -299,7 +299,7 @@ std::string to_text(const Summary& s) {
         line("shutter", number(o.shutter_open) + " to " + number(o.shutter_close) + " (" +
                             count(s.moving_primitives + s.moving_instances) + " moving)");
     line("picture", count(size_t(o.width)) + " x " + count(size_t(o.height)) + ", " +
-                        (o.samples ? count(size_t(o.samples)) + " samples, " : "") + o.filter + " filter " +
+                        count(size_t(o.samples)) + " samples, " + o.filter + " filter " +
                         number(o.filter_width[0]) + " x " + number(o.filter_width[1]));
     line("integrator", o.integrator + ", depth " + std::to_string(o.max_depth));
     for (const Display& d : o.displays)

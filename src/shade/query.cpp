@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "scene/schema/attributes.h"
+#include "scene/schema/options.h"
+
 namespace kanuka::shade {
 
 namespace {
@@ -35,6 +38,17 @@ bool value(const sl::Query& q, const scene::Value* v) {
     return take(v->floats) || take(v->ints);
 }
 
+bool setting(const sl::Query& q, const scene::Setting& s) {
+    if (q.wants_text) {
+        if (!s.texts.empty())
+            *q.text = s.texts[0];
+        return !s.texts.empty();
+    }
+    for (size_t i = 0; i < std::min(size_t(q.count), s.numbers.size()); i++)
+        q.floats[i] = float(s.numbers[i]);
+    return !s.numbers.empty();
+}
+
 bool attribute(const sl::Query& q, std::string_view name, const scene::Attributes& a) {
     if (name == "ShadingRate")
         return floats(q, {a.shading_rate});
@@ -52,14 +66,8 @@ bool attribute(const sl::Query& q, std::string_view name, const scene::Attribute
         return floats(q, {a.color.x, a.color.y, a.color.z});
     if (name == "Opacity")
         return floats(q, {a.opacity.x, a.opacity.y, a.opacity.z});
-    if (name == "identifier:name")
-        return text(q, a.name);
-    if (name == "displacementbound:sphere")
-        return floats(q, {a.displacement_bound});
-    if (name == "displacementbound:coordinatesystem")
-        return text(q, a.displacement_bound_space);
-    if (name == "visibility:camera")
-        return floats(q, {a.visible_camera ? 1.0f : 0.0f});
+    if (const scene::AttributeParameter* row = scene::find_rib_attribute(name))
+        return setting(q, row->get(a));
     return value(q, a.user.find(name));
 }
 
@@ -75,7 +83,7 @@ bool option(const sl::Query& q, std::string_view name, const scene::Options& o, 
         return floats(q, {o.crop[0], o.crop[1], o.crop[2], o.crop[3]});
     if (name == "Shutter")
         return floats(q, {o.shutter_open, o.shutter_close});
-    if (name == "PixelSamples" && o.samples > 0)
+    if (name == "PixelSamples")
         return floats(q, {float(o.samples), 1});
     if (camera && name == "DepthOfField" && camera->f_stop > 0)
         return floats(q, {camera->f_stop, camera->focal_length, camera->focal_distance});
@@ -85,6 +93,8 @@ bool option(const sl::Query& q, std::string_view name, const scene::Options& o, 
         return text(q, kind_of(camera->projection).name);
     if (camera && name == "FieldOfView")
         return floats(q, {camera->fov});
+    if (const scene::OptionParameter* row = scene::find_rib_option(name))
+        return setting(q, row->get(o));
     return value(q, o.user.find(name));
 }
 

@@ -428,8 +428,8 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
     own.color = attributes.color;
     own.opacity = attributes.opacity;
     if (m_palette) {
-        if (const std::string measured = attributes.user.get_string("color:spectrum", ""); !measured.empty())
-            own.color = measured_color(measured, own.color, primitive.where);
+        if (!attributes.color_spectrum.empty())
+            own.color = measured_color(attributes.color_spectrum, own.color, primitive.where);
         if (attributes.area_light)
             own.emission =
                 area_light_amount(*attributes.area_light, m_palette, m_textures.folders(), m_journal);

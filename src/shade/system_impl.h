@@ -57,7 +57,7 @@ class SystemImpl final : public ShadingSystem {
         m_compile_options.include_path = m_shader_folders;
         m_compile_options.strict_directions = m_options.strict_directions;
         m_compile_options.array_room = m_options.array_room;
-        m_compile_options.rispec_specular = m_options.user.get_string("kanuka:specular", "prman") == "rispec";
+        m_compile_options.rispec_specular = m_options.specular == "rispec";
         m_compile_options.aovs = options.aovs;
         m_light_shaders = scene.light_shaders;
         m_lights = scene.lights;

@@ -119,8 +119,8 @@ std::string render_text(const std::string& text, bool print) {
         options.most_procedurals = 256;
         const scene::Scene scene = ingest::parse_rib(text, "fuzz.rib", options, journal);
         render::Overrides overrides;
-        overrides.width = 16, overrides.height = 12;
-        overrides.progressions = 1;
+        overrides.options.set("resolution", scene::Setting{{16, 12}, {}});
+        overrides.options.set("samples", 1);
         overrides.threads = 1;
         overrides.standard_shaders = KANUKA_SOURCE_DIR "/shaders";
         const render::Result result = render::render(scene, overrides, journal, stats, {});

@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import math
 
+import kanuka
+
 
 def positive_int(text: str) -> int:
     try:
@@ -57,18 +59,54 @@ def resolution(text: str) -> tuple[int, int]:
     return positive_int(width), positive_int(height)
 
 
-def crop(text: str) -> tuple[float, float, float, float]:
-    values = [number(part) for part in text.split(",")]
-    if len(values) != 4:
-        raise argparse.ArgumentTypeError(f"expected X0,X1,Y0,Y1 as fractions of the picture, got {text!r}")
-    x0, x1, y0, y1 = values
-    if not (0 <= x0 < x1 <= 1 and 0 <= y0 < y1 <= 1):
-        raise argparse.ArgumentTypeError(f"expected 0 <= X0 < X1 <= 1 and 0 <= Y0 < Y1 <= 1, got {text!r}")
-    return x0, x1, y0, y1
+METAVARS = {"int": "N", "float": "X", "str": "TEXT", "Spectrum | str": "LIGHT"}
+FORMS = {"resolution": "WIDTHxHEIGHT", "crop": "X0,X1,Y0,Y1", "shutter": "OPEN,CLOSE", "filter_width": "X,Y"}
 
 
-def shutter(text: str) -> tuple[float, float]:
-    values = [number(part) for part in text.split(",")]
-    if len(values) != 2 or not values[0] <= values[1]:
-        raise argparse.ArgumentTypeError(f"expected OPEN,CLOSE, rising times as in the scene, got {text!r}")
-    return values[0], values[1]
+def add_option(group: argparse._ArgumentGroup, name: str, about: dict) -> None:
+    """An option of scenes as the package declares it, under `name`; None = as the scene says."""
+    flag, words = f"--{about['flag']}", about["help"].replace("%", "%%")
+    unit = f"; {about['unit']}" if about["unit"] else ""
+    default = "" if about["default"] in ("", (), []) else f"; default: {written(about['default'])}"
+    if about["type"] == "bool":
+        group.add_argument(flag, dest=name, action=argparse.BooleanOptionalAction, default=None, help=words + default)
+        return
+    form = FORMS.get(name) or METAVARS[about["type"]]
+    group.add_argument(
+        flag,
+        dest=name,
+        type=lambda text: option_value(name, about, form, text),
+        metavar="|".join(about["choices"]) or form,
+        help=words + unit + default,
+    )
+
+
+def written(value: object) -> str:
+    if isinstance(value, tuple):
+        return ("x" if isinstance(value[0], int) else ",").join(map(written, value))
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def option_value(name: str, about: dict, form: str, text: str) -> object:
+    """What the text stands for, looked at by the package."""
+    try:
+        if about["type"].startswith("tuple"):
+            parts = text.lower().split("x") if form == "WIDTHxHEIGHT" else text.split(",")
+            one = int if about["type"].startswith("tuple[int") else float
+            value: object = tuple(one(part) for part in parts)
+        else:
+            value = {"int": int, "float": float}.get(about["type"], str)(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"expected {shape(about, form)}, got {text!r}") from None
+    try:
+        kanuka.check_option(name, value)
+    except TypeError:
+        raise argparse.ArgumentTypeError(f"expected {shape(about, form)}, got {text!r}") from None
+    except ValueError as error:
+        words = str(error).removeprefix(f"{name}: ").rsplit(", got ", 1)[0]
+        raise argparse.ArgumentTypeError(f"{words}, got {text!r}") from None
+    return value
+
+
+def shape(about: dict, form: str) -> str:
+    return f"{form}: {about['expected']}" if about["type"].startswith("tuple") else about["expected"]

@@ -64,76 +64,17 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "-q", "--quiet", action="count", default=0, help="no progress; messages still come; -qq: errors alone"
     )
     parser.add_argument("-v", "--verbose", action="store_true", help="say where time and memory went")
-    picture = parser.add_argument_group("picture", "over what the scene says")
-    picture.add_argument(
-        "--progressions",
-        type=types.positive_int,
-        metavar="N",
-        help="paths a pixel; default: the scene's PixelSamples, else 64",
-    )
-    picture.add_argument("--resolution", type=types.resolution, metavar="WxH", help="pixels")
-    picture.add_argument("--crop", type=types.crop, metavar="X0,X1,Y0,Y1", help="fractions of the picture, y down")
+    picture = parser.add_argument_group("options", "over what the scene says; docs/options.md")
+    for name, about in kanuka.option_parameters().items():
+        if about["flag"]:
+            types.add_option(picture, name, about if name != "integrator" else about | {"help": integrators_help()})
     picture.add_argument("--shading-rate", type=types.positive_float, metavar="R", help="multiplies micropolygon areas")
-    picture.add_argument(
-        "--geometry-tolerance",
-        type=types.non_negative_float,
-        metavar="PX",
-        help="pixels that traced geometry may be off the diced surface; 0 traces every micropolygon",
-    )
-    picture.add_argument("--max-depth", type=types.natural, metavar="N", help="scattering events of a path")
-    picture.add_argument(
-        "--strict-directions",
-        action="store_true",
-        default=None,
-        help="what a surface shader does that no material can do is an error at its line, not approximated",
-    )
-    picture.add_argument(
-        "--specular",
-        choices=("prman", "rispec"),
-        help="exponent of specular() in classic shaders: 8/roughness, as PRMan, Aqsis and 3Delight have it (default), "
-        "or RISpec's 1/roughness",
-    )
-    picture.add_argument(
-        "--transport",
-        choices=("full", "classic", "auto"),
-        help="light between surfaces and shadows of all lights; light of sources alone, with shadows where lights "
-        "ask for them, as RISpec's renderers had it; or that where all shaders and lights are RISpec's, as scenes have "
-        "it that say nothing",
-    )
-    picture.add_argument("--integrator", metavar="NAME[:PARAMETER=VALUE,...]", help=integrators_help())
-    for name, what in (("direct", "light that reaches the first surface straight"), ("indirect", "all other light")):
-        picture.add_argument(
-            f"--clamp-{name}",
-            type=types.non_negative_float,
-            metavar="L",
-            help=f"most radiance that one contribution of {what} brings to a sample; default 0: unbounded",
-        )
     picture.add_argument(
         "--aov",
         action="append",
         default=[],
         metavar="NAME",
         help="output parameter of surface shaders, a layer more in the EXR; any number of times",
-    )
-    picture.add_argument("--seed", type=types.natural, metavar="N", help="another seed, another noise")
-    picture.add_argument(
-        "--shutter-interval", type=types.shutter, metavar="OPEN,CLOSE", help="of motion blur; twice the same = none"
-    )
-    color = parser.add_argument_group("colour", "over what the scene says; docs/color.md")
-    color.add_argument("--color-space", metavar="NAME", help="of the scene's RGB: rec709, rec2020, acescg")
-    color.add_argument("--output-space", metavar="NAME", help="of the picture: one of those, aces2065 or xyz")
-    color.add_argument("--observer", choices=("1931", "1964"), help="CIE observer of 2 or 10 degrees")
-    color.add_argument("--sensor", metavar="FILE", help="a camera's sensitivities: lines of nm, red, green, blue")
-    color.add_argument("--white-balance", metavar="LIGHT", help="what is white: D65, A, F11, blackbody:3200, a file")
-    color.add_argument("--exposure", type=types.number, metavar="STOPS", help="the picture times 2^STOPS")
-    color.add_argument("--f-stop", type=types.positive_float, metavar="N", help="with --shutter: physical exposure")
-    color.add_argument("--shutter", type=types.positive_float, metavar="S", help="seconds that light is gathered")
-    color.add_argument("--iso", type=types.positive_float, metavar="S", help="sensitivity; default: 100")
-    color.add_argument(
-        "--display",
-        choices=("srgb", "rec709", "linear"),
-        help="encoding of the PNG, over a gamma that the scene's Exposure sets; rec709 is BT.1886; linear writes the "
-        "values as they are, as renderers did that knew no curve",
     )
     machine = parser.add_argument_group("machine", "the picture does not depend on these")
     machine.add_argument("--threads", type=types.positive_int, metavar="N", help="default: all there are")
@@ -205,7 +146,7 @@ def render(arguments: argparse.Namespace, frame: frames.Frame, started: float, i
     bar.between = printer.flush
     bar.finish()
 
-    set_options(scene, arguments)
+    options = options_of(arguments, frame)
     named = None if frame.source else arguments.output
     output = frame.file(named) or default_output(arguments.scenes[-1], scene)
     if output in frame.written:  # frames whose displays have one name
@@ -214,21 +155,13 @@ def render(arguments: argparse.Namespace, frame: frames.Frame, started: float, i
     frame.written.add(output)
     picture = kanuka.render(
         scene,
-        progressions=arguments.progressions,
         threads=arguments.threads,
-        resolution=None if frame.source else arguments.resolution,
-        crop=None if frame.source else arguments.crop,
         shading_rate=arguments.shading_rate,
-        geometry_tolerance=arguments.geometry_tolerance,
-        max_depth=arguments.max_depth,
-        integrator=arguments.integrator,
-        seed=arguments.seed,
         aovs=arguments.aov,
-        shutter=arguments.shutter_interval,
         lanes=arguments.lanes,
-        strict_directions=arguments.strict_directions,
         progress=bar.update,
         journal=scene.journal,
+        **options,
     )
     bar.finish()
 
@@ -257,29 +190,15 @@ def render(arguments: argparse.Namespace, frame: frames.Frame, started: float, i
     return ExitCode.ERRORS if scene.journal.error_count else ExitCode.OK
 
 
-def set_options(scene: kanuka.Scene, arguments: argparse.Namespace) -> None:
-    """Options of the command line over those of the scene; names are checked by the render, which reports them."""
-    options = {
-        "specular": arguments.specular,
-        "transport": arguments.transport,
-        "clamp_direct": arguments.clamp_direct,
-        "clamp_indirect": arguments.clamp_indirect,
-        "color_space": arguments.color_space,
-        "output_space": arguments.output_space,
-        "observer": arguments.observer,
-        "sensor": arguments.sensor,
-        "white_balance": arguments.white_balance,
-        "exposure_stops": arguments.exposure,
-        "f_stop": arguments.f_stop,
-        "shutter_time": arguments.shutter,
-        "iso": arguments.iso,
-        "display": arguments.display,
-    }
-    if arguments.display is not None:
-        scene.options.exposure_gamma = 1
-    for name, value in options.items():
-        if value is not None:
-            setattr(scene.options, name, value)
+def options_of(arguments: argparse.Namespace, frame: frames.Frame) -> dict[str, object]:
+    """Options that go over those of the scene. What textures are made of keeps its size."""
+    options = {name: getattr(arguments, name, None) for name in kanuka.option_parameters()}
+    if frame.source:
+        options["resolution"] = options["crop"] = None
+    if options["display"] is not None:
+        options["exposure_gamma"] = 1
+    options["progressions"] = options.pop("samples")
+    return options
 
 
 def write(picture: kanuka.Picture, output: Path, png: bool) -> list[Path]:

@@ -4,6 +4,7 @@
 
 #include "ingest/rib/context.h"
 #include "ingest/rib/number.h"
+#include "scene/schema/options.h"
 
 namespace kanuka::ingest {
 
@@ -184,6 +185,11 @@ class Parser {
             fail("\"}\" is missing");
         return look_up(n);
     }
+    static Operand operand(const scene::Setting& value) {
+        if (value.numbers.empty())
+            return {!value.texts.empty(), !value.texts.empty(), 0, value.texts.empty() ? "" : value.texts[0]};
+        return {false, true, value.numbers[0], {}};
+    }
     Operand look_up(std::string_view n) const {
         if (n == "Frame" && !m_context.frames_seen().empty())
             return {false, true, double(m_context.frames_seen().back()), {}};
@@ -193,10 +199,15 @@ class Parser {
             n.remove_prefix(prefix.size());
             return true;
         };
+        const bool attribute = prefixed("Attribute:"), option = !attribute && prefixed("Option:");
+        if (const auto* row = option ? nullptr : scene::find_rib_attribute(n))
+            return operand(row->get(*m_context.attributes.shared));
+        if (const auto* row = attribute ? nullptr : scene::find_rib_option(n))
+            return operand(row->get(m_context.options.options));
         const scene::Value* v = nullptr;
-        if (prefixed("Attribute:"))
+        if (attribute)
             v = m_context.attributes.shared->user.find(n);
-        else if (prefixed("Option:"))
+        else if (option)
             v = m_context.options.options.user.find(n);
         else {
             v = m_context.attributes.shared->user.find(n);

@@ -191,7 +191,6 @@ class Context {
     FrameChoice m_frame_choice;
     std::vector<Block> m_blocks;
     bool m_in_world = false, m_world_done = false, m_world_in_frame = false;
-    std::string m_transport = "auto";                     // OptionState::transport of the world
     std::vector<std::pair<int, Location>> m_depth_passes; // passed over: frame and place
     bool m_frame_open = false, m_frame_chosen = false;
     int m_frames_begun = 0, m_loose_worlds = 0;

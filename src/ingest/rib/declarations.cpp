@@ -7,6 +7,7 @@
 
 #include "ingest/rib/number.h"
 #include "ingest/rib/spelling.h"
+#include "scene/schema/options.h"
 
 namespace kanuka::ingest {
 
@@ -139,23 +140,34 @@ constexpr Standard StandardDeclarations[] = {
     {"varying float[2]", "st"},
     {"constant float", "constantwidth"},
     {"constant normal", "constantnormal"},
-    {"uniform integer",
-     "gridsize texturememory geocachememory eyesplits endofframe maxdepth maxspeculardepth "
-     "maxdiffusedepth max_raylevel volumedepth "
-     "progressions seed diceflatness shadowterminator "
-     "camera truedisplacement strictdirections arrayroom proceduralmemory offscreen "
-     "runprograms ondemand"},
+    {"uniform integer", "gridsize texturememory geocachememory eyesplits endofframe maxspeculardepth "
+                        "maxdiffusedepth max_raylevel diceflatness shadowterminator "
+                        "camera truedisplacement proceduralmemory offscreen runprograms ondemand"},
     {"uniform integer[2]", "bucketsize origin"},
     {"uniform float[4]", "quantize"},
-    {"uniform float", "geometrytolerance normaltolerance"},
-    {"uniform string", "integrator specular"},
-    {"uniform float", "clampdirect"},
-    {"uniform float", "clampindirect"},
 };
+
+// What Option "kanuka" takes needs no declaration.
+void declare_options(Declarations& to) {
+    for (const scene::OptionParameter& row : scene::option_parameters()) {
+        constexpr std::string_view category = "kanuka:";
+        std::string_view name = row.rib;
+        name = name.substr(0, name.find(' '));
+        if (!name.starts_with(category))
+            continue;
+        Declaration d;
+        d.detail = Detail::Uniform;
+        d.type = row.kind == scene::Kind::Number                                   ? Type::Float
+                 : row.kind == scene::Kind::Flag || row.kind == scene::Kind::Whole ? Type::Integer
+                                                                                   : Type::String;
+        to.declare(name.substr(category.size()), d);
+    }
+}
 
 } // namespace
 
 Declarations::Declarations() {
+    declare_options(*this);
     std::string problem;
     for (const Standard& row : StandardDeclarations) {
         const auto parsed = parse_declaration(row.declaration, false, problem);

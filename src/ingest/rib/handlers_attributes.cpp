@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "ingest/rib/context.h"
+#include "ingest/rib/dialects/attributes.h"
 #include "ingest/rib/handlers.h"
 #include "ingest/rib/view_bound.h"
 
@@ -34,14 +35,8 @@ static bool color_of(Context& c, const Call& call, Rgb& rgb) {
 
 void color(Context& c, Call& call) {
     Rgb rgb;
-    if (!c.attributes.shared->user.get_string("color:spectrum", "")
-             .empty()) { // a plain colour takes its place
-        Value none;
-        none.name = "color:spectrum";
-        none.type = scene::Type::String;
-        none.strings = std::vector<std::string>{""};
-        c.attributes.edit(FieldUser).user.set(std::move(none));
-    }
+    if (!c.attributes.shared->color_spectrum.empty()) // a plain colour takes its place
+        c.attributes.edit("color_spectrum").color_spectrum.clear();
     if (color_of(c, call, rgb) && !(c.attributes.shared->color == rgb && (c.attributes.set & FieldColor)))
         c.attributes.edit(FieldColor).color = rgb;
 }
@@ -216,18 +211,11 @@ void detail(Context& c, Call& call) {
 
 // Of the paths' numbers from 0 to 1 those between two meet what follows; 0 and 1: all do.
 static void set_level(Context& c, float from, float to) {
-    constexpr const char* Name = "kanuka:level";
-    const Value* known = c.attributes.shared->user.find(Name);
-    const std::vector<float> range{from, to};
-    if (known ? std::equal(range.begin(), range.end(), known->floats.begin(), known->floats.end())
-              : from <= 0 && to >= 1)
+    const scene::Attributes& now = *c.attributes.shared;
+    if (now.level_from == from && now.level_to == to)
         return;
-    Value v;
-    v.name = Name;
-    v.type = scene::Type::Float;
-    v.array_size = 2;
-    v.floats = range;
-    c.attributes.edit(FieldUser).user.set(std::move(v));
+    scene::Attributes& a = c.attributes.edit("level");
+    a.level_from = from, a.level_to = to;
 }
 
 // A representation fades in from minvisible to lowertransition, and out from uppertransition to maxvisible.
@@ -252,46 +240,33 @@ void detail_range(Context& c, Call& call) {
 
 // ---- Attribute --------------------------------------------------------------------------------------
 
-static int integer_of(const Value& v) {
-    if (!v.ints.empty())
-        return v.ints[0];
-    if (!v.floats.empty())
-        return int(v.floats[0]);
-    return 0;
+// What scene/schema/attributes.cpp declares.
+static void declared_attribute(Context& c, const std::string& category, const Value& v,
+                               const scene::AttributeParameter& row) {
+    scene::Setting value = scene::setting_of(v);
+    dialects::adapt(row, value);
+    if (row.takes(value))
+        row.put(c.attributes.edit(bit_of(row)), value);
+    else
+        c.reports.error("Attribute " + category, v.where,
+                        "Attribute \"" + category + "\": \"" + v.name + "\" must be " + row.expected() +
+                            "; it stays as it was");
 }
 
 void attribute(Context& c, Call& call) {
     const std::string& category = call.text(0);
     for (Value& v : call.params.values) {
-        const auto is = [&](std::string_view wanted_category, std::string_view name) {
-            return category == wanted_category && v.name == name;
-        };
-        const bool text = v.type == scene::Type::String;
-        if (is("identifier", "name") && text && !v.strings.empty()) {
-            c.attributes.edit(FieldName).name = v.strings[0];
-        } else if (is("displacementbound", "sphere") && !text) {
-            const float bound = !v.floats.empty() ? v.floats[0] : float(integer_of(v));
-            c.attributes.edit(FieldDisplacementBound).displacement_bound =
-                std::isfinite(bound) ? std::abs(bound) : 0.0f;
-        } else if (is("displacementbound", "coordinatesystem") && text && !v.strings.empty()) {
-            c.attributes.edit(FieldDisplacementBound).displacement_bound_space = v.strings[0];
-        } else if (is("visibility", "camera") && !text) {
-            c.attributes.edit(FieldVisibility).visible_camera = integer_of(v) != 0;
-        } else if ((is("dice", "flatness") || is("kanuka", "diceflatness")) && !text) {
-            c.attributes.edit(FieldDiceFlatness).dice_flatness = integer_of(v) != 0;
-        } else if (is("kanuka", "densityprimvar") && text) {
-            v.name = "kanuka:densityprimvar";
-            c.attributes.edit(FieldUser).user.set(std::move(v));
-        } else if (is("kanuka", "shadowterminator") && !text) {
-            v.name = "kanuka:shadowterminator";
-            c.attributes.edit(FieldUser).user.set(std::move(v));
+        const std::string name = category + ":" + v.name;
+        if (const scene::AttributeParameter* row = scene::find_rib_attribute(name)) {
+            declared_attribute(c, category, v, *row);
         } else if (category == "kanuka") {
             c.reports.error("Attribute kanuka", v.where,
-                            "Attribute \"kanuka\": there is no \"" + v.name +
-                                "\"; there are diceflatness, densityprimvar, shadowterminator");
+                            "Attribute \"kanuka\": there is no \"" + v.name + "\"; there are " +
+                                scene::rib_names_of(scene::attribute_parameters(), category));
         } else {
-            v.name = category + ":" + v.name;
+            v.name = name;
             c.attributes.edit(FieldUser).user.set(std::move(v));
+            dialects::attribute(c.attributes, name);
         }
     }
 }

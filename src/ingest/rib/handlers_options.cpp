@@ -1,10 +1,12 @@
 // Options: what holds for the whole picture.
 
 #include <cmath>
+#include <cstdint>
 
 #include "ingest/rib/context.h"
 #include "ingest/rib/handlers.h"
 #include "ingest/rib/search_path.h"
+#include "scene/schema/options.h"
 #include "scene/shutter.h"
 
 namespace kanuka::ingest::handlers {
@@ -367,108 +369,25 @@ void make_cube_face_environment(Context& c, Call& call) {
 
 // ---- Option -----------------------------------------------------------------------------------------
 
-static void kanuka_option(Context& c, const Value& v) {
-    scene::Options& o = c.options.options;
-    const float f = !v.floats.empty() ? v.floats[0] : !v.ints.empty() ? float(v.ints[0]) : 0;
-    const bool number = v.type != scene::Type::String;
-    const auto wrong = [&](const char* needs) {
-        c.reports.error("Option kanuka", v.where,
-                        "Option \"kanuka\": \"" + v.name + "\" must be " + needs + "; it stays as it was");
-    };
-    if (v.name == "geometrytolerance") {
-        number&& f >= 0 ? void(o.geometry_tolerance = f) : wrong("a number of pixels, 0 or more");
-    } else if (v.name == "normaltolerance") {
-        number&& f >= 0 ? void(o.normal_tolerance = f) : wrong("an angle in degrees, 0 or more");
-    } else if (v.name == "maxdepth") {
-        number&& f >= 0 && f <= 1000 ? void(o.max_depth = int(f)) : wrong("a whole number from 0 to 1000");
-    } else if (v.name == "volumedepth") {
-        number&& f >= 0 && f <= 60000 ? void(o.volume_depth = int(f))
-                                      : wrong("a whole number from 0 to 60000");
-    } else if (v.name == "progressions" || v.name == "samples") {
-        number&& f >= 1 ? void(o.samples = int(std::min(f, 1e6f))) : wrong("a whole number of 1 or more");
-    } else if (v.name == "seed") {
-        number ? void(o.seed = v.ints.empty() ? uint32_t(int64_t(f)) : uint32_t(v.ints[0]))
-               : wrong("a whole number");
-    } else if (v.name == "strictdirections") {
-        number ? void(o.strict_directions = f != 0) : wrong("0 or 1");
-    } else if (v.name == "specular") {
-        const std::string which = v.strings.empty() ? "" : v.strings[0];
-        which == "prman" || which == "rispec" ? keep_text(o.user, "kanuka:specular", which)
-                                              : wrong("\"prman\" (the exponent of specular() is 8 / "
-                                                      "roughness) or \"rispec\" (1 / roughness)");
-    } else if (v.name == "watertight") {
-        number ? void(o.watertight = f != 0) : wrong("0 or 1");
-    } else if (v.name == "arrayroom") {
-        number&& f >= 1 && f <= 65536 ? void(o.array_room = int(f)) : wrong("a whole number from 1 to 65536");
-    } else if (v.name == "clampdirect" || v.name == "clampindirect") {
-        float& limit = v.name == "clampdirect" ? o.clamp_direct : o.clamp_indirect;
-        number&& f >= 0 ? void(limit = f) : wrong("a radiance, or 0 for no bound");
-    } else if (v.name == "transport") {
-        const std::string which = v.strings.empty() ? "" : v.strings[0];
-        if (which != "full" && which != "classic" && which != "auto")
-            return wrong("\"full\" (light between surfaces, all shadows), \"classic\" (as RISpec's renderers "
-                         "found it) "
-                         "or \"auto\"");
-        c.options.transport = which;
-    } else if (v.name == "integrator") {
-        number ? wrong("the name of an integrator")
-               : void(o.integrator = v.strings.empty() ? "path" : v.strings[0]);
-    } else {
-        c.reports.error("Option kanuka", v.where,
-                        "Option \"kanuka\": there is no \"" + v.name +
-                            "\"; there are geometrytolerance, normaltolerance, maxdepth, volumedepth, "
-                            "progressions, integrator, clampdirect, clampindirect, seed, "
-                            "transport, strictdirections, specular, watertight, arrayroom");
-    }
-}
-
-// Option "color" and "exposure"; names of spaces, lights and files are looked at when the scene is rendered.
-static void color_option(Context& c, const std::string& category, const Value& v) {
-    scene::ColorOptions& o = c.options.options.color;
-    struct Text {
-        std::string_view name;
-        std::string scene::ColorOptions::* field;
-    };
-    static constexpr Text texts[] = {
-        {"space", &scene::ColorOptions::space},       {"output", &scene::ColorOptions::output},
-        {"observer", &scene::ColorOptions::observer}, {"sensor", &scene::ColorOptions::sensor},
-        {"training", &scene::ColorOptions::training}, {"whitebalance", &scene::ColorOptions::white_balance},
-        {"display", &scene::ColorOptions::display}};
-    struct Number {
-        std::string_view name;
-        float scene::ColorOptions::* field;
-    };
-    static constexpr Number numbers[] = {{"fstop", &scene::ColorOptions::f_stop},
-                                         {"shutter", &scene::ColorOptions::shutter},
-                                         {"iso", &scene::ColorOptions::iso},
-                                         {"stops", &scene::ColorOptions::stops}};
-    const bool color = category == "color";
-    std::string names;
+// What scene/schema/options.cpp declares for this category; names of spaces, lights and files are looked at
+// when the scene is rendered.
+static void declared_option(Context& c, const std::string& category, const Value& v) {
     const auto wrong = [&](const std::string& what) {
-        c.reports.error("Option " + category, v.where,
-                        "Option \"" + category + "\": " + what + "; it does nothing");
+        c.reports.error("Option " + category, v.where, "Option \"" + category + "\": " + what);
     };
-    o.where = v.where;
-    for (const Text& t : texts) {
-        if (color && v.name == t.name) {
-            if (v.type != scene::Type::String || v.strings.empty())
-                return wrong("\"" + v.name + "\" must be a text");
-            o.*t.field = v.strings[0];
-            return;
-        }
-        names += color ? (names.empty() ? "" : ", ") + std::string(t.name) : "";
-    }
-    for (const Number& n : numbers) {
-        if (!color && v.name == n.name) {
-            const float f = !v.floats.empty() ? v.floats[0] : !v.ints.empty() ? float(v.ints[0]) : NAN;
-            if (v.type == scene::Type::String || !std::isfinite(f))
-                return wrong("\"" + v.name + "\" must be a number");
-            o.*n.field = f;
-            return;
-        }
-        names += color ? "" : (names.empty() ? "" : ", ") + std::string(n.name);
-    }
-    wrong("there is no \"" + v.name + "\"; there are " + names);
+    const scene::OptionParameter* row = scene::find_rib_option(category + ":" + v.name);
+    if (!row)
+        return wrong("there is no \"" + v.name + "\"; there are " +
+                     scene::rib_names_of(scene::option_parameters(), category));
+    scene::Setting value = scene::setting_of(v);
+    if (row->kind == scene::Kind::Whole && row->range.most > INT32_MAX) // RIB's integers have a sign
+        for (double& x : value.numbers)
+            x += x < 0 ? 4294967296.0 : 0;
+    if (!row->takes(value))
+        return wrong("\"" + v.name + "\" must be " + row->expected() + "; it stays as it was");
+    if (category == "color")
+        c.options.options.color.where = v.where;
+    row->put(c.options.options, value);
 }
 
 static void search_path_option(Context& c, const Value& v) {
@@ -501,13 +420,13 @@ void option(Context& c, Call& call) {
         if (category == "Ri" && ri_option(c, v))
             continue;
         if (category == "kanuka") {
-            kanuka_option(c, v);
+            declared_option(c, category, v);
             continue;
         }
         if (category == "camera" && camera_option(c, v))
             continue;
         if (category == "color" || category == "exposure")
-            color_option(c, category, v);
+            declared_option(c, category, v);
         ray_depth_option(c, category, v);
         if (category == "searchpath")
             search_path_option(c, v);

@@ -300,8 +300,8 @@ void bxdf(Context& c, Call& call) {
     else if (theirs == "PxrLMMetal")
         set(to, "metallic", 1.0f), set(to, "baseColor", call.params.get_color("specularColor", Rgb(0.9f)));
     else if (theirs == "PxrVolume")
-        take_volume(call.params, to), set(c.attributes.edit(FieldUser).user, "kanuka:densityprimvar",
-                                          call.params.get_string("densityFloatPrimVar", "density"));
+        take_volume(call.params, to), c.attributes.edit("density_primvar").density_primvar =
+                                          call.params.get_string("densityFloatPrimVar", "density");
     if (theirs == "PxrDisney") // Burley's specular 0.5 is an index of refraction of 1.5
         set(to, "specular", std::min(1.0f, 2 * call.params.get_float("specular", 0.5f)));
     std::erase_if(to.values, [](const Value& v) { return v.name == "subsurface"; });

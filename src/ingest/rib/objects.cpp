@@ -76,11 +76,11 @@ size_t look_hash(const Attributes& a) {
 } // namespace
 
 std::shared_ptr<const Attributes> inherit(const std::shared_ptr<const Attributes>& inherited,
-                                          const std::shared_ptr<const Attributes>& own, uint32_t set) {
+                                          const std::shared_ptr<const Attributes>& own, uint64_t set) {
     if (set == 0)
         return inherited;
     auto r = std::make_shared<Attributes>(*inherited);
-    const auto take = [&](uint32_t field, auto member) {
+    const auto take = [&](uint64_t field, auto member) {
         if (set & field)
             (*r).*member = (*own).*member;
     };
@@ -96,12 +96,10 @@ std::shared_ptr<const Attributes> inherit(const std::shared_ptr<const Attributes
     take(FieldExterior, &Attributes::exterior);
     take(FieldAtmosphere, &Attributes::atmosphere);
     take(FieldAreaLight, &Attributes::area_light);
-    take(FieldDisplacementBound, &Attributes::displacement_bound);
-    take(FieldDisplacementBound, &Attributes::displacement_bound_space);
-    take(FieldName, &Attributes::name);
-    take(FieldVisibility, &Attributes::visible_camera);
-    take(FieldDiceFlatness, &Attributes::dice_flatness);
     take(FieldTextureCoordinates, &Attributes::texture_coordinates);
+    for (const scene::AttributeParameter& row : scene::attribute_parameters())
+        if (set & bit_of(row))
+            row.put(*r, row.get(*own));
     if ((set & FieldToggleOrientation) && !(set & FieldOrientation))
         r->reverse_orientation = inherited->reverse_orientation != own->reverse_orientation;
     if (set & FieldCoShaders)

@@ -17,7 +17,7 @@ struct ObjectRecord {
     struct Member { // a primitive, or an instance of an earlier object
         scene::Primitive primitive;
         int object = -1; // >= 0: an instance; the primitive's transform and attributes are the instance's
-        uint32_t set = 0;
+        uint64_t set = 0;
     };
     struct Variant {
         std::shared_ptr<const scene::Attributes> attributes;
@@ -70,6 +70,6 @@ class Objects {
 // What a primitive inside an object looks like: `own` where its bits are set, else `inherited`.
 std::shared_ptr<const scene::Attributes> inherit(const std::shared_ptr<const scene::Attributes>& inherited,
                                                  const std::shared_ptr<const scene::Attributes>& own,
-                                                 uint32_t set);
+                                                 uint64_t set);
 
 } // namespace kanuka::ingest

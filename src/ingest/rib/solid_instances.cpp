@@ -8,7 +8,7 @@ namespace kanuka::ingest {
 struct Context::SolidInstance {
     int object;
     std::shared_ptr<const scene::Attributes> attributes; // what members inherit
-    uint32_t set;
+    uint64_t set;
     Transform place;
     std::vector<TransformKey> keys;
     int solid; // that it is part of
@@ -49,7 +49,7 @@ bool Context::expand(const SolidInstance& instance, size_t& left) {
             inner.empty() && instance.keys.empty()
                 ? std::vector<TransformKey>()
                 : compose(instance.keys, instance.place, inner, member.primitive.world_from_object);
-        const uint32_t set = instance.set | member.set;
+        const uint64_t set = instance.set | member.set;
         // Surfaces that are in no solid of the object's bound one together.
         const bool in_solid = member.primitive.solid >= 0;
         if (!in_solid && member.object < 0 && loose < 0) {

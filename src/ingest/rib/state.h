@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "scene/scene.h"
+#include "scene/schema/attributes.h"
 
 namespace kanuka::ingest {
 
@@ -21,6 +22,7 @@ struct NamedCamera {
 };
 
 struct OptionState {
+    OptionState() { options.transport = scene::Options::Transport::Auto; }
     scene::Options options;
     scene::Camera camera; // its matrix is set by WorldBegin
     std::optional<float> frame_aspect_ratio;
@@ -29,12 +31,12 @@ struct OptionState {
     // RGB.
     std::vector<float> rgb_from_samples;
     bool shutter_given = false;
-    std::string transport = "auto"; // Option "kanuka" "transport"
     std::map<std::string, NamedCamera> cameras;
 };
 
-// Which attributes were set since ObjectBegin: the others come from the instance (RISpec 5.8).
-enum AttributeField : uint32_t {
+// Which attributes were set since ObjectBegin: the others come from the instance (RISpec 5.8). Those that
+// scene/schema/attributes.cpp declares have the bits behind these, see bit_of().
+enum AttributeField : uint64_t {
     FieldColor = 1u << 0,
     FieldOpacity = 1u << 1,
     FieldShadingRate = 1u << 2,
@@ -47,22 +49,21 @@ enum AttributeField : uint32_t {
     FieldExterior = 1u << 9,
     FieldAtmosphere = 1u << 10,
     FieldAreaLight = 1u << 11,
-    FieldDisplacementBound = 1u << 12,
-    FieldName = 1u << 13,
-    FieldVisibility = 1u << 14,
-    FieldDiceFlatness = 1u << 15,
-    FieldTextureCoordinates = 1u << 16,
-    FieldUser = 1u << 17,
-    FieldCoShaders = 1u << 19,
-    FieldToggleOrientation = 1u << 18, // ReverseOrientation without Orientation
+    FieldTextureCoordinates = 1u << 12,
+    FieldUser = 1u << 13,
+    FieldToggleOrientation = 1u << 14, // ReverseOrientation without Orientation
+    FieldCoShaders = 1u << 15,
 };
+inline uint64_t bit_of(const scene::AttributeParameter& row) {
+    return uint64_t(1) << (16 + (&row - scene::attribute_parameters().data()));
+}
 
 using LightSet = std::set<int>; // indices of lights that are on
 
 struct AttributeState {
     // Copied when written while somebody else holds it, so that primitives and blocks share one.
     std::shared_ptr<scene::Attributes> shared = std::make_shared<scene::Attributes>();
-    uint32_t set = 0; // AttributeField bits
+    uint64_t set = 0; // bits: AttributeField, bit_of()
     std::shared_ptr<const LightSet> lights = std::make_shared<LightSet>();
     Shared<scene::Basis> u_basis = scene::basis_by_name("bezier"), v_basis = scene::basis_by_name("bezier");
     std::optional<Bounds3f> detail_bound;          // of Detail, in the space it was given in
@@ -71,12 +72,14 @@ struct AttributeState {
     std::shared_ptr<const scene::TrimCurves> trim; // of NuPatches to come
     int solid = -1;                                // of an open SolidBegin, among Context::solids()
 
-    scene::Attributes& edit(uint32_t field) {
+    scene::Attributes& edit(uint64_t field) {
         if (shared.use_count() > 1)
             shared = std::make_shared<scene::Attributes>(*shared);
         set |= field;
         return *shared;
     }
+    // What the schema calls `name`.
+    scene::Attributes& edit(std::string_view name) { return edit(bit_of(*scene::find_attribute(name))); }
 };
 
 enum class BlockKind : uint8_t { Frame, World, Attribute, Transform, Solid, Object, Motion };

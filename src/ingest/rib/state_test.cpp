@@ -263,6 +263,40 @@ TEST(RibAttributes, LevelOfDetail) {
     EXPECT_TRUE(shown("0 0 1000 1e38"));
 }
 
+// What other renderers write is read into the fields that it means.
+TEST(RibAttributes, ShadowsInEveryDialect) {
+    const auto casts = [](const std::string& attributes) {
+        return Parsed(world(attributes + "\nSphere 1 -1 1 360")).primitive(0).attributes->casts_shadows;
+    };
+    EXPECT_TRUE(casts(""));
+    EXPECT_FALSE(casts("Attribute \"render\" \"string casts_shadows\" \"none\""));
+    EXPECT_FALSE(casts("Attribute \"visibility\" \"string transmission\" \"transparent\""));
+    EXPECT_FALSE(casts("Attribute \"visibility\" \"int transmission\" 0"));
+    EXPECT_FALSE(casts("Attribute \"shade\" \"string transmissionhitmode\" \"transparent\""));
+    EXPECT_FALSE(casts("Attribute \"kanuka\" \"int castsshadows\" 0"));
+    EXPECT_TRUE(casts("Attribute \"render\" \"string casts_shadows\" \"opaque\""));
+    EXPECT_TRUE(casts("Attribute \"visibility\" \"int transmission\" 0\n"
+                      "Attribute \"visibility\" \"int transmission\" 1"));
+    EXPECT_FALSE(casts("Attribute \"visibility\" \"int transmission\" 0\n"
+                       "Attribute \"shade\" \"string transmissionhitmode\" \"shader\""));
+}
+
+TEST(RibAttributes, NamesOfLightsArePartedByBlanksAndCommas) {
+    const Parsed r(world("Attribute \"lighting\" \"string excludesubset\" \"key, rim  fill\"\n"
+                         "Attribute \"lighting\" \"string[2] subset\" [\"a\" \"b\"]\nSphere 1 -1 1 360"));
+    EXPECT_EQ(r.primitive(0).attributes->lights_off, (std::vector<std::string>{"key", "rim", "fill"}));
+    EXPECT_EQ(r.primitive(0).attributes->lights_only, (std::vector<std::string>{"a", "b"}));
+}
+
+TEST(RibAttributes, OutOfRangeStaysAsItWas) {
+    const Parsed r(world("Attribute \"kanuka\" \"string diceflatness\" \"no\" \"int flat\" 1\n"
+                         "Attribute \"displacementbound\" \"float sphere\" -0.5\nSphere 1 -1 1 360"));
+    EXPECT_TRUE(r.says("\"diceflatness\" must be true or false (1 or 0)"));
+    EXPECT_TRUE(r.says("there is no \"flat\"; there are diceflatness, shadowterminator, densityprimvar"));
+    EXPECT_TRUE(r.primitive(0).attributes->dice_flatness);
+    EXPECT_EQ(r.primitive(0).attributes->displacement_bound, 0.5f);
+}
+
 // Two levels share a transition from 2204 to 2404, of which 2304 is the middle; half the paths meet each.
 TEST(RibAttributes, LevelsInTransition) {
     const Parsed r("Format 960 960 1 " + world("Translate 0 0 10 Detail [-.5 .5 -.5 .5 0 0]\n"
@@ -270,11 +304,10 @@ TEST(RibAttributes, LevelsInTransition) {
                                                "DetailRange 2204 2404 1e38 1e38 Sphere 1 -1 1 360\n"
                                                "DetailRange 0 0 1e38 1e38 Sphere 1 -1 1 360"));
     const auto level = [&](size_t i) {
-        const scene::Value* v = r.primitive(i).attributes->user.find("kanuka:level");
-        return v ? std::vector<float>(v->floats.begin(), v->floats.end()) : std::vector<float>{};
+        const scene::Attributes& a = *r.primitive(i).attributes;
+        return std::vector<float>{a.level_from, a.level_to};
     };
     ASSERT_EQ(r.scene.primitives.size(), 3u);
-    ASSERT_EQ(level(0).size(), 2u);
     EXPECT_NEAR(level(0)[0], 0.5f, 1e-3f);
     EXPECT_EQ(level(0)[1], 1);
     EXPECT_EQ(level(1)[0], 0);
@@ -286,7 +319,7 @@ TEST(RibAttributes, LevelsInTransition) {
                               "DetailRange 0 0 1150 1250 Sphere 1 -1 1 360\n"
                               "DetailRange 1150 1250 1e38 1e38 Sphere 1 -1 1 360"));
     ASSERT_EQ(scaled.scene.primitives.size(), 2u);
-    EXPECT_NEAR(scaled.primitive(0).attributes->user.find("kanuka:level")->floats[0], 0.02f, 1e-3f);
+    EXPECT_NEAR(scaled.primitive(0).attributes->level_from, 0.02f, 1e-3f);
 }
 
 // ---- lights -----------------------------------------------------------------------------------------

@@ -161,7 +161,6 @@ void Context::begin_world(const Location& where) {
         reports.error("camera", where,
                       "the moving camera's transformation cannot be inverted at all times; it stands still");
     m_scene.options = options.options;
-    m_transport = options.transport;
     if (writes_depth_only() && m_scene.options.integrator == "path") {
         m_scene.options.integrator = "facing";
         reports.info("depth alone", where,
@@ -234,9 +233,8 @@ void Context::finish(const Location& end) {
 // What the scene takes when its world is whole.
 void Context::complete() {
     using Transport = scene::Options::Transport;
-    m_scene.options.transport = m_transport == "auto"      ? traces_light ? Transport::Full : Transport::Auto
-                                : m_transport == "classic" ? Transport::Classic
-                                                           : Transport::Full;
+    if (traces_light && m_scene.options.transport == Transport::Auto)
+        m_scene.options.transport = Transport::Full;
     m_scene.light_shaders = lights.finish(reports);
     m_next_id = objects.finish(m_scene, m_next_id);
     m_scene.coordinate_systems = coordinate_systems;
