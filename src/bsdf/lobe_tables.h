@@ -52,6 +52,20 @@ struct LobeTables {
     // Mean of their albedos, and the fourth root of the width of GGX that has the same.
     float stretched_mean[Tails * Stretches * WideAlphas], stretched_round[Tails * Stretches * WideAlphas];
     float metal_n[Metals * MetalKnots], metal_k[Metals * MetalKnots];
+    // What stretched facets of an interface, or such of another tail, lose to one: side and index x tail x
+    // stretch x alpha x azimuth x cosine; means over directions.
+    struct StretchedGlass {
+        static constexpr int Indices = 12, Tails = 4, Stretches = 4, Alphas = 8, Azimuths = 5, Cosines = 14;
+        static constexpr int Corners = 2 * Indices * Tails * Stretches * Alphas;
+        float loss[Corners * Azimuths * Cosines], mean[Corners];
+
+        // 0, 1/4, 1/2 (GGX) and the longest.
+        static float tail_of(int t) { return t < Tails - 1 ? 0.25f * float(t) : MaxTail; }
+        static float index_of(int n) {
+            const float x = float(n) / (Indices - 1);
+            return std::max(1 + x * x * (MaxIndex - 1), MinIndex);
+        }
+    } stretched_glass;
     // Over cosine and roughness (its fourth power is the alpha that TableCell is given), and of width for
     // Phong, Blinn and highlights: albedos, and what SheenLobe::seen takes. Of highlights about the half
     // vector and the mirror direction, over what they reflect of all directions around their axis.
@@ -290,6 +304,56 @@ struct StretchedCell {
             const Int<W> q =
                 (at[k] * Int<W>(LobeTables::Azimuths) + p.i) * Int<W>(LobeTables::WideCosines) + c.i;
             const Int<W> r = q + Int<W>(LobeTables::WideCosines), one(1);
+            const Float<W> lo = fma(c.f, gather(t, q + one) - gather(t, q), gather(t, q));
+            const Float<W> hi = fma(c.f, gather(t, r + one) - gather(t, r), gather(t, r));
+            sum = fma(weight[k], fma(p.f, hi - lo, lo), sum);
+        }
+        return sum;
+    }
+};
+
+// Likewise of interfaces that light passes, seen from one side.
+template <int W>
+struct StretchedGlassCell {
+    using T = LobeTables::StretchedGlass;
+    Int<W> at[16]; // corners of alpha, stretch, tail, index
+    Float<W> weight[16];
+
+    StretchedGlassCell(Float<W> tail, Float<W> anisotropy, Float<W> alpha, Float<W> eta) {
+        const Float<W> one(1.0f), zero(0.0f), half(0.5f);
+        const Mask<W> outside = eta >= one;
+        const Float<W> index = kanuka::select(outside, eta, one / eta);
+        const Knot<W> n(sqrt(max(index - one, zero) * Float<W>(1 / (LobeTables::MaxIndex - 1))), T::Indices);
+        const Float<W> longer = (tail - half) * Float<W>(1 / (LobeTables::MaxTail - 0.5f));
+        const Knot<W> t((kanuka::select(tail < half, Float<W>(4.0f) * tail, Float<W>(2.0f) + longer)) *
+                            Float<W>(1.0f / (T::Tails - 1)),
+                        T::Tails);
+        const Knot<W> s(anisotropy, T::Stretches);
+        const Knot<W> a(sqrt(sqrt(max(alpha, zero))), T::Alphas);
+        const Int<W> side = kanuka::select(outside, Int<W>(0), Int<W>(T::Indices));
+        for (int k = 0; k < 16; k++) {
+            const Int<W> plane = side + n.i + Int<W>(k >> 3);
+            const Int<W> row = (plane * Int<W>(T::Tails) + t.i + Int<W>(k >> 2 & 1)) * Int<W>(T::Stretches);
+            at[k] = (row + s.i + Int<W>(k >> 1 & 1)) * Int<W>(T::Alphas) + a.i + Int<W>(k & 1);
+            weight[k] = (k & 1 ? a.f : one - a.f) * (k & 2 ? s.f : one - s.f) * (k & 4 ? t.f : one - t.f) *
+                        (k & 8 ? n.f : one - n.f);
+        }
+    }
+    Float<W> mean() const {
+        Float<W> sum(0.0f);
+        for (int k = 0; k < 16; k++)
+            sum = fma(weight[k], gather(lobe_tables().stretched_glass.mean, at[k]), sum);
+        return sum;
+    }
+    // Of light from w, in the frame of the axis.
+    Float<W> loss(const Vec3<Float<W>>& w) const {
+        const Knot<W> c(sqrt(abs(w.z)), T::Cosines);
+        const Knot<W> p(Float<W>(4.0f) * turn_of(abs(w.y), abs(w.x)), T::Azimuths);
+        const float* t = lobe_tables().stretched_glass.loss;
+        Float<W> sum(0.0f);
+        for (int k = 0; k < 16; k++) {
+            const Int<W> q = (at[k] * Int<W>(T::Azimuths) + p.i) * Int<W>(T::Cosines) + c.i;
+            const Int<W> r = q + Int<W>(T::Cosines), one(1);
             const Float<W> lo = fma(c.f, gather(t, q + one) - gather(t, q), gather(t, q));
             const Float<W> hi = fma(c.f, gather(t, r + one) - gather(t, r), gather(t, r));
             sum = fma(weight[k], fma(p.f, hi - lo, lo), sum);

@@ -152,18 +152,20 @@ struct InterfaceLobe {
     }
 
   public:
-    // What one facet does not send on of light from w. The index at 587.6 nm stands for all. Stretched
-    // facets: round ones that lose as much in the mean, by what stretching makes of a mirror's loss; its
-    // albedo goes about as one over s.
+    // What one facet does not send on of light from w. The index at 587.6 nm stands for all.
     static Float<W> loss_at(const LobeInputs<W>& in, const V& w) {
-        const Float<W> one(1.0f), cosine = abs(w.z), alpha = in.balance_alpha;
-        const Float<W> eta = kanuka::select(w.z < Float<W>(0.0f), one / in.balance_eta, in.balance_eta);
-        const Float<W> loss = loss_of_glass(cosine, alpha, eta);
-        if (!in.stretched)
-            return loss;
-        const Float<W> mirror = ggx_albedo(cosine, alpha), least(1e-5f);
-        const Float<W> stretched = mirror * ggx_balance(cosine, alpha) / in.cell.balance(w);
-        return min(loss * max(one - stretched, least) / max(one - mirror, least), one);
+        const Float<W> eta =
+            kanuka::select(w.z < Float<W>(0.0f), Float<W>(1.0f) / in.balance_eta, in.balance_eta);
+        return in.stretched ? cell(in, eta).loss(w) : loss_of_glass(abs(w.z), in.alpha, eta);
+    }
+    // The mean of it over directions, from the side whose index is `eta`.
+    static Float<W> mean_loss(const LobeInputs<W>& in, Float<W> eta) {
+        return in.stretched ? cell(in, eta).mean() : mean_loss_of_glass(in.alpha, eta);
+    }
+
+  private:
+    static StretchedGlassCell<W> cell(const LobeInputs<W>& in, Float<W> eta) {
+        return {in.tail, clamp(in.number[2], Float<W>(0.0f), Float<W>(1.0f)), in.alpha, eta};
     }
 };
 
@@ -199,12 +201,12 @@ Float<W> next_to_one(Float<W> index) {
 // often as it has light. Between facets of walks light goes either way.
 template <int W>
 void prepare_many(LobeInputs<W>& in, const Vec3<Float<W>>& wo) {
-    const Float<W> zero(0.0f), one(1.0f), least(1e-6f), eta = in.balance_eta, alpha = in.balance_alpha;
+    const Float<W> zero(0.0f), one(1.0f), least(1e-6f), eta = in.balance_eta;
     const Mask<W> outside = eta >= one;
     const Float<W> loss =
         kanuka::select(in.rough, InterfaceLobe<W>::loss_at(in, in.stretched ? to_axis(in, wo) : wo), zero);
-    const Float<W> here = max(mean_loss_of_glass(alpha, eta), least),
-                   there = max(mean_loss_of_glass(alpha, one / eta), least);
+    const Float<W> here = max(InterfaceLobe<W>::mean_loss(in, eta), least),
+                   there = max(InterfaceLobe<W>::mean_loss(in, one / eta), least);
     const Float<W> passes = one - dielectric_mean(kanuka::select(outside, eta, one / eta));
     const Float<W> below = passes * min(one, eta * eta * there / here);
     in.spread = min(loss, Float<W>(0.9f));
@@ -242,10 +244,6 @@ void prepare_interface(LobeInputs<W>& in, const Vec3<Float<W>>& wo, Mask<W> outs
         in.eta[i] = kanuka::select(outside, index[i], one / index[i]);
     if (in.compensated) {
         in.balance_eta = kanuka::select(outside, n_d, one / n_d);
-        if (in.stretched) { // tails are as GGX's at most
-            in.cell = StretchedCell<W>(min(in.tail, Float<W>(0.5f)), in.number[2], in.alpha);
-            in.balance_alpha = in.cell.round_alpha();
-        }
         prepare_many(in, wo);
     }
 }

@@ -219,39 +219,41 @@ void fill_ggx() {
     }
 }
 
-// What one facet of an interface does with light, from outside and from inside.
+// Of light from wo, what one facet of an interface neither reflects nor lets through. Fine steps over the
+// angle
+// (`around` of them, 2 `around` / 8 of the others): total reflection begins at an edge.
+template <class Facets>
+float lost_by_interface(const Facets& facets, const V& wo, float index, int n, int halves,
+                        float all_normals) {
+    const F lambda_o = facets.lambda(wo), eta(index), one(1.0f), zero(0.0f);
+    double whole = 0;
+    const auto add = [&](const V& m, F weight) {
+        F cos_t;
+        const F reflects = fresnel_dielectric(max(dot(wo, m), zero), eta, cos_t);
+        for (const bool passes : {false, true}) {
+            const V wi = passes ? refract(wo, m, eta, cos_t) : reflect(wo, m);
+            const Mask<8> valid = passes ? (wi.z < zero) & (reflects < one) : wi.z > zero;
+            const F share =
+                (passes ? one - reflects : reflects) * weight / (one + lambda_o + facets.lambda(wi));
+            for (int lane = 0; lane < 8; lane++)
+                if (valid[lane] && share[lane] > 0)
+                    whole += double(share[lane]);
+        }
+    };
+    stratify(facets, wo, n, all_normals, add, halves);
+    return float(std::clamp(1 - whole, 0.0, 1.0));
+}
+
 void fill_glass(int n, int k) {
     LobeTables& t = made();
     const Ggx<8> ggx{F(T::alpha_of(k))};
-    const F one(1.0f), zero(0.0f);
     for (int side = 0; side < 2; side++) {
-        const int index = side * T::GlassIndices + n;
-        float* loss = t.glass_loss + index * T::Plane + k * T::Cosines;
-        for (int c = 0; c < T::Cosines; c++) {
-            loss[c] = 0;
-            if (k == 0)
-                continue;
-            const V wo = view(T::cosine_of(c));
-            const F lambda_o = ggx.lambda(wo), eta(side ? 1 / T::glass_index_of(n) : T::glass_index_of(n));
-            double whole = 0;
-            const auto add = [&](const V& m, F weight) {
-                F cos_t;
-                const F reflects = fresnel_dielectric(max(dot(wo, m), zero), eta, cos_t);
-                for (const bool passes : {false, true}) {
-                    const V wi = passes ? refract(wo, m, eta, cos_t) : reflect(wo, m);
-                    const Mask<8> valid = passes ? (wi.z < zero) & (reflects < one) : wi.z > zero;
-                    const F share =
-                        (passes ? one - reflects : reflects) * weight / (one + lambda_o + ggx.lambda(wi));
-                    for (int lane = 0; lane < 8; lane++)
-                        if (valid[lane] && share[lane] > 0)
-                            whole += double(share[lane]);
-                }
-            };
-            // Fine ones over the angle: total reflection begins at an edge, which 32 miss by up to 2 %.
-            stratify(ggx, wo, 96, 0, add, 24);
-            loss[c] = float(std::clamp(1 - whole, 0.0, 1.0));
-        }
-        t.glass_mean_loss[index * T::Alphas + k] = float(cosine_mean(loss, T::Cosines));
+        const int at = side * T::GlassIndices + n;
+        float* loss = t.glass_loss + at * T::Plane + k * T::Cosines;
+        const float index = side ? 1 / T::glass_index_of(n) : T::glass_index_of(n);
+        for (int c = 0; c < T::Cosines; c++)
+            loss[c] = k == 0 ? 0 : lost_by_interface(ggx, view(T::cosine_of(c)), index, 96, 24, 0);
+        t.glass_mean_loss[at * T::Alphas + k] = float(cosine_mean(loss, T::Cosines));
     }
 }
 
@@ -332,6 +334,33 @@ void fill_stretched(int tail_index, int stretch_index, int k) {
         (double(ggx_mean_albedo(Float<1>(x * x * x * x))[0]) > mean ? low : high) = x;
     }
     t.stretched_round[at] = low;
+}
+
+// The same as fill_glass, of facets that are stretched or have another tail.
+void fill_stretched_glass(int at) {
+    LobeTables& t = made();
+    using G = LobeTables::StretchedGlass;
+    const int k = at % G::Alphas, stretch = at / G::Alphas % G::Stretches,
+              tail_index = at / (G::Alphas * G::Stretches) % G::Tails,
+              n = at / (G::Alphas * G::Stretches * G::Tails);
+    const float tail = G::tail_of(tail_index), alpha = T::alpha_of(k, G::Alphas);
+    const float across = stretched_width(Float<1>(alpha), Float<1>(float(stretch) / (G::Stretches - 1)))[0];
+    const StretchedFacets<8> facets{F(across), F(alpha), F(tail)};
+    const float index = G::index_of(n % G::Indices);
+    float* loss = t.stretched_glass.loss + at * G::Azimuths * G::Cosines;
+    double mean = 0; // trapezoids over the quarter turn
+    for (int p = 0; p < G::Azimuths; p++) {
+        float* row = loss + p * G::Cosines;
+        for (int c = 0; c < G::Cosines; c++)
+            row[c] =
+                k == 0 ? 0
+                       : lost_by_interface(
+                             facets, view(T::cosine_of(c, G::Cosines), 0.25f * float(p) / (G::Azimuths - 1)),
+                             n < G::Indices ? index : 1 / index, 40, 0, tail > 0.505f ? 0.5f : 0.0f);
+        mean +=
+            cosine_mean(row, G::Cosines) * (p == 0 || p == G::Azimuths - 1 ? 0.5 : 1.0) / (G::Azimuths - 1);
+    }
+    t.stretched_glass.mean[at] = float(mean);
 }
 
 // ---- other lobes
@@ -519,6 +548,8 @@ void fill_all(const char* metals) {
         for (int s = 0; s < T::Stretches; s++)
             for (int k = 0; k < T::WideAlphas; k++)
                 fill_stretched(t, s, k);
+    for (int at = 0; at < LobeTables::StretchedGlass::Corners; at++)
+        fill_stretched_glass(at);
 }
 
 } // namespace
