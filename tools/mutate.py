@@ -102,11 +102,12 @@ class Mutant:
     length: int  # of what is replaced
     template: str  # with {id}
     code: str  # the line as it stands
+    nth: int = 0  # of lines alike in the file
 
     @property
     def key(self) -> str:
         """The same while the line and those like it before it stand as they are."""
-        text = f"{self.file}|{self.code}|{self.column}|{self.rule}|{self.template}"
+        text = f"{self.file}|{self.code}|{self.column}|{self.rule}|{self.template}" + "|again" * self.nth
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
@@ -182,12 +183,15 @@ def sites(folder: str) -> list[Mutant]:
         name = str(path.relative_to(ROOT))
         if path.suffix not in (".cpp", ".h") or SKIPPED.search(name):
             continue
+        alike = Counter()
         for number, line in enumerate(path.read_text().splitlines(), 1):
             code = line.split("//")[0]
+            nth = alike[line.strip()]
+            alike[line.strip()] += 1
             if NO_MUTANTS.search(code) or TABLE.match(code):
                 continue
             for column, length, rule, template in sites_of_line(code):
-                found.append(Mutant(folder, name, number, column, rule, length, template, line.strip()))
+                found.append(Mutant(folder, name, number, column, rule, length, template, line.strip(), nth))
     return found
 
 
@@ -379,8 +383,12 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="compilers, and mutants at a time")
     parser.add_argument("--list", action="store_true", help="print the mutants and do nothing")
     parser.add_argument("--report", action="store_true", help="print what is known and do nothing")
+    parser.add_argument("--work", default="mutants", help="folder of build/ for all that is kept: one for each run")
     parser.add_argument("--json", action="store_true", help="the report as JSON")
     args = parser.parse_args()
+    global WORK, TREE, RESULTS
+    WORK = ROOT / "build" / args.work
+    TREE, RESULTS = WORK / "tree", WORK / "results.json"
     folders = args.folders or list(TESTS)
     args.everything, args.count = args.report and args.count is None, args.count or 25
     if args.list:
