@@ -267,19 +267,34 @@ def build(mutants: dict[int, Mutant], targets: list[str], jobs: int) -> dict[int
 def command_of(test: str) -> list[str]:
     if test == "reference":
         return [str(ROOT / ".venv" / "bin" / "python"), "-m", "pytest", "-xq", *REFERENCE]
-    return [str(TREE / "build" / "src" / test.split("_")[1] / test), "--gtest_fail_fast", "--gtest_brief=1"]
+    return [str(TREE / "build" / "src" / test.split("_")[1] / test), "--gtest_fail_fast"]
+
+
+def quick_first(command: list[str], printed: str) -> list[list[str]]:
+    """Two commands for one: the many tests that take a tenth of the time together find most mutants."""
+    times = sorted((int(m[2]), m[1]) for m in re.finditer(r"^\[ +OK \] (\S+) \((\d+) ms\)", printed, re.M))
+    quick, left = [], 0.1 * sum(t for t, _ in times)
+    for t, name in times:
+        left -= t
+        if left >= 0:
+            quick.append(name)
+    names = ":".join(quick)
+    return [[*command, f"--gtest_filter={names}"], [*command, f"--gtest_filter=-{names}"]] if quick else [command]
 
 
 def environment(number: int) -> dict[str, str]:
     return {**os.environ, VARIABLE: str(number), "PYTHONPATH": str(TREE / "python")}
 
 
-def try_mutant(number: int, command: list[str], limit: float) -> tuple[str, str]:
-    try:
-        done = run(command, cwd=TREE, env=environment(number), timeout=limit)
-    except subprocess.TimeoutExpired:
-        return "killed", "time limit"
-    if done.returncode == 0:
+def try_mutant(number: int, commands: list[list[str]], limit: float) -> tuple[str, str]:
+    for command in commands:
+        try:
+            done = run(command, cwd=TREE, env=environment(number), timeout=limit)
+        except subprocess.TimeoutExpired:
+            return "killed", "time limit"
+        if done.returncode != 0:
+            break
+    else:
         return "survived", ""
     patterns = (r"\[  FAILED  \] ([\w/.]+)", r"^FAILED (\S+)", r"(\w+\.cpp:\d+): Failure")
     names = (m[1] for p in patterns if (m := re.search(p, done.stdout, re.M)))
@@ -309,10 +324,11 @@ def ask(test: str, sampled: list[Mutant], wanted: set[str], results: dict, jobs:
     whole = run(command, cwd=TREE, env=environment(0))
     if whole.returncode:
         sys.exit(whole.stdout[-4000:] + "\nmutate: the tests fail without a mutant")
+    commands = quick_first(command, whole.stdout)
     limit = 4 * (time.monotonic() - started) + 30
     print(f"{test}: {len(built)} mutants to try; the tests take {(limit - 30) / 4:.0f} s", flush=True)
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-        waiting = {pool.submit(try_mutant, n, command, limit): m for n, m in built.items()}
+        waiting = {pool.submit(try_mutant, n, commands, limit): m for n, m in built.items()}
         for done, future in enumerate(concurrent.futures.as_completed(waiting), 1):
             mutant = waiting[future]
             verdict, by = future.result()
