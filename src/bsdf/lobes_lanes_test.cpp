@@ -2,9 +2,8 @@
 // length, names by the nearest number.
 #include <gtest/gtest.h>
 
-#include "bsdf/material.h"
 #include "bsdf/oracles/optics.h"
-#include "bsdf/test_lobes.h"
+#include "bsdf/test_trees.h"
 
 namespace kanuka::bsdf {
 namespace {
@@ -142,6 +141,114 @@ TEST(LobeLanes, NeighboursDoNotMatter) {
                 given |= uint32_t(round % 3 == 0 || u.one() < 0.6f) << i;
             if (!is_alone<8>(decl, given, u) || !is_alone<16>(decl, given, u))
                 break;
+        }
+    }
+}
+
+namespace {
+
+// Each lane reads the values of a tree of its own; all trees are of one program.
+template <int W>
+struct LaneFetch {
+    std::vector<TreeFetch<1>> lanes;
+    LaneFetch(const Tree* trees) {
+        for (int k = 0; k < W; k++)
+            lanes.emplace_back(trees[k]);
+    }
+    Float<W> at(const MaterialCode::Place& p, int component) const {
+        Float<W> f;
+        for (int k = 0; k < W; k++) {
+            const Vec3f v = lanes[size_t(k)].value(p);
+            f.v[k] = component < 3 ? v[component] : (v.x + v.y + v.z) / 3;
+        }
+        return f;
+    }
+    Spectrum<W> color(const MaterialCode::Place& p) const {
+        Spectrum<W> s;
+        for (int i = 0; i < Wavelengths; i++)
+            s[i] = at(p, i);
+        return s;
+    }
+    Float<W> number(const MaterialCode::Place& p) const { return at(p, 0); }
+};
+
+Tree random_material(int kind, Uniform& u) {
+    const auto some = [&] { return u.one() < 0.25f ? 0.0f : u.one() < 0.3f ? 1.0f : u.one(); };
+    const auto color = [&] { return Vec3f(some(), u.one(), u.one()); };
+    Tree t;
+    const auto coat = [&] {
+        return t.lobe(LobeId::MicrofacetDielectricBrdf,
+                      {color(), Vec3f(1.1f + u.one()), Vec3f(some()), Vec3f(0.0f), Vec3f(0.0f), Vec3f(0.5f),
+                       Vec3f(0.0f), Vec3f(1.33f), color()},
+                      some());
+    };
+    const LayerOp over = kind % 2 ? LayerOp::Thick : LayerOp::Coat;
+    const int first = coat(), second = kind < 4 ? coat() : -1;
+    const int metal = t.lobe(LobeId::MicrofacetConductorBrdf, {color(), White, Vec3f(some())}, some());
+    const int other = kind % 3 == 0   ? t.lobe(LobeId::PhongBrdf, {color(), Vec3f(50 * u.one())}, some())
+                      : kind % 3 == 1 ? t.lobe(LobeId::OrenNayarBrdf, {color(), Vec3f(some())}, some())
+                                      : t.lobe(LobeId::ThinWalledDielectricBsdf,
+                                               {color(), color(), Vec3f(1.5f), Vec3f(some())}, some());
+    int base = t.join(kind & 2 ? LayerOp::Over : LayerOp::Mix, metal, other, some());
+    if (second >= 0)
+        base = t.join(over, second, base, some());
+    t.join(over, first, base, some());
+    return t;
+}
+
+template <int W>
+std::vector<std::vector<float>> material_answers(const Tree* trees, const MaterialCode& code,
+                                                 const float (*u)[5]) {
+    const auto lanes = [&](int which) {
+        Float<W> f;
+        for (int k = 0; k < W; k++)
+            f.v[k] = u[k][which];
+        return f;
+    };
+    Float<W> l[Wavelengths];
+    wavelengths<W>(l);
+    const Float<W> z = max(lanes(3), Float<W>(0.01f)), sine = sqrt(Float<W>(1.0f) - z * z);
+    const Vec3<Float<W>> wo(sine * Float<W>(0.8f), sine * Float<W>(-0.6f), z);
+    const Material<W> m(code, LaneFetch<W>(trees), lanes(4) < Float<W>(0.7f), wo, l);
+    const auto s = m.sample(wo, lanes(0), lanes(1), lanes(2));
+    const auto straight = m.straight(wo);
+    std::vector<std::vector<float>> all;
+    for (int k = 0; k < W; k++) {
+        std::vector<float>& out = all.emplace_back();
+        out = {float(m.black()[k]), float(s.valid[k])};
+        for (int i = 0; i < Wavelengths; i++)
+            out.insert(out.end(), {m.albedo()[i][k], straight.f[i][k], straight.pdf[i][k]});
+        if (!s.valid[k])
+            continue;
+        out.insert(out.end(), {float(s.delta[k]), float(s.leaf[k]), s.wi.x[k], s.wi.y[k], s.wi.z[k]});
+        for (int i = 0; i < Wavelengths; i++)
+            out.insert(out.end(), {s.value.f[i][k], s.value.pdf[i][k]});
+    }
+    return all;
+}
+
+} // namespace
+
+// The same of materials: coats of any roughness and weight, thick or thin, over rough and smooth lobes.
+TEST(LobeLanes, NeighboursDoNotMatterToMaterials) {
+    for (int kind = 0; kind < 12; kind++) {
+        Uniform u(uint32_t(kind) + 5);
+        bool good = true;
+        for (int round = 0; round < 30 && good; round++) {
+            std::vector<Tree> trees;
+            float numbers[8][5];
+            for (auto& row : numbers) {
+                trees.push_back(random_material(kind, u));
+                for (float& x : row)
+                    x = u.one();
+            }
+            const MaterialCode code(trees[0].program);
+            const auto together = material_answers<8>(trees.data(), code, numbers);
+            for (size_t k = 0; k < 8; k++) {
+                const auto alone = material_answers<1>(&trees[k], code, numbers + k)[0];
+                good &= together[k] == alone;
+                EXPECT_EQ(together[k], alone) << "kind " << kind << " round " << round << " lane " << k;
+            }
         }
     }
 }

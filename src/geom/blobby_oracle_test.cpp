@@ -70,28 +70,23 @@ class Program {
     }
     int leaves() const { return m_leaves; }
     double value(const double* p) const { return value(int(nodes.size()) - 1, p); }
-    // By how much each leaf has a say, as the header has it.
+    // By how much each leaf has a say, as the header has it; nothing where none has, or several might have
+    // it.
     std::vector<double> say(const double* p) const {
         std::vector<double> by(size_t(m_leaves), 0.0);
-        spread(int(nodes.size()) - 1, 1, p, by);
         double sum = 0;
+        if (!spread(int(nodes.size()) - 1, 1, p, by))
+            return {};
         for (const double s : by)
             sum += s;
         if (sum == 0)
-            by[0] = sum = 1;
+            return {};
         for (double& s : by)
             s /= sum;
         return by;
     }
-    // Does a division come near nothing divided by nothing, or an extremum near a tie? There is no gradient.
     double uniform(double lo, double hi) { return lo + (hi - lo) * double(m_engine()) / 4294967296.0; }
     int pick(int n) { return int(m_engine() % unsigned(n)); }
-    bool divides() const {
-        for (const Node& n : nodes)
-            if (n.op == 5)
-                return true;
-        return false;
-    }
 
   private:
     struct Node {
@@ -165,30 +160,33 @@ class Program {
             r = -v[0];
         return r;
     }
-    void spread(int i, double own, const double* p, std::vector<double>& by) const {
+    bool spread(int i, double own, const double* p, std::vector<double>& by) const {
         const Node& n = nodes[size_t(i)];
         if (n.op >= 1000) {
             if (n.leaf >= 0)
                 by[size_t(n.leaf)] += own;
-            return;
+            return true;
         }
-        if (n.op >= 4) {
-            spread(n.of[n.op == 4 ? 1 : 0], own, p, by);
-            return;
-        }
+        if (n.op >= 4)
+            return spread(n.of[n.op == 4 ? 1 : 0], own, p, by);
         double sum = 0;
-        int best = n.of[0];
+        int best = n.of[0], ties = 0;
+        const auto better = [&](int a, int b) {
+            return n.op == 2 ? value(a, p) > value(b, p) : value(a, p) < value(b, p);
+        };
         for (const int k : n.of) {
             sum += std::max(0.0, value(k, p));
-            if (n.op == 2 ? value(k, p) > value(best, p) : n.op == 3 && value(k, p) < value(best, p))
-                best = k;
+            best = better(k, best) ? k : best;
         }
+        for (const int k : n.of)
+            ties += k != best && value(k, p) == value(best, p);
         if (n.op >= 2)
-            spread(best, own, p, by);
-        else
-            for (const int k : n.of)
-                spread(k, own * (sum > 0 ? std::max(0.0, value(k, p)) / sum : 1.0 / double(n.of.size())), p,
-                       by);
+            return ties == 0 && spread(best, own, p, by);
+        bool clear = sum > 0;
+        for (const int k : n.of)
+            if (const double v = value(k, p); clear && v > 0)
+                clear = spread(k, own * v / sum, p, by);
+        return clear;
     }
 
     std::vector<Node> nodes;
@@ -199,7 +197,7 @@ class Program {
 } // namespace
 
 TEST(BlobbyOracles, FieldsOfRandomPrograms) {
-    int crossing = 0, empty = 0, smooth = 0;
+    int crossing = 0, empty = 0, smooth = 0, said = 0;
     for (uint32_t seed = 1; seed <= 300; seed++) {
         Program program(seed);
         SCOPED_TRACE("program " + std::to_string(seed));
@@ -230,7 +228,7 @@ TEST(BlobbyOracles, FieldsOfRandomPrograms) {
                 std::vector<double> by;
                 field.influences(p, local, by);
                 const std::vector<double> say = program.say(p);
-                for (size_t k = 0; k < say.size() && !program.divides(); k++)
+                for (size_t k = 0; k < say.size(); k++, said++)
                     ASSERT_NEAR(by[k], say[k], 1e-6);
                 // Where it is smooth, slopes to both sides agree.
                 constexpr double H = 1e-4;
@@ -255,8 +253,9 @@ TEST(BlobbyOracles, FieldsOfRandomPrograms) {
             empty += !local.crosses;
         }
     }
-    EXPECT_GT(crossing, 150);
+    EXPECT_GT(crossing, 80);
     EXPECT_GT(smooth, 20000);
+    EXPECT_GT(said, 5000);
     EXPECT_GT(empty, 800); // bounds are of use
 }
 
