@@ -6,6 +6,7 @@
 
 #include "geom/polygon_faces.h"
 #include "geom/test_surfaces.h"
+#include "geom/triangulate.h"
 
 using namespace kanuka;
 using namespace kanuka::geom;
@@ -215,6 +216,39 @@ int64_t twice_area(const std::vector<std::array<int, 2>>& p) {
 }
 
 } // namespace
+
+// Newell's vector is the polygon's doubled area along the normal of its plane, whichever that is: the cross
+// product of the plane's axes, times the area in them. In whole numbers.
+TEST(TopologyOracles, NormalsAreTwiceTheArea) {
+    std::mt19937 g(8);
+    const auto pick = [&](int n) { return int(g() % unsigned(2 * n + 1)) - n; };
+    for (int round = 0; round < 500; round++) {
+        int64_t axis[3][3]; // origin, two directions
+        for (auto& a : axis)
+            for (int64_t& x : a)
+                x = pick(9);
+        std::vector<std::array<int, 2>> outline;
+        std::vector<Vec3f> p;
+        for (int i = 0; i < 3 + round % 6; i++) {
+            outline.push_back({pick(20), pick(20)});
+            Vec3f at;
+            for (int c = 0; c < 3; c++)
+                at[c] = float(axis[0][c] + outline.back()[0] * axis[1][c] + outline.back()[1] * axis[2][c]);
+            p.push_back(at);
+        }
+        const Vec3f n = newell_normal(p.data(), int(p.size()));
+        bool turns = true; // every corner to the left
+        for (size_t i = 0; i < p.size(); i++)
+            turns &= twice_area({outline[i], outline[(i + 1) % p.size()], outline[(i + 2) % p.size()]}) >= 0;
+        for (int c = 0; c < 3; c++) {
+            const int a = (c + 1) % 3, b = (c + 2) % 3;
+            const int64_t across = axis[1][a] * axis[2][b] - axis[1][b] * axis[2][a];
+            EXPECT_EQ(n[c], float(across * twice_area(outline)));
+        }
+        EXPECT_TRUE(!(length(n) > 0) || twice_area(outline) <= 0 ||
+                    is_convex(p.data(), int(p.size()), n) == turns);
+    }
+}
 
 // Star-shaped polygons on whole numbers, in any plane of the axes: pieces turn as they do and have their
 // area, to the last unit; convex ones of up to eight corners stay whole.

@@ -215,6 +215,32 @@ TEST(CurveOracles, Fibres) {
     EXPECT_NEAR(stub.vertices.P[0], 0.01f, 1e-6f);
 }
 
+// Thin ones that must be polygons: three sides, whose outline is that of the width, and which are as wide as
+// that from the camera.
+TEST(CurveOracles, ThinTubesHaveThreeSides) {
+    scene::Curves c;
+    c.cubic = false;
+    c.vertices_per_curve = std::vector<int32_t>{2};
+    scene::Primitive p = primitive(c, {0, 0, 0, 5, 0, 0});
+    p.primvars.set(value("constantwidth", Type::Float, Detail::Constant, {0.2f}));
+    const MeshParts out = curves(p, Eye(), true);
+    const grid::Grid& g = out.vertices;
+    ASSERT_EQ(g.vertices() % 3, 0);
+    for (int ring = 0; ring < g.vertices(); ring += 3) {
+        float outline = 0, low = 1, high = -1;
+        Vec3f middle(0);
+        for (int k = 0; k < 3; k++) {
+            const Vec3f q = g.position(ring + k);
+            outline += length(g.position(ring + (k + 1) % 3) - q);
+            low = std::min(low, q.y), high = std::max(high, q.y);
+            middle += q;
+        }
+        EXPECT_NEAR(outline, 0.2f * Pi, 1e-5f);
+        EXPECT_NEAR(high - low, 0.2f, 1e-5f);
+        EXPECT_LT(std::hypot(middle.y, middle.z), 1e-5f);
+    }
+}
+
 // Cells of a blob are micropolygons where its surface is nearest: quads are half as many again as its area
 // has cells, since a lattice's edges in three directions meet it.
 TEST(BlobbyOracles, CellsAreMicropolygonsWhereItIsNearest) {
