@@ -3,15 +3,14 @@
 
     tools/mutate.py bsdf color                 # sample mutants of these folders, build them once, run all
     tools/mutate.py bsdf --count 40 --seed 7   # more of them, others
-    tools/mutate.py bsdf --count 80 --from 40  # the next 40 of the same sample
     tools/mutate.py --report                   # what the kept results say
 
-All mutants of a sample are compiled into one build and switched on one at a time by an environment variable
-(mutant schemata: Untch, Offutt and Harrold 1993), in a copy of the tree under build/mutants; a new test is all that is
-compiled when they are tried again. Rules are the faults of this trade: a sign, a dropped term, a factor of two, a
-constant doubled, a loop that ends one early, a condition the other way round, a root or a bound that is missing.
-Results are kept in build/mutants/results.json after every mutant; a run that was stopped goes on from there. Survivors
-that are known to change no result stand in tools/mutants.json, each with its reason.
+All mutants of a folder are compiled into one build and switched on one at a time by an environment variable
+(mutant schemata: Untch, Offutt and Harrold 1993), in a copy of the tree under build/mutants. Rules are the faults of
+this trade: a sign, a dropped term, a factor of two, a constant doubled, a loop that ends one early, a condition the
+other way round, a root or a bound that is missing. Results are kept in build/mutants/results.json after every mutant;
+a run that was stopped goes on from there. Survivors that are known to change no result stand in tools/mutants.json,
+each with its reason.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ RESULTS = WORK / "results.json"
 ACCEPTED = ROOT / "tools" / "mutants.json"
 VARIABLE = "KANUKA_MUTANT"
 
-# The tests that should notice, in this order: what passes the first is tried with the next.
+# The tests that should notice, in this order: what passes the first is built anew for the next.
 TESTS = {
     "color": ["kanuka_color_test"],
     "bsdf": ["kanuka_bsdf_test", "kanuka_transport_test"],
@@ -245,7 +244,7 @@ def write_tree(mutants: dict[int, Mutant]) -> None:
 
 def build(mutants: dict[int, Mutant], targets: list[str], jobs: int) -> dict[int, Mutant]:
     """Builds with all that compile; returns those."""
-    folder = TREE / "build"  # so seen from here sources have the paths of a plain build, and the compiler cache serves
+    folder = WORK / "build"
     for _ in range(12):
         write_tree(mutants)
         if not (folder / "build.ninja").exists():
@@ -267,34 +266,19 @@ def build(mutants: dict[int, Mutant], targets: list[str], jobs: int) -> dict[int
 def command_of(test: str) -> list[str]:
     if test == "reference":
         return [str(ROOT / ".venv" / "bin" / "python"), "-m", "pytest", "-xq", *REFERENCE]
-    return [str(TREE / "build" / "src" / test.split("_")[1] / test), "--gtest_fail_fast"]
-
-
-def quick_first(command: list[str], printed: str) -> list[list[str]]:
-    """Two commands for one: the many tests that take a tenth of the time together find most mutants."""
-    times = sorted((int(m[2]), m[1]) for m in re.finditer(r"^\[ +OK \] (\S+) \((\d+) ms\)", printed, re.M))
-    quick, left = [], 0.1 * sum(t for t, _ in times)
-    for t, name in times:
-        left -= t
-        if left >= 0:
-            quick.append(name)
-    names = ":".join(quick)
-    return [[*command, f"--gtest_filter={names}"], [*command, f"--gtest_filter=-{names}"]] if quick else [command]
+    return [str(WORK / "build" / "src" / test.split("_")[1] / test), "--gtest_fail_fast", "--gtest_brief=1"]
 
 
 def environment(number: int) -> dict[str, str]:
     return {**os.environ, VARIABLE: str(number), "PYTHONPATH": str(TREE / "python")}
 
 
-def try_mutant(number: int, commands: list[list[str]], limit: float) -> tuple[str, str]:
-    for command in commands:
-        try:
-            done = run(command, cwd=TREE, env=environment(number), timeout=limit)
-        except subprocess.TimeoutExpired:
-            return "killed", "time limit"
-        if done.returncode != 0:
-            break
-    else:
+def try_mutant(number: int, command: list[str], limit: float) -> tuple[str, str]:
+    try:
+        done = run(command, cwd=TREE, env=environment(number), timeout=limit)
+    except subprocess.TimeoutExpired:
+        return "killed", "time limit"
+    if done.returncode == 0:
         return "survived", ""
     patterns = (r"\[  FAILED  \] ([\w/.]+)", r"^FAILED (\S+)", r"(\w+\.cpp:\d+): Failure")
     names = (m[1] for p in patterns if (m := re.search(p, done.stdout, re.M)))
@@ -312,23 +296,17 @@ def keep(results: dict) -> None:
     fresh.replace(RESULTS)
 
 
-def ask(test: str, sampled: list[Mutant], wanted: set[str], results: dict, jobs: int) -> None:
-    numbered = {n: m for n, m in enumerate(sampled, 1) if results.get(m.key, {}).get("verdict") != "does not compile"}
-    built = build(numbered, ["kanuka_native" if test == "reference" else test], jobs)
-    for n in numbered.keys() - built.keys():
-        results[numbered[n].key] = {**asdict(numbered[n]), "verdict": "does not compile", "by": "", "passed": []}
-    keep(results)
-    built = {n: m for n, m in built.items() if m.key in wanted}
+def ask(test: str, mutants: list[Mutant], results: dict, jobs: int) -> None:
+    built = build(dict(enumerate(mutants, 1)), ["kanuka_native" if test == "reference" else test], jobs)
     command = command_of(test)
     started = time.monotonic()
     whole = run(command, cwd=TREE, env=environment(0))
     if whole.returncode:
         sys.exit(whole.stdout[-4000:] + "\nmutate: the tests fail without a mutant")
-    commands = quick_first(command, whole.stdout)
     limit = 4 * (time.monotonic() - started) + 30
-    print(f"{test}: {len(built)} mutants to try; the tests take {(limit - 30) / 4:.0f} s", flush=True)
+    print(f"{test}: {len(built)} mutants built; the tests take {(limit - 30) / 4:.0f} s", flush=True)
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-        waiting = {pool.submit(try_mutant, n, commands, limit): m for n, m in built.items()}
+        waiting = {pool.submit(try_mutant, n, command, limit): m for n, m in built.items()}
         for done, future in enumerate(concurrent.futures.as_completed(waiting), 1):
             mutant = waiting[future]
             verdict, by = future.result()
@@ -342,29 +320,25 @@ def ask(test: str, sampled: list[Mutant], wanted: set[str], results: dict, jobs:
 
 def go_through(folder: str, args: argparse.Namespace) -> None:
     results = load(RESULTS)
-    sampled = sample(folder, args.count, args.seed)
-    chosen = [m.key for m in sampled[args.start :]]
+    chosen = {m.key: m for m in sample(folder, args.count, args.seed)}
     if args.again:
-        results = {k: r for k, r in results.items() if k not in chosen or r["verdict"] != "survived"}
-    for test in TESTS[folder][: 1 if args.own else None] + (["reference"] if args.reference else []):
+        results = {k: r for k, r in results.items() if k not in chosen or r["verdict"] == "killed"}
+    for test in TESTS[folder] + (["reference"] if args.reference else []):
         known = {k: results.get(k, {}) for k in chosen}
-        left = {
-            k for k, r in known.items() if r.get("verdict") in (None, "survived") and test not in r.get("passed", [])
-        }
+        left = [
+            m
+            for k, m in chosen.items()
+            if known[k].get("verdict") != "killed" and test not in known[k].get("passed", [])
+        ]
         print(f"{folder}, {test}: {len(left)} of {len(chosen)} mutants", flush=True)
         if left:
-            ask(test, sampled, left, results, args.jobs)
+            ask(test, left, results, args.jobs)
 
 
-def report(folders: list[str], args: argparse.Namespace) -> int:
-    """The table of the sample, of all that is kept if --report stands alone; exit 1 where a survivor has no reason."""
+def report(folders: list[str], as_json: bool) -> int:
+    """The table, and exit 1 where a survivor has no reason."""
     accepted = load(ACCEPTED)
-    wanted = {m.key for f in folders for m in sample(f, args.count, args.seed)[args.start :]}
-    results = {
-        k: r
-        for k, r in load(RESULTS).items()
-        if r["folder"] in folders and (args.everything or k in wanted) and r["verdict"] != "does not compile"
-    }
+    results = {k: r for k, r in load(RESULTS).items() if r["folder"] in folders}
     count = defaultdict(Counter)
     survivors = []
     for key, r in sorted(results.items(), key=lambda kr: (kr[1]["file"], kr[1]["line"])):
@@ -373,7 +347,7 @@ def report(folders: list[str], args: argparse.Namespace) -> int:
         count[r["folder"]][verdict] += 1
         if r["verdict"] == "survived":
             survivors.append({"key": key, **r, "reason": reason})
-    if args.json:
+    if as_json:
         print(json.dumps({"folders": count, "survivors": survivors}, indent=1))
     else:
         print(f"{'folder':<12}{'killed':>8}{'accepted':>10}{'survived':>10}{'killed of those that matter':>30}")
@@ -390,32 +364,25 @@ def report(folders: list[str], args: argparse.Namespace) -> int:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folders", nargs="*", choices=[*TESTS, []], help="of src/; default: all")
-    parser.add_argument("--count", type=int, help="mutants a folder (25)")
-    parser.add_argument("--from", type=int, default=0, dest="start", help="leave out this many, first in the sample")
+    parser.add_argument("--count", type=int, default=25, help="mutants a folder (25)")
     parser.add_argument("--seed", type=int, default=1, help="another number, other mutants (1)")
     parser.add_argument("--reference", action="store_true", help="also the reference scenes; builds the Python module")
-    parser.add_argument("--own", action="store_true", help="only the first of the folder's tests")
     parser.add_argument("--again", action="store_true", help="try survivors again")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="compilers, and mutants at a time")
     parser.add_argument("--list", action="store_true", help="print the mutants and do nothing")
     parser.add_argument("--report", action="store_true", help="print what is known and do nothing")
-    parser.add_argument("--work", default="mutants", help="folder of build/ for all that is kept: one for each run")
     parser.add_argument("--json", action="store_true", help="the report as JSON")
     args = parser.parse_args()
-    global WORK, TREE, RESULTS
-    WORK = ROOT / "build" / args.work
-    TREE, RESULTS = WORK / "tree", WORK / "results.json"
     folders = args.folders or list(TESTS)
-    args.everything, args.count = args.report and args.count is None, args.count or 25
     if args.list:
         for folder in folders:
-            for m in sample(folder, args.count, args.seed)[args.start :]:
+            for m in sample(folder, args.count, args.seed):
                 print(f"{m.key} {m.file}:{m.line}:{m.column} {m.rule}\n    {m.code}\n    {m.template}")
         return 0
     if not args.report:
         for folder in folders:
             go_through(folder, args)
-    return report(folders, args)
+    return report(folders, args.json)
 
 
 if __name__ == "__main__":
