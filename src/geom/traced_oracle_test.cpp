@@ -241,6 +241,71 @@ TEST(CurveOracles, ThinTubesHaveThreeSides) {
     }
 }
 
+// Of any size in the picture, balls have four times a circle's area (Cauchy: their mean silhouette is the
+// circle) and disks the circle's; a point's vertices and triangles are its own.
+TEST(PointOracles, AreasAreThoseOfCircles) {
+    for (const char* type : {"sphere", "disk"})
+        for (const float pixels : {1.0f, 4.0f, 12.0f, 40.0f, 200.0f}) {
+            const float width[2] = {0.5f, 0.3f};
+            scene::Primitive p = primitive(scene::Points{}, {0, 0, 0, 4, 1, -2});
+            p.primvars.set(value("width", Type::Float, Detail::Varying, {width[0], width[1]}));
+            scene::Value name;
+            name.name = "type", name.type = Type::String, name.detail = Detail::Constant;
+            name.strings = std::vector<std::string>{type};
+            p.primvars.set(name);
+            Eye eye;
+            eye.pixels = 4 * pixels; // of the first one's radius
+            MeshParts out;
+            Journal journal;
+            ASSERT_TRUE(mesh_from_points(p, {}, eye, journal, out));
+            EXPECT_TRUE(journal.entries().empty());
+            double area[2] = {};
+            for (size_t k = 0; k < out.mesh.indices.size(); k += 3) {
+                Vec3f q[3];
+                for (size_t c = 0; c < 3; c++)
+                    q[c] = out.vertices.position(int(out.mesh.indices[k + c]));
+                area[q[0].x > 2] += 0.5 * double(length(cross(q[1] - q[0], q[2] - q[0])));
+            }
+            for (int i = 0; i < 2; i++) {
+                const double circle = std::acos(-1.0) / 4 * double(width[i] * width[i]);
+                EXPECT_NEAR(area[i] / circle, type[0] == 's' ? 4 : 1, 1e-4) << type << " " << pixels;
+            }
+        }
+}
+
+// A ribbon of more triangles than are paired at a time: quads, which hold every triangle once.
+TEST(PolygonOracles, PairsOfManyTriangles) {
+    constexpr int Quads = 70001;
+    std::vector<float> p;
+    std::vector<int32_t> index;
+    for (int i = 0; i <= Quads; i++)
+        p.insert(p.end(), {float(i), 0, 0, float(i), 1, 0});
+    for (int i = 0; i < Quads; i++)
+        index.insert(index.end(), {2 * i, 2 * i + 2, 2 * i + 3, 2 * i, 2 * i + 3, 2 * i + 1});
+    scene::PolygonMesh m;
+    m.vertices_per_loop = std::vector<int32_t>(2 * Quads, 3);
+    m.vertices = index;
+    MeshParts out;
+    Journal journal;
+    const scene::Primitive mesh = primitive(m, p);
+    ASSERT_TRUE(mesh_from_polygons(mesh, m, {}, false, journal, out));
+    ASSERT_EQ(out.mesh.vertices_per_face, 4);
+    std::vector<int> lower(Quads), upper(Quads); // of quad i: with one and with two vertices at y = 1
+    for (size_t f = 0; f < out.mesh.indices.size(); f += 4) {
+        const uint32_t* q = &out.mesh.indices[f];
+        for (const auto& [a, b, c] : {std::array{q[0], q[1], q[3]}, {q[2], q[3], q[1]}}) {
+            if (a == b || b == c || c == a) // the second of a triangle that is alone
+                continue;
+            const uint32_t first = std::min({a, b, c}) / 2, top = a % 2 + b % 2 + c % 2;
+            ASSERT_EQ(std::max({a, b, c}), 2 * first + 3);
+            ASSERT_TRUE(top == 1 || top == 2);
+            (top == 1 ? lower : upper)[first]++;
+        }
+    }
+    EXPECT_EQ(std::count(lower.begin(), lower.end(), 1), Quads);
+    EXPECT_EQ(std::count(upper.begin(), upper.end(), 1), Quads);
+}
+
 // Cells of a blob are micropolygons where its surface is nearest: quads are half as many again as its area
 // has cells, since a lattice's edges in three directions meet it.
 TEST(BlobbyOracles, CellsAreMicropolygonsWhereItIsNearest) {
