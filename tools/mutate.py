@@ -101,11 +101,12 @@ class Mutant:
     length: int  # of what is replaced
     template: str  # with {id}
     code: str  # the line as it stands
+    nth: int = 0  # of lines alike in the file
 
     @property
     def key(self) -> str:
         """The same while the line and those like it before it stand as they are."""
-        text = f"{self.file}|{self.code}|{self.column}|{self.rule}|{self.template}"
+        text = f"{self.file}|{self.code}|{self.column}|{self.rule}|{self.template}" + "|again" * self.nth
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
@@ -181,12 +182,15 @@ def sites(folder: str) -> list[Mutant]:
         name = str(path.relative_to(ROOT))
         if path.suffix not in (".cpp", ".h") or SKIPPED.search(name):
             continue
+        alike = Counter()
         for number, line in enumerate(path.read_text().splitlines(), 1):
             code = line.split("//")[0]
+            nth = alike[line.strip()]
+            alike[line.strip()] += 1
             if NO_MUTANTS.search(code) or TABLE.match(code):
                 continue
             for column, length, rule, template in sites_of_line(code):
-                found.append(Mutant(folder, name, number, column, rule, length, template, line.strip()))
+                found.append(Mutant(folder, name, number, column, rule, length, template, line.strip(), nth))
     return found
 
 

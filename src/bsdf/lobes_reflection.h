@@ -243,7 +243,8 @@ Spectrum<W> albedo_of_conductor(const LobeInputs<W>& in, Float<W> cos_o) {
     for (int i = 0; i < Wavelengths; i++) {
         a[i] = max(a[i] - in.dip[i] * dip, Float<W>(0.0f));
         if (in.compensated)
-            a[i] = min(kanuka::select(in.rough, a[i] * fma(in.gain[i], more, one), a[i]), one);
+            a[i] = kanuka::select(in.rough, a[i] * fma(in.gain[i], more, one), a[i]);
+        a[i] = min(a[i], one); // whether or not a lane beside it is rough
     }
     return a;
 }
