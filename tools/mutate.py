@@ -267,16 +267,27 @@ def command_of(test: str) -> list[str]:
     return [str(BUILD / "src" / test.split("_")[1] / test), "--gtest_fail_fast", "--gtest_brief=1"]
 
 
-def quick_first(command: list[str], seconds: dict[str, float]) -> list[list[str]]:
+Run = tuple[list[str], float]  # a command, and how many seconds it may take
+
+
+def limit_of(seconds: float) -> float:
+    return 4 * seconds + 30
+
+
+def quick_first(command: list[str], seconds: dict[str, float]) -> list[Run]:
     """The same tests in a few runs, the quickest first, so that most mutants fall soon."""
     runs, total, spent = [[] for _ in SHARES], sum(seconds.values()), 0.0
     for name in sorted(seconds, key=lambda name: seconds[name]):
         spent += seconds[name]
         runs[next(i for i, share in enumerate(SHARES) if spent <= share * total + 1e-6)].append(name)
-    return [[*command, "--gtest_filter=" + ":".join(names)] for names in runs if names]
+    return [
+        ([*command, "--gtest_filter=" + ":".join(names)], limit_of(sum(seconds[name] for name in names)))
+        for names in runs
+        if names
+    ]
 
 
-def time_tests(test: str) -> tuple[list[list[str]], float]:
+def time_tests(test: str) -> tuple[list[Run], float]:
     """Runs all without a mutant, which must pass. The runs to make of them, and how long they take."""
     command, times = command_of(test), WORK / "times.json"
     started = time.monotonic()
@@ -286,7 +297,7 @@ def time_tests(test: str) -> tuple[list[list[str]], float]:
         sys.exit(whole.stdout[-4000:] + "\nmutate: the tests fail without a mutant")
     took = time.monotonic() - started
     if test == "reference":
-        return [command], took
+        return [(command, limit_of(took))], took
     suites = load(times)["testsuites"]
     seconds = {f"{t['classname']}.{t['name']}": float(t["time"][:-1]) for suite in suites for t in suite["testsuite"]}
     return quick_first(command, seconds), took
@@ -296,8 +307,8 @@ def environment(number: int) -> dict[str, str]:
     return {**os.environ, VARIABLE: str(number), "PYTHONPATH": str(TREE / "python")}
 
 
-def try_mutant(number: int, commands: list[list[str]], limit: float) -> tuple[str, str]:
-    for command in commands:
+def try_mutant(number: int, runs: list[Run]) -> tuple[str, str]:
+    for command, limit in runs:
         try:
             done = run(command, cwd=TREE, env=environment(number), timeout=limit)
         except subprocess.TimeoutExpired:
@@ -323,11 +334,10 @@ def keep(results: dict) -> None:
 
 def ask(test: str, mutants: list[Mutant], results: dict, jobs: int) -> None:
     built = build(dict(enumerate(mutants, 1)), ["kanuka_native" if test == "reference" else test], jobs)
-    commands, took = time_tests(test)
-    limit = 4 * took + 30
+    runs, took = time_tests(test)
     print(f"{test}: {len(built)} mutants built; the tests take {took:.0f} s", flush=True)
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-        waiting = {pool.submit(try_mutant, n, commands, limit): m for n, m in built.items()}
+        waiting = {pool.submit(try_mutant, n, runs): m for n, m in built.items()}
         for done, future in enumerate(concurrent.futures.as_completed(waiting), 1):
             mutant = waiting[future]
             verdict, by = future.result()
