@@ -35,10 +35,11 @@ WORK = ROOT / "build" / "mutants"
 TREE = WORK / "tree"
 BUILD = TREE / "build"  # in the tree, as everybody's is: ccache knows what has no mutant by its relative path
 RESULTS = WORK / "results.json"
+UNBUILT = WORK / "unbuilt.json"  # keys of those that do not compile
 ACCEPTED = ROOT / "tools" / "mutants.json"
 VARIABLE = "KANUKA_MUTANT"
 
-# The tests that should notice, in this order: what passes the first is built anew for the next.
+# The tests that should notice, in this order: what passes the first is asked of the next.
 TESTS = {
     "color": ["kanuka_color_test"],
     "bsdf": ["kanuka_bsdf_test", "kanuka_transport_test"],
@@ -242,7 +243,9 @@ def write_tree(mutants: dict[int, Mutant]) -> None:
 
 def build(mutants: dict[int, Mutant], targets: list[str], jobs: int) -> dict[int, Mutant]:
     """Builds with all that compile; returns those."""
+    unbuilt = load(UNBUILT)
     for _ in range(12):
+        mutants = {n: m for n, m in mutants.items() if m.key not in unbuilt}
         write_tree(mutants)
         if not (BUILD / "build.ninja").exists():
             options = ["-DCMAKE_BUILD_TYPE=Release", "-DKANUKA_FEW_LANES=ON"]
@@ -257,7 +260,8 @@ def build(mutants: dict[int, Mutant], targets: list[str], jobs: int) -> dict[int
         if not bad:
             sys.exit(made.stdout[-4000:] + "\nmutate: the build fails, and at no mutant's line")
         print(f"  {len(bad)} do not compile and are left out", flush=True)
-        mutants = {n: m for n, m in mutants.items() if n not in bad}
+        unbuilt |= {mutants[n].key: f"{mutants[n].file}:{mutants[n].line}" for n in bad}
+        keep(unbuilt, UNBUILT)
     sys.exit("mutate: too many mutants do not compile")
 
 
@@ -325,19 +329,21 @@ def load(path: Path) -> dict:
     return json.loads(path.read_text()) if path.exists() else {}
 
 
-def keep(results: dict) -> None:
-    RESULTS.parent.mkdir(parents=True, exist_ok=True)
-    fresh = RESULTS.with_suffix(".new")
+def keep(results: dict, path: Path = RESULTS) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    fresh = path.with_suffix(".new")
     fresh.write_text(json.dumps(results, indent=1, sort_keys=True))
-    fresh.replace(RESULTS)
+    fresh.replace(path)
 
 
-def ask(test: str, mutants: list[Mutant], results: dict, jobs: int) -> None:
+def ask(test: str, mutants: list[Mutant], asked: set[str], results: dict, jobs: int) -> None:
+    """Builds all the mutants, so that what was built before stays, and tries those whose keys are `asked`."""
     built = build(dict(enumerate(mutants, 1)), ["kanuka_native" if test == "reference" else test], jobs)
+    tried = {n: m for n, m in built.items() if m.key in asked}
     runs, took = time_tests(test)
-    print(f"{test}: {len(built)} mutants built; the tests take {took:.0f} s", flush=True)
+    print(f"{test}: {len(built)} mutants built, {len(tried)} to try; the tests take {took:.0f} s", flush=True)
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-        waiting = {pool.submit(try_mutant, n, runs): m for n, m in built.items()}
+        waiting = {pool.submit(try_mutant, n, runs): m for n, m in tried.items()}
         for done, future in enumerate(concurrent.futures.as_completed(waiting), 1):
             mutant = waiting[future]
             verdict, by = future.result()
@@ -346,24 +352,27 @@ def ask(test: str, mutants: list[Mutant], results: dict, jobs: int) -> None:
                 passed = sorted({*passed, test})
             results[mutant.key] = {**asdict(mutant), "verdict": verdict, "by": by, "passed": passed}
             keep(results)
-            print(f"  {done}/{len(built)} {verdict} {mutant.file}:{mutant.line} {mutant.rule} {by}", flush=True)
+            print(f"  {done}/{len(tried)} {verdict} {mutant.file}:{mutant.line} {mutant.rule} {by}", flush=True)
 
 
 def go_through(folder: str, args: argparse.Namespace) -> None:
     results = load(RESULTS)
-    chosen = {m.key: m for m in sample(folder, args.count, args.seed)}
+    built, lines = [], set()
+    chosen = set()
+    for seed in sorted({args.seed, *args.ahead}):
+        for m in sample(folder, args.count, seed):
+            if (m.file, m.line) not in lines:
+                lines.add((m.file, m.line))
+                built.append(m)
+                chosen |= {m.key} if seed == args.seed else set()
     if args.again:
         results = {k: r for k, r in results.items() if k not in chosen or r["verdict"] == "killed"}
     for test in TESTS[folder] + (["reference"] if args.reference else []):
         known = {k: results.get(k, {}) for k in chosen}
-        left = [
-            m
-            for k, m in chosen.items()
-            if known[k].get("verdict") != "killed" and test not in known[k].get("passed", [])
-        ]
+        left = {k for k, r in known.items() if r.get("verdict") != "killed" and test not in r.get("passed", [])}
         print(f"{folder}, {test}: {len(left)} of {len(chosen)} mutants", flush=True)
         if left:
-            ask(test, left, results, args.jobs)
+            ask(test, built, left, results, args.jobs)
 
 
 def report(folders: list[str], as_json: bool) -> int:
@@ -397,6 +406,7 @@ def main() -> int:
     parser.add_argument("folders", nargs="*", choices=[*TESTS, []], help="of src/; default: all")
     parser.add_argument("--count", type=int, default=25, help="mutants a folder (25)")
     parser.add_argument("--seed", type=int, default=1, help="another number, other mutants (1)")
+    parser.add_argument("--ahead", type=int, nargs="*", default=[], help="seeds that are built too, to be asked later")
     parser.add_argument("--reference", action="store_true", help="also the reference scenes; builds the Python module")
     parser.add_argument("--again", action="store_true", help="try survivors again")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="compilers, and mutants at a time")
