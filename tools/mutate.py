@@ -33,13 +33,11 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 WORK = ROOT / "build" / "mutants"
 TREE = WORK / "tree"
-BUILD = TREE / "build"  # in the tree, as everybody's is: ccache knows what has no mutant by its relative path
 RESULTS = WORK / "results.json"
-UNBUILT = WORK / "unbuilt.json"  # keys of those that do not compile
 ACCEPTED = ROOT / "tools" / "mutants.json"
 VARIABLE = "KANUKA_MUTANT"
 
-# The tests that should notice, in this order: what passes the first is asked of the next.
+# The tests that should notice, in this order: what passes the first is built anew for the next.
 TESTS = {
     "color": ["kanuka_color_test"],
     "bsdf": ["kanuka_bsdf_test", "kanuka_transport_test"],
@@ -48,7 +46,6 @@ TESTS = {
     "transport": ["kanuka_transport_test"],
 }
 REFERENCE = ["tests/test_reference.py", "tests/test_lobe_pictures.py"]
-SHARES = (0.05, 0.3, 1.0)  # of the time, by when the quickest tests, more of them, and all have run
 SKIPPED = re.compile(r"_test\.cpp$|/test_\w+\.h$|/oracles/|make_tables\.cpp$|/data/")
 
 # What the rules call. Values pass through functions, so that any type with the operator will do.
@@ -243,16 +240,15 @@ def write_tree(mutants: dict[int, Mutant]) -> None:
 
 def build(mutants: dict[int, Mutant], targets: list[str], jobs: int) -> dict[int, Mutant]:
     """Builds with all that compile; returns those."""
-    unbuilt = load(UNBUILT)
+    folder = WORK / "build"
     for _ in range(12):
-        mutants = {n: m for n, m in mutants.items() if m.key not in unbuilt}
         write_tree(mutants)
-        if not (BUILD / "build.ninja").exists():
+        if not (folder / "build.ninja").exists():
             options = ["-DCMAKE_BUILD_TYPE=Release", "-DKANUKA_FEW_LANES=ON"]
-            made = run(["cmake", "-S", str(TREE), "-B", str(BUILD), "-G", "Ninja", *options])
+            made = run(["cmake", "-S", str(TREE), "-B", str(folder), "-G", "Ninja", *options])
             if made.returncode:
                 sys.exit(made.stdout)
-        made = run(["ninja", "-C", str(BUILD), "-k", "0", f"-j{jobs}", *targets])
+        made = run(["ninja", "-C", str(folder), "-k", "0", f"-j{jobs}", *targets])
         if made.returncode == 0:
             return mutants
         where = set(re.findall(r"(src/[\w/.]+):(\d+):\d+:", made.stdout))
@@ -260,90 +256,54 @@ def build(mutants: dict[int, Mutant], targets: list[str], jobs: int) -> dict[int
         if not bad:
             sys.exit(made.stdout[-4000:] + "\nmutate: the build fails, and at no mutant's line")
         print(f"  {len(bad)} do not compile and are left out", flush=True)
-        unbuilt |= {mutants[n].key: f"{mutants[n].file}:{mutants[n].line}" for n in bad}
-        keep(unbuilt, UNBUILT)
+        mutants = {n: m for n, m in mutants.items() if n not in bad}
     sys.exit("mutate: too many mutants do not compile")
 
 
 def command_of(test: str) -> list[str]:
     if test == "reference":
         return [str(ROOT / ".venv" / "bin" / "python"), "-m", "pytest", "-xq", *REFERENCE]
-    return [str(BUILD / "src" / test.split("_")[1] / test), "--gtest_fail_fast", "--gtest_brief=1"]
-
-
-Run = tuple[list[str], float]  # a command, and how many seconds it may take
-
-
-def limit_of(seconds: float) -> float:
-    return 4 * seconds + 30
-
-
-def quick_first(command: list[str], seconds: dict[str, float]) -> list[Run]:
-    """The same tests in a few runs, the quickest first, so that most mutants fall soon."""
-    runs, total, spent = [[] for _ in SHARES], sum(seconds.values()), 0.0
-    for name in sorted(seconds, key=lambda name: seconds[name]):
-        spent += seconds[name]
-        runs[next(i for i, share in enumerate(SHARES) if spent <= share * total + 1e-6)].append(name)
-    return [
-        ([*command, "--gtest_filter=" + ":".join(names)], limit_of(sum(seconds[name] for name in names)))
-        for names in runs
-        if names
-    ]
-
-
-def time_tests(test: str) -> tuple[list[Run], float]:
-    """Runs all without a mutant, which must pass. The runs to make of them, and how long they take."""
-    command, times = command_of(test), WORK / "times.json"
-    started = time.monotonic()
-    more = [] if test == "reference" else [f"--gtest_output=json:{times}"]
-    whole = run([*command, *more], cwd=TREE, env=environment(0))
-    if whole.returncode:
-        sys.exit(whole.stdout[-4000:] + "\nmutate: the tests fail without a mutant")
-    took = time.monotonic() - started
-    if test == "reference":
-        return [(command, limit_of(took))], took
-    suites = load(times)["testsuites"]
-    seconds = {f"{t['classname']}.{t['name']}": float(t["time"][:-1]) for suite in suites for t in suite["testsuite"]}
-    return quick_first(command, seconds), took
+    return [str(WORK / "build" / "src" / test.split("_")[1] / test), "--gtest_fail_fast", "--gtest_brief=1"]
 
 
 def environment(number: int) -> dict[str, str]:
     return {**os.environ, VARIABLE: str(number), "PYTHONPATH": str(TREE / "python")}
 
 
-def try_mutant(number: int, runs: list[Run]) -> tuple[str, str]:
-    for command, limit in runs:
-        try:
-            done = run(command, cwd=TREE, env=environment(number), timeout=limit)
-        except subprocess.TimeoutExpired:
-            return "killed", "time limit"
-        if done.returncode == 0:
-            continue
-        patterns = (r"\[  FAILED  \] ([\w/.]+)", r"^FAILED (\S+)", r"(\w+\.cpp:\d+): Failure")
-        names = (m[1] for p in patterns if (m := re.search(p, done.stdout, re.M)))
-        return "killed", next(names, f"{Path(command[0]).name}: exit {done.returncode}")
-    return "survived", ""
+def try_mutant(number: int, command: list[str], limit: float) -> tuple[str, str]:
+    try:
+        done = run(command, cwd=TREE, env=environment(number), timeout=limit)
+    except subprocess.TimeoutExpired:
+        return "killed", "time limit"
+    if done.returncode == 0:
+        return "survived", ""
+    patterns = (r"\[  FAILED  \] ([\w/.]+)", r"^FAILED (\S+)", r"(\w+\.cpp:\d+): Failure")
+    names = (m[1] for p in patterns if (m := re.search(p, done.stdout, re.M)))
+    return "killed", next(names, f"{Path(command[0]).name}: exit {done.returncode}")
 
 
 def load(path: Path) -> dict:
     return json.loads(path.read_text()) if path.exists() else {}
 
 
-def keep(results: dict, path: Path = RESULTS) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    fresh = path.with_suffix(".new")
+def keep(results: dict) -> None:
+    RESULTS.parent.mkdir(parents=True, exist_ok=True)
+    fresh = RESULTS.with_suffix(".new")
     fresh.write_text(json.dumps(results, indent=1, sort_keys=True))
-    fresh.replace(path)
+    fresh.replace(RESULTS)
 
 
-def ask(test: str, mutants: list[Mutant], asked: set[str], results: dict, jobs: int) -> None:
-    """Builds all the mutants, so that what was built before stays, and tries those whose keys are `asked`."""
+def ask(test: str, mutants: list[Mutant], results: dict, jobs: int) -> None:
     built = build(dict(enumerate(mutants, 1)), ["kanuka_native" if test == "reference" else test], jobs)
-    tried = {n: m for n, m in built.items() if m.key in asked}
-    runs, took = time_tests(test)
-    print(f"{test}: {len(built)} mutants built, {len(tried)} to try; the tests take {took:.0f} s", flush=True)
+    command = command_of(test)
+    started = time.monotonic()
+    whole = run(command, cwd=TREE, env=environment(0))
+    if whole.returncode:
+        sys.exit(whole.stdout[-4000:] + "\nmutate: the tests fail without a mutant")
+    limit = 4 * (time.monotonic() - started) + 30
+    print(f"{test}: {len(built)} mutants built; the tests take {(limit - 30) / 4:.0f} s", flush=True)
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-        waiting = {pool.submit(try_mutant, n, runs): m for n, m in tried.items()}
+        waiting = {pool.submit(try_mutant, n, command, limit): m for n, m in built.items()}
         for done, future in enumerate(concurrent.futures.as_completed(waiting), 1):
             mutant = waiting[future]
             verdict, by = future.result()
@@ -352,27 +312,24 @@ def ask(test: str, mutants: list[Mutant], asked: set[str], results: dict, jobs: 
                 passed = sorted({*passed, test})
             results[mutant.key] = {**asdict(mutant), "verdict": verdict, "by": by, "passed": passed}
             keep(results)
-            print(f"  {done}/{len(tried)} {verdict} {mutant.file}:{mutant.line} {mutant.rule} {by}", flush=True)
+            print(f"  {done}/{len(built)} {verdict} {mutant.file}:{mutant.line} {mutant.rule} {by}", flush=True)
 
 
 def go_through(folder: str, args: argparse.Namespace) -> None:
     results = load(RESULTS)
-    built, lines = [], set()
-    chosen = set()
-    for seed in sorted({args.seed, *args.ahead}):
-        for m in sample(folder, args.count, seed):
-            if (m.file, m.line) not in lines:
-                lines.add((m.file, m.line))
-                built.append(m)
-                chosen |= {m.key} if seed == args.seed else set()
+    chosen = {m.key: m for m in sample(folder, args.count, args.seed)}
     if args.again:
         results = {k: r for k, r in results.items() if k not in chosen or r["verdict"] == "killed"}
     for test in TESTS[folder] + (["reference"] if args.reference else []):
         known = {k: results.get(k, {}) for k in chosen}
-        left = {k for k, r in known.items() if r.get("verdict") != "killed" and test not in r.get("passed", [])}
+        left = [
+            m
+            for k, m in chosen.items()
+            if known[k].get("verdict") != "killed" and test not in known[k].get("passed", [])
+        ]
         print(f"{folder}, {test}: {len(left)} of {len(chosen)} mutants", flush=True)
         if left:
-            ask(test, built, left, results, args.jobs)
+            ask(test, left, results, args.jobs)
 
 
 def report(folders: list[str], as_json: bool) -> int:
@@ -406,7 +363,6 @@ def main() -> int:
     parser.add_argument("folders", nargs="*", choices=[*TESTS, []], help="of src/; default: all")
     parser.add_argument("--count", type=int, default=25, help="mutants a folder (25)")
     parser.add_argument("--seed", type=int, default=1, help="another number, other mutants (1)")
-    parser.add_argument("--ahead", type=int, nargs="*", default=[], help="seeds that are built too, to be asked later")
     parser.add_argument("--reference", action="store_true", help="also the reference scenes; builds the Python module")
     parser.add_argument("--again", action="store_true", help="try survivors again")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="compilers, and mutants at a time")
