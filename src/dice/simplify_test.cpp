@@ -256,3 +256,29 @@ TEST(Simplify, OutlinesMayBeginAtAnyCorner) {
         EXPECT_EQ(first % 2 ? d.grids[0].nv : d.grids[0].nu, 4) << first;
     }
 }
+
+// A dent of one vertex in a plane, wherever it lies: its cells turn by more than the tolerance, so none is
+// left out.
+TEST(Simplify, OneDentKeepsItsVertices) {
+    scene::PolygonMesh m;
+    m.vertices_per_loop = std::vector<int32_t>{4};
+    DiceOptions o = looking(3);
+    o.geometry_tolerance = 1000, o.normal_tolerance = 5;
+    DiceTarget target;
+    target.pixels_per_unit = 32;
+    for (int at = 9; at < 25; at++)
+        for (const bool across : {false, true}) {
+            Journal journal;
+            const Diced d = dice::dice(
+                primitive(m, {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0}), target, o,
+                [&](grid::Grid& g) {
+                    for (int k = 12; k < 20; k++) // a ditch away from the borders
+                        g.P[2 * size_t(g.stride) + size_t(across ? at * 33 + k : k * 33 + at)] -= 0.01f;
+                },
+                journal);
+            ASSERT_EQ(d.grids.size(), 1u);
+            ASSERT_EQ(d.grids[0].nu, 32);
+            EXPECT_EQ(d.traced[0].step_u, 1) << at << across;
+            EXPECT_EQ(d.traced[0].step_v, 1) << at << across;
+        }
+}
