@@ -248,7 +248,8 @@ def build(mutants: dict[int, Mutant], targets: list[str], jobs: int) -> dict[int
     for _ in range(12):
         write_tree(mutants)
         if not (folder / "build.ninja").exists():
-            made = run(["cmake", "-S", str(TREE), "-B", str(folder), "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release"])
+            options = ["-DCMAKE_BUILD_TYPE=Release", "-DKANUKA_FEW_LANES=ON"]
+            made = run(["cmake", "-S", str(TREE), "-B", str(folder), "-G", "Ninja", *options])
             if made.returncode:
                 sys.exit(made.stdout)
         made = run(["ninja", "-C", str(folder), "-k", "0", f"-j{jobs}", *targets])

@@ -183,6 +183,31 @@ TEST(Trim, HolesHaveTheirArea) {
         }
 }
 
+// A loop of many corners within a triangle keeps its area, whichever way it runs and with a hole in it.
+TEST(Trim, LoopsMayRunEitherWay) {
+    const auto ring = [](float radius, bool back) {
+        std::vector<std::array<float, 2>> p;
+        for (int i = 0; i < 100; i++) {
+            const float a = 2 * Pi * float(back ? 99 - i : i) / 100;
+            p.push_back({0.82f + radius * std::cos(a), 0.83f + radius * std::sin(a)});
+        }
+        return p;
+    };
+    const double unit = 50 * std::sin(2 * double(Pi) / 100); // area of a hundred-sided polygon of radius 1
+    scene::Primitive p = patch([](int, int) { return 0.0f; });
+    for (const bool back : {false, true})
+        for (const bool inner_back : {false, true})
+            for (const double hole : {0.0, 0.05}) {
+                Loops loops;
+                loops.polygon(ring(0.12f, back));
+                if (hole > 0)
+                    loops.polygon(ring(float(hole), inner_back));
+                std::get<scene::NuPatch>(p.geometry).trim = loops.take();
+                const Cut cut(p, looking(3, 2048), {}, true);
+                EXPECT_NEAR(cut.area, unit * (0.0144 - hole * hole), 2e-5) << back << inner_back << hole;
+            }
+}
+
 TEST(Trim, WavyAndDisplacedPatchesStayWhole) {
     Loops loops;
     loops.polygon({{-1, -1}, {3, -1}, {3, 3}, {-1, 3}}); // around all of it

@@ -90,6 +90,29 @@ TEST(DensityField, Transmittance) {
     }
 }
 
+// A field whose box is smaller than the body that it is in: beside the box there is nothing, before it and
+// behind it too.
+TEST(DensityField, EndsWithItsBox) {
+    const Rgb sigma(0.4f, 1.0f, 2.2f);
+    const auto a = amount(sigma);
+    for (const bool scatters : {true, false})
+        for (const float aside : {0.0f, 1.0f}) {
+            TestScene s;
+            store::Interior in = scatters ? medium(Rgb(0), sigma) : medium(sigma, Rgb(0));
+            DensityField f; // a cube of side 1 about (aside, 0, 4)
+            f.unit_from_render = {1, 0, 0, 0.5f - aside, 0, 1, 0, 0.5f, 0, 0, 1, -3.5f};
+            f.density = {1};
+            in.field = std::make_shared<const DensityField>(f);
+            add_box(s, {0, 0, 4}, 1.7f, {}, s.store.add_interior(in));
+            look_along_z(s, 0.001f);
+            s.inputs.lights.push_back(visible_sky(Rgb(1)));
+            s.finish();
+            s.view.volume_depth = 2;
+            const auto through = [&](int i) { return aside > 0 ? 1 : std::exp(-amount_at(a, i)); };
+            expect_mean(s.estimate(128, 16), seen(through), 0.005, aside > 0 ? "beside" : "through");
+        }
+}
+
 TEST(DensityField, WhiteMediaVanish) {
     const auto clumps = [](double x, double y, double z) {
         return std::pow(std::sin(5 * x + 3 * z) * std::cos(4 * y) * 0.5 + 0.5, 3);

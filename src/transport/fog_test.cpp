@@ -110,6 +110,16 @@ TEST(Fog, SingleScatteringOfLamps) {
     }
 }
 
+// A lamp that does not shine on what no set is named of is not asked for in fog either.
+TEST(Fog, LampsAreLinked) {
+    const std::pair<Vec3f, double> lit{{0.7f, 0.21f, 2}, 3}, unlit{{-0.9f, -0.4f, 2.5f}, 10};
+    Fog fog(Rgb(0), Rgb(0.1f), 0, {lit, unlit});
+    fog.s.inputs.lights[1].lit_sets = ~1;
+    fog.s.finish();
+    ASSERT_TRUE(fog.s.view.linked);
+    expect_mean(fog.s.estimate(64, 8), Fog(Rgb(0), Rgb(0.1f), 0, {lit}).expected(), 0.006, "one of two");
+}
+
 // Many scatterings, colours, a surface: with and without, the same; by the plain integrator, too.
 TEST(Fog, TheSameWithAndWithout) {
     TestScene s;

@@ -120,6 +120,48 @@ TEST(Mis, GroovesFollowTheSurface) {
     }
 }
 
+// Of dPdu only what lies across the shading normal counts: a floor whose normals lean is the same with the
+// rest of it and without, and another one where grooves run the other way.
+TEST(Mis, GroovesLieAcrossLeaningNormals) {
+    const auto floor = [](Vec3f dPdu) {
+        grid::Grid g;
+        g.allocate(1, 1);
+        grid::TracedGrid t;
+        t.mu = t.mv = 1;
+        const Vec3f n = normalize(Vec3f(0.7f, 1, 0));
+        for (size_t i = 0; i < 4; i++) {
+            const Vec3f p(i % 2 ? 8.0f : -8.0f, -1, i / 2 ? -8.0f : 8.0f);
+            for (int c = 0; c < 3; c++) {
+                g.P[size_t(c * g.stride) + i] = p[c];
+                g.N[size_t(c * g.stride) + i] = n[c];
+                g.dPdu[size_t(c * g.stride) + i] = dPdu[c];
+                t.P.push_back(p[c]);
+            }
+        }
+        std::vector<Vec3f> values;
+        const auto program = make_program({{grid::LobeId::MicrofacetConductorBrdf,
+                                            {Rgb(1), Rgb(1), Vec3f(0.5f), Rgb(1), Vec3f(0.9f), Vec3f(0.0f)}}},
+                                          values);
+        grid::VertexInputs in;
+        in.stride = g.stride;
+        for (const Vec3f& v : values)
+            in.slots.push_back({true, v, {}});
+        TestScene s;
+        s.add({&g, &t, nullptr, &in}, program);
+        s.add_quad({0, 1, 2}, {0.3f, 0, 0}, {0, 0, 0.3f}, {glow(Rgb(8))});
+        s.camera({1, 0, 0}, {0, 0.8f, 0.6f}, {0, -0.6f, 0.8f}, 0.5f, Size, Size);
+        s.inputs.max_depth = 1;
+        s.finish();
+        return s.estimate(32, 4).channel[1].mean();
+    };
+    const Vec3f n = normalize(Vec3f(0.7f, 1, 0)), x(1, 0, 0);
+    const double whole = floor(x), across = floor(normalize(x - n * dot(n, x))),
+                 other = floor(Vec3f(0, 0, 1));
+    EXPECT_GT(whole, 0.01);
+    EXPECT_NEAR(whole / across, 1, 1e-4);
+    EXPECT_GT(std::abs(other / across - 1), 0.05);
+}
+
 // A lobe and the sum of its halves, a coat's lobe beside a matte one: mixtures bring what their parts bring.
 TEST(Mis, LobesAddUp) {
     const Lobe matte_half = matte(Rgb(0.8f), 0.5f);

@@ -178,6 +178,28 @@ TEST(SkyDensity, DirectionsFollowIt) {
     }
 }
 
+// What is left to directions is no brighter than the mean over the sphere: rows count by their solid angle.
+TEST(SkyDensity, MeanIsThatOfTheSphere) {
+    for (const int height : {4, 16}) {
+        TestScene s;
+        s.inputs.map = {2 * height, height, {}};
+        double sum = 0;
+        for (int j = 0; j < height; j++) {
+            const float value = 1 + 3 * float(j * j) / float(height * height);
+            s.inputs.map.rgb.insert(s.inputs.map.rgb.end(), size_t(6 * height), value);
+            sum +=
+                double(value) * (std::cos(DoublePi * j / height) - std::cos(DoublePi * (j + 1) / height)) / 2;
+        }
+        scene::Light l;
+        l.kind = Kind::Environment;
+        l.texture = "a picture";
+        s.inputs.lights = {l};
+        s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 1, 4, 4);
+        s.finish();
+        EXPECT_NEAR(s.view.map.mean / sum, 1, 2e-4) << height;
+    }
+}
+
 // A picture without contrast has nothing to be asked for; directions find it.
 TEST(SkyDensity, OfNoContrastIsNoChoice) {
     const Sky sky([](int, int) { return Rgb(0.3f, 0.7f, 0.2f); });
