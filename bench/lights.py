@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from settings import Found, Say, Settings, built, lines_of, median_lines
+from settings import Found, Say, Settings, built, median_lines, rounds_of
 
 ROUNDS = 3
 
 
 def measure(settings: Settings, say: Say) -> Found:
     program = built("kanuka_light_bench", "transport")
-    options = ["--quick"] if settings.quick else []
-    rounds = [lines_of(program, *options) for _ in range(1 if settings.quick else ROUNDS)]
+    rounds = rounds_of(settings, program, *(["--quick"] if settings.quick else []), rounds=ROUNDS)
     runs = median_lines(rounds, ("ns_a_sample", "build_s"))
     for run in runs:
         few = next(each for each in runs if each["lights"] == run["lights"] and each["count"] == 10)
