@@ -140,6 +140,23 @@ def test_the_error_of_a_picture_is_its_variance_plus_its_bias() -> None:
     assert pictures.relative_error(1.1 * truth, converged) == pytest.approx(0.01 * weight, rel=0.1)
 
 
+def test_a_round_is_held_against_the_others() -> None:
+    """Its error is the variance of a picture, however few the others are, and one that is off has a larger one."""
+    side_by_side, peers = importlib.import_module("side_by_side"), importlib.import_module("peers")
+    rng = np.random.default_rng(3)
+    truth = 0.3 + rng.random((96, 96, 3))
+    turns = side_by_side.Turns(peers.OURS)
+    for k in range(6):
+        picture = truth * (1 + 0.2 * rng.normal(size=truth.shape)) * (1.2 if k == 5 else 1)
+        figures = {name: 1.0 for name in ("load_s", "build_s", "first_picture_s", "peak_bytes")} | {"render_s": [2.0]}
+        turns.add(peers.Answer(figures, picture[None]))
+    found = turns.found()["rounds"]
+    weight = np.mean(truth**2 / (truth**2 + 0.01))
+    assert np.mean(found["error"][:5]) == pytest.approx(0.04 * weight, rel=0.1)
+    assert found["error"][5] > 1.8 * 0.04 * weight
+    assert found["error_x_time"] == [2 * error for error in found["error"]]
+
+
 def test_files_are_named_after_what_made_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("KANUKA_BENCH_CACHE", str(tmp_path))
 
