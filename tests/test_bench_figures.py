@@ -103,6 +103,30 @@ def test_a_stopped_run_goes_on(tmp_path: Path) -> None:
     assert "3.00 GB" in report.renewed("<!-- figure: hair/linear:peak_bytes -->?<!-- /figure -->", again)
 
 
+@pytest.mark.parametrize("fails", [False, True])
+def test_a_run_names_what_it_leaves_out(
+    fails: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
+) -> None:
+    run, plan, peers = map(importlib.import_module, ("run", "plan", "peers"))
+
+    def missing(_settings: object, _say: object) -> None:
+        raise peers.NotInstalled("mitsuba is not there")
+
+    def taken(_settings: object, _say: object) -> dict[str, list]:
+        if fails:
+            raise RuntimeError("of its own")
+        return {"runs": []}
+
+    parts = [plan.Part("agreement", "conductor", missing, 1), plan.Part("dice", "", taken, 1)]
+    monkeypatch.setattr(plan, "parts", lambda _peers=None: parts)
+    monkeypatch.setattr(sys, "argv", ["run.py", "--quick", "-o", str(tmp_path)])
+    assert run.main() == fails
+    said = capsys.readouterr().out
+    assert "left out: agreement/conductor: mitsuba is not there" in said
+    assert ("FAILED dice: of its own" in said) == fails
+    assert ("dice" in Results(tmp_path / "results.json").parts) != fails
+
+
 def test_parts_have_names_of_their_own() -> None:
     plan = importlib.import_module("plan")
     names = [part.name for part in plan.parts()]
