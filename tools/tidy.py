@@ -23,7 +23,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 ANALYSED = ("base", "grid", "scene", "store")
-MANY = 24  # sources in one, at most: so that all cores have something to do
+MANY = 32  # sources in one, at most: so that all cores have something to do
 # Of a unit's flags, those that clang does not know, or that no check asks for.
 DROPPED = re.compile(r"-O\w|-fno-gnu-unique|-mtls-dialect=.*|-fPI[CE]|.*ccache|.*/c\+\+|-c|-o")
 # Beside what .clang-tidy names: paths do not go through what is included, and sources are included here.
