@@ -38,7 +38,7 @@ class Facets(mi.BSDF):
             self.sides = [self._table(loss) for loss in self.glass.loss]
         elif self.lossless == "coat":
             coat = balance.Coat(self.alpha, ior)
-            self.ior, self.kept, self.paint = ior, coat.kept, props["reflectance"]
+            self.ior, self.kept, self.paint = ior, coat.kept, props.get_texture("reflectance")
             self.sides = [self._table(coat.through)]
 
     @staticmethod
