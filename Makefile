@@ -1,7 +1,7 @@
 # Kanuka: `make render` and `make test` do everything from a fresh Debian 12 on. `make help` lists the rest.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup quick build render test lint sanitize format bench bench-setup clean
+.PHONY: help setup quick build render test lint sanitize format bench bench-quick bench-setup clean
 
 BUILD ?= build
 JOBS ?= $(shell nproc)
@@ -44,6 +44,9 @@ format: setup   ## format all C++ and Python files in place
 
 bench: build    ## measure beside the renderers of bench-setup; figures go to bench/RESULTS.md
 	@$(PY) bench/run.py
+
+bench-quick: build  ## does every measure work? small pictures; figures go to out/bench
+	@$(PY) bench/run.py --quick
 
 bench-setup:    ## install those renderers into build/peers (KANUKA_PEERS), from PyPI
 	@bench/setup.sh

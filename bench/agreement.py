@@ -22,25 +22,31 @@ class Pair:
     """
 
     ours: int = 64
-    theirs: int = 64
+    theirs: int = 32
     levelled: bool = False
+    scale: float = 1  # of the picture's sides
 
 
 SCENES: dict[str, Pair] = {
-    "cornell": Pair(levelled=True),
-    "grey-cornell": Pair(),
-    "terrain": Pair(theirs=16, levelled=True),
+    "cornell": Pair(levelled=True, scale=0.5),
+    "grey-cornell": Pair(scale=0.5),
+    "terrain": Pair(theirs=16, levelled=True, scale=0.5),
     **{name: Pair() for name in validation.MAKERS},
-    "dispersion": Pair(ours=512, theirs=32),
+    "dispersion": Pair(ours=512, theirs=16),
 }
-OUR_BATCHES, THEIR_BATCHES, AT_A_TIME = 16, 32, 4
+OUR_BATCHES, THEIR_BATCHES, AT_A_TIME = 16, 32, 8
+
+
+def request(settings: Settings, scene: str, n: int = 0, **given: object) -> Found:
+    asked = settings.request(scene, n, **given)
+    return asked | {"scale": asked["scale"] * SCENES[scene].scale}
 
 
 def ours_of(settings: Settings, scene: str, samples: int, batches: int) -> Estimate:
     made = None
     for first in range(3000, 3000 + batches, AT_A_TIME):
         seeds = list(range(first, min(first + AT_A_TIME, 3000 + batches)))
-        answer = peers.ask(peers.OURS, settings.request(scene, samples=samples) | {"seeds": seeds})
+        answer = peers.ask(peers.OURS, request(settings, scene, samples=samples) | {"seeds": seeds})
         if answer.figures["nan_samples"]:
             raise peers.WorkerError(f"{scene}: {answer.figures['nan_samples']} samples are not finite")
         more = Estimate.of(answer.pictures, samples)
@@ -59,7 +65,7 @@ def measure(settings: Settings, scene: str, say: Say) -> Found:
     bands = range(1, 1 + (validation.BANDS if scene == "dispersion" else 0)) or (0,)
     parts = [
         references.converged(
-            REFERENCE, settings.request(scene, n, samples=their_samples, as_ours=True), their_batches, say
+            REFERENCE, request(settings, scene, n, samples=their_samples, as_ours=True), their_batches, say
         )
         for n in bands
     ]

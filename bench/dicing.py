@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from settings import Found, Say, Settings, built, lines_of, median_lines
+from settings import Found, Say, Settings, built, median_lines, rounds_of
 
 ROUNDS = 5
 
@@ -10,8 +10,7 @@ ROUNDS = 5
 def measure(settings: Settings, say: Say) -> Found:
     """One thread: the goal is a thread's."""
     program = built("kanuka_dice_bench", "dice")
-    options = ["--quick"] if settings.quick else []
-    rounds = [lines_of(program, *options) for _ in range(1 if settings.quick else ROUNDS)]
+    rounds = rounds_of(settings, program, *(["--quick"] if settings.quick else []), rounds=ROUNDS)
     runs = median_lines(rounds, ("cpu_s", "seconds", "vertices_per_cpu_s"))
     for run in runs:
         say(

@@ -1,6 +1,6 @@
 // How the time of a sample and its noise go with the number of lights.
 //
-//     light_bench [--quick]        one line of JSON a measurement
+//     light_bench [--quick] [--times]        one line of JSON a measurement; --times: without noise
 //
 // The time to equal quality of one choice among n lights is noise^2 times time; uniform choice is the
 // measure.
@@ -40,7 +40,11 @@ double noise_of(TestScene& s, const std::vector<PixelSums>& truth, int progressi
 } // namespace
 
 int main(int argc, char** argv) {
-    const bool quick = argc > 1 && std::strcmp(argv[1], "--quick") == 0;
+    bool quick = false, times = false;
+    for (int i = 1; i < argc; i++) {
+        quick |= std::strcmp(argv[i], "--quick") == 0;
+        times |= std::strcmp(argv[i], "--times") == 0;
+    }
     const struct {
         const char* name;
         ManyLights kind;
@@ -61,6 +65,12 @@ int main(int argc, char** argv) {
             double best = 1e9;
             for (int round = 0; round < (quick ? 1 : 3); round++)
                 best = std::min(best, seconds_of(s, progressions));
+            std::printf("{\"lights\": \"%s\", \"count\": %d, \"build_s\": %.4f, \"ns_a_sample\": %.1f",
+                        kind.name, count, build, best / progressions / (Size * Size) * 1e9);
+            if (times) {
+                std::printf("}\n");
+                continue;
+            }
             const auto truth = s.render(quick ? 64 : 512, 0);
             const double noise = noise_of(s, truth, quick ? 8 : 64);
             double uniform = 0;
@@ -68,10 +78,7 @@ int main(int argc, char** argv) {
                 s.make_uniform();
                 uniform = noise_of(s, truth, quick ? 8 : 64);
             }
-            std::printf("{\"lights\": \"%s\", \"count\": %d, \"build_s\": %.4f, \"ns_a_sample\": %.1f, "
-                        "\"noise\": %.4f, "
-                        "\"uniform_noise\": %.4f, \"tree_bytes\": %llu}\n",
-                        kind.name, count, build, best / progressions / (Size * Size) * 1e9, noise, uniform,
+            std::printf(", \"noise\": %.4f, \"uniform_noise\": %.4f, \"tree_bytes\": %llu}\n", noise, uniform,
                         static_cast<unsigned long long>(s.view.tree.bytes()));
             std::fflush(stdout);
         }

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from settings import Found, Say, Settings, built, lines_of, median_lines
 
-ROUNDS = 3
+ROUNDS = 5
 
 
 def measure(settings: Settings, say: Say) -> Found:
     program = built("kanuka_light_bench", "transport")
-    options = ["--quick"] if settings.quick else []
-    rounds = [lines_of(program, *options) for _ in range(1 if settings.quick else ROUNDS)]
+    rounds = [lines_of(program, *(["--quick"] if settings.quick else []))]
+    rounds += [lines_of(program, "--times") for _ in range(0 if settings.quick else ROUNDS - 1)]
     runs = median_lines(rounds, ("ns_a_sample", "build_s"))
     for run in runs:
         few = next(each for each in runs if each["lights"] == run["lights"] and each["count"] == 10)

@@ -10,10 +10,10 @@ from settings import Found, Say, Settings
 
 PEER = peers.RENDERERS["cycles"]
 SAMPLES = 64
-# Cycles shades anew at each sample: what it is asked for, so that a round stays within minutes. Its rate over these
+# Cycles shades anew at each sample: what it is asked for, so that a round stays within a minute. Its rate over these
 # gives its time for 64, and a picture of as many samples of ours is timed beside it, with nothing multiplied.
-PEER_SAMPLES = {16: 64, 100: 16, 1000: 8}
-ROUNDS = 3
+PEER_SAMPLES = {16: 16, 100: 4, 1000: 2}
+ROUNDS = 5
 
 
 def whole(figures: Found) -> float:

@@ -95,7 +95,7 @@ def alternating(settings: Settings, request: Found, sides: dict[str, list], say:
 
 def watertight(settings: Settings, scene: str, say: Say) -> Found:
     """Hits that leave no gap between polygons, and those that may."""
-    request = settings.request(scene, samples=4 if settings.quick else 32)
+    request = settings.request(scene, samples=4 if settings.quick else 16)
     return {
         "rounds": alternating(settings, request, {"on": [("watertight", True)], "off": [("watertight", False)]}, say)
     }
@@ -103,5 +103,5 @@ def watertight(settings: Settings, scene: str, say: Say) -> Found:
 
 def widths(settings: Settings, scene: str, say: Say) -> Found:
     """Eight lanes and sixteen, on whole pictures."""
-    request = settings.request(scene, samples=4 if settings.quick else 32)
+    request = settings.request(scene, samples=4 if settings.quick else 16)
     return {"rounds": alternating(settings, request, {"8": [("lanes", 8)], "16": [("lanes", 16)]}, say)}

@@ -34,8 +34,9 @@ class Part:
         return f"{self.measure}/{self.about}" if self.about else self.measure
 
 
-WIDTH_SCENES = ("cornell", "still-life", "terrain")
+WIDTH_SCENES = ("cornell", "still-life")
 QUICK_AGREEMENT = ("conductor", "rough-gloss")
+AGREEMENT = {"cornell": 125, "grey-cornell": 125, "terrain": 95, "dispersion": 200}  # seconds; the others are small
 
 
 def parts(peers: list[str] | None = None) -> list[Part]:
@@ -47,40 +48,42 @@ def parts(peers: list[str] | None = None) -> list[Part]:
     made = [
         Part("side-by-side", scene, about(side_by_side.measure, scene, peers), seconds, scene == "cornell")
         for scene, seconds in {
-            "cornell": 2200,
-            "terrain": 900,
-            "forest": 700,
-            "still-life": 1000,
-            "shading": 600,
+            "cornell": 1040,
+            "terrain": 590,
+            "forest": 300,
+            "still-life": 600,
         }.items()
     ]
     made += [
         Part("networks", str(links), about(networks.measure, links), seconds, links == 16)
-        for links, seconds in {16: 150, 100: 250, 1000: 1000}.items()
+        for links, seconds in {16: 115, 100: 175, 1000: 450}.items()
     ]
     made += [
-        Part("shaders", "", compiler.measure, 200),
+        Part("shaders", "", compiler.measure, 160),
         Part("micropolygons", "", ourselves.micropolygons, 30),
         Part("dice", "", dicing.measure, 60),
         Part("rib", "", rib.measure, 60),
-        Part("lights", "", lights.measure, 250),
-        Part("lanes", "", lanes.measure, 60),
+        Part("lights", "", lights.measure, 130),
+        Part("lanes", "", lanes.measure, 160),
         Part("delayed", "", delayed.measure, 40),
     ]
     made += [Part("hair", kind, about(hair.measure, kind), 90) for kind in ("linear", "cubic")]
     made += [Part("stages", scene, about(stages.measure, scene), 60, scene == "showcase") for scene in stages.SCENES]
     made += [
-        Part("tolerance", kind, about(ourselves.tolerance, kind), 90, kind == "flat")
+        Part("tolerance", kind, about(ourselves.tolerance, kind), 100, kind == "flat")
         for kind in ourselves.TOLERANCE_SCENES
     ]
     made += [
-        Part("watertight", scene, about(ourselves.watertight, scene), 90, scene == "cornell")
+        Part("watertight", scene, about(ourselves.watertight, scene), 55, scene == "cornell")
         for scene in ("cornell", "terrain")
     ]
-    made += [Part("widths", scene, about(ourselves.widths, scene), 90, scene == "cornell") for scene in WIDTH_SCENES]
-    made += [Part("wavelengths", scene, about(triple.measure, scene), 60, False) for scene in triple.SCENES]
+    made += [Part("widths", scene, about(ourselves.widths, scene), 50, scene == "cornell") for scene in WIDTH_SCENES]
+    made += [  # the first one builds the other renderer, minutes that a quick run does not have
+        Part("wavelengths", scene, about(triple.measure, scene), 340 if scene == "cornell" else 45, False)
+        for scene in triple.SCENES
+    ]
     made += [
-        Part("agreement", scene, about(agreement.measure, scene), 200, scene in QUICK_AGREEMENT)
+        Part("agreement", scene, about(agreement.measure, scene), AGREEMENT.get(scene, 25), scene in QUICK_AGREEMENT)
         for scene in agreement.SCENES
     ]
     return made

@@ -17,7 +17,7 @@ import peers
 import scenes
 from pictures import Estimate
 
-AT_A_TIME = 4
+AT_A_TIME = 32
 
 
 def _path(renderer: peers.Renderer, request: dict[str, object]) -> Path:

@@ -27,8 +27,7 @@ HEADINGS = {
         "Side by side",
         "After the semicolon: our figure over theirs, and the 95 % interval of rounds in pairs; below 1, Kanuka takes "
         "less. *Render*: sampling alone, kernels compiled and the scene built. *First picture*: reading, building and "
-        "one sample a pixel. *Error*: relative, squared, against the renderer's converged picture; *noise²*: of the "
-        "rounds among themselves.",
+        "one sample a pixel. *Error*: relative, squared, against the mean of the renderer's other rounds.",
     ),
     "agreement": ("The same picture?", ""),
     "micropolygons": ("Micropolygons", ""),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 
-from settings import Found, Say, Settings, built, lines_of, median_lines
+from settings import Found, Say, Settings, built, median_lines, rounds_of
 
 ROUNDS = 5
 
@@ -13,7 +13,7 @@ def measure(settings: Settings, say: Say) -> Found:
     program = built("kanuka_rib_bench", "ingest")
     megabytes = 2 if settings.quick else 60
     with tempfile.TemporaryDirectory() as folder:
-        rounds = [lines_of(program, megabytes, folder) for _ in range(1 if settings.quick else ROUNDS)]
+        rounds = rounds_of(settings, program, megabytes, folder, rounds=ROUNDS)
     runs = median_lines(rounds, ("seconds", "bytes_per_s", "peak_bytes"))
     for run in runs:
         say(

@@ -38,7 +38,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--measure", action="append", choices=measures, help="this one alone; may be repeated")
     parser.add_argument("--scene", action="append", choices=scenes, metavar="NAME", help="what parts are about")
     parser.add_argument("--peer", action="append", choices=list(peers.RENDERERS)[1:], metavar="NAME")
-    parser.add_argument("--rounds", type=int, default=0, help="of each renderer, in turn (6; quick: 2)")
+    parser.add_argument("--rounds", type=int, default=0, help="of each renderer, in turn (6; quick: 3)")
     parser.add_argument("--threads", type=int, default=0, help="for every renderer; default: all cores")
     parser.add_argument("--again", action="store_true", help="also what is measured already")
     parser.add_argument("--list", action="store_true", help="show the parts, and measure nothing")
@@ -77,13 +77,12 @@ class Clock:
 
 
 def take(part: plan.Part, settings: Settings, results: Results, taken: dict[str, object]) -> str:
-    """Measures; says what failed, or nothing."""
+    """Measures; says what failed, or nothing. peers.NotInstalled is for the caller."""
     start, before = time.time(), machine.load()
     try:
         found = part.take(settings, say)
-    except peers.NotInstalled as error:
-        say(f"  left out: {error}")
-        return ""
+    except peers.NotInstalled:
+        raise
     except Exception as error:  # one measure that fails leaves the others
         if not isinstance(error, peers.WorkerError | RuntimeError | OSError):
             traceback.print_exc()
@@ -96,7 +95,7 @@ def take(part: plan.Part, settings: Settings, results: Results, taken: dict[str,
 def main() -> int:
     arguments = parse()
     partial = bool(arguments.quick or arguments.scene or arguments.peer or arguments.measure or arguments.threads)
-    settings = Settings(arguments.quick, arguments.rounds or (2 if arguments.quick else 6), arguments.threads)
+    settings = Settings(arguments.quick, arguments.rounds or (3 if arguments.quick else 6), arguments.threads)
     folder = arguments.output or (ROOT / "out" / "bench" if partial else ROOT / "bench")
     results = Results(folder / "results.json")
     taken = {
@@ -120,18 +119,24 @@ def main() -> int:
     say("{cpu}, {cores} cores, {isa}; load {load}".format(**taken["machine"], load=machine.load()))
     if len(waiting) < len(parts):
         say(f"{len(parts) - len(waiting)} of {len(parts)} parts are there already, in {results.path}")
-    clock, failures = Clock(waiting, results, arguments.quick), []
+    clock, failures, left_out = Clock(waiting, results, arguments.quick), [], []
     for number, part in enumerate(waiting, 1):
         say(f"[{number}/{len(waiting)}, {clock.left()}] {part.name}")
         start = time.time()
-        if failed := take(part, settings, results, taken):
-            failures.append(failed)
-            say(f"  FAILED: {failed}")
+        try:
+            if failed := take(part, settings, results, taken):
+                failures.append(failed)
+                say(f"  FAILED: {failed}")
+        except peers.NotInstalled as error:
+            left_out.append(f"{part.name}: {error}")
+            say(f"  left out: {error}")
         clock.done(part, time.time() - start)
         report.write(results, folder)
     say(report.console(results))
     if not partial:
         report.write_docs(results)
+    for line in left_out:
+        say(f"left out: {line}")
     for line in failures:
         say(f"FAILED {line.splitlines()[0]}")
     say(f"{results.path}\n{folder / 'RESULTS.md'}")

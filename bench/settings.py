@@ -52,6 +52,11 @@ def median_lines(rounds: list[list[Found]], timed: tuple[str, ...]) -> list[Foun
     return made
 
 
+def rounds_of(settings: Settings, program: Path, *arguments: object, rounds: int) -> list[list[Found]]:
+    """What a program prints, each time it is run; once where it is quick."""
+    return [lines_of(program, *arguments) for _ in range(1 if settings.quick else rounds)]
+
+
 def lines_of(program: Path, *arguments: object) -> list[Found]:
     """What a program prints: a line of JSON each."""
     done = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True)

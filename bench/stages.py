@@ -17,7 +17,7 @@ from pathlib import Path
 from settings import ROOT, Found, Say, Settings
 
 COLUMNS = ("dice_s", "shade_s", "bvh_s", "transport_s", "first_pixel_s", "total_s")
-SCENES = ("showcase", "cornell")
+SCENES = ("showcase",)
 
 
 def run(scene: Path, *options: object) -> dict:

@@ -54,12 +54,10 @@ def side_by_side(results: Results) -> str:
                 if values and each is not ours:
                     shown += f"; {times(intervals.of_ratio(ours['rounds'][figure], values))}"
                 cells.append(shown)
-            rows.append([*cells, show("noise", each.get("noise"))])
+            rows.append(cells)
             settings = ", ".join(f"{name} {value}" for name, value in each.get("settings", {}).items())
-            stated.append(
-                f"- {each['name']}: {settings}; converged picture of {each.get('converged_samples', '–')} samples"
-            )
-        parts += [f"### {scene}\n", table(["", *TITLES.values(), "noise²"], rows) + "\n", "\n".join(stated) + "\n"]
+            stated.append(f"- {each['name']}: {settings or '–'}")
+        parts += [f"### {scene}\n", table(["", *TITLES.values()], rows) + "\n", "\n".join(stated) + "\n"]
         for name, cost in found.get("samplers", {}).items():
             costs = ", ".join(f"{sampler} {value:.2f}" for sampler, value in cost.items())
             parts.append(

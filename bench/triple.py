@@ -50,13 +50,14 @@ def build(tree: Path = TREE) -> Path:
     return tree
 
 
-def render(tree: Path, scene: str, seed: int, threads: int) -> tuple[float, np.ndarray]:
+def render(tree: Path, scene: str, seed: int, settings: Settings) -> tuple[float, np.ndarray]:
     """Seconds of sampling and the picture, of half the usual size."""
-    request = {"scene": scene, "n": 0, "scale": 0.5, "samples": SAMPLES, "threads": threads}
+    request = settings.request(scene, samples=4 if settings.quick else SAMPLES)
+    request["scale"] = settings.scale / 2
     before = os.environ.get("PYTHONPATH")
     os.environ["PYTHONPATH"] = str(tree / "python")
     try:
-        answer = peers.ask(peers.OURS, request | {"seeds": [seed], "options": []})
+        answer = peers.ask(peers.OURS, request | {"seeds": [seed]})
     finally:
         os.environ.pop("PYTHONPATH") if before is None else os.environ.update(PYTHONPATH=before)
     return float(answer.figures["render_s"][0]), answer.pictures[0]
@@ -73,7 +74,7 @@ def measure(settings: Settings, scene: str, say: Say) -> Found:
     pictures: dict[str, list[np.ndarray]] = {name: [] for name in trees}
     for number in range(settings.rounds):
         for name in list(trees) if number % 2 == 0 else reversed(list(trees)):
-            seconds, picture = render(trees[name], scene, number, settings.threads)
+            seconds, picture = render(trees[name], scene, number, settings)
             rounds[name].append(seconds)
             pictures[name].append(picture)
     time = intervals.of_ratio(rounds["four_s"], rounds["three_s"])

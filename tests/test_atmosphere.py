@@ -158,9 +158,9 @@ def ways(half: float, depth: float, size: int = 32) -> np.ndarray:
     return depth * np.sqrt(1 + c[None, :] ** 2 + c[:, None] ** 2)
 
 
-def test_a_mirror_shows_the_fog_of_what_it_shows(tmp_path: Path) -> None:
-    """A mirror 4 ahead, and a wall 3 behind the eye: both ways are foggy."""
-    (tmp_path / "mirror.sl").write_text(MIRROR)
+def behind(tmp_path: Path, shader: str, source: str, near: float, wall: float) -> np.ndarray:
+    """A foggy picture of a plane `near` ahead with `shader`, and of a bright wall at z = `wall`, in front or behind."""
+    (tmp_path / f"{shader}.sl").write_text(source)
     picture = render(
         tmp_path,
         f"""Format 32 32 1
@@ -169,49 +169,40 @@ Projection "perspective" "fov" 60
 WorldBegin
 {FOG}
 AttributeBegin
-Surface "mirror"
-Polygon "P" [-9 -9 4  -9 9 4  9 9 4  9 -9 4]
+Surface "{shader}"
+Polygon "P" [-9 -9 {near}  -9 9 {near}  9 9 {near}  9 -9 {near}]
 AttributeEnd
 Surface "constant"
 Color 0.8 0.5 0.1
-Polygon "P" [-20 -20 -3  -20 20 -3  20 20 -3  20 -20 -3]
+Polygon "P" [-20 -20 {wall}  -20 20 {wall}  20 20 {wall}  20 -20 {wall}]
 WorldEnd
 """,
     )
     assert not messages(picture)
+    return picture["rgb"]
+
+
+def in_fog(near: float, way: float, tint: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
+    """What is seen of it, `way` being how far the wall is from the plane; and what, were the way from it clear."""
     half = np.tan(np.radians(30))
-    first, second = np.exp(-ways(half, 4) / 5)[..., None], np.exp(-ways(half, 7) / 5)[..., None]
-    mirrored = second * COLOR + (1 - second) * BACKGROUND
-    expected = first * 0.8 * mirrored + (1 - first) * BACKGROUND
-    np.testing.assert_allclose(picture["rgb"].mean(1), expected.mean(1), rtol=0.01)
-    clear = first * 0.8 * COLOR + (1 - first) * BACKGROUND
+    first, second = np.exp(-ways(half, near) / 5)[..., None], np.exp(-ways(half, way) / 5)[..., None]
+    wall = second * COLOR + (1 - second) * BACKGROUND
+    return tuple(first * tint * seen + (1 - first) * BACKGROUND for seen in (wall, COLOR))
+
+
+def test_a_mirror_shows_the_fog_of_what_it_shows(tmp_path: Path) -> None:
+    """A mirror 4 ahead, and a wall 3 behind the eye: both ways are foggy."""
+    rgb = behind(tmp_path, "mirror", MIRROR, 4, -3)
+    expected, clear = in_fog(4, 7, 0.8)
+    np.testing.assert_allclose(rgb.mean(1), expected.mean(1), rtol=0.01)
     assert np.abs(clear - expected).mean() > 0.05
 
 
 def test_what_is_seen_through_a_pane_is_in_the_same_fog(tmp_path: Path) -> None:
-    (tmp_path / "pane.sl").write_text(PANE)
-    picture = render(
-        tmp_path,
-        f"""Format 32 32 1
-PixelFilter "box" 1 1
-Projection "perspective" "fov" 60
-WorldBegin
-{FOG}
-AttributeBegin
-Surface "pane"
-Polygon "P" [-9 -9 2  -9 9 2  9 9 2  9 -9 2]
-AttributeEnd
-Surface "constant"
-Color 0.8 0.5 0.1
-Polygon "P" [-20 -20 6  -20 20 6  20 20 6  20 -20 6]
-WorldEnd
-""",
-    )
-    half, tint = np.tan(np.radians(30)), np.array([0.9, 0.7, 0.5])
-    first, second = np.exp(-ways(half, 2) / 5)[..., None], np.exp(-ways(half, 4) / 5)[..., None]
-    behind = second * COLOR + (1 - second) * BACKGROUND
-    expected = first * tint * behind + (1 - first) * BACKGROUND
-    np.testing.assert_allclose(picture["rgb"].mean(1), expected.mean(1), rtol=0.015)
+    rgb = behind(tmp_path, "pane", PANE, 2, 6)
+    expected, clear = in_fog(2, 4, np.array([0.9, 0.7, 0.5]))
+    np.testing.assert_allclose(rgb.mean(1), expected.mean(1), rtol=0.015)
+    assert np.abs(clear - expected).mean() > 0.05
 
 
 def test_instances_lie_in_the_same_air(tmp_path: Path) -> None:

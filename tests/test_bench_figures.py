@@ -103,6 +103,30 @@ def test_a_stopped_run_goes_on(tmp_path: Path) -> None:
     assert "3.00 GB" in report.renewed("<!-- figure: hair/linear:peak_bytes -->?<!-- /figure -->", again)
 
 
+@pytest.mark.parametrize("fails", [False, True])
+def test_a_run_names_what_it_leaves_out(
+    fails: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
+) -> None:
+    run, plan, peers = map(importlib.import_module, ("run", "plan", "peers"))
+
+    def missing(_settings: object, _say: object) -> None:
+        raise peers.NotInstalled("mitsuba is not there")
+
+    def taken(_settings: object, _say: object) -> dict[str, list]:
+        if fails:
+            raise RuntimeError("of its own")
+        return {"runs": []}
+
+    parts = [plan.Part("agreement", "conductor", missing, 1), plan.Part("dice", "", taken, 1)]
+    monkeypatch.setattr(plan, "parts", lambda _peers=None: parts)
+    monkeypatch.setattr(sys, "argv", ["run.py", "--quick", "-o", str(tmp_path)])
+    assert run.main() == fails
+    said = capsys.readouterr().out
+    assert "left out: agreement/conductor: mitsuba is not there" in said
+    assert ("FAILED dice: of its own" in said) == fails
+    assert ("dice" in Results(tmp_path / "results.json").parts) != fails
+
+
 def test_parts_have_names_of_their_own() -> None:
     plan = importlib.import_module("plan")
     names = [part.name for part in plan.parts()]
@@ -138,6 +162,23 @@ def test_the_error_of_a_picture_is_its_variance_plus_its_bias() -> None:
     weight = np.mean(truth**2 / (truth**2 + 0.01))
     assert pictures.relative_error(noisy, converged) == pytest.approx(0.04 * weight, rel=0.05)
     assert pictures.relative_error(1.1 * truth, converged) == pytest.approx(0.01 * weight, rel=0.1)
+
+
+def test_a_round_is_held_against_the_others() -> None:
+    """Its error is the variance of a picture, however few the others are, and one that is off has a larger one."""
+    side_by_side, peers = importlib.import_module("side_by_side"), importlib.import_module("peers")
+    rng = np.random.default_rng(3)
+    truth = 0.3 + rng.random((96, 96, 3))
+    turns = side_by_side.Turns(peers.OURS)
+    for k in range(6):
+        picture = truth * (1 + 0.2 * rng.normal(size=truth.shape)) * (1.2 if k == 5 else 1)
+        figures = {name: 1.0 for name in ("load_s", "build_s", "first_picture_s", "peak_bytes")} | {"render_s": [2.0]}
+        turns.add(peers.Answer(figures, picture[None]))
+    found = turns.found()["rounds"]
+    weight = np.mean(truth**2 / (truth**2 + 0.01))
+    assert np.mean(found["error"][:5]) == pytest.approx(0.04 * weight, rel=0.1)
+    assert found["error"][5] > 1.8 * 0.04 * weight
+    assert found["error_x_time"] == [2 * error for error in found["error"]]
 
 
 def test_files_are_named_after_what_made_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,7 +1,8 @@
 """What lossless microfacets give back (docs/transport.md, "What loses light"), by quadrature in double.
 
 Of metals s of Sinkhorn's balance: the lobe of one facet times s(wo) s(wi) reflects all there is. Of glass what one
-facet loses, by direction, and what leaves to either side by a lobe of its own. Shares nothing with the renderer's
+facet loses, by direction, and what leaves to either side by a lobe of its own. Of a coat over paint what it lets
+through, and what comes back to the paint from inside. Shares nothing with the renderer's
 tables: directions are Gauss-Legendre nodes of angles, kernels are integrated over the azimuth. NumPy alone.
 """
 
@@ -116,6 +117,19 @@ class Glass:
             below = passes * min(1.0, n**2 * mean[1 - here] / mean[here])
             self.back.append((1 - below) / (np.pi * mean[here]))
             self.across.append(below / (np.pi * mean[1 - here]))
+
+
+class Coat:
+    """Over paint of albedo a: a / (pi n^2 (1 - a kept)) times `through` of both directions.
+
+    What one facet does not reflect goes through; by reciprocity the same part of diffuse light from inside gets out.
+    """
+
+    def __init__(self, alpha: float, ior: float) -> None:
+        sphere = Sphere()
+        once = sphere.reflected(alpha, ior) * sphere.solid
+        self.through = 1 - once.sum(1)
+        self.kept = 1 - _mean(sphere, self.through) / ior**2
 
 
 def mean_fresnel(n: np.ndarray, k: np.ndarray) -> np.ndarray:

@@ -1,8 +1,8 @@
 """Mitsuba's microfacets, scaled to what Kanuka's are by design, so that what is left to differ is a mistake.
 
 Mitsuba multiplies Smith's terms of the two directions, as if heights there were independent; Kanuka's are those of one
-height field (Heitz 2014, eq. 99). Mitsuba loses what meets several facets; Kanuka gives it back (balance.py, which
-shares nothing with its tables).
+height field (Heitz 2014, eq. 99). Mitsuba loses what meets several facets; Kanuka gives it back, and below a rough coat
+what it does not reflect is the paint's (balance.py, which shares nothing with its tables).
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ import numpy as np
 from peers import balance
 
 NAME = "kanuka_facets"
-SPREAD = 0.25  # part of samples of glass that are of light of several facets
+SPREAD = {"glass": 0.25, "coat": 0.5}  # part of samples that are of a cosine: light of several facets, and paint
 
 
 class Facets(mi.BSDF):
-    """`facets`: Mitsuba's own lobe; `lossless`: "", metal or glass."""
+    """`facets`: Mitsuba's own lobe; `lossless`: "", metal, glass, or coat, whose paint has `reflectance`."""
 
     def __init__(self, props: mi.Properties) -> None:
         mi.BSDF.__init__(self, props)
@@ -36,6 +36,10 @@ class Facets(mi.BSDF):
         elif self.lossless == "glass":
             self.ior, self.glass = ior, balance.Glass(self.alpha, ior)
             self.sides = [self._table(loss) for loss in self.glass.loss]
+        elif self.lossless == "coat":
+            coat = balance.Coat(self.alpha, ior)
+            self.ior, self.kept, self.paint = ior, coat.kept, props.get_texture("reflectance")
+            self.sides = [self._table(coat.through)]
 
     @staticmethod
     def _table(s: np.ndarray) -> mi.Float:
@@ -51,7 +55,7 @@ class Facets(mi.BSDF):
         return a + (x - at) * (b - a)
 
     def _at(self, w: mi.Vector3f) -> mi.Float:
-        """s of metal, the loss of glass."""
+        """s of metal, the loss of glass, what a coat lets through."""
         x = dr.acos(dr.clip(dr.abs(w.z), 0, 1)) * (256 * 2 / dr.pi)
         outside = self._look_up(self.sides[0], x)
         return outside if len(self.sides) == 1 else dr.select(w.z > 0, outside, self._look_up(self.sides[1], x))
@@ -81,40 +85,51 @@ class Facets(mi.BSDF):
                 scale[i] *= 1 + self._look_up(self.gain, si.wavelengths[i] - self.first_nm) * more
         return scale
 
-    def _many(self, si: mi.SurfaceInteraction3f, wo: mi.Vector3f) -> mi.Float:
-        """What several facets of glass send on; radiance that passes goes with the square of the index here."""
+    def _more(self, si: mi.SurfaceInteraction3f, wo: mi.Vector3f, active: mi.Bool) -> mi.Spectrum:
+        """Beside one facet: what several of glass send on, or paint below a coat."""
+        both = self._at(si.wi) * self._at(wo) * dr.abs(wo.z)
+        if self.lossless == "coat":
+            paint = self.paint.eval(si, active)
+            return dr.select(
+                (si.wi.z > 0) & (wo.z > 0), both * paint / (1 - paint * self.kept) / (dr.pi * self.ior**2), 0
+            )
+        # Radiance that passes goes with the square of the index here.
         back, across = self.glass.back, self.glass.across
         outside, passes = si.wi.z > 0, si.wi.z * wo.z < 0
         stays = dr.select(outside, back[0], back[1])
         goes = dr.select(outside, across[0] / self.ior**2, across[1] * self.ior**2)
-        return self._at(si.wi) * self._at(wo) * dr.select(passes, goes, stays) * dr.abs(wo.z)
+        return mi.Spectrum(both * dr.select(passes, goes, stays))
 
     def sample(self, ctx, si, sample1, sample2, active=True):
-        if self.lossless != "glass":
+        if self.lossless not in SPREAD:
             sampled, weight = self.facets.sample(ctx, si, sample1, sample2, active)
             return sampled, weight * self._scale(si, sampled.wo)
-        spread = sample1 < SPREAD
-        again = dr.select(spread, sample1 / SPREAD, (sample1 - SPREAD) / (1 - SPREAD))
+        part, glass = SPREAD[self.lossless], self.lossless == "glass"
+        spread = sample1 < part
+        again = dr.select(spread, sample1 / part, (sample1 - part) / (1 - part))
         sampled, weight = self.facets.sample(ctx, si, again, sample2, active)
         valid = active & (spread | (dr.max(weight) > 0))  # not those that leave on the wrong side
         w = mi.warp.square_to_cosine_hemisphere(sample2)
-        w.z = dr.select(again < 0.5, w.z, -w.z)
+        if glass:
+            w.z = dr.select(again < 0.5, w.z, -w.z)
+            passes = si.wi.z * dr.select(spread, w.z, sampled.wo.z) < 0
+            sampled.eta = dr.select(passes, dr.select(si.wi.z > 0, self.ior, 1 / self.ior), 1)
         sampled.wo = dr.select(spread, w, sampled.wo)
-        passes = si.wi.z * sampled.wo.z < 0
-        sampled.eta = dr.select(passes, dr.select(si.wi.z > 0, self.ior, 1 / self.ior), 1)
         sampled.pdf = self.pdf(ctx, si, sampled.wo, active)
         value = self.eval(ctx, si, sampled.wo, active)
         return sampled, dr.select(valid & (sampled.pdf > 0), value / sampled.pdf, 0)
 
     def eval(self, ctx, si, wo, active=True):
         value = self.facets.eval(ctx, si, wo, active) * self._scale(si, wo)
-        return value + self._many(si, wo) if self.lossless == "glass" else value
+        return value + self._more(si, wo, active) if self.lossless in SPREAD else value
 
     def pdf(self, ctx, si, wo, active=True):
         pdf = self.facets.pdf(ctx, si, wo, active)
-        if self.lossless == "glass":
-            pdf = (1 - SPREAD) * pdf + SPREAD * dr.abs(wo.z) / (2 * dr.pi)
-        return pdf
+        if self.lossless not in SPREAD:
+            return pdf
+        part, cosine = SPREAD[self.lossless], wo.z / dr.pi
+        spread = dr.abs(cosine) / 2 if self.lossless == "glass" else dr.maximum(cosine, 0)
+        return (1 - part) * pdf + part * spread
 
     def eval_pdf(self, ctx, si, wo, active=True):
         return self.eval(ctx, si, wo, active), self.pdf(ctx, si, wo, active)

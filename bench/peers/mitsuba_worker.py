@@ -60,16 +60,21 @@ def material(mesh: scenes.Mesh) -> dict:
         return {"type": "thindielectric", **glass}
     if finish.kind == "none":
         return {"type": "null"}
-    return {"type": f"{kind}plastic", "int_ior": finish.ior, "diffuse_reflectance": color, "nonlinear": True, **rough}
+    coat = {"type": f"{kind}plastic", "int_ior": finish.ior, "diffuse_reflectance": color, "nonlinear": True, **rough}
+    if finish.alpha and request.option("as_ours"):
+        coat["diffuse_reflectance"] = 0.0  # paint is below the coat as ours is
+    return as_ours(finish, coat, "coat", color)
 
 
-def as_ours(finish: scenes.Finish, bsdf: dict, lossless: str = "") -> dict:
+def as_ours(finish: scenes.Finish, bsdf: dict, lossless: str = "", paint: dict | None = None) -> dict:
     """Where pictures are compared: masking and shadowing, and what meets several facets, are as ours are by design."""
     if not finish.alpha or not request.option("as_ours"):
         return bsdf
     from peers import mitsuba_smith
 
     made = {"type": mitsuba_smith.NAME, "facets": bsdf, "slopes": finish.slopes, "alpha": finish.alpha}
+    if paint:
+        made["reflectance"] = paint
     return made | {"lossless": lossless, "spectra": str(scenes.metal_file(finish.metal)), "ior": finish.ior}
 
 

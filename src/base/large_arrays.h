@@ -14,10 +14,12 @@ template <class T>
 void reserve_large(std::vector<T>& v, size_t n) {
     constexpr uintptr_t Page = 4096;
     v.reserve(n);
-    const auto begin = (reinterpret_cast<uintptr_t>(v.data()) + Page - 1) / Page * Page,
-               end = reinterpret_cast<uintptr_t>(v.data() + v.capacity()) / Page * Page;
-    if (end >= begin + 2 * LargePage)
-        want_large_pages(reinterpret_cast<void*>(begin), end - begin);
+    char* data = reinterpret_cast<char*>(v.data());
+    const size_t skipped = size_t(-reinterpret_cast<uintptr_t>(data)) % Page,
+                 bytes = v.capacity() * sizeof(T),
+                 whole = bytes > skipped ? (bytes - skipped) / Page * Page : 0;
+    if (whole >= 2 * LargePage)
+        want_large_pages(data + skipped, whole);
 }
 
 } // namespace kanuka

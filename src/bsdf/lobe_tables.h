@@ -45,9 +45,10 @@ struct LobeTables {
     // all light, from outside (planes of an index each), then from inside; its means over directions.
     float dielectric[Indices * Plane], glass_loss[2 * GlassIndices * Plane],
         glass_mean_loss[2 * GlassIndices * Alphas];
-    // Mean of a smooth dielectric's reflectance over directions, from outside; below a layer of such an
-    // index, the part of what GGX reflects that leaves the layer, over what a smooth interface lets through.
-    float dielectric_mean[Indices], escape[Indices * Plane];
+    // Mean of a dielectric's albedo over directions, from outside (rows of an index, the first of a row
+    // smooth); below a layer of such an index, the part of what GGX reflects that leaves the layer, over what
+    // a smooth interface lets through.
+    float dielectric_mean[Indices * Alphas], escape[Indices * Plane];
     float stretched_balance[Tails * Stretches * WideAlphas * Azimuths * WideCosines];
     // Mean of their albedos, and the fourth root of the width of GGX that has the same.
     float stretched_mean[Tails * Stretches * WideAlphas], stretched_round[Tails * Stretches * WideAlphas];
@@ -186,11 +187,13 @@ Float<W> dielectric_albedo(Float<W> cosine, Float<W> alpha, Float<W> eta) {
 }
 
 template <int W>
-Float<W> dielectric_mean(Float<W> eta) {
-    const Knot<W> n = index_knot(eta);
+Float<W> dielectric_mean(Float<W> eta, Float<W> alpha = Float<W>(0.0f)) {
+    const Knot<W> n = index_knot(eta), y(sqrt(sqrt(max(alpha, Float<W>(0.0f)))), LobeTables::Alphas);
     const float* t = lobe_tables().dielectric_mean;
-    const Float<W> a = gather(t, n.i), b = gather(t, n.i + Int<W>(1));
-    return fma(n.f, b - a, a);
+    const Int<W> row(LobeTables::Alphas), p = n.i * row + y.i, q = p + row, one(1);
+    const Float<W> lo = fma(y.f, gather(t, p + one) - gather(t, p), gather(t, p));
+    const Float<W> hi = fma(y.f, gather(t, q + one) - gather(t, q), gather(t, q));
+    return fma(n.f, hi - lo, lo);
 }
 // Of light that GGX reflects below a smooth interface of index eta, what gets out; `cosine`: of the view,
 // over the interface.

@@ -472,17 +472,17 @@ void fill_metals(const char* path) {
 // ---- below a thick coat
 
 void fill_dielectric_means() {
-    for (int n = 0; n < T::Indices; n++) {
-        double sum = 0;
-        constexpr int N = 4096;
-        for (int i = 0; i < N; i++) { // over the cosine, by its square root's steps
-            const double x = (i + 0.5) / N, c = x * x;
-            Float<1> unused;
-            sum += double(fresnel_dielectric(Float<1>(float(c)), Float<1>(T::index_of(n)), unused)[0]) * 2 *
-                   c * 2 * x / N;
+    for (int n = 0; n < T::Indices; n++)
+        for (int k = 0; k < T::Alphas; k++) {
+            const Float<1> index(T::index_of(n)), alpha(T::alpha_of(k));
+            double sum = 0;
+            constexpr int N = 4096;
+            for (int i = 0; i < N; i++) { // over the cosine, by its square root's steps
+                const double x = (i + 0.5) / N, c = x * x;
+                sum += double(dielectric_albedo(Float<1>(float(c)), alpha, index)[0]) * 2 * c * 2 * x / N;
+            }
+            made().dielectric_mean[n * T::Alphas + k] = float(sum);
         }
-        made().dielectric_mean[n] = float(sum);
-    }
 }
 
 // What GGX of width alpha, all its light balanced, sends from a direction in the layer to those that leave

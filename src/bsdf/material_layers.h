@@ -23,7 +23,7 @@ template <int W>
         if (m_code.transmits)
             n = kanuka::select(outside, n, Float<W>(LobeTables::MinIndex));
         ThickLayer<W>& layer = m_layer[b];
-        layer.enter(above, n);
+        layer.enter(above, n, coat.balance_alpha);
         layer.depth = depth_of(coat, w);
         layer.index = n * (bed.outer >= 0 ? m_layer[bed.outer].index : outer ? *outer : one);
     }
@@ -152,8 +152,8 @@ template <int W>
     const Float<W> zero(0.0f), one(1.0f);
     const Mask<W> reflects = wi.z > zero;
     Vec3<Float<W>> in[MaxThickCoats];
-    Spectrum<W> lets_in[MaxThickCoats];
-    Float<W> jacobian[MaxThickCoats];
+    Spectrum<W> way[MaxThickCoats];
+    Float<W> smooth[MaxThickCoats], rough[MaxThickCoats], jacobian[MaxThickCoats];
     for (size_t b = 0; b < m_code.beds.size(); b++) {
         const int outer = m_code.beds[b].outer;
         const ThickLayer<W>& layer = m_layer[b];
@@ -161,10 +161,14 @@ template <int W>
         const Vec3<Float<W>> inside = layer.into(over);
         in[b] = kanuka::select(reflects, inside, wi); // what leaves below does not cross the layer again
         const Spectrum<W> all(one);
-        lets_in[b] = select(reflects, layer.lets_in(max(over.z, zero), inside.z), all);
+        way[b] = select(reflects, layer.way(inside.z), all);
+        smooth[b] = kanuka::select(reflects, layer.passes_smooth(max(over.z, zero)), one);
+        rough[b] = kanuka::select(reflects, layer.passes(max(over.z, zero)), one);
         jacobian[b] = kanuka::select(reflects, layer.jacobian(over.z, inside.z), one);
         if (outer >= 0) {
-            lets_in[b] *= lets_in[outer];
+            way[b] *= way[outer];
+            smooth[b] = smooth[b] * smooth[outer];
+            rough[b] = rough[b] * rough[outer];
             jacobian[b] = jacobian[b] * jacobian[outer];
         }
     }
@@ -174,7 +178,7 @@ template <int W>
         const int b = m_code.bed_of_leaf[k];
         LobeValue<W> v = eval_lobe(m_lobe[k], m_inputs[k], seen_from(b, wo), b < 0 ? wi : in[b]);
         if (b >= 0) {
-            v.f = v.f * lets_in[b] * jacobian[b];
+            v.f = v.f * way[b] * ((is_diffuse(m_lobe[k]) ? rough[b] : smooth[b]) * jacobian[b]);
             v.pdf = v.pdf * (jacobian[b] * (one - m_above[k])) + Spectrum<W>(cosine_density * m_above[k]);
         }
         sum.f += m_code.absorbs ? v.f * m_weight[k] * way_in(k, wi) : v.f * m_weight[k];

@@ -5,7 +5,8 @@
 //     f(wo, wi) cos i = T(wo) T(wi) A(wo') A(wi') f'(wo', wi') cos i' J
 //     J = dwi' / dwi = cos i / (n^2 cos i')
 //
-// with A what the way through the layer leaves (Beer and Lambert), and density p' J. What is reflected back
+// with A what the way through the layer leaves (Beer and Lambert), and density p' J. T is what the interface
+// does not reflect, of diffuse light by reciprocity the same on its way in and out. What is reflected back
 // from inside meets the base again, and again: a geometric series, 1 / (1 - sum of albedo times the part that
 // comes back), so that what a white base sends up all leaves. Every round is taken to be reflected as the
 // first one, which keeps colour and amount, and simplifies directions. docs/transport.md has the figures.
@@ -17,6 +18,13 @@ namespace kanuka::bsdf {
 
 inline constexpr int MaxThickCoats = 4;
 
+// Lobes of which a rough interface lets through, on their way out, what it lets in from there. Below the
+// others a smooth one is counted: where light leaves has to do with where it came from.
+inline bool is_diffuse(LobeId id) {
+    return id == LobeId::LambertBrdf || id == LobeId::OrenNayarBrdf || id == LobeId::BurleyBrdf ||
+           id == LobeId::SheenBrdf;
+}
+
 template <int W>
 struct ThickLayer {
     using V = Vec3<Float<W>>;
@@ -24,11 +32,13 @@ struct ThickLayer {
     V above, wo;       // towards the viewer: over the layer, and in it
     Float<W> n;        // index against what lies over it
     Float<W> index;    // and against vacuum
+    Float<W> alpha;    // width of its facets
     Spectrum<W> depth; // -log2 of what a straight way through leaves
 
-    void enter(const V& from, Float<W> relative) {
+    void enter(const V& from, Float<W> relative, Float<W> width) {
         above = from;
         n = relative;
+        alpha = width;
         wo = into(from);
     }
     V into(const V& w) const {
@@ -43,11 +53,13 @@ struct ThickLayer {
     }
     // J above, for a direction over the layer and its cosine in it.
     Float<W> jacobian(Float<W> over, Float<W> inside) const { return over / (n * n * inside); }
-    // What the interface lets through and the way leaves of light from over it.
-    Spectrum<W> lets_in(Float<W> over, Float<W> inside) const {
+    // What a smooth interface lets through, and this one; `lets_in`: what the way leaves of it as well.
+    Float<W> passes_smooth(Float<W> over) const {
         Float<W> unused;
-        return way(inside) * (Float<W>(1.0f) - fresnel_dielectric(over, n, unused));
+        return Float<W>(1.0f) - fresnel_dielectric(over, n, unused);
     }
+    Float<W> passes(Float<W> over) const { return Float<W>(1.0f) - dielectric_albedo(over, alpha, n); }
+    Spectrum<W> lets_in(Float<W> over, Float<W> inside) const { return way(inside) * passes_smooth(over); }
     Spectrum<W> way(Float<W> inside) const {
         const Float<W> inv = Float<W>(1.0f) / max(inside, Float<W>(0.01f));
         Spectrum<W> t;
@@ -69,7 +81,7 @@ struct ThickLayer {
         case LobeId::LambertBrdf:
         case LobeId::BurleyBrdf:
         case LobeId::SheenBrdf: {
-            Float<W> out = (one - dielectric_mean(n)) / (n * n);
+            Float<W> out = (one - dielectric_mean(n, alpha)) / (n * n);
             // Layers below have dimmed directions that would not leave here more than those that do, which
             // lie about the way of diffuse light from above.
             const Float<W> about = sqrt(one - Float<W>(0.5f) / (n * n));
@@ -126,12 +138,9 @@ Spectrum<W> reflected_albedo(LobeId id, const LobeInputs<W>& in, const Vec3<Floa
 // of rough facets about those that would not come out. Not of smooth ones.
 template <int W>
 Float<W> drawn_above(LobeId id, const LobeInputs<W>& in, Float<W> kept) {
-    switch (id) {
-    case LobeId::LambertBrdf:
-    case LobeId::OrenNayarBrdf:
-    case LobeId::BurleyBrdf:
-    case LobeId::SheenBrdf:
+    if (is_diffuse(id))
         return Float<W>(1.0f);
+    switch (id) {
     case LobeId::MicrofacetConductorBrdf:
     case LobeId::MetalBrdf:
     case LobeId::RetroBrdf:

@@ -2,6 +2,7 @@
 // absorption against quadrature, reciprocity where it holds, lane counts.
 #include <numeric>
 
+#include "bsdf/oracles/facets.h"
 #include "bsdf/test_trees.h"
 
 namespace kanuka::bsdf {
@@ -204,39 +205,61 @@ TEST(ThickCoat, SamplesFollowTheirDensity) {
         }
 }
 
-// A clear coat over Lambert, against what its parts give: Fresnel's terms and the series of reflections.
-TEST(ThickCoat, LambertAgainstTheClosedForm) {
-    Tree t;
-    const float n = 1.5f, albedo = 0.6f;
-    const int a = clear_coat(t, n, 0), b = t.lobe(LobeId::LambertBrdf, {Vec3f(albedo)});
-    t.join(LayerOp::Thick, a, b);
-    const MaterialCode code(t.program);
-    F8 l[Wavelengths];
-    wavelengths<8>(l);
-    const auto F = [&](double c) {
-        Float<1> unused;
-        return double(fresnel_dielectric(Float<1>(float(c)), Float<1>(n), unused)[0]);
-    };
-    double mean = 0;
-    for (int i = 0; i < 20000; i++)
-        mean += F(std::sqrt((i + 0.5) / 20000)) / 20000;
-    const double kept = 1 - (1 - mean) / (n * n);
-    for (float out : {0.95f, 0.5f, 0.2f})
-        for (float in : {0.9f, 0.4f}) {
-            const Material<8> material(code, TreeFetch<8>(t), Mask<8>(true), seen_from<8>(out), l);
-            const V8 wi = direction(F8(in), F8(0.37f));
-            const double expected = (1 - F(double(out))) * (1 - F(double(in))) * double(albedo) * double(in) /
-                                    (3.14159265 * n * n * (1 - double(albedo) * kept));
-            EXPECT_NEAR(material.eval(seen_from<8>(out), wi).f[0][0] / expected, 1, 0.012)
-                << out << " " << in;
-        }
+// What one facet of a dielectric reflects of light that comes by a cosine.
+double albedo_of_facets(double alpha, double n, double cosine) {
+    if (alpha == 0)
+        return oracle::glass_reflectance(cosine, n);
+    const oracle::Facets facets{alpha, alpha};
+    const oracle::Dir wo{std::sqrt(1 - cosine * cosine), 0, cosine};
+    return 2 * oracle::integral(0, oracle::HalfTau / 2, 40, [&](double theta) {
+               return std::sin(theta) * oracle::integral(0, 1, 24, [&](double x) { // dense about the mirror
+                          const double phi = oracle::HalfTau * (1 - x * x * x);
+                          const oracle::Dir wi{std::sin(theta) * std::cos(phi),
+                                               std::sin(theta) * std::sin(phi), std::cos(theta)};
+                          const double F = oracle::glass_reflectance(oracle::cosine_of_facet(n, wo, wi), n);
+                          return F * oracle::reflected(facets, wo, wi) * 3 * x * x * oracle::HalfTau;
+                      });
+           });
 }
 
-// f(wo, wi) / cos i is symmetric where the base is diffuse and the coat smooth; over microfacets the series
-// goes by the viewer's side alone, and is not.
-TEST(ThickCoat, ReciprocalOverDiffuseBases) {
+// A clear coat, smooth or rough, over Lambert: what its facets do not reflect goes in, and by reciprocity
+// out, and the rest goes on inside, a geometric series (oracles/, in double).
+TEST(ThickCoat, LambertAgainstTheClosedForm) {
+    const float n = 1.5f, albedo = 0.6f;
+    F8 l[Wavelengths];
+    wavelengths<8>(l);
+    for (float roughness : {0.0f, 0.35f, 0.7f, 1.0f}) {
+        const double alpha = double(roughness) * double(roughness);
+        const auto passes = [&](double c) { return 1 - albedo_of_facets(alpha, double(n), c); };
+        const double mean = oracle::integral(0, 1, 6, [&](double c) { return 2 * c * passes(c); });
+        const double kept = 1 - mean / double(n * n);
+        Tree t, alone;
+        const int a = clear_coat(t, n, roughness), b = t.lobe(LobeId::LambertBrdf, {Vec3f(albedo)});
+        t.join(LayerOp::Thick, a, b);
+        clear_coat(alone, n, roughness);
+        const MaterialCode code(t.program), code_alone(alone.program);
+        for (float out : {0.95f, 0.5f, 0.2f})
+            for (float in : {0.9f, 0.4f, 0.15f}) {
+                const V8 wo = seen_from<8>(out), wi = direction(F8(in), F8(0.37f));
+                const Material<8> material(code, TreeFetch<8>(t), Mask<8>(true), wo, l),
+                    coat(code_alone, TreeFetch<8>(alone), Mask<8>(true), wo, l);
+                const double expected = passes(double(out)) * passes(double(in)) * double(albedo) *
+                                        double(in) /
+                                        (oracle::HalfTau * double(n * n) * (1 - double(albedo) * kept));
+                const float below = material.eval(wo, wi).f[0][0] - coat.eval(wo, wi).f[0][0];
+                EXPECT_NEAR(double(below) / expected, 1, 0.012) << roughness << " " << out << " " << in;
+            }
+    }
+}
+
+// f(wo, wi) / cos i is symmetric where the base is diffuse; over microfacets the series goes by the viewer's
+// side alone, and is not.
+class ReciprocalCoat : public ::testing::TestWithParam<float> {};
+INSTANTIATE_TEST_SUITE_P(ThickCoat, ReciprocalCoat, ::testing::Values(0.0f, 0.4f, 0.8f));
+TEST_P(ReciprocalCoat, OverDiffuseBases) {
     Tree t;
-    const int a = absorbing_coat(t, White, 2, Vec3f(0.1f, 0.2f, 0.4f)),
+    const int a = GetParam() > 0 ? clear_coat(t, 1.5f, GetParam())
+                                 : absorbing_coat(t, White, 2, Vec3f(0.1f, 0.2f, 0.4f)),
               b = t.lobe(LobeId::LambertBrdf, {Half});
     t.join(LayerOp::Thick, a, b);
     const MaterialCode code(t.program);

@@ -40,7 +40,7 @@ void write_table(std::ostream& out, const char* name, const Table& table) {
 }
 
 void write_matrix(std::ostream& out, const char* name, const Matrix3& m) {
-    out << "constinit const std::array<std::array<float, 3>, 3> " << name << "{{";
+    out << "constexpr std::array<std::array<float, 3>, 3> " << name << "{{";
     for (const auto& row : m)
         out << "{{" << float(row[0]) << "f, " << float(row[1]) << "f, " << float(row[2]) << "f}}, ";
     out << "}};\n";

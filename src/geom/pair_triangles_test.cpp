@@ -1,19 +1,11 @@
 // Triangles that are halves of a flat quad become one face, and only those.
-#include <gtest/gtest.h>
-
-#include "geom/surface.h"
+#include "geom/test_surfaces.h"
 
 namespace kanuka::geom {
-namespace {
 
-scene::Value value(std::string name, scene::Type type, scene::Detail detail, std::vector<float> floats) {
-    scene::Value v;
-    v.name = std::move(name);
-    v.type = type;
-    v.detail = detail;
-    v.floats = std::move(floats);
-    return v;
-}
+using testing::value;
+
+namespace {
 
 // A trapezoid cut along (0, 2), with a triangle of another plane between its halves.
 struct Trapezoid {

@@ -1,38 +1,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include <gtest/gtest.h>
-
-#include "geom/surface.h"
+#include "geom/test_surfaces.h"
 
 using namespace kanuka;
 using namespace kanuka::geom;
+using namespace kanuka::geom::testing;
 
 namespace {
-
-scene::Value value(std::string name, scene::Type type, scene::Detail detail, std::vector<float> floats) {
-    scene::Value v;
-    v.name = std::move(name);
-    v.type = type;
-    v.detail = detail;
-    v.floats = std::move(floats);
-    return v;
-}
-
-std::unique_ptr<Surface> make(const scene::Primitive& p) {
-    Journal journal;
-    auto s = make_surface(p, {}, journal);
-    EXPECT_TRUE(journal.entries().empty()) << journal.entries()[0].message;
-    return s;
-}
-
-grid::Grid evaluate(const Surface& s, int face, const std::vector<float>& u, const std::vector<float>& v) {
-    grid::Grid g;
-    g.allocate(int(u.size()) - 1, int(v.size()) - 1);
-    s.allocate_channels(g);
-    s.evaluate(face, {u.data(), int(u.size())}, {v.data(), int(v.size())}, {g, 0, g.nu + 1});
-    return g;
-}
 
 std::vector<float> steps(int n, float from = 0, float to = 1) {
     std::vector<float> t(n + 1);

@@ -4,18 +4,11 @@
 #include <gtest/gtest.h>
 
 #include "geom/surface.h"
+#include "scene/test_values.h"
 
 namespace kanuka::geom::testing {
 
-inline scene::Value value(std::string name, scene::Type type, scene::Detail detail,
-                          std::vector<float> floats) {
-    scene::Value v;
-    v.name = std::move(name);
-    v.type = type;
-    v.detail = detail;
-    v.floats = std::move(floats);
-    return v;
-}
+using scene::testing::value;
 
 inline scene::Primitive primitive(scene::Geometry g, std::vector<float> p) {
     scene::Primitive out;

@@ -6,7 +6,7 @@ namespace {
 std::string object_name(const scene::Scene& scene, int id) { // they count from one
     if (id <= 0)
         return "";
-    const std::string number = "object " + std::to_string(id);
+    std::string number = "object " + std::to_string(id);
     if (size_t(id) > scene.primitives.size())
         return number;
     const scene::Primitive& p = scene.primitives[size_t(id) - 1];

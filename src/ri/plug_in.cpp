@@ -18,7 +18,7 @@ Function symbol(void* library, const char* name) {
         throw Error(std::string("it has no function ") + name +
                     "; a procedural's library exports ConvertParameters, Subdivide and Free, with C names");
     Function function;
-    std::memcpy(&function, &found, sizeof function);
+    std::memcpy(static_cast<void*>(&function), static_cast<const void*>(&found), sizeof function);
     return function;
 }
 

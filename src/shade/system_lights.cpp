@@ -166,12 +166,13 @@ void SystemImpl::image(const scene::ShaderRef& ref, const ImagerPixels& pixels) 
         grid::Grid g;
         g.allocate(pixels.width - 1, count - 1);
         const size_t stride = size_t(g.stride), first = size_t(y0) * width, n = width * size_t(count);
-        grid::Channel color{"Cs", 3, g.stride, std::vector<float>(3 * stride + 32, 0.0f)}, opacity = color;
-        opacity.name = "Os";
+        const std::vector<float> black(3 * stride + 32, 0.0f);
+        grid::Channel color{"Cs", 3, g.stride, black}, opacity{"Os", 3, g.stride, black};
         const std::span<float> channels[] = {pixels.r, pixels.g, pixels.b};
         for (size_t i = 0; i < n; i++) {
-            const float x = float(pixels.x0) + float(i % width) + 0.5f,
-                        y = float(pixels.y0 + y0) + float(i / width) + 0.5f;
+            const size_t column = i % width, row = i / width;
+            const float x = float(pixels.x0) + float(column) + 0.5f,
+                        y = float(pixels.y0 + y0) + float(row) + 0.5f;
             g.P[i] = x, g.P[stride + i] = y;
             g.u[i] = g.s[i] = x / float(pixels.full_width);
             g.v[i] = g.t[i] = y / float(pixels.full_height);

@@ -7,7 +7,7 @@
 #include <string>
 #include <unistd.h>
 
-#include "scene/scene.h"
+#include "scene/test_values.h"
 #include "sl/sl.h"
 
 namespace kanuka::shade::test {
@@ -31,12 +31,7 @@ struct TemporaryFolder {
 
 inline scene::Value value(std::string name, scene::Type type, std::vector<float> floats,
                           scene::Detail detail = scene::Detail::Uniform) {
-    scene::Value v;
-    v.name = std::move(name);
-    v.type = type;
-    v.detail = detail;
-    v.floats = std::move(floats);
-    return v;
+    return scene::testing::value(std::move(name), type, detail, std::move(floats));
 }
 
 inline scene::Value text(std::string name, std::string string) {

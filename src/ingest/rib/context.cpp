@@ -361,7 +361,7 @@ scene::ShaderRef Context::shader(Call& call, size_t name_argument) const {
 
 // One for all primitives in a row that have it.
 const Shared<Transform>& Context::shared_ctm() {
-    // Bit by bit: zeros have signs.
+    // Bit by bit, zeros have signs. NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
     if (std::memcmp(&*m_shared_ctm, &ctm, sizeof ctm) != 0)
         m_shared_ctm = ctm;
     return m_shared_ctm;

@@ -90,7 +90,7 @@ std::optional<std::string> find_file(const std::string& name, const std::vector<
     std::error_code ignored;
     const auto in_folders = [&](const std::string& relative) -> std::optional<std::string> {
         for (const std::string& folder : folders) {
-            const std::string path = join_path(folder, relative);
+            std::string path = join_path(folder, relative);
             if (const auto zipped = split_zip(path)) {
                 if (zip_has(zipped->first, zipped->second))
                     return path;
