@@ -141,8 +141,11 @@ Diced dice_mesh(std::vector<geom::MeshParts> parts, const scene::Primitive& prim
             (first && (target.shading.rings > 0 || target.shading.frame)))
             grid::complete_frames(p.vertices, p.mesh);
         std::vector<float> rest;
-        if (displace)
+        if (displace) {
             displace_mesh(p, displace, rings, rest, primitive.where, journal);
+            if (p.vertices.P != rest)
+                p.mesh.P.clear();
+        }
         if (first && target.shading.rings > 0)
             out.mesh_rest = std::move(rest);
     }
