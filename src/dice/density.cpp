@@ -17,6 +17,8 @@ Density::Density(const DiceTarget& target, const DiceOptions& options, float sha
     m_most = options.max_micropolygons;
     m_cells_per_pixel = std::max(target.finer, 1.0f) / std::sqrt(rate);
     m_uniform = target.pixels_per_unit;
+    if (options.geometry_tolerance > 0)
+        m_chord_pixels = options.geometry_tolerance;
     m_projection = camera.projection;
     m_half_angle = camera.half_angle;
     m_pixels_per_tangent = camera.pixels_per_tangent > 0 ? camera.pixels_per_tangent : 1;

@@ -27,7 +27,8 @@ class Density final : public geom::Viewpoint {
     // Direction from p to the camera, not normalised; towards the viewer for orthographic cameras.
     Vec3f towards_camera(const Vec3f& p) const override;
     void coarsen(float factor) { m_cells_per_pixel *= factor; }
-    float edge_pixels() const { return 1 / m_cells_per_pixel; } // of a micropolygon
+    float edge_pixels() const override { return 1 / m_cells_per_pixel; }
+    float chord_pixels() const override { return m_chord_pixels; }
 
   private:
     // Where the camera is at one of the times that count: the one with the most pixels decides.
@@ -48,7 +49,7 @@ class Density final : public geom::Viewpoint {
     float cells_between(const Vec3f& a, const Vec3f& b) const; // points of the camera's
     Vec3f towards(const Pose& pose, const Vec3f& p) const;
 
-    float m_uniform = 0, m_cells_per_pixel = 1;
+    float m_uniform = 0, m_cells_per_pixel = 1, m_chord_pixels = 0.25f;
     float m_stretch = 1; // of camera space along y, after which pixels are square
     double m_most;
     bool m_instanced = false;

@@ -8,6 +8,7 @@
 
 #include "base/tasks.h"
 #include "dice/merge.h"
+#include "dice/outline.h"
 #include "dice/simplify.h"
 #include "dice/trim.h"
 #include "grid/mesh_patches.h"
@@ -18,10 +19,12 @@ namespace {
 constexpr int MostHalvings = 14; // of micropolygon lengths
 
 // Vertices that displacement made infinite or not a number go back to where they were. Counts them among the
-// first `own`.
-size_t displace_grid(grid::Grid& g, const Displace& displace, size_t own) {
+// first `own`. Says in `moved` if it changed any.
+size_t displace_grid(grid::Grid& g, const Displace& displace, size_t own, char* moved = nullptr) {
     const std::vector<float> before = g.P;
     displace(g);
+    if (moved)
+        *moved |= g.P != before;
     size_t bad = 0;
     for (int i = 0; i < int(own); i++) {
         const Vec3f p = g.position(i);
@@ -138,8 +141,11 @@ Diced dice_mesh(std::vector<geom::MeshParts> parts, const scene::Primitive& prim
             (first && (target.shading.rings > 0 || target.shading.frame)))
             grid::complete_frames(p.vertices, p.mesh);
         std::vector<float> rest;
-        if (displace)
+        if (displace) {
             displace_mesh(p, displace, rings, rest, primitive.where, journal);
+            if (p.vertices.P != rest)
+                p.mesh.P.clear();
+        }
         if (first && target.shading.rings > 0)
             out.mesh_rest = std::move(rest);
     }
@@ -260,7 +266,7 @@ bool is_merged(const Splitter& splitter, const RateRule& rule) {
 // All grids of a surface at one step, their seams joined, displaced.
 std::vector<grid::Grid> make_grids(const Splitter& splitter, const geom::Surface& surface,
                                    const Displace& displace, std::atomic<size_t>& bad,
-                                   std::unique_ptr<Seams>& seams) {
+                                   std::vector<char>& displaced, std::unique_ptr<Seams>& seams) {
     std::vector<grid::Grid> grids(splitter.pieces.size());
     tasks::parallel_chunks(grids.size(), 8, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; i++)
@@ -270,11 +276,37 @@ std::vector<grid::Grid> make_grids(const Splitter& splitter, const geom::Surface
     seams->join(grids);
     if (displace) {
         tasks::parallel_for(grids.size(), [&](size_t i) {
-            bad += displace_grid(grids[i], displace, size_t(grids[i].vertices()));
+            bad += displace_grid(grids[i], displace, size_t(grids[i].vertices()), &displaced[i]);
         });
         seams->weld(grids);
     }
     return grids;
+}
+
+// Positions of the traced lattices at all steps. `later`: the grids of those after the first, whose P and N
+// are with the first.
+void place_traced(const Splitter& splitter, const Seams& seams, const std::vector<char>& displaced,
+                  const std::vector<std::vector<grid::Grid>>& later, bool curved, Diced& out) {
+    std::optional<Outline> outline;
+    if (curved)
+        outline.emplace(splitter, seams, out.traced, displaced);
+    for (size_t step = 0; step <= later.size(); step++) {
+        const GridsAtStep at{out.grids, step, step == 0 ? out.grids : later[step - 1]};
+        const std::vector<Vec3f> points = outline ? outline->of_points(at) : std::vector<Vec3f>{};
+        tasks::parallel_chunks(out.grids.size(), 8, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; i++) {
+                grid::Grid& g = out.grids[i];
+                std::vector<float>& P = step == 0 ? g.P : g.later[step - 1].P;
+                std::vector<float> traced = outline
+                                                ? outline->trace(i, at, P, points)
+                                                : traced_positions(splitter.pieces[i], g, P, out.traced[i]);
+                if (step == 0)
+                    out.traced[i].P = std::move(traced);
+                else
+                    out.traced[i].later.push_back(std::move(traced));
+            }
+        });
+    }
 }
 
 void drop_grids(Diced& diced, const std::vector<Kept>& kept) {
@@ -314,10 +346,11 @@ Diced dice_surface(const geom::Surface& surface, std::vector<std::unique_ptr<geo
             primitive, target, displace, journal);
     std::atomic<size_t> bad{0};
     std::unique_ptr<Seams> seams;
+    std::vector<char> displaced(splitter->pieces.size(), 0);
     std::vector<std::vector<grid::Grid>> steps; // those after the first
     for (const auto& shape : later)
-        steps.push_back(make_grids(*splitter, *shape, displace, bad, seams));
-    out.grids = make_grids(*splitter, surface, displace, bad, seams);
+        steps.push_back(make_grids(*splitter, *shape, displace, bad, displaced, seams));
+    out.grids = make_grids(*splitter, surface, displace, bad, displaced, seams);
     if (bad > 0)
         report_bad_displacement(bad, primitive.where, journal);
     for (std::vector<grid::Grid>& step : steps)
@@ -337,7 +370,7 @@ Diced dice_surface(const geom::Surface& surface, std::vector<std::unique_ptr<geo
             if (region)
                 kept[i] = kept_of(*region, out.grids[i]);
             out.traced[i] =
-                trace_grid(*splitter, piece, out.grids[i], rule, simplify && kept[i] != Kept::Part);
+                choose_steps(*splitter, piece, out.grids[i], rule, simplify && kept[i] != Kept::Part);
             if (kept[i] != Kept::Part)
                 continue;
             out.trimmed[i] = cut_grid(*region, piece, out.grids[i], out.traced[i]);
@@ -345,6 +378,9 @@ Diced dice_surface(const geom::Surface& surface, std::vector<std::unique_ptr<geo
                 kept[i] = Kept::None;
         }
     });
+    // Polygons are what they are; trim curves cut triangles of the shading lattice.
+    const bool curved = !std::holds_alternative<scene::PolygonMesh>(primitive.geometry) && !surface.trim();
+    place_traced(*splitter, *seams, displaced, steps, curved, out);
     if (region)
         drop_grids(out, kept);
     return out;

@@ -5,7 +5,6 @@
 namespace kanuka::dice {
 
 constexpr size_t Grain = 1024;
-constexpr float SameNormal = 0.9998f; // cosine of about 1 degree
 
 static void set3(std::vector<float>& a, int stride, int i, const Vec3f& v) {
     a[i] = v.x;
@@ -17,10 +16,12 @@ Seams::Seams(const Splitter& splitter, const std::vector<grid::Grid>& grids) {
     // Two passes over the boundaries: count, then place; in between, sums. The order of members follows the
     // grids'.
     const std::vector<Piece>& pieces = splitter.pieces;
-    std::vector<size_t> begin(grids.size() + 1, 0);
+    std::vector<size_t>& begin = m_begin;
+    begin.assign(grids.size() + 1, 0);
     for (size_t g = 0; g < grids.size(); g++)
         begin[g + 1] = begin[g] + 2 * size_t(pieces[g].nu + pieces[g].nv);
-    std::vector<BoundaryVertex> all(begin.back());
+    std::vector<BoundaryVertex>& all = m_boundary;
+    all.resize(begin.back());
     tasks::parallel_chunks(grids.size(), 16, [&](size_t from, size_t to) {
         std::vector<BoundaryVertex> list;
         for (size_t g = from; g < to; g++) {

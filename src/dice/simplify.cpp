@@ -329,9 +329,8 @@ void choose_edge_steps(Splitter& splitter, const std::vector<grid::Grid>& grids,
     });
 }
 
-// The kept vertices of one step's positions.
-static std::vector<float> traced_positions(const Piece& piece, const grid::Grid& g,
-                                           const std::vector<float>& P, const grid::TracedGrid& t) {
+std::vector<float> traced_positions(const Piece& piece, const grid::Grid& g, const std::vector<float>& P,
+                                    const grid::TracedGrid& t) {
     const int cells[4] = {g.nu, g.nv, g.nu, g.nv};
     std::vector<float> out(size_t(3) * (t.mu + 1) * (t.mv + 1));
     float* to = out.data();
@@ -366,8 +365,8 @@ static std::vector<float> traced_positions(const Piece& piece, const grid::Grid&
     return out;
 }
 
-grid::TracedGrid trace_grid(const Splitter& splitter, const Piece& piece, const grid::Grid& g,
-                            const RateRule& rule, bool simplify) {
+grid::TracedGrid choose_steps(const Splitter& splitter, const Piece& piece, const grid::Grid& g,
+                              const RateRule& rule, bool simplify) {
     grid::TracedGrid t;
     float edge_error = 0;
     const int cells[4] = {g.nu, g.nv, g.nu, g.nv};
@@ -402,9 +401,6 @@ grid::TracedGrid trace_grid(const Splitter& splitter, const Piece& piece, const 
     }
     t.mu = g.nu / t.step_u;
     t.mv = g.nv / t.step_v;
-    t.P = traced_positions(piece, g, g.P, t);
-    for (const grid::Grid::Step& later : g.later)
-        t.later.push_back(traced_positions(piece, g, later.P, t));
     return t;
 }
 

@@ -85,6 +85,7 @@ class Splitter {
     // Points: the vertices first, then the interior vertices of all uncut edges. Numbers of one point agree
     // everywhere.
     int points() const { return int(m_point_alias.size()); }
+    int vertices() const { return m_vertices; }
     int point(const Edge& e, int index) const {
         const bool first = e.point || index == 0;
         return m_point_alias[first ? e.a : index == e.cells ? e.b : e.first_point + index - 1];

@@ -49,7 +49,9 @@ inline Soup traced_triangles(const Diced& d, size_t step) {
             out.push_back({a, b, c});
     };
     const auto vertex = [&](const grid::Grid& g, size_t i) {
-        const std::vector<float>& P = step == 0 ? g.P : g.later[step - 1].P;
+        const std::vector<float>& P = step > 0                         ? g.later[step - 1].P
+                                      : d.is_mesh && !d.mesh.P.empty() ? d.mesh.P
+                                                                       : g.P;
         const size_t n = size_t(g.stride);
         return D3{double(P[i]), double(P[i + n]), double(P[i + 2 * n])};
     };

@@ -17,7 +17,9 @@ struct ShapeCase {
     // Of a flat shape: samples that more than one layer covers; of its outline's length, what open edges
     // differ by.
     double twice = 0, outline = 0;
-    // What a line of the tolerance's width around the outline holds, over the shape.
+    // What a line of this part of the tolerance's width around the outline holds, over the shape: traced
+    // vertices stand off by half of what chords may be off.
+    static constexpr double OfTolerance = 0.6;
     double tolerance = 0;
     size_t open_edges = 0; // of a closed shape
     size_t triangles = 0;
@@ -201,8 +203,8 @@ inline ShapeCase run_shape(uint32_t seed, int only_kind = -1) {
             out.twice = std::max(out.twice, std::max(0.0, d.twice - 3) / d.area);
         // Where there are fewer pixels up the picture than across, they are so much taller.
         const double tall = std::max(1.0, 1 / double(options.camera.pixel_stretch));
-        out.tolerance =
-            std::max(out.tolerance, d.outline * pixel * tall * std::max(tolerance, 0.25) / d.area);
+        out.tolerance = std::max(out.tolerance, d.outline * pixel * tall * ShapeCase::OfTolerance *
+                                                    std::max(tolerance, 0.25) / d.area);
         if (s.closed)
             out.open_edges = std::max(out.open_edges, open_edges(soup).first);
         if (!s.outline_points.empty()) {

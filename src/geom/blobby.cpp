@@ -194,7 +194,8 @@ class Polygoniser {
     size_t m_most = 0;
 };
 
-// Cells as large as the finest micropolygon that any blob asks for, in object space.
+// Cells as large as the finest micropolygon that any blob asks for, in object space; smaller where a chord
+// across one, along its diagonal, would be further off the tightest bend than the tolerance.
 double cell_size(const BlobbyField& field, const Transform& m, const Viewpoint& view) {
     double finest = 0;
     for (const BlobbyField::Ball& b : field.supports()) {
@@ -206,8 +207,11 @@ double cell_size(const BlobbyField& field, const Transform& m, const Viewpoint& 
                 p[axis] += float(side * 2 * r);
                 q[axis] += float(side * r);
                 const double cells = double(view.cells(m.point(p), m.point(q))) / r;
-                if (std::isfinite(cells))
-                    finest = std::max(finest, cells);
+                if (!std::isfinite(cells))
+                    continue;
+                const double tolerance = double(view.chord_pixels()), edge = double(view.edge_pixels());
+                const double bend = std::max(b.bend * cells * edge, tolerance); // pixels
+                finest = std::max(finest, cells * std::max(1.0, edge / (2 * std::sqrt(bend * tolerance))));
             }
     }
     return finest > 0 ? 1 / finest : 0;
@@ -330,6 +334,7 @@ bool mesh_from_blobby(const scene::Primitive& primitive, const scene::Blobby& bl
                 to[0] = to[1] = to[2] = to[3] = 0;
         }
     });
+    out.mesh.P = standing_off(g, out.mesh);
     return true;
 }
 

@@ -156,6 +156,30 @@ Interval BlobbyField::ground_range(const Node& node, const double* lo, const dou
     return multiply(add(swell, barrier), Interval{1 - ease(b / node.reach), 1 - ease(a / node.reach)});
 }
 
+// The least and the most that lengths grow by: roots of the eigenvalues of A = M^T M (Smith, "Eigenvalues of
+// a symmetric 3 x 3 matrix", 1961).
+static std::pair<double, double> stretches(const Transform& t) {
+    double a[3][3];
+    for (size_t i = 0; i < 3; i++)
+        for (size_t j = 0; j < 3; j++)
+            a[i][j] = t.m[0][i] * t.m[0][j] + t.m[1][i] * t.m[1][j] + t.m[2][i] * t.m[2][j];
+    const double mean = (a[0][0] + a[1][1] + a[2][2]) / 3;
+    double p = 0;
+    for (size_t i = 0; i < 3; i++) {
+        a[i][i] -= mean;
+        for (size_t j = 0; j < 3; j++)
+            p += a[i][j] * a[i][j] / 6;
+    }
+    p = std::sqrt(p);
+    const double det = a[0][0] * (a[1][1] * a[2][2] - a[1][2] * a[2][1]) -
+                       a[0][1] * (a[1][0] * a[2][2] - a[1][2] * a[2][0]) +
+                       a[0][2] * (a[1][0] * a[2][1] - a[1][1] * a[2][0]);
+    const double angle = p > 0 ? std::acos(std::clamp(det / (2 * p * p * p), -1.0, 1.0)) / 3 : 0;
+    constexpr double Third = 2.0943951023931953;
+    return {std::sqrt(std::max(mean + 2 * p * std::cos(angle + Third), 0.0)),
+            std::sqrt(mean + 2 * p * std::cos(angle))};
+}
+
 bool BlobbyField::prepare(const scene::Blobby& blobby, const Transform& world_from_object,
                           const Location& where, Journal& journal) {
     m_world_from_object = world_from_object;
@@ -294,6 +318,9 @@ bool BlobbyField::prepare(const scene::Blobby& blobby, const Transform& world_fr
             }
             take(to_object, mid, 1, ball.center);
             ball.radius = (std::sqrt(half) + radius) * std::sqrt(there);
+            // Half of the support's: at the tip of an ellipsoid of half axes a and b, b^2 / a.
+            const auto [least, most] = stretches(to_object);
+            ball.bend = 0.5 * radius * least * least / most;
             node.ball = int(m_supports.size());
             m_supports.push_back(ball);
         } else {

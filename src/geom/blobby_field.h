@@ -42,6 +42,7 @@ class BlobbyField {
 
     struct Ball { // holds a leaf's support
         double center[3], radius;
+        double bend; // radius of curvature of the leaf's own surface, where it bends most
     };
     const std::vector<Ball>& supports() const { return m_supports; } // of leaves with one
 

@@ -5,6 +5,7 @@
 
 #include "base/large_arrays.h"
 #include "base/tasks.h"
+#include "geom/bend.h"
 #include "grid/mesh_patches.h"
 
 namespace kanuka::geom {
@@ -370,6 +371,32 @@ void vertex_normals(const grid::Grid& g, const grid::TracedMesh& mesh, bool flip
             to[i] = s.x * scale, to[i + n] = s.y * scale, to[i + 2 * n] = s.z * scale;
         }
     });
+}
+
+std::vector<float> standing_off(const grid::Grid& g, const grid::TracedMesh& mesh) {
+    const size_t n = size_t(g.stride), vertices = size_t(g.vertices()), per = size_t(mesh.vertices_per_face);
+    std::vector<Vec3f> normals(vertices);
+    for (size_t i = 0; i < vertices; i++) {
+        const Vec3f v{g.Ng[i], g.Ng[i + n], g.Ng[i + 2 * n]};
+        const float l = length(v);
+        normals[i] = l > 0 && std::isfinite(l) ? v * (1 / l) : Vec3f(0.0f);
+    }
+    std::vector<float> bends(vertices, 0.0f), edges(vertices, 0.0f);
+    for (size_t f = 0; f + per <= mesh.indices.size(); f += per)
+        for (size_t k = 0; k < per; k++) {
+            const uint32_t a = mesh.indices[f + k], b = mesh.indices[f + (k + 1) % per];
+            const Vec3f edge = g.position(int(b)) - g.position(int(a));
+            if (!(length_squared(edge) > 0))
+                continue;
+            const float bend = bend_of(normals[a], normals[b], edge);
+            bends[a] += bend, bends[b] += bend;
+            edges[a]++, edges[b]++;
+        }
+    std::vector<float> out = g.P;
+    for (size_t i = 0; i < vertices; i++)
+        for (size_t c = 0; c < 3 && bends[i] != 0; c++)
+            out[i + c * n] += normals[i][int(c)] * (4 * BendOfAnEdge * bends[i] / edges[i]);
+    return out;
 }
 
 Widths::Widths(const scene::Primitive& primitive, const Transform& m) {

@@ -18,6 +18,8 @@ class Viewpoint {
     virtual ~Viewpoint() = default;
     virtual float cells(const Vec3f& a, const Vec3f& b) const = 0; // micropolygon edges from a to b
     virtual float pixels_per_unit(const Vec3f& p) const = 0;
+    virtual float edge_pixels() const { return 1; }      // of a micropolygon
+    virtual float chord_pixels() const { return 0.25f; } // what chords may be off by
     virtual Vec3f towards_camera(const Vec3f& p) const = 0;
     virtual bool has_camera() const = 0;                             // false: seen from anywhere (instances)
     virtual double most_vertices() const { return double(1 << 25); } // of a mesh that is cut by its size
@@ -50,10 +52,15 @@ bool mesh_from_curves(const scene::Primitive& primitive, const scene::Curves& cu
 bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, const Viewpoint& view,
                       Journal& journal, MeshParts& out, const scene::Primitive* first = nullptr);
 
-// Implicit surfaces, at one cell a micropolygon. False also for a later shape: it has other cells.
+// Implicit surfaces, at one cell a micropolygon, smaller where chords would leave the tolerance. False also
+// for a later shape: it has other cells.
 bool mesh_from_blobby(const scene::Primitive& primitive, const scene::Blobby& blobby, const Transform& m,
                       const Viewpoint& view, Journal& journal, MeshParts& out,
                       const scene::Primitive* first = nullptr);
+
+// Where the vertices of a smooth mesh stand off to, so that what is traced has its outline on the mean
+// (dice/outline.h): P of `vertices`, and for each edge a part of its second difference. Ng need not be unit.
+std::vector<float> standing_off(const grid::Grid& vertices, const grid::TracedMesh& mesh);
 
 // Area-weighted vertex normals of the mesh, unit length (zero where there is no area), oriented as cross
 // products of the faces are, turned around by `flips`. Deterministic. `to` has 3 * stride floats.

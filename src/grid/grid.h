@@ -106,6 +106,8 @@ struct TracedGrid {
 struct TracedMesh {
     int vertices_per_face = 3;
     std::vector<uint32_t> indices;
+    // Where its vertices are traced, laid out like Grid::P; empty = there.
+    std::vector<float> P;
     // Where it is not empty: fibres, not faces (one index each). Every index begins a segment that ends at
     // the vertex after it, round, as thick as the radii of the two, with balls where nothing goes on. Normals
     // are the fibre's.

@@ -322,7 +322,7 @@ class GridEncoder {
                        (mesh.around && m_program.is_layer() ? ShapeRecord::Layer : 0);
             s.mu = m_count;
             s.mv = int(mesh.indices.size() / mesh.vertices_per_face);
-            m_out.positions = interleaved(m_grid.P, mesh.radius);
+            m_out.positions = interleaved(mesh.P.empty() ? m_grid.P : mesh.P, mesh.radius);
             for (size_t k = 0; k < m_grid.later.size(); k++)
                 m_out.later.push_back(interleaved(
                     m_grid.later[k].P, k < mesh.later_radius.size() ? mesh.later_radius[k] : mesh.radius));
