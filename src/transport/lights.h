@@ -102,9 +102,12 @@ void sample_emitters(const SceneView& scene, const Vec3<Float<W>>& P, Int<W> emi
                      Float<W> chance) { // chance < 0: by the table of densities
     using F = Float<W>;
     const EmitterLanes<W> e(scene, emitter, placement);
-    // Uniform on the triangle: fold the unit square along its diagonal.
-    const Mask<W> fold = u0 + u1 > F(1.0f);
-    const F b1 = select(fold, F(1.0f) - u0, u0), b2 = select(fold, F(1.0f) - u1, u1);
+    // Uniform on the triangle: the halves of the unit square beside its diagonal, each pressed into a half of
+    // the triangle (Heitz 2019, A Low-Distortion Map Between Triangle and Square). Folding the square would
+    // lay two halves of a net over one another.
+    const Mask<W> upper = u1 > u0;
+    const F half = F(0.5f) * min(u0, u1), rest = max(u0, u1) - half;
+    const F b1 = select(upper, half, rest), b2 = select(upper, rest, half);
     const Vec3<F> to = e.p0 + e.e1 * b1 + e.e2 * b2 - P;
     const F d2 = max(dot(to, to), F(1e-20f)), d = sqrt(d2);
     const Vec3<F> wi = to / d;
