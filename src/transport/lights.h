@@ -181,10 +181,25 @@ void sample_analytic(const SceneView& scene, int shape, Int<W> index, const Vec3
         s.distance = select(m & (s.passes == Int<W>(A::Shadowless)), F(0.0f), s.distance);
 }
 
+// What asking a light takes. Where there is but one choice, which of its parts is asked is of a net with the
+// place on it.
+template <int W>
+struct LightNumbers {
+    Float<W> choice{0.0f}, part{0.0f}, u0, u1;
+
+    LightNumbers(const SceneView& scene, const Sampler<W>& sampler, int bounce) {
+        const bool one = scene.choices == 1;
+        sampler.sample_3d(bounce_net(bounce, Net::Light), u0, u1, one ? part : choice);
+        if (scene.emitter_choice >= 0) // the hierarchy goes on with the digits of `choice`
+            (one ? choice : part) = sampler.sample_1d(bounce_net(bounce, Net::LightMore));
+    }
+};
+
 template <int W>
 LightSample<W> sample_light(const SceneView& scene, const LightChances<W>& chances, const Receiver<W>& r,
-                            int ask, Float<W> u_choice, Float<W> u_part, Float<W> u0, Float<W> u1,
-                            const Float<W> l[Wavelengths], Mask<W> active) {
+                            int ask, const LightNumbers<W>& numbers, const Float<W> l[Wavelengths],
+                            Mask<W> active) {
+    const Float<W> u_choice = numbers.choice, u_part = numbers.part, u0 = numbers.u0, u1 = numbers.u1;
     using F = Float<W>;
     using I = Int<W>;
     LightSample<W> s;
