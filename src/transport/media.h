@@ -211,8 +211,8 @@ template <int W>
 template <int W>
 Nulls<W> pass_field(const SceneView& scene, const BatchState& batch, const Row<W, PathState::Fields>& ray,
                     const MediumLanes<W>& medium, Float<W> start, Float<W> T, int bounce, Mask<W> m) {
-    const Int<W> of_path = bitcast_int(ray[PathState::PixelHash]) ^
-                           Int<W>(int(uint32_t(medium_net(bounce)) * 0x85ebca6bu));
+    const Int<W> of_path =
+        bitcast_int(ray[PathState::PixelHash]) ^ Int<W>(int(uint32_t(medium_net(bounce)) * 0x85ebca6bu));
     return pass_particles(scene, medium, vector_of(ray, PathState::Origin),
                           vector_of(ray, PathState::Direction), start, T,
                           way_seed(of_path, batch.reversed_progression), m);
