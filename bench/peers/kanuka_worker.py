@@ -155,7 +155,7 @@ figures |= {f"{name}_bytes": picture.stats["bytes"][name] for name in ("grids", 
 figures |= {name: picture.stats["count"][name] for name in ("micropolygons", "traced_polygons", "rays", "nan_samples")}
 figures["samples"] = samples
 figures["settings"] = {
-    "sampler": "Sobol, Owen's scrambling",
+    "sampler": "nets, Owen's scrambling",
     "roulette": "from bounce 4 on, kept by 0.95 at most",
     "depth": scene.options.max_depth,
     "clamps": 0,

@@ -1,33 +1,32 @@
-// Sample points: Owen-scrambled Sobol', two dimensions at a time, each pair shuffled on its own (Burley 2020,
-// Practical Hash-based Owen Scrambling). A sample is a pure function of (pixel, progression, dimension,
-// seed).
+// Sample points: a net of two or three dimensions for each decision of a path, Owen-scrambled, and shuffled
+// on its own (Burley 2020, Practical Hash-based Owen Scrambling). A sample is a pure function of (pixel,
+// progression, net, seed). docs/transport.md, "Points".
 #pragma once
 
 #include "base/lanes.h"
 
 namespace kanuka {
 
-// Pairs of dimensions a path consumes. Those of a bounce repeat: pair = FirstBounce + bounce * PerBounce +
-// offset.
-enum class Dimension : int {
+// Nets that a path consumes. Those of a bounce repeat: net = FirstBounce + bounce * PerBounce + offset.
+enum class Net : int {
     Filter = 0, // position in the pixel
     Wavelength, // where the four lie; which of them is the hero
     Lens,
     FirstBounce,
-    LobeRoulette = 0, // offsets: which lobe; Russian roulette
-    Direction,        // on the hemisphere
-    LightChoice,      // which light; which of its parts
-    LightPosition,    // on the light
+    Scatter = 0, // offsets: direction on the hemisphere; which lobe
+    Roulette,    // one number
+    Light,       // place on the light; which light or, where there is one choice, which of its parts
+    LightMore,   // one number: the other of the two
     PerBounce,
     LevelTime = (1 << 20) - 1, // which levels of detail a path meets; shutter time; likewise apart
-    FirstMedium = 1 << 20, // free paths in media, a pair each: apart, so that other scenes keep their points
+    FirstMedium = 1 << 20,     // free paths in media, one each: apart, so that other scenes keep their points
 };
 
-inline constexpr int bounce_dimension(int bounce, Dimension offset) {
-    return int(Dimension::FirstBounce) + bounce * int(Dimension::PerBounce) + int(offset);
+inline constexpr int bounce_net(int bounce, Net offset) {
+    return int(Net::FirstBounce) + bounce * int(Net::PerBounce) + int(offset);
 }
-inline constexpr int medium_dimension(int bounce) {
-    return int(Dimension::FirstMedium) + bounce;
+inline constexpr int medium_net(int bounce) {
+    return int(Net::FirstMedium) + bounce;
 }
 
 // Integer finaliser with full avalanche (constants: C. Wellons, hash-prospector, lowbias32).
@@ -66,29 +65,111 @@ Float<W> to_unit(Int<W> bits) {
     return Float<W>(bits >> 8) * Float<W>(0x1p-24f);
 }
 
-// One stream a path: the pixel's hash, and the progression with its bits reversed.
+// ---- polynomials over GF(4) = {0, 1, w, w + 1}, two bits a coefficient, the constant one lowest
+// Progression and place of a pixel make f = sum s_k x^k + sum p_j / (x - w)^(j + 1), and dimension a is made
+// of the Taylor coefficients of f at a, for a = 0, 1 and w + 1: by Hermite interpolation (of f times a power
+// of x - w) 4^j samples of each of 4^k pixels are a net of base 4. Powers of a repeat, and binomials are odd
+// where bits of one number are bits of the other (Lucas): so each of these is a step a bit of the digit's
+// number.
+
+// times w: (d1, d0) becomes (d1 + d0, d1)
+template <class I>
+I times_w(I d) {
+    const I high = (d >> 1) & I(0x55555555);
+    return (((d & I(0x55555555)) ^ high) << 1) | high;
+}
+// times w^K
+template <int K, class I>
+I times_power(I d) {
+    if constexpr (K % 3 == 0)
+        return d;
+    else
+        return K % 3 == 1 ? times_w(d) : times_w(d) ^ d;
+}
+
+// Taylor coefficients at w^K of a polynomial.
+template <int K, class I>
+I taylor(I s) {
+    s = s ^ times_power<K>((s >> 2) & I(0x33333333));
+    s = s ^ times_power<2 * K>((s >> 4) & I(0x0f0f0f0f));
+    s = s ^ times_power<4 * K>((s >> 8) & I(0x00ff00ff));
+    return s ^ times_power<8 * K>((s >> 16) & I(0x0000ffff));
+}
+
+// Taylor coefficients, w^K away from w, of sum p_j / (x - w)^(j + 1) for the four digits of p:
+// r has sum binomial(j + r, r) w^(-K (j + r + 1)) p_j, and that binomial is odd where j and r share no bit.
+template <int K, class I>
+I taylor_of_poles(I p) {
+    constexpr int G = 3 - K; // w^G: the inverse
+    I low = p & I(0x33), high = (p >> 2) & I(0x33);
+    p = (low ^ times_power<G>(high)) | (times_power<G>(low) << 2);
+    low = p & I(0x0f), high = (p >> 4) & I(0x0f);
+    p = (low ^ times_power<2 * G>(high)) | (times_power<2 * G>(low) << 4);
+    p = p | (times_power<4 * G>(p) << 8);
+    p = p | (times_power<8 * G>(p) << 16);
+    return times_power<G>(p);
+}
+
+// ---- pixels
+inline constexpr int TileBits = 4; // pixels whose points know of one another: 16 by 16
+
+// The seed of a pixel's samples: a hash of its tile, and in the lowest eight bits its place there along a
+// Z-shaped curve.
+template <int W>
+Int<W> pixel_seed(Int<W> x, Int<W> y, uint32_t seed) {
+    const Int<W> tile = hash_bits((x >> TileBits) ^
+                                  hash_bits((y >> TileBits) ^ Int<W>(int(seed * 0x9e3779b9u + 0x7f4a7c15u))));
+    const auto spread = [](Int<W> v) {
+        v = (v | (v << 2)) & Int<W>(0x33);
+        return (v | (v << 1)) & Int<W>(0x55);
+    };
+    return (tile & Int<W>(~0xff)) | spread(x & Int<W>(0xf)) | (spread(y & Int<W>(0xf)) << 1);
+}
+
+// One stream a path: the pixel's seed, and the progression with its bits reversed.
 template <int W>
 struct Sampler {
-    Int<W> pixel;            // hash of (x, y, seed)
+    Int<W> pixel;            // pixel_seed()
     uint32_t reversed_index; // reverse_bits(progression)
 
-    void sample_2d(int pair, Float<W>& u0, Float<W>& u1) const {
-        const Int<W> h = hash_bits(pixel ^ Int<W>(int(uint32_t(pair) * 0x9e3779b9u)));
-        // Shuffle: the permuted index, bits reversed, is Sobol' dimension 0 itself.
-        const Int<W> x = laine_karras(Int<W>(int(reversed_index)), h);
-        const Int<W> index = reverse_bits(x);
-        // Dimension 1 has Pascal's triangle mod 2 as its matrix, the fivefold Kronecker power of [1 1; 0 1];
-        // on the index, low bit first, that is five butterfly steps (Helmer et al. 2021, section 5).
-        Int<W> y = index;
-        y = y ^ ((y >> 1) & Int<W>(0x55555555));
-        y = y ^ ((y >> 2) & Int<W>(0x33333333));
-        y = y ^ ((y >> 4) & Int<W>(0x0f0f0f0f));
-        y = y ^ ((y >> 8) & Int<W>(0x00ff00ff));
-        y = y ^ (y >> 16);
-        // Both are fractions with bits reversed now: scramble, then reverse.
-        u0 = to_unit(reverse_bits(laine_karras(index, hash_bits(h ^ Int<W>(0x68bc21eb)))));
-        u1 = to_unit(reverse_bits(laine_karras(y, hash_bits(h ^ Int<W>(0x02e5be93)))));
+    Float<W> sample_1d(int net) const {
+        const Int<W> h = hash_bits(pixel ^ salt(net));
+        return scrambled(reverse_bits(laine_karras(Int<W>(int(reversed_index)), h)), h, 0x68bc21eb);
     }
+    void sample_2d(int net, Float<W>& u0, Float<W>& u1) const {
+        const Shuffled f(*this, net);
+        f.first_two(u0, u1);
+    }
+    void sample_3d(int net, Float<W>& u0, Float<W>& u1, Float<W>& u2) const {
+        const Shuffled f(*this, net);
+        f.first_two(u0, u1);
+        u2 = scrambled(taylor<0>(taylor<1>(f.s)) ^ taylor_of_poles<0>(f.p), f.h, 0x51ed270b);
+    }
+
+  private:
+    static Int<W> salt(int net) { return Int<W>(int(uint32_t(net) * 0x9e3779b9u)); }
+    // Digits, the largest lowest, to a number.
+    static Float<W> scrambled(Int<W> digits, Int<W> h, int dimension) {
+        return to_unit(reverse_bits(laine_karras(digits, hash_bits(h ^ Int<W>(dimension)))));
+    }
+    // What a net makes of progression and pixel. The shuffle keeps together what is aligned: runs of
+    // progressions, squares of pixels.
+    struct Shuffled {
+        Int<W> h, s, p;
+
+        Shuffled(const Sampler& of, int net)
+            : h(hash_bits((of.pixel & Int<W>(~0xff)) ^ salt(net))),
+              s(reverse_bits(laine_karras(Int<W>(int(of.reversed_index)), h))),
+              p(reverse_bits(laine_karras(reverse_bits(of.pixel), hash_bits(h ^ Int<W>(0x1b873593)))) &
+                Int<W>(0xff)) {}
+        void first_two(Float<W>& u0, Float<W>& u1) const {
+            u0 = scrambled(s ^ taylor_of_poles<1>(p), h, 0x68bc21eb);
+            // The first bit of a digit is the sum of its two: so both dimensions are a net of base 2, too.
+            Int<W> y = taylor<0>(s) ^ taylor_of_poles<2>(p);
+            y = y ^ ((y >> 1) & Int<W>(0x55555555));
+            u1 = scrambled(y, h, 0x02e5be93);
+        }
+    };
 };
 
 inline uint32_t reverse_bits_scalar(uint32_t x) {

@@ -261,8 +261,9 @@ Scene::Scene(const store::Store& store, std::span<const GroupDesc> groups, Build
         Group& group = impl.groups[g];
         const auto new_scene = [&] {
             RTCScene s = rtcNewScene(impl.device);
-            rtcSetSceneFlags(s, RTCSceneFlags(RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION |
-                                              (build.watertight ? RTC_SCENE_FLAG_ROBUST : 0) |
+            // No flag for filters of a query's own: there are none, and without it Embree takes intersectors
+            // that call no filters wherever no geometry has one.
+            rtcSetSceneFlags(s, RTCSceneFlags((build.watertight ? RTC_SCENE_FLAG_ROBUST : 0) |
                                               (build.compact ? RTC_SCENE_FLAG_COMPACT : 0)));
             return s;
         };

@@ -102,9 +102,12 @@ void sample_emitters(const SceneView& scene, const Vec3<Float<W>>& P, Int<W> emi
                      Float<W> chance) { // chance < 0: by the table of densities
     using F = Float<W>;
     const EmitterLanes<W> e(scene, emitter, placement);
-    // Uniform on the triangle: fold the unit square along its diagonal.
-    const Mask<W> fold = u0 + u1 > F(1.0f);
-    const F b1 = select(fold, F(1.0f) - u0, u0), b2 = select(fold, F(1.0f) - u1, u1);
+    // Uniform on the triangle: the halves of the unit square beside its diagonal, each pressed into a half of
+    // the triangle (Heitz 2019, A Low-Distortion Map Between Triangle and Square). Folding the square would
+    // lay two halves of a net over one another.
+    const Mask<W> upper = u1 > u0;
+    const F half = F(0.5f) * min(u0, u1), rest = max(u0, u1) - half;
+    const F b1 = select(upper, half, rest), b2 = select(upper, rest, half);
     const Vec3<F> to = e.p0 + e.e1 * b1 + e.e2 * b2 - P;
     const F d2 = max(dot(to, to), F(1e-20f)), d = sqrt(d2);
     const Vec3<F> wi = to / d;
@@ -178,10 +181,25 @@ void sample_analytic(const SceneView& scene, int shape, Int<W> index, const Vec3
         s.distance = select(m & (s.passes == Int<W>(A::Shadowless)), F(0.0f), s.distance);
 }
 
+// What asking a light takes. Where there is but one choice, which of its parts is asked is of a net with the
+// place on it.
+template <int W>
+struct LightNumbers {
+    Float<W> choice{0.0f}, part{0.0f}, u0, u1;
+
+    LightNumbers(const SceneView& scene, const Sampler<W>& sampler, int bounce) {
+        const bool one = scene.choices == 1;
+        sampler.sample_3d(bounce_net(bounce, Net::Light), u0, u1, one ? part : choice);
+        if (scene.emitter_choice >= 0) // the hierarchy goes on with the digits of `choice`
+            (one ? choice : part) = sampler.sample_1d(bounce_net(bounce, Net::LightMore));
+    }
+};
+
 template <int W>
 LightSample<W> sample_light(const SceneView& scene, const LightChances<W>& chances, const Receiver<W>& r,
-                            int ask, Float<W> u_choice, Float<W> u_part, Float<W> u0, Float<W> u1,
-                            const Float<W> l[Wavelengths], Mask<W> active) {
+                            int ask, const LightNumbers<W>& numbers, const Float<W> l[Wavelengths],
+                            Mask<W> active) {
+    const Float<W> u_choice = numbers.choice, u_part = numbers.part, u0 = numbers.u0, u1 = numbers.u1;
     using F = Float<W>;
     using I = Int<W>;
     LightSample<W> s;

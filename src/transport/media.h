@@ -201,7 +201,7 @@ template <int W>
         return far;
     const Sampler<W> sampler{bitcast_int(ray[PathState::PixelHash]), batch.reversed_progression};
     F u, unused;
-    sampler.sample_2d(medium_dimension(bounce), u, unused);
+    sampler.sample_2d(medium_net(bounce), u, unused);
     const F depth = log2(F(1.0f) - u) * F(-0.693147181f);
     const F hero = medium.extinction(0);
     return select(drawn & (hero > F(0.0f)), min(start + depth / max(hero, F(1e-30f)), far), far);
@@ -211,8 +211,8 @@ template <int W>
 template <int W>
 Nulls<W> pass_field(const SceneView& scene, const BatchState& batch, const Row<W, PathState::Fields>& ray,
                     const MediumLanes<W>& medium, Float<W> start, Float<W> T, int bounce, Mask<W> m) {
-    const Int<W> of_path = bitcast_int(ray[PathState::PixelHash]) ^
-                           Int<W>(int(uint32_t(medium_dimension(bounce)) * 0x85ebca6bu));
+    const Int<W> of_path =
+        bitcast_int(ray[PathState::PixelHash]) ^ Int<W>(int(uint32_t(medium_net(bounce)) * 0x85ebca6bu));
     return pass_particles(scene, medium, vector_of(ray, PathState::Origin),
                           vector_of(ray, PathState::Direction), start, T,
                           way_seed(of_path, batch.reversed_progression), m);

@@ -111,7 +111,7 @@ template <int W>
     m &= lamps.some();
     const Sampler<W> sampler{bitcast_int(ray[PathState::PixelHash]), batch.reversed_progression};
     F unused, u, t;
-    sampler.sample_2d(medium_dimension(bounce), unused, u);
+    sampler.sample_2d(medium_net(bounce), unused, u);
     I lamp;
     lamps.sample(u, lamp, t);
     t = min(t, surface);

@@ -47,12 +47,6 @@ void filter_offset(const SceneView::FilterCells& table, Float<W> u0, Float<W> u1
     dy = fma(Float<W>(y) + u1, Float<W>(table.width[1] / float(table.ny)), Float<W>(-0.5f * table.width[1]));
 }
 
-// The seed of a pixel's samples.
-template <int W>
-Int<W> pixel_hash(Int<W> x, Int<W> y, uint32_t seed) {
-    return hash_bits(x ^ hash_bits(y ^ Int<W>(int(seed * 0x9e3779b9u + 0x7f4a7c15u))));
-}
-
 // Keeps the paths of pixels that see something, dense and in order.
 inline int drop_blind(PathState& paths, const bool* sees, int count) {
     int kept = 0;
@@ -85,12 +79,12 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
             y.v[k] = std::min(first + k, count - 1) / width;
         const I column = min(index, I(count - 1)) - y * I(width);
         const I px = column + I(request.x0), py = y + I(request.y0);
-        const I pixel = pixel_hash(px, py, scene.seed);
+        const I pixel = pixel_seed(px, py, scene.seed);
         const Sampler<W> sampler{pixel, reversed};
 
         // Position on the film, filter importance sampled.
         F u0, u1, weight(1.0f);
-        sampler.sample_2d(int(Dimension::Filter), u0, u1);
+        sampler.sample_2d(int(Net::Filter), u0, u1);
         F dx, dy;
         if (scene.filter_cells.nx > 0) {
             filter_offset(scene.filter_cells, u0, u1, dx, dy, weight);
@@ -106,7 +100,7 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
 
         F level, time(0.0f);
         if (scene.moving || scene.fades) {
-            sampler.sample_2d(int(Dimension::LevelTime), level, time);
+            sampler.sample_2d(int(Net::LevelTime), level, time);
             level.store(batch.level + first);
             if (!scene.shutter_quantiles.empty()) // as the shutter lets light in
                 time = quantile(scene.shutter_quantiles.data(), scene::ShutterSegments, time);
@@ -115,7 +109,7 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
 
         F lens_x(0.0f), lens_y(0.0f);
         if (cam.lens_radius > 0) {
-            sampler.sample_2d(int(Dimension::Lens), u0, u1);
+            sampler.sample_2d(int(Net::Lens), u0, u1);
             sample_lens(cam, u0, u1, lens_x, lens_y);
         }
         Vec3<F> o, d;
@@ -132,7 +126,7 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
         // whichever of them is the hero: so that is drawn apart, and a pixel's samples spread over one
         // quarter.
         F in_quarter, hero;
-        sampler.sample_2d(int(Dimension::Wavelength), in_quarter, hero);
+        sampler.sample_2d(int(Net::Wavelength), in_quarter, hero);
         const F first_u = (in_quarter + floor(hero * F(4.0f))) * F(0.25f);
         Row<W, 4> l;
         for (int k = 0; k < 4; k++) {

@@ -143,9 +143,9 @@ class MediumStage {
         ask_light(ray, l.data(), sampler, receiver, chances, carried, phase, d, media, fog ? &*fog : nullptr,
                   going);
 
-        F u_part, u_roulette, u0, u1;
-        sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LobeRoulette), u_part, u_roulette);
-        sampler.sample_2d(bounce_dimension(m_bounce, Dimension::Direction), u0, u1);
+        F u_part, u0, u1;
+        sampler.sample_3d(bounce_net(m_bounce, Net::Scatter), u0, u1, u_part);
+        const F u_roulette = sampler.sample_1d(bounce_net(m_bounce, Net::Roulette));
         const V wi = normalize(bsdf::sample_phase(phase, d, u_part, u0, u1));
         const F density = max(bsdf::eval_phase(phase, dot(d, wi)), F(1e-20f));
         M m = going;
@@ -184,13 +184,10 @@ class MediumStage {
                    const V& d, const MediaStack<W>& media, const OnTheWay* fog, M active) {
         if (m_scene.choices == 0 || !any(active))
             return;
-        F u_choice, u_part, u0, u1;
-        sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LightChoice), u_choice, u_part);
-        sampler.sample_2d(bounce_dimension(m_bounce, Dimension::LightPosition), u0, u1);
+        const LightNumbers<W> u(m_scene, sampler, m_bounce);
         for (int ask = 0; ask < m_scene.asks; ask++)
-            add_light(ray, receiver,
-                      sample_light(m_scene, chances, receiver, ask, u_choice, u_part, u0, u1, l, active),
-                      carried, phase, d, media, fog, active);
+            add_light(ray, receiver, sample_light(m_scene, chances, receiver, ask, u, l, active), carried,
+                      phase, d, media, fog, active);
     }
     void add_light(const PathRow<W>& ray, const Receiver<W>& receiver, const LightSample<W>& light,
                    const Carried<W>& carried, const bsdf::Phase<W>& phase, const V& d,

@@ -176,14 +176,9 @@ class SurfaceStage {
         const SurfaceHit<W>& h = s.h;
         if (m_at.scene.choices == 0)
             return;
-        F u_choice, u_part, u0, u1;
-        s.sampler.sample_2d(bounce_dimension(m_at.number, Dimension::LightChoice), u_choice, u_part);
-        s.sampler.sample_2d(bounce_dimension(m_at.number, Dimension::LightPosition), u0, u1);
+        const LightNumbers<W> u(m_at.scene, s.sampler, m_at.number);
         for (int ask = 0; ask < m_at.scene.asks; ask++)
-            add_light(
-                s,
-                sample_light(m_at.scene, s.chances, s.receiver, ask, u_choice, u_part, u0, u1, h.l, active),
-                active);
+            add_light(s, sample_light(m_at.scene, s.chances, s.receiver, ask, u, h.l, active), active);
     }
     void add_light(const Scattering<W>& s, const LightSample<W>& light, M active) {
         const SurfaceHit<W>& h = s.h;
@@ -249,9 +244,10 @@ class SurfaceStage {
     // through: only what goes straight on counts.
     void sample_direction(const Scattering<W>& at, M active, M through) {
         const SurfaceHit<W>& h = at.h;
-        F u_lobe, u_roulette, u0, u1;
-        at.sampler.sample_2d(bounce_dimension(m_at.number, Dimension::LobeRoulette), u_lobe, u_roulette);
-        at.sampler.sample_2d(bounce_dimension(m_at.number, Dimension::Direction), u0, u1);
+        F u_lobe, u_roulette(0.0f), u0, u1;
+        at.sampler.sample_3d(bounce_net(m_at.number, Net::Scatter), u0, u1, u_lobe);
+        if (m_at.number >= m_at.scene.roulette_depth)
+            u_roulette = at.sampler.sample_1d(bounce_net(m_at.number, Net::Roulette));
         const DirectionSample<W> s = at.sample(u_lobe, u0, u1, active | through);
         if (h.code.straight) {
             const M straight = (active | through) & at.material.goes_straight(s);
@@ -480,7 +476,7 @@ class SurfaceStage {
         const int count = int(h.code.lit_by.size());
         F u, unused;
         Sampler<W>{bitcast_int(h.ray[PathState::PixelHash]), m_at.reversed_progression}.sample_2d(
-            bounce_dimension(m_at.number, Dimension::LightPosition), u, unused);
+            bounce_net(m_at.number, Net::Light), u, unused);
         const I chosen = min(to_int(u * F(float(count))), I(count - 1));
         const F scale = F(float(count)) * weight(h);
         for (int k = 0; k < count; k++) {

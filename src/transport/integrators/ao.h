@@ -23,7 +23,7 @@ struct Integrator {
                 const Scattering<W> s(stage.at(), hit);
                 stage.record_albedo(s, active);
                 F u0, u1;
-                s.sampler.sample_2d(bounce_dimension(0, Dimension::Direction), u0, u1);
+                s.sampler.sample_2d(bounce_net(0, Net::Scatter), u0, u1);
                 const Vec3<F> wi = hit.to_world(bsdf::sample_cosine(u0, u1));
                 active &= dot(wi, hit.Ng) > F(0.0f);
                 // Density and cosine cancel.

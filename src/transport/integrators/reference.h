@@ -65,7 +65,7 @@ struct Integrator {
         const int width = r.x1 - r.x0;
         for (int i = 0; i < width * (r.y1 - r.y0); i++) {
             const Int<1> pixel =
-                pixel_hash(Int<1>(r.x0 + i % width), Int<1>(r.y0 + i / width), tracer.scene.seed);
+                pixel_seed(Int<1>(r.x0 + i % width), Int<1>(r.y0 + i / width), tracer.scene.seed);
             Random random(pixel[0], r.progression, -1);
             const float l = random()[0];
             for (int k = 0; k < Wavelengths; k++) {
