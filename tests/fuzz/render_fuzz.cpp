@@ -5,10 +5,12 @@
 //   … --first SEED --count 1 --print     what one seed renders, and how it went
 //   … --file FILE                        a kept input again
 //   … found --folder FOLDER              all that were kept there, each of the kind that its name says
+//   … --shader-cache FOLDER              compiled shaders from run to run: most of a run's first minutes
 //
 // A case is its seed: the same on every machine. Each runs in a forked worker (worker.h); what crashes,
 // hangs, takes too much memory, ends with an exception that is no Error or leaves a pixel that is not a
-// number is written to FOLDER under its seed.
+// number is written to FOLDER under its seed. Cases that end with an Error leave no picture: both are
+// counted.
 
 #include <algorithm>
 #include <cmath>
@@ -108,11 +110,10 @@ bool names_foreign_files(const std::string& text) {
            text.find("..") != std::string::npos || text.find('~') != std::string::npos;
 }
 
-// What is wrong with a render of the text; empty = nothing.
-std::string render_text(const std::string& text, bool print) {
+fuzz::Outcome render_text(const std::string& text, bool print) {
     Journal journal;
     Stats stats;
-    std::string fault;
+    fuzz::Outcome outcome;
     try {
         ingest::RibOptions options;
         options.run_programs = false;
@@ -127,7 +128,8 @@ std::string render_text(const std::string& text, bool print) {
         for (const film::Picture::Channel& c : result.picture.channels)
             for (const float x : c.data)
                 if (std::isnan(x) || (std::isinf(x) && c.name != "Z")) // Z: nothing there
-                    fault = "pixels of " + c.name + " that are not finite";
+                    outcome.fault = "pixels of " + c.name + " that are not finite";
+        outcome.picture = true;
     } catch (const Error& e) { // no picture, and said why
         if (print)
             std::printf("error: %s\n", e.what());
@@ -135,7 +137,7 @@ std::string render_text(const std::string& text, bool print) {
     if (print)
         for (const Journal::Entry& e : journal.entries())
             std::printf("%s: %s (%d)\n", e.where.str().c_str(), e.message.c_str(), int(e.count));
-    return fault;
+    return outcome;
 }
 
 // ---- kinds of input
@@ -146,7 +148,7 @@ struct Kind {
     // The input that the seed makes.
     std::function<std::string(uint64_t)> make;
     // Renders it.
-    std::function<std::string(const std::string&, bool)> run;
+    std::function<fuzz::Outcome(const std::string&, bool)> run;
 };
 
 Kind scenes() {
@@ -159,7 +161,8 @@ Kind scenes() {
                 return fuzz::mutate_text(base.bytes, (*all)[random.below(all->size())].bytes, random);
             },
             [](const std::string& text, bool print) {
-                return names_foreign_files(text) || text.size() > 200000 ? "" : render_text(text, print);
+                return names_foreign_files(text) || text.size() > 200000 ? fuzz::Outcome{}
+                                                                         : render_text(text, print);
             }};
 }
 
@@ -174,13 +177,13 @@ std::string scene_of(const std::string& file) {
            file + "\n";
 }
 
-std::string run_shader(const std::string& bytes, const char* file, bool print) {
+// The cache stays: what it has of other shaders is as good, and of this one it has nothing.
+fuzz::Outcome run_shader(const std::string& bytes, const char* file, bool print) {
     if (names_foreign_files(bytes))
-        return "";
+        return {};
     fs::remove("fuzz.sl");
     fs::remove("fuzz.slo");
     write(file, bytes);
-    fs::remove_all("shader_cache");
     return render_text(scene_of(file), print);
 }
 
@@ -319,16 +322,16 @@ Kind pages() {
                 fuzz::mutate_bytes(bytes, random);
                 return bytes == page ? bytes.substr(1) : bytes;
             },
-            [](const std::string& bytes, bool print) -> std::string {
+            [](const std::string& bytes, bool print) -> fuzz::Outcome {
                 write("fuzz.page", bytes);
                 try {
                     store::read_page("fuzz.page");
                 } catch (const Error& e) {
                     if (print)
                         std::printf("error: %s\n", e.what());
-                    return "";
+                    return {};
                 }
-                return "a damaged page was taken";
+                return {"a damaged page was taken"};
             }};
 }
 
@@ -343,19 +346,21 @@ Kind found(const std::string& folder) {
         for (Source& s : read_all({folder}, (*kinds)[k].suffix.c_str()))
             all->push_back({k, std::move(s)});
     return {"", [all](uint64_t number) { return number < all->size() ? std::to_string(number) : ""; },
-            [all, kinds](const std::string& number, bool print) -> std::string {
+            [all, kinds](const std::string& number, bool print) -> fuzz::Outcome {
                 if (number.empty())
-                    return "";
+                    return {};
                 const auto& [kind, source] = (*all)[std::strtoull(number.c_str(), nullptr, 10)];
-                const std::string fault = (*kinds)[kind].run(source.bytes, print);
-                return fault.empty() ? "" : source.name + ": " + fault;
+                fuzz::Outcome outcome = (*kinds)[kind].run(source.bytes, print);
+                if (!outcome.fault.empty())
+                    outcome.fault = source.name + ": " + outcome.fault;
+                return outcome;
             }};
 }
 
 } // namespace
 
 int main(int count, char** argument) {
-    std::string kind_name = count > 1 ? argument[1] : "scenes", keep, file, folder;
+    std::string kind_name = count > 1 ? argument[1] : "scenes", keep, file, folder, shader_cache;
     uint64_t first = 0, cases = 200;
     bool print = false;
     fuzz::Limits limits;
@@ -374,6 +379,8 @@ int main(int count, char** argument) {
             keep = fs::absolute(value).string(), i++;
         else if (option == "--file")
             file = fs::absolute(value).string(), i++;
+        else if (option == "--shader-cache")
+            shader_cache = fs::absolute(value).string(), i++;
         else if (option == "--folder")
             folder = fs::absolute(value).string(), i++;
     }
@@ -384,7 +391,10 @@ int main(int count, char** argument) {
     if (!mkdtemp(scratch.data()))
         return 2;
     fs::current_path(scratch);
-    setenv("KANUKA_SHADER_CACHE", (scratch + "/shader_cache").c_str(), 1);
+    // What is damaged is this run's own.
+    const bool own_cache = shader_cache.empty() || kind_name == "cache";
+    setenv("KANUKA_SHADER_CACHE", (own_cache ? scratch + "/shader_cache" : shader_cache).c_str(), 1);
+    setenv("KANUKA_SHADER_CACHE_SIZE", "256M", 1);
     fuzz::in_child([] { film::write_exr("picture.exr", sample_picture()); });
     const Kind kind = kind_name == "shaders"    ? shaders()
                       : kind_name == "slo"      ? slo()
@@ -404,7 +414,7 @@ int main(int count, char** argument) {
     };
     if (!file.empty())
         cases = 1;
-    const uint64_t ran = fuzz::run_cases(
+    const fuzz::Totals ran = fuzz::run_cases(
         first, cases, limits,
         [&](uint64_t seed) {
             const std::string bytes = input(seed);
@@ -417,9 +427,10 @@ int main(int count, char** argument) {
             note("FOUND", f);
         },
         [&](const fuzz::Finding& f) { note("slow", f); });
-    std::printf("%s: %llu cases from seed %llu, %llu found\n", kind_name.c_str(),
-                static_cast<unsigned long long>(ran), static_cast<unsigned long long>(first),
-                static_cast<unsigned long long>(found));
+    std::printf("%s: %llu cases from seed %llu, %llu pictures, %.0f s of processor time, %llu found\n",
+                kind_name.c_str(), static_cast<unsigned long long>(ran.cases),
+                static_cast<unsigned long long>(first), static_cast<unsigned long long>(ran.pictures),
+                ran.seconds, static_cast<unsigned long long>(found));
     fs::current_path("/");
     fs::remove_all(scratch);
     return found > 0 ? 1 : 0;
