@@ -123,7 +123,11 @@ fuzz::Outcome render_text(const std::string& text, bool print) {
         render::Overrides overrides;
         overrides.width = 16, overrides.height = 12;
         overrides.progressions = 1;
-        overrides.threads = 1;
+        // By the input, so that a kept one runs as it did: mostly as users run it, else other code for the
+        // same.
+        constexpr int Lanes[] = {0, 0, 0, 0, 1, 16, 8, 0};
+        overrides.lanes = Lanes[text.size() % std::size(Lanes)];
+        overrides.threads = text.size() % 5 == 0 ? 3 : 1;
         overrides.standard_shaders = KANUKA_SOURCE_DIR "/shaders";
         const render::Result result = render::render(scene, overrides, journal, stats, {});
         for (const film::Picture::Channel& c : result.picture.channels)
