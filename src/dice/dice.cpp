@@ -263,6 +263,33 @@ bool is_merged(const Splitter& splitter, const RateRule& rule) {
            ((pieces >= Many && each < FinerThanRate) || (pieces >= VeryMany && each < Small));
 }
 
+// Bytes and vertices that the pieces become at all steps.
+std::pair<uint64_t, uint64_t> size_of(const Splitter& splitter, bool merged, size_t steps) {
+    grid::Grid one;
+    one.allocate(0, 0);
+    splitter.surface().allocate_channels(one);
+    uint64_t floats = 0; // a vertex
+    for (const auto* a : {&one.P, &one.N, &one.Ng, &one.dPdu, &one.dPdv, &one.u, &one.v, &one.s, &one.t})
+        floats += a->size() / size_t(one.stride);
+    for (const grid::Channel& c : one.primvars)
+        floats += uint64_t(c.components);
+    floats += 6 * (steps - 1);
+    constexpr uint64_t AGrid = 2048, ASide = 16, Traced = 3; // bytes, bytes a vertex of it, floats
+    uint64_t vertices = 0, padded = 0, sides = 0;
+    for (const Piece& p : splitter.pieces) {
+        const uint64_t n = uint64_t(p.nu + 1) * uint64_t(p.nv + 1);
+        vertices += n;
+        padded += (n + grid::LanePadding - 1) / grid::LanePadding * grid::LanePadding;
+        sides += 2 * uint64_t(p.nu + p.nv);
+    }
+    if (merged) {
+        vertices = vertices - sides + uint64_t(splitter.points());
+        return {vertices * floats * 4 + uint64_t(splitter.cells()) * 16, vertices};
+    }
+    return {padded * (floats + Traced * steps) * 4 + splitter.pieces.size() * AGrid + sides * ASide,
+            vertices};
+}
+
 // All grids of a surface at one step, their seams joined, displaced.
 std::vector<grid::Grid> make_grids(const Splitter& splitter, const geom::Surface& surface,
                                    const Displace& displace, std::atomic<size_t>& bad,
@@ -339,7 +366,14 @@ Diced dice_surface(const geom::Surface& surface, std::vector<std::unique_ptr<geo
             return splitter->run(rule.density.most_vertices());
         }))
         return {};
-    if (!surface.trim() && is_merged(*splitter, rule))
+    const bool merged = !surface.trim() && is_merged(*splitter, rule);
+    if (target.fits) {
+        const auto [bytes, vertices] = size_of(*splitter, merged, 1 + later.size());
+        out.too_large = !target.fits(bytes, vertices);
+        if (out.too_large)
+            return out;
+    }
+    if (merged)
         return dice_mesh(
             merge_pieces(*splitter, later,
                          reads_parameters(target) || (reads_texture(target) && !surface.has_texture())),

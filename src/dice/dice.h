@@ -64,6 +64,7 @@ struct Diced {
     std::vector<grid::TracedGrid> traced;
     // Of trimmed surfaces, parallel too: what is traced instead of the lattice where it is not empty.
     std::vector<grid::TrimmedMesh> trimmed;
+    bool too_large = false; // for DiceTarget::fits: nothing was made
     bool is_mesh = false;
     grid::Grid mesh_vertices; // nu = vertices - 1, nv = 0
     grid::TracedMesh mesh;
@@ -96,6 +97,9 @@ struct DiceTarget {
     // A primitive that changes its shape: what it is at further steps, evenly through the time that the
     // shutter is open. Diced with the first one's topology, as finely as the finest needs.
     std::span<const scene::Primitive> later = {};
+    // Asked once a surface's grids are counted, before any is made: how many bytes they take at most, of how
+    // many vertices. Null = all fits. (Meshes that are traced as they are take as much as was read.)
+    std::function<bool(uint64_t bytes, uint64_t vertices)> fits = {};
 };
 
 // Never throws for bad geometry: NaN and degenerate parts are reported at primitive.where and dropped. The

@@ -164,7 +164,10 @@ Filter::Filter(const std::string& name, float width_x, float width_y) {
         throw Error("pixel filter \"" + name + "\": widths must be above 0 and at most 1000 pixels, not " +
                     std::to_string(width_x) + " and " + std::to_string(width_y));
     make_table(*kernel, width_x, m_table_x, m_weight_x);
-    make_table(*kernel, width_y, m_table_y, m_weight_y);
+    if (width_y == width_x)
+        m_table_y = m_table_x, m_weight_y = m_weight_x;
+    else
+        make_table(*kernel, width_y, m_table_y, m_weight_y);
     const auto not_one = [](float w) { return std::abs(w - 1) > 1e-6f; };
     m_has_weights = std::any_of(m_weight_x.begin(), m_weight_x.end(), not_one) ||
                     std::any_of(m_weight_y.begin(), m_weight_y.end(), not_one);

@@ -52,6 +52,14 @@ void refuse_geometry_that_cannot_fit(uint64_t bytes, uint64_t memory) {
                         ": a larger shading rate, a smaller picture or instances would do");
 }
 
+void refuse_primitive_that_cannot_fit(const Location& where, uint64_t bytes, uint64_t there,
+                                      uint64_t memory) {
+    throw CannotFit(where, "this primitive takes " + gigabytes(bytes) +
+                               " while it is diced and shaded, beside " + gigabytes(there) +
+                               " of geometry; there are " + gigabytes(memory) +
+                               ": a larger shading rate, a smaller picture, or splitting it up would do");
+}
+
 void check_threads(int threads) {
     if (threads < 0 || threads > MostThreads)
         throw Error(std::to_string(threads) + " threads are asked for; there may be 1 to " +

@@ -17,6 +17,9 @@ uint64_t machine_memory();
 void refuse_what_cannot_fit(const Window& window, size_t aovs, uint64_t memory);
 // Throws CannotFit where geometry has grown so large that its ray-tracing structure cannot fit beside it.
 void refuse_geometry_that_cannot_fit(uint64_t bytes, uint64_t memory);
+// Throws CannotFit: while it is diced and shaded, a primitive takes so much beside what is there.
+[[noreturn]] void refuse_primitive_that_cannot_fit(const Location& where, uint64_t bytes, uint64_t there,
+                                                   uint64_t memory);
 // Threads are for work, and the machine has so many.
 constexpr int MostThreads = 4096;
 void check_threads(int threads);

@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <malloc.h>
 
 #include <gtest/gtest.h>
 
@@ -80,5 +81,71 @@ TEST(Budget, PrimitivesThatDoNotFitTogether) {
         EXPECT_NE(std::string(e.what()).find("there are 0.1 GB"), std::string::npos) << e.what();
     }
     EXPECT_LE(stats.count.shader_evaluations, each * (Memory / 2 / bytes + 2));
+    std::filesystem::remove_all(folder);
+}
+
+namespace {
+
+// Bytes; the largest since the last call of forget_peak().
+uint64_t peak_rss() {
+    std::ifstream status("/proc/self/status");
+    for (std::string line; std::getline(status, line);)
+        if (line.starts_with("VmHWM:"))
+            return std::stoull(line.substr(6)) << 10;
+    return 0;
+}
+bool forget_peak() {
+    std::ofstream file("/proc/self/clear_refs");
+    return bool(file << "5" << std::flush);
+}
+
+} // namespace
+
+// One ball of some million micropolygons: half of what its render takes, by the system's own figure, is too
+// little, which is known before it is shaded; twice as much is enough.
+TEST(Budget, APrimitiveInFlight) {
+    std::string folder = (std::filesystem::temp_directory_path() / "kanuka-budget-XXXXXX").string();
+    ASSERT_NE(mkdtemp(folder.data()), nullptr);
+    setenv("KANUKA_SHADER_CACHE", (folder + "/cache").c_str(), 1);
+    std::ofstream(folder + "/lumps.sl")
+        << "surface lumps() { Oi = 1; Ci = color noise(P * 20) * diffuse(normalize(N)); }";
+    std::ofstream(folder + "/shines.sl") << "surface shines() { Oi = 1; Ci = color noise(P * 20); }";
+    Journal journal;
+    Stats stats;
+    const auto render = [&](const std::string& shader, const std::string& rate, uint64_t memory) {
+        const scene::Scene scene = ingest::parse_rib(
+            "Option \"searchpath\" \"shader\" \"" + folder +
+                ":&\"\nProjection \"perspective\" \"fov\" 45\nTranslate 0 0 4\nWorldBegin\nSurface \"" +
+                shader + "\"\nShadingRate " + rate + "\nSphere 1 -1 1 360\nWorldEnd\n",
+            "ball.rib", {}, journal);
+        Overrides overrides;
+        overrides.width = overrides.height = 256;
+        overrides.progressions = overrides.threads = 1;
+        overrides.standard_shaders = KANUKA_SOURCE_DIR "/shaders";
+        overrides.memory = memory;
+        stats.count.shader_evaluations = 0;
+        kanuka::render::render(scene, overrides, journal, stats, {});
+    };
+    constexpr uint64_t Plenty = uint64_t(1) << 40;
+    for (const char* shader : {"lumps", "shines"}) {
+        render(shader, "10", Plenty); // what every render takes
+        malloc_trim(0); // what is free already counts
+        ASSERT_TRUE(forget_peak());
+        const uint64_t before = peak_rss();
+        render(shader, "0.02", Plenty);
+        const uint64_t taken = peak_rss() - before;
+        ASSERT_GT(stats.count.shader_evaluations, 1000000u);
+        ASSERT_GT(taken, 100u << 20);
+        EXPECT_NO_THROW(render(shader, "0.02", 2 * taken)) << shader;
+        try {
+            render(shader, "0.02", taken / 2);
+            ADD_FAILURE() << shader;
+        } catch (const CannotFit& e) {
+            EXPECT_EQ(e.where().line, 7) << e.what();
+            EXPECT_NE(std::string(e.what()).find("while it is diced and shaded"), std::string::npos)
+                << e.what();
+        }
+        EXPECT_EQ(stats.count.shader_evaluations, 0u) << shader;
+    }
     std::filesystem::remove_all(folder);
 }

@@ -5,6 +5,7 @@
 
 #include "base/tasks.h"
 #include "grid/mesh_patches.h"
+#include "grid/word_layout.h"
 #include "render/budget.h"
 #include "render/emitters.h"
 #include "render/group_views.h"
@@ -209,6 +210,17 @@ class GeometryBuilder {
         refuse_geometry_that_cannot_fit(m_resident + m_prepared, m_request.memory);
     }
 
+    // A vertex of what is made of grids: what shading gives, and what it is encoded to, grid by grid and as
+    // a page.
+    static uint64_t shaded_bytes(const grid::LayeringProgram& program, size_t steps) {
+        uint64_t floats = 0;
+        for (const grid::Slot& slot : program.slots)
+            floats += slot.uniform ? 0 : slot.type == grid::InputType::Color ? 3 : 1;
+        const uint64_t encoded = grid::WordLayout(program).words.size() + 1 + 3 * steps; // 1: the normal
+        const uint64_t emitters = program.emits() ? 2 * sizeof(store::Emitter) : 0; // two triangles a cell
+        return 4 * floats + 2 * (4 * encoded + emitters);
+    }
+
     // `inside_out`: what a solid is taken away from ends there; its outside lies within.
     // `instanced`: null = in the world.
     void prepare(const scene::Primitive& declared, const Transform& render_from_group,
@@ -254,6 +266,11 @@ class GeometryBuilder {
                 out.path.emplace_back(moving.places, render_from_group, render_from_object.inverse());
                 target.also_from = views_of(out.path[0], target.instead_from);
             }
+            uint64_t in_flight = 0;
+            target.fits = [&](uint64_t bytes, uint64_t vertices) {
+                in_flight = bytes + vertices * shaded_bytes(material.program(), 1 + moving.later.size());
+                return m_resident + m_prepared + in_flight <= m_request.memory;
+            };
             std::atomic<double> displacing{0};
             dice::Displace displace;
             if (material.displaces())
@@ -263,6 +280,9 @@ class GeometryBuilder {
                     displacing += seconds_since(t);
                 };
             dice::Diced diced = dice::dice(primitive, target, m_request.dice, displace, m_request.journal);
+            if (diced.too_large)
+                refuse_primitive_that_cannot_fit(declared.where, in_flight, m_resident + m_prepared,
+                                                 m_request.memory);
             const double dicing = seconds_since(start);
             const auto shading_start = Clock::now();
             shade_and_encode(primitive, diced, material, inside_out, out);

@@ -1,6 +1,8 @@
 #include "transport/wavelengths.h"
 
 #include <algorithm>
+#include <deque>
+#include <mutex>
 #include <utility>
 
 #include "bsdf/spectral.h"
@@ -133,7 +135,7 @@ class Search {
 
 } // namespace
 
-WavelengthTable make_wavelengths(const color::Sensor& sensor, const color::Table& white) {
+static WavelengthTable find_wavelengths(const color::Sensor& sensor, const color::Table& white) {
     const Output output(sensor, white);
     const Density density = Search(output, sensor).best();
     WavelengthTable table;
@@ -149,6 +151,27 @@ WavelengthTable make_wavelengths(const color::Sensor& sensor, const color::Table
         table.sensor[i][3] = table.lookup_white[i] = white[j];
     }
     return table;
+}
+
+WavelengthTable make_wavelengths(const color::Sensor& sensor, const color::Table& white) {
+    // The search takes as long as all else that a small picture takes, and most renders of a process see
+    // alike.
+    struct Known {
+        color::Sensor sensor;
+        color::Table white;
+        WavelengthTable table;
+    };
+    constexpr size_t Most = 8;
+    static std::mutex mutex;
+    static std::deque<Known> known; // the last that were asked for
+    const std::lock_guard lock(mutex);
+    for (const Known& k : known)
+        if (k.sensor.curves == sensor.curves && k.sensor.importance == sensor.importance &&
+            k.sensor.output_from_sensor == sensor.output_from_sensor && k.white == white)
+            return k.table;
+    known.push_front({sensor, white, find_wavelengths(sensor, white)});
+    known.resize(std::min(known.size(), Most));
+    return known.front().table;
 }
 
 std::array<double, 3> color_noise(const WavelengthTable& table, const color::Sensor& sensor,

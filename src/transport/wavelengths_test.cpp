@@ -79,5 +79,25 @@ TEST(Wavelengths, CamerasToo) {
     EXPECT_LT(noise[0] + noise[1] + noise[2], 0.5 * (before[0] + before[1] + before[2]));
 }
 
+// Tables are kept for the next render: of each sensor its own, however many there have been.
+TEST(Wavelengths, EachSensorItsOwn) {
+    const color::Table& white = color::illuminant_d65();
+    const auto sensor = [&](int k) {
+        color::Sensor s = make_sensor(Observer::Cie1931, white, Space::Rec709);
+        for (size_t i = 0; i < color::LambdaCount; i++)
+            s.importance[1][i] *= float(k);
+        return s;
+    };
+    std::vector<std::vector<float>> first;
+    for (int k = 0; k < 12; k++)
+        first.push_back(make_wavelengths(sensor(k), white).quantile);
+    for (int k = 11; k >= 0; k--) {
+        EXPECT_EQ(make_wavelengths(sensor(k), white).quantile, first[size_t(k)]) << k;
+        EXPECT_EQ(make_wavelengths(sensor(k), white).quantile, first[size_t(k)]) << k;
+    }
+    EXPECT_NE(first[0], first[11]);
+    EXPECT_NE(make_wavelengths(sensor(1), color::illuminant_d60()).quantile, first[1]);
+}
+
 } // namespace
 } // namespace kanuka::transport

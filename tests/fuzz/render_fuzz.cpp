@@ -5,10 +5,12 @@
 //   … --first SEED --count 1 --print     what one seed renders, and how it went
 //   … --file FILE                        a kept input again
 //   … found --folder FOLDER              all that were kept there, each of the kind that its name says
+//   … --shader-cache FOLDER              compiled shaders from run to run: most of a run's first minutes
 //
 // A case is its seed: the same on every machine. Each runs in a forked worker (worker.h); what crashes,
 // hangs, takes too much memory, ends with an exception that is no Error or leaves a pixel that is not a
-// number is written to FOLDER under its seed.
+// number is written to FOLDER under its seed. Cases that end with an Error leave no picture: both are
+// counted.
 
 #include <algorithm>
 #include <cmath>
@@ -20,6 +22,7 @@
 #include <iterator>
 #include <sstream>
 #include <unistd.h>
+#include <zlib.h>
 
 #include "film/film.h"
 #include "ingest/rib/rib.h"
@@ -108,11 +111,10 @@ bool names_foreign_files(const std::string& text) {
            text.find("..") != std::string::npos || text.find('~') != std::string::npos;
 }
 
-// What is wrong with a render of the text; empty = nothing.
-std::string render_text(const std::string& text, bool print) {
+fuzz::Outcome render_text(const std::string& text, bool print) {
     Journal journal;
     Stats stats;
-    std::string fault;
+    fuzz::Outcome outcome;
     try {
         ingest::RibOptions options;
         options.run_programs = false;
@@ -121,13 +123,18 @@ std::string render_text(const std::string& text, bool print) {
         render::Overrides overrides;
         overrides.options.set("resolution", scene::Setting{{16, 12}, {}});
         overrides.options.set("samples", 1);
-        overrides.threads = 1;
+        // By the input, so that a kept one runs as it did: mostly as users run it, else other code for the
+        // same.
+        constexpr int Lanes[] = {0, 0, 0, 0, 1, 16, 8, 0};
+        overrides.lanes = Lanes[text.size() % std::size(Lanes)];
+        overrides.threads = text.size() % 5 == 0 ? 3 : 1;
         overrides.standard_shaders = KANUKA_SOURCE_DIR "/shaders";
         const render::Result result = render::render(scene, overrides, journal, stats, {});
         for (const film::Picture::Channel& c : result.picture.channels)
             for (const float x : c.data)
                 if (std::isnan(x) || (std::isinf(x) && c.name != "Z")) // Z: nothing there
-                    fault = "pixels of " + c.name + " that are not finite";
+                    outcome.fault = "pixels of " + c.name + " that are not finite";
+        outcome.picture = true;
     } catch (const Error& e) { // no picture, and said why
         if (print)
             std::printf("error: %s\n", e.what());
@@ -135,7 +142,7 @@ std::string render_text(const std::string& text, bool print) {
     if (print)
         for (const Journal::Entry& e : journal.entries())
             std::printf("%s: %s (%d)\n", e.where.str().c_str(), e.message.c_str(), int(e.count));
-    return fault;
+    return outcome;
 }
 
 // ---- kinds of input
@@ -146,7 +153,7 @@ struct Kind {
     // The input that the seed makes.
     std::function<std::string(uint64_t)> make;
     // Renders it.
-    std::function<std::string(const std::string&, bool)> run;
+    std::function<fuzz::Outcome(const std::string&, bool)> run;
 };
 
 Kind scenes() {
@@ -159,7 +166,8 @@ Kind scenes() {
                 return fuzz::mutate_text(base.bytes, (*all)[random.below(all->size())].bytes, random);
             },
             [](const std::string& text, bool print) {
-                return names_foreign_files(text) || text.size() > 200000 ? "" : render_text(text, print);
+                return names_foreign_files(text) || text.size() > 200000 ? fuzz::Outcome{}
+                                                                         : render_text(text, print);
             }};
 }
 
@@ -174,13 +182,11 @@ std::string scene_of(const std::string& file) {
            file + "\n";
 }
 
-std::string run_shader(const std::string& bytes, const char* file, bool print) {
-    if (names_foreign_files(bytes))
-        return "";
+// The cache stays: what it has of other shaders is as good, and of this one it has nothing.
+fuzz::Outcome run_shader(const std::string& bytes, const char* file, bool print) {
     fs::remove("fuzz.sl");
     fs::remove("fuzz.slo");
     write(file, bytes);
-    fs::remove_all("shader_cache");
     return render_text(scene_of(file), print);
 }
 
@@ -193,11 +199,50 @@ Kind shaders() {
                 const Source& base = (*all)[random.below(all->size())];
                 return fuzz::mutate_text(base.bytes, (*all)[random.below(all->size())].bytes, random);
             },
-            [](const std::string& text, bool print) { return run_shader(text, "fuzz.sl", print); }};
+            [](const std::string& text, bool print) {
+                return names_foreign_files(text) ? fuzz::Outcome{} : run_shader(text, "fuzz.sl", print);
+            }};
 }
 
-// Published shaders: damaged as they lie on disk; every other one with its checksum made to fit, so that what
-// reads the inside meets the damage too.
+// A published shader whose tokens are damaged, and packed again as if they were not (slo.cpp: Header).
+struct PublishedHeader {
+    uint64_t metadata, metadata_bytes, tokens, tokens_bytes, hash, checksum;
+};
+constexpr size_t PublishedMagic = 9;
+
+void make_checksum_fit(std::string& slo) {
+    PublishedHeader h;
+    constexpr size_t Body = PublishedMagic + sizeof h;
+    if (slo.size() <= Body)
+        return;
+    std::memcpy(&h, slo.data() + PublishedMagic, sizeof h);
+    h.checksum = 0;
+    h.checksum = sl::hash_bytes(slo.data() + Body, slo.size() - Body, sl::hash_bytes(&h, sizeof h));
+    std::memcpy(slo.data() + PublishedMagic, &h, sizeof h);
+}
+
+std::string with_damaged_tokens(const std::string& slo, Random& random) {
+    PublishedHeader h;
+    std::memcpy(&h, slo.data() + PublishedMagic, sizeof h);
+    const size_t at = PublishedMagic + sizeof h + h.metadata;
+    std::string tokens(h.tokens_bytes, '\0');
+    uLongf size = uLongf(tokens.size());
+    uncompress(reinterpret_cast<Bytef*>(tokens.data()), &size,
+               reinterpret_cast<const Bytef*>(slo.data() + at), uLong(h.tokens));
+    fuzz::mutate_bytes(tokens, random);
+    size = compressBound(uLong(tokens.size()));
+    std::string packed(size, '\0');
+    compress2(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(tokens.data()),
+              uLong(tokens.size()), 1);
+    h.tokens = size, h.tokens_bytes = tokens.size();
+    std::string out = slo.substr(0, at) + packed.substr(0, size);
+    std::memcpy(out.data() + PublishedMagic, &h, sizeof h);
+    make_checksum_fit(out);
+    return out;
+}
+
+// Published shaders: damaged as they lie on disk, or with a checksum that fits, or inside of what is packed,
+// so that all that reads them meets the damage.
 Kind slo() {
     auto all = std::make_shared<std::vector<std::string>>();
     for (const Source& s : read_all({KANUKA_SOURCE_DIR "/shaders"}, ".sl")) {
@@ -210,17 +255,14 @@ Kind slo() {
             [all](uint64_t seed) {
                 Random random(seed);
                 std::string bytes = (*all)[random.below(all->size())];
+                if (seed % 4 >= 2)
+                    return with_damaged_tokens(bytes, random);
                 fuzz::mutate_bytes(bytes, random);
-                constexpr size_t Magic = 9, Checksum = Magic + 40, Body = Checksum + 8; // slo.cpp: Header
-                if (seed % 2 == 0 && bytes.size() > Body) {
-                    std::string head = bytes.substr(Magic, 48);
-                    std::memset(head.data() + 40, 0, 8);
-                    const uint64_t sum = sl::hash_bytes(bytes.data() + Body, bytes.size() - Body,
-                                                        sl::hash_bytes(head.data(), head.size()));
-                    std::memcpy(bytes.data() + Checksum, &sum, 8);
-                }
+                if (seed % 4 == 1)
+                    make_checksum_fit(bytes);
                 return bytes;
             },
+            // Names of files are packed in it: what it says by chance ("..") is none.
             [](const std::string& bytes, bool print) { return run_shader(bytes, "fuzz.slo", print); }};
 }
 
@@ -319,16 +361,16 @@ Kind pages() {
                 fuzz::mutate_bytes(bytes, random);
                 return bytes == page ? bytes.substr(1) : bytes;
             },
-            [](const std::string& bytes, bool print) -> std::string {
+            [](const std::string& bytes, bool print) -> fuzz::Outcome {
                 write("fuzz.page", bytes);
                 try {
                     store::read_page("fuzz.page");
                 } catch (const Error& e) {
                     if (print)
                         std::printf("error: %s\n", e.what());
-                    return "";
+                    return {};
                 }
-                return "a damaged page was taken";
+                return {"a damaged page was taken"};
             }};
 }
 
@@ -343,19 +385,21 @@ Kind found(const std::string& folder) {
         for (Source& s : read_all({folder}, (*kinds)[k].suffix.c_str()))
             all->push_back({k, std::move(s)});
     return {"", [all](uint64_t number) { return number < all->size() ? std::to_string(number) : ""; },
-            [all, kinds](const std::string& number, bool print) -> std::string {
+            [all, kinds](const std::string& number, bool print) -> fuzz::Outcome {
                 if (number.empty())
-                    return "";
+                    return {};
                 const auto& [kind, source] = (*all)[std::strtoull(number.c_str(), nullptr, 10)];
-                const std::string fault = (*kinds)[kind].run(source.bytes, print);
-                return fault.empty() ? "" : source.name + ": " + fault;
+                fuzz::Outcome outcome = (*kinds)[kind].run(source.bytes, print);
+                if (!outcome.fault.empty())
+                    outcome.fault = source.name + ": " + outcome.fault;
+                return outcome;
             }};
 }
 
 } // namespace
 
 int main(int count, char** argument) {
-    std::string kind_name = count > 1 ? argument[1] : "scenes", keep, file, folder;
+    std::string kind_name = count > 1 ? argument[1] : "scenes", keep, file, folder, shader_cache;
     uint64_t first = 0, cases = 200;
     bool print = false;
     fuzz::Limits limits;
@@ -374,6 +418,8 @@ int main(int count, char** argument) {
             keep = fs::absolute(value).string(), i++;
         else if (option == "--file")
             file = fs::absolute(value).string(), i++;
+        else if (option == "--shader-cache")
+            shader_cache = fs::absolute(value).string(), i++;
         else if (option == "--folder")
             folder = fs::absolute(value).string(), i++;
     }
@@ -384,7 +430,10 @@ int main(int count, char** argument) {
     if (!mkdtemp(scratch.data()))
         return 2;
     fs::current_path(scratch);
-    setenv("KANUKA_SHADER_CACHE", (scratch + "/shader_cache").c_str(), 1);
+    // What is damaged is this run's own.
+    const bool own_cache = shader_cache.empty() || kind_name == "cache";
+    setenv("KANUKA_SHADER_CACHE", (own_cache ? scratch + "/shader_cache" : shader_cache).c_str(), 1);
+    setenv("KANUKA_SHADER_CACHE_SIZE", "256M", 1);
     fuzz::in_child([] { film::write_exr("picture.exr", sample_picture()); });
     const Kind kind = kind_name == "shaders"    ? shaders()
                       : kind_name == "slo"      ? slo()
@@ -404,7 +453,7 @@ int main(int count, char** argument) {
     };
     if (!file.empty())
         cases = 1;
-    const uint64_t ran = fuzz::run_cases(
+    const fuzz::Totals ran = fuzz::run_cases(
         first, cases, limits,
         [&](uint64_t seed) {
             const std::string bytes = input(seed);
@@ -417,9 +466,10 @@ int main(int count, char** argument) {
             note("FOUND", f);
         },
         [&](const fuzz::Finding& f) { note("slow", f); });
-    std::printf("%s: %llu cases from seed %llu, %llu found\n", kind_name.c_str(),
-                static_cast<unsigned long long>(ran), static_cast<unsigned long long>(first),
-                static_cast<unsigned long long>(found));
+    std::printf("%s: %llu cases from seed %llu, %llu pictures, %.1f s of processor time, %llu found\n",
+                kind_name.c_str(), static_cast<unsigned long long>(ran.cases),
+                static_cast<unsigned long long>(first), static_cast<unsigned long long>(ran.pictures),
+                ran.seconds, static_cast<unsigned long long>(found));
     fs::current_path("/");
     fs::remove_all(scratch);
     return found > 0 ? 1 : 0;

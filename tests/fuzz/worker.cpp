@@ -10,6 +10,7 @@
 #include <fcntl.h>
 #include <new>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <thread>
 #include <time.h>
@@ -20,7 +21,7 @@ namespace {
 
 // What worker and parent share. A failure's text is written before `failed`.
 struct Board {
-    std::atomic<uint64_t> next, done;
+    std::atomic<uint64_t> next, done, pictures;
     std::atomic<double> began, worked; // by the clock, and the process's processor time then
     std::atomic<uint64_t> failed;      // cases that ended with a text: one at a time
     std::atomic<bool> read;
@@ -45,6 +46,13 @@ double work_of(pid_t process) {
     return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
 }
 
+double work_of_children() {
+    rusage all;
+    getrusage(RUSAGE_CHILDREN, &all);
+    const auto seconds = [](const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); };
+    return seconds(all.ru_utime) + seconds(all.ru_stime);
+}
+
 uint64_t resident(pid_t of) {
     char path[64];
     std::snprintf(path, sizeof path, "/proc/%d/statm", int(of));
@@ -63,7 +71,9 @@ uint64_t resident(pid_t of) {
         board.began = now();
         std::string text;
         try {
-            text = one(seed);
+            const Outcome outcome = one(seed);
+            text = outcome.fault;
+            board.pictures += outcome.picture;
         } catch (const std::exception& e) {
             text = std::string("an exception that is no Error: ") + e.what();
         } catch (...) {
@@ -85,9 +95,10 @@ uint64_t resident(pid_t of) {
 
 } // namespace
 
-uint64_t run_cases(uint64_t first, uint64_t count, const Limits& limits, const Case& one,
-                   const std::function<void(const Finding&)>& found,
-                   const std::function<void(const Finding&)>& slow) {
+Totals run_cases(uint64_t first, uint64_t count, const Limits& limits, const Case& one,
+                 const std::function<void(const Finding&)>& found,
+                 const std::function<void(const Finding&)>& slow) {
+    const double before = work_of_children();
     void* shared = mmap(nullptr, sizeof(Board), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     Board& board = *new (shared) Board{};
     board.next = first;
@@ -133,9 +144,9 @@ uint64_t run_cases(uint64_t first, uint64_t count, const Limits& limits, const C
                      : WIFSIGNALED(status) ? "signal " + std::to_string(WTERMSIG(status))
                                            : "exit " + std::to_string(WEXITSTATUS(status))});
     }
-    const uint64_t done = board.done;
+    const Totals totals{board.done, board.pictures, work_of_children() - before};
     munmap(shared, sizeof(Board));
-    return done;
+    return totals;
 }
 
 void in_child(const std::function<void()>& work) {

@@ -22,14 +22,23 @@ struct Finding {
     std::string what; // "signal 11", "more than 30 s", …
 };
 
-// What one case says of itself: empty = fine.
-using Case = std::function<std::string(uint64_t seed)>;
+// What one case says of itself.
+struct Outcome {
+    std::string fault = {}; // empty = fine
+    bool picture = false;   // it came to pixels, and did not end with an Error before
+};
+using Case = std::function<Outcome(uint64_t seed)>;
+
+struct Totals {
+    uint64_t cases = 0, pictures = 0;
+    double seconds = 0; // of processor time, of workers that ended
+};
 
 // Seeds from `first` on, `count` of them. found() is called in the parent for each case that failed, slow()
-// for those that took long or much; both may write the input down. Returns the number of cases that ran.
-uint64_t run_cases(uint64_t first, uint64_t count, const Limits& limits, const Case& one,
-                   const std::function<void(const Finding&)>& found,
-                   const std::function<void(const Finding&)>& slow);
+// for those that took long or much; both may write the input down.
+Totals run_cases(uint64_t first, uint64_t count, const Limits& limits, const Case& one,
+                 const std::function<void(const Finding&)>& found,
+                 const std::function<void(const Finding&)>& slow);
 
 // Does what may start threads, which do not outlive a fork, in a process of its own.
 void in_child(const std::function<void()>& work);
