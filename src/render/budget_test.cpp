@@ -119,8 +119,9 @@ TEST(Budget, APrimitiveInFlight) {
                 shader + "\"\nShadingRate " + rate + "\nSphere 1 -1 1 360\nWorldEnd\n",
             "ball.rib", {}, journal);
         Overrides overrides;
-        overrides.width = overrides.height = 256;
-        overrides.progressions = overrides.threads = 1;
+        overrides.options.set("resolution", scene::Setting{{256, 256}, {}});
+        overrides.options.set("samples", 1);
+        overrides.threads = 1;
         overrides.standard_shaders = KANUKA_SOURCE_DIR "/shaders";
         overrides.memory = memory;
         stats.count.shader_evaluations = 0;
@@ -129,7 +130,7 @@ TEST(Budget, APrimitiveInFlight) {
     constexpr uint64_t Plenty = uint64_t(1) << 40;
     for (const char* shader : {"lumps", "shines"}) {
         render(shader, "10", Plenty); // what every render takes
-        malloc_trim(0); // what is free already counts
+        malloc_trim(0);               // what is free already counts
         ASSERT_TRUE(forget_peak());
         const uint64_t before = peak_rss();
         render(shader, "0.02", Plenty);
