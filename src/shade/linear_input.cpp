@@ -39,6 +39,7 @@ bool LinearInput::pass(bool success) {
 // that pictures come in goes much beyond a thousandth.
 bool LinearInput::fits(const std::string& name) {
     constexpr int LargestSide = 1 << 20, MostChannels = 1024, LargestTile = 8192;
+    constexpr int Untiled = 64; // Textures: autotile
     constexpr uint64_t Always = uint64_t(128) << 20, MostCompressed = 4096;
     const OIIO::ImageSpec& s = m_file->spec();
     const auto size = std::to_string(s.width) + " by " + std::to_string(s.height) + " pixels of " +
@@ -50,6 +51,25 @@ bool LinearInput::fits(const std::string& name) {
     }
     if (s.tile_width < 0 || s.tile_height < 0 || s.tile_width > LargestTile || s.tile_height > LargestTile) {
         errorfmt("its tiles claim {} by {} pixels", s.tile_width, s.tile_height);
+        return false;
+    }
+    // A texture cache covers the whole display window, level by level, and counts its tiles in an int.
+    const int most_off = 2 * LargestSide;
+    for (const int x : {s.full_width, s.full_height, s.full_x, s.full_y, s.x, s.y})
+        if (x < -most_off || x > most_off) {
+            errorfmt("it claims {} pixels at {} {} in a picture of {} by {} at {} {}", size, s.x, s.y,
+                     s.full_width, s.full_height, s.full_x, s.full_y);
+            return false;
+        }
+    const auto across = [](int a, int b, int tile) {
+        return (uint64_t(std::max(a, b)) + uint64_t(tile) - 1) / uint64_t(tile);
+    };
+    constexpr uint64_t MostTiles = uint64_t(1) << 28;
+    const int tile_width = s.tile_width > 0 ? s.tile_width : Untiled,
+              tile_height = s.tile_height > 0 ? s.tile_height : Untiled;
+    if (across(s.width, s.full_width, tile_width) * across(s.height, s.full_height, tile_height) >
+        MostTiles) {
+        errorfmt("it claims {} in tiles of {} by {}", size, tile_width, tile_height);
         return false;
     }
     std::error_code none;

@@ -195,6 +195,45 @@ TEST_F(TexturesTest, HeadersThatClaimTooMuchAreRefused) {
     EXPECT_EQ(journal.entries().size(), 4u);
 }
 
+// The window that a picture says it is a part of is covered with tiles, and those are counted in an int.
+TEST_F(TexturesTest, DisplayWindowsThatClaimTooMuchAreRefused) {
+    struct Window {
+        int x, y, width, height;
+    };
+    const std::vector<Window> windows = {{0, -16777216, 8388608, 16777224},
+                                         {0, 0, 1 << 23, 1 << 24},
+                                         {0, 0, 2097152, 2097152},
+                                         {-900000000, 0, 16, 16},
+                                         {0, 0, 900000000, 16}}; // more is not written
+    for (const Window& w : windows) {
+        const std::string name =
+            std::to_string(w.width) + "_" + std::to_string(w.x) + "_" + std::to_string(w.y) + ".exr";
+        OIIO::ImageSpec spec(16, 8, 3, OIIO::TypeDesc::HALF);
+        spec.full_x = w.x, spec.full_y = w.y, spec.full_width = w.width, spec.full_height = w.height;
+        OIIO::ImageBuf picture(spec);
+        ASSERT_TRUE(picture.write((folder.path / name).string())) << picture.geterror();
+        Lookup look(name, {0.25f}, {0.5f});
+        textures.lookup(look.request, where);
+        for (const float x : look.result)
+            EXPECT_TRUE(std::isfinite(x)) << name;
+    }
+    // What is a part of a larger one, as render regions are, is read.
+    OIIO::ImageSpec spec(16, 8, 3, OIIO::TypeDesc::HALF);
+    spec.x = 100, spec.y = 50, spec.full_width = 4096, spec.full_height = 2160;
+    OIIO::ImageBuf part(spec);
+    const float red[3] = {1, 0, 0};
+    OIIO::ImageBufAlgo::fill(part, red);
+    ASSERT_TRUE(part.write((folder.path / "part.exr").string())) << part.geterror();
+    Lookup look("part.exr", {108.0f / 4096}, {54.0f / 2160});
+    textures.lookup(look.request, where);
+    EXPECT_EQ(look.result[0], 1);
+    EXPECT_EQ(look.result[1], 0);
+    size_t refused = 0;
+    for (const Journal::Entry& e : journal.entries())
+        refused += e.message.find("it claims ") != std::string::npos;
+    EXPECT_EQ(refused, windows.size());
+}
+
 TEST_F(TexturesTest, BrokenFilesAreReported) {
     folder.write("broken.png", "this is no picture");
     Lookup lookup("broken.png", {0.5f}, {0.5f});
