@@ -24,6 +24,10 @@ struct Outline::Frame {
         return {p[0], p[stride], p[2 * stride]};
     }
     float bend(int a, int b) const { return geom::bend_of(at(Ng, a), at(Ng, b), at(P, b) - at(P, a)); }
+    float twist(int v, int a, int b) const { return dot(at(Ng, a) - at(Ng, v), at(P, b) - at(P, v)); }
+    float part(int v, int a, int b) const {
+        return geom::part_of_saddle(bend(v, a), bend(v, b), twist(v, a, b));
+    }
 };
 
 // A line of the surface that leaves a point.
@@ -80,7 +84,7 @@ void Outline::each_side(const Seams::Member& m, Visit visit) const {
 Vec3f Outline::of_point(const GridsAtStep& at, int point) const {
     const std::span<const Seams::Member> members = m_seams.members(point);
     Vec3f sum(0.0f), normal(0.0f);
-    float weights = 0;
+    float weights = 0, least = 1;
     bool smooth = true, any = false;
     for (const Seams::Member& m : members) {
         if (m_displaced[m.grid])
@@ -107,14 +111,18 @@ Vec3f Outline::of_point(const GridsAtStep& at, int point) const {
                 add(v - step * along, 0.5f);
             if (k + step <= n)
                 add(v + step * along, 0.5f);
-            if (k > 0 && k < n)
+            const bool inside = k > 0 && k < n;
+            if (inside)
                 add(v + inwards, 1);
+            if (inside || along == 1) // of a corner once
+                least = std::min(least,
+                                 f.part(v, k + step <= n ? v + step * along : v - step * along, v + inwards));
         });
         sum += n * bends;
     }
     if (!smooth)
         return of_line(at, point);
-    return weights > 0 ? sum * (4 * geom::BendOfAnEdge / weights) : Vec3f(0.0f);
+    return weights > 0 ? sum * (least * 4 * geom::BendOfAnEdge / weights) : Vec3f(0.0f);
 }
 
 // On a border or a crease: what is on it stands off as the line does, so that whatever else ends there (the
@@ -190,8 +198,10 @@ void Outline::add_interior(const Frame& f, const grid::TracedGrid& t, std::vecto
         for (int i = 1; i < t.mu; i++) {
             const int v = j * sv + i * su;
             const float right = f.bend(v, v + su), above = f.bend(v, v + sv);
+            const float part = geom::part_of_saddle(0.5f * (left + right), 0.5f * (below[size_t(i)] + above),
+                                                    f.twist(v, v + su, v + sv));
             const Vec3f off =
-                f.at(f.Ng, v) * (geom::BendOfAnEdge * (left + right + below[size_t(i)] + above));
+                f.at(f.Ng, v) * (part * geom::BendOfAnEdge * (left + right + below[size_t(i)] + above));
             left = right;
             below[size_t(i)] = above;
             float* const to = &out[3 * size_t(j * (t.mu + 1) + i)];

@@ -60,7 +60,7 @@ TEST(Outline, MeanSilhouettesOfConvexShapes) {
                         flat = run(ball, pixels, rate, uniform, {}, flattened);
             for (const auto& [d, exact] : {std::pair(&round, 4 * 3.14159265358979), {&flat, spheroid}}) {
                 const double off = area(*d) / exact - 1, before = area_on_surface(*d) / exact - 1;
-                EXPECT_LT(before, -0.004) << "the test would see nothing, " << pixels;
+                EXPECT_LT(before, -0.0005) << "the test would see nothing, " << pixels;
                 EXPECT_LT(std::abs(off), 0.2 * std::abs(before)) << pixels << " pixels, uniform " << uniform;
             }
         }
@@ -68,13 +68,13 @@ TEST(Outline, MeanSilhouettesOfConvexShapes) {
 
 // Their own lines, too: the border of a disk, and whatever meets it there goes along.
 TEST(Outline, BordersStandOffAsLinesDo) {
-    for (const int pixels : {24, 60, 200}) {
+    for (const int pixels : {60, 100, 200}) { // fewer: a mesh, whose border stays
         const Diced disk = run(primitive(Quadric{Quadric::Kind::Disk, {0, 1, 360}}), pixels, 1, true),
                     tube = run(primitive(Quadric{Quadric::Kind::Cylinder, {1, 0, 1, 360}}), pixels, 1, true);
         const double before = area_on_surface(disk) / 3.14159265358979 - 1,
                      off = area(disk) / 3.14159265358979 - 1;
-        EXPECT_LT(before, -0.004);
-        EXPECT_LT(std::abs(off), 0.3 * std::abs(before));
+        EXPECT_LT(before, -0.001) << "the test would see nothing, " << pixels;
+        EXPECT_LT(std::abs(off), 0.3 * std::abs(before)) << pixels;
         double farthest = 0;
         size_t found = 0;
         for (const auto& t : traced_triangles(tube, 0))

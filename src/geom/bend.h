@@ -1,6 +1,8 @@
 // How much a smooth surface bends from one vertex to the next.
 #pragma once
 
+#include <algorithm>
+
 #include "base/vec.h"
 
 namespace kanuka::geom {
@@ -16,6 +18,14 @@ inline constexpr float MostTurn = -0.1f;  // its cosine: of one cell, a right an
 inline float bend_of(const Vec3f& na, const Vec3f& nb, const Vec3f& edge) {
     const float bend = dot(nb - na, edge);
     return bend * bend > LeastTurn * LeastTurn * length_squared(edge) && dot(na, nb) > MostTurn ? bend : 0;
+}
+
+// Chords lie inside of a convex surface, and what they miss is made up for. Of a saddle facets lie on both
+// sides, those of a twisted one outside alone: the part that stands off, of second differences along two
+// lines, l and n, and across, m.
+inline float part_of_saddle(float l, float n, float m) {
+    const float gauss = l * n - m * m, sum = l + n;
+    return gauss < 0 ? std::max(0.0f, 1 + 4 * gauss / std::max(sum * sum, 1e-37f)) : 1.0f;
 }
 
 } // namespace kanuka::geom
