@@ -57,8 +57,8 @@ bool LinearInput::fits(const std::string& name) {
     const int most_off = 2 * LargestSide;
     for (const int x : {s.full_width, s.full_height, s.full_x, s.full_y, s.x, s.y})
         if (x < -most_off || x > most_off) {
-            errorfmt("it claims {} pixels at {} {} in a picture of {} by {} at {} {}", size, s.x, s.y,
-                     s.full_width, s.full_height, s.full_x, s.full_y);
+            errorfmt("it claims {} at {} {} in a picture of {} by {} at {} {}", size, s.x, s.y, s.full_width,
+                     s.full_height, s.full_x, s.full_y);
             return false;
         }
     const auto across = [](int a, int b, int tile) {
