@@ -76,7 +76,8 @@ def test_a_cone_is_dark_outside(tmp_path: Path, degrees: float) -> None:
     r = np.hypot(*cone["P"][..., :2].transpose(2, 0, 1))
     edge = 2 * np.tan(np.radians(degrees))
     off_disk = r > 0.4
-    inside, outside = (r < edge - 0.3) & off_disk, r > edge + 0.3
+    reach = 0.1 + 0.25 * np.sqrt(2)  # the disk, and the filter of two pixels
+    inside, outside = (r < edge - reach) & off_disk, r > edge + reach
     assert inside.any() and outside.any()
     assert (cone["rgb"][outside] == 0).all()
     assert whole["rgb"][outside].min() > 0

@@ -188,11 +188,15 @@ kanuka.render(s, resolution=(800, 800), progressions=1, threads=1, progress=prog
 print("done")
 """)
     run = subprocess.Popen([sys.executable, program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    time.sleep(12)  # it is shaded for minutes
+    assert run.stdout.readline() == "started\n", run.communicate()
+    time.sleep(5)  # it is shaded for minutes
     assert run.poll() is None, run.communicate()
     asked = time.monotonic()
     run.send_signal(signal.SIGINT)
-    out, err = run.communicate(timeout=120)
+    try:
+        out, err = run.communicate(timeout=120)
+    finally:
+        run.kill()
     answered = time.monotonic() - asked
     assert "KeyboardInterrupt" in err, out + err
     assert answered < 5  # a second where the machine does nothing else

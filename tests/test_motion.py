@@ -38,7 +38,7 @@ def scene(**camera: object) -> kanuka.Scene:
     return s
 
 
-def alpha(s: kanuka.Scene, renders: int = 8, progressions: int = 64) -> tuple[np.ndarray, np.ndarray]:
+def alpha(s: kanuka.Scene, renders: int = 32, progressions: int = 16) -> tuple[np.ndarray, np.ndarray]:
     """Coverage of every pixel, and its standard error over independent renders."""
     pictures = np.stack([kanuka.render(s, progressions=progressions, seed=i)["alpha"] for i in range(renders)])
     pictures = pictures.reshape(renders, SIZE, SIZE)

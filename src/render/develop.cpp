@@ -1,6 +1,7 @@
 #include "render/develop.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace kanuka::render {
@@ -57,9 +58,12 @@ film::Picture develop(const Accumulator& gathered, const scene::Options& options
             normal = dot(normal, normal) > 0 ? normalize(normal) : Vec3f(0.0f);
             put(normal.x), put(normal.y), put(normal.z);
             const Vec3f p{s.position[0] * h, s.position[1] * h, s.position[2] * h};
-            put(s.hits > 0 ? dot(p, camera.forward) : std::numeric_limits<float>::infinity());
+            // Of things at the end of single precision sums and products leave it.
+            constexpr float most = std::numeric_limits<float>::max();
+            const auto bounded = [most](float v) { return std::isnan(v) ? most : std::clamp(v, -most, most); };
+            put(s.hits > 0 ? bounded(dot(p, camera.forward)) : std::numeric_limits<float>::infinity());
             const Vec3f world = s.hits > 0 ? world_from_render.point(p) : Vec3f(0.0f);
-            put(world.x), put(world.y), put(world.z);
+            put(bounded(world.x)), put(bounded(world.y)), put(bounded(world.z));
             put(s.id);
             aovs.put(picture, first_aov, i, gathered.aov_sums(), n, h);
         }
