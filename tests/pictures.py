@@ -21,8 +21,8 @@ class Reference:
     runs: int
     progressions: int
 
-    def z_test(self, picture: kanuka.Picture, of: int = 1) -> kanuka.ZTestResult:
-        """One of so many tests, which together are wrong one time in a hundred."""
+    def z_test(self, picture: kanuka.Picture, of: int = 1, renders: int = 1) -> kanuka.ZTestResult:
+        """One of so many tests, together wrong one time in a hundred; `picture`: the mean of so many renders."""
         variance_of_mean = kanuka.Picture({"rgb": self.variance / self.runs})
         mean = kanuka.Picture({"rgb": self.mean})
         return kanuka.z_test(
@@ -30,15 +30,15 @@ class Reference:
             variance_of_mean,
             picture,
             reference_samples=self.runs,
-            test_samples=1,
+            test_samples=renders,
             significance=1 - 0.99 ** (1 / of),
         )
 
-    def mean_errors(self, picture: kanuka.Picture) -> np.ndarray:
+    def mean_errors(self, picture: kanuka.Picture, renders: int = 1) -> np.ndarray:
         """By channel: how far the mean over all pixels is off, over its standard deviation."""
         rgb = picture["rgb"].astype(np.float64)
         pixels = rgb[..., 0].size
-        sigma = np.sqrt(self.variance.sum(axis=(0, 1), dtype=np.float64) * (1 + 1 / self.runs)) / pixels
+        sigma = np.sqrt(self.variance.sum(axis=(0, 1), dtype=np.float64) * (1 / renders + 1 / self.runs)) / pixels
         return (rgb.mean(axis=(0, 1)) - self.mean.mean(axis=(0, 1), dtype=np.float64)) / sigma
 
 
@@ -47,9 +47,9 @@ def load(name: str) -> Reference:
         return Reference(data["mean"], data["variance"], int(data["runs"]), int(data["progressions"]))
 
 
-def expect_same(reference: Reference, picture: kanuka.Picture, folder: Path, of: int = 1) -> None:
+def expect_same(reference: Reference, picture: kanuka.Picture, folder: Path, of: int = 1, renders: int = 1) -> None:
     """Each pixel is the reference's; where not, p-values are written into the folder."""
-    result = reference.z_test(picture, of)
+    result = reference.z_test(picture, of, renders)
     if not result.passed:
         result.p_values.write(folder / "p.exr")
     assert result.passed, (
