@@ -87,11 +87,13 @@ def alone(path: Path, flags: Flags) -> list[str]:
 def check(folder: Path, name: str, flags: Flags, members: list[Path]) -> list[str]:
     found, rest = [], members
     while rest:
-        unit = Unit(folder, f"{name}_{len(rest)}", flags, rest)
-        rest = unit.clashing() if len(unit.members) > 1 else []
-        if rest:
-            unit = Unit(folder, f"{name}_{len(unit.members)}", flags, [m for m in unit.members if m not in rest])
-        found.append(tidy(unit.path, flags, UNITED))
+        unit, rest = Unit(folder, f"{name}_{len(rest)}", flags, rest), []
+        while len(unit.members) > 1 and (bad := unit.clashing()):
+            rest += bad
+            unit = Unit(folder, f"{name}_{len(unit.members)}", flags, [m for m in unit.members if m not in bad])
+        # What Python calls takes what nanobind made for it, by value.
+        checks = f"{UNITED},-performance-unnecessary-value-param" if name.startswith("python") else UNITED
+        found.append(tidy(unit.path, flags, checks))
     return found
 
 

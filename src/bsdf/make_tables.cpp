@@ -553,9 +553,10 @@ void fill_all(const char* metals) {
 }
 
 } // namespace
-} // namespace kanuka::bsdf
 
-kanuka::bsdf::LobeTables kanuka_lobe_tables;
+LobeTables kanuka_lobe_tables;
+
+} // namespace kanuka::bsdf
 
 int main(int argc, char** argv) {
     if (argc != 3) {
@@ -569,7 +570,7 @@ int main(int argc, char** argv) {
         return 1;
     }
     std::ofstream out(argv[2], std::ios::binary);
-    out.write(reinterpret_cast<const char*>(&kanuka_lobe_tables), sizeof kanuka_lobe_tables);
+    out.write(reinterpret_cast<const char*>(&kanuka::bsdf::lobe_tables()), sizeof(kanuka::bsdf::LobeTables));
     if (!out.flush()) {
         std::fprintf(stderr, "make_tables: %s: cannot be written\n", argv[2]);
         return 1;

@@ -18,8 +18,8 @@ void wrong_argument(const std::string& name, const std::string& expected, nb::ha
     throw nb::type_error((name + ": expected " + expected + ", got " + shown).c_str());
 }
 
-void unknown_argument(const std::string& call, const std::string& name,
-                      const std::vector<std::string>& known) {
+[[noreturn]] void unknown_argument(const std::string& call, const std::string& name,
+                                   const std::vector<std::string>& known) {
     nb::list names;
     for (const std::string& k : known)
         names.append(k);

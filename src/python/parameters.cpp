@@ -5,11 +5,11 @@ namespace kanuka::python {
 using scene::Kind;
 
 std::string annotation(const scene::ParameterInfo& p, bool read_back) {
-    const std::string one = p.kind == Kind::Flag       ? "bool"
-                            : p.kind == Kind::Whole    ? "int"
-                            : p.kind == Kind::Number   ? "float"
-                            : p.spectrum && !read_back ? "Spectrum | str"
-                                                       : "str";
+    std::string one = p.kind == Kind::Flag       ? "bool"
+                      : p.kind == Kind::Whole    ? "int"
+                      : p.kind == Kind::Number   ? "float"
+                      : p.spectrum && !read_back ? "Spectrum | str"
+                                                 : "str";
     if (p.count == 1)
         return one;
     if (p.count == 0)

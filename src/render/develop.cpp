@@ -60,7 +60,9 @@ film::Picture develop(const Accumulator& gathered, const scene::Options& options
             const Vec3f p{s.position[0] * h, s.position[1] * h, s.position[2] * h};
             // Of things at the end of single precision sums and products leave it.
             constexpr float most = std::numeric_limits<float>::max();
-            const auto bounded = [most](float v) { return std::isnan(v) ? most : std::clamp(v, -most, most); };
+            const auto bounded = [most](float v) {
+                return std::isnan(v) ? most : std::clamp(v, -most, most);
+            };
             put(s.hits > 0 ? bounded(dot(p, camera.forward)) : std::numeric_limits<float>::infinity());
             const Vec3f world = s.hits > 0 ? world_from_render.point(p) : Vec3f(0.0f);
             put(bounded(world.x)), put(bounded(world.y)), put(bounded(world.z));

@@ -105,7 +105,8 @@ void InstanceImpl::bind(std::span<const Argument> arguments, Services& services)
             for (size_t k = 0; k < a.strings.size(); k++)
                 m_param_texts[size_t(place.offset) + k] = m_texts.emplace_back(a.strings[k]).c_str();
             std::copy(a.floats.begin(), a.floats.end(), m_params.begin() + place.offset);
-            m_params[size_t(place.length)] = float(given / size_t(per));
+            const size_t elements = given / size_t(per);
+            m_params[size_t(place.length)] = float(elements);
         } else if (place.text) {
             if (int(a.strings.size()) != place.count) {
                 complain("parameter \"" + a.name + "\" takes " + std::to_string(place.count) +
@@ -168,7 +169,7 @@ void InstanceImpl::run_once(const BuiltStage& built, Services& services, ops::Ma
         const ir::Place& place = (member ? p.members : p.places)[size_t(o.index)];
         if (place.text) {
             const char* s;
-            std::memcpy(&s, results[k].data(), sizeof s);
+            std::memcpy(static_cast<void*>(&s), results[k].data(), sizeof s);
             (member ? m_member_texts : m_param_texts)[size_t(place.offset)] =
                 m_texts.emplace_back(s ? s : "").c_str();
         } else {

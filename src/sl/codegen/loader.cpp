@@ -174,7 +174,7 @@ class Loader {
             unsigned char* const stub = m_map->at(m_stubs + k * StubBytes);
             constexpr unsigned char Jump[StubAddress] = {0xff, 0x25, 0, 0, 0, 0};
             std::memcpy(stub, Jump, sizeof Jump);
-            std::memcpy(stub + StubAddress, &m_addresses[k], sizeof(void*));
+            std::memcpy(stub + StubAddress, static_cast<const void*>(&m_addresses[k]), sizeof(void*));
         }
     }
 

@@ -403,7 +403,7 @@ Ref Lower::space(const Expr* e) {
     if (leaves)
         if (const auto it = m_spaces.find(k1 + "|" + k2); it != m_spaces.end())
             return it->second;
-    CallSite site{CallKind::SpaceMatrix, m_active.empty() ? e->loc : e->loc};
+    CallSite site{CallKind::SpaceMatrix, e->loc};
     site.args = {from, to};
     Block* const here = m_b.block();
     if (leaves)

@@ -220,7 +220,8 @@ void Lower::project(const Stmt* s, Loc reason) {
     const Ref sample = m_sample;
     m_illuminance = 0;
     const auto choose = [&](Ref now) {
-        m_sample = source_call("__light_direction", {cone.axis, low, now, f(float(Directions / 2))}, at);
+        constexpr int half = Directions / 2;
+        m_sample = source_call("__light_direction", {cone.axis, low, now, f(float(half))}, at);
         m_b.store(color, light, at);
         if (VarDecl* l = m_sema.global("L"); l->assigned)
             store_tagged(bind(l).var, m_sample, at);

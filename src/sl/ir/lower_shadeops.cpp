@@ -250,7 +250,8 @@ Ref Lower::spline_at(const ops::SplineBasis& basis, Ref x, const Binding& values
     const auto f = [&](float v) { return m_b.constant(v); };
     const auto op = [&](Op o, Ref a, Ref b) { return m_b.emit(o, m_b.at(a).ty, {a, b}, at); };
     const int n = m_b.stage().vars[size_t(values.var)].array;
-    Ref segments = f(float((n - 4) / basis.step + 1));
+    const auto whole = (n - 4) / basis.step + 1;
+    Ref segments = f(float(whole));
     if (values.length >= 0) {
         const Ref more = op(Op::Div, op(Op::Sub, m_b.load(values.length, at), f(4)), f(float(basis.step)));
         segments = op(Op::Max, op(Op::Add, m_b.emit(Op::Floor, Ty::Float, {more}, at), f(1)), f(1));

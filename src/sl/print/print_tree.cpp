@@ -135,7 +135,7 @@ class TreePrinter {
     }
 
     std::string head(const Expr& e) {
-        const std::string text(e.text);
+        std::string text(e.text);
         switch (e.kind) {
         case ExprKind::Number: {
             char number[32];
