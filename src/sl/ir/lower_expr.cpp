@@ -92,9 +92,8 @@ Lower::Binding& Lower::bind(const VarDecl* v) {
         if (m_role == Role::Light && m_program.area_light && g.name == "Ps")
             initial = in_prologue(
                 [&] { return m_b.emit(Op::Add, Ty::Triple, {input(Input::P), input(Input::N)}, v->loc); });
-        // NOLINTNEXTLINE(bugprone-branch-clone): before what other lights have instead
         else if (m_role == Role::Light && m_program.area_light && g.input >= 0)
-            initial = input(Input(g.input));
+            initial = input(Input(g.input)); // NOLINT(bugprone-branch-clone): before what other lights have
         else if (m_role == Role::Light && g.name == "Ps")
             initial = input(Input::P);
         else if (m_role == Role::Light && (g.name == "P" || g.name == "N" || g.name == "Ng"))
