@@ -172,7 +172,8 @@ def test_an_interrupt_is_answered_while_dicing(tmp_path: Path) -> None:
     """A wave that needs 30 million micropolygons, all displaced and shaded by a shader that takes its time."""
     program = tmp_path / "long.py"
     program.write_text(f"""
-import kanuka, sys
+import kanuka, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # in the background of a shell it is ignored
 open({str(tmp_path / "slow.sl")!r}, "w").write('surface slow() {{ float x = 0, i; for (i = 0; i < 4000; i += 1)'
     ' x += noise(P * (i + 1)); Ci = color(x / 4000); }}')
 s = kanuka.Scene()

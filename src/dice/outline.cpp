@@ -114,9 +114,9 @@ Vec3f Outline::of_point(const GridsAtStep& at, int point) const {
             const bool inside = k > 0 && k < n;
             if (inside)
                 add(v + inwards, 1);
-            if (inside || along == 1) // of a corner once
-                least = std::min(least,
-                                 f.part(v, k + step <= n ? v + step * along : v - step * along, v + inwards));
+            const int way = k + step <= n ? step : k - step >= 0 ? -step : 0;
+            if (way != 0 && (inside || along == 1)) // of a corner once
+                least = std::min(least, f.part(v, v + way * along, v + inwards));
         });
         sum += n * bends;
     }
