@@ -17,12 +17,11 @@ setup:          ## install what is missing: Debian packages, .venv, Python packa
 	@tools/setup.sh
 
 quick: setup    ## compile what a picture needs: the Python module, without tests (Release)
-	@[ -f $(BUILD)/build.ninja ] || cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release -DKANUKA_TESTS=OFF
+	@[ -f $(BUILD)/build.ninja ] || cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release
 	@ninja -C $(BUILD) -j $(JOBS) kanuka_native kanuka_native_stub
 
 build: setup    ## compile the library, the Python module and the tests (Release)
-	@grep -qs 'KANUKA_TESTS:BOOL=ON' $(BUILD)/CMakeCache.txt && [ -f $(BUILD)/build.ninja ] || \
-	    cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release -DKANUKA_TESTS=ON
+	@[ -f $(BUILD)/build.ninja ] || cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release
 	@ninja -C $(BUILD) -j $(JOBS)
 
 render: quick   ## render SCENE (the showcase) to out/*.exr and out/*.png
