@@ -1,6 +1,7 @@
 // Ten thousand random shapes of every kind, diced and compared with what stands there, sample by sample. Not
 // run by the tests, which do the same with fewer.
-//   kanuka_shape_bench [--cases N] [--seed N] [--kind N] [--list 1]
+//   kanuka_shape_bench [--cases N] [--seed N] [--kind N] [--list 1] [--fine 1]
+// --fine: small shapes are diced as large ones are, and all are held to half a per cent.
 #include <atomic>
 #include <chrono>
 #include <cstdio>
@@ -14,6 +15,7 @@ using namespace kanuka::dice::test;
 
 int main(int argc, char** argv) {
     size_t cases = 10'000, seed = 0, list = 0;
+    Rates rates = Rates::Random;
     int kind = -1;
     for (int i = 1; i + 1 < argc; i += 2) {
         const int n = int(std::atof(argv[i + 1]));
@@ -25,10 +27,13 @@ int main(int argc, char** argv) {
             kind = n;
         else if (std::strcmp(argv[i], "--list") == 0)
             list = size_t(n);
+        else if (std::strcmp(argv[i], "--fine") == 0 && n != 0)
+            rates = Rates::Fine;
     }
     const auto start = std::chrono::steady_clock::now();
     std::vector<ShapeCase> all(cases);
-    kanuka::tasks::parallel_for(cases, [&](size_t i) { all[i] = run_shape(uint32_t(seed + i), kind); });
+    kanuka::tasks::parallel_for(cases,
+                                [&](size_t i) { all[i] = run_shape(uint32_t(seed + i), kind, rates); });
     struct Sum {
         size_t counted = 0, wrong = 0, over = 0;
         double worst = 0, twice = 0, outline = 0, bias = 0;

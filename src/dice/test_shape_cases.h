@@ -61,7 +61,11 @@ inline std::pair<size_t, double> open_edges(const Soup& soup) {
     return open;
 }
 
-inline ShapeCase run_shape(uint32_t seed, int only_kind = -1) {
+// As random as they come, or diced so finely for the shape's size that half a per cent is not the settings'
+// to spoil: what is off then is the dicing's fault.
+enum class Rates { Random, Fine };
+
+inline ShapeCase run_shape(uint32_t seed, int only_kind = -1, Rates rates = Rates::Random) {
     std::mt19937 random(seed * 2654435761u + 12345);
     const auto uniform = [&](double lo, double hi) {
         return std::uniform_real_distribution<double>(lo, hi)(random);
@@ -120,7 +124,7 @@ inline ShapeCase run_shape(uint32_t seed, int only_kind = -1) {
     options.camera.render_from_camera = camera;
     const bool uniform_shader = chance(0.6);
     const double pixels = uniform_shader ? spread(6, 2000) : spread(6, 300); // across the whole
-    const double rate = chance(0.5) ? 1 : spread(0.25, 30);
+    double rate = chance(0.5) ? 1 : spread(0.25, 30);
     const int projection = int(uniform(0, 10));
     const bool orthographic = projection == 0;
     options.camera.projection = projection == 0   ? Projection::Orthographic
@@ -134,7 +138,12 @@ inline ShapeCase run_shape(uint32_t seed, int only_kind = -1) {
     options.camera.pixels_per_tangent = float(pixels / (2 * radius) * (orthographic ? 1 : distance));
     options.camera.width = options.camera.height = int(pixels * spread(0.5, 4)) + 1;
     const double tolerances[] = {0, 0.1, 1, 1000};
-    const double tolerance = chance(0.5) ? 0.25 : tolerances[size_t(uniform(0, 4))];
+    double tolerance = chance(0.5) ? 0.25 : tolerances[size_t(uniform(0, 4))];
+    if (rates == Rates::Fine) {
+        constexpr double Across = 300, Line = 1e-3; // micropolygons; of the shape's size
+        rate = std::min(rate, pixels * pixels / (Across * Across));
+        tolerance = std::min(tolerance, pixels * Line);
+    }
     options.geometry_tolerance = float(tolerance);
     options.max_grid_cells = 1 << int(uniform(2, 7));
     auto attributes = std::make_shared<scene::Attributes>(*first.primitive.attributes);
@@ -203,8 +212,9 @@ inline ShapeCase run_shape(uint32_t seed, int only_kind = -1) {
             out.twice = std::max(out.twice, std::max(0.0, d.twice - 3) / d.area);
         // Where there are fewer pixels up the picture than across, they are so much taller.
         const double tall = std::max(1.0, 1 / double(options.camera.pixel_stretch));
-        out.tolerance = std::max(out.tolerance, d.outline * pixel * tall * ShapeCase::OfTolerance *
-                                                    std::max(tolerance, 0.25) / d.area);
+        out.tolerance =
+            std::max(out.tolerance, d.outline * pixel * tall * ShapeCase::OfTolerance *
+                                        (rates == Rates::Fine ? 0 : std::max(tolerance, 0.25)) / d.area);
         if (s.closed)
             out.open_edges = std::max(out.open_edges, open_edges(soup).first);
         if (!s.outline_points.empty()) {

@@ -7,6 +7,7 @@
 #include <map>
 #include <mutex>
 #include <shared_mutex>
+#include <thread>
 
 #include "base/latlong.h"
 #include "scene/picture_name.h"
@@ -46,7 +47,8 @@ struct Textures::Cache {
     std::shared_mutex mutex;
     std::map<std::string, Entry, std::less<>> entries;
     // What OpenImageIO keeps for a thread. Its own is found by the thread and the cache's address, and
-    // threads outlive caches: a later cache in the same place would find tiles that are gone.
+    // threads outlive caches: a later cache in the same place would find what is freed. So every call is
+    // given a lease, and those that take none are made on a thread that ends before the cache.
     std::mutex idle_mutex;
     std::vector<OIIO::TextureSystem::Perthread*> idle;
 
@@ -72,6 +74,10 @@ struct Textures::Cache {
         Cache& m_cache;
         OIIO::TextureSystem::Perthread* m_thread = nullptr;
     };
+
+    void add_file(OIIO::ustring file) {
+        std::thread([&] { images->add_file(file, LinearInput::create); }).join();
+    }
 
     ~Cache() {
         for (OIIO::TextureSystem::Perthread* thread : idle)
@@ -137,9 +143,10 @@ const Textures::Entry& Textures::entry(const char* name) {
         return entry;
     }
     const OIIO::ustring file(path);
-    m_cache->images->add_file(file, LinearInput::create);
-    OIIO::TextureSystem::TextureHandle* handle = m_cache->system->get_texture_handle(file);
-    const OIIO::ImageSpec* spec = handle ? m_cache->system->imagespec(handle) : nullptr;
+    m_cache->add_file(file);
+    const Cache::Lease thread(*m_cache);
+    OIIO::TextureSystem::TextureHandle* handle = m_cache->system->get_texture_handle(file, thread.get());
+    const OIIO::ImageSpec* spec = handle ? m_cache->system->imagespec(handle, thread.get()) : nullptr;
     if (!spec) {
         std::string why = m_cache->system->geterror();
         if (why.empty())
@@ -159,7 +166,8 @@ const Textures::Entry& Textures::entry(const char* name) {
 
 std::optional<Textures::Info> Textures::info(const char* name) {
     const Entry& e = entry(name);
-    const OIIO::ImageSpec* spec = e.handle ? m_cache->system->imagespec(e.handle) : nullptr;
+    const Cache::Lease thread(*m_cache);
+    const OIIO::ImageSpec* spec = e.handle ? m_cache->system->imagespec(e.handle, thread.get()) : nullptr;
     if (!spec) {
         if (!e.unread.empty())
             m_journal.error(Location{}, e.unread);
@@ -189,8 +197,9 @@ void Textures::lookup(const sl::TextureRequest& request, const Location& asker) 
         return;
     }
     OIIO::TextureSystem& system = *m_cache->system;
+    const Cache::Lease thread(*m_cache);
     // Channels that the file has not are filled. (The library asserts that there is one that it has.)
-    if (const OIIO::ImageSpec* spec = system.imagespec(entry.handle);
+    if (const OIIO::ImageSpec* spec = system.imagespec(entry.handle, thread.get());
         channels == 0 || !spec || request.first_channel >= spec->nchannels) {
         float fill[MaxChannels];
         std::fill_n(fill, MaxChannels, request.fill);
@@ -206,7 +215,6 @@ void Textures::lookup(const sl::TextureRequest& request, const Location& asker) 
     options.sblur = options.tblur = std::clamp(finite(request.blur), 0.0f, 1024.0f);
     options.swidth = options.twidth = std::clamp(finite(request.width), 0.0f, 1024.0f);
     options.fill = request.fill;
-    const Cache::Lease thread(*m_cache);
     // A point of infinite coordinates has no place on the picture: its corner will do. Far out single
     // precision knows no texel, and numbers of texels would not be whole numbers any more.
     static constexpr float Farthest = 1 << 20;

@@ -4,7 +4,9 @@
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
 #include <atomic>
+#include <barrier>
 #include <cmath>
+#include <malloc.h>
 #include <thread>
 
 #include "shade/linear_input.h"
@@ -333,6 +335,34 @@ TEST_F(TexturesTest, ManyThreadsReadTheSame) {
     textures.lookup(one.request, where);
     for (const Lookup& l : many)
         EXPECT_EQ(l.result, one.result);
+}
+
+// Threads outlive caches, and a cache may stand where another stood: what it finds for a thread is its own.
+// Freed memory is overwritten, so that what is looked up there falls.
+TEST_F(TexturesTest, ThreadsOutliveCaches) {
+    constexpr int Caches = 50;
+    write("plain.exr", OIIO::TypeDesc::FLOAT, {0.8f, 0.4f, 0.1f}, {0.1f, 0.2f, 0.9f});
+    mallopt(M_PERTURB, 0xa5);
+    std::unique_ptr<Textures> cache;
+    std::barrier step(2);
+    std::thread worker([&] {
+        for (int i = 0; i < Caches; i++) {
+            step.arrive_and_wait();
+            Lookup l("plain.exr", {0.1f, 0.9f}, {0.5f, 0.5f});
+            cache->lookup(l.request, where);
+            EXPECT_FLOAT_EQ(l.result[0], 0.8f) << i;
+            EXPECT_TRUE(cache->info("plain.exr"));
+            step.arrive_and_wait();
+        }
+    });
+    for (int i = 0; i < Caches; i++) {
+        cache = std::make_unique<Textures>(std::vector<std::string>{folder.str()}, size_t(64) << 20, journal);
+        step.arrive_and_wait();
+        step.arrive_and_wait();
+        cache.reset();
+    }
+    worker.join();
+    mallopt(M_PERTURB, 0);
 }
 
 // A cache's threads share a reader: whoever reads has the level that it asked for, of one value each here.
