@@ -140,9 +140,10 @@ inline ShapeCase run_shape(uint32_t seed, int only_kind = -1, Rates rates = Rate
     const double tolerances[] = {0, 0.1, 1, 1000};
     double tolerance = chance(0.5) ? 0.25 : tolerances[size_t(uniform(0, 4))];
     if (rates == Rates::Fine) {
-        constexpr double Across = 300, Line = 1e-3; // micropolygons; of the shape's size
+        constexpr double Across = 300, Line = 2e-4; // micropolygons; of the shape's size
         rate = std::min(rate, pixels * pixels / (Across * Across));
-        tolerance = std::min(tolerance, pixels * Line);
+        const bool points = out.kind == Kind::Balls || out.kind == Kind::Discs; // zero is a quarter to them
+        tolerance = std::min(points && tolerance == 0 ? 0.25 : tolerance, pixels * Line);
     }
     options.geometry_tolerance = float(tolerance);
     options.max_grid_cells = 1 << int(uniform(2, 7));

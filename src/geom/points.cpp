@@ -9,9 +9,10 @@ namespace {
 
 constexpr int Levels = 7;
 // A level serves spheres of less than this radius in pixels: its outline is an eighth of one off the circle
-// on the mean, from where that is most. (Of a ball of radius one the outlines of the levels are off by 0.144,
-// 0.0511, 0.0136, 0.00316, 0.000756 and 0.000164.)
+// on the mean, from where that is most, half of what chords may be off by. (Of a ball of radius one the
+// outlines of the levels are off by 0.144, 0.0511, 0.0136, 0.00316, 0.000756 and 0.000164.)
 constexpr float LevelRadius[Levels] = {0.85f, 2.4f, 9, 39, 160, 750, 1e30f};
+constexpr float UsualChord = 0.25f; // pixels; where chords may be off by less, spheres count as larger
 
 struct Ball {
     bool flat = false; // directions lie in x and y, and z is the normal
@@ -148,6 +149,7 @@ bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, con
     const ControlPoints first_points = first ? control_points(*first, m) : ControlPoints{};
     const Widths first_widths(first ? *first : primitive, m);
     const ControlPoints& sized = first ? first_points : points; // what decides the refinement
+    const float finer = std::max(1.0f, UsualChord / view.chord_pixels());
     const size_t n = points.size();
     const Primvars primvars = collect_primvars(primitive, m, {1, n, n, n}, journal);
     const bool own_widths = widths.varying() && widths.varying()->floats.size() >= n;
@@ -174,7 +176,7 @@ bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, con
         if (i >= sized.size() || !sized.finite(i) || !std::isfinite(radius))
             dropped.non_finite++;
         else if (radius > 0) {
-            const float pixels = radius * view.pixels_per_unit(sized[i]);
+            const float pixels = finer * radius * view.pixels_per_unit(sized[i]);
             level[i] = int8_t(
                 std::find_if(LevelRadius, LevelRadius + Levels - 1, [&](float r) { return pixels < r; }) -
                 LevelRadius);
