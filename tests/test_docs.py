@@ -64,13 +64,20 @@ def made_docs():
     return maker
 
 
-@pytest.mark.parametrize("table", ["lights", "options", "attributes"])
+@pytest.mark.parametrize("table", ["lights", "light shaders", "camera", "options", "attributes"])
 def test_tables_are_as_declared(table: str) -> None:
     maker = made_docs()
     text = maker.TABLES[table][0].read_text()
     assert text == maker.updated(table), "run tools/make_python_docs.py"
     rib = [rib.split(":")[1] for about in kanuka.attribute_parameters().values() for rib in about["rib"]]
-    names = {"lights": kanuka.light_kinds(), "options": kanuka.option_parameters(), "attributes": rib}[table]
+    kinds = kanuka.light_kinds()
+    names = {
+        "lights": kinds,
+        "light shaders": [about["shader"] for about in kinds.values()],
+        "camera": kanuka.camera_parameters(),
+        "options": kanuka.option_parameters(),
+        "attributes": rib,
+    }[table]
     for name in names:
         assert re.search(rf"^\| .*\b{name}\W.*\|$", text, re.MULTILINE)
 
@@ -85,9 +92,9 @@ def test_light_kinds_are_what_add_light_takes() -> None:
         kanuka.Scene().add_light("moon")
     summary = kanuka.Scene.add_light.__doc__
     for about in kanuka.light_kinds().values():
-        for parameter, (default, _, words) in about["parameters"].items():
-            assert re.search(rf"\b{parameter}: [^=]+ = {re.escape(default)}[,)]", summary)
-            assert words in summary
+        for parameter, declared in about["parameters"].items():
+            assert re.search(rf"\b{parameter}: [^=]+ = ({re.escape(repr(declared['default']))}|None)[,)]", summary)
+            assert declared["help"] in summary
 
 
 def test_public_names_are_in_the_manual() -> None:

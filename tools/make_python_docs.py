@@ -1,4 +1,6 @@
-"""Writes what the package declares into the manual: lights into docs/python.md, options into docs/options.md."""
+"""Writes what the package declares into the manual: lights into docs/python.md
+and docs/shade.md, options into docs/options.md, attributes into docs/rib.md,
+cameras into docs/camera.md."""
 
 from __future__ import annotations
 
@@ -11,18 +13,41 @@ DOCS = Path(__file__).resolve().parents[1] / "docs"
 END = "<!-- end -->"
 
 
+def light_rows() -> dict[str, dict[str, dict]]:
+    """By parameter: what it is of each kind that has it."""
+    rows: dict[str, dict[str, dict]] = {}
+    for kind, about in kanuka.light_kinds().items():
+        for parameter, declared in about["parameters"].items():
+            rows.setdefault(parameter, {})[kind] = declared
+    return rows
+
+
 def lights() -> str:
     kinds = kanuka.light_kinds()
     lines = ["| kind | amount | is |", "|---|---|---|"]
     lines += [f"| `{name}` | {about['amount']} | {about['help']} |" for name, about in kinds.items()]
-    lines += ["", "| parameter | default | unit | is | of |", "|---|---|---|---|---|"]
-    rows: dict[str, tuple] = {}
-    for name, about in kinds.items():
-        for parameter, declared in about["parameters"].items():
-            rows.setdefault(parameter, (declared, []))[1].append(name)
-    for parameter, ((default, unit, words), owners) in rows.items():
+    lines += ["", "| parameter | default | takes | is | of |", "|---|---|---|---|---|"]
+    for parameter, owners in light_rows().items():
+        declared = next(iter(owners.values()))
+        by_default: dict[str, list[str]] = {}
+        for kind, about in owners.items():
+            by_default.setdefault(written(about["default"]), []).append(kind)
+        default = next(iter(by_default))
+        if len(by_default) > 1:
+            default = "; ".join(f"{value} ({', '.join(of)})" for value, of in by_default.items())
+        takes = declared["unit"] if declared["unit"] and declared["type"].startswith("str") else declared["expected"]
         of = "all" if len(owners) == len(kinds) else ", ".join(owners)
-        lines.append(f"| `{parameter}` | {default} | {unit} | {words} | {of} |")
+        lines.append(f"| `{parameter}` | {default} | {takes} | {declared['help']} | {of} |")
+    return "\n".join(lines) + "\n"
+
+
+def light_shaders() -> str:
+    lines = ["| shader | Python | parameters |", "|---|---|---|"]
+    for name, about in kanuka.light_kinds().items():
+        parameters = [" or ".join(declared["rib"]) for declared in about["parameters"].values() if declared["rib"]]
+        lines.append(
+            f"| `{about['shader']}` | `{name}` | {', '.join(parameters)} |".replace("intensity or ", "intensity, ")
+        )
     return "\n".join(lines) + "\n"
 
 
@@ -36,6 +61,8 @@ def written(default: object) -> str:
         return ", ".join(map(written, default))
     if isinstance(default, bool):
         return str(default).lower()
+    if default is None or default == "":
+        return "none"
     return f"{default:g}" if isinstance(default, float) else str(default)
 
 
@@ -59,8 +86,18 @@ def attributes() -> str:
     return "\n".join(lines) + "\n"
 
 
+def camera() -> str:
+    lines = ["| Python | RIB | takes | default | is |", "|---|---|---|---|---|"]
+    for name, about in kanuka.camera_parameters().items():
+        rib = f"`{rib_name(about['rib'][0])}`" if ":" in about["rib"][0] else f"`{about['rib'][0]}`"
+        lines.append(f"| `{name}` | {rib} | {about['expected']} | {written(about['default'])} | {about['help']} |")
+    return "\n".join(lines) + "\n"
+
+
 TABLES: dict[str, tuple[Path, Callable[[], str]]] = {
     "lights": (DOCS / "python.md", lights),
+    "light shaders": (DOCS / "shade.md", light_shaders),
+    "camera": (DOCS / "camera.md", camera),
     "options": (DOCS / "options.md", options),
     "attributes": (DOCS / "rib.md", attributes),
 }

@@ -4,6 +4,9 @@
 #include "python/arguments.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
+#include "python/keywords.h"
+#include "python/parameters.h"
+#include "scene/schema/camera.h"
 
 namespace kanuka::python {
 
@@ -81,44 +84,53 @@ Camera::FovAxis axis_by_name(const std::string& name) {
     throw nb::value_error(("fov_axis: \"" + name + "\" is not one of \"smaller\", \"x\", \"y\"").c_str());
 }
 
-// What both constructors set.
-struct Lens {
-    float fov;
-    std::string fov_axis, projection;
-    float near_clip, far_clip, f_stop, focal_length, focal_distance;
-    std::optional<std::array<float, 4>> screen_window;
-    int blades;
-    float blade_rotation, squeeze;
-};
+// Beside the rows of scene/schema/camera; `left_handed` of the one that looks from a place at another.
+constexpr const char* FovAxisType = "fov_axis: str = 'smaller'";
+constexpr float UsualFov = 45;
 
-Camera make(const Transform& camera_from_world, const Lens& lens) {
-    const auto projection = projection_by_name(lens.projection);
-    if (!projection)
-        throw nb::value_error(
-            ("projection: \"" + lens.projection + "\" is not one of " + projection_names<std::string>(", "))
-                .c_str());
-    if (!(lens.fov > 0 && (lens.fov < 180 || (is_fisheye(*projection) && lens.fov <= 360))))
-        throw nb::value_error("fov: expected degrees between 0 and 180 (fisheyes: 360)");
-    if (lens.blades != 0 && (lens.blades < 3 || lens.blades > 64))
-        throw nb::value_error("blades: expected 3 to 64, or 0 for a round iris");
-    if (!(lens.squeeze > 0))
-        throw nb::value_error("squeeze: expected a positive number");
+Camera make(const char* call, const nb::kwargs& given, bool& left_handed) {
     Camera result;
-    result.axis = axis_by_name(lens.fov_axis);
     scene::Camera& c = result.camera;
-    c.projection = *projection;
-    c.camera_from_world = camera_from_world;
-    c.fov = lens.fov;
-    c.near_clip = lens.near_clip;
-    c.far_clip = lens.far_clip;
-    c.f_stop = lens.f_stop;
-    c.focal_length = lens.focal_length;
-    c.focal_distance = lens.focal_distance;
-    c.screen_window = lens.screen_window;
-    c.blades = lens.blades;
-    c.blade_rotation = lens.blade_rotation;
-    c.squeeze = lens.squeeze;
+    c.fov = UsualFov;
+    for (auto [key, value] : given) {
+        const auto name = nb::cast<std::string>(key);
+        if (name == "fov_axis") {
+            result.axis = axis_by_name(argument<std::string>(value, "fov_axis"));
+        } else if (name == "left_handed") {
+            left_handed = argument<bool>(value, "left_handed");
+        } else if (const scene::CameraParameter* row = scene::find_camera_parameter(name)) {
+            row->put(c, setting(*row, value, row->name));
+        } else {
+            std::vector<std::string> known{"fov_axis"};
+            for (const scene::CameraParameter& r : scene::camera_parameters())
+                known.emplace_back(r.name);
+            unknown_argument(call, name, known);
+        }
+    }
+    if (const auto fault = scene::fault_of_fov(c))
+        throw nb::value_error(fault->c_str());
     return result;
+}
+
+std::string keyword_signature() {
+    std::string text = ", *, " + std::string(FovAxisType);
+    scene::Camera usual;
+    usual.fov = UsualFov;
+    for (const scene::CameraParameter& row : scene::camera_parameters())
+        text += ", " + std::string(row.name) + ": " + annotation(row, false) + " = " +
+                nb::cast<std::string>(nb::repr(object_of(row, row.get(usual))));
+    return text;
+}
+
+std::string about() {
+    std::string text =
+        "Where the picture is taken from.\n\n"
+        "The world is right-handed unless `left_handed` is set. `fov_axis` names the side that `fov` spans:\n"
+        "'smaller', 'x' or 'y'.\n";
+    for (const scene::CameraParameter& row : scene::camera_parameters())
+        text += "\n    " + std::string(row.name) + ": " + row.about +
+                (*row.unit ? " (" + std::string(row.unit) + ")" : "");
+    return text;
 }
 
 Camera moving(const std::vector<Camera>& cameras, nb::handle times) {
@@ -142,85 +154,55 @@ nb::object matrix(const Transform& t) {
 } // namespace
 
 void bind_camera(nb::module_& m) {
-    nb::class_<Camera> camera(
-        m, "Camera",
-        "Where the picture is taken from.\n\n"
-        "`fov` is in degrees across the side that `fov_axis` names: 'smaller', 'x' or 'y'. The world is\n"
-        "right-handed unless `left_handed` is set. `f_stop` = 0 is a pinhole; else `focal_length` and\n"
-        "`focal_distance` are in scene units. `screen_window` is (left, right, bottom, top).\n\n"
-        "`projection` is 'perspective', 'orthographic', 'fisheye' (angles proportional to distances from "
-        "the\n"
-        "centre), 'equisolid' (fisheye with equal solid angles a pixel) or 'spherical' (latitude and "
-        "longitude).\n"
-        "A fisheye's `fov`, up to 360, is that of its image circle, which is black around; 'spherical' has "
-        "none.\n"
-        "The iris has `blades` straight sides (0 = round), the first corner `blade_rotation` degrees from "
-        "the\n"
-        "right; an anamorphic lens makes blurred lights `squeeze` times higher than wide.");
+    static const std::string words = about(), keywords = keyword_signature(); // nanobind keeps the pointers
+    static const std::string look =
+                                 "def __init__(self, origin: Sequence[float], target: Sequence[float], up: "
+                                 "Sequence[float] = (0, 1, 0)" +
+                                 keywords + ", left_handed: bool = False) -> None",
+                             placed =
+                                 "def from_matrix(world_from_camera: ArrayLike" + keywords + ") -> Camera";
+    nb::class_<Camera> camera(m, "Camera", words.c_str());
     define(
         camera, "__init__",
-        [](Camera* self, nb::handle origin, nb::handle target, nb::handle up, float fov,
-           const std::string& axis, const std::string& projection, float near_clip, float far_clip,
-           float f_stop, float focal_length, float focal_distance, std::optional<std::array<float, 4>> window,
-           int blades, float blade_rotation, float squeeze, bool left_handed) {
-            const Transform t =
+        [](Camera* self, nb::handle origin, nb::handle target, nb::handle up, const nb::kwargs& given) {
+            bool left_handed = false;
+            Camera made = make("Camera", given, left_handed);
+            made.camera.camera_from_world =
                 look_at(vec3d(origin, "origin"), vec3d(target, "target"), vec3d(up, "up"), left_handed);
-            new (self) Camera(make(t, {fov, axis, projection, near_clip, far_clip, f_stop, focal_length,
-                                       focal_distance, window, blades, blade_rotation, squeeze}));
+            new (self) Camera(std::move(made));
         },
-        nb::arg("origin"), nb::arg("target"), nb::arg("up") = nb::make_tuple(0, 1, 0), nb::kw_only(),
-        nb::arg("fov") = 45.0f, nb::arg("fov_axis") = "smaller", nb::arg("projection") = "perspective",
-        nb::arg("near_clip") = 1e-4f, nb::arg("far_clip") = 1e30f, nb::arg("f_stop") = 0.0f,
-        nb::arg("focal_length") = 0.0f, nb::arg("focal_distance") = 0.0f,
-        nb::arg("screen_window") = nb::none(), nb::arg("blades") = 0, nb::arg("blade_rotation") = 0.0f,
-        nb::arg("squeeze") = 1.0f, nb::arg("left_handed") = false,
-        nb::sig("def __init__(self, origin: Sequence[float], target: Sequence[float], up: Sequence[float] = "
-                "(0, 1, 0), "
-                "*, fov: float = 45, fov_axis: str = 'smaller', projection: str = 'perspective', "
-                "near_clip: float = 1e-4, far_clip: float = 1e30, f_stop: float = 0, focal_length: float = "
-                "0, "
-                "focal_distance: float = 0, screen_window: tuple[float, float, float, float] | None = None, "
-                "blades: int = 0, blade_rotation: float = 0, squeeze: float = 1, "
-                "left_handed: bool = False) -> None"));
+        nb::arg("origin"), nb::arg("target"), nb::arg("up") = nb::make_tuple(0, 1, 0), nb::arg("parameters"),
+        nb::sig(look.c_str()));
     define(
         Static{camera}, "from_matrix",
-        [](nb::handle world_from_camera, float fov, const std::string& axis, const std::string& projection,
-           float near_clip, float far_clip, float f_stop, float focal_length, float focal_distance,
-           std::optional<std::array<float, 4>> window, int blades, float blade_rotation, float squeeze) {
+        [](nb::handle world_from_camera, const nb::kwargs& given) {
             if (world_from_camera.is_none())
                 wrong_argument("world_from_camera", "ArrayLike", world_from_camera);
+            bool left_handed = false;
+            Camera made = make("Camera.from_matrix", given, left_handed);
+            if (given.contains("left_handed"))
+                throw nb::type_error("from_matrix() has no argument left_handed; the matrix says it");
             // Looking along -z: flip to RISpec's camera space.
-            const Transform t =
+            made.camera.camera_from_world =
                 Transform::scale(1, 1, -1) * transform(world_from_camera, "world_from_camera").inverse();
-            return make(t, {fov, axis, projection, near_clip, far_clip, f_stop, focal_length, focal_distance,
-                            window, blades, blade_rotation, squeeze});
+            return made;
         },
-        nb::arg("world_from_camera"), nb::kw_only(), nb::arg("fov") = 45.0f, nb::arg("fov_axis") = "smaller",
-        nb::arg("projection") = "perspective", nb::arg("near_clip") = 1e-4f, nb::arg("far_clip") = 1e30f,
-        nb::arg("f_stop") = 0.0f, nb::arg("focal_length") = 0.0f, nb::arg("focal_distance") = 0.0f,
-        nb::arg("screen_window") = nb::none(), nb::arg("blades") = 0, nb::arg("blade_rotation") = 0.0f,
-        nb::arg("squeeze") = 1.0f,
+        nb::arg("world_from_camera"), nb::arg("parameters"),
         "A camera from its 4x4 placement, as OpenGL, USD and Blender have it: looking along -z, y up, "
         "columns.",
-        nb::sig("def from_matrix(world_from_camera: ArrayLike, *, fov: float = 45, fov_axis: str = "
-                "'smaller', "
-                "projection: str = 'perspective', near_clip: float = 1e-4, far_clip: float = 1e30, "
-                "f_stop: float = 0, "
-                "focal_length: float = 0, focal_distance: float = 0, "
-                "screen_window: tuple[float, float, float, float] | None = None, blades: int = 0, "
-                "blade_rotation: float = 0, squeeze: float = 1) -> Camera"));
+        nb::sig(placed.c_str()));
     define(Static{camera}, "moving", &moving, nb::arg("cameras"), nb::arg("times") = nb::none(),
            "A camera that is where each of `cameras` is at its time (default: evenly from 0 to 1); the "
            "lens is the\n"
            "first one's. Options.shutter says which part of its way the picture sees.",
            nb::sig("def moving(cameras: Sequence[Camera], times: Sequence[float] | None = None) -> Camera"));
-    camera.def_prop_ro("fov", [](const Camera& c) { return c.camera.fov; });
+    for (const scene::CameraParameter& row : scene::camera_parameters())
+        camera.def_prop_ro(
+            row.name, [&row](const Camera& c) { return object_of(row, row.get(c.camera)); }, row.about,
+            nb::sig(("def " + std::string(row.name) + "(self) -> " + annotation(row, true)).c_str()));
     camera.def_prop_ro("fov_axis", [](const Camera& c) {
         return c.axis == Camera::FovAxis::X ? "x" : c.axis == Camera::FovAxis::Y ? "y" : "smaller";
     });
-    camera.def_prop_ro("projection",
-                       [](const Camera& c) { return std::string(kind_of(c.camera.projection).name); });
-    camera.def_prop_ro("f_stop", [](const Camera& c) { return c.camera.f_stop; });
     camera.def_prop_ro(
         "camera_from_world", [](const Camera& c) { return matrix(c.camera.camera_from_world); },
         "4x4, acting on columns, into RISpec's camera space: x right, y up, z into the picture.",

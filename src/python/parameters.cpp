@@ -3,15 +3,24 @@
 namespace kanuka::python {
 
 using scene::Kind;
+using scene::ParameterInfo;
 
 std::string annotation(const scene::ParameterInfo& p, bool read_back) {
     std::string one = p.kind == Kind::Flag       ? "bool"
                       : p.kind == Kind::Whole    ? "int"
                       : p.kind == Kind::Number   ? "float"
                       : p.spectrum && !read_back ? "Spectrum | str"
+                      : p.file && !read_back     ? "str | os.PathLike"
                                                  : "str";
+    if (p.optional) {
+        ParameterInfo plain = p;
+        plain.optional = false;
+        return annotation(plain, read_back) + " | None";
+    }
     if (p.count == 1)
         return one;
+    if (p.count == 3 && p.kind == Kind::Number && !read_back) // a vector, a colour
+        return "Sequence[float]" + std::string(p.spreads ? " | float" : "");
     if (p.count == 0)
         return (read_back ? "list[" : "Sequence[") + one + "]";
     std::string all = one;
@@ -22,6 +31,8 @@ std::string annotation(const scene::ParameterInfo& p, bool read_back) {
 
 scene::Setting setting(const scene::ParameterInfo& p, nb::handle value, const char* name) {
     scene::Setting s;
+    if (p.optional && value.is_none())
+        return s;
     const auto put = [&](nb::handle one) {
         if (p.kind == Kind::Flag)
             s.numbers.push_back(nb::cast<bool>(one));
@@ -29,12 +40,16 @@ scene::Setting setting(const scene::ParameterInfo& p, nb::handle value, const ch
             s.numbers.push_back(double(nb::cast<int64_t>(one)));
         else if (p.kind == Kind::Number)
             s.numbers.push_back(nb::cast<double>(one));
+        else if (p.file)
+            s.texts.push_back(nb::cast<std::filesystem::path>(one).string());
         else
             s.texts.push_back(p.spectrum ? spectrum_text(one, name) : nb::cast<std::string>(one));
     };
-    bool fits = p.count == 1 || (nb::isinstance<nb::sequence>(value) && !nb::isinstance<nb::str>(value));
+    const bool many = nb::isinstance<nb::sequence>(value) && !nb::isinstance<nb::str>(value);
+    const bool alone = p.count == 1 || (p.spreads && !many);
+    bool fits = alone || many;
     try {
-        if (fits && p.count == 1)
+        if (fits && alone)
             put(value);
         else if (fits)
             for (const nb::handle one : value)
@@ -46,7 +61,7 @@ scene::Setting setting(const scene::ParameterInfo& p, nb::handle value, const ch
             throw;
         fits = false;
     }
-    if (!fits || (p.count > 0 && size_t(p.count) != s.numbers.size() + s.texts.size()))
+    if (!fits || (p.count > 0 && !alone && size_t(p.count) != s.numbers.size() + s.texts.size()))
         wrong_argument(name, annotation(p, false), value);
     if (const auto fault = p.refused(s)) {
         const std::string after = fault->substr(std::string_view(p.name).size());
@@ -56,6 +71,8 @@ scene::Setting setting(const scene::ParameterInfo& p, nb::handle value, const ch
 }
 
 nb::object object_of(const scene::ParameterInfo& p, const scene::Setting& s) {
+    if (p.optional && s.numbers.empty() && s.texts.empty())
+        return nb::none();
     nb::list all;
     for (const double x : s.numbers)
         if (p.kind == Kind::Flag)

@@ -12,6 +12,7 @@
 #include "scene/counts.h"
 #include "scene/display_layers.h"
 #include "scene/schema/attributes.h"
+#include "scene/schema/camera.h"
 #include "scene/schema/options.h"
 #include "scene/summary.h"
 
@@ -145,6 +146,10 @@ void bind_scene(nb::module_& m) {
         "attribute_parameters", [] { return descriptions(scene::attribute_parameters()); },
         nb::sig("def attribute_parameters() -> dict[str, dict]"),
         "What attributes of RIB are declared, as option_parameters() tells options.");
+    m.def(
+        "camera_parameters", [] { return descriptions(scene::camera_parameters()); },
+        nb::sig("def camera_parameters() -> dict[str, dict]"),
+        "What cameras take, as option_parameters() tells options; defaults are RIB's (Camera: fov 45).");
     define(
         m, "check_option",
         [](const std::string& name, nb::handle value) {

@@ -15,45 +15,6 @@ namespace {
 
 constexpr float Degrees = 180 * InvPi;
 
-// Name, type and meaning of every light parameter stand once, here; docs/shade.md has the same table for
-// readers.
-struct LightShader {
-    std::string_view name;
-    scene::Light::Kind kind;
-    std::vector<std::string_view> parameters;
-};
-
-const std::vector<LightShader>& light_shaders() {
-    using enum scene::Light::Kind;
-    static const std::vector<LightShader> table = {
-        {"ambientlight", Ambient, {"intensity", "lightcolor", "spectrum", "unit"}},
-        {"distantlight",
-         Distant,
-         {"intensity", "lightcolor", "spectrum", "unit", "from", "to", "angle", "visible"}},
-        {"pointlight",
-         Point,
-         {"intensity", "lightcolor", "spectrum", "unit", "from", "to", "radius", "iesprofile", "decay"}},
-        {"spotlight",
-         Spot,
-         {"intensity", "lightcolor", "spectrum", "unit", "from", "to", "coneangle", "conedeltaangle",
-          "beamdistribution", "radius", "iesprofile", "decay"}},
-        {"environmentlight",
-         Environment,
-         {"intensity", "lightcolor", "spectrum", "unit", "texture", "mapname", "visible"}},
-        {"quadlight",
-         Quad,
-         {"intensity", "lightcolor", "spectrum", "unit", "width", "height", "texture", "visible"}},
-        {"disklight", Disk, {"intensity", "lightcolor", "spectrum", "unit", "radius", "visible"}},
-        {"spherelight", Sphere, {"intensity", "lightcolor", "spectrum", "unit", "radius", "visible"}},
-        {"cylinderlight",
-         Cylinder,
-         {"intensity", "lightcolor", "spectrum", "unit", "radius", "height", "visible"}},
-        {"skylight", Environment, {"intensity", "lightcolor", "sundirection", "turbidity", "visible"}},
-        {"sunlight", Distant, {"intensity", "lightcolor", "sundirection", "turbidity", "angle", "visible"}},
-    };
-    return table;
-}
-
 // Light shaders of other renderers that are a standard one with a shadow map. Shadows are traced here, so
 // what they say of the map is taken without a word and does nothing.
 constexpr std::pair<std::string_view, std::string_view> ShadowLights[] = {
@@ -62,7 +23,8 @@ constexpr std::string_view ShadowMapParameters[] = {"shadowname", "sfpx", "sfnx"
                                                     "sfnz",       "blur", "bias", "width", "samples"};
 constexpr std::span<const std::string_view> ShadowMapFaces = std::span(ShadowMapParameters).subspan(1, 6);
 
-constexpr std::string_view AreaParameters[] = {"intensity", "lightcolor", "spectrum", "unit"};
+constexpr std::string_view AreaParameters[] = {"intensity", "lightcolor", "spectrum",
+                                               "unit",      "group",      "__group"};
 
 std::string joined(std::span<const std::string_view> names) {
     std::string all;
@@ -75,10 +37,28 @@ bool contains(std::span<const std::string_view> names, std::string_view name) {
     return std::find(names.begin(), names.end(), name) != names.end();
 }
 
+bool is_placed_by_points(const scene::LightKind& kind) {
+    using Kind = scene::Light::Kind;
+    return !kind.daylight &&
+           (kind.kind == Kind::Distant || kind.kind == Kind::Point || kind.kind == Kind::Spot);
+}
+
+// What a light shader takes.
+std::vector<std::string_view> parameters_of(const scene::LightKind& kind) {
+    std::vector<std::string_view> all;
+    for (const scene::LightParameter& row : scene::light_parameters())
+        if (row.is_of(kind))
+            for (const std::string_view name : scene::words_of(row.rib))
+                all.push_back(name);
+    if (is_placed_by_points(kind))
+        all.insert(all.end(), {"from", "to"});
+    return all;
+}
+
 void check_parameters(const scene::ShaderRef& ref, std::span<const std::string_view> known,
                       std::span<const std::string_view> silent, Journal& journal) {
     for (const scene::Value& v : ref.parameters.values)
-        if (!contains(known, v.name) && !contains(silent, v.name) && v.name != "group" && v.name != "__group")
+        if (!contains(known, v.name) && !contains(silent, v.name))
             journal.warning(v.where.line > 0 ? v.where : ref.where, "light shader \"" + ref.name +
                                                                         "\" has no parameter \"" + v.name +
                                                                         "\"; it has " + joined(known));
@@ -89,12 +69,6 @@ Vec3f point_of(const scene::ShaderRef& ref, std::string_view name, Vec3f fallbac
     if (!v || v->floats.size() < 3)
         return fallback;
     return {v->floats[0], v->floats[1], v->floats[2]};
-}
-
-void place(scene::Light& light, const scene::ShaderRef& ref) {
-    const Transform& m = ref.world_from_shader;
-    const Vec3f from = point_of(ref, "from", {0, 0, 0}), to = point_of(ref, "to", {0, 0, 1});
-    light.world_from_light = aimed(m.point(from), m.point(to));
 }
 
 std::string find_file(const char* what, const std::string& name, const char* instead, const Location& where,
@@ -108,45 +82,6 @@ std::string find_file(const char* what, const std::string& name, const char* ins
     return file;
 }
 
-void take_texture(scene::Light& light, const scene::ShaderRef& ref) {
-    light.texture = ref.parameters.get_string("texture", ref.parameters.get_string("mapname", ""));
-}
-
-// Values that must be positive.
-float size_of(const scene::ShaderRef& ref, std::string_view name, float fallback) {
-    const float size = ref.parameters.get_float(name, fallback);
-    return size > 0 ? size : 0.0f;
-}
-
-// Luminances are in units of 1000 cd/m^2. The sun's place is given in shader space, whose +z is the zenith.
-void take_daylight(scene::Light& light, const scene::ShaderRef& ref) {
-    const Vec3f sun = point_of(ref, "sundirection", {0.3f, 0.2f, 0.6f});
-    const float turbidity = ref.parameters.get_float("turbidity", 3);
-    if (light.kind == scene::Light::Kind::Environment) {
-        light.world_from_light = ref.world_from_shader;
-        light.table = preetham_sky(sun, turbidity);
-        return;
-    }
-    light.world_from_light = aimed(ref.world_from_shader.point({0, 0, 0}), ref.world_from_shader.point(-sun));
-    light.amount = light.amount * preetham_sun(sun, turbidity);
-    // As wide as the sun is.
-    light.angle = std::clamp(ref.parameters.get_float("angle", 0.53f), 0.0f, 180.0f);
-}
-
-// Light that falls off with another power of the distance than physics has it, as Maya's and 3Delight's
-// lights can: a table of one texel says so. They have no extent, for the power would not hold near it.
-void take_decay(scene::Light& light, float decay) {
-    const int power = std::isfinite(decay) ? int(std::lround(std::clamp(decay, 0.0f, 4.0f))) : 2;
-    if (power == 2)
-        return;
-    auto table = std::make_shared<scene::LightTable>();
-    table->angle = 1.01f * Pi;
-    table->falloff = power;
-    table->rgb = {1, 1, 1};
-    light.table = std::move(table);
-    light.radius = 0;
-}
-
 std::string_view standard_name(std::string_view name) {
     for (const auto& [theirs, ours] : ShadowLights)
         if (name == theirs)
@@ -154,11 +89,8 @@ std::string_view standard_name(std::string_view name) {
     return name;
 }
 
-const LightShader* find_light(std::string_view name) {
-    for (const LightShader& s : light_shaders())
-        if (s.name == standard_name(name))
-            return &s;
-    return nullptr;
+const scene::LightKind* find_light(std::string_view name) {
+    return scene::find_light_shader(standard_name(name));
 }
 
 } // namespace
@@ -250,11 +182,12 @@ scene::ShaderRef stand_in_for_light(const scene::ShaderRef& ref, const std::stri
                            "\" is not found and nothing stands in for it: indirect light is traced");
         return result;
     }
-    const LightShader& standard = *find_light(result.name);
+    const scene::LightKind& standard = *find_light(result.name);
+    const std::vector<std::string_view> known = parameters_of(standard);
     const std::optional<int> falloff = falloff_of(ref);
     std::erase_if(result.parameters.values, [&](const scene::Value& v) {
-        return (!contains(standard.parameters, v.name) && v.name != "group" && v.name != "__group") ||
-               v.name == "texture" || v.name == "mapname"; // pictures that theirs may well not shine
+        return !contains(known, v.name) || v.name == "texture" ||
+               v.name == "mapname"; // pictures that theirs may well not shine
     });
     if (standard.kind == scene::Light::Kind::Environment) // light shaders are seen by surfaces alone
         set_number(result, "visible", 0);
@@ -271,11 +204,11 @@ scene::ShaderRef stand_in_for_light(const scene::ShaderRef& ref, const std::stri
             set_number(result, "beamdistribution", std::max(ref.parameters.get_float("dropoff", 0), 0.0f));
         if (standard.kind == scene::Light::Kind::Point)
             std::erase_if(result.parameters.values,
-                          [&](const scene::Value& v) { return !contains(standard.parameters, v.name); });
+                          [&](const scene::Value& v) { return !contains(known, v.name); });
     }
     std::vector<std::string_view> names;
-    for (const LightShader& s : light_shaders())
-        names.push_back(s.name);
+    for (const scene::LightKind& kind : scene::light_kinds())
+        names.push_back(kind.shader);
     journal.error(ref.where, "light shader \"" + ref.name + "\" is not found (" + ref.name + ".slo or " +
                                  ref.name + ".sl), searched in " + searched + "; \"" + result.name +
                                  "\" with what parameters they share stands in for it. Built in are " +
@@ -396,8 +329,8 @@ void resolve_light_color(scene::Light& light, color::Palette& palette, std::span
 
 bool is_classic_light(const scene::ShaderRef& ref) {
     constexpr std::string_view Classic[] = {"ambientlight", "distantlight", "pointlight", "spotlight"};
-    const LightShader* standard = find_light(ref.name);
-    return standard && contains(Classic, standard->name) && !(ref.parameters.get_float("angle", 0) > 0) &&
+    const scene::LightKind* standard = find_light(ref.name);
+    return standard && contains(Classic, standard->shader) && !(ref.parameters.get_float("angle", 0) > 0) &&
            !(ref.parameters.get_float("radius", 0) > 0);
 }
 
@@ -423,8 +356,8 @@ bool casts_shadows(const scene::ShaderRef& ref, const sl::Shader* shader) {
 // RISpec's spotlight compares cosines: beyond pi its cone grows narrower again, and a scene that gives 40
 // degrees where 40 radians are meant has one of cos(40), as wide as acos(cos(40)).
 static void take_cone(scene::Light& light, const scene::ShaderRef& ref) {
-    const float angle = ref.parameters.get_float("coneangle", 30 / Degrees),
-                delta = ref.parameters.get_float("conedeltaangle", 5 / Degrees);
+    const float angle = ref.parameters.get_float("coneangle", light.cone_angle / Degrees),
+                delta = ref.parameters.get_float("conedeltaangle", light.cone_delta_angle / Degrees);
     light.cone_angle = angle * Degrees;
     light.cone_delta_angle = delta * Degrees;
     if (!(angle > Pi) || !std::isfinite(angle) || !std::isfinite(delta))
@@ -435,69 +368,82 @@ static void take_cone(scene::Light& light, const scene::ShaderRef& ref) {
     light.cone_delta_angle = float(std::acos(outer) - std::acos(inner)) * Degrees;
 }
 
+// What a light shader's parameters say. What cannot be is reported and stays as it was.
+static void take_parameters(scene::LightSettings& settings, const scene::LightKind& kind,
+                            const scene::ShaderRef& ref, Journal& journal) {
+    // What is made of several parameters, or counts otherwise in RIB: below.
+    constexpr std::string_view Apart[] = {"amount", "cone_angle", "cone_delta_angle", "decay", "sun"};
+    for (const scene::LightParameter& row : scene::light_parameters()) {
+        if (!row.is_of(kind) || contains(Apart, row.name))
+            continue;
+        for (const std::string_view name : scene::words_of(row.rib)) {
+            const scene::Value* v = ref.parameters.find(name);
+            if (!v)
+                continue;
+            if (const auto fault = row.set(settings, scene::setting_of(*v)))
+                journal.error(v->where.line > 0 ? v->where : ref.where,
+                              "light shader \"" + ref.name + "\": \"" + std::string(name) + "\"" +
+                                  fault->substr(std::string_view(row.name).size()) + "; it stays as it was");
+            break;
+        }
+    }
+    settings.light.amount = light_amount(ref);
+    if (kind.kind == scene::Light::Kind::Spot)
+        take_cone(settings.light, ref);
+    const float decay = ref.parameters.get_float("decay", 2);
+    settings.decay = std::isfinite(decay) ? int(std::lround(std::clamp(decay, 0.0f, 4.0f))) : 2;
+}
+
+scene::Light finished_light(const scene::LightKind& kind, const scene::LightSettings& settings,
+                            const Vec3f& sun) {
+    using Kind = scene::Light::Kind;
+    scene::Light light = settings.light;
+    if (kind.daylight && kind.kind == Kind::Environment)
+        light.table = preetham_sky(sun, settings.turbidity);
+    else if (kind.daylight)
+        light.amount = light.amount * preetham_sun(sun, settings.turbidity);
+    // A falloff that physics has not, as Maya's and 3Delight's lights can have: a table of one texel says so.
+    // Such a light has no extent, for the power would not hold near it.
+    if (settings.decay != 2 && (kind.kind == Kind::Point || kind.kind == Kind::Spot)) {
+        auto table = std::make_shared<scene::LightTable>();
+        table->angle = 1.01f * Pi;
+        table->falloff = settings.decay;
+        table->rgb = {1, 1, 1};
+        light.table = std::move(table);
+        light.radius = 0;
+    }
+    return light;
+}
+
 std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textures& textures,
                                        Journal& journal) {
-    const LightShader* shader = find_light(ref.name);
-    if (!shader)
+    const scene::LightKind* kind = find_light(ref.name);
+    if (!kind)
         return std::nullopt;
     std::span<const std::string_view> silent;
-    if (shader->name != ref.name)
+    if (kind->shader != ref.name)
         silent = ShadowMapParameters;
-    check_parameters(ref, shader->parameters, silent, journal);
+    check_parameters(ref, parameters_of(*kind), silent, journal);
 
-    scene::Light light;
-    light.kind = shader->kind;
-    light.name = ref.handle;
-    light.where = ref.where;
-    light.amount = light_amount(ref);
-    light.shadows = casts_shadows(ref, nullptr);
-    light.group = ref.parameters.get_string("group", ref.parameters.get_string("__group", ""));
-    if (shader->name == "skylight" || shader->name == "sunlight") {
-        light.visible_camera = ref.parameters.get_float("visible", 1) != 0;
-        take_daylight(light, ref);
-        return light;
+    scene::LightSettings settings = kind->defaults();
+    take_parameters(settings, *kind, ref, journal);
+    scene::Light& given = settings.light;
+    given.name = ref.handle;
+    given.where = ref.where;
+    given.shadows = casts_shadows(ref, nullptr);
+    const Transform& m = ref.world_from_shader;
+    const Vec3f sun = point_of(ref, "sundirection", {0.3f, 0.2f, 0.6f}); // the zenith is +z
+    if (is_placed_by_points(*kind)) {
+        const Vec3f from = point_of(ref, "from", {0, 0, 0}), to = point_of(ref, "to", {0, 0, 1});
+        given.world_from_light = aimed(m.point(from), m.point(to));
+        if (given.unit.empty())
+            given.amount *= IrradianceOfCl; // Cl = intensity, or intensity / r^2
+    } else if (kind->daylight && kind->kind == scene::Light::Kind::Distant) {
+        given.world_from_light = aimed(m.point({0, 0, 0}), m.point(-sun));
+    } else if (kind->kind != scene::Light::Kind::Ambient) {
+        given.world_from_light = m;
     }
-    light.spectrum = ref.parameters.get_string("spectrum", "");
-    light.unit = ref.parameters.get_string("unit", "");
-    const float classic = light.unit.empty() ? IrradianceOfCl : 1;
-    switch (light.kind) {
-    case scene::Light::Kind::Distant:
-        place(light, ref);
-        light.amount *= classic;
-        light.angle = std::clamp(ref.parameters.get_float("angle", 0), 0.0f, 180.0f);
-        light.visible_camera = ref.parameters.get_float("visible", light.visible_camera) != 0;
-        break;
-    case scene::Light::Kind::Point:
-    case scene::Light::Kind::Spot:
-        place(light, ref);
-        light.amount *= classic; // Cl = intensity / r^2
-        light.radius = std::max(0.0f, ref.parameters.get_float("radius", 0));
-        light.profile = ref.parameters.get_string("iesprofile", "");
-        take_cone(light, ref);
-        light.beam_distribution = ref.parameters.get_float("beamdistribution", 2);
-        if (ref.parameters.find("decay"))
-            take_decay(light, ref.parameters.get_float("decay", 2));
-        break;
-    case scene::Light::Kind::Environment:
-        light.world_from_light = ref.world_from_shader;
-        light.visible_camera = ref.parameters.get_float("visible", 1) != 0;
-        take_texture(light, ref);
-        break;
-    case scene::Light::Kind::Ambient:
-        light.visible_camera = false;
-        break;
-    case scene::Light::Kind::Quad:
-    case scene::Light::Kind::Disk:
-    case scene::Light::Kind::Sphere:
-    case scene::Light::Kind::Cylinder:
-        light.world_from_light = ref.world_from_shader;
-        light.visible_camera = ref.parameters.get_float("visible", 1) != 0;
-        light.width = size_of(ref, "width", 1);
-        light.height = size_of(ref, "height", 1);
-        light.radius = size_of(ref, "radius", 0.5f);
-        take_texture(light, ref);
-        break;
-    }
+    scene::Light light = finished_light(*kind, settings, sun);
     find_light_files(light, textures, journal);
     return light;
 }

@@ -8,7 +8,7 @@
 
 #include "base/error.h"
 #include "color/palette.h"
-#include "scene/scene.h"
+#include "scene/schema/lights.h"
 #include "shade/textures.h"
 
 namespace kanuka::shade {
@@ -36,6 +36,9 @@ Transform frame_of(const Vec3f& origin, const Vec3f& direction, const Vec3f& up,
 // That of RISpec's lights: +z towards `to`, all in one space.
 Transform aimed(const Vec3f& from, const Vec3f& to);
 
+// With what its kind computes: skies and suns, falloffs. `sun`: towards it; the zenith is +z.
+scene::Light finished_light(const scene::LightKind& kind, const scene::LightSettings& settings,
+                            const Vec3f& sun);
 // One of the standard light shaders by name; null for others.
 std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textures& textures,
                                        Journal& journal);

@@ -72,8 +72,24 @@ TEST_F(Lights, UnknownShadersAndParametersAreReported) {
     EXPECT_NE(entries[0].message.find("no parameter \"shadows\"; it has intensity, lightcolor"),
               std::string::npos);
     EXPECT_NE(entries[1].message.find("light shader \"uberlight\" is not found"), std::string::npos);
-    EXPECT_NE(entries[1].message.find("ambientlight, distantlight, pointlight, spotlight, environmentlight"),
+    EXPECT_NE(entries[1].message.find("distantlight, pointlight, spotlight, environmentlight, ambientlight"),
               std::string::npos);
+}
+
+TEST_F(Lights, WhatIsOutOfRangeIsToldAndTheDefaultStands) {
+    ref.parameters.set(value("radius", scene::Type::Float, {-2}));
+    ref.parameters.set(test::text("unit", "horsepower"));
+    const auto light = make("spherelight");
+    EXPECT_EQ(light->radius, 0.5f);
+    EXPECT_EQ(light->unit, "");
+    std::string all;
+    for (const Journal::Entry& e : journal.entries())
+        all += e.message + "\n";
+    EXPECT_EQ(journal.entries().size(), 2u) << all;
+    for (const char* words :
+         {"\"unit\": expected lumen, candela, lux, nit or watt, got \"horsepower\"; it stays",
+          "\"radius\": expected a number of scene units, 0 or more, got -2; it stays"})
+        EXPECT_NE(all.find(words), std::string::npos) << all;
 }
 
 TEST_F(Lights, WhatStandsInForUnknownLights) {

@@ -6,6 +6,7 @@
 #include "ingest/rib/context.h"
 #include "ingest/rib/handlers.h"
 #include "ingest/rib/search_path.h"
+#include "scene/schema/camera.h"
 #include "scene/schema/options.h"
 #include "scene/shutter.h"
 
@@ -61,12 +62,13 @@ void frame_aspect_ratio(Context& c, Call& call) {
 }
 
 void screen_window(Context& c, Call& call) {
-    const auto& v = call.args[0].floats;
     if (!c.finite(call, 1))
         return;
-    if (v[0] == v[1] || v[2] == v[3])
-        return out_of_range(c, call, "the window is empty; left and right, bottom and top must differ");
-    c.options.camera.screen_window = {v[0], v[1], v[2], v[3]};
+    const auto& v = call.args[0].floats;
+    const auto fault =
+        scene::find_camera_parameter("screen_window")->set(c.options.camera, {{v.begin(), v.end()}, {}});
+    if (fault)
+        out_of_range(c, call, *fault);
 }
 
 void crop_window(Context& c, Call& call) {
@@ -87,14 +89,15 @@ void projection(Context& c, Call& call) {
         name = "orthographic";
     if (const auto known = projection_by_name(name)) {
         camera.projection = *known;
-        const float most = kind_of(*known).largest_fov;
-        const float fov = call.params.get_float("fov", is_fisheye(*known) ? 180 : 90);
-        if (fov > 0 && (most == 0 || fov <= most || (*known == Projection::Perspective && fov < 180)))
-            camera.fov = fov;
+        scene::Camera seen = camera;
+        auto fault = scene::find_camera_parameter("fov")->set(
+            seen, {{call.params.get_float("fov", is_fisheye(*known) ? 180 : 90)}, {}});
+        if (!fault)
+            fault = scene::fault_of_fov(seen);
+        if (!fault)
+            camera.fov = seen.fov;
         else
-            out_of_range(c, call,
-                         "the field of view must lie between 0 and " +
-                             std::to_string(int(std::lround(most))) + " degrees");
+            out_of_range(c, call, *fault);
     } else if (call.text(0) != "null") {
         c.reports.error("Projection", call.where,
                         "Projection \"" + call.text(0) +
@@ -241,6 +244,12 @@ static bool camera_option(Context& c, const Value& v) {
     const auto wrong = [&](const std::string& needs) {
         c.reports.error("camera option", v.where, "\"" + v.name + "\": " + needs + "; it stays as it was");
     };
+    const auto set = [&](const char* row, double number) {
+        const auto fault = scene::find_camera_parameter(row)->set(camera, {{number}, {}});
+        if (fault)
+            wrong(fault->substr(std::string_view(row).size() + 2));
+        return !fault;
+    };
     const bool numbers = !v.floats.empty();
     const float f = numbers ? v.floats[0] : 0;
     if (v.name == "shutteropening") {
@@ -249,14 +258,15 @@ static bool camera_option(Context& c, const Value& v) {
         else
             c.options.options.shutter_opening.assign(v.floats.begin(), v.floats.end());
     } else if (v.name == "aperture") { // sides, angle; PRMan's roundness and density are not followed
-        if (!numbers || !(f == 0 || (f >= 3 && f <= 64)) ||
-            (v.floats.size() > 1 && !std::isfinite(v.floats[1])))
-            return wrong("it takes the number of blades, 3 to 64 or 0 for round, and an angle in degrees"),
-                   true;
-        camera.blades = int(f);
-        camera.blade_rotation = v.floats.size() > 1 ? v.floats[1] : 0;
+        if (!numbers)
+            wrong("it takes the number of blades, 3 to 64 or 0 for round, and an angle in degrees");
+        else if (set("blades", f))
+            set("blade_rotation", v.floats.size() > 1 ? v.floats[1] : 0);
     } else if (v.name == "dofaspect") { // width over height
-        numbers&& f > 0 && std::isfinite(f) ? void(camera.squeeze = 1 / f) : wrong("it must be more than 0");
+        if (numbers && f > 0)
+            set("squeeze", 1 / f);
+        else
+            wrong("it must be more than 0");
     } else {
         return false;
     }
@@ -274,8 +284,9 @@ static bool ri_option(Context& c, const Value& v) {
     else if (v.name == "CropWindow" && f.size() == 4 && f[0] >= 0 && f[0] < f[1] && f[1] <= 1 && f[2] >= 0 &&
              f[2] < f[3] && f[3] <= 1)
         o.crop = {f[0], f[1], f[2], f[3]};
-    else if (v.name == "ScreenWindow" && f.size() == 4 && f[0] != f[1] && f[2] != f[3])
-        c.options.camera.screen_window = {f[0], f[1], f[2], f[3]};
+    else if (v.name == "ScreenWindow" && !f.empty() &&
+             !scene::find_camera_parameter("screen_window")->set(c.options.camera, scene::setting_of(v)))
+        return true;
     else if (v.name == "FrameAspectRatio" && f.size() == 1 && f[0] > 0)
         c.options.frame_aspect_ratio = f[0];
     else if (v.name == "Shutter" && f.size() == 2 && f[0] <= f[1])

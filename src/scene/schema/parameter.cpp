@@ -10,17 +10,6 @@ namespace kanuka::scene {
 
 namespace {
 
-std::vector<std::string_view> words(std::string_view text) {
-    std::vector<std::string_view> all;
-    while (!text.empty()) {
-        const size_t end = std::min(text.find(' '), text.size());
-        if (end > 0)
-            all.push_back(text.substr(0, end));
-        text.remove_prefix(std::min(end + 1, text.size()));
-    }
-    return all;
-}
-
 std::string text_of(double x) {
     char buffer[40];
     std::snprintf(buffer, sizeof buffer, x == std::floor(x) && std::abs(x) < 1e15 ? "%.0f" : "%.7g", x);
@@ -60,8 +49,19 @@ bool lies_in(double x, const Range& r) {
 
 } // namespace
 
+std::vector<std::string_view> words_of(std::string_view text) {
+    std::vector<std::string_view> all;
+    while (!text.empty()) {
+        const size_t end = std::min(text.find(' '), text.size());
+        if (end > 0)
+            all.push_back(text.substr(0, end));
+        text.remove_prefix(std::min(end + 1, text.size()));
+    }
+    return all;
+}
+
 bool is_word_of(std::string_view word, std::string_view text) {
-    return std::ranges::count(words(text), word) > 0;
+    return std::ranges::count(words_of(text), word) > 0;
 }
 
 Setting setting_of(const Value& value) {
@@ -88,7 +88,7 @@ std::string ParameterInfo::expected() const {
         return before + "number" + plural + in_unit + range_of(range);
     case Kind::Text:
     case Kind::Choice:
-        return *choices ? alternatives(words(choices)) : before + "text" + plural;
+        return *choices ? alternatives(words_of(choices)) : before + "text" + plural;
     }
     return "";
 }
@@ -96,8 +96,8 @@ std::string ParameterInfo::expected() const {
 std::optional<std::string> ParameterInfo::refused(const Setting& value) const {
     const bool textual = kind == Kind::Text || kind == Kind::Choice;
     const size_t given = textual ? value.texts.size() : value.numbers.size();
-    bool fits =
-        (textual ? value.numbers.empty() : value.texts.empty()) && (count == 0 || given == size_t(count));
+    bool fits = (textual ? value.numbers.empty() : value.texts.empty()) &&
+                (count == 0 || given == size_t(count) || (spreads && given == 1) || (optional && given == 0));
     constexpr double largest = std::numeric_limits<float>::max();
     for (const double x : value.numbers) {
         fits = fits && std::abs(x) <= largest && (kind == Kind::Flag || lies_in(x, range));
@@ -116,11 +116,16 @@ std::optional<std::string> ParameterInfo::refused(const Setting& value) const {
 }
 
 Setting ParameterInfo::named(const Setting& number) const {
-    return {{}, {std::string(words(choices)[size_t(number.numbers[0])])}};
+    return {{}, {std::string(words_of(choices)[size_t(number.numbers[0])])}};
 }
 Setting ParameterInfo::numbered(const Setting& name_of) const {
-    const auto all = words(choices);
+    const auto all = words_of(choices);
     return {{double(std::ranges::find(all, name_of.texts[0]) - all.begin())}, {}};
+}
+
+Setting ParameterInfo::spread(const Setting& value) const {
+    return value.numbers.size() == 1 ? Setting{std::vector<double>(size_t(count), value.numbers[0]), {}}
+                                     : value;
 }
 
 } // namespace kanuka::scene

@@ -39,10 +39,11 @@ inline constexpr Range Positive{0, Unbounded, true};
 
 // What a row says that does not depend on where the value lies.
 struct ParameterText {
-    const char* name; // of Python, JSON and, with hyphens, the command line
-    const char* rib;  // "category:name" of Option, or Attribute; "" = a request of its own says it
-    const char* flag; // of the command line, without hyphens before it; "" = none
-    const char* about;
+    const char* name;      // of Python, JSON and, with hyphens, the command line
+    const char* rib = "";  // "category:name" of Option, or Attribute; "" = a request of its own says it
+                           // (of cameras and lights: see there)
+    const char* flag = ""; // of the command line, without hyphens before it; "" = none
+    const char* about = "";
     const char* unit = "";
     Range range = AnyNumber;
     const char* choices = ""; // of a text, parted by blanks; empty = any
@@ -50,6 +51,9 @@ struct ParameterText {
     // What no range can say; of values of the right kind, number and range.
     std::optional<std::string> (*fault)(const Setting& value) = nullptr;
     bool spectrum = false; // a text that names a light or spectrum
+    bool file = false;     // a text that names a file
+    bool spreads = false;  // one number stands for all
+    bool optional = false; // nothing is a value too
 };
 
 struct ParameterInfo : ParameterText {
@@ -65,6 +69,7 @@ struct ParameterInfo : ParameterText {
   protected: // of a Choice
     Setting named(const Setting& number) const;
     Setting numbered(const Setting& name) const;
+    Setting spread(const Setting& value) const; // of ParameterText::spreads
 };
 
 // Reads and writes a value where it lies. Made by `at`.
@@ -96,7 +101,7 @@ class Parameter : public ParameterInfo {
     }
     // What takes() has said yes to.
     void put(Of& of, const Setting& value) const {
-        m_place.set(of, kind == Kind::Choice ? numbered(value) : value);
+        m_place.set(of, kind == Kind::Choice ? numbered(value) : spreads ? spread(value) : value);
     }
 
   private:
@@ -150,12 +155,12 @@ struct ManyOf {
     using Element = T;
     static constexpr int Count = N;
     static void get(const Array& member, Setting& to) {
-        for (const T& value : member)
-            put(to, value);
+        for (int i = 0; i < N; i++)
+            put(to, member[size_t(i)]);
     }
     static void set(Array& member, const Setting& from) {
-        for (size_t i = 0; i < size_t(N); i++)
-            member[i] = take<T>(from, i);
+        for (int i = 0; i < N; i++)
+            member[size_t(i)] = take<T>(from, size_t(i));
     }
 };
 template <class T, size_t N>
@@ -163,7 +168,27 @@ struct Many<std::array<T, N>> : ManyOf<T, int(N), std::array<T, N>> {};
 template <class T, size_t N>
 struct Many<T[N]> : ManyOf<T, int(N), T[N]> {};
 template <class T>
-struct Many<std::vector<T>> : ManyOf<T, 0, std::vector<T>> {
+struct Many<std::optional<T>> { // nothing: no values
+    using Element = typename Many<T>::Element;
+    static constexpr int Count = Many<T>::Count;
+    static void get(const std::optional<T>& member, Setting& to) {
+        if (member)
+            Many<T>::get(*member, to);
+    }
+    static void set(std::optional<T>& member, const Setting& from) {
+        member.reset();
+        if (!from.numbers.empty() || !from.texts.empty())
+            Many<T>::set(member.emplace(), from);
+    }
+};
+template <class T>
+struct Many<std::vector<T>> {
+    using Element = T;
+    static constexpr int Count = 0; // any number
+    static void get(const std::vector<T>& member, Setting& to) {
+        for (const T& value : member)
+            put(to, value);
+    }
     static void set(std::vector<T>& member, const Setting& from) {
         member.clear();
         for (size_t i = 0; i < std::max(from.numbers.size(), from.texts.size()); i++)
@@ -202,6 +227,7 @@ struct Together {
 
 // ---- finding rows
 
+std::vector<std::string_view> words_of(std::string_view text); // parted by blanks
 // Is `word` one of the words of `text`?
 bool is_word_of(std::string_view word, std::string_view text);
 

@@ -6,6 +6,8 @@
 
 #include "base/error.h"
 #include "scene/schema/attributes.h"
+#include "scene/schema/camera.h"
+#include "scene/schema/lights.h"
 #include "scene/schema/options.h"
 
 namespace kanuka::scene {
@@ -44,15 +46,18 @@ void expect_defaults_in_range(std::span<const Parameter<Of>> rows) {
 TEST(Parameters, DefaultsAreInTheirOwnRange) {
     expect_defaults_in_range(option_parameters());
     expect_defaults_in_range(attribute_parameters());
+    expect_defaults_in_range(camera_parameters());
 }
 
 // Another value than there is.
 Setting other_than(const Setting& now, const ParameterInfo& row) {
+    if (row.optional && now == Setting{})
+        return {{-1, 2, -3, 4}, {}};
     if (row.count == 0)
         return row.kind == Kind::Number ? Setting{{0.25, 0.75}, {}} : Setting{{}, {"one", "two"}};
     Setting other = now;
     for (double& x : other.numbers)
-        x = row.kind == Kind::Flag ? 1 - x : row.range.most == 1 ? x * 0.5 + 0.125 : x + 3;
+        x = row.kind == Kind::Flag ? 1 - x : row.range.most == 1 ? x * 0.5 + 0.125 : double(float(x + 3));
     for (std::string& t : other.texts) {
         const std::string_view choices = row.choices;
         t = choices.empty() ? "other" : std::string(choices.substr(choices.rfind(' ') + 1));
@@ -80,6 +85,61 @@ void expect_rows_apart(std::span<const Parameter<Of>> rows) {
 TEST(Parameters, RowsDoNotOverlap) {
     expect_rows_apart(option_parameters());
     expect_rows_apart(attribute_parameters());
+    expect_rows_apart(camera_parameters());
+}
+
+TEST(Parameters, EveryKindOfLightTakesItsDefaultsAndNoNameTwice) {
+    for (const LightKind& kind : light_kinds()) {
+        EXPECT_EQ(find_light_kind(kind.name), &kind);
+        EXPECT_EQ(find_light_shader(kind.shader), &kind);
+        std::set<std::string_view> names, shaders;
+        for (const LightParameter& row : light_parameters()) {
+            if (!row.is_of(kind))
+                continue;
+            LightSettings s = kind.defaults();
+            const Setting before = row.get(s);
+            if (before.texts != std::vector<std::string>{""})
+                EXPECT_EQ(row.set(s, before), std::nullopt) << kind.name << ", " << row.name;
+            EXPECT_EQ(row.get(s), before) << kind.name << ", " << row.name;
+            EXPECT_TRUE(names.insert(row.name).second) << row.name;
+            for (const std::string_view name : words_of(row.rib))
+                EXPECT_TRUE(shaders.insert(name).second) << name;
+        }
+        for (const char* name : {"amount", "name", "group"})
+            EXPECT_TRUE(names.contains(name)) << kind.name;
+    }
+    for (const LightParameter& row : light_parameters())
+        EXPECT_TRUE(std::ranges::any_of(light_kinds(), [&](const LightKind& k) { return row.is_of(k); }))
+            << row.name;
+}
+
+TEST(Parameters, ProjectionsAreThoseThatThereAre) {
+    EXPECT_EQ(find_camera_parameter("projection")->choices, projection_names<std::string>(" "));
+    const Setting nothing;
+    Camera camera;
+    const CameraParameter& window = *find_camera_parameter("screen_window");
+    EXPECT_TRUE(window.set(camera, {{1, 1, 0, 1}, {}})) << "no width";
+    EXPECT_EQ(window.set(camera, {{-1, 1, -2, 2}, {}}), std::nullopt);
+    EXPECT_EQ(camera.screen_window, (std::array<float, 4>{-1, 1, -2, 2}));
+    EXPECT_EQ(window.set(camera, nothing), std::nullopt);
+    EXPECT_FALSE(camera.screen_window);
+    for (const double sides : {1.0, 2.0, 65.0})
+        EXPECT_TRUE(find_camera_parameter("blades")->set(camera, {{sides}, {}})) << sides;
+    camera.fov = 200;
+    EXPECT_TRUE(fault_of_fov(camera));
+    camera.projection = Projection::Fisheye;
+    EXPECT_FALSE(fault_of_fov(camera));
+}
+
+TEST(Parameters, OneNumberStandsForAColour) {
+    LightSettings s;
+    const LightParameter& amount = *find_light_parameter("amount");
+    EXPECT_EQ(amount.set(s, {{2}, {}}), std::nullopt);
+    EXPECT_EQ(amount.get(s), (Setting{{2, 2, 2}, {}}));
+    EXPECT_EQ(amount.set(s, {{1, 2, 3}, {}}), std::nullopt);
+    EXPECT_EQ(amount.get(s), (Setting{{1, 2, 3}, {}}));
+    EXPECT_TRUE(amount.set(s, {{1, 2}, {}}));
+    EXPECT_EQ(amount.get(s), (Setting{{1, 2, 3}, {}}));
 }
 
 TEST(Parameters, RefusalsSayWhatWouldDo) {
