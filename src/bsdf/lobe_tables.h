@@ -16,7 +16,8 @@
 // of its own (Kulla and Conty 2017): see loss_of_glass.
 //
 // Axes: sqrt(cos) and the fourth root of alpha, dense where lobes are narrow and views grazing, and the
-// fourth root of the index less 1. What is stored is near constant: for dielectrics the ratio to a smooth
+// fourth root of the index less 1. s bends most where facets are rough, and is 1 where they are not: its axis
+// is the root of alpha. What is stored is near constant: for dielectrics the ratio to a smooth
 // interface seen at a cosine that the roughness softens; for Schlick's weight the difference from it.
 #pragma once
 
@@ -30,17 +31,18 @@ namespace kanuka::bsdf {
 struct LobeTables {
     static constexpr int Cosines = 32, Alphas = 32, Indices = 13, Plane = Cosines * Alphas;
     static constexpr float MinIndex = 1.0001f, MaxIndex = 4;
-    static constexpr int GlassIndices = 33; // over the square root of the index less 1
+    static constexpr int BalanceCosines = 48, BalanceAlphas = 64; // of s, which whole pictures are bright by
+    static constexpr int GlassIndices = 33;                       // over the square root of the index less 1
     // Stretched distributions: tail x stretch x alpha x azimuth x cosine.
     static constexpr int Tails = 7, Stretches = 5, WideAlphas = 16, Azimuths = 5, WideCosines = 16;
     static constexpr float MaxTail = 0.6f;
     static constexpr int Metals = 9, MetalKnots = 48; // in the order of the schema; 360 to 830 nm
     static constexpr int LambdaTails = 13, LambdaCotangents = 64;
 
-    // Of GGX that scatters once: with Fresnel = 1, with Schlick's weight, with the dip of metals; means over
-    // directions of the first; the balance s.
-    float ggx[Plane], schlick[Plane], dip[Plane], balance[Plane];
-    float ggx_mean[Alphas];
+    // Of GGX that scatters once: with Fresnel = 1, with Schlick's weight, with the dip of metals; the balance
+    // s; means over directions of the first.
+    float ggx[Plane], schlick[Plane], dip[Plane];
+    float balance[BalanceAlphas * BalanceCosines], ggx_mean[BalanceAlphas];
     // Dielectrics: albedo of reflection from outside; what reflection and transmission by one facet lack to
     // all light, from outside (planes of an index each), then from inside; its means over directions.
     float dielectric[Indices * Plane], glass_loss[2 * GlassIndices * Plane],
@@ -56,12 +58,14 @@ struct LobeTables {
     // What stretched facets of an interface, or such of another tail, lose to one: side and index x tail x
     // stretch x alpha x azimuth x cosine; means over directions.
     struct StretchedGlass {
-        static constexpr int Indices = 12, Tails = 4, Stretches = 4, Alphas = 8, Azimuths = 5, Cosines = 14;
+        static constexpr int Indices = 12, Tails = 5, Stretches = 4, Alphas = 8, Azimuths = 5, Cosines = 14;
         static constexpr int Corners = 2 * Indices * Tails * Stretches * Alphas;
         float loss[Corners * Azimuths * Cosines], mean[Corners];
 
-        // 0, 1/4, 1/2 (GGX) and the longest.
-        static float tail_of(int t) { return t < Tails - 1 ? 0.25f * float(t) : MaxTail; }
+        // 0, 1/4, 1/2 (GGX), the longest and the middle of both: losses rise fast there.
+        static float tail_of(int t) {
+            return t < 3 ? 0.25f * float(t) : 0.5f + (MaxTail - 0.5f) * 0.5f * float(t - 2);
+        }
         static float index_of(int n) {
             const float x = float(n) / (Indices - 1);
             return std::max(1 + x * x * (MaxIndex - 1), MinIndex);
@@ -81,6 +85,10 @@ struct LobeTables {
     static float alpha_of(int k, int count = Alphas) {
         const float x = float(k) / float(count - 1);
         return x * x * x * x;
+    }
+    static float balance_alpha_of(int k) {
+        const float x = float(k) / (BalanceAlphas - 1);
+        return x * x;
     }
     static float index_axis(float n) { return std::sqrt(std::sqrt((n - 1) / (MaxIndex - 1))); }
     static float glass_index_of(int n) {
@@ -116,22 +124,22 @@ struct Knot {
 };
 
 // A place in a plane of cosine and alpha, and the mix of its four corners.
-template <int W>
+template <int W, int Cosines = LobeTables::Cosines>
 struct TableCell {
     Int<W> at;
     Float<W> fx, fy;
 
-    TableCell(Float<W> cosine, Float<W> alpha) {
-        const Knot<W> x(sqrt(max(cosine, Float<W>(0.0f))), LobeTables::Cosines);
-        const Knot<W> y(sqrt(sqrt(max(alpha, Float<W>(0.0f)))), LobeTables::Alphas);
+    TableCell(Float<W> cosine, Float<W> alpha)
+        : TableCell(cosine, Knot<W>(sqrt(sqrt(max(alpha, Float<W>(0.0f)))), LobeTables::Alphas)) {}
+    TableCell(Float<W> cosine, const Knot<W>& y) {
+        const Knot<W> x(sqrt(max(cosine, Float<W>(0.0f))), Cosines);
         fx = x.f, fy = y.f;
-        at = y.i * Int<W>(LobeTables::Cosines) + x.i;
+        at = y.i * Int<W>(Cosines) + x.i;
     }
     Float<W> lookup(const float* table, Int<W> offset = Int<W>(0)) const {
         const Int<W> p = at + offset;
         const Float<W> a = gather(table, p), b = gather(table, p + Int<W>(1));
-        const Float<W> c = gather(table, p + Int<W>(LobeTables::Cosines)),
-                       d = gather(table, p + Int<W>(LobeTables::Cosines + 1));
+        const Float<W> c = gather(table, p + Int<W>(Cosines)), d = gather(table, p + Int<W>(Cosines + 1));
         const Float<W> lo = fma(fx, b - a, a), hi = fma(fx, d - c, c);
         return fma(fy, hi - lo, lo);
     }
@@ -157,8 +165,12 @@ Float<W> ggx_albedo(Float<W> cosine, Float<W> alpha) {
     return TableCell<W>(cosine, alpha).lookup(lobe_tables().ggx);
 }
 template <int W>
+Knot<W> balance_knot(Float<W> alpha) {
+    return Knot<W>(sqrt(max(alpha, Float<W>(0.0f))), LobeTables::BalanceAlphas);
+}
+template <int W>
 Float<W> ggx_mean_albedo(Float<W> alpha) {
-    const Knot<W> y(sqrt(sqrt(max(alpha, Float<W>(0.0f)))), LobeTables::Alphas);
+    const Knot<W> y = balance_knot(alpha);
     const float* t = lobe_tables().ggx_mean;
     const Float<W> a = gather(t, y.i), b = gather(t, y.i + Int<W>(1));
     return fma(y.f, b - a, a);
@@ -214,7 +226,8 @@ Float<W> escape_of_ggx(Float<W> cosine, Float<W> alpha, Float<W> eta) {
 
 template <int W>
 Float<W> ggx_balance(Float<W> cosine, Float<W> alpha) {
-    return TableCell<W>(cosine, alpha).lookup(lobe_tables().balance);
+    const TableCell<W, LobeTables::BalanceCosines> cell(cosine, balance_knot(alpha));
+    return cell.lookup(lobe_tables().balance);
 }
 // Where an index lies in the tables of interfaces. eta: behind over the side that is looked from.
 template <int W>
@@ -327,7 +340,7 @@ struct StretchedGlassCell {
         const Mask<W> outside = eta >= one;
         const Float<W> index = kanuka::select(outside, eta, one / eta);
         const Knot<W> n(sqrt(max(index - one, zero) * Float<W>(1 / (LobeTables::MaxIndex - 1))), T::Indices);
-        const Float<W> longer = (tail - half) * Float<W>(1 / (LobeTables::MaxTail - 0.5f));
+        const Float<W> longer = (tail - half) * Float<W>(2 / (LobeTables::MaxTail - 0.5f));
         const Knot<W> t((kanuka::select(tail < half, Float<W>(4.0f) * tail, Float<W>(2.0f) + longer)) *
                             Float<W>(1.0f / (T::Tails - 1)),
                         T::Tails);

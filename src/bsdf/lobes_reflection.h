@@ -2,6 +2,8 @@
 // reflection back to where light comes from.
 #pragma once
 
+#include <iterator>
+
 #include "bsdf/lobe_inputs.h"
 #include "bsdf/microsurface.h"
 
@@ -203,18 +205,13 @@ struct ColoredFresnel {
     }
 };
 
-// F of all directions: Schlick's weight has the mean 1/21, the dip DipScale / 126.
+// c and s of lobe_tables.h. F: the mean of Fresnel's term over directions.
 template <int W>
-void prepare_gain(LobeInputs<W>& in, const Vec3<Float<W>>& wo) {
-    if (!in.compensated)
-        return;
+void prepare_gain(LobeInputs<W>& in, const Vec3<Float<W>>& wo, const Spectrum<W>& F) {
     const Float<W> one(1.0f);
     const Float<W> E = in.stretched ? in.cell.mean() : ggx_mean_albedo(in.alpha);
-    for (int i = 0; i < Wavelengths; i++) {
-        const Float<W> F = in.color[0][i] + (in.color[1][i] - in.color[0][i]) * Float<W>(1 / 21.0f) -
-                           in.dip[i] * Float<W>(DipScale / 126);
-        in.gain[i] = F * E / (one - F * (one - E));
-    }
+    for (int i = 0; i < Wavelengths; i++)
+        in.gain[i] = F[i] * E / (one - F[i] * (one - E));
     in.balance = balance_of(in, in.stretched ? to_axis(in, wo) : wo);
 }
 
@@ -227,7 +224,13 @@ void prepare_conductor(LobeInputs<W>& in, const Vec3<Float<W>>& wo) {
         for (int i = 0; i < Wavelengths; i++)
             in.dip[i] = (in.color[0][i] * (one - w) + in.color[1][i] * w) * (one - in.color[2][i]);
     }
-    prepare_gain(in, wo);
+    if (in.compensated) { // Schlick's weight has the mean 1/21, the dip DipScale / 126
+        Spectrum<W> F;
+        for (int i = 0; i < Wavelengths; i++)
+            F[i] = in.color[0][i] + (in.color[1][i] - in.color[0][i]) * Float<W>(1 / 21.0f) -
+                   in.dip[i] * Float<W>(DipScale / 126);
+        prepare_gain(in, wo, F);
+    }
     prepare_walks(in, wo, 7, 4, 1.0f);
 }
 
@@ -275,8 +278,20 @@ struct MetalFresnel {
     }
 };
 
-// Where a mean over directions is wanted, Schlick's curve and a dip stand in, right head-on and at 82
-// degrees: color[0], color[1] and dip, as for metals by colour.
+// The mean over directions, 2 int F c dc, by Gauss's rule of four cosines for that weight: within 0.0006
+// bare, 0.006 under 600 nm of film.
+template <int W>
+Spectrum<W> mean_fresnel_of_metal(const LobeInputs<W>& in) {
+    constexpr float Cosine[] = {0.139759864f, 0.416409568f, 0.723156986f, 0.942895804f};
+    constexpr float Weight[] = {0.0623619419f, 0.259695095f, 0.406929136f, 0.271013827f};
+    Spectrum<W> F(Float<W>(0.0f));
+    for (size_t k = 0; k < std::size(Cosine); k++)
+        F += MetalFresnel<W>::value(in, Float<W>(Cosine[k])) * Float<W>(Weight[k]);
+    return F;
+}
+
+// For albedos over visible normals Schlick's curve and a dip stand in, right head-on and at 82 degrees:
+// color[0], color[1] and dip, as for metals by colour.
 template <int W>
 void prepare_metal(LobeInputs<W>& in, const Vec3<Float<W>>& wo) {
     const Float<W> one(1.0f), zero(0.0f);
@@ -306,7 +321,8 @@ void prepare_metal(LobeInputs<W>& in, const Vec3<Float<W>>& wo) {
     const Float<W> w = schlick_weight(Float<W>(DipCosine));
     for (int i = 0; i < Wavelengths; i++)
         in.dip[i] = fma(one - w, in.color[0][i], w) - at82[i];
-    prepare_gain(in, wo);
+    if (in.compensated)
+        prepare_gain(in, wo, mean_fresnel_of_metal(in));
 }
 
 // ---- dielectrics that only reflect

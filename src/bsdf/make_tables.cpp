@@ -65,17 +65,19 @@ void stratify(const Facets& facets, const V& wo, int n, float all_normals, const
 
 // Reflection of Fresnel 1 from wo.
 template <class Facets>
-std::vector<Scattered> reflected(const Facets& facets, const V& wo, int n, float all_normals) {
+std::vector<Scattered> reflected(const Facets& facets, const V& wo, int n, float all_normals,
+                                 int halves = 0) {
     std::vector<Scattered> all;
     const F lambda_o = facets.lambda(wo), one(1.0f), zero(0.0f);
-    stratify(facets, wo, n, all_normals, [&](const V& m, F weight) {
+    const auto add = [&](const V& m, F weight) {
         const V wi = reflect(wo, m);
         const F g =
             select((wi.z > zero) & (dot(wo, m) > zero), weight / (one + lambda_o + facets.lambda(wi)), zero);
         for (int k = 0; k < 8; k++)
             if (g[k] > 0)
                 all.push_back({{wi.x[k], wi.y[k], wi.z[k]}, g[k]});
-    });
+    };
+    stratify(facets, wo, n, all_normals, add, halves);
     return all;
 }
 
@@ -197,26 +199,36 @@ double cosine_mean(const float* f, int count, int stride = 1) {
     return sum;
 }
 
-void fill_ggx() {
+// The balance, and means of albedos.
+void fill_balance(int k) {
     LobeTables& t = made();
-    for (int k = 0; k < T::Alphas; k++) {
+    constexpr int Knots = T::BalanceCosines;
+    float* s = t.balance + k * Knots;
+    std::fill(s, s + Knots, 1.0f);
+    t.ggx_mean[k] = 1;
+    if (k == 0)
+        return;
+    const Ggx<8> ggx{F(T::balance_alpha_of(k))};
+    std::vector<Row> rows(Knots);
+    float whole[Knots] = {};
+    for (int c = 0; c < Knots; c++)
+        for (const Scattered& w : reflected(ggx, view(T::cosine_of(c, Knots)), 96, 0, 48)) {
+            const Between x(std::sqrt(w.wi.z), Knots);
+            whole[c] += w.share;
+            rows[size_t(c)].add(x.i, w.share * (1 - x.f));
+            rows[size_t(c)].add(x.i + 1, w.share * x.f);
+        }
+    const auto solved = balance(rows);
+    std::copy(solved.begin(), solved.end(), s);
+    t.ggx_mean[k] = float(cosine_mean(whole, Knots));
+}
+
+void fill_ggx() {
+    for (int k = 0; k < T::Alphas; k++)
         for (int c = 0; c < T::Cosines; c++)
             fill_albedos(k * T::Cosines + c, T::cosine_of(c), T::alpha_of(k));
-        t.ggx_mean[k] = float(cosine_mean(t.ggx + k * T::Cosines, T::Cosines));
-        float* s = t.balance + k * T::Cosines;
-        std::fill(s, s + T::Cosines, 1.0f);
-        if (k == 0)
-            continue;
-        std::vector<Row> rows(T::Cosines);
-        for (int c = 0; c < T::Cosines; c++)
-            for (const Scattered& w : reflected(Ggx<8>{F(T::alpha_of(k))}, view(T::cosine_of(c)), 32, 0)) {
-                const Between x(std::sqrt(w.wi.z), T::Cosines);
-                rows[size_t(c)].add(x.i, w.share * (1 - x.f));
-                rows[size_t(c)].add(x.i + 1, w.share * x.f);
-            }
-        const auto solved = balance(rows);
-        std::copy(solved.begin(), solved.end(), s);
-    }
+    for (int k = 0; k < T::BalanceAlphas; k++)
+        fill_balance(k);
 }
 
 // Of light from wo, what one facet of an interface neither reflects nor lets through. Fine steps over the

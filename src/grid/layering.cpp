@@ -24,6 +24,11 @@ bool LayeringProgram::emits() const {
     return emission() != nullptr;
 }
 
+bool LayeringProgram::emits_along_normals() const {
+    const LayerNode* node = emission();
+    return node && (node->lobe == LobeId::ConeEmission || node->lobe == LobeId::ProfileEmission);
+}
+
 bool LayeringProgram::emission_depends_on(const std::function<bool(int slot)>& property) const {
     const auto has = [&](int slot) { return slot >= 0 && property(slot); };
     // Of each node, does it hold emission, and does that depend? Children come before their parents.

@@ -93,6 +93,8 @@ struct LayeringProgram {
     bool emits() const;
     // Its first emission lobe, after which all of its emission is shaped; null = none.
     const LayerNode* emission() const;
+    // Does its light depend on the angle to the normal?
+    bool emits_along_normals() const;
     // Does what is emitted depend on a slot with that property?
     bool emission_depends_on(const std::function<bool(int slot)>& property) const;
     // Has its surface two sides but nothing between them, so that a fibre of it is passed in one step? It
