@@ -432,6 +432,10 @@ static Diced dice_primitive(const scene::Primitive& primitive, const DiceTarget&
     RateRule rule{Density(target, options, attributes.shading_rate), target.shade_uniform && !displace,
                   std::max(0.0f, options.geometry_tolerance), std::max(0.0f, options.normal_tolerance),
                   max_cells};
+    if (target.shines_along_normals) {
+        constexpr float Degrees = 0.5f; // a cone's edge of that width is a line
+        rule.normal_tolerance = std::min(rule.normal_tolerance, Degrees);
+    }
     const bool simplify = options.geometry_tolerance > 0 && attributes.dice_flatness && !target.keep_density;
     const Transform& m = target.render_from_object;
     using P = scene::Primitive;

@@ -90,8 +90,9 @@ struct DiceTarget {
     grid::Reads displacing = {}, shading = {};
     bool keep_density = false; // traced geometry is not simplified: emitters whose light varies over them,
                                // triangle by triangle
-    bool polygons = false;     // curves, too: emitters are triangles
-    float finer = 1;           // how many times as many cells a side as its size in the picture asks for
+    bool shines_along_normals = false; // emitters whose facets show: their light goes by the angle to them
+    bool polygons = false;             // curves, too: emitters are triangles
+    float finer = 1; // how many times as many cells a side as its size in the picture asks for
     // A primitive that moves as a whole: more places to see it from, as DicingCamera has them.
     std::vector<Transform> also_from = {};
     // A primitive that changes its shape: what it is at further steps, evenly through the time that the

@@ -50,6 +50,27 @@ TEST(Simplify, TubesTurnByTheNormalTolerance) {
     }
 }
 
+// What shines along its normals shows them: whatever the tolerance, facets turn by half a degree or are
+// micropolygons. A tube of 2.8 degrees a cell keeps all of them; straight lines stay one cell.
+TEST(Simplify, FacetsOfWhatShinesAlongItsNormalsAreFine) {
+    DiceOptions o = looking(3);
+    o.geometry_tolerance = 1000, o.normal_tolerance = 90;
+    DiceTarget target;
+    target.shines_along_normals = true;
+    const scene::Primitive tube = primitive(scene::Quadric{scene::Quadric::Kind::Cylinder, {1, 0, 1, 360}});
+    for (const double cells : {32.0, 1024.0}) { // of a quarter
+        target.pixels_per_unit = float(cells / (M_PI / 2));
+        const double angle = 90 / cells;
+        const Diced d = run(tube, o, target);
+        ASSERT_FALSE(d.traced.empty());
+        for (const grid::TracedGrid& t : d.traced) {
+            EXPECT_LE((t.step_u - 1) / 2.0 * angle, 0.5) << cells;
+            EXPECT_GT((2 * t.step_u - 1) / 2.0 * angle, 0.5) << cells << ": no finer than that";
+            EXPECT_EQ(t.mv, 1);
+        }
+    }
+}
+
 // Each time that every other vertex is left out, those h cells from both neighbours lie 1 - cos(h a) from
 // their middle. The sums of that may be half of the tolerance along an edge.
 TEST(Simplify, TubesKeepTheirDistance) {

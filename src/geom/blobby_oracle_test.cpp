@@ -4,12 +4,12 @@
 #include <random>
 
 #include "geom/blobby_field.h"
-#include "geom/test_surfaces.h"
+#include "geom/test_traced.h"
 
-using namespace kanuka;
-using namespace kanuka::geom;
-
+namespace kanuka::geom {
 namespace {
+
+using namespace testing;
 
 class Program {
   public:
@@ -289,3 +289,115 @@ TEST(BlobbyOracles, BoundsAreClose) {
                 EXPECT_GE(b.radius * 0.5, 0.5);
         }
 }
+
+// 0.1 over what a ball of support 1 has above 0.3: its surface lies where that is 0.237, in a box where the
+// divisor goes through zero. Far from the ball the quotient is -1/3, and nothing is there.
+TEST(BlobbyOracles, BoundsOfQuotients) {
+    scene::Blobby blobby;
+    blobby.code = std::vector<int32_t>{1001, 0, 1000, 16, 1000, 17, 4, 1, 0, 5, 2, 3};
+    blobby.floats = std::vector<float>{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0.3f, 0.1f};
+    blobby.leaves = 1;
+    BlobbyField field;
+    Journal journal;
+    ASSERT_TRUE(field.prepare(blobby, {}, {}, journal));
+    const double lo[3] = {-1, -1, -1}, hi[3] = {1, 1, 1}, beside[3] = {4, -0.2, -0.2},
+                 far[3] = {4.4, 0.2, 0.2};
+    BlobbyField::Local local;
+    field.localize(lo, hi, nullptr, local);
+    EXPECT_TRUE(local.crosses);
+    const double r = std::sqrt(1 - std::cbrt(0.3 + 0.1 / BlobbyField::Surface)), p[3] = {r, 0, 0};
+    EXPECT_NEAR(field.value(p, local), BlobbyField::Surface, 1e-6);
+    field.localize(beside, far, nullptr, local);
+    EXPECT_FALSE(local.crosses);
+}
+
+// A placed ellipsoid, mirrored or its orientation reversed: vertices on the level of 0.42, where (1 - r^2)^3
+// is that in the ball's own units; normals along the slope there, quads wound to the outside.
+TEST(BlobbyOracles, PlacedBlobs) {
+    const Transform turned = Transform::translate(3, -5, 2) * Transform::rotate(50, 1, -2, 0.5);
+    Transform sheared = turned;
+    sheared.m[0][1] += 0.7, sheared.m[2][0] -= 0.4;
+    for (const bool reversed : {false, true})
+        for (const Transform& m : {turned * Transform::scale(2, 2, 2), sheared * Transform::scale(1, 3, 0.8),
+                                   sheared * Transform::scale(-1, 2, 1)}) {
+            // Row vectors: q L + t lies at q of the unit ball.
+            const float L[16] = {1.2f, 0.3f, 0, 0, -0.2f, 0.8f, 0.1f, 0, 0, 0.2f, 1, 0, 0.5f, -1, 2, 1};
+            scene::Blobby blobby;
+            blobby.code = std::vector<int32_t>{1001, 0};
+            blobby.floats = std::vector<float>(L, L + 16);
+            blobby.leaves = 1;
+            scene::Primitive p;
+            p.geometry = blobby;
+            auto attributes = std::make_shared<scene::Attributes>();
+            attributes->reverse_orientation = reversed;
+            p.attributes = attributes;
+            Eye eye;
+            eye.pixels = 12;
+            MeshParts out;
+            Journal journal;
+            ASSERT_TRUE(mesh_from_blobby(p, blobby, m, eye, journal, out));
+            // Where the ball's axes and its middle are, and the rows that take them back.
+            double axis[3][3], middle[3], back[3][3];
+            for (size_t c = 0; c < 3; c++) {
+                middle[c] = m.m[c][3];
+                for (size_t k = 0; k < 3; k++) {
+                    axis[k][c] = 0;
+                    for (size_t e = 0; e < 3; e++)
+                        axis[k][c] += m.m[c][e] * double(L[4 * k + e]);
+                    middle[c] += m.m[c][k] * double(L[12 + k]);
+                }
+            }
+            for (size_t k = 0; k < 3; k++) {
+                const auto &a = axis[(k + 1) % 3], &b = axis[(k + 2) % 3];
+                for (size_t c = 0; c < 3; c++)
+                    back[k][c] = a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3];
+                const double det =
+                    axis[k][0] * back[k][0] + axis[k][1] * back[k][1] + axis[k][2] * back[k][2];
+                for (double& x : back[k])
+                    x /= det;
+            }
+            const grid::Grid& g = out.vertices;
+            const size_t n = size_t(g.stride);
+            const double level = 0.25;
+            int off = 0;
+            for (size_t i = 0; i < size_t(g.vertices()); i++) {
+                double r2 = 0, slope[3] = {}, along = 0, own = 0, l = 0;
+                for (size_t k = 0; k < 3; k++) {
+                    double q = 0;
+                    for (size_t c = 0; c < 3; c++)
+                        q += back[k][c] * (double(g.P[i + c * n]) - middle[c]);
+                    r2 += q * q;
+                    for (size_t c = 0; c < 3; c++)
+                        slope[c] += q * back[k][c];
+                }
+                off += std::abs(r2 / level - 1) > 1e-4;
+                EXPECT_NEAR(r2, level, 0.02); // where a cell holds Newton's steps up
+                for (size_t c = 0; c < 3; c++) {
+                    along += slope[c] * double(g.N[i + c * n]);
+                    own += slope[c] * slope[c], l += double(g.N[i + c * n]) * double(g.N[i + c * n]);
+                    EXPECT_EQ(g.N[i + c * n], g.Ng[i + c * n]);
+                }
+                EXPECT_NEAR(along / std::sqrt(own * l), reversed ? -1 : 1, 1e-5);
+            }
+            EXPECT_LT(off, g.vertices() / 20);
+            double enclosed = 0; // of what is traced: outlines of facets are the ellipsoid's in the mean
+            for (size_t f = 0; f < out.mesh.indices.size(); f += 4) {
+                const auto q = [&](size_t k) { return g.position(int(out.mesh.indices[f + k])); };
+                const Vec3f normal = at(g.N, out.mesh.indices[f], n);
+                const Vec3f area = cross(q(2) - q(0), q(3) - q(1));
+                EXPECT_GT(dot(area, normal) * (reversed ? -1.0f : 1.0f), 0);
+                const auto traced = [&](size_t k) { return at(out.mesh.P, out.mesh.indices[f + k], n); };
+                const Vec3f from{float(middle[0]), float(middle[1]), float(middle[2])};
+                const Vec3f t = (traced(0) + traced(1) + traced(2) + traced(3)) * 0.25f - from;
+                enclosed += double(dot(cross(traced(2) - traced(0), traced(3) - traced(1)), t)) / 6;
+            }
+            double det = 0;
+            for (size_t c = 0; c < 3; c++)
+                det += axis[0][c] * (axis[1][(c + 1) % 3] * axis[2][(c + 2) % 3] -
+                                     axis[1][(c + 2) % 3] * axis[2][(c + 1) % 3]);
+            const double ball = 4 / 3.0 * std::acos(-1.0) * std::pow(level, 1.5) * std::abs(det);
+            EXPECT_NEAR(enclosed / ball, 1, 0.01);
+        }
+}
+
+} // namespace kanuka::geom

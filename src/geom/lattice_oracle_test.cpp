@@ -2,13 +2,10 @@
 // normals and data, over whole faces, small parts of them, single lines and collapsed sides.
 #include "geom/test_lattices.h"
 
-using namespace kanuka;
-using namespace kanuka::geom;
-using namespace kanuka::geom::testing;
-using scene::Detail;
-using scene::Type;
-
+namespace kanuka::geom {
 namespace {
+
+using namespace testing;
 
 // ---- bases, by their polynomials (RenderMan Interface 3.2, 5.3)
 
@@ -385,3 +382,5 @@ TEST(LatticeOracles, NormalsOfCollapsedSides) {
         expect_face(*surface, 0, e, "side " + std::to_string(side), 5e-3);
     }
 }
+
+} // namespace kanuka::geom

@@ -344,6 +344,11 @@ TEST(HierarchicalEdits, HolesAndSharpness) {
     EXPECT_GT(reach, 0.9f); // 0.87 for the smooth one
 }
 
+// As deep as a cage of four million faces: a hole of six times 4^7.
+TEST(HierarchicalEdits, DeepOnesAreMade) {
+    EXPECT_EQ(make(cube({{"faceedit", {8, 0, 0, 0, 0, 0, 0, 0, 0}, {}, {"hole"}}}))->faces(), (6 << 14) - 1);
+}
+
 TEST(HierarchicalEdits, WhatFitsNothingIsLeftOut) {
     const std::vector<std::string> add{"add", "P", "value"};
     const std::pair<Tag, const char*> bad[] = {

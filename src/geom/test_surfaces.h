@@ -8,6 +8,8 @@
 
 namespace kanuka::geom::testing {
 
+using scene::Detail;
+using scene::Type;
 using scene::testing::value;
 
 inline scene::Primitive primitive(scene::Geometry g, std::vector<float> p) {

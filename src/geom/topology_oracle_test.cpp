@@ -8,13 +8,10 @@
 #include "geom/test_surfaces.h"
 #include "geom/triangulate.h"
 
-using namespace kanuka;
-using namespace kanuka::geom;
-using namespace kanuka::geom::testing;
-using scene::Detail;
-using scene::Type;
-
+namespace kanuka::geom {
 namespace {
+
+using namespace testing;
 
 // Sides lie on their edges, edges end at their vertices, and what is one place has one number; so many
 // vertices, edges and faces as Euler's formula has for the shape.
@@ -458,3 +455,5 @@ TEST(TrimOracles, CurvesAreFollowedAsFarAsItShows) {
     }
     EXPECT_EQ(TrimRegion::even(0.25, 0.75), (TrimRegion::Point{1 << 21, 3 << 21}));
 }
+
+} // namespace kanuka::geom

@@ -1,51 +1,11 @@
-// Curves, blobs and ground as they are handed to the tracer, seen by a view of known measures: where vertices
+// Curves, points and blobs as they are handed to the tracer, seen by a view of known measures: where vertices
 // lie, how finely they stand, and what they carry, by formulas written apart.
-#include <cmath>
-#include <cstring>
-#include <fstream>
-#include <random>
+#include "geom/test_traced.h"
 
-#include "geom/ground_map.h"
-#include "geom/test_surfaces.h"
-#include "geom/traced_mesh.h"
-
-using namespace kanuka;
-using namespace kanuka::geom;
-using namespace kanuka::geom::testing;
-using scene::Detail;
-using scene::Type;
-
+namespace kanuka::geom {
 namespace {
 
-// From +z: without perspective, or from a place on that axis.
-class Eye : public Viewpoint {
-  public:
-    float per_pixel = 1, pixels = 1,
-          distance = 0; // micropolygon edges a pixel, pixels a unit (at distance 1)
-    float cells(const Vec3f& a, const Vec3f& b) const override {
-        if (distance == 0)
-            return length(b - a) * pixels * per_pixel;
-        double sum = 0; // of small steps
-        for (int i = 0; i < 64; i++)
-            sum += double(length(b - a)) / 64 * double(pixels_per_unit(lerp((float(i) + 0.5f) / 64, a, b)));
-        return float(sum) * per_pixel;
-    }
-    float pixels_per_unit(const Vec3f& p) const override {
-        return distance == 0 ? pixels : pixels / length(Vec3f(0, 0, distance) - p);
-    }
-    Vec3f towards_camera(const Vec3f& p) const override {
-        return distance == 0 ? Vec3f(0, 0, 1) : normalize(Vec3f(0, 0, distance) - p);
-    }
-    bool has_camera() const override { return true; }
-};
-
-MeshParts curves(const scene::Primitive& p, const Eye& eye, bool polygons = false) {
-    MeshParts out;
-    Journal journal;
-    EXPECT_TRUE(mesh_from_curves(p, std::get<scene::Curves>(p.geometry), {}, eye, polygons, journal, out));
-    EXPECT_TRUE(journal.entries().empty()) << journal.entries()[0].message;
-    return out;
-}
+using namespace testing;
 
 scene::Primitive quarter_circle(float radius) {
     scene::Curves c;
@@ -53,10 +13,6 @@ scene::Primitive quarter_circle(float radius) {
     c.vertices_per_curve = std::vector<int32_t>{4};
     const float k = 0.5522847f * radius; // off by 0.03 % of the radius
     return primitive(c, {radius, 0, 0, radius, k, 0, k, radius, 0, 0, radius, 0});
-}
-
-Vec3f at(const std::vector<float>& all, size_t i, size_t stride) {
-    return {all[i], all[i + stride], all[i + 2 * stride]};
 }
 
 } // namespace
@@ -331,151 +287,29 @@ TEST(BlobbyOracles, CellsAreMicropolygonsWhereItIsNearest) {
     }
 }
 
-namespace {
-
-// A file of depths, and what it says, in double.
-struct Ground {
-    int width, height;
-    double screen[4][4], camera[4][4]; // row vectors
-    std::vector<float> depths;
-
-    explicit Ground(int w, int h, uint32_t seed) : width(w), height(h) {
-        std::mt19937 random(seed);
-        for (int i = 0; i < w * h; i++)
-            depths.push_back(5 + float(random() % 1000) / 400);
-        const double c = std::cos(0.3), s = std::sin(0.3), f = 1.3;
-        // World to camera: turned about z, moved along it; then to the screen, in perspective.
-        const double to_camera[4][4] = {{c, s, 0, 0}, {-s, c, 0, 0}, {0, 0, 1, 0}, {0.1, -0.2, 0.5, 1}};
-        const double project[4][4] = {{f, 0, 0, 0}, {0, 1.1 * f, 0, 0}, {0, 0, 1, 1}, {0, 0, -0.1, 0}};
-        for (size_t r = 0; r < 4; r++)
-            for (size_t k = 0; k < 4; k++) {
-                camera[r][k] = double(float(to_camera[r][k]));
-                double sum = 0;
-                for (size_t i = 0; i < 4; i++)
-                    sum += to_camera[r][i] * project[i][k];
-                screen[r][k] = double(float(sum));
-            }
-    }
-    void write(const std::string& path, bool turned) const {
-        std::string bytes;
-        const auto put = [&](auto v) {
-            char b[sizeof v];
-            std::memcpy(b, &v, sizeof v);
-            if (turned)
-                std::reverse(b, b + sizeof v);
-            bytes.append(b, sizeof v);
-        };
-        put(uint32_t(0x2F0867AB)), put(uint16_t(width)), put(uint16_t(height));
-        for (const auto& m : {screen, camera})
-            for (size_t r = 0; r < 4; r++)
-                for (size_t k = 0; k < 4; k++)
-                    put(float(m[r][k]));
-        for (const float z : depths)
-            put(z);
-        std::ofstream(path, std::ios::binary) << bytes;
-    }
-    static double column(const double (&m)[4][4], size_t k, const double* p) {
-        return p[0] * m[0][k] + p[1] * m[1][k] + p[2] * m[2][k] + m[3][k];
-    }
-    bool raster(const double* p, double& x, double& y) const {
-        const double w = column(screen, 3, p);
-        x = (column(screen, 0, p) / w + 1) / 2 * width, y = (1 - column(screen, 1, p) / w) / 2 * height;
-        return w > 0 && x >= 0 && y >= 0 && x <= width && y <= height;
-    }
-    double depth(double x, double y) const { // texels hold at their middles, between which is what is linear
-        double sum = 0;
-        for (int j = 0; j < height; j++)
-            for (int i = 0; i < width; i++) {
-                const double mx = std::min(std::max(x, 0.5), width - 0.5),
-                             my = std::min(std::max(y, 0.5), height - 0.5);
-                sum += std::max(0.0, 1 - std::abs(mx - i - 0.5)) * std::max(0.0, 1 - std::abs(my - j - 0.5)) *
-                       double(depths[size_t(j * width + i)]);
-            }
-        return sum;
-    }
-    double z(const double* p) const { return column(camera, 2, p); }
-};
-
-} // namespace
-
-// Heights over a file of depths, in either byte order and of any shape; bounds over boxes hold, and are those
-// of texels at most as far away as the box is wide.
-TEST(GroundOracles, HeightsAndTheirBounds) {
-    std::mt19937 engine(7);
-    const auto uniform = [&](double lo, double hi) {
-        return lo + (hi - lo) * double(engine()) / 4294967296.0;
-    };
-    const std::string path = ::testing::TempDir() + "kanuka_ground.z";
-    for (const auto& [w, h] : {std::pair{37, 23}, {1, 9}, {16, 1}, {1, 1}, {2, 2}})
-        for (const bool turned : {false, true}) {
-            const Ground ground(w, h, uint32_t(w));
-            ground.write(path, turned);
-            std::string why;
-            const auto map = GroundMap::read(path, why);
-            ASSERT_TRUE(map) << why;
-            int inside = 0, narrow = 0;
-            for (int i = 0; i < 3000; i++) {
-                const double p[3] = {uniform(-6, 6), uniform(-6, 6), uniform(-1, 8)};
-                double x, y;
-                if (!ground.raster(p, x, y)) {
-                    EXPECT_GE(map->height(p), GroundMap::Nothing);
-                    continue;
-                }
-                inside++;
-                EXPECT_NEAR(map->height(p), ground.depth(x, y) - ground.z(p), 1e-6);
-                if (i % 4)
-                    continue;
-                // A parallelepiped about it.
-                const double size = uniform(0.01, 1.5);
-                double edge[3][3], corners[8][3];
-                for (auto& e : edge)
-                    for (double& c : e)
-                        c = uniform(-size, size);
-                double lo[2] = {1e30, 1e30}, hi[2] = {-1e30, -1e30}, near = 1e30, far = -1e30;
-                bool within = true;
-                for (int k = 0; k < 8; k++) {
-                    for (int c = 0; c < 3; c++)
-                        corners[k][c] = p[c] + (k & 1 ? edge[0][c] : 0) + (k & 2 ? edge[1][c] : 0) +
-                                        (k & 4 ? edge[2][c] : 0);
-                    double q[2];
-                    within &= ground.raster(corners[k], q[0], q[1]);
-                    for (int c = 0; c < 2; c++)
-                        lo[c] = std::min(lo[c], q[c]), hi[c] = std::max(hi[c], q[c]);
-                    near = std::min(near, ground.z(corners[k])), far = std::max(far, ground.z(corners[k]));
-                }
-                const GroundMap::Range bounds = map->heights(corners);
-                for (int k = 0; k < 20; k++) {
-                    const double a = uniform(0, 1), b = uniform(0, 1), t = uniform(0, 1);
-                    double q[3];
-                    for (int c = 0; c < 3; c++)
-                        q[c] = p[c] + a * edge[0][c] + b * edge[1][c] + t * edge[2][c];
-                    const double height = map->height(q);
-                    EXPECT_GE(height, bounds.lo - 1e-6);
-                    EXPECT_LE(height, bounds.hi + 1e-6);
-                }
-                if (!within) // beside the picture there is no ground: no upper bound
-                    continue;
-                const double reach = std::max(hi[0] - lo[0], hi[1] - lo[1]) + 2;
-                double least = 1e30, most = -1e30;
-                for (int b = 0; b < h; b++)
-                    for (int a = 0; a < w; a++)
-                        if (a + 1 >= lo[0] - reach && a <= hi[0] + reach && b + 1 >= lo[1] - reach &&
-                            b <= hi[1] + reach) {
-                            least = std::min(least, double(ground.depths[size_t(b * w + a)]));
-                            most = std::max(most, double(ground.depths[size_t(b * w + a)]));
-                        }
-                EXPECT_GE(bounds.lo, least - far - 1e-6);
-                EXPECT_LE(bounds.hi, most - near + 1e-6);
-                narrow++;
-            }
-            EXPECT_GT(inside, 300);
-            EXPECT_GT(narrow, 20);
-            // Short of its last byte it is no map.
-            std::ifstream whole(path, std::ios::binary);
-            std::string bytes((std::istreambuf_iterator<char>(whole)), {});
-            bytes.pop_back();
-            std::ofstream(path, std::ios::binary) << bytes;
-            EXPECT_FALSE(GroundMap::read(path, why));
+// Where micropolygons are long, cells are as small as keeps a chord along a cell's diagonal within the
+// tolerance of the tightest bend: b^2 / a at an ellipsoid's tip. A lattice's edges along an axis meet its
+// outline from there twice.
+TEST(BlobbyOracles, CellsAreSmallWhereItBends) {
+    for (const float longer : {1.0f, 2.0f})
+        for (const float chord : {0.1f, 0.25f, 0.5f}) {
+            scene::Blobby blobby;
+            blobby.code = std::vector<int32_t>{1001, 0};
+            blobby.floats = std::vector<float>{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, longer, 0, 0, 0, 0, 1};
+            blobby.leaves = 1;
+            scene::Primitive p;
+            p.geometry = blobby;
+            Eye eye;
+            eye.pixels = 200, eye.edge = 20, eye.per_pixel = 1 / eye.edge, eye.chord = chord;
+            MeshParts out;
+            Journal journal;
+            ASSERT_TRUE(mesh_from_blobby(p, blobby, {}, eye, journal, out));
+            // Half axes of half the support: 1/2 and longer / 2. (cell sqrt(2))^2 / 8 r = chord.
+            const double r = 0.5 / double(longer) * 200, cell = 2 * std::sqrt(r * double(chord)) / 200;
+            const double outlines = std::acos(-1.0) * 0.25 * (1 + 2 * double(longer));
+            const double made = double(out.mesh.indices.size()) / 4;
+            EXPECT_NEAR(std::sqrt(made / (2 * outlines / (cell * cell))), 1, 0.03) << longer << " " << chord;
         }
-    std::remove(path.c_str());
 }
+
+} // namespace kanuka::geom

@@ -1,6 +1,7 @@
 #include "geom/triangulate.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <unordered_map>
 
@@ -19,11 +20,14 @@ Vec3f newell_normal(const Vec3f* p, int count) {
 }
 
 bool is_convex(const Vec3f* p, int count, const Vec3f& normal) {
-    const float n2 = length_squared(normal);
+    using V = std::array<double, 3>; // fourth powers of lengths: beyond single precision from 60 000 on
+    const auto v = [](const Vec3f& f) { return V{double(f.x), double(f.y), double(f.z)}; };
+    const auto inner = [](const V& a, const V& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
+    const V n = v(normal);
     for (int i = 0; i < count; i++) {
-        const Vec3f a = p[(i + 1) % count] - p[i], b = p[(i + 2) % count] - p[(i + 1) % count];
-        const Vec3f c = cross(a, b);
-        if (dot(c, normal) < -1e-6f * sqrt(n2 * length_squared(a) * length_squared(b)))
+        const V a = v(p[(i + 1) % count] - p[i]), b = v(p[(i + 2) % count] - p[(i + 1) % count]);
+        const V c{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+        if (inner(c, n) < -1e-6 * std::sqrt(inner(n, n) * inner(a, a) * inner(b, b)))
             return false;
     }
     return true;
