@@ -26,14 +26,14 @@ double seconds_of(TestScene& s, int progressions) {
 
 // Standard deviation of a sample over the mean of its pixel, averaged over the picture; means from `truth`.
 double noise_of(TestScene& s, const std::vector<PixelSums>& truth, int progressions) {
-    s.view.seed = 77;
+    s.view.settings.seed = 77;
     double sum = 0;
     const auto pixels = s.render(progressions, 0);
     for (size_t i = 0; i < pixels.size(); i++) {
         const double d = double(pixels[i].rgb[1]) - double(truth[i].rgb[1]);
         sum += d * d / (double(truth[i].rgb[1]) * double(truth[i].rgb[1]) + 1e-3);
     }
-    s.view.seed = 0;
+    s.view.settings.seed = 0;
     return std::sqrt(sum / double(pixels.size()) * progressions);
 }
 
@@ -74,12 +74,12 @@ int main(int argc, char** argv) {
             const auto truth = s.render(quick ? 64 : 512, 0);
             const double noise = noise_of(s, truth, quick ? 8 : 64);
             double uniform = 0;
-            if (!s.view.tree.empty()) {
+            if (!s.view.lights.tree.empty()) {
                 s.make_uniform();
                 uniform = noise_of(s, truth, quick ? 8 : 64);
             }
             std::printf(", \"noise\": %.4f, \"uniform_noise\": %.4f, \"tree_bytes\": %llu}\n", noise, uniform,
-                        static_cast<unsigned long long>(s.view.tree.bytes()));
+                        static_cast<unsigned long long>(s.data.lights.tree.bytes()));
             std::fflush(stdout);
         }
 }

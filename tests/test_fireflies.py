@@ -42,9 +42,9 @@ def test_the_report_follows_the_path() -> None:
         assert not path[at - 2]["smooth"]
         assert all(v["smooth"] for v in path if v["object"] == "mirror" and v["lobe"])
         # The panel by way of the mirror is nearly all there is, and what was traced again is what was seen.
-        brought = sum(v["met"] + v["emitted"] + v["asked"] for v in path)
-        assert path[at]["emitted"] == pytest.approx(brought, rel=0.05)
-        assert brought == pytest.approx(each["luminance"], rel=0.6)  # of its wavelengths: not quite luminance
+        arrived = sum(v["lights_hit"] + v["emitted"] + v["light_samples"] for v in path)
+        assert path[at]["emitted"] == pytest.approx(arrived, rel=0.05)
+        assert arrived == pytest.approx(each["luminance"], rel=0.6)  # of its wavelengths: not quite luminance
 
 
 def test_the_report_does_not_depend_on_threads() -> None:

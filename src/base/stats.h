@@ -24,7 +24,7 @@ struct Stats {
         struct Vertex {
             std::string object, lobe; // empty: it left the scene; it ended here
             bool smooth = false, through = false;
-            float distance = 0, met = 0, emitted = 0, asked = 0; // radiance: PathVertex
+            float distance = 0, lights_hit = 0, emitted = 0, light_samples = 0; // radiance: LoggedVertex
         };
         int x, y;
         uint32_t progression;

@@ -105,9 +105,9 @@ PlacedCamera place_camera(const scene::Camera& c, const scene::Options& o, const
 
     const MotionPath path(keys, out.render_from_world);
     if (shutter.blurs() && path.moves()) {
-        v.motion.resize(12 * size_t(transport::CameraView::MotionSteps + 1));
+        out.motion.resize(12 * size_t(transport::CameraView::MotionSteps + 1));
         for (int i = 0; i <= transport::CameraView::MotionSteps; i++)
-            path.at(double(i) / transport::CameraView::MotionSteps, v.motion.data() + 12 * i);
+            path.at(double(i) / transport::CameraView::MotionSteps, out.motion.data() + 12 * i);
         for (const double t : {0.25, 0.5, 0.75, 1.0})
             d.also_from.push_back(path.at(t));
     }
@@ -123,7 +123,7 @@ std::vector<bvh::Scene::Plane> clipping_planes(const scene::Camera& of, const Pl
             planes.push_back({render_from_camera.point({c[0], c[1], c[2]}),
                               render_from_camera.normal({c[3], c[4], c[5]}, camera_from_render)});
     };
-    const std::vector<float>& motion = camera.view.motion;
+    const std::vector<float>& motion = camera.motion;
     if (motion.empty())
         add(camera.camera_from_render.inverse(), camera.camera_from_render);
     for (size_t i = 0; i + 12 <= motion.size(); i += 12) {

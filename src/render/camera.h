@@ -4,7 +4,7 @@
 #include "bvh/bvh.h"
 #include "dice/dice.h"
 #include "scene/scene.h"
-#include "transport/scene_view.h"
+#include "transport/camera_view.h"
 
 namespace kanuka::render {
 
@@ -20,7 +20,8 @@ struct PlacedCamera {
     // Rendering happens in a world whose origin is that, for precision far from the scene's own origin.
     Transform render_from_world, camera_from_render; // when the shutter opens
     Vec3f forward{0, 0, 1};                          // in render space, unit
-    transport::CameraView view;
+    transport::CameraView view;                      // but for its motion:
+    std::vector<float> motion;                       // CameraView::motion; empty = still
     dice::DicingCamera dicing;
 };
 

@@ -1,5 +1,7 @@
 #include "render/fireflies.h"
 
+#include <algorithm>
+
 namespace kanuka::render {
 namespace {
 
@@ -7,17 +9,17 @@ std::string object_name(const scene::Scene& scene, int id) { // they count from 
     if (id <= 0)
         return "";
     std::string number = "object " + std::to_string(id);
-    if (size_t(id) > scene.primitives.size())
+    const auto p = std::ranges::find(scene.primitives, id, &scene::Primitive::id); // groups' have others
+    if (p == scene.primitives.end())
         return number;
-    const scene::Primitive& p = scene.primitives[size_t(id) - 1];
-    if (!p.attributes->name.empty())
-        return p.attributes->name;
-    return p.where.line > 0 ? number + " (" + p.where.str() + ")" : number;
+    if (!p->attributes->name.empty())
+        return p->attributes->name;
+    return p->where.line > 0 ? number + " (" + p->where.str() + ")" : number;
 }
 
-std::string lobe_name(const transport::SceneView& view, const transport::PathVertex& v) {
+std::string lobe_name(const transport::SceneView& view, const transport::LoggedVertex& v) {
     if (v.program >= 0 && v.leaf >= 0)
-        for (const auto& node : view.materials[size_t(v.program)].nodes)
+        for (const auto& node : view.geometry.materials[size_t(v.program)].nodes)
             if (node.leaf == v.leaf)
                 return std::string(grid::lobe(node.lobe).name);
     return "";
@@ -28,20 +30,20 @@ std::string lobe_name(const transport::SceneView& view, const transport::PathVer
 std::vector<Stats::Firefly> explain_fireflies(const transport::BatchCounts& found, transport::Kernel& kernel,
                                               const transport::SceneView& view, const scene::Scene& scene) {
     std::vector<Stats::Firefly> out;
-    std::vector<float> aovs(view.aov_is_color.size());
+    std::vector<float> aovs(view.settings.aov_is_color.size());
     for (const transport::Firefly& f : found.worst) {
         if (f.x < 0)
             continue;
         transport::PixelSums sums{};
         transport::BatchCounts counts;
-        std::vector<transport::PathVertex> log;
+        std::vector<transport::LoggedVertex> log;
         transport::BatchRequest r{f.x, f.y, f.x + 1, f.y + 1, f.progression, &sums - f.x, 0, &log, nullptr};
         r.aovs = aovs.data() - ptrdiff_t(f.x) * ptrdiff_t(aovs.size());
         kernel.trace(r, counts);
         out.push_back({f.x, f.y, f.progression, f.luminance, f.mean, {}});
-        for (const transport::PathVertex& v : log)
+        for (const transport::LoggedVertex& v : log)
             out.back().path.push_back({object_name(scene, v.object), lobe_name(view, v), v.smooth, v.through,
-                                       v.distance, v.met, v.emitted, v.asked});
+                                       v.distance, v.lights_hit, v.emitted, v.light_samples});
     }
     return out;
 }

@@ -92,12 +92,12 @@ TEST(PlaceCamera, MovesFromTheEyeWhereItOpens) {
     const PlacedCamera moving = place_camera(c, o, {0.5, 1});
     EXPECT_DOUBLE_EQ(moving.eye[0], 1);
     EXPECT_DOUBLE_EQ(moving.eye[2], 1);
-    ASSERT_EQ(moving.view.motion.size(), 257u * 12);
-    EXPECT_FLOAT_EQ(moving.view.motion[3], 0);
-    EXPECT_FLOAT_EQ(moving.view.motion[128 * 12 + 3], 0.5f);
-    EXPECT_FLOAT_EQ(moving.view.motion[256 * 12 + 3], 1);
+    ASSERT_EQ(moving.motion.size(), 257u * 12);
+    EXPECT_FLOAT_EQ(moving.motion[3], 0);
+    EXPECT_FLOAT_EQ(moving.motion[128 * 12 + 3], 0.5f);
+    EXPECT_FLOAT_EQ(moving.motion[256 * 12 + 3], 1);
     EXPECT_EQ(moving.dicing.also_from.size(), 4u);
-    EXPECT_TRUE(place_camera(c, o, {0.5, 0.5}).view.motion.empty());
+    EXPECT_TRUE(place_camera(c, o, {0.5, 0.5}).motion.empty());
 }
 
 // A tangent of the picture is as many pixels across and up as it is in the picture itself, whether

@@ -81,13 +81,13 @@ TEST(Absorption, LampsOfAllKindsInTintedWater) {
             const auto l = lamp(kind);
             s.inputs.lights.push_back(l);
             s.finish();
-            s.view.integrator = IntegratorChoice::parse(integrator);
+            s.view.settings.integrator = IntegratorChoice::parse(integrator);
             double expected = 0;
             for (int y = 0; y < Size; y++)
                 for (int x = 0; x < Size; x++)
                     expected += arriving(kind, l.world_from_light, s.point(x, y), number) *
                                 double(Reflectance) / DoublePi / (Size * Size);
-            const auto e = s.estimate(s.view.integrator.name == "reference" ? 256 : 32, 8);
+            const auto e = s.estimate(s.view.settings.integrator.name == "reference" ? 256 : 32, 8);
             for (const auto& c : e.channel)
                 EXPECT_NEAR(c.mean(), expected, 0.006 * expected + 4.5 * c.error())
                     << int(kind) << integrator;
@@ -107,7 +107,7 @@ TEST(Absorption, ColouredWaterByBeerAndLambert) {
         s.inputs.lights.push_back(disk);
         s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0.01f, Size, Size);
         s.finish();
-        s.view.integrator = IntegratorChoice::parse(integrator);
+        s.view.settings.integrator = IntegratorChoice::parse(integrator);
         expect_mean(s.estimate(64, 8), seen([&](int i) { return 4 * std::exp(-2 * amount_at(a, i)); }), 0.004,
                     integrator);
     }
@@ -117,7 +117,7 @@ TEST(Absorption, ColouredWaterByBeerAndLambert) {
     const auto b = amount(faint);
     fill_with(s, medium(faint, Rgb(0)));
     s.add_quad({0, 0, 2}, {0, 4, 0}, {4, 0, 0}, {matte(Rgb(0.8f))});
-    s.add_quad({0, 0, -1}, {0.05f, 0, 0}, {0, 0.05f, 0}, {glow(Rgb(1000))});
+    s.add_quad({0, 0, -1}, {0.05f, 0, 0}, {0, 0.05f, 0}, {emission(Rgb(1000))});
     s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0.01f, Size, Size);
     s.inputs.max_depth = 1;
     s.finish();
@@ -149,7 +149,7 @@ TEST(Absorption, WithoutEndAbsorbsAll) {
         s.inputs.lights.push_back(sky);
         s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0.8f, Size, Size);
         s.finish();
-        ASSERT_EQ(s.view.camera_media[0], 0);
+        ASSERT_EQ(s.view.media.around_camera[0], 0);
         EXPECT_EQ(s.estimate(16, 1).channel[1].mean(), 0) << picture;
     }
 }

@@ -77,12 +77,12 @@ void look(TestScene& s) {
 TEST(Air, LiesBeforeWhatTheCameraSees) {
     TestScene s;
     const Vec3f up(0, 4, 0);
-    add_quad(s, {-1.09f, 0, 2}, up, {1, 0, 0}, {glow(Rgb(2))}, 1);
-    add_quad(s, {0.0f, 0, 2}, up, {0.09f, 0, 0}, {glow(Rgb(1))}, -1);
-    add_quad(s, {1.09f, 0, 2}, up, {1, 0, 0}, {glow(Rgb(4))}, 0);
+    add_quad(s, {-1.09f, 0, 2}, up, {1, 0, 0}, {emission(Rgb(2))}, 1);
+    add_quad(s, {0.0f, 0, 2}, up, {0.09f, 0, 0}, {emission(Rgb(1))}, -1);
+    add_quad(s, {1.09f, 0, 2}, up, {1, 0, 0}, {emission(Rgb(4))}, 0);
     look(s);
     const Haze haze({0.3, 0.7});
-    s.view.air = &haze;
+    s.view.media.air = &haze;
     for (const int lanes : {1, 8}) {
         double sum[3] = {0, 0, 0};
         const auto pixels = s.render(64, lanes);
@@ -114,10 +114,10 @@ TEST(Air, LiesBeforeWhatTheCameraSees) {
 TEST(Air, LiesBeforeMirrorsAndInThem) {
     TestScene s;
     add_quad(s, {0, 0, 3}, {0, 8, 0}, {8, 0, 0}, {metal(0)}, 0);
-    add_quad(s, {0, 0, -1}, {9, 0, 0}, {0, 9, 0}, {glow(Rgb(3))}, 1);
+    add_quad(s, {0, 0, -1}, {9, 0, 0}, {0, 9, 0}, {emission(Rgb(3))}, 1);
     look(s);
     const Haze haze({0.2, 0.4});
-    s.view.air = &haze;
+    s.view.media.air = &haze;
     const auto pixels = s.render(64, 8);
     double sum[3] = {0, 0, 0};
     for (int y = 0; y < Size; y++)
@@ -142,11 +142,11 @@ TEST(Air, IsNotBeforeWhatLightsSurfaces) {
     for (const bool air : {false, true}) {
         TestScene s;
         add_quad(s, {0, 0, 3}, {0, 8, 0}, {8, 0, 0}, {matte(Rgb(0.5f))}, -1);
-        add_quad(s, {0, 0, -1}, {9, 0, 0}, {0, 9, 0}, {glow(Rgb(3))}, air ? 0 : -1);
+        add_quad(s, {0, 0, -1}, {9, 0, 0}, {0, 9, 0}, {emission(Rgb(3))}, air ? 0 : -1);
         s.inputs.max_depth = 1;
         look(s);
         const Haze haze({0.5});
-        s.view.air = air ? &haze : nullptr;
+        s.view.media.air = air ? &haze : nullptr;
         mean[air] = s.estimate(16, 1).channel[1].mean();
         EXPECT_TRUE(haze.segments.empty());
     }

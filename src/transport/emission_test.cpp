@@ -7,10 +7,10 @@ using namespace testing;
 
 namespace {
 
-Lobe cone_glow(float radiance, float angle, float softness) {
+Lobe cone_emission(float radiance, float angle, float softness) {
     return {grid::LobeId::ConeEmission, {Rgb(radiance), Vec3f(angle), Vec3f(softness)}};
 }
-Lobe profile_glow(float radiance, float exponent) {
+Lobe profile_emission(float radiance, float exponent) {
     return {grid::LobeId::ProfileEmission, {Rgb(radiance), Vec3f(exponent)}};
 }
 double falloff_of(const Lobe& lobe, double cosine) {
@@ -23,8 +23,8 @@ double falloff_of(const Lobe& lobe, double cosine) {
     const double t = std::clamp((cosine - outer) / std::max(inner - outer, 1e-9), 0.0, 1.0);
     return t * t * (3 - 2 * t);
 }
-const Lobe Shapes[] = {cone_glow(5, 50, 0.5f), cone_glow(5, 80, 1), cone_glow(5, 35, 0),
-                       profile_glow(5, 0.5f),  profile_glow(5, 3),  profile_glow(5, 40)};
+const Lobe Shapes[] = {cone_emission(5, 50, 0.5f), cone_emission(5, 80, 1), cone_emission(5, 35, 0),
+                       profile_emission(5, 0.5f),  profile_emission(5, 3),  profile_emission(5, 40)};
 
 } // namespace
 
@@ -79,7 +79,7 @@ TEST(Emission, IrradianceOfShapes) {
 
 // A glossy floor: asked for by a table and by the hierarchy, and met alone.
 TEST(Emission, AskedForAndMetAreTheSame) {
-    for (const Lobe& shape : {cone_glow(6, 60, 0.6f), profile_glow(6, 2)}) {
+    for (const Lobe& shape : {cone_emission(6, 60, 0.6f), profile_emission(6, 2)}) {
         double mean[3] = {}, error[3] = {};
         for (int mode = 0; mode < 3; mode++) {
             TestScene s;
@@ -90,10 +90,10 @@ TEST(Emission, AskedForAndMetAreTheSame) {
             s.add_quad({-0.6f, 0.8f, 3}, {0.2f, 0.05f, 0}, {0, -0.05f, 0.2f}, {shape});
             if (mode == 1)
                 for (int k = 0; k < 8; k++)
-                    s.add_quad({float(k), 40, -60}, {0.01f, 0, 0}, {0, 0, 0.01f}, {glow(Rgb(1e-4f))});
+                    s.add_quad({float(k), 40, -60}, {0.01f, 0, 0}, {0, 0, 0.01f}, {emission(Rgb(1e-4f))});
             s.finish();
             if (mode == 2)
-                s.view.choices = 0;
+                s.view.lights.choices = 0;
             const auto e = s.estimate(mode == 2 ? 256 : 64, 12);
             mean[mode] = e.channel[1].mean(), error[mode] = e.channel[1].error();
         }

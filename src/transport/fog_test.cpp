@@ -96,14 +96,14 @@ TEST(Fog, SingleScatteringOfLamps) {
     int k = 0;
     for (const Fog& fog : cases) {
         auto& s = const_cast<TestScene&>(fog.s);
-        EXPECT_EQ(s.view.fog_lamps.size(), fog.lamps.size());
+        EXPECT_EQ(s.view.lights.fog_lamps.size(), fog.lamps.size());
         if (k == 3) {
             EXPECT_EQ(s.estimate(16, 1).channel[1].mean(), 0);
         } else if (k < 5)
             expect_mean(s.estimate(64, 8), fog.expected(), 0.006, "case " + std::to_string(k));
         else {
             const auto with = s.estimate(256, 8);
-            s.view.fog_lamps.clear();
+            s.view.lights.fog_lamps = {};
             expect_same(with, s.estimate(256, 8), 0.005, "spots");
         }
         k++;
@@ -116,7 +116,7 @@ TEST(Fog, LampsAreLinked) {
     Fog fog(Rgb(0), Rgb(0.1f), 0, {lit, unlit});
     fog.s.inputs.lights[1].lit_sets = ~1;
     fog.s.finish();
-    ASSERT_TRUE(fog.s.view.linked);
+    ASSERT_TRUE(fog.s.view.lights.linked);
     expect_mean(fog.s.estimate(64, 8), Fog(Rgb(0), Rgb(0.1f), 0, {lit}).expected(), 0.006, "one of two");
 }
 
@@ -134,12 +134,12 @@ TEST(Fog, TheSameWithAndWithout) {
     look_along_z(s, 0.4f);
     s.inputs.max_depth = 4;
     s.finish();
-    ASSERT_EQ(s.view.fog_lamps.size(), 1u);
+    ASSERT_EQ(s.view.lights.fog_lamps.size(), 1u);
     const auto with = s.estimate(128, 8);
-    s.view.integrator = IntegratorChoice::parse("reference");
+    s.view.settings.integrator = IntegratorChoice::parse("reference");
     const auto plain = s.estimate(128, 8);
-    s.view.integrator = IntegratorChoice::parse("path");
-    s.view.fog_lamps.clear();
+    s.view.settings.integrator = IntegratorChoice::parse("path");
+    s.view.lights.fog_lamps = {};
     const auto without = s.estimate(256, 8);
     expect_same(with, without, 0.006, "without");
     expect_same(with, plain, 0.01, "plain");
@@ -149,9 +149,9 @@ TEST(Fog, VariesLittle) {
     Fog fog(Rgb(0), Rgb(0.05f), 0, {{{0.13f, 0.21f, 2}, 3}});
     const auto relative = [&] {
         const auto truth = fog.s.render(2048, 8);
-        fog.s.view.seed = 7;
+        fog.s.view.settings.seed = 7;
         const auto pixels = fog.s.render(64, 8);
-        fog.s.view.seed = 0;
+        fog.s.view.settings.seed = 0;
         double sum = 0;
         for (size_t i = 0; i < pixels.size(); i++)
             sum +=
@@ -159,9 +159,9 @@ TEST(Fog, VariesLittle) {
         return sum;
     };
     const double with = relative();
-    const auto lamps = std::exchange(fog.s.view.fog_lamps, {});
+    const auto lamps = std::exchange(fog.s.view.lights.fog_lamps, {});
     const auto few = fog.s.render(64, 8);
-    fog.s.view.fog_lamps = lamps;
+    fog.s.view.lights.fog_lamps = lamps;
     const auto truth = fog.s.render(2048, 8);
     double without = 0;
     for (size_t i = 0; i < few.size(); i++)

@@ -52,7 +52,7 @@ TEST(Furnace, ClosedRoom) {
         {{grid::LobeId::LambertBrdf, {Rgb(1)}, 0.5f}, "half weight"}};
     for (const auto& [lobe, name] : walls) {
         TestScene s;
-        add_room(s, {lobe, glow(Rgb(1))});
+        add_room(s, {lobe, emission(Rgb(1))});
         s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 1, Size, Size);
         s.inputs.max_depth = 48;
         s.finish();
@@ -63,7 +63,7 @@ TEST(Furnace, ClosedRoom) {
 TEST(Furnace, ColouredRoom) {
     TestScene s;
     const Rgb r(0.6f, 0.3f, 0.45f);
-    add_room(s, {matte(r), glow(Rgb(1))});
+    add_room(s, {matte(r), emission(Rgb(1))});
     s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 1, Size, Size);
     s.inputs.max_depth = 48;
     s.finish();
@@ -200,9 +200,9 @@ TEST(Furnace, BumpedPlanesVanish) {
 // A glowing ball in a white room: light found by chance and light asked for agree on which side shines.
 TEST(Furnace, GlowingSphereLightsARoom) {
     TestScene s;
-    add_room(s, {matte(Rgb(0.5f)), glow(Rgb(1))});
+    add_room(s, {matte(Rgb(0.5f)), emission(Rgb(1))});
     s.add_sphere({0.2f, 0.1f, 0.5f}, 0.3f, 24,
-                 {matte(Rgb(0.5f)), glow(Rgb(1))}); // same as the walls: nothing changes
+                 {matte(Rgb(0.5f)), emission(Rgb(1))}); // same as the walls: nothing changes
     s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 1, Size, Size);
     s.inputs.max_depth = 48;
     s.finish();

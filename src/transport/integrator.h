@@ -12,7 +12,6 @@
 
 #include <array>
 #include <span>
-#include <string>
 #include <string_view>
 #include <vector>
 
@@ -33,7 +32,7 @@ using IntegratorValues = std::array<float, 4>;
 
 // An integrator with its values, as users write it: "ao", "ao:distance=2,…".
 struct IntegratorChoice {
-    std::string name = "path";
+    std::string_view name = "path"; // of the table of integrators
     IntegratorValues values{};
 
     // Throws Error that says what there is.

@@ -59,7 +59,7 @@ std::span<const NamedIntegrator> integrators() {
 IntegratorChoice IntegratorChoice::parse(std::string_view text) {
     const size_t colon = std::min(text.find(':'), text.size());
     const IntegratorRow& row = row_of(text.substr(0, colon));
-    IntegratorChoice choice{std::string(row.name), {}};
+    IntegratorChoice choice{row.name, {}};
     for (size_t k = 0; k < choice.values.size(); k++)
         choice.values[k] = row.info->parameters[k].fallback;
     text.remove_prefix(std::min(colon + 1, text.size()));
@@ -77,7 +77,7 @@ int widest_lanes() {
 }
 
 std::unique_ptr<Kernel> make_kernel(const SceneView& scene, int lanes) {
-    const IntegratorRow& row = row_of(scene.integrator.name);
+    const IntegratorRow& row = row_of(scene.settings.integrator.name);
     if (lanes == 0)
         lanes = widest_lanes();
     if (lanes != 1 && lanes != 8 && lanes != 16)
@@ -86,7 +86,7 @@ std::unique_ptr<Kernel> make_kernel(const SceneView& scene, int lanes) {
     const auto sixteen = has_avx512() ? row.w16_avx512 : row.w16;
     const auto eight = either(row.w8, row.w1);
     const auto make = either(lanes == 1 ? row.w1 : lanes == 16 ? sixteen : nullptr, eight);
-    return make(scene, scene.integrator.values);
+    return make(scene, scene.settings.integrator.values);
 }
 
 } // namespace kanuka::transport

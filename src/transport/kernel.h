@@ -51,24 +51,25 @@ struct BatchCounts {
     }
 };
 
-// What one path did, vertex by vertex: asked for with requests of a single pixel.
-struct PathVertex {
+// What one path did, vertex by vertex: with requests of a single pixel.
+struct LoggedVertex {
     int object = -1, program = -1; // -1: it left the scene
     int leaf = -1;                 // the lobe that sent it on; -1 = it ended
     bool smooth = false, through = false;
     float distance = 0;
-    // Radiance that came in here: of the sky and lights on the way, of the surface, of the light asked.
-    float met = 0, emitted = 0, asked = 0;
+    // Radiance that came in here: of the sky and lights that the segment hit, of the surface, of light
+    // samples.
+    float lights_hit = 0, emitted = 0, light_samples = 0;
 };
 
 // A rectangle of pixels, at most BatchSize of them, at one progression.
 struct BatchRequest {
     int x0, y0, x1, y1;
     uint32_t progression;
-    PixelSums* pixels;                      // of pixel (0, 0) of the film
-    int stride;                             // pixels a row
-    std::vector<PathVertex>* log = nullptr; // of the one path
-    float* aovs = nullptr;                  // of pixel (0, 0): SceneView::aov_is_color.size() sums a pixel
+    PixelSums* pixels;                        // of pixel (0, 0) of the film
+    int stride;                               // pixels a row
+    std::vector<LoggedVertex>* log = nullptr; // of the one path
+    float* aovs = nullptr; // of pixel (0, 0): SettingsView::aov_is_color.size() sums a pixel
 };
 
 // Scratch memory of one thread.

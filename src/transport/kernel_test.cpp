@@ -18,7 +18,7 @@ void add_still_life(TestScene& s) {
     const Vec3f x(2, 0, 0), y(0, 2, 0), z(0, 0, 2);
     s.add_quad({0, -1, 3}, z, x, {matte(Rgb(0.8f, 0.7f, 0.6f))});
     s.add_quad({0, 0, 5}, y, x, {matte(Rgb(0.3f, 0.5f, 0.8f)), metal(0.4f, Rgb(0.3f), Rgb(0.5f))});
-    s.add_quad({0, 1.5f, 3}, {0.5f, 0, 0}, {0, 0, 0.5f}, {glow(Rgb(6, 5, 4))});
+    s.add_quad({0, 1.5f, 3}, {0.5f, 0, 0}, {0, 0, 0.5f}, {emission(Rgb(6, 5, 4))});
     s.add_sphere({-0.6f, -0.4f, 3}, 0.5f, 32, {glass(0)});
     s.add_sphere({0.6f, -0.4f, 3.2f}, 0.5f, 32, {prism(0.25f, 1.6f, 25)});
     s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0.5f, Size, Size);
@@ -116,7 +116,7 @@ TEST(Kernel, SeedsAndProgressionsDiffer) {
     add_still_life(s);
     s.finish();
     const auto first = s.render(1, 8);
-    s.view.seed = 1;
+    s.view.settings.seed = 1;
     EXPECT_FALSE(same(first, s.render(1, 8)));
 }
 
@@ -128,7 +128,7 @@ TEST(Kernel, DepthLimitsBounces) {
         const std::array<Vec3f, 3> walls[] = {{-z, x, y}, {z, y, x},  {-x, y, z},
                                               {x, z, y},  {-y, z, x}, {y, x, z}};
         for (const auto& [p, a, b] : walls)
-            s.add_quad(p, a, b, {matte(Rgb(0.5f)), glow(Rgb(1))});
+            s.add_quad(p, a, b, {matte(Rgb(0.5f)), emission(Rgb(1))});
         s.camera(x, y, z, 1, Size, Size);
         s.inputs.max_depth = depth;
         s.finish();
@@ -142,7 +142,7 @@ TEST(Kernel, DepthLimitsBounces) {
 // starts within rounding of an edge.
 TEST(Kernel, ClosedBallsAreDark) {
     TestScene s;
-    s.add_sphere({0, 0, 0}, 1, 48, {matte(Rgb(0.8f)), glow(Rgb(1))});
+    s.add_sphere({0, 0, 0}, 1, 48, {matte(Rgb(0.8f)), emission(Rgb(1))});
     s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 1, Size, Size);
     s.inputs.lights.push_back(constant_sky(Rgb(1)));
     s.finish();
@@ -224,7 +224,7 @@ TEST(Kernel, WavelengthsOfAPixelAreSpread) {
     const auto deviation = [&](int progressions) {
         kanuka::testing::RunningMean red;
         for (int seed = 0; seed < 16; seed++) {
-            s.view.seed = uint32_t(seed);
+            s.view.settings.seed = uint32_t(seed);
             for (const PixelSums& p : s.render(progressions, 8))
                 red.add(double(p.rgb[0]));
         }
@@ -328,12 +328,12 @@ TEST(Fetch, Meshes) {
 TEST(Broken, InfiniteSkiesAreCountedAndDropped) {
     TestScene s;
     s.add_quad({1, 0, 2}, {0, 4, 0}, {1, 0, 0}, {matte(Rgb(0.5f))}); // covers the right half
-    s.add_quad({3, 0, 1}, {0, 4, 0}, {0, 0, -1}, {glow(Rgb(2))});
+    s.add_quad({3, 0, 1}, {0, 4, 0}, {0, 0, -1}, {emission(Rgb(2))});
     s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0.4f, Size, Size);
     s.inputs.lights.push_back(constant_sky(Rgb(1)));
     s.inputs.max_depth = 0;
     s.finish();
-    s.view.constant.c[3] = std::numeric_limits<float>::infinity();
+    s.view.lights.constant.c[3] = std::numeric_limits<float>::infinity();
     const auto pixels = s.render(4, 8);
     EXPECT_EQ(s.nan_samples, uint64_t(4 * Size * Size / 2));
     for (const PixelSums& p : pixels)
@@ -348,7 +348,7 @@ TEST(Broken, ANaNLightSpoilsOnlyWhatItLights) {
     point.kind = scene::Light::Kind::Point;
     s.inputs.lights = {point};
     s.finish();
-    s.view.lights[0].c[3] = std::numeric_limits<float>::quiet_NaN();
+    s.data.lights.analytic[0].c[3] = std::numeric_limits<float>::quiet_NaN();
     const auto pixels = s.render(4, 8);
     EXPECT_GT(s.nan_samples, uint64_t(4 * Size * Size * 2 / 5));
     EXPECT_LE(s.nan_samples, uint64_t(4 * Size * Size / 2));
@@ -367,7 +367,7 @@ TEST(Broken, DroppedSamplesDarkenNothing) {
     faint.amount = Rgb(1e-6f);
     s.inputs.lights = {faint, faint, constant_sky(Rgb(1))};
     s.finish();
-    s.view.lights[1].c[3] = std::numeric_limits<float>::quiet_NaN();
+    s.data.lights.analytic[1].c[3] = std::numeric_limits<float>::quiet_NaN();
     constexpr int N = 32;
     const auto pixels = s.render(N, 8);
     EXPECT_NEAR(double(s.nan_samples), 0.5 * N * Size * Size, 0.03 * N * Size * Size);
@@ -394,7 +394,7 @@ TEST(Broken, LightsThatAreNoNumbersAreLeftOut) {
     scene::Light bright = constant_sky(Rgb(Inf));
     s.inputs.lights.insert(s.inputs.lights.begin(), {bad, bright});
     s.finish();
-    EXPECT_EQ(s.view.lights.size(), 1u);
+    EXPECT_EQ(s.view.lights.analytic.size(), 1u);
     const auto entries = s.journal.entries();
     ASSERT_EQ(entries.size(), 2u);
     EXPECT_EQ(entries[1].where.line, 12);
@@ -411,8 +411,8 @@ TEST(Broken, GeometryAndInputs) {
     add_still_life(s);
     for (float bad : {NaN, Inf}) {
         s.add_lattice(1, 1, {{-1, -1, 1}, {1, -1, 1}, {-1, bad, 1}, {1, 1, 1}},
-                      std::vector<Vec3f>(4, Vec3f(0, 0, -1)), {matte(Rgb(1)), glow(Rgb(3))});
-        s.add_quad({0, 3, 3}, {0.1f, 0, 0}, {0, 0, 0.1f}, {glow(Rgb(bad, 1, 1))});
+                      std::vector<Vec3f>(4, Vec3f(0, 0, -1)), {matte(Rgb(1)), emission(Rgb(3))});
+        s.add_quad({0, 3, 3}, {0.1f, 0, 0}, {0, 0, 0.1f}, {emission(Rgb(bad, 1, 1))});
         s.add_lattice(1, 1, {{0, 0, 4}, {1, 0, 4}, {0, 1, 4}, {1, 1, 4}},
                       std::vector<Vec3f>(4, Vec3f(bad, 0, -1)), {metal(bad, Rgb(bad), Rgb(0.5f))});
     }

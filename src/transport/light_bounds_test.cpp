@@ -73,7 +73,7 @@ TEST(LightBounds, AreWhatTheSurfaceHas) {
         TestScene s;
         const scene::Light l = lamp(kind, 5, placed);
         view_of(s, {l});
-        const LightBound& bound = s.view.bounds.at(0);
+        const LightBound& bound = s.view.lights.bounds[0];
         const std::vector<Patch> parts = surface_of(l);
         double most = 0, farthest = 0, least_cosine = 1;
         for (int k = 0; k < 200; k++) { // directions in a plane through the axis
@@ -105,7 +105,7 @@ TEST(LightBounds, OfPointsSpotsAndSuns) {
             auto l = lamp(kind, 5, placed);
             l.radius = radius;
             view_of(s, {l});
-            const LightBound& bound = s.view.bounds.at(0);
+            const LightBound& bound = s.view.lights.bounds[0];
             EXPECT_NEAR(bound.power, 5, 1e-4f);
             EXPECT_EQ(bound.radius, radius);
             EXPECT_NEAR(length(bound.center - Vec3f(3, -1, 2)), 0, 1e-6f);
@@ -116,7 +116,7 @@ TEST(LightBounds, OfPointsSpotsAndSuns) {
         }
     TestScene s;
     view_of(s, {lamp(Kind::Distant, 7, placed)});
-    EXPECT_NEAR(s.view.bounds.at(0).power, 7, 1e-4f);
+    EXPECT_NEAR(s.view.lights.bounds[0].power, 7, 1e-4f);
 }
 
 // The smooth edge of a cone begins at the axis at the nearest; no cone is wider than all directions.
@@ -131,8 +131,8 @@ TEST(LightBounds, ConesEndAtTheAxisAndBehind) {
         auto l = lamp(Kind::Spot, 1, Transform());
         l.cone_angle = c.angle, l.cone_delta_angle = c.delta;
         view_of(s, {l});
-        EXPECT_NEAR(s.view.lights.at(0).cos_outer, std::cos(c.outer * DoublePi / 180), 1e-6) << c.angle;
-        EXPECT_NEAR(s.view.lights.at(0).cos_inner, std::cos(c.inner * DoublePi / 180), 1e-6) << c.angle;
+        EXPECT_NEAR(s.view.lights.analytic[0].cos_outer, std::cos(c.outer * DoublePi / 180), 1e-6) << c.angle;
+        EXPECT_NEAR(s.view.lights.analytic[0].cos_inner, std::cos(c.inner * DoublePi / 180), 1e-6) << c.angle;
     }
 }
 
@@ -142,12 +142,12 @@ TEST(LightBounds, OfTrianglesInInstances) {
     for (const double scale : {1.0, 3.0}) {
         TestScene s;
         for (float x : {0.0f, 2.0f, 4.0f}) // a hierarchy
-            s.add_quad({x, 0, 0}, {0.5f, 0, 0}, {0, 0.25f, 0}, {glow(Rgb(2))});
+            s.add_quad({x, 0, 0}, {0.5f, 0, 0}, {0, 0.25f, 0}, {emission(Rgb(2))});
         s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 1, 4, 4);
         s.finish(0, Transform::rotate(30, 1, 1, 0) * Transform::scale(scale, scale, scale));
-        ASSERT_EQ(s.view.tree.nodes.size(), 1u);
+        ASSERT_EQ(s.view.lights.tree.nodes.size(), 1u);
         double sum = 0;
-        for (const float p : s.view.tree.nodes[0].power)
+        for (const float p : s.view.lights.tree.nodes[0].power)
             sum += double(p);
         power[scale > 1] = sum;
     }
@@ -159,17 +159,17 @@ TEST(LightBounds, OfTrianglesInInstances) {
 // their power and their middle.
 TEST(LightBounds, OfTrianglesInTwoPlaces) {
     TestScene s;
-    s.add_quad({0, 0, 0}, {0.5f, 0, 0}, {0, 0.25f, 0}, {glow(Rgb(2))});
+    s.add_quad({0, 0, 0}, {0.5f, 0, 0}, {0, 0.25f, 0}, {emission(Rgb(2))});
     s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 1, 4, 4);
     const std::vector<float> places{1, 0, 0, -3, 0, 1, 0, 1, 0, 0, 1, 5, 1, 0, 0, 3, 0, 1, 0, 1, 0, 0, 1, 5};
     s.groups.assign(2, {});
     s.groups[0].shapes.push_back({0, 1});
     s.groups[1].instances.push_back({0, places});
     s.finish(s.groups);
-    ASSERT_EQ(s.view.tree.nodes.size(), 1u);
+    ASSERT_EQ(s.view.lights.tree.nodes.size(), 1u);
     int left = 0, right = 0;
     for (size_t k = 0; k < 8; k++) {
-        const LightNode& n = s.view.tree.nodes[0];
+        const LightNode& n = s.view.lights.tree.nodes[0];
         if (n.power[k] > 0) {
             (n.x[k] < 0 ? left : right)++;
             EXPECT_NEAR(std::abs(n.x[k]), 3, 0.5f);
@@ -178,9 +178,9 @@ TEST(LightBounds, OfTrianglesInTwoPlaces) {
     }
     EXPECT_EQ(left, 2);
     EXPECT_EQ(right, 2);
-    EXPECT_NEAR(s.view.emitter_power, 2 * 0.5 * 2, 0.02 * 2);
-    EXPECT_NEAR(length(s.view.emitter_center - Vec3f(0, 1, 5)), 0, 1e-5f);
-    EXPECT_NEAR(std::sqrt(s.view.emitter_radius2), 3, 0.2f);
+    EXPECT_NEAR(s.view.lights.emitter_power, 2 * 0.5 * 2, 0.02 * 2);
+    EXPECT_NEAR(length(s.view.lights.emitter_center - Vec3f(0, 1, 5)), 0, 1e-5f);
+    EXPECT_NEAR(std::sqrt(s.view.lights.emitter_radius2), 3, 0.2f);
 }
 
 // Lamps of all kinds have the colour that they are given: of a grey floor it is the floor's.
@@ -213,7 +213,7 @@ TEST(LightBounds, PicturesLeaveATwentiethToTheRest) {
         std::fill_n(table->rgb.begin() + ptrdiff_t(3 * middle), 3, 1.0f);
         l.table = table;
         view_of(s, {l});
-        const float* words = s.view.light_densities.data() + s.view.lights.at(0).picture;
+        const float* words = s.view.lights.densities.data() + s.view.lights.analytic[0].picture;
         const double above = 1 - 1.0 / (n * n); // of its light: of the one texel, above the mean
         EXPECT_NEAR(words[QuadDensity::Share], std::min(above, 0.95), 1e-5) << n;
         EXPECT_NEAR(words[QuadDensity::Mean], 1.0 / (n * n), 1e-6) << n;

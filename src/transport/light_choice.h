@@ -1,4 +1,5 @@
-// Where light is asked for, and how often each light is: the choices one by one, and the hierarchy in lanes.
+// Receivers of light, and the probabilities with which lights are chosen for them: the choices one by one,
+// and the hierarchy in lanes.
 #pragma once
 
 #include "transport/media.h"
@@ -6,7 +7,7 @@
 
 namespace kanuka::transport {
 
-// Where light is asked for.
+// A place that light is sampled for.
 template <int W>
 struct Receiver {
     Vec3<Float<W>> P, N; // N: on the side that light comes from; zero = from everywhere
@@ -17,9 +18,9 @@ struct Receiver {
 // What the links of each lane's shape say.
 template <int W>
 Int<W> links_of(const SceneView& scene, Int<W> shape, int32_t store::Links::* field) {
-    const Int<W> at =
-        gather(scene.shapes + offsetof(store::ShapeRecord, links) / 4, shape * Int<W>(store::ShapeWords));
-    return gather(&(scene.links->*field), at * Int<W>(int(sizeof(store::Links) / 4)));
+    const Int<W> at = gather(scene.geometry.shapes + offsetof(store::ShapeRecord, links) / 4,
+                             shape * Int<W>(store::ShapeWords));
+    return gather(&(scene.geometry.links->*field), at * Int<W>(int(sizeof(store::Links) / 4)));
 }
 
 // ---- the hierarchy, in lanes
@@ -28,7 +29,7 @@ Int<W> links_of(const SceneView& scene, Int<W> shape, int32_t store::Links::* fi
 // Importances of a hierarchy of one node; lanes are points, and no lane differs from what the walk of
 // light_walk.cpp would do.
 template <int W, class Use>
-void flat_importances(const LightTree& tree, const Receiver<W>& r, Use&& use) {
+void flat_importances(const LightTreeView& tree, const Receiver<W>& r, Use&& use) {
     using F = Float<W>;
     const LightNode& n = tree.nodes[0];
     for (int k = 0; k < LightNode::Width && n.power[k] > 0; k++) {
@@ -38,8 +39,8 @@ void flat_importances(const LightTree& tree, const Receiver<W>& r, Use&& use) {
                                   F(n.cos_spread[k]),
                                   F(n.cos_reach[k]),
                                   F(n.power[k])};
-        const F brings = light_importance(child, r.P, r.N, r.oriented, tree.round);
-        use(k, select((Int<W>(n.sets[k]) & r.set) != Int<W>(0), brings, F(0.0f)));
+        const F irradiance = light_importance(child, r.P, r.N, r.oriented, tree.round);
+        use(k, select((Int<W>(n.sets[k]) & r.set) != Int<W>(0), irradiance, F(0.0f)));
     }
 }
 
@@ -51,10 +52,10 @@ LightQuery query_of(const Receiver<W>& r, int i) {
     return q;
 }
 
-// Picks a leaf for each lane of m; the chance is 0 where nothing can bring light. `u_more` goes on where the
+// Picks a leaf for each lane of m; the chance is 0 where no light can reach. `u_more` goes on where the
 // digits of `u` end.
 template <int W>
-void pick_leaf(const LightTree& tree, const Receiver<W>& r, Float<W> u, Float<W> u_more, Mask<W> m,
+void pick_leaf(const LightTreeView& tree, const Receiver<W>& r, Float<W> u, Float<W> u_more, Mask<W> m,
                Int<W>& leaf, Float<W>& chance) {
     using F = Float<W>;
     leaf = Int<W>(0);
@@ -81,8 +82,8 @@ void pick_leaf(const LightTree& tree, const Receiver<W>& r, Float<W> u, Float<W>
     }
     F up_to[LightNode::Width], total(0.0f);
     int count = 0;
-    flat_importances(tree, r, [&](int k, F brings) {
-        total += brings;
+    flat_importances(tree, r, [&](int k, F irradiance) {
+        total += irradiance;
         up_to[k] = total;
         count++;
     });
@@ -102,7 +103,7 @@ void pick_leaf(const LightTree& tree, const Receiver<W>& r, Float<W> u, Float<W>
 
 // The chance of pick_leaf() for a leaf a lane.
 template <int W>
-Float<W> chance_of_leaf(const LightTree& tree, const Receiver<W>& r, Int<W> leaf, Mask<W> m) {
+Float<W> chance_of_leaf(const LightTreeView& tree, const Receiver<W>& r, Int<W> leaf, Mask<W> m) {
     using F = Float<W>;
     F chance(0.0f);
     if (tree.empty())
@@ -115,9 +116,9 @@ Float<W> chance_of_leaf(const LightTree& tree, const Receiver<W>& r, Int<W> leaf
         return chance;
     }
     F total(0.0f), share(0.0f);
-    flat_importances(tree, r, [&](int k, F brings) {
+    flat_importances(tree, r, [&](int k, F irradiance) {
         const F before = total;
-        total += brings;
+        total += irradiance;
         share = select(leaf == Int<W>(~tree.nodes[0].child[k]), total - before, share);
     });
     return select(m & (total > F(0.0f)) & is_finite(total), share / max(total, F(1e-37f)), F(0.0f));
@@ -126,52 +127,55 @@ Float<W> chance_of_leaf(const LightTree& tree, const Receiver<W>& r, Int<W> leaf
 // ---- choosing
 // ------------------------------------------------------------------------------------------------------
 
-// How often each choice of light is asked at a point: by an estimate of the irradiance it brings there
+// The probabilities of the choices of light at a point: by an estimate of each one's irradiance there,
 // unshadowed, mixed with equal shares, so that none starves where the estimate is wrong. Exact where lights
 // are few; scenes with more have them in the hierarchy, or fall back on equal shares where they are distant.
 //
 // Estimates know nothing of what is in the way. Indoors the sky is hidden, and far brighter than lamps: where
-// a scene has both, what comes from infinity and what is near are asked apart, one of each (SceneView::asks).
+// a scene has both, what comes from infinity and what is near are sampled apart, one of each
+// (LightsView::samples).
 template <int W>
-class LightChances {
+class LightChooser {
     using F = Float<W>;
     using I = Int<W>;
 
   public:
-    LightChances(const SceneView& scene, const Receiver<W>& r) : m_count(scene.choices), m_asks(scene.asks) {
+    LightChooser(const SceneView& scene, const Receiver<W>& r)
+        : m_count(scene.lights.choices), m_samples(scene.lights.samples) {
         m_equal = F(m_count > 0 ? 1.0f / float(m_count) : 0.0f);
-        m_exact = m_count <= SceneView::FewChoices && (m_count > 1 || scene.linked);
+        m_exact = m_count <= LightsView::FewChoices && (m_count > 1 || scene.lights.linked);
         if (!m_exact)
             return;
-        m_first_far = scene.emitter_choice >= 0 ? 1 : 0;
-        m_end_far = m_asks > 1 ? scene.first_light_choice + scene.distant_lights : m_first_far;
+        m_first_far = scene.lights.emitter_choice >= 0 ? 1 : 0;
+        m_end_far = m_samples > 1 ? scene.lights.first_light_choice + scene.lights.distant : m_first_far;
         Sums sums[2];
-        const auto set = [&](int choice, F brings, int32_t sets) {
+        const auto set = [&](int choice, F irradiance, int32_t sets) {
             F share(1.0f);
-            if (scene.linked) {
+            if (scene.lights.linked) {
                 const Mask<W> shines = (r.set & I(sets)) != I(0);
-                brings = kanuka::select(shines, brings, F(0.0f));
+                irradiance = kanuka::select(shines, irradiance, F(0.0f));
                 share = kanuka::select(shines, F(1.0f), F(0.0f));
                 m_share[choice] = share;
             }
-            m_chance[choice] = brings;
-            sums[is_far(choice)].brings += brings;
+            m_chance[choice] = irradiance;
+            sums[is_far(choice)].irradiance += irradiance;
             sums[is_far(choice)].open += share;
         };
-        if (scene.emitter_choice >= 0) {
-            const Vec3f c = scene.emitter_center;
+        if (scene.lights.emitter_choice >= 0) {
+            const Vec3f c = scene.lights.emitter_center;
             const Vec3<F> to = Vec3<F>(F(c.x), F(c.y), F(c.z)) - r.P;
-            set(scene.emitter_choice, F(scene.emitter_power) / max(dot(to, to), F(scene.emitter_radius2)),
-                -1);
+            set(scene.lights.emitter_choice,
+                F(scene.lights.emitter_power) / max(dot(to, to), F(scene.lights.emitter_radius2)), -1);
         }
-        if (scene.map_choice >= 0)
-            set(scene.map_choice, F(scene.map_brings), scene.map_sets);
-        for (int k = 0; k < scene.lights_by_choice; k++)
-            set(scene.first_light_choice + k, brings(scene, k, r), scene.lights[size_t(k)].sets);
+        if (scene.lights.map_choice >= 0)
+            set(scene.lights.map_choice, F(scene.lights.map_irradiance), scene.lights.map.sets);
+        for (int k = 0; k < scene.lights.by_choice; k++)
+            set(scene.lights.first_light_choice + k, irradiance(scene, k, r),
+                scene.lights.analytic[size_t(k)].sets);
         F scale[2], share[2], alone[2];
         Mask<W> some[2];
-        for (int g = 0; g < m_asks; g++) {
-            const F total = sums[g].brings, open = max(sums[g].open, F(1.0f));
+        for (int g = 0; g < m_samples; g++) {
+            const F total = sums[g].irradiance, open = max(sums[g].open, F(1.0f));
             some[g] = total > F(1e-20f);
             scale[g] = F(0.85f) / max(total, F(1e-20f));
             share[g] = F(0.15f) / open, alone[g] = F(1.0f) / open;
@@ -179,16 +183,16 @@ class LightChances {
         for (int k = 0; k < m_count; k++) {
             const int g = is_far(k);
             m_chance[k] = kanuka::select(some[g], fma(m_chance[k], scale[g], share[g]), alone[g]);
-            if (scene.linked)
+            if (scene.lights.linked)
                 m_chance[k] *= m_share[k];
         }
     }
-    F of(int choice) const {
+    F pdf(int choice) const {
         if (choice < 0)
             return F(0.0f);
         return m_exact ? m_chance[choice] : m_equal;
     }
-    F of(I choice) const {
+    F pdf(I choice) const {
         if (!m_exact)
             return m_equal;
         F chance(0.0f);
@@ -196,15 +200,15 @@ class LightChances {
             chance = kanuka::select(choice == I(k), m_chance[k], chance);
         return chance;
     }
-    // ask: which of SceneView::asks.
-    I choose(F u, int ask) const {
+    // sample: which of LightsView::samples.
+    I choose(F u, int sample) const {
         if (!m_exact)
             return min(to_int(u * F(float(m_count))), I(m_count - 1));
         I choice(0);
         F up_to(0.0f);
         bool first = true;
         for (int k = 0; k < m_count; k++) {
-            if (is_far(k) != ask)
+            if (is_far(k) != sample)
                 continue;
             choice = first ? I(k) : kanuka::select(u >= up_to, I(k), choice);
             up_to += m_chance[k];
@@ -214,9 +218,9 @@ class LightChances {
     }
 
   private:
-    static F brings(const SceneView& scene, int k, const Receiver<W>& r) {
-        const AnalyticLight& light = scene.lights[size_t(k)];
-        const LightBound& b = scene.bounds[size_t(k)];
+    static F irradiance(const SceneView& scene, int k, const Receiver<W>& r) {
+        const AnalyticLight& light = scene.lights.analytic[size_t(k)];
+        const LightBound& b = scene.lights.bounds[size_t(k)];
         const Vec3<F> axis(F(b.axis.x), F(b.axis.y), F(b.axis.z)),
             center(F(b.center.x), F(b.center.y), F(b.center.z));
         if (light.shape == AnalyticLight::Distant) // surfaces may transmit, too
@@ -232,13 +236,13 @@ class LightChances {
     }
 
     struct Sums {
-        F brings{0.0f}, open{0.0f};
+        F irradiance{0.0f}, open{0.0f};
     };
     int is_far(int choice) const { return choice >= m_first_far && choice < m_end_far ? 1 : 0; }
 
-    int m_count, m_asks, m_first_far = 0, m_end_far = 0; // what is far lies between what is near
+    int m_count, m_samples, m_first_far = 0, m_end_far = 0; // what is far lies between what is near
     bool m_exact;
-    F m_equal, m_chance[SceneView::FewChoices], m_share[SceneView::FewChoices];
+    F m_equal, m_chance[LightsView::FewChoices], m_share[LightsView::FewChoices];
 };
 
 } // namespace kanuka::transport

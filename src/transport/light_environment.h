@@ -49,20 +49,20 @@ void add_radiance_in_turn(BatchState& batch, Int<W> path, const Spectrum<W>& con
     }
 }
 
-// What shadow rays bring. Of a vertex there is one, unless lights far and near are asked apart, or light on
-// the way in fog.
+// The contributions of shadow rays. Of a vertex there is one, unless lights far and near are sampled apart,
+// or lamps from within fog.
 template <int W>
-void add_asked_radiance(const SceneView& scene, BatchState& batch, Int<W> path,
-                        const Spectrum<W>& contribution, Mask<W> m) {
-    if (scene.asks > 1 || !scene.fog_lamps.empty())
+void add_shadow_radiance(const SceneView& scene, BatchState& batch, Int<W> path,
+                         const Spectrum<W>& contribution, Mask<W> m) {
+    if (scene.lights.samples > 1 || !scene.lights.fog_lamps.empty())
         add_radiance_in_turn(batch, path, contribution, m);
     else
         add_radiance(batch, path, contribution, m);
 }
 
 template <int W>
-Float<W> sum_of_ratios(const SceneView& scene, const PathState& paths, Int<W> slot) {
-    if (!scene.keeps_ratios)
+Float<W> sum_of_ratios(const SceneView& scene, const PathQueue& paths, Int<W> slot) {
+    if (!scene.settings.keeps_ratios)
         return Float<W>(float(Wavelengths));
     return (gather(paths.ratio[0], slot) + gather(paths.ratio[1], slot)) +
            (gather(paths.ratio[2], slot) + gather(paths.ratio[3], slot));
@@ -85,14 +85,14 @@ Spectrum<W> select_measured(const SceneView& scene, Float<W> c0, Float<W> c1, Fl
     if (!any(measured))
         return otherwise;
     // Bounded, for lanes that are off may hold anything.
-    const Int<W> last(int(scene.spectra.size() / 480) - 1);
+    const Int<W> last(int(scene.spectra.tables.size() / 480) - 1);
     const Int<W> base = min(max(to_int(select(measured, c0, Float<W>(0.0f))), Int<W>(0)), last) * Int<W>(480);
     Spectrum<W> s;
     for (int k = 0; k < Wavelengths; k++) {
         const Float<W> x = l[k] * Float<W>(470.0f);
         const Int<W> i = min(to_int(x), Int<W>(469));
-        const Float<W> a = gather(scene.spectra.data(), base + i),
-                       b = gather(scene.spectra.data() + 1, base + i);
+        const Float<W> a = gather(scene.spectra.tables.data(), base + i),
+                       b = gather(scene.spectra.tables.data() + 1, base + i);
         s[k] = select(measured, fma(x - Float<W>(i), b - a, a) * scale, otherwise[k]);
     }
     return s;
@@ -104,8 +104,8 @@ Spectrum<W> emission_spectrum(const SceneView& scene, Float<W> c0, Float<W> c1, 
                               const Float<W> l[Wavelengths]) {
     Spectrum<W> s = bsdf::sigmoid_spectrum(c0, c1, c2, l) * scale;
     for (int i = 0; i < Wavelengths; i++)
-        s[i] *= lookup_1nm(scene.wavelengths.lookup_white, l[i]);
-    return scene.spectra.empty() ? s : select_measured(scene, c0, c1, scale, l, s);
+        s[i] *= lookup_1nm(scene.spectra.white.data(), l[i]);
+    return scene.spectra.tables.empty() ? s : select_measured(scene, c0, c1, scale, l, s);
 }
 template <int W>
 Spectrum<W> emission_spectrum(const SceneView& scene, const float c[4], const Float<W> l[Wavelengths]) {
@@ -116,11 +116,11 @@ template <int W>
 struct LightSample {
     Vec3<Float<W>> wi; // unit
     Float<W> distance;
-    Spectrum<W> radiance; // delta lights: radiance times the missing density
-    Float<W> pdf;         // over solid angle, choice included; delta: the choice alone
+    Spectrum<W> radiance;     // delta lights: radiance times the missing density
+    Float<W> pdf_solid_angle; // the choice included; delta: the choice alone
     Mask<W> delta, valid;
     Int<W> passes; // shadow linking: AnalyticLight::passes
-    Int<W> light;  // place in SceneView::lights; -1 = none
+    Int<W> light;  // place in LightsView::analytic; -1 = none
 };
 
 // ---- environment
@@ -145,7 +145,7 @@ MapPlace<W> map_place(const EnvironmentMap& map, const Vec3<Float<W>>& d) {
 }
 
 // Where a place lies between texel centres. Columns wrap, rows end at the poles: the first and the last are
-// half as high, and their texels meet themselves there.
+// half as high, and their texels border on themselves there.
 template <int W>
 struct MapCell {
     Int<W> column, row; // column 0: from the centre of texel 0 to that of texel 1; row 0: from the pole
@@ -214,7 +214,7 @@ Spectrum<W> map_radiance(const SceneView& scene, const MapTexels<W>& t, const Ma
         lerp(c.y, lerp(c.x, t.rgb[0][0], t.rgb[0][1]), lerp(c.x, t.rgb[1][0], t.rgb[1][1]));
     const Float<W> scale = max(max(max(rgb.x, rgb.y), rgb.z) * Float<W>(2.0f), Float<W>(1e-20f));
     Float<W> c0, c1, c2;
-    bsdf::uplift(scene.uplift, rgb * (Float<W>(1.0f) / scale), c0, c1, c2);
+    bsdf::uplift(scene.spectra.uplift, rgb * (Float<W>(1.0f) / scale), c0, c1, c2);
     return emission_spectrum(scene, c0, c1, c2, scale, l);
 }
 
@@ -228,7 +228,7 @@ Float<W> map_pdf(const EnvironmentMap& map, const BilinearCell<W>& weights, cons
 template <int W>
 void sample_map(const SceneView& scene, Float<W> u0, Float<W> u1, LightSample<W>& s,
                 const Float<W> l[Wavelengths], Mask<W> m) {
-    const EnvironmentMap& map = scene.map;
+    const EnvironmentMap& map = scene.lights.map;
     const float *marginal = map.cells.marginal.data(), *conditional = map.cells.conditional.data();
     const Int<W> j = search(marginal, Int<W>(0), Int<W>(map.cells.rows), u1);
     const Int<W> row = j * Int<W>(map.cells.columns + 1);
@@ -249,7 +249,7 @@ void sample_map(const SceneView& scene, Float<W> u0, Float<W> u1, LightSample<W>
     const Float<W> pdf = map_pdf(map, weights, c, max(st, Float<W>(1e-7f)));
     s.wi = select(m, normalize(Vec3<Float<W>>(column(0), column(1), column(2))), s.wi);
     s.radiance = bsdf::select(m, map_radiance(scene, texels, c, l), s.radiance);
-    s.pdf = select(m, pdf, s.pdf);
+    s.pdf_solid_angle = select(m, pdf, s.pdf_solid_angle);
     s.valid &= (pdf > Float<W>(0.0f)) | !m;
 }
 

@@ -1,43 +1,43 @@
-// Lights that rays meet: the other half of light sampling.
+// Lights that rays hit: the other half of light sampling.
 #pragma once
 
 #include "transport/lights.h"
+#include "transport/path_vertex.h"
 
 namespace kanuka::transport {
 
+// The receiver that a ray left, as light was sampled for it.
 template <int W>
-using PathRow = Row<W, PathState::Fields>;
-
-// The receiver that a ray left, as its light was asked for.
-template <int W>
-Receiver<W> receiver_left(const SceneView& scene, const PathState& paths, const PathRow<W>& ray,
+Receiver<W> receiver_left(const SceneView& scene, const PathQueue& paths, const PathRow<W>& ray,
                           Int<W> slot) {
     using F = Float<W>;
     Receiver<W> r;
-    r.P = vector_of(ray, PathState::Origin);
-    r.N = {gather(paths.ask_n[0], slot), gather(paths.ask_n[1], slot), gather(paths.ask_n[2], slot)};
+    r.P = vector_of(ray, PathQueue::Origin);
+    r.N = {gather(paths.receiver_n[0], slot), gather(paths.receiver_n[1], slot),
+           gather(paths.receiver_n[2], slot)};
     r.oriented = dot(r.N, r.N) > F(0.0f);
-    if (scene.linked)
-        r.set = gather(paths.ask_set, slot);
+    if (scene.lights.linked)
+        r.set = gather(paths.receiver_set, slot);
     return r;
 }
 
-// Density over area with which light sampling would have asked for an emitting triangle that a ray met, the
-// choice of emitters left out.
+// Density over area with which light sampling would have found the place of a ray on an emitting triangle; of
+// the choices, that of the leaf is in it.
 template <int W>
-Float<W> met_emitter_density(const SceneView& scene, const PathState& paths, const PathRow<W>& ray,
+Float<W> pdf_area_of_emitter(const SceneView& scene, const PathQueue& paths, const PathRow<W>& ray,
                              const HitState& hits, Int<W> slot, Int<W> emitter, Mask<W> m) {
     using F = Float<W>;
     using I = Int<W>;
-    if (scene.tree.empty())
-        return scene.emitter_density.empty() ? F(0.0f) : gather(scene.emitter_density.data(), emitter);
-    m &= ray[PathState::Mis] > F(0.0f);
-    I leaf = emitter - I(scene.first_emitter);
-    F area = gather(reinterpret_cast<const float*>(scene.emitters) + 14,
+    if (scene.lights.tree.empty())
+        return scene.lights.alias.pdf_area.empty() ? F(0.0f)
+                                                   : gather(scene.lights.alias.pdf_area.data(), emitter);
+    m &= ray[PathQueue::Mis] > F(0.0f);
+    I leaf = emitter - I(scene.lights.slots.first_emitter);
+    F area = gather(reinterpret_cast<const float*>(scene.geometry.emitters) + 14,
                     emitter * I(int(sizeof(store::Emitter) / 4)));
-    if (scene.instanced) {
+    if (scene.geometry.instanced) {
         const Mask<W> instanced = gather(hits.instanced, slot) != I(0), inside = m & instanced;
-        m &= (leaf < I(scene.world_slots)) | instanced;
+        m &= (leaf < I(scene.lights.slots.in_world)) | instanced;
         if (any(inside)) {
             EmitterLanes<W> e(scene, emitter, I(-1));
             F t[12];
@@ -49,101 +49,120 @@ Float<W> met_emitter_density(const SceneView& scene, const PathState& paths, con
             leaf = select(inside, emitter + gather(hits.slot_shift.data(), slot), leaf);
         }
     } else {
-        m &= leaf < I(scene.world_slots);
+        m &= leaf < I(scene.lights.slots.in_world);
     }
-    m &= (leaf >= I(0)) & (leaf < I(scene.triangle_slots));
+    m &= (leaf >= I(0)) & (leaf < I(scene.lights.slots.count));
     if (!any(m))
         return F(0.0f);
-    return chance_of_leaf(scene.tree, receiver_left(scene, paths, ray, slot), select(m, leaf, I(0)), m) /
+    return chance_of_leaf(scene.lights.tree, receiver_left(scene, paths, ray, slot), select(m, leaf, I(0)),
+                          m) /
            max(area, F(1e-37f));
 }
 
-// With which light sampling would have asked for a light by choice of its own, from where a ray left.
+// The vertex of a ray on an emitting triangle at distance t, under an angle with this cosine.
 template <int W>
-Float<W> chance_of_choice(const SceneView& scene, const PathState& paths, const PathRow<W>& ray, Int<W> slot,
+PathVertex<W> emitter_vertex(const SceneView& scene, const PathQueue& paths, const PathRow<W>& ray,
+                             const HitState& hits, Int<W> slot, Int<W> emitter, Float<W> t, Float<W> cosine,
+                             Mask<W> m) {
+    return PathVertex<W>::on_area(ray[PathQueue::PdfEmitterChoice],
+                                  pdf_area_of_emitter(scene, paths, ray, hits, slot, emitter, m), t, cosine);
+}
+
+// With which light sampling would have chosen a light that is a choice of its own, from where a ray left.
+template <int W>
+Float<W> pdf_light_choice(const SceneView& scene, const PathQueue& paths, const PathRow<W>& ray, Int<W> slot,
                           Int<W> light) {
-    const LightChances<W> chances(scene, receiver_left(scene, paths, ray, slot));
-    return chances.of(light + Int<W>(scene.first_light_choice));
+    const LightChooser<W> chooser(scene, receiver_left(scene, paths, ray, slot));
+    return chooser.pdf(light + Int<W>(scene.lights.first_light_choice));
 }
 
 // Is a light there for a ray as links, shadow links and the camera have it?
 template <int W>
-Mask<W> shows_itself(const SceneView& scene, const PathState& paths, const PathRow<W>& ray, Int<W> slot,
+Mask<W> shows_itself(const SceneView& scene, const PathQueue& paths, const PathRow<W>& ray, Int<W> slot,
                      const LightLanes<W>& light, Mask<W> camera, int bounce) {
     using I = Int<W>;
     using A = AnalyticLight;
     Mask<W> m = (!camera) | (light.get(&A::visible_camera) != I(0));
-    if (scene.linked && bounce > 0)
-        m &= (gather(paths.ask_set, slot) & light.get(&A::sets)) != I(0);
-    if (scene.shadow_linked || scene.shadowless)
-        m &= (light.get(&A::passes) == I(0)) | (ray[PathState::Mis] == Float<W>(0.0f));
+    if (scene.lights.linked && bounce > 0)
+        m &= (gather(paths.receiver_set, slot) & light.get(&A::sets)) != I(0);
+    if (scene.lights.shadow_linked || scene.lights.shadowless)
+        m &= (light.get(&A::passes) == I(0)) | (ray[PathQueue::Mis] == Float<W>(0.0f));
     return m;
+}
+
+// The vertex of a ray on an analytic light. `sampled`: lanes that light sampling might have brought there.
+template <int W>
+PathVertex<W> analytic_vertex(const SceneView& scene, const PathQueue& paths, const PathRow<W>& ray,
+                              Int<W> slot, Int<W> index, Float<W> pdf, Mask<W> sampled) {
+    using F = Float<W>;
+    using I = Int<W>;
+    const Receiver<W> r = receiver_left(scene, paths, ray, slot);
+    const LightChooser<W> chooser(scene, r);
+    const Mask<W> by_choice = sampled & (index < I(scene.lights.by_choice)),
+                  by_tree = sampled & (index >= I(scene.lights.by_choice));
+    F choice = select(by_choice, chooser.pdf(index + I(scene.lights.first_light_choice)), F(0.0f));
+    if (any(by_tree))
+        choice =
+            select(by_tree,
+                   chooser.pdf(scene.lights.emitter_choice) *
+                       chance_of_leaf(scene.lights.tree, r, index + I(scene.lights.slots.count), by_tree),
+                   choice);
+    return PathVertex<W>::in_direction(choice, pdf);
 }
 
 // A ray passes through analytic lights: they add to it, and stop nothing.
 template <int W>
-void meet_light(const SceneView& scene, BatchState& batch, const PathState& paths, const PathRow<W>& ray,
-                Int<W> slot, Int<W> index, Float<W> t_max, int bounce, Mask<W> m) {
+void hit_light(const SceneView& scene, BatchState& batch, const PathQueue& paths, const PathRow<W>& ray,
+               Int<W> slot, Int<W> index, Float<W> t_max, int bounce, Mask<W> m) {
     using F = Float<W>;
     using I = Int<W>;
     using A = AnalyticLight;
     const LightLanes<W> light(scene, index);
-    const Vec3<F> o = vector_of(ray, PathState::Origin), d = vector_of(ray, PathState::Direction);
+    const Vec3<F> o = vector_of(ray, PathQueue::Origin), d = vector_of(ray, PathQueue::Direction);
     const Mask<W> camera = camera_paths(scene, paths, slot, bounce);
     m &= shows_itself(scene, paths, ray, slot, light, camera, bounce);
-    const F before = ray[PathState::Mis];
+    const F mis = ray[PathQueue::Mis];
     const I shapes = light.get(&A::shape);
     for (int shape = A::Quad; shape <= A::Cylinder; shape++) {
         const Mask<W> here = m & (shapes == I(shape));
         if (!any(here))
             continue;
-        const LightPoint<W> point =
-            shape == A::Quad ? meet_quad(scene, light, o, d, here) : meet_shape(shape, light, o, d, here);
-        Mask<W> met = point.valid & (point.distance < t_max);
-        if (scene.media) // what lies before has been met already
-            met &= point.distance >= gather(paths.start, slot);
-        if (!any(met))
+        const LightPoint<W> point = shape == A::Quad ? intersect_quad(scene, light, o, d, here)
+                                                     : intersect_shape(shape, light, o, d, here);
+        Mask<W> hit = point.valid & (point.distance < t_max);
+        if (scene.media.tracked) // what lies before has been hit already
+            hit &= point.distance >= gather(paths.start, slot);
+        if (!any(hit))
             continue;
-        F density(0.0f);
-        const Mask<W> weighed = met & (before > F(0.0f));
-        if (any(weighed)) {
-            const Receiver<W> r = receiver_left(scene, paths, ray, slot);
-            const LightChances<W> chances(scene, r);
-            const Mask<W> by_choice = weighed & (index < I(scene.lights_by_choice));
-            F chance = select(by_choice, chances.of(index + I(scene.first_light_choice)), F(0.0f));
-            const Mask<W> by_tree = weighed & (index >= I(scene.lights_by_choice));
-            if (any(by_tree))
-                chance = select(by_tree,
-                                chances.of(scene.emitter_choice) *
-                                    chance_of_leaf(scene.tree, r, index + I(scene.triangle_slots), by_tree),
-                                chance);
-            density = chance * point.pdf;
-        }
-        const I path = bitcast_int(ray[PathState::Path]);
+        PathVertex<W> vertex;
+        if (const Mask<W> sampled = hit & (mis > F(0.0f)); any(sampled))
+            vertex = analytic_vertex(scene, paths, ray, slot, index, point.pdf_solid_angle, sampled);
+        const I path = bitcast_int(ray[PathQueue::Path]);
         const auto l = load_rows<4>(batch.l, path << 2);
-        if (any(met & camera))
-            scatter(batch.first[0] + BatchState::Alpha, path << 4, F(1.0f), met & camera);
-        const Spectrum<W> arriving = light_arriving(scene, light, o, point.place, l.data(), met);
-        if (scene.media) {
-            Carried<W> carried{spectrum_of(ray, PathState::Beta), ratios_of(scene, paths, slot), before};
-            survive(scene, batch, ray, MediumLanes<W>(scene, bitcast_int(ray[PathState::Interior]), l.data()),
-                    gather(paths.start, slot), point.distance, bounce, carried, met);
-            const F weight = F(1.0f) / fma(carried.mis, density, carried.ratios());
-            add_radiance(batch, path, carried.beta * arriving * weight, met);
+        if (any(hit & camera))
+            scatter(batch.first[0] + BatchState::Alpha, path << 4, F(1.0f), hit & camera);
+        const Spectrum<W> arriving = light_arriving(scene, light, o, point.place, l.data(), hit);
+        if (scene.media.tracked) {
+            PathWeights<W> weights{spectrum_of(ray, PathQueue::Throughput), ratios_of(scene, paths, slot),
+                                   mis};
+            survive(scene, batch, ray, MediumLanes<W>(scene, bitcast_int(ray[PathQueue::Interior]), l.data()),
+                    gather(paths.start, slot), point.distance, bounce, weights, hit);
+            const F weight = vertex.weight(weights.mis, weights.ratios());
+            add_radiance(batch, path, weights.throughput * arriving * weight, hit);
             continue;
         }
-        const F weight = F(1.0f) / fma(before, density, sum_of_ratios(scene, paths, slot));
-        add_radiance(batch, path, spectrum_of(ray, PathState::Beta) * arriving * weight, met);
+        const F weight = vertex.weight(mis, sum_of_ratios(scene, paths, slot));
+        add_radiance(batch, path, spectrum_of(ray, PathQueue::Throughput) * arriving * weight, hit);
     }
 }
 
 template <int W>
-void meet_lights(const SceneView& scene, BatchState& batch, const PathState& paths, Int<W> slot,
-                 Float<W> t_max, int bounce, Mask<W> m) {
-    const auto ray = load_rows<PathState::Fields>(paths.row, slot << 4);
-    for (int32_t k : scene.met_lights)
-        meet_light(scene, batch, paths, ray, slot, Int<W>(k), t_max, bounce, m);
-    if (scene.met_tree.empty())
+void hit_lights(const SceneView& scene, BatchState& batch, const PathQueue& paths, Int<W> slot,
+                Float<W> t_max, int bounce, Mask<W> m) {
+    const auto ray = load_rows<PathQueue::Fields>(paths.row, slot << 4);
+    for (int32_t k : scene.lights.hittable)
+        hit_light(scene, batch, paths, ray, slot, Int<W>(k), t_max, bounce, m);
+    if (scene.lights.hittable_tree.empty())
         return;
     LightRay rays[W];
     int lane[W], count = 0;
@@ -151,48 +170,49 @@ void meet_lights(const SceneView& scene, BatchState& batch, const PathState& pat
         const int i = __builtin_ctz(bits);
         const auto v = [&](int field) { return paths.row[slot[i]][field]; };
         lane[count] = i;
-        rays[count++] = {{v(PathState::Origin), v(PathState::Origin + 1), v(PathState::Origin + 2)},
-                         {v(PathState::Direction), v(PathState::Direction + 1), v(PathState::Direction + 2)},
+        rays[count++] = {{v(PathQueue::Origin), v(PathQueue::Origin + 1), v(PathQueue::Origin + 2)},
+                         {v(PathQueue::Direction), v(PathQueue::Direction + 1), v(PathQueue::Direction + 2)},
                          t_max[i]};
     }
-    lights_along(scene.met_tree, count, rays, [&](int k, int32_t light) {
+    lights_along(scene.lights.hittable_tree, count, rays, [&](int k, int32_t light) {
         const int at = slot[lane[k]];
-        const auto one = load_rows<PathState::Fields>(paths.row, Int<1>(at << 4));
-        meet_light<1>(scene, batch, paths, one, Int<1>(at), Int<1>(light), Float<1>(t_max[lane[k]]), bounce,
-                      Mask<1>(true));
+        const auto one = load_rows<PathQueue::Fields>(paths.row, Int<1>(at << 4));
+        hit_light<1>(scene, batch, paths, one, Int<1>(at), Int<1>(light), Float<1>(t_max[lane[k]]), bounce,
+                     Mask<1>(true));
     });
 }
 
-// What leaves the scene sees distant lights that fill a cone. beta: with what is on the way to infinity.
+// What leaves the scene sees distant lights that fill a cone. throughput: with what lies before infinity.
 template <int W>
-void meet_suns(const SceneView& scene, BatchState& batch, const PathState& paths, const PathRow<W>& ray,
-               const Spectrum<W>& beta, Int<W> slot, int bounce, Mask<W> m) {
+void hit_suns(const SceneView& scene, BatchState& batch, const PathQueue& paths, const PathRow<W>& ray,
+              const Spectrum<W>& throughput, Int<W> slot, int bounce, Mask<W> m) {
     using F = Float<W>;
     using I = Int<W>;
     using A = AnalyticLight;
-    const Vec3<F> o = vector_of(ray, PathState::Origin), d = vector_of(ray, PathState::Direction);
-    for (int32_t k : scene.suns) {
+    const Vec3<F> o = vector_of(ray, PathQueue::Origin), d = vector_of(ray, PathQueue::Direction);
+    for (int32_t k : scene.lights.suns) {
         const I index(k);
         const LightLanes<W> light(scene, index);
         const F cone = light.get(&A::cone);
         const Vec3<F> off = d + light.get(&A::axis); // |off|^2 = 2 (1 - cos): digits that a cosine loses
         const Mask<W> camera = camera_paths(scene, paths, slot, bounce);
-        const Mask<W> met = m & (dot(off, off) <= F(2.0f) * cone) &
+        const Mask<W> hit = m & (dot(off, off) <= F(2.0f) * cone) &
                             shows_itself(scene, paths, ray, slot, light, camera, bounce);
-        if (!any(met))
+        if (!any(hit))
             continue;
-        const F before = ray[PathState::Mis];
-        F density(0.0f);
-        if (any(met & (before > F(0.0f))))
-            density = chance_of_choice(scene, paths, ray, slot, index) * density_in_cone(cone);
-        const I path = bitcast_int(ray[PathState::Path]);
+        const F mis = ray[PathQueue::Mis];
+        PathVertex<W> vertex;
+        if (any(hit & (mis > F(0.0f))))
+            vertex = PathVertex<W>::in_direction(pdf_light_choice(scene, paths, ray, slot, index),
+                                                 density_in_cone(cone));
+        const I path = bitcast_int(ray[PathQueue::Path]);
         const auto l = load_rows<4>(batch.l, path << 2);
-        if (any(met & camera))
-            scatter(batch.first[0] + BatchState::Alpha, path << 4, F(1.0f), met & camera);
-        const F weight = F(1.0f) / fma(before, density, sum_of_ratios(scene, paths, slot));
+        if (any(hit & camera))
+            scatter(batch.first[0] + BatchState::Alpha, path << 4, F(1.0f), hit & camera);
+        const F weight = vertex.weight(mis, sum_of_ratios(scene, paths, slot));
         const Vec3<F> nowhere(F(0.0f), F(0.0f), F(0.0f));
-        add_radiance(batch, path, beta * light_arriving(scene, light, o, nowhere, l.data(), met) * weight,
-                     met);
+        add_radiance(batch, path,
+                     throughput * light_arriving(scene, light, o, nowhere, l.data(), hit) * weight, hit);
     }
 }
 

@@ -1,5 +1,5 @@
 // Analytic lights in lanes, each lane a light of its own: what one sends to a point, places on it, and where
-// a ray meets it.
+// a ray hits it.
 #pragma once
 
 #include "transport/light_environment.h"
@@ -14,7 +14,8 @@ struct LightLanes {
     const AnalyticLight* lights;
     I at;
 
-    LightLanes(const SceneView& scene, I light) : lights(scene.lights.data()), at(light * I(AnalyticWords)) {}
+    LightLanes(const SceneView& scene, I light)
+        : lights(scene.lights.analytic.data()), at(light * I(AnalyticWords)) {}
     F get(float AnalyticLight::* field) const { return gather(&(lights->*field), at); }
     I get(int32_t AnalyticLight::* field) const { return gather(&(lights->*field), at); }
     Vec3<F> get(Vec3f AnalyticLight::* field) const {
@@ -96,7 +97,7 @@ Spectrum<W> table_spectrum(const SceneView& scene, const LightLanes<W>& light, c
     const auto at_layer = [&](I k) {
         const auto texel = [&](I i, I j) {
             const I at = table + ((k * rows + j) * columns + i) * I(3);
-            const float* rgb = scene.light_tables.data();
+            const float* rgb = scene.lights.tables.data();
             return Vec3<F>(gather(rgb, at), gather(rgb + 1, at), gather(rgb + 2, at));
         };
         return lerp(fy, lerp(fx, texel(i0, j0), texel(i1, j0)), lerp(fx, texel(i0, j1), texel(i1, j1)));
@@ -109,7 +110,7 @@ Spectrum<W> table_spectrum(const SceneView& scene, const LightLanes<W>& light, c
     // The table's spectrum, bounded as that of a surface, filters the light's own.
     const F most = max(max(max(rgb.x, rgb.y), rgb.z), F(1e-20f));
     F c0, c1, c2;
-    bsdf::uplift(scene.uplift, rgb * (one / most), c0, c1, c2);
+    bsdf::uplift(scene.spectra.uplift, rgb * (one / most), c0, c1, c2);
     return bsdf::sigmoid_spectrum(c0, c1, c2, l) * (most * lit);
 }
 
@@ -141,7 +142,7 @@ Spectrum<W> light_arriving(const SceneView& scene, const LightLanes<W>& light, c
         const F spot = spot_falloff(cos_outer, light.get(&A::cos_inner), light.get(&A::exponent), cosine);
         s = s * select(cone, spot, F(1.0f));
     }
-    if (scene.light_tables_used) {
+    if (scene.lights.has_tables) {
         const Mask<W> tabulated = m & (light.get(&A::width) > I(0));
         if (any(tabulated)) {
             F table_falloff;
@@ -217,8 +218,8 @@ struct QuadView {
 template <int W>
 struct LightPoint {
     Vec3<Float<W>> wi, place;
-    Float<W> distance, pdf; // over solid angle
-    Float<W> cosine;        // to the normal of flat lights, 1 of others; what is sampled alone has it
+    Float<W> distance, pdf_solid_angle; // the choice left out
+    Float<W> cosine; // to the normal of flat lights, 1 of others; what is sampled alone has it
     Mask<W> valid;
 };
 
@@ -256,7 +257,7 @@ LightPoint<W> sample_shape(int shape, const LightLanes<W>& light, const Vec3<Flo
         s.wi = normalize(t * (sine * cp) + b * (sine * sp) + axis * (one - drop));
         s.distance = d * (one - drop) - sqrt(max(radius * radius - d2 * sine2, zero));
         s.cosine = one;
-        s.pdf = one / max(F(2 * Pi) * most, F(1e-30f));
+        s.pdf_solid_angle = one / max(F(2 * Pi) * most, F(1e-30f));
         return s;
     }
     V v; // in the light's space, from P
@@ -266,7 +267,7 @@ LightPoint<W> sample_shape(int shape, const LightLanes<W>& light, const Vec3<Flo
         v = view.sample(u0, u1);
         d2 = max(dot(v, v), F(1e-30f));
         cosine = -v.z / sqrt(d2);
-        s.pdf = view.pdf(d2, -cosine, light.get(&A::area));
+        s.pdf_solid_angle = view.pdf(d2, -cosine, light.get(&A::area));
         s.place = {(v.x - view.x0) / max(light.get(&A::half_x), F(1e-30f)) - one,
                    (v.y - view.y0) / max(light.get(&A::half_y), F(1e-30f)) - one, zero};
     } else if (shape == A::Disk) {
@@ -277,7 +278,7 @@ LightPoint<W> sample_shape(int shape, const LightLanes<W>& light, const Vec3<Flo
         v = {fma(r, cp, c.x), fma(r, sp, c.y), c.z};
         d2 = max(dot(v, v), F(1e-30f));
         cosine = -v.z / sqrt(d2);
-        s.pdf = d2 / max(cosine * light.get(&A::area), F(1e-20f));
+        s.pdf_solid_angle = d2 / max(cosine * light.get(&A::area), F(1e-20f));
     } else {
         // Cylinder: across, uniform in the angle that its circle fills; along, uniform in length. With h the
         // distance across the axis and d that to the point, d omega = h^2 / d^3 d psi d z.
@@ -294,7 +295,7 @@ LightPoint<W> sample_shape(int shape, const LightLanes<W>& light, const Vec3<Flo
         v = {h * (ex * cp - ey * sp), h * fma(ex, sp, ey * cp), fma(u1 + u1 - one, half_y, c.z)};
         d2 = max(dot(v, v), F(1e-30f));
         cosine = select(rho > radius, one, zero);
-        s.pdf = d2 * sqrt(d2) / (F(4.0f) * psi * half_y * h * h);
+        s.pdf_solid_angle = d2 * sqrt(d2) / (F(4.0f) * psi * half_y * h * h);
     }
     s.distance = sqrt(d2);
     s.cosine = cosine; // of what is valid
@@ -303,10 +304,10 @@ LightPoint<W> sample_shape(int shape, const LightLanes<W>& light, const Vec3<Flo
     return s;
 }
 
-// Where a ray from P meets a light's outside; its density among sample_shape()'s.
+// Where a ray from P hits a light's outside; its density among sample_shape()'s.
 template <int W>
-LightPoint<W> meet_shape(int shape, const LightLanes<W>& light, const Vec3<Float<W>>& P,
-                         const Vec3<Float<W>>& wi, Mask<W> m) {
+LightPoint<W> intersect_shape(int shape, const LightLanes<W>& light, const Vec3<Float<W>>& P,
+                              const Vec3<Float<W>>& wi, Mask<W> m) {
     using F = Float<W>;
     using V = Vec3<F>;
     using A = AnalyticLight;
@@ -322,7 +323,7 @@ LightPoint<W> meet_shape(int shape, const LightLanes<W>& light, const Vec3<Float
         const F inside = radius * radius - dot(off, off);
         s.valid = m & (sin2 < one) & (along > zero) & (inside >= zero);
         s.distance = along - sqrt(max(inside, zero));
-        s.pdf = one / max(F(2 * Pi) * (sin2 / (one + sqrt(max(one - sin2, zero)))), F(1e-30f));
+        s.pdf_solid_angle = one / max(F(2 * Pi) * (sin2 / (one + sqrt(max(one - sin2, zero)))), F(1e-30f));
         return s;
     }
     const V c = light.to_light(to), w = light.to_light(wi);
@@ -335,7 +336,7 @@ LightPoint<W> meet_shape(int shape, const LightLanes<W>& light, const Vec3<Float
         const F z = fma(w.z, t, -c.z);
         s.valid = m & (rho > radius) & (inside > zero) & (t > zero) & (abs(z) <= half_y);
         s.distance = t;
-        s.pdf = t / (F(4.0f) * half_width(radius, rho) * half_y * a);
+        s.pdf_solid_angle = t / (F(4.0f) * half_width(radius, rho) * half_y * a);
         return s;
     }
     const F t = c.z / select(w.z < zero, w.z, one);
@@ -345,13 +346,13 @@ LightPoint<W> meet_shape(int shape, const LightLanes<W>& light, const Vec3<Float
     if (shape == A::Quad) {
         const F half_x = light.get(&A::half_x), half_y = light.get(&A::half_y);
         s.valid &= (abs(x) <= half_x) & (abs(y) <= half_y);
-        s.pdf = one;
+        s.pdf_solid_angle = one;
         if (any(s.valid))
-            s.pdf = QuadView<W>(light, P, s.valid).pdf(t * t, w.z, light.get(&A::area));
+            s.pdf_solid_angle = QuadView<W>(light, P, s.valid).pdf(t * t, w.z, light.get(&A::area));
         s.place = {x / max(half_x, F(1e-30f)), y / max(half_y, F(1e-30f)), zero};
     } else {
         s.valid &= fma(x, x, y * y) <= radius * radius;
-        s.pdf = t * t / max(-w.z * light.get(&A::area), F(1e-20f));
+        s.pdf_solid_angle = t * t / max(-w.z * light.get(&A::area), F(1e-20f));
     }
     return s;
 }

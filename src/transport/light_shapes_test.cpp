@@ -51,11 +51,11 @@ Vec3<Float<W>> lanes(const Vec3f& v) {
 } // namespace
 
 // Cells of a cylinder map about the direction to the light: counts of samples against the density of
-// meet_shape(), which is what a ray that comes by chance is weighed with.
+// intersect_shape(), which is what a ray that comes by chance is weighed with.
 TEST(LightShapes, DirectionsFollowTheirDensity) {
     for (const Case& c : Cases) {
         const OneLight one(c);
-        const int shape = one.s.view.lights.at(0).shape;
+        const int shape = one.s.view.lights.analytic[0].shape;
         const LightLanes<8> light(one.s.view, Int<8>(0));
         const Vec3f P = c.point;
         const Vec3f z = normalize(Vec3f(0.2f, 0.1f, 0.3f) - P);
@@ -74,13 +74,15 @@ TEST(LightShapes, DirectionsFollowTheirDensity) {
                 for (int k = 0; k < 8; k++)
                     u0.v[k] = u(g), u1.v[k] = u(g);
                 const auto p = sample_shape(shape, light, lanes<8>(P), u0, u1, Mask<8>(true));
-                const auto met = meet_shape(shape, light, lanes<8>(P), p.wi, Mask<8>(true));
+                const auto met = intersect_shape(shape, light, lanes<8>(P), p.wi, Mask<8>(true));
                 for (int k = 0; k < 8; k++) {
                     ASSERT_TRUE(p.valid[k]) << c.name;
                     directions.push_back({p.wi.x[k], p.wi.y[k], p.wi.z[k]});
                     low = std::min(low, dot(directions.back(), z));
-                    if (met.valid[k] && p.pdf[k] < 1e3f) { // not where rays graze
-                        EXPECT_NEAR(met.pdf[k], p.pdf[k], 0.02f * p.pdf[k]) << c.name;
+                    if (met.valid[k] && p.pdf_solid_angle[k] < 1e3f) { // not where rays graze
+                        EXPECT_NEAR(met.pdf_solid_angle[k], p.pdf_solid_angle[k],
+                                    0.02f * p.pdf_solid_angle[k])
+                            << c.name;
                         EXPECT_NEAR(met.distance[k], p.distance[k], 2e-3f * p.distance[k]) << c.name;
                     }
                 }
@@ -107,11 +109,11 @@ TEST(LightShapes, DirectionsFollowTheirDensity) {
                     const Vec3f d = x * (sine * std::cos(phi)) + y * (sine * std::sin(phi)) + z * cosine;
                     w.x.v[k] = d.x, w.y.v[k] = d.y, w.z.v[k] = d.z;
                 }
-                const auto met = meet_shape(shape, light, lanes<8>(P), w, Mask<8>(true));
+                const auto met = intersect_shape(shape, light, lanes<8>(P), w, Mask<8>(true));
                 for (int k = 0; k < 8; k++)
                     if (met.valid[k]) {
-                        const double part = double(met.pdf[k]) * 2 * 3.141592653589793 * double(1 - low) /
-                                            (double(Rows) * Fine * Columns * Fine);
+                        const double part = double(met.pdf_solid_angle[k]) * 2 * 3.141592653589793 *
+                                            double(1 - low) / (double(Rows) * Fine * Columns * Fine);
                         expected[size_t(row / Fine * Columns + (column + k) / Fine)] += N * part;
                         all += part;
                     }
@@ -137,7 +139,7 @@ TEST(LightShapes, DirectionsFollowTheirDensity) {
 TEST(LightShapes, LanesAgree) {
     for (const Case& c : Cases) {
         const OneLight one(c);
-        const int shape = one.s.view.lights.at(0).shape;
+        const int shape = one.s.view.lights.analytic[0].shape;
         std::mt19937 g(2);
         std::uniform_real_distribution<float> u(0, 1);
         for (int n = 0; n < 200; n++) {
@@ -151,7 +153,7 @@ TEST(LightShapes, LanesAgree) {
                                             Float<1>(u0[k]), Float<1>(u1[k]), Mask<1>(true));
                 for (int a = 0; a < 3; a++)
                     EXPECT_EQ(wide.wi[a][k], p.wi[a][0]) << c.name;
-                EXPECT_EQ(wide.pdf[k], p.pdf[0]) << c.name;
+                EXPECT_EQ(wide.pdf_solid_angle[k], p.pdf_solid_angle[0]) << c.name;
                 EXPECT_EQ(wide.distance[k], p.distance[0]) << c.name;
             }
         }
@@ -176,7 +178,7 @@ TEST(LightShapes, DarkSides) {
         s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 1, 4, 4);
         s.finish();
         for (float u : {0.0f, 0.3f, 0.99f}) {
-            const auto p = sample_shape(s.view.lights.at(0).shape, LightLanes<1>(s.view, Int<1>(0)),
+            const auto p = sample_shape(s.view.lights.analytic[0].shape, LightLanes<1>(s.view, Int<1>(0)),
                                         lanes<1>(d.point), Float<1>(u), Float<1>(u), Mask<1>(true));
             EXPECT_FALSE(p.valid[0]) << int(d.kind);
         }

@@ -1,7 +1,7 @@
 // A hierarchy of lights with bounding cones, after Conty Estevez and Kulla 2018, Importance Sampling of Many
-// Lights with Adaptive Tree Splitting: which light to ask at a point, in a time that hardly grows with their
-// number, by a bound of what each may bring there. How we differ: nodes have eight children, whose
-// importances are one vector operation; there is no splitting, one light is asked.
+// Lights with Adaptive Tree Splitting: which light to sample at a point, in a time that hardly grows with
+// their number, by a bound of each one's contribution there. How we differ: nodes have eight children, whose
+// importances are one vector operation; there is no splitting, one light is sampled.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,7 @@ struct LightBound {
     Vec3f axis{0, 0, 1};   // a cone about all normals of it,
     float cos_spread = -1; // -1 = normals everywhere
     float cos_reach = 0;   // how far from a normal light goes: 0 for a surface; spots less
-    float power = 0;       // what it brings to a far place that it faces, times the squared distance
+    float power = 0;       // irradiance at a far place that it faces, times the squared distance
     int32_t sets = -1;     // bits of the sets of receivers it shines on
 };
 
@@ -45,40 +45,53 @@ struct LightTree {
     bool linked = false;          // some lights do not shine on all sets
     bool round = false;           // all shine to all sides
     bool empty() const { return nodes.empty(); }
+    uint64_t bytes() const {
+        return nodes.size() * (sizeof(LightNode) + sizeof(int32_t)) + place.size() * sizeof(int32_t);
+    }
+};
+
+// The same, owned by another.
+struct LightTreeView {
+    std::span<const LightNode> nodes;
+    std::span<const int32_t> parent, place;
+    bool linked = false, round = false;
+
+    LightTreeView() = default;
+    LightTreeView(const LightTree& tree)
+        : nodes(tree.nodes), parent(tree.parent), place(tree.place), linked(tree.linked), round(tree.round) {}
+    bool empty() const { return nodes.empty(); }
+    bool flat() const { return nodes.size() == 1; }
     void prefetch(int32_t node, size_t bytes) const {
         const char* from = reinterpret_cast<const char*>(&nodes[size_t(node)]);
         for (size_t line = 0; line < bytes; line += 64)
             __builtin_prefetch(from + line);
-    }
-    bool flat() const { return nodes.size() == 1; }
-    uint64_t bytes() const {
-        return nodes.size() * (sizeof(LightNode) + sizeof(int32_t)) + place.size() * sizeof(int32_t);
     }
 };
 
 // Leaf i is bounds[i]; those without power are left out. Parallel; the same tree for any thread count.
 LightTree build_light_tree(std::span<const LightBound> bounds);
 
-// Where light is asked for. N: on the side that light comes from; zero = light counts from everywhere.
+// A place that light is sampled for. N: on the side that light comes from; zero = light counts from
+// everywhere.
 struct LightQuery {
     Vec3f P, N;
     int32_t set = 1; // bit of the set that the receiver is in
 };
 struct LightPick {
-    int32_t leaf; // -1: nothing can bring light
+    int32_t leaf; // -1: no light can reach
     float chance;
 };
 
 // u in [0, 1), of more digits than a float has where lights are millions.
-LightPick pick_light(const LightTree& tree, const LightQuery& query, double u);
+LightPick pick_light(const LightTreeView& tree, const LightQuery& query, double u);
 // The same for some at once, at most MostWalks.
 inline constexpr int MostWalks = 16;
-void pick_lights(const LightTree& tree, int count, const LightQuery* queries, const double* u,
+void pick_lights(const LightTreeView& tree, int count, const LightQuery* queries, const double* u,
                  LightPick* picks);
 // The chance that pick_light() picks `leaf`.
-float chance_of_light(const LightTree& tree, const LightQuery& query, int32_t leaf);
+float chance_of_light(const LightTreeView& tree, const LightQuery& query, int32_t leaf);
 
-// Calls found(ray, leaf) for every leaf whose sphere a ray meets before its `t_max`; of one ray in an order
+// Calls found(ray, leaf) for every leaf whose sphere a ray hits before its `t_max`; of one ray in an order
 // of the tree's own. At most MostWalks rays: they take turns, so that one waits for memory while the others
 // work.
 struct LightRay {
@@ -86,9 +99,9 @@ struct LightRay {
     float t_max;
 };
 template <class Found>
-void lights_along(const LightTree& tree, int count, const LightRay* rays, Found&& found);
+void lights_along(const LightTreeView& tree, int count, const LightRay* rays, Found&& found);
 
-// A bound of what children bring to points, both in lanes: one may be the same in all of them.
+// A bound of the irradiance of children at points, both in lanes: one may be the same in all of them.
 template <int W>
 struct LightChild {
     Vec3<Float<W>> center;
@@ -132,7 +145,7 @@ template <int W>
 }
 
 template <class Found>
-void lights_along(const LightTree& tree, int count, const LightRay* rays, Found&& found) {
+void lights_along(const LightTreeView& tree, int count, const LightRay* rays, Found&& found) {
     using F = Float<8>;
     constexpr int Most = 256; // a level takes seven places at most
     struct Turn {
@@ -162,7 +175,7 @@ void lights_along(const LightTree& tree, int count, const LightRay* rays, Found&
             const Mask<8> m = (dot(off, off) <= r * r) & (along >= -r) & (along - r <= F(ray.t_max)) &
                               (F::load(n.power) > F(0.0f));
             const Int<8> child = Int<8>::load(n.child);
-            // How many children a ray meets is anybody's guess: nodes go to the stack without a branch.
+            // How many children a ray hits is anybody's guess: nodes go to the stack without a branch.
             const uint32_t leaves = (m & (child < Int<8>(0))).bits(), nodes = m.bits() & ~leaves;
             turn.top += compress_store(turn.stack + turn.top, child, nodes);
             turn.top = std::min(turn.top, Most);

@@ -8,15 +8,15 @@ namespace {
 
 using F = Float<8>;
 
-// What the children of a node bring, and the sums of the first 1, 2, … 8 (Hillis and Steele 1986: three
-// additions, not eight in a row). Rounding may let a sum fall a hair below the one before it, so a child's
-// share is its importance itself.
+// The importances of the children of a node, and the sums of the first 1, 2, … 8 (Hillis and Steele 1986:
+// three additions, not eight in a row). Rounding may let a sum fall a hair below the one before it, so a
+// child's share is its importance itself.
 struct Sums {
     alignas(32) float share[8];
     alignas(32) float up_to[8];
-    uint32_t some; // bits of the children that bring anything
+    uint32_t some; // bits of the children that are not 0
 
-    [[gnu::always_inline]] void fill(const LightTree& tree, const LightNode& n, const LightQuery& q) {
+    [[gnu::always_inline]] void fill(const LightTreeView& tree, const LightNode& n, const LightQuery& q) {
         const LightChild<8> child{{F::load(n.x), F::load(n.y), F::load(n.z)},
                                   F::load(n.radius),
                                   {F::load(n.axis_x), F::load(n.axis_y), F::load(n.axis_z)},
@@ -50,8 +50,8 @@ struct Walk {
     double u = 0, chance = 1;
 };
 
-// One level down. True = at a leaf, or where nothing can bring light.
-bool step(const LightTree& tree, const Sums& sums, Walk& w, LightPick& pick) {
+// One level down. True = at a leaf, or where no light can reach.
+bool step(const LightTreeView& tree, const Sums& sums, Walk& w, LightPick& pick) {
     if (!sums.usable()) {
         pick = {-1, 0};
         return true;
@@ -74,7 +74,7 @@ bool step(const LightTree& tree, const Sums& sums, Walk& w, LightPick& pick) {
 
 } // namespace
 
-void pick_lights(const LightTree& tree, int count, const LightQuery* queries, const double* u,
+void pick_lights(const LightTreeView& tree, int count, const LightQuery* queries, const double* u,
                  LightPick* picks) {
     Walk walks[MostWalks];
     Sums sums[MostWalks];
@@ -96,13 +96,13 @@ void pick_lights(const LightTree& tree, int count, const LightQuery* queries, co
     }
 }
 
-LightPick pick_light(const LightTree& tree, const LightQuery& query, double u) {
+LightPick pick_light(const LightTreeView& tree, const LightQuery& query, double u) {
     LightPick pick;
     pick_lights(tree, 1, &query, &u, &pick);
     return pick;
 }
 
-float chance_of_light(const LightTree& tree, const LightQuery& query, int32_t leaf) {
+float chance_of_light(const LightTreeView& tree, const LightQuery& query, int32_t leaf) {
     double chance = 1;
     int32_t place = tree.place[size_t(leaf)];
     if (place < 0)

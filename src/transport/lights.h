@@ -1,5 +1,5 @@
-// Places on lights. One light a bounce is asked; what it gives is combined with what the material's own
-// directions find by the balance heuristic (Veach 1997), over wavelengths too (Wilkie et al. 2014).
+// Next-event estimation. One light a bounce is sampled; its contribution is combined with what the material's
+// own directions find by the balance heuristic (Veach 1997), over wavelengths too (Wilkie et al. 2014).
 #pragma once
 
 #include "transport/light_choice.h"
@@ -25,7 +25,7 @@ Float<W> rounding_between(const Vec3<Float<W>>& P, Float<W> size_at_light) {
     return (size_of(P) + size_at_light) * Float<W>(24 * 0x1p-24f);
 }
 
-// `cosine`: between the ray and the light's normal. Half the way is left in any case.
+// `cosine`: between the ray and the light's normal. Half the distance is left in any case.
 template <int W>
 Float<W> shadow_end(Float<W> distance, Float<W> cosine, Float<W> rounding) {
     return distance - min(rounding / max(cosine, Float<W>(1e-6f)), Float<W>(0.5f) * distance);
@@ -63,9 +63,9 @@ struct EmitterLanes {
     F size; // of the numbers its places are made of
     Int<W> flags;
 
-    // placement: index into SceneView::placements; -1 = it lies in render space
+    // placement: index into EmitterSlots::placements; -1 = it lies in render space
     EmitterLanes(const SceneView& scene, Int<W> emitter, Int<W> placement) {
-        const auto e = load_rows<sizeof(store::Emitter) / 4>(scene.emitters, emitter << 4);
+        const auto e = load_rows<sizeof(store::Emitter) / 4>(scene.geometry.emitters, emitter << 4);
         p0 = {e[0], e[1], e[2]}, e1 = {e[3], e[4], e[5]}, e2 = {e[6], e[7], e[8]};
         c0 = e[9], c1 = e[10], c2 = e[11], scale = e[12];
         flags = bitcast_int(e[15]);
@@ -76,7 +76,7 @@ struct EmitterLanes {
             const Int<W> first = select(placed, placement, Int<W>(0)) * Int<W>(12);
             F m[12];
             for (int k = 0; k < 12; k++)
-                m[k] = gather(scene.placements.data() + k, first);
+                m[k] = gather(scene.lights.slots.placements.data() + k, first);
             side = select(placed, transform(m, placed) * side, side);
         }
         n = cross(e1, e2) * side;
@@ -113,8 +113,8 @@ void sample_emitters(const SceneView& scene, const Vec3<Float<W>>& P, Int<W> emi
     const Vec3<F> wi = to / d;
     const F twice = sqrt(max(dot(e.n, e.n), F(1e-37f)));
     const F facing = -dot(e.n, wi) / twice;
-    const F density = scene.tree.empty() ? gather(scene.emitter_density.data(), emitter) * chance
-                                         : F(2.0f) * chance / twice;
+    const F density = scene.lights.tree.empty() ? gather(scene.lights.alias.pdf_area.data(), emitter) * chance
+                                                : F(2.0f) * chance / twice;
     // Closer to its plane than positions are exact, nobody can say on which side of the emitter P lies.
     const F rounding = rounding_between(P, e.size);
     const Mask<W> ok = (facing > F(1e-6f)) & (facing * d > rounding);
@@ -123,7 +123,7 @@ void sample_emitters(const SceneView& scene, const Vec3<Float<W>>& P, Int<W> emi
     s.distance = select(m, shadow_end(d, facing, rounding), s.distance);
     s.radiance =
         bsdf::select(m, emission_spectrum(scene, e.c0, e.c1, e.c2, e.scale, l) * falloff, s.radiance);
-    s.pdf = select(m, density * d2 / max(facing, F(1e-6f)), s.pdf);
+    s.pdf_solid_angle = select(m, density * d2 / max(facing, F(1e-6f)), s.pdf_solid_angle);
     s.valid &= (ok & (falloff > F(0.0f))) | !m;
 }
 
@@ -136,9 +136,9 @@ void sample_analytic(const SceneView& scene, int shape, Int<W> index, const Vec3
     using V = Vec3<F>;
     using A = AnalyticLight;
     const LightLanes<W> light(scene, select(m, index, Int<W>(0)));
-    if (scene.shadow_linked || scene.shadowless)
+    if (scene.lights.shadow_linked || scene.lights.shadowless)
         s.passes = select(m, light.get(&A::passes), s.passes);
-    if (scene.linked)
+    if (scene.lights.linked)
         s.valid &= ((set & light.get(&A::sets)) != Int<W>(0)) | !m;
     V place(F(0.0f), F(0.0f), F(0.0f));
     if (shape == A::Distant) {
@@ -151,9 +151,9 @@ void sample_analytic(const SceneView& scene, int shape, Int<W> index, const Vec3
         V t, b;
         coordinate_frame(axis, t, b);
         s.wi = select(m, normalize(t * (r * cp) + b * (r * sp) - axis * (F(1.0f) - drop)), s.wi);
-        s.pdf = select(m, chance * density_in_cone(cone), s.pdf);
+        s.pdf_solid_angle = select(m, chance * density_in_cone(cone), s.pdf_solid_angle);
         s.delta |= m & (cone <= F(0.0f));
-        if (scene.shadow_linked || scene.shadowless)
+        if (scene.lights.shadow_linked || scene.lights.shadowless)
             s.delta |= m & (s.passes != Int<W>(0));
     } else if (shape == A::Delta) {
         const V to = light.get(&A::position) - P;
@@ -161,7 +161,7 @@ void sample_analytic(const SceneView& scene, int shape, Int<W> index, const Vec3
         s.wi = select(m, to / d, s.wi);
         // What it lies in is not in its way, as long as that does not lie too flat.
         s.distance = select(m, shadow_end(d, F(0.25f), rounding_between(P, size_of(P + to))), s.distance);
-        s.pdf = select(m, chance, s.pdf);
+        s.pdf_solid_angle = select(m, chance, s.pdf_solid_angle);
         s.delta |= m;
     } else {
         const LightPoint<W> point = shape == A::Quad ? sample_quad(scene, light, P, u0, u1, m)
@@ -169,35 +169,35 @@ void sample_analytic(const SceneView& scene, int shape, Int<W> index, const Vec3
         s.wi = select(m, point.wi, s.wi);
         const F rounding = rounding_between(P, size_of(P + point.wi * point.distance));
         s.distance = select(m, shadow_end(point.distance, point.cosine, rounding), s.distance);
-        s.pdf = select(m, point.pdf * chance, s.pdf);
+        s.pdf_solid_angle = select(m, point.pdf_solid_angle * chance, s.pdf_solid_angle);
         s.valid &= point.valid | !m;
         place = point.place;
-        if (scene.shadow_linked ||
-            scene.shadowless) // no ray finds what only this light's shadow rays pass through
+        if (scene.lights.shadow_linked ||
+            scene.lights.shadowless) // no ray finds what only this light's shadow rays pass through
             s.delta |= m & (s.passes != Int<W>(0));
     }
     s.radiance = bsdf::select(m, light_arriving(scene, light, P, place, l, m), s.radiance);
-    if (scene.shadowless) // nothing is asked on the way
+    if (scene.lights.shadowless) // nothing blocks it
         s.distance = select(m & (s.passes == Int<W>(A::Shadowless)), F(0.0f), s.distance);
 }
 
-// What asking a light takes. Where there is but one choice, which of its parts is asked is of a net with the
-// place on it.
+// What a light sample takes. Where there is but one choice, which of its parts is sampled is of a net with
+// the place on it.
 template <int W>
 struct LightNumbers {
     Float<W> choice{0.0f}, part{0.0f}, u0, u1;
 
     LightNumbers(const SceneView& scene, const Sampler<W>& sampler, int bounce) {
-        const bool one = scene.choices == 1;
+        const bool one = scene.lights.choices == 1;
         sampler.sample_3d(bounce_net(bounce, Net::Light), u0, u1, one ? part : choice);
-        if (scene.emitter_choice >= 0) // the hierarchy goes on with the digits of `choice`
+        if (scene.lights.emitter_choice >= 0) // the hierarchy goes on with the digits of `choice`
             (one ? choice : part) = sampler.sample_1d(bounce_net(bounce, Net::LightMore));
     }
 };
 
 template <int W>
-LightSample<W> sample_light(const SceneView& scene, const LightChances<W>& chances, const Receiver<W>& r,
-                            int ask, const LightNumbers<W>& numbers, const Float<W> l[Wavelengths],
+LightSample<W> sample_light(const SceneView& scene, const LightChooser<W>& chooser, const Receiver<W>& r,
+                            int sample, const LightNumbers<W>& numbers, const Float<W> l[Wavelengths],
                             Mask<W> active) {
     const Float<W> u_choice = numbers.choice, u_part = numbers.part, u0 = numbers.u0, u1 = numbers.u1;
     using F = Float<W>;
@@ -206,77 +206,78 @@ LightSample<W> sample_light(const SceneView& scene, const LightChances<W>& chanc
     s.wi = {F(0.0f), F(0.0f), F(1.0f)};
     s.distance = F(1e30f);
     s.radiance = Spectrum<W>(F(0.0f));
-    s.pdf = F(1.0f);
+    s.pdf_solid_angle = F(1.0f);
     s.delta = Mask<W>(false);
     s.valid = active;
     s.passes = I(0);
     s.light = I(-1);
-    const I choice = chances.choose(u_choice, ask);
+    const I choice = chooser.choose(u_choice, sample);
     I analytic(-1);
     F chance(0.0f);
-    if (scene.lights_by_choice > 0) {
-        const Mask<W> m = active & (choice >= I(scene.first_light_choice));
-        analytic = select(m, choice - I(scene.first_light_choice), analytic);
+    if (scene.lights.by_choice > 0) {
+        const Mask<W> m = active & (choice >= I(scene.lights.first_light_choice));
+        analytic = select(m, choice - I(scene.lights.first_light_choice), analytic);
         if (any(m))
-            chance = chances.of(choice);
+            chance = chooser.pdf(choice);
     }
-    if (scene.emitter_choice >= 0) {
-        const Mask<W> m = active & (choice == I(scene.emitter_choice));
-        if (any(m) && scene.tree.empty()) {
+    if (scene.lights.emitter_choice >= 0) {
+        const Mask<W> m = active & (choice == I(scene.lights.emitter_choice));
+        if (any(m) && scene.lights.tree.empty()) {
             // Alias table by area.
-            const int count = int(scene.alias_probability.size());
+            const int count = int(scene.lights.alias.probability.size());
             const F x = u_part * F(float(count));
             I k = min(to_int(x), I(count - 1));
             const F rest = x - F(k);
-            k = select(rest < gather(scene.alias_probability.data(), k), k,
-                       gather(scene.alias_other.data(), k));
-            k = gather(scene.sampled_emitters.data(), k);
-            sample_emitters(scene, r.P, k, I(-1), u0, u1, s, l, m, chances.of(scene.emitter_choice));
+            k = select(rest < gather(scene.lights.alias.probability.data(), k), k,
+                       gather(scene.lights.alias.other.data(), k));
+            k = gather(scene.lights.alias.emitters.data(), k);
+            sample_emitters(scene, r.P, k, I(-1), u0, u1, s, l, m, chooser.pdf(scene.lights.emitter_choice));
         } else if (any(m)) {
             I leaf;
             F part;
-            pick_leaf(scene.tree, r, u_part, u_choice, m, leaf, part);
-            part *= chances.of(scene.emitter_choice);
+            pick_leaf(scene.lights.tree, r, u_part, u_choice, m, leaf, part);
+            part *= chooser.pdf(scene.lights.emitter_choice);
             s.valid &= (part > F(0.0f)) | !m;
-            const Mask<W> triangle = m & (leaf < I(scene.triangle_slots)) & (part > F(0.0f));
+            const Mask<W> triangle = m & (leaf < I(scene.lights.slots.count)) & (part > F(0.0f));
             if (any(triangle)) {
-                I emitter = leaf + I(scene.first_emitter), placement(-1);
-                const Mask<W> placed = triangle & (leaf >= I(scene.world_slots));
+                I emitter = leaf + I(scene.lights.slots.first_emitter), placement(-1);
+                const Mask<W> placed = triangle & (leaf >= I(scene.lights.slots.in_world));
                 if (any(placed)) {
-                    const I k = select(placed, leaf - I(scene.world_slots), I(0));
-                    emitter = select(placed, gather(scene.slot_emitter.data(), k), emitter);
-                    placement = select(placed, gather(scene.slot_placement.data(), k), placement);
+                    const I k = select(placed, leaf - I(scene.lights.slots.in_world), I(0));
+                    emitter = select(placed, gather(scene.lights.slots.emitter.data(), k), emitter);
+                    placement = select(placed, gather(scene.lights.slots.placement.data(), k), placement);
                 }
                 emitter = select(triangle, emitter, I(0));
                 sample_emitters(scene, r.P, emitter, placement, u0, u1, s, l, triangle, part);
             }
-            const Mask<W> other = m & (leaf >= I(scene.triangle_slots)) & (part > F(0.0f));
-            analytic = select(other, leaf - I(scene.triangle_slots), analytic);
+            const Mask<W> other = m & (leaf >= I(scene.lights.slots.count)) & (part > F(0.0f));
+            analytic = select(other, leaf - I(scene.lights.slots.count), analytic);
             chance = select(other, part, chance);
         }
     }
-    if (scene.map_choice >= 0) {
-        const Mask<W> m = active & (choice == I(scene.map_choice));
+    if (scene.lights.map_choice >= 0) {
+        const Mask<W> m = active & (choice == I(scene.lights.map_choice));
         if (any(m)) {
             sample_map(scene, u0, u1, s, l, m);
-            s.pdf = select(m, s.pdf * chances.of(scene.map_choice), s.pdf);
-            if (scene.linked)
-                s.valid &= ((r.set & I(scene.map_sets)) != I(0)) | !m;
+            s.pdf_solid_angle =
+                select(m, s.pdf_solid_angle * chooser.pdf(scene.lights.map_choice), s.pdf_solid_angle);
+            if (scene.lights.linked)
+                s.valid &= ((r.set & I(scene.lights.map.sets)) != I(0)) | !m;
         }
     }
     const Mask<W> some = active & (analytic >= I(0));
     if (any(some)) {
         s.light = select(some, analytic, s.light);
         const I shapes = LightLanes<W>(scene, select(some, analytic, I(0))).get(&AnalyticLight::shape);
-        for (uint32_t kinds = scene.light_shapes; kinds; kinds &= kinds - 1) {
+        for (uint32_t kinds = scene.lights.shapes; kinds; kinds &= kinds - 1) {
             const int shape = __builtin_ctz(kinds);
             const Mask<W> m = some & (shapes == I(shape));
             if (any(m))
                 sample_analytic(scene, shape, analytic, r.P, r.set, u0, u1, s, l, m, chance);
         }
     }
-    if (scene.linked)
-        s.valid &= s.pdf > F(0.0f); // no light shines on some
+    if (scene.lights.linked)
+        s.valid &= s.pdf_solid_angle > F(0.0f); // no light shines on some
     return s;
 }
 

@@ -24,7 +24,7 @@ const Transform Downwards = Transform::rotate(90, 1, 0, 0); // +z to -y
 TEST(Lights, Quad) {
     const Vec3f center(0.3f, 0.5f, 0.2f), ex(0.3f, 0, 0), ey(0, 0, 0.2f); // cross(ex, ey) points down
     FloorScene s;
-    s.add_quad(center, ex, ey, {glow(Rgb(5))});
+    s.add_quad(center, ex, ey, {emission(Rgb(5))});
     s.finish();
     const auto irradiance = [&](const Vec3f& p) {
         double sum = 0;
@@ -44,7 +44,7 @@ TEST(Lights, Quad) {
 // The other side of an emitter is dark.
 TEST(Lights, QuadsShineOnOneSide) {
     FloorScene s;
-    s.add_quad({0.3f, 0.5f, 0.2f}, {0, 0, 0.2f}, {0.3f, 0, 0}, {glow(Rgb(5))});
+    s.add_quad({0.3f, 0.5f, 0.2f}, {0, 0, 0.2f}, {0.3f, 0, 0}, {emission(Rgb(5))});
     s.finish();
     for (const auto& c : s.estimate(4, 1).channel)
         EXPECT_EQ(c.mean(), 0);
@@ -111,7 +111,7 @@ TEST(Lights, SkiesAndAmbient) {
                            light(Kind::Ambient, Rgb(0.5f), Transform())};
         s.add_sphere({0, 0, 0}, 50, 16, {matte(Rgb(0.9f))});
         s.finish();
-        EXPECT_FALSE(s.view.constant.present);
+        EXPECT_FALSE(s.view.lights.constant.present);
         expect_irradiance(s, [](const Vec3f&) { return 1.5 * 3.141592653589793; }, 0.003);
     }
     // Two skies add up.
@@ -318,9 +318,9 @@ TEST(AreaLights, GlossyFloorsSeeTheSameByEitherTechnique) {
                 s.inputs.lights.push_back(l);
             }
         s.finish();
-        EXPECT_EQ(s.view.tree.empty(), mode != 1);
+        EXPECT_EQ(s.view.lights.tree.empty(), mode != 1);
         if (mode == 2)
-            s.view.choices = 0; // nothing is asked for
+            s.view.lights.choices = 0; // nothing is asked for
         const auto e = s.estimate(mode == 2 ? 256 : 64, 12);
         expected[mode] = e.channel[1].mean(), error[mode] = e.channel[1].error();
     }
@@ -379,7 +379,7 @@ TEST(Linking, LightsAndShadows) {
             const_cast<store::ShapeRecord&>(shapes[0]).links =
                 s.store.add_links({.lit_sets = 2}); // the floor is in the second set
             s.finish();
-            EXPECT_TRUE(s.view.linked);
+            EXPECT_TRUE(s.view.lights.linked);
             for (const auto& c : s.estimate(4, 1).channel)
                 EXPECT_EQ(c.mean() > 0, !off) << copies;
         }
@@ -422,14 +422,14 @@ TEST(ManyLights, NoiseIsAFifthOfUniformChoice) {
         testing::ManyLightsScene s(kind, 3000, 32);
         const auto truth = s.render(256, 8);
         const auto noise = [&] {
-            s.view.seed = 5;
+            s.view.settings.seed = 5;
             double sum = 0;
             const auto pixels = s.render(4, 8);
             for (size_t i = 0; i < pixels.size(); i++) {
                 const double d = double(pixels[i].rgb[1]) - double(truth[i].rgb[1]);
                 sum += d * d / (double(truth[i].rgb[1]) * double(truth[i].rgb[1]) + 1e-3);
             }
-            s.view.seed = 0;
+            s.view.settings.seed = 0;
             return std::sqrt(sum);
         };
         const double ours = noise();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "transport/majorants.h"
 #include "transport/stage_medium.h"
 
 namespace kanuka::transport {
@@ -57,14 +58,14 @@ std::vector<Around> media_along(const SceneView& view, const Vec3f& o, const Vec
     ray.active = Mask<1>(true);
     ray.seed = Int<1>(0);
     for (int k = 0; k < MostSurfaces; k++) {
-        view.bvh->intersect(ray, hit);
+        view.geometry.ray_query.intersect(ray, hit);
         if (!hit.hit[0])
             break;
-        const auto* shape =
-            reinterpret_cast<const store::ShapeRecord*>(view.shapes + hit.shape[0] * store::ShapeWords);
+        const auto* shape = reinterpret_cast<const store::ShapeRecord*>(view.geometry.shapes +
+                                                                        hit.shape[0] * store::ShapeWords);
         if (shape->interior >= 0) {
             const auto open = std::find(entered.begin(), entered.end(), shape->interior);
-            if (meets_outside(view, hit, ray.d, Mask<1>(true))[0])
+            if (hits_outside(view, hit, ray.d, Mask<1>(true))[0])
                 entered.push_back(shape->interior);
             else if (open != entered.end())
                 entered.erase(open);
@@ -90,7 +91,7 @@ void place_camera(SceneView& view, Journal& journal) {
         seen.push_back(media_along(view, o, normalize(Vec3f(d[0], d[1], d[2]))));
     std::vector<Around> inside;
     bool doubtful = false;
-    for (int32_t medium = 0; medium < int32_t(view.phases.size()); medium++) {
+    for (int32_t medium = 0; medium < int32_t(view.media.phases.size()); medium++) {
         std::vector<std::vector<float>> times(rays); // distances, a ray each
         std::vector<size_t> counts;
         for (size_t r = 0; r < rays; r++) {
@@ -124,63 +125,79 @@ void place_camera(SceneView& view, Journal& journal) {
     for (const Around& a : inside)
         stack.enter(view, Int<1>(a.medium), Mask<1>(true));
     for (int k = 0; k < MediaStack<1>::Most; k++)
-        view.camera_media[k] = stack.at[k][0];
+        view.media.around_camera[k] = stack.at[k][0];
 }
 
-int32_t add_field(SceneView& view, const store::DensityField& field) {
-    const size_t at = view.fields.size();
-    view.fields.resize(at + FieldRow::Words);
-    float* row = view.fields.data() + at;
+int32_t add_field(std::vector<float>& fields, const store::Interior& interior) {
+    const store::DensityField& field = *interior.field;
+    const Majorants majorants =
+        make_majorants(field, interior.absorption_spectrum[3] + interior.scattering_spectrum[3]);
+    const size_t at = fields.size();
+    fields.resize(at + FieldRow::Words);
+    float* row = fields.data() + at;
     std::copy(field.unit_from_render.begin(), field.unit_from_render.end(), row);
     for (size_t c = 0; c < 3; c++)
-        row[FieldRow::SizeX + c] = float(field.size[c]);
+        row[FieldRow::SizeX + c] = float(field.size[c]),
+                              row[FieldRow::CellsX + c] = float(majorants.cells[c]);
     row[FieldRow::Shape] = float(field.shape);
-    view.fields.insert(view.fields.end(), field.density.begin(), field.density.end());
-    view.fields.resize((view.fields.size() + 3) / 4 * 4);
+    fields.insert(fields.end(), field.density.begin(), field.density.end());
+    fields.insert(fields.end(), majorants.values.begin(), majorants.values.end());
+    fields.resize((fields.size() + 3) / 4 * 4);
     return int32_t(at);
 }
 
 } // namespace
 
-void fill_media(SceneView& view, const store::Store& store, int volume_depth, Journal& journal) {
+void fill_media(SceneData& data, const store::Store& store, int volume_depth, Journal& journal) {
     constexpr size_t Stride = size_t(1) << MediumRow::Shift;
-    view.volume_depth = std::clamp(volume_depth, 0, 60000);
-    view.media_rows.assign(Stride * (store.interiors().size() + 1), 0.0f);
-    view.media_rows[MediumRow::Ior] = 1;
-    view.media_rows[MediumRow::Priority] = -1e30f; // nothing gives way to everything
-    view.media_rows[MediumRow::Field] = std::bit_cast<float>(-1);
+    SceneView& scene = data.view;
+    MediaView& view = scene.media;
+    MediaData& own = data.media;
+    scene.settings.volume_depth = std::clamp(volume_depth, 0, 60000);
+    own.rows.assign(Stride * (store.interiors().size() + 1), 0.0f);
+    own.rows[MediumRow::Ior] = 1;
+    own.rows[MediumRow::Priority] = -1e30f; // nothing gives way to everything
+    own.rows[MediumRow::Field] = std::bit_cast<float>(-1);
     for (size_t k = 0; k < store.interiors().size(); k++) {
         const store::Interior& from = store.interiors()[k];
-        view.phases.push_back(make_phase(from.phase, from.phase_inputs));
-        float* row = view.media_rows.data() + Stride * (k + 1);
+        own.phases.push_back(make_phase(from.phase, from.phase_inputs));
+        float* row = own.rows.data() + Stride * (k + 1);
         std::copy(from.absorption_spectrum.begin(), from.absorption_spectrum.end(),
                   row + MediumRow::Absorption);
         std::copy(from.scattering_spectrum.begin(), from.scattering_spectrum.end(),
                   row + MediumRow::Scattering);
         row[MediumRow::Ior] = from.ior;
         row[MediumRow::Priority] = std::clamp(from.priority, -1e6f, 1e6f);
-        // Where it is thicker here than there, particles are drawn even if they only absorb.
+        // Where it is thicker here than there, collisions are sampled even if it only absorbs.
         row[MediumRow::Scatters] = from.scatters || from.field ? 1.0f : 0.0f;
-        row[MediumRow::Field] = std::bit_cast<float>(from.field ? add_field(view, *from.field) : -1);
+        row[MediumRow::Field] = std::bit_cast<float>(from.field ? add_field(own.fields, from) : -1);
         if (from.phase == LobeId::RayleighPfrgb)
             row[MediumRow::Angstrom] = std::clamp(from.phase_inputs[0], 0.0f, 8.0f);
         view.scatters |= from.scatters || from.field;
-        view.media |= from.absorbs;
+        view.tracked |= from.absorbs;
         view.has_fog |= from.scatters && !from.field;
     }
-    for (const bsdf::MaterialCode& code : view.materials) {
-        view.clear.push_back(code.leaves == 0);
-        view.straight.push_back(code.straight != 0);
+    for (const bsdf::MaterialCode& code : data.materials) {
+        own.clear.push_back(code.leaves == 0);
+        own.straight.push_back(code.straight != 0);
         view.thin_walls |= code.straight != 0;
+        if (code.air >= 0 && std::ranges::find(own.airs, code.air) == own.airs.end())
+            own.airs.push_back(code.air);
     }
-    view.media |= view.thin_walls;
-    if (view.phases.empty())
+    view.phases = own.phases;
+    view.rows = own.rows;
+    view.fields = own.fields;
+    view.clear = own.clear;
+    view.straight = own.straight;
+    view.airs = own.airs;
+    view.tracked |= view.thin_walls;
+    if (own.phases.empty())
         return;
     for (const store::ShapeRecord& s : store.shapes())
-        view.clear_boundaries |= s.interior >= 0 && s.emitter < 0 && view.clear[size_t(s.program)];
-    view.media |= view.scatters || view.clear_boundaries || view.phases.size() > 1;
-    view.keeps_ratios |= view.scatters;
-    place_camera(view, journal);
+        view.clear_boundaries |= s.interior >= 0 && s.emitter < 0 && own.clear[size_t(s.program)];
+    view.tracked |= view.scatters || view.clear_boundaries || own.phases.size() > 1;
+    scene.settings.keeps_ratios |= view.scatters;
+    place_camera(scene, journal);
 }
 
 } // namespace kanuka::transport

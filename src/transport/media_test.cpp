@@ -13,10 +13,11 @@ using namespace testing;
 
 TEST(MediaStack, HighestPriorityThenLatest) {
     SceneView scene;
-    scene.media_rows.assign(16 * 5, 0.0f);
+    std::vector<float> rows(16 * 5, 0.0f);
     const float priorities[] = {-1e30f, 0, 2, 0, 1}; // nothing, then media 0 to 3
     for (int k = 0; k < 5; k++)
-        scene.media_rows[size_t(16 * k + MediumRow::Priority)] = priorities[k];
+        rows[size_t(16 * k + MediumRow::Priority)] = priorities[k];
+    scene.media.rows = rows;
     using I = Int<1>;
     const Mask<1> all(true);
     MediaStack<1> s{{I(-1), I(-1), I(-1), I(-1)}};
@@ -58,7 +59,7 @@ TEST(Media, ClearBoundariesLetLightThrough) {
     s.inputs.lights.push_back(visible_sky(Rgb(2)));
     s.inputs.max_depth = 1; // passing is no surface event
     s.finish();
-    ASSERT_TRUE(s.view.media && s.view.clear_boundaries && !s.view.scatters);
+    ASSERT_TRUE(s.view.media.tracked && s.view.media.clear_boundaries && !s.view.media.scatters);
     const auto a = amount(sigma);
     expect_mean(s.estimate(16, 8), seen([&](int i) { return 2 * std::exp(-2 * amount_at(a, i)); }), 0.003,
                 "clear box");
@@ -79,12 +80,12 @@ TEST(Media, FreePathsFollowTheirLaw) {
         s.inputs.lights.push_back(visible_sky(Rgb(1)));
         s.inputs.volume_depth = 2; // in and out, or in and one particle
         s.finish();
-        s.view.volume_depth = 2;
+        s.view.settings.volume_depth = 2;
         // One particle's light is taken away: what is left once the sky is seen straight alone.
         const auto straight = [&](int i) {
             return std::exp(-2 * double(half) * (amount_at(a, i) + amount_at(b, i)));
         };
-        s.view.constant.present = true;
+        s.view.lights.constant.present = true;
         const auto pixels = s.estimate(64, 16);
         // A path that met a particle ends at the boundary: it has had two events by then.
         expect_mean(pixels, seen(straight), 0.004, "half a side of " + std::to_string(half));
@@ -142,8 +143,8 @@ TEST(Media, RayleighGoesWithTheFourthPower) {
                 const double expected = law(nm - int(color::LambdaMin));
                 EXPECT_NEAR(double(lanes.scattering[1][3]), expected, 1e-4 * expected) << nm;
             }
-            s.view.volume_depth = 2; // in and out, or in and one particle
-            s.view.constant.present = true;
+            s.view.settings.volume_depth = 2; // in and out, or in and one particle
+            s.view.lights.constant.present = true;
             expect_mean(s.estimate(64, 16), seen([&](int i) { return std::exp(-2 * double(half) * law(i)); }),
                         0.004, "exponent " + std::to_string(power));
         }
@@ -230,7 +231,7 @@ TEST(Media, FogInARoomThatShines) {
     for (float g : {0.0f, 0.7f}) {
         TestScene s;
         const int fog = s.store.add_interior(medium(Rgb(0), Rgb(0.4f, 0.8f, 1.5f), g));
-        const std::vector<Lobe> wall{matte(Rgb(0.5f)), glow(Rgb(1))};
+        const std::vector<Lobe> wall{matte(Rgb(0.5f)), emission(Rgb(1))};
         const Vec3f x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
         s.add_quad(-z, x, y, wall), s.add_quad(z, y, x, wall), s.add_quad(-x, y, z, wall);
         s.add_quad(x, z, y, wall), s.add_quad(-y, z, x, wall), s.add_quad(y, x, z, wall);
@@ -239,8 +240,8 @@ TEST(Media, FogInARoomThatShines) {
         look_along_z(s, 1);
         s.inputs.max_depth = 48;
         s.finish();
-        EXPECT_EQ(s.view.camera_media[0], fog);
-        EXPECT_EQ(s.view.camera_media[1], -1);
+        EXPECT_EQ(s.view.media.around_camera[0], fog);
+        EXPECT_EQ(s.view.media.around_camera[1], -1);
         EXPECT_TRUE(s.journal.entries().empty());
         expect_mean(s.estimate(16, 10), Rgb(2), 0.003, "g " + std::to_string(g));
     }
@@ -263,12 +264,12 @@ TEST(Media, AskedAndMet) {
             ball.visible_camera = true;
             s->inputs.lights.push_back(ball);
         } else
-            s->add_quad({0, 2.5f, 4}, {1, 0, 0}, {0, 0, 1}, {glow(Rgb(8))});
+            s->add_quad({0, 2.5f, 4}, {1, 0, 0}, {0, 0, 1}, {emission(Rgb(8))});
         look_along_z(*s, 0.5f);
         s->inputs.max_depth = 5;
         s->finish();
         if (!asked)
-            s->view.choices = 0, s->view.emitter_choice = -1;
+            s->view.lights.choices = 0, s->view.lights.emitter_choice = -1;
         return s->estimate(asked ? 128 : 256, 16);
     };
     expect_same(scene(true, false), scene(false, false), 0.01, "a quad that shines");
@@ -327,7 +328,7 @@ TEST(NestedDielectrics, GlassOfWater) {
                 ball(0.7f, 1.5f, glass_inside, true); // the shell's inner wall
             ball(way == Within ? 0.7f : 0.85f, 1.33f, water, false);
         }
-        s.add_quad({0, 0, 8}, {0, 6, 0}, {6, 0, 0}, {glow(Rgb(1))});
+        s.add_quad({0, 0, 8}, {0, 6, 0}, {6, 0, 0}, {emission(Rgb(1))});
         s.add_quad({0.5f, 0.2f, 7.9f}, {0, 0.5f, 0}, {0.5f, 0, 0}, {matte(Rgb(0))}); // something to be bent
         look_along_z(s, 0.3f);
         s.inputs.max_depth = 24;
@@ -349,8 +350,8 @@ TEST(NestedDielectrics, CameraInside) {
     look_along_z(s, 0.01f);
     s.inputs.lights.push_back(visible_sky(Rgb(1)));
     s.finish();
-    EXPECT_EQ(s.view.camera_media[0], b);
-    EXPECT_EQ(s.view.camera_media[1], a);
+    EXPECT_EQ(s.view.media.around_camera[0], b);
+    EXPECT_EQ(s.view.media.around_camera[1], a);
     expect_mean(s.estimate(4, 4), Rgb(std::exp(-0.1f * 2 - 0.5f * 2)), 0.002, "two boxes");
     EXPECT_TRUE(s.journal.entries().empty());
 
@@ -376,13 +377,13 @@ TEST(Media, AgreesWithTheReference) {
             s.add_sphere({0, 0, 4}, 1, 32, {glass(0, 1.33f)}, milk);
         add_box(s, {0, 0.2f, 4}, 1.4f, {}, fog);
         s.add_quad({0, -1.1f, 4}, {0, 0, 3}, {3, 0, 0}, {matte(Rgb(0.7f))});
-        s.add_quad({0, 3, 4}, {2, 0, 0}, {0, 0, 2}, {glow(Rgb(2))});
+        s.add_quad({0, 3, 4}, {2, 0, 0}, {0, 0, 2}, {emission(Rgb(2))});
         s.inputs.lights.push_back(constant_sky(Rgb(0.5f)));
         look_along_z(s, 0.4f);
         s.inputs.max_depth = ball ? 4 : 8;
         s.inputs.integrator = IntegratorChoice::parse(integrator);
         s.finish();
-        s.view.roulette_depth = 1000;
+        s.view.settings.roulette_depth = 1000;
         return s.estimate(progressions, 12);
     };
     expect_same(picture("path", false, 32), picture("reference", false, 64), 0.01, "fog");
@@ -397,7 +398,7 @@ TEST(Media, LanesAgree) {
     s.add_sphere({0, 0, 4}, 1, 32, {glass(0, 1.33f)}, milk);
     s.add_sphere({0.5f, 0.3f, 3.5f}, 0.8f, 32, {glass(0, 1.5f)}, cup);
     s.add_quad({0, -1.2f, 4}, {0, 0, 3}, {3, 0, 0}, {matte(Rgb(0.7f))});
-    s.add_quad({0, 2.5f, 4}, {1, 0, 0}, {0, 0, 1}, {glow(Rgb(8))});
+    s.add_quad({0, 2.5f, 4}, {1, 0, 0}, {0, 0, 1}, {emission(Rgb(8))});
     s.inputs.lights.push_back(constant_sky(Rgb(0.5f)));
     look_along_z(s, 0.5f);
     s.inputs.max_depth = 12;

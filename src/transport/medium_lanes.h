@@ -17,7 +17,7 @@ struct MediumLanes {
 
     MediumLanes(const SceneView& scene, Int<W> medium, const Float<W> l[Wavelengths]) {
         using R = MediumRow;
-        const auto row = load_rows<R::Fields>(scene.media_rows.data(), (medium + Int<W>(1)) << R::Shift);
+        const auto row = load_rows<R::Fields>(scene.media.rows.data(), (medium + Int<W>(1)) << R::Shift);
         const auto amount = [&](size_t at) {
             return bsdf::sigmoid_spectrum(row[at], row[at + 1], row[at + 2], l) * row[at + 3];
         };
@@ -42,7 +42,7 @@ struct MediumLanes {
 template <int W>
 bsdf::Phase<W> phase_of(const SceneView& scene, int interior) {
     using F = Float<W>;
-    const auto& of = scene.phases[size_t(interior)];
+    const auto& of = scene.media.phases[size_t(interior)];
     return {of.kind, F(of.g[0]), F(of.other_g[0]), F(of.share[0]), F(of.alpha[0])};
 }
 

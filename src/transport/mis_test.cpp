@@ -25,7 +25,7 @@ void add_glossy_floor(TestScene& s, const Lobe& lobe) {
 }
 
 void add_lamp(TestScene& s) {
-    s.add_quad(LampCenter, LampX, LampY, {glow(Rgb(8))});
+    s.add_quad(LampCenter, LampX, LampY, {emission(Rgb(8))});
 }
 
 // Light from the lamp off the floor, at the middle of each pixel, by a sum over the lamp.
@@ -83,7 +83,7 @@ TEST(Mis, GlossyFloorUnderALamp) {
                 s.most_slots = 0;
             s.finish(instanced ? 1 : -1);
             const double expected = quadrature(s, in, grid::LobeId::MicrofacetConductorBrdf);
-            EXPECT_EQ(s.view.emitter_choice >= 0, asked);
+            EXPECT_EQ(s.view.lights.emitter_choice >= 0, asked);
             EXPECT_EQ(s.unnumbered, asked ? 0u : 2u);
             const auto e = s.estimate(asked ? 64 : 128, 12);
             for (const auto& c : e.channel) {
@@ -148,7 +148,7 @@ TEST(Mis, GroovesLieAcrossLeaningNormals) {
             in.slots.push_back({true, v, {}});
         TestScene s;
         s.add({&g, &t, nullptr, &in}, program);
-        s.add_quad({0, 1, 2}, {0.3f, 0, 0}, {0, 0, 0.3f}, {glow(Rgb(8))});
+        s.add_quad({0, 1, 2}, {0.3f, 0, 0}, {0, 0, 0.3f}, {emission(Rgb(8))});
         s.camera({1, 0, 0}, {0, 0.8f, 0.6f}, {0, -0.6f, 0.8f}, 0.5f, Size, Size);
         s.inputs.max_depth = 1;
         s.finish();
@@ -288,12 +288,12 @@ TEST(Dispersion, NoneIsPlainGlass) {
         TestScene s;
         s.add_quad({0, -1, 3}, {0, 0, 4}, {4, 0, 0}, {matte(Rgb(0.7f, 0.4f, 0.2f))});
         s.add_sphere({0, 0, 3}, 0.9f, 64, {k ? prism(0.2f, 1.5f, 1e6f) : glass(0.2f)});
-        s.add_quad({0, 2, 3}, {0.5f, 0, 0}, {0, 0, 0.5f}, {glow(Rgb(10))});
+        s.add_quad({0, 2, 3}, {0.5f, 0, 0}, {0, 0, 0.5f}, {emission(Rgb(10))});
         s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0.4f, Size, Size);
         s.inputs.lights.push_back(constant_sky(Rgb(0.5f)));
         s.inputs.max_depth = 16;
         s.finish();
-        EXPECT_EQ(s.view.keeps_ratios, k == 1);
+        EXPECT_EQ(s.view.settings.keeps_ratios, k == 1);
         const auto e = s.estimate(64, 12);
         for (int c = 0; c < 3; c++)
             mean[k][c] = e.channel[c].mean(), error[k][c] = e.channel[c].error();
@@ -311,13 +311,13 @@ TEST(Roulette, ChangesNoMean) {
         const auto wall = [&](Vec3f p, Vec3f a, Vec3f b, const Rgb& c) { s.add_quad(p, a, b, {matte(c)}); };
         wall(-z, x, y, Rgb(0.9f)), wall(z, y, x, Rgb(0.7f)), wall(-x, y, z, Rgb(0.8f, 0.1f, 0.1f));
         wall(x, z, y, Rgb(0.1f, 0.7f, 0.1f)), wall(-y, z, x, Rgb(0.8f)), wall(y, x, z, Rgb(0.8f));
-        s.add_quad({0, 0.95f, 0}, {0.3f, 0, 0}, {0, 0, 0.3f}, {glow(Rgb(5))});
+        s.add_quad({0, 0.95f, 0}, {0.3f, 0, 0}, {0, 0, 0.3f}, {emission(Rgb(5))});
         s.add_sphere({0.3f, -0.5f, 0.4f}, 0.4f, 24,
                      {dispersive ? prism(0.3f, 1.5f, 20) : metal(0.3f, Rgb(0.9f, 0.6f, 0.3f))});
         s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 1, Size, Size);
         s.inputs.max_depth = 24;
         s.finish();
-        s.view.roulette_depth = roulette_depth;
+        s.view.settings.roulette_depth = roulette_depth;
         return s.estimate(16, 10);
     };
     for (bool dispersive : {false, true}) {

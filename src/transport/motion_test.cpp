@@ -29,7 +29,7 @@ void expect_coverage(TestScene& s, const Covered& covered, std::span<const float
     constexpr int Renders = 96, Paths = 16, Fine = 12, Times = 1600;
     std::vector<RunningMean> means(size_t(Size * Size));
     for (int seed = 0; seed < Renders; seed++) {
-        s.view.seed = uint32_t(seed);
+        s.view.settings.seed = uint32_t(seed);
         const auto pixels = s.render(Paths, 8);
         for (size_t i = 0; i < pixels.size(); i++)
             means[i].add(double(pixels[i].alpha) / Paths);
@@ -145,7 +145,8 @@ TEST(MotionBlur, FollowsTheShutter) {
                                                       {0.2f, 0.9f, 0.1f, 0, 0.2f, 0, 0.9f, 0, 0.95f, 0}};
     for (const auto& opening : openings) {
         Moved m({{0, Transform::translate(-0.5, 0, 0)}, {1, Transform::translate(0.5, 0, 0)}});
-        m.s.view.shutter_quantiles = scene::shutter_quantiles(opening);
+        const std::vector<float> quantiles = scene::shutter_quantiles(opening);
+        m.s.view.camera.shutter_quantiles = quantiles;
         expect_coverage(
             m.s, [](double x, double y, double t) { return inside(x - (t - 0.5), y, -0.5, 0.5, -0.5, 0.5); },
             opening);
@@ -162,8 +163,8 @@ TEST(MotionBlur, AMovingCameraIsTheSceneMovingTheOtherWay) {
         TestScene moving;
         moving.add_quad({0, 0, 2}, X * 0.5f, Y * 0.5f, {matte(Rgb(0.5f))});
         moving.camera(X, Y, Z, 1, Size, Size);
-        auto& table = moving.inputs.camera.motion;
-        table.resize(12 * size_t(CameraView::MotionSteps + 1));
+        std::vector<float> table(12 * size_t(CameraView::MotionSteps + 1));
+        moving.inputs.camera.motion = table;
         std::vector<TransformKey> inverse;
         for (int i = 0; i <= CameraView::MotionSteps; i++) {
             const double t = double(i) / CameraView::MotionSteps;
@@ -198,7 +199,8 @@ TEST(MotionBlur, NormalsMoveWithTheShape) {
     s.inputs.moving = true;
     s.finish();
     for (const float time : {0.0f, 0.25f, 0.75f}) {
-        s.view.shutter_quantiles.assign(size_t(scene::ShutterSegments) + 1, time);
+        const std::vector<float> quantiles(size_t(scene::ShutterSegments) + 1, time);
+        s.view.camera.shutter_quantiles = quantiles;
         const auto e = s.estimate(4, 16);
         // Shading normals are interpolated between the steps.
         const Vec3f n = normalize(lerp(time, Vec3f(0, 0, 1), normalize(Vec3f(0, 1, 1))));
@@ -222,7 +224,7 @@ TEST(MotionBlur, StillScenesKeepTheirBits) {
     s.inputs.lights = {constant_sky(Rgb(1))};
     s.finish();
     const auto still = s.render(4, 8);
-    s.view.moving = true;
+    s.view.geometry.moving = true;
     const auto timed = s.render(4, 8);
     for (size_t i = 0; i < still.size(); i++)
         for (int c = 0; c < 3; c++)

@@ -4,10 +4,10 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <vector>
 
 #include "base/rows.h"
+#include "transport/scene_view.h"
 
 namespace kanuka::transport {
 
@@ -17,33 +17,35 @@ inline constexpr int BatchPadded = BatchSize + 16; // lanes may read past the en
 template <class T>
 using Lane = T[BatchPadded];
 
-inline constexpr float Unclamped = std::numeric_limits<float>::infinity();
-
-// What a living path carries from bounce to bounce.
-struct alignas(64) PathState {
+// The paths that live, and what they carry from bounce to bounce.
+struct alignas(64) PathQueue {
     enum Field {
-        Origin = 0,    // xyz
-        PixelHash = 3, // seed of its samples
-        Direction = 4, // xyz, unit
-        Path = 7,      // index in the batch
-        Beta = 8,      // throughput f / pdf(hero), a wavelength
-        Mis = 12,      // sum of ratios before the last bounce over the hero's pdf of it; 0 after a delta lobe
-        // Chances with which light sampling at the last vertex would have asked for what this ray may find.
-        AskEmitters = 13,
-        AskMap = 14,
+        Origin = 0,     // xyz
+        PixelHash = 3,  // seed of its samples
+        Direction = 4,  // xyz, unit
+        Path = 7,       // index in the batch
+        Throughput = 8, // f / pdf(hero), a wavelength
+        Mis = 12, // sum of ratios before the last bounce over the hero's pdf of it; 0 after a delta lobe
+        // With which light sampling at the last vertex would have chosen what this ray may hit.
+        PdfEmitterChoice = 13,
+        PdfMapChoice = 14,
         Interior = 15, // medium the path is in; -1 = none
         Fields = 16
     };
     float row[BatchPadded][Fields];
-    Lane<float> ratio[4];  // pdf(lambda_i) / pdf(hero) of the path so far; kept only where scene.keeps_ratios
-    Lane<float> ask_n[3];  // Receiver::N where it was left; kept only where scene.keeps_normals
-    Lane<int32_t> ask_set; // Receiver::set; kept only where scene.linked
-    // Kept only where scene.media:
+    // pdf(lambda_i) / pdf(hero) of the path so far; kept only where scene.settings.keeps_ratios
+    Lane<float> ratio[4];
+    Lane<float> receiver_n[3];  // Receiver::N where it was left; kept only where scene.lights.keeps_normals
+    Lane<int32_t> receiver_set; // Receiver::set; kept only where scene.lights.linked
+    // Kept only where scene.media.tracked:
     Lane<int32_t> under[3]; // media that the one in the row hides; see MediaStack
     Lane<float> start;      // where on its ray a path is: past boundaries that it was not turned at
     Lane<int32_t> events;   // see Events in media.h
-    Lane<float> sight;      // how far the next surface is; kept only where there are fog lamps
+    Lane<float> surface;    // how far the next surface is; kept only where there are fog lamps
+    int count = 0;
 };
+template <int W>
+using PathRow = Row<W, PathQueue::Fields>;
 
 // What a batch knows of each of its paths from first to last.
 struct alignas(64) BatchState {
@@ -53,18 +55,19 @@ struct alignas(64) BatchState {
         Depth = 7,
         Position = 8,
         Id = 11,
-        Met = 12,
+        Hit = 12,
         Alpha = 13,
         Fields = 16
     };
     float l[BatchPadded][4]; // normalised hero wavelengths
     float radiance[BatchPadded][4];
-    float first[BatchPadded][Fields]; // first hits, for AOVs. Met: 1 = a hit; Alpha: that, or a visible sky
-    Lane<float> inv_pdf[4];           // 1 / the density of l over [0, 1]
+    float first[BatchPadded]
+               [Fields];    // first hits, for AOVs. Hit: 1 = a surface; Alpha: that, or a visible sky
+    Lane<float> inv_pdf[4]; // 1 / the density of l over [0, 1]
     Lane<float> filter_weight;
     float limit = Unclamped; // most radiance of a contribution, as things stand: Tracer
     Lane<float> time;        // while the shutter is open, 0 to 1; written where something moves
-    Lane<float> level;       // which levels of detail a path meets; written where some are in transition
+    Lane<float> level;       // which levels of detail a path sees; written where some are in transition
     uint32_t reversed_progression;
     std::vector<float> aovs; // BatchPadded values a channel of those that displays ask for
 };
@@ -85,17 +88,18 @@ struct alignas(64) HitState {
     }
 };
 
-// Shadow rays are written and read in order: two lights asked at a vertex, one on the way to it, and one that
-// lights it in a way of its own.
-struct alignas(64) ShadowState {
+// Shadow rays, written and read in order: of a vertex two light samples, one in fog on the way to it, and one
+// that lights it in a way of its own.
+struct alignas(64) RayQueue {
     template <class T>
     using Row = T[4 * BatchSize + 16];
     Row<float> o[3], d[3], t_max, contribution[4];
     Row<int32_t> path, seed;
-    Row<int32_t> passes; // written only where scene.shadow_linked
-    // Written only where scene.media; see ShadowBalance.
+    Row<int32_t> passes; // written only where scene.lights.shadow_linked
+    // Written only where scene.media.tracked; see MisShares.
     Row<int32_t> media[4];
-    Row<float> asked, found[4];
+    Row<float> light_share, direction_share[4];
+    int count = 0;
 };
 
 } // namespace kanuka::transport

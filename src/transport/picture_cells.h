@@ -5,6 +5,7 @@
 #pragma once
 
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "base/lanes_math.h"
@@ -17,6 +18,15 @@ struct PictureCells {
     int columns = 0, rows = 0;
     double total = 0;                         // integral of the weight, in texels
     std::vector<float> marginal, conditional; // cumulative: rows + 1; rows * (columns + 1)
+};
+struct PictureCellsView {
+    int columns = 0, rows = 0;
+    std::span<const float> marginal, conditional;
+
+    PictureCellsView() = default;
+    PictureCellsView(const PictureCells& cells)
+        : columns(cells.columns), rows(cells.rows), marginal(cells.marginal), conditional(cells.conditional) {
+    }
 };
 PictureCells make_picture_cells(int columns, int rows, const std::function<double(int, int)>& corner,
                                 const std::function<double(int)>& width,

@@ -75,7 +75,7 @@ TEST(SkyDensity, SmallSunsHardlyVary) {
                 u0.v[k] = u(g), u1.v[k] = u(g);
             sample_map(sky.s.view, u0, u1, s, l, Mask<8>(true));
             for (int k = 0; k < 8; k++)
-                mean.add(double(s.radiance[1][k]) / double(s.pdf[k]));
+                mean.add(double(s.radiance[1][k]) / double(s.pdf_solid_angle[k]));
         }
         const double relative = mean.variance() / (mean.mean() * mean.mean());
         RecordProperty("radius_" + std::to_string(int(radius)), std::to_string(relative));
@@ -107,7 +107,7 @@ TEST(SkyDensity, DirectionsFollowIt) {
         [](int i, int j) { return Rgb(i == 7 && j == 4 ? 100.0f : 0.01f); }};
     for (const auto& picture : pictures) {
         const Sky sky(picture, 16, 8);
-        const EnvironmentMap& map = sky.s.view.map;
+        const EnvironmentMap& map = sky.s.view.lights.map;
         std::mt19937 g(5);
         std::uniform_real_distribution<float> u(0, 1);
         constexpr int Rows = 16, Columns = 32, N = 400000, Fine = 24;
@@ -133,8 +133,8 @@ TEST(SkyDensity, DirectionsFollowIt) {
                 seen[size_t(std::clamp(int(p.y[k] * Rows / 8), 0, Rows - 1) * Columns +
                             std::clamp(int(p.x[k] * Columns / 16), 0, Columns - 1))]++;
                 // Asked for and met: the same, but where a direction tells less than a place.
-                if (p.sin_theta[k] > 0.01f && s.pdf[k] > 0.01f) {
-                    EXPECT_NEAR(again[k], s.pdf[k], 0.004f * s.pdf[k] + 0.002f);
+                if (p.sin_theta[k] > 0.01f && s.pdf_solid_angle[k] > 0.01f) {
+                    EXPECT_NEAR(again[k], s.pdf_solid_angle[k], 0.004f * s.pdf_solid_angle[k] + 0.002f);
                 }
             }
         }
@@ -196,16 +196,16 @@ TEST(SkyDensity, MeanIsThatOfTheSphere) {
         s.inputs.lights = {l};
         s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 1, 4, 4);
         s.finish();
-        EXPECT_NEAR(s.view.map.mean / sum, 1, 2e-4) << height;
+        EXPECT_NEAR(s.view.lights.map.mean / sum, 1, 2e-4) << height;
     }
 }
 
 // A picture without contrast has nothing to be asked for; directions find it.
 TEST(SkyDensity, OfNoContrastIsNoChoice) {
     const Sky sky([](int, int) { return Rgb(0.3f, 0.7f, 0.2f); });
-    EXPECT_EQ(sky.s.view.choices, 0);
+    EXPECT_EQ(sky.s.view.lights.choices, 0);
     const Sky sun([](int i, int j) { return sun_of(2, i, j); });
-    EXPECT_EQ(sun.s.view.choices, 1);
+    EXPECT_EQ(sun.s.view.lights.choices, 1);
 }
 
 // ---- quads
@@ -240,7 +240,7 @@ TEST(QuadDensity, PlacesFollowItAndRaysMeetThem) {
         s.inputs.lights.push_back(pictured_quad(picture, 6, 4));
         s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 1, 4, 4);
         s.finish();
-        ASSERT_GE(s.view.lights[0].picture, 0);
+        ASSERT_GE(s.view.lights.analytic[0].picture, 0);
         const LightLanes<8> light(s.view, Int<8>(0));
         const Vec3<Float<8>> P(Float<8>(0.5f), Float<8>(-0.7f), Float<8>(0.3f));
         constexpr int Rows = 8, Columns = 12, N = 400000, Fine = 32;
@@ -252,13 +252,14 @@ TEST(QuadDensity, PlacesFollowItAndRaysMeetThem) {
             for (int k = 0; k < 8; k++)
                 u0.v[k] = u(g), u1.v[k] = u(g);
             const auto p = sample_quad(s.view, light, P, u0, u1, Mask<8>(true));
-            const auto met = meet_quad(s.view, light, P, p.wi, Mask<8>(true));
+            const auto met = intersect_quad(s.view, light, P, p.wi, Mask<8>(true));
             for (int k = 0; k < 8; k++) {
                 ASSERT_TRUE(p.valid[k]);
                 seen[size_t(std::clamp(int((0.5f - 0.5f * p.place.y[k]) * Rows), 0, Rows - 1) * Columns +
                             std::clamp(int((0.5f + 0.5f * p.place.x[k]) * Columns), 0, Columns - 1))]++;
                 if (met.valid[k]) {
-                    EXPECT_NEAR(met.pdf[k], p.pdf[k], 0.01f * p.pdf[k] + 0.01f);
+                    EXPECT_NEAR(met.pdf_solid_angle[k], p.pdf_solid_angle[k],
+                                0.01f * p.pdf_solid_angle[k] + 0.01f);
                     EXPECT_NEAR(met.distance[k], p.distance[k], 1e-3f * p.distance[k]);
                 }
             }
@@ -280,12 +281,12 @@ TEST(QuadDensity, PlacesFollowItAndRaysMeetThem) {
                     const Vec3f d = normalize(to);
                     w.x.v[k] = d.x, w.y.v[k] = d.y, w.z.v[k] = d.z;
                 }
-                const auto met = meet_quad(s.view, light, P, w, Mask<8>(true));
+                const auto met = intersect_quad(s.view, light, P, w, Mask<8>(true));
                 for (int k = 0; k < 8; k++)
                     if (met.valid[k]) {
                         expected[size_t(y / Fine * Columns + (x + k) / Fine)] +=
-                            N * double(met.pdf[k]) * jacobian[k];
-                        all += double(met.pdf[k]) * jacobian[k];
+                            N * double(met.pdf_solid_angle[k]) * jacobian[k];
+                        all += double(met.pdf_solid_angle[k]) * jacobian[k];
                     }
             }
         EXPECT_NEAR(all, 1, 0.002);
@@ -330,7 +331,7 @@ TEST(QuadDensity, IrradianceOfABrightSpot) {
     };
     expect_irradiance(s, irradiance, 0.004, 32, 64);
     const auto with = s.estimate(4, 24);
-    s.view.lights[0].picture = -1;
+    s.data.lights.analytic[0].picture = -1;
     const auto without = s.estimate(4, 24);
     RecordProperty("noise2",
                    std::to_string(std::pow(with.channel[1].error() / without.channel[1].error(), 2)));
@@ -369,7 +370,7 @@ TEST(ChoiceOfLight, AHiddenSkyCostsALampLittle) {
         s.inputs.max_depth = 1;
         s.finish();
         const auto truth = s.render(512, 8);
-        s.view.seed = 9;
+        s.view.settings.seed = 9;
         double sum = 0;
         const auto pixels = s.render(4, 8);
         for (size_t i = 0; i < pixels.size(); i++)

@@ -6,7 +6,7 @@
 
 namespace kanuka::transport {
 
-// In SceneView::light_densities, at AnalyticLight::picture; the tables of PictureCells behind it. Columns of
+// In LightsView::densities, at AnalyticLight::picture; the tables of PictureCells behind it. Columns of
 // cells are one more than those of texels, for at the borders the outermost texels go on.
 struct QuadDensity {
     enum Word { Share = 0, Density = 1, Mean = 2, Words = 3 };
@@ -27,7 +27,7 @@ struct QuadPicture {
         columns = select(m, light.get(&A::width), I(1)) + I(1),
         rows = select(m, light.get(&A::height), I(1)) + I(1);
         width = F(columns - I(1)), height = F(rows - I(1));
-        const float* words = scene.light_densities.data();
+        const float* words = scene.lights.densities.data();
         share = gather(words + QuadDensity::Share, at);
         density = gather(words + QuadDensity::Density, at);
         mean = gather(words + QuadDensity::Mean, at);
@@ -43,7 +43,7 @@ struct QuadPicture {
         return weights(i, j).at(x, y) * density;
     }
     Vec3<F> sample(F u0, F u1) const {
-        const float* words = scene.light_densities.data();
+        const float* words = scene.lights.densities.data();
         const I j = search(words, marginal, rows, u1), row = conditional + j * (columns + I(1));
         const I i = search(words, row, columns, u0);
         F x, y;
@@ -61,7 +61,7 @@ struct QuadPicture {
         for (int b = 0; b < 2; b++)
             for (int a = 0; a < 2; a++) {
                 const I at = table + (js[b] * w + is[a]) * I(3);
-                const float* rgb = scene.light_tables.data();
+                const float* rgb = scene.lights.tables.data();
                 c.w[b][a] =
                     above_mean(texel_weight(gather(rgb, at), gather(rgb + 1, at), gather(rgb + 2, at)), mean);
             }
@@ -85,11 +85,11 @@ struct QuadPicture {
 
 template <int W>
 Mask<W> has_picture(const SceneView& scene, const LightLanes<W>& light, Mask<W> m) {
-    return scene.light_densities.empty() ? Mask<W>(false)
-                                         : m & (light.get(&AnalyticLight::picture) >= Int<W>(0));
+    return scene.lights.densities.empty() ? Mask<W>(false)
+                                          : m & (light.get(&AnalyticLight::picture) >= Int<W>(0));
 }
 
-// As sample_shape() and meet_shape().
+// As sample_shape() and intersect_shape().
 template <int W>
 LightPoint<W> sample_quad(const SceneView& scene, const LightLanes<W>& light, const Vec3<Float<W>>& P,
                           Float<W> u0, Float<W> u1, Mask<W> m) {
@@ -113,26 +113,29 @@ LightPoint<W> sample_quad(const SceneView& scene, const LightLanes<W>& light, co
         s.wi = select(chosen, normalize(light.to_render(v)), s.wi);
         s.distance = select(chosen, d, s.distance);
         s.cosine = select(chosen, cosine, s.cosine);
-        s.pdf = select(chosen, QuadView<W>(light, P, chosen).pdf(d2, -cosine, light.get(&A::area)), s.pdf);
+        s.pdf_solid_angle = select(
+            chosen, QuadView<W>(light, P, chosen).pdf(d2, -cosine, light.get(&A::area)), s.pdf_solid_angle);
         s.valid = (s.valid & !chosen) | (chosen & (cosine > F(1e-6f)));
     }
     const F by_picture = picture.pdf(s.place) * s.distance * s.distance / max(s.cosine, F(1e-6f));
-    s.pdf = select(pictured, fma(share, by_picture - s.pdf, s.pdf), s.pdf);
+    s.pdf_solid_angle =
+        select(pictured, fma(share, by_picture - s.pdf_solid_angle, s.pdf_solid_angle), s.pdf_solid_angle);
     return s;
 }
 
 template <int W>
-LightPoint<W> meet_quad(const SceneView& scene, const LightLanes<W>& light, const Vec3<Float<W>>& P,
-                        const Vec3<Float<W>>& wi, Mask<W> m) {
+LightPoint<W> intersect_quad(const SceneView& scene, const LightLanes<W>& light, const Vec3<Float<W>>& P,
+                             const Vec3<Float<W>>& wi, Mask<W> m) {
     using F = Float<W>;
-    LightPoint<W> s = meet_shape(AnalyticLight::Quad, light, P, wi, m);
+    LightPoint<W> s = intersect_shape(AnalyticLight::Quad, light, P, wi, m);
     const Mask<W> pictured = has_picture(scene, light, s.valid);
     if (!any(pictured))
         return s;
     const QuadPicture<W> picture(scene, light, pictured);
     const F cosine = max(-dot(light.get(&AnalyticLight::axis), wi), F(1e-6f));
     const F by_picture = picture.pdf(s.place) * s.distance * s.distance / cosine;
-    s.pdf = select(pictured, fma(picture.share, by_picture - s.pdf, s.pdf), s.pdf);
+    s.pdf_solid_angle = select(
+        pictured, fma(picture.share, by_picture - s.pdf_solid_angle, s.pdf_solid_angle), s.pdf_solid_angle);
     return s;
 }
 

@@ -1,11 +1,17 @@
-// Prepares what the kernels read: wavelength quantiles, light tables, material code, camera.
+// Owns what a SceneView refers to and is not of the store, and fills it: material code, lights, media,
+// wavelengths.
 #pragma once
 
+#include <memory>
 #include <span>
+#include <vector>
 
+#include "bvh/bvh.h"
 #include "color/palette.h"
 #include "color/sensor.h"
+#include "scene/scene.h"
 #include "transport/scene_view.h"
+#include "transport/wavelengths.h"
 
 namespace kanuka::transport {
 
@@ -25,20 +31,59 @@ struct SceneInputs {
     LatLong map;                           // of the environment light that has a texture, if any
     Transform render_from_world;
     CameraView camera;
-    bool moving = false; // something moves while the shutter is open, or the camera does
-    std::vector<float> shutter_quantiles;
-    std::span<const float> filter_x, filter_y, filter_weight_x, filter_weight_y;
-    SceneView::FilterCells filter_cells;
-    std::vector<bool> aov_is_color; // SceneView has the same
+    bool moving = false;            // something moves while the shutter is open, or the camera does
+    std::vector<bool> aov_is_color; // SettingsView has the same
     IntegratorChoice integrator;
     float clamp_direct = 0, clamp_indirect = 0; // scene::Options
     int max_depth = 8, volume_depth = 1024;
-    bool interreflection = true;          // SceneView has the same
-    std::vector<PointLight> point_lights; // SceneView has the same
+    bool interreflection = true;          // SettingsView has the same
+    std::vector<PointLight> point_lights; // LightsView has the same
     uint32_t seed = 0;
 };
 
-// `inputs` and what it points to must outlive the view.
-SceneView make_scene_view(const SceneInputs& inputs, Journal& journal);
+// What LightsView refers to, by the same names.
+struct LightsData {
+    LargeVector<AnalyticLight> analytic;
+    std::vector<LightBound> bounds;
+    std::vector<float> tables, densities;
+    std::vector<PointLight> point_lights;
+    std::vector<float> map_rgb;
+    PictureCells map_cells;
+    LightTree tree, hittable_tree;
+    std::vector<int32_t> hittable, suns, fog_lamps;
+    struct {
+        std::vector<int32_t> emitter, placement;
+        std::vector<float> placements;
+    } slots;
+    struct {
+        std::vector<float> probability, pdf_area;
+        std::vector<int32_t> other, emitters;
+    } alias;
+};
+
+// What MediaView refers to, by the same names.
+struct MediaData {
+    std::vector<bsdf::Phase<1>> phases;
+    std::vector<float> rows, fields;
+    std::vector<int32_t> clear, straight;
+    std::vector<int> airs;
+};
+
+struct SceneData {
+    SceneView view; // stays as it is where SceneData is moved
+
+    std::vector<bsdf::MaterialCode> materials;
+    LightsData lights;
+    MediaData media;
+    std::unique_ptr<const WavelengthTable> wavelengths;
+    std::vector<float> spectra; // SpectraView::tables
+    std::vector<uint8_t> aov_is_color;
+
+    SceneData() = default;
+    // `inputs` and what it points to must outlive the view.
+    SceneData(const SceneInputs& inputs, Journal& journal);
+    SceneData(SceneData&&) = default;
+    SceneData& operator=(SceneData&&) = default;
+};
 
 } // namespace kanuka::transport

@@ -8,7 +8,7 @@
 namespace kanuka::transport {
 
 // Attenuates the throughput of paths that have hit something, and adds what is scattered in before the hit.
-void apply_air(const SceneView& scene, BatchState& batch, PathState& paths, const HitState& hits,
+void apply_air(const SceneView& scene, BatchState& batch, PathQueue& paths, const HitState& hits,
                const ProgramRuns& runs, int bounce, grid::AirSegments& segments);
 
 } // namespace kanuka::transport

@@ -3,8 +3,7 @@
 #pragma once
 
 #include "transport/kernel.h"
-#include "transport/stage_medium.h"
-#include "transport/tint.h"
+#include "transport/stage_transmittance.h"
 
 namespace kanuka::transport {
 
@@ -13,17 +12,17 @@ template <int W>
 [[gnu::noinline]] Mask<W> occlude_tinted(const SceneView& scene, const BatchState& batch,
                                          bvh::RayPacket<W>& rays, Int<W> path, Spectrum<W>& contribution) {
     const Passages<W> passages(rays);
-    const Mask<W> lit = rays.active & !scene.bvh->occluded(rays);
+    const Mask<W> lit = rays.active & !scene.geometry.ray_query.occluded(rays);
     const auto l = load_rows<4>(batch.l, select(rays.active, path, Int<W>(0)) << 2);
     contribution = contribution * passages.before(scene, rays.t_max, l.data());
     return lit;
 }
 
 template <int W>
-void occlude(const SceneView& scene, BatchState& batch, const ShadowState& shadows, int count,
-             WallScratch* walls) {
-    if (scene.media)
-        return occlude_in_media<W>(scene, batch, shadows, count, walls);
+void occlude(const SceneView& scene, BatchState& batch, const RayQueue& shadows, WallScratch* walls) {
+    if (scene.media.tracked)
+        return occlude_in_media<W>(scene, batch, shadows, walls);
+    const int count = shadows.count;
     for (int first = 0; first < count; first += W) {
         bvh::RayPacket<W> rays;
         for (int c = 0; c < 3; c++) {
@@ -33,24 +32,24 @@ void occlude(const SceneView& scene, BatchState& batch, const ShadowState& shado
         rays.t_max = Float<W>::load(shadows.t_max + first);
         rays.active = Int<W>::lane_index() + Int<W>(first) < Int<W>(count);
         rays.seed = Int<W>::load(shadows.seed + first);
-        if (scene.moving)
+        if (scene.geometry.moving)
             rays.time =
                 gather(batch.time, select(rays.active, Int<W>::load(shadows.path + first), Int<W>(0)));
-        if (scene.fades)
+        if (scene.geometry.fades)
             rays.level =
                 gather(batch.level, select(rays.active, Int<W>::load(shadows.path + first), Int<W>(0)));
-        if (scene.shadow_linked)
+        if (scene.lights.shadow_linked)
             rays.passes = Int<W>::load(shadows.passes + first);
         Spectrum<W> contribution;
         for (int k = 0; k < Wavelengths; k++)
             contribution[k] = Float<W>::load(shadows.contribution[k] + first);
         const Int<W> path = Int<W>::load(shadows.path + first);
         Mask<W> lit(false);
-        if (scene.tinted)
+        if (scene.geometry.tinted)
             lit = occlude_tinted(scene, batch, rays, path, contribution);
         else
-            lit = rays.active & !scene.bvh->occluded(rays);
-        add_asked_radiance(scene, batch, path, contribution, lit);
+            lit = rays.active & !scene.geometry.ray_query.occluded(rays);
+        add_shadow_radiance(scene, batch, path, contribution, lit);
     }
 }
 
@@ -65,7 +64,7 @@ void finish(const SceneView& scene, const BatchState& batch, int count, const Ba
     using F = Float<W>;
     using I = Int<W>;
     const int width = request.x1 - request.x0;
-    const bool weighted = scene.filter_weighted();
+    const bool weighted = scene.camera.filter.weighted();
     for (int first = 0; first < count; first += W) {
         const I path = I::lane_index() + I(first);
         const auto l = load_rows<4>(batch.l, path << 2), radiance = load_rows<4>(batch.radiance, path << 2);
@@ -78,7 +77,7 @@ void finish(const SceneView& scene, const BatchState& batch, int count, const Ba
             const I i = min(to_int(x), I(469));
             const F f = x - F(i);
             // Sensor and white at the knots before and after.
-            const auto knots = load_rows<8>(scene.wavelengths.sensor[0], i << 2);
+            const auto knots = load_rows<8>(scene.spectra.sensor.data(), i << 2);
             const auto at = [&](size_t c) { return fma(f, knots[c + 4] - knots[c], knots[c]); };
             const F unit = F::load(batch.inv_pdf[k] + first) * F(470.0f);
             const F light = radiance[k] * unit, seen = albedos[k] * unit * at(3) * F(1.0f / Wavelengths);
@@ -89,9 +88,9 @@ void finish(const SceneView& scene, const BatchState& batch, int count, const Ba
             }
         }
         const auto to_rgb = [&](const F* v, int c) {
-            return fma(
-                F(scene.sensor_matrix[3 * c]), v[0],
-                fma(F(scene.sensor_matrix[3 * c + 1]), v[1], F(scene.sensor_matrix[3 * c + 2]) * v[2]));
+            return fma(F(scene.spectra.sensor_matrix[3 * c]), v[0],
+                       fma(F(scene.spectra.sensor_matrix[3 * c + 1]), v[1],
+                           F(scene.spectra.sensor_matrix[3 * c + 2]) * v[2]));
         };
         const F rgb[3] = {to_rgb(sensed[0], 0), to_rgb(sensed[0], 1), to_rgb(sensed[0], 2)},
                 albedo[3] = {to_rgb(sensed[1], 0), to_rgb(sensed[1], 1), to_rgb(sensed[1], 2)};
@@ -99,7 +98,7 @@ void finish(const SceneView& scene, const BatchState& batch, int count, const Ba
             const int at = first + i, x = request.x0 + at % width, y = request.y0 + at / width;
             PixelSums& p = request.pixels[size_t(y) * request.stride + x];
             const float* hit = batch.first[at];
-            const float w = batch.filter_weight[at], met = hit[BatchState::Met];
+            const float w = batch.filter_weight[at], surface = hit[BatchState::Hit];
             if (request.progression == 0) {
                 int32_t id;
                 std::memcpy(&id, hit + BatchState::Id, sizeof id);
@@ -130,20 +129,20 @@ void finish(const SceneView& scene, const BatchState& batch, int count, const Ba
             p.alpha += w * hit[BatchState::Alpha];
             if (weighted)
                 p.plain[3] += hit[BatchState::Alpha];
-            p.hits += met;
+            p.hits += surface;
             p.weight += w;
             const auto finite = [](float x) { return std::isfinite(x) ? x : 0.0f; };
-            p.depth += finite(met * hit[BatchState::Depth]);
+            p.depth += finite(surface * hit[BatchState::Depth]);
             for (int c = 0; c < 3; c++) {
                 p.albedo[c] += finite(w * albedo[c].v[i]);
-                p.normal[c] += finite(met * hit[BatchState::Normal + c]);
-                p.position[c] += finite(met * hit[BatchState::Position + c]);
+                p.normal[c] += finite(surface * hit[BatchState::Normal + c]);
+                p.position[c] += finite(surface * hit[BatchState::Position + c]);
             }
-            for (size_t a = 0; a < scene.aov_is_color.size(); a++) {
+            for (size_t a = 0; a < scene.settings.aov_is_color.size(); a++) {
                 const float value = batch.aovs[a * BatchPadded + size_t(at)];
-                request
-                    .aovs[(size_t(y) * size_t(request.stride) + size_t(x)) * scene.aov_is_color.size() + a] +=
-                    finite((scene.aov_is_color[a] ? w : met) * value);
+                request.aovs[(size_t(y) * size_t(request.stride) + size_t(x)) *
+                                 scene.settings.aov_is_color.size() +
+                             a] += finite((scene.settings.aov_is_color[a] ? w : surface) * value);
             }
         }
     }

@@ -8,17 +8,20 @@
 #include "transport/kernel.h"
 #include "transport/media.h"
 #include "transport/path_state.h"
+#include "transport/wavelengths.h"
 
 namespace kanuka::transport {
 
 // Offset and signed weight of the pixel filter at u, from its inverse cumulative table.
 template <int W>
-Float<W> filter_offset(const float* table, const float* signs, int size, Float<W> u, Float<W>& weight) {
-    const Float<W> x = u * Float<W>(float(size));
-    const Int<W> i = min(to_int(x), Int<W>(size - 1));
-    const Float<W> a = gather(table, i), b = gather(table + 1, i);
-    if (signs)
-        weight *= gather(signs, i);
+Float<W> filter_offset(std::span<const float> table, std::span<const float> signs, Float<W> u,
+                       Float<W>& weight) {
+    const int segments = int(table.size()) - 1;
+    const Float<W> x = u * Float<W>(float(segments));
+    const Int<W> i = min(to_int(x), Int<W>(segments - 1));
+    const Float<W> a = gather(table.data(), i), b = gather(table.data() + 1, i);
+    if (!signs.empty())
+        weight *= gather(signs.data(), i);
     return fma(x - Float<W>(i), b - a, a);
 }
 
@@ -38,7 +41,7 @@ Int<W> filter_step(const float* mass, Int<W> first, int count, Float<W>& u) {
 
 // The same of a filter given as a table: a row, then a cell of it, then a place in the cell.
 template <int W>
-void filter_offset(const SceneView::FilterCells& table, Float<W> u0, Float<W> u1, Float<W>& dx, Float<W>& dy,
+void filter_offset(const FilterView::Cells& table, Float<W> u0, Float<W> u1, Float<W>& dx, Float<W>& dy,
                    Float<W>& weight) {
     const Int<W> y = filter_step(table.rows, Int<W>(0), table.ny, u1);
     const Int<W> x = filter_step(table.cells, y * Int<W>(table.nx + 1), table.nx, u0);
@@ -48,20 +51,19 @@ void filter_offset(const SceneView::FilterCells& table, Float<W> u0, Float<W> u1
 }
 
 // Keeps the paths of pixels that see something, dense and in order.
-inline int drop_blind(PathState& paths, const bool* sees, int count) {
+inline void drop_blind(PathQueue& paths, const bool* sees) {
     int kept = 0;
-    for (int i = 0; i < count; i++) {
+    for (int i = 0; i < paths.count; i++) {
         if (!sees[i])
             continue;
         std::memmove(paths.row[kept++], paths.row[i], sizeof paths.row[i]); // ratios are 1 for all
     }
-    return kept;
+    paths.count = kept;
 }
 
-// Fills the batch and its paths; returns how many paths there are: one a pixel, but for pixels outside of a
-// fisheye's image circle.
+// Fills the batch and its paths: one a pixel, but for pixels outside of a fisheye's image circle.
 template <int W>
-int generate(const SceneView& scene, const BatchRequest& request, BatchState& batch, PathState& paths) {
+void generate(const SceneView& scene, const BatchRequest& request, BatchState& batch, PathQueue& paths) {
     using F = Float<W>;
     using I = Int<W>;
     const int width = request.x1 - request.x0, count = width * (request.y1 - request.y0);
@@ -79,18 +81,18 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
             y.v[k] = std::min(first + k, count - 1) / width;
         const I column = min(index, I(count - 1)) - y * I(width);
         const I px = column + I(request.x0), py = y + I(request.y0);
-        const I pixel = pixel_seed(px, py, scene.seed);
+        const I pixel = pixel_seed(px, py, scene.settings.seed);
         const Sampler<W> sampler{pixel, reversed};
 
         // Position on the film, filter importance sampled.
         F u0, u1, weight(1.0f);
         sampler.sample_2d(int(Net::Filter), u0, u1);
         F dx, dy;
-        if (scene.filter_cells.nx > 0) {
-            filter_offset(scene.filter_cells, u0, u1, dx, dy, weight);
+        if (scene.camera.filter.cells.nx > 0) {
+            filter_offset(scene.camera.filter.cells, u0, u1, dx, dy, weight);
         } else {
-            dx = filter_offset(scene.filter_x, scene.filter_weight_x, scene.filter_size, u0, weight);
-            dy = filter_offset(scene.filter_y, scene.filter_weight_y, scene.filter_size, u1, weight);
+            dx = filter_offset(scene.camera.filter.x, scene.camera.filter.signs_x, u0, weight);
+            dy = filter_offset(scene.camera.filter.y, scene.camera.filter.signs_y, u1, weight);
         }
         weight.store(batch.filter_weight + first);
         const F sx = (F(px) + F(0.5f) + dx) * F(1.0f / float(cam.width)),
@@ -99,11 +101,11 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
                 fy = fma(sy, F(cam.bottom - cam.top), F(cam.top));
 
         F level, time(0.0f);
-        if (scene.moving || scene.fades) {
+        if (scene.geometry.moving || scene.geometry.fades) {
             sampler.sample_2d(int(Net::LevelTime), level, time);
             level.store(batch.level + first);
-            if (!scene.shutter_quantiles.empty()) // as the shutter lets light in
-                time = quantile(scene.shutter_quantiles.data(), scene::ShutterSegments, time);
+            if (!scene.camera.shutter_quantiles.empty()) // as the shutter lets light in
+                time = quantile(scene.camera.shutter_quantiles.data(), scene::ShutterSegments, time);
             time.store(batch.time + first);
         }
 
@@ -133,30 +135,32 @@ int generate(const SceneView& scene, const BatchRequest& request, BatchState& ba
             F u = first_u + F(0.25f * float(k));
             u = select(u >= F(1.0f), u - F(1.0f), u) * F(float(WavelengthTable::Segments));
             const I i = min(to_int(u), I(WavelengthTable::Segments - 1));
-            const F a = gather(scene.wavelengths.quantile.data(), i),
-                    b = gather(scene.wavelengths.quantile.data() + 1, i);
+            const F a = gather(scene.spectra.wavelengths.data(), i),
+                    b = gather(scene.spectra.wavelengths.data() + 1, i);
             l[size_t(k)] = fma(u - F(i), b - a, a);
             ((b - a) * F(float(WavelengthTable::Segments))).store(batch.inv_pdf[k] + first);
             F(1.0f).store(paths.ratio[k] + first);
         }
-        const F zero(0.0f), one(1.0f); // camera rays meet lights with full weight: mis = 0
-        const Row<W, PathState::Fields> row{O.x,  O.y,  O.z,  bitcast_float(pixel),
+        const F zero(0.0f), one(1.0f); // camera rays hit lights with full weight: mis = 0
+        const Row<W, PathQueue::Fields> row{O.x,  O.y,  O.z,  bitcast_float(pixel),
                                             D.x,  D.y,  D.z,  bitcast_float(index),
                                             one,  one,  one,  one,
-                                            zero, zero, zero, bitcast_float(I(scene.camera_media[0]))};
+                                            zero, zero, zero, bitcast_float(I(scene.media.around_camera[0]))};
         const uint32_t all = Mask<W>(true).bits();
         compress_rows(paths.row[first], row, all);
         compress_rows(batch.l[first], l, all);
-        if (scene.media) {
+        if (scene.media.tracked) {
             for (int k = 0; k < 3; k++)
-                I(scene.camera_media[k + 1]).store(paths.under[k] + first);
+                I(scene.media.around_camera[k + 1]).store(paths.under[k] + first);
             zero.store(paths.start + first);
             I(Events::Camera).store(paths.events + first);
         }
     }
     std::memset(batch.radiance, 0, sizeof batch.radiance[0] * size_t(count));
     std::memset(batch.first, 0, sizeof batch.first[0] * size_t(count));
-    return blind ? drop_blind(paths, sees, count) : count;
+    paths.count = count;
+    if (blind)
+        drop_blind(paths, sees);
 }
 
 } // namespace kanuka::transport

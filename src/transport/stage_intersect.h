@@ -1,4 +1,4 @@
-// Intersect: the closest hit of every living path. What misses meets the environment; hits are put in the
+// Intersect: the closest hit of every living path. What misses sees the environment; hits are put in the
 // order of their layering programs, so that all lanes of a surface call run the same lobes.
 #pragma once
 
@@ -10,165 +10,79 @@ namespace kanuka::transport {
 
 // Light from where nothing is: the hit side of the balance between light and direction sampling.
 template <int W>
-void add_environment(const SceneView& scene, BatchState& batch, const PathState& paths, Int<W> slot,
+void add_environment(const SceneView& scene, BatchState& batch, const PathQueue& paths, Int<W> slot,
                      Mask<W> m, int bounce) {
-    if (scene.map.width == 0 && !scene.constant.present && scene.suns.empty())
+    if (scene.lights.map.width == 0 && !scene.lights.constant.present && scene.lights.suns.empty())
         return;
     using F = Float<W>;
-    using P = PathState;
+    using P = PathQueue;
     const auto ray = load_rows<P::Fields>(paths.row, slot << 4);
     const Int<W> path = bitcast_int(ray[P::Path]);
     const auto l = load_rows<4>(batch.l, path << 2);
-    Spectrum<W> beta = spectrum_of(ray, P::Beta);
-    if (scene.media) { // what only absorbs and has no end leaves nothing; what scatters has let it pass
+    Spectrum<W> throughput = spectrum_of(ray, P::Throughput);
+    if (scene.media
+            .tracked) { // what only absorbs and has no end leaves nothing; what scatters has let it pass
         const MediumLanes<W> medium(scene, bitcast_int(ray[P::Interior]), l.data());
         for (int k = 0; k < Wavelengths; k++)
-            beta[k] =
-                select(medium.scatters | (medium.absorption[k] <= Float<W>(0.0f)), beta[k], Float<W>(0.0f));
+            throughput[k] = select(medium.scatters | (medium.absorption[k] <= Float<W>(0.0f)), throughput[k],
+                                   Float<W>(0.0f));
     }
-    if (!scene.suns.empty())
-        meet_suns(scene, batch, paths, ray, beta, slot, bounce, m);
+    if (!scene.lights.suns.empty())
+        hit_suns(scene, batch, paths, ray, throughput, slot, bounce, m);
     const Mask<W> camera = camera_paths(scene, paths, slot, bounce), all(true), none(false);
     const Mask<W> constant =
-        scene.constant.present ? (!camera) | Mask<W>(scene.constant.visible_camera) : none;
-    const Mask<W> map = scene.map.width > 0 ? (!camera) | Mask<W>(scene.map.visible_camera) : none;
+        scene.lights.constant.present ? (!camera) | Mask<W>(scene.lights.constant.visible_camera) : none;
+    const Mask<W> map =
+        scene.lights.map.width > 0 ? (!camera) | Mask<W>(scene.lights.map.visible_camera) : none;
     if (any(m & camera & (constant | map)))
         scatter(batch.first[0] + BatchState::Alpha, path << 4, F(1.0f), m & camera & (constant | map));
     const F ratios = sum_of_ratios(scene, paths, slot);
     const auto shines = [&](int32_t sets) {
-        return m &
-               (scene.linked && bounce > 0 ? (gather(paths.ask_set, slot) & Int<W>(sets)) != Int<W>(0) : all);
+        return m & (scene.lights.linked && bounce > 0
+                        ? (gather(paths.receiver_set, slot) & Int<W>(sets)) != Int<W>(0)
+                        : all);
     };
     if (any(m & constant)) // directions alone find it: docs/transport.md, "Choice of light"
         add_radiance(batch, path,
-                     beta * emission_spectrum(scene, scene.constant.c, l.data()) * (F(1.0f) / ratios),
-                     constant & shines(scene.constant_sets));
+                     throughput * emission_spectrum(scene, scene.lights.constant.c, l.data()) *
+                         (F(1.0f) / ratios),
+                     constant & shines(scene.lights.constant.sets));
     if (any(m & map)) {
-        const MapPlace<W> p = map_place(scene.map, vector_of(ray, P::Direction));
-        const MapCell<W> c(scene.map, p);
-        const MapTexels<W> texels(scene.map, c);
+        const MapPlace<W> p = map_place(scene.lights.map, vector_of(ray, P::Direction));
+        const MapCell<W> c(scene.lights.map, p);
+        const MapTexels<W> texels(scene.lights.map, c);
         Float<W> weight = Float<W>(1.0f) / ratios;
-        if (scene.map_choice >= 0) {
-            const Float<W> pdf = map_pdf(scene.map, texels.weights(scene.map, c), c, p.sin_theta);
-            weight = Float<W>(1.0f) / fma(ray[P::Mis], pdf * ray[P::AskMap], ratios);
+        if (scene.lights.map_choice >= 0) {
+            const Float<W> pdf =
+                map_pdf(scene.lights.map, texels.weights(scene.lights.map, c), c, p.sin_theta);
+            weight = PathVertex<W>::in_direction(ray[P::PdfMapChoice], pdf).weight(ray[P::Mis], ratios);
         }
-        add_radiance(batch, path, beta * map_radiance(scene, texels, c, l.data()) * weight,
-                     map & shines(scene.map_sets));
+        add_radiance(batch, path, throughput * map_radiance(scene, texels, c, l.data()) * weight,
+                     map & shines(scene.lights.map.sets));
     }
 }
 
 // Colours the light of paths by what they have passed.
 template <int W>
-[[gnu::noinline]] void tint_paths(const SceneView& scene, const BatchState& batch, PathState& paths,
+[[gnu::noinline]] void tint_paths(const SceneView& scene, const BatchState& batch, PathQueue& paths,
                                   Int<W> slot, const Passages<W>& passages, Float<W> end, Mask<W> m) {
-    const auto ray = load_rows<PathState::Fields>(paths.row, slot << 4);
-    const auto l = load_rows<4>(batch.l, bitcast_int(ray[PathState::Path]) << 2);
-    const Spectrum<W> beta = spectrum_of(ray, PathState::Beta) * passages.before(scene, end, l.data());
+    const auto ray = load_rows<PathQueue::Fields>(paths.row, slot << 4);
+    const auto l = load_rows<4>(batch.l, bitcast_int(ray[PathQueue::Path]) << 2);
+    const Spectrum<W> throughput =
+        spectrum_of(ray, PathQueue::Throughput) * passages.before(scene, end, l.data());
     for (int k = 0; k < Wavelengths; k++)
-        scatter(paths.row[0] + PathState::Beta + k, slot << 4, beta[k], m);
+        scatter(paths.row[0] + PathQueue::Throughput + k, slot << 4, throughput[k], m);
 }
 
 struct ProgramRuns {
     std::vector<int> first; // of each program's run in `order`; one more at the end
     std::vector<int32_t> order;
     std::vector<int32_t> program;                         // by slot; or:
-    static constexpr int32_t Missed = -1, Scattered = -2; // in the medium, before any surface
+    static constexpr int32_t Missed = -1, Scattered = -2; // a collision in the medium, before any surface
 };
 
-template <int W>
-void intersect(const SceneView& scene, BatchState& batch, PathState& paths, int count, int bounce,
-               HitState& hits, ProgramRuns& runs, ShadowState& shadows, int& shadow_count) {
-    const int programs = int(scene.materials.size());
-    runs.first.assign(size_t(programs) + 1, 0);
-    runs.program.resize(BatchPadded);
-    runs.order.resize(BatchPadded);
-    bvh::HitPacket<W> hit;
-    for (int first = 0; first < count; first += W) {
-        const Int<W> slot = Int<W>::lane_index() + Int<W>(first);
-        bvh::RayPacket<W> rays;
-        const auto ray = load_rows<8>(paths.row, slot << 4);
-        rays.o = vector_of(ray, PathState::Origin);
-        rays.d = vector_of(ray, PathState::Direction);
-        Float<W> reach(1e30f);
-        rays.active = slot < Int<W>(count);
-        const Int<W> in_use = min(slot, Int<W>(count - 1));
-        if (scene.media) {
-            rays.t_min = gather(paths.start, in_use);
-            if (scene.scatters)
-                reach = free_path(scene, batch, load_rows<PathState::Fields>(paths.row, in_use << 4),
-                                  rays.t_min, bounce);
-        }
-        const bool fog = !scene.fog_lamps.empty();
-        rays.t_max = fog ? Float<W>(1e30f) : reach;
-        rays.seed =
-            way_seed(bitcast_int(ray[PathState::PixelHash]) ^ Int<W>(int(uint32_t(bounce) * 0x3c6ef372u)),
-                     batch.reversed_progression);
-        rays.coherent = bounce == 0;
-        if (scene.moving)
-            rays.time =
-                select(rays.active,
-                       gather(batch.time, select(rays.active, bitcast_int(ray[PathState::Path]), Int<W>(0))),
-                       Float<W>(0.0f));
-        if (scene.fades)
-            rays.level =
-                gather(batch.level, select(rays.active, bitcast_int(ray[PathState::Path]), Int<W>(0)));
-        if (scene.hides)
-            rays.camera = select(camera_paths(scene, paths, in_use, bounce), Int<W>(1), Int<W>(0));
-        if (scene.tinted) {
-            Passages<W> passages(rays);
-            scene.bvh->intersect(rays, hit);
-            tint_paths(scene, batch, paths, in_use, passages, select(hit.hit, hit.t, rays.t_max),
-                       rays.active);
-            rays.passages = nullptr;
-        } else {
-            scene.bvh->intersect(rays, hit);
-        }
-        if (fog) {
-            const Float<W> sight = select(hit.hit, hit.t, Float<W>(1e30f));
-            sight.store(paths.sight + first);
-            ask_in_fog(scene, batch, paths, in_use, sight, bounce, shadows, shadow_count, rays.active);
-            hit.hit &= hit.t < reach;
-        }
-        if (!scene.fields.empty()) {
-            const Float<W> particle =
-                field_path(scene, batch, paths, in_use, select(hit.hit, hit.t, reach), bounce, rays.active);
-            hit.hit &= !(particle < hit.t);
-            reach = min(reach, particle);
-        }
-        const Mask<W> missed = rays.active & !hit.hit, scattered = missed & (reach < Float<W>(1e30f));
-        if (scene.scatters)
-            hit.t = select(hit.hit, hit.t, reach);
-        const Row<W, HitState::Fields> row{hit.t,    hit.u,    hit.v,    bitcast_float(hit.shape),
-                                           hit.Ng.x, hit.Ng.y, hit.Ng.z, bitcast_float(hit.prim)};
-        compress_rows(hits.row[first], row, Mask<W>(true).bits());
-        if (scene.instanced) {
-            hit.instanced.store(hits.instanced + first);
-            if (any(hit.instanced != Int<W>(0)))
-                for (int k = 0; k < 12; k++)
-                    std::memcpy(hits.world_from_shape[k].data() + first, hit.world_from_shape[k],
-                                sizeof(float) * W);
-            hit.slot_shift.store(hits.slot_shift.data() + first);
-            hit.magnitude.store(hits.magnitude.data() + first);
-        }
-        Mask<W> shows = hit.hit;
-        if (scene.holds_out) // what hides all behind it and is black itself is a miss without a sky
-            shows &= !(camera_paths(scene, paths, in_use, bounce) &
-                       ((links_of(scene, select(hit.hit, hit.shape, Int<W>(0)), &store::Links::seen) &
-                         Int<W>(store::Links::HeldOut)) != Int<W>(0)));
-        const Int<W> program =
-            select(shows,
-                   gather(scene.shapes + offsetof(store::ShapeRecord, program) / 4,
-                          hit.shape * Int<W>(store::ShapeWords)),
-                   select(scattered, Int<W>(ProgramRuns::Scattered), Int<W>(ProgramRuns::Missed)));
-        program.store(runs.program.data() + first);
-        if (scene.meets_lights())
-            meet_lights(scene, batch, paths, in_use, select(hit.hit, hit.t, reach), bounce, rays.active);
-        if (scene.scatters)
-            end_flight(scene, batch, paths, in_use, hit.t, bounce, rays.active);
-        const Mask<W> escaped = missed & !scattered;
-        if (any(escaped))
-            add_environment(scene, batch, paths, in_use, escaped, bounce);
-    }
+inline void sort_by_program(ProgramRuns& runs, int count) {
+    const int programs = int(runs.first.size()) - 1;
     // Counting sort by program; stable, so the order of slots is a function of the batch alone.
     for (int i = 0; i < count; i++)
         if (runs.program[size_t(i)] >= 0)
@@ -183,6 +97,108 @@ void intersect(const SceneView& scene, BatchState& batch, PathState& paths, int 
     for (int p = programs; p > 0; p--)
         next[size_t(p)] = next[size_t(p) - 1];
     next[0] = 0;
+}
+
+// For the surface stage, which reads them by slot.
+template <int W>
+void keep_hits(const SceneView& scene, const bvh::HitPacket<W>& hit, HitState& hits, int first) {
+    const Row<W, HitState::Fields> row{hit.t,    hit.u,    hit.v,    bitcast_float(hit.shape),
+                                       hit.Ng.x, hit.Ng.y, hit.Ng.z, bitcast_float(hit.prim)};
+    compress_rows(hits.row[first], row, Mask<W>(true).bits());
+    if (!scene.geometry.instanced)
+        return;
+    hit.instanced.store(hits.instanced + first);
+    if (any(hit.instanced != Int<W>(0)))
+        for (int k = 0; k < 12; k++)
+            std::memcpy(hits.world_from_shape[k].data() + first, hit.world_from_shape[k], sizeof(float) * W);
+    hit.slot_shift.store(hits.slot_shift.data() + first);
+    hit.magnitude.store(hits.magnitude.data() + first);
+}
+
+template <int W>
+void intersect(const SceneView& scene, BatchState& batch, PathQueue& paths, int bounce, HitState& hits,
+               ProgramRuns& runs, RayQueue& shadow_rays) {
+    const int count = paths.count;
+    const int programs = int(scene.geometry.materials.size());
+    runs.first.assign(size_t(programs) + 1, 0);
+    runs.program.resize(BatchPadded);
+    runs.order.resize(BatchPadded);
+    bvh::HitPacket<W> hit;
+    for (int first = 0; first < count; first += W) {
+        const Int<W> slot = Int<W>::lane_index() + Int<W>(first);
+        bvh::RayPacket<W> rays;
+        const auto ray = load_rows<8>(paths.row, slot << 4);
+        rays.o = vector_of(ray, PathQueue::Origin);
+        rays.d = vector_of(ray, PathQueue::Direction);
+        Float<W> reach(1e30f);
+        rays.active = slot < Int<W>(count);
+        const Int<W> in_use = min(slot, Int<W>(count - 1));
+        if (scene.media.tracked) {
+            rays.t_min = gather(paths.start, in_use);
+            if (scene.media.scatters)
+                reach = free_path(scene, batch, load_rows<PathQueue::Fields>(paths.row, in_use << 4),
+                                  rays.t_min, bounce);
+        }
+        const bool fog = !scene.lights.fog_lamps.empty();
+        rays.t_max = fog ? Float<W>(1e30f) : reach;
+        rays.seed = seed_of(seeds::ClosestHit, bitcast_int(ray[PathQueue::PixelHash]), bounce,
+                            batch.reversed_progression);
+        rays.coherent = bounce == 0;
+        if (scene.geometry.moving)
+            rays.time =
+                select(rays.active,
+                       gather(batch.time, select(rays.active, bitcast_int(ray[PathQueue::Path]), Int<W>(0))),
+                       Float<W>(0.0f));
+        if (scene.geometry.fades)
+            rays.level =
+                gather(batch.level, select(rays.active, bitcast_int(ray[PathQueue::Path]), Int<W>(0)));
+        if (scene.geometry.hides)
+            rays.camera = select(camera_paths(scene, paths, in_use, bounce), Int<W>(1), Int<W>(0));
+        if (scene.geometry.tinted) {
+            Passages<W> passages(rays);
+            scene.geometry.ray_query.intersect(rays, hit);
+            tint_paths(scene, batch, paths, in_use, passages, select(hit.hit, hit.t, rays.t_max),
+                       rays.active);
+            rays.passages = nullptr;
+        } else {
+            scene.geometry.ray_query.intersect(rays, hit);
+        }
+        if (fog) {
+            const Float<W> surface = select(hit.hit, hit.t, Float<W>(1e30f));
+            surface.store(paths.surface + first);
+            sample_fog_lamps(scene, batch, paths, in_use, surface, bounce, shadow_rays, rays.active);
+            hit.hit &= hit.t < reach;
+        }
+        if (!scene.media.fields.empty()) {
+            const Float<W> collision =
+                field_path(scene, batch, paths, in_use, select(hit.hit, hit.t, reach), bounce, rays.active);
+            hit.hit &= !(collision < hit.t);
+            reach = min(reach, collision);
+        }
+        const Mask<W> missed = rays.active & !hit.hit, scattered = missed & (reach < Float<W>(1e30f));
+        if (scene.media.scatters)
+            hit.t = select(hit.hit, hit.t, reach);
+        keep_hits(scene, hit, hits, first);
+        Mask<W> shows = hit.hit;
+        if (scene.geometry.holds_out) // what hides all behind it and is black itself is a miss without a sky
+            shows &= !(camera_paths(scene, paths, in_use, bounce) &
+                       ((links_of(scene, select(hit.hit, hit.shape, Int<W>(0)), &store::Links::seen) &
+                         Int<W>(store::Links::HeldOut)) != Int<W>(0)));
+        const Int<W> program =
+            select(shows,
+                   gather(scene.geometry.shapes + offsetof(store::ShapeRecord, program) / 4,
+                          hit.shape * Int<W>(store::ShapeWords)),
+                   select(scattered, Int<W>(ProgramRuns::Scattered), Int<W>(ProgramRuns::Missed)));
+        program.store(runs.program.data() + first);
+        if (scene.lights.any_hittable())
+            hit_lights(scene, batch, paths, in_use, select(hit.hit, hit.t, reach), bounce, rays.active);
+        if (scene.media.scatters)
+            end_flight(scene, batch, paths, in_use, hit.t, bounce, rays.active);
+        const Mask<W> escaped = missed & !scattered;
+        if (any(escaped))
+            add_environment(scene, batch, paths, in_use, escaped, bounce);
+    }
+    sort_by_program(runs, count);
 }
 
 } // namespace kanuka::transport

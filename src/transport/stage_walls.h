@@ -1,5 +1,5 @@
 // Shadow rays through smooth thin walls: what goes on as it came is known exactly, so light behind a window
-// pane can be asked for.
+// pane can be sampled.
 #pragma once
 
 #include "transport/surface_hit.h"
@@ -8,7 +8,7 @@ namespace kanuka::transport {
 
 // Where a packet of shadow rays has come to, as SurfaceHit reads it; slots are lanes.
 struct WallScratch {
-    PathState paths;
+    PathQueue paths;
     HitState hits;
 };
 
@@ -28,7 +28,7 @@ pass_walls(const SceneView& scene, BatchState& batch, WallScratch& scratch, cons
     using I = Int<W>;
     const uint32_t all = Mask<W>(true).bits();
     const F zero(0.0f);
-    const Row<W, PathState::Fields> ray{
+    const Row<W, PathQueue::Fields> ray{
         rays.o.x, rays.o.y, rays.o.z, zero, rays.d.x, rays.d.y, rays.d.z, bitcast_float(path),
         zero,     zero,     zero,     zero, zero,     zero,     zero,     bitcast_float(media.at[0])};
     compress_rows(scratch.paths.row[0], ray, all);
@@ -37,7 +37,7 @@ pass_walls(const SceneView& scene, BatchState& batch, WallScratch& scratch, cons
     const Row<W, HitState::Fields> at_hit{hit.t,    hit.u,    hit.v,    bitcast_float(hit.shape),
                                           hit.Ng.x, hit.Ng.y, hit.Ng.z, bitcast_float(hit.prim)};
     compress_rows(scratch.hits.row[0], at_hit, all);
-    if (scene.instanced) {
+    if (scene.geometry.instanced) {
         hit.instanced.store(scratch.hits.instanced);
         hit.magnitude.store(scratch.hits.magnitude.data());
         for (int k = 0; k < 12; k++)
@@ -49,7 +49,8 @@ pass_walls(const SceneView& scene, BatchState& batch, WallScratch& scratch, cons
         const int first = __builtin_ctz(m.bits()), one = program[first];
         const Mask<W> here = m & (program == I(one));
         // Records of other programs are laid out otherwise: their lanes read the first one's.
-        const SurfaceHit<W> h(at, scene.materials[size_t(one)], select(here, I::lane_index(), I(first)));
+        const SurfaceHit<W> h(at, scene.geometry.materials[size_t(one)],
+                              select(here, I::lane_index(), I(first)));
         Vec3<F> wo = h.to_local(-h.d);
         wo.z = h.cos_o;
         const bsdf::Material<W> material(h.code, h.fetch, h.outside, wo, h.l, &h.crossing.outer);

@@ -60,14 +60,14 @@ TEST(Suns, AreSeenByTheCameraAndInMirrors) {
                 ASSERT_GT(share, 0.15);
                 const bool seen = visible || mirrored; // mirrors show what the camera alone does not
                 for (const char* integrator : {"path", "reference"}) {
-                    s.view.integrator = IntegratorChoice::parse(integrator);
-                    const bool plain = s.view.integrator.name == "reference";
+                    s.view.settings.integrator = IntegratorChoice::parse(integrator);
+                    const bool plain = s.view.settings.integrator.name == "reference";
                     const auto e = s.estimate(plain ? 64 : 16, 6);
                     const double expected = seen ? share * radiance_of(2, diameter) : 0;
                     EXPECT_NEAR(e.channel[1].mean(), expected, 0.006 * expected + 4.5 * e.channel[1].error())
                         << diameter << mirrored << visible << integrator;
                 }
-                s.view.integrator = IntegratorChoice::parse("path");
+                s.view.settings.integrator = IntegratorChoice::parse("path");
                 double alpha = 0;
                 for (const PixelSums& p : s.render(4, 8))
                     alpha += double(p.alpha) / (4.0 * Size * Size);
@@ -91,9 +91,9 @@ TEST(Suns, TheSameByEitherTechnique) {
             s.inputs.lights[0].visible_camera = s.inputs.lights[1].visible_camera = false;
             s.finish();
             if (mode == 1)
-                s.view.choices = 0; // nothing is asked for
+                s.view.lights.choices = 0; // nothing is asked for
             if (mode == 2)
-                s.view.suns.clear(), s.view.keeps_normals = false; // nothing is met
+                s.view.lights.suns = {}, s.view.lights.keeps_normals = false; // nothing is met
             const auto e = s.estimate(96, 40);
             mean[mode] = e.channel[1].mean(), error[mode] = e.channel[1].error();
         }
@@ -113,8 +113,8 @@ TEST(Suns, IrradianceOfWideOnes) {
             l.visible_camera = false;
             s.inputs.lights.push_back(l);
             s.finish();
-            s.view.integrator = IntegratorChoice::parse(integrator);
-            const auto e = s.estimate(s.view.integrator.name == "reference" ? 256 : 32, 8);
+            s.view.settings.integrator = IntegratorChoice::parse(integrator);
+            const auto e = s.estimate(s.view.settings.integrator.name == "reference" ? 256 : 32, 8);
             const double expected = 2 * double(Reflectance) / DoublePi;
             EXPECT_NEAR(e.channel[1].mean(), expected, 0.003 * expected + 4.5 * e.channel[1].error())
                 << diameter << integrator;
@@ -163,7 +163,7 @@ TEST(ShadowRays, EndAtTheirLight) {
             l.world_from_light = Transform::translate(at.x, at.y, at.z);
             const float bulge = kind == "sphere" || kind == "cylinder" ? 0.5f : 0;
             if (kind == "emitter")
-                s.add_quad(at, {1, 0, 0}, {0, 1, 0}, {glow(Rgb(1e4f))});
+                s.add_quad(at, {1, 0, 0}, {0, 1, 0}, {emission(Rgb(1e4f))});
             else
                 s.inputs.lights.push_back(l);
             if (covered)
@@ -208,7 +208,7 @@ TEST(ShadowRays, EmittersDoNotCoverThemselves) {
                     points.push_back(base + ex * (float(i) / M - 0.5f) + ey * (float(j) / M - 0.5f));
                     normals.push_back(n);
                 }
-            s.add_lattice(M, M, points, normals, {glow(Rgb(3))});
+            s.add_lattice(M, M, points, normals, {emission(Rgb(3))});
             s.camera({1, 0, 0}, {0, 0, 1}, {0, -1, 0}, 0.5f, Size, Size);
             for (int c = 0; c < 3; c++)
                 s.inputs.camera.render_from_camera[4 * c + 3] = Vec3f(offset, offset, 0)[c];

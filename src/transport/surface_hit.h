@@ -12,7 +12,7 @@ namespace kanuka::transport {
 struct Bounce {
     const SceneView& scene;
     BatchState& batch;
-    const PathState& paths;
+    const PathQueue& paths;
     const HitState& hits;
     int number;                    // 0 = camera rays
     uint32_t reversed_progression; // for samplers
@@ -28,11 +28,11 @@ struct SurfaceHit {
 
     const bsdf::MaterialCode& code;
     I slot;
-    Row<W, PathState::Fields> ray; // as it came here
+    Row<W, PathQueue::Fields> ray; // as it came here
     Row<W, HitState::Fields> hit;
     I path;
     F l[Wavelengths];
-    S beta;
+    S throughput;
     V d, P, Ng, N; // Ng and N: unit, on the side of the viewer; N may lean from Ng
     V horizon;     // of what lies above the surface: Ng, or N where facets stand for a curved surface
     V T, B;
@@ -44,15 +44,15 @@ struct SurfaceHit {
     HitPlace<W> place;
     InputFetch<W> fetch;
     M camera;             // nobody sees what it has passed: see camera_paths()
-    Crossing<W> crossing; // where scene.media
+    Crossing<W> crossing; // where scene.media.tracked
 
     SurfaceHit(const SurfaceHit&) = delete; // `fetch` refers to its fields
     SurfaceHit(const Bounce& at, const bsdf::MaterialCode& code, I slot)
-        : code(code), slot(slot), ray(load_rows<PathState::Fields>(at.paths.row, slot << 4)),
-          hit(load_rows<HitState::Fields>(at.hits.row, slot << 3)), path(bitcast_int(ray[PathState::Path])),
-          beta(spectrum_of(ray, PathState::Beta)), d(vector_of(ray, PathState::Direction)),
+        : code(code), slot(slot), ray(load_rows<PathQueue::Fields>(at.paths.row, slot << 4)),
+          hit(load_rows<HitState::Fields>(at.hits.row, slot << 3)), path(bitcast_int(ray[PathQueue::Path])),
+          throughput(spectrum_of(ray, PathQueue::Throughput)), d(vector_of(ray, PathQueue::Direction)),
           Ng(vector_of(hit, HitState::Ng)), t(hit[HitState::T]),
-          shape(at.scene.shapes, bitcast_int(hit[HitState::Shape])),
+          shape(at.scene.geometry.shapes, bitcast_int(hit[HitState::Shape])),
           place(at.scene, shape, bitcast_int(hit[HitState::Prim]), hit[HitState::U], hit[HitState::V]),
           fetch(at.scene, code, shape, place, l), camera(camera_paths(at.scene, at.paths, slot, at.number)) {
         const auto waves = load_rows<4>(at.batch.l, path << 2);
@@ -62,7 +62,7 @@ struct SurfaceHit {
         V e1 = traced_vertex(at.scene, shape.positions, place.other[0]) - anchor,
           e2 = traced_vertex(at.scene, shape.positions, place.other[1]) - anchor;
         F magnitude(0.0f);
-        if (at.scene.moving)
+        if (at.scene.geometry.moving)
             follow_motion(at, anchor, e1, e2, magnitude);
         else
             N = fetch.normal(shape);
@@ -71,11 +71,11 @@ struct SurfaceHit {
             stand_on_fibre(at, fibre, anchor, e1, e2, magnitude);
         F extent = largest(e1, e2);
         const F slender = select(fibre, F(1.0f), turn_to_triangle(e1, e2, extent));
-        if (at.scene.instanced)
+        if (at.scene.geometry.instanced)
             leave_instance(at.hits, anchor, e1, e2, extent, magnitude);
         // Cast the hit onto the plane of its triangle: the ray parameter loses digits far from the
         // origin.
-        P = vector_of(ray, PathState::Origin) + d * t;
+        P = vector_of(ray, PathQueue::Origin) + d * t;
         P += Ng * dot(anchor - P, Ng);
         stand_clear(magnitude, extent, slender);
         orient();
@@ -86,8 +86,8 @@ struct SurfaceHit {
             along_tangent(tangent(at, fibre, e1));
         else
             coordinate_frame(N, T, B);
-        if (at.scene.media)
-            crossing = {at.scene, MediaStack<W>::load(at.paths, bitcast_int(ray[PathState::Interior]), slot),
+        if (at.scene.media.tracked)
+            crossing = {at.scene, MediaStack<W>::load(at.paths, bitcast_int(ray[PathQueue::Interior]), slot),
                         shape.interior, outside};
     }
 
@@ -99,7 +99,7 @@ struct SurfaceHit {
         for (const bsdf::MaterialCode::Node& n : code.nodes)
             if (n.leaf >= 0 && code.aimed >> n.leaf & 1) {
                 const V w(fetch.exact(n.inputs[1]), fetch.exact(n.inputs[2]), fetch.exact(n.inputs[3]));
-                const V d = unit(at.scene.instanced ? placed(at.hits, w) : w);
+                const V d = unit(at.scene.geometry.instanced ? placed(at.hits, w) : w);
                 world = select(leaf == I(n.leaf), d, world);
             }
         return to_local(world);
@@ -112,8 +112,8 @@ struct SurfaceHit {
     // farther that way: a plane of that normal touches the surface there, along the segment, and at the hit.
     // Its sides are both the segment.
     void stand_on_fibre(const Bounce& at, M fibre, V& anchor, V& e1, V& e2, F& magnitude) const {
-        const MotionLanes<W> motion(at.scene.shapes, bitcast_int(hit[HitState::Shape]),
-                                    at.scene.moving ? gather(at.batch.time, path) : F(0.0f));
+        const MotionLanes<W> motion(at.scene.geometry.shapes, bitcast_int(hit[HitState::Shape]),
+                                    at.scene.geometry.moving ? gather(at.batch.time, path) : F(0.0f));
         const M moves = fibre & motion.moving;
         const I still = shape.positions + place.anchor * I(4);
         const I first = select(fibre, still + select(moves, motion.segment * motion.stride, I(0)), I(0)),
@@ -122,8 +122,8 @@ struct SurfaceHit {
         V p[2];
         F radius[2], size(0.0f);
         for (int k = 0; k < 2; k++) {
-            const auto a = load_rows<4>(at.scene.floats, first + I(4 * k)),
-                       b = load_rows<4>(at.scene.floats, next + I(4 * k));
+            const auto a = load_rows<4>(at.scene.geometry.floats, first + I(4 * k)),
+                       b = load_rows<4>(at.scene.geometry.floats, next + I(4 * k));
             for (size_t c = 0; c < 3; c++)
                 p[k][int(c)] = a[c] + (b[c] - a[c]) * f;
             radius[k] = a[3] + (b[3] - a[3]) * f;
@@ -165,13 +165,13 @@ struct SurfaceHit {
         const F inverse = F(1.0f) / max(extent, F(1e-37f));
         const V n = cross(e1 * inverse, e2 * inverse);
         const F n2 = dot(n, n), least(1e-10f), slender = F(1.0f) / sqrt(max(n2, least));
-        const V met = unit(Ng), mine = n * slender;
-        Ng = select(n2 > least, mine * copysign(F(1.0f), dot(mine, met)), met);
+        const V traced = unit(Ng), mine = n * slender;
+        Ng = select(n2 > least, mine * copysign(F(1.0f), dot(mine, traced)), traced);
         return slender;
     }
 
     void follow_motion(const Bounce& at, V& anchor, V& e1, V& e2, F& magnitude) {
-        const MotionLanes<W> motion(at.scene.shapes, bitcast_int(hit[HitState::Shape]),
+        const MotionLanes<W> motion(at.scene.geometry.shapes, bitcast_int(hit[HitState::Shape]),
                                     gather(at.batch.time, path));
         if (!any(motion.moving)) {
             N = fetch.normal(shape);
@@ -229,7 +229,7 @@ struct SurfaceHit {
                     n = select(outside, outward, -outward);
             up -= n * (min(dot(middle - corner[k], n), zero) * corners.weight[k]);
         }
-        if (at.scene.instanced)
+        if (at.scene.geometry.instanced)
             up = placed(at.hits, up);
         const M bulges = round & (dot(up, Ng) > clearance);
         P = select(bulges, P + up, P);
@@ -247,7 +247,7 @@ struct SurfaceHit {
     }
 
     static V traced_vertex(const SceneView& scene, I positions, I vertex) {
-        return vector_of(load_rows<4>(scene.floats, positions + vertex * I(3)), 0);
+        return vector_of(load_rows<4>(scene.geometry.floats, positions + vertex * I(3)), 0);
     }
 
     void leave_instance(const HitState& hits, V& anchor, const V& e1, const V& e2, F& extent, F& magnitude) {
@@ -271,7 +271,7 @@ struct SurfaceHit {
     }
 
     V leave_instance(const Bounce& at, const V& t) const {
-        return at.scene.instanced ? unit(placed(at.hits, t)) : t;
+        return at.scene.geometry.instanced ? unit(placed(at.hits, t)) : t;
     }
     // Vectors go with the transform itself.
     V placed(const HitState& hits, const V& v) const {

@@ -73,9 +73,10 @@ struct ManyLightsScene : TestScene {
 
     // What uniform choice would do: the same hierarchy, every leaf as likely as any.
     void make_uniform() {
-        std::vector<double> leaves(view.tree.nodes.size(), 0);
-        for (size_t n = view.tree.nodes.size(); n-- > 0;) {
-            LightNode& node = view.tree.nodes[n];
+        LargeVector<LightNode>& nodes = data.lights.tree.nodes;
+        std::vector<double> leaves(nodes.size(), 0);
+        for (size_t n = nodes.size(); n-- > 0;) {
+            LightNode& node = nodes[n];
             for (int k = 0; k < LightNode::Width; k++) {
                 if (!(node.power[k] > 0))
                     continue;
@@ -95,7 +96,7 @@ struct ManyLightsScene : TestScene {
         const size_t n = places.size();
         for (size_t i = 0; i < n; i++) {
             const float radiance = powers[i] * scale / (4 * side * side);
-            add_quad(places[i], {side, 0, 0}, {0, 0, side}, {glow(Rgb(radiance))});
+            add_quad(places[i], {side, 0, 0}, {0, 0, side}, {emission(Rgb(radiance))});
         }
     }
 };

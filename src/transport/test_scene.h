@@ -60,7 +60,8 @@ class TestScene {
     store::Store store;
     SceneInputs inputs;
     std::unique_ptr<bvh::Scene> bvh;
-    SceneView view;
+    SceneData data;
+    SceneView view; // data.view, which tests may change
     std::vector<float> filter{-0.5f, 0.5f};
     Journal journal;
     std::vector<bvh::GroupDesc> groups;
@@ -183,8 +184,9 @@ class TestScene {
         inputs.bvh = bvh.get();
         inputs.groups = groups;
         inputs.instanced = !groups.back().instances.empty();
-        inputs.filter_x = inputs.filter_y = filter;
-        view = make_scene_view(inputs, journal);
+        inputs.camera.filter.x = inputs.camera.filter.y = filter;
+        data = SceneData(inputs, journal);
+        view = data.view;
     }
     uint64_t nan_samples = 0; // of the last render
     // Sums over progressions [0, n), divided by n.
@@ -222,7 +224,7 @@ class TestScene {
     Estimate estimate(int progressions, int seeds, int lanes = 8) {
         Estimate e;
         for (int seed = 0; seed < seeds; seed++) {
-            view.seed = uint32_t(seed);
+            view.settings.seed = uint32_t(seed);
             const auto pixels = render(progressions, lanes);
             e.nan_samples += nan_samples;
             for (int c = 0; c < 3; c++) {
@@ -262,7 +264,7 @@ inline Lobe prism(float roughness, float ior, float abbe) {
     l.inputs.push_back(Vec3f(abbe));
     return l;
 }
-inline Lobe glow(const Rgb& radiance) {
+inline Lobe emission(const Rgb& radiance) {
     return {grid::LobeId::DiffuseEmission, {radiance}};
 }
 inline scene::Light constant_sky(const Rgb& radiance) {

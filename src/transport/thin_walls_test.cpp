@@ -48,7 +48,7 @@ TEST(ThinWalls, LampsBehindAPane) {
             s.inputs.lights.push_back(l);
             add_pane(s, pane());
             s.finish();
-            s.view.integrator = IntegratorChoice::parse(integrator);
+            s.view.settings.integrator = IntegratorChoice::parse(integrator);
             const auto irradiance = [&](const Vec3f& p) {
                 const Vec3f at(0.2f, 0.8f, -0.1f);
                 if (l.kind == Kind::Distant)
@@ -70,7 +70,7 @@ TEST(ThinWalls, LampsBehindAPane) {
             for (int y = 0; y < Size; y++)
                 for (int x = 0; x < Size; x++)
                     expected += irradiance(s.point(x, y)) * double(Reflectance) / DoublePi / (Size * Size);
-            const bool plain = s.view.integrator.name == "reference";
+            const bool plain = s.view.settings.integrator.name == "reference";
             const auto e = s.estimate(plain ? 256 : 48, 8);
             EXPECT_EQ(e.nan_samples, 0u);
             EXPECT_NEAR(e.channel[1].mean(), expected, 0.006 * expected + 4.5 * e.channel[1].error())
@@ -89,7 +89,7 @@ TEST(ThinWalls, DirectionsAloneFindTheSame) {
             for (int mode = 0; mode < 2; mode++) {
                 FloorScene s({metal(0.4f), matte(Rgb(0.3f))});
                 if (emitter)
-                    s.add_quad({0.2f, 0.8f, 0}, {0.5f, 0, 0}, {0, 0, 0.4f}, {glow(Rgb(5))});
+                    s.add_quad({0.2f, 0.8f, 0}, {0.5f, 0, 0}, {0, 0, 0.4f}, {emission(Rgb(5))});
                 else {
                     auto l = lamp(Kind::Quad);
                     l.width = 1, l.height = 0.8f;
@@ -109,9 +109,9 @@ TEST(ThinWalls, DirectionsAloneFindTheSame) {
                     add_pane(s, pane(Rgb(0.8f), 0, 1.8f), 0.35f);
                 s.inputs.max_depth = 2;
                 s.finish();
-                EXPECT_EQ(s.view.asks, 2);
+                EXPECT_EQ(s.view.lights.samples, 2);
                 if (mode == 1)
-                    s.view.choices = 0, s.view.asks = 0;
+                    s.view.lights.choices = 0, s.view.lights.samples = 0;
                 const auto e = s.estimate(mode ? 256 : 64, 10);
                 mean[mode] = e.channel[1].mean(), error[mode] = e.channel[1].error();
             }
@@ -161,7 +161,7 @@ TEST(ThinWalls, RoughOnesAndDepth) {
         add_pane(s, pane(Rgb(1), k == 0 ? 0.0f : 0.04f));
         s.inputs.max_depth = k == 0 ? 1 : 2;
         if (k == 2)
-            s.view.choices = 0;
+            s.view.lights.choices = 0;
         s.finish();
         const auto e = s.estimate(k ? 512 : 32, 6);
         mean[k] = e.channel[1].mean();
@@ -184,7 +184,7 @@ TEST(ThinWalls, SeenThrough) {
         s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0.01f, Size, Size);
         s.inputs.max_depth = 1;
         s.finish();
-        s.view.integrator = IntegratorChoice::parse(integrator);
+        s.view.settings.integrator = IntegratorChoice::parse(integrator);
         const double c = std::cos(50 * DoublePi / 180);
         const double expected = 3 * c * passes(c) * passes(1) * 0.6 / DoublePi;
         const auto e = s.estimate(256, 4);

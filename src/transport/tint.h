@@ -1,7 +1,7 @@
 // Coloured opacity (RISpec's Oi): rays pass a surface as often as its presence leaves, and what they then see
 // is coloured. Of each colour c, Oi_c of the light comes from the surface and 1 - Oi_c passes it; a ray stops
 // with the chance p, so that its light counts Oi_c / p, or (1 - Oi_c) / (1 - p). Used where
-// SceneView::tinted.
+// GeometryView::tinted.
 #pragma once
 
 #include "transport/light_environment.h"
@@ -15,7 +15,7 @@ Spectrum<W> tint(const SceneView& scene, const Vec3<Float<W>>& rgb, const Float<
     // Twice the largest component, to stay where spectra are smooth, as encode.cpp has it.
     const F scale = max(max(max(rgb.x, rgb.y), rgb.z) * F(2.0f), F(1e-20f));
     F c0, c1, c2;
-    bsdf::uplift(scene.uplift, rgb * (F(1.0f) / scale), c0, c1, c2);
+    bsdf::uplift(scene.spectra.uplift, rgb * (F(1.0f) / scale), c0, c1, c2);
     return bsdf::sigmoid_spectrum(c0, c1, c2, l) * scale;
 }
 

@@ -24,7 +24,7 @@ def _places(path: list[dict]) -> list[str]:
     found = []
     for number, vertex in enumerate(path, 1):
         if not vertex["object"]:
-            found.append(f"{number}. leaves the scene{_light('meets', vertex['met'])}")
+            found.append(f"{number}. leaves the scene{_light('lights hit', vertex['lights_hit'])}")
             continue
         words = [f"{number}. {vertex['object']}, {vertex['distance']:.4g} away"]
         if vertex["lobe"]:
@@ -34,9 +34,9 @@ def _places(path: list[dict]) -> list[str]:
             words.append("ends")
         found.append(
             ": ".join(words)
-            + _light("lights on the way", vertex["met"])
-            + _light("it shines", vertex["emitted"])
-            + _light("light asked", vertex["asked"])
+            + _light("lights hit", vertex["lights_hit"])
+            + _light("emission", vertex["emitted"])
+            + _light("light samples", vertex["light_samples"])
         )
     return found
 

@@ -27,8 +27,8 @@ struct Integrator {
                 const Vec3<F> wi = hit.to_world(bsdf::sample_cosine(u0, u1));
                 active &= dot(wi, hit.Ng) > F(0.0f);
                 // Density and cosine cancel.
-                stage.cast_shadow(hit, wi, F(m_distance), hit.beta * stage.white(hit) * stage.weight(hit),
-                                  Int<W>(0), active);
+                stage.cast_shadow(hit, wi, F(m_distance),
+                                  hit.throughput * stage.white(hit) * stage.weight(hit), Int<W>(0), active);
             });
     }
 

@@ -22,7 +22,7 @@ struct Integrator {
                     stage.arrive(hit, active);
                     // Paths that left a rough surface have looked for emission, the other half of its light
                     // sampling.
-                    active &= hit.ray[PathState::Mis] == Float<W>(0.0f);
+                    active &= hit.ray[PathQueue::Mis] == Float<W>(0.0f);
                     stage.next_event(hit, active);
                 });
         }

@@ -1,4 +1,4 @@
-// Unidirectional path tracing with next event estimation: at each vertex one light is asked and one direction
+// Unidirectional path tracing with next-event estimation: at each vertex one light and one direction are
 // sampled, and both are balanced (docs/transport.md).
 #pragma once
 

@@ -49,9 +49,9 @@ struct Integrator {
                         return;
                     const Scattering<1> s(stage.at(), hit);
                     stage.record_albedo(s, active);
-                    Random random(bitcast_int(hit.ray[PathState::PixelHash])[0], tracer.request().progression,
+                    Random random(bitcast_int(hit.ray[PathQueue::PixelHash])[0], tracer.request().progression,
                                   tracer.bounce());
-                    for (size_t k = 0; k < stage.at().scene.lights.size() && any(active); k++)
+                    for (size_t k = 0; k < stage.at().scene.lights.analytic.size() && any(active); k++)
                         add_light(stage, s, int(k), random);
                     go_on(stage, s, random, active, through);
                 });
@@ -65,7 +65,7 @@ struct Integrator {
         const int width = r.x1 - r.x0;
         for (int i = 0; i < width * (r.y1 - r.y0); i++) {
             const Int<1> pixel =
-                pixel_seed(Int<1>(r.x0 + i % width), Int<1>(r.y0 + i / width), tracer.scene.seed);
+                pixel_seed(Int<1>(r.x0 + i % width), Int<1>(r.y0 + i / width), tracer.scene.settings.seed);
             Random random(pixel[0], r.progression, -1);
             const float l = random()[0];
             for (int k = 0; k < Wavelengths; k++) {
@@ -75,13 +75,13 @@ struct Integrator {
         }
     }
 
-    // Lights that rays do not meet.
+    // Lights that rays do not hit.
     static void add_light(SurfaceStage<1>& stage, const Scattering<1>& s, int index, Random& random) {
         using A = AnalyticLight;
         const SceneView& scene = stage.at().scene;
-        const A& light = scene.lights[size_t(index)];
-        const bool met = light.shape >= A::Quad || (light.shape == A::Distant && light.cone > 0);
-        if (met && light.passes == 0)
+        const A& light = scene.lights.analytic[size_t(index)];
+        const bool hittable = light.shape >= A::Quad || (light.shape == A::Distant && light.cone > 0);
+        if (hittable && light.passes == 0)
             return;
         LightSample<1> sample{{F(0.0f), F(0.0f), F(1.0f)},
                               F(1e30f),
@@ -94,8 +94,8 @@ struct Integrator {
         sample_analytic(scene, light.shape, Int<1>(index), s.receiver.P, s.receiver.set, u0, u1, sample,
                         s.h.l, Mask<1>(true), F(1.0f));
         const S value = s.eval(s.h.to_local(sample.wi), dot(sample.wi, s.h.horizon), sample.valid).f;
-        const S contribution =
-            s.h.beta * value * sample.radiance * (stage.weight(s.h) / max(sample.pdf, F(1e-30f)));
+        const S contribution = s.h.throughput * value * sample.radiance *
+                               (stage.weight(s.h) / max(sample.pdf_solid_angle, F(1e-30f)));
         stage.cast_shadow(s.h, sample.wi, sample.distance, contribution, sample.passes, sample.valid);
     }
 
@@ -106,7 +106,7 @@ struct Integrator {
         const SurfaceHit<1>& h = s.h;
         const F u_lobe = random(), u0 = random(), u1 = random();
         S ratio(F(1.0f));
-        if (stage.at().scene.keeps_ratios)
+        if (stage.at().scene.settings.keeps_ratios)
             for (int k = 0; k < Wavelengths; k++)
                 ratio[k] = gather(stage.at().paths.ratio[k], h.slot);
         if (random()[0] < 0.5f) {
@@ -117,7 +117,8 @@ struct Integrator {
             const F pdf = max(sample.value.pdf[0], F(1e-30f));
             for (int k = 0; k < Wavelengths; k++)
                 ratio[k] *= sample.value.pdf[k] / pdf;
-            stage.leave(s, wi, sample.through, h.beta * sample.value.f * (F(2.0f) / pdf), ratio, F(0.0f),
+            stage.leave(s, wi, sample.through, h.throughput * sample.value.f * (F(2.0f) / pdf), ratio,
+                        F(0.0f),
                         active & sample.valid & sample.delta & !straight & (sample.value.pdf[0] > F(0.0f)));
             return;
         }
@@ -126,12 +127,12 @@ struct Integrator {
         const F z = fma(F(-2.0f), u1, F(1.0f)), r = sqrt(max(F(1.0f) - z * z, F(0.0f)));
         const V local(r * cosine, r * sine, z), wi = normalize(h.to_world(local));
         const F above = dot(wi, h.horizon);
-        const S beta = h.beta * s.eval(local, above, Mask<1>(true)).f * F(2 * 4 * Pi);
+        const S throughput = h.throughput * s.eval(local, above, Mask<1>(true)).f * F(2 * 4 * Pi);
         // Nothing else finds what this direction finds; but it is no smooth lobe, and lights that are only
-        // asked for, by add_light(), must not be met as well.
+        // sampled, by add_light(), must not be hit as well.
         const F alone(1e-30f);
-        stage.leave(s, wi, above < F(0.0f), beta, ratio, alone,
-                    active & (bsdf::max_component(beta) > F(0.0f)));
+        stage.leave(s, wi, above < F(0.0f), throughput, ratio, alone,
+                    active & (bsdf::max_component(throughput) > F(0.0f)));
     }
 };
 
