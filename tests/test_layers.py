@@ -52,6 +52,7 @@ def test_downward_includes_pass(root: Path, tmp_path: Path) -> None:
     [
         ({"src/base/a.h": '\n#include "grid/b.h"\n', "src/grid/b.h": ""}, "src/base/a.h:2", "higher level"),
         ({"src/color/a.h": '#include "grid/b.h"\n', "src/grid/b.h": ""}, "src/color/a.h:1", "own level"),
+        ({"src/shade/a.cpp": '// x\nauto v = a.user.find("light:nsamples");\n'}, "src/shade/a.cpp:2", "a name of RIB"),
         ({"src/sl/a.cpp": "#include <llvm/IR/Module.h>\n"}, "src/sl/a.cpp:1", "src/sl/codegen"),
         ({"src/render/a.cpp": "// x\n#include <embree3/rtcore.h>\n"}, "src/render/a.cpp:2", "src/bvh"),
         (

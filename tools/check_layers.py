@@ -1,7 +1,8 @@
 """Checks the layer rule over the include graph of src/, include/ and plugins/.
 
 A folder includes only from folders of a lower number, never from another one of its own number; files never include
-each other in a circle; some third-party libraries are seen in one folder alone. Prints "file:line: what, and what would
+each other in a circle; some third-party libraries are seen in one folder alone; what files call an option or attribute
+is known to ingest alone. Prints "file:line: what, and what would
 do" for every breach and exits 1; prints a summary and exits 0 otherwise.
 """
 
@@ -45,6 +46,8 @@ RESTRICTED: dict[str, tuple[str, ...]] = {
 }
 
 SUFFIXES = {".h", ".hpp", ".cpp", ".cc", ".inl", ".cu"}
+# Options and attributes that no table declares, by the names that files have.
+USER_SETTING = re.compile(r'\buser\s*\.\s*(?:find|get_\w+)\(\s*"([^"]*)"')
 INCLUDE = re.compile(r'^\s*#\s*include\s*(?:"([^"]+)"|<([^>]+)>)')
 
 
@@ -95,6 +98,7 @@ class Checker:
                 1,
                 f"folder src/{file.parts[1]} has no level; declare it in LEVELS of tools/check_layers.py",
             )
+        self.check_settings(file)
         for include in includes_of(self.root / file):
             self.check_restricted(file, include)
             target = self.resolve(file, include)
@@ -121,6 +125,18 @@ class Checker:
             include.line,
             f"<{include.path}> may be seen in {where} only; go through that folder's header",
         )
+
+    def check_settings(self, file: Path) -> None:
+        if file.is_relative_to(Path("src/ingest")) or file.stem.endswith("_test"):
+            return
+        for number, text in enumerate((self.root / file).read_text(encoding="utf-8", errors="replace").splitlines(), 1):
+            if match := USER_SETTING.search(text):
+                self.breach(
+                    file,
+                    number,
+                    f'"{match[1]}" is a name of RIB; read it in src/ingest/rib/dialects into a field of the scene, '
+                    "or declare it in src/scene/schema",
+                )
 
     def check_edge(self, file: Path, target: Path, line: int) -> None:
         if file.parts[0] == "plugins":

@@ -14,6 +14,7 @@
 #include "film/film.h"
 #include "python/string_caster.h"
 #include "scene/delayed.h"
+#include "scene/editor.h"
 
 namespace kanuka::python {
 
@@ -51,6 +52,9 @@ struct Scene {
     bool is_rendered = false; // see check_idle()
     scene::Options options;   // those of the next render
     Camera camera;
+    // Whatever is added or changed goes through it, options and camera too.
+    std::optional<scene::Editor> editor{std::in_place, scene, options, camera.camera};
+    bool repeat_is_told = false;
     std::shared_ptr<Journal> journal = std::make_shared<Journal>(); // what reading it reported
     std::shared_ptr<scene::Delayed> delayed; // procedurals that wait; they report to the journal
     double ingest_s = 0;
@@ -63,12 +67,34 @@ inline void check_idle(const Scene& scene) {
         throw std::runtime_error("the scene is being rendered: add to it before or after, or to another one");
 }
 
+// After something was added: a name that is given twice is told of once.
+inline void tell_of_repeat(Scene& scene) {
+    const auto& repeat = scene.editor->repeat();
+    if (repeat && !scene.repeat_is_told)
+        scene.journal->report(Severity::Info, repeat->where, repeat->message());
+    scene.repeat_is_told = repeat.has_value();
+}
+
 // A group of a scene; instances of it are added to the scene or to later groups.
 struct Group {
     std::shared_ptr<Scene> owner;
-    int index;
-    scene::Group& get() const { return owner->scene.groups[size_t(index)]; }
+    scene::NodeId id;
+    scene::Group& get() const {
+        if (scene::Group* group = owner->editor->group(id))
+            return *group;
+        throw nb::value_error("the group was removed from its scene");
+    }
+    int index() const { return int(&get() - owner->scene.groups.data()); }
 };
+
+// A node of a scene, or a shader of it by its slot and handles.
+struct Node {
+    std::shared_ptr<Scene> owner;
+    scene::NodeId id;
+    std::vector<std::string> shader = {};
+};
+// ValueError with the refusal, where there is one.
+scene::NodeId applied(Scene& scene, scene::Edit edit);
 
 // A picture with how it came to be.
 struct Picture {
@@ -85,6 +111,9 @@ void bind_material(nb::module_& m);
 void bind_spectrum(nb::module_& m);
 void bind_camera(nb::module_& m);
 void bind_scene(nb::module_& m);
+// Before bind_scene(), which makes nodes; the second adds Scene.node() and Scene.remove().
+void bind_node(nb::module_& m);
+void bind_nodes_of(nb::class_<Scene>& scene);
 void bind_geometry(nb::class_<Scene>& scene, nb::class_<Group>& group);
 void bind_picture(nb::module_& m);
 void bind_procedurals(nb::module_& m);

@@ -182,18 +182,18 @@ void add_primvars(scene::Primitive& primitive, const MeshPrimvars& given, size_t
     add_shapes(primitive, given.points, given.normals, counts, given.times);
 }
 
-// Where primitives go: a scene's list or a group's, with the scene that hands out ids.
+// Where primitives go: a scene, or a group of it.
 struct Place {
     Scene& scene;
-    std::vector<scene::Primitive>& primitives;
+    scene::Group* group; // null = the world
 };
 Place place(Scene& s) {
     check_idle(s);
-    return {s, s.scene.primitives};
+    return {s, nullptr};
 }
 Place place(Group& g) {
     check_idle(*g.owner);
-    return {*g.owner, g.get().primitives};
+    return {*g.owner, &g.get()};
 }
 
 int add(Place place, scene::Primitive primitive, const Looks& looks) {
@@ -209,8 +209,11 @@ int add(Place place, scene::Primitive primitive, const Looks& looks) {
         primitive.motion = std::move(motion);
     }
     primitive.id = place.scene.next_id++;
-    place.primitives.push_back(std::move(primitive));
-    return place.primitives.back().id;
+    scene::Editor& editor = *place.scene.editor;
+    const int id = primitive.id;
+    place.group ? editor.add(*place.group, std::move(primitive)) : editor.add(std::move(primitive));
+    tell_of_repeat(place.scene);
+    return id;
 }
 
 int add_mesh(Place place, nb::handle points, nb::handle faces, nb::handle counts, MeshPrimvars given,

@@ -45,6 +45,13 @@ Transform world_from_light(const LightKind& kind, const LightSettings& s, const 
     return placement * frame * (by_profile ? Transform::scale(-1, 1, 1) : Transform());
 }
 
+scene::Light finished(const scene::LightSource& source) {
+    const Vec3f sun = openexr_from_rispec_latlong().inverse().vector(source.settings.sun);
+    scene::Light light = shade::finished_light(*source.kind, source.settings, sun);
+    light.world_from_light = world_from_light(*source.kind, source.settings, source.placement);
+    return light;
+}
+
 const LightKind& kind_by_name(const std::string& name) {
     if (const LightKind* kind = scene::find_light_kind(name))
         return *kind;
@@ -82,30 +89,30 @@ bool takes_none(const LightParameter& row) {
     return row.spectrum || !fallback(row);
 }
 
-void add_light(Scene& s, const std::string& kind_name, const nb::kwargs& given) {
+Node add_light(std::shared_ptr<Scene> s, const std::string& kind_name, const nb::kwargs& given) {
     const LightKind& kind = kind_by_name(kind_name);
-    LightSettings settings = kind.defaults();
-    Transform placement;
+    scene::LightSource source{&kind, kind.defaults(), {}, finished};
     for (auto [key, value] : given) {
         const auto name = nb::cast<std::string>(key);
         bool used;
         if (name == Transform4x4) {
-            placement = transform(value, Transform4x4);
+            source.placement = transform(value, Transform4x4);
             used = has_place(kind);
         } else {
             const LightParameter& row = row_by_name(name);
             if (!value.is_none() || !takes_none(row))
-                row.put(settings, setting(row, value, row.name));
+                row.put(source.settings, setting(row, value, row.name));
             used = row.is_of(kind);
         }
         if (!used)
             warn("add_light: " + name + " does nothing for a light of kind \"" + kind.name + "\"");
     }
-    const Vec3f sun = openexr_from_rispec_latlong().inverse().vector(settings.sun);
-    scene::Light light = shade::finished_light(kind, settings, sun);
-    light.world_from_light = world_from_light(kind, settings, placement);
-    check_idle(s);
-    s.scene.lights.push_back(std::move(light));
+    check_idle(*s);
+    scene::Light light;
+    remake(light, std::move(source));
+    const scene::NodeId id = s->editor->add(std::move(light)).node;
+    tell_of_repeat(*s);
+    return {s, id};
 }
 
 // ---- what is told of them
@@ -119,11 +126,11 @@ std::string signature() {
         text += takes_none(row) ? " | None = None"
                                 : " = " + nb::cast<std::string>(nb::repr(object_of(row, *same)));
     }
-    return text + ", " + Transform4x4 + ": ArrayLike | None = None) -> None";
+    return text + ", " + Transform4x4 + ": ArrayLike | None = None) -> Node";
 }
 
 std::string doc() {
-    std::string text = "Adds a light.\n\n";
+    std::string text = "Adds a light. Its node takes other values later.\n\n";
     for (const LightKind& k : scene::light_kinds())
         text += "    '" + std::string(k.name) + "': " + k.about + "; amount: " + k.amount + "\n";
     text += "\n";
@@ -179,17 +186,23 @@ void bind_lights(nb::class_<Scene>& scene) {
            about.c_str());
     define(
         scene, "add_light_shader",
-        [](Scene& s, const scene::ShaderRef& shader, nb::handle placement) {
-            check_idle(s);
-            s.scene.light_shaders.push_back(shader);
-            s.scene.light_shaders.back().world_from_shader = transform(placement, "transform");
-            s.scene.light_shaders.back().shadows = true;
+        [](std::shared_ptr<Scene> s, const scene::ShaderRef& shader, nb::handle placement,
+           const std::string& name) {
+            check_idle(*s);
+            scene::ShaderRef light = shader;
+            light.world_from_shader = transform(placement, "transform");
+            light.shadows = true;
+            light.handle = name;
+            const scene::NodeId id = s->editor->add(std::move(light)).node;
+            tell_of_repeat(*s);
+            return Node{s, id};
         },
-        nb::arg("shader"), nb::arg("transform") = nb::none(),
+        nb::arg("shader"), nb::arg("transform") = nb::none(), nb::arg("name") = "",
         "Adds a light by its shader: Shader('spotlight', intensity=3, …). Its parameters, units and axes "
         "are\n"
         "RISpec's: shader space is left-handed, environments and skies have their zenith at +z.",
-        nb::sig("def add_light_shader(self, shader: Shader, transform: ArrayLike | None = None) -> None"));
+        nb::sig("def add_light_shader(self, shader: Shader, transform: ArrayLike | None = None, name: str "
+                "= '') -> Node"));
 }
 
 void bind_light_kinds(nb::module_& m) {

@@ -34,6 +34,7 @@ NB_MODULE(_native, m) {
     bind_spectrum(m);
     bind_material(m);
     bind_camera(m);
+    bind_node(m);
     bind_scene(m);
     bind_picture(m);
     bind_procedurals(m);

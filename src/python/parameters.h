@@ -15,13 +15,17 @@ nb::object object_of(const scene::ParameterInfo& parameter, const scene::Setting
 // What it is, as the manual and the command line need it.
 nb::dict description(const scene::ParameterInfo& parameter, const scene::Setting& fallback);
 
-template <class Of>
-void bind_parameters(nb::class_<Of>& owner, std::span<const scene::Parameter<Of>> rows) {
+// `look` gives what the rows read of an owner, `put` sets a row by its name.
+template <class Owner, class Of, class Look, class Put>
+void bind_parameters(nb::class_<Owner>& owner, std::span<const scene::Parameter<Of>> rows, Look look,
+                     Put put) {
     for (const scene::Parameter<Of>& row : rows) {
         const std::string name = row.name, unit = *row.unit ? std::string(row.unit) + "; " : "";
         owner.def_prop_rw(
-            row.name, [&row](const Of& of) { return object_of(row, row.get(of)); },
-            [&row](Of& of, Given<nb::object> value) { row.put(of, setting(row, value.value, row.name)); },
+            row.name, [&row, look](const Owner& of) { return object_of(row, row.get(look(of))); },
+            [&row, put](Owner& of, Given<nb::object> value) {
+                put(of, row.name, setting(row, value.value, row.name));
+            },
             (unit + row.about).c_str(),
             nb::for_getter(nb::sig(("def " + name + "(self) -> " + annotation(row, true)).c_str())),
             nb::for_setter(nb::arg("value").none()),

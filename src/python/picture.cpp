@@ -200,7 +200,8 @@ nb::object stats_dict(const Picture& p) {
             vertex["object"] = v.object, vertex["lobe"] = v.lobe;
             vertex["smooth"] = v.smooth, vertex["through"] = v.through;
             vertex["distance"] = v.distance;
-            vertex["met"] = v.met, vertex["emitted"] = v.emitted, vertex["asked"] = v.asked;
+            vertex["lights_hit"] = v.lights_hit, vertex["emitted"] = v.emitted;
+            vertex["light_samples"] = v.light_samples;
             path.append(vertex);
         }
         nb::dict one;

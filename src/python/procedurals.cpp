@@ -4,13 +4,13 @@
 #include <filesystem>
 #include <map>
 
-#include <nanobind/ndarray.h>
 #include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/vector.h>
 
 #include "dice/dice.h"
 #include "ingest/rib/search_path.h"
 #include "python/arguments.h"
+#include "python/values.h"
 
 namespace kanuka::python {
 
@@ -25,30 +25,6 @@ std::string name_of(const ProceduralRequest& r) {
 }
 std::string data_of(const ProceduralRequest& r) {
     return r.arguments.size() > 1 ? r.arguments[1] : "";
-}
-
-template <class T>
-nb::object array_of(const T* data, std::vector<size_t> shape) {
-    size_t count = 1;
-    for (const size_t n : shape)
-        count *= n;
-    auto* copy = new std::vector<T>(data, data + count);
-    const nb::capsule owner(copy, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
-    return nb::cast(nb::ndarray<nb::numpy, T>(copy->data(), shape.size(), shape.data(), owner));
-}
-
-// One float, integer or string as it is; more of them as an array or a list.
-nb::object value_of(const scene::Value& v) {
-    if (!v.strings.empty()) {
-        if (v.strings.size() == 1)
-            return nb::cast(v.strings[0]);
-        return nb::cast(std::vector<std::string>(v.strings.begin(), v.strings.end()));
-    }
-    if (!v.ints.empty())
-        return v.ints.size() == 1 ? nb::cast(v.ints[0]) : array_of(v.ints.data(), {v.ints.size()});
-    if (v.floats.size() == 1)
-        return nb::cast(v.floats[0]);
-    return array_of(v.floats.data(), {v.floats.size()});
 }
 
 // What a plug-in gives: text, or bytes, which may hold RIB's binary encodings.

@@ -34,7 +34,7 @@ scene::Group::Instances instances(Scene& owner, const Group& group, nb::handle t
                                shape_text(shape))
                                   .c_str());
     scene::Group::Instances result;
-    result.group = group.index;
+    result.group = group.index();
     result.first_id = owner.next_id;
     if (d == 4 && shape[0] > 1)
         result.times = sample_times(times, shape[0], "transforms");
@@ -116,11 +116,22 @@ nb::dict summary(const Scene& s) {
     return result;
 }
 
+// Of a scene.
+struct Options {
+    std::shared_ptr<Scene> owner;
+};
+
 void bind_options(nb::module_& m) {
-    using O = scene::Options;
-    nb::class_<O> options(m, "Options", "Options of a scene; those of render() go over them.");
-    bind_parameters(options, scene::option_parameters());
-    options.def_prop_ro("displays", &displays, nb::sig("def displays(self) -> list[dict[str, object]]"));
+    nb::class_<Options> options(m, "Options", "Options of a scene; those of render() go over them.");
+    bind_parameters(
+        options, scene::option_parameters(),
+        [](const Options& o) -> const scene::Options& { return o.owner->options; },
+        [](Options& o, const char* row, const scene::Setting& value) {
+            applied(*o.owner, scene::Set{scene::NodeId::World, {{row, value}}});
+        });
+    options.def_prop_ro(
+        "displays", [](const Options& o) { return displays(o.owner->options); },
+        nb::sig("def displays(self) -> list[dict[str, object]]"));
 }
 
 template <class Of>
@@ -168,25 +179,30 @@ void bind_scene(nb::module_& m) {
                                 "columns. "
                                 "Moving ones: (T, N, 3, 4) at `times` (default: evenly from 0 to 1).";
 
+    group.def_prop_ro("node", [](const Group& g) { return Node{g.owner, g.id}; });
     group.def_prop_ro("name", [](const Group& g) { return g.get().name; });
     define(
         group, "add_instances",
         [](Group& g, const Group& child, nb::handle transforms, nb::handle times) {
-            if (child.index >= g.index)
+            if (child.index() >= g.index())
                 throw nb::value_error("group: a group holds instances of groups made before it");
-            g.get().instances.push_back(instances(*g.owner, child, transforms, times));
+            scene::Group::Instances places = instances(*g.owner, child, transforms, times);
+            return Node{g.owner, g.owner->editor->add(g.get(), std::move(places)).node};
         },
         nb::arg("group"), nb::arg("transforms"), nb::arg("times") = nb::none(), instances_doc,
         nb::sig("def add_instances(self, group: Group, transforms: ArrayLike, times: Sequence[float] | "
                 "None = "
-                "None) -> None"));
+                "None) -> Node"));
 
     scene.def(nb::init<>());
-    scene.def_prop_ro(
-        "options", [](Scene& s) -> scene::Options& { return s.options; }, nb::rv_policy::reference_internal);
+    scene.def_prop_ro("options", [](std::shared_ptr<Scene> s) { return Options{s}; });
     property(
         scene, "camera", [](Scene& s) -> Camera& { return s.camera; },
-        [](Scene& s, const Camera& c) { s.camera = c; }, nb::rv_policy::reference_internal);
+        [](Scene& s, const Camera& c) {
+            applied(s, scene::Replace{scene::camera_node(), c.camera});
+            s.camera.axis = c.axis;
+        },
+        nb::rv_policy::reference_internal);
     scene.def_prop_rw(
         "resolution", [](const Scene& s) { return std::pair(s.options.width, s.options.height); },
         [](nb::handle self, nb::handle size) { self.attr("options").attr("resolution") = size; },
@@ -198,21 +214,23 @@ void bind_scene(nb::module_& m) {
         scene, "add_group",
         [](std::shared_ptr<Scene> s, const std::string& name) {
             check_idle(*s);
-            s->scene.groups.emplace_back().name = name;
-            return Group{s, int(s->scene.groups.size()) - 1};
+            scene::Group group;
+            group.name = name;
+            return Group{s, s->editor->add(std::move(group)).node};
         },
         nb::arg("name") = "");
     define(
         scene, "add_instances",
-        [](Scene& s, const Group& g, nb::handle transforms, nb::handle times) {
-            s.scene.instances.push_back(instances(s, g, transforms, times));
+        [](std::shared_ptr<Scene> s, const Group& g, nb::handle transforms, nb::handle times) {
+            return Node{s, s->editor->add(instances(*s, g, transforms, times)).node};
         },
         nb::arg("group"), nb::arg("transforms"), nb::arg("times") = nb::none(), instances_doc,
         nb::sig("def add_instances(self, group: Group, transforms: ArrayLike, times: Sequence[float] | "
-                "None = None) -> None"));
+                "None = None) -> Node"));
     scene.def("summary", &summary, "Counts and names of what is in the scene.",
               nb::sig("def summary(self) -> dict[str, object]"));
 
+    bind_nodes_of(scene);
     bind_lights(scene);
     bind_light_kinds(m);
 }

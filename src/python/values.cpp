@@ -191,4 +191,17 @@ scene::Value primvar(const std::string& key, nb::handle value, std::span<const D
         (told + ": " + std::to_string(rows) + " values fit nothing here; one of " + expected).c_str());
 }
 
+nb::object value_of(const scene::Value& v) {
+    if (!v.strings.empty()) {
+        if (v.strings.size() == 1)
+            return nb::cast(v.strings[0]);
+        return nb::cast(std::vector<std::string>(v.strings.begin(), v.strings.end()));
+    }
+    if (!v.ints.empty())
+        return v.ints.size() == 1 ? nb::cast(v.ints[0]) : array_of(v.ints.data(), {v.ints.size()});
+    if (v.floats.size() == 1)
+        return nb::cast(v.floats[0]);
+    return array_of(v.floats.data(), {v.floats.size()});
+}
+
 } // namespace kanuka::python

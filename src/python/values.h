@@ -3,6 +3,8 @@
 
 #include <span>
 
+#include <nanobind/ndarray.h>
+
 #include "python/bindings.h"
 
 namespace kanuka::python {
@@ -24,6 +26,20 @@ struct DetailCount {
 // `what` names it in messages; empty = by its key.
 scene::Value primvar(const std::string& key, nb::handle value, std::span<const DetailCount> counts,
                      const std::string& what = "");
+
+// A copy, as NumPy has it.
+template <class T>
+nb::object array_of(const T* data, std::vector<size_t> shape) {
+    size_t count = 1;
+    for (const size_t n : shape)
+        count *= n;
+    auto* copy = new std::vector<T>(data, data + count);
+    const nb::capsule owner(copy, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+    return nb::cast(nb::ndarray<nb::numpy, T>(copy->data(), shape.size(), shape.data(), owner));
+}
+
+// One float, integer or string as it is; more of them as an array or a list.
+nb::object value_of(const scene::Value& value);
 
 // A value of Python's as one of ours; `expected` is what is said where it is none: "displacement: expected a
 // Shader".

@@ -1,16 +1,12 @@
 #include "render/geometry.h"
 
-#include <cmath>
-#include <mutex>
+#include <chrono>
 
 #include "base/tasks.h"
-#include "grid/mesh_patches.h"
-#include "grid/word_layout.h"
-#include "render/budget.h"
 #include "render/emitters.h"
 #include "render/group_views.h"
 #include "render/motion.h"
-#include "render/volumes.h"
+#include "render/prepare.h"
 
 namespace kanuka::render {
 
@@ -18,38 +14,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-// One primitive on its way to the store.
-struct Prepared {
-    store::Page page;
-    std::shared_ptr<const shade::Material> material;
-    bool empty = true;
-    // A primitive that moves as a whole is a group of its own: what it is when the shutter opens, in its
-    // place in the parent's space then, and from there to where it goes.
-    std::vector<MotionPath> path;
-    bool changes = false; // its shape
-    Thickness inside;     // of a Volume
-};
-
-void turn_inside_out(grid::Grid& g) {
-    const auto turn = [](std::vector<float>& normals) {
-        for (float& x : normals)
-            x = -x;
-    };
-    turn(g.N);
-    turn(g.Ng);
-    for (grid::Grid::Step& step : g.later)
-        turn(step.N);
-    g.flips = !g.flips;
-}
-
 class GeometryBuilder {
   public:
     GeometryBuilder(const GeometryRequest& request, Geometry& out)
-        : m_request(request), m_out(&out), m_first_group(out.group_of_scene.size()) {}
+        : m_request(request), m_out(&out), m_first_group(out.group_of_scene.size()), m_preparer(request) {}
 
     void run() {
         // The world comes last, whatever is added before it.
@@ -84,9 +52,10 @@ class GeometryBuilder {
         const scene::Scene& scene = m_request.scene;
         const std::vector<GroupView> views =
             view_groups(scene, m_first_group, m_request.render_from_world, m_request.dice.camera);
-        m_total = scene.primitives.size();
+        size_t total = scene.primitives.size();
         for (const scene::Group& g : scene.groups)
-            m_total += g.primitives.size();
+            total += g.primitives.size();
+        m_preparer.expect(total);
         const auto start = Clock::now();
         for (size_t g = 0; g < scene.groups.size(); g++) {
             bvh::GroupDesc desc;
@@ -102,7 +71,7 @@ class GeometryBuilder {
         }
         add_primitives(scene.primitives, scene.solids, m_request.render_from_world, nullptr, world);
         add_instances(scene.instances, m_request.render_from_world, world);
-        share_wall_time(seconds_since(start));
+        m_preparer.share_wall_time(std::chrono::duration<double>(Clock::now() - start).count());
     }
 
     void add_primitives(const std::vector<scene::Primitive>& primitives,
@@ -121,13 +90,12 @@ class GeometryBuilder {
         };
         for (size_t begin = 0; begin < primitives.size() && !m_request.progress.cancelled(); begin += Run) {
             const size_t end = std::min(primitives.size(), begin + Run);
-            m_resident = m_out->store.grid_bytes() + m_out->store.input_bytes();
-            m_prepared = 0;
+            m_preparer.begin_run(m_out->store.grid_bytes() + m_out->store.input_bytes());
             std::vector<Prepared> prepared(end - begin);
             tasks::parallel_for(end - begin, [&](size_t i) {
                 const int bounded = solid_of(primitives[begin + i], desc.solids);
-                prepare(primitives[begin + i], render_from_group, instanced,
-                        bvh::subtracted(desc.solids, bounded), prepared[i]);
+                m_preparer.prepare(primitives[begin + i], render_from_group, instanced,
+                                   bvh::subtracted(desc.solids, bounded), prepared[i]);
             });
             for (Prepared& p : prepared) {
                 if (p.empty)
@@ -203,293 +171,6 @@ class GeometryBuilder {
     static int solid_of(const scene::Primitive& p, const std::vector<bvh::SolidNode>& nodes) {
         const bool known = p.solid >= 0 && size_t(p.solid) < nodes.size();
         return known && nodes[size_t(p.solid)].kind == bvh::SolidNode::Kind::Primitive ? p.solid : -1;
-    }
-
-    // Before a primitive is diced and after: a run of them may be more than there is memory.
-    void refuse_more_than_fits() const {
-        refuse_geometry_that_cannot_fit(m_resident + m_prepared, m_request.memory);
-    }
-
-    // A vertex of what is made of grids: what shading gives, and what it is encoded to, grid by grid and as
-    // a page.
-    static uint64_t shaded_bytes(const grid::LayeringProgram& program, size_t steps) {
-        uint64_t floats = 0;
-        for (const grid::Slot& slot : program.slots)
-            floats += slot.uniform ? 0 : slot.type == grid::InputType::Color ? 3 : 1;
-        const uint64_t encoded = grid::WordLayout(program).words.size() + 1 + 3 * steps; // 1: the normal
-        const uint64_t emitters = program.emits() ? 2 * sizeof(store::Emitter) : 0; // two triangles a cell
-        return 4 * floats + 2 * (4 * encoded + emitters);
-    }
-
-    // `inside_out`: what a solid is taken away from ends there; its outside lies within.
-    // `instanced`: null = in the world.
-    void prepare(const scene::Primitive& declared, const Transform& render_from_group,
-                 const GroupView* instanced, bool inside_out, Prepared& out) {
-        refuse_more_than_fits();
-        try {
-            MovingPrimitive moving;
-            if (declared.motion)
-                moving = in_shutter(declared, m_request.shutter);
-            const scene::Primitive& rest = declared.motion ? moving.rest : declared;
-            const auto* volume = std::get_if<scene::Volume>(&rest.geometry);
-            scene::Primitive boundary;
-            if (volume)
-                boundary = boundary_of(rest, *volume);
-            const scene::Primitive& primitive = volume ? boundary : rest;
-            const Transform render_from_object = render_from_group * primitive.world_from_object;
-            const auto start = Clock::now();
-            out.material = m_request.shading.material(primitive, render_from_object,
-                                                      instanced ? &render_from_group : nullptr);
-            if (volume)
-                fill(rest, *volume, render_from_object,
-                     instanced || !moving.places.empty() ? &render_from_group : nullptr, boundary, out);
-            const shade::Material& material = *out.material;
-            dice::DiceTarget target;
-            target.render_from_object = render_from_object;
-            if (instanced && instanced->cameras.empty())
-                target.pixels_per_unit = instanced->pixels_per_unit;
-            else if (instanced)
-                target.instead_from = instanced->cameras;
-            target.shade_uniform = material.uniform() && !material.displaces();
-            target.displacing = material.displaces() ? material.reads_displacing() : grid::Reads();
-            target.shading = material.uniform() ? grid::Reads() : material.reads_shading();
-            target.shading.frame = target.shading.frame || material.program().needs_tangent();
-            target.keep_density = material.emission_varies();
-            // What shines for the camera alone is not asked for light.
-            target.polygons =
-                material.program().emits() &&
-                (!m_request.classic || (primitive.attributes && primitive.attributes->area_light));
-            target.later = moving.later;
-            target.finer =
-                for_its_light(primitive, render_from_object, instanced ? instanced->pixels_per_unit : 0);
-            if (!moving.places.empty()) {
-                out.path.emplace_back(moving.places, render_from_group, render_from_object.inverse());
-                target.also_from = views_of(out.path[0], target.instead_from);
-            }
-            uint64_t in_flight = 0;
-            target.fits = [&](uint64_t bytes, uint64_t vertices) {
-                in_flight = bytes + vertices * shaded_bytes(material.program(), 1 + moving.later.size());
-                return m_resident + m_prepared + in_flight <= m_request.memory;
-            };
-            std::atomic<double> displacing{0};
-            dice::Displace displace;
-            if (material.displaces())
-                displace = [&](grid::Grid& g) {
-                    const auto t = Clock::now();
-                    material.displace(g);
-                    displacing += seconds_since(t);
-                };
-            dice::Diced diced = dice::dice(primitive, target, m_request.dice, displace, m_request.journal);
-            if (diced.too_large)
-                refuse_primitive_that_cannot_fit(declared.where, in_flight, m_resident + m_prepared,
-                                                 m_request.memory);
-            const double dicing = seconds_since(start);
-            const auto shading_start = Clock::now();
-            shade_and_encode(primitive, diced, material, inside_out, out);
-            const bool at_rest = !instanced && out.path.empty() && moving.later.empty();
-            if (!out.empty)
-                ask_uncut_emitters(out.page, m_request.clips, declared.solid >= 0, at_rest);
-            out.changes = !moving.later.empty();
-            m_prepared += out.page.words.size() * sizeof(out.page.words[0]);
-            refuse_more_than_fits();
-            m_dice_time += std::max(0.0, dicing - displacing.load() / tasks::max_threads());
-            m_shade_time += seconds_since(shading_start) + displacing.load() / tasks::max_threads();
-        } catch (const CannotFit&) {
-            throw;
-        } catch (const std::exception& e) {
-            out.empty = true;
-            m_request.journal.error(declared.where, std::string("the primitive is left out: ") + e.what());
-        }
-        const std::lock_guard lock(m_progress_mutex);
-        m_request.progress.update("dice", double(++m_done) / double(std::max<size_t>(m_total, 1)));
-    }
-
-    // What is in a Volume. What is not in its place in render space (`elsewhere`: from its group, in
-    // instances, or as it moves) is as thick everywhere as it is on average.
-    void fill(const scene::Primitive& primitive, const scene::Volume& volume,
-              const Transform& render_from_object, const Transform* elsewhere, scene::Primitive& boundary,
-              Prepared& out) {
-        if (!out.material->program().interior) {
-            if (primitive.attributes && primitive.attributes->surface)
-                m_request.journal.report(
-                    Severity::Info, primitive.where,
-                    "the surface shader \"" + primitive.attributes->surface->name +
-                        "\" says nothing of what is inside: the Volume is shown as smoke of its "
-                        "Color, Opacity and density; \"cloud\" is a shader of volumes");
-            boundary.attributes =
-                as_smoke(primitive.attributes ? *primitive.attributes : scene::Attributes());
-            out.material = m_request.shading.material(boundary, render_from_object, elsewhere);
-        }
-        out.inside = thickness_of(primitive, volume, render_from_object);
-        if (out.inside.bad > 0)
-            m_request.journal.warning(primitive.where,
-                                      std::to_string(out.inside.bad) +
-                                          " densities are below zero or not finite and are taken as 0");
-        if (elsewhere && out.inside.field) {
-            m_request.journal.warning(primitive.where,
-                                      "a Volume that moves or is instanced is as thick everywhere as it is "
-                                      "on average");
-            out.inside.field = nullptr;
-            out.inside.most = out.inside.mean;
-        }
-    }
-
-    // A lamp of a pixel would be a polygon of few corners, inscribed in its outline: a square for a disk,
-    // which has 2 / pi of its light. So curved lamps have a least number of cells across, wherever they
-    // stand.
-    float for_its_light(const scene::Primitive& primitive, const Transform& render_from_object,
-                        float pixels_per_unit) const {
-        constexpr float Across = 24, OutOfThePicture = 9; // coarser there: Density
-        const auto* quadric = std::get_if<scene::Quadric>(&primitive.geometry);
-        if (!quadric || !primitive.attributes || !primitive.attributes->area_light)
-            return 1;
-        float size = 0; // angles are arguments too, and of those that matter none is larger than lengths
-        for (size_t i = 0; i + 1 < quadric->arguments.size(); i++)
-            size = std::max(size, std::abs(quadric->arguments[i]));
-        const float scale = std::cbrt(std::abs(float(render_from_object.determinant3())));
-        const float distance = std::max(length(render_from_object.point({0, 0, 0})), 1e-6f);
-        const dice::DicingCamera& camera = m_request.dice.camera;
-        const float rate = pixels_per_unit > 0 ? pixels_per_unit
-                           : camera.projection == Projection::Orthographic
-                               ? camera.finest_pixels()
-                               : camera.finest_pixels() / distance;
-        const float pixels = 2 * size * scale * rate / OutOfThePicture;
-        return std::clamp(Across / std::max(pixels, 1e-6f), 1.0f, 1e4f);
-    }
-
-    // A moving thing that the camera sees is seen as if the camera moved the other way. `instead_from`: as
-    // DiceTarget has it.
-    std::vector<Transform> views_of(const MotionPath& path,
-                                    const std::vector<Transform>& instead_from) const {
-        constexpr size_t Times = 4;
-        const dice::DicingCamera& camera = m_request.dice.camera;
-        std::vector<Transform> views;
-        for (size_t i = 1; i <= Times; i++)
-            try {
-                const Transform back = path.at(double(i) / Times).inverse();
-                for (const Transform& from : instead_from)
-                    views.push_back(back * from);
-                if (instead_from.empty())
-                    views.push_back(back * (camera.also_from.size() == Times ? camera.also_from[i - 1]
-                                                                             : camera.render_from_camera));
-            } catch (const Error&) { // flattened then
-            }
-        return views;
-    }
-
-    void shade_and_encode(const scene::Primitive& primitive, dice::Diced& diced,
-                          const shade::Material& material, bool inside_out, Prepared& out) {
-        const size_t count = diced.is_mesh ? 1 : diced.grids.size();
-        std::vector<grid::VertexInputs> inputs(count);
-        std::vector<store::ShadedGrid> shaded(count);
-        // A material that nothing varies in is shaded at one point, once for all its grids.
-        grid::VertexInputs once;
-        if (material.uniform()) {
-            grid::Grid point;
-            point.allocate(0, 0);
-            point.N[2 * size_t(point.stride)] = 1;
-            material.shade(point, once);
-            for (auto& slot : once.slots)
-                if (!slot.uniform) {
-                    for (size_t c = 0; c * once.stride < slot.data.size() && c < 3; c++)
-                        slot.value[int(c)] = slot.data[c * size_t(once.stride)];
-                    slot.uniform = true;
-                    slot.data.clear();
-                }
-            m_request.stats.count.shader_evaluations += 1;
-        }
-        const bool may_round =
-            !material.displaces() && !(primitive.attributes && !primitive.attributes->shadow_terminator);
-        const auto normals_of = [&](const grid::Grid& g) {
-            return g.later.empty() && !may_round ? std::vector<float>() : g.N;
-        };
-        const bool patches = diced.is_mesh && !material.uniform();
-        bool rounded_mesh = may_round;
-        if (patches) {
-            const std::vector<float> normals = normals_of(diced.mesh_vertices);
-            shade_mesh(diced, material, inputs[0]);
-            rounded_mesh = may_round && diced.mesh_vertices.N == normals;
-            grid::carry_normals(diced.mesh_vertices, normals);
-        }
-        tasks::parallel_for(count, [&](size_t i) {
-            grid::Grid& g = diced.is_mesh ? diced.mesh_vertices : diced.grids[i]; // shading may set N: bumps
-            bool smooth = rounded_mesh;
-            if (!material.uniform() && !patches) {
-                const std::vector<float> normals = normals_of(g);
-                material.shade(g, inputs[i]);
-                smooth = may_round && g.N == normals;
-                grid::carry_normals(g, normals);
-                m_request.stats.count.shader_evaluations += uint64_t(g.vertices());
-            }
-            if (inside_out)
-                turn_inside_out(g);
-            shaded[i] = {&g, diced.is_mesh ? nullptr : &diced.traced[i],
-                         diced.is_mesh ? &diced.mesh : nullptr, material.uniform() ? &once : &inputs[i],
-                         smooth};
-        });
-        if (count == 0)
-            return;
-        // What trim curves cut is traced as one mesh, made after shading.
-        std::vector<grid::TrimmedPart> parts;
-        for (size_t i = 0; i < diced.trimmed.size(); i++)
-            if (!diced.trimmed[i].indices.empty()) {
-                parts.push_back({shaded[i].grid, shaded[i].inputs, &diced.trimmed[i]});
-                shaded[i].grid = nullptr;
-            }
-        grid::Grid cut;
-        grid::VertexInputs cut_inputs;
-        grid::TracedMesh cut_mesh;
-        if (!parts.empty()) {
-            grid::merge_trimmed(parts, material.program().slots, cut, cut_inputs, cut_mesh);
-            std::erase_if(shaded, [](const store::ShadedGrid& s) { return s.grid == nullptr; });
-            shaded.push_back({&cut, nullptr, &cut_mesh, &cut_inputs});
-        }
-        uint64_t bad = 0, lost = 0;
-        out.page = store::encode(shaded, material.program(), primitive.id, bad, &m_request.palette, &lost);
-        if (primitive.attributes && primitive.attributes->area_light)
-            spread_flux(*primitive.attributes->area_light, out.page);
-        out.empty = false;
-        if (shines_without_area(out.page))
-            m_request.journal.warning(primitive.where,
-                                      "a light of no area sheds no light: all its facets are "
-                                      "points or lines");
-        if (bad > 0)
-            m_request.journal.warning(primitive.where,
-                                      std::to_string(bad) +
-                                          " shader outputs were not finite and have been replaced");
-        if (lost > 0)
-            m_request.journal.warning(
-                primitive.where, std::to_string(lost) +
-                                     " shader outputs were beyond what is kept (radiance of emitters 1e15, "
-                                     "other amounts 65504) and have been made smaller");
-    }
-
-    // A mesh is shaded patch by patch: side by side, and cancelled between two of them.
-    void shade_mesh(dice::Diced& diced, const shade::Material& material, grid::VertexInputs& inputs) {
-        grid::Grid& g = diced.mesh_vertices;
-        const grid::MeshPatches patches(g, diced.mesh, diced.mesh_rest.empty() ? g.P : diced.mesh_rest,
-                                        material.reads_shading().rings);
-        std::vector<float> normals = g.N;
-        grid::MeshInputs whole(g);
-        std::mutex mutex;
-        bool facets = g.facets;
-        tasks::parallel_for(patches.count(), [&](size_t k) {
-            grid::Grid patch;
-            std::vector<uint32_t> vertices;
-            grid::VertexInputs of_patch;
-            patches.cut(k, patch, vertices);
-            const size_t own = size_t(patch.stencils->own);
-            material.shade(patch, of_patch);
-            m_request.stats.count.shader_evaluations += own;
-            const std::lock_guard lock(mutex);
-            whole.add(of_patch, vertices, own, inputs);
-            for (size_t c = 0; c < 3; c++)
-                for (size_t i = 0; i < own; i++)
-                    normals[vertices[i] + c * size_t(g.stride)] = patch.N[i + c * size_t(patch.stride)];
-            facets = patch.facets;
-        });
-        g.N = std::move(normals);
-        g.facets = facets;
     }
 
     int interior_of(const grid::LayeringProgram& program, const Thickness& inside) {
@@ -576,23 +257,10 @@ class GeometryBuilder {
         }
     }
 
-    // Dicing and shading overlap on all threads; their shares of the wall clock are those of the time spent
-    // in each.
-    void share_wall_time(double wall) {
-        const double dice = m_dice_time.load(), shade = m_shade_time.load(),
-                     sum = std::max(dice + shade, 1e-12);
-        m_request.stats.time.dice_s += wall * dice / sum;
-        m_request.stats.time.shade_s += wall * shade / sum;
-    }
-
     const GeometryRequest& m_request;
     Geometry* m_out;
     size_t m_first_group; // of the scene's: those before it are built
-    std::atomic<double> m_dice_time{0}, m_shade_time{0};
-    std::mutex m_progress_mutex;
-    size_t m_done = 0, m_total = 0;
-    uint64_t m_resident = 0;             // bytes in the store as a run of primitives begins
-    std::atomic<uint64_t> m_prepared{0}; // of pages on the way there
+    Preparer m_preparer;
 };
 
 } // namespace

@@ -142,7 +142,7 @@ class BatchSession {
         m_clips = clipping_planes(m_taken_by, m_camera);
         m_geometry = build_geometry(request_for(m_scene));
         if (m_delayed) {
-            const int megabytes = m_options.user.get_int("limits:proceduralmemory", 0);
+            const int megabytes = m_options.procedural_memory;
             m_on_demand =
                 std::make_unique<OnDemand>(*m_delayed, m_camera.render_from_world,
                                            uint64_t(std::max(megabytes, 0)) << 20, m_journal, m_stats);
@@ -171,23 +171,26 @@ class BatchSession {
         load_tables(in, m_journal);
         in.render_from_world = m_camera.render_from_world;
         in.camera = m_camera.view;
+        in.camera.motion = m_camera.motion;
         if (const auto fault = scene::fault_of_opening(m_options.shutter_opening))
             m_journal.warning({m_scene.file}, "the shutter's opening is not used: " + *fault);
         else
-            in.shutter_quantiles = scene::shutter_quantiles(m_options.shutter_opening);
+            m_shutter_quantiles = scene::shutter_quantiles(m_options.shutter_opening);
+        in.camera.shutter_quantiles = m_shutter_quantiles;
         m_filter = make_filter(m_options, {m_scene.file}, m_journal);
         const film::Filter::Cells& cells = m_filter->cells();
-        in.filter_cells = {cells.nx,
-                           cells.ny,
-                           cells.rows.data(),
-                           cells.cells.data(),
-                           cells.weight.data(),
-                           {cells.width[0], cells.width[1]}};
-        in.filter_x = m_filter->table_x();
-        in.filter_y = m_filter->table_y();
+        transport::FilterView& filter = in.camera.filter;
+        filter.cells = {cells.nx,
+                        cells.ny,
+                        cells.rows.data(),
+                        cells.cells.data(),
+                        cells.weight.data(),
+                        {cells.width[0], cells.width[1]}};
+        filter.x = m_filter->table_x();
+        filter.y = m_filter->table_y();
         if (m_filter->has_weights()) {
-            in.filter_weight_x = m_filter->weight_x();
-            in.filter_weight_y = m_filter->weight_y();
+            filter.signs_x = m_filter->weight_x();
+            filter.signs_y = m_filter->weight_y();
         }
         in.integrator = m_integrator;
         in.clamp_direct = m_options.clamp_direct;
@@ -254,7 +257,7 @@ class BatchSession {
                                          bvh::Scene::Build{.compact = m_stats.count.traced_polygons > 1000000,
                                                            .watertight = m_options.watertight,
                                                            .cancelled = m_progress.cancelled});
-        m_bvh->clip(m_clips, std::max(1, int(m_camera.view.motion.size() / 12)));
+        m_bvh->clip(m_clips, std::max(1, int(m_camera.motion.size() / 12)));
         m_bvh->watch_by(m_on_demand ? m_on_demand->watch() : nullptr);
         m_stats.bytes.bvh = m_bvh->bytes();
         m_progress.update("build", 1);
@@ -268,10 +271,10 @@ class BatchSession {
         m_inputs.instanced = m_geometry->instanced;
         m_inputs.moving = m_geometry->moving;
         m_kernels.clear();
-        m_view = transport::make_scene_view(m_inputs, m_journal);
-        if (m_shading->has_air() && !m_view.airs.empty())
-            m_air = make_air(*m_shading, *m_bvh, m_linked_lamps, m_view, m_inputs.lights);
-        m_view.air = m_air.get();
+        m_data = transport::SceneData(m_inputs, m_journal);
+        if (m_shading->has_air() && !m_data.view.media.airs.empty())
+            m_air = make_air(*m_shading, *m_bvh, m_linked_lamps, m_data.view, m_inputs.lights);
+        m_data.view.media.air = m_air.get();
         m_stats.bytes.textures = m_shading->texture_bytes();
     }
 
@@ -354,7 +357,7 @@ class BatchSession {
     }
 
     void trace() {
-        m_gathered = Accumulator(m_window, m_view.aov_is_color.size());
+        m_gathered = Accumulator(m_window, m_data.view.settings.aov_is_color.size());
         const ScopedTimer timer(m_stats.time.transport_s);
         const uint64_t work = m_gathered.buckets() * uint64_t(m_progressions);
         std::atomic<uint64_t> finished{0};
@@ -419,7 +422,7 @@ class BatchSession {
                 std::to_string(bad) + " samples that were not finite have been dropped, the first at pixel " +
                     std::to_string(m_first_nan.second) + ", " + std::to_string(m_first_nan.first));
         if (m_stats.count.fireflies > 0 && m_bvh) // which a cancelled render may have lost
-            m_stats.fireflies = explain_fireflies(m_fireflies, *take_kernel(), m_view, m_scene);
+            m_stats.fireflies = explain_fireflies(m_fireflies, *take_kernel(), m_data.view, m_scene);
     }
 
     std::unique_ptr<transport::Kernel> take_kernel() {
@@ -431,7 +434,7 @@ class BatchSession {
                 return k;
             }
         }
-        return transport::make_kernel(m_view, m_lanes);
+        return transport::make_kernel(m_data.view, m_lanes);
     }
     void give_kernel(std::unique_ptr<transport::Kernel> kernel) {
         const std::lock_guard lock(m_mutex);
@@ -457,7 +460,7 @@ class BatchSession {
 
     film::Picture finish() {
         film::Picture picture =
-            develop(m_gathered, m_options, m_camera, m_color, m_aovs, m_view.filter_weighted());
+            develop(m_gathered, m_options, m_camera, m_color, m_aovs, m_data.view.camera.filter.weighted());
         if (m_options.imager) {
             const auto channel = [&](size_t c) { return std::span<float>(picture.channels[c].data); };
             m_shading->image(*m_options.imager,
@@ -509,7 +512,8 @@ class BatchSession {
     std::vector<scene::Light> m_linked_lamps;
     transport::SceneInputs m_inputs;
     std::unique_ptr<film::Filter> m_filter;
-    transport::SceneView m_view;
+    std::vector<float> m_shutter_quantiles; // empty = open all the time
+    transport::SceneData m_data;
 
     std::mutex m_mutex;
     std::vector<std::unique_ptr<transport::Kernel>> m_kernels;

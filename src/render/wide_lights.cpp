@@ -30,15 +30,15 @@ Vec3f anywhere(float u0, float u1) {
 
 WideLights::WideLights(const SceneView& view, const std::vector<scene::Light>& lights) : m_view(view) {
     using Of = scene::Light::Kind;
-    for (size_t k = 0; k < view.lights.size(); k++) {
-        const A& light = view.lights[k];
+    for (size_t k = 0; k < view.lights.analytic.size(); k++) {
+        const A& light = view.lights.analytic[k];
         const Of of = lights[size_t(light.source)].kind;
         if (light.shape >= A::Quad && of != Of::Point && of != Of::Spot) // those are told of as points
             m_kinds.push_back({Kind::Analytic, int(k), rgb_of(light.c)});
     }
-    if (view.constant.present)
-        m_kinds.push_back({Kind::Constant, 0, rgb_of(view.constant.c)});
-    if (view.map.width > 0)
+    if (view.lights.constant.present)
+        m_kinds.push_back({Kind::Constant, 0, rgb_of(view.lights.constant.c)});
+    if (view.lights.map.width > 0)
         m_kinds.push_back({Kind::Picture, 0, Rgb(0)});
     find_surfaces();
     if (!m_triangles.empty())
@@ -52,13 +52,13 @@ Rgb WideLights::rgb_of(const float c[4]) const {
         const F l[4] = {F(u), F(u), F(u), F(u)};
         const float light = emission_spectrum(m_view, c, l)[0][0];
         for (size_t k = 0; k < 3; k++)
-            sensed[k] += double(light * m_view.wavelengths.sensor[i][k]);
+            sensed[k] += double(light * m_view.spectra.sensor[4 * i + k]);
     }
     Rgb rgb;
     for (int k = 0; k < 3; k++)
-        rgb[k] = std::max(0.0f, m_view.sensor_matrix[3 * k] * float(sensed[0]) +
-                                    m_view.sensor_matrix[3 * k + 1] * float(sensed[1]) +
-                                    m_view.sensor_matrix[3 * k + 2] * float(sensed[2]));
+        rgb[k] = std::max(0.0f, m_view.spectra.sensor_matrix[3 * k] * float(sensed[0]) +
+                                    m_view.spectra.sensor_matrix[3 * k + 1] * float(sensed[1]) +
+                                    m_view.spectra.sensor_matrix[3 * k + 2] * float(sensed[2]));
     return rgb;
 }
 
@@ -67,12 +67,13 @@ void WideLights::find_surfaces() {
     double sum = 0;
     const float* last = nullptr;
     Rgb rgb(0);
-    for (int slot = 0; slot < m_view.triangle_slots; slot++) {
-        const bool world = slot < m_view.world_slots;
-        const int emitter = world ? m_view.first_emitter + slot
-                                  : m_view.slot_emitter[size_t(slot - m_view.world_slots)],
-                  placement = world ? -1 : m_view.slot_placement[size_t(slot - m_view.world_slots)];
-        const store::Emitter& e = m_view.emitters[emitter];
+    for (int slot = 0; slot < m_view.lights.slots.count; slot++) {
+        const bool world = slot < m_view.lights.slots.in_world;
+        const int emitter = world ? m_view.lights.slots.first_emitter + slot
+                                  : m_view.lights.slots.emitter[size_t(slot - m_view.lights.slots.in_world)],
+                  placement =
+                      world ? -1 : m_view.lights.slots.placement[size_t(slot - m_view.lights.slots.in_world)];
+        const store::Emitter& e = m_view.geometry.emitters[emitter];
         if (!(e.power > 0) || !std::isfinite(e.power))
             continue;
         const float c[4] = {e.c0, e.c1, e.c2, e.scale};
@@ -103,13 +104,13 @@ WideLights::Sample WideLights::sample(int light, const Vec3f& P, float u0, float
 }
 
 WideLights::Sample WideLights::of_analytic(const Kind& kind, const Vec3f& P, float u0, float u1) const {
-    const A& light = m_view.lights[size_t(kind.index)];
+    const A& light = m_view.lights.analytic[size_t(kind.index)];
     const F l[4] = {F(m_wavelengths[0]), F(m_wavelengths[1]), F(m_wavelengths[2]), F(m_wavelengths[3])};
     LightSample<1> s{
         lane({0, 0, 1}), F(1e30f), Spectrum<1>(F(0.0f)), F(1.0f), Mask<1>(false), Mask<1>(true), I(0), I(-1)};
     sample_analytic(m_view, light.shape, I(kind.index), lane(P), I(-1), F(u0), F(u1), s, l, Mask<1>(true),
                     F(1.0f));
-    if (!s.valid[0] || !(s.pdf[0] > 0))
+    if (!s.valid[0] || !(s.pdf_solid_angle[0] > 0))
         return {};
     // What its picture leaves there is taken at four wavelengths.
     const Spectrum<1> whole = emission_spectrum(m_view, light.c, l);
@@ -117,8 +118,8 @@ WideLights::Sample WideLights::of_analytic(const Kind& kind, const Vec3f& P, flo
     for (int k = 0; k < 4; k++)
         part += 0.25f * s.radiance[k][0] / std::max(whole[k][0], 1e-30f);
     const bool shadows = light.passes != A::Shadowless;
-    return {plain(s.wi) * (shadows ? s.distance[0] : 1.0f), kind.rgb * (part * InvPi / s.pdf[0]), false,
-            shadows ? light.passes : 0, shadows};
+    return {plain(s.wi) * (shadows ? s.distance[0] : 1.0f), kind.rgb * (part * InvPi / s.pdf_solid_angle[0]),
+            false, shadows ? light.passes : 0, shadows};
 }
 
 WideLights::Sample WideLights::of_surfaces(const Vec3f& P, float u0, float u1) const {
@@ -146,7 +147,7 @@ WideLights::Sample WideLights::of_surfaces(const Vec3f& P, float u0, float u1) c
 
 // Half of the directions by the picture, as far as it is brighter than its mean, and half anywhere.
 WideLights::Sample WideLights::of_picture(float u0, float u1) const {
-    const EnvironmentMap& map = m_view.map;
+    const EnvironmentMap& map = m_view.lights.map;
     const F l[4] = {F(m_wavelengths[0]), F(m_wavelengths[1]), F(m_wavelengths[2]), F(m_wavelengths[3])};
     const bool contrast = map.cells.rows > 0, by_picture = contrast && u0 < 0.5f;
     const float u = contrast ? (by_picture ? 2 * u0 : 2 * u0 - 1) : u0;

@@ -27,7 +27,7 @@ class WideLights {
   private:
     struct Kind {
         enum { Analytic, Surfaces, Constant, Picture } what;
-        int index = 0; // in SceneView::lights
+        int index = 0; // in LightsView::analytic
         Rgb rgb{0, 0, 0};
     };
     Rgb rgb_of(const float c[4]) const; // of scale * S(lambda; c) * white

@@ -9,6 +9,7 @@
 #include "base/motion.h"
 #include "base/projection.h"
 #include "base/shared_value.h"
+#include "scene/node.h"
 #include "scene/values.h"
 
 namespace kanuka::scene {
@@ -22,9 +23,16 @@ struct ShaderRef {
     Transform world_from_shader; // its "shader" coordinate system
     Location where;
     std::vector<ShaderRef> coshaders; // that it may call by their handles, besides those of the attributes
+    // Of a light: one of the standard light shaders, for where its own is not found; null = none is like it.
+    struct StandIn {
+        std::string name;
+        ValueList parameters;
+    };
+    std::shared_ptr<const StandIn> stand_in;
     // Of a light: do things stand in its way? Not said: lights of RISpec's four kinds, and those that are
     // run, ask for shadows by a parameter that names one; all others have them.
     std::optional<bool> shadows;
+    NodeId node = NodeId::None; // of a light; other shaders are known by what they belong to, and their slot
 };
 
 inline void transform_shader(const Transform& world_from_here, ShaderRef& shader) {
@@ -61,7 +69,8 @@ struct Attributes {
     // Lights by name or group: those that alone shine on it (none = all), that do not, and that shine through
     // it.
     std::vector<std::string> lights_only, lights_off, shadows_off;
-    bool casts_shadows = true; // false: all lights shine through it
+    bool casts_shadows = true;            // false: all lights shine through it
+    bool area_light_by_intensity = false; // of "arealight": see scene/schema/attributes.cpp
     // Of the paths' numbers from 0 to 1 those that meet it: a level of detail in transition.
     float level_from = 0, level_to = 1;
     ValueList user; // every other Attribute call, as "category:name"
@@ -185,6 +194,7 @@ struct Primitive {
     Location where;
     std::shared_ptr<const Motion> motion; // null = still
     int solid = -1;                       // it bounds this one of Scene::solids (or the group's); -1 = none
+    NodeId node = NodeId::None;
 };
 
 // A node of a tree of set operations. A Primitive is what its surfaces enclose together; a difference takes
@@ -192,6 +202,7 @@ struct Primitive {
 struct Solid {
     enum class Kind : uint8_t { Primitive, Union, Intersection, Difference } kind = Kind::Primitive;
     int parent = -1;
+    NodeId node = NodeId::None;
 };
 
 // ---- instances
@@ -210,8 +221,11 @@ struct Group { // ObjectBegin … ObjectEnd; primitives' world_from_object is re
         std::vector<double> times = {};
         bool moves() const { return times.size() > 1; }
         size_t count() const { return transforms.size() / 12 / (moves() ? times.size() : 1); }
+        NodeId node = NodeId::None;
     };
     std::vector<Instances> instances;
+    NodeId node = NodeId::None;
+    Unnamed unnamed{};
 };
 
 // ---- lights, camera, options
@@ -234,6 +248,8 @@ struct LightTable {
                3 * ((size_t(layer) * size_t(height) + size_t(row)) * size_t(width) + size_t(column));
     }
 };
+
+struct LightSource; // scene/schema/lights.h
 
 // Analytic lights. Radiometric amounts are RGB with D65 as (1, 1, 1); the classic light shaders' intensities
 // arrive here already converted (L = Cl for a matte white surface facing a classic light: irradiance is pi
@@ -271,6 +287,8 @@ struct Light {
     // Linking: bits of the sets of receivers that it shines on, and its bit where objects let it through.
     int32_t lit_sets = -1, passes = 0;
     Location where;
+    NodeId node = NodeId::None;
+    std::shared_ptr<const LightSource> source; // what it was made from; null = it was given as it is
 };
 
 struct Camera {
@@ -315,6 +333,9 @@ struct Options {
     std::array<float, 4> crop{0, 1, 0, 1}; // xmin xmax ymin ymax in [0, 1], y down
     std::string filter = "gaussian"; // box, triangle, gaussian, catmull-rom, sinc, mitchell, blackman-harris
     float filter_width[2] = {2, 2};
+    std::vector<float> filter_values; // of the filter "table", by cells, rows from -y
+    std::array<int, 2> filter_cells{0, 0};
+    Location filter_where;
     float exposure_gain = 1, exposure_gamma = 1; // gamma goes into the PNG only
     ColorOptions color;
     int samples = 64;        // paths a pixel: PixelSamples x*y
@@ -330,6 +351,8 @@ struct Options {
         0.25f;                  // traced geometry: distance in pixels from the diced surface; 0 = off (1:1)
     float normal_tolerance = 3; // and degrees between their normals
     bool watertight = true;     // rays never pass between polygons that share an edge
+    int procedural_memory =
+        0; // MB that may grow out of procedurals which wait for rays; 0 or less = unbounded
     uint32_t seed = 0;
     bool strict_directions = false; // what shaders do that no material can do is an error, not approximated
     std::string specular = "prman"; // exponent of specular(): 8 / roughness; rispec: 1 / roughness
@@ -355,6 +378,7 @@ struct Scene {
         light_shaders; // light sources by shader, in declaration order; shade/ turns them to Lights
     std::map<std::string, Transform> coordinate_systems; // world_from_named
     Journal* journal = nullptr;                          // where ingest reported; may be null
+    Unnamed unnamed{};
 };
 
 } // namespace kanuka::scene

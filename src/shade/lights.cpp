@@ -1,7 +1,6 @@
 #include "shade/lights.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <string_view>
 
@@ -15,10 +14,8 @@ namespace {
 
 constexpr float Degrees = 180 * InvPi;
 
-// Light shaders of other renderers that are a standard one with a shadow map. Shadows are traced here, so
-// what they say of the map is taken without a word and does nothing.
-constexpr std::pair<std::string_view, std::string_view> ShadowLights[] = {
-    {"shadowdistant", "distantlight"}, {"shadowpoint", "pointlight"}, {"shadowspot", "spotlight"}};
+// Of light shaders that look into a shadow map. Shadows are traced here, so what they say of the map is taken
+// without a word and does nothing.
 constexpr std::string_view ShadowMapParameters[] = {"shadowname", "sfpx", "sfnx", "sfpy",  "sfny",   "sfpz",
                                                     "sfnz",       "blur", "bias", "width", "samples"};
 constexpr std::span<const std::string_view> ShadowMapFaces = std::span(ShadowMapParameters).subspan(1, 6);
@@ -35,24 +32,6 @@ std::string joined(std::span<const std::string_view> names) {
 
 bool contains(std::span<const std::string_view> names, std::string_view name) {
     return std::find(names.begin(), names.end(), name) != names.end();
-}
-
-bool is_placed_by_points(const scene::LightKind& kind) {
-    using Kind = scene::Light::Kind;
-    return !kind.daylight &&
-           (kind.kind == Kind::Distant || kind.kind == Kind::Point || kind.kind == Kind::Spot);
-}
-
-// What a light shader takes.
-std::vector<std::string_view> parameters_of(const scene::LightKind& kind) {
-    std::vector<std::string_view> all;
-    for (const scene::LightParameter& row : scene::light_parameters())
-        if (row.is_of(kind))
-            for (const std::string_view name : scene::words_of(row.rib))
-                all.push_back(name);
-    if (is_placed_by_points(kind))
-        all.insert(all.end(), {"from", "to"});
-    return all;
 }
 
 void check_parameters(const scene::ShaderRef& ref, std::span<const std::string_view> known,
@@ -82,17 +61,6 @@ std::string find_file(const char* what, const std::string& name, const char* ins
     return file;
 }
 
-std::string_view standard_name(std::string_view name) {
-    for (const auto& [theirs, ours] : ShadowLights)
-        if (name == theirs)
-            return ours;
-    return name;
-}
-
-const scene::LightKind* find_light(std::string_view name) {
-    return scene::find_light_shader(standard_name(name));
-}
-
 } // namespace
 
 Transform frame_of(const Vec3f& origin, const Vec3f& direction, const Vec3f& up, const Vec3f& other) {
@@ -109,111 +77,31 @@ Transform aimed(const Vec3f& from, const Vec3f& to) {
 }
 
 bool is_standard_light(std::string_view name) {
-    return find_light(name) != nullptr;
+    return scene::find_light_shader(name) != nullptr;
 }
 
-namespace {
-
-// What files call their own light shaders; the first row that fits counts. A light that says nothing of its
-// kind is taken for a distant one: without a falloff its intensity is known to fit any size of scene. Empty:
-// what it would bring is found by tracing.
-constexpr std::pair<std::string_view, std::string_view> LightNames[] = {
-    {"caustic", ""},
-    {"indirect", ""},
-    {"photon", ""},
-    {"ambient", "ambientlight"},
-    {"env", "environmentlight"},
-    {"dome", "environmentlight"},
-    {"sky", "environmentlight"},
-    {"occl", "environmentlight"},
-    {"hemi", "environmentlight"},
-    {"distant", "distantlight"},
-    {"directional", "distantlight"},
-    {"sun", "distantlight"},
-    {"spot", "spotlight"},
-    {"point", "pointlight"},
-    {"nofall", "distantlight"},
-    {"arealight", "quadlight"},
-};
-
-std::string_view likely_light(const scene::ShaderRef& ref) {
-    std::string name = ref.name.substr(ref.name.find_last_of('/') + 1);
-    for (char& c : name)
-        c = char(std::tolower(static_cast<unsigned char>(c)));
-    for (const auto& [part, standard] : LightNames)
-        if (name.find(part) != std::string::npos)
-            return standard;
-    return ref.parameters.find("coneangle") ? "spotlight" : "distantlight";
-}
-
-void set_number(scene::ShaderRef& ref, const char* name, float number) {
-    scene::Value v;
-    v.name = name;
-    v.floats = std::vector<float>{number};
-    ref.parameters.set(std::move(v));
-}
-
-// The power of the distance that their light falls off with, where the shader's name or a parameter says.
-// Exporters (Maya's, Liquid's) call it decay; BMRT's and Larry Gritz' uberlight falloff.
-std::optional<int> falloff_of(const scene::ShaderRef& ref) {
-    std::string name = ref.name;
-    for (char& c : name)
-        c = char(std::tolower(static_cast<unsigned char>(c)));
-    if (name.find("nofall") != std::string::npos)
-        return 0;
-    for (const char* parameter : {"decay", "decayRate", "decayrate", "falloff"})
-        if (const scene::Value* v = ref.parameters.find(parameter); v && v->type == scene::Type::Float) {
-            const float power = ref.parameters.get_float(parameter, 2);
-            if (std::isfinite(power))
-                return int(std::lround(std::clamp(power, 0.0f, 4.0f)));
-        }
-    return std::nullopt;
-}
-
-} // namespace
-
-scene::ShaderRef stand_in_for_light(const scene::ShaderRef& ref, const std::string& searched,
-                                    Journal& journal) {
-    scene::ShaderRef result = ref;
-    result.name = likely_light(ref);
-    if (result.name.empty()) {
+std::optional<scene::Light> make_stand_in(const scene::ShaderRef& ref, const std::string& searched,
+                                          const Textures& textures, Journal& journal) {
+    if (!ref.stand_in) {
         journal.report(Severity::Info, ref.where,
                        "light shader \"" + ref.name +
                            "\" is not found and nothing stands in for it: indirect light is traced");
-        return result;
-    }
-    const scene::LightKind& standard = *find_light(result.name);
-    const std::vector<std::string_view> known = parameters_of(standard);
-    const std::optional<int> falloff = falloff_of(ref);
-    std::erase_if(result.parameters.values, [&](const scene::Value& v) {
-        return !contains(known, v.name) || v.name == "texture" ||
-               v.name == "mapname"; // pictures that theirs may well not shine
-    });
-    if (standard.kind == scene::Light::Kind::Environment) // light shaders are seen by surfaces alone
-        set_number(result, "visible", 0);
-    if (falloff &&
-        (standard.kind == scene::Light::Kind::Point || standard.kind == scene::Light::Kind::Spot)) {
-        set_number(result, "decay", float(*falloff));
-        // Liquid's and Maya's cone ends beyond its angle, and they have another name for the distribution.
-        if (const scene::Value* soft = ref.parameters.find("penumbraangle"); soft && !soft->floats.empty()) {
-            const float edge = soft->floats[0], angle = ref.parameters.get_float("coneangle", 30 / Degrees);
-            set_number(result, "coneangle", angle + std::max(edge, 0.0f));
-            set_number(result, "conedeltaangle", std::max(std::abs(edge), 1e-4f));
-        }
-        if (ref.parameters.find("dropoff"))
-            set_number(result, "beamdistribution", std::max(ref.parameters.get_float("dropoff", 0), 0.0f));
-        if (standard.kind == scene::Light::Kind::Point)
-            std::erase_if(result.parameters.values,
-                          [&](const scene::Value& v) { return !contains(known, v.name); });
+        return std::nullopt;
     }
     std::vector<std::string_view> names;
     for (const scene::LightKind& kind : scene::light_kinds())
         names.push_back(kind.shader);
     journal.error(ref.where, "light shader \"" + ref.name + "\" is not found (" + ref.name + ".slo or " +
-                                 ref.name + ".sl), searched in " + searched + "; \"" + result.name +
+                                 ref.name + ".sl), searched in " + searched + "; \"" + ref.stand_in->name +
                                  "\" with what parameters they share stands in for it. Built in are " +
                                  joined(names) + ", and AreaLightSource \"arealight\"");
-    return result;
+    scene::ShaderRef standard = ref;
+    standard.name = ref.stand_in->name;
+    standard.parameters = ref.stand_in->parameters;
+    std::optional<scene::Light> light = make_light(standard, textures, journal);
+    if (light)
+        light->shadows = casts_shadows(ref, nullptr);
+    return light;
 }
 
 Rgb light_amount(const scene::ShaderRef& ref) {
@@ -329,7 +217,7 @@ void resolve_light_color(scene::Light& light, color::Palette& palette, std::span
 
 bool is_classic_light(const scene::ShaderRef& ref) {
     constexpr std::string_view Classic[] = {"ambientlight", "distantlight", "pointlight", "spotlight"};
-    const scene::LightKind* standard = find_light(ref.name);
+    const scene::LightKind* standard = scene::find_light_shader(ref.name);
     return standard && contains(Classic, standard->shader) && !(ref.parameters.get_float("angle", 0) > 0) &&
            !(ref.parameters.get_float("radius", 0) > 0);
 }
@@ -350,7 +238,7 @@ bool casts_shadows(const scene::ShaderRef& ref, const sl::Shader* shader) {
             if (p.type == sl::Type::String && is_map(p.name) && !p.strings.empty() && !p.strings[0].empty() &&
                 !ref.parameters.find(p.name))
                 return true;
-    return find_light(ref.name) && !is_classic_light(ref);
+    return scene::find_light_shader(ref.name) && !is_classic_light(ref);
 }
 
 // RISpec's spotlight compares cosines: beyond pi its cone grows narrower again, and a scene that gives 40
@@ -417,13 +305,13 @@ scene::Light finished_light(const scene::LightKind& kind, const scene::LightSett
 
 std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textures& textures,
                                        Journal& journal) {
-    const scene::LightKind* kind = find_light(ref.name);
+    const scene::LightKind* kind = scene::find_light_shader(ref.name);
     if (!kind)
         return std::nullopt;
     std::span<const std::string_view> silent;
     if (kind->shader != ref.name)
         silent = ShadowMapParameters;
-    check_parameters(ref, parameters_of(*kind), silent, journal);
+    check_parameters(ref, kind->shader_parameters(), silent, journal);
 
     scene::LightSettings settings = kind->defaults();
     take_parameters(settings, *kind, ref, journal);
@@ -433,7 +321,7 @@ std::optional<scene::Light> make_light(const scene::ShaderRef& ref, const Textur
     given.shadows = casts_shadows(ref, nullptr);
     const Transform& m = ref.world_from_shader;
     const Vec3f sun = point_of(ref, "sundirection", {0.3f, 0.2f, 0.6f}); // the zenith is +z
-    if (is_placed_by_points(*kind)) {
+    if (kind->is_placed_by_points()) {
         const Vec3f from = point_of(ref, "from", {0, 0, 0}), to = point_of(ref, "to", {0, 0, 1});
         given.world_from_light = aimed(m.point(from), m.point(to));
         if (given.unit.empty())

@@ -25,10 +25,9 @@ bool is_standard_light(std::string_view name);
 bool is_classic_light(const scene::ShaderRef& ref);
 // `shader`: the one that the scene brings, null if it is built in.
 bool casts_shadows(const scene::ShaderRef& ref, const sl::Shader* shader);
-// The standard light that stands in for a shader that is not found: by what its name and its parameters say,
-// with those of them that it has. Reported, with what there is.
-scene::ShaderRef stand_in_for_light(const scene::ShaderRef& ref, const std::string& searched,
-                                    Journal& journal);
+// What stands in for a light shader that is not found in `searched`. Reported, with what there is.
+std::optional<scene::Light> make_stand_in(const scene::ShaderRef& ref, const std::string& searched,
+                                          const Textures& textures, Journal& journal);
 
 // A rotation and a place: +z along `direction`, +y as far to `up` as that allows; to `other` where they are
 // parallel.

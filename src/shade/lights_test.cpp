@@ -65,7 +65,8 @@ TEST_F(Lights, UnknownShadersAndParametersAreReported) {
     ref.parameters.set(value("shadows", scene::Type::Float, {1}));
     EXPECT_FALSE(make("uberlight"));
     EXPECT_FALSE(is_standard_light("uberlight"));
-    stand_in_for_light(ref, "here", journal);
+    ref.stand_in = std::make_shared<scene::ShaderRef::StandIn>("distantlight");
+    EXPECT_TRUE(make_stand_in(ref, "here", textures, journal));
     EXPECT_TRUE(make("pointlight"));
     const auto entries = journal.entries();
     ASSERT_EQ(entries.size(), 2u);
@@ -92,66 +93,40 @@ TEST_F(Lights, WhatIsOutOfRangeIsToldAndTheDefaultStands) {
         EXPECT_NE(all.find(words), std::string::npos) << all;
 }
 
-TEST_F(Lights, WhatStandsInForUnknownLights) {
-    ref.parameters.set(value("intensity", scene::Type::Float, {3}));
-    ref.parameters.set(value("lighttype", scene::Type::Float, {2}));
-    ref.parameters.set(value("from", scene::Type::Point, {0, 5, 0}));
-    ref.parameters.set(test::text("mapname", "sky.tx"));
-    const auto name_of = [&](const std::string& name) {
-        ref.name = name;
-        return stand_in_for_light(ref, "here", journal).name;
-    };
-    EXPECT_EQ(name_of("theirs/MyAmbient"), "ambientlight");
-    EXPECT_EQ(name_of("envlight"), "environmentlight");
-    EXPECT_EQ(name_of("exporterDirectionalLight"), "distantlight");
-    EXPECT_EQ(name_of("point_nofall"), "pointlight");
-    EXPECT_EQ(name_of("nofalloff"), "distantlight");
-    EXPECT_EQ(name_of("mypoint"), "pointlight");
-    EXPECT_EQ(name_of("uber"), "distantlight");
-    const scene::ShaderRef uber = stand_in_for_light(ref, "here", journal);
-    EXPECT_EQ(uber.parameters.values.size(), 2u) << "intensity and from; what it has not goes without a word";
-    ref.parameters.set(value("coneangle", scene::Type::Float, {0.5f}));
-    EXPECT_EQ(name_of("uber"), "spotlight");
-    EXPECT_NE(journal.entries().back().message.find("\"spotlight\" with what parameters"), std::string::npos);
-    ref.name = "envlight";
-    EXPECT_FALSE(make_light(stand_in_for_light(ref, "here", journal), textures, journal)->visible_camera);
-    for (const char* name : {"envlight", "spot2", "x"}) {
-        ref.name = name;
-        EXPECT_TRUE(make_light(stand_in_for_light(ref, "here", journal), textures, journal));
-    }
-    for (const Journal::Entry& e : journal.entries())
-        EXPECT_NE(e.message.find("is not found"), std::string::npos) << e.message;
-}
-
-TEST_F(Lights, StandInsFallOffAsTheirShadersSay) {
-    const auto falloff_of = [&](const std::string& name) {
-        ref.name = name;
-        const auto light = make_light(stand_in_for_light(ref, "here", journal), textures, journal);
-        EXPECT_TRUE(light);
+TEST_F(Lights, FallOffByTheirDecay) {
+    const auto falloff = [&] {
+        const auto light = make("pointlight");
         return light->table ? light->table->falloff : 2;
     };
-    EXPECT_EQ(falloff_of("liquidpoint"), 2);
-    EXPECT_EQ(falloff_of("pointnofalloff"), 0);
-    ref.parameters.set(value("decay", scene::Type::Float, {0}));
-    EXPECT_EQ(falloff_of("liquidpoint"), 0);
-    EXPECT_EQ(make("pointlight")->table->falloff, 0);
-    ref.parameters.set(value("decay", scene::Type::Float, {2}));
-    EXPECT_EQ(falloff_of("liquidpoint"), 2);
+    EXPECT_EQ(falloff(), 2);
+    for (const int power : {0, 1, 2, 3}) {
+        ref.parameters.set(value("decay", scene::Type::Float, {float(power)}));
+        EXPECT_EQ(falloff(), power);
+    }
     ref.parameters.set(value("decay", scene::Type::Float, {NAN}));
-    EXPECT_EQ(falloff_of("liquidpoint"), 2);
-    ref.parameters.set(value("decay", scene::Type::Float, {1}));
-    ref.parameters.set(value("coneangle", scene::Type::Float, {0.5f}));
-    ref.parameters.set(value("penumbraangle", scene::Type::Float, {0.1f}));
-    ref.parameters.set(value("dropoff", scene::Type::Float, {0}));
-    EXPECT_EQ(falloff_of("liquidspot"), 1);
-    const auto spot = make_light(stand_in_for_light(ref, "here", journal), textures, journal);
-    EXPECT_EQ(spot->kind, scene::Light::Kind::Spot);
-    EXPECT_NEAR(spot->cone_angle, 0.6f * 180 / Pi, 1e-3f);
-    EXPECT_NEAR(spot->cone_delta_angle, 0.1f * 180 / Pi, 1e-3f);
-    EXPECT_EQ(spot->beam_distribution, 0);
-    EXPECT_EQ(falloff_of("liquiddistant"), 2);
-    for (const Journal::Entry& e : journal.entries())
-        EXPECT_NE(e.message.find("is not found"), std::string::npos) << e.message;
+    EXPECT_EQ(falloff(), 2);
+}
+
+TEST_F(Lights, StandInsKeepPlaceHandleAndShadows) {
+    ref.name = "theirs";
+    ref.handle = "key";
+    ref.parameters.set(test::text("shadowname", "key.shad"));
+    ref.world_from_shader = Transform::translate(0, 7, 0);
+    auto stand_in = std::make_shared<scene::ShaderRef::StandIn>("spotlight");
+    stand_in->parameters.set(value("intensity", scene::Type::Float, {3}));
+    ref.stand_in = std::move(stand_in);
+    const auto light = make_stand_in(ref, "here", textures, journal);
+    ASSERT_TRUE(light);
+    EXPECT_EQ(light->kind, scene::Light::Kind::Spot);
+    EXPECT_EQ(light->name, "key");
+    EXPECT_TRUE(light->shadows) << "theirs named a map";
+    EXPECT_NEAR(light->amount.x, 3 * Pi, 1e-5f);
+    expect_near(light->world_from_light.point({0, 0, 0}), {0, 7, 0});
+    ASSERT_EQ(journal.entries().size(), 1u);
+    EXPECT_NE(journal.entries()[0].message.find("\"spotlight\" with what parameters"), std::string::npos);
+    ref.stand_in = nullptr;
+    EXPECT_FALSE(make_stand_in(ref, "here", textures, journal));
+    EXPECT_EQ(journal.entries().back().severity, Severity::Info) << "indirect light is traced";
 }
 
 TEST_F(Lights, ShadowMapLightsAreTheirStandardOnes) {

@@ -8,17 +8,16 @@
 
 namespace kanuka::shade {
 
-bool is_bmrt_arealight(const scene::Attributes& attributes) {
+bool shines_by_intensity(const scene::Attributes& attributes) {
     const scene::ShaderRef& light = *attributes.area_light;
-    return light.name == "arealight" && !light.parameters.find("unit") &&
-           attributes.user.find("light:nsamples");
+    return attributes.area_light_by_intensity && light.name == "arealight" && !light.parameters.find("unit");
 }
 
 namespace {
 
 bool is_spread(const scene::Primitive& p) {
     return p.attributes && p.attributes->area_light &&
-           (p.attributes->area_light->name != "arealight" || is_bmrt_arealight(*p.attributes));
+           (p.attributes->area_light->name != "arealight" || shines_by_intensity(*p.attributes));
 }
 
 void add(Spread& spread, const Vec3f& a, const Vec3f& b, const Vec3f& c) {

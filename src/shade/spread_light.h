@@ -23,10 +23,9 @@ struct Spread {
     float area = 0;
 };
 
-// BMRT's light of that name: its Cl falls off by the square of the distance, and the mean of its samples
-// counts, so its radiance is pi times the intensity, over the area. Only BMRT is told how many samples that
-// takes.
-bool is_bmrt_arealight(const scene::Attributes& attributes);
+// An "arealight" whose Cl falls off by the square of the distance, as BMRT's does: its radiance is pi times
+// the intensity, over the area.
+bool shines_by_intensity(const scene::Attributes& attributes);
 
 // By spread_key(); those that are not Kanuka's "arealight" and not in objects. `lit`: the middle of all else.
 std::map<std::string, Spread> spread_lights(const scene::Scene& scene, Vec3f& lit);

@@ -435,7 +435,7 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
                 area_light_amount(*attributes.area_light, m_palette, m_textures.folders(), m_journal);
     } else if (attributes.area_light)
         own.emission = light_amount(*attributes.area_light);
-    if (attributes.area_light && is_bmrt_arealight(attributes)) {
+    if (attributes.area_light && shines_by_intensity(attributes)) {
         const auto spread = m_spread.find(spread_key(*attributes.area_light));
         if (spread != m_spread.end() && spread->second.area > 0) {
             own.emission = own.emission * (Pi / spread->second.area);
@@ -463,7 +463,7 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
     // 2. Shaders and their values
     const bool own_light = attributes.area_light && attributes.area_light->name != "arealight" &&
                            find(*attributes.area_light).has_value();
-    if (attributes.area_light && !own_light && !is_bmrt_arealight(attributes))
+    if (attributes.area_light && !own_light && !shines_by_intensity(attributes))
         check_area_light(*attributes.area_light, m_journal);
     const auto bind_in = [&](const std::optional<scene::ShaderRef>& ref, sl::ShaderKind wanted,
                              const Transform& current_from_shader) {

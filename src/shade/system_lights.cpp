@@ -42,14 +42,8 @@ bool SystemImpl::has_its_own(const scene::ShaderRef& ref) const {
 
 // Lights live in world space: their "current" is the world.
 std::optional<scene::Light> SystemImpl::run_light(const scene::ShaderRef& ref, const Bounds3f& lit) {
-    if (!find(ref)) {
-        const scene::ShaderRef stand_in = stand_in_for_light(ref, join_folders(m_shader_folders), m_journal);
-        std::optional<scene::Light> light =
-            stand_in.name.empty() ? std::nullopt : make_light(stand_in, m_textures, m_journal);
-        if (light)
-            light->shadows = casts_shadows(ref, nullptr);
-        return light;
-    }
+    if (!find(ref))
+        return make_stand_in(ref, join_folders(m_shader_folders), m_textures, m_journal);
     Bound bound;
     bound.shader = load(ref, sl::ShaderKind::Light);
     if (!bound.shader)

@@ -11,6 +11,7 @@
 #include "ingest/rib/requests.h"
 #include "ingest/rib/rib.h"
 #include "ingest/rib/state.h"
+#include "scene/editor.h"
 
 namespace kanuka::ingest {
 
@@ -129,6 +130,8 @@ class Context {
     // groups are numbered on.
     void reopen_world();
     scene::Scene close_world();
+    // The one of that number is being read: what it makes is named under it.
+    void begin_delayed(uint32_t number);
 
     Scope scope() const;
     bool in_world() const { return m_in_world; }
@@ -136,6 +139,7 @@ class Context {
     std::vector<scene::Solid>& solids() { // of the world or the open object
         return m_open_object >= 0 ? objects.record(m_open_object).solids : m_scene.solids;
     }
+    int add_solid(scene::Solid solid); // its index there
     // A light that shines on everything: in the world, or where the object that is open will be instanced.
     void add_light(scene::ShaderRef light);
     std::vector<AttributeState*> open_states(); // the current one, and what closing blocks return to
@@ -188,6 +192,7 @@ class Context {
     void choose_camera(const Location& where);
 
     scene::Scene m_scene;
+    std::optional<scene::Editor> m_editor{m_scene}; // of m_scene, always
     FrameChoice m_frame_choice;
     std::vector<Block> m_blocks;
     bool m_in_world = false, m_world_done = false, m_world_in_frame = false;

@@ -5,8 +5,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "base/spelling.h"
 #include "ingest/rib/number.h"
-#include "ingest/rib/spelling.h"
 #include "scene/schema/options.h"
 
 namespace kanuka::ingest {

@@ -60,8 +60,7 @@ void solid_begin(Context& c, Call& call) {
                       : operation == "intersection" ? Kind::Intersection
                       : operation == "difference"   ? Kind::Difference
                                                     : Kind::Primitive;
-    c.solids().push_back({kind, c.attributes.solid});
-    c.attributes.solid = int(c.solids().size()) - 1;
+    c.attributes.solid = c.add_solid({kind, c.attributes.solid});
 }
 void solid_end(Context& c, Call& call) {
     c.close(BlockKind::Solid, call.where);

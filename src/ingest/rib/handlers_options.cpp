@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "ingest/rib/context.h"
+#include "ingest/rib/dialects/options.h"
 #include "ingest/rib/handlers.h"
 #include "ingest/rib/search_path.h"
 #include "scene/schema/camera.h"
@@ -175,12 +176,7 @@ void pixel_filter(Context& c, Call& call) {
         return out_of_range(c, call, "there is no filter \"" + name + "\" (there are " + names + ")");
     }
     c.options.options.filter = name;
-    Value asked; // where, for who finds no table
-    asked.name = "pixelfilter:name";
-    asked.type = scene::Type::String;
-    asked.strings = std::vector<std::string>{name};
-    asked.where = call.where;
-    c.options.options.user.set(std::move(asked));
+    c.options.options.filter_where = call.where;
     c.options.options.filter_width[0] = call.f(1);
     c.options.options.filter_width[1] = call.f(2);
 }
@@ -380,25 +376,24 @@ void make_cube_face_environment(Context& c, Call& call) {
 
 // ---- Option -----------------------------------------------------------------------------------------
 
-// What scene/schema/options.cpp declares for this category; names of spaces, lights and files are looked at
-// when the scene is rendered.
-static void declared_option(Context& c, const std::string& category, const Value& v) {
-    const auto wrong = [&](const std::string& what) {
-        c.reports.error("Option " + category, v.where, "Option \"" + category + "\": " + what);
-    };
-    const scene::OptionParameter* row = scene::find_rib_option(category + ":" + v.name);
-    if (!row)
-        return wrong("there is no \"" + v.name + "\"; there are " +
-                     scene::rib_names_of(scene::option_parameters(), category));
+// Names of spaces, lights and files are looked at when the scene is rendered.
+static void declared_option(Context& c, const scene::OptionParameter& row, const std::string& category,
+                            const Value& v) {
     scene::Setting value = scene::setting_of(v);
-    if (row->kind == scene::Kind::Whole && row->range.most > INT32_MAX) // RIB's integers have a sign
+    if (row.kind == scene::Kind::Whole && row.range.most > INT32_MAX) // RIB's integers have a sign
         for (double& x : value.numbers)
             x += x < 0 ? 4294967296.0 : 0;
-    if (!row->takes(value))
-        return wrong("\"" + v.name + "\" must be " + row->expected() + "; it stays as it was");
+    if (!row.takes(value)) {
+        c.reports.error("Option " + category, v.where,
+                        "Option \"" + category + "\": \"" + v.name + "\" must be " + row.expected() +
+                            "; it stays as it was");
+        return;
+    }
     if (category == "color")
         c.options.options.color.where = v.where;
-    row->put(c.options.options, value);
+    if (category == "pixelfilter")
+        c.options.options.filter_where = v.where;
+    row.put(c.options.options, value);
 }
 
 static void search_path_option(Context& c, const Value& v) {
@@ -411,37 +406,28 @@ static void search_path_option(Context& c, const Value& v) {
         *path = expand_search_path(v.strings[0], *path, c.default_path, c.stream.folder());
 }
 
-// How often rays may go on from surfaces, as PRMan and BMRT count it: 0 = only the camera's are traced, and a
-// path has one surface event.
-static void ray_depth_option(Context& c, const std::string& category, const Value& v) {
-    if (!(category == "trace" && v.name == "maxdepth") && !(category == "render" && v.name == "max_raylevel"))
-        return;
-    const float n = !v.ints.empty() ? float(v.ints[0]) : !v.floats.empty() ? v.floats[0] : NAN;
-    if (v.type != scene::Type::String && n >= 0)
-        c.options.options.max_depth = int(std::min(n, 999.0f)) + 1;
-    else
-        c.reports.error("Option trace", v.where,
-                        "Option \"" + category + "\": \"" + v.name +
-                            "\" must be a whole number of 0 or more; it stays as it was");
-}
-
 void option(Context& c, Call& call) {
     const std::string& category = call.text(0);
+    const bool ours = category == "kanuka" || category == "color" || category == "exposure";
     for (Value& v : call.params.values) {
-        if (category == "Ri" && ri_option(c, v))
+        if ((category == "Ri" && ri_option(c, v)) || (category == "camera" && camera_option(c, v)))
             continue;
-        if (category == "kanuka") {
-            declared_option(c, category, v);
+        std::string name = category + ":" + v.name;
+        if (const scene::OptionParameter* row = scene::find_rib_option(name))
+            declared_option(c, *row, category, v);
+        else if (ours)
+            c.reports.error("Option " + category, v.where,
+                            "Option \"" + category + "\": there is no \"" + v.name + "\"; there are " +
+                                scene::rib_names_of(scene::option_parameters(), category));
+        else if (const auto fault = dialects::option(c.options.options, name, v))
+            c.reports.error("Option " + category, v.where,
+                            "Option \"" + category + "\": \"" + v.name + "\" " + *fault +
+                                "; it stays as it was");
+        if (category == "kanuka")
             continue;
-        }
-        if (category == "camera" && camera_option(c, v))
-            continue;
-        if (category == "color" || category == "exposure")
-            declared_option(c, category, v);
-        ray_depth_option(c, category, v);
         if (category == "searchpath")
             search_path_option(c, v);
-        v.name = category + ":" + v.name;
+        v.name = std::move(name);
         c.options.options.user.set(std::move(v));
     }
 }

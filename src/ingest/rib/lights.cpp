@@ -1,5 +1,7 @@
 #include "ingest/rib/lights.h"
 
+#include "ingest/rib/dialects/lights.h"
+
 namespace kanuka::ingest {
 
 void scale_color(scene::ValueList& parameters, std::string_view name, const Rgb& factor) {
@@ -14,10 +16,9 @@ void scale_color(scene::ValueList& parameters, std::string_view name, const Rgb&
 int Lights::add(scene::ShaderRef shader) {
     const int index = int(m_lights.size());
     // Objects name their lights: a handle that is used again must not stand for two.
-    const bool again = m_handles.contains(shader.handle);
     m_handles[shader.handle] = index;
-    if (again)
-        shader.handle += "#" + std::to_string(index);
+    if (const int uses = ++m_uses[shader.handle]; uses > 1)
+        shader.handle += "#" + std::to_string(uses);
     m_lights.push_back(std::move(shader));
     return index;
 }
@@ -119,6 +120,7 @@ void Lights::place(const Transform& world_from_camera) {
 void Lights::truncate(size_t size) {
     m_lights.resize(std::min(size, m_lights.size()));
     std::erase_if(m_handles, [&](const auto& entry) { return entry.second >= int(size); });
+    std::erase_if(m_uses, [&](const auto& entry) { return !m_handles.contains(entry.first); });
     std::erase_if(m_filters, [&](const auto& entry) { return entry.first >= int(size); });
     std::erase_if(m_switched_off, [&](int light) { return light >= int(size); });
 }
@@ -142,6 +144,7 @@ std::vector<scene::ShaderRef> Lights::finish(Reports& reports) const {
         if (const auto filters = m_filters.find(int(i)); filters != m_filters.end())
             for (const auto& [handle, factor] : filters->second)
                 scale_color(lit.back().parameters, "lightcolor", factor);
+        lit.back().stand_in = dialects::stand_in_for_light(lit.back());
     }
     return lit;
 }

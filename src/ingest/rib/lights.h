@@ -24,7 +24,10 @@ class Lights {
     // light.
     bool filter(const std::string& light, const std::string& filter, const Rgb& factor, bool on);
     // AreaLightSource: known by its handle, but lit by its primitives.
-    void declare_area(const std::string& handle) { m_handles[handle] = AreaLight; }
+    void declare_area(const std::string& handle) {
+        m_handles[handle] = AreaLight;
+        m_uses.try_emplace(handle, 1);
+    }
     void illuminate(const std::string& handle, bool on, AttributeState& attributes, Reports& reports,
                     const Location& where);
     // A primitive is declared under this attribute state.
@@ -48,6 +51,7 @@ class Lights {
     static constexpr int AreaLight = -1;
     std::vector<scene::ShaderRef> m_lights;
     std::map<std::string, int> m_handles;
+    std::map<std::string, int> m_uses;                   // how often a handle was given
     std::map<int, std::map<std::string, Rgb>> m_filters; // that are on, by light and handle
     // Every set that a primitive was declared under, and the names of its lights.
     std::map<std::shared_ptr<const LightSet>, std::shared_ptr<std::set<std::string>>> m_seen;

@@ -172,7 +172,8 @@ std::vector<scene::Group::Instances> InstanceLists::take(int& next_id) {
 }
 
 // Group indices of children are lower than their parent's: children are made first.
-int Objects::group_for(scene::Scene& scene, int object, const std::shared_ptr<const Attributes>& attributes,
+int Objects::group_for(const scene::Scene& scene, scene::Editor& editor, int object,
+                       const std::shared_ptr<const Attributes>& attributes,
                        const Transform& world_from_object) {
     {
         ObjectRecord& r = record(object);
@@ -192,7 +193,7 @@ int Objects::group_for(scene::Scene& scene, int object, const std::shared_ptr<co
     place_shaders(world_from_object.inverse(), *local);
     local->atmosphere = attributes->atmosphere; // air stays in the world
     const std::shared_ptr<const Attributes> shared_local = local;
-    std::map<std::pair<const Attributes*, uint32_t>, std::shared_ptr<const Attributes>> merged;
+    std::map<std::pair<const Attributes*, uint64_t>, std::shared_ptr<const Attributes>> merged;
     InstanceLists children;
     for (size_t i = 0; i < record(object).members.size(); i++) {
         const ObjectRecord::Member& member = record(object).members[i];
@@ -203,7 +204,8 @@ int Objects::group_for(scene::Scene& scene, int object, const std::shared_ptr<co
             group.primitives.push_back(member.primitive);
             group.primitives.back().attributes = look;
         } else {
-            const int child = group_for(scene, member.object, look, member.primitive.world_from_object);
+            const int child =
+                group_for(scene, editor, member.object, look, member.primitive.world_from_object);
             const scene::Primitive& place = record(object).members[i].primitive;
             children.add(child, place.world_from_object,
                          place.motion ? place.motion->places : std::vector<TransformKey>());
@@ -213,16 +215,18 @@ int Objects::group_for(scene::Scene& scene, int object, const std::shared_ptr<co
     group.solids = record(object).solids;
     group.instances = children.take(first_id);
     const int index = m_groups_before + int(scene.groups.size());
-    scene.groups.push_back(std::move(group));
+    editor.add(std::move(group));
     ObjectRecord& r = record(object);
     r.looks.emplace(look_hash(*attributes), ObjectRecord::Variant{attributes, index});
     r.by_pointer[attributes.get()] = {attributes, index};
     return index;
 }
 
-void Objects::instance(scene::Scene& scene, int object, const std::shared_ptr<const Attributes>& attributes,
+void Objects::instance(const scene::Scene& scene, scene::Editor& editor, int object,
+                       const std::shared_ptr<const Attributes>& attributes,
                        const Transform& world_from_object, const std::vector<TransformKey>& moving) {
-    m_instances.add(group_for(scene, object, attributes, world_from_object), world_from_object, moving);
+    m_instances.add(group_for(scene, editor, object, attributes, world_from_object), world_from_object,
+                    moving);
 }
 
 void Objects::forget_groups() {
@@ -233,9 +237,9 @@ void Objects::forget_groups() {
     }
 }
 
-int Objects::finish(scene::Scene& scene, int next_id) {
+int Objects::finish(const scene::Scene& scene, scene::Editor& editor, int next_id) {
     for (scene::Group::Instances& instances : m_instances.take(next_id))
-        scene.instances.push_back(std::move(instances));
+        editor.add(std::move(instances));
     m_groups_before += int(scene.groups.size());
     return next_id;
 }

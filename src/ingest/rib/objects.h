@@ -10,6 +10,7 @@
 
 #include "ingest/rib/reports.h"
 #include "ingest/rib/state.h"
+#include "scene/editor.h"
 
 namespace kanuka::ingest {
 
@@ -51,15 +52,18 @@ class Objects {
     ObjectRecord& record(int object) { return m_records[size_t(object)]; }
 
     // One more instance in the world.
-    void instance(scene::Scene& scene, int object, const std::shared_ptr<const scene::Attributes>& attributes,
+    void instance(const scene::Scene& scene, scene::Editor& editor, int object,
+                  const std::shared_ptr<const scene::Attributes>& attributes,
                   const Transform& world_from_object, const std::vector<TransformKey>& moving);
     // Writes the instances to the scene; ids go on from `next_id`, and where they end is returned. The next
     // scene's groups are numbered on from this one's.
-    int finish(scene::Scene& scene, int next_id);
+    int finish(const scene::Scene& scene, scene::Editor& editor, int next_id);
+    int groups_before() const { return m_groups_before; }
     void forget_groups(); // another scene begins, with groups of its own; the objects stay
 
   private:
-    int group_for(scene::Scene& scene, int object, const std::shared_ptr<const scene::Attributes>& attributes,
+    int group_for(const scene::Scene& scene, scene::Editor& editor, int object,
+                  const std::shared_ptr<const scene::Attributes>& attributes,
                   const Transform& world_from_object);
     std::vector<ObjectRecord> m_records;
     std::map<std::string, int> m_handles;

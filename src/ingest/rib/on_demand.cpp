@@ -48,6 +48,7 @@ scene::Scene OnDemand::expand(std::span<const uint32_t> which) {
     Context& context = m_reader->context();
     context.reopen_world();
     for (const uint32_t i : which) {
+        context.begin_delayed(i);
         const Item& item = m_items[i];
         const State& state = *item.state;
         ProceduralCall call{state.type,

@@ -6,10 +6,10 @@
 #include <gtest/gtest.h>
 #include <zlib.h>
 
+#include "base/spelling.h"
 #include "ingest/rib/condition.h"
 #include "ingest/rib/reader.h"
 #include "ingest/rib/search_path.h"
-#include "ingest/rib/spelling.h"
 
 namespace kanuka::ingest {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <unordered_map>
 
+#include "base/spelling.h"
 #include "ingest/rib/handlers.h"
-#include "ingest/rib/spelling.h"
 
 namespace kanuka::ingest {
 

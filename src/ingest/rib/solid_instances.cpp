@@ -29,11 +29,11 @@ bool Context::expand(const SolidInstance& instance, size_t& left) {
     {
         const std::vector<scene::Solid> own = objects.record(instance.object).solids;
         for (const scene::Solid& s : own)
-            solids().push_back({s.kind, s.parent < 0 ? instance.solid : first + s.parent});
+            add_solid({s.kind, s.parent < 0 ? instance.solid : first + s.parent});
     }
     int loose = solids()[size_t(instance.solid)].kind == Kind::Primitive ? instance.solid : -1;
     // Attributes by those of members: primitives that shared them share them on.
-    std::map<std::pair<const scene::Attributes*, uint32_t>, std::shared_ptr<const scene::Attributes>> looks;
+    std::map<std::pair<const scene::Attributes*, uint64_t>, std::shared_ptr<const scene::Attributes>> looks;
     for (size_t i = 0; i < objects.record(instance.object).members.size(); i++) {
         const ObjectRecord::Member member = objects.record(instance.object).members[i]; // buffers are shared
         auto& look = looks[{member.primitive.attributes.get(), member.set}];
@@ -53,8 +53,7 @@ bool Context::expand(const SolidInstance& instance, size_t& left) {
         // Surfaces that are in no solid of the object's bound one together.
         const bool in_solid = member.primitive.solid >= 0;
         if (!in_solid && member.object < 0 && loose < 0) {
-            loose = int(solids().size());
-            solids().push_back({Kind::Primitive, instance.solid});
+            loose = add_solid({Kind::Primitive, instance.solid});
         }
         if (left == 0)
             return false;
@@ -79,7 +78,7 @@ bool Context::expand(const SolidInstance& instance, size_t& left) {
         if (m_open_object >= 0)
             objects.record(m_open_object).members.push_back({std::move(p), -1, set});
         else
-            m_scene.primitives.push_back(std::move(p));
+            m_editor->add(std::move(p));
     }
     return true;
 }

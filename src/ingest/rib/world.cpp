@@ -235,8 +235,11 @@ void Context::complete() {
     using Transport = scene::Options::Transport;
     if (traces_light && m_scene.options.transport == Transport::Auto)
         m_scene.options.transport = Transport::Full;
-    m_scene.light_shaders = lights.finish(reports);
-    m_next_id = objects.finish(m_scene, m_next_id);
+    for (scene::ShaderRef& light : lights.finish(reports))
+        m_editor->add(std::move(light));
+    m_next_id = objects.finish(m_scene, *m_editor, m_next_id);
+    if (const auto& repeat = m_editor->repeat())
+        reports.once(Severity::Info, "name that is given twice", repeat->where, repeat->message());
     m_scene.coordinate_systems = coordinate_systems;
     if (m_world_done && m_scene.primitives.empty() && m_scene.instances.empty() &&
         (!delayed || delayed->bounds().empty()))
@@ -250,6 +253,7 @@ std::optional<scene::Scene> Context::take_world() {
     complete();
     scene::Scene scene = std::move(m_scene);
     m_scene = {};
+    m_editor.emplace(m_scene);
     m_scene.journal = scene.journal;
     m_world_done = false;
     m_next_id = 1;

@@ -15,10 +15,11 @@ using L = Light;
 // clang-format off
 constexpr LightKind Kinds[] = {
     {"distant", "distantlight", L::Kind::Distant, "irradiance",
-     "parallel light along `direction`; with an `angle`, a disk in the sky"},
+     "parallel light along `direction`; with an `angle`, a disk in the sky", false, "shadowdistant"},
     {"point", "pointlight", L::Kind::Point, "radiant intensity",
-     "light from a place to all sides, or as a `profile` says"},
-    {"spot", "spotlight", L::Kind::Spot, "radiant intensity on its axis", "a cone of light about `direction`"},
+     "light from a place to all sides, or as a `profile` says", false, "shadowpoint"},
+    {"spot", "spotlight", L::Kind::Spot, "radiant intensity on its axis",
+     "a cone of light about `direction`", false, "shadowspot"},
     {"environment", "environmentlight", L::Kind::Environment, "radiance",
      "light from all around, alike or as a picture has it"},
     {"ambient", "ambientlight", L::Kind::Ambient, "radiance",
@@ -124,7 +125,7 @@ const LightParameter Rows[] = {
     {All, {.name = "name", .about = "by which `lights_off` and `shadows_off` of objects mean it"},
      of_light<&L::name>},
     {All, {.name = "group", .rib = "group __group", .about = "by which they mean several",
-      .unit = "names, parted by blanks"},
+      .unit = "names, parted by blanks", .links = true},
      of_light<&L::group>},
 };
 // clang-format on
@@ -144,6 +145,29 @@ LightSettings LightKind::defaults() const {
     return s;
 }
 
+bool LightKind::is_placed_by_points() const {
+    return !daylight &&
+           (kind == Light::Kind::Distant || kind == Light::Kind::Point || kind == Light::Kind::Spot);
+}
+
+std::vector<std::string_view> LightKind::shader_parameters() const {
+    std::vector<std::string_view> all;
+    for (const LightParameter& row : light_parameters())
+        if (row.is_of(*this))
+            for (const std::string_view name : words_of(row.rib))
+                all.push_back(name);
+    if (is_placed_by_points())
+        all.insert(all.end(), {"from", "to"});
+    return all;
+}
+
+void remake(Light& light, LightSource source) {
+    const NodeId node = light.node;
+    light = source.finish(source);
+    light.node = node;
+    light.source = std::make_shared<const LightSource>(std::move(source));
+}
+
 std::span<const LightKind> light_kinds() {
     return Kinds;
 }
@@ -152,7 +176,9 @@ const LightKind* find_light_kind(std::string_view name) {
     return kind == std::end(Kinds) ? nullptr : kind;
 }
 const LightKind* find_light_shader(std::string_view name) {
-    const auto kind = std::ranges::find(Kinds, name, &LightKind::shader);
+    const auto kind = std::ranges::find_if(Kinds, [&](const LightKind& k) {
+        return k.shader == name || (k.mapped_shader == name && !name.empty());
+    });
     return kind == std::end(Kinds) ? nullptr : kind;
 }
 

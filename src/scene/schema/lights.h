@@ -22,13 +22,27 @@ struct LightKind {
     Light::Kind kind;
     const char* amount; // the quantity that it is
     const char* about;
-    bool daylight = false; // it has a sun
+    bool daylight = false;          // it has a sun
+    const char* mapped_shader = ""; // of RIB: the same with the parameters of a shadow map
 
     LightSettings defaults() const;
+    // In RIB it stands at "from" and shines to "to".
+    bool is_placed_by_points() const;
+    std::vector<std::string_view> shader_parameters() const; // all names that its light shader takes
 };
+// What a light is made from, kept so that it can be made again with other values.
+struct LightSource {
+    const LightKind* kind;
+    LightSettings settings;
+    Transform placement; // in the world, after position and direction
+    Light (*finish)(const LightSource& source);
+};
+// The light that it describes now; the node stays.
+void remake(Light& light, LightSource source);
+
 std::span<const LightKind> light_kinds();
 const LightKind* find_light_kind(std::string_view name);   // null = there is none
-const LightKind* find_light_shader(std::string_view name); // by LightKind::shader
+const LightKind* find_light_shader(std::string_view name); // by either of its shaders
 
 class LightParameter : public Parameter<LightSettings> {
   public:

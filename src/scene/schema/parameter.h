@@ -54,6 +54,7 @@ struct ParameterText {
     bool file = false;     // a text that names a file
     bool spreads = false;  // one number stands for all
     bool optional = false; // nothing is a value too
+    bool links = false;    // of objects and lights
 };
 
 struct ParameterInfo : ParameterText {

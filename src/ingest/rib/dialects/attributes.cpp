@@ -6,6 +6,9 @@ namespace kanuka::ingest::dialects {
 
 namespace {
 
+// Which only BMRT was told: its "arealight" is another.
+constexpr std::string_view BmrtLight = "light:nsamples";
+
 constexpr std::string_view Bmrt = "render:casts_shadows", Prman = "visibility:transmission",
                            Delight = "shade:transmissionhitmode";
 
@@ -22,6 +25,8 @@ bool casts_shadows(const scene::ValueList& user) {
 } // namespace
 
 void attribute(AttributeState& to, std::string_view name) {
+    if (name == BmrtLight && !to.shared->area_light_by_intensity)
+        to.edit("area_light_by_intensity").area_light_by_intensity = true;
     if (name == Bmrt || name == Prman || name == Delight) {
         const bool casts = casts_shadows(to.shared->user);
         if (casts != to.shared->casts_shadows)

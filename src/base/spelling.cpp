@@ -1,10 +1,10 @@
-#include "ingest/rib/spelling.h"
+#include "base/spelling.h"
 
 #include <algorithm>
 #include <cctype>
 #include <vector>
 
-namespace kanuka::ingest {
+namespace kanuka {
 
 float edit_distance(std::string_view a, std::string_view b) {
     const size_t n = b.size() + 1;
@@ -44,4 +44,4 @@ void Nearest::offer(std::string_view known) {
     }
 }
 
-} // namespace kanuka::ingest
+} // namespace kanuka

@@ -1,0 +1,66 @@
+// One primitive on its way to the store: diced, shaded and encoded.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+
+#include "render/geometry.h"
+#include "render/group_views.h"
+#include "render/motion.h"
+#include "render/volumes.h"
+
+namespace kanuka::render {
+
+struct Prepared {
+    store::Page page;
+    std::shared_ptr<const shade::Material> material;
+    bool empty = true;
+    // A primitive that moves as a whole is a group of its own: what it is when the shutter opens, in its
+    // place in the parent's space then, and from there to where it goes.
+    std::vector<MotionPath> path;
+    bool changes = false; // its shape
+    Thickness inside;     // of a Volume
+};
+
+// Thread safety: prepare() may run at the same time, the others alone.
+class Preparer {
+  public:
+    explicit Preparer(const GeometryRequest& request) : m_request(request) {}
+    void expect(size_t primitives) { m_total = primitives; } // to say how far it is
+    void begin_run(uint64_t resident) {                      // of primitives: bytes in the store before it
+        m_resident = resident;
+        m_prepared = 0;
+    }
+    // `inside_out`: what a solid is taken away from ends there; its outside lies within.
+    // `instanced`: null = in the world.
+    void prepare(const scene::Primitive& declared, const Transform& render_from_group,
+                 const GroupView* instanced, bool inside_out, Prepared& out);
+    // Dicing and shading overlap on all threads; their shares of the wall clock are those of the time spent
+    // in each.
+    void share_wall_time(double wall) const;
+
+  private:
+    void refuse_more_than_fits() const;
+    dice::DiceTarget target_of(const scene::Primitive& primitive, const shade::Material& material,
+                               const Transform& render_from_object, const GroupView* instanced) const;
+    void fill(const scene::Primitive& primitive, const scene::Volume& volume,
+              const Transform& render_from_object, const Transform* elsewhere, scene::Primitive& boundary,
+              Prepared& out);
+    float for_its_light(const scene::Primitive& primitive, const Transform& render_from_object,
+                        float pixels_per_unit) const;
+    std::vector<Transform> views_of(const MotionPath& path, const std::vector<Transform>& instead_from) const;
+    void shade_and_encode(const scene::Primitive& primitive, dice::Diced& diced,
+                          const shade::Material& material, bool inside_out, Prepared& out);
+    void shade_mesh(dice::Diced& diced, const shade::Material& material, grid::VertexInputs& inputs);
+    void say_of_values(const Location& where, uint64_t bad, uint64_t lost) const;
+
+    const GeometryRequest& m_request;
+    std::atomic<double> m_dice_time{0}, m_shade_time{0};
+    std::mutex m_progress_mutex;
+    size_t m_done = 0, m_total = 0;
+    uint64_t m_resident = 0;
+    std::atomic<uint64_t> m_prepared{0}; // of pages on the way to the store
+};
+
+} // namespace kanuka::render
