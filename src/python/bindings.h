@@ -117,7 +117,8 @@ void bind_nodes_of(nb::class_<Scene>& scene);
 void bind_geometry(nb::class_<Scene>& scene, nb::class_<Group>& group);
 void bind_picture(nb::module_& m);
 void bind_procedurals(nb::module_& m);
-void bind_render(nb::module_& m);
+void bind_load(nb::module_& m);
+void bind_session(nb::module_& m);
 void bind_shader(nb::module_& m);
 
 } // namespace kanuka::python

@@ -38,6 +38,7 @@ NB_MODULE(_native, m) {
     bind_scene(m);
     bind_picture(m);
     bind_procedurals(m);
-    bind_render(m);
+    bind_load(m);
+    bind_session(m);
     bind_shader(m);
 }

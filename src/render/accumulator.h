@@ -32,6 +32,13 @@ class Accumulator {
     // What a kernel is to trace into; its progression is still to be said.
     transport::BatchRequest request(size_t bucket);
     void set_done(size_t bucket, int progressions) { m_done[bucket] = progressions; }
+    int done(size_t bucket) const { return m_done[bucket]; }
+    const std::vector<int>& done() const { return m_done; } // progressions of each bucket
+    // What another of the same window and AOVs had.
+    void restore(std::vector<int> done, std::vector<transport::PixelSums> pixels,
+                 std::vector<float> aov_sums) {
+        m_done = std::move(done), m_pixels = std::move(pixels), m_aov_sums = std::move(aov_sums);
+    }
     int done_at(int x, int y) const; // in the window
     int least_done() const;
 

@@ -7,6 +7,7 @@
 #include "render/group_views.h"
 #include "render/motion.h"
 #include "render/prepare.h"
+#include "scene/digest.h"
 
 namespace kanuka::render {
 
@@ -27,6 +28,7 @@ class GeometryBuilder {
             world = std::move(m_out->groups.back());
             m_out->groups.pop_back();
         }
+        m_key(m_out->key);
         bvh::GroupDesc here;
         build(here);
         if (!extends) {
@@ -38,6 +40,7 @@ class GeometryBuilder {
             m_out->instanced = true;
         }
         m_out->groups.push_back(std::move(world));
+        m_out->key = m_key.digest();
         m_request.shading.report_ranges();
         m_request.stats.bytes.grids = m_out->store.grid_bytes();
         m_request.stats.bytes.lobe_inputs = m_out->store.input_bytes();
@@ -81,6 +84,9 @@ class GeometryBuilder {
         // thread count, and never more than a run's pages twice in memory.
         constexpr size_t Run = 256;
         desc.solids = solid_nodes(solids);
+        m_key(uint64_t(primitives.size()));
+        for (const bvh::SolidNode& node : desc.solids)
+            m_key(node.kind, node.parent);
         int first = int(m_out->store.shapes().size()), solid = -1;
         const auto close_run = [&] { // the shapes so far belong to the group itself
             const int next = int(m_out->store.shapes().size());
@@ -121,6 +127,9 @@ class GeometryBuilder {
                     }
                     links.level_from = 0, links.level_to = 1;
                 }
+                if (m_request.pages)
+                    m_key(p.key, program.key(), bounded, lights, links.lit_sets, links.shone_sets,
+                          links.lets_through, links.seen, links.level_from, links.level_to);
                 if (!p.path.empty() || bounded != solid)
                     close_run();
                 solid = bounded;
@@ -198,6 +207,9 @@ class GeometryBuilder {
     void add_instances(const std::vector<scene::Group::Instances>& all, const Transform& render_from_parent,
                        bvh::GroupDesc& desc) {
         for (const auto& in : all) {
+            if (m_request.pages)
+                m_key(in.group, std::span<const float>(in.transforms.data(), in.transforms.size()), in.times,
+                      render_from_parent, m_out->center_of_scene[size_t(in.group)]);
             if (in.moves()) {
                 add_moving_instances(in, render_from_parent, desc);
                 continue;
@@ -261,6 +273,7 @@ class GeometryBuilder {
     Geometry* m_out;
     size_t m_first_group; // of the scene's: those before it are built
     Preparer m_preparer;
+    Digester m_key;
 };
 
 } // namespace

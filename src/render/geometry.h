@@ -11,6 +11,7 @@
 #include "dice/dice.h"
 #include "render/camera.h"
 #include "render/linking.h"
+#include "render/page_cache.h"
 #include "scene/scene.h"
 #include "shade/shade.h"
 #include "store/store.h"
@@ -26,6 +27,7 @@ struct Geometry {
     std::vector<Vec3f> center_of_scene;         // GroupView::center of each of them
     bool instanced = false;
     bool moving = false; // something moves while the shutter is open
+    Digest key;          // of all that it was made of, where GeometryRequest::pages are kept
 };
 
 struct GeometryRequest {
@@ -42,6 +44,8 @@ struct GeometryRequest {
     std::vector<bvh::Scene::Plane> clips; // in render space
     uint64_t memory;                      // that there is
     bool classic = false;                 // surfaces light nothing, but for area lights
+    PageCache* pages = nullptr;           // what was made before; null = nothing is kept
+    Digest setting = {};                  // of what all materials depend on; for keys of pages
 };
 
 // Thread count changes nothing in what is built.

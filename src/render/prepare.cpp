@@ -8,6 +8,7 @@
 #include "grid/word_layout.h"
 #include "render/budget.h"
 #include "render/emitters.h"
+#include "scene/digest.h"
 
 namespace kanuka::render {
 namespace {
@@ -52,57 +53,9 @@ void Preparer::prepare(const scene::Primitive& declared, const Transform& render
                        const GroupView* instanced, bool inside_out, Prepared& out) {
     refuse_more_than_fits();
     try {
-        MovingPrimitive moving;
-        if (declared.motion)
-            moving = in_shutter(declared, m_request.shutter);
-        const scene::Primitive& rest = declared.motion ? moving.rest : declared;
-        const auto* volume = std::get_if<scene::Volume>(&rest.geometry);
-        scene::Primitive boundary;
-        if (volume)
-            boundary = boundary_of(rest, *volume);
-        const scene::Primitive& primitive = volume ? boundary : rest;
-        const Transform render_from_object = render_from_group * primitive.world_from_object;
-        const auto start = Clock::now();
-        out.material = m_request.shading.material(primitive, render_from_object,
-                                                  instanced ? &render_from_group : nullptr);
-        if (volume)
-            fill(rest, *volume, render_from_object,
-                 instanced || !moving.places.empty() ? &render_from_group : nullptr, boundary, out);
-        const shade::Material& material = *out.material;
-        dice::DiceTarget target = target_of(primitive, material, render_from_object, instanced);
-        target.later = moving.later;
-        if (!moving.places.empty()) {
-            out.path.emplace_back(moving.places, render_from_group, render_from_object.inverse());
-            target.also_from = views_of(out.path[0], target.instead_from);
-        }
-        uint64_t in_flight = 0;
-        target.fits = [&](uint64_t bytes, uint64_t vertices) {
-            in_flight = bytes + vertices * shaded_bytes(material.program(), 1 + moving.later.size());
-            return m_resident + m_prepared + in_flight <= m_request.memory;
-        };
-        std::atomic<double> displacing{0};
-        dice::Displace displace;
-        if (material.displaces())
-            displace = [&](grid::Grid& g) {
-                const auto t = Clock::now();
-                material.displace(g);
-                displacing += seconds_since(t);
-            };
-        dice::Diced diced = dice::dice(primitive, target, m_request.dice, displace, m_request.journal);
-        if (diced.too_large)
-            refuse_primitive_that_cannot_fit(declared.where, in_flight, m_resident + m_prepared,
-                                             m_request.memory);
-        const double dicing = seconds_since(start);
-        const auto shading_start = Clock::now();
-        shade_and_encode(primitive, diced, material, inside_out, out);
-        const bool at_rest = !instanced && out.path.empty() && moving.later.empty();
-        if (!out.empty)
-            ask_uncut_emitters(out.page, m_request.clips, declared.solid >= 0, at_rest);
-        out.changes = !moving.later.empty();
+        make(declared, render_from_group, instanced, inside_out, out);
         m_prepared += out.page.words.size() * sizeof(out.page.words[0]);
         refuse_more_than_fits();
-        m_dice_time += std::max(0.0, dicing - displacing.load() / tasks::max_threads());
-        m_shade_time += seconds_since(shading_start) + displacing.load() / tasks::max_threads();
     } catch (const CannotFit&) {
         throw;
     } catch (const std::exception& e) {
@@ -111,6 +64,120 @@ void Preparer::prepare(const scene::Primitive& declared, const Transform& render
     }
     const std::lock_guard lock(m_progress_mutex);
     m_request.progress.update("dice", double(++m_done) / double(std::max<size_t>(m_total, 1)));
+}
+
+void Preparer::make(const scene::Primitive& declared, const Transform& render_from_group,
+                    const GroupView* instanced, bool inside_out, Prepared& out) {
+    MovingPrimitive moving;
+    if (declared.motion)
+        moving = in_shutter(declared, m_request.shutter);
+    const scene::Primitive& rest = declared.motion ? moving.rest : declared;
+    const auto* volume = std::get_if<scene::Volume>(&rest.geometry);
+    scene::Primitive boundary;
+    if (volume)
+        boundary = boundary_of(rest, *volume);
+    const scene::Primitive& primitive = volume ? boundary : rest;
+    const Transform render_from_object = render_from_group * primitive.world_from_object;
+    const auto start = Clock::now();
+    out.material =
+        m_request.shading.material(primitive, render_from_object, instanced ? &render_from_group : nullptr);
+    if (volume)
+        fill(rest, *volume, render_from_object,
+             instanced || !moving.places.empty() ? &render_from_group : nullptr, boundary, out);
+    const shade::Material& material = *out.material;
+    if (m_request.pages) {
+        out.key = key_of(declared, material, render_from_group, instanced, inside_out);
+        if (take_kept(out))
+            return;
+    }
+    dice::DiceTarget target = target_of(primitive, material, render_from_object, instanced);
+    target.later = moving.later;
+    if (!moving.places.empty()) {
+        out.path.emplace_back(moving.places, render_from_group, render_from_object.inverse());
+        target.also_from = views_of(out.path[0], target.instead_from);
+    }
+    uint64_t in_flight = 0;
+    target.fits = [&](uint64_t bytes, uint64_t vertices) {
+        in_flight = bytes + vertices * shaded_bytes(material.program(), 1 + moving.later.size());
+        return m_resident + m_prepared + in_flight <= m_request.memory;
+    };
+    std::atomic<double> displacing{0};
+    dice::Displace displace;
+    if (material.displaces())
+        displace = [&](grid::Grid& g) {
+            const auto t = Clock::now();
+            material.displace(g);
+            displacing += seconds_since(t);
+        };
+    dice::Diced diced = dice::dice(primitive, target, m_request.dice, displace, m_request.journal);
+    if (diced.too_large)
+        refuse_primitive_that_cannot_fit(declared.where, in_flight, m_resident + m_prepared,
+                                         m_request.memory);
+    const double dicing = seconds_since(start);
+    const auto shading_start = Clock::now();
+    shade_and_encode(primitive, diced, material, inside_out, out);
+    const bool at_rest = !instanced && out.path.empty() && moving.later.empty();
+    if (!out.empty)
+        ask_uncut_emitters(out.page, m_request.clips, declared.solid >= 0, at_rest);
+    out.changes = !moving.later.empty();
+    m_dice_time += std::max(0.0, dicing - displacing.load() / tasks::max_threads());
+    m_shade_time += seconds_since(shading_start) + displacing.load() / tasks::max_threads();
+    if (m_request.pages)
+        m_request.pages->keep(out.key, std::make_shared<PageCache::Entry>(PageCache::Entry{
+                                           out.page, out.empty, out.changes, out.path, out.inside}));
+}
+
+// ---- pages that are kept
+
+Preparer::Preparer(const GeometryRequest& request) : m_request(request) {
+    if (!request.pages)
+        return;
+    const dice::DiceOptions& o = request.dice;
+    const dice::DicingCamera& c = o.camera;
+    Digester d;
+    d(store::PageVersion, request.setting, request.classic, request.shutter.open, request.shutter.close);
+    d(o.shading_rate_scale, o.max_grid_cells, o.geometry_tolerance, o.normal_tolerance, o.max_micropolygons);
+    d(c.render_from_camera, c.also_from, c.projection, c.pixels_per_tangent, c.pixel_stretch, c.half_angle,
+      c.near_clip, c.width, c.height, c.middle_x, c.middle_y, c.offscreen_falloff);
+    for (const bvh::Scene::Plane& plane : request.clips)
+        d(plane.point, plane.normal);
+    m_setting = d.digest();
+}
+
+bool Preparer::take_kept(Prepared& out) {
+    const std::shared_ptr<const PageCache::Entry> kept = m_request.pages->find(out.key);
+    if (!kept)
+        return false;
+    out.page = kept->page;
+    out.empty = kept->empty;
+    out.changes = kept->changes;
+    out.path = kept->path;
+    out.inside = kept->inside;
+    m_request.stats.count.primitives_kept += 1;
+    return true;
+}
+
+Digest Preparer::key_of(const scene::Primitive& declared, const shade::Material& material,
+                        const Transform& render_from_group, const GroupView* instanced, bool inside_out) {
+    Digester d;
+    d(m_setting, declared, key_of(declared.attributes.get()), material.hash(), render_from_group, inside_out,
+      instanced != nullptr);
+    if (instanced)
+        d(instanced->cameras, instanced->pixels_per_unit, instanced->center);
+    return d.digest();
+}
+
+Digest Preparer::key_of(const scene::Attributes* attributes) {
+    if (!attributes)
+        return {};
+    {
+        const std::lock_guard lock(m_attributes_mutex);
+        if (const auto found = m_attributes.find(attributes); found != m_attributes.end())
+            return found->second;
+    }
+    const Digest digest = digest_of(*attributes);
+    const std::lock_guard lock(m_attributes_mutex);
+    return m_attributes.try_emplace(attributes, digest).first->second;
 }
 
 dice::DiceTarget Preparer::target_of(const scene::Primitive& primitive, const shade::Material& material,

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <atomic>
+#include <map>
 #include <memory>
 #include <mutex>
 
+#include "base/digest.h"
 #include "render/geometry.h"
 #include "render/group_views.h"
 #include "render/motion.h"
@@ -21,12 +23,13 @@ struct Prepared {
     std::vector<MotionPath> path;
     bool changes = false; // its shape
     Thickness inside;     // of a Volume
+    Digest key;           // of all that it was made of, where GeometryRequest::pages are kept
 };
 
 // Thread safety: prepare() may run at the same time, the others alone.
 class Preparer {
   public:
-    explicit Preparer(const GeometryRequest& request) : m_request(request) {}
+    explicit Preparer(const GeometryRequest& request);
     void expect(size_t primitives) { m_total = primitives; } // to say how far it is
     void begin_run(uint64_t resident) {                      // of primitives: bytes in the store before it
         m_resident = resident;
@@ -41,6 +44,12 @@ class Preparer {
     void share_wall_time(double wall) const;
 
   private:
+    void make(const scene::Primitive& declared, const Transform& render_from_group,
+              const GroupView* instanced, bool inside_out, Prepared& out);
+    bool take_kept(Prepared& out);
+    Digest key_of(const scene::Primitive& declared, const shade::Material& material,
+                  const Transform& render_from_group, const GroupView* instanced, bool inside_out);
+    Digest key_of(const scene::Attributes* attributes);
     void refuse_more_than_fits() const;
     dice::DiceTarget target_of(const scene::Primitive& primitive, const shade::Material& material,
                                const Transform& render_from_object, const GroupView* instanced) const;
@@ -56,6 +65,9 @@ class Preparer {
     void say_of_values(const Location& where, uint64_t bad, uint64_t lost) const;
 
     const GeometryRequest& m_request;
+    Digest m_setting; // of what is the same for all primitives
+    std::mutex m_attributes_mutex;
+    std::map<const scene::Attributes*, Digest> m_attributes; // which many share
     std::atomic<double> m_dice_time{0}, m_shade_time{0};
     std::mutex m_progress_mutex;
     size_t m_done = 0, m_total = 0;

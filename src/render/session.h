@@ -1,4 +1,5 @@
-// Sessions drive the whole way: scene to picture. The batch session renders to the last pixel.
+// Sessions drive the whole way: scene to picture. All drivers stand on one: the command line renders to the
+// last progression, an interactive one goes on from edit to edit.
 #pragma once
 
 #include <memory>
@@ -26,13 +27,58 @@ struct Overrides {
     std::optional<uint64_t> memory;    // bytes that there are; unset = the machine's
 };
 
+// A picture of a scene, and what it was made from: prepared once, traced in steps, developed whenever
+// somebody looks. Pixels have the same bits for any number of threads, steps, stops and edits on the way.
+// Thread safety: one call at a time; Progress::cancelled may be asked from any.
+class Session {
+  public:
+    enum class Keep {
+        Nothing, // each making begins at nothing
+        Keys,    // what pages are made of is noted: for save() and resume()
+        Pages    // and they are kept, so that update() makes again only what has changed
+    };
+    // `scene`, `journal` and `stats` must outlive it; the scene may change between calls, if update()
+    // follows.
+    Session(const scene::Scene& scene, const Overrides& overrides, Keep keep, Journal& journal, Stats& stats);
+    ~Session();
+    Session(const Session&) = delete;
+
+    // All until rays can be traced; others call it. False: cancelled. Throws Error where no picture can be
+    // made.
+    bool prepare(const Progress& progress);
+    bool prepared() const;
+    // Until every pixel has so many progressions. False: cancelled; what is there stays, and can go on.
+    bool advance(int progressions, const Progress& progress);
+    int progressions() const; // that every pixel has
+    int wanted() const;       // of the options
+    // As it is now; empty where nothing is prepared.
+    film::Picture picture();
+    // The same; the journal is told what was wrong on the way.
+    film::Picture finish();
+
+    // The scene, its options or the overrides have changed: the next call makes again what was made of them.
+    void update(const Overrides& overrides, Stats& stats);
+
+    // The samples so far, known by all that they depend on: scene, shaders, textures, options, seed, but not
+    // how many there are to be. Throw Error; resume() then changed nothing.
+    void save(const std::string& path);
+    void resume(const std::string& path, const Progress& progress);
+
+    void close_statistics();
+
+  private:
+    class Impl;
+    std::unique_ptr<Impl> m;
+};
+
 struct Result {
     film::Picture picture;
     bool cancelled = false;
 };
 
-// Renders the scene. Fills `stats` and the journal; throws Error only where no picture can be made. The
-// scene's large buffers may be released as soon as they are diced. Bit-identical for any thread count.
+// Renders the scene to the last progression. Fills `stats` and the journal; throws Error only where no
+// picture can be made. The scene's large buffers may be released as soon as they are diced. Bit-identical for
+// any thread count.
 Result render(const scene::Scene& scene, const Overrides& overrides, Journal& journal, Stats& stats,
               const Progress& progress);
 

@@ -281,8 +281,10 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(const BoundShaders& bound,
         append(key, own.emission);
     const auto spread =
         bound.area_light.shader ? m_spread.find(spread_key(*attributes.area_light)) : m_spread.end();
-    if (spread != m_spread.end())
+    if (spread != m_spread.end()) {
         key += spread->first;
+        append(key, m_lit_middle);
+    }
     append(key, char((attributes.area_light ? 1 : 0) | (coverage.varying_color ? 2 : 0) |
                      (coverage.has_presence ? 4 : 0) | (coverage.varying_presence ? 8 : 0) |
                      (attributes.sides == 2 ? 16 : 0)));
@@ -496,8 +498,9 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
     append(key, own.color);
     append(key, own.opacity);
     for (const Bound* b : bound.all())
-        if (b->shader && b->shader->queries()) {
+        if (b->shader && (b->shader->queries() || b->shader->has_light_of_its_own())) {
             key += attribute_key(attributes);
+            append(key, m_facts_key);
             break;
         }
     for (const Transform* t :

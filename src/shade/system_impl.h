@@ -9,6 +9,7 @@
 #include <set>
 #include <unordered_map>
 
+#include "scene/digest.h"
 #include "shade/air.h"
 #include "shade/area_light.h"
 #include "shade/arguments.h"
@@ -61,6 +62,8 @@ class SystemImpl final : public ShadingSystem {
         m_compile_options.aovs = options.aovs;
         m_light_shaders = scene.light_shaders;
         m_lights = scene.lights;
+        m_facts_key = digest_of(m_options, m_options.samples, m_options.exposure_gain,
+                                m_options.exposure_gamma, m_camera, scene::digest_of_lights(scene));
         m_spread = spread_lights(scene, m_lit_middle);
         note_names(scene.primitives);
         for (const scene::Group& g : scene.groups)
@@ -138,6 +141,7 @@ class SystemImpl final : public ShadingSystem {
 
     std::vector<scene::ShaderRef> m_light_shaders;
     std::vector<scene::Light> m_lights;
+    Digest m_facts_key;           // of what queries of options, and loops over lights, read
     bool m_gathers_light = false; // surfaces' loops that are no lobes run for the lights
     PointLights m_point_lights{[this] { return make_point_lights(); }};
     std::map<std::string, Spread> m_spread; // area lights by shaders of the scene

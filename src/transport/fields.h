@@ -147,12 +147,13 @@ struct NullCollisions {
 };
 
 // Collisions and cells that a ray visits at most. Beyond, densities change so much from place to place that
-// sampling by their bounds comes to no end; the rest of the ray is marched.
-inline constexpr int MostVisits = 256, MarchSteps = 64;
+// sampling by their bounds comes to no end; the rest of the ray is marched, which is no longer unbiased: what
+// varies within a step is seen too thin.
+inline constexpr int MostVisits = 4096, MarchSteps = 256;
 
 // Calls event(t, majorant, density, u, active) at collisions from t on to `to`, which `thickest` times the
-// cells' majorants sample; it says who goes on. Returns whom it did not bring to the end, and how far it did
-// in t.
+// cells' majorants sample; it says who goes on. Returns the rays that have not reached the end, and in t how
+// far they came.
 template <int W, class Event>
 Mask<W> visit_collisions(const FieldLanes<W>& field, Float<W>& t, Float<W> to, Float<W> thickest, Int<W> seed,
                          Mask<W> active, Event event) {

@@ -22,6 +22,7 @@ examples:
   kanuka render scene.rib --progressions 4 --crop 0.4,0.6,0.4,0.6
   kanuka render options.rib scene.rib
   kanuka render walk.rib --frame all -o walk.####.exr
+  kanuka render scene.rib --checkpoint scene.state     # stopped? the same command goes on
 
 Of several frames each has its picture: in -o and --stats a row of # stands for the number, or it goes before the
 suffix. A picture appears under its name complete or not at all. Ctrl-C (or SIGTERM) stops early and saves what is
@@ -57,6 +58,16 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser.add_argument("--allow-system", action="store_true", help="System may have the shell do what the scene says")
     parser.add_argument("--png", action="store_true", help="write a PNG beside the EXR")
     parser.add_argument("--stats", type=Path, metavar="FILE.json", help="write times, counts and bytes")
+    parser.add_argument(
+        "--checkpoint",
+        type=Path,
+        metavar="FILE",
+        help="keep the samples so far in FILE, once a minute and when stopped; if it is there, go on from it: the same "
+        "picture, bit for bit. It stays, so that --progressions can be raised later. Procedurals are all read then",
+    )
+    parser.add_argument(
+        "--checkpoint-every", type=types.positive_float, metavar="S", default=60.0, help="seconds; default: 60"
+    )
     parser.add_argument(
         "--fireflies", action="store_true", help="list the samples that outshine their pixels most, and their paths"
     )
@@ -101,6 +112,8 @@ def run(arguments: argparse.Namespace) -> int:
         check_picture(arguments.output)
     if arguments.stats:
         files.check_output(arguments.stats)
+    if arguments.checkpoint:
+        files.check_output(arguments.checkpoint)
     for scene in arguments.scenes:
         files.check_input(scene, "a RIB file")
     interruption = Interruption()
@@ -139,7 +152,7 @@ def render(arguments: argparse.Namespace, frame: frames.Frame, started: float, i
         repeat=frame.repeat,
         run_programs=not arguments.no_programs,
         run_system=arguments.allow_system,
-        on_demand=True,
+        on_demand=arguments.checkpoint is None,
         journal=kanuka.Journal(),
     )
     printer = messages.Printer(scene.journal, errors_only=arguments.quiet > 1)
@@ -153,16 +166,17 @@ def render(arguments: argparse.Namespace, frame: frames.Frame, started: float, i
         output = frames.numbered(output, frame)
     check_picture(output)
     frame.written.add(output)
-    picture = kanuka.render(
-        scene,
-        threads=arguments.threads,
-        shading_rate=arguments.shading_rate,
-        aovs=arguments.aov,
-        lanes=arguments.lanes,
-        progress=bar.update,
-        journal=scene.journal,
-        **options,
-    )
+    options |= {
+        "threads": arguments.threads,
+        "shading_rate": arguments.shading_rate,
+        "aovs": arguments.aov,
+        "lanes": arguments.lanes,
+        "journal": scene.journal,
+    }
+    if arguments.checkpoint:
+        picture = checkpointed(scene, options, frame.file(arguments.checkpoint), arguments, bar)
+    else:
+        picture = kanuka.render(scene, progress=bar.update, **options)
     bar.finish()
 
     if picture.cancelled:
@@ -188,6 +202,32 @@ def render(arguments: argparse.Namespace, frame: frames.Frame, started: float, i
     if picture.cancelled:
         return interruption.exit_code
     return ExitCode.ERRORS if scene.journal.error_count else ExitCode.OK
+
+
+def checkpointed(
+    scene: kanuka.Scene, options: dict[str, object], file: Path, arguments: argparse.Namespace, bar: ProgressBar
+) -> kanuka.Picture:
+    """Goes on from `file` if it is there, and keeps the samples in it."""
+
+    def say(text: str) -> None:
+        bar.finish()
+        if not arguments.quiet:
+            print(text, file=sys.stderr)
+
+    session = kanuka.Session(scene, keep_pages=False, **options)
+    if file.exists():
+        session.resume(file, progress=bar.update)
+        say(f"goes on from {file}: {session.progressions} of {session.wanted} progressions")
+    try:
+        while not session.advance(seconds=arguments.checkpoint_every, progress=bar.update):
+            session.save(file)
+        session.save(file)
+    except KeyboardInterrupt:
+        if not session.prepared:
+            raise
+        session.save(file)
+        say(f"stopped; the samples so far are in {file}: the same command goes on from there")
+    return session.picture()
 
 
 def options_of(arguments: argparse.Namespace, frame: frames.Frame) -> dict[str, object]:

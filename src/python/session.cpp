@@ -1,0 +1,339 @@
+// kanuka.Session, and kanuka.render(), which is one from beginning to end.
+#include <cstdio>
+
+#include <nanobind/stl/filesystem.h>
+
+#include "python/keywords.h"
+#include "python/parameters.h"
+#include "python/supervisor.h"
+#include "render/session.h"
+
+namespace kanuka::python {
+
+namespace {
+
+std::string standard_shaders() {
+    return nb::cast<std::string>(nb::module_::import_("kanuka.paths").attr("standard_shaders")());
+}
+
+// ---- render(): the one declaration of its arguments
+// --------------------------------------------------------
+
+struct Request {
+    render::Overrides overrides;
+    nb::object progress = nb::none();
+    std::shared_ptr<Journal> journal;
+};
+
+// To a member of the overrides; None leaves the scene's.
+template <auto Member>
+void over(Request& r, nb::handle value, const char* name) {
+    r.overrides.*Member = argument<std::remove_cvref_t<decltype(r.overrides.*Member)>>(value, name);
+}
+
+using O = render::Overrides;
+// Of an option, over the scene's; None leaves that.
+void over_option(Request& r, nb::handle value, const char* name) {
+    const scene::OptionParameter* row =
+        scene::find_option(name == std::string_view("progressions") ? "samples" : name);
+    if (!value.is_none())
+        r.overrides.options.set(row->name, setting(*row, value, name));
+}
+
+constexpr Keyword<Request> OwnKeywords[] = {
+    {"progressions", "int | None", "None", "paths a pixel", "None = the scene's samples, else 64",
+     over_option},
+    {"threads", "int | None", "None", "", "None = all there are; the picture is the same for any number",
+     over<&O::threads>},
+    {"shading_rate", "float | None", "None", "", "multiplies every object's micropolygon area",
+     over<&O::shading_rate>},
+    {"aovs", "Sequence[str]", "()", "",
+     "output parameters of surface shaders that become layers, beside those that the scene's displays name",
+     over<&O::aovs>},
+    {"lanes", "int", "0", "1, 8 or 16", "SIMD lanes; 0 = the widest. The picture is the same",
+     over<&O::lanes>},
+    {"progress", "Callable[[str, float], object] | None", "None", "",
+     "called with the phase and its fraction, on the calling thread",
+     [](Request& r, nb::handle value, const char* name) {
+         if (!value.is_none() && !PyCallable_Check(value.ptr()))
+             wrong_argument(name, "a callable or None", value);
+         r.progress = nb::borrow(value);
+     }},
+    {"journal", "Journal | None", "None", "", "takes the messages, which are warnings else",
+     [](Request& r, nb::handle value, const char* name) {
+         r.journal = argument<std::shared_ptr<Journal>>(value, name, true);
+     }},
+};
+
+// The call's own, then every option of a scene.
+std::span<const Keyword<Request>> render_keywords() {
+    static std::vector<std::string> types; // nothing moves once it is filled
+    static const std::vector<Keyword<Request>> all = [] {
+        const auto options = scene::option_parameters();
+        types.reserve(options.size());
+        std::vector<Keyword<Request>> table(std::begin(OwnKeywords), std::end(OwnKeywords));
+        for (const scene::OptionParameter& row : options) {
+            if (row.name == std::string_view("samples")) // progressions
+                continue;
+            types.push_back(annotation(row, false) + " | None");
+            table.push_back({row.name, types.back().c_str(), "None", row.unit, row.about, over_option});
+        }
+        return table;
+    }();
+    return all;
+}
+
+// While it lives, nothing may change the scene.
+class Reading {
+  public:
+    explicit Reading(Scene& scene) : m_now(scene.is_rendered) {
+        check_idle(scene);
+        m_now = true;
+    }
+    ~Reading() { m_now = false; }
+    Reading(const Reading&) = delete;
+
+  private:
+    bool& m_now;
+};
+
+class Session {
+  public:
+    Session(std::shared_ptr<Scene> scene, render::Session::Keep keep, const char* call,
+            const nb::kwargs& keywords)
+        : m_scene(std::move(scene)), m_call(call), m_keywords(keywords) {
+        const Request request = take();
+        m_messages.emplace(request.journal);
+        Journal& journal = *m_messages->journal;
+        m_session =
+            std::make_unique<render::Session>(m_scene->scene, request.overrides, keep, journal, *m_stats);
+    }
+
+    // False: the time is up, or it was cancelled.
+    bool advance(std::optional<int> progressions, std::optional<double> seconds, nb::object progress) {
+        if (progressions && *progressions < 1)
+            throw nb::value_error("advance: progressions must be 1 or more");
+        if (seconds && !(*seconds > 0))
+            throw nb::value_error("advance: seconds must be above 0");
+        bool done = false;
+        supervise(progress, [&](Supervisor& supervisor) {
+            if (!m_session->prepare(supervisor.progress()))
+                return;
+            using Clock = Supervisor::Clock;
+            const auto until = seconds && *seconds < 1e9
+                                   ? Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                                        std::chrono::duration<double>(*seconds))
+                                   : Clock::time_point::max();
+            done = m_session->advance(progressions.value_or(m_session->wanted()), supervisor.progress(until));
+        });
+        return done;
+    }
+
+    // The scene has changed, or what is set over it.
+    void update(const nb::kwargs& keywords) {
+        for (auto [name, value] : keywords)
+            m_keywords[name] = value;
+        m_stats = std::make_shared<Stats>();
+        const Request request = take();
+        const Reading reading(*m_scene);
+        m_is_told = false;
+        m_session->update(request.overrides, *m_stats);
+    }
+
+    void save(const std::filesystem::path& path) {
+        const Reading reading(*m_scene);
+        m_session->save(path.string());
+    }
+    void resume(const std::filesystem::path& path, nb::object progress) {
+        supervise(progress,
+                  [&](Supervisor& supervisor) { m_session->resume(path.string(), supervisor.progress()); });
+    }
+
+    // As it is now.
+    Picture picture() {
+        const Reading reading(*m_scene);
+        const bool whole = m_session->progressions() >= m_session->wanted();
+        Picture picture = made(!whole);
+        picture.picture = whole && !m_is_told ? m_session->finish() : m_session->picture();
+        if (whole && !m_is_told)
+            m_messages->tell();
+        m_is_told |= whole;
+        if (picture.picture.channels.empty())
+            throw nb::value_error("there is no picture yet: advance() makes one");
+        return picture;
+    }
+    // From the beginning to the end. Ctrl-C is no error where there is something to be kept.
+    Picture whole_picture(nb::handle progress) {
+        Supervisor supervisor(progress);
+        bool done = false;
+        film::Picture finished;
+        {
+            const Reading reading(*m_scene);
+            supervisor.run(
+                [&] {
+                    done = m_session->advance(m_session->wanted(), supervisor.progress());
+                    finished = m_session->finish();
+                },
+                *m_messages);
+        }
+        if (m_messages->tells)
+            for (const Journal::Entry& e : m_scene->journal->entries()) // what reading the scene reported
+                for (uint64_t i = 0; i < e.count; i++)
+                    m_messages->journal->report(e.severity, e.where, e.message);
+        if (finished.channels.empty()) // nothing to keep
+            supervisor.rethrow_interrupt();
+        Picture picture = made(!done);
+        picture.picture = std::move(finished);
+        return picture;
+    }
+
+    int progressions() const { return m_session->progressions(); }
+    int wanted() const { return m_session->wanted(); }
+    bool prepared() const { return m_session->prepared(); }
+    const Stats& stats() const { return *m_stats; }
+
+  private:
+    Request take() {
+        Request request;
+        take_keywords(request, render_keywords(), m_call, m_keywords);
+        render::Overrides& overrides = request.overrides;
+        overrides.standard_shaders = standard_shaders();
+        overrides.delayed = m_scene->delayed.get();
+        m_scene->scene.options = m_scene->options; // Python may write its own while the picture is made
+        scene::Options options = m_scene->options;
+        overrides.options.apply(options);
+        overrides.camera = m_scene->camera.resolve(options, options.width, options.height);
+        m_stats->time.ingest_s = m_stats->time.total_s = m_scene->ingest_s;
+        m_exposure_gain = options.exposure_gain;
+        m_encoding = film::png_encoding(options.color.display, options.exposure_gamma);
+        return request;
+    }
+
+    // All but its pixels.
+    Picture made(bool cancelled) {
+        m_session->close_statistics();
+        Picture picture;
+        picture.journal = m_messages->journal;
+        picture.stats = m_stats;
+        picture.exposure_gain = m_exposure_gain;
+        picture.encoding = m_encoding;
+        picture.cancelled = cancelled;
+        return picture;
+    }
+
+    template <class Work>
+    void supervise(nb::handle progress, const Work& work) {
+        if (!progress.is_none() && !PyCallable_Check(progress.ptr()))
+            wrong_argument("progress", "a callable or None", progress);
+        Supervisor supervisor(progress);
+        const Reading reading(*m_scene);
+        supervisor.run([&] { work(supervisor); }, *m_messages);
+        supervisor.rethrow_interrupt();
+    }
+
+    std::shared_ptr<Scene> m_scene;
+    const char* m_call;
+    nb::kwargs m_keywords;
+    std::optional<Messages> m_messages;
+    std::shared_ptr<Stats> m_stats = std::make_shared<Stats>();
+    float m_exposure_gain = 1;
+    film::PngEncoding m_encoding;
+    bool m_is_told = false; // what was wrong with the picture's samples
+    std::unique_ptr<render::Session> m_session;
+};
+
+Picture render(std::shared_ptr<Scene> scene, const nb::kwargs& keywords) {
+    check_idle(*scene);
+    Request of_call;
+    take_keywords(of_call, render_keywords(), "render", keywords);
+    Session session(std::move(scene), render::Session::Keep::Nothing, "render", keywords);
+    Picture picture = session.whole_picture(of_call.progress);
+    char seconds[32];
+    std::snprintf(seconds, sizeof seconds, "%.2f", picture.stats->time.total_s);
+    log(std::to_string(picture.picture.width) + " × " + std::to_string(picture.picture.height) +
+        " pixels in " + seconds + " s");
+    return picture;
+}
+
+} // namespace
+
+void bind_session(nb::module_& m) {
+    static const std::string // nanobind keeps the pointers
+        arguments = keyword_signature(render_keywords()),
+        sig = "def render(scene: Scene, *" + arguments + ") -> Picture",
+        about = "Renders a scene. Arguments go over the scene's own options; None leaves them.\n" +
+                keyword_doc(render_keywords()) +
+                "\n\nCtrl-C stops early and returns what is there, with `cancelled` set. What is missing or "
+                "replaced is a kanuka.Warning,\nand in the picture's journal.",
+        sig_of_session =
+            "def __init__(self, scene: Scene, *, keep_pages: bool = True" + arguments + ") -> None",
+        sig_of_update = "def update(self, *" + arguments + ") -> None";
+    define(m, "render", &render, nb::arg("scene"), nb::arg("keywords"), nb::sig(sig.c_str()), about.c_str());
+
+    nb::class_<Session>(m, "Session",
+                        "A picture that is made step by step: it can be looked at on the way, stopped, saved "
+                        "and gone on with, and "
+                        "made again\nafter edits of the scene at the price of what they touch. Takes the "
+                        "arguments of render(), but "
+                        "for progress.\nkeep_pages=False keeps no diced and shaded geometry for update(), "
+                        "which takes as much memory "
+                        "again.")
+        .def(
+            "__init__",
+            [](Session* self, std::shared_ptr<Scene> scene, bool keep_pages, const nb::kwargs& keywords) {
+                if (keywords.contains("progress"))
+                    throw nb::type_error("Session: progress is an argument of advance()");
+                check_idle(*scene);
+                new (self) Session(std::move(scene),
+                                   keep_pages ? render::Session::Keep::Pages : render::Session::Keep::Keys,
+                                   "Session", keywords);
+            },
+            nb::arg("scene"), nb::kw_only(), nb::arg("keep_pages") = true, nb::arg("keywords"),
+            nb::sig(sig_of_session.c_str()))
+        .def("advance", &Session::advance, nb::kw_only(), nb::arg("progressions") = nb::none(),
+             nb::arg("seconds") = nb::none(), nb::arg("progress") = nb::none(),
+             nb::sig("def advance(self, *, progressions: int | None = None, seconds: float | None = None, "
+                     "progress: "
+                     "Callable[[str, float], object] | None = None) -> bool"),
+             "Traces until every pixel has so many paths (None: as many as the scene or the session says). "
+             "seconds: "
+             "stops then\nand returns False, as long as it takes to begin with. Ctrl-C raises "
+             "KeyboardInterrupt; the "
+             "session can go on after it.")
+        .def("picture", &Session::picture, nb::sig("def picture(self) -> Picture"),
+             "As it is now; `cancelled` tells whether paths are still wanted.")
+        .def("update", &Session::update, nb::arg("keywords"), nb::sig(sig_of_update.c_str()),
+             "The scene has changed; arguments replace those of the session. The next advance() begins the "
+             "picture "
+             "anew, and dices\nand shades what has changed alone.")
+        .def("save", &Session::save, nb::arg("path"),
+             nb::sig("def save(self, path: str | os.PathLike) -> None"),
+             "Writes the samples so far. The file is known by all that they depend on: scene, shaders, "
+             "textures, "
+             "options, seed.")
+        .def("resume", &Session::resume, nb::arg("path"), nb::kw_only(), nb::arg("progress") = nb::none(),
+             nb::sig("def resume(self, path: str | os.PathLike, *, progress: Callable[[str, float], object] "
+                     "| None = "
+                     "None) -> None"),
+             "Goes on from what save() wrote, of this picture: the same bits as without the stop. Raises "
+             "Error where "
+             "it is of another.")
+        .def_prop_ro("progressions", &Session::progressions, "Paths that every pixel has.")
+        .def_prop_ro("prepared", &Session::prepared, "Can rays be traced, and samples be saved?")
+        .def_prop_ro("wanted", &Session::wanted, "Paths that advance() goes to.")
+        .def_prop_ro(
+            "kept",
+            [](const Session& s) {
+                nb::dict kept;
+                kept["primitives"] = s.stats().count.primitives.load();
+                kept["primitives_kept"] = s.stats().count.primitives_kept.load();
+                kept["hierarchies_kept"] = s.stats().count.hierarchies_kept.load();
+                return kept;
+            },
+            nb::sig("def kept(self) -> dict[str, int]"),
+            "What the last making of the scene had of the one before: 'primitives' there are, "
+            "'primitives_kept' of "
+            "them, and\n'hierarchies_kept' (1: nothing was built).");
+}
+
+} // namespace kanuka::python

@@ -1,0 +1,36 @@
+// What the stages of a picture are told: a scene, and what was set over it.
+#pragma once
+
+#include <chrono>
+
+#include "base/progress.h"
+#include "base/stats.h"
+#include "render/aovs.h"
+#include "render/session.h"
+#include "transport/integrator.h"
+
+namespace kanuka::render {
+
+struct Job {
+    using Clock = std::chrono::steady_clock;
+    Clock::time_point start = Clock::now();
+    const scene::Scene& scene;
+    scene::Options options;
+    scene::Camera camera;
+    Journal& journal;
+    Stats* stats;
+    const Progress* progress; // of the call that is at work
+    int lanes;
+    std::string standard_shaders;
+    scene::Delayed* delayed;
+    uint64_t memory;
+    float shading_rate;
+    bool may_face; // nobody chose an integrator
+    transport::IntegratorChoice integrator;
+    Aovs aovs;
+
+    Shutter shutter() const { return {double(options.shutter_open), double(options.shutter_close)}; }
+    Location where() const { return {scene.file}; }
+};
+
+} // namespace kanuka::render

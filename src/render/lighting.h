@@ -1,0 +1,39 @@
+// What light there is and what sees it: lights, environment, air, camera and filter as transport has them.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "grid/air.h"
+#include "render/world.h"
+#include "transport/scene_data.h"
+
+namespace kanuka::render {
+
+class Lighting {
+  public:
+    Lighting(Job& job, World& world) : m_job(job), m_world(world) {}
+
+    void build();
+    // The geometry has grown.
+    void refresh();
+
+    const transport::SceneView& view() const { return m_data.view; }
+    bool has_lights() const { return !m_inputs.lights.empty(); }
+
+  private:
+    void gather_lights();
+    void place_filter();
+    void place_lamps();
+
+    Job& m_job;
+    World& m_world;
+    transport::SceneInputs m_inputs;
+    std::unique_ptr<film::Filter> m_filter;
+    std::vector<float> m_shutter_quantiles; // empty = open all the time
+    std::unique_ptr<grid::Air> m_air;       // null = there is none
+    std::vector<scene::Light> m_linked_lamps;
+    transport::SceneData m_data;
+};
+
+} // namespace kanuka::render

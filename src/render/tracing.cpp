@@ -1,0 +1,141 @@
+#include "render/tracing.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "base/cancel.h"
+#include "base/tasks.h"
+#include "render/fireflies.h"
+
+namespace kanuka::render {
+
+Tracing::Tracing(Job& job, World& world, Lighting& lighting, const Window& window)
+    : m_job(job), m_world(world), m_lighting(lighting),
+      m_gathered(window, lighting.view().settings.aov_is_color.size()) {}
+
+bool Tracing::run(int progressions) {
+    const ScopedTimer timer(m_job.stats->time.transport_s);
+    const auto cancelled = [&] { return m_job.progress->cancelled(); };
+    m_work = m_gathered.buckets() * uint64_t(std::max(progressions, 1));
+    m_finished = 0;
+    for (size_t b = 0; b < m_gathered.buckets(); b++)
+        m_finished += uint64_t(m_gathered.done(b));
+    // The first pass shows a whole picture; later ones stay with a bucket longer, for the caches' sake.
+    for (int from = m_gathered.least_done(); from < progressions && !cancelled();
+         from = m_gathered.least_done()) {
+        const int to = std::min(progressions, from == 0 ? 1 : from + 8);
+        std::vector<size_t> todo(m_gathered.buckets());
+        std::iota(todo.begin(), todo.end(), size_t(0));
+        // Buckets whose paths have met procedurals that are not read are done again when they are.
+        for (;;) {
+            std::vector<uint8_t> again(todo.size());
+            tasks::parallel_for(todo.size(), [&](size_t i) { again[i] = !trace(todo[i], to); });
+            bool more = false;
+            if (m_world.on_demand() && !cancelled())
+                tasks::unless_cancelled(m_job.progress->cancelled, [&] { more = extend(); });
+            if (!more)
+                break;
+            size_t i = 0;
+            std::erase_if(todo, [&](size_t) { return again[i++] == 0; });
+        }
+        if (from == 0)
+            note_first_pixels();
+    }
+    return m_gathered.least_done() >= progressions;
+}
+
+void Tracing::note_first_pixels() {
+    Stats::Time& time = m_job.stats->time;
+    if (time.first_pixel_s == 0)
+        time.first_pixel_s =
+            time.ingest_s + std::chrono::duration<double>(Job::Clock::now() - m_job.start).count();
+}
+
+bool Tracing::trace(size_t bucket, int to) {
+    const auto cancelled = [&] { return m_job.progress->cancelled(); };
+    const int from = m_gathered.done(bucket);
+    if (from >= to || cancelled())
+        return true;
+    const bvh::Watch* const watch = m_world.on_demand() ? m_world.on_demand()->watch() : nullptr;
+    const uint64_t met = watch ? watch->noted_here() : 0;
+    const Accumulator::Sums before = watch ? m_gathered.take(bucket) : Accumulator::Sums();
+    std::unique_ptr<transport::Kernel> kernel = take_kernel();
+    transport::BatchCounts counts;
+    transport::BatchRequest r = m_gathered.request(bucket);
+    int done = from;
+    for (; done < to && (done == from || !cancelled()); done++) {
+        r.progression = uint32_t(done);
+        kernel->trace(r, counts);
+    }
+    give_kernel(std::move(kernel));
+    if (watch && watch->noted_here() != met) {
+        m_gathered.put(bucket, before);
+        m_job.stats->count.rays += counts.rays;
+        return false;
+    }
+    m_gathered.set_done(bucket, done);
+    count(counts);
+    const uint64_t n = m_finished += uint64_t(done - from);
+    const std::lock_guard lock(m_mutex);
+    m_job.progress->update("progressions", double(n) / double(m_work));
+    return true;
+}
+
+bool Tracing::extend() {
+    if (!m_world.extend())
+        return false;
+    Journal unheard;
+    m_job.aovs.find(m_world.geometry().store.programs(), m_job.scene.file, unheard);
+    m_kernels.clear();
+    m_lighting.refresh();
+    return true;
+}
+
+void Tracing::report() {
+    if (m_world.on_demand()) {
+        m_world.on_demand()->report(m_job.where());
+        m_job.aovs.find(m_world.geometry().store.programs(), m_job.scene.file, m_job.journal);
+    }
+    if (const uint64_t bad = m_job.stats->count.nan_samples)
+        m_job.journal.warning(
+            m_job.where(), std::to_string(bad) +
+                               " samples that were not finite have been dropped, the first at pixel " +
+                               std::to_string(m_first_nan.second) + ", " + std::to_string(m_first_nan.first));
+    if (m_job.stats->count.fireflies > 0)
+        m_job.stats->fireflies =
+            explain_fireflies(m_fireflies, *take_kernel(), m_lighting.view(), m_job.scene);
+}
+
+std::unique_ptr<transport::Kernel> Tracing::take_kernel() {
+    {
+        const std::lock_guard lock(m_mutex);
+        if (!m_kernels.empty()) {
+            auto k = std::move(m_kernels.back());
+            m_kernels.pop_back();
+            return k;
+        }
+    }
+    return transport::make_kernel(m_lighting.view(), m_job.lanes);
+}
+
+void Tracing::give_kernel(std::unique_ptr<transport::Kernel> kernel) {
+    const std::lock_guard lock(m_mutex);
+    m_kernels.push_back(std::move(kernel));
+}
+
+void Tracing::count(const transport::BatchCounts& c) {
+    m_job.stats->count.paths += c.paths;
+    m_job.stats->count.rays += c.rays;
+    m_job.stats->count.nan_samples += c.nan_samples;
+    m_job.stats->count.fireflies += c.fireflies;
+    if (c.fireflies == 0 && c.nan_samples == 0)
+        return;
+    const std::lock_guard lock(m_mutex);
+    for (const transport::Firefly& f : c.worst)
+        if (f.x >= 0)
+            m_fireflies.note(f);
+    if (c.nan_samples > 0)
+        m_first_nan = std::min(m_first_nan, std::pair(c.nan_y, c.nan_x));
+}
+
+} // namespace kanuka::render

@@ -1,0 +1,233 @@
+#include "render/world.h"
+
+#include <algorithm>
+
+#include "bvh/nesting.h"
+#include "scene/digest.h"
+
+namespace kanuka::render {
+
+namespace {
+
+// A scene that names neither a light nor a surface would be black. RISpec's default surface is lit from the
+// eye, so that shapes show. A surface shader that is not found is none.
+bool names_no_light(const scene::Scene& scene, const shade::ShadingSystem& shading) {
+    const auto plain = [&](const std::vector<scene::Primitive>& primitives) {
+        const scene::Attributes* last = nullptr;
+        return std::all_of(primitives.begin(), primitives.end(), [&](const scene::Primitive& p) {
+            const scene::Attributes* a = p.attributes.get();
+            if (!a || a == last)
+                return true;
+            last = a;
+            return !a->area_light && (!a->surface || !shading.knows(*a->surface));
+        });
+    };
+    return scene.lights.empty() && scene.light_shaders.empty() && plain(scene.primitives) &&
+           std::all_of(scene.groups.begin(), scene.groups.end(),
+                       [&](const scene::Group& g) { return plain(g.primitives); });
+}
+
+} // namespace
+
+World::World(Job& job, Kept* kept) : m_job(job), m_kept(kept ? kept : &m_own), m_keeps(kept != nullptr) {
+    place_camera();
+}
+
+World::~World() {
+    if (!m_keeps || m_on_demand || !m_bvh || (m_shading && m_shading->has_air()))
+        return;
+    m_kept->geometry = std::move(m_geometry);
+    m_kept->bvh = std::move(m_bvh);
+    m_kept->of_bvh = m_of_bvh;
+}
+
+void World::place_camera() {
+    m_camera = render::place_camera(m_job.camera, m_job.options, m_job.shutter());
+    m_dice.camera = m_camera.dicing;
+    m_dice.shading_rate_scale = m_job.shading_rate;
+    m_dice.geometry_tolerance = m_job.options.geometry_tolerance;
+    m_dice.normal_tolerance = m_job.options.normal_tolerance;
+    m_dice.max_micropolygons = dice::DiceOptions::most_for(m_job.options.width, m_job.options.height,
+                                                           m_job.shading_rate * finest_rate());
+}
+
+float World::finest_rate() const {
+    float finest = 1;
+    const auto look = [&](const std::vector<scene::Primitive>& primitives) {
+        for (const scene::Primitive& p : primitives)
+            if (p.attributes)
+                finest = std::min(finest, p.attributes->shading_rate);
+    };
+    look(m_job.scene.primitives);
+    for (const scene::Group& g : m_job.scene.groups)
+        look(g.primitives);
+    return finest;
+}
+
+void World::prepare_color() {
+    const Digest of_color = digest_of(m_job.options.color, m_job.options.texture_path, m_job.scene.file);
+    if (m_kept->color.palette && m_kept->of_color == of_color)
+        return;
+    m_kept->pages.clear();
+    m_kept->color = make_color_setup(m_job.scene, m_job.options, m_job.journal);
+    m_kept->of_color = of_color;
+}
+
+void World::build() {
+    prepare_color();
+    shade::ShadingOptions so;
+    so.palette = m_kept->color.palette.get();
+    so.shader_path = m_job.options.shader_path;
+    so.texture_path = m_job.options.texture_path;
+    so.standard_shaders = m_job.standard_shaders;
+    so.lanes = m_job.lanes;
+    so.options = &m_job.options, so.camera = &m_job.camera;
+    so.render_from_world = m_camera.render_from_world;
+    so.camera_from_render = m_camera.camera_from_render;
+    so.aovs = m_job.aovs.names();
+    m_shading = shade::ShadingSystem::create(so, m_job.scene, m_job.journal, *m_job.stats);
+    decide_transport();
+    if (m_classic)
+        m_shading->light_defaults_from_eye();
+    m_linking = std::make_unique<Linking>(m_job.scene, m_job.journal);
+    m_clips = clipping_planes(m_job.camera, m_camera);
+    m_geometry = build_geometry(request_for(m_job.scene));
+    if (m_keeps)
+        m_kept->pages.next();
+    if (m_job.delayed) {
+        const int megabytes = m_job.options.procedural_memory;
+        m_on_demand =
+            std::make_unique<OnDemand>(*m_job.delayed, m_camera.render_from_world,
+                                       uint64_t(std::max(megabytes, 0)) << 20, m_job.journal, *m_job.stats);
+        m_on_demand->build_known(resident_bytes(), [&](const scene::Scene& part) { return add_part(part); });
+    }
+    build_bvh();
+}
+
+void World::decide_transport() {
+    if (m_job.may_face && names_no_light(m_job.scene, *m_shading)) {
+        m_job.options.integrator = "facing";
+        m_job.integrator = transport::IntegratorChoice::parse(m_job.options.integrator);
+        m_job.journal.report(
+            Severity::Info, m_job.where(),
+            "there are neither lights nor surface shaders: shapes are shown as if lit from the "
+            "eye (integrator facing)");
+    }
+    using Transport = scene::Options::Transport;
+    m_classic = m_job.options.transport == Transport::Classic;
+    if (m_job.options.transport != Transport::Auto || m_job.options.integrator != "path")
+        return;
+    m_classic = m_shading->all_classic(m_job.scene);
+}
+
+GeometryRequest World::request_for(const scene::Scene& scene) {
+    GeometryRequest request{scene,
+                            *m_shading,
+                            *m_kept->color.palette,
+                            m_dice,
+                            m_camera.render_from_world,
+                            m_job.shutter(),
+                            m_job.journal,
+                            *m_job.stats,
+                            *m_job.progress,
+                            *m_linking,
+                            m_clips,
+                            m_job.memory,
+                            m_classic};
+    if (m_keeps) {
+        const scene::Options& o = m_job.options;
+        request.pages = &m_kept->pages;
+        request.setting = digest_of(o.shader_path, o.texture_path, o.strict_directions, o.specular,
+                                    o.array_room, m_job.aovs.names(), m_job.scene.coordinate_systems);
+    }
+    return request;
+}
+
+// ---- the hierarchy
+
+// What follows from the geometry as it is now.
+void World::build_bvh() {
+    const ScopedTimer timer(m_job.stats->time.bvh_s);
+    m_job.progress->update("build", 0);
+    const int times = std::max(1, int(m_camera.motion.size() / 12));
+    Digester key;
+    key(m_geometry->key, m_job.options.watertight, times, m_camera.eye);
+    for (const bvh::Scene::Plane& p : m_clips)
+        key(p.point, p.normal);
+    m_of_bvh = key.digest();
+    if (m_keeps && !m_on_demand && m_kept->bvh && m_kept->of_bvh == m_of_bvh) {
+        m_geometry = std::move(m_kept->geometry);
+        m_bvh = std::move(m_kept->bvh);
+        m_job.stats->count.hierarchies_kept += 1;
+    } else {
+        m_kept->bvh.reset();
+        m_kept->geometry.reset();
+        bound_nesting();
+        number_emitters();
+        m_bvh.reset();
+        m_bvh = std::make_unique<bvh::Scene>(
+            m_geometry->store, m_geometry->groups,
+            bvh::Scene::Build{.compact = m_job.stats->count.traced_polygons > 1000000,
+                              .watertight = m_job.options.watertight,
+                              .cancelled = m_job.progress->cancelled});
+        m_bvh->clip(m_clips, times);
+    }
+    m_bvh->watch_by(m_on_demand ? m_on_demand->watch() : nullptr);
+    m_job.stats->bytes.bvh = m_bvh->bytes();
+    m_job.progress->update("build", 1);
+}
+
+void World::bound_nesting() {
+    const bvh::Nesting n = bvh::bound_nesting(m_geometry->store, m_geometry->groups, m_geometry->transforms);
+    const auto say = [&](uint64_t count, Severity severity, const std::string& why) {
+        if (count > 0)
+            m_job.journal.report(severity, m_job.where(), std::to_string(count) + " instances " + why);
+    };
+    say(n.merged, Severity::Info, "lie exactly where others of the same group do and are shown as one");
+    say(n.left_out, Severity::Warning,
+        "are left out: they lie in each other, and at one spot a ray would have to enter more than " +
+            std::to_string(int(bvh::MostEntered)) + " of them; fewer levels of groups in groups would do");
+    say(n.too_deep, Severity::Warning,
+        "are left out: they lie more groups deep in each other than rays follow (16)");
+}
+
+// Emitting triangles in instances are sampled, place by place, as long as there are not too many.
+void World::number_emitters() {
+    constexpr int Most = 1 << 23; // a hierarchy of about half a gigabyte
+    const uint64_t without = bvh::number_emitters(m_geometry->store, m_geometry->groups, Most);
+    if (without > 0)
+        m_job.journal.warning(m_job.where(), std::to_string(without) +
+                                                 " emitting triangles in instances are more than are sampled "
+                                                 "(2^23): they are found by chance, with more noise");
+}
+
+Bounds3f World::bounds() const {
+    Bounds3f b = m_bvh->bounds();
+    if (m_on_demand)
+        b.extend(m_on_demand->bounds());
+    if (b.empty())
+        return b;
+    const Vec3f eye{float(m_camera.eye[0]), float(m_camera.eye[1]), float(m_camera.eye[2])};
+    return {b.lo + eye, b.hi + eye};
+}
+
+// ---- procedurals that rays have met
+
+uint64_t World::resident_bytes() const {
+    return m_geometry->store.grid_bytes() + m_geometry->store.input_bytes();
+}
+
+uint64_t World::add_part(const scene::Scene& part) {
+    m_linking->add(part, m_job.journal);
+    extend_geometry(request_for(part), *m_geometry);
+    return resident_bytes();
+}
+
+bool World::extend() {
+    if (!m_on_demand || !m_on_demand->read_met([&](const scene::Scene& part) { return add_part(part); }))
+        return false;
+    build_bvh();
+    return true;
+}
+
+} // namespace kanuka::render
