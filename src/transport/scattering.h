@@ -61,7 +61,7 @@ struct Scattering {
         }
         const F above = dot(s.wi, ng);
         const Vec3<F> image = mirrored(s.wi, above);
-        const Mask<W> folded = !aimed & (s.wi.z * above < F(0.0f)), both = image.z * s.wi.z > F(0.0f);
+        const Mask<W> folded = (s.wi.z * above < F(0.0f)) & !aimed, both = image.z * s.wi.z > F(0.0f);
         if (const Mask<W> more = m & s.valid & both & !s.delta; any(more))
             add(s.value, image, more);
         s.through = select(aimed, above, s.wi.z) < F(0.0f);
