@@ -28,7 +28,7 @@ struct Room : TestScene {
         add_quad(c + z, y, x, wall), add_quad(c - z, x, y, wall);
         add_quad(c + x, z, y, wall), add_quad(c - x, y, z, wall);
         add_quad(c + y, x, z, wall), add_quad(c - y, z, x, wall);
-        add_quad(c + y * 0.99f, {0.5f, 0, 0}, {0, 0, 0.5f}, {glow(Rgb(10))});
+        add_quad(c + y * 0.99f, {0.5f, 0, 0}, {0, 0, 0.5f}, {emission(Rgb(10))});
         add_sphere({-0.8f, -1, 2.4f}, 0.9f, 24, wall);
         add_sphere({1, -1.2f, 2.8f}, 0.8f, 24, wall);
         camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0.9f, RoomSize, RoomSize);
