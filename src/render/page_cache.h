@@ -17,6 +17,9 @@ namespace kanuka::render {
 // Thread safety: find() and keep() may run at the same time, next() alone.
 class PageCache {
   public:
+    // keeps: false = pages are given their keys, and go.
+    explicit PageCache(bool keeps) : m_keeps(keeps) {}
+    bool keeps() const { return m_keeps; }
     struct Entry {
         store::Page page;
         bool empty = true, changes = false; // as in Prepared
@@ -50,6 +53,7 @@ class PageCache {
         std::shared_ptr<const Entry> entry;
         bool used;
     };
+    const bool m_keeps;
     std::mutex m_mutex;
     std::map<Digest, Kept> m_entries;
 };

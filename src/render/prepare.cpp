@@ -122,7 +122,7 @@ void Preparer::make(const scene::Primitive& declared, const Transform& render_fr
     out.changes = !moving.later.empty();
     m_dice_time += std::max(0.0, dicing - displacing.load() / tasks::max_threads());
     m_shade_time += seconds_since(shading_start) + displacing.load() / tasks::max_threads();
-    if (m_request.pages)
+    if (m_request.pages && m_request.pages->keeps())
         m_request.pages->keep(out.key, std::make_shared<PageCache::Entry>(PageCache::Entry{
                                            out.page, out.empty, out.changes, out.path, out.inside}));
 }

@@ -126,7 +126,7 @@ struct Making {
 class Session::Impl {
   public:
     Impl(const scene::Scene& scene, const Overrides& overrides, Keep keep, Journal& journal, Stats& stats)
-        : m_scene(scene), m_journal(journal), m_keep(keep) {
+        : m_scene(scene), m_journal(journal), m_keep(keep), m_kept(keep == Keep::Pages) {
         begin(overrides, stats);
     }
 

@@ -29,12 +29,12 @@ bool names_no_light(const scene::Scene& scene, const shade::ShadingSystem& shadi
 
 } // namespace
 
-World::World(Job& job, Kept* kept) : m_job(job), m_kept(kept ? kept : &m_own), m_keeps(kept != nullptr) {
+World::World(Job& job, Kept* kept) : m_job(job), m_kept(kept ? kept : &m_own), m_has_keys(kept != nullptr) {
     place_camera();
 }
 
 World::~World() {
-    if (!m_keeps || m_on_demand || !m_bvh || (m_shading && m_shading->has_air()))
+    if (!m_kept->pages.keeps() || m_on_demand || !m_bvh || (m_shading && m_shading->has_air()))
         return;
     m_kept->geometry = std::move(m_geometry);
     m_kept->bvh = std::move(m_bvh);
@@ -92,7 +92,7 @@ void World::build() {
     m_linking = std::make_unique<Linking>(m_job.scene, m_job.journal);
     m_clips = clipping_planes(m_job.camera, m_camera);
     m_geometry = build_geometry(request_for(m_job.scene));
-    if (m_keeps)
+    if (m_has_keys)
         m_kept->pages.next();
     if (m_job.delayed) {
         const int megabytes = m_job.options.procedural_memory;
@@ -134,7 +134,7 @@ GeometryRequest World::request_for(const scene::Scene& scene) {
                             m_clips,
                             m_job.memory,
                             m_classic};
-    if (m_keeps) {
+    if (m_has_keys) {
         const scene::Options& o = m_job.options;
         request.pages = &m_kept->pages;
         request.setting = digest_of(o.shader_path, o.texture_path, o.strict_directions, o.specular,
@@ -155,7 +155,7 @@ void World::build_bvh() {
     for (const bvh::Scene::Plane& p : m_clips)
         key(p.point, p.normal);
     m_of_bvh = key.digest();
-    if (m_keeps && !m_on_demand && m_kept->bvh && m_kept->of_bvh == m_of_bvh) {
+    if (!m_on_demand && m_kept->bvh && m_kept->of_bvh == m_of_bvh) {
         m_geometry = std::move(m_kept->geometry);
         m_bvh = std::move(m_kept->bvh);
         m_job.stats->count.hierarchies_kept += 1;

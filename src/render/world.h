@@ -11,6 +11,7 @@ namespace kanuka::render {
 
 // What outlives a making of the scene, so that the next one makes again only what an edit has touched.
 struct Kept {
+    explicit Kept(bool keeps_pages) : pages(keeps_pages) {}
     PageCache pages;
     ColorSetup color; // pages name its spectra by number
     Digest of_color;
@@ -21,7 +22,7 @@ struct Kept {
 
 class World {
   public:
-    // `kept`: null = nothing is kept.
+    // `kept`: null = nothing is kept, and nothing has a key.
     World(Job& job, Kept* kept);
     ~World(); // what can be of use again goes to `kept`
 
@@ -54,9 +55,9 @@ class World {
     uint64_t add_part(const scene::Scene& part);
 
     Job& m_job;
-    Kept m_own; // where none is given
+    Kept m_own{false}; // where none is given
     Kept* m_kept;
-    const bool m_keeps;
+    const bool m_has_keys;
     PlacedCamera m_camera;
     dice::DiceOptions m_dice;
     bool m_classic = false;
