@@ -1,4 +1,4 @@
-"""The `kanuka` command: one module a subcommand, each with add_parser(subparsers) and a run(arguments) -> exit code."""
+"""The `kanuka` command: one module for each subcommand, with add_parser(subparsers) and run(arguments)."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ examples:
   kanuka render scene.rib                      render to the scene's Display, or scene.exr
   kanuka render scene.rib -o a.exr --png       a.exr, and a.png beside it
   kanuka render scene.rib --progressions 16 --resolution 320x180   a quick look
-  kanuka info scene.rib                        what is in a scene
-  kanuka convert scene.rib scene.rib.gz        the same scene in another coat
-  kanuka compare a.exr reference.exr           how far two pictures are apart
+  kanuka info scene.rib                        show what a scene contains
+  kanuka convert scene.rib scene.rib.gz        the same scene, packed
+  kanuka compare a.exr reference.exr           how much two pictures differ
   kanuka texture wood.png wood.tx              a mip-mapped texture of a picture
   kanuka shader compile marble.sl              check a shader
 

@@ -1,4 +1,4 @@
-"""kanuka compare: how far two pictures are apart."""
+"""kanuka compare: how much two pictures differ."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from .exit_codes import ExitCode
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = subparsers.add_parser(
         "compare",
-        help="say how far two pictures are apart",
-        description="Compares the colours of two EXR pictures of one size. B is the reference.",
+        help="show how much two pictures differ",
+        description="Compares the colours of two EXR pictures of the same size. B is the reference.",
         epilog="examples:\n  kanuka compare a.exr reference.exr\n  kanuka compare a.exr b.exr --json -o flip.png\n\n"
         + exit_codes.HELP,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("a", metavar="A.exr", type=Path)
     parser.add_argument("b", metavar="B.exr", type=Path)
-    parser.add_argument("--json", action="store_true", help="as JSON")
+    parser.add_argument("--json", action="store_true", help="print JSON")
     parser.add_argument("-o", "--output", type=Path, metavar="DIFF.png", help="write the FLIP map, .png or .exr")
     parser.set_defaults(run=run)
 

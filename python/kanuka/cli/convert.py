@@ -1,4 +1,4 @@
-"""kanuka convert: a RIB in another coat."""
+"""kanuka convert: a RIB in another encoding."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from .exit_codes import ExitCode
 
 EXAMPLES = """\
 examples:
-  kanuka convert scene.rib scene.rib.gz               packed; .zst packs by zstd
+  kanuka convert scene.rib scene.rib.gz               packed; .zst packs with zstd
   kanuka convert scene.rib small.rib --binary         RISpec's binary encodings
   kanuka convert small.rib -                          as canonical text, to standard output
-  kanuka convert scene.rib one.rib --expand-archives  what archives hold in place of ReadArchive
+  kanuka convert scene.rib one.rib --expand-archives  archives replace their ReadArchive
 
-Canonical text has a request a line, and the same values, comments and structure hints as its source; converting it
-again changes no byte. What cannot be read is reported and left out.
+Canonical text has one request on each line, and the same values, comments and structure hints as its source.
+Converting it again changes no byte. Anything that cannot be read is reported and left out.
 
 """
 
@@ -26,18 +26,18 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = subparsers.add_parser(
         "convert",
         help="write a RIB as text or binary, packed or not",
-        description="Converts a RIB to text or binary, packed or not, without changing what it says.",
+        description="Converts a RIB to text or binary, packed or not, without changing its content.",
         epilog=EXAMPLES + exit_codes.HELP,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("input", metavar="IN", help="RIB in any form; - is standard input")
+    parser.add_argument("input", metavar="IN", help="RIB in any encoding; - is standard input")
     parser.add_argument(
         "output", metavar="OUT", help="RIB file, packed if it ends in .gz or .zst; - is standard output"
     )
     parser.add_argument("--binary", action="store_true", help="RISpec's binary encodings; default: text")
-    parser.add_argument("--gzip", action="store_true", help="pack by gzip, whatever OUT is called")
-    parser.add_argument("--zstd", action="store_true", help="pack by zstd")
-    parser.add_argument("--expand-archives", action="store_true", help="what archives hold in place of ReadArchive")
+    parser.add_argument("--gzip", action="store_true", help="pack with gzip, whatever the suffix of OUT")
+    parser.add_argument("--zstd", action="store_true", help="pack with zstd, whatever the suffix of OUT")
+    parser.add_argument("--expand-archives", action="store_true", help="replace ReadArchive by the archive")
     parser.set_defaults(run=run, parser=parser)
 
 

@@ -1,4 +1,4 @@
-"""What the command's exit code says; the numbers are those of base/error.h."""
+"""The exit codes of the command; the numbers are those of base/error.h."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ exit codes:
     4  no picture: the scene or shader could not be read
     5  no picture: it could not be written
    70  a defect of Kanuka
-  130  interrupted (Ctrl-C); what was there is in NAME.partial.exr
+  130  interrupted (Ctrl-C); the unfinished picture is NAME.partial.exr
   143  terminated (SIGTERM); likewise
 """
 

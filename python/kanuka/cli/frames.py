@@ -11,8 +11,8 @@ import kanuka
 
 ALL = "all"
 HELP = (
-    "of the file: N, A-B, several with commas between them, or all; default: the first that makes a picture. "
-    "Frames that textures are made of are written under their displays' names, whatever -o, --resolution and --crop say"
+    "frames to render: N, A-B, a list with commas, or all; default: the first that makes a picture. Frames that "
+    "textures are made of keep the names of their displays and their size, whatever -o, --resolution and --crop say"
 )
 
 

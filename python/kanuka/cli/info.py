@@ -1,4 +1,4 @@
-"""kanuka info: what is in a scene."""
+"""kanuka info: shows what a scene contains."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from .exit_codes import ExitCode
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = subparsers.add_parser(
         "info",
-        help="say what is in a scene",
-        description="Reads a scene and says what is in it: picture, camera, geometry, lights, shaders.",
+        help="show what a scene contains",
+        description="Reads a scene and shows what it contains: picture, camera, geometry, lights, shaders.",
         epilog="examples:\n  kanuka info scene.rib\n  kanuka info scene.rib --json\n\n" + exit_codes.HELP,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("scene", metavar="SCENE", help="RIB file, gzipped or not; - is standard input")
-    parser.add_argument("--frame", type=types.natural, default=0, metavar="N", help="of the file; default: the first")
-    parser.add_argument("--json", action="store_true", help="as JSON")
+    parser.add_argument("--frame", type=types.natural, default=0, metavar="N", help="frame to read; default: the first")
+    parser.add_argument("--json", action="store_true", help="print JSON")
     parser.set_defaults(run=run)
 
 

@@ -24,10 +24,10 @@ examples:
   kanuka render walk.rib --frame all -o walk.####.exr
   kanuka render scene.rib --checkpoint scene.state     # stopped? the same command goes on
 
-Of several frames each has its picture: in -o and --stats a row of # stands for the number, or it goes before the
-suffix. A picture appears under its name complete or not at all. Ctrl-C (or SIGTERM) stops early and saves what is
-there as NAME.partial.exr; a second one stops at once. Paths of the pictures go to standard output, all else to standard
-error.
+Each frame has its own picture. In -o and --stats a row of # is replaced by the frame's number; without it the number
+goes before the suffix. A picture appears under its name complete or not at all. Ctrl-C (or SIGTERM) stops early and
+saves the unfinished picture as NAME.partial.exr. A second one stops at once. Paths of written pictures go to standard
+output, everything else to standard error.
 
 """
 
@@ -44,20 +44,20 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "scenes",
         nargs="+",
         metavar="SCENE",
-        help="RIB file, gzipped or not; - is standard input. Several are read one after another as one",
+        help="RIB file, gzipped or not; - is standard input. Several files are read one after another as one",
     )
     parser.add_argument(
         "-o",
         "--output",
         type=Path,
         metavar="FILE.exr",
-        help="where the picture goes, .exr or .png; default: where the scene's Display says, or SCENE.exr",
+        help="the picture to write, .exr or .png; default: the file of the scene's Display, or SCENE.exr",
     )
     parser.add_argument("--frame", type=frames.chosen, metavar="N", help=frames.HELP)
-    parser.add_argument("--no-programs", action="store_true", help='Procedural "RunProgram" may start no process')
-    parser.add_argument("--allow-system", action="store_true", help="System may have the shell do what the scene says")
+    parser.add_argument("--no-programs", action="store_true", help="procedurals may not run programs or libraries")
+    parser.add_argument("--allow-system", action="store_true", help="the request System may run shell commands")
     parser.add_argument("--png", action="store_true", help="write a PNG beside the EXR")
-    parser.add_argument("--stats", type=Path, metavar="FILE.json", help="write times, counts and bytes")
+    parser.add_argument("--stats", type=Path, metavar="FILE.json", help="write times, counts and memory use")
     parser.add_argument(
         "--checkpoint",
         type=Path,
@@ -69,26 +69,26 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "--checkpoint-every", type=types.positive_float, metavar="S", default=60.0, help="seconds; default: 60"
     )
     parser.add_argument(
-        "--fireflies", action="store_true", help="list the samples that outshine their pixels most, and their paths"
+        "--fireflies", action="store_true", help="list the samples that are brightest relative to their pixels"
     )
     parser.add_argument(
-        "-q", "--quiet", action="count", default=0, help="no progress; messages still come; -qq: errors alone"
+        "-q", "--quiet", action="count", default=0, help="no progress; -qq: no warnings either, only errors"
     )
-    parser.add_argument("-v", "--verbose", action="store_true", help="say where time and memory went")
-    picture = parser.add_argument_group("options", "over what the scene says; docs/options.md")
+    parser.add_argument("-v", "--verbose", action="store_true", help="show times, counts and memory use")
+    picture = parser.add_argument_group("options", "override the settings of the scene; see docs/options.md")
     for name, about in kanuka.option_parameters().items():
         if about["flag"]:
             types.add_option(picture, name, about if name != "integrator" else about | {"help": integrators_help()})
-    picture.add_argument("--shading-rate", type=types.positive_float, metavar="R", help="multiplies micropolygon areas")
+    picture.add_argument("--shading-rate", type=types.positive_float, metavar="R", help="factor for micropolygon areas")
     picture.add_argument(
         "--aov",
         action="append",
         default=[],
         metavar="NAME",
-        help="output parameter of surface shaders, a layer more in the EXR; any number of times",
+        help="output parameter of surface shaders, added to the EXR as a layer; repeatable",
     )
-    machine = parser.add_argument_group("machine", "the picture does not depend on these")
-    machine.add_argument("--threads", type=types.positive_int, metavar="N", help="default: all there are")
+    machine = parser.add_argument_group("machine", "these do not change the picture")
+    machine.add_argument("--threads", type=types.positive_int, metavar="N", help="default: all cores")
     machine.add_argument("--lanes", type=int, choices=(0, 1, 8, 16), default=0, help="SIMD lanes; 0 = the widest")
     parser.set_defaults(run=run, parser=parser)
 

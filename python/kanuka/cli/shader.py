@@ -14,18 +14,18 @@ from . import shader_source as sources
 from .exit_codes import ExitCode, fail
 
 EMITS = {
-    "rsl": "the source after the preprocessor; of a graph, the shader made from it",
-    "ast": "the tree, with types",
-    "ir": "the compiler's own representation, uniform and varying, cut into regions",
-    "c": "the same, as C would say it",
-    "llvm": "LLVM's representation, optimised",
-    "asm": "machine code",
+    "rsl": "the preprocessed source; for a graph, the shader made from it",
+    "ast": "the syntax tree, with types",
+    "ir": "the compiler's IR, uniform and varying, cut into regions",
+    "c": "the same as C-like text",
+    "llvm": "optimised LLVM IR",
+    "asm": "assembly",
 }
 EXAMPLES = """\
 examples:
   kanuka shader compile marble.sl
   kanuka shader compile marble.sl -I include -D DEBUG=1
-  kanuka shader compile marble.sl --emit=c --stage prelighting     what became of each line
+  kanuka shader compile marble.sl --emit=c --stage prelighting     the code for each line
   kanuka shader compile graph.json --emit=rsl                      a network as a shader
 
 """
@@ -42,19 +42,19 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     compile_parser = commands.add_parser(
         "compile",
-        help="compile a shader, and say what it is",
-        description="Compiles a shader as a render would, into the shader cache, and lists its parameters; or shows "
-        "what the compiler makes of it.",
+        help="compile a shader and list its parameters",
+        description="Compiles a shader into the shader cache, as a render would, and lists its parameters. --emit "
+        "shows the output of a stage of the compiler instead.",
         epilog=EXAMPLES + exit_codes.HELP,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     sources.add_arguments(compile_parser)
-    compile_parser.add_argument("--no-cache", action="store_true", help="compile even if the cache has it")
+    compile_parser.add_argument("--no-cache", action="store_true", help="compile even if the shader is in the cache")
     compile_parser.add_argument(
         "--emit", choices=EMITS, metavar="WHAT", help="; ".join(f"{name}: {text}" for name, text in EMITS.items())
     )
     compile_parser.add_argument(
-        "--stage", choices=kanuka.shader_stages(), help="of those that --emit shows; default: all"
+        "--stage", choices=kanuka.shader_stages(), help="the stage that --emit shows; default: all"
     )
     sources.add_code_arguments(compile_parser)
     sources.add_language_arguments(compile_parser)
@@ -66,8 +66,8 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     publish_parser = commands.add_parser(
         "publish",
         help="make a .slo: a shader in one file",
-        description="Writes a shader as NAME.slo: preprocessed, with what it includes, compressed. Scenes find it as "
-        "they find NAME.sl, and before it.",
+        description="Writes a shader as NAME.slo: preprocessed, with all its includes, compressed. Scenes search for "
+        "it like NAME.sl, and before it.",
         epilog=PUBLISH_EXAMPLES + exit_codes.HELP,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

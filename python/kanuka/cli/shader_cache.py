@@ -22,24 +22,24 @@ def size(text: str) -> int:
 def add_parser(commands: argparse._SubParsersAction) -> None:
     parser = commands.add_parser(
         "cache",
-        help="look after the compiled shaders",
-        description="Compiled shaders are kept in a folder that many machines may share. KANUKA_SHADER_CACHE names it, "
-        "KANUKA_SHADER_CACHE_SIZE (as 500M or 2G) is what it may grow to.",
+        help="manage the compiled shaders",
+        description="Compiled shaders are stored in a folder that many machines may share. KANUKA_SHADER_CACHE is its "
+        "path, KANUKA_SHADER_CACHE_SIZE (such as 500M or 2G) its largest size.",
         epilog=exit_codes.HELP,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
     for name, text, run in (
-        ("list", "what is in it, with sizes and last uses", run_list),
-        ("clear", "empty it", run_clear),
-        ("trim", "remove what was not used for longest, down to a size", run_trim),
-        ("verify", "check every entry; broken ones would be recompiled", run_verify),
+        ("list", "list the entries, with sizes and last uses", run_list),
+        ("clear", "delete all entries", run_clear),
+        ("trim", "delete the entries that were not used for longest, down to a size", run_trim),
+        ("verify", "check every entry; renders compile broken ones again", run_verify),
     ):
         action = actions.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
-        action.add_argument("--folder", default="", metavar="DIR", help="default: the one that renders use")
-        action.add_argument("--json", action="store_true", help="as JSON")
+        action.add_argument("--folder", default="", metavar="DIR", help="default: the folder that renders use")
+        action.add_argument("--json", action="store_true", help="print JSON")
         if name == "trim":
-            action.add_argument("--size", type=size, metavar="SIZE", help="as 500M or 2G; default: what it may grow to")
+            action.add_argument("--size", type=size, metavar="SIZE", help="such as 500M or 2G; default: the limit")
         action.set_defaults(run=run)
 
 

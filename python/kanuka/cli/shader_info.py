@@ -15,14 +15,14 @@ from .exit_codes import ExitCode
 def add_parser(commands: argparse._SubParsersAction) -> None:
     parser = commands.add_parser(
         "info",
-        help="say what a shader is, and what it costs",
-        description="Parameters, lobes and layers with the default parameters, bytes a vertex, stages, textures.",
+        help="show what a shader contains and what it costs",
+        description="Shows parameters, lobes and layers with default parameters, bytes per vertex, stages, textures.",
         epilog="examples:\n  kanuka shader info marble.sl\n  kanuka shader info marble.slo --json\n\n"
         + exit_codes.HELP,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     sources.add_arguments(parser)
-    parser.add_argument("--json", action="store_true", help="as JSON")
+    parser.add_argument("--json", action="store_true", help="print JSON")
     parser.set_defaults(run=run)
 
 

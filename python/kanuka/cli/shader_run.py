@@ -18,7 +18,7 @@ from .files import PICTURES, check_output
 
 EXAMPLES = """\
 examples:
-  kanuka shader run marble.sl -o marble.exr                      what it looks like, presence, N, P
+  kanuka shader run marble.sl -o marble.exr                      its colour, presence, N, P
   kanuka shader run marble.sl --grid 512x512 -o marble.png       as a picture
   kanuka shader run marble.sl --params scale=8 "tint=1 0.5 0.2" -o a.exr
   kanuka shader run marble.sl --output skin.roughness -o a.exr   one value of the material
@@ -32,9 +32,9 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
     parser = commands.add_parser(
         "run",
         help="shade the unit square, without a scene",
-        description="Shades a grid of vertices with P = (u, v, 0), N = +z, s = u, t = v, one a pixel, and writes what "
-        "the shader says: layers `rgb` (the material's colour, its layers summed up), `presence`, `N`, `P`; or the "
-        "values of the material by name.",
+        description="Shades a grid of vertices with P = (u, v, 0), N = +z, s = u, t = v, one for each pixel. Writes "
+        "the layers `rgb` (the colour of the material, with all its layers), `presence`, `N`, `P`, or the values of "
+        "the material by name.",
         epilog=EXAMPLES + exit_codes.HELP,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -48,9 +48,9 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         action="extend",
         default=[],
         metavar="NAME=VALUE",
-        help="numbers apart by spaces or commas",
+        help="values of parameters; numbers are separated by spaces or commas",
     )
-    parser.add_argument("-o", "--picture", type=Path, required=True, metavar="FILE.exr", help="or .png, of `rgb` alone")
+    parser.add_argument("-o", "--picture", type=Path, required=True, metavar="FILE.exr", help="or .png: `rgb` only")
     parser.add_argument(
         "--output",
         action="append",

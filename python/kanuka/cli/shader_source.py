@@ -27,7 +27,7 @@ def define(text: str) -> tuple[str, str]:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = "NAME.sl, NAME.slo, a graph (NAME.json), or the name of a shader that ships"
     parser.add_argument("file", metavar="FILE", type=Path, help=text)
-    parser.add_argument("-I", dest="include", action="append", default=[], metavar="DIR", help="for #include")
+    parser.add_argument("-I", dest="include", action="append", default=[], metavar="DIR", help="folder for #include")
     parser.add_argument("-D", dest="defines", action="append", default=[], metavar="NAME[=VALUE]", type=define)
 
 
@@ -42,14 +42,14 @@ def add_language_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--strict-directions",
         action="store_true",
-        help="what a surface does that no material can do is an error at its line, not approximated",
+        help="an operation that no material can represent is an error at its line; default: it is approximated",
     )
     parser.add_argument(
         "--array-room",
         type=types.positive_int,
         default=64,
         metavar="N",
-        help="values of an array that grows in a loop of unseen length; default: 64",
+        help="size of an array that grows in a loop of unknown length; default: 64",
     )
     parser.add_argument(
         "--coshader",
@@ -65,7 +65,7 @@ def add_language_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="PARAMETER=HANDLE[,HANDLE]",
         type=connection,
-        help="a parameter that names co-shaders; of a co-shader, HANDLE.PARAMETER",
+        help="a parameter that names co-shaders; HANDLE.PARAMETER for a co-shader's parameter",
     )
 
 

@@ -1,4 +1,4 @@
-"""kanuka texture: a tiled, mip-mapped texture of a picture."""
+"""kanuka texture: a tiled, mip-mapped texture from a picture."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ EXAMPLES = """\
 examples:
   kanuka texture wood.png wood.tx                        repeats in both directions
   kanuka texture label.png label.tx --wrap black         black around it
-  kanuka texture sky.exr sky.env --latlong               an environment by latitude and longitude
-  kanuka texture px.exr nx.exr py.exr ny.exr pz.exr nz.exr room.env   of the faces of a cube
+  kanuka texture sky.exr sky.env --latlong               a latitude-longitude environment
+  kanuka texture px.exr nx.exr py.exr ny.exr pz.exr nz.exr room.env   from the faces of a cube
 
-Textures are OpenEXR files of linear light, whatever they are called. Plain pictures serve as well; of a texture
-only the tiles that are needed are read.
+Textures are OpenEXR files of linear light, whatever their names. Scenes can use plain pictures too, but only the
+tiles of a texture that are needed are read.
 
 """
 
@@ -25,8 +25,8 @@ only the tiles that are needed are read.
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = subparsers.add_parser(
         "texture",
-        help="make a tiled, mip-mapped texture of a picture",
-        description="Makes a tiled, mip-mapped texture of a picture, or an environment of the six faces of a cube.",
+        help="make a tiled, mip-mapped texture from a picture",
+        description="Makes a tiled, mip-mapped texture from a picture, or an environment from the six faces of a cube.",
         epilog=EXAMPLES + exit_codes.HELP,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -36,17 +36,17 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "--wrap",
         default="periodic",
         metavar="S[,T]",
-        help="beyond the picture: black, clamp, periodic or mirror (default: periodic)",
+        help="values beyond the picture: black, clamp, periodic or mirror (default: periodic)",
     )
-    parser.add_argument("--filter", default="box", help="from a level to the next (default: box)")
+    parser.add_argument("--filter", default="box", help="filter from each level to the next (default: box)")
     parser.add_argument(
         "--filter-width",
         default="0",
         metavar="S[,T]",
-        help="of the filter, in texels of the smaller level (default: the filter's own)",
+        help="width of the filter, in texels of the smaller level (default: the filter's own)",
     )
-    parser.add_argument("--latlong", action="store_true", help="the picture is an environment")
-    parser.add_argument("--fov", type=float, default=90, help="of cube faces, in degrees (default: 90)")
+    parser.add_argument("--latlong", action="store_true", help="the picture is a latitude-longitude environment")
+    parser.add_argument("--fov", type=float, default=90, help="field of view of cube faces, in degrees (default: 90)")
     parser.set_defaults(run=run, parser=parser)
 
 
