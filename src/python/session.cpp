@@ -102,7 +102,7 @@ class Session {
     Session(std::shared_ptr<Scene> scene, render::Session::Keep keep, const char* call,
             const nb::kwargs& keywords)
         : m_scene(std::move(scene)), m_call(call), m_keywords(keywords) {
-        const Request request = take();
+        const Request request = take(m_keywords);
         m_messages.emplace(request.journal);
         Journal& journal = *m_messages->journal;
         m_session =
@@ -131,10 +131,12 @@ class Session {
 
     // The scene has changed, or what is set over it.
     void update(const nb::kwargs& keywords) {
+        nb::kwargs all = nb::borrow<nb::kwargs>(nb::handle(m_keywords).attr("copy")());
         for (auto [name, value] : keywords)
-            m_keywords[name] = value;
+            all[name] = value;
         m_stats = std::make_shared<Stats>();
-        const Request request = take();
+        const Request request = take(all);
+        m_keywords = all;
         const Reading reading(*m_scene);
         m_is_told = false;
         m_session->update(request.overrides, *m_stats);
@@ -193,9 +195,9 @@ class Session {
     const Stats& stats() const { return *m_stats; }
 
   private:
-    Request take() {
+    Request take(const nb::kwargs& keywords) {
         Request request;
-        take_keywords(request, render_keywords(), m_call, m_keywords);
+        take_keywords(request, render_keywords(), m_call, keywords);
         render::Overrides& overrides = request.overrides;
         overrides.standard_shaders = standard_shaders();
         overrides.delayed = m_scene->delayed.get();
@@ -242,6 +244,26 @@ class Session {
     std::unique_ptr<render::Session> m_session;
 };
 
+// A method as define() takes it.
+template <class R, class... A>
+std::function<R(Session&, A...)> method(R (Session::*f)(A...)) {
+    return [f](Session& self, A... a) { return (self.*f)(std::forward<A>(a)...); };
+}
+
+void init_session(Session* self, std::shared_ptr<Scene> scene, const nb::kwargs& given) {
+    check_idle(*scene);
+    nb::kwargs keywords = nb::borrow<nb::kwargs>(nb::handle(given).attr("copy")());
+    if (keywords.contains("progress"))
+        throw nb::type_error("Session: progress is an argument of advance()");
+    bool keep_pages = true;
+    if (keywords.contains("keep_pages")) {
+        keep_pages = argument<bool>(keywords["keep_pages"], "keep_pages");
+        nb::del(keywords["keep_pages"]);
+    }
+    using Keep = render::Session::Keep;
+    new (self) Session(std::move(scene), keep_pages ? Keep::Pages : Keep::Keys, "Session", keywords);
+}
+
 Picture render(std::shared_ptr<Scene> scene, const nb::kwargs& keywords) {
     check_idle(*scene);
     Request of_call;
@@ -270,54 +292,45 @@ void bind_session(nb::module_& m) {
         sig_of_update = "def update(self, *" + arguments + ") -> None";
     define(m, "render", &render, nb::arg("scene"), nb::arg("keywords"), nb::sig(sig.c_str()), about.c_str());
 
-    nb::class_<Session>(m, "Session",
-                        "A picture that is made step by step: it can be looked at on the way, stopped, saved "
-                        "and gone on with, and "
-                        "made again\nafter edits of the scene at the price of what they touch. Takes the "
-                        "arguments of render(), but "
-                        "for progress.\nkeep_pages=False keeps no diced and shaded geometry for update(), "
-                        "which takes as much memory "
-                        "again.")
-        .def(
-            "__init__",
-            [](Session* self, std::shared_ptr<Scene> scene, bool keep_pages, const nb::kwargs& keywords) {
-                if (keywords.contains("progress"))
-                    throw nb::type_error("Session: progress is an argument of advance()");
-                check_idle(*scene);
-                new (self) Session(std::move(scene),
-                                   keep_pages ? render::Session::Keep::Pages : render::Session::Keep::Keys,
-                                   "Session", keywords);
-            },
-            nb::arg("scene"), nb::kw_only(), nb::arg("keep_pages") = true, nb::arg("keywords"),
-            nb::sig(sig_of_session.c_str()))
-        .def("advance", &Session::advance, nb::kw_only(), nb::arg("progressions") = nb::none(),
-             nb::arg("seconds") = nb::none(), nb::arg("progress") = nb::none(),
-             nb::sig("def advance(self, *, progressions: int | None = None, seconds: float | None = None, "
-                     "progress: "
-                     "Callable[[str, float], object] | None = None) -> bool"),
-             "Traces until every pixel has so many paths (None: as many as the scene or the session says). "
-             "seconds: "
-             "stops then\nand returns False, as long as it takes to begin with. Ctrl-C raises "
-             "KeyboardInterrupt; the "
-             "session can go on after it.")
+    nb::class_<Session> session(m, "Session",
+                                "A picture that is made step by step: it can be looked at on the way, "
+                                "stopped, saved and continued, and made "
+                                "again\nafter edits of the scene at the cost of what they touch. Takes the "
+                                "arguments of render(), but for "
+                                "progress.\nkeep_pages=False keeps no diced and shaded geometry for "
+                                "update(), which takes as much memory again.");
+    define(session, "__init__", &init_session, nb::arg("scene"), nb::arg("keywords"),
+           nb::sig(sig_of_session.c_str()));
+    define(
+        session, "advance", method(&Session::advance), nb::kw_only(), nb::arg("progressions") = nb::none(),
+        nb::arg("seconds") = nb::none(), nb::arg("progress") = nb::none(),
+        nb::sig(
+            "def advance(self, *, progressions: int | None = None, seconds: float | None = None, progress: "
+            "Callable[[str, float], object] | None = None) -> bool"),
+        "Traces until every pixel has so many paths (None: as many as the scene or the session says). "
+        "seconds: "
+        "stops then\nand returns False; what comes before tracing takes as long as it takes. Ctrl-C raises "
+        "KeyboardInterrupt; the session\ncan go on after it.");
+    define(session, "update", method(&Session::update), nb::arg("keywords"), nb::sig(sig_of_update.c_str()),
+           "The scene has changed; arguments replace those of the session. The next advance() begins the "
+           "picture "
+           "anew, and dices\nand shades only what has changed.");
+    define(
+        session, "save", method(&Session::save), nb::arg("path"),
+        "Writes the samples so far. The file is known by all that they depend on: scene, shaders, textures, "
+        "options, seed.");
+    define(
+        session, "resume", method(&Session::resume), nb::arg("path"), nb::kw_only(),
+        nb::arg("progress") = nb::none(),
+        nb::sig(
+            "def resume(self, path: str | os.PathLike, *, progress: Callable[[str, float], object] | None = "
+            "None) -> None"),
+        "Continues what save() wrote, of this picture: the same bits as without the stop. Raises Error if it "
+        "is "
+        "of another.");
+    session
         .def("picture", &Session::picture, nb::sig("def picture(self) -> Picture"),
              "As it is now; `cancelled` tells whether paths are still wanted.")
-        .def("update", &Session::update, nb::arg("keywords"), nb::sig(sig_of_update.c_str()),
-             "The scene has changed; arguments replace those of the session. The next advance() begins the "
-             "picture "
-             "anew, and dices\nand shades what has changed alone.")
-        .def("save", &Session::save, nb::arg("path"),
-             nb::sig("def save(self, path: str | os.PathLike) -> None"),
-             "Writes the samples so far. The file is known by all that they depend on: scene, shaders, "
-             "textures, "
-             "options, seed.")
-        .def("resume", &Session::resume, nb::arg("path"), nb::kw_only(), nb::arg("progress") = nb::none(),
-             nb::sig("def resume(self, path: str | os.PathLike, *, progress: Callable[[str, float], object] "
-                     "| None = "
-                     "None) -> None"),
-             "Goes on from what save() wrote, of this picture: the same bits as without the stop. Raises "
-             "Error where "
-             "it is of another.")
         .def_prop_ro("progressions", &Session::progressions, "Paths that every pixel has.")
         .def_prop_ro("prepared", &Session::prepared, "Can rays be traced, and samples be saved?")
         .def_prop_ro("wanted", &Session::wanted, "Paths that advance() goes to.")

@@ -149,7 +149,7 @@ struct NullCollisions {
 // Collisions and cells that a ray visits at most. Beyond, densities change so much from place to place that
 // sampling by their bounds comes to no end; the rest of the ray is marched, which is no longer unbiased: what
 // varies within a step is seen too thin.
-inline constexpr int MostVisits = 4096, MarchSteps = 256;
+inline constexpr int MostVisits = 2048, MarchSteps = 256;
 
 // Calls event(t, majorant, density, u, active) at collisions from t on to `to`, which `thickest` times the
 // cells' majorants sample; it says who goes on. Returns the rays that have not reached the end, and in t how
@@ -218,7 +218,9 @@ template <int W>
     const Mask<W> rest = visit_collisions(
         field, t, end, most, seed, active, [&](F at, F majorant, F density, F u, Mask<W> here) {
             const F of_hero = hero * density;
-            const Mask<W> real = here & (u * majorant < of_hero), null = here & !real;
+            // What is real but for rounding is real: the weight of passing it would have no bound.
+            const Mask<W> real = here & ((u * majorant < of_hero) | (of_hero >= majorant * F(1 - 1e-6f))),
+                          null = here & !real;
             const F chance = F(1.0f) / max(majorant - of_hero, F(1e-30f));
             for (int i = 0; i < Wavelengths; i++) {
                 const F kept = max(majorant - medium.extinction(i) * density, F(0.0f));
