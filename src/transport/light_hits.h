@@ -90,7 +90,7 @@ Mask<W> shows_itself(const SceneView& scene, const PathQueue& paths, const PathR
     return m;
 }
 
-// The vertex of a ray on an analytic light. `sampled`: lanes that light sampling might have brought there.
+// The vertex of a ray on an analytic light. `sampled`: lanes in which light sampling could have chosen it.
 template <int W>
 PathVertex<W> analytic_vertex(const SceneView& scene, const PathQueue& paths, const PathRow<W>& ray,
                               Int<W> slot, Int<W> index, Float<W> pdf, Mask<W> sampled) {

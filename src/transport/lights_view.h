@@ -40,7 +40,7 @@ struct alignas(64) AnalyticLight {
 static_assert(offsetof(AnalyticLight, axis) == 64);
 inline constexpr int AnalyticWords = sizeof(AnalyticLight) / 4;
 
-// Where the shadows of a light end that surfaces are lit by in ways of their own: grid::LitBy.
+// Where the shadows of a light end that shaders have baked into a surface: grid::LitBy.
 struct PointLight {
     Vec3f place; // render space; far: the direction to it
     bool far = false;

@@ -33,12 +33,12 @@ struct MediaView {
     bool tracked = false, scatters = false, clear_boundaries = false;
     bool has_fog = false; // something scatters that is the same everywhere
     std::span<const int32_t> clear;
-    // Some materials let light go on as it came (`straight`: by program): shadow rays ask how much.
+    // Some materials let light go on as it came (`straight`: by program): shadow rays scale by how much.
     bool thin_walls = false;
     std::span<const int32_t> straight;
     int32_t around_camera[4] = {-1, -1, -1, -1}; // as MediaStack has it
 
-    const grid::Air* air = nullptr; // null = there is none; set when the view is there, to ask it
+    const grid::Air* air = nullptr; // null = there is none; set once the view is there, which it reads
     std::span<const int> airs;      // that materials lie behind
 };
 

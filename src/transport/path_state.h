@@ -88,8 +88,8 @@ struct alignas(64) HitState {
     }
 };
 
-// Shadow rays, written and read in order: of a vertex two light samples, one in fog on the way to it, and one
-// that lights it in a way of its own.
+// Shadow rays, written and read in order: of a vertex two light samples, one in fog along the ray to it, and
+// one of a light that its shader baked (PointLight).
 struct alignas(64) RayQueue {
     template <class T>
     using Row = T[4 * BatchSize + 16];

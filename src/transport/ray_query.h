@@ -10,7 +10,7 @@ class RayQuery {
     RayQuery() = default;
     explicit RayQuery(const bvh::Scene* scene) : m_scene(scene) {}
 
-    // Thread safety: any thread may ask.
+    // Thread safety: any thread may call.
     template <int W>
     void intersect(const bvh::RayPacket<W>& rays, bvh::HitPacket<W>& hits) const {
         m_scene->intersect(rays, hits);

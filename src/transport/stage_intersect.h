@@ -20,8 +20,8 @@ void add_environment(const SceneView& scene, BatchState& batch, const PathQueue&
     const Int<W> path = bitcast_int(ray[P::Path]);
     const auto l = load_rows<4>(batch.l, path << 2);
     Spectrum<W> throughput = spectrum_of(ray, P::Throughput);
-    if (scene.media
-            .tracked) { // what only absorbs and has no end leaves nothing; what scatters has let it pass
+    if (scene.media.tracked) {
+        // What only absorbs and has no end leaves nothing; what scatters has let it pass.
         const MediumLanes<W> medium(scene, bitcast_int(ray[P::Interior]), l.data());
         for (int k = 0; k < Wavelengths; k++)
             throughput[k] = select(medium.scatters | (medium.absorption[k] <= Float<W>(0.0f)), throughput[k],

@@ -77,10 +77,10 @@ class MediumStage {
     }
 
   private:
-    struct OnTheWay {
+    struct FogSample {
         FogLamps<W> lamps;
         F t, ratios;
-        OnTheWay(const FogLamps<W>& lamps, F t, F ratios) : lamps(lamps), t(t), ratios(ratios) {}
+        FogSample(const FogLamps<W>& lamps, F t, F ratios) : lamps(lamps), t(t), ratios(ratios) {}
     };
 
     int32_t interior_of(int slot) const {
@@ -106,7 +106,7 @@ class MediumStage {
         const MediumLanes<W> medium(m_scene, I(interior), l.data());
         const V d = vector_of(ray, PathQueue::Direction), o = vector_of(ray, PathQueue::Origin);
         const F t = gather(m_hits.row[0] + HitState::T, slot << 3);
-        std::optional<OnTheWay> fog;
+        std::optional<FogSample> fog;
         if (!m_scene.lights.fog_lamps.empty() && any(medium.field < I(0))) {
             // sample_fog_lamps() might have found the lamp from here: its density over that of the free path.
             const F start = gather(m_paths.start, slot);
@@ -162,7 +162,7 @@ class MediumStage {
     void sample_lights(const PathRow<W>& ray, const F* l, const Sampler<W>& sampler,
                        const Receiver<W>& receiver, const LightChooser<W>& chooser,
                        const PathWeights<W>& weights, const bsdf::Phase<W>& phase, const V& d,
-                       const MediaStack<W>& media, const OnTheWay* fog, M active) {
+                       const MediaStack<W>& media, const FogSample* fog, M active) {
         if (m_scene.lights.choices == 0 || !any(active))
             return;
         const LightNumbers<W> u(m_scene, sampler, m_bounce);
@@ -172,7 +172,7 @@ class MediumStage {
     }
     void add_light(const PathRow<W>& ray, const Receiver<W>& receiver, const LightSample<W>& light,
                    const PathWeights<W>& weights, const bsdf::Phase<W>& phase, const V& d,
-                   const MediaStack<W>& media, const OnTheWay* fog, M active) {
+                   const MediaStack<W>& media, const FogSample* fog, M active) {
         const F density = bsdf::eval_phase(phase, dot(d, light.wi));
         MisShares<W> shares;
         const S by_directions = weights.ratio * select(light.delta, F(0.0f), density);

@@ -144,7 +144,7 @@ class SurfaceStage : public SurfaceLight<W> {
         leave(at, wi, s.through, throughput, ratio, mis, m);
     }
 
-    // Through a thin wall. `chance`: that it is gone at all, beside that of the material's choice;
+    // Through a thin wall. `chance`: that it is taken at all, beside that of the material's choice;
     // `u_roulette`: null = there is none.
     void go_straight(const Scattering<W>& at, const F* u_roulette, F chance, M m) {
         const SurfaceHit<W>& h = at.h;
@@ -235,7 +235,6 @@ class SurfaceStage : public SurfaceLight<W> {
                         h.fetch.exact(aov.places[c]), m);
     }
 
-  private:
   private:
     // Paths that a boundary does not turn go on as they came, in what is behind it: where it lies within a
     // medium of higher priority, or has no lobes.

@@ -1,4 +1,4 @@
-// Light that a surface shows without scattering any: emission, light that lights it in ways of its own,
+// Light that a surface shows without scattering any: emission, light that its shader baked,
 // ambient light. And how light gets from a surface to the pixel: at once, or if a shadow ray gets through.
 #pragma once
 
