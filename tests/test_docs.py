@@ -116,6 +116,8 @@ def test_options_of_the_command_are_those_of_render() -> None:
         "allow_system",
         "png",
         "stats",
+        "checkpoint",
+        "checkpoint_every",
         "fireflies",
         "quiet",
     }
