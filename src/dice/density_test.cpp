@@ -259,11 +259,43 @@ TEST(Rates, FollowTheShape) {
     for (const float by : {0.01f, 0.05f}) {
         const auto [a, b, c, d] = off(by);
         EXPECT_NEAR(rule.twist(a, b, c, d), std::sqrt(by * 100 / double(5 + by) / 0.25), 2e-3) << by;
-        // By what normals turn: from corner to opposite corner, in steps of twice the tolerance.
+        // By what normals turn, from corner to opposite corner: z = 4 by x y there has slopes of twice `by`.
         rule.normal_tolerance = 0.5f;
-        const double slope = 2 * double(by),
-                     turn = std::acos((1 - slope * slope * 0) / (1 + 2 * slope * slope));
-        EXPECT_GT(rule.twist(a, b, c, d), 0.9 * turn / Degree / 1) << by;
+        const double turn = 2 * std::atan(2 * std::sqrt(2.0) * double(by));
+        EXPECT_NEAR(rule.twist(a, b, c, d) * Degree / turn, 1, 2e-3) << by;
+        // No finer than micropolygons along the diagonals.
+        rule.normal_tolerance = 0.1f;
+        EXPECT_NEAR(rule.twist(a, b, c, d), std::min(turn / Degree / 0.2, std::sqrt(2.0) * 100 / (5 - by)),
+                    0.1)
+            << by;
         rule.normal_tolerance = 90;
     }
+    // A tolerance of a hundredth of a pixel is the finest.
+    const auto [a, b, c, d] = off(0.05f);
+    for (const float tolerance : {0.02f, 0.01f, 0.001f, 0.0f}) {
+        rule.geometry_tolerance = tolerance;
+        EXPECT_NEAR(rule.twist(a, b, c, d), std::sqrt(5 / 5.05 / std::max(double(tolerance), 0.01)), 0.02)
+            << tolerance;
+    }
+}
+
+// An arc whose chords turn by an angle in all has cells that turn by twice the tolerance, 1.41 times as many
+// as that takes; never more than its micropolygons are.
+TEST(Rates, FollowWhatArcsTurn) {
+    DiceOptions o = camera(400, 400); // two units to either side
+    o.camera.projection = Projection::Orthographic;
+    for (const double degrees : {20.0, 70.0, 150.0})
+        for (const double tolerance : {0.5, 2.0, 7.0}) {
+            RateRule rule{Density({}, o, 1e-4f), true, 1000, float(tolerance), 32};
+            Vec3f p[9];
+            for (int i = 0; i < 9; i++) {
+                const double a = degrees * Degree * (i - 4) / 8;
+                p[i] = Vec3f(float(std::sin(a)), float(std::cos(a)), 5);
+            }
+            const double by_angle = 1.41 * degrees * 7 / 8 / (2 * tolerance); // of eight chords
+            EXPECT_NEAR(rule.line(p, 9).cells / by_angle, 1, 2e-3) << degrees << " " << tolerance;
+            rule.density = Density({}, o, 1e4f); // a micropolygon is a unit
+            EXPECT_NEAR(rule.line(p, 9).cells, std::min(by_angle, 16 * std::sin(degrees * Degree / 16)), 2e-2)
+                << degrees << " " << tolerance;
+        }
 }

@@ -1,6 +1,7 @@
 // How coarse the traced geometry may be, against the geometry of circles; and that it does not matter which
 // way round a surface runs.
 #include <cmath>
+#include <functional>
 #include <gtest/gtest.h>
 
 #include "dice/test_scene.h"
@@ -301,5 +302,63 @@ TEST(Simplify, OneDentKeepsItsVertices) {
             ASSERT_EQ(d.grids[0].nu, 32);
             EXPECT_EQ(d.traced[0].step_u, 1) << at << across;
             EXPECT_EQ(d.traced[0].step_v, 1) << at << across;
+        }
+}
+
+namespace {
+
+// A square of 32 x 32 cells whose vertices are lifted to `height` of their numbers along u and v.
+Diced lifted(float geometry_tolerance, float normal_tolerance, const std::function<float(int, int)>& height) {
+    scene::PolygonMesh m;
+    m.vertices_per_loop = std::vector<int32_t>{4};
+    DiceOptions o = looking(3);
+    o.geometry_tolerance = geometry_tolerance, o.normal_tolerance = normal_tolerance;
+    DiceTarget target;
+    target.pixels_per_unit = 32;
+    Journal journal;
+    Diced d = dice::dice(
+        primitive(m, {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0}), target, o,
+        [&](grid::Grid& g) {
+            for (int i = 0; i < g.vertices(); i++)
+                g.P[2 * size_t(g.stride) + size_t(i)] = height(i % (g.nu + 1), i / (g.nu + 1));
+        },
+        journal);
+    EXPECT_EQ(d.grids.size(), 1u);
+    EXPECT_EQ(d.grids[0].nu, 32);
+    return d;
+}
+
+} // namespace
+
+// A square that is folded along the diagonal that its triangles share is those two, where all triangles on
+// the way there, of one row or one column, lean from the fold's sides by less than they do from each other.
+TEST(Simplify, FoldsAlongTheDiagonalAreTwoTriangles) {
+    for (const float slope : {0.2f, -0.2f}) { // folded by 15.8 degrees; rows lean 12.4 from either side
+        const auto up = [&](int i, int j) { return slope / 32 * float(std::max(i + j - 32, 0)); };
+        const auto down = [&](int i, int j) { return slope / 32 * float(std::max(32 - i - j, 0)); };
+        for (const std::function<float(int, int)>& height : {std::function<float(int, int)>(up), {down}}) {
+            const Diced d = lifted(1000, 14, height);
+            EXPECT_EQ(d.traced[0].mu, 1) << slope;
+            EXPECT_EQ(d.traced[0].mv, 1) << slope;
+        }
+    }
+}
+
+// What sides are off by counts within, as lattices lean on them: z = a n^2 is off by a at every other vertex
+// (and by 4 a at every fourth), dents within by half of that more, and both together must stay in the
+// tolerance. Across, every other row stands up by three times that: none is left out.
+TEST(Simplify, SidesTakeTheirPartOfTheTolerance) {
+    const float a = 2e-5f;
+    for (const bool along_u : {true, false})
+        for (const float tolerance : {2.1f, 2.4f, 2.6f, 2.9f}) {
+            const Diced d = lifted(tolerance * a * 32, 90, [&](int i, int j) {
+                const int along = along_u ? i : j, across = along_u ? j : i;
+                return a * float(along * along) + (across % 2 ? 3 * a - 0.5f * a * float(along % 2) : 0);
+            });
+            const grid::TracedGrid& t = d.traced[0];
+            for (const int side : {grid::VMin, grid::VMax})
+                EXPECT_EQ(t.edge_step[size_t(along_u ? side : 3 - side)], 2) << along_u << tolerance;
+            EXPECT_EQ(along_u ? t.step_u : t.step_v, tolerance < 2.5f ? 1 : 2) << along_u << tolerance;
+            EXPECT_EQ(along_u ? t.step_v : t.step_u, 1) << along_u << tolerance;
         }
 }

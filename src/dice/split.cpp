@@ -105,9 +105,6 @@ void Splitter::start() {
     grow_edges(0);
     if (edges.size() > m_most_edges)
         return;
-    for (size_t i = 0; i < t.edges.size(); i++)
-        if (const Edge& e = edges[i]; e.middle >= 0 && e.point)
-            m_merged.push_back({e.middle, e.a});
     reserve_large(pieces, t.faces.size());
     pieces.resize(t.faces.size());
     for (size_t f = 0; f < pieces.size(); f++) {
@@ -452,8 +449,6 @@ void Splitter::number_points() {
     m_point_alias.resize(next);
     for (int i = 0; i < next; i++)
         m_point_alias[i] = i;
-    for (const auto& [vertex, same] : m_merged)
-        m_point_alias[vertex] = same;
     for (const Edge& e : edges)
         if (e.child < 0 && !e.point && e.middle >= 0 && e.cells >= 2)
             m_point_alias[e.first_point + e.cells / 2 - 1] = e.middle;

@@ -130,7 +130,6 @@ class Splitter {
     bool m_has_twins = false;
     // (edge, index) of a corner inside an uncut edge -> vertex. Indices as if it had MostCells.
     std::unordered_map<uint64_t, int> m_forced;
-    std::vector<std::pair<int, int>> m_merged; // vertex, the vertex it is the same as
     std::vector<int> m_point_alias;
 };
 

@@ -56,14 +56,13 @@ class GridCutter {
         int segment;
         int side;
         double along;    // the side, from its beginning
-        double on;       // the segment
         uint32_t vertex; // made of it
-        int partner = -1;
     };
     // What a segment has inside the triangle.
     struct Inside {
         int segment;
-        int crossing[2] = {-1, -1}; // in the segment's direction; -1 = it begins or ends inside
+        // Where it comes in, and goes out; two of them in either order. -1: it begins, or ends, inside.
+        int crossing[2] = {-1, -1};
         int crossings = 0;
         bool begins = false; // inside
         bool used = false;
@@ -151,24 +150,18 @@ class GridCutter {
             if (in.crossings == 2)
                 return false;
             const double sp = double(TrimRegion::area(m_region.begin(s), m_region.end(s), p)),
-                         sq = double(TrimRegion::area(m_region.begin(s), m_region.end(s), q)),
-                         sa = double(TrimRegion::area(p, q, m_region.begin(s))),
-                         sb = double(TrimRegion::area(p, q, m_region.end(s)));
+                         sq = double(TrimRegion::area(m_region.begin(s), m_region.end(s), q));
             const double t = sp == sq ? 0.5 : std::clamp(sp / (sp - sq), 0.0, 1.0);
             const uint32_t vertex = uint32_t(m_out.vertices.size());
             const uint32_t from = m_corner[swap ? l : k], to = m_corner[swap ? k : l];
             m_out.vertices.push_back({from, to, from, float(t), 0});
             in.crossing[in.crossings++] = int(m_crossings.size());
-            m_crossings.push_back({s, int(k), swap ? 1 - t : t, sa == sb ? 0.5 : sa / (sa - sb), vertex});
+            m_crossings.push_back({s, int(k), swap ? 1 - t : t, vertex});
         }
         if ((in.crossings % 2 == 1) != (in.begins != ends) || (in.crossings == 2 && in.begins))
             return false;
-        if (in.crossings == 2) {
-            if (m_crossings[size_t(in.crossing[0])].on > m_crossings[size_t(in.crossing[1])].on)
-                std::swap(in.crossing[0], in.crossing[1]);
-        } else if (in.crossings == 1 && in.begins) {
+        if (in.crossings == 1 && in.begins)
             std::swap(in.crossing[0], in.crossing[1]);
-        }
         if (in.crossings > 0 || in.begins)
             m_inside.push_back(in);
         return true;

@@ -126,6 +126,22 @@ TEST(Fibres, Move) {
     EXPECT_NEAR(sum, expected, 0.02 * expected);
 }
 
+// The same way there and back, lit from the side: the shadow that a fibre casts on itself goes with it.
+TEST(Fibres, MoveThereAndBack) {
+    for (const float side : {-4.0f, 4.0f}) {
+        TestScene s;
+        add_fibre(s, {matte(Rgb(1))}, side, false, {-side, side});
+        s.inputs.lights = {sun(90)};
+        s.inputs.max_depth = 1;
+        s.finish();
+        double sum = 0;
+        for (const PixelSums& p : s.render(256, 8))
+            sum += double(p.rgb[1]) / (Size * Size);
+        const double expected = 0.25 * InvPi * lit_cylinder(Pi / 2);
+        EXPECT_NEAR(sum, expected, 0.03 * expected) << side;
+    }
+}
+
 // ---- between vertices
 
 // A square of one cell with the value of an input at its corners.

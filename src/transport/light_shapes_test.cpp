@@ -160,6 +160,49 @@ TEST(LightShapes, LanesAgree) {
     }
 }
 
+// Quads that are seen under more than 0.03 steradians, and whose nearest point is within four roots of their
+// area, are sampled evenly over what is seen of them; others over their area.
+TEST(LightShapes, QuadsAreSampledAsTheyAreSeen) {
+    struct Seen {
+        double width, height;
+        double x, y, z; // of the point; the quad lies about the origin and shines along z
+        bool by_angle;
+    };
+    const Seen all[] = {{1, 1, 0, 0, 3.9, true},     {1, 1, 0, 0, 4.1, false},
+                        {1, 1, 0.3, 2.4, 3.4, true}, {1, 1, 0.3, 2.9, 3.4, false}, // beside it
+                        {4, 0.25, 1, -1, 3.8, true}, {4, 0.25, 0, -1, 4, false},
+                        {4, 0.25, 3, 0, 3.8, true},  {4, 0.25, 3.1, 0.3, 3.9, false},
+                        {1, 1, 0, 1.5, 0.09, true},  {1, 1, 0, 1.5, 0.082, false}, // grazing
+                        {1, 1, -1.5, 0, 0.09, true}, {1, 1, -1.5, 0, 0.082, false}};
+    for (const Seen& c : all) {
+        TestScene s;
+        scene::Light light;
+        light.kind = Kind::Quad;
+        light.width = float(c.width), light.height = float(c.height);
+        s.inputs.lights.push_back(light);
+        s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 1, 4, 4);
+        s.finish();
+        // Of a right-angled corner below the point: atan(x y / (z d)).
+        const auto corner = [&](double x, double y) {
+            return std::atan(x * y / (c.z * std::sqrt(x * x + y * y + c.z * c.z)));
+        };
+        const double x0 = -c.width / 2 - c.x, x1 = c.width / 2 - c.x, y0 = -c.height / 2 - c.y,
+                     y1 = c.height / 2 - c.y;
+        const double angle = corner(x1, y1) - corner(x0, y1) - corner(x1, y0) + corner(x0, y0);
+        const Vec3f P{float(c.x), float(c.y), float(c.z)};
+        for (const float u : {0.1f, 0.45f, 0.8f})
+            for (const float v : {0.15f, 0.5f, 0.9f}) {
+                const auto p = sample_shape(s.view.lights.analytic[0].shape, LightLanes<1>(s.view, Int<1>(0)),
+                                            lanes<1>(P), Float<1>(u), Float<1>(v), Mask<1>(true));
+                ASSERT_TRUE(p.valid[0]);
+                const double d = double(p.distance[0]), cosine = c.z / d;
+                const double pdf = c.by_angle ? 1 / angle : d * d / (cosine * c.width * c.height);
+                EXPECT_NEAR(double(p.pdf_solid_angle[0]) / pdf, 1, 2e-3)
+                    << c.x << " " << c.y << " " << c.z << ", of " << angle;
+            }
+    }
+}
+
 // From behind, from inside, in the plane: dark, and no NaN gets out.
 TEST(LightShapes, DarkSides) {
     struct Dark {

@@ -212,6 +212,107 @@ TEST(LightTree, FlatOnesAreWalkedAlike) {
     }
 }
 
+namespace {
+
+struct Facet {
+    double at[3], axis[3], power;
+};
+
+// Conty Estevez and Kulla 2018, section 4.1: over all directions, the most that a facet within the cone of
+// normals gives there; a facet gives what the cosine leaves, to 90 degrees. By quadrature.
+double reach_of_cone(double theta) {
+    constexpr int Steps = 400;
+    double sum = 0;
+    for (int i = 0; i < Steps; i++) {
+        const double a = M_PI * (i + 0.5) / Steps, from = std::max(a - theta, 0.0);
+        sum += from < M_PI / 2 ? std::cos(from) * std::sin(a) : 0;
+    }
+    return sum * 2 * M_PI * M_PI / Steps;
+}
+
+// Power times reach times surface of the box, and a thousandth of its diagonal's square; a cap of half angle
+// t has a mean normal of (1 + cos t) / 2.
+double cost_of(const std::vector<Facet>& facets, uint32_t which) {
+    double lo[3], hi[3], axis[3] = {}, power = 0;
+    int n = 0;
+    for (size_t i = 0; i < facets.size(); i++) {
+        if (!(which >> i & 1))
+            continue;
+        for (size_t c = 0; c < 3; c++) {
+            lo[c] = n ? std::min(lo[c], facets[i].at[c]) : facets[i].at[c];
+            hi[c] = n ? std::max(hi[c], facets[i].at[c]) : facets[i].at[c];
+            axis[c] += facets[i].axis[c];
+        }
+        power += facets[i].power;
+        n++;
+    }
+    const double d[3] = {hi[0] - lo[0], hi[1] - lo[1], hi[2] - lo[2]};
+    const double mean = std::hypot(axis[0], axis[1], axis[2]) / n;
+    const double box =
+        d[0] * d[1] + d[1] * d[2] + d[2] * d[0] + 1e-3 * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    return power * reach_of_cone(std::acos(std::clamp(2 * mean - 1, -1.0, 1.0))) * box;
+}
+
+// The least cost of parting them at a twelfth of the way along an axis, short ones dearer; that of a given
+// part.
+double least_cost(const std::vector<Facet>& facets, uint32_t part, double& of_part) {
+    const uint32_t all = (1u << facets.size()) - 1;
+    double lo[3], d[3], longest = 0, least = 1e300;
+    for (size_t c = 0; c < 3; c++) {
+        const auto [a, b] = std::ranges::minmax(facets, {}, [&](const Facet& f) { return f.at[c]; });
+        lo[c] = a.at[c], d[c] = b.at[c] - a.at[c], longest = std::max(longest, d[c]);
+    }
+    of_part = 1e300;
+    for (size_t c = 0; c < 3; c++)
+        for (int cut = 1; cut < 12; cut++) {
+            uint32_t low = 0;
+            for (size_t i = 0; i < facets.size(); i++)
+                low |= uint32_t((facets[i].at[c] - lo[c]) / d[c] * 12 < cut) << i;
+            const double cost = (cost_of(facets, low) + cost_of(facets, all & ~low)) * longest / d[c];
+            least = std::min(least, cost);
+            if (low == part || low == (all & ~part))
+                of_part = std::min(of_part, cost);
+        }
+    return least;
+}
+
+} // namespace
+
+// Nine lights are one too many for a node, and parted once: as their power, extent and normals have it.
+TEST(LightTree, PartsWhereItCostsLeast) {
+    Random u(41);
+    for (int k = 0; k < 150; k++) {
+        std::vector<Facet> facets;
+        std::vector<LightBound> lights;
+        const Vec3f mean = u.direction();
+        const float narrow = k % 3 == 0 ? 3.0f : k % 3 == 1 ? 1.0f : 0.0f;
+        for (int i = 0; i < 9; i++) {
+            LightBound b;
+            b.center = Vec3f(u(), u(), 0.3f * u());
+            b.axis = normalize((u() < 0.6f ? mean : -mean) * narrow + u.direction());
+            b.cos_spread = 1, b.cos_reach = 0;
+            b.power = std::exp(u());
+            lights.push_back(b);
+            Facet f;
+            for (int c = 0; c < 3; c++)
+                f.at[c] = double(b.center[c]), f.axis[c] = double(b.axis[c]);
+            f.power = double(b.power);
+            facets.push_back(f);
+        }
+        const LightTree tree = build_light_tree(lights);
+        uint32_t part = 0;
+        for (size_t i = 0; i < 9; i++) {
+            const int32_t node = tree.place[i] / 8,
+                          child = node == 0 ? tree.place[i] % 8 : tree.parent[size_t(node)] % 8;
+            ASSERT_LT(child, 2);
+            part |= uint32_t(child) << i;
+        }
+        double of_part;
+        const double least = least_cost(facets, part, of_part);
+        EXPECT_LT(of_part, least * 1.001) << k;
+    }
+}
+
 // Lights that are all in one place, of no size, of a size beyond numbers, in numbers.
 TEST(LightTree, OddLights) {
     std::vector<LightBound> lights(1000);

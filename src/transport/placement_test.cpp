@@ -196,4 +196,22 @@ TEST(Placement, Moving) {
     }
 }
 
+// Seen by way of a mirror a hundred thousand units away: there a ray's parameter is known to some
+// thousandths, while what it meets lies before the eye, where rays stand off by a hundred thousandth.
+TEST(Placement, NearByAndSeenFromAfar) {
+    constexpr float Far = 1e5f;
+    TestScene s;
+    s.add_quad({0, 0, Far}, {0, 1, 0}, {1, 0, 0}, {metal(0)});
+    const Vec3f n = normalize(Vec3f(0.6f, -0.3f, 1)), x = normalize(cross(n, Vec3f(0, 1, 0.2f)));
+    s.add_quad({0, 0, -5}, x * 3, cross(n, x) * 3, {matte(Rgb(Albedo))});
+    s.inputs.lights = {constant_sky(Rgb(1))};
+    s.inputs.max_depth = 4;
+    s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0.5f / Far, 24, 24);
+    s.finish();
+    double sum = 0;
+    for (const PixelSums& p : s.render(16, 8))
+        sum += double(p.rgb[1]) / (24 * 24);
+    EXPECT_NEAR(sum, double(Albedo), 0.004);
+}
+
 } // namespace kanuka::transport
