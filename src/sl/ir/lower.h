@@ -151,8 +151,20 @@ class Lower {
     Ref primitive(const ast::Expr* e, const ops::Signature& s);
     Ref noise(const ast::Expr* e, const ops::Signature& s);
     Ref special(const ast::Expr* e, const ops::Signature& s);
-    Ref array_op(const ast::Expr* e);
-    Ref query(const ast::Expr* e);
+    Ref absent(const ast::Expr* e, const ops::Signature& s);
+    Ref difference(const ast::Expr* e, const ops::Signature& s);
+    Ref calculate_normal(const ast::Expr* e, const ops::Signature& s);
+    Ref shader_name(const ast::Expr* e);
+    Ref array_op(const ast::Expr* e, ops::Special what);
+    Ref struct_array_op(const ast::Expr* e, ops::Special what);
+    int room(const Binding& array);
+    Ref array_length(const Binding& array, Loc at);
+    void push(const Binding& array, const ast::Expr* what, const ast::Type& element, Loc at);
+    Ref pop(const Binding& array, Ty element, Loc at);
+    void resize(const Binding& array, const ast::Expr* length, bool set, Loc at);
+    Ref query(const ast::Expr* e, const ops::Signature& s);
+    void answer_array(const Binding& b, Ref known, Ref value, Loc at);
+    Ref inline_values(ast::FunctionDecl* f, const std::vector<Ref>& args, Loc at);
     void bind_formal(const ast::VarDecl* formal, const ast::Expr* a, Bindings& bindings,
                      std::vector<std::pair<const ast::Expr*, int>>& copies);
     Ref closure(const ast::Expr* e, const ops::Signature& s);
@@ -160,7 +172,10 @@ class Lower {
     Ref spline_in(const ops::SplineBasis& basis, bool solve, Ref x, const Binding& values, Ty t, Loc at);
     Ref spline_at(const ops::SplineBasis& basis, Ref x, const Binding& values, Ty t, Loc at);
     Ref texture(const ast::Expr* e, const ops::Signature& s);
-    Ref component(const ast::Expr* e);
+    std::vector<Ref> texture_coordinates(const ast::Expr* e, bool environment);
+    void place_texture(CallSite& site, const std::vector<Ref>& where);
+    void texture_options(CallSite& site, const ast::Expr* e);
+    Ref component(const ast::Expr* e, const ops::Signature& s);
     Ref space(const ast::Expr* e);
     Ref host(CallKind kind, const ast::Expr* e, const ops::Signature& s);
     Ref random(const ast::Expr* e, const ops::Signature& s);
@@ -186,10 +201,14 @@ class Lower {
     Ref get_shader(const ast::Expr* e);
     std::vector<std::string> shader_list(const ast::Expr* e);
     std::optional<std::string> plain_text(const ast::Expr* e, const char* what);
-    Ref ask_shader(const ast::Expr* e);
+    Ref ask_shader(const ast::Expr* e, const ops::Signature& s);
 
     // lower_material.cpp
-    Ref material(const ast::Expr* e, const ops::Signature& s, bool& known);
+    void material(const ast::Expr* e, const ops::Signature& s);
+    void add_node(const ast::Expr* e, CallKind kind);
+    void set_layer(const ast::Expr* e);
+    void set_presence(const ast::Expr* e);
+    void set_interior(const ast::Expr* e, CallKind kind);
     // What mnk_init adds, as far as its names are constants.
     struct AddedNodes {
         std::map<std::string, std::set<grid::LobeId>> lobes; // with what they may be
@@ -244,6 +263,22 @@ class Lower {
     Ref kernel(Closure kind, Ty ty, std::vector<Ref> args, Tag t, Loc at);
     Ref light_arithmetic(ast::BinOp op, Ref a, Ref b, Loc at);
     Ref light_shadeop(const ast::Expr* e);
+    static const ops::Signature& signature(const ast::Expr* e) {
+        return e->shadeop->signatures[size_t(e->signature)];
+    }
+    std::vector<Ref> arguments(const ast::Expr* e);
+    Ref plain_source(const ast::Expr* e, const std::vector<Ref>& args);
+    void note_occlusion(Loc at);
+    static bool to_light(Tag t);
+    Ref normalize(const ast::Expr* e);
+    Ref length(const ast::Expr* e);
+    Ref face_forward(const ast::Expr* e);
+    Ref transform_vector(const ast::Expr* e);
+    Ref reflect(const ast::Expr* e, Tag made);
+    Ref specular_brdf(const ast::Expr* e);
+    Ref exponential(const ast::Expr* e);
+    Ref smooth_step(const ast::Expr* e);
+    Ref cosine_function(const ast::Expr* e);
     Ref blinn_exponent(Ref roughness, Loc at);
     // lower_kernels.cpp
     bool of_light(Ref r, int depth = 0) const;
@@ -273,7 +308,7 @@ class Lower {
     void repeat(const char* counter_name, Ref count, Loc at, const std::function<void(Ref)>& begin,
                 const std::function<void()>& body, Ref light = ir::None);
     int reference_value(const char* name, Loc at);
-    Ref light_query(const ast::Expr* e, bool& known);
+    Ref ray_info(const ast::Expr* e);
     Ref expr_global(const char* name, Loc at);
 
     bool on_grid() const { return m_role >= Role::Displace; }
@@ -304,7 +339,6 @@ class Lower {
     std::unordered_map<const ast::VarDecl*, Binding> m_bind;
     std::unordered_map<const ast::VarDecl*, int> m_parameter_index, m_member_index;
     std::vector<std::pair<const ast::VarDecl*, int>> m_carried; // members, the parameters that carry them
-    std::map<std::pair<Ref, Ref>, Ref> m_spaces_by_ref;
     std::map<std::string, Ref> m_spaces;
     std::unordered_map<int, int> m_channel_vars; // of the stage
     std::map<std::string, int> m_channels;       // by node and input

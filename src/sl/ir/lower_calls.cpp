@@ -125,6 +125,15 @@ Ref Lower::inline_with(FunctionDecl* f, std::vector<Binding> values, Loc at) {
     return inline_placed(f, std::move(bindings), at);
 }
 
+Ref Lower::inline_values(FunctionDecl* f, const std::vector<Ref>& args, Loc at) {
+    std::vector<Binding> values(f->formals.size());
+    for (size_t i = 0; i < values.size(); i++) {
+        values[i].kind = Binding::Value;
+        values[i].value = args[i];
+    }
+    return inline_with(f, std::move(values), at);
+}
+
 Ref Lower::inline_placed(FunctionDecl* f, Bindings bindings, Loc at) {
     // What a shadeop's own source does is said to be at its call.
     const bool outermost = !m_b.place() && m_diagnostics.sources().name(f->loc.file).starts_with("<");
@@ -321,9 +330,9 @@ Ref Lower::closure(const Expr* e, const ops::Signature& s) {
     return m_b.emit(Op::Closure, Ty::Triple, std::move(args), e->loc, int(kind));
 }
 
-Ref Lower::component(const Expr* e) {
+Ref Lower::component(const Expr* e, const ops::Signature& s) {
     const bool matrix = e->args[0]->type.is(Base::Matrix);
-    const bool set = e->shadeop->name == "setcomp";
+    const bool set = s.special == ops::Special::SetComponent;
     const Ref whole = expr(e->args[0]);
     const Ty t = m_b.at(whole).ty;
     const int n = comps(t);
@@ -430,26 +439,39 @@ Ref Lower::host(CallKind kind, const Expr* e, const ops::Signature& s) {
 // texture("name"[channel], s, t, "blur", 0.1, …) and its forms without coordinates or with those of four
 // corners.
 Ref Lower::texture(const Expr* e, const ops::Signature& s) {
-    const bool environment = e->shadeop->name == "environment";
+    const bool environment = s.special == ops::Special::Environment;
     CallSite site{environment ? CallKind::Environment : CallKind::Texture, e->loc};
-    const auto add = [&](const char* name, Ref r) {
-        site.names.emplace_back(name);
-        site.args.push_back(r);
-    };
     const Expr* file = e->args[0];
     Ref channel = m_b.constant(0.0f);
     if (file->kind == ExprKind::Index && file->type.is(Base::String) && !file->args[0]->type.array) {
         channel = expr_as(file->args[1], {Base::Float});
         file = file->args[0];
     }
-    add("file", expr(file));
-    add("channel", channel);
-    size_t i = 1;
-    std::vector<Ref> positional;
-    for (; i < e->args.size() && e->args[i]->kind != ExprKind::String; i++) {
+    site.names = {"file", "channel"};
+    site.args = {expr(file), channel};
+    const std::vector<Ref> where = texture_coordinates(e, environment);
+    if (environment) {
+        // A refracted direction sees the scene through a lobe, as trace() does; pictures.cpp knows of
+        // mirrors.
+        if (m_lit && !where.empty() && tag(where[0]) == Tag::Refracted && ty(s.result) == Ty::Triple)
+            return m_b.emit(Op::Closure, Ty::Triple, {where[0]}, e->loc, int(Closure::Refraction));
+        site.names.emplace_back("direction");
+        site.args.push_back(where.empty() ? zero(Ty::Triple) : where[0]);
+    } else {
+        place_texture(site, where);
+    }
+    texture_options(site, e);
+    site.imm = comps(ty(s.result));
+    return m_b.call(std::move(site), ty(s.result));
+}
+
+// The values between the file's name and the first option.
+std::vector<Ref> Lower::texture_coordinates(const Expr* e, bool environment) {
+    std::vector<Ref> where;
+    for (size_t i = 1; i < e->args.size() && e->args[i]->kind != ExprKind::String; i++) {
         const Expr* a = e->args[i];
         if (a->type.base != Base::Struct) {
-            positional.push_back(expr(a));
+            where.push_back(expr(a));
             continue;
         }
         // A filter region: coordinates, and a direction.
@@ -458,33 +480,38 @@ Ref Lower::texture(const Expr* e, const ops::Signature& s) {
             Expr field{ExprKind::Name, a->loc};
             field.var = a->var->fields[k];
             field.type = field.var->type;
-            positional.push_back(expr(&field));
+            where.push_back(expr(&field));
         }
     }
-    const auto coordinate = [&](size_t k, const char* fallback) {
-        if (k < positional.size() && m_b.at(positional[k]).ty == Ty::Float)
-            return positional[k];
-        return global(m_sema.global(fallback), e->loc);
+    return where;
+}
+
+void Lower::place_texture(CallSite& site, const std::vector<Ref>& where) {
+    const auto add = [&](const char* name, size_t k, const char* fallback) {
+        site.names.emplace_back(name);
+        site.args.push_back(k < where.size() && m_b.at(where[k]).ty == Ty::Float
+                                ? where[k]
+                                : global(m_sema.global(fallback), site.loc));
     };
-    if (environment) {
-        // A refracted direction sees the scene through a lobe, as trace() does; pictures.cpp knows of
-        // mirrors.
-        if (m_lit && !positional.empty() && tag(positional[0]) == Tag::Refracted &&
-            ty(s.result) == Ty::Triple)
-            return m_b.emit(Op::Closure, Ty::Triple, {positional[0]}, e->loc, int(Closure::Refraction));
-        add("direction", positional.empty() ? zero(Ty::Triple) : positional[0]);
-    } else if (positional.size() == 8) {
-        static constexpr const char* Names[] = {"s1", "t1", "s2", "t2", "s3", "t3", "s4", "t4"};
+    if (where.size() == 8) {
+        static constexpr const char* Corners[] = {"s1", "t1", "s2", "t2", "s3", "t3", "s4", "t4"};
         for (size_t k = 0; k < 8; k++)
-            add(Names[k], coordinate(k, "s"));
-    } else {
-        if (positional.size() != 0 && positional.size() != 2)
-            m_diagnostics.error(e->loc,
-                                "texture() takes no coordinates, (s, t), or those of four corners; found " +
-                                    std::to_string(positional.size()) + " values");
-        add("s", coordinate(0, "s"));
-        add("t", coordinate(1, "t"));
+            add(Corners[k], k, "s");
+        return;
     }
+    if (where.size() != 0 && where.size() != 2)
+        m_diagnostics.error(site.loc,
+                            "texture() takes no coordinates, (s, t), or those of four corners; found " +
+                                std::to_string(where.size()) + " values");
+    add("s", 0, "s");
+    add("t", 1, "t");
+}
+
+// "blur", 0.1, …
+void Lower::texture_options(CallSite& site, const Expr* e) {
+    size_t i = 1;
+    while (i < e->args.size() && e->args[i]->kind != ExprKind::String)
+        i++;
     for (; i + 1 < e->args.size(); i += 2) {
         const Expr* n = e->args[i];
         if (n->kind != ExprKind::String) {
@@ -494,9 +521,7 @@ Ref Lower::texture(const Expr* e, const ops::Signature& s) {
         static constexpr std::string_view Known[] = {
             "blur",  "sblur", "tblur",  "width", "swidth",  "twidth", "fill",   "wrap",
             "swrap", "twrap", "filter", "lerp",  "samples", "bias",   "interp", "alpha"};
-        bool known = false;
-        for (std::string_view k : Known)
-            known = known || k == n->text;
+        const bool known = std::ranges::find(Known, n->text) != std::end(Known);
         if (!known)
             m_diagnostics.warning(n->loc, "texture parameter \"" + std::string(n->text) +
                                               "\" is not known and ignored");
@@ -506,10 +531,6 @@ Ref Lower::texture(const Expr* e, const ops::Signature& s) {
             site.args.push_back(value);
         }
     }
-    site.imm = comps(ty(s.result));
-    if (environment) // of a direction that depends on the view: pictures.cpp decides what it is
-        site.names[2] = "direction";
-    return m_b.call(std::move(site), ty(s.result));
 }
 
 // What shadername() and its like call a kind.
@@ -520,74 +541,103 @@ static const char* message_name(ShaderKind kind) {
 }
 
 Ref Lower::special(const Expr* e, const ops::Signature& s) {
-    const std::string& n = e->shadeop->name;
-    bool known = true;
-    if (const Ref r = material(e, s, known); known)
-        return r;
-    if (n == "spline")
+    using ops::Special;
+    switch (s.special) {
+    case Special::Absent:
+        return absent(e, s);
+    case Special::Host:
+        return host(CallKind(s.imm), e, s);
+    case Special::Query:
+        return query(e, s);
+    case Special::Spline:
         return spline(e, s);
-    if (n == "comp" || n == "setcomp")
-        return component(e);
-    if (n == "__space")
-        return space(e);
-    if (n == "__dx" || n == "__dy" || n == "calculatenormal") {
-        const Ref x = expr_as(e->args[0], s.args[0].type);
-        CallSite site{n == "__dx"   ? CallKind::Dx
-                      : n == "__dy" ? CallKind::Dy
-                                    : CallKind::CalculateNormal,
-                      e->loc};
-        site.args = {x};
-        if (n == "calculatenormal")
-            site.args.push_back(input(Input::N));
-        else if (const Instr& i = m_b.at(x); i.op == Op::Input)
-            site.imm = 1 + i.imm;
-        return m_b.call(std::move(site), m_b.at(x).ty);
-    }
-    if (n == "texture" || n == "environment")
-        return texture(e, s);
-    if (n == "determinant")
+    case Special::Component:
+    case Special::SetComponent:
+        return component(e, s);
+    case Special::Determinant:
         return determinant(expr(e->args[0]), e->loc);
-    if (n == "arraylength" || n == "capacity" || n == "push" || n == "pop" || n == "resize" || n == "reserve")
-        return array_op(e);
-    if (n == "attribute" || n == "option" || n == "rendererinfo" || n == "textureinfo")
-        return query(e);
-    if (n == "shadername") {
-        const bool own = e->args.empty() ||
-                         constant_text(e->args[0], "the kind of a shader") == message_name(m_program.kind);
-        const std::string_view name =
-            m_self < 0 ? std::string_view(m_program.name) : m_linked->units[size_t(m_self)].shader->name;
-        return m_b.text(own ? std::string(name) : std::string());
-    }
-    if (n == "getshader")
-        return get_shader(e);
-    if (n == "getvar" || n == "hasmethod")
-        return ask_shader(e);
-    if (n == "emit")
+    case Special::Space:
+        return space(e);
+    case Special::Difference:
+        return difference(e, s);
+    case Special::CalculateNormal:
+        return calculate_normal(e, s);
+    case Special::Random:
+        return random(e, s);
+    case Special::ShaderName:
+        return shader_name(e);
+    case Special::Texture:
+    case Special::Environment:
+        return texture(e, s);
+    case Special::PointCloud:
+        m_diagnostics.warning(e->loc,
+                              e->shadeop->name + "() is not here: there are no point clouds; it gives 0");
+        return zero(Ty::Float);
+    case Special::Emit:
         m_diagnostics.warning(e->loc, "emit() is not here: add to Ci, or use an area light");
-    if (n == "bake3d" || n == "texture3d" || n == "bake") {
-        m_diagnostics.warning(e->loc, n + "() is not here: there are no point clouds; it gives 0");
+        return absent(e, s);
+    case Special::RayInfo:
+        return ray_info(e);
+    case Special::ArrayLength:
+    case Special::ArrayCapacity:
+    case Special::Push:
+    case Special::Pop:
+    case Special::Resize:
+    case Special::Reserve:
+        return array_op(e, s.special);
+    case Special::GetShader:
+        return get_shader(e);
+    case Special::GetShaders: // as the value of an array alone: shader_list()
+    case Special::GetLights:
+        return absent(e, s);
+    case Special::GetVariable:
+    case Special::HasMethod:
+        return ask_shader(e, s);
+    case Special::Create:
+    case Special::AddLayer:
+    case Special::AddNode:
+    case Special::SetLobe:
+    case Special::SetLayer:
+    case Special::SetPresence:
+    case Special::SetInterior:
+        material(e, s);
         return zero(Ty::Float);
     }
-    if (n == "format")
-        return host(CallKind::Format, e, s);
-    if (n == "concat")
-        return host(CallKind::Concat, e, s);
-    if (n == "match")
-        return host(CallKind::Match, e, s);
-    if (n == "printf")
-        return host(CallKind::Printf, e, s);
-    if (n == "random")
-        return random(e, s);
-    if (n == "__report")
-        return host(CallKind::Report, e, s);
-    if (const Ref r = light_query(e, known = true); known)
-        return r;
-    // Messages of other shaders, co-shaders: none of them is there
+    return zero(Ty::Float);
+}
+
+// Messages of other shaders and the like: none of them is there.
+Ref Lower::absent(const Expr* e, const ops::Signature& s) {
     for (const Expr* a : e->args)
         if (a->type.base != Base::Struct && !a->type.array && !a->type.handle())
             expr(a);
     const Ty t = ty(s.result);
     return zero(t == Ty::Void ? Ty::Float : t);
+}
+
+// To the next vertex.
+Ref Lower::difference(const Expr* e, const ops::Signature& s) {
+    const Ref x = expr_as(e->args[0], s.args[0].type);
+    CallSite site{CallKind(s.imm), e->loc};
+    site.args = {x};
+    if (const Instr& i = m_b.at(x); i.op == Op::Input)
+        site.imm = 1 + i.imm;
+    return m_b.call(std::move(site), m_b.at(x).ty);
+}
+
+Ref Lower::calculate_normal(const Expr* e, const ops::Signature& s) {
+    const Ref P = expr_as(e->args[0], s.args[0].type);
+    CallSite site{CallKind::CalculateNormal, e->loc};
+    site.args = {P, input(Input::N)};
+    return m_b.call(std::move(site), m_b.at(P).ty);
+}
+
+Ref Lower::shader_name(const Expr* e) {
+    const bool own =
+        e->args.empty() || constant_text(e->args[0], "the kind of a shader") == message_name(m_program.kind);
+    const std::string_view name =
+        m_self < 0 ? std::string_view(m_program.name) : m_linked->units[size_t(m_self)].shader->name;
+    return m_b.text(own ? std::string(name) : std::string());
 }
 
 } // namespace kanuka::sl::ir

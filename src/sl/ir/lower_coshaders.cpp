@@ -340,13 +340,14 @@ std::vector<std::string> Lower::shader_list(const Expr* e) {
     std::vector<std::string> handles;
     if (!e->shadeop || e->kind != ExprKind::Call)
         return handles;
-    if (e->shadeop->name == "getlights") {
+    const ops::Special what = e->shadeop->signatures[size_t(e->signature)].special;
+    if (what == ops::Special::GetLights) {
         m_diagnostics.warning(e->loc,
                               "no lights are known while shading: the array is empty. Use illuminance, or "
                               "diffuse() and specular()");
         return handles;
     }
-    if (e->shadeop->name != "getshaders" || !m_linked)
+    if (what != ops::Special::GetShaders || !m_linked)
         return handles;
     const std::optional<std::string> by =
         e->args.size() >= 2 ? plain_text(e->args[0], "what co-shaders are picked by") : std::nullopt;
@@ -359,8 +360,8 @@ std::vector<std::string> Lower::shader_list(const Expr* e) {
 }
 
 // getvar (s, name, variable): 1 and the value, if it is there. hasmethod (s, name).
-Ref Lower::ask_shader(const Expr* e) {
-    const bool method = e->shadeop->name == "hasmethod";
+Ref Lower::ask_shader(const Expr* e, const ops::Signature& s) {
+    const bool method = s.special == ops::Special::HasMethod;
     const Ref handle = expr(e->args[0]);
     if (!m_linked)
         return zero(Ty::Float);

@@ -342,12 +342,7 @@ Ref Lower::in_space(Ref value, const ast::Type& type, const Expr* space, Loc at)
             continue;
         const Ref from = expr(space);
         const Ref to = m_b.text(type.is(Base::Color) ? "rgb" : "current");
-        std::vector<Binding> b(3);
-        for (size_t i = 0; i < 3; i++) {
-            b[i].kind = Binding::Value;
-            b[i].value = i == 0 ? from : i == 1 ? to : value;
-        }
-        return inline_with(f, std::move(b), at);
+        return inline_values(f, {from, to, value}, at);
     }
     return value;
 }

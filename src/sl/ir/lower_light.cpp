@@ -226,12 +226,7 @@ Ref Lower::source_call(const char* shadeop, std::vector<Ref> args, Loc at, Ty re
         FunctionDecl* f = fits ? m_sema.source(*op, int(k)) : nullptr;
         if (!f)
             continue;
-        std::vector<Binding> b(args.size());
-        for (size_t i = 0; i < b.size(); i++) {
-            b[i].kind = Binding::Value;
-            b[i].value = args[i];
-        }
-        return inline_with(f, std::move(b), at);
+        return inline_values(f, args, at);
     }
     return zero(result);
 }
@@ -290,127 +285,171 @@ Ref Lower::blinn_exponent(Ref roughness, Loc at) {
 
 // Shadeops of directions and cosines; None = as any other.
 Ref Lower::light_shadeop(const Expr* e) {
-    const std::string& n = e->shadeop->name;
-    const ops::Signature& s = e->shadeop->signatures[size_t(e->signature)];
-    const auto source = [&](std::vector<Ref> args) {
-        FunctionDecl* f = m_sema.source(*e->shadeop, e->signature);
-        if (!f)
-            return zero(ty(e->type));
-        std::vector<Binding> b(f->formals.size());
-        for (size_t k = 0; k < b.size(); k++) {
-            b[k].kind = Binding::Value;
-            b[k].value = args[k];
-        }
-        return inline_with(f, std::move(b), e->loc);
-    };
-    const auto arguments = [&] {
-        std::vector<Ref> args;
-        for (size_t k = 0; k < e->args.size() && k < s.args.size(); k++)
-            args.push_back(expr_as(e->args[k], s.args[k].type));
-        return args;
-    };
-    if (n == "fresnel")
-        return fresnel(e);
-    m_program.interreflection |= n == "occlusion" && m_lit;
-    if (n == "occlusion" && m_lit && !m_b.place() && !std::exchange(m_said_occlusion, true))
-        m_diagnostics.info(e->loc, "occlusion() is 0: transport occludes what light falls on. A surface that "
-                                   "shows 1 - occlusion() by itself is white; --integrator ao shows it");
-    if (n == "normalize") {
-        const std::vector<Ref> args = arguments();
-        const Tag t = tag(args[0]);
-        if (t == Tag::Light || t == Tag::Half || t == Tag::LightMirrored)
-            return args[0];
-        return tagged(source(args), t);
-    }
-    if (n == "length" && m_illuminance > 0) { // directions to lights are taken to be of unit length
-        const std::vector<Ref> args = arguments();
-        const Tag t = tag(args[0]);
-        return t == Tag::Light || t == Tag::Half || t == Tag::LightMirrored ? m_b.constant(1.0f)
-                                                                            : source(args);
-    }
-    if (n == "faceforward") {
-        const std::vector<Ref> args = arguments();
-        const Tag t = tag(args[1]);
-        if (t == Tag::None)
-            return source(args);
-        const bool view = t == Tag::View || t == Tag::Eye;
-        const Tag side = tag(args[0]);
-        if (view && (side == Tag::Behind || side == Tag::Negated)) // both are turned to the eye
-            return tagged(m_b.emit(Op::Neg, Ty::Triple, {args[0]}, e->loc), Tag::Facing);
-        return view && side == Tag::None ? tagged(args[0], Tag::Facing) : args[0];
-    }
-    if (n == "vtransform" && m_lit) { // space does not change what a direction is to a lobe
-        const std::vector<Ref> args = arguments();
-        const Tag t = tag(args.back());
-        return tagged(source(args), t == Tag::Mirrored || t == Tag::Refracted ? t : Tag::None);
-    }
-    if (n == "reflect" || n == "refract") {
-        std::vector<Ref> args = arguments();
-        if (tag(args[0]) == Tag::Light && n == "reflect")
-            return light_direction(Tag::LightMirrored, e->loc);
-        if (tag(args[1]) == Tag::Facing || tag(args[1]) == Tag::Behind)
-            args[1] = turned(args[1], e->loc);
-        const bool view = tag(args[0]) == Tag::View || tag(args[0]) == Tag::Eye;
-        return tagged(source(args), !view ? Tag::None : n == "reflect" ? Tag::Mirrored : Tag::Refracted);
-    }
-    if (n == "specularbrdf") {
-        std::vector<Ref> args = arguments();
-        args[3] = blinn_exponent(args[3], e->loc);
-        if (m_illuminance == 0)
-            return source_call("__blinn", args, e->loc);
-        return kernel(Closure::SpecularKernel, Ty::Triple, {args[1], args[1], args[3]}, Tag::None, e->loc);
-    }
-    if (m_illuminance == 0)
+    using ops::Optics;
+    const bool in_loop = m_illuminance > 0;
+    switch (e->shadeop->optics) {
+    case Optics::None:
         return ir::None;
-    if (n == "exp") {
-        const std::vector<Ref> args = arguments();
-        const Ref kernel = ward(args[0], e->loc);
-        return kernel != ir::None ? kernel : m_b.emit(s.op, ty(s.result), args, e->loc, s.imm);
-    }
-    if (n == "smoothstep" && s.args.size() == 3) {
-        // A highlight with an edge, smoothstep(low, high, pow(N . H, n)): the lobe that is as wide at half
-        // its height, where pow(N . H, n) is in the middle.
-        const std::vector<Ref> args = arguments();
-        const Instr made = m_b.at(args[2]);
-        const bool glossy = made.op == Op::Closure && (Closure(made.imm) == Closure::SpecularKernel ||
-                                                       Closure(made.imm) == Closure::PhongKernel);
-        if (!glossy || made.ty != Ty::Float)
-            return source(args);
-        const auto op = [&](Op o, Ref a, Ref b) { return m_b.emit(o, Ty::Float, {a, b}, e->loc); };
-        const auto f = [&](float x) { return m_b.constant(x); };
-        const Ref middle = op(Op::Mul, op(Op::Add, args[0], args[1]), f(0.5f));
-        const Ref safe = op(Op::Min, op(Op::Max, middle, f(0.01f)), f(0.99f));
-        const Ref narrower =
-            op(Op::Div, f(std::log(0.5f)), m_b.emit(Op::Math1, Ty::Float, {safe}, e->loc, int(Fn::Log)));
-        return kernel(Closure(made.imm), Ty::Float,
-                      {made.args[0], made.args[1], op(Op::Mul, made.args[2], narrower)}, Tag::None, e->loc);
-    }
-    if (n == "max" || n == "clamp" || n == "abs" || n == "pow") {
-        const std::vector<Ref> args = arguments();
-        Ref cosine = ir::None;
-        bool constants = true;
-        for (Ref a : args) {
-            const Tag t = tag(a);
-            if (t == Tag::Cosine || t == Tag::HalfCosine || t == Tag::MirrorCosine)
-                cosine = a;
-            else
-                constants = constants && m_b.is_const(a);
-        }
-        if (cosine == ir::None) // evaluated already: go on with these values
-            return n == "clamp" ? source(args)
-                                : told_math(m_b.emit(s.op, ty(s.result), args, e->loc, s.imm), e->loc);
-        if (n == "pow") {
-            if (cosine != args[0] || tag(cosine) == Tag::Cosine)
-                return ir::None;
-            const Instr made = m_b.at(cosine);
-            const bool half = tag(cosine) == Tag::HalfCosine;
-            const Ref normal = made.op == Op::Closure ? made.args[0] : m_b.triple(0);
-            return kernel(half ? Closure::SpecularKernel : Closure::PhongKernel, Ty::Float,
-                          {normal, normal, args[1]}, Tag::None, e->loc);
-        }
-        return constants ? cosine : ir::None; // limited to the front: kernels are
+    case Optics::Fresnel:
+        return fresnel(e);
+    case Optics::Occlusion:
+        note_occlusion(e->loc);
+        return ir::None;
+    case Optics::Normalize:
+        return normalize(e);
+    case Optics::Length:
+        return in_loop ? length(e) : ir::None;
+    case Optics::FaceForward:
+        return face_forward(e);
+    case Optics::TransformVector:
+        return m_lit ? transform_vector(e) : ir::None;
+    case Optics::Reflect:
+        return reflect(e, Tag::Mirrored);
+    case Optics::Refract:
+        return reflect(e, Tag::Refracted);
+    case Optics::SpecularBrdf:
+        return specular_brdf(e);
+    case Optics::Exponential:
+        return in_loop ? exponential(e) : ir::None;
+    case Optics::SmoothStep:
+        return in_loop ? smooth_step(e) : ir::None;
+    case Optics::Limit:
+    case Optics::Power:
+        return in_loop ? cosine_function(e) : ir::None;
     }
     return ir::None;
+}
+
+std::vector<Ref> Lower::arguments(const Expr* e) {
+    const ops::Signature& s = signature(e);
+    std::vector<Ref> args;
+    for (size_t k = 0; k < e->args.size() && k < s.args.size(); k++)
+        args.push_back(expr_as(e->args[k], s.args[k].type));
+    return args;
+}
+
+// The shadeop as it is written in RSL, of these arguments.
+Ref Lower::plain_source(const Expr* e, const std::vector<Ref>& args) {
+    FunctionDecl* f = m_sema.source(*e->shadeop, e->signature);
+    return f ? inline_values(f, args, e->loc) : zero(ty(e->type));
+}
+
+void Lower::note_occlusion(Loc at) {
+    if (!m_lit)
+        return;
+    m_program.interreflection = true;
+    if (!m_b.place() && !std::exchange(m_said_occlusion, true))
+        m_diagnostics.info(at, "occlusion() is 0: transport occludes what light falls on. A surface that "
+                               "shows 1 - occlusion() by itself is white; --integrator ao shows it");
+}
+
+bool Lower::to_light(Tag t) {
+    return t == Tag::Light || t == Tag::Half || t == Tag::LightMirrored;
+}
+
+Ref Lower::normalize(const Expr* e) {
+    const std::vector<Ref> args = arguments(e);
+    const Tag t = tag(args[0]);
+    return to_light(t) ? args[0] : tagged(plain_source(e, args), t);
+}
+
+// Directions to lights are taken to be of unit length.
+Ref Lower::length(const Expr* e) {
+    const std::vector<Ref> args = arguments(e);
+    return to_light(tag(args[0])) ? m_b.constant(1.0f) : plain_source(e, args);
+}
+
+Ref Lower::face_forward(const Expr* e) {
+    const std::vector<Ref> args = arguments(e);
+    const Tag t = tag(args[1]);
+    if (t == Tag::None)
+        return plain_source(e, args);
+    const bool view = t == Tag::View || t == Tag::Eye;
+    const Tag side = tag(args[0]);
+    if (view && (side == Tag::Behind || side == Tag::Negated)) // both are turned to the eye
+        return tagged(m_b.emit(Op::Neg, Ty::Triple, {args[0]}, e->loc), Tag::Facing);
+    return view && side == Tag::None ? tagged(args[0], Tag::Facing) : args[0];
+}
+
+// Space does not change what a direction is to a lobe.
+Ref Lower::transform_vector(const Expr* e) {
+    const std::vector<Ref> args = arguments(e);
+    const Tag t = tag(args.back());
+    return tagged(plain_source(e, args), t == Tag::Mirrored || t == Tag::Refracted ? t : Tag::None);
+}
+
+// reflect() and refract(): of the view direction it is `made`.
+Ref Lower::reflect(const Expr* e, Tag made) {
+    std::vector<Ref> args = arguments(e);
+    if (tag(args[0]) == Tag::Light && made == Tag::Mirrored)
+        return light_direction(Tag::LightMirrored, e->loc);
+    if (tag(args[1]) == Tag::Facing || tag(args[1]) == Tag::Behind)
+        args[1] = turned(args[1], e->loc);
+    const bool view = tag(args[0]) == Tag::View || tag(args[0]) == Tag::Eye;
+    return tagged(plain_source(e, args), view ? made : Tag::None);
+}
+
+Ref Lower::specular_brdf(const Expr* e) {
+    std::vector<Ref> args = arguments(e);
+    args[3] = blinn_exponent(args[3], e->loc);
+    if (m_illuminance == 0)
+        return source_call("__blinn", args, e->loc);
+    return kernel(Closure::SpecularKernel, Ty::Triple, {args[1], args[1], args[3]}, Tag::None, e->loc);
+}
+
+Ref Lower::exponential(const Expr* e) {
+    const ops::Signature& s = signature(e);
+    const std::vector<Ref> args = arguments(e);
+    const Ref kernel = ward(args[0], e->loc);
+    return kernel != ir::None ? kernel : m_b.emit(s.op, ty(s.result), args, e->loc, s.imm);
+}
+
+// A highlight with an edge, smoothstep(low, high, pow(N . H, n)): the lobe that is as wide at half its
+// height, where pow(N . H, n) is in the middle.
+Ref Lower::smooth_step(const Expr* e) {
+    const std::vector<Ref> args = arguments(e);
+    const Instr made = m_b.at(args[2]);
+    const bool glossy = made.op == Op::Closure && (Closure(made.imm) == Closure::SpecularKernel ||
+                                                   Closure(made.imm) == Closure::PhongKernel);
+    if (!glossy || made.ty != Ty::Float)
+        return plain_source(e, args);
+    const auto op = [&](Op o, Ref a, Ref b) { return m_b.emit(o, Ty::Float, {a, b}, e->loc); };
+    const auto f = [&](float x) { return m_b.constant(x); };
+    const Ref middle = op(Op::Mul, op(Op::Add, args[0], args[1]), f(0.5f));
+    const Ref safe = op(Op::Min, op(Op::Max, middle, f(0.01f)), f(0.99f));
+    const Ref narrower =
+        op(Op::Div, f(std::log(0.5f)), m_b.emit(Op::Math1, Ty::Float, {safe}, e->loc, int(Fn::Log)));
+    return kernel(Closure(made.imm), Ty::Float,
+                  {made.args[0], made.args[1], op(Op::Mul, made.args[2], narrower)}, Tag::None, e->loc);
+}
+
+// max(), clamp(), abs() and pow() of a cosine, which may be a kernel's; None = not of one, and not yet
+// evaluated.
+Ref Lower::cosine_function(const Expr* e) {
+    const ops::Signature& s = signature(e);
+    const std::vector<Ref> args = arguments(e);
+    Ref cosine = ir::None;
+    bool constants = true;
+    for (Ref a : args) {
+        const Tag t = tag(a);
+        if (t == Tag::Cosine || t == Tag::HalfCosine || t == Tag::MirrorCosine)
+            cosine = a;
+        else
+            constants = constants && m_b.is_const(a);
+    }
+    if (cosine == ir::None) // evaluated already: go on with these values
+        return s.impl == ops::Impl::Source
+                   ? plain_source(e, args)
+                   : told_math(m_b.emit(s.op, ty(s.result), args, e->loc, s.imm), e->loc);
+    if (e->shadeop->optics == ops::Optics::Limit)
+        return constants ? cosine : ir::None; // limited to the front: kernels are
+    if (cosine != args[0] || tag(cosine) == Tag::Cosine)
+        return ir::None;
+    const Instr made = m_b.at(cosine);
+    const bool half = tag(cosine) == Tag::HalfCosine;
+    const Ref normal = made.op == Op::Closure ? made.args[0] : m_b.triple(0);
+    return kernel(half ? Closure::SpecularKernel : Closure::PhongKernel, Ty::Float, {normal, normal, args[1]},
+                  Tag::None, e->loc);
 }
 
 } // namespace kanuka::sl::ir

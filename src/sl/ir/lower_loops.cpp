@@ -285,13 +285,8 @@ void Lower::gather(const Stmt* s) {
 
 // ---- queries of rays and lights
 
-Ref Lower::light_query(const Expr* e, bool& known) {
-    const std::string& n = e->shadeop->name;
-    if (n != "rayinfo") {
-        known = false;
-        return ir::None;
-    }
-    // A surface is shaded for whatever ray may come: as if for one from the camera.
+// rayinfo (name, variable). A surface is shaded for whatever ray may come: as if for one from the camera.
+Ref Lower::ray_info(const Expr* e) {
     const std::string what = e->args[0]->kind == ExprKind::String ? std::string(e->args[0]->text) : "";
     const Expr* target = e->args[1];
     const Ty t = target->var ? ty(target->type) : Ty::Void;

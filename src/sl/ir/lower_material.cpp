@@ -184,91 +184,88 @@ void Lower::set_lobe(const Expr* e) {
             set_channel(node, int(i), value.lobe, m_b.at(value.inputs[i]).ty, value.inputs[i], e->loc);
 }
 
-Ref Lower::material(const Expr* e, const ops::Signature& s, bool& known) {
-    const std::string& n = e->shadeop->name;
-    const auto nothing = [&] { return zero(Ty::Float); };
-    if (n == "CreateBoundary") {
-        if (only_in(Role::Init, e, "mnk_init"))
-            host(CallKind::CreateBoundary, e, s);
-        return nothing();
-    }
-    if (n == "CreateInterior") {
-        if (only_in(Role::Init, e, "mnk_init"))
-            host(CallKind::CreateInterior, e, s);
-        return nothing();
-    }
-    if (n == "AddLayer") {
-        if (only_in(Role::Init, e, "mnk_init")) {
+void Lower::material(const Expr* e, const ops::Signature& s) {
+    using ops::Special;
+    const auto in = [&](Role role, const char* stage) { return only_in(role, e, stage); };
+    switch (s.special) {
+    case Special::Create:
+        if (in(Role::Init, "mnk_init"))
+            host(CallKind(s.imm), e, s);
+        return;
+    case Special::AddLayer:
+        if (in(Role::Init, "mnk_init")) {
             host(CallKind::AddLayer, e, s);
             note_added(m_b.stage().calls.back());
         }
-        return nothing();
-    }
-    if (n == "AddLobe" || n == "AddPhaseFunction" || n == "SetPhaseFunction") {
-        const bool interior = n == "SetPhaseFunction";
-        if (!only_in(interior ? Role::Interior : Role::Init, e, interior ? "mnk_interior" : "mnk_init"))
-            return nothing();
-        const bool phase = n != "AddLobe";
-        const LobeValue value = lobe_value(e->args[2]);
-        const grid::LobeDecl& lobe = grid::lobe(value.lobe);
-        if ((lobe.kind == grid::LobeKind::Phase) != phase) {
-            m_diagnostics.error(e->args[2]->loc, std::string(lobe.name) +
-                                                     (phase ? " is not a phase function"
-                                                            : " is a phase function: use AddPhaseFunction"));
-            return nothing();
-        }
-        CallSite site{n == "AddLobe" ? CallKind::AddLobe
-                      : interior     ? CallKind::SetPhaseFunction
-                                     : CallKind::AddPhaseFunction,
-                      e->loc};
-        site.imm = int(value.lobe);
-        site.args = {expr(e->args[1])};
-        site.names = {"name"};
-        for (size_t i = 0; i < value.inputs.size(); i++)
-            if (value.inputs[i] != ir::None) {
-                site.args.push_back(value.inputs[i]);
-                site.names.emplace_back(lobe.inputs[i].name);
-            }
-        m_b.call(std::move(site), Ty::Void);
-        if (n == "AddLobe")
-            note_added(m_b.stage().calls.back());
-        return nothing();
-    }
-    if (n == "SetLobe") {
-        if (only_in(Role::Shade, e, "mnk_prelighting"))
+        return;
+    case Special::AddNode:
+        if (CallKind(s.imm) == CallKind::SetPhaseFunction ? in(Role::Interior, "mnk_interior")
+                                                          : in(Role::Init, "mnk_init"))
+            add_node(e, CallKind(s.imm));
+        return;
+    case Special::SetLobe:
+        if (in(Role::Shade, "mnk_prelighting"))
             set_lobe(e);
-        return nothing();
+        return;
+    case Special::SetLayer:
+        if (in(Role::Shade, "mnk_prelighting"))
+            set_layer(e);
+        return;
+    case Special::SetPresence:
+        if (in(Role::Shade, "mnk_prelighting"))
+            set_presence(e);
+        return;
+    case Special::SetInterior:
+        if (in(Role::Interior, "mnk_interior"))
+            set_interior(e, CallKind(s.imm));
+        return;
+    default:
+        return;
     }
-    if (n == "SetLayer") {
-        if (only_in(Role::Shade, e, "mnk_prelighting")) {
-            const std::string name = constant_text(e->args[1], "the name of a layer");
-            const Ref weight = expr_as(e->args[2], {Base::Float});
-            if (is_added(name, e->args[1]->loc, {}))
-                set_channel(name, -1, grid::LobeId::LambertBrdf, Ty::Float, weight, e->loc);
+}
+
+// AddLobe, AddPhaseFunction, SetPhaseFunction: a name, and a lobe's inputs.
+void Lower::add_node(const Expr* e, CallKind kind) {
+    const bool phase = kind != CallKind::AddLobe;
+    const LobeValue value = lobe_value(e->args[2]);
+    const grid::LobeDecl& lobe = grid::lobe(value.lobe);
+    if ((lobe.kind == grid::LobeKind::Phase) != phase) {
+        m_diagnostics.error(e->args[2]->loc,
+                            std::string(lobe.name) + (phase ? " is not a phase function"
+                                                            : " is a phase function: use AddPhaseFunction"));
+        return;
+    }
+    CallSite site{kind, e->loc};
+    site.imm = int(value.lobe);
+    site.args = {expr(e->args[1])};
+    site.names = {"name"};
+    for (size_t i = 0; i < value.inputs.size(); i++)
+        if (value.inputs[i] != ir::None) {
+            site.args.push_back(value.inputs[i]);
+            site.names.emplace_back(lobe.inputs[i].name);
         }
-        return nothing();
-    }
-    if (n == "SetPresence") {
-        if (only_in(Role::Shade, e, "mnk_prelighting")) {
-            const Ref value = expr_as(e->args[1], {Base::Float});
-            const int index = channel("", -1, grid::LobeId::LambertBrdf, Ty::Float, true, e->loc);
-            m_b.store(m_channel_vars[index], value, e->loc);
-        }
-        return nothing();
-    }
-    if (n == "SetAbsorption" || n == "SetScattering" || n == "SetPriority") {
-        if (only_in(Role::Interior, e, "mnk_interior")) {
-            CallSite site{n == "SetAbsorption"   ? CallKind::SetAbsorption
-                          : n == "SetScattering" ? CallKind::SetScattering
-                                                 : CallKind::SetPriority,
-                          e->loc};
-            site.args = {expr_as(e->args[1], {n == "SetPriority" ? Base::Float : Base::Color})};
-            m_b.call(std::move(site), Ty::Void);
-        }
-        return nothing();
-    }
-    known = false;
-    return ir::None;
+    m_b.call(std::move(site), Ty::Void);
+    if (!phase)
+        note_added(m_b.stage().calls.back());
+}
+
+void Lower::set_layer(const Expr* e) {
+    const std::string name = constant_text(e->args[1], "the name of a layer");
+    const Ref weight = expr_as(e->args[2], {Base::Float});
+    if (is_added(name, e->args[1]->loc, {}))
+        set_channel(name, -1, grid::LobeId::LambertBrdf, Ty::Float, weight, e->loc);
+}
+
+void Lower::set_presence(const Expr* e) {
+    const Ref value = expr_as(e->args[1], {Base::Float});
+    const int index = channel("", -1, grid::LobeId::LambertBrdf, Ty::Float, true, e->loc);
+    m_b.store(m_channel_vars[index], value, e->loc);
+}
+
+void Lower::set_interior(const Expr* e, CallKind kind) {
+    CallSite site{kind, e->loc};
+    site.args = {expr_as(e->args[1], {kind == CallKind::SetPriority ? Base::Float : Base::Color})};
+    m_b.call(std::move(site), Ty::Void);
 }
 
 } // namespace kanuka::sl::ir

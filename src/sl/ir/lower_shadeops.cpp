@@ -9,61 +9,27 @@ using namespace ast;
 
 // push(), pop() and their kin. Room is made when the stage is compiled: for what the calls are seen to ask,
 // and for ResizableRoom elements where loops hide that.
-Ref Lower::array_op(const Expr* e) {
-    const std::string& n = e->shadeop->name;
+Ref Lower::array_op(const Expr* e, ops::Special what) {
+    using ops::Special;
     const Expr* array = e->args[0];
     const Loc at = e->loc;
-    if (array->type.base == Base::Struct && array->var && !array->var->fields.empty()) {
-        // An array of structs is an array for each member.
-        const std::vector<VarDecl*>& fields = array->var->fields;
-        if (n == "pop")
-            m_diagnostics.error(at, "pop() of structs: take the last element, then resize the array");
-        std::deque<VarDecl> values; // what push() puts at the end, member by member
-        std::vector<VarDecl*> parts;
-        for (size_t k = 0; n == "push" && k < fields.size(); k++) {
-            VarDecl& part = values.emplace_back(*fields[k]);
-            part.type.array = part.resizable = false;
-            part.kind = VarDecl::Local;
-            declare(&part);
-            parts.push_back(&part);
-        }
-        if (n == "push")
-            assign_struct(parts, e->args[1], at);
-        Ref r = zero(Ty::Float);
-        for (size_t k = 0; k < fields.size(); k++) {
-            Expr names[2] = {{ExprKind::Name, at}, {ExprKind::Name, at}};
-            names[0].var = fields[k];
-            names[0].type = fields[k]->type;
-            Expr call = *e;
-            call.args[0] = &names[0];
-            if (n == "push") {
-                names[1].var = parts[k];
-                names[1].type = parts[k]->type;
-                call.args[1] = &names[1];
-            }
-            if (n != "pop")
-                r = array_op(&call);
-        }
-        for (const VarDecl* part : parts)
-            m_bind.erase(part);
-        return r;
-    }
-    if (n == "arraylength" && array->type.array && array->kind == ExprKind::Call)
+    if (array->type.base == Base::Struct && array->var && !array->var->fields.empty())
+        return struct_array_op(e, what);
+    if (what == Special::ArrayLength && array->type.array && array->kind == ExprKind::Call)
         return m_b.constant(float(shader_list(array).size()));
     if (!array->type.array || !array->var) {
         if (!array->type.array)
-            m_diagnostics.error(array->loc, n + "() needs an array, found " + array->type.str());
+            m_diagnostics.error(array->loc,
+                                e->shadeop->name + "() needs an array, found " + array->type.str());
         return zero(Ty::Float);
     }
     const Binding b = bind(array->var);
     if (b.kind != Binding::Variable)
         return zero(Ty::Float);
-    const auto room = [&] { return m_b.stage().vars[size_t(b.var)].array; };
-    const auto length = [&] { return b.length >= 0 ? m_b.load(b.length, at) : m_b.constant(float(room())); };
-    if (n == "arraylength")
-        return length();
-    if (n == "capacity")
-        return m_b.constant(float(room()));
+    if (what == Special::ArrayLength)
+        return array_length(b, at);
+    if (what == Special::ArrayCapacity)
+        return m_b.constant(float(room(b)));
     if (b.length < 0) {
         m_diagnostics.error(array->loc,
                             "\"" + std::string(array->var->name) +
@@ -73,42 +39,90 @@ Ref Lower::array_op(const Expr* e) {
     ast::Type element = array->type;
     element.array = false;
     element.size = 0;
-    if (n == "push") {
-        const int trips = m_known_loops == m_loop_depth ? m_trips : 0;
-        need_room(b.var, trips > 0 ? room() + trips : std::max(m_array_room, room() + 1));
-        const Ref value = expr_as(e->args[1], element), i = length();
-        const Ref r = m_b.emit(Op::StoreElement, Ty::Void, {i, value}, at, b.var);
-        m_pushes.push_back({at, b.var, fault(at, {})});
-        m_b.stage().instrs[r].floats = {float(m_pushes.back().fault)};
-        m_b.store(b.length, m_b.emit(Op::Add, Ty::Float, {i, m_b.constant(1.0f)}, at), at);
-        return zero(Ty::Float);
-    }
-    if (n == "pop") {
-        const Ref less = m_b.emit(Op::Sub, Ty::Float, {length(), m_b.constant(1.0f)}, at);
-        const Ref i = m_b.emit(Op::Max, Ty::Float, {less, m_b.constant(0.0f)}, at);
-        m_b.store(b.length, i, at);
-        return m_b.emit(Op::LoadElement, ty(element), {i}, at, b.var);
-    }
-    const Ref wanted = expr_as(e->args[1], {Base::Float});
-    need_room(b.var, m_b.is_const(wanted) ? int(std::clamp(m_b.at(wanted).floats[0], 1.0f, 65536.0f))
-                                          : ResizableRoom);
-    if (n == "resize")
-        m_b.store(b.length,
-                  m_b.emit(Op::Min, Ty::Float,
-                           {m_b.emit(Op::Max, Ty::Float, {wanted, m_b.constant(0.0f)}, at),
-                            m_b.constant(float(room()))},
-                           at),
-                  at);
+    if (what == Special::Pop)
+        return pop(b, ty(element), at);
+    if (what == Special::Push)
+        push(b, e->args[1], element, at);
+    else
+        resize(b, e->args[1], what == Special::Resize, at);
     return zero(Ty::Float);
 }
 
+// An array of structs is an array for each member.
+Ref Lower::struct_array_op(const Expr* e, ops::Special what) {
+    const std::vector<VarDecl*>& fields = e->args[0]->var->fields;
+    const bool pushes = what == ops::Special::Push, pops = what == ops::Special::Pop;
+    if (pops)
+        m_diagnostics.error(e->loc, "pop() of structs: take the last element, then resize the array");
+    std::deque<VarDecl> values; // what push() puts at the end, member by member
+    std::vector<VarDecl*> parts;
+    for (size_t k = 0; pushes && k < fields.size(); k++) {
+        VarDecl& part = values.emplace_back(*fields[k]);
+        part.type.array = part.resizable = false;
+        part.kind = VarDecl::Local;
+        declare(&part);
+        parts.push_back(&part);
+    }
+    if (pushes)
+        assign_struct(parts, e->args[1], e->loc);
+    Ref r = zero(Ty::Float);
+    for (size_t k = 0; !pops && k < fields.size(); k++) {
+        Expr names[2] = {{ExprKind::Name, e->loc}, {ExprKind::Name, e->loc}};
+        names[0].var = fields[k];
+        names[0].type = fields[k]->type;
+        Expr call = *e;
+        call.args[0] = &names[0];
+        if (pushes) {
+            names[1].var = parts[k];
+            names[1].type = parts[k]->type;
+            call.args[1] = &names[1];
+        }
+        r = array_op(&call, what);
+    }
+    for (const VarDecl* part : parts)
+        m_bind.erase(part);
+    return r;
+}
+
+int Lower::room(const Binding& array) {
+    return m_b.stage().vars[size_t(array.var)].array;
+}
+
+Ref Lower::array_length(const Binding& array, Loc at) {
+    return array.length >= 0 ? m_b.load(array.length, at) : m_b.constant(float(room(array)));
+}
+
+void Lower::push(const Binding& array, const Expr* what, const ast::Type& element, Loc at) {
+    const int trips = m_known_loops == m_loop_depth ? m_trips : 0;
+    need_room(array.var, trips > 0 ? room(array) + trips : std::max(m_array_room, room(array) + 1));
+    const Ref value = expr_as(what, element), i = array_length(array, at);
+    const Ref r = m_b.emit(Op::StoreElement, Ty::Void, {i, value}, at, array.var);
+    m_pushes.push_back({at, array.var, fault(at, {})});
+    m_b.stage().instrs[r].floats = {float(m_pushes.back().fault)};
+    m_b.store(array.length, m_b.emit(Op::Add, Ty::Float, {i, m_b.constant(1.0f)}, at), at);
+}
+
+Ref Lower::pop(const Binding& array, Ty element, Loc at) {
+    const Ref less = m_b.emit(Op::Sub, Ty::Float, {array_length(array, at), m_b.constant(1.0f)}, at);
+    const Ref i = m_b.emit(Op::Max, Ty::Float, {less, m_b.constant(0.0f)}, at);
+    m_b.store(array.length, i, at);
+    return m_b.emit(Op::LoadElement, element, {i}, at, array.var);
+}
+
+// Makes room, and sets the length.
+void Lower::resize(const Binding& array, const Expr* length, bool set, Loc at) {
+    const Ref wanted = expr_as(length, {Base::Float});
+    need_room(array.var, m_b.is_const(wanted) ? int(std::clamp(m_b.at(wanted).floats[0], 1.0f, 65536.0f))
+                                              : ResizableRoom);
+    if (!set)
+        return;
+    const Ref some = m_b.emit(Op::Max, Ty::Float, {wanted, m_b.constant(0.0f)}, at);
+    m_b.store(array.length, m_b.emit(Op::Min, Ty::Float, {some, m_b.constant(float(room(array)))}, at), at);
+}
+
 // attribute ("name", variable) and its kin: 1 and the variable's value if the host knows, else 0.
-Ref Lower::query(const Expr* e) {
-    const std::string& n = e->shadeop->name;
-    const Query::Kind kind = n == "attribute"      ? Query::Attribute
-                             : n == "option"       ? Query::Option
-                             : n == "rendererinfo" ? Query::Renderer
-                                                   : Query::Texture;
+Ref Lower::query(const Expr* e, const ops::Signature& s) {
+    const Query::Kind kind = Query::Kind(s.imm);
     const bool texture = kind == Query::Texture;
     const size_t names = texture ? 2 : 1;
     std::vector<Ref> args;
@@ -132,24 +146,26 @@ Ref Lower::query(const Expr* e) {
     const Ref value = ask(CallKind::Query, t);
     const Ref known = truth(found);
     if (array) {
-        if (!target->var || ty(element) != Ty::Float)
-            return found;
-        const Binding b = bind(target->var);
-        if (b.kind != Binding::Variable)
-            return found;
-        const int room = m_b.stage().vars[size_t(b.var)].array;
-        for (int i = 0; i < std::min(room, 16); i++) {
-            const Ref old = m_b.emit(Op::LoadElement, Ty::Float, {m_b.constant(float(i))}, e->loc, b.var);
-            const Ref part = m_b.emit(Op::Extract, Ty::Float, {value}, e->loc, i);
-            const Ref now = m_b.emit(Op::Select, Ty::Float, {known, part, old}, e->loc);
-            m_b.emit(Op::StoreElement, Ty::Void, {m_b.constant(float(i)), now}, e->loc, b.var);
-        }
+        if (target->var && ty(element) == Ty::Float)
+            answer_array(bind(target->var), known, value, e->loc);
         return found;
     }
     const Ref old = expr(target);
     if (m_b.at(old).ty == t)
         assign_to(target, m_b.emit(Op::Select, t, {known, value, old}, e->loc), e->loc);
     return found;
+}
+
+// The first sixteen elements, where the host knows.
+void Lower::answer_array(const Binding& b, Ref known, Ref value, Loc at) {
+    if (b.kind != Binding::Variable)
+        return;
+    for (int i = 0; i < std::min(room(b), 16); i++) {
+        const Ref old = m_b.emit(Op::LoadElement, Ty::Float, {m_b.constant(float(i))}, at, b.var);
+        const Ref part = m_b.emit(Op::Extract, Ty::Float, {value}, at, i);
+        const Ref now = m_b.emit(Op::Select, Ty::Float, {known, part, old}, at);
+        m_b.emit(Op::StoreElement, Ty::Void, {m_b.constant(float(i)), now}, at, b.var);
+    }
 }
 
 // spline([basis,] x, values…) and its inverse, "solve…": where does the spline have the value x?
