@@ -136,98 +136,97 @@ bool Lower::late_default(const VarDecl* v) {
 
 void Lower::parameters() {
     // The shader's own, then the co-shaders', each under its handle.
-    std::vector<const VarDecl*> all(m_shader.parameters.begin(), m_shader.parameters.end());
-    std::vector<std::string> prefixes(all.size());
-    for (size_t u = 0; m_linked && u < m_linked->units.size(); u++) {
-        const std::vector<VarDecl*>& own = m_linked->units[u].shader->parameters;
-        all.insert(all.end(), own.begin(), own.end());
-        prefixes.resize(all.size(), m_linked->units[u].given->handle + ".");
-    }
-    for (size_t k = 0; k < all.size(); k++) {
-        const VarDecl* v = all[k];
-        m_parameter_index[v] = int(m_program.parameters.size());
-        Parameter p;
-        p.name = prefixes[k] + std::string(v->name);
-        p.type = public_type(v->type.base);
-        p.varying = v->detail == Detail::Varying;
-        p.output = v->output;
-        p.array_size = v->type.array ? v->type.size : 0;
-        p.resizable = v->resizable;
-        p.doc = v->doc;
-        Place place;
-        place.text = ty(v->type) == Ty::String;
-        const int elements = v->resizable ? std::max(ResizableRoom, p.array_size) : std::max(1, p.array_size);
-        place.count = comps(ty(v->type)) * elements;
-        place.varying = p.varying && !place.text && !v->type.array;
-        int& size = place.text ? m_program.strings : m_program.floats;
-        place.offset = size;
-        size += place.count;
-        if (v->resizable)
-            place.length = m_program.floats++;
-        if (ty(v->type) == Ty::Void)
-            m_diagnostics.error(v->loc, "a parameter cannot be a " + v->type.str());
-        m_program.parameters.push_back(std::move(p));
-        m_program.places.push_back(place);
-    }
+    for (const VarDecl* v : m_shader.parameters)
+        add_parameter(v, std::string(v->name));
+    for (size_t u = 0; m_linked && u < m_linked->units.size(); u++)
+        for (const VarDecl* v : m_linked->units[u].shader->parameters)
+            add_parameter(v, m_linked->units[u].given->handle + "." + std::string(v->name));
     // Default values: constants go into the description, the rest is computed when an instance is made.
     begin_stage(m_program.defaults, Role::Defaults, "defaults");
-    for (const VarDecl* v : all) {
-        const int index = m_parameter_index[v];
-        Parameter& p = m_program.parameters[index];
-        if (!v->init) {
-            const size_t count = size_t(comps(ty(v->type))) * (v->type.array ? size_t(v->type.size) : 1);
-            if (ty(v->type) == Ty::String)
-                p.strings.resize(count);
-            else
-                p.floats.resize(count);
-            continue;
-        }
-        if (late_default(v)) {
-            m_program.places[size_t(index)].length = m_program.floats++;
-            p.floats.resize(size_t(comps(ty(v->type))));
-            continue;
-        }
-        ast::Type element = v->type;
-        element.array = false;
-        std::vector<Ref> values;
-        if (v->init->kind == ExprKind::List)
-            for (const Expr* a : v->init->args)
-                values.push_back(expr_as(a, element));
-        else if (v->init->type.array)
-            values.clear(); // an empty array of a function
-        else
-            values.assign(size_t(std::max(1, p.array_size)), expr_as(v->init, element));
-        if (v->type.array && int(values.size()) > p.array_size)
-            values.resize(size_t(p.array_size));
-        bool constant = true;
-        for (Ref r : values)
-            constant = constant && (m_b.at(r).op == Op::Const || m_b.at(r).op == Op::Text);
-        if (constant) {
-            for (Ref r : values)
-                if (ty(element) == Ty::String)
-                    p.strings.push_back(m_b.at(r).text);
-                else
-                    p.floats.insert(p.floats.end(), m_b.at(r).floats.begin(), m_b.at(r).floats.end());
-            const size_t count =
-                size_t(comps(ty(element))) * (v->type.array ? size_t(std::max(0, p.array_size)) : 1);
-            if (ty(element) == Ty::String)
-                p.strings.resize(count);
-            else
-                p.floats.resize(count);
-            continue;
-        }
-        if (element.base == Base::String && v->type.array) {
-            m_diagnostics.error(v->init->loc, "the default values of an array of strings must be constants");
-            continue;
-        }
-        for (size_t k = 0; k < values.size(); k++) {
-            const int var = m_b.var(p.name, ty(element), v->loc);
-            m_b.declare(var);
-            m_b.store(var, values[k], v->loc);
-            m_program.defaults.outputs.push_back({Output::Parameter, var, index, int(k)});
-        }
-    }
+    for (size_t index = 0; index < m_parameters.size(); index++)
+        default_value(m_parameters[index], int(index));
     end_stage();
+}
+
+void Lower::add_parameter(const VarDecl* v, std::string name) {
+    m_parameter_index[v] = int(m_program.parameters.size());
+    m_parameters.push_back(v);
+    Parameter p;
+    p.name = std::move(name);
+    p.type = public_type(v->type.base);
+    p.varying = v->detail == Detail::Varying;
+    p.output = v->output;
+    p.array_size = v->type.array ? v->type.size : 0;
+    p.resizable = v->resizable;
+    p.doc = v->doc;
+    Place place;
+    place.text = ty(v->type) == Ty::String;
+    const int elements = v->resizable ? std::max(ResizableRoom, p.array_size) : std::max(1, p.array_size);
+    place.count = comps(ty(v->type)) * elements;
+    place.varying = p.varying && !place.text && !v->type.array;
+    int& size = place.text ? m_program.strings : m_program.floats;
+    place.offset = size;
+    size += place.count;
+    if (v->resizable)
+        place.length = m_program.floats++;
+    if (ty(v->type) == Ty::Void)
+        m_diagnostics.error(v->loc, "a parameter cannot be a " + v->type.str());
+    m_program.parameters.push_back(std::move(p));
+    m_program.places.push_back(place);
+}
+
+// As many values as a parameter has; those that are not given are zero.
+static void fill(Parameter& p, Ty ty, size_t elements) {
+    if (ty == Ty::String)
+        p.strings.resize(elements);
+    else
+        p.floats.resize(size_t(comps(ty)) * elements);
+}
+
+void Lower::default_value(const VarDecl* v, int index) {
+    Parameter& p = m_program.parameters[size_t(index)];
+    ast::Type element = v->type;
+    element.array = false;
+    const Ty t = ty(element);
+    if (!v->init)
+        return fill(p, t, v->type.array ? size_t(v->type.size) : 1);
+    if (late_default(v)) {
+        m_program.places[size_t(index)].length = m_program.floats++;
+        return fill(p, t, 1);
+    }
+    const std::vector<Ref> values = default_values(v, element, p.array_size);
+    const bool constant = std::ranges::all_of(
+        values, [&](Ref r) { return m_b.at(r).op == Op::Const || m_b.at(r).op == Op::Text; });
+    if (constant) {
+        for (Ref r : values)
+            if (t == Ty::String)
+                p.strings.push_back(m_b.at(r).text);
+            else
+                p.floats.insert(p.floats.end(), m_b.at(r).floats.begin(), m_b.at(r).floats.end());
+        return fill(p, t, v->type.array ? size_t(std::max(0, p.array_size)) : 1);
+    }
+    if (element.base == Base::String && v->type.array) {
+        m_diagnostics.error(v->init->loc, "the default values of an array of strings must be constants");
+        return;
+    }
+    for (size_t k = 0; k < values.size(); k++) {
+        const int var = m_b.var(p.name, t, v->loc);
+        m_b.declare(var);
+        m_b.store(var, values[k], v->loc);
+        m_program.defaults.outputs.push_back({Output::Parameter, var, index, int(k)});
+    }
+}
+
+std::vector<Ref> Lower::default_values(const VarDecl* v, const ast::Type& element, int size) {
+    std::vector<Ref> values;
+    if (v->init->kind == ExprKind::List)
+        for (const Expr* a : v->init->args)
+            values.push_back(expr_as(a, element));
+    else if (!v->init->type.array) // else it is an empty array of a function
+        values.assign(size_t(std::max(1, size)), expr_as(v->init, element));
+    if (v->type.array && int(values.size()) > size)
+        values.resize(size_t(size));
+    return values;
 }
 
 void Lower::members() {

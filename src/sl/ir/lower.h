@@ -59,6 +59,9 @@ class Lower {
 
     // lower.cpp: stages, statements
     void parameters();
+    void add_parameter(const ast::VarDecl* v, std::string name);
+    void default_value(const ast::VarDecl* v, int index);
+    std::vector<Ref> default_values(const ast::VarDecl* v, const ast::Type& element, int size);
     static bool late_default(const ast::VarDecl* v);
     void members();
     void begin_stage(Stage& stage, Role role, const char* name);
@@ -87,22 +90,17 @@ class Lower {
     void jump(int target, Loc at);
     template <class F>
     Block* in_block(F&& body) {
-        Block* const outer = m_b.block();
         Block* const b = m_b.stage().block();
-        m_b.set_block(b);
+        const BlockScope scope(m_b, b);
         body();
-        m_b.set_block(outer);
         return b;
     }
 
     // Where globals get their values: before all else.
     template <class F>
-    Ref in_prologue(F&& value) {
-        Block* const here = m_b.block();
-        m_b.set_block(m_prologue);
-        const Ref r = value();
-        m_b.set_block(here);
-        return r;
+    auto in_prologue(F&& make) {
+        const BlockScope scope(m_b, m_prologue);
+        return make();
     }
 
     // lower_expr.cpp
@@ -135,6 +133,11 @@ class Lower {
     void copy_fields(const std::vector<ast::VarDecl*>& to, const std::vector<ast::VarDecl*>& from, Loc at);
     void need_room(int var, int elements);
     Binding& bind(const ast::VarDecl* v);
+    Binding bind_parameter(const ast::VarDecl* v);
+    Binding bind_late(const ast::VarDecl* v, int index);
+    Binding bind_array(const ast::VarDecl* v, int index, const std::vector<std::string>* handles);
+    Binding bind_global(const ast::VarDecl* v);
+    Ref initial_value(const ast::VarDecl* v, const ops::Global& g);
     Ref zero(Ty ty);
     int fault(Loc at, std::string what);
     Ref input(Input input);
@@ -261,7 +264,12 @@ class Lower {
     Ref load_tagged(int var, Loc at);
     Ref light_direction(Tag t, Loc at);
     Ref kernel(Closure kind, Ty ty, std::vector<Ref> args, Tag t, Loc at);
+    static bool is_view(Tag t) { return t == Tag::View || t == Tag::Eye; }
+    static Tag side_less(Tag t) { return t == Tag::Negated ? Tag::None : t; }
     Ref light_arithmetic(ast::BinOp op, Ref a, Ref b, Loc at);
+    Ref scaled_direction(ast::BinOp op, Ref a, Ref b, Loc at);
+    Ref light_cosine(Ref a, Ref b, Loc at);
+    Ref side_of_light(bool less, Ref a, Ref b);
     Ref light_shadeop(const ast::Expr* e);
     static const ops::Signature& signature(const ast::Expr* e) {
         return e->shadeop->signatures[size_t(e->signature)];
@@ -284,6 +292,11 @@ class Lower {
     bool of_light(Ref r, int depth = 0) const;
     Ref without_cosine(Ref r, Loc at);
     Ref squared_half(Ref r) const;
+    struct WardExponent {
+        float factor = 0;
+        Ref normal = ir::None, X = ir::None, Y = ir::None;
+    };
+    WardExponent ward_exponent(Ref exponent) const;
     Ref ward(Ref exponent, Loc at);
     Ref ward_arithmetic(ast::BinOp op, Ref a, Ref b, Loc at);
     Ref fresnel(const ast::Expr* e);
@@ -337,6 +350,7 @@ class Lower {
     int m_random = -1; // variable: calls of random() so far, in this run of the stage
     Block* m_prologue = nullptr;
     std::unordered_map<const ast::VarDecl*, Binding> m_bind;
+    std::vector<const ast::VarDecl*> m_parameters; // in the order of the program's
     std::unordered_map<const ast::VarDecl*, int> m_parameter_index, m_member_index;
     std::vector<std::pair<const ast::VarDecl*, int>> m_carried; // members, the parameters that carry them
     std::map<std::string, Ref> m_spaces;

@@ -274,12 +274,11 @@ Ref Lower::random(const Expr* e, const ops::Signature& s) {
     if (m_random < 0) {
         m_random = m_b.var("random", Ty::Float, at);
         m_b.stage().vars[size_t(m_random)].counts = true;
-        Block* const here = m_b.block();
-        m_b.set_block(m_prologue);
-        m_b.declare(m_random);
-        m_b.store(m_random, m_b.constant(float(int(m_role)) * 2097152.0f),
-                  at); // stages differ: 2^21 calls each
-        m_b.set_block(here);
+        in_prologue([&] {
+            m_b.declare(m_random);
+            const float first = float(int(m_role)) * 2097152.0f; // stages differ: 2^21 calls each
+            m_b.store(m_random, m_b.constant(first), at);
+        });
     }
     const Ref call = m_b.emit(Op::Add, Ty::Float, {m_b.load(m_random, at), m_b.constant(1.0f)}, at);
     m_b.store(m_random, call, at);
@@ -414,13 +413,10 @@ Ref Lower::space(const Expr* e) {
             return it->second;
     CallSite site{CallKind::SpaceMatrix, e->loc};
     site.args = {from, to};
-    Block* const here = m_b.block();
-    if (leaves)
-        m_b.set_block(m_prologue);
-    const Ref r = m_b.call(std::move(site), Ty::Matrix);
-    m_b.set_block(here);
-    if (leaves)
-        m_spaces[k1 + "|" + k2] = r;
+    if (!leaves)
+        return m_b.call(std::move(site), Ty::Matrix);
+    const Ref r = in_prologue([&] { return m_b.call(std::move(site), Ty::Matrix); });
+    m_spaces[k1 + "|" + k2] = r;
     return r;
 }
 

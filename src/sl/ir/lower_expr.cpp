@@ -25,105 +25,134 @@ Lower::Binding& Lower::bind(const VarDecl* v) {
     if (it != m_bind.end() && it->second.kind != Binding::None)
         return it->second;
     Binding b;
-    if (v->kind == VarDecl::Parameter) {
-        const int index = m_parameter_index[v];
-        // What a co-shader's handle is known to be
-        const Parameter& parameter = m_program.parameters[size_t(index)];
-        const std::vector<std::string>* handles =
-            ty(v->type) == Ty::String && m_linked ? connected(parameter.name) : nullptr;
-        if (!handles && v->type.base == Base::Shader)
-            handles = &parameter.strings;
-        const auto handle = [&](size_t i) {
-            return m_b.text(i < handles->size() ? known_handle((*handles)[i]) : std::string());
-        };
-        if (bind_layered(v, b)) {
-            // what a layer leaves
-        } else if (late_default(v)) {
-            b.kind = Binding::Variable;
-            b.var = m_b.var(std::string(v->name), ty(v->type), v->loc);
-            Block* const here = m_b.block();
-            m_b.set_block(m_prologue);
-            const Ref value = expr_as(v->init, v->type); // may bind globals, in the prologue too
-            const Ref given = m_b.leaf(Op::Param, Ty::Float, index);
-            m_b.stage().instrs[given].floats = {0, 0};
-            const Ref own = m_b.leaf(Op::Param, ty(v->type), index);
-            m_b.declare(b.var);
-            m_b.store(b.var, m_b.emit(Op::Select, ty(v->type), {truth(given), own, value}, v->loc), v->loc);
-            m_b.set_block(here);
-        } else if (!v->output && !v->type.array && !v->assigned) {
-            b.kind = Binding::Value;
-            b.value = handles ? handle(0) : m_b.leaf(Op::Param, ty(v->type), index);
-        } else {
-            b.kind = Binding::Variable;
-            const int room = m_program.places[size_t(index)].count / comps(ty(v->type));
-            b.var = m_b.var(std::string(v->name), ty(v->type), v->loc, v->type.array ? room : 0);
-            Block* const here = m_b.block();
-            m_b.set_block(m_prologue);
-            m_b.declare(b.var);
-            if (v->type.array) {
-                // Elements are copied: constants of the instance, so the copies fold away where they are not
-                // indexed.
-                const auto element = [&](std::vector<float> which, Ty t) {
-                    const Ref r = m_b.leaf(Op::Param, t, index);
-                    m_b.stage().instrs[r].floats = std::move(which);
-                    return r;
-                };
-                for (int i = 0; i < (handles ? std::min(room, int(handles->size())) : room); i++) {
-                    const Ref r = handles ? handle(size_t(i)) : element({float(i)}, ty(v->type));
-                    m_b.emit(Op::StoreElement, Ty::Void, {m_b.constant(float(i)), r}, v->loc, b.var);
-                }
-                if (v->resizable) {
-                    b.length = m_b.var(std::string(v->name) + ".length", Ty::Float, v->loc);
-                    m_b.declare(b.length);
-                    m_b.store(b.length,
-                              handles ? m_b.constant(float(std::min(room, int(handles->size()))))
-                                      : element({0, 0}, Ty::Float),
-                              v->loc);
-                }
-            } else {
-                m_b.store(b.var, handles ? handle(0) : m_b.leaf(Op::Param, ty(v->type), index), v->loc);
-            }
-            m_b.set_block(here);
-        }
-    } else if (v->kind == VarDecl::Global) {
-        const ops::Global& g = ops::globals()[v->global];
-        b.kind = Binding::Variable;
-        Ref initial;
-        if (m_role == Role::Light && m_program.area_light && g.name == "Ps")
-            initial = in_prologue(
-                [&] { return m_b.emit(Op::Add, Ty::Triple, {input(Input::P), input(Input::N)}, v->loc); });
-        else if (m_role == Role::Light && m_program.area_light && g.input >= 0)
-            initial = input(Input(g.input)); // NOLINT(bugprone-branch-clone): before what other lights have
-        else if (m_role == Role::Light && g.name == "Ps")
-            initial = input(Input::P);
-        else if (m_role == Role::Light && (g.name == "P" || g.name == "N" || g.name == "Ng"))
-            initial = shader_frame(g.name == "P" ? 3 : 2, v->loc);
-        else if (m_role == Role::Filter && g.name == "alpha")
-            initial =
-                in_prologue([&] { return m_b.emit(Op::Extract, Ty::Float, {input(Input::Os)}, v->loc, 0); });
-        else if (g.name == "Ci")
-            initial = input(Input::Cs);
-        else if (g.name == "Oi")
-            initial = input(Input::Os);
-        else if (g.input >= 0)
-            initial = input(Input(g.input));
-        else if (g.name == "I" && on_grid())
-            initial = in_prologue([&] { return view_direction(v->loc); });
-        else
-            initial = zero(ty(v->type));
-        if ((g.written || v->assigned || (m_role == Role::Light && g.name == "L")) && on_grid()) {
-            b.var = m_b.var(std::string(v->name), ty(v->type), v->loc);
-            Block* const here = m_b.block();
-            m_b.set_block(m_prologue);
-            m_b.declare(b.var);
-            store_tagged(b.var, initial, v->loc);
-            m_b.set_block(here);
-        } else {
-            b.kind = Binding::Value;
-            b.value = initial;
-        }
-    }
+    if (v->kind == VarDecl::Parameter)
+        b = bind_parameter(v);
+    else if (v->kind == VarDecl::Global)
+        b = bind_global(v);
     return m_bind[v] = b;
+}
+
+Lower::Binding Lower::bind_parameter(const VarDecl* v) {
+    const int index = m_parameter_index[v];
+    const Ty t = ty(v->type);
+    // What a co-shader's handle is known to be
+    const Parameter& parameter = m_program.parameters[size_t(index)];
+    const std::vector<std::string>* handles =
+        t == Ty::String && m_linked ? connected(parameter.name) : nullptr;
+    if (!handles && v->type.base == Base::Shader)
+        handles = &parameter.strings;
+    const auto value = [&] {
+        return handles ? m_b.text(handles->empty() ? std::string() : known_handle((*handles)[0]))
+                       : m_b.leaf(Op::Param, t, index);
+    };
+    Binding b;
+    if (bind_layered(v, b)) // what a layer leaves
+        return b;
+    if (late_default(v))
+        return bind_late(v, index);
+    if (!v->output && !v->type.array && !v->assigned) {
+        b.kind = Binding::Value;
+        b.value = value();
+        return b;
+    }
+    if (v->type.array)
+        return bind_array(v, index, handles);
+    b.kind = Binding::Variable;
+    b.var = m_b.var(std::string(v->name), t, v->loc);
+    in_prologue([&] {
+        m_b.declare(b.var);
+        m_b.store(b.var, value(), v->loc);
+    });
+    return b;
+}
+
+// Its default value, unless one is given.
+Lower::Binding Lower::bind_late(const VarDecl* v, int index) {
+    Binding b;
+    b.kind = Binding::Variable;
+    b.var = m_b.var(std::string(v->name), ty(v->type), v->loc);
+    in_prologue([&] {
+        const Ref value = expr_as(v->init, v->type); // may bind globals, in the prologue too
+        const Ref given = m_b.leaf(Op::Param, Ty::Float, index);
+        m_b.stage().instrs[given].floats = {0, 0};
+        const Ref own = m_b.leaf(Op::Param, ty(v->type), index);
+        m_b.declare(b.var);
+        m_b.store(b.var, m_b.emit(Op::Select, ty(v->type), {truth(given), own, value}, v->loc), v->loc);
+    });
+    return b;
+}
+
+// Elements are copied: constants of the instance, so the copies fold away where they are not indexed.
+Lower::Binding Lower::bind_array(const VarDecl* v, int index, const std::vector<std::string>* handles) {
+    const Ty t = ty(v->type);
+    const int room = m_program.places[size_t(index)].count / comps(t);
+    const int count = handles ? std::min(room, int(handles->size())) : room;
+    const auto element = [&](std::vector<float> which, Ty type) {
+        const Ref r = m_b.leaf(Op::Param, type, index);
+        m_b.stage().instrs[r].floats = std::move(which);
+        return r;
+    };
+    Binding b;
+    b.kind = Binding::Variable;
+    b.var = m_b.var(std::string(v->name), t, v->loc, room);
+    in_prologue([&] {
+        m_b.declare(b.var);
+        for (int i = 0; i < count; i++) {
+            const Ref r = handles ? m_b.text(known_handle((*handles)[size_t(i)])) : element({float(i)}, t);
+            m_b.emit(Op::StoreElement, Ty::Void, {m_b.constant(float(i)), r}, v->loc, b.var);
+        }
+        if (!v->resizable)
+            return;
+        b.length = m_b.var(std::string(v->name) + ".length", Ty::Float, v->loc);
+        m_b.declare(b.length);
+        m_b.store(b.length, handles ? m_b.constant(float(count)) : element({0, 0}, Ty::Float), v->loc);
+    });
+    return b;
+}
+
+Lower::Binding Lower::bind_global(const VarDecl* v) {
+    const ops::Global& g = ops::globals()[size_t(v->global)];
+    const Ref initial = initial_value(v, g);
+    const bool written = g.written || v->assigned || (m_role == Role::Light && g.name == "L");
+    Binding b;
+    if (!written || !on_grid()) {
+        b.kind = Binding::Value;
+        b.value = initial;
+        return b;
+    }
+    b.kind = Binding::Variable;
+    b.var = m_b.var(std::string(v->name), ty(v->type), v->loc);
+    in_prologue([&] {
+        m_b.declare(b.var);
+        store_tagged(b.var, initial, v->loc);
+    });
+    return b;
+}
+
+// What a global is when the stage begins.
+Ref Lower::initial_value(const VarDecl* v, const ops::Global& g) {
+    if (m_role == Role::Light && m_program.area_light) {
+        if (g.name == "Ps")
+            return in_prologue(
+                [&] { return m_b.emit(Op::Add, Ty::Triple, {input(Input::P), input(Input::N)}, v->loc); });
+        if (g.input >= 0)
+            return input(Input(g.input));
+    }
+    if (m_role == Role::Light && g.name == "Ps")
+        return input(Input::P);
+    if (m_role == Role::Light && (g.name == "P" || g.name == "N" || g.name == "Ng"))
+        return shader_frame(g.name == "P" ? 3 : 2, v->loc);
+    if (m_role == Role::Filter && g.name == "alpha")
+        return in_prologue([&] { return m_b.emit(Op::Extract, Ty::Float, {input(Input::Os)}, v->loc, 0); });
+    if (g.name == "Ci")
+        return input(Input::Cs);
+    if (g.name == "Oi")
+        return input(Input::Os);
+    if (g.input >= 0)
+        return input(Input(g.input));
+    if (g.name == "I" && on_grid())
+        return in_prologue([&] { return view_direction(v->loc); });
+    return zero(ty(v->type));
 }
 
 Ref Lower::global(const VarDecl* v, Loc at) {

@@ -115,104 +115,111 @@ Ref Lower::negated(Ref value, bool normal, Loc at) {
 
 // None = nothing special.
 Ref Lower::light_arithmetic(BinOp op, Ref a, Ref b, Loc at) {
-    Tag x = tag(a), y = tag(b);
-    const bool behind = x == Tag::Negated || y == Tag::Negated || x == Tag::Behind || y == Tag::Behind;
-    x = x == Tag::Negated ? Tag::None : x;
-    y = y == Tag::Negated ? Tag::None : y;
+    const Tag x = side_less(tag(a)), y = side_less(tag(b));
     if (x == Tag::None && y == Tag::None)
         return ir::None;
     if (x == Tag::Ward || y == Tag::Ward)
         return ward_arithmetic(op, a, b, at);
-    const auto cosine = [](Tag t) {
-        return t == Tag::Cosine || t == Tag::HalfCosine || t == Tag::MirrorCosine;
-    };
     switch (op) {
     case BinOp::Add:
-    case BinOp::Sub: {
-        // Ln + V, or Ln - I, is on the way to the half direction.
-        const auto view = [](Tag t) { return t == Tag::View || t == Tag::Eye; };
-        if ((x == Tag::Light && view(y)) || (view(x) && y == Tag::Light))
-            return light_direction(Tag::Half, at);
-        return ir::None;
-    }
+    case BinOp::Sub: // Ln + V, or Ln - I, is on the way to the half direction
+        return (x == Tag::Light && is_view(y)) || (is_view(x) && y == Tag::Light)
+                   ? light_direction(Tag::Half, at)
+                   : ir::None;
     case BinOp::Mul:
-    case BinOp::Div: {
-        // A direction times a number is that direction; a half vector need not be of unit length to be
-        // normalised.
-        const bool scalar = m_b.at(op == BinOp::Mul && m_b.at(a).ty == Ty::Float ? a : b).ty == Ty::Float;
-        const Tag t = x != Tag::None ? x : y;
-        // 2 (I . Nf) Nf: what goes by the side that is seen goes with the normal of that side.
-        const auto sided = [](Tag k) { return k == Tag::Facing || k == Tag::Behind; };
-        if (scalar && (sided(x) || sided(y))) {
-            const bool first = sided(x);
-            std::set<Ref> seen;
-            if (!depends_on_view(first ? b : a, seen))
-                return ir::None;
-            const Ref n = turned(first ? a : b, at);
-            const Ref s = m_b.splat(first ? b : a, at);
-            return op == BinOp::Mul ? m_b.emit(Op::Mul, Ty::Triple, {n, s}, at) : ir::None;
-        }
-        if (scalar && (t == Tag::Light || t == Tag::Half || t == Tag::LightMirrored) &&
-            (x == Tag::None || y == Tag::None))
-            return light_direction(t, at);
-        return ir::None;
-    }
-    case BinOp::Dot: {
-        if (y == Tag::Light || y == Tag::Half || y == Tag::LightMirrored) {
-            std::swap(a, b);
-            std::swap(x, y);
-        }
-        if (x == Tag::Light && behind && (y == Tag::None || y == Tag::Behind))
-            return kernel(Closure::CosineBehind, Ty::Float, {b, b}, Tag::Cosine, at);
-        if (x == Tag::Light && (y == Tag::None || y == Tag::Facing))
-            return kernel(Closure::CosineKernel, Ty::Float, {b, b}, Tag::Cosine, at);
-        if (x == Tag::Half && (y == Tag::None || y == Tag::Facing || y == Tag::Behind))
-            return kernel(Closure::SpecularKernel, Ty::Float, {b, b, m_b.constant(1.0f)}, Tag::HalfCosine,
-                          at);
-        if ((x == Tag::Light && y == Tag::Mirrored) ||
-            (x == Tag::LightMirrored && (y == Tag::View || y == Tag::Eye)))
-            return kernel(Closure::PhongKernel, Ty::Float, {m_b.triple(0), b, m_b.constant(1.0f)},
-                          Tag::MirrorCosine, at);
-        if (y == Tag::View || y == Tag::Eye) {
-            std::swap(a, b);
-            std::swap(x, y);
-        }
-        if ((x == Tag::View || x == Tag::Eye) && y == Tag::Behind) // its sign is not that of a front
-            return m_b.emit(Op::Dot, Ty::Float, {a, turned(b, at)}, at);
-        const bool facing = y == Tag::Facing || (x == Tag::Facing && y == Tag::None);
-        if ((x == Tag::View || x == Tag::Eye) && (y == Tag::None || facing)) {
-            if (facing)
-                b = turned(b, at);
-            return tagged(m_b.emit(Op::Dot, Ty::Float, {a, b}, at),
-                          x == Tag::View ? Tag::ViewCosine : Tag::EyeCosine);
-        }
-        // A loop over directions is on the side that is seen.
-        if (facing && a != b && m_sample != ir::None)
-            return m_b.emit(Op::Dot, Ty::Float,
-                            {x == Tag::Facing ? turned(a, at) : a, y == Tag::Facing ? turned(b, at) : b}, at);
-        return ir::None;
-    }
+    case BinOp::Div:
+        return scaled_direction(op, a, b, at);
+    case BinOp::Dot:
+        return light_cosine(a, b, at);
     case BinOp::Lt:
     case BinOp::Le:
     case BinOp::Gt:
-    case BinOp::Ge: {
-        const bool less = op == BinOp::Lt || op == BinOp::Le;
-        // Is a light in front of the surface? Kernels look after that themselves.
-        if (cosine(x) && m_b.is_const(b, 0))
-            return m_b.boolean(!less);
-        if (cosine(y) && m_b.is_const(a, 0))
-            return m_b.boolean(less);
-        // Is the surface seen from its front (I . N < 0)? Both sides have the same lobes: taken as seen from
-        // the front.
-        if ((x == Tag::ViewCosine || x == Tag::EyeCosine) && m_b.is_const(b, 0))
-            return m_b.boolean(less == (x == Tag::ViewCosine));
-        if ((y == Tag::ViewCosine || y == Tag::EyeCosine) && m_b.is_const(a, 0))
-            return m_b.boolean(less != (y == Tag::ViewCosine));
-        return ir::None;
-    }
+    case BinOp::Ge:
+        return side_of_light(op == BinOp::Lt || op == BinOp::Le, a, b);
     default:
         return ir::None;
     }
+}
+
+// A direction times a number is that direction; a half vector need not be of unit length to be normalised.
+Ref Lower::scaled_direction(BinOp op, Ref a, Ref b, Loc at) {
+    const Tag x = side_less(tag(a)), y = side_less(tag(b));
+    const bool scalar = m_b.at(op == BinOp::Mul && m_b.at(a).ty == Ty::Float ? a : b).ty == Ty::Float;
+    if (!scalar)
+        return ir::None;
+    // 2 (I . Nf) Nf: what goes by the side that is seen goes with the normal of that side.
+    const auto sided = [](Tag k) { return k == Tag::Facing || k == Tag::Behind; };
+    if (sided(x) || sided(y)) {
+        const bool first = sided(x);
+        std::set<Ref> seen;
+        if (!depends_on_view(first ? b : a, seen))
+            return ir::None;
+        const Ref n = turned(first ? a : b, at);
+        const Ref s = m_b.splat(first ? b : a, at);
+        return op == BinOp::Mul ? m_b.emit(Op::Mul, Ty::Triple, {n, s}, at) : ir::None;
+    }
+    const Tag t = x != Tag::None ? x : y;
+    return to_light(t) && (x == Tag::None || y == Tag::None) ? light_direction(t, at) : ir::None;
+}
+
+// The dot product of directions: a kernel's factor where one of them is that of light.
+Ref Lower::light_cosine(Ref a, Ref b, Loc at) {
+    Tag x = tag(a), y = tag(b);
+    const bool behind = x == Tag::Negated || y == Tag::Negated || x == Tag::Behind || y == Tag::Behind;
+    x = side_less(x);
+    y = side_less(y);
+    if (to_light(y)) {
+        std::swap(a, b);
+        std::swap(x, y);
+    }
+    if (x == Tag::Light && behind && (y == Tag::None || y == Tag::Behind))
+        return kernel(Closure::CosineBehind, Ty::Float, {b, b}, Tag::Cosine, at);
+    if (x == Tag::Light && (y == Tag::None || y == Tag::Facing))
+        return kernel(Closure::CosineKernel, Ty::Float, {b, b}, Tag::Cosine, at);
+    if (x == Tag::Half && (y == Tag::None || y == Tag::Facing || y == Tag::Behind))
+        return kernel(Closure::SpecularKernel, Ty::Float, {b, b, m_b.constant(1.0f)}, Tag::HalfCosine, at);
+    if ((x == Tag::Light && y == Tag::Mirrored) || (x == Tag::LightMirrored && is_view(y)))
+        return kernel(Closure::PhongKernel, Ty::Float, {m_b.triple(0), b, m_b.constant(1.0f)},
+                      Tag::MirrorCosine, at);
+    if (is_view(y)) {
+        std::swap(a, b);
+        std::swap(x, y);
+    }
+    if (is_view(x) && y == Tag::Behind) // its sign is not that of a front
+        return m_b.emit(Op::Dot, Ty::Float, {a, turned(b, at)}, at);
+    const bool facing = y == Tag::Facing || (x == Tag::Facing && y == Tag::None);
+    if (is_view(x) && (y == Tag::None || facing)) {
+        if (facing)
+            b = turned(b, at);
+        return tagged(m_b.emit(Op::Dot, Ty::Float, {a, b}, at),
+                      x == Tag::View ? Tag::ViewCosine : Tag::EyeCosine);
+    }
+    // A loop over directions is on the side that is seen.
+    if (facing && a != b && m_sample != ir::None)
+        return m_b.emit(Op::Dot, Ty::Float,
+                        {x == Tag::Facing ? turned(a, at) : a, y == Tag::Facing ? turned(b, at) : b}, at);
+    return ir::None;
+}
+
+// Comparisons of a cosine with zero. less: a < b.
+Ref Lower::side_of_light(bool less, Ref a, Ref b) {
+    const auto cosine = [](Tag t) {
+        return t == Tag::Cosine || t == Tag::HalfCosine || t == Tag::MirrorCosine;
+    };
+    const auto view_cosine = [](Tag t) { return t == Tag::ViewCosine || t == Tag::EyeCosine; };
+    const Tag x = tag(a), y = tag(b);
+    // Is a light in front of the surface? Kernels look after that themselves.
+    if (cosine(x) && m_b.is_const(b, 0))
+        return m_b.boolean(!less);
+    if (cosine(y) && m_b.is_const(a, 0))
+        return m_b.boolean(less);
+    // Is the surface seen from its front (I . N < 0)? Both sides have the same lobes: taken as seen from
+    // the front.
+    if (view_cosine(x) && m_b.is_const(b, 0))
+        return m_b.boolean(less == (x == Tag::ViewCosine));
+    if (view_cosine(y) && m_b.is_const(a, 0))
+        return m_b.boolean(less != (y == Tag::ViewCosine));
+    return ir::None;
 }
 
 // A shadeop that is written in RSL, of these arguments.
@@ -234,11 +241,10 @@ Ref Lower::source_call(const char* shadeop, std::vector<Ref> args, Loc at, Ty re
 // A variable that says what a closure is where its value is wanted before light is known; 0 until then.
 int Lower::reference_value(const char* name, Loc at) {
     const int var = m_b.var(name, Ty::Float, at);
-    Block* const here = m_b.block();
-    m_b.set_block(m_prologue);
-    m_b.declare(var);
-    m_b.store(var, m_b.constant(0.0f), at);
-    m_b.set_block(here);
+    in_prologue([&] {
+        m_b.declare(var);
+        m_b.store(var, m_b.constant(0.0f), at);
+    });
     return var;
 }
 

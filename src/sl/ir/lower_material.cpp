@@ -34,11 +34,10 @@ int Lower::channel(const std::string& node, int input, grid::LobeId lobe, Ty ty,
     const int index = it->second;
     if (!m_channel_vars.count(index)) {
         const int var = m_b.var(presence ? "presence" : node, ty, at);
-        Block* const here = m_b.block();
-        m_b.set_block(m_prologue);
-        m_b.declare(var);
-        m_b.store(var, m_b.leaf(Op::Channel, ty, index), at);
-        m_b.set_block(here);
+        in_prologue([&] {
+            m_b.declare(var);
+            m_b.store(var, m_b.leaf(Op::Channel, ty, index), at);
+        });
         m_channel_vars[index] = var;
     }
     return index;
