@@ -162,22 +162,22 @@ std::optional<ir::Program> FrontEnd::check_and_lower() {
         return std::nullopt;
     // Illuminance loops are read as lobes; those that turn out to be none are projected in the next round.
     ir::Program program;
-    std::map<int, Loc> projected;
-    bool any_shader = false;
+    ir::LowerOptions options;
+    options.connections = m_connections;
+    options.array_room = m_array_room;
     for (bool again = true; again;) {
         program = {};
         program.aovs = m_aovs;
         program.area_light = m_area_light;
         program.rispec_specular = m_rispec_specular;
         program.gathers_light = m_gathers_light;
-        program.own_light = !projected.empty();
-        ir::Lower lower(program, *m_sema, m_diagnostics, *m_unit.shaders[0], projected, m_connections,
-                        any_shader, m_array_room);
-        lower.run();
+        program.own_light = !options.projected.empty();
+        const ir::LowerResult lowered =
+            ir::lower(program, *m_sema, m_diagnostics, *m_unit.shaders[0], options);
         if (!ok())
             return std::nullopt;
-        if (lower.missed_shaders() && !any_shader) {
-            any_shader = true;
+        if (lowered.missed_shaders && !options.any_shader) {
+            options.any_shader = true;
             continue;
         }
         std::map<int, Loc> failed = ir::extract_closures(program, m_diagnostics, m_strict);
@@ -188,9 +188,9 @@ std::optional<ir::Program> FrontEnd::check_and_lower() {
                                     "times N . L, pow(N . H, n), pow(R . L, n) and specularbrdf()");
         if (!ok())
             return std::nullopt;
-        const size_t before = projected.size();
-        projected.merge(failed);
-        again = projected.size() > before;
+        const size_t before = options.projected.size();
+        options.projected.merge(failed);
+        again = options.projected.size() > before;
     }
     for (ir::Stage* s : program.stages()) {
         ir::simplify(*s);

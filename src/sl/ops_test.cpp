@@ -46,6 +46,8 @@ static const Case cases[] = {
     {"round(5.3 * u)", [](float u, float) { return std::floor(5.3f * u + 0.5f); }},
     {"min(u, v, 0.3)", [](float u, float v) { return std::min({u, v, 0.3f}); }},
     {"max(u, v, 0.3, 0.4)", [](float u, float v) { return std::max({u, v, 0.4f}); }},
+    {"determinant(2) + determinant(u + 1)",
+     [](float u, float) { return 16 + std::pow(u + 1, 4.0f); }}, // of a float: on the diagonal
     {"clamp(u, 0.2, 0.7)", [](float u, float) { return std::clamp(u, 0.2f, 0.7f); }},
     {"mix(2, 5, u)", [](float u, float) { return 2 * (1 - u) + 5 * u; }},
     {"step(0.5, u)", [](float u, float) { return u < 0.5f ? 0.0f : 1.0f; }},

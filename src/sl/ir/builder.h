@@ -47,4 +47,19 @@ class Builder {
     const Loc* m_place = nullptr;
 };
 
+// What is made goes to another block, until the end of the scope.
+class BlockScope {
+  public:
+    BlockScope(Builder& builder, Block* block) : m_builder(builder), m_outer(builder.block()) {
+        builder.set_block(block);
+    }
+    ~BlockScope() { m_builder.set_block(m_outer); }
+    BlockScope(const BlockScope&) = delete;
+    BlockScope& operator=(const BlockScope&) = delete;
+
+  private:
+    Builder& m_builder;
+    Block* m_outer;
+};
+
 } // namespace kanuka::sl::ir

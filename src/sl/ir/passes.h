@@ -24,7 +24,7 @@ void choose_pictures(Stage& stage, bool strict);
 void rename_assignments(Program& program);
 
 // Reads Ci as a material (extraction.h). Classic surfaces only. Returns the illuminance loops that are no
-// lobes, by number, and where that shows: then the program is of no use, and Lower is to project them.
+// lobes, by number, and where that shows: then the program is of no use, and lower() is to project them.
 // strict: what can only be approximated is an error.
 std::map<int, Loc> extract_closures(Program& program, Diagnostics& diagnostics, bool strict);
 

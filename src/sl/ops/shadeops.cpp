@@ -122,6 +122,7 @@ struct Table {
                 std::string name;
                 Signature s = parse(header, name);
                 s.impl = row.impl;
+                s.special = row.special;
                 s.op = row.op;
                 s.imm = row.imm;
                 if (row.impl == Impl::Source) {
@@ -135,7 +136,7 @@ struct Table {
                 }
                 const auto [it, fresh] = by_name.try_emplace(name, ops.size());
                 if (fresh)
-                    ops.push_back({name, std::string(row.category), std::string(row.doc), {}});
+                    ops.push_back({name, std::string(row.category), std::string(row.doc), row.optics, {}});
                 // Templates may repeat a signature that a row before them spelt out.
                 bool known = false;
                 for (const Signature& other : ops[it->second].signatures) {

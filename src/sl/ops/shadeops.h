@@ -15,13 +15,72 @@ namespace kanuka::sl::ops {
 enum class Impl : uint8_t {
     Primitive, // one IR operation, componentwise if its arguments are triples
     Source,    // RSL: the row's source
-    Special,   // lowering knows it by name
+    Special,   // what lowering does for it: see enum Special
     Closure,   // light that is not known yet
     Noise,
 };
 
-// Where a shadeop may be called.
-enum Where : uint8_t { Anywhere = 0, ClosureOnly = 1, InitOnly = 2, InteriorOnly = 4, PrelightingOnly = 8 };
+// What a row of Impl::Special is lowered to. Those that differ in the call to the host alone, or in what they
+// ask of it, share one: the row's imm is the ir::CallKind or the Query::Kind.
+enum class Special : uint8_t {
+    Absent, // nothing is there: 0
+    Host,   // a call of its arguments
+    Query,
+    // values
+    Spline,
+    Component,
+    SetComponent,
+    Determinant,
+    Space,
+    Difference,
+    CalculateNormal,
+    Random,
+    ShaderName,
+    Texture,
+    Environment,
+    PointCloud,
+    Emit,
+    RayInfo,
+    // arrays
+    ArrayLength,
+    ArrayCapacity,
+    Push,
+    Pop,
+    Resize,
+    Reserve,
+    // co-shaders
+    GetShader,
+    GetShaders,
+    GetLights,
+    GetVariable,
+    HasMethod,
+    // materials
+    Create,
+    AddLayer,
+    AddNode,
+    SetLobe,
+    SetLayer,
+    SetPresence,
+    SetInterior,
+};
+
+// What a shadeop makes, in surfaces, of directions to the light and the eye and of their cosines.
+enum class Optics : uint8_t {
+    None,
+    Fresnel,
+    Occlusion,
+    Normalize,
+    Length,
+    FaceForward,
+    TransformVector,
+    Reflect,
+    Refract,
+    SpecularBrdf,
+    Exponential,
+    SmoothStep,
+    Limit,
+    Power,
+};
 
 struct Argument {
     ast::Type type;
@@ -34,6 +93,7 @@ struct Signature {
     std::vector<Argument> args;
     bool variadic = false; // further arguments, or name and value pairs, may follow
     Impl impl = Impl::Special;
+    Special special = Special::Absent;
     ir::Op op = ir::Op::Const;
     int imm = 0;
     std::string source; // Impl::Source: the whole function
@@ -41,6 +101,7 @@ struct Signature {
 
 struct Shadeop {
     std::string name, category, doc;
+    Optics optics = Optics::None;
     std::vector<Signature> signatures;
 };
 

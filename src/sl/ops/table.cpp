@@ -4,6 +4,7 @@ namespace kanuka::sl::ops {
 
 namespace {
 
+using ir::CallKind;
 using ir::Closure;
 using ir::Fn;
 using ir::Op;
@@ -19,8 +20,25 @@ constexpr Row rsl(std::string_view category, std::string_view header, std::strin
                   std::string_view doc = {}) {
     return {category, header, Impl::Source, Op::Const, 0, source, doc};
 }
-constexpr Row special(std::string_view category, std::string_view header, std::string_view doc = {}) {
-    return {category, header, Impl::Special, Op::Const, 0, {}, doc};
+constexpr Row special(std::string_view category, std::string_view header, Special what,
+                      std::string_view doc = {}, int imm = 0) {
+    return {category, header, Impl::Special, Op::Const, imm, {}, doc, what};
+}
+constexpr Row special(std::string_view category, std::string_view header, Special what, CallKind kind,
+                      std::string_view doc = {}) {
+    return special(category, header, what, doc, int(kind));
+}
+constexpr Row query(std::string_view header, Query::Kind kind, std::string_view doc = {}) {
+    return special("Information", header, Special::Query, doc, int(kind));
+}
+// Asks for what is not there: its arguments are evaluated, and it gives 0.
+constexpr Row absent(std::string_view category, std::string_view header, std::string_view doc = {}) {
+    return special(category, header, Special::Absent, doc);
+}
+// In surfaces it does something else to directions of light and view than to other values.
+constexpr Row optical(Optics rule, Row row) {
+    row.optics = rule;
+    return row;
 }
 constexpr Row closure(std::string_view header, Closure kind, std::string_view doc = {}) {
     return {"Light", header, Impl::Closure, Op::Closure, int(kind), {}, doc};
@@ -50,11 +68,12 @@ const Row table[] = {
     math("float atan(float yoverx)", Fn::Atan,
          "arc tangent; with two arguments, of y/x over the whole circle"),
     math("float atan(float y, float x)", Fn::Atan2),
-    math("float exp(float x)", Fn::Exp, "e to the power of x"),
+    optical(Optics::Exponential, math("float exp(float x)", Fn::Exp, "e to the power of x")),
     math("float log(float x)", Fn::Log, "natural logarithm, or that to a base; 0 where x is not positive"),
     rsl(M, "float log(float x, float base)", "return log(x) / log(base);"),
-    math("T pow(T x, T y)", Fn::Pow,
-         "x to the power of y, component by component; 0 where x is negative and y not whole"),
+    optical(Optics::Power,
+            math("T pow(T x, T y)", Fn::Pow,
+                 "x to the power of y, component by component; 0 where x is negative and y not whole")),
     prim(M, "T sqrt(T x)", Op::Sqrt, "square root; 0 for negative arguments"),
     rsl(M, "float inversesqrt(float x)", "return x > 0 ? 1 / sqrt(x) : 0;",
         "1 / sqrt(x); 0 where x is not positive"),
@@ -62,16 +81,17 @@ const Row table[] = {
         "a modulo b, of the sign of b"),
     rsl(M, "T mod(T a, T b)",
         "return T(mod(comp(a, 0), comp(b, 0)), mod(comp(a, 1), comp(b, 1)), mod(comp(a, 2), comp(b, 2)));"),
-    prim(M, "T abs(T x)", Op::Abs, "absolute value, of each component"),
+    optical(Optics::Limit, prim(M, "T abs(T x)", Op::Abs, "absolute value, of each component")),
     rsl(M, "float sign(float x)", "return x < 0 ? -1 : (x > 0 ? 1 : 0);", "-1, 0 or 1"),
     rsl(M, "T sign(T x)", "return T(sign(comp(x, 0)), sign(comp(x, 1)), sign(comp(x, 2)));"),
     prim(M, "T floor(T x)", Op::Floor, "largest whole number that is not above x"),
     prim(M, "T ceil(T x)", Op::Ceil, "smallest whole number that is not below x"),
     rsl(M, "T round(T x)", "return floor(x + 0.5);", "nearest whole number"),
     prim(M, "T min(T a, T b, ...)", Op::Min, "smallest of the arguments, component by component"),
-    prim(M, "T max(T a, T b, ...)", Op::Max, "largest of the arguments, component by component"),
-    rsl(M, "T clamp(T x, T low, T high)", "return max(min(x, high), low);",
-        "x limited to [low, high]; low, if that is above high"),
+    optical(Optics::Limit,
+            prim(M, "T max(T a, T b, ...)", Op::Max, "largest of the arguments, component by component")),
+    optical(Optics::Limit, rsl(M, "T clamp(T x, T low, T high)", "return max(min(x, high), low);",
+                               "x limited to [low, high]; low, if that is above high")),
     rsl(M, "T mix(T a, T b, float t)", "return a * (1 - t) + b * t;", "linear interpolation from a to b"),
     rsl(M, "color mix(color a, color b, color t)", "return a * (color(1) - t) + b * t;"),
     rsl(M, "V mix(V a, V b, V t)", "return a * (V(1) - t) + b * t;"),
@@ -81,10 +101,11 @@ const Row table[] = {
         "return T(step(comp(edge, 0), comp(x, 0)), step(comp(edge, 1), comp(x, 1)), step(comp(edge, 2), "
         "comp(x, "
         "2)));"),
-    rsl(M, "float smoothstep(float low, float high, float x)",
-        "if (low == high) return x < low ? 0 : 1; float t = clamp((x - low) / (high - low), 0, 1); return t "
-        "* t * (3 - 2 * t);",
-        "0 up to low, 1 from high on, a smooth cubic between them"),
+    optical(Optics::SmoothStep, rsl(M, "float smoothstep(float low, float high, float x)",
+                                    "if (low == high) return x < low ? 0 : 1; float t = clamp((x - low) / "
+                                    "(high - low), 0, 1); return t "
+                                    "* t * (3 - 2 * t);",
+                                    "0 up to low, 1 from high on, a smooth cubic between them")),
     rsl(M, "T smoothstep(T low, T high, T x)",
         "return T(smoothstep(comp(low, 0), comp(high, 0), comp(x, 0)), smoothstep(comp(low, 1), comp(high, "
         "1), "
@@ -98,13 +119,13 @@ const Row table[] = {
     rsl(M, "float filterstep(float edge, float x0, float x1, ...)",
         "float w = max(abs(x1 - x0), 1e-6); return clamp((max(x0, x1) - edge) / w, 0, 1);"),
     special(
-        M, "T spline(float x, T first, ...)",
+        M, "T spline(float x, T first, ...)", Special::Spline,
         "spline through the values, x from 0 to 1: Catmull-Rom, or the basis named first (bezier, bspline, "
         "catmull-rom, hermite, linear); values may be an array. With \"solve\" before the basis' name: where "
         "the spline has the value x"),
-    special(M, "T spline(string basis, float x, T first, ...)"),
-    special(M, "T spline(float x, T values[])"),
-    special(M, "T spline(string basis, float x, T values[])"),
+    special(M, "T spline(string basis, float x, T first, ...)", Special::Spline),
+    special(M, "T spline(float x, T values[])", Special::Spline),
+    special(M, "T spline(string basis, float x, T values[])", Special::Spline),
     // ---- noise
     // --------------------------------------------------------------------------------------------------------
     noise("float noise(float x)", NoiseKind::Noise,
@@ -135,7 +156,8 @@ const Row table[] = {
     noise("T pnoise(float x, float y, float xperiod, float yperiod)", NoiseKind::PeriodicNoise),
     noise("T pnoise(point p, point period)", NoiseKind::PeriodicNoise),
     noise("T pnoise(point p, float t, point period, float tperiod)", NoiseKind::PeriodicNoise),
-    special("Noise", "T random()", "a random value in [0, 1), another one at each call and vertex"),
+    special("Noise", "T random()", Special::Random,
+            "a random value in [0, 1), another one at each call and vertex"),
     rsl("Noise", "T __random(float call)",
         "return T cellnoise(point(u * 16777.0, v * 16777.0, call), s * 9973.0 + t * 313.0);"),
     // ---- geometry
@@ -146,26 +168,30 @@ const Row table[] = {
     rsl(G, "void setxcomp(output V p, float x)", "p = V(x, ycomp(p), zcomp(p));", "set the first component"),
     rsl(G, "void setycomp(output V p, float y)", "p = V(xcomp(p), y, zcomp(p));", "set the second component"),
     rsl(G, "void setzcomp(output V p, float z)", "p = V(xcomp(p), ycomp(p), z);", "set the third component"),
-    rsl(G, "float length(vector v)", "return sqrt(v . v);", "length of a vector"),
+    optical(Optics::Length, rsl(G, "float length(vector v)", "return sqrt(v . v);", "length of a vector")),
     rsl(G, "float distance(point a, point b)", "return length(a - b);", "distance of two points"),
-    rsl(G, "V normalize(V v)", "return v * inversesqrt(v . v);",
-        "unit vector of the same direction; 0 stays 0"),
-    rsl(G, "vector faceforward(vector n, vector i, ...)", "return i . n > 0 ? -n : n;",
-        "n turned against i. Of the view direction, n as it is: lobes have two sides"),
+    optical(Optics::Normalize, rsl(G, "V normalize(V v)", "return v * inversesqrt(v . v);",
+                                   "unit vector of the same direction; 0 stays 0")),
+    optical(Optics::FaceForward,
+            rsl(G, "vector faceforward(vector n, vector i, ...)", "return i . n > 0 ? -n : n;",
+                "n turned against i. Of the view direction, n as it is: lobes have two sides")),
     rsl(G, "normal faceforward(normal n, vector i, ...)", "return i . n > 0 ? -n : n;"),
     rsl(G, "normal shadingnormal(normal n)", "return normalize(n);",
         "the unit normal: lobes have two sides, so it need not be turned"),
-    rsl(G, "vector reflect(vector i, vector n)", "return i - n * (2 * (i . n));",
-        "direction of mirror reflection of i at a surface of unit normal n"),
-    rsl(G, "vector refract(vector i, vector n, float eta)",
-        "float c = i . n; float k = 1 - eta * eta * (1 - c * c);"
-        "return k < 0 ? vector(0) : i * eta - n * (eta * c + sqrt(max(k, 0)));",
-        "direction of refraction of unit i, eta = index outside / inside; 0 at total internal reflection"),
-    rsl(G, "void fresnel(vector i, vector n, float eta, output float kr, output float kt)",
-        "float c = clamp(-(i . n), 0, 1); float g2 = 1 / (eta * eta) - 1 + c * c;"
-        "if (g2 <= 0) { kr = 1; } else { float g = sqrt(g2); float a = (g - c) / (g + c);"
-        "float b = (c * (g + c) - 1) / (c * (g - c) + 1); kr = 0.5 * a * a * (1 + b * b); } kt = 1 - kr;",
-        "reflected and refracted parts of light at a dielectric surface, and their directions"),
+    optical(Optics::Reflect, rsl(G, "vector reflect(vector i, vector n)", "return i - n * (2 * (i . n));",
+                                 "direction of mirror reflection of i at a surface of unit normal n")),
+    optical(Optics::Refract, rsl(G, "vector refract(vector i, vector n, float eta)",
+                                 "float c = i . n; float k = 1 - eta * eta * (1 - c * c);"
+                                 "return k < 0 ? vector(0) : i * eta - n * (eta * c + sqrt(max(k, 0)));",
+                                 "direction of refraction of unit i, eta = index outside / inside; 0 at "
+                                 "total internal reflection")),
+    optical(
+        Optics::Fresnel,
+        rsl(G, "void fresnel(vector i, vector n, float eta, output float kr, output float kt)",
+            "float c = clamp(-(i . n), 0, 1); float g2 = 1 / (eta * eta) - 1 + c * c;"
+            "if (g2 <= 0) { kr = 1; } else { float g = sqrt(g2); float a = (g - c) / (g + c);"
+            "float b = (c * (g + c) - 1) / (c * (g - c) + 1); kr = 0.5 * a * a * (1 + b * b); } kt = 1 - kr;",
+            "reflected and refracted parts of light at a dielectric surface, and their directions")),
     rsl(G,
         "void fresnel(vector i, vector n, float eta, output float kr, output float kt, output vector r, "
         "output vector t)",
@@ -197,8 +223,9 @@ const Row table[] = {
         "return w == 1 || w == 0 ? q : q / w;"),
     rsl(G, "point transform(string from, matrix m, point p)",
         "return transform(m, transform(from, \"current\", p));"),
-    rsl(G, "vector vtransform(string to, vector v)", "return vtransform(\"current\", to, v);",
-        "a direction's components in another space"),
+    optical(Optics::TransformVector,
+            rsl(G, "vector vtransform(string to, vector v)", "return vtransform(\"current\", to, v);",
+                "a direction's components in another space")),
     rsl(G, "vector vtransform(string from, string to, vector v)", "return vtransform(__space(from, to), v);"),
     rsl(G, "vector vtransform(matrix m, vector v)",
         "float x = xcomp(v), y = ycomp(v), z = zcomp(v);"
@@ -220,11 +247,11 @@ const Row table[] = {
         "return normal(x * comp(inverse, 0, 0) + y * comp(inverse, 0, 1) + z * comp(inverse, 0, 2),"
         "x * comp(inverse, 1, 0) + y * comp(inverse, 1, 1) + z * comp(inverse, 1, 2),"
         "x * comp(inverse, 2, 0) + y * comp(inverse, 2, 1) + z * comp(inverse, 2, 2));"),
-    special(G, "matrix __space(string from, string to)"),
+    special(G, "matrix __space(string from, string to)", Special::Space),
     // ---- derivatives
     // --------------------------------------------------------------------------------------------------
-    special(D, "T __dx(T x)"),
-    special(D, "T __dy(T x)"),
+    special(D, "T __dx(T x)", Special::Difference, CallKind::Dx),
+    special(D, "T __dy(T x)", Special::Difference, CallKind::Dy),
     rsl(D, "float Du(float x)", "return __dx(x) / __safe(__dx(u));", "derivative by u"),
     rsl(D, "color Du(color x)", "return __dx(x) / __safe(__dx(u));"),
     rsl(D, "vector Du(point x)", "return vector(__dx(x)) / __safe(__dx(u));"),
@@ -249,17 +276,17 @@ const Row table[] = {
     rsl(D, "float filterwidth(float x)", "return max(abs(__dx(x)), abs(__dy(x)));",
         "how much x changes from one vertex to the next"),
     rsl(D, "float filterwidthp(point p)", "return sqrt(area(p));", "filterwidth() of a point"),
-    special(D, "normal calculatenormal(point p)",
+    special(D, "normal calculatenormal(point p)", Special::CalculateNormal,
             "normal of the surface whose points are p; not unit length"),
     // ---- colour
     // -------------------------------------------------------------------------------------------------------
-    special(C, "float comp(color c, float index)", "a component of a colour or matrix"),
-    special(C, "float comp(V c, float index)"),
-    special(C, "float comp(matrix m, float row, float column)"),
-    special(C, "void setcomp(output color c, float index, float value)",
+    special(C, "float comp(color c, float index)", Special::Component, "a component of a colour or matrix"),
+    special(C, "float comp(V c, float index)", Special::Component),
+    special(C, "float comp(matrix m, float row, float column)", Special::Component),
+    special(C, "void setcomp(output color c, float index, float value)", Special::SetComponent,
             "set a component of a colour or matrix"),
-    special(C, "void setcomp(output V c, float index, float value)"),
-    special(C, "void setcomp(output matrix m, float row, float column, float value)"),
+    special(C, "void setcomp(output V c, float index, float value)", Special::SetComponent),
+    special(C, "void setcomp(output matrix m, float row, float column, float value)", Special::SetComponent),
     rsl(C, "float luminance(color c)",
         "return 0.2126 * comp(c, 0) + 0.7152 * comp(c, 1) + 0.0722 * comp(c, 2);",
         "luminance of a colour of Rec. 709 primaries"),
@@ -282,7 +309,7 @@ const Row table[] = {
         "else if (to != \"rgb\" && to != \"RGB\" && to != \"current\") __report(\"unknown colour space\", "
         "to);"
         "return r;"),
-    special(C, "void __report(string message, string value)"),
+    special(C, "void __report(string message, string value)", Special::Host, CallKind::Report),
     rsl(C, "float __hue(float h, float low, float high)",
         "float k = mod(h, 1) * 6; return k < 1 ? low + (high - low) * k : k < 3 ? high : k < 4 ? low + (high "
         "- low) * (4 - k) : low;"),
@@ -325,7 +352,7 @@ const Row table[] = {
         "1.0000000 * y - 0.2720523 * i - 0.6472057 * q, 1.0000000 * y - 1.1067043 * i + 1.7044213 * q);"),
     // ---- matrices
     // -----------------------------------------------------------------------------------------------------
-    special(X, "float determinant(matrix m)", "determinant"),
+    special(X, "float determinant(matrix m)", Special::Determinant, "determinant"),
     rsl(X, "matrix translate(matrix m, vector t)",
         "return matrix(1,0,0,0, 0,1,0,0, 0,0,1,0, xcomp(t), ycomp(t), zcomp(t), 1) * m;",
         "m with a translation before it (row vectors)"),
@@ -344,29 +371,32 @@ const Row table[] = {
     rsl(X, "matrix mtransform(string from, string to, matrix m)", "return __space(to, from) * m;"),
     // ---- strings
     // ------------------------------------------------------------------------------------------------------
-    special(S, "string format(string pattern, ...)", "text with %f %c %p %m %s %d replaced by the arguments"),
-    special(S, "string concat(string a, string b, ...)", "the strings joined"),
-    special(S, "float match(string pattern, string subject)",
+    special(S, "string format(string pattern, ...)", Special::Host, CallKind::Format,
+            "text with %f %c %p %m %s %d replaced by the arguments"),
+    special(S, "string concat(string a, string b, ...)", Special::Host, CallKind::Concat,
+            "the strings joined"),
+    special(S, "float match(string pattern, string subject)", Special::Host, CallKind::Match,
             "1 if the regular expression is found in the subject"),
-    special(S, "void printf(string pattern, ...)", "a message to the journal, as format() makes it"),
+    special(S, "void printf(string pattern, ...)", Special::Host, CallKind::Printf,
+            "a message to the journal, as format() makes it"),
     // ---- textures
     // -----------------------------------------------------------------------------------------------------
-    special(T, "float texture(string name, ...)",
+    special(T, "float texture(string name, ...)", Special::Texture,
             "a texture at (s, t), filtered over the distance to the next vertices. Forms: texture(name), "
             "(name, s, t), "
             "(name, s1, t1, … s4, t4); name[channel] picks the first channel. Named: blur, sblur, tblur, "
             "width, swidth, "
             "twidth, fill, wrap, filter"),
-    special(T, "color texture(string name, ...)"),
+    special(T, "color texture(string name, ...)", Special::Texture),
     special(
-        T, "float environment(string name, vector direction, ...)",
+        T, "float environment(string name, vector direction, ...)", Special::Environment,
         "an environment map in a direction. Of a mirrored view direction: the picture as the dicing camera "
         "sees it, where there is one, else a mirror lobe"),
-    special(T, "color environment(string name, vector direction, ...)"),
-    special(T, "float environment(string name, void region, ...)"),
-    special(T, "color environment(string name, void region, ...)"),
-    special(T, "float shadow(string name, point p, ...)", "0: shadows are traced"),
-    special(T, "color shadow(string name, point p, ...)"),
+    special(T, "color environment(string name, vector direction, ...)", Special::Environment),
+    special(T, "float environment(string name, void region, ...)", Special::Environment),
+    special(T, "color environment(string name, void region, ...)", Special::Environment),
+    absent(T, "float shadow(string name, point p, ...)", "0: shadows are traced"),
+    absent(T, "color shadow(string name, point p, ...)"),
     // ---- light: what becomes of it in a surface's material
     // ----------------------------------------------------------------------------------------------
     closure("color ambient(...)", Closure::Ambient,
@@ -384,10 +414,10 @@ const Row table[] = {
         "not depend on the view: AimedBsdf, from the surface. As a float the distance to what is seen: 1e10"),
     closure("color trace(point p, vector r, ...)", Closure::Mirror),
     rsl(L, "float trace(point p, vector r, ...)", "return 1e10;"),
-    rsl(L, "color specularbrdf(vector l, normal n, vector v, float roughness)",
-        "vector h = normalize(normalize(l) + normalize(v));"
-        "return color(pow(max(0, n . h), 8 / max(roughness, 0.0001)));",
-        "the kernel of specular(), within illuminance: a highlight"),
+    optical(Optics::SpecularBrdf, rsl(L, "color specularbrdf(vector l, normal n, vector v, float roughness)",
+                                      "vector h = normalize(normalize(l) + normalize(v));"
+                                      "return color(pow(max(0, n . h), 8 / max(roughness, 0.0001)));",
+                                      "the kernel of specular(), within illuminance: a highlight")),
     rsl(L, "color __blinn(vector l, normal n, vector v, float exponent)",
         "return color(pow(max(0, n . normalize(normalize(l) + normalize(v))), exponent));"),
     rsl(L, "color bsdf(vector l, normal n, ...)", "return color(max(0, normalize(l) . n) / PI);",
@@ -399,7 +429,8 @@ const Row table[] = {
         "float phi = 2.39996323 * ring + PI * (i - 2 * ring); float r = sqrt(max(1 - z * z, 0));"
         "return a * z + (t * cos(phi) + (a ^ t) * sin(phi)) * r;"),
     // Light that transport finds; a surface adds none to it.
-    rsl(L, "float occlusion(point p, normal n, ...)", "return 0;", "0: transport occludes"),
+    optical(Optics::Occlusion,
+            rsl(L, "float occlusion(point p, normal n, ...)", "return 0;", "0: transport occludes")),
     rsl(L, "float occlusion(string file, point p, normal n, ...)", "return 0;"),
     closure("color indirectdiffuse(...)", Closure::Indirect,
             "nothing: transport finds indirect light by the Lambert lobe of diffuse(), or else by one of its "
@@ -420,7 +451,7 @@ const Row table[] = {
     // What is asked of lights and rays: a surface is shaded for all of them at once.
     rsl(L, "float lightsource(string name, ...)", "return 0;",
         "0: lights have no messages for materials; the variable stays as it is"),
-    special(L, "float rayinfo(string name, output void value, ...)",
+    special(L, "float rayinfo(string name, output void value, ...)", Special::RayInfo,
             "as of a ray from the camera: \"type\" is \"camera\", \"depth\" 0, \"direction\" I; 0 for "
             "what is not known"),
     rsl(L, "float raylevel()", "return 0;", "0: as seen from the camera"),
@@ -429,90 +460,100 @@ const Row table[] = {
     rsl(L, "float isindirectray()", "return 0;", "0: as seen from the camera"),
     // ---- material
     // -----------------------------------------------------------------------------------------------------
-    special(K, "MnkMaterialBoundary CreateBoundary(MnkMaterial material)",
-            "begin the material's surface (mnk_init)"),
-    special(K, "MnkMaterialInterior CreateInterior(MnkMaterial material, string kind, ...)",
+    special(K, "MnkMaterialBoundary CreateBoundary(MnkMaterial material)", Special::Create,
+            CallKind::CreateBoundary, "begin the material's surface (mnk_init)"),
+    special(K, "MnkMaterialInterior CreateInterior(MnkMaterial material, string kind, ...)", Special::Create,
+            CallKind::CreateInterior,
             "begin the material's interior, \"homogeneous\", with its index of refraction (mnk_init)"),
-    special(K, "void AddLobe(MnkMaterialBoundary boundary, string name, lobe value)",
-            "add a lobe under a name, with its first inputs (mnk_init)"),
+    special(K, "void AddLobe(MnkMaterialBoundary boundary, string name, lobe value)", Special::AddNode,
+            CallKind::AddLobe, "add a lobe under a name, with its first inputs (mnk_init)"),
     special(K,
             "void AddLayer(MnkMaterialBoundary boundary, string name, string op, string upper, string lower)",
-            "join two nodes: op is mix, over, coat or add (mnk_init)"),
+            Special::AddLayer, "join two nodes: op is mix, over, coat or add (mnk_init)"),
     special(K, "void SetLobe(MnkMaterialBoundary boundary, string name, float weight, lobe value)",
-            "a lobe's weight and inputs at this vertex (mnk_prelighting)"),
-    special(K, "void SetLayer(MnkMaterialBoundary boundary, string name, float weight)",
+            Special::SetLobe, "a lobe's weight and inputs at this vertex (mnk_prelighting)"),
+    special(K, "void SetLayer(MnkMaterialBoundary boundary, string name, float weight)", Special::SetLayer,
             "a layer's weight at this vertex (mnk_prelighting)"),
-    special(K, "void SetPresence(MnkMaterialBoundary boundary, float presence)",
+    special(K, "void SetPresence(MnkMaterialBoundary boundary, float presence)", Special::SetPresence,
             "how much of the surface is there: 0 is a hole (mnk_prelighting)"),
     special(K, "void AddPhaseFunction(MnkMaterialInterior interior, string name, lobe value)",
-            "the interior's phase function (mnk_init)"),
+            Special::AddNode, CallKind::AddPhaseFunction, "the interior's phase function (mnk_init)"),
     special(K, "void SetPhaseFunction(MnkMaterialInterior interior, string name, lobe value)",
-            "its inputs (mnk_interior)"),
-    special(K, "void SetAbsorption(MnkMaterialInterior interior, color value)",
-            "absorption in 1/m (mnk_interior)"),
-    special(K, "void SetScattering(MnkMaterialInterior interior, color value)",
-            "scattering in 1/m (mnk_interior)"),
+            Special::AddNode, CallKind::SetPhaseFunction, "its inputs (mnk_interior)"),
+    special(K, "void SetAbsorption(MnkMaterialInterior interior, color value)", Special::SetInterior,
+            CallKind::SetAbsorption, "absorption in 1/m (mnk_interior)"),
+    special(K, "void SetScattering(MnkMaterialInterior interior, color value)", Special::SetInterior,
+            CallKind::SetScattering, "scattering in 1/m (mnk_interior)"),
     special(
-        K, "void SetPriority(MnkMaterialInterior interior, float value)",
+        K, "void SetPriority(MnkMaterialInterior interior, float value)", Special::SetInterior,
+        CallKind::SetPriority,
         "where interiors overlap, the one of the highest priority is there, 0 if it is not set; of equals, "
         "the one that a ray entered last (mnk_interior)"),
     // ---- information
     // --------------------------------------------------------------------------------------------------
-    special(
-        I, "float attribute(string name)",
-        "an attribute of the primitive; 1 and its value if it is known, else 0: ShadingRate, Sides, matte, "
-        "Ri:…, user:…"),
-    special(I, "float attribute(string name, output void value, ...)"),
-    special(I, "float option(string name)",
-            "an option of the picture, as attribute(): Format, FrameAspectRatio, CropWindow, DepthOfField, "
-            "Shutter, "
-            "Clipping, user:…"),
-    special(I, "float option(string name, output void value, ...)"),
-    special(I, "float rendererinfo(string name)", "renderer, version, versionstring, as attribute()"),
-    special(I, "float rendererinfo(string name, output void value, ...)"),
-    special(
-        I, "float textureinfo(string file, string name)",
+    query("float attribute(string name)", Query::Attribute,
+          "an attribute of the primitive; 1 and its value if it is known, else 0: ShadingRate, Sides, matte, "
+          "Ri:…, user:…"),
+    query("float attribute(string name, output void value, ...)", Query::Attribute),
+    query("float option(string name)", Query::Option,
+          "an option of the picture, as attribute(): Format, FrameAspectRatio, CropWindow, DepthOfField, "
+          "Shutter, "
+          "Clipping, user:…"),
+    query("float option(string name, output void value, ...)", Query::Option),
+    query("float rendererinfo(string name)", Query::Renderer,
+          "renderer, version, versionstring, as attribute()"),
+    query("float rendererinfo(string name, output void value, ...)", Query::Renderer),
+    query(
+        "float textureinfo(string file, string name)", Query::Texture,
         "of a texture, as attribute(): resolution, channels, type, exists, viewingmatrix, projectionmatrix"),
-    special(I, "float textureinfo(string file, string name, output void value, ...)"),
-    special(I, "float surface(string parameter, output void value)",
-            "0: while one shader of a primitive runs, the others' parameters are not known"),
-    special(I, "float displacement(string parameter, output void value)", "as surface()"),
-    special(I, "float atmosphere(string parameter, output void value)", "as surface()"),
-    special(I, "float incident(string parameter, output void value)", "as surface()"),
-    special(I, "float opposite(string parameter, output void value)", "as surface()"),
-    special(I, "float lightsource(string parameter, output void value)",
-            "0: lights are not known before light is"),
+    query("float textureinfo(string file, string name, output void value, ...)", Query::Texture),
+    absent(I, "float surface(string parameter, output void value)",
+           "0: while one shader of a primitive runs, the others' parameters are not known"),
+    absent(I, "float displacement(string parameter, output void value)", "as surface()"),
+    absent(I, "float atmosphere(string parameter, output void value)", "as surface()"),
+    absent(I, "float incident(string parameter, output void value)", "as surface()"),
+    absent(I, "float opposite(string parameter, output void value)", "as surface()"),
+    absent(I, "float lightsource(string parameter, output void value)",
+           "0: lights are not known before light is"),
     rsl(I, "float isoutput(...)", "return 1;", "1"),
-    special(I, "float bake(string file, float s, float t, ...)", "0: it bakes nothing"),
-    special(I, "float bake3d(string file, string channels, point p, normal n, ...)", "0: it bakes nothing"),
-    special(I, "float texture3d(string file, point p, normal n, ...)", "0: there are no point clouds"),
+    special(I, "float bake(string file, float s, float t, ...)", Special::PointCloud, "0: it bakes nothing"),
+    special(I, "float bake3d(string file, string channels, point p, normal n, ...)", Special::PointCloud,
+            "0: it bakes nothing"),
+    special(I, "float texture3d(string file, point p, normal n, ...)", Special::PointCloud,
+            "0: there are no point clouds"),
     // ---- arrays
     // --------------------------------------------------------------------------------------------------
-    special(A, "float arraylength(void array)", "number of elements of an array"),
-    special(A, "void push(output void array, void value)", "put a value at the end of a resizable array"),
-    special(A, "float pop(output void array)", "take the last value from a resizable array"),
-    special(A, "void resize(output void array, float length)", "change the length of a resizable array"),
-    special(A, "void reserve(output void array, float length)", "make room for that many elements"),
-    special(A, "float capacity(void array)", "number of elements that there is room for"),
+    special(A, "float arraylength(void array)", Special::ArrayLength, "number of elements of an array"),
+    special(A, "void push(output void array, void value)", Special::Push,
+            "put a value at the end of a resizable array"),
+    special(A, "float pop(output void array)", Special::Pop, "take the last value from a resizable array"),
+    special(A, "void resize(output void array, float length)", Special::Resize,
+            "change the length of a resizable array"),
+    special(A, "void reserve(output void array, float length)", Special::Reserve,
+            "make room for that many elements"),
+    special(A, "float capacity(void array)", Special::ArrayCapacity,
+            "number of elements that there is room for"),
     // ---- co-shaders
     // --------------------------------------------------------------------------------------------------
-    special(O, "shader getshader(string handle)", "a co-shader by its handle; null if there is none"),
-    special(O, "shader[] getshaders(...)",
+    special(O, "shader getshader(string handle)", Special::GetShader,
+            "a co-shader by its handle; null if there is none"),
+    special(O, "shader[] getshaders(...)", Special::GetShaders,
             "co-shaders: all, or getshaders(\"category\", name) those of a category"),
-    special(O, "shader[] getlights(...)", "no lights: light is not known while shading"),
-    special(O, "shader caller()", "null"),
-    special(O, "float getvar(shader s, string name, output void value)",
+    special(O, "shader[] getlights(...)", Special::GetLights, "no lights: light is not known while shading"),
+    absent(O, "shader caller()", "null"),
+    special(O, "float getvar(shader s, string name, output void value)", Special::GetVariable,
             "1 and the value of a co-shader's parameter or member; 0 where there is none, and the variable "
             "stays as it is"),
-    special(O, "float getvar(shader s, string name)"),
-    special(O, "float hasmethod(shader s, string name)",
+    special(O, "float getvar(shader s, string name)", Special::GetVariable),
+    special(O, "float hasmethod(shader s, string name)", Special::HasMethod,
             "1 if the co-shader has a public method of that name"),
-    special(O, "void writeaov(string name, ...)", "nothing: declare an output parameter"),
-    special(O, "float outputchannel(string name, ...)", "0, as writeaov()"),
-    special(O, "float evalparam(string name, output void value)",
-            "0: parameters have their values already; the variable stays as it is"),
-    special(O, "void emit(color c, ...)", "nothing: give the surface an emission, or an area light"),
-    special(I, "string shadername(...)", "this shader's name"),
+    absent(O, "void writeaov(string name, ...)", "nothing: declare an output parameter"),
+    absent(O, "float outputchannel(string name, ...)", "0, as writeaov()"),
+    absent(O, "float evalparam(string name, output void value)",
+           "0: parameters have their values already; the variable stays as it is"),
+    special(O, "void emit(color c, ...)", Special::Emit,
+            "nothing: give the surface an emission, or an area light"),
+    special(I, "string shadername(...)", Special::ShaderName, "this shader's name"),
 };
 
 } // namespace

@@ -15,6 +15,8 @@ struct Row {
     int imm;
     std::string_view source; // body
     std::string_view doc;    // of the first row of a name
+    Special special = Special::Absent;
+    Optics optics = Optics::None; // of the first row of a name
 };
 
 std::span<const Row> rows();

@@ -234,17 +234,17 @@ ast::Type Sema::call_shadeop(Expr* e, const ops::Shadeop& op, const ast::Type* e
     }
     e->shadeop = &op;
     e->signature = best;
-    if (op.category == "Co-shaders")
-        note_use(op.name == "getshader" || op.name == "getshaders" ? CoShaderUse::Any
-                 : op.name == "getvar" || op.name == "hasmethod"   ? CoShaderUse::Connected
-                                                                   : CoShaderUse::None);
     const ops::Signature& s = op.signatures[best];
+    if (s.special == ops::Special::GetShader || s.special == ops::Special::GetShaders)
+        note_use(CoShaderUse::Any);
+    else if (s.special == ops::Special::GetVariable || s.special == ops::Special::HasMethod)
+        note_use(CoShaderUse::Connected);
     for (size_t i = 0; i < s.args.size(); i++)
         if (s.args[i].output)
             written(e->args[i], "an output of " + op.name + "()");
     if (s.impl == ops::Impl::Source && !source(op, best))
         return {};
-    if (op.name == "pop" && e->args[0]->type.array) { // of what the array has
+    if (s.special == ops::Special::Pop && e->args[0]->type.array) { // of what the array has
         ast::Type element = e->args[0]->type;
         element.array = false;
         element.size = 0;

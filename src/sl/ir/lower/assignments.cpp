@@ -1,87 +1,19 @@
-// Declarations and assignments: of values, arrays, structs and lobes.
-#include <algorithm>
+#include "sl/ir/lower/assignments.h"
 
-#include "sl/ir/lower.h"
+#include <algorithm>
+#include <deque>
+
+#include "sl/ir/lower/coshaders.h"
+#include "sl/ir/lower/expressions.h"
+#include "sl/ir/lower/materials.h"
+#include "sl/ir/lower/matrix.h"
+#include "sl/ir/lower/variables.h"
 
 namespace kanuka::sl::ir {
 
 using namespace ast;
 
-void Lower::declare(const VarDecl* v) {
-    if (v->type.handle()) {
-        m_bind[v].kind = Binding::Handle;
-        if (v->init)
-            expr(v->init);
-        return;
-    }
-    if (v->type.base == Base::Lobe)
-        return bind_lobe(v, v->init);
-    if (v->is_extern)
-        return;
-    if (v->type.base == Base::Struct) {
-        for (const VarDecl* f : v->fields)
-            declare(f);
-        if (v->init)
-            assign_struct(v->fields, v->init, v->loc);
-        return;
-    }
-    if (v->type.array)
-        return declare_array(v);
-    if (v->type.is(Base::Shader) && v->init && !v->assigned) { // its co-shader is known where the value's is
-        Binding b;
-        b.kind = Binding::Value;
-        b.value = expr_as(v->init, v->type);
-        m_bind[v] = b;
-        return;
-    }
-    Binding b;
-    b.kind = Binding::Variable;
-    b.var = m_b.var(std::string(v->name), ty(v->type), v->loc);
-    m_b.stage().vars[b.var].must_be_uniform = v->detail == Detail::Uniform;
-    // The initial value is computed before the variable comes to life: float x = x is the outer x.
-    Ref value = ir::None;
-    if (v->init)
-        value = expr_as(v->init, v->type);
-    m_b.declare(b.var);
-    if (v->kind == VarDecl::Member && !v->init && m_member_index.count(v)) // a co-shader's begin anew
-        value = m_b.leaf(Op::Member, ty(v->type), m_member_index[v]);
-    store_tagged(b.var, value != ir::None ? value : zero(ty(v->type)), v->loc);
-    m_bind[v] = b;
-}
-
-void Lower::declare_array(const VarDecl* v) {
-    Binding b;
-    b.kind = Binding::Variable;
-    b.var = m_b.var(std::string(v->name), ty(v->type), v->loc, std::max(1, v->type.size));
-    m_b.stage().vars[b.var].must_be_uniform = v->detail == Detail::Uniform;
-    m_b.declare(b.var);
-    if (v->resizable) {
-        b.length = m_b.var(std::string(v->name) + ".length", Ty::Float, v->loc);
-        m_b.declare(b.length);
-        Ref n = m_b.constant(float(v->type.size));
-        if (v->size && v->type.size == 0) {
-            n = expr_as(v->size, {Base::Float});
-            need_room(b.var,
-                      m_b.is_const(n) ? int(std::clamp(m_b.at(n).floats[0], 0.0f, 65536.0f)) : ResizableRoom);
-            n = m_b.emit(Op::Min, Ty::Float, {n, m_b.constant(float(m_b.stage().vars[size_t(b.var)].array))},
-                         v->loc);
-        }
-        m_b.store(b.length, n, v->loc);
-    }
-    m_bind[v] = b;
-    const bool whole =
-        v->init && (v->init->kind != ExprKind::List || int(v->init->args.size()) >= v->type.size);
-    m_b.stage().vars[b.var].clear = !whole || v->resizable;
-    if (v->init)
-        assign_array(b, v->init, v->type, v->loc);
-}
-
-void Lower::need_room(int var, int elements) {
-    ir::Var& v = m_b.stage().vars[size_t(var)];
-    v.array = std::max(v.array, std::min(elements, 65536));
-}
-
-void Lower::assign_array(const Binding& to, const Expr* value, const ast::Type& type, Loc at) {
+void AssignmentLowerer::assign_array(const Binding& to, const Expr* value, const ast::Type& type, Loc at) {
     const int var = to.var;
     if (var < 0)
         return;
@@ -97,18 +29,18 @@ void Lower::assign_array(const Binding& to, const Expr* value, const ast::Type& 
     if (value->kind == ExprKind::List) {
         const int given = int(value->args.size());
         if (to.length >= 0)
-            need_room(var, given);
+            variables().need_room(var, given);
         const int n = to.length >= 0 ? given : m_b.stage().vars[var].array;
         for (int i = 0; i < n; i++)
             put(i, i < given ? expr_as(value->args[size_t(i)], element) : zero(ty(element)));
         length(m_b.constant(float(given)));
     } else if (value->type.array) {
         if (!value->var) { // a list of co-shaders, or the empty array of a shadeop
-            const std::vector<std::string> handles = shader_list(value);
+            const std::vector<std::string> handles = coshaders().shader_list(value);
             if (value->kind != ExprKind::Call)
                 expr(value);
             if (to.length >= 0)
-                need_room(var, int(handles.size()));
+                variables().need_room(var, int(handles.size()));
             const int n = std::min(m_b.stage().vars[var].array, int(handles.size()));
             for (int i = 0; i < n; i++)
                 put(i, m_b.text(handles[size_t(i)]));
@@ -119,7 +51,7 @@ void Lower::assign_array(const Binding& to, const Expr* value, const ast::Type& 
             return;
         const int available = m_b.stage().vars[from.var].array;
         if (to.length >= 0)
-            need_room(var, available);
+            variables().need_room(var, available);
         for (int i = 0; i < std::min(m_b.stage().vars[var].array, available); i++) {
             const Ref r = m_b.emit(Op::LoadElement, ty(element), {m_b.constant(float(i))}, at, from.var);
             put(i, r);
@@ -133,7 +65,8 @@ void Lower::assign_array(const Binding& to, const Expr* value, const ast::Type& 
     }
 }
 
-void Lower::copy_fields(const std::vector<VarDecl*>& to, const std::vector<VarDecl*>& from, Loc at) {
+void AssignmentLowerer::copy_fields(const std::vector<VarDecl*>& to, const std::vector<VarDecl*>& from,
+                                    Loc at) {
     for (size_t i = 0; i < to.size() && i < from.size(); i++) {
         if (!to[i]->fields.empty()) {
             copy_fields(to[i]->fields, from[i]->fields, at);
@@ -150,30 +83,35 @@ void Lower::copy_fields(const std::vector<VarDecl*>& to, const std::vector<VarDe
     }
 }
 
+// All values are computed before the first is assigned: they may read what is assigned.
+void AssignmentLowerer::construct_struct(const std::vector<VarDecl*>& fields, const Expr* value, Loc at) {
+    const auto given = [&](size_t i) -> const Expr* {
+        return i < value->args.size() && value->args[i] ? value->args[i] : fields[i]->init;
+    };
+    std::vector<Ref> values(fields.size(), ir::None);
+    for (size_t i = 0; i < fields.size() && i < value->args.size(); i++)
+        if (const Expr* a = given(i); a && fields[i]->fields.empty() && !fields[i]->type.array)
+            values[i] = expr_as(a, fields[i]->type);
+    for (size_t i = 0; i < fields.size(); i++) {
+        const Expr* a = given(i);
+        const Binding target = bind(fields[i]);
+        if (!fields[i]->fields.empty()) {
+            if (a)
+                assign_struct(fields[i]->fields, a, at);
+        } else if (fields[i]->type.array) {
+            if (a)
+                assign_array(target, a, fields[i]->type, at);
+        } else if (target.kind == Binding::Variable) {
+            store_tagged(target.var, values[i] != ir::None ? values[i] : zero(ty(fields[i]->type)), at);
+        }
+    }
+}
+
 // The members of a struct take the value of an expression: another struct, a constructor, a function's
 // result.
-void Lower::assign_struct(const std::vector<VarDecl*>& fields, const Expr* value, Loc at) {
+void AssignmentLowerer::assign_struct(const std::vector<VarDecl*>& fields, const Expr* value, Loc at) {
     if (value->kind == ExprKind::Construct) {
-        // All values are computed before the first is assigned: they may read what is assigned.
-        std::vector<Ref> values(fields.size(), ir::None);
-        for (size_t i = 0; i < fields.size() && i < value->args.size(); i++) {
-            const Expr* a = value->args[i] ? value->args[i] : fields[i]->init;
-            if (a && fields[i]->fields.empty() && !fields[i]->type.array)
-                values[i] = expr_as(a, fields[i]->type);
-        }
-        for (size_t i = 0; i < fields.size(); i++) {
-            const Expr* a = i < value->args.size() && value->args[i] ? value->args[i] : fields[i]->init;
-            const Binding target = bind(fields[i]);
-            if (!fields[i]->fields.empty()) {
-                if (a)
-                    assign_struct(fields[i]->fields, a, at);
-            } else if (fields[i]->type.array) {
-                if (a)
-                    assign_array(target, a, fields[i]->type, at);
-            } else if (target.kind == Binding::Variable) {
-                store_tagged(target.var, values[i] != ir::None ? values[i] : zero(ty(fields[i]->type)), at);
-            }
-        }
+        construct_struct(fields, value, at);
     } else if (value->kind == ExprKind::Name && value->var) {
         copy_fields(fields, value->var->fields, at);
     } else if (value->kind == ExprKind::Index && value->args[0]->var) { // an element of an array of structs
@@ -190,7 +128,7 @@ void Lower::assign_struct(const std::vector<VarDecl*>& fields, const Expr* value
         if (value->function->result_fields)
             copy_fields(fields, value->function->result_fields->fields, at);
     } else if (value->kind == ExprKind::Method && !value->function) {
-        coshader(value, &fields);
+        coshaders().coshader(value, &fields);
     } else if (value->kind == ExprKind::Assign) {
         expr(value);
         if (value->args[0]->var)
@@ -201,7 +139,7 @@ void Lower::assign_struct(const std::vector<VarDecl*>& fields, const Expr* value
     }
 }
 
-void Lower::assign_to(const Expr* target, Ref value, Loc at) {
+void AssignmentLowerer::assign_to(const Expr* target, Ref value, Loc at) {
     if (target->kind == ExprKind::Index && !target->args[0]->type.array) {
         // A component of what may itself be an element of an array.
         const Expr* whole = target->args[0];
@@ -212,8 +150,9 @@ void Lower::assign_to(const Expr* target, Ref value, Loc at) {
         }
         if (matrix)
             whole = whole->args[0];
-        const Ref i = matrix ? element_of_matrix(target) : expr_as(target->args[1], {Base::Float});
-        return assign_to(whole, with_component(expr(whole), i, value, at), at);
+        const Ref i =
+            matrix ? expressions().element_of_matrix(target) : expr_as(target->args[1], {Base::Float});
+        return assign_to(whole, with_component(m_b, expr(whole), i, value, at), at);
     }
     const bool element = target->kind == ExprKind::Index;
     const Expr* base = element ? target->args[0] : target;
@@ -232,7 +171,7 @@ void Lower::assign_to(const Expr* target, Ref value, Loc at) {
 }
 
 // array[i] = a struct
-void Lower::assign_struct_element(const Expr* target, const Expr* from, Loc at) {
+void AssignmentLowerer::assign_struct_element(const Expr* target, const Expr* from, Loc at) {
     const std::vector<VarDecl*>& arrays = target->args[0]->var->fields;
     std::deque<VarDecl> temporaries; // one of the element's type for each member
     std::vector<VarDecl*> fields;
@@ -241,7 +180,7 @@ void Lower::assign_struct_element(const Expr* target, const Expr* from, Loc at) 
         t.type.array = false;
         t.resizable = false;
         t.kind = VarDecl::Local;
-        declare(&t);
+        variables().declare(&t);
         fields.push_back(&t);
     }
     assign_struct(fields, from, at);
@@ -252,10 +191,10 @@ void Lower::assign_struct_element(const Expr* target, const Expr* from, Loc at) 
             m_b.emit(Op::StoreElement, Ty::Void, {i, m_b.load(bind(fields[k]).var, at)}, at, array.var);
     }
     for (const VarDecl* t : fields)
-        m_bind.erase(t);
+        m_state.bindings.erase(t);
 }
 
-Ref Lower::assign(const Expr* e) {
+Ref AssignmentLowerer::assign(const Expr* e) {
     const Expr *target = e->args[0], *from = e->args[1];
     if (target->type.handle()) {
         expr(from);
@@ -263,7 +202,7 @@ Ref Lower::assign(const Expr* e) {
     }
     if (target->type.base == Base::Lobe) {
         if (target->var)
-            bind_lobe(target->var, from);
+            materials().bind_lobe(target->var, from);
         return ir::None;
     }
     if (target->type.base == Base::Struct && !target->type.array) {
@@ -287,8 +226,9 @@ Ref Lower::assign(const Expr* e) {
         ast::Type result = target->type;
         if (e->op == BinOp::Dot)
             result = {Base::Float};
-        value = convert(arithmetic(e->op, old, target->type, change, from->type, result, e->loc), result,
-                        target->type, e->loc);
+        value = expressions().convert(
+            expressions().arithmetic(e->op, old, target->type, change, from->type, result, e->loc),
+            target->type, e->loc);
     }
     assign_to(target, value, e->loc);
     return value;

@@ -1,15 +1,54 @@
-// The Mnk calls. In mnk_init they become host calls that build the layering program; in mnk_prelighting
-// SetLobe and its kin write channels: one variable for every weight and input that the shader sets, by the
-// name of its lobe.
+#include "sl/ir/lower/materials.h"
+
 #include <algorithm>
 
-#include "sl/ir/lower.h"
+#include "sl/ir/lower/shadeops.h"
 
 namespace kanuka::sl::ir {
 
 using namespace ast;
 
-std::string Lower::constant_text(const Expr* e, const char* what) {
+void MaterialLowerer::material(const Expr* e, const ops::Signature& s) {
+    using ops::Special;
+    const auto in = [&](Role role, const char* stage) { return only_in(role, e, stage); };
+    switch (s.special) {
+    case Special::Create:
+        if (in(Role::Init, "mnk_init"))
+            shadeops().host(CallKind(s.imm), e, s);
+        return;
+    case Special::AddLayer:
+        if (in(Role::Init, "mnk_init")) {
+            shadeops().host(CallKind::AddLayer, e, s);
+            note_added(m_b.stage().calls.back());
+        }
+        return;
+    case Special::AddNode:
+        if (CallKind(s.imm) == CallKind::SetPhaseFunction ? in(Role::Interior, "mnk_interior")
+                                                          : in(Role::Init, "mnk_init"))
+            add_node(e, CallKind(s.imm));
+        return;
+    case Special::SetLobe:
+        if (in(Role::Shade, "mnk_prelighting"))
+            set_lobe(e);
+        return;
+    case Special::SetLayer:
+        if (in(Role::Shade, "mnk_prelighting"))
+            set_layer(e);
+        return;
+    case Special::SetPresence:
+        if (in(Role::Shade, "mnk_prelighting"))
+            set_presence(e);
+        return;
+    case Special::SetInterior:
+        if (in(Role::Interior, "mnk_interior"))
+            set_interior(e, CallKind(s.imm));
+        return;
+    default:
+        return;
+    }
+}
+
+std::string MaterialLowerer::constant_text(const Expr* e, const char* what) {
     const Ref r = expr(e);
     if (m_b.at(r).op == Op::Text)
         return m_b.at(r).text;
@@ -17,14 +56,15 @@ std::string Lower::constant_text(const Expr* e, const char* what) {
     return {};
 }
 
-bool Lower::only_in(Role role, const Expr* e, const char* stage) {
-    if (m_role == role)
+bool MaterialLowerer::only_in(Role role, const Expr* e, const char* stage) {
+    if (m_state.role == role)
         return true;
     m_diagnostics.error(e->loc, e->shadeop->name + "() belongs into " + stage);
     return false;
 }
 
-int Lower::channel(const std::string& node, int input, grid::LobeId lobe, Ty ty, bool presence, Loc at) {
+int MaterialLowerer::channel(const std::string& node, int input, grid::LobeId lobe, Ty ty, bool presence,
+                             Loc at) {
     const std::string key = node + '\0' + std::to_string(input) + (presence ? "p" : "");
     const auto [it, fresh] = m_channels.try_emplace(key, int(m_program.channels.size()));
     if (fresh)
@@ -34,25 +74,30 @@ int Lower::channel(const std::string& node, int input, grid::LobeId lobe, Ty ty,
     const int index = it->second;
     if (!m_channel_vars.count(index)) {
         const int var = m_b.var(presence ? "presence" : node, ty, at);
-        Block* const here = m_b.block();
-        m_b.set_block(m_prologue);
-        m_b.declare(var);
-        m_b.store(var, m_b.leaf(Op::Channel, ty, index), at);
-        m_b.set_block(here);
+        in_prologue([&] {
+            m_b.declare(var);
+            m_b.store(var, m_b.leaf(Op::Channel, ty, index), at);
+        });
         m_channel_vars[index] = var;
     }
     return index;
 }
 
-void Lower::set_channel(const std::string& node, int input, grid::LobeId lobe, Ty ty, Ref value, Loc at) {
+void MaterialLowerer::set_channel(const std::string& node, int input, grid::LobeId lobe, Ty ty, Ref value,
+                                  Loc at) {
     const int index = channel(node, input, lobe, ty, false, at);
     m_b.store(m_channel_vars[index], value, at);
 }
 
+void MaterialLowerer::channel_outputs(Stage& stage) {
+    for (const auto& [channel, var] : std::map<int, int>(m_channel_vars.begin(), m_channel_vars.end()))
+        stage.outputs.push_back({Output::Slot, var, channel});
+}
+
 // A lobe's variable is a variable for each input that a constructor names.
-void Lower::bind_lobe(const VarDecl* v, const Expr* init) {
+void MaterialLowerer::bind_lobe(const VarDecl* v, const Expr* init) {
     const grid::LobeDecl& lobe = grid::lobe(v->type.lobe);
-    Binding& b = m_bind[v];
+    Binding& b = m_state.bindings[v];
     if (b.kind != Binding::Lobe || b.inputs.empty()) {
         b.kind = Binding::Lobe;
         b.inputs.assign(lobe.inputs.size(), -1);
@@ -61,7 +106,7 @@ void Lower::bind_lobe(const VarDecl* v, const Expr* init) {
     if (!init)
         return;
     const LobeValue value = lobe_value(init);
-    Binding& bound = m_bind[v];
+    Binding& bound = m_state.bindings[v];
     for (size_t i = 0; i < value.inputs.size() && i < bound.inputs.size(); i++) {
         const grid::LobeInput& in = lobe.inputs[i];
         const Ty t = in.type == grid::InputType::Color ? Ty::Triple : Ty::Float;
@@ -80,7 +125,7 @@ void Lower::bind_lobe(const VarDecl* v, const Expr* init) {
     }
 }
 
-Lower::LobeValue Lower::lobe_value(const Expr* e) {
+MaterialLowerer::LobeValue MaterialLowerer::lobe_value(const Expr* e) {
     LobeValue value{e->type.lobe, {}};
     const grid::LobeDecl& lobe = grid::lobe(e->type.lobe);
     value.inputs.assign(lobe.inputs.size(), ir::None);
@@ -103,9 +148,7 @@ Lower::LobeValue Lower::lobe_value(const Expr* e) {
     return value;
 }
 
-// ---- names: what mnk_prelighting sets, mnk_init has added
-
-void Lower::note_added(const CallSite& site) {
+void MaterialLowerer::note_added(const CallSite& site) {
     const bool lobe = site.kind == CallKind::AddLobe;
     const Instr& name = m_b.at(site.args[lobe ? 0 : 1]);
     if (name.op != Op::Text)
@@ -119,7 +162,7 @@ void Lower::note_added(const CallSite& site) {
 }
 
 // "; did you mean ..., or what there is.
-std::string Lower::known_nodes(const std::string& name) const {
+std::string MaterialLowerer::known_nodes(const std::string& name) const {
     std::vector<std::string_view> names;
     for (const auto& [lobe, types] : m_added.lobes)
         names.push_back(lobe);
@@ -132,7 +175,7 @@ std::string Lower::known_nodes(const std::string& name) const {
     return have.empty() ? "; it adds none" : "; it adds " + have;
 }
 
-bool Lower::is_added(const std::string& name, Loc at, std::optional<grid::LobeId> lobe) {
+bool MaterialLowerer::is_added(const std::string& name, Loc at, std::optional<grid::LobeId> lobe) {
     const auto found = m_added.lobes.find(name);
     const bool layer = m_added.layers.contains(name);
     if (found == m_added.lobes.end() && !layer) {
@@ -150,7 +193,7 @@ bool Lower::is_added(const std::string& name, Loc at, std::optional<grid::LobeId
     return false;
 }
 
-void Lower::check_layers() {
+void MaterialLowerer::check_layers() {
     static constexpr std::string_view Kinds[] = {"mix", "over", "coat", "thick", "add"};
     for (const CallSite& site : m_added.joins) {
         const Instr& kind = m_b.at(site.args[2]);
@@ -163,7 +206,32 @@ void Lower::check_layers() {
     }
 }
 
-void Lower::set_lobe(const Expr* e) {
+// AddLobe, AddPhaseFunction, SetPhaseFunction: a name, and a lobe's inputs.
+void MaterialLowerer::add_node(const Expr* e, CallKind kind) {
+    const bool phase = kind != CallKind::AddLobe;
+    const LobeValue value = lobe_value(e->args[2]);
+    const grid::LobeDecl& lobe = grid::lobe(value.lobe);
+    if ((lobe.kind == grid::LobeKind::Phase) != phase) {
+        m_diagnostics.error(e->args[2]->loc,
+                            std::string(lobe.name) + (phase ? " is not a phase function"
+                                                            : " is a phase function: use AddPhaseFunction"));
+        return;
+    }
+    CallSite site{kind, e->loc};
+    site.imm = int(value.lobe);
+    site.args = {expr(e->args[1])};
+    site.names = {"name"};
+    for (size_t i = 0; i < value.inputs.size(); i++)
+        if (value.inputs[i] != ir::None) {
+            site.args.push_back(value.inputs[i]);
+            site.names.emplace_back(lobe.inputs[i].name);
+        }
+    m_b.call(std::move(site), Ty::Void);
+    if (!phase)
+        note_added(m_b.stage().calls.back());
+}
+
+void MaterialLowerer::set_lobe(const Expr* e) {
     const std::string node = constant_text(e->args[1], "the name of a lobe");
     const Ref weight = expr_as(e->args[2], {Base::Float});
     const LobeValue value = lobe_value(e->args[3]);
@@ -184,91 +252,23 @@ void Lower::set_lobe(const Expr* e) {
             set_channel(node, int(i), value.lobe, m_b.at(value.inputs[i]).ty, value.inputs[i], e->loc);
 }
 
-Ref Lower::material(const Expr* e, const ops::Signature& s, bool& known) {
-    const std::string& n = e->shadeop->name;
-    const auto nothing = [&] { return zero(Ty::Float); };
-    if (n == "CreateBoundary") {
-        if (only_in(Role::Init, e, "mnk_init"))
-            host(CallKind::CreateBoundary, e, s);
-        return nothing();
-    }
-    if (n == "CreateInterior") {
-        if (only_in(Role::Init, e, "mnk_init"))
-            host(CallKind::CreateInterior, e, s);
-        return nothing();
-    }
-    if (n == "AddLayer") {
-        if (only_in(Role::Init, e, "mnk_init")) {
-            host(CallKind::AddLayer, e, s);
-            note_added(m_b.stage().calls.back());
-        }
-        return nothing();
-    }
-    if (n == "AddLobe" || n == "AddPhaseFunction" || n == "SetPhaseFunction") {
-        const bool interior = n == "SetPhaseFunction";
-        if (!only_in(interior ? Role::Interior : Role::Init, e, interior ? "mnk_interior" : "mnk_init"))
-            return nothing();
-        const bool phase = n != "AddLobe";
-        const LobeValue value = lobe_value(e->args[2]);
-        const grid::LobeDecl& lobe = grid::lobe(value.lobe);
-        if ((lobe.kind == grid::LobeKind::Phase) != phase) {
-            m_diagnostics.error(e->args[2]->loc, std::string(lobe.name) +
-                                                     (phase ? " is not a phase function"
-                                                            : " is a phase function: use AddPhaseFunction"));
-            return nothing();
-        }
-        CallSite site{n == "AddLobe" ? CallKind::AddLobe
-                      : interior     ? CallKind::SetPhaseFunction
-                                     : CallKind::AddPhaseFunction,
-                      e->loc};
-        site.imm = int(value.lobe);
-        site.args = {expr(e->args[1])};
-        site.names = {"name"};
-        for (size_t i = 0; i < value.inputs.size(); i++)
-            if (value.inputs[i] != ir::None) {
-                site.args.push_back(value.inputs[i]);
-                site.names.emplace_back(lobe.inputs[i].name);
-            }
-        m_b.call(std::move(site), Ty::Void);
-        if (n == "AddLobe")
-            note_added(m_b.stage().calls.back());
-        return nothing();
-    }
-    if (n == "SetLobe") {
-        if (only_in(Role::Shade, e, "mnk_prelighting"))
-            set_lobe(e);
-        return nothing();
-    }
-    if (n == "SetLayer") {
-        if (only_in(Role::Shade, e, "mnk_prelighting")) {
-            const std::string name = constant_text(e->args[1], "the name of a layer");
-            const Ref weight = expr_as(e->args[2], {Base::Float});
-            if (is_added(name, e->args[1]->loc, {}))
-                set_channel(name, -1, grid::LobeId::LambertBrdf, Ty::Float, weight, e->loc);
-        }
-        return nothing();
-    }
-    if (n == "SetPresence") {
-        if (only_in(Role::Shade, e, "mnk_prelighting")) {
-            const Ref value = expr_as(e->args[1], {Base::Float});
-            const int index = channel("", -1, grid::LobeId::LambertBrdf, Ty::Float, true, e->loc);
-            m_b.store(m_channel_vars[index], value, e->loc);
-        }
-        return nothing();
-    }
-    if (n == "SetAbsorption" || n == "SetScattering" || n == "SetPriority") {
-        if (only_in(Role::Interior, e, "mnk_interior")) {
-            CallSite site{n == "SetAbsorption"   ? CallKind::SetAbsorption
-                          : n == "SetScattering" ? CallKind::SetScattering
-                                                 : CallKind::SetPriority,
-                          e->loc};
-            site.args = {expr_as(e->args[1], {n == "SetPriority" ? Base::Float : Base::Color})};
-            m_b.call(std::move(site), Ty::Void);
-        }
-        return nothing();
-    }
-    known = false;
-    return ir::None;
+void MaterialLowerer::set_layer(const Expr* e) {
+    const std::string name = constant_text(e->args[1], "the name of a layer");
+    const Ref weight = expr_as(e->args[2], {Base::Float});
+    if (is_added(name, e->args[1]->loc, {}))
+        set_channel(name, -1, grid::LobeId::LambertBrdf, Ty::Float, weight, e->loc);
+}
+
+void MaterialLowerer::set_presence(const Expr* e) {
+    const Ref value = expr_as(e->args[1], {Base::Float});
+    const int index = channel("", -1, grid::LobeId::LambertBrdf, Ty::Float, true, e->loc);
+    m_b.store(m_channel_vars[index], value, e->loc);
+}
+
+void MaterialLowerer::set_interior(const Expr* e, CallKind kind) {
+    CallSite site{kind, e->loc};
+    site.args = {expr_as(e->args[1], {kind == CallKind::SetPriority ? Base::Float : Base::Color})};
+    m_b.call(std::move(site), Ty::Void);
 }
 
 } // namespace kanuka::sl::ir

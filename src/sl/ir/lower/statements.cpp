@@ -1,5 +1,12 @@
-// Statements: control flow becomes items of the program that is built.
-#include "sl/ir/lower.h"
+#include "sl/ir/lower/statements.h"
+
+#include <algorithm>
+
+#include "sl/ir/lower/assignments.h"
+#include "sl/ir/lower/emission.h"
+#include "sl/ir/lower/expressions.h"
+#include "sl/ir/lower/light_loops.h"
+#include "sl/ir/lower/variables.h"
 
 namespace kanuka::sl::ir {
 
@@ -7,14 +14,14 @@ using namespace ast;
 
 static constexpr size_t MaxInstructions = size_t(1) << 22;
 
-void Lower::jump(int target, Loc at) {
+void StatementLowerer::jump(int target, Loc at) {
     Item i{Item::Jump};
     i.target = target;
     i.loc = at;
     m_b.item(i);
 }
 
-void Lower::branch(Ref c, const Stmt* yes, const Stmt* no, Loc at) {
+void StatementLowerer::branch(Ref c, const Stmt* yes, const Stmt* no, Loc at) {
     if (m_b.is_const(c)) {
         statement(m_b.at(c).floats[0] != 0 ? yes : no);
         return;
@@ -27,24 +34,24 @@ void Lower::branch(Ref c, const Stmt* yes, const Stmt* no, Loc at) {
     m_b.item(i);
 }
 
-// scope L { loop { if (!condition) jump L; scope N { body } step } }: break jumps to the end of L, continue
-// to that of N.
 // The body once: continue leaves what is in it.
-void Lower::pass(const LoopTargets& targets, Loc at, const std::function<void()>& body) {
+void StatementLowerer::pass(const LoopTargets& targets, Loc at, const std::function<void()>& body) {
     Item inner{Item::Scope};
     inner.target = targets.next;
     inner.loc = at;
-    m_loops.push_back(targets);
+    m_state.loops.targets.push_back(targets);
     inner.body = in_block(body);
-    m_loops.pop_back();
+    m_state.loops.targets.pop_back();
     m_b.item(inner);
 }
 
-void Lower::run_loop(Loc at, const std::function<Ref()>& condition_value, const std::function<void()>& body,
-                     const std::function<void()>& step) {
+// scope L { loop { if (!condition) jump L; scope N { body } step } }: break jumps to the end of L, continue
+// to that of N.
+void StatementLowerer::run_loop(Loc at, const std::function<Ref()>& condition_value,
+                                const std::function<void()>& body, const std::function<void()>& step) {
     const LoopTargets targets{m_b.stage().targets, m_b.stage().targets + 1};
     m_b.stage().targets += 2;
-    m_loop_depth++;
+    m_state.loops.depth++;
     Item outer{Item::Scope};
     outer.target = targets.leave;
     outer.loc = at;
@@ -76,7 +83,40 @@ void Lower::run_loop(Loc at, const std::function<Ref()>& condition_value, const 
         m_b.item(forever);
     });
     m_b.item(outer);
-    m_loop_depth--;
+    m_state.loops.depth--;
+}
+
+void StatementLowerer::repeat(const char* counter_name, Ref count, Loc at,
+                              const std::function<void(Ref)>& begin, const std::function<void()>& body,
+                              Ref light) {
+    const int counter = m_b.var(counter_name, Ty::Float, at);
+    const LoopTargets targets{m_b.stage().targets, m_b.stage().targets + 1};
+    m_b.stage().targets += 2;
+    Item outer{Item::Scope};
+    outer.target = targets.leave;
+    outer.loc = at;
+    outer.light = light;
+    outer.body = in_block([&] {
+        m_b.declare(counter);
+        m_b.store(counter, m_b.constant(0.0f), at);
+        Item forever{Item::Loop};
+        forever.loc = at;
+        forever.body = in_block([&] {
+            const Ref now = m_b.load(counter, at);
+            Item done{Item::If};
+            done.ref = m_b.emit(Op::Ge, Ty::Bool, {now, count}, at);
+            done.loc = at;
+            done.body = in_block([&] { jump(targets.leave, at); });
+            done.orelse = m_b.stage().block();
+            m_b.item(done);
+            begin(now);
+            pass(targets, at, body);
+            m_b.store(counter, m_b.emit(Op::Add, Ty::Float, {m_b.load(counter, at), m_b.constant(1.0f)}, at),
+                      at);
+        });
+        m_b.item(forever);
+    });
+    m_b.item(outer);
 }
 
 // for (i = a; i < b; i += c) with constants, and a body that leaves i alone: how often it runs; 0 = who
@@ -108,33 +148,52 @@ static int trips_of(const Stmt* s) {
     return n >= 0 && n < 65536 ? int(n) + 1 : 0;
 }
 
-void Lower::loop(const Stmt* s) {
-    const int outer = m_trips, own = trips_of(s);
-    m_trips = int(std::min<int64_t>(int64_t(outer) * own, 65536));
-    m_known_loops++;
+void StatementLowerer::loop(const Stmt* s) {
+    const int outer = m_state.loops.trips, own = trips_of(s);
+    m_state.loops.trips = int(std::min<int64_t>(int64_t(outer) * own, 65536));
+    m_state.loops.known++;
     run_for(s);
-    m_known_loops--;
-    m_trips = outer;
+    m_state.loops.known--;
+    m_state.loops.trips = outer;
 }
 
-void Lower::run_for(const Stmt* s) {
+void StatementLowerer::run_for(const Stmt* s) {
     statement(s->first);
     if (s->init)
         expr(s->init);
     std::function<Ref()> test;
     std::function<void()> step;
     if (s->expr)
-        test = [&] { return condition(s->expr); };
+        test = [&] { return expressions().condition(s->expr); };
     if (s->step)
         step = [&] { expr(s->step); };
     run_loop(s->loc, test, [&] { statement(s->body); }, step);
 }
 
-void Lower::statement(const Stmt* s) {
-    if (!s || m_overflow)
+void StatementLowerer::leave_loop(const Stmt* s) {
+    if (m_state.loops.targets.size() < size_t(s->levels))
+        return;
+    const LoopTargets& t = m_state.loops.targets[m_state.loops.targets.size() - size_t(s->levels)];
+    jump(s->kind == StmtKind::Break ? t.leave : t.next, s->loc);
+}
+
+void StatementLowerer::leave_function(const Stmt* s) {
+    if (m_state.returns.empty())
+        return;
+    const ReturnTarget r = m_state.returns.back();
+    const FunctionDecl* f = m_state.active.empty() ? nullptr : m_state.active.back().function;
+    if (s->expr && f && f->result.base == Base::Struct)
+        assignments().assign_struct(f->result_fields->fields, s->expr, s->loc);
+    else if (s->expr && r.var >= 0)
+        m_b.store(r.var, expr_as(s->expr, f->result), s->loc);
+    jump(r.target, s->loc);
+}
+
+void StatementLowerer::statement(const Stmt* s) {
+    if (!s || m_context.overflow)
         return;
     if (m_b.stage().instrs.size() > MaxInstructions) {
-        m_overflow = true;
+        m_context.overflow = true;
         m_diagnostics.error(s->loc,
                             "the shader grows beyond 4 million operations when its functions are inlined");
         return;
@@ -149,46 +208,32 @@ void Lower::statement(const Stmt* s) {
         return;
     case StmtKind::Declare:
         for (const VarDecl* v : s->vars)
-            declare(v);
+            variables().declare(v);
         return;
     case StmtKind::Expression:
         expr(s->expr);
         return;
     case StmtKind::If:
-        branch(condition(s->expr), s->body, s->orelse, s->loc);
+        branch(expressions().condition(s->expr), s->body, s->orelse, s->loc);
         return;
     case StmtKind::While:
     case StmtKind::For:
         loop(s);
         return;
     case StmtKind::Break:
-    case StmtKind::Continue: {
-        if (m_loops.size() < size_t(s->levels))
-            return;
-        const LoopTargets& t = m_loops[m_loops.size() - size_t(s->levels)];
-        jump(s->kind == StmtKind::Break ? t.leave : t.next, s->loc);
-        return;
-    }
-    case StmtKind::Return: {
-        if (m_returns.empty())
-            return;
-        const Return r = m_returns.back();
-        if (s->expr && !m_active.empty() && m_active.back()->result.base == Base::Struct)
-            assign_struct(m_active.back()->result_fields->fields, s->expr, s->loc);
-        else if (s->expr && r.var >= 0)
-            m_b.store(r.var, expr_as(s->expr, m_active.back()->result), s->loc);
-        jump(r.target, s->loc);
-        return;
-    }
+    case StmtKind::Continue:
+        return leave_loop(s);
+    case StmtKind::Return:
+        return leave_function(s);
     case StmtKind::Illuminance:
-        illuminance(s);
+        light_loops().illuminance(s);
         return;
     case StmtKind::Gather:
-        gather(s);
+        light_loops().gather(s);
         return;
     case StmtKind::Illuminate:
     case StmtKind::Solar:
-        emission(s);
+        emission().emission(s);
         return;
     }
 }

@@ -1,22 +1,16 @@
-// Ward's anisotropic highlight (Measuring and Modeling Anisotropic Reflection, 1992), as the illuminance
-// loops of published shaders have it (eq. 5, in his form for half vectors):
-//
-//   rho = exp(-2 ((X . H)^2 + (Y . H)^2) / (1 + H . N)) / sqrt((N . L) (N . V));
-//   C += Cl * (N . L) * rho;
-//
-// X and Y are tangents, divided by the widths of the highlight. It is a microfacet lobe of these widths; the
-// cosines and their root, which do nothing on its axis, are the lobe's own matter.
+#include "sl/ir/lower/ward.h"
+
 #include <numbers>
 
 #include "sl/ir/light_terms.h"
-#include "sl/ir/lower.h"
+#include "sl/ir/lower/directions.h"
 
 namespace kanuka::sl::ir {
 
 using namespace ast;
 
 // Is there light in it? Kernels are closures, and variables that hold a cosine are known by their tag.
-bool Lower::of_light(Ref r, int depth) const {
+bool WardLowerer::of_light(Ref r, int depth) const {
     const Instr& i = m_b.at(r);
     if (i.op == Op::Closure || tag(r) != Tag::None || depth > 12)
         return true;
@@ -27,7 +21,7 @@ bool Lower::of_light(Ref r, int depth) const {
 }
 
 // Its factors but N . L.
-Ref Lower::without_cosine(Ref r, Loc at) {
+Ref WardLowerer::without_cosine(Ref r, Loc at) {
     if (tag(r) == Tag::Cosine)
         return m_b.constant(1.0f);
     const Instr i = m_b.at(r);
@@ -37,7 +31,7 @@ Ref Lower::without_cosine(Ref r, Loc at) {
 }
 
 // The direction T of (T . H)^2; None = it is none.
-Ref Lower::squared_half(Ref r) const {
+Ref WardLowerer::squared_half(Ref r) const {
     const Instr& i = m_b.at(r);
     if (i.op == Op::Closure && Closure(i.imm) == Closure::SpecularKernel && i.args.size() == 3 &&
         tag(r) == Tag::None && m_b.is_const(i.args[2], 2))
@@ -46,9 +40,9 @@ Ref Lower::squared_half(Ref r) const {
     return square && m_b.at(i.args[0]).op == Op::Closure ? m_b.at(i.args[0]).args[0] : ir::None;
 }
 
-// exp(exponent) as a kernel; None = it is none.
-Ref Lower::ward(Ref exponent, Loc at) {
-    // ---- exponent = factor * ((X . H)^2 + (Y . H)^2), the denominator taken as on the axis
+// What exp() is asked of in such a loop: factor * ((X . H)^2 + (Y . H)^2), the denominator taken as on the
+// axis; no normal = something else.
+WardLowerer::Exponent WardLowerer::read(Ref exponent) const {
     float factor = 1;
     Ref r = exponent, normal = ir::None;
     for (bool more = true; more;) {
@@ -81,20 +75,25 @@ Ref Lower::ward(Ref exponent, Loc at) {
             }
         }
     }
-    const Instr sum = m_b.at(r);
+    const Instr& sum = m_b.at(r);
     if (sum.op != Op::Add || !(factor < 0) || normal == ir::None)
-        return ir::None;
+        return {};
     const Ref X = squared_half(sum.args[0]), Y = squared_half(sum.args[1]);
-    if (X == ir::None || Y == ir::None)
-        return ir::None;
+    return X == ir::None || Y == ir::None ? Exponent{} : Exponent{factor, normal, X, Y};
+}
 
-    // ---- widths: alpha^2 = 1 / (-factor T . T); grooves run where it is narrow
+Ref WardLowerer::kernel(Ref exponent, Loc at) {
+    const Exponent e = read(exponent);
+    if (e.normal == ir::None)
+        return ir::None;
+    const Ref X = e.X, Y = e.Y;
+    // Widths: alpha^2 = 1 / (-factor T . T); grooves run where it is narrow
     const auto op = [&](Op o, Ref a, Ref b) { return m_b.emit(o, m_b.at(a).ty, {a, b}, at); };
     const auto dot = [&](Ref a, Ref b) { return m_b.emit(Op::Dot, Ty::Float, {a, b}, at); };
     const auto root = [&](Ref a) { return m_b.emit(Op::Sqrt, Ty::Float, {a}, at); };
     const auto f = [&](float x) { return m_b.constant(x); };
     const auto width2 = [&](Ref t) {
-        return op(Op::Div, f(1), op(Op::Max, op(Op::Mul, f(-factor), dot(t, t)), f(1e-6f)));
+        return op(Op::Div, f(1), op(Op::Max, op(Op::Mul, f(-e.factor), dot(t, t)), f(1e-6f)));
     };
     const Ref x2 = width2(X), y2 = width2(Y);
     const Ref alpha2 = root(op(Op::Mul, x2, y2)); // Blinn's n: alpha^2 = 2 / (n + 2) (Walter et al. 2007)
@@ -113,12 +112,11 @@ Ref Lower::ward(Ref exponent, Loc at) {
     // it lies where grooves seldom run: along dPdu is 1/2, along dPdv 3/4, of [3/8, 7/8).
     const Ref halves = m_b.emit(Op::Floor, Ty::Float, {op(Op::Add, op(Op::Mul, turn, f(2)), f(0.25f))}, at);
     const Ref rotation = op(Op::Add, op(Op::Sub, turn, op(Op::Mul, halves, f(0.5f))), f(0.5f));
-    return kernel(Closure::SpecularKernel, Ty::Float, {normal, normal, n, anisotropy, rotation}, Tag::Ward,
-                  at);
+    return directions().kernel(Closure::SpecularKernel, Ty::Float,
+                               {e.normal, e.normal, n, anisotropy, rotation}, Tag::Ward, at);
 }
 
-// What it is multiplied with and divided by; None = nothing special.
-Ref Lower::ward_arithmetic(BinOp op, Ref a, Ref b, Loc at) {
+Ref WardLowerer::arithmetic(BinOp op, Ref a, Ref b, Loc at) {
     const bool first = tag(a) == Tag::Ward, second = tag(b) == Tag::Ward;
     if (m_b.at(a).ty != Ty::Float || m_b.at(b).ty != Ty::Float || first == second)
         return ir::None;
