@@ -8,6 +8,9 @@ JOBS ?= $(shell nproc)
 PY := .venv/bin/python
 KANUKA := .venv/bin/kanuka
 SCENE ?= scenes/showcase.rib
+CONFIGURE := cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release
+EMPTY :=
+export NINJA_STATUS ?= [step %f of %t, %e s] $(EMPTY)
 PICTURE := out/$(basename $(notdir $(SCENE))).exr
 
 help:           ## this list
@@ -17,11 +20,12 @@ setup:          ## install what is missing: Debian packages, .venv, Python packa
 	@tools/setup.sh
 
 quick: setup    ## compile what a picture needs: the Python module, without tests (Release)
-	@[ -f $(BUILD)/build.ninja ] || cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release
+	@[ -f $(BUILD)/build.ninja ] || $(CONFIGURE) -DKANUKA_TESTS=OFF
 	@ninja -C $(BUILD) -j $(JOBS) kanuka_native kanuka_native_stub
 
 build: setup    ## compile the library, the Python module and the tests (Release)
-	@[ -f $(BUILD)/build.ninja ] || cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release
+	@[ -f $(BUILD)/build.ninja ] && grep -q '^KANUKA_TESTS:BOOL=ON' $(BUILD)/CMakeCache.txt || \
+	    $(CONFIGURE) -DKANUKA_TESTS=ON
 	@ninja -C $(BUILD) -j $(JOBS)
 
 render: quick   ## render SCENE (the showcase) to out/*.exr and out/*.png
