@@ -1,13 +1,16 @@
 # Kanuka: `make render` and `make test` do everything from a fresh Debian 12 on. `make help` lists the rest.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup quick build render test lint sanitize format bench bench-quick bench-setup clean
+.PHONY: help setup quick build wheel render test lint sanitize format bench bench-quick bench-setup clean
 
 BUILD ?= build
 JOBS ?= $(shell nproc)
 PY := .venv/bin/python
 KANUKA := .venv/bin/kanuka
 SCENE ?= scenes/showcase.rib
+CONFIGURE := cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release
+EMPTY :=
+export NINJA_STATUS ?= [step %f of %t, %e s] $(EMPTY)
 PICTURE := out/$(basename $(notdir $(SCENE))).exr
 
 help:           ## this list
@@ -17,12 +20,16 @@ setup:          ## install what is missing: Debian packages, .venv, Python packa
 	@tools/setup.sh
 
 quick: setup    ## compile what a picture needs: the Python module, without tests (Release)
-	@[ -f $(BUILD)/build.ninja ] || cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release
+	@[ -f $(BUILD)/build.ninja ] || $(CONFIGURE) -DKANUKA_TESTS=OFF
 	@ninja -C $(BUILD) -j $(JOBS) kanuka_native kanuka_native_stub
 
 build: setup    ## compile the library, the Python module and the tests (Release)
-	@[ -f $(BUILD)/build.ninja ] || cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release
+	@[ -f $(BUILD)/build.ninja ] && grep -q '^KANUKA_TESTS:BOOL=ON' $(BUILD)/CMakeCache.txt || \
+	    $(CONFIGURE) -DKANUKA_TESTS=ON
 	@ninja -C $(BUILD) -j $(JOBS)
+
+wheel: setup    ## make a wheel of the package in out (compiles in build-wheel, without tests)
+	@CMAKE_BUILD_PARALLEL_LEVEL=$(JOBS) $(PY) -m pip wheel . --no-deps --no-build-isolation --wheel-dir out
 
 render: quick   ## render SCENE (the showcase) to out/*.exr and out/*.png
 	@mkdir -p out
@@ -51,4 +58,4 @@ bench-setup:    ## install those renderers into build/peers (KANUKA_PEERS), from
 	@bench/setup.sh
 
 clean:          ## remove build products and pictures; keeps .venv
-	rm -rf $(BUILD) build-sanitize out python/kanuka/_native*
+	rm -rf $(BUILD) build-sanitize build-wheel out python/kanuka/_native*

@@ -40,7 +40,7 @@ if [[ ! -x .venv/bin/python ]] || ! .venv/bin/python -c 'import sys' 2>/dev/null
 fi
 
 stamp=.venv/.kanuka-stamp
-state=$({ pwd; cat tools/requirements.txt pyproject.toml; } | sha256sum)
+state=$({ pwd; cat tools/requirements.txt pyproject.toml setup.py; } | sha256sum)
 if [[ ! -f $stamp || $(<"$stamp") != "$state" ]]; then
     say "installing Python packages"
     .venv/bin/python -m pip install --quiet --disable-pip-version-check --requirement tools/requirements.txt

@@ -10,6 +10,13 @@ picture = kanuka.render(scene, progressions=64)
 picture.write("picture.exr")
 """
 
+try:
+    from ._native import __version__
+except ImportError as error:
+    from .system_libraries import explained
+
+    raise explained(error) from error
+
 from ._native import (
     Camera,
     Comparison,
@@ -28,7 +35,6 @@ from ._native import (
     Shader,
     Spectrum,
     ZTestResult,
-    __version__,
     attribute_parameters,
     camera_parameters,
     check_integrator,
@@ -63,6 +69,7 @@ from ._native import (
 )
 from .graph import GraphError, ShaderGraph
 from .messages import Warning
+from .paths import include_dir, library_dir, standard_shaders
 from .procedurals import procedural
 
 __all__ = [
@@ -99,7 +106,9 @@ __all__ = [
     "frames",
     "glass",
     "illuminant_names",
+    "include_dir",
     "integrators",
+    "library_dir",
     "light_kinds",
     "load",
     "make_texture",
@@ -117,6 +126,7 @@ __all__ = [
     "shader_cache_limit",
     "shader_cache_trim",
     "shader_stages",
+    "standard_shaders",
     "surface_mesh",
     "z_test",
 ]

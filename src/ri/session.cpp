@@ -264,14 +264,15 @@ void Session::tell_heard() {
 
 // ---- rendering --------------------------------------------------------------------------------------
 
-// KANUKA_SHADERS, else beside the library, else where it was built.
+// KANUKA_SHADERS, else beside the library (a wheel: beside its folder), else where it was built.
 static std::string standard_shaders() {
     if (const char* given = std::getenv("KANUKA_SHADERS"); given && *given)
         return given;
     Dl_info info{};
     if (::dladdr(reinterpret_cast<void*>(&RiBegin), &info) && info.dli_fname) {
         const fs::path library = fs::absolute(info.dli_fname).parent_path();
-        for (const fs::path& folder : {library / "shaders", library.parent_path() / "share/kanuka/shaders"})
+        for (const fs::path& folder : {library / "shaders", library.parent_path() / "shaders",
+                                       library.parent_path() / "share/kanuka/shaders"})
             if (fs::exists(folder / "matte.sl"))
                 return folder.string();
     }

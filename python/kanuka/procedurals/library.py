@@ -7,13 +7,12 @@ import os
 from functools import cache
 from pathlib import Path
 
+from kanuka import paths
+
 
 def candidates() -> list[Path]:
     """Where libkanuka is looked for."""
-    root = Path(__file__).resolve().parents[3]
-    build = Path(os.environ.get("KANUKA_BUILD", root / "build"))
-    given = os.environ.get("KANUKA_LIBRARY")
-    return [Path(given)] if given else [build / "src/ri/libkanuka.so", root.parent / "libkanuka.so"]
+    return [Path(os.environ.get("KANUKA_LIBRARY") or paths.libkanuka())]
 
 
 @cache
