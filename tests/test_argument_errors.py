@@ -55,6 +55,7 @@ CALLS: dict[str, tuple[Callable, dict[str, object]]] = {
     "Group.add_sphere": (lambda **given: kanuka.Scene().add_group().add_sphere(**given), {}),
     "Group.add_subdivision": (lambda **given: kanuka.Scene().add_group().add_subdivision(**given), MESH),
     "Material": (kanuka.Material, {"surface": "matte"}),
+    "Node.node": (lambda **given: kanuka.Scene().add_group("a").node.node("b", **given), {}),
     "Node.place": (lambda **given: kanuka.Scene().add_light("point").place(**given), {"transform": np.eye(4)}),
     "Picture": (kanuka.Picture, {"layers": PICTURE}),
     "Picture.write": (lambda **given: picture().write(**given), {"path": "a.exr"}),

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <unordered_map>
 
 #include <nanobind/nanobind.h>
 // In every source alike: a type converted differently in two of them would break the one-definition rule.
@@ -12,6 +13,7 @@
 #include "base/stats.h"
 #include "color/color.h"
 #include "film/film.h"
+#include "ingest/rib/dialects/lights.h"
 #include "python/string_caster.h"
 #include "scene/delayed.h"
 #include "scene/editor.h"
@@ -52,13 +54,23 @@ struct Scene {
     bool is_rendered = false; // see check_idle()
     scene::Options options;   // those of the next render
     Camera camera;
-    // Whatever is added or changed goes through it, options and camera too.
-    std::optional<scene::Editor> editor{std::in_place, scene, options, camera.camera};
+    std::optional<scene::Editor>
+        editor; // whatever is added or changed goes through it, options and camera too
     bool repeat_is_told = false;
     std::shared_ptr<Journal> journal = std::make_shared<Journal>(); // what reading it reported
     std::shared_ptr<scene::Delayed> delayed; // procedurals that wait; they report to the journal
     double ingest_s = 0;
     int next_id = 1;
+    std::unordered_map<int64_t, scene::NodeId> numbers; // of primitives, as far as somebody asked for one
+
+    Scene() { begin_editing(); }
+    // Of what is there now.
+    void begin_editing() {
+        editor.emplace(scene, options, camera.camera);
+        editor->choose_stand_ins(&ingest::dialects::stand_in_for_light);
+        if (delayed)
+            editor->keep_groups();
+    }
 };
 
 // Throws where a render reads the scene.

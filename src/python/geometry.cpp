@@ -185,15 +185,22 @@ void add_primvars(scene::Primitive& primitive, const MeshPrimvars& given, size_t
 // Where primitives go: a scene, or a group of it.
 struct Place {
     Scene& scene;
-    scene::Group* group; // null = the world
+    const Group* group; // null = the world
+    // Arguments run code of their own as they are read, which may move groups and begin to render: this is
+    // for what comes after, and before it to say early what cannot be.
+    scene::Group* now() const {
+        check_idle(scene);
+        return group ? &group->get() : nullptr;
+    }
 };
 Place place(Scene& s) {
     check_idle(s);
     return {s, nullptr};
 }
 Place place(Group& g) {
-    check_idle(*g.owner);
-    return {*g.owner, &g.get()};
+    const Place place{*g.owner, &g};
+    place.now();
+    return place;
 }
 
 int add(Place place, scene::Primitive primitive, const Looks& looks) {
@@ -208,10 +215,14 @@ int add(Place place, scene::Primitive primitive, const Looks& looks) {
         motion->places = places;
         primitive.motion = std::move(motion);
     }
+    scene::Group* const group = place.now();
     primitive.id = place.scene.next_id++;
     scene::Editor& editor = *place.scene.editor;
     const int id = primitive.id;
-    place.group ? editor.add(*place.group, std::move(primitive)) : editor.add(std::move(primitive));
+    const scene::NodeId node =
+        (group ? editor.add(*group, std::move(primitive)) : editor.add(std::move(primitive))).node;
+    if (!place.scene.numbers.empty())
+        place.scene.numbers[id] = node;
     tell_of_repeat(place.scene);
     return id;
 }

@@ -89,6 +89,25 @@ bool takes_none(const LightParameter& row) {
     return row.spectrum || !fallback(row);
 }
 
+const std::string& name_of(const scene::Light& light) {
+    return light.name;
+}
+const std::string& name_of(const scene::ShaderRef& light) {
+    return light.handle;
+}
+
+// It shines on what is there already, and on what is read on demand.
+template <class Light>
+scene::NodeId added(Scene& s, Light light) {
+    const std::string name = name_of(light);
+    const bool is_new = !s.editor->has_light(name);
+    const scene::NodeId id = applied(s, scene::Add{scene::NodeId::World, std::move(light)});
+    if (s.delayed && is_new)
+        s.delayed->shine(name);
+    tell_of_repeat(s);
+    return id;
+}
+
 Node add_light(std::shared_ptr<Scene> s, const std::string& kind_name, const nb::kwargs& given) {
     const LightKind& kind = kind_by_name(kind_name);
     scene::LightSource source{&kind, kind.defaults(), {}, finished};
@@ -110,9 +129,7 @@ Node add_light(std::shared_ptr<Scene> s, const std::string& kind_name, const nb:
     check_idle(*s);
     scene::Light light;
     remake(light, std::move(source));
-    const scene::NodeId id = s->editor->add(std::move(light)).node;
-    tell_of_repeat(*s);
-    return {s, id};
+    return {s, added(*s, std::move(light))};
 }
 
 // ---- what is told of them
@@ -188,14 +205,12 @@ void bind_lights(nb::class_<Scene>& scene) {
         scene, "add_light_shader",
         [](std::shared_ptr<Scene> s, const scene::ShaderRef& shader, nb::handle placement,
            const std::string& name) {
-            check_idle(*s);
             scene::ShaderRef light = shader;
             light.world_from_shader = transform(placement, "transform");
             light.shadows = true;
             light.handle = name;
-            const scene::NodeId id = s->editor->add(std::move(light)).node;
-            tell_of_repeat(*s);
-            return Node{s, id};
+            check_idle(*s);
+            return Node{s, added(*s, std::move(light))};
         },
         nb::arg("shader"), nb::arg("transform") = nb::none(), nb::arg("name") = "",
         "Adds a light by its shader: Shader('spotlight', intensity=3, …). Its parameters, units and axes "

@@ -45,7 +45,7 @@ std::shared_ptr<Scene> load(const std::vector<std::string>& paths,
     scene->scene.journal = scene->journal.get();
     scene->camera.camera = scene->scene.camera;
     scene->options = scene->scene.options;
-    scene->editor.emplace(scene->scene, scene->options, scene->camera.camera);
+    scene->begin_editing();
     for (const auto& p : scene->scene.primitives)
         scene->next_id = std::max(scene->next_id, p.id + 1);
     return scene;

@@ -67,25 +67,37 @@ nb::dict parameters_of(const Node& n) {
     if (!rows)
         if (const scene::ShaderRef* shader = n.owner->editor->shader(n.id, n.shader))
             for (const scene::Value& v : shader->parameters.values)
-                all[v.name.c_str()] = value_of(v);
+                all[v.name.c_str()] = parameter_of(v);
     return all;
 }
 
+// What a shader was given for a parameter; a copy, since Python's code may run before it is looked at.
+std::optional<scene::Value> given_to(const Node& n, const std::string& key) {
+    const scene::ShaderRef* shader = n.owner->editor->shader(n.id, n.shader);
+    const scene::Value* value = shader ? shader->parameters.find(key.substr(key.rfind(' ') + 1)) : nullptr;
+    return value ? std::optional(*value) : std::nullopt;
+}
+
 void set(Node& n, const nb::kwargs& given) {
-    check_idle_for(n);
     scene::Set rows{n.id, {}};
     scene::SetParameters parameters{n.id, n.shader, {}};
-    bool has_rows = false;
     for (auto [key, value] : given) {
         const auto name = nb::cast<std::string>(key);
-        rows.values.push_back({name, {}}); // refused, where it is no row
-        has_rows = each_row(n, [&](const auto& row, const auto&) {
-            if (name == row.name)
-                rows.values.back().value = setting(row, value, row.name);
+        const scene::ParameterInfo* row = nullptr;
+        const bool has_rows = each_row(n, [&](const auto& r, const auto&) {
+            if (name == r.name)
+                row = &r;
         });
-        if (!has_rows)
-            parameters.values.push_back(parameter(name, value));
+        rows.values.push_back({name, {}}); // refused, where it is no row
+        if (row) {
+            rows.values.back().value = setting(*row, value, row->name);
+        } else if (!has_rows) {
+            const auto before = given_to(n, name);
+            parameters.values.push_back(before ? parameter_like(*before, name, value)
+                                               : parameter(name, value));
+        }
     }
+    check_idle_for(n); // the values' own code has run
     const bool is_shader = !n.shader.empty() || n.owner->editor->get<scene::ShaderRef>(n.id);
     is_shader ? applied(*n.owner, std::move(parameters)) : applied(*n.owner, std::move(rows));
 }
@@ -93,45 +105,29 @@ void set(Node& n, const nb::kwargs& given) {
 void place(Node& n, nb::handle matrix) {
     if (matrix.is_none())
         wrong_argument("transform", "ArrayLike", matrix);
-    check_idle_for(n);
     if (!n.shader.empty())
         throw nb::value_error("transform: a shader goes with what it shades");
-    applied(*n.owner, scene::Replace{n.id, scene::Placement{transform(matrix, "transform")}});
+    scene::Placement placement{transform(matrix, "transform")};
+    check_idle_for(n);
+    applied(*n.owner, scene::Replace{n.id, std::move(placement)});
 }
 
 // ---- finding --------------------------------------------------------------------------------------------
 
-[[noreturn]] void not_one(const scene::Editor& editor, const std::string& name,
-                          const std::vector<NodeId>& found, const std::string& kind, NodeId parent) {
-    if (found.empty())
-        throw nb::value_error(("there is no " + (kind.empty() ? "node" : kind) + " \"" + name + "\"" +
-                               editor.question(name, parent))
-                                  .c_str());
-    std::string kinds;
-    for (const NodeId id : found)
-        kinds += (kinds.empty() ? "" : ", ") + std::string(scene::name(*editor.kind(id)));
-    throw nb::value_error(
-        ("\"" + name + "\" is the name of several nodes: say kind=, one of " + kinds).c_str());
-}
-
-NodeId find(const scene::Editor& editor, const std::string& name, const std::string& kind, NodeId parent) {
-    std::vector<NodeId> found = editor.find(name, parent);
-    if (!kind.empty())
-        std::erase_if(found, [&](NodeId id) { return scene::name(*editor.kind(id)) != kind; });
-    if (found.size() != 1)
-        not_one(editor, name, found, kind, parent);
-    return found[0];
-}
-
-NodeId by_number(const Scene& s, int64_t number) {
+// The first of that number in the scene; none = there is no such primitive.
+std::optional<NodeId> by_number(Scene& s, int64_t number) {
+    const auto known = s.numbers.find(number);
+    if (known != s.numbers.end())
+        if (const auto* p = s.editor->get<scene::Primitive>(known->second); p && p->id == number)
+            return known->second;
+    s.numbers.clear();
     for (const scene::Primitive& p : s.scene.primitives)
-        if (p.id == number)
-            return p.node;
+        s.numbers.try_emplace(p.id, p.node);
     for (const scene::Group& g : s.scene.groups)
         for (const scene::Primitive& p : g.primitives)
-            if (p.id == number)
-                return p.node;
-    throw nb::value_error(("there is no primitive of number " + std::to_string(number)).c_str());
+            s.numbers.try_emplace(p.id, p.node);
+    const auto found = s.numbers.find(number);
+    return found == s.numbers.end() ? std::nullopt : std::optional(found->second);
 }
 
 // A shader of it, down from the slot.
@@ -144,28 +140,92 @@ Node shader(const Node& n, std::vector<std::string> path) {
     return result;
 }
 
-Node node(std::shared_ptr<Scene> s, const nb::args& path, const nb::kwargs& keywords) {
+bool has_nodes(const Node& n) {
+    return n.id == NodeId::World || (n.shader.empty() && n.owner->editor->get<scene::Group>(n.id));
+}
+
+// The nodes that a step leads to: those of that name in the world or a group, or one shader.
+std::vector<Node> step_from(const Node& n, const std::string& name) {
+    std::vector<Node> all;
+    if (has_nodes(n)) {
+        for (const NodeId id : n.owner->editor->find(name, n.id))
+            all.push_back({n.owner, id});
+        return all;
+    }
+    Node next = n;
+    next.shader.push_back(name);
+    if (n.owner->editor->shader(next.id, next.shader))
+        all.push_back(std::move(next));
+    return all;
+}
+
+// Of a shader its owner's kind will do as well.
+bool is_of_kind(const Node& n, const std::string& kind) {
+    return kind.empty() || scene::name(kind_of(n)) == kind ||
+           scene::name(*n.owner->editor->kind(n.id)) == kind;
+}
+
+[[noreturn]] void nothing_there(const std::vector<Node>& from, const std::string& name,
+                                const std::string& kind) {
+    const scene::Editor& editor = *from[0].owner->editor;
+    if (from.size() == 1 && !has_nodes(from[0]) && kind.empty())
+        shader(from[0], {name}); // says what there is
+    if (from.size() == 1)
+        throw nb::value_error(("there is no " + (kind.empty() ? "node" : kind) + " \"" + name + "\"" +
+                               editor.question(name, from[0].id))
+                                  .c_str());
+    std::string all;
+    for (const Node& n : from)
+        all += (all.empty() ? "" : ", ") + editor.called(n.id);
+    throw nb::value_error(("none of " + all + " has \"" + name + "\"").c_str());
+}
+
+// Down from a node. The kind is that of what is looked for, not of what it is in: of several nodes of a name
+// those count that the next step leads on from.
+Node find(const Node& start, const nb::args& path, const nb::kwargs& keywords) {
     std::string kind;
     for (auto [key, value] : keywords) {
         if (nb::cast<std::string>(key) != "kind")
             unknown_argument("node", nb::cast<std::string>(key), {"kind"});
-        kind = argument<std::string>(value, "kind");
+        if (!value.is_none())
+            kind = argument<std::string>(value, "kind");
     }
+    const bool in_world = start.id == NodeId::World;
     if (path.size() == 0)
-        throw nb::type_error("node() needs a name, or a primitive's number");
-    Node result{s, NodeId::World};
-    std::vector<std::string> slots;
+        throw nb::type_error(in_world ? "node() needs a name, or a primitive's number"
+                                      : "node() needs a name");
+    std::vector<Node> found{start};
     for (size_t i = 0; i < path.size(); i++) {
-        const bool is_parent = result.id == NodeId::World || s->editor->get<scene::Group>(result.id);
         const nb::object step = path[i];
-        if (i == 0 && nb::isinstance<nb::int_>(step))
-            result.id = by_number(*s, argument<int64_t>(step, "path"));
-        else if (const auto name = argument<std::string>(step, "path"); !is_parent)
-            slots.push_back(name);
-        else // the kind is that of what is looked for, not of the group around it
-            result.id = find(*s->editor, name, i + 1 < path.size() ? "" : kind, result.id);
+        if (i == 0 && in_world && nb::isinstance<nb::int_>(step)) {
+            const auto number = argument<int64_t>(step, "path");
+            const auto id = by_number(*start.owner, number);
+            if (!id)
+                throw nb::value_error(("there is no primitive of number " + std::to_string(number)).c_str());
+            found.assign(1, Node{start.owner, *id});
+            continue;
+        }
+        const auto name = argument<std::string>(step, "path");
+        std::vector<Node> next;
+        for (const Node& n : found)
+            for (Node& there : step_from(n, name))
+                next.push_back(std::move(there));
+        const std::vector<Node> before = next;
+        if (i + 1 == path.size())
+            std::erase_if(next, [&](const Node& n) { return !is_of_kind(n, kind); });
+        if (next.empty())
+            nothing_there(found, name, before.empty() && !has_nodes(found[0]) ? "" : kind);
+        found = std::move(next);
     }
-    return slots.empty() ? result : shader(result, std::move(slots));
+    if (found.size() == 1)
+        return found[0];
+    std::string kinds;
+    for (const Node& n : found)
+        kinds += (kinds.empty() ? "" : ", ") + std::string(scene::name(kind_of(n)));
+    const nb::object last = path[path.size() - 1];
+    throw nb::value_error(("\"" + nb::cast<std::string>(nb::str(last)) +
+                           "\" is the name of several nodes: say kind=, one of " + kinds)
+                              .c_str());
 }
 
 std::string repr(const Node& n) {
@@ -179,13 +239,12 @@ void remove(Scene& s, const std::vector<Node*>& nodes) {
     check_idle(s);
     scene::Remove edit;
     for (const Node* n : nodes) {
+        if (!n)
+            throw nb::type_error("nodes: expected Sequence[Node], got None in it");
         if (n->owner.get() != &s)
             throw nb::value_error("nodes: one belongs to another scene");
         if (kind_of(*n) == NodeKind::Shader)
             throw nb::value_error("nodes: a shader goes with what it shades");
-        if (kind_of(*n) == NodeKind::Group && s.delayed)
-            throw nb::value_error("nodes: groups stay in a scene that is read on demand, whose other groups "
-                                  "are numbered by them");
         edit.ids.push_back(n->id);
     }
     applied(s, std::move(edit));
@@ -226,19 +285,34 @@ void bind_node(nb::module_& m) {
         nb::sig("def shader(self, *path: str) -> Node"),
         "A shader of a primitive: 'surface', 'displacement', 'interior', …, then handles of co-shaders.");
     node.def("__repr__", &repr);
-    node.def("__eq__", [](const Node& a, const Node& b) {
-        return a.owner == b.owner && a.id == b.id && a.shader == b.shader;
-    });
+    node.def(
+        "node",
+        [](const Node& n, const nb::args& path, const nb::kwargs& keywords) {
+            return find(n, path, keywords);
+        },
+        nb::sig("def node(self, *path: str, kind: str | None = None) -> Node"),
+        "A node in a group, or a shader, as Scene.node() finds it from there.");
+    node.def(
+        "__eq__",
+        [](const Node& a, const Node& b) {
+            return a.owner == b.owner && a.id == b.id && a.shader == b.shader;
+        },
+        nb::is_operator());
     node.def("__hash__", [](const Node& n) { return size_t(n.id); });
 }
 
 void bind_nodes_of(nb::class_<Scene>& scene) {
-    scene.def("node", &node, nb::sig("def node(self, *path: str | int, kind: str = '') -> Node"),
-              "The node of a name: a primitive, group or light, or 'camera'; inside of a group after the "
-              "group's name.\n"
-              "After a primitive come its shaders: node('ball', 'surface'). The second of one name is "
-              "'ball#2'. A number is a\n"
-              "primitive's, as add_mesh() returns it. `kind` tells nodes of one name apart: 'light', …");
+    scene.def(
+        "node",
+        [](std::shared_ptr<Scene> s, const nb::args& path, const nb::kwargs& keywords) {
+            return find({s, NodeId::World}, path, keywords);
+        },
+        nb::sig("def node(self, *path: str | int, kind: str | None = None) -> Node"),
+        "The node of a name: a primitive, group or light, or 'camera'; inside of a group after the "
+        "group's name.\n"
+        "After a primitive come its shaders: node('ball', 'surface'). The second of one name is "
+        "'ball#2'. A number is a\n"
+        "primitive's, as add_mesh() returns it. `kind` tells nodes of one name apart: 'light', …");
     define(scene, "remove", &remove, nb::arg("nodes"),
            nb::sig("def remove(self, nodes: Sequence[Node]) -> None"),
            "Removes nodes, all or none; a group goes with what is in it, and not while it is placed.");

@@ -21,7 +21,6 @@ namespace kanuka::python {
 namespace {
 
 scene::Group::Instances instances(Scene& owner, const Group& group, nb::handle transforms, nb::handle times) {
-    check_idle(owner);
     if (group.owner.get() != &owner)
         throw nb::value_error("group: it belongs to another scene");
     const FloatArray array = float_array(transforms, "transforms");
@@ -34,8 +33,6 @@ scene::Group::Instances instances(Scene& owner, const Group& group, nb::handle t
                                shape_text(shape))
                                   .c_str());
     scene::Group::Instances result;
-    result.group = group.index();
-    result.first_id = owner.next_id;
     if (d == 4 && shape[0] > 1)
         result.times = sample_times(times, shape[0], "transforms");
     if (shape[d - 2] == 3) {
@@ -46,6 +43,9 @@ scene::Group::Instances instances(Scene& owner, const Group& group, nb::handle t
             std::copy_n(array.buffer.data() + i * 16, 12, rows.begin() + ptrdiff_t(i * 12));
         result.transforms = std::move(rows);
     }
+    check_idle(owner); // all code of the arguments has run, which may have moved groups
+    result.group = group.index();
+    result.first_id = owner.next_id;
     owner.next_id += int(result.count());
     return result;
 }
@@ -184,9 +184,13 @@ void bind_scene(nb::module_& m) {
     define(
         group, "add_instances",
         [](Group& g, const Group& child, nb::handle transforms, nb::handle times) {
-            if (child.index() >= g.index())
-                throw nb::value_error("group: a group holds instances of groups made before it");
+            const auto check_order = [&] {
+                if (child.index() >= g.index())
+                    throw nb::value_error("group: a group holds instances of groups made before it");
+            };
+            check_order();
             scene::Group::Instances places = instances(*g.owner, child, transforms, times);
+            check_order(); // the group itself may be gone by now
             return Node{g.owner, g.owner->editor->add(g.get(), std::move(places)).node};
         },
         nb::arg("group"), nb::arg("transforms"), nb::arg("times") = nb::none(), instances_doc,
@@ -216,7 +220,11 @@ void bind_scene(nb::module_& m) {
             check_idle(*s);
             scene::Group group;
             group.name = name;
-            return Group{s, s->editor->add(std::move(group)).node};
+            if (s->delayed)
+                throw nb::value_error(
+                    "a scene that is read on demand takes no more groups: those that are "
+                    "read later are numbered on from its own. Load it with on_demand=False");
+            return Group{s, applied(*s, scene::Add{scene::NodeId::World, std::move(group)})};
         },
         nb::arg("name") = "");
     define(

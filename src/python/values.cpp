@@ -191,6 +191,42 @@ scene::Value primvar(const std::string& key, nb::handle value, std::span<const D
         (told + ": " + std::to_string(rows) + " values fit nothing here; one of " + expected).c_str());
 }
 
+scene::Value parameter_like(const scene::Value& before, const std::string& key, nb::handle value) {
+    scene::Value given = parameter(key, value);
+    if (key.find(' ') != std::string::npos || given.type == Type::String || before.type == Type::String)
+        return given;
+    if (before.type == Type::Integer && given.type == Type::Float) { // beyond what floats can hold
+        const nb::object array = nb::module_::import_("numpy").attr("asarray")(value);
+        const auto kind = nb::cast<std::string>(array.attr("dtype").attr("kind"));
+        return kind == "i" || kind == "u" ? parameter("integer " + key, value) : given;
+    }
+    // The numbers of matrices change their order.
+    const bool is_matrix = before.type == Type::Matrix && given.floats.size() == before.floats.size();
+    if ((before.type == Type::Matrix || given.type == Type::Matrix) && before.type != given.type &&
+        (is_matrix || before.type != Type::Matrix))
+        return parameter((is_matrix ? "matrix " : "float ") + key, value);
+    return given;
+}
+
+nb::object parameter_of(const scene::Value& v) {
+    const size_t one = size_t(scene::components(v.type)), count = v.floats.size() / one;
+    if (v.floats.empty() || (one == 1 && v.array_size == 1))
+        return value_of(v);
+    std::vector<float> numbers(v.floats.begin(), v.floats.end());
+    std::vector<size_t> shape;
+    if (v.array_size != 1)
+        shape.push_back(count);
+    if (v.type == Type::Matrix) {
+        for (size_t i = 0; i < numbers.size(); i++)
+            numbers[i] = v.floats[i / 16 * 16 + i % 4 * 4 + i / 4 % 4];
+        shape.push_back(4);
+        shape.push_back(4);
+    } else if (one > 1) {
+        shape.push_back(one);
+    }
+    return array_of(numbers.data(), shape);
+}
+
 nb::object value_of(const scene::Value& v) {
     if (!v.strings.empty()) {
         if (v.strings.size() == 1)

@@ -40,6 +40,10 @@ nb::object array_of(const T* data, std::vector<size_t> shape) {
 
 // One float, integer or string as it is; more of them as an array or a list.
 nb::object value_of(const scene::Value& value);
+// A parameter as parameter() takes it: an array of the shape that it has, matrices acting on columns.
+nb::object parameter_of(const scene::Value& value);
+// Another value of a parameter that has one: under its type, where the key says none.
+scene::Value parameter_like(const scene::Value& before, const std::string& key, nb::handle value);
 
 // A value of Python's as one of ours; `expected` is what is said where it is none: "displacement: expected a
 // Shader".

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "scene/scene.h"
+#include "scene/links.h"
 
 namespace kanuka::scene {
 
@@ -29,6 +29,15 @@ class Delayed {
             m_read[i] = true;
         m_read_count += which.size();
         m_parts.push_back(expand(which));
+        if (!m_lights.empty())
+            LightSwitch(m_lights).turn_on(m_parts.back());
+    }
+    // The scene got a light of that name since: it shines on what was read, and on what will be.
+    void shine(const std::string& light) {
+        m_lights.push_back(light);
+        LightSwitch on({light});
+        for (Scene& part : m_parts)
+            on.turn_on(part);
     }
 
   protected:
@@ -43,6 +52,7 @@ class Delayed {
     std::vector<bool> m_read;
     size_t m_read_count = 0;
     std::deque<Scene> m_parts;
+    std::vector<std::string> m_lights; // that came later
 };
 
 } // namespace kanuka::scene

@@ -13,6 +13,8 @@ Editor::Editor(Scene& scene, Options& options, Camera& camera, int first_group)
     const bool empty = scene.primitives.empty() && scene.groups.empty() && scene.instances.empty() &&
                        scene.lights.empty() && scene.light_shaders.empty() && scene.solids.empty();
     m_indexed = empty ? Indexed::Named : Indexed::Nothing;
+    if (empty)
+        m_says_lights = false;
 }
 
 void Editor::set_root(NodeId root) {
@@ -49,12 +51,17 @@ Group& Editor::add(Group group) {
     Group& g = m_scene.groups.back();
     name_node(world(), NodeKind::Group, g.name, g, {Groups, uint32_t(m_scene.groups.size() - 1)});
     const Parent in_group = parent(g);
-    for (size_t i = 0; i < g.primitives.size(); i++)
-        name_primitive(in_group, g.primitives[i], i);
-    for (size_t i = 0; i < g.solids.size(); i++)
-        name_solid(in_group, g.solids[i], i);
-    for (size_t i = 0; i < g.instances.size(); i++)
-        name_instances(in_group, g.instances[i], i);
+    // First what brings its id, which none of the others is given then.
+    for (const bool brings_its_own : {true, false}) {
+        const auto each = [&](auto& nodes, auto name) {
+            for (size_t i = 0; i < nodes.size(); i++)
+                if (brings_its_own == (nodes[i].node != NodeId::None))
+                    (this->*name)(in_group, nodes[i], i);
+        };
+        each(g.primitives, &Editor::name_primitive);
+        each(g.solids, &Editor::name_solid);
+        each(g.instances, &Editor::name_instances);
+    }
     return g;
 }
 
@@ -91,17 +98,24 @@ static const Location& where_of(const auto& node) {
 
 template <class Node>
 void Editor::name_node(const Parent& parent, NodeKind kind, std::string_view name, Node& node, NodePlace at) {
-    if (node.node == NodeId::None)
+    const bool brings_its_own = node.node != NodeId::None;
+    if (!brings_its_own)
         node.node = name.empty() ? free_number(parent, kind)
                                  : free_name(named_node(parent.id, kind, name), kind, name, where_of(node));
-    if (m_indexed == Indexed::All || (m_indexed == Indexed::Named && !name.empty()))
-        m_index.insert(node.node, at, [&](NodePlace p) { return id_at(p); });
+    else if (m_indexed != Indexed::All) // numbers that are given from here on may be that one
+        index_all();
+    const auto id_of = [&](NodePlace p) { return id_at(p); };
+    if ((m_indexed == Indexed::All || (m_indexed == Indexed::Named && !name.empty())) &&
+        !(brings_its_own && m_index.find(node.node, id_of))) // index_all() has seen it
+        m_index.insert(node.node, at, id_of);
     if (m_delta)
         m_delta->note_added(node.node);
 }
 
 void Editor::name_primitive(const Parent& parent, Primitive& primitive, size_t index) {
     const std::string_view name = primitive.attributes ? primitive.attributes->name : std::string_view();
+    if (primitive.attributes && primitive.attributes->lights_on)
+        m_says_lights = true;
     name_node(parent, NodeKind::Primitive, name, primitive, {parent.lists + Primitives, uint32_t(index)});
 }
 
@@ -152,7 +166,8 @@ NodeId Editor::free_name(NodeId first, NodeKind kind, std::string_view name, con
 NodeId Editor::free_number(const Parent& parent, NodeKind kind) {
     for (;;) {
         const NodeId id = numbered_node(parent.id, kind, parent.unnamed[size_t(kind)]++);
-        if (m_indexed != Indexed::All || !is_taken(id)) // one that came with its id may have it
+        // One that came with its id may have it, but for scenes that were empty and got none such.
+        if (m_indexed == Indexed::Named || !is_taken(id))
             return id;
     }
 }
@@ -193,7 +208,8 @@ void Editor::index_all() const {
     m_index.clear();
     const auto all_of = [&](uint32_t list, const auto& nodes) {
         for (size_t i = 0; i < nodes.size(); i++)
-            m_index.insert(nodes[i].node, {list, uint32_t(i)}, [&](NodePlace p) { return id_at(p); });
+            if (nodes[i].node != NodeId::None) // else it is about to get one
+                m_index.insert(nodes[i].node, {list, uint32_t(i)}, [&](NodePlace p) { return id_at(p); });
     };
     all_of(Primitives, m_scene.primitives);
     all_of(Solids, m_scene.solids);

@@ -32,6 +32,12 @@ class Editor {
     Outcome apply(Edit edit);
     // Notes what edits and additions come to from here on; null = no more.
     void record(Delta* delta) { m_delta = delta; }
+    // Other scenes number their groups on from this one's: edits add none and remove none.
+    void keep_groups() { m_keeps_groups = true; }
+    // What stands in for light shaders that are not found, where that is known: it is chosen again when their
+    // parameters change, and for those that come without.
+    using StandInFor = std::shared_ptr<const ShaderRef::StandIn> (*)(const ShaderRef& light);
+    void choose_stand_ins(StandInFor choose) { m_stand_in_for = choose; }
 
     // ---- finding
     // What has an id of its own; null = there is no such node, or it is another kind.
@@ -43,6 +49,7 @@ class Editor {
     const ShaderRef* shader(NodeId id, const std::vector<std::string>& path) const;
     Group* group(NodeId id) { return at<Group>(id); } // to add to
     std::optional<NodeKind> kind(NodeId id) const;
+    bool has_light(std::string_view name) const;
     std::string_view name(NodeId id) const; // the one that was given; of a camera "camera"
     // The nodes of a name, or "name#2", in the world or a group: one of a kind at most.
     std::vector<NodeId> find(std::string_view name, NodeId parent = NodeId::World) const;
@@ -110,12 +117,18 @@ class Editor {
     bool is_taken(NodeId named);
     void index_all() const;
     std::optional<NodePlace> find(NodeId id) const;
+    void shine(const std::string& light);
     template <class Node>
     Node* at(NodeId id) const;
 
     Outcome add(Add edit);
     Outcome remove(const Remove& edit);
-    Fault fault_of_removal(NodeId id, const std::set<NodeId>& all);
+    // How often what stays means each of what stands in a list.
+    struct Uses {
+        std::vector<size_t> groups, solids;
+    };
+    Uses uses_beside(const std::set<NodeId>& all) const;
+    Fault fault_of_removal(NodeId id, const Uses& uses) const;
     Outcome replace(Replace edit);
     Outcome set(const Set& edit);
     Outcome set(Light& light, const Set& edit);
@@ -136,10 +149,18 @@ class Editor {
     std::unordered_map<NodeId, uint32_t> m_repeats; // by the first's id, how many there are
     std::optional<Repeat> m_repeat;
     Delta* m_delta = nullptr;
-    struct { // the last change of attributes
+    bool m_keeps_groups = false;
+    StandInFor m_stand_in_for = nullptr;
+    // That edits added, and that shine on what comes from before them.
+    std::vector<std::string> m_lights;
+    std::optional<bool> m_says_lights; // do attributes say which are on? Nothing: nobody has looked
+    struct AttributeChange {
         std::shared_ptr<const Attributes> before, after;
         Edit edit;
-    } m_last;
+    };
+    // The last few, as many as edits of one primitive may take turns.
+    std::array<AttributeChange, 16> m_changes;
+    size_t m_next_change = 0;
 };
 
 } // namespace kanuka::scene

@@ -2,6 +2,8 @@
 #include <algorithm>
 
 #include "scene/edit_checks.h"
+#include "scene/links.h"
+#include "scene/schema/camera.h"
 #include "scene/schema/lights.h"
 
 namespace kanuka::scene {
@@ -48,8 +50,16 @@ Outcome Editor::add(Add edit) {
         std::holds_alternative<Primitive>(edit.node) || std::holds_alternative<Group::Instances>(edit.node);
     if (group && !in_groups)
         return {NodeId::None, "parent: groups hold primitives and instances; the world holds all else"};
+    const bool is_group = std::holds_alternative<Group>(edit.node);
+    if (is_group && m_keeps_groups)
+        return {NodeId::None, "parent: other scenes' groups are numbered on from this one's, which takes no "
+                              "more of them"};
+    if (is_group && m_scene.groups.size() >= (NodeIndex::MostLists - 1 - OfGroups) / 3)
+        return {NodeId::None,
+                "there are " + std::to_string(m_scene.groups.size()) + " groups, as many as there can be"};
     // Step 2: can it be?
-    const size_t groups_before = group ? size_t(group - m_scene.groups.data()) : m_scene.groups.size();
+    const size_t groups_before =
+        size_t(m_first_group) + (group ? size_t(group - m_scene.groups.data()) : m_scene.groups.size());
     const Fault fault =
         std::visit(Overloaded{[&](const Primitive& p) {
                                   return fault_of(p, group ? group->solids.size() : m_scene.solids.size());
@@ -68,7 +78,9 @@ Outcome Editor::add(Add edit) {
         return {NodeId::None, *fault};
     std::set<NodeId> given;
     const auto is_free = [&](const auto& node) {
-        return node.node == NodeId::None || (!find(node.node) && given.insert(node.node).second);
+        const NodeId id = node.node;
+        return id == NodeId::None ||
+               (id != NodeId::World && id != camera_node() && !find(id) && given.insert(id).second);
     };
     const bool free = std::visit(Overloaded{[&](const Group& g) {
                                                 return is_free(g) &&
@@ -82,9 +94,30 @@ Outcome Editor::add(Add edit) {
         return {NodeId::None,
                 "the id that it comes with is another node's: leave it out, or remove that one"};
     // Step 3: do it.
+    std::optional<LightSwitch> on; // few bring sets of lights
+    const auto turn_on = [&](Primitive& p) {
+        if (!p.attributes->lights_on || m_lights.empty())
+            return;
+        if (!on)
+            on.emplace(m_lights);
+        on->turn_on(p);
+    };
     const NodeId id = std::visit(
         [&](auto& node) {
             using T = std::remove_cvref_t<decltype(node)>;
+            if constexpr (std::is_same_v<T, Primitive>)
+                turn_on(node);
+            if constexpr (std::is_same_v<T, Group>)
+                std::ranges::for_each(node.primitives, turn_on);
+            if constexpr (std::is_same_v<T, ShaderRef>)
+                if (!node.stand_in && m_stand_in_for)
+                    node.stand_in = m_stand_in_for(node);
+            if constexpr (std::is_same_v<T, Light>)
+                if (node.node == NodeId::None && !has_light(node.name))
+                    shine(node.name);
+            if constexpr (std::is_same_v<T, ShaderRef>)
+                if (node.node == NodeId::None && !has_light(node.handle))
+                    shine(node.handle);
             if constexpr (std::is_same_v<T, Primitive> || std::is_same_v<T, Group::Instances>)
                 return group ? add(*group, std::move(node)).node : add(std::move(node)).node;
             else
@@ -92,6 +125,31 @@ Outcome Editor::add(Add edit) {
         },
         edit.node);
     return {id, {}};
+}
+
+bool Editor::has_light(std::string_view name) const {
+    return std::ranges::any_of(m_scene.lights, [&](const Light& l) { return l.name == name; }) ||
+           std::ranges::any_of(m_scene.light_shaders, [&](const ShaderRef& l) { return l.handle == name; });
+}
+
+// A light that is new shines on what was there before it. One that comes back, or shares another's name,
+// shines on what it did.
+void Editor::shine(const std::string& light) {
+    const auto say = [](const std::vector<Primitive>& primitives) {
+        return std::ranges::any_of(
+            primitives, [](const Primitive& p) { return p.attributes && p.attributes->lights_on; });
+    };
+    if (!m_says_lights)
+        m_says_lights = say(m_scene.primitives) || std::ranges::any_of(m_scene.groups, [&](const Group& g) {
+                            return say(g.primitives);
+                        });
+    if (*m_says_lights)
+        LightSwitch({light}).turn_on(m_scene, [&](NodeId id) {
+            if (m_delta)
+                m_delta->note_changed(id, Aspect::Links);
+        });
+    if (std::ranges::find(m_lights, light) == m_lights.end())
+        m_lights.push_back(light);
 }
 
 // ---- Remove -------------------------------------------------------------------------------------------
@@ -126,33 +184,45 @@ std::vector<int> new_indices(const std::vector<Node>& list, const std::set<NodeI
 
 } // namespace
 
+Editor::Uses Editor::uses_beside(const std::set<NodeId>& all) const {
+    Uses uses{std::vector<size_t>(m_scene.groups.size()), std::vector<size_t>(m_scene.solids.size())};
+    const auto count = [](std::vector<size_t>& of, int number) {
+        if (number >= 0 && size_t(number) < of.size())
+            of[size_t(number)]++;
+    };
+    const auto places = [&](const std::vector<Group::Instances>& list) {
+        for (const Group::Instances& i : list)
+            if (!all.contains(i.node))
+                count(uses.groups, i.group - m_first_group);
+    };
+    places(m_scene.instances);
+    for (const Group& g : m_scene.groups)
+        if (!all.contains(g.node))
+            places(g.instances);
+    for (const Solid& s : m_scene.solids)
+        if (!all.contains(s.node))
+            count(uses.solids, s.parent);
+    if (!m_scene.solids.empty())
+        for (const Primitive& p : m_scene.primitives)
+            if (!all.contains(p.node))
+                count(uses.solids, p.solid);
+    return uses;
+}
+
 // Why it cannot go while all others stay.
-Fault Editor::fault_of_removal(NodeId id, const std::set<NodeId>& all) {
+Fault Editor::fault_of_removal(NodeId id, const Uses& uses) const {
     const auto at = find(id);
     if (!at)
         return id == NodeId::World || id == camera_node() ? called(id) + " cannot be removed" : no_node(id);
     if (at->list == Groups) {
-        if (m_first_group > 0)
-            return "groups of a part of a scene cannot be removed: others are numbered by them";
-        const auto places_it = [&](const Group::Instances& i) {
-            return i.group == int(at->index) && !all.contains(i.node);
-        };
-        size_t places = size_t(std::ranges::count_if(m_scene.instances, places_it));
-        for (const Group& g : m_scene.groups)
-            if (!all.contains(g.node))
-                places += size_t(std::ranges::count_if(g.instances, places_it));
-        if (places > 0)
+        if (m_first_group > 0 || m_keeps_groups)
+            return called(id) + " stays: groups of other scenes are numbered on from this one's";
+        if (const size_t places = uses.groups[at->index]; places > 0)
             return called(id) + " is placed by " + std::to_string(places) +
                    " instances; remove those as well";
     }
-    if (at->list == Solids) {
-        const auto stays = [&](const auto& n, int solid) {
-            return solid == int(at->index) && !all.contains(n.node);
-        };
-        if (std::ranges::any_of(m_scene.solids, [&](const Solid& s) { return stays(s, s.parent); }) ||
-            std::ranges::any_of(m_scene.primitives, [&](const Primitive& p) { return stays(p, p.solid); }))
-            return called(id) + " has primitives or solids in it; remove those as well";
-    }
+    if (at->list == Solids && uses.solids[at->index] > 0)
+        return called(id) + " has primitives or solids in it; remove those as well";
     if (at->list >= OfGroups && (at->list - OfGroups) % 3 == Solids)
         return called(id) + " goes with its group; remove that";
     return std::nullopt;
@@ -160,9 +230,10 @@ Fault Editor::fault_of_removal(NodeId id, const std::set<NodeId>& all) {
 
 Outcome Editor::remove(const Remove& edit) {
     std::set<NodeId> all(edit.ids.begin(), edit.ids.end());
+    const Uses uses = uses_beside(all);
     bool solids = false, groups = false, in_groups = false;
     for (const NodeId id : edit.ids) {
-        if (const Fault fault = fault_of_removal(id, all))
+        if (const Fault fault = fault_of_removal(id, uses))
             return {NodeId::None, *fault};
         const uint32_t list = find(id)->list;
         solids |= list == Solids;
@@ -229,9 +300,14 @@ std::shared_ptr<const Motion> moving(std::vector<TransformKey> places, std::vect
 Fault place(ShaderRef& light, const Placement& placement) {
     if (placement.keys.size() > 1)
         return "a light does not move: give it one transform";
-    const Transform from_before = light.world_from_shader.inverse();
-    for (ShaderRef& c : light.coshaders)
-        transform_shader(placement.transform * from_before, c);
+    if (!light.coshaders.empty()) { // a reader may have kept a light that is flattened
+        if (fault_of(light.world_from_shader))
+            return "light \"" + light.handle +
+                   "\" stands flattened, and where its co-shaders would go is not known";
+        const Transform now_from_before = placement.transform * light.world_from_shader.inverse();
+        for (ShaderRef& c : light.coshaders)
+            transform_shader(now_from_before, c);
+    }
     light.world_from_shader = placement.transform;
     return std::nullopt;
 }
@@ -247,6 +323,14 @@ Fault place(Light& light, const Placement& placement) {
     source.placement = placement.transform;
     remake(light, std::move(source));
     return std::nullopt;
+}
+
+// By each row, and by what rows cannot say.
+Fault fault_of_parameters(const Camera& camera) {
+    for (const CameraParameter& row : camera_parameters())
+        if (Fault fault = row.refused(row.get(camera)))
+            return fault;
+    return fault_of_fov(camera);
 }
 
 Fault place(Primitive& p, Placement& placement) {
@@ -272,7 +356,10 @@ Outcome Editor::replace(Replace edit) {
     if (auto* camera = std::get_if<Camera>(&edit.with)) {
         if (edit.id != camera_node())
             return refused(called(edit.id) + " is no camera");
-        if (const Fault fault = fault_of(camera->camera_from_world))
+        Fault fault = fault_of(Placement{camera->camera_from_world, camera->motion});
+        if (!fault)
+            fault = fault_of_parameters(*camera);
+        if (fault)
             return refused(*fault);
         m_camera = std::move(*camera);
         return done(Aspect::Placement | Aspect::Parameters);
@@ -310,7 +397,9 @@ Outcome Editor::replace(Replace edit) {
             return refused("the primitive has no attributes");
         if ((*attributes)->name != primitive->attributes->name)
             return refused(NameStays);
-        primitive->attributes = std::move(*attributes);
+        primitive->attributes = LightSwitch(m_lights).on(*attributes);
+        if (primitive->attributes->lights_on)
+            m_says_lights = true;
         return done(Aspect::Attributes | Aspect::Links | Aspect::Parameters);
     }
     Aspects changed = Aspect::Primvars;

@@ -3,6 +3,7 @@
 
 #include "base/spelling.h"
 #include "scene/editor.h"
+#include "scene/parameter_edits.h"
 #include "scene/schema/attributes.h"
 #include "scene/schema/camera.h"
 #include "scene/schema/lights.h"
@@ -60,42 +61,24 @@ constexpr Slot Slots[] = {
     {"interior", &Attributes::interior},     {"exterior", &Attributes::exterior},
     {"atmosphere", &Attributes::atmosphere}, {"area_light", &Attributes::area_light}};
 
-// What a light shader of RIB takes; empty = it is somebody's own, or looks into a shadow map, and takes what
-// it says.
-std::vector<std::string_view> parameters_of_light(const ShaderRef& light) {
+// The standard light that a light shader of RIB is; null = it is somebody's own, or looks into a shadow map,
+// and takes what it says.
+const LightKind* standard_light(const ShaderRef& light) {
     const LightKind* kind = find_light_shader(light.name);
-    return kind && light.name == kind->shader ? kind->shader_parameters() : std::vector<std::string_view>();
+    return kind && light.name == kind->shader ? kind : nullptr;
 }
 
-// What stands in for a light has the values that it knows.
+// What stands in for a light has the values that it knows, where nobody can choose it anew.
 void put_in_stand_in(ShaderRef& light, const std::vector<Value>& values) {
-    if (!light.stand_in)
+    const LightKind* kind = light.stand_in ? find_light_shader(light.stand_in->name) : nullptr;
+    if (!kind)
         return;
     ShaderRef::StandIn changed = *light.stand_in;
-    const std::vector<std::string_view> known = find_light_shader(changed.name)->shader_parameters();
+    const std::vector<std::string_view> known = kind->shader_parameters();
     for (const Value& value : values)
         if (std::ranges::find(known, value.name) != known.end())
             changed.parameters.set(value);
     light.stand_in = std::make_shared<const ShaderRef::StandIn>(std::move(changed));
-}
-
-bool is_number(Type type) {
-    return type != Type::String && type != Type::Integer;
-}
-
-// Under the type that it has; a parameter that is not given yet has that of the value.
-Fault put(ShaderRef& shader, Value value) {
-    const Value* before = shader.parameters.find(value.name);
-    if (before && before->type != value.type) {
-        const bool alike = is_number(before->type) && is_number(value.type) &&
-                           components(before->type) == components(value.type);
-        if (!alike)
-            return value.name + ": expected a " + std::string(name(before->type)) + ", got a " +
-                   std::string(name(value.type));
-        value.type = before->type;
-    }
-    shader.parameters.set(std::move(value));
-    return std::nullopt;
 }
 
 // Down to a co-shader. `shared`: those of the attributes, which all of their shaders may call. Null: `fault`
@@ -138,7 +121,7 @@ auto shader_of(Of& attributes, std::span<const std::string> path, Fault& fault)
 
 Fault put(ShaderRef& shader, const std::vector<Value>& values) {
     for (const Value& value : values)
-        if (Fault fault = put(shader, value))
+        if (Fault fault = put_parameter(shader.parameters, value))
             return fault;
     return std::nullopt;
 }
@@ -252,29 +235,34 @@ Outcome Editor::set(Light& light, const Set& edit) {
 // another.
 template <class Change>
 void Editor::change(Primitive& primitive, const Edit& edit, const Change& how) {
-    const auto repeats = [&] {
-        if (primitive.attributes != m_last.before || edit.index() != m_last.edit.index())
+    const auto repeats = [&](const AttributeChange& last) {
+        if (primitive.attributes != last.before || edit.index() != last.edit.index())
             return false;
         if (const auto* set = std::get_if<Set>(&edit))
-            return set->values == std::get<Set>(m_last.edit).values;
-        const auto &a = std::get<SetParameters>(edit), &b = std::get<SetParameters>(m_last.edit);
+            return set->values == std::get<Set>(last.edit).values;
+        const auto &a = std::get<SetParameters>(edit), &b = std::get<SetParameters>(last.edit);
         return a.shader == b.shader &&
                std::ranges::equal(a.values, b.values,
                                   [](const Value& x, const Value& y) { return same(x, y); });
     };
-    if (!repeats()) {
-        auto changed = std::make_shared<Attributes>(*primitive.attributes);
-        if (how(*changed))
-            return;
-        m_last = {primitive.attributes, std::move(changed), edit};
+    const auto last = std::ranges::find_if(m_changes, repeats);
+    if (last != m_changes.end()) {
+        primitive.attributes = last->after;
+        return;
     }
-    primitive.attributes = m_last.after;
+    auto changed = std::make_shared<Attributes>(*primitive.attributes);
+    if (how(*changed))
+        return;
+    m_changes[m_next_change] = {primitive.attributes, changed, edit};
+    m_next_change = (m_next_change + 1) % m_changes.size();
+    primitive.attributes = std::move(changed);
 }
 
 // ---- SetParameters ------------------------------------------------------------------------------------
 
 Outcome Editor::set(SetParameters edit) {
     Fault fault;
+    Aspects aspects = Aspect::Parameters;
     if (Primitive* primitive = at<Primitive>(edit.id)) {
         if (edit.shader.empty())
             return {NodeId::None, "which shader of " + called(edit.id) + "? Give its slot, as \"surface\""};
@@ -286,18 +274,28 @@ Outcome Editor::set(SetParameters edit) {
         ShaderRef changed = *light;
         ShaderRef* shader =
             descend(&changed, edit.shader, static_cast<std::vector<ShaderRef>*>(nullptr), fault);
+        const LightKind* kind = shader == &changed ? standard_light(changed) : nullptr;
         const std::vector<std::string_view> known =
-            edit.shader.empty() ? parameters_of_light(changed) : std::vector<std::string_view>();
-        if (shader && !known.empty())
-            for (const Value& value : edit.values)
-                if (!fault && std::ranges::find(known, value.name) == known.end())
-                    fault = unknown_name(called(edit.id), "parameter", value.name, known);
+            kind ? kind->shader_parameters() : std::vector<std::string_view>();
+        for (Value& value : edit.values) {
+            if (kind && !fault && std::ranges::find(known, value.name) == known.end())
+                fault = unknown_name(called(edit.id), "parameter", value.name, known);
+            if (kind && !fault)
+                fault = take_as_light_parameter(*kind, value);
+        }
         if (!fault)
             fault = put(*shader, edit.values);
-        if (!fault && edit.shader.empty())
+        if (!fault && shader == &changed && m_stand_in_for)
+            changed.stand_in = m_stand_in_for(changed);
+        else if (!fault && shader == &changed)
             put_in_stand_in(changed, edit.values);
         if (!fault)
             *light = std::move(changed);
+        if (!fault && edit.shader.empty() && !edit.values.empty()) {
+            aspects = {};
+            for (const Value& value : edit.values)
+                aspects |= is_link_of_lights(value.name) ? Aspect::Links : Aspect::Parameters;
+        }
     } else if (edit.id == NodeId::World) {
         if (edit.shader != std::vector<std::string>{"imager"} || !m_options.imager)
             return {NodeId::None, "the world has no shader but an imager, where one is given"};
@@ -313,7 +311,7 @@ Outcome Editor::set(SetParameters edit) {
     if (fault)
         return {NodeId::None, *fault};
     if (m_delta)
-        m_delta->note_changed(edit.id, Aspect::Parameters);
+        m_delta->note_changed(edit.id, aspects);
     return {edit.id, {}};
 }
 

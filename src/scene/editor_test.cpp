@@ -1,5 +1,6 @@
 #include "scene/editor.h"
 
+#include <chrono>
 #include <gtest/gtest.h>
 #include <map>
 #include <set>
@@ -179,6 +180,65 @@ TEST(Editor, ManyOfOneNameAndManyNames) {
     EXPECT_EQ(std::set(all.begin(), all.end()), expected);
     EXPECT_EQ(all.size(), expected.size());
     EXPECT_LE(editor.index_bytes(), 20 * all.size() * 4 / 5);
+}
+
+// Some come with ids of their own, from another scene or from before: none is given twice.
+TEST(Editor, NumbersThatCameAlongAreNotGivenAgain) {
+    const auto own = [](uint32_t number) {
+        Primitive p = primitive();
+        p.node = numbered_node(NodeId::World, NodeKind::Primitive, number);
+        return p;
+    };
+    const auto each_once = [](const Scene& scene) {
+        const std::vector<NodeId> all = ids(scene);
+        return std::set(all.begin(), all.end()).size() == all.size();
+    };
+    {
+        Scene scene; // through the readers' door, before anybody asked for an id
+        Editor editor(scene);
+        editor.add(own(0)), editor.add(primitive());
+        EXPECT_TRUE(each_once(scene));
+    }
+    {
+        Scene scene; // by an editor that begins with it
+        scene.primitives = {own(0), own(2)};
+        Editor editor(scene);
+        for (int i = 0; i < 3; i++)
+            editor.add(primitive());
+        EXPECT_TRUE(each_once(scene));
+    }
+    {
+        Scene scene; // after something was removed
+        Editor editor(scene);
+        editor.apply(Add{NodeId::World, own(1)});
+        const NodeId gone = editor.add(primitive("gone")).node;
+        editor.apply(Remove{{gone}});
+        for (int i = 0; i < 3; i++)
+            editor.add(primitive());
+        EXPECT_TRUE(each_once(scene));
+    }
+    {
+        Scene scene; // in a group that brings some
+        Editor editor(scene);
+        Group g = group("tree", 3);
+        const NodeId tree = named_node(NodeId::World, NodeKind::Group, "tree");
+        g.primitives[2].node = numbered_node(tree, NodeKind::Primitive, 1);
+        editor.add(g);
+        editor.add(scene.groups[0], primitive());
+        EXPECT_TRUE(each_once(scene));
+    }
+}
+
+// What has no id yet stands in no table: 100 000 of them took minutes.
+TEST(Editor, LargeGroupsArriveWithoutIds) {
+    Scene scene;
+    scene.primitives = {primitive("before")};
+    Editor editor(scene);
+    const auto begin = std::chrono::steady_clock::now();
+    editor.add(group("tree", 100'000));
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2));
+    EXPECT_EQ(editor.kind(scene.groups[0].primitives[99'999].node), NodeKind::Primitive);
+    EXPECT_LE(editor.index_bytes(), 20 * 100'002u);
 }
 
 } // namespace

@@ -294,15 +294,27 @@ TEST(Edits, TheSameAsWhatIsBuiltAtOnce) {
         for (const ShaderRef& l : run.scene.light_shaders)
             ASSERT_EQ(editor.apply(Add{NodeId::World, l}).refusal, "");
         ASSERT_EQ(described(fresh), described(run.scene)) << "seed " << seed;
-        // None is given an id that another has, on either way.
-        Editor again(run.scene);
-        for (Editor* e : {&editor, &again})
-            for (int i = 0; i < 20; i++) {
-                const Outcome out = e->apply(Add{NodeId::World, ball(i % 2 ? "a" : "")});
-                ASSERT_EQ(out.refusal, "");
+        // None is given an id that another has: neither by these editors nor by others that come after, nor
+        // after something went.
+        std::vector<Scene*> scenes{&fresh, &run.scene};
+        for (Scene* s : scenes)
+            for (const bool by_first : {true, false}) {
+                std::optional<Editor> other;
+                Editor& e = by_first && s == &fresh ? editor : other.emplace(*s);
+                for (int i = 0; i < 20; i++) {
+                    const Primitive p = ball(i % 2 ? "a" : "");
+                    const bool in_group = i % 3 == 2 && !s->groups.empty();
+                    if (in_group)
+                        e.add(s->groups[0], p);
+                    else
+                        e.add(p);
+                    if (i % 5 == 4) {
+                        ASSERT_EQ(e.apply(Remove{{s->primitives[s->primitives.size() / 2].node}}).refusal,
+                                  "");
+                    }
+                    ASSERT_EQ(by_id(described(*s)).size(), described(*s).size()) << "seed " << seed;
+                }
             }
-        for (const Scene* s : {&fresh, &run.scene})
-            ASSERT_EQ(by_id(described(*s)).size(), described(*s).size());
     }
 }
 

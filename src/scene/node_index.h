@@ -36,9 +36,11 @@ class NodeIndex {
                 return place(m_slots[i]);
         }
     }
-    // The node stands there already.
+    // The node stands there already. In lists beyond the most it is not found.
     template <class IdAt>
     void insert(NodeId id, NodePlace at, const IdAt& id_at) {
+        if (at.list >= MostLists - 1)
+            return;
         if (5 * (m_used + 1) > 4 * m_slots.size()) {
             std::vector<uint64_t> before(std::max<size_t>(16, 2 * m_slots.size()), Empty);
             before.swap(m_slots);

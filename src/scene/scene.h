@@ -23,12 +23,12 @@ struct ShaderRef {
     Transform world_from_shader; // its "shader" coordinate system
     Location where;
     std::vector<ShaderRef> coshaders; // that it may call by their handles, besides those of the attributes
-    // Of a light: one of the standard light shaders, for where its own is not found; null = none is like it.
+    // Of a light: a standard light shader, for where its own is not found. No name: tracing finds its light.
     struct StandIn {
         std::string name;
         ValueList parameters;
     };
-    std::shared_ptr<const StandIn> stand_in;
+    std::shared_ptr<const StandIn> stand_in; // null = nobody said
     // Of a light: do things stand in its way? Not said: lights of RISpec's four kinds, and those that are
     // run, ask for shadows by a parameter that names one; all others have them.
     std::optional<bool> shadows;

@@ -82,22 +82,30 @@ bool is_standard_light(std::string_view name) {
 
 std::optional<scene::Light> make_stand_in(const scene::ShaderRef& ref, const std::string& searched,
                                           const Textures& textures, Journal& journal) {
-    if (!ref.stand_in) {
+    if (ref.stand_in && ref.stand_in->name.empty()) {
         journal.report(Severity::Info, ref.where,
                        "light shader \"" + ref.name +
                            "\" is not found and nothing stands in for it: indirect light is traced");
         return std::nullopt;
     }
+    // Where nobody knows what it was like: without a falloff its intensity fits any size of scene.
+    const std::string instead = ref.stand_in ? ref.stand_in->name : "distantlight";
     std::vector<std::string_view> names;
     for (const scene::LightKind& kind : scene::light_kinds())
         names.push_back(kind.shader);
     journal.error(ref.where, "light shader \"" + ref.name + "\" is not found (" + ref.name + ".slo or " +
-                                 ref.name + ".sl), searched in " + searched + "; \"" + ref.stand_in->name +
+                                 ref.name + ".sl), searched in " + searched + "; \"" + instead +
                                  "\" with what parameters they share stands in for it. Built in are " +
                                  joined(names) + ", and AreaLightSource \"arealight\"");
     scene::ShaderRef standard = ref;
-    standard.name = ref.stand_in->name;
-    standard.parameters = ref.stand_in->parameters;
+    standard.name = instead;
+    if (ref.stand_in) {
+        standard.parameters = ref.stand_in->parameters;
+    } else {
+        const auto known = scene::find_light_shader(instead)->shader_parameters();
+        std::erase_if(standard.parameters.values,
+                      [&](const scene::Value& v) { return !contains(known, v.name); });
+    }
     std::optional<scene::Light> light = make_light(standard, textures, journal);
     if (light)
         light->shadows = casts_shadows(ref, nullptr);

@@ -1,5 +1,6 @@
 #include "shade/lights.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -124,9 +125,23 @@ TEST_F(Lights, StandInsKeepPlaceHandleAndShadows) {
     expect_near(light->world_from_light.point({0, 0, 0}), {0, 7, 0});
     ASSERT_EQ(journal.entries().size(), 1u);
     EXPECT_NE(journal.entries()[0].message.find("\"spotlight\" with what parameters"), std::string::npos);
-    ref.stand_in = nullptr;
+    ref.stand_in = std::make_shared<scene::ShaderRef::StandIn>();
     EXPECT_FALSE(make_stand_in(ref, "here", textures, journal));
     EXPECT_EQ(journal.entries().back().severity, Severity::Info) << "indirect light is traced";
+    // Nobody said anything.
+    ref.stand_in = nullptr;
+    ref.parameters.set(value("intensity", scene::Type::Float, {5}));
+    ref.parameters.set(value("softness", scene::Type::Float, {1}));
+    const auto neutral = make_stand_in(ref, "here", textures, journal);
+    ASSERT_TRUE(neutral);
+    EXPECT_EQ(neutral->kind, scene::Light::Kind::Distant);
+    EXPECT_NEAR(neutral->amount.x, 5 * Pi, 1e-4f);
+    const auto entries = journal.entries();
+    EXPECT_EQ(entries.size(), 3u) << "and nothing of softness";
+    EXPECT_TRUE(std::ranges::any_of(entries, [](const Journal::Entry& e) {
+        return e.severity == Severity::Error && e.message.find("searched in here") != std::string::npos &&
+               e.message.find("\"distantlight\" with what parameters") != std::string::npos;
+    }));
 }
 
 TEST_F(Lights, ShadowMapLightsAreTheirStandardOnes) {

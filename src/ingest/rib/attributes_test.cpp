@@ -182,6 +182,21 @@ TEST(RibLights, HandlesMayBeUsedAgain) {
     EXPECT_NE(r.scene.light_shaders[0].handle, r.scene.light_shaders[1].handle);
 }
 
+// A frame's light of a handle that was there before it goes with the frame; the one before is meant again.
+TEST(RibLights, HandlesOfAFrameGoWithIt) {
+    const std::string again = "LightSource \"spotlight\" 1\n";
+    const Parsed r("LightSource \"pointlight\" 1\nIlluminate 1 0\n"
+                   "FrameBegin 1\nDisplay \"a.z\" \"zfile\" \"z\"\n" + // passed over
+                   again +
+                   "WorldBegin Sphere 1 -1 1 360 WorldEnd FrameEnd\n"
+                   "FrameBegin 2\nDisplay \"a.tif\" \"file\" \"rgb\"\nIlluminate 1 1\nWorldBegin " +
+                   again + "Sphere 1 -1 1 360 WorldEnd FrameEnd\n");
+    EXPECT_FALSE(r.says("no light source has this handle")) << r.all_messages();
+    ASSERT_EQ(r.scene.light_shaders.size(), 2u) << r.all_messages();
+    EXPECT_EQ(r.scene.light_shaders[0].name, "pointlight");
+    EXPECT_EQ(r.scene.light_shaders[1].handle, "1#2");
+}
+
 TEST(RibLights, AreaLightsAreAttributes) {
     const Parsed r(
         world("AttributeBegin AreaLightSource \"arealight\" 7 \"intensity\" 3 Sphere 1 -1 1 360 AttributeEnd "

@@ -243,8 +243,8 @@ scene::Scene Context::close_world() {
     return std::move(m_scene);
 }
 
-void Context::begin_delayed(uint32_t number) {
-    m_editor->set_root(scene::numbered_node(scene::NodeId::World, scene::NodeKind::Procedural, number));
+void Context::begin_delayed(scene::NodeId procedural) {
+    m_editor->set_root(procedural);
 }
 
 // ---- objects ----------------------------------------------------------------------------------------

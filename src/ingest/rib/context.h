@@ -130,8 +130,8 @@ class Context {
     // groups are numbered on.
     void reopen_world();
     scene::Scene close_world();
-    // The one of that number is being read: what it makes is named under it.
-    void begin_delayed(uint32_t number);
+    // It is being read: what it makes is named under it.
+    void begin_delayed(scene::NodeId procedural);
 
     Scope scope() const;
     bool in_world() const { return m_in_world; }

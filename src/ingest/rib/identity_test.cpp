@@ -1,5 +1,6 @@
 // Ids of what a file holds: the same whenever it is read, and of what was there before whatever comes after.
 #include <gtest/gtest.h>
+#include <map>
 #include <set>
 
 #include "ingest/rib/rib.h"
@@ -118,6 +119,39 @@ TEST(Identity, OfWhatIsReadOnDemand) {
     const std::multiset<NodeId> all = made({{0, 1, 2}});
     EXPECT_EQ(std::set(all.begin(), all.end()).size(), 7u);
     EXPECT_EQ(all, made({{2}, {1, 0}}));
+}
+
+// Those that procedurals bring are named under them.
+TEST(Identity, OfProceduralsInProcedurals) {
+    std::string text = "WorldBegin\n";
+    for (const char* which : {"a", "b"})
+        text += "Procedural \"DynamicLoad\" [\"two\" \"" + std::string(which) + "\"] [-1 1 -1 1 -1 1]\n";
+    text += "WorldEnd\n";
+    const auto made = [&](std::vector<std::vector<uint32_t>> order) {
+        RibOptions options;
+        options.procedural = [](const ProceduralRequest& r) {
+            const std::string which = r.arguments.back();
+            if (which.size() > 1)
+                return named("leaf " + which, Ball);
+            return named("branch", Ball) + "Procedural \"DynamicLoad\" [\"two\" \"" + which +
+                   "1\"] [-1 1 -1 1 -1 1] Procedural \"DynamicLoad\" [\"two\" \"" + which +
+                   "2\"] [-1 1 -1 1 -1 1]\n";
+        };
+        std::shared_ptr<scene::Delayed> delayed;
+        options.on_demand = &delayed;
+        read(text, nullptr, options);
+        std::map<std::string, NodeId> all; // leaves are told apart
+        for (const auto& which : order)
+            delayed->read(which);
+        for (const scene::Scene& part : delayed->parts())
+            for (const scene::Primitive& p : part.primitives)
+                if (p.attributes->name != "branch")
+                    all[p.attributes->name] = p.node;
+        return all;
+    };
+    const auto all = made({{0}, {1}, {2, 3, 4, 5}});
+    EXPECT_EQ(all.size(), 4u);
+    EXPECT_EQ(all, made({{1}, {0}, {5, 4}, {2, 3}}));
 }
 
 } // namespace

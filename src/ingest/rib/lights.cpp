@@ -13,10 +13,22 @@ void scale_color(scene::ValueList& parameters, std::string_view name, const Rgb&
     parameters.set(std::move(v));
 }
 
+void Lights::mean(const std::string& handle, int light) {
+    std::vector<int>& meant = m_handles[handle];
+    // Of area lights one will do, and they are no lights to go with a frame.
+    if (meant.empty() || meant.back() != light)
+        meant.push_back(light);
+}
+
+int Lights::meant(const std::string& handle) const {
+    const auto known = m_handles.find(handle);
+    return known == m_handles.end() ? Unknown : known->second.back();
+}
+
 int Lights::add(scene::ShaderRef shader) {
     const int index = int(m_lights.size());
     // Objects name their lights: a handle that is used again must not stand for two.
-    m_handles[shader.handle] = index;
+    mean(shader.handle, index);
     if (const int uses = ++m_uses[shader.handle]; uses > 1)
         shader.handle += "#" + std::to_string(uses);
     m_lights.push_back(std::move(shader));
@@ -43,14 +55,14 @@ void Lights::declare_everywhere(scene::ShaderRef shader, const std::vector<Attri
 
 void Lights::illuminate(const std::string& handle, bool on, AttributeState& attributes, Reports& reports,
                         const Location& where) {
-    const auto known = m_handles.find(handle);
-    if (known == m_handles.end()) {
+    const int light = meant(handle);
+    if (light == Unknown) {
         reports.error("Illuminate of an unknown light", where,
                       "Illuminate \"" + handle +
                           "\": no light source has this handle; declare it by LightSource first");
         return;
     }
-    if (known->second == AreaLight) {
+    if (light == AreaLight) {
         if (!on)
             reports.once(Severity::Warning, "Illuminate area light", where,
                          "Illuminate turns no area lights off; write Attribute \"lighting\" \"string "
@@ -59,14 +71,14 @@ void Lights::illuminate(const std::string& handle, bool on, AttributeState& attr
         return;
     }
     if (!on)
-        m_switched_off.insert(known->second);
-    if (attributes.lights->contains(known->second) == on)
+        m_switched_off.insert(light);
+    if (attributes.lights->contains(light) == on)
         return;
     auto changed = std::make_shared<LightSet>(*attributes.lights);
     if (on)
-        changed->insert(known->second);
+        changed->insert(light);
     else
-        changed->erase(known->second);
+        changed->erase(light);
     attributes.lights = std::move(changed);
 }
 
@@ -78,13 +90,13 @@ void Lights::set_parameters(const Location& where, const scene::ValueList& param
 }
 
 bool Lights::filter(const std::string& light, const std::string& filter, const Rgb& factor, bool on) {
-    const auto known = m_handles.find(light);
-    if (known == m_handles.end() || known->second == AreaLight)
+    const int filtered = meant(light);
+    if (filtered == Unknown || filtered == AreaLight)
         return false;
     if (on)
-        m_filters[known->second][filter] = factor;
+        m_filters[filtered][filter] = factor;
     else
-        m_filters[known->second].erase(filter);
+        m_filters[filtered].erase(filter);
     return true;
 }
 
@@ -119,7 +131,10 @@ void Lights::place(const Transform& world_from_camera) {
 
 void Lights::truncate(size_t size) {
     m_lights.resize(std::min(size, m_lights.size()));
-    std::erase_if(m_handles, [&](const auto& entry) { return entry.second >= int(size); });
+    // A handle means again what it meant before them.
+    for (auto& [handle, lights] : m_handles)
+        m_uses[handle] -= int(std::erase_if(lights, [&](int light) { return light >= int(size); }));
+    std::erase_if(m_handles, [](const auto& entry) { return entry.second.empty(); });
     std::erase_if(m_uses, [&](const auto& entry) { return !m_handles.contains(entry.first); });
     std::erase_if(m_filters, [&](const auto& entry) { return entry.first >= int(size); });
     std::erase_if(m_switched_off, [&](int light) { return light >= int(size); });

@@ -25,7 +25,7 @@ class Lights {
     bool filter(const std::string& light, const std::string& filter, const Rgb& factor, bool on);
     // AreaLightSource: known by its handle, but lit by its primitives.
     void declare_area(const std::string& handle) {
-        m_handles[handle] = AreaLight;
+        mean(handle, AreaLight);
         m_uses.try_emplace(handle, 1);
     }
     void illuminate(const std::string& handle, bool on, AttributeState& attributes, Reports& reports,
@@ -48,9 +48,11 @@ class Lights {
 
   private:
     int add(scene::ShaderRef shader);
-    static constexpr int AreaLight = -1;
+    void mean(const std::string& handle, int light); // from here on
+    int meant(const std::string& handle) const;      // Unknown, AreaLight or an index
+    static constexpr int AreaLight = -1, Unknown = -2;
     std::vector<scene::ShaderRef> m_lights;
-    std::map<std::string, int> m_handles;
+    std::map<std::string, std::vector<int>> m_handles;   // the newest of each is meant
     std::map<std::string, int> m_uses;                   // how often a handle was given
     std::map<int, std::map<std::string, Rgb>> m_filters; // that are on, by light and handle
     // Every set that a primitive was declared under, and the names of its lights.

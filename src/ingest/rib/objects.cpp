@@ -1,6 +1,7 @@
 #include "ingest/rib/objects.h"
 
 #include <algorithm>
+#include <tuple>
 
 #include "ingest/rib/place_shaders.h"
 
@@ -11,6 +12,10 @@ using scene::ShaderRef;
 
 namespace {
 
+template <class T>
+bool same(const T& a, const T& b) {
+    return a == b;
+}
 bool same(const scene::Value& a, const scene::Value& b) {
     return a.name == b.name && a.type == b.type && a.array_size == b.array_size &&
            std::ranges::equal(a.floats, b.floats) && std::ranges::equal(a.ints, b.ints) &&
@@ -20,34 +25,46 @@ bool same(const scene::ValueList& a, const scene::ValueList& b) {
     return std::ranges::equal(a.values, b.values, [](const auto& x, const auto& y) { return same(x, y); });
 }
 // Where a shader was declared does not count: instances share what was shaded once, in the shader space of
-// the first.
-bool same(const std::optional<ShaderRef>& a, const std::optional<ShaderRef>& b) {
-    if (!a || !b)
-        return !a && !b;
-    return a->name == b->name && same(a->parameters, b->parameters);
+// the first. Nor do handles, but where others mean a shader by them.
+bool same(const std::vector<ShaderRef>& a, const std::vector<ShaderRef>& b);
+bool same(const ShaderRef& a, const ShaderRef& b) {
+    return a.name == b.name && same(a.parameters, b.parameters) && same(a.coshaders, b.coshaders);
 }
-
 bool same(const std::vector<ShaderRef>& a, const std::vector<ShaderRef>& b) {
-    return std::ranges::equal(a, b, [](const ShaderRef& x, const ShaderRef& y) {
-        return x.handle == y.handle && x.name == y.name && same(x.parameters, y.parameters);
-    });
+    return std::ranges::equal(
+        a, b, [](const ShaderRef& x, const ShaderRef& y) { return x.handle == y.handle && same(x, y); });
+}
+bool same(const std::optional<ShaderRef>& a, const std::optional<ShaderRef>& b) {
+    return a && b ? same(*a, *b) : !a && !b;
+}
+using LightNames = std::shared_ptr<const std::set<std::string>>;
+bool same(const LightNames& a, const LightNames& b) {
+    return a == b || (a && b && *a == *b);
 }
 
-bool same_lights(const Attributes& a, const Attributes& b) {
-    return a.lights_on == b.lights_on || (a.lights_on && b.lights_on && *a.lights_on == *b.lights_on);
+// All members but the name: one that is added does not compile here until it is named.
+auto look_of(const Attributes& attributes) {
+    const auto& [color, opacity, shading_rate, sides, reverse_orientation, matte, surface, displacement,
+                 interior, exterior, atmosphere, area_light, coshaders, displacement_bound,
+                 displacement_bound_space, name, visible_camera, dice_flatness, texture_coordinates,
+                 shadow_terminator, density_primvar, color_spectrum, lights_on, lights_only, lights_off,
+                 shadows_off, casts_shadows, area_light_by_intensity, level_from, level_to, user] =
+        attributes;
+    return std::tie(color, opacity, shading_rate, sides, reverse_orientation, matte, surface, displacement,
+                    interior, exterior, atmosphere, area_light, coshaders, displacement_bound,
+                    displacement_bound_space, visible_camera, dice_flatness, texture_coordinates,
+                    shadow_terminator, density_primvar, color_spectrum, lights_on, lights_only, lights_off,
+                    shadows_off, casts_shadows, area_light_by_intensity, level_from, level_to, user);
 }
 
-// The look of what inherits from either is the same; the name does not count.
+// What inherits from either looks the same.
 bool same_look(const Attributes& a, const Attributes& b) {
-    return a.color == b.color && a.opacity == b.opacity && a.shading_rate == b.shading_rate &&
-           a.sides == b.sides && a.reverse_orientation == b.reverse_orientation && a.matte == b.matte &&
-           same(a.surface, b.surface) && same(a.displacement, b.displacement) &&
-           same(a.interior, b.interior) && same(a.exterior, b.exterior) && same(a.atmosphere, b.atmosphere) &&
-           same(a.area_light, b.area_light) && same(a.coshaders, b.coshaders) &&
-           a.displacement_bound == b.displacement_bound &&
-           a.displacement_bound_space == b.displacement_bound_space && a.visible_camera == b.visible_camera &&
-           a.dice_flatness == b.dice_flatness && a.texture_coordinates == b.texture_coordinates &&
-           same(a.user, b.user) && same_lights(a, b);
+    const auto lamp = [](const Attributes& of) { return of.area_light ? of.area_light->handle : ""; };
+    const auto x = look_of(a), y = look_of(b);
+    const auto all = [&]<size_t... I>(std::index_sequence<I...>) {
+        return (same(std::get<I>(x), std::get<I>(y)) && ...);
+    };
+    return lamp(a) == lamp(b) && all(std::make_index_sequence<std::tuple_size_v<decltype(x)>>());
 }
 
 // Of what most often differs; equal looks have equal hashes.

@@ -1,6 +1,7 @@
 // Retained objects become groups; attributes that an object does not set come from the instance.
 
 #include "ingest/rib/test_support.h"
+#include "scene/schema/attributes.h"
 
 namespace kanuka::ingest::test {
 
@@ -103,6 +104,47 @@ TEST(RibObjects, Mistakes) {
             "ObjectBegin " + std::to_string(i) + " ObjectInstance " + std::to_string(i - 1) + " ObjectEnd\n";
     const Parsed r(world(deep + "ObjectInstance 999"));
     EXPECT_TRUE(r.says("levels deep at most"));
+}
+
+// Whatever an object inherits makes a look of its own.
+TEST(RibObjects, EveryAttributeMakesALook) {
+    size_t rows = 0;
+    for (const std::string attribute :
+         {"Color 1 0 0",
+          "Opacity .5 .5 .5",
+          "ShadingRate 4",
+          "Sides 1",
+          "ReverseOrientation",
+          "Matte 1",
+          "Surface \"plastic\"",
+          "Displacement \"dented\"",
+          "Interior \"fog\"",
+          "Exterior \"fog\"",
+          "Atmosphere \"fog\"",
+          "AreaLightSource \"arealight\" 2",
+          "TextureCoordinates 0 0 2 0 0 2 2 2",
+          "Illuminate 1 0",
+          "Attribute \"visibility\" \"int camera\" 0",
+          "Attribute \"displacementbound\" \"float sphere\" 2",
+          "Attribute \"displacementbound\" \"string coordinatesystem\" \"world\"",
+          "Attribute \"kanuka\" \"int diceflatness\" 0",
+          "Attribute \"kanuka\" \"int shadowterminator\" 0",
+          "Attribute \"kanuka\" \"string densityprimvar\" \"smoke\"",
+          "Attribute \"color\" \"string spectrum\" \"D65\"",
+          "Attribute \"lighting\" \"string subset\" \"1\"",
+          "Attribute \"lighting\" \"string excludesubset\" \"1\"",
+          "Attribute \"shadow\" \"string excludesubset\" \"1\"",
+          "Attribute \"kanuka\" \"int castsshadows\" 0",
+          "Attribute \"kanuka\" \"int arealightbyintensity\" 1",
+          "Attribute \"mine\" \"int one\" 1"}) {
+        rows += attribute.starts_with("Attribute ");
+        const Parsed r(world("LightSource \"pointlight\" 1\nObjectBegin 1 Sphere 1 -1 1 360 ObjectEnd\n"
+                             "ObjectInstance 1 " +
+                             attribute + " ObjectInstance 1"));
+        EXPECT_EQ(r.scene.groups.size(), 2u) << attribute << "\n" << r.all_messages();
+    }
+    // But for the name, level, which Detail says, and the one more that is the user's.
+    EXPECT_EQ(rows, scene::attribute_parameters().size() - 2 + 1);
 }
 
 } // namespace kanuka::ingest::test

@@ -40,6 +40,7 @@ void OnDemand::add(const ProceduralCall& call, const Context& context, const Bou
     item.line = call.where.line;
     item.column = call.where.column;
     item.depth = m_depth + 1;
+    item.node = scene::numbered_node(m_parent, scene::NodeKind::Procedural, m_brought++);
     m_items.push_back(std::move(item));
     Delayed::add(world);
 }
@@ -48,8 +49,10 @@ scene::Scene OnDemand::expand(std::span<const uint32_t> which) {
     Context& context = m_reader->context();
     context.reopen_world();
     for (const uint32_t i : which) {
-        context.begin_delayed(i);
         const Item& item = m_items[i];
+        context.begin_delayed(item.node);
+        m_parent = item.node;
+        m_brought = 0;
         const State& state = *item.state;
         ProceduralCall call{state.type,
                             item.arguments,

@@ -47,6 +47,7 @@ class OnDemand final : public scene::Delayed {
         std::unique_ptr<const scene::ValueList> parameters;
         std::array<float, 6> bound;
         int line, column, depth;
+        scene::NodeId node; // what it makes is named under it
     };
     scene::Scene expand(std::span<const uint32_t> which) override;
 
@@ -55,6 +56,9 @@ class OnDemand final : public scene::Delayed {
     std::shared_ptr<const Source> m_source; // keeps what the reader points to
     std::shared_ptr<Reader> m_reader;
     int m_depth = 0; // of procedurals that expand() is in
+    // Whose procedurals are being read, and how many it has brought.
+    scene::NodeId m_parent = scene::NodeId::World;
+    uint32_t m_brought = 0;
 };
 
 namespace handlers {

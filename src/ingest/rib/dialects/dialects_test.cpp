@@ -42,6 +42,7 @@ TEST_F(StandIns, AreChosenByNameAndParameters) {
     set("coneangle", 0.5f);
     EXPECT_EQ(name_for("uber"), "spotlight");
     EXPECT_EQ(name_for("indirectlight"), "") << "traced";
+    EXPECT_TRUE(dialects::stand_in_for_light(light)) << "and known to be";
     EXPECT_EQ(name_for("spotlight"), "") << "its own";
     EXPECT_EQ(name_for("shadowspot"), "") << "its own, with a map";
 }

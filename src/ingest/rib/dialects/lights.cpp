@@ -87,7 +87,7 @@ std::shared_ptr<const scene::ShaderRef::StandIn> stand_in_for_light(const scene:
         return nullptr;
     const std::string_view name = likely_shader(light);
     if (name.empty())
-        return nullptr;
+        return std::make_shared<const scene::ShaderRef::StandIn>();
     const scene::LightKind& standard = *scene::find_light_shader(name);
     scene::ShaderRef::StandIn result{std::string(name), light.parameters};
     const std::vector<std::string_view> known = standard.shader_parameters();
