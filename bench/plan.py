@@ -9,6 +9,7 @@ import agreement
 import compiler
 import delayed
 import dicing
+import edits
 import hair
 import lanes
 import lights
@@ -68,6 +69,7 @@ def parts(peers: list[str] | None = None) -> list[Part]:
         Part("delayed", "", delayed.measure, 40),
     ]
     made += [Part("hair", kind, about(hair.measure, kind), 90) for kind in ("linear", "cubic")]
+    made += [Part("edits", "", edits.measure, 60)]
     made += [Part("stages", scene, about(stages.measure, scene), 60, scene == "showcase") for scene in stages.SCENES]
     made += [
         Part("tolerance", kind, about(ourselves.tolerance, kind), 100, kind == "flat")

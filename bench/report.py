@@ -44,6 +44,7 @@ HEADINGS = {
     "wavelengths": ("Wavelengths", ""),
     "tolerance": ("Geometry tolerance", ""),
     "stages": ("Scenes of scenes/", ""),
+    "edits": ("Edits", "Until rays can be traced again; times the first making of the same round."),
     "taken": ("Where it comes from", "Load: of the last minute, before and after; a renderer's own threads are in it."),
 }
 

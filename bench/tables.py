@@ -278,6 +278,17 @@ def stages(results: Results) -> str:
     return table(["", "dice", "shade", "BVH", "transport", "first pixel", "all", "rays a second", "peak memory"], rows)
 
 
+def edits(results: Results) -> str:
+    rows = []
+    for _, f in results.of("edits"):
+        rows.append(["the first making", f"{f['primitives']} of {f['primitives']}", "yes", show("_s", f["first"]), ""])
+        for name, each in f["edits"].items():
+            again = f"{each['again']} of {f['primitives']}"
+            ratio = times(intervals.Interval(**each["ratio"]))
+            rows.append([name, again, "yes" if each["hierarchy"] else "no", show("_s", each["seconds"]), ratio])
+    return table(["edit", "primitives made again", "hierarchy built", "time", "of the first"], rows)
+
+
 def taken(results: Results) -> str:
     """Where each part comes from."""
     rows = []
@@ -310,6 +321,7 @@ TABLES: dict[str, Callable[[Results], str]] = {
         wavelengths,
         tolerance,
         stages,
+        edits,
         taken,
     )
 }

@@ -73,6 +73,7 @@ CALLS: dict[str, tuple[Callable, dict[str, object]]] = {
     "Scene.remove": (lambda **given: kanuka.Scene().remove(**given), {"nodes": []}),
     "Session": (kanuka.Session, {"scene": kanuka.Scene()}),
     "Session.advance": (lambda **given: kanuka.Session(kanuka.Scene()).advance(**given), {}),
+    "Session.prepare": (lambda **given: kanuka.Session(kanuka.Scene()).prepare(**given), {}),
     "Session.resume": (lambda **given: kanuka.Session(kanuka.Scene()).resume(**given), {"path": "state"}),
     "Session.save": (lambda **given: kanuka.Session(kanuka.Scene()).save(**given), {"path": "state"}),
     "Session.update": (lambda **given: kanuka.Session(kanuka.Scene()).update(**given), {}),

@@ -129,6 +129,10 @@ class Session {
         return done;
     }
 
+    void prepare(nb::object progress) {
+        supervise(progress, [&](Supervisor& supervisor) { m_session->prepare(supervisor.progress()); });
+    }
+
     // The scene has changed, or what is set over it.
     void update(const nb::kwargs& keywords) {
         nb::kwargs all = nb::borrow<nb::kwargs>(nb::handle(m_keywords).attr("copy")());
@@ -311,6 +315,10 @@ void bind_session(nb::module_& m) {
         "seconds: "
         "stops then\nand returns False; what comes before tracing takes as long as it takes. Ctrl-C raises "
         "KeyboardInterrupt; the session\ncan go on after it.");
+    define(session, "prepare", method(&Session::prepare), nb::kw_only(), nb::arg("progress") = nb::none(),
+           nb::sig("def prepare(self, *, progress: Callable[[str, float], object] | None = None) -> None"),
+           "All that comes before tracing: dicing, shading, the hierarchy, lights. advance() does it where "
+           "it is due.");
     define(session, "update", method(&Session::update), nb::arg("keywords"), nb::sig(sig_of_update.c_str()),
            "The scene has changed; arguments replace those of the session. The next advance() begins the "
            "picture "
