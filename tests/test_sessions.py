@@ -112,6 +112,22 @@ def test_a_file_is_of_one_picture(tmp_path: Path, of: Callable, arguments: dict)
     assert same(other.picture(), kanuka.render(scene, progressions=4, **arguments))
 
 
+def test_a_picture_of_the_sky_is_part_of_the_key(tmp_path: Path) -> None:
+    def under(brightness: float) -> kanuka.Session:
+        sky = np.full((8, 16, 3), brightness, np.float32)
+        kanuka.Picture({"rgb": sky}).write(tmp_path / "sky.exr")
+        scene = ball()
+        scene.add_light("environment", texture=str(tmp_path / "sky.exr"))
+        return kanuka.Session(scene, progressions=2)
+
+    session = under(0.2)
+    session.advance()
+    session.save(tmp_path / "state")
+    under(0.2).resume(tmp_path / "state")
+    with pytest.raises(kanuka.Error, match="of another picture"):
+        under(0.3).resume(tmp_path / "state")
+
+
 def test_damaged_files_are_refused(tmp_path: Path) -> None:
     session = kanuka.Session(ball(), progressions=4)
     session.advance(progressions=2)

@@ -5,6 +5,7 @@
 #include "render/air.h"
 #include "render/light_pictures.h"
 #include "render/pixel_filter.h"
+#include "scene/digest.h"
 #include "scene/shutter.h"
 #include "shade/lights.h"
 
@@ -36,6 +37,11 @@ void Lighting::build() {
     in.seed = m_job.options.seed;
     refresh();
     m_world.shading().check_air(m_world.bvh().bounds());
+}
+
+Digest Lighting::key() const {
+    const transport::LatLong& map = m_inputs.map;
+    return digest_of(m_inputs.lights, map.width, map.height, map.rgb);
 }
 
 void Lighting::gather_lights() {

@@ -19,6 +19,7 @@ class Lighting {
     void refresh();
 
     const transport::SceneView& view() const { return m_data.view; }
+    Digest key() const; // of all lights, with the pictures and tables that they have
     bool has_lights() const { return !m_inputs.lights.empty(); }
 
   private:

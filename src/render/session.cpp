@@ -90,7 +90,7 @@ struct Making {
     Digest key() const {
         return digest_of(std::string_view(KANUKA_VERSION), world->key(), job.options, job.camera,
                          job.shading_rate, job.aovs.names(), world->classic(),
-                         scene::digest_of_lights(job.scene));
+                         lighting->key());
     }
 
     film::Picture develop() {
