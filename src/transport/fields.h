@@ -149,14 +149,19 @@ struct NullCollisions {
 // Collisions and cells that a ray visits at most. Beyond, densities change so much from place to place that
 // sampling by their bounds comes to no end; the rest of the ray is marched, which is no longer unbiased: what
 // varies within a step is seen too thin.
-inline constexpr int MostVisits = 2048, MarchSteps = 256;
+// Where a ray would visit many times as many, FewVisits decide whether it comes to an end early.
+inline constexpr int MostVisits = 2048, FewVisits = 256, MarchSteps = 256;
+template <int W>
+Mask<W> is_endless(Float<W> thickest, Float<W> length) {
+    return thickest * length > Float<W>(16.0f * MostVisits);
+}
 
 // Calls event(t, majorant, density, u, active) at collisions from t on to `to`, which `thickest` times the
-// cells' majorants sample; it says who goes on. Returns the rays that have not reached the end, and in t how
-// far they came.
+// cells' majorants sample; it says who goes on. `endless`: rays that get FewVisits. Returns the rays that
+// have not reached the end, and in t how far they came.
 template <int W, class Event>
-Mask<W> visit_collisions(const FieldLanes<W>& field, Float<W>& t, Float<W> to, Float<W> thickest, Int<W> seed,
-                         Mask<W> active, Event event) {
+Mask<W> visit_collisions(const FieldLanes<W>& field, Float<W>& t, Float<W> to, Float<W> thickest,
+                         Mask<W> endless, Int<W> seed, Mask<W> active, Event event) {
     using F = Float<W>;
     using I = Int<W>;
     typename FieldLanes<W>::Cells cells(field, t);
@@ -164,7 +169,12 @@ Mask<W> visit_collisions(const FieldLanes<W>& field, Float<W>& t, Float<W> to, F
     const auto random = [&] { return hash_bits(seed + count * I(int(0x9e3779b9u))); };
     I h = random();
     F depth = optical_depth<W>(h); // up to the next collision
+    Mask<W> rest(false);
     for (int k = 0; k < MostVisits && any(active); k++) {
+        if (k == FewVisits) {
+            rest = active & endless;
+            active &= !endless;
+        }
         const F majorant = thickest * cells.majorant(), end = min(cells.end(), to);
         const F at = t + depth / max(majorant, F(1e-30f));
         const Mask<W> collides = active & (at < end), leaves = active & !collides;
@@ -184,7 +194,7 @@ Mask<W> visit_collisions(const FieldLanes<W>& field, Float<W>& t, Float<W> to, F
             cells.next(leaves);
         }
     }
-    return active;
+    return active | rest;
 }
 
 // Calls step(t, length, density, active) for even parts of what lies between t and the end of the box, up to
@@ -216,7 +226,8 @@ template <int W>
     F t = from;
     active &= (most > F(0.0f)) & (from < end);
     const Mask<W> rest = visit_collisions(
-        field, t, end, most, seed, active, [&](F at, F majorant, F density, F u, Mask<W> here) {
+        field, t, end, most, is_endless(most, box_end - from), seed, active,
+        [&](F at, F majorant, F density, F u, Mask<W> here) {
             const F of_hero = hero * density;
             // What is real but for rounding is real: the weight of passing it would have no bound.
             const Mask<W> real = here & ((u * majorant < of_hero) | (of_hero >= majorant * F(1 - 1e-6f))),
@@ -271,8 +282,9 @@ template <int W>
         }
         return here & (left > F(1e-6f));
     };
-    const Mask<W> rest =
-        visit_collisions(field, t, end, most, seed, active, [&](F, F majorant, F density, F, Mask<W> here) {
+    const Mask<W> rest = visit_collisions(
+        field, t, end, most, is_endless(most, box_end - from), seed, active,
+        [&](F, F majorant, F density, F, Mask<W> here) {
             const F share = density / max(majorant, F(1e-30f));
             return lose(here, [&](F extinction) { return max(F(1.0f) - extinction * share, F(0.0f)); });
         });
