@@ -142,10 +142,14 @@ def test_skies_are_turned_but_never_stretched(tmp_path: Path) -> None:
 
 def test_a_flat_transform_is_told(tmp_path: Path) -> None:
     scene = looking((0, 0, 1), (0, 1, 0))
-    scene.add_light("environment", texture=written(tmp_path / "sky.exr", np.ones((4, 8, 3), np.float32)),
-                    transform=np.diag([1.0, 0, 1, 1]))  # fmt: skip
+    sky = written(tmp_path / "sky.exr", np.ones((4, 8, 3), np.float32))
+    with pytest.raises(ValueError, match="transform: it flattens what it places"):
+        scene.add_light("environment", texture=sky, transform=np.diag([1.0, 0, 1, 1]))
+    (tmp_path / "flat.rib").write_text(
+        f'Format 8 8 1 WorldBegin Scale 1 0 1 LightSource "environmentlight" 1 "texture" ["{sky}"] WorldEnd'
+    )
     with pytest.warns(kanuka.Warning, match="flat"):
-        assert not kanuka.render(scene, progressions=1)["rgb"].any()
+        assert not kanuka.render(kanuka.load(tmp_path / "flat.rib"), progressions=1)["rgb"].any()
 
 
 def test_a_mirror_ball_shows_what_lies_around_it(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 #include "base/digest.h"
 
+#define XXH_INLINE_ALL // no library is needed where this runs
 #include <cstdio>
 #include <xxhash.h>
 
