@@ -41,7 +41,8 @@ class Polygoniser {
     Polygoniser(const BlobbyField& field, double cell, const double* origin, bool wants_influences)
         : m_field(field), m_cell(cell), m_origin(origin), m_influences(wants_influences) {}
 
-    // Blocks that the surface may pass through, within a number of them. False: there are more.
+    // Blocks that the surface may pass through, within a number of them. False: there are more, or bounds of
+    // the field are so loose that finding them takes too long.
     bool find_blocks(int blocks_a_side, size_t most) {
         m_most = most;
         BlobbyField::Local all;
@@ -74,6 +75,9 @@ class Polygoniser {
     bool descend(const Place& b, int size, const BlobbyField::Local& local) {
         if (!local.crosses)
             return true;
+        constexpr size_t VisitsABlock = 32; // a surface takes some 3: half of the children of a box on it
+        if (++m_visited > VisitsABlock * m_most)
+            return false;
         if (size == 1) {
             m_blocks.push_back(b);
             return m_blocks.size() <= m_most;
@@ -191,7 +195,7 @@ class Polygoniser {
     const double* m_origin;
     const bool m_influences;
     std::vector<Place> m_blocks;
-    size_t m_most = 0;
+    size_t m_most = 0, m_visited = 0;
 };
 
 // Cells as large as the finest micropolygon that any blob asks for, in object space; smaller where a chord
