@@ -56,7 +56,7 @@ struct Scene::Impl {
     const store::Store& store;
 
     explicit Impl(const store::Store& store) : store(store) {
-        device = rtcNewDevice(nullptr);
+        device = rtcNewDevice(EmbreeSettings);
         if (!device)
             throw Error("Embree could not start", ExitCode::Internal);
         rtcSetDeviceMemoryMonitorFunction(

@@ -7,15 +7,12 @@
 #include <limits>
 #include <thread>
 
-#include <embree3/rtcore.h>
-
 #include "base/error.h"
+#include "bvh/embree_scene.h"
 
 namespace kanuka::bvh {
 
 namespace {
-
-constexpr float LargestCoordinate = 1e18f; // as in embree_scene.h
 
 // Where a ray enters a box; false = it misses it. The ways are widened a little: what grazes a box meets it.
 bool enters(const Bounds3f& b, const float* o, const float* d, float t_min, float t_max, float& t) {
@@ -135,7 +132,7 @@ Watch::Watch(std::span<const Bounds3f> boxes) : m_impl(std::make_unique<Impl>())
             b.extend(Vec3f(far, far, far));
         }
     }
-    m_impl->device = rtcNewDevice(nullptr);
+    m_impl->device = rtcNewDevice(EmbreeSettings);
     if (!m_impl->device)
         throw Error("Embree could not start", ExitCode::Internal);
     m_impl->scene = rtcNewScene(m_impl->device);
