@@ -89,8 +89,7 @@ struct Making {
     // Of all that samples depend on, but for how many there are.
     Digest key() const {
         return digest_of(std::string_view(KANUKA_VERSION), world->key(), job.options, job.camera,
-                         job.shading_rate, job.aovs.names(), world->classic(),
-                         lighting->key());
+                         job.shading_rate, job.aovs.names(), world->classic(), lighting->key());
     }
 
     film::Picture develop() {
