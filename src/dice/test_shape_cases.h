@@ -61,11 +61,11 @@ inline std::pair<size_t, double> open_edges(const Soup& soup) {
     return open;
 }
 
-// As random as they come, or diced so finely for the shape's size that half a per cent is not the settings'
-// to spoil: what is off then is the dicing's fault.
+// As random as they come, or diced so finely for the shape's size, and for its area where it is thin, that
+// half a per cent is not the settings' to spoil: what is off then is the dicing's fault.
 enum class Rates { Random, Fine };
 
-inline ShapeCase run_shape(uint32_t seed, int only_kind = -1, Rates rates = Rates::Random) {
+inline ShapeCase run_shape(uint32_t seed, int only_kind = -1, Rates rates = Rates::Random, double finer = 1) {
     std::mt19937 random(seed * 2654435761u + 12345);
     const auto uniform = [&](double lo, double hi) {
         return std::uniform_real_distribution<double>(lo, hi)(random);
@@ -140,7 +140,8 @@ inline ShapeCase run_shape(uint32_t seed, int only_kind = -1, Rates rates = Rate
     const double tolerances[] = {0, 0.1, 1, 1000};
     double tolerance = chance(0.5) ? 0.25 : tolerances[size_t(uniform(0, 4))];
     if (rates == Rates::Fine) {
-        constexpr double Across = 300, Line = 2e-4; // micropolygons; of the shape's size
+        const double Across = 300 * std::sqrt(finer),
+                     Line = 2e-4 / finer; // micropolygons; of the shape's size
         rate = std::min(rate, pixels * pixels / (Across * Across));
         const bool points = out.kind == Kind::Balls || out.kind == Kind::Discs; // zero is a quarter to them
         tolerance = std::min(points && tolerance == 0 ? 0.25 : tolerance, pixels * Line);
@@ -183,6 +184,7 @@ inline ShapeCase run_shape(uint32_t seed, int only_kind = -1, Rates rates = Rate
 
     // What there is, against what there should be.
     const View from(camera, orthographic, center, radius);
+    double line = 0; // the area of one of the tolerance's width along the outline, as a part of the shape's
     for (size_t step = 0; step < steps.size(); step++) {
         const Shape& s = steps[step];
         const Soup soup = traced_triangles(diced, step);
@@ -213,6 +215,7 @@ inline ShapeCase run_shape(uint32_t seed, int only_kind = -1, Rates rates = Rate
             out.twice = std::max(out.twice, std::max(0.0, d.twice - 3) / d.area);
         // Where there are fewer pixels up the picture than across, they are so much taller.
         const double tall = std::max(1.0, 1 / double(options.camera.pixel_stretch));
+        line = std::max(line, d.outline * pixel * tall * tolerance / d.area);
         out.tolerance =
             std::max(out.tolerance, d.outline * pixel * tall * ShapeCase::OfTolerance *
                                         (rates == Rates::Fine ? 0 : std::max(tolerance, 0.25)) / d.area);
@@ -232,6 +235,9 @@ inline ShapeCase run_shape(uint32_t seed, int only_kind = -1, Rates rates = Rate
             out.outline = std::max(out.outline, std::abs(open_edges(soup).second / there - 1));
         }
     }
+    constexpr double Thin = 0.0025; // half of what is allowed
+    if (rates == Rates::Fine && finer == 1 && line > Thin)
+        return run_shape(seed, only_kind, rates, line / Thin);
     return out;
 }
 
