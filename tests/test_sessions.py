@@ -234,6 +234,17 @@ def still_life(folder: Path) -> kanuka.Scene:
     return scene
 
 
+def turned(degrees: float, place: np.ndarray) -> np.ndarray:
+    turn = np.eye(4)
+    a = np.radians(degrees)
+    turn[:3, :3] = [[np.cos(a), 0, np.sin(a)], [0, 1, 0], [-np.sin(a), 0, np.cos(a)]]
+    return place @ turn
+
+
+def look_from(scene: kanuka.Scene, origin: tuple[float, float, float]) -> None:
+    scene.camera = kanuka.Camera(origin, (0, 0, 0), fov=40)
+
+
 def add_bush(scene: kanuka.Scene) -> None:
     group = scene.add_group("bush")
     group.add_sphere(0.2, material="matte")
@@ -261,8 +272,9 @@ EDITS: dict[str, tuple[Callable[[kanuka.Scene], object], int, bool]] = {
     "a colour": (lambda s: s.node("ball0", "surface").set(Kd=0.5), 1, True),
     "a shader's number": (lambda s: s.node("ball2", "surface").set(n=7), 1, True),
     "the floor's stripes": (lambda s: s.node("floor", "surface").set(n=3), 1, True),
-    "a ball moves": (lambda s: s.node("ball5").place(translated(0.1, 0, 0)), 1, True),
-    "the blob moves": (lambda s: s.node("blob").place(translated(0, 0.1, 0)), 1, True),
+    "a ball moves": (lambda s: s.node("ball5").place(translated(-0.48, -0.7, -0.5)), 0, True),
+    "a ball goes far": (lambda s: s.node("ball5").place(translated(0, -0.7, -3)), 1, True),
+    "the blob moves": (lambda s: s.node("blob").place(translated(0, 0.85, 0)), 0, True),
     "a ball goes": (lambda s: s.remove([s.node("ball7")]), 0, True),
     "a ball comes": (lambda s: s.add_sphere(0.2, name="new", material="matte"), 1, True),
     "unseen by the camera": (lambda s: s.node("ball1").set(visible_camera=False), 1, True),
@@ -272,7 +284,11 @@ EDITS: dict[str, tuple[Callable[[kanuka.Scene], object], int, bool]] = {
     "a leaf's gloss": (lambda s: s.node("tree", "leaf1", "surface").set(roughness=0.4), 1, True),
     "a bush more": (add_bush, 1, True),
     "the panel is brighter": (lambda s: s.node("panel", "area_light").set(intensity=2), 1, True),
-    "the camera turns": (lambda s: s.node("camera").set(fov=30), ALL, True),
+    "a ball is turned": (lambda s: s.node("ball5").place(turned(30, translated(-0.5, -0.7, -0.5))), 1, True),
+    # Floor and panel lie across the border of the picture.
+    "the camera moves a little": (lambda s: look_from(s, (0.02, 1.5, 6)), 2, True),
+    "the camera goes near": (lambda s: look_from(s, (0, 1, 3)), ALL, True),
+    "the camera zooms": (lambda s: s.node("camera").set(fov=30), ALL, True),
     "coarser geometry": (lambda s: setattr(s.options, "geometry_tolerance", 1.0), ALL, True),
 }
 
@@ -303,6 +319,78 @@ def test_an_edit_makes_again_what_it_touches(tmp_path: Path, name: str) -> None:
     kept = session.kept
     assert kept["primitives"] - kept["primitives_kept"] == again
     assert kept["hierarchies_kept"] == (not builds)
+
+
+SHADERS = {
+    "plain": "Ci = Cs * diffuse(N);",
+    "object": 'Ci = Cs * noise(9 * transform("object", P)) * diffuse(N);',
+    "world": 'Ci = Cs * noise(9 * transform("world", P)) * diffuse(N);',
+    "camera": 'Ci = Cs * noise(9 * transform("camera", P)) * diffuse(N);',
+    "rim": "Ci = Cs * pow(abs(normalize(I) . normalize(N)), 0.5) * diffuse(N);",
+    "lights": "Ci = 0; illuminance(P, N, PI / 2) { Ci += Cs * Cl * step(0.5, mod(4 * length(L), 1)); }",
+}
+# What moves, of which the shader reads something: lights are placed in the world, and loops over them may ask for
+# the camera.
+READ = {name: {"world", "camera"} for name in ("camera", "rim", "lights")} | {"world": {"world"}}
+
+
+@pytest.mark.parametrize("name", SHADERS)
+@pytest.mark.parametrize("moves", ["world", "camera"])
+def test_what_a_shader_read_of_its_place_decides(tmp_path: Path, name: str, moves: str) -> None:
+    """A page stays as long as all that its shaders have read of where they stand has the same values."""
+    (tmp_path / "looks.sl").write_text(f"surface looks() {{ Oi = 1; {SHADERS[name]} }}")
+    scene = kanuka.Scene()
+    scene.resolution = 24, 16
+    scene.options.shader_path = [str(tmp_path)]
+    look_from(scene, (0, 0, 6))
+    scene.add_sphere(name="ball", material="looks", transform=translated(0.1, 0.1, 0))
+    scene.add_light("point", amount=20, position=(3, 3, 3))
+    scene.options.transport = "classic"  # loops that no lobe stands for gather light while they are shaded
+    session = kanuka.Session(scene, progressions=2)
+    session.advance()
+    before = session.picture()
+    if moves == "world":
+        scene.node("ball").place(translated(0.12, 0.1, 0.01))
+    else:
+        look_from(scene, (0.02, 0, 6.01))
+    session.update()
+    session.advance()
+    assert same(session.picture(), kanuka.render(scene, progressions=2))
+    assert not same(session.picture(), before)
+    assert session.kept["primitives_kept"] == (moves not in READ.get(name, ()))
+
+
+def test_a_scene_that_moves_as_a_whole_has_the_same_pages(tmp_path: Path) -> None:
+    (tmp_path / "lumps.sl").write_text(
+        'displacement lumps() { P += 0.05 * noise(5 * transform("object", P)) * normalize(N); N = calculatenormal(P); }'
+    )
+    scene = kanuka.Scene()
+    scene.resolution = 48, 32
+    scene.options.shader_path = [str(tmp_path)]
+    lumpy = kanuka.Material("matte", displacement=kanuka.Shader("lumps"), displacement_bound=0.1)
+    places = {f"ball{i}": (0.9 * (i % 3) - 0.8, 0.7 * (i // 3) - 0.3, 0.4 * i - 1) for i in range(6)}
+    for i, (name, place) in enumerate(places.items()):
+        scene.add_sphere(0.4, name=name, material=lumpy if i % 2 else "plastic", transform=translated(*place))
+    scene.add_light("distant", amount=2, direction=(-1, -1, -1), angle=5)
+    scene.add_light("environment", amount=0.1)
+
+    def look(offset: np.ndarray) -> None:
+        scene.camera = kanuka.Camera(tuple(offset + (0.3, 0.5, 5)), tuple(offset), fov=50)
+
+    look(np.zeros(3))
+    session = kanuka.Session(scene, progressions=64)
+    session.advance()
+    here = session.picture()
+    offset = np.array([1e5, -1e5, 3e4])
+    for name, place in places.items():
+        scene.node(name).place(translated(*(offset + place)))
+    look(offset)
+    session.update()
+    session.advance()
+    assert session.kept["primitives_kept"] == session.kept["primitives"] == 6
+    assert same(session.picture(), kanuka.render(scene, progressions=64))
+    a, b = np.asarray(here["rgb"]), np.asarray(session.picture()["rgb"])
+    assert np.abs(a - b).mean() < 2e-3 * a.mean()
 
 
 def test_edits_follow_each_other(tmp_path: Path) -> None:

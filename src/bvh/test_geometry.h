@@ -179,7 +179,7 @@ class Shapes {
         inputs.slots.push_back({true, Vec3f(std::max(presence, 0.0f)), {}});
         shaded.inputs = &inputs;
         uint64_t bad = 0;
-        const auto page = store::encode(std::span(&shaded, 1), m_program, 0, bad);
+        const auto page = store::encode(std::span(&shaded, 1), m_program, bad);
         return store.add_page(page, store.add_program(m_program), -1, links);
     }
     grid::LayeringProgram m_program;

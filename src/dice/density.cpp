@@ -21,6 +21,8 @@ Density::Density(const DiceTarget& target, const DiceOptions& options, float sha
         m_chord_pixels = options.geometry_tolerance;
     m_projection = camera.projection;
     m_half_angle = camera.half_angle;
+    m_by_place = camera.border == DicingCamera::Border::Across ? 1.0f : 0.0f;
+    m_everywhere = camera.border == DicingCamera::Border::Outside ? 1.0f : 0.0f;
     m_pixels_per_tangent = camera.pixels_per_tangent > 0 ? camera.pixels_per_tangent : 1;
     m_near = std::max(camera.near_clip, 1e-6f);
     m_falloff = std::max(0.0f, camera.offscreen_falloff) * OffscreenGrowth;
@@ -71,11 +73,12 @@ inline float Density::perspective_at(const Vec3f& q, float& beyond) const {
     // or behind the camera.
     const float r = length(q), inv = 1 / std::max(r, 1e-20f);
     const float depth = std::max(q.z, r * m_edge_cosine);
-    beyond = max(max(abs(q.x - m_middle_x * q.z) - m_half_width * q.z,
-                     abs(q.y - m_middle_y * q.z) - m_half_height * q.z) *
-                     inv,
-                 0.0f) +
-             max(-q.z * inv, 0.0f);
+    const float outside = max(max(abs(q.x - m_middle_x * q.z) - m_half_width * q.z,
+                                  abs(q.y - m_middle_y * q.z) - m_half_height * q.z) *
+                                  inv,
+                              0.0f) +
+                          max(-q.z * inv, 0.0f);
+    beyond = fma(outside, m_by_place, m_everywhere);
     return m_pixels_per_tangent / std::max(depth, m_near);
 }
 

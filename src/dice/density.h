@@ -55,6 +55,7 @@ class Density final : public geom::Viewpoint {
     bool m_instanced = false;
     Projection m_projection = Projection::Perspective;
     float m_half_angle = 1;
+    float m_by_place = 1, m_everywhere = 0; // of `beyond`: DicingCamera::border
     float m_pixels_per_tangent = 1, m_near = 1e-4f, m_falloff = 1;
     float m_middle_x = 0, m_middle_y = 0, m_half_width = 1, m_half_height = 1,
           m_edge_cosine = 0.5f; // tangents (or units) at the frustum's sides

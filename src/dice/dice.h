@@ -13,8 +13,9 @@
 
 namespace kanuka::dice {
 
-// Rates are chosen as seen from here. `pixels_per_unit(P)`, for an edge or area at P in render space, follows
-// from it.
+// Rates are chosen as seen from here. Render space stands for any that the primitive is diced in: what a
+// render dices is in the space of its page. `pixels_per_unit(P)`, for an edge or area at P in render space,
+// follows from it.
 struct DicingCamera {
     Transform render_from_camera; // RISpec camera space: x right, y up, z forward
     std::vector<Transform>
@@ -32,6 +33,8 @@ struct DicingCamera {
     int width = 0, height = 0;
     // Middle of the picture: a tangent (orthographic: units) right of the axis, and above it.
     float middle_x = 0, middle_y = 0;
+    // Where all of a primitive lies: across the border, what is outside grows coarser step by step.
+    enum class Border : uint8_t { Across, Within, Outside } border = Border::Across;
     // Primitives outside the frustum are diced too (rays reach them), but coarser: 0 = they are not, 1 = as
     // usual.
     float offscreen_falloff = 1;

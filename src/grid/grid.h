@@ -40,18 +40,19 @@ struct Reads {
     bool parameters = false; // u, v
     bool texture = false;    // s, t
     bool frame = false;      // dPdu, dPdv
+    bool eye = false;        // E, I
     int rings = 0;           // how far off the vertices are that it depends on
 };
 inline Reads both(const Reads& a, const Reads& b, int rings) {
-    return {a.parameters || b.parameters, a.texture || b.texture, a.frame || b.frame, rings};
+    return {a.parameters || b.parameters, a.texture || b.texture, a.frame || b.frame, a.eye || b.eye, rings};
 }
 
 // Edges of a grid in the order v = 0, u = 1, v = 1, u = 0 (walked with u, v rising).
 enum Edge { VMin = 0, UMax = 1, VMax = 2, UMin = 3 };
 
-// (nu + 1) x (nv + 1) vertices, u fastest: vertex(i, j) = j * (nu + 1) + i. Positions and normals are in
-// *render space* for ordinary primitives and in group space for instanced ones. Normals point to the outside
-// of the surface; they need not be unit length.
+// (nu + 1) x (nv + 1) vertices, u fastest: vertex(i, j) = j * (nu + 1) + i. Positions and normals are in the
+// space of the primitive's page (render/page_frame.h). Normals point to the outside of the surface; they need
+// not be unit length.
 struct Grid {
     int nu = 0, nv = 0; // cells
     int stride = 0;     // padded vertex count

@@ -127,14 +127,16 @@ class GeometryBuilder {
                     }
                     links.level_from = 0, links.level_to = 1;
                 }
+                if (m_request.pages && primitive.motion)
+                    m_key(primitive.motion->places);
                 if (m_request.pages)
-                    m_key(p.key, program.key(), bounded, lights, links.lit_sets, links.shone_sets,
-                          links.lets_through, links.seen, links.level_from, links.level_to);
+                    m_key(p.key, p.offset, primitive.id, program.key(), bounded, lights, links.lit_sets,
+                          links.shone_sets, links.lets_through, links.seen, links.level_from, links.level_to);
                 if (!p.path.empty() || bounded != solid)
                     close_run();
                 solid = bounded;
                 m_out->store.add_page(p.page, m_out->store.add_program(program),
-                                      interior_of(program, p.inside), links);
+                                      interior_of(program, p.inside), links, primitive.id);
                 m_out->moving |= p.changes || !p.path.empty();
                 if (!p.path.empty()) {
                     bvh::GroupDesc moving;

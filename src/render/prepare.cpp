@@ -49,11 +49,11 @@ void Preparer::refuse_more_than_fits() const {
     refuse_geometry_that_cannot_fit(m_resident + m_prepared, m_request.memory);
 }
 
-void Preparer::prepare(const scene::Primitive& declared, const Transform& render_from_group,
+void Preparer::prepare(const scene::Primitive& declared, const Transform& parent_from_group,
                        const GroupView* instanced, bool inside_out, Prepared& out) {
     refuse_more_than_fits();
     try {
-        make(declared, render_from_group, instanced, inside_out, out);
+        make(declared, parent_from_group, instanced, inside_out, out);
         m_prepared += out.page.words.size() * sizeof(out.page.words[0]);
         refuse_more_than_fits();
     } catch (const CannotFit&) {
@@ -66,7 +66,7 @@ void Preparer::prepare(const scene::Primitive& declared, const Transform& render
     m_request.progress.update("dice", double(++m_done) / double(std::max<size_t>(m_total, 1)));
 }
 
-void Preparer::make(const scene::Primitive& declared, const Transform& render_from_group,
+void Preparer::make(const scene::Primitive& declared, const Transform& parent_from_group,
                     const GroupView* instanced, bool inside_out, Prepared& out) {
     MovingPrimitive moving;
     if (declared.motion)
@@ -77,54 +77,75 @@ void Preparer::make(const scene::Primitive& declared, const Transform& render_fr
     if (volume)
         boundary = boundary_of(rest, *volume);
     const scene::Primitive& primitive = volume ? boundary : rest;
-    const Transform render_from_object = render_from_group * primitive.world_from_object;
+    const Transform parent_from_object = parent_from_group * primitive.world_from_object;
     const auto start = Clock::now();
-    out.material =
-        m_request.shading.material(primitive, render_from_object, instanced ? &render_from_group : nullptr);
-    if (volume)
-        fill(rest, *volume, render_from_object,
-             instanced || !moving.places.empty() ? &render_from_group : nullptr, boundary, out);
-    const shade::Material& material = *out.material;
-    if (m_request.pages) {
-        out.key = key_of(declared, material, render_from_group, instanced, inside_out);
-        if (take_kept(out))
-            return;
-    }
-    dice::DiceTarget target = target_of(primitive, material, render_from_object, instanced);
-    target.later = moving.later;
+    std::vector<Transform> while_moving;
     if (!moving.places.empty()) {
-        out.path.emplace_back(moving.places, render_from_group, render_from_object.inverse());
-        target.also_from = views_of(out.path[0], target.instead_from);
+        out.path.emplace_back(moving.places, parent_from_group, parent_from_object.inverse());
+        while_moving = views_of(out.path[0], instanced ? instanced->cameras : std::vector<Transform>());
     }
+    const PageFrame frame =
+        page_frame(primitive, parent_from_group, instanced, m_request.dice.camera, while_moving);
+    out.material = m_request.shading.material(primitive, frame.page_from_object, frame.page_from_world);
+    if (volume)
+        fill(rest, *volume, parent_from_object, frame, instanced || !moving.places.empty(), boundary, out);
+    const shade::Material& material = *out.material;
+    const dice::DiceTarget target = target_of(primitive, material, frame, instanced != nullptr, moving.later);
+    Digest content;
+    if (m_request.pages)
+        content = key_of(declared, material, frame, target, inside_out);
+    if (!m_request.pages || !take_kept(content, out)) {
+        shade::SpacesRead read = dice_and_shade(declared, primitive, frame, target, inside_out, start, out);
+        if (m_request.pages)
+            keep(content, std::move(read), out);
+    }
+    out.changes = !moving.later.empty();
+    if (out.empty)
+        return;
+    out.offset = frame.offset;
+    store::translate(out.page, out.offset);
+    const bool at_rest = !instanced && out.path.empty() && moving.later.empty();
+    ask_uncut_emitters(out.page, m_request.clips, declared.solid >= 0, at_rest);
+}
+
+// Returns what shaders read of where the primitive stands.
+shade::SpacesRead Preparer::dice_and_shade(const scene::Primitive& declared,
+                                           const scene::Primitive& primitive, const PageFrame& frame,
+                                           dice::DiceTarget target, bool inside_out, Clock::time_point start,
+                                           Prepared& out) {
+    const shade::Material& material = *out.material;
     uint64_t in_flight = 0;
     target.fits = [&](uint64_t bytes, uint64_t vertices) {
-        in_flight = bytes + vertices * shaded_bytes(material.program(), 1 + moving.later.size());
+        in_flight = bytes + vertices * shaded_bytes(material.program(), 1 + target.later.size());
         return m_resident + m_prepared + in_flight <= m_request.memory;
     };
+    shade::SpacesLog log;
     std::atomic<double> displacing{0};
     dice::Displace displace;
     if (material.displaces())
         displace = [&](grid::Grid& g) {
             const auto t = Clock::now();
-            material.displace(g);
+            material.displace(g, &log);
             displacing += seconds_since(t);
         };
-    dice::Diced diced = dice::dice(primitive, target, m_request.dice, displace, m_request.journal);
+    dice::DiceOptions options = m_request.dice;
+    options.camera.border = frame.border;
+    if (target.instead_from.empty() && !frame.cameras.empty()) {
+        options.camera.render_from_camera = frame.cameras[0];
+        options.camera.also_from.assign(frame.cameras.begin() + 1, frame.cameras.end());
+    }
+    dice::Diced diced = dice::dice(primitive, target, options, displace, m_request.journal);
     if (diced.too_large)
         refuse_primitive_that_cannot_fit(declared.where, in_flight, m_resident + m_prepared,
                                          m_request.memory);
     const double dicing = seconds_since(start);
     const auto shading_start = Clock::now();
-    shade_and_encode(primitive, diced, material, inside_out, out);
-    const bool at_rest = !instanced && out.path.empty() && moving.later.empty();
-    if (!out.empty)
-        ask_uncut_emitters(out.page, m_request.clips, declared.solid >= 0, at_rest);
-    out.changes = !moving.later.empty();
+    shade_and_encode(primitive, diced, material, inside_out, log, out);
     m_dice_time += std::max(0.0, dicing - displacing.load() / tasks::max_threads());
     m_shade_time += seconds_since(shading_start) + displacing.load() / tasks::max_threads();
-    if (m_request.pages && m_request.pages->keeps())
-        m_request.pages->keep(out.key, std::make_shared<PageCache::Entry>(PageCache::Entry{
-                                           out.page, out.empty, out.changes, out.path, out.inside}));
+    shade::SpacesRead read = material.reads_spaces();
+    read.add(log.read());
+    return read;
 }
 
 // ---- pages that are kept
@@ -137,33 +158,40 @@ Preparer::Preparer(const GeometryRequest& request) : m_request(request) {
     Digester d;
     d(store::PageVersion, request.setting, request.classic, request.shutter.open, request.shutter.close);
     d(o.shading_rate_scale, o.max_grid_cells, o.geometry_tolerance, o.normal_tolerance, o.max_micropolygons);
-    d(c.render_from_camera, c.also_from, c.projection, c.pixels_per_tangent, c.pixel_stretch, c.half_angle,
-      c.near_clip, c.width, c.height, c.middle_x, c.middle_y, c.offscreen_falloff);
-    for (const bvh::Scene::Plane& plane : request.clips)
-        d(plane.point, plane.normal);
+    d(c.projection, c.pixels_per_tangent, c.pixel_stretch, c.half_angle, c.near_clip, c.width, c.height,
+      c.middle_x, c.middle_y, c.offscreen_falloff);
     m_setting = d.digest();
 }
 
-bool Preparer::take_kept(Prepared& out) {
-    const std::shared_ptr<const PageCache::Entry> kept = m_request.pages->find(out.key);
+bool Preparer::take_kept(const Digest& content, Prepared& out) {
+    const shade::Material& material = *out.material;
+    const std::shared_ptr<const PageCache::Entry> kept = m_request.pages->find(
+        content, [&](const PageCache::Entry& e) { return material.digest_of(e.read) == e.of_read; });
     if (!kept)
         return false;
+    out.key = digest_of(content, kept->of_read);
     out.page = kept->page;
     out.empty = kept->empty;
-    out.changes = kept->changes;
-    out.path = kept->path;
-    out.inside = kept->inside;
     m_request.stats.count.primitives_kept += 1;
     return true;
 }
 
+void Preparer::keep(const Digest& content, shade::SpacesRead read, Prepared& out) {
+    const Digest of_read = out.material->digest_of(read);
+    out.key = digest_of(content, of_read);
+    if (m_request.pages->keeps())
+        m_request.pages->keep(content, std::make_shared<PageCache::Entry>(
+                                           PageCache::Entry{out.page, out.empty, std::move(read), of_read}));
+}
+
+// Of all that a page is made of, but for what shaders read of where the primitive stands.
 Digest Preparer::key_of(const scene::Primitive& declared, const shade::Material& material,
-                        const Transform& render_from_group, const GroupView* instanced, bool inside_out) {
+                        const PageFrame& frame, const dice::DiceTarget& target, bool inside_out) {
     Digester d;
-    d(m_setting, declared, key_of(declared.attributes.get()), material.hash(), render_from_group, inside_out,
-      instanced != nullptr);
-    if (instanced)
-        d(instanced->cameras, instanced->pixels_per_unit, instanced->center);
+    d(m_setting);
+    scene::put_shape(d, declared);
+    d(key_of(declared.attributes.get()), material.hash(), frame.page_from_object, frame.cameras, frame.border,
+      target.pixels_per_unit, target.finer, target.instead_from.empty(), inside_out);
     return d.digest();
 }
 
@@ -175,19 +203,21 @@ Digest Preparer::key_of(const scene::Attributes* attributes) {
         if (const auto found = m_attributes.find(attributes); found != m_attributes.end())
             return found->second;
     }
-    const Digest digest = digest_of(*attributes);
+    const Digest digest = scene::digest_apart(*attributes);
     const std::lock_guard lock(m_attributes_mutex);
     return m_attributes.try_emplace(attributes, digest).first->second;
 }
 
 dice::DiceTarget Preparer::target_of(const scene::Primitive& primitive, const shade::Material& material,
-                                     const Transform& render_from_object, const GroupView* instanced) const {
+                                     const PageFrame& frame, bool instanced,
+                                     std::span<const scene::Primitive> later) const {
     dice::DiceTarget target;
-    target.render_from_object = render_from_object;
-    if (instanced && instanced->cameras.empty())
-        target.pixels_per_unit = instanced->pixels_per_unit;
+    target.render_from_object = frame.page_from_object;
+    target.later = later;
+    if (frame.cameras.empty())
+        target.pixels_per_unit = frame.pixels_per_unit;
     else if (instanced)
-        target.instead_from = instanced->cameras;
+        target.instead_from = frame.cameras;
     target.shade_uniform = material.uniform() && !material.displaces();
     target.displacing = material.displaces() ? material.reads_displacing() : grid::Reads();
     target.shading = material.uniform() ? grid::Reads() : material.reads_shading();
@@ -197,14 +227,14 @@ dice::DiceTarget Preparer::target_of(const scene::Primitive& primitive, const sh
     // What shines for the camera alone is not asked for light.
     target.polygons = material.program().emits() &&
                       (!m_request.classic || (primitive.attributes && primitive.attributes->area_light));
-    target.finer = for_its_light(primitive, render_from_object, instanced ? instanced->pixels_per_unit : 0);
+    target.finer = for_its_light(primitive, frame);
     return target;
 }
 
-// What is in a Volume. What is not in its place in render space (`elsewhere`: from its group, in
-// instances, or as it moves) is as thick everywhere as it is on average.
+// What is in a Volume. What is not in its place in render space (`elsewhere`: in instances, or as it moves)
+// is as thick everywhere as it is on average.
 void Preparer::fill(const scene::Primitive& primitive, const scene::Volume& volume,
-                    const Transform& render_from_object, const Transform* elsewhere,
+                    const Transform& parent_from_object, const PageFrame& frame, bool elsewhere,
                     scene::Primitive& boundary, Prepared& out) {
     if (!out.material->program().interior) {
         if (primitive.attributes && primitive.attributes->surface)
@@ -214,9 +244,9 @@ void Preparer::fill(const scene::Primitive& primitive, const scene::Volume& volu
                     "\" says nothing of what is inside: the Volume is shown as smoke of its "
                     "Color, Opacity and density; \"cloud\" is a shader of volumes");
         boundary.attributes = as_smoke(primitive.attributes ? *primitive.attributes : scene::Attributes());
-        out.material = m_request.shading.material(boundary, render_from_object, elsewhere);
+        out.material = m_request.shading.material(boundary, frame.page_from_object, frame.page_from_world);
     }
-    out.inside = thickness_of(primitive, volume, render_from_object);
+    out.inside = thickness_of(primitive, volume, parent_from_object);
     if (out.inside.bad > 0)
         m_request.journal.warning(primitive.where,
                                   std::to_string(out.inside.bad) +
@@ -233,8 +263,7 @@ void Preparer::fill(const scene::Primitive& primitive, const scene::Volume& volu
 // A lamp of a pixel would be a polygon of few corners, inscribed in its outline: a square for a disk,
 // which has 2 / pi of its light. So curved lamps have a least number of cells across, wherever they
 // stand.
-float Preparer::for_its_light(const scene::Primitive& primitive, const Transform& render_from_object,
-                              float pixels_per_unit) const {
+float Preparer::for_its_light(const scene::Primitive& primitive, const PageFrame& frame) const {
     constexpr float Across = 24, OutOfThePicture = 9; // coarser there: Density
     const auto* quadric = std::get_if<scene::Quadric>(&primitive.geometry);
     if (!quadric || !primitive.attributes || !primitive.attributes->area_light)
@@ -242,10 +271,11 @@ float Preparer::for_its_light(const scene::Primitive& primitive, const Transform
     float size = 0; // angles are arguments too, and of those that matter none is larger than lengths
     for (size_t i = 0; i + 1 < quadric->arguments.size(); i++)
         size = std::max(size, std::abs(quadric->arguments[i]));
-    const float scale = std::cbrt(std::abs(float(render_from_object.determinant3())));
-    const float distance = std::max(length(render_from_object.point({0, 0, 0})), 1e-6f);
+    const float scale = std::cbrt(std::abs(float(frame.page_from_object.determinant3())));
+    const Vec3f eye = frame.cameras.empty() ? Vec3f(0) : frame.cameras[0].point({0, 0, 0});
+    const float distance = std::max(length(frame.page_from_object.point({0, 0, 0}) - eye), 1e-6f);
     const dice::DicingCamera& camera = m_request.dice.camera;
-    const float rate = pixels_per_unit > 0                             ? pixels_per_unit
+    const float rate = frame.pixels_per_unit > 0                       ? frame.pixels_per_unit
                        : camera.projection == Projection::Orthographic ? camera.finest_pixels()
                                                                        : camera.finest_pixels() / distance;
     const float pixels = 2 * size * scale * rate / OutOfThePicture;
@@ -273,7 +303,8 @@ std::vector<Transform> Preparer::views_of(const MotionPath& path,
 }
 
 void Preparer::shade_and_encode(const scene::Primitive& primitive, dice::Diced& diced,
-                                const shade::Material& material, bool inside_out, Prepared& out) {
+                                const shade::Material& material, bool inside_out, shade::SpacesLog& log,
+                                Prepared& out) {
     const size_t count = diced.is_mesh ? 1 : diced.grids.size();
     std::vector<grid::VertexInputs> inputs(count);
     std::vector<store::ShadedGrid> shaded(count);
@@ -283,7 +314,7 @@ void Preparer::shade_and_encode(const scene::Primitive& primitive, dice::Diced& 
         grid::Grid point;
         point.allocate(0, 0);
         point.N[2 * size_t(point.stride)] = 1;
-        material.shade(point, once);
+        material.shade(point, once, &log);
         for (auto& slot : once.slots)
             if (!slot.uniform) {
                 for (size_t c = 0; c * once.stride < slot.data.size() && c < 3; c++)
@@ -302,7 +333,7 @@ void Preparer::shade_and_encode(const scene::Primitive& primitive, dice::Diced& 
     bool rounded_mesh = may_round;
     if (patches) {
         const std::vector<float> normals = normals_of(diced.mesh_vertices);
-        shade_mesh(diced, material, inputs[0]);
+        shade_mesh(diced, material, inputs[0], log);
         rounded_mesh = may_round && diced.mesh_vertices.N == normals;
         grid::carry_normals(diced.mesh_vertices, normals);
     }
@@ -311,7 +342,7 @@ void Preparer::shade_and_encode(const scene::Primitive& primitive, dice::Diced& 
         bool smooth = rounded_mesh;
         if (!material.uniform() && !patches) {
             const std::vector<float> normals = normals_of(g);
-            material.shade(g, inputs[i]);
+            material.shade(g, inputs[i], &log);
             smooth = may_round && g.N == normals;
             grid::carry_normals(g, normals);
             m_request.stats.count.shader_evaluations += uint64_t(g.vertices());
@@ -339,7 +370,7 @@ void Preparer::shade_and_encode(const scene::Primitive& primitive, dice::Diced& 
         shaded.push_back({&cut, nullptr, &cut_mesh, &cut_inputs});
     }
     uint64_t bad = 0, lost = 0;
-    out.page = store::encode(shaded, material.program(), primitive.id, bad, &m_request.palette, &lost);
+    out.page = store::encode(shaded, material.program(), bad, &m_request.palette, &lost);
     if (primitive.attributes && primitive.attributes->area_light)
         spread_flux(*primitive.attributes->area_light, out.page);
     out.empty = false;
@@ -350,7 +381,8 @@ void Preparer::shade_and_encode(const scene::Primitive& primitive, dice::Diced& 
 }
 
 // A mesh is shaded patch by patch: side by side, and cancelled between two of them.
-void Preparer::shade_mesh(dice::Diced& diced, const shade::Material& material, grid::VertexInputs& inputs) {
+void Preparer::shade_mesh(dice::Diced& diced, const shade::Material& material, grid::VertexInputs& inputs,
+                          shade::SpacesLog& log) {
     grid::Grid& g = diced.mesh_vertices;
     const grid::MeshPatches patches(g, diced.mesh, diced.mesh_rest.empty() ? g.P : diced.mesh_rest,
                                     material.reads_shading().rings);
@@ -364,7 +396,7 @@ void Preparer::shade_mesh(dice::Diced& diced, const shade::Material& material, g
         grid::VertexInputs of_patch;
         patches.cut(k, patch, vertices);
         const size_t own = size_t(patch.stencils->own);
-        material.shade(patch, of_patch);
+        material.shade(patch, of_patch, &log);
         m_request.stats.count.shader_evaluations += own;
         const std::lock_guard lock(mutex);
         whole.add(of_patch, vertices, own, inputs);

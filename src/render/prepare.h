@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -10,20 +11,22 @@
 #include "render/geometry.h"
 #include "render/group_views.h"
 #include "render/motion.h"
+#include "render/page_frame.h"
 #include "render/volumes.h"
 
 namespace kanuka::render {
 
 struct Prepared {
-    store::Page page;
+    store::Page page; // in the parent's space
     std::shared_ptr<const shade::Material> material;
     bool empty = true;
     // A primitive that moves as a whole is a group of its own: what it is when the shutter opens, in its
     // place in the parent's space then, and from there to where it goes.
     std::vector<MotionPath> path;
-    bool changes = false; // its shape
-    Thickness inside;     // of a Volume
-    Digest key;           // of all that it was made of, where GeometryRequest::pages are kept
+    bool changes = false;           // its shape
+    Thickness inside;               // of a Volume
+    std::array<double, 3> offset{}; // PageFrame::offset
+    Digest key;                     // of the page, where GeometryRequest::pages are kept
 };
 
 // Thread safety: prepare() may run at the same time, the others alone.
@@ -36,32 +39,40 @@ class Preparer {
         m_prepared = 0;
     }
     // `inside_out`: what a solid is taken away from ends there; its outside lies within.
-    // `instanced`: null = in the world.
-    void prepare(const scene::Primitive& declared, const Transform& render_from_group,
+    // `parent_from_group`: render space from the world or, of what is instanced, the group as it is built
+    // from the group; a translation. `instanced`: null = in the world.
+    void prepare(const scene::Primitive& declared, const Transform& parent_from_group,
                  const GroupView* instanced, bool inside_out, Prepared& out);
     // Dicing and shading overlap on all threads; their shares of the wall clock are those of the time spent
     // in each.
     void share_wall_time(double wall) const;
 
   private:
-    void make(const scene::Primitive& declared, const Transform& render_from_group,
+    using Clock = std::chrono::steady_clock;
+    void make(const scene::Primitive& declared, const Transform& parent_from_group,
               const GroupView* instanced, bool inside_out, Prepared& out);
-    bool take_kept(Prepared& out);
-    Digest key_of(const scene::Primitive& declared, const shade::Material& material,
-                  const Transform& render_from_group, const GroupView* instanced, bool inside_out);
+    shade::SpacesRead dice_and_shade(const scene::Primitive& declared, const scene::Primitive& primitive,
+                                     const PageFrame& frame, dice::DiceTarget target, bool inside_out,
+                                     Clock::time_point start, Prepared& out);
+    bool take_kept(const Digest& content, Prepared& out);
+    void keep(const Digest& content, shade::SpacesRead read, Prepared& out);
+    Digest key_of(const scene::Primitive& declared, const shade::Material& material, const PageFrame& frame,
+                  const dice::DiceTarget& target, bool inside_out);
     Digest key_of(const scene::Attributes* attributes);
     void refuse_more_than_fits() const;
     dice::DiceTarget target_of(const scene::Primitive& primitive, const shade::Material& material,
-                               const Transform& render_from_object, const GroupView* instanced) const;
+                               const PageFrame& frame, bool instanced,
+                               std::span<const scene::Primitive> later) const;
     void fill(const scene::Primitive& primitive, const scene::Volume& volume,
-              const Transform& render_from_object, const Transform* elsewhere, scene::Primitive& boundary,
-              Prepared& out);
-    float for_its_light(const scene::Primitive& primitive, const Transform& render_from_object,
-                        float pixels_per_unit) const;
+              const Transform& parent_from_object, const PageFrame& frame, bool elsewhere,
+              scene::Primitive& boundary, Prepared& out);
+    float for_its_light(const scene::Primitive& primitive, const PageFrame& frame) const;
     std::vector<Transform> views_of(const MotionPath& path, const std::vector<Transform>& instead_from) const;
     void shade_and_encode(const scene::Primitive& primitive, dice::Diced& diced,
-                          const shade::Material& material, bool inside_out, Prepared& out);
-    void shade_mesh(dice::Diced& diced, const shade::Material& material, grid::VertexInputs& inputs);
+                          const shade::Material& material, bool inside_out, shade::SpacesLog& log,
+                          Prepared& out);
+    void shade_mesh(dice::Diced& diced, const shade::Material& material, grid::VertexInputs& inputs,
+                    shade::SpacesLog& log);
     void say_of_values(const Location& where, uint64_t bad, uint64_t lost) const;
 
     const GeometryRequest& m_request;

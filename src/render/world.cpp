@@ -138,7 +138,7 @@ GeometryRequest World::request_for(const scene::Scene& scene) {
         const scene::Options& o = m_job.options;
         request.pages = &m_kept->pages;
         request.setting = digest_of(o.shader_path, o.texture_path, o.strict_directions, o.specular,
-                                    o.array_room, m_job.aovs.names(), m_job.scene.coordinate_systems);
+                                    o.array_room, m_job.aovs.names());
     }
     return request;
 }

@@ -113,6 +113,32 @@ void put(Digester& d, const Primitive& primitive) {
     d(geometry, primvars, world_from_object, id, motion, solid);
 }
 
+void put_shape(Digester& d, const Primitive& primitive) {
+    d(primitive.geometry, primitive.primvars, primitive.motion != nullptr);
+    if (primitive.motion)
+        d(primitive.motion->shapes);
+}
+
+static void stand_nowhere(ShaderRef& shader) {
+    shader.world_from_shader = {};
+    for (ShaderRef& s : shader.coshaders)
+        stand_nowhere(s);
+}
+static void stand_nowhere(std::optional<ShaderRef>& shader) {
+    if (shader)
+        stand_nowhere(*shader);
+}
+
+Digest digest_apart(const Attributes& attributes) {
+    Attributes apart = attributes;
+    for (std::optional<ShaderRef>* shader : {&apart.surface, &apart.displacement, &apart.interior,
+                                             &apart.exterior, &apart.atmosphere, &apart.area_light})
+        stand_nowhere(*shader);
+    for (ShaderRef& shader : apart.coshaders)
+        stand_nowhere(shader);
+    return digest_of(apart);
+}
+
 // ---- lights, camera, options --------------------------------------------------------------------------
 
 static void put(Digester& d, const LightTable& table) {

@@ -22,6 +22,10 @@ void put(Digester& d, const ValueList& values);
 void put(Digester& d, const ShaderRef& shader);
 void put(Digester& d, const Attributes& attributes);
 void put(Digester& d, const Primitive& primitive); // but for its attributes, which many share
+// Of a primitive what it is in its own space, at all times: not where it stands, nor what it is called.
+void put_shape(Digester& d, const Primitive& primitive);
+// Of attributes and their shaders all but where shaders stand.
+Digest digest_apart(const Attributes& attributes);
 void put(Digester& d, const Light& light);
 void put(Digester& d, const Camera& camera);
 void put(Digester& d, const ColorOptions& color); // but for the display's

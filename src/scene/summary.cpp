@@ -43,6 +43,17 @@ Bounds3f quadric_bounds(const Quadric& q) {
     return b;
 }
 
+Bounds3f transformed(const Transform& t, const Bounds3f& b) {
+    Bounds3f r;
+    if (b.empty())
+        return r;
+    for (int i = 0; i < 8; i++)
+        r.extend(t.point({i & 1 ? b.hi.x : b.lo.x, i & 2 ? b.hi.y : b.lo.y, i & 4 ? b.hi.z : b.lo.z}));
+    return r;
+}
+
+} // namespace
+
 Bounds3f object_bounds(const Primitive& p) {
     if (const auto* v = std::get_if<Volume>(&p.geometry))
         return {{v->bound[0], v->bound[2], v->bound[4]}, {v->bound[1], v->bound[3], v->bound[5]}};
@@ -58,17 +69,6 @@ Bounds3f object_bounds(const Primitive& p) {
                 b.extend(Vec3f(w->floats[i], w->floats[i + 1], w->floats[i + 2]) / w->floats[i + 3]);
     return b;
 }
-
-Bounds3f transformed(const Transform& t, const Bounds3f& b) {
-    Bounds3f r;
-    if (b.empty())
-        return r;
-    for (int i = 0; i < 8; i++)
-        r.extend(t.point({i & 1 ? b.hi.x : b.lo.x, i & 2 ? b.hi.y : b.lo.y, i & 4 ? b.hi.z : b.lo.z}));
-    return r;
-}
-
-} // namespace
 
 Bounds3f world_bounds(const Primitive& primitive) {
     return transformed(primitive.world_from_object, object_bounds(primitive));

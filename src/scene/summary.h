@@ -31,7 +31,8 @@ struct Summary {
     Camera camera;
 };
 
-Bounds3f world_bounds(const Primitive& primitive); // of its control points
+Bounds3f object_bounds(const Primitive& primitive); // of its control points; empty: it has none
+Bounds3f world_bounds(const Primitive& primitive);
 Summary summarize(const Scene& scene);
 std::string to_json(const Summary& summary, int indent = 2);
 std::string to_text(const Summary& summary); // for people, ending in a newline

@@ -72,7 +72,7 @@ struct CoShaders : testing::Test {
     // The diffuse reflectance at a vertex.
     Vec3f shade(size_t vertex = 0) {
         primitive.attributes = std::make_shared<scene::Attributes>(attributes);
-        const auto material = system->material(primitive, Transform{});
+        const auto material = system->material(primitive, {}, {});
         grid::Grid g;
         g.allocate(2, 2);
         for (size_t i = 0; i < 9; i++) {

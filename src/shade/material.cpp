@@ -84,6 +84,23 @@ MaterialImpl::MaterialImpl(std::shared_ptr<const MaterialCore> core, Own own, Te
     : m_core(std::move(core)), m_own(std::move(own)), m_textures(textures), m_journal(journal), m_hash(hash),
       m_eye(m_own.spaces.eye()) {}
 
+Digest MaterialImpl::Own::digest_of(const SpacesRead& read) const {
+    Digester d;
+    Spaces of_shader = spaces;
+    for (const Transform* t :
+         {&spaces.current_from_shader, &displacement_from_shader, &area_light_from_shader}) {
+        of_shader.current_from_shader = *t;
+        d(of_shader.digest_of(read));
+    }
+    return d.digest();
+}
+
+SpacesRead MaterialImpl::reads_spaces() const {
+    SpacesRead read = m_core->read;
+    read.eye |= reads_displacing().eye || reads_shading().eye;
+    return read;
+}
+
 bool MaterialImpl::displaces() const {
     return m_core->displacement || m_core->surface->displaces();
 }
@@ -141,7 +158,12 @@ sl::GridGlobals MaterialImpl::globals(const grid::Grid& grid) const {
     return g;
 }
 
-void MaterialImpl::displace(grid::Grid& grid) const {
+static void note(const MaterialServices& services, SpacesLog* log) {
+    if (log)
+        log->add(services.read());
+}
+
+void MaterialImpl::displace(grid::Grid& grid, SpacesLog* log) const {
     // A displacement shader comes first; a class surface then displaces what it left.
     const sl::GridGlobals g = globals(grid);
     if (m_core->displacement) {
@@ -149,10 +171,12 @@ void MaterialImpl::displace(grid::Grid& grid) const {
         spaces.current_from_shader = m_own.displacement_from_shader;
         MaterialServices services(spaces, m_own.facts, m_textures, m_journal, m_own.displacement_where);
         m_core->displacement->displace(grid, g, services);
+        note(services, log);
     }
     if (m_core->surface->displaces()) {
         MaterialServices services(m_own.spaces, m_own.facts, m_textures, m_journal, m_own.surface_where);
         m_core->surface->displace(grid, g, services);
+        note(services, log);
     }
 }
 
@@ -185,7 +209,7 @@ void MaterialImpl::shade_by_lights(grid::Grid& grid, const sl::GridGlobals& glob
     services.want_lights(nullptr);
 }
 
-void MaterialImpl::shade(grid::Grid& grid, grid::VertexInputs& out) const {
+void MaterialImpl::shade(grid::Grid& grid, grid::VertexInputs& out, SpacesLog* log) const {
     MaterialServices services(m_own.spaces, m_own.facts, m_textures, m_journal, m_own.surface_where,
                               m_core->ranges.get());
     const sl::GridGlobals g = globals(grid);
@@ -212,10 +236,12 @@ void MaterialImpl::shade(grid::Grid& grid, grid::VertexInputs& out) const {
             MaterialServices of_light(spaces, m_own.facts, m_textures, m_journal, m_own.area_light_where);
             radiance.uniform = false;
             radiance.data = run_area_light(*m_core->area_light, grid, g, of_light).Cl;
+            note(of_light, log);
         }
     }
     if (m_core->presence_slot >= 0)
         fill_presence(grid, m_own.opacity, out.slots[size_t(m_core->presence_slot)]);
+    note(services, log);
 }
 
 } // namespace kanuka::shade

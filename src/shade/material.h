@@ -19,6 +19,9 @@ struct MaterialCore {
     int emission_slot = -1;        // of the area light's radiance
     Rgb emission{0, 0, 0};
     bool light_varies = false; // that radiance does, over the light
+    SpacesRead read;           // while it was made
+    Digest of_read;            // the values of that
+    bool shared = true;        // false: attributes of one primitive decided what it is
     int presence_slot =
         -1; // of Attributes::opacity; -1 where the shader computes presence itself, or it is one
     std::vector<bool> wanted_lights; // those that cast no shadows, where program.lit_by has the others
@@ -52,6 +55,7 @@ class MaterialImpl final : public Material {
         Location surface_where, displacement_where, area_light_where;
         std::shared_ptr<const scene::Attributes> attributes; // keeps what facts point at
         Facts facts;
+        Digest digest_of(const SpacesRead& read) const; // by any of its shaders
     };
     MaterialImpl(std::shared_ptr<const MaterialCore> core, Own own, Textures& textures, Journal& journal,
                  uint64_t hash);
@@ -63,8 +67,11 @@ class MaterialImpl final : public Material {
     grid::Reads reads_shading() const override;
     bool uniform() const override;
     uint64_t hash() const override { return m_hash; }
-    void displace(grid::Grid& grid) const override;
-    void shade(grid::Grid& grid, grid::VertexInputs& out) const override;
+    SpacesRead reads_spaces() const override;
+    Digest digest_of(const SpacesRead& read) const override { return m_own.digest_of(read); }
+    using Material::displace, Material::shade;
+    void displace(grid::Grid& grid, SpacesLog* log) const override;
+    void shade(grid::Grid& grid, grid::VertexInputs& out, SpacesLog* log) const override;
 
   private:
     sl::GridGlobals globals(const grid::Grid& grid) const;

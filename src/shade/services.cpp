@@ -1,7 +1,6 @@
 #include "shade/services.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "shade/point_lights.h"
 
@@ -22,8 +21,7 @@ void MaterialServices::environment(const sl::TextureRequest& request, const floa
 }
 
 bool MaterialServices::transform(const char* from, const char* to, float matrix[16]) {
-    if (!std::strcmp(from, "object") || !std::strcmp(to, "object"))
-        m_asked_for_object = true;
+    m_read.transforms.emplace(to, from);
     const std::optional<Transform> to_from = m_spaces.to_from(to, from);
     if (!to_from)
         return false;
@@ -50,6 +48,7 @@ void MaterialServices::light(const sl::LightRequest& request) {
 }
 
 bool MaterialServices::ask(const sl::LightRequest& request) {
+    m_read.world = true;
     return m_facts.lights && m_facts.lights->at(request, m_spaces.current_from_world);
 }
 

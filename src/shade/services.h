@@ -29,9 +29,9 @@ class MaterialServices : public sl::Services {
     // From now on lights that are not wanted are dark. Null = all are wanted.
     void want_lights(const std::vector<bool>* wanted) { m_wanted = wanted; }
 
-    // True once a shader asked for a space that differs from one primitive to the next.
-    bool asked_for_object() const { return m_asked_for_object; }
-    // The same for the primitive's attributes.
+    // So far.
+    const SpacesRead& read() const { return m_read; }
+    // True once a shader asked for the primitive's attributes.
     bool asked_for_attributes() const { return m_asked_for_attributes; }
 
   protected:
@@ -45,7 +45,8 @@ class MaterialServices : public sl::Services {
     const Location& m_where; // of the shader in the scene
     Ranges* m_ranges;
     const std::vector<bool>* m_wanted = nullptr;
-    bool m_asked_for_object = false, m_asked_for_attributes = false;
+    SpacesRead m_read;
+    bool m_asked_for_attributes = false;
 };
 
 } // namespace kanuka::shade

@@ -16,6 +16,7 @@
 #include "grid/grid.h"
 #include "grid/layering.h"
 #include "scene/scene.h"
+#include "shade/spaces.h"
 
 namespace kanuka::sl {
 struct LightRequest;
@@ -52,10 +53,18 @@ class Material {
     // of neighbours (grid/mesh_patches.h).
     virtual grid::Reads reads_displacing() const { return {}; }
     virtual grid::Reads reads_shading() const { return {}; }
-    virtual bool uniform() const = 0;  // no input varies over a grid: shade one vertex
-    virtual uint64_t hash() const = 0; // shader objects and parameters; part of a grid's store key
-    virtual void displace(grid::Grid& grid) const = 0;
-    virtual void shade(grid::Grid& grid, grid::VertexInputs& out) const = 0;
+    virtual bool uniform() const = 0; // no input varies over a grid: shade one vertex
+    virtual uint64_t
+    hash() const = 0; // shader objects and parameters, not where it stands; part of a page's key
+    // What it reads in any case of where the primitive stands; a log of displace() and shade() tells the
+    // rest. With the values of all this, here, a page's key is complete.
+    virtual SpacesRead reads_spaces() const { return {}; }
+    virtual Digest digest_of(const SpacesRead&) const { return {}; }
+    // `log`: null = nobody wants to know.
+    virtual void displace(grid::Grid& grid, SpacesLog* log) const = 0;
+    virtual void shade(grid::Grid& grid, grid::VertexInputs& out, SpacesLog* log) const = 0;
+    void displace(grid::Grid& grid) const { displace(grid, nullptr); }
+    void shade(grid::Grid& grid, grid::VertexInputs& out) const { shade(grid, out, nullptr); }
 };
 
 // Pixels that an imager shader changes: row by row, x0 and y0 are the first one's place on the raster.
@@ -90,13 +99,12 @@ class ShadingSystem {
     static std::unique_ptr<ShadingSystem> create(const ShadingOptions& options, const scene::Scene& scene,
                                                  Journal& journal, Stats& stats);
     virtual ~ShadingSystem() = default;
-    // `render_from_object`: object space of this primitive for the shader's transforms. Primvars of constant
-    // detail are bound as parameters; varying ones are found on the grid. Materials are shared where all they
-    // depend on is equal. `built_from_group`: of a group, whose space stands for the world's; it may be
-    // seen from many places at once. Null: in the world.
+    // "current" is the space that grids come in. Primvars of constant detail are bound as parameters; varying
+    // ones are found on the grid. Materials are shared where all they depend on is equal. For primitives of a
+    // group, its space stands for the world's: it may be seen from many places at once.
     virtual std::shared_ptr<const Material> material(const scene::Primitive& primitive,
-                                                     const Transform& render_from_object,
-                                                     const Transform* built_from_group = nullptr) = 0;
+                                                     const Transform& current_from_object,
+                                                     const Transform& current_from_world) = 0;
     // Is all of it what RISpec's renderers knew? Surfaces by classic shaders, or none (those that are missing
     // count as classic); lights of RISpec's four kinds, or by shaders of the scene.
     virtual bool all_classic(const scene::Scene& scene) = 0;

@@ -73,7 +73,7 @@ struct Shaders : testing::Test {
         a.surface->parameters.values = std::move(values);
         scene::Primitive p;
         p.attributes = std::make_shared<scene::Attributes>(a);
-        return system->material(p, Transform{});
+        return system->material(p, {}, {});
     }
     static const grid::LayerNode* find(const grid::LayeringProgram& program, grid::LobeId lobe) {
         for (const auto& n : program.nodes)
@@ -225,7 +225,7 @@ TEST_F(Shaders, BumpyReadsHeights) {
                                          test::value("Km", scene::Type::Float, {0.1f})};
     scene::Primitive p;
     p.attributes = std::make_shared<scene::Attributes>(a);
-    const auto m = system->material(p, Transform{});
+    const auto m = system->material(p, {}, {});
     ASSERT_TRUE(m->displaces());
     grid::Grid g = sphere_grid();
     m->displace(g);

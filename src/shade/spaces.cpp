@@ -104,6 +104,36 @@ Vec3f Spaces::eye() const {
     return (current_from_world * inverse_or_identity(shared->camera_from_world)).point({0, 0, 0});
 }
 
+void SpacesRead::add(const SpacesRead& other) {
+    transforms.insert(other.transforms.begin(), other.transforms.end());
+    eye |= other.eye;
+    world |= other.world;
+}
+
+static void put_floats(Digester& d, const Transform& t) {
+    for (const auto& row : t.m)
+        for (const double x : row)
+            d(float(x));
+}
+
+Digest Spaces::digest_of(const SpacesRead& read) const {
+    Digester d;
+    for (const auto& [to, from] : read.transforms) {
+        const std::optional<Transform> t = to_from(to, from);
+        d(to, from, t.has_value());
+        if (t)
+            put_floats(d, *t);
+    }
+    d(read.eye, read.world);
+    if (read.eye) {
+        const Vec3f e = eye();
+        d(e.x, e.y, e.z);
+    }
+    if (read.world)
+        put_floats(d, current_from_world);
+    return d.digest();
+}
+
 Transform inverse_or_identity(const Transform& transform) {
     try {
         return transform.inverse();

@@ -2,10 +2,14 @@
 #pragma once
 
 #include <map>
+#include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 
+#include "base/digest.h"
 #include "base/vec.h"
 #include "scene/scene.h"
 
@@ -25,8 +29,36 @@ struct WorldSpaces {
                 const Transform& camera_from_world);
 };
 
-// One primitive's: "current" is the space of Grid::P, that is render space, or group space for a group's
-// primitives.
+// What shaders have read of where a primitive stands: what they made is good for every place where this has
+// the same values.
+struct SpacesRead {
+    std::set<std::pair<std::string, std::string>> transforms; // to, from
+    bool eye = false;
+    bool world = false; // current_from_world, by which lights are placed
+
+    void add(const SpacesRead& other);
+    bool operator==(const SpacesRead&) const = default;
+};
+
+// Gathers that while shaders run, on any number of threads.
+class SpacesLog {
+  public:
+    void add(const SpacesRead& read) {
+        const std::lock_guard lock(m_mutex);
+        m_read.add(read);
+    }
+    SpacesRead read() const {
+        const std::lock_guard lock(m_mutex);
+        return m_read;
+    }
+
+  private:
+    mutable std::mutex m_mutex;
+    SpacesRead m_read;
+};
+
+// One primitive's: "current" is the space of Grid::P. It has the axes and units of the world, or of the group
+// that the primitive is in, and mostly the origin of object space.
 struct Spaces {
     const WorldSpaces* shared = nullptr;
     const scene::ValueList* scoped = nullptr; // attributes with coordinate systems of its own; null = none
@@ -36,6 +68,8 @@ struct Spaces {
     std::optional<Transform> current_from(std::string_view name) const;
     std::optional<Transform> to_from(std::string_view to, std::string_view from) const;
     Vec3f eye() const; // the camera's position, in current space
+    // The values of what was read, in single precision, as shaders see them.
+    Digest digest_of(const SpacesRead& read) const;
 };
 
 // The inverse, or the identity for a singular matrix.

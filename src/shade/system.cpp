@@ -37,29 +37,7 @@ void append(std::string& bytes, const T& value) {
     bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-bool close(const Transform& a, const Transform& b) {
-    double size = 0, difference = 0;
-    for (size_t i = 0; i < 4; i++)
-        for (size_t j = 0; j < 4; j++) {
-            size = std::max(size, std::abs(a.m[i][j]));
-            difference = std::max(difference, std::abs(a.m[i][j] - b.m[i][j]));
-        }
-    return difference <= 1e-9 * size;
-}
-
 } // namespace
-
-// A primitive of a group is shaded in group space, and its world_from_object is relative to the group; the
-// space that `current_from_object` leads to tells which it is. Rounding must not make equal materials differ,
-// hence the first case.
-Transform SystemImpl::current_from_world(const scene::Primitive& primitive,
-                                         const Transform& current_from_object) const {
-    if (close(m_render_from_world * primitive.world_from_object, current_from_object))
-        return m_render_from_world;
-    if (close(primitive.world_from_object, current_from_object))
-        return {};
-    return current_from_object * inverse_or_identity(primitive.world_from_object);
-}
 
 void SystemImpl::note_names(const std::vector<scene::Primitive>& primitives) {
     const scene::Attributes* last = nullptr; // neighbours nearly always share them
@@ -294,20 +272,28 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(const BoundShaders& bound,
                 key += v.name;
                 key.append(reinterpret_cast<const char*>(v.floats.data()), 16 * sizeof(float));
             }
+    const auto known = [&]() -> std::shared_ptr<const MaterialCore> {
+        for (const auto& one : m_cores[key])
+            if (own.digest_of(one->read) == one->of_read)
+                return one;
+        return nullptr;
+    };
     {
         std::lock_guard lock(m_mutex);
-        if (const auto found = m_cores.find(key); found != m_cores.end())
-            return found->second;
+        if (auto found = known())
+            return found;
     }
     auto core = std::make_shared<MaterialCore>();
-    bool depends_on_object = false;
+    const auto note = [&](const MaterialServices& services) {
+        core->read.add(services.read());
+        core->shared = core->shared && !services.asked_for_attributes();
+    };
     const auto instantiate = [&](const Bound& bound, const Transform& current_from_shader) {
         Spaces spaces = own.spaces;
         spaces.current_from_shader = current_from_shader;
         MaterialServices services(spaces, own.facts, m_textures, m_journal, bound.where);
         auto instance = bound.shader->instantiate(bound.arguments, services);
-        depends_on_object =
-            depends_on_object || services.asked_for_object() || services.asked_for_attributes();
+        note(services);
         return instance;
     };
     if (surface.shader)
@@ -346,6 +332,7 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(const BoundShaders& bound,
             if (spread != m_spread.end())
                 radiance = spread_radiance(*core->area_light, spread->second, own.spaces.current_from_world,
                                            m_lit_middle, services);
+            core->read.world |= radiance.has_value();
             if (radiance) { // the same all over
                 m_journal.report(
                     Severity::Info, bound.area_light.where,
@@ -362,6 +349,7 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(const BoundShaders& bound,
                 core->light_varies = !light.uniform;
                 core->program.emission_cosine = cone_of(light);
             }
+            note(services);
         }
     }
     add_aovs(core->program, *core->surface, m_compile_options.aovs);
@@ -377,10 +365,14 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(const BoundShaders& bound,
     }
     core->ranges = m_ranges;
     core->key = key;
-    if (depends_on_object) // what mnk_init decided holds for this primitive alone
+    core->of_read = own.digest_of(core->read);
+    if (!core->shared) // what mnk_init decided holds for this primitive alone
         return core;
     std::lock_guard lock(m_mutex);
-    return m_cores.try_emplace(key, core).first->second; // another thread may have been first
+    if (auto found = known()) // another thread was first
+        return found;
+    m_cores[key].push_back(core);
+    return core;
 }
 
 // Files that string parameters name count with their size and time of change: a texture painted anew is
@@ -408,21 +400,20 @@ uint64_t SystemImpl::hash(const std::string& key, const BoundShaders& shaders) c
 }
 
 std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& primitive,
-                                                     const Transform& render_from_object,
-                                                     const Transform* built_from_group) {
+                                                     const Transform& current_from_object,
+                                                     const Transform& current_from_world) {
     static const scene::Attributes fallback;
     const scene::Attributes& attributes = primitive.attributes ? *primitive.attributes : fallback;
 
     // 1. Spaces, colours
     MaterialImpl::Own own;
     own.spaces.shared = &m_world_spaces;
-    own.spaces.current_from_object = render_from_object;
+    own.spaces.current_from_object = current_from_object;
     if (std::ranges::any_of(attributes.user.values, scene::is_coordinate_system))
         own.spaces.scoped = &attributes.user;
-    own.spaces.current_from_world =
-        built_from_group ? *built_from_group : current_from_world(primitive, render_from_object);
+    own.spaces.current_from_world = current_from_world;
     const auto shader_space = [&](const std::optional<scene::ShaderRef>& ref) {
-        return ref ? own.spaces.current_from_world * ref->world_from_shader : render_from_object;
+        return ref ? current_from_world * ref->world_from_shader : current_from_object;
     };
     own.spaces.current_from_shader = shader_space(attributes.surface);
     own.displacement_from_shader = shader_space(attributes.displacement);
@@ -503,6 +494,7 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
             append(key, m_facts_key);
             break;
         }
+    const uint64_t content = hash(key, bound);
     for (const Transform* t :
          {&own.spaces.current_from_object, &own.spaces.current_from_world, &own.spaces.current_from_shader,
           &own.displacement_from_shader, &own.area_light_from_shader, &m_world_spaces.camera_from_world})
@@ -514,7 +506,6 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
         if (const auto found = m_materials.find(id); found != m_materials.end())
             return found->second;
     }
-    const uint64_t content = hash(key, bound);
     auto material = std::make_shared<MaterialImpl>(shared, own, m_textures, m_journal, content);
     std::lock_guard lock(m_mutex);
     return m_materials.try_emplace(id, std::move(material)).first->second;

@@ -71,8 +71,8 @@ class SystemImpl final : public ShadingSystem {
     }
 
     std::shared_ptr<const Material> material(const scene::Primitive& primitive,
-                                             const Transform& render_from_object,
-                                             const Transform* built_from_group) override;
+                                             const Transform& current_from_object,
+                                             const Transform& current_from_world) override;
     std::vector<scene::Light> lights(const std::vector<scene::ShaderRef>& shaders,
                                      const Bounds3f& lit) override;
     void find_files(scene::Light& light) override { find_light_files(light, m_textures, m_journal); }
@@ -83,8 +83,6 @@ class SystemImpl final : public ShadingSystem {
     using Loaded = std::shared_ptr<const sl::Shader>;
     using Scope = std::vector<const std::vector<scene::ShaderRef>*>;
 
-    Transform current_from_world(const scene::Primitive& primitive,
-                                 const Transform& current_from_object) const;
     void note_names(const std::vector<scene::Primitive>& primitives);
     std::optional<std::string> find(const scene::ShaderRef& ref) const;
     std::string not_found(const scene::ShaderRef& ref, const Location& asker) const;
@@ -154,7 +152,8 @@ class SystemImpl final : public ShadingSystem {
     std::map<std::string, std::shared_future<Loaded>> m_shaders; // by path
     std::vector<std::unique_ptr<AirOfShader>> m_airs;            // numbered as they come, which nothing shows
     std::map<std::string, int> m_air_of;                         // by all that they depend on
-    std::map<std::string, std::shared_ptr<const MaterialCore>> m_cores;
+    // By their keys; those of one key differ in what shaders read, while they were made, of where they stand.
+    std::map<std::string, std::vector<std::shared_ptr<const MaterialCore>>> m_cores;
     std::map<std::pair<uint64_t, uint64_t>, std::shared_ptr<const Material>> m_materials;
 };
 

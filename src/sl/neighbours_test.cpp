@@ -29,6 +29,17 @@ TEST(SlNeighbours, WhatAStageReads) {
     EXPECT_FALSE(reads("r = noise(P);").frame);
 }
 
+TEST(SlNeighbours, TheEyeIsReadWhereItIsFrozen) {
+    const auto reads_eye = [](const std::string& Ci) {
+        const auto shader = compile("surface s() { Oi = 1; Ci = " + Ci + "; }");
+        TestServices services;
+        return shader && shader->instantiate({}, services)->reads_shading().eye;
+    };
+    EXPECT_FALSE(reads_eye("Cs * diffuse(N)"));
+    EXPECT_FALSE(reads_eye("Cs * specular(normalize(N), -normalize(I), 0.1)"));
+    EXPECT_TRUE(reads_eye("Cs * pow(1 - abs(normalize(I) . normalize(N)), 3) * diffuse(N)"));
+}
+
 // A bent lattice as a grid, and as a mesh with the weights of central differences inside.
 TEST(SlNeighbours, AMeshIsAsItsGrid) {
     constexpr int Nu = 20, Nv = 11, Columns = Nu + 1;

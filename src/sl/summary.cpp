@@ -128,7 +128,8 @@ void put_program(ByteWriter& out, const ir::Program& p) {
     for (const ir::Stage* s : p.stages()) {
         out.put(uint8_t(s->root != nullptr));
         out.text(s->name);
-        out.put(uint8_t(s->reads.parameters | s->reads.texture << 1 | s->reads.frame << 2));
+        out.put(
+            uint8_t(s->reads.parameters | s->reads.texture << 1 | s->reads.frame << 2 | s->reads.eye << 3));
         out.put(uint8_t(s->reads.rings));
         put_outputs(out, s->outputs, nullptr);
     }
@@ -188,7 +189,7 @@ void get_program(ByteReader& in, ir::Program& p) {
             s->root = s->block();
         s->name = in.text();
         const uint8_t reads = in.get<uint8_t>();
-        s->reads = {bool(reads & 1), bool(reads & 2), bool(reads & 4), in.get<uint8_t>()};
+        s->reads = {bool(reads & 1), bool(reads & 2), bool(reads & 4), bool(reads & 8), in.get<uint8_t>()};
         get_outputs(in, *s);
     }
 }

@@ -13,13 +13,13 @@ static uint32_t* bytes_at(Page& page, uint32_t at, const std::vector<T>& source)
     return page.words.data() + at;
 }
 
-Page encode(std::span<const ShadedGrid> grids, const grid::LayeringProgram& program, int object_id,
-            uint64_t& bad_inputs, const color::Palette* palette, uint64_t* lost) {
+Page encode(std::span<const ShadedGrid> grids, const grid::LayeringProgram& program, uint64_t& bad_inputs,
+            const color::Palette* palette, uint64_t* lost) {
     static const color::Palette rec709;
     const grid::WordLayout layout(program);
     std::vector<Encoded> encoded(grids.size());
     tasks::parallel_for(grids.size(), [&](size_t i) {
-        encode_grid(grids[i], program, layout, object_id, palette ? *palette : rec709, encoded[i]);
+        encode_grid(grids[i], program, layout, palette ? *palette : rec709, encoded[i]);
     });
 
     // Sections one after another; each grid's part of each section one after another.

@@ -27,11 +27,9 @@ float log2_step(int step) {
 class GridEncoder {
   public:
     GridEncoder(const ShadedGrid& shaded, const grid::LayeringProgram& program, const WordLayout& layout,
-                int object_id, const color::Palette& palette, Encoded& out)
+                const color::Palette& palette, Encoded& out)
         : m_shaded(shaded), m_grid(*shaded.grid), m_program(program), m_layout(layout), m_palette(palette),
-          m_out(out), m_count(m_grid.vertices()) {
-        m_out.shape.object_id = object_id;
-    }
+          m_out(out), m_count(m_grid.vertices()) {}
 
     void run() {
         encode_geometry();
@@ -551,8 +549,8 @@ class GridEncoder {
 } // namespace
 
 void encode_grid(const ShadedGrid& shaded, const grid::LayeringProgram& program, const WordLayout& layout,
-                 int object_id, const color::Palette& palette, Encoded& out) {
-    GridEncoder(shaded, program, layout, object_id, palette, out).run();
+                 const color::Palette& palette, Encoded& out) {
+    GridEncoder(shaded, program, layout, palette, out).run();
 }
 
 } // namespace kanuka::store

@@ -20,6 +20,6 @@ struct Encoded {
 
 // What is constant folded, what is not quantised.
 void encode_grid(const ShadedGrid& shaded, const grid::LayeringProgram& program,
-                 const grid::WordLayout& layout, int object_id, const color::Palette& palette, Encoded& out);
+                 const grid::WordLayout& layout, const color::Palette& palette, Encoded& out);
 
 } // namespace kanuka::store

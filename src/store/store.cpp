@@ -77,7 +77,7 @@ int Store::add_links(const Links& links) {
     return int(m_links.size()) - 1;
 }
 
-int Store::add_page(const Page& page, int program, int interior, const Links& links) {
+int Store::add_page(const Page& page, int program, int interior, const Links& links, int object_id) {
     const PageHeader& h = page.header();
     const size_t base = (m_used + PageAlignment - 1) / PageAlignment * PageAlignment;
     if (base + h.words > m_capacity)
@@ -97,6 +97,7 @@ int Store::add_page(const Page& page, int program, int interior, const Links& li
         s.program = program;
         s.interior = interior;
         s.links = links_index;
+        s.object_id = object_id;
         s.slot_table = absolute(s.slot_table);
         s.positions = absolute(s.positions);
         s.indices = absolute(s.indices);
@@ -154,6 +155,31 @@ float Store::number(grid::WordLayout::Place place, int shape, int prim, float u,
     const int a = j * (s.nu + 1) + i;
     return (1 - fy) * ((1 - fx) * at(a) + fx * at(a + 1)) +
            fy * ((1 - fx) * at(a + s.nu + 1) + fx * at(a + s.nu + 2));
+}
+
+void translate(Page& page, const std::array<double, 3>& by) {
+    if (by == std::array<double, 3>{})
+        return;
+    const PageHeader& h = page.header();
+    const auto moved = [&](float x, size_t c) { return float(double(x) + by[c]); };
+    for (uint32_t i = 0; i < h.shapes; i++) {
+        ShapeRecord s;
+        std::memcpy(&s, page.words.data() + h.shapes_at + i * ShapeWords, sizeof s);
+        const bool mesh = s.flags & ShapeRecord::Mesh, fibre = s.flags & ShapeRecord::Fibre;
+        const size_t vertices = mesh ? size_t(s.mu) : size_t(s.mu + 1) * size_t(s.mv + 1);
+        const size_t stride = fibre ? 4 : 3;
+        for (int step = 0; step <= s.motion_segments; step++) {
+            float* p = reinterpret_cast<float*>(page.words.data()) + s.positions +
+                       size_t(step) * size_t(s.motion_stride);
+            for (size_t v = 0; v < vertices; v++, p += stride)
+                for (size_t c = 0; c < 3; c++)
+                    p[c] = moved(p[c], c);
+        }
+    }
+    auto* emitters = reinterpret_cast<Emitter*>(page.words.data() + h.emitters_at);
+    for (uint32_t i = 0; i < h.emitters; i++)
+        for (int c = 0; c < 3; c++)
+            emitters[i].p0[c] = moved(emitters[i].p0[c], size_t(c));
 }
 
 float emitting_area(const Page& page) {

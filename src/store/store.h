@@ -51,9 +51,9 @@ struct ShapeRecord {
     int32_t nu, nv;    // shading cells
     int32_t indices;   // mesh: vertices_per_face words a face
     int32_t emitter;   // first of its triangles among the emitters (two a cell or quad); -1 = does not emit
-    int32_t object_id;
-    int32_t interior; // index into Store::interiors; -1 = none
-    int32_t links;    // index into Store::links
+    int32_t object_id; // like all indices into the store's tables, given when a page is made resident
+    int32_t interior;  // index into Store::interiors; -1 = none
+    int32_t links;     // index into Store::links
     // A shape that changes while the shutter is open: its positions (and normals) follow for every further
     // step, steps evenly apart. 0 segments = still.
     int32_t motion_segments;
@@ -174,11 +174,15 @@ struct ShadedGrid {
 // Parallel over grids; the same page for any thread count. Inputs outside their range, NaN and infinite ones
 // are clamped, replaced, and counted in `bad_inputs`. `palette`: what RGB means; null = Rec.709.
 // `lost`: adds up how many finite values were beyond what is kept, and were made smaller.
-Page encode(std::span<const ShadedGrid> grids, const grid::LayeringProgram& program, int object_id,
-            uint64_t& bad_inputs, const color::Palette* palette = nullptr, uint64_t* lost = nullptr);
+Page encode(std::span<const ShadedGrid> grids, const grid::LayeringProgram& program, uint64_t& bad_inputs,
+            const color::Palette* palette = nullptr, uint64_t* lost = nullptr);
 // Multiplies what the page's emitters give, by a factor that may depend on their whole area.
 float emitting_area(const Page& page);
 void scale_emission(Page& page, float factor);
+
+// Where the page's own space has its origin in the space that it is placed in: positions and emitters are
+// moved there, each sum rounded once, from double precision.
+void translate(Page& page, const std::array<double, 3>& by);
 
 // Files: header and words as they are, little-endian. Reading checks magic, version, bounds and checksum.
 void write_page(const std::string& path, const Page& page);
@@ -195,7 +199,7 @@ class Store {
     int add_links(const Links& links);
     // Makes a page resident; returns the index of its first shape. Not thread safe: the order of calls is the
     // order of shapes, and must not depend on threads.
-    int add_page(const Page& page, int program, int interior, const Links& links = {});
+    int add_page(const Page& page, int program, int interior, const Links& links = {}, int object_id = 0);
 
     const std::vector<grid::LayeringProgram>& programs() const { return m_programs; }
     const std::vector<Interior>& interiors() const { return m_interiors; }

@@ -169,7 +169,7 @@ TEST(Encode, EmittersOfAnyRadiance) {
             const ShadedGrid shaded[] = {made.shaded()};
             uint64_t bad = 0, lost = 0;
             Store store;
-            store.add_page(encode(shaded, program, 7, bad, nullptr, &lost), store.add_program(program), -1);
+            store.add_page(encode(shaded, program, bad, nullptr, &lost), store.add_program(program), -1);
             double power = 0;
             for (const Emitter& e : store.emitters())
                 power += double(e.power);
@@ -182,7 +182,7 @@ TEST(Encode, EmittersOfAnyRadiance) {
         made.at(2, 1, i) = 1e20f;
     const ShadedGrid shaded[] = {made.shaded()};
     uint64_t bad = 0, lost = 0;
-    encode(shaded, program, 7, bad, nullptr, &lost);
+    encode(shaded, program, bad, nullptr, &lost);
     EXPECT_EQ(bad, 0u);
     EXPECT_GT(lost, 0u);
 }
@@ -257,7 +257,7 @@ TEST(Encode, SameWordsForAnyThreadCount) {
     const auto run = [&](int threads) {
         Page page;
         uint64_t bad = 0;
-        tasks::with_threads(threads, [&] { page = encode(shaded, program, 1, bad); });
+        tasks::with_threads(threads, [&] { page = encode(shaded, program, bad); });
         return page.words;
     };
     const auto one = run(1);

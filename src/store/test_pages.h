@@ -81,7 +81,7 @@ inline grid::LayeringProgram lamp_program() {
 inline Page encode_one(const HandMade& made, const grid::LayeringProgram& program, uint64_t* bad = nullptr) {
     const ShadedGrid shaded[] = {made.shaded()};
     uint64_t count = 0;
-    Page page = encode(shaded, program, 7, count);
+    Page page = encode(shaded, program, count);
     if (bad)
         *bad = count;
     return page;

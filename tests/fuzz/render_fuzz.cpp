@@ -351,7 +351,7 @@ Kind pages() {
     const store::ShadedGrid shaded{&g, &traced, nullptr, &inputs};
     fuzz::in_child([&] {
         uint64_t bad = 0;
-        store::write_page("sample.page", store::encode({&shaded, 1}, program, 1, bad));
+        store::write_page("sample.page", store::encode({&shaded, 1}, program, bad));
     });
     const std::string page = read("sample.page");
     return {".page",

@@ -57,6 +57,7 @@ class Reading {
         m_reads.parameters |= !difference && (input == Input::u || input == Input::v);
         m_reads.texture |= input == Input::s || input == Input::t;
         m_reads.frame |= input == Input::dPdu || input == Input::dPdv;
+        m_reads.eye |= input == Input::E;
         if (input == Input::du || input == Input::dv) // means over neighbours
             m_reads.rings = std::max(m_reads.rings, 1);
     }
