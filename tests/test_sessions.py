@@ -375,7 +375,7 @@ def test_a_scene_that_moves_as_a_whole_has_the_same_pages(tmp_path: Path) -> Non
     scene.add_light("environment", amount=0.1)
 
     def look(offset: np.ndarray) -> None:
-        scene.camera = kanuka.Camera(tuple(offset + (0.3, 0.5, 5)), tuple(offset), fov=50)
+        scene.camera = kanuka.Camera(tuple(offset + np.array([0.3, 0.5, 5])), tuple(offset), fov=50)
 
     look(np.zeros(3))
     session = kanuka.Session(scene, progressions=64)
