@@ -74,13 +74,32 @@ class Material {
             return v;
         }
         if (!m_code.beds.empty())
-            return eval_layered(wo, wi);
+            return eval_layered(wo, wi, ~0u);
         LobeValue<W> sum{Spectrum<W>(Float<W>(0.0f)), Spectrum<W>(Float<W>(0.0f))};
         for (int k = 0; k < m_code.leaves; k++) {
             const LobeValue<W> v = eval_lobe(m_lobe[k], m_inputs[k], wo, wi);
             sum.f += m_code.absorbs ? v.f * m_weight[k] * way_in(k, wi) : v.f * m_weight[k];
             sum.pdf += v.pdf * m_share[k];
         }
+        return sum;
+    }
+
+    // The part that some lobes have of eval(); `leaves`: bits.
+    [[gnu::noinline]] Spectrum<W> eval_some(uint32_t leaves, const Vec3<Float<W>>& wo,
+                                            const Vec3<Float<W>>& wi) const {
+        const uint32_t all = (1u << m_code.leaves) - 1;
+        Spectrum<W> sum(Float<W>(0.0f));
+        if ((leaves & all) == 0)
+            return sum;
+        if ((leaves & all) == all)
+            return eval(wo, wi).f;
+        if (!m_code.beds.empty())
+            return eval_layered(wo, wi, leaves).f;
+        for (int k = 0; k < m_code.leaves; k++)
+            if (leaves >> k & 1) {
+                const Spectrum<W> f = eval_lobe(m_lobe[k], m_inputs[k], wo, wi).f * m_weight[k];
+                sum += m_code.absorbs ? f * way_in(k, wi) : f;
+            }
         return sum;
     }
 
@@ -325,7 +344,7 @@ class Material {
                       const Float<W>* outer);
     void give_back(const Vec3<Float<W>>& wo);
     Float<W> escape_by_directions(const MaterialCode::Node& n, int coat) const;
-    LobeValue<W> eval_layered(const Vec3<Float<W>>& wo, const Vec3<Float<W>>& wi) const;
+    LobeValue<W> eval_layered(const Vec3<Float<W>>& wo, const Vec3<Float<W>>& wi, uint32_t leaves) const;
     LobeSample<W> sample_below(int leaf, Float<W> u_lobe, Float<W> u0, Float<W> u1) const;
 
     const MaterialCode& m_code;

@@ -65,7 +65,8 @@ struct MaterialCode {
     bool absorbs = false;     // a coat takes from what crosses it
     // Bits by leaf: thin walls, which let light go on as it came where they are smooth.
     uint32_t straight = 0;
-    uint32_t aimed = 0; // lobes of one direction
+    uint32_t aimed = 0;   // lobes of one direction
+    uint32_t diffuse = 0; // lobes that scatter to all sides: to light path expressions, what is not glossy
 
     explicit MaterialCode(const grid::LayeringProgram& program) {
         const grid::WordLayout layout(program);
@@ -151,6 +152,8 @@ struct MaterialCode {
                 straight |= 1u << n.leaf;
             if (n.lobe == LobeId::AimedBsdf)
                 aimed |= 1u << n.leaf;
+            if (is_diffuse(n.lobe) || n.lobe == LobeId::LambertBtdf)
+                diffuse |= 1u << n.leaf;
         }
     }
     void mark_coats() {

@@ -49,7 +49,7 @@ void occlude(const SceneView& scene, BatchState& batch, const RayQueue& shadows,
             lit = occlude_tinted(scene, batch, rays, path, contribution);
         else
             lit = rays.active & !scene.geometry.ray_query.occluded(rays);
-        add_shadow_radiance(scene, batch, path, contribution, lit);
+        contribute_shadow_rays(scene, batch, path, first, contribution, lit);
     }
 }
 
@@ -177,8 +177,25 @@ class PixelAdder {
     const bool m_weighted;
 };
 
+// What expressions have gathered becomes AOVs.
 template <int W>
-void finish(const SceneView& scene, const BatchState& batch, int count, const BatchRequest& request,
+[[gnu::noinline]] void sense_expressions(const PathShares& shares, const SensorLanes<W>& sensor, int first,
+                                         std::vector<float>& aovs) {
+    for (int e = 0; e < shares.count(); e++) {
+        const auto radiance =
+            load_rows<4>(shares.radiance(e), (Int<W>::lane_index() + Int<W>(first)) << 2);
+        Spectrum<W> light;
+        for (size_t k = 0; k < Wavelengths; k++)
+            light[int(k)] = radiance[k] * sensor.unit[k];
+        const auto rgb = sensor.rgb(light);
+        for (size_t c = 0; c < 3; c++)
+            rgb[c].store(aovs.data() + (size_t(shares.first_channel() + 3 * e) + c) * BatchPadded +
+                         size_t(first));
+    }
+}
+
+template <int W>
+void finish(const SceneView& scene, BatchState& batch, int count, const BatchRequest& request,
             BatchCounts& counts) {
     using F = Float<W>;
     using I = Int<W>;
@@ -196,6 +213,8 @@ void finish(const SceneView& scene, const BatchState& batch, int count, const Ba
             seen[int(k)] = albedos[k] * sensor.unit[k] * sensor.white[k] * F(1.0f / Wavelengths);
         }
         const auto rgb = sensor.rgb(light), albedo = sensor.rgb(seen);
+        if (batch.shares)
+            sense_expressions(*batch.shares, sensor, first, batch.aovs);
         for (int i = 0; i < W && first + i < count; i++)
             pixels.add(first + i, {rgb[0].v[i], rgb[1].v[i], rgb[2].v[i]},
                        {albedo[0].v[i], albedo[1].v[i], albedo[2].v[i]});

@@ -43,10 +43,12 @@ void add_environment(const SceneView& scene, BatchState& batch, const PathQueue&
                         : all);
     };
     if (any(m & constant)) // directions alone find it: docs/transport.md, "Choice of light"
-        add_radiance(batch, path,
-                     throughput * emission_spectrum(scene, scene.lights.constant.c, l.data()) *
-                         (F(1.0f) / ratios),
-                     constant & shines(scene.lights.constant.sets));
+        contribute(batch,
+                   Contribution<W>{path,
+                                   throughput * emission_spectrum(scene, scene.lights.constant.c, l.data()) *
+                                       (F(1.0f) / ratios),
+                                   Int<W>(LightId::Constant)},
+                   constant & shines(scene.lights.constant.sets));
     if (any(m & map)) {
         const MapPlace<W> p = map_place(scene.lights.map, vector_of(ray, P::Direction));
         const MapCell<W> c(scene.lights.map, p);
@@ -57,8 +59,10 @@ void add_environment(const SceneView& scene, BatchState& batch, const PathQueue&
                 map_pdf(scene.lights.map, texels.weights(scene.lights.map, c), c, p.sin_theta);
             weight = PathVertex<W>::in_direction(ray[P::PdfMapChoice], pdf).weight(ray[P::Mis], ratios);
         }
-        add_radiance(batch, path, throughput * map_radiance(scene, texels, c, l.data()) * weight,
-                     map & shines(scene.lights.map.sets));
+        contribute(batch,
+                   Contribution<W>{path, throughput * map_radiance(scene, texels, c, l.data()) * weight,
+                                   Int<W>(LightId::Picture)},
+                   map & shines(scene.lights.map.sets));
     }
 }
 
@@ -156,7 +160,7 @@ void find_hits(const SceneView& scene, const BatchState& batch, PathQueue& paths
 
 // Collisions before the hits, which then are none; `reach` becomes how far paths may go.
 template <int W>
-void collide(const SceneView& scene, const BatchState& batch, PathQueue& paths, Int<W> slots, int bounce,
+void collide(const SceneView& scene, BatchState& batch, PathQueue& paths, Int<W> slots, int bounce,
              bvh::HitPacket<W>& hit, Float<W>& reach, RayQueue& shadow_rays, Mask<W> m) {
     if (!scene.lights.fog_lamps.empty()) {
         const Float<W> surface = select(hit.hit, hit.t, Float<W>(1e30f));
