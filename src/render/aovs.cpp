@@ -7,6 +7,10 @@
 
 namespace kanuka::render {
 
+namespace {
+constexpr std::string_view SampleCount = "sample_count";
+}
+
 void Aovs::ask(const std::vector<scene::Display>& displays, const std::vector<std::string>& more) {
     const auto add_all = [&](std::string_view mode) {
         for (const std::string& name : scene::layers_of_mode(mode))
@@ -20,6 +24,10 @@ void Aovs::ask(const std::vector<scene::Display>& displays, const std::vector<st
 }
 
 void Aovs::add(const std::string& name) {
+    if (name == SampleCount) {
+        m_sample_count = true;
+        return;
+    }
     const bool expression = name.starts_with(scene::ExpressionPrefix);
     std::vector<std::string>& list = expression ? m_expressions : m_names;
     const std::string text = expression ? name.substr(scene::ExpressionPrefix.size()) : name;
@@ -71,19 +79,23 @@ size_t Aovs::add_channels(film::Picture& picture, size_t pixels) const {
         for (const char c : {'R', 'G', 'B'})
             picture.channels.push_back({std::string(scene::ExpressionPrefix) + text + "." + c, true,
                                         std::vector<float>(pixels)});
+    if (m_sample_count)
+        picture.channels.push_back({std::string(SampleCount), false, std::vector<float>(pixels)});
     return first;
 }
 
 void Aovs::put(film::Picture& picture, size_t channel, size_t pixel, const std::vector<float>& sums,
-               float by_weight, float by_hits, float exposure) const {
+               const Means& means) const {
     const float* sum = sums.data() + pixel * 3 * count();
     for (const Kind& kind : m_kinds) {
         for (int c = 0; c < kind.components; c++)
-            picture.channels[channel++].data[pixel] = sum[c] * (kind.color ? by_weight : by_hits);
+            picture.channels[channel++].data[pixel] = sum[c] * (kind.color ? means.by_weight : means.by_hits);
         sum += 3;
     }
     for (size_t k = 0; k < 3 * m_expressions.size(); k++)
-        picture.channels[channel++].data[pixel] = sum[k] * by_weight * exposure;
+        picture.channels[channel++].data[pixel] = sum[k] * means.by_weight * means.exposure;
+    if (m_sample_count)
+        picture.channels[channel].data[pixel] = means.samples;
 }
 
 } // namespace kanuka::render

@@ -20,7 +20,7 @@ class Aovs {
     const std::vector<std::string>& names() const { return m_names; } // of output variables
     // Light path expressions that can be read; without "lpe:".
     const std::vector<std::string>& expressions() const { return m_expressions; }
-    size_t count() const { return m_names.size() + m_expressions.size(); }
+    size_t count() const { return m_names.size() + m_expressions.size(); } // of layers that have sums
 
     // What variables are is what the first surface that has them says. Names that none has are reported, and
     // expressions that cannot be read.
@@ -31,10 +31,13 @@ class Aovs {
 
     // Channels foo (floats), foo.R … (colours), foo.X … (the rest); returns the number of the first.
     size_t add_channels(film::Picture& picture, size_t pixels) const;
-    // by_weight, by_hits: what sums are multiplied with to be means. exposure: the picture's, which light has
-    // as well.
+    struct Means { // what sums are multiplied with to be means
+        float by_weight, by_hits;
+        float exposure; // the picture's, which light has as well
+        float samples;
+    };
     void put(film::Picture& picture, size_t first_channel, size_t pixel, const std::vector<float>& sums,
-             float by_weight, float by_hits, float exposure) const;
+             const Means& means) const;
 
   private:
     struct Kind {
@@ -45,6 +48,7 @@ class Aovs {
 
     std::vector<std::string> m_names, m_expressions;
     std::vector<std::string> m_faults; // of expressions
+    bool m_sample_count = false;       // a layer of its own
     std::vector<Kind> m_kinds;         // parallel to the names
 };
 

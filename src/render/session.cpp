@@ -88,7 +88,9 @@ struct Making {
 
     // Of all that samples depend on, but for how many there are.
     Digest key() const {
-        return digest_of(std::string_view(KANUKA_VERSION), world->key(), job.options, job.camera,
+        // Where pixels stop is decided by what the picture looks like.
+        const float exposure = job.options.adaptive > 0 ? float(world->color().exposure.factor()) : 0.0f;
+        return digest_of(std::string_view(KANUKA_VERSION), world->key(), job.options, exposure, job.camera,
                          job.shading_rate, job.aovs.names(), job.aovs.expressions(), world->classic(),
                          lighting->key());
     }

@@ -53,11 +53,6 @@ void occlude(const SceneView& scene, BatchState& batch, const RayQueue& shadows,
     }
 }
 
-// Rec.709's, of any linear RGB: it tells bright from dark.
-inline float luminance(float r, float g, float b) {
-    return 0.2126f * r + 0.7152f * g + 0.0722f * b;
-}
-
 // The sensor along the wavelengths of some paths, those from `first` on.
 template <int W>
 class SensorLanes {
@@ -113,7 +108,7 @@ class PixelAdder {
     void add(int path, const float (&rgb)[3], const float (&albedo)[3]) {
         const int width = m_request.x1 - m_request.x0;
         const int x = m_request.x0 + path % width, y = m_request.y0 + path / width;
-        const size_t pixel = size_t(y) * size_t(m_request.stride) + size_t(x);
+        const size_t pixel = m_request.pixel_of(path);
         PixelSums& p = m_request.pixels[pixel];
         const float* hit = m_batch.first[path];
         if (m_request.progression == 0) {
@@ -129,7 +124,10 @@ class PixelAdder {
             p.dropped++;
             return;
         }
-        look_for_fireflies(p, x, y, luminance(rgb[0], rgb[1], rgb[2]));
+        const float brightness = luminance(rgb[0], rgb[1], rgb[2]);
+        look_for_fireflies(p, x, y, brightness);
+        if (m_request.progression % 2 == 0)
+            p.even += brightness, p.evens++;
         const float w = m_batch.filter_weight[path], surface = hit[BatchState::Hit];
         for (int c = 0; c < 3; c++)
             p.rgb[c] += w * rgb[c];
@@ -215,11 +213,14 @@ void finish(const SceneView& scene, BatchState& batch, int count, const BatchReq
         const auto rgb = sensor.rgb(light), albedo = sensor.rgb(seen);
         if (batch.shares)
             sense_expressions(*batch.shares, sensor, first, batch.aovs);
-        for (int i = 0; i < W && first + i < count; i++)
+        for (int i = 0; i < W && first + i < count; i++) {
+            if (!request.is_traced(first + i))
+                continue;
             pixels.add(first + i, {rgb[0].v[i], rgb[1].v[i], rgb[2].v[i]},
                        {albedo[0].v[i], albedo[1].v[i], albedo[2].v[i]});
+            counts.paths++;
+        }
     }
-    counts.paths += uint64_t(count);
 }
 
 } // namespace kanuka::transport

@@ -50,11 +50,11 @@ void filter_offset(const FilterView::Cells& table, Float<W> u0, Float<W> u1, Flo
     dy = fma(Float<W>(y) + u1, Float<W>(table.width[1] / float(table.ny)), Float<W>(-0.5f * table.width[1]));
 }
 
-// Keeps the paths of pixels that see something, dense and in order.
-inline void drop_blind(PathQueue& paths, const bool* sees) {
+// Keeps the paths of pixels that see something and take part, dense and in order.
+inline void drop_blind(PathQueue& paths, const BatchRequest& request, const bool* sees) {
     int kept = 0;
     for (int i = 0; i < paths.count; i++) {
-        if (!sees[i])
+        if (!sees[i] || !request.is_traced(i))
             continue;
         std::memmove(paths.row[kept++], paths.row[i], sizeof paths.row[i]); // ratios are 1 for all
     }
@@ -142,7 +142,8 @@ void start_paths(const SceneView& scene, PathQueue& paths, int first, const Vec3
     I(Events::Camera).store(paths.events + first);
 }
 
-// Fills the batch and its paths: one a pixel, but for pixels outside of a fisheye's image circle.
+// Fills the batch and its paths: one a pixel, but for pixels outside of a fisheye's image circle and those
+// that take no part.
 template <int W>
 void generate(const SceneView& scene, const BatchRequest& request, BatchState& batch, PathQueue& paths) {
     using F = Float<W>;
@@ -151,7 +152,8 @@ void generate(const SceneView& scene, const BatchRequest& request, BatchState& b
     const CameraView& cam = scene.camera;
     std::fill(batch.aovs.begin(), batch.aovs.end(), 0.0f);
     batch.reversed_progression = reverse_bits_scalar(request.progression);
-    bool blind = false;
+    const bool drops = is_fisheye(cam.projection) || request.takes_part;
+    bool blind = request.takes_part != nullptr;
     bool sees[BatchPadded];
     for (int first = 0; first < count; first += W) {
         // Lanes past the end repeat the last pixel; nobody reads them.
@@ -173,7 +175,7 @@ void generate(const SceneView& scene, const BatchRequest& request, BatchState& b
         }
         Vec3<F> o, d, O, D;
         const Mask<W> seen = camera_ray(cam, film.x, film.y, lens_x, lens_y, o, d);
-        if (is_fisheye(cam.projection)) {
+        if (drops) {
             blind |= !all(seen);
             for (int k = 0; k < W && first + k < count; k++)
                 sees[first + k] = seen[k];
@@ -186,7 +188,7 @@ void generate(const SceneView& scene, const BatchRequest& request, BatchState& b
     std::memset(batch.first, 0, sizeof batch.first[0] * size_t(count));
     paths.count = count;
     if (blind)
-        drop_blind(paths, sees);
+        drop_blind(paths, request, sees);
 }
 
 } // namespace kanuka::transport
