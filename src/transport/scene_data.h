@@ -54,7 +54,7 @@ struct LightsData {
     std::vector<int32_t> hittable, suns, fog_lamps;
     struct {
         std::vector<int32_t> emitter, placement;
-        std::vector<float> placements;
+        std::vector<float> placements, power;
     } slots;
     struct {
         std::vector<float> probability, pdf_area;
