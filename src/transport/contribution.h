@@ -46,8 +46,10 @@ void contribute(BatchState& batch, const Contribution<W>& c, Mask<W> m) {
     for (int k = 0; k < Wavelengths; k++)
         sum[size_t(k)] = fma(c.radiance[k], scale, sum[size_t(k)]);
     store_rows(batch.radiance[0], at, sum, m);
-    if (batch.shares) [[unlikely]]
-        share_out(*batch.shares, c, scale, m);
+    if (batch.shares) [[unlikely]] {
+        const Contribution<W> copy = c; // so that `c` itself may stay in registers
+        share_out(*batch.shares, copy, scale, m);
+    }
 }
 
 // Lanes may be of one path: one after the other, in their order, which is the same for any number of lanes.
