@@ -25,7 +25,9 @@ def scene() -> kanuka.Scene:
 
 
 def render(**arguments) -> kanuka.Picture:
-    return kanuka.render(scene(), **({"progressions": PATHS, "adaptive": THRESHOLD, "aovs": ["sample_count"]} | arguments))
+    return kanuka.render(
+        scene(), **({"progressions": PATHS, "adaptive": THRESHOLD, "aovs": ["sample_count"]} | arguments)
+    )
 
 
 def same(a: kanuka.Picture, b: kanuka.Picture) -> bool:

@@ -113,8 +113,7 @@ struct MaterialCode {
                 node.given |= uint32_t(node.inputs[i].word >= 0) << i;
                 node.colors |= uint32_t(decl.inputs[i].type == grid::InputType::Color) << i;
             }
-            const bool scatters =
-                decl.kind != grid::LobeKind::Emission && decl.kind != grid::LobeKind::Phase;
+            const bool scatters = decl.kind != grid::LobeKind::Emission && decl.kind != grid::LobeKind::Phase;
             node.leaf = scatters ? leaves++ : -1;
             transmits |= decl.kind == grid::LobeKind::Transmission ||
                          decl.kind == grid::LobeKind::ReflectionTransmission;

@@ -144,8 +144,9 @@ bool Accumulator::is_traced(size_t bucket) const {
         return true;
     bool some = false;
     rows_of(bucket, [&](size_t first, size_t count) {
-        some |= std::any_of(m_takes_part.begin() + ptrdiff_t(first),
-                            m_takes_part.begin() + ptrdiff_t(first + count), [](uint8_t on) { return on != 0; });
+        some |=
+            std::any_of(m_takes_part.begin() + ptrdiff_t(first),
+                        m_takes_part.begin() + ptrdiff_t(first + count), [](uint8_t on) { return on != 0; });
     });
     return some;
 }

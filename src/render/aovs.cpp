@@ -77,8 +77,8 @@ size_t Aovs::add_channels(film::Picture& picture, size_t pixels) const {
         }
     for (const std::string& text : m_expressions)
         for (const char c : {'R', 'G', 'B'})
-            picture.channels.push_back({std::string(scene::ExpressionPrefix) + text + "." + c, true,
-                                        std::vector<float>(pixels)});
+            picture.channels.push_back(
+                {std::string(scene::ExpressionPrefix) + text + "." + c, true, std::vector<float>(pixels)});
     if (m_sample_count)
         picture.channels.push_back({std::string(SampleCount), false, std::vector<float>(pixels)});
     return first;

@@ -10,10 +10,10 @@ namespace kanuka::transport {
 template <int W>
 struct Contribution {
     Int<W> path;
-    Spectrum<W> radiance;            // weighted: see docs/transport.md
-    Int<W> light{LightId::Surface};  // of LightsView::analytic, or a LightId
-    bool shown_diffusely = false;    // a surface shows it as if it reflected it diffusely, and nothing else
-    int ray = -1;                    // the shadow ray of the first lane; -1 = none brought it
+    Spectrum<W> radiance;           // weighted: see docs/transport.md
+    Int<W> light{LightId::Surface}; // of LightsView::analytic, or a LightId
+    bool shown_diffusely = false;   // a surface shows it as if it reflected it diffusely, and nothing else
+    int ray = -1;                   // the shadow ray of the first lane; -1 = none brought it
 };
 
 // For expressions, of which there are some.
@@ -57,8 +57,8 @@ template <int W>
 void contribute_in_turn(BatchState& batch, const Contribution<W>& c, Mask<W> m) {
     for (uint32_t bits = m.bits(); bits; bits &= bits - 1) {
         const int i = __builtin_ctz(bits);
-        Contribution<1> one{Int<1>(c.path[i]), {}, Int<1>(c.light[i]), c.shown_diffusely,
-                            c.ray < 0 ? -1 : c.ray + i};
+        Contribution<1> one{
+            Int<1>(c.path[i]), {}, Int<1>(c.light[i]), c.shown_diffusely, c.ray < 0 ? -1 : c.ray + i};
         for (int k = 0; k < Wavelengths; k++)
             one.radiance[k] = Float<1>(c.radiance[k][i]);
         contribute(batch, one, Mask<1>(true));

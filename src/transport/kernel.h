@@ -94,7 +94,8 @@ struct BatchRequest {
 class Kernel {
   public:
     virtual ~Kernel() = default;
-    // Adds one sample to each pixel of the rectangle that takes part. The result is a pure function of scene and request.
+    // Adds one sample to each pixel of the rectangle that takes part. The result is a pure function of scene
+    // and request.
     virtual void trace(const BatchRequest& request, BatchCounts& counts) = 0;
 };
 

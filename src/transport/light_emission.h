@@ -52,8 +52,8 @@ struct EmissionDensity {
 // A ray from a light, a lane each.
 template <int W>
 struct EmissionSample : EmissionDensity<W> {
-    Vec3<Float<W>> P, N, d;    // N: of the surface of the light; of points and far lights that is d
-    Float<W> cosine;           // between N and d
+    Vec3<Float<W>> P, N, d; // N: of the surface of the light; of points and far lights that is d
+    Float<W> cosine;        // between N and d
     Mask<W> valid;
     Int<W> light;
 };
@@ -314,7 +314,8 @@ Spectrum<W> emitted(const SceneView& scene, const EmissionLights& lights, const 
         const LightLanes<W> light(scene, select(here, s.light, I(0)));
         const I shape = light.get(&A::shape);
         const V center = light.get(&A::position), local = light.to_light(s.P - center);
-        const F half_x = max(light.get(&A::half_x), F(1e-30f)), half_y = max(light.get(&A::half_y), F(1e-30f));
+        const F half_x = max(light.get(&A::half_x), F(1e-30f)),
+                half_y = max(light.get(&A::half_y), F(1e-30f));
         const V place(local.x / half_x, local.y / half_y, zero);
         const V afar = center + s.d * (half_x * F(1e4f));
         V from = select(shape == I(A::Sphere), afar, s.P + s.d);
@@ -323,8 +324,7 @@ Spectrum<W> emitted(const SceneView& scene, const EmissionLights& lights, const 
     }
     if (const Mask<W> here = s.valid & (s.light == I(lights.picture())); any(here)) {
         const MapCell<W> c(scene.lights.map, map_place(scene.lights.map, -s.d));
-        radiance = bsdf::select(
-            here, map_radiance(scene, MapTexels<W>(scene.lights.map, c), c, l), radiance);
+        radiance = bsdf::select(here, map_radiance(scene, MapTexels<W>(scene.lights.map, c), c, l), radiance);
     }
     if (const Mask<W> here = s.valid & (s.light == I(lights.constant())); any(here))
         radiance = bsdf::select(here, emission_spectrum(scene, scene.lights.constant.c, l), radiance);

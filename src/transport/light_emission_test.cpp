@@ -28,7 +28,8 @@ class Rays {
     struct Ray {
         Vec3f P, N, d;
         double pdf_area, pdf_solid_angle;
-        double carries; // of light that is 1 at all wavelengths, over the densities and the chance of the light
+        double
+            carries; // of light that is 1 at all wavelengths, over the densities and the chance of the light
         int light;
     };
     // light < 0: any, by its chance.
@@ -42,8 +43,8 @@ class Rays {
                 for (int k = 0; k < 8; k++)
                     x.v[k] = u(m_random);
             const Int<8> which = light < 0 ? lights.choose(number[4]) : Int<8>(light);
-            const auto sample = sample_emission(s.view, lights, which, number[0], number[1], number[2], number[3],
-                                                Mask<8>(true));
+            const auto sample = sample_emission(s.view, lights, which, number[0], number[1], number[2],
+                                                number[3], Mask<8>(true));
             const F carries = emitted(s.view, lights, sample, l)[0] * sample.cosine /
                               (sample.pdf_area * sample.pdf_solid_angle);
             const F chance = light < 0 ? lights.chance(which) : F(1.0f);
@@ -51,7 +52,8 @@ class Rays {
                 ASSERT_TRUE(sample.valid[k]) << which[k];
                 const auto v = [&](const Vec3<F>& a) { return Vec3f(a.x[k], a.y[k], a.z[k]); };
                 visit({v(sample.P), v(sample.N), v(sample.d), double(sample.pdf_area[k]),
-                       double(sample.pdf_solid_angle[k]), double(carries[k] / (chance[k] * white)), which[k]});
+                       double(sample.pdf_solid_angle[k]), double(carries[k] / (chance[k] * white)),
+                       which[k]});
             }
         }
     }
@@ -99,13 +101,15 @@ std::vector<Case> cases() {
     scene::Light quad = light_of(Kind::Quad);
     quad.width = 1.2f, quad.height = 0.7f;
     all.push_back({"quad", quad, 1.2 * 0.7,
-                   [](Vec3f p) { return std::array{p.x / 1.2 + 0.5, p.y / 0.7 + 0.5}; }, Pi2 / 2 * 1.2 * 0.7, 0});
+                   [](Vec3f p) { return std::array{p.x / 1.2 + 0.5, p.y / 0.7 + 0.5}; }, Pi2 / 2 * 1.2 * 0.7,
+                   0});
     scene::Light disk = light_of(Kind::Disk);
     disk.radius = 0.6f;
     const double disk_area = Pi2 / 2 * 0.36;
     all.push_back({"disk", disk, disk_area,
                    [](Vec3f p) {
-                       return std::array{double(p.x * p.x + p.y * p.y) / 0.36, turn(double(p.y), double(p.x))};
+                       return std::array{double(p.x * p.x + p.y * p.y) / 0.36,
+                                         turn(double(p.y), double(p.x))};
                    },
                    Pi2 / 2 * disk_area, 0});
     scene::Light sphere = light_of(Kind::Sphere);
@@ -115,9 +119,10 @@ std::vector<Case> cases() {
                    Pi2 * Pi2 / 4, 0});
     scene::Light tube = light_of(Kind::Cylinder);
     tube.radius = 0.2f, tube.height = 1.5f;
-    all.push_back({"cylinder", tube, Pi2 * 0.2 * 1.5,
-                   [](Vec3f p) { return std::array{double(p.z) / 1.5 + 0.5, turn(double(p.y), double(p.x))}; },
-                   Pi2 / 2 * Pi2 * 0.2 * 1.5, 0});
+    all.push_back(
+        {"cylinder", tube, Pi2 * 0.2 * 1.5,
+         [](Vec3f p) { return std::array{double(p.z) / 1.5 + 0.5, turn(double(p.y), double(p.x))}; },
+         Pi2 / 2 * Pi2 * 0.2 * 1.5, 0});
     all.push_back({"point", light_of(Kind::Point), 0, nullptr, 2 * Pi2, 2 * Pi2});
     scene::Light spot = light_of(Kind::Spot);
     spot.cone_angle = 40, spot.cone_delta_angle = 10, spot.beam_distribution = 3;
@@ -248,8 +253,9 @@ TEST(LightEmission, PowerIsThatOfTheLight) {
 TEST(LightEmission, Triangles) {
     TestScene s;
     s.add_quad({0, -1, 0}, {0, 0, 4}, {4, 0, 0}, {matte(Rgb(0.5f))});
-    s.add_quad({0, 1, 0}, {1, 0, 0}, {0, 0, 1}, {emission(Rgb(1))});       // shines down; its area is 4
-    s.add_quad({0, 0, 0}, {0.25f, 0, 0}, {0, 0, 0.25f}, {emission(Rgb(2))}); // placed: twice as large, up there
+    s.add_quad({0, 1, 0}, {1, 0, 0}, {0, 0, 1}, {emission(Rgb(1))}); // shines down; its area is 4
+    s.add_quad({0, 0, 0}, {0.25f, 0, 0}, {0, 0, 0.25f},
+               {emission(Rgb(2))}); // placed: twice as large, up there
     s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 1, 4, 4);
     s.finish(2, Transform::translate(0, 3, 0) * Transform::scale(2, 2, 2));
     Rays rays(s);
@@ -300,7 +306,8 @@ TEST(LightEmission, SkiesWithAPicture) {
     double all = 0, light = 0;
     const double part = 2 * Pi2 / (double(Rows) * Fine * Columns * Fine);
     const auto texel = [&](int i, int j) {
-        return double(s.inputs.map.rgb[size_t(3 * (std::clamp(j, 0, Height - 1) * Width + (i + Width) % Width))]);
+        return double(
+            s.inputs.map.rgb[size_t(3 * (std::clamp(j, 0, Height - 1) * Width + (i + Width) % Width))]);
     };
     for (int row = 0; row < Rows * Fine; row++)
         for (int column = 0; column < Columns * Fine; column++) {
@@ -308,8 +315,10 @@ TEST(LightEmission, SkiesWithAPicture) {
                          phi = Pi2 * (column + 0.5) / (Columns * Fine);
             const Vec3<Float<1>> d(Float<1>(float(-r * std::cos(phi))), Float<1>(float(-r * std::sin(phi))),
                                    Float<1>(float(-z)));
-            const auto pdf = pdf_emission(s.view, rays.lights, Int<1>(rays.lights.picture()), d, d, Mask<1>(true));
-            expected[size_t(row / Fine * Columns + column / Fine)] += N * double(pdf.pdf_solid_angle[0]) * part;
+            const auto pdf =
+                pdf_emission(s.view, rays.lights, Int<1>(rays.lights.picture()), d, d, Mask<1>(true));
+            expected[size_t(row / Fine * Columns + column / Fine)] +=
+                N * double(pdf.pdf_solid_angle[0]) * part;
             all += double(pdf.pdf_solid_angle[0]) * part;
             const double x = phi / Pi2 * Width - 0.5, y = std::acos(z) / (Pi2 / 2) * Height - 0.5;
             const int i = int(std::floor(x)), j = int(std::floor(y));
@@ -333,7 +342,8 @@ TEST(LightEmission, LightTracingFindsWhatLightSamplingFinds) {
     std::vector<scene::Light> lights;
     for (const Case& c : cases()) {
         scene::Light light = c.light;
-        const bool aimed = light.kind != Kind::Sphere && light.kind != Kind::Point && light.kind != Kind::Cylinder;
+        const bool aimed =
+            light.kind != Kind::Sphere && light.kind != Kind::Point && light.kind != Kind::Cylinder;
         if (!is_far(light)) // over the floor, looking down
             light.world_from_light = Transform::translate(0.25 * double(lights.size()) - 0.6, 0.6, 0.2) *
                                      (aimed ? Transform::rotate(90, 1, 0, 0) : Transform());
@@ -392,9 +402,9 @@ TEST(LightEmission, LanesAgreeAndNothingShinesWithoutLights) {
         const auto wide =
             sample_emission(s.view, of, light, number[0], number[1], number[2], number[3], Mask<16>(true));
         for (int k = 0; k < 16; k++) {
-            const auto one = sample_emission(s.view, of, Int<1>(light[k]), Float<1>(number[0][k]),
-                                             Float<1>(number[1][k]), Float<1>(number[2][k]),
-                                             Float<1>(number[3][k]), Mask<1>(true));
+            const auto one =
+                sample_emission(s.view, of, Int<1>(light[k]), Float<1>(number[0][k]), Float<1>(number[1][k]),
+                                Float<1>(number[2][k]), Float<1>(number[3][k]), Mask<1>(true));
             for (int c = 0; c < 3; c++) {
                 EXPECT_EQ(wide.P[c][k], one.P[c][0]) << light[k];
                 EXPECT_EQ(wide.d[c][k], one.d[c][0]) << light[k];

@@ -55,8 +55,8 @@ class Parser {
     [[noreturn]] void fail(const std::string& expected) const {
         const std::string found =
             m_at < m_text.size() ? "'" + std::string(1, m_text[m_at]) + "'" : std::string("the end");
-        throw Error("\"" + std::string(m_text) + "\": at character " + std::to_string(m_at + 1) + " there is " +
-                        found + ", expected " + expected,
+        throw Error("\"" + std::string(m_text) + "\": at character " + std::to_string(m_at + 1) +
+                        " there is " + found + ", expected " + expected,
                     ExitCode::Usage);
     }
     bool take(char c) {
@@ -304,7 +304,8 @@ class Builder {
         const auto [at, added] = m_numbers.try_emplace(places, uint8_t(m_sets.size()));
         if (added) {
             if (m_sets.size() >= PathAutomaton::MostStates)
-                throw Error("the expression is too complicated: it takes more than 64 states", ExitCode::Usage);
+                throw Error("the expression is too complicated: it takes more than 64 states",
+                            ExitCode::Usage);
             m_sets.push_back(places);
             PathAutomaton::State state{{}, 0};
             state.next.fill(PathAutomaton::Dead);

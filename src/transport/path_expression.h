@@ -1,6 +1,6 @@
 // Light path expressions: regular expressions over what happens to a path between the camera and a light
-// (Heckbert 1990, Adaptive Radiosity Textures for Bidirectional Ray Tracing), in the notation of RenderMan and
-// OSL. docs/transport.md, "Light path expressions", has it.
+// (Heckbert 1990, Adaptive Radiosity Textures for Bidirectional Ray Tracing), in the notation of RenderMan
+// and OSL. docs/transport.md, "Light path expressions", has it.
 #pragma once
 
 #include <array>

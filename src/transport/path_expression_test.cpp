@@ -1,5 +1,5 @@
-// Light path expressions: which paths they mean, against std::regex over paths spelled out; and what they count
-// of pictures, against pictures of less.
+// Light path expressions: which paths they mean, against std::regex over paths spelled out; and what they
+// count of pictures, against pictures of less.
 #include <chrono>
 #include <functional>
 #include <gtest/gtest.h>
@@ -89,7 +89,8 @@ scene::Light point_at(double x, double y, double z, const Rgb& intensity, const 
 // Diffuse and glossy lobes on one floor, a mirror, glass, a wall that shines, and lights of every place.
 void add_room(TestScene& s, bool shines = true) {
     const Vec3f x(2, 0, 0), y(0, 2, 0), z(0, 0, 2);
-    s.add_quad({0, -1, 3}, z, x, {matte(Rgb(0.6f, 0.3f, 0.2f)), metal(0.4f, Rgb(0.2f, 0.4f, 0.5f), Rgb(0.5f))});
+    s.add_quad({0, -1, 3}, z, x,
+               {matte(Rgb(0.6f, 0.3f, 0.2f)), metal(0.4f, Rgb(0.2f, 0.4f, 0.5f), Rgb(0.5f))});
     s.add_quad({0, 0, 5}, y, x, {matte(Rgb(0.3f, 0.5f, 0.8f))});
     s.add_quad({0, 1.5f, 3}, {0.5f, 0, 0}, {0, 0, 0.5f}, {shines ? emission(Rgb(6, 5, 4)) : matte(Rgb(0))});
     s.add_sphere({-0.6f, -0.4f, 3}, 0.5f, 24, {glass(0)});
@@ -153,7 +154,8 @@ TEST(PathExpression, MeansThePathsOfItsRegularExpression) {
         const PathAutomaton a = compile_path_expression(text, Classes);
         const std::regex regex(pattern);
         int wrong = 0;
-        each_path(4, [&](const std::string& path) { wrong += accepts(a, path) != std::regex_match(path, regex); });
+        each_path(
+            4, [&](const std::string& path) { wrong += accepts(a, path) != std::regex_match(path, regex); });
         EXPECT_EQ(wrong, 0) << text;
     }
 }
@@ -185,9 +187,9 @@ TEST(PathExpression, SaysWhatIsWrongAndWhere) {
 
 TEST(PathExpression, LayersAddUpToThePicture) {
     const std::vector<std::string> expressions = {
-        "C.*",        "C.*L",          "C.*O",                                      // all; by what shines
-        "C[LO]",      "C<RD>.*[LO]",   "C<RG>.*[LO]",         "C<RS>.*[LO]",        // by what is seen
-        "C<T.>.*[LO]", "CV.*[LO]",     "C.*<L.'key'>",        "C.*[^<L.'key'>]"};
+        "C.*",         "C.*L",        "C.*O",                        // all; by what shines
+        "C[LO]",       "C<RD>.*[LO]", "C<RG>.*[LO]",  "C<RS>.*[LO]", // by what is seen
+        "C<T.>.*[LO]", "CV.*[LO]",    "C.*<L.'key'>", "C.*[^<L.'key'>]"};
     TestScene s;
     add_room(s);
     ask(s, expressions);
@@ -280,7 +282,8 @@ TEST(PathExpression, GroupsAreScenesWithoutOtherLights) {
         s.inputs.lights[1].name = "second";
     };
     expect_layer(two, "C.+<L.'a'>", [](TestScene& s) { s.inputs.lights.pop_back(); });
-    expect_layer(two, "C.*<L.'second'>", [](TestScene& s) { s.inputs.lights.erase(s.inputs.lights.begin()); });
+    expect_layer(two, "C.*<L.'second'>",
+                 [](TestScene& s) { s.inputs.lights.erase(s.inputs.lights.begin()); });
 }
 
 // A floor of two lobes under one light: each layer is the floor with one of them, with its own colour.
@@ -299,7 +302,8 @@ TEST(PathExpression, LobesAreFloorsOfOneLobe) {
             s.inputs.lights = {ball, constant_sky(Rgb(0.2f))};
         };
     };
-    const Lobe diffuse = matte(Rgb(0.7f, 0.2f, 0.1f)), glossy = metal(0.5f, Rgb(0.05f, 0.2f, 0.3f), Rgb(0.3f));
+    const Lobe diffuse = matte(Rgb(0.7f, 0.2f, 0.1f)),
+               glossy = metal(0.5f, Rgb(0.05f, 0.2f, 0.3f), Rgb(0.3f));
     for (const bool first : {true, false}) {
         kanuka::testing::RunningMean layer[3], alone[3];
         TestScene both, one;

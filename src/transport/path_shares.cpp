@@ -14,8 +14,9 @@ struct Steps {
 
     explicit Steps(const PathShares::Event& e) : count(1) {
         const auto of_surface = [&](PathStep reflected) {
-            return PathStep(int(reflected) +
-                            (e.transmits ? int(PathStep::TransmitDiffuse) - int(PathStep::ReflectDiffuse) : 0));
+            return PathStep(
+                int(reflected) +
+                (e.transmits ? int(PathStep::TransmitDiffuse) - int(PathStep::ReflectDiffuse) : 0));
         };
         std::fill_n(part[0], Wavelengths, 1.0f);
         if (e.in_volume) {
@@ -75,8 +76,7 @@ void PathShares::scatter(int path, const Event& event) {
     }
 }
 
-void PathShares::accepted(size_t expression, int path, const Event* event, uint64_t light,
-                          Spectrum4& part) {
+void PathShares::accepted(size_t expression, int path, const Event* event, uint64_t light, Spectrum4& part) {
     const std::vector<PathAutomaton::State>& states = m_expressions.automata[expression].states;
     std::fill_n(part, Wavelengths, 0.0f);
     for (size_t s = 0; s < states.size(); s++) {
@@ -103,8 +103,7 @@ void PathShares::cast(int ray, int path, const Event& event, int light) {
     for (size_t e = 0; e < m_expressions.automata.size(); e++) {
         Spectrum4 part;
         accepted(e, path, &event, bit, part);
-        std::copy_n(part, Wavelengths,
-                    m_of_ray.data() + (e * size_t(m_rays) + size_t(ray)) * Wavelengths);
+        std::copy_n(part, Wavelengths, m_of_ray.data() + (e * size_t(m_rays) + size_t(ray)) * Wavelengths);
     }
 }
 

@@ -1,6 +1,6 @@
 // What light path expressions know of the paths of a batch. A material is a sum of lobes, and a direction of
-// it is evaluated for all of them together; so a path is in no one state of an automaton, but in several, each
-// with a share of its light in each wavelength. Shares of one path sum to one, so what is split by
+// it is evaluated for all of them together; so a path is in no one state of an automaton, but in several,
+// each with a share of its light in each wavelength. Shares of one path sum to one, so what is split by
 // expressions that complement each other sums to the picture.
 #pragma once
 

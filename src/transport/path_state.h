@@ -71,7 +71,7 @@ struct alignas(64) BatchState {
     Lane<float> time;        // while the shutter is open, 0 to 1; written where something moves
     Lane<float> level;       // which levels of detail a path sees; written where some are in transition
     uint32_t reversed_progression;
-    std::vector<float> aovs; // BatchPadded values a channel of those that displays ask for
+    std::vector<float> aovs;            // BatchPadded values a channel of those that displays ask for
     std::unique_ptr<PathShares> shares; // null = nobody asks for light path expressions
 };
 

@@ -31,8 +31,8 @@ struct SceneInputs {
     LatLong map;                           // of the environment light that has a texture, if any
     Transform render_from_world;
     CameraView camera;
-    bool moving = false;            // something moves while the shutter is open, or the camera does
-    std::vector<bool> aov_is_color; // SettingsView has the same
+    bool moving = false;                  // something moves while the shutter is open, or the camera does
+    std::vector<bool> aov_is_color;       // SettingsView has the same
     std::vector<std::string> expressions; // of light paths, whose channels are the last of those
     IntegratorChoice integrator;
     float clamp_direct = 0, clamp_indirect = 0; // scene::Options

@@ -74,8 +74,8 @@ class AirStage {
         const F scale = max(max(max(inscatter.x, inscatter.y), inscatter.z) * F(2.0f), F(1e-20f));
         bsdf::uplift(m_scene.spectra.uplift, inscatter * (F(1.0f) / scale), c0, c1, c2);
         contribute(m_batch,
-                   Contribution<W>{path, throughput * emission_spectrum(m_scene, c0, c1, c2, scale, l.data()) *
-                                             weight},
+                   Contribution<W>{
+                       path, throughput * emission_spectrum(m_scene, c0, c1, c2, scale, l.data()) * weight},
                    m);
         bsdf::uplift(m_scene.spectra.uplift, triple(m_segments.transmittance, first), c0, c1, c2);
         throughput = throughput * bsdf::sigmoid_spectrum(c0, c1, c2, l.data());

@@ -180,8 +180,7 @@ template <int W>
 [[gnu::noinline]] void sense_expressions(const PathShares& shares, const SensorLanes<W>& sensor, int first,
                                          std::vector<float>& aovs) {
     for (int e = 0; e < shares.count(); e++) {
-        const auto radiance =
-            load_rows<4>(shares.radiance(e), (Int<W>::lane_index() + Int<W>(first)) << 2);
+        const auto radiance = load_rows<4>(shares.radiance(e), (Int<W>::lane_index() + Int<W>(first)) << 2);
         Spectrum<W> light;
         for (size_t k = 0; k < Wavelengths; k++)
             light[int(k)] = radiance[k] * sensor.unit[k];

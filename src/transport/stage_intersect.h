@@ -178,8 +178,8 @@ void collide(const SceneView& scene, BatchState& batch, PathQueue& paths, Int<W>
 
 // By which paths are sorted: see ProgramRuns.
 template <int W>
-Int<W> program_of(const SceneView& scene, const PathQueue& paths, Int<W> slots,
-                  const bvh::HitPacket<W>& hit, Mask<W> scattered, int bounce) {
+Int<W> program_of(const SceneView& scene, const PathQueue& paths, Int<W> slots, const bvh::HitPacket<W>& hit,
+                  Mask<W> scattered, int bounce) {
     using I = Int<W>;
     Mask<W> shows = hit.hit;
     if (scene.geometry.holds_out) // what hides all behind it and is black itself is a miss without a sky

@@ -194,7 +194,8 @@ class MediumStage {
             return;
         const I pixel = bitcast_int(ray[PathQueue::PixelHash]), path = bitcast_int(ray[PathQueue::Path]);
         if (m_batch.shares)
-            note_rays(*m_batch.shares, m_shadow_rays, path, ScatteringEvent<W>::of_volume(), light.light, bits);
+            note_rays(*m_batch.shares, m_shadow_rays, path, ScatteringEvent<W>::of_volume(), light.light,
+                      bits);
         queue_rays(m_scene, m_shadow_rays,
                    ShadowRay<W>{receiver.P, light.wi, light.distance, contribution, path,
                                 seed_of(seeds::ShadowRay, pixel, m_bounce, m_batch.reversed_progression),

@@ -247,7 +247,8 @@ class SurfaceStage : public SurfaceLight<W> {
     }
 
   private:
-    // For expressions: how light from wi, in the frame of the hit, is scattered. f: all that eval() has of it.
+    // For expressions: how light from wi, in the frame of the hit, is scattered. f: all that eval() has of
+    // it.
     [[gnu::noinline]] static ScatteringEvent<W> event_of(const Scattering<W>& s, const V& wi, F above,
                                                          const S& f, M m) {
         ScatteringEvent<W> event = ScatteringEvent<W>::reflected();

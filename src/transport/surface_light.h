@@ -141,9 +141,10 @@ class SurfaceLight {
         } else
             shown = Scattering<W>(m_at, h).material.albedo();
         const S light = emission_spectrum(m_at.scene, m_at.scene.lights.ambient.c, h.l);
-        contribute(m_at.batch,
-                   Contribution<W>{h.path, h.throughput * (shown * light) * weight(h), I(LightId::Ambient), true},
-                   m);
+        contribute(
+            m_at.batch,
+            Contribution<W>{h.path, h.throughput * (shown * light) * weight(h), I(LightId::Ambient), true},
+            m);
     }
 
     void add_emission(const SurfaceHit<W>& h, M m) {
