@@ -147,8 +147,8 @@ template <int W>
 }
 
 template <int W>
-[[gnu::noinline]] LobeValue<W> Material<W>::eval_layered(const Vec3<Float<W>>& wo,
-                                                         const Vec3<Float<W>>& wi) const {
+[[gnu::noinline]] LobeValue<W> Material<W>::eval_layered(const Vec3<Float<W>>& wo, const Vec3<Float<W>>& wi,
+                                                         uint32_t leaves) const { // bits
     const Float<W> zero(0.0f), one(1.0f);
     const Mask<W> reflects = wi.z > zero;
     Vec3<Float<W>> in[MaxThickCoats];
@@ -175,6 +175,8 @@ template <int W>
     const Float<W> cosine_density = max(wi.z, zero) * Float<W>(1 / Pi);
     LobeValue<W> sum = no_value<W>();
     for (int k = 0; k < m_code.leaves; k++) {
+        if (!(leaves >> k & 1))
+            continue;
         const int b = m_code.bed_of_leaf[k];
         LobeValue<W> v = eval_lobe(m_lobe[k], m_inputs[k], seen_from(b, wo), b < 0 ? wi : in[b]);
         if (b >= 0) {

@@ -149,6 +149,47 @@ TEST(Material, AddSumsWeights) {
     expect_energy(t, 0.5f, 0.125 + 0.75, "add");
 }
 
+// What light path expressions split: of an Add, each part is the material that has nothing else.
+TEST(Material, PartsOfLobesAddUp) {
+    const Vec3f red(0.7f, 0.2f, 0.1f), blue(0.1f, 0.2f, 0.4f), rough(0.45f);
+    for (const LayerOp op : {LayerOp::Add, LayerOp::Coat, LayerOp::Thick}) {
+        Tree whole, diffuse, glossy;
+        const int base = whole.join(LayerOp::Add, whole.lobe(LobeId::LambertBrdf, {red}),
+                                    whole.lobe(LobeId::MicrofacetConductorBrdf, {blue, blue, rough}));
+        whole.join(op, varnish(whole, 0.3f), base);
+        diffuse.lobe(LobeId::LambertBrdf, {red});
+        const int metal = glossy.lobe(LobeId::MicrofacetConductorBrdf, {blue, blue, rough});
+        glossy.join(LayerOp::Add, varnish(glossy, 0.3f), metal);
+        const MaterialCode code(whole.program);
+        EXPECT_EQ(__builtin_popcount(code.diffuse), 1);
+        F8 l[Wavelengths];
+        wavelengths<8>(l);
+        const V8 wo = seen_from<8>(0.6f);
+        const auto make = [&](const MaterialCode& of, const Tree& tree) {
+            return Material<8>(of, TreeFetch<8>(tree), Mask<8>(true), wo, l);
+        };
+        const MaterialCode code_of_diffuse(diffuse.program), code_of_glossy(glossy.program);
+        const Material<8> all = make(code, whole), one = make(code_of_diffuse, diffuse),
+                          other = make(code_of_glossy, glossy);
+        Uniform u(5);
+        for (int i = 0; i < 40; i++) {
+            const V8 wi = sample_cosine(u.lanes<8>(), u.lanes<8>());
+            const auto f = all.eval(wo, wi).f, part = all.eval_some(code.diffuse, wo, wi),
+                       rest = all.eval_some(~code.diffuse, wo, wi);
+            for (int w = 0; w < Wavelengths; w++)
+                for (int k = 0; k < 8; k++) {
+                    EXPECT_GT(part[w][k], 0);
+                    EXPECT_NEAR(part[w][k] + rest[w][k], f[w][k], 1e-5f * f[w][k]);
+                    if (op != LayerOp::Add)
+                        continue;
+                    EXPECT_NEAR(part[w][k], one.eval(wo, wi).f[w][k], 1e-5f * part[w][k]);
+                    EXPECT_NEAR(rest[w][k], other.eval(wo, wi).f[w][k], 1e-5f * rest[w][k]);
+                }
+        }
+        EXPECT_EQ(all.eval_some(0, wo, wo)[0][0], 0);
+    }
+}
+
 TEST(Material, ColoursStayWhereTheyBelong) {
     Tree t;
     const int a = t.lobe(LobeId::LambertBrdf, {Vec3f(1, 0.5f, 0)}),

@@ -1,9 +1,12 @@
 #include "render/accumulator.h"
 
 #include <algorithm>
+#include <climits>
 #include <cmath>
+#include <limits>
 
 #include "base/error.h"
+#include "base/tasks.h"
 
 namespace kanuka::render {
 
@@ -19,12 +22,16 @@ Window crop_window(const std::array<float, 4>& crop, int width, int height) {
     return w;
 }
 
-Accumulator::Accumulator(const Window& window, size_t aovs)
+Accumulator::Accumulator(const Window& window, size_t aovs, bool stops)
     : m_window(window), m_aovs(aovs), m_across((window.width() + BucketSize - 1) / BucketSize) {
     const int down = (window.height() + BucketSize - 1) / BucketSize;
     m_pixels.assign(size_t(window.width()) * size_t(window.height()), transport::PixelSums{});
     m_aov_sums.assign(m_pixels.size() * aovs, 0.0f);
     m_done.assign(size_t(m_across) * size_t(down), 0);
+    if (stops) {
+        m_stopped.assign(m_pixels.size(), 0);
+        m_takes_part.assign(m_pixels.size(), 1);
+    }
 }
 
 transport::BatchRequest Accumulator::request(size_t bucket) {
@@ -37,15 +44,80 @@ transport::BatchRequest Accumulator::request(size_t bucket) {
     r.pixels = m_pixels.data() - to_window;
     r.stride = m_window.width();
     r.aovs = m_aov_sums.data() - to_window * ptrdiff_t(m_aovs);
+    if (!m_takes_part.empty())
+        r.takes_part = m_takes_part.data() - to_window;
     return r;
 }
 
+void Accumulator::restore(std::vector<int> done, std::vector<int> stopped,
+                          std::vector<transport::PixelSums> pixels, std::vector<float> aov_sums) {
+    m_done = std::move(done), m_stopped = std::move(stopped), m_pixels = std::move(pixels),
+    m_aov_sums = std::move(aov_sums);
+    for (size_t i = 0; i < m_stopped.size(); i++)
+        m_takes_part[i] = m_stopped[i] == 0;
+}
+
 int Accumulator::done_at(int x, int y) const {
+    if (!m_stopped.empty())
+        if (const int at = m_stopped[size_t(y) * size_t(m_window.width()) + size_t(x)]; at > 0)
+            return at;
     return m_done[size_t(y / BucketSize) * size_t(m_across) + size_t(x / BucketSize)];
 }
 
 int Accumulator::least_done() const {
     return *std::min_element(m_done.begin(), m_done.end());
+}
+
+int Accumulator::next_decision(int progressions) {
+    for (int64_t at = 16;; at *= 2) {
+        for (const int64_t decision : {at, at + at / 2})
+            if (decision > progressions)
+                return int(std::min(decision, int64_t(INT_MAX)));
+    }
+}
+
+// Dammertz, Hanika, Keller and Lensch 2010, A Hierarchical Automatic Stopping Condition for Monte Carlo
+// Global Illumination: half of the samples against all, over the root of the brightness, as eyes see noise.
+void Accumulator::decide(float most, float exposure, bool filter_weighted) {
+    const int at = m_done.empty() ? 0 : m_done[0];
+    if (next_decision(at - 1) != at || std::ranges::any_of(m_done, [&](int done) { return done != at; }))
+        return;
+    const int width = m_window.width(), height = m_window.height();
+    struct Seen {
+        double error2 = 0, light = 0;
+    };
+    const auto seen = [&](const transport::PixelSums& p, int x, int y) {
+        const double all = double(done_at(x, y)) - double(p.dropped), evens = double(p.evens),
+                     odds = all - evens;
+        const float* rgb = filter_weighted ? p.plain : p.rgb;
+        const double sum = double(transport::luminance(rgb[0], rgb[1], rgb[2]));
+        if (!(evens > 0) || !(odds > 0)) // nothing is known
+            return Seen{std::numeric_limits<double>::infinity(), 0};
+        const double difference = double(p.even) / evens - (sum - double(p.even)) / odds;
+        return Seen{0.25 * difference * difference, sum / all};
+    };
+    tasks::parallel_for(size_t(height), [&](size_t row) {
+        const int y = int(row);
+        for (int x = 0; x < width; x++) {
+            const size_t pixel = row * size_t(width) + size_t(x);
+            if (m_stopped[pixel] > 0)
+                continue;
+            Seen sum;
+            int count = 0;
+            for (int v = std::max(y - Neighbours, 0); v <= std::min(y + Neighbours, height - 1); v++)
+                for (int u = std::max(x - Neighbours, 0); u <= std::min(x + Neighbours, width - 1); u++) {
+                    const Seen one = seen(m_pixels[size_t(v) * size_t(width) + size_t(u)], u, v);
+                    sum.error2 += one.error2, sum.light += one.light;
+                    count++;
+                }
+            const double error = std::sqrt(sum.error2 / count) * double(exposure),
+                         light = std::max(sum.light / count * double(exposure), DarkestLight);
+            m_takes_part[pixel] = !(error <= double(most) * std::sqrt(light));
+        }
+    });
+    for (size_t i = 0; i < m_stopped.size(); i++)
+        if (m_stopped[i] == 0 && m_takes_part[i] == 0)
+            m_stopped[i] = at;
 }
 
 template <class Visit>
@@ -65,6 +137,18 @@ Accumulator::Sums Accumulator::take(size_t bucket) const {
                          m_aov_sums.begin() + ptrdiff_t(m_aovs * (first + count)));
     });
     return sums;
+}
+
+bool Accumulator::is_traced(size_t bucket) const {
+    if (m_takes_part.empty())
+        return true;
+    bool some = false;
+    rows_of(bucket, [&](size_t first, size_t count) {
+        some |=
+            std::any_of(m_takes_part.begin() + ptrdiff_t(first),
+                        m_takes_part.begin() + ptrdiff_t(first + count), [](uint8_t on) { return on != 0; });
+    });
+    return some;
 }
 
 void Accumulator::put(size_t bucket, const Sums& sums) {

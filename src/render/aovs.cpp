@@ -3,20 +3,44 @@
 #include <algorithm>
 
 #include "scene/display_layers.h"
+#include "transport/path_expression.h"
 
 namespace kanuka::render {
 
+namespace {
+constexpr std::string_view SampleCount = "sample_count";
+}
+
 void Aovs::ask(const std::vector<scene::Display>& displays, const std::vector<std::string>& more) {
-    const auto add = [&](std::string_view mode) {
+    const auto add_all = [&](std::string_view mode) {
         for (const std::string& name : scene::layers_of_mode(mode))
-            if (!scene::is_standard_layer(name) &&
-                std::find(m_names.begin(), m_names.end(), name) == m_names.end())
-                m_names.push_back(name);
+            if (!scene::is_standard_layer(name))
+                add(name);
     };
     for (const scene::Display& d : displays)
-        add(d.mode);
+        add_all(d.mode);
     for (const std::string& name : more)
-        add(name);
+        add_all(name);
+}
+
+void Aovs::add(const std::string& name) {
+    if (name == SampleCount) {
+        m_sample_count = true;
+        return;
+    }
+    const bool expression = name.starts_with(scene::ExpressionPrefix);
+    std::vector<std::string>& list = expression ? m_expressions : m_names;
+    const std::string text = expression ? name.substr(scene::ExpressionPrefix.size()) : name;
+    if (std::ranges::find(list, text) != list.end())
+        return;
+    if (expression)
+        try {
+            transport::compile_path_expression(text, {});
+        } catch (const Error& error) {
+            m_faults.emplace_back(error.what());
+            return;
+        }
+    list.push_back(text);
 }
 
 void Aovs::find(const std::vector<grid::LayeringProgram>& programs, const std::string& scene_file,
@@ -31,12 +55,15 @@ void Aovs::find(const std::vector<grid::LayeringProgram>& programs, const std::s
             journal.warning({scene_file}, "no surface shader has an output parameter \"" + m_names[i] +
                                               "\": the picture has no such layer. Layers that are always "
                                               "there: rgb, alpha, albedo, N, Z, P, id");
+    for (const std::string& fault : m_faults)
+        journal.warning({scene_file}, "a light path expression cannot be read: " + fault);
 }
 
 std::vector<bool> Aovs::is_color() const {
     std::vector<bool> all;
     for (const Kind& k : m_kinds)
         all.insert(all.end(), 3, k.color);
+    all.insert(all.end(), 3 * m_expressions.size(), true);
     return all;
 }
 
@@ -48,16 +75,27 @@ size_t Aovs::add_channels(film::Picture& picture, size_t pixels) const {
             const std::string name = m_names[a] + (*suffix ? std::string(".") + suffix[c] : "");
             picture.channels.push_back({name, m_kinds[a].color, std::vector<float>(pixels)});
         }
+    for (const std::string& text : m_expressions)
+        for (const char c : {'R', 'G', 'B'})
+            picture.channels.push_back(
+                {std::string(scene::ExpressionPrefix) + text + "." + c, true, std::vector<float>(pixels)});
+    if (m_sample_count)
+        picture.channels.push_back({std::string(SampleCount), false, std::vector<float>(pixels)});
     return first;
 }
 
 void Aovs::put(film::Picture& picture, size_t channel, size_t pixel, const std::vector<float>& sums,
-               float by_weight, float by_hits) const {
-    const size_t stride = 3 * m_kinds.size();
-    for (size_t a = 0; a < m_kinds.size(); a++)
-        for (int c = 0; c < m_kinds[a].components; c++)
-            picture.channels[channel++].data[pixel] =
-                sums[pixel * stride + 3 * a + size_t(c)] * (m_kinds[a].color ? by_weight : by_hits);
+               const Means& means) const {
+    const float* sum = sums.data() + pixel * 3 * count();
+    for (const Kind& kind : m_kinds) {
+        for (int c = 0; c < kind.components; c++)
+            picture.channels[channel++].data[pixel] = sum[c] * (kind.color ? means.by_weight : means.by_hits);
+        sum += 3;
+    }
+    for (size_t k = 0; k < 3 * m_expressions.size(); k++)
+        picture.channels[channel++].data[pixel] = sum[k] * means.by_weight * means.exposure;
+    if (m_sample_count)
+        picture.channels[channel].data[pixel] = means.samples;
 }
 
 } // namespace kanuka::render

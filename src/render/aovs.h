@@ -1,5 +1,5 @@
-// Output variables of surface shaders that become layers of the picture: which are asked for, what they are,
-// and how their sums become channels.
+// Layers of the picture beside those that it always has, as displays and callers ask for them: output
+// variables of surface shaders, and what light path expressions count.
 #pragma once
 
 #include <string>
@@ -14,30 +14,42 @@ namespace kanuka::render {
 
 class Aovs {
   public:
-    // A display's mode names one or several, as "foo", "varying color foo", or "foo,bar"; the layers that
-    // every picture has are not asked for again.
+    // A display's mode names one or several, as "foo", "varying color foo", "foo,bar" or "lpe:C<RD>L"; the
+    // layers that every picture has are not asked for again.
     void ask(const std::vector<scene::Display>& displays, const std::vector<std::string>& more);
-    const std::vector<std::string>& names() const { return m_names; }
+    const std::vector<std::string>& names() const { return m_names; } // of output variables
+    // Light path expressions that can be read; without "lpe:".
+    const std::vector<std::string>& expressions() const { return m_expressions; }
+    size_t count() const { return m_names.size() + m_expressions.size(); } // of layers that have sums
 
-    // What they are is what the first surface that has them says. Names that none has are reported.
+    // What variables are is what the first surface that has them says. Names that none has are reported, and
+    // expressions that cannot be read.
     void find(const std::vector<grid::LayeringProgram>& programs, const std::string& scene_file,
               Journal& journal);
-    // Three values each, as transport::SceneView has them.
+    // Three values each, variables first, as transport::SceneView has them.
     std::vector<bool> is_color() const;
 
     // Channels foo (floats), foo.R … (colours), foo.X … (the rest); returns the number of the first.
     size_t add_channels(film::Picture& picture, size_t pixels) const;
-    // by_weight, by_hits: what sums are multiplied with to be means.
+    struct Means { // what sums are multiplied with to be means
+        float by_weight, by_hits;
+        float exposure; // the picture's, which light has as well
+        float samples;
+    };
     void put(film::Picture& picture, size_t first_channel, size_t pixel, const std::vector<float>& sums,
-             float by_weight, float by_hits) const;
+             const Means& means) const;
 
   private:
     struct Kind {
         int components = 0; // 0 = nothing has it
         bool color = false;
     };
-    std::vector<std::string> m_names;
-    std::vector<Kind> m_kinds; // parallel to the names
+    void add(const std::string& name);
+
+    std::vector<std::string> m_names, m_expressions;
+    std::vector<std::string> m_faults; // of expressions
+    bool m_sample_count = false;       // a layer of its own
+    std::vector<Kind> m_kinds;         // parallel to the names
 };
 
 } // namespace kanuka::render

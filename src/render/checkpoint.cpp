@@ -10,15 +10,15 @@ namespace kanuka::render {
 
 namespace {
 
-constexpr uint32_t Magic = 0x504b4d4b, Version = 1; // "KMKP"
+constexpr uint32_t Magic = 0x504b4d4b, Version = 2; // "KMKP"
 
 struct Header {
     uint32_t magic = Magic, version = Version;
     Digest key;
     int32_t x0, y0, x1, y1;
-    uint64_t aovs, buckets;
+    uint64_t aovs, buckets, stopping;
 };
-static_assert(sizeof(Header) == 56); // no padding: it is written as it is
+static_assert(sizeof(Header) == 64); // no padding: it is written as it is
 
 struct Closer {
     void operator()(std::FILE* f) const { std::fclose(f); }
@@ -32,7 +32,8 @@ Header header_of(const Digest& key, const Accumulator& gathered) {
             .x1 = w.x1,
             .y1 = w.y1,
             .aovs = gathered.aov_sums().size() / std::max<size_t>(gathered.pixels().size(), 1),
-            .buckets = gathered.buckets()};
+            .buckets = gathered.buckets(),
+            .stopping = gathered.stopped().size()};
 }
 
 } // namespace
@@ -48,6 +49,7 @@ void save_checkpoint(const std::string& path, const Digest& key, const Accumulat
     write(&header, sizeof header);
     const auto& done = gathered.done();
     write(done.data(), done.size() * sizeof done[0]);
+    write(gathered.stopped().data(), gathered.stopped().size() * sizeof(int));
     write(gathered.pixels().data(), gathered.pixels().size() * sizeof gathered.pixels()[0]);
     write(gathered.aov_sums().data(), gathered.aov_sums().size() * sizeof(float));
     const Digest whole = sum.digest();
@@ -81,10 +83,11 @@ void load_checkpoint(const std::string& path, const Digest& key, Accumulator& ga
             "changed");
     if (std::memcmp(&header, &own, sizeof header) != 0)
         throw refuse("the checkpoint is damaged: its sizes are not the picture's");
-    std::vector<int> done(gathered.done().size());
+    std::vector<int> done(gathered.done().size()), stopped(gathered.stopped().size());
     std::vector<transport::PixelSums> pixels(gathered.pixels().size());
     std::vector<float> aovs(gathered.aov_sums().size());
     read(done.data(), done.size() * sizeof done[0]);
+    read(stopped.data(), stopped.size() * sizeof stopped[0]);
     read(pixels.data(), pixels.size() * sizeof pixels[0]);
     read(aovs.data(), aovs.size() * sizeof aovs[0]);
     const Digest whole = sum.digest();
@@ -92,7 +95,7 @@ void load_checkpoint(const std::string& path, const Digest& key, Accumulator& ga
     read(&written, sizeof written);
     if (written != whole)
         throw refuse("the checkpoint is damaged: its checksum does not match");
-    gathered.restore(std::move(done), std::move(pixels), std::move(aovs));
+    gathered.restore(std::move(done), std::move(stopped), std::move(pixels), std::move(aovs));
 }
 
 } // namespace kanuka::render

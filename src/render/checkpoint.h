@@ -1,8 +1,8 @@
 // The state of a picture on disk, so that what was stopped can go on: the pixels' sums as they are, and how
 // far each bucket has come.
 //
-//   magic, version │ key │ window, AOVs, buckets │ progressions of each bucket │ sums │ sums of AOVs │
-//   XXH3-128 of it all
+//   magic, version │ key │ window, AOVs, buckets, pixels that may stop │ progressions of each bucket │ and of
+//   each pixel that has stopped │ sums │ sums of AOVs │ XXH3-128 of it all
 #pragma once
 
 #include <string>

@@ -67,7 +67,7 @@ film::Picture develop(const Accumulator& gathered, const scene::Options& options
             const Vec3f world = s.hits > 0 ? world_from_render.point(p) : Vec3f(0.0f);
             put(bounded(world.x)), put(bounded(world.y)), put(bounded(world.z));
             put(s.id);
-            aovs.put(picture, first_aov, i, gathered.aov_sums(), n, h);
+            aovs.put(picture, first_aov, i, gathered.aov_sums(), {n, h, exposure, done});
         }
     return picture;
 }

@@ -84,6 +84,7 @@ void Lighting::refresh() {
     place_lamps();
     const Geometry& geometry = m_world.geometry();
     m_inputs.aov_is_color = m_job.aovs.is_color();
+    m_inputs.expressions = m_job.aovs.expressions();
     m_inputs.store = &geometry.store;
     m_inputs.bvh = &m_world.bvh();
     m_inputs.groups = geometry.groups;

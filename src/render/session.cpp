@@ -72,7 +72,7 @@ struct Making {
     Making(const scene::Scene& scene, const Overrides& o, Journal& journal, Stats& stats, Kept* kept)
         : job(job_of(scene, o, journal, stats)),
           window(crop_window(job.options.crop, job.options.width, job.options.height)) {
-        refuse_what_cannot_fit(window, job.aovs.names().size(), job.memory);
+        refuse_what_cannot_fit(window, job.aovs.count(), job.memory);
         world.emplace(job, kept);
         lighting.emplace(job, *world);
     }
@@ -88,8 +88,11 @@ struct Making {
 
     // Of all that samples depend on, but for how many there are.
     Digest key() const {
-        return digest_of(std::string_view(KANUKA_VERSION), world->key(), job.options, job.camera,
-                         job.shading_rate, job.aovs.names(), world->classic(), lighting->key());
+        // Where pixels stop is decided by what the picture looks like.
+        const float exposure = job.options.adaptive > 0 ? float(world->color().exposure.factor()) : 0.0f;
+        return digest_of(std::string_view(KANUKA_VERSION), world->key(), job.options, exposure, job.camera,
+                         job.shading_rate, job.aovs.names(), job.aovs.expressions(), world->classic(),
+                         lighting->key());
     }
 
     film::Picture develop() {

@@ -20,7 +20,7 @@ struct Overrides {
     std::optional<int> threads;
     std::optional<float> shading_rate; // multiplies every attribute's
     std::optional<scene::Camera> camera;
-    std::vector<std::string> aovs;     // output parameters of surfaces, beside those that displays ask for
+    std::vector<std::string> aovs;     // layers beside those that displays ask for: see Aovs
     int lanes = 0;                     // transport and shading lanes: 1, 8, 16; 0 = widest
     std::string standard_shaders;      // folder
     scene::Delayed* delayed = nullptr; // procedurals to be read when rays meet them

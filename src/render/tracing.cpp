@@ -11,7 +11,7 @@ namespace kanuka::render {
 
 Tracing::Tracing(Job& job, World& world, Lighting& lighting, const Window& window)
     : m_job(job), m_world(world), m_lighting(lighting),
-      m_gathered(window, lighting.view().settings.aov_is_color.size()) {}
+      m_gathered(window, lighting.view().settings.aov_is_color.size(), job.options.adaptive > 0) {}
 
 bool Tracing::run(int progressions) {
     const ScopedTimer timer(m_job.stats->time.transport_s);
@@ -23,7 +23,12 @@ bool Tracing::run(int progressions) {
     // The first pass shows a whole picture; later ones stay with a bucket longer, for the caches' sake.
     for (int from = m_gathered.least_done(); from < progressions && !cancelled();
          from = m_gathered.least_done()) {
-        const int to = std::min(progressions, from == 0 ? 1 : from + 8);
+        int to = std::min(progressions, from == 0 ? 1 : from + 8);
+        if (m_job.options.adaptive > 0) {
+            m_gathered.decide(m_job.options.adaptive, float(m_world.color().exposure.factor()),
+                              m_lighting.view().camera.filter.weighted());
+            to = std::min(to, Accumulator::next_decision(from));
+        }
         std::vector<size_t> todo(m_gathered.buckets());
         std::iota(todo.begin(), todo.end(), size_t(0));
         // Buckets whose paths have met procedurals that are not read are done again when they are.
@@ -63,6 +68,8 @@ bool Tracing::trace(size_t bucket, int to) {
     transport::BatchCounts counts;
     transport::BatchRequest r = m_gathered.request(bucket);
     int done = from;
+    if (!m_gathered.is_traced(bucket))
+        done = to;
     for (; done < to && (done == from || !cancelled()); done++) {
         r.progression = uint32_t(done);
         kernel->trace(r, counts);

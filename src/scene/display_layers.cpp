@@ -31,6 +31,14 @@ std::vector<std::string> layers_of_mode(std::string_view mode) {
         if (std::ranges::find(layers, layer) == layers.end())
             layers.emplace_back(layer);
     };
+    std::string_view expression;
+    if (const size_t at = mode.find(ExpressionPrefix); at != std::string_view::npos) {
+        expression = mode.substr(at, mode.find_last_not_of(" \t\n") + 1 - at);
+        mode = mode.substr(0, mode.substr(0, at).rfind(',') + 1); // without its declaration
+        if (mode.empty())
+            return {std::string(expression)};
+        mode.remove_suffix(1);
+    }
     while (true) {
         const size_t comma = mode.find(',');
         const std::string_view name = name_of(mode.substr(0, comma));
@@ -50,8 +58,11 @@ std::vector<std::string> layers_of_mode(std::string_view mode) {
         } else {
             add(name);
         }
-        if (comma == std::string_view::npos)
+        if (comma == std::string_view::npos) {
+            if (!expression.empty())
+                add(expression);
             return layers;
+        }
         mode.remove_prefix(comma + 1);
     }
 }

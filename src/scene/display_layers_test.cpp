@@ -22,6 +22,9 @@ TEST(DisplayLayers, OutputVariablesAndDeclarations) {
     EXPECT_EQ(layers_of_mode("Ci,Oi"), (Names{"rgb", "alpha"}));
     EXPECT_EQ(layers_of_mode("color tint"), Names{"tint"});
     EXPECT_EQ(layers_of_mode("varying float  stripes ,id"), (Names{"stripes", "id"}));
+    EXPECT_EQ(layers_of_mode("lpe:C<RD>{1,2}[<L.'key light'>O]"), Names{"lpe:C<RD>{1,2}[<L.'key light'>O]"});
+    EXPECT_EQ(layers_of_mode("color lpe:C.* "), Names{"lpe:C.*"});
+    EXPECT_EQ(layers_of_mode("rgba,tint,color lpe:CL"), (Names{"rgb", "alpha", "tint", "lpe:CL"}));
     EXPECT_EQ(layers_of_mode("bag"), Names{"bag"}) << "letters, but no mode";
     EXPECT_EQ(layers_of_mode("Z,Z"), Names{"Z"});
 }

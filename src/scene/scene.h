@@ -339,6 +339,7 @@ struct Options {
     float exposure_gain = 1, exposure_gamma = 1; // gamma goes into the PNG only
     ColorOptions color;
     int samples = 64;        // paths a pixel: PixelSamples x*y
+    float adaptive = 0;      // error over the root of brightness at which a pixel has no more; 0 = none stops
     int max_depth = 8;       // surface scattering events
     int volume_depth = 1024; // events inside of media: scattering, boundaries that only are passed
     std::string integrator = "path";

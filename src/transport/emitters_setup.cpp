@@ -162,6 +162,9 @@ void fill_emitters(SceneData& data, const SceneInputs& in) {
     slots.emitter = own.slots.emitter;
     slots.placement = own.slots.placement;
     slots.placements = own.slots.placements;
+    for (const LightBound& b : leaves)
+        own.slots.power.push_back(b.power);
+    slots.power = own.slots.power;
     leaves.insert(leaves.end(), own.bounds.begin(), own.bounds.end());
     for (int k = 0; k < view.by_choice; k++) // choices of their own
         leaves[size_t(slots.count + k)].power = 0;

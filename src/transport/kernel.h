@@ -11,6 +11,11 @@
 
 namespace kanuka::transport {
 
+// Rec.709's, of any linear RGB: it tells bright from dark.
+inline float luminance(float r, float g, float b) {
+    return 0.2126f * r + 0.7152f * g + 0.0722f * b;
+}
+
 // What a pixel has gathered; sums over progressions.
 struct alignas(16) PixelSums {
     float rgb[3], alpha;
@@ -20,7 +25,11 @@ struct alignas(16) PixelSums {
     float weight;            // of the pixel filter; its mean is one
     float plain[4];          // rgb and alpha, unweighted: kept where weights differ
     float dropped;           // samples that were no numbers: they are in no sum
+    // Luminance of samples of even progressions, without weights, and how many there are: by how much it
+    // differs from that of the odd ones tells the error.
+    float even, evens;
 };
+static_assert(sizeof(PixelSums) == 96); // checkpoints have them as they are
 
 // A sample far brighter than its pixel was up to then, in luminance.
 struct Firefly {
@@ -70,13 +79,23 @@ struct BatchRequest {
     int stride;                               // pixels a row
     std::vector<LoggedVertex>* log = nullptr; // of the one path
     float* aovs = nullptr; // of pixel (0, 0): SettingsView::aov_is_color.size() sums a pixel
+    // Of pixel (0, 0), a flag a pixel: pixels of 0 take no sample. Null = all take one.
+    const uint8_t* takes_part = nullptr;
+
+    // Of a path of the batch, which has one a pixel.
+    size_t pixel_of(int path) const {
+        const int width = x1 - x0;
+        return size_t(y0 + path / width) * size_t(stride) + size_t(x0 + path % width);
+    }
+    bool is_traced(int path) const { return !takes_part || takes_part[pixel_of(path)] != 0; }
 };
 
 // Scratch memory of one thread.
 class Kernel {
   public:
     virtual ~Kernel() = default;
-    // Adds one sample to each pixel of the rectangle. The result is a pure function of scene and request.
+    // Adds one sample to each pixel of the rectangle that takes part. The result is a pure function of scene
+    // and request.
     virtual void trace(const BatchRequest& request, BatchCounts& counts) = 0;
 };
 

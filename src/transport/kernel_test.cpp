@@ -111,6 +111,48 @@ TEST(Kernel, RequestsAreIndependent) {
     EXPECT_TRUE(same(a, b));
 }
 
+TEST(Kernel, PixelsThatTakeNoPartChangeNoOthers) {
+    TestScene s;
+    add_still_life(s);
+    s.finish();
+    std::vector<uint8_t> part(Size * Size);
+    uint64_t taking = 0;
+    for (size_t i = 0; i < part.size(); i++)
+        part[i] = i * 7 % 5 < 3;
+    for (int y = 0; y < 32; y++)
+        for (int x = 4; x < 36; x++)
+            taking += part[size_t(y * Size + x)];
+    for (const int lanes : {1, 8, 16}) {
+        std::vector<PixelSums> all(Size * Size, PixelSums{}), some = all;
+        const auto kernel = make_kernel(s.view, lanes);
+        for (uint32_t p = 0; p < 6; p++) {
+            BatchCounts of_all, of_some;
+            BatchRequest r{4, 0, 36, 32, p, all.data(), Size};
+            kernel->trace(r, of_all);
+            r.pixels = some.data(), r.takes_part = part.data();
+            kernel->trace(r, of_some);
+            EXPECT_EQ(of_all.paths, 1024u);
+            EXPECT_EQ(of_some.paths, taking);
+            EXPECT_LT(of_some.rays, of_all.rays);
+        }
+        for (size_t i = 0; i < part.size(); i++) {
+            const PixelSums expected = part[i] ? all[i] : PixelSums{};
+            EXPECT_EQ(std::memcmp(&some[i], &expected, sizeof(PixelSums)), 0) << lanes << ", pixel " << i;
+            const bool inside = i / Size < 32 && i % Size >= 4 && i % Size < 36;
+            EXPECT_EQ(some[i].evens, inside && part[i] ? 3 : 0);
+        }
+    }
+    // None at all is no sample.
+    std::fill(part.begin(), part.end(), uint8_t(0));
+    std::vector<PixelSums> none(Size * Size, PixelSums{});
+    BatchCounts counts;
+    BatchRequest r{0, 0, 32, 32, 0, none.data(), Size};
+    r.takes_part = part.data();
+    make_kernel(s.view, 8)->trace(r, counts);
+    EXPECT_EQ(counts.paths + counts.rays, 0u);
+    EXPECT_TRUE(same(none, std::vector<PixelSums>(Size * Size, PixelSums{})));
+}
+
 TEST(Kernel, SeedsAndProgressionsDiffer) {
     TestScene s;
     add_still_life(s);

@@ -1,13 +1,9 @@
 // Amounts of light as spectra, and the environment's picture: looking it up, sampling it.
 #pragma once
 
-#include "transport/path_state.h"
-#include "transport/scene_view.h"
+#include "transport/contribution.h"
 
 namespace kanuka::transport {
-
-using bsdf::Spectrum;
-using bsdf::Wavelengths;
 
 template <int W, size_t N>
 Vec3<Float<W>> vector_of(const std::array<Float<W>, N>& row, size_t field) {
@@ -19,45 +15,6 @@ Spectrum<W> spectrum_of(const std::array<Float<W>, N>& row, size_t field) {
     for (size_t k = 0; k < Wavelengths; k++)
         s[int(k)] = row[field + k];
     return s;
-}
-
-// The radiance of a contribution is the sum of its four parts, which are weighted among each other already.
-template <int W>
-void add_radiance(BatchState& batch, Int<W> path, const Spectrum<W>& contribution, Mask<W> m) {
-    const Int<W> at = path << 2;
-    Row<W, 4> sum = load_rows<4>(batch.radiance, at);
-    Float<W> scale(1.0f);
-    if (batch.limit < Unclamped) {
-        const Float<W> whole = (contribution[0] + contribution[1]) + (contribution[2] + contribution[3]);
-        const Float<W> limit(batch.limit);
-        scale = select(whole > limit, limit / max(whole, Float<W>(1e-30f)), scale);
-    }
-    for (int k = 0; k < Wavelengths; k++)
-        sum[size_t(k)] = fma(contribution[k], scale, sum[size_t(k)]);
-    store_rows(batch.radiance[0], at, sum, m);
-}
-
-// Lanes may be of one path: one after the other, in their order, which is the same for any number of lanes.
-template <int W>
-void add_radiance_in_turn(BatchState& batch, Int<W> path, const Spectrum<W>& contribution, Mask<W> m) {
-    for (uint32_t bits = m.bits(); bits; bits &= bits - 1) {
-        const int i = __builtin_ctz(bits);
-        Spectrum<1> one;
-        for (int k = 0; k < Wavelengths; k++)
-            one[k] = Float<1>(contribution[k][i]);
-        add_radiance(batch, Int<1>(path[i]), one, Mask<1>(true));
-    }
-}
-
-// The contributions of shadow rays. Of a vertex there is one, unless lights far and near are sampled apart,
-// or lamps from within fog.
-template <int W>
-void add_shadow_radiance(const SceneView& scene, BatchState& batch, Int<W> path,
-                         const Spectrum<W>& contribution, Mask<W> m) {
-    if (scene.lights.samples > 1 || !scene.lights.fog_lamps.empty())
-        add_radiance_in_turn(batch, path, contribution, m);
-    else
-        add_radiance(batch, path, contribution, m);
 }
 
 template <int W>
@@ -120,7 +77,7 @@ struct LightSample {
     Float<W> pdf_solid_angle; // the choice included; delta: the choice alone
     Mask<W> delta, valid;
     Int<W> passes; // shadow linking: AnalyticLight::passes
-    Int<W> light;  // place in LightsView::analytic; -1 = none
+    Int<W> light;  // place in LightsView::analytic, or a LightId
 };
 
 // ---- environment
@@ -251,6 +208,7 @@ void sample_map(const SceneView& scene, Float<W> u0, Float<W> u1, LightSample<W>
     s.radiance = bsdf::select(m, map_radiance(scene, texels, c, l), s.radiance);
     s.pdf_solid_angle = select(m, pdf, s.pdf_solid_angle);
     s.valid &= (pdf > Float<W>(0.0f)) | !m;
+    s.light = select(m, Int<W>(LightId::Picture), s.light);
 }
 
 } // namespace kanuka::transport

@@ -148,11 +148,13 @@ void hit_light(const SceneView& scene, BatchState& batch, const PathQueue& paths
             survive(scene, batch, ray, MediumLanes<W>(scene, bitcast_int(ray[PathQueue::Interior]), l.data()),
                     gather(paths.start, slot), point.distance, bounce, weights, hit);
             const F weight = vertex.weight(weights.mis, weights.ratios());
-            add_radiance(batch, path, weights.throughput * arriving * weight, hit);
+            contribute(batch, Contribution<W>{path, weights.throughput * arriving * weight, index}, hit);
             continue;
         }
         const F weight = vertex.weight(mis, sum_of_ratios(scene, paths, slot));
-        add_radiance(batch, path, spectrum_of(ray, PathQueue::Throughput) * arriving * weight, hit);
+        contribute(batch,
+                   Contribution<W>{path, spectrum_of(ray, PathQueue::Throughput) * arriving * weight, index},
+                   hit);
     }
 }
 
@@ -211,8 +213,11 @@ void hit_suns(const SceneView& scene, BatchState& batch, const PathQueue& paths,
             scatter(batch.first[0] + BatchState::Alpha, path << 4, F(1.0f), hit & camera);
         const F weight = vertex.weight(mis, sum_of_ratios(scene, paths, slot));
         const Vec3<F> nowhere(F(0.0f), F(0.0f), F(0.0f));
-        add_radiance(batch, path,
-                     throughput * light_arriving(scene, light, o, nowhere, l.data(), hit) * weight, hit);
+        contribute(
+            batch,
+            Contribution<W>{
+                path, throughput * light_arriving(scene, light, o, nowhere, l.data(), hit) * weight, index},
+            hit);
     }
 }
 

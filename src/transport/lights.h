@@ -96,18 +96,24 @@ struct EmitterLanes {
     }
 };
 
+// Uniform on a triangle: the halves of the unit square beside its diagonal, each pressed into a half of the
+// triangle (Heitz 2019, A Low-Distortion Map Between Triangle and Square). Folding the square would lay two
+// halves of a net over one another.
+template <int W>
+void place_on_triangle(Float<W> u0, Float<W> u1, Float<W>& b1, Float<W>& b2) {
+    const Mask<W> upper = u1 > u0;
+    const Float<W> half = Float<W>(0.5f) * min(u0, u1), rest = max(u0, u1) - half;
+    b1 = select(upper, half, rest), b2 = select(upper, rest, half);
+}
+
 template <int W>
 void sample_emitters(const SceneView& scene, const Vec3<Float<W>>& P, Int<W> emitter, Int<W> placement,
                      Float<W> u0, Float<W> u1, LightSample<W>& s, const Float<W> l[Wavelengths], Mask<W> m,
                      Float<W> chance) { // chance < 0: by the table of densities
     using F = Float<W>;
     const EmitterLanes<W> e(scene, emitter, placement);
-    // Uniform on the triangle: the halves of the unit square beside its diagonal, each pressed into a half of
-    // the triangle (Heitz 2019, A Low-Distortion Map Between Triangle and Square). Folding the square would
-    // lay two halves of a net over one another.
-    const Mask<W> upper = u1 > u0;
-    const F half = F(0.5f) * min(u0, u1), rest = max(u0, u1) - half;
-    const F b1 = select(upper, half, rest), b2 = select(upper, rest, half);
+    F b1, b2;
+    place_on_triangle(u0, u1, b1, b2);
     const Vec3<F> to = e.p0 + e.e1 * b1 + e.e2 * b2 - P;
     const F d2 = max(dot(to, to), F(1e-20f)), d = sqrt(d2);
     const Vec3<F> wi = to / d;

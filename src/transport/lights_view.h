@@ -76,6 +76,7 @@ struct EmitterSlots {
     int first_emitter = 0;       // of the world; slots of instanced triangles are looked up:
     std::span<const int32_t> emitter, placement;
     std::span<const float> placements; // 12 floats each, world_from_group
+    std::span<const float> power;      // of each slot: area times luminance
 };
 
 // One flat patch of one or two triangles needs no hierarchy: a table by area (Vose 1991).

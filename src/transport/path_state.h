@@ -4,9 +4,11 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "base/rows.h"
+#include "transport/path_shares.h"
 #include "transport/scene_view.h"
 
 namespace kanuka::transport {
@@ -69,7 +71,8 @@ struct alignas(64) BatchState {
     Lane<float> time;        // while the shutter is open, 0 to 1; written where something moves
     Lane<float> level;       // which levels of detail a path sees; written where some are in transition
     uint32_t reversed_progression;
-    std::vector<float> aovs; // BatchPadded values a channel of those that displays ask for
+    std::vector<float> aovs;            // BatchPadded values a channel of those that displays ask for
+    std::unique_ptr<PathShares> shares; // null = nobody asks for light path expressions
 };
 
 struct alignas(64) HitState {
@@ -91,8 +94,9 @@ struct alignas(64) HitState {
 // Shadow rays, written and read in order: of a vertex two light samples, one in fog along the ray to it, and
 // one of a light that its shader baked (PointLight).
 struct alignas(64) RayQueue {
+    static constexpr int Padded = 4 * BatchSize + 16;
     template <class T>
-    using Row = T[4 * BatchSize + 16];
+    using Row = T[Padded];
     Row<float> o[3], d[3], t_max, contribution[4];
     Row<int32_t> path, seed;
     Row<int32_t> passes; // written only where scene.lights.shadow_linked

@@ -38,6 +38,16 @@ template <int W>
     queue.count += compress_rows(queue.row[at], s.row, bits);
 }
 
+// Expressions are told how the paths of `bits` go on.
+template <int W>
+[[gnu::noinline]] void note_scattering(PathShares& shares, Int<W> path, const ScatteringEvent<W>& event,
+                                       uint32_t bits) {
+    for (; bits; bits &= bits - 1) {
+        const int i = __builtin_ctz(bits);
+        shares.scatter(path[i], PathShares::Event(event, i));
+    }
+}
+
 // A ray to a light, and what counts if nothing is in its way, a lane each.
 template <int W>
 struct ShadowRay {
@@ -48,6 +58,16 @@ struct ShadowRay {
     MediaStack<W> media;       // where scene.media.tracked, as all that follows
     MisShares<W> shares;
 };
+
+// And of the rays of `bits`, which are queued next.
+template <int W>
+[[gnu::noinline]] void note_rays(PathShares& shares, const RayQueue& queue, Int<W> path,
+                                 const ScatteringEvent<W>& event, Int<W> light, uint32_t bits) {
+    for (int at = queue.count; bits; bits &= bits - 1, at++) {
+        const int i = __builtin_ctz(bits);
+        shares.cast(at, path[i], PathShares::Event(event, i), light[i]);
+    }
+}
 
 template <int W>
 [[gnu::always_inline]] inline void queue_rays(const SceneView& scene, RayQueue& queue,

@@ -50,6 +50,18 @@ struct Scattering {
             add(value, image, folded);
         return value;
     }
+    // The part of eval() that diffuse lobes have.
+    [[gnu::noinline]] bsdf::Spectrum<W> diffuse_part(const Vec3<Float<W>>& wi, Float<W> above,
+                                                     Mask<W> m) const {
+        using F = Float<W>;
+        const Vec3<F> image = mirrored(wi, above);
+        const Mask<W> own = wi.z * above > F(0.0f), folded = m & (image.z * above > F(0.0f));
+        const Spectrum<W> none(F(0.0f));
+        Spectrum<W> f = bsdf::select(own, material.eval_some(h.code.diffuse, wo, wi), none);
+        if (any(folded))
+            f += bsdf::select(folded, material.eval_some(h.code.diffuse, wo, image), none);
+        return f;
+    }
     // A direction of the material, brought to the side of the surface that its lobe means.
     DirectionSample<W> sample(Float<W> u_lobe, Float<W> u0, Float<W> u1, Mask<W> m) const {
         using F = Float<W>;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "scene/schema/parameter.h"
 #include "transport/lights_setup.h"
 #include "transport/media_setup.h"
 
@@ -65,6 +66,58 @@ void fill_settings(SceneData& data, const SceneInputs& in) {
     view.aov_is_color = data.aov_is_color;
 }
 
+// By which of `wanted` expressions mean all of some lights.
+LightNames names_of(std::span<const scene::Light* const> lights, const std::vector<std::string>& wanted) {
+    LightNames names;
+    for (const std::string& name : wanted)
+        if (!lights.empty() && std::ranges::all_of(lights, [&](const scene::Light* light) {
+                return light->name == name || scene::is_word_of(name, light->group);
+            }))
+            names.push_back(name);
+    return names;
+}
+
+// Lights that no expression tells apart are of one class.
+void fill_expressions(SceneData& data, const SceneInputs& in) {
+    if (in.expressions.empty())
+        return;
+    std::vector<std::string> wanted;
+    for (const std::string& text : in.expressions)
+        for (std::string& name : names_in_path_expression(text))
+            wanted.push_back(std::move(name));
+    std::ranges::sort(wanted);
+    wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+    std::vector<LightNames> classes{{}, {}}; // what shines of itself; lights without a name
+    const auto class_of = [&](std::span<const scene::Light* const> lights) {
+        LightNames names = names_of(lights, wanted);
+        const size_t at = size_t(std::find(classes.begin() + 1, classes.end(), names) - classes.begin());
+        if (at == classes.size())
+            classes.push_back(std::move(names));
+        return uint8_t(at);
+    };
+    auto all = std::make_unique<PathExpressions>();
+    std::vector<const scene::Light*> ambient, constant, picture;
+    for (const scene::Light& light : in.lights)
+        if (light.kind == scene::Light::Kind::Ambient)
+            ambient.push_back(&light);
+        else if (light.kind == scene::Light::Kind::Environment)
+            (light.texture.empty() && !light.table ? constant : picture).push_back(&light);
+    picture.resize(std::min(picture.size(), size_t(1)));
+    static_assert(LightId::Least == LightId::Unnamed && LightId::Ambient == LightId::Unnamed + 1 &&
+                  LightId::Constant == LightId::Ambient + 1 && LightId::Picture == LightId::Constant + 1 &&
+                  LightId::Surface == LightId::Picture + 1);
+    all->class_of_light = {1, class_of(ambient), class_of(constant), class_of(picture), 0};
+    for (const AnalyticLight& light : data.view.lights.analytic) {
+        const scene::Light* const one[] = {&in.lights[size_t(light.source)]};
+        all->class_of_light.push_back(class_of(one));
+    }
+    for (const std::string& text : in.expressions)
+        all->automata.push_back(compile_path_expression(text, classes));
+    all->first_channel = int(data.aov_is_color.size()) - 3 * int(in.expressions.size());
+    data.expressions = std::move(all);
+    data.view.settings.expressions = data.expressions.get();
+}
+
 } // namespace
 
 SceneData::SceneData(const SceneInputs& in, Journal& journal) {
@@ -76,6 +129,7 @@ SceneData::SceneData(const SceneInputs& in, Journal& journal) {
     fill_settings(*this, in);
     fill_media(*this, *in.store, in.volume_depth, journal);
     fill_lights(*this, in, palette, journal);
+    fill_expressions(*this, in);
     spectra = palette.tables(); // those of lights are there now
     view.spectra.tables = spectra;
 }

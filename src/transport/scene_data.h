@@ -31,8 +31,9 @@ struct SceneInputs {
     LatLong map;                           // of the environment light that has a texture, if any
     Transform render_from_world;
     CameraView camera;
-    bool moving = false;            // something moves while the shutter is open, or the camera does
-    std::vector<bool> aov_is_color; // SettingsView has the same
+    bool moving = false;                  // something moves while the shutter is open, or the camera does
+    std::vector<bool> aov_is_color;       // SettingsView has the same
+    std::vector<std::string> expressions; // of light paths, whose channels are the last of those
     IntegratorChoice integrator;
     float clamp_direct = 0, clamp_indirect = 0; // scene::Options
     int max_depth = 8, volume_depth = 1024;
@@ -53,7 +54,7 @@ struct LightsData {
     std::vector<int32_t> hittable, suns, fog_lamps;
     struct {
         std::vector<int32_t> emitter, placement;
-        std::vector<float> placements;
+        std::vector<float> placements, power;
     } slots;
     struct {
         std::vector<float> probability, pdf_area;
@@ -78,6 +79,7 @@ struct SceneData {
     std::unique_ptr<const WavelengthTable> wavelengths;
     std::vector<float> spectra; // SpectraView::tables
     std::vector<uint8_t> aov_is_color;
+    std::unique_ptr<const PathExpressions> expressions;
 
     SceneData() = default;
     // `inputs` and what it points to must outlive the view.

@@ -12,6 +12,7 @@
 #include "transport/integrator.h"
 #include "transport/lights_view.h"
 #include "transport/media_view.h"
+#include "transport/path_expression.h"
 
 namespace kanuka::transport {
 
@@ -42,6 +43,7 @@ struct SettingsView {
     // Channels of the output variables that displays ask for, three to each; which of them count as colours
     // (filtered with the picture) and not as data (a mean over what was hit).
     std::span<const uint8_t> aov_is_color;
+    const PathExpressions* expressions = nullptr; // their channels are the last of those; null = none
 };
 
 struct SceneView {

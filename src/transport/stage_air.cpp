@@ -73,8 +73,10 @@ class AirStage {
         // Twice the largest component, to stay where spectra are smooth, as encode.cpp has it.
         const F scale = max(max(max(inscatter.x, inscatter.y), inscatter.z) * F(2.0f), F(1e-20f));
         bsdf::uplift(m_scene.spectra.uplift, inscatter * (F(1.0f) / scale), c0, c1, c2);
-        add_radiance(m_batch, path,
-                     throughput * emission_spectrum(m_scene, c0, c1, c2, scale, l.data()) * weight, m);
+        contribute(m_batch,
+                   Contribution<W>{
+                       path, throughput * emission_spectrum(m_scene, c0, c1, c2, scale, l.data()) * weight},
+                   m);
         bsdf::uplift(m_scene.spectra.uplift, triple(m_segments.transmittance, first), c0, c1, c2);
         throughput = throughput * bsdf::sigmoid_spectrum(c0, c1, c2, l.data());
         for (int k = 0; k < Wavelengths; k++)

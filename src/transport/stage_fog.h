@@ -91,9 +91,9 @@ class FogLamps {
 
 // In fog, paths sample a lamp from somewhere before the next surface, far or not.
 template <int W>
-[[gnu::noinline]] void sample_fog_lamps(const SceneView& scene, const BatchState& batch,
-                                        const PathQueue& paths, Int<W> slot, Float<W> surface, int bounce,
-                                        RayQueue& rays, Mask<W> m) {
+[[gnu::noinline]] void sample_fog_lamps(const SceneView& scene, BatchState& batch, const PathQueue& paths,
+                                        Int<W> slot, Float<W> surface, int bounce, RayQueue& rays,
+                                        Mask<W> m) {
     using F = Float<W>;
     using I = Int<W>;
     using V = Vec3<F>;
@@ -150,6 +150,8 @@ template <int W>
         return;
     const I seed = seed_of(seeds::FogShadowRay, bitcast_int(ray[PathQueue::PixelHash]), bounce,
                            batch.reversed_progression);
+    if (batch.shares)
+        note_rays(*batch.shares, rays, path, ScatteringEvent<W>::of_volume(), light, bits);
     queue_rays(scene, rays,
                ShadowRay<W>{receiver.P,
                             s.wi,

@@ -50,117 +50,145 @@ void filter_offset(const FilterView::Cells& table, Float<W> u0, Float<W> u1, Flo
     dy = fma(Float<W>(y) + u1, Float<W>(table.width[1] / float(table.ny)), Float<W>(-0.5f * table.width[1]));
 }
 
-// Keeps the paths of pixels that see something, dense and in order.
-inline void drop_blind(PathQueue& paths, const bool* sees) {
+// Keeps the paths of pixels that see something and take part, dense and in order.
+inline void drop_blind(PathQueue& paths, const BatchRequest& request, const bool* sees) {
     int kept = 0;
     for (int i = 0; i < paths.count; i++) {
-        if (!sees[i])
+        if (!sees[i] || !request.is_traced(i))
             continue;
         std::memmove(paths.row[kept++], paths.row[i], sizeof paths.row[i]); // ratios are 1 for all
     }
     paths.count = kept;
 }
 
-// Fills the batch and its paths: one a pixel, but for pixels outside of a fisheye's image circle.
+// Where on the film the samples of some pixels lie, filter importance sampled; in film coordinates.
+template <int W>
+struct FilmPlace {
+    using F = Float<W>;
+    F x, y, weight{1.0f};
+
+    FilmPlace(const CameraView& cam, const Sampler<W>& sampler, Int<W> px, Int<W> py) {
+        F u0, u1, dx, dy;
+        sampler.sample_2d(int(Net::Filter), u0, u1);
+        if (cam.filter.cells.nx > 0) {
+            filter_offset(cam.filter.cells, u0, u1, dx, dy, weight);
+        } else {
+            dx = filter_offset(cam.filter.x, cam.filter.signs_x, u0, weight);
+            dy = filter_offset(cam.filter.y, cam.filter.signs_y, u1, weight);
+        }
+        const F sx = (F(px) + F(0.5f) + dx) * F(1.0f / float(cam.width)),
+                sy = (F(py) + F(0.5f) + dy) * F(1.0f / float(cam.height));
+        x = fma(sx, F(cam.right - cam.left), F(cam.left));
+        y = fma(sy, F(cam.bottom - cam.top), F(cam.top));
+    }
+};
+
+// Which level of detail paths see, and when: noted for those from `first` on. Returns the time.
+template <int W>
+Float<W> sample_time(const SceneView& scene, const Sampler<W>& sampler, BatchState& batch, int first) {
+    Float<W> level, time(0.0f);
+    if (!scene.geometry.moving && !scene.geometry.fades)
+        return time;
+    sampler.sample_2d(int(Net::LevelTime), level, time);
+    level.store(batch.level + first);
+    if (!scene.camera.shutter_quantiles.empty()) // as the shutter lets light in
+        time = quantile(scene.camera.shutter_quantiles.data(), scene::ShutterSegments, time);
+    time.store(batch.time + first);
+    return time;
+}
+
+// Wavelengths by the table of quantiles, a quarter apart. What they see together is the same whichever of
+// them is the hero: so that is drawn apart, and a pixel's samples spread over one quarter.
+template <int W>
+void sample_wavelengths(const SceneView& scene, const Sampler<W>& sampler, BatchState& batch, int first) {
+    using F = Float<W>;
+    using I = Int<W>;
+    F in_quarter, hero;
+    sampler.sample_2d(int(Net::Wavelength), in_quarter, hero);
+    const F first_u = (in_quarter + floor(hero * F(4.0f))) * F(0.25f);
+    Row<W, 4> l;
+    for (int k = 0; k < 4; k++) {
+        F u = first_u + F(0.25f * float(k));
+        u = select(u >= F(1.0f), u - F(1.0f), u) * F(float(WavelengthTable::Segments));
+        const I i = min(to_int(u), I(WavelengthTable::Segments - 1));
+        const F a = gather(scene.spectra.wavelengths.data(), i),
+                b = gather(scene.spectra.wavelengths.data() + 1, i);
+        l[size_t(k)] = fma(u - F(i), b - a, a);
+        ((b - a) * F(float(WavelengthTable::Segments))).store(batch.inv_pdf[k] + first);
+    }
+    compress_rows(batch.l[first], l, Mask<W>(true).bits());
+}
+
+// Paths at their start, from `first` on.
+template <int W>
+void start_paths(const SceneView& scene, PathQueue& paths, int first, const Vec3<Float<W>>& o,
+                 const Vec3<Float<W>>& d, Int<W> pixel) {
+    using F = Float<W>;
+    using I = Int<W>;
+    const F zero(0.0f), one(1.0f); // camera rays hit lights with full weight: mis = 0
+    const I path = I::lane_index() + I(first);
+    const Row<W, PathQueue::Fields> row{o.x,  o.y,  o.z,  bitcast_float(pixel),
+                                        d.x,  d.y,  d.z,  bitcast_float(path),
+                                        one,  one,  one,  one,
+                                        zero, zero, zero, bitcast_float(I(scene.media.around_camera[0]))};
+    compress_rows(paths.row[first], row, Mask<W>(true).bits());
+    for (auto& ratio : paths.ratio)
+        one.store(ratio + first);
+    if (!scene.media.tracked)
+        return;
+    for (int k = 0; k < 3; k++)
+        I(scene.media.around_camera[k + 1]).store(paths.under[k] + first);
+    zero.store(paths.start + first);
+    I(Events::Camera).store(paths.events + first);
+}
+
+// Fills the batch and its paths: one a pixel, but for pixels outside of a fisheye's image circle and those
+// that take no part.
 template <int W>
 void generate(const SceneView& scene, const BatchRequest& request, BatchState& batch, PathQueue& paths) {
     using F = Float<W>;
     using I = Int<W>;
     const int width = request.x1 - request.x0, count = width * (request.y1 - request.y0);
-    const uint32_t reversed = reverse_bits_scalar(request.progression);
     const CameraView& cam = scene.camera;
     std::fill(batch.aovs.begin(), batch.aovs.end(), 0.0f);
-    batch.reversed_progression = reversed;
-    bool blind = false;
+    batch.reversed_progression = reverse_bits_scalar(request.progression);
+    const bool drops = is_fisheye(cam.projection) || request.takes_part;
+    bool blind = request.takes_part != nullptr;
     bool sees[BatchPadded];
     for (int first = 0; first < count; first += W) {
-        const I index = I::lane_index() + I(first);
         // Lanes past the end repeat the last pixel; nobody reads them.
         I y;
         for (int k = 0; k < W; k++)
             y.v[k] = std::min(first + k, count - 1) / width;
-        const I column = min(index, I(count - 1)) - y * I(width);
+        const I column = min(I::lane_index() + I(first), I(count - 1)) - y * I(width);
         const I px = column + I(request.x0), py = y + I(request.y0);
         const I pixel = pixel_seed(px, py, scene.settings.seed);
-        const Sampler<W> sampler{pixel, reversed};
-
-        // Position on the film, filter importance sampled.
-        F u0, u1, weight(1.0f);
-        sampler.sample_2d(int(Net::Filter), u0, u1);
-        F dx, dy;
-        if (scene.camera.filter.cells.nx > 0) {
-            filter_offset(scene.camera.filter.cells, u0, u1, dx, dy, weight);
-        } else {
-            dx = filter_offset(scene.camera.filter.x, scene.camera.filter.signs_x, u0, weight);
-            dy = filter_offset(scene.camera.filter.y, scene.camera.filter.signs_y, u1, weight);
-        }
-        weight.store(batch.filter_weight + first);
-        const F sx = (F(px) + F(0.5f) + dx) * F(1.0f / float(cam.width)),
-                sy = (F(py) + F(0.5f) + dy) * F(1.0f / float(cam.height));
-        const F fx = fma(sx, F(cam.right - cam.left), F(cam.left)),
-                fy = fma(sy, F(cam.bottom - cam.top), F(cam.top));
-
-        F level, time(0.0f);
-        if (scene.geometry.moving || scene.geometry.fades) {
-            sampler.sample_2d(int(Net::LevelTime), level, time);
-            level.store(batch.level + first);
-            if (!scene.camera.shutter_quantiles.empty()) // as the shutter lets light in
-                time = quantile(scene.camera.shutter_quantiles.data(), scene::ShutterSegments, time);
-            time.store(batch.time + first);
-        }
-
+        const Sampler<W> sampler{pixel, batch.reversed_progression};
+        const FilmPlace<W> film(cam, sampler, px, py);
+        film.weight.store(batch.filter_weight + first);
+        const F time = sample_time(scene, sampler, batch, first);
         F lens_x(0.0f), lens_y(0.0f);
         if (cam.lens_radius > 0) {
+            F u0, u1;
             sampler.sample_2d(int(Net::Lens), u0, u1);
             sample_lens(cam, u0, u1, lens_x, lens_y);
         }
-        Vec3<F> o, d;
-        const Mask<W> seen = camera_ray(cam, fx, fy, lens_x, lens_y, o, d);
-        if (is_fisheye(cam.projection)) {
+        Vec3<F> o, d, O, D;
+        const Mask<W> seen = camera_ray(cam, film.x, film.y, lens_x, lens_y, o, d);
+        if (drops) {
             blind |= !all(seen);
             for (int k = 0; k < W && first + k < count; k++)
                 sees[first + k] = seen[k];
         }
-        Vec3<F> O, D;
         leave_camera(cam, o, d, time, O, D);
-
-        // Wavelengths by the table of quantiles, a quarter apart. What they see together is the same
-        // whichever of them is the hero: so that is drawn apart, and a pixel's samples spread over one
-        // quarter.
-        F in_quarter, hero;
-        sampler.sample_2d(int(Net::Wavelength), in_quarter, hero);
-        const F first_u = (in_quarter + floor(hero * F(4.0f))) * F(0.25f);
-        Row<W, 4> l;
-        for (int k = 0; k < 4; k++) {
-            F u = first_u + F(0.25f * float(k));
-            u = select(u >= F(1.0f), u - F(1.0f), u) * F(float(WavelengthTable::Segments));
-            const I i = min(to_int(u), I(WavelengthTable::Segments - 1));
-            const F a = gather(scene.spectra.wavelengths.data(), i),
-                    b = gather(scene.spectra.wavelengths.data() + 1, i);
-            l[size_t(k)] = fma(u - F(i), b - a, a);
-            ((b - a) * F(float(WavelengthTable::Segments))).store(batch.inv_pdf[k] + first);
-            F(1.0f).store(paths.ratio[k] + first);
-        }
-        const F zero(0.0f), one(1.0f); // camera rays hit lights with full weight: mis = 0
-        const Row<W, PathQueue::Fields> row{O.x,  O.y,  O.z,  bitcast_float(pixel),
-                                            D.x,  D.y,  D.z,  bitcast_float(index),
-                                            one,  one,  one,  one,
-                                            zero, zero, zero, bitcast_float(I(scene.media.around_camera[0]))};
-        const uint32_t all = Mask<W>(true).bits();
-        compress_rows(paths.row[first], row, all);
-        compress_rows(batch.l[first], l, all);
-        if (scene.media.tracked) {
-            for (int k = 0; k < 3; k++)
-                I(scene.media.around_camera[k + 1]).store(paths.under[k] + first);
-            zero.store(paths.start + first);
-            I(Events::Camera).store(paths.events + first);
-        }
+        sample_wavelengths(scene, sampler, batch, first);
+        start_paths(scene, paths, first, O, D, pixel);
     }
     std::memset(batch.radiance, 0, sizeof batch.radiance[0] * size_t(count));
     std::memset(batch.first, 0, sizeof batch.first[0] * size_t(count));
     paths.count = count;
     if (blind)
-        drop_blind(paths, sees);
+        drop_blind(paths, request, sees);
 }
 
 } // namespace kanuka::transport

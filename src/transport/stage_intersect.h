@@ -43,10 +43,12 @@ void add_environment(const SceneView& scene, BatchState& batch, const PathQueue&
                         : all);
     };
     if (any(m & constant)) // directions alone find it: docs/transport.md, "Choice of light"
-        add_radiance(batch, path,
-                     throughput * emission_spectrum(scene, scene.lights.constant.c, l.data()) *
-                         (F(1.0f) / ratios),
-                     constant & shines(scene.lights.constant.sets));
+        contribute(batch,
+                   Contribution<W>{path,
+                                   throughput * emission_spectrum(scene, scene.lights.constant.c, l.data()) *
+                                       (F(1.0f) / ratios),
+                                   Int<W>(LightId::Constant)},
+                   constant & shines(scene.lights.constant.sets));
     if (any(m & map)) {
         const MapPlace<W> p = map_place(scene.lights.map, vector_of(ray, P::Direction));
         const MapCell<W> c(scene.lights.map, p);
@@ -57,8 +59,10 @@ void add_environment(const SceneView& scene, BatchState& batch, const PathQueue&
                 map_pdf(scene.lights.map, texels.weights(scene.lights.map, c), c, p.sin_theta);
             weight = PathVertex<W>::in_direction(ray[P::PdfMapChoice], pdf).weight(ray[P::Mis], ratios);
         }
-        add_radiance(batch, path, throughput * map_radiance(scene, texels, c, l.data()) * weight,
-                     map & shines(scene.lights.map.sets));
+        contribute(batch,
+                   Contribution<W>{path, throughput * map_radiance(scene, texels, c, l.data()) * weight,
+                                   Int<W>(LightId::Picture)},
+                   map & shines(scene.lights.map.sets));
     }
 }
 
@@ -115,81 +119,103 @@ void keep_hits(const SceneView& scene, const bvh::HitPacket<W>& hit, HitState& h
     hit.magnitude.store(hits.magnitude.data() + first);
 }
 
+// The rays of some paths. `slots` are those of lanes; `in_use` the same, within the queue.
+template <int W>
+bvh::RayPacket<W> rays_of(const SceneView& scene, const BatchState& batch, const PathQueue& paths,
+                          Int<W> slots, Int<W> in_use, int bounce) {
+    using I = Int<W>;
+    bvh::RayPacket<W> rays;
+    const auto ray = load_rows<8>(paths.row, slots << 4);
+    rays.o = vector_of(ray, PathQueue::Origin);
+    rays.d = vector_of(ray, PathQueue::Direction);
+    rays.active = slots < I(paths.count);
+    if (scene.media.tracked)
+        rays.t_min = gather(paths.start, in_use);
+    rays.seed = seed_of(seeds::ClosestHit, bitcast_int(ray[PathQueue::PixelHash]), bounce,
+                        batch.reversed_progression);
+    rays.coherent = bounce == 0;
+    const I path = select(rays.active, bitcast_int(ray[PathQueue::Path]), I(0));
+    if (scene.geometry.moving)
+        rays.time = select(rays.active, gather(batch.time, path), Float<W>(0.0f));
+    if (scene.geometry.fades)
+        rays.level = gather(batch.level, path);
+    if (scene.geometry.hides)
+        rays.camera = select(camera_paths(scene, paths, in_use, bounce), I(1), I(0));
+    return rays;
+}
+
+// What the rays hit; paths take the colours along of what they have passed.
+template <int W>
+void find_hits(const SceneView& scene, const BatchState& batch, PathQueue& paths, Int<W> slots,
+               bvh::RayPacket<W>& rays, bvh::HitPacket<W>& hit) {
+    if (!scene.geometry.tinted) {
+        scene.geometry.ray_query.intersect(rays, hit);
+        return;
+    }
+    Passages<W> passages(rays);
+    scene.geometry.ray_query.intersect(rays, hit);
+    tint_paths(scene, batch, paths, slots, passages, select(hit.hit, hit.t, rays.t_max), rays.active);
+    rays.passages = nullptr;
+}
+
+// Collisions before the hits, which then are none; `reach` becomes how far paths may go.
+template <int W>
+void collide(const SceneView& scene, BatchState& batch, PathQueue& paths, Int<W> slots, int bounce,
+             bvh::HitPacket<W>& hit, Float<W>& reach, RayQueue& shadow_rays, Mask<W> m) {
+    if (!scene.lights.fog_lamps.empty()) {
+        const Float<W> surface = select(hit.hit, hit.t, Float<W>(1e30f));
+        surface.store(paths.surface + slots[0]); // lanes are of paths side by side
+        sample_fog_lamps(scene, batch, paths, slots, surface, bounce, shadow_rays, m);
+        hit.hit &= hit.t < reach;
+    }
+    if (!scene.media.fields.empty()) {
+        const Float<W> collision =
+            field_path(scene, batch, paths, slots, select(hit.hit, hit.t, reach), bounce, m);
+        hit.hit &= !(collision < hit.t);
+        reach = min(reach, collision);
+    }
+}
+
+// By which paths are sorted: see ProgramRuns.
+template <int W>
+Int<W> program_of(const SceneView& scene, const PathQueue& paths, Int<W> slots, const bvh::HitPacket<W>& hit,
+                  Mask<W> scattered, int bounce) {
+    using I = Int<W>;
+    Mask<W> shows = hit.hit;
+    if (scene.geometry.holds_out) // what hides all behind it and is black itself is a miss without a sky
+        shows &= !(camera_paths(scene, paths, slots, bounce) &
+                   ((links_of(scene, select(hit.hit, hit.shape, I(0)), &store::Links::seen) &
+                     I(store::Links::HeldOut)) != I(0)));
+    return select(shows,
+                  gather(scene.geometry.shapes + offsetof(store::ShapeRecord, program) / 4,
+                         hit.shape * I(store::ShapeWords)),
+                  select(scattered, I(ProgramRuns::Scattered), I(ProgramRuns::Missed)));
+}
+
 template <int W>
 void intersect(const SceneView& scene, BatchState& batch, PathQueue& paths, int bounce, HitState& hits,
                ProgramRuns& runs, RayQueue& shadow_rays) {
     const int count = paths.count;
-    const int programs = int(scene.geometry.materials.size());
-    runs.first.assign(size_t(programs) + 1, 0);
+    runs.first.assign(scene.geometry.materials.size() + 1, 0);
     runs.program.resize(BatchPadded);
     runs.order.resize(BatchPadded);
+    const Float<W> far(1e30f);
     bvh::HitPacket<W> hit;
     for (int first = 0; first < count; first += W) {
-        const Int<W> slot = Int<W>::lane_index() + Int<W>(first);
-        bvh::RayPacket<W> rays;
-        const auto ray = load_rows<8>(paths.row, slot << 4);
-        rays.o = vector_of(ray, PathQueue::Origin);
-        rays.d = vector_of(ray, PathQueue::Direction);
-        Float<W> reach(1e30f);
-        rays.active = slot < Int<W>(count);
-        const Int<W> in_use = min(slot, Int<W>(count - 1));
-        if (scene.media.tracked) {
-            rays.t_min = gather(paths.start, in_use);
-            if (scene.media.scatters)
-                reach = free_path(scene, batch, load_rows<PathQueue::Fields>(paths.row, in_use << 4),
-                                  rays.t_min, bounce);
-        }
-        const bool fog = !scene.lights.fog_lamps.empty();
-        rays.t_max = fog ? Float<W>(1e30f) : reach;
-        rays.seed = seed_of(seeds::ClosestHit, bitcast_int(ray[PathQueue::PixelHash]), bounce,
-                            batch.reversed_progression);
-        rays.coherent = bounce == 0;
-        if (scene.geometry.moving)
-            rays.time =
-                select(rays.active,
-                       gather(batch.time, select(rays.active, bitcast_int(ray[PathQueue::Path]), Int<W>(0))),
-                       Float<W>(0.0f));
-        if (scene.geometry.fades)
-            rays.level =
-                gather(batch.level, select(rays.active, bitcast_int(ray[PathQueue::Path]), Int<W>(0)));
-        if (scene.geometry.hides)
-            rays.camera = select(camera_paths(scene, paths, in_use, bounce), Int<W>(1), Int<W>(0));
-        if (scene.geometry.tinted) {
-            Passages<W> passages(rays);
-            scene.geometry.ray_query.intersect(rays, hit);
-            tint_paths(scene, batch, paths, in_use, passages, select(hit.hit, hit.t, rays.t_max),
-                       rays.active);
-            rays.passages = nullptr;
-        } else {
-            scene.geometry.ray_query.intersect(rays, hit);
-        }
-        if (fog) {
-            const Float<W> surface = select(hit.hit, hit.t, Float<W>(1e30f));
-            surface.store(paths.surface + first);
-            sample_fog_lamps(scene, batch, paths, in_use, surface, bounce, shadow_rays, rays.active);
-            hit.hit &= hit.t < reach;
-        }
-        if (!scene.media.fields.empty()) {
-            const Float<W> collision =
-                field_path(scene, batch, paths, in_use, select(hit.hit, hit.t, reach), bounce, rays.active);
-            hit.hit &= !(collision < hit.t);
-            reach = min(reach, collision);
-        }
-        const Mask<W> missed = rays.active & !hit.hit, scattered = missed & (reach < Float<W>(1e30f));
+        const Int<W> slot = Int<W>::lane_index() + Int<W>(first), in_use = min(slot, Int<W>(count - 1));
+        bvh::RayPacket<W> rays = rays_of(scene, batch, paths, slot, in_use, bounce);
+        Float<W> reach = far;
+        if (scene.media.scatters)
+            reach = free_path(scene, batch, load_rows<PathQueue::Fields>(paths.row, in_use << 4), rays.t_min,
+                              bounce);
+        rays.t_max = scene.lights.fog_lamps.empty() ? reach : far;
+        find_hits(scene, batch, paths, in_use, rays, hit);
+        collide(scene, batch, paths, in_use, bounce, hit, reach, shadow_rays, rays.active);
+        const Mask<W> missed = rays.active & !hit.hit, scattered = missed & (reach < far);
         if (scene.media.scatters)
             hit.t = select(hit.hit, hit.t, reach);
         keep_hits(scene, hit, hits, first);
-        Mask<W> shows = hit.hit;
-        if (scene.geometry.holds_out) // what hides all behind it and is black itself is a miss without a sky
-            shows &= !(camera_paths(scene, paths, in_use, bounce) &
-                       ((links_of(scene, select(hit.hit, hit.shape, Int<W>(0)), &store::Links::seen) &
-                         Int<W>(store::Links::HeldOut)) != Int<W>(0)));
-        const Int<W> program =
-            select(shows,
-                   gather(scene.geometry.shapes + offsetof(store::ShapeRecord, program) / 4,
-                          hit.shape * Int<W>(store::ShapeWords)),
-                   select(scattered, Int<W>(ProgramRuns::Scattered), Int<W>(ProgramRuns::Missed)));
-        program.store(runs.program.data() + first);
+        program_of(scene, paths, in_use, hit, scattered, bounce).store(runs.program.data() + first);
         if (scene.lights.any_hittable())
             hit_lights(scene, batch, paths, in_use, select(hit.hit, hit.t, reach), bounce, rays.active);
         if (scene.media.scatters)

@@ -153,6 +153,8 @@ class MediumStage {
         row[PathQueue::PdfEmitterChoice] = chooser.pdf(m_scene.lights.emitter_choice);
         row[PathQueue::PdfMapChoice] = chooser.pdf(m_scene.lights.map_choice);
         const V nowhere(F(0.0f), F(0.0f), F(0.0f));
+        if (m_batch.shares)
+            note_scattering(*m_batch.shares, path, ScatteringEvent<W>::of_volume(), bits);
         continue_paths(m_scene, m_next,
                        PathSegment<W>{row, weights.ratio, nowhere, receiver.set, media, F(0.0f),
                                       (events & I(Events::Camera - 1)) + I(Events::Inside)},
@@ -190,10 +192,12 @@ class MediumStage {
         const uint32_t bits = m.bits();
         if (!bits)
             return;
-        const I pixel = bitcast_int(ray[PathQueue::PixelHash]);
+        const I pixel = bitcast_int(ray[PathQueue::PixelHash]), path = bitcast_int(ray[PathQueue::Path]);
+        if (m_batch.shares)
+            note_rays(*m_batch.shares, m_shadow_rays, path, ScatteringEvent<W>::of_volume(), light.light,
+                      bits);
         queue_rays(m_scene, m_shadow_rays,
-                   ShadowRay<W>{receiver.P, light.wi, light.distance, contribution,
-                                bitcast_int(ray[PathQueue::Path]),
+                   ShadowRay<W>{receiver.P, light.wi, light.distance, contribution, path,
                                 seed_of(seeds::ShadowRay, pixel, m_bounce, m_batch.reversed_progression),
                                 light.passes, media, shares},
                    bits);

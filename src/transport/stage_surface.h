@@ -99,7 +99,16 @@ class SurfaceStage : public SurfaceLight<W> {
             shares.direction = bsdf::select(light.delta, S(F(0.0f)),
                                             ratios_of(m_at.scene, m_at.paths, h.slot) * value.pdf * weight);
         }
-        this->cast_shadow(h, light.wi, light.distance, contribution, light.passes, m, shares);
+        cast_to_light(s, light, value.f, contribution, m, shares);
+    }
+    // The shadow ray of a light sample. f: what the material makes of its light.
+    void cast_to_light(const Scattering<W>& s, const LightSample<W>& light, const S& f, const S& contribution,
+                       M m, const MisShares<W>& shares = {}) {
+        if (m_at.batch.shares)
+            note_rays(*m_at.batch.shares, this->m_shadow_rays, s.h.path,
+                      event_of(s, s.h.to_local(light.wi), dot(light.wi, s.h.horizon), f, m), light.light,
+                      m.bits());
+        this->queue_shadow(s.h, light.wi, light.distance, contribution, light.passes, m, shares);
     }
 
     // through: only what goes straight on counts.
@@ -209,6 +218,8 @@ class SurfaceStage : public SurfaceLight<W> {
                              s.chooser.pdf(m_at.scene.lights.emitter_choice),
                              s.chooser.pdf(m_at.scene.lights.map_choice),
                              bitcast_float(interior)};
+        if (m_at.batch.shares)
+            note_scattering(*m_at.batch.shares, h.path, event_of(s, wi, through, mis, m), bits);
         continue_paths(m_at.scene, m_next,
                        PathSegment<W>{row, ratio, s.receiver.N, s.receiver.set, media, F(0.0f), events},
                        bits);
@@ -236,6 +247,31 @@ class SurfaceStage : public SurfaceLight<W> {
     }
 
   private:
+    // For expressions: how light from wi, in the frame of the hit, is scattered. f: all that eval() has of
+    // it.
+    [[gnu::noinline]] static ScatteringEvent<W> event_of(const Scattering<W>& s, const V& wi, F above,
+                                                         const S& f, M m) {
+        ScatteringEvent<W> event = ScatteringEvent<W>::reflected();
+        event.transmits = above < F(0.0f);
+        const S part = s.diffuse_part(wi, above, m);
+        for (int k = 0; k < Wavelengths; k++)
+            event.diffuse[k] = clamp(part[k] / max(f[k], F(1e-30f)), F(0.0f), F(1.0f));
+        return event;
+    }
+    // And of paths that go on along wi. mis: 0 after lobes of one direction.
+    [[gnu::noinline]] static ScatteringEvent<W> event_of(const Scattering<W>& s, const V& wi, M through,
+                                                         F mis, M m) {
+        const V local = s.h.to_local(wi);
+        const F above = dot(wi, s.h.horizon);
+        const M singular = mis == F(0.0f);
+        ScatteringEvent<W> event = ScatteringEvent<W>::reflected();
+        if (any(m & !singular))
+            event = event_of(s, local, above, s.eval(local, above, m).f, m);
+        event.singular = singular;
+        event.transmits = through;
+        return event;
+    }
+
     // Paths that a boundary does not turn go on as they came, in what is behind it: where it lies within a
     // medium of higher priority, or has no lobes.
     [[gnu::noinline]] void pass_on(const SurfaceHit<W>& h, M& active) {

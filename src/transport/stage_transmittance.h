@@ -78,7 +78,7 @@ class MediaShadows {
         Spectrum<W> contribution;
         for (int k = 0; k < Wavelengths; k++)
             contribution[k] = F::load(queue.contribution[k] + first) * m_transmittance[k] * weight;
-        add_shadow_radiance(m_scene, m_batch, m_path, contribution, m_lit);
+        contribute_shadow_rays(m_scene, m_batch, m_path, first, contribution, m_lit);
     }
 
   private:

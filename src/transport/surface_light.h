@@ -29,12 +29,19 @@ class SurfaceLight {
     // What contributions found by one technique alone are multiplied by.
     F weight(const SurfaceHit<W>& h) const { return F(1.0f) / sum_of_ratios(m_at.scene, m_at.paths, h.slot); }
     void add(const SurfaceHit<W>& h, const S& radiance, M m) {
-        add_radiance(m_at.batch, h.path, h.throughput * radiance * weight(h), m);
+        contribute(m_at.batch, Contribution<W>{h.path, h.throughput * radiance * weight(h)}, m);
     }
 
-    // Light that counts if nothing is in its way. `passes`: shadow linking, see AnalyticLight.
-    void cast_shadow(const SurfaceHit<W>& h, const V& wi, F distance, const S& contribution, I passes, M m,
-                     const MisShares<W>& shares = {}) {
+    // Light that counts if nothing is in its way; to expressions it is reflected diffusely. `passes`: shadow
+    // linking, see AnalyticLight.
+    void cast_shadow(const SurfaceHit<W>& h, const V& wi, F distance, const S& contribution, I passes, M m) {
+        if (m_at.batch.shares)
+            note_rays(*m_at.batch.shares, m_shadow_rays, h.path, ScatteringEvent<W>::reflected(),
+                      I(LightId::Unnamed), m.bits());
+        queue_shadow(h, wi, distance, contribution, passes, m);
+    }
+    void queue_shadow(const SurfaceHit<W>& h, const V& wi, F distance, const S& contribution, I passes, M m,
+                      const MisShares<W>& shares = {}) {
         const uint32_t bits = m.bits();
         if (!bits)
             return;
@@ -60,7 +67,7 @@ class SurfaceLight {
     void count_broken(const SurfaceHit<W>& h, M m, F number) {
         m &= number != number;
         if (any(m))
-            add_radiance(m_at.batch, h.path, S(F(std::numeric_limits<float>::quiet_NaN())), m);
+            contribute(m_at.batch, Contribution<W>{h.path, S(F(std::numeric_limits<float>::quiet_NaN()))}, m);
     }
 
   protected:
@@ -133,7 +140,11 @@ class SurfaceLight {
                 shown[k] = amount[k] / max(unit[k], F(1e-20f));
         } else
             shown = Scattering<W>(m_at, h).material.albedo();
-        add(h, shown * emission_spectrum(m_at.scene, m_at.scene.lights.ambient.c, h.l), m);
+        const S light = emission_spectrum(m_at.scene, m_at.scene.lights.ambient.c, h.l);
+        contribute(
+            m_at.batch,
+            Contribution<W>{h.path, h.throughput * (shown * light) * weight(h), I(LightId::Ambient), true},
+            m);
     }
 
     void add_emission(const SurfaceHit<W>& h, M m) {
@@ -161,7 +172,7 @@ class SurfaceLight {
         const F weight = vertex.weight(h.ray[PathQueue::Mis], sum_of_ratios(m_at.scene, m_at.paths, h.slot));
         // Emitters hold the light of the part that is there; a hit on it is as rare as that part is small.
         const F there = h.code.presence.word < 0 ? F(1.0f) : max(h.fetch.number(h.code.presence), F(1e-3f));
-        add_radiance(m_at.batch, h.path, h.throughput * radiance * (weight / there), m);
+        contribute(m_at.batch, Contribution<W>{h.path, h.throughput * radiance * (weight / there)}, m);
     }
 
     const Bounce m_at;

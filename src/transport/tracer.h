@@ -27,6 +27,9 @@ class Tracer {
         if (scene.media.air)
             m_segments = std::make_unique<grid::AirSegments>();
         m->batch.aovs.assign(scene.settings.aov_is_color.size() * BatchPadded, 0.0f);
+        if (scene.settings.expressions)
+            m->batch.shares =
+                std::make_unique<PathShares>(*scene.settings.expressions, BatchPadded, RayQueue::Padded);
     }
 
     const SceneView& scene;
@@ -38,6 +41,8 @@ class Tracer {
         m_bounce = 0;
         transport::generate<W>(scene, request, m->batch, *paths());
         m_reversed = reverse_bits_scalar(request.progression);
+        if (m->batch.shares)
+            m->batch.shares->begin((request.x1 - request.x0) * (request.y1 - request.y0));
     }
     int bounce() const { return m_bounce; }
     int count() const { return m->paths[m_bounce & 1].count; } // paths that live

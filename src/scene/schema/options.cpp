@@ -54,6 +54,11 @@ const OptionParameter Rows[] = {
     {{.name = "samples", .rib = "kanuka:progressions kanuka:samples", .flag = "progressions",
       .about = "paths a pixel", .range = {1, 2147483647.0}},
      at<&O::samples>},
+    {{.name = "adaptive", .rib = "kanuka:adaptive", .flag = "adaptive",
+      .about = "noise at which a pixel takes no more paths: the error of its neighbourhood over the root of the "
+               "brightness, where white is 1, as 0.01; 0 = all pixels take all",
+      .range = NotNegative},
+     at<&O::adaptive>},
     {{.name = "seed", .rib = "kanuka:seed", .flag = "seed", .about = "another seed, another noise",
       .range = {0, 4294967295.0}},
      at<&O::seed>},

@@ -89,14 +89,15 @@ struct Integrator {
                               F(1.0f),
                               Mask<1>(false),
                               Mask<1>(true),
-                              Int<1>(0)};
+                              Int<1>(0),
+                              Int<1>(index)};
         const F u0 = random(), u1 = random();
         sample_analytic(scene, light.shape, Int<1>(index), s.receiver.P, s.receiver.set, u0, u1, sample,
                         s.h.l, Mask<1>(true), F(1.0f));
         const S value = s.eval(s.h.to_local(sample.wi), dot(sample.wi, s.h.horizon), sample.valid).f;
         const S contribution = s.h.throughput * value * sample.radiance *
                                (stage.weight(s.h) / max(sample.pdf_solid_angle, F(1e-30f)));
-        stage.cast_shadow(s.h, sample.wi, sample.distance, contribution, sample.passes, sample.valid);
+        stage.cast_to_light(s, sample, value, contribution, sample.valid);
     }
 
     // Half of the paths take a smooth lobe, if the material's own choice is one, and else end; half go
