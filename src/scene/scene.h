@@ -341,6 +341,7 @@ struct Options {
     int samples = 64;        // paths a pixel: PixelSamples x*y
     int max_depth = 8;       // surface scattering events
     int volume_depth = 1024; // events inside of media: scattering, boundaries that only are passed
+    int light_samples = 1;   // of next-event estimation, at each surface hit
     std::string integrator = "path";
     // Which light is found: `Full`: between surfaces too, with shadows of all lights. `Classic`: what
     // RISpec's renderers found: of light sources alone and along mirrors, with shadows where lights ask for

@@ -50,11 +50,11 @@ void add_radiance_in_turn(BatchState& batch, Int<W> path, const Spectrum<W>& con
 }
 
 // The contributions of shadow rays. Of a vertex there is one, unless lights far and near are sampled apart,
-// or lamps from within fog.
+// light is sampled several times, or lamps from within fog.
 template <int W>
 void add_shadow_radiance(const SceneView& scene, BatchState& batch, Int<W> path,
                          const Spectrum<W>& contribution, Mask<W> m) {
-    if (scene.lights.samples > 1 || !scene.lights.fog_lamps.empty())
+    if (scene.lights.samples * scene.settings.light_samples > 1 || !scene.lights.fog_lamps.empty())
         add_radiance_in_turn(batch, path, contribution, m);
     else
         add_radiance(batch, path, contribution, m);

@@ -35,7 +35,7 @@ struct SceneInputs {
     std::vector<bool> aov_is_color; // SettingsView has the same
     IntegratorChoice integrator;
     float clamp_direct = 0, clamp_indirect = 0; // scene::Options
-    int max_depth = 8, volume_depth = 1024;
+    int max_depth = 8, volume_depth = 1024, light_samples = 1;
     bool interreflection = true;          // SettingsView has the same
     std::vector<PointLight> point_lights; // LightsView has the same
     uint32_t seed = 0;
