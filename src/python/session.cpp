@@ -48,7 +48,9 @@ constexpr Keyword<Request> OwnKeywords[] = {
     {"shading_rate", "float | None", "None", "", "multiplies every object's micropolygon area",
      over<&O::shading_rate>},
     {"aovs", "Sequence[str]", "()", "",
-     "output parameters of surface shaders that become layers, beside those that the scene's displays name",
+     "output parameters of surface shaders, and variables of objects, that become layers, beside those that "
+     "the "
+     "scene's displays name; Pref is the reference position",
      over<&O::aovs>},
     {"lanes", "int", "0", "1, 8 or 16", "SIMD lanes; 0 = the widest. The picture is the same",
      over<&O::lanes>},

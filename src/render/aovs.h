@@ -1,5 +1,5 @@
-// Output variables of surface shaders that become layers of the picture: which are asked for, what they are,
-// and how their sums become channels.
+// Output variables of surface shaders, and variables of primitives, that become layers of the picture: which
+// are asked for, what they are, and how their sums become channels.
 #pragma once
 
 #include <string>
@@ -19,7 +19,7 @@ class Aovs {
     void ask(const std::vector<scene::Display>& displays, const std::vector<std::string>& more);
     const std::vector<std::string>& names() const { return m_names; }
 
-    // What they are is what the first surface that has them says. Names that none has are reported.
+    // What they are is what the first material that has them says. Names that none has are reported.
     void find(const std::vector<grid::LayeringProgram>& programs, const std::string& scene_file,
               Journal& journal);
     // Three values each, as transport::SceneView has them.

@@ -1,7 +1,6 @@
 #include "shade/material.h"
 
 #include <algorithm>
-#include <limits>
 
 #include "shade/area_light.h"
 #include "shade/opacity.h"
@@ -49,17 +48,9 @@ void add_aovs(grid::LayeringProgram& program, const sl::Instance& surface,
                                             [&](const sl::Parameter& p) { return p.name == name; });
         if (found == wanted.end() || parameter == parameters.end())
             continue;
-        grid::Aov aov;
-        aov.index = int(found - wanted.begin());
-        aov.color = parameter->type == sl::Type::Color;
-        aov.components = std::min(sl::components(parameter->type), 3);
-        for (int c = 0; c < aov.components; c++) {
-            aov.slots[size_t(c)] = int(program.slots.size());
-            program.slots.push_back({grid::InputType::Float, grid::Storage::Full,
-                                     -std::numeric_limits<float>::max(), std::numeric_limits<float>::max(),
-                                     false, "aov." + name});
-        }
-        program.aovs.push_back(aov);
+        add_aov(program, int(found - wanted.begin()), name,
+                parameter->type == sl::Type::Color ? scene::Type::Color : scene::Type::Float,
+                sl::components(parameter->type));
     }
 }
 
@@ -93,7 +84,7 @@ bool MaterialImpl::emission_varies() const {
 }
 
 bool MaterialImpl::uniform() const {
-    if (m_core->light_varies)
+    if (m_core->light_varies || std::ranges::any_of(m_own.primvar_aovs, &PrimvarAov::varying))
         return false;
     // Presence of a varying Os may be added here, to a surface that is uniform itself.
     if (m_core->presence_slot >= 0 && m_own.varying_color_or_opacity)
@@ -191,7 +182,7 @@ void MaterialImpl::shade(grid::Grid& grid, grid::VertexInputs& out) const {
     const sl::GridGlobals g = globals(grid);
     if (!m_core->program.lit_by.empty())
         services.want_lights(&m_core->wanted_lights);
-    if (m_core->program.aovs.empty()) {
+    if (m_core->surface_aovs == 0) {
         m_core->surface->shade(grid, g, services, out);
         out.slots.resize(m_core->program.slots.size());
     } else {
@@ -200,6 +191,10 @@ void MaterialImpl::shade(grid::Grid& grid, grid::VertexInputs& out) const {
         out.slots.resize(m_core->program.slots.size());
         fill_aovs(m_core->program, values, out);
     }
+    for (size_t k = m_core->surface_aovs; k < m_core->program.aovs.size(); k++)
+        for (const PrimvarAov& aov : m_own.primvar_aovs)
+            if (aov.index == m_core->program.aovs[k].index)
+                fill_primvar_aov(aov, m_core->program.aovs[k], grid, m_own.spaces.current_from_object, out);
     if (!m_core->program.lit_by.empty())
         shade_by_lights(grid, g, services, out);
     if (m_core->emission_slot >= 0) {

@@ -85,7 +85,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         action="append",
         default=[],
         metavar="NAME",
-        help="output parameter of surface shaders, added to the EXR as a layer; repeatable",
+        help="output parameter of surface shaders or variable of primitives, added to the EXR as a layer; repeatable",
     )
     machine = parser.add_argument_group("machine", "these do not change the picture")
     machine.add_argument("--threads", type=types.positive_int, metavar="N", help="default: all cores")
