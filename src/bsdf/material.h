@@ -12,12 +12,13 @@
 
 namespace kanuka::bsdf {
 
-inline constexpr int MaxNodes = 32, MaxLobes = 16, MaxInputs = 11;
-// Inputs of MicrofacetDielectricBrdf.
-inline constexpr int CoatTransmittance = 8, CoatAbsorption = 10;
+inline constexpr int MaxNodes = 32, MaxLobes = 16;
 
 // The layering program, flattened for lanes. Host data, one per program, read by every hit.
 struct MaterialCode {
+    // What may absorb, or refract, as an upper layer.
+    static constexpr LobeId Coat = LobeId::MicrofacetDielectricBrdf;
+
     struct Place {
         int word = -1, half = 0; // -1: not given, `fallback` holds
         bool wide = false;       // a colour without upper bound
@@ -30,7 +31,7 @@ struct MaterialCode {
         int upper, lower;
         int leaf = -1; // number of the lobe among those that scatter; -1 for operators and emission
         Place weight;
-        Place inputs[MaxInputs];
+        Place inputs[grid::MostInputs];
         int input_count = 0;
         uint32_t given = 0, colors = 0; // bits by input: given at all; colours
         bool need_albedo = false;       // below the upper side of a coat
@@ -101,7 +102,8 @@ struct MaterialCode {
                 transmits |= decl.kind == grid::LobeKind::Transmission ||
                              decl.kind == grid::LobeKind::ReflectionTransmission;
                 dispersive |= n.lobe == LobeId::GratingBrdf ||
-                              (n.lobe == LobeId::MicrosurfaceDielectricBsdfRgb_v1 && node.given >> 4 & 1);
+                              (n.lobe == LobeId::MicrosurfaceDielectricBsdfRgb_v1 &&
+                               node.given >> input_of(LobeId::MicrosurfaceDielectricBsdfRgb_v1, "abbe") & 1);
             }
             has_coat |= n.op == grid::LayerOp::Coat || n.op == grid::LayerOp::Thick;
             nodes.push_back(node);
@@ -137,8 +139,9 @@ struct MaterialCode {
             else if (n.op == grid::LayerOp::Coat) {
                 mark_albedo(n.upper);
                 const Node& upper = nodes[size_t(n.upper)];
-                if (upper.op == grid::LayerOp::Lobe && upper.lobe == LobeId::MicrofacetDielectricBrdf &&
-                    (upper.given & (1u << CoatTransmittance | 1u << CoatAbsorption))) {
+                if (upper.op == grid::LayerOp::Lobe && upper.lobe == Coat &&
+                    (upper.given &
+                     (1u << input_of(Coat, "transmittance") | 1u << input_of(Coat, "absorption")))) {
                     n.absorber = upper.leaf;
                     absorbs = true;
                 }
@@ -467,12 +470,14 @@ class Material {
     }
     // -log2 of what a straight way through a layer leaves; one of weight w lets 1 - w (1 - T) through.
     static Spectrum<W> depth_of(const LobeInputs<W>& coat, Float<W> w) {
+        constexpr LobeId Coat = MaterialCode::Coat;
         const Float<W> one(1.0f);
         Spectrum<W> depth;
         for (int k = 0; k < Wavelengths; k++) {
-            Float<W> T = coat.color[1][k];
-            if (coat.has(CoatAbsorption)) // 1 / ln 2
-                T = T * exp2(-(coat.color[2][k] * coat.number[7] * Float<W>(1.44269504f)));
+            Float<W> T = coat.color[color_of(Coat, "transmittance")][k];
+            if (coat.has(input_of(Coat, "absorption"))) // 1 / ln 2
+                T = T * exp2(-(coat.color[color_of(Coat, "absorption")][k] *
+                               coat.number[number_of(Coat, "thickness")] * Float<W>(1.44269504f)));
             depth[k] = -log2(clamp(fma(w, T - one, one), Float<W>(1e-6f), one));
         }
         return depth;

@@ -2,13 +2,15 @@
 
 #include <algorithm>
 
+#include "grid/lobe_table.h"
 #include "shade/area_light.h"
 #include "shade/opacity.h"
 
 namespace kanuka::shade {
 
 int add_emission(grid::LayeringProgram& program) {
-    const grid::LobeInput& radiance = grid::lobe(grid::LobeId::DiffuseEmission).inputs[0];
+    const grid::LobeInput& radiance =
+        grid::lobe(grid::LobeId::DiffuseEmission).inputs[grid::EmissionRadiance];
     program.slots.push_back(
         {radiance.type, radiance.storage, radiance.low, radiance.high, true, "arealight.radiance"});
     const int slot = int(program.slots.size()) - 1;
@@ -16,7 +18,8 @@ int add_emission(grid::LayeringProgram& program) {
     grid::LayerNode emission;
     emission.lobe = grid::LobeId::DiffuseEmission;
     emission.name = "arealight";
-    emission.inputs = {slot};
+    emission.inputs.assign(grid::lobe(emission.lobe).inputs.size(), -1);
+    emission.inputs[grid::EmissionRadiance] = slot;
     program.nodes.push_back(emission);
     if (surface >= 0) {
         grid::LayerNode add;
@@ -30,7 +33,8 @@ int add_emission(grid::LayeringProgram& program) {
 }
 
 void add_lit_by(grid::LayeringProgram& program, const std::vector<bool>& lights) {
-    const grid::LobeInput& radiance = grid::lobe(grid::LobeId::DiffuseEmission).inputs[0];
+    const grid::LobeInput& radiance =
+        grid::lobe(grid::LobeId::DiffuseEmission).inputs[grid::EmissionRadiance];
     for (size_t i = 0; i < lights.size(); i++)
         if (lights[i]) {
             program.lit_by.push_back({int(i), int(program.slots.size())});
@@ -150,7 +154,7 @@ void MaterialImpl::displace(grid::Grid& grid) const {
 // What one light more makes the surface shine with, light by light: in front of each shadows are traced.
 void MaterialImpl::shade_by_lights(grid::Grid& grid, const sl::GridGlobals& globals,
                                    MaterialServices& services, grid::VertexInputs& out) const {
-    const int slot = m_core->program.emission()->inputs[0];
+    const int slot = m_core->program.emission()->inputs[grid::EmissionRadiance];
     const auto at = [&](const grid::SlotValues& v, size_t c, size_t i) {
         return v.uniform ? v.value[int(c)] : v.data[c * size_t(grid.stride) + i];
     };

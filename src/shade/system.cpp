@@ -11,6 +11,7 @@
 #include <unordered_map>
 #include <xxhash.h>
 
+#include "grid/lobe_table.h"
 #include "scene/coordinate_system.h"
 #include "shade/area_light.h"
 #include "shade/arguments.h"
@@ -376,7 +377,7 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(const BoundShaders& bound,
             add_aov(core->program, aov.index, aov.name, aov.type, aov.components);
     core->program.air = bound.air;
     if (m_gathers_light && core->surface_shader && core->surface_shader->has_light_of_its_own() &&
-        core->program.emission() && core->program.emission()->inputs[0] >= 0) {
+        core->program.emission() && core->program.emission()->inputs[grid::EmissionRadiance] >= 0) {
         std::vector<bool> shadows;
         for (const PointLights::One& one : m_point_lights.all())
             shadows.push_back(one.light.shadows);
