@@ -46,6 +46,7 @@ struct LightsData {
     LargeVector<AnalyticLight> analytic;
     std::vector<LightBound> bounds;
     std::vector<float> tables, densities;
+    std::vector<AnalyticLight> portals;
     std::vector<PointLight> point_lights;
     std::vector<float> map_rgb;
     PictureCells map_cells;
