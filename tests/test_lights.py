@@ -161,3 +161,36 @@ def test_lamps_smaller_than_a_pixel_have_their_light(tmp_path: Path) -> None:
         picture = kanuka.render(kanuka.load(tmp_path / "lamp.rib"), progressions=64)
         seen = picture["rgb"][2:6, 2:6, 1].mean()  # beside the lamp's own picture
         assert seen == pytest.approx(10000 * area / 4 / np.pi, rel=0.04), shape
+
+
+def test_portals_bring_the_environments_light_with_less_noise(tmp_path: Path) -> None:
+    """A room with a window: by Python and by RIB the same picture as without the portal, on average."""
+
+    def room(portal: str) -> kanuka.Scene:
+        (tmp_path / "room.rib").write_text(
+            'Format 24 24 1\nProjection "perspective" "fov" 90\nWorldBegin\n'
+            'LightSource "environmentlight" 1 "intensity" 2\n' + portal + 'Surface "matte" "Kd" 0.7\n'
+            'Polygon "P" [-2 -2 2  2 -2 2  2 2 2  -2 2 2]\n'
+            'Polygon "P" [-2 -2 -2  -2 -2 2  -2 2 2  -2 2 -2]\n'
+            'Polygon "P" [2 -2 -2  2 -2 2  2 2 2  2 2 -2]\n'
+            'Polygon "P" [-2 -2 -2  2 -2 -2  2 -2 2  -2 -2 2]\n'
+            'Polygon "P" [-2 -2 -2  2 -2 -2  2 2 -2  -2 2 -2]\n'
+            'PointsGeneralPolygons [2] [4 4] [0 1 2 3 4 5 6 7] "P" [-2 2 -2  2 2 -2  2 2 2  -2 2 2'
+            "  -0.5 2 -0.5  0.5 2 -0.5  0.5 2 0.5  -0.5 2 0.5]\nWorldEnd\n"
+        )
+        return kanuka.load(tmp_path / "room.rib")
+
+    def pictures(scene: kanuka.Scene) -> np.ndarray:
+        return np.stack([kanuka.render(scene, progressions=32, seed=seed)["rgb"][..., 1] for seed in range(8)])
+
+    plain = pictures(room(""))
+    by_rib = pictures(room('AttributeBegin Translate 0 2 0 Rotate 90 1 0 0 LightSource "portallight" 2 AttributeEnd\n'))
+    scene = room("")
+    scene.add_light("portal", position=(0, 2, 0), direction=(0, -1, 0))
+    by_python = pictures(scene)
+    assert plain.mean() > 0.005
+    for portal in (by_rib, by_python):
+        assert portal.mean() == pytest.approx(plain.mean(), rel=0.05)
+        assert portal.var(axis=0).mean() < 0.6 * plain.var(axis=0).mean()
+    with pytest.warns(kanuka.Warning, match='amount does nothing for a light of kind "portal"'):
+        kanuka.Scene().add_light("portal", amount=2)

@@ -264,6 +264,7 @@ EDITS: dict[str, tuple[Callable[[kanuka.Scene], object], int, bool]] = {
     "a light less": (lambda s: s.remove([s.node("sun")]), 0, False),
     "fewer bounces": (lambda s: setattr(s.options, "max_depth", 1), 0, False),
     "clamped": (lambda s: setattr(s.options, "clamp_indirect", 2.0), 0, False),
+    "more light samples": (lambda s: setattr(s.options, "light_samples", 4), 0, False),
     "another seed": (lambda s: setattr(s.options, "seed", 9), 0, False),
     "another filter": (lambda s: setattr(s.options, "filter", "box"), 0, False),
     "another integrator": (lambda s: setattr(s.options, "integrator", "direct"), 0, False),

@@ -27,8 +27,8 @@ struct Vec3 {
     T x, y, z;
 
     Vec3() = default;
-    Vec3(T x, T y, T z) : x(x), y(y), z(z) {}
-    explicit Vec3(T s) : x(s), y(s), z(s) {}
+    constexpr Vec3(T x, T y, T z) : x(x), y(y), z(z) {}
+    constexpr explicit Vec3(T s) : x(s), y(s), z(s) {}
     template <class U>
     explicit Vec3(const Vec3<U>& o) : x(T(o.x)), y(T(o.y)), z(T(o.z)) {}
 

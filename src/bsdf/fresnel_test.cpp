@@ -82,13 +82,14 @@ TEST(Fresnel, NoFilmIsABareSurface) {
 // Reflectances of metals head-on, measured: CRC Handbook of Chemistry and Physics, from the same n and k.
 TEST(Fresnel, MetalsHaveTheirColours) {
     const auto reflectance = [](const char* name, double nm) {
-        const auto& names = grid::lobe(LobeId::MetalBrdf).inputs[0].names;
+        const auto& names =
+            grid::lobe(LobeId::MetalBrdf).inputs[size_t(input_of(LobeId::MetalBrdf, "metal"))].names;
         LobeInputs<1> in;
+        for (Float<1>& number : in.number)
+            number = Float<1>(0.0f);
         for (size_t k = 0; k < names.size(); k++)
             if (names[k] == name)
-                in.number[0] = Float<1>(float(k));
-        for (int k = 1; k < MaxNumbers; k++)
-            in.number[k] = Float<1>(0.0f);
+                in.number[number_of(LobeId::MetalBrdf, "metal")] = Float<1>(float(k));
         in.color[0] = in.color[1] = Spectrum<1>(Float<1>(1.0f));
         const Float<1> l(float((nm - 360) / 470)), all[Wavelengths] = { l, l, l, l };
         const Vec3<Float<1>> up(Float<1>(0.0f), Float<1>(0.0f), Float<1>(1.0f));

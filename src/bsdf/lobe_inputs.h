@@ -6,20 +6,19 @@
 #include "bsdf/lobe_tables.h"
 #include "bsdf/microfacet.h"
 #include "bsdf/spectral.h"
-#include "grid/lobe_schema.h"
+#include "grid/lobe_table.h"
 
 namespace kanuka::bsdf {
 
+using grid::color_of, grid::input_of, grid::number_of;
 using grid::LobeId;
-
-inline constexpr int MaxColors = 3, MaxNumbers = 8;
 
 template <int W>
 struct LobeInputs {
-    // As declared: the lobe's colours and its floats, each in the order of the schema.
-    Spectrum<W> color[MaxColors];
-    Float<W> number[MaxNumbers];
-    uint32_t given = 0; // bit by input: others have their defaults all over the material
+    // As declared: the lobe's colours and its floats, by color_of() and number_of().
+    Spectrum<W> color[grid::MostColors];
+    Float<W> number[grid::MostNumbers];
+    uint32_t given = 0; // bits by input_of(): others have their defaults all over the material
 
     // Derived by prepare_lobe, once a hit; what they mean is the lobe's.
     Spectrum<W> eta;  // index behind / index on the side of wo, or a metal's index

@@ -1,4 +1,4 @@
-// Any lobe of grid/lobe_schema.h: evaluation, sampling, density, albedo. `id` is the same for all lanes: hits
+// Any lobe of grid/lobe_table.h: evaluation, sampling, density, albedo. `id` is the same for all lanes: hits
 // are grouped by layering program. All but Lambert's are functions of their own, so that what calls them
 // stays small.
 #pragma once
@@ -126,7 +126,7 @@ LobeSample<W> sample_lobe(LobeId id, const LobeInputs<W>& in, const Vec3<Float<W
     {
         LobeSample<W> s = sample_of(Vec3<Float<W>>(Float<W>(0.0f), Float<W>(0.0f), Float<W>(1.0f)));
         s.delta = Mask<W>(true);
-        s.value = {in.color[0], Spectrum<W>(Float<W>(1.0f))};
+        s.value = {in.color[color_of(LobeId::AimedBsdf, "part")], Spectrum<W>(Float<W>(1.0f))};
         return s;
     }
     default: {
@@ -144,8 +144,9 @@ Spectrum<W> albedo_of_lobe(LobeId id, const LobeInputs<W>& in, const Vec3<Float<
     switch (id) {
     case LobeId::LambertBrdf:
     case LobeId::LambertBtdf:
+        return in.color[LambertLobe<W>::Part];
     case LobeId::AimedBsdf:
-        return in.color[0];
+        return in.color[color_of(LobeId::AimedBsdf, "part")];
     case LobeId::OrenNayarBrdf:
         return OrenNayarLobe<W>::albedo(in);
     case LobeId::BurleyBrdf:

@@ -32,6 +32,8 @@ template <int W>
 struct PhongLobe {
     using F = Float<W>;
     using V = Vec3<F>;
+    static constexpr int Reflectance = color_of(LobeId::PhongBrdf, "reflectance"),
+                         Exponent = number_of(LobeId::PhongBrdf, "exponent");
 
     static F shape(F n, const V& wo, const V& wi) {
         const F zero(0.0f), c = wo.z * wi.z - wo.x * wi.x - wo.y * wi.y;
@@ -39,16 +41,16 @@ struct PhongLobe {
         return kanuka::select((wi.z > zero) & (c > zero), f, zero);
     }
     static Spectrum<W> albedo(const LobeInputs<W>& in, F cosine) {
-        return in.color[0] *
-               TableCell<W>(cosine, width_of_exponent(in.number[0])).lookup(lobe_tables().phong);
+        return in.color[Reflectance] *
+               TableCell<W>(cosine, width_of_exponent(in.number[Exponent])).lookup(lobe_tables().phong);
     }
     [[gnu::noinline]] static LobeValue<W> eval(const LobeInputs<W>& in, const V& wo, const V& wi) {
-        const F n = in.number[0], f = shape(n, wo, wi);
+        const F n = in.number[Exponent], f = shape(n, wo, wi);
         const F pdf = f * (n + F(1.0f)) / ((n + F(2.0f)) * max(wi.z, F(1e-12f)));
-        return {in.color[0] * f, Spectrum<W>(pdf)};
+        return {in.color[Reflectance] * f, Spectrum<W>(pdf)};
     }
     [[gnu::noinline]] static LobeSample<W> sample(const LobeInputs<W>& in, const V& wo, F u0, F u1) {
-        const V w = sample_cosine_power(in.number[0], u0, u1), mirror(-wo.x, -wo.y, wo.z);
+        const V w = sample_cosine_power(in.number[Exponent], u0, u1), mirror(-wo.x, -wo.y, wo.z);
         V t, b;
         coordinate_frame(mirror, t, b);
         LobeSample<W> s = sample_of(t * w.x + b * w.y + mirror * w.z);
@@ -63,6 +65,8 @@ template <int W>
 struct BlinnLobe {
     using F = Float<W>;
     using V = Vec3<F>;
+    static constexpr int Reflectance = color_of(LobeId::BlinnBrdf, "reflectance"),
+                         Exponent = number_of(LobeId::BlinnBrdf, "exponent");
 
     static F density(F n, const V& wo, const V& h) {
         return (n + F(1.0f)) * F(InvPi / 8) * cosine_power(h.z, n) / max(dot(wo, h), F(1e-7f));
@@ -73,16 +77,16 @@ struct BlinnLobe {
         return kanuka::select((wi.z > zero) & (wo.z > zero), f, zero);
     }
     static Spectrum<W> albedo(const LobeInputs<W>& in, F cosine) {
-        return in.color[0] *
-               TableCell<W>(cosine, width_of_exponent(in.number[0])).lookup(lobe_tables().blinn);
+        return in.color[Reflectance] *
+               TableCell<W>(cosine, width_of_exponent(in.number[Exponent])).lookup(lobe_tables().blinn);
     }
     [[gnu::noinline]] static LobeValue<W> eval(const LobeInputs<W>& in, const V& wo, const V& wi) {
-        const F zero(0.0f), pdf = density(in.number[0], wo, normalize(wo + wi));
-        return {in.color[0] * shape(in.number[0], wo, wi),
+        const F zero(0.0f), pdf = density(in.number[Exponent], wo, normalize(wo + wi));
+        return {in.color[Reflectance] * shape(in.number[Exponent], wo, wi),
                 Spectrum<W>(kanuka::select(wi.z > zero, pdf, zero))};
     }
     [[gnu::noinline]] static LobeSample<W> sample(const LobeInputs<W>& in, const V& wo, F u0, F u1) {
-        const V h = sample_cosine_power(in.number[0], u0, u1);
+        const V h = sample_cosine_power(in.number[Exponent], u0, u1);
         LobeSample<W> s = sample_of(reflect(wo, h));
         s.valid = (s.wi.z > F(0.0f)) & (dot(wo, h) > F(0.0f));
         return s;
@@ -97,28 +101,31 @@ template <int W>
 struct HighlightLobe {
     using F = Float<W>;
     using V = Vec3<F>;
+    static constexpr int Height = color_of(LobeId::HighlightBrdf, "height"),
+                         Exponent = number_of(LobeId::HighlightBrdf, "exponent"),
+                         About = number_of(LobeId::HighlightBrdf, "about");
 
-    static Mask<W> about_mirror(const LobeInputs<W>& in) { return in.number[1] > F(0.5f); }
+    static Mask<W> about_mirror(const LobeInputs<W>& in) { return in.number[About] > F(0.5f); }
     // The height that reflects all light around the axis, were there no horizon: 1 over the integral of
     // cos^n / pi.
     static F most(const LobeInputs<W>& in) {
-        const F n = in.number[0];
+        const F n = in.number[Exponent];
         return kanuka::select(about_mirror(in), (n + F(1.0f)) * F(0.5f), (n + F(2.0f)) * F(0.125f));
     }
     static void prepare(LobeInputs<W>& in) {
         const F limit = most(in);
         for (int k = 0; k < Wavelengths; k++)
-            in.color[0][k] = min(in.color[0][k], limit);
+            in.color[Height][k] = min(in.color[Height][k], limit);
     }
     static Spectrum<W> albedo(const LobeInputs<W>& in, F cosine) {
-        const TableCell<W> cell(cosine, width_of_exponent(in.number[0]));
+        const TableCell<W> cell(cosine, width_of_exponent(in.number[Exponent]));
         const Mask<W> mirror = about_mirror(in);
         const F share = kanuka::select(mirror, cell.lookup(lobe_tables().highlight[1]),
                                        cell.lookup(lobe_tables().highlight[0]));
-        return in.color[0] * (share / most(in));
+        return in.color[Height] * (share / most(in));
     }
     [[gnu::noinline]] static LobeValue<W> eval(const LobeInputs<W>& in, const V& wo, const V& wi) {
-        const F zero(0.0f), n = in.number[0];
+        const F zero(0.0f), n = in.number[Exponent];
         const V h = normalize(wo + wi);
         const Mask<W> mirror = about_mirror(in);
         const F c = kanuka::select(mirror, wo.z * wi.z - wo.x * wi.x - wo.y * wi.y, h.z);
@@ -126,10 +133,10 @@ struct HighlightLobe {
         const F power = kanuka::select(lit, cosine_power(c, n) * F(InvPi), zero);
         const F pdf = power * kanuka::select(mirror, (n + F(1.0f)) * F(0.5f),
                                              (n + F(1.0f)) * F(0.125f) / max(dot(wo, h), F(1e-7f)));
-        return {in.color[0] * power, Spectrum<W>(pdf)};
+        return {in.color[Height] * power, Spectrum<W>(pdf)};
     }
     [[gnu::noinline]] static LobeSample<W> sample(const LobeInputs<W>& in, const V& wo, F u0, F u1) {
-        const V w = sample_cosine_power(in.number[0], u0, u1), mirrored(-wo.x, -wo.y, wo.z);
+        const V w = sample_cosine_power(in.number[Exponent], u0, u1), mirrored(-wo.x, -wo.y, wo.z);
         V t, b;
         coordinate_frame(mirrored, t, b);
         const V about = t * w.x + b * w.y + mirrored * w.z, half = reflect(wo, w);

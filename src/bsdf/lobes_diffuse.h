@@ -7,10 +7,13 @@ namespace kanuka::bsdf {
 
 template <int W>
 struct LambertLobe {
+    static constexpr int Part = color_of(LobeId::LambertBrdf, "diffuseReflectance");
+    static_assert(Part == color_of(LobeId::LambertBtdf, "diffuseTransmittance"));
+
     static LobeValue<W> eval(const LobeInputs<W>& in, const Vec3<Float<W>>& wi, bool transmits) {
         const Float<W> cosine = max(transmits ? -wi.z : wi.z, Float<W>(0.0f));
         const Float<W> pdf = cosine * Float<W>(InvPi);
-        return {in.color[0] * pdf, Spectrum<W>(pdf)};
+        return {in.color[Part] * pdf, Spectrum<W>(pdf)};
     }
     static LobeSample<W> sample(Float<W> u0, Float<W> u1, bool transmits) {
         LobeSample<W> s;
@@ -31,6 +34,8 @@ template <int W>
 struct OrenNayarLobe {
     using F = Float<W>;
     using V = Vec3<F>;
+    static constexpr int Reflectance = color_of(LobeId::OrenNayarBrdf, "diffuseReflectance"),
+                         Roughness = number_of(LobeId::OrenNayarBrdf, "roughness");
     static constexpr float C1 = 0.5f - 2 / (3 * Pi), C2 = 2 / 3.0f - 28 / (15 * Pi);
 
     // Albedo of what scatters once, for reflectance 1: closed form. (sin / cos) (1 - sin^3), as it stands in
@@ -48,16 +53,17 @@ struct OrenNayarLobe {
         const F mean = once_mean(r), one(1.0f);
         return reflectance * reflectance * mean / max(one - reflectance * (one - mean), F(1e-6f));
     }
-    static void prepare(LobeInputs<W>& in, const V& wo) { in.balance = once(wo.z, in.number[0]); }
+    static void prepare(LobeInputs<W>& in, const V& wo) { in.balance = once(wo.z, in.number[Roughness]); }
 
     static Spectrum<W> albedo(const LobeInputs<W>& in) {
         Spectrum<W> a;
         for (int i = 0; i < Wavelengths; i++)
-            a[i] = in.color[0][i] * in.balance + many(in.color[0][i], in.number[0]) * (F(1.0f) - in.balance);
+            a[i] = in.color[Reflectance][i] * in.balance +
+                   many(in.color[Reflectance][i], in.number[Roughness]) * (F(1.0f) - in.balance);
         return a;
     }
     [[gnu::noinline]] static LobeValue<W> eval(const LobeInputs<W>& in, const V& wo, const V& wi) {
-        const F zero(0.0f), one(1.0f), r = in.number[0];
+        const F zero(0.0f), one(1.0f), r = in.number[Roughness];
         const Mask<W> valid = (wi.z > zero) & (wo.z > zero);
         const F s = fma(wi.x, wo.x, wi.y * wo.y);
         const F t = kanuka::select(s > zero, max(max(wi.z, wo.z), F(1e-6f)), one);
@@ -67,7 +73,9 @@ struct OrenNayarLobe {
         const F scale = kanuka::select(valid, wi.z * F(InvPi), zero);
         LobeValue<W> v;
         for (int i = 0; i < Wavelengths; i++)
-            v.f[i] = max(fma(in.color[0][i], first, many(in.color[0][i], r) * more), zero) * scale;
+            v.f[i] =
+                max(fma(in.color[Reflectance][i], first, many(in.color[Reflectance][i], r) * more), zero) *
+                scale;
         const Bend bend(wo, r);
         const F pdf = fma(bend.uniform, F(0.5f * InvPi), (one - bend.uniform) * bend.density(wi));
         v.pdf = Spectrum<W>(kanuka::select(valid, pdf, zero));
@@ -75,7 +83,7 @@ struct OrenNayarLobe {
     }
     [[gnu::noinline]] static LobeSample<W> sample(const LobeInputs<W>& in, const V& wo, F u_choice, F u0,
                                                   F u1) {
-        const Bend bend(wo, in.number[0]);
+        const Bend bend(wo, in.number[Roughness]);
         const Mask<W> uniform = u_choice < bend.uniform;
         F s, c;
         sincos_2pi(u0, s, c);
@@ -143,6 +151,8 @@ template <int W>
 struct BurleyLobe {
     using F = Float<W>;
     using V = Vec3<F>;
+    static constexpr int Reflectance = color_of(LobeId::BurleyBrdf, "diffuseReflectance"),
+                         Roughness = number_of(LobeId::BurleyBrdf, "roughness");
 
     // f cos of reflectance 1.
     static F shape(F roughness, const V& wo, const V& wi) {
@@ -155,11 +165,12 @@ struct BurleyLobe {
         return kanuka::select(valid, i * o * factor * wi.z * F(InvPi), zero);
     }
     static Spectrum<W> albedo(const LobeInputs<W>& in, F cosine) {
-        const F r = in.number[0];
-        return in.color[0] * TableCell<W>(cosine, r * r * r * r).lookup(lobe_tables().burley);
+        const F r = in.number[Roughness];
+        return in.color[Reflectance] * TableCell<W>(cosine, r * r * r * r).lookup(lobe_tables().burley);
     }
     [[gnu::noinline]] static LobeValue<W> eval(const LobeInputs<W>& in, const V& wo, const V& wi) {
-        return {in.color[0] * shape(in.number[0], wo, wi), Spectrum<W>(max(wi.z, F(0.0f)) * F(InvPi))};
+        return {in.color[Reflectance] * shape(in.number[Roughness], wo, wi),
+                Spectrum<W>(max(wi.z, F(0.0f)) * F(InvPi))};
     }
 };
 
@@ -170,6 +181,8 @@ template <int W>
 struct SheenLobe {
     using F = Float<W>;
     using V = Vec3<F>;
+    static constexpr int Reflectance = color_of(LobeId::SheenBrdf, "reflectance"),
+                         Roughness = number_of(LobeId::SheenBrdf, "roughness");
     static constexpr float MinRoughness = 0.05f;
 
     // Tables go on below the least roughness, so that what lies between their knots is right at it.
@@ -188,8 +201,8 @@ struct SheenLobe {
         return max(fma(cosine, F(0.5f), even / sqrt(r)), cosine);
     }
     static Spectrum<W> albedo(const LobeInputs<W>& in, F cosine) {
-        const F r = held(in.number[0]);
-        return in.color[0] * TableCell<W>(cosine, r * r * r * r).lookup(lobe_tables().sheen);
+        const F r = held(in.number[Roughness]);
+        return in.color[Reflectance] * TableCell<W>(cosine, r * r * r * r).lookup(lobe_tables().sheen);
     }
     static F shape(F roughness, const V& wo, const V& wi) {
         const F zero(0.0f), both = wo.z * wi.z;
@@ -201,7 +214,7 @@ struct SheenLobe {
     }
     [[gnu::noinline]] static LobeValue<W> eval(const LobeInputs<W>& in, const V& wo, const V& wi) {
         const F pdf = kanuka::select(wi.z > F(0.0f), F(0.5f * InvPi), F(0.0f));
-        return {in.color[0] * shape(held(in.number[0]), wo, wi), Spectrum<W>(pdf)};
+        return {in.color[Reflectance] * shape(held(in.number[Roughness]), wo, wi), Spectrum<W>(pdf)};
     }
     // Uniform directions: sheen is brightest along the surface.
     static LobeSample<W> sample(F u0, F u1) {

@@ -8,6 +8,9 @@ namespace kanuka::bsdf {
 template <int W>
 struct InterfaceLobe {
     using V = Vec3<Float<W>>;
+    static constexpr LobeId Id = LobeId::MicrosurfaceDielectricBsdfRgb_v1;
+    static constexpr int Reflectance = color_of(Id, "reflectance"),
+                         Transmittance = color_of(Id, "transmittance");
 
     [[gnu::noinline]] static LobeValue<W> eval(const LobeInputs<W>& in, const V& wo, const V& wi) {
         return in.stretched ? eval_with(stretched_of(in), in, to_axis(in, wo), to_axis(in, wi))
@@ -96,7 +99,7 @@ struct InterfaceLobe {
             const Float<W> side = kanuka::select(transmits, in.below, one - in.below);
             r.pdf = r.pdf * (one - in.spread) + Spectrum<W>(in.spread * side * abs(wi.z) * Float<W>(InvPi));
         }
-        r.f *= select(transmits, in.color[2], in.color[1]);
+        r.f *= select(transmits, in.color[Transmittance], in.color[Reflectance]);
         return r;
     }
 
@@ -146,7 +149,8 @@ struct InterfaceLobe {
                 Ti = kanuka::select(in.disperses, zero, Ti), qi = kanuka::select(in.disperses, zero, qi);
             }
             s.value.pdf[i] = kanuka::select(reflects, pi, qi);
-            s.value.f[i] = kanuka::select(reflects, Fi * in.color[1][i], Ti * in.color[2][i]);
+            s.value.f[i] =
+                kanuka::select(reflects, Fi * in.color[Reflectance][i], Ti * in.color[Transmittance][i]);
         }
         return s;
     }
@@ -165,7 +169,8 @@ struct InterfaceLobe {
 
   private:
     static StretchedGlassCell<W> cell(const LobeInputs<W>& in, Float<W> eta) {
-        return {in.tail, clamp(in.number[2], Float<W>(0.0f), Float<W>(1.0f)), in.alpha, eta};
+        return {in.tail, clamp(in.number[number_of(Id, "anisotropy")], Float<W>(0.0f), Float<W>(1.0f)),
+                in.alpha, eta};
     }
 };
 
@@ -215,7 +220,7 @@ void prepare_many(LobeInputs<W>& in, const Vec3<Float<W>>& wo) {
     in.many_across = loss * below / there * Float<W>(InvPi);
     if (!in.has_film) { // walks do not know films
         const Float<W> spread = in.spread;
-        prepare_walks(in, wo, 10, 7, 0.5f);
+        prepare_walks<InterfaceLobe<W>::Id>(in, wo, 0.5f);
         if (in.has_walks) {
             in.spread = kanuka::select(in.walks, in.spread, spread);
             in.below = kanuka::select(in.walks, Float<W>(0.5f), below);
@@ -228,13 +233,15 @@ void prepare_many(LobeInputs<W>& in, const Vec3<Float<W>>& wo) {
 
 template <int W>
 void prepare_interface(LobeInputs<W>& in, const Vec3<Float<W>>& wo, Mask<W> outside) {
-    prepare_facets(in, mean(in.color[0]), 5, 2);
-    prepare_film(in, 8, 5);
-    in.disperses = in.has(4) ? in.number[1] > Float<W>(0.0f) : Mask<W>(false);
+    constexpr LobeId Id = InterfaceLobe<W>::Id;
+    constexpr int Abbe = number_of(Id, "abbe");
+    prepare_facets<Id>(in, mean(in.color[color_of(Id, "roughness")]));
+    prepare_film<Id>(in);
+    in.disperses = in.has(input_of(Id, "abbe")) ? in.number[Abbe] > Float<W>(0.0f) : Mask<W>(false);
     in.dispersive = any(in.disperses);
     const Float<W> one(1.0f);
-    Float<W> n_d = max(in.number[0], Float<W>(1.0001f));
-    Spectrum<W> index = in.dispersive ? index_of_refraction(n_d, in.number[1], in.l) : Spectrum<W>(n_d);
+    Float<W> n_d = max(in.number[number_of(Id, "ior")], Float<W>(1.0001f));
+    Spectrum<W> index = in.dispersive ? index_of_refraction(n_d, in.number[Abbe], in.l) : Spectrum<W>(n_d);
     if (in.outer) { // within another medium: the index is relative, and may lie below one
         n_d = next_to_one(n_d / *in.outer);
         for (int i = 0; i < Wavelengths; i++)
@@ -265,7 +272,8 @@ Spectrum<W> albedo_of_interface(const LobeInputs<W>& in, Float<W> cos_o) {
             rough = min(rough, one);
             F = kanuka::select(in.rough & (n > one), rough, smooth);
         }
-        albedo[i] = in.color[1][i] * F + in.color[2][i] * (one - F);
+        albedo[i] = in.color[InterfaceLobe<W>::Reflectance][i] * F +
+                    in.color[InterfaceLobe<W>::Transmittance][i] * (one - F);
     }
     return albedo;
 }

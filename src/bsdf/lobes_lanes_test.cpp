@@ -12,8 +12,8 @@ using namespace testing;
 
 // A hit of one lane.
 struct Hit {
-    float color[MaxColors][Wavelengths] = {}, number[MaxNumbers] = {}, l[Wavelengths], outer, wo[3], u[3],
-          wi[3];
+    float color[grid::MostColors][Wavelengths] = {}, number[grid::MostNumbers] = {}, l[Wavelengths], outer,
+          wo[3], u[3], wi[3];
     bool outside;
 };
 
@@ -74,10 +74,10 @@ void answers(LobeId id, uint32_t given, const Hit* hits, std::vector<float>* out
     };
     LobeInputs<W> in;
     in.given = given;
-    for (int c = 0; c < MaxColors; c++)
+    for (int c = 0; c < grid::MostColors; c++)
         for (int i = 0; i < Wavelengths; i++)
             in.color[c][i] = lanes([&](const Hit& h) { return h.color[c][i]; });
-    for (int n = 0; n < MaxNumbers; n++)
+    for (int n = 0; n < grid::MostNumbers; n++)
         in.number[n] = lanes([&](const Hit& h) { return h.number[n]; });
     Float<W> l[Wavelengths];
     for (int i = 0; i < Wavelengths; i++)

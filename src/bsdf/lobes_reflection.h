@@ -13,19 +13,20 @@ namespace kanuka::bsdf {
 
 inline constexpr float FewFacets = 0.01f; // below this width next to no light meets a second facet
 
-// shape: the input of the schema where anisotropy, rotation and tail begin, and its number among the floats.
-template <int W>
-void prepare_facets(LobeInputs<W>& in, Float<W> roughness, int shape, int number) {
+template <LobeId Lobe, int W>
+void prepare_facets(LobeInputs<W>& in, Float<W> roughness) {
+    constexpr int Anisotropy = number_of(Lobe, "anisotropy"), Rotation = number_of(Lobe, "rotation"),
+                  Tail = number_of(Lobe, "tail");
     in.alpha = roughness * roughness;
-    in.stretched = in.has(shape) || in.has(shape + 2);
+    in.stretched = in.has(input_of(Lobe, "anisotropy")) || in.has(input_of(Lobe, "tail"));
     in.rough = in.alpha > Float<W>(FewFacets);
     in.compensated = any(in.rough);
     if (in.stretched) {
-        const Float<W> anisotropy = clamp(in.number[number], Float<W>(0.0f), Float<W>(1.0f));
+        const Float<W> anisotropy = clamp(in.number[Anisotropy], Float<W>(0.0f), Float<W>(1.0f));
         in.along = stretched_width(in.alpha, anisotropy);
-        in.tail = in.number[number + 2];
+        in.tail = in.number[Tail];
         Float<W> s, c;
-        const Float<W> turn = in.number[number + 1];
+        const Float<W> turn = in.number[Rotation];
         sincos_2pi(turn - floor(turn), s, c);
         in.axis_x = c, in.axis_y = s;
         in.cell = StretchedCell<W>(in.tail, anisotropy, in.alpha);
@@ -104,13 +105,12 @@ Spectrum<W> compensation(const LobeInputs<W>& in, const Vec3<Float<W>>& wi) {
 
 // ---- light between facets
 
-// input, number: of `walks` in the schema and among the floats. share: of samples for what more than one
-// facet scatters, over that a mirror loses to it.
-template <int W>
-void prepare_walks(LobeInputs<W>& in, const Vec3<Float<W>>& wo, int input, int number, float share) {
-    if (!in.has(input) || !in.compensated)
+// share: of samples for what more than one facet scatters, over that a mirror loses to it.
+template <LobeId Lobe, int W>
+void prepare_walks(LobeInputs<W>& in, const Vec3<Float<W>>& wo, float share) {
+    if (!in.has(input_of(Lobe, "walks")) || !in.compensated)
         return;
-    in.walks = in.rough & (in.number[number] > Float<W>(0.5f));
+    in.walks = in.rough & (in.number[number_of(Lobe, "walks")] > Float<W>(0.5f));
     in.has_walks = any(in.walks);
     if (!in.has_walks)
         return;
@@ -188,15 +188,25 @@ struct ReflectionLobe {
 
 // ---- metals by colour
 
-// Schlick's curve from color[0] to color[1], less the dip of metals.
+// Also of Retro, and of Metal once prepared.
+struct Conductor {
+    static constexpr LobeId Id = LobeId::MicrofacetConductorBrdf;
+    static constexpr int Face = color_of(Id, "reflectance"), Edge = color_of(Id, "edgeReflectance"),
+                         Tint = color_of(Id, "edgeTint"), Roughness = number_of(Id, "roughness");
+    static_assert(Face == color_of(LobeId::RetroBrdf, "reflectance") &&
+                  Edge == color_of(LobeId::RetroBrdf, "edgeReflectance") &&
+                  Roughness == number_of(LobeId::RetroBrdf, "roughness"));
+};
+
+// Schlick's curve from the face's reflectance to the edge's, less the dip of metals.
 template <int W>
 struct ColoredFresnel {
     static constexpr bool Compensated = true;
 
     static Spectrum<W> value(const LobeInputs<W>& in, Float<W> cosine) {
         const Float<W> w = schlick_weight(cosine);
-        Spectrum<W> r = in.color[0] * (Float<W>(1.0f) - w) + in.color[1] * w;
-        if (in.has(3)) {
+        Spectrum<W> r = in.color[Conductor::Face] * (Float<W>(1.0f) - w) + in.color[Conductor::Edge] * w;
+        if (in.has(input_of(Conductor::Id, "edgeTint"))) {
             const Float<W> d = dip_weight(cosine);
             for (int i = 0; i < Wavelengths; i++)
                 r[i] = max(r[i] - in.dip[i] * d, Float<W>(0.0f));
@@ -217,21 +227,24 @@ void prepare_gain(LobeInputs<W>& in, const Vec3<Float<W>>& wo, const Spectrum<W>
 
 template <int W>
 void prepare_conductor(LobeInputs<W>& in, const Vec3<Float<W>>& wo) {
-    prepare_facets(in, in.number[0], 4, 1);
+    using C = Conductor;
+    prepare_facets<C::Id>(in, in.number[C::Roughness]);
     in.dip = Spectrum<W>(Float<W>(0.0f));
-    if (in.has(3)) { // edgeTint: at 82 degrees, where the dip is deepest (Kutz et al. 2021)
+    if (in.has(input_of(C::Id, "edgeTint"))) { // at 82 degrees, where the dip is deepest (Kutz et al. 2021)
         const Float<W> w = schlick_weight(Float<W>(DipCosine)), one(1.0f);
         for (int i = 0; i < Wavelengths; i++)
-            in.dip[i] = (in.color[0][i] * (one - w) + in.color[1][i] * w) * (one - in.color[2][i]);
+            in.dip[i] =
+                (in.color[C::Face][i] * (one - w) + in.color[C::Edge][i] * w) * (one - in.color[C::Tint][i]);
     }
     if (in.compensated) { // Schlick's weight has the mean 1/21, the dip DipScale / 126
         Spectrum<W> F;
         for (int i = 0; i < Wavelengths; i++)
-            F[i] = in.color[0][i] + (in.color[1][i] - in.color[0][i]) * Float<W>(1 / 21.0f) -
+            F[i] = in.color[C::Face][i] +
+                   (in.color[C::Edge][i] - in.color[C::Face][i]) * Float<W>(1 / 21.0f) -
                    in.dip[i] * Float<W>(DipScale / 126);
         prepare_gain(in, wo, F);
     }
-    prepare_walks(in, wo, 7, 4, 1.0f);
+    prepare_walks<C::Id>(in, wo, 1.0f);
 }
 
 // What is scattered once by Fresnel's mean over visible normals: a black face still has its bright edges;
@@ -240,7 +253,7 @@ template <int W>
 Spectrum<W> albedo_of_conductor(const LobeInputs<W>& in, Float<W> cos_o) {
     const Float<W> alpha = in.balance_alpha, one(1.0f);
     const Float<W> whole = ggx_albedo(cos_o, alpha), edge = schlick_albedo(cos_o, alpha);
-    Spectrum<W> a = in.color[0] * (whole - edge) + in.color[1] * edge;
+    Spectrum<W> a = in.color[Conductor::Face] * (whole - edge) + in.color[Conductor::Edge] * edge;
     const Float<W> dip = dip_albedo(cos_o, alpha);
     const Float<W> more = one / max(whole, Float<W>(1e-3f)) - one;
     for (int i = 0; i < Wavelengths; i++) {
@@ -252,13 +265,12 @@ Spectrum<W> albedo_of_conductor(const LobeInputs<W>& in, Float<W> cos_o) {
     return a;
 }
 
-// film: the input of the schema that says the film's thickness, and its number among the floats.
-template <int W>
-void prepare_film(LobeInputs<W>& in, int film, int number) {
-    in.has_film = in.has(film);
+template <LobeId Lobe, int W>
+void prepare_film(LobeInputs<W>& in) {
+    in.has_film = in.has(input_of(Lobe, "filmThickness"));
     if (in.has_film) {
-        in.film = max(in.number[number], Float<W>(0.0f));
-        in.film_index = max(in.number[number + 1], Float<W>(1.0f));
+        in.film = max(in.number[number_of(Lobe, "filmThickness")], Float<W>(0.0f));
+        in.film_index = max(in.number[number_of(Lobe, "filmIor")], Float<W>(1.0f));
     }
 }
 
@@ -290,16 +302,19 @@ Spectrum<W> mean_fresnel_of_metal(const LobeInputs<W>& in) {
     return F;
 }
 
-// For albedos over visible normals Schlick's curve and a dip stand in, right head-on and at 82 degrees:
-// color[0], color[1] and dip, as for metals by colour.
+// For albedos over visible normals Schlick's curve and a dip stand in, right head-on and at 82 degrees: face,
+// edge and dip, as for metals by colour. They take the places of eta and extinction, which are kept as eta
+// and k.
 template <int W>
 void prepare_metal(LobeInputs<W>& in, const Vec3<Float<W>>& wo) {
+    constexpr LobeId Id = LobeId::MetalBrdf;
+    constexpr int Eta = color_of(Id, "eta"), Extinction = color_of(Id, "extinction");
     const Float<W> one(1.0f), zero(0.0f);
-    const Float<W> which = in.number[0];
+    const Float<W> which = in.number[number_of(Id, "metal")];
     const Int<W> row = max(min(to_int(which + Float<W>(0.5f)), Int<W>(LobeTables::Metals)), Int<W>(0));
     const Mask<W> named = row > Int<W>(0);
     for (int i = 0; i < Wavelengths; i++) {
-        in.eta[i] = in.color[0][i], in.k[i] = in.color[1][i];
+        in.eta[i] = in.color[Eta][i], in.k[i] = in.color[Extinction][i];
         if (any(named)) {
             const Knot<W> at(in.l[i], LobeTables::MetalKnots);
             const Int<W> p = max(row - Int<W>(1), Int<W>(0)) * Int<W>(LobeTables::MetalKnots) + at.i;
@@ -313,14 +328,14 @@ void prepare_metal(LobeInputs<W>& in, const Vec3<Float<W>>& wo) {
         in.eta[i] = max(in.eta[i], Float<W>(0.01f));
         in.k[i] = max(in.k[i], zero);
     }
-    prepare_facets(in, in.number[1], 4, 2);
-    prepare_film(in, 7, 5);
-    in.color[0] = MetalFresnel<W>::value(in, one);
-    in.color[1] = Spectrum<W>(one);
+    prepare_facets<Id>(in, in.number[number_of(Id, "roughness")]);
+    prepare_film<Id>(in);
+    in.color[Conductor::Face] = MetalFresnel<W>::value(in, one);
+    in.color[Conductor::Edge] = Spectrum<W>(one);
     const Spectrum<W> at82 = MetalFresnel<W>::value(in, Float<W>(DipCosine));
     const Float<W> w = schlick_weight(Float<W>(DipCosine));
     for (int i = 0; i < Wavelengths; i++)
-        in.dip[i] = fma(one - w, in.color[0][i], w) - at82[i];
+        in.dip[i] = fma(one - w, in.color[Conductor::Face][i], w) - at82[i];
     if (in.compensated)
         prepare_gain(in, wo, mean_fresnel_of_metal(in));
 }
@@ -331,25 +346,28 @@ void prepare_metal(LobeInputs<W>& in, const Vec3<Float<W>>& wo) {
 template <int W>
 struct DielectricFresnel {
     static constexpr bool Compensated = false;
+    static constexpr int Reflectance = color_of(LobeId::MicrofacetDielectricBrdf, "reflectance");
 
     static Spectrum<W> value(const LobeInputs<W>& in, Float<W> cosine) {
         if (in.has_film) {
             Spectrum<W> r;
             for (int i = 0; i < Wavelengths; i++)
-                r[i] = in.color[0][i] * film_reflectance(cosine, in.film_index, in.film / in.wavelength(i),
-                                                         in.eta[0], Float<W>(0.0f));
+                r[i] = in.color[Reflectance][i] * film_reflectance(cosine, in.film_index,
+                                                                   in.film / in.wavelength(i), in.eta[0],
+                                                                   Float<W>(0.0f));
             return r;
         }
         Float<W> cos_t;
-        return in.color[0] * fresnel_dielectric(cosine, in.eta[0], cos_t);
+        return in.color[Reflectance] * fresnel_dielectric(cosine, in.eta[0], cos_t);
     }
 };
 
 template <int W>
 void prepare_dielectric_reflection(LobeInputs<W>& in) {
-    in.eta = Spectrum<W>(max(in.number[0], Float<W>(1.0001f)));
-    prepare_facets(in, in.number[1], 3, 2);
-    prepare_film(in, 6, 5);
+    constexpr LobeId Id = LobeId::MicrofacetDielectricBrdf;
+    in.eta = Spectrum<W>(max(in.number[number_of(Id, "ior")], Float<W>(1.0001f)));
+    prepare_facets<Id>(in, in.number[number_of(Id, "roughness")]);
+    prepare_film<Id>(in);
 }
 
 template <int W>
@@ -357,7 +375,7 @@ Spectrum<W> albedo_of_dielectric_reflection(const LobeInputs<W>& in, Float<W> co
     const Float<W> alpha = in.balance_alpha;
     const Float<W> plain = dielectric_albedo(cos_o, alpha, in.eta[0]);
     if (!in.has_film)
-        return in.color[0] * plain;
+        return in.color[DielectricFresnel<W>::Reflectance] * plain;
     // As much more than without the film as a smooth surface reflects.
     Float<W> cos_t;
     const Float<W> soft = softened(cos_o, alpha);

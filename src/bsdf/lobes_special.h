@@ -13,6 +13,10 @@ template <int W>
 struct ThinWallLobe {
     using F = Float<W>;
     using V = Vec3<F>;
+    static constexpr LobeId Id = LobeId::ThinWalledDielectricBsdf;
+    static constexpr int Reflectance = color_of(Id, "reflectance"),
+                         Transmittance = color_of(Id, "transmittance"), Ior = number_of(Id, "ior"),
+                         Roughness = number_of(Id, "roughness");
 
     static Spectrum<W> reflectance(const LobeInputs<W>& in, F cosine) {
         const F one(1.0f);
@@ -29,12 +33,12 @@ struct ThinWallLobe {
         return r;
     }
     static void prepare(LobeInputs<W>& in, const V& wo) {
-        in.eta = Spectrum<W>(max(in.number[0], F(1.0001f)));
-        in.alpha = in.number[1] * in.number[1];
+        in.eta = Spectrum<W>(max(in.number[Ior], F(1.0001f)));
+        in.alpha = in.number[Roughness] * in.number[Roughness];
         in.rough = in.alpha > F(FewFacets);
         in.compensated = any(in.rough);
-        in.has_film = in.has(4);
-        in.film = in.number[2];
+        in.has_film = in.has(input_of(Id, "thickness"));
+        in.film = in.number[number_of(Id, "thickness")];
         if (in.compensated)
             in.balance = balance_of(in, wo);
     }
@@ -42,7 +46,7 @@ struct ThinWallLobe {
         const Spectrum<W> R = reflectance(in, softened(cosine, in.alpha));
         Spectrum<W> a;
         for (int i = 0; i < Wavelengths; i++)
-            a[i] = in.color[0][i] * R[i] + in.color[1][i] * (F(1.0f) - R[i]);
+            a[i] = in.color[Reflectance][i] * R[i] + in.color[Transmittance][i] * (F(1.0f) - R[i]);
         return a;
     }
     [[gnu::noinline]] static LobeValue<W> eval(const LobeInputs<W>& in, const V& wo, const V& wi) {
@@ -80,7 +84,8 @@ struct ThinWallLobe {
         LobeValue<W> v;
         v.pdf = Spectrum<W>(kanuka::select(passes, one - q, q));
         for (int i = 0; i < Wavelengths; i++)
-            v.f[i] = kanuka::select(passes, (one - R[i]) * in.color[1][i], R[i] * in.color[0][i]);
+            v.f[i] = kanuka::select(passes, (one - R[i]) * in.color[Transmittance][i],
+                                    R[i] * in.color[Reflectance][i]);
         return v;
     }
 };
@@ -94,17 +99,21 @@ template <int W>
 struct GratingLobe {
     using F = Float<W>;
     using V = Vec3<F>;
+    static constexpr LobeId Id = LobeId::GratingBrdf;
+    static constexpr int Reflectance = color_of(Id, "reflectance"), Roughness = number_of(Id, "roughness"),
+                         Period = number_of(Id, "period"), Depth = number_of(Id, "depth"),
+                         Rotation = number_of(Id, "rotation");
     static constexpr int Orders[] = {0, 1, -1, 3, -3, 5, -5};
     static constexpr float Odd = 0.5f / (1 + 1 / 9.0f + 1 / 25.0f);
 
     static void prepare(LobeInputs<W>& in) {
-        in.alpha = max(in.number[0] * in.number[0] * F(1 / 3.0f), F(0.003f));
-        const F turn = in.number[3];
+        in.alpha = max(in.number[Roughness] * in.number[Roughness] * F(1 / 3.0f), F(0.003f));
+        const F turn = in.number[Rotation];
         F s, c;
         sincos_2pi(turn - floor(turn), s, c);
         in.axis_x = c, in.axis_y = s;
         in.dispersive = true;
-        const F period = max(in.number[1], F(1.0f)), depth = max(in.number[2], F(0.0f));
+        const F period = max(in.number[Period], F(1.0f)), depth = max(in.number[Depth], F(0.0f));
         for (int i = 0; i < Wavelengths; i++) {
             in.eta[i] = in.wavelength(i) / period;    // shift of order 1
             const F turns = depth / in.wavelength(i); // phi / 2 = 2 pi of these
@@ -128,7 +137,7 @@ struct GratingLobe {
                 sum +=
                     efficiency(in, order, i) / (F(1.0f) + exp(clamp(room * F(-2.4f), F(-40.0f), F(40.0f))));
             }
-            a[i] = in.color[0][i] * sum;
+            a[i] = in.color[Reflectance][i] * sum;
         }
         return a;
     }
@@ -144,7 +153,7 @@ struct GratingLobe {
             }
             v.pdf[i] = kanuka::select(w.z > zero, sum * F(InvPi) / a2 * w.z, zero);
         }
-        v.f = v.pdf * in.color[0];
+        v.f = v.pdf * in.color[Reflectance];
         return v;
     }
     [[gnu::noinline]] static LobeSample<W> sample(const LobeInputs<W>& in, const V& wo, F u_choice, F u0,

@@ -30,13 +30,16 @@ void fill_others(int at, float cosine, float x) {
     constexpr int N = 48;
     LobeInputs<8> in, at_most[2]; // highlights that reflect all there is around their axis
     for (int mirror = 0; mirror < 2; mirror++) {
-        at_most[mirror].color[0] = Spectrum<8>(F(1e30f));
-        at_most[mirror].number[0] = n;
-        at_most[mirror].number[1] = F(float(mirror));
-        HighlightLobe<8>::prepare(at_most[mirror]);
+        using H = HighlightLobe<8>;
+        at_most[mirror].color[H::Height] = Spectrum<8>(F(1e30f));
+        at_most[mirror].number[H::Exponent] = n;
+        at_most[mirror].number[H::About] = F(float(mirror));
+        H::prepare(at_most[mirror]);
     }
-    in.color[0] = Spectrum<8>(F(1.0f));
-    in.number[0] = n;
+    static_assert(PhongLobe<8>::Reflectance == BlinnLobe<8>::Reflectance &&
+                  PhongLobe<8>::Exponent == BlinnLobe<8>::Exponent);
+    in.color[PhongLobe<8>::Reflectance] = Spectrum<8>(F(1.0f));
+    in.number[PhongLobe<8>::Exponent] = n;
     for (int i = 0; i < N; i++)
         for (int j = 0; j < N; j += 8) {
             const F u0 = (F(Int<8>::lane_index()) + F(float(j) + 0.5f)) * F(1.0f / N),
@@ -78,12 +81,13 @@ void fill_metals(const char* path) {
         }
         rows.back().push_back(row);
     }
-    const grid::LobeDecl& decl = grid::lobe(grid::LobeId::MetalBrdf);
+    constexpr grid::LobeId Id = grid::LobeId::MetalBrdf;
+    const std::span<const std::string_view> declared =
+        grid::lobe(Id).inputs[size_t(input_of(Id, "metal"))].names;
     for (int m = 0; m < T::Metals; m++) {
-        const auto at = std::find(names.begin(), names.end(), decl.inputs[0].names[size_t(m) + 1]);
+        const auto at = std::find(names.begin(), names.end(), declared[size_t(m) + 1]);
         if (at == names.end())
-            throw std::runtime_error(std::string(path) + " lacks " +
-                                     std::string(decl.inputs[0].names[size_t(m) + 1]));
+            throw std::runtime_error(std::string(path) + " lacks " + std::string(declared[size_t(m) + 1]));
         const auto& r = rows[size_t(at - names.begin())];
         for (int i = 0; i < T::MetalKnots; i++) {
             const double nm = 360 + 10.0 * i;

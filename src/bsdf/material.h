@@ -314,12 +314,14 @@ class Material {
     }
     // -log2 of what a straight way through a layer leaves; one of weight w lets 1 - w (1 - T) through.
     static Spectrum<W> depth_of(const LobeInputs<W>& coat, Float<W> w) {
+        constexpr LobeId Coat = MaterialCode::Coat;
         const Float<W> one(1.0f);
         Spectrum<W> depth;
         for (int k = 0; k < Wavelengths; k++) {
-            Float<W> T = coat.color[1][k];
-            if (coat.has(CoatAbsorption)) // 1 / ln 2
-                T = T * exp2(-(coat.color[2][k] * coat.number[7] * Float<W>(1.44269504f)));
+            Float<W> T = coat.color[color_of(Coat, "transmittance")][k];
+            if (coat.has(input_of(Coat, "absorption"))) // 1 / ln 2
+                T = T * exp2(-(coat.color[color_of(Coat, "absorption")][k] *
+                               coat.number[number_of(Coat, "thickness")] * Float<W>(1.44269504f)));
             depth[k] = -log2(clamp(fma(w, T - one, one), Float<W>(1e-6f), one));
         }
         return depth;

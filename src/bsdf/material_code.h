@@ -9,12 +9,13 @@
 
 namespace kanuka::bsdf {
 
-inline constexpr int MaxNodes = 32, MaxLobes = 16, MaxInputs = 11;
-// Inputs of MicrofacetDielectricBrdf.
-inline constexpr int CoatTransmittance = 8, CoatAbsorption = 10;
+inline constexpr int MaxNodes = 32, MaxLobes = 16;
 
 // The layering program, flattened for lanes. Host data, one per program, read by every hit.
 struct MaterialCode {
+    // What may absorb, or refract, as an upper layer.
+    static constexpr LobeId Coat = LobeId::MicrofacetDielectricBrdf;
+
     struct Place {
         int word = -1, half = 0; // -1: not given, `fallback` holds
         bool wide = false;       // a colour without upper bound
@@ -27,7 +28,7 @@ struct MaterialCode {
         int upper, lower;
         int leaf = -1; // number of the lobe among those that scatter; -1 for operators and emission
         Place weight;
-        Place inputs[MaxInputs];
+        Place inputs[grid::MostInputs];
         int input_count = 0;
         uint32_t given = 0, colors = 0; // bits by input: given at all; colours
         bool need_albedo = false;       // below the upper side of a coat
@@ -118,7 +119,8 @@ struct MaterialCode {
             transmits |= decl.kind == grid::LobeKind::Transmission ||
                          decl.kind == grid::LobeKind::ReflectionTransmission;
             dispersive |= n.lobe == LobeId::GratingBrdf ||
-                          (n.lobe == LobeId::MicrosurfaceDielectricBsdfRgb_v1 && node.given >> 4 & 1);
+                          (n.lobe == LobeId::MicrosurfaceDielectricBsdfRgb_v1 &&
+                           node.given >> input_of(LobeId::MicrosurfaceDielectricBsdfRgb_v1, "abbe") & 1);
         }
         has_coat |= n.op == grid::LayerOp::Coat || n.op == grid::LayerOp::Thick;
         nodes.push_back(node);
@@ -161,9 +163,9 @@ struct MaterialCode {
                 continue;
             mark_albedo(n.upper);
             const Node& upper = nodes[size_t(n.upper)];
-            if (n.op == grid::LayerOp::Coat && upper.op == grid::LayerOp::Lobe &&
-                upper.lobe == LobeId::MicrofacetDielectricBrdf &&
-                (upper.given & (1u << CoatTransmittance | 1u << CoatAbsorption))) {
+            if (n.op == grid::LayerOp::Coat && upper.op == grid::LayerOp::Lobe && upper.lobe == Coat &&
+                (upper.given &
+                 (1u << input_of(Coat, "transmittance") | 1u << input_of(Coat, "absorption")))) {
                 n.absorber = upper.leaf;
                 absorbs = true;
             }

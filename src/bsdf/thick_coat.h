@@ -89,7 +89,8 @@ struct ThickLayer {
                                        passes(about, below) / (one - dielectric_mean(below)), one);
             if (id == LobeId::OrenNayarBrdf) { // seen from above it sends more upwards; fitted to furnaces
                 const Float<W> more = sqrt(one - one / (n * n)) * fma(wo.z - one, Float<W>(1.4f), one);
-                out = out * fma(Float<W>(0.081f) * in.number[0], max(more, Float<W>(0.0f)), one);
+                out = out * fma(Float<W>(0.081f) * in.number[OrenNayarLobe<W>::Roughness],
+                                max(more, Float<W>(0.0f)), one);
             }
             return before * min(out, one);
         }
@@ -126,7 +127,7 @@ Spectrum<W> reflected_albedo(LobeId id, const LobeInputs<W>& in, const Vec3<Floa
         return Spectrum<W>(zero);
     const Float<W> F = id == LobeId::MicrosurfaceDielectricBsdfRgb_v1
                            ? fresnel_dielectric(wo.z, in.eta[0], unused)
-                           : fresnel_dielectric(wo.z, max(in.number[0], one), unused);
+                           : fresnel_dielectric(wo.z, max(in.number[ThinWallLobe<W>::Ior], one), unused);
     const Float<W> all = id == LobeId::MicrosurfaceDielectricBsdfRgb_v1 ? F : F * Float<W>(2.0f) / (one + F);
     Spectrum<W> r;
     for (int k = 0; k < Wavelengths; k++)

@@ -1,5 +1,4 @@
-// The one declaration of every lobe: name, inputs, types, ranges, units, docs, storage. The shading
-// language's types, the vertex record, the transport code and the manual all derive from it.
+// What a lobe declares, and lookups while running; the declarations are in lobe_table.h.
 #pragma once
 
 #include <cstdint>
@@ -37,14 +36,14 @@ struct LobeInput {
     Storage storage;
     std::string_view doc;
     std::span<const std::string_view> names = {}; // of the values 0, 1, …: a string may be given for one
-    Between between() const {
+    constexpr Between between() const {
         return unit == "turns" ? Between::Turns : names.empty() ? Between::Linear : Between::Nearest;
     }
 };
 
 enum class LobeKind : uint8_t { Reflection, Transmission, ReflectionTransmission, Emission, Phase };
 
-// The order here is the order of lobe_table().
+// The order here is the order of schema::table.
 enum class LobeId : uint8_t {
     LambertBrdf,
     LambertBtdf,
@@ -77,7 +76,7 @@ struct LobeDecl {
     LobeId id;
     std::string_view name; // the type's name in the shading language
     LobeKind kind;
-    std::span<const LobeInput> inputs; // in the order that bsdf/ reads them
+    std::span<const LobeInput> inputs;
     std::string_view doc;
     bool reciprocal = true;
     bool lossless = false; // with white colours and all else as it may be, all light comes back

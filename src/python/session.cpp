@@ -48,9 +48,8 @@ constexpr Keyword<Request> OwnKeywords[] = {
     {"shading_rate", "float | None", "None", "", "multiplies every object's micropolygon area",
      over<&O::shading_rate>},
     {"aovs", "Sequence[str]", "()", "",
-     "layers beside those that the scene's displays name: output parameters of surface shaders, and light "
-     "path "
-     "expressions as \"lpe:C<RD>L\"",
+     "layers beside those that the scene's displays name: output parameters of surface shaders, variables of "
+     "objects (Pref is the reference position), and light path expressions as \"lpe:C<RD>L\"",
      over<&O::aovs>},
     {"lanes", "int", "0", "1, 8 or 16", "SIMD lanes; 0 = the widest. The picture is the same",
      over<&O::lanes>},

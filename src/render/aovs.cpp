@@ -52,9 +52,11 @@ void Aovs::find(const std::vector<grid::LayeringProgram>& programs, const std::s
                 kind = {aov.components, aov.color};
     for (size_t i = 0; i < m_names.size(); i++)
         if (m_kinds[i].components == 0)
-            journal.warning({scene_file}, "no surface shader has an output parameter \"" + m_names[i] +
-                                              "\": the picture has no such layer. Layers that are always "
-                                              "there: rgb, alpha, albedo, N, Z, P, id");
+            journal.warning({scene_file},
+                            "no surface shader has an output parameter \"" + m_names[i] +
+                                "\", and no primitive a variable of that name: the picture has no "
+                                "such layer. Layers that are always there: rgb, alpha, albedo, N, "
+                                "Z, P, id; and if asked for, Pref");
     for (const std::string& fault : m_faults)
         journal.warning({scene_file}, "a light path expression cannot be read: " + fault);
 }

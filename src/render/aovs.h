@@ -1,5 +1,5 @@
 // Layers of the picture beside those that it always has, as displays and callers ask for them: output
-// variables of surface shaders, and what light path expressions count.
+// variables of surface shaders, variables of primitives, and what light path expressions count.
 #pragma once
 
 #include <string>
@@ -22,7 +22,7 @@ class Aovs {
     const std::vector<std::string>& expressions() const { return m_expressions; }
     size_t count() const { return m_names.size() + m_expressions.size(); } // of layers that have sums
 
-    // What variables are is what the first surface that has them says. Names that none has are reported, and
+    // What variables are is what the first material that has them says. Names that none has are reported, and
     // expressions that cannot be read.
     void find(const std::vector<grid::LayeringProgram>& programs, const std::string& scene_file,
               Journal& journal);

@@ -33,6 +33,7 @@ void Lighting::build() {
     in.clamp_indirect = m_job.options.clamp_indirect;
     in.max_depth = m_job.options.max_depth;
     in.volume_depth = m_job.options.volume_depth;
+    in.light_samples = m_job.options.light_samples;
     in.interreflection = !m_world.classic();
     in.seed = m_job.options.seed;
     refresh();

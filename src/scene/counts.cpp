@@ -264,8 +264,8 @@ std::string_view kind_name(const Geometry& geometry) {
 
 std::string_view kind_name(Light::Kind kind) {
     constexpr std::string_view names[] = {"distant", "point", "spot",   "environment", "ambient",
-                                          "quad",    "disk",  "sphere", "cylinder"};
-    static_assert(std::size(names) == size_t(Light::Kind::Cylinder) + 1);
+                                          "quad",    "disk",  "sphere", "cylinder",    "portal"};
+    static_assert(std::size(names) == size_t(Light::Kind::Portal) + 1);
     return names[size_t(kind)];
 }
 

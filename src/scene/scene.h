@@ -264,7 +264,8 @@ struct Light {
         Quad,
         Disk,
         Sphere,
-        Cylinder
+        Cylinder,
+        Portal // shines with what the environments send through it
     } kind = Kind::Distant;
     Rgb amount{1, 1, 1};         // distant: irradiance; point, spot: radiant intensity; all others: radiance
     Transform world_from_light;  // points along +z, environment poles along +z
@@ -273,7 +274,7 @@ struct Light {
     float cone_delta_angle = 5;  // spot: width of the smooth edge, degrees, inside the cone
     float beam_distribution = 2; // spot: exponent of the cosine (RISpec spotlight)
     float radius = 0;            // point, spot: of a soft one; 0 = a delta position. disk, sphere, cylinder
-    float width = 1, height = 1; // quad: along x and y; it shines to +z, as a disk does. cylinder: along z
+    float width = 1, height = 1; // quad, portal: along x and y; flat ones shine to +z. cylinder: along z
     std::string texture;         // environment: latitude-longitude picture; quad: picture; empty = constant
     std::string profile;         // point, spot: IES file; empty = none
     std::string spectrum;        // of the light (color::resolve_light); the amount filters it; empty = white
@@ -342,6 +343,7 @@ struct Options {
     float adaptive = 0;      // error over the root of brightness at which a pixel has no more; 0 = none stops
     int max_depth = 8;       // surface scattering events
     int volume_depth = 1024; // events inside of media: scattering, boundaries that only are passed
+    int light_samples = 1;   // of next-event estimation, at each surface hit
     std::string integrator = "path";
     // Which light is found: `Full`: between surfaces too, with shadows of all lights. `Classic`: what
     // RISpec's renderers found: of light sources alone and along mirrors, with shadows where lights ask for

@@ -1,5 +1,6 @@
 #include "shade/default_surface.h"
 
+#include "grid/lobe_table.h"
 #include "shade/opacity.h"
 
 namespace kanuka::shade {
@@ -25,11 +26,13 @@ class DefaultInstance final : public sl::Instance {
   public:
     explicit DefaultInstance(const DefaultSurface& kind) : m_kind(kind) {
         grid::LayerNode leaf;
+        constexpr int Reflectance = grid::input_of(grid::LobeId::LambertBrdf, "diffuseReflectance");
         leaf.lobe = grid::LobeId::LambertBrdf;
         leaf.name = "diffuse";
-        leaf.inputs = {0};
+        leaf.inputs.assign(grid::lobe(leaf.lobe).inputs.size(), -1);
+        leaf.inputs[Reflectance] = 0;
         m_program.nodes.push_back(leaf);
-        const grid::LobeInput& input = grid::lobe(leaf.lobe).inputs[0];
+        const grid::LobeInput& input = grid::lobe(leaf.lobe).inputs[Reflectance];
         m_program.slots.push_back({input.type, input.storage, input.low, input.high, !kind.varying_color,
                                    leaf.name + "." + std::string(input.name)});
         if (kind.has_presence)

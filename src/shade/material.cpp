@@ -1,15 +1,16 @@
 #include "shade/material.h"
 
 #include <algorithm>
-#include <limits>
 
+#include "grid/lobe_table.h"
 #include "shade/area_light.h"
 #include "shade/opacity.h"
 
 namespace kanuka::shade {
 
 int add_emission(grid::LayeringProgram& program) {
-    const grid::LobeInput& radiance = grid::lobe(grid::LobeId::DiffuseEmission).inputs[0];
+    const grid::LobeInput& radiance =
+        grid::lobe(grid::LobeId::DiffuseEmission).inputs[grid::EmissionRadiance];
     program.slots.push_back(
         {radiance.type, radiance.storage, radiance.low, radiance.high, true, "arealight.radiance"});
     const int slot = int(program.slots.size()) - 1;
@@ -17,7 +18,8 @@ int add_emission(grid::LayeringProgram& program) {
     grid::LayerNode emission;
     emission.lobe = grid::LobeId::DiffuseEmission;
     emission.name = "arealight";
-    emission.inputs = {slot};
+    emission.inputs.assign(grid::lobe(emission.lobe).inputs.size(), -1);
+    emission.inputs[grid::EmissionRadiance] = slot;
     program.nodes.push_back(emission);
     if (surface >= 0) {
         grid::LayerNode add;
@@ -31,7 +33,8 @@ int add_emission(grid::LayeringProgram& program) {
 }
 
 void add_lit_by(grid::LayeringProgram& program, const std::vector<bool>& lights) {
-    const grid::LobeInput& radiance = grid::lobe(grid::LobeId::DiffuseEmission).inputs[0];
+    const grid::LobeInput& radiance =
+        grid::lobe(grid::LobeId::DiffuseEmission).inputs[grid::EmissionRadiance];
     for (size_t i = 0; i < lights.size(); i++)
         if (lights[i]) {
             program.lit_by.push_back({int(i), int(program.slots.size())});
@@ -49,17 +52,9 @@ void add_aovs(grid::LayeringProgram& program, const sl::Instance& surface,
                                             [&](const sl::Parameter& p) { return p.name == name; });
         if (found == wanted.end() || parameter == parameters.end())
             continue;
-        grid::Aov aov;
-        aov.index = int(found - wanted.begin());
-        aov.color = parameter->type == sl::Type::Color;
-        aov.components = std::min(sl::components(parameter->type), 3);
-        for (int c = 0; c < aov.components; c++) {
-            aov.slots[size_t(c)] = int(program.slots.size());
-            program.slots.push_back({grid::InputType::Float, grid::Storage::Full,
-                                     -std::numeric_limits<float>::max(), std::numeric_limits<float>::max(),
-                                     false, "aov." + name});
-        }
-        program.aovs.push_back(aov);
+        add_aov(program, int(found - wanted.begin()), name,
+                parameter->type == sl::Type::Color ? scene::Type::Color : scene::Type::Float,
+                sl::components(parameter->type));
     }
 }
 
@@ -110,7 +105,7 @@ bool MaterialImpl::emission_varies() const {
 }
 
 bool MaterialImpl::uniform() const {
-    if (m_core->light_varies)
+    if (m_core->light_varies || std::ranges::any_of(m_own.primvar_aovs, &PrimvarAov::varying))
         return false;
     // Presence of a varying Os may be added here, to a surface that is uniform itself.
     if (m_core->presence_slot >= 0 && m_own.varying_color_or_opacity)
@@ -183,7 +178,7 @@ void MaterialImpl::displace(grid::Grid& grid, SpacesLog* log) const {
 // What one light more makes the surface shine with, light by light: in front of each shadows are traced.
 void MaterialImpl::shade_by_lights(grid::Grid& grid, const sl::GridGlobals& globals,
                                    MaterialServices& services, grid::VertexInputs& out) const {
-    const int slot = m_core->program.emission()->inputs[0];
+    const int slot = m_core->program.emission()->inputs[grid::EmissionRadiance];
     const auto at = [&](const grid::SlotValues& v, size_t c, size_t i) {
         return v.uniform ? v.value[int(c)] : v.data[c * size_t(grid.stride) + i];
     };
@@ -215,7 +210,7 @@ void MaterialImpl::shade(grid::Grid& grid, grid::VertexInputs& out, SpacesLog* l
     const sl::GridGlobals g = globals(grid);
     if (!m_core->program.lit_by.empty())
         services.want_lights(&m_core->wanted_lights);
-    if (m_core->program.aovs.empty()) {
+    if (m_core->surface_aovs == 0) {
         m_core->surface->shade(grid, g, services, out);
         out.slots.resize(m_core->program.slots.size());
     } else {
@@ -224,6 +219,10 @@ void MaterialImpl::shade(grid::Grid& grid, grid::VertexInputs& out, SpacesLog* l
         out.slots.resize(m_core->program.slots.size());
         fill_aovs(m_core->program, values, out);
     }
+    for (size_t k = m_core->surface_aovs; k < m_core->program.aovs.size(); k++)
+        for (const PrimvarAov& aov : m_own.primvar_aovs)
+            if (aov.index == m_core->program.aovs[k].index)
+                fill_primvar_aov(aov, m_core->program.aovs[k], grid, m_own.spaces.current_from_object, out);
     if (!m_core->program.lit_by.empty())
         shade_by_lights(grid, g, services, out);
     if (m_core->emission_slot >= 0) {

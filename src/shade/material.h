@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "shade/primvar_aovs.h"
 #include "shade/services.h"
 #include "shade/shade.h"
 #include "sl/sl.h"
@@ -24,6 +25,7 @@ struct MaterialCore {
     bool shared = true;        // false: attributes of one primitive decided what it is
     int presence_slot =
         -1; // of Attributes::opacity; -1 where the shader computes presence itself, or it is one
+    size_t surface_aovs = 0;         // of program.aovs; the others are variables of primitives
     std::vector<bool> wanted_lights; // those that cast no shadows, where program.lit_by has the others
     std::shared_ptr<Ranges> ranges;  // what its values are told to that are out of range
     std::string key;
@@ -55,6 +57,7 @@ class MaterialImpl final : public Material {
         Location surface_where, displacement_where, area_light_where;
         std::shared_ptr<const scene::Attributes> attributes; // keeps what facts point at
         Facts facts;
+        std::vector<PrimvarAov> primvar_aovs;           // those that the surface does not hand out
         Digest digest_of(const SpacesRead& read) const; // by any of its shaders
     };
     MaterialImpl(std::shared_ptr<const MaterialCore> core, Own own, Textures& textures, Journal& journal,

@@ -36,8 +36,8 @@ struct ShadingOptions {
     const scene::Camera* camera = nullptr;
     Transform render_from_world; // "world" and "camera" spaces for shaders
     Transform camera_from_render;
-    std::vector<std::string> aovs; // output parameters that displays ask for: programs have them where
-                                   // their surface does
+    std::vector<std::string> aovs; // what displays ask for: programs have it where their surface has such an
+                                   // output parameter, or their primitive such a variable
 };
 
 // What one primitive looks like: its surface and displacement shaders with parameters bound. A shader that is

@@ -11,6 +11,7 @@
 #include <unordered_map>
 #include <xxhash.h>
 
+#include "grid/lobe_table.h"
 #include "scene/coordinate_system.h"
 #include "shade/area_light.h"
 #include "shade/arguments.h"
@@ -266,6 +267,11 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(const BoundShaders& bound,
     append(key, char((attributes.area_light ? 1 : 0) | (coverage.varying_color ? 2 : 0) |
                      (coverage.has_presence ? 4 : 0) | (coverage.varying_presence ? 8 : 0) |
                      (attributes.sides == 2 ? 16 : 0)));
+    for (const PrimvarAov& aov : own.primvar_aovs) {
+        append(key, aov.index);
+        append(key, aov.type);
+        append(key, aov.components);
+    }
     if (own.spaces.scoped)
         for (const scene::Value& v : own.spaces.scoped->values)
             if (scene::is_coordinate_system(v)) {
@@ -353,9 +359,13 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(const BoundShaders& bound,
         }
     }
     add_aovs(core->program, *core->surface, m_compile_options.aovs);
+    core->surface_aovs = core->program.aovs.size();
+    for (const PrimvarAov& aov : own.primvar_aovs)
+        if (std::ranges::find(core->program.aovs, aov.index, &grid::Aov::index) == core->program.aovs.end())
+            add_aov(core->program, aov.index, aov.name, aov.type, aov.components);
     core->program.air = bound.air;
     if (m_gathers_light && core->surface_shader && core->surface_shader->has_light_of_its_own() &&
-        core->program.emission() && core->program.emission()->inputs[0] >= 0) {
+        core->program.emission() && core->program.emission()->inputs[grid::EmissionRadiance] >= 0) {
         std::vector<bool> shadows;
         for (const PointLights::One& one : m_point_lights.all())
             shadows.push_back(one.light.shadows);
@@ -484,8 +494,18 @@ std::shared_ptr<const Material> SystemImpl::material(const scene::Primitive& pri
                  &m_point_lights};
 
     // 3. What is shared, then what is this primitive's own
+    own.primvar_aovs = primvar_aovs(primitive, m_compile_options.aovs);
     std::shared_ptr<const MaterialCore> shared = core(bound, attributes, own, coverage);
+    const auto by_surface = std::span(shared->program.aovs).first(shared->surface_aovs);
+    std::erase_if(own.primvar_aovs, [&](const PrimvarAov& aov) {
+        return std::ranges::any_of(by_surface, [&](const grid::Aov& a) { return a.index == aov.index; });
+    });
     std::string key = shared->key;
+    for (const PrimvarAov& aov : own.primvar_aovs) {
+        key += aov.name;
+        append(key, aov.varying);
+        append(key, aov.value);
+    }
     append(key, own.color);
     append(key, own.opacity);
     for (const Bound* b : bound.all())

@@ -4,6 +4,7 @@
 #include <atomic>
 
 #include "color/photometry.h"
+#include "grid/lobe_table.h"
 #include "store/quantize.h"
 
 namespace kanuka::store {
@@ -12,6 +13,7 @@ namespace {
 
 using grid::InputType;
 using grid::LayerOp;
+using grid::LobeId;
 using grid::WordLayout;
 
 uint32_t bits_of(float f) {
@@ -388,15 +390,16 @@ class GridEncoder {
         };
         const float w = n.weight < 0 ? 1 : radiance(n.weight, 0, i);
         switch (n.op) {
-        case LayerOp::Lobe:
+        case LayerOp::Lobe: {
+            constexpr size_t Radiance = grid::EmissionRadiance;
             if (grid::lobe(n.lobe).kind != grid::LobeKind::Emission)
                 return Rgb(0);
-            if (n.inputs.empty() || n.inputs[0] < 0)
-                return count_shape(n, i, grid::lobe(n.lobe).inputs[0].fallback * w);
-            return count_shape(
-                n, i,
-                Rgb(radiance(n.inputs[0], 0, i), radiance(n.inputs[0], 1, i), radiance(n.inputs[0], 2, i)) *
-                    w);
+            const int slot = Radiance < n.inputs.size() ? n.inputs[Radiance] : -1;
+            if (slot < 0)
+                return count_shape(n, i, grid::lobe(n.lobe).inputs[Radiance].fallback * w);
+            return count_shape(n, i,
+                               Rgb(radiance(slot, 0, i), radiance(slot, 1, i), radiance(slot, 2, i)) * w);
+        }
         case LayerOp::Mix:
             return emission(n.upper, i) * w + emission(n.lower, i) * (1 - w);
         case LayerOp::Over:
@@ -412,14 +415,21 @@ class GridEncoder {
 
     // An emitter has one shape: the mean of its lobes' of the first one's kind, by their light.
     Rgb count_shape(const grid::LayerNode& n, int i, const Rgb& radiance) {
-        const grid::LobeDecl& decl = grid::lobe(n.lobe);
         const float light = std::max(color::luminance(radiance), 1e-12f);
-        if (n.lobe == m_program.emission()->lobe && decl.inputs.size() > 1) {
+        const auto mean = [&](int k) {
+            const bool given = size_t(k) < n.inputs.size() && n.inputs[size_t(k)] >= 0;
+            return light * (given ? value(n.inputs[size_t(k)], 0, i)
+                                  : grid::lobe(n.lobe).inputs[size_t(k)].fallback.x);
+        };
+        if (n.lobe != m_program.emission()->lobe)
+            return radiance;
+        if (n.lobe == LobeId::ConeEmission) {
             m_shape_light += light;
-            for (size_t k = 1; k < decl.inputs.size() && k <= 2; k++) {
-                const bool given = k < n.inputs.size() && n.inputs[k] >= 0;
-                m_shape[k - 1] += light * (given ? value(n.inputs[k], 0, i) : decl.inputs[k].fallback.x);
-            }
+            m_shape[0] += mean(grid::input_of(LobeId::ConeEmission, "angle"));
+            m_shape[1] += mean(grid::input_of(LobeId::ConeEmission, "softness"));
+        } else if (n.lobe == LobeId::ProfileEmission) {
+            m_shape_light += light;
+            m_shape[0] += mean(grid::input_of(LobeId::ProfileEmission, "exponent"));
         }
         return radiance;
     }
@@ -431,7 +441,7 @@ class GridEncoder {
         if (!(m_shape_light > 0))
             return s;
         const float first = m_shape[0] / m_shape_light, second = m_shape[1] / m_shape_light;
-        if (m_program.emission()->lobe == grid::LobeId::ProfileEmission) {
+        if (m_program.emission()->lobe == LobeId::ProfileEmission) {
             s.exponent = first;
         } else {
             const auto cosine = [](float degrees) { return std::cos(degrees * (Pi / 180)); };

@@ -81,6 +81,7 @@ AnalyticLight make_light(const scene::Light& light, const Transform& render_from
         bound.power = luminance;
         break;
     case Kind::Quad:
+    case Kind::Portal:
         a.shape = A::Quad;
         a.half_x = 0.5f * light.width * scales.x, a.half_y = 0.5f * light.height * scales.y;
         a.area = 4 * a.half_x * a.half_y;
@@ -145,6 +146,10 @@ void AnalyticFiller::add(const scene::Light& light) {
     a.source = int32_t(&light - m_in.lights.data());
     if (const char* what = flaw(light, a)) {
         m_journal.warning(light.where, what);
+        return;
+    }
+    if (light.kind == Kind::Portal) {
+        m_data.lights.portals.push_back(a);
         return;
     }
     bound.sets = light.lit_sets;

@@ -66,12 +66,12 @@ void contribute_in_turn(BatchState& batch, const Contribution<W>& c, Mask<W> m) 
 }
 
 // Of the shadow rays from `first_ray` on. Of a vertex there is one, unless lights far and near are sampled
-// apart, or lamps from within fog.
+// apart, light is sampled several times, or lamps from within fog.
 template <int W>
 void contribute_shadow_rays(const SceneView& scene, BatchState& batch, Int<W> path, int first_ray,
                             const Spectrum<W>& radiance, Mask<W> m) {
     const Contribution<W> c{path, radiance, Int<W>(LightId::Surface), false, first_ray};
-    if (scene.lights.samples > 1 || !scene.lights.fog_lamps.empty())
+    if (scene.lights.samples * scene.settings.light_samples > 1 || !scene.lights.fog_lamps.empty())
         contribute_in_turn(batch, c, m);
     else
         contribute(batch, c, m);

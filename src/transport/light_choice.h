@@ -168,7 +168,7 @@ class LightChooser {
                 F(scene.lights.emitter_power) / max(dot(to, to), F(scene.lights.emitter_radius2)), -1);
         }
         if (scene.lights.map_choice >= 0)
-            set(scene.lights.map_choice, F(scene.lights.map_irradiance), scene.lights.map.sets);
+            set(scene.lights.map_choice, F(scene.lights.map_irradiance), scene.lights.map_choice_sets);
         for (int k = 0; k < scene.lights.by_choice; k++)
             set(scene.lights.first_light_choice + k, irradiance(scene, k, r),
                 scene.lights.analytic[size_t(k)].sets);

@@ -14,8 +14,9 @@ struct LightLanes {
     const AnalyticLight* lights;
     I at;
 
-    LightLanes(const SceneView& scene, I light)
-        : lights(scene.lights.analytic.data()), at(light * I(AnalyticWords)) {}
+    LightLanes(std::span<const AnalyticLight> lights, I light)
+        : lights(lights.data()), at(light * I(AnalyticWords)) {}
+    LightLanes(const SceneView& scene, I light) : LightLanes(scene.lights.analytic, light) {}
     F get(float AnalyticLight::* field) const { return gather(&(lights->*field), at); }
     I get(int32_t AnalyticLight::* field) const { return gather(&(lights->*field), at); }
     Vec3<F> get(Vec3f AnalyticLight::* field) const {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "transport/light_choice.h"
+#include "transport/light_portals.h"
 
 namespace kanuka::transport {
 
@@ -263,12 +264,17 @@ LightSample<W> sample_light(const SceneView& scene, const LightChooser<W>& choos
     }
     if (scene.lights.map_choice >= 0) {
         const Mask<W> m = active & (choice == I(scene.lights.map_choice));
-        if (any(m)) {
+        if (any(m) && !scene.lights.portals.empty()) {
+            PortalChooser<W>(scene, r.P, m).sample(u0, u1, s);
+            s.radiance = bsdf::select(m, environment_radiance(scene, s.wi, r.set, l), s.radiance);
+        } else if (any(m)) {
             sample_map(scene, u0, u1, s, l, m);
+        }
+        if (any(m)) {
             s.pdf_solid_angle =
                 select(m, s.pdf_solid_angle * chooser.pdf(scene.lights.map_choice), s.pdf_solid_angle);
             if (scene.lights.linked)
-                s.valid &= ((r.set & I(scene.lights.map.sets)) != I(0)) | !m;
+                s.valid &= ((r.set & I(scene.lights.map_choice_sets)) != I(0)) | !m;
         }
     }
     const Mask<W> some = active & (analytic >= I(0));

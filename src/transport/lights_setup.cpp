@@ -1,5 +1,6 @@
 #include "transport/lights_setup.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace kanuka::transport {
@@ -67,6 +68,10 @@ void sort_lights(SceneData& data, const SceneInputs& in, color::Palette& palette
             journal.warning(light.where, "a light whose amount or place is not a number is left out");
             continue;
         }
+        if (light.kind == Kind::Portal) {
+            analytic.add(light);
+            continue;
+        }
         if (!usable(light.amount))
             continue;
         view.linked |= light.lit_sets != -1;
@@ -95,14 +100,34 @@ void sort_lights(SceneData& data, const SceneInputs& in, color::Palette& palette
 // Numbers the choices among lights; see LightsView.
 void number_choices(LightsView& view) {
     view.choices = view.emitter_choice >= 0 ? 1 : 0;
-    view.map_choice = view.map.cells.rows > 0 ? view.choices++ : -1;
+    view.map_choice = view.map.cells.rows > 0 || !view.portals.empty() ? view.choices++ : -1;
     view.first_light_choice = view.choices;
     view.choices += view.by_choice;
     const bool far = view.map_choice >= 0 || view.distant > 0,
                near = view.emitter_choice >= 0 || view.by_choice > view.distant;
     view.samples = far && near && view.choices <= LightsView::FewChoices ? 2 : 1;
-    if (view.map_choice >= 0) // pi times the mean over the sphere of what is sampled
+    if (view.map_choice < 0)
+        return;
+    // Pi times the mean over the sphere of what is sampled.
+    view.map_choice_sets = view.map.sets;
+    if (view.portals.empty()) {
         view.map_irradiance = 0.25f / view.map.density;
+        return;
+    }
+    view.map_irradiance = Pi * (view.map.mean + (view.constant.present ? 0.5f * view.constant.c[3] : 0.0f));
+    view.map_choice_sets =
+        (view.map.width > 0 ? view.map.sets : 0) | (view.constant.present ? view.constant.sets : 0);
+}
+
+void take_portals(SceneData& data, const SceneInputs& in, Journal& journal) {
+    LightsView& view = data.view.lights;
+    if (data.lights.portals.empty())
+        return;
+    if (view.constant.present || view.map.width > 0)
+        view.portals = data.lights.portals;
+    else
+        journal.warning(std::ranges::find(in.lights, Kind::Portal, &scene::Light::kind)->where,
+                        "nothing comes through a portal where the scene has no environment");
 }
 
 } // namespace
@@ -116,6 +141,7 @@ void fill_lights(SceneData& data, const SceneInputs& in, color::Palette& palette
     for (const store::Links& links : in.store->links())
         view.linked |= links.lit_sets != 1 || links.shone_sets != -1;
     sort_lights(data, in, palette, journal);
+    take_portals(data, in, journal);
     fill_emitters(data, in);
     number_choices(view);
     for (int k = 0; data.view.media.has_fog && k < view.by_choice; k++)

@@ -16,7 +16,7 @@ bool usable(const Rgb& amount);
 
 void fill_map(SceneData& data, const LatLong& picture, const scene::Light& light,
               const Transform& render_from_world);
-// Analytic lights; those that are choices of their own come first.
+// Analytic lights, those that are choices of their own first; and portals.
 class AnalyticFiller {
   public:
     AnalyticFiller(SceneData& data, const SceneInputs& in, color::Palette& palette, Journal& journal)

@@ -87,8 +87,8 @@ struct AliasTable {
 };
 
 struct LightsView {
-    // The choices are all of the hierarchy together (if any), the environment map, and each analytic light
-    // that is not in the hierarchy.
+    // The choices are all of the hierarchy together (if any), the environment (its picture, or all of it
+    // through portals), and each analytic light that is not in the hierarchy.
     std::span<const AnalyticLight> analytic; // choices first_light_choice, …; then those of the hierarchy
     std::span<const LightBound> bounds;      // of `analytic`; distant ones: power is the irradiance
     int by_choice = 0, distant = 0;          // the distant ones come first
@@ -99,6 +99,7 @@ struct LightsView {
     EnvironmentMap map;
     ConstantEnvironment constant;
     AmbientLight ambient;
+    std::span<const AnalyticLight> portals;   // quads; none where no environment is
     std::span<const PointLight> point_lights; // that surfaces are LitBy, by number
 
     // Light samples at a vertex: two where some lights are at infinity and some are not. Far choices are then
@@ -106,6 +107,7 @@ struct LightsView {
     int samples = 1;
     static constexpr int FewChoices = 24;
     int choices = 0, emitter_choice = -1, map_choice = -1, first_light_choice = 0;
+    int32_t map_choice_sets = -1; // light linking
     // The irradiance of the environment at a surface that sees all of it, and all of the hierarchy as one
     // sphere: estimates that decide how often each is sampled (LightChooser in light_choice.h).
     float map_irradiance = 0, emitter_power = 0, emitter_radius2 = 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "grid/lobe_table.h"
 #include "transport/majorants.h"
 #include "transport/stage_medium.h"
 
@@ -10,32 +11,37 @@ namespace kanuka::transport {
 
 namespace {
 
-using LobeId = grid::LobeId;
+using grid::input_of, grid::LobeId;
 
 bsdf::Phase<1> make_phase(LobeId lobe, const std::array<float, grid::Interior::MaxPhaseInputs>& in) {
+    using enum grid::LobeId;
     using Kind = bsdf::PhaseKind;
     using F = Float<1>;
     // Peaks that no float resolves are no use: a mean cosine of 1 would be no scattering at all.
     const auto g = [](float x) { return F(std::clamp(x, -0.9995f, 0.9995f)); };
     bsdf::Phase<1> p;
     switch (lobe) {
-    case LobeId::DoubleHenyeyGreensteinPfrgb:
+    case DoubleHenyeyGreensteinPfrgb:
         p.kind = Kind::DoubleHenyeyGreenstein;
-        p.g = g(in[0]), p.other_g = g(in[1]), p.share = F(std::clamp(in[2], 0.0f, 1.0f));
+        p.g = g(in[input_of(DoubleHenyeyGreensteinPfrgb, "meanCosine")]);
+        p.other_g = g(in[input_of(DoubleHenyeyGreensteinPfrgb, "otherMeanCosine")]);
+        p.share = F(std::clamp(in[input_of(DoubleHenyeyGreensteinPfrgb, "share")], 0.0f, 1.0f));
         break;
-    case LobeId::RayleighPfrgb:
+    case RayleighPfrgb:
         p.kind = Kind::Rayleigh;
         break;
-    case LobeId::DrainePfrgb:
+    case DrainePfrgb:
         p.kind = Kind::Draine;
-        p.g = g(std::max(in[0], 0.05f)), p.alpha = F(std::max(in[1], 0.0f));
+        p.g = g(std::max(in[input_of(DrainePfrgb, "meanCosine")], 0.05f));
+        p.alpha = F(std::max(in[input_of(DrainePfrgb, "alpha")], 0.0f));
         break;
-    case LobeId::MiePfrgb:
-        p = bsdf::mie_phase(F(in[0]));
+    case MiePfrgb:
+        p = bsdf::mie_phase(F(in[input_of(MiePfrgb, "diameter")]));
         break;
     default:
-        p.kind = in[0] == 0 ? Kind::Isotropic : Kind::HenyeyGreenstein;
-        p.g = g(in[0]);
+        const float mean = in[input_of(HenyeyGreensteinPfrgb, "meanCosine")];
+        p.kind = mean == 0 ? Kind::Isotropic : Kind::HenyeyGreenstein;
+        p.g = g(mean);
     }
     return p;
 }
@@ -172,7 +178,8 @@ void fill_media(SceneData& data, const store::Store& store, int volume_depth, Jo
         row[MediumRow::Scatters] = from.scatters || from.field ? 1.0f : 0.0f;
         row[MediumRow::Field] = std::bit_cast<float>(from.field ? add_field(own.fields, from) : -1);
         if (from.phase == LobeId::RayleighPfrgb)
-            row[MediumRow::Angstrom] = std::clamp(from.phase_inputs[0], 0.0f, 8.0f);
+            row[MediumRow::Angstrom] = std::clamp(
+                from.phase_inputs[input_of(LobeId::RayleighPfrgb, "angstromExponent")], 0.0f, 8.0f);
         view.scatters |= from.scatters || from.field;
         view.tracked |= from.absorbs;
         view.has_fog |= from.scatters && !from.field;

@@ -73,7 +73,7 @@ TEST(Mis, GlossyFloorUnderALamp) {
         bsdf::LobeInputs<1> in;
         for (auto& color : in.color)
             color = bsdf::Spectrum<1>(Float<1>(1.0f));
-        in.number[0] = Float<1>(roughness);
+        in.number[grid::number_of(grid::LobeId::MicrofacetConductorBrdf, "roughness")] = Float<1>(roughness);
         for (const auto& [instanced, asked] : {std::pair(false, true), {true, true}, {true, false}}) {
             TestScene s;
             add_glossy_floor(s, metal(roughness));

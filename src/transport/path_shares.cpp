@@ -34,8 +34,8 @@ struct Steps {
 
 } // namespace
 
-PathShares::PathShares(const PathExpressions& expressions, int paths, int rays)
-    : m_expressions(expressions), m_paths(paths), m_rays(rays) {
+PathShares::PathShares(const PathExpressions& expressions, int paths)
+    : m_expressions(expressions), m_paths(paths) {
     size_t states = 0;
     for (const PathAutomaton& a : expressions.automata) {
         m_first_state.push_back(states);
@@ -44,7 +44,6 @@ PathShares::PathShares(const PathExpressions& expressions, int paths, int rays)
     const size_t all = expressions.automata.size();
     m_share.resize(states * size_t(paths) * Wavelengths);
     m_radiance.resize(all * size_t(paths) * Wavelengths);
-    m_of_ray.resize(all * size_t(rays) * Wavelengths);
 }
 
 void PathShares::begin(int paths) {
@@ -100,10 +99,13 @@ void PathShares::accepted(size_t expression, int path, const Event* event, uint6
 
 void PathShares::cast(int ray, int path, const Event& event, int light) {
     const uint64_t bit = m_expressions.class_bit(light);
-    for (size_t e = 0; e < m_expressions.automata.size(); e++) {
+    const size_t all = m_expressions.automata.size(), at = size_t(ray) * all * Wavelengths;
+    if (m_of_ray.size() < at + all * Wavelengths)
+        m_of_ray.resize(2 * (at + all * Wavelengths));
+    for (size_t e = 0; e < all; e++) {
         Spectrum4 part;
         accepted(e, path, &event, bit, part);
-        std::copy_n(part, Wavelengths, m_of_ray.data() + (e * size_t(m_rays) + size_t(ray)) * Wavelengths);
+        std::copy_n(part, Wavelengths, m_of_ray.data() + at + e * Wavelengths);
     }
 }
 
@@ -120,8 +122,9 @@ void PathShares::add(int path, const Spectrum4& radiance, int light, bool as_dif
 }
 
 void PathShares::add_ray(int ray, int path, const Spectrum4& radiance) {
-    for (size_t e = 0; e < m_expressions.automata.size(); e++) {
-        const float* part = m_of_ray.data() + (e * size_t(m_rays) + size_t(ray)) * Wavelengths;
+    const size_t all = m_expressions.automata.size();
+    for (size_t e = 0; e < all; e++) {
+        const float* part = m_of_ray.data() + (size_t(ray) * all + e) * Wavelengths;
         float* sum = m_radiance.data() + (e * size_t(m_paths) + size_t(path)) * Wavelengths;
         for (int k = 0; k < Wavelengths; k++)
             sum[k] += radiance[k] * part[k];

@@ -46,8 +46,8 @@ class PathShares {
         }
     };
 
-    // At most so many paths, and shadow rays between two vertices of them.
-    PathShares(const PathExpressions& expressions, int paths, int rays);
+    // At most so many paths.
+    PathShares(const PathExpressions& expressions, int paths);
 
     void begin(int paths); // at the camera
     void scatter(int path, const Event& event);
@@ -72,9 +72,10 @@ class PathShares {
     void accepted(size_t expression, int path, const Event* event, uint64_t light, Spectrum4& part);
 
     const PathExpressions& m_expressions;
-    int m_paths, m_rays;
+    int m_paths;
     std::vector<size_t> m_first_state; // of each expression among all
-    std::vector<float> m_share, m_radiance, m_of_ray;
+    std::vector<float> m_share, m_radiance;
+    std::vector<float> m_of_ray; // ray by ray, grows with them
 };
 
 } // namespace kanuka::transport

@@ -3,8 +3,12 @@
 // lies in rows (base/rows.h); what is only ever streamed lies in lanes.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <initializer_list>
 #include <memory>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "base/rows.h"
@@ -27,7 +31,9 @@ struct alignas(64) PathQueue {
         Direction = 4,  // xyz, unit
         Path = 7,       // index in the batch
         Throughput = 8, // f / pdf(hero), a wavelength
-        Mis = 12, // sum of ratios before the last bounce over the hero's pdf of it; 0 after a delta lobe
+        // Sum of ratios before the last bounce over the hero's pdf of it, times the light samples taken
+        // there; 0 after a delta lobe.
+        Mis = 12,
         // With which light sampling at the last vertex would have chosen what this ray may hit.
         PdfEmitterChoice = 13,
         PdfMapChoice = 14,
@@ -91,19 +97,54 @@ struct alignas(64) HitState {
     }
 };
 
-// Shadow rays, written and read in order: of a vertex two light samples, one in fog along the ray to it, and
-// one of a light that its shader baked (PointLight).
-struct alignas(64) RayQueue {
-    static constexpr int Padded = 4 * BatchSize + 16;
-    template <class T>
-    using Row = T[Padded];
-    Row<float> o[3], d[3], t_max, contribution[4];
-    Row<int32_t> path, seed;
-    Row<int32_t> passes; // written only where scene.lights.shadow_linked
+// Shadow rays, written and read in order. A row's memory goes on for 16 places behind its last ray: lanes may
+// write and read there.
+class RayQueue {
+  public:
+    RayQueue() { grow(); }
+    RayQueue(const RayQueue&) = delete;
+    RayQueue& operator=(const RayQueue&) = delete;
+
+    // How many rays a vertex casts depends on the scene and the integrator, so the queue grows with what
+    // comes.
+    void make_room(int more) {
+        if (count + more > m_room)
+            grow();
+    }
+
+    float *o[3] = {}, *d[3] = {}, *t_max = nullptr, *contribution[4] = {};
+    int32_t *path = nullptr, *seed = nullptr;
+    int32_t* passes = nullptr; // written only where scene.lights.shadow_linked
     // Written only where scene.media.tracked; see MisShares.
-    Row<int32_t> media[4];
-    Row<float> light_share, direction_share[4];
+    int32_t* media[4] = {};
+    float *light_share = nullptr, *direction_share[4] = {};
     int count = 0;
+
+  private:
+    [[gnu::noinline]] void grow() {
+        m_room = std::max(2 * m_room, 2 * BatchSize);
+        const auto move = [&](auto& memory, auto rows) {
+            const size_t row = size_t(m_room) + 16;
+            std::remove_reference_t<decltype(memory)> larger(rows.size() * row);
+            auto* next = larger.data();
+            for (auto** r : rows) {
+                std::copy_n(*r, count, next);
+                *r = std::exchange(next, next + row);
+            }
+            memory = std::move(larger);
+        };
+        move(m_floats,
+             std::initializer_list<float**>{&o[0], &o[1], &o[2], &d[0], &d[1], &d[2], &t_max,
+                                            &contribution[0], &contribution[1], &contribution[2],
+                                            &contribution[3], &light_share, &direction_share[0],
+                                            &direction_share[1], &direction_share[2], &direction_share[3]});
+        move(m_ints, std::initializer_list<int32_t**>{&path, &seed, &passes, &media[0], &media[1], &media[2],
+                                                      &media[3]});
+    }
+
+    int m_room = 0;
+    std::vector<float> m_floats;
+    std::vector<int32_t> m_ints;
 };
 
 } // namespace kanuka::transport

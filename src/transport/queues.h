@@ -72,6 +72,7 @@ template <int W>
 template <int W>
 [[gnu::always_inline]] inline void queue_rays(const SceneView& scene, RayQueue& queue,
                                               const ShadowRay<W>& ray, uint32_t bits) {
+    queue.make_room(W);
     const int at = queue.count;
     for (int c = 0; c < 3; c++) {
         compress_store(queue.o[c] + at, ray.o[c], bits);

@@ -59,6 +59,7 @@ void fill_settings(SceneData& data, const SceneInputs& in) {
     view.clamp_direct = in.clamp_direct > 0 ? in.clamp_direct : Unclamped;
     view.clamp_indirect = in.clamp_indirect > 0 ? in.clamp_indirect : Unclamped;
     view.max_depth = in.max_depth;
+    view.light_samples = std::max(in.light_samples, 1);
     view.interreflection = in.interreflection;
     for (const bsdf::MaterialCode& m : data.materials)
         view.keeps_ratios |= m.dispersive;

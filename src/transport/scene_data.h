@@ -36,7 +36,7 @@ struct SceneInputs {
     std::vector<std::string> expressions; // of light paths, whose channels are the last of those
     IntegratorChoice integrator;
     float clamp_direct = 0, clamp_indirect = 0; // scene::Options
-    int max_depth = 8, volume_depth = 1024;
+    int max_depth = 8, volume_depth = 1024, light_samples = 1;
     bool interreflection = true;          // SettingsView has the same
     std::vector<PointLight> point_lights; // LightsView has the same
     uint32_t seed = 0;
@@ -47,6 +47,7 @@ struct LightsData {
     LargeVector<AnalyticLight> analytic;
     std::vector<LightBound> bounds;
     std::vector<float> tables, densities;
+    std::vector<AnalyticLight> portals;
     std::vector<PointLight> point_lights;
     std::vector<float> map_rgb;
     PictureCells map_cells;

@@ -35,6 +35,7 @@ struct SettingsView {
     float clamp_direct = Unclamped, clamp_indirect = Unclamped; // most radiance of one contribution
     int max_depth = 8;                                          // surface events of a path
     int volume_depth = 1024;                                    // events inside of media
+    int light_samples = 1; // of a surface hit, of each of LightsView::samples
     int roulette_depth = 4;
     // false: paths end where they come from anything but the camera and smooth lobes
     bool interreflection = true;

@@ -42,19 +42,27 @@ void add_environment(const SceneView& scene, BatchState& batch, const PathQueue&
                         ? (gather(paths.receiver_set, slot) & Int<W>(sets)) != Int<W>(0)
                         : all);
     };
-    if (any(m & constant)) // directions alone find it: docs/transport.md, "Choice of light"
-        contribute(batch,
-                   Contribution<W>{path,
-                                   throughput * emission_spectrum(scene, scene.lights.constant.c, l.data()) *
-                                       (F(1.0f) / ratios),
-                                   Int<W>(LightId::Constant)},
-                   constant & shines(scene.lights.constant.sets));
+    // What is not sampled, directions alone find: docs/transport.md, "Choice of light".
+    F weight = F(1.0f) / ratios;
+    if (const Mask<W> sampled = m & (ray[P::Mis] > F(0.0f)); !scene.lights.portals.empty() && any(sampled)) {
+        const F pdf =
+            PortalChooser<W>(scene, vector_of(ray, P::Origin), sampled).pdf(vector_of(ray, P::Direction));
+        weight = select(sampled,
+                        PathVertex<W>::in_direction(ray[P::PdfMapChoice], pdf).weight(ray[P::Mis], ratios),
+                        weight);
+    }
+    if (any(m & constant))
+        contribute(
+            batch,
+            Contribution<W>{path,
+                            throughput * emission_spectrum(scene, scene.lights.constant.c, l.data()) * weight,
+                            Int<W>(LightId::Constant)},
+            constant & shines(scene.lights.constant.sets));
     if (any(m & map)) {
         const MapPlace<W> p = map_place(scene.lights.map, vector_of(ray, P::Direction));
         const MapCell<W> c(scene.lights.map, p);
         const MapTexels<W> texels(scene.lights.map, c);
-        Float<W> weight = Float<W>(1.0f) / ratios;
-        if (scene.lights.map_choice >= 0) {
+        if (scene.lights.map_choice >= 0 && scene.lights.portals.empty()) {
             const Float<W> pdf =
                 map_pdf(scene.lights.map, texels.weights(scene.lights.map, c), c, p.sin_theta);
             weight = PathVertex<W>::in_direction(ray[P::PdfMapChoice], pdf).weight(ray[P::Mis], ratios);

@@ -71,12 +71,21 @@ class SurfaceStage : public SurfaceLight<W> {
         const SurfaceHit<W>& h = s.h;
         if (m_at.scene.lights.choices == 0)
             return;
-        const LightNumbers<W> u(m_at.scene, s.sampler, m_at.number);
-        for (int sample = 0; sample < m_at.scene.lights.samples; sample++)
-            add_light(s, sample_light(m_at.scene, s.chooser, s.receiver, sample, u, h.l, active), active);
+        // n samples of a hit are n points of the net that follow each other, so that they lie well among
+        // themselves and among those of other progressions.
+        const auto n = uint32_t(m_at.scene.settings.light_samples);
+        const uint32_t first = reverse_bits_scalar(m_at.reversed_progression) * n;
+        for (uint32_t k = 0; k < n; k++) {
+            const uint32_t number = reverse_bits_scalar(first + k);
+            const LightNumbers<W> u(m_at.scene, {s.sampler.pixel, number}, m_at.number);
+            for (int sample = 0; sample < m_at.scene.lights.samples; sample++)
+                add_light(s, sample_light(m_at.scene, s.chooser, s.receiver, sample, u, h.l, active), active,
+                          number);
+        }
     }
-    void add_light(const Scattering<W>& s, const LightSample<W>& light, M active) {
+    void add_light(const Scattering<W>& s, const LightSample<W>& light, M active, uint32_t number) {
         const SurfaceHit<W>& h = s.h;
+        const F density = light.pdf_solid_angle * light_samples();
         this->count_broken(h, active & light.valid, dot(light.wi, h.Ng) * light.pdf_solid_angle);
         const V wi = h.to_local(light.wi);
         const F above = dot(light.wi, h.horizon);
@@ -84,31 +93,37 @@ class SurfaceStage : public SurfaceLight<W> {
         if (!any(m))
             return;
         const bsdf::LobeValue<W> value = s.eval(wi, above, m);
-        // Balance over both techniques and all wavelengths: sum_j r_j (p_light + p_j).
+        // Balance over both techniques and all wavelengths: sum_j r_j (n p_light + p_j), Veach's multi-sample
+        // model with n samples of light and one of direction.
         F denominator(0.0f);
         for (int k = 0; k < Wavelengths; k++) {
             const F ratio = m_at.scene.settings.keeps_ratios ? gather(m_at.paths.ratio[k], h.slot) : F(1.0f);
-            denominator += ratio * (light.pdf_solid_angle + select(light.delta, F(0.0f), value.pdf[k]));
+            denominator += ratio * (density + select(light.delta, F(0.0f), value.pdf[k]));
         }
         const F weight = F(1.0f) / max(denominator, F(1e-30f));
         const S contribution = h.throughput * value.f * light.radiance * weight;
         m &= !(bsdf::mean(contribution) <= F(0.0f)); // NaN goes on, and is counted
         MisShares<W> shares;
         if (m_at.scene.media.tracked) {
-            shares.light = light.pdf_solid_angle * sum_of_ratios(m_at.scene, m_at.paths, h.slot) * weight;
+            shares.light = density * sum_of_ratios(m_at.scene, m_at.paths, h.slot) * weight;
             shares.direction = bsdf::select(light.delta, S(F(0.0f)),
                                             ratios_of(m_at.scene, m_at.paths, h.slot) * value.pdf * weight);
         }
-        cast_to_light(s, light, value.f, contribution, m, shares);
+        cast_to_light(s, light, value.f, contribution, m, shares, number);
     }
-    // The shadow ray of a light sample. f: what the material makes of its light.
+    // The shadow ray of a light sample. f: what the material makes of its light. number: of the sample among
+    // all of its pixel, bits reversed.
     void cast_to_light(const Scattering<W>& s, const LightSample<W>& light, const S& f, const S& contribution,
-                       M m, const MisShares<W>& shares = {}) {
+                       M m, const MisShares<W>& shares, uint32_t number) {
         if (m_at.batch.shares)
             note_rays(*m_at.batch.shares, this->m_shadow_rays, s.h.path,
                       event_of(s, s.h.to_local(light.wi), dot(light.wi, s.h.horizon), f, m), light.light,
                       m.bits());
-        this->queue_shadow(s.h, light.wi, light.distance, contribution, light.passes, m, shares);
+        this->queue_shadow(s.h, light.wi, light.distance, contribution, light.passes, m, shares, number);
+    }
+    void cast_to_light(const Scattering<W>& s, const LightSample<W>& light, const S& f, const S& contribution,
+                       M m) {
+        cast_to_light(s, light, f, contribution, m, {}, m_at.batch.reversed_progression);
     }
 
     // through: only what goes straight on counts.
@@ -141,7 +156,7 @@ class SurfaceStage : public SurfaceLight<W> {
                 next_ratios += ratio[k];
             }
         }
-        const F mis = select(s.delta, F(0.0f), ratios * inv_pdf);
+        const F mis = select(s.delta, F(0.0f), ratios * inv_pdf * light_samples());
         // Roulette by the path's throughput, relative to its start.
         if (m_at.number >= m_at.scene.settings.roulette_depth) {
             const F keep =
@@ -247,6 +262,8 @@ class SurfaceStage : public SurfaceLight<W> {
     }
 
   private:
+    F light_samples() const { return F(float(m_at.scene.settings.light_samples)); }
+
     // For expressions: how light from wi, in the frame of the hit, is scattered. f: all that eval() has of
     // it.
     [[gnu::noinline]] static ScatteringEvent<W> event_of(const Scattering<W>& s, const V& wi, F above,

@@ -95,10 +95,13 @@ struct SurfaceHit {
     V to_world(const V& w) const { return T * w.x + B * w.y + N * w.z; }
     // Where the light of a lobe of one direction comes from, in the frame of the hit.
     V aim(const Bounce& at, Int<W> leaf) const {
+        constexpr auto Id = bsdf::LobeId::AimedBsdf;
         V world = N;
         for (const bsdf::MaterialCode::Node& n : code.nodes)
             if (n.leaf >= 0 && code.aimed >> n.leaf & 1) {
-                const V w(fetch.exact(n.inputs[1]), fetch.exact(n.inputs[2]), fetch.exact(n.inputs[3]));
+                const V w(fetch.exact(n.inputs[grid::input_of(Id, "x")]),
+                          fetch.exact(n.inputs[grid::input_of(Id, "y")]),
+                          fetch.exact(n.inputs[grid::input_of(Id, "z")]));
                 const V d = unit(at.scene.geometry.instanced ? placed(at.hits, w) : w);
                 world = select(leaf == I(n.leaf), d, world);
             }

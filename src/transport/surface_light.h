@@ -38,10 +38,11 @@ class SurfaceLight {
         if (m_at.batch.shares)
             note_rays(*m_at.batch.shares, m_shadow_rays, h.path, ScatteringEvent<W>::reflected(),
                       I(LightId::Unnamed), m.bits());
-        queue_shadow(h, wi, distance, contribution, passes, m);
+        queue_shadow(h, wi, distance, contribution, passes, m, {}, m_at.batch.reversed_progression);
     }
+    // `number`: of the sample among all of its pixel, bits reversed.
     void queue_shadow(const SurfaceHit<W>& h, const V& wi, F distance, const S& contribution, I passes, M m,
-                      const MisShares<W>& shares = {}) {
+                      const MisShares<W>& shares, uint32_t number) {
         const uint32_t bits = m.bits();
         if (!bits)
             return;
@@ -55,12 +56,10 @@ class SurfaceLight {
                 ? MediaStack<W>::select_of(dot(wi, h.horizon) < F(0.0f), h.crossing.after, h.crossing.before)
                 : MediaStack<W>();
         const I pixel = bitcast_int(h.ray[PathQueue::PixelHash]);
-        queue_rays(
-            m_at.scene, m_shadow_rays,
-            ShadowRay<W>{o, aimed, distance, contribution, h.path,
-                         seed_of(seeds::ShadowRay, pixel, m_at.number, m_at.batch.reversed_progression),
-                         passes, media, shares},
-            bits);
+        queue_rays(m_at.scene, m_shadow_rays,
+                   ShadowRay<W>{o, aimed, distance, contribution, h.path,
+                                seed_of(seeds::ShadowRay, pixel, m_at.number, number), passes, media, shares},
+                   bits);
     }
 
     // A sample that comes to NaN is made NaN as a whole, which the film counts, locates and drops.

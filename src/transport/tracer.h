@@ -28,8 +28,7 @@ class Tracer {
             m_segments = std::make_unique<grid::AirSegments>();
         m->batch.aovs.assign(scene.settings.aov_is_color.size() * BatchPadded, 0.0f);
         if (scene.settings.expressions)
-            m->batch.shares =
-                std::make_unique<PathShares>(*scene.settings.expressions, BatchPadded, RayQueue::Padded);
+            m->batch.shares = std::make_unique<PathShares>(*scene.settings.expressions, BatchPadded);
     }
 
     const SceneView& scene;

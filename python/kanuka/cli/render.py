@@ -85,8 +85,8 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         action="append",
         default=[],
         metavar="NAME",
-        help="output parameter of surface shaders, or a light path expression as 'lpe:C<RD>L', added to the EXR as a "
-        "layer; repeatable",
+        help="output parameter of surface shaders, variable of primitives, or a light path expression as "
+        "'lpe:C<RD>L', added to the EXR as a layer; repeatable",
     )
     machine = parser.add_argument_group("machine", "these do not change the picture")
     machine.add_argument("--threads", type=types.positive_int, metavar="N", help="default: all cores")

@@ -9,6 +9,7 @@
 #include "ingest/rib/context.h"
 #include "ingest/rib/handlers.h"
 #include "scene/layers.h"
+#include "scene/schema/lights.h"
 
 namespace kanuka::ingest::handlers {
 
@@ -57,6 +58,7 @@ constexpr Mapping RisLights[] = {
     {"PxrCylinderLight", "cylinderlight", ""},
     {"PxrDistantLight", "distantlight", "angleExtent:angle"},
     {"PxrDomeLight", "environmentlight", "lightColorMap:texture"},
+    {"PxrPortalLight", "portallight", ""},
     {"PxrMeshLight", "arealight", ""},
 };
 
@@ -416,8 +418,8 @@ void ris_light(Context& c, Call& call) {
         c.reports.once(Severity::Warning, "Light " + call.text(0), call.where,
                        "Light \"" + call.text(0) +
                            "\" has no counterpart and was left out; use PxrRectLight, PxrDiskLight, "
-                           "PxrSphereLight, PxrCylinderLight, PxrDistantLight, PxrDomeLight, PxrMeshLight or "
-                           "a LightSource");
+                           "PxrSphereLight, PxrCylinderLight, PxrDistantLight, PxrDomeLight, PxrPortalLight, "
+                           "PxrMeshLight or a LightSource");
         return;
     }
     const ValueList& theirs = call.params;
@@ -440,6 +442,12 @@ void ris_light(Context& c, Call& call) {
     if (const std::string group = theirs.get_string("lightGroup", ""); !group.empty())
         set(to, "group", group);
     report_rest(c, call, *mapping, LightParameters);
+    // Portals have no light of their own.
+    if (const scene::LightKind* kind = scene::find_light_shader(mapping->ours)) {
+        const std::vector<std::string_view> known = kind->shader_parameters();
+        std::erase_if(to.values,
+                      [&](const Value& v) { return std::ranges::find(known, v.name) == known.end(); });
+    }
     const std::string handle = call.text(1);
     ShaderRef light = c.shader(call, 0);
     light.name = mapping->ours;

@@ -75,7 +75,7 @@ TEST(Ris, LightsBecomeOurs) {
               "exposure\" 1 \"color lightColor\" [1 1 .5] \"int areaNormalize\" [1] AttributeEnd "
               "Illuminate \"key\" 1\nLight \"PxrDomeLight\" \"sky\" \"string lightColorMap\" "
               "[\"sky.exr\"]\nLight \"PxrDistantLight\" \"sun\" \"float angleExtent\" 2\n"
-              "Light \"PxrPortalLight\" \"no\"\n" +
+              "Light \"PxrNoLight\" \"no\"\n" +
               Ball));
     ASSERT_EQ(p.scene.light_shaders.size(), 3u);
     const auto& key = p.scene.light_shaders[0];
@@ -85,7 +85,20 @@ TEST(Ris, LightsBecomeOurs) {
     EXPECT_EQ(key.parameters.get_color("lightcolor", Rgb(0)), Rgb(1, 1, .5f));
     EXPECT_EQ(p.scene.light_shaders[1].parameters.get_string("texture", ""), "sky.exr");
     EXPECT_EQ(p.scene.light_shaders[2].parameters.get_float("angle", 0), 2);
-    EXPECT_TRUE(p.says("Light \"PxrPortalLight\" has no counterpart"));
+    EXPECT_TRUE(p.says("Light \"PxrNoLight\" has no counterpart"));
+}
+
+// They have a place and a size; what light comes through is the dome's.
+TEST(Ris, PortalsHaveNoLightOfTheirOwn) {
+    const Parsed p(
+        world("AttributeBegin Translate 0 0 2 Light \"PxrPortalLight\" \"window\" \"float intensity\" 6 "
+              "AttributeEnd" +
+              Ball));
+    EXPECT_SILENT(p);
+    ASSERT_EQ(p.scene.light_shaders.size(), 1u);
+    EXPECT_EQ(p.scene.light_shaders[0].name, "portallight");
+    EXPECT_TRUE(p.scene.light_shaders[0].parameters.values.empty());
+    EXPECT_EQ(p.scene.light_shaders[0].world_from_shader.m[2][3], 2);
 }
 
 TEST(Ris, MeshLightsShine) {

@@ -33,20 +33,24 @@ constexpr LightKind Kinds[] = {
     {"sky", "skylight", L::Kind::Environment, "radiance in 1000 cd/m²",
      "a clear sky by day (Preetham, Shirley and Smits 1999)", true},
     {"sun", "sunlight", L::Kind::Distant, "irradiance in 1000 lux", "the sun of that sky", true},
+    {"portal", "portallight", L::Kind::Portal, "none: the environments' own",
+     "a rectangle in a window; environments are sampled through portals, along `direction`, where there are some"},
 };
 
 // Of the rows above.
 enum : uint32_t {
     Distant = 1 << 0, Point = 1 << 1, Spot = 1 << 2, Environment = 1 << 3, Ambient = 1 << 4, Quad = 1 << 5,
     Disk = 1 << 6, Sphere = 1 << 7, Cylinder = 1 << 8, Sky = 1 << 9, Sun = 1 << 10,
+    Portal = 1 << 11,
     Daylight = Sky | Sun,
     Dome = Environment | Sky,
     Area = Quad | Disk | Sphere | Cylinder,
-    Placed = Point | Spot | Area,
-    Aimed = Distant | Point | Spot | Quad | Disk | Cylinder,
-    All = (1 << 11) - 1,
+    Placed = Point | Spot | Area | Portal,
+    Aimed = Distant | Point | Spot | Quad | Disk | Cylinder | Portal,
+    All = (1 << 12) - 1,
+    Shining = All & ~Portal,
 };
-static_assert(std::size(Kinds) == 11);
+static_assert(std::size(Kinds) == 12);
 
 template <auto... Path>
 constexpr auto at = At<Path...>::template in<S>();
@@ -65,15 +69,15 @@ std::optional<std::string> fault_of_vector(const Setting& v) {
 }
 
 const LightParameter Rows[] = {
-    {All, {.name = "amount", .rib = "intensity lightcolor", .about =
+    {Shining, {.name = "amount", .rib = "intensity lightcolor", .about =
       "how bright: the quantity that the kind's row names, or in `unit`; one number stands for all three",
       .unit = "RGB", .spreads = true},
      of_light<&L::amount>},
-    {All & ~Daylight, {.name = "spectrum", .rib = "spectrum",
+    {Shining & ~Daylight, {.name = "spectrum", .rib = "spectrum",
       .about = "of the light; the amount is a filter before it", .unit = "a Spectrum, or the text that makes one",
       .spectrum = true},
      of_light<&L::spectrum>},
-    {All & ~Daylight, {.name = "unit", .rib = "unit", .about = "of the amount; empty = radiometric",
+    {Shining & ~Daylight, {.name = "unit", .rib = "unit", .about = "of the amount; empty = radiometric",
       .unit = "lumen, candela, lux, nit or watt", .fault = fault_of_unit},
      of_light<&L::unit>},
     {Placed, {.name = "position", .about = "where it is", .unit = "scene units"}, at<&S::position>},
@@ -96,9 +100,9 @@ const LightParameter Rows[] = {
     {Point | Spot | Disk | Sphere | Cylinder, {.name = "radius", .rib = "radius",
       .about = "of points and spots 0 = sharp shadows", .unit = "scene units", .range = NotNegative},
      of_light<&L::radius>},
-    {Quad, {.name = "width", .rib = "width", .about = "along its x", .unit = "scene units", .range = NotNegative},
+    {Quad | Portal, {.name = "width", .rib = "width", .about = "along its x", .unit = "scene units", .range = NotNegative},
      of_light<&L::width>},
-    {Quad | Cylinder, {.name = "height", .rib = "height", .about = "along its y; of a tube, along its axis",
+    {Quad | Cylinder | Portal, {.name = "height", .rib = "height", .about = "along its y; of a tube, along its axis",
       .unit = "scene units", .range = NotNegative},
      of_light<&L::height>},
     {Environment | Quad, {.name = "texture", .rib = "texture mapname", .about =
@@ -124,7 +128,7 @@ const LightParameter Rows[] = {
      of_light<&L::visible_camera>},
     {All, {.name = "name", .about = "by which `lights_off` and `shadows_off` of objects mean it"},
      of_light<&L::name>},
-    {All, {.name = "group", .rib = "group __group", .about = "by which they mean several",
+    {Shining, {.name = "group", .rib = "group __group", .about = "by which they mean several",
       .unit = "names, parted by blanks", .links = true},
      of_light<&L::group>},
 };

@@ -104,6 +104,9 @@ const OptionParameter Rows[] = {
     {{.name = "volume_depth", .rib = "kanuka:volumedepth", .flag = "volume-depth",
       .about = "events of a path inside of media: scattering, boundaries that are passed", .range = {0, 60000}},
      at<&O::volume_depth>},
+    {{.name = "light_samples", .rib = "kanuka:lightsamples", .flag = "light-samples",
+      .about = "light samples at each surface hit: more lessen the noise of large and of many lights", .range = {1, 64}},
+     at<&O::light_samples>},
     {{.name = "clamp_direct", .rib = "kanuka:clampdirect", .flag = "clamp-direct",
       .about = "most radiance that one contribution of light that reaches the first surface straight adds to a "
                "sample; 0 = unbounded",

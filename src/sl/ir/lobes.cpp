@@ -1,11 +1,14 @@
 // Lobes and weights out of the terms of light that Ci holds.
 #include <utility>
 
+#include "grid/lobe_table.h"
 #include "sl/ir/light_terms.h"
 
 namespace kanuka::sl::ir {
 
 namespace {
+
+using grid::input_of;
 
 // The presence that a surface has at least where it glows: what lies behind it is dimmed as much.
 constexpr float LeastGlow = 1 / 16.f;
@@ -48,11 +51,12 @@ class Lobes {
                 total([&](Closure k) { return is_lambert(k) || (k == Closure::Indirect && !has_lobe); });
             w != None) {
             m_program.fixed_lobes.emplace_back("diffuse", grid::LobeId::LambertBrdf);
-            output("diffuse", 0, grid::LobeId::LambertBrdf, w);
+            output("diffuse", Diffuse, grid::LobeId::LambertBrdf, w);
         }
         if (const Ref w = total([](Closure k) { return k == Closure::DiffuseBehind; }); w != None) {
             m_program.fixed_lobes.emplace_back("transmission", grid::LobeId::LambertBtdf);
-            output("transmission", 0, grid::LobeId::LambertBtdf, w);
+            output("transmission", input_of(grid::LobeId::LambertBtdf, "diffuseTransmittance"),
+                   grid::LobeId::LambertBtdf, w);
         }
         if (const Ref w = total([](Closure k) { return k == Closure::Ambient; }); w != None)
             output("ambient", -1, grid::LobeId::LambertBrdf, w, Special::Ambient);
@@ -93,8 +97,8 @@ class Lobes {
             } else {
                 glossy(name, w, roughness);
                 constexpr auto Lobe = grid::LobeId::MicrofacetConductorBrdf;
-                output(name, 4, Lobe, m_b.load(s.anisotropy, {}));
-                output(name, 5, Lobe, m_b.load(s.rotation, {}));
+                output(name, input_of(Lobe, "anisotropy"), Lobe, m_b.load(s.anisotropy, {}));
+                output(name, input_of(Lobe, "rotation"), Lobe, m_b.load(s.rotation, {}));
             }
         }
         if (rest != None)
@@ -122,12 +126,12 @@ class Lobes {
         }
         if (emission != None) {
             m_program.fixed_lobes.emplace_back("emission", grid::LobeId::DiffuseEmission);
-            output("emission", 0, grid::LobeId::DiffuseEmission, emission);
+            output("emission", grid::EmissionRadiance, grid::LobeId::DiffuseEmission, emission);
         }
         // Black is a material too: one of no lobes would be nothing to trace.
         if (m_program.fixed_lobes.empty()) {
             m_program.fixed_lobes.emplace_back("diffuse", grid::LobeId::LambertBrdf);
-            output("diffuse", 0, grid::LobeId::LambertBrdf, m_b.triple(0));
+            output("diffuse", Diffuse, grid::LobeId::LambertBrdf, m_b.triple(0));
         }
     }
 
@@ -324,42 +328,43 @@ class Lobes {
     void glossy(const std::string& node, Ref weight, Ref roughness) {
         constexpr auto Lobe = grid::LobeId::MicrofacetConductorBrdf;
         m_program.fixed_lobes.emplace_back(node, Lobe);
-        output(node, 0, Lobe, weight);
-        output(node, 1, Lobe, weight);
-        output(node, 2, Lobe, roughness);
+        output(node, input_of(Lobe, "reflectance"), Lobe, weight);
+        output(node, input_of(Lobe, "edgeReflectance"), Lobe, weight);
+        output(node, input_of(Lobe, "roughness"), Lobe, roughness);
     }
 
     void highlight(const std::string& node, Ref weight, Ref exponent, bool half) {
         constexpr auto Lobe = grid::LobeId::HighlightBrdf;
         m_program.fixed_lobes.emplace_back(node, Lobe);
-        output(node, 0, Lobe, weight);
-        output(node, 1, Lobe, exponent);
+        output(node, input_of(Lobe, "height"), Lobe, weight);
+        output(node, input_of(Lobe, "exponent"), Lobe, exponent);
         if (!half)
-            output(node, 2, Lobe, f(1));
+            output(node, input_of(Lobe, "about"), Lobe, f(1));
     }
 
     void aimed(const std::string& node, Ref weight, Ref direction) {
         constexpr auto Lobe = grid::LobeId::AimedBsdf;
         m_program.fixed_lobes.emplace_back(node, Lobe);
-        output(node, 0, Lobe, weight);
+        output(node, input_of(Lobe, "part"), Lobe, weight);
+        constexpr int Axes[] = {input_of(Lobe, "x"), input_of(Lobe, "y"), input_of(Lobe, "z")};
         for (int c = 0; c < 3; c++)
-            output(node, c + 1, Lobe, m_b.emit(Op::Extract, Ty::Float, {direction}, {}, c));
+            output(node, Axes[c], Lobe, m_b.emit(Op::Extract, Ty::Float, {direction}, {}, c));
     }
 
     void dielectric(const std::string& node, Ref weight, Ref index, Ref roughness) {
         constexpr auto Lobe = grid::LobeId::MicrofacetDielectricBrdf;
         m_program.fixed_lobes.emplace_back(node, Lobe);
-        output(node, 0, Lobe, weight);
-        output(node, 1, Lobe, index);
-        output(node, 2, Lobe, roughness);
+        output(node, input_of(Lobe, "reflectance"), Lobe, weight);
+        output(node, input_of(Lobe, "ior"), Lobe, index);
+        output(node, input_of(Lobe, "roughness"), Lobe, roughness);
     }
 
     void glass(Ref reflected, Ref refracted, Ref index) {
         constexpr auto Lobe = grid::LobeId::MicrosurfaceDielectricBsdfRgb_v1;
         m_program.fixed_lobes.emplace_back("glass", Lobe);
-        output("glass", 1, Lobe, reflected);
-        output("glass", 2, Lobe, refracted);
-        output("glass", 3, Lobe, index);
+        output("glass", input_of(Lobe, "reflectance"), Lobe, reflected);
+        output("glass", input_of(Lobe, "transmittance"), Lobe, refracted);
+        output("glass", input_of(Lobe, "ior"), Lobe, index);
     }
 
     // fresnel() takes the index of the outside over that of the inside; a lobe the inverse.
@@ -439,6 +444,8 @@ class Lobes {
         search(search, *m_stage.root, true);
         return !zero_seen || more;
     }
+
+    static constexpr int Diffuse = input_of(grid::LobeId::LambertBrdf, "diffuseReflectance");
 
     Program& m_program;
     Stage& m_stage;

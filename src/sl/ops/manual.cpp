@@ -49,7 +49,7 @@ std::string lobes_page() {
         "# Lobes\n\n"
         "This page is for shader writers. It answers: which lobes are there, what are their inputs and "
         "ranges, and how exact are\n"
-        "they? It is made from `src/grid/lobe_schema.cpp`: after a change run `kanuka_sl_test` with "
+        "they? It is made from `src/grid/lobe_table.h`: after a change run `kanuka_sl_test` with "
         "`KANUKA_WRITE_DOCS=1`, and\n"
         "`tools/make_lobe_pictures.py` for the pictures.\n\n"
         "A shader adds a lobe to its boundary in `mnk_init` and sets its inputs at every vertex in "

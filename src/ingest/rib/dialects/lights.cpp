@@ -15,6 +15,7 @@ constexpr std::pair<std::string_view, std::string_view> LightNames[] = {
     {"caustic", ""},
     {"indirect", ""},
     {"photon", ""},
+    {"portal", "portallight"},
     {"ambient", "ambientlight"},
     {"env", "environmentlight"},
     {"dome", "environmentlight"},
