@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Checks that change nothing: C++ formatting, ruff, the layer rule, clang-tidy. Runs all of them, then says which failed.
+# Checks that change nothing: C++ formatting, ruff, the layer rule, sizes, clang-tidy. Runs all of them, then says which
+# failed.
 set -uo pipefail
 cd "$(dirname "$0")/.."
 build=${1:-build}
@@ -19,6 +20,7 @@ check "formatting of C++ (make format mends it)" format
 check "formatting of Python (make format mends it)" .venv/bin/ruff format --check .
 check "ruff" .venv/bin/ruff check .
 check "layers" .venv/bin/python tools/check_layers.py
+check "sizes" .venv/bin/python tools/check_sizes.py
 check "clang-tidy" .venv/bin/python tools/tidy.py "$build" --jobs "$jobs"
 
 echo

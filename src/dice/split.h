@@ -96,14 +96,16 @@ class Splitter {
     float parameter(const Piece& piece, int side, int polyline_index) const;
 
   private:
+    static constexpr size_t Grain = 64; // edges, or pieces, of a task
     void start();
+
+    // split_measure.cpp
     void grow_edges(size_t begin);
     void positions(const geom::Surface& surface, const Edge& edge, int samples, float* xyz) const;
     LineMeasure measure(const Edge& edge, int samples) const;
     void measure(const Edge* edges, const int* which, int count, int samples, LineMeasure* out) const;
     void measure(const Edge* edges, int count, LineMeasure* out) const;
     bool wants_cut(Edge& edge, const LineMeasure& measure) const;
-    void double_cells(Edge& edge);
     void plan(Piece& piece, int& split) const;
     struct Interior {
         float want_u, want_v, least_u, least_v;
@@ -111,6 +113,8 @@ class Splitter {
         float twist = 1;
     };
     void measure_interior(const geom::Surface& surface, const Piece& piece, int samples, Interior& m) const;
+
+    void double_cells(Edge& edge);
     void cut(const Piece& piece, int axis, std::vector<Piece>& out);
     Segment whole(int edge, bool reversed) const;
     Segment half(const Segment& s, int which) const;

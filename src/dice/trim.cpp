@@ -6,8 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
-#include "geom/triangulate.h"
+#include "dice/trim_polygon.h"
 
 namespace kanuka::dice {
 namespace {
@@ -15,8 +16,6 @@ namespace {
 using geom::TrimRegion;
 using Point = TrimRegion::Point;
 using Vertex = grid::TrimmedMesh::Vertex;
-
-constexpr size_t MostEars = 64; // of an outline that is searched for the best one
 
 class GridCutter {
   public:
@@ -173,13 +172,6 @@ class GridCutter {
         return at != m_inside.end() && at->segment == segment ? &*at : nullptr;
     }
 
-    // A polygon's corners: where they are, and as vertices.
-    struct Outline {
-        std::vector<Point> points;
-        std::vector<uint32_t> vertices;
-        std::vector<size_t> holes; // loops
-    };
-
     uint32_t inner(const Point& p) {
         // Barycentric in the triangle.
         const double whole = double(TrimRegion::area(m_at[0], m_at[1], m_at[2]));
@@ -188,20 +180,19 @@ class GridCutter {
         m_out.vertices.push_back({m_corner[0], m_corner[1], m_corner[2], float(b), float(c)});
         return uint32_t(m_out.vertices.size()) - 1;
     }
-    void add_inner(Outline& o, int trim_point) {
+    void add_inner(Polygon& o, int trim_point) {
         const Point& p = m_region.points[size_t(trim_point)];
-        o.points.push_back(p);
-        o.vertices.push_back(inner(p));
+        o.add(p, inner(p));
     }
-    void add_crossing(Outline& o, const Crossing& c) {
+    void add_crossing(Polygon& o, const Crossing& c) {
         const Point &p = m_at[size_t(c.side)], &q = m_at[size_t(c.side + 1) % 3];
-        o.points.push_back({p.x + std::llround(double(q.x - p.x) * c.along),
-                            p.y + std::llround(double(q.y - p.y) * c.along)});
-        o.vertices.push_back(c.vertex);
+        o.add({p.x + std::llround(double(q.x - p.x) * c.along),
+               p.y + std::llround(double(q.y - p.y) * c.along)},
+              c.vertex);
     }
 
     // Follows the curve from a crossing to the one where it leaves again; -1: it does not.
-    int follow(int from, Outline& o) {
+    int follow(int from, Polygon& o) {
         Inside* in = find(m_crossings[size_t(from)].segment);
         bool forward = in && in->crossing[0] == from;
         if (!in || (!forward && in->crossing[1] != from))
@@ -219,11 +210,32 @@ class GridCutter {
         return -1;
     }
 
+    // False: the curve does not divide the triangle as it must.
     bool cut() {
+        std::vector<Polygon> outlines, holes;
+        if (m_crossings.size() % 2 != 0 || !find_at_sides(outlines))
+            return false;
+        use_dropped();
+        if (!find_loops(outlines, holes))
+            return false;
+        for (size_t h = 0; h < holes.size(); h++) {
+            Polygon* best = nullptr;
+            for (Polygon& o : outlines)
+                if (around(o, holes[h].points[0]) && (!best || extent(o) < extent(*best)))
+                    best = &o;
+            if (best)
+                best->holes.push_back(h);
+        }
+        for (const Polygon& o : outlines)
+            for (const auto& [i, j, k] : triangles_of(o, holes, m_at[0]))
+                output(i, j, k);
+        return true;
+    }
+
+    // Outlines that touch the sides.
+    bool find_at_sides(std::vector<Polygon>& outlines) {
         const size_t n = m_crossings.size();
         const bool start = m_kept[m_corner[0]];
-        if (n % 2 != 0)
-            return false;
         std::vector<int> order(n), place(n);
         for (size_t i = 0; i < n; i++)
             order[i] = int(i);
@@ -234,13 +246,11 @@ class GridCutter {
         for (size_t i = 0; i < n; i++)
             place[size_t(order[i])] = int(i);
         const auto kept_after = [&](size_t k) { return start != (k % 2 == 0); };
-        // Step 1: outlines that touch the sides.
-        std::vector<Outline> outlines;
         std::vector<char> done(n, 0);
         for (size_t first = 0; first < n; first++) {
             if (done[first] || !kept_after(first))
                 continue;
-            Outline o;
+            Polygon o;
             size_t k = first;
             do {
                 if (done[k])
@@ -250,10 +260,8 @@ class GridCutter {
                 const Crossing& to = m_crossings[size_t(order[(k + 1) % n])];
                 add_crossing(o, from);
                 const int last = to.side + (k + 1 == n ? 3 : 0);
-                for (int side = from.side; side < last; side++) {
-                    o.points.push_back(m_at[size_t(side + 1) % 3]);
-                    o.vertices.push_back(plain(m_corner[size_t(side + 1) % 3]));
-                }
+                for (int side = from.side; side < last; side++)
+                    o.add(m_at[size_t(side + 1) % 3], plain(m_corner[size_t(side + 1) % 3]));
                 add_crossing(o, to);
                 const int out = follow(order[(k + 1) % n], o);
                 if (out < 0)
@@ -265,25 +273,30 @@ class GridCutter {
             outlines.push_back(std::move(o));
         }
         if (n == 0 && start) {
-            Outline o;
-            for (size_t k = 0; k < 3; k++) {
-                o.points.push_back(m_at[k]);
-                o.vertices.push_back(plain(m_corner[k]));
-            }
+            Polygon o;
+            for (size_t k = 0; k < 3; k++)
+                o.add(m_at[k], plain(m_corner[k]));
             outlines.push_back(std::move(o));
         }
-        for (const Crossing& c : m_crossings) // chains beside what is dropped are accounted for too
+        return true;
+    }
+
+    // Chains beside what is dropped are accounted for too.
+    void use_dropped() {
+        for (const Crossing& c : m_crossings)
             if (Inside* in = find(c.segment); in && !in->used) {
-                Outline unused;
+                Polygon unused;
                 in->used = true;
                 follow(int(&c - m_crossings.data()), unused);
             }
-        // Step 2: whole loops inside.
-        std::vector<Outline> holes;
+    }
+
+    // Whole loops inside: islands, and holes.
+    bool find_loops(std::vector<Polygon>& islands, std::vector<Polygon>& holes) {
         for (Inside& in : m_inside) {
             if (in.used)
                 continue;
-            Outline o;
+            Polygon o;
             int s = in.segment;
             for (Inside* at = &in; at && !at->used; s = m_region.next[size_t(s)], at = find(s)) {
                 at->used = true;
@@ -291,100 +304,9 @@ class GridCutter {
             }
             if (s != in.segment)
                 return false;
-            if (m_region.keeps_without(m_region.begin(s), s))
-                holes.push_back(std::move(o));
-            else
-                outlines.push_back(std::move(o));
+            (m_region.keeps_without(m_region.begin(s), s) ? holes : islands).push_back(std::move(o));
         }
-        for (size_t h = 0; h < holes.size(); h++) {
-            Outline* best = nullptr;
-            for (Outline& o : outlines)
-                if (around(o, holes[h].points[0]) && (!best || extent(o) < extent(*best)))
-                    best = &o;
-            if (best)
-                best->holes.push_back(h);
-        }
-        for (const Outline& o : outlines)
-            fill(o, holes);
         return true;
-    }
-
-    static bool around(const Outline& o, const Point& p) {
-        bool odd = false;
-        for (size_t i = 0; i < o.points.size(); i++) {
-            const Point &a = o.points[i], &b = o.points[(i + 1) % o.points.size()];
-            if ((a.y > p.y) != (b.y > p.y))
-                odd ^= (TrimRegion::area(a, b, p) > 0) == (b.y > a.y);
-        }
-        return odd;
-    }
-    static double extent(const Outline& o) {
-        double twice = 0;
-        for (size_t i = 1; i + 1 < o.points.size(); i++)
-            twice += double(TrimRegion::area(o.points[0], o.points[i], o.points[i + 1]));
-        return twice;
-    }
-
-    // All of n - 2 triangles, those without area too: a corner that lies on its neighbours' line is a corner
-    // of what lies on the other side.
-    void clip_ears(const Outline& o, bool backwards) {
-        std::vector<size_t> left(o.points.size());
-        for (size_t i = 0; i < left.size(); i++)
-            left[i] = backwards ? left.size() - 1 - i : i;
-        while (left.size() > 2) {
-            const size_t n = left.size();
-            size_t best = 0;
-            double least = -1; // of the angle's sine
-            for (size_t i = 0; i < n; i++) {
-                const size_t before = left[(i + n - 1) % n], at = left[i], after = left[(i + 1) % n];
-                const Point &a = o.points[before], &b = o.points[at], &c = o.points[after];
-                const double twice = double(TrimRegion::area(a, b, c));
-                bool free = twice > 0;
-                for (size_t k = 0; k < n && free; k++) {
-                    const Point& p = o.points[left[k]];
-                    free = p == a || p == b || p == c || TrimRegion::area(a, b, p) < 0 ||
-                           TrimRegion::area(b, c, p) < 0 || TrimRegion::area(c, a, p) < 0;
-                }
-                if (!free)
-                    continue;
-                const double ab = std::hypot(double(b.x - a.x), double(b.y - a.y)),
-                             bc = std::hypot(double(c.x - b.x), double(c.y - b.y)),
-                             ca = std::hypot(double(a.x - c.x), double(a.y - c.y));
-                const double quality = twice / (ab * bc + bc * ca + ca * ab);
-                if (quality > least) {
-                    least = quality;
-                    best = i;
-                }
-            }
-            output(o.vertices[left[(best + n - 1) % n]], o.vertices[left[best]],
-                   o.vertices[left[(best + 1) % n]]);
-            left.erase(left.begin() + ptrdiff_t(best));
-        }
-    }
-
-    void fill(const Outline& o, const std::vector<Outline>& holes) {
-        // Relative to a corner the whole numbers are exact as floats.
-        geom::Loops loops;
-        std::vector<uint32_t> vertices;
-        loops.loop_first = {0};
-        const auto add = [&](const Outline& part, bool backwards) {
-            for (size_t i = 0; i < part.points.size(); i++) {
-                const size_t k = backwards ? part.points.size() - 1 - i : i;
-                loops.points.push_back(
-                    {float(part.points[k].x - m_at[0].x), float(part.points[k].y - m_at[0].y), 0});
-                vertices.push_back(part.vertices[k]);
-            }
-            loops.loop_first.push_back(int(loops.points.size()));
-        };
-        add(o, extent(o) < 0);
-        for (const size_t h : o.holes)
-            add(holes[h], false);
-        if (o.points.size() <= MostEars && o.holes.empty()) {
-            clip_ears(o, extent(o) < 0);
-            return;
-        }
-        for (const auto& t : geom::triangulate(loops))
-            output(vertices[size_t(t[0])], vertices[size_t(t[1])], vertices[size_t(t[2])]);
     }
 
     const TrimRegion& m_region;

@@ -4,6 +4,7 @@
 // octree whose boxes bound the field finds the cells, so that work and memory go with the surface's area.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/tasks.h"
 #include "geom/blobby_field.h"
@@ -221,6 +222,131 @@ double cell_size(const BlobbyField& field, const Transform& m, const Viewpoint& 
     return finest > 0 ? 1 / finest : 0;
 }
 
+// A cube around all supports, in object space.
+struct Cube {
+    double lo[3], size = 0;
+};
+Cube cube_around(const BlobbyField& field) {
+    Cube cube;
+    for (int c = 0; c < 3; c++) {
+        double hi = -1e300;
+        cube.lo[c] = 1e300;
+        for (const BlobbyField::Ball& b : field.supports()) {
+            cube.lo[c] = std::min(cube.lo[c], b.center[c] - b.radius);
+            hi = std::max(hi, b.center[c] + b.radius);
+        }
+        cube.size = std::max(cube.size, hi - cube.lo[c]);
+    }
+    return cube;
+}
+
+// The surface within the cube, of cells that are doubled until their blocks are few enough. Empty: they never
+// are.
+std::optional<std::vector<Piece>> polygonise(const BlobbyField& field, const Cube& cube, double cell,
+                                             size_t most_blocks, bool influences, const Location& where,
+                                             Journal& journal) {
+    for (int halvings = 0; halvings <= MostHalvings; halvings++, cell *= 2) {
+        double origin[3];
+        for (int c = 0; c < 3; c++) // off the centres, where symmetric fields would meet lattice points
+            origin[c] = cube.lo[c] - cell * 0.371;
+        Polygoniser polygoniser(field, cell, origin, influences);
+        if (!polygoniser.find_blocks(int(std::ceil(cube.size / cell / Block)) + 1, most_blocks))
+            continue;
+        if (halvings > 0)
+            journal.warning(where, "a Blobby was made of cells " + std::to_string(1 << halvings) +
+                                       " times larger than micropolygons, to bound memory; a "
+                                       "larger shading rate would do, or splitting it up");
+        return polygoniser.run();
+    }
+    journal.error(where, "a Blobby is too large to be made of polygons and was left out");
+    return std::nullopt;
+}
+
+// One mesh of all pieces.
+class Assembly {
+  public:
+    Assembly(const std::vector<Piece>& pieces, const Primvars& primvars, size_t leaves, const Transform& m)
+        : m_pieces(pieces), m_primvars(primvars), m_leaves(leaves), m_m(m), m_inverse(m.inverse()),
+          m_begin(pieces.size() + 1, 0), m_quad_begin(pieces.size() + 1, 0) {
+        for (size_t i = 0; i < pieces.size(); i++) {
+            for (const uint64_t k : pieces[i].keys)
+                m_numbers.emplace_back(k, uint32_t(m_numbers.size()));
+            m_begin[i + 1] = m_begin[i] + pieces[i].keys.size();
+            m_quad_begin[i + 1] = m_quad_begin[i] + pieces[i].quads.size();
+        }
+        std::sort(m_numbers.begin(), m_numbers.end());
+    }
+    size_t vertices() const { return m_numbers.size(); }
+
+    void fill(MeshParts& out) const {
+        out.mesh.vertices_per_face = 4;
+        out.mesh.indices.resize(4 * m_quad_begin.back());
+        tasks::parallel_for(m_pieces.size(), [&](size_t i) {
+            add_vertices(i, out.vertices);
+            add_quads(i, out.mesh);
+        });
+    }
+
+  private:
+    void add_vertices(size_t i, grid::Grid& g) const {
+        const Piece& p = m_pieces[i];
+        const double outward = g.flips ? 1 : -1; // the field falls towards the outside
+        for (size_t k = 0; k < p.keys.size(); k++) {
+            const size_t v = m_begin[i] + k;
+            const double* q = p.positions.data() + 3 * k;
+            const double* d = p.gradients.data() + 3 * k;
+            for (size_t c = 0; c < 3; c++) {
+                g.P[v + c * size_t(g.stride)] =
+                    float(m_m.m[c][0] * q[0] + m_m.m[c][1] * q[1] + m_m.m[c][2] * q[2] + m_m.m[c][3]);
+                // Normals go with the transpose of the inverse.
+                const double n = outward * (m_inverse.m[0][c] * d[0] + m_inverse.m[1][c] * d[1] +
+                                            m_inverse.m[2][c] * d[2]);
+                g.N[v + c * size_t(g.stride)] = g.Ng[v + c * size_t(g.stride)] = float(n);
+            }
+            for (const Primvar& x : m_primvars.list)
+                for (int c = 0; c < x.components; c++)
+                    x.destination(g, c)[v] = float(mean(x, c, p, k));
+        }
+    }
+
+    // A primvar at vertex k of a piece: the leaves' values by their influence.
+    double mean(const Primvar& x, int c, const Piece& p, size_t k) const {
+        if (x.detail == scene::Detail::Uniform || p.influences.empty())
+            return double(x(0, c));
+        double sum = 0;
+        for (size_t leaf = 0; leaf < std::min(m_leaves, p.influences[k].size()); leaf++)
+            sum += p.influences[k][leaf] * double(x(leaf, c));
+        return sum;
+    }
+
+    void add_quads(size_t i, grid::TracedMesh& mesh) const {
+        const bool mirrored = m_m.determinant3() < 0;
+        const Piece& p = m_pieces[i];
+        for (size_t k = 0; k < p.quads.size(); k++) {
+            uint32_t* to = mesh.indices.data() + 4 * (m_quad_begin[i] + k);
+            bool whole = true;
+            for (size_t c = 0; c < 4; c++) {
+                to[c] = number(p.quads[k][mirrored ? 3 - c : c]);
+                whole &= to[c] != UINT32_MAX;
+            }
+            if (!whole) // at the border of the cube, where a constant holds the field up
+                to[0] = to[1] = to[2] = to[3] = 0;
+        }
+    }
+
+    uint32_t number(uint64_t k) const {
+        const auto at = std::lower_bound(m_numbers.begin(), m_numbers.end(), std::pair{k, uint32_t(0)});
+        return at != m_numbers.end() && at->first == k ? at->second : UINT32_MAX;
+    }
+
+    const std::vector<Piece>& m_pieces;
+    const Primvars& m_primvars;
+    const size_t m_leaves;
+    const Transform &m_m, m_inverse;
+    std::vector<std::pair<uint64_t, uint32_t>> m_numbers; // of vertices, by their keys
+    std::vector<size_t> m_begin, m_quad_begin;            // by piece
+};
+
 } // namespace
 
 bool mesh_from_blobby(const scene::Primitive& primitive, const scene::Blobby& blobby, const Transform& m,
@@ -235,110 +361,28 @@ bool mesh_from_blobby(const scene::Primitive& primitive, const scene::Blobby& bl
     }
     const size_t leaves = size_t(std::max(blobby.leaves, 0));
     const Primvars primvars = collect_primvars(primitive, m, {1, leaves, leaves, leaves}, journal);
-    // Step 1: cells of one micropolygon, in a cube around all supports.
-    double origin[3], size = 0, lo[3], hi[3];
-    for (int c = 0; c < 3; c++) {
-        lo[c] = 1e300, hi[c] = -1e300;
-        for (const BlobbyField::Ball& b : field.supports()) {
-            lo[c] = std::min(lo[c], b.center[c] - b.radius);
-            hi[c] = std::max(hi[c], b.center[c] + b.radius);
-        }
-        size = std::max(size, hi[c] - lo[c]);
-    }
-    if (!std::isfinite(size) || !(size > 0)) {
+    const Cube cube = cube_around(field);
+    if (!std::isfinite(cube.size) || !(cube.size > 0)) {
         journal.error(primitive.where, "a Blobby is not finite and was left out");
         return false;
     }
-    double cell = std::clamp(cell_size(field, m, view), size / double(1 << 18), size / 16);
+    // Cells of one micropolygon.
+    const double cell = std::clamp(cell_size(field, m, view), cube.size / double(1 << 18), cube.size / 16);
     const auto most_blocks =
         size_t(std::clamp(view.most_vertices() / VerticesABlock, double(LeastBlocks), double(MostBlocks)));
-    std::vector<Piece> pieces;
-    for (int halvings = 0;; halvings++, cell *= 2) {
-        for (int c = 0; c < 3; c++) // off the centres, where symmetric fields would meet lattice points
-            origin[c] = lo[c] - cell * 0.371;
-        Polygoniser polygoniser(field, cell, origin, leaves > 0 && !primvars.list.empty());
-        if (!polygoniser.find_blocks(int(std::ceil(size / cell / Block)) + 1, most_blocks)) {
-            if (halvings >= MostHalvings) {
-                journal.error(primitive.where,
-                              "a Blobby is too large to be made of polygons and was left out");
-                return false;
-            }
-            continue;
-        }
-        if (halvings > 0)
-            journal.warning(primitive.where, "a Blobby was made of cells " + std::to_string(1 << halvings) +
-                                                 " times larger than micropolygons, to bound memory; a "
-                                                 "larger shading rate would do, or splitting it up");
-        pieces = polygoniser.run();
-        break;
-    }
-    // Step 2: one mesh.
-    std::vector<std::pair<uint64_t, uint32_t>> numbers;
-    size_t quads = 0;
-    for (const Piece& p : pieces) {
-        for (const uint64_t k : p.keys)
-            numbers.emplace_back(k, uint32_t(numbers.size()));
-        quads += p.quads.size();
-    }
-    if (numbers.empty()) {
+    const auto pieces = polygonise(field, cube, cell, most_blocks, leaves > 0 && !primvars.list.empty(),
+                                   primitive.where, journal);
+    if (!pieces)
+        return false;
+    const Assembly assembly(*pieces, primvars, leaves, m);
+    if (assembly.vertices() == 0) {
         journal.warning(primitive.where, "a Blobby has no surface: its field nowhere reaches 0.42");
         return false;
     }
-    std::sort(numbers.begin(), numbers.end());
-    const auto number = [&](uint64_t k) {
-        const auto at = std::lower_bound(numbers.begin(), numbers.end(), std::pair{k, uint32_t(0)});
-        return at != numbers.end() && at->first == k ? at->second : UINT32_MAX;
-    };
-    allocate_mesh(out, numbers.size(), primvars);
-    grid::Grid& g = out.vertices;
-    g.flips = primitive.attributes && primitive.attributes->reverse_orientation;
-    const bool mirrored = m.determinant3() < 0;
-    const double outward = g.flips ? 1 : -1; // the field falls towards the outside
-    const Transform inverse = m.inverse();
-    std::vector<size_t> begin(pieces.size() + 1, 0), quad_begin(pieces.size() + 1, 0);
-    for (size_t i = 0; i < pieces.size(); i++) {
-        begin[i + 1] = begin[i] + pieces[i].keys.size();
-        quad_begin[i + 1] = quad_begin[i] + pieces[i].quads.size();
-    }
-    out.mesh.vertices_per_face = 4;
-    out.mesh.indices.resize(4 * quads);
-    tasks::parallel_for(pieces.size(), [&](size_t i) {
-        const Piece& p = pieces[i];
-        for (size_t k = 0; k < p.keys.size(); k++) {
-            const size_t v = begin[i] + k;
-            const double* q = p.positions.data() + 3 * k;
-            const double* d = p.gradients.data() + 3 * k;
-            for (size_t c = 0; c < 3; c++) {
-                g.P[v + c * size_t(g.stride)] =
-                    float(m.m[c][0] * q[0] + m.m[c][1] * q[1] + m.m[c][2] * q[2] + m.m[c][3]);
-                // Normals go with the transpose of the inverse.
-                const double n =
-                    outward * (inverse.m[0][c] * d[0] + inverse.m[1][c] * d[1] + inverse.m[2][c] * d[2]);
-                g.N[v + c * size_t(g.stride)] = g.Ng[v + c * size_t(g.stride)] = float(n);
-            }
-            for (const Primvar& x : primvars.list)
-                for (int c = 0; c < x.components; c++) {
-                    double sum = 0;
-                    if (x.detail == scene::Detail::Uniform || p.influences.empty())
-                        sum = double(x(0, c));
-                    else
-                        for (size_t leaf = 0; leaf < std::min(leaves, p.influences[k].size()); leaf++)
-                            sum += p.influences[k][leaf] * double(x(leaf, c));
-                    x.destination(g, c)[v] = float(sum);
-                }
-        }
-        for (size_t k = 0; k < p.quads.size(); k++) {
-            uint32_t* to = out.mesh.indices.data() + 4 * (quad_begin[i] + k);
-            bool whole = true;
-            for (size_t c = 0; c < 4; c++) {
-                to[c] = number(p.quads[k][mirrored ? 3 - c : c]);
-                whole &= to[c] != UINT32_MAX;
-            }
-            if (!whole) // at the border of the cube, where a constant holds the field up
-                to[0] = to[1] = to[2] = to[3] = 0;
-        }
-    });
-    out.mesh.P = standing_off(g, out.mesh);
+    allocate_mesh(out, assembly.vertices(), primvars);
+    out.vertices.flips = primitive.attributes && primitive.attributes->reverse_orientation;
+    assembly.fill(out);
+    out.mesh.P = standing_off(out.vertices, out.mesh);
     return true;
 }
 

@@ -61,7 +61,10 @@ class BlobbyField {
         Divide,
         Negate
     };
+    class Reader; // blobby_reader.cpp
     struct Node;
+    // A point (w = 1) or vector (w = 0) through a transformation.
+    static void take(const Transform& m, const double* p, double w, double* q);
     static double squared(const Node& node, const double* p, double* gradient);
     struct Node {
         Op op = Op::Zero;

@@ -140,19 +140,166 @@ bool mesh_from_blobs(const scene::Primitive& primitive, const Transform& m, cons
     return mesh_from_blobby(primitive, blobby, m, view, journal, out, first);
 }
 
+// The shapes of all points as one mesh.
+class PointsMesher {
+  public:
+    // `normals`: null = shapes face the camera. `first`: decides the refinement.
+    PointsMesher(const scene::Primitive& primitive, ControlPoints points, const Transform& m,
+                 const Viewpoint& view, const Primvars& primvars, const Primvar* normals, Kind kind,
+                 const scene::Primitive* first)
+        : m_view(view), m_primvars(primvars), m_normals(normals), m_kind(kind),
+          // What faces the camera has none to face where it is instanced.
+          m_flat((kind == Kind::Disk || kind == Kind::Square) && (normals || view.has_camera())),
+          m_points(std::move(points)), m_first_points(first ? control_points(*first, m) : ControlPoints{}),
+          m_sized(first ? m_first_points : m_points), m_widths(primitive, m),
+          m_first_widths(first ? *first : primitive, m), m_aspect(primitive, "patchaspectratio", 1),
+          m_angle(primitive, "patchangle", 0) {}
+    PointsMesher(const PointsMesher&) = delete;
+    PointsMesher& operator=(const PointsMesher&) = delete;
+
+    // False: nothing is left.
+    bool choose_levels(const Location& where, Journal& journal) {
+        const size_t n = m_points.size();
+        size_levels(where, journal);
+        m_first_vertex.assign(n + 1, 0);
+        m_first_index.assign(n + 1, 0);
+        int finest = Levels - 1;
+        for (;; finest--) { // all are coarser where they would be too many
+            for (size_t i = 0; i < n; i++) {
+                const int8_t level = m_level[i] = std::min(m_level[i], int8_t(finest));
+                m_first_vertex[i + 1] =
+                    m_first_vertex[i] + (level < 0 ? 0 : ball_of(level).directions.size());
+                m_first_index[i + 1] = m_first_index[i] + (level < 0 ? 0 : ball_of(level).triangles.size());
+            }
+            if (finest == 0 || double(m_first_vertex[n]) <= m_view.most_vertices())
+                break;
+        }
+        if (finest < Levels - 1)
+            journal.warning(where, "points would need more vertices than " +
+                                       std::to_string(int64_t(m_view.most_vertices())) +
+                                       "; they were made of fewer each");
+        return m_first_index[n] > 0;
+    }
+
+    void fill(MeshParts& out) const {
+        const size_t n = m_points.size();
+        allocate_mesh(out, m_first_vertex[n], m_primvars);
+        out.mesh.indices.resize(m_first_index[n]);
+        tasks::parallel_chunks(n, 1024, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; i++)
+                if (m_level[i] >= 0)
+                    add(i, out);
+        });
+    }
+
+  private:
+    struct Axes {
+        Vec3f x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
+    };
+
+    // Level of every point by its size in the picture; -1 = left out.
+    void size_levels(const Location& where, Journal& journal) {
+        const size_t n = m_points.size();
+        const float finer = std::max(1.0f, UsualChord / m_view.chord_pixels());
+        const bool own_widths = has_widths(m_first_widths);
+        Dropped dropped;
+        m_level.assign(n, -1);
+        for (size_t i = 0; i < n; i++) {
+            const float radius = 0.5f * m_first_widths.at(own_widths ? i : 0);
+            if (i >= m_sized.size() || !m_sized.finite(i) || !std::isfinite(radius))
+                dropped.non_finite++;
+            else if (radius > 0) {
+                const float pixels = finer * radius * m_view.pixels_per_unit(m_sized[i]);
+                m_level[i] = int8_t(
+                    std::find_if(LevelRadius, LevelRadius + Levels - 1, [&](float r) { return pixels < r; }) -
+                    LevelRadius);
+            }
+        }
+        dropped.report(n, "points", where, journal);
+    }
+
+    bool has_widths(const Widths& widths) const {
+        return widths.varying() && widths.varying()->floats.size() >= m_points.size();
+    }
+
+    const Ball& ball_of(int8_t level) {
+        Ball& ball = m_balls[size_t(level)];
+        if (ball.directions.empty())
+            ball = !m_flat ? make_ball(level) : m_kind == Kind::Disk ? make_disk(level) : make_square();
+        return ball;
+    }
+
+    // Of a flat shape: z is its normal.
+    Axes axes_of(size_t i, const Vec3f& center) const {
+        Axes a;
+        a.z = m_view.towards_camera(center);
+        if (m_normals) {
+            const size_t item = m_normals->detail == scene::Detail::Uniform ? 0 : i;
+            a.z = {(*m_normals)(item, 0), (*m_normals)(item, 1), (*m_normals)(item, 2)};
+        }
+        a.z = length_squared(a.z) > 0 ? normalize(a.z) : Vec3f{0, 0, 1};
+        // Upright in the picture, as far as that goes.
+        const Vec3f up = std::abs(a.z.y) < 0.999f ? Vec3f{0, 1, 0} : Vec3f{1, 0, 0};
+        a.x = normalize(cross(up, a.z));
+        a.y = cross(a.z, a.x);
+        if (m_kind == Kind::Square) {
+            const float angle = m_angle.at(i) * (Pi / 180);
+            const Vec3f turned = a.x * std::cos(angle) + a.y * std::sin(angle);
+            a.y = (a.y * std::cos(angle) - a.x * std::sin(angle)) * (1 / std::max(m_aspect.at(i), 1e-6f));
+            a.x = turned;
+        }
+        return a;
+    }
+
+    void add(size_t i, MeshParts& out) const {
+        grid::Grid& g = out.vertices;
+        const Ball& ball = m_balls[size_t(m_level[i])];
+        const float radius = 0.5f * m_widths.at(has_widths(m_widths) ? i : 0) * ball.scale;
+        const Vec3f center = m_points.finite(i) ? m_points[i] : m_sized[i];
+        const Axes axes = m_flat ? axes_of(i, center) : Axes();
+        for (size_t k = 0; k < ball.directions.size(); k++) {
+            const size_t v = m_first_vertex[i] + k;
+            const Vec3f d = ball.directions[k];
+            const Vec3f p = m_flat ? axes.x * d.x + axes.y * d.y : d, n = m_flat ? axes.z : d;
+            for (int c = 0; c < 3; c++) {
+                const size_t at = v + size_t(c) * g.stride;
+                g.P[at] = center[c] + p[c] * radius;
+                g.N[at] = g.Ng[at] = n[c];
+            }
+            if (m_flat) {
+                g.u[v] = g.s[v] = 0.5f + 0.5f * d.x;
+                g.v[v] = g.t[v] = 0.5f - 0.5f * d.y; // from the top, as pictures are
+            }
+            for (const Primvar& primvar : m_primvars.list)
+                for (int c = 0; c < primvar.components; c++)
+                    primvar.destination(g, c)[v] =
+                        primvar(primvar.detail == scene::Detail::Uniform ? 0 : i, c);
+        }
+        for (size_t k = 0; k < ball.triangles.size(); k++)
+            out.mesh.indices[m_first_index[i] + k] = uint32_t(m_first_vertex[i] + ball.triangles[k]);
+    }
+
+    const Viewpoint& m_view;
+    const Primvars& m_primvars;
+    const Primvar* m_normals;
+    const Kind m_kind;
+    const bool m_flat;
+    const ControlPoints m_points, m_first_points;
+    const ControlPoints& m_sized; // what decides the refinement
+    const Widths m_widths, m_first_widths;
+    const PerPoint m_aspect, m_angle;
+    std::vector<int8_t> m_level;
+    std::vector<size_t> m_first_vertex, m_first_index;
+    std::array<Ball, Levels> m_balls; // those that are used
+};
+
 } // namespace
 
 bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, const Viewpoint& view,
                       Journal& journal, MeshParts& out, const scene::Primitive* first) {
-    const ControlPoints points = control_points(primitive, m);
-    const Widths widths(primitive, m);
-    const ControlPoints first_points = first ? control_points(*first, m) : ControlPoints{};
-    const Widths first_widths(first ? *first : primitive, m);
-    const ControlPoints& sized = first ? first_points : points; // what decides the refinement
-    const float finer = std::max(1.0f, UsualChord / view.chord_pixels());
+    ControlPoints points = control_points(primitive, m);
     const size_t n = points.size();
     const Primvars primvars = collect_primvars(primitive, m, {1, n, n, n}, journal);
-    const bool own_widths = widths.varying() && widths.varying()->floats.size() >= n;
     const Primvar* normals = primvars.find("N");
     normals = normals ? normals : primvars.find("Np");
     if (normals && normals->components != 3)
@@ -160,101 +307,10 @@ bool mesh_from_points(const scene::Primitive& primitive, const Transform& m, con
     const Kind kind = kind_of(primitive, normals, journal);
     if (kind == Kind::Blobs)
         return mesh_from_blobs(primitive, m, view, journal, out, first);
-    // What faces the camera has none to face where it is instanced.
-    const bool flat = (kind == Kind::Disk || kind == Kind::Square) && (normals || view.has_camera());
-    const PerPoint aspect(primitive, "patchaspectratio", 1), angle(primitive, "patchangle", 0);
-
-    // Level of every point; -1 = left out. All are coarser where they would be too many.
-    std::vector<int8_t> level(n);
-    int finest = Levels - 1;
-    Dropped dropped;
-    std::vector<size_t> first_vertex(n + 1, 0), first_index(n + 1, 0);
-    const bool own_first_widths = first_widths.varying() && first_widths.varying()->floats.size() >= n;
-    for (size_t i = 0; i < n; i++) {
-        const float radius = 0.5f * first_widths.at(own_first_widths ? i : 0);
-        level[i] = -1;
-        if (i >= sized.size() || !sized.finite(i) || !std::isfinite(radius))
-            dropped.non_finite++;
-        else if (radius > 0) {
-            const float pixels = finer * radius * view.pixels_per_unit(sized[i]);
-            level[i] = int8_t(
-                std::find_if(LevelRadius, LevelRadius + Levels - 1, [&](float r) { return pixels < r; }) -
-                LevelRadius);
-        }
-    }
-    dropped.report(n, "points", primitive.where, journal);
-    std::array<Ball, Levels> balls; // those that are used
-    const auto ball_of = [&](int8_t l) -> const Ball& {
-        Ball& ball = balls[size_t(l)];
-        if (ball.directions.empty())
-            ball = !flat ? make_ball(l) : kind == Kind::Disk ? make_disk(l) : make_square();
-        return ball;
-    };
-    for (;; finest--) {
-        for (size_t i = 0; i < n; i++) {
-            level[i] = std::min(level[i], int8_t(finest));
-            first_vertex[i + 1] = first_vertex[i] + (level[i] < 0 ? 0 : ball_of(level[i]).directions.size());
-            first_index[i + 1] = first_index[i] + (level[i] < 0 ? 0 : ball_of(level[i]).triangles.size());
-        }
-        if (finest == 0 || double(first_vertex[n]) <= view.most_vertices())
-            break;
-    }
-    if (finest < Levels - 1)
-        journal.warning(primitive.where, "points would need more vertices than " +
-                                             std::to_string(int64_t(view.most_vertices())) +
-                                             "; they were made of fewer each");
-    if (first_index[n] == 0)
+    PointsMesher mesher(primitive, std::move(points), m, view, primvars, normals, kind, first);
+    if (!mesher.choose_levels(primitive.where, journal))
         return false;
-    allocate_mesh(out, first_vertex[n], primvars);
-    out.mesh.indices.resize(first_index[n]);
-    grid::Grid& g = out.vertices;
-    tasks::parallel_chunks(n, 1024, [&](size_t begin, size_t end) {
-        for (size_t i = begin; i < end; i++) {
-            if (level[i] < 0)
-                continue;
-            const Ball& ball = balls[level[i]];
-            const float radius = 0.5f * widths.at(own_widths ? i : 0) * ball.scale;
-            const Vec3f center = points.finite(i) ? points[i] : sized[i];
-            Vec3f x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
-            if (flat) {
-                z = view.towards_camera(center);
-                if (normals) {
-                    const size_t item = normals->detail == scene::Detail::Uniform ? 0 : i;
-                    z = {(*normals)(item, 0), (*normals)(item, 1), (*normals)(item, 2)};
-                }
-                z = length_squared(z) > 0 ? normalize(z) : Vec3f{0, 0, 1};
-                // Upright in the picture, as far as that goes.
-                const Vec3f up = std::abs(z.y) < 0.999f ? Vec3f{0, 1, 0} : Vec3f{1, 0, 0};
-                x = normalize(cross(up, z));
-                y = cross(z, x);
-                if (kind == Kind::Square) {
-                    const float a = angle.at(i) * (Pi / 180);
-                    const Vec3f turned = x * std::cos(a) + y * std::sin(a);
-                    y = (y * std::cos(a) - x * std::sin(a)) * (1 / std::max(aspect.at(i), 1e-6f));
-                    x = turned;
-                }
-            }
-            for (size_t k = 0; k < ball.directions.size(); k++) {
-                const size_t v = first_vertex[i] + k;
-                const Vec3f d = ball.directions[k];
-                const Vec3f p = flat ? x * d.x + y * d.y : d, n = flat ? z : d;
-                for (int c = 0; c < 3; c++) {
-                    const size_t at = v + size_t(c) * g.stride;
-                    g.P[at] = center[c] + p[c] * radius;
-                    g.N[at] = g.Ng[at] = n[c];
-                }
-                if (flat) {
-                    g.u[v] = g.s[v] = 0.5f + 0.5f * d.x;
-                    g.v[v] = g.t[v] = 0.5f - 0.5f * d.y; // from the top, as pictures are
-                }
-                for (const Primvar& p : primvars.list)
-                    for (int c = 0; c < p.components; c++)
-                        p.destination(g, c)[v] = p(p.detail == scene::Detail::Uniform ? 0 : i, c);
-            }
-            for (size_t k = 0; k < ball.triangles.size(); k++)
-                out.mesh.indices[first_index[i] + k] = uint32_t(first_vertex[i] + ball.triangles[k]);
-        }
-    });
+    mesher.fill(out);
     return true;
 }
 

@@ -68,9 +68,9 @@ class PatchKinds {
     struct Face {
         int base, corner; // of the cage; the quad at that corner, or negative
     };
+    using Init = std::function<bool(int, DoubleSurface&)>;
     // init(base, surface): false where there is none; skip(face): it is regular.
-    void find(const std::vector<Face>& faces, const std::function<bool(int, DoubleSurface&)>& init,
-              const std::function<bool(int)>& skip);
+    void find(const std::vector<Face>& faces, const Init& init, const std::function<bool(int)>& skip);
     // Null = none.
     const PatchKind* kind(int face) const {
         return m_of.empty() || m_of[face] < 0 ? nullptr : m_kinds[m_of[face]].get();
@@ -79,6 +79,8 @@ class PatchKinds {
     int point_count(int face) const { return m_count[m_of[face]]; }
 
   private:
+    void find_points(const std::vector<Face>& faces, const std::vector<int>& irregular,
+                     const std::vector<int>& kinds, const std::vector<int>& counts, const Init& init);
     std::vector<int> m_of, m_count;
     std::vector<size_t> m_first;
     std::vector<int> m_points;

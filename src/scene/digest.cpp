@@ -2,6 +2,8 @@
 // whether it counts.
 #include "scene/digest.h"
 
+#include "scene/members.h"
+
 namespace kanuka {
 
 void put(Digester& d, const Vec3f& v) {
@@ -39,17 +41,7 @@ void put(Digester& d, const ShaderRef& shader) {
         d(stand_in->name, stand_in->parameters);
 }
 void put(Digester& d, const Attributes& attributes) {
-    const auto& [color, opacity, shading_rate, sides, reverse_orientation, matte, surface, displacement,
-                 interior, exterior, atmosphere, area_light, coshaders, displacement_bound,
-                 displacement_bound_space, name, visible_camera, dice_flatness, texture_coordinates,
-                 shadow_terminator, density_primvar, color_spectrum, lights_on, lights_only, lights_off,
-                 shadows_off, casts_shadows, area_light_by_intensity, level_from, level_to, user] =
-        attributes;
-    d(color, opacity, shading_rate, sides, reverse_orientation, matte, surface, displacement, interior,
-      exterior, atmosphere, area_light, coshaders, displacement_bound, displacement_bound_space, name,
-      visible_camera, dice_flatness, texture_coordinates, shadow_terminator, density_primvar, color_spectrum,
-      lights_on, lights_only, lights_off, shadows_off, casts_shadows, area_light_by_intensity, level_from,
-      level_to, user);
+    std::apply([&](const auto&... members) { d(members...); }, members_of(attributes));
 }
 
 // ---- geometry -----------------------------------------------------------------------------------------

@@ -122,6 +122,9 @@ class Editor {
     Node* at(NodeId id) const;
 
     Outcome add(Add edit);
+    std::optional<Outcome> find_parent(const Add& edit, Group*& group);
+    Fault fault_of_new(const Add& edit, const Group* group) const;
+    bool ids_are_free(const Add& edit) const;
     Outcome remove(const Remove& edit);
     // How often what stays means each of what stands in a list.
     struct Uses {

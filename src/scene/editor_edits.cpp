@@ -33,67 +33,76 @@ Outcome Editor::apply(Edit edit) {
 
 // ---- Add ----------------------------------------------------------------------------------------------
 
-Outcome Editor::add(Add edit) {
-    // Step 1: where to?
-    Group* group = nullptr;
+// Where a node goes: the group, null = the world.
+std::optional<Outcome> Editor::find_parent(const Add& edit, Group*& group) {
+    group = nullptr;
+    const auto refused = [](const std::string& why) { return Outcome{NodeId::None, "parent: " + why}; };
     if (edit.parent != NodeId::World) {
         const auto at = find(edit.parent);
         if (!at)
-            return {NodeId::None, "parent: " + no_node(edit.parent)};
+            return refused(no_node(edit.parent));
         if (at->list != Groups)
-            return {NodeId::None, "parent: " + called(edit.parent) +
-                                      " has no nodes of its own; the world has, "
-                                      "and groups"};
+            return refused(called(edit.parent) + " has no nodes of its own; the world has, and groups");
         group = &m_scene.groups[at->index];
     }
     const bool in_groups =
         std::holds_alternative<Primitive>(edit.node) || std::holds_alternative<Group::Instances>(edit.node);
     if (group && !in_groups)
-        return {NodeId::None, "parent: groups hold primitives and instances; the world holds all else"};
+        return refused("groups hold primitives and instances; the world holds all else");
     const bool is_group = std::holds_alternative<Group>(edit.node);
     if (is_group && m_keeps_groups)
-        return {NodeId::None, "parent: other scenes' groups are numbered on from this one's, which takes no "
-                              "more of them"};
+        return refused("other scenes' groups are numbered on from this one's, which takes no more of them");
     if (is_group && m_scene.groups.size() >= (NodeIndex::MostLists - 1 - OfGroups) / 3)
-        return {NodeId::None,
-                "there are " + std::to_string(m_scene.groups.size()) + " groups, as many as there can be"};
-    // Step 2: can it be?
+        return Outcome{NodeId::None, "there are " + std::to_string(m_scene.groups.size()) +
+                                         " groups, as many as there can be"};
+    return std::nullopt;
+}
+
+// What is wrong with a node that is to be added.
+Fault Editor::fault_of_new(const Add& edit, const Group* group) const {
     const size_t groups_before =
         size_t(m_first_group) + (group ? size_t(group - m_scene.groups.data()) : m_scene.groups.size());
-    const Fault fault =
-        std::visit(Overloaded{[&](const Primitive& p) {
-                                  return fault_of(p, group ? group->solids.size() : m_scene.solids.size());
-                              },
-                              [&](const Group& g) { return fault_of(g, groups_before); },
-                              [&](const Group::Instances& i) { return fault_of(i, groups_before); },
-                              [&](const Light& l) { return fault_of(l.world_from_light); },
-                              [&](const ShaderRef& l) { return fault_of(l.world_from_shader); },
-                              [&](const Solid& s) {
-                                  return s.parent < int(m_scene.solids.size())
-                                             ? Fault()
-                                             : "solids come after their parents";
-                              }},
-                   edit.node);
-    if (fault)
-        return {NodeId::None, *fault};
+    return std::visit(Overloaded{[&](const Primitive& p) {
+                                     return fault_of(p, group ? group->solids.size() : m_scene.solids.size());
+                                 },
+                                 [&](const Group& g) { return fault_of(g, groups_before); },
+                                 [&](const Group::Instances& i) { return fault_of(i, groups_before); },
+                                 [&](const Light& l) { return fault_of(l.world_from_light); },
+                                 [&](const ShaderRef& l) { return fault_of(l.world_from_shader); },
+                                 [&](const Solid& s) {
+                                     return s.parent < int(m_scene.solids.size())
+                                                ? Fault()
+                                                : "solids come after their parents";
+                                 }},
+                      edit.node);
+}
+
+// Are the ids that the nodes come with, if any, still free?
+bool Editor::ids_are_free(const Add& edit) const {
     std::set<NodeId> given;
     const auto is_free = [&](const auto& node) {
         const NodeId id = node.node;
         return id == NodeId::None ||
                (id != NodeId::World && id != camera_node() && !find(id) && given.insert(id).second);
     };
-    const bool free = std::visit(Overloaded{[&](const Group& g) {
-                                                return is_free(g) &&
-                                                       std::ranges::all_of(g.primitives, is_free) &&
-                                                       std::ranges::all_of(g.solids, is_free) &&
-                                                       std::ranges::all_of(g.instances, is_free);
-                                            },
-                                            [&](const auto& node) { return is_free(node); }},
-                                 edit.node);
-    if (!free)
+    return std::visit(Overloaded{[&](const Group& g) {
+                                     return is_free(g) && std::ranges::all_of(g.primitives, is_free) &&
+                                            std::ranges::all_of(g.solids, is_free) &&
+                                            std::ranges::all_of(g.instances, is_free);
+                                 },
+                                 [&](const auto& node) { return is_free(node); }},
+                      edit.node);
+}
+
+Outcome Editor::add(Add edit) {
+    Group* group;
+    if (const auto refused = find_parent(edit, group))
+        return *refused;
+    if (const Fault fault = fault_of_new(edit, group))
+        return {NodeId::None, *fault};
+    if (!ids_are_free(edit))
         return {NodeId::None,
                 "the id that it comes with is another node's: leave it out, or remove that one"};
-    // Step 3: do it.
     std::optional<LightSwitch> on; // few bring sets of lights
     const auto turn_on = [&](Primitive& p) {
         if (!p.attributes->lights_on || m_lights.empty())

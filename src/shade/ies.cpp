@@ -89,13 +89,8 @@ std::pair<size_t, float> place_of(const std::vector<float>& rising, float x) {
     return {i, (x - rising[i]) / (rising[i + 1] - rising[i])};
 }
 
-} // namespace
-
-std::shared_ptr<const scene::LightTable> parse_ies(std::string_view text, const std::string& file) {
-    Reader r(text, file);
-    if (text.size() > MostBytes)
-        r.fail("a photometric file of more than 16 MiB is not read");
-    // 1. Keywords, up to the tilt
+// Keywords, up to the tilt.
+void read_keywords(Reader& r) {
     std::string_view line;
     bool tilt = false;
     while (!tilt && r.next_line(line)) {
@@ -115,7 +110,16 @@ std::shared_ptr<const scene::LightTable> parse_ies(std::string_view text, const 
     }
     if (!tilt)
         r.fail("no line starts with TILT=; is this an IES LM-63 photometric file?");
-    // 2. The luminaire
+}
+
+// Luminous intensities by direction, column after column.
+struct Luminaire {
+    std::vector<float> vertical, horizontal; // degrees
+    std::vector<float> candela;
+    float peak = 0;
+};
+
+Luminaire read_luminaire(Reader& r) {
     r.number("the number of lamps");
     r.number("lumens per lamp");
     const float multiplier = r.number("the candela multiplier");
@@ -131,48 +135,64 @@ std::shared_ptr<const scene::LightTable> parse_ies(std::string_view text, const 
     const float ballast = r.number("the ballast factor");
     r.number("the factor for future use");
     r.number("input watts");
-    const std::vector<float> vertical = r.angles(rows, "vertical angles"),
-                             horizontal = r.angles(columns, "horizontal angles");
-    if (vertical.front() < 0 || vertical.back() > 180)
+    Luminaire of;
+    of.vertical = r.angles(rows, "vertical angles");
+    of.horizontal = r.angles(columns, "horizontal angles");
+    if (of.vertical.front() < 0 || of.vertical.back() > 180)
         r.fail("vertical angles must lie from 0 to 180 degrees");
-    if (horizontal.front() < 0 || horizontal.back() > 360)
+    if (of.horizontal.front() < 0 || of.horizontal.back() > 360)
         r.fail("horizontal angles must lie from 0 to 360 degrees");
     if (rows * columns > size_t(1) << 22)
         r.fail("more than 4 million values are not read");
-    std::vector<float> candela(rows * columns);
-    for (float& c : candela)
+    of.candela.resize(rows * columns);
+    for (float& c : of.candela)
         c = std::max(r.number("candela values") * multiplier * ballast, 0.0f);
-    const float peak = *std::max_element(candela.begin(), candela.end());
-    if (!(peak > 0) || !std::isfinite(peak))
+    of.peak = *std::max_element(of.candela.begin(), of.candela.end());
+    if (!(of.peak > 0) || !std::isfinite(of.peak))
         r.fail("no candela value is more than 0");
-    // 3. A lattice of all directions. What is not given mirrors what is (LM-63-2002, 5.14): up to 90 degrees
-    // it holds for each quadrant, up to 180 for both halves.
+    return of;
+}
+
+// A lattice of all directions. What is not given mirrors what is (LM-63-2002, 5.14): up to 90 degrees it
+// holds for each quadrant, up to 180 for both halves.
+std::shared_ptr<const scene::LightTable> table_of(const Luminaire& of) {
+    const size_t rows = of.vertical.size(), columns = of.horizontal.size();
     auto table = std::make_shared<scene::LightTable>();
-    const float last = horizontal.back();
+    const float last = of.horizontal.back();
     table->width = columns == 1 ? 1 : Columns;
     table->height = Rows;
     table->angle = Pi;
     table->rgb.reserve(size_t(table->width) * Rows * 3);
     for (int j = 0; j < Rows; j++) {
         const float theta = 180 * (float(j) + 0.5f) / Rows;
-        const bool measured = theta >= vertical.front() - 0.25f && theta <= vertical.back() + 0.25f;
-        const auto [v, fv] = place_of(vertical, theta);
+        const bool measured = theta >= of.vertical.front() - 0.25f && theta <= of.vertical.back() + 0.25f;
+        const auto [v, fv] = place_of(of.vertical, theta);
         for (int i = 0; i < table->width; i++) {
-            float phi = columns == 1 ? horizontal[0] : 360 * (float(i) + 0.5f) / float(table->width);
+            float phi = columns == 1 ? of.horizontal[0] : 360 * (float(i) + 0.5f) / float(table->width);
             if (last <= 180 && phi > 180)
                 phi = 360 - phi;
             if (last <= 90 && phi > 90)
                 phi = 180 - phi;
-            const auto [h, fh] = place_of(horizontal, phi);
+            const auto [h, fh] = place_of(of.horizontal, phi);
             const auto at = [&](size_t a, size_t b) {
-                return candela[std::min(a, columns - 1) * rows + std::min(b, rows - 1)];
+                return of.candela[std::min(a, columns - 1) * rows + std::min(b, rows - 1)];
             };
             const float low = at(h, v) + fv * (at(h, v + 1) - at(h, v)),
                         high = at(h + 1, v) + fv * (at(h + 1, v + 1) - at(h + 1, v));
-            table->rgb.insert(table->rgb.end(), 3, measured ? (low + fh * (high - low)) / peak : 0.0f);
+            table->rgb.insert(table->rgb.end(), 3, measured ? (low + fh * (high - low)) / of.peak : 0.0f);
         }
     }
     return table;
+}
+
+} // namespace
+
+std::shared_ptr<const scene::LightTable> parse_ies(std::string_view text, const std::string& file) {
+    Reader r(text, file);
+    if (text.size() > MostBytes)
+        r.fail("a photometric file of more than 16 MiB is not read");
+    read_keywords(r);
+    return table_of(read_luminaire(r));
 }
 
 std::shared_ptr<const scene::LightTable> read_ies(const std::string& file, const Location& asker,

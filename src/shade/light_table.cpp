@@ -153,6 +153,90 @@ Place place_of(const sl::Instance& shader, sl::Services& services, const sl::Gri
     return !moves ? Place::Fixed : parallel ? Place::Parallel : Place::Moves;
 }
 
+// A light shader, and what it lights.
+struct Probe {
+    const sl::Instance& shader;
+    sl::Services& services;
+    sl::GridGlobals globals;
+    Bounds3f lit;
+    Vec3f center;
+    float radius;
+
+    Probe(const sl::Instance& of, sl::Services& asked, const Bounds3f& seen)
+        : shader(of), services(asked), lit(seen.empty() ? Bounds3f{{-1, -1, -1}, {1, 1, 1}} : seen),
+          center(lit.center()), radius(std::max(0.5f * length(lit.diagonal()), 1e-6f)) {}
+    // Four points in the middle.
+    Samples middle() const {
+        return run(shader, services, globals, 2, 2,
+                   [&](int i, int j) { return center + Vec3f(float(i), float(j), 0) * (0.01f * radius); });
+    }
+};
+
+// Light of one direction: what arrives on a plane across it.
+void tabulate_plane(const Probe& at, const sl::Emission& form, Place place, const Vec3f& sun,
+                    scene::Light& light, scene::LightTable& table) {
+    light.kind = scene::Light::Kind::Distant;
+    light.world_from_light = aimed(at.center - sun * at.radius, at.center);
+    if (form.form == sl::Emission::Solar)
+        light.angle = std::clamp(2 * form.angle * 180 * InvPi, 0.0f, 180.0f);
+    const Vec3f x = column(light.world_from_light, 0), y = column(light.world_from_light, 1);
+    table.extent = at.radius;
+    table.width = table.height = PlaneSize;
+    const auto coordinate = [&](int i) { return (2 * (float(i) + 0.5f) / PlaneSize - 1) * at.radius; };
+    const auto plane = [&](const Vec3f& middle) {
+        return run(at.shader, at.services, at.globals, PlaneSize, PlaneSize,
+                   [&](int i, int j) { return middle + x * coordinate(i) + y * coordinate(j); })
+            .rgb;
+    };
+    table.rgb = plane(at.center);
+    if (place == Place::Parallel) { // what is not lit yet in the middle may be farther on
+        const std::vector<float> farther = plane(at.center + sun * at.radius);
+        for (size_t i = 0; i < farther.size(); i++)
+            table.rgb[i] = std::max(table.rgb[i], farther[i]);
+    }
+}
+
+// Light of one place, by direction about the axis; Ps lies on spheres about the light.
+void tabulate_directions(const Probe& at, const sl::Emission& form, const Vec3f& axis,
+                         const scene::ShaderRef& ref, scene::Light& light, scene::LightTable& table) {
+    using Kind = scene::Light::Kind;
+    const bool sky = form.form == sl::Emission::Sky;
+    light.kind = sky ? Kind::Environment : Kind::Point;
+    const Vec3f from = sky ? ref.world_from_shader.point({0, 0, 0}) : form.from;
+    const Vec3f z = length(axis) > 0 ? axis : ref.world_from_shader.vector({0, 0, 1});
+    light.world_from_light = aimed(from, from + (length(z) > 0 ? normalize(z) : Vec3f(0, 0, 1)));
+    const bool cone = length(axis) > 0 && form.angle < Pi && form.angle > 0;
+    table.angle = cone ? form.angle : Pi;
+    table.width = Columns * (sky ? 2 : 1);
+    table.height = Rows * (sky ? 2 : 1);
+    const auto sphere = [&](float distance) {
+        return run(at.shader, at.services, at.globals, table.width, table.height, [&](int i, int j) {
+            const Vec3f d = latlong_direction((float(i) + 0.5f) / float(table.width),
+                                              table.angle * InvPi * (float(j) + 0.5f) / float(table.height));
+            // A sky is looked at from inside: its light comes from d.
+            return from + light.world_from_light.vector(d) * (sky ? -distance : distance);
+        });
+    };
+    if (sky) {
+        table.rgb = sphere(at.radius).rgb;
+        return;
+    }
+    float farthest;
+    reach(at.lit, from, table.nearest, farthest);
+    Samples a = sphere(farthest * 0.5f), b = sphere(farthest);
+    table.falloff = find_falloff(a, b);
+    table.layers = std::clamp(int(std::ceil(std::log2(farthest / table.nearest))) + 1, 2, MostLayers);
+    for (int k = 0; k < table.layers; k++) {
+        const float distance = table.nearest * float(1 << k);
+        std::vector<float> rgb = sphere(distance).rgb;
+        const float unit = std::pow(distance, float(table.falloff));
+        for (float& v : rgb)
+            v *= unit;
+        table.rgb.insert(table.rgb.end(), rgb.begin(), rgb.end());
+    }
+    shrink(table);
+}
+
 } // namespace
 
 scene::Light shade_light(const sl::Instance& shader, const scene::ShaderRef& ref, const Bounds3f& lit,
@@ -162,18 +246,9 @@ scene::Light shade_light(const sl::Instance& shader, const scene::ShaderRef& ref
     light.name = ref.handle;
     light.where = ref.where;
     light.visible_camera = false; // light shaders are asked by surfaces alone
-    sl::GridGlobals globals;
-    const Bounds3f all = lit.empty() ? Bounds3f{{-1, -1, -1}, {1, 1, 1}} : lit;
-    const Vec3f center = all.center();
-    const float radius = std::max(0.5f * length(all.diagonal()), 1e-6f);
-    const Samples first = run(shader, services, globals, 2, 2, [&](int i, int j) {
-        return center + Vec3f(float(i), float(j), 0) * (0.01f * radius);
-    });
+    const Probe probe(shader, services, lit);
+    const Samples first = probe.middle();
     const sl::Emission& form = first.emission;
-    auto table = std::make_shared<scene::LightTable>();
-    const Vec3f axis = length(form.axis) > 0 ? normalize(form.axis) : Vec3f(0, 0, 0);
-    const Vec3f shader_axis = ref.world_from_shader.vector({0, 0, 1});
-
     if (form.form == sl::Emission::Ambient) {
         light.kind = Kind::Ambient;
         light.amount = Rgb(first.rgb[0], first.rgb[1], first.rgb[2]);
@@ -185,76 +260,22 @@ scene::Light shade_light(const sl::Instance& shader, const scene::ShaderRef& ref
                     "the middle of the scene is taken for all of it");
         return light;
     }
+    auto table = std::make_shared<scene::LightTable>();
+    const Vec3f axis = length(form.axis) > 0 ? normalize(form.axis) : Vec3f(0, 0, 0);
     Vec3f sun = axis;
     Place place = Place::Fixed;
     if (form.form == sl::Emission::Illuminate) {
-        place = place_of(shader, services, globals, center, radius, form.from, sun);
+        place = place_of(shader, services, probe.globals, probe.center, probe.radius, form.from, sun);
         if (place == Place::Moves)
             services.report(Severity::Warning, ref.where,
                             "light \"" + ref.name +
                                 "\" shines from a place that differs from point to point, and not in one "
                                 "direction; the place for the middle of the scene is taken for all of it");
     }
-    if (form.form == sl::Emission::Solar || place == Place::Parallel) {
-        light.kind = Kind::Distant;
-        light.world_from_light = aimed(center - sun * radius, center);
-        if (form.form == sl::Emission::Solar)
-            light.angle = std::clamp(2 * form.angle * 180 * InvPi, 0.0f, 180.0f);
-        const Vec3f x = column(light.world_from_light, 0), y = column(light.world_from_light, 1);
-        table->extent = radius;
-        table->width = table->height = PlaneSize;
-        const auto coordinate = [&](int i) { return (2 * (float(i) + 0.5f) / PlaneSize - 1) * radius; };
-        const auto plane = [&](const Vec3f& middle) {
-            return run(shader, services, globals, PlaneSize, PlaneSize,
-                       [&](int i, int j) { return middle + x * coordinate(i) + y * coordinate(j); })
-                .rgb;
-        };
-        table->rgb = plane(center);
-        if (place == Place::Parallel) { // what is not lit yet in the middle may be farther on
-            const std::vector<float> farther = plane(center + sun * radius);
-            for (size_t i = 0; i < farther.size(); i++)
-                table->rgb[i] = std::max(table->rgb[i], farther[i]);
-        }
-    } else {
-        // Directions about the axis; Ps lies on spheres about the light.
-        const bool sky = form.form == sl::Emission::Sky;
-        light.kind = sky ? Kind::Environment : Kind::Point;
-        const Vec3f from = sky ? ref.world_from_shader.point({0, 0, 0}) : form.from;
-        const Vec3f z = length(axis) > 0 ? axis : shader_axis;
-        light.world_from_light = aimed(from, from + (length(z) > 0 ? normalize(z) : Vec3f(0, 0, 1)));
-        const bool cone = length(axis) > 0 && form.angle < Pi && form.angle > 0;
-        table->angle = cone ? form.angle : Pi;
-        table->width = Columns * (sky ? 2 : 1);
-        table->height = Rows * (sky ? 2 : 1);
-        const auto sphere = [&](float distance) {
-            return run(shader, services, globals, table->width, table->height, [&](int i, int j) {
-                const Vec3f d =
-                    latlong_direction((float(i) + 0.5f) / float(table->width),
-                                      table->angle * InvPi * (float(j) + 0.5f) / float(table->height));
-                // A sky is looked at from inside: its light comes from d.
-                return from + light.world_from_light.vector(d) * (sky ? -distance : distance);
-            });
-        };
-        if (sky) {
-            table->rgb = sphere(radius).rgb;
-        } else {
-            float farthest;
-            reach(all, from, table->nearest, farthest);
-            Samples a = sphere(farthest * 0.5f), b = sphere(farthest);
-            table->falloff = find_falloff(a, b);
-            table->layers =
-                std::clamp(int(std::ceil(std::log2(farthest / table->nearest))) + 1, 2, MostLayers);
-            for (int k = 0; k < table->layers; k++) {
-                const float distance = table->nearest * float(1 << k);
-                std::vector<float> rgb = sphere(distance).rgb;
-                const float unit = std::pow(distance, float(table->falloff));
-                for (float& v : rgb)
-                    v *= unit;
-                table->rgb.insert(table->rgb.end(), rgb.begin(), rgb.end());
-            }
-            shrink(*table);
-        }
-    }
+    if (form.form == sl::Emission::Solar || place == Place::Parallel)
+        tabulate_plane(probe, form, place, sun, light, *table);
+    else
+        tabulate_directions(probe, form, axis, ref, light, *table);
     settle(light, *table, light.kind == Kind::Environment ? 1.0f : IrradianceOfCl);
     const bool plain =
         table->rgb.empty() && (light.kind != Kind::Point || (table->falloff == 2 && table->angle >= Pi));

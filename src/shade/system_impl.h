@@ -1,5 +1,5 @@
-// The shading system: what it keeps, and who does what. system.cpp binds shaders and makes materials of them;
-// system_lights.cpp runs what is no material: lights and imagers.
+// The shading system: what it keeps, and who does what. system_shaders.cpp finds, compiles and binds shaders;
+// system.cpp makes materials of them; system_lights.cpp runs what is no material: lights and imagers.
 #pragma once
 
 #include <array>
@@ -118,6 +118,19 @@ class SystemImpl final : public ShadingSystem {
                const scene::Primitive& primitive, const Spaces& spaces);
     std::shared_ptr<const MaterialCore> core(const BoundShaders& bound, const scene::Attributes& attributes,
                                              const MaterialImpl::Own& own, const DefaultSurface& coverage);
+    std::string core_key(const BoundShaders& bound, const scene::Attributes& attributes,
+                         const MaterialImpl::Own& own, const DefaultSurface& coverage) const;
+    void run_area_light_of(MaterialCore& core, const Bound& light, const std::string& key,
+                           const std::string& name, const MaterialImpl::Own& own);
+    void want_lights(MaterialCore& core);
+    void set_spaces(MaterialImpl::Own& own, const scene::Attributes& attributes,
+                    const Transform& current_from_object, const Transform& current_from_world) const;
+    DefaultSurface set_colors(MaterialImpl::Own& own, const scene::Primitive& primitive,
+                              const scene::Attributes& attributes);
+    BoundShaders bind_all(MaterialImpl::Own& own, const scene::Primitive& primitive,
+                          const scene::Attributes& attributes, const DefaultSurface& coverage);
+    std::string material_key(const MaterialCore& shared, const BoundShaders& bound,
+                             const MaterialImpl::Own& own, const scene::Attributes& attributes) const;
     uint64_t hash(const std::string& key, const BoundShaders& bound) const;
 
     Journal& m_journal;

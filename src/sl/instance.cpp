@@ -6,9 +6,6 @@
 
 namespace kanuka::sl {
 
-// ---- parameters
-// ---------------------------------------------------------------------------------------------------------
-
 InstanceImpl::InstanceImpl(std::shared_ptr<const ShaderImpl> shader, std::span<const Argument> arguments,
                            Services& services)
     : m_shader(std::move(shader)) {
@@ -37,95 +34,6 @@ InstanceImpl::InstanceImpl(std::shared_ptr<const ShaderImpl> shader, std::span<c
         run_once(b.interior, services, &build);
     build_material(build, services);
     settle_presence(services);
-}
-
-void InstanceImpl::bind(std::span<const Argument> arguments, Services& services) {
-    const ir::Program& p = m_shader->program();
-    const bool first = m_params.empty();
-    if (first) {
-        m_params.assign(size_t(p.floats) + 16, 0.0f);
-        m_param_texts.assign(size_t(p.strings) + 1, "");
-        m_variant.params.assign(p.parameters.size(), false);
-        m_primvars.resize(p.parameters.size());
-        for (size_t i = 0; i < p.parameters.size(); i++)
-            m_primvars[i] = p.parameters[i].name;
-        for (size_t i = 0; i < p.parameters.size(); i++) {
-            const ir::Place& place = p.places[i];
-            if (place.text)
-                for (size_t k = 0; k < p.parameters[i].strings.size(); k++)
-                    m_param_texts[size_t(place.offset) + k] =
-                        m_texts.emplace_back(p.parameters[i].strings[k]).c_str();
-            else
-                std::copy(p.parameters[i].floats.begin(), p.parameters[i].floats.end(),
-                          m_params.begin() + place.offset);
-            if (place.length >= 0)
-                m_params[size_t(place.length)] =
-                    p.parameters[i].resizable ? float(p.parameters[i].array_size) : 0;
-        }
-    }
-    for (const Argument& a : arguments) {
-        if (a.name == "Cs" || a.name == "Os") {
-            if (a.varying)
-                (a.name == "Cs" ? m_variant.Cs : m_variant.Os) = true;
-            else if (a.name == "Os" && a.floats.size() >= 3)
-                m_opacity = Vec3f(a.floats[0], a.floats[1], a.floats[2]);
-            continue;
-        }
-        const auto end = p.parameters.end() - p.carried;
-        const auto it =
-            std::find_if(p.parameters.begin(), end, [&](const Parameter& q) { return q.name == a.name; });
-        const auto complain = [&](const std::string& what) {
-            if (first)
-                services.report(Severity::Warning, {p.name}, what);
-        };
-        if (it == end) {
-            std::string have;
-            for (auto q = p.parameters.begin(); q != end; ++q)
-                have += (have.empty() ? "" : ", ") + q->name;
-            complain("shader \"" + p.name + "\" has no parameter \"" + a.name + "\"; it has " +
-                     (have.empty() ? "none" : have));
-            continue;
-        }
-        const size_t index = size_t(it - p.parameters.begin());
-        const ir::Place& place = p.places[index];
-        if (a.varying) { // a uniform parameter too: it has a value a face
-            m_variant.params[index] = true;
-            m_primvars[index] = a.name.substr(a.name.rfind('.') + 1); // of a co-shader: without its handle
-            if (place.length >= 0)
-                m_params[size_t(place.length)] = 1;
-        } else if (it->resizable) {
-            const size_t given = place.text ? a.strings.size() : a.floats.size();
-            const int per = place.count / std::max(ir::ResizableRoom, it->array_size);
-            if (given > size_t(place.count) || given % size_t(per) != 0) {
-                complain("array \"" + a.name + "\" takes up to " + std::to_string(place.count / per) +
-                         " elements of " + std::to_string(per) + " values, found " + std::to_string(given) +
-                         " values");
-                continue;
-            }
-            for (size_t k = 0; k < a.strings.size(); k++)
-                m_param_texts[size_t(place.offset) + k] = m_texts.emplace_back(a.strings[k]).c_str();
-            std::copy(a.floats.begin(), a.floats.end(), m_params.begin() + place.offset);
-            const size_t elements = given / size_t(per);
-            m_params[size_t(place.length)] = float(elements);
-        } else if (place.text) {
-            if (int(a.strings.size()) != place.count) {
-                complain("parameter \"" + a.name + "\" takes " + std::to_string(place.count) +
-                         " strings, found " + std::to_string(a.strings.size()));
-                continue;
-            }
-            for (size_t k = 0; k < a.strings.size(); k++)
-                m_param_texts[size_t(place.offset) + k] = m_texts.emplace_back(a.strings[k]).c_str();
-        } else if (int(a.floats.size()) == place.count) {
-            if (place.length >= 0)
-                m_params[size_t(place.length)] = 1;
-            std::copy(a.floats.begin(), a.floats.end(), m_params.begin() + place.offset);
-        } else if (a.floats.size() == 1 && place.count == 3) {
-            std::fill_n(m_params.begin() + place.offset, 3, a.floats[0]);
-        } else {
-            complain("parameter \"" + a.name + "\" takes " + std::to_string(place.count) + " floats, found " +
-                     std::to_string(a.floats.size()));
-        }
-    }
 }
 
 // ---- running once: defaults, init, interior
@@ -228,6 +136,62 @@ ir::Variant InstanceImpl::variant_for(const grid::Grid& grid) const {
     return v;
 }
 
+// What a stage reads of a grid: a pointer for each component that varies, a value for each that does not.
+struct InstanceImpl::GridInputs {
+    std::vector<float> uniform;
+    std::vector<const float*> varying, parameters;
+    std::deque<grid::Channel> divided; // points that were homogeneous
+};
+
+InstanceImpl::GridInputs InstanceImpl::inputs_of(const grid::Grid& grid, const GridGlobals& globals,
+                                                 const ir::Variant& variant) const {
+    const ir::Program& p = m_shader->program();
+    GridInputs in;
+    in.uniform.assign(size_t(ir::Input::Count) * 3, 0.0f);
+    in.varying.assign(size_t(ir::Input::Count) * 3, nullptr);
+    in.parameters.assign(size_t(p.floats) + 1, nullptr);
+    const auto triple = [&](ir::Input i, const float* base, int64_t s) {
+        for (int c = 0; c < 3; c++)
+            in.varying[size_t(i) * 3 + size_t(c)] = base + c * s;
+    };
+    const auto uniform = [&](ir::Input i, const Vec3f& v) {
+        for (int c = 0; c < 3; c++)
+            in.uniform[size_t(i) * 3 + size_t(c)] = v[c];
+    };
+    using enum ir::Input;
+    triple(P, grid.P.data(), grid.stride);
+    triple(N, (grid.facets ? grid.Ng : grid.N).data(), grid.stride);
+    triple(Ng, grid.Ng.data(), grid.stride);
+    triple(dPdu, grid.dPdu.data(), grid.stride);
+    triple(dPdv, grid.dPdv.data(), grid.stride);
+    in.varying[size_t(u) * 3] = grid.u.data();
+    in.varying[size_t(v) * 3] = grid.v.data();
+    in.varying[size_t(s) * 3] = grid.s.data();
+    in.varying[size_t(t) * 3] = grid.t.data();
+    uniform(Cs, globals.Cs);
+    uniform(Os, globals.Os);
+    uniform(E, globals.E);
+    uniform(time, Vec3f(globals.time));
+    uniform(du, Vec3f(globals.du));
+    uniform(dv, Vec3f(globals.dv));
+    for (const grid::Channel& c : grid.primvars) {
+        if (c.name == "Cs" && variant.Cs)
+            triple(Cs, c.component(0), c.stride);
+        if (c.name == "Os" && variant.Os)
+            triple(Os, c.component(0), c.stride);
+        if (c.name == "E" && variant.E)
+            triple(E, c.component(0), c.stride);
+        for (size_t i = 0; i < variant.params.size(); i++)
+            if (variant.params[i] && c.name == m_primvars[i] && feeds(c, p.places[i])) {
+                const bool divide = c.components != p.places[i].count;
+                const grid::Channel& from = divide ? in.divided.emplace_back(divided_by_w(c)) : c;
+                for (int k = 0; k < from.components; k++)
+                    in.parameters[size_t(p.places[i].offset + k)] = from.component(k);
+            }
+    }
+    return in;
+}
+
 void InstanceImpl::run(const BuiltStage& built, const ir::Variant& variant, grid::Grid& grid,
                        const GridGlobals& globals, Services& services,
                        const std::vector<float*>& outputs) const {
@@ -245,49 +209,7 @@ void InstanceImpl::run(const BuiltStage& built, const ir::Variant& variant, grid
     std::vector<float> uniforms(size_t(built.plan.uniforms) + 16, 0.0f);
     std::vector<const char*> texts(size_t(built.plan.texts) + 1, "");
 
-    std::vector<float> uniform_inputs(size_t(ir::Input::Count) * 3, 0.0f);
-    std::vector<const float*> inputs(size_t(ir::Input::Count) * 3, nullptr);
-    const auto triple = [&](ir::Input i, const float* base, int64_t s) {
-        for (int c = 0; c < 3; c++)
-            inputs[size_t(i) * 3 + size_t(c)] = base + c * s;
-    };
-    const auto uniform = [&](ir::Input i, const Vec3f& v) {
-        for (int c = 0; c < 3; c++)
-            uniform_inputs[size_t(i) * 3 + size_t(c)] = v[c];
-    };
-    using enum ir::Input;
-    triple(P, grid.P.data(), grid.stride);
-    triple(N, (grid.facets ? grid.Ng : grid.N).data(), grid.stride);
-    triple(Ng, grid.Ng.data(), grid.stride);
-    triple(dPdu, grid.dPdu.data(), grid.stride);
-    triple(dPdv, grid.dPdv.data(), grid.stride);
-    inputs[size_t(u) * 3] = grid.u.data();
-    inputs[size_t(v) * 3] = grid.v.data();
-    inputs[size_t(s) * 3] = grid.s.data();
-    inputs[size_t(t) * 3] = grid.t.data();
-    uniform(Cs, globals.Cs);
-    uniform(Os, globals.Os);
-    uniform(E, globals.E);
-    uniform(time, Vec3f(globals.time));
-    uniform(du, Vec3f(globals.du));
-    uniform(dv, Vec3f(globals.dv));
-    std::vector<const float*> varying(size_t(p.floats) + 1, nullptr);
-    std::deque<grid::Channel> divided;
-    for (const grid::Channel& c : grid.primvars) {
-        if (c.name == "Cs" && variant.Cs)
-            triple(Cs, c.component(0), c.stride);
-        if (c.name == "Os" && variant.Os)
-            triple(Os, c.component(0), c.stride);
-        if (c.name == "E" && variant.E)
-            triple(E, c.component(0), c.stride);
-        for (size_t i = 0; i < variant.params.size(); i++)
-            if (variant.params[i] && c.name == m_primvars[i] && feeds(c, p.places[i])) {
-                const bool divide = c.components != p.places[i].count;
-                const grid::Channel& from = divide ? divided.emplace_back(divided_by_w(c)) : c;
-                for (int k = 0; k < from.components; k++)
-                    varying[size_t(p.places[i].offset + k)] = from.component(k);
-            }
-    }
+    GridInputs in = inputs_of(grid, globals, variant);
     std::vector<float*> out = outputs;
 
     Frame f{};
@@ -295,11 +217,11 @@ void InstanceImpl::run(const BuiltStage& built, const ir::Variant& variant, grid
     f.uniforms = uniforms.data();
     f.texts = texts.data();
     f.scratch = scratch.get();
-    f.inputs = inputs.data();
-    f.uniform_inputs = uniform_inputs.data();
+    f.inputs = in.varying.data();
+    f.uniform_inputs = in.uniform.data();
     f.params = m_params.data();
     f.param_texts = m_param_texts.data();
-    f.varying_params = varying.data();
+    f.varying_params = in.parameters.data();
     f.members = m_members.data();
     f.member_texts = m_member_texts.data();
     f.channels = m_channels.data();
@@ -311,9 +233,9 @@ void InstanceImpl::run(const BuiltStage& built, const ir::Variant& variant, grid
             runner.columns = f.count;
         call(built, f, runner);
         // On to the next block: everything that has a value a vertex.
-        for (const float*& x : inputs)
+        for (const float*& x : in.varying)
             x = x ? x + f.count : nullptr;
-        for (const float*& x : varying)
+        for (const float*& x : in.parameters)
             x = x ? x + f.count : nullptr;
         for (size_t k = 0; k < out.size(); k++)
             if (out[k] && built.stage.vars[size_t(built.stage.outputs[k / 16].var)].varying)

@@ -20,9 +20,75 @@ static grid::Slot make_slot(const grid::LobeInput& in, const std::string& node) 
     return s;
 }
 
+// A slot, and the output of the shade stage that fills it; channel -1 = it keeps the value.
+int InstanceImpl::add_slot(grid::Slot slot, int channel, Vec3f value) {
+    const std::vector<ir::Output>& outputs = m_shader->program().shade.outputs;
+    m_layering.slots.push_back(std::move(slot));
+    SlotSource source;
+    source.value = value;
+    for (size_t k = 0; k < outputs.size(); k++)
+        if (outputs[k].kind == ir::Output::Slot && outputs[k].index == channel && channel >= 0)
+            source.output = int(k);
+    m_sources.push_back(source);
+    return int(m_layering.slots.size()) - 1;
+}
+
+Location InstanceImpl::place_of(const ops::MaterialBuild::Node& n) const {
+    const ir::Program& p = m_shader->program();
+    return {n.loc.file < p.files.size() ? p.files[n.loc.file] : p.name, int(n.loc.line), int(n.loc.column)};
+}
+
+// A layer's children are there, and of a kind that it takes.
+void InstanceImpl::check_layer(const ops::MaterialBuild::Node& n, const grid::LayerNode& node,
+                               Services& services) const {
+    for (const auto& [child, given] : {std::pair{node.upper, &n.upper}, std::pair{node.lower, &n.lower}})
+        if (child < 0)
+            services.report(Severity::Error, place_of(n),
+                            "layer \"" + n.name + "\" names \"" + *given +
+                                "\", which is no lobe or layer of this material that is still free");
+    if (node.upper < 0 || node.lower < 0)
+        return;
+    const grid::LayerNode& upper = m_layering.nodes[size_t(node.upper)];
+    if (n.op == LayerOp::Thick &&
+        (upper.op != LayerOp::Lobe || upper.lobe != grid::LobeId::MicrofacetDielectricBrdf))
+        services.report(Severity::Warning, place_of(n),
+                        "layer \"" + n.name + "\" is thick, but its upper, \"" + n.upper +
+                            "\", is no MicrofacetDielectricBrdf: it bends no light, as \"coat\"");
+}
+
+// All emission of a material is of one lobe.
+void InstanceImpl::check_emission(const ops::MaterialBuild::Node& n, Services& services) const {
+    const grid::LayerNode* first = m_layering.emission();
+    if (first && first->lobe != n.lobe && grid::lobe(n.lobe).kind == grid::LobeKind::Emission)
+        services.report(Severity::Warning, place_of(n),
+                        "\"" + n.name + "\" is a " + std::string(grid::lobe(n.lobe).name) + " beside the " +
+                            std::string(grid::lobe(first->lobe).name) + " \"" + first->name +
+                            "\": a surface shines in one shape, that of the first");
+}
+
+// The channels that the shader sets of a node: its weight first, then its inputs; -1 = never set.
+std::vector<int> InstanceImpl::channels_of(const ops::MaterialBuild::Node& n, Services& services) const {
+    const ir::Program& p = m_shader->program();
+    const grid::LobeDecl& lobe = grid::lobe(n.lobe);
+    std::vector<int> channels(lobe.inputs.size() + 1, -1);
+    for (size_t c = 0; c < p.channels.size(); c++) {
+        const ir::Channel& channel = p.channels[c];
+        if (channel.node != n.name || channel.presence || channel.ambient || channel.opacity >= 0)
+            continue;
+        if (channel.input >= 0 && (n.op != LayerOp::Lobe || channel.lobe != n.lobe)) {
+            services.report(Severity::Error, place_of(n),
+                            "SetLobe gives \"" + n.name + "\" a " +
+                                std::string(grid::lobe(channel.lobe).name) + ", AddLobe made it a " +
+                                (n.op == LayerOp::Lobe ? std::string(lobe.name) : "layer"));
+            continue;
+        }
+        channels[size_t(channel.input + 1)] = int(c);
+    }
+    return channels;
+}
+
 int InstanceImpl::node_of(const ops::MaterialBuild& build, const std::string& name, std::vector<int>& made,
                           int depth, Services& services) {
-    const ir::Program& p = m_shader->program();
     const auto found =
         std::find_if(build.nodes.begin(), build.nodes.end(), [&](const auto& n) { return n.name == name; });
     if (found == build.nodes.end() || depth > 64)
@@ -31,10 +97,6 @@ int InstanceImpl::node_of(const ops::MaterialBuild& build, const std::string& na
     if (made[index] >= 0)
         return -1; // a node has one parent
     const ops::MaterialBuild::Node& n = *found;
-    const auto where = [&] {
-        return Location{n.loc.file < p.files.size() ? p.files[n.loc.file] : p.name, int(n.loc.line),
-                        int(n.loc.column)};
-    };
     grid::LayerNode node;
     node.op = n.op;
     node.lobe = n.lobe;
@@ -43,60 +105,22 @@ int InstanceImpl::node_of(const ops::MaterialBuild& build, const std::string& na
     if (n.op != LayerOp::Lobe) {
         node.upper = node_of(build, n.upper, made, depth + 1, services);
         node.lower = node_of(build, n.lower, made, depth + 1, services);
-        for (const auto& [child, given] : {std::pair{node.upper, &n.upper}, std::pair{node.lower, &n.lower}})
-            if (child < 0)
-                services.report(Severity::Error, where(),
-                                "layer \"" + n.name + "\" names \"" + *given +
-                                    "\", which is no lobe or layer of this material that is still free");
+        check_layer(n, node, services);
         if (node.upper < 0 || node.lower < 0)
             return std::max(node.upper, node.lower);
-        const grid::LayerNode& upper = m_layering.nodes[size_t(node.upper)];
-        if (n.op == LayerOp::Thick &&
-            (upper.op != LayerOp::Lobe || upper.lobe != grid::LobeId::MicrofacetDielectricBrdf))
-            services.report(Severity::Warning, where(),
-                            "layer \"" + n.name + "\" is thick, but its upper, \"" + n.upper +
-                                "\", is no MicrofacetDielectricBrdf: it bends no light, as \"coat\"");
-    } else if (const grid::LayerNode* first = m_layering.emission();
-               first && first->lobe != n.lobe && grid::lobe(n.lobe).kind == grid::LobeKind::Emission) {
-        services.report(Severity::Warning, where(),
-                        "\"" + n.name + "\" is a " + std::string(grid::lobe(n.lobe).name) + " beside the " +
-                            std::string(grid::lobe(first->lobe).name) + " \"" + first->name +
-                            "\": a surface shines in one shape, that of the first");
+    } else {
+        check_emission(n, services);
     }
     // Slots: the weight, then the inputs that the shader sets or that differ from their default.
-    const auto add = [&](grid::Slot slot, int channel, Vec3f value) {
-        m_layering.slots.push_back(std::move(slot));
-        SlotSource source;
-        source.value = value;
-        for (size_t k = 0; k < p.shade.outputs.size(); k++)
-            if (p.shade.outputs[k].kind == ir::Output::Slot && p.shade.outputs[k].index == channel &&
-                channel >= 0)
-                source.output = int(k);
-        m_sources.push_back(source);
-        return int(m_layering.slots.size()) - 1;
-    };
     const grid::LobeDecl& lobe = grid::lobe(n.lobe);
-    std::vector<int> channels(lobe.inputs.size() + 1, -1);
-    for (size_t c = 0; c < p.channels.size(); c++) {
-        const ir::Channel& channel = p.channels[c];
-        if (channel.node != n.name || channel.presence || channel.ambient || channel.opacity >= 0)
-            continue;
-        if (channel.input >= 0 && (n.op != LayerOp::Lobe || channel.lobe != n.lobe)) {
-            services.report(Severity::Error, where(),
-                            "SetLobe gives \"" + n.name + "\" a " +
-                                std::string(grid::lobe(channel.lobe).name) + ", AddLobe made it a " +
-                                (n.op == LayerOp::Lobe ? std::string(lobe.name) : "layer"));
-            continue;
-        }
-        channels[size_t(channel.input + 1)] = int(c);
-    }
+    const std::vector<int> channels = channels_of(n, services);
     if (channels[0] >= 0) {
         grid::Slot weight;
         weight.name = n.name + ".weight";
         if (n.op == LayerOp::Lobe && lobe.kind == grid::LobeKind::Emission)
             weight.high = std::numeric_limits<float>::infinity();
         m_channels[size_t(channels[0]) * 3] = 1;
-        node.weight = add(std::move(weight), channels[0], Vec3f(1, 0, 0));
+        node.weight = add_slot(std::move(weight), channels[0], Vec3f(1, 0, 0));
     }
     if (n.op == LayerOp::Lobe) {
         node.inputs.assign(lobe.inputs.size(), -1);
@@ -109,7 +133,7 @@ int InstanceImpl::node_of(const ops::MaterialBuild& build, const std::string& na
                 for (int c = 0; c < 3; c++)
                     m_channels[size_t(channel) * 3 + size_t(c)] = value[c];
             if (channel >= 0 || given != n.given.end())
-                node.inputs[i] = add(make_slot(lobe.inputs[i], n.name), channel, value);
+                node.inputs[i] = add_slot(make_slot(lobe.inputs[i], n.name), channel, value);
         }
     }
     m_layering.nodes.push_back(std::move(node));
@@ -138,9 +162,9 @@ static grid::Interior clean(grid::Interior in, Services& services) {
     return in;
 }
 
-void InstanceImpl::build_material(const ops::MaterialBuild& build, Services& services) {
+// Nodes that the shader sets, but that its init never made.
+void InstanceImpl::warn_unmade(const ops::MaterialBuild& build, Services& services) const {
     const ir::Program& p = m_shader->program();
-    m_channels.assign(p.channels.size() * 3 + 3, 0.0f);
     for (size_t c = 0; c < p.channels.size(); c++) {
         const ir::Channel& channel = p.channels[c];
         const auto named = [&](const auto& n) { return n.name == channel.node; };
@@ -155,9 +179,12 @@ void InstanceImpl::build_material(const ops::MaterialBuild& build, Services& ser
                         "mnk_prelighting sets \"" + channel.node + "\", but mnk_init added " +
                             (have.empty() ? "nothing" : "only " + have) + ": it does nothing");
     }
-    std::vector<int> made(build.nodes.size(), -1);
-    // Roots: nodes that no layer names. Layers are made from the top, lobes in the order of their AddLobe.
-    std::vector<int> roots;
+}
+
+// Makes all nodes, and gives those that no layer names. Layers are made from the top, lobes in the order of
+// their AddLobe.
+std::vector<int> InstanceImpl::make_roots(const ops::MaterialBuild& build, Services& services) {
+    std::vector<int> made(build.nodes.size(), -1), roots;
     for (const auto& n : build.nodes) {
         bool inner = false;
         for (const auto& layer : build.nodes)
@@ -169,6 +196,12 @@ void InstanceImpl::build_material(const ops::MaterialBuild& build, Services& ser
         if (root >= 0)
             roots.push_back(root);
     }
+    return roots;
+}
+
+// Slots of the surface, and of no lobe: presence, opacity, ambient.
+void InstanceImpl::add_surface_slots() {
+    const ir::Program& p = m_shader->program();
     for (size_t c = 0; c < p.channels.size(); c++) {
         const bool ambient = p.channels[c].ambient;
         const int opacity = p.channels[c].opacity;
@@ -181,31 +214,16 @@ void InstanceImpl::build_material(const ops::MaterialBuild& build, Services& ser
             slot.type = grid::InputType::Color, slot.storage = grid::Storage::Amount, slot.high = 65504;
         else
             m_channels[c * 3] = 1;
-        (ambient        ? m_layering.ambient
-         : opacity >= 0 ? m_layering.opacity[size_t(opacity)]
-                        : m_layering.presence) = int(m_layering.slots.size());
-        m_layering.slots.push_back(std::move(slot));
-        SlotSource source;
-        for (size_t k = 0; k < p.shade.outputs.size(); k++)
-            if (p.shade.outputs[k].kind == ir::Output::Slot && p.shade.outputs[k].index == int(c))
-                source.output = int(k);
-        source.value = Vec3f(ambient ? 0.0f : 1.0f, 0, 0);
-        m_sources.push_back(source);
+        int& index = ambient        ? m_layering.ambient
+                     : opacity >= 0 ? m_layering.opacity[size_t(opacity)]
+                                    : m_layering.presence;
+        index = add_slot(std::move(slot), int(c), Vec3f(ambient ? 0.0f : 1.0f, 0, 0));
     }
-    // Several roots lie side by side under implicit Add nodes.
-    int top = roots.empty() ? -1 : roots[0];
-    for (size_t i = 1; i < roots.size(); i++) {
-        grid::LayerNode add;
-        add.op = LayerOp::Add;
-        add.upper = top;
-        add.lower = roots[i];
-        m_layering.nodes.push_back(std::move(add));
-        top = int(m_layering.nodes.size()) - 1;
-    }
-    if (build.has_interior)
-        m_layering.interior = clean(build.interior, services);
-    m_layering.shines_both = !p.fixed_lobes.empty();
+}
 
+// What has one value on all grids, whether these have colours or not.
+void InstanceImpl::find_uniform() {
+    const ir::Program& p = m_shader->program();
     ir::Variant colors = m_variant;
     colors.Cs = colors.Os = true;
     const std::vector<bool> always = m_shader->uniform_outputs(colors),
@@ -234,6 +252,28 @@ void InstanceImpl::build_material(const ops::MaterialBuild& build, Services& ser
             m_uniform_plain = m_uniform_plain && plain[k];
         }
     }
+}
+
+void InstanceImpl::build_material(const ops::MaterialBuild& build, Services& services) {
+    const ir::Program& p = m_shader->program();
+    m_channels.assign(p.channels.size() * 3 + 3, 0.0f);
+    warn_unmade(build, services);
+    const std::vector<int> roots = make_roots(build, services);
+    add_surface_slots();
+    // Several roots lie side by side under implicit Add nodes.
+    int top = roots.empty() ? -1 : roots[0];
+    for (size_t i = 1; i < roots.size(); i++) {
+        grid::LayerNode add;
+        add.op = LayerOp::Add;
+        add.upper = top;
+        add.lower = roots[i];
+        m_layering.nodes.push_back(std::move(add));
+        top = int(m_layering.nodes.size()) - 1;
+    }
+    if (build.has_interior)
+        m_layering.interior = clean(build.interior, services);
+    m_layering.shines_both = !p.fixed_lobes.empty();
+    find_uniform();
 }
 
 // Where Oi is as grey as Os, and that is known to be grey, presence says it all.

@@ -146,11 +146,26 @@ class InstanceImpl final : public Instance {
     }
 
   private:
+    struct GridInputs;
     void bind(std::span<const Argument> arguments, Services& services);
+    void set_defaults();
+    void set_texts(const ir::Place& place, const std::vector<std::string>& values);
+    void set_floats(const ir::Place& place, const std::vector<float>& values);
+    std::string bind_parameter(const Argument& argument, size_t index);
     void run_once(const BuiltStage& stage, Services& services, ops::MaterialBuild* build);
     void build_material(const ops::MaterialBuild& build, Services& services);
     int node_of(const ops::MaterialBuild& build, const std::string& name, std::vector<int>& made, int depth,
                 Services& services);
+    int add_slot(grid::Slot slot, int channel, Vec3f value);
+    Location place_of(const ops::MaterialBuild::Node& node) const;
+    void check_layer(const ops::MaterialBuild::Node& n, const grid::LayerNode& node,
+                     Services& services) const;
+    void check_emission(const ops::MaterialBuild::Node& n, Services& services) const;
+    std::vector<int> channels_of(const ops::MaterialBuild::Node& n, Services& services) const;
+    void warn_unmade(const ops::MaterialBuild& build, Services& services) const;
+    std::vector<int> make_roots(const ops::MaterialBuild& build, Services& services);
+    void add_surface_slots();
+    void find_uniform();
     bool colors_opacity(const ir::Channel& channel) const;
     void settle_presence(Services& services);
     void shade(grid::Grid& grid, const GridGlobals& globals, Services& services, grid::VertexInputs& out,
@@ -158,6 +173,8 @@ class InstanceImpl final : public Instance {
     void keep_in_range(grid::VertexInputs& out, size_t vertices, size_t own, Services& services) const;
     void carry_members(grid::Grid& grid, const GridGlobals& globals, Services& services) const;
     ir::Variant variant_for(const grid::Grid& grid) const;
+    GridInputs inputs_of(const grid::Grid& grid, const GridGlobals& globals,
+                         const ir::Variant& variant) const;
     void call(const BuiltStage& stage, Frame& frame, ops::Runner& runner) const;
     void run(const BuiltStage& stage, const ir::Variant& variant, grid::Grid& grid,
              const GridGlobals& globals, Services& services, const std::vector<float*>& outputs) const;

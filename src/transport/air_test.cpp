@@ -1,4 +1,4 @@
-// Air before surfaces, made by what knows its law: the segments that are asked for, and what is then seen, in
+// Air before surfaces, made by what knows its law: the segments that are evaluated, and what is then seen, in
 // closed form.
 #include <gtest/gtest.h>
 #include <mutex>
@@ -11,20 +11,20 @@ namespace {
 
 using namespace testing;
 
-constexpr int Size = 40; // more paths than are asked for at once
+constexpr int Size = 40; // more paths than one batch evaluates
 
-// T = exp(-sigma d), and the air shines by itself: (1 - T) times a radiance.
+// T = exp(-sigma d), and the air emits: (1 - T) times a radiance.
 struct Haze final : grid::Air {
     std::vector<double> sigma;
     double radiance = 0.5;
     mutable std::mutex mutex;
-    mutable std::set<int> asked;
+    mutable std::set<int> evaluated;
     mutable std::vector<std::pair<Vec3f, Vec3f>> segments;
 
     explicit Haze(std::vector<double> sigma) : sigma(std::move(sigma)) {}
     void evaluate(int air, grid::AirSegments& s) const override {
         const std::lock_guard lock(mutex);
-        asked.insert(air);
+        evaluated.insert(air);
         for (int k = 0; k < s.count; k++) {
             const Vec3f from(s.from[0][k], s.from[1][k], s.from[2][k]),
                 to(s.to[0][k], s.to[1][k], s.to[2][k]);
@@ -102,7 +102,7 @@ TEST(Air, LiesBeforeWhatTheCameraSees) {
         for (const double share : sum)
             EXPECT_NEAR(share, 1, 2e-3) << lanes;
     }
-    EXPECT_EQ(haze.asked, (std::set<int>{0, 1}));
+    EXPECT_EQ(haze.evaluated, (std::set<int>{0, 1}));
     for (const auto& [from, to] : haze.segments) {
         EXPECT_EQ(from, Vec3f(0.0f));
         EXPECT_NEAR(to.z, 2, 1e-5f);

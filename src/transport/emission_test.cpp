@@ -1,4 +1,5 @@
-// Surfaces that shine by angle: cones and powers of the cosine, against their formulas and quadrature.
+// Surfaces whose emission depends on the angle: cones and powers of the cosine, against their formulas and
+// quadrature.
 #include "transport/test_floor.h"
 
 namespace kanuka::transport {
@@ -77,8 +78,8 @@ TEST(Emission, IrradianceOfShapes) {
     }
 }
 
-// A glossy floor: asked for by a table and by the hierarchy, and met alone.
-TEST(Emission, AskedForAndMetAreTheSame) {
+// A glossy floor: next-event estimation by a table and by the hierarchy, and BSDF hits alone.
+TEST(Emission, NextEventEstimationAndHitsAgree) {
     for (const Lobe& shape : {cone_emission(6, 60, 0.6f), profile_emission(6, 2)}) {
         double mean[3] = {}, error[3] = {};
         for (int mode = 0; mode < 3; mode++) {

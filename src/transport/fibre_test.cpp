@@ -85,7 +85,7 @@ TEST(Fibres, AreLitAsCylinders) {
     }
 }
 
-// Lit from behind, what lets light through does so once: the way out is free.
+// Lit from behind, what lets light through does so once: the path out is free.
 TEST(Fibres, AreOneLayer) {
     TestScene s;
     add_fibre(s, {{grid::LobeId::LambertBtdf, {Rgb(0.6f)}}});
@@ -111,14 +111,15 @@ TEST(Fibres, Furnace) {
             }
 }
 
-// Over its way through the picture it is in each place for its part of the time.
+// Over its path through the picture it is in each place for its part of the time.
 TEST(Fibres, Move) {
     TestScene s;
     add_fibre(s, {matte(Rgb(1))}, -4, false, {4});
     s.inputs.lights = {sun(0)};
     s.inputs.max_depth = 1;
     s.finish();
-    // Covered for a quarter of the time, the way of a width of 2 out of 8, by what is lit as from the camera.
+    // Covered for a quarter of the time, the distance of a width of 2 out of 8, by what is lit as from the
+    // camera.
     double sum = 0;
     for (const PixelSums& p : s.render(1024, 8))
         sum += double(p.rgb[1]) / (Size * Size);
@@ -126,7 +127,7 @@ TEST(Fibres, Move) {
     EXPECT_NEAR(sum, expected, 0.02 * expected);
 }
 
-// The same way there and back, lit from the side: the shadow that a fibre casts on itself goes with it.
+// The same path there and back, lit from the side: the shadow that a fibre casts on itself goes with it.
 TEST(Fibres, MoveThereAndBack) {
     for (const float side : {-4.0f, 4.0f}) {
         TestScene s;

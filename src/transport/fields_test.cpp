@@ -68,8 +68,8 @@ TEST(DensityField, TrilinearWithinItsShape) {
     }
 }
 
-// What passes is the exponential of the thickness along the way, at every wavelength, whether it is scattered
-// away or absorbed.
+// What passes is the exponential of the optical thickness along the ray, at every wavelength, whether it is
+// scattered away or absorbed.
 TEST(DensityField, Transmittance) {
     const auto ramp = [](double, double, double z) { return z; };
     for (const bool scatters : {true, false}) {
@@ -264,9 +264,9 @@ TEST(DensityField, WhiteMediaVanish) {
 }
 
 // A field that is the same everywhere is the medium without one; one of half its density, half of it. Lights
-// asked for and met, from within and without.
+// by next-event estimation and by BSDF hits, from within and without.
 TEST(DensityField, EvenOnesAreNone) {
-    for (const bool asked : {true, false}) {
+    for (const bool next_event : {true, false}) {
         const auto picture = [&](float share, bool analytic) {
             TestScene s;
             store::Interior in = medium(Rgb(0.1f, 0.2f, 0.3f), Rgb(2, 1, 0.5f), 0.3f);
@@ -290,14 +290,14 @@ TEST(DensityField, EvenOnesAreNone) {
             look_along_z(s, 0.5f);
             s.inputs.max_depth = 5;
             s.finish();
-            if (!asked)
+            if (!next_event)
                 s.view.lights.choices = 0, s.view.lights.emitter_choice = -1;
-            return s.estimate(asked ? 128 : 256, 16);
+            return s.estimate(next_event ? 128 : 256, 16);
         };
         for (const bool analytic : {false, true})
             expect_same(picture(0.4f, analytic), picture(1, analytic), 0.01,
                         std::string(analytic ? "a ball that rays pass" : "a quad that shines") +
-                            (asked ? ", asked" : ", met"));
+                            (next_event ? ", next-event estimation" : ", BSDF hits"));
     }
 }
 

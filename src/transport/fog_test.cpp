@@ -53,7 +53,8 @@ struct Fog {
             for (int i = 0; i < N; i++) {
                 const double angle = first + (last - first) * (i + 0.5) / N, x = off * std::tan(angle),
                              t = along + x;
-                const double r = std::hypot(x, off), cosine = -x / r; // between the way and that to the lamp
+                const double r = std::hypot(x, off),
+                             cosine = -x / r; // between the ray and the direction to the lamp
                 const double hg = (1 - g * g) / (4 * DoublePi * std::pow(1 + g * g - 2 * g * cosine, 1.5));
                 // dt / r^2 = d angle / off
                 sum += (last - first) / N / off * power * b * hg * std::exp(-(a + b) * (t + r));
@@ -110,7 +111,7 @@ TEST(Fog, SingleScatteringOfLamps) {
     }
 }
 
-// A lamp that does not shine on what no set is named of is not asked for in fog either.
+// A lamp that does not shine on what no set is named of is not sampled in fog either.
 TEST(Fog, LampsAreLinked) {
     const std::pair<Vec3f, double> lit{{0.7f, 0.21f, 2}, 3}, unlit{{-0.9f, -0.4f, 2.5f}, 10};
     Fog fog(Rgb(0), Rgb(0.1f), 0, {lit, unlit});

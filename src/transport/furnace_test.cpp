@@ -100,7 +100,8 @@ TEST(Furnace, Limbs) {
         expect_grey(sphere_in_sky({lobe}, 0.34f), 1, 0.01, name);
 }
 
-// Light that meets several microfacets is not lost: rough metal balls vanish as smooth ones do.
+// Multiple scattering between microfacets: light that hits several is not lost: rough metal balls vanish as
+// smooth ones do.
 TEST(Furnace, RoughMetalVanishes) {
     for (float roughness : {0.2f, 0.4f, 0.6f, 0.8f, 1.0f}) {
         const auto e = sphere_in_sky({metal(roughness)});
@@ -197,8 +198,8 @@ TEST(Furnace, BumpedPlanesVanish) {
         }
 }
 
-// A glowing ball in a white room: light found by chance and light asked for agree on which side shines.
-TEST(Furnace, GlowingSphereLightsARoom) {
+// An emitting ball in a white room: BSDF hits and next-event estimation agree on which side emits.
+TEST(Furnace, EmittingSphereLightsARoom) {
     TestScene s;
     add_room(s, {matte(Rgb(0.5f)), emission(Rgb(1))});
     s.add_sphere({0.2f, 0.1f, 0.5f}, 0.3f, 24,

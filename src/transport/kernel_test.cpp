@@ -162,7 +162,7 @@ TEST(Kernel, SeedsAndProgressionsDiffer) {
     EXPECT_FALSE(same(first, s.render(1, 8)));
 }
 
-// In a closed room of albedo 1/2 that shines with radiance 1, n bounces bring 2 - 2^-n.
+// In a closed room of albedo 1/2 that emits radiance 1, n bounces have radiance 2 - 2^-n.
 TEST(Kernel, DepthLimitsBounces) {
     for (int depth : {0, 1, 2, 5}) {
         TestScene s;
@@ -404,7 +404,7 @@ TEST(Broken, DroppedSamplesDarkenNothing) {
     s.add_quad({0, 0, 2}, {0, 4, 0}, {4, 0, 0}, {matte(Rgb(0.5f))});
     s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0.4f, Size, Size);
     s.inputs.max_depth = 1;
-    scene::Light faint; // two alike: each is asked for half of the time, and one of them breaks its samples
+    scene::Light faint; // two alike: each is sampled half of the time, and one of them breaks its samples
     faint.kind = scene::Light::Kind::Point;
     faint.amount = Rgb(1e-6f);
     s.inputs.lights = {faint, faint, constant_sky(Rgb(1))};

@@ -1,4 +1,4 @@
-// What the choice of lights goes by: how much a light can bring and from where, against sums over its
+// What the choice of lights goes by: how much a light can contribute and from where, against sums over its
 // surface; and the splits of the hierarchy, against all that it might have chosen.
 #include <gtest/gtest.h>
 #include <random>
@@ -155,7 +155,7 @@ TEST(LightBounds, OfTrianglesInInstances) {
     EXPECT_NEAR(power[1] / power[0], 9, 1e-4);
 }
 
-// Of a group that stands in two places every triangle is asked for in both; all of them together are known by
+// Of a group that stands in two places every triangle is sampled in both; all of them together are known by
 // their power and their middle.
 TEST(LightBounds, OfTrianglesInTwoPlaces) {
     TestScene s;
@@ -201,7 +201,7 @@ TEST(Lights, HaveTheirColours) {
 }
 
 // However little of a picture lies below its mean, a twentieth of the places goes by solid angle: what is
-// dark there is found by who asks.
+// dark there is sampled too.
 TEST(LightBounds, PicturesLeaveATwentiethToTheRest) {
     for (const int n : {3, 8, 64}) {
         TestScene s;

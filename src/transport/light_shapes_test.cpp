@@ -1,4 +1,5 @@
-// Lights with an area: directions against their density, what rays meet against what is asked for, lanes.
+// Lights with an area: directions against their density, densities of ray hits against those of sampling,
+// lanes.
 #include <gtest/gtest.h>
 #include <random>
 
@@ -74,16 +75,16 @@ TEST(LightShapes, DirectionsFollowTheirDensity) {
                 for (int k = 0; k < 8; k++)
                     u0.v[k] = u(g), u1.v[k] = u(g);
                 const auto p = sample_shape(shape, light, lanes<8>(P), u0, u1, Mask<8>(true));
-                const auto met = intersect_shape(shape, light, lanes<8>(P), p.wi, Mask<8>(true));
+                const auto hit = intersect_shape(shape, light, lanes<8>(P), p.wi, Mask<8>(true));
                 for (int k = 0; k < 8; k++) {
                     ASSERT_TRUE(p.valid[k]) << c.name;
                     directions.push_back({p.wi.x[k], p.wi.y[k], p.wi.z[k]});
                     low = std::min(low, dot(directions.back(), z));
-                    if (met.valid[k] && p.pdf_solid_angle[k] < 1e3f) { // not where rays graze
-                        EXPECT_NEAR(met.pdf_solid_angle[k], p.pdf_solid_angle[k],
+                    if (hit.valid[k] && p.pdf_solid_angle[k] < 1e3f) { // not where rays graze
+                        EXPECT_NEAR(hit.pdf_solid_angle[k], p.pdf_solid_angle[k],
                                     0.02f * p.pdf_solid_angle[k])
                             << c.name;
-                        EXPECT_NEAR(met.distance[k], p.distance[k], 2e-3f * p.distance[k]) << c.name;
+                        EXPECT_NEAR(hit.distance[k], p.distance[k], 2e-3f * p.distance[k]) << c.name;
                     }
                 }
             }
@@ -109,10 +110,10 @@ TEST(LightShapes, DirectionsFollowTheirDensity) {
                     const Vec3f d = x * (sine * std::cos(phi)) + y * (sine * std::sin(phi)) + z * cosine;
                     w.x.v[k] = d.x, w.y.v[k] = d.y, w.z.v[k] = d.z;
                 }
-                const auto met = intersect_shape(shape, light, lanes<8>(P), w, Mask<8>(true));
+                const auto hit = intersect_shape(shape, light, lanes<8>(P), w, Mask<8>(true));
                 for (int k = 0; k < 8; k++)
-                    if (met.valid[k]) {
-                        const double part = double(met.pdf_solid_angle[k]) * 2 * 3.141592653589793 *
+                    if (hit.valid[k]) {
+                        const double part = double(hit.pdf_solid_angle[k]) * 2 * 3.141592653589793 *
                                             double(1 - low) / (double(Rows) * Fine * Columns * Fine);
                         expected[size_t(row / Fine * Columns + (column + k) / Fine)] += N * part;
                         all += part;

@@ -101,7 +101,7 @@ TEST(LightTree, PicksAsOftenAsItSays) {
     }
 }
 
-// A light that brings something is never without a chance, in whatever company.
+// A light that contributes is never without a chance, in whatever company.
 TEST(LightTree, BoundsDarkenNoLight) {
     Random u(7);
     const auto lights = some_lights(500, 23);

@@ -87,7 +87,7 @@ TEST(Media, FreePathsFollowTheirLaw) {
         };
         s.view.lights.constant.present = true;
         const auto pixels = s.estimate(64, 16);
-        // A path that met a particle ends at the boundary: it has had two events by then.
+        // A path that scattered at a particle ends at the boundary: it has had two events by then.
         expect_mean(pixels, seen(straight), 0.004, "half a side of " + std::to_string(half));
     }
 }
@@ -153,7 +153,7 @@ TEST(Media, RayleighGoesWithTheFourthPower) {
 
 // ---- scattering
 
-// Sunlight that meets one particle in a box: the integral along the eye's ray.
+// Sunlight that scatters at one particle in a box: the integral along the eye's ray.
 TEST(Media, SingleScattering) {
     const Rgb absorption(0.3f, 0.15f, 0.1f), scattering(0.3f, 0.6f, 1.2f);
     const auto a = amount(absorption), b = amount(scattering);
@@ -174,7 +174,8 @@ TEST(Media, SingleScattering) {
         // walls.
         const auto value = [&](int i) {
             const double st = amount_at(a, i) + amount_at(b, i), ss = amount_at(b, i);
-            const double cosine = std::cos(tilt); // between the sun's way and the one to the eye's, turned
+            const double cosine =
+                std::cos(tilt); // between the sun's direction and the one to the eye's, turned
             const double gg = double(g);
             // The eye looks along +z: light goes on along -z.
             const double phase =
@@ -183,8 +184,8 @@ TEST(Media, SingleScattering) {
             constexpr int N = 400;
             for (int k = 0; k < N; k++) {
                 const double t = 2 * (k + 0.5) / N;
-                const double way = std::min(t / std::cos(tilt), 1 / std::sin(tilt));
-                sum += ss * phase * std::exp(-st * (t + way)) * 2 / N;
+                const double distance = std::min(t / std::cos(tilt), 1 / std::sin(tilt));
+                sum += ss * phase * std::exp(-st * (t + distance)) * 2 / N;
             }
             return 5 * sum;
         };
@@ -225,8 +226,8 @@ TEST(Media, FurnaceOfWhiteMedia) {
     }
 }
 
-// A room of albedo 1/2 that shines with 1 has radiance 2 in it, with white fog or without: lights asked for
-// at surfaces and at particles, and met by both. The camera stands in the fog, and knows.
+// A room of albedo 1/2 that emits 1 has radiance 2 in it, with white fog or without: next-event
+// estimation at surfaces and at particles, and hits from both. The camera stands in the fog, and knows.
 TEST(Media, FogInARoomThatShines) {
     for (float g : {0.0f, 0.7f}) {
         TestScene s;
@@ -247,9 +248,9 @@ TEST(Media, FogInARoomThatShines) {
     }
 }
 
-// Lights asked for, through boundaries and media, and lights met by chance bring the same.
-TEST(Media, AskedAndMet) {
-    const auto scene = [](bool asked, bool analytic) {
+// Next-event estimation through boundaries and media agrees with BSDF hits.
+TEST(Media, NextEventEstimationAndHitsAgree) {
+    const auto scene = [](bool next_event, bool analytic) {
         auto s = std::make_unique<TestScene>();
         const int fog = s->store.add_interior(medium(Rgb(0.1f, 0.2f, 0.3f), Rgb(2, 1, 0.5f), 0.3f));
         add_box(*s, {0, 0, 4}, 1, {}, fog);
@@ -268,15 +269,15 @@ TEST(Media, AskedAndMet) {
         look_along_z(*s, 0.5f);
         s->inputs.max_depth = 5;
         s->finish();
-        if (!asked)
+        if (!next_event)
             s->view.lights.choices = 0, s->view.lights.emitter_choice = -1;
-        return s->estimate(asked ? 128 : 256, 16);
+        return s->estimate(next_event ? 128 : 256, 16);
     };
     expect_same(scene(true, false), scene(false, false), 0.01, "a quad that shines");
     expect_same(scene(true, true), scene(false, true), 0.01, "a ball that rays pass");
 }
 
-// Extinction differs between wavelengths; each alone must bring what the four together do.
+// Extinction differs between wavelengths; each alone must have the mean of the four together.
 TEST(Media, WavelengthsTogetherAndAlone) {
     const auto cloud = [](bool together) {
         TestScene s;
@@ -295,11 +296,11 @@ TEST(Media, WavelengthsTogetherAndAlone) {
 
 // ---- boundaries that overlap
 
-// A glass shell full of absorbing water, three ways: the water as a ball inside of a solid ball of glass; the
-// water's boundary somewhere in the shell's wall; and as real interfaces.
+// A glass shell full of absorbing water, modelled three times: the water as a ball inside of a solid ball of
+// glass; the water's boundary somewhere in the shell's wall; and as real interfaces.
 TEST(NestedDielectrics, GlassOfWater) {
-    enum Way { Within, Overlapping, Explicit };
-    const auto scene = [](Way way, bool absorbs) {
+    enum Model { Within, Overlapping, Explicit };
+    const auto scene = [](Model model, bool absorbs) {
         TestScene s;
         const Rgb red(0.1f, 1, 2);
         const auto ball = [&](float radius, float ior, int interior, bool inwards) {
@@ -318,15 +319,15 @@ TEST(NestedDielectrics, GlassOfWater) {
         };
         const int glass_inside = s.store.add_interior(medium(Rgb(0), Rgb(0), 0, 1.5f, 1));
         const int water = s.store.add_interior(
-            medium(absorbs ? red : Rgb(0), Rgb(0), 0, 1.33f, way == Within ? 2.0f : 0.0f));
-        if (way == Explicit) {
+            medium(absorbs ? red : Rgb(0), Rgb(0), 0, 1.33f, model == Within ? 2.0f : 0.0f));
+        if (model == Explicit) {
             ball(1, 1.5f, -1, false);
             ball(0.7f, 1.5f / 1.33f, -1, true);
         } else {
             ball(1, 1.5f, glass_inside, false);
-            if (way == Overlapping)
+            if (model == Overlapping)
                 ball(0.7f, 1.5f, glass_inside, true); // the shell's inner wall
-            ball(way == Within ? 0.7f : 0.85f, 1.33f, water, false);
+            ball(model == Within ? 0.7f : 0.85f, 1.33f, water, false);
         }
         s.add_quad({0, 0, 8}, {0, 6, 0}, {6, 0, 0}, {emission(Rgb(1))});
         s.add_quad({0.5f, 0.2f, 7.9f}, {0, 0.5f, 0}, {0.5f, 0, 0}, {matte(Rgb(0))}); // something to be bent

@@ -14,7 +14,7 @@ constexpr int Size = 20;
 
 // ---- a glossy floor under a lamp
 
-// Shines down, and back to where the floor mirrors it to the camera.
+// Emits downwards, and back to where the floor mirrors it to the camera.
 const Vec3f LampCenter(0.1f, 0.6f, 3.4f), LampX(0.25f, 0, 0), LampY(0, -0.1f, 0.2f);
 
 // Floor at y = -1, seen from the origin at a slant, so that the lamp's mirror image is in the picture.
@@ -67,28 +67,28 @@ double quadrature(TestScene& s, bsdf::LobeInputs<1> in, grid::LobeId id) {
 } // namespace
 
 // Both techniques together, in an instance too, and directions alone (an instanced lamp that has no number is
-// not asked for), against the quadrature.
+// without next-event estimation), against the quadrature.
 TEST(Mis, GlossyFloorUnderALamp) {
     for (float roughness : {0.25f, 0.45f, 0.8f}) {
         bsdf::LobeInputs<1> in;
         for (auto& color : in.color)
             color = bsdf::Spectrum<1>(Float<1>(1.0f));
         in.number[grid::number_of(grid::LobeId::MicrofacetConductorBrdf, "roughness")] = Float<1>(roughness);
-        for (const auto& [instanced, asked] : {std::pair(false, true), {true, true}, {true, false}}) {
+        for (const auto& [instanced, next_event] : {std::pair(false, true), {true, true}, {true, false}}) {
             TestScene s;
             add_glossy_floor(s, metal(roughness));
             add_lamp(s);
             s.filter = {0, 0}; // rays through the middles of pixels, as the sum has it
-            if (!asked)
+            if (!next_event)
                 s.most_slots = 0;
             s.finish(instanced ? 1 : -1);
             const double expected = quadrature(s, in, grid::LobeId::MicrofacetConductorBrdf);
-            EXPECT_EQ(s.view.lights.emitter_choice >= 0, asked);
-            EXPECT_EQ(s.unnumbered, asked ? 0u : 2u);
-            const auto e = s.estimate(asked ? 64 : 128, 12);
+            EXPECT_EQ(s.view.lights.emitter_choice >= 0, next_event);
+            EXPECT_EQ(s.unnumbered, next_event ? 0u : 2u);
+            const auto e = s.estimate(next_event ? 64 : 128, 12);
             for (const auto& c : e.channel) {
                 EXPECT_NEAR(c.mean(), expected, 0.004 * expected + 4.5 * c.error())
-                    << roughness << " " << instanced << asked;
+                    << roughness << " " << instanced << next_event;
                 EXPECT_LT(c.error(), 0.02 * expected);
             }
         }
@@ -162,7 +162,8 @@ TEST(Mis, GroovesLieAcrossLeaningNormals) {
     EXPECT_GT(std::abs(other / across - 1), 0.05);
 }
 
-// A lobe and the sum of its halves, a coat's lobe beside a matte one: mixtures bring what their parts bring.
+// A lobe and the sum of its halves, a coat's lobe beside a matte one: the estimate of a mixture is that of
+// its parts.
 TEST(Mis, LobesAddUp) {
     const Lobe matte_half = matte(Rgb(0.8f), 0.5f);
     Lobe gloss = metal(0.3f);

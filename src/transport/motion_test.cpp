@@ -58,9 +58,10 @@ void expect_coverage(TestScene& s, const Covered& covered, std::span<const float
             const RunningMean& m = means[size_t(y * Size + x)];
             partly += expected > 0.02 && expected < 0.98;
             // Where nothing varies there is no error to divide by; then the grid's own is what is allowed.
-            // What is met a few times, too, says little of its error; then it is that of so many coins.
-            const double met = expected * (1 - expected) * Renders * Paths;
-            const double error = std::max(met > 30 ? m.error() : std::sqrt(met) / (Renders * Paths), 1.5e-3);
+            // A few hits, too, say little of their error; then it is that of so many coins.
+            const double hits = expected * (1 - expected) * Renders * Paths;
+            const double error =
+                std::max(hits > 30 ? m.error() : std::sqrt(hits) / (Renders * Paths), 1.5e-3);
             wrong += normal_p((m.mean() - expected) / error) < sidak(1e-3, Size * Size);
         }
     EXPECT_EQ(wrong, 0);
@@ -95,7 +96,7 @@ struct Moved {
 
 } // namespace
 
-// Narrower than its way: a trapezoid of coverage with linear ramps.
+// Narrower than its path: a trapezoid of coverage with linear ramps.
 TEST(MotionBlur, AMovingInstanceLeavesLinearRamps) {
     Moved m({{0, Transform::translate(-0.4, 0, 0)}, {1, Transform::translate(0.4, 0.2, 0)}});
     expect_coverage(m.s, [](double x, double y, double t) {

@@ -132,7 +132,7 @@ TEST(SkyDensity, DirectionsFollowIt) {
                 ASSERT_TRUE(s.valid[k]);
                 seen[size_t(std::clamp(int(p.y[k] * Rows / 8), 0, Rows - 1) * Columns +
                             std::clamp(int(p.x[k] * Columns / 16), 0, Columns - 1))]++;
-                // Asked for and met: the same, but where a direction tells less than a place.
+                // Sampled and hit: the same density, but where a direction tells less than a place.
                 if (p.sin_theta[k] > 0.01f && s.pdf_solid_angle[k] > 0.01f) {
                     EXPECT_NEAR(again[k], s.pdf_solid_angle[k], 0.004f * s.pdf_solid_angle[k] + 0.002f);
                 }
@@ -200,7 +200,7 @@ TEST(SkyDensity, MeanIsThatOfTheSphere) {
     }
 }
 
-// A picture without contrast has nothing to be asked for; directions find it.
+// A picture without contrast is not sampled by itself; BSDF hits find it.
 TEST(SkyDensity, OfNoContrastIsNoChoice) {
     const Sky sky([](int, int) { return Rgb(0.3f, 0.7f, 0.2f); });
     EXPECT_EQ(sky.s.view.lights.choices, 0);
@@ -252,15 +252,15 @@ TEST(QuadDensity, PlacesFollowItAndRaysMeetThem) {
             for (int k = 0; k < 8; k++)
                 u0.v[k] = u(g), u1.v[k] = u(g);
             const auto p = sample_quad(s.view, light, P, u0, u1, Mask<8>(true));
-            const auto met = intersect_quad(s.view, light, P, p.wi, Mask<8>(true));
+            const auto hit = intersect_quad(s.view, light, P, p.wi, Mask<8>(true));
             for (int k = 0; k < 8; k++) {
                 ASSERT_TRUE(p.valid[k]);
                 seen[size_t(std::clamp(int((0.5f - 0.5f * p.place.y[k]) * Rows), 0, Rows - 1) * Columns +
                             std::clamp(int((0.5f + 0.5f * p.place.x[k]) * Columns), 0, Columns - 1))]++;
-                if (met.valid[k]) {
-                    EXPECT_NEAR(met.pdf_solid_angle[k], p.pdf_solid_angle[k],
+                if (hit.valid[k]) {
+                    EXPECT_NEAR(hit.pdf_solid_angle[k], p.pdf_solid_angle[k],
                                 0.01f * p.pdf_solid_angle[k] + 0.01f);
-                    EXPECT_NEAR(met.distance[k], p.distance[k], 1e-3f * p.distance[k]);
+                    EXPECT_NEAR(hit.distance[k], p.distance[k], 1e-3f * p.distance[k]);
                 }
             }
         }
@@ -281,12 +281,12 @@ TEST(QuadDensity, PlacesFollowItAndRaysMeetThem) {
                     const Vec3f d = normalize(to);
                     w.x.v[k] = d.x, w.y.v[k] = d.y, w.z.v[k] = d.z;
                 }
-                const auto met = intersect_quad(s.view, light, P, w, Mask<8>(true));
+                const auto hit = intersect_quad(s.view, light, P, w, Mask<8>(true));
                 for (int k = 0; k < 8; k++)
-                    if (met.valid[k]) {
+                    if (hit.valid[k]) {
                         expected[size_t(y / Fine * Columns + (x + k) / Fine)] +=
-                            N * double(met.pdf_solid_angle[k]) * jacobian[k];
-                        all += double(met.pdf_solid_angle[k]) * jacobian[k];
+                            N * double(hit.pdf_solid_angle[k]) * jacobian[k];
+                        all += double(hit.pdf_solid_angle[k]) * jacobian[k];
                     }
             }
         EXPECT_NEAR(all, 1, 0.002);
@@ -338,7 +338,7 @@ TEST(QuadDensity, IrradianceOfABrightSpot) {
     EXPECT_LT(with.channel[1].error(), 0.4 * without.channel[1].error());
 }
 
-// ---- how often the sky is asked
+// ---- how often the sky is sampled
 
 // A lamp in a closed room beneath a sky that nobody sees there.
 TEST(ChoiceOfLight, AHiddenSkyCostsALampLittle) {

@@ -125,7 +125,7 @@ TEST(Placement, TinyAndLargeBodies) {
         add_cube(scaled.scene, c, 1);
         scaled.finish({{Transform::scale(size, size, size) * to_view(turned(), c)}}, 0.3f);
         scaled.expect_albedo("scaled by " + std::to_string(size));
-        // And a model of that size brought to units.
+        // And a model of that size scaled to units.
         Placed grown;
         add_cube(grown.scene, c * float(size), float(size));
         grown.finish({{to_view(turned(), c) * Transform::scale(1 / size, 1 / size, 1 / size)}}, 0.3f);
@@ -151,7 +151,7 @@ TEST(Placement, MirroredAndSheared) {
     }
 }
 
-// The way there and back again: no level's own matrix looks far.
+// There and back again: no level's own matrix looks far.
 TEST(Placement, InstancesOfInstances) {
     for (const double far : {1e3, 1e5, 1e6}) {
         const Transform out = Transform::translate(far, -far, 0.5 * far) * turned();

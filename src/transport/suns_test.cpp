@@ -75,7 +75,7 @@ TEST(Suns, AreSeenByTheCameraAndInMirrors) {
             }
 }
 
-// Asked for, met by chance, and both: the same light. A rough floor sees it through its lobe.
+// Next-event estimation, BSDF hits, and both: the same light. A rough floor sees it through its lobe.
 TEST(Suns, TheSameByEitherTechnique) {
     for (float roughness : {0.2f, 0.5f}) {
         double mean[3], error[3];
@@ -91,13 +91,13 @@ TEST(Suns, TheSameByEitherTechnique) {
             s.inputs.lights[0].visible_camera = s.inputs.lights[1].visible_camera = false;
             s.finish();
             if (mode == 1)
-                s.view.lights.choices = 0; // nothing is asked for
+                s.view.lights.choices = 0; // no next-event estimation
             if (mode == 2)
-                s.view.lights.suns = {}, s.view.lights.keeps_normals = false; // nothing is met
+                s.view.lights.suns = {}, s.view.lights.keeps_normals = false; // no BSDF hits
             const auto e = s.estimate(96, 40);
             mean[mode] = e.channel[1].mean(), error[mode] = e.channel[1].error();
         }
-        // Asked alone, light is weighed as if it were met too: less than all.
+        // Sampled alone, light is weighed as if BSDF hits counted too: less than all.
         EXPECT_NEAR(mean[1], mean[0], 0.005 * mean[0] + 4.5 * std::hypot(error[0], error[1])) << roughness;
         EXPECT_LT(mean[2], 0.97 * mean[0]) << roughness;
         EXPECT_LT(error[0], error[1]) << roughness;
@@ -214,7 +214,7 @@ TEST(ShadowRays, EmittersDoNotCoverThemselves) {
                 s.inputs.camera.render_from_camera[4 * c + 3] = Vec3f(offset, offset, 0)[c];
             s.inputs.max_depth = 1;
             s.finish(instanced ? first : -1, Transform::translate(place.x, place.y, place.z));
-            const auto asked = s.estimate(64, 4);
+            const auto sampled = s.estimate(64, 4);
             // What is far from the origin is as thick as its rounding.
             double expected = 0;
             const Vec3f middle(offset, offset + 0.5f, 0);
@@ -233,7 +233,8 @@ TEST(ShadowRays, EmittersDoNotCoverThemselves) {
                         }
                     expected += sum * 3 / (N * N) * 0.5 / DoublePi / (Size * Size);
                 }
-            EXPECT_NEAR(asked.channel[1].mean(), expected, 0.006 * expected + 4.5 * asked.channel[1].error())
+            EXPECT_NEAR(sampled.channel[1].mean(), expected,
+                        0.006 * expected + 4.5 * sampled.channel[1].error())
                 << offset << instanced;
         }
 }

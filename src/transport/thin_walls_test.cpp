@@ -1,4 +1,4 @@
-// Smooth thin walls: light behind a pane, asked for and met, against Fresnel's law.
+// Smooth thin walls: light behind a pane, by next-event estimation and by BSDF hits, against Fresnel's law.
 #include "transport/test_floor.h"
 
 namespace kanuka::transport {
@@ -20,7 +20,7 @@ double passes(double cosine, double n = 1.5) {
     return 1 - 2 * R / (1 + R);
 }
 
-// A pane over the camera, above the floor and below all that shines.
+// A pane over the camera, above the floor and below all emitters.
 void add_pane(TestScene& s, const Lobe& lobe, float y = 0.25f) {
     s.add_quad({0, y, 0}, {0, 0, 30}, {30, 0, 0}, {lobe});
 }
@@ -81,7 +81,7 @@ TEST(ThinWalls, LampsBehindAPane) {
         }
 }
 
-// Both techniques are weighed with the pane in the way: with directions alone the mean is the same.
+// Both techniques are weighed with the pane between: with directions alone the mean is the same.
 TEST(ThinWalls, DirectionsAloneFindTheSame) {
     for (bool two : {false, true})
         for (bool emitter : {false, true}) {

@@ -190,6 +190,8 @@ class Context {
     bool writes_depth_only() const;
     bool writes_sources() const;
     void choose_camera(const Location& where);
+    bool takes_world(int number, const Location& where);
+    Transform set_camera(const Location& where);
 
     scene::Scene m_scene;
     std::optional<scene::Editor> m_editor{m_scene}; // of m_scene, always

@@ -58,7 +58,7 @@ void shader_layer(Context&, Call&), connect_shader_layers(Context&, Call&), defo
 // What displaces from here on, after the Deformations in force; none = these alone.
 void put_displacement(Context&, std::optional<scene::ShaderRef>&&);
 
-// handlers_ris.cpp
+// handlers_ris.cpp, handlers_ris_lights.cpp
 void integrator(Context&, Call&), bxdf(Context&, Call&), displace(Context&, Call&), pattern(Context&, Call&),
     ris_light(Context&, Call&), display_filter(Context&, Call&);
 // Area lights of RenderMan 19 and 20: makes their parameters ours; does nothing to others.

@@ -1,29 +1,26 @@
 // Shading networks of other renderers, as far as they have a counterpart here: the
-// Bxdfs, Patterns, Lights and Integrators that RenderMan has had since its version 19. A table says what each
+// Bxdfs, Patterns and Integrators that RenderMan has had since its version 19. A table says what each
 // becomes.
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 
-#include "ingest/rib/context.h"
 #include "ingest/rib/handlers.h"
+#include "ingest/rib/ris.h"
 #include "scene/layers.h"
-#include "scene/schema/lights.h"
 
 namespace kanuka::ingest::handlers {
 
+using ris::Mapping;
+using ris::names;
+using ris::ours;
+using ris::set;
 using scene::ShaderRef;
 using scene::Type;
 using scene::Value;
 using scene::ValueList;
 
 namespace {
-
-// "theirs:ours" or, where both are the same, one name; separated by spaces.
-struct Mapping {
-    std::string_view theirs, ours, parameters;
-};
 
 constexpr Mapping Bxdfs[] = {
     {"PxrDisney", "principled",
@@ -51,100 +48,14 @@ constexpr Mapping Bxdfs[] = {
     {"PxrVolume", "cloud", "anisotropy:meanCosine"},
 };
 
-constexpr Mapping RisLights[] = {
-    {"PxrRectLight", "quadlight", "lightColorMap:texture"},
-    {"PxrDiskLight", "disklight", ""},
-    {"PxrSphereLight", "spherelight", ""},
-    {"PxrCylinderLight", "cylinderlight", ""},
-    {"PxrDistantLight", "distantlight", "angleExtent:angle"},
-    {"PxrDomeLight", "environmentlight", "lightColorMap:texture"},
-    {"PxrPortalLight", "portallight", ""},
-    {"PxrMeshLight", "arealight", ""},
-};
-
-// AreaLightSource of RenderMan 19 and 20, whose shape is a primitive or a Geometry that follows.
-constexpr std::string_view ShapedLights[] = {"PxrAreaLight",   "PxrStdAreaLight", "PxrStdEnvMapLight",
-                                             "PxrEnvMapLight", "PxrEnvDayLight",  "PxrStdEnvDayLight"};
-
-// What all lights have, and what is taken account of below.
-constexpr std::string_view LightParameters =
-    "intensity exposure lightColor areaNormalize primaryVisibility lightGroup lightColorGamma "
-    "traceLightPaths enableShadows fixedSampleCount importanceMultiplier";
 constexpr std::string_view SurfaceParameters =
     "diffuseGain specularFaceColor specularEdgeColor specularModelType specularFresnelMode specularIor "
     "clearcoatFaceColor clearcoatEdgeColor glowGain glowColor refractionGain refractionColor "
     "glassRoughness glassIor emission eta sheen specularTint diffuseColor densityFloat densityColor "
     "densityFloatPrimVar maxDensity";
 
-bool names(std::string_view list, std::string_view name) {
-    for (size_t at = list.find(name); at != std::string_view::npos; at = list.find(name, at + 1)) {
-        const size_t end = at + name.size();
-        if ((at == 0 || list[at - 1] == ' ') && (end == list.size() || list[end] == ' '))
-            return true;
-    }
-    return false;
-}
-
-// Our name of their parameter; empty = there is none.
-std::string_view ours(std::string_view mapping, std::string_view theirs) {
-    for (size_t at = 0; at < mapping.size();) {
-        const size_t stop = std::min(mapping.find(' ', at), mapping.size());
-        const std::string_view pair = mapping.substr(at, stop - at);
-        const size_t colon = pair.find(':');
-        if (pair.substr(0, colon) == theirs)
-            return colon == std::string_view::npos ? pair : pair.substr(colon + 1);
-        at = stop + 1;
-    }
-    return {};
-}
-
-template <size_t N>
-const Mapping* find(const Mapping (&table)[N], std::string_view name) {
-    // Plug-ins are files, which some systems find whatever their case.
-    const auto same = [](char a, char b) {
-        return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
-    };
-    for (const Mapping& m : table)
-        if (std::ranges::equal(m.theirs, name, same))
-            return &m;
-    return nullptr;
-}
-
-void set(ValueList& list, std::string_view name, Type type, std::vector<float> floats) {
-    Value v;
-    v.name = name;
-    v.type = type;
-    v.floats = std::move(floats);
-    list.set(std::move(v));
-}
-void set(ValueList& list, std::string_view name, float value) {
-    set(list, name, Type::Float, {value});
-}
-void set(ValueList& list, std::string_view name, Rgb c) {
-    set(list, name, Type::Color, {c.x, c.y, c.z});
-}
-void set(ValueList& list, std::string_view name, std::string text) {
-    Value v;
-    v.name = name;
-    v.type = Type::String;
-    v.strings = std::vector<std::string>{std::move(text)};
-    list.set(std::move(v));
-}
-
 float largest(Rgb c) {
     return std::max({c.x, c.y, c.z});
-}
-
-// Says once a shader which of its parameters have no counterpart.
-void report_rest(Context& c, const Call& call, const Mapping& mapping, std::string_view known) {
-    std::string rest;
-    for (const Value& v : call.params.values)
-        if (ours(mapping.parameters, v.name).empty() && !names(known, v.name) && !v.name.starts_with("__"))
-            rest += (rest.empty() ? "" : ", ") + v.name;
-    if (!rest.empty())
-        c.reports.once(Severity::Info, "parameters of " + call.text(0), call.where,
-                       std::string(call.spec->name) + " \"" + call.text(0) + "\" was taken for \"" +
-                           std::string(mapping.ours) + "\", which has no counterpart of " + rest);
 }
 
 // ---- Bxdf -------------------------------------------------------------------------------------------
@@ -269,7 +180,7 @@ void bxdf(Context& c, Call& call) {
                                       "baseColor diffuseColor:baseColor color:baseColor roughness presence"};
     if (call.text(0) == "PxrLightEmission") // its light is the area light's
         return;
-    const Mapping* mapping = find(Bxdfs, call.text(0));
+    const Mapping* mapping = ris::find(Bxdfs, call.text(0));
     if (!mapping) {
         mapping = &fallback;
         c.reports.once(Severity::Warning, "Bxdf " + call.text(0), call.where,
@@ -307,7 +218,7 @@ void bxdf(Context& c, Call& call) {
     if (theirs == "PxrDisney") // Burley's specular 0.5 is an index of refraction of 1.5
         set(to, "specular", std::min(1.0f, 2 * call.params.get_float("specular", 0.5f)));
     std::erase_if(to.values, [](const Value& v) { return v.name == "subsurface"; });
-    report_rest(c, call, *mapping, SurfaceParameters);
+    ris::report_rest(c, call, *mapping, SurfaceParameters);
     if (shader == "principled" && largest(to.get_color("emission", Rgb(0))) < 0)
         set(to, "emission", Rgb(0));
     ShaderRef ref = c.shader(call, 0);
@@ -346,129 +257,6 @@ void displace(Context& c, Call& call) {
     ref.parameters = std::move(own);
     ref.coshaders = std::move(layered.coshaders);
     put_displacement(c, std::move(ref));
-}
-
-// ---- Light ------------------------------------------------------------------------------------------
-
-// Their area lights have an edge or a diameter of one and are scaled by the transformation, as ours are.
-static double area_of(const Context& c, std::string_view light) {
-    const Vec3f o = c.ctm.point({0, 0, 0});
-    const double x = length(c.ctm.point({1, 0, 0}) - o), y = length(c.ctm.point({0, 1, 0}) - o),
-                 z = length(c.ctm.point({0, 0, 1}) - o);
-    constexpr double Quarter = 0.78539816339744831;
-    if (light == "PxrRectLight")
-        return x * y;
-    if (light == "PxrDiskLight")
-        return Quarter * x * y;
-    if (light == "PxrSphereLight")
-        return 4 * Quarter * std::pow(x * y * z, 2.0 / 3);
-    if (light == "PxrCylinderLight")
-        return 4 * Quarter * x * std::sqrt(y * z);
-    return 1;
-}
-
-static void take_area_light(ShaderRef& light) {
-    const ValueList theirs = std::move(light.parameters);
-    light.parameters = {};
-    const double intensity =
-        double(theirs.get_float("intensity", 1)) * std::exp2(double(theirs.get_float("exposure", 0)));
-    set(light.parameters, "intensity", float(std::isfinite(intensity) ? intensity : 0));
-    set(light.parameters, "lightcolor", theirs.get_color("lightColor", theirs.get_color("envTint", Rgb(1))));
-    if (const std::string map = theirs.get_string("rman__EnvMap", ""); !map.empty())
-        set(light.parameters, "texture", map);
-    if (const float seen = theirs.get_float("rman__LightPrimaryVisibility", 1); seen == 0)
-        set(light.parameters, "visible", seen);
-    light.name = "arealight";
-}
-
-void shaped_light(ShaderRef& light) {
-    if (std::find(std::begin(ShapedLights), std::end(ShapedLights), light.name) != std::end(ShapedLights))
-        take_area_light(light);
-}
-
-// Geometry "envsphere" and the shapes of lights: with an area light in force, the light itself.
-bool light_geometry(Context& c, const Call& call) {
-    static constexpr std::pair<std::string_view, std::string_view> Shapes[] = {
-        {"envsphere", "environmentlight"},
-        {"rectlight", "quadlight"},
-        {"disklight", "disklight"},
-        {"spherelight", "spherelight"},
-        {"cylinderlight", "cylinderlight"}};
-    for (const auto& [shape, name] : Shapes)
-        if (call.text(0) == shape) {
-            if (!c.attributes.shared->area_light)
-                return true; // what a light that is off would look like
-            ShaderRef light = *c.attributes.shared->area_light;
-            if (light.name != "arealight")
-                take_area_light(light);
-            light.name = name;
-            light.world_from_shader = c.ctm;
-            if (name != "environmentlight")
-                std::erase_if(light.parameters.values, [](const Value& v) { return v.name == "texture"; });
-            c.traces_light = true;
-            c.add_light(std::move(light));
-            return true;
-        }
-    return false;
-}
-
-void ris_light(Context& c, Call& call) {
-    const Mapping* mapping = find(RisLights, call.text(0));
-    if (!mapping) {
-        c.reports.once(Severity::Warning, "Light " + call.text(0), call.where,
-                       "Light \"" + call.text(0) +
-                           "\" has no counterpart and was left out; use PxrRectLight, PxrDiskLight, "
-                           "PxrSphereLight, PxrCylinderLight, PxrDistantLight, PxrDomeLight, PxrPortalLight, "
-                           "PxrMeshLight or a LightSource");
-        return;
-    }
-    const ValueList& theirs = call.params;
-    ValueList to;
-    double intensity =
-        double(theirs.get_float("intensity", 1)) * std::exp2(double(theirs.get_float("exposure", 0)));
-    if (theirs.get_int("areaNormalize", 0) != 0)
-        intensity /= std::max(area_of(c, mapping->theirs), 1e-30);
-    set(to, "intensity", float(std::isfinite(intensity) ? intensity : 0));
-    set(to, "lightcolor", theirs.get_color("lightColor", Rgb(1)));
-    for (const Value& v : theirs.values)
-        if (const std::string_view name = ours(mapping->parameters, v.name); !name.empty()) {
-            Value renamed = v;
-            renamed.name = name;
-            to.set(std::move(renamed));
-        }
-    if (mapping->ours != "arealight")
-        set(to, "visible",
-            float(theirs.get_int("primaryVisibility", 1) != 0 && c.attributes.shared->visible_camera));
-    if (const std::string group = theirs.get_string("lightGroup", ""); !group.empty())
-        set(to, "group", group);
-    report_rest(c, call, *mapping, LightParameters);
-    // Portals have no light of their own.
-    if (const scene::LightKind* kind = scene::find_light_shader(mapping->ours)) {
-        const std::vector<std::string_view> known = kind->shader_parameters();
-        std::erase_if(to.values,
-                      [&](const Value& v) { return std::ranges::find(known, v.name) == known.end(); });
-    }
-    const std::string handle = call.text(1);
-    ShaderRef light = c.shader(call, 0);
-    light.name = mapping->ours;
-    light.handle = handle;
-    light.parameters = std::move(to);
-    if (mapping->theirs == "PxrCylinderLight") { // theirs lies along x, ours along z
-        Transform turn;
-        turn.m[0] = {0, 0, 1, 0};
-        turn.m[1] = {0, 1, 0, 0};
-        turn.m[2] = {-1, 0, 0, 0};
-        light.world_from_shader = light.world_from_shader * turn;
-    }
-    if (mapping->theirs == "PxrDomeLight") // for a right-handed space, RISpec's sky for a left-handed one
-        light.world_from_shader = light.world_from_shader * Transform::scale(1, -1, 1);
-    if (mapping->theirs == "PxrMeshLight") { // what follows shines
-        c.lights.declare_area(handle);
-        c.attributes.edit(FieldAreaLight).area_light = std::move(light);
-        return;
-    }
-    c.traces_light = true;
-    c.add_light(std::move(light));
 }
 
 // ---- the rest ---------------------------------------------------------------------------------------

@@ -74,6 +74,13 @@ class Lexer {
     void skip_space();
     Token peek_next();
     Token peek_binary(unsigned char c);
+    Token peek_fixed(unsigned char c);
+    Token peek_ieee(int bytes);
+    Token peek_floats(size_t w);
+    Token peek_request();
+    Token define_request();
+    Token peek_defined_string(int w);
+    Token define_string(int w);
     bool take(size_t n) const { return m_end - m_at >= n; }
     uint64_t big_endian(size_t at, int bytes) const;
     bool binary_string(size_t at, std::string_view& out, size_t& after) const;

@@ -98,15 +98,10 @@ void Context::choose_camera(const Location& where) {
     ctm_keys = chosen.keys;
 }
 
-void Context::begin_world(const Location& where) {
-    tell_of_outside();
-    // Step 1: is this the world to be rendered?
-    const bool in_frame = m_frame_open;
-    const int number = in_frame ? m_frames_seen.back() : ++m_loose_worlds;
-    if (!in_frame)
-        m_frames_seen.push_back(number);
+// Is this the world to be rendered? `number` is that of its frame, or its own among those outside of frames.
+bool Context::takes_world(int number, const Location& where) {
     bool take =
-        !m_world_done && (in_frame ? m_frame_chosen : m_frame_choice.frame == 0 || is_asked_for(number));
+        !m_world_done && (m_frame_open ? m_frame_chosen : m_frame_choice.frame == 0 || is_asked_for(number));
     if (m_world_done)
         reports.once(Severity::Info, "further world", where,
                      "a further WorldBegin: one world is rendered at a time; ask for frame " +
@@ -123,25 +118,11 @@ void Context::begin_world(const Location& where) {
             list->back().repeat != repeat) // not its second world
             list->push_back({number, where, makes_picture, writes_sources(), repeat});
     }
-    open(BlockKind::World, where);
-    m_blocks.back().options = std::make_unique<OptionState>(options);
-    m_in_world = true;
-    m_world_where = where;
-    if (!take) {
-        stream.skip_to("WorldBegin", {"WorldEnd"});
-        return;
-    }
-    // Step 2: the camera is where the transformations before the world put it, or Camera before them.
-    m_world_done = true;
-    m_world_in_frame = in_frame;
-    Transform world_from_here;
-    try {
-        world_from_here = ctm.inverse();
-    } catch (const Error&) {
-        // reported below, or of no matter
-    }
-    choose_camera(where);
-    mend_means();
+    return take;
+}
+
+// The camera is where the transformations before the world put it. Gives the world from there.
+Transform Context::set_camera(const Location& where) {
     m_camera_from_world = ctm;
     Transform world_from_camera;
     try {
@@ -176,7 +157,36 @@ void Context::begin_world(const Location& where) {
         m_scene.camera.screen_window =
             f >= 1 ? std::array<float, 4>{-f, f, -1, 1} : std::array<float, 4>{-1, 1, -1 / f, 1 / f};
     }
-    // Step 3: what was declared in camera space so far gets its place in the world.
+    return world_from_camera;
+}
+
+void Context::begin_world(const Location& where) {
+    tell_of_outside();
+    const bool in_frame = m_frame_open;
+    const int number = in_frame ? m_frames_seen.back() : ++m_loose_worlds;
+    if (!in_frame)
+        m_frames_seen.push_back(number);
+    const bool take = takes_world(number, where);
+    open(BlockKind::World, where);
+    m_blocks.back().options = std::make_unique<OptionState>(options);
+    m_in_world = true;
+    m_world_where = where;
+    if (!take) {
+        stream.skip_to("WorldBegin", {"WorldEnd"});
+        return;
+    }
+    m_world_done = true;
+    m_world_in_frame = in_frame;
+    Transform world_from_here;
+    try {
+        world_from_here = ctm.inverse();
+    } catch (const Error&) {
+        // reported by set_camera(), or of no matter
+    }
+    choose_camera(where);
+    mend_means();
+    const Transform world_from_camera = set_camera(where);
+    // What was declared in camera space so far gets its place in the world.
     replace({});
     lights.place(world_from_here);
     for (auto& [name, transform] : coordinate_systems)

@@ -306,6 +306,41 @@ bool StageEmitter::has_varying(const Block& block, size_t begin, size_t end) con
     return false;
 }
 
+// Variables of the frame go back: varying ones at the end of the loop's body, uniform ones after the loop.
+void StageEmitter::store_varying_vars() {
+    for (int v : m_r->varying_vars) {
+        const Var& var = m_stage.vars[size_t(v)];
+        if (var.array || !m_r->written.count(v))
+            continue;
+        for (int c = 0; c < comps(var.ty); c++) {
+            llvm::Value* x = m_b.CreateLoad(lane_type(var.ty, true), m_r->vars[v][size_t(c)]);
+            if (var.ty == Ty::Bool)
+                x = m_b.CreateUIToFP(x, lane_type(Ty::Float, true));
+            m_b.CreateAlignedStore(
+                x, m_b.CreateGEP(m_float, slot_pointer(m_plan.vars[size_t(v)], c), m_r->index),
+                llvm::Align(4));
+        }
+    }
+}
+
+void StageEmitter::store_uniform_vars() {
+    for (int v : m_r->uniform_vars) {
+        const Var& var = m_stage.vars[size_t(v)];
+        if (!m_r->written.count(v))
+            continue;
+        const int n = comps(var.ty) * std::max(1, var.array);
+        for (int c = 0; c < n; c++) {
+            llvm::Type* type = scalar_type(var.ty);
+            llvm::Value* from = var.array ? m_b.CreateConstGEP1_32(type, m_r->arrays[v], unsigned(c))
+                                          : m_r->vars[v][size_t(c)];
+            llvm::Value* x = m_b.CreateLoad(type, from);
+            if (var.ty == Ty::Bool)
+                x = m_b.CreateUIToFP(x, m_float);
+            m_b.CreateStore(x, slot_pointer(m_plan.vars[size_t(v)], c));
+        }
+    }
+}
+
 // A function of its own:  entry: uniform loads → for (index = 0; index < count; index += lanes) { top:
 // varying loads → body → end: varying stores } → exit: uniform stores.
 void StageEmitter::region(const Block& code, size_t begin, size_t end, bool outputs) {
@@ -347,20 +382,8 @@ void StageEmitter::region(const Block& code, size_t begin, size_t end, bool outp
     if (outputs)
         write_outputs();
     m_b.CreateBr(done);
-    // Variables of the frame go back.
     m_b.SetInsertPoint(done);
-    for (int v : r.varying_vars) {
-        const Var& var = m_stage.vars[size_t(v)];
-        if (var.array || !r.written.count(v))
-            continue;
-        for (int c = 0; c < comps(var.ty); c++) {
-            llvm::Value* x = m_b.CreateLoad(lane_type(var.ty, true), r.vars[v][size_t(c)]);
-            if (var.ty == Ty::Bool)
-                x = m_b.CreateUIToFP(x, lane_type(Ty::Float, true));
-            m_b.CreateAlignedStore(
-                x, m_b.CreateGEP(m_float, slot_pointer(m_plan.vars[size_t(v)], c), r.index), llvm::Align(4));
-        }
-    }
+    store_varying_vars();
     if (loops) {
         llvm::Value* next = m_b.CreateAdd(index, m_b.getInt64(uint64_t(m_lanes)));
         index->addIncoming(next, done);
@@ -375,21 +398,7 @@ void StageEmitter::region(const Block& code, size_t begin, size_t end, bool outp
         m_b.CreateBr(exit);
     }
     m_b.SetInsertPoint(exit);
-    for (int v : r.uniform_vars) {
-        const Var& var = m_stage.vars[size_t(v)];
-        if (!r.written.count(v))
-            continue;
-        const int n = comps(var.ty) * std::max(1, var.array);
-        for (int c = 0; c < n; c++) {
-            llvm::Type* type = scalar_type(var.ty);
-            llvm::Value* from =
-                var.array ? m_b.CreateConstGEP1_32(type, r.arrays[v], unsigned(c)) : r.vars[v][size_t(c)];
-            llvm::Value* x = m_b.CreateLoad(type, from);
-            if (var.ty == Ty::Bool)
-                x = m_b.CreateUIToFP(x, m_float);
-            m_b.CreateStore(x, slot_pointer(m_plan.vars[size_t(v)], c));
-        }
-    }
+    store_uniform_vars();
     m_b.CreateRetVoid();
     m_r = nullptr;
     m_frame = driver_frame;

@@ -44,6 +44,8 @@ class StageEmitter {
     void drive_call(const ir::Instr& instr);
     void region(const ir::Block& block, size_t begin, size_t end, bool outputs);
     bool has_varying(const ir::Block& block, size_t begin, size_t end) const;
+    void store_varying_vars();
+    void store_uniform_vars();
     void write_outputs();
     llvm::Value* field(int index, llvm::Type* type, const char* name);
     llvm::Value* slot_pointer(const ir::Slot& slot, int component);
@@ -53,7 +55,6 @@ class StageEmitter {
     llvm::Value* count_turns(const ir::Item& loop, llvm::BasicBlock* entry);
     void spend(const ir::Item& loop, llvm::Value* turns, llvm::Function* function, llvm::BasicBlock* exit);
     void report_fault(int fault, llvm::Value* lanes);
-    void fault_where(llvm::Value* bad, bool varying, const ir::Instr& instr);
 
     // emit_region.cpp: items within a region
     void block(const ir::Block& block, size_t begin, size_t end);
@@ -80,12 +81,22 @@ class StageEmitter {
     Value compute(const ir::Instr& i);
     llvm::Value* scalar_op(const ir::Instr& i, llvm::Value* a, llvm::Value* b);
     llvm::Value* math(ir::Fn fn, llvm::Value* a, llvm::Value* b);
+    llvm::Value* fma(llvm::Value* a, llvm::Value* b, llvm::Value* c);
     Value noise(const ir::Instr& i);
+    Value trivial_call(const ir::Instr& i);
+    Value same_text(const ir::Instr& i);
+    Value cross(const ir::Instr& i);
+    Value divide(const ir::Instr& i);
+    Value math_function(const ir::Instr& i);
+    Value matrix_product(const ir::Instr& i);
+    Value all_lanes(const ir::Instr& i);
+    void fault_where(llvm::Value* bad, bool varying, const ir::Instr& instr);
+
+    // emit_arrays.cpp
     Value element(const ir::Instr& i);
     void store_element(const ir::Instr& i);
     llvm::Value* clamp_index(const ir::Instr& i, int size, bool varying);
     llvm::Value* element_pointer(int var, llvm::Value* index, int component);
-    Value trivial_call(const ir::Instr& i);
 
     llvm::Module& m_module;
     llvm::LLVMContext& m_context;

@@ -175,14 +175,122 @@ StageEmitter::Value StageEmitter::trivial_call(const Instr& i) {
     return v;
 }
 
+llvm::Value* StageEmitter::fma(llvm::Value* a, llvm::Value* b, llvm::Value* c) {
+    return m_b.CreateIntrinsic(llvm::Intrinsic::fma, {a->getType()}, {a, b, c});
+}
+
+StageEmitter::Value StageEmitter::same_text(const Instr& i) {
+    Value v;
+    v.varying = i.varying;
+    llvm::FunctionCallee f = m_module.getOrInsertFunction("kanuka_sl_same", m_int, m_pointer, m_pointer);
+    if (auto* function = llvm::dyn_cast<llvm::Function>(f.getCallee())) {
+        function->setOnlyReadsMemory();
+        function->setDoesNotThrow();
+        function->setWillReturn();
+    }
+    llvm::Value* same = m_b.CreateCall(f, {get(i.args[0], false).part[0], get(i.args[1], false).part[0]});
+    v.part[0] = m_b.CreateICmpNE(same, m_b.getInt32(0));
+    if (i.varying)
+        v.part[0] = widen(v.part[0]);
+    return v;
+}
+
+StageEmitter::Value StageEmitter::cross(const Instr& i) {
+    Value v;
+    v.varying = i.varying;
+    const Value a = get(i.args[0], i.varying), b = get(i.args[1], i.varying);
+    for (int k = 0; k < 3; k++) {
+        const int p = (k + 1) % 3, q = (k + 2) % 3;
+        v.part[k] = fma(a.part[p], b.part[q], m_b.CreateFNeg(m_b.CreateFMul(a.part[q], b.part[p])));
+    }
+    return v;
+}
+
+// By zero, where that is a fault: 0.
+StageEmitter::Value StageEmitter::divide(const Instr& i) {
+    Value v;
+    v.varying = i.varying;
+    const Value a = get(i.args[0], i.varying), b = get(i.args[1], i.varying);
+    const int n = comps(i.ty);
+    if (i.floats.empty()) {
+        for (int k = 0; k < n; k++)
+            v.part[k] = m_b.CreateFDiv(a.part[k], b.part[k]);
+        return v;
+    }
+    llvm::Value* bad = nullptr;
+    llvm::Value* zero = llvm::Constant::getNullValue(a.part[0]->getType());
+    llvm::Value* last = nullptr;
+    for (int k = 0; k < n; k++) {
+        if (b.part[k] != (k ? b.part[k - 1] : nullptr)) { // a splat is tested once
+            last = m_b.CreateFCmpOEQ(b.part[k], zero);
+            bad = bad ? m_b.CreateOr(bad, last) : last;
+        }
+        v.part[k] = m_b.CreateSelect(last, zero, m_b.CreateFDiv(a.part[k], b.part[k]));
+    }
+    fault_where(bad, i.varying, i);
+    return v;
+}
+
+// The logarithm of what is not positive, a broken power of a negative number: 0, and a fault.
+StageEmitter::Value StageEmitter::math_function(const Instr& i) {
+    Value v;
+    v.varying = i.varying;
+    const Fn fn = Fn(i.imm);
+    const bool log = fn == Fn::Log || fn == Fn::Log2 || fn == Fn::Log10;
+    const Value a = get(i.args[0], i.varying), b = i.op == Op::Math2 ? get(i.args[1], i.varying) : Value{};
+    llvm::Value* zero = llvm::Constant::getNullValue(a.part[0]->getType());
+    llvm::Value* bad = nullptr;
+    for (int k = 0; k < comps(i.ty); k++) {
+        v.part[k] = scalar_op(i, a.part[k], b.part[k]);
+        if (!log && fn != Fn::Pow)
+            continue;
+        llvm::Value* wrong =
+            log ? m_b.CreateFCmpOLE(a.part[k], zero)
+                : m_b.CreateAnd(m_b.CreateFCmpOLT(a.part[k], zero), m_b.CreateFCmpUNO(v.part[k], v.part[k]));
+        v.part[k] = m_b.CreateSelect(wrong, zero, v.part[k]);
+        bad = bad ? m_b.CreateOr(bad, wrong) : wrong;
+    }
+    if (bad && !i.floats.empty())
+        fault_where(bad, i.varying, i);
+    return v;
+}
+
+StageEmitter::Value StageEmitter::matrix_product(const Instr& i) {
+    Value v;
+    v.varying = i.varying;
+    const Value a = get(i.args[0], i.varying), b = get(i.args[1], i.varying);
+    for (int row = 0; row < 4; row++)
+        for (int column = 0; column < 4; column++) {
+            llvm::Value* sum = m_b.CreateFMul(a.part[row * 4 + 3], b.part[12 + column]);
+            for (int k = 2; k >= 0; k--)
+                sum = fma(a.part[row * 4 + k], b.part[k * 4 + column], sum);
+            v.part[row * 4 + column] = sum;
+        }
+    return v;
+}
+
+// The mask of lanes that have a vertex.
+StageEmitter::Value StageEmitter::all_lanes(const Instr& i) {
+    Value v;
+    v.varying = i.varying;
+    llvm::Value* index = m_b.CreateTrunc(m_r->index, m_int);
+    llvm::Value* count = field(0, m_int, "count");
+    if (m_lanes > 1) {
+        std::vector<llvm::Constant*> steps;
+        for (int k = 0; k < m_lanes; k++)
+            steps.push_back(m_b.getInt32(uint32_t(k)));
+        index = m_b.CreateAdd(widen(index), llvm::ConstantVector::get(steps));
+        count = widen(count);
+    }
+    v.part[0] = m_b.CreateSExt(m_b.CreateICmpSLT(index, count), lane_type(Ty::Mask, true));
+    return v;
+}
+
 StageEmitter::Value StageEmitter::compute(const Instr& i) {
     Value v;
     v.varying = i.varying;
     const int n = comps(i.ty);
     const auto arg = [&](size_t k) { return get(i.args[k], i.varying); };
-    const auto fma = [&](llvm::Value* a, llvm::Value* b, llvm::Value* c) {
-        return m_b.CreateIntrinsic(llvm::Intrinsic::fma, {a->getType()}, {a, b, c});
-    };
     switch (i.op) {
     case Op::Load:
         return load_var(i.imm, i.varying);
@@ -192,19 +300,19 @@ StageEmitter::Value StageEmitter::compute(const Instr& i) {
         return trivial_call(i);
     case Op::Noise:
         return noise(i);
-    case Op::SameText: {
-        llvm::FunctionCallee f = m_module.getOrInsertFunction("kanuka_sl_same", m_int, m_pointer, m_pointer);
-        if (auto* function = llvm::dyn_cast<llvm::Function>(f.getCallee())) {
-            function->setOnlyReadsMemory();
-            function->setDoesNotThrow();
-            function->setWillReturn();
-        }
-        llvm::Value* same = m_b.CreateCall(f, {get(i.args[0], false).part[0], get(i.args[1], false).part[0]});
-        v.part[0] = m_b.CreateICmpNE(same, m_b.getInt32(0));
-        if (i.varying)
-            v.part[0] = widen(v.part[0]);
-        return v;
-    }
+    case Op::SameText:
+        return same_text(i);
+    case Op::Cross:
+        return cross(i);
+    case Op::Div:
+        return divide(i);
+    case Op::Math1:
+    case Op::Math2:
+        return math_function(i);
+    case Op::MatMul:
+        return matrix_product(i);
+    case Op::AllLanes:
+        return all_lanes(i);
     case Op::Select: {
         const Value c = arg(0), a = arg(1), b = arg(2);
         for (int k = 0; k < n; k++)
@@ -230,81 +338,6 @@ StageEmitter::Value StageEmitter::compute(const Instr& i) {
             fma(a.part[0], b.part[0], fma(a.part[1], b.part[1], m_b.CreateFMul(a.part[2], b.part[2])));
         return v;
     }
-    case Op::Cross: {
-        const Value a = arg(0), b = arg(1);
-        for (int k = 0; k < 3; k++) {
-            const int p = (k + 1) % 3, q = (k + 2) % 3;
-            v.part[k] = fma(a.part[p], b.part[q], m_b.CreateFNeg(m_b.CreateFMul(a.part[q], b.part[p])));
-        }
-        return v;
-    }
-    case Op::Div: {
-        const Value a = arg(0), b = arg(1);
-        if (i.floats.empty()) {
-            for (int k = 0; k < n; k++)
-                v.part[k] = m_b.CreateFDiv(a.part[k], b.part[k]);
-            return v;
-        }
-        // By zero: 0, and a fault.
-        llvm::Value* bad = nullptr;
-        llvm::Value* zero = llvm::Constant::getNullValue(a.part[0]->getType());
-        llvm::Value* last = nullptr;
-        for (int k = 0; k < n; k++) {
-            if (b.part[k] != (k ? b.part[k - 1] : nullptr)) { // a splat is tested once
-                last = m_b.CreateFCmpOEQ(b.part[k], zero);
-                bad = bad ? m_b.CreateOr(bad, last) : last;
-            }
-            v.part[k] = m_b.CreateSelect(last, zero, m_b.CreateFDiv(a.part[k], b.part[k]));
-        }
-        fault_where(bad, i.varying, i);
-        return v;
-    }
-    case Op::Math1:
-    case Op::Math2: {
-        const Fn fn = Fn(i.imm);
-        const bool log = fn == Fn::Log || fn == Fn::Log2 || fn == Fn::Log10;
-        const Value a = arg(0), b = i.op == Op::Math2 ? arg(1) : Value{};
-        llvm::Value* zero = llvm::Constant::getNullValue(a.part[0]->getType());
-        llvm::Value* bad = nullptr;
-        for (int k = 0; k < n; k++) {
-            v.part[k] = scalar_op(i, a.part[k], b.part[k]);
-            if (!log && fn != Fn::Pow)
-                continue;
-            // The logarithm of what is not positive, a broken power of a negative number: 0, and a fault.
-            llvm::Value* wrong = log ? m_b.CreateFCmpOLE(a.part[k], zero)
-                                     : m_b.CreateAnd(m_b.CreateFCmpOLT(a.part[k], zero),
-                                                     m_b.CreateFCmpUNO(v.part[k], v.part[k]));
-            v.part[k] = m_b.CreateSelect(wrong, zero, v.part[k]);
-            bad = bad ? m_b.CreateOr(bad, wrong) : wrong;
-        }
-        if (bad && !i.floats.empty())
-            fault_where(bad, i.varying, i);
-        return v;
-    }
-    case Op::MatMul: {
-        const Value a = arg(0), b = arg(1);
-        for (int row = 0; row < 4; row++)
-            for (int column = 0; column < 4; column++) {
-                llvm::Value* sum = m_b.CreateFMul(a.part[row * 4 + 3], b.part[12 + column]);
-                for (int k = 2; k >= 0; k--)
-                    sum = fma(a.part[row * 4 + k], b.part[k * 4 + column], sum);
-                v.part[row * 4 + column] = sum;
-            }
-        return v;
-    }
-    case Op::AllLanes: {
-        llvm::Value* index = m_b.CreateTrunc(m_r->index, m_int);
-        llvm::Value* count = field(0, m_int, "count");
-        if (m_lanes > 1) {
-            std::vector<llvm::Constant*> steps;
-            for (int k = 0; k < m_lanes; k++)
-                steps.push_back(m_b.getInt32(uint32_t(k)));
-            index = m_b.CreateAdd(widen(index), llvm::ConstantVector::get(steps));
-            count = widen(count);
-        }
-        v.part[0] = m_b.CreateSExt(m_b.CreateICmpSLT(index, count), lane_type(Ty::Mask, true));
-        return v;
-    }
     default: {
         const Value a = i.args.empty() ? Value{} : arg(0), b = i.args.size() > 1 ? arg(1) : Value{};
         for (int k = 0; k < n; k++)
@@ -313,9 +346,6 @@ StageEmitter::Value StageEmitter::compute(const Instr& i) {
     }
     }
 }
-
-// ---- arrays
-// ---------------------------------------------------------------------------------------------------------------
 
 // Reports the instruction's fault, with the number of lanes that run and have it.
 void StageEmitter::fault_where(llvm::Value* bad, bool varying, const Instr& i) {
@@ -334,114 +364,6 @@ void StageEmitter::fault_where(llvm::Value* bad, bool varying, const Instr& i) {
     report_fault(int(i.floats[0]), lanes);
     m_b.CreateBr(next);
     m_b.SetInsertPoint(next);
-}
-
-// The index as an integer within the array; lanes outside of it are reported once and take the nearest
-// element.
-llvm::Value* StageEmitter::clamp_index(const Instr& i, int size, bool varying) {
-    const Instr& index = m_stage.instrs[size_t(i.args[0])];
-    if (index.op == Op::Const) {
-        const float f = index.floats[0];
-        llvm::Value* k = m_b.getInt32(uint32_t(f >= 0 && f < float(size) ? int(f) : f < 0 ? 0 : size - 1));
-        return varying ? widen(k) : k;
-    }
-    llvm::Value* f = get(i.args[0], varying).part[0];
-    llvm::Value* zero = llvm::Constant::getNullValue(f->getType());
-    llvm::Value* last = llvm::ConstantFP::get(f->getType(), double(size - 1));
-    // An index is a whole number carried in a float: a hair below it is still that number.
-    llvm::Value* whole = m_b.CreateUnaryIntrinsic(
-        llvm::Intrinsic::floor, m_b.CreateFAdd(f, llvm::ConstantFP::get(f->getType(), 1e-4)));
-    llvm::Value* low = m_b.CreateFCmpOGE(whole, zero);
-    if (!i.floats.empty()) // nor is a hair below the end outside of it
-        fault_where(m_b.CreateNot(m_b.CreateAnd(
-                        low, m_b.CreateFCmpOLT(f, llvm::ConstantFP::get(f->getType(), double(size))))),
-                    varying, i);
-    whole = m_b.CreateSelect(low, whole, zero);
-    whole = m_b.CreateSelect(m_b.CreateFCmpOLE(whole, last), whole, last);
-    return m_b.CreateFPToSI(whole, f->getType()->isVectorTy() ? lane_type(Ty::Mask, true) : m_int);
-}
-
-// Address of an element's component: a pointer, or one for each lane where the index varies.
-llvm::Value* StageEmitter::element_pointer(int v, llvm::Value* index, int component) {
-    const Var& var = m_stage.vars[size_t(v)];
-    const Slot& slot = m_plan.vars[size_t(v)];
-    const int n = comps(var.ty);
-    const bool wide_index = index->getType()->isVectorTy();
-    const auto number = [&](uint64_t k) -> llvm::Value* {
-        llvm::Value* c = m_b.getInt64(k);
-        return wide_index ? widen(c) : c;
-    };
-    const auto spread = [&](llvm::Value* x) { return wide_index ? widen(x) : x; };
-    llvm::Value* lanes = nullptr;
-    if (wide_index) {
-        std::vector<llvm::Constant*> steps;
-        for (int k = 0; k < m_lanes; k++)
-            steps.push_back(m_b.getInt64(uint64_t(k)));
-        lanes = llvm::ConstantVector::get(steps);
-    }
-    llvm::Value* wide =
-        m_b.CreateZExt(index, wide_index ? llvm::FixedVectorType::get(m_long, unsigned(m_lanes)) : m_long);
-    llvm::Value* element =
-        m_b.CreateAdd(m_b.CreateMul(wide, number(uint64_t(n))), number(uint64_t(component)));
-    if (slot.kind == Slot::Array) {
-        llvm::Value* base = slot_pointer(slot, 0);
-        llvm::Value* offset =
-            m_b.CreateAdd(m_b.CreateMul(element, spread(field(2, m_long, "stride"))), spread(m_r->index));
-        if (lanes)
-            offset = m_b.CreateAdd(offset, lanes);
-        return m_b.CreateGEP(m_float, base, offset);
-    }
-    llvm::Value* base = m_r->arrays[v];
-    if (var.varying && wide_index) {
-        llvm::Value* offset = m_b.CreateAdd(m_b.CreateMul(element, number(uint64_t(m_lanes))), lanes);
-        return m_b.CreateGEP(m_float, base, offset);
-    }
-    return m_b.CreateGEP(lane_type(var.ty, var.varying), base, element);
-}
-
-StageEmitter::Value StageEmitter::element(const Instr& i) {
-    const Var& var = m_stage.vars[size_t(i.imm)];
-    prepare_var(i.imm);
-    const bool wide_index = m_stage.instrs[size_t(i.args[0])].varying && m_lanes > 1;
-    llvm::Value* index = clamp_index(i, var.array, m_stage.instrs[size_t(i.args[0])].varying);
-    Value v;
-    v.varying = i.varying;
-    for (int c = 0; c < comps(var.ty); c++) {
-        llvm::Value* p = element_pointer(i.imm, index, c);
-        if (wide_index) {
-            v.part[c] = m_b.CreateMaskedGather(lane_type(var.ty, true), p, llvm::Align(4));
-        } else {
-            v.part[c] = m_b.CreateAlignedLoad(lane_type(var.ty, var.varying), p,
-                                              llvm::Align(var.ty == Ty::String ? 8 : 4));
-            if (i.varying)
-                v.part[c] = widen(v.part[c]);
-        }
-    }
-    return v;
-}
-
-void StageEmitter::store_element(const Instr& i) {
-    const Var& var = m_stage.vars[size_t(i.imm)];
-    prepare_var(i.imm);
-    m_r->written.insert(i.imm);
-    const bool wide_index = m_stage.instrs[size_t(i.args[0])].varying && m_lanes > 1;
-    const bool masked = i.args.size() > 2;
-    const Value value = get(i.args[1], var.varying);
-    llvm::Value* index = clamp_index(i, var.array, m_stage.instrs[size_t(i.args[0])].varying);
-    llvm::Value* mask = masked ? mask_bits(get(i.args[2], true).part[0]) : nullptr;
-    for (int c = 0; c < comps(var.ty); c++) {
-        llvm::Value* p = element_pointer(i.imm, index, c);
-        if (wide_index) {
-            llvm::Value* all = mask ? mask : widen(m_b.getInt1(true));
-            m_b.CreateMaskedScatter(value.part[c], p, llvm::Align(4), all);
-            continue;
-        }
-        llvm::Value* x = value.part[c];
-        const llvm::Align align(var.ty == Ty::String ? 8 : 4);
-        if (mask)
-            x = m_b.CreateSelect(mask, x, m_b.CreateAlignedLoad(x->getType(), p, align));
-        m_b.CreateAlignedStore(x, p, align);
-    }
 }
 
 } // namespace kanuka::sl

@@ -134,6 +134,32 @@ static float apply(Op op, float a, float b) {
     }
 }
 
+// Arithmetic and comparisons of two operands.
+Ref Builder::fold_binary(Op op, Ty ty, Ref a, Ref b) {
+    if (is_const(a) && is_const(b)) {
+        std::vector<float> f(at(a).floats.size());
+        for (size_t i = 0; i < f.size(); i++)
+            f[i] = apply(op, at(a).floats[i], at(b).floats[i]);
+        return constant(std::move(f), ty);
+    }
+    // Identities that hold for every float, NaN included.
+    if (op == Op::Mul && is_const(b, 1))
+        return a;
+    if (op == Op::Mul && is_const(a, 1))
+        return b;
+    if (op == Op::Div && is_const(b, 1))
+        return a;
+    if ((op == Op::Add || op == Op::Sub) && is_const(b, 0))
+        return a;
+    if (op == Op::Add && is_const(a, 0))
+        return b;
+    if (op == Op::And && is_const(a))
+        return at(a).floats[0] != 0 ? b : a;
+    if (op == Op::Or && is_const(a))
+        return at(a).floats[0] != 0 ? a : b;
+    return None;
+}
+
 Ref Builder::fold(Op op, Ty ty, const std::vector<Ref>& args, int imm) {
     bool all = !args.empty();
     for (Ref a : args)
@@ -153,28 +179,7 @@ Ref Builder::fold(Op op, Ty ty, const std::vector<Ref>& args, int imm) {
     case Op::Ne:
     case Op::And:
     case Op::Or:
-        if (all) {
-            std::vector<float> f(at(args[0]).floats.size());
-            for (size_t i = 0; i < f.size(); i++)
-                f[i] = apply(op, at(args[0]).floats[i], at(args[1]).floats[i]);
-            return constant(std::move(f), ty);
-        }
-        // Identities that hold for every float, NaN included.
-        if (op == Op::Mul && is_const(args[1], 1))
-            return args[0];
-        if (op == Op::Mul && is_const(args[0], 1))
-            return args[1];
-        if (op == Op::Div && is_const(args[1], 1))
-            return args[0];
-        if ((op == Op::Add || op == Op::Sub) && is_const(args[1], 0))
-            return args[0];
-        if (op == Op::Add && is_const(args[0], 0))
-            return args[1];
-        if (op == Op::And && is_const(args[0]))
-            return at(args[0]).floats[0] != 0 ? args[1] : args[0];
-        if (op == Op::Or && is_const(args[0]))
-            return at(args[0]).floats[0] != 0 ? args[0] : args[1];
-        return None;
+        return fold_binary(op, ty, args[0], args[1]);
     case Op::Neg:
     case Op::Abs:
     case Op::Floor:

@@ -42,6 +42,7 @@ class Builder {
   private:
     Ref push(Instr instr);
     Ref fold(Op op, Ty ty, const std::vector<Ref>& args, int imm);
+    Ref fold_binary(Op op, Ty ty, Ref a, Ref b);
     Stage* m_stage;
     Block* m_block = nullptr;
     const Loc* m_place = nullptr;

@@ -47,8 +47,9 @@ class Extraction {
         std::set<int> scratch; // variables that are set anew within a loop: no sums over lights
     };
 
-    // closures.cpp: what holds light
     void complain(Loc at, const std::string& what);
+
+    // closures_sites.cpp: the terms
     void find_colored();
     void find_sites(Block& b);
     void find_used();
@@ -57,6 +58,8 @@ class Extraction {
     Contents arguments(const Instr& i);
     int product(int a, int b);
     int carrier(const Contents& c) const;
+
+    // closures_flow.cpp: what holds light
     void not_a_lobe(const Contents& c, Loc at);
     void nonlinear(const Instr& i, const Contents& c);
     bool flow(const Block& b);
@@ -84,6 +87,11 @@ class Extraction {
     void instruction(const Item& item);
     void store(const Instr& i);
     void replace_arguments(Ref r);
+    Bundle term(Ref r, const Instr& i);
+    Bundle load(const Instr& i);
+
+    // closures_operators.cpp
+    Bundle make(const Instr& i);
     Bundle sum(const Instr& i);
     Bundle multiply(const Instr& i);
     Bundle chord(const Instr& i);

@@ -1,4 +1,4 @@
-// The terms that a classic surface's light is made of: shared by closures.cpp, which finds them,
+// The terms that a classic surface's light is made of: shared by closures_sites.cpp, which finds them,
 // closures_rewrite.cpp, which computes with them, and lobes.cpp, which makes lobes of them.
 #pragma once
 

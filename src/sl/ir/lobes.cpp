@@ -1,8 +1,7 @@
 // Lobes and weights out of the terms of light that Ci holds.
-#include <utility>
-
 #include "grid/lobe_table.h"
 #include "sl/ir/light_terms.h"
+#include "sl/ir/surface_colors.h"
 
 namespace kanuka::sl::ir {
 
@@ -19,34 +18,64 @@ class Lobes {
         : m_program(program), m_stage(program.shade), m_b(builder), m_terms(terms) {}
 
     void run() {
-        Ref opacity = None;
-        if (!always_one(m_program.Oi)) {
-            opacity = m_b.load(m_program.Oi, {});
-            Ref sum = m_b.emit(Op::Extract, Ty::Float, {opacity}, {}, 0);
-            for (int c = 1; c < 3; c++)
-                sum = op(Op::Add, sum, m_b.emit(Op::Extract, Ty::Float, {opacity}, {}, c));
-            m_presence = op(Op::Mul, sum, f(1 / 3.f));
-            if (m_terms.plain && !follows_opacity() && last_plain())
-                m_presence = glowing(m_presence);
-            output("", -1, grid::LobeId::LambertBrdf, m_presence, Special::Presence);
-            color_opacity(opacity);
+        presence();
+        diffuse();
+        highlights();
+        traced();
+        emission();
+        // Black is a material too: one of no lobes would be nothing to trace.
+        if (m_program.fixed_lobes.empty()) {
+            m_program.fixed_lobes.emplace_back("diffuse", grid::LobeId::LambertBrdf);
+            output("diffuse", Diffuse, grid::LobeId::LambertBrdf, m_b.triple(0));
         }
+    }
+
+  private:
+    enum class Special { None, Presence, Ambient, Opacity }; // of no lobe
+    // Glossy lobes: a material has 16 lobes and 32 nodes, add nodes among them.
+    static constexpr int MaxGlossy = 12;
+
+    Ref op(Op o, Ref a, Ref b) { return m_b.emit(o, m_b.at(a).ty, {a, b}, {}); }
+    Ref f(float x) { return m_b.constant(x); }
+
+    // ---- groups of terms, in the order of the material's lobes
+
+    // The mean of Oi, and its components where they may differ.
+    void presence() {
+        if (always_one(m_stage, m_b, m_program.Oi))
+            return;
+        m_opacity = m_b.load(m_program.Oi, {});
+        Ref sum = m_b.emit(Op::Extract, Ty::Float, {m_opacity}, {}, 0);
+        for (int c = 1; c < 3; c++)
+            sum = op(Op::Add, sum, m_b.emit(Op::Extract, Ty::Float, {m_opacity}, {}, c));
+        m_presence = op(Op::Mul, sum, f(1 / 3.f));
+        if (m_terms.plain && !follows_opacity(m_program) && ends_plain(m_program, m_b))
+            m_presence = glowing(m_presence);
+        output("", -1, grid::LobeId::LambertBrdf, m_presence, Special::Presence);
+        color_opacity();
+    }
+
+    // The weights of all terms of the kinds that are wanted; None = there are none.
+    template <typename Wanted>
+    Ref total(const Wanted& wanted) {
+        Ref sum = None;
+        for (const auto& [site, var] : m_terms.weights)
+            if (wanted(m_terms.sites[size_t(site)].kind)) {
+                Ref w = m_b.load(var, {});
+                const Site& s = m_terms.sites[size_t(site)];
+                if (s.kind == Closure::LightSample || is_fresnel(s.kind))
+                    w = op(Op::Mul, w, m_b.splat(m_b.load(s.reference, {}), {}));
+                sum = sum == None ? w : op(Op::Add, sum, w);
+            }
+        return sum == None ? None : unpremultiply(sum);
+    }
+
+    // Lambert's lobes, and how much of ambient light is shown.
+    void diffuse() {
         bool has_lobe = false;
         for (const auto& [site, var] : m_terms.weights)
             has_lobe = has_lobe || (m_terms.sites[size_t(site)].kind != Closure::Ambient &&
                                     m_terms.sites[size_t(site)].kind != Closure::Indirect);
-        const auto total = [&](auto&& wanted) {
-            Ref sum = None;
-            for (const auto& [site, var] : m_terms.weights)
-                if (wanted(m_terms.sites[size_t(site)].kind)) {
-                    Ref w = m_b.load(var, {});
-                    const Site& s = m_terms.sites[size_t(site)];
-                    if (s.kind == Closure::LightSample || is_fresnel(s.kind))
-                        w = op(Op::Mul, w, m_b.splat(m_b.load(s.reference, {}), {}));
-                    sum = sum == None ? w : op(Op::Add, sum, w);
-                }
-            return sum == None ? None : unpremultiply(sum, opacity);
-        };
         if (const Ref w =
                 total([&](Closure k) { return is_lambert(k) || (k == Closure::Indirect && !has_lobe); });
             w != None) {
@@ -60,6 +89,9 @@ class Lobes {
         }
         if (const Ref w = total([](Closure k) { return k == Closure::Ambient; }); w != None)
             output("ambient", -1, grid::LobeId::LambertBrdf, w, Special::Ambient);
+    }
+
+    void highlights() {
         int count = 0;
         Ref rest = None, rest_exponent = None; // more than a material has room for: one lobe together
         for (const auto& [site, var] : m_terms.weights) {
@@ -69,40 +101,45 @@ class Lobes {
             const std::string name = "specular" + (count ? std::to_string(count + 1) : std::string());
             const bool half = about_half(s);
             const Ref exponent = m_b.load(s.shape, {});
-            Ref w = unpremultiply(m_b.load(var, {}), opacity);
+            const Ref w = unpremultiply(m_b.load(var, {}));
             if (++count >= MaxGlossy) {
                 rest = rest == None ? w : op(Op::Add, rest, w);
                 rest_exponent = rest_exponent == None ? exponent : op(Op::Min, rest_exponent, exponent);
-                continue;
-            }
-            if (s.anisotropy < 0 && s.kind != Closure::DielectricGlossy) {
+            } else if (s.anisotropy < 0 && s.kind != Closure::DielectricGlossy) {
                 highlight(name, w, exponent, half);
-                continue;
-            }
-            const Ref alpha2 = alpha2_of(exponent, half);
-            w = op(Op::Mul, w, m_b.splat(height(alpha2), {}));
-            const Ref alpha = m_b.emit(Op::Sqrt, Ty::Float, {alpha2}, {});
-            Ref roughness = m_b.emit(Op::Sqrt, Ty::Float, {alpha}, {});
-            if (s.anisotropy >= 0) // a lobe's is that across its grooves, this the mean
-                roughness =
-                    op(Op::Div, roughness,
-                       m_b.emit(
-                           Op::Sqrt, Ty::Float,
-                           {m_b.emit(Op::Sqrt, Ty::Float,
-                                     {op(Op::Sub, f(1), op(Op::Mul, f(Stretch), m_b.load(s.anisotropy, {})))},
-                                     {})},
-                           {}));
-            if (s.kind == Closure::DielectricGlossy) {
-                dielectric(name, w, index_of(s), roughness);
             } else {
-                glossy(name, w, roughness);
-                constexpr auto Lobe = grid::LobeId::MicrofacetConductorBrdf;
-                output(name, input_of(Lobe, "anisotropy"), Lobe, m_b.load(s.anisotropy, {}));
-                output(name, input_of(Lobe, "rotation"), Lobe, m_b.load(s.rotation, {}));
+                microfacet(name, s, w, alpha2_of(exponent, half));
             }
         }
         if (rest != None)
             highlight("specular" + std::to_string(MaxGlossy), rest, rest_exponent, true);
+    }
+
+    // Ward's highlights, and those with Fresnel's factor.
+    void microfacet(const std::string& name, const Site& s, Ref w, Ref alpha2) {
+        w = op(Op::Mul, w, m_b.splat(height(alpha2), {}));
+        const Ref alpha = m_b.emit(Op::Sqrt, Ty::Float, {alpha2}, {});
+        Ref roughness = m_b.emit(Op::Sqrt, Ty::Float, {alpha}, {});
+        if (s.anisotropy >= 0) // a lobe's is that across its grooves, this the mean
+            roughness = op(
+                Op::Div, roughness,
+                m_b.emit(
+                    Op::Sqrt, Ty::Float,
+                    {m_b.emit(Op::Sqrt, Ty::Float,
+                              {op(Op::Sub, f(1), op(Op::Mul, f(Stretch), m_b.load(s.anisotropy, {})))}, {})},
+                    {}));
+        if (s.kind == Closure::DielectricGlossy) {
+            dielectric(name, w, index_of(s), roughness);
+        } else {
+            glossy(name, w, roughness);
+            constexpr auto Lobe = grid::LobeId::MicrofacetConductorBrdf;
+            output(name, input_of(Lobe, "anisotropy"), Lobe, m_b.load(s.anisotropy, {}));
+            output(name, input_of(Lobe, "rotation"), Lobe, m_b.load(s.rotation, {}));
+        }
+    }
+
+    // Mirrors, directions of their own, glass.
+    void traced() {
         if (const Ref w = total([](Closure k) { return k == Closure::Mirror || k == Closure::Environment; });
             w != None)
             glossy("mirror", w, f(0));
@@ -110,7 +147,7 @@ class Lobes {
         for (const auto& [site, var] : m_terms.weights)
             if (const Site& s = m_terms.sites[size_t(site)]; s.aim >= 0)
                 aimed("trace" + (aims++ ? std::to_string(aims) : std::string()),
-                      unpremultiply(m_b.load(var, {}), opacity), m_b.load(s.aim, {}));
+                      unpremultiply(m_b.load(var, {})), m_b.load(s.aim, {}));
         const Ref reflected = total([](Closure k) { return k == Closure::DielectricMirror; });
         const Ref refracted =
             total([](Closure k) { return k == Closure::DielectricTransmit || k == Closure::Refraction; });
@@ -118,9 +155,12 @@ class Lobes {
             glass(reflected == None ? m_b.triple(0) : reflected, refracted, any_index());
         else if (reflected != None)
             dielectric("gloss", reflected, any_index(), f(0));
+    }
+
+    void emission() {
         // fresnel() that no lobe takes: as the dicing camera sees it.
         Ref emission = total([](Closure k) { return is_fresnel(k); });
-        if (m_terms.plain && (emission != None || last_plain())) {
+        if (m_terms.plain && (emission != None || ends_plain(m_program, m_b))) {
             const Ref plain = emitted(m_b.load(m_program.Ci, {}));
             emission = emission == None ? plain : op(Op::Add, emission, plain);
         }
@@ -128,56 +168,18 @@ class Lobes {
             m_program.fixed_lobes.emplace_back("emission", grid::LobeId::DiffuseEmission);
             output("emission", grid::EmissionRadiance, grid::LobeId::DiffuseEmission, emission);
         }
-        // Black is a material too: one of no lobes would be nothing to trace.
-        if (m_program.fixed_lobes.empty()) {
-            m_program.fixed_lobes.emplace_back("diffuse", grid::LobeId::LambertBrdf);
-            output("diffuse", Diffuse, grid::LobeId::LambertBrdf, m_b.triple(0));
-        }
     }
 
-  private:
-    enum class Special { None, Presence, Ambient, Opacity }; // of no lobe
-    // Glossy lobes: a material has 16 lobes and 32 nodes, add nodes among them.
-    static constexpr int MaxGlossy = 12;
-
-    // -------------------------------------------------------------------------------------------------
-
-    Ref op(Op o, Ref a, Ref b) { return m_b.emit(o, m_b.at(a).ty, {a, b}, {}); }
-    Ref f(float x) { return m_b.constant(x); }
-
-    // True if every store to the variable is the constant one.
-    bool always_one(int var) {
-        bool one = true;
-        const auto search = [&](auto& again, const Block& b) -> void {
-            for (const Item& item : b.items) {
-                if (item.kind == Item::Instruction) {
-                    const Instr& i = m_stage.instrs[size_t(item.ref)];
-                    if (i.op == Op::Store && i.imm == var) {
-                        const bool first =
-                            m_b.at(i.args[0]).op == Op::Input; // the initial Os, overwritten at the top level
-                        one = one && (first || m_b.is_const(i.args[0], 1));
-                        m_overwritten = m_overwritten || (&b == m_stage.root && m_b.is_const(i.args[0], 1));
-                    }
-                }
-                if (item.body)
-                    again(again, *item.body);
-                if (item.orelse)
-                    again(again, *item.orelse);
-            }
-        };
-        m_overwritten = false;
-        search(search, *m_stage.root);
-        return one && m_overwritten;
-    }
+    // ---- opacity
 
     // Ci is premultiplied by opacity; a lobe's weight is not.
-    Ref unpremultiply(Ref w, Ref opacity) {
-        if (opacity == None)
+    Ref unpremultiply(Ref w) {
+        if (m_opacity == None)
             return w;
         std::vector<Ref> parts;
         for (int c = 0; c < 3; c++) {
             const Ref x = m_b.emit(Op::Extract, Ty::Float, {w}, {}, c),
-                      o = m_b.emit(Op::Extract, Ty::Float, {opacity}, {}, c);
+                      o = m_b.emit(Op::Extract, Ty::Float, {m_opacity}, {}, c);
             const Ref some = m_b.emit(Op::Gt, Ty::Bool, {o, f(0)}, {});
             const Ref safe = m_b.emit(Op::Select, Ty::Float, {some, o, f(1)}, {});
             parts.push_back(m_b.emit(Op::Select, Ty::Float, {some, op(Op::Div, x, safe), f(0)}, {}));
@@ -204,114 +206,21 @@ class Lobes {
         const Ref scale = m_b.emit(Op::Select, Ty::Float, {some, op(Op::Div, f(1), safe), f(0)}, {});
         return op(Op::Mul, Ci, m_b.splat(scale, {}));
     }
-    // Values that a variable may come from, each once.
-    class Sources {
-      public:
-        Sources(const Stage& stage, int var)
-            : m_stage(stage), m_seen(stage.instrs.size(), 0), m_vars(stage.vars.size(), 0) {
-            stores(var);
-        }
-        const Instr* next(Ref& at) {
-            while (!m_work.empty()) {
-                at = m_work.back();
-                m_work.pop_back();
-                if (!std::exchange(m_seen[size_t(at)], uint8_t(1)))
-                    return &m_stage.instrs[size_t(at)];
-            }
-            return nullptr;
-        }
-        void arguments(const Instr& i, int from = 0) {
-            m_work.insert(m_work.end(), i.args.begin() + from, i.args.end());
-        }
-        void stores(int var) {
-            if (std::exchange(m_vars[size_t(var)], uint8_t(1)))
-                return;
-            for (const Instr& i : m_stage.instrs)
-                if ((i.op == Op::Store || i.op == Op::StoreElement) && i.imm == var)
-                    m_work.push_back(i.args[i.op == Op::StoreElement]);
-        }
-
-      private:
-        const Stage& m_stage;
-        std::vector<Ref> m_work;
-        std::vector<uint8_t> m_seen, m_vars;
-    };
-    // Does Oi come from Os? Then it is one on opaque surfaces, whose presence must stay a constant.
-    bool follows_opacity() const {
-        Sources sources(m_stage, m_program.Oi);
-        Ref at;
-        while (const Instr* i = sources.next(at)) {
-            if (i->op == Op::Input && Input(i->imm) == Input::Os)
-                return true;
-            sources.arguments(*i);
-            if (i->op == Op::Load || i->op == Op::LoadElement)
-                sources.stores(i->imm);
-        }
-        return false;
-    }
 
     // Its components by themselves, where they may differ.
-    void color_opacity(Ref opacity) {
-        const Grey grey = greyness();
+    void color_opacity() {
+        const Grey grey = greyness(m_program, m_b);
         if (grey == Grey::Always)
             return;
         for (int c = 0; c < 3; c++) {
             output("opacity" + std::to_string(c), -1, grid::LobeId::LambertBrdf,
-                   m_b.emit(Op::Extract, Ty::Float, {opacity}, {}, c), Special::Opacity);
+                   m_b.emit(Op::Extract, Ty::Float, {m_opacity}, {}, c), Special::Opacity);
             m_program.channels.back().opacity = int8_t(c);
             m_program.channels.back().as_os = grey == Grey::AsOs;
         }
     }
-    // Are all components of Oi alike? Never known, wherever Os has that, or in any case.
-    enum class Grey { Unknown, AsOs, Always };
-    Grey greyness() {
-        Grey grey = Grey::Always;
-        Sources sources(m_stage, m_program.Oi);
-        Ref r;
-        while (const Instr* at = sources.next(r)) {
-            const Instr& i = *at;
-            if (i.ty != Ty::Triple)
-                continue;
-            if (i.op == Op::Const ? !m_b.is_const(r, 0) && !m_b.is_const(r, 1) && !is_grey(i)
-                                  : i.op == Op::Input && Input(i.imm) != Input::Os)
-                return Grey::Unknown;
-            switch (i.op) {
-            case Op::Const:
-            case Op::Splat:
-                break;
-            case Op::Input:
-                grey = Grey::AsOs;
-                break;
-            case Op::Load:
-            case Op::LoadElement:
-                sources.stores(i.imm);
-                break;
-            case Op::Add:
-            case Op::Sub:
-            case Op::Mul:
-            case Op::Div:
-            case Op::Min:
-            case Op::Max:
-            case Op::Neg:
-                sources.arguments(i);
-                break;
-            case Op::Select:
-                sources.arguments(i, 1);
-                break;
-            case Op::Make:
-                if (i.args[0] != i.args[1] || i.args[1] != i.args[2])
-                    return Grey::Unknown;
-                break;
-            default:
-                return Grey::Unknown;
-            }
-        }
-        return grey;
-    }
-    static bool is_grey(const Instr& i) {
-        return i.floats.size() == 1 ||
-               (i.floats.size() == 3 && i.floats[0] == i.floats[1] && i.floats[1] == i.floats[2]);
-    }
+
+    // ---- lobes
 
     void output(const std::string& node, int input, grid::LobeId lobe, Ref value,
                 Special special = Special::None) {
@@ -406,53 +315,13 @@ class Lobes {
     // do there; wide ones would reflect more than there is.
     Ref height(Ref alpha2) { return op(Op::Min, op(Op::Mul, alpha2, f(4)), f(1)); }
 
-    // Is there anything but light in what Ci is left with? Its initial value does not count if it is
-    // overwritten at the top level.
-    bool last_plain() {
-        bool plain = true;
-        for (const Item& item : m_stage.root->items) {
-            if (item.kind != Item::Instruction)
-                continue;
-            const Instr& i = m_stage.instrs[size_t(item.ref)];
-            if (i.op == Op::Store && i.imm == m_program.Ci)
-                plain = !m_b.is_const(i.args[0], 0);
-        }
-        if (plain)
-            return true;
-        // A zero at the top level, then perhaps something within an if.
-        bool zero_seen = false, more = false;
-        const auto search = [&](auto& again, const Block& b, bool top) -> void {
-            for (const Item& item : b.items) {
-                if (item.kind == Item::Instruction) {
-                    const Instr& i = m_stage.instrs[size_t(item.ref)];
-                    if (i.op == Op::Store && i.imm == m_program.Ci) {
-                        const bool zero = m_b.is_const(i.args[0], 0);
-                        if (top && zero) {
-                            zero_seen = true;
-                            more = false;
-                        } else if (!zero) {
-                            more = true;
-                        }
-                    }
-                }
-                if (item.body)
-                    again(again, *item.body, false);
-                if (item.orelse)
-                    again(again, *item.orelse, false);
-            }
-        };
-        search(search, *m_stage.root, true);
-        return !zero_seen || more;
-    }
-
     static constexpr int Diffuse = input_of(grid::LobeId::LambertBrdf, "diffuseReflectance");
 
     Program& m_program;
     Stage& m_stage;
     Builder& m_b;
     const LightTerms& m_terms;
-    bool m_overwritten = false;
-    Ref m_presence = None;
+    Ref m_opacity = None, m_presence = None;
 };
 
 } // namespace

@@ -1,6 +1,6 @@
 // One name for each whole assignment, where that is easily seen: a variable that is assigned again in the
-// block that declares it goes on under a new name. closures.cpp does not follow the order of assignments;
-// after this, Ci = Cs; Ci *= diffuse(N); is light times what is plain.
+// block that declares it goes on under a new name. closures_flow.cpp does not follow the order of
+// assignments; after this, Ci = Cs; Ci *= diffuse(N); is light times what is plain.
 #include "sl/ir/passes.h"
 
 namespace kanuka::sl::ir {

@@ -32,21 +32,65 @@ static float uniform_value(const Runner& r, const Arguments& a, const char* name
     return fallback;
 }
 
+// Arrays for one call, each of a value a vertex.
+class VertexArrays {
+  public:
+    VertexArrays(const Runner& runner, const Arguments& arguments, int count)
+        : m_runner(runner), m_arguments(arguments), m_count(count) {}
+
+    int count() const { return m_count; }
+    float* make() { return m_buffers.emplace_back(size_t(m_count) + 16, 0.0f).data(); }
+    // Component c of argument k.
+    const float* argument(int k, int c) {
+        const float* p = m_arguments.at(k)[c];
+        if (m_runner.stage.instrs[size_t(m_arguments.site.args[size_t(k)])].varying || m_count == 1)
+            return p;
+        float* b = make();
+        std::fill_n(b, m_count, *p);
+        return b;
+    }
+    void differences(const float* x, float scale, const float*& du, const float*& dv) {
+        float *p = make(), *o = make();
+        if (m_count > 1) {
+            difference_u(m_runner, x, p);
+            difference_v(m_runner, x, o);
+        }
+        if (scale != 1)
+            for (int i = 0; i < m_count; i++)
+                p[i] *= scale, o[i] *= scale;
+        du = p;
+        dv = o;
+    }
+
+  private:
+    const Runner& m_runner;
+    const Arguments& m_arguments;
+    int m_count;
+    std::vector<std::vector<float>> m_buffers;
+};
+
+// texture(name, s1, t1, … s4, t4): the mean of the four corners, as wide as they are apart.
+static void set_corners(TextureRequest& q, VertexArrays& arrays) {
+    float *s = arrays.make(), *t = arrays.make(),
+          *d[4] = {arrays.make(), arrays.make(), arrays.make(), arrays.make()};
+    const float* c[8];
+    for (int k = 0; k < 8; k++)
+        c[k] = arrays.argument(2 + k, 0);
+    for (int i = 0; i < arrays.count(); i++) {
+        s[i] = 0.25f * (c[0][i] + c[2][i] + c[4][i] + c[6][i]);
+        t[i] = 0.25f * (c[1][i] + c[3][i] + c[5][i] + c[7][i]);
+        d[0][i] = 0.5f * (c[2][i] - c[0][i] + c[4][i] - c[6][i]);
+        d[1][i] = 0.5f * (c[3][i] - c[1][i] + c[5][i] - c[7][i]);
+        d[2][i] = 0.5f * (c[6][i] - c[0][i] + c[4][i] - c[2][i]);
+        d[3][i] = 0.5f * (c[7][i] - c[1][i] + c[5][i] - c[3][i]);
+    }
+    q.s = s, q.t = t, q.dsdu = d[0], q.dtdu = d[1], q.dsdv = d[2], q.dtdv = d[3];
+}
+
 static void texture(Runner& r, const Frame& frame, const Arguments& a) {
     const ir::Instr& result = r.stage.instrs[size_t(a.site.result)];
     const int n = result.varying ? frame.count : 1;
-    const bool environment = a.site.kind == ir::CallKind::Environment;
-    std::vector<std::vector<float>> buffers;
-    const auto buffer = [&]() -> float* { return buffers.emplace_back(size_t(n) + 16, 0.0f).data(); };
-    // A value a vertex, of the argument's component c.
-    const auto whole = [&](int k, int c) -> const float* {
-        const float* p = a.at(k)[c];
-        if (r.stage.instrs[size_t(a.site.args[size_t(k)])].varying || n == 1)
-            return p;
-        float* b = buffer();
-        std::fill_n(b, n, *p);
-        return b;
-    };
+    VertexArrays arrays(r, a, n);
     TextureRequest q{};
     q.file = a.text(0);
     q.first_channel = int(a.at(1)[0][0]);
@@ -70,44 +114,18 @@ static void texture(Runner& r, const Frame& frame, const Arguments& a) {
         q.result = contiguous.data();
         q.result_stride = 1;
     }
-    const float swidth = uniform_value(r, a, "swidth", 1), twidth = uniform_value(r, a, "twidth", 1);
-    const auto differences = [&](const float* x, float scale, const float*& du, const float*& dv) {
-        float *p = buffer(), *o = buffer();
-        if (n > 1) {
-            difference_u(r, x, p);
-            difference_v(r, x, o);
-        }
-        if (scale != 1)
-            for (int i = 0; i < n; i++)
-                p[i] *= scale, o[i] *= scale;
-        du = p;
-        dv = o;
-    };
-    if (environment) {
-        const float *x = whole(2, 0), *y = whole(2, 1), *z = whole(2, 2);
-        q.s = q.t = q.dsdu = q.dtdu = q.dsdv = q.dtdv = buffer();
+    if (a.site.kind == ir::CallKind::Environment) {
+        const float *x = arrays.argument(2, 0), *y = arrays.argument(2, 1), *z = arrays.argument(2, 2);
+        q.s = q.t = q.dsdu = q.dtdu = q.dsdv = q.dtdv = arrays.make();
         r.services.environment(q, x, y, z);
     } else if (a.site.args.size() >= 10 && a.site.names[2] == "s1") {
-        // The mean of the four corners, as wide as they are apart.
-        float *s = buffer(), *t = buffer(), *d[4] = {buffer(), buffer(), buffer(), buffer()};
-        const float* c[8];
-        for (int k = 0; k < 8; k++)
-            c[k] = whole(2 + k, 0);
-        for (int i = 0; i < n; i++) {
-            s[i] = 0.25f * (c[0][i] + c[2][i] + c[4][i] + c[6][i]);
-            t[i] = 0.25f * (c[1][i] + c[3][i] + c[5][i] + c[7][i]);
-            d[0][i] = 0.5f * (c[2][i] - c[0][i] + c[4][i] - c[6][i]);
-            d[1][i] = 0.5f * (c[3][i] - c[1][i] + c[5][i] - c[7][i]);
-            d[2][i] = 0.5f * (c[6][i] - c[0][i] + c[4][i] - c[2][i]);
-            d[3][i] = 0.5f * (c[7][i] - c[1][i] + c[5][i] - c[3][i]);
-        }
-        q.s = s, q.t = t, q.dsdu = d[0], q.dtdu = d[1], q.dsdv = d[2], q.dtdv = d[3];
+        set_corners(q, arrays);
         r.services.texture(q);
     } else {
-        q.s = whole(2, 0);
-        q.t = whole(3, 0);
-        differences(q.s, swidth, q.dsdu, q.dsdv);
-        differences(q.t, twidth, q.dtdu, q.dtdv);
+        q.s = arrays.argument(2, 0);
+        q.t = arrays.argument(3, 0);
+        arrays.differences(q.s, uniform_value(r, a, "swidth", 1), q.dsdu, q.dsdv);
+        arrays.differences(q.t, uniform_value(r, a, "twidth", 1), q.dtdu, q.dtdv);
         r.services.texture(q);
     }
     if (!result.varying)

@@ -26,14 +26,18 @@ class Parser {
         Loc loc;
     };
 
-    // parser.cpp: declarations and statements
+    // parser.cpp
     void top_level(ast::Unit& unit);
     bool at_shader() const;
     ast::ShaderDecl* shader();
     void class_body(ast::ShaderDecl& shader);
+    void builtin_structs();
+    void recover();
+    static bool is_keyword(std::string_view s);
+
+    // parser_declarations.cpp
     ast::FunctionDecl* function(const Specifiers& result);
     ast::StructDecl* structure();
-    void builtin_structs();
     std::vector<ast::VarDecl*> formals(ast::VarDecl::Kind kind);
     ast::VarDecl* declarator(const Specifiers& s, ast::VarDecl::Kind kind);
     bool at_type(size_t offset = 0) const;
@@ -43,13 +47,14 @@ class Parser {
     bool at_declaration() const;
     Specifiers specifiers(bool need_type = true);
     ast::Type type_name();
+    ast::Stmt* declaration(const Specifiers& s, ast::VarDecl::Kind kind, std::vector<ast::VarDecl*>* into);
+
+    // parser_statements.cpp
     ast::Stmt* statement();
     ast::Stmt* block();
-    ast::Stmt* declaration(const Specifiers& s, ast::VarDecl::Kind kind, std::vector<ast::VarDecl*>* into);
     ast::Stmt* light_statement(ast::StmtKind kind);
     ast::Expr* sequence();
     ast::Stmt* jump(ast::StmtKind kind);
-    void recover();
 
     // parser_expr.cpp
     ast::Expr* expression();

@@ -1,105 +1,15 @@
-#include <cstdio>
+#include <cctype>
 #include <set>
 #include <unordered_map>
 
-#include "sl/ops/noise.h"
+#include "sl/print/operators.h"
 #include "sl/print/print.h"
 
 namespace kanuka::sl {
 
 using namespace ir;
 
-std::string source_line(const Sources& sources, Loc at) {
-    std::string_view line = sources.line(at);
-    const size_t first = line.find_first_not_of(" \t");
-    if (first == std::string_view::npos)
-        return {};
-    line = line.substr(first, 140);
-    while (!line.empty() &&
-           (line.back() == '\\' || line.back() == ' ')) // would join the next line to a comment
-        line.remove_suffix(1);
-    std::string_view file = sources.name(at.file);
-    file.remove_prefix(file.rfind('/') == std::string_view::npos ? 0 : file.rfind('/') + 1);
-    return std::string(file) + ":" + std::to_string(at.line) + ": " + std::string(line);
-}
-
-std::string_view call_name(CallKind kind) {
-    static constexpr std::string_view Names[] = {"difference_u",
-                                                 "difference_v",
-                                                 "calculatenormal",
-                                                 "texture",
-                                                 "environment",
-                                                 "space_matrix",
-                                                 "printf",
-                                                 "format",
-                                                 "concat",
-                                                 "match",
-                                                 "report",
-                                                 "found",
-                                                 "query",
-                                                 "lights",
-                                                 "light_direction",
-                                                 "light_color",
-                                                 "CreateBoundary",
-                                                 "AddLobe",
-                                                 "AddLayer",
-                                                 "CreateInterior",
-                                                 "AddPhaseFunction",
-                                                 "SetPhaseFunction",
-                                                 "SetAbsorption",
-                                                 "SetScattering",
-                                                 "SetPriority"};
-    static_assert(std::size(Names) == size_t(CallKind::SetPriority) + 1);
-    return size_t(kind) < std::size(Names) ? Names[size_t(kind)] : "call";
-}
-
-std::string channel_name(const Program& program, int channel) {
-    const Channel& c = program.channels[size_t(channel)];
-    if (c.presence)
-        return "presence";
-    if (c.ambient)
-        return "ambient";
-    if (c.opacity >= 0)
-        return "opacity[" + std::to_string(int(c.opacity)) + "]";
-    return c.node + "." +
-           (c.input < 0 ? "weight" : std::string(grid::lobe(c.lobe).inputs[size_t(c.input)].name));
-}
-
-std::string parameter_name(const Program& program, const Instr& i) {
-    const std::string& name = program.parameters[size_t(i.imm)].name;
-    if (i.floats.empty())
-        return name;
-    return i.floats.size() > 1 ? "length(" + name + ")" : name + "[" + std::to_string(int(i.floats[0])) + "]";
-}
-
-std::string output_name(const Program& program, const Output& o) {
-    static constexpr const char* Emissions[] = {"Cl", "form", "from", "axis", "angle"};
-    static constexpr const char* Filtered[] = {"Ci", "Oi", "alpha"};
-    static_assert(std::size(Emissions) == size_t(ir::Emission::Count));
-    switch (o.kind) {
-    case Output::Position:
-        return "result.P";
-    case Output::Normal:
-        return "result.N";
-    case Output::Slot:
-        return channel_name(program, o.index);
-    case Output::Member:
-        return "result.member" + std::to_string(o.index);
-    case Output::Emitted:
-        return std::string("result.") +
-               Emissions[std::min<size_t>(size_t(o.index), std::size(Emissions) - 1)];
-    case Output::Filtered:
-        return std::string("result.") + Filtered[std::min<size_t>(size_t(o.index), std::size(Filtered) - 1)];
-    default:
-        return "result." + program.parameters[size_t(o.index)].name +
-               (o.element ? "[" + std::to_string(o.element) + "]" : "");
-    }
-}
-
 namespace {
-
-// How tightly an expression holds together, so that parentheses stand only where they must.
-enum Tightness { Choice = 1, Or, And, Equal, Less, Sum, Product, Prefix, Whole };
 
 struct Text {
     std::string s;
@@ -340,19 +250,6 @@ class CPrinter {
 
     // ---- expressions
 
-    static std::string number(float x) {
-        char s[32];
-        std::snprintf(s, sizeof s, "%.9g", double(x));
-        // The shortest that reads back as the same number.
-        for (int digits = 1; digits < 9; digits++) {
-            char shorter[32];
-            std::snprintf(shorter, sizeof shorter, "%.*g", digits, double(x));
-            if (std::strtof(shorter, nullptr) == x)
-                return shorter;
-        }
-        return s;
-    }
-
     const Text& text(Ref r) {
         Text& t = m_texts[size_t(r)];
         if (t.s.empty()) {
@@ -370,12 +267,13 @@ class CPrinter {
             bool same = true;
             std::string all;
             for (const float x : i.floats) {
-                all += (all.empty() ? "" : ", ") + number(x);
+                all += (all.empty() ? "" : ", ") + number_text(x);
                 same = same && x == i.floats[0];
             }
             if (i.floats.size() == 1)
                 return {all, i.floats[0] < 0 ? Prefix : Whole};
-            return {(i.ty == Ty::Matrix ? "matrix(" : "float3(") + (same ? number(i.floats[0]) : all) + ")"};
+            return {(i.ty == Ty::Matrix ? "matrix(" : "float3(") + (same ? number_text(i.floats[0]) : all) +
+                    ")"};
         }
         case Op::Text:
             return {"\"" + i.text + "\""};
@@ -395,37 +293,6 @@ class CPrinter {
         return t.tight < tight ? "(" + t.s + ")" : t.s;
     }
 
-    static std::string_view infix(Op op, int& tight) {
-        switch (op) {
-        case Op::Add:
-            return tight = Sum, "+";
-        case Op::Sub:
-            return tight = Sum, "-";
-        case Op::Mul:
-            return tight = Product, "*";
-        case Op::Div:
-            return tight = Product, "/";
-        case Op::Lt:
-            return tight = Less, "<";
-        case Op::Le:
-            return tight = Less, "<=";
-        case Op::Gt:
-            return tight = Less, ">";
-        case Op::Ge:
-            return tight = Less, ">=";
-        case Op::Eq:
-            return tight = Equal, "==";
-        case Op::Ne:
-            return tight = Equal, "!=";
-        case Op::And:
-            return tight = And, "&&";
-        case Op::Or:
-            return tight = Or, "||";
-        default:
-            return {};
-        }
-    }
-
     Text compute(const Instr& i) {
         Text t;
         const std::vector<Ref>& args = i.args;
@@ -436,7 +303,7 @@ class CPrinter {
         }
         t.places.push_back(i.loc);
         int tight = Whole;
-        if (const std::string_view op = infix(i.op, tight); !op.empty()) {
+        if (const std::string_view op = infix_operator(i.op, tight); !op.empty()) {
             t.s = wrapped(args[0], tight) + " " + std::string(op) + " " + wrapped(args[1], tight + 1);
             t.tight = tight;
             return t;
@@ -469,53 +336,13 @@ class CPrinter {
             t.s = call(m_stage.calls[size_t(i.imm)]);
             break;
         default:
-            t.s = function(i);
+            t.s = function_name(i);
             t.s += "(";
             for (size_t k = 0; k < args.size(); k++)
                 t.s += (k ? ", " : "") + text(args[k]).s;
             t.s += ")";
         }
         return t;
-    }
-
-    static std::string function(const Instr& i) {
-        static constexpr const char* Functions[] = {"sin", "cos",  "tan",   "asin", "acos", "atan", "exp",
-                                                    "log", "log2", "log10", "exp2", "cbrt", "pow",  "atan2"};
-        switch (i.op) {
-        case Op::Min:
-            return "min";
-        case Op::Max:
-            return "max";
-        case Op::Abs:
-            return "abs";
-        case Op::Floor:
-            return "floor";
-        case Op::Ceil:
-            return "ceil";
-        case Op::Sqrt:
-            return "sqrt";
-        case Op::Math1:
-        case Op::Math2:
-            return Functions[size_t(i.imm)];
-        case Op::SameText:
-            return "same";
-        case Op::ToFloat:
-            return "float";
-        case Op::Splat:
-            return "float3";
-        case Op::Make:
-            return i.ty == Ty::Matrix ? "matrix" : "float3";
-        case Op::Dot:
-            return "dot";
-        case Op::Cross:
-            return "cross";
-        case Op::MatMul:
-            return "mul";
-        case Op::Noise:
-            return std::string(ops::noise_kernels()[size_t(i.imm)].symbol);
-        default:
-            return "op" + std::to_string(int(i.op));
-        }
     }
 
     std::string call(const CallSite& site) {

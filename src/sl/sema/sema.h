@@ -25,9 +25,9 @@ class Sema {
     ast::VarDecl* global(std::string_view name);
     // The tree of a shadeop's own source; parsed and checked at its first use.
     ast::FunctionDecl* source(const ops::Shadeop& op, int signature);
-    // What the shader asks of co-shaders; after check().
     // Is a texture in it, whose type is that which is wanted?
     static bool asks_texture(const ast::Expr* e);
+    // What the shader asks of co-shaders; after check().
     CoShaderUse coshader_use() const { return m_use; }
     Linked* linked() const { return m_linked; }
 
@@ -43,21 +43,27 @@ class Sema {
         int cost = 0;
     };
 
-    // sema.cpp
+    // sema.cpp: scopes, shaders, functions
     Scope* push();
     void pop() { m_scope = m_scope->parent; }
     void declare(ast::VarDecl* v);
     void declare(ast::FunctionDecl* f);
-    void resolve_size(ast::VarDecl* v);
     void check_function(ast::FunctionDecl* f);
     void check_stages(ast::ShaderDecl& shader);
-    void statement(ast::Stmt* s);
-    void variable(ast::VarDecl* v);
-    void condition(ast::Expr* e);
     void warn_unused(const ast::ShaderDecl& shader);
     void make_fields(ast::VarDecl* v);
     void check_struct(const ast::StructDecl* record);
     ast::VarDecl* find(std::string_view name);
+
+    // sema_statements.cpp
+    void resolve_size(ast::VarDecl* v);
+    void variable(ast::VarDecl* v);
+    void condition(ast::Expr* e);
+    void statement(ast::Stmt* s);
+    void loop(ast::Stmt* s);
+    void jump(ast::Stmt* s);
+    void return_statement(ast::Stmt* s);
+    void light_statement(ast::Stmt* s);
 
     // sema_expr.cpp
     ast::Type expr(ast::Expr* e, const ast::Type* expected = nullptr);
@@ -67,6 +73,10 @@ class Sema {
     ast::Type member(ast::Expr* e, const ast::Type* expected);
     ast::Type cast(ast::Expr* e);
     ast::Type tuple(ast::Expr* e, const ast::Type* expected);
+    ast::Type list(ast::Expr* e, const ast::Type* expected);
+    void want(ast::Expr* e, const ast::Type& to, const std::string& where);
+
+    // sema_operators.cpp
     ast::Type unary(ast::Expr* e, const ast::Type* expected);
     ast::Type binary(ast::Expr* e, const ast::Type* expected);
     ast::Type beside(ast::Expr* open, const ast::Type& other, ast::BinOp op, bool right,
@@ -74,8 +84,6 @@ class Sema {
     ast::Type arithmetic(Loc at, ast::BinOp op, const ast::Type& a, const ast::Type& b);
     ast::Type ternary(ast::Expr* e, const ast::Type* expected);
     ast::Type assign(ast::Expr* e);
-    ast::Type list(ast::Expr* e, const ast::Type* expected);
-    void want(ast::Expr* e, const ast::Type& to, const std::string& where);
 
     // sema_coshaders.cpp
     ast::Type coshader(ast::Expr* e, const ast::Type* expected);
@@ -90,6 +98,8 @@ class Sema {
                               const ast::Type* expected);
     ast::Type no_function(ast::Expr* e, const std::vector<ast::FunctionDecl*>& candidates);
     ast::Type call_shadeop(ast::Expr* e, const ops::Shadeop& op, const ast::Type* expected);
+    bool check_arguments(ast::Expr* e, const ops::Shadeop& op, const ast::Type* expected);
+    void no_signature(const ast::Expr* e, const ops::Shadeop& op);
     void written(ast::Expr* e, const std::string& by);
     std::vector<ast::FunctionDecl*> find_functions(std::string_view name);
 
@@ -117,6 +127,7 @@ class Sema {
 inline constexpr int Doubtful = 12;
 int conversion_cost(const ast::Type& from, const ast::Type& to);
 bool is_condition(const ast::Type& t);
+bool is_text(const ast::Type& t); // a string, or a shader by its handle
 bool castable(const ast::Type& from, const ast::Type& to);
 
 } // namespace kanuka::sl

@@ -149,7 +149,8 @@ ast::Type Sema::no_function(Expr* e, const std::vector<FunctionDecl*>& candidate
     return {};
 }
 
-ast::Type Sema::call_shadeop(Expr* e, const ops::Shadeop& op, const ast::Type* expected) {
+// Gives arguments their types; false if one has none.
+bool Sema::check_arguments(Expr* e, const ops::Shadeop& op, const ast::Type* expected) {
     // Arguments of one-signature shadeops have their type from it; the others stand for themselves.
     const bool single = op.signatures.size() == 1;
     bool broken = false;
@@ -182,54 +183,75 @@ ast::Type Sema::call_shadeop(Expr* e, const ops::Shadeop& op, const ast::Type* e
         expr(a, known ? &op.signatures[0].args[i].type : open && wants_color(i) ? &color : nullptr);
         broken = broken || a->type.base == Base::Error;
     }
-    if (broken)
-        return {};
+    return !broken;
+}
+
+// What the conversions of the arguments cost for one signature, negative = it does not take them.
+static int arguments_cost(const Expr* e, const ops::Signature& s) {
+    int cost = 0;
+    for (size_t i = 0; i < s.args.size(); i++) {
+        const ast::Type& from = e->args[i]->type;
+        const ast::Type& to = s.args[i].type;
+        int c = conversion_cost(from, to);
+        if (to.base == Base::Lobe)
+            c = from.base == Base::Lobe ? 0 : -1;
+        else if (to.base == Base::Void)
+            c = 0;
+        else if (s.args[i].output && from.base != to.base && !(from.spatial() && to.spatial()))
+            c = -1;
+        if (c < 0)
+            return -1;
+        cost += c * 4;
+    }
+    // min and max: further arguments are of the same type.
+    if (s.impl == ops::Impl::Primitive)
+        for (size_t i = s.args.size(); i < e->args.size(); i++) {
+            const int c = conversion_cost(e->args[i]->type, s.args.back().type);
+            if (c < 0)
+                return -1;
+            cost += c * 4;
+        }
+    return cost;
+}
+
+// The signature that takes the arguments at the least cost, -1 = none.
+static int choose_signature(const Expr* e, const ops::Shadeop& op, const ast::Type* expected) {
     int best = -1, best_cost = 1 << 20;
     for (size_t k = 0; k < op.signatures.size(); k++) {
         const ops::Signature& s = op.signatures[k];
         if (e->args.size() < s.args.size() || (e->args.size() > s.args.size() && !s.variadic))
             continue;
-        int cost = result_cost(s.result, expected) + (s.variadic ? 1 : 0);
-        bool fits = true;
-        for (size_t i = 0; i < s.args.size() && fits; i++) {
-            const ast::Type& from = e->args[i]->type;
-            const ast::Type& to = s.args[i].type;
-            int c = conversion_cost(from, to);
-            if (to.base == Base::Lobe)
-                c = from.base == Base::Lobe ? 0 : -1;
-            else if (to.base == Base::Void)
-                c = 0;
-            else if (s.args[i].output && from.base != to.base && !(from.spatial() && to.spatial()))
-                c = -1;
-            fits = c >= 0;
-            cost += c * 4;
-        }
-        // min and max: further arguments are of the same type.
-        if (fits && s.impl == ops::Impl::Primitive)
-            for (size_t i = s.args.size(); i < e->args.size() && fits; i++) {
-                const int c = conversion_cost(e->args[i]->type, s.args.back().type);
-                fits = c >= 0;
-                cost += c * 4;
-            }
-        if (fits && cost < best_cost) {
+        const int arguments = arguments_cost(e, s);
+        const int cost = result_cost(s.result, expected) + (s.variadic ? 1 : 0) + arguments;
+        if (arguments >= 0 && cost < best_cost) {
             best = int(k);
             best_cost = cost;
         }
     }
+    return best;
+}
+
+void Sema::no_signature(const Expr* e, const ops::Shadeop& op) {
+    std::string found, have;
+    for (const Expr* a : e->args)
+        found += (found.empty() ? "" : ", ") + a->type.str();
+    for (const ops::Signature& s : op.signatures) {
+        have += "\n  " + s.result.str() + " " + op.name + "(";
+        for (size_t i = 0; i < s.args.size(); i++)
+            have += std::string(i ? ", " : "") + (s.args[i].output ? "output " : "") +
+                    (s.args[i].type.base == Base::Lobe ? "lobe" : s.args[i].type.str()) + " " +
+                    s.args[i].name;
+        have += s.variadic ? ", …)" : ")";
+    }
+    m_diagnostics.error(e->loc, "shadeop \"" + op.name + "\" does not take (" + found + "); there is" + have);
+}
+
+ast::Type Sema::call_shadeop(Expr* e, const ops::Shadeop& op, const ast::Type* expected) {
+    if (!check_arguments(e, op, expected))
+        return {};
+    const int best = choose_signature(e, op, expected);
     if (best < 0) {
-        std::string found, have;
-        for (const Expr* a : e->args)
-            found += (found.empty() ? "" : ", ") + a->type.str();
-        for (const ops::Signature& s : op.signatures) {
-            have += "\n  " + s.result.str() + " " + op.name + "(";
-            for (size_t i = 0; i < s.args.size(); i++)
-                have += std::string(i ? ", " : "") + (s.args[i].output ? "output " : "") +
-                        (s.args[i].type.base == Base::Lobe ? "lobe" : s.args[i].type.str()) + " " +
-                        s.args[i].name;
-            have += s.variadic ? ", …)" : ")";
-        }
-        m_diagnostics.error(e->loc,
-                            "shadeop \"" + op.name + "\" does not take (" + found + "); there is" + have);
+        no_signature(e, op);
         return {};
     }
     e->shadeop = &op;
