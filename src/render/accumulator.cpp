@@ -87,13 +87,13 @@ void Accumulator::decide(float most, float exposure, bool filter_weighted) {
         double error2 = 0, light = 0;
     };
     const auto seen = [&](const transport::PixelSums& p, int x, int y) {
-        const double all = double(done_at(x, y)) - double(p.dropped), evens = double(p.evens),
-                     odds = all - evens;
+        const double all = double(done_at(x, y)) - double(p.dropped), one = double(p.halves),
+                     other = all - one;
         const float* rgb = filter_weighted ? p.plain : p.rgb;
         const double sum = double(transport::luminance(rgb[0], rgb[1], rgb[2]));
-        if (!(evens > 0) || !(odds > 0)) // nothing is known
+        if (!(one > 0) || !(other > 0)) // nothing is known
             return Seen{std::numeric_limits<double>::infinity(), 0};
-        const double difference = double(p.even) / evens - (sum - double(p.even)) / odds;
+        const double difference = double(p.half) / one - (sum - double(p.half)) / other;
         return Seen{0.25 * difference * difference, sum / all};
     };
     tasks::parallel_for(size_t(height), [&](size_t row) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <memory>
 #include <tuple>
 #include <vector>
@@ -25,11 +26,17 @@ struct alignas(16) PixelSums {
     float weight;            // of the pixel filter; its mean is one
     float plain[4];          // rgb and alpha, unweighted: kept where weights differ
     float dropped;           // samples that were no numbers: they are in no sum
-    // Luminance of samples of even progressions, without weights, and how many there are: by how much it
-    // differs from that of the odd ones tells the error.
-    float even, evens;
+    // Luminance of one half of the samples, without weights, and how many there are: by how much it differs
+    // from that of the other half tells the error.
+    float half, halves;
 };
 static_assert(sizeof(PixelSums) == 96); // checkpoints have them as they are
+
+// Which half a sample is of: by Thue's and Morse's sequence, so that of 2k samples each has k. Those of even
+// and of odd progressions would not do: of a net they lie in two halves of the pixel.
+inline bool is_of_first_half(uint32_t progression) {
+    return std::popcount(progression) % 2 == 0;
+}
 
 // A sample far brighter than its pixel was up to then, in luminance.
 struct Firefly {

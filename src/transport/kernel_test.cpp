@@ -139,7 +139,7 @@ TEST(Kernel, PixelsThatTakeNoPartChangeNoOthers) {
             const PixelSums expected = part[i] ? all[i] : PixelSums{};
             EXPECT_EQ(std::memcmp(&some[i], &expected, sizeof(PixelSums)), 0) << lanes << ", pixel " << i;
             const bool inside = i / Size < 32 && i % Size >= 4 && i % Size < 36;
-            EXPECT_EQ(some[i].evens, inside && part[i] ? 3 : 0);
+            EXPECT_EQ(some[i].halves, inside && part[i] ? 3 : 0);
         }
     }
     // None at all is no sample.

@@ -126,8 +126,8 @@ class PixelAdder {
         }
         const float brightness = luminance(rgb[0], rgb[1], rgb[2]);
         look_for_fireflies(p, x, y, brightness);
-        if (m_request.progression % 2 == 0)
-            p.even += brightness, p.evens++;
+        if (is_of_first_half(m_request.progression))
+            p.half += brightness, p.halves++;
         const float w = m_batch.filter_weight[path], surface = hit[BatchState::Hit];
         for (int c = 0; c < 3; c++)
             p.rgb[c] += w * rgb[c];
