@@ -143,6 +143,13 @@ def test_damaged_files_are_refused(tmp_path: Path) -> None:
         with pytest.raises(kanuka.Error, match=r"damaged: .*checkpoint"):
             other.resume(tmp_path / "damaged")
         assert other.progressions == 0
+    for other_kind in (b"", b"abc", b"P6 1 1 255\n", whole[4:]):  # shorter than a checkpoint, or as long
+        (tmp_path / "picture").write_bytes(other_kind)
+        with pytest.raises(kanuka.Error, match=r"picture: this is no checkpoint; remove it, or name another"):
+            other.resume(tmp_path / "picture")
+    (tmp_path / "short").write_bytes(whole[:40])
+    with pytest.raises(kanuka.Error, match=r"short: the checkpoint ends early"):
+        other.resume(tmp_path / "short")
     with pytest.raises(kanuka.Error, match="cannot be opened"):
         other.resume(tmp_path / "none")
     other.resume(tmp_path / "state")

@@ -305,7 +305,7 @@ int add_sphere(Place place, float radius, const Looks& looks) {
     "uv: ArrayLike | None = None, primvars: dict[str, ArrayLike] = {}, "
 
 template <class Owner>
-void bind(nb::class_<Owner>& c) {
+void bind_mesh(nb::class_<Owner>& c) {
     define(
         c, "add_mesh",
         [](Owner& owner, nb::handle points, nb::handle faces, nb::handle counts, nb::handle normals,
@@ -338,6 +338,10 @@ void bind(nb::class_<Owner>& c) {
         "3),\n"
         "`normals` alike or once, `transform` (T, 4, 4), at `times` (default: evenly from 0 to 1).",
         nb::sig("def add_mesh" MESH_SIG LOOKS_SIG ") -> int"));
+}
+
+template <class Owner>
+void bind_subdivision(nb::class_<Owner>& c) {
     define(
         c, "add_subdivision",
         [](Owner& owner, nb::handle points, nb::handle faces, nb::handle counts, nb::handle normals,
@@ -370,6 +374,10 @@ void bind(nb::class_<Owner>& c) {
                 "crease_sharpness: Sequence[float] = [], corners: Sequence[int] = [], "
                 "corner_sharpness: Sequence[float] = [], holes: Sequence[int] = [], "
                 "interpolate_boundary: bool = True, " LOOKS_SIG ") -> int"));
+}
+
+template <class Owner>
+void bind_sphere(nb::class_<Owner>& c) {
     define(
         c, "add_sphere",
         [](Owner& owner, float radius, nb::handle material, nb::handle transform, nb::handle area_light,
@@ -386,6 +394,13 @@ void bind(nb::class_<Owner>& c) {
         nb::arg("lights_off") = nb::list(), nb::arg("shadows_off") = nb::list(),
         "Adds a sphere about the origin of its own space.",
         nb::sig("def add_sphere(self, radius: float = 1, *, " LOOKS_SIG ") -> int"));
+}
+
+template <class Owner>
+void bind(nb::class_<Owner>& c) {
+    bind_mesh(c);
+    bind_subdivision(c);
+    bind_sphere(c);
 }
 
 } // namespace

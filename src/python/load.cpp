@@ -51,9 +51,7 @@ std::shared_ptr<Scene> load(const std::vector<std::string>& paths,
     return scene;
 }
 
-} // namespace
-
-void bind_load(nb::module_& m) {
+void bind_reading(nb::module_& m) {
     define(
         m, "load",
         [](const std::filesystem::path& path, const std::vector<std::string>& archive_path, int frame,
@@ -79,6 +77,9 @@ void bind_load(nb::module_& m) {
         "render\n"
         "meets them. before: files that are read before it, as one stream with it: options, declarations.\n"
         "journal: takes the messages, which are warnings else.");
+}
+
+void bind_frames(nb::module_& m) {
     define(
         m, "frames",
         [](const std::filesystem::path& path, const std::vector<std::string>& archive_path,
@@ -113,6 +114,9 @@ void bind_load(nb::module_& m) {
         "count from 1.",
         nb::sig("def frames(path: str | os.PathLike, *, archive_path: Sequence[str] = (), "
                 "before: Sequence[str | os.PathLike] = ()) -> list[dict[str, int | bool]]"));
+}
+
+void bind_conversion(nb::module_& m) {
     define(
         m, "convert_rib",
         [](const std::string& source, const std::string& target, bool binary, const std::string& packing,
@@ -137,6 +141,9 @@ void bind_load(nb::module_& m) {
         nb::arg("packing") = "auto", nb::arg("expand_archives") = false, nb::arg("archive_path") = nb::list(),
         "Writes a RIB as canonical text or binary; packing 'auto' goes by the target's name (.gz, .zst). '-' "
         "is\nstandard input and output. What could not be read is in the journal that comes back.");
+}
+
+void bind_integrators(nb::module_& m) {
     m.def(
         "integrators",
         [] {
@@ -161,6 +168,15 @@ void bind_load(nb::module_& m) {
     define(
         m, "check_integrator", [](const std::string& text) { transport::IntegratorChoice::parse(text); },
         nb::arg("text"), "Raises Error unless `text` names an integrator and its parameters.");
+}
+
+} // namespace
+
+void bind_load(nb::module_& m) {
+    bind_reading(m);
+    bind_frames(m);
+    bind_conversion(m);
+    bind_integrators(m);
 }
 
 } // namespace kanuka::python

@@ -166,6 +166,29 @@ void write(Picture& p, const std::filesystem::path& path, std::optional<float> g
         throw Error(file + ": pictures are written as .exr or .png", ExitCode::Usage);
 }
 
+nb::list fireflies(const Stats& s) {
+    nb::list all;
+    for (const Stats::Firefly& f : s.fireflies) {
+        nb::list path;
+        for (const Stats::Firefly::Vertex& v : f.path) {
+            nb::dict vertex;
+            vertex["object"] = v.object, vertex["lobe"] = v.lobe;
+            vertex["smooth"] = v.smooth, vertex["through"] = v.through;
+            vertex["distance"] = v.distance;
+            vertex["lights_hit"] = v.lights_hit, vertex["emitted"] = v.emitted;
+            vertex["light_samples"] = v.light_samples;
+            path.append(vertex);
+        }
+        nb::dict one;
+        one["pixel"] = nb::make_tuple(f.x, f.y);
+        one["progression"] = f.progression;
+        one["luminance"] = f.luminance, one["mean"] = f.mean;
+        one["path"] = path;
+        all.append(one);
+    }
+    return all;
+}
+
 nb::object stats_dict(const Picture& p) {
     if (!p.stats)
         return nb::none();
@@ -192,26 +215,7 @@ nb::object stats_dict(const Picture& p) {
     count["procedurals"] = s.count.procedurals.load();
     count["procedurals_read"] = s.count.procedurals_read.load();
     count["fireflies"] = s.count.fireflies.load();
-    nb::list fireflies;
-    for (const Stats::Firefly& f : s.fireflies) {
-        nb::list path;
-        for (const Stats::Firefly::Vertex& v : f.path) {
-            nb::dict vertex;
-            vertex["object"] = v.object, vertex["lobe"] = v.lobe;
-            vertex["smooth"] = v.smooth, vertex["through"] = v.through;
-            vertex["distance"] = v.distance;
-            vertex["lights_hit"] = v.lights_hit, vertex["emitted"] = v.emitted;
-            vertex["light_samples"] = v.light_samples;
-            path.append(vertex);
-        }
-        nb::dict one;
-        one["pixel"] = nb::make_tuple(f.x, f.y);
-        one["progression"] = f.progression;
-        one["luminance"] = f.luminance, one["mean"] = f.mean;
-        one["path"] = path;
-        fireflies.append(one);
-    }
-    all["fireflies"] = fireflies;
+    all["fireflies"] = fireflies(s);
     bytes["grids"] = s.bytes.grids;
     bytes["lobe_inputs"] = s.bytes.lobe_inputs;
     bytes["bvh"] = s.bytes.bvh;
@@ -325,7 +329,7 @@ static void make_texture(const std::vector<std::string>& pictures, const std::st
                          pictures, texture, wrap.first, wrap.second, filter, fov, width.first, width.second});
 }
 
-void bind_picture(nb::module_& m) {
+static void bind_class(nb::module_& m) {
     nb::class_<Picture> picture(
         m, "Picture",
         "Pixels by layer: picture['rgb'] is a (height, width, 3) array of scene-linear Rec.709, others\n"
@@ -379,7 +383,9 @@ void bind_picture(nb::module_& m) {
         return "<kanuka.Picture " + std::to_string(p.picture.width) + " x " +
                std::to_string(p.picture.height) + ">";
     });
+}
 
+static void bind_files(nb::module_& m) {
     define(
         m, "picture_file", [](const std::string& name) { return scene::picture_file(name); },
         nb::arg("display"),
@@ -397,6 +403,11 @@ void bind_picture(nb::module_& m) {
         "others, "
         "`filter_width` texels of the smaller level wide along s and t; 0 is the filter's own width. "
         "`latlong`: the picture is an environment by latitude and longitude.");
+}
+
+void bind_picture(nb::module_& m) {
+    bind_class(m);
+    bind_files(m);
     bind_comparison(m);
     bind_z_test(m);
 }

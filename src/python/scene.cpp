@@ -143,10 +143,7 @@ nb::dict descriptions(std::span<const scene::Parameter<Of>> rows) {
     return all;
 }
 
-} // namespace
-
-void bind_scene(nb::module_& m) {
-    bind_options(m);
+void bind_tables(nb::module_& m) {
     m.def(
         "option_parameters", [] { return descriptions(scene::option_parameters()); },
         nb::sig("def option_parameters() -> dict[str, dict]"),
@@ -171,14 +168,14 @@ void bind_scene(nb::module_& m) {
         },
         nb::arg("name"), nb::arg("value"),
         "Raises TypeError or ValueError, with what would do, unless the option takes the value.");
-    nb::class_<Group> group(m, "Group",
-                            "Geometry that is placed any number of times; made by Scene.add_group().");
-    nb::class_<Scene> scene(m, "Scene", "What is rendered: geometry, lights, camera, options.");
-    bind_geometry(scene, group);
-    const char* instances_doc = "Places a group once for each matrix of (N, 3, 4) or (N, 4, 4), acting on "
-                                "columns. "
-                                "Moving ones: (T, N, 3, 4) at `times` (default: evenly from 0 to 1).";
+}
 
+constexpr const char* InstancesDoc =
+    "Places a group once for each matrix of (N, 3, 4) or (N, 4, 4), acting on "
+    "columns. "
+    "Moving ones: (T, N, 3, 4) at `times` (default: evenly from 0 to 1).";
+
+void bind_group(nb::class_<Group>& group) {
     group.def_prop_ro("node", [](const Group& g) { return Node{g.owner, g.id}; });
     group.def_prop_ro("name", [](const Group& g) { return g.get().name; });
     define(
@@ -193,11 +190,13 @@ void bind_scene(nb::module_& m) {
             check_order(); // the group itself may be gone by now
             return Node{g.owner, g.owner->editor->add(g.get(), std::move(places)).node};
         },
-        nb::arg("group"), nb::arg("transforms"), nb::arg("times") = nb::none(), instances_doc,
+        nb::arg("group"), nb::arg("transforms"), nb::arg("times") = nb::none(), InstancesDoc,
         nb::sig("def add_instances(self, group: Group, transforms: ArrayLike, times: Sequence[float] | "
                 "None = "
                 "None) -> Node"));
+}
 
+void bind_class(nb::class_<Scene>& scene) {
     scene.def(nb::init<>());
     scene.def_prop_ro("options", [](std::shared_ptr<Scene> s) { return Options{s}; });
     property(
@@ -232,12 +231,24 @@ void bind_scene(nb::module_& m) {
         [](std::shared_ptr<Scene> s, const Group& g, nb::handle transforms, nb::handle times) {
             return Node{s, s->editor->add(instances(*s, g, transforms, times)).node};
         },
-        nb::arg("group"), nb::arg("transforms"), nb::arg("times") = nb::none(), instances_doc,
+        nb::arg("group"), nb::arg("transforms"), nb::arg("times") = nb::none(), InstancesDoc,
         nb::sig("def add_instances(self, group: Group, transforms: ArrayLike, times: Sequence[float] | "
                 "None = None) -> Node"));
     scene.def("summary", &summary, "Counts and names of what is in the scene.",
               nb::sig("def summary(self) -> dict[str, object]"));
+}
 
+} // namespace
+
+void bind_scene(nb::module_& m) {
+    bind_options(m);
+    bind_tables(m);
+    nb::class_<Group> group(m, "Group",
+                            "Geometry that is placed any number of times; made by Scene.add_group().");
+    nb::class_<Scene> scene(m, "Scene", "What is rendered: geometry, lights, camera, options.");
+    bind_geometry(scene, group);
+    bind_group(group);
+    bind_class(scene);
     bind_nodes_of(scene);
     bind_lights(scene);
     bind_light_kinds(m);

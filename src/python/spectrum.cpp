@@ -76,7 +76,7 @@ std::string spectrum_text(nb::handle value, const char* name) {
     return nb::cast<std::string>(value);
 }
 
-void bind_spectrum(nb::module_& m) {
+static void bind_class(nb::module_& m) {
     nb::class_<Spectrum> spectrum(
         m, "Spectrum",
         "A spectrum over 360 to 830 nm: a light by name ('D65', 'F11', 'LED-B3', "
@@ -128,7 +128,10 @@ void bind_spectrum(nb::module_& m) {
     spectrum.def("__str__", [](const Spectrum& s) { return s.text; });
     spectrum.def("__repr__",
                  [](const Spectrum& s) { return "kanuka.Spectrum('" + s.text.substr(0, 40) + "')"; });
+}
 
+// Lights, metals and glasses by name, and differences of colours.
+static void bind_tables(nb::module_& m) {
     m.def("illuminant_names", &color::illuminant_names, "Lights that Spectrum takes by name.");
     define(
         m, "metal",
@@ -162,6 +165,11 @@ void bind_spectrum(nb::module_& m) {
             return color::delta_e_2000(color::lab_from_xyz(a, white), color::lab_from_xyz(b, white));
         },
         nb::arg("a"), nb::arg("b"), nb::arg("white"), "CIEDE2000 between two XYZ under a white.");
+}
+
+void bind_spectrum(nb::module_& m) {
+    bind_class(m);
+    bind_tables(m);
 }
 
 } // namespace kanuka::python

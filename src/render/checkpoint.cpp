@@ -70,10 +70,12 @@ void load_checkpoint(const std::string& path, const Digest& key, Accumulator& ga
             throw refuse("the checkpoint ends early");
         sum.bytes(data, size);
     };
+    // The magic number by itself: a short file of another kind did not end early.
     Header header;
-    read(&header, sizeof header);
-    if (header.magic != Magic)
+    if (std::fread(&header.magic, sizeof header.magic, 1, file.get()) != 1 || header.magic != Magic)
         throw refuse("this is no checkpoint");
+    sum.bytes(&header.magic, sizeof header.magic);
+    read(reinterpret_cast<char*>(&header) + sizeof header.magic, sizeof header - sizeof header.magic);
     if (header.version != Version)
         throw refuse("the checkpoint is of another version of Kanuka");
     const Header own = header_of(key, gathered);

@@ -28,6 +28,7 @@
 #include "ingest/rib/rib.h"
 #include "mutate.h"
 #include "render/session.h"
+#include "sample_pictures.h"
 #include "shade/make_texture.h"
 #include "sl/codegen/cache.h"
 #include "sl/frontend.h"
@@ -63,47 +64,6 @@ std::vector<Source> read_all(const std::vector<fs::path>& folders, const char* s
     for (const fs::path& p : paths)
         all.push_back({p.filename().string(), read(p)});
     return all;
-}
-
-// A picture of any kind for scenes to name, small.
-film::Picture sample_picture() {
-    film::Picture p;
-    p.width = 16, p.height = 8;
-    for (const char* name : {"B", "G", "R"}) {
-        film::Picture::Channel c{name, true, {}};
-        for (int i = 0; i < p.width * p.height; i++)
-            c.data.push_back(float((i * 7 + name[0]) % 11) / 10);
-        p.channels.push_back(std::move(c));
-    }
-    return p;
-}
-
-std::string little(uint32_t value, int bytes) {
-    std::string out;
-    for (int i = 0; i < bytes; i++)
-        out += char(value >> (8 * i));
-    return out;
-}
-
-std::string sample_bmp() {
-    std::string out = "BM" + little(54 + 16 * 8 * 3, 4) + little(0, 4) + little(54, 4) + little(40, 4) +
-                      little(16, 4) + little(8, 4) + little(1, 2) + little(24, 2) + std::string(24, '\0');
-    for (int i = 0; i < 16 * 8 * 3; i++)
-        out += char(i * 5);
-    return out;
-}
-
-std::string sample_tiff() {
-    std::string out = "II*" + std::string(1, '\0') + little(8, 4) + little(9, 2);
-    const auto tag = [&](uint32_t id, uint32_t type, uint32_t count, uint32_t value) {
-        out += little(id, 2) + little(type, 2) + little(count, 4) + little(value, 4);
-    };
-    tag(256, 3, 1, 16), tag(257, 3, 1, 8), tag(258, 3, 1, 8), tag(259, 3, 1, 1), tag(262, 3, 1, 1);
-    tag(273, 4, 1, 122), tag(277, 3, 1, 1), tag(278, 3, 1, 8), tag(279, 4, 1, 128);
-    out += little(0, 4);
-    for (int i = 0; i < 128; i++)
-        out += char(i * 2);
-    return out;
 }
 
 bool names_foreign_files(const std::string& text) {
@@ -289,7 +249,7 @@ Kind cache() {
 Kind textures() {
     auto all = std::make_shared<std::vector<Source>>();
     fuzz::in_child([] {
-        const film::Picture picture = sample_picture();
+        const film::Picture picture = fuzz::sample_picture();
         film::write_exr("sample.exr", picture);
         film::write_png("sample.png", picture, 1, 1);
         shade::TextureMaking making;
@@ -299,8 +259,8 @@ Kind textures() {
     });
     for (const char* name : {"sample.exr", "sample.png", "sample.tx.exr"})
         all->push_back({name, read(name)});
-    all->push_back({"sample.bmp", sample_bmp()});
-    all->push_back({"sample.tif", sample_tiff()});
+    all->push_back({"sample.bmp", fuzz::sample_bmp()});
+    all->push_back({"sample.tif", fuzz::sample_tiff()});
     // The name of the file goes before its bytes.
     return {".picture",
             [all](uint64_t seed) {
@@ -434,7 +394,7 @@ int main(int count, char** argument) {
     const bool own_cache = shader_cache.empty() || kind_name == "cache";
     setenv("KANUKA_SHADER_CACHE", (own_cache ? scratch + "/shader_cache" : shader_cache).c_str(), 1);
     setenv("KANUKA_SHADER_CACHE_SIZE", "256M", 1);
-    fuzz::in_child([] { film::write_exr("picture.exr", sample_picture()); });
+    fuzz::in_child([] { film::write_exr("picture.exr", fuzz::sample_picture()); });
     const Kind kind = kind_name == "shaders"    ? shaders()
                       : kind_name == "slo"      ? slo()
                       : kind_name == "cache"    ? cache()
