@@ -87,13 +87,7 @@ class GeometryBuilder {
         m_key(uint64_t(primitives.size()));
         for (const bvh::SolidNode& node : desc.solids)
             m_key(node.kind, node.parent);
-        int first = int(m_out->store.shapes().size()), solid = -1;
-        const auto close_run = [&] { // the shapes so far belong to the group itself
-            const int next = int(m_out->store.shapes().size());
-            if (next > first)
-                desc.shapes.push_back({first, next - first, solid});
-            first = next;
-        };
+        Shapes shapes{desc, int(m_out->store.shapes().size())};
         for (size_t begin = 0; begin < primitives.size() && !m_request.progress.cancelled(); begin += Run) {
             const size_t end = std::min(primitives.size(), begin + Run);
             m_preparer.begin_run(m_out->store.grid_bytes() + m_out->store.input_bytes());
@@ -103,64 +97,88 @@ class GeometryBuilder {
                 m_preparer.prepare(primitives[begin + i], render_from_group, instanced,
                                    bvh::subtracted(desc.solids, bounded), prepared[i]);
             });
-            for (Prepared& p : prepared) {
-                if (p.empty)
-                    continue;
-                const scene::Primitive& primitive = primitives[begin + size_t(&p - prepared.data())];
-                const auto& program = p.material->program();
-                const int bounded = solid_of(primitive, desc.solids);
-                store::Links links = m_request.linking.of(primitive.attributes.get());
-                if (bounded >= 0 || program.interior || turns_to_viewer(primitive))
-                    links.seen &= ~store::Links::OneSided;
-                const bool shines = p.page.header().emitters > 0;
-                const bool lights = shines && (!m_request.classic ||
-                                               (primitive.attributes && primitive.attributes->area_light));
-                if (shines && !lights) {
-                    links.seen |= store::Links::Backdrop;
-                    ask_no_emitters(p.page);
-                }
-                if (lights && links.fades()) {
-                    // Light sampling knows no transitions: what shines switches in the middle.
-                    if (links.level_from > 0.5f || links.level_to <= 0.5f) {
-                        p = {};
-                        continue;
-                    }
-                    links.level_from = 0, links.level_to = 1;
-                }
-                if (m_request.pages && primitive.motion)
-                    m_key(primitive.motion->places);
-                if (m_request.pages)
-                    m_key(p.key, p.offset, primitive.id, program.key(), bounded, lights, links.lit_sets,
-                          links.shone_sets, links.lets_through, links.seen, links.level_from, links.level_to);
-                if (!p.path.empty() || bounded != solid)
-                    close_run();
-                solid = bounded;
-                m_out->store.add_page(p.page, m_out->store.add_program(program),
-                                      interior_of(program, p.inside), links, primitive.id);
-                m_out->moving |= p.changes || !p.path.empty();
-                if (!p.path.empty()) {
-                    bvh::GroupDesc moving;
-                    moving.shapes.push_back({first, int(m_out->store.shapes().size()) - first, solid});
-                    first = int(m_out->store.shapes().size());
-                    m_out->paths.push_back(std::move(p.path));
-                    desc.instances.push_back({int(m_out->groups.size()),
-                                              {},
-                                              m_out->paths.back(),
-                                              bvh::GroupDesc::Unnumbered,
-                                              solid >= 0});
-                    m_out->groups.push_back(std::move(moving));
-                    m_out->instanced = true;
-                }
-                const store::PageHeader& h = p.page.header();
-                m_request.stats.count.grids += h.shapes;
-                m_request.stats.count.vertices += h.vertices;
-                m_request.stats.count.micropolygons += h.micropolygons;
-                m_request.stats.count.traced_polygons += h.traced_polygons;
-                p = {};
+            for (size_t i = 0; i < prepared.size(); i++) {
+                if (!prepared[i].empty)
+                    place(primitives[begin + i], prepared[i], shapes);
+                prepared[i] = {};
             }
         }
         m_request.stats.count.primitives += primitives.size();
-        close_run();
+        close_run(shapes);
+    }
+
+    // Of a group, as they become resident: those since the last run was closed bound one solid, or none.
+    struct Shapes {
+        bvh::GroupDesc& desc;
+        int first;
+        int solid = -1;
+    };
+    void close_run(Shapes& shapes) {
+        const int next = int(m_out->store.shapes().size());
+        if (next > shapes.first)
+            shapes.desc.shapes.push_back({shapes.first, next - shapes.first, shapes.solid});
+        shapes.first = next;
+    }
+
+    void place(const scene::Primitive& primitive, Prepared& p, Shapes& shapes) {
+        const auto& program = p.material->program();
+        const int bounded = solid_of(primitive, shapes.desc.solids);
+        const bool shines = p.page.header().emitters > 0;
+        const bool lights =
+            shines && (!m_request.classic || (primitive.attributes && primitive.attributes->area_light));
+        if (shines && !lights)
+            ask_no_emitters(p.page);
+        store::Links links = links_of(primitive, program, bounded, shines, lights);
+        if (lights && links.fades()) {
+            // Light sampling knows no transitions: what shines switches in the middle.
+            if (links.level_from > 0.5f || links.level_to <= 0.5f)
+                return;
+            links.level_from = 0, links.level_to = 1;
+        }
+        if (m_request.pages && primitive.motion)
+            m_key(primitive.motion->places);
+        if (m_request.pages)
+            m_key(p.key, p.offset, primitive.id, program.key(), bounded, lights, links.lit_sets,
+                  links.shone_sets, links.lets_through, links.seen, links.level_from, links.level_to);
+        if (!p.path.empty() || bounded != shapes.solid)
+            close_run(shapes);
+        shapes.solid = bounded;
+        m_out->store.add_page(p.page, m_out->store.add_program(program), interior_of(program, p.inside),
+                              links, primitive.id);
+        m_out->moving |= p.changes || !p.path.empty();
+        if (!p.path.empty())
+            add_moving(std::move(p.path), shapes);
+        const store::PageHeader& h = p.page.header();
+        m_request.stats.count.grids += h.shapes;
+        m_request.stats.count.vertices += h.vertices;
+        m_request.stats.count.micropolygons += h.micropolygons;
+        m_request.stats.count.traced_polygons += h.traced_polygons;
+    }
+
+    store::Links links_of(const scene::Primitive& primitive, const grid::LayeringProgram& program,
+                          int bounded, bool shines, bool lights) {
+        store::Links links = m_request.linking.of(primitive.attributes.get());
+        if (bounded >= 0 || program.interior || turns_to_viewer(primitive))
+            links.seen &= ~store::Links::OneSided;
+        if (shines && !lights)
+            links.seen |= store::Links::Backdrop;
+        return links;
+    }
+
+    // What moves as a whole is a group of its own: the shapes since the last run was closed.
+    void add_moving(std::vector<MotionPath> path, Shapes& shapes) {
+        const int next = int(m_out->store.shapes().size());
+        bvh::GroupDesc moving;
+        moving.shapes.push_back({shapes.first, next - shapes.first, shapes.solid});
+        shapes.first = next;
+        m_out->paths.push_back(std::move(path));
+        shapes.desc.instances.push_back({int(m_out->groups.size()),
+                                         {},
+                                         m_out->paths.back(),
+                                         bvh::GroupDesc::Unnumbered,
+                                         shapes.solid >= 0});
+        m_out->groups.push_back(std::move(moving));
+        m_out->instanced = true;
     }
 
     static std::vector<bvh::SolidNode> solid_nodes(const std::vector<scene::Solid>& solids) {
