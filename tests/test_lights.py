@@ -184,7 +184,7 @@ def test_portals_bring_the_environments_light_with_less_noise(tmp_path: Path) ->
         return np.stack([kanuka.render(scene, progressions=32, seed=seed)["rgb"][..., 1] for seed in range(8)])
 
     plain = pictures(room(""))
-    by_rib = pictures(room('AttributeBegin Translate 0 2 0 Rotate 90 1 0 0 LightSource "portallight" 2 AttributeEnd\n'))
+    by_rib = pictures(room('TransformBegin Translate 0 2 0 Rotate 90 1 0 0 LightSource "portallight" 2 TransformEnd\n'))
     scene = room("")
     scene.add_light("portal", position=(0, 2, 0), direction=(0, -1, 0))
     by_python = pictures(scene)

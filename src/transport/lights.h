@@ -202,6 +202,22 @@ struct LightNumbers {
     }
 };
 
+// Through portals, where there are any. chance: of the choice.
+template <int W>
+void sample_environment(const SceneView& scene, const Receiver<W>& r, Float<W> u0, Float<W> u1,
+                        LightSample<W>& s, const Float<W> l[Wavelengths], Mask<W> m, Float<W> chance) {
+    if (!scene.lights.portals.empty()) {
+        PortalChooser<W>(scene, r.P, m).sample(u0, u1, s);
+        s.radiance = bsdf::select(m, environment_radiance(scene, s.wi, r.set, l), s.radiance);
+        s.light = select(m, Int<W>(LightId::Picture), s.light);
+    } else {
+        sample_map(scene, u0, u1, s, l, m);
+    }
+    s.pdf_solid_angle = select(m, s.pdf_solid_angle * chance, s.pdf_solid_angle);
+    if (scene.lights.linked)
+        s.valid &= ((r.set & Int<W>(scene.lights.map_choice_sets)) != Int<W>(0)) | !m;
+}
+
 template <int W>
 LightSample<W> sample_light(const SceneView& scene, const LightChooser<W>& chooser, const Receiver<W>& r,
                             int sample, const LightNumbers<W>& numbers, const Float<W> l[Wavelengths],
@@ -262,21 +278,9 @@ LightSample<W> sample_light(const SceneView& scene, const LightChooser<W>& choos
             chance = select(other, part, chance);
         }
     }
-    if (scene.lights.map_choice >= 0) {
-        const Mask<W> m = active & (choice == I(scene.lights.map_choice));
-        if (any(m) && !scene.lights.portals.empty()) {
-            PortalChooser<W>(scene, r.P, m).sample(u0, u1, s);
-            s.radiance = bsdf::select(m, environment_radiance(scene, s.wi, r.set, l), s.radiance);
-        } else if (any(m)) {
-            sample_map(scene, u0, u1, s, l, m);
-        }
-        if (any(m)) {
-            s.pdf_solid_angle =
-                select(m, s.pdf_solid_angle * chooser.pdf(scene.lights.map_choice), s.pdf_solid_angle);
-            if (scene.lights.linked)
-                s.valid &= ((r.set & I(scene.lights.map_choice_sets)) != I(0)) | !m;
-        }
-    }
+    if (scene.lights.map_choice >= 0)
+        if (const Mask<W> m = active & (choice == I(scene.lights.map_choice)); any(m))
+            sample_environment(scene, r, u0, u1, s, l, m, chooser.pdf(scene.lights.map_choice));
     const Mask<W> some = active & (analytic >= I(0));
     if (any(some)) {
         s.light = select(some, analytic, s.light);
