@@ -253,7 +253,8 @@ class PointsMesher {
 
     void add(size_t i, MeshParts& out) const {
         grid::Grid& g = out.vertices;
-        const Ball& ball = m_balls[size_t(m_level[i])];
+        const int8_t level = m_level[i];
+        const Ball& ball = m_balls[size_t(level)];
         const float radius = 0.5f * m_widths.at(has_widths(m_widths) ? i : 0) * ball.scale;
         const Vec3f center = m_points.finite(i) ? m_points[i] : m_sized[i];
         const Axes axes = m_flat ? axes_of(i, center) : Axes();

@@ -40,34 +40,11 @@ void fill_quad_density(AnalyticLight& a, const scene::LightTable& t, std::vector
     densities.insert(densities.end(), cells.conditional.begin(), cells.conditional.end());
 }
 
-// One analytic light, its amount uplifted; of soft points and spots it becomes the radiance of their ball.
-AnalyticLight make_light(const scene::Light& light, const Transform& render_from_world,
-                         const color::Palette& palette, LightBound& bound, std::vector<float>& tables,
-                         std::vector<float>& densities) {
+// What a light is, its size and its bound. scales: of its axes. amount: of soft points and spots it becomes
+// the radiance of their ball.
+void shape(const scene::Light& light, const Vec3f& scales, AnalyticLight& a, LightBound& bound, Rgb& amount) {
     using A = AnalyticLight;
-    const Transform render_from_light = render_from_world * light.world_from_light;
-    AnalyticLight a{};
-    a.picture = -1;
-    Vec3f columns[3], scales(0.0f);
-    for (int k = 0; k < 3; k++) {
-        columns[k] =
-            render_from_light.vector({k == 0 ? 1.0f : 0.0f, k == 1 ? 1.0f : 0.0f, k == 2 ? 1.0f : 0.0f});
-        scales[k] = length(columns[k]);
-        columns[k] = columns[k] * (1 / scales[k]);
-    }
-    a.position = render_from_light.point({0, 0, 0});
-    a.x = columns[0], a.y = columns[1], a.axis = columns[2];
-    a.cos_outer = a.cos_inner = -2;
-    a.visible_camera = light.visible_camera;
-    a.sets = light.lit_sets;
-    a.passes = light.shadows ? light.passes : AnalyticLight::Shadowless;
-    Rgb amount = light.amount;
     const bool point = light.kind == Kind::Point || light.kind == Kind::Spot;
-    if (light.kind == Kind::Spot) {
-        a.cos_outer = std::cos(std::clamp(light.cone_angle, 0.0f, 180.0f) * Degrees);
-        a.cos_inner = std::cos(std::clamp(light.cone_angle - light.cone_delta_angle, 0.0f, 180.0f) * Degrees);
-        a.exponent = int(std::clamp(light.beam_distribution, 0.0f, 1000.0f));
-    }
     const float luminance =
         std::max(color::luminance(amount), 1e-3f * std::max({amount.x, amount.y, amount.z}));
     bound.center = a.position;
@@ -114,6 +91,35 @@ AnalyticLight make_light(const scene::Light& light, const Transform& render_from
             bound.cos_reach = a.cos_outer;
         }
     }
+}
+
+// One analytic light, its amount uplifted.
+AnalyticLight make_light(const scene::Light& light, const Transform& render_from_world,
+                         const color::Palette& palette, LightBound& bound, std::vector<float>& tables,
+                         std::vector<float>& densities) {
+    const Transform render_from_light = render_from_world * light.world_from_light;
+    AnalyticLight a{};
+    a.picture = -1;
+    Vec3f columns[3], scales(0.0f);
+    for (int k = 0; k < 3; k++) {
+        columns[k] =
+            render_from_light.vector({k == 0 ? 1.0f : 0.0f, k == 1 ? 1.0f : 0.0f, k == 2 ? 1.0f : 0.0f});
+        scales[k] = length(columns[k]);
+        columns[k] = columns[k] * (1 / scales[k]);
+    }
+    a.position = render_from_light.point({0, 0, 0});
+    a.x = columns[0], a.y = columns[1], a.axis = columns[2];
+    a.cos_outer = a.cos_inner = -2;
+    a.visible_camera = light.visible_camera;
+    a.sets = light.lit_sets;
+    a.passes = light.shadows ? light.passes : AnalyticLight::Shadowless;
+    Rgb amount = light.amount;
+    if (light.kind == Kind::Spot) {
+        a.cos_outer = std::cos(std::clamp(light.cone_angle, 0.0f, 180.0f) * Degrees);
+        a.cos_inner = std::cos(std::clamp(light.cone_angle - light.cone_delta_angle, 0.0f, 180.0f) * Degrees);
+        a.exponent = int(std::clamp(light.beam_distribution, 0.0f, 1000.0f));
+    }
+    shape(light, scales, a, bound, amount);
     uplift_amount(amount, palette, a.c);
     if (const scene::LightTable* t = light.table.get()) {
         a.table = int(tables.size());
@@ -121,7 +127,7 @@ AnalyticLight make_light(const scene::Light& light, const Transform& render_from
         a.falloff = t->falloff;
         a.angle = t->angle, a.nearest = t->nearest, a.extent = t->extent;
         tables.insert(tables.end(), t->rgb.begin(), t->rgb.end());
-        if (a.shape == A::Quad)
+        if (a.shape == AnalyticLight::Quad)
             fill_quad_density(a, *t, densities);
     }
     return a;
