@@ -47,10 +47,6 @@ struct Box {
             hi[c] = std::max(hi[c], double(p[int(c)]));
         }
     }
-    void grow(double by) {
-        for (size_t c = 0; c < 3; c++)
-            lo[c] -= by, hi[c] += by;
-    }
     double distance(const std::array<double, 3>& p) const {
         double sum = 0;
         for (size_t c = 0; c < 3; c++) {
@@ -83,8 +79,24 @@ std::array<double, 3> place_of(const Transform& t) {
     return {t.m[0][3], t.m[1][3], t.m[2][3]};
 }
 
-// How near a mesh comes, from within its box: face by face, by their boxes. A face of a subdivision surface
-// lies within its neighbours too, which are taken to be as large.
+// No more than that an affine map makes lengths longer by it.
+double most_stretch(const Transform& t) {
+    double squares = 0, row = 0, column = 0;
+    for (size_t i = 0; i < 3; i++) {
+        double across = 0, down = 0;
+        for (size_t k = 0; k < 3; k++) {
+            across += std::abs(t.m[i][k]);
+            down += std::abs(t.m[k][i]);
+            squares += t.m[i][k] * t.m[i][k];
+        }
+        row = std::max(row, across);
+        column = std::max(column, down);
+    }
+    return std::sqrt(std::min(squares, row * column));
+}
+
+// How near a mesh comes, at least, from within its box: face by face, by their boxes in object space. A face
+// of a subdivision surface lies within its neighbours too, which are taken to be as large. 0 = not known.
 double distance_of_faces(const scene::Primitive& primitive, const Transform& page_from_object,
                          const std::array<double, 3>& eye) {
     const scene::Value* P = primitive.primvars.find("P");
@@ -92,33 +104,42 @@ double distance_of_faces(const scene::Primitive& primitive, const Transform& pag
     const auto* cage = std::get_if<scene::SubdivisionMesh>(&primitive.geometry);
     if (!P || (!polygons && !cage))
         return 0;
+    Transform object_from_page;
+    try {
+        object_from_page = page_from_object.inverse();
+    } catch (const Error&) {
+        return 0;
+    }
+    const Vec3f e = object_from_page.point({float(eye[0]), float(eye[1]), float(eye[2])});
     const size_t points = P->floats.size() / 3;
+    const float* p = P->floats.data();
     const scene::Buffer<int32_t>& vertices = polygons ? polygons->vertices : cage->vertices;
     const scene::Buffer<int32_t>& counts = polygons ? polygons->vertices_per_loop : cage->vertices_per_face;
     const size_t corners = vertices.empty() ? points : vertices.size();
-    double nearest = INFINITY;
+    float nearest = INFINITY; // squared
     size_t at = 0;
-    for (size_t face = 0; at < corners; face++) {
-        const size_t count = counts.empty()         ? 3
-                             : face < counts.size() ? size_t(std::max(counts[face], 0))
-                                                    : 0;
-        if (count == 0 && (counts.empty() || face >= counts.size()))
-            break;
-        Box box;
+    for (size_t face = 0; at < corners && (counts.empty() || face < counts.size()); face++) {
+        const size_t count = counts.empty() ? 3 : size_t(std::max(counts[face], 0));
+        Vec3f lo(INFINITY), hi(-INFINITY);
         for (size_t k = at; k < std::min(at + count, corners); k++) {
             const size_t v = vertices.empty() ? k : size_t(vertices[k]);
-            if (v < points)
-                box.extend(
-                    page_from_object.point({P->floats[3 * v], P->floats[3 * v + 1], P->floats[3 * v + 2]}));
+            if (v >= points)
+                continue;
+            for (int c = 0; c < 3; c++) {
+                lo[c] = std::min(lo[c], p[3 * v + size_t(c)]);
+                hi[c] = std::max(hi[c], p[3 * v + size_t(c)]);
+            }
         }
         at += count;
-        if (box.empty())
-            continue;
-        if (cage)
-            box.grow(box.radius());
-        nearest = std::min(nearest, box.distance(eye));
+        const float around = cage ? 0.5f * length(hi - lo) : 0;
+        float squared = 0;
+        for (int c = 0; c < 3; c++) {
+            const float d = std::max({lo[c] - around - e[c], e[c] - hi[c] - around, 0.0f});
+            squared += d * d;
+        }
+        nearest = std::min(nearest, squared);
     }
-    return std::isfinite(nearest) ? nearest : 0;
+    return std::isfinite(nearest) ? double(std::sqrt(nearest)) / most_stretch(object_from_page) : 0;
 }
 
 // Of a box, as a camera sees it; see Density::perspective_at for what is outside, and by how much. Both
@@ -235,7 +256,6 @@ class Framing {
 
     void frame_seen() {
         double pixels = 0; // a unit, at most
-        std::array<double, 3> origin{};
         bool loose = !m_moves && !turns_to_camera() && !m_box.empty();
         std::vector<double> distances;
         for (const Transform& t : m_out.cameras) {

@@ -155,10 +155,11 @@ TEST(PageFrame, TheBorderIsWhereThePictureEnds) {
             corners++;
             inside += p.z > 0 && std::abs(p.x) < 0.4f * p.z && std::abs(p.y) < 0.3f * p.z;
         }
-        if (f.border == Border::Within)
+        if (f.border == Border::Within) {
             EXPECT_EQ(inside, corners) << i;
-        if (f.border == Border::Outside)
+        } else if (f.border == Border::Outside) {
             EXPECT_EQ(inside, 0) << i;
+        }
         within += f.border == Border::Within;
         outside += f.border == Border::Outside;
     }
@@ -190,11 +191,16 @@ TEST(PageFrame, FarFromTheOriginOfItsSpace) {
         EXPECT_NEAR(double(at[c]) + f.offset[size_t(c)], double(middle[c]) - double(eye[c]), 1e-6);
 }
 
-// From within its box a mesh is as near as its nearest face.
+// From within its box a mesh is as near as its nearest face: with the walls of a room as near as the camera
+// is to them, digits are lost nowhere, and the origin stays that of its neighbours. A finger's breadth in
+// front of a wall of a hall it goes to the camera.
 TEST(PageFrame, InsideOfAMesh) {
-    const PageFrame f = frame_of(cube(10), looking_from({0, 0, 0}));
-    EXPECT_EQ(f.border, Border::Across);
-    EXPECT_EQ(f.page_from_object, Transform());
+    const PageFrame room = frame_of(cube(10), looking_from({1, 2, 3}));
+    EXPECT_EQ(room.border, Border::Across);
+    EXPECT_EQ(room.page_from_object, Transform());
+    const PageFrame hall = frame_of(cube(100), looking_from({0, 0, 99.99f}));
+    EXPECT_LT(length(hall.page_from_object.point({0, 0, 100})), 0.1f);
+    EXPECT_NE(hall.offset[2], -99.99);
 }
 
 TEST(PageFrame, InstancesAreAskedForInStepsOfAFourthRootOfTwo) {
