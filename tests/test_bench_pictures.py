@@ -66,3 +66,28 @@ def test_noise_is_the_relative_variance_of_one_batch() -> None:
     image = truth()
     measured = estimate(5, image, batches=64).noise()
     assert measured == pytest.approx(np.mean(0.25 * image**2 / (image**2 + 0.01)), rel=0.03)
+
+
+def renders(seed: int, image: np.ndarray, seeds: int = 8) -> np.ndarray:
+    return image * np.random.default_rng(seed).exponential(size=(seeds, 4, *SHAPE)).mean(1)
+
+
+def test_two_builds_with_noise_of_their_own_agree() -> None:
+    found = [pictures.paired(renders(2 * k, truth()), renders(2 * k + 1, truth())) for k in range(10)]
+    assert sum(a.differs for a in found) <= 1
+    assert np.mean([a.rms_z for a in found]) == pytest.approx(1, abs=0.05)
+
+
+def test_two_builds_with_the_same_noise_are_compared_far_below_it() -> None:
+    made = renders(1, truth())
+    assert not pictures.paired(made, made).differs
+    # A bent path here and there.
+    bent = made.copy()
+    bent[np.random.default_rng(2).random(made.shape[:3]) < 1e-4] *= 1.5
+    assert not pictures.paired(bent, made).differs
+    shadow = made.copy()
+    shadow[:, 48:64, 32:64] *= 0.998
+    found = pictures.paired(shadow, made)
+    assert found.differs
+    assert found.largest == pytest.approx(0.002, rel=0.01)
+    assert pictures.paired(made * 1.0003, made).differs
