@@ -17,7 +17,6 @@ EXCEPT = {
     "src/sl/ops/table.cpp": "the one table of shadeops: a row or some for each",
     "src/bvh/bvh.cpp": "not split yet: build, queries and callbacks of Embree",
     "src/dice/dice.cpp": "not split yet: meshes and surfaces",
-    "src/store/encode_grid.cpp": "not split yet: one class; inputs, normals and emitters",
 }
 TOPS = ("src", "include", "plugins", "python", "tests", "tools", "bench")
 SUFFIXES = {".h", ".hpp", ".cpp", ".cc", ".c", ".inl", ".cu", ".py"}
