@@ -86,19 +86,7 @@ static_assert(offsetof(Context, embree) == 0);
 // HitPacket::magnitude for a point of the current space.
 float magnitude_at(const Context& context, const Vec3f& p);
 
-// ---- solids
-// What a ray crosses, and where moving parts of solids are as it does.
-struct Crossings {
-    struct Place {
-        const Geometry* geometry;
-        Matrix world_from_shape;
-        float magnitude;
-    };
-    std::vector<Crossing> all;
-    std::vector<Place> places;
-    int depth; // of the group that has the tree
-};
-
+// ---- presence
 // Is the surface there for a ray, by its presence, the lights that it lets through and what sees it? Of its
 // sides both are: is_back() tells.
 bool is_present(const Geometry& g, const Context& context, unsigned ray_id, unsigned prim, float u, float v,
@@ -113,6 +101,21 @@ inline bool is_back(const Geometry& g, unsigned prim, const Vec3f& Ng, const Vec
     const bool flips = flags & store::ShapeRecord::Flips;
     return (dot(Ng, d) > 0) != flips;
 }
+// Filter of what is there for some rays alone: turns down what is not there for this one.
+void presence_filter(const RTCFilterFunctionNArguments* args);
+
+// ---- solids
+// What a ray crosses, and where moving parts of solids are as it does.
+struct Crossings {
+    struct Place {
+        const Geometry* geometry;
+        Matrix world_from_shape;
+        float magnitude;
+    };
+    std::vector<Crossing> all;
+    std::vector<Place> places;
+    int depth; // of the group that has the tree
+};
 // Filter of what bounds solids: takes the crossing down and lets the ray go on.
 void note_crossing(const RTCFilterFunctionNArguments* args);
 // The nearest boundary of a group's solids; false = none up to the ray's end. The ray is in the group's

@@ -1,0 +1,289 @@
+// Builds Embree's scenes, one a group: which geometry each of the store's shapes becomes, and instances of
+// other groups.
+#include <algorithm>
+#include <map>
+
+#include "base/cancel.h"
+#include "base/error.h"
+#include "base/tasks.h"
+#include "bvh/scene_impl.h"
+
+namespace kanuka::bvh {
+
+namespace {
+
+// Up to this many cells, the opaque grids of a group become quads: 78 bytes a cell instead of 17, and rays a
+// tenth faster (Cornell box, a ball on a plane; four incoherent rays for three on a height field).
+constexpr size_t MostQuads = size_t(1) << 18;
+
+class Builder {
+  public:
+    Builder(RTCDevice device, const store::Store& store, std::vector<Group>& groups,
+            std::atomic<int64_t>& bytes, Scene::Build build)
+        : m_device(device), m_store(store), m_groups(groups), m_bytes(bytes), m_build(std::move(build)) {}
+
+    // Group `g`, after those of lower numbers.
+    void add(std::span<const GroupDesc> descs, size_t g) {
+        Group& group = m_groups[g];
+        group.scene = new_scene();
+        group.trees = SolidTrees(descs[g].solids);
+        if (!group.trees.empty())
+            group.solids = new_scene();
+        add_shapes(group, descs[g]);
+        for (const auto& instances : descs[g].instances)
+            add_instances(group, instances, descs[size_t(instances.group)]);
+        commit(group.scene);
+        if (group.solids)
+            commit(group.solids);
+    }
+
+  private:
+    RTCScene new_scene() const {
+        RTCScene s = rtcNewScene(m_device);
+        // No flag for filters of a query's own: there are none, and without it Embree takes intersectors
+        // that call no filters wherever no geometry has one.
+        rtcSetSceneFlags(s, RTCSceneFlags((m_build.watertight ? RTC_SCENE_FLAG_ROBUST : 0) |
+                                          (m_build.compact ? RTC_SCENE_FLAG_COMPACT : 0)));
+        return s;
+    }
+
+    void add_shapes(Group& group, const GroupDesc& desc) {
+        // Grids by whether hits are filtered, their steps, and how far apart those lie; and by the solid
+        // that they bound.
+        std::map<std::array<int32_t, 4>, std::vector<int>> grids;
+        for (const auto& range : desc.shapes) {
+            const int solid = group.trees.empty() || group.trees.holds(range.solid) ? range.solid : -1;
+            for (int s = range.first; s < range.first + range.count; s++) {
+                const store::ShapeRecord& shape = m_store.shapes()[size_t(s)];
+                if (shape.flags & store::ShapeRecord::Mesh)
+                    add_mesh(group, s, solid);
+                else
+                    grids[{cuts_out(shape), shape.motion_segments,
+                           shape.motion_segments > 0 ? shape.motion_stride : 0, solid}]
+                        .push_back(s);
+            }
+        }
+        for (const auto& [kind, list] : grids) {
+            size_t cells = 0;
+            for (int shape : list)
+                cells +=
+                    size_t(m_store.shapes()[size_t(shape)].mu) * size_t(m_store.shapes()[size_t(shape)].mv);
+            const bool opaque = kind[0] == 0, still = kind[1] == 0;
+            if (opaque && still && cells > 0 && cells <= MostQuads && !m_build.compact)
+                add_quads(group, list, cells, kind[3]);
+            else
+                add_grids(group, list, kind[3]);
+        }
+    }
+
+    bool cuts_out(const store::ShapeRecord& s) const { // for some rays
+        const store::Links& links = m_store.links()[size_t(s.links)];
+        return m_store.programs()[size_t(s.program)].presence >= 0 || links.lets_through != 0 ||
+               (links.seen & (store::Links::OneSided | store::Links::Unseen)) != 0 || links.fades() ||
+               (s.flags & store::ShapeRecord::Layer) != 0;
+    }
+
+    // `ours`: null for instances, of which `bounds_solid` tells where they go.
+    void attach(Group& group, RTCGeometry geometry, std::unique_ptr<Geometry> ours,
+                bool bounds_solid = false) {
+        if (ours) {
+            rtcSetGeometryUserData(geometry, ours.get());
+            ours->group = int(&group - m_groups.data());
+            ours->partly = cuts_out(m_store.shapes()[size_t(ours->shape_of_grid[0])]);
+            bounds_solid = ours->solid >= 0;
+            if (bounds_solid || ours->partly) {
+                const auto filter = bounds_solid ? note_crossing : presence_filter;
+                rtcSetGeometryIntersectFilterFunction(geometry, filter);
+                rtcSetGeometryOccludedFilterFunction(geometry, filter);
+            }
+        }
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometryByID(bounds_solid && group.solids ? group.solids : group.scene, geometry,
+                              unsigned(group.geometries.size()));
+        group.geometries.push_back(std::move(ours));
+        rtcReleaseGeometry(geometry);
+    }
+
+    // Grids of a group that move by the same steps and whose hits are all filtered, or all not: their
+    // vertices lie in the arena as they are.
+    void add_grids(Group& group, const std::vector<int>& shapes, int solid) {
+        if (shapes.empty())
+            return;
+        RTCGeometry geometry = rtcNewGeometry(m_device, RTC_GEOMETRY_TYPE_GRID);
+        size_t last = 0;
+        auto* grids = static_cast<RTCGrid*>(rtcSetNewGeometryBuffer(
+            geometry, RTC_BUFFER_TYPE_GRID, 0, RTC_FORMAT_GRID, sizeof(RTCGrid), shapes.size()));
+        for (size_t i = 0; i < shapes.size(); i++) {
+            const store::ShapeRecord& s = m_store.shapes()[size_t(shapes[i])];
+            const unsigned first = unsigned(s.positions) / 3;
+            grids[i] = {first, unsigned(s.mu + 1), uint16_t(s.mu + 1), uint16_t(s.mv + 1)};
+            last = std::max(last, size_t(first) + size_t(s.mu + 1) * size_t(s.mv + 1));
+        }
+        const store::ShapeRecord& first = m_store.shapes()[size_t(shapes[0])]; // all move by the same steps
+        rtcSetGeometryTimeStepCount(geometry, unsigned(first.motion_segments) + 1);
+        for (int k = 0; k <= first.motion_segments; k++)
+            rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, unsigned(k), RTC_FORMAT_FLOAT3,
+                                       m_store.words(), size_t(k) * size_t(first.motion_stride) * 4, 12,
+                                       last);
+        auto ours = std::make_unique<Geometry>(Geometry{&m_store, shapes, {}, solid});
+        attach(group, geometry, std::move(ours));
+    }
+
+    // The same grids as quads that share the grids' vertices; for still ones. Embree splits both along the
+    // same diagonal.
+    void add_quads(Group& group, const std::vector<int>& shapes, size_t cells, int solid) {
+        RTCGeometry geometry = rtcNewGeometry(m_device, RTC_GEOMETRY_TYPE_QUAD);
+        auto* corner = static_cast<uint32_t*>(
+            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 16, cells));
+        auto ours = std::make_unique<Geometry>(Geometry{&m_store, {}, {}, solid});
+        ours->shape_of_grid.reserve(cells);
+        ours->cell.reserve(cells);
+        size_t last = 0;
+        for (int shape : shapes) {
+            const store::ShapeRecord& s = m_store.shapes()[size_t(shape)];
+            const unsigned first = unsigned(s.positions) / 3, row = unsigned(s.mu + 1);
+            for (unsigned j = 0; j < unsigned(s.mv); j++)
+                for (unsigned i = 0; i < unsigned(s.mu); i++) {
+                    const unsigned at = first + j * row + i;
+                    *corner++ = at, *corner++ = at + 1, *corner++ = at + row + 1, *corner++ = at + row;
+                    ours->shape_of_grid.push_back(shape);
+                    ours->cell.push_back(i | j << 16);
+                }
+            last = std::max(last, size_t(first) + size_t(row) * size_t(s.mv + 1));
+        }
+        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, m_store.words(), 0,
+                                   12, last);
+        m_bytes += int64_t(cells * 2 * sizeof(int));
+        attach(group, geometry, std::move(ours));
+    }
+
+    void add_mesh(Group& group, int shape, int solid) {
+        const store::ShapeRecord& s = m_store.shapes()[size_t(shape)];
+        struct Kind {
+            RTCGeometryType type;
+            RTCFormat vertex, index;
+            size_t vertex_bytes, index_bytes;
+        };
+        const Kind kind =
+            s.flags & store::ShapeRecord::Fibre
+                ? Kind{RTC_GEOMETRY_TYPE_ROUND_LINEAR_CURVE, RTC_FORMAT_FLOAT4, RTC_FORMAT_UINT, 16, 4}
+            : s.flags & store::ShapeRecord::Quads
+                ? Kind{RTC_GEOMETRY_TYPE_QUAD, RTC_FORMAT_FLOAT3, RTC_FORMAT_UINT4, 12, 16}
+                : Kind{RTC_GEOMETRY_TYPE_TRIANGLE, RTC_FORMAT_FLOAT3, RTC_FORMAT_UINT3, 12, 12};
+        RTCGeometry geometry = rtcNewGeometry(m_device, kind.type);
+        rtcSetGeometryTimeStepCount(geometry, unsigned(s.motion_segments) + 1);
+        for (int k = 0; k <= s.motion_segments; k++)
+            rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, unsigned(k), kind.vertex,
+                                       m_store.words() + s.positions, size_t(k) * size_t(s.motion_stride) * 4,
+                                       kind.vertex_bytes, size_t(s.mu));
+        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, kind.index,
+                                   m_store.words() + s.indices, 0, kind.index_bytes, size_t(s.mv));
+        attach(group, geometry, std::make_unique<Geometry>(Geometry{&m_store, {shape}, {}, solid}));
+    }
+
+    void add_instances(Group& group, const GroupDesc::Instances& desc, const GroupDesc& child) {
+        const size_t count = desc.paths.empty() ? desc.transforms.size() / 12 : desc.paths.size();
+        if (count == 0)
+            return;
+        auto in = std::make_unique<Instances>();
+        in->group = desc.group;
+        in->first_slot = desc.first_slot;
+        in->slots = child.slots;
+        in->first_emitter = child.emitters > 0 ? child.first_emitter : -1;
+        in->target = &m_groups[size_t(desc.group)];
+        in->transforms = desc.transforms;
+        in->paths = desc.paths;
+        in->child = bounds_of(*in->target);
+        if (!in->paths.empty())
+            bound_paths(*in);
+        else
+            in->inverses.resize(count * 12);
+        tasks::parallel_chunks(in->inverses.size() / 12, 4096, [&](size_t begin, size_t end) {
+            for (size_t i = begin; i < end; i++)
+                if (!invert(desc.transforms.data() + i * 12, in->inverses.data() + i * 12))
+                    std::fill_n(in->inverses.data() + i * 12, 12, 0.0f); // a flattened instance: never hit
+        });
+        RTCGeometry geometry = rtcNewGeometry(m_device, RTC_GEOMETRY_TYPE_USER);
+        rtcSetGeometryUserPrimitiveCount(geometry, unsigned(count));
+        rtcSetGeometryTimeStepCount(geometry, unsigned(in->steps));
+        rtcSetGeometryUserData(geometry, in.get());
+        rtcSetGeometryBoundsFunction(geometry, instance_bounds, nullptr);
+        rtcSetGeometryIntersectFunction(geometry, instance_intersect);
+        rtcSetGeometryOccludedFunction(geometry, instance_occluded);
+        m_bytes += int64_t(in->inverses.size() * sizeof(float) + in->bounds.size() * sizeof(Bounds3f));
+        group.instances.push_back(std::move(in));
+        attach(group, geometry, nullptr, desc.bounds_solid);
+    }
+
+    // Embree's tasks are none of ours: it asks by itself.
+    void commit(RTCScene scene) {
+        if (m_build.cancelled)
+            rtcSetSceneProgressMonitorFunction(
+                scene, [](void* of, double) { return !static_cast<const Scene::Build*>(of)->cancelled(); },
+                &m_build);
+        rtcCommitScene(scene);
+        rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
+        tasks::check_cancelled(); // then it is not built
+        const RTCError error = rtcGetDeviceError(m_device);
+        if (error == RTC_ERROR_CANCELLED)
+            throw tasks::Cancelled();
+        if (error == RTC_ERROR_OUT_OF_MEMORY)
+            throw Error("there is not enough memory for the structure by which " +
+                        std::to_string(m_bytes >> 20) +
+                        " MB and more of geometry are traced: a larger shading rate or instances would do");
+    }
+
+    RTCDevice m_device;
+    const store::Store& m_store;
+    std::vector<Group>& m_groups;
+    std::atomic<int64_t>& m_bytes;
+    Scene::Build m_build;
+};
+
+} // namespace
+
+Scene::Impl::Impl(const store::Store& store) : store(store) {
+    device = rtcNewDevice(EmbreeSettings);
+    if (!device)
+        throw Error("Embree could not start", ExitCode::Internal);
+    rtcSetDeviceMemoryMonitorFunction(
+        device,
+        [](void* user, ssize_t n, bool) {
+            static_cast<std::atomic<int64_t>*>(user)->fetch_add(n);
+            return true;
+        },
+        &bytes);
+}
+
+Scene::Impl::~Impl() {
+    for (Group& g : groups) {
+        rtcReleaseScene(g.scene);
+        if (g.solids)
+            rtcReleaseScene(g.solids);
+    }
+    rtcReleaseDevice(device);
+}
+
+Scene::Scene(const store::Store& store, std::span<const GroupDesc> groups, Build build)
+    : m_impl(std::make_unique<Impl>(store)) {
+    m_impl->groups.resize(groups.size());
+    Builder builder(m_impl->device, store, m_impl->groups, m_impl->bytes, std::move(build));
+    for (size_t g = 0; g < groups.size(); g++)
+        builder.add(groups, g);
+}
+
+Scene::~Scene() = default;
+
+Bounds3f Scene::bounds() const {
+    const RTCBounds b = bounds_of(m_impl->groups.back());
+    Bounds3f r;
+    r.lo = {b.lower_x, b.lower_y, b.lower_z};
+    r.hi = {b.upper_x, b.upper_y, b.upper_z};
+    return r;
+}
+
+uint64_t Scene::bytes() const {
+    return uint64_t(std::max<int64_t>(0, m_impl->bytes.load()));
+}
+
+} // namespace kanuka::bvh

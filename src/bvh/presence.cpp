@@ -1,0 +1,77 @@
+// Surfaces that are there for some rays alone: by presence, links, levels of detail, and the side that they
+// are seen from.
+#include <algorithm>
+#include <cstring>
+
+#include "base/sampling.h"
+#include "bvh/embree_scene.h"
+
+namespace kanuka::bvh {
+
+// Stochastic transparency: a surface of presence p stops a ray with probability p. One decision per ray and
+// cell, by hash, so hits and shadows need no special case.
+bool is_present(const Geometry& g, const Context& context, unsigned ray_id, unsigned prim, float u, float v,
+                float t) {
+    const int shape = g.shape(prim);
+    const store::Links& links = g.store->links_of(shape);
+    const float level = context.level[ray_id];
+    if (level < links.level_from || level >= links.level_to)
+        return false;
+    if ((links.seen & store::Links::Unseen) && context.camera[ray_id])
+        return false;
+    if (context.passes && (context.passes[ray_id] & links.lets_through) != 0)
+        return false;
+    int t_bits;
+    std::memcpy(&t_bits, &t, 4);
+    const Int<1> h =
+        hash_bits(Int<1>(context.seeds[ray_id]) ^
+                  hash_bits(Int<1>(int(uint32_t(shape) * 0x9e3779b1u + prim + (uint32_t(t_bits) & ~0xffu)))));
+    const float presence = g.store->presence(shape, int(prim), u, v);
+    if (to_unit(h)[0] < presence)
+        return true;
+    if (context.passages && g.store->shapes()[size_t(shape)].flags & store::ShapeRecord::Tinted) {
+        const Rgb left = Rgb(1) - g.store->opacity(shape, int(prim), u, v);
+        context.passages[ray_id].add(t, left * (1 / std::max(1 - presence, 1e-6f)));
+    }
+    return false;
+}
+
+// Candidates come in any order, and one may come twice.
+void LetThrough::add(float at, const Rgb& let_through) {
+    for (int i = 0; i < count; i++)
+        if (t[i] == at)
+            return;
+    const bool room = count < Most;
+    const int k = room ? count++ : int(std::max_element(t, t + Most) - t);
+    t[k] = room ? at : std::max(t[k], at);
+    for (int c = 0; c < 3; c++)
+        part[c][k] = room ? let_through[c] : part[c][k] * let_through[c];
+}
+
+Rgb LetThrough::before(float end) const {
+    Rgb all(1);
+    for (int i = 0; i < count; i++)
+        if (t[i] < end)
+            all = all * Rgb(part[0][i], part[1][i], part[2][i]);
+    return all;
+}
+
+void presence_filter(const RTCFilterFunctionNArguments* args) {
+    const Geometry& g = *static_cast<const Geometry*>(args->geometryUserPtr);
+    const Context& context = *reinterpret_cast<const Context*>(args->context);
+    for (unsigned i = 0; i < args->N; i++) {
+        if (args->valid[i] == 0)
+            continue;
+        const unsigned prim = RTCHitN_primID(args->hit, args->N, i);
+        if (is_back(g, prim,
+                    {RTCHitN_Ng_x(args->hit, args->N, i), RTCHitN_Ng_y(args->hit, args->N, i),
+                     RTCHitN_Ng_z(args->hit, args->N, i)},
+                    {RTCRayN_dir_x(args->ray, args->N, i), RTCRayN_dir_y(args->ray, args->N, i),
+                     RTCRayN_dir_z(args->ray, args->N, i)}) ||
+            !is_present(g, context, RTCRayN_id(args->ray, args->N, i), prim, RTCHitN_u(args->hit, args->N, i),
+                        RTCHitN_v(args->hit, args->N, i), RTCRayN_tfar(args->ray, args->N, i)))
+            args->valid[i] = 0;
+    }
+}
+
+} // namespace kanuka::bvh
