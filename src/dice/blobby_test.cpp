@@ -86,7 +86,7 @@ TEST(Blobby, OneBallIsHalfItsSupport) {
     EXPECT_NEAR(volume(d), 4.0 / 3 * double(Pi), 0.02); // counterclockwise from outside
     // A mirroring transform turns nothing inside out.
     DiceTarget mirror;
-    mirror.render_from_object = Transform::scale(-1, 1, 1);
+    mirror.page_from_object = Transform::scale(-1, 1, 1);
     EXPECT_NEAR(volume(run(blobby({1001, 0}, {ball(0, 0, 0, 2)}), looking(3), mirror)), 4.0 / 3 * double(Pi),
                 0.02);
 }

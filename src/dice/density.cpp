@@ -44,25 +44,25 @@ Density::Density(const DiceTarget& target, const DiceOptions& options, float sha
         add_pose(pose);
 }
 
-void Density::add_pose(const Transform& render_from_camera) {
+void Density::add_pose(const Transform& page_from_camera) {
     Transform inverse;
     try {
-        inverse = render_from_camera.inverse();
+        inverse = page_from_camera.inverse();
     } catch (const Error&) {
         m_uniform = m_uniform > 0 ? m_uniform : 1; // a camera that sees nothing
     }
     Pose pose;
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 4; j++)
-            pose.camera_from_render[i][j] = float(inverse.m[i][j] * (i == 1 ? m_stretch : 1));
+            pose.camera_from_page[i][j] = float(inverse.m[i][j] * (i == 1 ? m_stretch : 1));
     pose.scale = float(std::cbrt(std::abs(inverse.determinant3())));
-    pose.eye = render_from_camera.point({0, 0, 0});
-    pose.view = render_from_camera.vector({0, 0, 1});
+    pose.eye = page_from_camera.point({0, 0, 0});
+    pose.view = page_from_camera.vector({0, 0, 1});
     m_poses.push_back(pose);
 }
 
 inline Vec3f Density::Pose::to_camera(const Vec3f& p) const {
-    const auto& m = camera_from_render;
+    const auto& m = camera_from_page;
     return {fma(m[0][0], p.x, fma(m[0][1], p.y, fma(m[0][2], p.z, m[0][3]))),
             fma(m[1][0], p.x, fma(m[1][1], p.y, fma(m[1][2], p.z, m[1][3]))),
             fma(m[2][0], p.x, fma(m[2][1], p.y, fma(m[2][2], p.z, m[2][3])))};

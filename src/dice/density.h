@@ -11,7 +11,7 @@ class Density final : public geom::Viewpoint {
   public:
     Density(const DiceTarget& target, const DiceOptions& options, float shading_rate);
 
-    // Pixels a unit of render space spans at p, seen face on.
+    // Pixels a unit of the page's space spans at p, seen face on.
     float pixels_per_unit(const Vec3f& p) const override;
     bool has_camera() const override { return !m_instanced; }
     double most_vertices() const override { return m_most; }
@@ -33,15 +33,15 @@ class Density final : public geom::Viewpoint {
   private:
     // Where the camera is at one of the times that count: the one with the most pixels decides.
     struct Pose {
-        float camera_from_render[3][4];
-        float scale = 1;                   // camera units a render unit, along x
-        Vec3f eye{0, 0, 0}, view{0, 0, 1}; // in render space
+        float camera_from_page[3][4];
+        float scale = 1;                   // camera units a unit of the page's space, along x
+        Vec3f eye{0, 0, 0}, view{0, 0, 1}; // in the page's space
         Vec3f to_camera(const Vec3f& p) const;
     };
-    void add_pose(const Transform& render_from_camera);
+    void add_pose(const Transform& page_from_camera);
     // Pixels a camera unit spans, before what is `beyond` the picture takes from it (0 = inside).
     float pixels_at(const Vec3f& camera_point, float& beyond) const;
-    // The same for a unit of render space, with that.
+    // The same for a unit of the page's space, with that.
     float pixels_from(const Pose& pose, const Vec3f& p, float& beyond) const;
     float perspective_at(const Vec3f& camera_point, float& beyond) const;
     template <class PixelsAt>

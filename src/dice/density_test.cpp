@@ -225,7 +225,7 @@ TEST(Density, OfACameraThatStandsAnyhow) {
         Transform::translate(3, -2, 1) * Transform::rotate(70, 1, 2, 3) * Transform::scale(2, 2, 2);
     const Transform& m = o.camera.render_from_camera;
     const Density density({}, o, 1);
-    // A unit of render space is half of one of the camera's.
+    // A unit of the page's space is half of one of the camera's.
     EXPECT_NEAR(density.pixels_per_unit(m.point({1, 0.5f, 4})), 100.0 / 4 / 2, 1e-3);
     EXPECT_NEAR(density.cells(m.point({-0.01f, 0, 4}), m.point({0.01f, 0, 4})), 0.5, 1e-3);
     o.camera.render_from_camera = Transform();

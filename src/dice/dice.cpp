@@ -19,7 +19,7 @@ PolygonSizes polygon_sizes(const scene::Primitive& primitive, const scene::Polyg
     constexpr float LargestFace = 1, Share = 0.75f; // micropolygons; of the sampled faces
     constexpr float SmallFace = 8;
     size_t faces = 0, finer = 0, small = 0;
-    geom::sample_polygons(primitive, mesh, target.render_from_object, Samples, [&](const Vec3f* p, int n) {
+    geom::sample_polygons(primitive, mesh, target.page_from_object, Samples, [&](const Vec3f* p, int n) {
         float area = 0;
         for (int i = 1; i + 1 < n; i++)
             area += rule.density.area(p[0], p[i], p[i + 1]);
@@ -48,7 +48,7 @@ Diced dice_primitive(const scene::Primitive& primitive, const DiceTarget& target
         rule.normal_tolerance = std::min(rule.normal_tolerance, Degrees);
     }
     const bool simplify = options.geometry_tolerance > 0 && attributes.dice_flatness && !target.keep_density;
-    const Transform& m = target.render_from_object;
+    const Transform& m = target.page_from_object;
     using P = scene::Primitive;
     if (const auto* curves = std::get_if<scene::Curves>(&primitive.geometry))
         return dice_mesh_steps(primitive, target, rule, displace, journal,

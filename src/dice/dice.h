@@ -13,11 +13,11 @@
 
 namespace kanuka::dice {
 
-// Rates are chosen as seen from here. Render space stands for any that the primitive is diced in: what a
-// render dices is in the space of its page. `pixels_per_unit(P)`, for an edge or area at P in render space,
-// follows from it.
+// Rates are chosen as seen from here. `pixels_per_unit(P)`, for an edge or area at P, follows from it.
 struct DicingCamera {
-    Transform render_from_camera; // RISpec camera space: x right, y up, z forward
+    // RISpec camera space: x right, y up, z forward. Of the whole scene; for dice() it is page_from_camera,
+    // of the page that is diced (render/page_frame.h).
+    Transform render_from_camera;
     std::vector<Transform>
         also_from; // the same at other times while the shutter is open: the finest view counts
     Projection projection = Projection::Perspective;
@@ -79,12 +79,11 @@ struct Diced {
 // every step.
 using Displace = std::function<void(grid::Grid&)>;
 struct DiceTarget {
-    Transform render_from_object;
-    // Many instances: diced uniformly in group space, as if `pixels_per_unit` held everywhere; 0 = use the
-    // camera.
+    Transform page_from_object;
+    // Many instances: diced uniformly, as if `pixels_per_unit` held everywhere; 0 = use the camera.
     float pixels_per_unit = 0;
-    // Few instances: where the camera stands to each of them, render_from_camera in group space, in place of
-    // the dicing camera's own. What is diced so faces no camera.
+    // Few instances: page_from_camera of each of them, in place of the dicing camera's own. What is diced so
+    // faces no camera.
     std::vector<Transform> instead_from = {};
     bool shade_uniform =
         false; // the material is constant: rates serve geometry alone, flat pieces need one cell

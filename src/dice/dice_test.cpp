@@ -191,10 +191,10 @@ TEST(Dice, CollapsedAndTinyEdgesStayClosed) {
     // A cube squeezed so flat that most edges have a single cell, seen from near.
     scene::Primitive p = cube(true);
     DiceTarget thin;
-    thin.render_from_object = Transform::scale(1, 0.002, 1);
+    thin.page_from_object = Transform::scale(1, 0.002, 1);
     expect_closed(run(p, looking(1.3f, 400), bumps(0.001f, 10), thin));
     expect_closed(run(pyramid(false), looking(2, 400), {}, thin));
-    thin.render_from_object = Transform::scale(1, 1, 0.001) * Transform::rotate(90, 0, 1, 0);
+    thin.page_from_object = Transform::scale(1, 1, 0.001) * Transform::rotate(90, 0, 1, 0);
     expect_closed(run(sphere(), looking(0.4f, 400), {}, thin));
 }
 
@@ -351,7 +351,7 @@ TEST(Dice, HostileTransformsAndSizesEnd) {
                                Transform::scale(1e-30, 1, 1), Transform::scale(1e38, 1e38, 1e38)})
         for (const scene::Primitive& p : {sphere(), cube(true), cube(false), torus_net(true)}) {
             DiceTarget t;
-            t.render_from_object = m;
+            t.page_from_object = m;
             DiceOptions o = looking(3, 100);
             o.max_micropolygons = 100000;
             const Diced d = dice::dice(p, t, o, {}, journal);

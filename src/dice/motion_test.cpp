@@ -169,7 +169,7 @@ TEST(MovingDice, SeamsAreClosedAsOftenAsTheyMeet) {
                 DiceTarget target;
                 target.later = {&c.later, 1};
                 target.shade_uniform = uniform;
-                target.render_from_object = Transform::rotate(20, 0, 1, 0); // leaves y as it is
+                target.page_from_object = Transform::rotate(20, 0, 1, 0); // leaves y as it is
                 DiceOptions o = looking(3, pixels);
                 o.camera.render_from_camera = o.camera.render_from_camera * Transform::translate(0.7, 0, 0);
                 o.max_grid_cells = 8;

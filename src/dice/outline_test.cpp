@@ -18,7 +18,7 @@ Diced run(const scene::Primitive& p, int pixels, float rate, bool uniform, const
     o.camera.projection = Projection::Orthographic;
     DiceTarget target;
     target.shade_uniform = uniform;
-    target.render_from_object = place;
+    target.page_from_object = place;
     Journal journal;
     return dice::dice(p, target, o, displace, journal);
 }

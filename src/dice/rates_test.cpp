@@ -30,7 +30,7 @@ TEST(Rates, RatesFollowSizeDistanceTiltAndShadingRate) {
         EXPECT_EQ(g.nu, 8);
     // Tilted by 60 degrees, at a distance that makes perspective small: half as many cells across the tilt.
     DiceTarget tilted;
-    tilted.render_from_object = Transform::rotate(60, 1, 0, 0) * Transform::scale(0.1, 0.1, 0.1);
+    tilted.page_from_object = Transform::rotate(60, 1, 0, 0) * Transform::scale(0.1, 0.1, 0.1);
     EXPECT_EQ(cell_count(run(square(1), looking(6.4f, 4096), {}, tilted)), 64u * 32);
     // Orthographic: no effect of distance.
     DiceOptions flat = looking(50, 256);
@@ -45,7 +45,7 @@ TEST(Rates, RatesFollowSizeDistanceTiltAndShadingRate) {
         wide.camera.height *= 2;
         for (const float turn : {0.0f, 90.0f}) {
             DiceTarget turned;
-            turned.render_from_object = Transform::rotate(double(turn), 0, 0, 1);
+            turned.page_from_object = Transform::rotate(double(turn), 0, 0, 1);
             const Diced d = run(square(1), wide, {}, turned);
             EXPECT_EQ(cell_count(d), 2 * seen);
             const grid::Grid& g = d.grids[0];
@@ -64,7 +64,7 @@ TEST(Rates, CoarserOutsideThePicture) {
     size_t last = std::numeric_limits<size_t>::max(), seen = 0;
     for (const float angle : {0.0f, 60.0f, 90.0f, 180.0f}) {
         DiceTarget t;
-        t.render_from_object = Transform::rotate(angle, 0, 1, 0) * Transform::translate(0, 0, 4);
+        t.page_from_object = Transform::rotate(angle, 0, 1, 0) * Transform::translate(0, 0, 4);
         const size_t n = cell_count(run(square(1), o, {}, t));
         EXPECT_LE(n, last) << angle;
         EXPECT_GT(n, 0u);

@@ -67,9 +67,9 @@ TEST(Shapes, TwistedRulingsStayWithinTheTolerance) {
         const DiceOptions o = looking(4, 800);
         DiceTarget target;
         target.shade_uniform = uniform;
-        target.render_from_object = Transform::rotate(70, 1, 0.2, 0);
+        target.page_from_object = Transform::rotate(70, 1, 0.2, 0);
         Journal journal;
-        const Transform back = target.render_from_object.inverse();
+        const Transform back = target.page_from_object.inverse();
         double worst = 0;
         const Soup soup = traced_triangles(dice::dice(p, target, o, {}, journal), 0);
         for (const auto& t : soup)
@@ -95,7 +95,7 @@ TEST(Shapes, CurvesOfAnyBasisAreMovedAsAWhole) {
         p.primvars.set(floats("constantwidth", scene::Type::Float, scene::Detail::Constant, {0.2f}));
         p.primvars.set(floats("N", scene::Type::Normal, scene::Detail::Varying, {0, 0, 1, 0, 0, 1}));
         DiceTarget target;
-        target.render_from_object = Transform::translate(3, -2, 1) * Transform::rotate(30, 0, 0, 1);
+        target.page_from_object = Transform::translate(3, -2, 1) * Transform::rotate(30, 0, 0, 1);
         Journal journal;
         D3 low{9, 9, 9}, high{-9, -9, -9};
         for (const auto& t : traced_triangles(dice::dice(p, target, looking(6, 400), {}, journal), 0))

@@ -39,7 +39,7 @@ std::vector<std::unique_ptr<geom::Surface>> later_surfaces(geom::Surface& surfac
     hints.first = &primitive;
     for (const scene::Primitive& later : target.later) {
         Journal quiet;
-        out.push_back(geom::make_surface(later, target.render_from_object, quiet, hints));
+        out.push_back(geom::make_surface(later, target.page_from_object, quiet, hints));
         if (!out.back()) {
             report_other_topology(primitive, journal);
             return {};
@@ -235,7 +235,7 @@ bool reads_parameters(const DiceTarget& target) {
 Diced dice_surface(const scene::Primitive& primitive, const DiceTarget& target,
                    const geom::SurfaceHints& hints, const RateRule& rule, bool simplify,
                    const Displace& displace, Journal& journal) {
-    const auto surface = geom::make_surface(primitive, target.render_from_object, journal, hints);
+    const auto surface = geom::make_surface(primitive, target.page_from_object, journal, hints);
     if (!surface)
         return {};
     return dice_steps(*surface, later_surfaces(*surface, primitive, target, hints, journal), primitive,

@@ -100,10 +100,10 @@ class View {
   public:
     static constexpr int Samples = 224; // each way
 
-    View(const Transform& render_from_camera, bool orthographic, const D3& center, double radius)
+    View(const Transform& page_from_camera, bool orthographic, const D3& center, double radius)
         : m_orthographic(orthographic) {
-        m_eye = transformed(render_from_camera, {}, 1);
-        const D3 axis = transformed(render_from_camera, {0, 0, 1}, 0);
+        m_eye = transformed(page_from_camera, {}, 1);
+        const D3 axis = transformed(page_from_camera, {0, 0, 1}, 0);
         m_z = unit(orthographic ? axis : center - m_eye);
         m_x = unit(cross(m_z, std::abs(m_z.x) < 0.6 ? D3{1, 0, 0} : D3{0, 1, 0}));
         m_y = cross(m_z, m_x);
@@ -176,9 +176,9 @@ inline Raster rasterize(const View& view, const Soup& soup) {
 // An answer to "does this ray meet it", in object space.
 using Hit = std::function<bool(const D3& o, const D3& d)>;
 
-inline Raster trace(const View& view, const Hit& hit, const Transform& render_from_object) {
+inline Raster trace(const View& view, const Hit& hit, const Transform& page_from_object) {
     constexpr int N = View::Samples;
-    const Transform inverse = render_from_object.inverse();
+    const Transform inverse = page_from_object.inverse();
     Raster out(size_t(N) * N, 0);
     for (int j = 0; j < N; j++)
         for (int i = 0; i < N; i++) {

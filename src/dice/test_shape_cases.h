@@ -153,7 +153,7 @@ inline ShapeCase run_shape(uint32_t seed, int only_kind = -1, Rates rates = Rate
     for (Shape& s : steps)
         s.primitive.attributes = attributes;
     DiceTarget target;
-    target.render_from_object = place;
+    target.page_from_object = place;
     target.shade_uniform = uniform_shader;
     const int instanced = chance(0.15) ? 1 + int(chance(0.5)) : 0;
     if (instanced == 1 && first.closed) // tubes and the like: not what a ribbon is

@@ -36,7 +36,7 @@ float sharpness_in_range(float s) {
     return std::clamp(s, 0.0f, 10.0f);
 } // 10: infinitely sharp
 
-// Values are in object space, data in render space; what is added to a point is a vector.
+// Values are in object space, data in the page's space; what is added to a point is a vector.
 void transform(std::vector<float>& values, const Operation& o, const Transform& m, const Transform& inverse) {
     using scene::Type;
     if (o.type != Type::Point && o.type != Type::Vector && o.type != Type::Normal)

@@ -33,7 +33,7 @@ class EditedCage {
     void begin();
     // To the next level; edits of finer levels go on to the children they name. False: OpenSubdiv refuses.
     bool refine(std::vector<Edit>& edits, size_t level);
-    void apply(const Edit& e, const Transform& render_from_object, const Transform& inverse);
+    void apply(const Edit& e, const Transform& page_from_object, const Transform& inverse);
     void end_level();
 
   private:

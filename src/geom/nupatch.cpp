@@ -118,7 +118,7 @@ class NurbsSurface : public Surface {
         counts.uniform = size_t(m_u.segments) * m_v.segments;
         counts.varying = counts.facevarying = size_t(m_u.segments + 1) * (m_v.segments + 1);
         counts.vertex = need;
-        m_primvars = collect_primvars(primitive, m_render_from_object, counts, journal);
+        m_primvars = collect_primvars(primitive, m_page_from_object, counts, journal);
         FiniteFaces finite = std::exchange(m_finite, {}); // of the whole lattice first
         const LatticeShape shape = find_lattice(*this, {int(m_u.spans.size()), int(m_v.spans.size())});
         m_finite = std::move(finite);

@@ -79,7 +79,7 @@ class PatchSurface : public Surface {
         counts.uniform = size_t(m_nu) * m_nv;
         counts.varying = counts.facevarying = size_t(m_corners_u) * m_corners_v;
         counts.vertex = need;
-        m_primvars = collect_primvars(primitive, m_render_from_object, counts, journal);
+        m_primvars = collect_primvars(primitive, m_page_from_object, counts, journal);
         FiniteFaces finite = std::exchange(m_finite, {}); // of the whole lattice first
         const LatticeShape shape = find_lattice(*this, {m_nu, m_nv, mesh.u_periodic, mesh.v_periodic});
         m_finite = std::move(finite);
@@ -215,8 +215,8 @@ class PatchSurface : public Surface {
     }
 
     const scene::PatchMesh m_mesh;
-    // Where control points are, and what is missing to render space: only where they are not affine, and made
-    // Bezier points in double.
+    // Where control points are, and what is missing to the page's space: only where they are not affine, and
+    // made Bezier points in double.
     Transform m_placed;
     std::array<double, 3> m_origin{};
     bool m_in_bezier = false;

@@ -18,15 +18,15 @@ class PolygonSurface : public Surface {
 
     bool prepare(const scene::Primitive& primitive, Journal& journal) {
         Dropped dropped;
-        m_pieces = cut_polygons(
-            m_polygons, m_hints.first ? control_points(*m_hints.first, m_render_from_object) : m_points,
-            false, dropped);
+        m_pieces = cut_polygons(m_polygons,
+                                m_hints.first ? control_points(*m_hints.first, m_page_from_object) : m_points,
+                                false, dropped);
         if (m_polygons.truncated())
             dropped.bad_index++;
         dropped.report(m_polygons.count(), "polygons", primitive.where, journal);
         if (m_pieces.face.empty())
             return false;
-        m_primvars = collect_primvars(primitive, m_render_from_object, m_polygons.item_counts(), journal);
+        m_primvars = collect_primvars(primitive, m_page_from_object, m_polygons.item_counts(), journal);
         texture_from_position(primitive);
         if (!m_hints.small_triangles && !m_hints.moving)
             pair_triangles(m_polygons, m_points, m_primvars, m_pieces);

@@ -56,7 +56,7 @@ static size_t needed(Detail detail, const ItemCounts& counts) {
     return 0;
 }
 
-// Geometric types live in object space and are handed to shaders in render space.
+// Geometric types live in object space and are handed to shaders in the page's space.
 static scene::Buffer<float> transformed(const scene::Buffer<float>& in, Type type, const Transform& m) {
     if (type == Type::HPoint) { // who reads it divides by w, after interpolation
         std::vector<float> out(in.size());
@@ -85,7 +85,7 @@ static scene::Buffer<float> transformed(const scene::Buffer<float>& in, Type typ
     return out;
 }
 
-Primvars collect_primvars(const scene::Primitive& primitive, const Transform& render_from_object,
+Primvars collect_primvars(const scene::Primitive& primitive, const Transform& page_from_object,
                           const ItemCounts& counts, Journal& journal) {
     Primvars out;
     int channels = 0;
@@ -112,7 +112,7 @@ Primvars collect_primvars(const scene::Primitive& primitive, const Transform& re
         if (value.type == Type::Integer)
             p.values = std::vector<float>(value.ints.begin(), value.ints.end());
         else
-            p.values = transformed(value.floats, normal ? Type::Normal : value.type, render_from_object);
+            p.values = transformed(value.floats, normal ? Type::Normal : value.type, page_from_object);
         if (normal && p.components == 3) {
             p.target = Primvar::Target::Normal;
             out.normals = true;

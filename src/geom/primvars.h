@@ -39,9 +39,9 @@ struct Primvars {
     const Primvar* find(std::string_view name) const;
 };
 
-// Everything but P, Pw, Pz, width, constants and strings. Points, vectors and normals are taken to render
-// space. A value list that is too short is reported and left out.
-Primvars collect_primvars(const scene::Primitive& primitive, const Transform& render_from_object,
+// Everything but P, Pw, Pz, width, constants and strings. Points, vectors and normals are taken to the
+// page's space. A value list that is too short is reported and left out.
+Primvars collect_primvars(const scene::Primitive& primitive, const Transform& page_from_object,
                           const ItemCounts& counts, Journal& journal);
 
 // Interpolates a value by its class from four corners, for all faces with a bilinear parametrisation.

@@ -29,9 +29,9 @@ class QuadricSurface : public Surface {
             journal.error(primitive.where, "a quadric was left out: " + why);
             return false;
         }
-        if (m_render_from_object.determinant3() != 0)
-            m_inverse = m_render_from_object.inverse();
-        m_primvars = collect_primvars(primitive, m_render_from_object, {1, 4, 4, 4}, journal);
+        if (m_page_from_object.determinant3() != 0)
+            m_inverse = m_page_from_object.inverse();
+        m_primvars = collect_primvars(primitive, m_page_from_object, {1, 4, 4, 4}, journal);
         LatticeShape shape;
         shape.nu = m_nu = moving ? 4 : std::clamp(int(std::ceil(std::abs(m_theta) / 90 - 1e-6)), 1, 4);
         shape.nv = m_nv = profile_faces(moving);
@@ -46,7 +46,7 @@ class QuadricSurface : public Surface {
             const ProfilePoint p = profile(r.v0 + double(r.v1 - r.v0) * v[j]);
             for (int i = 0; i < u.count; i++) {
                 const double c = turn[2 * i], s = turn[2 * i + 1];
-                const Vec3f q = render_point(p.x * c - p.y * s, p.x * s + p.y * c, p.z);
+                const Vec3f q = page_point(p.x * c - p.y * s, p.x * s + p.y * c, p.z);
                 const size_t at = size_t(j) * u.count + i;
                 out[at] = q.x, out[at + stride] = q.y, out[at + 2 * size_t(stride)] = q.z;
             }
@@ -68,7 +68,7 @@ class QuadricSurface : public Surface {
         const std::vector<double> turn = rotation(r, u);
         const double theta = radians(m_theta), ru = r.u1 - r.u0, rv = r.v1 - r.v0;
         const double sign = m_orientation;
-        const auto& m = m_render_from_object.m;
+        const auto& m = m_page_from_object.m;
         const size_t n = size_t(g.stride);
         for (int j = 0; j < v.count; j++) {
             const ProfilePoint p = profile(r.v0 + rv * v[j]);
@@ -93,7 +93,7 @@ class QuadricSurface : public Surface {
                 }
                 const Vec3f o{float((nx * c - ny * s) * sign), float((nx * s + ny * c) * sign),
                               float(nz * sign)};
-                const Vec3f w = normalize(m_render_from_object.normal(o, m_inverse));
+                const Vec3f w = normalize(m_page_from_object.normal(o, m_inverse));
                 for (int k = 0; k < 3; k++)
                     g.Ng[at + k * n] = w[k];
             }
@@ -141,11 +141,11 @@ class QuadricSurface : public Surface {
             return "a paraboloid needs zmax > 0";
         }
         // Normals are computed in object space, where only a reversed orientation turns them.
-        m_orientation = m_flips == (m_render_from_object.determinant3() < 0) ? 1 : -1;
+        m_orientation = m_flips == (m_page_from_object.determinant3() < 0) ? 1 : -1;
         for (const double v : {0.0, 0.25, 0.5, 0.75, 1.0}) {
             const ProfilePoint p = profile(v);
             const double r = std::hypot(p.x, p.y);
-            for (const auto& row : m_render_from_object.m)
+            for (const auto& row : m_page_from_object.m)
                 if (!(r * std::hypot(row[0], row[1]) + std::abs(row[2] * p.z) + std::abs(row[3]) <=
                       double(ControlPoints::Farthest)))
                     return "it reaches farther than 1e18";
@@ -225,8 +225,8 @@ class QuadricSurface : public Surface {
         return turn;
     }
 
-    Vec3f render_point(double x, double y, double z) const {
-        const auto& m = m_render_from_object.m;
+    Vec3f page_point(double x, double y, double z) const {
+        const auto& m = m_page_from_object.m;
         return {float(m[0][0] * x + m[0][1] * y + m[0][2] * z + m[0][3]),
                 float(m[1][0] * x + m[1][1] * y + m[1][2] * z + m[1][3]),
                 float(m[2][0] * x + m[2][1] * y + m[2][2] * z + m[2][3])};

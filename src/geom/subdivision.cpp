@@ -18,10 +18,10 @@ class SubdivisionSurface : public Surface {
         if (!read_cage(primitive, mesh, m_points, m_cage, journal))
             return false;
         m_primvars =
-            collect_primvars(primitive, m_render_from_object,
+            collect_primvars(primitive, m_page_from_object,
                              {m_cage.faces, m_points.size(), m_points.size(), m_cage.corners}, journal);
         if (has_edits(mesh))
-            apply_edits(primitive, mesh, m_render_from_object, m_cage, m_points, m_primvars, journal);
+            apply_edits(primitive, mesh, m_page_from_object, m_cage, m_points, m_primvars, journal);
         gather_data();
         const PolygonEdges edges = find_edges(m_cage.first, m_cage.vertices, int(m_points.size()));
         m_regular.find(m_cage, m_points.size(), edges);

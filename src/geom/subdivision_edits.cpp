@@ -203,7 +203,7 @@ bool has_edits(const scene::SubdivisionMesh& mesh) {
 }
 
 void apply_edits(const scene::Primitive& primitive, const scene::SubdivisionMesh& mesh,
-                 const Transform& render_from_object, Cage& cage, ControlPoints& points, Primvars& primvars,
+                 const Transform& page_from_object, Cage& cage, ControlPoints& points, Primvars& primvars,
                  Journal& journal) {
     EditReader reader(primitive, cage, primvars);
     for (const auto& tag : mesh.tags)
@@ -218,14 +218,14 @@ void apply_edits(const scene::Primitive& primitive, const scene::SubdivisionMesh
     for (const Edit& e : edits)
         deepest = std::max(deepest, e.children.size());
     Transform inverse;
-    if (render_from_object.determinant3() != 0)
-        inverse = render_from_object.inverse();
+    if (page_from_object.determinant3() != 0)
+        inverse = page_from_object.inverse();
     EditedCage edited(cage, points, primvars);
     edited.begin();
     for (size_t level = 0;; level++) {
         for (const Edit& e : edits)
             if (e.children.size() == level)
-                edited.apply(e, render_from_object, inverse);
+                edited.apply(e, page_from_object, inverse);
         edited.end_level();
         if (level == deepest)
             break;

@@ -7,13 +7,13 @@
 
 namespace kanuka::geom {
 
-Surface::Surface(const scene::Primitive& primitive, const Transform& render_from_object)
-    : m_render_from_object(render_from_object) {
+Surface::Surface(const scene::Primitive& primitive, const Transform& page_from_object)
+    : m_page_from_object(page_from_object) {
     const scene::Attributes* a = primitive.attributes.get();
     m_texture_coordinates = a ? a->texture_coordinates : scene::Attributes{}.texture_coordinates;
     // In object space the outside is where the components of dPdu x dPdv point, whatever the handedness; a
     // mirroring transform turns the cross product around, a normal not.
-    m_flips = (render_from_object.determinant3() < 0) != (a && a->reverse_orientation);
+    m_flips = (page_from_object.determinant3() < 0) != (a && a->reverse_orientation);
 }
 
 void Surface::edge_positions(int edge, Line t, float* out, int stride) const {

@@ -23,7 +23,8 @@ struct FaceRange {
     float u0 = 0, u1 = 1, v0 = 0, v1 = 1;
 };
 
-// Control points are in render space from the start; (u, v) of a face run over [0, 1]^2.
+// Control points are in the page's space (render/page_frame.h) from the start; a face's (u, v) run over
+// [0, 1]^2.
 // Thread safety: const members may run at the same time.
 class Surface {
   public:
@@ -59,7 +60,7 @@ class Surface {
     virtual Vec3f at_parameters(double, double) const { return Vec3f(0.0f); } // in [0, 1]
 
   protected:
-    Surface(const scene::Primitive& primitive, const Transform& render_from_object);
+    Surface(const scene::Primitive& primitive, const Transform& page_from_object);
     // Fills P, dPdu, dPdv (per unit of the face's own u and v) and all primvars, and Ng if it owns normals:
     // unit length, outside.
     virtual void shape(int face, Line u, Line v, Lattice out) const = 0;
@@ -69,7 +70,7 @@ class Surface {
     Topology m_topology;
     LatticeShape m_lattice{0, 0};
     Primvars m_primvars;
-    Transform m_render_from_object;
+    Transform m_page_from_object;
     std::array<float, 8> m_texture_coordinates;
     bool m_flips, m_bulges = true;
 
@@ -88,13 +89,14 @@ struct SurfaceHints {
     // there.
     const scene::Primitive* first = nullptr;
 };
-std::unique_ptr<Surface> make_surface(const scene::Primitive& primitive, const Transform& render_from_object,
+std::unique_ptr<Surface> make_surface(const scene::Primitive& primitive, const Transform& page_from_object,
                                       Journal& journal, SurfaceHints hints = {});
 // One lattice for all steps of a shape that changes: sides are one point, or meet, if they always do. Of
 // sides that meet for a time alone the edges are twins.
 void share_lattice(Surface& first, std::span<const std::unique_ptr<Surface>> later);
 
-// "P" (or "Pw" as four floats) in render space; `weights` is filled for Pw alone. Non-finite points are kept.
+// "P" (or "Pw" as four floats) in the page's space; `weights` is filled for Pw alone. Non-finite points are
+// kept.
 struct ControlPoints {
     std::vector<float> xyz;     // homogeneous (wx, wy, wz) where there are weights
     std::vector<float> weights; // empty = not rational
@@ -108,7 +110,7 @@ struct ControlPoints {
                (weights.empty() || (std::isfinite(weights[i]) && weights[i] != 0));
     }
 };
-ControlPoints control_points(const scene::Primitive& primitive, const Transform& render_from_object);
+ControlPoints control_points(const scene::Primitive& primitive, const Transform& page_from_object);
 
 // Faces left out, and why: one message each.
 struct Dropped {

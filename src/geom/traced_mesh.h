@@ -38,7 +38,8 @@ void allocate_mesh(MeshParts& parts, size_t vertices, const Surface& surface);
 bool mesh_from_polygons(const scene::Primitive& primitive, const scene::PolygonMesh& mesh, const Transform& m,
                         bool parameters, Journal& journal, MeshParts& out,
                         const scene::Primitive* first = nullptr);
-// Calls visit(points, count) for the outlines of about `samples` faces spread over the mesh, in render space.
+// Calls visit(points, count) for the outlines of about `samples` faces spread over the mesh, in the page's
+// space.
 template <class Visit>
 void sample_polygons(const scene::Primitive& primitive, const scene::PolygonMesh& mesh, const Transform& m,
                      size_t samples, Visit visit);
@@ -67,7 +68,7 @@ std::vector<float> standing_off(const grid::Grid& vertices, const grid::TracedMe
 void vertex_normals(const grid::Grid& vertices, const grid::TracedMesh& mesh, bool flips,
                     std::vector<float>& to);
 
-// "width" or "constantwidth", in render space units.
+// "width" or "constantwidth", in units of the page's space.
 class Widths {
   public:
     Widths(const scene::Primitive& primitive, const Transform& m);

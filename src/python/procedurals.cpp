@@ -192,7 +192,7 @@ SurfaceMesh surface_mesh(const std::string& path, float edge) {
                 std::holds_alternative<scene::Points>(p.geometry))
                 continue;
             dice::DiceTarget target;
-            target.render_from_object = p.world_from_object;
+            target.page_from_object = p.world_from_object;
             target.pixels_per_unit = per_unit;
             mesh.add(dice::dice(p, target, options, {}, journal));
         }

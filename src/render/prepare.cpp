@@ -212,7 +212,7 @@ dice::DiceTarget Preparer::target_of(const scene::Primitive& primitive, const sh
                                      const PageFrame& frame, bool instanced,
                                      std::span<const scene::Primitive> later) const {
     dice::DiceTarget target;
-    target.render_from_object = frame.page_from_object;
+    target.page_from_object = frame.page_from_object;
     target.later = later;
     if (frame.cameras.empty())
         target.pixels_per_unit = frame.pixels_per_unit;
