@@ -244,7 +244,7 @@ def write_tree(mutants: dict[int, Mutant]) -> None:
 
 def build(mutants: dict[int, Mutant], targets: list[str], jobs: int) -> dict[int, Mutant]:
     """Builds with all that compile; returns those."""
-    folder = WORK / "build"
+    folder = TREE / "build"  # as in a checkout, so that a compiler cache knows what did not change
     for _ in range(12):
         write_tree(mutants)
         if not (folder / "build.ninja").exists():
@@ -267,7 +267,7 @@ def build(mutants: dict[int, Mutant], targets: list[str], jobs: int) -> dict[int
 def command_of(test: str) -> list[str]:
     if test == "reference":
         return [str(ROOT / ".venv" / "bin" / "python"), "-m", "pytest", "-xq", *REFERENCE]
-    return [str(WORK / "build" / "src" / test.split("_")[1] / test), "--gtest_fail_fast", "--gtest_brief=1"]
+    return [str(TREE / "build" / "src" / test.split("_")[1] / test), "--gtest_fail_fast", "--gtest_brief=1"]
 
 
 def environment(number: int) -> dict[str, str]:
