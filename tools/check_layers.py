@@ -19,7 +19,7 @@ LEVELS: dict[str, int] = {
     for level, folders in enumerate(
         (
             ("base",),
-            ("color", "scene", "grid"),
+            ("color", "scene", "grid", "hierarchy"),
             ("geom", "sl", "ingest"),
             ("dice", "shade", "store"),
             ("bvh", "bsdf"),

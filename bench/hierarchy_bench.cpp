@@ -1,0 +1,445 @@
+// Pages of src/hierarchy beside Embree on the same vertices.
+//
+//     hierarchy_bench [--scene=terrain|cave|globe] [--size=N] [--rounds=N] [--rays=N] [--leaks=N]
+//
+// Nanoseconds a ray of one thread (its processor time; medians of rounds, in which all take turns), bytes a
+// primitive and milliseconds to build. With --leaks, only rays that a closed surface lets out are counted.
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <embree3/rtcore.h>
+#include <functional>
+#include <string>
+#include <time.h>
+#include <vector>
+
+#include "base/cpu.h"
+#include "hierarchy/decode.h"
+#include "hierarchy/test_oracle.h"
+#include "hierarchy/trace.h"
+
+using namespace kanuka;
+using namespace kanuka::hierarchy;
+using kanuka::hierarchy::testing::Random;
+using kanuka::hierarchy::testing::TestGrid;
+
+namespace {
+
+struct Options {
+    std::string scene = "terrain";
+    int size = 0, rounds = 5, rays = 256 * 256;
+    long leaks = 0;
+};
+
+double wall_ms() {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
+double thread_ns() {
+    timespec t;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return double(t.tv_sec) * 1e9 + double(t.tv_nsec);
+}
+double median(std::vector<double> v) {
+    std::sort(v.begin(), v.end());
+    return v[v.size() / 2];
+}
+
+// ---- scenes
+struct BenchScene {
+    std::vector<TestGrid> grids;
+    std::vector<float> positions; // of the mesh
+    std::vector<uint32_t> corners;
+    Vec3f eye, at, light, light_u, light_v;
+    float offset = 0; // of rays that start on it
+
+    size_t primitives() const {
+        size_t n = corners.size() / 3;
+        for (const TestGrid& g : grids)
+            n += size_t(g.columns) * size_t(g.rows);
+        return n;
+    }
+};
+
+constexpr int GridSide = 32;
+
+BenchScene terrain(int n) {
+    BenchScene s;
+    for (int j = 0; j < n; j++)
+        for (int i = 0; i < n; i++)
+            s.grids.push_back(testing::make_grid(GridSide, GridSide, [&](float u, float v) {
+                const float x = (float(i) + u - float(n) / 2) * GridSide,
+                            z = (float(j) + v - float(n) / 2) * GridSide;
+                const Vec3f p(x, 0, z);
+                return p +
+                       Vec3f(3 * testing::waves({x, 7, z}, 0.09f),
+                             40 * testing::waves({x, 3, z}, 0.006f) + 5 * testing::waves({x, 5, z}, 0.08f),
+                             3 * testing::waves({x, 11, z}, 0.1f));
+            }));
+    const float side = float(n) * GridSide;
+    s.eye = {-0.3f * side, 0.25f * side, -0.4f * side}, s.at = {0, -0.05f * side, 0};
+    s.light = {-100, 900, -100}, s.light_u = {200, 0, 0}, s.light_v = {0, 0, 200}, s.offset = 0.05f;
+    return s;
+}
+
+BenchScene cave(int n) {
+    BenchScene s;
+    s.grids = testing::ball(n, GridSide, 500, 60, 0.011f);
+    for (TestGrid& g : s.grids) // overhanging
+        for (size_t i = 0; i < g.positions.size(); i += 3) {
+            float* p = &g.positions[i];
+            const Vec3f q(p[0], p[1], p[2]);
+            for (int a = 0; a < 3; a++)
+                p[a] += 35 * testing::waves(q + Vec3f(float(100 * a)), 0.021f);
+        }
+    s.eye = {0, 0, 0}, s.at = {1, 0.1f, 0.3f};
+    s.light = {-100, 150, -100}, s.light_u = {200, 0, 0}, s.light_v = {0, 0, 200}, s.offset = 0.05f;
+    return s;
+}
+
+BenchScene globe(int n) { // a mesh: triangles whose corners are shaken, over a floor
+    BenchScene s;
+    Random random(5);
+    const int around = 2 * n, up = n;
+    for (int j = 0; j <= up; j++)
+        for (int i = 0; i < around; i++) {
+            const float a = 2 * Pi * (float(i) + random.uniform(-0.3f, 0.3f)) / float(around),
+                        b = Pi * std::clamp(float(j) + random.uniform(-0.3f, 0.3f), 0.01f, float(up)) /
+                            float(up);
+            const Vec3f d(std::sin(b) * std::cos(a), std::cos(b), std::sin(b) * std::sin(a));
+            const Vec3f p = d * (50 + 6 * testing::waves(d * 50, 0.15f));
+            s.positions.insert(s.positions.end(), {p.x, p.y, p.z});
+        }
+    for (int j = 0; j < up; j++)
+        for (int i = 0; i < around; i++) {
+            const uint32_t a = uint32_t(j * around + i), b = uint32_t(j * around + (i + 1) % around),
+                           c = a + uint32_t(around), d = b + uint32_t(around);
+            s.corners.insert(s.corners.end(), {a, c, b, b, c, d});
+        }
+    const uint32_t first = uint32_t(s.positions.size() / 3);
+    s.positions.insert(s.positions.end(), {-200, -60, -200, 200, -60, -200, -200, -60, 200, 200, -60, 200});
+    s.corners.insert(s.corners.end(), {first, first + 1, first + 2, first + 3, first + 2, first + 1});
+    s.eye = {0, 30, -140}, s.at = {0, -10, 0};
+    s.light = {-40, 150, -90}, s.light_u = {80, 0, 0}, s.light_v = {0, 0, 80}, s.offset = 0.01f;
+    return s;
+}
+
+// ---- Embree
+struct Peer {
+    std::string name;
+    RTCScene scene;
+    double ms = 0;
+    int64_t bytes = 0;
+};
+
+struct Embree {
+    RTCDevice device = rtcNewDevice("threads=2");
+    int64_t bytes = 0;
+    Embree() {
+        rtcSetDeviceMemoryMonitorFunction(
+            device, [](void* user, ssize_t n, bool) { return *static_cast<int64_t*>(user) += n, true; },
+            &bytes);
+    }
+};
+
+// Vertices as they stand on the lattice.
+struct Vertices {
+    std::vector<float> positions;
+    std::vector<RTCGrid> grids;
+    std::vector<uint32_t> quads, triangles;
+
+    Vertices(const BenchScene& s, const Lattice& lattice) {
+        const auto add = [&](const Vec3f& p) {
+            const Vec3f q = lattice.snap(p);
+            positions.insert(positions.end(), {q.x, q.y, q.z});
+        };
+        for (const TestGrid& g : s.grids) {
+            const uint32_t first = uint32_t(positions.size() / 3), row = uint32_t(g.columns + 1);
+            grids.push_back({first, row, uint16_t(row), uint16_t(g.rows + 1)});
+            for (size_t i = 0; i < g.positions.size(); i += 3)
+                add({g.positions[i], g.positions[i + 1], g.positions[i + 2]});
+            for (uint32_t y = 0; y < uint32_t(g.rows); y++)
+                for (uint32_t x = 0; x < uint32_t(g.columns); x++) {
+                    const uint32_t a = first + y * row + x;
+                    quads.insert(quads.end(), {a, a + 1, a + row + 1, a + row});
+                }
+        }
+        const uint32_t first = uint32_t(positions.size() / 3);
+        for (size_t i = 0; i < s.positions.size(); i += 3)
+            add({s.positions[i], s.positions[i + 1], s.positions[i + 2]});
+        for (uint32_t c : s.corners)
+            triangles.push_back(first + c);
+        positions.resize(positions.size() + 4);
+    }
+};
+
+Peer embree(Embree& e, const Vertices& v, RTCGeometryType type, bool robust) {
+    Peer p;
+    p.name = std::string("Embree ") +
+             (type == RTC_GEOMETRY_TYPE_GRID   ? "GRID"
+              : type == RTC_GEOMETRY_TYPE_QUAD ? "QUAD"
+                                               : "TRIANGLE") +
+             (robust ? " robust" : "");
+    const int64_t before = e.bytes;
+    const double start = wall_ms();
+    p.scene = rtcNewScene(e.device);
+    rtcSetSceneFlags(p.scene, RTCSceneFlags((robust ? RTC_SCENE_FLAG_ROBUST : 0) |
+                                            (type == RTC_GEOMETRY_TYPE_GRID ? RTC_SCENE_FLAG_COMPACT : 0)));
+    RTCGeometry g = rtcNewGeometry(e.device, type);
+    rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, v.positions.data(), 0, 12,
+                               v.positions.size() / 3 - 1);
+    if (type == RTC_GEOMETRY_TYPE_GRID)
+        rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_GRID, 0, RTC_FORMAT_GRID, v.grids.data(), 0,
+                                   sizeof(RTCGrid), v.grids.size());
+    else if (type == RTC_GEOMETRY_TYPE_QUAD)
+        rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, v.quads.data(), 0, 16,
+                                   v.quads.size() / 4);
+    else
+        rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, v.triangles.data(), 0, 12,
+                                   v.triangles.size() / 3);
+    rtcCommitGeometry(g);
+    rtcAttachGeometry(p.scene, g);
+    rtcReleaseGeometry(g);
+    rtcCommitScene(p.scene);
+    p.ms = wall_ms() - start;
+    p.bytes = e.bytes - before;
+    return p;
+}
+
+RTCRay to_embree(const Ray& r) {
+    RTCRay e{};
+    e.org_x = r.o.x, e.org_y = r.o.y, e.org_z = r.o.z, e.tnear = r.t_min;
+    e.dir_x = r.d.x, e.dir_y = r.d.y, e.dir_z = r.d.z, e.tfar = r.t_max;
+    e.mask = ~0u;
+    return e;
+}
+
+size_t trace_peer(RTCScene scene, const std::vector<Ray>& rays, bool any) {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    size_t hits = 0;
+    for (const Ray& r : rays)
+        if (any) {
+            RTCRay e = to_embree(r);
+            rtcOccluded1(scene, &context, &e);
+            hits += e.tfar < 0;
+        } else {
+            RTCRayHit e{to_embree(r), {}};
+            e.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+            rtcIntersect1(scene, &context, &e);
+            hits += e.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+        }
+    return hits;
+}
+
+size_t trace_peer_packets(RTCScene scene, const std::vector<Ray>& rays) {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    size_t hits = 0;
+    alignas(32) const int valid[8] = {-1, -1, -1, -1, -1, -1, -1, -1};
+    for (size_t i = 0; i + 8 <= rays.size(); i += 8) {
+        alignas(32) RTCRayHit8 e{};
+        for (int k = 0; k < 8; k++) {
+            const Ray& r = rays[i + size_t(k)];
+            e.ray.org_x[k] = r.o.x, e.ray.org_y[k] = r.o.y, e.ray.org_z[k] = r.o.z, e.ray.tnear[k] = r.t_min;
+            e.ray.dir_x[k] = r.d.x, e.ray.dir_y[k] = r.d.y, e.ray.dir_z[k] = r.d.z, e.ray.tfar[k] = r.t_max;
+            e.ray.mask[k] = ~0u, e.hit.geomID[k] = RTC_INVALID_GEOMETRY_ID;
+        }
+        rtcIntersect8(valid, scene, &context, &e);
+        for (int k = 0; k < 8; k++)
+            hits += e.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID;
+    }
+    return hits;
+}
+
+// ---- rays
+struct RaySet {
+    const char* name;
+    bool any, coherent;
+    std::vector<Ray> rays;
+};
+
+std::vector<RaySet> make_rays(const BenchScene& s, const Page& page, int count) {
+    std::vector<RaySet> sets{{"camera", false, true, {}},
+                             {"bounce 1", false, false, {}},
+                             {"bounce 2", false, false, {}},
+                             {"shadow", true, false, {}}};
+    Random random(1);
+    const Vec3f f = normalize(s.at - s.eye), x = normalize(cross(f, Vec3f(0, 1, 0))), y = cross(x, f);
+    const int side = std::max(4, int(std::sqrt(double(count))) / 4 * 4);
+    for (int tile = 0; tile < side * side / 16; tile++)
+        for (int k = 0; k < 16; k++) { // 4x4 pixels: packets are coherent
+            const int px = tile % (side / 4) * 4 + k % 4, py = tile / (side / 4) * 4 + k / 4;
+            const float u = (float(px) + random.uniform()) / float(side) * 2 - 1,
+                        v = (float(py) + random.uniform()) / float(side) * 2 - 1;
+            sets[0].rays.push_back({s.eye, 0, normalize(f + x * (0.6f * u) + y * (0.6f * v))});
+        }
+    for (int level = 0; level < 2; level++) {
+        const std::vector<Ray>& rays = sets[size_t(level)].rays;
+        std::vector<Hit> hits(rays.size());
+        closest(page, rays, hits);
+        for (size_t i = 0; i < rays.size(); i++) {
+            if (!hits[i].found())
+                continue;
+            Vec3f n = normalize(corners_of(page, hits[i].leaf, hits[i].primitive).normal());
+            if (dot(n, rays[i].d) > 0)
+                n = -n;
+            const Vec3f p = rays[i].o + rays[i].d * hits[i].t + n * s.offset;
+            Vec3f w = random.direction();
+            w = normalize(w + n * 1.0001f); // as the cosine
+            sets[size_t(level) + 1].rays.push_back({p, 0, w});
+            const Vec3f to = s.light + s.light_u * random.uniform() + s.light_v * random.uniform() - p;
+            if (dot(to, n) > 0)
+                sets[3].rays.push_back({p, 0, to, 0.9999f});
+        }
+    }
+    for (RaySet& r : sets)
+        r.rays.resize(r.rays.size() / 16 * 16);
+    return sets;
+}
+
+// Rays from inside of a closed surface, at random, at vertices, along edges.
+int count_leaks(const BenchScene& s, const Lattice& lattice, const Page& page, long count) {
+    Random random(9);
+    std::vector<Ray> rays(1 << 16);
+    std::vector<Hit> hits(rays.size());
+    std::vector<uint8_t> any(rays.size());
+    long leaks[3] = {}, shot[3] = {};
+    for (long done = 0; done < count; done += long(rays.size())) {
+        for (size_t i = 0; i < rays.size(); i++) {
+            const TestGrid& g = s.grids[random.below(uint32_t(s.grids.size()))];
+            int x = int(random.below(uint32_t(g.columns))), y = int(random.below(uint32_t(g.rows)));
+            if (random.below(2))
+                (random.below(2) ? x : y) = 0;
+            const Vec3f a = lattice.snap(g.at(x, y)),
+                        b = lattice.snap(random.below(2) ? g.at(x + 1, y) : g.at(x, y + 1));
+            rays[i].o = random.in_box(50);
+            rays[i].d = i % 3 == 0 ? random.direction()
+                                   : a + (b - a) * (i % 3 == 1 ? 0.0f : random.uniform()) - rays[i].o;
+        }
+        closest(page, rays, hits), occluded(page, rays, any);
+        for (size_t i = 0; i < rays.size(); i++)
+            leaks[i % 3] += !hits[i].found() || !any[i], shot[i % 3]++;
+    }
+    std::printf("leaks: %ld of %ld at random, %ld of %ld at vertices, %ld of %ld along edges\n", leaks[0],
+                shot[0], leaks[1], shot[1], leaks[2], shot[2]);
+    return leaks[0] + leaks[1] + leaks[2] != 0;
+}
+
+struct Tracer {
+    std::string name;
+    std::function<size_t(const RaySet&)> trace; // how many hit something
+};
+
+void add_ours(std::vector<Tracer>& tracers, const char* name, const Page& page,
+              void (*closest_of)(const Page&, std::span<const Ray>, std::span<Hit>),
+              void (*any_of)(const Page&, std::span<const Ray>, std::span<uint8_t>)) {
+    tracers.push_back({name, [=](const RaySet& r) {
+                           size_t n = 0;
+                           if (r.any) {
+                               std::vector<uint8_t> any(r.rays.size());
+                               any_of(page, r.rays, any);
+                               for (uint8_t x : any)
+                                   n += x;
+                           } else {
+                               std::vector<Hit> hits(r.rays.size());
+                               closest_of(page, r.rays, hits);
+                               for (const Hit& h : hits)
+                                   n += h.found();
+                           }
+                           return n;
+                       }});
+}
+
+void compare(const std::vector<Tracer>& tracers, const std::vector<RaySet>& sets, int rounds) {
+    std::printf("%-26s", "ns a ray (hits)");
+    for (const RaySet& r : sets)
+        std::printf("%22s", r.name);
+    std::vector<std::vector<std::vector<double>>> ns(tracers.size(),
+                                                     std::vector<std::vector<double>>(sets.size()));
+    std::vector<std::vector<size_t>> hits(tracers.size(), std::vector<size_t>(sets.size()));
+    for (int round = 0; round < rounds; round++)
+        for (size_t q = 0; q < sets.size(); q++)
+            for (size_t t = 0; t < tracers.size(); t++) {
+                const double start = thread_ns();
+                hits[t][q] = tracers[t].trace(sets[q]);
+                ns[t][q].push_back((thread_ns() - start) / double(sets[q].rays.size()));
+            }
+    for (size_t t = 0; t < tracers.size(); t++) {
+        std::printf("\n%-26s", tracers[t].name.c_str());
+        for (size_t q = 0; q < sets.size(); q++)
+            std::printf("%12.1f %9zu", median(ns[t][q]), hits[t][q]);
+    }
+    std::printf("\n");
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    Options o;
+    for (int i = 1; i < argc; i++) {
+        const auto value = [&](const char* name) {
+            const size_t n = std::strlen(name);
+            return std::strncmp(argv[i], name, n) == 0 ? argv[i] + n : nullptr;
+        };
+        if (const char* v = value("--scene="))
+            o.scene = v;
+        else if (const char* v = value("--size="))
+            o.size = std::atoi(v);
+        else if (const char* v = value("--rounds="))
+            o.rounds = std::max(1, std::atoi(v));
+        else if (const char* v = value("--rays="))
+            o.rays = std::max(16, std::atoi(v));
+        else if (const char* v = value("--leaks="))
+            o.leaks = std::atol(v);
+    }
+    const BenchScene s = o.scene == "cave"    ? cave(o.size ? o.size : 24)
+                         : o.scene == "globe" ? globe(o.size ? o.size : 220)
+                                              : terrain(o.size ? o.size : 62);
+    std::vector<GridView> grids = testing::views(s.grids);
+    const MeshView mesh{s.positions.data(), s.positions.size() / 3, s.corners.data(), s.corners.size() / 3};
+    const Content content{grids, s.corners.empty() ? std::span<const MeshView>() : std::span(&mesh, 1)};
+    std::vector<double> voted, built;
+    Lattice lattice;
+    PageMemory memory;
+    for (int i = 0; i < 3; i++) {
+        const double start = wall_ms();
+        lattice = votes_of(content).lattice();
+        const double then = wall_ms();
+        memory = build(content, lattice);
+        voted.push_back(then - start), built.push_back(wall_ms() - then);
+    }
+    const Page page = memory.page();
+    if (o.leaks > 0)
+        return count_leaks(s, lattice, page, o.leaks);
+    const double primitives = double(s.primitives());
+    std::printf("%s: %.0f primitives\n%-26s %6.2f bytes each, positions included; %.0f ms to vote, %.0f ms "
+                "to build\n",
+                o.scene.c_str(), primitives, "pages", double(memory.size()) / primitives, median(voted),
+                median(built));
+
+    std::vector<Tracer> tracers;
+    add_ours(tracers, "pages, 8 lanes", page, closest_w8, occluded_w8);
+    if (has_avx512())
+        add_ours(tracers, "pages, AVX-512", page, closest_avx512, occluded_avx512);
+    Embree e;
+    const Vertices vertices(s, lattice);
+    std::vector<Peer> peers;
+    for (bool robust : {true, false})
+        for (RTCGeometryType type :
+             {RTC_GEOMETRY_TYPE_GRID, RTC_GEOMETRY_TYPE_QUAD, RTC_GEOMETRY_TYPE_TRIANGLE})
+            if ((type == RTC_GEOMETRY_TYPE_TRIANGLE) == s.grids.empty())
+                peers.push_back(embree(e, vertices, type, robust));
+    for (const Peer& p : peers) {
+        std::printf("%-26s %6.2f bytes each, beside %.2f of positions; %.0f ms to build\n", p.name.c_str(),
+                    double(p.bytes) / primitives, double(vertices.positions.size() * 4) / primitives, p.ms);
+        tracers.push_back({p.name, [scene = p.scene](const RaySet& r) {
+                               return r.coherent ? trace_peer_packets(scene, r.rays)
+                                                 : trace_peer(scene, r.rays, r.any);
+                           }});
+    }
+    compare(tracers, make_rays(s, page, o.rays), o.rounds);
+}

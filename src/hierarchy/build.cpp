@@ -1,0 +1,154 @@
+#include "hierarchy/build.h"
+
+#include <cstring>
+
+#include "base/error.h"
+#include "base/tasks.h"
+#include "hierarchy/grid_leaves.h"
+#include "hierarchy/mesh_leaves.h"
+#include "hierarchy/nodes.h"
+
+namespace kanuka::hierarchy {
+
+namespace {
+
+constexpr size_t GroupsATask = 256;
+
+size_t aligned(size_t bytes) {
+    return (bytes + sizeof(Node) - 1) / sizeof(Node) * sizeof(Node);
+}
+
+// Where everything goes: header, tiles, leaves by kind, names by kind, nodes.
+class Layout {
+  public:
+    Layout(std::span<const Group> groups, size_t tiles) : m_offset(groups.size()) {
+        size_t at = sizeof(Header);
+        header.tiles = at, header.tile_count = uint32_t(tiles);
+        at = aligned(at + tiles * sizeof(Tile));
+        for (int k = 1; k < int(Kind::Count); k++) {
+            Section& s = header.section[k];
+            s.leaves = at;
+            for (size_t i = 0; i < groups.size(); i++)
+                if (int(groups[i].kind) == k) {
+                    m_offset[i] = at;
+                    at = aligned(at + groups[i].count * UnitsOf[k] * UnitBytes);
+                }
+            s.leaf_bytes = at - s.leaves;
+        }
+        at = aligned(at + PaddingBytes);
+        for (int k = 1; k < int(Kind::Count); k++) {
+            Section& s = header.section[k];
+            s.names = at;
+            s.name_count = (s.leaf_bytes / (UnitsOf[k] * UnitBytes) + 1) * names_each(Kind(k));
+            if (s.leaf_bytes == 0)
+                s.name_count = 0;
+            at = aligned(at + s.name_count * sizeof(uint32_t));
+        }
+        header.nodes = at;
+    }
+    static size_t names_each(Kind kind) {
+        return kind == Kind::Triangle32 || kind == Kind::TriangleFloat ? LeafTriangles : 1;
+    }
+    size_t leaf(size_t group, const Group& g, int i) const {
+        return m_offset[group] + g.place[i] * UnitsOf[int(g.kind)] * UnitBytes;
+    }
+    size_t offset(size_t group) const { return m_offset[group]; }
+
+    Header header{};
+
+  private:
+    std::vector<size_t> m_offset;
+};
+
+} // namespace
+
+StepVotes votes_of(const Content& content) {
+    constexpr size_t GridsATask = 64, FacesATask = 65536;
+    std::vector<StepVotes> votes((content.grids.size() + GridsATask - 1) / GridsATask);
+    tasks::parallel_chunks(content.grids.size(), GridsATask, [&](size_t begin, size_t end) {
+        for (size_t g = begin; g < end; g++)
+            GridLeaves::vote(content.grids[g], votes[begin / GridsATask]);
+    });
+    StepVotes all;
+    for (const StepVotes& v : votes)
+        all.add(v);
+    for (const MeshView& m : content.meshes) {
+        std::vector<StepVotes> of_faces((m.faces + FacesATask - 1) / FacesATask);
+        tasks::parallel_chunks(m.faces, FacesATask, [&](size_t begin, size_t end) {
+            for (size_t f = begin; f < end; f++)
+                MeshLeaves::vote(m, f, of_faces[begin / FacesATask]);
+        });
+        for (const StepVotes& v : of_faces)
+            all.add(v);
+    }
+    return all;
+}
+
+PageMemory build(const Content& content, const Lattice& lattice) {
+    const GridLeaves grids(content.grids, lattice);
+    const MeshLeaves meshes(content.meshes, lattice);
+    std::vector<Group> groups = grids.groups();
+    const size_t grid_groups = groups.size();
+    groups.insert(groups.end(), meshes.groups().begin(), meshes.groups().end());
+    Layout layout(groups, grids.tiles().size());
+    Header& h = layout.header;
+    NodeTree tree = make_nodes(groups, h.nodes);
+    h.node_bytes = tree.nodes.size() * sizeof(Node);
+    h.magic = Magic, h.version = Version;
+    h.bytes = h.nodes + h.node_bytes;
+    if (h.bytes > Children::MostBytes)
+        throw Error("a page of the ray tracer is larger than 2 GiB");
+    h.step = power_of_two(lattice.exponent);
+    h.root = groups.empty() ? NoRef : make_ref(Kind::Nodes, h.nodes);
+    h.tile_log = uint32_t(grids.tile_log());
+    Bounds3f bounds;
+    for (const Group& g : groups)
+        bounds.extend(g.bounds());
+    for (int a = 0; a < 3; a++)
+        h.lower[a] = bounds.lo[a], h.upper[a] = bounds.hi[a];
+
+    PageMemory memory(h.bytes);
+    uint8_t* const bytes = reinterpret_cast<uint8_t*>(memory.data());
+    std::memcpy(bytes + h.tiles, grids.tiles().data(), grids.tiles().size() * sizeof(Tile));
+    tasks::parallel_chunks(groups.size(), GroupsATask, [&](size_t begin, size_t end) {
+        for (size_t g = begin; g < end; g++) {
+            const Group& group = groups[g];
+            const Section& s = h.section[int(group.kind)];
+            const size_t size = UnitsOf[int(group.kind)] * UnitBytes;
+            for (int i = 0; i < group.count; i++) {
+                const size_t at = layout.leaf(g, group, i), number = (at - s.leaves) / size;
+                uint32_t* const names = reinterpret_cast<uint32_t*>(bytes + s.names);
+                if (g < grid_groups) {
+                    grids.write(group, i, bytes + at);
+                    names[number] = grids.name(group, i);
+                } else {
+                    uint32_t faces[LeafTriangles];
+                    meshes.write(group, i, bytes + at);
+                    meshes.names(group, i, faces);
+                    std::memcpy(names + number * LeafTriangles, faces, sizeof faces);
+                }
+            }
+            const Children c{group.kind, group.count, uint32_t(layout.offset(g) / UnitBytes)};
+            write_node(tree.nodes[tree.leaf_at[g]], group, c.word());
+        }
+    });
+    std::memcpy(bytes + h.nodes, tree.nodes.data(), h.node_bytes);
+    std::memcpy(bytes, &h, sizeof h);
+    h.checksum = checksum_of(memory.bytes());
+    std::memcpy(bytes, &h, sizeof h);
+    return memory;
+}
+
+Cell cell_of(const Page& page, Ref leaf, uint32_t cell) {
+    const Header& h = page.header();
+    const uint32_t name = page.name(leaf), side = (1u << h.tile_log) - 1;
+    const uint64_t number = uint64_t(name) >> (2 * h.tile_log);
+    if (number >= h.tile_count)
+        return {0, 0, 0}; // damaged
+    const Tile& tile = reinterpret_cast<const Tile*>(page.bytes() + h.tiles)[number];
+    const uint32_t u = (uint32_t(tile.u) << h.tile_log) + (name & side),
+                   v = (uint32_t(tile.v) << h.tile_log) + (name >> h.tile_log & side);
+    return {tile.grid, int(u * 4 + cell % 4), int(v * 4 + cell / 4)};
+}
+
+} // namespace kanuka::hierarchy

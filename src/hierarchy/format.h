@@ -1,0 +1,158 @@
+// A page of the hierarchy, byte by byte: what is traced is what lies in the file. docs/hierarchy.md draws it.
+// Everything is little-endian and found by offsets from the page's first byte, so a page may lie anywhere.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace kanuka::hierarchy {
+
+inline constexpr uint32_t Magic = 0x4752484b; // "KHRG"
+inline constexpr uint32_t Version = 1;
+// References count bytes in units of 16; groups of children begin at multiples of four units.
+inline constexpr size_t UnitBytes = 16, GroupUnits = 4;
+// Vector loads at the last leaf reach beyond it by less than this.
+inline constexpr size_t PaddingBytes = 128;
+
+enum class Kind : uint32_t {
+    Nodes,      // Node
+    Grid32,     // 4x4 cells, 32 bits a vertex
+    Grid48,     // 4x4 cells, 16 bits a coordinate
+    GridFloat,  // 4x4 cells, floats: what fits neither, and vertices that are no numbers
+    Triangle32, // eight triangles, 32 bits a corner
+    TriangleFloat,
+    Count
+};
+
+// What the stack of a ray holds: a kind in the upper four bits, an offset in units below.
+using Ref = uint32_t;
+inline constexpr Ref NoRef = ~0u;
+inline constexpr int KindShift = 28;
+inline constexpr uint32_t OffsetMask = (1u << KindShift) - 1;
+constexpr Ref make_ref(Kind kind, size_t byte) {
+    return uint32_t(kind) << KindShift | uint32_t(byte / UnitBytes);
+}
+constexpr Kind kind_of(Ref ref) {
+    return Kind(ref >> KindShift);
+}
+constexpr size_t byte_of(Ref ref) {
+    return size_t(ref & OffsetMask) * UnitBytes;
+}
+constexpr bool is_leaf(Ref ref) {
+    return ref >= 1u << KindShift;
+}
+
+// Eight children, whose boxes have planes (origin + q) * 2^exponent, axis by axis. Origin and exponent share
+// a word: origin << 8 | biased exponent. |origin + q| < 2^23 + 256, so planes are floats without rounding.
+struct alignas(64) Node {
+    uint8_t plane[3][2][8]; // axis, lower or upper, child
+    int32_t frame[3];
+    uint32_t children; // of one kind, one behind the other: see Children
+};
+static_assert(sizeof(Node) == 64);
+
+struct Children {
+    Kind kind;
+    int count;       // 1 to 8
+    uint32_t offset; // of the first, in units
+
+    static constexpr int CountShift = 25;
+    static constexpr uint32_t GroupMask = (1u << CountShift) - 1;
+    static constexpr size_t MostBytes = (size_t(GroupMask) + 1) * GroupUnits * UnitBytes; // of a page: 2 GiB
+
+    static Children of(uint32_t word) {
+        return {Kind(word >> KindShift), int(word >> CountShift & 7) + 1,
+                (word & GroupMask) * uint32_t(GroupUnits)};
+    }
+    uint32_t word() const {
+        return uint32_t(kind) << KindShift | uint32_t(count - 1) << CountShift |
+               offset / uint32_t(GroupUnits);
+    }
+};
+
+// Vertices of 4x4 cells are rows of five. Of a leaf at the border of its grid some cells are missing: their
+// vertices repeat the last, and `shape` says how many there are.
+inline constexpr int LeafRow = 5, LeafVertices = 25;
+
+// A coordinate is (base + field) * 2^exponent. `frame` holds base << 8 and, axis by axis, the number of the
+// field widths (see fields.h), the biased exponent, and the shape.
+struct Grid32 {
+    uint32_t vertex[LeafVertices];
+    int32_t frame[3];
+};
+static_assert(sizeof(Grid32) == 112);
+
+struct Grid48 {
+    int32_t frame[3]; // its first low byte is unused
+    uint16_t coordinate[3][LeafVertices];
+    uint8_t unused[14];
+};
+static_assert(sizeof(Grid48) == 176);
+
+struct GridFloat {
+    float coordinate[3][LeafVertices];
+    uint32_t shape;
+    uint8_t unused[16];
+};
+static_assert(sizeof(GridFloat) == 320);
+
+// Shape of a grid leaf: (columns - 1) | (rows - 1) << 2.
+constexpr uint32_t leaf_shape(int columns, int rows) {
+    return uint32_t(columns - 1) | uint32_t(rows - 1) << 2;
+}
+
+inline constexpr int LeafTriangles = 8;
+struct Triangle32 {
+    uint32_t corner[3][LeafTriangles];
+    int32_t frame[3]; // as of Grid32, with the number of triangles for a shape
+    uint32_t unused;
+};
+static_assert(sizeof(Triangle32) == 112);
+
+struct TriangleFloat {
+    float coordinate[3][3][LeafTriangles]; // axis, corner
+    uint32_t count;
+    uint8_t unused[12];
+};
+static_assert(sizeof(TriangleFloat) == 304);
+
+// Units from a child to the next, by kind.
+inline constexpr uint32_t UnitsOf[16] = {4, 7, 11, 20, 7, 19};
+static_assert(UnitsOf[int(Kind::Nodes)] * UnitBytes == sizeof(Node));
+static_assert(UnitsOf[int(Kind::Grid32)] * UnitBytes == sizeof(Grid32));
+static_assert(UnitsOf[int(Kind::Grid48)] * UnitBytes == sizeof(Grid48));
+static_assert(UnitsOf[int(Kind::GridFloat)] * UnitBytes == sizeof(GridFloat));
+static_assert(UnitsOf[int(Kind::Triangle32)] * UnitBytes == sizeof(Triangle32));
+static_assert(UnitsOf[int(Kind::TriangleFloat)] * UnitBytes == sizeof(TriangleFloat));
+
+// Grids are cut into tiles of at most 2^tile_log blocks of 4x4 cells to a side. A leaf's name, 32 bits, is
+// the number of its tile and the place in it: tile << 2 tile_log | v << tile_log | u.
+struct Tile {
+    uint32_t grid;
+    uint16_t u, v; // of its first block, in tiles
+};
+static_assert(sizeof(Tile) == 8);
+
+// Where the leaves of a kind lie, and their names: that of a leaf at byte b is name (b - leaves) / size of a
+// leaf, rounded down. Leaves of triangles have eight names each: the faces' numbers.
+struct Section {
+    uint64_t leaves = 0, leaf_bytes = 0, names = 0, name_count = 0;
+};
+
+struct Header {
+    uint32_t magic, version;
+    uint64_t checksum; // XXH3-64 of all bytes behind it
+    uint64_t bytes;    // of the page
+    float step;        // of its lattice: see lattice.h
+    uint32_t root;     // Ref of a node; NoRef = nothing is in the page
+    float lower[3], upper[3];
+    uint32_t tile_log, tile_count;
+    uint64_t nodes, node_bytes;
+    uint64_t tiles;
+    Section section[8]; // by kind; that of nodes is unused
+    uint64_t unused[5];
+};
+static_assert(sizeof(Header) == 384);
+static_assert(offsetof(Header, checksum) == 8);
+
+} // namespace kanuka::hierarchy

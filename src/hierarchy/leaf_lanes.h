@@ -1,0 +1,284 @@
+// Leaves of 4x4 cells against one ray: W triangles at once, of the kind that lies before the cells' diagonals
+// and then of the other. W is 8 or 16; both compute the same bits.
+#pragma once
+
+#include "base/lanes.h"
+#include "hierarchy/fields.h"
+#include "hierarchy/ray.h"
+
+namespace kanuka::hierarchy {
+
+// W triangles, seen along the ray: x and y of their corners, sheared.
+template <int W>
+struct Seen {
+    Float<W> x, y;
+};
+
+// What side of the edge from a to b the ray passes. Products are rounded, not fused: then edge(b, a) is
+// -edge(a, b) to the bit, and two triangles never both leave the ray to the other.
+template <int W>
+Float<W> edge(const Seen<W>& a, const Seen<W>& b) {
+    return a.x * b.y - a.y * b.x;
+}
+
+// Lanes where the ray passes through the triangle. Zero is on both sides.
+template <int W>
+uint32_t through(Float<W> a, Float<W> b, Float<W> c) {
+    const Float<W> zero(0.0f);
+    return ((min(min(a, b), c) >= zero) | (max(max(a, b), c) <= zero)).bits();
+}
+
+// Distances along the ray, for lanes of `inside`; takes lanes out that are hit elsewhere than on the ray.
+template <int W>
+struct Depths {
+    Float<W> t, sum;
+    uint32_t hit;
+
+    // Weights and depths of the corners.
+    Depths(const TracedRay& ray, uint32_t inside, const Seen<W> (&corner)[3], const Float<W> (&weight)[3],
+           const Float<W> (&z)[3]) {
+        sum = weight[0] + weight[1] + weight[2];
+        t = fma(weight[2], z[2], fma(weight[1], z[1], weight[0] * z[0])) * Float<W>(ray.per_z) / sum;
+        const uint32_t flat = inside & (sum == Float<W>(0.0f)).bits();
+        if (flat != 0)
+            flatten(ray, flat, inside, corner, z);
+        hit = inside & ((t >= Float<W>(ray.t_min)) & (t <= Float<W>(ray.t_max))).bits();
+    }
+
+  private:
+    // Triangles seen from the side, or so small that their weights round to zero: the ray passes through
+    // where it passes through the box of the corners.
+    void flatten(const TracedRay& ray, uint32_t flat, uint32_t& inside, const Seen<W> (&corner)[3],
+                 const Float<W> (&z)[3]) {
+        const uint32_t x = within(corner[0].x, corner[1].x, corner[2].x),
+                       y = within(corner[0].y, corner[1].y, corner[2].y);
+        inside &= ~flat | (x & y);
+        const Float<W> middle = (z[0] + z[1] + z[2]) * Float<W>(1.0f / 3.0f) * Float<W>(ray.per_z);
+        t = select(sum == Float<W>(0.0f), middle, t);
+    }
+    static uint32_t within(Float<W> a, Float<W> b, Float<W> c) {
+        const Float<W> zero(0.0f);
+        return ((min(min(a, b), c) <= zero) & (max(max(a, b), c) >= zero)).bits();
+    }
+};
+
+// ---- vertices, four of a row side by side, W / 4 rows from `row` on
+template <int W, class Rows>
+Int<W> join_rows(const Rows& rows_of_8) {
+    if constexpr (W == 8)
+        return rows_of_8(0);
+    else
+        return Int<16>(__builtin_shufflevector(rows_of_8(0).v, rows_of_8(2).v, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9,
+                                               10, 11, 12, 13, 14, 15));
+}
+inline Int<8> two_fours(const void* first, const void* second) {
+    const __m128i a = _mm_loadu_si128(static_cast<const __m128i*>(first));
+    const __m128i b = _mm_loadu_si128(static_cast<const __m128i*>(second));
+    return Int<8>((NativeLanes<8>::I)_mm256_inserti128_si256(_mm256_castsi128_si256(a), b, 1));
+}
+inline Int<8> two_fours_of_16_bits(const uint16_t* first, const uint16_t* second) {
+    const __m128i both = _mm_unpacklo_epi64(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(first)),
+                                            _mm_loadl_epi64(reinterpret_cast<const __m128i*>(second)));
+    return Int<8>((NativeLanes<8>::I)_mm256_cvtepu16_epi32(both));
+}
+
+// A reader is told an axis, and then decodes vertices less the ray's origin, which is rounded once: so it
+// does not matter which kind of leaf a vertex is in. `pair` is any two places where four vertices begin.
+class Reader32 {
+  public:
+    explicit Reader32(const Grid32& leaf)
+        : m_leaf(leaf), m_fields(field_table[uint8_t(leaf.frame[0])]),
+          m_unit(std::bit_cast<float>(uint32_t(leaf.frame[1] & 255) << 23)) {}
+    uint32_t shape() const { return uint32_t(m_leaf.frame[2]) & 15; }
+    Int<8> pair(int, int first, int second) const {
+        return two_fours(m_leaf.vertex + first, m_leaf.vertex + second);
+    }
+    template <int W>
+    Float<W> decode(int axis, Int<W> raw, float o) const {
+        const Float<W> field = Float<W>(raw & Int<W>(m_fields.mask[axis]));
+        const Float<W> steps =
+            fma(field, Float<W>(m_fields.scale[axis]), Float<W>(float(m_leaf.frame[axis] >> 8)));
+        return fma(steps, Float<W>(m_unit), Float<W>(-o));
+    }
+
+  private:
+    const Grid32& m_leaf;
+    const Fields& m_fields;
+    float m_unit;
+};
+
+class Reader48 {
+  public:
+    explicit Reader48(const Grid48& leaf)
+        : m_leaf(leaf), m_unit(std::bit_cast<float>(uint32_t(leaf.frame[1] & 255) << 23)) {}
+    uint32_t shape() const { return uint32_t(m_leaf.frame[2]) & 15; }
+    Int<8> pair(int axis, int first, int second) const {
+        return two_fours_of_16_bits(m_leaf.coordinate[axis] + first, m_leaf.coordinate[axis] + second);
+    }
+    template <int W>
+    Float<W> decode(int axis, Int<W> raw, float o) const {
+        const Float<W> steps = Float<W>(raw) + Float<W>(float(m_leaf.frame[axis] >> 8));
+        return fma(steps, Float<W>(m_unit), Float<W>(-o));
+    }
+
+  private:
+    const Grid48& m_leaf;
+    float m_unit;
+};
+
+class ReaderFloat {
+  public:
+    explicit ReaderFloat(const GridFloat& leaf) : m_leaf(leaf) {}
+    uint32_t shape() const { return m_leaf.shape & 15; }
+    Int<8> pair(int axis, int first, int second) const {
+        return two_fours(m_leaf.coordinate[axis] + first, m_leaf.coordinate[axis] + second);
+    }
+    template <int W>
+    Float<W> decode(int, Int<W> raw, float o) const {
+        return bitcast_float(raw) - Float<W>(o);
+    }
+
+  private:
+    const GridFloat& m_leaf;
+};
+
+// ---- the cells of a leaf
+// Cells are W at once, from row to row; a strip is W / 4 rows of them. Along an axis, `left` has the vertices
+// at the cells' left sides, `right` at their right sides, `last` those of the last row of all, four and four.
+template <int W>
+class GridCells {
+  public:
+    static constexpr int Strips = 16 / W, StripRows = W / 4;
+
+    template <class Reader>
+    GridCells(const Reader& reader, const TracedRay& ray) {
+        for (int k = 0; k < 3; k++) {
+            const int axis = ray.axis[k];
+            const float o = ray.o[axis];
+            const auto rows = [&](int from) {
+                return reader.template decode<W>(axis, join_rows<W>([&](int row) {
+                                                     const int at = from + row * LeafRow;
+                                                     return reader.pair(axis, at, at + LeafRow);
+                                                 }),
+                                                 o);
+            };
+            for (int s = 0; s < Strips; s++) {
+                m_left[k][s] = rows(s * StripRows * LeafRow);
+                m_right[k][s] = rows(s * StripRows * LeafRow + 1);
+            }
+            m_last[k] = reader.template decode<8>(axis, reader.pair(axis, 4 * LeafRow, 4 * LeafRow + 1), o);
+        }
+        for (int k = 0; k < 2; k++) {
+            const Float<W> minus_slope(ray.minus_slope[k]);
+            for (int s = 0; s < Strips; s++) {
+                m_left[k][s] = fma(m_left[2][s], minus_slope, m_left[k][s]);
+                m_right[k][s] = fma(m_right[2][s], minus_slope, m_right[k][s]);
+            }
+            m_last[k] = fma(m_last[2], Float<8>(ray.minus_slope[k]), m_last[k]);
+        }
+    }
+
+    // Corners of the cells of a strip: 0 and 1 at its beginning, 2 and 3 a row further.
+    template <int Corner>
+    Float<W> coordinate(int k, int s) const {
+        if constexpr (Corner == 0)
+            return m_left[k][s];
+        else if constexpr (Corner == 1)
+            return m_right[k][s];
+        else if constexpr (Corner == 2)
+            return s + 1 < Strips ? next_row<0>(m_left[k][s], m_left[k][s + 1 < Strips ? s + 1 : s])
+                                  : next_row<0>(m_left[k][s], widened(m_last[k]));
+        else
+            return s + 1 < Strips ? next_row<0>(m_right[k][s], m_right[k][s + 1 < Strips ? s + 1 : s])
+                                  : next_row<4>(m_right[k][s], widened(m_last[k]));
+    }
+    template <int Corner>
+    Seen<W> seen(int s) const {
+        return {coordinate<Corner>(0, s), coordinate<Corner>(1, s)};
+    }
+    template <int Corner>
+    Float<W> z(int s) const {
+        return coordinate<Corner>(2, s);
+    }
+
+  private:
+    static Float<W> widened(Float<8> v) {
+        if constexpr (W == 8)
+            return v;
+        else
+            return Float<16>(
+                __builtin_shufflevector(v.v, v.v, 0, 1, 2, 3, 4, 5, 6, 7, 0, 1, 2, 3, 4, 5, 6, 7));
+    }
+    // What lies one row further: all but the first four, and then four of `after`.
+    template <int From>
+    static Float<W> next_row(Float<W> here, Float<W> after) {
+        if constexpr (W == 8)
+            return Float<8>(__builtin_shufflevector(here.v, after.v, 4, 5, 6, 7, 8 + From, 9 + From,
+                                                    10 + From, 11 + From));
+        else
+            return Float<16>(__builtin_shufflevector(here.v, after.v, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14,
+                                                     15, 16 + From, 17 + From, 18 + From, 19 + From));
+    }
+
+    Float<W> m_left[3][Strips], m_right[3][Strips];
+    Float<8> m_last[3];
+};
+
+// Cells of a leaf of that shape, as bits.
+struct ShapeTable {
+    uint16_t cells[16] = {};
+    constexpr ShapeTable() {
+        for (unsigned shape = 0; shape < 16; shape++)
+            for (unsigned cell = 0; cell < 16; cell++)
+                if (cell % 4 <= (shape & 3) && cell / 4 <= shape >> 2)
+                    cells[shape] |= uint16_t(1u << cell);
+    }
+};
+inline constexpr ShapeTable shape_table;
+
+// Offers to `found` whatever the ray hits: found(primitive, t, u, v), which answers whether that ends the
+// leaf. Returns that too.
+template <int W, class Reader, class Found>
+bool trace_grid_leaf(const Reader& reader, const TracedRay& ray, Found&& found) {
+    const GridCells<W> cells(reader, ray);
+    const uint32_t present = shape_table.cells[reader.shape()];
+    alignas(64) float t[W], u[W], v[W], sum[W];
+    const auto offer = [&](const Depths<W>& depths, Float<W> to_u, Float<W> to_v, int strip, int second) {
+        depths.t.store(t), depths.sum.store(sum), to_u.store(u), to_v.store(v);
+        for (uint32_t m = depths.hit; m != 0; m &= m - 1) {
+            const int i = __builtin_ctz(m);
+            const float a = sum[i] == 0 ? 1.0f / 3.0f : u[i] / sum[i],
+                        b = sum[i] == 0 ? 1.0f / 3.0f : v[i] / sum[i];
+            const uint32_t primitive = uint32_t((strip * W + i) * 2 + second);
+            if (t[i] <= ray.t_max && found(primitive, t[i], second ? 1 - a : a, second ? 1 - b : b))
+                return true;
+        }
+        return false;
+    };
+    for (int s = 0; s < GridCells<W>::Strips; s++) {
+        const Seen<W> c0 = cells.template seen<0>(s), c1 = cells.template seen<1>(s),
+                      c2 = cells.template seen<2>(s), c3 = cells.template seen<3>(s);
+        const uint32_t here = present >> (s * W);
+        const Float<W> across = edge(c1, c2), e01 = edge(c0, c1), e20 = edge(c2, c0);
+        const Float<W> back = -across, e32 = edge(c3, c2), e13 = edge(c1, c3);
+        const uint32_t first = through(across, e20, e01) & here, second = through(back, e13, e32) & here;
+        if ((first | second) == 0)
+            continue;
+        const Float<W> z1 = cells.template z<1>(s), z2 = cells.template z<2>(s);
+        if (first != 0) {
+            const Depths<W> depths(ray, first, {c0, c1, c2}, {across, e20, e01},
+                                   {cells.template z<0>(s), z1, z2});
+            if (depths.hit != 0 && offer(depths, e20, e01, s, 0))
+                return true;
+        }
+        if (second != 0) {
+            const Depths<W> depths(ray, second, {c3, c2, c1}, {back, e13, e32},
+                                   {cells.template z<3>(s), z2, z1});
+            if (depths.hit != 0 && offer(depths, e13, e32, s, 1))
+                return true;
+        }
+    }
+    return false;
+}
+
+} // namespace kanuka::hierarchy

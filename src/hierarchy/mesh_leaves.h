@@ -1,0 +1,46 @@
+// Meshes as leaves of up to eight triangles. All meshes of a page are in one tree.
+#pragma once
+
+#include <vector>
+
+#include "hierarchy/build.h"
+#include "hierarchy/encode.h"
+#include "hierarchy/nodes.h"
+
+namespace kanuka::hierarchy {
+
+class MeshLeaves {
+  public:
+    MeshLeaves(std::span<const MeshView> meshes, const Lattice& lattice);
+
+    const std::vector<Group>& groups() const { return m_groups; } // `source` numbers them
+    void write(const Group& group, int i, uint8_t* to) const;
+    // Faces of a leaf, counted through all meshes; the last is repeated.
+    void names(const Group& group, int i, uint32_t (&to)[LeafTriangles]) const;
+
+    static void vote(const MeshView& mesh, size_t face, StepVotes& votes);
+
+  private:
+    struct Corners {
+        Vec3f at[3];
+    };
+    struct Leaf {
+        uint32_t begin, end; // of m_faces
+    };
+    struct Points {
+        Vec3f at[3 * LeafTriangles]; // corner by corner, as they are stored; the last triangle is repeated
+        uint32_t count;
+    };
+    bool find(uint32_t face, Corners& to) const; // false = it is nowhere
+    Points points(const Leaf& leaf) const;
+    void collect(const SplitTree& tree, int32_t branch, Group& group);
+
+    std::span<const MeshView> m_meshes;
+    Lattice m_lattice;
+    std::vector<uint64_t> m_first; // face of each mesh
+    std::vector<uint32_t> m_faces; // in the order of leaves
+    std::vector<Leaf> m_leaves;    // those of a group one behind the other
+    std::vector<Group> m_groups;
+};
+
+} // namespace kanuka::hierarchy

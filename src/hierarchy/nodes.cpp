@@ -1,0 +1,146 @@
+#include "hierarchy/nodes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "hierarchy/lattice.h"
+#include "hierarchy/page.h"
+
+namespace kanuka::hierarchy {
+
+namespace {
+
+constexpr int Widest = 255;        // planes from the node's origin
+constexpr int64_t Reach = 1 << 23; // of origins, in steps of the node
+
+struct Axis {
+    int64_t origin;
+    int exponent;
+};
+// Where an axis begins, and its step, for 255 steps to reach from `lo` to `hi`.
+Axis fit_axis(float lo, float hi) {
+    const float largest = std::max(std::abs(lo), std::abs(hi));
+    int e = std::max({exponent_of(hi - lo) - 8, exponent_of(largest) - 23, -125});
+    for (;; e++) {
+        const double per_step = std::ldexp(1.0, -e);
+        const double origin = std::floor(double(lo) * per_step), last = std::ceil(double(hi) * per_step);
+        if (origin >= -double(Reach) && origin < double(Reach) && last - origin <= Widest)
+            return {int64_t(origin), e};
+    }
+}
+
+class Collapse {
+  public:
+    Collapse(const SplitTree& tree, size_t groups, size_t nodes_at)
+        : m_tree(tree), m_first_unit(uint32_t(nodes_at / UnitBytes)) {
+        m_out.leaf_at.resize(groups);
+    }
+    NodeTree run() {
+        m_out.nodes.resize(1);
+        write(0, 0, 0);
+        return std::move(m_out);
+    }
+
+  private:
+    using Branch = SplitTree::Branch;
+    const Branch& branch(int32_t i) const { return m_tree.branches[size_t(i)]; }
+
+    void write(int32_t of, uint32_t at, int depth) {
+        if (branch(of).left < 0) {
+            m_out.leaf_at[m_tree.items[branch(of).begin].index] = at;
+            return;
+        }
+        // Opens the largest child until there are eight; or, where the tree is too high to end within
+        // DeepestNode, the highest, which takes three from its height.
+        const bool by_height = depth + (branch(of).height + 2) / 3 + 1 >= DeepestNode;
+        int32_t child[8] = {of};
+        Group g{Kind::Nodes, 1};
+        while (g.count < 8) {
+            int best = -1;
+            float most = -1;
+            for (int i = 0; i < g.count; i++) {
+                const Branch& b = branch(child[i]);
+                const float size = by_height ? float(b.height) : b.half_area;
+                if (b.left >= 0 && size > most)
+                    most = size, best = i;
+            }
+            if (best < 0)
+                break;
+            const Branch& b = branch(child[best]);
+            child[best] = b.left, child[g.count++] = b.right;
+        }
+        for (int i = 0; i < g.count; i++)
+            g.box[i] = branch(child[i]).box;
+        g.order();
+        const uint32_t first = uint32_t(m_out.nodes.size());
+        m_out.nodes.resize(first + g.count);
+        const uint32_t unit = m_first_unit + first * UnitsOf[int(Kind::Nodes)];
+        write_node(m_out.nodes[at], g, Children{Kind::Nodes, g.count, unit}.word());
+        for (int i = 0; i < g.count; i++)
+            write(child[i], first + g.place[i], depth + 1);
+    }
+
+    const SplitTree& m_tree;
+    uint32_t m_first_unit;
+    NodeTree m_out;
+};
+
+} // namespace
+
+void Group::order() {
+    Vec3f centre[8], middle(0.0f);
+    for (int i = 0; i < count; i++) {
+        centre[i] = box[i].lo * 0.5f + box[i].hi * 0.5f;
+        middle += centre[i] * (1.0f / float(count));
+    }
+    // Bit a of a place says that it is on the far side along +a. Pairs of child and place that fit best are
+    // made first.
+    float misfit[8][8];
+    for (int i = 0; i < count; i++)
+        for (int p = 0; p < count; p++) {
+            misfit[i][p] = 0;
+            for (int a = 0; a < 3; a++)
+                misfit[i][p] += p >> a & 1 ? middle[a] - centre[i][a] : centre[i][a] - middle[a];
+        }
+    unsigned placed = 0, taken = 0;
+    for (int n = 0; n < count; n++) {
+        int best = -1, best_place = -1;
+        for (int i = 0; i < count; i++)
+            for (int p = 0; p < count; p++)
+                if (!(placed >> i & 1) && !(taken >> p & 1) &&
+                    (best < 0 || misfit[i][p] < misfit[best][best_place]))
+                    best = i, best_place = p;
+        placed |= 1u << best, taken |= 1u << best_place;
+        place[best] = uint8_t(best_place);
+    }
+}
+
+void write_node(Node& node, const Group& group, uint32_t children) {
+    const Bounds3f all = group.bounds();
+    for (int a = 0; a < 3; a++) {
+        std::memset(node.plane[a][0], Widest, 8);
+        std::memset(node.plane[a][1], 0, 8);
+        const Axis axis = fit_axis(all.lo[a], all.hi[a]);
+        const double per_step = std::ldexp(1.0, -axis.exponent);
+        for (int i = 0; i < group.count; i++) {
+            const Bounds3f& b = group.box[i];
+            const double origin = double(axis.origin);
+            node.plane[a][0][group.place[i]] = uint8_t(std::floor(double(b.lo[a]) * per_step) - origin);
+            node.plane[a][1][group.place[i]] = uint8_t(std::ceil(double(b.hi[a]) * per_step) - origin);
+        }
+        node.frame[a] = int32_t(uint32_t(axis.origin) << 8) | (axis.exponent + 127);
+    }
+    node.children = children;
+}
+
+NodeTree make_nodes(std::span<const Group> groups, size_t nodes_at) {
+    std::vector<Item> items(groups.size());
+    for (size_t i = 0; i < groups.size(); i++)
+        items[i] = Item(groups[i].bounds(), uint32_t(i));
+    if (items.empty())
+        return {};
+    return Collapse(split_all(std::move(items), 1), groups.size(), nodes_at).run();
+}
+
+} // namespace kanuka::hierarchy

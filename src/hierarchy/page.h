@@ -1,0 +1,75 @@
+// A page: a block of bytes, in memory that it owns or in a file that is mapped.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/large_pages.h"
+#include "base/vec.h"
+#include "hierarchy/format.h"
+
+namespace kanuka::hierarchy {
+
+// What traversal needs of a page. Whoever made or mapped the bytes keeps them, 64-byte aligned.
+class Page {
+  public:
+    Page() = default;
+    explicit Page(const std::byte* bytes) : m_bytes(reinterpret_cast<const uint8_t*>(bytes)) {}
+
+    const Header& header() const { return *reinterpret_cast<const Header*>(m_bytes); }
+    const uint8_t* bytes() const { return m_bytes; }
+    template <class T>
+    const T& at(Ref ref) const {
+        return *reinterpret_cast<const T*>(m_bytes + byte_of(ref));
+    }
+    Bounds3f bounds() const {
+        const Header& h = header();
+        return {{h.lower[0], h.lower[1], h.lower[2]}, {h.upper[0], h.upper[1], h.upper[2]}};
+    }
+    // The name of a leaf of a grid, or the face of triangle `i` of a leaf. What is damaged has the name 0.
+    uint32_t name(Ref leaf, int i = 0) const {
+        const Kind kind = kind_of(leaf);
+        const Section& s = header().section[uint32_t(kind) & 7];
+        const bool triangles = kind == Kind::Triangle32 || kind == Kind::TriangleFloat;
+        uint64_t n = (byte_of(leaf) - s.leaves) / (UnitsOf[uint32_t(kind)] * UnitBytes);
+        if (triangles)
+            n = n * LeafTriangles + unsigned(i);
+        return n < s.name_count ? reinterpret_cast<const uint32_t*>(m_bytes + s.names)[n] : 0;
+    }
+
+  private:
+    const uint8_t* m_bytes = nullptr;
+};
+
+class PageMemory {
+  public:
+    PageMemory() = default;
+    explicit PageMemory(size_t bytes) : m_lines((bytes + sizeof(Line) - 1) / sizeof(Line)) {}
+    std::byte* data() { return reinterpret_cast<std::byte*>(m_lines.data()); }
+    const std::byte* data() const { return reinterpret_cast<const std::byte*>(m_lines.data()); }
+    size_t size() const { return m_lines.size() * sizeof(Line); }
+    std::span<const std::byte> bytes() const { return {data(), size()}; }
+    Page page() const { return Page(data()); }
+
+  private:
+    struct alignas(64) Line {
+        std::byte bytes[64];
+    };
+    LargeVector<Line> m_lines;
+};
+
+uint64_t checksum_of(std::span<const std::byte> page);
+
+// Why a page is refused; empty = it may be traced. The checksum is compared, and whatever it says every
+// reference is followed once: with a page that passes, however it was made, traversal stays in bounds, and
+// comes to an end.
+std::string refusal_of(std::span<const std::byte> page);
+// The second part alone: for pages whose bytes are known to be whole.
+std::string structural_refusal_of(std::span<const std::byte> page);
+
+// The deepest that nodes may lie below the root, which bounds the stack of a ray.
+inline constexpr int DeepestNode = 24;
+inline constexpr int StackEntries = 7 * (DeepestNode + 1) + 1;
+
+} // namespace kanuka::hierarchy

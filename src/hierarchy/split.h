@@ -1,0 +1,81 @@
+// Splits runs of boxes in two by the surface area heuristic, over 16 bins an axis [Wald 2007, "On fast
+// construction of SAH-based bounding volume hierarchies"]. Sums run in a fixed order: what comes out depends
+// on the boxes alone.
+#pragma once
+
+#include <cfloat>
+#include <cstdint>
+#include <vector>
+
+#include "base/vec.h"
+
+namespace kanuka::hierarchy {
+
+// Four floats at once; the last is whatever lies beside a box in memory, and never looked at.
+typedef float Float4 __attribute__((vector_size(16)));
+inline Float4 lower(Float4 a, Float4 b) {
+    return a < b ? a : b;
+}
+inline Float4 upper(Float4 a, Float4 b) {
+    return a > b ? a : b;
+}
+
+struct Item {
+    Float4 lo, hi; // w of lo: unused
+    uint32_t index, unused[3] = {};
+
+    Item() = default;
+    Item(const Bounds3f& b, uint32_t index)
+        : lo{b.lo.x, b.lo.y, b.lo.z, 0}, hi{b.hi.x, b.hi.y, b.hi.z, 0}, index(index) {}
+    Float4 twice_centre() const { return lo + hi; }
+};
+
+struct Box4 {
+    Float4 lo{FLT_MAX, FLT_MAX, FLT_MAX, FLT_MAX}, hi{-FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX};
+
+    void extend(Float4 from, Float4 to) { lo = lower(lo, from), hi = upper(hi, to); }
+    void extend(const Item& i) { extend(i.lo, i.hi); }
+    void extend(const Box4& b) { extend(b.lo, b.hi); }
+    float half_area() const {
+        const Float4 d = hi - lo;
+        return d[0] < 0 ? 0 : d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
+    }
+    Bounds3f bounds() const { return {{lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}}; }
+};
+
+struct Run { // of items
+    uint32_t begin = 0, end = 0;
+    Box4 box, centres; // of the items; of their centres, doubled
+    int depth = 0;     // below the first run
+
+    uint32_t size() const { return end - begin; }
+    void measure(const Item* items);
+};
+
+// From this depth on runs are halved, whatever that costs: so trees have an end, with any boxes.
+inline constexpr int HalvedFrom = 40;
+
+struct TwoRuns {
+    Run left, right;
+};
+// Orders the items of a run anew, those of the left one first. At least two items. A leaf that holds `leaf`
+// items costs as much where it holds fewer.
+TwoRuns split(Item* items, const Run& run, uint32_t leaf);
+
+// Cuts all items into runs of at most `most`, in parallel. `stop` = 1: the runs are the leaves of a tree
+// whose inner nodes are the splits.
+struct SplitTree {
+    struct Branch {
+        uint32_t begin, end;           // items
+        int32_t left = -1, right = -1; // branches; -1 = a leaf
+        uint32_t leaves = 1;           // below
+        int32_t height = 0;            // of the branches below
+        Bounds3f box;
+        float half_area = 0;
+    };
+    std::vector<Branch> branches; // the first is the root; left and right come after their parent
+    std::vector<Item> items;      // in order of the leaves
+};
+SplitTree split_all(std::vector<Item> items, uint32_t most);
+
+} // namespace kanuka::hierarchy

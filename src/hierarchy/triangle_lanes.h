@@ -1,0 +1,71 @@
+// Leaves of up to eight triangles against one ray: all at once, whatever number of lanes grids have.
+#pragma once
+
+#include "hierarchy/leaf_lanes.h"
+
+namespace kanuka::hierarchy {
+
+// Corners less the ray's origin, rounded once, as those of grids are: along an axis, of one corner of all.
+class TriangleReader32 {
+  public:
+    explicit TriangleReader32(const Triangle32& leaf)
+        : m_leaf(leaf), m_fields(field_table[uint8_t(leaf.frame[0])]),
+          m_unit(std::bit_cast<float>(uint32_t(leaf.frame[1] & 255) << 23)) {}
+    uint32_t count() const { return uint32_t(m_leaf.frame[2]) & 15; }
+    Float<8> operator()(int axis, int corner, float o) const {
+        const Int<8> raw = Int<8>::load(reinterpret_cast<const int32_t*>(m_leaf.corner[corner]));
+        const Float<8> field = Float<8>(raw & Int<8>(m_fields.mask[axis]));
+        const Float<8> steps =
+            fma(field, Float<8>(m_fields.scale[axis]), Float<8>(float(m_leaf.frame[axis] >> 8)));
+        return fma(steps, Float<8>(m_unit), Float<8>(-o));
+    }
+
+  private:
+    const Triangle32& m_leaf;
+    const Fields& m_fields;
+    float m_unit;
+};
+
+class TriangleReaderFloat {
+  public:
+    explicit TriangleReaderFloat(const TriangleFloat& leaf) : m_leaf(leaf) {}
+    uint32_t count() const { return m_leaf.count & 15; }
+    Float<8> operator()(int axis, int corner, float o) const {
+        return Float<8>::load(m_leaf.coordinate[axis][corner]) - Float<8>(o);
+    }
+
+  private:
+    const TriangleFloat& m_leaf;
+};
+
+template <class Reader, class Found>
+bool trace_triangle_leaf(const Reader& reader, const TracedRay& ray, Found&& found) {
+    Seen<8> seen[3];
+    Float<8> z[3];
+    for (int c = 0; c < 3; c++) {
+        const auto read = [&](int k) { return reader(ray.axis[k], c, ray.o[ray.axis[k]]); };
+        z[c] = read(2);
+        seen[c].x = fma(z[c], Float<8>(ray.minus_slope[0]), read(0));
+        seen[c].y = fma(z[c], Float<8>(ray.minus_slope[1]), read(1));
+    }
+    const Float<8> weight[3] = {edge(seen[1], seen[2]), edge(seen[2], seen[0]), edge(seen[0], seen[1])};
+    const uint32_t present = (1u << reader.count()) - 1;
+    const uint32_t inside = through(weight[0], weight[1], weight[2]) & present & 255;
+    if (inside == 0)
+        return false;
+    const Depths<8> depths(ray, inside, seen, weight, z);
+    if (depths.hit == 0)
+        return false;
+    alignas(32) float t[8], u[8], v[8], sum[8];
+    depths.t.store(t), depths.sum.store(sum), weight[1].store(u), weight[2].store(v);
+    for (uint32_t m = depths.hit; m != 0; m &= m - 1) {
+        const int i = __builtin_ctz(m);
+        const bool flat = sum[i] == 0;
+        if (t[i] <= ray.t_max &&
+            found(uint32_t(i), t[i], flat ? 1.0f / 3.0f : u[i] / sum[i], flat ? 1.0f / 3.0f : v[i] / sum[i]))
+            return true;
+    }
+    return false;
+}
+
+} // namespace kanuka::hierarchy
