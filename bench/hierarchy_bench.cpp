@@ -423,8 +423,10 @@ int main(int argc, char** argv) {
 
     std::vector<Tracer> tracers;
     add_ours(tracers, "pages, 8 lanes", page, closest_w8, occluded_w8);
+#ifdef KANUKA_HIERARCHY_AVX512
     if (has_avx512())
         add_ours(tracers, "pages, AVX-512", page, closest_avx512, occluded_avx512);
+#endif
     Embree e;
     const Vertices vertices(s, lattice);
     std::vector<Peer> peers;

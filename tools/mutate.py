@@ -10,7 +10,7 @@ All mutants of a folder are compiled into one build and switched on one at a tim
 this trade: a sign, a dropped term, a factor of two, a constant doubled, a loop that ends one early, a condition the
 other way round, a root or a bound that is missing. Results are kept in build/mutants/results.json after every mutant;
 a run that was stopped goes on from there. Survivors that are known to change no result stand in tools/mutants.json,
-each with its reason.
+each with its reason; those without one wait for a test.
 """
 
 from __future__ import annotations
