@@ -102,7 +102,7 @@ std::string structural_refusal_of(std::span<const std::byte> page) {
 }
 
 std::string refusal_of(std::span<const std::byte> page) {
-    const std::string refused = refused_header(page);
+    std::string refused = refused_header(page);
     if (!refused.empty())
         return refused;
     if (checksum_of(page) != Page(page.data()).header().checksum)

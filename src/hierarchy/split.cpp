@@ -15,6 +15,12 @@ constexpr uint32_t OneTask = 4096;
 // So few items are sorted, and all ways to split them are looked at that fill leaves.
 constexpr uint32_t Sorted = 128;
 
+// That so many items fill, the last one in part; as the heuristic wants it.
+float leaves_of(uint32_t items, uint32_t leaf) {
+    const uint32_t leaves = (items + leaf - 1) / leaf;
+    return float(leaves);
+}
+
 class Binning {
   public:
     Binning(const Item* items, const Run& run) : m_first(run.centres.lo) {
@@ -65,7 +71,7 @@ class Binning {
             count += b.count;
         }
         float cost(uint32_t leaf) const {
-            return count == 0 ? FLT_MAX : box.half_area() * float((count + leaf - 1) / leaf);
+            return count == 0 ? FLT_MAX : box.half_area() * leaves_of(count, leaf);
         }
     };
     static int bin(float at) { return std::clamp(int(at), 0, Bins - 1); }
@@ -101,8 +107,7 @@ uint32_t swept(Item* items, const Run& run, uint32_t leaf) {
             box.extend(items[run.begin + i - 1]);
             if (i % leaf != 0 && (n - i) % leaf != 0)
                 continue;
-            const float cost =
-                box.half_area() * float((i + leaf - 1) / leaf) + right[i] * float((n - i + leaf - 1) / leaf);
+            const float cost = box.half_area() * leaves_of(i, leaf) + right[i] * leaves_of(n - i, leaf);
             if (cost < best)
                 best = cost, axis = a, at = i;
         }
