@@ -174,7 +174,7 @@ TEST(Meshes, LeaveOutFacesThatAreNowhere) {
     EXPECT_EQ(corners_of(b.page(), h.leaf, h.primitive).normal(), Vec3f(0, 0, 1));
 }
 
-TEST(Meshes, TakeTwentyBytesATriangle) {
+TEST(Meshes, TakeFewBytesATriangle) {
     const Built b({globe(300, 200, 1, {0, 0, 0}, 0.1f)});
     const double bytes = double(b.memory.size()) / double(b.meshes[0].corners.size() / 3);
     EXPECT_LT(bytes, 22);
