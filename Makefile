@@ -8,7 +8,9 @@ JOBS ?= $(shell nproc)
 PY := .venv/bin/python
 KANUKA := .venv/bin/kanuka
 SCENE ?= scenes/showcase.rib
-CONFIGURE := cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release
+# Sources are compiled eight at a time, the quickest from nothing. UNITY=OFF: one by one, for who changes few of them often.
+UNITY ?= ON
+CONFIGURE := cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release -DKANUKA_UNITY=$(UNITY)
 EMPTY :=
 export NINJA_STATUS ?= [step %f of %t, %e s] $(EMPTY)
 PICTURE := out/$(basename $(notdir $(SCENE))).exr

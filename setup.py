@@ -39,6 +39,7 @@ class BuildNative(build_ext):
         settings = {
             "CMAKE_BUILD_TYPE": "Release",
             "KANUKA_TESTS": "OFF",
+            "KANUKA_UNITY": "ON",
             "KANUKA_PACKAGE": BUILD / "package",
             "KANUKA_SHADERS_FOLDER": "",
             "Python_EXECUTABLE": sys.executable,

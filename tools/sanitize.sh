@@ -10,12 +10,12 @@ jobs=${2:-$(nproc)}
 # OpenImageIO deletes its texture system by a base class without a virtual destructor: harmless, and not ours.
 export ASAN_OPTIONS=detect_leaks=0:new_delete_type_mismatch=0:quarantine_size_mb=64 UBSAN_OPTIONS=print_stacktrace=1
 
-folders=(base scene ingest store geom dice film)
+folders=(base scene ingest store hierarchy geom dice film)
 # Kinds of input, and cases: one or two minutes each on one core.
 kinds=(scenes:400 shaders:60 slo:400 cache:15 textures:150 pages:3000 found:100 python:60)
 
 [[ -f $build/build.ninja ]] ||
-    cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DKANUKA_SANITIZE=address,undefined
+    cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DKANUKA_UNITY=ON -DKANUKA_SANITIZE=address,undefined
 targets=(kanuka_render_fuzz kanuka_native)
 for folder in "${folders[@]}"; do
     targets+=("kanuka_${folder}_test")

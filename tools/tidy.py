@@ -37,17 +37,25 @@ def flags_of(command: str) -> Flags:
     return tuple(word for i, word in enumerate(words) if i not in after and not DROPPED.fullmatch(word))
 
 
+def compiled(entry: dict[str, str]) -> list[Path]:
+    """The sources of a command: one, or those that CMake united (KANUKA_UNITY)."""
+    path = Path(entry["file"])
+    if not re.fullmatch(r"unity_\d+_cxx\.cxx", path.name):
+        return [path]
+    return [Path(name) for name in re.findall(r'#include "(.+)"', path.read_text())]
+
+
 def sources(build: Path, folders: list[str]) -> dict[tuple[str, Flags], list[Path]]:
     """By folder and flags."""
     listed = subprocess.run(["git", "ls-files", "src/*.cpp"], cwd=ROOT, capture_output=True, text=True, check=True)
     ours = {ROOT / line for line in listed.stdout.split() if not line.endswith("_test.cpp")}
     found = defaultdict(list)
     for entry in json.loads((build / "compile_commands.json").read_text()):
-        path = Path(entry["file"])
-        folder = path.relative_to(ROOT).parts[1] if path in ours else ""
-        if folder and (not folders or folder in folders):
-            ours.remove(path)
-            found[folder, flags_of(entry["command"])].append(path)
+        for path in compiled(entry):
+            folder = path.relative_to(ROOT).parts[1] if path in ours else ""
+            if folder and (not folders or folder in folders):
+                ours.remove(path)
+                found[folder, flags_of(entry["command"])].append(path)
     if not folders and ours:
         sys.exit(f"{build}: no command for {', '.join(str(path.relative_to(ROOT)) for path in sorted(ours))}")
     return found

@@ -15,7 +15,7 @@ using namespace ast;
 
 // Directions of a projected loop: 16 rings of equal solid angle, two opposite ones on each. The sum over a
 // hemisphere of any function linear in L is exact, so that N . L is diffuse() itself.
-static constexpr int Directions = 32;
+static constexpr int LoopDirections = 32;
 
 // The position: categories come before it.
 size_t LightLoopLowerer::first_argument(const Stmt* s) {
@@ -186,7 +186,7 @@ void LightLoopLowerer::project(const Stmt* s, Loc reason) {
         const Ref angle = op(Op::Min, op(Op::Max, cone.angle, f(0.01f)), f(3.14159265f));
         low = m_b.emit(Op::Math1, Ty::Float, {angle}, at, int(Fn::Cos));
     }
-    const Ref weight = op(Op::Mul, op(Op::Sub, f(1), low), f(2.0f / float(Directions)));
+    const Ref weight = op(Op::Mul, op(Op::Sub, f(1), low), f(2.0f / float(LoopDirections)));
     // ---- Cl: one in each direction while the loop runs; afterwards the sum stands for the integral
     const int reference = reference_value("Cl", at);
     m_b.store(reference, f(1), at);
@@ -197,14 +197,14 @@ void LightLoopLowerer::project(const Stmt* s, Loc reason) {
     const LightState outer = m_state.light;
     m_state.light.depth = 0;
     const auto choose = [&](Ref now) {
-        constexpr int half = Directions / 2;
+        constexpr int half = LoopDirections / 2;
         m_state.light.sample =
             functions().source_call("__light_direction", {cone.axis, low, now, f(float(half))}, at);
         m_b.store(color, light, at);
         set_direction(m_state.light.sample, at);
     };
     statements().repeat(
-        "direction", f(float(Directions)), at, choose, [&] { statements().statement(s->body); }, light);
+        "direction", f(float(LoopDirections)), at, choose, [&] { statements().statement(s->body); }, light);
     m_b.store(reference, weight, at);
     m_state.light = outer;
     m_state.bindings[m_sema.global("Cl")] = hidden;
