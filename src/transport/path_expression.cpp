@@ -123,7 +123,7 @@ class Builder {
   public:
     Builder(const Positions& positions, size_t classes) : m_positions(positions), m_classes(classes) {}
     PathAutomaton build() {
-        const Places camera = among(m_positions.all().first, bit(PathStep::Camera));
+        const Places camera = among(m_positions.all().first, Symbols(kind_of(PathStep::Camera)));
         state_of(camera);
         for (size_t k = 0; k < m_sets.size(); k++) { // grows meanwhile
             const Places next = followers(m_sets[k]);
