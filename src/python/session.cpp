@@ -6,6 +6,7 @@
 #include "python/keywords.h"
 #include "python/parameters.h"
 #include "python/supervisor.h"
+#include "render/aovs.h"
 #include "render/session.h"
 
 namespace kanuka::python {
