@@ -111,7 +111,7 @@ AttributeEnd
 %s
 WorldEnd
 """
-PANEL = 'Translate %g 1 3 Rotate 90 1 0 0 Patch "bilinear" "P" [-0.5 0.5 0  0.5 0.5 0  -0.5 -0.5 0  0.5 -0.5 0]'
+PANEL = 'Translate %g 1 3 Rotate -90 1 0 0 Patch "bilinear" "P" [-0.5 0.5 0  0.5 0.5 0  -0.5 -0.5 0  0.5 -0.5 0]'
 LIGHTS = {
     "AreaLightSource": 'AreaLightSource "arealight" "lamp" "intensity" [5] "string group" ["warm key"]',
     "PxrMeshLight": 'Light "PxrMeshLight" "lamp" "float intensity" [5] "string lightGroup" ["key"]',
