@@ -139,6 +139,19 @@ def test_area_lights_are_lights(light: str, instanced: bool, tmp_path: Path) -> 
     assert not none.any()
 
 
+def test_area_lights_of_parts_that_are_read_late(tmp_path: Path) -> None:
+    (tmp_path / "panels.rib").write_text(f"AttributeBegin {LIGHTS['AreaLightSource']} {PANEL % -1} AttributeEnd\n")
+    late = 'Procedural "DelayedReadArchive" ["panels.rib"] [-3 3 0.5 1.5 2 4]\n'
+    path = tmp_path / "room.rib"
+    path.write_text(ROOM % f'{late}AttributeBegin Surface "emitter" {PANEL % 1} AttributeEnd')
+    names = ["lpe:C.*L", "lpe:C.*O", "lpe:C.*<L.'lamp'>"]
+    for on_demand in (False, True):
+        picture = kanuka.render(kanuka.load(path, on_demand=on_demand), progressions=8, aovs=names)
+        lights, shines, by_handle = (picture[name].astype(np.float64) for name in names)
+        assert np.abs(lights + shines - picture["rgb"]).max() < 1e-5 * picture["rgb"].max()
+        assert lights.mean() > 0.01 and shines.mean() > 0.01 and np.array_equal(lights, by_handle)
+
+
 def test_area_lights_of_python_go_by_their_names() -> None:
     points = np.array([[-1, 1, 3], [1, 1, 3], [1, 1, 5], [-1, 1, 5]], np.float32)
     scene = kanuka.Scene()

@@ -385,4 +385,24 @@ TEST(PathExpression, VolumesAreEvents) {
         EXPECT_GT(mean_of(layer).y, 1e-4f);
 }
 
+TEST(PathExpression, AreaLightsInFogAreLights) {
+    for (const bool declared : {true, false}) {
+        TestScene s;
+        const int fog = s.store.add_interior(medium(Rgb(0.05f), Rgb(0.3f, 0.4f, 0.5f), 0.3f));
+        add_box(s, {0, 0, 0}, 10, {}, fog);
+        const int lamp = declared ? Key : Nobody;
+        add_shining(s, {lamp, lamp});
+        s.inputs.lights = {point_at(0.3, 1, 3, Rgb(1), "rim")};
+        ask(s, {"C.*<L.'key'>", "C.*O", "C.*<L.'rim'>", "CV+<L.'key'>", "CV+O"});
+        s.finish();
+        const Layers all = render_layers(s, 16, 8);
+        const size_t has = declared ? 0 : 1;
+        expect_whole(all, {has, 2}, "what shines, and the lamp");
+        for (const size_t part : {0u, 3u}) {
+            EXPECT_GT(mean_of(all.of[part + has]).y, 1e-4f);
+            expect_nothing(all.of[part + 1 - has], "the other letter");
+        }
+    }
+}
+
 } // namespace kanuka::transport
