@@ -81,6 +81,7 @@ CALLS: dict[str, tuple[Callable, dict[str, object]]] = {
     "Spectrum.rgb": (lambda **given: kanuka.Spectrum("D65").rgb(**given), {}),
     "Spectrum.xyz": (lambda **given: kanuka.Spectrum("D65").xyz(**given), {}),
     "check_integrator": (kanuka.check_integrator, {"text": "path"}),
+    "check_layer": (kanuka.check_layer, {"text": "lpe:CL"}),
     "compare": (kanuka.compare, {"a": picture(), "b": picture()}),
     "compile_shader": (kanuka.compile_shader, {"path": "plain.sl", "source": SHADER}),
     "convert_rib": (kanuka.convert_rib, {"source": "a.rib", "target": "b.rib"}),

@@ -6,6 +6,7 @@
 #include "python/keywords.h"
 #include "python/parameters.h"
 #include "python/supervisor.h"
+#include "render/aovs.h"
 #include "render/session.h"
 
 namespace kanuka::python {
@@ -32,6 +33,19 @@ void over(Request& r, nb::handle value, const char* name) {
 }
 
 using O = render::Overrides;
+
+void check_layer(const std::string& text, const std::string& name) {
+    try {
+        render::check_layer(text);
+    } catch (const Error& error) {
+        throw nb::value_error((name + ": " + error.what()).c_str());
+    }
+}
+void over_aovs(Request& r, nb::handle value, const char* name) {
+    over<&O::aovs>(r, value, name);
+    for (const std::string& text : r.overrides.aovs)
+        check_layer(text, name);
+}
 // Of an option, over the scene's; None leaves that.
 void over_option(Request& r, nb::handle value, const char* name) {
     const scene::OptionParameter* row =
@@ -50,7 +64,7 @@ constexpr Keyword<Request> OwnKeywords[] = {
     {"aovs", "Sequence[str]", "()", "",
      "layers beside those that the scene's displays name: output parameters of surface shaders, variables of "
      "objects (Pref is the reference position), and light path expressions as \"lpe:C<RD>L\"",
-     over<&O::aovs>},
+     over_aovs},
     {"lanes", "int", "0", "1, 8 or 16", "SIMD lanes; 0 = the widest. The picture is the same",
      over<&O::lanes>},
     {"progress", "Callable[[str, float], object] | None", "None", "",
@@ -296,6 +310,13 @@ void bind_session(nb::module_& m) {
             "def __init__(self, scene: Scene, *, keep_pages: bool = True" + arguments + ") -> None",
         sig_of_update = "def update(self, *" + arguments + ") -> None";
     define(m, "render", &render, nb::arg("scene"), nb::arg("keywords"), nb::sig(sig.c_str()), about.c_str());
+
+    define(
+        m, "check_layer", [](const std::string& text) { check_layer(text, "text"); }, nb::arg("text"),
+        "Raises ValueError if `text` is a light path expression that cannot be read, with the column, what "
+        "is "
+        "there\nand what was expected. Whether a scene has a layer of another name is seen when it is "
+        "rendered.");
 
     nb::class_<Session> session(m, "Session",
                                 "A picture that is made step by step: it can be looked at on the way, "

@@ -9,21 +9,29 @@ namespace kanuka::render {
 
 namespace {
 constexpr std::string_view SampleCount = "sample_count";
+
+void check_expression(std::string_view text) {
+    try {
+        transport::compile_path_expression(text, {});
+    } catch (const Error& error) {
+        throw Error("the light path expression cannot be read: " + std::string(error.what()), error.code());
+    }
 }
+} // namespace
 
 void Aovs::ask(const std::vector<scene::Display>& displays, const std::vector<std::string>& more) {
-    const auto add_all = [&](std::string_view mode) {
+    const auto add_all = [&](std::string_view mode, const Location* display) {
         for (const std::string& name : scene::layers_of_mode(mode))
             if (!scene::is_standard_layer(name))
-                add(name);
+                add(name, display);
     };
     for (const scene::Display& d : displays)
-        add_all(d.mode);
+        add_all(d.mode, &d.where);
     for (const std::string& name : more)
-        add_all(name);
+        add_all(name, nullptr);
 }
 
-void Aovs::add(const std::string& name) {
+void Aovs::add(const std::string& name, const Location* display) {
     if (name == SampleCount) {
         m_sample_count = true;
         return;
@@ -35,12 +43,20 @@ void Aovs::add(const std::string& name) {
         return;
     if (expression)
         try {
-            transport::compile_path_expression(text, {});
+            check_expression(text);
         } catch (const Error& error) {
-            m_faults.emplace_back(error.what());
+            if (!display)
+                throw;
+            m_faults.push_back({*display, error.what()});
             return;
         }
     list.push_back(text);
+}
+
+void check_layer(const std::string& mode) {
+    for (const std::string& name : scene::layers_of_mode(mode))
+        if (name.starts_with(scene::ExpressionPrefix))
+            check_expression(std::string_view(name).substr(scene::ExpressionPrefix.size()));
 }
 
 void Aovs::find(const std::vector<grid::LayeringProgram>& programs, const std::string& scene_file,
@@ -57,8 +73,8 @@ void Aovs::find(const std::vector<grid::LayeringProgram>& programs, const std::s
                                 "\", and no primitive a variable of that name: the picture has no "
                                 "such layer. Layers that are always there: rgb, alpha, albedo, N, "
                                 "Z, P, id; and if asked for, Pref");
-    for (const std::string& fault : m_faults)
-        journal.warning({scene_file}, "a light path expression cannot be read: " + fault);
+    for (const Fault& fault : m_faults)
+        journal.warning(fault.where.file.empty() ? Location{scene_file} : fault.where, fault.what);
 }
 
 std::vector<bool> Aovs::is_color() const {

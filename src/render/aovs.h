@@ -15,7 +15,8 @@ namespace kanuka::render {
 class Aovs {
   public:
     // A display's mode names one or several, as "foo", "varying color foo", "foo,bar" or "lpe:C<RD>L"; the
-    // layers that every picture has are not asked for again.
+    // layers that every picture has are not asked for again. An expression that cannot be read is reported
+    // by find() where its Display stands; among `more` it is an Error.
     void ask(const std::vector<scene::Display>& displays, const std::vector<std::string>& more);
     const std::vector<std::string>& names() const { return m_names; } // of output variables
     // Light path expressions that can be read; without "lpe:".
@@ -44,12 +45,19 @@ class Aovs {
         int components = 0; // 0 = nothing has it
         bool color = false;
     };
-    void add(const std::string& name);
+    void add(const std::string& name, const Location* display);
 
     std::vector<std::string> m_names, m_expressions;
-    std::vector<std::string> m_faults; // of expressions
-    bool m_sample_count = false;       // a layer of its own
-    std::vector<Kind> m_kinds;         // parallel to the names
+    struct Fault { // of an expression
+        Location where;
+        std::string what;
+    };
+    std::vector<Fault> m_faults;
+    bool m_sample_count = false; // a layer of its own
+    std::vector<Kind> m_kinds;   // parallel to the names
 };
+
+// What is wrong with a layer that a caller asks for, as far as its name tells: Error of ExitCode::Usage.
+void check_layer(const std::string& name);
 
 } // namespace kanuka::render

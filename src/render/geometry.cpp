@@ -139,7 +139,8 @@ class GeometryBuilder {
             m_key(primitive.motion->places);
         if (m_request.pages)
             m_key(p.key, p.offset, primitive.id, program.key(), bounded, lights, links.lit_sets,
-                  links.shone_sets, links.lets_through, links.seen, links.level_from, links.level_to);
+                  links.shone_sets, links.lets_through, links.seen, links.level_from, links.level_to,
+                  links.area_light);
         if (!p.path.empty() || bounded != shapes.solid)
             close_run(shapes);
         shapes.solid = bounded;

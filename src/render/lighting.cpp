@@ -42,7 +42,12 @@ void Lighting::build() {
 
 Digest Lighting::key() const {
     const transport::LatLong& map = m_inputs.map;
-    return digest_of(m_inputs.lights, map.width, map.height, map.rgb);
+    Digester of;
+    of(m_inputs.lights, map.width, map.height, map.rgb);
+    if (!m_inputs.expressions.empty()) // which alone know their names
+        for (const transport::LightLabel& label : m_inputs.area_lights)
+            of(label.name, label.group);
+    return of.digest();
 }
 
 void Lighting::gather_lights() {
@@ -86,6 +91,7 @@ void Lighting::refresh() {
     const Geometry& geometry = m_world.geometry();
     m_inputs.aov_is_color = m_job.aovs.is_color();
     m_inputs.expressions = m_job.aovs.expressions();
+    m_inputs.area_lights = m_world.linking().area_lights();
     m_inputs.store = &geometry.store;
     m_inputs.bvh = &m_world.bvh();
     m_inputs.groups = geometry.groups;

@@ -109,8 +109,19 @@ void Linking::add_primitives(const std::vector<scene::Primitive>& primitives, Jo
         }
         links.lets_through = passes(*a, p.where, journal);
         see(*a, links);
+        if (a->area_light)
+            links.area_light = number_area_light(*a);
         m_links[a] = links;
     }
+}
+
+int32_t Linking::number_area_light(const scene::Attributes& a) {
+    transport::LightLabel label{area_light_name(a), area_light_group(a)};
+    const auto [at, added] =
+        m_area_light_numbers.try_emplace({label.name, label.group}, int32_t(m_area_lights.size()) + 1);
+    if (added)
+        m_area_lights.push_back(std::move(label));
+    return at->second;
 }
 
 void Linking::see(const scene::Attributes& a, store::Links& links) {

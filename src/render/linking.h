@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "scene/scene.h"
 #include "store/store.h"
+#include "transport/path_expression.h"
 
 namespace kanuka::render {
 
@@ -20,7 +21,9 @@ class Linking {
     Linking(const scene::Scene& scene, Journal& journal);
     store::Links of(const scene::Attributes* attributes) const;
     void apply(std::vector<scene::Light>& lights) const;
-    // A part that is read later: its receivers; lights in it have no names.
+    // By store::Links::area_light - 1. Those of parts as well.
+    const std::vector<transport::LightLabel>& area_lights() const { return m_area_lights; }
+    // A part that is read later: its receivers and area lights. No links name lights in it.
     void add(const scene::Scene& part, Journal& journal);
 
   private:
@@ -34,12 +37,15 @@ class Linking {
     // Indices of m_names.
     std::vector<int> off(const scene::Attributes& attributes);
     static void see(const scene::Attributes& attributes, store::Links& links);
+    int32_t number_area_light(const scene::Attributes& attributes);
     int32_t passes(const scene::Attributes& attributes, const Location& where, Journal& journal);
 
     std::vector<Name> m_names;
     std::map<std::string, int> m_index;
     std::map<std::vector<int>, int32_t> m_sets; // to the bit of the set
     std::map<const scene::Attributes*, store::Links> m_links;
+    std::vector<transport::LightLabel> m_area_lights;
+    std::map<std::pair<std::string, std::string>, int32_t> m_area_light_numbers; // by name and group
     int m_passes = 0;
     bool m_shadowless = false; // something casts no shadows at all
     // Of the last set of lights that were on: most primitives share one.

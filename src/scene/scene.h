@@ -312,6 +312,7 @@ struct Camera {
 struct Display {
     std::string file, driver, mode; // mode: rgb, rgba, z, or an AOV's name
     ValueList parameters;
+    Location where;
 };
 
 // Colour of the whole scene and picture; names as docs/color.md has them.

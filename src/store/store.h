@@ -138,6 +138,8 @@ struct Links {
     // A level of detail in transition is there for paths whose number (RayPacket::level) lies between.
     float level_from = 0, level_to = 1;
     bool fades() const { return level_from > 0 || level_to < 1; }
+    // Which of the declared area lights it is, from 1 on; 0 = none, and what it shines with is its own.
+    int32_t area_light = 0;
     bool operator==(const Links&) const = default;
 };
 

@@ -11,7 +11,7 @@ template <int W>
 struct Contribution {
     Int<W> path;
     Spectrum<W> radiance;           // weighted: see docs/transport.md
-    Int<W> light{LightId::Surface}; // of LightsView::analytic, or a LightId
+    Int<W> light{LightId::Surface}; // of LightsView::analytic, or a LightId; of_emitter()
     bool shown_diffusely = false;   // a surface shows it as if it reflected it diffusely, and nothing else
     int ray = -1;                   // the shadow ray of the first lane; -1 = none brought it
 };

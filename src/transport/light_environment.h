@@ -77,7 +77,7 @@ struct LightSample {
     Float<W> pdf_solid_angle; // the choice included; delta: the choice alone
     Mask<W> delta, valid;
     Int<W> passes; // shadow linking: AnalyticLight::passes
-    Int<W> light;  // place in LightsView::analytic, or a LightId
+    Int<W> light;  // place in LightsView::analytic, or a LightId; of_emitter()
 };
 
 // ---- environment

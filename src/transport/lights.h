@@ -132,6 +132,7 @@ void sample_emitters(const SceneView& scene, const Vec3<Float<W>>& P, Int<W> emi
         bsdf::select(m, emission_spectrum(scene, e.c0, e.c1, e.c2, e.scale, l) * falloff, s.radiance);
     s.pdf_solid_angle = select(m, density * d2 / max(facing, F(1e-6f)), s.pdf_solid_angle);
     s.valid &= (ok & (falloff > F(0.0f))) | !m;
+    s.light = select(m, LightId::of_emitter(emitter), s.light);
 }
 
 // Lights of one shape, a lane each.
@@ -233,7 +234,7 @@ LightSample<W> sample_light(const SceneView& scene, const LightChooser<W>& choos
     s.delta = Mask<W>(false);
     s.valid = active;
     s.passes = I(0);
-    s.light = I(-1);
+    s.light = I(LightId::Surface);
     const I choice = chooser.choose(u_choice, sample);
     I analytic(-1);
     F chance(0.0f);

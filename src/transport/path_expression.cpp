@@ -1,247 +1,110 @@
 #include "transport/path_expression.h"
 
 #include <algorithm>
-#include <charconv>
 #include <map>
 
 #include "base/error.h"
+#include "transport/path_expression_syntax.h"
 
 namespace kanuka::transport {
 
 namespace {
 
 constexpr int Steps = int(PathStep::Count);
-constexpr size_t MostClasses = size_t(64 - Steps), MostPlaces = 64;
+constexpr size_t MostClasses = size_t(64 - Steps);
 
 // Symbols: the steps, then classes of lights. Sets of them are bits.
 using Symbols = uint64_t;
 
-constexpr Symbols bit(PathStep step) {
-    return Symbols(1) << int(step);
+constexpr Symbols StepSymbols = (Symbols(1) << Steps) - 1, Object = Symbols(1) << Steps, // class 0
+    Lights = ~(Object | StepSymbols);
+static_assert(kind_of(PathStep::Camera) == 1 && ObjectKind == Object); // kinds are symbols, but for lights
+
+Symbols symbols_of(const EventSet::Part& part, std::span<const LightNames> classes) {
+    const Symbols of_kinds =
+        (part.kinds & (ObjectKind | (ObjectKind - 1))) | (part.kinds & LightKind ? Lights : 0);
+    if (!part.name)
+        return of_kinds;
+    Symbols named = 0;
+    for (size_t c = 0; c < classes.size(); c++)
+        if (std::ranges::find(classes[c], *part.name) != classes[c].end())
+            named |= Symbols(1) << (size_t(Steps) + c);
+    return of_kinds & named;
 }
-constexpr Symbols Reflections =
-    bit(PathStep::ReflectDiffuse) | bit(PathStep::ReflectGlossy) | bit(PathStep::ReflectSingular);
-constexpr Symbols Transmissions =
-    bit(PathStep::TransmitDiffuse) | bit(PathStep::TransmitGlossy) | bit(PathStep::TransmitSingular);
-constexpr Symbols Diffuse = bit(PathStep::ReflectDiffuse) | bit(PathStep::TransmitDiffuse);
-constexpr Symbols Glossy = bit(PathStep::ReflectGlossy) | bit(PathStep::TransmitGlossy);
-constexpr Symbols Singular = bit(PathStep::ReflectSingular) | bit(PathStep::TransmitSingular);
-constexpr Symbols Object = Symbols(1) << Steps; // class 0
-constexpr Symbols Lights = ~(Object | (Object - 1));
+
+Symbols symbols_of(const EventSet& events, std::span<const LightNames> classes) {
+    Symbols all = 0;
+    for (const EventSet::Part& part : events.parts)
+        all |= symbols_of(part, classes);
+    return events.complement ? ~all : all;
+}
 
 // Glushkov 1961, The Abstract Theory of Automata: each letter of the expression is a place, and the automaton
 // is in the places that it may have read last. Bit 63 of no set is used; place 0 is before the first letter.
 using Places = uint64_t;
+constexpr int MostPlaces = 64;
+static_assert(MostPlacesOfExpression < MostPlaces - 1);
 
-class Parser {
+class Positions {
   public:
-    Parser(std::string_view text, std::span<const LightNames> classes) : m_text(text), m_classes(classes) {}
-
     struct Part {
         bool empty; // it may be
         Places first, last;
     };
-    Part parse() {
-        const Part all = alternatives();
-        if (m_at < m_text.size())
-            fail("the end, or another event");
-        return all;
-    }
+    Positions(const PathSyntax& syntax, std::span<const LightNames> classes)
+        : m_classes(classes), m_all(part_of(syntax)) {}
+
+    const Part& all() const { return m_all; }
+    int count() const { return int(m_follow.size()); }
     Places follow(int place) const { return m_follow[size_t(place)]; }
     Symbols letter(int place) const { return m_letters[size_t(place)]; }
-    const std::vector<std::string>& names() const { return m_names; }
 
   private:
-    [[noreturn]] void fail(const std::string& expected) const {
-        const std::string found =
-            m_at < m_text.size() ? "'" + std::string(1, m_text[m_at]) + "'" : std::string("the end");
-        throw Error("\"" + std::string(m_text) + "\": at character " + std::to_string(m_at + 1) +
-                        " there is " + found + ", expected " + expected,
-                    ExitCode::Usage);
-    }
-    bool take(char c) {
-        if (m_at >= m_text.size() || m_text[m_at] != c)
-            return false;
-        m_at++;
-        return true;
-    }
-    void need(char c) {
-        if (!take(c))
-            fail(std::string("'") + c + "'");
-    }
-
-    // ---- the grammar
-    Part alternatives() {
-        if (++m_depth > 100)
-            fail("fewer parentheses");
-        Part all = sequence();
-        while (take('|')) {
-            const Part other = sequence();
-            all = {all.empty || other.empty, all.first | other.first, all.last | other.last};
+    Part part_of(const PathSyntax& syntax) {
+        if (syntax.places == 0) // nothing, however often
+            return {true, 0, 0};
+        switch (syntax.kind) {
+        case PathSyntax::Kind::Events: {
+            const Places here = Places(1) << m_letters.size();
+            m_letters.push_back(symbols_of(syntax.events, m_classes));
+            m_follow.push_back(0);
+            return {false, here, here};
         }
-        m_depth--;
-        return all;
-    }
-    Part sequence() {
-        Part all{true, 0, 0};
-        while (m_at < m_text.size() && m_text[m_at] != '|' && m_text[m_at] != ')')
-            all = joined(all, repeated());
-        return all;
-    }
-    Part repeated() {
-        const size_t begin = m_at;
-        Part part = atom();
-        for (;;) {
-            if (take('*'))
-                part = {true, loop(part).first, part.last};
-            else if (take('+'))
-                part = loop(part);
-            else if (take('?'))
-                part.empty = true;
-            else if (take('{'))
-                part = counted(begin, part);
-            else
-                return part;
-        }
-    }
-    // {n}, {n,}, {n,m}: what stands from `begin` to the brace is read again as often.
-    Part counted(size_t begin, const Part& once) {
-        const size_t brace = m_at - 1;
-        const int least = number();
-        int most = least;
-        bool endless = false;
-        if (take(',')) {
-            endless = m_at < m_text.size() && m_text[m_at] == '}';
-            most = endless ? least : number();
-        }
-        need('}');
-        const size_t end = m_at;
-        if (most < least || most > int(MostPlaces) || ++m_counts > 256)
-            fail("at least as many times as before, and at most 64");
-        Part all{true, 0, 0};
-        for (int k = 0; k < std::max(most, endless ? 1 : 0); k++) {
-            Part one = once;
-            if (k > 0) {
-                const std::string_view whole = m_text;
-                m_text = whole.substr(0, brace);
-                m_at = begin;
-                one = repeated();
-                m_text = whole;
+        case PathSyntax::Kind::Choice: {
+            Part all{false, 0, 0};
+            for (const PathSyntax& child : syntax.children) {
+                const Part other = part_of(child);
+                all = {all.empty || other.empty, all.first | other.first, all.last | other.last};
             }
-            if (endless && k == std::max(least, 1) - 1)
-                one = loop(one);
-            if (k >= least)
+            return all;
+        }
+        case PathSyntax::Kind::Repeat:
+            return repeated(syntax);
+        default: {
+            Part all{true, 0, 0};
+            for (const PathSyntax& child : syntax.children)
+                all = joined(all, part_of(child));
+            return all;
+        }
+        }
+    }
+    // Each time has places of its own.
+    Part repeated(const PathSyntax& repeat) {
+        Part all{true, 0, 0};
+        for (int k = 0; k < repeat.most; k++) {
+            Part one = part_of(repeat.children[0]);
+            if (repeat.endless && k == repeat.most - 1)
+                link(one.last, one.first);
+            if (k >= repeat.least)
                 one.empty = true;
             all = joined(all, one);
         }
-        m_at = end;
         return all;
     }
-    int number() {
-        int n = 0;
-        const char* begin = m_text.data() + m_at;
-        const auto read = std::from_chars(begin, m_text.data() + m_text.size(), n);
-        if (read.ec != std::errc() || n < 0)
-            fail("a number");
-        m_at += size_t(read.ptr - begin);
-        return n;
-    }
-    Part atom() {
-        if (take('(')) {
-            const Part part = alternatives();
-            need(')');
-            return part;
-        }
-        if (m_letters.size() >= MostPlaces - 1)
-            fail("the end: an expression has at most 62 events");
-        const Places here = Places(1) << m_letters.size();
-        const Symbols letter = take('[') ? any_of() : event();
-        m_letters.push_back(letter);
-        m_follow.push_back(0);
-        return {false, here, here};
-    }
-    Symbols any_of() {
-        const bool but = take('^');
-        Symbols all = 0;
-        while (!take(']'))
-            all |= event();
-        return but ? ~all : all;
-    }
-    Symbols event() {
-        if (take('<'))
-            return bracketed();
-        return of_letter("CRTDGSVLO.");
-    }
-    // <type scattering 'name'>, with . for any; sets in brackets.
-    Symbols bracketed() {
-        Symbols all = set_of("CRTVLO.");
-        if (m_at < m_text.size() && m_text[m_at] != '>' && m_text[m_at] != '\'')
-            all &= set_of("DGS.");
-        if (take('\''))
-            all &= named();
-        need('>');
-        return all;
-    }
-    Symbols set_of(const char* letters) {
-        if (!take('['))
-            return of_letter(letters);
-        const bool but = take('^');
-        Symbols all = 0;
-        while (!take(']'))
-            all |= of_letter(letters);
-        return but ? ~all : all;
-    }
-    Symbols of_letter(std::string_view known) {
-        const char c = m_at < m_text.size() ? m_text[m_at] : '\0';
-        if (c == '\0' || known.find(c) == std::string_view::npos)
-            fail("one of " + std::string(known));
-        m_at++;
-        switch (c) {
-        case 'C':
-            return bit(PathStep::Camera);
-        case 'R':
-            return Reflections;
-        case 'T':
-            return Transmissions;
-        case 'D':
-            return Diffuse;
-        case 'G':
-            return Glossy;
-        case 'S':
-            return Singular;
-        case 'V':
-            return bit(PathStep::Volume);
-        case 'L':
-            return Lights;
-        case 'O':
-            return Object;
-        default:
-            return ~Symbols(0);
-        }
-    }
-    Symbols named() {
-        const size_t end = m_text.find('\'', m_at);
-        if (end == std::string_view::npos)
-            fail("a name that ends with '");
-        const std::string name(m_text.substr(m_at, end - m_at));
-        m_at = end + 1;
-        m_names.push_back(name);
-        Symbols all = 0;
-        for (size_t c = 0; c < m_classes.size(); c++)
-            if (std::ranges::find(m_classes[c], name) != m_classes[c].end())
-                all |= Symbols(1) << (size_t(Steps) + c);
-        return all;
-    }
-
-    // ---- places
     Part joined(const Part& a, const Part& b) {
         link(a.last, b.first);
         return {a.empty && b.empty, a.empty ? a.first | b.first : a.first,
                 b.empty ? a.last | b.last : b.last};
-    }
-    Part loop(const Part& a) {
-        link(a.last, a.first);
-        return a;
     }
     void link(Places from, Places to) {
         for (size_t k = 0; k < m_follow.size(); k++)
@@ -249,25 +112,18 @@ class Parser {
                 m_follow[k] |= to;
     }
 
-    std::string_view m_text;
-    size_t m_at = 0;
-    int m_depth = 0, m_counts = 0;
     std::span<const LightNames> m_classes;
-    std::vector<std::string> m_names;
     std::vector<Symbols> m_letters{0}; // by place
     std::vector<Places> m_follow{0};
+    Part m_all; // made last: it fills those above
 };
 
 // States of the automaton are sets of places.
 class Builder {
   public:
-    Builder(Parser& parser, size_t classes) : m_parser(parser), m_classes(classes) {
-        const Parser::Part all = parser.parse();
-        m_last = all.last;
-        m_first = all.first;
-    }
+    Builder(const Positions& positions, size_t classes) : m_positions(positions), m_classes(classes) {}
     PathAutomaton build() {
-        const Places camera = among(m_first, bit(PathStep::Camera));
+        const Places camera = among(m_positions.all().first, Symbols(kind_of(PathStep::Camera)));
         state_of(camera);
         for (size_t k = 0; k < m_sets.size(); k++) { // grows meanwhile
             const Places next = followers(m_sets[k]);
@@ -276,7 +132,7 @@ class Builder {
                 m_automaton.states[k].next[size_t(step)] = to;
             }
             for (size_t c = 0; c < m_classes; c++)
-                if (among(next, Symbols(1) << (size_t(Steps) + c)) & m_last)
+                if (among(next, Symbols(1) << (size_t(Steps) + c)) & m_positions.all().last)
                     m_automaton.states[k].accepts |= uint64_t(1) << c;
         }
         bury_dead();
@@ -286,15 +142,15 @@ class Builder {
   private:
     Places followers(Places of) const {
         Places all = 0;
-        for (int k = 0; k < int(MostPlaces); k++)
+        for (int k = 0; k < m_positions.count(); k++)
             if (of >> k & 1)
-                all |= m_parser.follow(k);
+                all |= m_positions.follow(k);
         return all;
     }
     Places among(Places places, Symbols symbol) const {
         Places all = 0;
-        for (int k = 0; k < int(MostPlaces); k++)
-            if (places >> k & 1 && m_parser.letter(k) & symbol)
+        for (int k = 0; k < m_positions.count(); k++)
+            if (places >> k & 1 && m_positions.letter(k) & symbol)
                 all |= Places(1) << k;
         return all;
     }
@@ -304,8 +160,7 @@ class Builder {
         const auto [at, added] = m_numbers.try_emplace(places, uint8_t(m_sets.size()));
         if (added) {
             if (m_sets.size() >= PathAutomaton::MostStates)
-                throw Error("the expression is too complicated: it takes more than 64 states",
-                            ExitCode::Usage);
+                throw Error("it is too complicated: it takes more than 64 states", ExitCode::Usage);
             m_sets.push_back(places);
             PathAutomaton::State state{{}, 0};
             state.next.fill(PathAutomaton::Dead);
@@ -341,9 +196,8 @@ class Builder {
         states = std::move(kept);
     }
 
-    Parser& m_parser;
+    const Positions& m_positions;
     size_t m_classes;
-    Places m_first, m_last;
     std::vector<Places> m_sets;
     std::map<Places, uint8_t> m_numbers;
     PathAutomaton m_automaton;
@@ -354,14 +208,22 @@ class Builder {
 PathAutomaton compile_path_expression(std::string_view text, std::span<const LightNames> classes) {
     if (classes.size() > MostClasses)
         throw Error("the expressions tell more than 56 sets of lights apart", ExitCode::Usage);
-    Parser parser(text, classes);
-    return Builder(parser, classes.size()).build();
+    const Positions positions(parse_path_expression(text), classes);
+    return Builder(positions, classes.size()).build();
+}
+
+static void gather_names(const PathSyntax& syntax, std::vector<std::string>& names) {
+    for (const EventSet::Part& part : syntax.events.parts)
+        if (part.name)
+            names.push_back(*part.name);
+    for (const PathSyntax& child : syntax.children)
+        gather_names(child, names);
 }
 
 std::vector<std::string> names_in_path_expression(std::string_view text) {
-    Parser parser(text, {});
-    parser.parse();
-    return parser.names();
+    std::vector<std::string> names;
+    gather_names(parse_path_expression(text), names);
+    return names;
 }
 
 } // namespace kanuka::transport

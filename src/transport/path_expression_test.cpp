@@ -1,9 +1,6 @@
-// Light path expressions: which paths they mean, against std::regex over paths spelled out; and what they
-// count of pictures, against pictures of less.
-#include <chrono>
+// What light path expressions count of pictures, against pictures of less and closed forms.
 #include <functional>
 #include <gtest/gtest.h>
-#include <regex>
 
 #include "transport/path_expression.h"
 #include "transport/test_media.h"
@@ -13,34 +10,6 @@ namespace {
 
 using namespace testing;
 using Kind = scene::Light::Kind;
-
-// Letters of the steps behind the camera, and of the classes of lights below.
-constexpr std::string_view StepLetters = "abcdefv", LightLetters = "olkm";
-const LightNames Classes[] = {{}, {}, {"key"}, {"key", "rim"}};
-
-// Every path of up to `most` steps before its light.
-void each_path(int most, const std::function<void(const std::string&)>& visit) {
-    std::vector<std::string> paths{""};
-    for (size_t first = 0, length = 0; length <= size_t(most); length++) {
-        const size_t end = paths.size();
-        for (; first < end; first++) {
-            for (const char light : LightLetters)
-                visit(paths[first] + light);
-            for (const char step : StepLetters)
-                paths.push_back(paths[first] + step);
-        }
-    }
-}
-
-bool accepts(const PathAutomaton& a, const std::string& path) {
-    uint8_t state = 0;
-    for (const char c : path.substr(0, path.size() - 1)) {
-        state = a.states[state].next[StepLetters.find(c) + 1];
-        if (state == PathAutomaton::Dead)
-            return false;
-    }
-    return a.states[state].accepts >> LightLetters.find(path.back()) & 1;
-}
 
 // A picture with what expressions count of it, as means of pixels.
 struct Layers {
@@ -129,62 +98,6 @@ Rgb mean_of(const std::vector<Rgb>& layer) {
 
 } // namespace
 
-TEST(PathExpression, MeansThePathsOfItsRegularExpression) {
-    const std::pair<const char*, const char*> cases[] = {
-        {"C.*", ".*"},
-        {"CL", "[lkm]"},
-        {"CO", "o"},
-        {"C<RD>L", "a[lkm]"},
-        {"C<RD>[LO]", "a[olkm]"},
-        {"C<RD>[<L.>O]", "a[olkm]"},
-        {"CD+L", "[ad]+[lkm]"},
-        {"C<R[DG]><.S>*<L.'key'>", "[ab][cf]*[km]"},
-        {"C(S|V)*O", "([cf]|v)*o"},
-        {"C<RD>{1,2}[^O]", "a{1,2}[^o]"},
-        {"C[^<RD>]*L", "[^a]*[lkm]"},
-        {"C<RD>?G{2}<[^R].>{0,}L", "a?[be]{2}[^abc]*[lkm]"},
-        {"C(<RD>L|<TS><L.'rim'>)", "a[lkm]|fm"},
-        {"C(<RD>V*){2}<T.>O", "(av*){2}[def]o"},
-        {"C((D|G)+S){1,}L", "([adbe]+[cf])+[lkm]"},
-        {"C.{3}L", ".{3}[lkm]"},
-        {"C<L.'nobody'>", "[^\\s\\S]"},
-        {"<RD>L", "[^\\s\\S]"},
-    };
-    for (const auto& [text, pattern] : cases) {
-        const PathAutomaton a = compile_path_expression(text, Classes);
-        const std::regex regex(pattern);
-        int wrong = 0;
-        each_path(
-            4, [&](const std::string& path) { wrong += accepts(a, path) != std::regex_match(path, regex); });
-        EXPECT_EQ(wrong, 0) << text;
-    }
-}
-
-TEST(PathExpression, SaysWhatIsWrongAndWhere) {
-    for (const char* text : {"C(", "C)", "C{", "*", "C<", "C<RX>", "C[", "C[]", "C<RD>{2,1}L", "CX", "C<L.'x",
-                             "C.{99}L", "C<>", "C|*"}) {
-        if (std::string(text) == "C[]") { // of nothing: no path
-            EXPECT_EQ(compile_path_expression(text, Classes).states.size(), 1u);
-            continue;
-        }
-        try {
-            compile_path_expression(text, Classes);
-            ADD_FAILURE() << text;
-        } catch (const Error& error) {
-            EXPECT_NE(std::string(error.what()).find("expected"), std::string::npos) << error.what();
-        }
-    }
-    // Too much to be read ends as well, and soon.
-    std::string nested = "()", wide = "C";
-    for (int k = 0; k < 60; k++)
-        nested = "(" + nested + "){64}", wide += "(D|G)";
-    const auto start = std::chrono::steady_clock::now();
-    EXPECT_THROW(compile_path_expression(nested, Classes), Error);
-    EXPECT_THROW(compile_path_expression(wide, Classes), Error);
-    EXPECT_THROW(compile_path_expression(std::string(100000, '('), Classes), Error);
-    EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), 1.0);
-}
-
 TEST(PathExpression, LayersAddUpToThePicture) {
     const std::vector<std::string> expressions = {
         "C.*",         "C.*L",        "C.*O",                        // all; by what shines
@@ -248,10 +161,9 @@ namespace {
 
 // The mean of a layer over several seeds, against the picture of a scene that has nothing else.
 void expect_layer(const std::function<void(TestScene&)>& fill, const std::string& expression,
-                  const std::function<void(TestScene&)>& leave_out) {
+                  const std::function<void(TestScene&)>& fill_part) {
     TestScene whole, part;
-    fill(whole), fill(part);
-    leave_out(part);
+    fill(whole), fill_part(part);
     ask(whole, {expression});
     whole.finish(), part.finish();
     kanuka::testing::RunningMean layer[3], alone[3];
@@ -275,15 +187,144 @@ void expect_layer(const std::function<void(TestScene&)>& fill, const std::string
 
 TEST(PathExpression, GroupsAreScenesWithoutOtherLights) {
     const auto fill = [](TestScene& s) { add_room(s, false); };
-    expect_layer(fill, "C.*<L.'key'>", [](TestScene& s) { s.inputs.lights = {s.inputs.lights[1]}; });
+    expect_layer(fill, "C.*<L.'key'>", [&](TestScene& s) {
+        fill(s);
+        s.inputs.lights = {s.inputs.lights[1]};
+    });
     const auto two = [](TestScene& s) {
         add_room(s, false);
         s.inputs.lights = {point_at(-1, 1, 1, Rgb(2, 2, 3), "key a"), point_at(1, 1, 1, Rgb(3, 1, 1), "b")};
         s.inputs.lights[1].name = "second";
     };
-    expect_layer(two, "C.+<L.'a'>", [](TestScene& s) { s.inputs.lights.pop_back(); });
-    expect_layer(two, "C.*<L.'second'>",
-                 [](TestScene& s) { s.inputs.lights.erase(s.inputs.lights.begin()); });
+    expect_layer(two, "C.+<L.'a'>", [&](TestScene& s) {
+        two(s);
+        s.inputs.lights.pop_back();
+    });
+    expect_layer(two, "C.*<L.'second'>", [&](TestScene& s) {
+        two(s);
+        s.inputs.lights.erase(s.inputs.lights.begin());
+    });
+}
+
+namespace {
+
+constexpr int Nobody = 0, Key = 1, Rim = 2; // store::Links::area_light
+
+// A glossy floor below things that shine, of which rays find as much as light sampling does.
+struct Shining {
+    int lamp, ball; // which area lights they are, or Nobody
+    bool has_lamp = true, has_ball = true;
+};
+int add_shining(TestScene& s, const Shining& what) { // returns the first shape that shines
+    s.add_quad({0, -1, 3}, {0, 0, 2}, {2, 0, 0},
+               {matte(Rgb(0.6f, 0.3f, 0.2f)), metal(0.25f, Rgb(0.2f, 0.4f, 0.5f), Rgb(0.5f))});
+    const int first = int(s.store.shapes().size());
+    s.inputs.area_lights = {{"lamp 1", "warm key"}, {"rim", ""}};
+    s.links.area_light = what.lamp;
+    if (what.has_lamp)
+        s.add_quad({-0.5f, 0.5f, 3}, {0.4f, 0, 0}, {0, 0, 0.4f}, {emission(Rgb(6, 5, 4))});
+    s.links.area_light = what.ball;
+    if (what.has_ball)
+        s.add_sphere({0.7f, 0, 3}, 0.25f, 8, {emission(Rgb(1, 3, 5))});
+    s.links.area_light = Nobody;
+    s.camera({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, 0.5f, Size, Size);
+    return first;
+}
+void finish(TestScene& s, int first, bool instanced) {
+    if (instanced)
+        s.finish(first, Transform::translate(0.1, 0.1, 0));
+    else
+        s.finish();
+}
+void expect_nothing(const std::vector<Rgb>& layer, const std::string& what) {
+    for (const Rgb& v : layer)
+        for (int c = 0; c < 3; c++)
+            EXPECT_EQ(v[c], 0) << what;
+}
+
+} // namespace
+
+// Light samples and rays that hit the light by chance share it between them: both are of one layer, so that
+// the other is empty. By the table of one patch, by the hierarchy, and in instances.
+TEST(PathExpression, AreaLightsAreLightsAndSurfacesThatShineAreNot) {
+    for (const bool declared : {true, false})
+        for (const int ways : {0, 1, 2})
+            for (const int lanes : {1, 8, 16}) {
+                const int lamp = declared ? Key : Nobody;
+                TestScene s;
+                ask(s, {"C.*L", "C.*O", "C<RG>L", "C<RG>O", "CL", "CO"});
+                finish(s, add_shining(s, {lamp, lamp, true, ways > 0}), ways == 2);
+                EXPECT_EQ(s.view.lights.tree.empty(), ways == 0);
+                const Layers all = render_layers(s, 8, lanes);
+                const std::string what = std::to_string(ways) + (declared ? " L" : " O");
+                const size_t has = declared ? 0 : 1;
+                expect_whole(all, {has}, what);
+                for (const size_t part : {0u, 2u, 4u}) {
+                    EXPECT_GT(mean_of(all.of[part + has]).y, 1e-3f) << what;
+                    expect_nothing(all.of[part + 1 - has], what);
+                }
+            }
+}
+
+TEST(PathExpression, NamesOfAreaLightsAreScenesWithoutOthers) {
+    for (const bool instanced : {false, true}) {
+        TestScene s;
+        ask(s, {"C.*L", "C.*O", "C.*<L.'key'>", "C.*<L.'rim'>", "C.*[^<L.'key'><L.'rim'>]", "C.*<L.'warm'>",
+                "C.*<L.'lamp 1'>", "C.*<L.'other'>"});
+        finish(s, add_shining(s, {Key, Rim}), instanced);
+        const Layers all = render_layers(s, 8, 8);
+        expect_whole(all, {0}, "lights");
+        expect_whole(all, {2, 3}, "one and the other");
+        expect_nothing(all.of[1], "O");
+        expect_nothing(all.of[4], "neither of them");
+        expect_nothing(all.of[7], "nobody's name");
+        for (const size_t same : {5u, 6u})
+            for (size_t i = 0; i < all.pixels.size(); i++)
+                for (int c = 0; c < 3; c++)
+                    EXPECT_EQ(all.of[same][i][c], all.of[2][i][c]);
+    }
+    const auto both = [](int lamp, int ball) { return [=](TestScene& s) { add_shining(s, {lamp, ball}); }; };
+    const auto lamp = [](TestScene& s) { add_shining(s, {Nobody, Nobody, true, false}); };
+    const auto ball = [](TestScene& s) { add_shining(s, {Nobody, Nobody, false, true}); };
+    expect_layer(both(Key, Rim), "C.*<L.'key'>", lamp);
+    expect_layer(both(Key, Rim), "C.*<L.'rim'>", ball);
+    expect_layer(both(Key, Nobody), "C.*L", lamp);
+    expect_layer(both(Key, Nobody), "C.*O", ball);
+}
+
+// A wall below a rectangle, and below a ball: the radiance is that of the light, times the albedo, times the
+// form factor (Howell 1982, A Catalog of Radiation Configuration Factors, B-3 and B-46).
+TEST(PathExpression, WallsBelowWhatShinesAreFormFactors) {
+    constexpr double Albedo = 0.5, Radiance = 4, Distance = 2, Half = 0.7, Radius = 0.5;
+    const double a = Half / Distance, root = std::sqrt(1 + a * a);
+    const double rectangle = 4 * 2 * a / root * std::atan(a / root) / (2 * 3.141592653589793);
+    const double sphere = Radius * Radius / (Distance * Distance);
+    for (const bool ball : {false, true})
+        for (const bool declared : {true, false}) {
+            TestScene s;
+            s.add_quad({0, -1, 0}, {0, 0, 4}, {4, 0, 0}, {matte(Rgb(float(Albedo)))});
+            s.links.area_light = declared ? Key : Nobody;
+            s.inputs.area_lights = {{"", ""}};
+            if (ball)
+                s.add_sphere({0, 1, 0}, float(Radius), 48, {emission(Rgb(float(Radiance)))});
+            else
+                s.add_quad({0, 1, 0}, {float(Half), 0, 0}, {0, 0, float(Half)},
+                           {emission(Rgb(float(Radiance)))});
+            s.camera({1, 0, 0}, {0, 0, 1}, {0, -1, 0}, 1e-3f, 4, 4);
+            ask(s, {declared ? "CDL" : "CDO", declared ? "CDO" : "CDL"});
+            s.finish();
+            kanuka::testing::RunningMean layer;
+            for (uint32_t seed = 0; seed < 8; seed++) {
+                s.view.settings.seed = seed;
+                const Layers all = render_layers(s, 256, 8);
+                expect_whole(all, {0}, "all of it");
+                expect_nothing(all.of[1], "the other letter");
+                layer.add(double(mean_of(all.of[0]).y));
+            }
+            const double expected = Albedo * Radiance * (ball ? sphere : rectangle);
+            EXPECT_LT(layer.error(), 2e-3 * expected);
+            EXPECT_NEAR(layer.mean(), expected, 4.5 * layer.error() + 3e-3 * expected) << ball << declared;
+        }
 }
 
 // A floor of two lobes under one light: each layer is the floor with one of them, with its own colour.
@@ -342,6 +383,26 @@ TEST(PathExpression, VolumesAreEvents) {
     expect_whole(all, {2, 3}, "without fog and with");
     for (const auto& layer : all.of)
         EXPECT_GT(mean_of(layer).y, 1e-4f);
+}
+
+TEST(PathExpression, AreaLightsInFogAreLights) {
+    for (const bool declared : {true, false}) {
+        TestScene s;
+        const int fog = s.store.add_interior(medium(Rgb(0.05f), Rgb(0.3f, 0.4f, 0.5f), 0.3f));
+        add_box(s, {0, 0, 0}, 10, {}, fog);
+        const int lamp = declared ? Key : Nobody;
+        add_shining(s, {lamp, lamp});
+        s.inputs.lights = {point_at(0.3, 1, 3, Rgb(1), "rim")};
+        ask(s, {"C.*<L.'key'>", "C.*O", "C.*<L.'rim'>", "CV+<L.'key'>", "CV+O"});
+        s.finish();
+        const Layers all = render_layers(s, 16, 8);
+        const size_t has = declared ? 0 : 1;
+        expect_whole(all, {has, 2}, "what shines, and the lamp");
+        for (const size_t part : {0u, 3u}) {
+            EXPECT_GT(mean_of(all.of[part + has]).y, 1e-4f);
+            expect_nothing(all.of[part + 1 - has], "the other letter");
+        }
+    }
 }
 
 } // namespace kanuka::transport

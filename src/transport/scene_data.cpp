@@ -67,53 +67,81 @@ void fill_settings(SceneData& data, const SceneInputs& in) {
     view.aov_is_color = data.aov_is_color;
 }
 
-// By which of `wanted` expressions mean all of some lights.
-LightNames names_of(std::span<const scene::Light* const> lights, const std::vector<std::string>& wanted) {
-    LightNames names;
-    for (const std::string& name : wanted)
-        if (!lights.empty() && std::ranges::all_of(lights, [&](const scene::Light* light) {
-                return light->name == name || scene::is_word_of(name, light->group);
-            }))
-            names.push_back(name);
-    return names;
+// Lights that no expression tells apart are of one class.
+class LightClasses {
+  public:
+    explicit LightClasses(const std::vector<std::string>& expressions) {
+        for (const std::string& text : expressions)
+            for (std::string& name : names_in_path_expression(text))
+                m_wanted.push_back(std::move(name));
+        std::ranges::sort(m_wanted);
+        m_wanted.erase(std::unique(m_wanted.begin(), m_wanted.end()), m_wanted.end());
+    }
+    uint8_t of(std::span<const LightLabel> lights) {
+        LightNames names = names_of(lights);
+        const size_t at =
+            size_t(std::find(m_classes.begin() + 1, m_classes.end(), names) - m_classes.begin());
+        if (at == m_classes.size())
+            m_classes.push_back(std::move(names));
+        return uint8_t(at);
+    }
+    const std::vector<LightNames>& all() const { return m_classes; }
+
+  private:
+    // By which expressions mean all of some lights.
+    LightNames names_of(std::span<const LightLabel> lights) const {
+        LightNames names;
+        for (const std::string& name : m_wanted)
+            if (!lights.empty() && std::ranges::all_of(lights, [&](const LightLabel& light) {
+                    return light.name == name || scene::is_word_of(name, light.group);
+                }))
+                names.push_back(name);
+        return names;
+    }
+
+    std::vector<std::string> m_wanted;
+    std::vector<LightNames> m_classes{{}, {}}; // what shines of itself; lights without a name
+};
+
+// Area lights are lights; all else of the store that emits shines of itself.
+std::vector<uint8_t> classes_of_emitters(const SceneInputs& in, LightClasses& classes) {
+    std::vector<uint8_t> of_light{0}, of_emitter(in.store->emitters().size(), 0);
+    for (const LightLabel& label : in.area_lights)
+        of_light.push_back(classes.of(std::span(&label, 1)));
+    for (int s = 0; s < int(in.store->shapes().size()); s++) {
+        const store::ShapeRecord& shape = in.store->shapes()[size_t(s)];
+        const int light = in.store->links_of(s).area_light;
+        if (shape.emitter >= 0 && light > 0)
+            std::fill_n(of_emitter.begin() + shape.emitter, store::emitter_count(shape),
+                        of_light[size_t(light)]);
+    }
+    return of_emitter;
 }
 
-// Lights that no expression tells apart are of one class.
 void fill_expressions(SceneData& data, const SceneInputs& in) {
     if (in.expressions.empty())
         return;
-    std::vector<std::string> wanted;
-    for (const std::string& text : in.expressions)
-        for (std::string& name : names_in_path_expression(text))
-            wanted.push_back(std::move(name));
-    std::ranges::sort(wanted);
-    wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
-    std::vector<LightNames> classes{{}, {}}; // what shines of itself; lights without a name
-    const auto class_of = [&](std::span<const scene::Light* const> lights) {
-        LightNames names = names_of(lights, wanted);
-        const size_t at = size_t(std::find(classes.begin() + 1, classes.end(), names) - classes.begin());
-        if (at == classes.size())
-            classes.push_back(std::move(names));
-        return uint8_t(at);
-    };
+    LightClasses classes(in.expressions);
     auto all = std::make_unique<PathExpressions>();
-    std::vector<const scene::Light*> ambient, constant, picture;
+    std::vector<LightLabel> ambient, constant, picture;
     for (const scene::Light& light : in.lights)
         if (light.kind == scene::Light::Kind::Ambient)
-            ambient.push_back(&light);
+            ambient.push_back({light.name, light.group});
         else if (light.kind == scene::Light::Kind::Environment)
-            (light.texture.empty() && !light.table ? constant : picture).push_back(&light);
+            (light.texture.empty() && !light.table ? constant : picture).push_back({light.name, light.group});
     picture.resize(std::min(picture.size(), size_t(1)));
     static_assert(LightId::Least == LightId::Unnamed && LightId::Ambient == LightId::Unnamed + 1 &&
                   LightId::Constant == LightId::Ambient + 1 && LightId::Picture == LightId::Constant + 1 &&
                   LightId::Surface == LightId::Picture + 1);
-    all->class_of_light = {1, class_of(ambient), class_of(constant), class_of(picture), 0};
+    all->class_of_light = {1, classes.of(ambient), classes.of(constant), classes.of(picture), 0};
     for (const AnalyticLight& light : data.view.lights.analytic) {
-        const scene::Light* const one[] = {&in.lights[size_t(light.source)]};
-        all->class_of_light.push_back(class_of(one));
+        const scene::Light& source = in.lights[size_t(light.source)];
+        const LightLabel label{source.name, source.group};
+        all->class_of_light.push_back(classes.of(std::span(&label, 1)));
     }
+    all->class_of_emitter = classes_of_emitters(in, classes);
     for (const std::string& text : in.expressions)
-        all->automata.push_back(compile_path_expression(text, classes));
+        all->automata.push_back(compile_path_expression(text, classes.all()));
     all->first_channel = int(data.aov_is_color.size()) - 3 * int(in.expressions.size());
     data.expressions = std::move(all);
     data.view.settings.expressions = data.expressions.get();

@@ -26,6 +26,7 @@ struct SceneInputs {
     std::span<const bvh::GroupDesc> groups; // the last is the world; bvh::number_emitters() has been there
     bool instanced = false;
     std::vector<scene::Light> lights;
+    std::vector<LightLabel> area_lights;   // by store::Links::area_light - 1
     color::Palette* palette = nullptr;     // what RGB means; null = Rec.709
     const color::Sensor* sensor = nullptr; // null = the 1931 observer, Rec.709
     LatLong map;                           // of the environment light that has a texture, if any

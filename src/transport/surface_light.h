@@ -171,7 +171,9 @@ class SurfaceLight {
         const F weight = vertex.weight(h.ray[PathQueue::Mis], sum_of_ratios(m_at.scene, m_at.paths, h.slot));
         // Emitters hold the light of the part that is there; a hit on it is as rare as that part is small.
         const F there = h.code.presence.word < 0 ? F(1.0f) : max(h.fetch.number(h.code.presence), F(1e-3f));
-        contribute(m_at.batch, Contribution<W>{h.path, h.throughput * radiance * (weight / there)}, m);
+        contribute(
+            m_at.batch,
+            Contribution<W>{h.path, h.throughput * radiance * (weight / there), LightId::of_emitter(e)}, m);
     }
 
     const Bounce m_at;

@@ -66,6 +66,7 @@ class TestScene {
     Journal journal;
     std::vector<bvh::GroupDesc> groups;
     int most_slots = 1 << 20;
+    store::Links links; // of shapes to come
     uint64_t unnumbered = 0;
 
     // A lattice of (mu + 1) x (mv + 1) points; normals from `normal` or flat.
@@ -124,7 +125,7 @@ class TestScene {
     void add(const store::ShadedGrid& shaded, const grid::LayeringProgram& program, int interior = -1) {
         uint64_t bad = 0;
         const auto page = store::encode(std::span(&shaded, 1), program, bad);
-        store.add_page(page, store.add_program(program), interior, {}, ++m_id);
+        store.add_page(page, store.add_program(program), interior, links, ++m_id);
     }
     void add_quad(Vec3f p, Vec3f ex, Vec3f ey, const std::vector<Lobe>& lobes, int interior = -1) {
         const Vec3f n = normalize(cross(ex, ey));

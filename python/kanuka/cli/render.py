@@ -109,6 +109,11 @@ def run(arguments: argparse.Namespace) -> int:
             kanuka.check_integrator(arguments.integrator)
         except kanuka.Error as error:
             arguments.parser.error(f"--integrator: {error}")
+    for layer in arguments.aov:
+        try:
+            kanuka.check_layer(layer)
+        except ValueError as error:
+            arguments.parser.error(f"--aov: {str(error).removeprefix('text: ')}")
     if arguments.output:
         check_picture(arguments.output)
     if arguments.stats:

@@ -210,6 +210,7 @@ void display(Context& c, Call& call) {
     d.driver = call.text(1);
     d.mode = call.text(2);
     d.parameters = std::move(call.params);
+    d.where = call.where;
     auto& displays = c.options.options.displays;
     if (!d.file.empty() && d.file[0] == '+')
         d.file.erase(0, 1);
