@@ -329,6 +329,23 @@ int count_leaks(const BenchScene& s, const Lattice& lattice, const Page& page, l
     return leaks[0] + leaks[1] + leaks[2] != 0;
 }
 
+// Bytes of what a page consists of, and how many leaves of a kind there are. Groups begin at multiples of 64
+// bytes, so counts are a little too high.
+void print_shares(const Page& page, double primitives) {
+    const char* const name[] = {"nodes", "Grid32", "Grid48", "GridFloat", "Triangle32", "TriangleFloat"};
+    const Header& h = page.header();
+    std::printf("%-26s %6.2f bytes a primitive; the lattice's step is %g\n", "  nodes",
+                double(h.node_bytes) / primitives, double(h.step));
+    for (int k = 1; k < int(Kind::Count); k++) {
+        const Section& s = h.section[k];
+        if (s.leaf_bytes != 0)
+            std::printf("  %-24s %6.2f bytes a primitive, and %.2f of names; %llu leaves\n", name[k],
+                        double(s.leaf_bytes) / primitives,
+                        double(s.name_count * sizeof(uint32_t)) / primitives,
+                        static_cast<unsigned long long>(s.leaf_bytes / (UnitsOf[k] * UnitBytes)));
+    }
+}
+
 struct Tracer {
     std::string name;
     std::function<size_t(const RaySet&)> trace; // how many hit something
@@ -420,6 +437,7 @@ int main(int argc, char** argv) {
                 "to build\n",
                 o.scene.c_str(), primitives, "pages", double(memory.size()) / primitives, median(voted),
                 median(built));
+    print_shares(page, primitives);
 
     std::vector<Tracer> tracers;
     add_ours(tracers, "pages, 8 lanes", page, closest_w8, occluded_w8);
