@@ -1,6 +1,6 @@
 // Pages of src/hierarchy beside Embree on the same vertices.
 //
-//     hierarchy_bench [--scene=terrain|cave|globe] [--size=N] [--rounds=N] [--rays=N] [--leaks=N]
+//     hierarchy_bench [--scene=terrain|cave|globe|mesh] [--size=N] [--rounds=N] [--rays=N] [--leaks=N]
 //
 // Nanoseconds a ray of one thread (its processor time; medians of rounds, in which all take turns), bytes a
 // primitive and milliseconds to build. With --leaks, only rays that a closed surface lets out are counted.
@@ -81,6 +81,23 @@ BenchScene terrain(int n) {
     const float side = float(n) * GridSide;
     s.eye = {-0.3f * side, 0.25f * side, -0.4f * side}, s.at = {0, -0.05f * side, 0};
     s.light = {-100, 900, -100}, s.light_u = {200, 0, 0}, s.light_v = {0, 0, 200}, s.offset = 0.05f;
+    return s;
+}
+
+BenchScene terrain_mesh(int n) { // its triangles as one mesh that shares its vertices
+    BenchScene s = terrain(n);
+    const uint32_t side = uint32_t(n) * GridSide, row = side + 1;
+    for (uint32_t y = 0; y <= side; y++)
+        for (uint32_t x = 0; x <= side; x++) {
+            const uint32_t i = std::min(x / GridSide, uint32_t(n) - 1),
+                           j = std::min(y / GridSide, uint32_t(n) - 1);
+            const Vec3f p = s.grids[j * uint32_t(n) + i].at(int(x - i * GridSide), int(y - j * GridSide));
+            s.positions.insert(s.positions.end(), {p.x, p.y, p.z});
+            const uint32_t a = y * row + x, b = a + 1, c = a + row, d = c + 1;
+            if (x < side && y < side)
+                s.corners.insert(s.corners.end(), {a, b, c, d, c, b});
+        }
+    s.grids.clear();
     return s;
 }
 
@@ -332,7 +349,8 @@ int count_leaks(const BenchScene& s, const Lattice& lattice, const Page& page, l
 // Bytes of what a page consists of, and how many leaves of a kind there are. Groups begin at multiples of 64
 // bytes, so counts are a little too high.
 void print_shares(const Page& page, double primitives) {
-    const char* const name[] = {"nodes", "Grid32", "Grid48", "GridFloat", "Triangle32", "TriangleFloat"};
+    const char* const name[] = {"nodes",      "Grid32",        "Grid48",    "GridFloat",
+                                "Triangle32", "TriangleFloat", "Triangle48"};
     const Header& h = page.header();
     std::printf("%-26s %6.2f bytes a primitive; the lattice's step is %g\n", "  nodes",
                 double(h.node_bytes) / primitives, double(h.step));
@@ -414,6 +432,7 @@ int main(int argc, char** argv) {
             o.leaks = std::atol(v);
     }
     const BenchScene s = o.scene == "cave"    ? cave(o.size ? o.size : 24)
+                         : o.scene == "mesh"  ? terrain_mesh(o.size ? o.size : 20)
                          : o.scene == "globe" ? globe(o.size ? o.size : 220)
                                               : terrain(o.size ? o.size : 62);
     std::vector<GridView> grids = testing::views(s.grids);
