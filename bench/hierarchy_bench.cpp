@@ -1,6 +1,6 @@
 // Pages of src/hierarchy beside Embree on the same vertices.
 //
-//     hierarchy_bench [--scene=terrain|cave|globe] [--size=N] [--rounds=N] [--rays=N] [--leaks=N]
+//     hierarchy_bench [--scene=terrain|cave|globe|mesh] [--size=N] [--rounds=N] [--rays=N] [--leaks=N]
 //
 // Nanoseconds a ray of one thread (its processor time; medians of rounds, in which all take turns), bytes a
 // primitive and milliseconds to build. With --leaks, only rays that a closed surface lets out are counted.
@@ -15,6 +15,8 @@
 #include <time.h>
 #include <vector>
 
+#include "hierarchy_scenes.h"
+
 #include "base/cpu.h"
 #include "hierarchy/decode.h"
 #include "hierarchy/test_oracle.h"
@@ -24,6 +26,7 @@ using namespace kanuka;
 using namespace kanuka::hierarchy;
 using kanuka::hierarchy::testing::Random;
 using kanuka::hierarchy::testing::TestGrid;
+using namespace kanuka::hierarchy::bench;
 
 namespace {
 
@@ -45,85 +48,6 @@ double thread_ns() {
 double median(std::vector<double> v) {
     std::sort(v.begin(), v.end());
     return v[v.size() / 2];
-}
-
-// ---- scenes
-struct BenchScene {
-    std::vector<TestGrid> grids;
-    std::vector<float> positions; // of the mesh
-    std::vector<uint32_t> corners;
-    Vec3f eye, at, light, light_u, light_v;
-    float offset = 0; // of rays that start on it
-
-    size_t primitives() const {
-        size_t n = corners.size() / 3;
-        for (const TestGrid& g : grids)
-            n += size_t(g.columns) * size_t(g.rows);
-        return n;
-    }
-};
-
-constexpr int GridSide = 32;
-
-BenchScene terrain(int n) {
-    BenchScene s;
-    for (int j = 0; j < n; j++)
-        for (int i = 0; i < n; i++)
-            s.grids.push_back(testing::make_grid(GridSide, GridSide, [&](float u, float v) {
-                const float x = (float(i) + u - float(n) / 2) * GridSide,
-                            z = (float(j) + v - float(n) / 2) * GridSide;
-                const Vec3f p(x, 0, z);
-                return p +
-                       Vec3f(3 * testing::waves({x, 7, z}, 0.09f),
-                             40 * testing::waves({x, 3, z}, 0.006f) + 5 * testing::waves({x, 5, z}, 0.08f),
-                             3 * testing::waves({x, 11, z}, 0.1f));
-            }));
-    const float side = float(n) * GridSide;
-    s.eye = {-0.3f * side, 0.25f * side, -0.4f * side}, s.at = {0, -0.05f * side, 0};
-    s.light = {-100, 900, -100}, s.light_u = {200, 0, 0}, s.light_v = {0, 0, 200}, s.offset = 0.05f;
-    return s;
-}
-
-BenchScene cave(int n) {
-    BenchScene s;
-    s.grids = testing::ball(n, GridSide, 500, 60, 0.011f);
-    for (TestGrid& g : s.grids) // overhanging
-        for (size_t i = 0; i < g.positions.size(); i += 3) {
-            float* p = &g.positions[i];
-            const Vec3f q(p[0], p[1], p[2]);
-            for (int a = 0; a < 3; a++)
-                p[a] += 35 * testing::waves(q + Vec3f(float(100 * a)), 0.021f);
-        }
-    s.eye = {0, 0, 0}, s.at = {1, 0.1f, 0.3f};
-    s.light = {-100, 150, -100}, s.light_u = {200, 0, 0}, s.light_v = {0, 0, 200}, s.offset = 0.05f;
-    return s;
-}
-
-BenchScene globe(int n) { // a mesh: triangles whose corners are shaken, over a floor
-    BenchScene s;
-    Random random(5);
-    const int around = 2 * n, up = n;
-    for (int j = 0; j <= up; j++)
-        for (int i = 0; i < around; i++) {
-            const float a = 2 * Pi * (float(i) + random.uniform(-0.3f, 0.3f)) / float(around),
-                        b = Pi * std::clamp(float(j) + random.uniform(-0.3f, 0.3f), 0.01f, float(up)) /
-                            float(up);
-            const Vec3f d(std::sin(b) * std::cos(a), std::cos(b), std::sin(b) * std::sin(a));
-            const Vec3f p = d * (50 + 6 * testing::waves(d * 50, 0.15f));
-            s.positions.insert(s.positions.end(), {p.x, p.y, p.z});
-        }
-    for (int j = 0; j < up; j++)
-        for (int i = 0; i < around; i++) {
-            const uint32_t a = uint32_t(j * around + i), b = uint32_t(j * around + (i + 1) % around),
-                           c = a + uint32_t(around), d = b + uint32_t(around);
-            s.corners.insert(s.corners.end(), {a, c, b, b, c, d});
-        }
-    const uint32_t first = uint32_t(s.positions.size() / 3);
-    s.positions.insert(s.positions.end(), {-200, -60, -200, 200, -60, -200, -200, -60, 200, 200, -60, 200});
-    s.corners.insert(s.corners.end(), {first, first + 1, first + 2, first + 3, first + 2, first + 1});
-    s.eye = {0, 30, -140}, s.at = {0, -10, 0};
-    s.light = {-40, 150, -90}, s.light_u = {80, 0, 0}, s.light_v = {0, 0, 80}, s.offset = 0.01f;
-    return s;
 }
 
 // ---- Embree
@@ -329,6 +253,24 @@ int count_leaks(const BenchScene& s, const Lattice& lattice, const Page& page, l
     return leaks[0] + leaks[1] + leaks[2] != 0;
 }
 
+// Bytes of what a page consists of, and how many leaves of a kind there are. Groups begin at multiples of 64
+// bytes, so counts are a little too high.
+void print_shares(const Page& page, double primitives) {
+    const char* const name[] = {"nodes",      "Grid32",        "Grid48",    "GridFloat",
+                                "Triangle32", "TriangleFloat", "Triangle48"};
+    const Header& h = page.header();
+    std::printf("%-26s %6.2f bytes a primitive; the lattice's step is %g\n", "  nodes",
+                double(h.node_bytes) / primitives, double(h.step));
+    for (int k = 1; k < int(Kind::Count); k++) {
+        const Section& s = h.section[k];
+        if (s.leaf_bytes != 0)
+            std::printf("  %-24s %6.2f bytes a primitive, and %.2f of names; %llu leaves\n", name[k],
+                        double(s.leaf_bytes) / primitives,
+                        double(s.name_count * sizeof(uint32_t)) / primitives,
+                        static_cast<unsigned long long>(s.leaf_bytes / (UnitsOf[k] * UnitBytes)));
+    }
+}
+
 struct Tracer {
     std::string name;
     std::function<size_t(const RaySet&)> trace; // how many hit something
@@ -397,6 +339,7 @@ int main(int argc, char** argv) {
             o.leaks = std::atol(v);
     }
     const BenchScene s = o.scene == "cave"    ? cave(o.size ? o.size : 24)
+                         : o.scene == "mesh"  ? terrain_mesh(o.size ? o.size : 20)
                          : o.scene == "globe" ? globe(o.size ? o.size : 220)
                                               : terrain(o.size ? o.size : 62);
     std::vector<GridView> grids = testing::views(s.grids);
@@ -420,6 +363,7 @@ int main(int argc, char** argv) {
                 "to build\n",
                 o.scene.c_str(), primitives, "pages", double(memory.size()) / primitives, median(voted),
                 median(built));
+    print_shares(page, primitives);
 
     std::vector<Tracer> tracers;
     add_ours(tracers, "pages, 8 lanes", page, closest_w8, occluded_w8);

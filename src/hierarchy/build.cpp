@@ -46,9 +46,7 @@ class Layout {
         }
         header.nodes = at;
     }
-    static size_t names_each(Kind kind) {
-        return kind == Kind::Triangle32 || kind == Kind::TriangleFloat ? LeafTriangles : 1;
-    }
+    static size_t names_each(Kind kind) { return is_of_triangles(kind) ? LeafTriangles : 1; }
     size_t leaf(size_t group, const Group& g, int i) const {
         return m_offset[group] + g.place[i] * UnitsOf[int(g.kind)] * UnitBytes;
     }
@@ -109,7 +107,8 @@ PageMemory build(const Content& content, const Lattice& lattice) {
 
     PageMemory memory(h.bytes);
     uint8_t* const bytes = reinterpret_cast<uint8_t*>(memory.data());
-    std::memcpy(bytes + h.tiles, grids.tiles().data(), grids.tiles().size() * sizeof(Tile));
+    if (!grids.tiles().empty()) // of nothing there is no address
+        std::memcpy(bytes + h.tiles, grids.tiles().data(), grids.tiles().size() * sizeof(Tile));
     tasks::parallel_chunks(groups.size(), GroupsATask, [&](size_t begin, size_t end) {
         for (size_t g = begin; g < end; g++) {
             const Group& group = groups[g];
@@ -132,7 +131,8 @@ PageMemory build(const Content& content, const Lattice& lattice) {
             write_node(tree.nodes[tree.leaf_at[g]], group, c.word());
         }
     });
-    std::memcpy(bytes + h.nodes, tree.nodes.data(), h.node_bytes);
+    if (!tree.nodes.empty())
+        std::memcpy(bytes + h.nodes, tree.nodes.data(), h.node_bytes);
     std::memcpy(bytes, &h, sizeof h);
     h.checksum = checksum_of(memory.bytes());
     std::memcpy(bytes, &h, sizeof h);

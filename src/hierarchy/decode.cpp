@@ -47,6 +47,12 @@ Corners corners_of(const Page& page, Ref leaf, uint32_t primitive) {
         for (int k = 0; k < 3; k++)
             for (int a = 0; a < 3; a++)
                 c.at[k][a] = t.coordinate[a][k][primitive % LeafTriangles];
+    } else if (kind_of(leaf) == Kind::Triangle48) {
+        const Triangle48& t = page.at<Triangle48>(leaf);
+        for (int k = 0; k < 3; k++)
+            for (int a = 0; a < 3; a++)
+                c.at[k][a] = (float(t.coordinate[a][k][primitive % LeafTriangles]) + float(t.frame[a] >> 8)) *
+                             unit_of(t.frame);
     } else {
         const int cell = int(primitive / 2) % 16, first = cell / 4 * LeafRow + cell % 4;
         const int order[2][3] = {{0, 1, LeafRow}, {LeafRow + 1, LeafRow, 1}};

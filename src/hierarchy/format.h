@@ -8,7 +8,7 @@
 namespace kanuka::hierarchy {
 
 inline constexpr uint32_t Magic = 0x4752484b; // "KHRG"
-inline constexpr uint32_t Version = 1;
+inline constexpr uint32_t Version = 2;
 // References count bytes in units of 16; groups of children begin at multiples of four units.
 inline constexpr size_t UnitBytes = 16, GroupUnits = 4;
 // Vector loads at the last leaf reach beyond it by less than this.
@@ -21,8 +21,13 @@ enum class Kind : uint32_t {
     GridFloat,  // 4x4 cells, floats: what fits neither, and vertices that are no numbers
     Triangle32, // eight triangles, 32 bits a corner
     TriangleFloat,
+    Triangle48, // eight triangles, 16 bits a coordinate
     Count
 };
+
+constexpr bool is_of_triangles(Kind kind) {
+    return kind >= Kind::Triangle32;
+}
 
 // What the stack of a ray holds: a kind in the upper four bits, an offset in units below.
 using Ref = uint32_t;
@@ -116,14 +121,22 @@ struct TriangleFloat {
 };
 static_assert(sizeof(TriangleFloat) == 304);
 
+struct Triangle48 {
+    uint16_t coordinate[3][3][LeafTriangles]; // axis, corner
+    int32_t frame[3];                         // as of Grid48, with the number of triangles for a shape
+    uint32_t unused;
+};
+static_assert(sizeof(Triangle48) == 160);
+
 // Units from a child to the next, by kind.
-inline constexpr uint32_t UnitsOf[16] = {4, 7, 11, 20, 7, 19};
+inline constexpr uint32_t UnitsOf[16] = {4, 7, 11, 20, 7, 19, 10};
 static_assert(UnitsOf[int(Kind::Nodes)] * UnitBytes == sizeof(Node));
 static_assert(UnitsOf[int(Kind::Grid32)] * UnitBytes == sizeof(Grid32));
 static_assert(UnitsOf[int(Kind::Grid48)] * UnitBytes == sizeof(Grid48));
 static_assert(UnitsOf[int(Kind::GridFloat)] * UnitBytes == sizeof(GridFloat));
 static_assert(UnitsOf[int(Kind::Triangle32)] * UnitBytes == sizeof(Triangle32));
 static_assert(UnitsOf[int(Kind::TriangleFloat)] * UnitBytes == sizeof(TriangleFloat));
+static_assert(UnitsOf[int(Kind::Triangle48)] * UnitBytes == sizeof(Triangle48));
 
 // Grids are cut into tiles of at most 2^tile_log blocks of 4x4 cells to a side. A leaf's name, 32 bits, is
 // the number of its tile and the place in it: tile << 2 tile_log | v << tile_log | u.

@@ -80,9 +80,7 @@ MeshLeaves::MeshLeaves(std::span<const MeshView> meshes, const Lattice& lattice)
     }
     tasks::parallel_chunks(m_groups.size(), FacesATask / 64, [&](size_t begin, size_t end) {
         for (size_t g = begin; g < end; g++)
-            for (int i = 0; i < m_groups[g].count; i++)
-                if (Frame(m_lattice, points(m_leaves[m_groups[g].source + size_t(i)]).at).fields() < 0)
-                    m_groups[g].kind = Kind::TriangleFloat;
+            m_groups[g].kind = kind_of_group(m_groups[g]);
     });
 }
 
@@ -95,6 +93,20 @@ void MeshLeaves::collect(const SplitTree& tree, int32_t branch, Group& group) {
     }
     collect(tree, b.left, group);
     collect(tree, b.right, group);
+}
+
+// The least of the kinds that hold all its leaves.
+Kind MeshLeaves::kind_of_group(const Group& group) const {
+    Kind kind = Kind::Triangle32;
+    for (int i = 0; i < group.count; i++) {
+        const Frame frame(m_lattice, points(m_leaves[group.source + size_t(i)]).at);
+        if (frame.fields() >= 0)
+            continue;
+        if (!frame.holds_48())
+            return Kind::TriangleFloat;
+        kind = Kind::Triangle48;
+    }
+    return kind;
 }
 
 bool MeshLeaves::find(uint32_t face, Corners& to) const {
@@ -130,8 +142,18 @@ void MeshLeaves::write(const Group& group, int i, uint8_t* to) const {
         leaf.count = p.count;
         return;
     }
-    Triangle32& leaf = *reinterpret_cast<Triangle32*>(to);
     const Frame frame(m_lattice, p.at);
+    if (group.kind == Kind::Triangle48) {
+        Triangle48& leaf = *reinterpret_cast<Triangle48*>(to);
+        for (int a = 0; a < 3; a++)
+            for (int corner = 0; corner < 3; corner++)
+                for (int k = 0; k < LeafTriangles; k++)
+                    leaf.coordinate[a][corner][k] =
+                        uint16_t(frame.field(p.at[corner * LeafTriangles + k], a));
+        frame.write(leaf.frame, -1, p.count);
+        return;
+    }
+    Triangle32& leaf = *reinterpret_cast<Triangle32*>(to);
     const int fields = frame.fields();
     for (int corner = 0; corner < 3; corner++)
         for (int k = 0; k < LeafTriangles; k++)

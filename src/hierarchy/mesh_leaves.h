@@ -33,6 +33,7 @@ class MeshLeaves {
     };
     bool find(uint32_t face, Corners& to) const; // false = it is nowhere
     Points points(const Leaf& leaf) const;
+    Kind kind_of_group(const Group& group) const;
     void collect(const SplitTree& tree, int32_t branch, Group& group);
 
     std::span<const MeshView> m_meshes;

@@ -31,9 +31,8 @@ class Page {
     uint32_t name(Ref leaf, int i = 0) const {
         const Kind kind = kind_of(leaf);
         const Section& s = header().section[uint32_t(kind) & 7];
-        const bool triangles = kind == Kind::Triangle32 || kind == Kind::TriangleFloat;
         uint64_t n = (byte_of(leaf) - s.leaves) / (UnitsOf[uint32_t(kind)] * UnitBytes);
-        if (triangles)
+        if (is_of_triangles(kind))
             n = n * LeafTriangles + unsigned(i);
         return n < s.name_count ? reinterpret_cast<const uint32_t*>(m_bytes + s.names)[n] : 0;
     }

@@ -215,6 +215,9 @@ class RayQueue {
         case Kind::Triangle32:
             trace_triangle_leaf(TriangleReader32(m_page.at<Triangle32>(leaf)), s.ray, found);
             break;
+        case Kind::Triangle48:
+            trace_triangle_leaf(TriangleReader48(m_page.at<Triangle48>(leaf)), s.ray, found);
+            break;
         case Kind::TriangleFloat:
             trace_triangle_leaf(TriangleReaderFloat(m_page.at<TriangleFloat>(leaf)), s.ray, found);
             break;

@@ -157,24 +157,34 @@ class Oracle {
     }
 
   private:
+    // Of triangle i of a leaf.
+    Vec3f corner(Ref ref, int c, uint32_t i) const {
+        if (kind_of(ref) == Kind::Triangle32) {
+            const Triangle32& t = m_page.at<Triangle32>(ref);
+            return packed(t.frame, t.corner[c][i]);
+        }
+        Vec3f p;
+        for (int a = 0; a < 3; a++) {
+            const Triangle48& t = m_page.at<Triangle48>(ref);
+            p[a] = kind_of(ref) == Kind::Triangle48 ? number(t.frame[a], t.frame[1], t.coordinate[a][c][i])
+                                                    : m_page.at<TriangleFloat>(ref).coordinate[a][c][i];
+        }
+        return p;
+    }
     void triangles(Ref ref) {
-        const Triangle32& packed_leaf = m_page.at<Triangle32>(ref);
-        const TriangleFloat& floats = m_page.at<TriangleFloat>(ref);
-        const bool is_packed = kind_of(ref) == Kind::Triangle32;
-        const uint32_t count = is_packed ? uint32_t(packed_leaf.frame[2] & 255) : floats.count;
+        const uint32_t count =
+            kind_of(ref) == Kind::Triangle32   ? uint32_t(m_page.at<Triangle32>(ref).frame[2] & 255)
+            : kind_of(ref) == Kind::Triangle48 ? uint32_t(m_page.at<Triangle48>(ref).frame[2] & 255)
+                                               : m_page.at<TriangleFloat>(ref).count;
         for (uint32_t i = 0; i < count; i++) {
-            Corner corner[3];
-            for (int c = 0; c < 3; c++)
-                corner[c] = see(is_packed ? packed(packed_leaf.frame, packed_leaf.corner[c][i])
-                                          : Vec3f(floats.coordinate[0][c][i], floats.coordinate[1][c][i],
-                                                  floats.coordinate[2][c][i]));
+            const Corner a = see(corner(ref, 0, i)), b = see(corner(ref, 1, i)), c = see(corner(ref, 2, i));
             float t, u, v;
-            if (crosses(corner[0], corner[1], corner[2], t, u, v))
+            if (crosses(a, b, c, t, u, v))
                 offer(ref, i, t, u, v);
         }
     }
     void leaf(Ref ref) {
-        if (kind_of(ref) == Kind::Triangle32 || kind_of(ref) == Kind::TriangleFloat)
+        if (is_of_triangles(kind_of(ref)))
             return triangles(ref);
         const int columns = int(shape(ref) & 3) + 1, rows = int(shape(ref) >> 2 & 3) + 1;
         for (int y = 0; y < rows; y++)

@@ -26,6 +26,23 @@ class TriangleReader32 {
     float m_unit;
 };
 
+class TriangleReader48 {
+  public:
+    explicit TriangleReader48(const Triangle48& leaf)
+        : m_leaf(leaf), m_unit(std::bit_cast<float>(uint32_t(leaf.frame[1] & 255) << 23)) {}
+    uint32_t count() const { return uint32_t(m_leaf.frame[2]) & 15; }
+    Float<8> operator()(int axis, int corner, float o) const {
+        const uint16_t* const first = m_leaf.coordinate[axis][corner];
+        const Float<8> steps =
+            Float<8>(two_fours_of_16_bits(first, first + 4)) + Float<8>(float(m_leaf.frame[axis] >> 8));
+        return fma(steps, Float<8>(m_unit), Float<8>(-o));
+    }
+
+  private:
+    const Triangle48& m_leaf;
+    float m_unit;
+};
+
 class TriangleReaderFloat {
   public:
     explicit TriangleReaderFloat(const TriangleFloat& leaf) : m_leaf(leaf) {}
