@@ -347,8 +347,7 @@ TEST(Sheen, RoughnessEndsWhereTablesDo) {
 // A groove a nanometre wide is the narrowest there is: orders are told apart by wavelength / period.
 TEST(Grating, PeriodsAreOneNanometreAtLeast) {
     const auto eta = [](float period) {
-        LobeInputs<8> in = LobeCase{LobeId::GratingBrdf}.with("period", period).raw<8>();
-        GratingLobe<8>::prepare(in);
+        const auto in = LobeCase{LobeId::GratingBrdf}.with("period", period).inputs<8>();
         return double(in.eta[1][0]) / double(in.wavelength(1)[0]);
     };
     EXPECT_NEAR(eta(0), 1, 1e-6);

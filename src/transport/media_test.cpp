@@ -344,11 +344,11 @@ TEST(NestedDielectrics, GlassOfWater) {
 // The camera stands in what absorbs, and below an open surface. What it leaves last it entered first, in
 // whatever order things are listed.
 TEST(NestedDielectrics, CameraInside) {
-    for (const bool larger_first : {true, false}) {
+    for (const auto& [larger_first, priority] : {std::pair{true, 1}, {false, 1}, {true, 0}, {false, 0}}) {
         TestScene s;
-        const auto add = [&](bool larger) {
+        const auto add = [&, priority = priority](bool larger) {
             const int medium = s.store.add_interior(
-                testing::medium(Rgb(larger ? 0.5f : 0.1f), Rgb(0), 0, 1, larger ? 0 : 1));
+                testing::medium(Rgb(larger ? 0.5f : 0.1f), Rgb(0), 0, 1, larger ? 0.0f : float(priority)));
             add_box(s, {0, 0, 0}, larger ? 4 : 2, {}, medium); // the smaller one takes the other's place
             return medium;
         };
