@@ -48,6 +48,10 @@ TESTS = {
 REFERENCE = ["tests/test_reference.py", "tests/test_lobe_pictures.py"]
 SKIPPED = re.compile(r"_test\.cpp$|/test_\w+\.h$|/oracles/|make_tables\.cpp$|/data/")
 
+# Sources of a program that makes tables while the library is built: it is run again for each of their mutants.
+MAKES_TABLES = re.compile(r"src/bsdf/make_tables_\w+\.cpp$")
+TABLES = TREE / "build/src/bsdf/generated/lobe_tables.bin"
+
 # What the rules call. Values pass through functions, so that any type with the operator will do.
 HEADER = """// Written by tools/mutate.py.
 #pragma once
@@ -274,6 +278,19 @@ def environment(number: int) -> dict[str, str]:
     return {**os.environ, VARIABLE: str(number), "PYTHONPATH": str(TREE / "python")}
 
 
+def make_tables(number: int, target: str) -> bool:
+    """Builds with the tables that the mutant makes; false where it makes none."""
+    TABLES.unlink(missing_ok=True)
+    return run(["ninja", "-C", str(TREE / "build"), target], env=environment(number)).returncode == 0
+
+
+def try_tables(number: int, target: str, command: list[str], limit: float) -> tuple[str, str]:
+    try:
+        return try_mutant(0, command, limit) if make_tables(number, target) else ("killed", "no tables")
+    finally:
+        make_tables(0, target)
+
+
 def try_mutant(number: int, command: list[str], limit: float) -> tuple[str, str]:
     try:
         done = run(command, cwd=TREE, env=environment(number), timeout=limit)
@@ -298,7 +315,8 @@ def keep(results: dict) -> None:
 
 
 def ask(test: str, mutants: list[Mutant], results: dict, jobs: int) -> None:
-    built = build(dict(enumerate(mutants, 1)), ["kanuka_native" if test == "reference" else test], jobs)
+    target = "kanuka_native" if test == "reference" else test
+    built = build(dict(enumerate(mutants, 1)), [target], jobs)
     command = command_of(test)
     started = time.monotonic()
     whole = run(command, cwd=TREE, env=environment(0))
@@ -306,17 +324,25 @@ def ask(test: str, mutants: list[Mutant], results: dict, jobs: int) -> None:
         sys.exit(whole.stdout[-4000:] + "\nmutate: the tests fail without a mutant")
     limit = 4 * (time.monotonic() - started) + 30
     print(f"{test}: {len(built)} mutants built; the tests take {(limit - 30) / 4:.0f} s", flush=True)
+    done = 0
+
+    def note(mutant: Mutant, verdict: str, by: str) -> None:
+        nonlocal done
+        done += 1
+        passed = results.get(mutant.key, {}).get("passed", [])
+        if verdict == "survived":
+            passed = sorted({*passed, test})
+        results[mutant.key] = {**asdict(mutant), "verdict": verdict, "by": by, "passed": passed}
+        keep(results)
+        print(f"  {done}/{len(built)} {verdict} {mutant.file}:{mutant.line} {mutant.rule} {by}", flush=True)
+
+    makers = {n: m for n, m in built.items() if MAKES_TABLES.search(m.file)}
+    for number, mutant in makers.items():
+        note(mutant, *try_tables(number, target, command, limit))
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-        waiting = {pool.submit(try_mutant, n, command, limit): m for n, m in built.items()}
-        for done, future in enumerate(concurrent.futures.as_completed(waiting), 1):
-            mutant = waiting[future]
-            verdict, by = future.result()
-            passed = results.get(mutant.key, {}).get("passed", [])
-            if verdict == "survived":
-                passed = sorted({*passed, test})
-            results[mutant.key] = {**asdict(mutant), "verdict": verdict, "by": by, "passed": passed}
-            keep(results)
-            print(f"  {done}/{len(built)} {verdict} {mutant.file}:{mutant.line} {mutant.rule} {by}", flush=True)
+        waiting = {pool.submit(try_mutant, n, command, limit): m for n, m in built.items() if n not in makers}
+        for future in concurrent.futures.as_completed(waiting):
+            note(waiting[future], *future.result())
 
 
 def go_through(folder: str, args: argparse.Namespace) -> None:

@@ -3,6 +3,7 @@
 #include "bsdf/test_lobes.h"
 
 #include <gtest/gtest.h>
+#include <numbers>
 #include <numeric>
 
 #include "base/test_statistics.h"
@@ -330,6 +331,28 @@ TEST(Lobes, LaneCountsAgree) {
         compare(c, std::integral_constant<int, 8>());
         compare(c, std::integral_constant<int, 16>());
     }
+}
+
+// Estevez and Kulla (2017), D = (2 + 1/r) sin^(1/r) / 2 pi: down to where tables end, and no further.
+TEST(Sheen, RoughnessEndsWhereTablesDo) {
+    for (const float roughness : {0.0f, 0.01f, 0.02f, 0.04f, 0.3f, 1.0f})
+        for (const float cosine : {0.02f, 0.1f, 0.3f}) {
+            const double r = std::max(double(roughness), 0.02);
+            const double sine = std::sqrt(1 - double(cosine) * double(cosine));
+            const double is = (2 + 1 / r) * std::pow(sine, 1 / r) / (2 * std::numbers::pi);
+            EXPECT_NEAR(double(SheenLobe<8>::D(F8(roughness), F8(cosine))[0]), is, 1e-4 * is) << roughness;
+        }
+}
+
+// A groove a nanometre wide is the narrowest there is: orders are told apart by wavelength / period.
+TEST(Grating, PeriodsAreOneNanometreAtLeast) {
+    const auto eta = [](float period) {
+        const auto in = LobeCase{LobeId::GratingBrdf}.with("period", period).inputs<8>();
+        return double(in.eta[1][0]) / double(in.wavelength(1)[0]);
+    };
+    EXPECT_NEAR(eta(0), 1, 1e-6);
+    EXPECT_NEAR(eta(0.25f), 1, 1e-6);
+    EXPECT_NEAR(eta(1600), 1 / 1600.0, 1e-9);
 }
 
 } // namespace kanuka::bsdf

@@ -71,7 +71,7 @@ Table daylight(float kelvin) {
     std::array<double, LambdaCount> power;
     double y = 0;
     for (int i = 0; i < LambdaCount; i++) {
-        power[i] = std::max(Daylight0[i] + mix.m1 * Daylight1[i] + mix.m2 * Daylight2[i], 0.0);
+        power[i] = Daylight0[i] + mix.m1 * Daylight1[i] + mix.m2 * Daylight2[i]; // above 0 at all kelvins
         y += power[i] * Y[i];
     }
     Table table;

@@ -208,4 +208,22 @@ TEST(Palette, LightsKeepTheirSpectraAndFilters) {
     EXPECT_EQ(palette.tables().size() % Palette::TableStride, 0u);
 }
 
+// Kernels read past a table's end, at 830 nm: its last entry is repeated, not the next table's first.
+TEST(Palette, TablesEndInTheirLastEntry) {
+    Palette palette;
+    palette.add_light(*find_illuminant("A"));
+    palette.add_light(*find_illuminant("blackbody:1200"));
+    palette.add_light(*find_illuminant("E"));
+    const auto all = palette.tables();
+    constexpr size_t Stride = Palette::TableStride;
+    ASSERT_GE(all.size(), 3 * Stride);
+    size_t differ = 0;
+    for (size_t k = 0; k < all.size() / Stride; k++)
+        for (size_t i = LambdaCount; i < Stride; i++) {
+            EXPECT_EQ(all[k * Stride + i], all[k * Stride + LambdaCount - 1]) << k << ' ' << i;
+            differ += k > 0 && all[k * Stride] != all[(k - 1) * Stride + LambdaCount - 1];
+        }
+    EXPECT_GT(differ, 0u);
+}
+
 } // namespace kanuka::color

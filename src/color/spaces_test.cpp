@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <gtest/gtest.h>
+#include <numbers>
 
 #include "color/difference.h"
 
@@ -103,6 +104,45 @@ TEST(Difference, Ciede2000) {
         EXPECT_NEAR(delta_e_2000(p.a, p.b), p.e, 5e-5);
         EXPECT_NEAR(delta_e_2000(p.b, p.a), p.e, 5e-5);
     }
+}
+
+// Sharma, Wu and Dalal (2005), equations 2 to 22, as they are printed: in degrees, with their cases of the
+// mean hue. Their pairs have four digits, too few for what the turn of blues adds at other hues.
+TEST(Difference, Ciede2000AtAllHues) {
+    constexpr double Degrees = 180 / std::numbers::pi;
+    const auto hue = [](double a, double b) {
+        const double h = std::atan2(b, a) * Degrees;
+        return h < 0 ? h + 360 : h;
+    };
+    const auto published = [&](const Vector3& p, const Vector3& q) {
+        const double c1 = std::sqrt(p[1] * p[1] + p[2] * p[2]), c2 = std::sqrt(q[1] * q[1] + q[2] * q[2]);
+        const double c7 = std::pow((c1 + c2) / 2, 7),
+                     g = 0.5 * (1 - std::sqrt(c7 / (c7 + std::pow(25.0, 7))));
+        const double a1 = (1 + g) * p[1], a2 = (1 + g) * q[1];
+        const double C1 = std::sqrt(a1 * a1 + p[2] * p[2]), C2 = std::sqrt(a2 * a2 + q[2] * q[2]);
+        const double h1 = hue(a1, p[2]), h2 = hue(a2, q[2]);
+        const double dh = std::abs(h2 - h1) <= 180 ? h2 - h1 : h2 > h1 ? h2 - h1 - 360 : h2 - h1 + 360;
+        const double mean_h = std::abs(h1 - h2) <= 180 ? (h1 + h2) / 2
+                              : h1 + h2 < 360          ? (h1 + h2 + 360) / 2
+                                                       : (h1 + h2 - 360) / 2;
+        const double dL = q[0] - p[0], dC = C2 - C1, dH = 2 * std::sqrt(C1 * C2) * std::sin(dh / 2 / Degrees);
+        const double L = (p[0] + q[0]) / 2, C = (C1 + C2) / 2, C7 = std::pow(C, 7);
+        const auto cosine = [&](double degrees) { return std::cos(degrees / Degrees); };
+        const double T = 1 - 0.17 * cosine(mean_h - 30) + 0.24 * cosine(2 * mean_h) +
+                         0.32 * cosine(3 * mean_h + 6) - 0.20 * cosine(4 * mean_h - 63);
+        const double turn = 30 * std::exp(-std::pow((mean_h - 275) / 25, 2));
+        const double RC = 2 * std::sqrt(C7 / (C7 + std::pow(25.0, 7)));
+        const double SL = 1 + 0.015 * std::pow(L - 50, 2) / std::sqrt(20 + std::pow(L - 50, 2));
+        const double SC = 1 + 0.045 * C, SH = 1 + 0.015 * C * T, RT = -std::sin(2 * turn / Degrees) * RC;
+        return std::sqrt(std::pow(dL / SL, 2) + std::pow(dC / SC, 2) + std::pow(dH / SH, 2) +
+                         RT * (dC / SC) * (dH / SH));
+    };
+    for (double h1 = 1.3; h1 < 360; h1 += 7)
+        for (double h2 = 3.1; h2 < 360; h2 += 11) {
+            const Vector3 p{40, 60 * std::cos(h1 / Degrees), 60 * std::sin(h1 / Degrees)};
+            const Vector3 q{55, 95 * std::cos(h2 / Degrees), 95 * std::sin(h2 / Degrees)};
+            EXPECT_NEAR(delta_e_2000(p, q), published(p, q), 1e-10) << h1 << ' ' << h2;
+        }
 }
 
 } // namespace kanuka::color

@@ -38,6 +38,23 @@ TEST(Spectrum, FormatsOfFiles) {
     EXPECT_EQ(parse_columns("500 -0.1", "x").column(0).table()[140], 0);
 }
 
+// All of both tables counts, from 360 to 830 nm, and once.
+TEST(Spectrum, IntegralsHaveBothEnds) {
+    Table one, rising;
+    for (int i = 0; i < LambdaCount; i++)
+        one[size_t(i)] = 1, rising[size_t(i)] = float(i + 1);
+    EXPECT_EQ(integrate(one, one), 471);
+    EXPECT_EQ(integrate(one, rising), 471 * 472 / 2);
+    EXPECT_EQ(integrate(rising, rising), 471.0 * 472 * 943 / 6);
+}
+
+// A text may be a part of another: what is behind it is not looked at.
+TEST(Spectrum, CommentsBeginInsideOfTheText) {
+    const std::string_view whole = "400 1\n500 2 //";
+    EXPECT_EQ(parse_columns(whole, "x").columns[0].size(), 2u);
+    EXPECT_THROW(parse_columns(whole.substr(0, whole.size() - 1), "x"), Error);
+}
+
 TEST(Spectrum, ErrorsSayWhereAndWhat) {
     EXPECT_NE(message_of("400 0.1\nabc 3\n").find("paint.csv:2"), std::string::npos)
         << message_of("400 0.1\nabc 3\n");

@@ -180,7 +180,7 @@ std::vector<float> fit_uplift_table(const Response& response, int resolution, bo
                 double error = fit(wanted, q);
                 if (wide && (error > Accepted || !stays_dark(wanted, q)))
                     error = fit_nearest(wanted, q);
-                worst[m] = std::max(worst[m], error);
+                worst[(m * n + y) * n + x] = error;
             }
     });
 

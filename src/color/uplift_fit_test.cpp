@@ -116,4 +116,19 @@ TEST(UpliftFit, KnotsOfAWideSpaceLieBetweenGreyAndTheirColour) {
     EXPECT_GT(short_of, 0);
 }
 
+// What is said of a table is what its worst knot is off by, also where no fit comes near, as for saturated
+// colours of a wide space that are not moved towards grey.
+TEST(UpliftFit, ResidualIsThatOfTheWorstKnot) {
+    const Response response = response_of(Space::AcesCg);
+    double residual = 0, worst = 0;
+    const auto table = fit_uplift_table(response, Knots, false, residual);
+    for_each_knot([&](int m, int z, int y, int x) {
+        const Knot k = knot(table, response, m, z, y, x);
+        for (int c = 0; c < 3; c++)
+            worst = std::max(worst, std::abs(k.found[c] - k.wanted[c]) / k.wanted[m]);
+    });
+    EXPECT_GT(worst, 0.1);
+    EXPECT_NEAR(residual, worst, 1e-4);
+}
+
 } // namespace kanuka::color

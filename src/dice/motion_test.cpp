@@ -183,6 +183,34 @@ TEST(MovingDice, SeamsAreClosedAsOftenAsTheyMeet) {
             }
 }
 
+// Two sides that meet later are cut alike, as the one that is larger in the picture needs: whichever comes
+// first.
+TEST(MovingDice, TheLargerOfTwoSidesDecides) {
+    const auto sheet = [](float turn, bool turned) {
+        scene::Primitive p = rolled(turn);
+        const scene::Buffer<float>& own = p.primvars.find("P")->floats;
+        std::vector<float> P(own.begin(), own.end());
+        for (size_t row = 0; turned && row < 2; row++)
+            for (size_t i = 0; i < 4; i++)
+                std::swap_ranges(&P[(row * 9 + i) * 3], &P[(row * 9 + i) * 3] + 3, &P[(row * 9 + 8 - i) * 3]);
+        p.primvars.set(floats("P", scene::Type::Point, scene::Detail::Vertex, P));
+        return p;
+    };
+    for (const double x : {-1.6, -1.2, 1.2, 1.6}) { // beside it: one side is far nearer than the other
+        size_t cells[2];
+        for (const bool turned : {false, true}) {
+            const scene::Primitive first = sheet(0.6f, turned), later = sheet(1, turned);
+            DiceTarget target;
+            target.later = {&later, 1};
+            DiceOptions o = looking(0.8f, 300);
+            o.camera.render_from_camera = o.camera.render_from_camera * Transform::translate(x, 0, 0);
+            Journal journal;
+            cells[turned] = cell_count(dice::dice(first, target, o, {}, journal));
+        }
+        EXPECT_EQ(cells[0], cells[1]) << x;
+    }
+}
+
 // Flat at first, bent later: cut and traced as finely as the bent one.
 TEST(MovingDice, TheFinestStepDecides) {
     const scene::Primitive flat = flat_patch(true);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <functional>
 #include <gtest/gtest.h>
+#include <set>
 
 #include "dice/test_scene.h"
 
@@ -361,4 +362,43 @@ TEST(Simplify, SidesTakeTheirPartOfTheTolerance) {
             EXPECT_EQ(along_u ? t.step_u : t.step_v, tolerance < 2.5f ? 1 : 2) << along_u << tolerance;
             EXPECT_EQ(along_u ? t.step_v : t.step_u, 1) << along_u << tolerance;
         }
+}
+namespace {
+
+// A sheet of `size`, flat at its border and raised by a tenth of that inside, in 64 cells a side.
+Diced raised(double size, float geometry_tolerance) {
+    DiceOptions o = looking(3);
+    o.geometry_tolerance = geometry_tolerance, o.normal_tolerance = 90;
+    DiceTarget target;
+    target.pixels_per_unit = float(64 / size);
+    scene::PatchMesh m;
+    m.u_basis = m.v_basis = scene::basis_by_name("bezier");
+    m.nu = m.nv = 4;
+    std::vector<float> p;
+    for (int j = 0; j < 4; j++)
+        for (int i = 0; i < 4; i++) {
+            const bool inside = i % 3 != 0 && j % 3 != 0;
+            p.insert(p.end(), {float(i * size / 3), float(j * size / 3), inside ? float(size / 10) : 0.0f});
+        }
+    return run(primitive(m, p), o, target);
+}
+
+} // namespace
+
+// How coarse a grid becomes depends on pixels, not on the unit that the scene was made in.
+TEST(Simplify, UnitsDoNotMatter) {
+    std::set<int> steps;
+    for (const float tolerance : {0.05f, 0.2f, 0.8f, 3.0f}) {
+        const Diced one = raised(1, tolerance);
+        for (const double size : {0x1p-10, 0x1p-4, 0x1p6, 0x1p12}) {
+            const Diced d = raised(size, tolerance);
+            ASSERT_EQ(d.traced.size(), one.traced.size());
+            for (size_t k = 0; k < d.traced.size(); k++) {
+                EXPECT_EQ(d.traced[k].step_u, one.traced[k].step_u) << tolerance << ' ' << size;
+                EXPECT_EQ(d.traced[k].step_v, one.traced[k].step_v) << tolerance << ' ' << size;
+                steps.insert(d.traced[k].step_u);
+            }
+        }
+    }
+    EXPECT_GT(steps.size(), 2u);
 }

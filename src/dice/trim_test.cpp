@@ -3,6 +3,7 @@
 
 #include "base/tasks.h"
 #include "dice/test_scene.h"
+#include "dice/trim_polygon.h"
 #include "grid/trimmed.h"
 
 using namespace kanuka;
@@ -361,5 +362,34 @@ TEST(Trim, CutCornersHaveTheirInputs) {
         EXPECT_EQ(inputs.slots[2].data[i], code[i]) << i;
         for (size_t k = 0; k < 3; k++)
             EXPECT_EQ(inputs.slots[k].data[i + 5], same.slots[k].value.x);
+    }
+}
+// Which triangles an outline is cut into depends on its shape, not on where it lies.
+TEST(TrimPolygon, PlaceDoesNotMatter) {
+    for (const bool upright : {false, true}) {
+        const auto polygon = [&](int64_t x, int64_t y) {
+            Polygon o;
+            const int shape[][2] = {{0, 0},   {40, -6}, {90, 3},  {95, 40}, {70, 38},
+                                    {66, 80}, {30, 90}, {34, 50}, {2, 44}};
+            uint32_t vertex = 0;
+            for (const auto& p : shape)
+                o.add(upright ? Polygon::Point{x - p[1], y + p[0]} : Polygon::Point{x + p[0], y + p[1]},
+                      vertex++);
+            return o;
+        };
+        const auto sorted = [](std::vector<std::array<uint32_t, 3>> t) {
+            std::sort(t.begin(), t.end());
+            return t;
+        };
+        const auto there = sorted(triangles_of(polygon(0, 0), {}, {0, 0}));
+        ASSERT_EQ(there.size(), 7u);
+        double area = 0;
+        const Polygon o = polygon(0, 0);
+        for (const auto& t : there)
+            area += double(geom::TrimRegion::area(o.points[t[0]], o.points[t[1]], o.points[t[2]]));
+        EXPECT_EQ(area, extent(o));
+        for (const int64_t x : {-100000, 0, 7, 100000})
+            for (const int64_t y : {-100000, 0, 7, 100000})
+                EXPECT_EQ(sorted(triangles_of(polygon(x, y), {}, {x, y})), there) << x << ' ' << y;
     }
 }

@@ -276,6 +276,37 @@ TEST(Nupatch, RationalCylinderIsRound) {
     EXPECT_EQ(make(p)->faces(), 3);
 }
 
+// RISpec 5.3: u_min and u_max are of the knots' range in which all basis functions are there; what is asked
+// beyond that is not drawn, and nothing of the rest moves.
+TEST(Nupatch, RangesEndWhereTheBasisDoes) {
+    scene::NuPatch n;
+    n.nu = 6, n.u_order = 4, n.nv = 5, n.v_order = 3;
+    n.u_knots = std::vector<float>{0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
+    n.v_knots = std::vector<float>{0, 1, 2, 3, 4, 5, 6, 7};
+    std::vector<float> points;
+    for (int j = 0; j < 5; j++)
+        for (int i = 0; i < 6; i++)
+            points.insert(points.end(), {float(i) + 0.1f * float(j * j), float(j), float(i * i - 2 * j)});
+    const auto surface = [&](float u0, float u1, float v0, float v1) {
+        n.u_min = u0, n.u_max = u1, n.v_min = v0, n.v_max = v1;
+        return make(primitive(n, points));
+    };
+    const auto whole = surface(3, 6, 2, 5);
+    for (const auto& wide : {surface(0, 6, 2, 5), surface(3, 9, 2, 5), surface(3, 6, 0, 5),
+                             surface(3, 6, 2, 7), surface(-50, 90, -8, 70)}) {
+        ASSERT_EQ(wide->faces(), whole->faces());
+        for (int f = 0; f < whole->faces(); f++) {
+            const grid::Grid a = evaluate(*whole, f, 4), b = evaluate(*wide, f, 4);
+            EXPECT_EQ(a.P, b.P) << f;
+            EXPECT_EQ(a.dPdu, b.dPdu) << f;
+        }
+    }
+    // Uniform cubic times uniform quadratic: the corner is a mean of the control points around.
+    const grid::Grid g = evaluate(*whole, 0, {0, 1}, {0, 1});
+    EXPECT_NEAR(g.position(0).x, 1 + 0.1f * 0.5f, 1e-5f);
+    EXPECT_NEAR(g.position(0).y, 0.5f, 1e-5f);
+}
+
 TEST(PatchMesh, BasesWrapsAndPoles) {
     // Bezier and Hermite describe the same curve: (0, a, b, 3) control points against ends and tangents.
     scene::PatchMesh bezier;

@@ -88,4 +88,19 @@ TEST(PairTriangles, ShapesThatAreNoFlatConvexQuadAreLeftAlone) {
     EXPECT_EQ(turned.faces(), Apart);
 }
 
+// A quad's flattest corner, of all four, may have a sine of a tenth and no less: a kite whose tips are that
+// sharp.
+TEST(PairTriangles, CornersMayBeAsSharpAsATenth) {
+    for (const double sine : {0.101, 0.15, 0.099, 0.05})
+        for (int tip = 0; tip < 2; tip++) {
+            const double half = std::asin(sine) / 2; // of the angle at both ends of a rhombus
+            const float x = float(std::cos(half)), y = float(std::sin(half));
+            Trapezoid t;
+            t.P = {-x, 0, 1, 0, -y, 1, x, 0, 1, 0, y, 1, 0, 0, 5};
+            if (tip == 1) // cut the other way
+                t.vertices = {0, 1, 3, 0, 3, 4, 1, 2, 3};
+            EXPECT_EQ(t.faces(), sine > 0.1 ? Joined : Apart) << sine << ' ' << tip;
+        }
+}
+
 } // namespace kanuka::geom

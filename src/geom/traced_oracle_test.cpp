@@ -312,4 +312,44 @@ TEST(BlobbyOracles, CellsAreSmallWhereItBends) {
         }
 }
 
+// The widest place decides whether a curve is a tube, and how many faces it has around: at either end of it.
+TEST(CurveOracles, ConesAreTubesWhicheverEndIsWide) {
+    const auto cone = [](float first, float last) {
+        scene::Curves c;
+        c.cubic = false;
+        c.vertices_per_curve = std::vector<int32_t>{2};
+        scene::Primitive p = primitive(c, {0, 0, 0, 0, 5, 0});
+        p.primvars.set(value("width", Type::Float, Detail::Varying, {first, last}));
+        Eye eye;
+        eye.pixels = 40;
+        return curves(p, eye);
+    };
+    const MeshParts wide_first = cone(0.5f, 0), wide_last = cone(0, 0.5f);
+    EXPECT_TRUE(wide_first.mesh.radius.empty());
+    EXPECT_TRUE(wide_last.mesh.radius.empty());
+    EXPECT_EQ(wide_first.vertices.vertices(), wide_last.vertices.vertices());
+    EXPECT_FALSE(cone(0.01f, 0).mesh.radius.empty());
+}
+
+// A vertex without a normal has no side to stand off to; its neighbours have theirs.
+TEST(StandingOff, VerticesWithoutANormalStay) {
+    grid::Grid g;
+    g.allocate(2, 1);
+    grid::TracedMesh mesh;
+    mesh.vertices_per_face = 4;
+    mesh.indices = {0, 1, 4, 3, 1, 2, 5, 4};
+    const size_t n = size_t(g.stride);
+    for (int i = 0; i < 6; i++) { // a roof along y
+        const Vec3f p{float(i % 3), float(i / 3), i % 3 == 1 ? 0.5f : 0};
+        const Vec3f normal = i == 4 ? Vec3f(0) : Vec3f(float(i % 3 - 1), 0, 1);
+        for (size_t c = 0; c < 3; c++)
+            g.P[size_t(i) + c * n] = p[int(c)], g.Ng[size_t(i) + c * n] = normal[int(c)];
+    }
+    const std::vector<float> out = standing_off(g, mesh);
+    EXPECT_EQ(at(out, 4, n), Vec3f(1, 1, 0.5f));
+    EXPECT_NE(at(out, 1, n), Vec3f(1, 0, 0.5f));
+    EXPECT_EQ(at(out, 1, n).x, 1);
+    EXPECT_GT(at(out, 1, n).z, 0.5f);
+}
+
 } // namespace kanuka::geom

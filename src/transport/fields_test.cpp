@@ -3,6 +3,7 @@
 #include "transport/fields.h"
 
 #include <random>
+#include <set>
 
 #include "transport/majorants.h"
 #include "transport/test_media.h"
@@ -108,6 +109,27 @@ TEST(Majorants, AreFineWhereThatSavesSteps) {
     EXPECT_NEAR(m.values.front(), 0.001 * (1 + 1.0 / m.cells[2] + 1 / 32.0), 1e-6);
     EXPECT_EQ(make_majorants(corner(0.001), 0.1f).values.size(), 1u) << "a cell more is a step more";
     EXPECT_EQ(make_majorants(*field({0, 0, 4}, 1, 33, even), 1000).values.size(), 1u);
+}
+
+// How fine they are depends on how thick the box is on the mean, whichever way its sides lie.
+TEST(Majorants, AreAsFineWhicheverWayTheBoxLies) {
+    const float sides[][3] = {{0.01f, 1, 40}, {1, 40, 0.01f}, {40, 0.01f, 1}, {0.01f, 40, 1}};
+    std::set<size_t> counts;
+    for (float extinction = 0.01f; extinction < 1e5f; extinction *= 1.5f) {
+        size_t first = 0;
+        for (const auto& side : sides) {
+            DensityField f = corner(0.01);
+            for (float& d : f.density)
+                d = d < 1 ? 0.01f : 1;
+            for (int r = 0; r < 3; r++)
+                f.unit_from_render[size_t(5 * r)] = 1 / side[r];
+            const size_t count = make_majorants(f, extinction).values.size();
+            first = first ? first : count;
+            EXPECT_EQ(count, first) << extinction << ' ' << side[0] << ' ' << side[1];
+            counts.insert(count);
+        }
+    }
+    EXPECT_GT(counts.size(), 2u);
 }
 
 // Along any ray the cells follow each other up to the end of the box, and no density is above its cell's

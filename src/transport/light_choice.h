@@ -225,9 +225,12 @@ class LightChooser {
             center(F(b.center.x), F(b.center.y), F(b.center.z));
         if (light.shape == AnalyticLight::Distant) // surfaces may transmit, too
             return F(b.power) * kanuka::select(r.oriented, max(-dot(axis, r.N), F(0.02f)), F(0.5f));
-        const LightChild<W> child{center, F(b.radius), axis, F(b.cos_spread), F(b.cos_reach), F(b.power)};
+        // What a spot sends into a direction is known: its bound's cosine would count twice.
+        const bool spot = light.cos_outer > -2;
+        const LightChild<W> child{center,         F(b.radius), axis, F(spot ? -1 : b.cos_spread),
+                                  F(b.cos_reach), F(b.power)};
         F estimate = light_importance(child, r.P, r.N, r.oriented);
-        if (light.cos_outer > -2) {
+        if (spot) {
             const Vec3<F> from = r.P - center;
             const F cosine = dot(from, axis) / sqrt(max(dot(from, from), F(1e-20f)));
             estimate *= spot_falloff(F(light.cos_outer), F(light.cos_inner), Int<W>(light.exponent), cosine);
