@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <memory>
 #include <unistd.h>
+#define XXH_INLINE_ALL // no library is needed where this runs
 #include <xxhash.h>
 
 #include "store/store.h"
