@@ -204,6 +204,37 @@ TEST(Instances, AreWhereTheirTrianglesAre) {
     }
 }
 
+// A leaf of a wavy surface is hit twice and more by one ray: the nearest counts, by whatever lanes, in a
+// world or alone.
+TEST(Instances, WavesHideThemselves) {
+    const std::vector<TestGrid> grids = ball(2, 16, 1, 0.25f, 4);
+    const Thing wavy{grids};
+    const Page page = wavy.memory.page();
+    World world;
+    const uint32_t alone = world.add(page), level = world.add(std::vector<Placement>{{Transform(), alone}});
+    Random random(14);
+    std::vector<Ray> rays(20000);
+    for (Ray& r : rays)
+        r.o = random.direction() * 20.0f, r.d = normalize(random.in_box(1) - r.o);
+    EverythingIsThere everything;
+    std::vector<InstanceHit> by_page(rays.size()), by_level(rays.size()), by_sixteen(rays.size());
+    std::vector<Hit> eight(rays.size()), sixteen(rays.size());
+    find_closest<8>(world, alone, rays, by_page, everything);
+    find_closest<8>(world, level, rays, by_level, everything);
+    find_closest<16>(world, level, rays, by_sixteen, everything);
+    find_closest<8>(page, rays, eight, everything);
+    find_closest<16>(page, rays, sixteen, everything);
+    Oracle oracle(page);
+    for (size_t i = 0; i < rays.size(); i++) {
+        const Hit one = oracle.closest(rays[i]);
+        ASSERT_EQ(eight[i], one) << "ray " << i;
+        ASSERT_EQ(sixteen[i], one) << "ray " << i;
+        ASSERT_EQ(by_page[i].hit, one) << "ray " << i;
+        ASSERT_EQ(by_level[i].hit, one) << "ray " << i;
+        ASSERT_EQ(by_sixteen[i].hit, one) << "ray " << i;
+    }
+}
+
 TEST(Instances, LieInInstances) {
     Scene scene;
     const uint32_t ball = scene.add(a_ball());

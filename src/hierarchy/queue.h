@@ -285,6 +285,10 @@ class RayQueue {
     void meet_leaf(Slot& s, Ref leaf) {
         bool closer = false;
         const Page page = page_of(s);
+        // By this name: GCC 12 takes a write by way of the slot for none to the ray that the leaves'
+        // functions have, and reads an old t_max there (-fno-ipa-modref and -fno-strict-aliasing are right).
+        // Instances.WavesHideThemselves sees it.
+        TracedRay& ray = s.ray;
         const auto found = [&](uint32_t primitive, float t, float u, float v) {
             const Hit candidate{t, u, v, leaf, primitive};
             // Of hits at one distance that of the lowest number counts, whatever the order of their lanes.
@@ -296,28 +300,28 @@ class RayQueue {
             s.hit = candidate;
             if constexpr (Levels > 1)
                 s.nest.hit = s.nest.at;
-            s.ray.t_max = t;
+            ray.t_max = t;
             closer = true;
             return Asked == Query::Any;
         };
         switch (kind_of(leaf)) {
         case Kind::Grid32:
-            trace_grid_leaf<W>(Reader32(page.at<Grid32>(leaf)), s.ray, found);
+            trace_grid_leaf<W>(Reader32(page.at<Grid32>(leaf)), ray, found);
             break;
         case Kind::Grid48:
-            trace_grid_leaf<W>(Reader48(page.at<Grid48>(leaf)), s.ray, found);
+            trace_grid_leaf<W>(Reader48(page.at<Grid48>(leaf)), ray, found);
             break;
         case Kind::GridFloat:
-            trace_grid_leaf<W>(ReaderFloat(page.at<GridFloat>(leaf)), s.ray, found);
+            trace_grid_leaf<W>(ReaderFloat(page.at<GridFloat>(leaf)), ray, found);
             break;
         case Kind::Triangle32:
-            trace_triangle_leaf(TriangleReader32(page.at<Triangle32>(leaf)), s.ray, found);
+            trace_triangle_leaf(TriangleReader32(page.at<Triangle32>(leaf)), ray, found);
             break;
         case Kind::Triangle48:
-            trace_triangle_leaf(TriangleReader48(page.at<Triangle48>(leaf)), s.ray, found);
+            trace_triangle_leaf(TriangleReader48(page.at<Triangle48>(leaf)), ray, found);
             break;
         case Kind::TriangleFloat:
-            trace_triangle_leaf(TriangleReaderFloat(page.at<TriangleFloat>(leaf)), s.ray, found);
+            trace_triangle_leaf(TriangleReaderFloat(page.at<TriangleFloat>(leaf)), ray, found);
             break;
         case Kind::Instance:
             enter(s, page.at<InstanceLeaf>(leaf));
