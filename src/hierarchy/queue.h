@@ -285,9 +285,9 @@ class RayQueue {
     void meet_leaf(Slot& s, Ref leaf) {
         bool closer = false;
         const Page page = page_of(s);
-        // By this name: GCC 12 takes a write by way of the slot for none to the ray that the leaves'
-        // functions have, and reads an old t_max there (-fno-ipa-modref and -fno-strict-aliasing are right).
-        // Instances.WavesHideThemselves sees it.
+        // By this name: where leaves' functions stay calls, GCC 12 takes a write by way of the slot for none
+        // to the ray that they are given, and they go on with an old t_max (-fno-ipa-modref and
+        // -fno-strict-aliasing are right).
         TracedRay& ray = s.ray;
         const auto found = [&](uint32_t primitive, float t, float u, float v) {
             const Hit candidate{t, u, v, leaf, primitive};
