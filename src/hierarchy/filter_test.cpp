@@ -77,7 +77,7 @@ struct Filter {
     Rule rule;
     std::span<const size_t> number; // of rays, as the rule knows them
 
-    bool accepts(size_t ray, const Page& page, const Hit& h) const {
+    bool accepts(size_t ray, const Page& page, const Hit& h, const InstancePath& = {}) const {
         return rule(number[ray], scene.candidate(page, h)) > 0;
     }
 };
@@ -141,7 +141,9 @@ void expect_as_brute_force(const Scene& scene, Rule rule) {
     std::vector<uint8_t> hidden(rays.size());
     find_closest<8>(page, rays, closest, filter);
     find_any<8>(page, rays, hidden, filter);
-    RayQueue<8, Query::Any, Filter>(page, rays, filter).run([&](size_t i, const Hit& h) { any[i] = h; });
+    RayQueue<8, Query::Any, Filter>(page, rays, filter).run([&](size_t i, const Hit& h, const InstancePath&) {
+        any[i] = h;
+    });
     size_t compared = 0, found = 0;
     for (size_t i = 0; i < rays.size(); i++) {
         const Expected e = brute_force(scene, rays[i], i, rule);

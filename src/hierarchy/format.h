@@ -22,7 +22,8 @@ enum class Kind : uint32_t {
     Triangle32, // eight triangles, 32 bits a corner
     TriangleFloat,
     Triangle48, // eight triangles, 16 bits a coordinate
-    Count
+    Count,      // of kinds that pages of files have
+    Instance    // a place of another page (instances.h): levels of them are made in memory
 };
 
 constexpr bool is_of_triangles(Kind kind) {
@@ -129,7 +130,7 @@ struct Triangle48 {
 static_assert(sizeof(Triangle48) == 160);
 
 // Units from a child to the next, by kind.
-inline constexpr uint32_t UnitsOf[16] = {4, 7, 11, 20, 7, 19, 10};
+inline constexpr uint32_t UnitsOf[16] = {4, 7, 11, 20, 7, 19, 10, 0, 4};
 static_assert(UnitsOf[int(Kind::Nodes)] * UnitBytes == sizeof(Node));
 static_assert(UnitsOf[int(Kind::Grid32)] * UnitBytes == sizeof(Grid32));
 static_assert(UnitsOf[int(Kind::Grid48)] * UnitBytes == sizeof(Grid48));

@@ -1,0 +1,387 @@
+// Instances, and instances in instances: beside all their triangles where they stand, in doubles.
+#include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
+
+#include "base/error.h"
+#include "hierarchy/queue.h"
+#include "hierarchy/test_oracle.h"
+
+namespace kanuka::hierarchy::testing {
+namespace {
+
+// A page, and its triangles as the lattice has them.
+struct Thing {
+    PageMemory memory;
+    std::vector<Face> faces;
+
+    explicit Thing(std::vector<TestGrid> grids) {
+        const std::vector<GridView> all = views(grids);
+        const Content content{all, {}};
+        const Lattice lattice = votes_of(content).lattice();
+        memory = build(content, lattice);
+        faces = faces_of(grids, lattice);
+    }
+};
+
+Transform product(std::initializer_list<Transform> all) {
+    Transform t;
+    for (const Transform& next : all)
+        t = t * next;
+    return t;
+}
+Transform at_random(Random& random, float side, double scale, bool mirrored = false) {
+    const Vec3f p = random.in_box(side), axis = random.direction();
+    return product(
+        {Transform::translate(double(p.x), double(p.y), double(p.z)),
+         Transform::rotate(double(random.uniform(0, 360)), double(axis.x), double(axis.y), double(axis.z)),
+         Transform::scale(scale * (mirrored ? -1 : 1), scale * double(random.uniform(0.5f, 1.5f)), scale)});
+}
+
+struct Flat {
+    Point a, b, c;
+    uint32_t face;
+    InstancePath path;
+};
+Point moved(const Transform& t, const Vec3f& p) {
+    double out[3];
+    for (size_t a = 0; a < 3; a++)
+        out[a] = t.m[a][0] * double(p.x) + t.m[a][1] * double(p.y) + t.m[a][2] * double(p.z) + t.m[a][3];
+    return {out[0], out[1], out[2]};
+}
+
+// A world whose levels are kept beside it, so that all that stands in them can be listed.
+struct Scene {
+    World world;
+    std::vector<const Thing*> things;               // by page; null = a level
+    std::vector<std::vector<Placement>> placements; // by page
+
+    uint32_t add(const Thing& thing) {
+        things.push_back(&thing), placements.emplace_back();
+        return world.add(thing.memory.page());
+    }
+    uint32_t add(std::vector<Placement> level) {
+        things.push_back(nullptr), placements.push_back(level);
+        return world.add(level);
+    }
+    void list(uint32_t page, const Transform& t, const InstancePath& path, std::vector<Flat>& out) const {
+        if (things[page])
+            for (const Face& f : things[page]->faces)
+                out.push_back({moved(t, f.a), moved(t, f.b), moved(t, f.c), f.name, path});
+        for (uint32_t i = 0; i < placements[page].size(); i++) {
+            InstancePath inner = path;
+            inner.instance[inner.depth++] = i;
+            list(placements[page][i].page, t * placements[page][i].world_from_page, inner, out);
+        }
+    }
+    std::vector<Flat> flat(uint32_t root) const {
+        std::vector<Flat> out;
+        list(root, {}, {}, out);
+        return out;
+    }
+};
+
+struct Expected {
+    double t = INFINITY, margin = INFINITY;
+    const Flat* flat = nullptr;
+    double cosine = 1; // of the ray to the normal: what a place is off by is a distance's error times that
+};
+Expected brute_force(const std::vector<Flat>& all, const Ray& r) {
+    Expected best;
+    double second = INFINITY;
+    const Point o(r.o), d(r.d);
+    for (const Flat& f : all) {
+        const Point e1 = f.b - f.a, e2 = f.c - f.a, p = cross(d, e2);
+        const double det = dot(e1, p);
+        if (!(det != 0))
+            continue;
+        const Point s = o - f.a, q = cross(s, e1);
+        const double u = dot(s, p) / det, v = dot(d, q) / det, t = dot(e2, q) / det;
+        if (!(t >= double(r.t_min) && t <= double(r.t_max)))
+            continue;
+        const double inside = std::min({u, v, 1 - u - v});
+        best.margin = std::min(best.margin, std::abs(inside));
+        if (inside < 0)
+            continue;
+        if (t < best.t)
+            second = best.t, best.t = t, best.flat = &f,
+            best.cosine =
+                std::abs(dot(cross(e1, e2), d)) / std::sqrt(dot(cross(e1, e2), cross(e1, e2)) * dot(d, d));
+        else
+            second = std::min(second, t);
+    }
+    if (best.flat && second < INFINITY)
+        best.margin = std::min(best.margin, (second - best.t) / best.t);
+    return best;
+}
+
+// At surfaces, from around them.
+std::vector<Ray> rays_at(const std::vector<Flat>& all, size_t count, float away, unsigned seed) {
+    Random random(seed);
+    std::vector<Ray> rays(count);
+    for (Ray& r : rays) {
+        const Flat& f = all[random.below(uint32_t(all.size()))];
+        const Vec3f at{float((f.a.x + f.b.x + f.c.x) / 3), float((f.a.y + f.b.y + f.c.y) / 3),
+                       float((f.a.z + f.b.z + f.c.z) / 3)};
+        r.o = at + random.direction() * (away * random.uniform(0.2f, 1));
+        r.d = (at - r.o) * random.uniform(0.3f, 2);
+    }
+    return rays;
+}
+
+uint32_t face_of(const Thing& thing, const Page& page, const Hit& h, const std::vector<TestGrid>& grids) {
+    const Cell cell = cell_of(page, h.leaf, h.primitive / 2);
+    uint32_t face = 0;
+    for (uint32_t g = 0; g < cell.grid; g++)
+        face += uint32_t(grids[g].columns * grids[g].rows * 2);
+    EXPECT_LT(face, thing.faces.size());
+    return face + uint32_t(cell.row * grids[cell.grid].columns + cell.column) * 2 + h.primitive % 2;
+}
+
+const std::vector<TestGrid>& ball_grids() {
+    static const std::vector<TestGrid> grids = ball(1, 6, 1, 0.1f, 3);
+    return grids;
+}
+const Thing& a_ball() {
+    static const Thing thing(ball_grids());
+    return thing;
+}
+
+struct Compared {
+    size_t sure = 0, found = 0;
+};
+// Closest and any, by 8 and 16 lanes, in two orders, beside brute force. Places may be off by `slack` of
+// `size`.
+Compared expect_as_brute_force(const Scene& scene, uint32_t root, const std::vector<Ray>& rays, double size,
+                               double slack) {
+    const std::vector<Flat> all = scene.flat(root);
+    EverythingIsThere everything;
+    std::vector<InstanceHit> eight(rays.size()), sixteen(rays.size()), turned(rays.size());
+    std::vector<uint8_t> hidden(rays.size());
+    find_closest<8>(scene.world, root, rays, eight, everything);
+    find_closest<16>(scene.world, root, rays, sixteen, everything);
+    find_any<8>(scene.world, root, rays, hidden, everything);
+    const std::vector<Ray> backwards(rays.rbegin(), rays.rend());
+    find_closest<8>(scene.world, root, backwards, turned, everything);
+    std::reverse(turned.begin(), turned.end());
+    Compared compared;
+    for (size_t i = 0; i < rays.size(); i++) {
+        EXPECT_EQ(eight[i], sixteen[i]) << "ray " << i;
+        EXPECT_EQ(eight[i], turned[i]) << "ray " << i;
+        EXPECT_EQ(hidden[i] != 0, eight[i].hit.found()) << "ray " << i;
+        const Expected e = brute_force(all, rays[i]);
+        if (e.margin < 100 * slack)
+            continue;
+        compared.sure++;
+        EXPECT_EQ(eight[i].hit.found(), e.flat != nullptr) << "ray " << i;
+        if (!eight[i].hit.found() || !e.flat)
+            continue;
+        compared.found++;
+        const Point d(rays[i].d);
+        EXPECT_NEAR(double(eight[i].hit.t), e.t, slack * size / (std::sqrt(dot(d, d)) * e.cosine))
+            << "ray " << i;
+        EXPECT_EQ(eight[i].path, e.flat->path) << "ray " << i;
+        EXPECT_EQ(face_of(a_ball(), a_ball().memory.page(), eight[i].hit, ball_grids()), e.flat->face)
+            << "ray " << i;
+    }
+    return compared;
+}
+
+} // namespace
+
+TEST(Instances, AreWhereTheirTrianglesAre) {
+    for (const double scale : {1e-4, 1.0, 1e4}) {
+        Scene scene;
+        const uint32_t ball = scene.add(a_ball());
+        Random random(3);
+        std::vector<Placement> level;
+        for (int i = 0; i < 60; i++)
+            level.push_back({at_random(random, float(8 * scale), scale, i % 3 == 0), ball});
+        const uint32_t root = scene.add(level);
+        EXPECT_EQ(scene.world.nesting(root), 1);
+        const auto rays = rays_at(scene.flat(root), 1500, float(6 * scale), 4);
+        const Compared c = expect_as_brute_force(scene, root, rays, 8 * scale, 2e-6);
+        EXPECT_GT(c.found, 1000u) << scale;
+    }
+}
+
+// A leaf of a wavy surface is hit twice and more by one ray: the nearest counts, by whatever lanes, in a
+// world or alone.
+TEST(Instances, WavesHideThemselves) {
+    const std::vector<TestGrid> grids = ball(2, 16, 1, 0.25f, 4);
+    const Thing wavy{grids};
+    const Page page = wavy.memory.page();
+    World world;
+    const uint32_t alone = world.add(page), level = world.add(std::vector<Placement>{{Transform(), alone}});
+    Random random(14);
+    std::vector<Ray> rays(20000);
+    for (Ray& r : rays)
+        r.o = random.direction() * 20.0f, r.d = normalize(random.in_box(1) - r.o);
+    EverythingIsThere everything;
+    std::vector<InstanceHit> by_page(rays.size()), by_level(rays.size()), by_sixteen(rays.size());
+    std::vector<Hit> eight(rays.size()), sixteen(rays.size());
+    find_closest<8>(world, alone, rays, by_page, everything);
+    find_closest<8>(world, level, rays, by_level, everything);
+    find_closest<16>(world, level, rays, by_sixteen, everything);
+    find_closest<8>(page, rays, eight, everything);
+    find_closest<16>(page, rays, sixteen, everything);
+    Oracle oracle(page);
+    for (size_t i = 0; i < rays.size(); i++) {
+        const Hit one = oracle.closest(rays[i]);
+        ASSERT_EQ(eight[i], one) << "ray " << i;
+        ASSERT_EQ(sixteen[i], one) << "ray " << i;
+        ASSERT_EQ(by_page[i].hit, one) << "ray " << i;
+        ASSERT_EQ(by_level[i].hit, one) << "ray " << i;
+        ASSERT_EQ(by_sixteen[i].hit, one) << "ray " << i;
+    }
+}
+
+TEST(Instances, LieInInstances) {
+    Scene scene;
+    const uint32_t ball = scene.add(a_ball());
+    Random random(5);
+    uint32_t page = ball;
+    for (int depth = 1; depth <= 3; depth++) {
+        std::vector<Placement> level{{at_random(random, 2, 0.5, true), ball}};
+        for (int i = 0; i < 4; i++)
+            level.push_back({at_random(random, 4, 0.7, i % 2 == 1), page});
+        page = scene.add(level);
+    }
+    EXPECT_EQ(scene.world.nesting(page), 3);
+    const auto rays = rays_at(scene.flat(page), 1500, 3, 6);
+    const Compared c = expect_as_brute_force(scene, page, rays, 4, 3e-6);
+    EXPECT_GT(c.found, 900u);
+    // A page without instances is traced as it is.
+    EverythingIsThere everything;
+    std::vector<InstanceHit> in_world(rays.size());
+    std::vector<Hit> alone(rays.size());
+    find_closest<8>(scene.world, ball, rays, in_world, everything);
+    find_closest<8>(a_ball().memory.page(), rays, alone, everything);
+    for (size_t i = 0; i < rays.size(); i++)
+        EXPECT_EQ(in_world[i], (InstanceHit{alone[i], {}}));
+}
+
+TEST(Instances, LieAsDeepAsTheyMayAndNoDeeper) {
+    Scene scene;
+    Random random(7);
+    uint32_t page = scene.add(a_ball());
+    for (int depth = 0; depth < MostNesting; depth++)
+        page = scene.add({{at_random(random, 0.3f, 1), page}, {Transform::translate(3 + depth, 0, 0), page}});
+    EXPECT_EQ(scene.world.nesting(page), MostNesting);
+    const auto rays = rays_at(scene.flat(page), 400, 2, 8);
+    EXPECT_GT(expect_as_brute_force(scene, page, rays, 40, 1e-6).found, 100u);
+    EXPECT_THROW(scene.world.add(std::vector<Placement>{{Transform(), page}}), Error);
+    EXPECT_THROW(scene.world.add(std::vector<Placement>{{Transform(), 1000}}), Error);
+}
+
+TEST(Instances, FarFromTheOriginKeepTheirDigits) {
+    Scene scene;
+    const uint32_t ball = scene.add(a_ball());
+    const uint32_t root = scene.add({{Transform::translate(1048576, -1048576, 524288), ball},
+                                     {Transform::translate(1048578, -1048576, 524288), ball}});
+    // Origins stand on eighths, as floats do there; rays are what they are.
+    const auto rays = rays_at(scene.flat(root), 1500, 4, 9);
+    EXPECT_GT(expect_as_brute_force(scene, root, rays, 4, 2e-6).found, 800u);
+}
+
+TEST(Instances, ThatNoRayCanBeTakenToAreLeftOut) {
+    Scene scene;
+    const uint32_t ball = scene.add(a_ball());
+    Transform nan, tiny = Transform::scale(1e-30, 1e-30, 1e-30), projective,
+                   far = Transform::translate(1e30, 0, 0);
+    nan.m[1][2] = NAN, projective.m[3][2] = 1;
+    const PageMemory nothing = build({}, Lattice{});
+    const uint32_t empty = scene.world.add(nothing.page());
+    const std::vector<Placement> level{{Transform::scale(1, 0, 1), ball},
+                                       {nan, ball},
+                                       {tiny, ball},
+                                       {projective, ball},
+                                       {far, ball},
+                                       {Transform::translate(0, 0, 4), ball},
+                                       {Transform(), empty}};
+    const uint32_t root = scene.world.add(level);
+    EXPECT_EQ(scene.world.left_out(), 5u);
+    EverythingIsThere everything;
+    const std::vector<Ray> rays{
+        {{0, 0, 0}, 0, {0, 0, 1}}, {{0, 0, 0}, 0, {0, 0, -1}}, {{0, 0, 0}, 0, {NAN, 0, 1}}};
+    std::vector<InstanceHit> hits(rays.size());
+    find_closest<8>(scene.world, root, rays, hits, everything);
+    EXPECT_TRUE(hits[0].hit.found());
+    EXPECT_EQ(hits[0].path.depth, 1u);
+    EXPECT_EQ(hits[0].path.instance[0], 5u);
+    EXPECT_FALSE(hits[1].hit.found());
+    EXPECT_FALSE(hits[2].hit.found());
+    // Levels of nothing.
+    for (const uint32_t none : {scene.world.add(std::vector<Placement>{}), empty}) {
+        find_closest<8>(scene.world, none, rays, hits, everything);
+        EXPECT_FALSE(hits[0].hit.found());
+    }
+}
+
+namespace {
+
+// Every other instance of the inner level is not there.
+struct EveryOther {
+    static constexpr bool Filters = true;
+    bool accepts(size_t, const Page&, const Hit&, const InstancePath& path) const {
+        return path.depth == 2 && path.instance[1] % 2 == 0;
+    }
+};
+
+} // namespace
+
+TEST(Instances, FiltersAreToldWhereTheyAre) {
+    Scene scene, half;
+    for (Scene* s : {&scene, &half}) {
+        const uint32_t ball = s->add(a_ball());
+        Random random(11);
+        std::vector<Placement> inner, outer;
+        for (int i = 0; i < 10; i++)
+            inner.push_back({at_random(random, 3, 0.8), ball});
+        if (s == &half)
+            for (size_t i = 1; i < inner.size(); i += 2)
+                inner[i].world_from_page = Transform::scale(0, 0, 0); // left out
+        const uint32_t level = s->add(inner);
+        for (int i = 0; i < 5; i++)
+            outer.push_back({at_random(random, 5, 1), level});
+        s->add(outer);
+    }
+    const uint32_t root = 2;
+    const auto rays = rays_at(scene.flat(root), 3000, 4, 12);
+    EveryOther other;
+    EverythingIsThere everything;
+    std::vector<InstanceHit> filtered(rays.size()), left(rays.size());
+    std::vector<uint8_t> hidden(rays.size());
+    find_closest<8>(scene.world, root, rays, filtered, other);
+    find_any<8>(scene.world, root, rays, hidden, other);
+    find_closest<8>(half.world, root, rays, left, everything);
+    size_t found = 0;
+    for (size_t i = 0; i < rays.size(); i++) {
+        EXPECT_EQ(filtered[i], left[i]) << "ray " << i;
+        EXPECT_EQ(hidden[i] != 0, left[i].hit.found()) << "ray " << i;
+        found += left[i].hit.found();
+    }
+    EXPECT_GT(found, 1000u);
+}
+
+TEST(Instances, LevelsHaveTheSameBytesForAnyNumberOfThreads) {
+    std::vector<std::byte> first;
+    Random random(13);
+    std::vector<Placement> level;
+    for (int i = 0; i < 100000; i++)
+        level.push_back({at_random(random, 500, 1), 0});
+    for (const size_t threads : {1, 2, 3}) {
+        const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
+                                                threads);
+        Scene scene;
+        scene.add(a_ball());
+        const uint32_t root = scene.world.add(level);
+        const std::byte* bytes = reinterpret_cast<const std::byte*>(scene.world.page(root).bytes());
+        const std::vector<std::byte> own(bytes, bytes + scene.world.page(root).header().bytes);
+        if (first.empty())
+            first = own;
+        EXPECT_EQ(own, first);
+        EXPECT_LE(double(own.size()) / double(level.size()) - 48, 64) << "beside its transform";
+    }
+}
+
+} // namespace kanuka::hierarchy::testing

@@ -1,0 +1,41 @@
+// Pages, and levels of places that they stand at: instances in instances.
+#pragma once
+
+#include <deque>
+#include <span>
+#include <vector>
+
+#include "hierarchy/page.h"
+
+namespace kanuka::hierarchy {
+
+struct Placement {
+    Transform world_from_page; // affine; of a level inside, "world" is the page that it stands in
+    uint32_t page;             // number in the world
+};
+
+// Thread safety: const members may run at the same time.
+class World {
+  public:
+    // A page's number. Whoever made or mapped its bytes keeps them.
+    uint32_t add(const Page& page);
+    // A level, which is a page like any other: instances of pages that are there already. Those whose
+    // transform has no inverse, or is no affine one of finite numbers, are left out and counted. In parallel;
+    // the same bytes for any number of threads. Throws Error where instances would lie deeper in each other
+    // than MostNesting, a page has no such number, or the level would be larger than 2 GiB.
+    uint32_t add(std::span<const Placement> placements);
+
+    const Page& page(uint32_t number) const { return m_pages[number]; }
+    std::span<const Page> pages() const { return m_pages; }
+    int nesting(uint32_t number) const { return m_nesting[number]; } // 0: it is no level
+    size_t left_out() const { return m_left_out; }
+    size_t level_bytes() const; // of all levels together
+
+  private:
+    std::vector<Page> m_pages;
+    std::vector<int> m_nesting;
+    std::deque<PageMemory> m_levels;
+    size_t m_left_out = 0;
+};
+
+} // namespace kanuka::hierarchy
