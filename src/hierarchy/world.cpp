@@ -89,16 +89,18 @@ Groups groups_of(const std::vector<Place>& places) {
     const SplitTree tree = split_all(std::move(items), 8);
     for (const Item& item : tree.items)
         out.order.push_back(item.index);
-    for (const SplitTree::Branch& b : tree.branches) {
-        if (b.left >= 0)
-            continue;
-        Group g{Kind::Instance, uint8_t(b.end - b.begin)};
-        for (uint32_t i = b.begin; i < b.end; i++)
-            g.box[i - b.begin] = places[out.order[i]].box;
-        g.order();
-        g.source = b.begin;
-        out.groups.push_back(g);
-    }
+    for (const SplitTree::Branch& b : tree.branches)
+        if (b.left < 0)
+            out.groups.push_back(
+                {.kind = Kind::Instance, .count = uint8_t(b.end - b.begin), .source = b.begin});
+    tasks::parallel_chunks(out.groups.size(), PlacesATask / 8, [&](size_t begin, size_t end) {
+        for (size_t k = begin; k < end; k++) {
+            Group& g = out.groups[k];
+            for (uint32_t i = 0; i < g.count; i++)
+                g.box[i] = places[out.order[g.source + i]].box;
+            g.order();
+        }
+    });
     return out;
 }
 
