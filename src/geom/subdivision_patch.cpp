@@ -82,20 +82,8 @@ class Filler {
           m_values(3 * targets.size()) {}
 
     void bspline() {
-        constexpr int Few = 32; // points that are only measured by
         const size_t n = m_targets.size();
         float control[16];
-        if (!m_targets[0].du && m_u.count * m_v.count <= Few) {
-            Weights u(4, m_u.count), v(4, m_v.count);
-            cubic_weights(m_u, BsplineBasis, u);
-            cubic_weights(m_v, BsplineBasis, v);
-            for (size_t c = 0; c < n; c++) {
-                for (size_t k = 0; k < 16; k++)
-                    control[k] = m_patch.points[k * n + c];
-                tensor_values(control, u, v, m_targets[c].value, m_pitch);
-            }
-            return;
-        }
         const TensorLattice lattice(m_u, &BsplineBasis, m_v, &BsplineBasis);
         for (size_t c = 0; c < n; c++) {
             for (size_t k = 0; k < 16; k++)
