@@ -68,7 +68,7 @@ std::shared_ptr<const GroundMap> GroundMap::read(const std::string& path, std::s
     map->m_depths.resize(texels);
     for (size_t i = 0; i < texels; i++) {
         const float z = number(Header + 4 * i);
-        map->m_depths[i] = z < float(Nothing) ? z : float(Nothing); // so is what is not a number
+        map->m_depths[i] = std::isfinite(z) && z < float(Nothing) ? z : float(Nothing);
     }
     map->make_levels();
     return map;

@@ -78,6 +78,22 @@ struct Ground {
 
 // Heights over a file of depths, in either byte order and of any shape; bounds over boxes hold, and are those
 // of texels at most as far away as the box is wide.
+// Depths that are no finite numbers are no ground, wherever they are looked up: 0 times infinity is no
+// number.
+TEST(GroundOracles, DepthsThatAreNotFiniteAreNone) {
+    const std::string path = ::testing::TempDir() + "kanuka_no_ground.z";
+    for (const float z : {-INFINITY, INFINITY, NAN}) {
+        Ground ground(1, 1, 3);
+        ground.depths[0] = z;
+        ground.write(path, false);
+        std::string why;
+        const auto map = GroundMap::read(path, why);
+        ASSERT_TRUE(map) << why;
+        const double p[3] = {0, 0, 5};
+        EXPECT_GE(map->height(p), 0.99 * GroundMap::Nothing) << z;
+    }
+}
+
 TEST(GroundOracles, HeightsAndTheirBounds) {
     std::mt19937 engine(7);
     const auto uniform = [&](double lo, double hi) {
