@@ -27,7 +27,7 @@ enum class Kind : uint32_t {
 };
 
 constexpr bool is_of_triangles(Kind kind) {
-    return kind >= Kind::Triangle32;
+    return kind >= Kind::Triangle32 && kind < Kind::Count;
 }
 
 // What the stack of a ray holds: a kind in the upper four bits, an offset in units below.

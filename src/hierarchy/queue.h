@@ -130,11 +130,10 @@ struct Nest {
         Page page;
         int base;
     };
-    int level = 0;
-    Page page;            // the one it is in
-    Ray ray;              // as it runs there
-    Outer outer[Levels];  // around that, from the outermost on
-    InstancePath at, hit; // where it is; where the closest hit is
+    Page page;               // the one it is in
+    Ray ray;                 // as it runs there
+    Outer outer[Levels - 1]; // around that, from the outermost on
+    InstancePath at, hit;    // where it is; where the closest hit is
 };
 template <>
 struct Nest<1> {};
@@ -217,7 +216,7 @@ class RayQueue {
             s.hit.t = m_rays[m_next].t_max;
             s.number = m_next;
             if constexpr (Levels > 1) {
-                s.nest.level = 0, s.nest.page = m_root, s.nest.ray = m_rays[m_next];
+                s.nest.page = m_root, s.nest.ray = m_rays[m_next];
                 s.nest.at = s.nest.hit = {};
             }
             if (s.ray.traceable && root != NoRef) {
@@ -245,24 +244,24 @@ class RayQueue {
     void enter(Slot& s, const InstanceLeaf& place) {
         if constexpr (Levels > 1) {
             Nest<Levels>& n = s.nest;
-            const Page& inner = m_pages[place.page];
+            const Page& inner = m_pages[place.page]; // not empty, and not too deep: World::add()
             Ray ray = place.inner(n.ray);
             ray.t_max = s.ray.t_max;
             const TracedRay traced(ray);
-            if (n.level + 1 == Levels || !traced.traceable || inner.header().root == NoRef)
+            if (!traced.traceable)
                 return;
-            n.outer[n.level] = {n.ray, n.page, s.stack.open(inner.header().root)};
-            n.at.instance[n.level++] = place.number, n.at.depth++;
+            n.outer[n.at.depth] = {n.ray, n.page, s.stack.open(inner.header().root)};
+            n.at.instance[n.at.depth++] = place.number;
             n.page = inner, n.ray = ray, s.ray = traced;
         }
     }
     bool leave(Slot& s) {
         if constexpr (Levels > 1) {
             Nest<Levels>& n = s.nest;
-            if (n.level == 0)
+            if (n.at.depth == 0)
                 return false;
-            const auto& outer = n.outer[--n.level];
-            n.at.instance[--n.at.depth] = 0;
+            const auto& outer = n.outer[--n.at.depth];
+            n.at.instance[n.at.depth] = 0;
             n.page = outer.page, n.ray = outer.ray;
             s.stack.close(outer.base);
             s.ray = TracedRay(n.ray);
@@ -334,9 +333,10 @@ class RayQueue {
         if (Asked == Query::Any) {
             s.stack.clear();
             if constexpr (Levels > 1)
-                s.nest.level = 0;
-        } else
+                s.nest.at = {};
+        } else {
             s.stack.keep_before(s.hit.t);
+        }
     }
 
     const Page m_root;

@@ -314,8 +314,8 @@ void bind_session(nb::module_& m) {
     define(
         m, "check_layer", [](const std::string& text) { check_layer(text, "text"); }, nb::arg("text"),
         "Raises ValueError if `text` is a light path expression that cannot be read, with the column, what "
-        "is "
-        "there\nand what was expected. Whether a scene has a layer of another name is seen when it is "
+        "is\n"
+        "there and what was expected. Whether a scene has a layer of another name is seen when it is "
         "rendered.");
 
     nb::class_<Session> session(m, "Session",
