@@ -13,6 +13,11 @@ inline constexpr int MaxNodes = 32, MaxLobes = 16;
 
 // The layering program, flattened for lanes. Host data, one per program, read by every hit.
 struct MaterialCode {
+    // What slot tables, inputs, positions and indices of its shapes are offsets into, all of them: a window
+    // of the micropolygon store. Null = it has no shapes.
+    const uint32_t* page_words = nullptr;
+    const float* page_floats() const { return reinterpret_cast<const float*>(page_words); }
+
     // What may absorb, or refract, as an upper layer.
     static constexpr LobeId Coat = LobeId::MicrofacetDielectricBrdf;
 
@@ -69,7 +74,8 @@ struct MaterialCode {
     uint32_t aimed = 0;   // lobes of one direction
     uint32_t diffuse = 0; // lobes that scatter to all sides: to light path expressions, what is not glossy
 
-    explicit MaterialCode(const grid::LayeringProgram& program) {
+    explicit MaterialCode(const grid::LayeringProgram& program, const uint32_t* page_words = nullptr)
+        : page_words(page_words) {
         const grid::WordLayout layout(program);
         words = int(layout.words.size());
         has_tangent = program.needs_tangent();

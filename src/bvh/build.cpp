@@ -48,9 +48,9 @@ class Builder {
     }
 
     void add_shapes(Group& group, const GroupDesc& desc) {
-        // Grids by whether hits are filtered, their steps, and how far apart those lie; and by the solid
-        // that they bound.
-        std::map<std::array<int32_t, 4>, std::vector<int>> grids;
+        // Grids by whether hits are filtered, their steps, and how far apart those lie; by the solid that
+        // they bound; and by the window of the store that they lie in.
+        std::map<std::array<int32_t, 5>, std::vector<int>> grids;
         for (const auto& range : desc.shapes) {
             const int solid = group.trees.empty() || group.trees.holds(range.solid) ? range.solid : -1;
             for (int s = range.first; s < range.first + range.count; s++) {
@@ -59,7 +59,8 @@ class Builder {
                     add_mesh(group, s, solid);
                 else
                     grids[{cuts_out(shape), shape.motion_segments,
-                           shape.motion_segments > 0 ? shape.motion_stride : 0, solid}]
+                           shape.motion_segments > 0 ? shape.motion_stride : 0, solid,
+                           m_store.window(shape.program)}]
                         .push_back(s);
             }
         }
@@ -105,7 +106,7 @@ class Builder {
     }
 
     // Grids of a group that move by the same steps and whose hits are all filtered, or all not: their
-    // vertices lie in the arena as they are.
+    // vertices lie in the store as they are.
     void add_grids(Group& group, const std::vector<int>& shapes, int solid) {
         if (shapes.empty())
             return;
@@ -123,7 +124,7 @@ class Builder {
         rtcSetGeometryTimeStepCount(geometry, unsigned(first.motion_segments) + 1);
         for (int k = 0; k <= first.motion_segments; k++)
             rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, unsigned(k), RTC_FORMAT_FLOAT3,
-                                       m_store.words(), size_t(k) * size_t(first.motion_stride) * 4, 12,
+                                       m_store.words(first), size_t(k) * size_t(first.motion_stride) * 4, 12,
                                        last);
         auto ours = std::make_unique<Geometry>(Geometry{&m_store, shapes, {}, solid});
         attach(group, geometry, std::move(ours));
@@ -151,8 +152,8 @@ class Builder {
                 }
             last = std::max(last, size_t(first) + size_t(row) * size_t(s.mv + 1));
         }
-        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, m_store.words(), 0,
-                                   12, last);
+        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                   m_store.words(m_store.shapes()[size_t(shapes[0])]), 0, 12, last);
         m_bytes += int64_t(cells * 2 * sizeof(int));
         attach(group, geometry, std::move(ours));
     }
@@ -173,11 +174,11 @@ class Builder {
         RTCGeometry geometry = rtcNewGeometry(m_device, kind.type);
         rtcSetGeometryTimeStepCount(geometry, unsigned(s.motion_segments) + 1);
         for (int k = 0; k <= s.motion_segments; k++)
-            rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, unsigned(k), kind.vertex,
-                                       m_store.words() + s.positions, size_t(k) * size_t(s.motion_stride) * 4,
-                                       kind.vertex_bytes, size_t(s.mu));
+            rtcSetSharedGeometryBuffer(
+                geometry, RTC_BUFFER_TYPE_VERTEX, unsigned(k), kind.vertex, m_store.words(s) + s.positions,
+                size_t(k) * size_t(s.motion_stride) * 4, kind.vertex_bytes, size_t(s.mu));
         rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, kind.index,
-                                   m_store.words() + s.indices, 0, kind.index_bytes, size_t(s.mv));
+                                   m_store.words(s) + s.indices, 0, kind.index_bytes, size_t(s.mv));
         attach(group, geometry, std::make_unique<Geometry>(Geometry{&m_store, {shape}, {}, solid}));
     }
 

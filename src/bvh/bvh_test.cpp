@@ -275,7 +275,7 @@ TEST(Bvh, ClosedLatticesDoNotLeak) {
     Shapes shapes;
     shapes.add_sphere({0.1f, 0.2f, 0.3f}, 1, 64);
     const auto scene = shapes.flat_scene();
-    const float* P = shapes.store.floats() + shapes.store.shapes()[0].positions;
+    const float* P = shapes.store.floats(shapes.store.shapes()[0]) + shapes.store.shapes()[0].positions;
     std::mt19937 g(9);
     const auto unit = [&] { return float(g() >> 8) * 0x1p-23f - 1; };
     constexpr int Row = 129, Rows = 65;

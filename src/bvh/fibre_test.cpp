@@ -29,8 +29,7 @@ class Traced {
             grid::VertexInputs inputs;
             const store::ShadedGrid shaded{&diced.mesh_vertices, nullptr, &diced.mesh, &inputs};
             uint64_t bad = 0;
-            m_store.add_page(store::encode(std::span(&shaded, 1), slab.program, bad),
-                             m_store.add_program(slab.program), -1);
+            m_store.add_page(store::encode(std::span(&shaded, 1), slab.program, bad), slab.program, -1);
             EXPECT_EQ(bad, 0u);
         }
         EXPECT_TRUE(journal.entries().empty());

@@ -106,7 +106,7 @@ Bounds3f bounds_of(const store::Store& store, const store::ShapeRecord& s) {
     const size_t n = mesh ? size_t(s.mu) : size_t(s.mu + 1) * size_t(s.mv + 1), each = fibre ? 4 : 3;
     Bounds3f b;
     for (int k = 0; k <= s.motion_segments; k++) {
-        const uint32_t* words = store.words() + size_t(s.positions) + size_t(k) * size_t(s.motion_stride);
+        const uint32_t* words = store.words(s) + size_t(s.positions) + size_t(k) * size_t(s.motion_stride);
         for (size_t i = 0; i < n; i++, words += each) {
             float p[4] = {};
             std::memcpy(p, words, each * sizeof(float));

@@ -180,7 +180,7 @@ class Shapes {
         shaded.inputs = &inputs;
         uint64_t bad = 0;
         const auto page = store::encode(std::span(&shaded, 1), m_program, bad);
-        return store.add_page(page, store.add_program(m_program), -1, links);
+        return store.add_page(page, m_program, -1, links);
     }
     grid::LayeringProgram m_program;
 };

@@ -114,9 +114,9 @@ class Reading {
 
 class Session {
   public:
-    Session(std::shared_ptr<Scene> scene, render::Session::Keep keep, const char* call,
-            const nb::kwargs& keywords)
-        : m_scene(std::move(scene)), m_call(call), m_keywords(keywords) {
+    Session(std::shared_ptr<Scene> scene, render::Session::Keep keep, std::optional<uint64_t> page_memory,
+            const char* call, const nb::kwargs& keywords)
+        : m_scene(std::move(scene)), m_page_memory(page_memory), m_call(call), m_keywords(keywords) {
         const Request request = take(m_keywords);
         m_messages.emplace(request.journal);
         Journal& journal = *m_messages->journal;
@@ -220,6 +220,7 @@ class Session {
         render::Overrides& overrides = request.overrides;
         overrides.standard_shaders = standard_shaders();
         overrides.delayed = m_scene->delayed.get();
+        overrides.page_memory = m_page_memory;
         m_scene->scene.options = m_scene->options; // Python may write its own while the picture is made
         scene::Options options = m_scene->options;
         overrides.options.apply(options);
@@ -253,6 +254,7 @@ class Session {
     }
 
     std::shared_ptr<Scene> m_scene;
+    std::optional<uint64_t> m_page_memory;
     const char* m_call;
     nb::kwargs m_keywords;
     std::optional<Messages> m_messages;
@@ -279,15 +281,25 @@ void init_session(Session* self, std::shared_ptr<Scene> scene, const nb::kwargs&
         keep_pages = argument<bool>(keywords["keep_pages"], "keep_pages");
         nb::del(keywords["keep_pages"]);
     }
+    std::optional<uint64_t> page_memory;
+    if (keywords.contains("page_memory")) {
+        if (const auto megabytes = argument<std::optional<double>>(keywords["page_memory"], "page_memory")) {
+            if (!(*megabytes >= 0) || *megabytes > 1e12)
+                throw nb::value_error("Session: page_memory must be 0 or more megabytes");
+            page_memory = uint64_t(*megabytes * (1 << 20));
+        }
+        nb::del(keywords["page_memory"]);
+    }
     using Keep = render::Session::Keep;
-    new (self) Session(std::move(scene), keep_pages ? Keep::Pages : Keep::Keys, "Session", keywords);
+    new (self)
+        Session(std::move(scene), keep_pages ? Keep::Pages : Keep::Keys, page_memory, "Session", keywords);
 }
 
 Picture render(std::shared_ptr<Scene> scene, const nb::kwargs& keywords) {
     check_idle(*scene);
     Request of_call;
     take_keywords(of_call, render_keywords(), "render", keywords);
-    Session session(std::move(scene), render::Session::Keep::Nothing, "render", keywords);
+    Session session(std::move(scene), render::Session::Keep::Nothing, std::nullopt, "render", keywords);
     Picture picture = session.whole_picture(of_call.progress);
     char seconds[32];
     std::snprintf(seconds, sizeof seconds, "%.2f", picture.stats->time.total_s);
@@ -307,7 +319,8 @@ void bind_session(nb::module_& m) {
                 "\n\nCtrl-C stops early and returns what is there, with `cancelled` set. What is missing or "
                 "replaced is a kanuka.Warning,\nand in the picture's journal.",
         sig_of_session =
-            "def __init__(self, scene: Scene, *, keep_pages: bool = True" + arguments + ") -> None",
+            "def __init__(self, scene: Scene, *, keep_pages: bool = True, page_memory: float | None = None" +
+            arguments + ") -> None",
         sig_of_update = "def update(self, *" + arguments + ") -> None";
     define(m, "render", &render, nb::arg("scene"), nb::arg("keywords"), nb::sig(sig.c_str()), about.c_str());
 
@@ -318,13 +331,15 @@ void bind_session(nb::module_& m) {
         "there and what was expected. Whether a scene has a layer of another name is seen when it is "
         "rendered.");
 
-    nb::class_<Session> session(m, "Session",
-                                "A picture that is made step by step: it can be looked at on the way, "
-                                "stopped, saved and continued, and made "
-                                "again\nafter edits of the scene at the cost of what they touch. Takes the "
-                                "arguments of render(), but for "
-                                "progress.\nkeep_pages=False keeps no diced and shaded geometry for "
-                                "update(), which takes as much memory again.");
+    nb::class_<Session> session(
+        m, "Session",
+        "A picture that is made step by step: it can be looked at on the way, "
+        "stopped, saved and continued, and made "
+        "again\nafter edits of the scene at the cost of what they touch. Takes the "
+        "arguments of render(), but for "
+        "progress.\nkeep_pages=False keeps no diced and shaded geometry for "
+        "update(). page_memory: megabytes of it that are kept\n(None: a quarter of the "
+        "machine's memory); what finds no room is made again by every update.");
     define(session, "__init__", &init_session, nb::arg("scene"), nb::arg("keywords"),
            nb::sig(sig_of_session.c_str()));
     define(
@@ -370,13 +385,15 @@ void bind_session(nb::module_& m) {
                 nb::dict kept;
                 kept["primitives"] = s.stats().count.primitives.load();
                 kept["primitives_kept"] = s.stats().count.primitives_kept.load();
+                kept["primitives_evicted"] = s.stats().count.primitives_evicted.load();
                 kept["hierarchies_kept"] = s.stats().count.hierarchies_kept.load();
                 return kept;
             },
             nb::sig("def kept(self) -> dict[str, int]"),
             "What the last making of the scene had of the one before: 'primitives' there are, "
             "'primitives_kept' of "
-            "them, and\n'hierarchies_kept' (1: nothing was built).");
+            "them,\n'primitives_evicted' that were known but had found no room in page_memory and were made "
+            "again, and 'hierarchies_kept'\n(1: nothing was built).");
 }
 
 } // namespace kanuka::python

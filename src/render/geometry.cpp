@@ -98,6 +98,8 @@ class GeometryBuilder {
                                    bvh::subtracted(desc.solids, bounded), prepared[i]);
             });
             for (size_t i = 0; i < prepared.size(); i++) {
+                if (prepared[i].made)
+                    m_request.pages->keep(prepared[i].content, std::move(*prepared[i].made));
                 if (!prepared[i].empty)
                     place(primitives[begin + i], prepared[i], shapes);
                 prepared[i] = {};
@@ -144,8 +146,7 @@ class GeometryBuilder {
         if (!p.path.empty() || bounded != shapes.solid)
             close_run(shapes);
         shapes.solid = bounded;
-        m_out->store.add_page(p.page, m_out->store.add_program(program), interior_of(program, p.inside),
-                              links, primitive.id);
+        m_out->store.add_page(p.page, program, interior_of(program, p.inside), links, primitive.id);
         m_out->moving |= p.changes || !p.path.empty();
         if (!p.path.empty())
             add_moving(std::move(p.path), shapes);
@@ -300,7 +301,7 @@ class GeometryBuilder {
 } // namespace
 
 std::unique_ptr<Geometry> build_geometry(const GeometryRequest& request) {
-    auto geometry = std::make_unique<Geometry>();
+    auto geometry = std::make_unique<Geometry>(request.store_window);
     GeometryBuilder(request, *geometry).run();
     return geometry;
 }

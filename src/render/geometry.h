@@ -19,6 +19,8 @@
 namespace kanuka::render {
 
 struct Geometry {
+    explicit Geometry(size_t store_window) : store(store_window) {}
+
     store::Store store;
     std::vector<bvh::GroupDesc> groups;         // the last is the world
     std::vector<std::vector<float>> transforms; // what the groups' instances point to
@@ -43,9 +45,10 @@ struct GeometryRequest {
     const Linking& linking;
     std::vector<bvh::Scene::Plane> clips; // in render space
     uint64_t memory;                      // that there is
-    bool classic = false;                 // surfaces light nothing, but for area lights
-    PageCache* pages = nullptr;           // what was made before; null = nothing is kept
-    Digest setting = {};                  // of what all materials depend on; for keys of pages
+    size_t store_window = store::Store::LargestWindow;
+    bool classic = false;       // surfaces light nothing, but for area lights
+    PageCache* pages = nullptr; // what was made before; null = nothing is kept
+    Digest setting = {};        // of what all materials depend on; for keys of pages
 };
 
 // Thread count changes nothing in what is built.

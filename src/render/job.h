@@ -23,7 +23,8 @@ struct Job {
     int lanes;
     std::string standard_shaders;
     scene::Delayed* delayed;
-    uint64_t memory;
+    uint64_t memory, page_memory; // bytes that there are, and that pages are kept in
+    size_t store_window;
     float shading_rate;
     bool may_face; // nobody chose an integrator
     transport::IntegratorChoice integrator;

@@ -1,12 +1,12 @@
 // What primitives became, kept from one making of a scene to the next: pages by what they were made of, so
-// that an edit dices and shades nothing that it did not touch.
+// that an edit dices and shades nothing that it did not touch. Pages take no more than a budget; those beyond
+// it are absent: known, and made again where they are needed.
 #pragma once
 
-#include <iterator>
 #include <map>
 #include <memory>
 #include <mutex>
-#include <utility>
+#include <optional>
 #include <vector>
 
 #include "base/digest.h"
@@ -15,61 +15,66 @@
 
 namespace kanuka::render {
 
-// Thread safety: find() and keep() may run at the same time, next() alone.
+// Thread safety: find() may run at the same time, the others alone.
 class PageCache {
   public:
+    struct Made {
+        store::Page page; // in its own space
+        bool empty = true;
+    };
+    // What is pinned stays as long as the pin, evicted or not.
+    using Pin = std::shared_ptr<const Made>;
+    struct Entry {
+        shade::SpacesRead read; // by its shaders, of where the primitive stood
+        Digest of_read;         // the values of that
+        Pin made;               // null = absent
+    };
+
     // keeps: false = pages are given their keys, and go.
     explicit PageCache(bool keeps) : m_keeps(keeps) {}
     bool keeps() const { return m_keeps; }
-    struct Entry {
-        store::Page page; // in its own space
-        bool empty = true;
-        shade::SpacesRead read; // by its shaders, of where the primitive stood
-        Digest of_read;         // the values of that
-    };
-    // From earlier makings; of this one it would depend on the order in which threads come. Of one content
-    // there may be several, which were made in different places. `fits`: of an entry, is what it read the
-    // same here? Null = there is none.
+    void set_budget(uint64_t bytes) { m_budget = bytes; } // holds from next() on for what is there
+
+    // Of one content there may be several, which were made in different places. `fits`: of an entry, is what
+    // it read the same here? None = it was never made.
     template <class Fits>
-    std::shared_ptr<const Entry> find(const Digest& content, const Fits& fits) {
+    std::optional<Entry> find(const Digest& content, const Fits& fits) {
         const std::lock_guard lock(m_mutex);
-        const auto found = m_entries.find(content);
-        if (found != m_entries.end())
-            for (Kept& kept : found->second)
-                if (!kept.fresh && fits(*kept.entry)) {
-                    kept.used = true;
-                    return kept.entry;
-                }
-        return nullptr;
+        const auto [begin, end] = m_known.equal_range(content);
+        for (auto at = begin; at != end; ++at)
+            if (fits(at->second.entry)) {
+                at->second.used = m_making;
+                return at->second.entry;
+            }
+        return std::nullopt;
     }
-    void keep(const Digest& content, std::shared_ptr<const Entry> entry) {
-        const std::lock_guard lock(m_mutex);
-        std::vector<Kept>& of_content = m_entries[content];
-        for (const Kept& kept : of_content)
-            if (kept.fresh && kept.entry->of_read == entry->of_read)
-                return;
-        of_content.push_back({std::move(entry), true, true});
-    }
-    // A making is over: what it did not use goes.
-    void next() {
-        for (auto at = m_entries.begin(); at != m_entries.end();) {
-            std::erase_if(at->second, [](Kept& kept) {
-                kept.fresh = false;
-                return !std::exchange(kept.used, false);
-            });
-            at = at->second.empty() ? m_entries.erase(at) : std::next(at);
-        }
-    }
-    void clear() { m_entries.clear(); }
+    // Which pages find room depends on the order of calls, and must not depend on threads. What the last
+    // making has used is not evicted for another page: the scene is walked through in order, and the least
+    // recently used page would be the one that is needed next.
+    void keep(const Digest& content, Entry entry);
+    // A making is over: what it has not used may be evicted from now on, those first that were used longest
+    // ago.
+    void next();
+    void clear();
+
+    uint64_t bytes() const { return m_bytes; }
 
   private:
-    struct Kept {
-        std::shared_ptr<const Entry> entry;
-        bool used, fresh; // in, and since, the making that goes on
+    struct Known {
+        Entry entry;
+        uint64_t used;   // number of the making
+        uint64_t number; // in the order in which they came
     };
+    using Table = std::multimap<Digest, Known>;
+    static uint64_t bytes_of(const Entry& entry);
+    void evict(Known& known);
+
     const bool m_keeps;
+    uint64_t m_budget = ~uint64_t(0), m_bytes = 0;
+    uint64_t m_making = 1, m_count = 0;
     std::mutex m_mutex;
-    std::map<Digest, std::vector<Kept>> m_entries;
+    Table m_known;
+    std::vector<Table::iterator> m_stale; // to be evicted, the last one first
 };
 
 } // namespace kanuka::render

@@ -91,13 +91,12 @@ void Preparer::make(const scene::Primitive& declared, const Transform& parent_fr
         fill(rest, *volume, parent_from_object, frame, instanced || !moving.places.empty(), boundary, out);
     const shade::Material& material = *out.material;
     const dice::DiceTarget target = target_of(primitive, material, frame, instanced != nullptr, moving.later);
-    Digest content;
     if (m_request.pages)
-        content = key_of(declared, material, frame, target, inside_out);
-    if (!m_request.pages || !take_kept(content, out)) {
+        out.content = key_of(declared, material, frame, target, inside_out);
+    if (!m_request.pages || !take_kept(out)) {
         shade::SpacesRead read = dice_and_shade(declared, primitive, frame, target, inside_out, start, out);
         if (m_request.pages)
-            keep(content, std::move(read), out);
+            note_made(std::move(read), out);
     }
     out.changes = !moving.later.empty();
     if (out.empty)
@@ -163,25 +162,30 @@ Preparer::Preparer(const GeometryRequest& request) : m_request(request) {
     m_setting = d.digest();
 }
 
-bool Preparer::take_kept(const Digest& content, Prepared& out) {
+bool Preparer::take_kept(Prepared& out) {
     const shade::Material& material = *out.material;
-    const std::shared_ptr<const PageCache::Entry> kept = m_request.pages->find(
-        content, [&](const PageCache::Entry& e) { return material.digest_of(e.read) == e.of_read; });
-    if (!kept)
+    const std::optional<PageCache::Entry> known = m_request.pages->find(
+        out.content, [&](const PageCache::Entry& e) { return material.digest_of(e.read) == e.of_read; });
+    if (!known)
         return false;
-    out.key = digest_of(content, kept->of_read);
-    out.page = kept->page;
-    out.empty = kept->empty;
+    if (!known->made) {
+        m_request.stats.count.primitives_evicted += 1;
+        return false;
+    }
+    out.key = digest_of(out.content, known->of_read);
+    out.page = known->made->page;
+    out.empty = known->made->empty;
     m_request.stats.count.primitives_kept += 1;
     return true;
 }
 
-void Preparer::keep(const Digest& content, shade::SpacesRead read, Prepared& out) {
+void Preparer::note_made(shade::SpacesRead read, Prepared& out) const {
     const Digest of_read = out.material->digest_of(read);
-    out.key = digest_of(content, of_read);
+    out.key = digest_of(out.content, of_read);
     if (m_request.pages->keeps())
-        m_request.pages->keep(content, std::make_shared<PageCache::Entry>(
-                                           PageCache::Entry{out.page, out.empty, std::move(read), of_read}));
+        out.made =
+            PageCache::Entry{std::move(read), of_read,
+                             std::make_shared<const PageCache::Made>(PageCache::Made{out.page, out.empty})};
 }
 
 // Of all that a page is made of, but for what shaders read of where the primitive stands.

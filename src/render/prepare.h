@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 
 #include "base/digest.h"
 #include "render/geometry.h"
@@ -23,10 +24,12 @@ struct Prepared {
     // A primitive that moves as a whole is a group of its own: what it is when the shutter opens, in its
     // place in the parent's space then, and from there to where it goes.
     std::vector<MotionPath> path;
-    bool changes = false;           // its shape
-    Thickness inside;               // of a Volume
-    std::array<double, 3> offset{}; // PageFrame::offset
-    Digest key;                     // of the page, where GeometryRequest::pages are kept
+    bool changes = false;                 // its shape
+    Thickness inside;                     // of a Volume
+    std::array<double, 3> offset{};       // PageFrame::offset
+    Digest key;                           // of the page, where GeometryRequest::pages are kept
+    Digest content;                       // and that without what shaders read of where it stands
+    std::optional<PageCache::Entry> made; // to be kept: in its own space; none = it was kept already
 };
 
 // Thread safety: prepare() may run at the same time, the others alone.
@@ -54,8 +57,8 @@ class Preparer {
     shade::SpacesRead dice_and_shade(const scene::Primitive& declared, const scene::Primitive& primitive,
                                      const PageFrame& frame, dice::DiceTarget target, bool inside_out,
                                      Clock::time_point start, Prepared& out);
-    bool take_kept(const Digest& content, Prepared& out);
-    void keep(const Digest& content, shade::SpacesRead read, Prepared& out);
+    bool take_kept(Prepared& out);
+    void note_made(shade::SpacesRead read, Prepared& out) const;
     Digest key_of(const scene::Primitive& declared, const shade::Material& material, const PageFrame& frame,
                   const dice::DiceTarget& target, bool inside_out);
     Digest key_of(const scene::Attributes* attributes);

@@ -31,11 +31,14 @@ Job job_of(const scene::Scene& scene, const Overrides& o, Journal& journal, Stat
             .standard_shaders = o.standard_shaders,
             .delayed = o.delayed,
             .memory = o.memory ? *o.memory : machine_memory(),
+            .page_memory = 0,
+            .store_window = o.store_window,
             .shading_rate = o.shading_rate.value_or(1.0f),
             .may_face = !o.options.has("integrator") && scene.options.integrator == "path" &&
                         !scene.file.empty() && !o.delayed,
             .integrator = {},
             .aovs = {}};
+    job.page_memory = o.page_memory.value_or(job.memory / 4);
     o.options.apply(job.options);
     const scene::Options& options = job.options;
     if (options.width < 1 || options.height < 1 ||

@@ -11,6 +11,7 @@
 #include "film/film.h"
 #include "scene/delayed.h"
 #include "scene/schema/options.h"
+#include "store/store.h"
 
 namespace kanuka::render {
 
@@ -25,6 +26,9 @@ struct Overrides {
     std::string standard_shaders;      // folder
     scene::Delayed* delayed = nullptr; // procedurals to be read when rays meet them
     std::optional<uint64_t> memory;    // bytes that there are; unset = the machine's
+    std::optional<uint64_t>
+        page_memory; // bytes of pages that are kept for update(); unset = a quarter of that
+    size_t store_window = store::Store::LargestWindow; // words; less, for tests of what lies beyond
 };
 
 // A picture of a scene, and what it was made from: prepared once, traced in steps, developed whenever
@@ -35,7 +39,8 @@ class Session {
     enum class Keep {
         Nothing, // each making begins at nothing
         Keys,    // what pages are made of is noted: for save() and resume()
-        Pages    // and they are kept, so that update() makes again only what has changed
+        Pages    // and they are kept, as far as there is room, so that update() makes again only what has
+                 // changed
     };
     // `scene`, `journal` and `stats` must outlive it; the scene may change between calls, if update()
     // follows.

@@ -60,7 +60,7 @@ class CrackScene {
             add_seams(diced.traced[i]);
         }
         uint64_t bad = 0;
-        m_store.add_page(store::encode(shaded, program, bad), m_store.add_program(program), -1);
+        m_store.add_page(store::encode(shaded, program, bad), program, -1);
         m_groups.resize(1);
         m_groups[0].shapes.push_back({0, int(m_store.shapes().size())});
         m_scene =

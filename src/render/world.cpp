@@ -73,8 +73,20 @@ void World::prepare_color() {
     m_kept->of_color = of_color;
 }
 
+// The geometry of before stays until the hierarchy is built, which may be the same. Each takes as much again
+// to be traced, and pages are kept beside.
+void World::drop_what_leaves_no_room() {
+    const Geometry* before = m_kept->geometry.get();
+    if (!before || before->store.grid_bytes() + before->store.input_bytes() <= m_job.memory / 8)
+        return;
+    m_kept->bvh.reset();
+    m_kept->geometry.reset();
+}
+
 void World::build() {
     prepare_color();
+    m_kept->pages.set_budget(m_job.page_memory);
+    drop_what_leaves_no_room();
     shade::ShadingOptions so;
     so.palette = m_kept->color.palette.get();
     so.shader_path = m_job.options.shader_path;
@@ -121,19 +133,10 @@ void World::decide_transport() {
 }
 
 GeometryRequest World::request_for(const scene::Scene& scene) {
-    GeometryRequest request{scene,
-                            *m_shading,
-                            *m_kept->color.palette,
-                            m_dice,
-                            m_camera.render_from_world,
-                            m_job.shutter(),
-                            m_job.journal,
-                            *m_job.stats,
-                            *m_job.progress,
-                            *m_linking,
-                            m_clips,
-                            m_job.memory,
-                            m_classic};
+    GeometryRequest request{
+        scene,           *m_shading,    *m_kept->color.palette, m_dice,          m_camera.render_from_world,
+        m_job.shutter(), m_job.journal, *m_job.stats,           *m_job.progress, *m_linking,
+        m_clips,         m_job.memory,  m_job.store_window,     m_classic};
     if (m_has_keys) {
         const scene::Options& o = m_job.options;
         request.pages = &m_kept->pages;

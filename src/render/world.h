@@ -49,6 +49,7 @@ class World {
     void decide_transport();
     GeometryRequest request_for(const scene::Scene& scene);
     void build_bvh();
+    void drop_what_leaves_no_room();
     void bound_nesting();
     void number_emitters();
     uint64_t resident_bytes() const;

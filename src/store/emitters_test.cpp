@@ -17,7 +17,7 @@ TEST(Emitters, AreasAndPowersOfAGrid) {
         made.at(2, 0, i) = made.at(2, 1, i) = made.at(2, 2, i) = float(i % 5); // linear in u
     made.set_uniform(3, {0.5f, 0, 0});
     Store store;
-    store.add_page(encode_one(made, program), store.add_program(program), -1);
+    store.add_page(encode_one(made, program), program, -1);
     ASSERT_EQ(store.emitters().size(), 24u); // two a cell
     double area = 0, power = 0;
     for (const Emitter& e : store.emitters()) {
@@ -50,7 +50,7 @@ TEST(Emitters, MeshesSplitTheirQuads) {
         made.mesh.indices =
             n == 4 ? std::vector<uint32_t>{0, 1, 2, 3, 1, 4, 5, 2} : std::vector<uint32_t>{0, 1, 2, 1, 4, 5};
         const size_t before = store.emitters().size();
-        const int shape = store.add_page(encode_one(made, program), store.add_program(program), -1);
+        const int shape = store.add_page(encode_one(made, program), program, -1);
         EXPECT_EQ(store.shapes()[size_t(shape)].emitter, int(before));
         double area = 0;
         for (size_t i = before; i < store.emitters().size(); i++)
@@ -66,13 +66,13 @@ TEST(Emitters, ShineWhereNormalsPoint) {
     for (int i = 0; i < 4; i++)
         made.grid.N[size_t(2 * made.grid.stride + i)] = -1;
     Store store;
-    store.add_page(encode_one(made, program), store.add_program(program), -1);
+    store.add_page(encode_one(made, program), program, -1);
     EXPECT_EQ(store.emitters()[0].flags, 1u);
     for (int i = 0; i < 4; i++)
         made.grid.N[size_t(2 * made.grid.stride + i)] = 0;
     for (bool flips : {false, true}) { // without normals, where the winding says
         made.grid.flips = flips;
-        store.add_page(encode_one(made, program), store.add_program(program), -1);
+        store.add_page(encode_one(made, program), program, -1);
         EXPECT_EQ(store.emitters().back().flags, uint32_t(flips));
     }
 }
@@ -85,10 +85,10 @@ TEST(Emitters, LayersCoverThem) {
     made.set_uniform(1, {0.75f, 0, 0});
     made.set_uniform(3, {1, 0, 0});
     Store store;
-    store.add_page(encode_one(made, p), store.add_program(p), -1);
+    store.add_page(encode_one(made, p), p, -1);
     EXPECT_NEAR(store.emitters()[0].power, 0.5f * 0.25f * 0.5f, 1e-5f);
     p.nodes[2].op = LayerOp::Coat; // coats are clear to what shines below them
-    store.add_page(encode_one(made, p), store.add_program(p), -1);
+    store.add_page(encode_one(made, p), p, -1);
     EXPECT_NEAR(store.emitters().back().power, 0.5f * 0.5f, 1e-5f);
 }
 
@@ -119,7 +119,7 @@ TEST(Emitters, ShapesByAngle) {
         TemporaryFile file;
         write_page(file.path(), encode_one(made, program));
         Store store;
-        store.add_page(read_page(file.path()), store.add_program(program), -1);
+        store.add_page(read_page(file.path()), program, -1);
         const Emitter& e = store.emitters()[0];
         const double degree = 3.141592653589793 / 180;
         const double outer = std::cos(double(c.first) * degree),
@@ -145,25 +145,24 @@ TEST(Presence, OnGridsAndMeshes) {
     for (int i = 0; i < 9; i++)
         made.at(3, 0, i) = float(i % 3) / 2; // = u
     Store store;
-    const int id = store.add_program(program);
-    store.add_page(encode_one(made, program), id, -1);
+    store.add_page(encode_one(made, program), program, -1);
     for (float u : {0.0f, 0.2f, 0.5f, 0.9f, 1.0f})
         for (float v : {0.0f, 0.6f, 1.0f})
             EXPECT_NEAR(store.presence(0, 0, u, v), u, 1e-3f);
     made.is_mesh = true;
     made.mesh.vertices_per_face = 4;
     made.mesh.indices = {0, 1, 4, 3, 1, 2, 5, 4};
-    int shape = store.add_page(encode_one(made, program), id, -1);
+    int shape = store.add_page(encode_one(made, program), program, -1);
     EXPECT_NEAR(store.presence(shape, 0, 0.5f, 0.2f), 0.25f, 1e-3f);
     EXPECT_NEAR(store.presence(shape, 1, 0.5f, 0.2f), 0.75f, 1e-3f);
     made.mesh.vertices_per_face = 3;
     made.mesh.indices = {0, 1, 3, 2, 5, 4};
-    shape = store.add_page(encode_one(made, program), id, -1);
+    shape = store.add_page(encode_one(made, program), program, -1);
     EXPECT_NEAR(store.presence(shape, 0, 0.5f, 0.25f), 0.25f, 1e-3f);
     EXPECT_NEAR(store.presence(shape, 1, 0.25f, 0.5f), 0.25f * 1 + 0.25f * 1 + 0.5f * 0.5f, 1e-3f);
     grid::LayeringProgram opaque = program;
     opaque.presence = -1;
-    shape = store.add_page(encode_one(made, opaque), store.add_program(opaque), -1);
+    shape = store.add_page(encode_one(made, opaque), opaque, -1);
     EXPECT_EQ(store.presence(shape, 0, 0.5f, 0.5f), 1);
 }
 

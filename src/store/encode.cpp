@@ -13,6 +13,20 @@ static uint32_t* bytes_at(Page& page, uint32_t at, const std::vector<T>& source)
     return page.words.data() + at;
 }
 
+// Offsets have 31 bits.
+static void refuse_too_long(const std::vector<Encoded>& encoded) {
+    uint64_t words = 0;
+    for (const Encoded& e : encoded) {
+        const uint64_t positions = e.positions.size() * (1 + e.later.size());
+        words += ShapeWords + e.table.size() + e.inputs.size() + positions + e.indices.size() +
+                 e.emitters.size() * (sizeof(Emitter) / 4);
+    }
+    if (words > Store::LargestWindow - 4096)
+        throw Error("it takes " + std::to_string(words * 4 >> 30) +
+                    " GiB of grids, and one primitive may have 8: a larger shading rate, or splitting it up "
+                    "would do");
+}
+
 Page encode(std::span<const ShadedGrid> grids, const grid::LayeringProgram& program, uint64_t& bad_inputs,
             const color::Palette* palette, uint64_t* lost) {
     static const color::Palette rec709;
@@ -35,6 +49,7 @@ Page encode(std::span<const ShadedGrid> grids, const grid::LayeringProgram& prog
                      at[i].emitters + uint32_t(e.emitters.size())};
     }
     const Offsets& total = at.back();
+    refuse_too_long(encoded);
     const auto round_up = [](uint64_t n, uint64_t m) { return uint32_t((n + m - 1) / m * m); };
     PageHeader h{};
     h.magic = PageMagic;

@@ -10,9 +10,11 @@
 namespace kanuka::store {
 
 namespace {
-// 2^31 words, the reach of a 32-bit gather index. Reserved, not committed: memory comes as pages are added.
-constexpr size_t ArenaWords = size_t(1) << 31;
 constexpr size_t PageAlignment = 48; // words: whole cache lines, and whole xyz triples
+constexpr size_t Slack = 64;         // bytes: lanes load whole rows
+// Tables of 16 words that lanes index by 32 bits: shapes and emitters.
+constexpr size_t MostRows = (size_t(1) << 31) / 16;
+static_assert(sizeof(ShapeRecord) == 64 && sizeof(Emitter) == 64);
 } // namespace
 
 uint32_t EmissionShape::bits() const {
@@ -31,27 +33,36 @@ float EmissionShape::sent() const {
     return 1 - cos_inner * cos_inner + d * (a + 0.7f * d);
 }
 
-Store::Store() : m_capacity(ArenaWords) {
-    void* p = mmap(nullptr, m_capacity * 4 + 64, PROT_READ | PROT_WRITE,
-                   MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-    if (p == MAP_FAILED)
-        throw Error("cannot reserve address space for the micropolygon store; check ulimit -v",
-                    ExitCode::Internal);
-    want_large_pages(p, m_capacity * 4 + 64);
-    m_arena = static_cast<uint32_t*>(p);
+Store::Store(size_t window_words) : m_window_words(window_words) {
+    open_window();
 }
 
 Store::~Store() {
-    munmap(m_arena, m_capacity * 4 + 64);
+    for (const Window& w : m_windows)
+        munmap(w.words, m_window_words * 4 + Slack);
 }
 
-int Store::add_program(const grid::LayeringProgram& program) {
+// Reserved, not committed: memory comes as pages are added.
+void Store::open_window() {
+    const size_t bytes = m_window_words * 4 + Slack;
+    void* p =
+        mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (p == MAP_FAILED)
+        throw Error("cannot reserve address space for the micropolygon store; check ulimit -v",
+                    ExitCode::Internal);
+    want_large_pages(p, bytes);
+    m_windows.push_back({static_cast<uint32_t*>(p), 0});
+}
+
+int Store::program_here(const grid::LayeringProgram& program) {
     const std::string key = program.key();
+    const int here = int(m_windows.size()) - 1;
     for (size_t i = 0; i < m_program_keys.size(); i++)
-        if (m_program_keys[i] == key)
+        if (m_window_of_program[i] == here && m_program_keys[i] == key)
             return int(i);
     m_programs.push_back(program);
     m_program_keys.push_back(key);
+    m_window_of_program.push_back(here);
     m_presence.push_back(program.presence < 0 ? grid::WordLayout::Place{}
                                               : grid::WordLayout(program).places[size_t(program.presence)]);
     m_opacity.emplace_back();
@@ -77,15 +88,32 @@ int Store::add_links(const Links& links) {
     return int(m_links.size()) - 1;
 }
 
-int Store::add_page(const Page& page, int program, int interior, const Links& links, int object_id) {
+// Emitters live in their own table; the rest of the page moves in as it is.
+uint32_t* Store::place_of(const Page& page) {
+    const size_t words = page.header().emitters_at;
+    const auto start = [&] {
+        return (m_windows.back().used + PageAlignment - 1) / PageAlignment * PageAlignment;
+    };
+    if (words > m_window_words)
+        throw Error("a page of " + std::to_string(words * 4 >> 20) + " MB is more than the " +
+                    std::to_string(m_window_words * 4 >> 20) + " MB that one primitive may have");
+    if (start() + words > m_window_words)
+        open_window();
+    uint32_t* const at = m_windows.back().words + start();
+    m_windows.back().used = start() + words;
+    std::memcpy(at, page.words.data(), words * 4);
+    return at;
+}
+
+int Store::add_page(const Page& page, const grid::LayeringProgram& made_of, int interior, const Links& links,
+                    int object_id) {
     const PageHeader& h = page.header();
-    const size_t base = (m_used + PageAlignment - 1) / PageAlignment * PageAlignment;
-    if (base + h.words > m_capacity)
-        throw Error("the micropolygon store is full (8 GiB of grids); raise the shading rate or the geometry "
-                    "tolerance");
-    // Emitters live in their own table; the rest of the page moves in as it is.
-    std::memcpy(m_arena + base, page.words.data(), size_t(h.emitters_at) * 4);
-    m_used = base + h.emitters_at;
+    if (m_shapes.size() + h.shapes > MostRows || m_emitters.size() + h.emitters > MostRows)
+        throw Error("there are more than 2^27 grids, or more than 2^27 triangles that emit light: raise the "
+                    "shading rate or the geometry tolerance");
+    uint32_t* const at = place_of(page);
+    const int program = program_here(made_of);
+    const size_t base = size_t(at - m_windows.back().words);
     const int first = int(m_shapes.size());
     const int first_emitter = int(m_emitters.size()), links_index = add_links(links);
     const auto absolute = [&](int32_t offset) {
@@ -105,7 +133,7 @@ int Store::add_page(const Page& page, int program, int interior, const Links& li
         m_shapes.push_back(s);
     }
     for (uint32_t w = h.tables_at; w < h.inputs_at; w += 2)
-        m_arena[base + w] += uint32_t(base);
+        at[w] += uint32_t(base);
     m_emitters.resize(m_emitters.size() + h.emitters);
     if (h.emitters)
         std::memcpy(m_emitters.data() + first_emitter, page.words.data() + h.emitters_at,
@@ -129,21 +157,22 @@ float Store::number(grid::WordLayout::Place place, int shape, int prim, float u,
     const ShapeRecord& s = m_shapes[size_t(shape)];
     if (place.word < 0)
         return 1;
-    const uint32_t base = m_arena[s.slot_table + 2 * place.word],
-                   stride = m_arena[s.slot_table + 2 * place.word + 1];
+    const uint32_t* const words = this->words(s);
+    const uint32_t base = words[s.slot_table + 2 * place.word],
+                   stride = words[s.slot_table + 2 * place.word + 1];
     if (stride == 0)
-        return floats()[base + uint32_t(place.half)];
+        return floats(s)[base + uint32_t(place.half)];
     const auto at = [&](int vertex) {
-        return from_half(uint16_t(m_arena[base + uint32_t(vertex)] >> (16 * place.half)));
+        return from_half(uint16_t(words[base + uint32_t(vertex)] >> (16 * place.half)));
     };
     if (s.flags & ShapeRecord::Mesh) {
         const bool quads = s.flags & ShapeRecord::Quads;
         if (s.flags & ShapeRecord::Fibre) {
-            const int first = int(m_arena[s.indices + prim]);
+            const int first = int(words[s.indices + prim]);
             const float f = u >= 0 ? std::min(u, 1.0f) : 0; // not a number on a ball
             return at(first) + (at(first + 1) - at(first)) * f;
         }
-        const uint32_t* index = m_arena + s.indices + prim * (quads ? 4 : 3);
+        const uint32_t* index = words + s.indices + prim * (quads ? 4 : 3);
         if (!quads)
             return (1 - u - v) * at(int(index[0])) + u * at(int(index[1])) + v * at(int(index[2]));
         return (1 - u) * (1 - v) * at(int(index[0])) + u * (1 - v) * at(int(index[1])) +

@@ -1,6 +1,6 @@
 // The micropolygon store: grids with their lobe inputs, as pages. A page is what one primitive became; it is
-// one block of 32-bit words with relative offsets, the same in memory and on disk. Resident pages lie in one
-// arena, so that a vertex is named by a 32-bit word index and gathered by lanes.
+// one block of 32-bit words with relative offsets, the same in memory and on disk. Resident pages lie in
+// windows of 8 GiB, so that within one a vertex is named by a 32-bit word index and gathered by lanes.
 //
 //   page:  header │ shape records │ slot tables │ lobe-input words │ positions │ indices │ emitters
 #pragma once
@@ -25,8 +25,8 @@ namespace kanuka::store {
 inline constexpr uint32_t PageMagic = 0x53504d4b; // "KMPS"
 inline constexpr uint32_t PageVersion = 5;
 
-// One traced shape: a grid, or a mesh. Sixteen words; offsets are page-relative in a page, arena-absolute
-// when resident. Hot: read for every hit.
+// One traced shape: a grid, or a mesh. Sixteen words; offsets are relative to the page in a page, to the
+// window of its program when resident (Store::words). Hot: read for every hit.
 struct ShapeRecord {
     enum Flags : int32_t {
         Mesh = 1,
@@ -190,28 +190,38 @@ void translate(Page& page, const std::array<double, 3>& by);
 void write_page(const std::string& path, const Page& page);
 Page read_page(const std::string& path); // throws Error
 
+// Resident pages. Shapes name words by 32-bit offsets into a window of address space; pages that do not fit
+// into one lie in the next. All shapes of a program lie in one window, and a program with shapes in several
+// is there once for each: lanes that hit one program share a base address, and gather from it by 32-bit
+// indices.
 class Store {
   public:
-    Store();
+    // The reach of a signed 32-bit index.
+    static constexpr size_t LargestWindow = size_t(1) << 31;
+
+    explicit Store(size_t window_words = LargestWindow); // less: for tests of what happens at the border
     ~Store();
     Store(const Store&) = delete;
 
-    int add_program(const grid::LayeringProgram& program); // the index of an equal one, if there is
     int add_interior(const Interior& interior);
     int add_links(const Links& links);
     // Makes a page resident; returns the index of its first shape. Not thread safe: the order of calls is the
     // order of shapes, and must not depend on threads.
-    int add_page(const Page& page, int program, int interior, const Links& links = {}, int object_id = 0);
+    int add_page(const Page& page, const grid::LayeringProgram& program, int interior,
+                 const Links& links = {}, int object_id = 0);
 
     const std::vector<grid::LayeringProgram>& programs() const { return m_programs; }
+    // Word 0 of the window that the shapes of a program lie in, and its number.
+    const uint32_t* words(int program) const { return m_windows[size_t(window(program))].words; }
+    const uint32_t* words(const ShapeRecord& shape) const { return words(shape.program); }
+    const float* floats(int program) const { return reinterpret_cast<const float*>(words(program)); }
+    const float* floats(const ShapeRecord& shape) const { return floats(shape.program); }
+    int window(int program) const { return m_window_of_program[size_t(program)]; }
     const std::vector<Interior>& interiors() const { return m_interiors; }
     const std::vector<Links>& links() const { return m_links; } // 0 = the default
     const Links& links_of(int shape) const { return m_links[size_t(m_shapes[size_t(shape)].links)]; }
     const std::vector<ShapeRecord>& shapes() const { return m_shapes; }
     const LargeVector<Emitter>& emitters() const { return m_emitters; }
-    // Word 0 of the arena.
-    const uint32_t* words() const { return m_arena; }
-    const float* floats() const { return reinterpret_cast<const float*>(m_arena); }
     uint64_t grid_bytes() const { return m_grid_bytes; }
     uint64_t input_bytes() const { return m_input_bytes; }
 
@@ -221,13 +231,21 @@ class Store {
     Rgb opacity(int shape, int prim, float u, float v) const;
 
   private:
-    uint32_t* m_arena = nullptr;
-    size_t m_capacity = 0, m_used = 0; // words
-    std::vector<grid::LayeringProgram> m_programs;
+    struct Window {
+        uint32_t* words;
+        size_t used;
+    };
+    void open_window();
+    int program_here(const grid::LayeringProgram& program); // in the last window
+    uint32_t* place_of(const Page& page);                   // in the last window, or a new one
     float number(grid::WordLayout::Place place, int shape, int prim, float u, float v) const;
+    size_t m_window_words;
+    std::vector<Window> m_windows;
+    std::vector<grid::LayeringProgram> m_programs;
+    std::vector<std::string> m_program_keys;
+    std::vector<int> m_window_of_program;
     std::vector<grid::WordLayout::Place> m_presence; // of each program; word -1 = always present
     std::vector<std::array<grid::WordLayout::Place, 3>> m_opacity; // likewise
-    std::vector<std::string> m_program_keys;
     std::vector<Interior> m_interiors;
     std::vector<Links> m_links{Links()};
     std::vector<ShapeRecord> m_shapes;

@@ -22,7 +22,8 @@ struct Entry {
     uint32_t base, stride;
 };
 Entry entry(const Store& store, int shape, int word) {
-    const uint32_t* t = store.words() + store.shapes()[size_t(shape)].slot_table + 2 * word;
+    const ShapeRecord& s = store.shapes()[size_t(shape)];
+    const uint32_t* t = store.words(s) + s.slot_table + 2 * word;
     return {t[0], t[1]};
 }
 
@@ -38,7 +39,7 @@ TEST(Encode, ConstantInputsFoldExactly) {
     made.set_uniform(2, {3, 2, 1});
     made.set_uniform(3, {0.7654321f, 0, 0});
     Store store;
-    store.add_page(encode_one(made, program), store.add_program(program), -1);
+    store.add_page(encode_one(made, program), program, -1);
     // Words: reflectance, {weight, presence}, radiance.
     const Entry reflectance = entry(store, 0, 0), pair = entry(store, 0, 1), radiance = entry(store, 0, 2),
                 normal = entry(store, 0, 3);
@@ -46,12 +47,12 @@ TEST(Encode, ConstantInputsFoldExactly) {
         EXPECT_EQ(e.stride, 0u);
     const auto c = color::uplift({0.123456f, 0.3f, 0.987654f});
     for (uint32_t k = 0; k < 3; k++)
-        EXPECT_EQ(store.floats()[reflectance.base + k], c[k]);
-    EXPECT_EQ(store.floats()[reflectance.base + 3], 1.0f);
-    EXPECT_EQ(store.floats()[pair.base], 0.1234567f);
-    EXPECT_EQ(store.floats()[pair.base + 1], 0.7654321f);
-    EXPECT_EQ(store.floats()[radiance.base + 3], 6.0f); // twice the largest
-    EXPECT_EQ(store.floats()[normal.base + 2], 1.0f);
+        EXPECT_EQ(store.floats(0)[reflectance.base + k], c[k]);
+    EXPECT_EQ(store.floats(0)[reflectance.base + 3], 1.0f);
+    EXPECT_EQ(store.floats(0)[pair.base], 0.1234567f);
+    EXPECT_EQ(store.floats(0)[pair.base + 1], 0.7654321f);
+    EXPECT_EQ(store.floats(0)[radiance.base + 3], 6.0f); // twice the largest
+    EXPECT_EQ(store.floats(0)[normal.base + 2], 1.0f);
     EXPECT_EQ(store.presence(0, 0, 0.3f, 0.4f), 0.7654321f);
     EXPECT_TRUE(store.shapes()[0].flags & ShapeRecord::FlatNormal);
 }
@@ -68,14 +69,14 @@ TEST(Encode, WholeFloatsStayAsTheyAre) {
     made.set_uniform(5, {123456.789f, 0, 0});
     uint64_t bad = 0;
     Store store;
-    store.add_page(encode_one(made, program, &bad), store.add_program(program), -1);
+    store.add_page(encode_one(made, program, &bad), program, -1);
     EXPECT_EQ(bad, 1u);
     const Entry varying = entry(store, 0, 3), constant = entry(store, 0, 4);
     EXPECT_EQ(varying.stride, 1u);
     for (uint32_t i = 0; i < 12; i++)
-        EXPECT_EQ(store.floats()[varying.base + i], i == 5 ? 0.0f : -1e20f * float(i));
+        EXPECT_EQ(store.floats(0)[varying.base + i], i == 5 ? 0.0f : -1e20f * float(i));
     EXPECT_EQ(constant.stride, 0u);
-    EXPECT_EQ(store.floats()[constant.base], 123456.789f);
+    EXPECT_EQ(store.floats(0)[constant.base], 123456.789f);
 }
 
 TEST(Encode, AreaLightsKeepTheirCone) {
@@ -83,10 +84,10 @@ TEST(Encode, AreaLightsKeepTheirCone) {
     HandMade made(1, 1, program);
     uint64_t bad = 0;
     Store whole;
-    whole.add_page(encode_one(made, program, &bad), whole.add_program(program), -1);
+    whole.add_page(encode_one(made, program, &bad), program, -1);
     program.emission_cosine = 0.5f;
     Store cone;
-    cone.add_page(encode_one(made, program, &bad), cone.add_program(program), -1);
+    cone.add_page(encode_one(made, program, &bad), program, -1);
     EXPECT_EQ(whole.emitters()[0].flags >> 1, 0u);
     EXPECT_NEAR(float(cone.emitters()[0].flags >> 1) / Emitter::ConeUnit, 0.5f, 1e-4f);
     EXPECT_EQ(cone.emitters()[0].flags & 1, whole.emitters()[0].flags & 1);
@@ -99,12 +100,12 @@ TEST(Encode, VaryingInputsComeBackWithinTheirStep) {
     HandMade made(7, 5, program);
     made.scramble(1);
     Store store;
-    store.add_page(encode_one(made, program), store.add_program(program), -1);
+    store.add_page(encode_one(made, program), program, -1);
     for (int i = 0; i < made.grid.vertices(); i++) {
         const auto word = [&](int w) {
             const Entry e = entry(store, 0, w);
             EXPECT_EQ(e.stride, 1u);
-            return store.words()[e.base + uint32_t(i)];
+            return store.words(0)[e.base + uint32_t(i)];
         };
         const Rgb r = from_rgb9e5(word(0)), l = from_rgb9e5(word(2));
         for (int c = 0; c < 3; c++) {
@@ -122,7 +123,7 @@ TEST(Encode, OneVertexThatDiffersKeepsAWordVarying) {
     HandMade made(3, 3, program);
     made.at(3, 0, made.grid.vertices() - 1) = 0.25f;
     Store store;
-    store.add_page(encode_one(made, program), store.add_program(program), -1);
+    store.add_page(encode_one(made, program), program, -1);
     EXPECT_EQ(entry(store, 0, 0).stride, 0u);
     EXPECT_EQ(entry(store, 0, 1).stride, 1u); // weight shares presence's word
     EXPECT_EQ(store.presence(0, 0, 1, 1), 0.25f);
@@ -146,7 +147,7 @@ TEST(Encode, EmittersOfAnyRadiance) {
             const ShadedGrid shaded[] = {made.shaded()};
             uint64_t bad = 0, lost = 0;
             Store store;
-            store.add_page(encode(shaded, program, bad, nullptr, &lost), store.add_program(program), -1);
+            store.add_page(encode(shaded, program, bad, nullptr, &lost), program, -1);
             double power = 0;
             for (const Emitter& e : store.emitters())
                 power += double(e.power);
@@ -173,17 +174,17 @@ TEST(Encode, BadInputsAreReplacedAndCounted) {
     made.at(3, 0, 3) = -Inf;
     uint64_t bad = 0;
     Store store;
-    store.add_page(encode_one(made, program, &bad), store.add_program(program), -1);
+    store.add_page(encode_one(made, program, &bad), program, -1);
     EXPECT_GE(bad, 3u);
-    EXPECT_EQ(from_rgb9e5(store.words()[entry(store, 0, 0).base + 4]).y, 0.0f);
-    EXPECT_EQ(from_half(uint16_t(store.words()[entry(store, 0, 1).base + 2])), 1.0f);
-    EXPECT_EQ(from_half(uint16_t(store.words()[entry(store, 0, 1).base + 3] >> 16)), 0.0f);
+    EXPECT_EQ(from_rgb9e5(store.words(0)[entry(store, 0, 0).base + 4]).y, 0.0f);
+    EXPECT_EQ(from_half(uint16_t(store.words(0)[entry(store, 0, 1).base + 2])), 1.0f);
+    EXPECT_EQ(from_half(uint16_t(store.words(0)[entry(store, 0, 1).base + 3] >> 16)), 0.0f);
     for (const Emitter& e : store.emitters())
         EXPECT_TRUE(std::isfinite(e.c0 + e.c1 + e.c2 + e.scale + e.power + e.area));
     // A constant infinity folds to a number too.
     HandMade hot(1, 1, program);
     hot.set_uniform(2, {Inf, NaN, 1});
-    store.add_page(encode_one(hot, program, &bad), store.add_program(program), -1);
+    store.add_page(encode_one(hot, program, &bad), program, -1);
     EXPECT_GT(bad, 0u);
     EXPECT_TRUE(std::isfinite(store.emitters().back().power));
     EXPECT_GT(store.emitters().back().power, 0.0f);
@@ -203,8 +204,8 @@ TEST(Encode, BadNormalsTakeTheirNeighbours) {
     set(4, {0, 1e-30f, 0});
     uint64_t bad = 0;
     Store store;
-    store.add_page(encode_one(made, program, &bad), store.add_program(program), -1);
-    const auto normal = [&](uint32_t i) { return from_oct32(store.words()[entry(store, 0, 3).base + i]); };
+    store.add_page(encode_one(made, program, &bad), program, -1);
+    const auto normal = [&](uint32_t i) { return from_oct32(store.words(0)[entry(store, 0, 3).base + i]); };
     EXPECT_EQ(normal(0), Vec3f(1, 0, 0));
     EXPECT_EQ(normal(2), Vec3f(1, 0, 0));
     EXPECT_EQ(normal(3), Vec3f(0, 1, 0));
@@ -214,7 +215,7 @@ TEST(Encode, BadNormalsTakeTheirNeighbours) {
     for (const auto& [value, expected] : {std::pair{0.0f, 0u}, {NaN, 9u}, {Inf, 9u}}) {
         for (int i = 0; i < 9; i++)
             set(i, Vec3f(value));
-        store.add_page(encode_one(made, program, &bad), store.add_program(program), -1);
+        store.add_page(encode_one(made, program, &bad), program, -1);
         EXPECT_EQ(bad, expected);
         EXPECT_FALSE(store.shapes().back().flags & ShapeRecord::HasNormals);
     }
@@ -246,10 +247,15 @@ TEST(Encode, SameWordsForAnyThreadCount) {
 TEST(Store, ProgramsAndInteriorsAreShared) {
     Store store;
     const auto program = lamp_program();
-    EXPECT_EQ(store.add_program(program), store.add_program(program));
     auto other = program;
     other.presence = -1;
-    EXPECT_NE(store.add_program(program), store.add_program(other));
+    const HandMade made(1, 1, program);
+    for (const auto& of : {program, program, other, program})
+        store.add_page(encode_one(made, of), of, -1);
+    EXPECT_EQ(store.programs().size(), 2u);
+    EXPECT_EQ(store.shapes()[1].program, store.shapes()[0].program);
+    EXPECT_NE(store.shapes()[2].program, store.shapes()[0].program);
+    EXPECT_EQ(store.shapes()[3].program, store.shapes()[0].program);
     Interior water;
     water.ior = 1.33f;
     EXPECT_EQ(store.add_interior(water), store.add_interior(water));
@@ -262,21 +268,50 @@ TEST(Store, SecondPageReadsAsTheFirst) {
     made.scramble(5);
     const Page page = encode_one(made, program);
     Store store;
-    const int id = store.add_program(program);
-    store.add_page(page, id, -1);
-    store.add_page(page, id, -1);
+    store.add_page(page, program, -1);
+    store.add_page(page, program, -1);
     const auto &a = store.shapes()[0], &b = store.shapes()[1];
     EXPECT_EQ(a.positions % 3, 0);
     EXPECT_EQ(b.positions % 3, 0);
     EXPECT_NE(a.positions, b.positions);
-    EXPECT_EQ(0, std::memcmp(store.words() + a.positions, store.words() + b.positions, 75 * 4));
+    EXPECT_EQ(0, std::memcmp(store.words(0) + a.positions, store.words(0) + b.positions, 75 * 4));
     for (int w = 0; w < 4; w++) {
         const Entry x = entry(store, 0, w), y = entry(store, 1, w);
         EXPECT_NE(x.base, y.base);
-        EXPECT_EQ(0, std::memcmp(store.words() + x.base, store.words() + y.base, 25 * 4));
+        EXPECT_EQ(0, std::memcmp(store.words(0) + x.base, store.words(0) + y.base, 25 * 4));
     }
     EXPECT_EQ(b.emitter, 32);
     EXPECT_EQ(store.emitters().size(), 64u);
+}
+
+TEST(Store, PagesBeyondAWindowLieInTheNext) {
+    const auto program = lamp_program();
+    HandMade made(4, 4, program);
+    made.scramble(5);
+    const Page page = encode_one(made, program);
+    Store large, small(size_t(page.header().emitters_at) * 5 / 2); // two pages a window
+    for (int i = 0; i < 5; i++) {
+        large.add_page(page, program, -1);
+        small.add_page(page, program, -1);
+    }
+    ASSERT_EQ(large.programs().size(), 1u);
+    ASSERT_EQ(small.programs().size(), 3u); // the same one in three windows
+    const int expected[] = {0, 0, 1, 1, 2};
+    for (int i = 0; i < 5; i++) {
+        const ShapeRecord &a = large.shapes()[size_t(i)], &b = small.shapes()[size_t(i)];
+        EXPECT_EQ(small.window(b.program), expected[i]);
+        EXPECT_EQ(0, std::memcmp(large.words(a) + a.positions, small.words(b) + b.positions, 75 * 4));
+        for (int w = 0; w < 4; w++) {
+            const Entry x = entry(large, i, w), y = entry(small, i, w);
+            EXPECT_EQ(x.stride, y.stride);
+            EXPECT_EQ(0, std::memcmp(large.words(a) + x.base, small.words(b) + y.base, 25 * 4));
+        }
+        EXPECT_EQ(large.presence(i, 0, 0.3f, 0.8f), small.presence(i, 0, 0.3f, 0.8f));
+        EXPECT_EQ(a.emitter, b.emitter);
+    }
+    Store tiny(size_t(page.header().emitters_at) - 1);
+    EXPECT_THROW(tiny.add_page(page, program, -1), Error);
+    EXPECT_TRUE(tiny.shapes().empty());
 }
 
 TEST(PageFile, ComesBackAsItWas) {

@@ -16,7 +16,7 @@ Vec3f moved(const Vec3f& p) {
 
 Vec3f position(const Store& store, int shape, int vertex, int stride = 3, int step = 0) {
     const ShapeRecord& s = store.shapes()[size_t(shape)];
-    const float* p = store.floats() + s.positions + step * s.motion_stride + vertex * stride;
+    const float* p = store.floats(0) + s.positions + step * s.motion_stride + vertex * stride;
     return {p[0], p[1], p[2]};
 }
 
@@ -31,9 +31,9 @@ TEST(Translate, GridsTheirMotionAndTheirEmitters) {
         x += 0.25f;
     Page page = encode_one(made, program);
     Store before, after;
-    before.add_page(page, before.add_program(program), -1);
+    before.add_page(page, program, -1);
     translate(page, By);
-    after.add_page(page, after.add_program(program), -1);
+    after.add_page(page, program, -1);
     for (int step = 0; step < 2; step++)
         for (int v = 0; v < 12; v++)
             EXPECT_EQ(position(after, 0, v, 3, step), moved(position(before, 0, v, 3, step)))
@@ -57,12 +57,12 @@ TEST(Translate, MeshesAndFibresWithTheirRadii) {
     dark.nodes = {dark.nodes[0]};
     Page page = encode_one(made, dark);
     Store before, after;
-    before.add_page(page, before.add_program(dark), -1);
+    before.add_page(page, dark, -1);
     translate(page, By);
-    after.add_page(page, after.add_program(dark), -1);
+    after.add_page(page, dark, -1);
     for (int v = 0; v < 4; v++) {
         EXPECT_EQ(position(after, 0, v, 4), moved(position(before, 0, v, 4)));
-        EXPECT_EQ(after.floats()[after.shapes()[0].positions + 4 * v + 3], 0.125f);
+        EXPECT_EQ(after.floats(0)[after.shapes()[0].positions + 4 * v + 3], 0.125f);
     }
 }
 

@@ -25,7 +25,7 @@ class InputFetch {
         const Mask<W> constant = stride == Int<W>(0);
         Float<W> c0, c1, c2, scale(1.0f);
         if (any(constant)) {
-            const auto c = load_rows<4>(m_scene.geometry.floats, kanuka::select(constant, base, Int<W>(0)));
+            const auto c = load_rows<4>(m_code.page_floats(), kanuka::select(constant, base, Int<W>(0)));
             c0 = c[0], c1 = c[1], c2 = c[2], scale = c[3];
         }
         if (!all(constant)) {
@@ -52,12 +52,12 @@ class InputFetch {
         const Mask<W> constant = stride == Int<W>(0);
         Float<W> r(0.0f);
         if (any(constant))
-            r = gather(m_scene.geometry.floats + input.half, kanuka::select(constant, base, Int<W>(0)));
+            r = gather(m_code.page_floats() + input.half, kanuka::select(constant, base, Int<W>(0)));
         if (!all(constant)) {
             Float<W> value[4];
             for (int k = 0; k < 4; k++) {
                 const Int<W> at = kanuka::select(constant, Int<W>(0), base + m_place.vertex[k]);
-                const Int<W> word = gather(m_scene.geometry.words, at);
+                const Int<W> word = gather(m_code.page_words, at);
                 value[k] = half_to_float((word >> (16 * input.half)) & Int<W>(0xffff));
             }
             r = kanuka::select(constant, r, between(input.between, value));
@@ -73,8 +73,8 @@ class InputFetch {
         Float<W> c0(0.0f), c1(0.0f), c2(0.0f), scale(0.0f);
         if (any(constant)) {
             const Int<W> at = kanuka::select(constant, base, Int<W>(0));
-            c0 = gather(m_scene.geometry.floats, at), c1 = gather(m_scene.geometry.floats + 1, at);
-            c2 = gather(m_scene.geometry.floats + 2, at), scale = gather(m_scene.geometry.floats + 3, at);
+            c0 = gather(m_code.page_floats(), at), c1 = gather(m_code.page_floats() + 1, at);
+            c2 = gather(m_code.page_floats() + 2, at), scale = gather(m_code.page_floats() + 3, at);
         }
         if (!all(constant)) {
             // Twice the largest component, to stay where spectra are smooth, as encode.cpp has it.
@@ -98,10 +98,10 @@ class InputFetch {
         const Mask<W> constant = stride == Int<W>(0);
         Float<W> sum(0.0f);
         for (int k = 0; k < 4; k++)
-            sum = fma(m_place.weight[k], gather(m_scene.geometry.floats, base + stride * m_place.vertex[k]),
-                      sum);
+            sum =
+                fma(m_place.weight[k], gather(m_code.page_floats(), base + stride * m_place.vertex[k]), sum);
         // The weights' sum is one but for rounding.
-        return kanuka::select(constant, gather(m_scene.geometry.floats, base), sum);
+        return kanuka::select(constant, gather(m_code.page_floats(), base), sum);
     }
 
     // The shading normal, in the space of the shape; zero where the shape has none.
@@ -126,7 +126,7 @@ class InputFetch {
     Vec3<Float<W>> normal_of(Int<W> vertex, Mask<W> m) const {
         Int<W> base, stride;
         entry(m_code.words, base, stride);
-        return decode_oct(gather(m_scene.geometry.words, kanuka::select(m, base + vertex, Int<W>(0))));
+        return decode_oct(gather(m_code.page_words, kanuka::select(m, base + vertex, Int<W>(0))));
     }
     // The direction of dPdu, in the same space; of programs that need it.
     Vec3<Float<W>> tangent() const {
@@ -161,7 +161,7 @@ class InputFetch {
 
     void entry(int word, Int<W>& base, Int<W>& stride) const {
         // And the next entry, or inputs.
-        const auto row = load_rows<4>(m_scene.geometry.words, m_table + Int<W>(2 * word));
+        const auto row = load_rows<4>(m_code.page_words, m_table + Int<W>(2 * word));
         base = bitcast_int(row[0]);
         stride = bitcast_int(row[1]);
     }
@@ -176,14 +176,14 @@ class InputFetch {
         const Mask<W> constant = stride == Int<W>(0);
         Vec3<Float<W>> n{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
         if (any(constant)) {
-            const auto c = load_rows<4>(m_scene.geometry.floats, kanuka::select(constant, base, Int<W>(0)));
+            const auto c = load_rows<4>(m_code.page_floats(), kanuka::select(constant, base, Int<W>(0)));
             n = {c[0], c[1], c[2]};
         }
         if (!all(constant)) {
             Vec3<Float<W>> sum{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
             for (int k = 0; k < 4; k++) {
                 const Int<W> at = kanuka::select(constant, Int<W>(0), base + m_place.vertex[k]);
-                sum += decode_oct(gather(m_scene.geometry.words, at)) * m_place.weight[k];
+                sum += decode_oct(gather(m_code.page_words, at)) * m_place.weight[k];
             }
             n = kanuka::select(constant, n, sum);
         }
@@ -194,7 +194,7 @@ class InputFetch {
         Vec3<Float<W>> sum{Float<W>(0.0f), Float<W>(0.0f), Float<W>(0.0f)};
         for (int k = 0; k < 4; k++) {
             const Int<W> word =
-                gather(m_scene.geometry.words, kanuka::select(constant, Int<W>(0), base + m_place.vertex[k]));
+                gather(m_code.page_words, kanuka::select(constant, Int<W>(0), base + m_place.vertex[k]));
             // 2^(e - 24), put together as a float: its exponent is e + 103.
             const Int<W> e = (word >> 27) & Int<W>(31);
             const Float<W> unit = bitcast_float((e + Int<W>(103)) << 23) * m_place.weight[k];

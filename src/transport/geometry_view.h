@@ -10,9 +10,6 @@
 namespace kanuka::transport {
 
 struct GeometryView {
-    // The store's: words and floats are two views of one arena.
-    const uint32_t* words = nullptr;
-    const float* floats = nullptr;
     const int32_t* shapes = nullptr; // ShapeRecord as words
     const store::Emitter* emitters = nullptr;
     const store::Links* links = nullptr; // ShapeRecord::links

@@ -69,16 +69,17 @@ struct HitPlace {
     Int<W> vertex[4] = {0, 0, 0, 0};
     Float<W> weight[4] = {0.0f, 0.0f, 0.0f, 0.0f};
 
-    HitPlace(const SceneView& scene, const ShapeLanes<W>& s, Int<W> prim, Float<W> u, Float<W> v) {
+    // `page_words`: of the material that the shapes are made of.
+    HitPlace(const uint32_t* page_words, const ShapeLanes<W>& s, Int<W> prim, Float<W> u, Float<W> v) {
         using R = store::ShapeRecord;
         const Mask<W> mesh = s.has(R::Mesh);
         if (!all(mesh))
             place_on_grid(s, u, v);
         const Mask<W> fibre = s.has(R::Fibre);
         if (any(mesh & !fibre))
-            place_on_mesh(scene, s, prim, u, v, mesh & !fibre);
+            place_on_mesh(page_words, s, prim, u, v, mesh & !fibre);
         if (any(fibre))
-            place_on_fibre(scene, s, prim, u, fibre);
+            place_on_fibre(page_words, s, prim, u, fibre);
     }
 
   private:
@@ -151,12 +152,12 @@ struct HitPlace {
     }
 
     // Between the two vertices of a segment. The anchor is the first of them, inside of the fibre.
-    void place_on_fibre(const SceneView& scene, const ShapeLanes<W>& s, Int<W> prim, Float<W> u,
+    void place_on_fibre(const uint32_t* page_words, const ShapeLanes<W>& s, Int<W> prim, Float<W> u,
                         Mask<W> fibre) {
         using F = Float<W>;
         using I = Int<W>;
         const F zero(0.0f), one(1.0f);
-        const I first = gather(scene.geometry.words, select(fibre, s.indices + prim, I(0)));
+        const I first = gather(page_words, select(fibre, s.indices + prim, I(0)));
         const F f = select(u >= zero, min(u, one), zero); // not a number on a ball
         anchor = select(fibre, first, anchor);
         other[0] = select(fibre, first, other[0]), other[1] = select(fibre, first, other[1]);
@@ -167,15 +168,15 @@ struct HitPlace {
         }
     }
 
-    void place_on_mesh(const SceneView& scene, const ShapeLanes<W>& s, Int<W> prim, Float<W> u, Float<W> v,
-                       Mask<W> mesh) {
+    void place_on_mesh(const uint32_t* page_words, const ShapeLanes<W>& s, Int<W> prim, Float<W> u,
+                       Float<W> v, Mask<W> mesh) {
         using F = Float<W>;
         using I = Int<W>;
         const F zero(0.0f), one(1.0f);
         const Mask<W> quads = mesh & s.has(store::ShapeRecord::Quads);
         const I zero_i(0);
         const I base = select(mesh, s.indices + prim * select(quads, I(4), I(3)), zero_i);
-        const auto face = load_rows<4>(scene.geometry.words, base); // a triangle's fourth is not looked at
+        const auto face = load_rows<4>(page_words, base); // a triangle's fourth is not looked at
         const I v0 = bitcast_int(face[0]), v1 = bitcast_int(face[1]), v2 = bitcast_int(face[2]),
                 v3 = bitcast_int(face[3]);
         const Mask<W> second = quads & (u + v > one);

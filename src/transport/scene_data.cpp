@@ -13,8 +13,6 @@ namespace {
 void fill_geometry(SceneData& data, const SceneInputs& in) {
     GeometryView& view = data.view.geometry;
     static const store::ShapeRecord no_shape{};
-    view.words = in.store->words();
-    view.floats = in.store->floats();
     view.shapes =
         reinterpret_cast<const int32_t*>(in.store->shapes().empty() ? &no_shape : in.store->shapes().data());
     view.emitters = in.store->emitters().data();
@@ -22,8 +20,8 @@ void fill_geometry(SceneData& data, const SceneInputs& in) {
     view.ray_query = RayQuery(in.bvh);
     view.instanced = in.instanced;
     view.moving = in.moving || !in.camera.motion.empty();
-    for (const auto& program : in.store->programs())
-        data.materials.emplace_back(program);
+    for (size_t i = 0; i < in.store->programs().size(); i++)
+        data.materials.emplace_back(in.store->programs()[i], in.store->words(int(i)));
     view.materials = data.materials;
     for (const store::ShapeRecord& s : in.store->shapes())
         view.tinted |= (s.flags & store::ShapeRecord::Tinted) != 0;

@@ -28,8 +28,10 @@ Mask<W> hits_outside(const SceneView& scene, const bvh::HitPacket<W>& hit, const
         const Mask<W> here = left & (program == I(one));
         // Records of other programs are laid out otherwise: their lanes read the first one's.
         const ShapeLanes<W> alike(scene.geometry.shapes, select(here, index, I(index[first])));
-        const HitPlace<W> place(scene, alike, select(here, hit.prim, I(hit.prim[first])), hit.u, hit.v);
-        const InputFetch<W> fetch(scene, scene.geometry.materials[size_t(one)], alike, place, nullptr);
+        const bsdf::MaterialCode& code = scene.geometry.materials[size_t(one)];
+        const HitPlace<W> place(code.page_words, alike, select(here, hit.prim, I(hit.prim[first])), hit.u,
+                                hit.v);
+        const InputFetch<W> fetch(scene, code, alike, place, nullptr);
         const Mask<W> against = dot(hit.Ng, fetch.normal(alike)) < F(0.0f);
         out = select(here, select(against, -hit.Ng, hit.Ng), out);
         left &= !here;

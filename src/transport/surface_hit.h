@@ -53,14 +53,14 @@ struct SurfaceHit {
           throughput(spectrum_of(ray, PathQueue::Throughput)), d(vector_of(ray, PathQueue::Direction)),
           Ng(vector_of(hit, HitState::Ng)), t(hit[HitState::T]),
           shape(at.scene.geometry.shapes, bitcast_int(hit[HitState::Shape])),
-          place(at.scene, shape, bitcast_int(hit[HitState::Prim]), hit[HitState::U], hit[HitState::V]),
+          place(code.page_words, shape, bitcast_int(hit[HitState::Prim]), hit[HitState::U], hit[HitState::V]),
           fetch(at.scene, code, shape, place, l), camera(camera_paths(at.scene, at.paths, slot, at.number)) {
         const auto waves = load_rows<4>(at.batch.l, path << 2);
         for (size_t k = 0; k < Wavelengths; k++)
             l[k] = waves[k];
-        V anchor = traced_vertex(at.scene, shape.positions, place.anchor);
-        V e1 = traced_vertex(at.scene, shape.positions, place.other[0]) - anchor,
-          e2 = traced_vertex(at.scene, shape.positions, place.other[1]) - anchor;
+        V anchor = traced_vertex(shape.positions, place.anchor);
+        V e1 = traced_vertex(shape.positions, place.other[0]) - anchor,
+          e2 = traced_vertex(shape.positions, place.other[1]) - anchor;
         F magnitude(0.0f);
         if (at.scene.geometry.moving)
             follow_motion(at, anchor, e1, e2, magnitude);
@@ -125,8 +125,8 @@ struct SurfaceHit {
         V p[2];
         F radius[2], size(0.0f);
         for (int k = 0; k < 2; k++) {
-            const auto a = load_rows<4>(at.scene.geometry.floats, first + I(4 * k)),
-                       b = load_rows<4>(at.scene.geometry.floats, next + I(4 * k));
+            const auto a = load_rows<4>(code.page_floats(), first + I(4 * k)),
+                       b = load_rows<4>(code.page_floats(), next + I(4 * k));
             for (size_t c = 0; c < 3; c++)
                 p[k][int(c)] = a[c] + (b[c] - a[c]) * f;
             radius[k] = a[3] + (b[3] - a[3]) * f;
@@ -186,7 +186,7 @@ struct SurfaceHit {
         V corner[3];
         for (int k = 0; k < 3; k++) {
             const I vertex = k == 0 ? place.anchor : place.other[k - 1];
-            const V a = traced_vertex(at.scene, still, vertex), b = traced_vertex(at.scene, later, vertex);
+            const V a = traced_vertex(still, vertex), b = traced_vertex(later, vertex);
             corner[k] = select(motion.moving, a + (b - a) * motion.f, a);
             magnitude = max(magnitude, select(motion.moving, largest(a, b), F(0.0f)));
         }
@@ -224,7 +224,7 @@ struct SurfaceHit {
         const F zero(0.0f);
         V corner[3], middle(zero, zero, zero), up(zero, zero, zero);
         for (int k = 0; k < 3; k++) {
-            corner[k] = traced_vertex(at.scene, shape.positions, select(round, corners.traced[k], I(0)));
+            corner[k] = traced_vertex(shape.positions, select(round, corners.traced[k], I(0)));
             middle += corner[k] * corners.weight[k];
         }
         for (int k = 0; k < 3; k++) {
@@ -249,8 +249,8 @@ struct SurfaceHit {
         B = select(outside, side, -side);
     }
 
-    static V traced_vertex(const SceneView& scene, I positions, I vertex) {
-        return vector_of(load_rows<4>(scene.geometry.floats, positions + vertex * I(3)), 0);
+    V traced_vertex(I positions, I vertex) const {
+        return vector_of(load_rows<4>(code.page_floats(), positions + vertex * I(3)), 0);
     }
 
     void leave_instance(const HitState& hits, V& anchor, const V& e1, const V& e2, F& extent, F& magnitude) {

@@ -125,7 +125,7 @@ class TestScene {
     void add(const store::ShadedGrid& shaded, const grid::LayeringProgram& program, int interior = -1) {
         uint64_t bad = 0;
         const auto page = store::encode(std::span(&shaded, 1), program, bad);
-        store.add_page(page, store.add_program(program), interior, links, ++m_id);
+        store.add_page(page, program, interior, links, ++m_id);
     }
     void add_quad(Vec3f p, Vec3f ex, Vec3f ey, const std::vector<Lobe>& lobes, int interior = -1) {
         const Vec3f n = normalize(cross(ex, ey));
