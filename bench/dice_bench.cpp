@@ -163,7 +163,7 @@ void run(const Settings& settings, std::string_view name, scene::Primitive (*mak
         return;
     const scene::Primitive primitive = make();
     dice::DiceOptions options;
-    options.camera.render_from_camera = Transform::translate(0, 0, -2);
+    options.camera.page_from_camera = Transform::translate(0, 0, -2);
     options.camera.width = options.camera.height = settings.quick ? pixels / 4 : pixels;
     options.camera.pixels_per_tangent = float(options.camera.width);
     Journal journal;

@@ -43,6 +43,7 @@ def all_goals(results: Results) -> list[Goal]:
         lanes,
         tolerance,
         wavelengths,
+        store,
     ):
         found += each(results)
     return found
@@ -72,6 +73,16 @@ def micropolygons(results: Results) -> Iterator[Goal]:
         built = intervals.of(m["rounds"]["build_s"]) if "rounds" in m else Interval(m["build_s"])
         yield Goal(f"{many}: dice, shade, build", "≤ 2 s", times(built, " s"), built.below(2))
         yield Goal(f"{many}: geometry and BVH", "≤ 30 bytes each", f"{m['bytes_each']:.1f}", yes(m["bytes_each"] <= 30))
+
+
+def store(results: Results) -> Iterator[Goal]:
+    for scene, f in results.of("store"):
+        writing, first = Interval(**f["writing"]), Interval(**f["first_picture"])
+        yield Goal(
+            f"{scene}: until rays can be traced, while a store is filled", "≤ 1.10×", times(writing), writing.below(1.1)
+        )
+        if scene == "shading":
+            yield Goal(f"{scene}: first picture, with a filled store", "≤ 0.1×", times(first), first.below(0.1))
 
 
 def dice(results: Results) -> Iterator[Goal]:

@@ -18,6 +18,7 @@ import ourselves
 import rib
 import side_by_side
 import stages
+import storing
 import triple
 from settings import Found, Say, Settings
 
@@ -70,6 +71,7 @@ def parts(peers: list[str] | None = None) -> list[Part]:
     ]
     made += [Part("hair", kind, about(hair.measure, kind), 90) for kind in ("linear", "cubic")]
     made += [Part("edits", "", edits.measure, 60)]
+    made += [Part("store", scene, about(storing.measure, scene), 60, scene == "shading") for scene in storing.SCENES]
     made += [Part("stages", scene, about(stages.measure, scene), 60, scene == "showcase") for scene in stages.SCENES]
     made += [
         Part("tolerance", kind, about(ourselves.tolerance, kind), 100, kind == "flat")

@@ -44,6 +44,11 @@ HEADINGS = {
     "wavelengths": ("Wavelengths", ""),
     "tolerance": ("Geometry tolerance", ""),
     "stages": ("Scenes of scenes/", ""),
+    "store": (
+        "The store",
+        "Until rays can be traced: without a store, while one is filled, and with what it holds then, read from the "
+        "system's memory.",
+    ),
     "edits": ("Edits", "Until rays can be traced again; times the first making of the same round."),
     "taken": ("Where it comes from", "Load: of the last minute, before and after; a renderer's own threads are in it."),
 }

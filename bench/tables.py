@@ -289,6 +289,17 @@ def edits(results: Results) -> str:
     return table(["edit", "primitives made again", "hierarchy built", "time", "of the first"], rows)
 
 
+def store(results: Results) -> str:
+    rows = []
+    for scene, f in results.of("store"):
+        first = times(intervals.Interval(**f["first_picture"]))
+        cells = [show("_s", f[kind]["build_s"]) for kind in ("without", "new", "filled")]
+        ratios = [times(intervals.Interval(**f[name])) for name in ("writing", "reading")]
+        rows.append([scene, cells[0], cells[1], ratios[0], cells[2], ratios[1], first, show("_bytes", f["bytes"])])
+    heads = ["", "without", "with a new one", "over", "with a filled one", "over", "first picture, over", "on disk"]
+    return table(heads, rows)
+
+
 def taken(results: Results) -> str:
     """Where each part comes from."""
     rows = []
@@ -322,6 +333,7 @@ TABLES: dict[str, Callable[[Results], str]] = {
         tolerance,
         stages,
         edits,
+        store,
         taken,
     )
 }

@@ -35,6 +35,7 @@ WorldEnd
 @pytest.fixture(scope="session", autouse=True)
 def shader_cache(tmp_path_factory: pytest.TempPathFactory) -> None:
     """Tests neither read nor fill the user's shader cache."""
+    os.environ.pop("KANUKA_STORE", None)
     os.environ["KANUKA_SHADER_CACHE"] = str(tmp_path_factory.mktemp("shader_cache"))
 
 

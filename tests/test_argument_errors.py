@@ -100,6 +100,8 @@ CALLS: dict[str, tuple[Callable, dict[str, object]]] = {
     "shader_cache_clear": (kanuka.shader_cache_clear, {}),
     "shader_cache_entries": (kanuka.shader_cache_entries, {}),
     "shader_cache_trim": (kanuka.shader_cache_trim, {}),
+    "store_packs": (kanuka.store_packs, {"folder": "."}),
+    "store_prune": (kanuka.store_prune, {"folder": ".", "bytes": 1 << 60}),
     "surface_mesh": (kanuka.surface_mesh, {"path": "a.rib"}),
     "z_test": (
         kanuka.z_test,

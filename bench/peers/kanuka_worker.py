@@ -127,6 +127,8 @@ def load() -> tuple[kanuka.Scene, int]:
     return scene, request.samples or samples
 
 
+# A build of before there were stores is asked without.
+stores = {"store": request.option("store")} if request.option("store") else {}
 pictures: list[np.ndarray] = []
 per_seed: dict[str, list[float]] = {}
 for seed in request.seeds:
@@ -143,6 +145,7 @@ for seed in request.seeds:
             geometry_tolerance=request.option("geometry_tolerance"),
             shading_rate=request.option("shading_rate"),
             lanes=request.option("lanes", 0),
+            **stores,
         )
     one["cpu_s"] = time.process_time() - began  # of all threads
     if picture.journal.error_count:
@@ -160,6 +163,7 @@ for seed in request.seeds:
 figures["render_s"] = per_seed.pop("render_s")
 figures |= {name: float(np.median(values)) for name, values in per_seed.items()}
 figures |= {f"{name}_bytes": picture.stats["bytes"][name] for name in ("grids", "lobe_inputs", "bvh")}
+figures["store_written_bytes"] = picture.stats["bytes"].get("store_written", 0)
 figures |= {name: picture.stats["count"][name] for name in ("micropolygons", "traced_polygons", "rays", "nan_samples")}
 figures["samples"] = samples
 figures["settings"] = {

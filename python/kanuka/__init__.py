@@ -65,6 +65,8 @@ from ._native import (
     shader_cache_limit,
     shader_cache_trim,
     shader_stages,
+    store_packs,
+    store_prune,
     surface_mesh,
     z_test,
 )
@@ -129,6 +131,8 @@ __all__ = [
     "shader_cache_trim",
     "shader_stages",
     "standard_shaders",
+    "store_packs",
+    "store_prune",
     "surface_mesh",
     "z_test",
 ]

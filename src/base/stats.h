@@ -15,9 +15,9 @@ struct Stats {
                first_pixel_s = 0;
     } time;
     struct Count {
-        std::atomic<uint64_t> primitives{0}, primitives_kept{0}, primitives_evicted{0}, hierarchies_kept{0},
-            grids{0}, vertices{0}, micropolygons{0}, traced_polygons{0}, instances{0}, shader_evaluations{0},
-            paths{0}, rays{0}, nan_samples{0}, fireflies{0}, procedurals{0},
+        std::atomic<uint64_t> primitives{0}, primitives_kept{0}, primitives_evicted{0}, primitives_stored{0},
+            hierarchies_kept{0}, grids{0}, vertices{0}, micropolygons{0}, traced_polygons{0}, instances{0},
+            shader_evaluations{0}, paths{0}, rays{0}, nan_samples{0}, fireflies{0}, procedurals{0},
             procedurals_read{0}; // that wait for rays, and that they have met
     } count;
     // Samples far brighter than the rest of their pixels, the worst of them with what their paths did.
@@ -34,7 +34,8 @@ struct Stats {
     };
     std::vector<Firefly> fireflies;
     struct Bytes {
-        uint64_t grids = 0, lobe_inputs = 0, bvh = 0, textures = 0, peak_rss = 0;
+        uint64_t grids = 0, lobe_inputs = 0, bvh = 0, textures = 0, peak_rss = 0, store_read = 0,
+                 store_written = 0;
     } bytes;
 };
 

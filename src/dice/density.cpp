@@ -36,7 +36,7 @@ Density::Density(const DiceTarget& target, const DiceOptions& options, float sha
     for (const Transform& pose : target.instead_from)
         add_pose(pose);
     if (target.instead_from.empty()) {
-        add_pose(camera.render_from_camera);
+        add_pose(camera.page_from_camera);
         for (const Transform& pose : camera.also_from)
             add_pose(pose);
     }

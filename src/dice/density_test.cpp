@@ -221,14 +221,14 @@ TEST(Density, TrianglesHaveTheirPixels) {
 // Pixels half as high as they are wide, and a camera that is moved, turned and scaled.
 TEST(Density, OfACameraThatStandsAnyhow) {
     DiceOptions o = camera(200, 200);
-    o.camera.render_from_camera =
+    o.camera.page_from_camera =
         Transform::translate(3, -2, 1) * Transform::rotate(70, 1, 2, 3) * Transform::scale(2, 2, 2);
-    const Transform& m = o.camera.render_from_camera;
+    const Transform& m = o.camera.page_from_camera;
     const Density density({}, o, 1);
     // A unit of the page's space is half of one of the camera's.
     EXPECT_NEAR(density.pixels_per_unit(m.point({1, 0.5f, 4})), 100.0 / 4 / 2, 1e-3);
     EXPECT_NEAR(density.cells(m.point({-0.01f, 0, 4}), m.point({0.01f, 0, 4})), 0.5, 1e-3);
-    o.camera.render_from_camera = Transform();
+    o.camera.page_from_camera = Transform();
     o.camera.pixel_stretch = 2;
     o.camera.height = 400;
     const Density tall({}, o, 1);

@@ -15,9 +15,9 @@ namespace kanuka::dice {
 
 // Rates are chosen as seen from here. `pixels_per_unit(P)`, for an edge or area at P, follows from it.
 struct DicingCamera {
-    // RISpec camera space: x right, y up, z forward. Of the whole scene; for dice() it is page_from_camera,
-    // of the page that is diced (render/page_frame.h).
-    Transform render_from_camera;
+    // RISpec camera space: x right, y up, z forward; in the space of the page that is diced
+    // (render/page_frame.h). Before a page is chosen, in render space.
+    Transform page_from_camera;
     std::vector<Transform>
         also_from; // the same at other times while the shutter is open: the finest view counts
     Projection projection = Projection::Perspective;

@@ -69,7 +69,7 @@ TEST(Dice, DisplacedShapesStayClosed) {
 TEST(Dice, NearAndOffCentreShapesStayClosed) {
     for (const float distance : {1.01f, 1.2f, 0.5f, 0.0f}) {
         DiceOptions o = looking(distance, 100);
-        o.camera.render_from_camera =
+        o.camera.page_from_camera =
             Transform::translate(0.3, 0.2, -distance) * Transform::rotate(25, 1, 1, 0);
         expect_closed(run(sphere(), o));
         expect_closed(run(cube(true), o, bumps(0.02f, 20)));
@@ -165,7 +165,7 @@ float worst_distance(const Diced& d, const DiceOptions& o) {
                         best = std::min(
                             best, distance_to_triangle(p, at(x + 1, y + 1), at(x, y + 1), at(x + 1, y)));
                     }
-                const Vec3f eye = o.camera.render_from_camera.point({0, 0, 0});
+                const Vec3f eye = o.camera.page_from_camera.point({0, 0, 0});
                 worst = std::max(worst, best * o.camera.pixels_per_tangent / (p.z - eye.z));
             }
     }
@@ -176,7 +176,7 @@ float worst_distance(const Diced& d, const DiceOptions& o) {
 
 TEST(Dice, EveryKindIsClosedDisplacedOrNot) {
     DiceOptions o = looking(3, 300);
-    o.camera.render_from_camera = Transform::rotate(20, 1, 0, 0) * Transform::translate(0, 0, -3);
+    o.camera.page_from_camera = Transform::rotate(20, 1, 0, 0) * Transform::translate(0, 0, -3);
     for (const Displace& displace : {Displace{}, bumps(0.04f, 15)}) {
         expect_closed(run(torus_net(true), o, displace));
         expect_closed(run(torus_net(false), o, displace));

@@ -115,7 +115,7 @@ TEST(Budget, OfCurvesAndPoints) {
 // micropolygons, and mirrors some more.
 TEST(Budget, OfWhatIsBeyondThePicture) {
     DiceOptions options = looking(5, 16);
-    options.camera.render_from_camera = {};
+    options.camera.page_from_camera = {};
     options.max_micropolygons = DiceOptions::most_for(16, 12, 1);
     for (const float far : {1e6f, 1e10f, 1e15f, 1e19f, 1e30f}) {
         scene::PatchMesh bilinear;

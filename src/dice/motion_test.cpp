@@ -171,7 +171,7 @@ TEST(MovingDice, SeamsAreClosedAsOftenAsTheyMeet) {
                 target.shade_uniform = uniform;
                 target.page_from_object = Transform::rotate(20, 0, 1, 0); // leaves y as it is
                 DiceOptions o = looking(3, pixels);
-                o.camera.render_from_camera = o.camera.render_from_camera * Transform::translate(0.7, 0, 0);
+                o.camera.page_from_camera = o.camera.page_from_camera * Transform::translate(0.7, 0, 0);
                 o.max_grid_cells = 8;
                 Journal journal;
                 const Diced d = dice::dice(c.first, target, o, {}, journal);
@@ -203,7 +203,7 @@ TEST(MovingDice, TheLargerOfTwoSidesDecides) {
             DiceTarget target;
             target.later = {&later, 1};
             DiceOptions o = looking(0.8f, 300);
-            o.camera.render_from_camera = o.camera.render_from_camera * Transform::translate(x, 0, 0);
+            o.camera.page_from_camera = o.camera.page_from_camera * Transform::translate(x, 0, 0);
             Journal journal;
             cells[turned] = cell_count(dice::dice(first, target, o, {}, journal));
         }

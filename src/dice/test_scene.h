@@ -34,7 +34,7 @@ inline scene::Primitive primitive(scene::Geometry geometry, std::vector<float> p
 // A camera on the z axis at -distance, looking along +z, `pixels` wide with a field of view of 90 degrees.
 inline DiceOptions looking(float distance, int pixels = 256) {
     DiceOptions o;
-    o.camera.render_from_camera = Transform::translate(0, 0, -distance);
+    o.camera.page_from_camera = Transform::translate(0, 0, -distance);
     o.camera.width = o.camera.height = pixels;
     o.camera.pixels_per_tangent = float(pixels) / 2;
     return o;

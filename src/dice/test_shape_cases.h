@@ -121,7 +121,7 @@ inline ShapeCase run_shape(uint32_t seed, int only_kind = -1, Rates rates = Rate
         camera.m[0][c] = columns[c].x, camera.m[1][c] = columns[c].y, camera.m[2][c] = columns[c].z;
     }
     DiceOptions options;
-    options.camera.render_from_camera = camera;
+    options.camera.page_from_camera = camera;
     const bool uniform_shader = chance(0.6);
     const double pixels = uniform_shader ? spread(6, 2000) : spread(6, 300); // across the whole
     double rate = chance(0.5) ? 1 : spread(0.25, 30);

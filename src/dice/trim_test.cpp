@@ -308,7 +308,7 @@ TEST(Trim, WindowsAcrossTheSeam) {
     for (const int pixels : {30, 200, 900})
         for (const bool uniform : {false, true}) {
             DiceOptions o = looking(3, pixels);
-            o.camera.render_from_camera = Transform::translate(0.3, 0.4, 0) * o.camera.render_from_camera;
+            o.camera.page_from_camera = Transform::translate(0.3, 0.4, 0) * o.camera.page_from_camera;
             const Cut cut(primitive(n, p), o, {}, uniform);
             EXPECT_EQ(cut.cracks([&](const Key& k) {
                 const float y = std::abs(k[1]);

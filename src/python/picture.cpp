@@ -203,6 +203,7 @@ nb::object stats_dict(const Picture& p) {
     time["total_s"] = s.time.total_s;
     time["first_pixel_s"] = s.time.first_pixel_s;
     count["primitives"] = s.count.primitives.load();
+    count["primitives_stored"] = s.count.primitives_stored.load();
     count["grids"] = s.count.grids.load();
     count["vertices"] = s.count.vertices.load();
     count["micropolygons"] = s.count.micropolygons.load();
@@ -220,6 +221,8 @@ nb::object stats_dict(const Picture& p) {
     bytes["lobe_inputs"] = s.bytes.lobe_inputs;
     bytes["bvh"] = s.bytes.bvh;
     bytes["textures"] = s.bytes.textures;
+    bytes["store_read"] = s.bytes.store_read;
+    bytes["store_written"] = s.bytes.store_written;
     bytes["peak_rss"] = s.bytes.peak_rss;
     all["time"] = time;
     all["count"] = count;

@@ -3,6 +3,7 @@
 
 #include <nanobind/stl/filesystem.h>
 
+#include "base/byte_size.h"
 #include "python/keywords.h"
 #include "python/parameters.h"
 #include "python/supervisor.h"
@@ -22,6 +23,8 @@ std::string standard_shaders() {
 
 struct Request {
     render::Overrides overrides;
+    std::optional<std::filesystem::path> store; // none = the environment's
+    std::string store_mode, store_size;
     nb::object progress = nb::none();
     std::shared_ptr<Journal> journal;
 };
@@ -54,6 +57,23 @@ void over_option(Request& r, nb::handle value, const char* name) {
         r.overrides.options.set(row->name, setting(*row, value, name));
 }
 
+template <class T>
+T or_else(nb::handle value, const char* name, T none) {
+    return value.is_none() ? none : argument<T>(value, name);
+}
+
+// What arguments say of the store goes over what the environment says.
+store::DiskStore::Settings store_settings(const Request& r) {
+    store::DiskStore::Settings settings = store::store_settings_of_environment();
+    if (r.store)
+        settings.folder = r.store->string();
+    if (!r.store_mode.empty())
+        settings.writes = r.store_mode == "write";
+    if (!r.store_size.empty())
+        settings.most_bytes = *parse_byte_size(r.store_size);
+    return settings;
+}
+
 constexpr Keyword<Request> OwnKeywords[] = {
     {"progressions", "int | None", "None", "paths a pixel", "None = the scene's samples, else 64",
      over_option},
@@ -67,6 +87,32 @@ constexpr Keyword<Request> OwnKeywords[] = {
      over_aovs},
     {"lanes", "int", "0", "1, 8 or 16", "SIMD lanes; 0 = the widest. The picture is the same",
      over<&O::lanes>},
+    {"store", "str | os.PathLike | None", "None", "",
+     "folder that keeps what is diced and shaded for later renders, of many hosts; None = KANUKA_STORE, \"\" "
+     "= "
+     "none",
+     [](Request& r, nb::handle value, const char* name) {
+         if (!value.is_none())
+             r.store = argument<std::filesystem::path>(value, name);
+     }},
+    {"store_mode", "str | None", "None", "read or write",
+     "read: nothing is added; None = KANUKA_STORE_MODE, else write",
+     [](Request& r, nb::handle value, const char* name) {
+         r.store_mode = or_else<std::string>(value, name, "");
+         if (!value.is_none() && r.store_mode != "read" && r.store_mode != "write")
+             throw nb::value_error(
+                 (std::string(name) + ": expected \"read\" or \"write\", got \"" + r.store_mode + "\"")
+                     .c_str());
+     }},
+    {"store_size", "str | None", "None", "as 500M or 20G",
+     "of the folder: what was not used for longest goes; None = KANUKA_STORE_SIZE, else 20G",
+     [](Request& r, nb::handle value, const char* name) {
+         r.store_size = or_else<std::string>(value, name, "");
+         if (!value.is_none() && !parse_byte_size(r.store_size))
+             throw nb::value_error(
+                 (std::string(name) + ": expected a size as 500M or 20G, got \"" + r.store_size + "\"")
+                     .c_str());
+     }},
     {"progress", "Callable[[str, float], object] | None", "None", "",
      "called with the phase and its fraction, on the calling thread",
      [](Request& r, nb::handle value, const char* name) {
@@ -221,6 +267,7 @@ class Session {
         overrides.standard_shaders = standard_shaders();
         overrides.delayed = m_scene->delayed.get();
         overrides.page_memory = m_page_memory;
+        overrides.store = store_settings(request);
         m_scene->scene.options = m_scene->options; // Python may write its own while the picture is made
         scene::Options options = m_scene->options;
         overrides.options.apply(options);
@@ -310,7 +357,48 @@ Picture render(std::shared_ptr<Scene> scene, const nb::kwargs& keywords) {
 
 } // namespace
 
+void bind_store(nb::module_& m) {
+    define(
+        m, "store_packs",
+        [](const std::filesystem::path& folder, bool verify) {
+            std::vector<store::PackInfo> packs;
+            {
+                nb::gil_scoped_release free;
+                packs = store::packs_in(folder.string(), verify);
+            }
+            nb::list list;
+            for (const store::PackInfo& pack : packs) {
+                nb::dict entry;
+                entry["file"] = pack.file;
+                entry["bytes"] = pack.bytes;
+                entry["pages"] = pack.pages;
+                entry["age_s"] = pack.age_s;
+                entry["of_this_build"] = pack.of_this_build;
+                entry["problem"] = pack.problem;
+                list.append(entry);
+            }
+            return list;
+        },
+        nb::arg("folder"), nb::kw_only(), nb::arg("verify") = false,
+        nb::sig(
+            "def store_packs(folder: str | os.PathLike, *, verify: bool = False) -> list[dict[str, object]]"),
+        "What is in a store of diced and shaded geometry, used last first; with `verify`, every page is read "
+        "and "
+        "'problem' says what\nis wrong with a pack.");
+    define(
+        m, "store_prune",
+        [](const std::filesystem::path& folder, uint64_t bytes) {
+            return store::trim_store(folder.string(), bytes);
+        },
+        nb::arg("folder"), nb::arg("bytes"),
+        nb::sig("def store_prune(folder: str | os.PathLike, bytes: int) -> int"),
+        "Removes the packs not used for longest until no more than so many bytes are left; returns the "
+        "number of "
+        "files removed.");
+}
+
 void bind_session(nb::module_& m) {
+    bind_store(m);
     static const std::string // nanobind keeps the pointers
         arguments = keyword_signature(render_keywords()),
         sig = "def render(scene: Scene, *" + arguments + ") -> Picture",
@@ -386,6 +474,7 @@ void bind_session(nb::module_& m) {
                 kept["primitives"] = s.stats().count.primitives.load();
                 kept["primitives_kept"] = s.stats().count.primitives_kept.load();
                 kept["primitives_evicted"] = s.stats().count.primitives_evicted.load();
+                kept["primitives_stored"] = s.stats().count.primitives_stored.load();
                 kept["hierarchies_kept"] = s.stats().count.hierarchies_kept.load();
                 return kept;
             },
@@ -393,7 +482,8 @@ void bind_session(nb::module_& m) {
             "What the last making of the scene had of the one before: 'primitives' there are, "
             "'primitives_kept' of "
             "them,\n'primitives_evicted' that were known but had found no room in page_memory and were made "
-            "again, and 'hierarchies_kept'\n(1: nothing was built).");
+            "again, 'primitives_stored'\nthat the store on disk had, and 'hierarchies_kept' (1: nothing was "
+            "built).");
 }
 
 } // namespace kanuka::python

@@ -93,7 +93,7 @@ PlacedCamera place_camera(const scene::Camera& c, const scene::Options& o, const
             v.render_from_camera[4 * r + k] = float(render_from_camera.m[r][k]);
 
     dice::DicingCamera& d = out.dicing;
-    d.render_from_camera = render_from_camera;
+    d.page_from_camera = render_from_camera; // until a page is chosen
     d.projection = v.projection;
     d.half_angle = v.half_angle;
     place_pixels(v, d);

@@ -42,6 +42,10 @@ class GeometryBuilder {
         m_out->groups.push_back(std::move(world));
         m_out->key = m_key.digest();
         m_request.shading.report_ranges();
+        if (m_request.disk) {
+            m_request.stats.bytes.store_read = m_request.disk->bytes_read();
+            m_request.stats.bytes.store_written = m_request.disk->bytes_written();
+        }
         m_request.stats.bytes.grids = m_out->store.grid_bytes();
         m_request.stats.bytes.lobe_inputs = m_out->store.input_bytes();
     }
@@ -98,8 +102,7 @@ class GeometryBuilder {
                                    bvh::subtracted(desc.solids, bounded), prepared[i]);
             });
             for (size_t i = 0; i < prepared.size(); i++) {
-                if (prepared[i].made)
-                    m_request.pages->keep(prepared[i].content, std::move(*prepared[i].made));
+                keep(prepared[i]);
                 if (!prepared[i].empty)
                     place(primitives[begin + i], prepared[i], shapes);
                 prepared[i] = {};
@@ -107,6 +110,15 @@ class GeometryBuilder {
         }
         m_request.stats.count.primitives += primitives.size();
         close_run(shapes);
+    }
+
+    // In order: which pages find room, and packs, are the same for any thread count.
+    void keep(Prepared& p) {
+        if (!p.made || m_request.progress.cancelled())
+            return;
+        if (m_request.disk && !p.is_stored)
+            m_request.disk->write(m_preparer.entry_of(p), p.made->made->page);
+        m_request.pages->keep(p.content, std::move(*p.made));
     }
 
     // Of a group, as they become resident: those since the last run was closed bound one solid, or none.

@@ -14,7 +14,7 @@
 #include "render/page_cache.h"
 #include "scene/scene.h"
 #include "shade/shade.h"
-#include "store/store.h"
+#include "store/disk_store.h"
 
 namespace kanuka::render {
 
@@ -46,9 +46,10 @@ struct GeometryRequest {
     std::vector<bvh::Scene::Plane> clips; // in render space
     uint64_t memory;                      // that there is
     size_t store_window = store::Store::LargestWindow;
-    bool classic = false;       // surfaces light nothing, but for area lights
-    PageCache* pages = nullptr; // what was made before; null = nothing is kept
-    Digest setting = {};        // of what all materials depend on; for keys of pages
+    bool classic = false;             // surfaces light nothing, but for area lights
+    PageCache* pages = nullptr;       // what was made before; null = nothing is kept
+    store::DiskStore* disk = nullptr; // with `pages`; null = none
+    Digest setting = {};              // of what all materials depend on; for keys of pages
 };
 
 // Thread count changes nothing in what is built.

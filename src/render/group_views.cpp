@@ -71,7 +71,7 @@ struct Seen {
 std::vector<GroupView> view_groups(const scene::Scene& scene, size_t first,
                                    const Transform& render_from_world, const dice::DicingCamera& camera) {
     const std::vector<Sphere> bounds = bound_groups(scene, first);
-    const Vec3f eye = camera.render_from_camera.point({0, 0, 0});
+    const Vec3f eye = camera.page_from_camera.point({0, 0, 0});
     std::vector<Seen> seen(scene.groups.size());
     const auto place = [&](int group, const Transform& render_from_group, float scale) {
         if (size_t(group) < first) // built before
@@ -121,7 +121,7 @@ std::vector<GroupView> view_groups(const scene::Scene& scene, size_t first,
         for (const Transform& render_from_group : seen[g].places)
             try {
                 const Transform group_from_render = built_from_group * render_from_group.inverse();
-                views[g].cameras.push_back(group_from_render * camera.render_from_camera);
+                views[g].cameras.push_back(group_from_render * camera.page_from_camera);
                 for (const Transform& at_another_time : camera.also_from)
                     views[g].cameras.push_back(group_from_render * at_another_time);
             } catch (const Error&) { // flattened: it shows nothing

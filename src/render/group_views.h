@@ -10,7 +10,7 @@ namespace kanuka::render {
 // A group of the scene: it is diced once, in its own space, as finely as the instance needs that shows it
 // largest.
 struct GroupView {
-    // While there are few instances: the camera as each of them sees it, render_from_camera in the group's
+    // While there are few instances: the camera as each of them sees it, page_from_camera in the group's
     // space. Each place of the group then has the rate that its nearest view asks for.
     std::vector<Transform> cameras;
     // Where there are more: that of the closest one all over the group. 0 = nothing shows it.

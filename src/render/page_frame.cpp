@@ -217,7 +217,7 @@ class Framing {
             m_out.offset = place_of(parent_from_group);
         m_box = box_of(m_out.page_from_object, scene::object_bounds(rest));
         if (!instanced) {
-            add(camera.render_from_camera);
+            add(camera.page_from_camera);
             for (const Transform& t : camera.also_from)
                 add(t);
         } else {

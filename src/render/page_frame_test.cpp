@@ -47,7 +47,7 @@ View view_of(const Transform& world_from_camera) {
     View v;
     const auto& m = world_from_camera.m;
     v.render_from_world = Transform::translate(-m[0][3], -m[1][3], -m[2][3]);
-    v.camera.render_from_camera = v.render_from_world * world_from_camera;
+    v.camera.page_from_camera = v.render_from_world * world_from_camera;
     v.camera.pixels_per_tangent = 1000;
     v.camera.width = 800, v.camera.height = 600;
     return v;

@@ -93,7 +93,7 @@ void Preparer::make(const scene::Primitive& declared, const Transform& parent_fr
     const dice::DiceTarget target = target_of(primitive, material, frame, instanced != nullptr, moving.later);
     if (m_request.pages)
         out.content = key_of(declared, material, frame, target, inside_out);
-    if (!m_request.pages || !take_kept(out)) {
+    if (!m_request.pages || !(take_kept(out) || take_stored(out))) {
         shade::SpacesRead read = dice_and_shade(declared, primitive, frame, target, inside_out, start, out);
         if (m_request.pages)
             note_made(std::move(read), out);
@@ -130,7 +130,7 @@ shade::SpacesRead Preparer::dice_and_shade(const scene::Primitive& declared,
     dice::DiceOptions options = m_request.dice;
     options.camera.border = frame.border;
     if (target.instead_from.empty() && !frame.cameras.empty()) {
-        options.camera.render_from_camera = frame.cameras[0];
+        options.camera.page_from_camera = frame.cameras[0];
         options.camera.also_from.assign(frame.cameras.begin() + 1, frame.cameras.end());
     }
     dice::Diced diced = dice::dice(primitive, target, options, displace, m_request.journal);
@@ -182,10 +182,82 @@ bool Preparer::take_kept(Prepared& out) {
 void Preparer::note_made(shade::SpacesRead read, Prepared& out) const {
     const Digest of_read = out.material->digest_of(read);
     out.key = digest_of(out.content, of_read);
-    if (m_request.pages->keeps())
+    if (keeps())
         out.made =
             PageCache::Entry{std::move(read), of_read,
                              std::make_shared<const PageCache::Made>(PageCache::Made{out.page, out.empty})};
+}
+
+// ---- and those on disk
+
+namespace {
+
+// SpacesRead as a text: what is read by itself, then pairs of names.
+std::string text_of(const shade::SpacesRead& read) {
+    std::string text(1, char('0' + int(read.eye) + 2 * int(read.world)));
+    for (const auto& [to, from] : read.transforms)
+        text.append(to).append(1, '\0').append(from).append(1, '\0');
+    return text;
+}
+
+std::optional<shade::SpacesRead> spaces_of(const std::string& text) {
+    if (text.empty() || text[0] < '0' || text[0] > '3')
+        return std::nullopt;
+    shade::SpacesRead read;
+    read.eye = (text[0] - '0') & 1, read.world = (text[0] - '0') & 2;
+    for (size_t at = 1; at < text.size();) {
+        const size_t middle = text.find('\0', at);
+        const size_t end = middle == std::string::npos ? middle : text.find('\0', middle + 1);
+        if (end == std::string::npos)
+            return std::nullopt;
+        read.transforms.emplace(text.substr(at, middle - at), text.substr(middle + 1, end - middle - 1));
+        at = end + 1;
+    }
+    return read;
+}
+
+// Of the first so many of a palette's measured spectra; null = there are fewer.
+std::optional<Digest> digest_of_spectra(const color::Palette& palette, uint32_t count) {
+    const std::vector<float> tables = palette.tables();
+    const size_t floats = size_t(count) * color::Palette::TableStride;
+    if (tables.size() < floats)
+        return std::nullopt;
+    return digest_of(std::span<const float>(tables.data(), floats));
+}
+
+} // namespace
+
+bool Preparer::take_stored(Prepared& out) {
+    if (!m_request.disk)
+        return false;
+    for (const store::StoredPage& stored : m_request.disk->find(out.content)) {
+        std::optional<shade::SpacesRead> read = spaces_of(stored.reads);
+        if (!read || out.material->digest_of(*read) != stored.of_read)
+            continue;
+        if (stored.spectra > 0 && digest_of_spectra(m_request.palette, stored.spectra) != stored.palette)
+            continue;
+        if (!m_request.disk->read(stored, out.material->program(), out.page))
+            continue;
+        out.empty = stored.empty;
+        out.is_stored = true;
+        m_request.stats.count.primitives_stored += 1;
+        note_made(std::move(*read), out);
+        return true;
+    }
+    return false;
+}
+
+store::StoredPage Preparer::entry_of(const Prepared& made) const {
+    store::StoredPage stored;
+    stored.content = made.content;
+    stored.of_read = made.made->of_read;
+    stored.reads = text_of(made.made->read);
+    stored.empty = made.made->made->empty;
+    if (!stored.empty)
+        stored.spectra = store::spectra_named(made.made->made->page);
+    if (stored.spectra > 0)
+        stored.palette = digest_of_spectra(m_request.palette, stored.spectra).value_or(Digest());
+    return stored;
 }
 
 // Of all that a page is made of, but for what shaders read of where the primitive stands.
@@ -300,7 +372,7 @@ std::vector<Transform> Preparer::views_of(const MotionPath& path,
                 views.push_back(back * from);
             if (instead_from.empty())
                 views.push_back(back * (camera.also_from.size() == Times ? camera.also_from[i - 1]
-                                                                         : camera.render_from_camera));
+                                                                         : camera.page_from_camera));
         } catch (const Error&) { // flattened then
         }
     return views;

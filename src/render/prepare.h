@@ -30,6 +30,7 @@ struct Prepared {
     Digest key;                           // of the page, where GeometryRequest::pages are kept
     Digest content;                       // and that without what shaders read of where it stands
     std::optional<PageCache::Entry> made; // to be kept: in its own space; none = it was kept already
+    bool is_stored = false;               // it came from the disk
 };
 
 // Thread safety: prepare() may run at the same time, the others alone.
@@ -50,6 +51,9 @@ class Preparer {
     // in each.
     void share_wall_time(double wall) const;
 
+    // What the store on disk is to know of a page.
+    store::StoredPage entry_of(const Prepared& made) const;
+
   private:
     using Clock = std::chrono::steady_clock;
     void make(const scene::Primitive& declared, const Transform& parent_from_group,
@@ -58,6 +62,8 @@ class Preparer {
                                      const PageFrame& frame, dice::DiceTarget target, bool inside_out,
                                      Clock::time_point start, Prepared& out);
     bool take_kept(Prepared& out);
+    bool take_stored(Prepared& out);
+    bool keeps() const { return m_request.pages->keeps() || m_request.disk; }
     void note_made(shade::SpacesRead read, Prepared& out) const;
     Digest key_of(const scene::Primitive& declared, const shade::Material& material, const PageFrame& frame,
                   const dice::DiceTarget& target, bool inside_out);

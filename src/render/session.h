@@ -11,7 +11,7 @@
 #include "film/film.h"
 #include "scene/delayed.h"
 #include "scene/schema/options.h"
-#include "store/store.h"
+#include "store/disk_store.h"
 
 namespace kanuka::render {
 
@@ -28,6 +28,7 @@ struct Overrides {
     std::optional<uint64_t> memory;    // bytes that there are; unset = the machine's
     std::optional<uint64_t>
         page_memory; // bytes of pages that are kept for update(); unset = a quarter of that
+    std::optional<store::DiskStore::Settings> store;   // unset = the environment's; no folder = none
     size_t store_window = store::Store::LargestWindow; // words; less, for tests of what lies beyond
 };
 

@@ -26,7 +26,7 @@ class CrackScene {
         const Vec3f d = direction();
         const float distance = uniform(1.6f, 6);
         Transform turn = Transform::rotate(double(uniform(0, 360)), double(d.x), double(d.y), double(d.z));
-        options.camera.render_from_camera = turn * Transform::translate(0, 0, double(-distance));
+        options.camera.page_from_camera = turn * Transform::translate(0, 0, double(-distance));
         options.camera.width = options.camera.height = 160;
         options.camera.pixels_per_tangent = uniform(60, 240);
         options.max_grid_cells = 1 << (2 + seed / 4 % 4);

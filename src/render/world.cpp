@@ -29,7 +29,8 @@ bool names_no_light(const scene::Scene& scene, const shade::ShadingSystem& shadi
 
 } // namespace
 
-World::World(Job& job, Kept* kept) : m_job(job), m_kept(kept ? kept : &m_own), m_has_keys(kept != nullptr) {
+World::World(Job& job, Kept* kept)
+    : m_job(job), m_kept(kept ? kept : &m_own), m_has_keys(kept || !job.store.folder.empty()) {
     place_camera();
 }
 
@@ -87,6 +88,8 @@ void World::build() {
     prepare_color();
     m_kept->pages.set_budget(m_job.page_memory);
     drop_what_leaves_no_room();
+    if (!m_job.store.folder.empty()) // what others have stored meanwhile is found
+        m_disk = std::make_unique<store::DiskStore>(m_job.store, m_job.journal);
     shade::ShadingOptions so;
     so.palette = m_kept->color.palette.get();
     so.shader_path = m_job.options.shader_path;
@@ -106,6 +109,8 @@ void World::build() {
     m_geometry = build_geometry(request_for(m_job.scene));
     if (m_has_keys)
         m_kept->pages.next();
+    if (m_disk)
+        m_disk->close();
     if (m_job.delayed) {
         const int megabytes = m_job.options.procedural_memory;
         m_on_demand =
@@ -140,6 +145,7 @@ GeometryRequest World::request_for(const scene::Scene& scene) {
     if (m_has_keys) {
         const scene::Options& o = m_job.options;
         request.pages = &m_kept->pages;
+        request.disk = m_disk.get();
         request.setting = digest_of(o.shader_path, o.texture_path, o.strict_directions, o.specular,
                                     o.array_room, m_job.aovs.names());
     }

@@ -65,6 +65,7 @@ class World {
     std::unique_ptr<shade::ShadingSystem> m_shading;
     std::unique_ptr<Linking> m_linking;
     std::vector<bvh::Scene::Plane> m_clips;
+    std::unique_ptr<store::DiskStore> m_disk;
     std::unique_ptr<Geometry> m_geometry;
     std::unique_ptr<OnDemand> m_on_demand;
     std::unique_ptr<bvh::Scene> m_bvh;

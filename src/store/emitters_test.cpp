@@ -1,5 +1,4 @@
 // Emitters and presence: areas, powers and shapes by angle, on grids and meshes.
-#include "store/test_file.h"
 #include "store/test_pages.h"
 
 #include <gtest/gtest.h>
@@ -116,10 +115,8 @@ TEST(Emitters, ShapesByAngle) {
         made.set_uniform(4, {c.first, 0, 0});
         if (program.slots.size() > 5)
             made.set_uniform(5, {c.second, 0, 0});
-        TemporaryFile file;
-        write_page(file.path(), encode_one(made, program));
         Store store;
-        store.add_page(read_page(file.path()), program, -1);
+        store.add_page(encode_one(made, program), program, -1);
         const Emitter& e = store.emitters()[0];
         const double degree = 3.141592653589793 / 180;
         const double outer = std::cos(double(c.first) * degree),

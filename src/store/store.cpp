@@ -1,6 +1,7 @@
 #include "store/store.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <sys/mman.h>
@@ -209,6 +210,23 @@ void translate(Page& page, const std::array<double, 3>& by) {
     for (uint32_t i = 0; i < h.emitters; i++)
         for (int c = 0; c < 3; c++)
             emitters[i].p0[c] = moved(emitters[i].p0[c], size_t(c));
+}
+
+uint32_t spectra_named(const Page& page) {
+    const PageHeader& h = page.header();
+    const uint32_t mark = std::bit_cast<uint32_t>(color::Palette::TableMark);
+    uint32_t count = 0;
+    const auto look = [&](uint32_t begin, uint32_t end) { // the number stands before the mark
+        for (uint32_t w = begin + 1; w < end; w++)
+            if (page.words[w] == mark) {
+                const float number = std::bit_cast<float>(page.words[w - 1]);
+                if (number >= 0 && number < 1e6f)
+                    count = std::max(count, uint32_t(number) + 1);
+            }
+    };
+    look(h.inputs_at, h.positions_at);
+    look(h.emitters_at, h.words);
+    return count;
 }
 
 float emitting_area(const Page& page) {

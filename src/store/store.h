@@ -145,13 +145,13 @@ struct Links {
 
 struct PageHeader {
     uint32_t magic, version;
-    uint64_t key[2]; // content address; zero = none given
+    uint64_t key[2]; // StoredPage::content on disk; else zero
     uint32_t words;  // of the whole page
     uint32_t shapes, shapes_at;
     uint32_t tables_at, inputs_at, positions_at, indices_at, emitters_at, emitters;
     uint32_t grid_bytes, input_bytes; // for the statistics
     uint32_t vertices, micropolygons, traced_polygons;
-    uint64_t checksum; // xxh3 of all else
+    uint64_t checksum; // on disk: checksum_of(); else zero
 };
 
 static_assert(sizeof(PageHeader) == 88); // no padding: it is hashed and written as it is
@@ -186,9 +186,8 @@ void scale_emission(Page& page, float factor);
 // moved there, each sum rounded once, from double precision.
 void translate(Page& page, const std::array<double, 3>& by);
 
-// Files: header and words as they are, little-endian. Reading checks magic, version, bounds and checksum.
-void write_page(const std::string& path, const Page& page);
-Page read_page(const std::string& path); // throws Error
+// One more than the largest number of a measured spectrum, in the palette, that it names; 0 = it names none.
+uint32_t spectra_named(const Page& page);
 
 // Resident pages. Shapes name words by 32-bit offsets into a window of address space; pages that do not fit
 // into one lie in the next. All shapes of a program lie in one window, and a program with shapes in several

@@ -1,5 +1,4 @@
 // Pages: encoding, folding, files and what breaks them.
-#include "store/test_file.h"
 #include "store/test_pages.h"
 
 #include <cfloat>
@@ -312,59 +311,6 @@ TEST(Store, PagesBeyondAWindowLieInTheNext) {
     Store tiny(size_t(page.header().emitters_at) - 1);
     EXPECT_THROW(tiny.add_page(page, program, -1), Error);
     EXPECT_TRUE(tiny.shapes().empty());
-}
-
-TEST(PageFile, ComesBackAsItWas) {
-    const auto program = lamp_program();
-    HandMade made(6, 3, program);
-    made.scramble(9);
-    Page page = encode_one(made, program);
-    page.header().key[0] = 0x1234;
-    TemporaryFile file;
-    write_page(file.path(), page);
-    Page back = read_page(file.path());
-    back.header().checksum = page.header().checksum; // written only on the way out
-    EXPECT_EQ(back.words, page.words);
-}
-
-TEST(PageFile, NoPathNoPage) {
-    EXPECT_THROW(read_page("/nonexistent/page"), Error);
-    EXPECT_THROW(read_page(std::filesystem::temp_directory_path().string()), Error);
-    const Page page = encode_one(HandMade(1, 1, lamp_program()), lamp_program());
-    try {
-        write_page("/nonexistent/folder/page", page);
-        FAIL();
-    } catch (const Error& e) {
-        EXPECT_EQ(e.code(), ExitCode::Output);
-    }
-}
-
-// Any damage is found: each bit pattern of a byte turned over, each length.
-TEST(PageFile, DamageIsFound) {
-    const auto program = lamp_program();
-    HandMade made(1, 1, program);
-    made.scramble(2);
-    TemporaryFile file;
-    write_page(file.path(), encode_one(made, program));
-    const auto intact = file.bytes();
-    ASSERT_GT(intact.size(), 100u);
-    for (size_t i = 0; i < intact.size(); i++)
-        for (int flip : {0xff, 0x01, 0x80}) {
-            auto damaged = intact;
-            damaged[i] = char(damaged[i] ^ flip);
-            file.write(damaged);
-            EXPECT_THROW(read_page(file.path()), Error) << "byte " << i << " xor " << flip;
-        }
-    for (size_t length = 0; length < intact.size(); length++) {
-        file.write({intact.begin(), intact.begin() + std::ptrdiff_t(length)});
-        EXPECT_THROW(read_page(file.path()), Error) << "cut to " << length;
-    }
-    auto longer = intact;
-    longer.resize(intact.size() + 4);
-    file.write(longer);
-    EXPECT_THROW(read_page(file.path()), Error);
-    file.write(intact);
-    EXPECT_NO_THROW(read_page(file.path()));
 }
 
 } // namespace kanuka::store

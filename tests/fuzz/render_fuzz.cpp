@@ -32,7 +32,8 @@
 #include "shade/make_texture.h"
 #include "sl/codegen/cache.h"
 #include "sl/frontend.h"
-#include "store/store.h"
+#include "store/disk_store.h"
+#include "store/page_check.h"
 #include "worker.h"
 
 namespace {
@@ -292,8 +293,14 @@ Kind textures() {
             }};
 }
 
-// Pages of the store: what is damaged is refused.
-Kind pages() {
+std::string only_file(const std::string& folder) {
+    for (const auto& file : std::filesystem::directory_iterator(folder))
+        return file.path().string();
+    return {};
+}
+
+// Packs of the store: what is damaged is refused.
+Kind packs() {
     grid::Grid g;
     g.allocate(4, 4);
     for (int i = 0; i < g.vertices(); i++) {
@@ -311,26 +318,40 @@ Kind pages() {
     const store::ShadedGrid shaded{&g, &traced, nullptr, &inputs};
     fuzz::in_child([&] {
         uint64_t bad = 0;
-        store::write_page("sample.page", store::encode({&shaded, 1}, program, bad));
+        Journal journal;
+        store::DiskStore disk({.folder = "sample"}, journal);
+        store::StoredPage stored;
+        stored.content = {1, 2}, stored.reads = "0";
+        disk.write(stored, store::encode({&shaded, 1}, program, bad));
     });
-    const std::string page = read("sample.page");
-    return {".page",
-            [page](uint64_t seed) {
+    const std::string pack = read(only_file("sample"));
+    return {".kpack",
+            [pack](uint64_t seed) {
                 Random random(seed);
-                std::string bytes = page;
+                std::string bytes = pack;
                 fuzz::mutate_bytes(bytes, random);
-                return bytes == page ? bytes.substr(1) : bytes;
+                return bytes == pack ? bytes.substr(1) : bytes;
             },
-            [](const std::string& bytes, bool print) -> fuzz::Outcome {
-                write("fuzz.page", bytes);
-                try {
-                    store::read_page("fuzz.page");
-                } catch (const Error& e) {
-                    if (print)
-                        std::printf("error: %s\n", e.what());
-                    return {};
+            [program, pack](const std::string& bytes, bool print) -> fuzz::Outcome {
+                std::filesystem::create_directory("fuzz");
+                write("fuzz/fuzz.kpack", bytes);
+                Journal journal;
+                store::DiskStore disk({.folder = "fuzz", .writes = false}, journal);
+                for (const store::StoredPage& stored : disk.find({1, 2})) {
+                    store::Page page;
+                    if (!disk.read(stored, program, page))
+                        continue;
+                    page.header().key[0] = 1, page.header().key[1] = 2;
+                    page.header().checksum = store::checksum_of(page.header(), page);
+                    const std::string_view words(reinterpret_cast<const char*>(page.words.data()),
+                                                 page.words.size() * 4);
+                    if (pack.find(words) == std::string::npos)
+                        return {"a damaged page was taken"};
                 }
-                return {"a damaged page was taken"};
+                if (print)
+                    for (const Journal::Entry& e : journal.entries())
+                        std::printf("%s\n", e.message.c_str());
+                return {};
             }};
 }
 
@@ -399,7 +420,7 @@ int main(int count, char** argument) {
                       : kind_name == "slo"      ? slo()
                       : kind_name == "cache"    ? cache()
                       : kind_name == "textures" ? textures()
-                      : kind_name == "pages"    ? pages()
+                      : kind_name == "pages"    ? packs()
                       : kind_name == "found"    ? found(folder)
                                                 : scenes();
     uint64_t found = 0;

@@ -9,7 +9,7 @@ import traceback
 
 import kanuka
 
-from . import compare, convert, exit_codes, info, paths, render, shader, texture
+from . import compare, convert, exit_codes, info, paths, render, shader, store, texture
 from .exit_codes import ExitCode
 
 EXAMPLES = """\
@@ -22,6 +22,7 @@ examples:
   kanuka compare a.exr reference.exr           how much two pictures differ
   kanuka texture wood.png wood.tx              a mip-mapped texture of a picture
   kanuka shader compile marble.sl              check a shader
+  kanuka store info DIR                        what `render --store DIR` has kept
   kanuka paths                                 where shaders, ri.h and libkanuka are
 
 """
@@ -36,7 +37,7 @@ def make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"kanuka {kanuka.__version__}")
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for module in (render, info, convert, compare, texture, shader, paths):
+    for module in (render, info, convert, compare, texture, shader, store, paths):
         module.add_parser(subparsers)
     return parser
 

@@ -14,6 +14,7 @@ from . import arguments as types
 from . import exit_codes, files, fireflies, frames, messages, statistics
 from .exit_codes import ExitCode
 from .progress import ProgressBar, duration
+from .shader_cache import size
 
 EXAMPLES = """\
 examples:
@@ -22,6 +23,7 @@ examples:
   kanuka render scene.rib --progressions 4 --crop 0.4,0.6,0.4,0.6
   kanuka render options.rib scene.rib
   kanuka render walk.rib --frame all -o walk.####.exr
+  kanuka render scene.rib --store ~/pages              # again, with other lights: nothing is diced or shaded
   kanuka render scene.rib --checkpoint scene.state     # stopped? the same command goes on
 
 Each frame has its own picture. In -o and --stats a row of # is replaced by the frame's number; without it the number
@@ -91,6 +93,19 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     machine = parser.add_argument_group("machine", "these do not change the picture")
     machine.add_argument("--threads", type=types.positive_int, metavar="N", help="default: all cores")
     machine.add_argument("--lanes", type=int, choices=(0, 1, 8, 16), default=0, help="SIMD lanes; 0 = the widest")
+    machine.add_argument(
+        "--store",
+        metavar="DIR",
+        help="keep what is diced and shaded in DIR, which many renders and hosts may share: the next one does neither "
+        "for what has not changed; default: KANUKA_STORE. See kanuka store --help",
+    )
+    machine.add_argument("--store-mode", choices=("read", "write"), help="read: add nothing to it; default: write")
+    machine.add_argument(
+        "--store-size",
+        type=size,
+        metavar="SIZE",
+        help="its largest size, as 500M or 20G: what was not used for longest goes",
+    )
     parser.set_defaults(run=run, parser=parser)
 
 
@@ -177,6 +192,9 @@ def render(arguments: argparse.Namespace, frame: frames.Frame, started: float, i
         "shading_rate": arguments.shading_rate,
         "aovs": arguments.aov,
         "lanes": arguments.lanes,
+        "store": arguments.store,
+        "store_mode": arguments.store_mode,
+        "store_size": None if arguments.store_size is None else str(arguments.store_size),
         "journal": scene.journal,
     }
     if arguments.checkpoint:

@@ -12,9 +12,9 @@ from .exit_codes import ExitCode
 
 
 def size(text: str) -> int:
-    number, unit = text.rstrip("KMG"), text[len(text.rstrip("KMG")) :]
+    number, unit = text.rstrip("KMGT"), text[len(text.rstrip("KMGT")) :]
     try:
-        return int(float(number) * {"": 1, "K": 2**10, "M": 2**20, "G": 2**30}[unit])
+        return int(float(number) * {"": 1, "K": 2**10, "M": 2**20, "G": 2**30, "T": 2**40}[unit])
     except (ValueError, KeyError, OverflowError):
         raise argparse.ArgumentTypeError(f"expected a size as in 500M or 2G, got {text!r}") from None
 

@@ -1,4 +1,5 @@
 #include "sl/codegen/cache.h"
+#include "base/byte_size.h"
 
 #include <algorithm>
 #include <atomic>
@@ -292,18 +293,7 @@ std::vector<CacheEntry> ObjectCache::entries(bool verify) const {
 
 uint64_t cache_limit() {
     const char* given = std::getenv("KANUKA_SHADER_CACHE_SIZE");
-    if (!given || !*given)
-        return DefaultLimit;
-    char* end = nullptr;
-    const double number = std::strtod(given, &end);
-    const std::string_view unit = end;
-    const double scale = unit == "K"    ? 1024
-                         : unit == "M"  ? 1048576
-                         : unit == "G"  ? 1073741824
-                         : unit.empty() ? 1
-                                        : 0;
-    return end != given && scale > 0 && number >= 0 && number * scale < 1e18 ? uint64_t(number * scale)
-                                                                             : DefaultLimit;
+    return parse_byte_size(given ? given : "").value_or(DefaultLimit);
 }
 
 std::vector<CacheEntry> cache_entries(const std::string& folder, bool verify) {

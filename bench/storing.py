@@ -1,0 +1,51 @@
+"""What a store of pages saves, and costs: the same scene without one, with a new one, and with what that holds."""
+
+from __future__ import annotations
+
+import shutil
+import statistics
+import tempfile
+from pathlib import Path
+
+import intervals
+import peers
+from settings import Found, Say, Settings
+
+# Links of the chain of noises; micropolygons.
+SCENES = {"shading": 100, "micropolygons": 1_000_000, "still-life": 0}
+KINDS = ("without", "new", "filled")
+FIGURES = ("dice_s", "shade_s", "bvh_s", "build_s", "first_picture_s")
+
+
+def measure(settings: Settings, scene: str, say: Say) -> Found:
+    """For run.py. What is read comes from the system's memory, as on a machine that has rendered before."""
+    runs: dict[str, list[Found]] = {kind: [] for kind in KINDS}
+    folder = Path(tempfile.mkdtemp(prefix="kanuka-store-"))
+    n = SCENES[scene] if not settings.quick else {"shading": 4, "micropolygons": 50_000}.get(scene, 0)
+    try:
+        for _ in range(settings.rounds):
+            store = folder / "pages"
+            shutil.rmtree(store, ignore_errors=True)
+            for kind in KINDS:
+                options = {} if kind == "without" else {"store": str(store)}
+                asked = settings.request(scene, n, samples=1, **options) | {"seeds": [1]}
+                runs[kind].append(peers.ask(peers.OURS, asked, pictures=False).figures)
+            stored = sum(file.stat().st_size for file in store.iterdir())
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+    rounds = {kind: {name: [float(run[name]) for run in of] for name in FIGURES} for kind, of in runs.items()}
+    found: Found = {"rounds": rounds, "bytes": stored, "memory_bytes": runs["new"][0]["store_written_bytes"]}
+    for kind in KINDS:
+        found[kind] = {name: statistics.median(values) for name, values in rounds[kind].items()}
+
+    def ratio(name: str, kind: str) -> Found:
+        return vars(intervals.of_ratio(rounds[kind][name], rounds["without"][name]))
+
+    found["writing"] = ratio("build_s", "new")
+    found["reading"] = ratio("build_s", "filled")
+    found["first_picture"] = ratio("first_picture_s", "filled")
+    say(
+        f"  until rays can be traced: {found['without']['build_s']:.3f} s, {found['new']['build_s']:.3f} s that fill a "
+        f"store of {stored / 1e6:.1f} MB, {found['filled']['build_s']:.3f} s with it"
+    )
+    return found

@@ -1,0 +1,250 @@
+#include "store/disk_store.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <fcntl.h>
+#include <filesystem>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/build_id.h"
+#include "base/byte_size.h"
+#include "store/pack.h"
+#include "store/page_check.h"
+
+namespace kanuka::store {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+bool before(const StoredPage& a, const StoredPage& b) {
+    return a.content < b.content;
+}
+
+} // namespace
+
+DiskStore::DiskStore(Settings settings, Journal& journal)
+    : m_settings(std::move(settings)), m_journal(journal) {
+    if (m_settings.build.empty())
+        m_settings.build = build_id();
+    std::error_code ec;
+    if (m_settings.writes)
+        fs::create_directories(m_settings.folder, ec);
+    if (ec || !fs::is_directory(m_settings.folder, ec)) {
+        fail(ec ? ec.message() : "there is no such folder");
+        return;
+    }
+    std::vector<std::string> files;
+    for (fs::directory_iterator it(m_settings.folder, ec), end; !ec && it != end; it.increment(ec))
+        if (it->path().extension() == PackSuffix)
+            files.push_back(it->path().string());
+    std::ranges::sort(files); // the same choice among equal pages on every host
+    for (const std::string& file : files)
+        add_pack(file);
+    std::ranges::stable_sort(m_pages, before);
+}
+
+DiskStore::~DiskStore() {
+    close();
+}
+
+void DiskStore::fail(std::string what) { // a copy: it may be the writer's
+    m_failed = true;
+    m_writer.reset();
+    m_journal.warning({m_settings.folder}, "the store cannot be " +
+                                               std::string(m_settings.writes ? "written" : "read") + " (" +
+                                               what + "): the render goes on without it");
+}
+
+void DiskStore::add_pack(const std::string& path) {
+    auto pack = std::make_unique<PackReader>(path);
+    if (pack->build() != digest_of(m_settings.build) && !pack->problem())
+        return;
+    std::vector<StoredPage> pages;
+    if (!pack->problem())
+        pages = pack->index();
+    if (const char* problem = pack->problem()) {
+        if (!pack->is_gone()) // removed by another host meanwhile: no damage
+            m_journal.warning({path}, std::string("a pack of the store is not used: ") + problem);
+        return;
+    }
+    for (StoredPage& page : pages) {
+        page.pack = uint32_t(m_packs.size());
+        m_pages.push_back(std::move(page));
+    }
+    m_packs.push_back(std::move(pack));
+}
+
+std::span<const StoredPage> DiskStore::find(const Digest& content) const {
+    StoredPage wanted;
+    wanted.content = content;
+    const auto [begin, end] = std::equal_range(m_pages.begin(), m_pages.end(), wanted, before);
+    return {begin, end};
+}
+
+bool DiskStore::read(const StoredPage& stored, const grid::LayeringProgram& program, Page& page) {
+    PackReader& pack = *m_packs[stored.pack];
+    if (!pack.read(stored, page)) // gone, or the disk fails: nothing is known of the rest of it
+        return false;
+    const char* fault = stored.empty ? nullptr : fault_of(page, program);
+    if (!fault && !stored.empty && Digest{page.header().key[0], page.header().key[1]} != stored.content)
+        fault = "it is another page";
+    if (fault) {
+        tell_of_damage(pack, fault);
+        return false;
+    }
+    if (!stored.empty) { // as it was made
+        page.header().key[0] = page.header().key[1] = 0;
+        page.header().checksum = 0;
+    }
+    if (m_settings.writes)
+        pack.touch();
+    m_bytes_read += page.words.size() * 4;
+    return true;
+}
+
+// Whoever may write removes it: the folder is a cache, and what it held is made again.
+void DiskStore::tell_of_damage(PackReader& pack, const char* fault) {
+    const std::lock_guard lock(m_mutex);
+    if (pack.is_told())
+        return;
+    pack.set_told();
+    m_journal.warning({pack.path()}, std::string("a page of the store is damaged (") + fault +
+                                         "): what is damaged is made again" +
+                                         (m_settings.writes ? ", and the pack is removed" : ""));
+    if (m_settings.writes)
+        ::unlink(pack.path().c_str());
+}
+
+void DiskStore::write(StoredPage stored, const Page& page) {
+    if (!m_settings.writes || m_failed)
+        return;
+    if (!m_writer)
+        m_writer = std::make_unique<PackWriter>(m_settings.folder, digest_of(m_settings.build));
+    if (!m_writer->write(std::move(stored), page)) {
+        fail(m_writer->problem());
+        return;
+    }
+    m_bytes_written += page.words.size() * 4;
+    if (m_writer->bytes() >= m_settings.pack_bytes)
+        close();
+}
+
+void DiskStore::close() {
+    if (!m_writer)
+        return;
+    const std::string path = m_writer->close();
+    if (path.empty()) {
+        fail(m_writer->problem());
+        return;
+    }
+    m_writer.reset();
+    add_pack(path);
+    std::ranges::stable_sort(m_pages, before);
+    trim_store(m_settings.folder, m_settings.most_bytes);
+}
+
+// ---- folders
+
+namespace {
+
+struct File {
+    fs::path path;
+    fs::file_time_type used;
+    uint64_t bytes;
+};
+
+// Those used longest ago first.
+std::vector<File> files_in(const std::string& folder, const char* suffix) {
+    std::vector<File> files;
+    std::error_code ec;
+    for (fs::directory_iterator it(folder, ec), end; !ec && it != end; it.increment(ec)) {
+        std::error_code gone; // by another process, in the meantime
+        if (it->path().extension() != suffix)
+            continue;
+        const File file{it->path(), it->last_write_time(gone), it->file_size(gone)};
+        if (!gone)
+            files.push_back(file);
+    }
+    std::ranges::sort(files, [](const File& a, const File& b) { return a.used < b.used; });
+    return files;
+}
+
+} // namespace
+
+std::vector<PackInfo> packs_in(const std::string& folder, bool verify) {
+    std::error_code ec;
+    if (!fs::is_directory(folder, ec))
+        throw Error({folder}, "there is no such folder");
+    const auto now = fs::file_time_type::clock::now();
+    std::vector<PackInfo> packs;
+    for (const File& file : files_in(folder, PackSuffix)) {
+        PackReader pack(file.path.string());
+        PackInfo info{.file = file.path.string(), .bytes = file.bytes};
+        info.age_s = std::chrono::duration<double>(now - file.used).count();
+        info.of_this_build = !pack.problem() && pack.build() == digest_of(build_id());
+        const std::vector<StoredPage> index = pack.problem() ? std::vector<StoredPage>() : pack.index();
+        info.pages = index.size();
+        if (pack.problem())
+            info.problem = pack.problem();
+        for (size_t i = 0; verify && info.problem.empty() && i < index.size(); i++) {
+            Page page;
+            const char* fault = !pack.read(index[i], page) ? "it ends early"
+                                : index[i].empty           ? nullptr
+                                                           : fault_of(page);
+            if (fault)
+                info.problem =
+                    "page " + std::to_string(i + 1) + " of " + std::to_string(index.size()) + ": " + fault;
+        }
+        packs.push_back(std::move(info));
+    }
+    std::ranges::reverse(packs);
+    return packs;
+}
+
+uint64_t trim_store(const std::string& folder, uint64_t most_bytes) {
+    constexpr auto Abandoned = std::chrono::hours(24);
+    uint64_t removed = 0, total = 0;
+    std::error_code ec;
+    const auto now = fs::file_time_type::clock::now();
+    for (const File& f : files_in(folder, UnfinishedSuffix))
+        if (now - f.used > Abandoned) // else it may be somebody's who is at work
+            removed += fs::remove(f.path, ec);
+    const std::vector<File> packs = files_in(folder, PackSuffix);
+    for (const File& f : packs)
+        total += f.bytes;
+    for (const File& f : packs) {
+        if (total <= most_bytes)
+            break;
+        removed += fs::remove(f.path, ec); // not there any more: another process was faster
+        total -= f.bytes;
+    }
+    return removed;
+}
+
+DiskStore::Settings store_settings_of_environment() {
+    const auto value = [](const char* name) {
+        const char* text = std::getenv(name);
+        return std::string(text ? text : "");
+    };
+    DiskStore::Settings settings;
+    settings.folder = value("KANUKA_STORE");
+    if (const std::string mode = value("KANUKA_STORE_MODE"); !mode.empty()) {
+        if (mode != "read" && mode != "write")
+            throw Error("KANUKA_STORE_MODE is \"" + mode + "\"; read and write are known", ExitCode::Usage);
+        settings.writes = mode == "write";
+    }
+    if (const std::string size = value("KANUKA_STORE_SIZE"); !size.empty()) {
+        const auto bytes = parse_byte_size(size);
+        if (!bytes)
+            throw Error("KANUKA_STORE_SIZE is \"" + size + "\"; a size as 500M or 20G is expected",
+                        ExitCode::Usage);
+        settings.most_bytes = *bytes;
+    }
+    return settings;
+}
+
+} // namespace kanuka::store

@@ -1,0 +1,106 @@
+// Pages on disk, so that nothing is diced or shaded twice: not by the next render, the next frame, nor
+// another host. A folder of packs, each with an index; what a pack's name is, what it holds and who wrote it
+// are told by itself, so any number of renders may share the folder without locks. docs/store.md has the
+// format.
+//
+// The folder is a cache: what is missing, damaged or of another build of Kanuka is made again.
+#pragma once
+
+#include <atomic>
+#include <cstdio>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/digest.h"
+#include "base/error.h"
+#include "store/store.h"
+
+namespace kanuka::store {
+
+// What the index says of a page.
+struct StoredPage {
+    Digest content;    // what it was made of, but for
+    Digest of_read;    // the values of what its shaders read of where it stands,
+    std::string reads; // which is told here, in the writer's words
+    Digest palette;    // the measured spectra that it may name by number, and how many of them there were
+    uint32_t spectra = 0;
+    bool empty = false; // nothing came of it
+
+    // Where it lies.
+    uint32_t pack = 0, words = 0;
+    uint64_t at = 0;
+};
+
+class PackReader;
+class PackWriter;
+
+// Thread safety: find() and read() may run at the same time, the others alone.
+class DiskStore {
+  public:
+    static constexpr uint64_t DefaultBytes = uint64_t(20) << 30;
+    struct Settings {
+        std::string folder;
+        bool writes = true;
+        uint64_t most_bytes = DefaultBytes;        // of the folder: packs that were not used for longest go
+        uint64_t pack_bytes = uint64_t(256) << 20; // a larger one is closed, so that a crash loses no more
+        std::string build;                         // empty = this one: build_id()
+    };
+
+    // Never throws: what cannot be used is told, and the store is empty then.
+    DiskStore(Settings settings, Journal& journal);
+    ~DiskStore();
+    DiskStore(const DiskStore&) = delete;
+    const Settings& settings() const { return m_settings; }
+
+    std::span<const StoredPage> find(const Digest& content) const;
+    // False: it is damaged, or gone. `program`: that the page must be of.
+    bool read(const StoredPage& stored, const grid::LayeringProgram& program, Page& page);
+    // Where the page is to lie is filled in. After a failure, which is told once, nothing is written any
+    // more.
+    void write(StoredPage stored, const Page& page);
+    // Ends the pack that is being written: others see it from now on, and so does find().
+    void close();
+
+    uint64_t bytes_read() const { return m_bytes_read; }
+    uint64_t bytes_written() const { return m_bytes_written; }
+
+  private:
+    void add_pack(const std::string& path);
+    void fail(std::string what);
+    void tell_of_damage(PackReader& pack, const char* fault);
+
+    Settings m_settings;
+    Journal& m_journal;
+    std::vector<std::unique_ptr<PackReader>> m_packs;
+    std::vector<StoredPage> m_pages; // by content
+    std::unique_ptr<PackWriter> m_writer;
+    bool m_failed = false;
+    std::atomic<uint64_t> m_bytes_read{0};
+    uint64_t m_bytes_written = 0;
+    std::mutex m_mutex; // of what is told and removed
+};
+
+// ---- folders, for those who keep them
+
+struct PackInfo {
+    std::string file;
+    uint64_t bytes = 0, pages = 0;
+    double age_s = 0; // since it was used last
+    bool of_this_build = false;
+    std::string problem; // empty = none that was looked for
+};
+// Packs of a folder, the one used last first. verify: every page is read. Throws Error where there is no such
+// folder.
+std::vector<PackInfo> packs_in(const std::string& folder, bool verify);
+// Deletes packs that were not used for longest until no more than so many bytes are left, and what
+// interrupted renders left behind a day ago; returns how many files. 0 = all packs.
+uint64_t trim_store(const std::string& folder, uint64_t most_bytes);
+
+// What KANUKA_STORE, KANUKA_STORE_MODE (read or write) and KANUKA_STORE_SIZE (as 20G) say; an empty folder =
+// no store. Throws Error where they cannot be read.
+DiskStore::Settings store_settings_of_environment();
+
+} // namespace kanuka::store
