@@ -90,6 +90,31 @@ def test_what_shaders_read_of_their_place_counts(tmp_path: Path) -> None:
         assert same(picture, kanuka.render(scene, progressions=2))
 
 
+@pytest.mark.parametrize("how", ['texture(concat(map, ".exr"), s, t)', 'color(size(concat(map, ".exr")))'])
+def test_textures_whose_names_are_put_together_count(tmp_path: Path, how: str) -> None:
+    def paint(value: float, width: int) -> None:
+        picture = kanuka.Picture({name: np.full((4, width), value, np.float32) for name in "RGB"})
+        picture.write(tmp_path / "new.exr")
+        shutil.move(tmp_path / "new.exr", tmp_path / "paint.exr")
+
+    (tmp_path / "painted.sl").write_text(
+        'float size(string file) { float size[2]; textureinfo(file, "resolution", size); return size[0] / 20; }\n'
+        f'surface painted(string map = "paint") {{ Ci = color {how} * diffuse(N); Oi = 1; }}'
+    )
+    scene = ball()
+    scene.options.shader_path = scene.options.texture_path = [str(tmp_path)]
+    scene.add_sphere(0.3, material="painted", transform=translated(0, 0, 1.2))
+    paint(0.2, 4)
+    for stored in (0, 2):
+        before, count = render(scene, tmp_path / "store")
+        assert count["primitives_stored"] == stored
+    paint(0.9, 8)
+    after, count = render(scene, tmp_path / "store")
+    assert count["primitives_stored"] == 1
+    assert same(after, kanuka.render(scene, progressions=2))
+    assert not same(after, before)
+
+
 def test_measured_spectra_are_looked_at(tmp_path: Path) -> None:
     """Pages name them by number: numbers that mean something else are found."""
     (tmp_path / "a.spd").write_text("400 0.2\n500 0.9\n600 0.1\n700 0.5\n")

@@ -153,7 +153,7 @@ for seed in request.seeds:
     pictures.append(picture["rgb"])
     phases = picture.stats["time"]
     one |= {name: phases[name] for name in ("dice_s", "shade_s", "bvh_s")}
-    one["build_s"] = one["dice_s"] + one["shade_s"] + one["bvh_s"]
+    one["build_s"] = one["dice_s"] + one["shade_s"] + phases.get("store_s", 0) + one["bvh_s"]
     one["render_s"] = phases["transport_s"]
     # Reading aside, from the start of the work to a whole picture of one sample: `load_s` and `build_s` are in it.
     one["first_picture_s"] = one["load_s"] + phases["first_pixel_s"]

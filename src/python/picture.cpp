@@ -197,6 +197,7 @@ nb::object stats_dict(const Picture& p) {
     time["ingest_s"] = s.time.ingest_s;
     time["dice_s"] = s.time.dice_s;
     time["shade_s"] = s.time.shade_s;
+    time["store_s"] = s.time.store_s;
     time["bvh_s"] = s.time.bvh_s;
     time["transport_s"] = s.time.transport_s;
     time["film_s"] = s.time.film_s;

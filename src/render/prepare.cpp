@@ -192,27 +192,34 @@ void Preparer::note_made(shade::SpacesRead read, Prepared& out) const {
 
 namespace {
 
-// SpacesRead as a text: what is read by itself, then pairs of names.
+// SpacesRead as a text: what is read by itself, then the number of pairs of spaces, then names.
 std::string text_of(const shade::SpacesRead& read) {
     std::string text(1, char('0' + int(read.eye) + 2 * int(read.world)));
+    const auto add = [&](const std::string& name) { text.append(name).append(1, '\0'); };
+    add(std::to_string(read.transforms.size()));
     for (const auto& [to, from] : read.transforms)
-        text.append(to).append(1, '\0').append(from).append(1, '\0');
+        add(to), add(from);
+    for (const std::string& file : read.files)
+        add(file);
     return text;
 }
 
 std::optional<shade::SpacesRead> spaces_of(const std::string& text) {
-    if (text.empty() || text[0] < '0' || text[0] > '3')
+    if (text.empty() || text[0] < '0' || text[0] > '3' || text.back() != '\0')
         return std::nullopt;
     shade::SpacesRead read;
     read.eye = (text[0] - '0') & 1, read.world = (text[0] - '0') & 2;
-    for (size_t at = 1; at < text.size();) {
-        const size_t middle = text.find('\0', at);
-        const size_t end = middle == std::string::npos ? middle : text.find('\0', middle + 1);
-        if (end == std::string::npos)
-            return std::nullopt;
-        read.transforms.emplace(text.substr(at, middle - at), text.substr(middle + 1, end - middle - 1));
-        at = end + 1;
+    std::vector<std::string> names;
+    for (size_t at = 1, end; at < text.size(); at = end + 1) {
+        end = text.find('\0', at);
+        names.push_back(text.substr(at, end - at));
     }
+    const size_t pairs = std::strtoull(names[0].c_str(), nullptr, 10);
+    if (pairs > (names.size() - 1) / 2)
+        return std::nullopt;
+    for (size_t i = 0; i < pairs; i++)
+        read.transforms.emplace(names[1 + 2 * i], names[2 + 2 * i]);
+    read.files.insert(names.begin() + ptrdiff_t(1 + 2 * pairs), names.end());
     return read;
 }
 
@@ -230,6 +237,7 @@ std::optional<Digest> digest_of_spectra(const color::Palette& palette, uint32_t 
 bool Preparer::take_stored(Prepared& out) {
     if (!m_request.disk)
         return false;
+    const auto start = Clock::now();
     for (const store::StoredPage& stored : m_request.disk->find(out.content)) {
         std::optional<shade::SpacesRead> read = spaces_of(stored.reads);
         if (!read || out.material->digest_of(*read) != stored.of_read)
@@ -242,6 +250,7 @@ bool Preparer::take_stored(Prepared& out) {
         out.is_stored = true;
         m_request.stats.count.primitives_stored += 1;
         note_made(std::move(*read), out);
+        m_store_time += seconds_since(start);
         return true;
     }
     return false;
@@ -497,9 +506,11 @@ void Preparer::say_of_values(const Location& where, uint64_t bad, uint64_t lost)
 }
 
 void Preparer::share_wall_time(double wall) const {
-    const double dice = m_dice_time.load(), shade = m_shade_time.load(), sum = std::max(dice + shade, 1e-12);
-    m_request.stats.time.dice_s += wall * dice / sum;
-    m_request.stats.time.shade_s += wall * shade / sum;
+    const double dice = m_dice_time.load(), shade = m_shade_time.load(), store = m_store_time.load();
+    const double share = wall / std::max(dice + shade + store, 1e-12);
+    m_request.stats.time.dice_s += dice * share;
+    m_request.stats.time.shade_s += shade * share;
+    m_request.stats.time.store_s += store * share;
 }
 
 } // namespace kanuka::render

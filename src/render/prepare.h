@@ -47,8 +47,8 @@ class Preparer {
     // from the group; a translation. `instanced`: null = in the world.
     void prepare(const scene::Primitive& declared, const Transform& parent_from_group,
                  const GroupView* instanced, bool inside_out, Prepared& out);
-    // Dicing and shading overlap on all threads; their shares of the wall clock are those of the time spent
-    // in each.
+    // Dicing, shading and reading pages overlap on all threads; their shares of the wall clock are those of
+    // the time spent in each.
     void share_wall_time(double wall) const;
 
     // What the store on disk is to know of a page.
@@ -88,7 +88,7 @@ class Preparer {
     Digest m_setting; // of what is the same for all primitives
     std::mutex m_attributes_mutex;
     std::map<const scene::Attributes*, Digest> m_attributes; // which many share
-    std::atomic<double> m_dice_time{0}, m_shade_time{0};
+    std::atomic<double> m_dice_time{0}, m_shade_time{0}, m_store_time{0};
     std::mutex m_progress_mutex;
     size_t m_done = 0, m_total = 0;
     uint64_t m_resident = 0;

@@ -90,6 +90,14 @@ Digest MaterialImpl::Own::digest_of(const SpacesRead& read) const {
     return d.digest();
 }
 
+Digest MaterialImpl::digest_of(const SpacesRead& read) const {
+    Digester d;
+    d(m_own.digest_of(read));
+    for (const std::string& name : read.files)
+        d(name, m_textures.identity(name));
+    return d.digest();
+}
+
 SpacesRead MaterialImpl::reads_spaces() const {
     SpacesRead read = m_core->read;
     read.eye |= reads_displacing().eye || reads_shading().eye;

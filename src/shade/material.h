@@ -71,7 +71,7 @@ class MaterialImpl final : public Material {
     bool uniform() const override;
     uint64_t hash() const override { return m_hash; }
     SpacesRead reads_spaces() const override;
-    Digest digest_of(const SpacesRead& read) const override { return m_own.digest_of(read); }
+    Digest digest_of(const SpacesRead& read) const override;
     using Material::displace, Material::shade;
     void displace(grid::Grid& grid, SpacesLog* log) const override;
     void shade(grid::Grid& grid, grid::VertexInputs& out, SpacesLog* log) const override;

@@ -12,12 +12,19 @@ MaterialServices::MaterialServices(const Spaces& spaces, const Facts& facts, Tex
       m_ranges(ranges) {}
 
 void MaterialServices::texture(const sl::TextureRequest& request) {
+    note_file(request.file);
     m_textures.lookup(request, m_where);
 }
 
 void MaterialServices::environment(const sl::TextureRequest& request, const float* x, const float* y,
                                    const float* z) {
+    note_file(request.file);
     m_textures.lookup_environment(request, x, y, z, m_where);
+}
+
+void MaterialServices::note_file(const char* name) {
+    if (name && *name)
+        m_read.files.emplace(name);
 }
 
 bool MaterialServices::transform(const char* from, const char* to, float matrix[16]) {
@@ -33,6 +40,8 @@ bool MaterialServices::transform(const char* from, const char* to, float matrix[
 
 bool MaterialServices::query(const sl::Query& query) {
     m_asked_for_attributes = m_asked_for_attributes || query.kind == sl::Query::Attribute;
+    if (query.kind == sl::Query::Texture)
+        note_file(query.file);
     return answer(query, m_facts, m_textures);
 }
 

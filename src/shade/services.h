@@ -38,6 +38,8 @@ class MaterialServices : public sl::Services {
     bool ask(const sl::LightRequest& request); // PointLights::at()
 
   private:
+    void note_file(const char* name);
+
     const Spaces& m_spaces;
     const Facts& m_facts;
     Textures& m_textures;

@@ -106,6 +106,7 @@ Vec3f Spaces::eye() const {
 
 void SpacesRead::add(const SpacesRead& other) {
     transforms.insert(other.transforms.begin(), other.transforms.end());
+    files.insert(other.files.begin(), other.files.end());
     eye |= other.eye;
     world |= other.world;
 }

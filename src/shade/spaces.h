@@ -29,12 +29,14 @@ struct WorldSpaces {
                 const Transform& camera_from_world);
 };
 
-// What shaders have read of where a primitive stands: what they made is good for every place where this has
-// the same values.
+// What shaders have read of what is around a primitive, where it stands and textures: what they made is good
+// wherever this has the same values.
 struct SpacesRead {
     std::set<std::pair<std::string, std::string>> transforms; // to, from
     bool eye = false;
     bool world = false; // current_from_world, by which lights are placed
+    std::set<std::string>
+        files; // textures, by the names that shaders have for them; not of Spaces::digest_of()
 
     void add(const SpacesRead& other);
     bool operator==(const SpacesRead&) const = default;

@@ -188,12 +188,9 @@ std::shared_ptr<const MaterialCore> SystemImpl::core(const BoundShaders& bound,
 uint64_t SystemImpl::hash(const std::string& key, const BoundShaders& shaders) const {
     std::string bytes = key;
     const auto add_file = [&](const std::string& name) {
-        const std::string path = name.empty() ? "" : m_textures.find(name);
-        if (path.empty())
-            return;
-        std::error_code failed;
-        append(bytes, uint64_t(std::filesystem::file_size(path, failed)));
-        append(bytes, std::filesystem::last_write_time(path, failed).time_since_epoch().count());
+        const Digest identity = m_textures.identity(name);
+        append(bytes, identity.high);
+        append(bytes, identity.low);
     };
     for (const Bound* bound : shaders.all()) {
         for (const sl::Argument& a : bound->arguments)

@@ -124,6 +124,16 @@ std::string Textures::find(const std::string& name) const {
     return find_file(stem.string(), m_folders, PictureExtensions).value_or("");
 }
 
+Digest Textures::identity(const std::string& name) const {
+    const std::string path = name.empty() ? "" : find(name);
+    if (path.empty())
+        return {};
+    std::error_code failed;
+    const uint64_t size = std::filesystem::file_size(path, failed);
+    return digest_of(size,
+                     int64_t(std::filesystem::last_write_time(path, failed).time_since_epoch().count()));
+}
+
 const Textures::Entry& Textures::entry(const char* name) {
     const std::string_view key = name ? name : "";
     {

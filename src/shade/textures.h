@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/digest.h"
 #include "base/error.h"
 #include "color/spaces.h"
 #include "sl/sl.h"
@@ -35,6 +36,8 @@ class Textures {
     // Files that names stand for before they are looked for. Before the first lookup.
     void set_made(std::map<std::string, std::string> made) { m_made = std::move(made); }
     std::string find(const std::string& name) const; // the file it stands for; empty = none
+    // Of that file's size and time of change: a texture painted anew is another one.
+    Digest identity(const std::string& name) const;
     struct Info {
         int width = 0, height = 0, channels = 0;
         bool environment = false;
