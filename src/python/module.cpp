@@ -41,4 +41,5 @@ NB_MODULE(_native, m) {
     bind_load(m);
     bind_session(m);
     bind_shader(m);
+    bind_store(m);
 }

@@ -293,12 +293,6 @@ Kind textures() {
             }};
 }
 
-std::string only_file(const std::string& folder) {
-    for (const auto& file : std::filesystem::directory_iterator(folder))
-        return file.path().string();
-    return {};
-}
-
 // Packs of the store: what is damaged is refused.
 Kind packs() {
     grid::Grid g;
@@ -320,11 +314,10 @@ Kind packs() {
         uint64_t bad = 0;
         Journal journal;
         store::DiskStore disk({.folder = "sample"}, journal);
-        store::StoredPage stored;
-        stored.content = {1, 2}, stored.reads = "0";
-        disk.write(stored, store::encode({&shaded, 1}, program, bad));
+        disk.write({.content = {1, 2}, .of_read = {}, .reads = "0", .palette = {}},
+                   store::encode({&shaded, 1}, program, bad));
     });
-    const std::string pack = read(only_file("sample"));
+    const std::string pack = read(std::filesystem::directory_iterator("sample")->path().string());
     return {".kpack",
             [pack](uint64_t seed) {
                 Random random(seed);
