@@ -1,5 +1,6 @@
 #include "base/build_id.h"
 
+#include <bit>
 #include <cstring>
 #include <elf.h>
 #include <link.h>
@@ -52,7 +53,7 @@ int look(dl_phdr_info* object, size_t, void* data) {
     for (int i = 0; i < object->dlpi_phnum && search.found.empty(); i++) {
         const ElfW(Phdr)& p = object->dlpi_phdr[i];
         if (p.p_type == PT_NOTE)
-            search.found = id_among(reinterpret_cast<const char*>(object->dlpi_addr + p.p_vaddr), p.p_memsz);
+            search.found = id_among(std::bit_cast<const char*>(object->dlpi_addr + p.p_vaddr), p.p_memsz);
     }
     return 1;
 }

@@ -355,6 +355,17 @@ Picture render(std::shared_ptr<Scene> scene, const nb::kwargs& keywords) {
     return picture;
 }
 
+nb::dict kept_of(const Session& session) {
+    const Stats::Count& count = session.stats().count;
+    nb::dict kept;
+    kept["primitives"] = count.primitives.load();
+    kept["primitives_kept"] = count.primitives_kept.load();
+    kept["primitives_evicted"] = count.primitives_evicted.load();
+    kept["primitives_stored"] = count.primitives_stored.load();
+    kept["hierarchies_kept"] = count.hierarchies_kept.load();
+    return kept;
+}
+
 } // namespace
 
 void bind_session(nb::module_& m) {
@@ -427,17 +438,7 @@ void bind_session(nb::module_& m) {
         .def_prop_ro("prepared", &Session::prepared, "Can rays be traced, and samples be saved?")
         .def_prop_ro("wanted", &Session::wanted, "Paths that advance() goes to.")
         .def_prop_ro(
-            "kept",
-            [](const Session& s) {
-                nb::dict kept;
-                kept["primitives"] = s.stats().count.primitives.load();
-                kept["primitives_kept"] = s.stats().count.primitives_kept.load();
-                kept["primitives_evicted"] = s.stats().count.primitives_evicted.load();
-                kept["primitives_stored"] = s.stats().count.primitives_stored.load();
-                kept["hierarchies_kept"] = s.stats().count.hierarchies_kept.load();
-                return kept;
-            },
-            nb::sig("def kept(self) -> dict[str, int]"),
+            "kept", &kept_of, nb::sig("def kept(self) -> dict[str, int]"),
             "What the last making of the scene had of the one before: 'primitives' there are, "
             "'primitives_kept' of "
             "them,\n'primitives_evicted' that were known but had found no room in page_memory and were made "

@@ -51,12 +51,12 @@ DiskStore::~DiskStore() {
     close();
 }
 
-void DiskStore::fail(std::string what) { // a copy: it may be the writer's
+void DiskStore::fail(const std::string& what) {
     m_failed = true;
-    m_writer.reset();
     m_journal.warning({m_settings.folder}, "the store cannot be " +
                                                std::string(m_settings.writes ? "written" : "read") + " (" +
                                                what + "): the render goes on without it");
+    m_writer.reset(); // which `what` may be of
 }
 
 void DiskStore::add_pack(const std::string& path) {
@@ -119,12 +119,12 @@ void DiskStore::tell_of_damage(PackReader& pack, const char* fault) {
         ::unlink(pack.path().c_str());
 }
 
-void DiskStore::write(StoredPage stored, const Page& page) {
+void DiskStore::write(const StoredPage& stored, const Page& page) {
     if (!m_settings.writes || m_failed)
         return;
     if (!m_writer)
         m_writer = std::make_unique<PackWriter>(m_settings.folder, digest_of(m_settings.build));
-    if (!m_writer->write(std::move(stored), page)) {
+    if (!m_writer->write(stored, page)) {
         fail(m_writer->problem());
         return;
     }

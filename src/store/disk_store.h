@@ -60,7 +60,7 @@ class DiskStore {
     bool read(const StoredPage& stored, const grid::LayeringProgram& program, Page& page);
     // Where the page is to lie is filled in. After a failure, which is told once, nothing is written any
     // more.
-    void write(StoredPage stored, const Page& page);
+    void write(const StoredPage& stored, const Page& page);
     // Ends the pack that is being written: others see it from now on, and so does find().
     void close();
 
@@ -69,7 +69,7 @@ class DiskStore {
 
   private:
     void add_pack(const std::string& path);
-    void fail(std::string what);
+    void fail(const std::string& what);
     void tell_of_damage(PackReader& pack, const char* fault);
 
     Settings m_settings;

@@ -165,7 +165,7 @@ bool PackWriter::put(const void* data, size_t bytes) {
     return true;
 }
 
-bool PackWriter::write(StoredPage stored, const Page& page) {
+bool PackWriter::write(const StoredPage& stored, const Page& page) {
     static constexpr char Zeros[PageAlignmentOnDisk] = {};
     if (!put(Zeros, size_t(-m_at % PageAlignmentOnDisk)))
         return false;
@@ -203,7 +203,7 @@ std::string PackWriter::close() {
     if (!written || !m_problem.empty())
         return {};
     // By what is in it: of two hosts that made the same, one pack stays.
-    const std::string path = m_folder + "/" + digest_of(footer.checksum, footer.index_at).text() + PackSuffix;
+    std::string path = m_folder + "/" + digest_of(footer.checksum, footer.index_at).text() + PackSuffix;
     if (::rename(m_path.c_str(), path.c_str()) != 0) {
         fail("renaming");
         return {};

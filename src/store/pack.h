@@ -76,7 +76,7 @@ class PackWriter {
     PackWriter(const std::string& folder, const Digest& build);
     ~PackWriter(); // what is not closed is removed
 
-    bool write(StoredPage stored, const Page& page); // false: problem()
+    bool write(const StoredPage& stored, const Page& page); // false: problem()
     // The path under which it is found from now on; empty: problem().
     std::string close();
     uint64_t bytes() const { return m_at; }
