@@ -11,8 +11,8 @@ namespace kanuka {
 
 struct Stats {
     struct Time {
-        double ingest_s = 0, dice_s = 0, shade_s = 0, store_s = 0, bvh_s = 0, transport_s = 0, film_s = 0, total_s = 0,
-               first_pixel_s = 0;
+        double ingest_s = 0, dice_s = 0, shade_s = 0, store_s = 0, bvh_s = 0, transport_s = 0, film_s = 0,
+               total_s = 0, first_pixel_s = 0;
     } time;
     struct Count {
         std::atomic<uint64_t> primitives{0}, primitives_kept{0}, primitives_evicted{0}, primitives_stored{0},
