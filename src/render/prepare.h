@@ -30,6 +30,7 @@ struct Prepared {
     Digest key;                           // of the page, where GeometryRequest::pages are kept
     Digest content;                       // and that without what shaders read of where it stands
     std::optional<PageCache::Entry> made; // to be kept: in its own space; none = it was kept already
+    bool is_evicted = false;              // it was kept once, and found no room
     bool is_stored = false;               // it came from the disk
 };
 

@@ -26,10 +26,9 @@ bool Preparer::take_kept(Prepared& out) {
         out.content, [&](const PageCache::Entry& e) { return material.digest_of(e.read) == e.of_read; });
     if (!known)
         return false;
-    if (!known->made) {
-        m_request.stats.count.primitives_evicted += 1;
+    out.is_evicted = !known->made;
+    if (out.is_evicted)
         return false;
-    }
     out.key = digest_of(out.content, known->of_read);
     out.page = known->made->page;
     out.empty = known->made->empty;
@@ -39,6 +38,8 @@ bool Preparer::take_kept(Prepared& out) {
 
 void Preparer::note_made(shade::SpacesRead read, Prepared& out) const {
     const Digest of_read = out.material->digest_of(read);
+    if (out.is_evicted && !out.is_stored)
+        m_request.stats.count.primitives_evicted += 1;
     out.key = digest_of(out.content, of_read);
     if (keeps())
         out.made =
@@ -102,8 +103,10 @@ bool Preparer::take_stored(Prepared& out) {
             continue;
         if (stored.spectra > 0 && digest_of_spectra(m_request.palette, stored.spectra) != stored.palette)
             continue;
-        if (!m_request.disk->read(stored, out.material->program(), out.page))
+        store::Page page;
+        if (!m_request.disk->read(stored, out.material->program(), page))
             continue;
+        out.page = std::move(page);
         out.empty = stored.empty;
         out.is_stored = true;
         m_request.stats.count.primitives_stored += 1;
