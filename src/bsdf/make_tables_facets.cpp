@@ -174,9 +174,7 @@ float lost_by_interface(const Facets& facets, const V& wo, float index, int n, i
             const Mask<8> valid = passes ? (wi.z < zero) & (reflects < one) : wi.z > zero;
             const F share =
                 (passes ? one - reflects : reflects) * weight / (one + lambda_o + facets.lambda(wi));
-            for (int lane = 0; lane < 8; lane++)
-                if (valid[lane] && share[lane] > 0)
-                    whole += double(share[lane]);
+            whole += sum_of(select(valid & (share > zero), share, zero));
         }
     };
     stratify(facets, wo, n, all_normals, add, halves);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "base/tasks.h"
 
@@ -22,33 +23,53 @@ struct Model {
     double mean;
     double n; // mean (1 - mean)
 
-    V3 residual(const V3& q, std::array<V3, 3>* jacobian) const {
-        V3 sum{};
-        std::array<V3, 3> slope{};
-        for (int i = 0; i < LambdaCount; i++) {
-            const double l = double(i) / (LambdaCount - 1);
-            const double f = (q[0] * l + q[1]) * l + q[2];
-            const double root = std::sqrt(n + f * f);
-            const double small = root > 0 ? 0.5 * n / (root * (root + std::abs(f))) : 0.5; // no cancellation
-            const double s = f < 0 ? small : 1 - small;
-            const double ds = root > 0 ? 0.5 * n / (root * root * root) : 0;
+    // Four wavelengths at a time: all of the fit's time goes here.
+    V3 residual(const V3& q, std::array<V3, 3>& jacobian) const {
+        std::array<D4, 3> sum{};
+        std::array<std::array<D4, 3>, 3> slope{};
+        for (int i = 0; i < LambdaCount; i += 4) {
+            const D4 l = (D4{0, 1, 2, 3} + double(i)) / double(LambdaCount - 1);
+            const D4 f = (q[0] * l + q[1]) * l + q[2];
+            const D4 root = sqrt(n + f * f), size = f < 0 ? -f : f;
+            const auto finite = root > 0;
+            const D4 safe = finite ? root : 1.0;
+            const D4 small = finite ? 0.5 * n / (safe * (safe + size)) : 0.5; // no cancellation
+            const D4 s = f < 0 ? small : 1 - small;
+            const D4 ds = finite ? 0.5 * n / (safe * safe * safe) : 0.0;
             for (int c = 0; c < 3; c++) {
-                const double w = response[c][i];
+                const D4 w = four(response[c], i);
                 sum[c] += w * s;
-                const double dw = w * ds;
-                slope[c][0] += dw * l * l;
-                slope[c][1] += dw * l;
+                const D4 dw = w * ds, dwl = dw * l;
+                slope[c][0] += dwl * l;
+                slope[c][1] += dwl;
                 slope[c][2] += dw;
             }
         }
+        V3 left;
         for (int c = 0; c < 3; c++) {
-            sum[c] = (sum[c] - target[c]) / largest;
+            left[c] = (total(sum[c]) - target[c]) / largest;
             for (int k = 0; k < 3; k++)
-                slope[c][k] /= largest;
+                jacobian[c][k] = total(slope[c][k]) / largest;
         }
-        if (jacobian)
-            *jacobian = slope;
-        return sum;
+        return left;
+    }
+
+  private:
+    typedef double D4 __attribute__((vector_size(32)));
+    static D4 sqrt(D4 x) {
+        for (int k = 0; k < 4; k++)
+            x[k] = std::sqrt(x[k]);
+        return x;
+    }
+    static double total(const D4& x) { return (x[0] + x[1]) + (x[2] + x[3]); }
+    // Zero past the last wavelength.
+    static D4 four(const std::vector<double>& of, int i) {
+        D4 r{};
+        if (i + 4 <= LambdaCount)
+            std::memcpy(&r, of.data() + i, sizeof r);
+        else
+            std::memcpy(&r, of.data() + i, size_t(LambdaCount - i) * sizeof(double));
+        return r;
     }
 };
 
@@ -74,7 +95,7 @@ constexpr double Accepted = 1e-6; // residual
 // Gauss–Newton with Levenberg–Marquardt damping, from q; returns the largest residual.
 double fit(const Model& model, V3& q, int max_steps = 60) {
     std::array<V3, 3> j;
-    V3 r = model.residual(q, &j);
+    V3 r = model.residual(q, j);
     double damping = 1e-6;
     for (int step = 0; step < max_steps && norm2(r) > 0.01 * Accepted * Accepted; step++) {
         std::array<V3, 3> jtj{};
@@ -92,7 +113,7 @@ double fit(const Model& model, V3& q, int max_steps = 60) {
             break;
         const V3 next{q[0] + d[0], q[1] + d[1], q[2] + d[2]};
         std::array<V3, 3> next_j;
-        const V3 next_r = model.residual(next, &next_j);
+        const V3 next_r = model.residual(next, next_j);
         if (norm2(next_r) < norm2(r)) {
             q = next;
             r = next_r;
