@@ -63,6 +63,8 @@ class Parser {
     explicit Parser(std::string_view text) : m_text(text) {}
 
     PathSyntax parse() {
+        if (m_text.empty()) // it would match no path, and make a black layer
+            fail(listed(EventLetters, " or <, [, ("), 0);
         PathSyntax all = alternatives();
         if (!at_end()) // what alternatives() leaves
             fail("the end of the expression, or ( before", m_at);

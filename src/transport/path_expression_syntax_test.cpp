@@ -83,6 +83,7 @@ TEST(PathSyntax, SaysWhatIsWrongAndWhere) {
                  {"C{", 3, "the end", "a number from 0 to 64"},
                  {"C{3L", 4, "'L'", "}, which ends the count"},
                  {"*", 1, "'*'", "one of C R T D G S V L O . or <, [, ("},
+                 {"", 1, "the end", "one of C R T D G S V L O . or <, [, ("},
                  {"C<", 3, "the end", "one of C R T V L O . or ["},
                  {"C<RX>", 4, "'X'", "one of D G S . or [, >, 'name'"},
                  {"C<RD", 5, "the end", ">, which closes a <"},
