@@ -5,8 +5,8 @@
 
 Pictures: each seed is rendered by both builds, and blocks of 16 x 16 pixels are compared by a paired Z-test over the
 seeds (pictures.paired). A build that takes other random numbers is compared as well, with less power. Times: the CPU
-time of all threads of a whole render, in turn and in both orders, as ratios round by round with their 95 % interval; the aim is
-not above 1.02. Exits 1 where a picture differs.
+time of all threads of a whole render, in turn and in both orders, as ratios round by round with their 95 % interval;
+the aim is not above 1.02. Exits 1 where a picture differs.
 """
 
 from __future__ import annotations
@@ -54,6 +54,7 @@ TIMED = (
     Case("cornell", samples=16),
     Case("terrain", samples=8),
     Case("forest", samples=8),
+    Case("forest", samples=1, n=1_000_000),
     Case("still-life", samples=16),
     Case("shading", samples=4, n=100),
     Case("micropolygons", samples=1, scale=1, n=1_000_000),
@@ -62,7 +63,7 @@ TIMED = (
 
 
 def name_of(case: Case) -> str:
-    return Path(case.scene).name
+    return Path(case.scene).name + (f" {case.n / 1e6:g} M" if case.n >= 1_000_000 else "")
 
 
 def render(tree: Path, case: Case, seeds: list[int], threads: int) -> peers.Answer:
@@ -101,13 +102,15 @@ def compare_pictures(before: Path, cases: list[Case], seeds: int, threads: int, 
         equal = float(np.mean(np.all(a == b, axis=-1)))
         made.pictures[name_of(case)] = asdict(found) | {"equal_pixels": equal, "differs": found.differs}
         mean = f"{100 * (found.mean_ratio - 1):+.3f} ± {100 * found.mean_sigma:.3f} %"
-        rms, worst = (f"{z:.2f} ({at:.2f})" for z, at in ((found.rms_z, found.rms_limit), (found.worst_z, found.worst_limit)))
+        rms, worst = (
+            f"{z:.2f} ({at:.2f})" for z, at in ((found.rms_z, found.rms_limit), (found.worst_z, found.worst_limit))
+        )
         mark = " DIFFERS" if found.differs else ""
         print(f"{name_of(case):<24}{100 * equal:>9.1f}%{mean:>22}{rms:>18}{worst:>18}{mark}", flush=True)
 
 
 def compare_times(before: Path, cases: list[Case], rounds: int, threads: int, made: Comparison) -> None:
-    print(f"{'time':<24}{'before':>10}{'after':>10}{'after / before':>26}{'peak memory':>14}")
+    print(f"{'time':<24}{'before':>10}{'after':>10}{'after / before':>26}{'peak memory':>14}{'hierarchy':>20}")
     for case in cases:
         taken: dict[str, list[Found]] = {"before": [], "after": []}
         trees = {"before": before, "after": ROOT}
@@ -119,10 +122,17 @@ def compare_times(before: Path, cases: list[Case], rounds: int, threads: int, ma
         seconds = {side: [float(f["cpu_s"]) for f in figures] for side, figures in taken.items()}
         ratio = intervals.of_ratio(seconds["after"], seconds["before"])
         memory = intervals.of_ratio(*([float(f["peak_bytes"]) for f in taken[side]] for side in ("after", "before")))
-        made.times[name_of(case)] = {"rounds": seconds, "ratio": asdict(ratio), "memory": asdict(memory)}
+        hierarchy = {side: [float(f["bvh_s"]) for f in figures] for side, figures in taken.items()}
+        made.times[name_of(case)] = {
+            "rounds": seconds,
+            "ratio": asdict(ratio),
+            "memory": asdict(memory),
+            "bvh_s": hierarchy,
+        }
         medians = "".join(f"{float(np.median(values)):>8.2f} s" for values in seconds.values())
         bounds = f"{ratio.value:.3f} ({ratio.low:.3f} to {ratio.high:.3f})" if ratio.low else f"{ratio.value:.3f}"
-        print(f"{name_of(case):<24}{medians}{bounds:>26}{memory.value:>14.3f}", flush=True)
+        built = " to ".join(f"{float(np.median(values)):.3f}" for values in hierarchy.values()) + " s"
+        print(f"{name_of(case):<24}{medians}{bounds:>26}{memory.value:>14.3f}{built:>20}", flush=True)
 
 
 def main() -> int:
@@ -135,8 +145,8 @@ def main() -> int:
     parser.add_argument("--no-pictures", action="store_true", help="times alone")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write all figures")
     args = parser.parse_args()
-    chosen = [case for case in pictures_of() if not args.only or name_of(case) in args.only]
-    timed = [case for case in TIMED if not args.only or name_of(case) in args.only]
+    chosen = [case for case in pictures_of() if not args.only or Path(case.scene).name in args.only]
+    timed = [case for case in TIMED if not args.only or Path(case.scene).name in args.only]
     made = Comparison()
     if not args.no_pictures:
         compare_pictures(args.before.resolve(), chosen, args.seeds, args.threads, made)

@@ -8,6 +8,7 @@
 #include <mutex>
 #include <tbb/info.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
 #include <tbb/task.h>
 #include <tbb/task_arena.h>
 #include <tbb/task_group.h>
@@ -83,6 +84,11 @@ void parallel_for(size_t count, const std::function<void(size_t)>& body) {
 void parallel_chunks(size_t count, size_t grain, const std::function<void(size_t, size_t)>& body) {
     const size_t chunks = (count + grain - 1) / grain;
     parallel_for(chunks, [&](size_t c) { body(c * grain, std::min(count, (c + 1) * grain)); });
+}
+
+void parallel_sort(std::span<uint64_t> values) {
+    tbb::parallel_sort(values.begin(), values.end());
+    check_cancelled();
 }
 
 } // namespace kanuka::tasks

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
+#include <span>
 
 namespace kanuka::tasks {
 
@@ -16,5 +18,7 @@ void parallel_for(size_t count, const std::function<void(size_t)>& body);
 // body(begin, end) over chunks of at most `grain`; chunk bounds depend on count and grain alone, never on
 // threads.
 void parallel_chunks(size_t count, size_t grain, const std::function<void(size_t, size_t)>& body);
+
+void parallel_sort(std::span<uint64_t> values);
 
 } // namespace kanuka::tasks

@@ -16,6 +16,14 @@ namespace {
 // tenth faster (Cornell box, a ball on a plane; four incoherent rays for three on a height field).
 constexpr size_t MostQuads = size_t(1) << 18;
 
+Bounds3f box_of(const Group& group) {
+    const RTCBounds b = bounds_of(group);
+    Bounds3f box;
+    box.lo = {b.lower_x, b.lower_y, b.lower_z};
+    box.hi = {b.upper_x, b.upper_y, b.upper_z};
+    return box;
+}
+
 class Builder {
   public:
     Builder(RTCDevice device, const store::Store& store, std::vector<Group>& groups,
@@ -183,8 +191,7 @@ class Builder {
     }
 
     void add_instances(Group& group, const GroupDesc::Instances& desc, const GroupDesc& child) {
-        const size_t count = desc.paths.empty() ? desc.transforms.size() / 12 : desc.paths.size();
-        if (count == 0)
+        if (desc.paths.empty() && desc.transforms.empty())
             return;
         auto in = std::make_unique<Instances>();
         in->group = desc.group;
@@ -194,16 +201,12 @@ class Builder {
         in->target = &m_groups[size_t(desc.group)];
         in->transforms = desc.transforms;
         in->paths = desc.paths;
-        in->child = bounds_of(*in->target);
-        if (!in->paths.empty())
-            bound_paths(*in);
+        in->child = box_of(*in->target);
+        if (in->paths.empty())
+            in->clusters = cluster_instances(in->transforms, in->child);
         else
-            in->inverses.resize(count * 12);
-        tasks::parallel_chunks(in->inverses.size() / 12, 4096, [&](size_t begin, size_t end) {
-            for (size_t i = begin; i < end; i++)
-                if (!invert(desc.transforms.data() + i * 12, in->inverses.data() + i * 12))
-                    std::fill_n(in->inverses.data() + i * 12, 12, 0.0f); // a flattened instance: never hit
-        });
+            bound_paths(*in);
+        const size_t count = in->paths.empty() ? in->clusters.size() : in->paths.size();
         RTCGeometry geometry = rtcNewGeometry(m_device, RTC_GEOMETRY_TYPE_USER);
         rtcSetGeometryUserPrimitiveCount(geometry, unsigned(count));
         rtcSetGeometryTimeStepCount(geometry, unsigned(in->steps));
@@ -211,7 +214,7 @@ class Builder {
         rtcSetGeometryBoundsFunction(geometry, instance_bounds, nullptr);
         rtcSetGeometryIntersectFunction(geometry, instance_intersect);
         rtcSetGeometryOccludedFunction(geometry, instance_occluded);
-        m_bytes += int64_t(in->inverses.size() * sizeof(float) + in->bounds.size() * sizeof(Bounds3f));
+        m_bytes += int64_t(in->clusters.size() * sizeof(Cluster) + in->bounds.size() * sizeof(Bounds3f));
         group.instances.push_back(std::move(in));
         attach(group, geometry, nullptr, desc.bounds_solid);
     }
@@ -276,11 +279,7 @@ Scene::Scene(const store::Store& store, std::span<const GroupDesc> groups, Build
 Scene::~Scene() = default;
 
 Bounds3f Scene::bounds() const {
-    const RTCBounds b = bounds_of(m_impl->groups.back());
-    Bounds3f r;
-    r.lo = {b.lower_x, b.lower_y, b.lower_z};
-    r.hi = {b.upper_x, b.upper_y, b.upper_z};
-    return r;
+    return box_of(m_impl->groups.back());
 }
 
 uint64_t Scene::bytes() const {

@@ -4,6 +4,7 @@
 #include <embree3/rtcore.h>
 
 #include "bvh/bvh.h"
+#include "bvh/clusters.h"
 #include "bvh/solids.h"
 
 namespace kanuka::bvh {
@@ -53,8 +54,8 @@ struct Instances {
     int first_emitter;     // of the group that is placed; -1 = its own have no numbers
     const Group* target;
     std::span<const float> transforms;
-    std::vector<float> inverses; // 12 floats each
-    RTCBounds child;
+    Bounds3f child;                // of the group that is placed
+    LargeVector<Cluster> clusters; // still ones, by primID; moving ones are primitives themselves
     // Moving ones: bounds at `steps` even times, which hold everything in between when interpolated.
     std::span<const MotionPath> paths;
     int steps = 1;
@@ -76,15 +77,18 @@ struct Context {
     int width;
     struct Crossings* crossings = nullptr; // where those of the ray go
     int depth = 0;
-    Matrix world_from_current[MaxDepth + 1];
+    Matrix world_from_current[MaxDepth + 1]; // down to level `known`: hits ask for more, by known_world()
+    int known = 0;
     // Of the levels below the world, for the ray in question.
     const float *parent_from_current[MaxDepth + 1], *current_from_parent[MaxDepth + 1];
     int32_t slot[MaxDepth + 1]; // where the numbers of emitters in the current group begin
 };
 static_assert(offsetof(Context, embree) == 0);
 
+// Of the current level; most instances that a ray enters have nothing that it hits.
+const Matrix& known_world(Context& context);
 // HitPacket::magnitude for a point of the current space.
-float magnitude_at(const Context& context, const Vec3f& p);
+float magnitude_at(Context& context, const Vec3f& p);
 
 // ---- presence
 // Is the surface there for a ray, by its presence, the lights that it lets through and what sees it? Of its

@@ -1,9 +1,11 @@
 // Instances: a user geometry whose callbacks take rays to the space of the group that is placed, and back.
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <limits>
 
 #include "base/tasks.h"
+#include "bvh/boxes.h"
 #include "bvh/embree_scene.h"
 
 namespace kanuka::bvh {
@@ -33,22 +35,11 @@ bool traceable(const RTCRay& r) {
     return largest < LargestCoordinate && std::isfinite(sum);
 }
 
-Bounds3f placed(const float* m, const RTCBounds& c) {
-    Bounds3f b;
-    for (int k = 0; k < 8; k++)
-        b.extend(apply(
-            m, {k & 1 ? c.upper_x : c.lower_x, k & 2 ? c.upper_y : c.lower_y, k & 4 ? c.upper_z : c.lower_z},
-            1));
-    return b;
-}
-
 // The tree interpolates bounds between steps; turning boxes swell in between. Every step's bounds are widened
 // by what the neighbouring pieces lack: measured at several times of a piece, and bounded between those by
 // how far an arc may lie from its chord.
-void bound_path(const MotionPath& path, const RTCBounds& child, int steps, Bounds3f* out) {
+void bound_path(const MotionPath& path, const Bounds3f& box, int steps, Bounds3f* out) {
     constexpr int Samples = 4; // a piece
-    const Bounds3f box{{child.lower_x, child.lower_y, child.lower_z},
-                       {child.upper_x, child.upper_y, child.upper_z}};
     if (box.empty()) {
         std::fill_n(out, steps, Bounds3f{{0, 0, 0}, {0, 0, 0}});
         return;
@@ -56,7 +47,7 @@ void bound_path(const MotionPath& path, const RTCBounds& child, int steps, Bound
     const auto at = [&](double t) {
         float m[12];
         path.at(t, m);
-        return placed(m, child);
+        return placed(m, box);
     };
     const std::vector<double> knots = path.times();
     std::vector<Bounds3f> exact;
@@ -104,15 +95,6 @@ void bound_path(const MotionPath& path, const RTCBounds& child, int steps, Bound
         }
 }
 
-RTCRay ray_in_child(const RTCRayN* rays, unsigned n, unsigned i, const float* inverse) {
-    RTCRay r = rtcGetRayFromRayN(const_cast<RTCRayN*>(rays), n, i);
-    const Vec3f o = apply(inverse, {r.org_x, r.org_y, r.org_z}, 1),
-                d = apply(inverse, {r.dir_x, r.dir_y, r.dir_z}, 0);
-    r.org_x = o.x, r.org_y = o.y, r.org_z = o.z;
-    r.dir_x = d.x, r.dir_y = d.y, r.dir_z = d.z;
-    return r;
-}
-
 // What the components of m (p, w) are sums of.
 Vec3f sizes(const float* m, const Vec3f& p, float w) {
     const auto row = [&](int r) {
@@ -124,8 +106,7 @@ Vec3f sizes(const float* m, const Vec3f& p, float w) {
 
 void enter(Context& context, const Instances& in, unsigned prim, const float* group_from_child,
            const float* child_from_group) {
-    context.world_from_current[context.depth + 1] =
-        concat(context.world_from_current[context.depth], group_from_child);
+    context.known = std::min(context.known, context.depth);
     context.parent_from_current[context.depth + 1] = group_from_child;
     context.current_from_parent[context.depth + 1] = child_from_group;
     const int32_t above = context.slot[context.depth++];
@@ -134,47 +115,114 @@ void enter(Context& context, const Instances& in, unsigned prim, const float* gr
                                       : above + in.first_slot + int32_t(prim) * in.slots;
 }
 
-// An instance's matrices for one ray after the other: the same for all, or those of each ray's time.
+// The way into an instance, for rays one after the other.
 class Passage {
   public:
-    Passage(Context& context, const Instances& in, unsigned prim)
-        : m_context(context), m_in(in), m_prim(prim) {
-        if (!in.paths.empty()) {
-            m_context.depth++; // for the ray to come
-            return;
-        }
-        m_inverse = in.inverses.data() + size_t(prim) * 12;
-        enter(m_context, in, prim, in.transforms.data() + size_t(prim) * 12, m_inverse);
+    // Of a still one.
+    Passage(Context& context, const Instances& in, uint32_t instance, const float* child_from_group)
+        : m_context(context), m_inverse(child_from_group) {
+        enter(context, in, instance, in.transforms.data() + size_t(instance) * 12, child_from_group);
     }
+    // Of a moving one, at a time.
+    Passage(Context& context, const Instances& in, uint32_t instance, float time) : m_context(context) {
+        in.paths[instance].at(double(time), m_moving);
+        if (!invert(m_moving, m_moving_inverse))
+            m_inverse = nullptr;
+        enter(context, in, instance, m_moving, m_moving_inverse);
+    }
+    Passage(const Passage&) = delete;
+    Passage& operator=(const Passage&) = delete;
     ~Passage() { m_context.depth--; }
-    // The ray in the child's space; false = it meets nothing there.
-    bool take(const RTCRayN* rays, unsigned n, unsigned i, RTCRay& out) {
-        if (!m_in.paths.empty()) {
-            m_in.paths[m_prim].at(double(RTCRayN_time(const_cast<RTCRayN*>(rays), n, i)), m_moving);
-            if (!invert(m_moving, m_moving_inverse))
-                return false;
-            m_context.depth--;
-            m_inverse = m_moving_inverse;
-            enter(m_context, m_in, m_prim, m_moving, m_inverse);
-        }
-        out = ray_in_child(rays, n, i, m_inverse);
-        return traceable(out);
+    // Takes a ray to the child's space; false = it meets nothing there.
+    bool take(RTCRay& ray) const {
+        if (!m_inverse)
+            return false;
+        const Vec3f o = apply(m_inverse, {ray.org_x, ray.org_y, ray.org_z}, 1),
+                    d = apply(m_inverse, {ray.dir_x, ray.dir_y, ray.dir_z}, 0);
+        ray.org_x = o.x, ray.org_y = o.y, ray.org_z = o.z;
+        ray.dir_x = d.x, ray.dir_y = d.y, ray.dir_z = d.z;
+        return traceable(ray);
     }
 
   private:
     Context& m_context;
-    const Instances& m_in;
-    unsigned m_prim;
-    const float* m_inverse = nullptr;
     float m_moving[12], m_moving_inverse[12];
+    const float* m_inverse = m_moving_inverse; // null = there is none
 };
 
+// Calls visit(passage, ray, i) for each ray of the packet and each instance of the primitive that it may hit:
+// of a cluster those whose boxes it meets, the nearest first, whatever the other rays do. It returns where
+// the ray ends now.
+template <class Visit>
+void each_instance(Context& context, const Instances& in, unsigned prim, const int* valid, RTCRayN* rays,
+                   unsigned n, const Visit& visit) {
+    for (unsigned i = 0; i < n; i++) {
+        if (valid[i] == 0)
+            continue;
+        RTCRay ray = rtcGetRayFromRayN(rays, n, i);
+        if (!in.paths.empty()) {
+            visit(Passage(context, in, prim, ray.time), ray, i);
+            continue;
+        }
+        const Cluster& cluster = in.clusters[prim];
+        float entry[Cluster::Size];
+        for (uint32_t boxes = cluster.meet(ray, entry); boxes != 0;) {
+            int nearest = std::countr_zero(boxes);
+            for (uint32_t rest = boxes & (boxes - 1); rest != 0; rest &= rest - 1)
+                if (entry[std::countr_zero(rest)] < entry[nearest])
+                    nearest = std::countr_zero(rest);
+            boxes &= ~(1u << nearest);
+            if (entry[nearest] > ray.tfar)
+                break; // something nearer is hit
+            const Passage passage(context, in, cluster.instance[nearest], cluster.child_from_group[nearest]);
+            ray.tfar = visit(passage, ray, i);
+        }
+    }
+}
+
+float intersect_one(Context& context, const Instances& in, const Passage& passage, const RTCRay& ray,
+                    RTCRayN* rays, RTCHitN* hits, unsigned n, unsigned i) {
+    RTCRayHit rh;
+    rh.ray = ray;
+    if (!passage.take(rh.ray))
+        return ray.tfar;
+    rh.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    rh.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    intersect_group(*in.target, context, rh);
+    if (rh.hit.geomID == RTC_INVALID_GEOMETRY_ID || !(rh.ray.tfar < ray.tfar))
+        return ray.tfar;
+    RTCRayN_tfar(rays, n, i) = rh.ray.tfar;
+    rtcCopyHitToHitN(hits, &rh.hit, n, i);
+    if (rh.hit.instID[0] == RTC_INVALID_GEOMETRY_ID) { // found here, not deeper: note where "here" is
+        const Matrix& world_from_here = known_world(context);
+        for (size_t k = 0; k < 12; k++)
+            context.hit_transform[int(k) * context.width + int(ray.id)] = world_from_here[k];
+        const RTCRay& r = rh.ray;
+        context.hit_magnitude[r.id] = magnitude_at(
+            context, {r.org_x + r.tfar * r.dir_x, r.org_y + r.tfar * r.dir_y, r.org_z + r.tfar * r.dir_z});
+        context.hit_group[r.id] = in.group;
+        const int32_t slot = context.slot[context.depth];
+        context.hit_slot_shift[r.id] =
+            slot < 0 || in.first_emitter < 0 ? std::numeric_limits<int32_t>::min() : slot - in.first_emitter;
+    }
+    RTCHitN_instID(hits, n, i, 0) = 0; // for the levels above: not one of your own geometries
+    return rh.ray.tfar;
+}
+
 } // namespace
+
+const Matrix& known_world(Context& context) {
+    for (int& k = context.known; k < context.depth; k++)
+        context.world_from_current[k + 1] =
+            concat(context.world_from_current[k], context.parent_from_current[k + 1]);
+    return context.world_from_current[context.depth];
+}
 
 // To first order, rounding moves a point by so much times a few units in the last place: at each level the
 // ray's start is taken down by the inverse, and points come up by the matrix (Higham 2002, Accuracy and
 // Stability of Numerical Algorithms, section 3.5).
-float magnitude_at(const Context& context, const Vec3f& p) {
+float magnitude_at(Context& context, const Vec3f& p) {
+    known_world(context);
     Vec3f at = p, sum(0.0f);
     for (int k = context.depth; k > 0; k--) {
         const float *up = context.parent_from_current[k], *down = context.current_from_parent[k];
@@ -189,25 +237,34 @@ float magnitude_at(const Context& context, const Vec3f& p) {
 }
 
 bool invert(const float* m, float* out) {
-    const double a = m[0], b = m[1], c = m[2], d = m[4], e = m[5], f = m[6], g = m[8], h = m[9], i = m[10];
-    const double det = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g);
+    typedef double Column __attribute__((vector_size(32)));
+    typedef int64_t Order __attribute__((vector_size(32)));
+    const auto column = [&](int c) { return Column{double(m[c]), double(m[4 + c]), double(m[8 + c]), 0}; };
+    const auto cross = [](Column a, Column b) {
+        constexpr Order Next{1, 2, 0, 3}, Last{2, 0, 1, 3};
+        return __builtin_shuffle(a, Next) * __builtin_shuffle(b, Last) -
+               __builtin_shuffle(a, Last) * __builtin_shuffle(b, Next);
+    };
+    const Column x = column(0), y = column(1), z = column(2), at = column(3);
+    const Column yz = cross(y, z);
+    const Column part = x * yz;
+    const double det = part[0] + part[1] + part[2];
     if (!(std::abs(det) > 1e-38))
         return false;
-    const double s = 1 / det;
-    const double r[9] = {(e * i - f * h) * s, (c * h - b * i) * s, (b * f - c * e) * s,
-                         (f * g - d * i) * s, (a * i - c * g) * s, (c * d - a * f) * s,
-                         (d * h - e * g) * s, (b * g - a * h) * s, (a * e - b * d) * s};
-    for (int row = 0; row < 3; row++) {
-        for (int col = 0; col < 3; col++)
-            out[row * 4 + col] = float(r[row * 3 + col]);
-        out[row * 4 + 3] = float(-(r[row * 3] * m[3] + r[row * 3 + 1] * m[7] + r[row * 3 + 2] * m[11]));
+    const double scale = 1 / det;
+    const Column rows[3] = {yz * scale, cross(z, x) * scale, cross(x, y) * scale};
+    for (const Column& row : rows) {
+        const Column moved = row * at;
+        for (int c = 0; c < 3; c++)
+            *out++ = float(row[c]);
+        *out++ = float(-(moved[0] + moved[1] + moved[2]));
     }
     return true;
 }
 
 void instance_bounds(const RTCBoundsFunctionArguments* args) {
     const Instances& in = *static_cast<const Instances*>(args->geometryUserPtr);
-    const Bounds3f b = in.paths.empty() ? placed(in.transforms.data() + size_t(args->primID) * 12, in.child)
+    const Bounds3f b = in.paths.empty() ? in.clusters[args->primID].bounds()
                                         : in.bounds[size_t(args->primID) * size_t(in.steps) + args->timeStep];
     *args->bounds_o = {b.lo.x, b.lo.y, b.lo.z, 0, b.hi.x, b.hi.y, b.hi.z, 0};
 }
@@ -231,39 +288,12 @@ void instance_intersect(const RTCIntersectFunctionNArguments* args) {
     Context& context = *reinterpret_cast<Context*>(args->context);
     if (context.depth >= MaxDepth)
         return;
-    Passage passage(context, in, args->primID);
     RTCRayN* rays = RTCRayHitN_RayN(args->rayhit, args->N);
     RTCHitN* hits = RTCRayHitN_HitN(args->rayhit, args->N);
-    for (unsigned i = 0; i < args->N; i++) {
-        if (args->valid[i] == 0)
-            continue;
-        RTCRayHit rh;
-        if (!passage.take(rays, args->N, i, rh.ray))
-            continue;
-        rh.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-        rh.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-        const float before = rh.ray.tfar;
-        intersect_group(*in.target, context, rh);
-        if (rh.hit.geomID == RTC_INVALID_GEOMETRY_ID || !(rh.ray.tfar < before))
-            continue;
-        RTCRayN_tfar(rays, args->N, i) = rh.ray.tfar;
-        rtcCopyHitToHitN(hits, &rh.hit, args->N, i);
-        if (rh.hit.instID[0] == RTC_INVALID_GEOMETRY_ID) { // found here, not deeper: note where "here" is
-            for (int k = 0; k < 12; k++)
-                context.hit_transform[k * context.width + int(rh.ray.id)] =
-                    context.world_from_current[context.depth][k];
-            const RTCRay& r = rh.ray;
-            context.hit_magnitude[r.id] =
-                magnitude_at(context, {r.org_x + r.tfar * r.dir_x, r.org_y + r.tfar * r.dir_y,
-                                       r.org_z + r.tfar * r.dir_z});
-            context.hit_group[rh.ray.id] = in.group;
-            const int32_t slot = context.slot[context.depth];
-            context.hit_slot_shift[rh.ray.id] = slot < 0 || in.first_emitter < 0
-                                                    ? std::numeric_limits<int32_t>::min()
-                                                    : slot - in.first_emitter;
-        }
-        RTCHitN_instID(hits, args->N, i, 0) = 0; // for the levels above: not one of your own geometries
-    }
+    each_instance(context, in, args->primID, args->valid, rays, args->N,
+                  [&](const Passage& passage, const RTCRay& ray, unsigned i) {
+                      return intersect_one(context, in, passage, ray, rays, hits, args->N, i);
+                  });
 }
 
 void instance_occluded(const RTCOccludedFunctionNArguments* args) {
@@ -271,17 +301,17 @@ void instance_occluded(const RTCOccludedFunctionNArguments* args) {
     Context& context = *reinterpret_cast<Context*>(args->context);
     if (context.depth >= MaxDepth)
         return;
-    Passage passage(context, in, args->primID);
-    for (unsigned i = 0; i < args->N; i++) {
-        if (args->valid[i] == 0)
-            continue;
-        RTCRay ray;
-        if (!passage.take(args->ray, args->N, i, ray))
-            continue;
-        occluded_group(*in.target, context, ray);
-        if (ray.tfar < 0)
-            RTCRayN_tfar(args->ray, args->N, i) = -std::numeric_limits<float>::infinity();
-    }
+    each_instance(context, in, args->primID, args->valid, args->ray, args->N,
+                  [&](const Passage& passage, RTCRay ray, unsigned i) {
+                      const float end = ray.tfar;
+                      if (!passage.take(ray))
+                          return end;
+                      occluded_group(*in.target, context, ray);
+                      if (!(ray.tfar < 0))
+                          return end;
+                      RTCRayN_tfar(args->ray, args->N, i) = -std::numeric_limits<float>::infinity();
+                      return ray.tfar;
+                  });
 }
 
 } // namespace kanuka::bvh

@@ -1,9 +1,15 @@
 #include "bvh/nesting.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cstring>
+#include <limits>
 #include <unordered_set>
 
+#include "base/lanes.h"
+#include "base/tasks.h"
+#include "bvh/boxes.h"
 #include "bvh/embree_scene.h"
 
 namespace kanuka::bvh {
@@ -119,23 +125,7 @@ Bounds3f bounds_of(const store::Store& store, const store::ShapeRecord& s) {
     return b;
 }
 
-Bounds3f placed(const float* m, const Bounds3f& child) {
-    Bounds3f b;
-    if (child.empty())
-        return b;
-    for (int k = 0; k < 8; k++) {
-        const Vec3f p{k & 1 ? child.hi.x : child.lo.x, k & 2 ? child.hi.y : child.lo.y,
-                      k & 4 ? child.hi.z : child.lo.z};
-        const Vec3f q{m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3],
-                      m[4] * p.x + m[5] * p.y + m[6] * p.z + m[7],
-                      m[8] * p.x + m[9] * p.y + m[10] * p.z + m[11]};
-        if (std::isfinite(q.x + q.y + q.z))
-            b.extend(q);
-    }
-    return b;
-}
-
-Bounds3f placed(const GroupDesc::Instances& in, size_t i, const Bounds3f& child) {
+Bounds3f box_of(const GroupDesc::Instances& in, size_t i, const Bounds3f& child) {
     if (in.paths.empty())
         return placed(in.transforms.data() + 12 * i, child);
     Bounds3f b;
@@ -148,24 +138,50 @@ Bounds3f placed(const GroupDesc::Instances& in, size_t i, const Bounds3f& child)
     return b;
 }
 
-double half_area(const Bounds3f& b) {
-    const Vec3f d = b.hi - b.lo;
-    return double(d.x) * double(d.y) + double(d.y) * double(d.z) + double(d.z) * double(d.x);
-}
-
-// Of the rays that meet `box`, those that meet `other` too: as the surface area heuristic has it (MacDonald
-// and Booth 1990, Heuristics for ray tracing using space subdivision).
-double share(const Bounds3f& box, const Bounds3f& other) {
-    Bounds3f both;
-    for (int c = 0; c < 3; c++) {
-        both.lo[c] = std::max(box.lo[c], other.lo[c]);
-        both.hi[c] = std::min(box.hi[c], other.hi[c]);
-        if (!(both.lo[c] <= both.hi[c]))
-            return 0;
+// Places at which to look how many instances overlap.
+class Spots {
+  public:
+    static constexpr int Most = 64;
+    Spots() {
+        for (int a = 0; a < 3; a++) { // those that are none overlap with nothing
+            std::fill_n(m_lo[a], Most, std::numeric_limits<float>::infinity());
+            std::fill_n(m_hi[a], Most, -std::numeric_limits<float>::infinity());
+        }
     }
-    const double whole = half_area(box);
-    return whole > 0 ? std::min(1.0, half_area(both) / whole) : 1;
-}
+    void add(const Bounds3f& box) {
+        for (int a = 0; a < 3; a++)
+            m_lo[a][m_count] = box.lo[a], m_hi[a][m_count] = box.hi[a];
+        m_areas[m_count++] = half_area(box);
+    }
+
+    // visit(spot, share) for those that overlap with the box: of the rays that meet the spot, those that meet
+    // the box too, by the surface area heuristic.
+    template <class Visit>
+    void overlapping(const Bounds3f& box, const Visit& visit) const {
+        if (box.empty())
+            return;
+        for (int first = 0; first < m_count; first += 8) {
+            Mask<8> overlap(true);
+            for (int a = 0; a < 3; a++)
+                overlap &= (Float<8>::load(m_lo[a] + first) <= Float<8>(box.hi[a])) &
+                           (Float<8>::load(m_hi[a] + first) >= Float<8>(box.lo[a]));
+            for (uint32_t bits = overlap.bits(); bits != 0; bits &= bits - 1) {
+                const int k = first + std::countr_zero(bits);
+                Bounds3f both;
+                for (int a = 0; a < 3; a++) {
+                    both.lo[a] = std::max(m_lo[a][k], box.lo[a]);
+                    both.hi[a] = std::min(m_hi[a][k], box.hi[a]);
+                }
+                visit(k, m_areas[k] > 0 ? std::min(1.0, half_area(both) / m_areas[k]) : 1);
+            }
+        }
+    }
+
+  private:
+    int m_count = 0;
+    float m_lo[3][Most], m_hi[3][Most];
+    double m_areas[Most];
+};
 
 // What is known of a group once those below it are done.
 struct Level {
@@ -193,54 +209,94 @@ class Bounding {
                 in.transforms = {}, in.paths = {};
             }
         std::erase_if(group.instances, [](const auto& in) { return count_of(in) == 0; });
-        std::vector<Bounds3f> boxes;
-        for (const auto& in : group.instances) {
-            const Level& child = m_levels[size_t(in.group)];
-            level.depth = std::max(level.depth, child.depth + 1);
-            for (size_t i = 0; i < count_of(in); i++)
-                boxes.push_back(placed(in, i, child.bounds));
-        }
-        out.left_out += leave_out(group, boxes, level);
+        for (const auto& in : group.instances)
+            level.depth = std::max(level.depth, m_levels[size_t(in.group)].depth + 1);
+        const Spots spots = spots_of(group);
+        Sums sums{};
+        Bounds3f bounds;
+        for (const auto& in : group.instances)
+            add(in, spots, sums, bounds);
+        if (std::any_of(sums.begin(), sums.end(), [&](double sum) { return sum > m_most; }))
+            out.left_out += leave_out(group, spots, sums, bounds);
+        level.bounds.extend(bounds);
+        level.entered = *std::max_element(sums.begin(), sums.end());
         out.entered = std::max(out.entered, level.entered);
     }
 
   private:
-    // At some of the instances: how many are entered by a ray that meets one. In order, what goes beyond the
-    // bound is not kept, but for the first.
-    uint64_t leave_out(GroupDesc& group, const std::vector<Bounds3f>& boxes, Level& level) {
-        constexpr size_t MostSpots = 64;
-        const size_t step = std::max<size_t>(1, boxes.size() / MostSpots);
-        std::vector<Bounds3f> spots;
-        for (size_t i = 0; i < boxes.size(); i += step)
-            if (!boxes[i].empty())
-                spots.push_back(boxes[i]);
-        std::vector<double> sums(spots.size()), after(spots.size());
+    using Sums = std::array<double, Spots::Most>; // instances that a ray enters that meets a spot
+
+    const Bounds3f& box_of_group(const GroupDesc::Instances& in) const {
+        return m_levels[size_t(in.group)].bounds;
+    }
+    double entered_by(const GroupDesc::Instances& in) const { return 1 + m_levels[size_t(in.group)].entered; }
+
+    // Some of the instances.
+    Spots spots_of(const GroupDesc& group) const {
+        size_t all = 0;
+        for (const auto& in : group.instances)
+            all += count_of(in);
+        const size_t step = std::max<size_t>(1, (all + Spots::Most - 1) / Spots::Most);
+        Spots spots;
+        size_t next = 0; // in the current list
+        for (const auto& in : group.instances) {
+            for (; next < count_of(in); next += step)
+                if (const Bounds3f box = box_of(in, next, box_of_group(in)); !box.empty())
+                    spots.add(box);
+            next -= count_of(in);
+        }
+        return spots;
+    }
+
+    // In chunks that are added up in order: the same sums for any number of threads.
+    void add(const GroupDesc::Instances& in, const Spots& spots, Sums& sums, Bounds3f& bounds) const {
+        constexpr size_t Chunk = 4096;
+        struct Part {
+            Sums sums{};
+            Bounds3f bounds;
+        };
+        std::vector<Part> parts((count_of(in) + Chunk - 1) / Chunk);
+        const double each = entered_by(in);
+        tasks::parallel_chunks(count_of(in), Chunk, [&](size_t begin, size_t end) {
+            Part& part = parts[begin / Chunk];
+            for (size_t i = begin; i < end; i++) {
+                const Bounds3f box = box_of(in, i, box_of_group(in));
+                part.bounds.extend(box);
+                spots.overlapping(box, [&](int k, double share) { part.sums[size_t(k)] += each * share; });
+            }
+        });
+        for (const Part& part : parts) {
+            bounds.extend(part.bounds);
+            for (size_t k = 0; k < sums.size(); k++)
+                sums[k] += part.sums[k];
+        }
+    }
+
+    // In order, what goes beyond the bound is not kept, but for the first.
+    uint64_t leave_out(GroupDesc& group, const Spots& spots, Sums& sums, Bounds3f& bounds) {
+        sums = {}, bounds = {};
         uint64_t left_out = 0;
-        size_t at = 0;
         bool any = false;
         for (auto& in : group.instances) {
-            const double each = 1 + m_levels[size_t(in.group)].entered;
+            const double each = entered_by(in);
             std::vector<size_t> kept;
-            for (size_t i = 0; i < count_of(in); i++, at++) {
+            for (size_t i = 0; i < count_of(in); i++) {
+                const Bounds3f box = box_of(in, i, box_of_group(in));
                 bool fits = true;
-                for (size_t k = 0; k < spots.size(); k++) {
-                    after[k] = sums[k] + (boxes[at].empty() ? 0 : each * share(spots[k], boxes[at]));
-                    fits = fits && after[k] <= m_most;
-                }
+                spots.overlapping(box, [&](int k, double share) {
+                    fits = fits && sums[size_t(k)] + each * share <= m_most;
+                });
                 if (!fits && any)
                     continue;
                 any = true;
-                sums.swap(after);
+                spots.overlapping(box, [&](int k, double share) { sums[size_t(k)] += each * share; });
+                bounds.extend(box);
                 kept.push_back(i);
-                if (!boxes[at].empty())
-                    level.bounds.extend(boxes[at]);
             }
             left_out += count_of(in) - kept.size();
             keep(in, kept);
         }
         std::erase_if(group.instances, [](const auto& in) { return count_of(in) == 0; });
-        for (const double sum : sums)
-            level.entered = std::max(level.entered, sum);
         return left_out;
     }
 

@@ -9,7 +9,7 @@ namespace kanuka::bvh {
 
 void note_crossing(const RTCFilterFunctionNArguments* args) {
     const Geometry& g = *static_cast<const Geometry*>(args->geometryUserPtr);
-    const Context& context = *reinterpret_cast<const Context*>(args->context);
+    Context& context = *reinterpret_cast<Context*>(args->context);
     if (!context.crossings) // not traced as part of a solid
         return;
     Crossings& crossings = *context.crossings;
@@ -30,8 +30,7 @@ void note_crossing(const RTCFilterFunctionNArguments* args) {
         if (context.depth > crossings.depth) {
             c.place = int(crossings.places.size());
             const Vec3f p{r.org_x + c.t * r.dir_x, r.org_y + c.t * r.dir_y, r.org_z + c.t * r.dir_z};
-            crossings.places.push_back(
-                {&g, context.world_from_current[context.depth], magnitude_at(context, p)});
+            crossings.places.push_back({&g, known_world(context), magnitude_at(context, p)});
         }
         crossings.all.push_back(c);
     }
