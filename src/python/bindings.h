@@ -126,7 +126,11 @@ void bind_scene(nb::module_& m);
 // Before bind_scene(), which makes nodes; the second adds Scene.node() and Scene.remove().
 void bind_node(nb::module_& m);
 void bind_nodes_of(nb::class_<Scene>& scene);
-void bind_geometry(nb::class_<Scene>& scene, nb::class_<Group>& group);
+// Of Scene and Group alike.
+template <class Owner>
+void bind_meshes(nb::class_<Owner>& c);
+template <class Owner>
+void bind_shapes(nb::class_<Owner>& c);
 void bind_picture(nb::module_& m);
 void bind_procedurals(nb::module_& m);
 void bind_load(nb::module_& m);

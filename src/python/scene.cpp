@@ -246,7 +246,8 @@ void bind_scene(nb::module_& m) {
     nb::class_<Group> group(m, "Group",
                             "Geometry that is placed any number of times; made by Scene.add_group().");
     nb::class_<Scene> scene(m, "Scene", "What is rendered: geometry, lights, camera, options.");
-    bind_geometry(scene, group);
+    bind_meshes(scene), bind_meshes(group);
+    bind_shapes(scene), bind_shapes(group);
     bind_group(group);
     bind_class(scene);
     bind_nodes_of(scene);

@@ -1,0 +1,184 @@
+#include "python/looks.h"
+
+#include <nanobind/stl/vector.h>
+
+#include "python/arrays.h"
+
+namespace kanuka::python {
+
+using scene::Detail;
+using scene::Type;
+
+namespace {
+
+template <nb::handle Looks::* Member>
+void as_it_is(Looks& looks, nb::handle value, const char*) {
+    looks.*Member = value;
+}
+
+constexpr Keyword<Looks> Rows[] = {
+    {"material", "Material | Shader | str | None", "None", "", "the surface", as_it_is<&Looks::material>},
+    {"transform", "ArrayLike | None", "None", "4x4, acting on columns", "places it; (T, 4, 4) where it moves",
+     as_it_is<&Looks::transform>},
+    {"area_light", "Sequence[float] | Shader | None", "None", "radiance", "that the surface sends out",
+     as_it_is<&Looks::area_light>},
+    {"name", "str", "''", "", "by which scene.node() finds it", put<&Looks::name>},
+    {"shading_rate", "float", "1", "pixels", "area of a micropolygon", put<&Looks::shading_rate>},
+    {"visible_camera", "bool", "True", "", "whether the camera sees it", put<&Looks::visible_camera>},
+    {"double_sided", "bool", "True", "", "whether it is there from its inside", put<&Looks::double_sided>},
+    {"reverse_orientation", "bool", "False", "", "turns the outside in", put<&Looks::reverse_orientation>},
+    {"times", "Sequence[float] | None", "None", "0 to 1 while the shutter is open",
+     "of what moves; None: evenly", as_it_is<&Looks::times>},
+    {"lights_off", "Sequence[str]", "[]", "names or groups of lights", "that do not shine on it",
+     put<&Looks::lights_off>},
+    {"shadows_off", "Sequence[str]", "[]", "likewise", "that shine through it", put<&Looks::shadows_off>},
+};
+
+constexpr std::span<const Keyword<Looks>> Table{Rows};
+
+// A Material, a surface Shader, or the name of one.
+Material material_of(nb::handle given) {
+    Material material;
+    if (nb::isinstance<Material>(given))
+        return nb::cast<const Material&>(given);
+    if (nb::isinstance<scene::ShaderRef>(given))
+        material.surface = nb::cast<const scene::ShaderRef&>(given);
+    else if (nb::isinstance<nb::str>(given))
+        material.surface.name = nb::cast<std::string>(given);
+    else
+        wrong_argument("material", "Material | Shader | str | None", given);
+    return material;
+}
+
+std::shared_ptr<const scene::Attributes> attributes(const Looks& looks) {
+    auto result = std::make_shared<scene::Attributes>();
+    if (!looks.material.is_none()) {
+        const Material material = material_of(looks.material);
+        result->surface = material.surface;
+        result->displacement = material.displacement;
+        result->displacement_bound = material.displacement_bound;
+        result->color = material.color;
+        result->color_spectrum = material.color_spectrum;
+        result->opacity = material.opacity;
+    }
+    if (nb::isinstance<scene::ShaderRef>(looks.area_light)) {
+        result->area_light = nb::cast<scene::ShaderRef>(looks.area_light);
+    } else if (!looks.area_light.is_none()) {
+        scene::ShaderRef light;
+        light.name = "arealight";
+        const Rgb radiance = rgb(looks.area_light, "area_light");
+        light.parameters.set({.name = "intensity", .type = Type::Float, .floats = std::vector<float>{1}});
+        light.parameters.set({.name = "lightcolor",
+                              .type = Type::Color,
+                              .floats = std::vector<float>{radiance.x, radiance.y, radiance.z}});
+        result->area_light = light;
+    }
+    result->shading_rate = looks.shading_rate;
+    result->sides = looks.double_sided ? 2 : 1;
+    result->reverse_orientation = looks.reverse_orientation;
+    result->visible_camera = looks.visible_camera;
+    result->name = looks.name;
+    result->lights_off = looks.lights_off;
+    result->shadows_off = looks.shadows_off;
+    return result;
+}
+
+} // namespace
+
+Looks looks_of(const char* call, const nb::kwargs& given) {
+    Looks looks;
+    take_keywords(looks, Table, call, given);
+    return looks;
+}
+
+std::string looks_signature() {
+    return keyword_signature(Table);
+}
+
+scene::Group* Place::now() const {
+    check_idle(scene);
+    return group ? &group->get() : nullptr;
+}
+Place place(Scene& s) {
+    check_idle(s);
+    return {s, nullptr};
+}
+Place place(Group& g) {
+    const Place place{*g.owner, &g};
+    place.now();
+    return place;
+}
+
+int add(Place place, scene::Primitive primitive, const Looks& looks) {
+    primitive.attributes = attributes(looks);
+    const std::vector<TransformKey> places = transform_keys(looks.transform, looks.times, "transform");
+    primitive.world_from_object = places[0].transform;
+    if (places.size() < 2 && !primitive.motion) // nothing moves: still, they are times
+        check_times(looks.times);
+    if (places.size() > 1) {
+        auto motion = primitive.motion ? std::make_shared<scene::Motion>(*primitive.motion)
+                                       : std::make_shared<scene::Motion>();
+        motion->places = places;
+        primitive.motion = std::move(motion);
+    }
+    scene::Group* const group = place.now();
+    primitive.id = place.scene.next_id++;
+    scene::Editor& editor = *place.scene.editor;
+    const int id = primitive.id;
+    const scene::NodeId node =
+        (group ? editor.add(*group, std::move(primitive)) : editor.add(std::move(primitive))).node;
+    if (!place.scene.numbers.empty())
+        place.scene.numbers[id] = node;
+    tell_of_repeat(place.scene);
+    return id;
+}
+
+nb::list slices(nb::handle array, size_t dimensions) {
+    nb::list list;
+    nb::object even;
+    try {
+        even = nb::module_::import_("numpy").attr("asarray")(array);
+    } catch (nb::python_error&) { // what it is will be said where it is used
+    }
+    if (!even.is_valid() || nb::cast<size_t>(even.attr("ndim")) != dimensions + 1) {
+        list.append(array);
+        return list;
+    }
+    for (nb::handle slice : even)
+        list.append(slice);
+    if (list.size() == 0)
+        throw nb::value_error("points: there is no time at all");
+    return list;
+}
+
+scene::Value positions(nb::handle points) {
+    scene::Value P;
+    P.name = "P";
+    P.type = Type::Point;
+    P.detail = Detail::Vertex;
+    P.floats = float_rows(points, 3, "points").buffer;
+    return P;
+}
+
+void add_shapes(scene::Primitive& primitive, nb::list points, nb::handle normals,
+                std::span<const DetailCount> counts, nb::handle times) {
+    if (points.size() < 2)
+        return;
+    const std::vector<double> at = sample_times(times, points.size(), "points");
+    const nb::list n = normals.is_none() ? nb::list() : slices(normals, 2);
+    if (n.size() > 1 && n.size() != points.size())
+        throw nb::value_error("normals: expected as many times as points has, or one");
+    auto motion = std::make_shared<scene::Motion>();
+    for (size_t i = 0; i < at.size(); i++) {
+        scene::Value P = positions(points[i]);
+        if (P.floats.size() != primitive.primvars.values[0].floats.size())
+            throw nb::value_error("points: they must be as many at all times");
+        motion->shapes.push_back({at[i], primitive.geometry, primitive.primvars});
+        motion->shapes.back().primvars.set(std::move(P));
+        if (n.size() > 1)
+            motion->shapes.back().primvars.set(primvar("normal N", n[i], counts, "normals"));
+    }
+    primitive.motion = std::move(motion);
+}
+
+} // namespace kanuka::python
