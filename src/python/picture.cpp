@@ -311,9 +311,23 @@ void bind_journal(nb::module_& m) {
             const std::string at = e.where.str();
             return (at.empty() ? "" : at + ": ") + e.message;
         });
-    nb::class_<Journal>(m, "Journal",
-                        "What went wrong without stopping: the same message at the same place once.")
-        .def(nb::init<>())
+    nb::class_<Journal> journal(m, "Journal",
+                                "What went wrong without stopping: the same message at the same place once.");
+    define(
+        journal, "add",
+        [](Journal& j, const std::string& severity, const std::string& message, const std::string& file) {
+            static const std::map<std::string, Severity> Severities{
+                {"info", Severity::Info}, {"warning", Severity::Warning}, {"error", Severity::Error}};
+            const auto found = Severities.find(severity);
+            if (found == Severities.end())
+                throw nb::value_error(
+                    ("severity: \"" + severity + "\" is not one of \"info\", \"warning\", \"error\"")
+                        .c_str());
+            j.report(found->second, Location{file}, message);
+        },
+        nb::arg("severity"), nb::arg("message"), nb::arg("file") = "",
+        "Adds a message: \"info\", \"warning\" or \"error\".");
+    journal.def(nb::init<>())
         .def("__len__", [](const Journal& j) { return j.entries().size(); })
         .def_prop_ro("messages", &Journal::entries)
         .def_prop_ro("error_count", &Journal::error_count)

@@ -103,6 +103,15 @@ int add_strands(Place place, scene::Geometry geometry, const Strands& given, con
     const nb::list points = slices(given.points, 2);
     primitive.primvars.set(positions(points[0]));
     const size_t vertices = primitive.primvars.values[0].items();
+    if (const auto* curves = std::get_if<scene::Curves>(&primitive.geometry)) {
+        int64_t total = 0;
+        for (const int32_t n : curves->vertices_per_curve)
+            total += n;
+        if (total != int64_t(vertices))
+            throw nb::value_error(("counts: they add up to " + std::to_string(total) + ", but there are " +
+                                   std::to_string(vertices) + " points")
+                                      .c_str());
+    }
     if (const auto fault = scene::fault_of(primitive.geometry, vertices))
         throw nb::value_error(fault->c_str());
     const scene::PrimvarCounts n = scene::primvar_counts(primitive.geometry, vertices);

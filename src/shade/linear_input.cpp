@@ -20,10 +20,27 @@ const std::array<half, 256>& table8() {
     return table;
 }
 
+// Whether its numbers can be encoded light: floats are light as they are.
+bool has_codes(const OIIO::ImageSpec& spec) {
+    return spec.format == OIIO::TypeDesc::UINT8 || spec.format == OIIO::TypeDesc::UINT16;
+}
+
+std::string suffix(PictureSpace space) {
+    switch (space) {
+    case PictureSpace::Auto:
+        return "";
+    case PictureSpace::Raw:
+        return " (raw)";
+    case PictureSpace::Srgb:
+        return " (srgb)";
+    }
+    return "";
+}
+
 } // namespace
 
 bool is_srgb(const OIIO::ImageSpec& spec) {
-    if (spec.format != OIIO::TypeDesc::UINT8 && spec.format != OIIO::TypeDesc::UINT16)
+    if (!has_codes(spec))
         return false;
     const OIIO::string_view space = spec.get_string_attribute("oiio:ColorSpace");
     return spec.nchannels >= 3 && OIIO::Strutil::iequals(space, "sRGB");
@@ -84,7 +101,8 @@ bool LinearInput::fits(const std::string& name) {
 
 void LinearInput::take_spec() {
     m_spec = m_file->spec();
-    m_decodes = is_srgb(m_spec);
+    m_decodes =
+        m_space == PictureSpace::Auto ? is_srgb(m_spec) : m_space == PictureSpace::Srgb && has_codes(m_spec);
     if (m_decodes) {
         m_spec.set_format(OIIO::TypeDesc::HALF);
         m_spec.channelformats.clear();
@@ -98,7 +116,12 @@ bool LinearInput::open(const std::string& name, OIIO::ImageSpec& spec) {
     return open(name, spec, {});
 }
 
-bool LinearInput::open(const std::string& name, OIIO::ImageSpec& spec, const OIIO::ImageSpec& config) {
+std::string LinearInput::name_of(const std::string& path, PictureSpace space) {
+    return path + suffix(space);
+}
+
+bool LinearInput::open(const std::string& as_named, OIIO::ImageSpec& spec, const OIIO::ImageSpec& config) {
+    const std::string name = as_named.substr(0, as_named.size() - suffix(m_space).size());
     m_file = OIIO::ImageInput::open(name, &config);
     if (!m_file) {
         errorfmt("{}", OIIO::geterror());

@@ -4,6 +4,8 @@
 
 #include <OpenImageIO/imageio.h>
 
+#include "shade/picture_space.h"
+
 namespace kanuka::shade {
 
 // Stands between OpenImageIO's cache and the file's own reader. Pictures of 8 or 16 bits with three or more
@@ -11,7 +13,14 @@ namespace kanuka::shade {
 // are. Pictures of one or two channels are heights, masks and the like: data, not colours.
 class LinearInput final : public OIIO::ImageInput {
   public:
-    static OIIO::ImageInput* create() { return new LinearInput; } // an OIIO::ImageInput::Creator
+    // An OIIO::ImageInput::Creator. One file in two spaces is two to a cache: it knows each by name_of().
+    template <PictureSpace space>
+    static OIIO::ImageInput* create() {
+        return new LinearInput(space);
+    }
+    static std::string name_of(const std::string& path, PictureSpace space);
+
+    explicit LinearInput(PictureSpace space = PictureSpace::Auto) : m_space(space) {}
 
     const char* format_name() const override { return "linear"; }
     int supports(OIIO::string_view feature) const override { return m_file ? m_file->supports(feature) : 0; }
@@ -30,6 +39,7 @@ class LinearInput final : public OIIO::ImageInput {
     void take_spec();
     void decode(const unsigned char* from, size_t pixels, void* to) const;
 
+    PictureSpace m_space;
     std::unique_ptr<OIIO::ImageInput> m_file;
     std::string m_name;
     bool m_decodes = false;

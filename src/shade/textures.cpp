@@ -45,7 +45,7 @@ struct Textures::Cache {
     OIIO::ImageCache* images = OIIO::ImageCache::create(false);
     OIIO::TextureSystem* system = OIIO::TextureSystem::create(false, images);
     std::shared_mutex mutex;
-    std::map<std::string, Entry, std::less<>> entries;
+    std::map<std::string, Entry, std::less<>> entries[3]; // by PictureSpace
     // What OpenImageIO keeps for a thread. Its own is found by the thread and the cache's address, and
     // threads outlive caches: a later cache in the same place would find what is freed. So every call is
     // given a lease, and those that take none are made on a thread that ends before the cache.
@@ -75,8 +75,12 @@ struct Textures::Cache {
         OIIO::TextureSystem::Perthread* m_thread = nullptr;
     };
 
-    void add_file(OIIO::ustring file) {
-        std::thread([&] { images->add_file(file, LinearInput::create); }).join();
+    void add_file(OIIO::ustring file, PictureSpace space) {
+        const OIIO::ImageInput::Creator creator =
+            space == PictureSpace::Raw    ? LinearInput::create<PictureSpace::Raw>
+            : space == PictureSpace::Srgb ? LinearInput::create<PictureSpace::Srgb>
+                                          : LinearInput::create<PictureSpace::Auto>;
+        std::thread([&] { images->add_file(file, creator); }).join();
     }
 
     ~Cache() {
@@ -134,15 +138,16 @@ Digest Textures::identity(const std::string& name) const {
                      int64_t(std::filesystem::last_write_time(path, failed).time_since_epoch().count()));
 }
 
-const Textures::Entry& Textures::entry(const char* name) {
+const Textures::Entry& Textures::entry(const char* name, PictureSpace space) {
     const std::string_view key = name ? name : "";
+    auto& entries = m_cache->entries[size_t(space)];
     {
         std::shared_lock lock(m_cache->mutex);
-        if (const auto found = m_cache->entries.find(key); found != m_cache->entries.end())
+        if (const auto found = entries.find(key); found != entries.end())
             return found->second;
     }
     std::unique_lock lock(m_cache->mutex);
-    const auto [place, fresh] = m_cache->entries.try_emplace(std::string(key));
+    const auto [place, fresh] = entries.try_emplace(std::string(key));
     Entry& entry = place->second;
     if (!fresh)
         return entry;
@@ -152,8 +157,8 @@ const Textures::Entry& Textures::entry(const char* name) {
         entry.missing = true;
         return entry;
     }
-    const OIIO::ustring file(path);
-    m_cache->add_file(file);
+    const OIIO::ustring file(LinearInput::name_of(path, space));
+    m_cache->add_file(file, space);
     const Cache::Lease thread(*m_cache);
     OIIO::TextureSystem::TextureHandle* handle = m_cache->system->get_texture_handle(file, thread.get());
     const OIIO::ImageSpec* spec = handle ? m_cache->system->imagespec(handle, thread.get()) : nullptr;
@@ -175,7 +180,7 @@ const Textures::Entry& Textures::entry(const char* name) {
 }
 
 std::optional<Textures::Info> Textures::info(const char* name) {
-    const Entry& e = entry(name);
+    const Entry& e = entry(name, PictureSpace::Auto);
     const Cache::Lease thread(*m_cache);
     const OIIO::ImageSpec* spec = e.handle ? m_cache->system->imagespec(e.handle, thread.get()) : nullptr;
     if (!spec) {
@@ -190,7 +195,13 @@ std::optional<Textures::Info> Textures::info(const char* name) {
 }
 
 void Textures::lookup(const sl::TextureRequest& request, const Location& asker) {
-    const Entry& entry = this->entry(request.file);
+    const std::string_view named = request.space ? request.space : "";
+    const Entry& entry = this->entry(request.file, named == "raw"    ? PictureSpace::Raw
+                                                   : named == "srgb" ? PictureSpace::Srgb
+                                                                     : PictureSpace::Auto);
+    if (!named.empty() && named != "raw" && named != "srgb" && named != "auto")
+        m_journal.warning(asker, "texture(): there is no colorspace \"" + std::string(named) +
+                                     "\"; there are auto, raw and srgb. Taken as auto");
     const int channels = std::clamp(request.channels, 0, MaxChannels);
     const auto store = [&](int point, const float* values) {
         for (int c = 0; c < channels; c++)

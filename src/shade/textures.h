@@ -11,6 +11,7 @@
 #include "base/digest.h"
 #include "base/error.h"
 #include "color/spaces.h"
+#include "shade/picture_space.h"
 #include "sl/sl.h"
 
 namespace kanuka::shade {
@@ -49,7 +50,7 @@ class Textures {
   private:
     struct Entry;
     struct Cache;
-    const Entry& entry(const char* name);
+    const Entry& entry(const char* name, PictureSpace space);
 
     std::vector<std::string> m_folders;
     std::map<std::string, std::string> m_made;

@@ -91,6 +91,30 @@ TEST_F(TexturesTest, DataIsNotDecoded) {
     EXPECT_NEAR(exr.result[2], 8, 1e-2f);
 }
 
+TEST_F(TexturesTest, TheShadersColourspaceGoesOverThePictures) {
+    write("normals.png", OIIO::TypeDesc::UINT8, {0.5f, 0.5f, 1}, {0, 0, 0});
+    write("height.png", OIIO::TypeDesc::UINT8, {0.5f}, {0});
+    const auto looked_up = [&](const char* file, const char* space) {
+        Lookup lookup(file, {0.25f}, {0.5f});
+        lookup.request.space = space;
+        textures.lookup(lookup.request, where);
+        return lookup.result[0];
+    };
+    constexpr float Code = 128 / 255.0f;
+    const float light = std::pow((Code + 0.055f) / 1.055f, 2.4f);
+    for (int again = 0; again < 2; again++) { // in one cache, in any order
+        EXPECT_NEAR(looked_up("normals.png", "raw"), Code, 1e-3f);
+        EXPECT_NEAR(looked_up("normals.png", nullptr), light, 2e-3f);
+        EXPECT_NEAR(looked_up("normals.png", "auto"), light, 2e-3f);
+        EXPECT_NEAR(looked_up("height.png", "srgb"), light, 2e-3f);
+        EXPECT_NEAR(looked_up("height.png", "raw"), Code, 1e-3f);
+    }
+    EXPECT_TRUE(journal.entries().empty());
+    EXPECT_NEAR(looked_up("normals.png", "rgb"), light, 2e-3f);
+    ASSERT_EQ(journal.entries().size(), 1u);
+    EXPECT_NE(journal.entries()[0].message.find("no colorspace \"rgb\""), std::string::npos);
+}
+
 TEST_F(TexturesTest, AlphaIsNotDecoded) {
     write("leaf.png", OIIO::TypeDesc::UINT8, {0.2f, 0.2f, 0.2f, 0.5f}, {0, 0, 0, 0});
     Lookup leaf("leaf.png", {0.25f}, {0.5f}, 0, 4);

@@ -112,7 +112,8 @@ struct TextureRequest {
     const float *dsdu, *dtdu, *dsdv, *dtdv; // filter footprint: differences to the next grid point
     int count, channels, first_channel;
     float blur, width;
-    const char* wrap; // "periodic", "black", "clamp"; null = the file's own
+    const char* wrap;  // "periodic", "black", "clamp"; null = the file's own
+    const char* space; // that its values are in: "raw", "srgb"; null or "auto" = as the picture says
     float fill;
     float* result; // channels arrays, one after another, `result_stride` floats apart
     int result_stride;

@@ -100,10 +100,12 @@ static void texture(Runner& r, const Frame& frame, const Arguments& a) {
                            std::max(uniform_value(r, a, "sblur", 0), uniform_value(r, a, "tblur", 0)));
     q.width = uniform_value(r, a, "width", 1);
     q.fill = uniform_value(r, a, "fill", 0);
-    q.wrap = nullptr;
+    q.wrap = q.space = nullptr;
     for (size_t k = 0; k < a.site.names.size(); k++)
         if (a.site.names[k] == "wrap" || a.site.names[k] == "swrap")
             q.wrap = a.text(int(k));
+        else if (a.site.names[k] == "colorspace")
+            q.space = a.text(int(k));
     q.result = a.result()[0];
     q.result_stride = int(frame.stride);
     if (q.first_channel < 0)

@@ -386,7 +386,7 @@ const Row table[] = {
             "(name, s, t), "
             "(name, s1, t1, … s4, t4); name[channel] picks the first channel. Named: blur, sblur, tblur, "
             "width, swidth, "
-            "twidth, fill, wrap, filter"),
+            "twidth, fill, wrap, filter, colorspace (\"raw\": data; \"srgb\"; else as the picture says)"),
     special(T, "color texture(string name, ...)", Special::Texture),
     special(
         T, "float environment(string name, vector direction, ...)", Special::Environment,

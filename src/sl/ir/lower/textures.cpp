@@ -91,8 +91,8 @@ void TextureLowerer::options(CallSite& site, const Expr* e) {
             break;
         }
         static constexpr std::string_view Known[] = {
-            "blur",  "sblur", "tblur",  "width", "swidth",  "twidth", "fill",   "wrap",
-            "swrap", "twrap", "filter", "lerp",  "samples", "bias",   "interp", "alpha"};
+            "blur",  "sblur",  "tblur", "width",   "swidth", "twidth", "fill",  "wrap",      "swrap",
+            "twrap", "filter", "lerp",  "samples", "bias",   "interp", "alpha", "colorspace"};
         const bool known = std::ranges::find(Known, n->text) != std::end(Known);
         if (!known)
             m_diagnostics.warning(n->loc, "texture parameter \"" + std::string(n->text) +

@@ -1,0 +1,48 @@
+"""USD stages: `kanuka.usd.load("shot.usd")`. docs/usd.md."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+
+from kanuka import Journal, Scene
+from kanuka import messages as _messages
+
+from . import stage
+from .stage import SUFFIXES, is_stage
+
+__all__ = ["SUFFIXES", "is_stage", "load"]
+
+
+def load(
+    path: str | os.PathLike,
+    *,
+    frame: float | None = None,
+    camera: str = "",
+    variants: Mapping[str, str] | None = None,
+    mask: Sequence[str] = (),
+    purposes: Sequence[str] = ("default", "render"),
+    journal: Journal | None = None,
+) -> Scene:
+    """A scene of a stage.
+
+    frame: time code; default: the stage's first. camera: a path or name; default: the first. variants: {"/prim{set}":
+    "variant"} over the stage's own. mask: paths of prims; nothing else is read. purposes: "default", "render", "proxy",
+    "guide". What cannot be read is told: to `journal`, else as warnings.
+    Raises kanuka.Error where there is no stage, or USD is not installed.
+    """
+    stage.require()
+    from . import scene
+
+    file = os.fspath(path)
+    made = Scene()
+
+    def say(severity: str, text: str) -> None:
+        made.journal.add(severity, text, file)
+        if journal is not None:
+            journal.add(severity, text, file)
+
+    scene.read(made, file, say, frame=frame, camera=camera, variants=variants or {}, mask=mask, purposes=purposes)
+    if journal is None:
+        _messages.tell(made.journal.messages)
+    return made

@@ -1,0 +1,63 @@
+"""Values of USD as NumPy arrays, and primvars as Kanuka names them."""
+
+from __future__ import annotations
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from .rsl import halves
+
+_SIZES = {"float": 1, "float2": 2, "color": 3, "vector": 3, "normal": 3}
+_CLASSES = {
+    UsdGeom.Tokens.constant: "constant",
+    UsdGeom.Tokens.uniform: "uniform",
+    UsdGeom.Tokens.varying: "varying",
+    UsdGeom.Tokens.vertex: "vertex",
+    UsdGeom.Tokens.faceVarying: "facevarying",
+}
+
+
+def rows(values: object, width: int) -> np.ndarray:
+    """(N, width) float32; shares the values' memory where it can."""
+    array = np.asarray(values, dtype=np.float32)
+    return array.reshape(-1, width)
+
+
+def whole(values: object) -> np.ndarray:
+    """(N,) int32."""
+    return np.asarray(values if values is not None else (), dtype=np.int32).reshape(-1)
+
+
+def sampled(attribute: Usd.Attribute, times: list[Usd.TimeCode], width: int) -> np.ndarray | None:
+    """(N, width), or (T, N, width) where the attribute moves; None if it has no value. What changes its number of rows
+    while the shutter is open is as at the first time."""
+    values = [attribute.Get(time) for time in (times if attribute.ValueMightBeTimeVarying() else times[:1])]
+    if values[0] is None:
+        return None
+    arrays = [rows(v, width) for v in values if v is not None]
+    if len(arrays) == 1 or any(a.shape != arrays[0].shape for a in arrays):
+        return arrays[0]
+    return arrays[0] if all(np.array_equal(a, arrays[0]) for a in arrays[1:]) else np.stack(arrays)
+
+
+def primvar(found: UsdGeom.Primvar, name: str, kind: str, time: Usd.TimeCode) -> dict[str, np.ndarray]:
+    """`{"facevarying color name": array}`; nothing for values that are not of the kind. What has more numbers than
+    wanted (colours with alpha) gives its first ones; two numbers are two primvars (rsl.halves)."""
+    storage = _CLASSES.get(found.GetInterpolation())
+    values = found.ComputeFlattened(time)
+    if storage is None or values is None or isinstance(values, str):
+        return {}
+    try:
+        array = np.asarray(values, dtype=np.float32)
+    except (TypeError, ValueError):  # texts
+        return {}
+    if not found.GetTypeName().isArray:
+        array = array.reshape(1, -1)
+    array = array.reshape(len(array), -1)
+    if (size := found.GetElementSize()) > 1 and len(array) % size == 0:
+        array = array.reshape(len(array) // size, -1)
+    if not len(array) or array.shape[1] < _SIZES[kind]:
+        return {}
+    if kind == "float2":
+        return {f"{storage} float {half}": array[:, i].copy() for i, half in enumerate(halves(name))}
+    return {f"{storage} {kind} {name}": np.ascontiguousarray(array[:, : _SIZES[kind]])}

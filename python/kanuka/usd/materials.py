@@ -1,0 +1,99 @@
+"""Materials of a stage: each becomes a shader with its values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from pxr import Usd, UsdShade
+
+import kanuka
+
+from . import materialx, preview
+from .files import Files
+from .network import Network
+from .rsl import Stage, Writer, halves, primvar_name
+from .stage import Say
+from .surface import Surface, text_of
+
+NODES = preview.NODES | materialx.NODES
+SURFACES = {"UsdPreviewSurface": preview.preview_surface} | materialx.SURFACES
+CONTEXTS = ("kanuka", "mtlx", "")  # of outputs, the best first
+
+
+@dataclass
+class Made:
+    """A material, and what it reads of what it is on: primvars by USD's names, with Kanuka's and their kinds."""
+
+    shader: str
+    parameters: dict[str, object]
+    primvars: dict[str, tuple[str, str]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.material = self.with_values({})
+
+    def reads(self, name: str) -> bool:
+        """Whether a primvar of that name, Kanuka's, is one of its parameters."""
+        return any(name in ((ours,) if kind != "float2" else halves(ours)) for ours, kind in self.primvars.values())
+
+    def with_values(self, values: dict[str, object]) -> kanuka.Material:
+        """For what has no primvars of its own: with values in their place."""
+        return kanuka.Material(self.shader, parameters=self.parameters | values)
+
+
+class Materials:
+    def __init__(self, say: Say, files: Files, time: Usd.TimeCode) -> None:
+        self._say, self._files, self._time = say, files, time
+        self._made: dict[str, Made | None] = {}
+        self._plain: Made | None = None
+
+    def of(self, material: UsdShade.Material) -> Made | None:
+        """None: it has no surface that can be read, which was told."""
+        path = str(material.GetPath())
+        if path not in self._made:
+            self._made[path] = self._make(material)
+        return self._made[path]
+
+    def plain(self) -> Made:
+        """Of what has no material: grey, or as displayColor has it."""
+        if self._plain is None:
+            writer, shading = Writer(), Stage()
+            surface = Surface(base=writer.primvar("displayColor", "color", (0.18, 0.18, 0.18)))
+            surface.roughness = writer.constant("float", 0.5)
+            self._plain = self._finished(writer, surface, shading, Stage(), None)
+        return self._plain
+
+    def _make(self, material: UsdShade.Material) -> Made | None:
+        shader = self._surface(material)
+        if shader is None:
+            return None
+        path = str(material.GetPath())
+        identifier = shader.GetIdAttr().Get()
+        writer, shading, displacing = Writer(), Stage(), Stage()
+        network = Network(writer, self._say, self._files, self._time, NODES, path)
+        surface = SURFACES[identifier](network, shader, shading, displacing)
+        uv = network.uv
+        if surface.normal and uv is None:
+            uv = writer.primvar("st", "float2")
+        return self._finished(writer, surface, shading, displacing, uv)
+
+    def _surface(self, material: UsdShade.Material) -> UsdShade.Shader | None:
+        seen = []
+        for context in CONTEXTS:
+            shader, _, _ = material.ComputeSurfaceSource(context)
+            if not shader:
+                continue
+            identifier = shader.GetIdAttr().Get() if shader.GetIdAttr() else None
+            if identifier in SURFACES:
+                return shader
+            seen.append(str(identifier))
+        named = ", ".join(dict.fromkeys(seen)) or "none"
+        self._say(
+            "warning",
+            f"{material.GetPath()}: no surface that can be read (it has {named}; there are {', '.join(SURFACES)}). "
+            "Grey stands in for it",
+        )
+        return None
+
+    def _finished(self, writer: Writer, surface: Surface, shading: Stage, displacing: Stage, uv) -> Made:
+        name = self._files.shader(text_of(writer, surface, shading, displacing, uv))
+        return Made(name, dict(writer.values), {usd: (primvar_name(usd), kind) for usd, kind in writer.primvars.items()})

@@ -1,0 +1,247 @@
+"""From a stage to a scene: walks its prims once, in order."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from pxr import Usd, UsdGeom, UsdLux
+
+import kanuka
+
+from . import cameras
+from .files import Files
+from .geometry import Shapes
+from .lights import add_light
+from .materials import Materials
+from .stage import Say, input_error, open_stage
+from .transforms import Transforms, stage_matrix
+
+PURPOSES = ("default", "render")
+# Prims that are read elsewhere, or hold others.
+QUIET = frozenset(
+    "Xform Scope Material Shader NodeGraph GeomSubset Camera RenderSettings RenderProduct RenderVar SkelRoot Skeleton "
+    "SkelAnimation BlendShape LightFilter PhysicsScene SpatialAudio CollectionAPI Preliminary_Text".split()
+)
+
+
+@dataclass
+class Reader:
+    """Reads a stage into a scene. Prims of groups (prototypes) are in the space of the prototype."""
+
+    stage: Usd.Stage
+    scene: kanuka.Scene
+    say: Say
+    times: list[Usd.TimeCode]
+    purposes: Sequence[str] = PURPOSES
+    lights: int = 0
+    _groups: dict[str, kanuka.Group] = field(default_factory=dict)
+    _unknown: dict[str, list[str]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.files = Files()
+        self.materials = Materials(self.say, self.files, self.times[0])
+        self.shapes = Shapes(self.materials, self.say, self.times)
+        self.transforms = Transforms(self.times)
+        self.world = stage_matrix(self.stage)
+
+    def read(self) -> None:
+        root = self.stage.GetPseudoRoot()
+        self.walk(root, self.scene, root, self.world)
+        for kind, paths in self._unknown.items():
+            more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
+            self.say("warning", f"{paths[0]}{more}: prims of type {kind} are not read yet")
+
+    def walk(self, top: Usd.Prim, place: kanuka.Scene | kanuka.Group, root: Usd.Prim, outer: np.ndarray) -> None:
+        """Adds everything below `top` to a scene or group; `outer` is place_from_root."""
+        within = Usd.PrimRange(top, Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate))
+        prims = iter(within)
+        for prim in prims:
+            if prim.IsPseudoRoot():
+                continue
+            if not self.shows(prim):
+                prims.PruneChildren()
+                continue
+            if prim.IsInstance() and prim != top:
+                prims.PruneChildren()
+                group = self.group_of(prim.GetPrototype(), prim)
+                self.place_instances(place, group, outer @ self.transforms.within(prim, root))
+                continue
+            if prim.IsA(UsdGeom.PointInstancer):
+                prims.PruneChildren()
+                self.add_instancer(UsdGeom.PointInstancer(prim), place, outer @ self.transforms.within(prim, root))
+                continue
+            self.add(prim, place, outer, root)
+
+    def shows(self, prim: Usd.Prim) -> bool:
+        if not prim.IsA(UsdGeom.Imageable):
+            return True
+        imageable = UsdGeom.Imageable(prim)
+        if imageable.GetVisibilityAttr().Get(self.times[0]) == UsdGeom.Tokens.invisible:
+            return False
+        return imageable.ComputePurpose() in self.purposes or prim.GetTypeName() in ("Camera",)
+
+    def add(self, prim: Usd.Prim, place, outer: np.ndarray, root: Usd.Prim) -> None:
+        kind = str(prim.GetTypeName())
+        if not kind or kind in QUIET:
+            return
+        matrix = outer @ self.transforms.within(prim, root)
+        if prim.HasAPI(UsdLux.LightAPI) and kind != "Mesh":
+            if place is not self.scene:
+                self._unknown.setdefault(f"{kind} in instances", []).append(str(prim.GetPath()))
+            elif self.add_light(prim, matrix if matrix.ndim == 2 else matrix[0]):
+                self.lights += 1
+            else:
+                self._unknown.setdefault(kind, []).append(str(prim.GetPath()))
+        elif not self.shapes.add(place, prim, matrix):
+            self._unknown.setdefault(kind, []).append(str(prim.GetPath()))
+
+    def add_light(self, prim: Usd.Prim, matrix: np.ndarray) -> bool:
+        try:
+            return add_light(self.scene, prim, matrix, self.times[0], self.files, self.say)
+        except ValueError as error:
+            self.say("error", f"{prim.GetPath()}: {error}. It is left out")
+            return True
+
+    # ---- instances
+
+    def group_of(self, prototype: Usd.Prim, named: Usd.Prim) -> kanuka.Group:
+        """What a prototype holds, added once."""
+        key = str(prototype.GetPath())
+        if key not in self._groups:
+            # Nested ones are finished first: groups may hold earlier groups alone.
+            group = self.scene.add_group(str(named.GetPath()))
+            self._groups[key] = group
+            self.walk(prototype, group, prototype, np.eye(4))
+        return self._groups[key]
+
+    def place_instances(self, place, group: kanuka.Group, matrices: np.ndarray) -> None:
+        """One, (4, 4), or one that moves, (T, 4, 4)."""
+        place.add_instances(group, matrices[None] if matrices.ndim == 2 else matrices[:, None])
+
+    def add_instancer(self, instancer: UsdGeom.PointInstancer, place, outer: np.ndarray) -> None:
+        path, time = instancer.GetPath(), self.times[0]
+        targets = instancer.GetPrototypesRel().GetForwardedTargets()
+        indices = instancer.GetProtoIndicesAttr().Get(time)
+        if not targets or indices is None:
+            return
+        indices = np.asarray(indices)
+        if outer.ndim == 3:
+            self.say("warning", f"{path}: it moves as a whole; it stands as at the start of the shutter")
+            outer = outer[0]
+        # Row vectors; what is masked out is left out.
+        found = instancer.ComputeInstanceTransformsAtTime(
+            time, time, UsdGeom.PointInstancer.IncludeProtoXform, UsdGeom.PointInstancer.ApplyMask
+        )
+        mask = np.asarray(instancer.ComputeMaskAtTime(time), dtype=bool)
+        matrices = np.asarray(found, dtype=np.float64).reshape(-1, 4, 4).transpose(0, 2, 1)
+        indices = indices[mask] if len(mask) == len(indices) else indices
+        if len(matrices) != len(indices):
+            self.say("error", f"{path}: {len(indices)} protoIndices, but {len(matrices)} places. It is left out")
+            return
+        if (bad := (indices < 0) | (indices >= len(targets))).any():
+            self.say("error", f"{path}: {int(bad.sum())} protoIndices name no prototype. Those are left out")
+            indices, matrices = indices[~bad], matrices[~bad]
+        for index, target in enumerate(targets):
+            mine = matrices[indices == index]
+            prim = self.stage.GetPrimAtPath(target)
+            if not len(mine):
+                continue
+            if not prim:
+                self.say("error", f"{path}: its prototype {target} is not there")
+                continue
+            # The prototype's own matrix is in the instances'; what is above it counts for nothing.
+            group = self.prototype_group(prim)
+            place.add_instances(group, (outer @ mine)[:, :3])
+
+    def prototype_group(self, prim: Usd.Prim) -> kanuka.Group:
+        key = f"{prim.GetPath()} as a prototype"
+        if key not in self._groups:
+            group = self.scene.add_group(str(prim.GetPath()))
+            self._groups[key] = group
+            if prim.IsInstance():
+                inner = self.group_of(prim.GetPrototype(), prim)
+                group.add_instances(inner, np.eye(4)[None])
+            else:
+                self.walk(prim, group, prim, np.eye(4))
+        return self._groups[key]
+
+
+def read(
+    scene: kanuka.Scene,
+    path: str,
+    say: Say,
+    *,
+    frame: float | None,
+    camera: str,
+    variants: Mapping[str, str],
+    mask: Sequence[str],
+    purposes: Sequence[str],
+) -> None:
+    """Into an empty scene: the stage at a frame (None: its first), seen by `camera` (empty: its first one)."""
+    stage = open_stage(path, say, variants, mask)
+    time = frame if frame is not None else (stage.GetStartTimeCode() if stage.HasAuthoredTimeCodeRange() else 0.0)
+    chosen = find_camera(stage, camera, path)
+    opened, closed = shutter(chosen, time)
+    times = [Usd.TimeCode(time + opened)] + ([Usd.TimeCode(time + closed)] if closed > opened else [])
+    reader = Reader(stage, scene, say, times, tuple(purposes))
+    if len(times) > 1:
+        scene.options.shutter = (0, 1)
+    scene.options.shader_path = [*scene.options.shader_path, str(reader.files.folder)]
+    scene.options.texture_path = [str(Path(path).resolve().parent)]
+    reader.read()
+    settle(scene, stage, reader, chosen, time, say)
+
+
+def find_camera(stage: Usd.Stage, wanted: str, path: str) -> Usd.Prim | None:
+    everyone = [p for p in stage.Traverse(Usd.TraverseInstanceProxies()) if p.IsA(UsdGeom.Camera)]
+    if wanted:
+        for prim in everyone:
+            if str(prim.GetPath()) == wanted or prim.GetName() == wanted:
+                return prim
+        names = ", ".join(str(p.GetPath()) for p in everyone) or "none"
+        raise input_error(f'there is no camera "{wanted}"; it has {names}', path)
+    return everyone[0] if everyone else None
+
+
+def shutter(camera: Usd.Prim | None, time: float) -> tuple[float, float]:
+    """Relative to the frame, in time codes."""
+    if camera is None:
+        return 0.0, 0.0
+    schema = UsdGeom.Camera(camera)
+    opened, closed = schema.GetShutterOpenAttr().Get(time), schema.GetShutterCloseAttr().Get(time)
+    return float(opened or 0), float(closed or 0)
+
+
+def settle(scene: kanuka.Scene, stage: Usd.Stage, reader: Reader, camera: Usd.Prim | None, time: float, say: Say) -> None:
+    """Camera, picture and light, where the stage has none as well."""
+    world = reader.world
+    if camera is not None:
+        schema = UsdGeom.Camera(camera)
+        aspect = schema.GetHorizontalApertureAttr().Get(time) / max(schema.GetVerticalApertureAttr().Get(time), 1e-6)
+        scene.resolution = (cameras.DEFAULT_WIDTH, max(1, round(cameras.DEFAULT_WIDTH / aspect)))
+        placed = world @ reader.transforms.within(camera, stage.GetPseudoRoot())
+        size = scene.resolution
+        slices = [placed] if placed.ndim == 2 else list(placed)
+        made = [
+            cameras.camera_of(camera, matrix, at, size[0] / size[1])
+            for matrix, at in zip(slices, reader.times, strict=False)
+        ]
+        scene.camera = made[0] if len(made) == 1 else kanuka.Camera.moving(made)
+    else:
+        box = UsdGeom.BBoxCache(reader.times[0], [*reader.purposes], useExtentsHint=True)
+        bounds = box.ComputeWorldBound(stage.GetPseudoRoot()).ComputeAlignedRange()
+        scene.resolution = (cameras.DEFAULT_WIDTH, 540)
+        if bounds.IsEmpty():
+            say("warning", "the stage has nothing to look at")
+            scene.camera = kanuka.Camera((0, 0, 5), (0, 0, 0))
+        else:
+            corners = np.array([bounds.GetCorner(i) for i in range(8)]) @ world[:3, :3].T + world[:3, 3]
+            scene.camera = cameras.fitted(corners, 960 / 540)
+            say("warning", "the stage has no camera: it is seen from the front, so that all of it is in the picture")
+    if not reader.lights:
+        scene.add_light("environment", amount=0.6, visible_camera=False, name="light of a stage without lights")
+        scene.add_light("distant", amount=1.6, direction=(-0.5, -1, -0.7), angle=2, name="sun of a stage without lights")
+        say("warning", "the stage has no lights: it is lit by a white sky and a sun")
