@@ -41,6 +41,9 @@ def with_group(call: Callable) -> Callable:
     return run
 
 
+POINTS = {"points": [(0, 0, 0), (1, 0, 0)]}
+CURVE = POINTS | {"counts": [2]}
+
 # For each call, what makes it and what it needs; all else that it takes is in its signature.
 CALLS: dict[str, tuple[Callable, dict[str, object]]] = {
     "Camera": (kanuka.Camera, {"origin": (0, 0, 1), "target": (0, 0, 0)}),
@@ -52,8 +55,15 @@ CALLS: dict[str, tuple[Callable, dict[str, object]]] = {
         {"transforms": MOVING},
     ),
     "Group.add_mesh": (lambda **given: kanuka.Scene().add_group().add_mesh(**given), MESH),
+    "Group.add_cone": (lambda **given: kanuka.Scene().add_group().add_cone(**given), {}),
+    "Group.add_curves": (lambda **given: kanuka.Scene().add_group().add_curves(**given), CURVE),
+    "Group.add_cylinder": (lambda **given: kanuka.Scene().add_group().add_cylinder(**given), {}),
+    "Group.add_disk": (lambda **given: kanuka.Scene().add_group().add_disk(**given), {}),
+    "Group.add_points": (lambda **given: kanuka.Scene().add_group().add_points(**given), POINTS),
     "Group.add_sphere": (lambda **given: kanuka.Scene().add_group().add_sphere(**given), {}),
     "Group.add_subdivision": (lambda **given: kanuka.Scene().add_group().add_subdivision(**given), MESH),
+    "Group.add_torus": (lambda **given: kanuka.Scene().add_group().add_torus(**given), {}),
+    "Journal.add": (lambda **given: kanuka.Journal().add(**given), {"severity": "info", "message": "a"}),
     "Material": (kanuka.Material, {"surface": "matte"}),
     "Node.node": (lambda **given: kanuka.Scene().add_group("a").node.node("b", **given), {}),
     "Node.place": (lambda **given: kanuka.Scene().add_light("point").place(**given), {"transform": np.eye(4)}),
@@ -67,8 +77,14 @@ CALLS: dict[str, tuple[Callable, dict[str, object]]] = {
         {"shader": kanuka.Shader("pointlight")},
     ),
     "Scene.add_mesh": (lambda **given: kanuka.Scene().add_mesh(**given), MESH),
+    "Scene.add_cone": (lambda **given: kanuka.Scene().add_cone(**given), {}),
+    "Scene.add_curves": (lambda **given: kanuka.Scene().add_curves(**given), CURVE),
+    "Scene.add_cylinder": (lambda **given: kanuka.Scene().add_cylinder(**given), {}),
+    "Scene.add_disk": (lambda **given: kanuka.Scene().add_disk(**given), {}),
+    "Scene.add_points": (lambda **given: kanuka.Scene().add_points(**given), POINTS),
     "Scene.add_sphere": (lambda **given: kanuka.Scene().add_sphere(**given), {}),
     "Scene.add_subdivision": (lambda **given: kanuka.Scene().add_subdivision(**given), MESH),
+    "Scene.add_torus": (lambda **given: kanuka.Scene().add_torus(**given), {}),
     "Scene.node": (lambda **given: kanuka.Scene().node("camera", **given), {}),
     "Scene.remove": (lambda **given: kanuka.Scene().remove(**given), {"nodes": []}),
     "Session": (kanuka.Session, {"scene": kanuka.Scene()}),

@@ -8,7 +8,7 @@ import json
 import kanuka
 
 from . import arguments as types
-from . import exit_codes, files, messages
+from . import exit_codes, messages, scenes
 from .exit_codes import ExitCode
 
 
@@ -17,19 +17,24 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "info",
         help="show what a scene contains",
         description="Reads a scene and shows what it contains: picture, camera, geometry, lights, shaders.",
-        epilog="examples:\n  kanuka info scene.rib\n  kanuka info scene.rib --json\n\n" + exit_codes.HELP,
+        epilog="examples:\n  kanuka info scene.rib\n  kanuka info scene.rib --json\n  kanuka info shot.usd\n\n"
+        + exit_codes.HELP,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("scene", metavar="SCENE", help="RIB file, gzipped or not; - is standard input")
-    parser.add_argument("--frame", type=types.natural, default=0, metavar="N", help="frame to read; default: the first")
+    parser.add_argument("scene", metavar="SCENE", help="RIB file, gzipped or not, or a USD stage; - is standard input")
+    parser.add_argument("--frame", type=types.natural, metavar="N", help="frame to read; default: the first")
     parser.add_argument("--json", action="store_true", help="print JSON")
-    parser.set_defaults(run=run)
+    scenes.add_arguments(parser)
+    parser.set_defaults(run=run, parser=parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    files.check_input(arguments.scene, "a RIB file")
-    scene = kanuka.load(arguments.scene, frame=arguments.frame, journal=kanuka.Journal())
-    summary = scene.summary()
+    scenes.check(arguments, [arguments.scene])
+    if scenes.usd.is_stage(arguments.scene):
+        scene = scenes.load_stage(arguments.scene, arguments, arguments.frame)
+    else:
+        scene = kanuka.load(arguments.scene, frame=arguments.frame or 0, journal=kanuka.Journal())
+    summary = scene.summary() | {"file": arguments.scene}
     if arguments.json:
         print(json.dumps(summary, indent=2))
     else:

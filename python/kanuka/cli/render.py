@@ -11,7 +11,7 @@ from pathlib import Path
 import kanuka
 
 from . import arguments as types
-from . import exit_codes, files, fireflies, frames, messages, statistics
+from . import exit_codes, files, fireflies, frames, messages, scenes, statistics
 from .exit_codes import ExitCode
 from .progress import ProgressBar, duration
 from .shader_cache import size
@@ -23,6 +23,7 @@ examples:
   kanuka render scene.rib --progressions 4 --crop 0.4,0.6,0.4,0.6
   kanuka render options.rib scene.rib
   kanuka render walk.rib --frame all -o walk.####.exr
+  kanuka render shot.usd --camera /shot/cam --frame 1-24
   kanuka render scene.rib --store ~/pages              # again, with other lights: nothing is diced or shaded
   kanuka render scene.rib --checkpoint scene.state     # stopped? the same command goes on
 
@@ -38,7 +39,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = subparsers.add_parser(
         "render",
         help="render a scene to a picture",
-        description="Renders a RIB scene to an OpenEXR picture.",
+        description="Renders a RIB scene or a USD stage to an OpenEXR picture.",
         epilog=EXAMPLES + exit_codes.HELP,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -46,7 +47,8 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "scenes",
         nargs="+",
         metavar="SCENE",
-        help="RIB file, gzipped or not; - is standard input. Several files are read one after another as one",
+        help="RIB file, gzipped or not, or a USD stage; - is standard input. Several RIB files are read one after "
+        "another as one",
     )
     parser.add_argument(
         "-o",
@@ -106,6 +108,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         metavar="SIZE",
         help="its largest size, as 500M or 20G: what was not used for longest goes",
     )
+    scenes.add_arguments(parser)
     parser.set_defaults(run=run, parser=parser)
 
 
@@ -135,13 +138,12 @@ def run(arguments: argparse.Namespace) -> int:
         files.check_output(arguments.stats)
     if arguments.checkpoint:
         files.check_output(arguments.checkpoint)
-    for scene in arguments.scenes:
-        files.check_input(scene, "a RIB file")
+    scenes.check(arguments, arguments.scenes)
     interruption = Interruption()
     try:
         if arguments.frame is None:
             return render(arguments, frames.Frame(), started, interruption)
-        wanted = frames.frames(arguments.frame, arguments.scenes)
+        wanted = scenes.frames_of(arguments.frame, arguments.scenes)
         if len(wanted) == 1:
             return render(arguments, wanted[0], started, interruption)
         return render_frames(arguments, wanted, interruption)
@@ -166,16 +168,7 @@ def render_frames(arguments: argparse.Namespace, wanted: list[frames.Frame], int
 def render(arguments: argparse.Namespace, frame: frames.Frame, started: float, interruption: Interruption) -> int:
     bar = ProgressBar(bool(arguments.quiet))
     bar.update("ingest", 0)
-    scene = kanuka.load(
-        arguments.scenes[-1],
-        before=arguments.scenes[:-1],
-        frame=frame.number,
-        repeat=frame.repeat,
-        run_programs=not arguments.no_programs,
-        run_system=arguments.allow_system,
-        on_demand=arguments.checkpoint is None,
-        journal=kanuka.Journal(),
-    )
+    scene = load(arguments, frame)
     printer = messages.Printer(scene.journal, errors_only=arguments.quiet > 1)
     bar.between = printer.flush
     bar.finish()
@@ -226,6 +219,22 @@ def render(arguments: argparse.Namespace, frame: frames.Frame, started: float, i
     if picture.cancelled:
         return interruption.exit_code
     return ExitCode.ERRORS if scene.journal.error_count else ExitCode.OK
+
+
+def load(arguments: argparse.Namespace, frame: frames.Frame) -> kanuka.Scene:
+    file = arguments.scenes[-1]
+    if scenes.usd.is_stage(file):
+        return scenes.load_stage(file, arguments, None if arguments.frame is None else frame.number)
+    return kanuka.load(
+        file,
+        before=arguments.scenes[:-1],
+        frame=frame.number,
+        repeat=frame.repeat,
+        run_programs=not arguments.no_programs,
+        run_system=arguments.allow_system,
+        on_demand=arguments.checkpoint is None,
+        journal=kanuka.Journal(),
+    )
 
 
 def checkpointed(
@@ -306,10 +315,7 @@ def default_output(scene_file: str, scene: kanuka.Scene) -> Path:
         return Path(kanuka.picture_file(display["file"]))
     if scene_file == "-":
         return Path("picture.exr")
-    name = Path(scene_file).name
-    for suffix in (".gz", ".rib"):
-        name = name.removesuffix(suffix)
-    return Path(name + ".exr")
+    return Path(scenes.name_of(scene_file) + ".exr")
 
 
 def check_picture(path: Path) -> None:

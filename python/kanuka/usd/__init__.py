@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping, Sequence
 
@@ -11,7 +12,16 @@ from kanuka import messages as _messages
 from . import stage
 from .stage import SUFFIXES, is_stage
 
-__all__ = ["SUFFIXES", "is_stage", "load"]
+__all__ = ["SUFFIXES", "frames", "is_stage", "load"]
+
+
+def frames(path: str | os.PathLike) -> list[int]:
+    """The numbers of a stage's frames: its time codes, or none but 0."""
+    stage.require()
+    opened = stage.open_stage(os.fspath(path), lambda severity, text: None, {}, ())
+    if not opened.HasAuthoredTimeCodeRange():
+        return [0]
+    return list(range(math.ceil(opened.GetStartTimeCode()), math.floor(opened.GetEndTimeCode()) + 1))
 
 
 def load(

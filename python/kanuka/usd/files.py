@@ -1,5 +1,7 @@
-"""Files that reading a stage makes: shaders of its materials, pictures that lie in packages. They stay until the program
-ends, since scenes are rendered after they are read."""
+"""Files that reading a stage makes: shaders of its materials, pictures that lie in packages.
+
+They stay until the program ends, since scenes are rendered after they are read.
+"""
 
 from __future__ import annotations
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from pxr import Usd, UsdGeom, UsdShade
@@ -100,7 +101,9 @@ def add_mesh(shapes: Shapes, place, prim: Usd.Prim, matrix: np.ndarray) -> None:
             add_subdivision(place, mesh, time, points, counts, faces, mask, mine, looks | {"material": made.material})
         else:
             keep = (counts >= 3) if mask is None else (mask & (counts >= 3))
-            add_polygons(place, mesh, shapes, points, counts, faces, keep, corners, mine, looks | {"material": made.material})
+            add_polygons(
+                place, mesh, shapes, points, counts, faces, keep, corners, mine, looks | {"material": made.material}
+            )
 
 
 def subsets(shapes: Shapes, prim: Usd.Prim, faces: int) -> list[tuple[Made, np.ndarray | None]]:
@@ -136,8 +139,7 @@ def add_subdivision(place, mesh: UsdGeom.Mesh, time, points, counts, faces, mask
     if len(lengths) and ends[-1] == len(indices):
         chains = [indices[end - n : end].tolist() for n, end in zip(lengths, ends, strict=True)]
         if len(sharpness) == (lengths - 1).sum() and len(sharpness) != len(lengths):  # one an edge
-            pairs = [[a, b] for chain in chains for a, b in zip(chain, chain[1:], strict=False)]
-            chains = pairs
+            chains = [[a, b] for chain in chains for a, b in pairwise(chain)]
         if len(sharpness) != len(chains):
             raise ValueError(f"{len(sharpness)} creaseSharpnesses for {len(chains)} creases")
     elif len(lengths):
@@ -162,7 +164,9 @@ def add_subdivision(place, mesh: UsdGeom.Mesh, time, points, counts, faces, mask
     )
 
 
-def add_polygons(place, mesh: UsdGeom.Mesh, shapes: Shapes, points, counts, faces, keep, corners, primvars, looks) -> None:
+def add_polygons(
+    place, mesh: UsdGeom.Mesh, shapes: Shapes, points, counts, faces, keep, corners, primvars, looks
+) -> None:
     holes = whole(mesh.GetHoleIndicesAttr().Get(shapes.times[0]))
     keep = keep.copy()
     keep[holes[(holes >= 0) & (holes < len(counts))]] = False

@@ -127,7 +127,9 @@ class Shaping:
 
     def refuse(self, name: str) -> None:
         if self.shapes:
-            self.say("warning", f"{name}: shaping of lights that are no spheres has no effect yet: it shines as without")
+            self.say(
+                "warning", f"{name}: shaping of lights that are no spheres has no effect yet: it shines as without"
+            )
 
     def add(self, scene: kanuka.Scene, intensity: np.ndarray, radius: float, matrix: np.ndarray, name: str) -> None:
         settings: dict[str, object] = {"amount": intensity, "radius": radius, "transform": matrix, "name": name}

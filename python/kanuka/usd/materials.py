@@ -96,4 +96,6 @@ class Materials:
 
     def _finished(self, writer: Writer, surface: Surface, shading: Stage, displacing: Stage, uv) -> Made:
         name = self._files.shader(text_of(writer, surface, shading, displacing, uv))
-        return Made(name, dict(writer.values), {usd: (primvar_name(usd), kind) for usd, kind in writer.primvars.items()})
+        return Made(
+            name, dict(writer.values), {usd: (primvar_name(usd), kind) for usd, kind in writer.primvars.items()}
+        )

@@ -36,7 +36,9 @@ def image(network: Network, shader: UsdShade.Shader, output: str, stage: Stage) 
             st = network.writer.let(
                 stage, Value("float2", f"{st.text} {sign} {by.text}", f"{st.second} {sign} {by.second}")
             )
-    modes = [WRAPS.get(str(network.constant(shader, m, "periodic")), "periodic") for m in ("uaddressmode", "vaddressmode")]
+    modes = [
+        WRAPS.get(str(network.constant(shader, m, "periodic")), "periodic") for m in ("uaddressmode", "vaddressmode")
+    ]
     named = network.color_space(shader, "file")
     coded = kind == "color" and ("srgb" in named or named == "auto")
     space = "srgb" if coded else "raw" if kind != "color" or named in ("raw", "lin_rec709", "linear") else "auto"
@@ -201,7 +203,9 @@ def ignored(network: Network, shader: UsdShade.Shader, names: dict[str, float]) 
 def standard_surface(network: Network, shader: UsdShade.Shader, shading: Stage, displacing: Stage) -> Surface:
     """Autodesk Standard Surface 1.0.1, Georgiev et al. 2019."""
     get = Inputs(network, shader, shading)
-    ignored(network, shader, {"specular_anisotropy": 0, "thin_film_thickness": 0, "subsurface": 0, "diffuse_roughness": 0})
+    ignored(
+        network, shader, {"specular_anisotropy": 0, "thin_film_thickness": 0, "subsurface": 0, "diffuse_roughness": 0}
+    )
     made = Surface(base=get.product("base", "base_color", 0.8, (1, 1, 1)))
     made.specular = get("specular", "float", 1.0)
     made.specular_color = get("specular_color", "color", (1, 1, 1))
@@ -232,7 +236,12 @@ def open_pbr(network: Network, shader: UsdShade.Shader, shading: Stage, displaci
     ignored(
         network,
         shader,
-        {"specular_roughness_anisotropy": 0, "thin_film_weight": 0, "subsurface_weight": 0, "base_diffuse_roughness": 0},
+        {
+            "specular_roughness_anisotropy": 0,
+            "thin_film_weight": 0,
+            "subsurface_weight": 0,
+            "base_diffuse_roughness": 0,
+        },
     )
     made = Surface(base=get.product("base_weight", "base_color", 1.0, (0.8, 0.8, 0.8)))
     made.specular = get("specular_weight", "float", 1.0)

@@ -64,10 +64,7 @@ class Network:
 
     def connected(self, shader: UsdShade.Shader, name: str) -> bool:
         attribute = self.source(shader, name)
-        return (
-            attribute is not None
-            and UsdShade.Utils.GetType(attribute.GetName()) == UsdShade.AttributeType.Output
-        )
+        return attribute is not None and UsdShade.Utils.GetType(attribute.GetName()) == UsdShade.AttributeType.Output
 
     def file(self, shader: UsdShade.Shader, name: str) -> str:
         attribute = self.source(shader, name)
@@ -111,7 +108,9 @@ class Network:
         identifier = shader.GetIdAttr().Get() if shader.GetIdAttr() else None
         node = self.nodes.get(identifier or "") or self.nodes.get(family(identifier or ""))
         if node is None:
-            self.say("warning", f'{self.material}: there is no node "{identifier}" ({shader.GetPath()}); its default stands')
+            self.say(
+                "warning", f'{self.material}: there is no node "{identifier}" ({shader.GetPath()}); its default stands'
+            )
             return None
         self._on_the_way.add(path)
         try:

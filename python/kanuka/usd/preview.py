@@ -61,9 +61,7 @@ def transform_2d(network: Network, shader: UsdShade.Shader, output: str, stage: 
     moved = network.value(shader, "translation", stage, "float2", (0, 0))
     assert where and scale and angle and moved
     x = network.writer.let(stage, Value("float2", f"{where.text} * {scale.text}", f"{where.second} * {scale.second}"))
-    turn = network.writer.let(
-        stage, Value("float2", f"cos(radians({angle.text}))", f"sin(radians({angle.text}))")
-    )
+    turn = network.writer.let(stage, Value("float2", f"cos(radians({angle.text}))", f"sin(radians({angle.text}))"))
     return Value(
         "float2",
         f"{x.text} * {turn.text} - {x.second} * {turn.second} + {moved.text}",

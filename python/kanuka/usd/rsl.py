@@ -101,7 +101,9 @@ class Writer:
             self.primvars[name] = kind
             numbers = [0.0, 0.0, 0.0] if fallback is None else numbers_of(fallback)
             if kind == "float2":
-                self.declarations += [f"varying float {n} = {x:.9g};" for n, x in zip(halves(ours), numbers, strict=False)]
+                self.declarations += [
+                    f"varying float {n} = {x:.9g};" for n, x in zip(halves(ours), numbers, strict=False)
+                ]
             else:
                 self.declarations.append(f"varying {kind} {ours} = {literal(kind, numbers)};")
         kind = self.primvars[name]

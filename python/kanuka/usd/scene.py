@@ -22,8 +22,8 @@ from .transforms import Transforms, stage_matrix
 PURPOSES = ("default", "render")
 # Prims that are read elsewhere, or hold others.
 QUIET = frozenset(
-    "Xform Scope Material Shader NodeGraph GeomSubset Camera RenderSettings RenderProduct RenderVar SkelRoot Skeleton "
-    "SkelAnimation BlendShape LightFilter PhysicsScene SpatialAudio CollectionAPI Preliminary_Text".split()
+    {"Xform", "Scope", "Material", "Shader", "NodeGraph", "GeomSubset", "Camera", "LightFilter", "SpatialAudio"}
+    | {"RenderSettings", "RenderProduct", "RenderVar", "SkelRoot", "Skeleton", "SkelAnimation", "BlendShape"}
 )
 
 
@@ -38,6 +38,7 @@ class Reader:
     purposes: Sequence[str] = PURPOSES
     lights: int = 0
     _groups: dict[str, kanuka.Group] = field(default_factory=dict)
+    _on_the_way: set[str] = field(default_factory=set)
     _unknown: dict[str, list[str]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -111,11 +112,23 @@ class Reader:
         """What a prototype holds, added once."""
         key = str(prototype.GetPath())
         if key not in self._groups:
-            # Nested ones are finished first: groups may hold earlier groups alone.
-            group = self.scene.add_group(str(named.GetPath()))
-            self._groups[key] = group
-            self.walk(prototype, group, prototype, np.eye(4))
+            self.prepare(prototype)
+            self._groups[key] = self.scene.add_group(str(named.GetPath()))
+            self.walk(prototype, self._groups[key], prototype, np.eye(4))
         return self._groups[key]
+
+    def prepare(self, top: Usd.Prim) -> None:
+        """Groups of what is instanced below: a group holds instances of groups made before it."""
+        prims = iter(Usd.PrimRange(top, Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)))
+        for prim in prims:
+            if prim.IsInstance():
+                prims.PruneChildren()
+                self.group_of(prim.GetPrototype(), prim)
+            elif prim.IsA(UsdGeom.PointInstancer):
+                prims.PruneChildren()
+                for target in UsdGeom.PointInstancer(prim).GetPrototypesRel().GetForwardedTargets():
+                    if inner := self.stage.GetPrimAtPath(target):
+                        self.prototype_group(inner)
 
     def place_instances(self, place, group: kanuka.Group, matrices: np.ndarray) -> None:
         """One, (4, 4), or one that moves, (T, 4, 4)."""
@@ -154,18 +167,25 @@ class Reader:
                 continue
             # The prototype's own matrix is in the instances'; what is above it counts for nothing.
             group = self.prototype_group(prim)
-            place.add_instances(group, (outer @ mine)[:, :3])
+            if group is not None:
+                place.add_instances(group, (outer @ mine)[:, :3])
 
-    def prototype_group(self, prim: Usd.Prim) -> kanuka.Group:
+    def prototype_group(self, prim: Usd.Prim) -> kanuka.Group | None:
+        """None: it is in itself."""
         key = f"{prim.GetPath()} as a prototype"
+        if key in self._on_the_way:
+            self.say("error", f"{prim.GetPath()}: the prototype is in itself. It is left out there")
+            return None
         if key not in self._groups:
+            self._on_the_way.add(key)
+            self.prepare(prim)
             group = self.scene.add_group(str(prim.GetPath()))
-            self._groups[key] = group
             if prim.IsInstance():
-                inner = self.group_of(prim.GetPrototype(), prim)
-                group.add_instances(inner, np.eye(4)[None])
+                group.add_instances(self.group_of(prim.GetPrototype(), prim), np.eye(4)[None])
             else:
                 self.walk(prim, group, prim, np.eye(4))
+            self._groups[key] = group
+            self._on_the_way.discard(key)
         return self._groups[key]
 
 
@@ -215,7 +235,9 @@ def shutter(camera: Usd.Prim | None, time: float) -> tuple[float, float]:
     return float(opened or 0), float(closed or 0)
 
 
-def settle(scene: kanuka.Scene, stage: Usd.Stage, reader: Reader, camera: Usd.Prim | None, time: float, say: Say) -> None:
+def settle(
+    scene: kanuka.Scene, stage: Usd.Stage, reader: Reader, camera: Usd.Prim | None, time: float, say: Say
+) -> None:
     """Camera, picture and light, where the stage has none as well."""
     world = reader.world
     if camera is not None:
@@ -230,6 +252,7 @@ def settle(scene: kanuka.Scene, stage: Usd.Stage, reader: Reader, camera: Usd.Pr
             for matrix, at in zip(slices, reader.times, strict=False)
         ]
         scene.camera = made[0] if len(made) == 1 else kanuka.Camera.moving(made)
+        scene.options.exposure_gain = float(schema.ComputeLinearExposureScale(reader.times[0]))
     else:
         box = UsdGeom.BBoxCache(reader.times[0], [*reader.purposes], useExtentsHint=True)
         bounds = box.ComputeWorldBound(stage.GetPseudoRoot()).ComputeAlignedRange()
@@ -243,5 +266,7 @@ def settle(scene: kanuka.Scene, stage: Usd.Stage, reader: Reader, camera: Usd.Pr
             say("warning", "the stage has no camera: it is seen from the front, so that all of it is in the picture")
     if not reader.lights:
         scene.add_light("environment", amount=0.6, visible_camera=False, name="light of a stage without lights")
-        scene.add_light("distant", amount=1.6, direction=(-0.5, -1, -0.7), angle=2, name="sun of a stage without lights")
+        scene.add_light(
+            "distant", amount=1.6, direction=(-0.5, -1, -0.7), angle=2, name="sun of a stage without lights"
+        )
         say("warning", "the stage has no lights: it is lit by a white sky and a sun")

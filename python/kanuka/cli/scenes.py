@@ -1,0 +1,74 @@
+"""Scene files of all kinds: RIB, and stages of USD."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import kanuka
+from kanuka import usd
+
+from . import files, frames
+
+WHAT = "a RIB file or a USD stage"
+SUFFIXES = (".gz", ".rib", *usd.SUFFIXES)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """How stages are read, for render and info alike."""
+    stage = parser.add_argument_group("USD stages", "see docs/usd.md")
+    stage.add_argument("--camera", default="", metavar="PRIM", help="path or name of the camera; default: the first")
+    stage.add_argument(
+        "--variant", action="append", default=[], metavar="PRIM{SET}=NAME", help="choose a variant; repeatable"
+    )
+    stage.add_argument(
+        "--prim", action="append", default=[], metavar="PATH", help="read this prim and what is below; repeatable"
+    )
+    stage.add_argument(
+        "--purpose",
+        action="append",
+        choices=("default", "render", "proxy", "guide"),
+        help="purposes of prims to read; repeatable; default: default and render",
+    )
+
+
+def check(arguments: argparse.Namespace, paths: list[str]) -> None:
+    for path in paths:
+        files.check_input(path, WHAT)
+    stages = [path for path in paths if usd.is_stage(path)]
+    if stages and len(paths) > 1:
+        arguments.parser.error(f"{stages[0]}: a stage is rendered by itself, not with other files")
+    if not stages and (arguments.camera or arguments.variant or arguments.prim or arguments.purpose):
+        arguments.parser.error("--camera, --variant, --prim and --purpose are for USD stages")
+    for choice in arguments.variant:
+        if "=" not in choice:
+            arguments.parser.error(f'--variant: expected PRIM{{SET}}=NAME, got "{choice}"')
+
+
+def load_stage(path: str, arguments: argparse.Namespace, number: int | None) -> kanuka.Scene:
+    return usd.load(
+        path,
+        frame=number,
+        camera=arguments.camera,
+        variants=dict(choice.rsplit("=", 1) for choice in arguments.variant),
+        mask=arguments.prim,
+        purposes=arguments.purpose or ("default", "render"),
+        journal=kanuka.Journal(),
+    )
+
+
+def frames_of(choice: str | list[range], scenes: list[str]) -> list[frames.Frame]:
+    """Of a stage: the numbers that are asked for; all: its time codes."""
+    if not usd.is_stage(scenes[-1]):
+        return frames.frames(choice, scenes)
+    numbers = usd.frames(scenes[-1]) if choice == frames.ALL else [n for r in choice for n in r]
+    several, written = len(numbers) > 1, set()
+    return [frames.Frame(n, of_several=several, written=written) for n in numbers]
+
+
+def name_of(path: str) -> str:
+    """A scene file's name without what says its kind."""
+    name = Path(path).name
+    for suffix in SUFFIXES:
+        name = name.removesuffix(suffix)
+    return name
