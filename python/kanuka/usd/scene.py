@@ -263,10 +263,10 @@ def settle(
         else:
             corners = np.array([bounds.GetCorner(i) for i in range(8)]) @ world[:3, :3].T + world[:3, 3]
             scene.camera = cameras.fitted(corners, 960 / 540)
-            say("warning", "the stage has no camera: it is seen from the front, so that all of it is in the picture")
+            say("info", "the stage has no camera: it is seen from the front, so that all of it is in the picture")
     if not reader.lights:
         scene.add_light("environment", amount=0.6, visible_camera=False, name="light of a stage without lights")
         scene.add_light(
             "distant", amount=1.6, direction=(-0.5, -1, -0.7), angle=2, name="sun of a stage without lights"
         )
-        say("warning", "the stage has no lights: it is lit by a white sky and a sun")
+        say("info", "the stage has no lights: it is lit by a white sky and a sun")
