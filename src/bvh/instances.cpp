@@ -238,12 +238,11 @@ float magnitude_at(Context& context, const Vec3f& p) {
 
 bool invert(const float* m, float* out) {
     typedef double Column __attribute__((vector_size(32)));
-    typedef int64_t Order __attribute__((vector_size(32)));
     const auto column = [&](int c) { return Column{double(m[c]), double(m[4 + c]), double(m[8 + c]), 0}; };
     const auto cross = [](Column a, Column b) {
-        constexpr Order Next{1, 2, 0, 3}, Last{2, 0, 1, 3};
-        return __builtin_shuffle(a, Next) * __builtin_shuffle(b, Last) -
-               __builtin_shuffle(a, Last) * __builtin_shuffle(b, Next);
+        const auto next = [](Column c) { return __builtin_shufflevector(c, c, 1, 2, 0, 3); };
+        const auto last = [](Column c) { return __builtin_shufflevector(c, c, 2, 0, 1, 3); };
+        return next(a) * last(b) - last(a) * next(b);
     };
     const Column x = column(0), y = column(1), z = column(2), at = column(3);
     const Column yz = cross(y, z);
