@@ -4,6 +4,7 @@ test_usd_looks.py."""
 from __future__ import annotations
 
 import math
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -282,6 +283,12 @@ def test_what_cannot_be_opened_is_an_error(tmp_path: Path):
         kanuka.usd.load(path, camera="other")
     with pytest.raises(kanuka.Error, match=r'expected "/prim\{set\}=choice"'):
         kanuka.usd.load(path, variants={"x": "y"})
+
+
+def test_without_usd_the_error_names_the_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setitem(sys.modules, "pxr", None)
+    with pytest.raises(kanuka.Error, match=r"pip install 'kanuka\[usd\]'"):
+        kanuka.usd.load(stage(tmp_path, CAMERA))
 
 
 # ---- cameras, times, the command

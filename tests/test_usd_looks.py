@@ -155,6 +155,15 @@ def test_materialx_graphs_are_evaluated(tmp_path: Path):
     assert rgb == pytest.approx([0.375, 0.25, 0.125], abs=0.02)
 
 
+def test_coats_tint_what_lies_below(tmp_path: Path):
+    coat = "float inputs:coat = 0.5\n        color3f inputs:coat_color = (1, 0, 0.5)\n        float inputs:coat_IOR = 1.001"
+    tinted = STANDARD.replace("float inputs:specular = 0", f"float inputs:specular = 0\n        {coat}")
+    scene, told = read(stage(tmp_path, CAMERA, tinted, FLOOR.replace("EXTRA", ""), SUN))
+    rgb = picture(scene)[8, 8] * math.pi / 2
+    assert told == []
+    assert rgb == pytest.approx([0.375, 0.125, 0.09375], abs=0.02)
+
+
 def test_materials_of_one_structure_share_a_shader(tmp_path: Path):
     other = MATTE.replace('"matte"', '"other"').replace("</matte", "</other").replace("0.5, 0.5, 0.5", "0.1, 0.2, 0.3")
     second = FLOOR.replace('"floor"', '"floor2"').replace("</matte>", "</other>").replace("EXTRA", "")

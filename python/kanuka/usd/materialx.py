@@ -188,7 +188,8 @@ class Inputs:
     def used(self, name: str, unused: float = 0) -> bool:
         if self.network.connected(self.shader, name):
             return True
-        return float(self.network.constant(self.shader, name, unused)) != unused
+        value = self.network.constant(self.shader, name, unused)
+        return any(float(x) != unused for x in (value if hasattr(value, "__len__") else (value,)))
 
     def product(self, weight: str, color: str, weights: float, colors: tuple[float, float, float]) -> Value:
         return Value("color", f"{self(weight, 'float', weights).text} * {self(color, 'color', colors).text}")
@@ -224,6 +225,8 @@ def standard_surface(network: Network, shader: UsdShade.Shader, shading: Stage, 
         made.coat = get("coat", "float", 0.0)
         made.coat_roughness = get("coat_roughness", "float", 0.1)
         made.coat_ior = get("coat_IOR", "float", 1.5)
+        if get.used("coat_color", 1):
+            made.coat_color = get("coat_color", "color", (1, 1, 1))
     if get.used("emission"):
         made.emission = get.product("emission", "emission_color", 0.0, (1, 1, 1))
     finish(network, shader, made, get, "opacity", "normal", displacing)
@@ -261,6 +264,8 @@ def open_pbr(network: Network, shader: UsdShade.Shader, shading: Stage, displaci
         made.coat = get("coat_weight", "float", 0.0)
         made.coat_roughness = get("coat_roughness", "float", 0.0)
         made.coat_ior = get("coat_ior", "float", 1.6)
+        if get.used("coat_color", 1):
+            made.coat_color = get("coat_color", "color", (1, 1, 1))
     if get.used("emission_luminance"):
         made.emission = get.product("emission_luminance", "emission_color", 0.0, (1, 1, 1))
     finish(network, shader, made, get, "geometry_opacity", "geometry_normal", displacing)

@@ -50,6 +50,15 @@ def text_of(writer: Writer, surface: Surface, shading: Stage, displacing: Stage,
     layers: list[tuple[str, str, str, str, str]] = []  # name, operator, upper, lower, weight
     float_or = lambda value, default: value.to("float").text if value else default  # noqa: E731
     color_or = lambda value, default: value.to("color").text if value else default  # noqa: E731
+    if s.coat and s.coat_color:  # what lies below is seen through it
+        tint = writer.let(shading, Value("color", f"mix(color(1), {s.coat_color.text}, {s.coat.to('float').text})"))
+        below = ("base", "f0", "specular_color", "sheen_color", "transmission_color")
+        white = Value("color", "color(1)")
+        for name in below:
+            was = getattr(s, name) or (None if name in ("base", "f0") else white)
+            if was:
+                seen = Value("color", f"{was.to('color').text} * {tint.text}")
+                setattr(s, name, writer.let(shading, seen))
     roughness = float_or(s.roughness, "0.5")
     body = "body"
     lobes.append(("body", f'LambertBrdf("diffuseReflectance", {color_or(s.base, "color(0.18)")})'))
