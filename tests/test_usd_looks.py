@@ -156,7 +156,7 @@ def test_materialx_graphs_are_evaluated(tmp_path: Path):
 
 
 def test_coats_tint_what_lies_below(tmp_path: Path):
-    coat = "float inputs:coat = 0.5\n        color3f inputs:coat_color = (1, 0, 0.5)\n        float inputs:coat_IOR = 1.001"
+    coat = "float inputs:coat = 0.5\ncolor3f inputs:coat_color = (1, 0, 0.5)\nfloat inputs:coat_IOR = 1.001"
     tinted = STANDARD.replace("float inputs:specular = 0", f"float inputs:specular = 0\n        {coat}")
     scene, told = read(stage(tmp_path, CAMERA, tinted, FLOOR.replace("EXTRA", ""), SUN))
     rgb = picture(scene)[8, 8] * math.pi / 2
