@@ -22,13 +22,11 @@ constexpr size_t Chunk = 4096;
 constexpr double ClusterCost = 0.5;
 constexpr float Infinity = std::numeric_limits<float>::infinity();
 
-bool can_be_hit(const float* m, const Bounds3f& box) {
-    float inverse[12];
+bool can_be_hit(const Bounds3f& box) {
     const auto largest = [](const Vec3f& v) {
         return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
     };
-    return !box.empty() && largest(box.lo) < LargestCoordinate && largest(box.hi) < LargestCoordinate &&
-           invert(m, inverse);
+    return !box.empty() && largest(box.lo) < LargestCoordinate && largest(box.hi) < LargestCoordinate;
 }
 
 // Its bits with two zeros between each and the next.
@@ -47,15 +45,15 @@ std::vector<uint64_t> along_curve(std::span<const float> transforms, const Bound
     const size_t count = transforms.size() / 12;
     const int number_bits = std::bit_width(count);
     constexpr uint64_t Out = ~uint64_t(0);
+    constexpr uint32_t LastCell = 0x1fffff;
     std::vector<uint64_t> keys(count);
     Bounds3f all;
     std::mutex mutex;
     tasks::parallel_chunks(count, Chunk, [&](size_t begin, size_t end) {
         Bounds3f here;
         for (size_t i = begin; i < end; i++) {
-            const float* m = transforms.data() + i * 12;
-            const Bounds3f box = placed(m, child);
-            const bool in = can_be_hit(m, box);
+            const Bounds3f box = placed(transforms.data() + i * 12, child);
+            const bool in = can_be_hit(box);
             keys[i] = in ? 0 : Out;
             if (in)
                 here.extend(box);
@@ -64,13 +62,19 @@ std::vector<uint64_t> along_curve(std::span<const float> transforms, const Bound
         all.extend(here);
     });
     const Vec3f size = all.hi - all.lo;
-    const float widest = std::max({size.x, size.y, size.z}), cells = widest > 0 ? 0x1fffff / widest : 0.0f;
+    const float widest = std::max({size.x, size.y, size.z}),
+                cells = widest > 0 ? float(LastCell) / widest : 0.0f;
+    const Vec3f middle = (child.lo + child.hi) * 0.5f;
     tasks::parallel_chunks(count, Chunk, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; i++) {
             if (keys[i] == Out)
                 continue;
-            const Bounds3f box = placed(transforms.data() + i * 12, child);
-            const Vec3f at = ((box.lo + box.hi) * 0.5f - all.lo) * cells;
+            const float* m = transforms.data() + i * 12;
+            const auto along = [&](int r) {
+                const float x = m[4 * r] * middle.x + m[4 * r + 1] * middle.y + m[4 * r + 2] * middle.z;
+                return std::clamp((x + m[4 * r + 3] - all.lo[r]) * cells, 0.0f, float(LastCell));
+            };
+            const Vec3f at(along(0), along(1), along(2));
             const uint64_t code =
                 spread(uint32_t(at.x)) << 2 | spread(uint32_t(at.y)) << 1 | spread(uint32_t(at.z));
             keys[i] = code << 1 >> number_bits << number_bits | i;
@@ -127,13 +131,12 @@ std::vector<uint8_t> cut(std::span<const uint64_t> run, std::span<const float> t
 void fill(Cluster& c, std::span<const uint64_t> instances, std::span<const float> transforms,
           const Bounds3f& child) {
     for (size_t k = 0; k < Cluster::Size; k++) {
-        const bool used = k < instances.size();
-        const size_t i = size_t(instances[used ? k : 0]);
+        const size_t i = size_t(instances[k < instances.size() ? k : 0]);
+        const bool used = invert(transforms.data() + i * 12, c.child_from_group[k]) && k < instances.size();
         const Bounds3f box = used ? placed(transforms.data() + i * 12, child) : Bounds3f();
         for (int a = 0; a < 3; a++)
             c.lo[a][k] = box.lo[a], c.hi[a][k] = box.hi[a];
         c.instance[k] = uint32_t(i);
-        invert(transforms.data() + i * 12, c.child_from_group[k]);
     }
 }
 

@@ -24,9 +24,9 @@ struct alignas(16) Cluster {
     uint32_t meet(const RTCRay& ray, float entry[Size]) const;
 };
 
-// `transforms`: row-major 3x4 group_from_child, 12 floats each; `child`: bounds of what they place. Without
-// those that cannot be hit: flattened to nothing, empty, or beyond all numbers. The same for any number of
-// threads.
+// `transforms`: row-major 3x4 group_from_child, 12 floats each; `child`: bounds of what they place. Those
+// that cannot be hit (flattened to nothing, empty, or beyond all numbers) are in none, or have empty boxes.
+// The same for any number of threads.
 LargeVector<Cluster> cluster_instances(std::span<const float> transforms, const Bounds3f& child);
 
 } // namespace kanuka::bvh
