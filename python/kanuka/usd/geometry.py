@@ -94,16 +94,13 @@ def add_mesh(shapes: Shapes, place, prim: Usd.Prim, matrix: np.ndarray) -> None:
     scheme = mesh.GetSubdivisionSchemeAttr().Get(time)
     parts = subsets(shapes, prim, len(counts))
     primvars = shapes.primvars(prim, [made for made, _ in parts])
-    corners = np.repeat(np.arange(len(counts)), counts)
     for made, mask in parts:
         mine = {key: values for key, values in primvars.items() if made.reads(key.split()[-1])}
         if scheme in SCHEMES and not (scheme == "loop" and (counts != 3).any()):
             add_subdivision(place, mesh, time, points, counts, faces, mask, mine, looks | {"material": made.material})
         else:
             keep = (counts >= 3) if mask is None else (mask & (counts >= 3))
-            add_polygons(
-                place, mesh, shapes, points, counts, faces, keep, corners, mine, looks | {"material": made.material}
-            )
+            add_polygons(place, mesh, shapes, points, counts, faces, keep, mine, looks | {"material": made.material})
 
 
 def subsets(shapes: Shapes, prim: Usd.Prim, faces: int) -> list[tuple[Made, np.ndarray | None]]:
@@ -164,15 +161,20 @@ def add_subdivision(place, mesh: UsdGeom.Mesh, time, points, counts, faces, mask
     )
 
 
-def add_polygons(
-    place, mesh: UsdGeom.Mesh, shapes: Shapes, points, counts, faces, keep, corners, primvars, looks
-) -> None:
+def add_polygons(place, mesh: UsdGeom.Mesh, shapes: Shapes, points, counts, faces, keep, primvars, looks) -> None:
+    """Faces that are kept, without holes."""
     holes = whole(mesh.GetHoleIndicesAttr().Get(shapes.times[0]))
-    keep = keep.copy()
     keep[holes[(holes >= 0) & (holes < len(counts))]] = False
+    normals = mesh_normals(mesh, shapes.times)
+    if normals is not None:
+        key, values = normals
+        primvars = primvars | {f"{key} normal N": values}
+    if keep.all():
+        place.add_mesh(points, faces, counts, primvars=primvars, **looks)
+        return
     if not keep.any():
         return
-    of_corners = keep[corners]
+    of_corners = np.repeat(keep, counts)
 
     def kept(key: str, values: np.ndarray) -> np.ndarray:
         if key.startswith("uniform") and len(values) == len(keep):
@@ -181,19 +183,13 @@ def add_polygons(
             return values[of_corners]
         return values
 
-    normals = mesh_normals(prim=mesh.GetPrim(), mesh=mesh, times=shapes.times)
-    if normals is not None:
-        key, values = normals
-        primvars = primvars | {f"{key} normal N": values}
-    if not keep.all():
-        primvars = {key: kept(key, values) for key, values in primvars.items()}
-        faces, counts = faces[of_corners], counts[keep]
-    place.add_mesh(points, faces, counts, primvars=primvars, **looks)
+    primvars = {key: kept(key, values) for key, values in primvars.items()}
+    place.add_mesh(points, faces[of_corners], counts[keep], primvars=primvars, **looks)
 
 
-def mesh_normals(prim: Usd.Prim, mesh: UsdGeom.Mesh, times) -> tuple[str, np.ndarray] | None:
+def mesh_normals(mesh: UsdGeom.Mesh, times: list[Usd.TimeCode]) -> tuple[str, np.ndarray] | None:
     """primvars:normals goes over normals."""
-    found = UsdGeom.PrimvarsAPI(prim).GetPrimvar("normals")
+    found = UsdGeom.PrimvarsAPI(mesh.GetPrim()).GetPrimvar("normals")
     if found and found.HasValue():
         for key, values in primvar(found, "N", "normal", times[0]).items():
             return key.split()[0], values

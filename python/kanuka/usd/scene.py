@@ -158,7 +158,7 @@ class Reader:
             self.say("error", f"{path}: {int(bad.sum())} protoIndices name no prototype. Those are left out")
             indices, matrices = indices[~bad], matrices[~bad]
         for index, target in enumerate(targets):
-            mine = matrices[indices == index]
+            mine = np.flatnonzero(indices == index)
             prim = self.stage.GetPrimAtPath(target)
             if not len(mine):
                 continue
@@ -168,7 +168,7 @@ class Reader:
             # The prototype's own matrix is in the instances'; what is above it counts for nothing.
             group = self.prototype_group(prim)
             if group is not None:
-                place.add_instances(group, (outer @ mine)[:, :3])
+                place.add_instances(group, in_place(outer, matrices, mine))
 
     def prototype_group(self, prim: Usd.Prim) -> kanuka.Group | None:
         """None: it is in itself."""
@@ -187,6 +187,15 @@ class Reader:
             self._groups[key] = group
             self._on_the_way.discard(key)
         return self._groups[key]
+
+
+def in_place(outer: np.ndarray, matrices: np.ndarray, which: np.ndarray) -> np.ndarray:
+    """(N, 3, 4) float32 of outer @ matrices[which], some at a time: there may be millions."""
+    made = np.empty((len(which), 3, 4), dtype=np.float32)
+    step = 1 << 16
+    for first in range(0, len(which), step):
+        made[first : first + step] = (outer @ matrices[which[first : first + step]])[:, :3]
+    return made
 
 
 def read(
