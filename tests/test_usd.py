@@ -3,6 +3,7 @@ test_usd_looks.py."""
 
 from __future__ import annotations
 
+import json
 import math
 import sys
 from pathlib import Path
@@ -344,6 +345,19 @@ def test_the_command_renders_and_shows_stages(tmp_path: Path, kanuka_command):
     assert done.returncode == 2 and "a stage is rendered by itself" in done.stderr
     done = kanuka_command("render", tmp_path / "none.usda", cwd=tmp_path)
     assert done.returncode == 4
+
+
+def test_a_store_serves_the_next_render_of_a_stage(tmp_path: Path, kanuka_command):
+    path = stage(tmp_path, CAMERA, MATTE, FLOOR.replace("EXTRA", ""), SUN, name="shot.usda")
+    pictures = []
+    for number in (1, 2):
+        stats = tmp_path / f"{number}.json"
+        wanted = ("--resolution", "16x16", "--progressions", "1", "--store", tmp_path / "store", "--stats", stats)
+        assert kanuka_command("render", path, *wanted, "-o", tmp_path / f"{number}.exr", cwd=tmp_path).returncode == 0
+        pictures.append(kanuka.read(tmp_path / f"{number}.exr")["rgb"])
+    assert np.array_equal(*pictures)
+    found = json.loads((tmp_path / "2.json").read_text())
+    assert found["bytes"]["store_read"] > 0 and found["time"]["shade_s"] == 0
 
 
 ASSETS = Path(__file__).parents[2] / "shared" / "scenes" / "usd" / "test_assets"

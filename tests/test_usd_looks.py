@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pxr import UsdUtils
 
 import kanuka
 import kanuka.usd
@@ -86,6 +87,18 @@ def test_textures_are_upright_and_in_their_colour_space(tmp_path: Path):
         assert rgb[12, 12] == pytest.approx(np.full(3, 0.5), abs=0.02)
     code = 1.055 * 0.5 ** (1 / 2.4) - 0.055
     assert found["raw"][12, 12] == pytest.approx(np.full(3, code), abs=0.02)
+
+
+def test_pictures_in_packages_are_read(tmp_path: Path):
+    write_quarters(tmp_path)
+    material = TEXTURED.replace("SPACE", "auto").replace("SCALE", "1")
+    path = stage(tmp_path, CAMERA, material, FLOOR.replace("EXTRA", ST), SUN)
+    package = tmp_path / "a.usdz"
+    assert UsdUtils.CreateNewUsdzPackage(str(path), str(package))
+    (tmp_path / "quarters.png").unlink()
+    scene, told = read(package)
+    assert told == []
+    assert picture(scene)[3, 3] == pytest.approx([2 / math.pi, 0, 0], abs=0.05)
 
 
 def test_primvars_of_every_class_are_read(tmp_path: Path):

@@ -1,28 +1,53 @@
 """Files that reading a stage makes: shaders of its materials, pictures that lie in packages.
 
-They stay until the program ends, since scenes are rendered after they are read.
+They lie beside the cache of compiled shaders, under names that their contents give, so that a second render finds the
+same shaders, and what a store keeps of them.
 """
 
 from __future__ import annotations
 
 import hashlib
+import os
 import tempfile
 from functools import cache
 from pathlib import Path
 
+import kanuka
+
 
 @cache
-def _folder() -> tempfile.TemporaryDirectory:
+def _temporary() -> tempfile.TemporaryDirectory:
     return tempfile.TemporaryDirectory(prefix="kanuka-usd-", ignore_cleanup_errors=True)
+
+
+def folder() -> Path:
+    """Until the program ends where there is no cache: scenes are rendered after they are read."""
+    shaders = kanuka.shader_cache_folder()
+    if shaders:
+        kept = Path(shaders).parent / "usd"
+        try:
+            kept.mkdir(parents=True, exist_ok=True)
+            if os.access(kept, os.W_OK):
+                return kept
+        except OSError:
+            pass
+    return Path(_temporary().name)
+
+
+def write(path: Path, data: bytes) -> None:
+    """Whole or not at all: others may write the same."""
+    with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
+        file.write(data)
+    os.replace(file.name, path)
 
 
 class Files:
     def __init__(self) -> None:
-        self.folder = Path(_folder().name)
+        self.folder = folder()
 
     def file_of(self, resolved: str) -> str:
         """A path that can be opened: what lies in a .usdz ("a.usdz[b.png]") is taken out."""
-        package, bracket, inside = resolved.partition("[")
+        _, bracket, inside = resolved.partition("[")
         if not bracket or Path(resolved).exists():
             return resolved
         from pxr import Ar
@@ -30,11 +55,10 @@ class Files:
         asset = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(resolved))
         if asset is None:
             return resolved
-        name = hashlib.sha256(package.encode()).hexdigest()[:12] + "_" + Path(inside.rstrip("]")).name
-        path = self.folder / name
+        data = bytes(asset.GetBuffer())
+        path = self.folder / (hashlib.sha256(data).hexdigest()[:16] + Path(inside.rstrip("]")).suffix)
         if not path.exists():
-            with asset.GetBuffer() as buffer:
-                path.write_bytes(bytes(buffer))
+            write(path, data)
         return str(path)
 
     def shader(self, source: str) -> str:
@@ -42,5 +66,5 @@ class Files:
         name = "usd_" + hashlib.sha256(source.encode()).hexdigest()[:16]
         path = self.folder / f"{name}.sl"
         if not path.exists():
-            path.write_text(source.replace("NAME", name))
+            write(path, source.replace("NAME", name).encode())
         return name
