@@ -268,6 +268,28 @@ def test_networks_in_circles_unknown_nodes_and_missing_files_are_told(tmp_path: 
     assert picture(scene).max() > 0
 
 
+def test_odd_numbers_are_told_and_the_rest_is_rendered(tmp_path: Path):
+    camera = CAMERA.replace("horizontalAperture = 20", "horizontalAperture = 0")
+    text = """
+def Sphere "hollow" {
+    double radius = -1
+}
+def RectLight "narrow" {
+    float inputs:width = -2
+}
+def PointInstancer "p" {
+    rel prototypes = [</p>]
+    int[] protoIndices = [0]
+    point3f[] positions = [(0, 0, 0)]
+}
+"""
+    scene, told = read(stage(tmp_path, camera, text, 'def Sphere "ball" {\ndouble radius = 0.5\n}\n', SUN))
+    for path, what in (("/cam", "make no picture"), ("/hollow", "positive"), ("/narrow", "width"), ("/p", "in itself")):
+        assert any(t.startswith(path) and what in t for t in told), (path, told)
+    assert scene.resolution == (960, 540)
+    assert len(told) == 4
+
+
 def test_stages_without_camera_and_light_are_seen_and_say_so(tmp_path: Path):
     scene, told = read(stage(tmp_path, 'def Sphere "b" {\ndouble radius = 300\n}\n'))
     assert [("no camera" in t, "no lights" in t) for t in told] == [(True, False), (False, True)]

@@ -10,6 +10,7 @@ from pxr import Usd, UsdGeom
 import kanuka
 
 DEFAULT_WIDTH = 960
+DEFAULT_ASPECT = 16 / 9
 TENTH = 0.1  # apertures and focal lengths are in tenths of the stage's unit
 
 

@@ -250,8 +250,17 @@ def settle(
     """Camera, picture and light, where the stage has none as well."""
     world = reader.world
     if camera is not None:
+        matrices = reader.transforms.within(camera, stage.GetPseudoRoot())
+        if not (np.abs(np.linalg.det(matrices)) > 1e-12).all():
+            say("error", f"{camera.GetPath()}: it is scaled to nothing; the stage is seen from the front instead")
+            camera = None
+    if camera is not None:
         schema = UsdGeom.Camera(camera)
-        aspect = schema.GetHorizontalApertureAttr().Get(time) / max(schema.GetVerticalApertureAttr().Get(time), 1e-6)
+        across, up = schema.GetHorizontalApertureAttr().Get(time), schema.GetVerticalApertureAttr().Get(time)
+        aspect = across / up if across > 0 and up > 0 else 0
+        if not 1 / 64 <= aspect <= 64:
+            say("warning", f"{camera.GetPath()}: apertures of {across:g} by {up:g} make no picture; 16 by 9 stands in")
+            aspect = cameras.DEFAULT_ASPECT
         scene.resolution = (cameras.DEFAULT_WIDTH, max(1, round(cameras.DEFAULT_WIDTH / aspect)))
         placed = world @ reader.transforms.within(camera, stage.GetPseudoRoot())
         size = scene.resolution
