@@ -168,6 +168,16 @@ def test_materialx_graphs_are_evaluated(tmp_path: Path):
     assert rgb == pytest.approx([0.375, 0.25, 0.125], abs=0.02)
 
 
+def test_a_standard_surfaces_base_is_whole_where_it_is_not_set(tmp_path: Path):
+    """MaterialX's nodedef 1.0.1: base is 1, base_color 0.8."""
+    connected = "color3f inputs:base_color.connect = </matte/mix.outputs:out>"
+    text = STANDARD.replace("float inputs:base = 0.5", "")
+    for name, material, expected in (("a", text, [0.75, 0.5, 0.25]), ("b", text.replace(connected, ""), [0.8] * 3)):
+        scene, told = read(stage(tmp_path, CAMERA, material, FLOOR.replace("EXTRA", ""), SUN, name=f"{name}.usda"))
+        assert told == []
+        assert picture(scene)[8, 8] * math.pi / 2 == pytest.approx(expected, abs=0.02)
+
+
 def test_coats_tint_what_lies_below(tmp_path: Path):
     coat = "float inputs:coat = 0.5\ncolor3f inputs:coat_color = (1, 0, 0.5)\nfloat inputs:coat_IOR = 1.001"
     tinted = STANDARD.replace("float inputs:specular = 0", f"float inputs:specular = 0\n        {coat}")

@@ -207,7 +207,7 @@ def standard_surface(network: Network, shader: UsdShade.Shader, shading: Stage, 
     ignored(
         network, shader, {"specular_anisotropy": 0, "thin_film_thickness": 0, "subsurface": 0, "diffuse_roughness": 0}
     )
-    made = Surface(base=get.product("base", "base_color", 0.8, (1, 1, 1)))
+    made = Surface(base=get.product("base", "base_color", 1.0, (0.8, 0.8, 0.8)))
     made.specular = get("specular", "float", 1.0)
     made.specular_color = get("specular_color", "color", (1, 1, 1))
     made.roughness = get("specular_roughness", "float", 0.2)
