@@ -25,7 +25,7 @@ ROOT = Path(__file__).resolve().parent.parent
 ANALYSED = ("base", "grid", "scene", "store")
 MANY = 32  # sources in one, at most: so that all cores have something to do
 # Of a unit's flags, those that clang does not know, or that no check asks for.
-DROPPED = re.compile(r"-O\w|-fno-gnu-unique|-mtls-dialect=.*|-fPI[CE]|.*ccache|.*/c\+\+|-c|-o")
+DROPPED = re.compile(r"-O\w|-fno-gnu-unique|-mtls-dialect=.*|-fPI[CE]|-Winvalid-pch|-fpch-preprocess|-c|-o|-include")
 # Beside what .clang-tidy names: paths do not go through what is included, and sources are included here.
 UNITED, ALONE = "-clang-analyzer-*,-bugprone-suspicious-include", "-*,clang-analyzer-core.*,clang-analyzer-cplusplus.*"
 Flags = tuple[str, ...]
@@ -33,7 +33,9 @@ Flags = tuple[str, ...]
 
 def flags_of(command: str) -> Flags:
     words = shlex.split(command)
-    after = {words.index(option) + 1 for option in ("-o", "-c") if option in words}
+    del words[: 1 + next(i for i, word in enumerate(words) if re.fullmatch(r".*/(c|g|clang)\+\+\S*", word))]  # and ccache
+    # Headers are read as each source names them: -include would bring the precompiled one.
+    after = {words.index(option) + 1 for option in ("-o", "-c", "-include") if option in words}
     return tuple(word for i, word in enumerate(words) if i not in after and not DROPPED.fullmatch(word))
 
 

@@ -30,7 +30,7 @@ uint64_t checksum(Header h, std::string_view rest) {
 
 // ---- metadata
 
-std::string quoted(std::string_view s) {
+std::string json_text(std::string_view s) {
     std::string out = "\"";
     for (const char c : s) {
         if (c == '"' || c == '\\') {
@@ -57,7 +57,7 @@ std::string number(float x) {
 std::string default_value(const Parameter& p) {
     std::string out;
     for (const std::string& s : p.strings)
-        out += (out.empty() ? "" : ", ") + quoted(s);
+        out += (out.empty() ? "" : ", ") + json_text(s);
     for (const float x : p.floats)
         out += (out.empty() ? "" : ", ") + number(x);
     if (out.empty())
@@ -66,17 +66,17 @@ std::string default_value(const Parameter& p) {
 }
 
 std::string metadata(const Sources& sources, const Preprocessed& source, const ir::Program& program) {
-    std::string s = "{\n \"name\": " + quoted(program.name) + ",\n \"kind\": \"" +
+    std::string s = "{\n \"name\": " + json_text(program.name) + ",\n \"kind\": \"" +
                     std::string(kind_name(program.kind)) +
                     "\",\n \"compiler\": " + std::to_string(CompilerVersion) + ",\n \"parameters\": [";
     const char* separator = "\n";
     for (const Parameter& p :
          std::span(program.parameters).first(program.parameters.size() - size_t(program.carried))) {
-        s += std::string(separator) + "  {\"name\": " + quoted(p.name) + ", \"type\": \"" +
+        s += std::string(separator) + "  {\"name\": " + json_text(p.name) + ", \"type\": \"" +
              std::string(type_name(p.type)) + "\", \"array_size\": " + std::to_string(p.array_size) +
              ", \"varying\": " + (p.varying ? "true" : "false") +
              ", \"output\": " + (p.output ? "true" : "false") + ", \"default\": " + default_value(p) +
-             ", \"doc\": " + quoted(p.doc) + "}";
+             ", \"doc\": " + json_text(p.doc) + "}";
         separator = ",\n";
     }
     s += "],\n \"annotations\": [";
@@ -84,15 +84,15 @@ std::string metadata(const Sources& sources, const Preprocessed& source, const i
     for (const Pragma& p : source.pragmas) {
         if (p.tokens.size() < 2 || !p.tokens[0].is("annotation"))
             continue;
-        s += std::string(separator) + "  [" + quoted(p.tokens[1].text) + ", " +
-             quoted(p.tokens.size() > 2 ? p.tokens[2].text : "") + "]";
+        s += std::string(separator) + "  [" + json_text(p.tokens[1].text) + ", " +
+             json_text(p.tokens.size() > 2 ? p.tokens[2].text : "") + "]";
         separator = ",\n";
     }
     s += "],\n \"textures\": [";
     separator = "\n";
     for (const TextureUse& t : program.textures) {
-        s += std::string(separator) + "  {\"file\": " + quoted(t.file) +
-             ", \"parameter\": " + quoted(t.parameter) +
+        s += std::string(separator) + "  {\"file\": " + json_text(t.file) +
+             ", \"parameter\": " + json_text(t.parameter) +
              ", \"environment\": " + (t.environment ? "true" : "false") + "}";
         separator = ",\n";
     }
@@ -100,7 +100,7 @@ std::string metadata(const Sources& sources, const Preprocessed& source, const i
     separator = "";
     for (uint32_t f = 0; f < sources.count(); f++)
         if (!sources.name(f).starts_with('<')) {
-            s += separator + quoted(sources.name(f));
+            s += separator + json_text(sources.name(f));
             separator = ", ";
         }
     return s + "]\n}\n";

@@ -22,13 +22,13 @@ std::string Call::handle(size_t k) const {
 }
 
 // "the end of the arguments" stands as it is, names in quotes.
-static std::string quoted(std::string_view what) {
+static std::string in_quotes(std::string_view what) {
     return what.find("the ") == 0 ? std::string(what) : "\"" + std::string(what) + "\"";
 }
 
 bool Reader::wrong(const char* expected, std::string_view what) {
     m_context.reports.error("arguments of " + m_request, m_lexer->where(),
-                            m_request + ": expected " + expected + " for " + quoted(what) + ", found " +
+                            m_request + ": expected " + expected + " for " + in_quotes(what) + ", found " +
                                 found() + "; the request was left out" +
                                 (m_call.spec ? ". It takes: " + m_call.spec->usage() : ""));
     return false;
@@ -62,13 +62,13 @@ bool Reader::close_array(size_t open, std::string_view what, const char* element
     }
     if (request) {
         m_context.reports.error("array not closed", m_lexer->where(open),
-                                m_request + ": the array of " + quoted(what) +
+                                m_request + ": the array of " + in_quotes(what) +
                                     " that starts here is not closed before " + found() +
                                     "; add a ]. The request was left out");
         return false;
     }
     m_context.reports.error("array element", m_lexer->where(),
-                            m_request + ": an array of " + elements + " is expected for " + quoted(what) +
+                            m_request + ": an array of " + elements + " is expected for " + in_quotes(what) +
                                 ", found " + found() + " in it; the request was left out");
     return false;
 }
@@ -97,7 +97,7 @@ bool Reader::read_numbers(std::vector<float>& out, std::string_view what) {
     if (m_lexer->not_finite > 0)
         m_context.reports.error("not finite", m_lexer->where(open),
                                 m_request + ": " + std::to_string(m_lexer->not_finite) +
-                                    " of the numbers for " + quoted(what) +
+                                    " of the numbers for " + in_quotes(what) +
                                     " are not finite (nan or inf); 0 was used instead");
     return true;
 }
@@ -134,7 +134,7 @@ bool Reader::read_integers(std::vector<int32_t>& out, std::string_view what) {
     if (fractions > 0)
         m_context.reports.warning("fractions", m_lexer->where(open),
                                   m_request + ": " + std::to_string(fractions) + " of the numbers for " +
-                                      quoted(what) + " are no integers; their fractions were cut");
+                                      in_quotes(what) + " are no integers; their fractions were cut");
     return true;
 }
 
@@ -209,7 +209,7 @@ bool Reader::read_argument(const ArgSpec& spec, Argument& a, bool& in_brackets) 
         a.number = m_lexer->number();
         if (spec.type == ArgType::Integer && a.number != std::trunc(a.number))
             m_context.reports.warning("fractions", m_lexer->where(),
-                                      m_request + ": " + quoted(what) +
+                                      m_request + ": " + in_quotes(what) +
                                           " must be an integer; the fraction was cut");
     } else {
         return wrong(text ? "a string" : either ? "a number or a string" : "a number", what);

@@ -1,93 +1,91 @@
 #include "sl/codegen/codegen.h"
 
+#include <memory>
 #include <mutex>
+#include <type_traits>
 
-#include <llvm/Analysis/CGSCCPassManager.h>
-#include <llvm/Analysis/LoopAnalysisManager.h>
-#include <llvm/ExecutionEngine/Orc/CompileUtils.h>
-#include <llvm/ExecutionEngine/Orc/JITTargetMachineBuilder.h>
-#include <llvm/IR/LegacyPassManager.h>
-#include <llvm/IR/Verifier.h>
-#include <llvm/Passes/PassBuilder.h>
-#include <llvm/Support/TargetSelect.h>
-#include <llvm/Target/TargetMachine.h>
-#include <llvm/Transforms/InstCombine/InstCombine.h>
-#include <llvm/Transforms/Scalar/ADCE.h>
-#include <llvm/Transforms/Scalar/EarlyCSE.h>
-#include <llvm/Transforms/Scalar/GVN.h>
-#include <llvm/Transforms/Scalar/LICM.h>
-#include <llvm/Transforms/Scalar/LoopPassManager.h>
-#include <llvm/Transforms/Scalar/SROA.h>
-#include <llvm/Transforms/Scalar/SimplifyCFG.h>
+// Of LLVM's optimiser and code generator the C interface: its headers take a tenth of a second, the C++ ones
+// fifteen.
+#include <llvm-c/Analysis.h>
+#include <llvm-c/Core.h>
+#include <llvm-c/TargetMachine.h>
+#include <llvm-c/Transforms/PassBuilder.h>
+#include <llvm/Config/llvm-config.h>
+#include <llvm/IR/Module.h>
 
 #include "base/cpu.h"
 #include "sl/codegen/emit.h"
 
 namespace kanuka::sl {
 
-namespace orc = llvm::orc;
-
 namespace {
 
-void initialise_llvm() {
+constexpr const char* TRIPLE = "x86_64-unknown-linux-gnu";
+
+struct Disposer {
+    void operator()(LLVMTargetMachineRef m) const { LLVMDisposeTargetMachine(m); }
+    void operator()(LLVMTargetDataRef d) const { LLVMDisposeTargetData(d); }
+    void operator()(LLVMMemoryBufferRef b) const { LLVMDisposeMemoryBuffer(b); }
+    void operator()(LLVMPassBuilderOptionsRef o) const { LLVMDisposePassBuilderOptions(o); }
+    void operator()(char* text) const { LLVMDisposeMessage(text); }
+};
+template <class Ref>
+using Owned = std::unique_ptr<std::remove_pointer_t<Ref>, Disposer>;
+
+[[noreturn]] void fail(const char* what, char* why) {
+    const Owned<char*> text(why);
+    throw kanuka::Error(std::string(what) + ": " + (text ? text.get() : "no reason given"),
+                        ExitCode::Internal);
+}
+
+LLVMTargetRef target() {
     static std::once_flag once;
     std::call_once(once, [] {
-        llvm::InitializeNativeTarget();
-        llvm::InitializeNativeTargetAsmPrinter();
+        LLVMInitializeNativeTarget();
+        LLVMInitializeNativeAsmPrinter();
     });
+    LLVMTargetRef found = nullptr;
+    char* why = nullptr;
+    if (LLVMGetTargetFromTriple(TRIPLE, &found, &why))
+        fail("the code generator", why);
+    return found;
 }
 
-orc::JITTargetMachineBuilder machine(int lanes, int opt_level) {
-    initialise_llvm();
+Owned<LLVMTargetMachineRef> machine(int lanes, int opt_level) {
     // Fixed floors, never the host's own features: a cache entry runs wherever its lane count does.
-    orc::JITTargetMachineBuilder m{llvm::Triple("x86_64-unknown-linux-gnu")};
-    m.setCPU(lanes == 16 ? "x86-64-v4" : "x86-64-v3");
-    m.setRelocationModel(llvm::Reloc::PIC_);
-    m.setCodeModel(llvm::CodeModel::Small);
-    m.setCodeGenOptLevel(opt_level <= 0   ? llvm::CodeGenOptLevel::None
-                         : opt_level == 1 ? llvm::CodeGenOptLevel::Less
-                                          : llvm::CodeGenOptLevel::Default);
-    return m;
-}
-
-[[noreturn]] void fail(const char* what, llvm::Error error) {
-    throw kanuka::Error(std::string(what) + ": " + llvm::toString(std::move(error)), ExitCode::Internal);
+    const char* cpu = lanes == 16 ? "x86-64-v4" : "x86-64-v3";
+    const LLVMCodeGenOptLevel level = opt_level <= 0   ? LLVMCodeGenLevelNone
+                                      : opt_level == 1 ? LLVMCodeGenLevelLess
+                                                       : LLVMCodeGenLevelDefault;
+    return Owned<LLVMTargetMachineRef>(
+        LLVMCreateTargetMachine(target(), TRIPLE, cpu, "", level, LLVMRelocPIC, LLVMCodeModelSmall));
 }
 
 // Regions are one loop each whose body is already vectorised: what pays is keeping variables in registers,
 // common subexpressions and moving what is uniform out of the loop.
-void optimise(llvm::Module& module, llvm::TargetMachine& tm, int opt_level) {
+const char* passes(int opt_level) {
+    switch (opt_level) {
+    case 1:
+        return "function(sroa<modify-cfg>,early-cse<memssa>,simplifycfg,instcombine,adce,simplifycfg)";
+    case 2:
+        return "function(sroa<modify-cfg>,early-cse<memssa>,simplifycfg,instcombine,loop-mssa(licm),gvn,"
+               "instcombine,"
+               "adce,simplifycfg)";
+    default:
+        return "default<O2>";
+    }
+}
+
+void optimise(LLVMModuleRef module, LLVMTargetMachineRef machine, int opt_level) {
     if (opt_level <= 0)
         return;
-    llvm::LoopAnalysisManager lam;
-    llvm::FunctionAnalysisManager fam;
-    llvm::CGSCCAnalysisManager cgam;
-    llvm::ModuleAnalysisManager mam;
-    llvm::PassBuilder pb(&tm);
-    pb.registerModuleAnalyses(mam);
-    pb.registerCGSCCAnalyses(cgam);
-    pb.registerFunctionAnalyses(fam);
-    pb.registerLoopAnalyses(lam);
-    pb.crossRegisterProxies(lam, fam, cgam, mam);
-    if (opt_level >= 3) {
-        pb.buildPerModuleDefaultPipeline(llvm::OptimizationLevel::O2).run(module, mam);
-        return;
+    const Owned<LLVMPassBuilderOptionsRef> options(LLVMCreatePassBuilderOptions());
+    if (const LLVMErrorRef error = LLVMRunPasses(module, passes(opt_level), machine, options.get())) {
+        char* said = LLVMGetErrorMessage(error);
+        const std::string why = said;
+        LLVMDisposeErrorMessage(said);
+        throw kanuka::Error("the optimiser: " + why, ExitCode::Internal);
     }
-    llvm::FunctionPassManager fpm;
-    fpm.addPass(llvm::SROAPass(llvm::SROAOptions::ModifyCFG));
-    fpm.addPass(llvm::EarlyCSEPass(true));
-    fpm.addPass(llvm::SimplifyCFGPass());
-    fpm.addPass(llvm::InstCombinePass());
-    if (opt_level >= 2) {
-        fpm.addPass(llvm::createFunctionToLoopPassAdaptor(llvm::LICMPass(llvm::LICMOptions()), true));
-        fpm.addPass(llvm::GVNPass());
-        fpm.addPass(llvm::InstCombinePass());
-    }
-    fpm.addPass(llvm::ADCEPass());
-    fpm.addPass(llvm::SimplifyCFGPass());
-    llvm::ModulePassManager mpm;
-    mpm.addPass(llvm::createModuleToFunctionPassAdaptor(std::move(fpm)));
-    mpm.run(module, mam);
 }
 
 } // namespace
@@ -105,32 +103,40 @@ namespace {
 // The stages as an optimised module of LLVM's.
 struct Compiled {
     llvm::LLVMContext context;
-    std::unique_ptr<llvm::TargetMachine> machine;
-    std::unique_ptr<llvm::Module> module;
+    Owned<LLVMTargetMachineRef> machine;
+    llvm::Module module;
 
-    Compiled(const ir::Program& program, std::span<const StageToCompile> stages, int lanes, int opt_level) {
-        orc::JITTargetMachineBuilder builder = sl::machine(lanes, opt_level);
-        auto made = builder.createTargetMachine();
-        if (!made)
-            fail("the code generator", made.takeError());
-        machine = std::move(*made);
-        module = std::make_unique<llvm::Module>(program.name, context);
-        module->setTargetTriple(builder.getTargetTriple().str());
-        module->setDataLayout(machine->createDataLayout());
+    LLVMModuleRef ref() { return llvm::wrap(&module); }
+
+    Compiled(const ir::Program& program, std::span<const StageToCompile> stages, int lanes, int opt_level)
+        : machine(sl::machine(lanes, opt_level)), module(program.name, context) {
+        LLVMSetTarget(ref(), TRIPLE);
+        const Owned<LLVMTargetDataRef> layout(LLVMCreateTargetDataLayout(machine.get()));
+        LLVMSetModuleDataLayout(ref(), layout.get());
         for (const StageToCompile& s : stages)
-            StageEmitter(*module, program, *s.stage, *s.plan, s.lanes, s.symbol).emit();
+            StageEmitter(module, program, *s.stage, *s.plan, s.lanes, s.symbol).emit();
         if (lanes == 16)
-            for (llvm::Function& f : *module)
+            for (llvm::Function& f : module)
                 if (!f.isDeclaration()) {
                     f.addFnAttr("prefer-vector-width", "512");
                     f.addFnAttr("min-legal-vector-width", "512");
                 }
-        std::string problem;
-        llvm::raw_string_ostream stream(problem);
-        if (llvm::verifyModule(*module, &stream))
-            throw kanuka::Error("shader \"" + program.name + "\" became invalid code: " + stream.str(),
+        char* said = nullptr;
+        const bool bad = LLVMVerifyModule(ref(), LLVMReturnStatusAction, &said);
+        const Owned<char*> problem(said);
+        if (bad)
+            throw kanuka::Error("shader \"" + program.name + "\" became invalid code: " + problem.get(),
                                 ExitCode::Internal);
-        optimise(*module, *machine, opt_level);
+        optimise(ref(), machine.get(), opt_level);
+    }
+
+    std::string emitted(LLVMCodeGenFileType type) {
+        char* why = nullptr;
+        LLVMMemoryBufferRef made = nullptr;
+        if (LLVMTargetMachineEmitToMemoryBuffer(machine.get(), ref(), type, &why, &made))
+            fail("the code generator", why);
+        const Owned<LLVMMemoryBufferRef> buffer(made);
+        return {LLVMGetBufferStart(made), LLVMGetBufferSize(made)};
     }
 };
 
@@ -138,28 +144,16 @@ struct Compiled {
 
 std::string compile_object(const ir::Program& program, std::span<const StageToCompile> stages, int lanes,
                            int opt_level) {
-    Compiled c(program, stages, lanes, opt_level);
-    auto object = orc::SimpleCompiler(*c.machine)(*c.module);
-    if (!object)
-        fail("the code generator", object.takeError());
-    return (*object)->getBuffer().str();
+    return Compiled(program, stages, lanes, opt_level).emitted(LLVMObjectFile);
 }
 
 std::string compile_text(const ir::Program& program, std::span<const StageToCompile> stages, int lanes,
                          int opt_level, bool assembly) {
     Compiled c(program, stages, lanes, opt_level);
-    if (!assembly) {
-        std::string text;
-        llvm::raw_string_ostream(text) << *c.module;
-        return text;
-    }
-    llvm::SmallString<0> text;
-    llvm::raw_svector_ostream stream(text);
-    llvm::legacy::PassManager passes;
-    if (c.machine->addPassesToEmitFile(passes, stream, nullptr, llvm::CodeGenFileType::AssemblyFile))
-        throw kanuka::Error("the code generator cannot write assembly", ExitCode::Internal);
-    passes.run(*c.module);
-    return std::string(text);
+    if (assembly)
+        return c.emitted(LLVMAssemblyFile);
+    const Owned<char*> text(LLVMPrintModuleToString(c.ref()));
+    return text.get();
 }
 
 } // namespace kanuka::sl
