@@ -19,6 +19,7 @@ import os
 import re
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -179,10 +180,13 @@ def fill_disk(disk: Path, command: list[str], exports: dict[str, str]) -> None:
     (disk / ROOT.relative_to("/") / "out").mkdir()
     for word in re.findall(r"[^\s;'\"]+", " ".join(command)):
         path = Path(os.path.abspath(word))
-        if path.is_file() and path.is_relative_to(ROOT):
+        if path.is_file() and path.is_relative_to(ROOT) and not path.is_relative_to(ROOT / ".venv"):
             copy(path, disk)
     python = Path(sys.base_prefix)
-    copy(python / "bin" / f"python3.{sys.version_info.minor}", disk)
+    (disk / python.relative_to("/") / "bin").mkdir(parents=True)
+    for path in (python / "bin").glob("python*"):
+        if not path.name.endswith("config"):
+            shutil.copy(path, disk / path.relative_to("/"), follow_symlinks=False)
     library = python / "lib" / f"python3.{sys.version_info.minor}"
     copy(library, disk, skip=("site-packages", "test", "idlelib", "tkinter", "ensurepip", "__pycache__", "config-*"))
     for path in (python / "lib").glob("libpython*"):
@@ -210,19 +214,23 @@ def run(folder: Path, seconds: float) -> None:
     (folder / "debugger").write_text("c\n")  # Debian's waits for its debugger's word
     machine = subprocess.Popen(
         ["bochs", "-q", "-f", "machine", "-rc", "debugger"],
-        cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, process_group=0,
     )  # fmt: skip
     said, shown, end = folder / "said", 0, time.monotonic() + seconds
-    while machine.poll() is None and time.monotonic() < end:
-        time.sleep(1)
-        text = said.read_text(errors="replace") if said.exists() else ""
-        begin = text.find("BEGIN")
-        if begin >= 0 and len(text) > max(shown, begin + 7):
-            print(text[max(shown, begin + 7) :], end="", flush=True)
-            shown = len(text)
-    if machine.poll() is None:
-        machine.kill()
-        print(f"\nemulate_avx512: stopped after {seconds:.0f} s", file=sys.stderr)
+    try:
+        while machine.poll() is None:
+            time.sleep(1)
+            text = said.read_text(errors="replace") if said.exists() else ""
+            if begun := re.search(r"^BEGIN\s*\n", text, re.MULTILINE):
+                print(text[max(shown, begun.end()) :], end="", flush=True)
+                shown = len(text)
+            if time.monotonic() > end:
+                print(f"\nemulate_avx512: stopped after {seconds:.0f} s", file=sys.stderr)
+                break
+    finally:
+        if machine.poll() is None:
+            os.killpg(machine.pid, signal.SIGKILL)
+            machine.wait()
 
 
 def main() -> int:
@@ -246,8 +254,9 @@ def main() -> int:
         text = (folder / "said").read_text(errors="replace")
         if arguments.show:
             arguments.show.write_text(text)
-        (ROOT / "out").mkdir(exist_ok=True)
-        call("/usr/sbin/debugfs", "-R", f"rdump {ROOT / 'out'} {ROOT}", folder / "disk")
+        (folder / "back").mkdir()
+        call("/usr/sbin/debugfs", "-R", f"rdump {ROOT / 'out'} {folder / 'back'}", folder / "disk")
+        shutil.copytree(folder / "back/out", ROOT / "out", dirs_exist_ok=True)
     ended = re.search(r"^END (\d+)", text, re.MULTILINE)
     if not ended:
         print(f"emulate_avx512: the command did not end; the machine's last words:\n{text[-2000:]}", file=sys.stderr)

@@ -89,17 +89,20 @@ void expect_as_brute_force(const Built& b, const std::vector<Ray>& rays) {
 }
 
 void expect_same_bits(const Built& b, const std::vector<Ray>& rays) {
-    std::vector<Hit> eight(rays.size()), sixteen(rays.size());
-    std::vector<uint8_t> any(rays.size()), any_of_16(rays.size());
-    closest_w8(b.page(), rays, eight), closest_w16(b.page(), rays, sixteen);
+    std::vector<Hit> eight(rays.size()), sixteen(rays.size()), widest(rays.size());
+    std::vector<uint8_t> any(rays.size()), any_of_16(rays.size()), any_of_widest(rays.size());
+    closest_w8(b.page(), rays, eight), closest_w16(b.page(), rays, sixteen), closest(b.page(), rays, widest);
     occluded_w8(b.page(), rays, any), occluded_w16(b.page(), rays, any_of_16);
+    occluded(b.page(), rays, any_of_widest);
     Oracle oracle(b.page());
     for (size_t i = 0; i < rays.size(); i++) {
         const Hit one = oracle.closest(rays[i]);
         ASSERT_EQ(eight[i], one) << "ray " << i;
         ASSERT_EQ(sixteen[i], one) << "ray " << i;
+        ASSERT_EQ(widest[i], one) << "ray " << i;
         ASSERT_EQ(any[i] != 0, one.found()) << "ray " << i;
         ASSERT_EQ(any_of_16[i] != 0, one.found()) << "ray " << i;
+        ASSERT_EQ(any_of_widest[i] != 0, one.found()) << "ray " << i;
         // A ray finds the same without neighbours.
         if (i % 16 == 0) {
             Hit alone;

@@ -83,16 +83,18 @@ std::vector<Ray> random_rays(size_t count, float side, unsigned seed) {
 }
 
 void expect_same_bits(const Built& b, const std::vector<Ray>& rays) {
-    std::vector<Hit> eight(rays.size()), sixteen(rays.size());
-    std::vector<uint8_t> any(rays.size());
-    closest_w8(b.page(), rays, eight), closest_w16(b.page(), rays, sixteen);
-    occluded_w8(b.page(), rays, any);
+    std::vector<Hit> eight(rays.size()), sixteen(rays.size()), widest(rays.size());
+    std::vector<uint8_t> any(rays.size()), any_of_widest(rays.size());
+    closest_w8(b.page(), rays, eight), closest_w16(b.page(), rays, sixteen), closest(b.page(), rays, widest);
+    occluded_w8(b.page(), rays, any), occluded(b.page(), rays, any_of_widest);
     Oracle oracle(b.page());
     for (size_t i = 0; i < rays.size(); i++) {
         const Hit one = oracle.closest(rays[i]);
         ASSERT_EQ(eight[i], one) << "ray " << i;
         ASSERT_EQ(sixteen[i], one) << "ray " << i;
+        ASSERT_EQ(widest[i], one) << "ray " << i;
         ASSERT_EQ(any[i] != 0, one.found()) << "ray " << i;
+        ASSERT_EQ(any_of_widest[i] != 0, one.found()) << "ray " << i;
     }
 }
 
