@@ -115,8 +115,9 @@ TEST(BadInput, KnotSpansBesideAreKept) {
                 for (const double v : {0.1, 0.9}) { // trim curves are measured here
                     const Vec3f p = s->at_parameters(u, v), q = whole->at_parameters(u, v);
                     EXPECT_TRUE(std::isfinite(p.x + p.y + p.z));
-                    if (u > 0.9)
+                    if (u > 0.9) {
                         EXPECT_EQ(p, q);
+                    }
                 }
         }
 }

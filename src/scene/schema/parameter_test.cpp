@@ -98,8 +98,9 @@ TEST(Parameters, EveryKindOfLightTakesItsDefaultsAndNoNameTwice) {
                 continue;
             LightSettings s = kind.defaults();
             const Setting before = row.get(s);
-            if (before.texts != std::vector<std::string>{""})
+            if (before.texts != std::vector<std::string>{""}) {
                 EXPECT_EQ(row.set(s, before), std::nullopt) << kind.name << ", " << row.name;
+            }
             EXPECT_EQ(row.get(s), before) << kind.name << ", " << row.name;
             EXPECT_TRUE(names.insert(row.name).second) << row.name;
             for (const std::string_view name : words_of(row.rib))
