@@ -1,6 +1,7 @@
-// Parsed once for all sources that are compiled alike (CMakeLists.txt, kanuka_precompile): what most of them include of
-// the standard library, whose headers change with the compiler alone. None of our own headers: each change of one would
-// compile everything anew. Sources still include what they use: lint reads them without this.
+// Parsed once for all sources that are compiled alike (CMakeLists.txt, kanuka_precompile): what most of them
+// include of the standard library, whose headers change with the compiler alone. None of our own headers:
+// each change of one would compile everything anew. Sources still include what they use: lint reads them
+// without this.
 #pragma once
 
 #include <algorithm>

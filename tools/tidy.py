@@ -33,7 +33,8 @@ Flags = tuple[str, ...]
 
 def flags_of(command: str) -> Flags:
     words = shlex.split(command)
-    del words[: 1 + next(i for i, word in enumerate(words) if re.fullmatch(r".*/(c|g|clang)\+\+\S*", word))]  # and ccache
+    compiler = next(i for i, word in enumerate(words) if re.fullmatch(r".*/(c|g|clang)\+\+\S*", word))
+    del words[: compiler + 1]  # and ccache
     # Headers are read as each source names them: -include would bring the precompiled one.
     after = {words.index(option) + 1 for option in ("-o", "-c", "-include") if option in words}
     return tuple(word for i, word in enumerate(words) if i not in after and not DROPPED.fullmatch(word))
