@@ -242,6 +242,8 @@ def main() -> int:
     arguments = parser.parse_args()
     if not arguments.command:
         parser.error("which command?")
+    if wrong := [each for each in arguments.set if "=" not in each]:
+        parser.error(f"--set {wrong[0]}: NAME=VALUE is expected")
     check_needed()
     exports = {"HOME": "/root", "PATH": "/bin:/usr/bin", "PYTHONPATH": str(ROOT / "python")}
     exports |= dict(each.split("=", 1) for each in arguments.set)
@@ -250,6 +252,7 @@ def main() -> int:
         folder = Path(made)
         make_start(folder, kernel())
         make_disk(folder, arguments.command, exports)
+        print("emulate_avx512: the machine starts, for some three minutes; Python takes four more", file=sys.stderr)
         run(folder, arguments.seconds)
         text = (folder / "said").read_text(errors="replace")
         if arguments.show:

@@ -4,8 +4,7 @@
 #include <mutex>
 #include <type_traits>
 
-// Of LLVM's optimiser and code generator the C interface: its headers take a tenth of a second, the C++ ones
-// fifteen.
+// Of LLVM's optimiser and code generator the C interface: the C++ headers take 15 s more to compile.
 #include <llvm-c/Analysis.h>
 #include <llvm-c/Core.h>
 #include <llvm-c/TargetMachine.h>
@@ -20,7 +19,7 @@ namespace kanuka::sl {
 
 namespace {
 
-constexpr const char* TRIPLE = "x86_64-unknown-linux-gnu";
+constexpr const char* Triple = "x86_64-unknown-linux-gnu";
 
 struct Disposer {
     void operator()(LLVMTargetMachineRef m) const { LLVMDisposeTargetMachine(m); }
@@ -46,7 +45,7 @@ LLVMTargetRef target() {
     });
     LLVMTargetRef found = nullptr;
     char* why = nullptr;
-    if (LLVMGetTargetFromTriple(TRIPLE, &found, &why))
+    if (LLVMGetTargetFromTriple(Triple, &found, &why))
         fail("the code generator", why);
     return found;
 }
@@ -58,7 +57,7 @@ Owned<LLVMTargetMachineRef> machine(int lanes, int opt_level) {
                                       : opt_level == 1 ? LLVMCodeGenLevelLess
                                                        : LLVMCodeGenLevelDefault;
     return Owned<LLVMTargetMachineRef>(
-        LLVMCreateTargetMachine(target(), TRIPLE, cpu, "", level, LLVMRelocPIC, LLVMCodeModelSmall));
+        LLVMCreateTargetMachine(target(), Triple, cpu, "", level, LLVMRelocPIC, LLVMCodeModelSmall));
 }
 
 // Regions are one loop each whose body is already vectorised: what pays is keeping variables in registers,
@@ -68,9 +67,8 @@ const char* passes(int opt_level) {
     case 1:
         return "function(sroa<modify-cfg>,early-cse<memssa>,simplifycfg,instcombine,adce,simplifycfg)";
     case 2:
-        return "function(sroa<modify-cfg>,early-cse<memssa>,simplifycfg,instcombine,loop-mssa(licm),gvn,"
-               "instcombine,"
-               "adce,simplifycfg)";
+        return "function(sroa<modify-cfg>,early-cse<memssa>,simplifycfg,instcombine,"
+               "loop-mssa(licm),gvn,instcombine,adce,simplifycfg)";
     default:
         return "default<O2>";
     }
@@ -110,7 +108,7 @@ struct Compiled {
 
     Compiled(const ir::Program& program, std::span<const StageToCompile> stages, int lanes, int opt_level)
         : machine(sl::machine(lanes, opt_level)), module(program.name, context) {
-        LLVMSetTarget(ref(), TRIPLE);
+        LLVMSetTarget(ref(), Triple);
         const Owned<LLVMTargetDataRef> layout(LLVMCreateTargetDataLayout(machine.get()));
         LLVMSetModuleDataLayout(ref(), layout.get());
         for (const StageToCompile& s : stages)
