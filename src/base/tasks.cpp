@@ -86,6 +86,10 @@ void parallel_chunks(size_t count, size_t grain, const std::function<void(size_t
     parallel_for(chunks, [&](size_t c) { body(c * grain, std::min(count, (c + 1) * grain)); });
 }
 
+void isolated(const std::function<void()>& work) {
+    tbb::this_task_arena::isolate(work);
+}
+
 void parallel_sort(std::span<uint64_t> values) {
     tbb::parallel_sort(values.begin(), values.end());
     check_cancelled();

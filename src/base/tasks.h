@@ -19,6 +19,10 @@ void parallel_for(size_t count, const std::function<void(size_t)>& body);
 // threads.
 void parallel_chunks(size_t count, size_t grain, const std::function<void(size_t, size_t)>& body);
 
+// Runs `work`; while it waits for tasks of its own, its thread takes up no others: those could wait for what
+// it holds.
+void isolated(const std::function<void()>& work);
+
 void parallel_sort(std::span<uint64_t> values);
 
 } // namespace kanuka::tasks

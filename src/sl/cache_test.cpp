@@ -134,8 +134,8 @@ TEST_F(SlPublish, LeftoversGoAndUseIsNoted) {
     EXPECT_EQ(c.write("shader a, x", "one"), "");
     EXPECT_EQ(c.write("shader b, x", "two"), "");
     const auto now = fs::file_time_type::clock::now();
-    const std::string old = c.path("shader a, x") + ".host.1.2.tmp",
-                      young = c.path("shader a, x") + ".host.1.3.tmp";
+    const std::string old = c.path("shader a, x") + ".host.1.2.kso.tmp",
+                      young = c.path("shader a, x") + ".host.1.3.kso.tmp";
     std::ofstream(old) << "half";
     std::ofstream(young) << "half";
     std::ofstream(cache() / "other.txt") << "not ours";

@@ -1,10 +1,10 @@
 #include "sl/shader.h"
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 
+#include "base/cache_folder.h"
 #include "sl/codegen/cache.h"
 #include "sl/frontend.h"
 #include "sl/summary.h"
@@ -28,12 +28,7 @@ std::string_view kind_name(ShaderKind kind) {
 }
 
 std::string default_cache_dir() {
-    if (const char* dir = std::getenv("KANUKA_SHADER_CACHE"); dir && *dir)
-        return dir;
-    if (const char* dir = std::getenv("XDG_CACHE_HOME"); dir && *dir)
-        return std::string(dir) + "/kanuka/shaders";
-    const char* home = std::getenv("HOME");
-    return std::string(home && *home ? home : "/tmp") + "/.cache/kanuka/shaders";
+    return cache_folder("KANUKA_SHADER_CACHE", "shaders");
 }
 
 // ---- compiling

@@ -8,6 +8,7 @@
 
 #include "base/build_id.h"
 #include "base/byte_size.h"
+#include "base/cache_folder.h"
 #include "store/pack.h"
 #include "store/page_check.h"
 
@@ -146,39 +147,13 @@ void DiskStore::close() {
 
 // ---- folders
 
-namespace {
-
-struct File {
-    fs::path path;
-    fs::file_time_type used;
-    uint64_t bytes;
-};
-
-// Those used longest ago first.
-std::vector<File> files_in(const std::string& folder, const char* suffix) {
-    std::vector<File> files;
-    std::error_code ec;
-    for (fs::directory_iterator it(folder, ec), end; !ec && it != end; it.increment(ec)) {
-        std::error_code gone; // by another process, in the meantime
-        if (it->path().extension() != suffix)
-            continue;
-        const File file{it->path(), it->last_write_time(gone), it->file_size(gone)};
-        if (!gone)
-            files.push_back(file);
-    }
-    std::ranges::sort(files, [](const File& a, const File& b) { return a.used < b.used; });
-    return files;
-}
-
-} // namespace
-
 std::vector<PackInfo> packs_in(const std::string& folder, bool verify) {
     std::error_code ec;
     if (!fs::is_directory(folder, ec))
         throw Error({folder}, "there is no such folder");
     const auto now = fs::file_time_type::clock::now();
     std::vector<PackInfo> packs;
-    for (const File& file : files_in(folder, PackSuffix)) {
+    for (const CachedFile& file : cached_files(folder, PackSuffix)) {
         PackReader pack(file.path.string());
         PackInfo info{.file = file.path.string(), .bytes = file.bytes};
         info.age_s = std::chrono::duration<double>(now - file.used).count();
@@ -203,23 +178,7 @@ std::vector<PackInfo> packs_in(const std::string& folder, bool verify) {
 }
 
 uint64_t trim_store(const std::string& folder, uint64_t most_bytes) {
-    constexpr auto Abandoned = std::chrono::hours(24);
-    uint64_t removed = 0, total = 0;
-    std::error_code ec;
-    const auto now = fs::file_time_type::clock::now();
-    for (const File& f : files_in(folder, UnfinishedSuffix))
-        if (now - f.used > Abandoned) // else it may be somebody's who is at work
-            removed += fs::remove(f.path, ec);
-    const std::vector<File> packs = files_in(folder, PackSuffix);
-    for (const File& f : packs)
-        total += f.bytes;
-    for (const File& f : packs) {
-        if (total <= most_bytes)
-            break;
-        removed += fs::remove(f.path, ec); // not there any more: another process was faster
-        total -= f.bytes;
-    }
-    return removed;
+    return trim_cache(folder, {PackSuffix, UnfinishedSuffix, std::chrono::hours(24)}, most_bytes);
 }
 
 DiskStore::Settings store_settings_of_environment() {

@@ -1,19 +1,18 @@
 #include "sl/codegen/cache.h"
-#include "base/byte_size.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
-#include <map>
-#include <mutex>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <utility>
 #include <vector>
+
+#include "base/byte_size.h"
+#include "base/cache_folder.h"
 
 namespace kanuka::sl {
 
@@ -51,13 +50,8 @@ uint64_t hash_bytes(const void* data, size_t size, uint64_t seed) {
 namespace {
 
 constexpr char Magic[8] = {'K', 'N', 'K', 'C', 'O', 'D', 'E', '2'};
-constexpr const char* Suffix = ".kso";
+constexpr CacheKind Kind{".kso", ".kso.tmp", std::chrono::hours(1)};
 constexpr uint64_t DefaultLimit = uint64_t(1) << 30;
-constexpr auto Abandoned = std::chrono::hours(1);
-// Reading a folder over a network is slow: a process does so when it has written this part of the limit.
-constexpr uint64_t TrimPart = 16;
-// Use is noted to this precision: each note is a message to the file server.
-constexpr auto UsedPrecision = std::chrono::minutes(1);
 
 struct Header {
     char magic[8];
@@ -124,37 +118,13 @@ const char* check(const std::string& all, Header& h, const std::string* key) {
     return nullptr;
 }
 
-struct Found {
-    fs::file_time_type used;
-    uint64_t bytes;
-    fs::path path;
-};
-
-std::vector<Found> find_files(const std::string& folder, const char* suffix) {
-    std::vector<Found> found;
-    std::error_code ec;
-    for (fs::directory_iterator it(folder, ec), end; !ec && it != end; it.increment(ec)) {
-        if (it->path().extension() != suffix ||
-            it->path().filename().string().find(Suffix) == std::string::npos)
-            continue;
-        std::error_code gone; // by another process, in the meantime
-        Found f{it->last_write_time(gone), 0, it->path()};
-        if (!gone)
-            f.bytes = it->file_size(gone);
-        if (!gone)
-            found.push_back(std::move(f));
-    }
-    std::sort(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.used < b.used; });
-    return found;
-}
-
 } // namespace
 
 std::string ObjectCache::path(const std::string& key) const {
     char name[48];
     std::snprintf(name, sizeof name, "%016llx%016llx%s",
                   static_cast<unsigned long long>(hash_bytes(key.data(), key.size(), 1)),
-                  static_cast<unsigned long long>(hash_bytes(key.data(), key.size(), 2)), Suffix);
+                  static_cast<unsigned long long>(hash_bytes(key.data(), key.size(), 2)), Kind.suffix.data());
     return (fs::path(m_folder) / name).string();
 }
 
@@ -166,10 +136,7 @@ std::optional<std::string> ObjectCache::read(const std::string& key) const {
     Header h;
     if (!all || check(*all, h, &key))
         return std::nullopt;
-    std::error_code ec;
-    const auto now = fs::file_time_type::clock::now();
-    if (const auto used = fs::last_write_time(file, ec); !ec && now - used > UsedPrecision)
-        fs::last_write_time(file, now, ec);
+    note_use(file);
     all->erase(0, sizeof h + key.size());
     return all;
 }
@@ -187,13 +154,7 @@ std::string ObjectCache::write(const std::string& key, const std::string& object
     h.object_size = object.size();
     const std::string payload = key + object;
     h.checksum = hash_bytes(payload.data(), payload.size());
-    // Unique beside other hosts, processes and threads that write the same entry.
-    static std::atomic<unsigned> serial{0};
-    char host[128] = {};
-    gethostname(host, sizeof host - 1);
-    const std::string file = path(key);
-    const std::string temporary =
-        file + "." + host + "." + std::to_string(getpid()) + "." + std::to_string(serial++) + ".tmp";
+    const std::string file = path(key), temporary = unfinished_name(file, Kind.unfinished_suffix);
     File out(temporary, O_WRONLY | O_CREAT | O_EXCL);
     if (!out.ok())
         return problem("making a file", errno);
@@ -211,60 +172,29 @@ std::string ObjectCache::write(const std::string& key, const std::string& object
         ::unlink(temporary.c_str());
         return problem("renaming", error);
     }
-    make_room(sizeof h + payload.size());
+    make_room_in_cache(m_folder, Kind, sizeof h + payload.size(), cache_limit());
     return {};
 }
 
-// Trims at a process's first write to a folder, then whenever it has written a part of the limit.
-void ObjectCache::make_room(uint64_t written) const {
-    static std::mutex mutex;
-    static std::map<std::string, uint64_t> since; // bytes, by folder
-    const uint64_t limit = cache_limit();
-    {
-        const std::lock_guard lock(mutex);
-        const auto [it, first] = since.try_emplace(m_folder, 0);
-        it->second += written;
-        if (!first && it->second < limit / TrimPart)
-            return;
-        it->second = 0;
-    }
-    trim(limit);
-}
-
 uint64_t ObjectCache::trim(uint64_t max_bytes) const {
-    uint64_t removed = 0, total = 0;
-    std::error_code ec;
-    const auto now = fs::file_time_type::clock::now();
-    for (const Found& f : find_files(m_folder, ".tmp"))
-        if (now - f.used > Abandoned)
-            removed += fs::remove(f.path, ec);
-    const std::vector<Found> entries = find_files(m_folder, Suffix);
-    for (const Found& f : entries)
-        total += f.bytes;
-    for (const Found& f : entries) {
-        if (total <= max_bytes)
-            break;
-        removed += fs::remove(f.path, ec); // not there any more: another process was faster
-        total -= f.bytes;
-    }
-    return removed;
+    return trim_cache(m_folder, Kind, max_bytes);
 }
 
 uint64_t ObjectCache::clear() const {
     uint64_t removed = 0;
     std::error_code ec;
-    for (const char* suffix : {Suffix, ".tmp"})
-        for (const Found& f : find_files(m_folder, suffix))
-            removed += fs::remove(f.path, ec);
+    for (const std::string_view suffix : {Kind.suffix, Kind.unfinished_suffix})
+        for (const CachedFile& file : cached_files(m_folder, suffix))
+            removed += fs::remove(file.path, ec);
     return removed;
 }
 
 std::vector<CacheEntry> ObjectCache::entries(bool verify) const {
     std::vector<CacheEntry> list;
     const auto now = fs::file_time_type::clock::now();
-    std::vector<Found> found = find_files(m_folder, Suffix);
+    std::vector<CachedFile> found = cached_files(m_folder, Kind.suffix);
     std::reverse(found.begin(), found.end());
-    for (const Found& f : found) {
+    for (const CachedFile& f : found) {
         CacheEntry e;
         e.file = f.path.string();
         e.bytes = f.bytes;

@@ -2,9 +2,9 @@
 // hash of their key, hold the key itself and a checksum, and come to life by rename, so that a reader sees a
 // whole entry or none.
 //
-//   HASH.kso               an entry
-//   HASH.kso.HOST.PID.N.tmp   one being written; those an hour old were left by a process that died, and are
-//   removed
+//   HASH.kso                     an entry
+//   HASH.kso.HOST.PID.N.kso.tmp  one being written; those an hour old were left by a process that died, and
+//   are removed
 #pragma once
 
 #include <optional>
@@ -30,7 +30,6 @@ class ObjectCache {
     std::string path(const std::string& key) const;
 
   private:
-    void make_room(uint64_t written) const;
     std::string m_folder;
 };
 
