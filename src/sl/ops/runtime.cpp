@@ -87,6 +87,15 @@ static void set_corners(TextureRequest& q, VertexArrays& arrays) {
     q.s = s, q.t = t, q.dsdu = d[0], q.dtdu = d[1], q.dsdv = d[2], q.dtdv = d[3];
 }
 
+// Vertices before the outermost ring of a mesh's patch. Nothing reads what comes of differences there, since
+// it has no neighbours to take them from (grid/mesh_patches.h); without a footprint its lookups would fetch
+// the finest tiles.
+static int before_last_ring(const grid::Stencils& s, int count) {
+    while (count > s.own && s.first[size_t(count)] == s.first[size_t(count) - 1])
+        count--;
+    return count;
+}
+
 static void texture(Runner& r, const Frame& frame, const Arguments& a) {
     const ir::Instr& result = r.stage.instrs[size_t(a.site.result)];
     const int n = result.varying ? frame.count : 1;
@@ -128,6 +137,11 @@ static void texture(Runner& r, const Frame& frame, const Arguments& a) {
         q.t = arrays.argument(3, 0);
         arrays.differences(q.s, uniform_value(r, a, "swidth", 1), q.dsdu, q.dsdv);
         arrays.differences(q.t, uniform_value(r, a, "twidth", 1), q.dtdu, q.dtdv);
+        if (r.stencils && n > 1) {
+            q.count = before_last_ring(*r.stencils, n);
+            for (int c = 0; c < q.channels; c++)
+                std::fill(q.result + c * q.result_stride + q.count, q.result + c * q.result_stride + n, 0.0f);
+        }
         r.services.texture(q);
     }
     if (!result.varying)
