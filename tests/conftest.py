@@ -36,6 +36,7 @@ WorldEnd
 def shader_cache(tmp_path_factory: pytest.TempPathFactory) -> None:
     """Tests neither read nor fill the user's shader cache."""
     os.environ.pop("KANUKA_STORE", None)
+    os.environ["KANUKA_TEXTURE_CACHE"] = str(tmp_path_factory.mktemp("texture_cache"))
     os.environ["KANUKA_SHADER_CACHE"] = str(tmp_path_factory.mktemp("shader_cache"))
 
 

@@ -118,6 +118,8 @@ CALLS: dict[str, tuple[Callable, dict[str, object]]] = {
     "shader_cache_trim": (kanuka.shader_cache_trim, {}),
     "store_packs": (kanuka.store_packs, {"folder": "."}),
     "store_prune": (kanuka.store_prune, {"folder": ".", "bytes": 1 << 60}),
+    "texture_cache_files": (kanuka.texture_cache_files, {}),
+    "texture_cache_prune": (kanuka.texture_cache_prune, {}),
     "surface_mesh": (kanuka.surface_mesh, {"path": "a.rib"}),
     "z_test": (
         kanuka.z_test,

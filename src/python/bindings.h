@@ -137,5 +137,6 @@ void bind_load(nb::module_& m);
 void bind_session(nb::module_& m);
 void bind_shader(nb::module_& m);
 void bind_store(nb::module_& m);
+void bind_texture(nb::module_& m);
 
 } // namespace kanuka::python

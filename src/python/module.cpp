@@ -42,4 +42,5 @@ NB_MODULE(_native, m) {
     bind_session(m);
     bind_shader(m);
     bind_store(m);
+    bind_texture(m);
 }

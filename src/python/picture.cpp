@@ -10,7 +10,6 @@
 #include "python/arguments.h"
 #include "python/arrays.h"
 #include "scene/picture_name.h"
-#include "shade/make_texture.h"
 
 namespace kanuka::python {
 
@@ -215,6 +214,7 @@ nb::object stats_dict(const Picture& p) {
     count["rays"] = s.count.rays.load();
     count["nan_samples"] = s.count.nan_samples.load();
     count["procedurals"] = s.count.procedurals.load();
+    count["textures_made"] = s.count.textures_made.load();
     count["procedurals_read"] = s.count.procedurals_read.load();
     count["fireflies"] = s.count.fireflies.load();
     all["fireflies"] = fireflies(s);
@@ -336,17 +336,6 @@ void bind_journal(nb::module_& m) {
             nb::sig("def __iter__(self) -> Iterator[Message]"));
 }
 
-static void make_texture(const std::vector<std::string>& pictures, const std::string& texture,
-                         const std::pair<std::string, std::string>& wrap, const std::string& filter,
-                         bool latlong, float fov, const std::pair<float, float>& width) {
-    using Kind = shade::TextureMaking::Kind;
-    const nb::gil_scoped_release release;
-    shade::make_texture({pictures.size() == 6 ? Kind::CubeFaces
-                         : latlong            ? Kind::LatLong
-                                              : Kind::Texture,
-                         pictures, texture, wrap.first, wrap.second, filter, fov, width.first, width.second});
-}
-
 static void bind_class(nb::module_& m) {
     nb::class_<Picture> picture(
         m, "Picture",
@@ -409,18 +398,6 @@ static void bind_files(nb::module_& m) {
         nb::arg("display"),
         "The file that the name of a Display stands for: 'ball.tif' is ball.exr, 'anim.0001' anim.0001.exr.");
     define(m, "read", &read, nb::arg("path"), "Reads an EXR file.");
-    define(
-        m, "make_texture", &make_texture, nb::arg("pictures"), nb::arg("texture"), nb::kw_only(),
-        nb::arg("wrap") = std::pair<std::string, std::string>("periodic", "periodic"),
-        nb::arg("filter") = "box", nb::arg("latlong") = false, nb::arg("fov") = 90.0f,
-        nb::arg("filter_width") = std::pair<float, float>(0.0f, 0.0f),
-        "Makes a tiled, mip-mapped texture of a picture; of six, cube faces in the order px nx py ny pz nz, "
-        "a "
-        "latitude-longitude environment. `wrap`: along s and t, black, clamp, periodic or mirror. `filter`: "
-        "from a level to the next: box, triangle, gaussian, catmull-rom, mitchell, lanczos, bessel and "
-        "others, "
-        "`filter_width` texels of the smaller level wide along s and t; 0 is the filter's own width. "
-        "`latlong`: the picture is an environment by latitude and longitude.");
 }
 
 void bind_picture(nb::module_& m) {

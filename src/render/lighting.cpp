@@ -102,6 +102,7 @@ void Lighting::refresh() {
         m_air = make_air(m_world.shading(), m_world.bvh(), m_linked_lamps, m_data.view, m_inputs.lights);
     m_data.view.media.air = m_air.get();
     m_job.stats->bytes.textures = m_world.shading().texture_bytes();
+    m_job.stats->count.textures_made = m_world.shading().textures_made();
 }
 
 // Lights that shaders are told of, for what is in their way.

@@ -12,6 +12,7 @@
 #include <memory>
 #include <optional>
 
+#include "base/cache_folder.h"
 #include "base/latlong.h"
 #include "base/tasks.h"
 #include "scene/picture_name.h"
@@ -36,13 +37,13 @@ std::optional<std::string> find_picture(const std::string& name, std::vector<std
 }
 
 // A whole picture, in linear light.
-OIIO::ImageBuf read_linear(const std::string& path, bool& halfs) {
-    LinearInput file;
+OIIO::ImageBuf read_linear(const std::string& path, PictureSpace space, bool& halfs) {
+    LinearInput file(space);
     OIIO::ImageSpec spec;
     std::error_code failed;
     if (!std::filesystem::exists(path, failed))
         throw Error("there is no picture \"" + path + "\"");
-    if (!file.open(path, spec))
+    if (!file.open(LinearInput::name_of(path, space), spec))
         throw Error("the picture \"" + path + "\" cannot be read (" + file.geterror() + ")");
     halfs = spec.format == OIIO::TypeDesc::HALF || spec.format.basesize() == 1;
     spec.set_format(OIIO::TypeDesc::FLOAT);
@@ -68,7 +69,7 @@ OIIO::ImageBuf unfold(const TextureMaking& making, bool& halfs) {
     int channels = 0, size = 1;
     for (size_t k = 0; k < 6; k++) {
         bool of_halfs;
-        faces[k] = read_linear(making.pictures[k], of_halfs);
+        faces[k] = read_linear(making.pictures[k], making.space, of_halfs);
         halfs &= of_halfs;
         channels = k == 0 ? faces[k].nchannels() : std::min(channels, faces[k].nchannels());
         size = std::max({size, faces[k].spec().width, faces[k].spec().height});
@@ -114,8 +115,8 @@ std::string date_of(const std::string& path) {
 }
 
 // A tiled file of all levels, whole under its name or not there.
-void write_levels(const std::vector<OIIO::ImageBuf>& levels, OIIO::ImageSpec spec, const std::string& name) {
-    const std::string part = name + ".part";
+void write_levels(const std::vector<OIIO::ImageBuf>& levels, OIIO::ImageSpec spec, const std::string& name,
+                  const std::string& part) {
     const auto fail = [&](std::string why) {
         std::error_code ignored;
         std::filesystem::remove(part, ignored);
@@ -161,8 +162,9 @@ void make_texture(const TextureMaking& making) {
         throw Error("cube faces must have a field of view between 0 and 180 degrees");
 
     bool halfs;
-    OIIO::ImageBuf picture =
-        making.kind == Kind::CubeFaces ? unfold(making, halfs) : read_linear(making.pictures[0], halfs);
+    OIIO::ImageBuf picture = making.kind == Kind::CubeFaces
+                                 ? unfold(making, halfs)
+                                 : read_linear(making.pictures[0], making.space, halfs);
     const bool environment = making.kind != Kind::Texture;
     const std::string s_wrap = environment ? "periodic" : making.s_wrap,
                       t_wrap = environment ? "clamp" : making.t_wrap;
@@ -180,7 +182,7 @@ void make_texture(const TextureMaking& making) {
     spec.attribute("kanuka:environment", int(environment));
     write_levels(
         mip_levels(std::move(picture), {making.filter, making.s_width, making.t_width, s_wrap, t_wrap}), spec,
-        making.texture);
+        making.texture, unfinished_name(making.texture, making.unfinished_suffix));
 }
 
 std::map<std::string, std::string> make_textures(const scene::ValueList& options,

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "scene/scene.h"
+#include "shade/picture_space.h"
 
 namespace kanuka::shade {
 
@@ -21,6 +22,8 @@ struct TextureMaking {
     std::string filter = "box";                     // from a level to the next
     float fov = 90;                                 // of CubeFaces
     float s_width = 0, t_width = 0; // of the filter, in texels of the level that is made; 0 = its own
+    PictureSpace space = PictureSpace::Auto;      // of the pictures' values
+    std::string_view unfinished_suffix = ".part"; // of the file while it is written
 };
 
 // Writes an OpenEXR file of linear light whatever it is called: of halfs where they hold the picture, else of

@@ -130,6 +130,7 @@ class ShadingSystem {
     virtual bool has_air() const = 0;
     virtual std::vector<Lamp> lamps() = 0; // also those of LayeringProgram::lit_by
     virtual uint64_t texture_bytes() const = 0;
+    virtual uint64_t textures_made() const = 0; // of plain pictures, for this render and later ones
 };
 
 // A whole environment picture, linear Rec.709, row by row from the top; base/latlong.h says where it shows

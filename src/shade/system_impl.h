@@ -78,6 +78,7 @@ class SystemImpl final : public ShadingSystem {
     void find_files(scene::Light& light) override { find_light_files(light, m_textures, m_journal); }
     void image(const scene::ShaderRef& imager, const ImagerPixels& pixels) override;
     uint64_t texture_bytes() const override { return m_textures.bytes(); }
+    uint64_t textures_made() const override { return m_textures.made(); }
 
   private:
     using Loaded = std::shared_ptr<const sl::Shader>;

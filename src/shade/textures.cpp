@@ -2,10 +2,12 @@
 
 #include <OpenImageIO/imagecache.h>
 #include <OpenImageIO/texture.h>
+#include <atomic>
 #include <cmath>
 #include <filesystem>
 #include <map>
 #include <mutex>
+#include <set>
 #include <shared_mutex>
 #include <thread>
 
@@ -14,6 +16,7 @@
 #include "shade/foreign.h"
 #include "shade/linear_input.h"
 #include "shade/search.h"
+#include "shade/udim.h"
 
 namespace kanuka::shade {
 
@@ -33,8 +36,15 @@ constexpr const char* PictureExtensions[] = {".tx", ".exr", ".tif", ".tiff", ".p
 } // namespace
 
 struct Textures::Entry {
-    OIIO::TextureSystem::TextureHandle* handle = nullptr; // null = missing or broken
-    bool rec709 = false;                                  // decoded from sRGB
+    std::once_flag opened;
+    std::atomic<OIIO::TextureSystem::TextureHandle*> handle = nullptr; // null = missing or broken
+    std::string picture;
+    PictureSpace space = PictureSpace::Auto;
+    bool tiled = false; // a file of the texture cache stands for the picture
+    std::mutex mutex;   // of what follows, and of another handle
+    bool remade = false;
+    // What it is.
+    bool rec709 = false; // decoded from sRGB
     OIIO::TextureOpt::Wrap s_wrap = OIIO::TextureOpt::WrapPeriodic, t_wrap = OIIO::TextureOpt::WrapPeriodic;
     std::string problem;
     std::string unread;   // what the file is, if there is one and it is no picture
@@ -75,12 +85,17 @@ struct Textures::Cache {
         OIIO::TextureSystem::Perthread* m_thread = nullptr;
     };
 
-    void add_file(OIIO::ustring file, PictureSpace space) {
+    // Null = it cannot be read.
+    OIIO::TextureSystem::TextureHandle* open(const std::string& path, PictureSpace space) {
+        const OIIO::ustring file(LinearInput::name_of(path, space));
         const OIIO::ImageInput::Creator creator =
             space == PictureSpace::Raw    ? LinearInput::create<PictureSpace::Raw>
             : space == PictureSpace::Srgb ? LinearInput::create<PictureSpace::Srgb>
                                           : LinearInput::create<PictureSpace::Auto>;
         std::thread([&] { images->add_file(file, creator); }).join();
+        const Lease thread(*this);
+        OIIO::TextureSystem::TextureHandle* handle = system->get_texture_handle(file, thread.get());
+        return handle && system->imagespec(handle, thread.get()) ? handle : nullptr;
     }
 
     ~Cache() {
@@ -92,7 +107,8 @@ struct Textures::Cache {
 };
 
 Textures::Textures(std::vector<std::string> folders, size_t bytes, Journal& journal)
-    : m_folders(std::move(folders)), m_journal(journal), m_cache(std::make_unique<Cache>()) {
+    : m_folders(std::move(folders)), m_journal(journal),
+      m_tiled(texture_cache_folder(), texture_cache_limit(), journal), m_cache(std::make_unique<Cache>()) {
     OIIO::ImageCache& images = *m_cache->images;
     images.attribute("max_memory_MB", std::max(1.0f, float(double(bytes) / (1 << 20))));
     images.attribute("autotile", 64);
@@ -128,59 +144,98 @@ std::string Textures::find(const std::string& name) const {
     return find_file(stem.string(), m_folders, PictureExtensions).value_or("");
 }
 
-Digest Textures::identity(const std::string& name) const {
-    const std::string path = name.empty() ? "" : find(name);
-    if (path.empty())
-        return {};
+static Digest identity_of_file(const std::string& path) {
     std::error_code failed;
     const uint64_t size = std::filesystem::file_size(path, failed);
     return digest_of(size,
                      int64_t(std::filesystem::last_write_time(path, failed).time_since_epoch().count()));
 }
 
-const Textures::Entry& Textures::entry(const char* name, PictureSpace space) {
+Digest Textures::identity(const std::string& name) const {
+    if (has_tiles(name)) {
+        Digester all;
+        for (const std::string& file : tile_files(name, m_folders))
+            all(std::filesystem::path(file).filename().string(), identity_of_file(file));
+        return all.digest();
+    }
+    const std::string path = name.empty() ? "" : find(name);
+    return path.empty() ? Digest{} : identity_of_file(path);
+}
+
+Textures::Entry& Textures::entry(const char* name, PictureSpace space) {
     const std::string_view key = name ? name : "";
     auto& entries = m_cache->entries[size_t(space)];
+    Entry* entry = nullptr;
     {
         std::shared_lock lock(m_cache->mutex);
         if (const auto found = entries.find(key); found != entries.end())
-            return found->second;
+            entry = &found->second;
     }
-    std::unique_lock lock(m_cache->mutex);
-    const auto [place, fresh] = entries.try_emplace(std::string(key));
-    Entry& entry = place->second;
-    if (!fresh)
-        return entry;
-    const std::string path = find(place->first);
+    if (!entry) {
+        std::unique_lock lock(m_cache->mutex);
+        entry = &entries.try_emplace(std::string(key)).first->second;
+    }
+    // Others may go on: a texture may first have to be made.
+    std::call_once(entry->opened, [&] { open(*entry, std::string(key), space); });
+    return *entry;
+}
+
+void Textures::open(Entry& entry, const std::string& name, PictureSpace space) {
+    const std::string path = find(name);
     if (path.empty()) {
-        entry.problem = "texture \"" + place->first + "\" is not found; ";
+        entry.problem = "texture \"" + name + "\" is not found; ";
         entry.missing = true;
-        return entry;
+        return;
     }
-    const OIIO::ustring file(LinearInput::name_of(path, space));
-    m_cache->add_file(file, space);
-    const Cache::Lease thread(*m_cache);
-    OIIO::TextureSystem::TextureHandle* handle = m_cache->system->get_texture_handle(file, thread.get());
-    const OIIO::ImageSpec* spec = handle ? m_cache->system->imagespec(handle, thread.get()) : nullptr;
-    if (!spec) {
+    entry.picture = path, entry.space = space;
+    OIIO::TextureSystem::TextureHandle* handle = nullptr;
+    if (const auto file = m_tiled.file_of(path, space)) {
+        entry.tiled = true;
+        handle = m_cache->open(*file, PictureSpace::Auto);
+        if (!handle && reopen(entry, nullptr))
+            handle = entry.handle;
+    } else {
+        handle = m_cache->open(path, space);
+    }
+    if (!handle) {
         std::string why = m_cache->system->geterror();
         if (why.empty())
             why = m_cache->images->geterror();
         entry.unread = "texture \"" + path + "\" cannot be read" + (why.empty() ? "" : " (" + why + ")") +
                        ": it " + foreign_picture(path);
         entry.problem = entry.unread + ". Mid-grey stands in for it";
-        return entry;
+        return;
     }
     // A file made by a texture tool says how it wraps; plain pictures repeat.
+    const Cache::Lease thread(*m_cache);
+    const OIIO::ImageSpec* spec = m_cache->system->imagespec(handle, thread.get());
     if (const std::string wraps = spec->get_string_attribute("wrapmodes"); !wraps.empty())
         OIIO::TextureOpt::parse_wrapmodes(wraps.c_str(), entry.s_wrap, entry.t_wrap);
     entry.rec709 = spec->get_int_attribute("kanuka:rec709", 0) != 0;
     entry.handle = handle;
-    return entry;
+}
+
+// After a file of the texture cache could not be read, by this handle: another host may have removed it. By a
+// second name, since what OpenImageIO knows by the first is broken; light that is linear is the same in any
+// space.
+bool Textures::reopen(Entry& entry, const void* broken) {
+    if (!entry.tiled)
+        return false;
+    const std::lock_guard lock(entry.mutex);
+    if (entry.handle != broken)
+        return true;
+    if (std::exchange(entry.remade, true))
+        return false;
+    const auto file = m_tiled.remade(entry.picture, entry.space);
+    OIIO::TextureSystem::TextureHandle* handle =
+        file ? m_cache->open(*file, PictureSpace::Raw) : m_cache->open(entry.picture, entry.space);
+    entry.handle = handle;
+    return handle != nullptr;
 }
 
 std::optional<Textures::Info> Textures::info(const char* name) {
-    const Entry& e = entry(name, PictureSpace::Auto);
+    const std::vector<std::string> tiles = name ? tile_files(name, m_folders) : std::vector<std::string>{};
+    Entry& e = entry(tiles.empty() ? name : tiles[0].c_str(), PictureSpace::Auto);
     const Cache::Lease thread(*m_cache);
     const OIIO::ImageSpec* spec = e.handle ? m_cache->system->imagespec(e.handle, thread.get()) : nullptr;
     if (!spec) {
@@ -194,11 +249,28 @@ std::optional<Textures::Info> Textures::info(const char* name) {
                     spec->get_int_attribute("kanuka:environment") != 0};
 }
 
+static PictureSpace space_of(std::string_view named) {
+    return named == "raw" ? PictureSpace::Raw : named == "srgb" ? PictureSpace::Srgb : PictureSpace::Auto;
+}
+
+void Textures::lookup_tiles(const sl::TextureRequest& request, const Location& asker) {
+    const std::string name = request.file;
+    const PictureSpace space = space_of(request.space ? request.space : "");
+    const std::vector<int> tiles =
+        tiles_of(request, [&](int tile) { return !entry(tile_name(name, tile).c_str(), space).missing; });
+    for (const int tile : std::set<int>(tiles.begin(), tiles.end())) {
+        TileRequest part(request, tiles, tile);
+        const std::string file = tile_name(name, tile);
+        lookup(part.request(file), asker);
+        part.scatter(request);
+    }
+}
+
 void Textures::lookup(const sl::TextureRequest& request, const Location& asker) {
+    if (request.file && has_tiles(request.file))
+        return lookup_tiles(request, asker);
     const std::string_view named = request.space ? request.space : "";
-    const Entry& entry = this->entry(request.file, named == "raw"    ? PictureSpace::Raw
-                                                   : named == "srgb" ? PictureSpace::Srgb
-                                                                     : PictureSpace::Auto);
+    Entry& entry = this->entry(request.file, space_of(named));
     if (!named.empty() && named != "raw" && named != "srgb" && named != "auto")
         m_journal.warning(asker, "texture(): there is no colorspace \"" + std::string(named) +
                                      "\"; there are auto, raw and srgb. Taken as auto");
@@ -209,7 +281,8 @@ void Textures::lookup(const sl::TextureRequest& request, const Location& asker) 
     };
     const float grey[MaxChannels] = {Missing, Missing, Missing, Missing, Missing, Missing, Missing, Missing,
                                      Missing, Missing, Missing, Missing, Missing, Missing, Missing, Missing};
-    if (!entry.handle) {
+    OIIO::TextureSystem::TextureHandle* handle = entry.handle;
+    if (!handle) {
         m_journal.error(asker, !entry.missing ? entry.problem
                                               : entry.problem + searched_in(m_folders, "texture", asker) +
                                                     ". Mid-grey stands in for it");
@@ -220,7 +293,7 @@ void Textures::lookup(const sl::TextureRequest& request, const Location& asker) 
     OIIO::TextureSystem& system = *m_cache->system;
     const Cache::Lease thread(*m_cache);
     // Channels that the file has not are filled. (The library asserts that there is one that it has.)
-    if (const OIIO::ImageSpec* spec = system.imagespec(entry.handle, thread.get());
+    if (const OIIO::ImageSpec* spec = system.imagespec(handle, thread.get());
         channels == 0 || !spec || request.first_channel >= spec->nchannels) {
         float fill[MaxChannels];
         std::fill_n(fill, MaxChannels, request.fill);
@@ -244,9 +317,17 @@ void Textures::lookup(const sl::TextureRequest& request, const Location& asker) 
     };
     for (int i = 0; i < request.count; i++) {
         float values[MaxChannels] = {};
-        if (system.texture(entry.handle, thread.get(), options, at(request.s, i), at(request.t, i),
-                           at(request.dsdu, i), at(request.dtdu, i), at(request.dsdv, i), at(request.dtdv, i),
-                           channels, values)) {
+        const auto look = [&] {
+            return system.texture(handle, thread.get(), options, at(request.s, i), at(request.t, i),
+                                  at(request.dsdu, i), at(request.dtdu, i), at(request.dsdv, i),
+                                  at(request.dtdv, i), channels, values);
+        };
+        bool found = look();
+        if (!found && reopen(entry, handle)) {
+            handle = entry.handle;
+            found = look();
+        }
+        if (found) {
             if (m_converts && entry.rec709 && channels >= 3 && options.firstchannel == 0) {
                 const Rgb c = color::transform(m_space_from_rec709, {values[0], values[1], values[2]});
                 values[0] = c.x, values[1] = c.y, values[2] = c.z;

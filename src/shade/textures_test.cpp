@@ -16,29 +16,7 @@
 namespace kanuka::shade {
 namespace {
 
-struct Lookup {
-    std::vector<float> s, t, zero, step;
-    std::vector<float> result;
-    sl::TextureRequest request{};
-
-    Lookup(const std::string& file, std::vector<float> s_in, std::vector<float> t_in, float footprint = 0,
-           int channels = 3)
-        : s(std::move(s_in)), t(std::move(t_in)), zero(s.size(), 0.0f), step(s.size(), footprint),
-          result(s.size() * size_t(channels), -1.0f), name(file) {
-        request.file = name.c_str();
-        request.s = s.data(), request.t = t.data();
-        request.dsdu = step.data(), request.dtdu = zero.data();
-        request.dsdv = zero.data(), request.dtdv = step.data();
-        request.count = int(s.size());
-        request.channels = channels;
-        request.width = 1;
-        request.result = result.data();
-        request.result_stride = int(s.size());
-    }
-
-  private:
-    std::string name;
-};
+using test::Lookup;
 
 struct TexturesTest : testing::Test {
     test::TemporaryFolder folder;
