@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from .rsl import halves
+from kanuka.looks.rsl import halves
 
 _SIZES = {"float": 1, "float2": 2, "color": 3, "vector": 3, "normal": 3}
 _CLASSES = {

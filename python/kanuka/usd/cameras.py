@@ -1,4 +1,4 @@
-"""Cameras of a stage, and what stands in for one that is not there."""
+"""Cameras of a stage."""
 
 from __future__ import annotations
 
@@ -69,25 +69,3 @@ def unscaled(matrix: np.ndarray) -> np.ndarray:
     y = y / np.linalg.norm(y)
     matrix[:3, 0], matrix[:3, 1], matrix[:3, 2] = x, y, np.cross(x, y)
     return matrix
-
-
-def fitted(corners: np.ndarray, aspect: float, fov: float = 35) -> kanuka.Camera:
-    """From the front, a little above, as near as a box's corners, (8, 3), allow; `fov` is that of the height."""
-    middle = (corners.min(0) + corners.max(0)) / 2
-    back = np.array([0.3, 0.35, 1.0])
-    back /= np.linalg.norm(back)
-    right = np.cross([0, 1, 0], back)
-    right /= np.linalg.norm(right)
-    up = np.cross(back, right)
-    away = corners - middle
-    slope = math.tan(math.radians(fov / 2)) * 0.92  # some room at the edges
-    needed = np.maximum(np.abs(away @ up) / slope, np.abs(away @ right) / (slope * aspect)) + away @ back
-    distance = float(needed.max()) or 1.0
-    return kanuka.Camera(
-        tuple(middle + back * distance),
-        tuple(middle),
-        fov=fov,
-        fov_axis="y",
-        near_clip=distance * 1e-3,
-        far_clip=distance * 1e3,
-    )

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from pxr import Usd, UsdLux
+from pxr import Usd, UsdLux, UsdShade
 
 import kanuka
 
@@ -166,6 +166,13 @@ def resolved(attribute: Usd.Attribute, time: Usd.TimeCode, folder, say: Say) -> 
     asset = attribute.Get(time) if attribute else None
     if asset is None or not asset.path:
         return ""
+    if UsdShade.UdimUtils.IsUdimIdentifier(asset.path):
+        layer = next((spec.layer for spec in attribute.GetPropertyStack(time)), None)
+        tiles = UsdShade.UdimUtils.ResolveUdimTilePaths(asset.path, layer)
+        if not tiles:
+            say("warning", f'{attribute.GetPath()}: no tile of "{asset.path}" is found')
+            return ""
+        return folder.tiles(tiles)
     if not asset.resolvedPath:
         say("warning", f'{attribute.GetPath()}: the file "{asset.path}" is not found')
         return ""

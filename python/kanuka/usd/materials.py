@@ -7,15 +7,15 @@ from dataclasses import dataclass, field
 from pxr import Usd, UsdShade
 
 import kanuka
+from kanuka.looks.files import Files
+from kanuka.looks.rsl import Stage, Writer, halves, primvar_name
+from kanuka.looks.surface import Surface, text_of
 
-from . import materialx, preview
-from .files import Files
+from . import materialx, patterns, preview
 from .network import Network
-from .rsl import Stage, Writer, halves, primvar_name
 from .stage import Say
-from .surface import Surface, text_of
 
-NODES = preview.NODES | materialx.NODES
+NODES = preview.NODES | patterns.NODES
 SURFACES = {"UsdPreviewSurface": preview.preview_surface} | materialx.SURFACES
 CONTEXTS = ("kanuka", "mtlx", "")  # of outputs, the best first
 
@@ -70,7 +70,7 @@ class Materials:
         identifier = shader.GetIdAttr().Get()
         writer, shading, displacing = Writer(), Stage(), Stage()
         network = Network(writer, self._say, self._files, self._time, NODES, path)
-        surface = SURFACES[identifier](network, shader, shading, displacing)
+        surface = SURFACES[identifier](network.node(shader), shading, displacing)
         uv = network.uv
         if surface.normal and uv is None:
             uv = writer.primvar("st", "float2")

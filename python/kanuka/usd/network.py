@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 from pxr import Sdf, Usd, UsdShade
 
-from . import lights
-from .files import Files
-from .rsl import Stage, Value, Writer
+from kanuka.looks.files import Files
+from kanuka.looks.rsl import SIZES, Stage, Value, Writer, numbers_of, of_numbers
+
+from . import library, lights
 from .stage import Say
 
 _KINDS = {
-    "float": "float",
-    "double": "float",
-    "half": "float",
-    "int": "float",
-    "bool": "float",
     "float2": "float2",
     "texCoord2f": "float2",
     "float3": "vector",
@@ -25,12 +22,16 @@ _KINDS = {
     "normal3f": "vector",
     "point3f": "vector",
     "color3f": "color",
-    "float4": "color",
-    "color4f": "color",
+    "float4": "color4",
+    "color4f": "color4",
     "asset": "string",
     "string": "string",
     "token": "string",
 }
+
+# A node's function: what one of its outputs gives, with the statements that it needs written to the stage; None where
+# it has nothing to give, and the default of whoever reads it stands.
+Evaluate: TypeAlias = "Callable[[Node, str, Stage], Value | None]"
 
 
 @dataclass
@@ -41,86 +42,53 @@ class Network:
     say: Say
     files: Files
     time: Usd.TimeCode
-    nodes: dict[str, Callable[[Network, UsdShade.Shader, str, Stage], Value | None]]
+    nodes: dict[str, Evaluate]
     material: str
     uv: Value | None = None  # the coordinates that textures were read by last
-    _on_the_way: set[Sdf.Path] = field(default_factory=set)
+    _on_the_way: set[tuple[object, str]] = field(default_factory=set)
 
-    def source(self, shader: UsdShade.Shader, name: str) -> Usd.Attribute | None:
-        """Where an input's value is: an output of another node, or an input that has it; None = nowhere."""
-        port = shader.GetInput(name)
-        if not port:
-            return None
-        found = UsdShade.Utils.GetValueProducingAttributes(port)
-        return found[0] if found else None
+    def node(self, shader: UsdShade.Shader) -> Node:
+        return UsdNode(self, shader)
 
-    def constant(self, shader: UsdShade.Shader, name: str, default=None):
-        """An input's value, where it has one by itself."""
-        attribute = self.source(shader, name)
-        if attribute is None or UsdShade.Utils.GetType(attribute.GetName()) == UsdShade.AttributeType.Output:
-            return default
-        value = attribute.Get(self.time)
-        return default if value is None else value
-
-    def connected(self, shader: UsdShade.Shader, name: str) -> bool:
-        attribute = self.source(shader, name)
-        return attribute is not None and UsdShade.Utils.GetType(attribute.GetName()) == UsdShade.AttributeType.Output
-
-    def file(self, shader: UsdShade.Shader, name: str) -> str:
-        attribute = self.source(shader, name)
-        return lights.resolved(attribute, self.time, self.files, self.say) if attribute else ""
-
-    def color_space(self, shader: UsdShade.Shader, name: str) -> str:
-        """That a file's attribute names, in lower case."""
-        attribute = self.source(shader, name)
-        return (attribute.GetColorSpace() or "").lower() if attribute else ""
-
-    def value(self, shader: UsdShade.Shader, name: str, stage: Stage, kind: str, default=None) -> Value | None:
-        """An input's value; None where it is neither connected nor set and there is no default."""
-        attribute = self.source(shader, name)
-        if attribute is not None and UsdShade.Utils.GetType(attribute.GetName()) == UsdShade.AttributeType.Output:
-            found = self.output(UsdShade.Shader(attribute.GetPrim()), attribute, stage)
-            if found is not None:
-                return found.to(kind)
-        elif attribute is not None and (value := attribute.Get(self.time)) is not None:
-            return self.of_constant(attribute.GetPath(), value, kind)
-        return None if default is None else self.of_constant((shader.GetPath(), name), default, kind)
-
-    def of_constant(self, key: object, value: object, kind: str) -> Value:
+    def of_constant(self, value: object, kind: str) -> Value:
+        """A value of USD as a parameter of the shader."""
         if isinstance(value, Sdf.AssetPath):
             value = value.resolvedPath or value.path
         if kind == "string":
             return self.writer.constant("string", str(value))
         numbers = [float(value)] if isinstance(value, (int, float, bool)) else [float(x) for x in value]  # type: ignore
-        size = {"float": 1, "float2": 2, "color": 3, "vector": 3}[kind]
-        numbers = numbers * size if len(numbers) == 1 else (numbers + [0.0] * size)[:size]
-        given = numbers[0] if kind == "float" else tuple(numbers)
-        return self.writer.constant(kind, given)
+        size = SIZES[kind]
+        numbers = numbers * size if len(numbers) == 1 else (numbers + [1.0] * size)[:size]
+        return self.writer.constant(kind, numbers[0] if kind == "float" else tuple(numbers))
 
-    def output(self, shader: UsdShade.Shader, attribute: Usd.Attribute, stage: Stage) -> Value | None:
+    def output(self, node: Node, name: str, stage: Stage) -> Value | None:
         """What a node gives, in a variable; told and None where it is none that we know."""
-        path = attribute.GetPath()
-        if path in stage.known:
-            return stage.known[path]
-        if path in self._on_the_way:
-            self.say("warning", f"{path}: the network runs in a circle; it is cut here")
+        key = (node.key, name)
+        if key in stage.known:
+            return stage.known[key]
+        if key in self._on_the_way:
+            self.say("warning", f"{node}: the network runs in a circle; it is cut here")
             return None
-        identifier = shader.GetIdAttr().Get() if shader.GetIdAttr() else None
-        node = self.nodes.get(identifier or "") or self.nodes.get(family(identifier or ""))
-        if node is None:
-            self.say(
-                "warning", f'{self.material}: there is no node "{identifier}" ({shader.GetPath()}); its default stands'
-            )
-            return None
-        self._on_the_way.add(path)
+        self._on_the_way.add(key)
         try:
-            value = node(self, shader, attribute.GetBaseName(), stage)
+            value = self._evaluated(node, name, stage)
         finally:
-            self._on_the_way.discard(path)
+            self._on_the_way.discard(key)
         if value is not None:
             value = self.writer.let(stage, value)
-            stage.known[path] = value
+            stage.known[key] = value
         return value
+
+    def _evaluated(self, node: Node, name: str, stage: Stage) -> Value | None:
+        known = self.nodes.get(node.identifier) or self.nodes.get(family(node.identifier))
+        if known is not None:
+            return known(node, name, stage)
+        if (graph := library.graph_of(node.identifier)) is not None:
+            inside = library.source_of(graph, name)
+            if inside is not None:
+                return self.output(LibraryNode(node, graph, inside[0]), inside[1], stage)
+        self.say("warning", f'{self.material}: there is no node "{node.identifier}" ({node}); its default stands')
+        return None
 
 
 def family(identifier: str) -> str:
@@ -128,26 +96,187 @@ def family(identifier: str) -> str:
     return "_".join(identifier.split("_")[:2]) if identifier.startswith("ND_") else identifier
 
 
+class Node:
+    """A node of a network, by its inputs. `key` tells it from others of its material."""
+
+    network: Network
+    key: object
+    identifier: str  # "UsdUVTexture", "ND_add_float"
+
+    def kind(self, output: str) -> str:
+        raise NotImplementedError
+
+    def input_kind(self, name: str) -> str | None:
+        """Of what is connected, or of the input itself; None = the node has none of that name."""
+        raise NotImplementedError
+
+    def connected(self, name: str) -> bool:
+        raise NotImplementedError
+
+    def constant(self, name: str, default=None):
+        """An input's value, where it has one by itself."""
+        raise NotImplementedError
+
+    def value(self, name: str, stage: Stage, kind: str, default=None) -> Value | None:
+        """An input's value; None where it is neither connected nor set and there is no default."""
+        raise NotImplementedError
+
+    def file(self, name: str) -> str:
+        raise NotImplementedError
+
+    def color_space(self, name: str) -> str:
+        """That a file's attribute names, in lower case."""
+        raise NotImplementedError
+
+
+class UsdNode(Node):
+    def __init__(self, network: Network, shader: UsdShade.Shader) -> None:
+        self.network, self._shader, self.key = network, shader, shader.GetPath()
+        attribute = shader.GetIdAttr()
+        self.identifier = (attribute.Get() if attribute else None) or ""
+
+    def __str__(self) -> str:
+        return str(self._shader.GetPath())
+
+    def _source(self, name: str) -> Usd.Attribute | None:
+        port = self._shader.GetInput(name)
+        if not port:
+            return None
+        found = UsdShade.Utils.GetValueProducingAttributes(port)
+        return found[0] if found else None
+
+    def kind(self, output: str) -> str:
+        port = self._shader.GetOutput(output)
+        return kind_of(port.GetAttr()) if port else "float"
+
+    def input_kind(self, name: str) -> str | None:
+        attribute = self._source(name)
+        return kind_of(attribute) if attribute is not None else None
+
+    def connected(self, name: str) -> bool:
+        attribute = self._source(name)
+        return attribute is not None and is_output(attribute)
+
+    def constant(self, name: str, default=None):
+        attribute = self._source(name)
+        if attribute is None or is_output(attribute):
+            return default
+        value = attribute.Get(self.network.time)
+        return default if value is None else value
+
+    def value(self, name: str, stage: Stage, kind: str, default=None) -> Value | None:
+        attribute = self._source(name)
+        if attribute is not None and is_output(attribute):
+            source = UsdNode(self.network, UsdShade.Shader(attribute.GetPrim()))
+            found = self.network.output(source, attribute.GetBaseName(), stage)
+            if found is not None:
+                return found.to(kind)
+        elif attribute is not None and (value := attribute.Get(self.network.time)) is not None:
+            return self.network.of_constant(value, kind)
+        return None if default is None else self.network.of_constant(default, kind)
+
+    def file(self, name: str) -> str:
+        attribute = self._source(name)
+        network = self.network
+        return lights.resolved(attribute, network.time, network.files, network.say) if attribute else ""
+
+    def color_space(self, name: str) -> str:
+        attribute = self._source(name)
+        return (attribute.GetColorSpace() or "").lower() if attribute else ""
+
+
+class LibraryNode(Node):
+    """A node of a graph that MaterialX's library has for another node, `outer`, whose inputs are the graph's."""
+
+    def __init__(self, outer: Node, graph: library.Graph, node: library.GraphNode) -> None:
+        self.network, self._outer, self._graph, self._node = outer.network, outer, graph, node
+        self.key, self.identifier = (outer.key, node.name), node.identifier
+
+    def __str__(self) -> str:
+        return str(self._outer)
+
+    def kind(self, output: str) -> str:
+        return library.kind_of_output(self.identifier, output)
+
+    def _input(self, name: str) -> library.Input:
+        return self._node.inputs.get(name) or library.default_of(self.identifier, name)
+
+    def input_kind(self, name: str) -> str | None:
+        return self._input(name).kind or None
+
+    def connected(self, name: str) -> bool:
+        given = self._input(name)
+        return bool(given.node) or bool(given.interface and self._outer.connected(given.interface))
+
+    def constant(self, name: str, default=None):
+        given = self._input(name)
+        if given.interface:
+            inherited = library.default_of(self._outer.identifier, given.interface)
+            return self._outer.constant(given.interface, default if inherited.value is None else inherited.value)
+        return default if given.value is None else given.value
+
+    def value(self, name: str, stage: Stage, kind: str, default=None) -> Value | None:
+        given = self._input(name)
+        if given.interface:
+            found = self._outer.value(given.interface, stage, given.kind)
+            if found is None:
+                found = self._default(library.default_of(self._outer.identifier, given.interface), stage)
+        elif given.node:
+            inside = LibraryNode(self._outer, self._graph, self._graph.nodes[given.node])
+            found = self.network.output(inside, given.output, stage)
+        else:
+            found = self._default(given, stage)
+        if found is not None:
+            return found.to(kind)
+        return None if default is None else self.network.of_constant(default, kind)
+
+    def _default(self, given: library.Input, stage: Stage) -> Value | None:
+        if given.geometry:
+            return geometry(self.network, given.geometry, stage)
+        if given.value is None or given.value == "":
+            return None
+        if given.kind == "string":
+            return self.network.of_constant(given.value, given.kind)
+        numbers = numbers_of(given.value)  # the graph's own: no parameters of the shader
+        return of_numbers(given.kind, [f"{x:.9g}" for x in numbers])
+
+    def file(self, name: str) -> str:
+        given = self._input(name)
+        return self._outer.file(given.interface) if given.interface else ""
+
+    def color_space(self, name: str) -> str:
+        given = self._input(name)
+        return self._outer.color_space(given.interface) if given.interface else ""
+
+
+def is_output(attribute: Usd.Attribute) -> bool:
+    return UsdShade.Utils.GetType(attribute.GetName()) == UsdShade.AttributeType.Output
+
+
 def kind_of(attribute: Usd.Attribute) -> str:
     return _KINDS.get(str(attribute.GetTypeName()), "float")
+
+
+def geometry(network: Network, name: str, stage: Stage) -> Value | None:
+    """What MaterialX's geometric properties name: "Pobject", "UV0"."""
+    kind, space = name.rstrip("0"), "world" if name.endswith("world") else "object"
+    if kind == "UV":
+        return network.writer.primvar("st", "float2")
+    texts = {
+        "P": f'vector(transform("{space}", P))',
+        "N": f'normalize(vector(ntransform("{space}", N)))',
+        "T": f'normalize(vtransform("{space}", vector(Du(P))))',
+        "B": f'normalize(vtransform("{space}", vector(Dv(P))))',
+    }
+    key = ("geometry", name)
+    if key not in stage.known and kind[:1] in texts:
+        stage.known[key] = network.writer.let(stage, Value("vector", texts[kind[:1]]))
+    return stage.known.get(key)
 
 
 def texture(
     network: Network, stage: Stage, file: str, st: Value, wrap: str, space: str, channel: int | None, fill: float = 0
 ) -> Value:
     """A picture at st, whose t grows upwards: the colour, or one channel."""
-    key = ("texture", file, st, wrap, space, channel)
-    if key in stage.known:
-        return stage.known[key]
-    writer = network.writer
-    strings = {"file": file, "wrap": wrap, "space": space}
-    texts = [writer.shared("string", (file, *item), item[1]).text for item in strings.items()]
-    options = f'"wrap", {texts[1]}, "colorspace", {texts[2]}, "fill", {fill:g}'
-    where = f"{st.text}, 1 - ({st.second})"
-    if channel is None:
-        found = Value("color", f"color texture({texts[0]}, {where}, {options})")
-    else:
-        found = Value("float", f"float texture({texts[0]}[{channel}], {where}, {options})")
-    stage.known[key] = writer.let(stage, found)
     network.uv = st
-    return stage.known[key]
+    return network.writer.texture(stage, file, st, wrap, space, channel, fill)

@@ -2,32 +2,31 @@
 
 from __future__ import annotations
 
-from pxr import UsdShade
+from kanuka.looks.rsl import Stage, Value
+from kanuka.looks.surface import Surface
 
-from .network import Network, texture
-from .rsl import Stage, Value
-from .surface import Surface
+from .network import Evaluate, Node, texture
 
 WRAPS = {"repeat": "periodic", "clamp": "clamp", "mirror": "mirror", "black": "black", "useMetadata": ""}
 CHANNELS = {"r": 0, "g": 1, "b": 2, "a": 3}
 
 
-def uv_texture(network: Network, shader: UsdShade.Shader, output: str, stage: Stage) -> Value | None:
-    file = network.file(shader, "file")
+def uv_texture(node: Node, output: str, stage: Stage) -> Value | None:
+    network, file = node.network, node.file("file")
     writer = network.writer
     if not file:
-        fallback = network.constant(shader, "fallback", (0, 0, 0, 1))
+        fallback = node.constant("fallback", (0, 0, 0, 1))
         numbers = tuple(float(x) for x in fallback)
         if output in CHANNELS:
             return writer.constant("float", numbers[CHANNELS[output]])
         return writer.constant("color", numbers[:3])
-    st = network.value(shader, "st", stage, "float2") or writer.primvar("st", "float2")
-    s_wrap, t_wrap = (WRAPS.get(str(network.constant(shader, w, "useMetadata")), "") for w in ("wrapS", "wrapT"))
+    st = node.value("st", stage, "float2") or writer.primvar("st", "float2")
+    s_wrap, t_wrap = (WRAPS.get(str(node.constant(w, "useMetadata")), "") for w in ("wrapS", "wrapT"))
     wrap = f"{s_wrap or 'periodic'},{t_wrap or 'periodic'}" if s_wrap or t_wrap else ""
-    named = str(network.constant(shader, "sourceColorSpace", "auto"))
+    named = str(node.constant("sourceColorSpace", "auto"))
     space = {"raw": "raw", "sRGB": "srgb"}.get(named, "auto")
-    scale = [float(x) for x in network.constant(shader, "scale", (1, 1, 1, 1))]
-    bias = [float(x) for x in network.constant(shader, "bias", (0, 0, 0, 0))]
+    scale = [float(x) for x in node.constant("scale", (1, 1, 1, 1))]
+    bias = [float(x) for x in node.constant("bias", (0, 0, 0, 0))]
     if output in CHANNELS:
         channel = CHANNELS[output]
         found = texture(network, stage, file, st, wrap, space, channel, fill=1 if channel == 3 else 0)
@@ -42,26 +41,28 @@ def uv_texture(network: Network, shader: UsdShade.Shader, output: str, stage: St
     return Value(found.kind, f"{found.text} * {factor.text} + {offset.text}")
 
 
-def primvar_reader(kind: str):
-    def read(network: Network, shader: UsdShade.Shader, output: str, stage: Stage) -> Value | None:
-        name = str(network.constant(shader, "varname", "") or "")
+def primvar_reader(kind: str) -> Evaluate:
+    def read(node: Node, output: str, stage: Stage) -> Value | None:
+        name = str(node.constant("varname", "") or "")
         if not name:
-            network.say("warning", f"{shader.GetPath()}: it names no primvar")
+            node.network.say("warning", f"{node}: it names no primvar")
             return None
-        return network.writer.primvar(name, kind, network.constant(shader, "fallback"))
+        return node.network.writer.primvar(name, kind, node.constant("fallback"))
 
     return read
 
 
-def transform_2d(network: Network, shader: UsdShade.Shader, output: str, stage: Stage) -> Value | None:
+def transform_2d(node: Node, output: str, stage: Stage) -> Value | None:
     """Scaled, then turned counterclockwise by degrees, then moved."""
-    where = network.value(shader, "in", stage, "float2", (0, 0))
-    scale = network.value(shader, "scale", stage, "float2", (1, 1))
-    angle = network.value(shader, "rotation", stage, "float", 0)
-    moved = network.value(shader, "translation", stage, "float2", (0, 0))
+    where = node.value("in", stage, "float2", (0, 0))
+    scale = node.value("scale", stage, "float2", (1, 1))
+    angle = node.value("rotation", stage, "float", 0)
+    moved = node.value("translation", stage, "float2", (0, 0))
     assert where and scale and angle and moved
-    x = network.writer.let(stage, Value("float2", f"{where.text} * {scale.text}", f"{where.second} * {scale.second}"))
-    turn = network.writer.let(stage, Value("float2", f"cos(radians({angle.text}))", f"sin(radians({angle.text}))"))
+    x = node.network.writer.let(
+        stage, Value("float2", f"{where.text} * {scale.text}", f"{where.second} * {scale.second}")
+    )
+    turn = node.network.writer.let(stage, Value("float2", f"cos(radians({angle.text}))", f"sin(radians({angle.text}))"))
     return Value(
         "float2",
         f"{x.text} * {turn.text} - {x.second} * {turn.second} + {moved.text}",
@@ -83,35 +84,35 @@ NODES = {
 }
 
 
-def preview_surface(network: Network, shader: UsdShade.Shader, shading: Stage, displacing: Stage) -> Surface:
+def preview_surface(node: Node, shading: Stage, displacing: Stage) -> Surface:
     def used(name: str, default: float = 0) -> bool:
         """Whether an input differs from what needs no lobe."""
-        return network.connected(shader, name) or network.constant(shader, name, default) != default
+        return node.connected(name) or node.constant(name, default) != default
 
-    made = Surface(base=network.value(shader, "diffuseColor", shading, "color", (0.18, 0.18, 0.18)))
-    made.roughness = network.value(shader, "roughness", shading, "float", 0.5)
-    if network.constant(shader, "useSpecularWorkflow", 0):
-        made.f0 = network.value(shader, "specularColor", shading, "color", (0, 0, 0))
+    made = Surface(base=node.value("diffuseColor", shading, "color", (0.18, 0.18, 0.18)))
+    made.roughness = node.value("roughness", shading, "float", 0.5)
+    if node.constant("useSpecularWorkflow", 0):
+        made.f0 = node.value("specularColor", shading, "color", (0, 0, 0))
     else:
-        made.ior = network.value(shader, "ior", shading, "float", 1.5)
+        made.ior = node.value("ior", shading, "float", 1.5)
         if used("metallic"):
-            made.metalness = network.value(shader, "metallic", shading, "float")
+            made.metalness = node.value("metallic", shading, "float")
     if used("clearcoat"):
-        made.coat = network.value(shader, "clearcoat", shading, "float")
-        made.coat_roughness = network.value(shader, "clearcoatRoughness", shading, "float", 0.01)
-    emissive = network.constant(shader, "emissiveColor", (0, 0, 0))
-    if network.connected(shader, "emissiveColor") or any(float(x) != 0 for x in emissive):
-        made.emission = network.value(shader, "emissiveColor", shading, "color")
+        made.coat = node.value("clearcoat", shading, "float")
+        made.coat_roughness = node.value("clearcoatRoughness", shading, "float", 0.01)
+    emissive = node.constant("emissiveColor", (0, 0, 0))
+    if node.connected("emissiveColor") or any(float(x) != 0 for x in emissive):
+        made.emission = node.value("emissiveColor", shading, "color")
     if used("opacity", 1):
-        opacity = network.value(shader, "opacity", shading, "float", 1)
+        opacity = node.value("opacity", shading, "float", 1)
         assert opacity
         if used("opacityThreshold"):
-            limit = network.value(shader, "opacityThreshold", shading, "float")
+            limit = node.value("opacityThreshold", shading, "float")
             assert limit
             opacity = Value("float", f"{opacity.text} < {limit.text} ? 0 : 1")
         made.presence = opacity
-    if network.connected(shader, "normal"):
-        made.normal = network.value(shader, "normal", displacing, "vector")
+    if node.connected("normal"):
+        made.normal = node.value("normal", displacing, "vector")
     if used("displacement"):
-        made.displacement = network.value(shader, "displacement", displacing, "float")
+        made.displacement = node.value("displacement", displacing, "float")
     return made

@@ -10,9 +10,10 @@ import numpy as np
 from pxr import Usd, UsdGeom, UsdLux
 
 import kanuka
+from kanuka import standins
+from kanuka.looks.files import Files
 
 from . import cameras
-from .files import Files
 from .geometry import Shapes
 from .lights import add_light
 from .materials import Materials
@@ -280,11 +281,8 @@ def settle(
             scene.camera = kanuka.Camera((0, 0, 5), (0, 0, 0))
         else:
             corners = np.array([bounds.GetCorner(i) for i in range(8)]) @ world[:3, :3].T + world[:3, 3]
-            scene.camera = cameras.fitted(corners, 960 / 540)
+            scene.camera = standins.camera(corners, 960 / 540)
             say("info", "the stage has no camera: it is seen from the front, so that all of it is in the picture")
     if not reader.lights:
-        scene.add_light("environment", amount=0.6, visible_camera=False, name="light of a stage without lights")
-        scene.add_light(
-            "distant", amount=1.6, direction=(-0.5, -1, -0.7), angle=2, name="sun of a stage without lights"
-        )
+        standins.lights(scene)
         say("info", "the stage has no lights: it is lit by a white sky and a sun")

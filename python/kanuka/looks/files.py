@@ -1,4 +1,4 @@
-"""Files that reading a stage makes: shaders of its materials, pictures that lie in packages.
+"""Files that reading a scene makes: shaders of its materials, pictures that lie in packages.
 
 They lie beside the cache of compiled shaders, under names that their contents give, so that a second render finds the
 same shaders, and what a store keeps of them.
@@ -60,6 +60,20 @@ class Files:
         if not path.exists():
             write(path, data)
         return str(path)
+
+    def tiles(self, resolved: list[tuple[str, str]]) -> str:
+        """The name that stands for pictures of UDIM tiles, given as (path, number)."""
+        path, number = resolved[0]
+        if "[" not in path or Path(path).exists():
+            head, _, tail = path.rpartition(number)
+            return f"{head}<UDIM>{tail}"
+        names = [Path(self.file_of(path)) for path, _ in resolved]
+        together = hashlib.sha256("".join(name.name for name in names).encode()).hexdigest()[:16]
+        for name, (_, number) in zip(names, resolved, strict=True):
+            tile = self.folder / f"{together}.{number}{name.suffix}"
+            if not tile.exists():
+                write(tile, name.read_bytes())
+        return str(self.folder / f"{together}.<UDIM>{names[0].suffix}")
 
     def shader(self, source: str) -> str:
         """The name of a shader whose text is `source`, where NAME stands for it: the same text, the same name."""

@@ -9,14 +9,13 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 
-KINDS = ("float", "float2", "color", "vector", "string")
 # How many numbers a kind has.
-SIZES = {"float": 1, "float2": 2, "color": 3, "vector": 3}
+SIZES = {"float": 1, "float2": 2, "color": 3, "vector": 3, "color4": 4}
 
 
 @dataclass(frozen=True)
 class Value:
-    """An expression of a kind; float2 has two, one for each number."""
+    """An expression of a kind. Two kinds have a second: float2 one for each number, color4 that of its alpha."""
 
     kind: str
     text: str
@@ -27,7 +26,9 @@ class Value:
             return self.text
         if self.kind == "float2":
             return (self.text, self.second, "0")[min(index, 2)]
-        if self.kind == "color":
+        if self.kind == "color4" and index == 3:
+            return self.second
+        if self.kind in ("color", "color4"):
             return f"comp({self.text}, {index})"
         return f"{'xyz'[index]}comp({self.text})"
 
@@ -38,10 +39,23 @@ class Value:
             return Value("float", self.number(0))
         if kind == "float2":
             return Value("float2", self.number(0), self.number(0 if self.kind == "float" else 1))
+        if kind == "color4":
+            return Value(kind, self.to("color").text, self.text if self.kind == "float" else "1")
         if self.kind == "float":
             return Value(kind, f"{kind}({self.text})")
-        numbers = ", ".join(self.number(i) for i in range(3))
-        return Value(kind, f"{kind}({numbers})")
+        if (self.kind, kind) == ("color4", "color"):
+            return Value(kind, self.text)
+        return of_numbers(kind, [self.number(i) for i in range(3)])
+
+
+def of_numbers(kind: str, texts: list[str]) -> Value:
+    """A value of expressions, one for each of its numbers."""
+    if kind == "float":
+        return Value(kind, texts[0])
+    if kind == "float2":
+        return Value(kind, texts[0], texts[1])
+    made = f"{'color' if kind == 'color4' else kind}({', '.join(texts[:3])})"
+    return Value(kind, made, texts[3] if kind == "color4" else "")
 
 
 def primvar_name(name: str) -> str:
@@ -69,6 +83,7 @@ class Writer:
     """Gathers a shader: its parameters with their values, and the statements of its stages."""
 
     def __init__(self) -> None:
+        self.functions: dict[str, str] = {}  # of RSL that expressions call, by their names
         self.values: dict[str, object] = {}  # of parameters: "color p3" -> (1, 0, 0)
         self.declarations: list[str] = []
         self.primvars: dict[str, str] = {}  # USD's name -> kind
@@ -84,6 +99,9 @@ class Writer:
         if kind == "float2":
             a, b = (float(x) for x in value)  # type: ignore[attr-defined]
             return Value("float2", self.constant("float", a).text, self.constant("float", b).text)
+        if kind == "color4":
+            *rgb, alpha = (float(x) for x in value)  # type: ignore[attr-defined]
+            return Value("color4", self.constant("color", tuple(rgb)).text, self.constant("float", alpha).text)
         self.declarations.append(f"{kind} {name} = {ZERO[kind]};")
         self.values[f"{kind} {name}"] = value
         return Value(kind, name)
@@ -96,6 +114,8 @@ class Writer:
 
     def primvar(self, name: str, kind: str, fallback: object = None) -> Value:
         """What the geometry has under a name; zero, or the fallback's constant, where it has nothing."""
+        if kind == "color4":  # alphas are not bound
+            return self.primvar(name, "color", fallback).to(kind)
         ours = primvar_name(name)
         if name not in self.primvars:
             self.primvars[name] = kind
@@ -109,10 +129,28 @@ class Writer:
         kind = self.primvars[name]
         return Value("float2", *halves(ours)) if kind == "float2" else Value(kind, ours)
 
+    def texture(
+        self, stage: Stage, file: str, st: Value, wrap: str, space: str, channel: int | None, fill: float = 0
+    ) -> Value:
+        """A picture at st, whose t grows upwards: the colour, or one channel. `space`: raw, srgb, auto."""
+        key = ("texture", file, st, wrap, space, channel)
+        if key not in stage.known:
+            strings = {"file": file, "wrap": wrap, "space": space}
+            texts = [self.shared("string", (file, *item), item[1]).text for item in strings.items()]
+            options = f'"wrap", {texts[1]}, "colorspace", {texts[2]}, "fill", {fill:g}'
+            where = f"{st.text}, 1 - ({st.second})"
+            if channel is None:
+                found = Value("color", f"color texture({texts[0]}, {where}, {options})")
+            else:
+                found = Value("float", f"float texture({texts[0]}[{channel}], {where}, {options})")
+            stage.known[key] = self.let(stage, found)
+        return stage.known[key]
+
     def let(self, stage: Stage, value: Value) -> Value:
         """The value in a variable."""
-        if value.kind == "float2":
-            return Value("float2", self._let(stage, "float", value.text), self._let(stage, "float", value.second))
+        if value.second:
+            first = "color" if value.kind == "color4" else "float"
+            return Value(value.kind, self._let(stage, first, value.text), self._let(stage, "float", value.second))
         return Value(value.kind, self._let(stage, value.kind, value.text))
 
     def _let(self, stage: Stage, kind: str, text: str) -> str:
@@ -134,10 +172,14 @@ def literal(kind: str, numbers: list[float]) -> str:
     return f"{kind}({', '.join(texts[:3] if len(texts) >= 3 else texts[:1])})"
 
 
-def shader_text(writer: Writer, methods: dict[str, list[str]], functions: str = "") -> str:
-    """The whole class; methods by their heads."""
-    lines = [functions.strip()] if functions.strip() else []
-    lines += ["class NAME(", *("    " + d for d in writer.declarations), ") {"]
+def shader_text(writer: Writer, methods: dict[str, list[str]]) -> str:
+    """The whole class; methods by their heads. Parameters that nothing reads are left out, and so are their values."""
+    functions = [text.strip() for text in writer.functions.values()]
+    body = [line for lines in methods.values() for line in lines]
+    words = set(re.findall(r"\w+", "\n".join(body)))
+    declarations = [d for d in writer.declarations if d.split(" = ")[0].split()[-1] in words]
+    writer.values = {name: value for name, value in writer.values.items() if name.split()[-1] in words}
+    lines = [*functions, "class NAME(", *("    " + d for d in declarations), ") {"]
     for head, body in methods.items():
         lines += [f"    public void {head} {{", *("        " + line for line in body), "    }"]
     return "\n".join([*lines, "}", ""])

@@ -1,0 +1,283 @@
+"""The surface that materials of other formats are taken for: one model, of which each material has what it uses.
+
+    emission + coat over (metalness: metal | specular over (transmission: glass | diffuse))
+
+UsdPreviewSurface, MaterialX's standard_surface and OpenPBR name its inputs in their own ways (usd/preview.py,
+usd/materialx.py), and so do files of models (models.py).
+"""
+
+from __future__ import annotations
+
+from dataclasses import astuple, dataclass, fields
+
+from .rsl import Stage, Value, Writer, shader_text
+
+
+@dataclass
+class Medium:
+    """What fills a shape; coefficients per unit of length."""
+
+    ior: float
+    absorption: tuple[float, ...]
+    scattering: tuple[float, ...]
+    mean_cosine: float
+
+
+@dataclass
+class Surface:
+    """Inputs: None = as if there were none of it. Colours are reflectances; roughness is perceptual."""
+
+    base: Value | None = None  # color of the diffuse body
+    diffuse_roughness: Value | None = None
+    translucence: Value | None = None  # how much of what a thin-walled body scatters goes on, half of it
+    metalness: Value | None = None
+    metal: Value | None = None  # color of the metal; the base's, where it has none of its own
+    metal_weight: Value | None = None
+    specular: Value | None = None  # weight of the gloss
+    specular_color: Value | None = None  # tint of the gloss
+    roughness: Value | None = None
+    anisotropy: Value | None = None  # of gloss, metal and glass, as lobes have it
+    rotation: Value | None = None  # turns, from the direction in which the first texture coordinate grows
+    ior: Value | None = None
+    f0: Value | None = None  # color: reflectance straight on, in place of ior and metalness
+    transmission: Value | None = None
+    transmission_color: Value | None = None
+    medium: Medium | None = None  # which has that colour in place of the surface
+    abbe: Value | None = None
+    thin_walled: bool = False
+    sheen: Value | None = None
+    sheen_color: Value | None = None
+    sheen_roughness: Value | None = None
+    sheen_is_outside: bool = False  # of the coat; else it lies below the gloss
+    coat: Value | None = None
+    coat_color: Value | None = None  # what lies below is seen through it
+    coat_roughness: Value | None = None
+    coat_ior: Value | None = None
+    film: Value | None = None  # nm
+    film_ior: Value | None = None
+    film_weight: Value | None = None
+    emission: Value | None = None  # radiance
+    presence: Value | None = None
+    normal: Value | None = None  # in tangent space, from -1 to 1
+    displacement: Value | None = None  # along the normal, in object space
+
+
+# What is seen through a coat.
+BELOW = ("base", "metal", "f0", "specular_color", "sheen_color", "transmission_color", "emission")
+# Only where there is what they are colours of; the others are white where they are not set.
+OF_THEIR_OWN = ("base", "metal", "f0", "emission")
+
+# The angle from dPdu to where a texture coordinate grows, in turns: lobes' rotations are from dPdu.
+TURN = """
+float usd_turn(float s; float t; point at; normal n) {
+    vector along = Du(at) * Dv(t) - Dv(at) * Du(t), first = Du(at), upright = normalize(vector(n));
+    float side = Du(s) * Dv(t) - Dv(s) * Du(t);
+    if (side < 0)
+        along = -along;
+    return atan((first ^ along) . upright, first . along) / (2 * PI);
+}
+"""
+
+
+class Layers:
+    """Lobes and layers of a surface, from the body outwards."""
+
+    def __init__(self, writer: Writer, surface: Surface, shading: Stage, uv: Value | None) -> None:
+        self.surface, self.shading, self.writer, self.uv = surface, shading, writer, uv
+        self.lobes: list[tuple[str, str, str]] = []  # name, weight, lobe
+        self.layers: list[tuple[str, str, str, str, str]] = []  # name, operator, upper, lower, weight
+        self.top = ""
+
+    def number(self, name: str, default: str) -> str:
+        value = getattr(self.surface, name)
+        return value.to("float").text if value else default
+
+    def color(self, name: str, default: str) -> str:
+        value = getattr(self.surface, name)
+        return value.to("color").text if value else default
+
+    def lobe(self, name: str, kind: str, weight: str = "1.0", **inputs: str) -> str:
+        given = ", ".join(f'"{key}", {text}' for key, text in inputs.items() if text)
+        self.lobes.append((name, weight, f"{kind}({given})"))
+        return name
+
+    def layer(self, name: str, operator: str, upper: str, weight: str) -> None:
+        self.layers.append((name, operator, upper, self.top, weight))
+        self.top = name
+
+    def build(self) -> None:
+        s = self.surface
+        if s.coat and s.coat_color:
+            self.tint()
+        self.body()
+        if s.sheen and not s.sheen_is_outside:
+            self.sheen()
+        if s.f0:
+            lobe = self.lobe("gloss", "MicrofacetConductorBrdf", reflectance=s.f0.text, **self.facets())
+            self.layer("dielectric", "coat", lobe, "1")
+        else:
+            self.gloss()
+            if s.transmission:
+                self.transmit()
+            if s.metalness:
+                self.metal()
+        if s.coat:
+            rough = self.number("coat_roughness", "0.01")
+            lobe = self.lobe("coat", "MicrofacetDielectricBrdf", ior=self.number("coat_ior", "1.5"), roughness=rough)
+            self.layer("coated", "coat", lobe, self.number("coat", "0"))
+        if s.sheen and s.sheen_is_outside:
+            self.sheen()
+        if s.emission:
+            self.layer("all", "add", self.lobe("light", "DiffuseEmission", radiance=self.color("emission", "0")), "1")
+
+    def tint(self) -> None:
+        s = self.surface
+        assert s.coat and s.coat_color
+        text = f"mix(color(1), {s.coat_color.text}, {self.number('coat', '0')})"
+        seen = self.writer.let(self.shading, Value("color", text)).text
+        for name in BELOW:
+            if name == "sheen_color" and s.sheen_is_outside:
+                continue
+            was = getattr(s, name) or (None if name in OF_THEIR_OWN else Value("color", "color(1)"))
+            if was:
+                below = Value("color", f"{was.to('color').text} * {seen}")
+                setattr(s, name, self.writer.let(self.shading, below))
+
+    def facets(self) -> dict[str, str]:
+        s = self.surface
+        found = {"roughness": self.number("roughness", "0.5")}
+        if s.anisotropy:
+            st = self.uv or self.writer.primvar("st", "float2")
+            self.writer.functions["usd_turn"] = TURN
+            key = "rotation"
+            if key not in self.shading.known:
+                turn = f"mod({self.number('rotation', '0')} + usd_turn({st.text}, {st.second}, P, N), 1)"
+                self.shading.known[key] = self.writer.let(self.shading, Value("float", turn))
+            found |= {"anisotropy": self.number("anisotropy", "0"), "rotation": self.shading.known[key].text}
+        return found
+
+    def body(self) -> None:
+        s = self.surface
+        inputs = {"diffuseReflectance": self.color("base", "color(0.18)")}
+        if s.diffuse_roughness:
+            self.top = self.lobe("body", "OrenNayarBrdf", roughness=self.number("diffuse_roughness", "0"), **inputs)
+        else:
+            self.top = self.lobe("body", "LambertBrdf", **inputs)
+        if s.translucence:
+            lobe = self.lobe("beyond", "LambertBtdf", diffuseTransmittance=self.color("base", "color(0.18)"))
+            self.layer("thin", "mix", lobe, f"0.5 * {self.number('translucence', '0')}")
+
+    def sheen(self) -> None:
+        rough = self.number("sheen_roughness", "0.3")
+        lobe = self.lobe("sheen", "SheenBrdf", reflectance=self.color("sheen_color", "color(1)"), roughness=rough)
+        self.layer("fuzzy", "coat", lobe, self.number("sheen", "0"))
+
+    def gloss(self) -> None:
+        s = self.surface
+        inputs = {"ior": self.number("ior", "1.5"), **self.facets()}
+        if s.specular_color:
+            inputs["reflectance"] = self.color("specular_color", "color(1)")
+        weight = self.number("specular", "1")
+        if s.film and s.film_weight:  # with a film in part: both, the lower one in what is left
+            self.layer("dielectric", "coat", self.lobe("gloss", "MicrofacetDielectricBrdf", **inputs), weight)
+            covered = f"{weight} * {self.number('film_weight', '1')}"
+        else:
+            covered = weight
+        if s.film:
+            film = {"filmThickness": self.number("film", "0"), "filmIor": self.number("film_ior", "1.5")}
+            lobe = self.lobe("film", "MicrofacetDielectricBrdf", **inputs, **film)
+            self.layer("filmed", "coat", lobe, covered)
+        else:
+            self.layer("dielectric", "coat", self.lobe("gloss", "MicrofacetDielectricBrdf", **inputs), weight)
+
+    def transmit(self) -> None:
+        s = self.surface
+        tint = "color(1)" if s.medium else self.color("transmission_color", "color(1)")
+        ior = self.number("ior", "1.5")
+        if s.thin_walled:
+            rough = self.number("roughness", "0.5")
+            lobe = self.lobe("glass", "ThinWalledDielectricBsdf", transmittance=tint, roughness=rough, ior=ior)
+        else:
+            facets = self.facets()
+            facets["roughness"] = f"color({facets['roughness']})"
+            abbe = self.number("abbe", "")
+            lobe = self.lobe(
+                "glass", "MicrosurfaceDielectricBsdfRgb_v1", transmittance=tint, ior=ior, abbe=abbe, **facets
+            )
+        self.layer("through", "mix", lobe, self.number("transmission", "0"))
+
+    def metal(self) -> None:
+        s = self.surface
+        color = self.color("metal", self.color("base", "color(0.18)"))
+        edge = self.color("specular_color", "") if s.metal else ""
+        weight = self.number("metal_weight", "1.0")
+        lobe = self.lobe("metal", "MicrofacetConductorBrdf", weight, reflectance=color, edgeTint=edge, **self.facets())
+        self.layer("base", "mix", lobe, self.number("metalness", "0"))
+
+
+def text_of(writer: Writer, surface: Surface, shading: Stage, displacing: Stage, uv: Value | None) -> str:
+    """RSL. `shading` and `displacing` hold the statements that the surface's values need; `uv` are the coordinates that
+    the normal's tangents follow."""
+    for each in fields(surface):
+        value = getattr(surface, each.name)
+        if isinstance(value, Value) and each.name not in ("normal", "displacement"):
+            setattr(surface, each.name, writer.let(shading, value))
+    made = Layers(writer, surface, shading, uv)
+    made.build()
+    begin = ["MnkMaterialBoundary boundary = CreateBoundary(material);"]
+    shade = list(shading.lines)
+    for name, weight, lobe in made.lobes:
+        begin.append(f'AddLobe(boundary, "{name}", {lobe.partition("(")[0]}());')
+        shade.append(f'SetLobe(boundary, "{name}", {weight}, {lobe});')
+    for name, operator, upper, lower, weight in made.layers:
+        begin.append(f'AddLayer(boundary, "{name}", "{operator}", "{upper}", "{lower}");')
+        shade.append(f'SetLayer(boundary, "{name}", {weight});')
+    if surface.presence:
+        shade.append(f"SetPresence(boundary, {surface.presence.to('float').text});")
+    methods = {
+        "mnk_init(output MnkObjectProperties objectProperties; output MnkMaterial material)": begin,
+        "mnk_prelighting(output MnkMaterialBoundary boundary)": shade,
+    }
+    if surface.medium:
+        ior, absorbed, scattered, cosine = (
+            writer.constant(kind, value).text
+            for kind, value in zip(("float", "color", "color", "float"), astuple(surface.medium), strict=True)
+        )
+        begin.append(f'MnkMaterialInterior inside = CreateInterior(material, "homogeneous", {ior});')
+        inside = [f"SetAbsorption(inside, {absorbed});", f"SetScattering(inside, {scattered});"]
+        if any(surface.medium.scattering):
+            begin.append('AddPhaseFunction(inside, "phase", HenyeyGreensteinPfrgb());')
+            inside.append(f'SetPhaseFunction(inside, "phase", HenyeyGreensteinPfrgb("meanCosine", color({cosine})));')
+        methods["mnk_interior(output MnkMaterialInterior inside)"] = inside
+    if surface.displacement or (surface.normal and uv):
+        methods["mnk_displacement(output point P; output normal N)"] = displacement_lines(surface, displacing, uv)
+    return shader_text(writer, methods)
+
+
+def displacement_lines(s: Surface, displacing: Stage, uv: Value | None) -> list[str]:
+    lines = list(displacing.lines)
+    if s.displacement:
+        lines += [
+            f"P += {s.displacement.to('float').text} * normalize(N);",
+            "N = normalize(calculatenormal(P));",
+        ]
+    if s.normal and uv:
+        # Tangents along which the texture coordinates grow, from derivatives by the surface's own parameters; upright
+        # on the normal as Gram and Schmidt have it.
+        lines += [
+            f"vector bent = {s.normal.to('vector').text};",
+            f"float tangent_s = {uv.text}, tangent_t = {uv.second};",
+            "float su = Du(tangent_s), sv = Dv(tangent_s), tu = Du(tangent_t), tv = Dv(tangent_t);",
+            "float turn = su * tv - sv * tu;",
+            "vector Pu = Du(P), Pv = Dv(P), upright = normalize(N);",
+            "vector along = sign(turn) * (Pu * tv - Pv * tu);",
+            "along -= upright * (along . upright);",
+            "if (turn != 0 && along . along > 0) {",
+            "    along = normalize(along);",
+            "    vector across = upright ^ along;",
+            "    if (across . (sign(turn) * (Pv * su - Pu * sv)) < 0)",
+            "        across = -across;",
+            "    N = normalize(xcomp(bent) * along + ycomp(bent) * across + zcomp(bent) * upright);",
+            "}",
+        ]
+    return lines
