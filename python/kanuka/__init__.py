@@ -68,6 +68,10 @@ from ._native import (
     store_packs,
     store_prune,
     surface_mesh,
+    texture_cache_files,
+    texture_cache_folder,
+    texture_cache_limit,
+    texture_cache_prune,
     z_test,
 )
 from .graph import GraphError, ShaderGraph
@@ -134,5 +138,9 @@ __all__ = [
     "store_packs",
     "store_prune",
     "surface_mesh",
+    "texture_cache_files",
+    "texture_cache_folder",
+    "texture_cache_limit",
+    "texture_cache_prune",
     "z_test",
 ]

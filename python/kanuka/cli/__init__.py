@@ -9,7 +9,7 @@ import traceback
 
 import kanuka
 
-from . import compare, convert, exit_codes, info, paths, render, shader, store, texture
+from . import compare, convert, doctor, exit_codes, info, paths, render, shader, store, texture, texture_cache
 from .exit_codes import ExitCode
 
 EXAMPLES = """\
@@ -24,6 +24,7 @@ examples:
   kanuka shader compile marble.sl              check a shader
   kanuka store info DIR                        what `render --store DIR` has kept
   kanuka paths                                 where shaders, ri.h and libkanuka are
+  kanuka doctor                                does this installation work?
 
 """
 
@@ -37,7 +38,7 @@ def make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"kanuka {kanuka.__version__}")
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for module in (render, info, convert, compare, texture, shader, store, paths):
+    for module in (render, info, convert, compare, texture, texture_cache, shader, store, paths, doctor):
         module.add_parser(subparsers)
     return parser
 

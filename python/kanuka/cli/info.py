@@ -21,7 +21,9 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         + exit_codes.HELP,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("scene", metavar="SCENE", help="RIB file, gzipped or not, or a USD stage; - is standard input")
+    parser.add_argument(
+        "scene", metavar="SCENE", help="RIB file, gzipped or not, USD stage or model; - is standard input"
+    )
     parser.add_argument("--frame", type=types.natural, metavar="N", help="frame to read; default: the first")
     parser.add_argument("--json", action="store_true", help="print JSON")
     scenes.add_arguments(parser)
@@ -30,8 +32,8 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     scenes.check(arguments, [arguments.scene])
-    if scenes.usd.is_stage(arguments.scene):
-        scene = scenes.load_stage(arguments.scene, arguments, arguments.frame)
+    if scenes.is_read_whole(arguments.scene):
+        scene = scenes.load(arguments.scene, arguments, arguments.frame)
     else:
         scene = kanuka.load(arguments.scene, frame=arguments.frame or 0, journal=kanuka.Journal())
     summary = scene.summary() | {"file": arguments.scene}

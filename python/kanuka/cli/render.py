@@ -24,6 +24,7 @@ examples:
   kanuka render options.rib scene.rib
   kanuka render walk.rib --frame all -o walk.####.exr
   kanuka render shot.usd --camera /shot/cam --frame 1-24
+  kanuka render ball.obj                         on a neutral stage; .ply .stl .gltf .glb too
   kanuka render scene.rib --store ~/pages              # again, with other lights: nothing is diced or shaded
   kanuka render scene.rib --checkpoint scene.state     # stopped? the same command goes on
 
@@ -39,7 +40,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     parser = subparsers.add_parser(
         "render",
         help="render a scene to a picture",
-        description="Renders a RIB scene or a USD stage to an OpenEXR picture.",
+        description="Renders a RIB scene, a USD stage or a model to an OpenEXR picture.",
         epilog=EXAMPLES + exit_codes.HELP,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -47,7 +48,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "scenes",
         nargs="+",
         metavar="SCENE",
-        help="RIB file, gzipped or not, or a USD stage; - is standard input. Several RIB files are read one after "
+        help="RIB file, gzipped or not, USD stage or model; - is standard input. Several RIB files are read one after "
         "another as one",
     )
     parser.add_argument(
@@ -223,8 +224,8 @@ def render(arguments: argparse.Namespace, frame: frames.Frame, started: float, i
 
 def load(arguments: argparse.Namespace, frame: frames.Frame) -> kanuka.Scene:
     file = arguments.scenes[-1]
-    if scenes.usd.is_stage(file):
-        return scenes.load_stage(file, arguments, None if arguments.frame is None else frame.number)
+    if scenes.is_read_whole(file):
+        return scenes.load(file, arguments, None if arguments.frame is None else frame.number)
     return kanuka.load(
         file,
         before=arguments.scenes[:-1],

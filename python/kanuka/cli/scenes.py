@@ -1,4 +1,4 @@
-"""Scene files of all kinds: RIB, and stages of USD."""
+"""Scene files of all kinds: RIB, stages of USD, models."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import argparse
 from pathlib import Path
 
 import kanuka
-from kanuka import usd
+from kanuka import models, usd
 
 from . import files, frames
 
-WHAT = "a RIB file or a USD stage"
-SUFFIXES = (".gz", ".rib", *usd.SUFFIXES)
+WHAT = "a RIB file, a USD stage or a model"
+SUFFIXES = (".gz", ".rib", *usd.SUFFIXES, *models.SUFFIXES)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -35,9 +35,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def check(arguments: argparse.Namespace, paths: list[str]) -> None:
     for path in paths:
         files.check_input(path, WHAT)
-    stages = [path for path in paths if usd.is_stage(path)]
-    if stages and len(paths) > 1:
-        arguments.parser.error(f"{stages[0]}: a stage is rendered by itself, not with other files")
+    stages, alone = [path for path in paths if usd.is_stage(path)], [path for path in paths if is_read_whole(path)]
+    if alone and len(paths) > 1:
+        arguments.parser.error(f"{alone[0]}: a stage or a model is rendered by itself, not with other files")
     if not stages and (arguments.camera or arguments.variant or arguments.prim or arguments.purpose):
         arguments.parser.error("--camera, --variant, --prim and --purpose are for USD stages")
     for choice in arguments.variant:
@@ -45,7 +45,14 @@ def check(arguments: argparse.Namespace, paths: list[str]) -> None:
             arguments.parser.error(f'--variant: expected PRIM{{SET}}=NAME, got "{choice}"')
 
 
-def load_stage(path: str, arguments: argparse.Namespace, number: int | None) -> kanuka.Scene:
+def is_read_whole(path: str) -> bool:
+    """Whether it is read into a scene by load(), before anything of it is rendered."""
+    return usd.is_stage(path) or models.is_model(path)
+
+
+def load(path: str, arguments: argparse.Namespace, number: int | None) -> kanuka.Scene:
+    if models.is_model(path):
+        return models.load(path, journal=kanuka.Journal())
     return usd.load(
         path,
         frame=number,
@@ -58,10 +65,12 @@ def load_stage(path: str, arguments: argparse.Namespace, number: int | None) -> 
 
 
 def frames_of(choice: str | list[range], scenes: list[str]) -> list[frames.Frame]:
-    """Of a stage: the numbers that are asked for; all: its time codes."""
-    if not usd.is_stage(scenes[-1]):
+    """Of a stage: the numbers that are asked for; all: its time codes. A model has one."""
+    file = scenes[-1]
+    if not is_read_whole(file):
         return frames.frames(choice, scenes)
-    numbers = usd.frames(scenes[-1]) if choice == frames.ALL else [n for r in choice for n in r]
+    known = usd.frames(file) if usd.is_stage(file) else [0]
+    numbers = known if choice == frames.ALL else [n for r in choice for n in r]
     several, written = len(numbers) > 1, set()
     return [frames.Frame(n, of_several=several, written=written) for n in numbers]
 
