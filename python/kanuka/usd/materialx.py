@@ -57,7 +57,7 @@ def stretched(get: Inputs, made: Surface, anisotropy: str, turns: str, aspect: s
     a = get(anisotropy, "float", 0.0).text
     narrow = get.let("float", aspect.format(a=a)).text
     assert made.roughness
-    made.roughness = get.let("float", f"{made.roughness.text} * {wide.format(a=a, aspect=narrow)}")
+    made.roughness = get.let("float", f"min(1, {made.roughness.text} * {wide.format(a=a, aspect=narrow)})")
     made.anisotropy = get.let("float", f"min(1, (1 - {narrow}) / 0.95)")  # bsdf/microfacet.h, stretched_width()
     turn = get(turns, "float", 0.0).text if turns else "0"
     made.rotation = Value("float", f"0.25 + {turn}")
