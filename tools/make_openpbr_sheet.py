@@ -18,24 +18,33 @@ STEPS = np.linspace(0, 1, 10)
 # Of each row: what all have, and what changes along it.
 ROWS = (
     ({"base_color": RED}, lambda x: {"specular_roughness": x}),
-    ({"base_color": GOLD, "base_metalness": 1.0, "specular_roughness": 0.35}, lambda x: {"specular_roughness_anisotropy": x}),
     (
-        {"transmission_weight": 1.0, "specular_roughness": 0.02, "transmission_dispersion_scale": 0.5},
+        {"base_color": GOLD, "base_metalness": 1.0, "specular_roughness": 0.35},
+        lambda x: {"specular_roughness_anisotropy": x},
+    ),
+    (
+        {"transmission_weight": 1.0, "specular_roughness": 0.02, "transmission_dispersion_scale": 0.1},
         lambda x: {"specular_ior": 1.05 + x, "transmission_color": (1 - 0.5 * x, 1.0, 1 - 0.2 * x)},
     ),
-    ({"base_color": BLUE, "specular_roughness": 0.5, "coat_roughness": 0.03, "coat_ior": 1.6}, lambda x: {"coat_weight": x}),
+    (
+        {"base_color": BLUE, "specular_roughness": 0.5, "coat_roughness": 0.03, "coat_ior": 1.6},
+        lambda x: {"coat_weight": x},
+    ),
     (
         {"base_color": (0.05, 0.05, 0.06), "specular_roughness": 0.1, "thin_film_weight": 1.0, "specular_ior": 1.9},
         lambda x: {"thin_film_thickness": 0.15 + 0.65 * x},
     ),
-    ({"base_color": (0.3, 0.02, 0.1), "fuzz_color": (1.0, 0.7, 0.8), "fuzz_roughness": 0.4}, lambda x: {"fuzz_weight": x}),
-)  # fmt: skip
+    (
+        {"base_color": (0.3, 0.02, 0.1), "fuzz_color": (1.0, 0.7, 0.8), "fuzz_roughness": 0.4},
+        lambda x: {"fuzz_weight": x},
+    ),
+)
 
 
-def material(stage: Usd.Stage, path: str, identifier: str, inputs: dict) -> UsdShade.Material:
+def material(stage: Usd.Stage, path: str, inputs: dict) -> UsdShade.Material:
     made = UsdShade.Material.Define(stage, path)
     shader = UsdShade.Shader.Define(stage, f"{path}/surface")
-    shader.CreateIdAttr(identifier)
+    shader.CreateIdAttr("ND_open_pbr_surface_surfaceshader")
     for name, value in inputs.items():
         colored = isinstance(value, tuple)
         kind = Sdf.ValueTypeNames.Color3f if colored else Sdf.ValueTypeNames.Float
@@ -67,12 +76,7 @@ def build(path: Path) -> None:
     wall.CreateFaceVertexCountsAttr([4])
     wall.CreateFaceVertexIndicesAttr([0, 1, 2, 3])
     wall.CreateSubdivisionSchemeAttr("none")
-    grey = material(
-        stage,
-        "/grey",
-        "ND_open_pbr_surface_surfaceshader",
-        {"base_color": (0.35, 0.35, 0.37), "specular_roughness": 0.6},
-    )
+    grey = material(stage, "/grey", {"base_color": (0.35, 0.35, 0.37), "specular_roughness": 0.6})
     UsdShade.MaterialBindingAPI.Apply(wall.GetPrim()).Bind(grey)
     sky = UsdLux.DomeLight.Define(stage, "/sky")
     sky.CreateIntensityAttr(0.35)

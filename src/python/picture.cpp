@@ -1,4 +1,6 @@
 #include <filesystem>
+#include <fstream>
+#include <unistd.h>
 
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/filesystem.h>
@@ -163,6 +165,26 @@ void write(Picture& p, const std::filesystem::path& path, std::optional<float> g
                         gamma.value_or(encoding.gamma), encoding.display);
     else
         throw Error(file + ": pictures are written as .exr or .png", ExitCode::Usage);
+}
+
+// The file's bytes: writers have no other way out.
+nb::bytes png_of(Picture& p) {
+    std::string path = (std::filesystem::temp_directory_path() / "kanuka-XXXXXX.png").string();
+    const int handle = mkstemps(path.data(), 4);
+    if (handle < 0)
+        throw Error(path + ": no temporary file can be made", ExitCode::Output);
+    ::close(handle);
+    std::string bytes;
+    try {
+        write(p, path, std::nullopt, std::nullopt, false, "", std::nullopt);
+        std::ifstream in(path, std::ios::binary);
+        bytes.assign(std::istreambuf_iterator<char>(in), {});
+    } catch (...) {
+        ::unlink(path.c_str());
+        throw;
+    }
+    ::unlink(path.c_str());
+    return nb::bytes(bytes.data(), bytes.size());
 }
 
 nb::list fireflies(const Stats& s) {
@@ -386,6 +408,7 @@ static void bind_class(nb::module_& m) {
            "values as they are. By default it is the scene's, where a gamma of Exposure takes the place of "
            "sRGB;\n"
            "`gamma` comes before it). The file appears complete or not at all.");
+    picture.def("_repr_png_", &png_of, "How notebooks show it: a PNG, as write() makes it.");
     picture.def("__repr__", [](const Picture& p) {
         return "<kanuka.Picture " + std::to_string(p.picture.width) + " x " +
                std::to_string(p.picture.height) + ">";

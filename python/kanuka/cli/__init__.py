@@ -9,7 +9,20 @@ import traceback
 
 import kanuka
 
-from . import compare, convert, doctor, exit_codes, info, paths, render, shader, store, texture, texture_cache
+from . import (
+    compare,
+    completion,
+    convert,
+    doctor,
+    exit_codes,
+    info,
+    paths,
+    render,
+    shader,
+    store,
+    texture,
+    texture_cache,
+)
 from .exit_codes import ExitCode
 
 EXAMPLES = """\
@@ -38,7 +51,7 @@ def make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"kanuka {kanuka.__version__}")
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for module in (render, info, convert, compare, texture, texture_cache, shader, store, paths, doctor):
+    for module in (render, info, convert, compare, texture, texture_cache, shader, store, paths, doctor, completion):
         module.add_parser(subparsers)
     return parser
 
