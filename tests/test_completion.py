@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from kanuka.cli import completion, make_parser
+
 COMPLETE = """
 source "$1"
 shift
@@ -18,9 +20,9 @@ printf '%s\\n' "${COMPREPLY[@]}"
 
 
 @pytest.fixture
-def complete(kanuka_command, tmp_path: Path):
+def complete(tmp_path: Path):
     script = tmp_path / "kanuka.bash"
-    script.write_text(kanuka_command("completion", "bash").stdout)
+    script.write_text(completion.bash(completion.commands_of(make_parser(), ()), zsh=False))
 
     def run(*words: str) -> set[str]:
         result = subprocess.run(

@@ -393,3 +393,44 @@ def test_public_test_stages_load():
         scene, _ = read(path)
         scene.resolution = (16, 9)
         kanuka.render(scene, progressions=1, journal=kanuka.Journal())
+
+
+# ---- settings
+
+
+SETTINGS = """
+def Scope "Render" {
+    def RenderSettings "settings" {
+        uniform int2 resolution = (120, 40)
+        uniform float pixelAspectRatio = 2
+        uniform float4 dataWindowNDC = (0.25, 0, 1, 0.5)
+        rel camera = </second>
+        uniform bool disableMotionBlur = 1
+    }
+}
+def Camera "second" {
+    float2 clippingRange = (0.1, 1000)
+    float fStop = 2
+    float focusDistance = 5
+}
+"""
+
+
+def settings(tmp_path: Path, text: str = SETTINGS) -> tuple[kanuka.Scene, list[str]]:
+    path = stage(tmp_path, CAMERA, FLOOR.replace("EXTRA", ""), MATTE, SUN, text)
+    path.write_text(path.read_text().replace("(\n", '(\n    renderSettingsPrimPath = "/Render/settings"\n', 1))
+    return read(path)
+
+
+def test_the_stages_settings_make_the_picture(tmp_path: Path) -> None:
+    scene, told = settings(tmp_path)
+    assert told == []
+    assert (scene.resolution, scene.options.pixel_aspect) == ((120, 40), 2)
+    assert scene.options.crop == pytest.approx((0.25, 1, 0.5, 1))
+    assert kanuka.render(scene, progressions=1)["rgb"].shape == (20, 90, 3)
+
+
+def test_settings_that_make_no_picture_are_told(tmp_path: Path) -> None:
+    scene, told = settings(tmp_path, SETTINGS.replace("120, 40", "0, 40").replace("0.25, 0, 1, 0.5", "1, 0, 1, 1"))
+    assert ["makes no picture" in text or "data window of nothing" in text for text in told] == [True, True]
+    assert scene.resolution[0] == 960

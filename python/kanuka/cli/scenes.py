@@ -17,7 +17,12 @@ SUFFIXES = (".gz", ".rib", *usd.SUFFIXES, *models.SUFFIXES)
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """How stages are read, for render and info alike."""
     stage = parser.add_argument_group("USD stages", "see docs/usd.md")
-    stage.add_argument("--camera", default="", metavar="PRIM", help="path or name of the camera; default: the first")
+    stage.add_argument(
+        "--camera",
+        default="",
+        metavar="PRIM",
+        help="path or name; default: its settings', else the first",
+    )
     stage.add_argument(
         "--variant", action="append", default=[], metavar="PRIM{SET}=NAME", help="choose a variant; repeatable"
     )
@@ -59,7 +64,7 @@ def load(path: str, arguments: argparse.Namespace, number: int | None) -> kanuka
         camera=arguments.camera,
         variants=dict(choice.rsplit("=", 1) for choice in arguments.variant),
         mask=arguments.prim,
-        purposes=arguments.purpose or ("default", "render"),
+        purposes=arguments.purpose or (),
         journal=kanuka.Journal(),
     )
 

@@ -31,14 +31,15 @@ def load(
     camera: str = "",
     variants: Mapping[str, str] | None = None,
     mask: Sequence[str] = (),
-    purposes: Sequence[str] = ("default", "render"),
+    purposes: Sequence[str] = (),
     journal: Journal | None = None,
 ) -> Scene:
     """A scene of a stage.
 
-    frame: time code; default: the stage's first. camera: a path or name; default: the first. variants: {"/prim{set}":
-    "variant"} over the stage's own. mask: paths of prims; nothing else is read. purposes: "default", "render", "proxy",
-    "guide". What cannot be read is told: to `journal`, else as warnings.
+    frame: time code; default: the stage's first. camera: a path or name; default: its settings', else the first.
+    variants: {"/prim{set}": "variant"} over the stage's own. mask: paths of prims; nothing else is read. purposes:
+    "default", "render", "proxy", "guide"; default: its settings', else the first two. What cannot be read is told: to
+    `journal`, else as warnings.
     Raises kanuka.Error where there is no stage, or USD is not installed.
     """
     stage.require()

@@ -14,7 +14,9 @@ DEFAULT_ASPECT = 16 / 9
 TENTH = 0.1  # apertures and focal lengths are in tenths of the stage's unit
 
 
-def camera_of(prim: Usd.Prim, world_from_camera: np.ndarray, time: Usd.TimeCode, aspect: float) -> kanuka.Camera:
+def camera_of(
+    prim: Usd.Prim, world_from_camera: np.ndarray, time: Usd.TimeCode, aspect: float, depth_of_field: bool = True
+) -> kanuka.Camera:
     """As it is at one time; `aspect` is the picture's width by its height. Where the aperture has another, the picture
     shows all of it and more ("expandAperture" of UsdRender)."""
     schema = UsdGeom.Camera(prim)
@@ -55,7 +57,7 @@ def camera_of(prim: Usd.Prim, world_from_camera: np.ndarray, time: Usd.TimeCode,
             (up + height / 2) / unit,
         )
     f_stop, focus = value(schema.GetFStopAttr(), 0), value(schema.GetFocusDistanceAttr(), 0)
-    if f_stop > 0 and focus > 0:
+    if depth_of_field and f_stop > 0 and focus > 0:
         settings |= {"f_stop": f_stop, "focal_length": focal_length * TENTH, "focal_distance": focus}
     return kanuka.Camera.from_matrix(unscaled(world_from_camera), **settings)
 

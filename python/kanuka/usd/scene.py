@@ -17,6 +17,7 @@ from . import cameras
 from .geometry import Shapes
 from .lights import add_light
 from .materials import Materials
+from .settings import Settings, settings_of
 from .stage import Say, input_error, open_stage
 from .transforms import Transforms, stage_matrix
 
@@ -213,16 +214,17 @@ def read(
     """Into an empty scene: the stage at a frame (None: its first), seen by `camera` (empty: its first one)."""
     stage = open_stage(path, say, variants, mask)
     time = frame if frame is not None else (stage.GetStartTimeCode() if stage.HasAuthoredTimeCodeRange() else 0.0)
-    chosen = find_camera(stage, camera, path)
-    opened, closed = shutter(chosen, time)
+    settings = settings_of(stage, say)
+    chosen = find_camera(stage, camera or settings.camera, path)
+    opened, closed = shutter(chosen, time) if settings.motion_blur else (0.0, 0.0)
     times = [Usd.TimeCode(time + opened)] + ([Usd.TimeCode(time + closed)] if closed > opened else [])
-    reader = Reader(stage, scene, say, times, tuple(purposes))
+    reader = Reader(stage, scene, say, times, tuple(purposes or settings.purposes or PURPOSES))
     if len(times) > 1:
         scene.options.shutter = (0, 1)
     scene.options.shader_path = [*scene.options.shader_path, str(reader.files.folder)]
     scene.options.texture_path = [str(Path(path).resolve().parent)]
     reader.read()
-    settle(scene, stage, reader, chosen, time, say)
+    settle(scene, stage, reader, chosen, settings, time, say)
 
 
 def find_camera(stage: Usd.Stage, wanted: str, path: str) -> Usd.Prim | None:
@@ -246,7 +248,13 @@ def shutter(camera: Usd.Prim | None, time: float) -> tuple[float, float]:
 
 
 def settle(
-    scene: kanuka.Scene, stage: Usd.Stage, reader: Reader, camera: Usd.Prim | None, time: float, say: Say
+    scene: kanuka.Scene,
+    stage: Usd.Stage,
+    reader: Reader,
+    camera: Usd.Prim | None,
+    settings: Settings,
+    time: float,
+    say: Say,
 ) -> None:
     """Camera, picture and light, where the stage has none as well."""
     world = reader.world
@@ -262,12 +270,13 @@ def settle(
         if not 1 / 64 <= aspect <= 64:
             say("warning", f"{camera.GetPath()}: apertures of {across:g} by {up:g} make no picture; 16 by 9 stands in")
             aspect = cameras.DEFAULT_ASPECT
-        scene.resolution = (cameras.DEFAULT_WIDTH, max(1, round(cameras.DEFAULT_WIDTH / aspect)))
+        height = max(1, round(cameras.DEFAULT_WIDTH / aspect))
+        scene.resolution = settings.resolution or (cameras.DEFAULT_WIDTH, height)
         placed = world @ reader.transforms.within(camera, stage.GetPseudoRoot())
         size = scene.resolution
         slices = [placed] if placed.ndim == 2 else list(placed)
         made = [
-            cameras.camera_of(camera, matrix, at, size[0] / size[1])
+            cameras.camera_of(camera, matrix, at, size[0] / size[1] * settings.pixel_aspect, settings.depth_of_field)
             for matrix, at in zip(slices, reader.times, strict=False)
         ]
         scene.camera = made[0] if len(made) == 1 else kanuka.Camera.moving(made)
@@ -275,14 +284,18 @@ def settle(
     else:
         box = UsdGeom.BBoxCache(reader.times[0], [*reader.purposes], useExtentsHint=True)
         bounds = box.ComputeWorldBound(stage.GetPseudoRoot()).ComputeAlignedRange()
-        scene.resolution = (cameras.DEFAULT_WIDTH, 540)
+        scene.resolution = settings.resolution or (cameras.DEFAULT_WIDTH, 540)
         if bounds.IsEmpty():
             say("warning", "the stage has nothing to look at")
             scene.camera = kanuka.Camera((0, 0, 5), (0, 0, 0))
         else:
             corners = np.array([bounds.GetCorner(i) for i in range(8)]) @ world[:3, :3].T + world[:3, 3]
-            scene.camera = standins.camera(corners, 960 / 540)
+            width, height = scene.resolution
+            scene.camera = standins.camera(corners, width / height * settings.pixel_aspect)
             say("info", "the stage has no camera: it is seen from the front, so that all of it is in the picture")
+    scene.options.pixel_aspect = settings.pixel_aspect
+    if settings.crop:
+        scene.options.crop = settings.crop
     if not reader.lights:
         standins.lights(scene)
         say("info", "the stage has no lights: it is lit by a white sky and a sun")
