@@ -89,6 +89,22 @@ def test_textures_are_upright_and_in_their_colour_space(tmp_path: Path):
     assert found["raw"][12, 12] == pytest.approx(np.full(3, code), abs=0.02)
 
 
+def test_udim_tiles_are_files_of_their_own(tmp_path: Path):
+    for number, rgb in ((1001, (1, 0, 0)), (1002, (0, 1, 0)), (1011, (0, 0, 1))):
+        picture_of = np.broadcast_to(np.array(rgb, np.float32), (32, 32, 3)).copy()
+        kanuka.Picture({"rgb": picture_of}).write(tmp_path / f"tile.{number}.png")
+    material = TEXTURED.replace("SPACE", "auto").replace("SCALE", "1").replace("quarters.png", "tile.<UDIM>.png")
+    wide = ST.replace("1", "2")
+    scene, told = read(stage(tmp_path, CAMERA, material, FLOOR.replace("EXTRA", wide), SUN))
+    assert told == []
+    with pytest.warns(kanuka.Warning, match="tile.1012.png"):
+        rgb = picture(scene) * math.pi / 2
+    assert rgb[12, 3] == pytest.approx([1, 0, 0], abs=0.05)  # the first tile is below on the left
+    assert rgb[12, 12] == pytest.approx([0, 1, 0], abs=0.05)
+    assert rgb[3, 3] == pytest.approx([0, 0, 1], abs=0.05)
+    assert rgb[3, 12] == pytest.approx([0.5, 0.5, 0.5], abs=0.05)  # is missing, and told
+
+
 def test_pictures_in_packages_are_read(tmp_path: Path):
     write_quarters(tmp_path)
     material = TEXTURED.replace("SPACE", "auto").replace("SCALE", "1")
