@@ -12,6 +12,7 @@ from pxr import Usd, UsdGeom, UsdShade
 import kanuka
 
 from .arrays import primvar, rows, sampled, whole
+from .linking import Links
 from .materials import Made, Materials
 from .stage import Say
 
@@ -32,6 +33,7 @@ class Shapes:
     materials: Materials
     say: Say
     times: list[Usd.TimeCode]
+    links: Links
 
     def add(self, place: kanuka.Scene | kanuka.Group, prim: Usd.Prim, matrix: np.ndarray) -> bool:
         """False: not a shape that Kanuka has."""
@@ -45,7 +47,8 @@ class Shapes:
         return True
 
     def looks(self, prim: Usd.Prim, matrix: np.ndarray) -> dict[str, object]:
-        return {"transform": matrix, "name": str(prim.GetPath())}
+        linked = {} if prim.IsInPrototype() or not self.links else self.links.of(prim)
+        return {"transform": matrix, "name": str(prim.GetPath()), **linked}
 
     def material(self, prim: Usd.Prim) -> Made:
         bound, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()

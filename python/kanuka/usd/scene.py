@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from pxr import Usd, UsdGeom, UsdLux
+from pxr import Gf, Usd, UsdGeom, UsdLux, UsdSkel
 
 import kanuka
 from kanuka import standins
@@ -16,6 +16,7 @@ from kanuka.looks.files import Files
 from . import cameras
 from .geometry import Shapes
 from .lights import add_light
+from .linking import Links
 from .materials import Materials
 from .settings import Settings, settings_of
 from .stage import Say, input_error, open_stage
@@ -46,7 +47,7 @@ class Reader:
     def __post_init__(self) -> None:
         self.files = Files()
         self.materials = Materials(self.say, self.files, self.times[0])
-        self.shapes = Shapes(self.materials, self.say, self.times)
+        self.shapes = Shapes(self.materials, self.say, self.times, Links(self.stage))
         self.transforms = Transforms(self.times)
         self.world = stage_matrix(self.stage)
 
@@ -218,6 +219,7 @@ def read(
     chosen = find_camera(stage, camera or settings.camera, path)
     opened, closed = shutter(chosen, time) if settings.motion_blur else (0.0, 0.0)
     times = [Usd.TimeCode(time + opened)] + ([Usd.TimeCode(time + closed)] if closed > opened else [])
+    pose(stage, times)
     reader = Reader(stage, scene, say, times, tuple(purposes or settings.purposes or PURPOSES))
     if len(times) > 1:
         scene.options.shutter = (0, 1)
@@ -225,6 +227,14 @@ def read(
     scene.options.texture_path = [str(Path(path).resolve().parent)]
     reader.read()
     settle(scene, stage, reader, chosen, settings, time, say)
+
+
+def pose(stage: Usd.Stage, times: list[Usd.TimeCode]) -> None:
+    """Skins of UsdSkel, as points of their meshes at the times of the shutter; in a layer that goes with the stage."""
+    if not any(prim.IsA(UsdSkel.Root) for prim in stage.Traverse()):
+        return
+    with Usd.EditContext(stage, stage.GetSessionLayer()):
+        UsdSkel.BakeSkinning(stage.Traverse(), Gf.Interval(times[0].GetValue(), times[-1].GetValue()))
 
 
 def find_camera(stage: Usd.Stage, wanted: str, path: str) -> Usd.Prim | None:
