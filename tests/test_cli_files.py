@@ -22,8 +22,8 @@ def folder(tmp_path: Path, ball: Path, kanuka_command) -> Path:
     [
         ("render bal.rib", 4, "bal.rib: there is no such file; did you mean ball.rib?"),
         ("render ball", 4, "ball: there is no such file; did you mean ball.rib?"),
-        ("render zzz.rib", 4, "zzz.rib: there is no such file; name a RIB file or a USD stage that is there"),
-        ("render shots", 4, "shots: is a folder; name a RIB file or a USD stage in it"),
+        ("render zzz.rib", 4, "zzz.rib: there is no such file; name a RIB file, a USD stage or a model that is there"),
+        ("render shots", 4, "shots: is a folder; name a RIB file, a USD stage or a model in it"),
         ("render nowhere/a.rib", 4, "nowhere/a.rib: there is no folder nowhere"),
         ("render ball.rib -o a.tif", 2, "a.tif: pictures are written as .exr or .png"),
         ("render ball.rib -o a", 2, "a: pictures are written as .exr or .png"),
