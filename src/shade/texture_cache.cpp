@@ -146,7 +146,7 @@ std::optional<std::string> TextureCache::make(const std::string& picture, Pictur
 }
 
 std::optional<std::string> TextureCache::file_of(const std::string& picture, PictureSpace space) {
-    const std::string kept = path_of(picture, space, m_folder);
+    std::string kept = path_of(picture, space, m_folder);
     std::error_code failed;
     if (fs::is_regular_file(kept, failed)) {
         note_use(kept);
