@@ -67,9 +67,7 @@ def build(path: Path) -> None:
             ball = UsdGeom.Sphere.Define(stage, f"/ball_{r}_{c}")
             ball.CreateRadiusAttr(0.44)
             place(ball, (c - 4.5, 2.5 - r, 0.5), (-90, 0, 0))
-            look = material(
-                stage, f"/look_{r}_{c}", "ND_open_pbr_surface_surfaceshader", {**common, **varied(float(x))}
-            )
+            look = material(stage, f"/look_{r}_{c}", common | varied(float(x)))
             UsdShade.MaterialBindingAPI.Apply(ball.GetPrim()).Bind(look)
     wall = UsdGeom.Mesh.Define(stage, "/wall")
     wall.CreatePointsAttr([(-20, -12, -0.3), (20, -12, -0.3), (20, 12, -0.3), (-20, 12, -0.3)])
