@@ -398,6 +398,14 @@ def test_a_medium_has_the_colour_at_its_depth(tmp_path: Path):
     assert any(np.exp(-2 * np.array(value)) == pytest.approx([0.5, 1, 0.25], abs=1e-4) for value in absorbed)
 
 
+def test_the_preview_surface_is_the_same_by_materialx() -> None:
+    inputs = dict(diffuseColor=Gf.Vec3f(0.1, 0.2, 0.3), roughness=0.7, ior=1.4)
+    found, told, _ = slots("ND_UsdPreviewSurface_surfaceshader", **inputs)
+    assert found["body.diffuseReflectance"] == pytest.approx([0.1, 0.2, 0.3])
+    assert (found["gloss.roughness"], found["gloss.ior"]) == (pytest.approx(0.7), pytest.approx(1.4))
+    assert told == []
+
+
 def test_translation_of_gltf_and_unlit():
     found, told, _ = slots(GLTF, base_color=Gf.Vec3f(0.5, 0.25, 1), metallic=1.0, roughness=0.4)
     assert found["metal.reflectance"] == pytest.approx([0.5, 0.25, 1])

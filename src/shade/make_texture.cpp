@@ -169,7 +169,8 @@ void make_texture(const TextureMaking& making) {
     const std::string s_wrap = environment ? "periodic" : making.s_wrap,
                       t_wrap = environment ? "clamp" : making.t_wrap;
     OIIO::ImageSpec spec = picture.spec();
-    for (const char* name : {"compression", "tiffcompression"})
+    // A profile is of the codes, not of light; OpenEXR has no place for it, which OpenImageIO would say.
+    for (const char* name : {"compression", "tiffcompression", "ICCProfile"})
         spec.erase_attribute(name);
     spec.set_format(halfs ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT);
     spec.tile_width = spec.tile_height = 64;

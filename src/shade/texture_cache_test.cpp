@@ -84,6 +84,20 @@ TEST_F(TextureCacheTest, SpacesHaveFilesOfTheirOwn) {
     EXPECT_EQ(look_anew(0, "srgb"), light);
 }
 
+// OpenImageIO would print a line for each, since OpenEXR has no place for it.
+TEST_F(TextureCacheTest, ProfilesOfPicturesStayWithThem) {
+    OIIO::ImageSpec spec(1024, 512, 3, OIIO::TypeDesc::UINT8);
+    const std::vector<unsigned char> profile(64, 7);
+    spec.attribute("ICCProfile", OIIO::TypeDesc(OIIO::TypeDesc::UINT8, 64), profile.data());
+    OIIO::ImageBuf picture(spec);
+    ASSERT_TRUE(picture.write((folder.path / "wood.tif").string())) << picture.geterror();
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+    look_anew(1); // "wood.png" stands for it
+    EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
 TEST_F(TextureCacheTest, SmallOnesAreReadAsTheyAre) {
     write("wood.png", 256, 256);
     look_anew(0);

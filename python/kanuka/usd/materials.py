@@ -16,7 +16,7 @@ from .network import Network
 from .stage import Say
 
 NODES = preview.NODES | patterns.NODES
-SURFACES = {"UsdPreviewSurface": preview.preview_surface} | materialx.SURFACES
+SURFACES = preview.SURFACES | materialx.SURFACES
 CONTEXTS = ("kanuka", "mtlx", "")  # of outputs, the best first
 
 

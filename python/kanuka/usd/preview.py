@@ -72,6 +72,7 @@ def transform_2d(node: Node, output: str, stage: Stage) -> Value | None:
 
 NODES = {
     "UsdUVTexture": uv_texture,
+    "ND_UsdUVTexture": uv_texture,  # MaterialX's names of the same
     "UsdTransform2d": transform_2d,
     "UsdPrimvarReader_float": primvar_reader("float"),
     "UsdPrimvarReader_int": primvar_reader("float"),
@@ -116,3 +117,6 @@ def preview_surface(node: Node, shading: Stage, displacing: Stage) -> Surface:
     if used("displacement"):
         made.displacement = node.value("displacement", displacing, "float")
     return made
+
+
+SURFACES = {"UsdPreviewSurface": preview_surface, "ND_UsdPreviewSurface_surfaceshader": preview_surface}
