@@ -45,6 +45,19 @@ def test_the_stages_settings_make_the_picture(tmp_path: Path) -> None:
     assert kanuka.render(scene, progressions=1)["rgb"].shape == (20, 90, 3)
 
 
+def test_all_of_the_aperture_is_seen_at_any_resolution(kanuka_command, tmp_path: Path) -> None:
+    """A floor that fills a square aperture: wide pictures have room beside it, high ones above."""
+    path = stage(tmp_path, CAMERA, FLOOR.replace("EXTRA", ""), MATTE, SUN)
+    for size, beside in (("48x24", np.s_[12, 6]), ("24x48", np.s_[6, 12])):
+        out = tmp_path / f"{size}.exr"
+        result = kanuka_command("render", path, "-o", out, "--resolution", size, "--progressions", "4", "-q")
+        assert result.returncode == 0, result.stderr
+        rgb = kanuka.read(out)["rgb"]
+        middle_of = rgb[rgb.shape[0] // 2, rgb.shape[1] // 2]
+        assert middle_of.min() > 0.2 and rgb[beside].max() == 0
+        assert rgb.any(-1).sum() == pytest.approx(24 * 24, abs=60)
+
+
 def test_settings_that_make_no_picture_are_told(tmp_path: Path) -> None:
     scene, told = settings(tmp_path, SETTINGS.replace("120, 40", "0, 40").replace("0.25, 0, 1, 0.5", "1, 0, 1, 1"))
     assert ["makes no picture" in text or "data window of nothing" in text for text in told] == [True, True]

@@ -30,7 +30,9 @@ def is_model(path: str | os.PathLike) -> bool:
     return Path(path).suffix.lower() in SUFFIXES
 
 
-def load(path: str | os.PathLike, *, journal: kanuka.Journal | None = None) -> kanuka.Scene:
+def load(
+    path: str | os.PathLike, *, resolution: tuple[int, int] = (960, 540), journal: kanuka.Journal | None = None
+) -> kanuka.Scene:
     """The models of a file on a neutral stage: on a grey ground, lit by a sky and a sun, seen from the front.
 
     What cannot be read is told: to `journal`, else as warnings. Raises kanuka.Error where nothing can be read, or
@@ -38,9 +40,9 @@ def load(path: str | os.PathLike, *, journal: kanuka.Journal | None = None) -> k
     """
     scene = kanuka.Scene()
     corners = add_file(scene, path, journal=journal)
-    scene.resolution = (960, 540)
+    scene.resolution = resolution
     standins.lights(scene)
-    scene.camera = standins.camera(corners, 960 / 540)
+    scene.camera = standins.camera(corners, resolution[0] / resolution[1])
     low, high = corners.min(0), corners.max(0)
     middle, reach = (low + high) / 2, 40 * float(np.linalg.norm(high - low) or 1)
     x, z = middle[0] + reach * np.array([-1, 1, 1, -1]), middle[2] + reach * np.array([1, 1, -1, -1])

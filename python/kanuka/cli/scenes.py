@@ -56,8 +56,9 @@ def is_read_whole(path: str) -> bool:
 
 
 def load(path: str, arguments: argparse.Namespace, number: int | None) -> kanuka.Scene:
+    resolution = getattr(arguments, "resolution", None)
     if models.is_model(path):
-        return models.load(path, journal=kanuka.Journal())
+        return models.load(path, resolution=resolution or (960, 540), journal=kanuka.Journal())
     return usd.load(
         path,
         frame=number,
@@ -65,6 +66,7 @@ def load(path: str, arguments: argparse.Namespace, number: int | None) -> kanuka
         variants=dict(choice.rsplit("=", 1) for choice in arguments.variant),
         mask=arguments.prim,
         purposes=arguments.purpose or (),
+        resolution=resolution,
         journal=kanuka.Journal(),
     )
 

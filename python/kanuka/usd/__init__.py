@@ -32,13 +32,15 @@ def load(
     variants: Mapping[str, str] | None = None,
     mask: Sequence[str] = (),
     purposes: Sequence[str] = (),
+    resolution: tuple[int, int] | None = None,
     journal: Journal | None = None,
 ) -> Scene:
     """A scene of a stage.
 
     frame: time code; default: the stage's first. camera: a path or name; default: its settings', else the first.
     variants: {"/prim{set}": "variant"} over the stage's own. mask: paths of prims; nothing else is read. purposes:
-    "default", "render", "proxy", "guide"; default: its settings', else the first two. What cannot be read is told: to
+    "default", "render", "proxy", "guide"; default: its settings', else the first two. resolution: pixels, to which the
+    camera's view is fitted; default: its settings', else by the camera's aperture. What cannot be read is told: to
     `journal`, else as warnings.
     Raises kanuka.Error where there is no stage, or USD is not installed.
     """
@@ -53,7 +55,17 @@ def load(
         if journal is not None:
             journal.add(severity, text, file)
 
-    scene.read(made, file, say, frame=frame, camera=camera, variants=variants or {}, mask=mask, purposes=purposes)
+    scene.read(
+        made,
+        file,
+        say,
+        frame=frame,
+        camera=camera,
+        variants=variants or {},
+        mask=mask,
+        purposes=purposes,
+        resolution=resolution,
+    )
     if journal is None:
         _messages.tell(made.journal.messages)
     return made

@@ -211,11 +211,13 @@ def read(
     variants: Mapping[str, str],
     mask: Sequence[str],
     purposes: Sequence[str],
+    resolution: tuple[int, int] | None = None,
 ) -> None:
     """Into an empty scene: the stage at a frame (None: its first), seen by `camera` (empty: its first one)."""
     stage = open_stage(path, say, variants, mask)
     time = frame if frame is not None else (stage.GetStartTimeCode() if stage.HasAuthoredTimeCodeRange() else 0.0)
     settings = settings_of(stage, say)
+    settings.resolution = resolution or settings.resolution
     chosen = find_camera(stage, camera or settings.camera, path)
     opened, closed = shutter(chosen, time) if settings.motion_blur else (0.0, 0.0)
     times = [Usd.TimeCode(time + opened)] + ([Usd.TimeCode(time + closed)] if closed > opened else [])
