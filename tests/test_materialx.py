@@ -1,93 +1,17 @@
-"""MaterialX's nodes and surfaces, against what its specification says of them in numbers."""
+"""MaterialX's nodes, against what its specification says of them in numbers."""
 
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-mx = pytest.importorskip("MaterialX")
-from pxr import Gf, Sdf, Usd, UsdShade  # noqa: E402
+pytest.importorskip("MaterialX")
+from pxr import Gf, UsdShade
 
-import kanuka  # noqa: E402
-from kanuka.looks.files import Files  # noqa: E402
-from kanuka.usd import library  # noqa: E402
-from kanuka.usd.materials import Made, Materials  # noqa: E402
-
-N = 8
-SHIFT = 8.0
-TYPES = {
-    "float": Sdf.ValueTypeNames.Float,
-    "integer": Sdf.ValueTypeNames.Int,
-    "boolean": Sdf.ValueTypeNames.Bool,
-    "color3": Sdf.ValueTypeNames.Color3f,
-    "color4": Sdf.ValueTypeNames.Color4f,
-    "vector2": Sdf.ValueTypeNames.Float2,
-    "vector3": Sdf.ValueTypeNames.Float3,
-    "vector4": Sdf.ValueTypeNames.Float4,
-    "string": Sdf.ValueTypeNames.String,
-    "filename": Sdf.ValueTypeNames.Asset,
-}
-
-
-class Graph:
-    """A material whose emission is what a node gives."""
-
-    def __init__(self) -> None:
-        self.stage = Usd.Stage.CreateInMemory()
-        self.material = UsdShade.Material.Define(self.stage, "/m")
-        self.surface = self.node("surface", "ND_standard_surface_surfaceshader", emission=1.0)
-        self.material.CreateSurfaceOutput("mtlx").ConnectToSource(
-            self.surface.CreateOutput("surface", Sdf.ValueTypeNames.Token)
-        )
-        self.told: list[str] = []
-
-    def node(self, name: str, identifier: str, **inputs) -> UsdShade.Shader:
-        """Inputs are values, or (node, output)."""
-        shader = UsdShade.Shader.Define(self.stage, f"/m/{name}")
-        shader.CreateIdAttr(identifier)
-        definition = library.definition(identifier)
-        for key, value in inputs.items():
-            key = key.rstrip("_")
-            port = shader.CreateInput(key, TYPES[definition.getActiveInput(key).getType()])
-            if isinstance(value, tuple) and isinstance(value[0], UsdShade.Shader):
-                port.ConnectToSource(value[0].GetOutput(value[1]))
-            else:
-                port.Set(value)
-        for output in definition.getActiveOutputs():
-            if output.getType() in TYPES:
-                shader.CreateOutput(output.getName(), TYPES[output.getType()])
-        return shader
-
-    def emit(self, shader: UsdShade.Shader, output: str = "out") -> None:
-        port = self.surface.CreateInput("emission_color", Sdf.ValueTypeNames.Color3f)
-        port.ConnectToSource(shader.GetOutput(output))
-
-    def made(self) -> tuple[Made, kanuka.CompiledShader]:
-        materials = Materials(lambda kind, text: self.told.append(text), Files(), Usd.TimeCode.Default())
-        made = materials.of(self.material)
-        assert made is not None
-        return made, kanuka.compile_shader(materials._files.folder / f"{made.shader}.sl")
-
-    def run(self, what: str = "light.radiance", **primvars) -> np.ndarray:
-        """(N, N, 3) over the unit square, with s and t the texture coordinates."""
-        made, shader = self.made()
-        s, t = coordinates()
-        known = {p["name"] for p in shader.parameters}
-        values = {k: v for k, v in {"usd_st_0": s, "usd_st_1": t, **primvars}.items() if k in known}
-        return shader.run(N, N, plain(made) | values)["slots"][what]
-
-
-def plain(made: Made) -> dict[str, object]:
-    """Its parameters by names without types."""
-    return {name.split()[-1]: value for name, value in made.parameters.items()}
-
-
-def coordinates() -> tuple[np.ndarray, np.ndarray]:
-    u = np.linspace(0, 1, N, dtype=np.float32)
-    return np.broadcast_to(u, (N, N)).copy(), np.broadcast_to(u[:, None], (N, N)).copy()
+from kanuka.usd import library
+from usd_graphs import SHIFT, TYPES, Graph, N, coordinates, plain
 
 
 def evaluated(identifier: str, **inputs) -> np.ndarray:
@@ -285,7 +209,57 @@ def test_every_pattern_node_of_the_library_is_known():
     assert missing == NOT_KNOWN
 
 
-def test_graphs_that_run_in_circles_are_cut(tmp_path: Path):
+def perlin_spread(dimensions: int) -> float:
+    """The standard deviation of MaterialX's gradient noise: its gradients, weights and scales, a hash at random."""
+    random, count = np.random.default_rng(3), 400_000
+    place, total = random.random((count, dimensions)), np.zeros(count)
+    fade = place**3 * (place * (place * 6 - 15) + 10)
+    for corner in np.ndindex(*(2,) * dimensions):
+        away, hashed = (place - corner).T, random.integers(0, 16, count)
+        if dimensions == 2:
+            u, v = np.where(hashed & 4, away[::-1], away)
+            v = 2 * v
+        else:
+            u = np.where(hashed < 8, away[0], away[1])
+            v = np.where(hashed < 4, away[1], np.where((hashed == 12) | (hashed == 14), away[0], away[2]))
+        gradient = np.where(hashed & 1, -u, u) + np.where(hashed & 2, -v, v)
+        total += np.where(corner, fade, 1 - fade).prod(1) * gradient
+    return float((0.6616 if dimensions == 2 else 0.982) * total.std())
+
+
+@pytest.mark.parametrize(
+    ("identifier", "dimensions", "octaves"),
+    [
+        ("ND_noise2d_float", 2, 1),
+        ("ND_noise3d_float", 3, 1),
+        ("ND_fractal2d_float", 2, 3),
+        ("ND_fractal3d_float", 3, 3),
+    ],
+)
+def test_noises_are_as_strong_as_materialxs(identifier: str, dimensions: int, octaves: int) -> None:
+    graph = Graph()
+    st = graph.node("st", "ND_texcoord_vector2")
+    if dimensions == 2:
+        where = {"texcoord": (st, "out")}
+    else:
+        third = graph.node("third", "ND_dotproduct_vector2", in1=(st, "out"), in2=Gf.Vec2f(0.37, 0.61))
+        first, second = (graph.node(f"e{i}", "ND_extract_vector2", in_=(st, "out"), index=i) for i in (0, 1))
+        parts = {f"in{i + 1}": (part, "out") for i, part in enumerate((first, second, third))}
+        where = {"position": (graph.node("p", "ND_combine3_vector3", **parts), "out")}
+    noise = graph.node("n", identifier, **where)
+    wide = graph.node("w", "ND_convert_float_color3", in_=(noise, "out"))
+    graph.emit(graph.node("shifted", "ND_add_color3FA", in1=(wide, "out"), in2=SHIFT))
+    made, shader = graph.made()
+    s, t = np.meshgrid(*[np.linspace(0.013, 173.3, 512, dtype=np.float32)] * 2)
+    found = (
+        shader.run(512, 512, plain(made) | {"usd_st_0": s, "usd_st_1": t})["slots"]["light.radiance"][..., 0] - SHIFT
+    )
+    expected = perlin_spread(dimensions) * math.sqrt(sum(0.25**i for i in range(octaves)))
+    assert found.mean() == pytest.approx(0, abs=0.01)
+    assert found.std() == pytest.approx(expected, rel=0.03)
+
+
+def test_graphs_that_run_in_circles_are_cut():
     graph = Graph()
     a = graph.node("a", "ND_add_color3", in2=Gf.Vec3f(1, 0, 0))
     b = graph.node("b", "ND_add_color3", in1=(a, "out"))
@@ -295,7 +269,7 @@ def test_graphs_that_run_in_circles_are_cut(tmp_path: Path):
     assert any("circle" in text for text in graph.told)
 
 
-def test_nodes_that_nobody_knows_are_named(tmp_path: Path):
+def test_nodes_that_nobody_knows_are_named():
     graph = Graph()
     odd = UsdShade.Shader.Define(graph.stage, "/m/odd")
     odd.CreateIdAttr("ND_teapot_color3")
@@ -303,113 +277,3 @@ def test_nodes_that_nobody_knows_are_named(tmp_path: Path):
     graph.emit(odd)
     graph.run()
     assert graph.told == ['/m: there is no node "ND_teapot_color3" (/m/odd); its default stands']
-
-
-# ---- surfaces
-
-
-def slots(identifier: str, **inputs) -> tuple[dict[str, np.ndarray], list[str], list]:
-    graph = Graph()
-    graph.surface = graph.node("other", identifier, **inputs)
-    graph.material.CreateSurfaceOutput("mtlx").ConnectToSource(
-        graph.surface.CreateOutput("surface", Sdf.ValueTypeNames.Token)
-    )
-    made, shader = graph.made()
-    result = shader.run(2, 2, plain(made))
-    return {k: np.asarray(v)[0, 0] for k, v in result["slots"].items()}, graph.told, result["program"]
-
-
-STANDARD, OPEN, GLTF = (
-    "ND_standard_surface_surfaceshader",
-    "ND_open_pbr_surface_surfaceshader",
-    "ND_gltf_pbr_surfaceshader",
-)
-
-
-WIDE = 0.25 * math.sqrt(2 / 1.16)
-
-
-def test_subsurface_is_a_colour_of_the_body():
-    found, told, _ = slots(
-        STANDARD, base_color=Gf.Vec3f(1, 0, 0), base=0.5, subsurface=0.5, subsurface_color=Gf.Vec3f(0, 1, 0)
-    )
-    assert found["body.diffuseReflectance"] == pytest.approx([0.25, 0.5, 0])
-    assert told == []
-
-
-@pytest.mark.parametrize(
-    ("identifier", "inputs", "along", "across"),
-    [  # widths of slopes along the tangent, and across it
-        (STANDARD, dict(specular_roughness=0.5, specular_anisotropy=0.6), 0.25 / 0.46**0.5, 0.25 * 0.46**0.5),
-        (OPEN, dict(specular_roughness=0.5, specular_roughness_anisotropy=0.6), WIDE, 0.4 * WIDE),
-        (GLTF, dict(roughness=0.5, anisotropy_strength=0.6, metallic=0.0), 0.25 + 0.75 * 0.36, 0.25),
-    ],
-)
-def test_anisotropy_has_the_widths_of_each_dialect(identifier: str, inputs: dict, along: float, across: float):
-    found, told, _ = slots(identifier, **inputs)
-    wide = found["gloss.roughness"] ** 2
-    assert told == []
-    assert wide == pytest.approx(along, rel=1e-3)
-    assert wide * (1 - 0.95 * found["gloss.anisotropy"]) == pytest.approx(across, rel=1e-3)
-    assert found["gloss.rotation"] == pytest.approx(0.25, abs=1e-3)  # grooves lie across the tangent
-
-
-def test_the_specular_weight_of_open_pbr_scales_the_reflectance_straight_on():
-    found, _, _ = slots(OPEN, specular_weight=0.5, specular_ior=1.8)
-    f0 = lambda n: ((n - 1) / (n + 1)) ** 2  # noqa: E731
-    assert f0(found["gloss.ior"]) == pytest.approx(0.5 * f0(1.8), rel=1e-3)
-
-
-def test_coats_darken_and_tint_what_lies_below():
-    found, _, _ = slots(OPEN, base_color=Gf.Vec3f(0.5), coat_weight=1.0, coat_ior=1.6, coat_color=Gf.Vec3f(1, 0.5, 1))
-    k = 1 - (1 - (0.6 / 2.6) ** 2) / 1.6**2
-    dark = 0.5 * (1 - k) / (1 - 0.5 * k)
-    assert found["body.diffuseReflectance"] == pytest.approx([dark, dark / 2, dark], rel=1e-3)
-    found, _, _ = slots(OPEN, base_color=Gf.Vec3f(0.5), coat_weight=1.0, coat_darkening=0.0)
-    assert found["body.diffuseReflectance"] == pytest.approx([0.5] * 3)
-
-
-def test_films_have_their_thickness_in_nanometres():
-    found, told, _ = slots(OPEN, thin_film_weight=1.0, thin_film_thickness=0.4, thin_film_ior=1.3)
-    assert (found["film.filmThickness"], found["film.filmIor"]) == (pytest.approx(400), pytest.approx(1.3))
-    found, told, _ = slots(STANDARD, thin_film_thickness=300.0)
-    assert found["film.filmThickness"] == pytest.approx(300)
-    assert told == []
-
-
-def test_transmission_disperses_and_may_be_thin():
-    found, _, _ = slots(OPEN, transmission_weight=1.0, transmission_dispersion_scale=0.5)
-    assert found["glass.abbe"] == pytest.approx(40)
-    found, told, _ = slots(STANDARD, transmission=1.0, thin_walled=True, transmission_color=Gf.Vec3f(1, 0.5, 0.25))
-    assert found["glass.transmittance"] == pytest.approx([1, 0.5, 0.25])
-    assert told == []
-
-
-def test_a_medium_has_the_colour_at_its_depth(tmp_path: Path):
-    graph = Graph()
-    graph.surface = graph.node(
-        "other", STANDARD, transmission=1.0, transmission_color=Gf.Vec3f(0.5, 1, 0.25), transmission_depth=2.0
-    )
-    graph.material.CreateSurfaceOutput("mtlx").ConnectToSource(
-        graph.surface.CreateOutput("surface", Sdf.ValueTypeNames.Token)
-    )
-    made, _ = graph.made()
-    absorbed = [value for name, value in made.parameters.items() if name.startswith("color") and max(value) < 0.7]
-    assert any(np.exp(-2 * np.array(value)) == pytest.approx([0.5, 1, 0.25], abs=1e-4) for value in absorbed)
-
-
-def test_the_preview_surface_is_the_same_by_materialx() -> None:
-    inputs = dict(diffuseColor=Gf.Vec3f(0.1, 0.2, 0.3), roughness=0.7, ior=1.4)
-    found, told, _ = slots("ND_UsdPreviewSurface_surfaceshader", **inputs)
-    assert found["body.diffuseReflectance"] == pytest.approx([0.1, 0.2, 0.3])
-    assert (found["gloss.roughness"], found["gloss.ior"]) == (pytest.approx(0.7), pytest.approx(1.4))
-    assert told == []
-
-
-def test_translation_of_gltf_and_unlit():
-    found, told, _ = slots(GLTF, base_color=Gf.Vec3f(0.5, 0.25, 1), metallic=1.0, roughness=0.4)
-    assert found["metal.reflectance"] == pytest.approx([0.5, 0.25, 1])
-    assert found["metal.roughness"] == pytest.approx(0.4)
-    found, more, _ = slots("ND_surface_unlit", emission=2.0, emission_color=Gf.Vec3f(1, 0.5, 0))
-    assert found["light.radiance"] == pytest.approx([2, 1, 0])
-    assert told == more == []
