@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("MaterialX")
 from pxr import Gf, Sdf
 
-from usd_graphs import Graph, plain
+from usd_graphs import Graph, N, coordinates, plain
 
 # ---- surfaces
 
@@ -59,6 +59,22 @@ def test_anisotropy_has_the_widths_of_each_dialect(identifier: str, inputs: dict
     assert wide == pytest.approx(along, rel=1e-3)
     assert wide * (1 - 0.95 * found["gloss.anisotropy"]) == pytest.approx(across, rel=1e-3)
     assert found["gloss.rotation"] == pytest.approx(0.25, abs=1e-3)  # grooves lie across the tangent
+
+
+@pytest.mark.parametrize(("degrees", "turns"), [(0, 0.25), (30, 0.25 + 1 / 12), (-45, 0.125)])
+def test_grooves_turn_with_the_texture_coordinates(degrees: float, turns: float):
+    """By the angle from dPdu to where s grows, counterclockwise; and by specular_rotation, in turns."""
+    u, v = coordinates()
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    for more in (0.0, 0.1):
+        graph = Graph()
+        graph.surface = graph.node("other", STANDARD, specular_anisotropy=0.5, specular_rotation=more)
+        graph.material.CreateSurfaceOutput("mtlx").ConnectToSource(
+            graph.surface.CreateOutput("surface", Sdf.ValueTypeNames.Token)
+        )
+        made, shader = graph.made()
+        found = shader.run(N, N, plain(made) | {"usd_st_0": c * u + s * v, "usd_st_1": c * v - s * u})["slots"]
+        assert found["gloss.rotation"] == pytest.approx(np.full((N, N), turns + more), abs=1e-4)
 
 
 def test_the_specular_weight_of_open_pbr_scales_the_reflectance_straight_on():

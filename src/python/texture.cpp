@@ -22,11 +22,11 @@ static void make_texture(const std::vector<std::string>& pictures, const std::st
                          pictures, texture, wrap.first, wrap.second, filter, fov, width.first, width.second});
 }
 
-static std::string folder_or_default(const std::filesystem::path& folder) {
-    return folder.empty() ? shade::texture_cache_folder() : folder.string();
+static std::string folder_or_default(const std::optional<std::filesystem::path>& folder) {
+    return folder && !folder->empty() ? folder->string() : shade::texture_cache_folder();
 }
 
-static nb::list cache_files(const std::filesystem::path& folder) {
+static nb::list cache_files(const std::optional<std::filesystem::path>& folder) {
     nb::list list;
     const auto now = std::filesystem::file_time_type::clock::now();
     std::vector<CachedFile> files = cached_files(folder_or_default(folder), shade::TextureFiles.suffix);
@@ -60,20 +60,23 @@ void bind_texture(nb::module_& m) {
            "folder.");
     define(m, "texture_cache_limit", &shade::texture_cache_limit,
            "Its largest size in bytes: KANUKA_TEXTURE_CACHE_SIZE, or 20 GiB.");
-    define(m, "texture_cache_files", &cache_files, nb::arg("folder") = std::filesystem::path(),
-           "What is in the texture cache, used last first: file, bytes, age_s (since it was used).",
-           nb::sig("def texture_cache_files(folder: str | os.PathLike = '') -> list[dict[str, object]]"));
+    define(
+        m, "texture_cache_files", &cache_files, nb::arg("folder") = nb::none(),
+        "What is in the texture cache, used last first: file, bytes, age_s (since it was used).",
+        nb::sig(
+            "def texture_cache_files(folder: str | os.PathLike | None = None) -> list[dict[str, object]]"));
     define(
         m, "texture_cache_prune",
-        [](const std::filesystem::path& folder, std::optional<uint64_t> bytes) {
+        [](const std::optional<std::filesystem::path>& folder, std::optional<uint64_t> bytes) {
             return trim_cache(folder_or_default(folder), shade::TextureFiles,
                               bytes.value_or(shade::texture_cache_limit()));
         },
-        nb::arg("folder") = std::filesystem::path(), nb::arg("bytes") = nb::none(),
+        nb::arg("folder") = nb::none(), nb::arg("bytes") = nb::none(),
         "Deletes the files not used for longest until no more than so many bytes are left (None: its limit; "
         "0: all "
         "go); returns how many.",
-        nb::sig("def texture_cache_prune(folder: str | os.PathLike = '', bytes: int | None = None) -> int"));
+        nb::sig("def texture_cache_prune(folder: str | os.PathLike | None = None, bytes: int | None = None) "
+                "-> int"));
 }
 
 } // namespace kanuka::python

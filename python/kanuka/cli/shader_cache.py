@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Callable
 
 import kanuka
 
@@ -28,13 +29,19 @@ def add_parser(commands: argparse._SubParsersAction) -> None:
         epilog=exit_codes.HELP,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
-    for name, text, run in (
+    add_actions(
+        parser,
         ("list", "list the entries, with sizes and last uses", run_list),
         ("clear", "delete all entries", run_clear),
         ("trim", "delete the entries that were not used for longest, down to a size", run_trim),
         ("verify", "check every entry; renders compile broken ones again", run_verify),
-    ):
+    )
+
+
+def add_actions(parser: argparse.ArgumentParser, *rows: tuple[str, str, Callable]) -> None:
+    """What can be done with a cache's folder: name, help and function of each."""
+    actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
+    for name, text, run in rows:
         action = actions.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
         action.add_argument("--folder", default="", metavar="DIR", help="default: the folder that renders use")
         action.add_argument("--json", action="store_true", help="print JSON")

@@ -9,7 +9,7 @@ import kanuka
 
 from . import exit_codes
 from .exit_codes import ExitCode
-from .shader_cache import age_text, bytes_text, size
+from .shader_cache import add_actions, age_text, bytes_text
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
@@ -22,18 +22,12 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         epilog=exit_codes.HELP,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
-    for name, text, run in (
+    add_actions(
+        parser,
         ("list", "list the files, with sizes and last uses", run_list),
-        ("clear", "delete all files", run_prune),
-        ("trim", "delete the files that were not used for longest, down to a size", run_prune),
-    ):
-        action = actions.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
-        action.add_argument("--folder", default="", metavar="DIR", help="default: the folder that renders use")
-        action.add_argument("--json", action="store_true", help="print JSON")
-        if name == "trim":
-            action.add_argument("--size", type=size, metavar="SIZE", help="as 500M or 20G; default: the limit")
-        action.set_defaults(run=run, **({"size": 0} if name == "clear" else {}))
+        ("clear", "delete all files", run_clear),
+        ("trim", "delete the files that were not used for longest, down to a size", run_trim),
+    )
 
 
 def folder(arguments: argparse.Namespace) -> str:
@@ -52,9 +46,15 @@ def run_list(arguments: argparse.Namespace) -> int:
     return ExitCode.OK
 
 
-def run_prune(arguments: argparse.Namespace) -> int:
-    removed = kanuka.texture_cache_prune(folder(arguments), arguments.size)
-    print(
-        json.dumps({"folder": folder(arguments), "removed": removed}) if arguments.json else f"{removed} files removed"
-    )
+def run_clear(arguments: argparse.Namespace) -> int:
+    return report_removed(arguments, kanuka.texture_cache_prune(folder(arguments), 0))
+
+
+def run_trim(arguments: argparse.Namespace) -> int:
+    return report_removed(arguments, kanuka.texture_cache_prune(folder(arguments), arguments.size))
+
+
+def report_removed(arguments: argparse.Namespace, removed: int) -> int:
+    told = {"folder": folder(arguments), "removed": removed}
+    print(json.dumps(told) if arguments.json else f"{removed} files removed")
     return ExitCode.OK
