@@ -95,7 +95,9 @@ def opened(path: str):
     try:
         found = trimesh.load_scene(path, process=False, maintain_order=True, split_objects=True, group_material=False)
     except Exception as error:  # whatever a reader of foreign bytes comes to
-        raise failed(f"it cannot be read ({type(error).__name__}: {error})", path) from None
+        raise failed(
+            f"it cannot be read ({type(error).__name__}: {error}). Export it again where it was made", path
+        ) from None
     if not any(hasattr(each, "faces") and len(each.faces) for each in found.geometry.values()):
         raise failed("there are no faces in it", path)
     return found
