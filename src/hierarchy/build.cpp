@@ -48,7 +48,7 @@ class Layout {
     }
     static size_t names_each(Kind kind) { return is_of_triangles(kind) ? LeafTriangles : 1; }
     size_t leaf(size_t group, const Group& g, int i) const {
-        return m_offset[group] + g.place[i] * UnitsOf[int(g.kind)] * UnitBytes;
+        return m_offset[group] + unsigned(i) * UnitsOf[int(g.kind)] * UnitBytes;
     }
     size_t offset(size_t group) const { return m_offset[group]; }
 

@@ -154,7 +154,6 @@ void GridLeaves::add_part(Made& made, uint32_t tile, int u, int v, int width, in
         }
     if (group.count == 0)
         return;
-    group.order();
     made.parts.push_back(part);
     made.groups.push_back(group);
 }

@@ -13,8 +13,8 @@ namespace kanuka::hierarchy {
 inline constexpr int MostNesting = 8;
 
 struct InstanceLeaf {
-    float page_from_world[9]; // the linear part, row by row; of a level inside, "world" is the page that it
-                              // stands in
+    float page_from_world[9]; // the linear part, column by column; of a level inside, "world" is the page
+                              // that it stands in
     float origin[3]; // of the page, in the world: taken off first, so that places far away keep their digits
     uint32_t page;   // number of what stands there
     uint32_t number; // of the instance in its level
@@ -22,18 +22,19 @@ struct InstanceLeaf {
 
     // The ray as it runs in the page; distances are the same. Sums are taken in double, rounded once.
     Ray inner(const Ray& r) const {
-        const double from[3] = {double(r.o.x) - double(origin[0]), double(r.o.y) - double(origin[1]),
-                                double(r.o.z) - double(origin[2])};
-        const double along[3] = {double(r.d.x), double(r.d.y), double(r.d.z)};
-        const auto turned = [&](const double* v) {
-            float out[3];
-            for (int a = 0; a < 3; a++) {
-                const float* row = page_from_world + 3 * a;
-                out[a] = float(double(row[0]) * v[0] + double(row[1]) * v[1] + double(row[2]) * v[2]);
-            }
-            return Vec3f(out[0], out[1], out[2]);
+        const auto doubles = [](const float* at) { return _mm256_cvtps_pd(_mm_loadu_ps(at)); };
+        const __m256d x = doubles(page_from_world), y = doubles(page_from_world + 3),
+                      z = doubles(page_from_world + 6);
+        const auto turned = [&](__m256d v) {
+            __m256d sum = _mm256_mul_pd(z, _mm256_permute4x64_pd(v, 0xaa));
+            sum = _mm256_fmadd_pd(y, _mm256_permute4x64_pd(v, 0x55), sum);
+            return _mm256_cvtpd_ps(_mm256_fmadd_pd(x, _mm256_permute4x64_pd(v, 0x00), sum));
         };
-        return {turned(from), r.t_min, turned(along), r.t_max};
+        Ray out;
+        _mm_storeu_ps(&out.o.x, turned(_mm256_sub_pd(doubles(&r.o.x), doubles(origin))));
+        _mm_storeu_ps(&out.d.x, turned(doubles(&r.d.x)));
+        out.t_min = r.t_min, out.t_max = r.t_max; // the fourth lanes hold nothing
+        return out;
     }
 };
 static_assert(sizeof(InstanceLeaf) == 64);

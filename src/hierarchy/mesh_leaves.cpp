@@ -75,7 +75,6 @@ MeshLeaves::MeshLeaves(std::span<const MeshView> meshes, const Lattice& lattice)
         Group group{Kind::Triangle32, 0};
         group.source = uint32_t(m_leaves.size());
         collect(tree, b, group);
-        group.order();
         m_groups.push_back(group);
     }
     tasks::parallel_chunks(m_groups.size(), FacesATask / 64, [&](size_t begin, size_t end) {

@@ -72,13 +72,12 @@ class Collapse {
         }
         for (int i = 0; i < g.count; i++)
             g.box[i] = branch(child[i]).box;
-        g.order();
         const uint32_t first = uint32_t(m_out.nodes.size());
         m_out.nodes.resize(first + g.count);
         const uint32_t unit = m_first_unit + first * UnitsOf[int(Kind::Nodes)];
         write_node(m_out.nodes[at], g, Children{Kind::Nodes, g.count, unit}.word());
         for (int i = 0; i < g.count; i++)
-            write(child[i], first + g.place[i], depth + 1);
+            write(child[i], first + uint32_t(i), depth + 1);
     }
 
     const SplitTree& m_tree;
@@ -87,34 +86,6 @@ class Collapse {
 };
 
 } // namespace
-
-void Group::order() {
-    Vec3f centre[8], middle(0.0f);
-    for (int i = 0; i < count; i++) {
-        centre[i] = box[i].lo * 0.5f + box[i].hi * 0.5f;
-        middle += centre[i] * (1.0f / float(count));
-    }
-    // Bit a of a place says that it is on the far side along +a. Pairs of child and place that fit best are
-    // made first.
-    float misfit[8][8];
-    for (int i = 0; i < count; i++)
-        for (int p = 0; p < count; p++) {
-            misfit[i][p] = 0;
-            for (int a = 0; a < 3; a++)
-                misfit[i][p] += p >> a & 1 ? middle[a] - centre[i][a] : centre[i][a] - middle[a];
-        }
-    unsigned placed = 0, taken = 0;
-    for (int n = 0; n < count; n++) {
-        int best = -1, best_place = -1;
-        for (int i = 0; i < count; i++)
-            for (int p = 0; p < count; p++)
-                if (!(placed >> i & 1) && !(taken >> p & 1) &&
-                    (best < 0 || misfit[i][p] < misfit[best][best_place]))
-                    best = i, best_place = p;
-        placed |= 1u << best, taken |= 1u << best_place;
-        place[best] = uint8_t(best_place);
-    }
-}
 
 void write_node(Node& node, const Group& group, uint32_t children) {
     const Bounds3f all = group.bounds();
@@ -126,8 +97,8 @@ void write_node(Node& node, const Group& group, uint32_t children) {
         for (int i = 0; i < group.count; i++) {
             const Bounds3f& b = group.box[i];
             const double origin = double(axis.origin);
-            node.plane[a][0][group.place[i]] = uint8_t(std::floor(double(b.lo[a]) * per_step) - origin);
-            node.plane[a][1][group.place[i]] = uint8_t(std::ceil(double(b.hi[a]) * per_step) - origin);
+            node.plane[a][0][i] = uint8_t(std::floor(double(b.lo[a]) * per_step) - origin);
+            node.plane[a][1][i] = uint8_t(std::ceil(double(b.hi[a]) * per_step) - origin);
         }
         node.frame[a] = int32_t(uint32_t(axis.origin) << 8) | (axis.exponent + 127);
     }

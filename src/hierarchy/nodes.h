@@ -1,4 +1,4 @@
-// Nodes: boxes in eight bits a plane, the order of children, and the tree of nodes over groups of leaves.
+// Nodes: boxes in eight bits a plane, and the tree of nodes over groups of leaves.
 #pragma once
 
 #include <span>
@@ -14,7 +14,6 @@ namespace kanuka::hierarchy {
 struct Group {
     Kind kind;
     uint8_t count = 0;
-    uint8_t place[8] = {}; // of child i among its siblings
     Bounds3f box[8];
     uint32_t source = 0; // whatever the maker of the leaves knows it by
 
@@ -24,9 +23,6 @@ struct Group {
             all.extend(box[i]);
         return all;
     }
-    // Gives children their places: a ray whose direction has the signs of octant o meets place p ^ o before
-    // q ^ o, by and large, where p < q.
-    void order();
 };
 
 // Writes boxes, rounded outwards, and where the children are; unused places hold nothing.

@@ -32,35 +32,70 @@ struct EverythingIsThere {
     bool accepts(size_t /*ray*/, const Page&, const Hit&, const InstancePath&) const { return true; }
 };
 
-// What boxes a ray meets of a node's: lanes from far to near, with the distances at which it enters them.
+// Largest first: a bitonic network [Batcher 1968].
+inline __m256i sort_down(__m256i v) {
+    const auto stage = [&v](__m256i partner, auto larger) { // lanes that take the larger one
+        v = _mm256_blend_epi32(_mm256_min_epi32(v, partner), _mm256_max_epi32(v, partner),
+                               decltype(larger)::value);
+    };
+    const auto by_1 = [&] { return _mm256_shuffle_epi32(v, 0xb1); };
+    const auto by_2 = [&] { return _mm256_shuffle_epi32(v, 0x4e); };
+    stage(by_1(), std::integral_constant<int, 0b10011001>());
+    stage(by_2(), std::integral_constant<int, 0b11000011>());
+    stage(by_1(), std::integral_constant<int, 0b10100101>());
+    stage(_mm256_permute4x64_epi64(v, 0x4e), std::integral_constant<int, 0b00001111>());
+    stage(by_2(), std::integral_constant<int, 0b00110011>());
+    stage(by_1(), std::integral_constant<int, 0b01010101>());
+    return v;
+}
+
+// The children of a node that a ray enters, from the far ones to the near: the distance as a float's bits,
+// whose last three are the child's place in the node; 0 = no child.
 struct Entered {
-    Float<8> t;
-    uint32_t lanes;
+    __m256i keys;
+    int count;
 };
+// A plane q lies at distance ((origin + q) step - o) / d = q scale + shift along the ray. The error of the
+// shift is relative to that itself, so to the distance and to the width of the node: hence two margins.
 inline Entered enter_children(const Node& node, const TracedRay& ray) {
-    const uint8_t* planes = node.plane[0][0];
+    const uint8_t* const planes = node.plane[0][0];
+    const __m128i frame = _mm_load_si128(reinterpret_cast<const __m128i*>(node.frame)); // and the children
+    const __m128 origin = _mm_cvtepi32_ps(_mm_srai_epi32(frame, 8));                    // signed
+    const __m128 step = _mm_castsi128_ps(_mm_slli_epi32(_mm_and_si128(frame, _mm_set1_epi32(255)), 23));
+    const __m128 per_d = _mm_load_ps(ray.per_d);
+    const __m128 scale_of = _mm_mul_ps(step, per_d),
+                 shift = _mm_mul_ps(_mm_fmsub_ps(origin, step, _mm_load_ps(ray.o)), per_d);
+    const __m128 margin =
+        _mm_mul_ps(_mm_andnot_ps(_mm_set1_ps(-0.0f), scale_of), _mm_set1_ps(TracedRay::StepMargin));
+    alignas(16) float scale[4], near_shift[4], far_shift[4];
+    _mm_store_ps(scale, scale_of);
+    _mm_store_ps(near_shift, _mm_sub_ps(shift, margin));
+    _mm_store_ps(far_shift, _mm_add_ps(shift, margin));
     const auto eight = [](const uint8_t* p) {
-        return Float<8>(Int<8>(
-            (NativeLanes<8>::I)_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(p)))));
+        return _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(p))));
     };
-    Float<8> enter(ray.t_min), leave(ray.t_max);
-    for (int a = 0; a < 3; a++) {
-        const Int<8> frame(node.frame[a]);
-        const Float<8> origin(Int<8>(frame.v >> 8)); // signed
-        const Float<8> step = bitcast_float((frame & Int<8>(255)) << 23), minus_o(-ray.o[a]);
-        const Float<8> near = fma(eight(planes + ray.near_plane[a]) + origin, step, minus_o);
-        const Float<8> far = fma(eight(planes + (ray.near_plane[a] ^ 8)) + origin, step, minus_o);
-        enter = max(enter, near * Float<8>(ray.near_per_d[a]));
-        leave = min(leave, far * Float<8>(ray.far_per_d[a]));
-    }
-    const __m256i order =
-        _mm256_load_si256(reinterpret_cast<const __m256i*>(octant_tables.place[ray.octant]));
-    const auto ordered = [order](const Float<8>& x) {
-        return Float<8>((NativeLanes<8>::F)_mm256_permutevar8x32_ps((__m256)x.v, order));
+    const auto enter = [&](int a) {
+        return _mm256_fmadd_ps(eight(planes + ray.near_plane[a]), _mm256_broadcast_ss(scale + a),
+                               _mm256_broadcast_ss(near_shift + a));
     };
-    enter = ordered(enter), leave = ordered(leave);
-    const uint32_t last = node.children >> Children::CountShift & 7;
-    return {enter, (enter <= leave).bits() & octant_tables.present[ray.octant][last]};
+    const auto leave = [&](int a) {
+        return _mm256_fmadd_ps(eight(planes + ray.far_plane[a]), _mm256_broadcast_ss(scale + a),
+                               _mm256_broadcast_ss(far_shift + a));
+    };
+    const __m256 first = _mm256_max_ps(_mm256_max_ps(enter(0), enter(1)),
+                                       _mm256_max_ps(enter(2), _mm256_broadcast_ss(&ray.t_min)));
+    const __m256 last = _mm256_min_ps(_mm256_min_ps(leave(0), leave(1)),
+                                      _mm256_min_ps(leave(2), _mm256_broadcast_ss(&ray.t_max)));
+    const __m256 t = _mm256_mul_ps(first, _mm256_set1_ps(1 - TracedRay::Margin));
+    const __m256 end = _mm256_mul_ps(last, _mm256_set1_ps(1 + TracedRay::Margin));
+    const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+    const __m256i is_there =
+        _mm256_cmpgt_epi32(_mm256_set1_epi32(int(node.children >> Children::CountShift & 7) + 1), lane);
+    const __m256 entered = _mm256_and_ps(_mm256_cmp_ps(t, end, _CMP_LE_OQ), _mm256_castsi256_ps(is_there));
+    const __m256i key =
+        _mm256_or_si256(_mm256_andnot_si256(_mm256_set1_epi32(7), _mm256_castps_si256(t)), lane);
+    return {sort_down(_mm256_and_si256(key, _mm256_castps_si256(entered))),
+            __builtin_popcount(unsigned(_mm256_movemask_ps(entered)))};
 }
 
 // What a ray has yet to look at, the nearest on top: in the page that it is in, above what it has left to do
@@ -83,14 +118,17 @@ class Stack {
     Ref top() const { return m_ref[m_size - 1]; }
     Ref pop() { return m_ref[--m_size]; }
 
-    void push(const Node& node, const TracedRay& ray, const Entered& entered) {
+    // Eight are written where fewer are pushed.
+    void push(const Node& node, const Entered& entered) {
         const Children c = Children::of(node.children);
-        const int32_t first = int32_t(uint32_t(c.kind) << KindShift | c.offset);
-        const Int<8> refs =
-            Int<8>::load(octant_tables.place[ray.octant]) * Int<8>(int(UnitsOf[uint32_t(c.kind)])) +
-            Int<8>(first);
-        compress_store(m_t + m_size, entered.t, entered.lanes);
-        m_size += compress_store(m_ref + m_size, refs, entered.lanes);
+        const __m256i place = _mm256_and_si256(entered.keys, _mm256_set1_epi32(7));
+        const __m256i refs =
+            _mm256_add_epi32(_mm256_mullo_epi32(place, _mm256_set1_epi32(int(UnitsOf[uint32_t(c.kind)]))),
+                             _mm256_set1_epi32(int(uint32_t(c.kind) << KindShift | c.offset)));
+        // With the places, distances are too large by less than their margin.
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(m_t + m_size), entered.keys);
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(m_ref + m_size), refs);
+        m_size += entered.count;
     }
     // Takes out what begins behind the closest hit.
     void keep_before(float t) {
@@ -127,6 +165,7 @@ template <int Levels>
 struct Nest {
     struct Outer {
         Ray ray;
+        TracedRay traced;
         Page page;
         int base;
     };
@@ -148,29 +187,32 @@ class RayQueue {
 
     // `pages`: what instances stand for, by number.
     RayQueue(const Page& root, std::span<const Ray> rays, Filter& filter, std::span<const Page> pages = {})
-        : m_root(root), m_pages(pages), m_rays(rays), m_filter(filter), m_slots(new Slot[Slots]) {}
+        : m_root(root), m_pages(pages), m_rays(rays), m_filter(filter) {}
 
     // done(ray, hit, path) is called once for each, in the order in which they end. Of Query::Any the hit is
     // any.
     template <class Done>
     void run(Done&& done) {
-        m_waiting = {}, m_next = 0;
-        for (int i = 0; i < Slots && start(i, done); i++)
-            wait(m_waiting, i);
-        while (m_waiting.nodes != 0 || m_waiting.leaves != 0) {
-            const Waiting now = m_waiting;
-            m_waiting = {};
-            for (int k = 0; k < now.nodes; k++) {
-                Slot& s = m_slots[now.at_node[k]];
+        Waiting lists[2];
+        Waiting *now = lists, *then = lists + 1;
+        m_next = 0;
+        Slot* const slots = slots_of_thread();
+        for (int i = 0; i < Slots && start(slots[i], done); i++)
+            wait(*now, slots[i]);
+        while (now->nodes != 0 || now->leaves != 0) {
+            then->nodes = then->leaves = 0;
+            for (int k = 0; k < now->nodes; k++) {
+                Slot& s = *now->at_node[k];
                 const Node& node = page_of(s).template at<Node>(s.stack.pop());
-                s.stack.push(node, s.ray, enter_children(node, s.ray));
-                next(now.at_node[k], done);
+                s.stack.push(node, enter_children(node, s.ray));
+                next(*then, s, done);
             }
-            for (int k = 0; k < now.leaves; k++) {
-                Slot& s = m_slots[now.at_leaf[k]];
+            for (int k = 0; k < now->leaves; k++) {
+                Slot& s = *now->at_leaf[k];
                 meet_leaf(s, s.stack.pop());
-                next(now.at_leaf[k], done);
+                next(*then, s, done);
             }
+            std::swap(now, then);
         }
     }
 
@@ -202,15 +244,19 @@ class RayQueue {
     }
     struct Waiting {
         int nodes = 0, leaves = 0;
-        uint8_t at_node[Slots + 1], at_leaf[Slots + 1];
+        Slot *at_node[Slots + 1], *at_leaf[Slots + 1];
     };
+    // Queries follow each other by the thousand: their memory is made once.
+    static Slot* slots_of_thread() {
+        static thread_local const std::unique_ptr<Slot[]> slots(new Slot[Slots]);
+        return slots.get();
+    }
 
     // Gives a slot its next ray; false = there is none.
     template <class Done>
-    bool start(int slot, Done& done) {
+    bool start(Slot& s, Done& done) {
         const Ref root = m_root.header().root;
         for (; m_next < m_rays.size(); m_next++) {
-            Slot& s = m_slots[slot];
             s.ray = TracedRay(m_rays[m_next]);
             s.hit = {};
             s.hit.t = m_rays[m_next].t_max;
@@ -229,16 +275,15 @@ class RayQueue {
         return false;
     }
     template <class Done>
-    void next(int slot, Done& done) {
-        Slot& s = m_slots[slot];
+    void next(Waiting& waiting, Slot& s, Done& done) {
         while (__builtin_expect(s.stack.empty(), 0)) {
             if (leave(s))
                 continue;
             done(s.number, s.hit, path_of_hit(s));
-            if (!start(slot, done))
+            if (!start(s, done))
                 return;
         }
-        wait(m_waiting, slot);
+        wait(waiting, s);
     }
     // Into the page that stands at a place, and back from it; false = it is in the outermost.
     void enter(Slot& s, const InstanceLeaf& place) {
@@ -250,7 +295,7 @@ class RayQueue {
             const TracedRay traced(ray);
             if (!traced.traceable)
                 return;
-            n.outer[n.at.depth] = {n.ray, n.page, s.stack.open(inner.header().root)};
+            n.outer[n.at.depth] = {n.ray, s.ray, n.page, s.stack.open(inner.header().root)};
             n.at.instance[n.at.depth++] = place.number;
             n.page = inner, n.ray = ray, s.ray = traced;
         }
@@ -264,21 +309,21 @@ class RayQueue {
             n.at.instance[n.at.depth] = 0;
             n.page = outer.page, n.ray = outer.ray;
             s.stack.close(outer.base);
-            s.ray = TracedRay(n.ray);
+            s.ray = outer.traced;
             s.ray.t_max = s.hit.t;
             s.stack.keep_before(s.hit.t);
             return true;
         }
         return false;
     }
-    void wait(Waiting& waiting, int slot) {
-        const Ref ref = m_slots[slot].stack.top();
+    void wait(Waiting& waiting, Slot& s) {
+        const Ref ref = s.stack.top();
         const int leaf = is_leaf(ref);
-        const uint8_t* at = page_of(m_slots[slot]).bytes() + byte_of(ref);
+        const uint8_t* at = page_of(s).bytes() + byte_of(ref);
         _mm_prefetch(reinterpret_cast<const char*>(at), _MM_HINT_T0);
-        _mm_prefetch(reinterpret_cast<const char*>(at + 64 * leaf), _MM_HINT_T0);  // a leaf has two lines
-        waiting.at_node[waiting.nodes] = uint8_t(slot), waiting.nodes += 1 - leaf; // no branch: it is either
-        waiting.at_leaf[waiting.leaves] = uint8_t(slot), waiting.leaves += leaf;
+        _mm_prefetch(reinterpret_cast<const char*>(at + 64 * leaf), _MM_HINT_T0); // a leaf has two lines
+        waiting.at_node[waiting.nodes] = &s, waiting.nodes += 1 - leaf;           // no branch: it is either
+        waiting.at_leaf[waiting.leaves] = &s, waiting.leaves += leaf;
     }
 
     void meet_leaf(Slot& s, Ref leaf) {
@@ -343,8 +388,6 @@ class RayQueue {
     std::span<const Page> m_pages;
     std::span<const Ray> m_rays;
     Filter& m_filter;
-    std::unique_ptr<Slot[]> m_slots;
-    Waiting m_waiting;
     size_t m_next = 0;
 };
 

@@ -1,6 +1,8 @@
 // Rays and hits, and what a ray is made into before it is traced.
 #pragma once
 
+#include <immintrin.h>
+
 #include "hierarchy/format.h"
 #include "hierarchy/lattice.h"
 
@@ -26,31 +28,16 @@ struct Hit {
     friend bool operator==(const Hit&, const Hit&) = default;
 };
 
-// Signs of directions make an octant: bit a is set where d[a] is negative. Children are looked at from place
-// 0 ^ octant on, and wait in lanes from the far ones to the near.
-struct OctantTables {
-    alignas(32) int32_t place[8][8]; // of a lane
-    uint8_t present[8][8];           // lanes of the first n + 1 places
-
-    constexpr OctantTables() : place{}, present{} {
-        for (int octant = 0; octant < 8; octant++)
-            for (int lane = 0; lane < 8; lane++) {
-                place[octant][lane] = lane ^ 7 ^ octant;
-                for (int last = 0; last < 8; last++)
-                    if (place[octant][lane] <= last)
-                        present[octant][last] |= uint8_t(1 << lane);
-            }
-    }
-};
-inline constexpr OctantTables octant_tables;
+// The axis along which a ray runs most, by three comparisons of the sizes of its direction's components:
+// x >= y, x >= z, y >= z.
+inline constexpr uint8_t LongestAxis[8] = {2, 2, 2, 0, 1, 2, 1, 0};
 
 struct TracedRay {
-    // Boxes. Distances to near planes are made smaller, to far planes larger, by 2^-20: more than all
-    // rounding of the test of boxes and of that of triangles together (docs/hierarchy.md, "Robustness").
-    static constexpr float Near = 1 - 0x1p-20f, Far = 1 + 0x1p-20f;
-    float o[3], near_per_d[3], far_per_d[3];
-    int near_plane[3]; // byte of the node's first near plane
-    int octant;
+    // Boxes begin nearer and end further away by 2^-20, and by 2^-12 of the step of their planes: more than
+    // all rounding of the test of boxes and of that of triangles together (docs/hierarchy.md, "Robustness").
+    static constexpr float Margin = 0x1p-20f, StepMargin = 0x1p-12f;
+    alignas(16) float o[4], per_d[4];
+    int near_plane[3], far_plane[3]; // bytes of the node's first ones
     // Triangles: axis[2] is the one along which the ray runs most. Subtracting z times the slopes shears the
     // ray onto the z axis [Woop, Benthin, Wald 2013, "Watertight ray/triangle intersection"].
     int axis[3];
@@ -60,25 +47,29 @@ struct TracedRay {
 
     TracedRay() = default;
     explicit TracedRay(const Ray& r) {
+        const __m128 start = _mm_loadu_ps(&r.o.x), d = _mm_loadu_ps(&r.d.x); // beside t_min and t_max
+        const __m128 sign = _mm_set1_ps(-0.0f), size = _mm_andnot_ps(sign, d);
         const float ax = abs(r.d.x), ay = abs(r.d.y), az = abs(r.d.z), largest = max(max(ax, ay), az);
-        traceable = is_somewhere(r.o) && is_somewhere(r.d) && largest > 1 / LargestCoordinate &&
-                    r.t_min <= r.t_max && r.t_min >= 0;
-        axis[2] = ax >= ay ? (ax >= az ? 0 : 2) : (ay >= az ? 1 : 2);
+        const __m128 limit = _mm_set1_ps(LargestCoordinate);
+        const int somewhere = _mm_movemask_ps(
+            _mm_and_ps(_mm_cmplt_ps(_mm_andnot_ps(sign, start), limit), _mm_cmplt_ps(size, limit)));
+        traceable =
+            (somewhere & 7) == 7 && largest > 1 / LargestCoordinate && r.t_min <= r.t_max && r.t_min >= 0;
+        // Along an axis that it hardly moves along it moves so little: reciprocals stay finite.
+        const __m128 least = _mm_set1_ps(0x1p-60f * largest);
+        _mm_store_ps(o, start);
+        _mm_store_ps(per_d,
+                     _mm_div_ps(_mm_set1_ps(1), _mm_or_ps(_mm_max_ps(size, least), _mm_and_ps(d, sign))));
+        const int backwards = _mm_movemask_ps(d);
+        for (int a = 0; a < 3; a++)
+            near_plane[a] = a * 16 + (backwards >> a & 1) * 8, far_plane[a] = near_plane[a] ^ 8;
+        axis[2] = LongestAxis[int(ax >= ay) | int(ax >= az) << 1 | int(ay >= az) << 2];
         axis[0] = axis[2] == 2 ? 0 : axis[2] + 1, axis[1] = axis[0] == 2 ? 0 : axis[0] + 1;
-        octant = 0;
-        for (int a = 0; a < 3; a++) {
-            o[a] = r.o[a];
-            // Along an axis that it hardly moves along it moves so little: reciprocals stay finite.
-            const float least = 0x1p-60f * largest;
-            const float d = abs(r.d[a]) < least ? __builtin_copysignf(least, r.d[a]) : r.d[a];
-            const bool negative = d < 0;
-            octant |= int(negative) << a;
-            near_plane[a] = a * 16 + (negative ? 8 : 0);
-            near_per_d[a] = 1 / d * Near, far_per_d[a] = 1 / d * Far;
-        }
         const float z = r.d[axis[2]];
-        minus_slope[0] = -(r.d[axis[0]] / z), minus_slope[1] = -(r.d[axis[1]] / z), per_z = 1 / z;
-        t_min = r.t_min, t_max = r.t_max;
+        alignas(16) float per[4];
+        _mm_store_ps(per, _mm_div_ps(_mm_setr_ps(-r.d[axis[0]], -r.d[axis[1]], 1, 1), _mm_set1_ps(z)));
+        minus_slope[0] = per[0], minus_slope[1] = per[1], per_z = per[2];
+        t_min = r.t_min + 0.0f, t_max = r.t_max; // -0 would not be the least of distances, as bits
     }
 };
 

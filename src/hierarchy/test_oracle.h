@@ -2,6 +2,7 @@
 // the same bits, and one in doubles that looks at every triangle and knows nothing of pages.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -49,17 +50,14 @@ class Oracle {
             return leaf(ref);
         const Node& node = m_page.at<Node>(ref);
         const Children c = Children::of(node.children);
-        int octant = 0;
-        for (int a = 0; a < 3; a++)
-            octant |= (m_ray.d[a] < 0) << a;
         std::vector<Child> met;
-        for (int order = 0; order < 8; order++) {
-            const int place = order ^ octant;
+        for (int place = 0; place < c.count; place++) {
             float enter, leave;
-            if (place < c.count && crosses(node, place, enter, leave))
+            if (crosses(node, place, enter, leave))
                 met.push_back({enter, uint32_t(c.kind) << KindShift |
                                           (c.offset + uint32_t(place) * UnitsOf[int(c.kind)])});
         }
+        std::ranges::sort(met, {}, &Child::enter);
         for (const Child& child : met)
             if (child.enter <= m_hit.t)
                 visit(child.ref);

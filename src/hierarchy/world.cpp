@@ -28,7 +28,7 @@ bool is_affine(const Transform& t) {
     return t.m[3][0] == 0 && t.m[3][1] == 0 && t.m[3][2] == 0 && t.m[3][3] == 1;
 }
 
-// The adjugate by the determinant. False where floats do not hold it.
+// The adjugate by the determinant, column by column. False where floats do not hold it.
 bool invert(const Transform& t, float (&inverse)[9]) {
     const auto& m = t.m;
     const double det = t.determinant3();
@@ -39,7 +39,7 @@ bool invert(const Transform& t, float (&inverse)[9]) {
             const double v = (at(r1, c1) * at(r2, c2) - at(r1, c2) * at(r2, c1)) / det;
             if (!(std::abs(v) < double(LargestCoordinate)))
                 return false;
-            inverse[3 * r + c] = float(v);
+            inverse[3 * c + r] = float(v);
         }
     return true;
 }
@@ -98,7 +98,6 @@ Groups groups_of(const std::vector<Place>& places) {
             Group& g = out.groups[k];
             for (uint32_t i = 0; i < g.count; i++)
                 g.box[i] = places[out.order[g.source + i]].box;
-            g.order();
         }
     });
     return out;
@@ -129,7 +128,7 @@ PageMemory build_level(const std::vector<Place>& places) {
             const Group& g = all.groups[k];
             const size_t at = first + g.source * sizeof(InstanceLeaf);
             for (int i = 0; i < g.count; i++)
-                std::memcpy(bytes + at + g.place[i] * sizeof(InstanceLeaf),
+                std::memcpy(bytes + at + unsigned(i) * sizeof(InstanceLeaf),
                             &places[all.order[g.source + uint32_t(i)]].leaf, sizeof(InstanceLeaf));
             write_node(tree.nodes[tree.leaf_at[k]], g,
                        Children{Kind::Instance, g.count, uint32_t(at / UnitBytes)}.word());
