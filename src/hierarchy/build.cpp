@@ -71,10 +71,10 @@ StepVotes votes_of(const Content& content) {
     for (const StepVotes& v : votes)
         all.add(v);
     for (const MeshView& m : content.meshes) {
-        std::vector<StepVotes> of_faces((m.faces + FacesATask - 1) / FacesATask);
-        tasks::parallel_chunks(m.faces, FacesATask, [&](size_t begin, size_t end) {
+        std::vector<StepVotes> of_faces((m.triangles() + FacesATask - 1) / FacesATask);
+        tasks::parallel_chunks(m.triangles(), FacesATask, [&](size_t begin, size_t end) {
             for (size_t f = begin; f < end; f++)
-                MeshLeaves::vote(m, f, of_faces[begin / FacesATask]);
+                MeshLeaves::vote(m, f, content.fine_meshes, of_faces[begin / FacesATask]);
         });
         for (const StepVotes& v : of_faces)
             all.add(v);
@@ -83,8 +83,12 @@ StepVotes votes_of(const Content& content) {
 }
 
 PageMemory build(const Content& content, const Lattice& lattice) {
-    const GridLeaves grids(content.grids, lattice);
-    const MeshLeaves meshes(content.meshes, lattice);
+    return build(content, lattice, lattice);
+}
+
+PageMemory build(const Content& content, const Lattice& of_grids, const Lattice& of_meshes) {
+    const GridLeaves grids(content.grids, of_grids);
+    const MeshLeaves meshes(content.meshes, of_meshes);
     std::vector<Group> groups = grids.groups();
     const size_t grid_groups = groups.size();
     groups.insert(groups.end(), meshes.groups().begin(), meshes.groups().end());
@@ -96,7 +100,7 @@ PageMemory build(const Content& content, const Lattice& lattice) {
     h.bytes = h.nodes + h.node_bytes;
     if (h.bytes > Children::MostBytes)
         throw Error("a page of the ray tracer is larger than 2 GiB");
-    h.step = power_of_two(lattice.exponent);
+    h.step = power_of_two(std::min(of_grids.exponent, of_meshes.exponent));
     h.root = groups.empty() ? NoRef : make_ref(Kind::Nodes, h.nodes);
     h.tile_log = uint32_t(grids.tile_log());
     Bounds3f bounds;

@@ -18,13 +18,19 @@ struct GridView {
 struct MeshView {
     const float* positions; // xyz
     size_t vertices;
-    const uint32_t* corners; // three a face; a face with a corner that no vertex has is left out
+    const uint32_t* corners; // `sides` a face; a face with a corner that no vertex has is left out
     size_t faces;
+    int sides = 3; // or 4: triangles (0, 1, 3) and (2, 3, 1), which are numbered as faces
+
+    size_t triangles() const { return faces * size_t(sides - 2); }
 };
 
 struct Content {
     std::span<const GridView> grids;
     std::span<const MeshView> meshes;
+    // Corners of meshes are to stand where 16 bits a coordinate put them, not 32 bits for all three: for
+    // polygons that may be as large as the picture.
+    bool fine_meshes = false;
 };
 
 // What the leaves of this content wish for: pages that share edges add theirs up, and are built on one
@@ -34,6 +40,8 @@ StepVotes votes_of(const Content& content);
 // In parallel; the same bytes for any number of threads. Throws Error where a page would be too large, or the
 // content has more grids or faces than names.
 PageMemory build(const Content& content, const Lattice& lattice);
+// Meshes on a lattice of their own: their polygons may be large in a picture.
+PageMemory build(const Content& content, const Lattice& of_grids, const Lattice& of_meshes);
 
 // What a hit of a grid is in.
 struct Cell {

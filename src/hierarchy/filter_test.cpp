@@ -8,23 +8,23 @@
 namespace kanuka::hierarchy::testing {
 namespace {
 
-struct Candidate {
+struct Meeting {
     uint32_t face;
     double t, u, v;
 };
 // Above zero: it is there for that ray; below: it is refused. How far from zero says how sure that is.
-using Rule = double (*)(size_t ray, const Candidate&);
+using Rule = double (*)(size_t ray, const Meeting&);
 
-double by_face(size_t ray, const Candidate& c) {
+double by_face(size_t ray, const Meeting& c) {
     return (c.face + ray) % 3 == 0 ? -1 : 1;
 }
-double by_place(size_t, const Candidate& c) {
+double by_place(size_t, const Meeting& c) {
     return (c.u - 0.5) * (c.v - 0.4); // two of four fields of each cell
 }
-double by_distance(size_t ray, const Candidate& c) {
+double by_distance(size_t ray, const Meeting& c) {
     return c.t - 0.25 * double(ray % 8);
 }
-double nothing(size_t, const Candidate&) {
+double nothing(size_t, const Meeting&) {
     return -1;
 }
 constexpr Rule Rules[] = {by_face, by_place, by_distance, nothing};
@@ -59,7 +59,7 @@ struct Scene {
         memory = build(content, lattice);
         faces = faces_of(grids, lattice);
     }
-    Candidate candidate(const Page& page, const Hit& h) const {
+    Meeting candidate(const Page& page, const Hit& h) const {
         if (is_mesh)
             return {page.name(h.leaf, int(h.primitive)), h.t, h.u, h.v};
         const Cell cell = cell_of(page, h.leaf, h.primitive / 2);
@@ -77,7 +77,8 @@ struct Filter {
     Rule rule;
     std::span<const size_t> number; // of rays, as the rule knows them
 
-    bool accepts(size_t ray, const Page& page, const Hit& h, const InstancePath& = {}) const {
+    bool accepts(const Candidate& c) const { return accepts(c.ray, c.page, c.hit); }
+    bool accepts(size_t ray, const Page& page, const Hit& h) const {
         return rule(number[ray], scene.candidate(page, h)) > 0;
     }
 };
@@ -98,7 +99,7 @@ Expected brute_force(const Scene& scene, const Ray& r, size_t ray, Rule rule) {
         if (!(det != 0))
             continue;
         const Point s = o - a, q = cross(s, e1);
-        Candidate c{f.name, dot(e2, q) / det, dot(s, p) / det, dot(d, q) / det};
+        Meeting c{f.name, dot(e2, q) / det, dot(s, p) / det, dot(d, q) / det};
         const double inside = std::min({c.u, c.v, 1 - c.u - c.v});
         if (!(c.t >= r.t_min && c.t <= r.t_max))
             continue;

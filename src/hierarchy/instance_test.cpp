@@ -264,8 +264,13 @@ TEST(Instances, LieAsDeepAsTheyMayAndNoDeeper) {
     Scene scene;
     Random random(7);
     uint32_t page = scene.add(a_ball());
-    for (int depth = 0; depth < MostNesting; depth++)
-        page = scene.add({{at_random(random, 0.3f, 1), page}, {Transform::translate(3 + depth, 0, 0), page}});
+    for (int depth = 0; depth < MostNesting; depth++) {
+        std::vector<Placement> level{
+            {depth < 8 ? at_random(random, 0.3f, 1) : Transform::rotate(20, 1, 2, 3), page}};
+        if (depth < 8) // further in all would be too many for brute force
+            level.push_back({Transform::translate(3 + depth, 0, 0), page});
+        page = scene.add(level);
+    }
     EXPECT_EQ(scene.world.nesting(page), MostNesting);
     const auto rays = rays_at(scene.flat(page), 400, 2, 8);
     EXPECT_GT(expect_as_brute_force(scene, page, rays, 40, 1e-6).found, 100u);
@@ -322,7 +327,8 @@ namespace {
 // Every other instance of the inner level is not there.
 struct EveryOther {
     static constexpr bool Filters = true;
-    bool accepts(size_t, const Page&, const Hit&, const InstancePath& path) const {
+    bool accepts(const Candidate& candidate) const {
+        const InstancePath& path = candidate.path;
         return path.depth == 2 && path.instance[1] % 2 == 0;
     }
 };

@@ -10,7 +10,7 @@
 namespace kanuka::hierarchy {
 
 // How deep instances may lie in instances.
-inline constexpr int MostNesting = 8;
+inline constexpr int MostNesting = 17;
 
 struct InstanceLeaf {
     float page_from_world[9]; // the linear part, column by column; of a level inside, "world" is the page
@@ -18,7 +18,8 @@ struct InstanceLeaf {
     float origin[3]; // of the page, in the world: taken off first, so that places far away keep their digits
     uint32_t page;   // number of what stands there
     uint32_t number; // of the instance in its level
-    uint32_t unused[2];
+    uint32_t stays;  // 1: the page lies in the level as it is, and rays are not made anew
+    uint32_t unused;
 
     // The ray as it runs in the page; distances are the same. Sums are taken in double, rounded once.
     Ray inner(const Ray& r) const {

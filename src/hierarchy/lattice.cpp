@@ -1,24 +1,51 @@
 #include "hierarchy/lattice.h"
 
+#include <algorithm>
+
 #include "hierarchy/fields.h"
 
 namespace kanuka::hierarchy {
 
-void StepVotes::add(const Vec3f& extent) {
-    const float largest = max(max(extent.x, extent.y), extent.z);
-    if (!(largest > 0) || !(largest < LargestCoordinate))
-        return; // a point, or nowhere
-    // No axis has more than 16 bits; from there on coarser and coarser, until the sum is within 32.
+namespace {
+
+// The finest step from which on `holds` is true of an extent in steps; both ends are rounded. Not below that
+// at which no axis has more than 16 bits.
+template <class Holds>
+int finest(const Vec3f& extent, float largest, const Holds& holds) {
     int e = std::clamp(exponent_of(largest) - (FieldTable::Most - 1), Lattice::LeastExponent,
                        Lattice::MostExponent);
     for (; e < Lattice::MostExponent; e++) {
         int steps[3];
-        for (int a = 0; a < 3; a++) // two more: both ends are rounded
+        for (int a = 0; a < 3; a++)
             steps[a] = int(std::min(double(extent[a]) / double(power_of_two(e)), 1e6)) + 2;
-        if (field_table.holding(steps) >= 0)
+        if (holds(steps))
             break;
     }
-    m_count[size_t(e - Lattice::LeastExponent)]++;
+    return e;
+}
+
+// Zero: a point, or nowhere.
+float size_of(const Vec3f& extent) {
+    const float largest = max(max(extent.x, extent.y), extent.z);
+    return largest > 0 && largest < LargestCoordinate ? largest : 0;
+}
+
+} // namespace
+
+void StepVotes::add(const Vec3f& extent) {
+    if (const float largest = size_of(extent); largest > 0)
+        m_count[size_t(
+            finest(extent, largest, [](const int(&steps)[3]) { return field_table.holding(steps) >= 0; }) -
+            Lattice::LeastExponent)]++;
+}
+
+void StepVotes::add_fine(const Vec3f& extent) {
+    if (const float largest = size_of(extent); largest > 0)
+        m_count[size_t(finest(extent, largest,
+                              [](const int(&steps)[3]) {
+                                  return std::max({steps[0], steps[1], steps[2]}) < 1 << FieldTable::Most;
+                              }) -
+                       Lattice::LeastExponent)]++;
 }
 
 void StepVotes::add(const StepVotes& other) {

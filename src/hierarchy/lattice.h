@@ -56,6 +56,8 @@ class StepVotes {
   public:
     // A leaf with these extents: steps are wished for at which 32 bits hold a vertex of it.
     void add(const Vec3f& extent);
+    // Steps at which 16 bits hold each coordinate.
+    void add_fine(const Vec3f& extent);
     void add(const StepVotes& other);
     // The step that most leaves wish for. Of a thousand leaves three may be larger, and take more memory. But
     // no leaf loses more than `Slack` bits: with a leaf of 4x4 cells, a cell is 16 steps wide or more.

@@ -12,9 +12,11 @@ namespace {
 constexpr size_t FacesATask = 4096;
 constexpr uint32_t LeavesAGroup = 8;
 
-bool corners_of_face(const MeshView& m, size_t face, Vec3f (&to)[3]) {
-    for (int c = 0; c < 3; c++) {
-        const uint32_t vertex = m.corners[3 * face + size_t(c)];
+bool corners_of_triangle(const MeshView& m, size_t triangle, Vec3f (&to)[3]) {
+    static constexpr size_t Quad[2][3] = {{0, 1, 3}, {2, 3, 1}};
+    for (size_t c = 0; c < 3; c++) {
+        const uint32_t vertex =
+            m.sides == 3 ? m.corners[3 * triangle + c] : m.corners[triangle / 2 * 4 + Quad[triangle % 2][c]];
         if (vertex >= m.vertices)
             return false;
         const float* p = m.positions + 3 * size_t(vertex);
@@ -32,7 +34,7 @@ MeshLeaves::MeshLeaves(std::span<const MeshView> meshes, const Lattice& lattice)
     uint64_t faces = 0;
     for (const MeshView& m : meshes) {
         m_first.push_back(faces);
-        faces += m.faces;
+        faces += m.triangles();
     }
     if (faces >= uint64_t(1) << 31)
         throw Error("a page of the ray tracer has 2^31 triangles or more");
@@ -111,7 +113,7 @@ Kind MeshLeaves::kind_of_group(const Group& group) const {
 bool MeshLeaves::find(uint32_t face, Corners& to) const {
     const size_t mesh =
         size_t(std::upper_bound(m_first.begin(), m_first.end(), uint64_t(face)) - m_first.begin()) - 1;
-    if (!corners_of_face(m_meshes[mesh], size_t(face - m_first[mesh]), to.at))
+    if (!corners_of_triangle(m_meshes[mesh], size_t(face - m_first[mesh]), to.at))
         return false;
     for (Vec3f& p : to.at)
         p = m_lattice.snap(p);
@@ -167,14 +169,17 @@ void MeshLeaves::names(const Group& group, int i, uint32_t (&to)[LeafTriangles])
 }
 
 // Leaves are not known yet. They are about twice as wide as their triangles.
-void MeshLeaves::vote(const MeshView& mesh, size_t face, StepVotes& votes) {
+void MeshLeaves::vote(const MeshView& mesh, size_t face, bool fine, StepVotes& votes) {
     Vec3f corner[3];
-    if (!corners_of_face(mesh, face, corner))
+    if (!corners_of_triangle(mesh, face, corner))
         return;
     Bounds3f box;
     for (const Vec3f& p : corner)
         box.extend(p);
-    votes.add(box.diagonal() * 2.0f);
+    if (fine)
+        votes.add_fine(box.diagonal() * 2.0f);
+    else
+        votes.add(box.diagonal() * 2.0f);
 }
 
 } // namespace kanuka::hierarchy

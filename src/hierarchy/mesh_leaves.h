@@ -18,7 +18,7 @@ class MeshLeaves {
     // Faces of a leaf, counted through all meshes; the last is repeated.
     void names(const Group& group, int i, uint32_t (&to)[LeafTriangles]) const;
 
-    static void vote(const MeshView& mesh, size_t face, StepVotes& votes);
+    static void vote(const MeshView& mesh, size_t face, bool fine, StepVotes& votes);
 
   private:
     struct Corners {

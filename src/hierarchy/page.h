@@ -15,7 +15,9 @@ namespace kanuka::hierarchy {
 class Page {
   public:
     Page() = default;
-    explicit Page(const std::byte* bytes) : m_bytes(reinterpret_cast<const uint8_t*>(bytes)) {}
+    explicit Page(const std::byte* bytes, uint32_t number = 0)
+        : m_bytes(reinterpret_cast<const uint8_t*>(bytes)), m_number(number) {}
+    uint32_t number() const { return m_number; } // in its world
 
     const Header& header() const { return *reinterpret_cast<const Header*>(m_bytes); }
     const uint8_t* bytes() const { return m_bytes; }
@@ -39,6 +41,7 @@ class Page {
 
   private:
     const uint8_t* m_bytes = nullptr;
+    uint32_t m_number = 0;
 };
 
 class PageMemory {

@@ -25,11 +25,19 @@
 
 namespace kanuka::hierarchy {
 
-// What a ray may hit. Whoever asks gives an object like this one: accepts() is called for each candidate that
-// would be the closest hit so far, in no particular order; what it refuses is not there for the ray.
+// A hit that would be the closest so far.
+struct Candidate {
+    size_t ray;       // its number
+    const Page& page; // that the hit lies in,
+    const Ray& here;  // the ray as it runs there,
+    const Hit& hit;
+    const InstancePath& path; // and how it came there
+};
+// What a ray may hit. Whoever asks gives an object like this one: accepts() is called in no particular order;
+// what it refuses is not there for the ray.
 struct EverythingIsThere {
     static constexpr bool Filters = false;
-    bool accepts(size_t /*ray*/, const Page&, const Hit&, const InstancePath&) const { return true; }
+    bool accepts(const Candidate&) const { return true; }
 };
 
 // Largest first: a bitonic network [Batcher 1968].
@@ -230,6 +238,12 @@ class RayQueue {
         else
             return m_root;
     }
+    const Ray& ray_of(const Slot& s) const {
+        if constexpr (Levels > 1)
+            return s.nest.ray;
+        else
+            return m_rays[s.number];
+    }
     static const InstancePath& path_of_hit(const Slot& s) {
         if constexpr (Levels > 1)
             return s.nest.hit;
@@ -290,14 +304,19 @@ class RayQueue {
         if constexpr (Levels > 1) {
             Nest<Levels>& n = s.nest;
             const Page& inner = m_pages[place.page]; // not empty, and not too deep: World::add()
-            Ray ray = place.inner(n.ray);
-            ray.t_max = s.ray.t_max;
-            const TracedRay traced(ray);
-            if (!traced.traceable)
-                return;
-            n.outer[n.at.depth] = {n.ray, s.ray, n.page, s.stack.open(inner.header().root)};
+            auto& outer = n.outer[n.at.depth];
+            outer.ray = n.ray, outer.traced = s.ray, outer.page = n.page;
+            if (!place.stays) {
+                Ray ray = place.inner(n.ray);
+                ray.t_max = s.ray.t_max;
+                const TracedRay traced(ray);
+                if (!traced.traceable)
+                    return;
+                n.ray = ray, s.ray = traced;
+            }
+            outer.base = s.stack.open(inner.header().root);
             n.at.instance[n.at.depth++] = place.number;
-            n.page = inner, n.ray = ray, s.ray = traced;
+            n.page = inner;
         }
     }
     bool leave(Slot& s) {
@@ -339,7 +358,8 @@ class RayQueue {
             if (t == s.hit.t && s.hit.found() &&
                 std::tie(path_of_hit(s), s.hit.leaf, s.hit.primitive) < std::tie(path_of(s), leaf, primitive))
                 return false;
-            if (Filter::Filters && !m_filter.accepts(s.number, page, candidate, path_of(s)))
+            if (Filter::Filters &&
+                !m_filter.accepts(Candidate{s.number, page, ray_of(s), candidate, path_of(s)}))
                 return false;
             s.hit = candidate;
             if constexpr (Levels > 1)

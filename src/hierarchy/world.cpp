@@ -1,5 +1,6 @@
 #include "hierarchy/world.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -14,10 +15,11 @@ namespace {
 
 constexpr size_t PlacesATask = 4096;
 
-struct Place {
-    InstanceLeaf leaf;
-    Bounds3f box;
-    bool stands = false; // false: no ray can be taken there
+// An instance as a level is told of it.
+struct Placed {
+    Transform world_from_page;
+    uint32_t page;
+    bool stays = false;
 };
 
 bool is_affine(const Transform& t) {
@@ -60,76 +62,64 @@ Bounds3f box_of(const Transform& t, const Bounds3f& b) {
     return box;
 }
 
-Place place_of(const Placement& p, const Page& page, uint32_t number) {
-    Place out;
-    if (!is_affine(p.world_from_page) || !invert(p.world_from_page, out.leaf.page_from_world))
-        return out;
+// False: no ray can be taken there.
+bool make_leaf(const Placed& p, uint32_t number, InstanceLeaf& leaf) {
+    if (!is_affine(p.world_from_page) || !invert(p.world_from_page, leaf.page_from_world))
+        return false;
     for (size_t a = 0; a < 3; a++)
-        out.leaf.origin[a] = float(p.world_from_page.m[a][3]);
-    out.leaf.page = p.page, out.leaf.number = number;
-    out.leaf.unused[0] = out.leaf.unused[1] = 0;
-    out.box = box_of(p.world_from_page, page.bounds());
-    out.stands = is_somewhere(out.box.lo) && is_somewhere(out.box.hi);
-    return out;
+        leaf.origin[a] = float(p.world_from_page.m[a][3]);
+    leaf.page = p.page, leaf.number = number, leaf.stays = p.stays, leaf.unused = 0;
+    return true;
 }
 
-// Runs of at most eight places that lie together.
-struct Groups {
-    std::vector<Group> groups;   // source: of the first in `order`
-    std::vector<uint32_t> order; // places
-};
-Groups groups_of(const std::vector<Place>& places) {
-    std::vector<Item> items;
-    for (size_t i = 0; i < places.size(); i++)
-        if (places[i].stands)
-            items.emplace_back(places[i].box, uint32_t(i));
-    Groups out;
-    if (items.empty())
-        return out;
-    const SplitTree tree = split_all(std::move(items), 8);
-    for (const Item& item : tree.items)
-        out.order.push_back(item.index);
+// Runs of at most eight instances that lie together; `source`: of the first in the order of the items.
+std::vector<Group> groups_of(const SplitTree& tree) {
+    std::vector<Group> groups;
     for (const SplitTree::Branch& b : tree.branches)
         if (b.left < 0)
-            out.groups.push_back(
-                {.kind = Kind::Instance, .count = uint8_t(b.end - b.begin), .source = b.begin});
-    tasks::parallel_chunks(out.groups.size(), PlacesATask / 8, [&](size_t begin, size_t end) {
-        for (size_t k = begin; k < end; k++) {
-            Group& g = out.groups[k];
-            for (uint32_t i = 0; i < g.count; i++)
-                g.box[i] = places[out.order[g.source + i]].box;
-        }
+            groups.push_back(
+                {.kind = Kind::Instance, .count = uint8_t(b.end - b.begin), .box = {}, .source = b.begin});
+    tasks::parallel_chunks(groups.size(), PlacesATask / 8, [&](size_t begin, size_t end) {
+        for (size_t k = begin; k < end; k++)
+            for (uint32_t i = 0; i < groups[k].count; i++) {
+                const Item& item = tree.items[groups[k].source + i];
+                groups[k].box[i] = {{item.lo[0], item.lo[1], item.lo[2]},
+                                    {item.hi[0], item.hi[1], item.hi[2]}};
+            }
     });
-    return out;
+    return groups;
 }
 
-PageMemory build_level(const std::vector<Place>& places) {
-    const Groups all = groups_of(places);
+// `write(item, leaf)` makes the leaf of an instance.
+template <class Write>
+PageMemory build_level(std::vector<Item> items, const Write& write) {
+    const SplitTree order = items.empty() ? SplitTree() : split_all(std::move(items), 8);
+    const std::vector<Group> groups = groups_of(order);
     Header h{};
     h.magic = Magic, h.version = Version;
     const size_t first = sizeof(Header); // of the instances, a line each
-    h.nodes = first + all.order.size() * sizeof(InstanceLeaf);
-    NodeTree tree = make_nodes(all.groups, h.nodes);
+    h.nodes = first + order.items.size() * sizeof(InstanceLeaf);
+    NodeTree tree = make_nodes(groups, h.nodes);
     h.node_bytes = tree.nodes.size() * sizeof(Node);
     h.bytes = h.nodes + h.node_bytes;
     if (h.bytes + PaddingBytes > Children::MostBytes)
         throw Error("a level of instances of the ray tracer is larger than 2 GiB");
-    h.root = all.groups.empty() ? NoRef : make_ref(Kind::Nodes, h.nodes);
+    h.root = groups.empty() ? NoRef : make_ref(Kind::Nodes, h.nodes);
     Bounds3f bounds;
-    for (const Group& g : all.groups)
+    for (const Group& g : groups)
         bounds.extend(g.bounds());
     for (int a = 0; a < 3; a++)
         h.lower[a] = bounds.lo[a], h.upper[a] = bounds.hi[a];
 
     PageMemory memory(h.bytes + PaddingBytes);
     uint8_t* const bytes = reinterpret_cast<uint8_t*>(memory.data());
-    tasks::parallel_chunks(all.groups.size(), PlacesATask / 8, [&](size_t begin, size_t end) {
+    tasks::parallel_chunks(groups.size(), PlacesATask / 8, [&](size_t begin, size_t end) {
         for (size_t k = begin; k < end; k++) {
-            const Group& g = all.groups[k];
+            const Group& g = groups[k];
             const size_t at = first + g.source * sizeof(InstanceLeaf);
-            for (int i = 0; i < g.count; i++)
-                std::memcpy(bytes + at + unsigned(i) * sizeof(InstanceLeaf),
-                            &places[all.order[g.source + uint32_t(i)]].leaf, sizeof(InstanceLeaf));
+            for (uint32_t i = 0; i < g.count; i++)
+                write(order.items[g.source + i].index,
+                      *reinterpret_cast<InstanceLeaf*>(bytes + at + i * sizeof(InstanceLeaf)));
             write_node(tree.nodes[tree.leaf_at[k]], g,
                        Children{Kind::Instance, g.count, uint32_t(at / UnitBytes)}.word());
         }
@@ -143,34 +133,78 @@ PageMemory build_level(const std::vector<Place>& places) {
 } // namespace
 
 uint32_t World::add(const Page& page) {
-    m_pages.push_back(page);
+    const uint32_t number = uint32_t(m_pages.size());
+    m_pages.emplace_back(reinterpret_cast<const std::byte*>(page.bytes()), number);
     m_nesting.push_back(0);
-    return uint32_t(m_pages.size() - 1);
+    return number;
+}
+
+int World::nesting_of(uint32_t page) const {
+    if (page >= m_pages.size())
+        throw Error("an instance stands for page " + std::to_string(page) + " of " +
+                    std::to_string(m_pages.size()));
+    return m_nesting[page] + 1;
+}
+
+template <class PlacementOf>
+uint32_t World::add_level(size_t count, int nesting, const PlacementOf& placement_of) {
+    if (nesting > MostNesting)
+        throw Error("instances lie " + std::to_string(nesting) + " deep in each other; at most " +
+                    std::to_string(MostNesting) + " can be traced");
+    std::vector<Item> items(count);
+    std::vector<uint8_t> state(count); // 1: it stands; 2: it is left out
+    tasks::parallel_chunks(count, PlacesATask, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; i++) {
+            const Placed p = placement_of(i);
+            const Page& page = m_pages[p.page];
+            if (page.header().root == NoRef) // of nothing there is nothing to see
+                continue;
+            InstanceLeaf leaf;
+            const Bounds3f box = p.stays ? page.bounds() : box_of(p.world_from_page, page.bounds());
+            const bool stands =
+                make_leaf(p, uint32_t(i), leaf) && is_somewhere(box.lo) && is_somewhere(box.hi);
+            state[i] = stands ? 1 : 2;
+            items[i] = Item(box, uint32_t(i));
+        }
+    });
+    size_t kept = 0;
+    for (size_t i = 0; i < count; i++) {
+        m_left_out += state[i] == 2;
+        if (state[i] == 1)
+            items[kept++] = items[i];
+    }
+    items.resize(kept);
+    m_levels.push_back(build_level(
+        std::move(items), [&](uint32_t i, InstanceLeaf& leaf) { make_leaf(placement_of(i), i, leaf); }));
+    const uint32_t number = add(m_levels.back().page());
+    m_nesting[number] = nesting;
+    return number;
 }
 
 uint32_t World::add(std::span<const Placement> placements) {
     int nesting = 1;
-    for (const Placement& p : placements) {
-        if (p.page >= m_pages.size())
-            throw Error("an instance stands for page " + std::to_string(p.page) + " of " +
-                        std::to_string(m_pages.size()));
-        nesting = std::max(nesting, m_nesting[p.page] + 1);
+    for (const Placement& p : placements)
+        nesting = std::max(nesting, nesting_of(p.page));
+    return add_level(placements.size(), nesting,
+                     [&](size_t i) { return Placed{placements[i].world_from_page, placements[i].page}; });
+}
+
+uint32_t World::add(std::span<const Placements> runs) {
+    int nesting = 1;
+    std::vector<size_t> first; // instance of each run
+    size_t count = 0;
+    for (const Placements& run : runs) {
+        nesting = std::max(nesting, nesting_of(run.page));
+        first.push_back(count);
+        count += run.world_from_page.empty() ? 1 : run.world_from_page.size() / 12;
     }
-    if (nesting > MostNesting)
-        throw Error("instances lie " + std::to_string(nesting) + " deep in each other; at most " +
-                    std::to_string(MostNesting) + " can be traced");
-    std::vector<Place> places(placements.size());
-    tasks::parallel_chunks(placements.size(), PlacesATask, [&](size_t begin, size_t end) {
-        for (size_t i = begin; i < end; i++)
-            if (m_pages[placements[i].page].header().root != NoRef) // of nothing there is nothing to see
-                places[i] = place_of(placements[i], m_pages[placements[i].page], uint32_t(i));
+    return add_level(count, nesting, [&](size_t i) {
+        const size_t r = size_t(std::upper_bound(first.begin(), first.end(), i) - first.begin()) - 1;
+        Placed p{{}, runs[r].page, runs[r].world_from_page.empty()};
+        for (size_t k = 0; k < 12 && !p.stays; k++)
+            p.world_from_page.m[k / 4][k % 4] = double(runs[r].world_from_page[(i - first[r]) * 12 + k]);
+        return p;
     });
-    for (size_t i = 0; i < places.size(); i++)
-        m_left_out += !places[i].stands && m_pages[placements[i].page].header().root != NoRef;
-    m_levels.push_back(build_level(places));
-    const uint32_t number = add(m_levels.back().page());
-    m_nesting[number] = nesting;
-    return number;
 }
 
 size_t World::level_bytes() const {

@@ -13,6 +13,11 @@ struct Placement {
     Transform world_from_page; // affine; of a level inside, "world" is the page that it stands in
     uint32_t page;             // number in the world
 };
+// Many of one page, as renderers have them.
+struct Placements {
+    uint32_t page;
+    std::span<const float> world_from_page; // row-major 3x4 matrices; none: the page lies there as it is
+};
 
 // Thread safety: const members may run at the same time.
 class World {
@@ -24,6 +29,8 @@ class World {
     // the same bytes for any number of threads. Throws Error where instances would lie deeper in each other
     // than MostNesting, a page has no such number, or the level would be larger than 2 GiB.
     uint32_t add(std::span<const Placement> placements);
+    // Instances are numbered through all runs; of a page that lies there as it is there is one.
+    uint32_t add(std::span<const Placements> runs);
 
     const Page& page(uint32_t number) const { return m_pages[number]; }
     std::span<const Page> pages() const { return m_pages; }
@@ -32,6 +39,9 @@ class World {
     size_t level_bytes() const; // of all levels together
 
   private:
+    template <class PlacementOf>
+    uint32_t add_level(size_t count, int nesting, const PlacementOf& placement_of);
+    int nesting_of(uint32_t page) const; // of a level that it stands in
     std::vector<Page> m_pages;
     std::vector<int> m_nesting;
     std::deque<PageMemory> m_levels;
