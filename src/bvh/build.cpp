@@ -1,7 +1,8 @@
-// Builds Embree's scenes, one a group: which geometry each of the store's shapes becomes, and instances of
-// other groups.
+// Builds Embree's scenes: which geometry each of the store's shapes becomes, and instances of other groups.
+// A group may be there twice: where it stands still without what pages hold, and whole where it moves.
 #include <algorithm>
 #include <map>
+#include <utility>
 
 #include "base/cancel.h"
 #include "base/error.h"
@@ -30,22 +31,51 @@ class Builder {
             std::atomic<int64_t>& bytes, Scene::Build build)
         : m_device(device), m_store(store), m_groups(groups), m_bytes(bytes), m_build(std::move(build)) {}
 
-    // Group `g`, after those of lower numbers.
-    void add(std::span<const GroupDesc> descs, size_t g) {
-        Group& group = m_groups[g];
+    // All groups that the world needs.
+    void run(std::span<const GroupDesc> descs) {
+        std::vector<bool> needed(m_groups.size());
+        needed[place_of(int(descs.size()) - 1, !m_build.pages)] = true;
+        for (size_t at = m_groups.size(); at-- > 0;)
+            if (needed[at])
+                for (const auto& in : descs[at / 2].instances)
+                    needed[target_of(in, at % 2 != 0)] = true;
+        for (size_t at = 0; at < m_groups.size(); at++)
+            if (needed[at])
+                add(descs, at);
+    }
+    size_t world() const { return m_groups.size() - 2 + !m_build.pages; }
+
+  private:
+    // Of a group without what pages hold, and whole.
+    static size_t place_of(int group, bool whole) { return 2 * size_t(group) + whole; }
+    static size_t target_of(const GroupDesc::Instances& in, bool whole) {
+        return place_of(in.group, whole || !in.stands_still());
+    }
+
+    // After those of lower numbers.
+    void add(std::span<const GroupDesc> descs, size_t at) {
+        const GroupDesc& desc = descs[at / 2];
+        m_whole = at % 2 != 0;
+        Group& group = m_groups[at];
         group.scene = new_scene();
-        group.trees = SolidTrees(descs[g].solids);
+        group.trees = SolidTrees(desc.solids);
         if (!group.trees.empty())
             group.solids = new_scene();
-        add_shapes(group, descs[g]);
-        for (const auto& instances : descs[g].instances)
-            add_instances(group, instances, descs[size_t(instances.group)]);
+        add_shapes(group, desc);
+        for (const auto& instances : desc.instances)
+            if (m_groups[target_of(instances, m_whole)].scene)
+                add_instances(group, instances, descs[size_t(instances.group)]);
+        if (group.geometries.empty()) { // all of it lies in pages, or it is nothing
+            for (RTCScene* s : {&group.scene, &group.solids})
+                if (*s)
+                    rtcReleaseScene(std::exchange(*s, nullptr));
+            return;
+        }
         commit(group.scene);
         if (group.solids)
             commit(group.solids);
     }
 
-  private:
     RTCScene new_scene() const {
         RTCScene s = rtcNewScene(m_device);
         // No flag for filters of a query's own: there are none, and without it Embree takes intersectors
@@ -60,13 +90,15 @@ class Builder {
         // they bound; and by the window of the store that they lie in.
         std::map<std::array<int32_t, 5>, std::vector<int>> grids;
         for (const auto& range : desc.shapes) {
-            const int solid = group.trees.empty() || group.trees.holds(range.solid) ? range.solid : -1;
+            const int solid = group.trees.bounded_by(range.solid);
             for (int s = range.first; s < range.first + range.count; s++) {
                 const store::ShapeRecord& shape = m_store.shapes()[size_t(s)];
+                if (!m_whole && PageScene::can_hold(shape, solid))
+                    continue;
                 if (shape.flags & store::ShapeRecord::Mesh)
                     add_mesh(group, s, solid);
                 else
-                    grids[{cuts_out(shape), shape.motion_segments,
+                    grids[{is_partly_there(m_store, shape), shape.motion_segments,
                            shape.motion_segments > 0 ? shape.motion_stride : 0, solid,
                            m_store.window(shape.program)}]
                         .push_back(s);
@@ -85,20 +117,13 @@ class Builder {
         }
     }
 
-    bool cuts_out(const store::ShapeRecord& s) const { // for some rays
-        const store::Links& links = m_store.links()[size_t(s.links)];
-        return m_store.programs()[size_t(s.program)].presence >= 0 || links.lets_through != 0 ||
-               (links.seen & (store::Links::OneSided | store::Links::Unseen)) != 0 || links.fades() ||
-               (s.flags & store::ShapeRecord::Layer) != 0;
-    }
-
     // `ours`: null for instances, of which `bounds_solid` tells where they go.
     void attach(Group& group, RTCGeometry geometry, std::unique_ptr<Geometry> ours,
                 bool bounds_solid = false) {
         if (ours) {
             rtcSetGeometryUserData(geometry, ours.get());
             ours->group = int(&group - m_groups.data());
-            ours->partly = cuts_out(m_store.shapes()[size_t(ours->shape_of_grid[0])]);
+            ours->partly = is_partly_there(m_store, m_store.shapes()[size_t(ours->shape_of_grid[0])]);
             bounds_solid = ours->solid >= 0;
             if (bounds_solid || ours->partly) {
                 const auto filter = bounds_solid ? note_crossing : presence_filter;
@@ -194,11 +219,12 @@ class Builder {
         if (desc.paths.empty() && desc.transforms.empty())
             return;
         auto in = std::make_unique<Instances>();
-        in->group = desc.group;
+        const size_t target = target_of(desc, m_whole);
+        in->group = int(target);
         in->first_slot = desc.first_slot;
         in->slots = child.slots;
         in->first_emitter = child.emitters > 0 ? child.first_emitter : -1;
-        in->target = &m_groups[size_t(desc.group)];
+        in->target = &m_groups[target];
         in->transforms = desc.transforms;
         in->paths = desc.paths;
         in->child = box_of(*in->target);
@@ -242,6 +268,7 @@ class Builder {
     std::vector<Group>& m_groups;
     std::atomic<int64_t>& m_bytes;
     Scene::Build m_build;
+    bool m_whole = false; // the group that is being built
 };
 
 } // namespace
@@ -260,30 +287,34 @@ Scene::Impl::Impl(const store::Store& store) : store(store) {
 }
 
 Scene::Impl::~Impl() {
-    for (Group& g : groups) {
-        rtcReleaseScene(g.scene);
-        if (g.solids)
-            rtcReleaseScene(g.solids);
-    }
+    for (Group& g : groups)
+        for (RTCScene s : {g.scene, g.solids})
+            if (s)
+                rtcReleaseScene(s);
     rtcReleaseDevice(device);
 }
 
-Scene::Scene(const store::Store& store, std::span<const GroupDesc> groups, Build build)
+Scene::Scene(store::Store& store, std::span<const GroupDesc> groups, Build build)
     : m_impl(std::make_unique<Impl>(store)) {
-    m_impl->groups.resize(groups.size());
+    m_impl->pages = std::make_unique<PageScene>(store, build.pages ? groups : std::span<const GroupDesc>());
+    tasks::check_cancelled();
+    m_impl->groups.resize(2 * groups.size());
     Builder builder(m_impl->device, store, m_impl->groups, m_impl->bytes, std::move(build));
-    for (size_t g = 0; g < groups.size(); g++)
-        builder.add(groups, g);
+    builder.run(groups);
+    m_impl->world = builder.world();
 }
 
 Scene::~Scene() = default;
 
 Bounds3f Scene::bounds() const {
-    return box_of(m_impl->groups.back());
+    Bounds3f bounds = m_impl->pages->bounds();
+    if (m_impl->embree().scene)
+        bounds.extend(box_of(m_impl->embree()));
+    return bounds;
 }
 
 uint64_t Scene::bytes() const {
-    return uint64_t(std::max<int64_t>(0, m_impl->bytes.load()));
+    return uint64_t(std::max<int64_t>(0, m_impl->bytes.load())) + m_impl->pages->bytes();
 }
 
 } // namespace kanuka::bvh

@@ -1,8 +1,8 @@
-// Ray queries over the store: Embree behind one thin file. Grids of a group are one GRID geometry, meshes one
-// geometry each; instances are one user geometry per group of them, nested to any depth by callback (Embree's
-// own instancing is one level deep in the packaged build). Shapes that change while the shutter is open are
-// geometries with a vertex buffer a step; moving instances have their bounds at several times, and their
-// matrix is made for every ray that meets them.
+// Ray queries over the store. What stands still lies in pages of our own (page_scene.h, docs/hierarchy.md).
+// What moves, fibres and the surfaces of solids are Embree's (build.cpp): meshes are one geometry each, grids
+// of a group one; instances are one user geometry per group of them, nested by callback. Shapes that change
+// while the shutter is open have a vertex buffer a step; moving instances have their bounds at several times,
+// and their matrix is made for every ray that meets them.
 #pragma once
 
 #include <cstdint>
@@ -36,6 +36,8 @@ struct GroupDesc {
         std::span<const MotionPath> paths = {};
         int first_slot = Unnumbered; // within the group; see number_emitters()
         bool bounds_solid = false;   // parts of the surfaces of solids
+
+        bool stands_still() const { return paths.empty() && !bounds_solid; }
     };
     std::vector<Instances> instances;
     std::vector<SolidNode> solids;
@@ -91,32 +93,47 @@ struct HitPacket {
     Float<W> magnitude;
     Int<W>
         slot_shift; // where instanced: added to the number of an emitter, its slot; negative sums have none
+
+    void clear(Float<W> t_max) { // no hits
+        hit = Mask<W>(false);
+        t = t_max, u = v = Float<W>(0.0f);
+        Ng = {u, u, u};
+        shape = prim = instanced = slot_shift = Int<W>(0);
+        magnitude = u;
+    }
 };
 
 class Scene {
   public:
     struct Build {
+        // Of what is Embree's:
         bool compact = false;   // a third of the memory for a little speed
         bool watertight = true; // no ray passes between polygons that share an edge; a fifth of the speed
         std::function<bool()> cancelled = {}; // asked on any thread while it is built
+        bool pages = true;                    // false: all is Embree's, for a second opinion
     };
     // The last group is the world. Builds in parallel; throws tasks::Cancelled where it is cancelled.
-    Scene(const store::Store& store, std::span<const GroupDesc> groups, Build build);
+    // Vertices of the store are moved to where pages have them.
+    Scene(store::Store& store, std::span<const GroupDesc> groups, Build build);
     ~Scene();
     Scene(const Scene&) = delete;
 
-    // Thread safety: queries may run on any thread.
+    // Thread safety: queries may run on any thread. Many packets at once are faster than one by one, and find
+    // the same bits.
     template <int W>
-    void intersect(const RayPacket<W>& rays, HitPacket<W>& hits) const;
+    void intersect(std::span<const RayPacket<W>> rays, std::span<HitPacket<W>> hits) const;
+    template <int W>
+    void intersect(const RayPacket<W>& rays, HitPacket<W>& hits) const {
+        intersect<W>(std::span(&rays, 1), std::span(&hits, 1));
+    }
+    template <int W>
+    void find_occluded(std::span<const RayPacket<W>> rays, std::span<Mask<W>> hidden) const;
     template <int W>
     Mask<W> occluded(const RayPacket<W>& rays) const {
         Mask<W> m;
-        find_occluded(rays, m);
+        find_occluded<W>(std::span(&rays, 1), std::span(&m, 1));
         return m;
     }
-    // By reference: callers built for AVX-512 return masks in other registers than this library.
-    template <int W>
-    void find_occluded(const RayPacket<W>& rays, Mask<W>& hidden) const;
 
     // Cuts away what lies on the side of a plane that its normal points to, for all rays. Before any query.
     struct Plane {
@@ -133,9 +150,9 @@ class Scene {
 
   private:
     template <int W>
-    void intersect_kept(const RayPacket<W>& rays, HitPacket<W>& hits) const;
+    void intersect_embree(const RayPacket<W>& rays, HitPacket<W>& hits) const;
     template <int W>
-    Mask<W> occluded_kept(const RayPacket<W>& rays) const;
+    Mask<W> occluded_embree(const RayPacket<W>& rays) const;
     template <int W>
     void tell(const RayPacket<W>& rays, const Mask<W>& which, const Float<W>& t_max) const;
     struct Impl;

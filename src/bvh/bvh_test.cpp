@@ -91,7 +91,7 @@ TEST(Bvh, GridCoordinatesNameThePlace) {
         const double x = double(hits[k].u) * MU, y = double(hits[k].v) * MV;
         const int i = std::min(int(x), MU - 1), j = std::min(int(y), MV - 1);
         const double fx = x - i, fy = y - j;
-        const auto at = [&](int a, int b) { return Point(points[size_t((j + b) * (MU + 1) + i + a)]); };
+        const auto at = [&](int a, int b) { return shapes.vertex(0, size_t((j + b) * (MU + 1) + i + a)); };
         const bool second = fx + fy > 1;
         both[second]++;
         const Point p = second
@@ -111,7 +111,6 @@ TEST(Bvh, MeshCoordinatesNameThePlace) {
     std::uniform_real_distribution<float> u(0, 1);
     const std::vector<Vec3f> points = {{0, 0, 0.2f}, {1, 0, 0},    {1, 1, 0.5f},
                                        {0, 1, 0},    {2, 0, 0.3f}, {2, 1, 0.1f}};
-    const auto at = [&](uint32_t i) { return Point(points[i]); };
     for (int n : {3, 4}) {
         const std::vector<uint32_t> indices = n == 3
                                                   ? std::vector<uint32_t>{0, 1, 3, 2, 3, 1, 1, 4, 2, 5, 2, 4}
@@ -119,6 +118,7 @@ TEST(Bvh, MeshCoordinatesNameThePlace) {
         Shapes shapes;
         shapes.add_mesh(n, points, indices);
         const auto scene = shapes.flat_scene();
+        const auto at = [&](uint32_t i) { return shapes.vertex(0, i); };
         std::vector<Ray> rays;
         for (int i = 0; i < 1000; i++)
             rays.push_back({{2 * u(g), u(g), 5}, {0, 0.01f, -1}});
@@ -361,8 +361,9 @@ TEST(Bvh, ABuildIsCancelled) {
     const int last = std::numeric_limits<int>::max();
     const auto build = [&](int yes_at) {
         asked = 0;
-        tasks::with_threads(
-            1, [&] { shapes.flat_scene({.cancelled = [&asked, yes_at] { return ++asked >= yes_at; }}); });
+        tasks::with_threads(1, [&] {
+            shapes.flat_scene({.cancelled = [&asked, yes_at] { return ++asked >= yes_at; }, .pages = false});
+        });
         return asked.load();
     };
     const int whole = build(last);

@@ -5,6 +5,8 @@
 
 #include "bvh/bvh.h"
 #include "bvh/clusters.h"
+#include "bvh/matrix.h"
+#include "bvh/presence.h"
 #include "bvh/solids.h"
 
 namespace kanuka::bvh {
@@ -14,11 +16,6 @@ constexpr int MaxDepth = 16; // of nested instances
 // The same kernels on every machine: those for AVX-512 give distances that differ in the last bit, and a farm
 // of both would show it. They are up to 7 % faster.
 constexpr const char* EmbreeSettings = "isa=avx2";
-
-using Matrix = std::array<float, 12>; // row-major 3x4
-
-// Inverse of an affine 3x4 matrix by its adjugate; false if singular.
-bool invert(const float* m, float* out);
 
 // Embree's packaged build asserts that rays lie in the range that it can compute with. What does not hits
 // nothing.
@@ -82,6 +79,11 @@ struct Context {
     // Of the levels below the world, for the ray in question.
     const float *parent_from_current[MaxDepth + 1], *current_from_parent[MaxDepth + 1];
     int32_t slot[MaxDepth + 1]; // where the numbers of emitters in the current group begin
+
+    Beholder beholder(unsigned ray_id) const {
+        return {seeds[ray_id], passes ? passes[ray_id] : 0, camera[ray_id], level[ray_id],
+                passages ? passages + ray_id : nullptr};
+    }
 };
 static_assert(offsetof(Context, embree) == 0);
 
@@ -91,20 +93,6 @@ const Matrix& known_world(Context& context);
 float magnitude_at(Context& context, const Vec3f& p);
 
 // ---- presence
-// Is the surface there for a ray, by its presence, the lights that it lets through and what sees it? Of its
-// sides both are: is_back() tells.
-bool is_present(const Geometry& g, const Context& context, unsigned ray_id, unsigned prim, float u, float v,
-                float t);
-// Is that the inside of a shape that is not there from there? By the winding, in the space of the shape:
-// mirrors keep it.
-inline bool is_back(const Geometry& g, unsigned prim, const Vec3f& Ng, const Vec3f& d) {
-    const int shape = g.shape(prim);
-    const int32_t flags = g.store->shapes()[size_t(shape)].flags;
-    if (!(flags & store::ShapeRecord::Layer) && !(g.store->links_of(shape).seen & store::Links::OneSided))
-        return false;
-    const bool flips = flags & store::ShapeRecord::Flips;
-    return (dot(Ng, d) > 0) != flips;
-}
 // Filter of what is there for some rays alone: turns down what is not there for this one.
 void presence_filter(const RTCFilterFunctionNArguments* args);
 

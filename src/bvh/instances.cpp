@@ -12,22 +12,6 @@ namespace kanuka::bvh {
 
 namespace {
 
-Matrix concat(const Matrix& a, const float* b) {
-    Matrix r;
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 4; j++)
-            r[i * 4 + j] = a[i * 4] * b[j] + a[i * 4 + 1] * b[4 + j] + a[i * 4 + 2] * b[8 + j] +
-                           (j == 3 ? a[i * 4 + 3] : 0);
-    return r;
-}
-
-constexpr Matrix Identity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-
-Vec3f apply(const float* m, const Vec3f& p, float w) {
-    return {m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3] * w, m[4] * p.x + m[5] * p.y + m[6] * p.z + m[7] * w,
-            m[8] * p.x + m[9] * p.y + m[10] * p.z + m[11] * w};
-}
-
 bool traceable(const RTCRay& r) {
     const float largest = std::max({std::abs(r.org_x), std::abs(r.org_y), std::abs(r.org_z),
                                     std::abs(r.dir_x), std::abs(r.dir_y), std::abs(r.dir_z)});
@@ -93,15 +77,6 @@ void bound_path(const MotionPath& path, const Bounds3f& box, int steps, Bounds3f
             out[j].lo[c] = exact[j].lo[c] - low[j][c] - rounding;
             out[j].hi[c] = exact[j].hi[c] + high[j][c] + rounding;
         }
-}
-
-// What the components of m (p, w) are sums of.
-Vec3f sizes(const float* m, const Vec3f& p, float w) {
-    const auto row = [&](int r) {
-        return std::abs(m[r] * p.x) + std::abs(m[r + 1] * p.y) + std::abs(m[r + 2] * p.z) +
-               std::abs(m[r + 3] * w);
-    };
-    return {row(0), row(4), row(8)};
 }
 
 void enter(Context& context, const Instances& in, unsigned prim, const float* group_from_child,
@@ -218,19 +193,14 @@ const Matrix& known_world(Context& context) {
     return context.world_from_current[context.depth];
 }
 
-// To first order, rounding moves a point by so much times a few units in the last place: at each level the
-// ray's start is taken down by the inverse, and points come up by the matrix (Higham 2002, Accuracy and
-// Stability of Numerical Algorithms, section 3.5).
 float magnitude_at(Context& context, const Vec3f& p) {
     known_world(context);
     Vec3f at = p, sum(0.0f);
     for (int k = context.depth; k > 0; k--) {
-        const float *up = context.parent_from_current[k], *down = context.current_from_parent[k];
-        if (std::equal(up, up + 12, Identity.data())) // rounds nothing: what was read on demand has it
-            continue;
+        const float* up = context.parent_from_current[k];
         const Vec3f parent = apply(up, at, 1);
-        sum += sizes(context.world_from_current[size_t(k)].data(), sizes(down, parent, 1), 0) +
-               sizes(context.world_from_current[size_t(k) - 1].data(), sizes(up, at, 1), 0);
+        sum += rounding_of(up, context.current_from_parent[k], context.world_from_current[size_t(k) - 1],
+                           context.world_from_current[size_t(k)], parent, at);
         at = parent;
     }
     return std::max({sum.x, sum.y, sum.z});

@@ -80,13 +80,16 @@ TEST(Instances, AThousandAgainstFlatCopies) {
     const auto transforms = flatten(all);
     Shapes one, copies;
     one.add_grid(6, 6, patch());
-    for (const Transform& t : all)
-        copies.add_grid(6, 6, moved(patch(), t));
     std::vector<GroupDesc> groups(2);
     groups[0].shapes.push_back({0, 1});
     groups[1].instances.push_back({0, transforms});
     const Scene scene(one.store, groups, {});
-    const auto flat = copies.flat_scene();
+    std::vector<Vec3f> traced;
+    for (size_t i = 0; i < patch().size(); i++)
+        traced.push_back(one.traced_vertex(0, i));
+    for (const Transform& t : all)
+        copies.add_grid(6, 6, moved(traced, t));
+    const auto flat = copies.flat_scene({.pages = false});
     const auto rays = random_rays(8000, 5, 2);
     const auto reference = intersect<8>(*flat, rays);
     compare(intersect<8>(scene, rays), reference, 4000, all);

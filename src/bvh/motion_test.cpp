@@ -71,8 +71,9 @@ void grids_and_meshes() {
     shapes.add_sphere({2, 0, 0}, 0.5f, 4); // stands still among them
     shapes.add_moving_mesh(4, mesh, {0, 1, 2, 3});
     shapes.add_moving_mesh(3, mesh, {0, 1, 2});
+    const auto scene = shapes.flat_scene();
     const std::vector<Triangle> still = shapes.triangles;
-    compare<W>(*shapes.flat_scene(), timed_rays(1500, 3, 5), [&](float time) {
+    compare<W>(*scene, timed_rays(1500, 3, 5), [&](float time) {
         std::vector<Triangle> out = still;
         const auto p = mix(grid, time), q = mix(mesh, time);
         for (int j = 0; j < N; j++)
@@ -113,6 +114,7 @@ void moving_instances() {
     groups[2].instances.push_back({1, {}, arms});
     groups[2].instances.push_back({0, still});
     const Scene scene(shapes.store, groups, {});
+    shapes.read_back();
     const auto moved = [&](float time) {
         std::vector<Triangle> out;
         for (const Triangle& t : shapes.triangles) {

@@ -1,5 +1,5 @@
-// Surfaces that are there for some rays alone: by presence, links, levels of detail, and the side that they
-// are seen from.
+#include "bvh/presence.h"
+
 #include <algorithm>
 #include <cstring>
 
@@ -8,30 +8,35 @@
 
 namespace kanuka::bvh {
 
+bool is_partly_there(const store::Store& store, const store::ShapeRecord& s) {
+    const store::Links& links = store.links()[size_t(s.links)];
+    return store.programs()[size_t(s.program)].presence >= 0 || links.lets_through != 0 ||
+           (links.seen & (store::Links::OneSided | store::Links::Unseen)) != 0 || links.fades() ||
+           (s.flags & store::ShapeRecord::Layer) != 0;
+}
+
 // Stochastic transparency: a surface of presence p stops a ray with probability p. One decision per ray and
 // cell, by hash, so hits and shadows need no special case.
-bool is_present(const Geometry& g, const Context& context, unsigned ray_id, unsigned prim, float u, float v,
-                float t) {
-    const int shape = g.shape(prim);
-    const store::Links& links = g.store->links_of(shape);
-    const float level = context.level[ray_id];
-    if (level < links.level_from || level >= links.level_to)
+bool is_present(const store::Store& store, int shape, int prim, float u, float v, float t,
+                const Beholder& beholder) {
+    const store::Links& links = store.links_of(shape);
+    if (beholder.level < links.level_from || beholder.level >= links.level_to)
         return false;
-    if ((links.seen & store::Links::Unseen) && context.camera[ray_id])
+    if ((links.seen & store::Links::Unseen) && beholder.camera)
         return false;
-    if (context.passes && (context.passes[ray_id] & links.lets_through) != 0)
+    if ((beholder.passes & links.lets_through) != 0)
         return false;
     int t_bits;
     std::memcpy(&t_bits, &t, 4);
-    const Int<1> h =
-        hash_bits(Int<1>(context.seeds[ray_id]) ^
-                  hash_bits(Int<1>(int(uint32_t(shape) * 0x9e3779b1u + prim + (uint32_t(t_bits) & ~0xffu)))));
-    const float presence = g.store->presence(shape, int(prim), u, v);
+    const Int<1> h = hash_bits(
+        Int<1>(beholder.seed) ^
+        hash_bits(Int<1>(int(uint32_t(shape) * 0x9e3779b1u + uint32_t(prim) + (uint32_t(t_bits) & ~0xffu)))));
+    const float presence = store.presence(shape, prim, u, v);
     if (to_unit(h)[0] < presence)
         return true;
-    if (context.passages && g.store->shapes()[size_t(shape)].flags & store::ShapeRecord::Tinted) {
-        const Rgb left = Rgb(1) - g.store->opacity(shape, int(prim), u, v);
-        context.passages[ray_id].add(t, left * (1 / std::max(1 - presence, 1e-6f)));
+    if (beholder.passages && store.shapes()[size_t(shape)].flags & store::ShapeRecord::Tinted) {
+        const Rgb left = Rgb(1) - store.opacity(shape, prim, u, v);
+        beholder.passages->add(t, left * (1 / std::max(1 - presence, 1e-6f)));
     }
     return false;
 }
@@ -63,13 +68,14 @@ void presence_filter(const RTCFilterFunctionNArguments* args) {
         if (args->valid[i] == 0)
             continue;
         const unsigned prim = RTCHitN_primID(args->hit, args->N, i);
-        if (is_back(g, prim,
+        if (is_back(*g.store, g.shape(prim),
                     {RTCHitN_Ng_x(args->hit, args->N, i), RTCHitN_Ng_y(args->hit, args->N, i),
                      RTCHitN_Ng_z(args->hit, args->N, i)},
                     {RTCRayN_dir_x(args->ray, args->N, i), RTCRayN_dir_y(args->ray, args->N, i),
                      RTCRayN_dir_z(args->ray, args->N, i)}) ||
-            !is_present(g, context, RTCRayN_id(args->ray, args->N, i), prim, RTCHitN_u(args->hit, args->N, i),
-                        RTCHitN_v(args->hit, args->N, i), RTCRayN_tfar(args->ray, args->N, i)))
+            !is_present(*g.store, g.shape(prim), int(prim), RTCHitN_u(args->hit, args->N, i),
+                        RTCHitN_v(args->hit, args->N, i), RTCRayN_tfar(args->ray, args->N, i),
+                        context.beholder(RTCRayN_id(args->ray, args->N, i))))
             args->valid[i] = 0;
     }
 }

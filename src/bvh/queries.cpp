@@ -1,4 +1,5 @@
-// Rays through the scene, packet by packet; what planes cut away, and solids before the rest.
+// Rays through the scene: pages first, then what is Embree's, packet by packet; what planes cut away, and
+// solids before the rest.
 #include <cstring>
 #include <limits>
 
@@ -100,9 +101,103 @@ Mask<W> traceable(const RayPacket<W>& rays) {
     return m;
 }
 
+// Lanes that `later` has hits of.
+template <int W>
+void take_hits(HitPacket<W>& hits, const HitPacket<W>& later) {
+    const Mask<W> m = later.hit;
+    if (!any(m))
+        return;
+    hits.hit |= m;
+    hits.t = select(m, later.t, hits.t), hits.u = select(m, later.u, hits.u),
+    hits.v = select(m, later.v, hits.v);
+    for (int c = 0; c < 3; c++)
+        hits.Ng[c] = select(m, later.Ng[c], hits.Ng[c]);
+    hits.shape = select(m, later.shape, hits.shape), hits.prim = select(m, later.prim, hits.prim);
+    hits.instanced = select(m, later.instanced, hits.instanced);
+    hits.magnitude = select(m, later.magnitude, hits.magnitude);
+    hits.slot_shift = select(m, later.slot_shift, hits.slot_shift);
+    for (uint32_t bits = (m & (later.instanced != Int<W>(0))).bits(); bits; bits &= bits - 1) {
+        const int i = __builtin_ctz(bits);
+        for (int k = 0; k < 12; k++)
+            hits.world_from_shape[k][i] = later.world_from_shape[k][i];
+    }
+}
+
+// Packets without what planes cut away, chunk by chunk.
+template <int W, class Body>
+void without_clipped(std::span<const RayPacket<W>> rays, const std::vector<Scene::Plane>& planes, int times,
+                     const Body& body) {
+    if (planes.empty())
+        return body(rays, size_t(0));
+    constexpr size_t Chunk = 16;
+    RayPacket<W> kept[Chunk];
+    for (size_t first = 0; first < rays.size(); first += Chunk) {
+        const size_t count = std::min(Chunk, rays.size() - first);
+        for (size_t i = 0; i < count; i++)
+            kept[i] = clipped(rays[first + i], planes, times);
+        body(std::span<const RayPacket<W>>(kept, count), first);
+    }
+}
+
+} // namespace
+
+void Scene::clip(std::span<const Plane> planes, int times) {
+    m_impl->planes.assign(planes.begin(), planes.end());
+    m_impl->plane_times = times;
+}
+
+template <int W>
+void Scene::intersect(std::span<const RayPacket<W>> rays, std::span<HitPacket<W>> hits) const {
+    const bool embree = m_impl->embree().scene;
+    without_clipped<W>(rays, m_impl->planes, m_impl->plane_times, [&](auto kept, size_t first) {
+        m_impl->pages->intersect<W>(kept, hits.subspan(first, kept.size()));
+        for (size_t i = 0; embree && i < kept.size(); i++) {
+            HitPacket<W>& found = hits[first + i];
+            RayPacket<W> left = kept[i];
+            left.t_max = found.t;
+            HitPacket<W> later;
+            intersect_embree(left, later);
+            take_hits(found, later);
+        }
+    });
+    for (size_t i = 0; i < rays.size(); i++) {
+        if (!m_impl->planes.empty())
+            hits[i].t = select(hits[i].hit, hits[i].t, rays[i].t_max);
+        if (m_watch)
+            tell(rays[i], traceable(rays[i]), select(hits[i].hit, hits[i].t, rays[i].t_max));
+    }
+}
+
+template <int W>
+void Scene::tell(const RayPacket<W>& rays, const Mask<W>& which, const Float<W>& t_max) const {
+    for (uint32_t bits = which.bits(); bits; bits &= bits - 1) {
+        const int i = __builtin_ctz(bits);
+        m_watch->look({rays.o.x[i], rays.o.y[i], rays.o.z[i]}, {rays.d.x[i], rays.d.y[i], rays.d.z[i]},
+                      rays.t_min[i], t_max[i]);
+    }
+}
+
+template <int W>
+void Scene::find_occluded(std::span<const RayPacket<W>> rays, std::span<Mask<W>> hidden) const {
+    const bool embree = m_impl->embree().scene;
+    without_clipped<W>(rays, m_impl->planes, m_impl->plane_times, [&](auto kept, size_t first) {
+        m_impl->pages->find_occluded<W>(kept, hidden.subspan(first, kept.size()));
+        for (size_t i = 0; embree && i < kept.size(); i++) {
+            RayPacket<W> left = kept[i];
+            left.active &= !hidden[first + i];
+            if (any(left.active))
+                hidden[first + i] |= occluded_embree(left);
+        }
+    });
+    if (m_watch)
+        for (size_t i = 0; i < rays.size(); i++)
+            tell(rays[i], traceable(rays[i]) & !hidden[i], rays[i].t_max);
+}
+
 // Embree's packets round otherwise than its single rays, so one coherent ray is a packet of one: then all
 // lane counts find the same bits.
-void intersect_as_packet(const Scene& scene, const RayPacket<1>& ray, HitPacket<1>& hit) {
+template <class Intersect>
+void intersect_as_packet(const Intersect& intersect, const RayPacket<1>& ray, HitPacket<1>& hit) {
     RayPacket<8> rays;
     HitPacket<8> hits;
     for (int c = 0; c < 3; c++)
@@ -117,7 +212,7 @@ void intersect_as_packet(const Scene& scene, const RayPacket<1>& ray, HitPacket<
     LetThrough passages[8];
     rays.passages = ray.passages ? passages : nullptr;
     rays.coherent = true;
-    scene.intersect(rays, hits);
+    intersect(rays, hits);
     if (ray.passages)
         *ray.passages = passages[0];
     hit.hit = Mask<1>(hits.hit[0]);
@@ -129,52 +224,17 @@ void intersect_as_packet(const Scene& scene, const RayPacket<1>& ray, HitPacket<
         hit.world_from_shape[k][0] = hits.world_from_shape[k][0];
 }
 
-} // namespace
-
-void Scene::clip(std::span<const Plane> planes, int times) {
-    m_impl->planes.assign(planes.begin(), planes.end());
-    m_impl->plane_times = times;
-}
-
 template <int W>
-void Scene::intersect(const RayPacket<W>& rays, HitPacket<W>& hits) const {
+void Scene::intersect_embree(const RayPacket<W>& rays, HitPacket<W>& hits) const {
+    using E = EmbreeTypes<W>;
     if constexpr (W == 1)
         if (rays.coherent)
-            return intersect_as_packet(*this, rays, hits);
-    if (m_impl->planes.empty()) {
-        intersect_kept(rays, hits);
-    } else {
-        intersect_kept(clipped(rays, m_impl->planes, m_impl->plane_times), hits);
-        hits.t = select(hits.hit, hits.t, rays.t_max);
-    }
-    if (m_watch)
-        tell(rays, traceable(rays), select(hits.hit, hits.t, rays.t_max));
-}
-
-template <int W>
-void Scene::tell(const RayPacket<W>& rays, const Mask<W>& which, const Float<W>& t_max) const {
-    for (uint32_t bits = which.bits(); bits; bits &= bits - 1) {
-        const int i = __builtin_ctz(bits);
-        m_watch->look({rays.o.x[i], rays.o.y[i], rays.o.z[i]}, {rays.d.x[i], rays.d.y[i], rays.d.z[i]},
-                      rays.t_min[i], t_max[i]);
-    }
-}
-
-template <int W>
-void Scene::find_occluded(const RayPacket<W>& rays, Mask<W>& hidden) const {
-    hidden =
-        occluded_kept(m_impl->planes.empty() ? rays : clipped(rays, m_impl->planes, m_impl->plane_times));
-    if (m_watch)
-        tell(rays, traceable(rays) & !hidden, rays.t_max);
-}
-
-template <int W>
-void Scene::intersect_kept(const RayPacket<W>& rays, HitPacket<W>& hits) const {
-    using E = EmbreeTypes<W>;
+            return intersect_as_packet(
+                [this](const RayPacket<8>& r, HitPacket<8>& h) { intersect_embree(r, h); }, rays, hits);
     alignas(64) typename E::RayHit rh;
     alignas(64) float magnitude[W];
     alignas(64) int32_t hit_group[W], slot_shift[W];
-    const int world = int(m_impl->groups.size()) - 1;
+    const int world = int(m_impl->world);
     for (int i = 0; i < W; i++)
         hit_group[i] = world;
     fill<W>(rh.ray, rays);
@@ -187,7 +247,7 @@ void Scene::intersect_kept(const RayPacket<W>& rays, HitPacket<W>& hits) const {
     const Mask<W> active = traceable(rays);
     alignas(64) int32_t valid[W];
     std::memcpy(valid, &active.v, sizeof valid);
-    const Group& group = m_impl->groups.back();
+    const Group& group = m_impl->embree();
     std::vector<SolidHit> solids(group.solids ? W : 0);
     uint32_t bounded = 0; // rays that meet a solid, which nothing behind it hides
     if (group.solids)
@@ -222,7 +282,7 @@ void Scene::intersect_kept(const RayPacket<W>& rays, HitPacket<W>& hits) const {
     hits.hit = (geometry != none) & active;
     hits.instanced = Int<W>(0);
     hits.magnitude = Float<W>(0.0f);
-    hits.shape = Int<W>(0);
+    hits.shape = hits.slot_shift = Int<W>(0);
     for (uint32_t bits = hits.hit.bits(); bits; bits &= bits - 1) {
         const int i = __builtin_ctz(bits);
         const bool inside = instance.v[i] != -1;
@@ -243,7 +303,7 @@ void Scene::intersect_kept(const RayPacket<W>& rays, HitPacket<W>& hits) const {
 }
 
 template <int W>
-Mask<W> Scene::occluded_kept(const RayPacket<W>& rays) const {
+Mask<W> Scene::occluded_embree(const RayPacket<W>& rays) const {
     using E = EmbreeTypes<W>;
     alignas(64) typename E::Ray r;
     alignas(64) float transforms[12 * W], magnitude[W];
@@ -256,8 +316,8 @@ Mask<W> Scene::occluded_kept(const RayPacket<W>& rays) const {
     alignas(64) int32_t valid[W];
     std::memcpy(valid, &active.v, sizeof valid);
     if (W > 1 || valid[0])
-        E::occluded(valid, m_impl->groups.back().scene, &context.embree, &r);
-    const Group& group = m_impl->groups.back();
+        E::occluded(valid, m_impl->embree().scene, &context.embree, &r);
+    const Group& group = m_impl->embree();
     if (group.solids)
         for (uint32_t bits = active.bits(); bits; bits &= bits - 1) {
             const int i = __builtin_ctz(bits);
@@ -270,11 +330,11 @@ Mask<W> Scene::occluded_kept(const RayPacket<W>& rays) const {
     return (t < Float<W>(0.0f)) & active;
 }
 
-template void Scene::intersect<1>(const RayPacket<1>&, HitPacket<1>&) const;
-template void Scene::intersect<8>(const RayPacket<8>&, HitPacket<8>&) const;
-template void Scene::intersect<16>(const RayPacket<16>&, HitPacket<16>&) const;
-template void Scene::find_occluded<1>(const RayPacket<1>&, Mask<1>&) const;
-template void Scene::find_occluded<8>(const RayPacket<8>&, Mask<8>&) const;
-template void Scene::find_occluded<16>(const RayPacket<16>&, Mask<16>&) const;
+#define KANUKA_QUERIES(W)                                                                                    \
+    template void Scene::intersect<W>(std::span<const RayPacket<W>>, std::span<HitPacket<W>>) const;         \
+    template void Scene::find_occluded<W>(std::span<const RayPacket<W>>, std::span<Mask<W>>) const;
+KANUKA_QUERIES(1)
+KANUKA_QUERIES(8)
+KANUKA_QUERIES(16)
 
 } // namespace kanuka::bvh

@@ -5,12 +5,16 @@
 #include <vector>
 
 #include "bvh/embree_scene.h"
+#include "bvh/page_scene.h"
 
 namespace kanuka::bvh {
 
 struct Scene::Impl {
     RTCDevice device = nullptr;
-    std::vector<Group> groups;
+    std::unique_ptr<PageScene> pages;
+    std::vector<Group> groups; // of Embree: see build.cpp
+    size_t world = 0;          // the one that rays begin in; without a scene there is nothing in it
+    const Group& embree() const { return groups[world]; }
     std::vector<Scene::Plane> planes; // that clip, at so many times
     int plane_times = 1;
     std::atomic<int64_t> bytes{0};

@@ -27,6 +27,8 @@ class SolidTrees {
     explicit SolidTrees(std::span<const SolidNode> nodes);
     bool empty() const { return m_nodes.empty(); }
     bool holds(int node) const { return node >= 0 && size_t(node) < m_nodes.size(); }
+    // What a shape bounds that names `node`: without trees it is one of the group's that it is placed in.
+    int bounded_by(int node) const { return empty() || holds(node) ? node : -1; }
 
     // Where a ray is: what is true of a point at a time, starting outside of everything.
     class Walk {

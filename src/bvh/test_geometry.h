@@ -152,10 +152,45 @@ class Shapes {
             }
         return add_grid(2 * n, n, points, presence);
     }
-    std::unique_ptr<Scene> flat_scene(Scene::Build build = {}) const {
+    std::unique_ptr<Scene> flat_scene(Scene::Build build = {}) {
         GroupDesc world;
         world.shapes.push_back({0, int(store.shapes().size())});
-        return std::make_unique<Scene>(store, std::span(&world, 1), build);
+        auto scene = std::make_unique<Scene>(store, std::span(&world, 1), build);
+        read_back();
+        return scene;
+    }
+    // Vertices are where they are traced once there is a scene.
+    void read_back() {
+        auto triangle = triangles.begin();
+        for (int shape = 0; shape < int(store.shapes().size()); shape++) {
+            const store::ShapeRecord& s = store.shapes()[size_t(shape)];
+            const auto next = [&](size_t a, size_t b, size_t c) {
+                if (triangle != triangles.end() && triangle->shape == shape)
+                    *triangle++ = {vertex(shape, a), vertex(shape, b), vertex(shape, c), shape};
+            };
+            if (s.flags & store::ShapeRecord::Mesh) {
+                const bool quads = s.flags & store::ShapeRecord::Quads;
+                const uint32_t* v = store.words(s) + s.indices;
+                for (int f = 0; f < s.mv; f++, v += quads ? 4 : 3) {
+                    next(v[0], v[1], v[quads ? 3 : 2]);
+                    if (quads)
+                        next(v[2], v[3], v[1]);
+                }
+                continue;
+            }
+            const size_t row = size_t(s.mu) + 1;
+            for (size_t j = 0; j < size_t(s.mv); j++)
+                for (size_t k = j * row; k < j * row + size_t(s.mu); k++) {
+                    next(k, k + 1, k + row);
+                    next(k + row + 1, k + row, k + 1);
+                }
+        }
+    }
+    Point vertex(int shape, size_t number) const { return Point(traced_vertex(shape, number)); }
+    Vec3f traced_vertex(int shape, size_t number) const {
+        const store::ShapeRecord& s = store.shapes()[size_t(shape)];
+        const float* p = store.floats(s) + s.positions + 3 * number;
+        return {p[0], p[1], p[2]};
     }
 
   private:

@@ -77,7 +77,8 @@ bool SolidHit::find(const Group& group, Context& context, const RTCRay& ray) {
             return true; // and so are all that come
         const Geometry& g =
             c.place < 0 ? *group.geometries[c.geometry] : *m_crossings.places[size_t(c.place)].geometry;
-        return !g.partly || is_present(g, context, ray.id, c.primitive, c.u, c.v, c.t);
+        return !g.partly ||
+               is_present(*g.store, c.shape, int(c.primitive), c.u, c.v, c.t, context.beholder(ray.id));
     });
     if (hit && hit->t <= ray.tfar)
         m_hit = hit;

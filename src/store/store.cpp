@@ -144,6 +144,49 @@ int Store::add_page(const Page& page, const grid::LayeringProgram& made_of, int 
     return first;
 }
 
+void Store::move_vertices(int shape, const std::function<Vec3f(const Vec3f&)>& to) {
+    const ShapeRecord& s = m_shapes[size_t(shape)];
+    uint32_t* const words = m_windows[size_t(window(s.program))].words;
+    float* const positions = reinterpret_cast<float*>(words) + s.positions;
+    const bool mesh = s.flags & ShapeRecord::Mesh;
+    const size_t vertices = mesh ? size_t(s.mu) : size_t(s.mu + 1) * size_t(s.mv + 1);
+    const auto at = [&](size_t vertex) {
+        const float* p = positions + 3 * vertex;
+        return Vec3f(p[0], p[1], p[2]);
+    };
+    for (size_t v = 0; v < vertices; v++) {
+        const Vec3f p = to(at(v));
+        positions[3 * v] = p.x, positions[3 * v + 1] = p.y, positions[3 * v + 2] = p.z;
+    }
+    if (s.emitter < 0)
+        return;
+    // Triangles as encode_emitters() has them.
+    Emitter* e = m_emitters.data() + s.emitter;
+    const auto move_emitter = [&](size_t a, size_t b, size_t c) {
+        e->p0 = at(a), e->e1 = at(b) - e->p0, e->e2 = at(c) - e->p0;
+        const float area = 0.5f * length(cross(e->e1, e->e2));
+        e->power = e->area > 0 ? e->power * (area / e->area) : e->power;
+        e->area = std::isfinite(area) ? area : 0;
+        e++;
+    };
+    if (!mesh) {
+        const size_t row = size_t(s.mu) + 1;
+        for (size_t j = 0; j < size_t(s.mv); j++)
+            for (size_t k = j * row; k < j * row + size_t(s.mu); k++) {
+                move_emitter(k, k + 1, k + row);
+                move_emitter(k + row + 1, k + row, k + 1);
+            }
+        return;
+    }
+    const bool quads = s.flags & ShapeRecord::Quads;
+    const uint32_t* corner = words + s.indices;
+    for (int face = 0; face < s.mv; face++, corner += quads ? 4 : 3) {
+        move_emitter(corner[0], corner[1], corner[quads ? 3 : 2]);
+        if (quads)
+            move_emitter(corner[2], corner[3], corner[1]);
+    }
+}
+
 float Store::presence(int shape, int prim, float u, float v) const {
     return number(m_presence[size_t(m_shapes[size_t(shape)].program)], shape, prim, u, v);
 }

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -220,6 +221,9 @@ class Store {
     const std::vector<Links>& links() const { return m_links; } // 0 = the default
     const Links& links_of(int shape) const { return m_links[size_t(m_shapes[size_t(shape)].links)]; }
     const std::vector<ShapeRecord>& shapes() const { return m_shapes; }
+    // Gives the traced vertices of a still shape, no fibre, new places: to(place). What it emits goes along.
+    // Thread safety: for different shapes at the same time.
+    void move_vertices(int shape, const std::function<Vec3f(const Vec3f&)>& to);
     const LargeVector<Emitter>& emitters() const { return m_emitters; }
     uint64_t grid_bytes() const { return m_grid_bytes; }
     uint64_t input_bytes() const { return m_input_bytes; }

@@ -1,0 +1,233 @@
+// Rays through pages: all of a call in one queue, whatever packets they come in.
+#include <algorithm>
+#include <limits>
+
+#include "bvh/matrix.h"
+#include "bvh/page_scene.h"
+#include "hierarchy/decode.h"
+#include "hierarchy/queue.h"
+
+namespace kanuka::bvh {
+
+namespace {
+
+// Of the rays of a call; kept by each thread.
+struct Rays {
+    std::vector<hierarchy::Ray> rays;
+    std::vector<uint32_t> lanes; // packet * W + lane
+    std::vector<Beholder> beholders;
+
+    static Rays& of_thread() {
+        static thread_local Rays rays;
+        rays.rays.clear(), rays.lanes.clear(), rays.beholders.clear();
+        return rays;
+    }
+};
+
+template <int W>
+void add_rays(Rays& to, std::span<const RayPacket<W>> packets, bool beholders) {
+    for (size_t p = 0; p < packets.size(); p++) {
+        const RayPacket<W>& r = packets[p];
+        for (uint32_t bits = r.active.bits(); bits; bits &= bits - 1) {
+            const int i = __builtin_ctz(bits);
+            to.rays.push_back(
+                {{r.o.x[i], r.o.y[i], r.o.z[i]}, r.t_min[i], {r.d.x[i], r.d.y[i], r.d.z[i]}, r.t_max[i]});
+            to.lanes.push_back(uint32_t(p) * W + uint32_t(i));
+            if (beholders)
+                to.beholders.push_back(
+                    {r.seed[i], r.passes[i], r.camera[i], r.level[i], r.passages ? r.passages + i : nullptr});
+        }
+    }
+}
+
+// Whoever takes the hits: one kind for all numbers of lanes, so that the traversal is compiled once.
+class Sink {
+  public:
+    virtual void take(size_t ray, const hierarchy::Hit& hit, const hierarchy::InstancePath& path) = 0;
+
+  protected:
+    ~Sink() = default;
+};
+
+template <hierarchy::Query Asked, class Filter>
+void trace(const hierarchy::World& world, uint32_t root, std::span<const hierarchy::Ray> rays, Filter& filter,
+           Sink& sink) {
+    const auto done = [&](size_t i, const hierarchy::Hit& hit, const hierarchy::InstancePath& path) {
+        sink.take(i, hit, path);
+    };
+    using hierarchy::RayQueue;
+    const hierarchy::Page& page = world.page(root);
+    if (world.nesting(root) == 0)
+        RayQueue<8, Asked, Filter>(page, rays, filter).run(done);
+    else
+        RayQueue<8, Asked, Filter, hierarchy::MostNesting + 1>(page, rays, filter, world.pages()).run(done);
+}
+
+} // namespace
+
+class PageScene::Presence {
+  public:
+    static constexpr bool Filters = true;
+    Presence(const PageScene& scene, const Rays& rays) : m_scene(scene), m_rays(rays) {}
+
+    bool accepts(const hierarchy::Candidate& c) const {
+        const Place place = m_scene.place_of(c.page, c.hit);
+        if (!place.partly)
+            return true;
+        const store::Store& store = m_scene.m_store;
+        const Vec3f Ng = hierarchy::corners_of(c.page, c.hit.leaf, c.hit.primitive).normal();
+        return !is_back(store, place.shape, Ng, c.here.d) &&
+               is_present(store, place.shape, place.prim, place.u, place.v, c.hit.t, m_rays.beholders[c.ray]);
+    }
+
+  private:
+    const PageScene& m_scene;
+    const Rays& m_rays;
+};
+
+PageScene::Place PageScene::place_of(const hierarchy::Page& page, const hierarchy::Hit& hit) const {
+    const Group& group = m_groups[size_t(m_group_of_page[page.number()])];
+    if (!hierarchy::is_of_triangles(hierarchy::kind_of(hit.leaf))) {
+        const hierarchy::Cell cell = hierarchy::cell_of(page, hit.leaf, hit.primitive / 2);
+        const int shape = group.grids[cell.grid];
+        const store::ShapeRecord& s = m_store.shapes()[size_t(shape)];
+        return {shape, 0, (float(cell.column) + hit.u) / float(s.mu), (float(cell.row) + hit.v) / float(s.mv),
+                group.partly_grids[cell.grid] != 0};
+    }
+    const uint32_t triangle = page.name(hit.leaf, int(hit.primitive));
+    const auto& first = group.first_triangle;
+    const size_t mesh = size_t(std::upper_bound(first.begin(), first.end(), triangle) - first.begin()) - 1;
+    const int shape = group.meshes[mesh], number = int(triangle - first[mesh]);
+    const bool partly = group.partly_meshes[mesh] != 0;
+    if (!(m_store.shapes()[size_t(shape)].flags & store::ShapeRecord::Quads))
+        return {shape, number, hit.u, hit.v, partly};
+    return number % 2 ? Place{shape, number / 2, 1 - hit.u, 1 - hit.v, partly}
+                      : Place{shape, number / 2, hit.u, hit.v, partly};
+}
+
+template <class Step>
+const PageScene::Group& PageScene::follow(const hierarchy::InstancePath& path, const Step& step) const {
+    const Group* group = &m_groups.back();
+    for (uint32_t k = 0; k < path.depth; k++) {
+        const uint32_t number = path.instance[k];
+        if (number == 0 && group->own != None)
+            break; // the group's own page, which lies in it as it is
+        const Run& run = *(std::upper_bound(group->runs.begin(), group->runs.end(), number,
+                                            [](uint32_t n, const Run& r) { return n < r.first; }) -
+                           1);
+        step(run, number - run.first);
+        group = &m_groups[size_t(run.group)];
+    }
+    return *group;
+}
+
+template <int W>
+void PageScene::put(const RayPacket<W>& rays, int lane, const hierarchy::Hit& hit,
+                    const hierarchy::InstancePath& path, HitPacket<W>& hits) const {
+    Matrix world_from_here = Identity;
+    Vec3f at(rays.o.x[lane] + hit.t * rays.d.x[lane], rays.o.y[lane] + hit.t * rays.d.y[lane],
+             rays.o.z[lane] + hit.t * rays.d.z[lane]),
+        rounding(0.0f);
+    int slot = 0, instanced = 0;
+    const Group& group = follow(path, [&](const Run& run, uint32_t number) {
+        const float* const up = run.transforms.data() + size_t(number) * 12;
+        Matrix down{};
+        invert(up, down.data());
+        const Matrix world_from_parent = world_from_here;
+        world_from_here = concat(world_from_parent, up);
+        const Vec3f parent = at;
+        at = apply(down.data(), parent, 1);
+        rounding += rounding_of(up, down.data(), world_from_parent, world_from_here, parent, at);
+        slot = slot < 0 || run.first_slot < 0
+                   ? GroupDesc::Unnumbered
+                   : slot + run.first_slot + int(number) * m_groups[size_t(run.group)].slots;
+        instanced = 1;
+    });
+    const hierarchy::Page& page = m_world.page(group.own);
+    const Place place = place_of(page, hit);
+    const Vec3f Ng = hierarchy::corners_of(page, hit.leaf, hit.primitive).normal();
+    hits.hit.v[lane] = -1;
+    hits.t.v[lane] = hit.t, hits.u.v[lane] = place.u, hits.v.v[lane] = place.v;
+    hits.Ng.x.v[lane] = Ng.x, hits.Ng.y.v[lane] = Ng.y, hits.Ng.z.v[lane] = Ng.z;
+    hits.shape.v[lane] = place.shape, hits.prim.v[lane] = place.prim;
+    hits.instanced.v[lane] = instanced;
+    if (!instanced)
+        return;
+    for (size_t k = 0; k < 12; k++)
+        hits.world_from_shape[k][lane] = world_from_here[k];
+    hits.magnitude.v[lane] = std::max({rounding.x, rounding.y, rounding.z});
+    hits.slot_shift.v[lane] = slot < 0 || group.first_emitter < 0 ? std::numeric_limits<int32_t>::min()
+                                                                  : slot - group.first_emitter;
+}
+
+template <int W>
+void PageScene::intersect(std::span<const RayPacket<W>> packets, std::span<HitPacket<W>> hits) const {
+    for (size_t p = 0; p < packets.size(); p++)
+        hits[p].clear(packets[p].t_max);
+    if (empty())
+        return;
+    Rays& rays = Rays::of_thread();
+    add_rays(rays, packets, m_partly);
+    class Hits final : public Sink {
+      public:
+        Hits(const PageScene& scene, const Rays& rays, std::span<const RayPacket<W>> packets,
+             std::span<HitPacket<W>> hits)
+            : m_scene(scene), m_rays(rays), m_packets(packets), m_hits(hits) {}
+        void take(size_t ray, const hierarchy::Hit& hit, const hierarchy::InstancePath& path) override {
+            if (!hit.found())
+                return;
+            const uint32_t at = m_rays.lanes[ray];
+            m_scene.put(m_packets[at / W], int(at % W), hit, path, m_hits[at / W]);
+        }
+
+      private:
+        const PageScene& m_scene;
+        const Rays& m_rays;
+        std::span<const RayPacket<W>> m_packets;
+        std::span<HitPacket<W>> m_hits;
+    } sink(*this, rays, packets, hits);
+    if (m_partly) {
+        Presence presence(*this, rays);
+        trace<hierarchy::Query::Closest>(m_world, m_root, rays.rays, presence, sink);
+    } else {
+        hierarchy::EverythingIsThere everything;
+        trace<hierarchy::Query::Closest>(m_world, m_root, rays.rays, everything, sink);
+    }
+}
+
+template <int W>
+void PageScene::find_occluded(std::span<const RayPacket<W>> packets, std::span<Mask<W>> hidden) const {
+    std::fill(hidden.begin(), hidden.end(), Mask<W>(false));
+    if (empty())
+        return;
+    Rays& rays = Rays::of_thread();
+    add_rays(rays, packets, m_partly);
+    class Hidden final : public Sink {
+      public:
+        Hidden(const Rays& rays, std::span<Mask<W>> hidden) : m_rays(rays), m_hidden(hidden) {}
+        void take(size_t ray, const hierarchy::Hit& hit, const hierarchy::InstancePath&) override {
+            if (hit.found())
+                m_hidden[m_rays.lanes[ray] / W].v[m_rays.lanes[ray] % W] = -1;
+        }
+
+      private:
+        const Rays& m_rays;
+        std::span<Mask<W>> m_hidden;
+    } sink(rays, hidden);
+    if (m_partly) {
+        Presence presence(*this, rays);
+        trace<hierarchy::Query::Any>(m_world, m_root, rays.rays, presence, sink);
+    } else {
+        hierarchy::EverythingIsThere everything;
+        trace<hierarchy::Query::Any>(m_world, m_root, rays.rays, everything, sink);
+    }
+}
+
+#define KANUKA_QUERIES(W)                                                                                    \
+    template void PageScene::intersect<W>(std::span<const RayPacket<W>>, std::span<HitPacket<W>>) const;     \
+    template void PageScene::find_occluded<W>(std::span<const RayPacket<W>>, std::span<Mask<W>>) const;
+KANUKA_QUERIES(1)
+KANUKA_QUERIES(8)
+KANUKA_QUERIES(16)
+
+} // namespace kanuka::bvh
