@@ -27,14 +27,15 @@ Bounds3f box_of(const Group& group) {
 
 class Builder {
   public:
-    Builder(RTCDevice device, const store::Store& store, std::vector<Group>& groups,
+    Builder(RTCDevice device, const store::Store& store, const PageScene& pages, std::vector<Group>& groups,
             std::atomic<int64_t>& bytes, Scene::Build build)
-        : m_device(device), m_store(store), m_groups(groups), m_bytes(bytes), m_build(std::move(build)) {}
+        : m_device(device), m_store(store), m_pages(pages), m_groups(groups), m_bytes(bytes),
+          m_build(std::move(build)) {}
 
     // All groups that the world needs.
     void run(std::span<const GroupDesc> descs) {
         std::vector<bool> needed(m_groups.size());
-        needed[place_of(int(descs.size()) - 1, !m_build.pages)] = true;
+        needed[place_of(int(descs.size()) - 1, false)] = true;
         for (size_t at = m_groups.size(); at-- > 0;)
             if (needed[at])
                 for (const auto& in : descs[at / 2].instances)
@@ -43,7 +44,6 @@ class Builder {
             if (needed[at])
                 add(descs, at);
     }
-    size_t world() const { return m_groups.size() - 2 + !m_build.pages; }
 
   private:
     // Of a group without what pages hold, and whole.
@@ -61,7 +61,7 @@ class Builder {
         group.trees = SolidTrees(desc.solids);
         if (!group.trees.empty())
             group.solids = new_scene();
-        add_shapes(group, desc);
+        add_shapes(group, desc, at / 2);
         for (const auto& instances : desc.instances)
             if (m_groups[target_of(instances, m_whole)].scene)
                 add_instances(group, instances, descs[size_t(instances.group)]);
@@ -85,7 +85,7 @@ class Builder {
         return s;
     }
 
-    void add_shapes(Group& group, const GroupDesc& desc) {
+    void add_shapes(Group& group, const GroupDesc& desc, size_t number) {
         // Grids by whether hits are filtered, their steps, and how far apart those lie; by the solid that
         // they bound; and by the window of the store that they lie in.
         std::map<std::array<int32_t, 5>, std::vector<int>> grids;
@@ -93,7 +93,7 @@ class Builder {
             const int solid = group.trees.bounded_by(range.solid);
             for (int s = range.first; s < range.first + range.count; s++) {
                 const store::ShapeRecord& shape = m_store.shapes()[size_t(s)];
-                if (!m_whole && PageScene::can_hold(shape, solid))
+                if (!m_whole && m_pages.holds(number, shape, solid))
                     continue;
                 if (shape.flags & store::ShapeRecord::Mesh)
                     add_mesh(group, s, solid);
@@ -265,6 +265,7 @@ class Builder {
 
     RTCDevice m_device;
     const store::Store& m_store;
+    const PageScene& m_pages;
     std::vector<Group>& m_groups;
     std::atomic<int64_t>& m_bytes;
     Scene::Build m_build;
@@ -296,12 +297,11 @@ Scene::Impl::~Impl() {
 
 Scene::Scene(store::Store& store, std::span<const GroupDesc> groups, Build build)
     : m_impl(std::make_unique<Impl>(store)) {
-    m_impl->pages = std::make_unique<PageScene>(store, build.pages ? groups : std::span<const GroupDesc>());
+    m_impl->pages = std::make_unique<PageScene>(store, groups, build.pages_from);
     tasks::check_cancelled();
     m_impl->groups.resize(2 * groups.size());
-    Builder builder(m_impl->device, store, m_impl->groups, m_impl->bytes, std::move(build));
-    builder.run(groups);
-    m_impl->world = builder.world();
+    Builder(m_impl->device, store, *m_impl->pages, m_impl->groups, m_impl->bytes, std::move(build))
+        .run(groups);
 }
 
 Scene::~Scene() = default;

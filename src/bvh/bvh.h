@@ -1,6 +1,6 @@
-// Ray queries over the store. What stands still lies in pages of our own (page_scene.h, docs/hierarchy.md).
-// What moves, fibres and the surfaces of solids are Embree's (build.cpp): meshes are one geometry each, grids
-// of a group one; instances are one user geometry per group of them, nested by callback. Shapes that change
+// Ray queries over the store. Large groups that stand still lie in pages of our own (page_scene.h,
+// docs/hierarchy.md). The rest is Embree's (build.cpp): meshes are one geometry each, grids of a group one;
+// instances are one user geometry per group of them, nested by callback. Shapes that change
 // while the shutter is open have a vertex buffer a step; moving instances have their bounds at several times,
 // and their matrix is made for every ray that meets them.
 #pragma once
@@ -110,7 +110,9 @@ class Scene {
         bool compact = false;   // a third of the memory for a little speed
         bool watertight = true; // no ray passes between polygons that share an edge; a fifth of the speed
         std::function<bool()> cancelled = {}; // asked on any thread while it is built
-        bool pages = true;                    // false: all is Embree's, for a second opinion
+        // Groups of so many cells and faces lie in pages of our own; smaller ones, which caches hold, Embree
+        // traces faster (docs/hierarchy.md, "In the renderer").
+        uint64_t pages_from = uint64_t(1) << 18;
     };
     // The last group is the world. Builds in parallel; throws tasks::Cancelled where it is cancelled.
     // Vertices of the store are moved to where pages have them.

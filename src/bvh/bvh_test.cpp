@@ -43,7 +43,7 @@ TEST(Bvh, SphereLatticeAgainstBruteForce) {
     shapes.add_sphere({0.1f, 0.2f, 0.3f}, 1, 24);
     const auto rays = random_rays(3000, 1.5f, 1);
     for (bool watertight : {true, false}) {
-        const auto scene = shapes.flat_scene({.watertight = watertight});
+        const auto scene = shapes.flat_scene({.watertight = watertight, .pages_from = 0});
         compare(shapes, rays, intersect<8>(*scene, rays), 800);
     }
 }
@@ -341,7 +341,7 @@ TEST(Bvh, BrokenGeometryIsNeverHit) {
 TEST(Bvh, AnEmptySceneIsMissed) {
     store::Store store;
     GroupDesc world;
-    const Scene scene(store, std::span(&world, 1), {});
+    const Scene scene(store, std::span(&world, 1), {.pages_from = 0});
     EXPECT_FALSE(intersect<1>(scene, {{{0, 0, 0}, {0, 0, 1}}})[0].hit);
     EXPECT_TRUE(scene.bounds().empty());
 }
@@ -362,7 +362,8 @@ TEST(Bvh, ABuildIsCancelled) {
     const auto build = [&](int yes_at) {
         asked = 0;
         tasks::with_threads(1, [&] {
-            shapes.flat_scene({.cancelled = [&asked, yes_at] { return ++asked >= yes_at; }, .pages = false});
+            shapes.flat_scene(
+                {.cancelled = [&asked, yes_at] { return ++asked >= yes_at; }, .pages_from = AllInEmbree});
         });
         return asked.load();
     };

@@ -83,13 +83,13 @@ TEST(Instances, AThousandAgainstFlatCopies) {
     std::vector<GroupDesc> groups(2);
     groups[0].shapes.push_back({0, 1});
     groups[1].instances.push_back({0, transforms});
-    const Scene scene(one.store, groups, {});
+    const Scene scene(one.store, groups, {.pages_from = 0});
     std::vector<Vec3f> traced;
     for (size_t i = 0; i < patch().size(); i++)
         traced.push_back(one.traced_vertex(0, i));
     for (const Transform& t : all)
         copies.add_grid(6, 6, moved(traced, t));
-    const auto flat = copies.flat_scene({.pages = false});
+    const auto flat = copies.flat_scene({.pages_from = AllInEmbree});
     const auto rays = random_rays(8000, 5, 2);
     const auto reference = intersect<8>(*flat, rays);
     compare(intersect<8>(scene, rays), reference, 4000, all);
@@ -122,24 +122,27 @@ TEST(Instances, NestThreeLevels) {
     groups[2].instances.push_back({1, transforms[1]});
     groups[3].shapes.push_back({2, 1});
     groups[3].instances.push_back({2, transforms[2]});
+    const Scene scene(nested.store, groups, {.pages_from = 0});
+    std::vector<Vec3f> of_grid, of_mesh; // as they are traced
+    for (size_t i = 0; i < patch().size(); i++)
+        of_grid.push_back(nested.traced_vertex(0, i)), of_mesh.push_back(nested.traced_vertex(1, i));
     std::vector<Transform> all;
     std::vector<int> original;
     for (const Transform& a : level[2])
         for (const Transform& b : level[1]) {
             for (const Transform& c : level[0]) {
-                flat.add_grid(6, 6, moved(patch(), a * b * c));
+                flat.add_grid(6, 6, moved(of_grid, a * b * c));
                 all.push_back(a * b * c);
                 original.push_back(0);
             }
-            flat.add_mesh(3, moved(patch(), a * b), {0, 1, 7, 8, 7, 1});
+            flat.add_mesh(3, moved(of_mesh, a * b), {0, 1, 7, 8, 7, 1});
             all.push_back(a * b);
             original.push_back(1);
         }
     flat.add_sphere({0, 0, 0}, 0.5f, 8);
     all.push_back(Transform());
     original.push_back(2);
-    const Scene scene(nested.store, groups, {});
-    const auto flat_scene = flat.flat_scene();
+    const auto flat_scene = flat.flat_scene({.pages_from = AllInEmbree});
     const auto rays = random_rays(8000, 4, 4);
     const auto a = intersect<8>(scene, rays), b = intersect<8>(*flat_scene, rays);
     int differ = 0, of_shape[3] = {0, 0, 0};
@@ -175,7 +178,7 @@ TEST(Instances, TheClosestWins) {
         groups[0].shapes.push_back({0, 1});
         groups[1].shapes.push_back({1, 1});
         groups[1].instances.push_back({0, transforms});
-        const Scene scene(shapes.store, groups, {});
+        const Scene scene(shapes.store, groups, {.pages_from = 0});
         const Hit h = intersect<8>(scene, {{{0.1f, 0.2f, 5}, {0, 0, -1}}})[0];
         ASSERT_TRUE(h.hit);
         EXPECT_EQ(h.instanced, expect_instance);
@@ -191,7 +194,7 @@ TEST(Instances, CutOutsWorkInsideThem) {
     std::vector<GroupDesc> groups(2);
     groups[0].shapes.push_back({0, 1});
     groups[1].instances.push_back({0, transforms});
-    const Scene scene(shapes.store, groups, {});
+    const Scene scene(shapes.store, groups, {.pages_from = 0});
     constexpr int Count = 20000;
     const std::vector<Ray> rays(Count, {{0.1f, 0.2f, 2}, {0, 0, -1}});
     const auto hits = intersect<8>(scene, rays);
@@ -215,7 +218,7 @@ TEST(Instances, DegenerateOnesAreNeverHit) {
     groups[0].shapes.push_back({0, 1});
     groups[2].instances.push_back({0, transforms});
     groups[2].instances.push_back({1, transforms});
-    const Scene scene(shapes.store, groups, {});
+    const Scene scene(shapes.store, groups, {.pages_from = 0});
     const auto hits = intersect<8>(scene, {{{0.1f, 0.2f, 5}, {0, 0, -1}}, {{0.1f, 5, 0.2f}, {0, -1, 0}}});
     ASSERT_TRUE(hits[0].hit);
     EXPECT_NEAR(hits[0].t, 5 + 3 - std::sqrt(1 - 0.05f), 0.03f);

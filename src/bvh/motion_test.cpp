@@ -113,7 +113,7 @@ void moving_instances() {
     groups[1].instances.push_back({0, {}, spin});
     groups[2].instances.push_back({1, {}, arms});
     groups[2].instances.push_back({0, still});
-    const Scene scene(shapes.store, groups, {});
+    const Scene scene(shapes.store, groups, {.pages_from = 0});
     shapes.read_back();
     const auto moved = [&](float time) {
         std::vector<Triangle> out;
@@ -164,7 +164,7 @@ TEST(BvhMotion, HitsKnowTheirTransform) {
     std::vector<GroupDesc> groups(2);
     groups[0].shapes.push_back({0, 1});
     groups[1].instances.push_back({0, {}, paths});
-    const Scene scene(shapes.store, groups, {.compact = true});
+    const Scene scene(shapes.store, groups, {.compact = true, .pages_from = 0});
     std::vector<Ray> rays;
     for (int i = 0; i < 16; i++)
         rays.push_back({{0.05f, 4 * float(i) / 15 + 0.03f, 0}, {0, 0, 1}, float(i) / 15});
@@ -183,7 +183,7 @@ TEST(BvhMotion, FlattenedForAMoment) {
     std::vector<GroupDesc> groups(2);
     groups[0].shapes.push_back({0, 1});
     groups[1].instances.push_back({0, {}, paths});
-    const Scene scene(shapes.store, groups, {});
+    const Scene scene(shapes.store, groups, {.pages_from = 0});
     const std::vector<Ray> rays = {{{0, 0.1f, -3}, {0, 0, 1}, 0}, {{0, 0.1f, -3}, {0, 0, 1}, 0.5f}};
     const auto hits = intersect<1>(scene, rays);
     EXPECT_FALSE(hits[0].hit);

@@ -148,7 +148,7 @@ TEST(Nesting, CopiesInOnePlaceAreOne) {
         EXPECT_EQ(n.merged, uint64_t(levels));
         EXPECT_EQ(n.left_out + n.too_deep, 0u);
         EXPECT_LE(nest.most_entered(1000), 1u);
-        const Scene scene(nest.shapes.store, nest.groups, {});
+        const Scene scene(nest.shapes.store, nest.groups, {.pages_from = 0});
         const auto hit = intersect<8>(scene, {{{0.1f, 0.2f, 5}, {0, 0, -1}}})[0];
         ASSERT_TRUE(hit.hit);
         EXPECT_NEAR(hit.t, 5 - std::sqrt(0.95f), 0.03f);
@@ -184,7 +184,7 @@ TEST(Nesting, WhatOverlapsAtEveryLevelIsBounded) {
         EXPECT_LE(nest.most_entered(Plenty), uint64_t(2 * MostEntered));
         EXPECT_GE(nest.most_entered(Plenty), uint64_t(MostEntered / 8)); // no more than needed
         EXPECT_EQ(bound_nesting(nest.shapes.store, nest.groups, nest.room).left_out, 0u);
-        const Scene scene(nest.shapes.store, nest.groups, {});
+        const Scene scene(nest.shapes.store, nest.groups, {.pages_from = 0});
         EXPECT_TRUE(intersect<8>(scene, {{{0.1f, 0.2f, 5}, {0, 0, -1}}})[0].hit);
     }
 }

@@ -99,10 +99,16 @@ PageScene::Place PageScene::place_of(const hierarchy::Page& page, const hierarch
     const size_t mesh = size_t(std::upper_bound(first.begin(), first.end(), triangle) - first.begin()) - 1;
     const int shape = group.meshes[mesh], number = int(triangle - first[mesh]);
     const bool partly = group.partly_meshes[mesh] != 0;
-    if (!(m_store.shapes()[size_t(shape)].flags & store::ShapeRecord::Quads))
+    const store::ShapeRecord& s = m_store.shapes()[size_t(shape)];
+    const bool is_mesh = s.flags & store::ShapeRecord::Mesh;
+    if (is_mesh && !(s.flags & store::ShapeRecord::Quads))
         return {shape, number, hit.u, hit.v, partly};
-    return number % 2 ? Place{shape, number / 2, 1 - hit.u, 1 - hit.v, partly}
-                      : Place{shape, number / 2, hit.u, hit.v, partly};
+    const bool second = number % 2;
+    const float u = second ? 1 - hit.u : hit.u, v = second ? 1 - hit.v : hit.v;
+    if (is_mesh)
+        return {shape, number / 2, u, v, partly};
+    const int cell = number / 2, row = cell / s.mu;
+    return {shape, 0, (float(cell - row * s.mu) + u) / float(s.mu), (float(row) + v) / float(s.mv), partly};
 }
 
 template <class Step>

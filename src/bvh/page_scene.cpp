@@ -1,6 +1,7 @@
 #include "bvh/page_scene.h"
 
 #include <algorithm>
+#include <map>
 
 #include "base/tasks.h"
 
@@ -17,12 +18,40 @@ const float* positions_of(const store::Store& store, const store::ShapeRecord& s
     return store.floats(s) + s.positions;
 }
 hierarchy::GridView grid_view(const store::Store& store, const store::ShapeRecord& s) {
-    return {positions_of(store, s), s.mu, s.mv};
+    return {positions_of(store, s), s.mu, s.mv, std::max(s.nu / std::max(s.mu, 1), s.nv / std::max(s.mv, 1))};
 }
 hierarchy::MeshView mesh_view(const store::Store& store, const store::ShapeRecord& s) {
     return {positions_of(store, s), size_t(s.mu), store.words(s) + s.indices, size_t(s.mv),
             s.flags & store::ShapeRecord::Quads ? 4 : 3};
 }
+
+// Leaves of 4x4 cells would be mostly empty: eight triangles of any make better ones.
+bool has_few_cells(const store::ShapeRecord& s) {
+    const auto leaves = [](int cells) { return (int64_t(cells) + 3) / 4; };
+    return int64_t(s.mu) * s.mv * 10 < leaves(s.mu) * leaves(s.mv) * 16 * 3;
+}
+
+// Cells as quads. Grids of one size have the same corners.
+class CellCorners {
+  public:
+    hierarchy::MeshView mesh_view(const store::Store& store, const store::ShapeRecord& s) {
+        std::vector<uint32_t>& corners = m_of_size[{s.mu, s.mv}];
+        const uint32_t row = uint32_t(s.mu) + 1;
+        if (corners.empty())
+            for (uint32_t j = 0; j < uint32_t(s.mv); j++)
+                for (uint32_t k = j * row; k < j * row + uint32_t(s.mu); k++)
+                    corners.insert(corners.end(), {k, k + 1, k + row + 1, k + row});
+        return {positions_of(store, s),
+                size_t(row) * size_t(s.mv + 1),
+                corners.data(),
+                size_t(s.mu) * size_t(s.mv),
+                4,
+                true};
+    }
+
+  private:
+    std::map<std::pair<int, int>, std::vector<uint32_t>> m_of_size;
+};
 
 // Which groups are reached from the world by instances that stand still.
 std::vector<bool> still_groups(std::span<const GroupDesc> groups) {
@@ -38,29 +67,34 @@ std::vector<bool> still_groups(std::span<const GroupDesc> groups) {
 
 } // namespace
 
-PageScene::PageScene(store::Store& store, std::span<const GroupDesc> groups)
+PageScene::PageScene(store::Store& store, std::span<const GroupDesc> groups, uint64_t least)
     : m_store(store), m_groups(groups.size()) {
     if (groups.empty())
         return;
     const std::vector<bool> reached = still_groups(groups);
     for (size_t g = 0; g < groups.size(); g++)
         if (reached[g])
-            build_group(store, groups, g);
+            build_group(store, groups, g, least);
     m_root = m_groups.back().root;
 }
 
-void PageScene::build_group(store::Store& store, std::span<const GroupDesc> descs, size_t g) {
+void PageScene::build_group(store::Store& store, std::span<const GroupDesc> descs, size_t g, uint64_t least) {
     const GroupDesc& desc = descs[g];
     Group& group = m_groups[g];
     group.first_emitter = desc.emitters > 0 ? desc.first_emitter : -1;
     group.slots = desc.slots;
     const SolidTrees trees(desc.solids);
     std::vector<int> shapes;
+    uint64_t polygons = 0;
     for (const auto& range : desc.shapes)
-        for (int s = range.first; s < range.first + range.count; s++)
-            if (can_hold(store.shapes()[size_t(s)], trees.bounded_by(range.solid)))
-                shapes.push_back(s);
-    if (!shapes.empty())
+        for (int s = range.first; s < range.first + range.count; s++) {
+            const store::ShapeRecord& shape = store.shapes()[size_t(s)];
+            if (!can_hold(shape, trees.bounded_by(range.solid)))
+                continue;
+            shapes.push_back(s);
+            polygons += is_mesh(shape) ? uint64_t(shape.mv) : uint64_t(shape.mu) * uint64_t(shape.mv);
+        }
+    if (!shapes.empty() && polygons >= least)
         build_own(store, group, shapes);
 
     std::vector<hierarchy::Placements> level;
@@ -82,36 +116,40 @@ void PageScene::build_group(store::Store& store, std::span<const GroupDesc> desc
 }
 
 void PageScene::build_own(store::Store& store, Group& group, const std::vector<int>& shapes) {
+    std::vector<hierarchy::GridView> grids, voters; // voters: those whose cells are a mesh, too
+    std::vector<hierarchy::MeshView> meshes, polygons;
+    CellCorners corners;
     uint64_t triangles = 0;
     for (const int shape : shapes) {
         const store::ShapeRecord& s = store.shapes()[size_t(shape)];
-        const bool mesh = is_mesh(s), partly = is_partly_there(store, s);
-        (mesh ? group.meshes : group.grids).push_back(shape);
-        (mesh ? group.partly_meshes : group.partly_grids).push_back(partly);
+        const bool partly = is_partly_there(store, s);
         m_partly |= partly;
-        if (!mesh)
+        if (!is_mesh(s))
+            voters.push_back(grid_view(store, s));
+        if (!is_mesh(s) && !has_few_cells(s)) {
+            group.grids.push_back(shape), group.partly_grids.push_back(partly);
+            grids.push_back(voters.back());
             continue;
+        }
+        group.meshes.push_back(shape), group.partly_meshes.push_back(partly);
+        meshes.push_back(is_mesh(s) ? mesh_view(store, s) : corners.mesh_view(store, s));
+        if (is_mesh(s))
+            polygons.push_back(meshes.back());
         group.first_triangle.push_back(uint32_t(triangles));
-        triangles += mesh_view(store, s).triangles();
+        triangles += meshes.back().triangles();
     }
-    std::vector<hierarchy::GridView> grids;
-    std::vector<hierarchy::MeshView> meshes;
-    for (const int shape : group.grids)
-        grids.push_back(grid_view(store, store.shapes()[size_t(shape)]));
-    for (const int shape : group.meshes)
-        meshes.push_back(mesh_view(store, store.shapes()[size_t(shape)]));
-    const hierarchy::Lattice of_grids = hierarchy::votes_of({grids, {}}).lattice(),
-                             of_meshes = hierarchy::votes_of({{}, meshes, true}).lattice();
+    const hierarchy::Lattice grid_lattice = hierarchy::votes_of({voters, {}}).lattice(),
+                             mesh_lattice = hierarchy::votes_of({{}, polygons, true}).lattice();
     // What is shaded and what lights are sampled on is what is hit.
     tasks::parallel_chunks(shapes.size(), ShapesATask, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; i++) {
             const bool mesh = is_mesh(store.shapes()[size_t(shapes[i])]);
-            store.move_vertices(shapes[i], [&lattice = mesh ? of_meshes : of_grids](const Vec3f& p) {
+            store.move_vertices(shapes[i], [&lattice = mesh ? mesh_lattice : grid_lattice](const Vec3f& p) {
                 return hierarchy::is_somewhere(p) ? lattice.snap(p) : p;
             });
         }
     });
-    m_memory.push_back(hierarchy::build({grids, meshes}, of_grids, of_meshes));
+    m_memory.push_back(hierarchy::build({grids, meshes}, grid_lattice, mesh_lattice));
     if (m_memory.back().page().header().root == hierarchy::NoRef)
         m_memory.pop_back(); // all of it is nowhere
     else

@@ -1,5 +1,6 @@
-// What of a scene lies in pages of our own hierarchy: still grids and meshes, and still instances of groups
-// of them. The rest, which is what moves, fibres and the surfaces of solids, is Embree's (build.cpp).
+// What of a scene lies in pages of our own hierarchy: still grids and meshes of groups that have many of
+// them, and still instances of such groups. The rest is Embree's (build.cpp): small groups, what moves,
+// fibres and the surfaces of solids.
 #pragma once
 
 #include "bvh/presence.h"
@@ -11,17 +12,16 @@ namespace kanuka::bvh {
 
 class PageScene {
   public:
-    // Of a shape that bounds solid `solid` (-1 = none): is it of a kind that pages hold?
-    static bool can_hold(const store::ShapeRecord& shape, int solid) {
-        return solid < 0 && !(shape.flags & store::ShapeRecord::Fibre) && shape.motion_segments == 0;
-    }
-
-    // Vertices are moved to where pages have them, in the store too. In parallel; the same bytes for any
-    // number of threads.
-    PageScene(store::Store& store, std::span<const GroupDesc> groups);
+    // Groups of fewer cells and faces than `least` are left out. Vertices are moved to where pages have them,
+    // in the store too. In parallel; the same bytes for any number of threads.
+    PageScene(store::Store& store, std::span<const GroupDesc> groups, uint64_t least);
     PageScene(const PageScene&) = delete;
 
     bool empty() const { return m_root == None; }
+    // Of a shape of a group, which bounds solid `solid` (-1 = none), wherever the group stands still.
+    bool holds(size_t group, const store::ShapeRecord& shape, int solid) const {
+        return m_groups[group].own != None && can_hold(shape, solid);
+    }
     Bounds3f bounds() const;
     uint64_t bytes() const;
 
@@ -42,8 +42,8 @@ class PageScene {
         int first_slot;
     };
     struct Group {
-        std::vector<int> grids, meshes;                   // shapes, as the page numbers them
-        std::vector<uint32_t> first_triangle;             // of each mesh
+        std::vector<int> grids, meshes;       // shapes, as the page numbers them; few cells are a mesh
+        std::vector<uint32_t> first_triangle; // of each mesh
         std::vector<uint8_t> partly_grids, partly_meshes; // there for some rays alone
         std::vector<Run> runs;
         int first_emitter, slots;         // first_emitter: -1 = its own have no numbers
@@ -55,11 +55,14 @@ class PageScene {
         bool partly;
     };
     class Presence;
+    static bool can_hold(const store::ShapeRecord& shape, int solid) {
+        return solid < 0 && !(shape.flags & store::ShapeRecord::Fibre) && shape.motion_segments == 0;
+    }
 
     // The group that a hit lies in; tells step(run, number in the run) of each instance on the way.
     template <class Step>
     const Group& follow(const hierarchy::InstancePath& path, const Step& step) const;
-    void build_group(store::Store& store, std::span<const GroupDesc> descs, size_t g);
+    void build_group(store::Store& store, std::span<const GroupDesc> descs, size_t g, uint64_t least);
     void build_own(store::Store& store, Group& group, const std::vector<int>& shapes);
     Place place_of(const hierarchy::Page& page, const hierarchy::Hit& hit) const;
     template <int W>

@@ -234,7 +234,7 @@ void Scene::intersect_embree(const RayPacket<W>& rays, HitPacket<W>& hits) const
     alignas(64) typename E::RayHit rh;
     alignas(64) float magnitude[W];
     alignas(64) int32_t hit_group[W], slot_shift[W];
-    const int world = int(m_impl->world);
+    const int world = int(m_impl->world());
     for (int i = 0; i < W; i++)
         hit_group[i] = world;
     fill<W>(rh.ray, rays);

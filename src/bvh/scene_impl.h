@@ -13,9 +13,9 @@ struct Scene::Impl {
     RTCDevice device = nullptr;
     std::unique_ptr<PageScene> pages;
     std::vector<Group> groups; // of Embree: see build.cpp
-    size_t world = 0;          // the one that rays begin in; without a scene there is nothing in it
-    const Group& embree() const { return groups[world]; }
-    std::vector<Scene::Plane> planes; // that clip, at so many times
+    size_t world() const { return groups.size() - 2; }
+    const Group& embree() const { return groups[world()]; } // without a scene there is nothing in it
+    std::vector<Scene::Plane> planes;                       // that clip, at so many times
     int plane_times = 1;
     std::atomic<int64_t> bytes{0};
     const store::Store& store;

@@ -67,7 +67,7 @@ TEST(Seen, SidesOfInstances) {
             GroupDesc groups[2];
             groups[0].shapes.push_back({0, 1});
             groups[1].instances.push_back({0, place});
-            const Scene scene(shapes.store, groups, {});
+            const Scene scene(shapes.store, groups, {.pages_from = 0});
             EXPECT_EQ(meets(scene, FromAbove), z > 0);
             EXPECT_EQ(meets(scene, FromBelow), z < 0);
         }

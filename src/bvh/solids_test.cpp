@@ -131,7 +131,7 @@ TEST(Solids, TreesAgainstFormulasFromInsideAndOutside) {
         Shapes shapes;
         GroupDesc world;
         build(c, world, shapes);
-        const Scene scene(shapes.store, std::span(&world, 1), {});
+        const Scene scene(shapes.store, std::span(&world, 1), {.pages_from = 0});
         const auto rays = random_rays(4000, 1.5f, 7);
         expect_formula<8>(scene, c, rays);
         const auto one = intersect<1>(scene, rays), eight = intersect<8>(scene, rays),
@@ -172,7 +172,7 @@ TEST(Solids, OperationsOnOneSolidChangeNothing) {
             Shapes shapes;
             GroupDesc world;
             build(deep, world, shapes);
-            const Scene scene(shapes.store, std::span(&world, 1), {});
+            const Scene scene(shapes.store, std::span(&world, 1), {.pages_from = 0});
             expect_formula<8>(scene, c, random_rays(count, 1.5f, 7));
         }
 }
@@ -189,7 +189,7 @@ TEST(Solids, ManyLevelsWithASolidEach) {
     Shapes shapes;
     GroupDesc world;
     build(c, world, shapes);
-    const Scene scene(shapes.store, std::span(&world, 1), {});
+    const Scene scene(shapes.store, std::span(&world, 1), {.pages_from = 0});
     const auto hit = intersect<8>(scene, {{{-5, 0.01f, 0.02f}, {1, 0, 0}}, {{0, 0.01f, 0.02f}, {1, 0, 0}}});
     ASSERT_TRUE(hit[0].hit && hit[1].hit);
     EXPECT_NEAR(hit[0].t, 2.2f, 0.01f);
@@ -204,7 +204,7 @@ TEST(Solids, InstancedAndMovingOnesAreResolved) {
     const float place[12] = {1, 0, 0, 0.5f, 0, 1, 0, 0, 0, 0, 1, 0};
     groups[1].instances.push_back({0, place});
     groups[1].shapes.push_back({shapes.add_sphere({0.5f, 0, 0}, 0.2f, 64), 1});
-    const Scene scene(shapes.store, groups, {});
+    const Scene scene(shapes.store, groups, {.pages_from = 0});
     const auto rays = random_rays(3000, 1.5f, 9);
     const auto hits = intersect<8>(scene, rays);
     const auto single = intersect<1>(scene, rays);
@@ -240,7 +240,7 @@ TEST(Solids, APartThatMovesCutsWhereItIs) {
     const TransformKey keys[] = {{0.0, Transform::translate(-1, 0, 0)}, {1.0, Transform::translate(1, 0, 0)}};
     const MotionPath paths[] = {MotionPath(keys)};
     groups[1].instances.push_back({0, {}, paths, GroupDesc::Unnumbered, true});
-    const Scene scene(shapes.store, groups, {});
+    const Scene scene(shapes.store, groups, {.pages_from = 0});
     for (const float time : {0.0f, 0.3f, 0.5f, 1.0f}) {
         const float x = 2 * time - 1;
         // Along x through the middle, from the side of the cutter or the other; up through its middle.
@@ -270,7 +270,7 @@ TEST(Solids, CommonFacesLeaveNothing) {
     world.shapes.push_back({cube({-1, -1, -1}, {1, 1, 1}), 1, 1});
     world.shapes.push_back({cube({-0.5f, -0.5f, -1}, {0.5f, 0.5f, 1}), 1, 2}); // a hole all the way through
     world.solids = {{Kind::Difference, -1}, {Kind::Primitive, 0}, {Kind::Primitive, 0}};
-    const Scene scene(shapes.store, std::span(&world, 1), {});
+    const Scene scene(shapes.store, std::span(&world, 1), {.pages_from = 0});
     std::vector<Ray> through, wall;
     std::mt19937 g(3);
     std::uniform_real_distribution<float> u(-0.49f, 0.49f), v(0.51f, 0.99f);
@@ -309,7 +309,7 @@ TEST(Solids, CracksLeaveNothingInTheAir) {
     world.shapes.push_back({box, 1, 1});
     world.shapes.push_back({shapes.add_sphere({0, 0, 0}, 2, 48), 1, 2});
     world.solids = {{Kind::Intersection, -1}, {Kind::Primitive, 0}, {Kind::Primitive, 0}};
-    const Scene scene(shapes.store, std::span(&world, 1), {});
+    const Scene scene(shapes.store, std::span(&world, 1), {.pages_from = 0});
     std::vector<Ray> rays = random_rays(20000, 4, 11);
     std::erase_if(rays, [](const Ray& r) { return length(r.o) < 1; }); // all start outside of the box
     const auto hits = intersect<8>(scene, rays);
@@ -344,7 +344,7 @@ TEST(Solids, SilhouettesHaveTheAreasOfTheirFormulas) {
         world.shapes.push_back({shapes.add_sphere({-0.5f, 0, 0}, 1, 128), 1, 1});
         world.shapes.push_back({shapes.add_sphere({0.5f, 0, 0}, 1, 128), 1, 2});
         world.solids = {{kind, -1}, {Kind::Primitive, 0}, {Kind::Primitive, 0}};
-        const Scene scene(shapes.store, std::span(&world, 1), {});
+        const Scene scene(shapes.store, std::span(&world, 1), {.pages_from = 0});
         std::vector<Ray> rays;
         constexpr int N = 400;
         for (int j = 0; j < N; j++)

@@ -66,6 +66,8 @@ inline Reference trace(const std::vector<Triangle>& triangles, const Ray& ray) {
     return best;
 }
 
+inline constexpr uint64_t AllInEmbree = ~uint64_t(0);
+
 // A store to which grids and meshes are added by their points, with presence as the one input that varies.
 class Shapes {
   public:
@@ -152,7 +154,7 @@ class Shapes {
             }
         return add_grid(2 * n, n, points, presence);
     }
-    std::unique_ptr<Scene> flat_scene(Scene::Build build = {}) {
+    std::unique_ptr<Scene> flat_scene(Scene::Build build = {.pages_from = 0}) {
         GroupDesc world;
         world.shapes.push_back({0, int(store.shapes().size())});
         auto scene = std::make_unique<Scene>(store, std::span(&world, 1), build);

@@ -88,10 +88,13 @@ PageMemory build(const Content& content, const Lattice& lattice) {
 
 PageMemory build(const Content& content, const Lattice& of_grids, const Lattice& of_meshes) {
     const GridLeaves grids(content.grids, of_grids);
-    const MeshLeaves meshes(content.meshes, of_meshes);
+    const MeshLeaves triangles(content.meshes, 3, of_meshes, of_grids),
+        quads(content.meshes, 4, of_meshes, of_grids);
     std::vector<Group> groups = grids.groups();
     const size_t grid_groups = groups.size();
-    groups.insert(groups.end(), meshes.groups().begin(), meshes.groups().end());
+    groups.insert(groups.end(), triangles.groups().begin(), triangles.groups().end());
+    const size_t first_quads = groups.size();
+    groups.insert(groups.end(), quads.groups().begin(), quads.groups().end());
     Layout layout(groups, grids.tiles().size());
     Header& h = layout.header;
     NodeTree tree = make_nodes(groups, h.nodes);
@@ -125,6 +128,7 @@ PageMemory build(const Content& content, const Lattice& of_grids, const Lattice&
                     grids.write(group, i, bytes + at);
                     names[number] = grids.name(group, i);
                 } else {
+                    const MeshLeaves& meshes = g < first_quads ? triangles : quads;
                     uint32_t faces[LeafTriangles];
                     meshes.write(group, i, bytes + at);
                     meshes.names(group, i, faces);

@@ -13,6 +13,7 @@ namespace kanuka::hierarchy {
 struct GridView {
     const float* positions; // xyz
     int columns, rows;      // cells
+    int finer = 1;          // micropolygons that a side of a cell stands for, where it is flat
 };
 
 struct MeshView {
@@ -20,7 +21,8 @@ struct MeshView {
     size_t vertices;
     const uint32_t* corners; // `sides` a face; a face with a corner that no vertex has is left out
     size_t faces;
-    int sides = 3; // or 4: triangles (0, 1, 3) and (2, 3, 1), which are numbered as faces
+    int sides = 3;        // or 4: triangles (0, 1, 3) and (2, 3, 1), which are numbered as faces
+    bool is_grid = false; // its vertices stand on the lattice of grids
 
     size_t triangles() const { return faces * size_t(sides - 2); }
 };

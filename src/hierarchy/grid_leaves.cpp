@@ -203,8 +203,14 @@ void GridLeaves::vote(const GridView& g, StepVotes& votes) {
                     if (is_somewhere({p[0], p[1], p[2]}))
                         box.extend(Vec3f(p[0], p[1], p[2]));
                 }
-            if (!box.empty())
-                votes.add(box.diagonal());
+            if (box.empty())
+                continue;
+            // A micropolygon has so many steps, and a sixteenth of them at least: see StepVotes::Slack.
+            constexpr float StepsEach = 160;
+            const Vec3f extent = box.diagonal();
+            const int across = std::max(std::min(g.columns - column, 4), std::min(g.rows - row, 4));
+            votes.add(extent, max(max(extent.x, extent.y), extent.z) /
+                                  (StepsEach * float(across) * float(std::max(g.finer, 1))));
         }
 }
 

@@ -32,11 +32,14 @@ float size_of(const Vec3f& extent) {
 
 } // namespace
 
-void StepVotes::add(const Vec3f& extent) {
-    if (const float largest = size_of(extent); largest > 0)
-        m_count[size_t(
-            finest(extent, largest, [](const int(&steps)[3]) { return field_table.holding(steps) >= 0; }) -
-            Lattice::LeastExponent)]++;
+void StepVotes::add(const Vec3f& extent, float largest_step) {
+    const float size = size_of(extent);
+    if (!(size > 0))
+        return;
+    const int held =
+        finest(extent, size, [](const int(&steps)[3]) { return field_table.holding(steps) >= 0; });
+    const int e = std::max(std::min(held, exponent_of(largest_step)), int(Lattice::LeastExponent));
+    m_count[size_t(e - Lattice::LeastExponent)]++;
 }
 
 void StepVotes::add_fine(const Vec3f& extent) {

@@ -54,8 +54,8 @@ struct Lattice {
 // one by one can agree; the outcome does not depend on their order.
 class StepVotes {
   public:
-    // A leaf with these extents: steps are wished for at which 32 bits hold a vertex of it.
-    void add(const Vec3f& extent);
+    // A leaf with these extents: steps are wished for at which 32 bits hold a vertex of it, up to `largest`.
+    void add(const Vec3f& extent, float largest = LargestCoordinate);
     // Steps at which 16 bits hold each coordinate.
     void add_fine(const Vec3f& extent);
     void add(const StepVotes& other);

@@ -29,27 +29,41 @@ bool corners_of_triangle(const MeshView& m, size_t triangle, Vec3f (&to)[3]) {
 
 } // namespace
 
-MeshLeaves::MeshLeaves(std::span<const MeshView> meshes, const Lattice& lattice)
-    : m_meshes(meshes), m_lattice(lattice) {
-    uint64_t faces = 0;
+MeshLeaves::MeshLeaves(std::span<const MeshView> meshes, int sides, const Lattice& lattice,
+                       const Lattice& of_grids)
+    : m_meshes(meshes), m_lattice(lattice), m_of_grids(of_grids), m_each(uint32_t(sides) - 2) {
+    uint64_t triangles = 0, faces = 0;
+    std::vector<uint64_t> first_face; // among those of so many sides
+    bool grids = false, others = false;
     for (const MeshView& m : meshes) {
-        m_first.push_back(faces);
-        faces += m.triangles();
+        (m.is_grid ? grids : others) = true;
+        m_first.push_back(triangles), first_face.push_back(faces);
+        triangles += m.triangles();
+        faces += m.sides == sides ? m.faces : 0;
     }
-    if (faces >= uint64_t(1) << 31)
+    m_finest = grids && (!others || of_grids.exponent < lattice.exponent) ? of_grids : lattice;
+    if (triangles >= uint64_t(1) << 31)
         throw Error("a page of the ray tracer has 2^31 triangles or more");
     std::vector<Item> items(faces);
     std::vector<uint8_t> is_there(faces);
     tasks::parallel_chunks(faces, FacesATask, [&](size_t begin, size_t end) {
+        // Of several meshes that begin at one face the last has it.
+        size_t mesh =
+            size_t(std::upper_bound(first_face.begin(), first_face.end(), begin) - first_face.begin()) - 1;
         for (size_t f = begin; f < end; f++) {
-            Corners c;
-            if (!find(uint32_t(f), c))
-                continue;
+            while (mesh + 1 < first_face.size() && first_face[mesh + 1] <= f)
+                mesh++;
+            const uint32_t triangle = uint32_t(m_first[mesh] + (f - first_face[mesh]) * m_each);
             Bounds3f box;
-            for (const Vec3f& p : c.at)
-                box.extend(p);
-            items[f] = Item(box, uint32_t(f));
-            is_there[f] = 1;
+            for (uint32_t k = 0; k < m_each; k++) {
+                Corners c;
+                if (!find(triangle + k, c))
+                    continue;
+                is_there[f] = 1;
+                for (const Vec3f& p : c.at)
+                    box.extend(p);
+            }
+            items[f] = Item(box, triangle);
         }
     });
     size_t kept = 0;
@@ -59,7 +73,7 @@ MeshLeaves::MeshLeaves(std::span<const MeshView> meshes, const Lattice& lattice)
     items.resize(kept);
 
     // The largest parts of the tree that have eight leaves or fewer become groups.
-    const SplitTree tree = split_all(std::move(items), LeafTriangles);
+    const SplitTree tree = split_all(std::move(items), uint32_t(LeafTriangles) / m_each);
     m_faces.resize(kept);
     for (size_t i = 0; i < kept; i++)
         m_faces[i] = tree.items[i].index;
@@ -100,7 +114,7 @@ void MeshLeaves::collect(const SplitTree& tree, int32_t branch, Group& group) {
 Kind MeshLeaves::kind_of_group(const Group& group) const {
     Kind kind = Kind::Triangle32;
     for (int i = 0; i < group.count; i++) {
-        const Frame frame(m_lattice, points(m_leaves[group.source + size_t(i)]).at);
+        const Frame frame(m_finest, points(m_leaves[group.source + size_t(i)]).at);
         if (frame.fields() >= 0)
             continue;
         if (!frame.holds_48())
@@ -110,22 +124,37 @@ Kind MeshLeaves::kind_of_group(const Group& group) const {
     return kind;
 }
 
-bool MeshLeaves::find(uint32_t face, Corners& to) const {
-    const size_t mesh =
-        size_t(std::upper_bound(m_first.begin(), m_first.end(), uint64_t(face)) - m_first.begin()) - 1;
-    if (!corners_of_triangle(m_meshes[mesh], size_t(face - m_first[mesh]), to.at))
+size_t MeshLeaves::mesh_of(uint32_t triangle) const {
+    return size_t(std::upper_bound(m_first.begin(), m_first.end(), uint64_t(triangle)) - m_first.begin()) - 1;
+}
+
+bool MeshLeaves::find(uint32_t triangle, Corners& to) const {
+    const size_t mesh = m_first.size() == 1 ? 0 : mesh_of(triangle);
+    if (!corners_of_triangle(m_meshes[mesh], size_t(triangle - m_first[mesh]), to.at))
         return false;
+    const Lattice& lattice = m_meshes[mesh].is_grid ? m_of_grids : m_lattice;
     for (Vec3f& p : to.at)
-        p = m_lattice.snap(p);
+        p = lattice.snap(p);
     return true;
+}
+
+// Triangle k of a leaf, whose last is repeated. Of a quad one may be nowhere: then it is the other.
+uint32_t MeshLeaves::triangle(const Leaf& leaf, uint32_t k, Corners& corners) const {
+    k = std::min(k, (leaf.end - leaf.begin) * m_each - 1);
+    const uint32_t first = m_faces[leaf.begin + k / m_each], number = first + k % m_each;
+    if (find(number, corners))
+        return number;
+    const uint32_t other = 2 * first + 1 - number;
+    find(other, corners);
+    return other;
 }
 
 MeshLeaves::Points MeshLeaves::points(const Leaf& leaf) const {
     Points p;
-    p.count = leaf.end - leaf.begin;
+    p.count = (leaf.end - leaf.begin) * m_each;
     for (uint32_t k = 0; k < uint32_t(LeafTriangles); k++) {
         Corners c;
-        find(m_faces[leaf.begin + std::min(k, p.count - 1)], c);
+        triangle(leaf, k, c);
         for (int corner = 0; corner < 3; corner++)
             p.at[corner * LeafTriangles + int(k)] = c.at[corner];
     }
@@ -143,7 +172,7 @@ void MeshLeaves::write(const Group& group, int i, uint8_t* to) const {
         leaf.count = p.count;
         return;
     }
-    const Frame frame(m_lattice, p.at);
+    const Frame frame(m_finest, p.at);
     if (group.kind == Kind::Triangle48) {
         Triangle48& leaf = *reinterpret_cast<Triangle48*>(to);
         for (int a = 0; a < 3; a++)
@@ -164,14 +193,15 @@ void MeshLeaves::write(const Group& group, int i, uint8_t* to) const {
 
 void MeshLeaves::names(const Group& group, int i, uint32_t (&to)[LeafTriangles]) const {
     const Leaf& leaf = m_leaves[group.source + size_t(i)];
+    Corners corners;
     for (uint32_t k = 0; k < uint32_t(LeafTriangles); k++)
-        to[k] = m_faces[std::min(leaf.begin + k, leaf.end - 1)];
+        to[k] = triangle(leaf, k, corners);
 }
 
 // Leaves are not known yet. They are about twice as wide as their triangles.
-void MeshLeaves::vote(const MeshView& mesh, size_t face, bool fine, StepVotes& votes) {
+void MeshLeaves::vote(const MeshView& mesh, size_t triangle, bool fine, StepVotes& votes) {
     Vec3f corner[3];
-    if (!corners_of_triangle(mesh, face, corner))
+    if (!corners_of_triangle(mesh, triangle, corner))
         return;
     Bounds3f box;
     for (const Vec3f& p : corner)

@@ -41,7 +41,7 @@ struct EverythingIsThere {
 };
 
 // Largest first: a bitonic network [Batcher 1968].
-inline __m256i sort_down(__m256i v) {
+[[gnu::always_inline]] inline __m256i sort_down(__m256i v) {
     const auto stage = [&v](__m256i partner, auto larger) { // lanes that take the larger one
         v = _mm256_blend_epi32(_mm256_min_epi32(v, partner), _mm256_max_epi32(v, partner),
                                decltype(larger)::value);
@@ -65,7 +65,7 @@ struct Entered {
 };
 // A plane q lies at distance ((origin + q) step - o) / d = q scale + shift along the ray. The error of the
 // shift is relative to that itself, so to the distance and to the width of the node: hence two margins.
-inline Entered enter_children(const Node& node, const TracedRay& ray) {
+[[gnu::always_inline]] inline Entered enter_children(const Node& node, const TracedRay& ray) {
     const uint8_t* const planes = node.plane[0][0];
     const __m128i frame = _mm_load_si128(reinterpret_cast<const __m128i*>(node.frame)); // and the children
     const __m128 origin = _mm_cvtepi32_ps(_mm_srai_epi32(frame, 8));                    // signed

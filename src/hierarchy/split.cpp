@@ -1,6 +1,7 @@
 #include "hierarchy/split.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "base/tasks.h"
@@ -13,7 +14,7 @@ constexpr int Bins = 16;
 // Below this many items a tree is made by one task; above, all runs of one depth are split at once.
 constexpr uint32_t OneTask = 4096;
 // So few items are sorted, and all ways to split them are looked at that fill leaves.
-constexpr uint32_t Sorted = 128;
+constexpr uint32_t Sorted = 48;
 
 // That so many items fill, the last one in part; as the heuristic wants it.
 float leaves_of(uint32_t items, uint32_t leaf) {
@@ -81,30 +82,36 @@ class Binning {
     int m_axis = 0, m_plane = 0;
 };
 
-void sort_along(Item* items, const Run& run, int axis) {
-    std::sort(items + run.begin, items + run.end, [axis](const Item& a, const Item& b) {
-        const float p = a.twice_centre()[axis], q = b.twice_centre()[axis];
-        return p < q || (p == q && a.index < b.index);
-    });
+// The items of a short run in the order of their centres along an axis: places in the run below the bits that
+// compare as the centres do. Of equal ones the first comes first.
+void sort_along(const Item* items, const Run& run, int axis, uint64_t* keys) {
+    for (uint32_t i = 0; i < run.size(); i++) {
+        const int32_t bits = std::bit_cast<int32_t>(items[run.begin + i].twice_centre()[axis] + 0.0f);
+        const uint32_t ordered = uint32_t(bits) ^ (uint32_t(bits >> 31) | 0x80000000u);
+        keys[i] = uint64_t(ordered) << 32 | i;
+    }
+    std::sort(keys, keys + run.size());
 }
 
 // Looks at all splits where one side fills its leaves; returns where the right side begins.
 uint32_t swept(Item* items, const Run& run, uint32_t leaf) {
     const uint32_t n = run.size();
     float best = FLT_MAX;
+    uint64_t keys[3][Sorted];
     int axis = 0;
     uint32_t at = leaf;
     for (int a = 0; a < 3; a++) {
-        sort_along(items, run, a);
+        sort_along(items, run, a, keys[a]);
+        const auto item = [&](uint32_t i) -> const Item& { return items[run.begin + uint32_t(keys[a][i])]; };
         float right[Sorted];
         Box4 box;
         for (uint32_t i = n - 1; i > 0; i--) {
-            box.extend(items[run.begin + i]);
+            box.extend(item(i));
             right[i] = box.half_area();
         }
         box = {};
         for (uint32_t i = 1; i < n; i++) {
-            box.extend(items[run.begin + i - 1]);
+            box.extend(item(i - 1));
             if (i % leaf != 0 && (n - i) % leaf != 0)
                 continue;
             const float cost = box.half_area() * leaves_of(i, leaf) + right[i] * leaves_of(n - i, leaf);
@@ -112,8 +119,10 @@ uint32_t swept(Item* items, const Run& run, uint32_t leaf) {
                 best = cost, axis = a, at = i;
         }
     }
-    if (axis != 2)
-        sort_along(items, run, axis);
+    Item ordered[Sorted];
+    for (uint32_t i = 0; i < n; i++)
+        ordered[i] = items[run.begin + uint32_t(keys[axis][i])];
+    std::copy_n(ordered, n, items + run.begin);
     return run.begin + at;
 }
 

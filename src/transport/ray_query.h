@@ -15,6 +15,15 @@ class RayQuery {
     void intersect(const bvh::RayPacket<W>& rays, bvh::HitPacket<W>& hits) const {
         m_scene->intersect(rays, hits);
     }
+    // Many packets at once.
+    template <int W>
+    void intersect(std::span<const bvh::RayPacket<W>> rays, std::span<bvh::HitPacket<W>> hits) const {
+        m_scene->intersect<W>(rays, hits);
+    }
+    template <int W>
+    void find_occluded(std::span<const bvh::RayPacket<W>> rays, std::span<Mask<W>> hidden) const {
+        m_scene->find_occluded<W>(rays, hidden);
+    }
     template <int W>
     Mask<W> occluded(const bvh::RayPacket<W>& rays) const {
         return m_scene->occluded(rays);

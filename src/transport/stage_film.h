@@ -3,6 +3,7 @@
 #pragma once
 
 #include "transport/kernel.h"
+#include "transport/stage_intersect.h"
 #include "transport/stage_transmittance.h"
 
 namespace kanuka::transport {
@@ -18,38 +19,50 @@ template <int W>
     return lit;
 }
 
+// Shadow rays from `first` on.
 template <int W>
-void occlude(const SceneView& scene, BatchState& batch, const RayQueue& shadows, WallScratch* walls) {
+void load_shadow_rays(const SceneView& scene, const BatchState& batch, const RayQueue& shadows, int first,
+                      bvh::RayPacket<W>& rays) {
+    rays = {};
+    for (int c = 0; c < 3; c++) {
+        rays.o[c] = Float<W>::load(shadows.o[c] + first);
+        rays.d[c] = Float<W>::load(shadows.d[c] + first);
+    }
+    rays.t_max = Float<W>::load(shadows.t_max + first);
+    rays.active = Int<W>::lane_index() + Int<W>(first) < Int<W>(shadows.count);
+    rays.seed = Int<W>::load(shadows.seed + first);
+    const Int<W> path = select(rays.active, Int<W>::load(shadows.path + first), Int<W>(0));
+    if (scene.geometry.moving)
+        rays.time = gather(batch.time, path);
+    if (scene.geometry.fades)
+        rays.level = gather(batch.level, path);
+    if (scene.lights.shadow_linked)
+        rays.passes = Int<W>::load(shadows.passes + first);
+}
+
+template <int W>
+void occlude(const SceneView& scene, BatchState& batch, const RayQueue& shadows, WallScratch* walls,
+             RayBatch<W>& all) {
     if (scene.media.tracked)
         return occlude_in_media<W>(scene, batch, shadows, walls);
-    const int count = shadows.count;
-    for (int first = 0; first < count; first += W) {
-        bvh::RayPacket<W> rays;
-        for (int c = 0; c < 3; c++) {
-            rays.o[c] = Float<W>::load(shadows.o[c] + first);
-            rays.d[c] = Float<W>::load(shadows.d[c] + first);
+    for (int begin = 0; begin < shadows.count; begin += BatchSize) {
+        const int end = std::min(begin + BatchSize, shadows.count);
+        const auto packet = [&](int first) { return size_t((first - begin) / W); };
+        all.resize(end - begin);
+        for (int first = begin; first < end; first += W)
+            load_shadow_rays(scene, batch, shadows, first, all.rays[packet(first)]);
+        if (!scene.geometry.tinted)
+            scene.geometry.ray_query.find_occluded<W>(all.rays, all.hidden);
+        for (int first = begin; first < end; first += W) {
+            bvh::RayPacket<W>& rays = all.rays[packet(first)];
+            Spectrum<W> contribution;
+            for (int k = 0; k < Wavelengths; k++)
+                contribution[k] = Float<W>::load(shadows.contribution[k] + first);
+            const Int<W> path = Int<W>::load(shadows.path + first);
+            const Mask<W> lit = scene.geometry.tinted ? occlude_tinted(scene, batch, rays, path, contribution)
+                                                      : rays.active & !all.hidden[packet(first)];
+            contribute_shadow_rays(scene, batch, path, first, contribution, lit);
         }
-        rays.t_max = Float<W>::load(shadows.t_max + first);
-        rays.active = Int<W>::lane_index() + Int<W>(first) < Int<W>(count);
-        rays.seed = Int<W>::load(shadows.seed + first);
-        if (scene.geometry.moving)
-            rays.time =
-                gather(batch.time, select(rays.active, Int<W>::load(shadows.path + first), Int<W>(0)));
-        if (scene.geometry.fades)
-            rays.level =
-                gather(batch.level, select(rays.active, Int<W>::load(shadows.path + first), Int<W>(0)));
-        if (scene.lights.shadow_linked)
-            rays.passes = Int<W>::load(shadows.passes + first);
-        Spectrum<W> contribution;
-        for (int k = 0; k < Wavelengths; k++)
-            contribution[k] = Float<W>::load(shadows.contribution[k] + first);
-        const Int<W> path = Int<W>::load(shadows.path + first);
-        Mask<W> lit(false);
-        if (scene.geometry.tinted)
-            lit = occlude_tinted(scene, batch, rays, path, contribution);
-        else
-            lit = rays.active & !scene.geometry.ray_query.occluded(rays);
-        contribute_shadow_rays(scene, batch, path, first, contribution, lit);
     }
 }
 

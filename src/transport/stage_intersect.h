@@ -152,18 +152,36 @@ bvh::RayPacket<W> rays_of(const SceneView& scene, const BatchState& batch, const
     return rays;
 }
 
+// The rays of a batch and what they find, packet by packet.
+template <int W>
+struct RayBatch {
+    std::vector<bvh::RayPacket<W>> rays;
+    std::vector<bvh::HitPacket<W>> hits;
+    std::vector<Float<W>> reach; // how far paths may go, whatever is hit
+    std::vector<Mask<W>> hidden;
+
+    void resize(int rays_in_all) {
+        const size_t packets = size_t(rays_in_all + W - 1) / W;
+        rays.resize(packets), hits.resize(packets), reach.resize(packets), hidden.resize(packets);
+    }
+};
+
 // What the rays hit; paths take the colours along of what they have passed.
 template <int W>
-void find_hits(const SceneView& scene, const BatchState& batch, PathQueue& paths, Int<W> slots,
-               bvh::RayPacket<W>& rays, bvh::HitPacket<W>& hit) {
+void find_hits(const SceneView& scene, const BatchState& batch, PathQueue& paths, RayBatch<W>& all) {
     if (!scene.geometry.tinted) {
-        scene.geometry.ray_query.intersect(rays, hit);
+        scene.geometry.ray_query.intersect<W>(all.rays, all.hits);
         return;
     }
-    Passages<W> passages(rays);
-    scene.geometry.ray_query.intersect(rays, hit);
-    tint_paths(scene, batch, paths, slots, passages, select(hit.hit, hit.t, rays.t_max), rays.active);
-    rays.passages = nullptr;
+    for (size_t p = 0; p < all.rays.size(); p++) {
+        bvh::RayPacket<W>& rays = all.rays[p];
+        const bvh::HitPacket<W>& hit = all.hits[p];
+        Passages<W> passages(rays);
+        scene.geometry.ray_query.intersect(rays, all.hits[p]);
+        const Int<W> slots = min(Int<W>::lane_index() + Int<W>(int(p) * W), Int<W>(paths.count - 1));
+        tint_paths(scene, batch, paths, slots, passages, select(hit.hit, hit.t, rays.t_max), rays.active);
+        rays.passages = nullptr;
+    }
 }
 
 // Collisions before the hits, which then are none; `reach` becomes how far paths may go.
@@ -202,22 +220,32 @@ Int<W> program_of(const SceneView& scene, const PathQueue& paths, Int<W> slots, 
 
 template <int W>
 void intersect(const SceneView& scene, BatchState& batch, PathQueue& paths, int bounce, HitState& hits,
-               ProgramRuns& runs, RayQueue& shadow_rays) {
+               ProgramRuns& runs, RayQueue& shadow_rays, RayBatch<W>& all) {
     const int count = paths.count;
     runs.first.assign(scene.geometry.materials.size() + 1, 0);
     runs.program.resize(BatchPadded);
     runs.order.resize(BatchPadded);
     const Float<W> far(1e30f);
-    bvh::HitPacket<W> hit;
+    const auto slots_of = [](int first) { return Int<W>::lane_index() + Int<W>(first); };
+    const auto in_use_of = [&](int first) { return min(slots_of(first), Int<W>(count - 1)); };
+    all.resize(count);
     for (int first = 0; first < count; first += W) {
-        const Int<W> slot = Int<W>::lane_index() + Int<W>(first), in_use = min(slot, Int<W>(count - 1));
-        bvh::RayPacket<W> rays = rays_of(scene, batch, paths, slot, in_use, bounce);
-        Float<W> reach = far;
+        const Int<W> in_use = in_use_of(first);
+        bvh::RayPacket<W>& rays = all.rays[size_t(first / W)];
+        Float<W>& reach = all.reach[size_t(first / W)];
+        rays = rays_of(scene, batch, paths, slots_of(first), in_use, bounce);
+        reach = far;
         if (scene.media.scatters)
             reach = free_path(scene, batch, load_rows<PathQueue::Fields>(paths.row, in_use << 4), rays.t_min,
                               bounce);
         rays.t_max = scene.lights.fog_lamps.empty() ? reach : far;
-        find_hits(scene, batch, paths, in_use, rays, hit);
+    }
+    find_hits(scene, batch, paths, all);
+    for (int first = 0; first < count; first += W) {
+        const Int<W> in_use = in_use_of(first);
+        const bvh::RayPacket<W>& rays = all.rays[size_t(first / W)];
+        bvh::HitPacket<W>& hit = all.hits[size_t(first / W)];
+        Float<W>& reach = all.reach[size_t(first / W)];
         collide(scene, batch, paths, in_use, bounce, hit, reach, shadow_rays, rays.active);
         const Mask<W> missed = rays.active & !hit.hit, scattered = missed & (reach < far);
         if (scene.media.scatters)

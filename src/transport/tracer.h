@@ -53,7 +53,8 @@ class Tracer {
         m_counts->rays += uint64_t(count());
         m->batch.limit = limit(m_bounce);
         m->shadow_rays.count = 0;
-        transport::intersect<W>(scene, m->batch, *paths(), m_bounce, m->hits, m->runs, m->shadow_rays);
+        transport::intersect<W>(scene, m->batch, *paths(), m_bounce, m->hits, m->runs, m->shadow_rays,
+                                m->rays);
         if (m_request->log)
             log_hit();
     }
@@ -88,7 +89,7 @@ class Tracer {
         if (m_request->log)
             m_request->log->back().emitted = added();
         m->batch.limit = limit(m_bounce + 1);
-        occlude<W>(scene, m->batch, m->shadow_rays, m_walls.get());
+        occlude<W>(scene, m->batch, m->shadow_rays, m_walls.get(), m->rays);
         if (m_request->log)
             m_request->log->back().light_samples = added();
         m_bounce++;
@@ -105,6 +106,7 @@ class Tracer {
         HitState hits;
         RayQueue shadow_rays;
         ProgramRuns runs;
+        RayBatch<W> rays;
     };
     // Of light that comes over so many bounces.
     float limit(int bounces) const {
