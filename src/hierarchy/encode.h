@@ -14,6 +14,7 @@ struct Frame {
     int64_t base[3] = {};
     int extent[3] = {};
     int exponent = 0;
+    double per_step = 1;
     bool exact = false; // false: the points are too far apart, or some are nowhere
 
     // `points` stand on the lattice.
@@ -25,7 +26,7 @@ struct Frame {
                 return;
             exponent = std::min(exponent, lattice.exponent_at(p));
         }
-        const double per_step = std::ldexp(1.0, -exponent);
+        per_step = std::ldexp(1.0, -exponent);
         for (int a = 0; a < 3; a++) {
             float lo = points[0][a], hi = lo;
             for (const Vec3f& p : points)
@@ -46,7 +47,7 @@ struct Frame {
         return n >= 0 && base[2] + field_table[uint8_t(n)].half() > LargestBase ? -1 : n;
     }
     int field(const Vec3f& p, int axis) const {
-        return int(int64_t(double(p[axis]) * std::ldexp(1.0, -exponent)) - base[axis]);
+        return int(int64_t(double(p[axis]) * per_step) - base[axis]);
     }
     // The three words of a frame: for 32 bits z is signed, so its base is in the middle.
     void write(int32_t (&frame)[3], int fields, uint32_t shape) const {

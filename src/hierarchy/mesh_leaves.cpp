@@ -110,11 +110,16 @@ void MeshLeaves::collect(const SplitTree& tree, int32_t branch, Group& group) {
     collect(tree, b.right, group);
 }
 
-// The least of the kinds that hold all its leaves.
+// The least of the kinds that hold all its leaves. Near the origin, where one step is all points', boxes
+// tell.
 Kind MeshLeaves::kind_of_group(const Group& group) const {
     Kind kind = Kind::Triangle32;
     for (int i = 0; i < group.count; i++) {
-        const Frame frame(m_finest, points(m_leaves[group.source + size_t(i)]).at);
+        const Vec3f box[2] = {group.box[i].lo, group.box[i].hi};
+        const bool near = m_finest.exponent_at(box[0]) == m_finest.exponent &&
+                          m_finest.exponent_at(box[1]) == m_finest.exponent;
+        const Frame frame =
+            near ? Frame(m_finest, box) : Frame(m_finest, points(m_leaves[group.source + size_t(i)]).at);
         if (frame.fields() >= 0)
             continue;
         if (!frame.holds_48())

@@ -59,6 +59,21 @@ class Binning {
         }
         return best < FLT_MAX;
     }
+    // What lies on the two sides of it. Centres are bounded by the boxes and by what bounded them before.
+    TwoRuns sides(const Run& run) const {
+        TwoRuns two{{run.begin, run.begin, {}, {}, run.depth + 1},
+                    {run.begin, run.end, {}, {}, run.depth + 1}};
+        for (int b = 0; b < Bins; b++) {
+            const Bin& bin = m_bins[m_axis][b];
+            (b < m_plane ? two.left : two.right).box.extend(bin.box);
+            two.left.end += b < m_plane ? bin.count : 0;
+        }
+        two.right.begin = two.left.end;
+        for (Run* r : {&two.left, &two.right})
+            r->centres = {upper(run.centres.lo, r->box.lo + r->box.lo),
+                          lower(run.centres.hi, r->box.hi + r->box.hi)};
+        return two;
+    }
     bool is_left(const Item& item) const {
         return bin((item.twice_centre()[m_axis] - m_first[m_axis]) * m_scale[m_axis]) < m_plane;
     }
@@ -179,19 +194,23 @@ void Run::measure(const Item* items) {
 
 TwoRuns split(Item* items, const Run& run, uint32_t leaf) {
     uint32_t middle = run.begin;
-    if (run.depth >= HalvedFrom) {
-        middle = halved(items, run);
-    } else if (leaf > 1 && run.size() <= Sorted) {
+    if (run.depth < HalvedFrom && leaf > 1 && run.size() <= Sorted) {
         middle = swept(items, run, leaf);
-    } else {
-        Binning bins(items, run);
-        if (bins.find(leaf))
-            middle = uint32_t(std::partition(items + run.begin, items + run.end,
-                                             [&](const Item& i) { return bins.is_left(i); }) -
-                              items);
-        if (middle == run.begin || middle == run.end)
-            middle = halved(items, run);
+    } else if (run.depth < HalvedFrom) {
+        Run measured = run;
+        for (int attempt = 0; attempt < 2;
+             attempt++) { // bounds of the centres may be too wide to tell them apart
+            Binning bins(items, measured);
+            if (bins.find(leaf)) {
+                std::partition(items + run.begin, items + run.end,
+                               [&](const Item& i) { return bins.is_left(i); });
+                return bins.sides(measured);
+            }
+            measured.measure(items);
+        }
     }
+    if (middle == run.begin)
+        middle = halved(items, run);
     TwoRuns two{{run.begin, middle, {}, {}, run.depth + 1}, {middle, run.end, {}, {}, run.depth + 1}};
     two.left.measure(items), two.right.measure(items);
     return two;
