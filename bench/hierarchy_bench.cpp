@@ -1,6 +1,7 @@
 // Pages of src/hierarchy beside Embree on the same vertices.
 //
 //     hierarchy_bench [--scene=terrain|cave|globe|mesh] [--size=N] [--rounds=N] [--rays=N] [--leaks=N]
+//     [--json]
 //
 // Nanoseconds a ray of one thread (its processor time; medians of rounds, in which all take turns), bytes a
 // primitive and milliseconds to build. With --leaks, only rays that a closed surface lets out are counted.
@@ -34,6 +35,7 @@ struct Options {
     std::string scene = "terrain";
     int size = 0, rounds = 5, rays = 256 * 256;
     long leaks = 0;
+    bool json = false; // a line for each tracer, and for each tracer and kind of ray
 };
 
 double wall_ms() {
@@ -296,20 +298,32 @@ void add_ours(std::vector<Tracer>& tracers, const char* name, const Page& page,
                        }});
 }
 
-void compare(const std::vector<Tracer>& tracers, const std::vector<RaySet>& sets, int rounds) {
-    std::printf("%-26s", "ns a ray (hits)");
-    for (const RaySet& r : sets)
-        std::printf("%22s", r.name);
+void compare(const std::vector<Tracer>& tracers, const std::vector<RaySet>& sets, const Options& o) {
     std::vector<std::vector<std::vector<double>>> ns(tracers.size(),
                                                      std::vector<std::vector<double>>(sets.size()));
     std::vector<std::vector<size_t>> hits(tracers.size(), std::vector<size_t>(sets.size()));
-    for (int round = 0; round < rounds; round++)
+    for (int round = 0; round < o.rounds; round++)
         for (size_t q = 0; q < sets.size(); q++)
             for (size_t t = 0; t < tracers.size(); t++) {
                 const double start = thread_ns();
                 hits[t][q] = tracers[t].trace(sets[q]);
                 ns[t][q].push_back((thread_ns() - start) / double(sets[q].rays.size()));
             }
+    if (o.json) {
+        for (size_t t = 0; t < tracers.size(); t++)
+            for (size_t q = 0; q < sets.size(); q++) {
+                std::printf(
+                    "{\"scene\": \"%s\", \"tracer\": \"%s\", \"rays\": \"%s\", \"hits\": %zu, \"ns\": [",
+                    o.scene.c_str(), tracers[t].name.c_str(), sets[q].name, hits[t][q]);
+                for (size_t k = 0; k < ns[t][q].size(); k++)
+                    std::printf("%s%.2f", k == 0 ? "" : ", ", ns[t][q][k]);
+                std::printf("]}\n");
+            }
+        return;
+    }
+    std::printf("%-26s", "ns a ray (hits)");
+    for (const RaySet& r : sets)
+        std::printf("%22s", r.name);
     for (size_t t = 0; t < tracers.size(); t++) {
         std::printf("\n%-26s", tracers[t].name.c_str());
         for (size_t q = 0; q < sets.size(); q++)
@@ -337,6 +351,8 @@ int main(int argc, char** argv) {
             o.rays = std::max(16, std::atoi(v));
         else if (const char* v = value("--leaks="))
             o.leaks = std::atol(v);
+        else if (std::strcmp(argv[i], "--json") == 0)
+            o.json = true;
     }
     const BenchScene s = o.scene == "cave"    ? cave(o.size ? o.size : 24)
                          : o.scene == "mesh"  ? terrain_mesh(o.size ? o.size : 20)
@@ -359,11 +375,20 @@ int main(int argc, char** argv) {
     if (o.leaks > 0)
         return count_leaks(s, lattice, page, o.leaks);
     const double primitives = double(s.primitives());
-    std::printf("%s: %.0f primitives\n%-26s %6.2f bytes each, positions included; %.0f ms to vote, %.0f ms "
-                "to build\n",
-                o.scene.c_str(), primitives, "pages", double(memory.size()) / primitives, median(voted),
-                median(built));
-    print_shares(page, primitives);
+    const auto tell = [&](const char* tracer, double bytes, double positions, double ms) {
+        if (o.json)
+            std::printf("{\"scene\": \"%s\", \"tracer\": \"%s\", \"primitives\": %.0f, \"bytes_each\": %.3f, "
+                        "\"positions_each\": %.3f, \"build_ms\": %.2f}\n",
+                        o.scene.c_str(), tracer, primitives, bytes, positions, ms);
+        else
+            std::printf("%-26s %6.2f bytes each, beside %.2f of positions; %.0f ms to build\n", tracer, bytes,
+                        positions, ms);
+    };
+    if (!o.json)
+        std::printf("%s: %.0f primitives; %.0f ms to vote\n", o.scene.c_str(), primitives, median(voted));
+    tell("pages, 8 lanes", double(memory.size()) / primitives, 0, median(voted) + median(built));
+    if (!o.json)
+        print_shares(page, primitives);
 
     std::vector<Tracer> tracers;
     add_ours(tracers, "pages, 8 lanes", page, closest_w8, occluded_w8);
@@ -380,12 +405,12 @@ int main(int argc, char** argv) {
             if ((type == RTC_GEOMETRY_TYPE_TRIANGLE) == s.grids.empty())
                 peers.push_back(embree(e, vertices, type, robust));
     for (const Peer& p : peers) {
-        std::printf("%-26s %6.2f bytes each, beside %.2f of positions; %.0f ms to build\n", p.name.c_str(),
-                    double(p.bytes) / primitives, double(vertices.positions.size() * 4) / primitives, p.ms);
+        tell(p.name.c_str(), double(p.bytes) / primitives, double(vertices.positions.size() * 4) / primitives,
+             p.ms);
         tracers.push_back({p.name, [scene = p.scene](const RaySet& r) {
                                return r.coherent ? trace_peer_packets(scene, r.rays)
                                                  : trace_peer(scene, r.rays, r.any);
                            }});
     }
-    compare(tracers, make_rays(s, page, o.rays), o.rounds);
+    compare(tracers, make_rays(s, page, o.rays), o);
 }

@@ -1,7 +1,7 @@
 // A forest of instances of one page beside Embree's instances of the same grid: bytes and time of the level
 // above, and of rays.
 //
-//     instance_bench [--instances=N] [--rays=N] [--rounds=N]
+//     instance_bench [--instances=N] [--rays=N] [--rounds=N] [--json]
 //
 // Both build with two threads and trace with one, whose time counts. Rounds go through all tracers in turn;
 // figures are medians. Embree's instances are RTC_GEOMETRY_TYPE_INSTANCE, each a geometry of its own: what it
@@ -92,10 +92,10 @@ class Embree {
         }
         const double placed = seconds(CLOCK_MONOTONIC);
         rtcCommitScene(m_scene);
-        std::printf("%-16s %6.1f bytes an instance, %.3f s to place, %.3f s to build\n", "Embree robust",
-                    double(m_bytes - before) / double(places.size()), placed - start,
-                    seconds(CLOCK_MONOTONIC) - placed);
+        bytes_each = double(m_bytes - before) / double(places.size());
+        place_s = placed - start, build_s = seconds(CLOCK_MONOTONIC) - placed;
     }
+    double bytes_each = 0, place_s = 0, build_s = 0; // of the instances
     void trace(const std::vector<Ray>& rays, std::vector<float>& t) const {
         RTCIntersectContext context;
         rtcInitIntersectContext(&context);
@@ -149,6 +149,7 @@ std::vector<Ray> bounce_rays(const std::vector<Ray>& rays, const std::vector<Ins
 int main(int argc, char** argv) {
     size_t instances = 1000000, count = 262144;
     int rounds = 5;
+    bool json = false;
     for (int i = 1; i < argc; i++) {
         const auto value = [&](const char* name) {
             const size_t n = std::strlen(name);
@@ -160,6 +161,8 @@ int main(int argc, char** argv) {
             count = size_t(std::atol(v));
         else if (const char* v = value("--rounds="))
             rounds = std::max(1, std::atoi(v));
+        else if (std::strcmp(argv[i], "--json") == 0)
+            json = true;
     }
     const oneapi::tbb::global_control two(oneapi::tbb::global_control::max_allowed_parallelism, 2);
     const std::vector<TestGrid> grids = ball(2, 16, 1, 0.25f, 4);
@@ -178,10 +181,19 @@ int main(int argc, char** argv) {
         root = world.add(places);
         built.push_back(seconds(CLOCK_MONOTONIC) - start);
     }
-    std::printf(
-        "%zu instances of %zu bytes\n%-16s %6.1f bytes an instance, transform included; %.3f s to build\n",
-        instances, tree.size(), "pages", double(world.level_bytes()) / double(instances), median(built));
     const Embree embree(grids, lattice, places);
+    const double bytes_each = double(world.level_bytes()) / double(instances);
+    if (json)
+        std::printf(
+            "{\"instances\": %zu, \"bytes_each\": %.2f, \"build_s\": %.4f, \"embree_bytes_each\": %.2f, "
+            "\"embree_place_s\": %.4f, \"embree_build_s\": %.4f}\n",
+            instances, bytes_each, median(built), embree.bytes_each, embree.place_s, embree.build_s);
+    else
+        std::printf(
+            "%zu instances of %zu bytes\n%-16s %6.1f bytes an instance, transform included; %.3f s to "
+            "build\n%-16s %6.1f bytes an instance, %.3f s to place, %.3f s to build\n",
+            instances, tree.size(), "pages", bytes_each, median(built), "Embree robust", embree.bytes_each,
+            embree.place_s, embree.build_s);
 
     const double side = std::sqrt(double(instances)) * 2.5;
     EverythingIsThere everything;
@@ -205,6 +217,17 @@ int main(int argc, char** argv) {
             found += hits[i].hit.found();
             differ += hits[i].hit.found() != std::isfinite(t[i]) ||
                       (std::isfinite(t[i]) && std::abs(hits[i].hit.t - t[i]) > 1e-3f * (1 + t[i]));
+        }
+        if (json) {
+            std::printf("{\"rays\": \"%s\", \"count\": %zu, \"differ\": %zu", name, rays.size(), differ);
+            for (const auto& [tracer, ns] : {std::pair("pages", &ours), std::pair("embree", &theirs)}) {
+                std::printf(", \"%s_ns\": [", tracer);
+                for (size_t k = 0; k < ns->size(); k++)
+                    std::printf("%s%.2f", k == 0 ? "" : ", ", (*ns)[k]);
+                std::printf("]");
+            }
+            std::printf("}\n");
+            continue;
         }
         std::printf("%-9s %8zu rays, %8zu hit, %5zu differ: pages %7.1f ns, Embree %7.1f ns, ratio %.2f\n",
                     name, rays.size(), found, differ, median(ours), median(theirs),

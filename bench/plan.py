@@ -11,6 +11,7 @@ import delayed
 import dicing
 import edits
 import hair
+import hierarchy
 import lanes
 import lights
 import networks
@@ -69,6 +70,8 @@ def parts(peers: list[str] | None = None) -> list[Part]:
         Part("lanes", "", lanes.measure, 160),
         Part("delayed", "", delayed.measure, 40),
     ]
+    made += [Part("hierarchy", scene, about(hierarchy.measure, scene), 30, scene == "mesh") for scene in hierarchy.SCENES]
+    made += [Part("instances", "", hierarchy.instances, 60)]
     made += [Part("hair", kind, about(hair.measure, kind), 90) for kind in ("linear", "cubic")]
     made += [Part("edits", "", edits.measure, 60)]
     made += [Part("store", scene, about(storing.measure, scene), 60, scene == "shading") for scene in storing.SCENES]

@@ -32,6 +32,12 @@ HEADINGS = {
     "agreement": ("The same picture?", ""),
     "micropolygons": ("Micropolygons", ""),
     "dice": ("Dicing", "Evaluated, joined, simplified; no displacement, no shading."),
+    "hierarchy": (
+        "Rays through pages",
+        "Pages of src/hierarchy beside Embree on the same vertices; camera rays go to Embree in packets of eight.",
+    ),
+    "hierarchy-bytes": ("Pages: memory and building", ""),
+    "instances": ("A million instances", ""),
     "rib": ("Reading RIB", ""),
     "hair": ("Hair", ""),
     "delayed": ("Delayed archives", ""),

@@ -116,6 +116,50 @@ def dice(results: Results) -> str:
     return table(["one thread", "vertices", "micropolygons", "traced", "CPU", "vertices a second"], rows)
 
 
+def hierarchy(results: Results) -> str:
+    rows = []
+    for scene, found in results.of("hierarchy"):
+        for rays in found["rays"]:
+            robust = [intervals.Interval(**r) for name, r in rays["against"].items() if name.endswith("robust")]
+            best = min((intervals.Interval(**r) for r in rays["against"].values()), key=lambda r: -r.value)
+            rows.append(
+                [scene, rays["name"], f"{rays['ns']:.0f} ns", times(robust[0]), times(robust[-1]), times(best)]
+            )
+    heads = ["", "rays", "pages", "of Embree GRID (meshes: TRIANGLE), robust", "of QUAD, robust", "of the fastest"]
+    return table(heads, rows)
+
+
+def hierarchy_bytes(results: Results) -> str:
+    rows = [
+        [
+            scene,
+            each["tracer"],
+            f"{each['primitives'] / 1e6:.2f} M",
+            f"{each['bytes_each']:.1f}",
+            f"{each['positions_each']:.1f}" if each["positions_each"] else "included",
+            f"{each['build_ms']:.0f} ms",
+        ]
+        for scene, found in results.of("hierarchy")
+        for each in found["tracers"]
+        if "robust" in each["tracer"] or not each["tracer"].startswith("Embree")
+    ]
+    return table(["", "", "cells or triangles", "bytes each", "positions", "built in"], rows)
+
+
+def instances(results: Results) -> str:
+    rows = []
+    for _, found in results.of("instances"):
+        level = found["level"]
+        theirs = level["embree_place_s"] + level["embree_build_s"]
+        ratio = f"{level['build_s'] / theirs:.2f}×"
+        rows.append(["bytes an instance", f"{level['bytes_each']:.1f}", f"{level['embree_bytes_each']:.1f}", ""])
+        rows.append(["built in", f"{level['build_s']:.2f} s", f"{theirs:.2f} s", ratio])
+        for rays in found["rays"]:
+            ours, others = (statistics.median(rays[f"{tracer}_ns"]) for tracer in ("pages", "embree"))
+            rows.append([rays["rays"], f"{ours:.0f} ns", f"{others:.0f} ns", times(intervals.Interval(**rays["ratio"]))])
+    return table(["", "pages", "Embree, robust", ""], rows)
+
+
 def rib(results: Results) -> str:
     rows = [
         [
@@ -320,6 +364,9 @@ TABLES: dict[str, Callable[[Results], str]] = {
         agreement,
         micropolygons,
         dice,
+        hierarchy,
+        hierarchy_bytes,
+        instances,
         rib,
         hair,
         delayed,

@@ -25,6 +25,7 @@ struct Job {
     scene::Delayed* delayed;
     uint64_t memory, page_memory; // bytes that there are, and that pages are kept in
     size_t store_window;
+    uint64_t pages_from;
     store::DiskStore::Settings store; // no folder = none
     float shading_rate;
     bool may_face; // nobody chose an integrator

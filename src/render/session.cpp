@@ -33,6 +33,7 @@ Job job_of(const scene::Scene& scene, const Overrides& o, Journal& journal, Stat
             .memory = o.memory ? *o.memory : machine_memory(),
             .page_memory = 0,
             .store_window = o.store_window,
+            .pages_from = o.pages_from,
             .store = o.store ? *o.store : store::store_settings_of_environment(),
             .shading_rate = o.shading_rate.value_or(1.0f),
             .may_face = !o.options.has("integrator") && scene.options.integrator == "path" &&

@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/progress.h"
 #include "base/stats.h"
+#include "bvh/bvh.h"
 #include "film/film.h"
 #include "scene/delayed.h"
 #include "scene/schema/options.h"
@@ -28,8 +29,9 @@ struct Overrides {
     std::optional<uint64_t> memory;    // bytes that there are; unset = the machine's
     std::optional<uint64_t>
         page_memory; // bytes of pages that are kept for update(); unset = a quarter of that
-    std::optional<store::DiskStore::Settings> store;   // unset = the environment's; no folder = none
-    size_t store_window = store::Store::LargestWindow; // words; less, for tests of what lies beyond
+    std::optional<store::DiskStore::Settings> store;      // unset = the environment's; no folder = none
+    size_t store_window = store::Store::LargestWindow;    // words; less, for tests of what lies beyond
+    uint64_t pages_from = bvh::Scene::Build().pages_from; // polygons; less, for tests of small scenes
 };
 
 // A picture of a scene, and what it was made from: prepared once, traced in steps, developed whenever

@@ -178,7 +178,8 @@ void World::build_bvh() {
             m_geometry->store, m_geometry->groups,
             bvh::Scene::Build{.compact = m_job.stats->count.traced_polygons > 1000000,
                               .watertight = m_job.options.watertight,
-                              .cancelled = m_job.progress->cancelled});
+                              .cancelled = m_job.progress->cancelled,
+                              .pages_from = m_job.pages_from});
         m_bvh->clip(m_clips, times);
     }
     m_bvh->watch_by(m_on_demand ? m_on_demand->watch() : nullptr);
