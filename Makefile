@@ -1,7 +1,7 @@
 # Kanuka: `make render` and `make test` do everything from a fresh Debian 12 on. `make help` lists the rest.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup quick build wheel render test lint sanitize format bench bench-quick bench-setup clean
+.PHONY: help setup quick build wheel render manual test lint sanitize format bench bench-quick bench-setup clean
 
 BUILD ?= build
 JOBS ?= $(shell nproc)
@@ -36,6 +36,9 @@ wheel: setup    ## make a wheel of the package in out (compiles in build-wheel, 
 render: quick   ## render SCENE (the showcase) to out/*.exr and out/*.png
 	@mkdir -p out
 	$(KANUKA) render $(SCENE) -o $(PICTURE) --png
+
+manual: quick   ## make the manual as a site in out/manual, with a gallery that is rendered now (minutes)
+	$(PY) -m mkdocs build --strict --config-file manual/mkdocs.yml
 
 test: build     ## all tests: C++ and Python
 	@tools/run_tests.sh $(BUILD) $(JOBS)

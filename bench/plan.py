@@ -70,7 +70,9 @@ def parts(peers: list[str] | None = None) -> list[Part]:
         Part("lanes", "", lanes.measure, 160),
         Part("delayed", "", delayed.measure, 40),
     ]
-    made += [Part("hierarchy", scene, about(hierarchy.measure, scene), 30, scene == "mesh") for scene in hierarchy.SCENES]
+    made += [
+        Part("hierarchy", scene, about(hierarchy.measure, scene), 30, scene == "mesh") for scene in hierarchy.SCENES
+    ]
     made += [Part("instances", "", hierarchy.instances, 60)]
     made += [Part("hair", kind, about(hair.measure, kind), 90) for kind in ("linear", "cubic")]
     made += [Part("edits", "", edits.measure, 60)]

@@ -122,9 +122,7 @@ def hierarchy(results: Results) -> str:
         for rays in found["rays"]:
             robust = [intervals.Interval(**r) for name, r in rays["against"].items() if name.endswith("robust")]
             best = min((intervals.Interval(**r) for r in rays["against"].values()), key=lambda r: -r.value)
-            rows.append(
-                [scene, rays["name"], f"{rays['ns']:.0f} ns", times(robust[0]), times(robust[-1]), times(best)]
-            )
+            rows.append([scene, rays["name"], f"{rays['ns']:.0f} ns", times(robust[0]), times(robust[-1]), times(best)])
     heads = ["", "rays", "pages", "of Embree GRID (meshes: TRIANGLE), robust", "of QUAD, robust", "of the fastest"]
     return table(heads, rows)
 
@@ -156,7 +154,9 @@ def instances(results: Results) -> str:
         rows.append(["built in", f"{level['build_s']:.2f} s", f"{theirs:.2f} s", ratio])
         for rays in found["rays"]:
             ours, others = (statistics.median(rays[f"{tracer}_ns"]) for tracer in ("pages", "embree"))
-            rows.append([rays["rays"], f"{ours:.0f} ns", f"{others:.0f} ns", times(intervals.Interval(**rays["ratio"]))])
+            rows.append(
+                [rays["rays"], f"{ours:.0f} ns", f"{others:.0f} ns", times(intervals.Interval(**rays["ratio"]))]
+            )
     return table(["", "pages", "Embree, robust", ""], rows)
 
 

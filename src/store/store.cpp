@@ -165,8 +165,12 @@ void Store::move_vertices(int shape, const std::function<Vec3f(const Vec3f&)>& t
     const auto move_emitter = [&](size_t a, size_t b, size_t c) {
         e->p0 = at(a), e->e1 = at(b) - e->p0, e->e2 = at(c) - e->p0;
         const float area = 0.5f * length(cross(e->e1, e->e2));
-        e->power = e->area > 0 ? e->power * (area / e->area) : e->power;
-        e->area = std::isfinite(area) ? area : 0;
+        if (std::isfinite(area) && area > 0 && e->area > 0) {
+            e->scale *= e->area / area; // it keeps its power
+            e->area = area;
+        } else {
+            e->area = e->power = 0;
+        }
         e++;
     };
     if (!mesh) {

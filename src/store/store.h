@@ -221,8 +221,8 @@ class Store {
     const std::vector<Links>& links() const { return m_links; } // 0 = the default
     const Links& links_of(int shape) const { return m_links[size_t(m_shapes[size_t(shape)].links)]; }
     const std::vector<ShapeRecord>& shapes() const { return m_shapes; }
-    // Gives the traced vertices of a still shape, no fibre, new places: to(place). What it emits goes along.
-    // Thread safety: for different shapes at the same time.
+    // Gives the traced vertices of a still shape, no fibre, new places: to(place). Emitters go along and keep
+    // their power. Thread safety: for different shapes at the same time.
     void move_vertices(int shape, const std::function<Vec3f(const Vec3f&)>& to);
     const LargeVector<Emitter>& emitters() const { return m_emitters; }
     uint64_t grid_bytes() const { return m_grid_bytes; }
