@@ -36,7 +36,6 @@ HEADINGS = {
         "Rays through pages",
         "Pages of src/hierarchy beside Embree on the same vertices; camera rays go to Embree in packets of eight.",
     ),
-    "hierarchy-bytes": ("Pages: memory and building", ""),
     "instances": ("A million instances", ""),
     "rib": ("Reading RIB", ""),
     "hair": ("Hair", ""),

@@ -229,11 +229,11 @@ void PageScene::find_occluded(std::span<const RayPacket<W>> packets, std::span<M
     }
 }
 
-#define KANUKA_QUERIES(W)                                                                                    \
-    template void PageScene::intersect<W>(std::span<const RayPacket<W>>, std::span<HitPacket<W>>) const;     \
-    template void PageScene::find_occluded<W>(std::span<const RayPacket<W>>, std::span<Mask<W>>) const;
-KANUKA_QUERIES(1)
-KANUKA_QUERIES(8)
-KANUKA_QUERIES(16)
+template void PageScene::intersect<1>(std::span<const RayPacket<1>>, std::span<HitPacket<1>>) const;
+template void PageScene::intersect<8>(std::span<const RayPacket<8>>, std::span<HitPacket<8>>) const;
+template void PageScene::intersect<16>(std::span<const RayPacket<16>>, std::span<HitPacket<16>>) const;
+template void PageScene::find_occluded<1>(std::span<const RayPacket<1>>, std::span<Mask<1>>) const;
+template void PageScene::find_occluded<8>(std::span<const RayPacket<8>>, std::span<Mask<8>>) const;
+template void PageScene::find_occluded<16>(std::span<const RayPacket<16>>, std::span<Mask<16>>) const;
 
 } // namespace kanuka::bvh

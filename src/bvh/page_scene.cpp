@@ -1,6 +1,7 @@
 #include "bvh/page_scene.h"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 
 #include "base/tasks.h"
@@ -53,16 +54,28 @@ class CellCorners {
     std::map<std::pair<int, int>, std::vector<uint32_t>> m_of_size;
 };
 
-// Which groups are reached from the world by instances that stand still.
-std::vector<bool> still_groups(std::span<const GroupDesc> groups) {
-    std::vector<bool> reached(groups.size());
-    reached.back() = true;
-    for (size_t g = groups.size(); g-- > 0;)
-        if (reached[g])
-            for (const auto& in : groups[g].instances)
-                if (in.stands_still())
-                    reached[size_t(in.group)] = true;
-    return reached;
+// Of what pages may have, 2 GiB each, at the most that a polygon or an instance takes.
+constexpr uint64_t MostBytes = uint64_t(1) << 31;
+constexpr uint64_t BytesACell = 24, BytesATriangle = 48, BytesAnInstance = 88;
+
+struct Reach { // of a group, from the world on by instances that stand still
+    bool reached = false;
+    uint64_t places = 0; // the most in one other group
+};
+std::vector<Reach> reach_of(std::span<const GroupDesc> groups) {
+    std::vector<Reach> all(groups.size());
+    all.back().reached = true;
+    for (size_t g = groups.size(); g-- > 0;) {
+        uint64_t places = 0;
+        for (const auto& in : groups[g].instances)
+            if (all[g].reached && in.stands_still()) {
+                places += in.transforms.size() / 12;
+                all[size_t(in.group)].reached = true;
+            }
+        for (const auto& in : groups[g].instances)
+            all[size_t(in.group)].places = std::max(all[size_t(in.group)].places, places);
+    }
+    return all;
 }
 
 } // namespace
@@ -71,10 +84,12 @@ PageScene::PageScene(store::Store& store, std::span<const GroupDesc> groups, uin
     : m_store(store), m_groups(groups.size()) {
     if (groups.empty())
         return;
-    const std::vector<bool> reached = still_groups(groups);
-    for (size_t g = 0; g < groups.size(); g++)
-        if (reached[g])
-            build_group(store, groups, g, least);
+    const std::vector<Reach> reach = reach_of(groups);
+    for (size_t g = 0; g < groups.size(); g++) {
+        const bool fits = reach[g].places * BytesAnInstance < MostBytes;
+        if (reach[g].reached)
+            build_group(store, groups, g, fits ? least : std::numeric_limits<uint64_t>::max());
+    }
     m_root = m_groups.back().root;
 }
 
@@ -85,16 +100,19 @@ void PageScene::build_group(store::Store& store, std::span<const GroupDesc> desc
     group.slots = desc.slots;
     const SolidTrees trees(desc.solids);
     std::vector<int> shapes;
-    uint64_t polygons = 0;
+    uint64_t polygons = 0, bytes = 0;
     for (const auto& range : desc.shapes)
         for (int s = range.first; s < range.first + range.count; s++) {
             const store::ShapeRecord& shape = store.shapes()[size_t(s)];
             if (!can_hold(shape, trees.bounded_by(range.solid)))
                 continue;
             shapes.push_back(s);
-            polygons += is_mesh(shape) ? uint64_t(shape.mv) : uint64_t(shape.mu) * uint64_t(shape.mv);
+            const uint64_t count =
+                is_mesh(shape) ? uint64_t(shape.mv) : uint64_t(shape.mu) * uint64_t(shape.mv);
+            polygons += count;
+            bytes += is_mesh(shape) || has_few_cells(shape) ? 2 * count * BytesATriangle : count * BytesACell;
         }
-    if (!shapes.empty() && polygons >= least)
+    if (!shapes.empty() && polygons >= least && bytes < MostBytes)
         build_own(store, group, shapes);
 
     std::vector<hierarchy::Placements> level;
