@@ -150,14 +150,19 @@ template <int W>
 void Scene::intersect(std::span<const RayPacket<W>> rays, std::span<HitPacket<W>> hits) const {
     const bool embree = m_impl->embree().scene;
     without_clipped<W>(rays, m_impl->planes, m_impl->plane_times, [&](auto kept, size_t first) {
-        m_impl->pages->intersect<W>(kept, hits.subspan(first, kept.size()));
+        const std::span<HitPacket<W>> found = hits.subspan(first, kept.size());
+        if (!embree || !m_impl->pages->empty())
+            m_impl->pages->intersect<W>(kept, found);
         for (size_t i = 0; embree && i < kept.size(); i++) {
-            HitPacket<W>& found = hits[first + i];
+            if (m_impl->pages->empty()) {
+                intersect_embree(kept[i], found[i]);
+                continue;
+            }
             RayPacket<W> left = kept[i];
-            left.t_max = found.t;
+            left.t_max = found[i].t;
             HitPacket<W> later;
             intersect_embree(left, later);
-            take_hits(found, later);
+            take_hits(found[i], later);
         }
     });
     for (size_t i = 0; i < rays.size(); i++) {
@@ -181,12 +186,18 @@ template <int W>
 void Scene::find_occluded(std::span<const RayPacket<W>> rays, std::span<Mask<W>> hidden) const {
     const bool embree = m_impl->embree().scene;
     without_clipped<W>(rays, m_impl->planes, m_impl->plane_times, [&](auto kept, size_t first) {
-        m_impl->pages->find_occluded<W>(kept, hidden.subspan(first, kept.size()));
+        const std::span<Mask<W>> found = hidden.subspan(first, kept.size());
+        if (!embree || !m_impl->pages->empty())
+            m_impl->pages->find_occluded<W>(kept, found);
         for (size_t i = 0; embree && i < kept.size(); i++) {
+            if (m_impl->pages->empty()) {
+                found[i] = occluded_embree(kept[i]);
+                continue;
+            }
             RayPacket<W> left = kept[i];
-            left.active &= !hidden[first + i];
+            left.active &= !found[i];
             if (any(left.active))
-                hidden[first + i] |= occluded_embree(left);
+                found[i] |= occluded_embree(left);
         }
     });
     if (m_watch)

@@ -89,6 +89,8 @@ fuzz::Outcome render_text(const std::string& text, bool print) {
         constexpr int Lanes[] = {0, 0, 0, 0, 1, 16, 8, 0};
         overrides.lanes = Lanes[text.size() % std::size(Lanes)];
         overrides.threads = text.size() % 5 == 0 ? 3 : 1;
+        if (text.size() % 2 == 0) // pages of our own hierarchy, which users have of large groups alone
+            overrides.pages_from = 0;
         overrides.standard_shaders = KANUKA_SOURCE_DIR "/shaders";
         const render::Result result = render::render(scene, overrides, journal, stats, {});
         for (const film::Picture::Channel& c : result.picture.channels)
