@@ -100,19 +100,20 @@ void PageScene::build_group(store::Store& store, std::span<const GroupDesc> desc
     group.slots = desc.slots;
     const SolidTrees trees(desc.solids);
     std::vector<int> shapes;
-    uint64_t polygons = 0, bytes = 0;
+    uint64_t cells = 0, bytes = 0;
     for (const auto& range : desc.shapes)
         for (int s = range.first; s < range.first + range.count; s++) {
             const store::ShapeRecord& shape = store.shapes()[size_t(s)];
             if (!can_hold(shape, trees.bounded_by(range.solid)))
                 continue;
             shapes.push_back(s);
+            const bool as_mesh = is_mesh(shape) || has_few_cells(shape);
             const uint64_t count =
                 is_mesh(shape) ? uint64_t(shape.mv) : uint64_t(shape.mu) * uint64_t(shape.mv);
-            polygons += count;
-            bytes += is_mesh(shape) || has_few_cells(shape) ? 2 * count * BytesATriangle : count * BytesACell;
+            cells += as_mesh ? 0 : count;
+            bytes += as_mesh ? 2 * count * BytesATriangle : count * BytesACell;
         }
-    if (!shapes.empty() && polygons >= least && bytes < MostBytes)
+    if (!shapes.empty() && cells >= least && bytes < MostBytes)
         build_own(store, group, shapes);
 
     std::vector<hierarchy::Placements> level;

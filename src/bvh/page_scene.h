@@ -12,8 +12,8 @@ namespace kanuka::bvh {
 
 class PageScene {
   public:
-    // Groups of fewer cells and faces than `least` are left out. Vertices are moved to where pages have them,
-    // in the store too. In parallel; the same bytes for any number of threads.
+    // Groups whose grids have fewer cells than `least` are left out. Vertices are moved to where pages have
+    // them, in the store too. In parallel; the same bytes for any number of threads.
     PageScene(store::Store& store, std::span<const GroupDesc> groups, uint64_t least);
     PageScene(const PageScene&) = delete;
 

@@ -31,7 +31,7 @@ struct Overrides {
         page_memory; // bytes of pages that are kept for update(); unset = a quarter of that
     std::optional<store::DiskStore::Settings> store;      // unset = the environment's; no folder = none
     size_t store_window = store::Store::LargestWindow;    // words; less, for tests of what lies beyond
-    uint64_t pages_from = bvh::Scene::Build().pages_from; // polygons; less, for tests of small scenes
+    uint64_t pages_from = bvh::Scene::Build().pages_from; // cells; less, for tests of small scenes
 };
 
 // A picture of a scene, and what it was made from: prepared once, traced in steps, developed whenever
