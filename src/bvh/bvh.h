@@ -111,9 +111,9 @@ class Scene {
         bool watertight = true; // no ray passes between polygons that share an edge; a fifth of the speed
         std::function<bool()> cancelled = {}; // asked on any thread while it is built
         // Groups whose grids have so many cells lie in pages of our own, with all that is in them. Smaller
-        // ones Embree traces faster, and meshes alone it builds faster (docs/hierarchy.md, "In the
-        // renderer").
-        uint64_t pages_from = uint64_t(1) << 18;
+        // ones, which caches hold, Embree traces faster, and meshes alone it builds faster
+        // (docs/hierarchy.md, "In the renderer").
+        uint64_t pages_from = uint64_t(1) << 23;
     };
     // The last group is the world. Builds in parallel; throws tasks::Cancelled where it is cancelled.
     // Vertices of the store are moved to where pages have them.
