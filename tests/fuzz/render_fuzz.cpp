@@ -84,13 +84,11 @@ fuzz::Outcome render_text(const std::string& text, bool print) {
         render::Overrides overrides;
         overrides.options.set("resolution", scene::Setting{{16, 12}, {}});
         overrides.options.set("samples", 1);
-        // By the input, so that a kept one runs as it did: mostly as users run it, else other code for the
-        // same.
+        // By the input, so that a kept one runs as it did: mostly as users run it, else other code.
         constexpr int Lanes[] = {0, 0, 0, 0, 1, 16, 8, 0};
         overrides.lanes = Lanes[text.size() % std::size(Lanes)];
         overrides.threads = text.size() % 5 == 0 ? 3 : 1;
-        if (text.size() % 2 == 0) // pages of our own hierarchy, which users have of large groups alone
-            overrides.pages_from = 0;
+        overrides.pages_from = text.size() % 2 == 0 ? 0 : overrides.pages_from; // all in our own pages
         overrides.standard_shaders = KANUKA_SOURCE_DIR "/shaders";
         const render::Result result = render::render(scene, overrides, journal, stats, {});
         for (const film::Picture::Channel& c : result.picture.channels)
