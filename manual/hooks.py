@@ -35,8 +35,16 @@ def scenes() -> dict[str, tuple[Path, str]]:
     return {name: each for name, each in found.items() if "WorldBegin" in each[0].read_text()}
 
 
-def render(name: str, scene: Path, size: str, progressions: int) -> Path:
+def size_of(scene: Path, longest: int) -> str:
+    """In the shape that the scene asks for, by `longest` pixels."""
+    found = re.search(r"^\s*Format\s+(\d+)\s+(\d+)", scene.read_text(), re.M)
+    width, height = (int(found[1]), int(found[2])) if found else (640, 480)
+    return "x".join(str(max(1, round(side * longest / max(width, height)))) for side in (width, height))
+
+
+def render(name: str, scene: Path, longest: int, progressions: int) -> Path:
     """The picture of a scene; rendered where there is none that is newer than it."""
+    size = size_of(scene, longest)
     picture = ROOT / "build" / "manual" / f"{name}-{size}-{progressions}.png"
     if picture.exists() and picture.stat().st_mtime > scene.stat().st_mtime:
         return picture
@@ -63,7 +71,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     for name, (scene, about) in scenes().items():
         if name not in asked.get("scenes", [name]):
             continue
-        picture = render(name, scene, asked["size"], asked["progressions"])
+        picture = render(name, scene, asked["longest"], asked["progressions"])
         add(f"gallery/{name}.png", picture.read_bytes())
         gallery.append(f"![{about}](gallery/{name}.png)\n\n{about}: `{scene.relative_to(ROOT)}`\n")
     add("gallery.md", "\n".join(gallery))

@@ -17,7 +17,7 @@ import kanuka  # noqa: E402
 
 
 def test_the_site_is_built_without_a_warning(tmp_path):
-    gallery = {"size": "48x27", "progressions": 1, "scenes": ["cornell", "shapes"]}
+    gallery = {"longest": 48, "progressions": 1, "scenes": ["cornell", "shapes"]}
     file = str(ROOT / "manual" / "mkdocs.yml")
     commands.build(config.load_config(file, strict=True, site_dir=str(tmp_path), extra={"gallery": gallery}))
     front = (tmp_path / "index.html").read_text()

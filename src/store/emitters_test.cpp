@@ -59,6 +59,43 @@ TEST(Emitters, MeshesSplitTheirQuads) {
     }
 }
 
+// Twice as large: four times the area, a quarter of the radiance, so the same power; corners as they were
+// made.
+TEST(Emitters, KeepTheirPowerWhereTheirVerticesAreMoved) {
+    const auto program = lamp_program();
+    const Vec3f points[] = {{0, 0, 0}, {2, 0, 0}, {2, 1, 0}, {0, 1, 0}, {3, 0, 0}, {3, 1, 0}};
+    for (const int n : {0, 3, 4}) { // a grid; triangles; quads
+        HandMade made(5, n == 0 ? 2 : 0, program);
+        made.set_uniform(3, {0.5f, 0, 0});
+        for (int i = 0; i < made.grid.vertices(); i++)
+            made.at(2, 0, i) = made.at(2, 1, i) = made.at(2, 2, i) = float(1 + i % 3);
+        if (n > 0) {
+            for (int i = 0; i < 6; i++)
+                for (int c = 0; c < 3; c++)
+                    made.grid.P[size_t(c * made.grid.stride + i)] = points[i][c];
+            made.is_mesh = true;
+            made.mesh.vertices_per_face = n;
+            made.mesh.indices = n == 4 ? std::vector<uint32_t>{0, 1, 2, 3, 1, 4, 5, 2}
+                                       : std::vector<uint32_t>{0, 1, 2, 1, 4, 5};
+        }
+        Store store;
+        store.add_page(encode_one(made, program), program, -1);
+        const std::vector<Emitter> before(store.emitters().begin(), store.emitters().end());
+        ASSERT_FALSE(before.empty());
+        store.move_vertices(0, [](const Vec3f& p) { return p * 2.0f; });
+        for (size_t i = 0; i < before.size(); i++) {
+            const Emitter &a = before[i], &b = store.emitters()[i];
+            EXPECT_GT(a.power, 0);
+            EXPECT_FLOAT_EQ(b.area, 4 * a.area);
+            EXPECT_FLOAT_EQ(b.scale, a.scale / 4);
+            EXPECT_EQ(b.power, a.power);
+            EXPECT_EQ(b.p0, a.p0 * 2.0f);
+            EXPECT_EQ(b.e1, a.e1 * 2.0f);
+            EXPECT_EQ(b.e2, a.e2 * 2.0f);
+        }
+    }
+}
+
 TEST(Emitters, ShineWhereNormalsPoint) {
     const auto program = lamp_program();
     HandMade made(1, 1, program);
