@@ -50,8 +50,8 @@ class Sink {
 };
 
 template <hierarchy::Query Asked, class Filter>
-void trace(const hierarchy::World& world, uint32_t root, std::span<const hierarchy::Ray> rays, Filter& filter,
-           Sink& sink) {
+void trace_by(const hierarchy::World& world, uint32_t root, std::span<const hierarchy::Ray> rays,
+              Filter& filter, Sink& sink) {
     const auto done = [&](size_t i, const hierarchy::Hit& hit, const hierarchy::InstancePath& path) {
         sink.take(i, hit, path);
     };
@@ -61,6 +61,17 @@ void trace(const hierarchy::World& world, uint32_t root, std::span<const hierarc
         RayQueue<8, Asked, Filter>(page, rays, filter).run(done);
     else
         RayQueue<8, Asked, Filter, hierarchy::MostNesting + 1>(page, rays, filter, world.pages()).run(done);
+}
+
+// `presence`: null = everything is there.
+template <hierarchy::Query Asked, class Presence>
+void trace(const hierarchy::World& world, uint32_t root, std::span<const hierarchy::Ray> rays,
+           Presence* presence, Sink& sink) {
+    hierarchy::EverythingIsThere everything;
+    if (presence)
+        trace_by<Asked>(world, root, rays, *presence, sink);
+    else
+        trace_by<Asked>(world, root, rays, everything, sink);
 }
 
 } // namespace
@@ -192,13 +203,8 @@ void PageScene::intersect(std::span<const RayPacket<W>> packets, std::span<HitPa
         std::span<const RayPacket<W>> m_packets;
         std::span<HitPacket<W>> m_hits;
     } sink(*this, rays, packets, hits);
-    if (m_partly) {
-        Presence presence(*this, rays);
-        trace<hierarchy::Query::Closest>(m_world, m_root, rays.rays, presence, sink);
-    } else {
-        hierarchy::EverythingIsThere everything;
-        trace<hierarchy::Query::Closest>(m_world, m_root, rays.rays, everything, sink);
-    }
+    Presence presence(*this, rays);
+    trace<hierarchy::Query::Closest>(m_world, m_root, rays.rays, m_partly ? &presence : nullptr, sink);
 }
 
 template <int W>
@@ -220,13 +226,8 @@ void PageScene::find_occluded(std::span<const RayPacket<W>> packets, std::span<M
         const Rays& m_rays;
         std::span<Mask<W>> m_hidden;
     } sink(rays, hidden);
-    if (m_partly) {
-        Presence presence(*this, rays);
-        trace<hierarchy::Query::Any>(m_world, m_root, rays.rays, presence, sink);
-    } else {
-        hierarchy::EverythingIsThere everything;
-        trace<hierarchy::Query::Any>(m_world, m_root, rays.rays, everything, sink);
-    }
+    Presence presence(*this, rays);
+    trace<hierarchy::Query::Any>(m_world, m_root, rays.rays, m_partly ? &presence : nullptr, sink);
 }
 
 template void PageScene::intersect<1>(std::span<const RayPacket<1>>, std::span<HitPacket<1>>) const;
