@@ -18,9 +18,6 @@ bool is_mesh(const store::ShapeRecord& s) {
 const float* positions_of(const store::Store& store, const store::ShapeRecord& s) {
     return store.floats(s) + s.positions;
 }
-hierarchy::GridView grid_view(const store::Store& store, const store::ShapeRecord& s) {
-    return {positions_of(store, s), s.mu, s.mv, std::max(s.nu / std::max(s.mu, 1), s.nv / std::max(s.mv, 1))};
-}
 hierarchy::MeshView mesh_view(const store::Store& store, const store::ShapeRecord& s) {
     return {positions_of(store, s), size_t(s.mu), store.words(s) + s.indices, size_t(s.mv),
             s.flags & store::ShapeRecord::Quads ? 4 : 3};
@@ -30,6 +27,16 @@ hierarchy::MeshView mesh_view(const store::Store& store, const store::ShapeRecor
 bool has_few_cells(const store::ShapeRecord& s) {
     const auto leaves = [](int cells) { return (int64_t(cells) + 3) / 4; };
     return int64_t(s.mu) * s.mv * 10 < leaves(s.mu) * leaves(s.mv) * 16 * 3;
+}
+
+// A lamp that shines in a cone does so about the normals of its facets. Those of few cells are large, and
+// what a step of the lattice turns them by shows in how bright they are: their steps are so much finer.
+constexpr int LampSteps = 64;
+
+hierarchy::GridView grid_view(const store::Store& store, const store::ShapeRecord& s) {
+    const int finer = std::max(s.nu / std::max(s.mu, 1), s.nv / std::max(s.mv, 1));
+    const bool lamp = s.emitter >= 0 && has_few_cells(s);
+    return {positions_of(store, s), s.mu, s.mv, lamp ? finer * LampSteps : finer};
 }
 
 // Cells as quads. Grids of one size have the same corners.

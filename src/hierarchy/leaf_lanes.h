@@ -2,6 +2,8 @@
 // and then of the other. W is 8 or 16; both compute the same bits.
 #pragma once
 
+#include <limits>
+
 #include "base/lanes.h"
 #include "hierarchy/fields.h"
 #include "hierarchy/ray.h"
@@ -28,37 +30,71 @@ uint32_t through(Float<W> a, Float<W> b, Float<W> c) {
     return ((min(min(a, b), c) >= zero) | (max(max(a, b), c) <= zero)).bits();
 }
 
-// Distances along the ray, for lanes of `inside`; takes lanes out that are hit elsewhere than on the ray.
+// A hit of a triangle that is a line as the ray sees it, or a point: the nearest of its edges' that the ray
+// passes through. So it is where the neighbours at those edges have it, and their values go on.
+struct FlatHit {
+    float z = std::numeric_limits<float>::quiet_NaN(); // along the ray: over per_z; NaN = it passes none
+    float u = 0, v = 0;
+};
+inline FlatHit flat_hit(const float (&x)[3], const float (&y)[3], const float (&z)[3], float per_z) {
+    FlatHit best;
+    float nearest = std::numeric_limits<float>::infinity();
+    for (int i = 0; i < 3; i++) {
+        const int k = i == 2 ? 0 : i + 1;
+        if (min(x[i], x[k]) > 0 || max(x[i], x[k]) < 0 || min(y[i], y[k]) > 0 || max(y[i], y[k]) < 0)
+            continue;
+        const float dx = x[k] - x[i], dy = y[k] - y[i];
+        const float along = abs(dx) > abs(dy) ? -x[i] / dx : dy != 0 ? -y[i] / dy : 0;
+        const float depth = z[i] * (1 - along) + z[k] * along, t = depth * per_z;
+        if (t < nearest) {
+            const float weight[3] = {i == 0   ? 1 - along
+                                     : k == 0 ? along
+                                              : 0,
+                                     i == 1   ? 1 - along
+                                     : k == 1 ? along
+                                              : 0,
+                                     i == 2   ? 1 - along
+                                     : k == 2 ? along
+                                              : 0};
+            nearest = t, best = {depth, weight[1], weight[2]};
+        }
+    }
+    return best;
+}
+
+// Where the ray passes through triangles, for lanes of `inside`: distances, weights of the second and third
+// corner. Takes lanes out that are hit elsewhere than on the ray.
 template <int W>
 struct Depths {
-    Float<W> t, sum;
+    Float<W> t, u, v;
     uint32_t hit;
 
     // Weights and depths of the corners.
     Depths(const TracedRay& ray, uint32_t inside, const Seen<W> (&corner)[3], const Float<W> (&weight)[3],
            const Float<W> (&z)[3]) {
-        sum = weight[0] + weight[1] + weight[2];
+        const Float<W> sum = weight[0] + weight[1] + weight[2];
         t = fma(weight[2], z[2], fma(weight[1], z[1], weight[0] * z[0])) * Float<W>(ray.per_z) / sum;
+        u = weight[1] / sum, v = weight[2] / sum;
         const uint32_t flat = inside & (sum == Float<W>(0.0f)).bits();
         if (flat != 0)
-            flatten(ray, flat, inside, corner, z);
+            flatten(ray, flat, corner, z);
         hit = inside & ((t >= Float<W>(ray.t_min)) & (t <= Float<W>(ray.t_max))).bits();
     }
 
   private:
-    // Triangles seen from the side, or so small that their weights round to zero: the ray passes through
-    // where it passes through the box of the corners.
-    void flatten(const TracedRay& ray, uint32_t flat, uint32_t& inside, const Seen<W> (&corner)[3],
-                 const Float<W> (&z)[3]) {
-        const uint32_t x = within(corner[0].x, corner[1].x, corner[2].x),
-                       y = within(corner[0].y, corner[1].y, corner[2].y);
-        inside &= ~flat | (x & y);
-        const Float<W> middle = (z[0] + z[1] + z[2]) * Float<W>(1.0f / 3.0f) * Float<W>(ray.per_z);
-        t = select(sum == Float<W>(0.0f), middle, t);
-    }
-    static uint32_t within(Float<W> a, Float<W> b, Float<W> c) {
-        const Float<W> zero(0.0f);
-        return ((min(min(a, b), c) <= zero) & (max(max(a, b), c) >= zero)).bits();
+    [[gnu::noinline]] void flatten(const TracedRay& ray, uint32_t flat, const Seen<W> (&corner)[3],
+                                   const Float<W> (&z)[3]) {
+        alignas(64) float x[3][W], y[3][W], depth[3][W], of_t[W], of_u[W], of_v[W];
+        for (int c = 0; c < 3; c++)
+            corner[c].x.store(x[c]), corner[c].y.store(y[c]), z[c].store(depth[c]);
+        t.store(of_t), u.store(of_u), v.store(of_v);
+        for (uint32_t m = flat; m != 0; m &= m - 1) {
+            const int i = __builtin_ctz(m);
+            const FlatHit h = flat_hit({x[0][i], x[1][i], x[2][i]}, {y[0][i], y[1][i], y[2][i]},
+                                       {depth[0][i], depth[1][i], depth[2][i]}, ray.per_z);
+            of_t[i] = h.z * ray.per_z, of_u[i] = h.u, of_v[i] = h.v;
+        }
+        t = Float<W>::load(of_t), u = Float<W>::load(of_u), v = Float<W>::load(of_v);
     }
 };
 
@@ -242,15 +278,14 @@ template <int W, class Reader, class Found>
 bool trace_grid_leaf(const Reader& reader, const TracedRay& ray, Found&& found) {
     const GridCells<W> cells(reader, ray);
     const uint32_t present = shape_table.cells[reader.shape()];
-    alignas(64) float t[W], u[W], v[W], sum[W];
-    const auto offer = [&](const Depths<W>& depths, Float<W> to_u, Float<W> to_v, int strip, int second) {
-        depths.t.store(t), depths.sum.store(sum), to_u.store(u), to_v.store(v);
+    alignas(64) float t[W], u[W], v[W];
+    const auto offer = [&](const Depths<W>& depths, int strip, int second) {
+        depths.t.store(t), depths.u.store(u), depths.v.store(v);
         for (uint32_t m = depths.hit; m != 0; m &= m - 1) {
             const int i = __builtin_ctz(m);
-            const float a = sum[i] == 0 ? 1.0f / 3.0f : u[i] / sum[i],
-                        b = sum[i] == 0 ? 1.0f / 3.0f : v[i] / sum[i];
             const uint32_t primitive = uint32_t((strip * W + i) * 2 + second);
-            if (t[i] <= ray.t_max && found(primitive, t[i], second ? 1 - a : a, second ? 1 - b : b))
+            if (t[i] <= ray.t_max &&
+                found(primitive, t[i], second ? 1 - u[i] : u[i], second ? 1 - v[i] : v[i]))
                 return true;
         }
         return false;
@@ -268,13 +303,13 @@ bool trace_grid_leaf(const Reader& reader, const TracedRay& ray, Found&& found) 
         if (first != 0) {
             const Depths<W> depths(ray, first, {c0, c1, c2}, {across, e20, e01},
                                    {cells.template z<0>(s), z1, z2});
-            if (depths.hit != 0 && offer(depths, e20, e01, s, 0))
+            if (depths.hit != 0 && offer(depths, s, 0))
                 return true;
         }
         if (second != 0) {
             const Depths<W> depths(ray, second, {c3, c2, c1}, {back, e13, e32},
                                    {cells.template z<3>(s), z2, z1});
-            if (depths.hit != 0 && offer(depths, e13, e32, s, 1))
+            if (depths.hit != 0 && offer(depths, s, 1))
                 return true;
         }
     }

@@ -228,4 +228,30 @@ TEST(Meshes, TakeFewBytesATriangle) {
     RecordProperty("bytes_a_triangle", std::to_string(bytes));
 }
 
+// As dicing leaves them where an edge was collapsed, and any triangle that is seen from its edge. A ray that
+// passes exactly through one finds the nearest point of it there, with the weights of that point.
+TEST(Meshes, TrianglesThatAreSeenAsLinesAreHitWhereTheyAre) {
+    const Vec3f a(-1, -0.5f, 2), b(1, 0.5f, 3), middle = (a + b) * 0.5f, behind(0.5f, 0.25f, 4);
+    const Vec3f sets[][3] = {{a, b, b}, {a, a, b}, {b, a, b}, {a, middle, b}, {b, middle, a}, {a, behind, b}};
+    for (const auto& corners : sets) {
+        TestMesh m;
+        for (const Vec3f& p : corners)
+            m.positions.insert(m.positions.end(), {p.x, p.y, p.z});
+        m.corners = {0, 1, 2};
+        const Built built({m});
+        for (int k = -2; k <= 10; k++) {
+            const Vec3f at = lerp(float(k) / 8, a, b);
+            const Ray r{{at.x, at.y, -1}, 0, {0, 0, 2}};
+            Hit h;
+            closest(built.memory.page(), {&r, 1}, {&h, 1});
+            ASSERT_EQ(h.found(), k >= 0 && k <= 8) << k;
+            if (!h.found())
+                continue;
+            EXPECT_FLOAT_EQ(h.t, (at.z + 1) / 2);
+            const Vec3f hit = corners[0] * (1 - h.u - h.v) + corners[1] * h.u + corners[2] * h.v;
+            EXPECT_LT(length(hit - at), 1e-6f);
+        }
+    }
+}
+
 } // namespace kanuka::hierarchy::testing

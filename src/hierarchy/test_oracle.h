@@ -100,10 +100,29 @@ class Oracle {
             return false;
         const float sum = U + V + W, per_z = 1 / m_ray.d[m_z];
         if (sum == 0) {
-            if (std::min({a.x, b.x, c.x}) > 0 || std::max({a.x, b.x, c.x}) < 0 ||
-                std::min({a.y, b.y, c.y}) > 0 || std::max({a.y, b.y, c.y}) < 0)
+            // A line or a point: of the edges that the ray passes through, the one that is nearest there.
+            const Corner* const corners[3] = {&a, &b, &c};
+            t = INFINITY;
+            for (int first = 0; first < 3; first++) {
+                const int second = (first + 1) % 3;
+                const Corner &p = *corners[first], &q = *corners[second];
+                if (std::min(p.x, q.x) > 0 || std::max(p.x, q.x) < 0 || std::min(p.y, q.y) > 0 ||
+                    std::max(p.y, q.y) < 0)
+                    continue;
+                float s = 0; // of the way from p to q
+                if (std::abs(q.x - p.x) > std::abs(q.y - p.y))
+                    s = -p.x / (q.x - p.x);
+                else if (q.y != p.y)
+                    s = -p.y / (q.y - p.y);
+                const float there = (p.z * (1 - s) + q.z * s) * per_z;
+                if (there < t) {
+                    float weights[3] = {};
+                    weights[first] = 1 - s, weights[second] = s;
+                    t = there, u = weights[1], v = weights[2];
+                }
+            }
+            if (t == INFINITY)
                 return false;
-            t = (a.z + b.z + c.z) * (1.0f / 3.0f) * per_z, u = v = 1.0f / 3.0f;
         } else {
             const float first = U * a.z;
             t = std::fma(W, c.z, std::fma(V, b.z, first)) * per_z / sum, u = V / sum, v = W / sum;

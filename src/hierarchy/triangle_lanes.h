@@ -73,13 +73,11 @@ bool trace_triangle_leaf(const Reader& reader, const TracedRay& ray, Found&& fou
     const Depths<8> depths(ray, inside, seen, weight, z);
     if (depths.hit == 0)
         return false;
-    alignas(32) float t[8], u[8], v[8], sum[8];
-    depths.t.store(t), depths.sum.store(sum), weight[1].store(u), weight[2].store(v);
+    alignas(32) float t[8], u[8], v[8];
+    depths.t.store(t), depths.u.store(u), depths.v.store(v);
     for (uint32_t m = depths.hit; m != 0; m &= m - 1) {
         const int i = __builtin_ctz(m);
-        const bool flat = sum[i] == 0;
-        if (t[i] <= ray.t_max &&
-            found(uint32_t(i), t[i], flat ? 1.0f / 3.0f : u[i] / sum[i], flat ? 1.0f / 3.0f : v[i] / sum[i]))
+        if (t[i] <= ray.t_max && found(uint32_t(i), t[i], u[i], v[i]))
             return true;
     }
     return false;
