@@ -43,6 +43,9 @@ def with_group(call: Callable) -> Callable:
 
 POINTS = {"points": [(0, 0, 0), (1, 0, 0)]}
 CURVE = POINTS | {"counts": [2]}
+LATTICE = {"points": np.zeros((4, 4, 3), np.float32)}
+KNOTS = {"u_knots": [0, 0, 0, 0, 1, 1, 1, 1], "v_knots": [0, 0, 0, 0, 1, 1, 1, 1]}
+BLOB = {"leaves": 1, "code": [1001, 0], "floats": np.eye(4).reshape(-1)}
 
 # For each call, what makes it and what it needs; all else that it takes is in its signature.
 CALLS: dict[str, tuple[Callable, dict[str, object]]] = {
@@ -54,6 +57,13 @@ CALLS: dict[str, tuple[Callable, dict[str, object]]] = {
         with_group(lambda scene, **given: scene.add_group("b").add_instances(**given)),
         {"transforms": MOVING},
     ),
+    "Group.add_blobby": (lambda **given: kanuka.Scene().add_group().add_blobby(**given), BLOB),
+    "Group.add_hyperboloid": (lambda **given: kanuka.Scene().add_group().add_hyperboloid(**given), {}),
+    "Group.add_nurbs": (lambda **given: kanuka.Scene().add_group().add_nurbs(**given), LATTICE | KNOTS),
+    "Group.add_paraboloid": (lambda **given: kanuka.Scene().add_group().add_paraboloid(**given), {}),
+    "Group.add_patches": (lambda **given: kanuka.Scene().add_group().add_patches(**given), LATTICE),
+    "Group.add_solid": (lambda **given: kanuka.Scene().add_group().add_solid(**given), {"kind": "union"}),
+    "Group.add_volume": (lambda **given: kanuka.Scene().add_group().add_volume(**given), {}),
     "Group.add_mesh": (lambda **given: kanuka.Scene().add_group().add_mesh(**given), MESH),
     "Group.add_cone": (lambda **given: kanuka.Scene().add_group().add_cone(**given), {}),
     "Group.add_curves": (lambda **given: kanuka.Scene().add_group().add_curves(**given), CURVE),
@@ -76,6 +86,13 @@ CALLS: dict[str, tuple[Callable, dict[str, object]]] = {
         lambda **given: kanuka.Scene().add_light_shader(**given),
         {"shader": kanuka.Shader("pointlight")},
     ),
+    "Scene.add_blobby": (lambda **given: kanuka.Scene().add_blobby(**given), BLOB),
+    "Scene.add_hyperboloid": (lambda **given: kanuka.Scene().add_hyperboloid(**given), {}),
+    "Scene.add_nurbs": (lambda **given: kanuka.Scene().add_nurbs(**given), LATTICE | KNOTS),
+    "Scene.add_paraboloid": (lambda **given: kanuka.Scene().add_paraboloid(**given), {}),
+    "Scene.add_patches": (lambda **given: kanuka.Scene().add_patches(**given), LATTICE),
+    "Scene.add_solid": (lambda **given: kanuka.Scene().add_solid(**given), {"kind": "union"}),
+    "Scene.add_volume": (lambda **given: kanuka.Scene().add_volume(**given), {}),
     "Scene.add_mesh": (lambda **given: kanuka.Scene().add_mesh(**given), MESH),
     "Scene.add_cone": (lambda **given: kanuka.Scene().add_cone(**given), {}),
     "Scene.add_curves": (lambda **given: kanuka.Scene().add_curves(**given), CURVE),
@@ -94,6 +111,7 @@ CALLS: dict[str, tuple[Callable, dict[str, object]]] = {
     "Session.save": (lambda **given: kanuka.Session(kanuka.Scene()).save(**given), {"path": "state"}),
     "Session.update": (lambda **given: kanuka.Session(kanuka.Scene()).update(**given), {}),
     "Shader": (kanuka.Shader, {"name": "plastic"}),
+    "Solid.add": (lambda **given: kanuka.Scene().add_solid("union").add(**given), {"kind": "union"}),
     "Spectrum.rgb": (lambda **given: kanuka.Spectrum("D65").rgb(**given), {}),
     "Spectrum.xyz": (lambda **given: kanuka.Spectrum("D65").xyz(**given), {}),
     "check_integrator": (kanuka.check_integrator, {"text": "path"}),

@@ -131,6 +131,12 @@ template <class Owner>
 void bind_meshes(nb::class_<Owner>& c);
 template <class Owner>
 void bind_shapes(nb::class_<Owner>& c);
+template <class Owner>
+void bind_patches(nb::class_<Owner>& c);
+template <class Owner>
+void bind_fields(nb::class_<Owner>& c);
+void bind_solids_of(nb::class_<Scene>& scene, nb::class_<Group>& group);
+void bind_solids(nb::module_& m);
 void bind_picture(nb::module_& m);
 void bind_procedurals(nb::module_& m);
 void bind_load(nb::module_& m);

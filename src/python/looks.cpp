@@ -1,8 +1,11 @@
 #include "python/looks.h"
 
+#include <algorithm>
+
 #include <nanobind/stl/vector.h>
 
 #include "python/arrays.h"
+#include "scene/counts.h"
 
 namespace kanuka::python {
 
@@ -29,6 +32,7 @@ constexpr Keyword<Looks> Rows[] = {
     {"reverse_orientation", "bool", "False", "", "turns the outside in", put<&Looks::reverse_orientation>},
     {"times", "Sequence[float] | None", "None", "0 to 1 while the shutter is open",
      "of what moves; None: evenly", as_it_is<&Looks::times>},
+    {"solid", "Solid | None", "None", "", "that it bounds, of Scene.add_solid()", as_it_is<&Looks::solid>},
     {"lights_off", "Sequence[str]", "[]", "names or groups of lights", "that do not shine on it",
      put<&Looks::lights_off>},
     {"shadows_off", "Sequence[str]", "[]", "likewise", "that shine through it", put<&Looks::shadows_off>},
@@ -85,6 +89,34 @@ std::shared_ptr<const scene::Attributes> attributes(const Looks& looks) {
 
 } // namespace
 
+namespace {
+
+// Its number among the solids of where the shape goes. Of a union and the like the shape bounds a part alone.
+int solid_of(nb::handle given, const Place& place) {
+    if (given.is_none())
+        return -1;
+    const Solid& solid = argument<Solid>(given, "solid");
+    if (solid.owner.get() != &place.scene ||
+        solid.group != (place.group ? place.group->id : scene::NodeId::None))
+        throw nb::value_error("solid: it is of another scene or group than the shape");
+    scene::Group* const group = place.now();
+    std::vector<scene::Solid>& all = group ? group->solids : place.scene.scene.solids;
+    const auto found = std::ranges::find(all, solid.id, &scene::Solid::node);
+    if (found == all.end())
+        throw nb::value_error("solid: it was removed from its scene");
+    const int index = int(found - all.begin());
+    if (found->kind == scene::Solid::Kind::Primitive)
+        return index;
+    const scene::Solid part{scene::Solid::Kind::Primitive, index};
+    if (group)
+        place.scene.editor->add(*group, part);
+    else
+        place.scene.editor->add(part);
+    return int(all.size()) - 1;
+}
+
+} // namespace
+
 Looks looks_of(const char* call, const nb::kwargs& given) {
     Looks looks;
     take_keywords(looks, Table, call, given);
@@ -121,6 +153,7 @@ int add(Place place, scene::Primitive primitive, const Looks& looks) {
         motion->places = places;
         primitive.motion = std::move(motion);
     }
+    primitive.solid = solid_of(looks.solid, place);
     scene::Group* const group = place.now();
     primitive.id = place.scene.next_id++;
     scene::Editor& editor = *place.scene.editor;
@@ -151,13 +184,47 @@ nb::list slices(nb::handle array, size_t dimensions) {
     return list;
 }
 
-scene::Value positions(nb::handle points) {
+scene::Value positions(nb::handle points, bool homogeneous) {
     scene::Value P;
-    P.name = "P";
-    P.type = Type::Point;
+    P.name = homogeneous ? "Pw" : "P";
+    P.type = homogeneous ? Type::HPoint : Type::Point;
     P.detail = Detail::Vertex;
-    P.floats = float_rows(points, 3, "points").buffer;
+    P.floats = float_rows(points, homogeneous ? 4 : 3, "points").buffer;
     return P;
+}
+
+int add(Place place, scene::Geometry geometry, const PointPrimvars& given, const Looks& looks) {
+    scene::Primitive primitive;
+    primitive.geometry = std::move(geometry);
+    primitive.primvars.set(positions(given.points[0], given.homogeneous));
+    const size_t vertices = primitive.primvars.values[0].items();
+    if (const auto* curves = std::get_if<scene::Curves>(&primitive.geometry)) {
+        int64_t total = 0;
+        for (const int32_t n : curves->vertices_per_curve)
+            total += n;
+        if (total != int64_t(vertices))
+            throw nb::value_error(("counts: they add up to " + std::to_string(total) + ", but there are " +
+                                   std::to_string(vertices) + " points")
+                                      .c_str());
+    }
+    if (const auto fault = scene::fault_of(primitive.geometry, vertices))
+        throw nb::value_error(fault->c_str());
+    const scene::PrimvarCounts n = scene::primvar_counts(primitive.geometry, vertices);
+    const DetailCount counts[] = {{Detail::Vertex, n.vertex},
+                                  {Detail::Varying, n.varying},
+                                  {Detail::FaceVarying, n.face_varying},
+                                  {Detail::Uniform, n.uniform},
+                                  {Detail::Constant, 1}};
+    if (!given.widths.is_none())
+        primitive.primvars.set(primvar("float width", given.widths, counts, "widths"));
+    if (!given.normals.is_none())
+        primitive.primvars.set(primvar("normal N", slices(given.normals, 2)[0], counts, "normals"));
+    if (!given.uv.is_none())
+        primitive.primvars.set(primvar("float[2] st", given.uv, counts, "uv"));
+    for (auto [key, value] : given.primvars)
+        primitive.primvars.set(primvar(argument<std::string>(key, "primvars: a name"), value, counts));
+    add_shapes(primitive, given.points, given.normals, counts, looks.times);
+    return add(place, std::move(primitive), looks);
 }
 
 void add_shapes(scene::Primitive& primitive, nb::list points, nb::handle normals,
@@ -170,7 +237,7 @@ void add_shapes(scene::Primitive& primitive, nb::list points, nb::handle normals
         throw nb::value_error("normals: expected as many times as points has, or one");
     auto motion = std::make_shared<scene::Motion>();
     for (size_t i = 0; i < at.size(); i++) {
-        scene::Value P = positions(points[i]);
+        scene::Value P = positions(points[i], primitive.primvars.values[0].type == Type::HPoint);
         if (P.floats.size() != primitive.primvars.values[0].floats.size())
             throw nb::value_error("points: they must be as many at all times");
         motion->shapes.push_back({at[i], primitive.geometry, primitive.primvars});

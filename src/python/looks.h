@@ -9,6 +9,7 @@ namespace kanuka::python {
 struct Looks {
     nb::handle material = nb::none(), transform = nb::none(), area_light = nb::none();
     nb::handle times = nb::none(); // of what moves
+    nb::handle solid = nb::none(); // a Solid that it bounds
     std::string name;
     float shading_rate = 1;
     bool visible_camera = true, double_sided = true, reverse_orientation = false;
@@ -32,14 +33,29 @@ Place place(Group& g);
 // Returns its number, as in the picture's "id" layer.
 int add(Place place, scene::Primitive primitive, const Looks& looks);
 
+// A node of a tree of set operations, in the world or a group; made by add_solid().
+struct Solid {
+    std::shared_ptr<Scene> owner;
+    scene::NodeId group, id; // None = the world
+};
+
 // ---- arrays of geometry
 
 // An array with one slice for each time, (T, …), as T arrays; otherwise one.
 nb::list slices(nb::handle array, size_t dimensions);
-// P of one time, (N, 3).
-scene::Value positions(nb::handle points);
+// P of one time, (N, 3); Pw of (N, 4), homogeneous, where that will do.
+scene::Value positions(nb::handle points, bool homogeneous = false);
 // The primitive in every shape that `points` (and `normals`, which may be None) gives for a time.
 void add_shapes(scene::Primitive& primitive, nb::list points, nb::handle normals,
                 std::span<const DetailCount> counts, nb::handle times);
+
+// The arguments of shapes whose points say how many values their primvars have.
+struct PointPrimvars {
+    nb::list points; // at every time
+    bool homogeneous = false;
+    nb::handle widths = nb::none(), normals = nb::none(), uv = nb::none();
+    nb::dict primvars;
+};
+int add(Place place, scene::Geometry geometry, const PointPrimvars& given, const Looks& looks);
 
 } // namespace kanuka::python

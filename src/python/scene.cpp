@@ -243,11 +243,13 @@ void bind_class(nb::class_<Scene>& scene) {
 void bind_scene(nb::module_& m) {
     bind_options(m);
     bind_tables(m);
+    bind_solids(m);
     nb::class_<Group> group(m, "Group",
                             "Geometry that is placed any number of times; made by Scene.add_group().");
     nb::class_<Scene> scene(m, "Scene", "What is rendered: geometry, lights, camera, options.");
     bind_meshes(scene), bind_meshes(group);
     bind_shapes(scene), bind_shapes(group);
+    bind_solids_of(scene, group);
     bind_group(group);
     bind_class(scene);
     bind_nodes_of(scene);

@@ -28,19 +28,27 @@ float positive(float x, const char* name) {
     return x;
 }
 
+std::string signature(const char* call, const char* own) {
+    return "def " + std::string(call) + "(self, " + own + ", *" + looks_signature() + ") -> int";
+}
+
 template <class Owner>
 void bind_quadrics(nb::class_<Owner>& c) {
-    const auto signature = [](const char* call, const char* own) {
-        return "def " + std::string(call) + "(self, " + own + ", *" + looks_signature() + ") -> int";
-    };
-    const std::string sphere = signature("add_sphere", "radius: float = 1");
+    const std::string sphere = signature(
+        "add_sphere",
+        "radius: float = 1, bottom: float | None = None, top: float | None = None, sweep: float = 360");
     define(
         c, "add_sphere",
-        [](Owner& owner, float radius, const nb::kwargs& looks) {
+        [](Owner& owner, float radius, std::optional<float> bottom, std::optional<float> top, float sweep,
+           const nb::kwargs& looks) {
             const float r = positive(radius, "radius");
-            return add_quadric(place(owner), Kind::Sphere, {r, -r, r, 360}, looks_of("add_sphere", looks));
+            return add_quadric(place(owner), Kind::Sphere, {r, bottom.value_or(-r), top.value_or(r), sweep},
+                               looks_of("add_sphere", looks));
         },
-        nb::arg("radius") = 1.0f, nb::arg("looks"), "Adds a sphere about the origin of its own space.",
+        nb::arg("radius") = 1.0f, nb::arg("bottom") = nb::none(), nb::arg("top") = nb::none(),
+        nb::arg("sweep") = 360.0f, nb::arg("looks"),
+        "Adds a sphere about the origin of its own space, or what of it lies between z = bottom and top; "
+        "`sweep` in\ndegrees about the z axis.",
         nb::sig(sphere.c_str()));
     const std::string cylinder = signature(
         "add_cylinder", "radius: float = 1, bottom: float = -1, top: float = 1, sweep: float = 360");
@@ -64,6 +72,10 @@ void bind_quadrics(nb::class_<Owner>& c) {
         nb::arg("radius") = 1.0f, nb::arg("height") = 1.0f, nb::arg("sweep") = 360.0f, nb::arg("looks"),
         "Adds an open cone about the z axis: its rim at z = 0, its tip at z = height.",
         nb::sig(cone.c_str()));
+}
+
+template <class Owner>
+void bind_turned(nb::class_<Owner>& c) {
     const std::string disk =
         signature("add_disk", "radius: float = 1, height: float = 0, sweep: float = 360");
     define(
@@ -74,61 +86,53 @@ void bind_quadrics(nb::class_<Owner>& c) {
         },
         nb::arg("radius") = 1.0f, nb::arg("height") = 0.0f, nb::arg("sweep") = 360.0f, nb::arg("looks"),
         "Adds a disk about the z axis, at z = height.", nb::sig(disk.c_str()));
-    const std::string torus =
-        signature("add_torus", "major: float = 1, minor: float = 0.25, sweep: float = 360");
+    const std::string torus = signature(
+        "add_torus",
+        "major: float = 1, minor: float = 0.25, sweep: float = 360, start: float = 0, end: float = 360");
     define(
         c, "add_torus",
-        [](Owner& owner, float major, float minor, float sweep, const nb::kwargs& looks) {
+        [](Owner& owner, float major, float minor, float sweep, float start, float end,
+           const nb::kwargs& looks) {
             return add_quadric(place(owner), Kind::Torus,
-                               {positive(major, "major"), positive(minor, "minor"), 0, 360, sweep},
+                               {positive(major, "major"), positive(minor, "minor"), start, end, sweep},
                                looks_of("add_torus", looks));
         },
-        nb::arg("major") = 1.0f, nb::arg("minor") = 0.25f, nb::arg("sweep") = 360.0f, nb::arg("looks"),
+        nb::arg("major") = 1.0f, nb::arg("minor") = 0.25f, nb::arg("sweep") = 360.0f, nb::arg("start") = 0.0f,
+        nb::arg("end") = 360.0f, nb::arg("looks"),
         "Adds a torus about the z axis: `major` from there to the middle of the ring, `minor` that of the "
-        "ring.",
+        "ring.\nOf the ring's own circle the part from `start` to `end`, in degrees.",
         nb::sig(torus.c_str()));
+    const std::string paraboloid = signature(
+        "add_paraboloid", "radius: float = 1, bottom: float = 0, top: float = 1, sweep: float = 360");
+    define(
+        c, "add_paraboloid",
+        [](Owner& owner, float radius, float bottom, float top, float sweep, const nb::kwargs& looks) {
+            return add_quadric(place(owner), Kind::Paraboloid,
+                               {positive(radius, "radius"), bottom, top, sweep},
+                               looks_of("add_paraboloid", looks));
+        },
+        nb::arg("radius") = 1.0f, nb::arg("bottom") = 0.0f, nb::arg("top") = 1.0f, nb::arg("sweep") = 360.0f,
+        nb::arg("looks"),
+        "Adds a paraboloid about the z axis, with its tip at the origin: what of it lies between z = bottom "
+        "and top,\nwhere it has that radius.",
+        nb::sig(paraboloid.c_str()));
+    const std::string hyperboloid = signature(
+        "add_hyperboloid", "first: Sequence[float] = (1, 0, -1), second: Sequence[float] = (1, 0, 1), "
+                           "sweep: float = 360");
+    define(
+        c, "add_hyperboloid",
+        [](Owner& owner, nb::handle first, nb::handle second, float sweep, const nb::kwargs& looks) {
+            const Vec3f a = vec3(first, "first"), b = vec3(second, "second");
+            return add_quadric(place(owner), Kind::Hyperboloid, {a.x, a.y, a.z, b.x, b.y, b.z, sweep},
+                               looks_of("add_hyperboloid", looks));
+        },
+        nb::arg("first") = nb::make_tuple(1, 0, -1), nb::arg("second") = nb::make_tuple(1, 0, 1),
+        nb::arg("sweep") = 360.0f, nb::arg("looks"),
+        "Adds the surface that the line from `first` to `second` sweeps about the z axis.",
+        nb::sig(hyperboloid.c_str()));
 }
 
 // ---- curves and points
-
-// Their arguments beside the Looks.
-struct Strands {
-    nb::handle points, widths, normals;
-    nb::dict primvars;
-};
-
-int add_strands(Place place, scene::Geometry geometry, const Strands& given, const Looks& looks) {
-    scene::Primitive primitive;
-    primitive.geometry = std::move(geometry);
-    const nb::list points = slices(given.points, 2);
-    primitive.primvars.set(positions(points[0]));
-    const size_t vertices = primitive.primvars.values[0].items();
-    if (const auto* curves = std::get_if<scene::Curves>(&primitive.geometry)) {
-        int64_t total = 0;
-        for (const int32_t n : curves->vertices_per_curve)
-            total += n;
-        if (total != int64_t(vertices))
-            throw nb::value_error(("counts: they add up to " + std::to_string(total) + ", but there are " +
-                                   std::to_string(vertices) + " points")
-                                      .c_str());
-    }
-    if (const auto fault = scene::fault_of(primitive.geometry, vertices))
-        throw nb::value_error(fault->c_str());
-    const scene::PrimvarCounts n = scene::primvar_counts(primitive.geometry, vertices);
-    const DetailCount counts[] = {{Detail::Vertex, n.vertex},
-                                  {Detail::Varying, n.varying},
-                                  {Detail::FaceVarying, n.face_varying},
-                                  {Detail::Uniform, n.uniform},
-                                  {Detail::Constant, 1}};
-    if (!given.widths.is_none())
-        primitive.primvars.set(primvar("float width", given.widths, counts, "widths"));
-    if (!given.normals.is_none())
-        primitive.primvars.set(primvar("normal N", slices(given.normals, 2)[0], counts, "normals"));
-    for (auto [key, value] : given.primvars)
-        primitive.primvars.set(primvar(argument<std::string>(key, "primvars: a name"), value, counts));
-    add_shapes(primitive, points, given.normals, counts, looks.times);
-    return add(place, std::move(primitive), looks);
-}
 
 scene::Curves curves_of(nb::handle counts, const std::string& basis, bool periodic) {
     scene::Curves curves;
@@ -156,8 +160,9 @@ void bind_strands(nb::class_<Owner>& c) {
         [](Owner& owner, nb::handle points, nb::handle counts, const std::string& basis, bool periodic,
            nb::handle widths, nb::handle normals, nb::dict primvars, const nb::kwargs& looks) {
             const Place where = place(owner);
-            return add_strands(where, curves_of(counts, basis, periodic), {points, widths, normals, primvars},
-                               looks_of("add_curves", looks));
+            return add(where, curves_of(counts, basis, periodic),
+                       {slices(points, 2), false, widths, normals, nb::none(), primvars},
+                       looks_of("add_curves", looks));
         },
         nb::arg("points"), nb::arg("counts"), nb::kw_only(), nb::arg("basis") = "linear",
         nb::arg("periodic") = false, nb::arg("widths") = nb::none(), nb::arg("normals") = nb::none(),
@@ -181,8 +186,8 @@ void bind_strands(nb::class_<Owner>& c) {
                     ("shape: \"" + shape + "\" is not one of \"sphere\", \"disk\", \"patch\"").c_str());
             nb::dict all = nb::borrow<nb::dict>(primvars.attr("copy")());
             all["constant string type"] = nb::str(shape.c_str());
-            return add_strands(where, scene::Points{}, {points, widths, normals, all},
-                               looks_of("add_points", looks));
+            return add(where, scene::Points{}, {slices(points, 2), false, widths, normals, nb::none(), all},
+                       looks_of("add_points", looks));
         },
         nb::arg("points"), nb::kw_only(), nb::arg("shape") = "sphere", nb::arg("widths") = nb::none(),
         nb::arg("normals") = nb::none(), nb::arg("primvars") = nb::dict(), nb::arg("looks"),
@@ -198,7 +203,10 @@ void bind_strands(nb::class_<Owner>& c) {
 template <class Owner>
 void bind_shapes(nb::class_<Owner>& c) {
     bind_quadrics(c);
+    bind_turned(c);
     bind_strands(c);
+    bind_patches(c);
+    bind_fields(c);
 }
 template void bind_shapes(nb::class_<Scene>& c);
 template void bind_shapes(nb::class_<Group>& c);

@@ -86,6 +86,12 @@ Solid& Editor::add(Solid solid) {
     return m_scene.solids.back();
 }
 
+Solid& Editor::add(Group& to, Solid solid) {
+    to.solids.push_back(solid);
+    name_solid(parent(to), to.solids.back(), to.solids.size() - 1);
+    return to.solids.back();
+}
+
 // ---- names --------------------------------------------------------------------------------------------
 
 static const Location& where_of(const auto& node) {

@@ -76,6 +76,7 @@ class Editor {
     // The same, into a group.
     Primitive& add(Group& to, Primitive primitive);
     Group::Instances& add(Group& to, Group::Instances instances);
+    Solid& add(Group& to, Solid solid);
 
     // What the world's nodes are named under from here on, for scenes that are read in parts; numbers of
     // those without a name begin anew.
