@@ -41,6 +41,7 @@ NB_MODULE(_native, m) {
     bind_load(m);
     bind_session(m);
     bind_shader(m);
+    bind_lobe(m);
     bind_store(m);
     bind_texture(m);
 }
