@@ -17,6 +17,7 @@ import lights
 import networks
 import ourselves
 import rib
+import shots
 import side_by_side
 import stages
 import storing
@@ -76,6 +77,7 @@ def parts(peers: list[str] | None = None) -> list[Part]:
     made += [Part("instances", "", hierarchy.instances, 60)]
     made += [Part("hair", kind, about(hair.measure, kind), 90) for kind in ("linear", "cubic")]
     made += [Part("edits", "", edits.measure, 60)]
+    made += [Part("shots", scene, about(shots.measure, scene), 60, scene == "wood") for scene in shots.SCENES]
     made += [Part("store", scene, about(storing.measure, scene), 60, scene == "shading") for scene in storing.SCENES]
     made += [Part("stages", scene, about(stages.measure, scene), 60, scene == "showcase") for scene in stages.SCENES]
     made += [

@@ -55,6 +55,10 @@ HEADINGS = {
         "system's memory.",
     ),
     "edits": ("Edits", "Until rays can be traced again; times the first making of the same round."),
+    "shots": (
+        "Shots",
+        "A slow camera in a scene that stands still: all frames until rays can be traced, reading left out.",
+    ),
     "taken": ("Where it comes from", "Load: of the last minute, before and after; a renderer's own threads are in it."),
 }
 

@@ -333,6 +333,14 @@ def edits(results: Results) -> str:
     return table(["edit", "primitives made again", "hierarchy built", "time", "of the first"], rows)
 
 
+def shots(results: Results) -> str:
+    rows = []
+    for scene, f in results.of("shots"):
+        ratio = times(intervals.Interval(**f["ratio"]))
+        rows.append([scene, str(f["frames"]), show("_s", f["alone"]), show("_s", f["together"]), ratio])
+    return table(["", "frames", "one by one", "together", ""], rows)
+
+
 def store(results: Results) -> str:
     rows = []
     for scene, f in results.of("store"):
@@ -380,6 +388,7 @@ TABLES: dict[str, Callable[[Results], str]] = {
         tolerance,
         stages,
         edits,
+        shots,
         store,
         taken,
     )

@@ -20,6 +20,9 @@ struct DicingCamera {
     Transform page_from_camera;
     std::vector<Transform>
         also_from; // the same at other times while the shutter is open: the finest view counts
+    // Of all frames of a shot that are rendered together: what stands still is diced for these instead, and
+    // so alike in each of them. Empty = this is a picture by itself.
+    std::vector<Transform> shot;
     Projection projection = Projection::Perspective;
     // Across the picture, in perspective: pixels per unit of tangent; orthographic: pixels per unit. Others:
     // pixels per radian, at the picture's centre, the root of those along both axes.

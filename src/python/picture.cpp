@@ -225,6 +225,7 @@ nb::object stats_dict(const Picture& p) {
     time["total_s"] = s.time.total_s;
     time["first_pixel_s"] = s.time.first_pixel_s;
     count["primitives"] = s.count.primitives.load();
+    count["primitives_kept"] = s.count.primitives_kept.load();
     count["primitives_stored"] = s.count.primitives_stored.load();
     count["grids"] = s.count.grids.load();
     count["vertices"] = s.count.vertices.load();

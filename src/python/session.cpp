@@ -27,6 +27,7 @@ struct Request {
     std::string store_mode, store_size;
     nb::object progress = nb::none();
     std::shared_ptr<Journal> journal;
+    std::vector<Camera> shot;
 };
 
 // To a member of the overrides; None leaves the scene's.
@@ -120,6 +121,11 @@ constexpr Keyword<Request> OwnKeywords[] = {
              wrong_argument(name, "a callable or None", value);
          r.progress = nb::borrow(value);
      }},
+    {"shot", "Sequence[Camera]", "()", "",
+     "cameras of all frames that a session renders, one after the other: what stands still is diced for all",
+     [](Request& r, nb::handle value, const char* name) {
+         r.shot = argument<std::vector<Camera>>(value, name);
+     }},
     {"journal", "Journal | None", "None", "", "takes the messages, which are warnings else",
      [](Request& r, nb::handle value, const char* name) {
          r.journal = argument<std::shared_ptr<Journal>>(value, name, true);
@@ -194,17 +200,32 @@ class Session {
         supervise(progress, [&](Supervisor& supervisor) { m_session->prepare(supervisor.progress()); });
     }
 
-    // The scene has changed, or what is set over it.
-    void update(const nb::kwargs& keywords) {
+    // The scene has changed, or what is set over it; `scene`: another takes its place.
+    void update(std::shared_ptr<Scene> scene, const nb::kwargs& keywords) {
         nb::kwargs all = nb::borrow<nb::kwargs>(nb::handle(m_keywords).attr("copy")());
         for (auto [name, value] : keywords)
             all[name] = value;
-        m_stats = std::make_shared<Stats>();
-        const Request request = take(all);
+        if (scene)
+            check_idle(*scene);
+        const std::shared_ptr<Scene> before = m_scene; // stays until the session has let go of it
+        const std::shared_ptr<Stats> stats_before = std::exchange(m_stats, std::make_shared<Stats>());
+        if (scene)
+            m_scene = std::move(scene);
+        Request request;
+        try {
+            request = take(all);
+        } catch (...) {
+            m_scene = before, m_stats = stats_before;
+            throw;
+        }
         m_keywords = all;
         const Reading reading(*m_scene);
         m_is_told = false;
-        m_session->update(request.overrides, *m_stats);
+        if (m_scene == before)
+            return m_session->update(request.overrides, *m_stats);
+        const std::optional<Messages> messages_before = m_messages;
+        m_messages.emplace(request.journal);
+        m_session->update(m_scene->scene, request.overrides, *m_messages->journal, *m_stats);
     }
 
     void save(const std::filesystem::path& path) {
@@ -272,6 +293,8 @@ class Session {
         scene::Options options = m_scene->options;
         overrides.options.apply(options);
         overrides.camera = m_scene->camera.resolve(options, options.width, options.height);
+        for (const Camera& camera : request.shot)
+            overrides.shot.push_back(camera.resolve(options, options.width, options.height));
         m_stats->time.ingest_s = m_stats->time.total_s = m_scene->ingest_s;
         m_exposure_gain = options.exposure_gain;
         m_encoding = film::png_encoding(options.color.display, options.exposure_gamma);
@@ -379,7 +402,7 @@ void bind_session(nb::module_& m) {
         sig_of_session =
             "def __init__(self, scene: Scene, *, keep_pages: bool = True, page_memory: float | None = None" +
             arguments + ") -> None",
-        sig_of_update = "def update(self, *" + arguments + ") -> None";
+        sig_of_update = "def update(self, scene: Scene | None = None, *" + arguments + ") -> None";
     define(m, "render", &render, nb::arg("scene"), nb::arg("keywords"), nb::sig(sig.c_str()), about.c_str());
 
     define(
@@ -414,10 +437,13 @@ void bind_session(nb::module_& m) {
            nb::sig("def prepare(self, *, progress: Callable[[str, float], object] | None = None) -> None"),
            "All that comes before tracing: dicing, shading, the hierarchy, lights. advance() does it where "
            "it is due.");
-    define(session, "update", method(&Session::update), nb::arg("keywords"), nb::sig(sig_of_update.c_str()),
+    define(session, "update", method(&Session::update), nb::arg("scene") = nb::none(), nb::arg("keywords"),
+           nb::sig(sig_of_update.c_str()),
            "The scene has changed; arguments replace those of the session. The next advance() begins the "
            "picture "
-           "anew, and dices\nand shades only what has changed.");
+           "anew, and dices\nand shades only what has changed. `scene`: another one takes its place, as the "
+           "next frame of a "
+           "shot; what is alike\nin both is neither diced nor shaded again.");
     define(
         session, "save", method(&Session::save), nb::arg("path"),
         "Writes the samples so far. The file is known by all that they depend on: scene, shaders, textures, "

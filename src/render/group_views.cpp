@@ -71,7 +71,14 @@ struct Seen {
 std::vector<GroupView> view_groups(const scene::Scene& scene, size_t first,
                                    const Transform& render_from_world, const dice::DicingCamera& camera) {
     const std::vector<Sphere> bounds = bound_groups(scene, first);
-    const Vec3f eye = camera.page_from_camera.point({0, 0, 0});
+    std::vector<Transform> cameras = camera.shot;
+    if (cameras.empty()) {
+        cameras = camera.also_from;
+        cameras.insert(cameras.begin(), camera.page_from_camera);
+    }
+    std::vector<Vec3f> eyes; // as the shutter opens
+    for (const Transform& c : camera.shot.empty() ? std::vector{camera.page_from_camera} : camera.shot)
+        eyes.push_back(c.point({0, 0, 0}));
     std::vector<Seen> seen(scene.groups.size());
     const auto place = [&](int group, const Transform& render_from_group, float scale) {
         if (size_t(group) < first) // built before
@@ -80,8 +87,11 @@ std::vector<GroupView> view_groups(const scene::Scene& scene, size_t first,
         const Sphere& bound = bounds[size_t(group) - first];
         const float radius = bound.radius * scale;
         // From within the bound it is unknown how near it comes.
-        const float distance = std::max({length(render_from_group.point(bound.center) - eye) - radius,
-                                         0.5f * radius, camera.near_clip, 1e-6f});
+        float nearest = INFINITY;
+        const Vec3f center = render_from_group.point(bound.center);
+        for (const Vec3f& eye : eyes)
+            nearest = std::min(nearest, length(center - eye));
+        const float distance = std::max({nearest - radius, 0.5f * radius, camera.near_clip, 1e-6f});
         const float rate = camera.projection != Projection::Orthographic ? camera.finest_pixels() / distance
                                                                          : camera.finest_pixels();
         s.pixels_per_unit = std::max(s.pixels_per_unit, rate * scale);
@@ -121,9 +131,8 @@ std::vector<GroupView> view_groups(const scene::Scene& scene, size_t first,
         for (const Transform& render_from_group : seen[g].places)
             try {
                 const Transform group_from_render = built_from_group * render_from_group.inverse();
-                views[g].cameras.push_back(group_from_render * camera.page_from_camera);
-                for (const Transform& at_another_time : camera.also_from)
-                    views[g].cameras.push_back(group_from_render * at_another_time);
+                for (const Transform& render_from_camera : cameras)
+                    views[g].cameras.push_back(group_from_render * render_from_camera);
             } catch (const Error&) { // flattened: it shows nothing
             }
     }

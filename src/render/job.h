@@ -17,6 +17,7 @@ struct Job {
     const scene::Scene& scene;
     scene::Options options;
     scene::Camera camera;
+    std::vector<scene::Camera> shot; // of all frames that are rendered together; empty = of one
     Journal& journal;
     Stats* stats;
     const Progress* progress; // of the call that is at work

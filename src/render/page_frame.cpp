@@ -216,7 +216,10 @@ class Framing {
         } else
             m_out.offset = place_of(parent_from_group);
         m_box = box_of(m_out.page_from_object, scene::object_bounds(rest));
-        if (!instanced) {
+        if (!instanced && !camera.shot.empty() && !m_moves && !turns_to_camera()) {
+            for (const Transform& t : camera.shot)
+                add(t);
+        } else if (!instanced) {
             add(camera.page_from_camera);
             for (const Transform& t : camera.also_from)
                 add(t);

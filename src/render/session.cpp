@@ -24,6 +24,7 @@ Job job_of(const scene::Scene& scene, const Overrides& o, Journal& journal, Stat
     Job job{.scene = scene,
             .options = scene.options,
             .camera = o.camera.value_or(scene.camera),
+            .shot = o.shot,
             .journal = journal,
             .stats = &stats,
             .progress = &silent,
@@ -96,8 +97,8 @@ struct Making {
         // Where pixels stop is decided by what the picture looks like.
         const float exposure = job.options.adaptive > 0 ? float(world->color().exposure.factor()) : 0.0f;
         return digest_of(std::string_view(KANUKA_VERSION), world->key(), job.options, exposure, job.camera,
-                         job.shading_rate, job.aovs.names(), job.aovs.expressions(), world->classic(),
-                         lighting->key());
+                         job.shot, job.shading_rate, job.aovs.names(), job.aovs.expressions(),
+                         world->classic(), lighting->key());
     }
 
     film::Picture develop() {
@@ -133,7 +134,13 @@ struct Making {
 class Session::Impl {
   public:
     Impl(const scene::Scene& scene, const Overrides& overrides, Keep keep, Journal& journal, Stats& stats)
-        : m_scene(scene), m_journal(journal), m_keep(keep), m_kept(keep == Keep::Pages) {
+        : m_scene(&scene), m_journal(&journal), m_keep(keep), m_kept(keep == Keep::Pages) {
+        begin(overrides, stats);
+    }
+    void begin(const scene::Scene& scene, const Overrides& overrides, Journal& journal, Stats& stats) {
+        m_making.reset();
+        m_kept.forget_hierarchy(); // its places are those of the scene before
+        m_scene = &scene, m_journal = &journal;
         begin(overrides, stats);
     }
 
@@ -141,7 +148,7 @@ class Session::Impl {
         check_threads(overrides.threads.value_or(0));
         m_threads = overrides.threads.value_or(0);
         m_making.reset(); // which leaves what can be of use
-        m_making.emplace(m_scene, overrides, m_journal, stats, m_keep == Keep::Nothing ? nullptr : &m_kept);
+        m_making.emplace(*m_scene, overrides, *m_journal, stats, m_keep == Keep::Nothing ? nullptr : &m_kept);
     }
 
     bool prepared() const { return making().tracing.has_value(); }
@@ -225,8 +232,8 @@ class Session::Impl {
         return done;
     }
 
-    const scene::Scene& m_scene;
-    Journal& m_journal;
+    const scene::Scene* m_scene;
+    Journal* m_journal;
     const Keep m_keep;
     int m_threads = 0;
     Kept m_kept;
@@ -260,6 +267,9 @@ film::Picture Session::finish() {
 }
 void Session::update(const Overrides& overrides, Stats& stats) {
     m->begin(overrides, stats);
+}
+void Session::update(const scene::Scene& scene, const Overrides& overrides, Journal& journal, Stats& stats) {
+    m->begin(scene, overrides, journal, stats);
 }
 void Session::save(const std::string& path) {
     m->save(path);

@@ -22,6 +22,8 @@ struct Overrides {
     std::optional<int> threads;
     std::optional<float> shading_rate; // multiplies every attribute's
     std::optional<scene::Camera> camera;
+    std::vector<scene::Camera>
+        shot; // of all frames that are rendered together: what stands still is diced for all
     std::vector<std::string> aovs;     // layers beside those that displays ask for: see Aovs
     int lanes = 0;                     // transport and shading lanes: 1, 8, 16; 0 = widest
     std::string standard_shaders;      // folder
@@ -66,6 +68,9 @@ class Session {
 
     // The scene, its options or the overrides have changed: the next call makes again what was made of them.
     void update(const Overrides& overrides, Stats& stats);
+    // Another scene takes the place of this one, as the next frame of a shot: pages of what is alike in both
+    // are kept. `scene` and `journal` must outlive the session; the scene before may go.
+    void update(const scene::Scene& scene, const Overrides& overrides, Journal& journal, Stats& stats);
 
     // The samples so far, known by all that they depend on: scene, shaders, textures, options, seed, but not
     // how many there are to be. Throw Error; resume() then changed nothing.

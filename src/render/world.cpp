@@ -45,11 +45,29 @@ World::~World() {
 void World::place_camera() {
     m_camera = render::place_camera(m_job.camera, m_job.options, m_job.shutter());
     m_dice.camera = m_camera.dicing;
+    m_dice.camera.shot = poses_of_shot();
     m_dice.shading_rate_scale = m_job.shading_rate;
     m_dice.geometry_tolerance = m_job.options.geometry_tolerance;
     m_dice.normal_tolerance = m_job.options.normal_tolerance;
     m_dice.max_micropolygons = dice::DiceOptions::most_for(m_job.options.width, m_job.options.height,
                                                            m_job.shading_rate * finest_rate());
+}
+
+// Every view costs time wherever a rate is asked for. A camera goes smoothly, and eight tell where it comes.
+std::vector<Transform> World::poses_of_shot() const {
+    constexpr size_t Most = 8;
+    const std::vector<scene::Camera>& all = m_job.shot;
+    std::vector<Transform> poses;
+    const size_t count = std::min(all.size(), Most);
+    for (size_t i = 0; i < count; i++) {
+        const size_t frame = count > 1 ? i * (all.size() - 1) / (count - 1) : 0;
+        const PlacedCamera placed = render::place_camera(all[frame], m_job.options, m_job.shutter());
+        const Transform render_from_its_own = m_camera.render_from_world * placed.render_from_world.inverse();
+        poses.push_back(render_from_its_own * placed.dicing.page_from_camera);
+        for (const Transform& at_another_time : placed.dicing.also_from)
+            poses.push_back(render_from_its_own * at_another_time);
+    }
+    return poses;
 }
 
 float World::finest_rate() const {

@@ -18,6 +18,11 @@ struct Kept {
     std::unique_ptr<Geometry> geometry;
     std::unique_ptr<bvh::Scene> bvh;
     Digest of_bvh; // of the geometry, and how it was built; null = none is kept
+
+    void forget_hierarchy() {
+        bvh.reset(), geometry.reset();
+        of_bvh = {};
+    }
 };
 
 class World {
@@ -44,6 +49,7 @@ class World {
 
   private:
     void place_camera();
+    std::vector<Transform> poses_of_shot() const;
     float finest_rate() const;
     void prepare_color();
     void decide_transport();

@@ -59,6 +59,12 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="the picture to write, .exr or .png; default: the file of the scene's Display, or SCENE.exr",
     )
     parser.add_argument("--frame", type=frames.chosen, metavar="N", help=frames.HELP)
+    parser.add_argument(
+        "--together",
+        action="store_true",
+        help="with several frames: what stands still is diced for the cameras of all of them, and what is alike in one "
+        "and the next is neither diced nor shaded again. Each file is read once more, for its camera",
+    )
     parser.add_argument("--no-programs", action="store_true", help="procedurals may not run programs or libraries")
     parser.add_argument("--allow-system", action="store_true", help="the request System may run shell commands")
     parser.add_argument("--png", action="store_true", help="write a PNG beside the EXR")
@@ -140,6 +146,10 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.checkpoint:
         files.check_output(arguments.checkpoint)
     scenes.check(arguments, arguments.scenes)
+    if arguments.together and arguments.frame is None:
+        arguments.parser.error("--together: of which frames? Name them by --frame")
+    if arguments.together and arguments.checkpoint:
+        arguments.parser.error("--together: a checkpoint is of one frame; render them one by one")
     interruption = Interruption()
     try:
         if arguments.frame is None:
@@ -156,17 +166,44 @@ def run(arguments: argparse.Namespace) -> int:
 def render_frames(arguments: argparse.Namespace, wanted: list[frames.Frame], interruption: Interruption) -> int:
     """One after another; an error in one does not keep the others from being rendered."""
     worst = ExitCode.OK
+    shot = Shot([load(arguments, f).camera for f in wanted if not f.source]) if arguments.together else None
     for k, frame in enumerate(wanted):
         if not arguments.quiet:
             print(f"frame {frame.number} ({k + 1} of {len(wanted)})", file=sys.stderr)
-        code = render(arguments, frame, time.monotonic(), interruption)
+        code = render(arguments, frame, time.monotonic(), interruption, shot)
         if code not in (ExitCode.OK, ExitCode.ERRORS):
             return code
         worst = worst or code
     return worst
 
 
-def render(arguments: argparse.Namespace, frame: frames.Frame, started: float, interruption: Interruption) -> int:
+class Shot:
+    """Frames that are rendered one after the other by one session, which keeps what is alike in them."""
+
+    def __init__(self, cameras: list[kanuka.Camera]) -> None:
+        self.cameras = cameras
+        self.session: kanuka.Session | None = None
+
+    def picture(self, scene: kanuka.Scene, options: dict[str, object], bar: ProgressBar) -> kanuka.Picture:
+        if self.session is None:
+            self.session = kanuka.Session(scene, shot=self.cameras, **options)
+        else:
+            self.session.update(scene, **options)
+        try:
+            self.session.advance(progress=bar.update)
+        except KeyboardInterrupt:
+            if not self.session.prepared:
+                raise
+        return self.session.picture()
+
+
+def render(
+    arguments: argparse.Namespace,
+    frame: frames.Frame,
+    started: float,
+    interruption: Interruption,
+    shot: Shot | None = None,
+) -> int:
     bar = ProgressBar(bool(arguments.quiet))
     bar.update("ingest", 0)
     scene = load(arguments, frame)
@@ -193,6 +230,8 @@ def render(arguments: argparse.Namespace, frame: frames.Frame, started: float, i
     }
     if arguments.checkpoint:
         picture = checkpointed(scene, options, frame.file(arguments.checkpoint), arguments, bar)
+    elif shot:
+        picture = shot.picture(scene, options, bar)
     else:
         picture = kanuka.render(scene, progress=bar.update, **options)
     bar.finish()
