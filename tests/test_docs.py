@@ -112,6 +112,7 @@ def test_options_of_the_command_are_those_of_render() -> None:
         "scenes",
         "output",
         "frame",
+        "together",
         "no_programs",
         "allow_system",
         "png",
