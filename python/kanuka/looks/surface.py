@@ -29,7 +29,8 @@ class Surface:
 
     base: Value | None = None  # color of the diffuse body
     diffuse_roughness: Value | None = None
-    translucence: Value | None = None  # how much of what a thin-walled body scatters goes on, half of it
+    translucence: Value | None = None  # how much of a thin-walled body scatters to both sides
+    translucence_cosine: Value | None = None  # forwards more of it, from -1 to 1; None = half of it
     metalness: Value | None = None
     metal: Value | None = None  # color of the metal; the base's, where it has none of its own
     metal_weight: Value | None = None
@@ -37,11 +38,13 @@ class Surface:
     specular_color: Value | None = None  # tint of the gloss
     roughness: Value | None = None
     anisotropy: Value | None = None  # of gloss, metal and glass, as lobes have it
-    rotation: Value | None = None  # turns, from the direction in which the first texture coordinate grows
+    rotation: Value | None = None  # turns, from the tangent
+    tangent: Value | None = None  # vector; None = the direction in which the first texture coordinate grows
     ior: Value | None = None
     f0: Value | None = None  # color: reflectance straight on, in place of ior and metalness
     transmission: Value | None = None
     transmission_color: Value | None = None
+    transmission_roughness: Value | None = None  # of the glass, where it differs
     medium: Medium | None = None  # which has that colour in place of the surface
     abbe: Value | None = None
     thin_walled: bool = False
@@ -52,6 +55,9 @@ class Surface:
     coat: Value | None = None
     coat_color: Value | None = None  # what lies below is seen through it
     coat_roughness: Value | None = None
+    coat_anisotropy: Value | None = None
+    coat_rotation: Value | None = None
+    coat_tangent: Value | None = None
     coat_ior: Value | None = None
     film: Value | None = None  # nm
     film_ior: Value | None = None
@@ -59,6 +65,7 @@ class Surface:
     emission: Value | None = None  # radiance
     presence: Value | None = None
     normal: Value | None = None  # in tangent space, from -1 to 1
+    normal_is_world: bool = False  # or in world space
     displacement: Value | None = None  # along the normal, in object space
 
 
@@ -67,14 +74,35 @@ BELOW = ("base", "metal", "f0", "specular_color", "sheen_color", "transmission_c
 # Only where there is what they are colours of; the others are white where they are not set.
 OF_THEIR_OWN = ("base", "metal", "f0", "emission")
 
-# The angle from dPdu to where a texture coordinate grows, in turns: lobes' rotations are from dPdu.
+# The angle from dPdu to a tangent, in turns: lobes' rotations are from dPdu.
 TURN = """
-float usd_turn(float s; float t; point at; normal n) {
-    vector along = Du(at) * Dv(t) - Dv(at) * Du(t), first = Du(at), upright = normalize(vector(n));
-    float side = Du(s) * Dv(t) - Dv(s) * Du(t);
-    if (side < 0)
-        along = -along;
+float usd_turn(vector along; point at; normal n) {
+    vector first = Du(at), upright = normalize(vector(n));
     return atan((first ^ along) . upright, first . along) / (2 * PI);
+}
+"""
+# Where a texture coordinate grows.
+ALONG = """
+vector usd_along(float s; float t; point at) {
+    vector along = Du(at) * Dv(t) - Dv(at) * Du(t);
+    return Du(s) * Dv(t) - Dv(s) * Du(t) < 0 ? -along : along;
+}
+"""
+
+
+# A metal's complex index by its reflectance straight on and its tint at the edge (Gulbrandsen, "Artist Friendly
+# Metallic Fresnel", JCGT 2014; MaterialX's artistic_ior). OpenPBR's tint at 82 degrees is taken for the same. 20 is
+# the most that the lobe has.
+ETA = """
+color usd_metal_eta(color reflectance; color tint) {
+    color r = clamp(reflectance, color(0), color(0.99)), root = sqrt(r);
+    return min(mix((color(1) + root) / (color(1) - root), (color(1) - r) / (color(1) + r), tint), color(20));
+}
+"""
+EXTINCTION = """
+color usd_metal_k(color reflectance; color n) {
+    color r = clamp(reflectance, color(0), color(0.99)), up = n + color(1), down = n - color(1);
+    return min(sqrt(max((up * up * r - down * down) / (color(1) - r), color(0))), color(20));
 }
 """
 
@@ -122,8 +150,8 @@ class Layers:
             if s.metalness:
                 self.metal()
         if s.coat:
-            rough = self.number("coat_roughness", "0.01")
-            lobe = self.lobe("coat", "MicrofacetDielectricBrdf", ior=self.number("coat_ior", "1.5"), roughness=rough)
+            ior = self.number("coat_ior", "1.5")
+            lobe = self.lobe("coat", "MicrofacetDielectricBrdf", ior=ior, **self.facets("coat_", "0.01"))
             self.layer("coated", "coat", lobe, self.number("coat", "0"))
         if s.sheen and s.sheen_is_outside:
             self.sheen()
@@ -143,18 +171,24 @@ class Layers:
                 below = Value("color", f"{was.to('color').text} * {seen}")
                 setattr(s, name, self.writer.let(self.shading, below))
 
-    def facets(self) -> dict[str, str]:
-        s = self.surface
-        found = {"roughness": self.number("roughness", "0.5")}
-        if s.anisotropy:
-            st = self.uv or self.writer.primvar("st", "float2")
-            self.writer.functions["usd_turn"] = TURN
-            key = "rotation"
+    def facets(self, of: str = "", roughness: str = "0.5") -> dict[str, str]:
+        """Inputs of microfacets: of the coat, where `of` is "coat_"."""
+        found = {"roughness": self.number(f"{of}roughness", roughness)}
+        if getattr(self.surface, f"{of}anisotropy"):
+            key = f"{of}rotation"
             if key not in self.shading.known:
-                turn = f"mod({self.number('rotation', '0')} + usd_turn({st.text}, {st.second}, P, N), 1)"
+                self.writer.functions["usd_turn"] = TURN
+                turn = f"mod({self.number(key, '0')} + usd_turn({self.tangent(of)}, P, N), 1)"
                 self.shading.known[key] = self.writer.let(self.shading, Value("float", turn))
-            found |= {"anisotropy": self.number("anisotropy", "0"), "rotation": self.shading.known[key].text}
+            found |= {"anisotropy": self.number(f"{of}anisotropy", "0"), "rotation": self.shading.known[key].text}
         return found
+
+    def tangent(self, of: str) -> str:
+        if own := getattr(self.surface, f"{of}tangent"):
+            return own.text
+        st = self.uv or self.writer.primvar("st", "float2")
+        self.writer.functions["usd_along"] = ALONG
+        return f"usd_along({st.text}, {st.second}, P)"
 
     def body(self) -> None:
         s = self.surface
@@ -165,7 +199,8 @@ class Layers:
             self.top = self.lobe("body", "LambertBrdf", **inputs)
         if s.translucence:
             lobe = self.lobe("beyond", "LambertBtdf", diffuseTransmittance=self.color("base", "color(0.18)"))
-            self.layer("thin", "mix", lobe, f"0.5 * {self.number('translucence', '0')}")
+            on = f"0.5 * (1 + {self.number('translucence_cosine', '0')})"
+            self.layer("thin", "mix", lobe, f"{on} * {self.number('translucence', '0')}")
 
     def sheen(self) -> None:
         rough = self.number("sheen_roughness", "0.3")
@@ -194,12 +229,11 @@ class Layers:
         s = self.surface
         tint = "color(1)" if s.medium else self.color("transmission_color", "color(1)")
         ior = self.number("ior", "1.5")
+        rough = self.number("transmission_roughness", self.number("roughness", "0.5"))
         if s.thin_walled:
-            rough = self.number("roughness", "0.5")
             lobe = self.lobe("glass", "ThinWalledDielectricBsdf", transmittance=tint, roughness=rough, ior=ior)
         else:
-            facets = self.facets()
-            facets["roughness"] = f"color({facets['roughness']})"
+            facets = self.facets() | {"roughness": f"color({rough})"}
             abbe = self.number("abbe", "")
             lobe = self.lobe(
                 "glass", "MicrosurfaceDielectricBsdfRgb_v1", transmittance=tint, ior=ior, abbe=abbe, **facets
@@ -210,9 +244,24 @@ class Layers:
         s = self.surface
         color = self.color("metal", self.color("base", "color(0.18)"))
         edge = self.color("specular_color", "") if s.metal else ""
-        weight = self.number("metal_weight", "1.0")
-        lobe = self.lobe("metal", "MicrofacetConductorBrdf", weight, reflectance=color, edgeTint=edge, **self.facets())
-        self.layer("base", "mix", lobe, self.number("metalness", "0"))
+        weight, metalness = self.number("metal_weight", "1.0"), self.number("metalness", "0")
+        film = self.number("film_weight", "1")
+        if not s.film or s.film_weight:
+            bare = self.lobe(
+                "metal", "MicrofacetConductorBrdf", weight, reflectance=color, edgeTint=edge, **self.facets()
+            )
+            # Of what the film's metal leaves, which comes over it.
+            left = f"{metalness} * (1 - {film}) / max(1 - {metalness} * {film}, 1e-6)"
+            self.layer("base", "mix", bare, left if s.film else metalness)
+        if s.film:
+            self.layer("filmed_base", "mix", self.filmed_metal(color, edge, weight), f"{metalness} * {film}")
+
+    def filmed_metal(self, color: str, edge: str, weight: str) -> str:
+        self.writer.functions |= {"usd_metal_eta": ETA, "usd_metal_k": EXTINCTION}
+        eta = self.writer.let(self.shading, Value("color", f"usd_metal_eta({color}, {edge or 'color(1)'})")).text
+        inputs = {"eta": eta, "extinction": f"usd_metal_k({color}, {eta})", **self.facets()}
+        film = {"filmThickness": self.number("film", "0"), "filmIor": self.number("film_ior", "1.5")}
+        return self.lobe("filmed_metal", "MetalBrdf", weight, **inputs, **film)
 
 
 def text_of(writer: Writer, surface: Surface, shading: Stage, displacing: Stage, uv: Value | None) -> str:
@@ -249,7 +298,7 @@ def text_of(writer: Writer, surface: Surface, shading: Stage, displacing: Stage,
             begin.append('AddPhaseFunction(inside, "phase", HenyeyGreensteinPfrgb());')
             inside.append(f'SetPhaseFunction(inside, "phase", HenyeyGreensteinPfrgb("meanCosine", color({cosine})));')
         methods["mnk_interior(output MnkMaterialInterior inside)"] = inside
-    if surface.displacement or (surface.normal and uv):
+    if surface.displacement or (surface.normal and (uv or surface.normal_is_world)):
         methods["mnk_displacement(output point P; output normal N)"] = displacement_lines(surface, displacing, uv)
     return shader_text(writer, methods)
 
@@ -261,7 +310,9 @@ def displacement_lines(s: Surface, displacing: Stage, uv: Value | None) -> list[
             f"P += {s.displacement.to('float').text} * normalize(N);",
             "N = normalize(calculatenormal(P));",
         ]
-    if s.normal and uv:
+    if s.normal and s.normal_is_world:
+        lines.append(f'N = normalize(ntransform("world", "current", normal({s.normal.to("vector").text})));')
+    elif s.normal and uv:
         # Tangents along which the texture coordinates grow, from derivatives by the surface's own parameters; upright
         # on the normal as Gram and Schmidt have it.
         lines += [

@@ -72,7 +72,7 @@ class Materials:
         network = Network(writer, self._say, self._files, self._time, NODES, path)
         surface = SURFACES[identifier](network.node(shader), shading, displacing)
         uv = network.uv
-        if surface.normal and uv is None:
+        if surface.normal and not surface.normal_is_world and uv is None:
             uv = writer.primvar("st", "float2")
         return self._finished(writer, surface, shading, displacing, uv)
 

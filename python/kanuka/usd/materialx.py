@@ -2,114 +2,31 @@
 
 from __future__ import annotations
 
-import math
-
 from kanuka.looks.rsl import Stage, Value
-from kanuka.looks.surface import Medium, Surface
+from kanuka.looks.surface import Surface
 
+from .inputs import Inputs, Stretch, bent, medium, stretched, stretched_coat, tangent_of
 from .network import Node
 
-
-class Inputs:
-    """A surface's inputs in one stage, with whether they are used."""
-
-    def __init__(self, node: Node, stage: Stage) -> None:
-        self.node, self.stage, self.writer = node, stage, node.network.writer
-
-    def __call__(self, name: str, kind: str, default) -> Value:
-        value = self.node.value(name, self.stage, kind, default)
-        assert value is not None
-        return value
-
-    def used(self, name: str, unused: float = 0) -> bool:
-        if self.node.connected(name):
-            return True
-        value = self.node.constant(name, unused)
-        return any(float(x) != unused for x in (value if hasattr(value, "__len__") else (value,)))
-
-    def let(self, kind: str, text: str) -> Value:
-        return self.writer.let(self.stage, Value(kind, text))
-
-    def product(self, weight: str, color: str, weights: float, colors: tuple[float, float, float]) -> Value:
-        return self.let("color", f"{self(weight, 'float', weights).text} * {self(color, 'color', colors).text}")
-
-    def mixed(self, made: Value, weight: str, color: str, colors: tuple[float, float, float]) -> Value:
-        """`made`, or the colour, by its weight."""
-        if not self.used(weight):
-            return made
-        return self.let(
-            "color", f"mix({made.text}, {self(color, 'color', colors).text}, {self(weight, 'float', 0).text})"
-        )
-
-    def ignored(self, names: dict[str, float]) -> None:
-        used = [n for n, unused in names.items() if self.used(n, unused)]
-        if used:
-            network = self.node.network
-            network.say("warning", f"{network.material}: without effect yet: {', '.join(used)}")
-
-
-def stretched(get: Inputs, made: Surface, anisotropy: str, turns: str, aspect: str, wide: str) -> None:
-    """Anisotropy: `aspect` of its {a} is that of the widths of slopes across the tangent and along it, `wide` the
-    factor of the roughness whose square is the one along it. Our grooves run where slopes are few: across the
-    tangent, a quarter of a turn from it."""
-    if not get.used(anisotropy):
-        return
-    a = get(anisotropy, "float", 0.0).text
-    narrow = get.let("float", aspect.format(a=a)).text
-    assert made.roughness
-    made.roughness = get.let("float", f"min(1, {made.roughness.text} * {wide.format(a=a, aspect=narrow)})")
-    made.anisotropy = get.let("float", f"min(1, (1 - {narrow}) / 0.95)")  # bsdf/microfacet.h, stretched_width()
-    turn = get(turns, "float", 0.0).text if turns else "0"
-    made.rotation = Value("float", f"0.25 + {turn}")
-
-
-def medium(get: Inputs, ior: str) -> Medium | None:
-    """Where there is a depth, the transmitted colour is that of a medium, at that depth (OpenPBR, section 3.6.3)."""
-    node = get.node
-    if not get.used("transmission_depth"):
-        return None
-    wanted = (
-        "transmission_depth",
-        "transmission_color",
-        "transmission_scatter",
-        "transmission_scatter_anisotropy",
-        ior,
-    )
-    if varying := [name for name in wanted if node.connected(name)]:
-        network = node.network
-        network.say(
-            "warning", f"{network.material}: {', '.join(varying)}: a medium is the same everywhere; none is made"
-        )
-        return None
-    depth = float(node.constant("transmission_depth", 0.0))
-    if not depth > 0:
-        return None
-    color, scatter = (
-        [float(x) for x in node.constant(name, default)]
-        for name, default in (("transmission_color", (1, 1, 1)), ("transmission_scatter", (0, 0, 0)))
-    )
-    scattering = tuple(max(x, 0.0) / depth for x in scatter)
-    absorption = [-math.log(min(max(c, 1e-6), 1.0)) / depth - s for c, s in zip(color, scattering, strict=True)]
-    least = min(0.0, *absorption)
-    cosine = float(node.constant("transmission_scatter_anisotropy", 0.0))
-    return Medium(float(node.constant(ior, 1.5)), tuple(a - least for a in absorption), scattering, cosine)
+STANDARD = Stretch("(1 - 0.9 * {a})", "pow({aspect}, -0.25)")
+OPEN = Stretch("(1 - {a})", "pow(2 / (1 + {aspect} * {aspect}), 0.25)")
 
 
 def standard_surface(node: Node, shading: Stage, displacing: Stage) -> Surface:
     """Autodesk Standard Surface 1.0.1, Georgiev et al. 2019."""
     get = Inputs(node, shading)
-    get.ignored(
-        {"coat_anisotropy": 0, "coat_affect_color": 0, "coat_affect_roughness": 0, "transmission_extra_roughness": 0}
-    )
-    base = get.product("base", "base_color", 1.0, (0.8, 0.8, 0.8))
-    made = Surface(base=get.mixed(base, "subsurface", "subsurface_color", (1, 1, 1)))
+    base, below = get.product("base", "base_color", 1.0, (0.8, 0.8, 0.8)), "{color}"
+    if get.used("coat") and get.used("coat_affect_color"):
+        gamma = f"1 + clamp({get('coat', 'float', 0.0).text}, 0, 1) * {get('coat_affect_color', 'float', 0.0).text}"
+        below = f"pow(max({{color}}, color(0)), color({get.let('float', gamma).text}))"
+    made = Surface(base=standard_body(get, below))
     if get.used("diffuse_roughness"):
         made.diffuse_roughness = get("diffuse_roughness", "float", 0.0)
     made.specular = get("specular", "float", 1.0)
     made.specular_color = get("specular_color", "color", (1, 1, 1))
-    made.roughness = get("specular_roughness", "float", 0.2)
     made.ior = get("specular_IOR", "float", 1.5)
-    stretched(get, made, "specular_anisotropy", "specular_rotation", "(1 - 0.9 * {a})", "pow({aspect}, -0.25)")
+    standard_roughness(get, made)
+    stretched(get, made, "specular_anisotropy", "specular_rotation", "tangent", STANDARD)
     if get.used("metalness"):
         made.metalness = get("metalness", "float", 0.0)
         made.metal = base
@@ -124,6 +41,7 @@ def standard_surface(node: Node, shading: Stage, displacing: Stage) -> Surface:
         made.coat = get("coat", "float", 0.0)
         made.coat_roughness = get("coat_roughness", "float", 0.1)
         made.coat_ior = get("coat_IOR", "float", 1.5)
+        stretched_coat(get, made, "coat_anisotropy", "coat_rotation", "tangent", STANDARD)
         if get.used("coat_color", 1):
             made.coat_color = get("coat_color", "color", (1, 1, 1))
     if get.used("thin_film_thickness"):
@@ -131,14 +49,38 @@ def standard_surface(node: Node, shading: Stage, displacing: Stage) -> Surface:
         made.film_ior = get("thin_film_IOR", "float", 1.5)
     if get.used("emission"):
         made.emission = get.product("emission", "emission_color", 0.0, (1, 1, 1))
-    finish(get, made, "opacity", "normal", displacing)
+    presence(get, made, "opacity")
+    bent(get, made, "normal", "coat_normal", displacing)
     return made
+
+
+def standard_body(get: Inputs, below: str) -> Value:
+    """The body's colour, and that of what scatters below it; `below` is what a coat makes of {color}."""
+    color = below.format(color=get("base_color", "color", (0.8, 0.8, 0.8)).text)
+    base = get.let("color", f"{get('base', 'float', 1.0).text} * {color}")
+    if not get.used("subsurface"):
+        return base
+    inside = below.format(color=get("subsurface_color", "color", (1, 1, 1)).text)
+    return get.let("color", f"mix({base.text}, {inside}, {get('subsurface', 'float', 0.0).text})")
+
+
+def standard_roughness(get: Inputs, made: Surface) -> None:
+    """A rough coat roughens what is below it, as far as `coat_affect_roughness` says. The extra roughness is that of
+    the glass: its reflection has it too, which in MaterialX has that of the gloss."""
+    rough = {"roughness": get("specular_roughness", "float", 0.2)}
+    if get.used("transmission_extra_roughness"):
+        more = get("transmission_extra_roughness", "float", 0.0).text
+        rough["transmission_roughness"] = get.let("float", f"clamp({rough['roughness'].text} + {more}, 0, 1)")
+    if get.used("coat") and get.used("coat_affect_roughness"):
+        inputs = (("coat_affect_roughness", 0.0), ("coat", 0.0), ("coat_roughness", 0.1))
+        part = get.let("float", " * ".join(get(name, "float", default).text for name, default in inputs)).text
+        rough = {name: get.let("float", f"mix({value.text}, 1, {part})") for name, value in rough.items()}
+    made.roughness, made.transmission_roughness = rough["roughness"], rough.get("transmission_roughness")
 
 
 def open_pbr(node: Node, shading: Stage, displacing: Stage) -> Surface:
     """OpenPBR Surface 1.1."""
     get = Inputs(node, shading)
-    get.ignored({"coat_roughness_anisotropy": 0})
     base = get.product("base_weight", "base_color", 1.0, (0.8, 0.8, 0.8))
     made = Surface(base=get.mixed(base, "subsurface_weight", "subsurface_color", (0.8, 0.8, 0.8)))
     if get.used("base_diffuse_roughness"):
@@ -151,8 +93,13 @@ def open_pbr(node: Node, shading: Stage, displacing: Stage) -> Surface:
         step = f"({made.ior.text} - 1) / ({made.ior.text} + 1)"
         e = get.let("float", f"sqrt(clamp({made.metal_weight.text} * {step} * {step}, 0, 0.99999))").text
         made.ior = get.let("float", f"(1 + {e}) / (1 - {e})")
-    widest = "pow(2 / (1 + {aspect} * {aspect}), 0.25)"
-    stretched(get, made, "specular_roughness_anisotropy", "", "(1 - {a})", widest)
+    if get.used("coat_weight"):  # a rough coat roughens what is below it: OpenPBR, "Coat roughening"
+        inputs = (("coat_roughness", 0.0), ("coat_weight", 0.0))
+        above, weight = (get(name, "float", default).text for name, default in inputs)
+        rough = made.roughness.text
+        both = f"pow(min(1, pow({rough}, 4) + 2 * pow({above}, 4)), 0.25)"
+        made.roughness = get.let("float", f"mix({rough}, {both}, {weight})")
+    stretched(get, made, "specular_roughness_anisotropy", "", "geometry_tangent", OPEN)
     if get.used("base_metalness"):
         made.metalness = get("base_metalness", "float", 0.0)
         made.metal = base
@@ -171,6 +118,7 @@ def open_pbr(node: Node, shading: Stage, displacing: Stage) -> Surface:
         made.coat_roughness = get("coat_roughness", "float", 0.0)
         made.coat_ior = get("coat_ior", "float", 1.6)
         made.coat_color = darkened(get, made)
+        stretched_coat(get, made, "coat_roughness_anisotropy", "", "geometry_coat_tangent", OPEN)
     if get.used("thin_film_weight"):
         made.film = get.let("float", f"1000 * {get('thin_film_thickness', 'float', 0.5).text}")
         made.film_ior = get("thin_film_ior", "float", 1.4)
@@ -178,7 +126,8 @@ def open_pbr(node: Node, shading: Stage, displacing: Stage) -> Surface:
             made.film_weight = get("thin_film_weight", "float", 0.0)
     if get.used("emission_luminance"):
         made.emission = get.product("emission_luminance", "emission_color", 0.0, (1, 1, 1))
-    finish(get, made, "geometry_opacity", "geometry_normal", displacing)
+    presence(get, made, "geometry_opacity")
+    bent(get, made, "geometry_normal", "geometry_coat_normal", displacing)
     return made
 
 
@@ -202,6 +151,8 @@ def transmitted(get: Inputs, made: Surface, weight: str, thin: str, subsurface: 
     made.thin_walled = bool(get.node.constant(thin, False))
     if made.thin_walled and get.used(subsurface):
         made.translucence = get(subsurface, "float", 0.0)
+        if get.used("subsurface_scatter_anisotropy"):  # OpenPBR's alone: "Thin-walled case"
+            made.translucence_cosine = get("subsurface_scatter_anisotropy", "float", 0.0)
     if get.used(weight):
         made.transmission = get(weight, "float", 0.0)
         made.transmission_color = get("transmission_color", "color", (1, 1, 1))
@@ -224,6 +175,7 @@ def gltf_pbr(node: Node, shading: Stage, displacing: Stage) -> Surface:
         made.anisotropy = get.let("float", f"min(1, (1 - {r} * {r} / max({along}, 1e-6)) / 0.95)")
         made.roughness = get.let("float", f"sqrt({along})")
         made.rotation = Value("float", f"0.25 + {get('anisotropy_rotation', 'float', 0.0).text} / (2 * PI)")
+        made.tangent = tangent_of(get, "tangent")
     if get.node.connected("metallic") or get.node.constant("metallic", 1.0) != 0:
         made.metalness = get("metallic", "float", 1.0)
     if get.used("transmission"):
@@ -253,8 +205,7 @@ def gltf_pbr(node: Node, shading: Stage, displacing: Stage) -> Surface:
         made.presence = get("alpha", "float", 1.0)
     if mode == 1:
         made.presence = get.let("float", f"({made.presence.text} < {get('alpha_cutoff', 'float', 0.5).text} ? 0 : 1)")
-    if node.connected("normal"):
-        made.normal = node.value("normal", displacing, "vector")
+    bent(get, made, "normal", "clearcoat_normal", displacing)
     return made
 
 
@@ -268,7 +219,7 @@ def unlit(node: Node, shading: Stage, displacing: Stage) -> Surface:
     return made
 
 
-def finish(get: Inputs, made: Surface, opacity: str, normal: str, displacing: Stage) -> None:
+def presence(get: Inputs, made: Surface, opacity: str) -> None:
     node = get.node
     if node.connected(opacity):
         made.presence = get(opacity, "color", (1, 1, 1)).to("float")
@@ -277,8 +228,6 @@ def finish(get: Inputs, made: Surface, opacity: str, normal: str, displacing: St
         mean = sum(value) / 3 if hasattr(value, "__len__") else float(value)
         if mean != 1:
             made.presence = node.network.of_constant(mean, "float")
-    if node.connected(normal):
-        made.normal = node.value(normal, displacing, "vector")
 
 
 SURFACES = {

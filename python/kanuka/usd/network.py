@@ -45,6 +45,8 @@ class Network:
     nodes: dict[str, Evaluate]
     material: str
     uv: Value | None = None  # the coordinates that textures were read by last
+    normal_maps: int = 0  # how many were met
+    tangential: set[str] = field(default_factory=set)  # normals that are in tangent space
     _on_the_way: set[tuple[object, str]] = field(default_factory=set)
 
     def node(self, shader: UsdShade.Shader) -> Node:

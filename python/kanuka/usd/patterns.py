@@ -240,6 +240,7 @@ def normal_map(node: Node, output: str, stage: Stage) -> Value | None:
     found = node.value("in", stage, "vector", (0.5, 0.5, 1))
     scale = node.value("scale", stage, "float2", (1, 1))
     assert found and scale
+    node.network.normal_maps += 1
     v = node.network.writer.let(stage, Value("vector", f"2 * {found.text} - vector(1, 1, 1)"))
     return Value("vector", f"vector(xcomp({v.text}) * {scale.text}, ycomp({v.text}) * {scale.second}, zcomp({v.text}))")
 
