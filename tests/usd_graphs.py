@@ -21,6 +21,8 @@ TYPES = {
     "vector2": Sdf.ValueTypeNames.Float2,
     "vector3": Sdf.ValueTypeNames.Float3,
     "vector4": Sdf.ValueTypeNames.Float4,
+    "matrix33": Sdf.ValueTypeNames.Matrix3d,
+    "matrix44": Sdf.ValueTypeNames.Matrix4d,
     "string": Sdf.ValueTypeNames.String,
     "filename": Sdf.ValueTypeNames.Asset,
 }

@@ -10,7 +10,8 @@ import re
 from dataclasses import dataclass, field
 
 # How many numbers a kind has.
-SIZES = {"float": 1, "float2": 2, "color": 3, "vector": 3, "color4": 4}
+SIZES = {"float": 1, "float2": 2, "color": 3, "vector": 3, "color4": 4, "matrix33": 9, "matrix44": 16}
+MATRICES = {"matrix33": 3, "matrix44": 4}  # and how many rows
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,8 @@ class Value:
             return self.second
         if self.kind in ("color", "color4"):
             return f"comp({self.text}, {index})"
+        if rows := MATRICES.get(self.kind):
+            return f"comp({self.text}, {index // rows}, {index % rows})"
         return f"{'xyz'[index]}comp({self.text})"
 
     def to(self, kind: str) -> Value:
@@ -41,6 +44,8 @@ class Value:
             return Value("float2", self.number(0), self.number(0 if self.kind == "float" else 1))
         if kind == "color4":
             return Value(kind, self.to("color").text, self.text if self.kind == "float" else "1")
+        if kind in MATRICES:
+            return of_numbers(kind, [self.number(0)] * SIZES[kind])
         if self.kind == "float":
             return Value(kind, f"{kind}({self.text})")
         if (self.kind, kind) == ("color4", "color"):
@@ -54,6 +59,10 @@ def of_numbers(kind: str, texts: list[str]) -> Value:
         return Value(kind, texts[0])
     if kind == "float2":
         return Value(kind, texts[0], texts[1])
+    if kind == "matrix33":
+        texts = [*texts[:3], "0", *texts[3:6], "0", *texts[6:9], "0", "0", "0", "0", "1"]
+    if kind in MATRICES:
+        return Value(kind, f"matrix({', '.join(texts)})")
     made = f"{'color' if kind == 'color4' else kind}({', '.join(texts[:3])})"
     return Value(kind, made, texts[3] if kind == "color4" else "")
 
@@ -102,6 +111,8 @@ class Writer:
         if kind == "color4":
             *rgb, alpha = (float(x) for x in value)  # type: ignore[attr-defined]
             return Value("color4", self.constant("color", tuple(rgb)).text, self.constant("float", alpha).text)
+        if kind in MATRICES:
+            return of_numbers(kind, [f"{x:.9g}" for x in numbers_of(value)])  # rare: no parameter
         self.declarations.append(f"{kind} {name} = {ZERO[kind]};")
         self.values[f"{kind} {name}"] = value
         return Value(kind, name)
@@ -151,7 +162,7 @@ class Writer:
         if value.second:
             first = "color" if value.kind == "color4" else "float"
             return Value(value.kind, self._let(stage, first, value.text), self._let(stage, "float", value.second))
-        return Value(value.kind, self._let(stage, value.kind, value.text))
+        return Value(value.kind, self._let(stage, "matrix" if value.kind in MATRICES else value.kind, value.text))
 
     def _let(self, stage: Stage, kind: str, text: str) -> str:
         if re.fullmatch(r"\w+", text):

@@ -14,6 +14,8 @@ _KINDS = {
     "vector4": "color4",
     "color3": "color",
     "color4": "color4",
+    "matrix33": "matrix33",
+    "matrix44": "matrix44",
     "string": "string",
     "filename": "string",
 }

@@ -6,10 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
+import numpy as np
 from pxr import Sdf, Usd, UsdShade
 
 from kanuka.looks.files import Files
-from kanuka.looks.rsl import SIZES, Stage, Value, Writer, numbers_of, of_numbers
+from kanuka.looks.rsl import MATRICES, SIZES, Stage, Value, Writer, numbers_of, of_numbers
 
 from . import library, lights
 from .stage import Say
@@ -24,6 +25,8 @@ _KINDS = {
     "color3f": "color",
     "float4": "color4",
     "color4f": "color4",
+    "matrix3d": "matrix33",
+    "matrix4d": "matrix44",
     "asset": "string",
     "string": "string",
     "token": "string",
@@ -58,8 +61,10 @@ class Network:
             value = value.resolvedPath or value.path
         if kind == "string":
             return self.writer.constant("string", str(value))
-        numbers = [float(value)] if isinstance(value, (int, float, bool)) else [float(x) for x in value]  # type: ignore
         size = SIZES[kind]
+        if kind in MATRICES and not isinstance(value, (int, float, bool)):
+            value = np.array(value, dtype=float).ravel()
+        numbers = numbers_of(value)
         numbers = numbers * size if len(numbers) == 1 else (numbers + [1.0] * size)[:size]
         return self.writer.constant(kind, numbers[0] if kind == "float" else tuple(numbers))
 

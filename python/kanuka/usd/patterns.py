@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from kanuka.looks.rsl import SIZES, Stage, Value, of_numbers
 
-from . import noise
+from . import matrices, noise
 from .network import Evaluate, Node, geometry, texture
 
 WRAPS = {"periodic": "periodic", "clamp": "clamp", "mirror": "mirror", "constant": "black"}
@@ -401,4 +401,4 @@ NODES: dict[str, Evaluate] = {
     "ND_ramptb": ramp("valueb", "valuet", 1, "clamp({x}, 0, 1)"),
     "ND_splitlr": ramp("valuel", "valuer", 0, OVER),
     "ND_splittb": ramp("valueb", "valuet", 1, OVER),
-} | noise.NODES
+} | noise.NODES | matrices.NODES
