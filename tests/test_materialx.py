@@ -170,45 +170,6 @@ def test_nodes_have_the_values_of_the_specification(identifier: str):
     assert evaluated(identifier, **inputs) == pytest.approx(expected, abs=2e-5, rel=2e-5)
 
 
-NOT_KNOWN = {
-    *(f"ND_transformmatrix_{kind}" for kind in ("vector2M3", "vector3", "vector3M4", "vector4")),
-    *(f"ND_determinant_{kind}" for kind in ("matrix33", "matrix44")),
-    *("ND_flake2d", "ND_flake3d", "ND_viewdirection_vector3"),
-}
-
-
-def test_every_pattern_node_of_the_library_is_known():
-    """All are evaluated, many in one shader: nothing is told, and no value is out of bounds."""
-    groups = ("adjustment", "application", "channel", "colortransform", "compositing", "conditional", "geometric")
-    groups += ("math", "procedural", "procedural2d", "procedural3d", "texture2d", "texture3d", "convolution2d", "npr")
-    unknown, tested = [], 0
-    definitions = [d for d in library.document().getNodeDefs() if d.getNodeGroup() in groups]
-    assert len(definitions) > 500
-    for begin in range(0, len(definitions), 60):
-        graph, last = Graph(), None
-        for i, definition in enumerate(definitions[begin : begin + 60]):
-            output = definition.getActiveOutputs()[0]
-            if output.getType() not in TYPES or output.getType() in ("string", "filename"):
-                continue
-            node = graph.node(f"n{i}", definition.getName())
-            kind = {"integer": "float", "boolean": "float"}.get(output.getType(), output.getType())
-            if kind != "color3":
-                node.GetOutput(output.getName())
-                add = graph.node(f"c{i}", "ND_convert_float_color3")
-                add.CreateInput("in", TYPES[output.getType()]).ConnectToSource(node.GetOutput(output.getName()))
-                node, name = add, "out"
-            else:
-                name = output.getName()
-            last = graph.node(f"a{i}", "ND_add_color3", in1=(node, name), in2=(last, "out") if last else Gf.Vec3f(0))
-            tested += 1
-        graph.emit(last)
-        assert np.isfinite(graph.run()).all()
-        unknown += graph.told
-    missing = {text.split('"')[1] for text in unknown if "there is no node" in text}
-    assert tested > 400
-    assert missing == NOT_KNOWN
-
-
 def perlin_spread(dimensions: int) -> float:
     """The standard deviation of MaterialX's gradient noise: its gradients, weights and scales, a hash at random."""
     random, count = np.random.default_rng(3), 400_000

@@ -1,4 +1,4 @@
-"""MaterialX's surfaces and nodes: coats, tangents, films on metals, normals, matrices, flakes, hexagonal tiles."""
+"""MaterialX's surfaces: coats, tangents, films on metals, normals."""
 
 from __future__ import annotations
 

@@ -67,6 +67,7 @@ def load(path: str, arguments: argparse.Namespace, number: int | None) -> kanuka
         mask=arguments.prim,
         purposes=arguments.purpose or (),
         resolution=resolution,
+        color_space=getattr(arguments, "color_space", None) or "",
         journal=kanuka.Journal(),
     )
 

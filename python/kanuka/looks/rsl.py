@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 # How many numbers a kind has.
 SIZES = {"float": 1, "float2": 2, "color": 3, "vector": 3, "color4": 4, "matrix33": 9, "matrix44": 16}
@@ -77,6 +78,8 @@ def halves(name: str) -> tuple[str, str]:
     return f"{name}_0", f"{name}_1"
 
 
+Corners: TypeAlias = "tuple[tuple[str, str], ...]"  # of an area of a picture, four: s and t
+
 ZERO = {"float": "0", "color": "0", "vector": "0", "string": '""'}
 
 
@@ -141,15 +144,26 @@ class Writer:
         return Value("float2", *halves(ours)) if kind == "float2" else Value(kind, ours)
 
     def texture(
-        self, stage: Stage, file: str, st: Value, wrap: str, space: str, channel: int | None, fill: float = 0
+        self,
+        stage: Stage,
+        file: str,
+        st: Value | Corners,
+        wrap: str,
+        space: str,
+        channel: int | None,
+        fill: float = 0,
+        blur: str = "",
     ) -> Value:
-        """A picture at st, whose t grows upwards: the colour, or one channel. `space`: raw, srgb, auto."""
-        key = ("texture", file, st, wrap, space, channel)
+        """A picture at st, whose t grows upwards, or over four corners: the colour, or one channel. `space`: raw, srgb,
+        auto; `blur`: part of the picture."""
+        key = ("texture", file, st, wrap, space, channel, blur)
         if key not in stage.known:
             strings = {"file": file, "wrap": wrap, "space": space}
             texts = [self.shared("string", (file, *item), item[1]).text for item in strings.items()]
             options = f'"wrap", {texts[1]}, "colorspace", {texts[2]}, "fill", {fill:g}'
-            where = f"{st.text}, 1 - ({st.second})"
+            options += f', "blur", {blur}' if blur else ""
+            corners = ((st.text, st.second),) if isinstance(st, Value) else st
+            where = ", ".join(f"{s}, 1 - ({t})" for s, t in corners)
             if channel is None:
                 found = Value("color", f"color texture({texts[0]}, {where}, {options})")
             else:

@@ -33,6 +33,7 @@ def load(
     mask: Sequence[str] = (),
     purposes: Sequence[str] = (),
     resolution: tuple[int, int] | None = None,
+    color_space: str = "",
     journal: Journal | None = None,
 ) -> Scene:
     """A scene of a stage.
@@ -40,8 +41,9 @@ def load(
     frame: time code; default: the stage's first. camera: a path or name; default: its settings', else the first.
     variants: {"/prim{set}": "variant"} over the stage's own. mask: paths of prims; nothing else is read. purposes:
     "default", "render", "proxy", "guide"; default: its settings', else the first two. resolution: pixels, to which the
-    camera's view is fitted; default: its settings', else by the camera's aperture. What cannot be read is told: to
-    `journal`, else as warnings.
+    camera's view is fitted; default: its settings', else by the camera's aperture. color_space: rec709, rec2020 or
+    acescg, into which colours of other spaces are converted; default: its settings', else rec709. What cannot be read
+    is told: to `journal`, else as warnings.
     Raises kanuka.Error where there is no stage, or USD is not installed.
     """
     stage.require()
@@ -65,6 +67,7 @@ def load(
         mask=mask,
         purposes=purposes,
         resolution=resolution,
+        color_space=color_space,
     )
     if journal is None:
         _messages.tell(made.journal.messages)

@@ -13,6 +13,7 @@ from kanuka.looks.surface import Surface, text_of
 
 from . import materialx, patterns, preview
 from .network import Network
+from .spaces import Spaces
 from .stage import Say
 
 NODES = preview.NODES | patterns.NODES
@@ -41,10 +42,11 @@ class Made:
 
 
 class Materials:
-    def __init__(self, say: Say, files: Files, time: Usd.TimeCode) -> None:
+    def __init__(self, say: Say, files: Files, time: Usd.TimeCode, rendered: str = "rec709") -> None:
         self._say, self._files, self._time = say, files, time
         self._made: dict[str, Made | None] = {}
         self._plain: Made | None = None
+        self._spaces = Spaces(say, rendered)
 
     def of(self, material: UsdShade.Material) -> Made | None:
         """None: it has no surface that can be read, which was told."""
@@ -69,7 +71,7 @@ class Materials:
         path = str(material.GetPath())
         identifier = shader.GetIdAttr().Get()
         writer, shading, displacing = Writer(), Stage(), Stage()
-        network = Network(writer, self._say, self._files, self._time, NODES, path)
+        network = Network(writer, self._say, self._files, self._time, NODES, path, self._spaces)
         surface = SURFACES[identifier](network.node(shader), shading, displacing)
         uv = network.uv
         if surface.normal and not surface.normal_is_world and uv is None:

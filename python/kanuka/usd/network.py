@@ -9,10 +9,12 @@ from typing import TypeAlias
 import numpy as np
 from pxr import Sdf, Usd, UsdShade
 
+from kanuka.looks.colors import AUTO, RAW, Lookup
 from kanuka.looks.files import Files
-from kanuka.looks.rsl import MATRICES, SIZES, Stage, Value, Writer, numbers_of, of_numbers
+from kanuka.looks.rsl import MATRICES, SIZES, Corners, Stage, Value, Writer, numbers_of, of_numbers
 
 from . import library, lights
+from .spaces import Spaces
 from .stage import Say
 
 _KINDS = {
@@ -47,10 +49,12 @@ class Network:
     time: Usd.TimeCode
     nodes: dict[str, Evaluate]
     material: str
+    spaces: Spaces
     uv: Value | None = None  # the coordinates that textures were read by last
+    blur: str = ""  # of the textures that are met, as a part of them
     normal_maps: int = 0  # how many were met
     tangential: set[str] = field(default_factory=set)  # normals that are in tangent space
-    _on_the_way: set[tuple[object, str]] = field(default_factory=set)
+    _on_the_way: set[tuple[object, ...]] = field(default_factory=set)
 
     def node(self, shader: UsdShade.Shader) -> Node:
         return UsdNode(self, shader)
@@ -70,7 +74,7 @@ class Network:
 
     def output(self, node: Node, name: str, stage: Stage) -> Value | None:
         """What a node gives, in a variable; told and None where it is none that we know."""
-        key = (node.key, name)
+        key = (node.key, name, self.blur)
         if key in stage.known:
             return stage.known[key]
         if key in self._on_the_way:
@@ -131,8 +135,12 @@ class Node:
     def file(self, name: str) -> str:
         raise NotImplementedError
 
-    def color_space(self, name: str) -> str:
-        """That a file's attribute names, in lower case."""
+    def named_lookup(self, name: str, by: str, file: str) -> Lookup:
+        """The same, of a colour whose space another input names."""
+        raise NotImplementedError
+
+    def lookup(self, name: str, file: str, kind: str) -> Lookup:
+        """How the file that an input names is read as values of a kind; all but colours are data."""
         raise NotImplementedError
 
 
@@ -169,7 +177,7 @@ class UsdNode(Node):
         if attribute is None or is_output(attribute):
             return default
         value = attribute.Get(self.network.time)
-        return default if value is None else value
+        return default if value is None else self.network.spaces.value(attribute, value)
 
     def value(self, name: str, stage: Stage, kind: str, default=None) -> Value | None:
         attribute = self._source(name)
@@ -179,7 +187,7 @@ class UsdNode(Node):
             if found is not None:
                 return found.to(kind)
         elif attribute is not None and (value := attribute.Get(self.network.time)) is not None:
-            return self.network.of_constant(value, kind)
+            return self.network.of_constant(self.network.spaces.value(attribute, value), kind)
         return None if default is None else self.network.of_constant(default, kind)
 
     def file(self, name: str) -> str:
@@ -187,9 +195,19 @@ class UsdNode(Node):
         network = self.network
         return lights.resolved(attribute, network.time, network.files, network.say) if attribute else ""
 
-    def color_space(self, name: str) -> str:
-        attribute = self._source(name)
-        return (attribute.GetColorSpace() or "").lower() if attribute else ""
+    def named_lookup(self, name: str, by: str, file: str) -> Lookup:
+        attribute, spaces = self._source(name), self.network.spaces
+        said, named = self._source(by), str(self.constant(by, "auto") or "auto")
+        if said and named != "auto":
+            return spaces.lookup(file, spaces.named(named, said))
+        # What prims say of all their attributes is not meant for pictures that say "auto" themselves.
+        return spaces.lookup(file, spaces.of(attribute, inherits=False)) if attribute else AUTO
+
+    def lookup(self, name: str, file: str, kind: str) -> Lookup:
+        attribute, spaces = self._source(name), self.network.spaces
+        if kind not in ("color", "color4"):
+            return RAW
+        return spaces.lookup(file, spaces.of(attribute)) if attribute else AUTO
 
 
 class LibraryNode(Node):
@@ -251,9 +269,14 @@ class LibraryNode(Node):
         given = self._input(name)
         return self._outer.file(given.interface) if given.interface else ""
 
-    def color_space(self, name: str) -> str:
+    def named_lookup(self, name: str, by: str, file: str) -> Lookup:
+        return self.lookup(name, file, "color")
+
+    def lookup(self, name: str, file: str, kind: str) -> Lookup:
         given = self._input(name)
-        return self._outer.color_space(given.interface) if given.interface else ""
+        if not given.interface or kind not in ("color", "color4"):
+            return RAW
+        return self._outer.lookup(given.interface, file, kind)
 
 
 def is_output(attribute: Usd.Attribute) -> bool:
@@ -274,6 +297,8 @@ def geometry(network: Network, name: str, stage: Stage) -> Value | None:
         "N": f'normalize(vector(ntransform("{space}", N)))',
         "T": f'normalize(vtransform("{space}", vector(Du(P))))',
         "B": f'normalize(vtransform("{space}", vector(Dv(P))))',
+        # From the camera: materials are shaded before anything is looked at, in mirrors too.
+        "V": f'normalize(vtransform("{space}", P - point "camera" (0, 0, 0)))',
     }
     key = ("geometry", name)
     if key not in stage.known and kind[:1] in texts:
@@ -282,8 +307,25 @@ def geometry(network: Network, name: str, stage: Stage) -> Value | None:
 
 
 def texture(
-    network: Network, stage: Stage, file: str, st: Value, wrap: str, space: str, channel: int | None, fill: float = 0
+    network: Network,
+    stage: Stage,
+    file: str,
+    st: Value | Corners,
+    wrap: str,
+    look: Lookup,
+    channel: int | None,
+    fill: float = 0,
 ) -> Value:
     """A picture at st, whose t grows upwards: the colour, or one channel."""
-    network.uv = st
-    return network.writer.texture(stage, file, st, wrap, space, channel, fill)
+    if isinstance(st, Value):
+        network.uv = st
+    writer = network.writer
+    if not look.function or channel == 3:
+        return writer.texture(stage, file, st, wrap, look.space, channel, fill, network.blur)
+    writer.functions[look.function] = look.text
+    coded = writer.texture(stage, file, st, wrap, look.space, None, fill, network.blur)
+    key = ("light", coded.text, look.function)
+    if key not in stage.known:
+        stage.known[key] = writer.let(stage, Value("color", f"{look.function}({coded.text})"))
+    found = stage.known[key]
+    return found if channel is None else Value("float", found.number(channel))

@@ -26,9 +26,10 @@ vector mx_fractal%d(point at; float octaves; float lacunarity; float diminish) {
 }
 """
 
-# Distances to the nearest three of points that lie one in each cell: Worley 1996, as MaterialX jitters them.
+# Distances to the nearest three of points that lie one in each cell: Worley 1996, as MaterialX jitters them; and the
+# nearest itself.
 WORLEY = """
-vector mx_worley(point at; float depth; float jitter) {
+vector mx_worley(point at; float depth; float jitter; output point nearest) {
     float i, j, k;
     float first = 1e6, second = 1e6, third = 1e6;
     point cell = point(floor(xcomp(at)), floor(ycomp(at)), floor(zcomp(at)));
@@ -45,6 +46,7 @@ vector mx_worley(point at; float depth; float jitter) {
                     third = second;
                     second = first;
                     first = square;
+                    nearest = corner + inside;
                 } else if (square < second) {
                     third = second;
                     second = square;
@@ -118,18 +120,19 @@ def cells(dimensions: int) -> Evaluate:
 
 
 def worley(dimensions: int) -> Evaluate:
-    """The nearest distances."""
+    """The nearest distances; of style 1, numbers that are the same all around a point."""
 
     def evaluate(node: Node, output: str, stage: Stage) -> Value | None:
         writer = node.network.writer
-        if int(node.constant("style", 0)) != 0:
-            node.network.say(
-                "warning", f"{node.network.material}: Worley noise of style 1 is taken for style 0 ({node})"
-            )
         writer.functions["mx_worley"] = WORLEY
         at, jitter = place(node, stage, dimensions), number(node, stage, "jitter", 1.0)
-        call = f"mx_worley(point({at}), {0 if dimensions == 2 else 1}, {jitter})"
-        return writer.let(stage, Value("vector", call)).to(node.kind(output))
+        nearest = writer.fresh()
+        stage.lines.append(f"point {nearest} = 0;")
+        call = f"mx_worley(point({at}), {0 if dimensions == 2 else 1}, {jitter}, {nearest})"
+        found = writer.let(stage, Value("vector", call))
+        if int(node.constant("style", 0)) == 1:
+            found = writer.let(stage, Value("vector", f"vector cellnoise({nearest})"))
+        return found.to(node.kind(output))
 
     return evaluate
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from kanuka.looks.rsl import SIZES, Stage, Value, of_numbers
 
-from . import matrices, noise
+from . import flakes, hextiles, matrices, noise
 from .network import Evaluate, Node, geometry, texture
 
 WRAPS = {"periodic": "periodic", "clamp": "clamp", "mirror": "mirror", "constant": "black"}
@@ -183,9 +183,9 @@ def geometry_color(node: Node, output: str, stage: Stage) -> Value | None:
     return node.network.writer.primvar("displayColor", "color", (1, 1, 1)).to(node.kind(output))
 
 
-def space(letter: str) -> Evaluate:
+def space(letter: str, default: str = "object") -> Evaluate:
     def evaluate(node: Node, output: str, stage: Stage) -> Value | None:
-        where = "world" if node.constant("space", "object") == "world" else "object"
+        where = "world" if node.constant("space", default) == "world" else "object"
         return geometry(node.network, letter + where, stage)
 
     return evaluate
@@ -220,13 +220,10 @@ def image(node: Node, output: str, stage: Stage) -> Value | None:
                 stage, Value("float2", f"{st.text} {sign} {by.text}", f"{st.second} {sign} {by.second}")
             )
     modes = [WRAPS.get(str(node.constant(m, "periodic")), "periodic") for m in ("uaddressmode", "vaddressmode")]
-    named = node.color_space("file")
-    colored = kind in ("color", "color4")
-    coded = colored and ("srgb" in named or named == "auto")
-    space = "srgb" if coded else "raw" if not colored or named in ("raw", "lin_rec709", "linear") else "auto"
+    lookup = node.lookup("file", file, kind)
 
     def look(channel: int | None, fill: float = 0) -> Value:
-        return texture(network, stage, file, st, ",".join(modes), space, channel, fill)
+        return texture(network, stage, file, st, ",".join(modes), lookup, channel, fill)
 
     if kind == "float":
         return look(0)
@@ -235,13 +232,28 @@ def image(node: Node, output: str, stage: Stage) -> Value | None:
     return Value(kind, look(None).text, look(3, 1).text) if kind == "color4" else look(None).to(kind)
 
 
+def blur(node: Node, output: str, stage: Stage) -> Value | None:
+    """Of pictures behind it, by a wider filter; nothing else can be blurred. (The library's graph blurs nothing.)"""
+    network, outer = node.network, node.network.blur
+    if node.connected("size"):
+        network.say("warning", f"{network.material}: a blur is the same everywhere; none is made ({node})")
+    elif (size := node.value("size", stage, "float", 0.0)) is not None:
+        network.blur = size.text
+    try:
+        return node.value("in", stage, node.kind(output), 0.0)
+    finally:
+        network.blur = outer
+
+
 def normal_map(node: Node, output: str, stage: Stage) -> Value | None:
     """In tangent space, from -1 to 1; only surfaces' normals read it, and bend the normal by it."""
     found = node.value("in", stage, "vector", (0.5, 0.5, 1))
     scale = node.value("scale", stage, "float2", (1, 1))
     assert found and scale
     node.network.normal_maps += 1
-    v = node.network.writer.let(stage, Value("vector", f"2 * {found.text} - vector(1, 1, 1)"))
+    code = node.network.writer.let(stage, found).text
+    upright = f"({code} . {code} == 0 ? vector(0, 0, 1) : 2 * {code} - vector(1, 1, 1))"
+    v = node.network.writer.let(stage, Value("vector", upright))
     return Value("vector", f"vector(xcomp({v.text}) * {scale.text}, ycomp({v.text}) * {scale.second}, zcomp({v.text}))")
 
 
@@ -298,9 +310,8 @@ NODES: dict[str, Evaluate] = {
     # textures and geometry
     "ND_image": image,
     "ND_tiledimage": image,
-    "ND_hextiledimage": image,
+    "ND_blur": blur,
     "ND_normalmap": normal_map,
-    "ND_hextilednormalmap": normal_map,
     "ND_heighttonormal": height_to_normal,
     "ND_texcoord": texture_coordinate,
     "ND_geompropvalue": geometry_property,
@@ -310,6 +321,7 @@ NODES: dict[str, Evaluate] = {
     "ND_normal": space("N"),
     "ND_tangent": space("T"),
     "ND_bitangent": space("B"),
+    "ND_viewdirection": space("V", "world"),
     "ND_transformpoint": transformed("transform", "point"),
     "ND_transformvector": transformed("vtransform", "vector"),
     "ND_transformnormal": transformed("ntransform", "normal"),
@@ -401,4 +413,5 @@ NODES: dict[str, Evaluate] = {
     "ND_ramptb": ramp("valueb", "valuet", 1, "clamp({x}, 0, 1)"),
     "ND_splitlr": ramp("valuel", "valuer", 0, OVER),
     "ND_splittb": ramp("valueb", "valuet", 1, OVER),
-} | noise.NODES | matrices.NODES
+}
+NODES |= noise.NODES | matrices.NODES | flakes.NODES | hextiles.NODES

@@ -23,8 +23,7 @@ def uv_texture(node: Node, output: str, stage: Stage) -> Value | None:
     st = node.value("st", stage, "float2") or writer.primvar("st", "float2")
     s_wrap, t_wrap = (WRAPS.get(str(node.constant(w, "useMetadata")), "") for w in ("wrapS", "wrapT"))
     wrap = f"{s_wrap or 'periodic'},{t_wrap or 'periodic'}" if s_wrap or t_wrap else ""
-    named = str(node.constant("sourceColorSpace", "auto"))
-    space = {"raw": "raw", "sRGB": "srgb"}.get(named, "auto")
+    space = node.named_lookup("file", "sourceColorSpace", file)
     scale = [float(x) for x in node.constant("scale", (1, 1, 1, 1))]
     bias = [float(x) for x in node.constant("bias", (0, 0, 0, 0))]
     if output in CHANNELS:

@@ -19,6 +19,7 @@ from .lights import add_light
 from .linking import Links
 from .materials import Materials
 from .settings import Settings, settings_of
+from .spaces import rendering_space
 from .stage import Say, input_error, open_stage
 from .transforms import Transforms, stage_matrix
 
@@ -46,7 +47,7 @@ class Reader:
 
     def __post_init__(self) -> None:
         self.files = Files()
-        self.materials = Materials(self.say, self.files, self.times[0])
+        self.materials = Materials(self.say, self.files, self.times[0], self.scene.options.color_space)
         self.shapes = Shapes(self.materials, self.say, self.times, Links(self.stage))
         self.transforms = Transforms(self.times)
         self.world = stage_matrix(self.stage)
@@ -212,12 +213,14 @@ def read(
     mask: Sequence[str],
     purposes: Sequence[str],
     resolution: tuple[int, int] | None = None,
+    color_space: str = "",
 ) -> None:
     """Into an empty scene: the stage at a frame (None: its first), seen by `camera` (empty: its first one)."""
     stage = open_stage(path, say, variants, mask)
     time = frame if frame is not None else (stage.GetStartTimeCode() if stage.HasAuthoredTimeCodeRange() else 0.0)
     settings = settings_of(stage, say)
     settings.resolution = resolution or settings.resolution
+    scene.options.color_space = rendering_space(stage, color_space, say)
     chosen = find_camera(stage, camera or settings.camera, path)
     opened, closed = shutter(chosen, time) if settings.motion_blur else (0.0, 0.0)
     times = [Usd.TimeCode(time + opened)] + ([Usd.TimeCode(time + closed)] if closed > opened else [])
