@@ -171,7 +171,8 @@ RAW, AUTO = Lookup("raw"), Lookup("auto")
 
 def lookup(space: Space, rendered: str, file: str) -> Lookup:
     """texture() decodes sRGB, texel by texel, and filters then. Other curves come after the filter: where the file has
-    codes they are decoded as if they were sRGB's, filtered, and put right, so that the filter has next to light."""
+    codes they are decoded as if they were sRGB's, filtered, and put right, so that the filter has next to light: what
+    is left of the error is a tenth for powers of 2.2 and 2.4, and half for 1.8."""
     if not space.primaries:
         return RAW
     if (space.curve, space.primaries) == (SRGB, PRIMARIES["rec709"]):

@@ -9,7 +9,7 @@ from pxr import Usd, UsdRender
 from kanuka.looks import colors
 from kanuka.looks.colors import Lookup, Space
 
-from .stage import Say
+from .stage import Say, input_error
 
 
 class Spaces:
@@ -54,12 +54,8 @@ class Spaces:
         chroma = (of.GetRedChromaAttr(), of.GetGreenChromaAttr(), of.GetBlueChromaAttr(), of.GetWhitePointAttr())
         primaries = tuple((float(x), float(y)) for x, y in (each.Get() for each in chroma))
         gamma, bias = float(of.GetGammaAttr().Get()), float(of.GetLinearBiasAttr().Get())
-        try:
-            matrix = colors.xyz_from(primaries)
-            whole = np.isfinite(matrix).all() and abs(np.linalg.det(matrix)) > 1e-9
-        except (np.linalg.LinAlgError, ZeroDivisionError):
-            whole = False
-        if not (whole and np.isfinite([gamma, bias]).all() and gamma > 0 and primaries[3][1] > 0):
+        whole = np.isfinite([gamma, bias, *np.ravel(primaries)]).all() and gamma > 0 and primaries[3][1] > 0
+        if not whole or abs(np.linalg.det([(x, y, 1) for x, y in primaries[:3]])) < 1e-6:
             path = of.GetPrim().GetPath()
             self._tell(name, f'{path}: the definition of the colour space "{name}" is none: {primaries}, {gamma:g}')
             return None
@@ -79,6 +75,8 @@ def rendering_space(stage: Usd.Stage, wanted: str, say: Say) -> str:
             f"{stage.GetColorConfiguration().path}: configurations of OpenColorIO are not read; spaces are known "
             "by name",
         )
+    if wanted and wanted not in colors.RENDERED:
+        raise input_error(f'color_space "{wanted}": there are {", ".join(colors.RENDERED)}')
     if wanted:
         return wanted
     settings = UsdRender.Settings.GetStageRenderSettings(stage)
