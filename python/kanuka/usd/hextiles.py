@@ -159,7 +159,7 @@ def normal_map(node: Node, output: str, stage: Stage) -> Value | None:
         return Value("vector", "vector(0, 0, 1)")
     tiles, network = Tiles(node, stage), node.network
     strength = noise.number(node, stage, "strength", 1.0)
-    flip = -1 if node.constant("flip_g", False) else 1
+    flip = -1 if node.number("flip_g", 0) else 1
     slopes = []
     for angle, corners in zip(tiles.angles, tiles.places, strict=True):
         look = texture(network, stage, file, corners, "periodic", RAW, None).to("vector").text

@@ -114,18 +114,18 @@ def medium(get: Inputs, ior: str) -> Medium | None:
             "warning", f"{network.material}: {', '.join(varying)}: a medium is the same everywhere; none is made"
         )
         return None
-    depth = float(node.constant("transmission_depth", 0.0))
+    depth = node.number("transmission_depth", 0.0)
     if not depth > 0:
         return None
     color, scatter = (
-        [float(x) for x in node.constant(name, default)]
+        node.numbers(name, default)
         for name, default in (("transmission_color", (1, 1, 1)), ("transmission_scatter", (0, 0, 0)))
     )
     scattering = tuple(max(x, 0.0) / depth for x in scatter)
     absorption = [-math.log(min(max(c, 1e-6), 1.0)) / depth - s for c, s in zip(color, scattering, strict=True)]
     least = min(0.0, *absorption)
-    cosine = float(node.constant("transmission_scatter_anisotropy", 0.0))
-    return Medium(float(node.constant(ior, 1.5)), tuple(a - least for a in absorption), scattering, cosine)
+    cosine = node.number("transmission_scatter_anisotropy", 0.0)
+    return Medium(node.number(ior, 1.5), tuple(a - least for a in absorption), scattering, cosine)
 
 
 def bent(get: Inputs, made: Surface, normal: str, coat_normal: str, displacing: Stage) -> None:

@@ -66,10 +66,12 @@ def definition(identifier: str):
 @cache
 def graph_of(identifier: str) -> Graph | None:
     """The graph that stands for a node; None = there is none."""
+    node = definition(identifier)
+    if node is None:
+        return None
     import MaterialX as mx
 
-    node = definition(identifier)
-    graph = node.getImplementation("genglsl") if node is not None else None
+    graph = node.getImplementation("genglsl")
     if graph is None or not graph.isA(mx.NodeGraph):
         return None
     nodes = {}

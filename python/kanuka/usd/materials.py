@@ -72,7 +72,11 @@ class Materials:
         identifier = shader.GetIdAttr().Get()
         writer, shading, displacing = Writer(), Stage(), Stage()
         network = Network(writer, self._say, self._files, self._time, NODES, path, self._spaces)
-        surface = SURFACES[identifier](network.node(shader), shading, displacing)
+        try:
+            surface = SURFACES[identifier](network.node(shader), shading, displacing)
+        except RecursionError:
+            self._say("warning", f"{path}: its network is too deep to be read. Grey stands in for it")
+            return None
         uv = network.uv
         if surface.normal and not surface.normal_is_world and uv is None:
             uv = writer.primvar("st", "float2")

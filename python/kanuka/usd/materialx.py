@@ -148,7 +148,7 @@ def darkened(get: Inputs, made: Surface) -> Value:
 
 def transmitted(get: Inputs, made: Surface, weight: str, thin: str, subsurface: str, ior: str) -> None:
     """Both dialects name the rest alike."""
-    made.thin_walled = bool(get.node.constant(thin, False))
+    made.thin_walled = bool(get.node.number(thin, 0))
     if made.thin_walled and get.used(subsurface):
         made.translucence = get(subsurface, "float", 0.0)
         if get.used("subsurface_scatter_anisotropy"):  # OpenPBR's alone: "Thin-walled case"
@@ -176,7 +176,7 @@ def gltf_pbr(node: Node, shading: Stage, displacing: Stage) -> Surface:
         made.roughness = get.let("float", f"sqrt({along})")
         made.rotation = Value("float", f"0.25 + {get('anisotropy_rotation', 'float', 0.0).text} / (2 * PI)")
         made.tangent = tangent_of(get, "tangent")
-    if get.node.connected("metallic") or get.node.constant("metallic", 1.0) != 0:
+    if get.node.connected("metallic") or get.node.number("metallic", 1.0) != 0:
         made.metalness = get("metallic", "float", 1.0)
     if get.used("transmission"):
         made.transmission = get("transmission", "float", 0.0)
@@ -200,7 +200,7 @@ def gltf_pbr(node: Node, shading: Stage, displacing: Stage) -> Surface:
             made.film_weight = get("iridescence", "float", 0.0)
     if get.used("emissive"):
         made.emission = get.product("emissive_strength", "emissive", 1.0, (0, 0, 0))
-    mode = int(node.constant("alpha_mode", 0))
+    mode = int(node.number("alpha_mode", 0))
     if mode:
         made.presence = get("alpha", "float", 1.0)
     if mode == 1:

@@ -48,7 +48,7 @@ def row(kind: str) -> Evaluate:
 
     def evaluate(node: Node, output: str, stage: Stage) -> Value | None:
         m, n = matrix(node, "in", stage, kind), MATRICES[kind]
-        at = min(max(int(node.constant("index", 0)), 0), n - 1)
+        at = min(max(int(node.number("index", 0)), 0), n - 1)
         return of_numbers(node.kind(output), [m.number(at * n + i) for i in range(n)])
 
     return evaluate
@@ -59,7 +59,7 @@ def of_rows(node: Node, output: str, stage: Stage) -> Value | None:
     kind, texts = node.kind(output), []
     n = MATRICES[kind]
     for i in range(n):
-        own = node.input_kind(f"in{i + 1}") or ("vector" if n == 3 else "color4")
+        own = node.number_kind(f"in{i + 1}", "vector" if n == 3 else "color4")
         found = node.value(f"in{i + 1}", stage, own, IDENTITY[kind][i * n : i * n + SIZES[own]])
         assert found
         texts += [found.number(j) if j < SIZES[own] else str(int(i == j)) for j in range(n)]

@@ -15,7 +15,7 @@ from kanuka.looks.rsl import MATRICES, SIZES, Corners, Stage, Value, Writer, num
 
 from . import library, lights
 from .spaces import Spaces
-from .stage import Say
+from .stage import Say, one_line
 
 _KINDS = {
     "float2": "float2",
@@ -55,6 +55,13 @@ class Network:
     normal_maps: int = 0  # how many were met
     tangential: set[str] = field(default_factory=set)  # normals that are in tangent space
     _on_the_way: set[tuple[object, ...]] = field(default_factory=set)
+    _told: set[str] = field(default_factory=set)
+
+    def tell(self, text: str) -> None:
+        """A warning, once for the material."""
+        if text not in self._told:
+            self._told.add(text)
+            self.say("warning", text)
 
     def node(self, shader: UsdShade.Shader) -> Node:
         return UsdNode(self, shader)
@@ -78,7 +85,7 @@ class Network:
         if key in stage.known:
             return stage.known[key]
         if key in self._on_the_way:
-            self.say("warning", f"{node}: the network runs in a circle; it is cut here")
+            self.tell(f"{self.material}: its network runs in a circle; it is cut at {node}")
             return None
         self._on_the_way.add(key)
         try:
@@ -98,7 +105,8 @@ class Network:
             inside = library.source_of(graph, name)
             if inside is not None:
                 return self.output(LibraryNode(node, graph, inside[0]), inside[1], stage)
-        self.say("warning", f'{self.material}: there is no node "{node.identifier}" ({node}); its default stands')
+        why = "" if library.document() else "; without the package MaterialX few are known"
+        self.tell(f'{self.material}: there is no node "{node.identifier}" ({node}); its default stands{why}')
         return None
 
 
@@ -121,12 +129,31 @@ class Node:
         """Of what is connected, or of the input itself; None = the node has none of that name."""
         raise NotImplementedError
 
+    def number_kind(self, name: str, default: str) -> str:
+        """The same, of what is read as numbers."""
+        found = self.input_kind(name)
+        return default if found in (None, "string") else found
+
     def connected(self, name: str) -> bool:
         raise NotImplementedError
 
     def constant(self, name: str, default=None):
         """An input's value, where it has one by itself."""
         raise NotImplementedError
+
+    def number(self, name: str, default: float) -> float:
+        """Of a constant; its first, where it has several."""
+        return numbers_of(self.constant(name, default))[0]
+
+    def numbers(self, name: str, default: tuple[float, ...]) -> list[float]:
+        """As many as the default has."""
+        found = numbers_of(self.constant(name, default))
+        return (found * len(default) if len(found) == 1 else [*found, *default[len(found) :]])[: len(default)]
+
+    def fallback(self, name: str) -> list[float] | None:
+        """Of a primvar: numbers, where there are any."""
+        value = self.constant(name)
+        return None if value is None or isinstance(value, str) else numbers_of(value)
 
     def value(self, name: str, stage: Stage, kind: str, default=None) -> Value | None:
         """An input's value; None where it is neither connected nor set and there is no default."""
@@ -158,7 +185,25 @@ class UsdNode(Node):
         if not port:
             return None
         found = UsdShade.Utils.GetValueProducingAttributes(port)
+        if not found:
+            stage = self._shader.GetPrim().GetStage()
+            for path in port.GetRawConnectedSourcePaths():
+                if not stage.GetAttributeAtPath(path):
+                    self.network.tell(f"{port.GetAttr().GetPath()}: it is connected to {path}, which is not there")
         return found[0] if found else None
+
+    def _constant(self, attribute: Usd.Attribute, kind: str | None) -> object:
+        """Its value, where it is of the sort that is read: a text, or finite numbers. None = either."""
+        value = attribute.Get(self.network.time)
+        if value is None:
+            return None
+        if isinstance(value, (str, Sdf.AssetPath)):
+            if kind in ("string", None):
+                return value
+        elif kind != "string" and as_numbers(value, max(SIZES.get(kind or "", 4), 4)) is not None:
+            return self.network.spaces.value(attribute, value)
+        self.network.tell(f"{attribute.GetPath()}: {one_line(str(value))} is no value for it; its default stands")
+        return None
 
     def kind(self, output: str) -> str:
         port = self._shader.GetOutput(output)
@@ -176,24 +221,34 @@ class UsdNode(Node):
         attribute = self._source(name)
         if attribute is None or is_output(attribute):
             return default
-        value = attribute.Get(self.network.time)
-        return default if value is None else self.network.spaces.value(attribute, value)
+        kind = None if default is None else "string" if isinstance(default, str) else "numbers"
+        value = self._constant(attribute, kind)
+        return default if value is None else value
 
     def value(self, name: str, stage: Stage, kind: str, default=None) -> Value | None:
         attribute = self._source(name)
         if attribute is not None and is_output(attribute):
             source = UsdNode(self.network, UsdShade.Shader(attribute.GetPrim()))
             found = self.network.output(source, attribute.GetBaseName(), stage)
-            if found is not None:
+            if found is not None and (found.kind == "string") == (kind == "string"):
                 return found.to(kind)
-        elif attribute is not None and (value := attribute.Get(self.network.time)) is not None:
-            return self.network.of_constant(self.network.spaces.value(attribute, value), kind)
+            if found is not None:
+                self.network.tell(f"{self}.inputs:{name}: {source} gives no value for it; its default stands")
+        elif attribute is not None and (value := self._constant(attribute, kind)) is not None:
+            return self.network.of_constant(value, kind)
         return None if default is None else self.network.of_constant(default, kind)
 
     def file(self, name: str) -> str:
-        attribute = self._source(name)
-        network = self.network
-        return lights.resolved(attribute, network.time, network.files, network.say) if attribute else ""
+        attribute, network = self._source(name), self.network
+        if attribute is None:
+            return ""
+        if is_output(attribute):
+            network.tell(f"{self}.inputs:{name}: a file that a node gives ({attribute.GetPath()}) is not read")
+            return ""
+        if not isinstance(value := attribute.Get(network.time), (Sdf.AssetPath, type(None))):
+            network.tell(f"{attribute.GetPath()}: {value} is no file")
+            return ""
+        return lights.resolved(attribute, network.time, network.files, network.say)
 
     def named_lookup(self, name: str, by: str, file: str) -> Lookup:
         attribute, spaces = self._source(name), self.network.spaces
@@ -277,6 +332,15 @@ class LibraryNode(Node):
         if not given.interface or kind not in ("color", "color4"):
             return RAW
         return self._outer.lookup(given.interface, file, kind)
+
+
+def as_numbers(value: object, most: int) -> np.ndarray | None:
+    """Of a number, a tuple or a matrix; None: it is none of them, has more, or is not finite."""
+    try:
+        found = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        return None
+    return found if 0 < found.size <= most and np.isfinite(found).all() else None
 
 
 def is_output(attribute: Usd.Attribute) -> bool:

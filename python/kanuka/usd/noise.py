@@ -130,7 +130,7 @@ def worley(dimensions: int) -> Evaluate:
         stage.lines.append(f"point {nearest} = 0;")
         call = f"mx_worley(point({at}), {0 if dimensions == 2 else 1}, {jitter}, {nearest})"
         found = writer.let(stage, Value("vector", call))
-        if int(node.constant("style", 0)) == 1:
+        if int(node.number("style", 0)) == 1:
             found = writer.let(stage, Value("vector", f"vector cellnoise({nearest})"))
         return found.to(node.kind(output))
 

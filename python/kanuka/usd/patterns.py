@@ -19,6 +19,8 @@ def operation(expression: str, floats: tuple[str, ...] = (), **inputs: float) ->
 
     def evaluate(node: Node, output: str, stage: Stage) -> Value | None:
         kind, let = node.kind(output), {}
+        if kind == "string":  # which goes through dots alone
+            return node.value("in", stage, kind)
         for name, default in inputs.items():
             value = node.value(name, stage, "float" if name in floats else kind, default)
             assert value is not None
@@ -75,7 +77,7 @@ def vectors(expression: str, kind: str = "", **inputs: tuple[float, ...]) -> Eva
     def evaluate(node: Node, output: str, stage: Stage) -> Value | None:
         writer, let = node.network.writer, {}
         for name, default in inputs.items():
-            own = node.input_kind(name) or "vector"
+            own = node.number_kind(name, "vector")
             value = writer.let(
                 stage,
                 node.value(name, stage, own if own in ("float2", "color4") else "vector", default)
@@ -108,14 +110,14 @@ def rotate(node: Node, output: str, stage: Stage) -> Value | None:
 
 
 def convert(node: Node, output: str, stage: Stage) -> Value | None:
-    found = node.value("in", stage, node.input_kind("in") or "float", 0.0)
+    found = node.value("in", stage, node.number_kind("in", "float"), 0.0)
     return found.to(node.kind(output)) if found else None
 
 
 def extract(node: Node, output: str, stage: Stage) -> Value | None:
-    kind = node.input_kind("in") or "vector"
+    kind = node.number_kind("in", "vector")
     found = node.value("in", stage, kind, 0.0)
-    index = min(max(int(node.constant("index", 0)), 0), SIZES[kind] - 1)
+    index = min(max(int(node.number("index", 0)), 0), SIZES[kind] - 1)
     return Value("float", found.number(index)) if found else None
 
 
@@ -123,11 +125,11 @@ def combine(node: Node, output: str, stage: Stage) -> Value | None:
     """Of numbers, or of two values whose numbers follow each other."""
     kind, texts = node.kind(output), []
     for name in ("in1", "in2", "in3", "in4"):
-        own = node.input_kind(name)
+        own = node.number_kind(name, "float")
         if len(texts) < SIZES[kind]:
-            found = node.value(name, stage, own or "float", 0.0)
+            found = node.value(name, stage, own, 0.0)
             assert found
-            texts += [found.number(i) for i in range(SIZES[own or "float"])]
+            texts += [found.number(i) for i in range(SIZES[own])]
     return of_numbers(kind, texts)
 
 
@@ -176,7 +178,7 @@ def texture_coordinate(node: Node, output: str, stage: Stage) -> Value | None:
 def geometry_property(node: Node, output: str, stage: Stage) -> Value | None:
     name = str(node.constant("geomprop", "") or "")
     name = "st" if name in ("UV0", "uv") else name
-    return node.network.writer.primvar(name, node.kind(output), node.constant("default")) if name else None
+    return node.network.writer.primvar(name, node.kind(output), node.fallback("default")) if name else None
 
 
 def geometry_color(node: Node, output: str, stage: Stage) -> Value | None:

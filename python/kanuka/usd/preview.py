@@ -15,8 +15,7 @@ def uv_texture(node: Node, output: str, stage: Stage) -> Value | None:
     network, file = node.network, node.file("file")
     writer = network.writer
     if not file:
-        fallback = node.constant("fallback", (0, 0, 0, 1))
-        numbers = tuple(float(x) for x in fallback)
+        numbers = tuple(node.numbers("fallback", (0, 0, 0, 1)))
         if output in CHANNELS:
             return writer.constant("float", numbers[CHANNELS[output]])
         return writer.constant("color", numbers[:3])
@@ -24,8 +23,8 @@ def uv_texture(node: Node, output: str, stage: Stage) -> Value | None:
     s_wrap, t_wrap = (WRAPS.get(str(node.constant(w, "useMetadata")), "") for w in ("wrapS", "wrapT"))
     wrap = f"{s_wrap or 'periodic'},{t_wrap or 'periodic'}" if s_wrap or t_wrap else ""
     space = node.named_lookup("file", "sourceColorSpace", file)
-    scale = [float(x) for x in node.constant("scale", (1, 1, 1, 1))]
-    bias = [float(x) for x in node.constant("bias", (0, 0, 0, 0))]
+    scale = node.numbers("scale", (1, 1, 1, 1))
+    bias = node.numbers("bias", (0, 0, 0, 0))
     if output in CHANNELS:
         channel = CHANNELS[output]
         found = texture(network, stage, file, st, wrap, space, channel, fill=1 if channel == 3 else 0)
@@ -46,7 +45,7 @@ def primvar_reader(kind: str) -> Evaluate:
         if not name:
             node.network.say("warning", f"{node}: it names no primvar")
             return None
-        return node.network.writer.primvar(name, kind, node.constant("fallback"))
+        return node.network.writer.primvar(name, kind, node.fallback("fallback"))
 
     return read
 
@@ -91,7 +90,7 @@ def preview_surface(node: Node, shading: Stage, displacing: Stage) -> Surface:
 
     made = Surface(base=node.value("diffuseColor", shading, "color", (0.18, 0.18, 0.18)))
     made.roughness = node.value("roughness", shading, "float", 0.5)
-    if node.constant("useSpecularWorkflow", 0):
+    if node.number("useSpecularWorkflow", 0):
         made.f0 = node.value("specularColor", shading, "color", (0, 0, 0))
     else:
         made.ior = node.value("ior", shading, "float", 1.5)
@@ -100,8 +99,8 @@ def preview_surface(node: Node, shading: Stage, displacing: Stage) -> Surface:
     if used("clearcoat"):
         made.coat = node.value("clearcoat", shading, "float")
         made.coat_roughness = node.value("clearcoatRoughness", shading, "float", 0.01)
-    emissive = node.constant("emissiveColor", (0, 0, 0))
-    if node.connected("emissiveColor") or any(float(x) != 0 for x in emissive):
+    emissive = node.numbers("emissiveColor", (0, 0, 0))
+    if node.connected("emissiveColor") or any(emissive):
         made.emission = node.value("emissiveColor", shading, "color")
     if used("opacity", 1):
         opacity = node.value("opacity", shading, "float", 1)
