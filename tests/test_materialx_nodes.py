@@ -9,15 +9,17 @@ import numpy as np
 import pytest
 
 pytest.importorskip("MaterialX")
-from pxr import Gf, UsdShade
+from pxr import Gf, Usd, UsdGeom, UsdShade
 
 import kanuka
+from kanuka.looks.files import Files
 from kanuka.usd import library
-from kanuka.usd.materials import NODES
+from kanuka.usd.materials import NODES, Materials
 from kanuka.usd.network import family
 from test_materialx_more import STANDARD, normals, surface
+from test_texture_spaces import xyz_from
 from usd_graphs import SHIFT, TYPES, Graph, N, coordinates, plain
-from usd_stages import CAMERA, FLOOR, picture, read, stage
+from usd_stages import CAMERA, FLOOR, SUN, picture, read, stage
 
 SURFACES = ("pbr", "light", "shader", "material", "translation", "")  # groups that are read elsewhere, or not at all
 
@@ -237,6 +239,75 @@ def test_the_view_is_that_of_the_camera(tmp_path: Path):
     x = (np.arange(8) + 0.5) / 4 - 1
     expected = 4 / np.sqrt(16 + x[None, :] ** 2 + x[:, None] ** 2)
     assert rgb[..., 1] == pytest.approx(expected, abs=0.01)
+
+
+@pytest.mark.parametrize(("up", "expected"), [("Y", [0, 1, 0]), ("Z", [0, 0, 1])])
+def test_the_world_is_that_of_the_stage(tmp_path: Path, up: str, expected: list[float]):
+    """A floor whose normal is the stage's up axis, from where the axis is told: as a colour, which the camera sees."""
+    graph = Graph()
+    node = graph.node("n", "ND_normal_vector3", space="world")
+    graph.emit(graph.node("c", "ND_convert_vector3_color3", in_=(node, "out")))
+    for name in ("base", "specular"):
+        graph.surface.CreateInput(name, TYPES["float"]).Set(0.0)
+    parts = graph.stage.GetRootLayer().ExportToString().partition("\n\n")[2]
+    floor = FLOOR.replace("</matte>", "</m>").replace("EXTRA", "")
+    if up == "Z":
+        floor = floor.replace(
+            "(-1, 0, 1), (1, 0, 1), (1, 0, -1), (-1, 0, -1)", "(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)"
+        )
+    head = f'#usda 1.0\n(\n    upAxis = "{up}"\n)\n'
+    scene, _ = read(stage(tmp_path, parts, floor, SUN, head=head))
+    scene.camera = kanuka.Camera((0, 4, 0), (0, 0, 0), up=(0, 0, -1), fov=20)
+    rgb = picture(scene, 4, 64).mean((0, 1))
+    assert rgb == pytest.approx(np.array(expected), abs=0.02)
+
+
+def of_z_up(graph: Graph) -> Graph:
+    UsdGeom.SetStageUpAxis(graph.stage, UsdGeom.Tokens.z)
+    return graph
+
+
+def test_vectors_of_a_world_that_is_turned_come_back_as_they_went():
+    """The stage's z is our y: grid and normal of the test are (x, y, 0) and (0, 0, 1) in ours."""
+    graph = of_z_up(Graph())
+    found = shown(graph, graph.node("n", "ND_normal_vector3", space="world"))
+    assert found[0, 0] == pytest.approx([0, -1, 0], abs=1e-5)
+    for space in ("world", "object"):
+        graph = of_z_up(Graph())
+        there = graph.node("a", "ND_transformvector_vector3", in_=Gf.Vec3f(1, 2, 3), fromspace="object", tospace=space)
+        assert shown(graph, there)[0, 0] == pytest.approx([1, -3, 2] if space == "world" else [1, 2, 3], abs=1e-5)
+        graph = of_z_up(Graph())
+        there = graph.node("a", "ND_transformvector_vector3", in_=Gf.Vec3f(1, 2, 3), fromspace="object", tospace=space)
+        back = graph.node("b", "ND_transformvector_vector3", in_=(there, "out"), fromspace=space, tospace="object")
+        assert shown(graph, back)[0, 0] == pytest.approx([1, 2, 3], abs=1e-5)
+    graph = of_z_up(Graph())
+    world = graph.node("n", "ND_constant_vector3", value=Gf.Vec3f(0.6, -0.8, 0))
+    found = normals(surface(STANDARD, graph, normal=(world, "out")))
+    assert found == pytest.approx(np.broadcast_to([0.6, 0, 0.8], found.shape), abs=1e-5)
+
+
+@pytest.mark.parametrize("kelvin", [1800.0, 3000.0, 5000.0, 6500.0, 12000.0])
+def test_a_blackbody_has_the_colour_of_plancks_law(kelvin: float):
+    """Summed up by the observer of 1931, in Rec. 709 (the published cubics are within 0.002 in x and y)."""
+    table = np.loadtxt(Path(__file__).parents[1] / "src/color/data/cie_1931_2deg.csv", delimiter=",", comments="#")
+    metres = table[:, 0] * 1e-9
+    power = metres**-5 / (np.exp(0.01438777 / (metres * kelvin)) - 1)
+    x, y, z = (power[:, None] * table[:, 1:4]).sum(0)
+    expected = np.linalg.inv(xyz_from("rec709")) @ np.array([x / y, 1, z / y])
+    graph = Graph()
+    graph.emit(graph.node("b", "ND_blackbody", temperature=kelvin))
+    assert graph.run()[0, 0] == pytest.approx(np.maximum(expected, 0), abs=0.02)
+
+
+def test_time_goes_by_the_stage(tmp_path: Path):
+    """Frame 12 of 48 a second is a quarter of one."""
+    graph = Graph()
+    graph.stage.SetTimeCodesPerSecond(48)
+    frame, time = graph.node("f", "ND_frame_float"), graph.node("t", "ND_time_float")
+    graph.emit(graph.node("c", "ND_combine3_color3", in1=(frame, "out"), in2=(time, "out"), in3=0.0))
+    made = Materials(lambda _, text: None, files := Files(), Usd.TimeCode(12)).of(graph.material)
+    shader = kanuka.compile_shader(files.folder / f"{made.shader}.sl")
+    assert shader.run(1, 1, plain(made))["slots"]["light.radiance"][0, 0] == pytest.approx([12, 0.25, 0])
 
 
 # ---- hexagonal tiles

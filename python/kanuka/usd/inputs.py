@@ -93,7 +93,9 @@ def tangent_of(get: Inputs, tangent: str) -> Value | None:
     if not get.node.connected(tangent):
         return None
     found = get.node.value(tangent, get.stage, "vector")
-    return get.let("vector", f'vtransform("world", "current", {found.text})') if found else None
+    if found is None:
+        return None
+    return get.let("vector", f'vtransform("world", "current", {get.node.network.in_world(found.text)})')
 
 
 def medium(get: Inputs, ior: str) -> Medium | None:
@@ -154,4 +156,6 @@ def normal_of(node: Node, name: str, displacing: Stage) -> tuple[Value, bool] | 
         return None
     if network.normal_maps > before:
         network.tangential.add(found.text)  # it may be asked for again, by another input
-    return found, found.text not in network.tangential
+    if found.text in network.tangential:
+        return found, False
+    return network.writer.let(displacing, Value("vector", network.in_world(found.text))), True

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from pxr import Usd, UsdShade
+from pxr import Usd, UsdGeom, UsdShade
 
 import kanuka
 from kanuka.looks.files import Files
@@ -72,6 +72,9 @@ class Materials:
         identifier = shader.GetIdAttr().Get()
         writer, shading, displacing = Writer(), Stage(), Stage()
         network = Network(writer, self._say, self._files, self._time, NODES, path, self._spaces)
+        stage = material.GetPrim().GetStage()
+        network.turned = UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z
+        network.rate = stage.GetTimeCodesPerSecond() or network.rate
         try:
             surface = SURFACES[identifier](network.node(shader), shading, displacing)
         except RecursionError:

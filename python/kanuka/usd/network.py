@@ -50,12 +50,28 @@ class Network:
     nodes: dict[str, Evaluate]
     material: str
     spaces: Spaces
+    turned: bool = False  # whether the stage's up axis is z, and its world lies in ours turned (transforms.py)
+    rate: float = 24.0  # time codes of a second
     uv: Value | None = None  # the coordinates that textures were read by last
     blur: str = ""  # of the textures that are met, as a part of them
     normal_maps: int = 0  # how many were met
     tangential: set[str] = field(default_factory=set)  # normals that are in tangent space
     _on_the_way: set[tuple[object, ...]] = field(default_factory=set)
     _told: set[str] = field(default_factory=set)
+
+    def in_stage(self, text: str) -> str:
+        """A vector of our world in the stage's."""
+        return self._turn("usd_in_stage", text, "xcomp(v), -zcomp(v), ycomp(v)")
+
+    def in_world(self, text: str) -> str:
+        """And back."""
+        return self._turn("usd_in_world", text, "xcomp(v), zcomp(v), -ycomp(v)")
+
+    def _turn(self, name: str, text: str, numbers: str) -> str:
+        if not self.turned:
+            return text
+        self.writer.functions[name] = f"vector {name}(vector v) {{\n    return vector({numbers});\n}}"
+        return f"{name}({text})"
 
     def tell(self, text: str) -> None:
         """A warning, once for the material."""
@@ -366,7 +382,9 @@ def geometry(network: Network, name: str, stage: Stage) -> Value | None:
     }
     key = ("geometry", name)
     if key not in stage.known and kind[:1] in texts:
-        stage.known[key] = network.writer.let(stage, Value("vector", texts[kind[:1]]))
+        text = texts[kind[:1]]
+        text = network.in_stage(text) if space == "world" else text
+        stage.known[key] = network.writer.let(stage, Value("vector", text))
     return stage.known.get(key)
 
 

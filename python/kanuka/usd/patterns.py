@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from kanuka.looks.rsl import SIZES, Stage, Value, of_numbers
 
-from . import flakes, hextiles, matrices, noise
+from . import blackbody, flakes, hextiles, matrices, noise
 from .network import Evaluate, Node, geometry, texture
 
 WRAPS = {"periodic": "periodic", "clamp": "clamp", "mirror": "mirror", "constant": "black"}
@@ -199,9 +199,11 @@ def transformed(call: str, kind: str) -> Evaluate:
     def evaluate(node: Node, output: str, stage: Stage) -> Value | None:
         found = node.value("in", stage, "vector", 0.0)
         assert found
-        spaces = ("world" if node.constant(name, "") == "world" else "object" for name in ("fromspace", "tospace"))
-        names = ", ".join(f'"{space}"' for space in spaces)
-        return Value("vector", f"vector({call}({names}, {kind}({found.text})))")
+        network = node.network
+        spaces = ["world" if node.constant(name, "") == "world" else "object" for name in ("fromspace", "tospace")]
+        given = network.in_world(found.text) if spaces[0] == "world" else found.text
+        text = f'vector({call}("{spaces[0]}", "{spaces[1]}", {kind}({given})))'
+        return Value("vector", network.in_stage(text) if spaces[1] == "world" else text)
 
     return evaluate
 
@@ -295,10 +297,10 @@ def constant(node: Node, output: str, stage: Stage) -> Value | None:
 
 
 def frame_time(node: Node, output: str, stage: Stage) -> Value | None:
-    """In frames, of 24 a second where nobody says otherwise."""
-    code = node.network.time
-    frame = 0.0 if code.IsDefault() else code.GetValue()
-    return Value("float", f"{frame / (24 if node.identifier.startswith('ND_time') else 1):.9g}")
+    """Frames are time codes; of times as many make a second as the stage says."""
+    network = node.network
+    frame = 0.0 if network.time.IsDefault() else network.time.GetValue()
+    return Value("float", f"{frame / (network.rate if node.identifier.startswith('ND_time') else 1):.9g}")
 
 
 def boolean(test: str) -> Evaluate:
@@ -416,4 +418,4 @@ NODES: dict[str, Evaluate] = {
     "ND_splitlr": ramp("valuel", "valuer", 0, OVER),
     "ND_splittb": ramp("valueb", "valuet", 1, OVER),
 }
-NODES |= noise.NODES | matrices.NODES | flakes.NODES | hextiles.NODES
+NODES |= noise.NODES | matrices.NODES | flakes.NODES | hextiles.NODES | blackbody.NODES
