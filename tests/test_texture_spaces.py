@@ -166,7 +166,7 @@ def flat(folder: Path, rgb, suffix: str = "png") -> str:
     return str(path)
 
 
-def textured(file: str, space: str, rendered: str = "rec709") -> tuple[np.ndarray, list[str]]:
+def textured(file: str, space: str) -> tuple[np.ndarray, list[str]]:
     """The radiance that an image makes, plus 1."""
     graph = Graph()
     image = graph.node("i", "ND_image_color3", file=file)
