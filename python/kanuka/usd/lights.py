@@ -8,30 +8,38 @@ and as the radiance of its disk where not. (OpenUSD, UsdLuxLightAPI, "Lights and
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
-from pxr import Usd, UsdLux, UsdShade
+from pxr import Usd, UsdGeom, UsdLux
 
 import kanuka
+from kanuka.looks.files import Files
 
+from . import shaped_lights
+from .shaping import Shaping, shaping_of
 from .stage import Say
+from .values import decimal, resolved, size
 
-# At once far from it and as bright as a point of these areas: lights that have none.
-SMALL = 1e-3
+# From the z axis that Kanuka's disks face along to USD's -z.
+TURNED = np.diag([-1.0, 1.0, -1.0, 1.0])
+# A dome's picture has its pole at +y; that of +z is so turned (UsdLuxDomeLight::OrientToStageUpAxis).
+Z_POLE = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=float)
 
 
 def emission(light: UsdLux.LightAPI, time: Usd.TimeCode) -> np.ndarray:
-    """(3,) before `normalize`."""
-
-    def value(attribute: Usd.Attribute, default):
-        found = attribute.Get(time)
-        return default if found is None else found
-
-    color = np.array(value(light.GetColorAttr(), (1, 1, 1)), dtype=float)
-    color = color * value(light.GetIntensityAttr(), 1.0) * 2.0 ** value(light.GetExposureAttr(), 0.0)
-    if value(light.GetEnableColorTemperatureAttr(), False):
-        kelvin = value(light.GetColorTemperatureAttr(), 6500.0)
-        color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(float(kelvin)), dtype=float)
+    """(3,) before `normalize`. Raises ValueError where it is no brightness."""
+    color = np.array(light.GetColorAttr().Get(time) or (1, 1, 1), dtype=float)
+    color = color * decimal(light.GetIntensityAttr(), time, 1) * 2.0 ** decimal(light.GetExposureAttr(), time, 0)
+    if light.GetEnableColorTemperatureAttr().Get(time):
+        kelvin = decimal(light.GetColorTemperatureAttr(), time, 6500)
+        color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(kelvin), dtype=float)
+    # Kanuka's lights have no multipliers by lobe; what both say goes for all light.
+    diffuse, specular = (decimal(a, time, 1) for a in (light.GetDiffuseAttr(), light.GetSpecularAttr()))
+    color = color * (diffuse if diffuse == specular else 1)
+    if not np.isfinite(color).all() or (color < 0).any():
+        raise ValueError(f"its brightness is {', '.join(f'{x:g}' for x in color)}: numbers of 0 or more are called for")
     return color
 
 
@@ -40,112 +48,203 @@ def scales(matrix: np.ndarray) -> np.ndarray:
     return np.linalg.norm(matrix[:3, :3], axis=0)
 
 
-def add_light(scene: kanuka.Scene, prim: Usd.Prim, matrix: np.ndarray, time: Usd.TimeCode, folder, say: Say) -> bool:
-    """False: not a light that Kanuka has."""
-    api = UsdLux.LightAPI(prim)
-    amount = emission(api, time)
-    normalize = bool(api.GetNormalizeAttr().Get(time))
-    name = str(prim.GetPath())
-    shaping = Shaping(prim, time, folder, say)
-    sx, sy, sz = scales(matrix)
+@dataclass
+class Light:
+    """A prim that is to be a light of a scene. `solid`: whether it may be geometry, whose shadows are always there."""
 
-    def divided(area: float) -> np.ndarray:
-        return amount / max(area, 1e-12) if normalize else amount
+    scene: kanuka.Scene
+    prim: Usd.Prim
+    matrix: np.ndarray
+    time: Usd.TimeCode
+    folder: Files
+    say: Say
+    solid: bool = True
 
-    if prim.IsA(UsdLux.DistantLight):
-        angle = float(UsdLux.DistantLight(prim).GetAngleAttr().Get(time) or 0)
-        solid = math.pi * math.sin(math.radians(min(angle, 180) / 2)) ** 2 if angle > 0 else 1.0
-        irradiance = amount if normalize else amount * solid
-        scene.add_light("distant", amount=irradiance, angle=angle, transform=rotation(matrix), name=name)
-    elif prim.IsA(UsdLux.DomeLight) or prim.GetTypeName() == "DomeLight_1":
-        texture = resolved(prim.GetAttribute("inputs:texture:file"), time, folder, say)
-        settings = {"texture": texture} if texture else {}
-        scene.add_light("environment", amount=amount, transform=rotation(matrix), name=name, **settings)
-    elif prim.IsA(UsdLux.RectLight):
-        rect = UsdLux.RectLight(prim)
-        width, height = float(rect.GetWidthAttr().Get(time)), float(rect.GetHeightAttr().Get(time))
-        texture = resolved(rect.GetTextureFileAttr(), time, folder, say)
-        settings = {"texture": texture} if texture else {}
-        shaping.refuse(name)
-        scene.add_light(
-            "quad",
-            amount=divided(width * sx * height * sy),
-            width=width,
-            height=height,
-            transform=matrix,
-            name=name,
-            **settings,
+    def __post_init__(self) -> None:
+        api = UsdLux.LightAPI(self.prim)
+        self.name = str(self.prim.GetPath())
+        self.amount = emission(api, self.time)
+        self.normalize = bool(api.GetNormalizeAttr().Get(self.time))
+        self.scales = scales(self.matrix)
+        if not np.isfinite(self.matrix).all() or not self.scales.all():
+            raise ValueError("its transformation leaves nothing of it")
+
+    def radiance(self, area: float) -> np.ndarray:
+        return self.amount / area if self.normalize else self.amount
+
+    def shaping(self) -> Shaping:
+        return shaping_of(self.prim, self.time, self.folder, self.say)
+
+    def texture(self) -> str:
+        return resolved(self.prim.GetAttribute("inputs:texture:file"), self.time, self.folder, self.say)
+
+    def add(self, kind: str, **settings: object) -> None:
+        self.scene.add_light(kind, name=self.name, **settings)
+
+    def cluster(
+        self, shaping: Shaping, body: shaped_lights.Body, local: tuple[np.ndarray, float], intensity: np.ndarray
+    ) -> None:
+        """Of points at local places with a distance between them."""
+        places = local[0] @ self.matrix[:3, :3].T + self.matrix[:3, 3]
+        radius = local[1] / 2 * float(self.scales.min())
+        turned = unstretched(self.matrix)
+        shaped_lights.add_cluster(
+            self.scene, shaping, self.folder, body, places, turned, intensity, radius, self.name
         )
-    elif prim.IsA(UsdLux.DiskLight):
-        radius = float(UsdLux.DiskLight(prim).GetRadiusAttr().Get(time))
-        shaping.refuse(name)
-        area = math.pi * radius**2 * sx * sy
-        scene.add_light("disk", amount=divided(area), radius=radius, transform=matrix, name=name)
-    elif prim.IsA(UsdLux.CylinderLight):
-        tube = UsdLux.CylinderLight(prim)
-        radius, length = float(tube.GetRadiusAttr().Get(time)), float(tube.GetLengthAttr().Get(time))
-        shaping.refuse(name)
-        area = 2 * math.pi * radius * length * sx * math.sqrt((sy * sy + sz * sz) / 2)
-        scene.add_light(
-            "cylinder",
-            amount=divided(area),
-            radius=radius,
-            height=length,
-            direction=(1, 0, 0),
-            transform=matrix,
-            name=name,
-        )
-    elif prim.IsA(UsdLux.SphereLight):
-        sphere = UsdLux.SphereLight(prim)
-        radius = float(sphere.GetRadiusAttr().Get(time))
-        mean = float((sx * sy * sz) ** (1 / 3))
-        as_point = bool(sphere.GetTreatAsPointAttr().Get(time)) or radius * mean <= 0
-        if shaping.shapes or as_point:
-            # The intensity of a sphere that far away looks like a disk.
-            disk = math.pi * max(radius * mean, 0) ** 2
-            intensity = amount / (4 if normalize else 1) * (1 if normalize or disk <= 0 else disk)
-            shaping.add(scene, intensity, 0.0 if as_point else radius * mean, unstretched(matrix), name)
-        else:
-            area = 4 * math.pi * (radius * mean) ** 2
-            scene.add_light("sphere", amount=divided(area), radius=radius, transform=matrix, name=name)
+
+
+def add_distant(light: Light) -> None:
+    """Shaping cuts its disk, and dims what is left of it evenly."""
+    angle = min(decimal(UsdLux.DistantLight(light.prim).GetAngleAttr(), light.time, 0), 180)
+    if angle < 0:
+        raise ValueError(f"inputs:angle is {angle:g}; it must be 0 or more")
+    solid = math.pi * math.sin(math.radians(angle / 2)) ** 2 if angle > 0 else 1.0
+    amount = light.amount if light.normalize else light.amount * solid
+    shaping = light.shaping()
+    if shaping.shapes:
+        theta = (np.arange(64) + 0.5) / 64 * angle / 2
+        phi = np.arange(5.0, 360, 10)[:, None]
+        seen = np.sin(2 * np.radians(theta)) if angle > 0 else np.ones(64)  # cosine times what of the disk is there
+        weights = (color * (shaping.weight(theta, phi, n) * seen).mean() for color, n in shaping.parts())
+        amount = amount * sum(weights, np.zeros(3)) / seen.mean()
+        angle = min(angle, 2 * shaping.cone)
+    light.add("distant", amount=amount, angle=angle, transform=rotation(light.matrix))
+
+
+def add_dome(light: Light) -> None:
+    """DomeLight's pole is +y; that of DomeLight_1 is what it says, by default the stage's up axis."""
+    pole = light.prim.GetAttribute("poleAxis").Get() if light.prim.GetAttribute("poleAxis") else "Y"
+    matrix = light.matrix
+    if pole == "Z" or (pole == "scene" and UsdGeom.GetStageUpAxis(light.prim.GetStage()) == "Z"):
+        matrix = matrix @ Z_POLE
+    settings = {}
+    layout = light.prim.GetAttribute("inputs:texture:format").Get(light.time)
+    if layout not in (None, "automatic", "latlong"):
+        light.say("warning", f"{light.name}: pictures of format {layout} are not read; it shines alike from all around")
+    elif texture := light.texture():
+        settings["texture"] = texture
+    light.add("environment", amount=light.amount, transform=rotation(matrix), **settings)
+
+
+def add_flat(light: Light, area: float, local: Callable[[], tuple[np.ndarray, float]], surface, plain) -> None:
+    """A light of one side: a surface with a lobe of emission, a cluster of points, or Kanuka's own."""
+    shaping = light.shaping()
+    radiance = light.radiance(area)
+    if shaped_lights.leaves_flat(shaping):
+        plain(radiance)
+    elif light.solid and shaped_lights.is_lobe(shaping):
+        texture = light.texture()
+        material = shaped_lights.lobe_material(shaping, light.folder, radiance, texture)
+        surface(material=material, area_light=(0, 0, 0), name=light.name)
     else:
-        return False
-    return True
+        if light.texture():
+            light.say("warning", f"{light.name}: with this shaping its picture is not read; it shines as without")
+        light.cluster(shaping, shaped_lights.FLAT, local(), radiance * area)
 
 
-class Shaping:
-    """UsdLuxShapingAPI: a cone, a focus, a photometric file."""
+def add_rect(light: Light) -> None:
+    rect = UsdLux.RectLight(light.prim)
+    width, height = size(rect.GetWidthAttr(), light.time), size(rect.GetHeightAttr(), light.time)
+    sx, sy, _ = light.scales
+    x, y = width / 2, height / 2
+    corners = np.array([[x, -y, 0], [-x, -y, 0], [-x, y, 0], [x, y, 0]])
+    uv = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
 
-    def __init__(self, prim: Usd.Prim, time: Usd.TimeCode, folder, say: Say) -> None:
-        self.say = say
-        api = UsdLux.ShapingAPI(prim)
-        self.cone = float(api.GetShapingConeAngleAttr().Get(time) or 90)
-        self.softness = float(api.GetShapingConeSoftnessAttr().Get(time) or 0)
-        self.focus = float(api.GetShapingFocusAttr().Get(time) or 0)
-        self.profile = resolved(api.GetShapingIesFileAttr(), time, folder, say)
-        self.shapes = self.cone < 90 or self.focus > 0 or bool(self.profile)
+    def plain(radiance: np.ndarray) -> None:
+        texture = light.texture()
+        settings = {"texture": texture} if texture else {}
+        light.add("quad", amount=radiance, width=width, height=height, transform=light.matrix, **settings)
 
-    def refuse(self, name: str) -> None:
-        if self.shapes:
-            self.say(
-                "warning", f"{name}: shaping of lights that are no spheres has no effect yet: it shines as without"
-            )
+    def surface(**settings) -> None:
+        flipped = bool(np.linalg.det(light.matrix[:3, :3]) < 0)
+        light.scene.add_mesh(
+            corners, [[0, 1, 2, 3]], uv=uv, transform=light.matrix, reverse_orientation=flipped, **settings
+        )
 
-    def add(self, scene: kanuka.Scene, intensity: np.ndarray, radius: float, matrix: np.ndarray, name: str) -> None:
-        settings: dict[str, object] = {"amount": intensity, "radius": radius, "transform": matrix, "name": name}
-        if self.profile:
-            settings["profile"] = self.profile
-        if self.cone < 90 or self.focus > 0:
-            angle = min(self.cone, 90.0)
-            scene.add_light(
-                "spot",
-                cone_angle=angle,
-                cone_delta_angle=angle * min(max(self.softness, 0), 1),
-                beam_distribution=self.focus,
-                **settings,
-            )
-        else:
-            scene.add_light("point", **settings)
+    add_flat(light, width * sx * height * sy, lambda: shaped_lights.over_rectangle(width, height), surface, plain)
+
+
+def add_disk(light: Light) -> None:
+    radius = size(UsdLux.DiskLight(light.prim).GetRadiusAttr(), light.time)
+    sx, sy, _ = light.scales
+
+    def plain(radiance: np.ndarray) -> None:
+        light.add("disk", amount=radiance, radius=radius, transform=light.matrix)
+
+    def surface(**settings) -> None:
+        flipped = bool(np.linalg.det(light.matrix[:3, :3]) < 0)
+        light.scene.add_disk(radius, transform=light.matrix @ TURNED, reverse_orientation=flipped, **settings)
+
+    add_flat(light, math.pi * radius**2 * sx * sy, lambda: shaped_lights.over_disk(radius), surface, plain)
+
+
+def add_cylinder(light: Light) -> None:
+    """One of no radius is a line, which has a brightness where `normalize` gives it one."""
+    tube, time = UsdLux.CylinderLight(light.prim), light.time
+    length, radius = size(tube.GetLengthAttr(), time), size(tube.GetRadiusAttr(), time, positive=False)
+    sx, sy, sz = light.scales
+    if radius == 0 and not light.normalize:
+        raise ValueError("inputs:radius is 0: without inputs:normalize there is no light of it")
+    area = 2 * math.pi * radius * length * sx * math.sqrt((sy * sy + sz * sz) / 2)
+    shaping = light.shaping()
+    if shaping.shapes or radius == 0:
+        # A long tube has the area of its outline, 2 r l, as seen from the side.
+        intensity = (light.amount if light.normalize else light.amount * area) / math.pi
+        light.cluster(shaping, shaped_lights.TUBE, shaped_lights.over_line(length, radius), intensity)
+        return
+    light.add(
+        "cylinder",
+        amount=light.radiance(area),
+        radius=radius,
+        height=length,
+        direction=(1, 0, 0),
+        transform=light.matrix,
+    )
+
+
+def add_sphere(light: Light) -> None:
+    sphere = UsdLux.SphereLight(light.prim)
+    as_point = bool(sphere.GetTreatAsPointAttr().Get(light.time))
+    radius = size(sphere.GetRadiusAttr(), light.time, positive=False)
+    mean = float(np.prod(light.scales) ** (1 / 3))
+    shaping = light.shaping()
+    if not shaping.shapes and not as_point and radius > 0:
+        area = 4 * math.pi * (radius * mean) ** 2
+        light.add("sphere", amount=light.radiance(area), radius=radius, transform=light.matrix)
+        return
+    # The intensity of a sphere that far away looks like a disk.
+    disk = math.pi * (radius * mean) ** 2
+    intensity = light.amount / 4 if light.normalize else light.amount * (disk or 1)
+    apart = 0.0 if as_point else 2 * radius * mean / float(light.scales.min())
+    light.cluster(shaping, shaped_lights.BALL, (np.zeros((1, 3)), apart), intensity)
+
+
+ADDERS: dict[str, Callable[[Light], None]] = {
+    "DistantLight": add_distant,
+    "DomeLight": add_dome,
+    "DomeLight_1": add_dome,
+    "RectLight": add_rect,
+    "DiskLight": add_disk,
+    "CylinderLight": add_cylinder,
+    "SphereLight": add_sphere,
+}
+
+
+def add_light(
+    scene: kanuka.Scene,
+    prim: Usd.Prim,
+    matrix: np.ndarray,
+    time: Usd.TimeCode,
+    folder: Files,
+    say: Say,
+    *,
+    solid: bool = True,
+) -> bool:
+    """False: not a light that Kanuka has. Raises ValueError where it cannot shine."""
+    adder = ADDERS.get(str(prim.GetTypeName()))
+    if adder is not None:
+        adder(Light(scene, prim, matrix, time, folder, say, solid))
+    return adder is not None
 
 
 def rotation(matrix: np.ndarray) -> np.ndarray:
@@ -159,21 +258,3 @@ def unstretched(matrix: np.ndarray) -> np.ndarray:
     result = matrix.copy()
     result[:3, :3] = matrix[:3, :3] / np.maximum(scales(matrix), 1e-30)
     return result
-
-
-def resolved(attribute: Usd.Attribute, time: Usd.TimeCode, folder, say: Say) -> str:
-    """The path of a file, or nothing."""
-    asset = attribute.Get(time) if attribute else None
-    if asset is None or not asset.path:
-        return ""
-    if UsdShade.UdimUtils.IsUdimIdentifier(asset.path):
-        layer = next((spec.layer for spec in attribute.GetPropertyStack(time)), None)
-        tiles = UsdShade.UdimUtils.ResolveUdimTilePaths(asset.path, layer)
-        if not tiles:
-            say("warning", f'{attribute.GetPath()}: no tile of "{asset.path}" is found')
-            return ""
-        return folder.tiles(tiles)
-    if not asset.resolvedPath:
-        say("warning", f'{attribute.GetPath()}: the file "{asset.path}" is not found')
-        return ""
-    return folder.file_of(asset.resolvedPath)

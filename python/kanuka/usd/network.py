@@ -13,7 +13,7 @@ from kanuka.looks.colors import AUTO, RAW, Lookup
 from kanuka.looks.files import Files
 from kanuka.looks.rsl import MATRICES, SIZES, Corners, Stage, Value, Writer, numbers_of, of_numbers
 
-from . import library, lights
+from . import library, values
 from .spaces import Spaces
 from .stage import Say, one_line
 
@@ -264,7 +264,7 @@ class UsdNode(Node):
         if not isinstance(value := attribute.Get(network.time), (Sdf.AssetPath, type(None))):
             network.tell(f"{attribute.GetPath()}: {value} is no file")
             return ""
-        return lights.resolved(attribute, network.time, network.files, network.say)
+        return values.resolved(attribute, network.time, network.files, network.say)
 
     def named_lookup(self, name: str, by: str, file: str) -> Lookup:
         attribute, spaces = self._source(name), self.network.spaces
