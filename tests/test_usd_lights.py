@@ -104,3 +104,157 @@ def test_lights_shine_by_angle(tmp_path: Path, kind: str, shape: str) -> None:
     whole = pixels(1.0 * (weight(theta - 0.7) > 0)) == pixels(1.0 * (weight(theta + 0.7) > 0))
     assert grey[whole] == pytest.approx(expected[whole], rel=0.02, abs=0.01 * expected.max())
     assert grey.sum() == pytest.approx(expected.sum(), rel=0.01)
+
+
+def test_the_tint_of_the_focus_is_what_its_falloff_fades_to(tmp_path: Path) -> None:
+    size, area = INTENSITY["SphereLight"]
+    tint = f"{FOCUS % 4}\ncolor3f inputs:shaping:focusTint = (0, 0.5, 1)\nfloat inputs:intensity = 1000"
+    found, told = shone(tmp_path, lamp("SphereLight", f"{size}\n{tint}"))
+    assert told == []
+    cosine = np.cos(np.radians(places()[2]))
+    for channel, shade in enumerate((0, 0.5, 1)):
+        expected = pixels(1000 * area * cosine**3 / 4 * (shade + (1 - shade) * cosine**4))
+        means = [values.reshape(4, 8, 4, 8).mean((1, 3)) for values in (found[..., channel], expected)]
+        assert means[0] == pytest.approx(means[1], rel=0.02)  # two lights, of which each path sees one
+
+
+def photometric(folder: Path, candela: list[float], angles: str = "0 90", name: str = "a.ies") -> str:
+    values = " ".join(str(x) for x in candela)
+    head = f"IESNA:LM-63-2002\nTILT=NONE\n1 0 2 {len(angles.split())} 1 1 2 0 0 0\n0.5 1 0\n"  # 2 * 0.5 of all of it
+    (folder / name).write_text(f"{head}{angles}\n0\n{values}\n")
+    return f"asset inputs:shaping:ies:file = @./{name}@"
+
+
+@pytest.mark.parametrize("kind", INTENSITY)
+def test_photometric_files_multiply_by_their_candela(tmp_path: Path, kind: str) -> None:
+    """An intensity that falls linearly from 50 straight down to 5 at 90 degrees."""
+    size, area = INTENSITY[kind]
+    found, told = shone(tmp_path, lamp(kind, f"{size}\n{photometric(tmp_path, [50, 5])}\nfloat inputs:intensity = 2"))
+    assert told == []
+    x, z, theta = places()
+    cosine = np.cos(np.radians(theta))
+    outline = cosine if kind in ("RectLight", "DiskLight") else 1.0
+    outline = np.sqrt(1 - x**2 / (x**2 + z**2 + 4)) if kind == "CylinderLight" else outline
+    expected = pixels(2 * area * outline * (50 - theta / 2) * cosine**3 / 4)
+    assert found.mean(-1) == pytest.approx(expected, rel=0.02)
+
+
+def test_profiles_are_scaled_in_angle_and_normalized(tmp_path: Path) -> None:
+    """A lamp that sends 7 to 60 degrees below it: stretched, and divided by its mean over a hemisphere, 7 / 2."""
+    size, area = INTENSITY["SphereLight"]
+    profile = photometric(tmp_path, [7, 7, 0, 0], "0 60 60.01 90")
+    for scale, edge in ((0, 60), (0.5, 30), (0.7, 42)):
+        settings = f"float inputs:shaping:ies:angleScale = {scale}\nbool inputs:shaping:ies:normalize = 1"
+        found, told = shone(
+            tmp_path, lamp("SphereLight", f"{size}\n{profile}\n{settings}\nfloat inputs:intensity = 1000")
+        )
+        assert told == []
+        theta = places()[2]
+        expected = pixels(1000 * area * 2.0 * (theta <= edge) * np.cos(np.radians(theta)) ** 3 / 4)
+        clear = (pixels(theta) < edge - 3) | (pixels(theta) > edge + 3)
+        assert found.mean(-1)[clear] == pytest.approx(expected[clear], rel=0.02, abs=0.005 * expected.max())
+
+
+def test_profiles_that_are_scaled_from_above_and_not_round(tmp_path: Path) -> None:
+    """By two horizontal angles: along x (0 and, mirrored, 180 degrees) 10, along y 30; the scale of -2 takes what the file
+    has between 90 and 180 degrees, where it is 4 times as bright, to all directions."""
+    file = tmp_path / "b.ies"
+    file.write_text(
+        "IESNA:LM-63-2002\nTILT=NONE\n1 0 1 4 2 1 2 0 0 0\n1 1 0\n0 89 91 180\n0 90\n10 10 40 40\n30 30 120 120\n"
+    )
+    size, area = INTENSITY["SphereLight"]
+    profile = f"asset inputs:shaping:ies:file = @./{file.name}@\nfloat inputs:shaping:ies:angleScale = %g"
+    for scale, gain in ((0, 1), (-2, 4)):
+        found, told = shone(tmp_path, lamp("SphereLight", f"{size}\n{profile % scale}"))
+        assert told == []
+        x, z, theta = places()
+        phi = np.degrees(np.arctan2(np.abs(z), np.abs(x)))
+        expected = pixels(area * gain * (10 + 20 * phi / 90) * np.cos(np.radians(theta)) ** 3 / 4)
+        assert found.mean(-1) == pytest.approx(expected, rel=0.04)  # in the middle all angles meet
+
+
+def over_a_square(side: float, weight, x: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Irradiance at places of the floor of a square light two units above of radiance 1, by sums over its parts."""
+    n = 64
+    u, v = np.meshgrid(*[((np.arange(n) + 0.5) / n - 0.5) * side] * 2)
+    d2 = (x[..., None, None] - u) ** 2 + (z[..., None, None] - v) ** 2 + 4
+    cosine = 2 / np.sqrt(d2)
+    return (weight(np.degrees(np.arccos(cosine))) * cosine**2 / d2).mean((-1, -2)) * side * side
+
+
+@pytest.mark.parametrize("shape", ["hard cone", "soft cone", "focus"])
+@pytest.mark.parametrize("kind", ["lobe", "cluster"])
+def test_large_lights_shine_by_angle_from_near(tmp_path: Path, shape: str, kind: str) -> None:
+    settings, weight = SHAPES[shape]
+    size = "float inputs:width = 1.5\nfloat inputs:height = 1.5"
+    # Who may have no shadow of a light is no geometry.
+    unsolid = "" if kind == "lobe" else "bool inputs:shadow:enable = 0\n"
+    found, told = shone(tmp_path, lamp("RectLight", f"{size}\n{settings}\n{unsolid}"), samples=256, size=8)
+    assert told == []
+    x, z = np.meshgrid((np.arange(64) + 0.5) / 16 - 2, (np.arange(8) + 0.5) / 8 - 0.5)
+    expected = over_a_square(1.5, weight, x, z).reshape(8, 8, 8).mean((0, 2))
+    along = found.mean(-1)[3:5].mean(0)
+    assert along == pytest.approx(expected, rel=0.08, abs=0.02 * expected.max())
+    assert along.sum() == pytest.approx(expected.sum(), rel=0.03)
+
+
+def seen_from_below(path: Path) -> np.ndarray:
+    scene, told = read(path)
+    assert told == []
+    scene.camera = kanuka.Camera((0, 0, 0), (0, 2, 0), up=(0, 0, 1), fov=50)
+    scene.resolution = (16, 16)
+    return kanuka.render(scene, progressions=16, threads=1)["rgb"]
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("kind", ["RectLight", "DiskLight"])
+def test_a_light_that_is_shaped_looks_like_one_that_is_not(tmp_path: Path, kind: str, mirrored: bool) -> None:
+    """Its picture the same way up, on the same side, and what lies behind it is seen through it from there."""
+    rgb = np.zeros((32, 32, 3), np.float32)
+    rgb[:16, :16, 0] = rgb[:16, 16:, 1] = rgb[16:, :16, 2] = 1
+    kanuka.Picture({"rgb": rgb}).write(tmp_path / "quarters.png")
+    place = DOWN
+    if mirrored:
+        place = DOWN.replace('"xformOp:rotateX"]', '"xformOp:rotateX", "xformOp:scale"]')
+        place = "float3 xformOp:scale = (-1, 1, 1)\n" + place
+    size = "float inputs:radius = 0.7"
+    if kind == "RectLight":
+        size = "float inputs:width = 1.4\nfloat inputs:height = 1\nasset inputs:texture:file = @./quarters.png@"
+    found = []
+    for name, shape in (("plain", ""), ("shaped", FOCUS % 0.001)):
+        lamps = lamp(kind, f"{size}\n{shape}", place)
+        found.append(seen_from_below(stage(tmp_path, CAMERA, lamps, name=f"{name}.usda")))
+    assert found[0].max() > 0.9
+    # The edges of a picture are as fine as the surface is diced.
+    assert np.abs(found[0] - found[1]).mean() < 0.2 * found[0].mean()
+    assert found[1].mean() == pytest.approx(found[0].mean(), rel=0.02)
+    # From behind: it is not there, and stops no light.
+    up = place.replace("rotateX = -90", "rotateX = 90")
+    sun = 'def DistantLight "sun" {\nfloat inputs:intensity = 1\nbool inputs:normalize = 1\nfloat inputs:angle = 0\n'
+    sun += DOWN + "}\n"
+    below, told = shone(tmp_path, lamp(kind, f"{size}\n{FOCUS % 1}", up), sun, size=8)
+    assert told == []
+    assert below.mean() == pytest.approx(1, rel=0.01) and below.min() > 0.8
+
+
+def test_distant_lights_are_cut_by_their_cone(tmp_path: Path) -> None:
+    """A disk of 40 degrees across, of which a cone of 10 leaves (sin 10 / sin 20)^2, and a focus its mean."""
+    body = "float inputs:intensity = 1\nbool inputs:normalize = 1\nfloat inputs:angle = 40\n"
+    sine = math.sin(math.radians(20))
+    # Of cos^2: what it leaves is the integral of 2 cos^3 sin / sin^2 20, up to 20 degrees.
+    focused = (1 - math.cos(math.radians(20)) ** 4) / 2 / sine**2
+    for shape, part in (("", 1), (CONE % 10, (math.sin(math.radians(10)) / sine) ** 2), (FOCUS % 2, focused)):
+        found, told = shone(tmp_path, lamp("DistantLight", body + shape), size=8)
+        assert told == []
+        assert found.mean() == pytest.approx(part, rel=0.01)
+    found, _ = shone(tmp_path, lamp("DistantLight", body.replace("40", "0") + CONE % 10), size=8)
+    assert found.mean() == pytest.approx(1, rel=1e-3)
+
+
+def test_a_sphere_shines_backwards_but_for_a_cone_that_is_written(tmp_path: Path) -> None:
+    size, area = INTENSITY["SphereLight"]
+    up = DOWN.replace("rotateX = -90", "rotateX = 90")
+    for shape, expected in ((FOCUS % 2, 1), (f"{FOCUS % 2}\n{CONE % 90}", 0), (CONE % 180, 1), (CONE % 90, 0)):
+        found, told = shone(tmp_path, lamp("SphereLight", f"{size}\n{shape}", up), size=9, reach=0.1)
+        assert told == []
+        assert found[4, 4, 0] * 4 / area == pytest.approx(expected, abs=0.02)

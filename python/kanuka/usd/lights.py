@@ -88,9 +88,7 @@ class Light:
         places = local[0] @ self.matrix[:3, :3].T + self.matrix[:3, 3]
         radius = local[1] / 2 * float(self.scales.min())
         turned = unstretched(self.matrix)
-        shaped_lights.add_cluster(
-            self.scene, shaping, self.folder, body, places, turned, intensity, radius, self.name
-        )
+        shaped_lights.add_cluster(self.scene, shaping, self.folder, body, places, turned, intensity, radius, self.name)
 
 
 def add_distant(light: Light) -> None:
@@ -156,10 +154,7 @@ def add_rect(light: Light) -> None:
         light.add("quad", amount=radiance, width=width, height=height, transform=light.matrix, **settings)
 
     def surface(**settings) -> None:
-        flipped = bool(np.linalg.det(light.matrix[:3, :3]) < 0)
-        light.scene.add_mesh(
-            corners, [[0, 1, 2, 3]], uv=uv, transform=light.matrix, reverse_orientation=flipped, **settings
-        )
+        light.scene.add_mesh(corners, [[0, 1, 2, 3]], uv=uv, transform=light.matrix, **settings)
 
     add_flat(light, width * sx * height * sy, lambda: shaped_lights.over_rectangle(width, height), surface, plain)
 
@@ -172,8 +167,7 @@ def add_disk(light: Light) -> None:
         light.add("disk", amount=radiance, radius=radius, transform=light.matrix)
 
     def surface(**settings) -> None:
-        flipped = bool(np.linalg.det(light.matrix[:3, :3]) < 0)
-        light.scene.add_disk(radius, transform=light.matrix @ TURNED, reverse_orientation=flipped, **settings)
+        light.scene.add_disk(radius, transform=light.matrix @ TURNED, **settings)
 
     add_flat(light, math.pi * radius**2 * sx * sy, lambda: shaped_lights.over_disk(radius), surface, plain)
 

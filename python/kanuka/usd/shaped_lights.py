@@ -144,4 +144,3 @@ def add_cluster(
             matrix = turned.copy()
             matrix[:3, 3] = place
             scene.add_light(kind, amount=amount, transform=matrix, **settings)
-
