@@ -68,7 +68,7 @@ def shone(tmp_path: Path, *parts: str, head: str = HEAD, **options) -> tuple[np.
     return irradiance(scene, **options), told
 
 
-# ---- shaping. A small light of area A and radiance 1 sends the intensity A g(theta) w(theta): its outline, its shaping.
+# ---- shaping. A small light of area A and radiance 1 sends the intensity A g(theta) w(theta): its outline and shaping
 
 INTENSITY = {
     "RectLight": ("float inputs:width = 0.02\nfloat inputs:height = 0.03", 0.0006),
@@ -156,8 +156,8 @@ def test_profiles_are_scaled_in_angle_and_normalized(tmp_path: Path) -> None:
 
 
 def test_profiles_that_are_scaled_from_above_and_not_round(tmp_path: Path) -> None:
-    """By two horizontal angles: along x (0 and, mirrored, 180 degrees) 10, along y 30; the scale of -2 takes what the file
-    has between 90 and 180 degrees, where it is 4 times as bright, to all directions."""
+    """By two horizontal angles: along x (0 and, mirrored, 180 degrees) 10, along y 30; the scale of -2 takes what the
+    file has between 90 and 180 degrees, where it is 4 times as bright, to all directions."""
     file = tmp_path / "b.ies"
     file.write_text(
         "IESNA:LM-63-2002\nTILT=NONE\n1 0 1 4 2 1 2 0 0 0\n1 1 0\n0 89 91 180\n0 90\n10 10 40 40\n30 30 120 120\n"
@@ -258,3 +258,127 @@ def test_a_sphere_shines_backwards_but_for_a_cone_that_is_written(tmp_path: Path
         found, told = shone(tmp_path, lamp("SphereLight", f"{size}\n{shape}", up), size=9, reach=0.1)
         assert told == []
         assert found[4, 4, 0] * 4 / area == pytest.approx(expected, abs=0.02)
+
+
+# ---- meshes that shine
+
+# A square of side 0.04 that looks down from two units above the floor: 1.6e-3 / 4 of its radiance arrives below.
+PANEL = """
+def Mesh "panel" (prepend apiSchemas = ["MeshLightAPI", "MaterialBindingAPI"]) {
+    uniform token subdivisionScheme = "none"
+    int[] faceVertexCounts = [3, 3]
+    int[] faceVertexIndices = [0, 1, 2, 0, 2, 3]
+    point3f[] points = [(-0.02, 2, -0.02), (0.02, 2, -0.02), (0.02, 2, 0.02), (-0.02, 2, 0.02)]
+    BODY
+}
+"""
+GLOWING = """
+def Material "glowing" {
+    token outputs:surface.connect = </glowing/s.outputs:surface>
+    def Shader "s" {
+        uniform token info:id = "UsdPreviewSurface"
+        color3f inputs:diffuseColor = (0.5, 0.5, 0.5)
+        color3f inputs:emissiveColor = (0.5, 1, 2)
+        int inputs:useSpecularWorkflow = 1
+        color3f inputs:specularColor = (0, 0, 0)
+        token outputs:surface
+    }
+}
+"""
+
+
+def panel(*body: str) -> str:
+    return PANEL.replace("BODY", "\n    ".join(body))
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        (["float inputs:intensity = 3"], [3, 3, 3]),
+        (["float inputs:exposure = 1", "color3f inputs:color = (1, 0.5, 0)"], [2, 1, 0]),
+        (["bool inputs:normalize = 1"], [1 / 0.0016] * 3),
+        (
+            [
+                "bool inputs:normalize = 1",
+                "float3 xformOp:scale = (3, 1, 1)",
+                'uniform token[] xformOpOrder = ["xformOp:scale"]',
+            ],
+            [1 / 0.0016] * 3,
+        ),
+        (['uniform token orientation = "leftHanded"'], [0, 0, 0]),
+        (["rel material:binding = </glowing>", "float inputs:intensity = 6"], [3, 6, 12]),
+        (
+            [
+                "rel material:binding = </glowing>",
+                "float inputs:intensity = 6",
+                'uniform token light:materialSyncMode = "independent"',
+            ],
+            [6, 6, 6],
+        ),
+        (
+            ["rel material:binding = </glowing>", 'uniform token light:materialSyncMode = "noMaterialResponse"'],
+            [1, 1, 1],
+        ),
+    ],
+)
+def test_meshes_shine_with_their_lights_emission(tmp_path: Path, body: list[str], expected: list[float]) -> None:
+    found, told = shone(tmp_path, GLOWING, panel(*body), size=9, reach=0.1)
+    assert told == []
+    area = 0.0016 * (3 if "scale" in " ".join(body) else 1)
+    light = found[4, 4] * 4 / area
+    assert light * (3 if area > 0.002 else 1) == pytest.approx(np.array(expected), rel=0.02, abs=0.01)
+
+
+def test_what_reflects_beside_its_glow_is_as_the_mode_says(tmp_path: Path) -> None:
+    """Seen from below, lit by a sun from below: the body reflects half of its light but where it has no material."""
+    sun = 'def DistantLight "sun" {\nfloat inputs:intensity = 1\nbool inputs:normalize = 1\nfloat inputs:angle = 0\n'
+    sun += 'float xformOp:rotateX = 90\nuniform token[] xformOpOrder = ["xformOp:rotateX"]\n}\n'
+    for mode, body, glow in (
+        ("materialGlowTintsLight", 0.5, [0.5, 1, 2]),
+        ("independent", 0.5, [1, 1, 1]),
+        ("noMaterialResponse", 0, [1, 1, 1]),
+    ):
+        settings = ["rel material:binding = </glowing>", f'uniform token light:materialSyncMode = "{mode}"']
+        scene, told = read(stage(tmp_path, CAMERA, GLOWING, panel(*settings), sun))
+        assert told == []
+        scene.camera = kanuka.Camera((0, 1, 0), (0, 2, 0), up=(0, 0, 1), fov=1)
+        scene.resolution = (4, 4)
+        rgb = kanuka.render(scene, progressions=64, threads=1)["rgb"].mean((0, 1))
+        assert rgb == pytest.approx(np.array(glow) + body / math.pi, rel=0.03)
+
+
+def test_geometry_lights_make_their_mesh_shine(tmp_path: Path) -> None:
+    mesh = panel().replace('"MeshLightAPI", ', "")
+    light = 'def GeometryLight "lamp" {\nrel geometry = GOAL\nfloat inputs:intensity = 5\nOFF\n}\n'
+    off = "uniform bool collection:lightLink:includeRoot = 1\nrel collection:lightLink:excludes = </floor>"
+    for more, expected in (("", 5), (off, 0)):
+        lights = light.replace("GOAL", "</panel>").replace("OFF", more)
+        found, told = shone(tmp_path, mesh, lights, size=9, reach=0.1)
+        assert told == []
+        assert found[4, 4].mean() * 4 / 0.0016 == pytest.approx(expected, rel=0.02)
+    _, told = shone(tmp_path, mesh, light.replace("GOAL", "</none>").replace("OFF", ""), size=2)
+    assert told[0] == "/lamp: its geometry is /none: only meshes shine"
+
+
+def test_linking_of_meshes_that_shine(tmp_path: Path) -> None:
+    off = "rel collection:lightLink:excludes = </floor>"
+    found, told = shone(tmp_path, panel("float inputs:intensity = 5", off), size=9, reach=0.1)
+    assert told == [] and found.max() == 0
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        ("float inputs:intensity = nan", "/panel: inputs:intensity is nan"),
+        ("float inputs:intensity = -1", "/panel: its brightness is -1, -1, -1"),
+        ("float inputs:shaping:focus = 3", "/panel: shaping has no effect on meshes"),
+        ("asset inputs:texture:file = @a.png@", "/panel: pictures of meshes that shine are not read"),
+        (
+            'bool inputs:normalize = 1\nfloat3 xformOp:scale = (0, 0, 0)\nuniform token[] xformOpOrder = ["xformOp:scale"]',
+            "/panel: inputs:normalize is on, but its mesh has no area",
+        ),
+    ],
+)
+def test_what_meshes_that_shine_do_not_do_is_told(tmp_path: Path, body: str, expected: str) -> None:
+    _, told = read(stage(tmp_path, CAMERA, panel(body)))
+    assert len(told) == 1 and told[0].startswith(expected)

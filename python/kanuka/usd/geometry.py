@@ -14,6 +14,7 @@ import kanuka
 from .arrays import primvar, rows, sampled, whole
 from .linking import Links
 from .materials import Made, Materials
+from .mesh_lights import INDEPENDENT, TINTED, Glow, MeshLights, area_of
 from .stage import Say
 
 SCHEMES = {"catmullClark": "catmull-clark", "loop": "loop", "bilinear": "bilinear"}
@@ -34,6 +35,7 @@ class Shapes:
     say: Say
     times: list[Usd.TimeCode]
     links: Links
+    mesh_lights: MeshLights
 
     def add(self, place: kanuka.Scene | kanuka.Group, prim: Usd.Prim, matrix: np.ndarray) -> bool:
         """False: not a shape that Kanuka has."""
@@ -50,9 +52,12 @@ class Shapes:
         linked = {} if prim.IsInPrototype() or not self.links else self.links.of(prim)
         return {"transform": matrix, "name": str(prim.GetPath()), **linked}
 
-    def material(self, prim: Usd.Prim) -> Made:
+    def material(self, prim: Usd.Prim, glow: Glow | None = None) -> Made:
+        if glow and glow.mode not in (TINTED, INDEPENDENT):
+            return self.materials.dark()
         bound, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
-        made = self.materials.of(bound) if bound else None
+        factor = None if glow is None else (glow.radiance if glow.mode == TINTED else (0.0, 0.0, 0.0))
+        made = self.materials.of(bound, factor) if bound else None
         return made or self.materials.plain()
 
     def primvars(self, prim: Usd.Prim, wanted: Sequence[Made]) -> dict[str, np.ndarray]:
@@ -95,10 +100,13 @@ def add_mesh(shapes: Shapes, place, prim: Usd.Prim, matrix: np.ndarray) -> None:
     if mesh.GetOrientationAttr().Get(time) == UsdGeom.Tokens.leftHanded:
         looks["reverse_orientation"] = True
     scheme = mesh.GetSubdivisionSchemeAttr().Get(time)
-    parts = subsets(shapes, prim, len(counts))
+    glow = shapes.mesh_lights.of(prim, time, lambda: area_of(points, faces, counts, matrix))
+    parts = subsets(shapes, prim, len(counts), glow)
     primvars = shapes.primvars(prim, [made for made, _ in parts])
     for made, mask in parts:
         mine = {key: values for key, values in primvars.items() if made.reads(key.split()[-1])}
+        if glow:
+            looks["area_light"] = glow.area_light(made.shines)
         if scheme in SCHEMES and not (scheme == "loop" and (counts != 3).any()):
             add_subdivision(place, mesh, time, points, counts, faces, mask, mine, looks | {"material": made.material})
         else:
@@ -106,7 +114,7 @@ def add_mesh(shapes: Shapes, place, prim: Usd.Prim, matrix: np.ndarray) -> None:
             add_polygons(place, mesh, shapes, points, counts, faces, keep, mine, looks | {"material": made.material})
 
 
-def subsets(shapes: Shapes, prim: Usd.Prim, faces: int) -> list[tuple[Made, np.ndarray | None]]:
+def subsets(shapes: Shapes, prim: Usd.Prim, faces: int, glow: Glow | None) -> list[tuple[Made, np.ndarray | None]]:
     """Materials with the faces that they are on; None = all."""
     found = []
     rest = np.ones(faces, dtype=bool)
@@ -119,11 +127,11 @@ def subsets(shapes: Shapes, prim: Usd.Prim, faces: int) -> list[tuple[Made, np.n
         mask &= rest
         rest &= ~mask
         if mask.any():
-            found.append((shapes.material(subset.GetPrim()), mask))
+            found.append((shapes.material(subset.GetPrim(), glow), mask))
     if not found:
-        return [(shapes.material(prim), None)]
+        return [(shapes.material(prim, glow), None)]
     if rest.any():
-        found.append((shapes.material(prim), rest))
+        found.append((shapes.material(prim, glow), rest))
     return found
 
 

@@ -8,7 +8,7 @@ from pxr import Usd, UsdGeom, UsdShade
 
 import kanuka
 from kanuka.looks.files import Files
-from kanuka.looks.rsl import Stage, Writer, halves, primvar_name
+from kanuka.looks.rsl import Stage, Value, Writer, halves, primvar_name
 from kanuka.looks.surface import Surface, text_of
 
 from . import materialx, patterns, preview
@@ -28,6 +28,7 @@ class Made:
     shader: str
     parameters: dict[str, object]
     primvars: dict[str, tuple[str, str]] = field(default_factory=dict)
+    shines: bool = False
 
     def __post_init__(self) -> None:
         self.material = self.with_values({})
@@ -44,16 +45,18 @@ class Made:
 class Materials:
     def __init__(self, say: Say, files: Files, time: Usd.TimeCode, rendered: str = "rec709") -> None:
         self._say, self._files, self._time = say, files, time
-        self._made: dict[str, Made | None] = {}
+        self._made: dict[object, Made | None] = {}
         self._plain: Made | None = None
         self._spaces = Spaces(say, rendered)
+        self._dark: Made | None = None
 
-    def of(self, material: UsdShade.Material) -> Made | None:
-        """None: it has no surface that can be read, which was told."""
-        path = str(material.GetPath())
-        if path not in self._made:
-            self._made[path] = self._make(material)
-        return self._made[path]
+    def of(self, material: UsdShade.Material, glow: tuple[float, ...] | None = None) -> Made | None:
+        """None: it has no surface that can be read, which was told. `glow` multiplies what it shines with; of three zeros
+        nothing is left."""
+        key = (str(material.GetPath()), glow)
+        if key not in self._made:
+            self._made[key] = self._make(material, glow)
+        return self._made[key]
 
     def plain(self) -> Made:
         """Of what has no material: grey, or as displayColor has it."""
@@ -64,7 +67,15 @@ class Materials:
             self._plain = self._finished(writer, surface, shading, Stage(), None)
         return self._plain
 
-    def _make(self, material: UsdShade.Material) -> Made | None:
+    def dark(self) -> Made:
+        """Reflects nothing."""
+        if self._dark is None:
+            writer = Writer()
+            surface = Surface(base=writer.constant("color", (0, 0, 0)), specular=writer.constant("float", 0))
+            self._dark = self._finished(writer, surface, Stage(), Stage(), None)
+        return self._dark
+
+    def _make(self, material: UsdShade.Material, glow: tuple[float, ...] | None) -> Made | None:
         shader = self._surface(material)
         if shader is None:
             return None
@@ -80,6 +91,11 @@ class Materials:
         except RecursionError:
             self._say("warning", f"{path}: its network is too deep to be read. Grey stands in for it")
             return None
+        if glow is not None and not any(glow):
+            surface.emission = None
+        elif glow is not None and surface.emission:
+            factor = writer.constant("color", glow).text
+            surface.emission = Value("color", f"({surface.emission.to('color').text}) * {factor}")
         uv = network.uv
         if surface.normal and not surface.normal_is_world and uv is None:
             uv = writer.primvar("st", "float2")
@@ -105,6 +121,5 @@ class Materials:
 
     def _finished(self, writer: Writer, surface: Surface, shading: Stage, displacing: Stage, uv) -> Made:
         name = self._files.shader(text_of(writer, surface, shading, displacing, uv))
-        return Made(
-            name, dict(writer.values), {usd: (primvar_name(usd), kind) for usd, kind in writer.primvars.items()}
-        )
+        primvars = {usd: (primvar_name(usd), kind) for usd, kind in writer.primvars.items()}
+        return Made(name, dict(writer.values), primvars, shines=surface.emission is not None)

@@ -18,6 +18,7 @@ from .geometry import Shapes
 from .lights import add_light
 from .linking import Links
 from .materials import Materials
+from .mesh_lights import MeshLights
 from .settings import Settings, settings_of
 from .spaces import rendering_space
 from .stage import Say, input_error, open_stage
@@ -26,7 +27,18 @@ from .transforms import Transforms, stage_matrix
 PURPOSES = ("default", "render")
 # Prims that are read elsewhere, or hold others.
 QUIET = frozenset(
-    {"Xform", "Scope", "Material", "Shader", "NodeGraph", "GeomSubset", "Camera", "LightFilter", "SpatialAudio"}
+    {
+        "Xform",
+        "Scope",
+        "Material",
+        "Shader",
+        "GeometryLight",
+        "NodeGraph",
+        "GeomSubset",
+        "Camera",
+        "LightFilter",
+        "SpatialAudio",
+    }
     | {"RenderSettings", "RenderProduct", "RenderVar", "SkelRoot", "Skeleton", "SkelAnimation", "BlendShape"}
 )
 
@@ -48,7 +60,8 @@ class Reader:
     def __post_init__(self) -> None:
         self.files = Files()
         self.materials = Materials(self.say, self.files, self.times[0], self.scene.options.color_space)
-        self.shapes = Shapes(self.materials, self.say, self.times, Links(self.stage))
+        self.mesh_lights = MeshLights(self.stage, self.say)
+        self.shapes = Shapes(self.materials, self.say, self.times, Links(self.stage), self.mesh_lights)
         self.transforms = Transforms(self.times)
         self.world = stage_matrix(self.stage)
 
@@ -93,7 +106,10 @@ class Reader:
         if not kind or kind in QUIET:
             return
         matrix = outer @ self.transforms.within(prim, root)
-        if prim.HasAPI(UsdLux.LightAPI) and kind != "Mesh":
+        shape, light = prim.IsA(UsdGeom.Gprim), prim.HasAPI(UsdLux.LightAPI)
+        if shape and light and kind != "Mesh":
+            self.say("warning", f"{prim.GetPath()}: of shapes only meshes are lights: it does not shine")
+        if light and not shape:
             if place is not self.scene:
                 self._unknown.setdefault(f"{kind} in instances", []).append(str(prim.GetPath()))
             elif self.add_light(prim, matrix if matrix.ndim == 2 else matrix[0]):
@@ -311,6 +327,6 @@ def settle(
     scene.options.pixel_aspect = settings.pixel_aspect
     if settings.crop:
         scene.options.crop = settings.crop
-    if not reader.lights:
+    if not reader.lights and not reader.mesh_lights.number:
         standins.lights(scene)
         say("info", "the stage has no lights: it is lit by a white sky and a sun")

@@ -67,8 +67,8 @@ class Shaping:
 
 
 def shaping_of(prim: Usd.Prim, time: Usd.TimeCode, folder: Files, say: Say) -> Shaping:
-    """An edge that nobody wrote is none, though the schema's fallback is 90 degrees: its documentation of the focus says
-    that spheres shine backwards as well."""
+    """An edge that nobody wrote is none, though the schema's fallback is 90 degrees: its documentation of the focus
+    says that spheres shine backwards as well."""
     api, made = UsdLux.ShapingAPI(prim), Shaping()
     if api.GetShapingConeAngleAttr().HasAuthoredValue():
         made.cone = min(decimal(api.GetShapingConeAngleAttr(), time, ALL_ROUND), ALL_ROUND)

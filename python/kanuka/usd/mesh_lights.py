@@ -1,0 +1,88 @@
+"""Meshes that shine: UsdLuxMeshLightAPI, and the older GeometryLight, which names a mesh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from pxr import Usd, UsdGeom, UsdLux
+
+import kanuka
+
+from .lights import emission
+from .shaping import shaping_of
+from .stage import Say
+
+TINTED, INDEPENDENT = "materialGlowTintsLight", "independent"  # and noMaterialResponse
+
+
+@dataclass(frozen=True)
+class Glow:
+    """What a light makes of a mesh. Kanuka's surfaces shine alike to the camera and on others, so the light's emission
+    is what both see; USD shows the camera the material's own in two of its modes."""
+
+    name: str
+    radiance: tuple[float, float, float]
+    mode: str
+
+    def area_light(self, tinted: bool) -> kanuka.Shader:
+        """Beside a material that shines by itself it says only which light that is."""
+        color = (0.0, 0.0, 0.0) if tinted else self.radiance
+        return kanuka.Shader("arealight", intensity=1.0, lightcolor=color, group=self.name)
+
+
+class MeshLights:
+    def __init__(self, stage: Usd.Stage, say: Say) -> None:
+        self._say = say
+        self.number = 0
+        self._named: dict[str, Usd.Prim] = {}  # lights by the mesh that they name
+        for prim in stage.Traverse():
+            if prim.GetTypeName() == "GeometryLight":
+                self._name(stage, prim)
+
+    def _name(self, stage: Usd.Stage, light: Usd.Prim) -> None:
+        targets = light.GetRelationship("geometry").GetForwardedTargets()
+        meshes = [path for path in targets if (found := stage.GetPrimAtPath(path)) and found.IsA(UsdGeom.Mesh)]
+        self._named |= {str(path): light for path in meshes}
+        if len(meshes) != len(targets) or not targets:
+            others = ", ".join(str(path) for path in targets if path not in meshes) or "nothing"
+            self._say("warning", f"{light.GetPath()}: its geometry is {others}: only meshes shine")
+
+    def of(self, prim: Usd.Prim, time: Usd.TimeCode, area) -> Glow | None:
+        """area() is that of the mesh in the world. None: it is no light, or a bad one, which is told."""
+        light = self._named.get(str(prim.GetPath()), prim)
+        if not light.HasAPI(UsdLux.LightAPI):
+            return None
+        self.number += 1
+        api = UsdLux.LightAPI(light)
+        try:
+            amount = emission(api, time)
+            if api.GetNormalizeAttr().Get(time):
+                surface = area()
+                if not surface > 0:
+                    raise ValueError("inputs:normalize is on, but its mesh has no area")
+                amount = amount / surface
+            if shaping_of(light, time, None, lambda severity, text: None).shapes:
+                self._say("warning", f"{light.GetPath()}: shaping has no effect on meshes: it shines as without")
+        except ValueError as error:
+            self._say("error", f"{light.GetPath()}: {error}. It does not shine")
+            return None
+        if light.HasAttribute("inputs:texture:file"):
+            self._say("warning", f"{light.GetPath()}: pictures of meshes that shine are not read; it shines evenly")
+        mode = str(api.GetMaterialSyncModeAttr().Get(time))
+        return Glow(str(light.GetPath()), tuple(float(x) for x in amount), mode)
+
+
+def area_of(points: np.ndarray, faces: np.ndarray, counts: np.ndarray, matrix: np.ndarray) -> float:
+    """Of polygons in the world: half of the sum of the cross products along each one's outline."""
+    points, matrix = (points if points.ndim == 2 else points[0]), (matrix if matrix.ndim == 2 else matrix[0])
+    world = points @ matrix[:3, :3].T
+    faces, counts = faces[np.repeat(counts >= 3, counts)], counts[counts >= 3]
+    if not len(counts):
+        return 0.0
+    starts = np.cumsum(counts) - counts
+    following = np.arange(1, len(faces) + 1)
+    following[starts + counts - 1] = starts
+    corners = world[faces] - np.repeat(world[faces[starts]], counts, axis=0)
+    across = np.add.reduceat(np.cross(corners, corners[following]), starts, axis=0)
+    return float(np.linalg.norm(across, axis=1).sum() / 2)
