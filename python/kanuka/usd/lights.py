@@ -24,6 +24,7 @@ from .values import decimal, resolved, size
 
 # From the z axis that Kanuka's disks face along to USD's -z.
 TURNED = np.diag([-1.0, 1.0, -1.0, 1.0])
+DOMES = ("DomeLight", "DomeLight_1")
 # A dome's picture has its pole at +y; that of +z is so turned (UsdLuxDomeLight::OrientToStageUpAxis).
 Z_POLE = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=float)
 
@@ -213,6 +214,12 @@ def add_sphere(light: Light) -> None:
     light.cluster(shaping, shaped_lights.BALL, (np.zeros((1, 3)), apart), intensity)
 
 
+def add_portal(light: Light) -> None:
+    portal = UsdLux.PortalLight(light.prim)
+    width, height = size(portal.GetWidthAttr(), light.time), size(portal.GetHeightAttr(), light.time)
+    light.add("portal", width=width, height=height, transform=light.matrix)
+
+
 ADDERS: dict[str, Callable[[Light], None]] = {
     "DistantLight": add_distant,
     "DomeLight": add_dome,
@@ -221,6 +228,7 @@ ADDERS: dict[str, Callable[[Light], None]] = {
     "DiskLight": add_disk,
     "CylinderLight": add_cylinder,
     "SphereLight": add_sphere,
+    "PortalLight": add_portal,
 }
 
 
@@ -239,6 +247,24 @@ def add_light(
     if adder is not None:
         adder(Light(scene, prim, matrix, time, folder, say, solid))
     return adder is not None
+
+
+def stage_lights(stage: Usd.Stage) -> list[Usd.Prim]:
+    """All prims that are lights; those in instances once for each instance."""
+
+    def has_lights(prototype: Usd.Prim) -> bool:
+        return any(prim.HasAPI(UsdLux.LightAPI) for prim in Usd.PrimRange(prototype))
+
+    predicate = Usd.PrimDefaultPredicate
+    if any(has_lights(prototype) for prototype in stage.GetPrototypes()):
+        predicate = Usd.TraverseInstanceProxies(predicate)
+    return [prim for prim in stage.Traverse(predicate) if prim.HasAPI(UsdLux.LightAPI)]
+
+
+def portals(lights: list[Usd.Prim]) -> set[str]:
+    """Portals that domes name: others guide nothing."""
+    domes = [prim.GetRelationship("portals") for prim in lights if prim.GetTypeName() in DOMES]
+    return {str(path) for relationship in domes for path in relationship.GetForwardedTargets()}
 
 
 def rotation(matrix: np.ndarray) -> np.ndarray:

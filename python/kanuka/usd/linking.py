@@ -8,14 +8,13 @@ from pxr import Usd, UsdLux
 class Links:
     """The lights of a stage that do not light all of it, or whose light not all of it stops."""
 
-    def __init__(self, stage: Usd.Stage) -> None:
+    def __init__(self, lights: list[Usd.Prim]) -> None:
         self._lights = []
-        for prim in stage.Traverse():
-            if prim.HasAPI(UsdLux.LightAPI):
-                api = UsdLux.LightAPI(prim)
-                light, shadow = query(api.GetLightLinkCollectionAPI()), query(api.GetShadowLinkCollectionAPI())
-                if light or shadow:
-                    self._lights.append((str(prim.GetPath()), light, shadow))
+        for prim in lights:
+            api = UsdLux.LightAPI(prim)
+            light, shadow = query(api.GetLightLinkCollectionAPI()), query(api.GetShadowLinkCollectionAPI())
+            if light or shadow:
+                self._lights.append((str(prim.GetPath()), light, shadow))
 
     def __bool__(self) -> bool:
         return bool(self._lights)

@@ -51,8 +51,8 @@ class Materials:
         self._dark: Made | None = None
 
     def of(self, material: UsdShade.Material, glow: tuple[float, ...] | None = None) -> Made | None:
-        """None: it has no surface that can be read, which was told. `glow` multiplies what it shines with; of three zeros
-        nothing is left."""
+        """None: it has no surface that can be read, which was told. `glow` multiplies what it shines with; of three
+        zeros nothing is left."""
         key = (str(material.GetPath()), glow)
         if key not in self._made:
             self._made[key] = self._make(material, glow)

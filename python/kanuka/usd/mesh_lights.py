@@ -32,16 +32,16 @@ class Glow:
 
 
 class MeshLights:
-    def __init__(self, stage: Usd.Stage, say: Say) -> None:
+    def __init__(self, lights: list[Usd.Prim], say: Say) -> None:
         self._say = say
         self.number = 0
         self._named: dict[str, Usd.Prim] = {}  # lights by the mesh that they name
-        for prim in stage.Traverse():
+        for prim in lights:
             if prim.GetTypeName() == "GeometryLight":
-                self._name(stage, prim)
+                self._name(prim)
 
-    def _name(self, stage: Usd.Stage, light: Usd.Prim) -> None:
-        targets = light.GetRelationship("geometry").GetForwardedTargets()
+    def _name(self, light: Usd.Prim) -> None:
+        stage, targets = light.GetStage(), light.GetRelationship("geometry").GetForwardedTargets()
         meshes = [path for path in targets if (found := stage.GetPrimAtPath(path)) and found.IsA(UsdGeom.Mesh)]
         self._named |= {str(path): light for path in meshes}
         if len(meshes) != len(targets) or not targets:

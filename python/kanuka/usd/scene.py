@@ -15,7 +15,7 @@ from kanuka.looks.files import Files
 
 from . import cameras
 from .geometry import Shapes
-from .lights import add_light
+from .lights import add_light, portals, stage_lights
 from .linking import Links
 from .materials import Materials
 from .mesh_lights import MeshLights
@@ -60,8 +60,10 @@ class Reader:
     def __post_init__(self) -> None:
         self.files = Files()
         self.materials = Materials(self.say, self.files, self.times[0], self.scene.options.color_space)
-        self.mesh_lights = MeshLights(self.stage, self.say)
-        self.shapes = Shapes(self.materials, self.say, self.times, Links(self.stage), self.mesh_lights)
+        lights = stage_lights(self.stage)
+        self.portals = portals(lights)
+        self.mesh_lights = MeshLights(lights, self.say)
+        self.shapes = Shapes(self.materials, self.say, self.times, Links(lights), self.mesh_lights)
         self.transforms = Transforms(self.times)
         self.world = stage_matrix(self.stage)
 
@@ -103,7 +105,7 @@ class Reader:
 
     def add(self, prim: Usd.Prim, place, outer: np.ndarray, root: Usd.Prim) -> None:
         kind = str(prim.GetTypeName())
-        if not kind or kind in QUIET:
+        if not kind or kind in QUIET or (kind == "PortalLight" and str(prim.GetPath()) not in self.portals):
             return
         matrix = outer @ self.transforms.within(prim, root)
         shape, light = prim.IsA(UsdGeom.Gprim), prim.HasAPI(UsdLux.LightAPI)
