@@ -35,7 +35,7 @@ def lamp(kind: str, body: str, place: str = DOWN, name: str = "lamp") -> str:
 def irradiance(scene: kanuka.Scene, samples: int = 64, size: int = 32, reach: float = 2.0) -> np.ndarray:
     """Of the floor in a grid of (size, size) places from -reach to reach, the first row at +z: (size, size, 3)."""
     scene.camera = kanuka.Camera(
-        (0, 1.2, 0), (0, 0, 0), up=(0, 0, -1), projection="orthographic", screen_window=(-reach, reach, -reach, reach)
+        (0, 0.5, 0), (0, 0, 0), up=(0, 0, -1), projection="orthographic", screen_window=(-reach, reach, -reach, reach)
     )
     scene.resolution = (size, size)
     scene.options.filter, scene.options.filter_width = "box", (1, 1)
@@ -457,3 +457,143 @@ def Mesh "lid" {
     assert found[1].mean() == pytest.approx(0.16 / 4, rel=0.03)  # of radiance 1, as if it shone from there
     assert found[0].mean() == pytest.approx(found[1].mean(), abs=4 * float(noise[0]) / 8)
     assert noise[1] < 0.5 * noise[0]
+
+
+# ---- instances
+
+LAMP = """
+class Xform "_post" {
+    def Xform "arm" {
+        double3 xformOp:translate = (0, 1, 0)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+        def SphereLight "bulb" (prepend apiSchemas = ["ShapingAPI"]) {
+            float inputs:radius = 0.02
+            float inputs:intensity = 1000
+            BODY
+        }
+    }
+}
+"""
+
+
+def instance(name: str, place: str, x: float = 0, more: str = "") -> str:
+    return f"""
+def Xform "{name}" (instanceable = true
+    inherits = </_post>) {{
+    double3 xformOp:translate = ({x}, 1, 0)
+    {place}
+    uniform token[] xformOpOrder = ["xformOp:translate"{more}]
+}}
+"""
+
+
+def from_points(points: list[tuple[float, float, float]], intensity: float) -> np.ndarray:
+    x, z, _ = places()
+    total = np.zeros(x.shape)
+    for a, b, c in points:
+        d2 = (x - a) ** 2 + b**2 + (z - c) ** 2
+        total += intensity * b / d2**1.5
+    return pixels(total)
+
+
+def same(found: np.ndarray, expected: np.ndarray) -> None:
+    """By means of 4 by 4 pixels: which light a path sees is by chance."""
+    found, expected = (values.reshape(8, 4, 8, 4).mean((1, 3)) for values in (found.mean(-1), expected))
+    assert found == pytest.approx(expected, rel=0.05)
+
+
+def test_lights_in_native_instances_are_placed_with_them(tmp_path: Path) -> None:
+    """Two posts, the second on its side, so that its lamp is beside and not above its foot."""
+    side = instance("b", "float xformOp:rotateZ = -90", 0.2, ', "xformOp:rotateZ"')
+    found, told = shone(tmp_path, LAMP.replace("BODY", ""), instance("a", "", -0.8), side, samples=256)
+    assert told == []
+    same(found, from_points([(-0.8, 2, 0), (1.2, 1, 0)], 1000 * math.pi * 0.0004))
+
+
+def test_lights_in_prototypes_are_placed_by_their_instancers(tmp_path: Path) -> None:
+    """An instancer of pairs, each an instancer of posts that are native instances; one pair is twice as large."""
+    text = """
+def PointInstancer "outer" {
+    rel prototypes = </outer/pair>
+    int[] protoIndices = [0, 0]
+    point3f[] positions = [(-1, 1, -0.5), (1, 1, 0.5)]
+    float3[] scales = [(1, 1, 1), (2, 2, 2)]
+    def PointInstancer "pair" {
+        rel prototypes = </outer/pair/post>
+        int[] protoIndices = [0, 0]
+        point3f[] positions = [(-0.3, 0, 0), (0.3, 0, 0)]
+        def Xform "post" (instanceable = true
+            inherits = </_post>) {
+        }
+    }
+}
+"""
+    lamps = LAMP.replace("BODY", "bool inputs:normalize = 1").replace("1000", "4")
+    found, told = shone(tmp_path, lamps, text, samples=256)
+    assert told == []
+    # Normalized, a sphere sends a quarter of its intensity whatever its size.
+    same(found, from_points([(-1.3, 2, -0.5), (-0.7, 2, -0.5), (0.4, 3, 0.5), (1.6, 3, 0.5)], 1))
+
+
+def test_no_more_lights_in_instances_than_are_bearable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("kanuka.usd.instanced_lights.MOST", 3)
+    text = """
+def PointInstancer "many" {
+    rel prototypes = </many/bulb>
+    int[] protoIndices = [0, 0, 0, 0, 0, 0]
+    point3f[] positions = [(-1, 2, 0), (0, 2, 0), (1, 2, 0), (0, 2, 1), (0, 2, 1), (0, 2, 1)]
+    def SphereLight "bulb" {
+        bool treatAsPoint = 1
+        asset inputs:shaping:ies:file = @none.ies@
+    }
+}
+"""
+    found, told = shone(tmp_path, text, samples=256)
+    assert sorted(told) == [
+        '/many/bulb.inputs:shaping:ies:file: the file "none.ies" is not found',
+        "/many/bulb: no more than 3 lights in instances are read; it and those after it are left out",
+    ]
+    same(found, from_points([(-1, 2, 0), (0, 2, 0), (1, 2, 0)], math.pi / 4))
+
+
+def test_lights_that_are_hidden_in_instances_do_not_shine(tmp_path: Path) -> None:
+    hidden = LAMP.replace('def Xform "arm" {', 'def Xform "arm" {\ntoken visibility = "invisible"')
+    _, told = read(stage(tmp_path, CAMERA, hidden.replace("BODY", ""), instance("a", "")))
+    assert told == ["the stage has no lights: it is lit by a white sky and a sun"]
+
+
+@pytest.mark.parametrize("mode", ["MeshLightAPI", "material"])
+def test_meshes_shine_in_instances(tmp_path: Path, mode: str) -> None:
+    """By a light and by a material that glows: in two native instances, and in two of an instancer."""
+    body = ["float inputs:intensity = 1000"] if mode == "MeshLightAPI" else ["rel material:binding = </glowing>"]
+    mesh = panel(*body).replace('def Mesh "panel"', 'over "shape"').replace("MeshLightAPI", mode)
+    if mode == "material":
+        mesh = mesh.replace('"material", ', "")
+    mesh = mesh.replace('over "shape"', 'def Mesh "panel"')
+    post = f'class Xform "_post" {{\n{mesh}\n}}\n'
+    text = """
+def PointInstancer "two" {
+    rel prototypes = </two/post>
+    int[] protoIndices = [0, 0]
+    point3f[] positions = [(0, 0, -1), (0, 0, 1)]
+    def Xform "post" (inherits = </_post>) {
+    }
+}
+"""
+    glowing = GLOWING.replace("0.5, 1, 2", "1000, 1000, 1000")
+    pair = [instance(name, "", x).replace(", 1, 0)", ", 0, 0)") for name, x in (("a", -1), ("b", 1))]
+    found, told = shone(tmp_path, glowing, post, *pair, text, samples=256)
+    assert told == ([] if mode == "MeshLightAPI" else ["the stage has no lights: it is lit by a white sky and a sun"])
+    if mode == "material":
+        scene, _ = read(stage(tmp_path, CAMERA, MATTE, FLOOR, glowing, post, *pair, text, name="b.usda"))
+        scene.remove([scene.node(name, kind="light") for name in LIGHTS_OF_NONE])
+        found = irradiance(scene, 256)
+    x, z, _ = places()
+    total = 0 * x
+    for a, b in ((-1, 0), (1, 0), (0, -1), (0, 1)):
+        d2 = (x - a) ** 2 + 4 + (z - b) ** 2
+        total += 1.6 * 4 / d2**2
+    same(found, pixels(total))
+
+
+LIGHTS_OF_NONE = ("sky of a scene without lights", "sun of a scene without lights")

@@ -49,8 +49,7 @@ class Shapes:
         return True
 
     def looks(self, prim: Usd.Prim, matrix: np.ndarray) -> dict[str, object]:
-        linked = {} if prim.IsInPrototype() or not self.links else self.links.of(prim)
-        return {"transform": matrix, "name": str(prim.GetPath()), **linked}
+        return {"transform": matrix, "name": str(prim.GetPath()), **self.links.of(prim)}
 
     def material(self, prim: Usd.Prim, glow: Glow | None = None) -> Made:
         if glow and glow.mode not in (TINTED, INDEPENDENT):

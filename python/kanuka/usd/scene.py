@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from kanuka.looks.files import Files
 
 from . import cameras
 from .geometry import Shapes
+from .instanced_lights import InstancedLights, at_start
 from .lights import add_light, portals, stage_lights
 from .linking import Links
 from .materials import Materials
@@ -53,7 +54,7 @@ class Reader:
     times: list[Usd.TimeCode]
     purposes: Sequence[str] = PURPOSES
     lights: int = 0
-    _groups: dict[str, kanuka.Group] = field(default_factory=dict)
+    _groups: dict[tuple, kanuka.Group] = field(default_factory=dict)
     _on_the_way: set[str] = field(default_factory=set)
     _unknown: dict[str, list[str]] = field(default_factory=dict)
 
@@ -63,8 +64,10 @@ class Reader:
         lights = stage_lights(self.stage)
         self.portals = portals(lights)
         self.mesh_lights = MeshLights(lights, self.say)
-        self.shapes = Shapes(self.materials, self.say, self.times, Links(lights), self.mesh_lights)
+        self.links = Links(lights, self.say)
+        self.shapes = Shapes(self.materials, self.say, self.times, self.links, self.mesh_lights)
         self.transforms = Transforms(self.times)
+        self.instanced = InstancedLights()
         self.world = stage_matrix(self.stage)
 
     def read(self) -> None:
@@ -86,8 +89,10 @@ class Reader:
                 continue
             if prim.IsInstance() and prim != top:
                 prims.PruneChildren()
-                group = self.group_of(prim.GetPrototype(), prim)
-                self.place_instances(place, group, outer @ self.transforms.within(prim, root))
+                group, matrix = self.group_of(prim.GetPrototype(), prim), outer @ self.transforms.within(prim, root)
+                self.place_instances(place, group, matrix)
+                if place is self.scene:
+                    self.instanced.add_instance(self, prim, at_start(matrix))
                 continue
             if prim.IsA(UsdGeom.PointInstancer):
                 prims.PruneChildren()
@@ -105,38 +110,42 @@ class Reader:
 
     def add(self, prim: Usd.Prim, place, outer: np.ndarray, root: Usd.Prim) -> None:
         kind = str(prim.GetTypeName())
-        if not kind or kind in QUIET or (kind == "PortalLight" and str(prim.GetPath()) not in self.portals):
+        if not kind or kind in QUIET:
             return
         matrix = outer @ self.transforms.within(prim, root)
         shape, light = prim.IsA(UsdGeom.Gprim), prim.HasAPI(UsdLux.LightAPI)
         if shape and light and kind != "Mesh":
             self.say("warning", f"{prim.GetPath()}: of shapes only meshes are lights: it does not shine")
         if light and not shape:
-            if place is not self.scene:
-                self._unknown.setdefault(f"{kind} in instances", []).append(str(prim.GetPath()))
-            elif self.add_light(prim, matrix if matrix.ndim == 2 else matrix[0]):
-                self.lights += 1
-            else:
-                self._unknown.setdefault(kind, []).append(str(prim.GetPath()))
+            if place is self.scene:  # else it is one for each instance
+                self.add_light(prim, at_start(matrix), self.say)
         elif not self.shapes.add(place, prim, matrix):
             self._unknown.setdefault(kind, []).append(str(prim.GetPath()))
 
-    def add_light(self, prim: Usd.Prim, matrix: np.ndarray) -> bool:
+    def add_light(self, prim: Usd.Prim, matrix: np.ndarray, say: Say) -> None:
+        kind, path = str(prim.GetTypeName()), str(prim.GetPath())
+        if kind in QUIET or (kind == "PortalLight" and path not in self.portals):
+            return
+        solid = not self.links.chooses_shadows(prim)
         try:
-            return add_light(self.scene, prim, matrix, self.times[0], self.files, self.say)
+            if not add_light(self.scene, prim, matrix, self.times[0], self.files, say, solid=solid):
+                self._unknown.setdefault(kind, []).append(path)
+                return
         except ValueError as error:
-            self.say("error", f"{prim.GetPath()}: {error}. It is left out")
-            return True
+            say("error", f"{path}: {error}. It is left out")
+        self.lights += 1
 
     # ---- instances
 
     def group_of(self, prototype: Usd.Prim, named: Usd.Prim) -> kanuka.Group:
-        """What a prototype holds, added once."""
-        key = str(prototype.GetPath())
+        """What a prototype holds, added once for each way in which it is linked with lights."""
+        at = self.links.path_of(named)
+        key = str(prototype.GetPath()), self.links.signature(at, prototype)
         if key not in self._groups:
-            self.prepare(prototype)
-            self._groups[key] = self.scene.add_group(str(named.GetPath()))
-            self.walk(prototype, self._groups[key], prototype, np.eye(4))
+            with self.links.placed(prototype.GetPath(), at):
+                self.prepare(prototype)
+                self._groups[key] = self.scene.add_group(str(named.GetPath()))
+                self.walk(prototype, self._groups[key], prototype, np.eye(4))
         return self._groups[key]
 
     def prepare(self, top: Usd.Prim) -> None:
@@ -150,22 +159,34 @@ class Reader:
                 prims.PruneChildren()
                 for target in UsdGeom.PointInstancer(prim).GetPrototypesRel().GetForwardedTargets():
                     if inner := self.stage.GetPrimAtPath(target):
-                        self.prototype_group(inner)
+                        self.prototype_group(inner, prim)
 
     def place_instances(self, place, group: kanuka.Group, matrices: np.ndarray) -> None:
         """One, (4, 4), or one that moves, (T, 4, 4)."""
         place.add_instances(group, matrices[None] if matrices.ndim == 2 else matrices[:, None])
 
     def add_instancer(self, instancer: UsdGeom.PointInstancer, place, outer: np.ndarray) -> None:
+        if outer.ndim == 3:
+            self.say("warning", f"{instancer.GetPath()}: it moves as a whole; it stands as at the start of the shutter")
+            outer = outer[0]
+        for prim, matrices, mine in self.placements(instancer, self.say):
+            group = self.prototype_group(prim, instancer.GetPrim())
+            if group is not None:
+                place.add_instances(group, in_place(outer, matrices, mine))
+                if place is self.scene:
+                    self.instanced.add_prototype(self, prim, lambda m=matrices, i=mine: outer @ m[i])
+
+    def placements(
+        self, instancer: UsdGeom.PointInstancer, say: Say
+    ) -> Iterator[tuple[Usd.Prim, np.ndarray, np.ndarray]]:
+        """Prototypes, with all matrices of the instancer and which of them are the prototype's. The prototype's own
+        matrix is in them; what is above it counts for nothing."""
         path, time = instancer.GetPath(), self.times[0]
         targets = instancer.GetPrototypesRel().GetForwardedTargets()
         indices = instancer.GetProtoIndicesAttr().Get(time)
         if not targets or indices is None:
             return
         indices = np.asarray(indices)
-        if outer.ndim == 3:
-            self.say("warning", f"{path}: it moves as a whole; it stands as at the start of the shutter")
-            outer = outer[0]
         # Row vectors; what is masked out is left out.
         found = instancer.ComputeInstanceTransformsAtTime(
             time, time, UsdGeom.PointInstancer.IncludeProtoXform, UsdGeom.PointInstancer.ApplyMask
@@ -174,40 +195,38 @@ class Reader:
         matrices = np.asarray(found, dtype=np.float64).reshape(-1, 4, 4).transpose(0, 2, 1)
         indices = indices[mask] if len(mask) == len(indices) else indices
         if len(matrices) != len(indices):
-            self.say("error", f"{path}: {len(indices)} protoIndices, but {len(matrices)} places. It is left out")
+            say("error", f"{path}: {len(indices)} protoIndices, but {len(matrices)} places. It is left out")
             return
         if (bad := (indices < 0) | (indices >= len(targets))).any():
-            self.say("error", f"{path}: {int(bad.sum())} protoIndices name no prototype. Those are left out")
+            say("error", f"{path}: {int(bad.sum())} protoIndices name no prototype. Those are left out")
             indices, matrices = indices[~bad], matrices[~bad]
         for index, target in enumerate(targets):
             mine = np.flatnonzero(indices == index)
             prim = self.stage.GetPrimAtPath(target)
-            if not len(mine):
-                continue
-            if not prim:
-                self.say("error", f"{path}: its prototype {target} is not there")
-                continue
-            # The prototype's own matrix is in the instances'; what is above it counts for nothing.
-            group = self.prototype_group(prim)
-            if group is not None:
-                place.add_instances(group, in_place(outer, matrices, mine))
+            if len(mine) and prim:
+                yield prim, matrices, mine
+            elif len(mine):
+                say("error", f"{path}: its prototype {target} is not there")
 
-    def prototype_group(self, prim: Usd.Prim) -> kanuka.Group | None:
+    def prototype_group(self, prim: Usd.Prim, instancer: Usd.Prim) -> kanuka.Group | None:
         """None: it is in itself."""
-        key = f"{prim.GetPath()} as a prototype"
-        if key in self._on_the_way:
+        path = f"{prim.GetPath()} as a prototype"
+        if path in self._on_the_way:
             self.say("error", f"{prim.GetPath()}: the prototype is in itself. It is left out there")
             return None
+        at = self.links.path_in(instancer, prim)
+        key = path, self.links.signature(at, prim)
         if key not in self._groups:
-            self._on_the_way.add(key)
-            self.prepare(prim)
-            group = self.scene.add_group(str(prim.GetPath()))
-            if prim.IsInstance():
-                group.add_instances(self.group_of(prim.GetPrototype(), prim), np.eye(4)[None])
-            else:
-                self.walk(prim, group, prim, np.eye(4))
+            self._on_the_way.add(path)
+            with self.links.placed(prim.GetPath(), at):
+                self.prepare(prim)
+                group = self.scene.add_group(str(prim.GetPath()))
+                if prim.IsInstance():
+                    group.add_instances(self.group_of(prim.GetPrototype(), prim), np.eye(4)[None])
+                else:
+                    self.walk(prim, group, prim, np.eye(4))
             self._groups[key] = group
-            self._on_the_way.discard(key)
+            self._on_the_way.discard(path)
         return self._groups[key]
 
 
