@@ -597,3 +597,121 @@ def PointInstancer "two" {
 
 
 LIGHTS_OF_NONE = ("sky of a scene without lights", "sun of a scene without lights")
+
+
+# ---- linking in instances. A row of tiles, each an instance of one; which of them a sun leaves out is seen from above.
+
+TILE = """
+class Xform "_tile" {
+    def Mesh "top" (prepend apiSchemas = ["MaterialBindingAPI"]) {
+        rel material:binding = </matte>
+        uniform token subdivisionScheme = "none"
+        int[] faceVertexCounts = [4]
+        int[] faceVertexIndices = [0, 1, 2, 3]
+        point3f[] points = [(-0.5, 0, 2), (0.5, 0, 2), (0.5, 0, -2), (-0.5, 0, -2)]
+    }
+}
+"""
+NOON = """
+def DistantLight "sun" {
+    float inputs:intensity = 1
+    bool inputs:normalize = 1
+    float inputs:angle = 0
+    float xformOp:rotateX = -90
+    uniform token[] xformOpOrder = ["xformOp:rotateX"]
+    LINK
+}
+"""
+
+
+def tile(name: str, x: float) -> str:
+    return f"""
+def Xform "{name}" (instanceable = true
+    inherits = </_tile>) {{
+    double3 xformOp:translate = ({x}, 0, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}}
+"""
+
+
+TILES = "".join(tile(name, x) for name, x in (("a", -1.5), ("b", -0.5), ("c", 0.5), ("d", 1.5)))
+OF_TWO = """
+def PointInstancer "first" {
+    rel prototypes = </protos/tile>
+    int[] protoIndices = [0, 0]
+    point3f[] positions = [(-1.5, 0, 0), (-0.5, 0, 0)]
+}
+def PointInstancer "second" {
+    rel prototypes = </second/tile>
+    int[] protoIndices = [0, 0]
+    point3f[] positions = [(0.5, 0, 0), (1.5, 0, 0)]
+    def Xform "tile" (instanceable = true
+        inherits = </_tile>) {
+    }
+}
+def Xform "protos" {
+    double3 xformOp:translate = (0, -50, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+    def Xform "tile" (inherits = </_tile>) {
+    }
+}
+"""
+EXCLUDED = "rel collection:lightLink:excludes = %s"
+INCLUDED = "uniform bool collection:lightLink:includeRoot = 0\nrel collection:lightLink:includes = %s"
+EXPRESSION = 'uniform token collection:lightLink:mode = "expression"\n'
+MATCHING = EXPRESSION + 'uniform pathExpression collection:lightLink:membershipExpression = "%s"'
+
+
+@pytest.mark.parametrize(
+    ("tiles", "link", "lit", "groups"),
+    [
+        (TILES, "", "abcd", 1),
+        (TILES, EXCLUDED % "</c>", "abd", 2),
+        (TILES, EXCLUDED % "[</a>, </c/top>]", "bd", 3),  # of as a whole and by the shape: told apart, if for nothing
+        (TILES, INCLUDED % "</b/top>", "b", 2),
+        (TILES, MATCHING % "/b// + /d//", "bd", 2),
+        (OF_TWO, EXCLUDED % "</first>", "cd", 3),
+        (OF_TWO, INCLUDED % "</first>", "ab", 3),
+        (OF_TWO, INCLUDED % "</second/tile>", "cd", 3),
+        (OF_TWO, MATCHING % "/first//", "ab", 3),
+    ],
+)
+def test_what_is_instanced_is_linked_where_it_is_placed(
+    tmp_path: Path, tiles: str, link: str, lit: str, groups: int
+) -> None:
+    scene, told = read(stage(tmp_path, CAMERA, MATTE, TILE, tiles, NOON.replace("LINK", link)))
+    assert told == []
+    along = irradiance(scene, 16, 16).mean((0, 2))
+    assert along.reshape(4, 4).mean(1) == pytest.approx([1.0 * (name in lit) for name in "abcd"], abs=1e-3)
+    assert scene.summary()["groups"] == groups
+
+
+def test_shadows_in_instances_are_linked_too(tmp_path: Path) -> None:
+    """The lids of two of four tiles stop a sun, of which the floor under the other two sees nothing."""
+    lids = TILE.replace(", 0, ", ", 1, ")
+    link = EXCLUDED.replace("lightLink", "shadowLink") % "[</b>, </c>]"
+    found, told = shone(tmp_path, lids, TILES, NOON.replace("LINK", link), samples=16, size=16)
+    assert told == []
+    assert found.mean((0, 2)).reshape(4, 4).mean(1) == pytest.approx([0, 1, 1, 0], abs=1e-3)
+
+
+def test_a_light_in_an_instance_is_linked_with_what_lies_beside_it(tmp_path: Path) -> None:
+    """Two posts, each with a plate below its lamp that only this lamp shines on: the other one's light is missing."""
+    plate = """
+    def Mesh "plate" (prepend apiSchemas = ["MaterialBindingAPI"]) {
+        rel material:binding = </matte>
+        uniform token subdivisionScheme = "none"
+        int[] faceVertexCounts = [4]
+        int[] faceVertexIndices = [0, 1, 2, 3]
+        point3f[] points = [(-0.5, -1, 0.5), (0.5, -1, 0.5), (0.5, -1, -0.5), (-0.5, -1, -0.5)]
+    }
+"""
+    body = "bool treatAsPoint = 1\n" + INCLUDED % "</_post/plate>"
+    post = LAMP.replace("BODY", body).replace('class Xform "_post" {', f'class Xform "_post" {{\n{plate}')
+    posts = [instance("a", "", -1), instance("b", "", 1)]
+    scene, told = read(stage(tmp_path, CAMERA, MATTE, post, *posts))
+    assert told == []
+    found = irradiance(scene, 64)[..., 0]
+    lone = from_points([(-1, 2, 0)], 1000 * math.pi * 0.0004)
+    assert found[13:19, 5:11] == pytest.approx(lone[13:19, 5:11], rel=0.03)
+    assert found[:, 14:18].max() == 0

@@ -17,7 +17,11 @@ from .stage import Say
 
 
 class Query(Protocol):
+    """As of a UsdCollectionMembershipQuery."""
+
     def IsPathIncluded(self, path: Sdf.Path) -> bool: ...
+    def UsesPathExpansionRuleMap(self) -> bool: ...
+    def GetAsPathExpansionRuleMap(self) -> dict: ...
 
 
 class Nothing:
@@ -39,6 +43,7 @@ class Links:
     def __init__(self, lights: list[Usd.Prim], say: Say) -> None:
         self._lights: dict[str, tuple[Query | None, Query | None]] = {}
         self._rules: dict[int, list[tuple[Sdf.Path, str]] | None] = {}  # of queries; None: they are expressions
+        self._stage = lights[0].GetStage() if lights else None
         self._here: tuple[Sdf.Path, Sdf.Path] | None = None
         for prim in lights:
             name, solid = name_of(prim), is_geometry(prim)
@@ -65,11 +70,18 @@ class Links:
         path = self.path_of(prim)
         found: dict[str, list[str]] = {}
         for name, (light, shadow) in self._lights.items():
-            if light and not light.IsPathIncluded(path):
+            if light and not self._has(light, path):
                 found.setdefault("lights_off", []).append(name)
-            if shadow and not shadow.IsPathIncluded(path):
+            if shadow and not self._has(shadow, path):
                 found.setdefault("shadows_off", []).append(name)
         return found
+
+    def _has(self, query: Query, path: Sdf.Path) -> bool:
+        """Expressions ask for prims; what is none, below an instancer, counts as the nearest that there is."""
+        if self._rules[id(query)] is None:
+            while self._stage and not self._stage.GetPrimAtPath(path):
+                path = path.GetParentPath()
+        return query.IsPathIncluded(path)
 
     def chooses_shadows(self, light: Usd.Prim) -> bool:
         return self._lights.get(name_of(light), (None, None))[1] is not None
@@ -102,7 +114,7 @@ class Links:
     def _sign(self, query: Query, at: Sdf.Path, top: Usd.Prim) -> tuple:
         rules = self._rules[id(query)]
         if rules is None:
-            return tuple(query.IsPathIncluded(path) for path in self._paths(at, top))
+            return tuple(self._has(query, path) for path in self._paths(at, top))
         below = sorted((str(path.MakeRelativePath(at)), str(rule)) for path, rule in rules if path.HasPrefix(at))
         return query.IsPathIncluded(at), *below
 
