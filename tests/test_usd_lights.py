@@ -715,3 +715,124 @@ def test_a_light_in_an_instance_is_linked_with_what_lies_beside_it(tmp_path: Pat
     lone = from_points([(-1, 2, 0)], 1000 * math.pi * 0.0004)
     assert found[13:19, 5:11] == pytest.approx(lone[13:19, 5:11], rel=0.03)
     assert found[:, 14:18].max() == 0
+
+
+# ---- what Kanuka's lights have not
+
+
+def test_lights_without_shadows_shine_through(tmp_path: Path) -> None:
+    """Through a lid over the floor, in a native instance too; the sun beside it does not."""
+    lid = TILE.replace(", 0, ", ", 1, ") + TILES
+    for enable, expected in ((0, 1), (1, 0)):
+        sun = NOON.replace("LINK", f"bool inputs:shadow:enable = {enable}")
+        found, told = shone(tmp_path, lid, sun, samples=16, size=8)
+        assert told == []
+        assert found.mean() == pytest.approx(expected, abs=1e-3)
+
+
+def test_multipliers_of_all_light_are_factors(tmp_path: Path) -> None:
+    found, told = shone(
+        tmp_path, NOON.replace("LINK", "float inputs:diffuse = 0.5\nfloat inputs:specular = 0.5"), size=4
+    )
+    assert told == [] and found.mean() == pytest.approx(0.5, rel=1e-3)
+
+
+def test_what_lights_do_not_do_is_told_once_for_all(tmp_path: Path) -> None:
+    odd = """
+    float inputs:diffuse = 0.5
+    color3f inputs:shadow:color = (1, 0, 0)
+    float inputs:shadow:distance = 3
+    color3f inputs:color.connect = </graph.outputs:out>
+"""
+    lights = [f'def SphereLight "{name}" {{\n{odd}\n}}\n' for name in "abc"]
+    graph = 'def Shader "graph" {\ncolor3f outputs:out\n}\n'
+    _, told = read(stage(tmp_path, CAMERA, *lights, graph))
+    assert told == [
+        "/a and 2 more: multipliers of diffuse or specular light alone are not read",
+        "/a and 2 more: shadows have no colour but black",
+        "/a and 2 more: shadows reach as far as light does: no distance or falloff of them is read",
+        "/a and 2 more: what inputs of lights are connected to is not read: their own values stand",
+    ]
+
+
+def test_filters_are_told_by_name_and_kind(tmp_path: Path) -> None:
+    text = """
+def SphereLight "lamp" {
+    rel light:filters = [</barn>, </own>, </missing>]
+}
+def PxrBarnLightFilter "barn" {
+}
+def PluginLightFilter "own" {
+    uniform token lightFilter:shaderId = "StudioGobo"
+}
+"""
+    _, told = read(stage(tmp_path, CAMERA, text))
+    assert told == [
+        "/lamp: it shines as without its filters, which are not read: /barn (PxrBarnLightFilter, barn doors), "
+        "/own (StudioGobo, a picture in the beam), /missing (which is not there)"
+    ]
+
+
+# ---- what is wrong
+
+
+@pytest.mark.parametrize(
+    ("kind", "body", "expected"),
+    [
+        ("SphereLight", "float inputs:intensity = nan", "inputs:intensity is nan, which is no number"),
+        ("SphereLight", "float inputs:exposure = inf", "inputs:exposure is inf, which is no number"),
+        ("SphereLight", "float inputs:exposure = 4000", "its brightness is inf, inf, inf"),
+        ("SphereLight", "color3f inputs:color = (1, -1, 1)", "its brightness is 1, -1, 1"),
+        ("SphereLight", "float inputs:radius = -1", "inputs:radius is -1; it must be 0 or more"),
+        ("DiskLight", "float inputs:radius = 0", "inputs:radius is 0; it must be above 0"),
+        ("RectLight", "float inputs:width = 0", "inputs:width is 0; it must be above 0"),
+        ("RectLight", "float inputs:height = nan", "inputs:height is nan, which is no number"),
+        ("CylinderLight", "float inputs:length = -2", "inputs:length is -2; it must be above 0"),
+        ("CylinderLight", "float inputs:radius = 0", "inputs:radius is 0: without inputs:normalize"),
+        ("DistantLight", "float inputs:angle = -1", "inputs:angle is -1; it must be 0 or more"),
+        ("DiskLight", CONE % 0, "a cone of 0 degrees leaves no light"),
+        ("RectLight", FOCUS % math.nan, "inputs:shaping:focus is nan, which is no number"),
+        (
+            "RectLight",
+            'float3 xformOp:scale = (0, 1, 1)\nuniform token[] xformOpOrder = ["xformOp:scale"]',
+            "its transformation leaves nothing of it",
+        ),
+    ],
+)
+def test_lights_that_cannot_shine_are_told_and_left_out(tmp_path: Path, kind: str, body: str, expected: str) -> None:
+    found, told = shone(tmp_path, lamp(kind, body, ""), NOON.replace("LINK", ""), size=4)
+    assert len(told) == 1
+    assert told[0].startswith(f"/lamp: {expected}") and told[0].endswith(". It is left out")
+    assert found.mean() == pytest.approx(1, rel=1e-3)  # by what is left
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        (None, '/lamp.inputs:shaping:ies:file: the file "./a.ies" is not found'),
+        ("nothing", "has no TILT=: it is no photometric file"),
+        ("TILT=NONE\n1 0 1 2 1 1 2 0 0 0 1 1 0\n0 90\n0\n5", "has 4 numbers for 2 by 1 angles"),
+        ("TILT=NONE\n1 0 1 2 1 1 2 0 0 0 1 1 0\n90 0\n0\n5 5", "its angles do not rise"),
+        ("TILT=NONE\n1 0 1 2 1 2 2 0 0 0 1 1 0\n0 90\n0\n5 5", "photometric type 2 (B or A) is not read"),
+        ("TILT=NONE\n1 0 1 2 1 1 2 0 0 0 1 1 0\n0 90\n0\n0 0", "no intensity is above 0"),
+        ("TILT=NONE\n1 0 1 2 1 1 2 0 0 0 1 1 0\n0 90\n0\n5 x", "could not convert string to float: 'x'"),
+        ("TILT=lamp.tlt\n1", "TILT=lamp.tlt: tilt files are not read"),
+        ("TILT=NONE\n1 0", "ends too early"),
+    ],
+)
+def test_bad_profiles_are_told_and_the_light_shines_without(tmp_path: Path, content: str | None, expected: str) -> None:
+    if content is not None:
+        (tmp_path / "a.ies").write_text(content)
+    profile = "asset inputs:shaping:ies:file = @./a.ies@\nfloat inputs:intensity = 100\nfloat inputs:radius = 0.1"
+    found, told = shone(tmp_path, lamp("SphereLight", profile), size=9, reach=0.1)
+    assert len(told) == 1 and told[0].startswith("/lamp") and expected in told[0]
+    assert found[4, 4].mean() == pytest.approx(100 * math.pi * 0.01 / 4, rel=0.02)
+
+
+def test_lights_of_unknown_kinds_are_told(tmp_path: Path) -> None:
+    text = 'def PluginLight "own" {\n}\ndef Sphere "ball" (prepend apiSchemas = ["MeshLightAPI"]) {\n}\n'
+    _, told = read(stage(tmp_path, CAMERA, text, NOON.replace("LINK", "")))
+    assert sorted(told) == [
+        "/ball: of shapes only meshes are lights: it does not shine",
+        "/own: prims of type PluginLight are not read yet",
+    ]

@@ -31,8 +31,9 @@ Z_POLE = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dty
 
 def emission(light: UsdLux.LightAPI, time: Usd.TimeCode) -> np.ndarray:
     """(3,) before `normalize`. Raises ValueError where it is no brightness."""
-    color = np.array(light.GetColorAttr().Get(time) or (1, 1, 1), dtype=float)
-    color = color * decimal(light.GetIntensityAttr(), time, 1) * 2.0 ** decimal(light.GetExposureAttr(), time, 0)
+    intensity, exposure = decimal(light.GetIntensityAttr(), time, 1), decimal(light.GetExposureAttr(), time, 0)
+    with np.errstate(over="ignore", invalid="ignore"):  # what is too bright is told below
+        color = np.array(light.GetColorAttr().Get(time) or (1, 1, 1), dtype=float) * intensity * np.exp2(exposure)
     if light.GetEnableColorTemperatureAttr().Get(time):
         kelvin = decimal(light.GetColorTemperatureAttr(), time, 6500)
         color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(kelvin), dtype=float)

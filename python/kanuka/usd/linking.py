@@ -40,7 +40,7 @@ class Nothing:
 class Links:
     """The lights of a stage that do not light all of it, or whose light not all of it stops."""
 
-    def __init__(self, lights: list[Usd.Prim], say: Say) -> None:
+    def __init__(self, lights: list[Usd.Prim], time: Usd.TimeCode, say: Say) -> None:
         self._lights: dict[str, tuple[Query | None, Query | None]] = {}
         self._rules: dict[int, list[tuple[Sdf.Path, str]] | None] = {}  # of queries; None: they are expressions
         self._stage = lights[0].GetStage() if lights else None
@@ -51,7 +51,7 @@ class Links:
                 continue  # a mesh in another instance: one light, linked as in the first
             api = UsdLux.LightAPI(prim)
             light, shadow = query(api.GetLightLinkCollectionAPI()), query(api.GetShadowLinkCollectionAPI())
-            if UsdLux.ShadowAPI(prim).GetShadowEnableAttr().Get() is False:
+            if UsdLux.ShadowAPI(prim).GetShadowEnableAttr().Get(time) is False:
                 shadow = Nothing()
             if shadow and solid:
                 say("warning", f"{name}: shadows of meshes that shine cannot be linked or turned off")

@@ -13,7 +13,7 @@ import kanuka
 from kanuka import standins
 from kanuka.looks.files import Files
 
-from . import cameras
+from . import cameras, light_limits
 from .geometry import Shapes
 from .instanced_lights import InstancedLights, at_start
 from .lights import add_light, portals, stage_lights
@@ -21,8 +21,7 @@ from .linking import Links
 from .materials import Materials
 from .mesh_lights import MeshLights
 from .settings import Settings, settings_of
-from .spaces import rendering_space
-from .stage import Say, input_error, open_stage
+from .stage import Gathered, Say, input_error, open_stage
 from .transforms import Transforms, stage_matrix
 
 PURPOSES = ("default", "render")
@@ -56,7 +55,7 @@ class Reader:
     lights: int = 0
     _groups: dict[tuple, kanuka.Group] = field(default_factory=dict)
     _on_the_way: set[str] = field(default_factory=set)
-    _unknown: dict[str, list[str]] = field(default_factory=dict)
+    gathered: Gathered = field(default_factory=Gathered)
 
     def __post_init__(self) -> None:
         self.files = Files()
@@ -64,7 +63,8 @@ class Reader:
         lights = stage_lights(self.stage)
         self.portals = portals(lights)
         self.mesh_lights = MeshLights(lights, self.say)
-        self.links = Links(lights, self.say)
+        self.links = Links(lights, self.times[0], self.say)
+        light_limits.tell(lights, self.times[0], self.say, self.gathered)
         self.shapes = Shapes(self.materials, self.say, self.times, self.links, self.mesh_lights)
         self.transforms = Transforms(self.times)
         self.instanced = InstancedLights()
@@ -73,9 +73,7 @@ class Reader:
     def read(self) -> None:
         root = self.stage.GetPseudoRoot()
         self.walk(root, self.scene, root, self.world)
-        for kind, paths in self._unknown.items():
-            more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
-            self.say("warning", f"{paths[0]}{more}: prims of type {kind} are not read yet")
+        self.gathered.tell(self.say)
 
     def walk(self, top: Usd.Prim, place: kanuka.Scene | kanuka.Group, root: Usd.Prim, outer: np.ndarray) -> None:
         """Adds everything below `top` to a scene or group; `outer` is place_from_root."""
@@ -110,7 +108,7 @@ class Reader:
 
     def add(self, prim: Usd.Prim, place, outer: np.ndarray, root: Usd.Prim) -> None:
         kind = str(prim.GetTypeName())
-        if not kind or kind in QUIET:
+        if not kind or kind in QUIET or kind.endswith("LightFilter"):
             return
         matrix = outer @ self.transforms.within(prim, root)
         shape, light = prim.IsA(UsdGeom.Gprim), prim.HasAPI(UsdLux.LightAPI)
@@ -120,7 +118,7 @@ class Reader:
             if place is self.scene:  # else it is one for each instance
                 self.add_light(prim, at_start(matrix), self.say)
         elif not self.shapes.add(place, prim, matrix):
-            self._unknown.setdefault(kind, []).append(str(prim.GetPath()))
+            self.gathered.note(f"prims of type {kind} are not read yet", str(prim.GetPath()))
 
     def add_light(self, prim: Usd.Prim, matrix: np.ndarray, say: Say) -> None:
         kind, path = str(prim.GetTypeName()), str(prim.GetPath())
@@ -129,7 +127,7 @@ class Reader:
         solid = not self.links.chooses_shadows(prim)
         try:
             if not add_light(self.scene, prim, matrix, self.times[0], self.files, say, solid=solid):
-                self._unknown.setdefault(kind, []).append(path)
+                self.gathered.note(f"prims of type {kind} are not read yet", path)
                 return
         except ValueError as error:
             say("error", f"{path}: {error}. It is left out")

@@ -15,6 +15,21 @@ INSTALL = "pip install 'kanuka[usd]'"
 Say = Callable[[str, str], None]  # severity, text
 
 
+class Gathered:
+    """What is told once for all prims that it is true of."""
+
+    def __init__(self) -> None:
+        self._paths: dict[str, list[str]] = {}
+
+    def note(self, text: str, path: str) -> None:
+        self._paths.setdefault(text, []).append(path)
+
+    def tell(self, say: Say) -> None:
+        for text, paths in self._paths.items():
+            more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
+            say("warning", f"{paths[0]}{more}: {text}")
+
+
 def is_stage(path: object) -> bool:
     """Whether a file's name is a USD stage's."""
     return str(path).lower().endswith(SUFFIXES)
