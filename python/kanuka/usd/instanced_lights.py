@@ -9,6 +9,8 @@ import numpy as np
 from pxr import Usd, UsdGeom, UsdLux
 
 from .linking import is_geometry
+from .shaped_lights import MEMBERS
+from .stage import silent
 
 if TYPE_CHECKING:
     from .scene import Reader
@@ -51,10 +53,11 @@ class InstancedLights:
                 self._full = True
                 rest = "it and those after it are left out"
                 reader.say("warning", f"{prim.GetPath()}: no more than {MOST} lights in instances are read; {rest}")
+            self.number += min(len(matrices), room)
+            members = int(np.clip(MOST // max(self.number, 1), 1, MEMBERS))
             for matrix in matrices[:room]:
                 tell = reader.say if self._is_new(prim) else silent
-                reader.add_light(prim, matrix, tell)
-            self.number += min(len(matrices), room)
+                reader.add_light(prim, matrix, tell, members)
 
     def _is_new(self, light: Usd.Prim) -> bool:
         """What is to be told of a light is told of its first place."""
@@ -84,10 +87,6 @@ class InstancedLights:
                 found.append((prim, at_start(reader.transforms.within(prim, top))[None]))
         self._on_the_way.discard(key)
         return found
-
-
-def silent(severity: str, text: str) -> None:
-    pass
 
 
 def at_start(matrices: np.ndarray) -> np.ndarray:

@@ -18,7 +18,7 @@ import kanuka
 from kanuka.looks.files import Files
 
 from . import shaped_lights
-from .shaping import Shaping, shaping_of
+from .shaping import Shaping, Shapings
 from .stage import Say
 from .values import decimal, resolved, size
 
@@ -52,15 +52,18 @@ def scales(matrix: np.ndarray) -> np.ndarray:
 
 @dataclass
 class Light:
-    """A prim that is to be a light of a scene. `solid`: whether it may be geometry, whose shadows are always there."""
+    """A prim that is to be a light of a scene. `solid`: whether it may be geometry, whose shadows are always there.
+    `members`: of a cluster that stands for it."""
 
     scene: kanuka.Scene
     prim: Usd.Prim
     matrix: np.ndarray
     time: Usd.TimeCode
     folder: Files
+    shapings: Shapings
     say: Say
     solid: bool = True
+    members: int = shaped_lights.MEMBERS
 
     def __post_init__(self) -> None:
         api = UsdLux.LightAPI(self.prim)
@@ -75,7 +78,7 @@ class Light:
         return self.amount / area if self.normalize else self.amount
 
     def shaping(self) -> Shaping:
-        return shaping_of(self.prim, self.time, self.folder, self.say)
+        return self.shapings.of(self.prim, self.say)
 
     def texture(self) -> str:
         return resolved(self.prim.GetAttribute("inputs:texture:file"), self.time, self.folder, self.say)
@@ -158,7 +161,13 @@ def add_rect(light: Light) -> None:
     def surface(**settings) -> None:
         light.scene.add_mesh(corners, [[0, 1, 2, 3]], uv=uv, transform=light.matrix, **settings)
 
-    add_flat(light, width * sx * height * sy, lambda: shaped_lights.over_rectangle(width, height), surface, plain)
+    add_flat(
+        light,
+        width * sx * height * sy,
+        lambda: shaped_lights.over_rectangle(width, height, light.members),
+        surface,
+        plain,
+    )
 
 
 def add_disk(light: Light) -> None:
@@ -171,7 +180,9 @@ def add_disk(light: Light) -> None:
     def surface(**settings) -> None:
         light.scene.add_disk(radius, transform=light.matrix @ TURNED, **settings)
 
-    add_flat(light, math.pi * radius**2 * sx * sy, lambda: shaped_lights.over_disk(radius), surface, plain)
+    add_flat(
+        light, math.pi * radius**2 * sx * sy, lambda: shaped_lights.over_disk(radius, light.members), surface, plain
+    )
 
 
 def add_cylinder(light: Light) -> None:
@@ -186,7 +197,7 @@ def add_cylinder(light: Light) -> None:
     if shaping.shapes or radius == 0:
         # A long tube has the area of its outline, 2 r l, as seen from the side.
         intensity = (light.amount if light.normalize else light.amount * area) / math.pi
-        light.cluster(shaping, shaped_lights.TUBE, shaped_lights.over_line(length, radius), intensity)
+        light.cluster(shaping, shaped_lights.TUBE, shaped_lights.over_line(length, radius, light.members), intensity)
         return
     light.add(
         "cylinder",
@@ -221,6 +232,7 @@ def add_portal(light: Light) -> None:
     light.add("portal", width=width, height=height, transform=light.matrix)
 
 
+# By kinds of prims. They raise ValueError where a light cannot shine.
 ADDERS: dict[str, Callable[[Light], None]] = {
     "DistantLight": add_distant,
     "DomeLight": add_dome,
@@ -231,23 +243,6 @@ ADDERS: dict[str, Callable[[Light], None]] = {
     "SphereLight": add_sphere,
     "PortalLight": add_portal,
 }
-
-
-def add_light(
-    scene: kanuka.Scene,
-    prim: Usd.Prim,
-    matrix: np.ndarray,
-    time: Usd.TimeCode,
-    folder: Files,
-    say: Say,
-    *,
-    solid: bool = True,
-) -> bool:
-    """False: not a light that Kanuka has. Raises ValueError where it cannot shine."""
-    adder = ADDERS.get(str(prim.GetTypeName()))
-    if adder is not None:
-        adder(Light(scene, prim, matrix, time, folder, say, solid))
-    return adder is not None
 
 
 def stage_lights(stage: Usd.Stage) -> list[Usd.Prim]:

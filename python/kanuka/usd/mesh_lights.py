@@ -10,8 +10,8 @@ from pxr import Usd, UsdGeom, UsdLux
 import kanuka
 
 from .lights import emission
-from .shaping import shaping_of
-from .stage import Say
+from .shaping import Shapings
+from .stage import Say, silent
 
 TINTED, INDEPENDENT = "materialGlowTintsLight", "independent"  # and noMaterialResponse
 
@@ -32,8 +32,8 @@ class Glow:
 
 
 class MeshLights:
-    def __init__(self, lights: list[Usd.Prim], say: Say) -> None:
-        self._say = say
+    def __init__(self, lights: list[Usd.Prim], shapings: Shapings, say: Say) -> None:
+        self._shapings, self._say = shapings, say
         self.number = 0
         self._named: dict[str, Usd.Prim] = {}  # lights by the mesh that they name
         for prim in lights:
@@ -62,7 +62,7 @@ class MeshLights:
                 if not surface > 0:
                     raise ValueError("inputs:normalize is on, but its mesh has no area")
                 amount = amount / surface
-            if shaping_of(light, time, None, lambda severity, text: None).shapes:
+            if self._shapings.of(light, silent).shapes:
                 self._say("warning", f"{light.GetPath()}: shaping has no effect on meshes: it shines as without")
         except ValueError as error:
             self._say("error", f"{light.GetPath()}: {error}. It does not shine")

@@ -16,11 +16,13 @@ from kanuka.looks.files import Files
 from . import cameras, light_limits
 from .geometry import Shapes
 from .instanced_lights import InstancedLights, at_start
-from .lights import add_light, portals, stage_lights
+from .lights import ADDERS, Light, portals, stage_lights
 from .linking import Links
 from .materials import Materials
 from .mesh_lights import MeshLights
 from .settings import Settings, settings_of
+from .shaped_lights import MEMBERS
+from .shaping import Shapings
 from .stage import Gathered, Say, input_error, open_stage
 from .transforms import Transforms, stage_matrix
 
@@ -62,7 +64,8 @@ class Reader:
         self.materials = Materials(self.say, self.files, self.times[0], self.scene.options.color_space)
         lights = stage_lights(self.stage)
         self.portals = portals(lights)
-        self.mesh_lights = MeshLights(lights, self.say)
+        self.shapings = Shapings(self.times[0], self.files)
+        self.mesh_lights = MeshLights(lights, self.shapings, self.say)
         self.links = Links(lights, self.times[0], self.say)
         light_limits.tell(lights, self.times[0], self.say, self.gathered)
         self.shapes = Shapes(self.materials, self.say, self.times, self.links, self.mesh_lights)
@@ -120,15 +123,16 @@ class Reader:
         elif not self.shapes.add(place, prim, matrix):
             self.gathered.note(f"prims of type {kind} are not read yet", str(prim.GetPath()))
 
-    def add_light(self, prim: Usd.Prim, matrix: np.ndarray, say: Say) -> None:
+    def add_light(self, prim: Usd.Prim, matrix: np.ndarray, say: Say, members: int = MEMBERS) -> None:
         kind, path = str(prim.GetTypeName()), str(prim.GetPath())
         if kind in QUIET or (kind == "PortalLight" and path not in self.portals):
             return
+        if kind not in ADDERS:
+            self.gathered.note(f"prims of type {kind} are not read yet", path)
+            return
         solid = not self.links.chooses_shadows(prim)
         try:
-            if not add_light(self.scene, prim, matrix, self.times[0], self.files, say, solid=solid):
-                self.gathered.note(f"prims of type {kind} are not read yet", path)
-                return
+            ADDERS[kind](Light(self.scene, prim, matrix, self.times[0], self.files, self.shapings, say, solid, members))
         except ValueError as error:
             say("error", f"{path}: {error}. It is left out")
         self.lights += 1

@@ -18,9 +18,9 @@ import kanuka
 from kanuka.looks.files import Files
 from kanuka.looks.rsl import Stage, Value, Writer, shader_text
 
-from .shaping import ALL_ROUND, Shaping, profile_file, tabulated
+from .shaping import ALL_ROUND, Shaping, tabulated
 
-MEMBERS = 36  # of a cluster: shadows of larger ones are no softer to the eye
+MEMBERS = 36  # of a cluster, at most: shadows of larger ones are no softer to the eye
 NARROWEST = 1.0  # degrees, of a lobe's cone
 STEEPEST = 1000.0  # exponent of a lobe and of a spot
 
@@ -89,25 +89,25 @@ def lobe_material(shaping: Shaping, folder: Files, radiance: np.ndarray, texture
 # ---- clusters of points: where they are in the light's space, (N, 3), and how far apart
 
 
-def over_rectangle(width: float, height: float) -> tuple[np.ndarray, float]:
-    across = int(np.clip(round(math.sqrt(MEMBERS * width / height)), 1, MEMBERS))
-    up = max(1, round(MEMBERS / across))
+def over_rectangle(width: float, height: float, members: int) -> tuple[np.ndarray, float]:
+    across = int(np.clip(round(math.sqrt(members * width / height)), 1, members))
+    up = max(1, round(members / across))
     x = ((np.arange(across) + 0.5) / across - 0.5) * width
     y = ((np.arange(up) + 0.5) / up - 0.5) * height
     grid = np.stack([*np.meshgrid(x, y), np.zeros((up, across))], -1).reshape(-1, 3)
     return grid, min(width / across, height / up)
 
 
-def over_disk(radius: float) -> tuple[np.ndarray, float]:
+def over_disk(radius: float, members: int) -> tuple[np.ndarray, float]:
     """A sunflower's florets, each with as much of the disk (Vogel 1979)."""
-    n = np.arange(MEMBERS)
-    r, turn = radius * np.sqrt((n + 0.5) / MEMBERS), n * math.pi * (3 - math.sqrt(5))
-    return np.stack([r * np.cos(turn), r * np.sin(turn), np.zeros(MEMBERS)], -1), radius / math.sqrt(MEMBERS)
+    n = np.arange(members)
+    r, turn = radius * np.sqrt((n + 0.5) / members) * (members > 1), n * math.pi * (3 - math.sqrt(5))
+    return np.stack([r * np.cos(turn), r * np.sin(turn), np.zeros(members)], -1), radius / math.sqrt(members)
 
 
-def over_line(length: float, radius: float) -> tuple[np.ndarray, float]:
+def over_line(length: float, radius: float, members: int) -> tuple[np.ndarray, float]:
     """As many as lie beside each other."""
-    number = int(np.clip(round(length / max(2 * radius, length / MEMBERS)), 1, MEMBERS)) if length > 0 else 1
+    number = int(np.clip(round(length / max(2 * radius, length / members)), 1, members))
     x = ((np.arange(number) + 0.5) / number - 0.5) * length
     return np.stack([x, np.zeros(number), np.zeros(number)], -1), 2 * radius
 
@@ -133,9 +133,8 @@ def add_cluster(
         exponent = math.nan if body.exponent is None else body.exponent + focus
         # A spot's own power of the cosine is a whole one, and looks forwards alone.
         if not plain or not (exponent == 0 or (edge <= 90 and exponent <= STEEPEST and exponent == int(exponent))):
-            table = tabulated(shaping, focus, body.sends)
-            amount, exponent = amount * table.candela.max(), 0
-            settings["profile"] = profile_file(folder, table)
+            settings["profile"], most = tabulated(shaping, focus, body.sends, folder.folder)
+            amount, exponent = amount * most, 0
         kind = "point"
         if edge < ALL_ROUND:
             kind = "spot"

@@ -12,9 +12,11 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
-from pxr import Usd, UsdLux
+from pxr import Sdf, Usd, UsdLux
 
 from kanuka.looks.files import Files, write
 
@@ -26,7 +28,7 @@ from .values import decimal, resolved
 ALL_ROUND = 180.0  # degrees: a cone that leaves nothing out
 
 
-@dataclass
+@dataclass(eq=False)
 class Shaping:
     cone: float = ALL_ROUND  # degrees from the axis to the edge
     softness: float = 0.0
@@ -66,47 +68,58 @@ class Shaping:
         return (theta - 180) / -self.angle_scale + 180 if self.angle_scale < 0 else theta
 
 
-def shaping_of(prim: Usd.Prim, time: Usd.TimeCode, folder: Files, say: Say) -> Shaping:
-    """An edge that nobody wrote is none, though the schema's fallback is 90 degrees: its documentation of the focus
-    says that spheres shine backwards as well."""
-    api, made = UsdLux.ShapingAPI(prim), Shaping()
-    if api.GetShapingConeAngleAttr().HasAuthoredValue():
-        made.cone = min(decimal(api.GetShapingConeAngleAttr(), time, ALL_ROUND), ALL_ROUND)
-        if made.cone <= 0:
-            raise ValueError(f"a cone of {made.cone:g} degrees leaves no light")
-        made.softness = min(max(decimal(api.GetShapingConeSoftnessAttr(), time, 0), 0), 1)
-    made.focus = max(decimal(api.GetShapingFocusAttr(), time, 0), 0)
-    tint = api.GetShapingFocusTintAttr().Get(time)
-    if tint is not None and np.isfinite(tint).all():
-        made.tint = np.clip(np.array(tint, dtype=float), 0, 1)
-    if file := resolved(api.GetShapingIesFileAttr(), time, folder, say):
-        try:
-            made.profile = photometry.read(file)
-        except ValueError as error:
-            say("error", f"{prim.GetPath()}: {error}. It shines as without it")
-            return made
-        made.angle_scale = decimal(api.GetShapingIesAngleScaleAttr(), time, 0)
-        if api.GetShapingIesNormalizeAttr().Get(time):
-            made.gain = 1 / made.profile.mean()
-    return made
+class Shapings:
+    """Of a stage's lights; those of a prototype are read once for all of its instances."""
+
+    def __init__(self, time: Usd.TimeCode, folder: Files) -> None:
+        self._time, self._folder = time, folder
+        self._found: dict[Sdf.Path, Shaping] = {}
+
+    def of(self, prim: Usd.Prim, say: Say) -> Shaping:
+        """Raises ValueError where no light can have that shape."""
+        path = (prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim).GetPath()
+        if path not in self._found:
+            self._found[path] = self._read(prim, say)
+        return self._found[path]
+
+    def _read(self, prim: Usd.Prim, say: Say) -> Shaping:
+        """An edge that nobody wrote is none, though the schema's fallback is 90 degrees: its documentation of the focus
+        says that spheres shine backwards as well."""
+        api, made, time = UsdLux.ShapingAPI(prim), Shaping(), self._time
+        if api.GetShapingConeAngleAttr().HasAuthoredValue():
+            made.cone = min(decimal(api.GetShapingConeAngleAttr(), time, ALL_ROUND), ALL_ROUND)
+            if made.cone <= 0:
+                raise ValueError(f"a cone of {made.cone:g} degrees leaves no light")
+            made.softness = min(max(decimal(api.GetShapingConeSoftnessAttr(), time, 0), 0), 1)
+        made.focus = max(decimal(api.GetShapingFocusAttr(), time, 0), 0)
+        tint = api.GetShapingFocusTintAttr().Get(time)
+        if tint is not None and np.isfinite(tint).all():
+            made.tint = np.clip(np.array(tint, dtype=float), 0, 1)
+        if file := resolved(api.GetShapingIesFileAttr(), time, self._folder, say):
+            try:
+                made.profile = photometry.read(file)
+            except ValueError as error:
+                say("error", f"{prim.GetPath()}: {error}. It shines as without it")
+                return made
+            made.angle_scale = decimal(api.GetShapingIesAngleScaleAttr(), time, 0)
+            if api.GetShapingIesNormalizeAttr().Get(time):
+                made.gain = 1 / made.profile.mean()
+        return made
 
 
-def profile_file(folder: Files, table: Photometry) -> str:
-    data = photometry.text_of(table)
-    path = folder.folder / f"{hashlib.sha256(data).hexdigest()[:16]}.ies"
-    if not path.exists():
-        write(path, data)
-    return str(path)
-
-
-def tabulated(shaping: Shaping, focus: float, of_body: Callable[..., np.ndarray]) -> Photometry:
-    """Of a light whose body sends of_body(theta, phi) of its radiance to a direction, its shaping included."""
-    theta = np.arange(0, 180 + FINEST / 2, FINEST)
+@lru_cache(maxsize=64)
+def tabulated(shaping: Shaping, focus: float, of_body: Callable[..., np.ndarray], folder: Path) -> tuple[str, float]:
+    """A photometric file of a light whose body sends of_body(theta, phi) of its radiance to a direction, shaped; and
+    how much is sent where most is."""
+    theta, phi = np.arange(0, 180 + FINEST / 2, FINEST), np.arange(0.0, 361.0)
     if shaping.softness == 0:
         # A hard edge is the cone's own: the table goes on beyond it, or it would blur it.
         shaping = replace(shaping, cone=ALL_ROUND)
-    phi = np.arange(0.0, 361.0)
     values = np.broadcast_to(shaping.weight(theta, phi[:, None], focus) * of_body(theta, phi[:, None]), (361, 361))
     if np.ptp(values, axis=0).max() < 1e-9 * values.max():
         phi, values = phi[:1], values[:1]
-    return Photometry(theta, phi, values)
+    data = photometry.text_of(Photometry(theta, phi, values))
+    path = folder / f"{hashlib.sha256(data).hexdigest()[:16]}.ies"
+    if not path.exists():
+        write(path, data)
+    return str(path), float(values.max())

@@ -15,6 +15,10 @@ INSTALL = "pip install 'kanuka[usd]'"
 Say = Callable[[str, str], None]  # severity, text
 
 
+def silent(severity: str, text: str) -> None:
+    """For what is told elsewhere."""
+
+
 class Gathered:
     """What is told once for all prims that it is true of."""
 
