@@ -109,6 +109,53 @@ def test_what_meshes_that_shine_do_not_do_is_told(tmp_path: Path, body: str, exp
     assert len(told) == 1 and told[0].startswith(expected)
 
 
+CUBE = """
+def Mesh "cube" (prepend apiSchemas = ["MeshLightAPI"]) {
+    bool inputs:normalize = 1
+    int[] faceVertexCounts = [4, 4, 4, 4, 4, 4]
+    int[] faceVertexIndices = [0,1,3,2, 4,6,7,5, 0,2,6,4, 1,5,7,3, 0,4,5,1, 2,3,7,6]
+    point3f[] points = [(-1,-1,-1), (-1,-1,1), (-1,1,-1), (-1,1,1), (1,-1,-1), (1,-1,1), (1,1,-1), (1,1,1)]
+    EXTRA
+}
+"""
+LOOPS = """int[] creaseIndices = [0,1,3,2,0, 4,5,7,6,4, 0,4, 1,5, 2,6, 3,7]
+    int[] creaseLengths = [5, 5, 2, 2, 2, 2]
+    float[] creaseSharpnesses = [10, 10, 10, 10, 10, 10]"""
+
+
+def area_by_outlines(scene: kanuka.Scene) -> float:
+    """Cauchy: the mean outline of a convex body, over all directions, is a quarter of its area. In one octant, as the
+    cube is the same in all."""
+    outlines = []
+    for i in range(24):
+        z, turn = 1 - (i + 0.5) / 24, (i * 0.618) % 1 * math.pi / 2
+        away = (math.sqrt(1 - z * z) * math.cos(turn), math.sqrt(1 - z * z) * math.sin(turn), z)
+        scene.camera = kanuka.Camera(
+            tuple(4 * x for x in away), (0, 0, 0), projection="orthographic", screen_window=(-2, 2, -2, 2)
+        )
+        outlines.append(16 * float(kanuka.render(scene, progressions=4, threads=1)["alpha"].mean()))
+    return 4 * float(np.mean(outlines))
+
+
+@pytest.mark.parametrize("extra", ["", LOOPS, "int[] holeIndices = [0]"])
+def test_subdivision_surfaces_are_normalized_by_their_own_area(tmp_path: Path, extra: str) -> None:
+    """What the camera sees of a cube is 1 / area: of a smooth one, a sharp one, and one with a hole that is as much as
+    its other faces."""
+    scene, told = read(stage(tmp_path, CAMERA, CUBE.replace("EXTRA", extra)))
+    assert told == []
+    scene.resolution = (32, 32)
+    solid, _ = read(stage(tmp_path, CAMERA, CUBE.replace("EXTRA", "" if "hole" in extra else extra), name="b.usda"))
+    solid.resolution = (32, 32)
+    area = area_by_outlines(solid) * (5 / 6 if "hole" in extra else 1)
+    if extra == LOOPS:
+        assert area == pytest.approx(24, rel=0.02)  # the cage's, which the others are far from
+    else:
+        assert area < 10
+    scene.camera = kanuka.Camera((0, 0, 4), (0, 0, 0), fov=5)
+    seen = kanuka.render(scene, progressions=64, threads=1)["rgb"].mean()
+    assert seen == pytest.approx(1 / area, rel=0.02)
+
+
 # ---- skies
 
 

@@ -14,8 +14,9 @@ import kanuka
 from .arrays import primvar, rows, sampled, whole
 from .linking import Links
 from .materials import Made, Materials
-from .mesh_lights import INDEPENDENT, TINTED, Glow, MeshLights, area_of
+from .mesh_lights import INDEPENDENT, TINTED, Glow, MeshLights
 from .stage import Say
+from .subdivision import area_of
 
 SCHEMES = {"catmullClark": "catmull-clark", "loop": "loop", "bilinear": "bilinear"}
 SHARPEST = 10.0  # of USD's creases: infinitely sharp from there on
@@ -99,7 +100,8 @@ def add_mesh(shapes: Shapes, place, prim: Usd.Prim, matrix: np.ndarray) -> None:
     if mesh.GetOrientationAttr().Get(time) == UsdGeom.Tokens.leftHanded:
         looks["reverse_orientation"] = True
     scheme = mesh.GetSubdivisionSchemeAttr().Get(time)
-    glow = shapes.mesh_lights.of(prim, time, lambda: area_of(points, faces, counts, matrix))
+    first, place_of = points if points.ndim == 2 else points[0], matrix if matrix.ndim == 2 else matrix[0]
+    glow = shapes.mesh_lights.of(prim, time, lambda: area_of(mesh, time, first, faces, counts, place_of[:3, :3]))
     parts = subsets(shapes, prim, len(counts), glow)
     primvars = shapes.primvars(prim, [made for made, _ in parts])
     for made, mask in parts:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
 from pxr import Usd, UsdGeom, UsdLux
 
 import kanuka
@@ -48,7 +48,7 @@ class MeshLights:
             others = ", ".join(str(path) for path in targets if path not in meshes) or "nothing"
             self._say("warning", f"{light.GetPath()}: its geometry is {others}: only meshes shine")
 
-    def of(self, prim: Usd.Prim, time: Usd.TimeCode, area) -> Glow | None:
+    def of(self, prim: Usd.Prim, time: Usd.TimeCode, area: Callable[[], float]) -> Glow | None:
         """area() is that of the mesh in the world. None: it is no light, or a bad one, which is told."""
         light = self._named.get(str(prim.GetPath()), prim)
         if not light.HasAPI(UsdLux.LightAPI):
@@ -71,18 +71,3 @@ class MeshLights:
             self._say("warning", f"{light.GetPath()}: pictures of meshes that shine are not read; it shines evenly")
         mode = str(api.GetMaterialSyncModeAttr().Get(time))
         return Glow(str(light.GetPath()), tuple(float(x) for x in amount), mode)
-
-
-def area_of(points: np.ndarray, faces: np.ndarray, counts: np.ndarray, matrix: np.ndarray) -> float:
-    """Of polygons in the world: half of the sum of the cross products along each one's outline."""
-    points, matrix = (points if points.ndim == 2 else points[0]), (matrix if matrix.ndim == 2 else matrix[0])
-    world = points @ matrix[:3, :3].T
-    faces, counts = faces[np.repeat(counts >= 3, counts)], counts[counts >= 3]
-    if not len(counts):
-        return 0.0
-    starts = np.cumsum(counts) - counts
-    following = np.arange(1, len(faces) + 1)
-    following[starts + counts - 1] = starts
-    corners = world[faces] - np.repeat(world[faces[starts]], counts, axis=0)
-    across = np.add.reduceat(np.cross(corners, corners[following]), starts, axis=0)
-    return float(np.linalg.norm(across, axis=1).sum() / 2)
