@@ -51,6 +51,28 @@ def test_lights_shine_by_angle(tmp_path: Path, kind: str, shape: str) -> None:
     assert grey.sum() == pytest.approx(expected.sum(), rel=0.01)
 
 
+@pytest.mark.parametrize("shape", ["hard cone", "soft cone"])
+@pytest.mark.parametrize(
+    ("kind", "straight"), [("RectLight", 1), ("DiskLight", 1), ("SphereLight", 1 / 4), ("CylinderLight", 1 / math.pi)]
+)
+def test_normalized_lights_send_the_same_at_any_size(tmp_path: Path, kind: str, straight: float, shape: str) -> None:
+    """Of their radiance over the area: that of a ball is four times its outline, that of a tube pi times."""
+    place = DOWN.replace('"xformOp:rotateX"]', '"xformOp:rotateX", "xformOp:scale"]')
+    place = "float3 xformOp:scale = (2, 2, 2)\n" + place
+    body = f"{INTENSITY[kind][0]}\n{SHAPES[shape][0]}\nbool inputs:normalize = 1"
+    for where in (DOWN, place):
+        found, told = shone(tmp_path, lamp(kind, body, where), size=9, reach=0.1)
+        assert told == []
+        assert found[4, 4].mean() * 4 == pytest.approx(straight, rel=0.02)
+
+
+def test_shaped_lights_are_linked_by_their_names(tmp_path: Path) -> None:
+    for shape in SHAPES:
+        link = "rel collection:lightLink:excludes = </floor>"
+        found, told = shone(tmp_path, lamp("RectLight", f"{SHAPES[shape][0]}\n{link}"), size=4)
+        assert told == [] and found.max() == 0
+
+
 def test_the_tint_of_the_focus_is_what_its_falloff_fades_to(tmp_path: Path) -> None:
     size, area = INTENSITY["SphereLight"]
     tint = f"{FOCUS % 4}\ncolor3f inputs:shaping:focusTint = (0, 0.5, 1)\nfloat inputs:intensity = 1000"

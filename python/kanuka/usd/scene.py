@@ -29,18 +29,7 @@ from .transforms import Transforms, stage_matrix
 PURPOSES = ("default", "render")
 # Prims that are read elsewhere, or hold others.
 QUIET = frozenset(
-    {
-        "Xform",
-        "Scope",
-        "Material",
-        "Shader",
-        "GeometryLight",
-        "NodeGraph",
-        "GeomSubset",
-        "Camera",
-        "LightFilter",
-        "SpatialAudio",
-    }
+    {"Xform", "Scope", "Material", "Shader", "NodeGraph", "GeomSubset", "Camera", "GeometryLight", "SpatialAudio"}
     | {"RenderSettings", "RenderProduct", "RenderVar", "SkelRoot", "Skeleton", "SkelAnimation", "BlendShape"}
 )
 
