@@ -45,10 +45,12 @@ class Links:
         self._rules: dict[int, list[tuple[Sdf.Path, str]] | None] = {}  # of queries; None: they are expressions
         self._stage = lights[0].GetStage() if lights else None
         self._here: tuple[Sdf.Path, Sdf.Path] | None = None
+        seen: set[str] = set()
         for prim in lights:
             name, solid = name_of(prim), is_geometry(prim)
-            if name in self._lights:
+            if name in seen:
                 continue  # a mesh in another instance: one light, linked as in the first
+            seen.add(name)
             api = UsdLux.LightAPI(prim)
             light, shadow = query(api.GetLightLinkCollectionAPI()), query(api.GetShadowLinkCollectionAPI())
             if UsdLux.ShadowAPI(prim).GetShadowEnableAttr().Get(time) is False:
@@ -61,9 +63,6 @@ class Links:
         for each in (q for pair in self._lights.values() for q in pair if q):
             mapped = each.UsesPathExpansionRuleMap()
             self._rules[id(each)] = list(each.GetAsPathExpansionRuleMap().items()) if mapped else None
-
-    def __bool__(self) -> bool:
-        return bool(self._lights)
 
     def of(self, prim: Usd.Prim) -> dict[str, list[str]]:
         """Names of lights, as settings of what is added to a scene."""
