@@ -145,6 +145,15 @@ def PointInstancer "two" {
     same(found, pixels(total))
 
 
+def test_normalized_meshes_in_instances_that_are_scaled_are_told(tmp_path: Path) -> None:
+    post = f'class Xform "_post" {{\n{panel("bool inputs:normalize = 1")}\n}}\n'
+    for scale, expected in ((1, 0), (3, 1)):
+        large = instance("a", f"float3 xformOp:scale = ({scale}, {scale}, {scale})", 0, ', "xformOp:scale"')
+        _, told = read(stage(tmp_path, CAMERA, post, large, instance("b", "")))
+        assert len(told) == expected
+        assert all("/panel: normalize divides by the area of its mesh in the prototype" in text for text in told)
+
+
 LIGHTS_OF_NONE = ("sky of a scene without lights", "sun of a scene without lights")
 
 

@@ -293,6 +293,7 @@ def PluginLightFilter "own" {
         ("CylinderLight", "float inputs:length = -2", "inputs:length is -2; it must be above 0"),
         ("CylinderLight", "float inputs:radius = 0", "inputs:radius is 0: without inputs:normalize"),
         ("DistantLight", "float inputs:angle = -1", "inputs:angle is -1; it must be 0 or more"),
+        ("RectLight", "color3f inputs:shaping:focusTint = (nan, 0, 0)", "inputs:shaping:focusTint is nan, 0, 0"),
         ("DiskLight", CONE % 0, "a cone of 0 degrees leaves no light"),
         ("RectLight", FOCUS % math.nan, "inputs:shaping:focus is nan, which is no number"),
         (

@@ -35,6 +35,7 @@ class MeshLights:
     def __init__(self, lights: list[Usd.Prim], shapings: Shapings, say: Say) -> None:
         self._shapings, self._say = shapings, say
         self.number = 0
+        self.last_normalized = ""  # path of the light
         self._named: dict[str, Usd.Prim] = {}  # lights by the mesh that they name
         for prim in lights:
             if prim.GetTypeName() == "GeometryLight":
@@ -62,6 +63,7 @@ class MeshLights:
                 if not surface > 0:
                     raise ValueError("inputs:normalize is on, but its mesh has no area")
                 amount = amount / surface
+                self.last_normalized = str(light.GetPath())
             if self._shapings.of(light, silent).shapes:
                 self._say("warning", f"{light.GetPath()}: shaping has no effect on meshes: it shines as without")
         except ValueError as error:

@@ -46,6 +46,7 @@ class Reader:
     lights: int = 0
     _groups: dict[tuple, kanuka.Group] = field(default_factory=dict)
     _on_the_way: set[str] = field(default_factory=set)
+    _normalized: dict[int, str] = field(default_factory=dict)  # groups with meshes whose light goes by their area
     gathered: Gathered = field(default_factory=Gathered)
 
     def __post_init__(self) -> None:
@@ -136,8 +137,20 @@ class Reader:
             with self.links.placed(prototype.GetPath(), at):
                 self.prepare(prototype)
                 self._groups[key] = self.scene.add_group(str(named.GetPath()))
-                self.walk(prototype, self._groups[key], prototype, np.eye(4))
+                self.fill(self._groups[key], prototype)
         return self._groups[key]
+
+    def fill(self, group: kanuka.Group, top: Usd.Prim) -> None:
+        self.mesh_lights.last_normalized = ""
+        self.walk(top, group, top, np.eye(4))
+        if self.mesh_lights.last_normalized:
+            self._normalized[id(group)] = self.mesh_lights.last_normalized
+
+    def add_instances(self, place, group: kanuka.Group, matrices: np.ndarray) -> None:
+        place.add_instances(group, matrices)
+        if id(group) in self._normalized and (np.abs(np.linalg.det(matrices[..., :3, :3]) - 1) > 1e-3).any():
+            text = "normalize divides by the area of its mesh in the prototype, whose instances are scaled"
+            self.gathered.note(text, self._normalized[id(group)])
 
     def prepare(self, top: Usd.Prim) -> None:
         """Groups of what is instanced below: a group holds instances of groups made before it."""
@@ -154,7 +167,7 @@ class Reader:
 
     def place_instances(self, place, group: kanuka.Group, matrices: np.ndarray) -> None:
         """One, (4, 4), or one that moves, (T, 4, 4)."""
-        place.add_instances(group, matrices[None] if matrices.ndim == 2 else matrices[:, None])
+        self.add_instances(place, group, matrices[None] if matrices.ndim == 2 else matrices[:, None])
 
     def add_instancer(self, instancer: UsdGeom.PointInstancer, place, outer: np.ndarray) -> None:
         if outer.ndim == 3:
@@ -163,7 +176,7 @@ class Reader:
         for prim, matrices, mine in self.placements(instancer, self.say):
             group = self.prototype_group(prim, instancer.GetPrim())
             if group is not None:
-                place.add_instances(group, in_place(outer, matrices, mine))
+                self.add_instances(place, group, in_place(outer, matrices, mine))
                 if place is self.scene:
                     self.instanced.add_prototype(self, prim, lambda m=matrices, i=mine: outer @ m[i])
 
@@ -215,7 +228,7 @@ class Reader:
                 if prim.IsInstance():
                     group.add_instances(self.group_of(prim.GetPrototype(), prim), np.eye(4)[None])
                 else:
-                    self.walk(prim, group, prim, np.eye(4))
+                    self.fill(group, prim)
             self._groups[key] = group
             self._on_the_way.discard(path)
         return self._groups[key]

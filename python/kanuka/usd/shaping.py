@@ -92,9 +92,10 @@ class Shapings:
                 raise ValueError(f"a cone of {made.cone:g} degrees leaves no light")
             made.softness = min(max(decimal(api.GetShapingConeSoftnessAttr(), time, 0), 0), 1)
         made.focus = max(decimal(api.GetShapingFocusAttr(), time, 0), 0)
-        tint = api.GetShapingFocusTintAttr().Get(time)
-        if tint is not None and np.isfinite(tint).all():
-            made.tint = np.clip(np.array(tint, dtype=float), 0, 1)
+        tint = np.array(api.GetShapingFocusTintAttr().Get(time) or (0, 0, 0), dtype=float)
+        if not np.isfinite(tint).all():
+            raise ValueError(f"inputs:shaping:focusTint is {', '.join(f'{x:g}' for x in tint)}, which is no colour")
+        made.tint = np.clip(tint, 0, 1)
         if file := resolved(api.GetShapingIesFileAttr(), time, self._folder, say):
             try:
                 made.profile = photometry.read(file)
