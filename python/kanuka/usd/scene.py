@@ -23,6 +23,7 @@ from .mesh_lights import MeshLights
 from .settings import Settings, settings_of
 from .shaped_lights import MEMBERS
 from .shaping import Shapings
+from .spaces import rendering_space
 from .stage import Gathered, Say, input_error, open_stage
 from .transforms import Transforms, stage_matrix
 
