@@ -271,6 +271,13 @@ def rotation(matrix: np.ndarray) -> np.ndarray:
 
 
 def unstretched(matrix: np.ndarray) -> np.ndarray:
+    """As a light is turned, or mirrored, without scale and shear, which angles know nothing of: along its z axis, with
+    its x axis as near as that allows."""
+    x, y, z = np.moveaxis(matrix[:3, :3], 1, 0)
+    z = z / max(np.linalg.norm(z), 1e-30)
+    x = x - z * (x @ z)
+    x = x / max(np.linalg.norm(x), 1e-30)
+    across = np.cross(z, x)
     result = matrix.copy()
-    result[:3, :3] = matrix[:3, :3] / np.maximum(scales(matrix), 1e-30)
+    result[:3, :3] = np.stack([x, across if y @ across >= 0 else -across, z], axis=1)
     return result
