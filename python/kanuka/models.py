@@ -17,10 +17,11 @@ import numpy as np
 import kanuka
 from kanuka import messages, standins
 from kanuka.looks.files import Files, write
+from kanuka.looks.material import MadeMaterial
 from kanuka.looks.rsl import Stage, Value, Writer, halves, primvar_name
 from kanuka.looks.surface import Surface, text_of
 
-__all__ = ["SUFFIXES", "add_file", "is_model", "load"]
+__all__ = ["SUFFIXES", "add_file", "convert", "is_model", "load"]
 
 SUFFIXES = (".obj", ".ply", ".stl", ".gltf", ".glb")
 Say = Callable[[str, str], None]
@@ -39,6 +40,34 @@ def load(
     trimesh is not installed.
     """
     scene = kanuka.Scene()
+    _show(scene, path, resolution, journal)
+    return scene
+
+
+def convert(
+    path: str | os.PathLike,
+    rib: str | os.PathLike,
+    *,
+    resolution: tuple[int, int] = (960, 540),
+    binary: bool = False,
+    packing: str = "auto",
+    journal: kanuka.Journal | None = None,
+) -> None:
+    """Writes a RIB of the same picture as load() makes. The shaders of its materials are written into the folder
+    NAME_shaders beside it; textures are named where they lie. Raises kanuka.Error as load() does."""
+    from kanuka.rib import RibScene
+
+    scene = RibScene()
+    _show(scene, path, resolution, journal)
+    found = scene.write(rib, binary=binary, packing=packing)
+    if journal is None:
+        messages.tell(found.messages)
+    else:
+        for message in found:
+            journal.add(message.severity, message.message, message.file)
+
+
+def _show(scene, path: str | os.PathLike, resolution: tuple[int, int], journal: kanuka.Journal | None) -> None:
     corners = add_file(scene, path, journal=journal)
     scene.resolution = resolution
     standins.lights(scene)
@@ -48,7 +77,6 @@ def load(
     x, z = middle[0] + reach * np.array([-1, 1, 1, -1]), middle[2] + reach * np.array([1, 1, -1, -1])
     ground = np.stack([x, np.full(4, low[1]), z], 1).astype(np.float32)
     scene.add_mesh(ground, np.array([[0, 1, 2, 3]], np.int32), name="ground")
-    return scene
 
 
 def add_file(
@@ -201,9 +229,8 @@ class Reader:
         else:
             self.physical(Look(self, writer, shading, st), pbr, surface, displacing)
         text = text_of(writer, surface, shading, displacing, st)
-        return kanuka.Material(self.files.shader(text), parameters=dict(writer.values)), bool(
-            getattr(pbr, "doubleSided", None) is not False
-        )
+        double_sided = getattr(pbr, "doubleSided", None) is not False
+        return MadeMaterial(self.files.shader(text), writer.values), double_sided
 
     def physical(self, look: Look, pbr, surface: Surface, displacing: Stage) -> None:
         """glTF 2.0, section 3.9: metallic and roughness factors, each by its texture's channel."""

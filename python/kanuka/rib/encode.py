@@ -1,0 +1,104 @@
+"""RIB's tokens as bytes. Arrays are in the binary encodings of RISpec 3.2, appendix C.2, which NumPy writes whole and
+which lose no bit; kanuka.convert_rib() makes text of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+Value = object  # a number, a text, a list of texts, an array of numbers
+
+
+def floats(values: object) -> bytes:
+    array = np.ascontiguousarray(values, dtype=">f4").reshape(-1)
+    return b"\xcb" + len(array).to_bytes(4, "big") + array.tobytes()  # 0310 + 3: the length has four bytes
+
+
+def integers(values: object) -> bytes:
+    array = np.ascontiguousarray(values, dtype=">i4").reshape(-1)
+    coded = np.empty((len(array), 5), dtype=np.uint8)
+    coded[:, 0] = 0o203  # a signed number of four bytes, none of them behind the point
+    coded[:, 1:] = array.view(np.uint8).reshape(-1, 4)
+    return b"[" + coded.tobytes() + b"]"
+
+
+def text(value: str) -> bytes:
+    quoted = value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    return b'"' + quoted.encode() + b'"'
+
+
+def token(value: Value) -> bytes:
+    """Numbers of arrays are floats but where their type is a whole number."""
+    if isinstance(value, str):
+        return text(value)
+    if isinstance(value, bool):
+        return str(int(value)).encode()
+    if isinstance(value, int | np.integer):
+        return str(int(value)).encode()
+    if isinstance(value, float | np.floating):
+        return repr(float(value)).encode()
+    if isinstance(value, Sequence) and (not len(value) or isinstance(value[0], str)):
+        return b"[" + b" ".join(text(each) for each in value) + b"]"
+    array = np.asarray(value)
+    return integers(array) if array.dtype.kind in "iub" else floats(array)
+
+
+def request(name: str, *arguments: Value, parameters: Mapping[str, Value] | None = None) -> bytes:
+    """One, with its line's end. Values of parameters are in brackets."""
+    parts = [name.encode(), *(token(each) for each in arguments)]
+    for key, value in (parameters or {}).items():
+        coded = token(value)
+        parts += [text(key), coded if coded[:1] in (b"[", b"\xcb") else b"[" + coded + b"]"]
+    return b" ".join(parts) + b"\n"
+
+
+def matrix(columns: object) -> np.ndarray:
+    """A matrix that acts on columns, (4, 4) or (3, 4), as RIB has it: on rows. What is projective is not, as in
+    kanuka.Scene."""
+    full = np.eye(4)
+    full[:3] = np.asarray(columns, dtype=float)[:3]
+    return full.T
+
+
+def moving(requests: Sequence[bytes], times: Sequence[float]) -> bytes:
+    """One request for each time; alone, it does not move."""
+    if len(requests) == 1:
+        return requests[0]
+    return request("MotionBegin", np.asarray(times, dtype=float)) + b"".join(requests) + request("MotionEnd")
+
+
+def times_of(count: int, times: Sequence[float] | None) -> list[float]:
+    return list(times) if times is not None else np.linspace(0, 1, count).tolist()
+
+
+def placed(columns: object, times: Sequence[float] | None) -> bytes:
+    """What puts a matrix, or one for each time, in front of the current one."""
+    given = np.asarray(columns, dtype=float)
+    each = given[None] if given.ndim == 2 else given
+    made = [request("ConcatTransform", matrix(one)) for one in each]
+    return moving(made, times_of(len(made), times))
+
+
+def instances(handle: str, columns: np.ndarray, times: Sequence[float] | None) -> bytes:
+    """ObjectInstance for each matrix, (N, 3 or 4, 4) or (T, N, 3 or 4, 4): rows of bytes that are alike but for it."""
+    given = np.asarray(columns, dtype=np.float32)
+    steps = given[None] if given.ndim == 3 else given
+    count = steps.shape[1]
+    full = np.zeros((len(steps), count, 4, 4), dtype=np.float32)
+    full[..., 3, 3] = 1
+    full[..., :3, :] = steps[..., :3, :]
+    rows = np.ascontiguousarray(full.transpose(0, 1, 3, 2), dtype=">f4").view(np.uint8).reshape(len(steps), count, 64)
+    head = b"TransformBegin\n"
+    if len(steps) > 1:
+        head += request("MotionBegin", np.asarray(times_of(len(steps), times), dtype=float))
+    parts = [_alike(head, count)]
+    for row in rows:
+        parts += [_alike(b"ConcatTransform \xcb" + (16).to_bytes(4, "big"), count), row, _alike(b"\n", count)]
+    tail = (request("MotionEnd") if len(steps) > 1 else b"") + request("ObjectInstance", handle) + b"TransformEnd\n"
+    return np.concatenate([*parts, _alike(tail, count)], axis=1).tobytes()
+
+
+def _alike(coded: bytes, count: int) -> np.ndarray:
+    return np.broadcast_to(np.frombuffer(coded, dtype=np.uint8), (count, len(coded)))

@@ -1,0 +1,114 @@
+"""Shapes of Scene.add_…() as requests of RIB."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from .encode import Value, moving, request, times_of
+
+STEPS = {"bezier": 3, "b-spline": 1, "catmull-rom": 1}
+
+
+class Counts:
+    """How many values there are of each storage class, the first that fits counts."""
+
+    def __init__(self, vertex: int, varying: int, facevarying: int, uniform: int) -> None:
+        self.of = {"vertex": vertex, "varying": varying, "facevarying": facevarying, "uniform": uniform, "constant": 1}
+
+    def declared(self, key: str, values: np.ndarray, kind: str = "") -> str:
+        """ "vertex color Cs" of "Cs", with what its values say."""
+        words = key.split()
+        rows = len(values) if values.ndim else 1
+        if len(words) == 3 or (len(words) == 2 and words[0] in self.of):
+            return key
+        storage = next((name for name, count in self.of.items() if count == rows), "constant")
+        kind = kind or (words[0] if len(words) == 2 else ("float", "color")[values.ndim > 1 and values.shape[1] == 3])
+        return f"{storage} {kind} {words[-1]}"
+
+
+def slices(values: object, dimensions: int = 2) -> list[np.ndarray]:
+    """One array for each time."""
+    array = np.asarray(values, dtype=np.float32)
+    return list(array) if array.ndim > dimensions else [array]
+
+
+def shape(
+    name: str,
+    arguments: Sequence[Value],
+    points: list[np.ndarray],
+    normals: object,
+    primvars: Mapping[str, object],
+    counts: Counts,
+    times: Sequence[float] | None,
+) -> bytes:
+    """A request for each time that the points are given for. RIB counts points by the faces' indices: those that none
+    has are left out."""
+    bent = slices(normals) if normals is not None else []
+    used = counts.of["vertex"]
+    common: dict[str, Value] = {}
+    for key, values in primvars.items():
+        array = values if isinstance(values, str) else np.asarray(values, dtype=np.float32)
+        if isinstance(array, str):
+            common[key] = array
+            continue
+        declared = Counts(len(points[0]), *list(counts.of.values())[1:4]).declared(key, array)
+        whole = declared.split()[0] in ("vertex", "varying") and len(array) == len(points[0])
+        common[declared] = array[:used] if whole and used < len(array) else array
+    made = []
+    for k, at in enumerate(points):
+        own: dict[str, Value] = {"P": at[:used]}
+        if bent:
+            n = bent[min(k, len(bent) - 1)]
+            key = Counts(len(at), *list(counts.of.values())[1:4]).declared("normal N", n)
+            own[key] = n[:used] if key.startswith("v") else n
+        made.append(request(name, *arguments, parameters=own | common))
+    return moving(made, times_of(len(made), times))
+
+
+def faces_of(faces: object, counts: object) -> tuple[np.ndarray, np.ndarray]:
+    """Corners of each face, and all of them."""
+    array = np.asarray(faces, dtype=np.int32)
+    if counts is None:
+        return np.full(len(array), array.shape[1], dtype=np.int32), array.reshape(-1)
+    return np.asarray(counts, dtype=np.int32), array.reshape(-1)
+
+
+def mesh_counts(counts: np.ndarray, faces: np.ndarray) -> Counts:
+    bound = int(faces.max()) + 1 if len(faces) else 0
+    return Counts(bound, bound, len(faces), len(counts))
+
+
+def tags(settings: Mapping[str, object]) -> tuple[Value, ...]:
+    """Creases, corners, holes and boundary of a subdivision surface, as SubdivisionMesh takes them."""
+    chains, sharpness = list(settings.get("creases", ())), list(settings.get("crease_sharpness", ()))  # type: ignore
+    names = ["crease"] * len(chains)
+    sizes = [number for chain in chains for number in (len(chain), 1)]
+    whole = [vertex for chain in chains for vertex in chain]
+    real = list(sharpness)
+    if corners := list(settings.get("corners", ())):  # type: ignore
+        names.append("corner")
+        sizes += [len(corners), len(corners)]
+        whole += corners
+        real += list(settings.get("corner_sharpness", ()))  # type: ignore
+    if holes := list(settings.get("holes", ())):  # type: ignore
+        names.append("hole")
+        sizes += [len(holes), 0]
+        whole += holes
+    if settings.get("interpolate_boundary", True):
+        names.append("interpolateboundary")
+        sizes += [1, 0]
+        whole.append(1)
+    return names, np.array(sizes, np.int32), np.array(whole, np.int32), np.array(real, np.float32)
+
+
+def curve_counts(counts: np.ndarray, points: int, basis: str, periodic: bool) -> Counts:
+    """RISpec 3.2, table of storage classes: a curve has a varying value at each end of its segments."""
+    if basis == "linear":
+        varying = counts
+    elif periodic:
+        varying = counts // STEPS[basis]
+    else:
+        varying = (counts - 4) // STEPS[basis] + 2
+    return Counts(points, int(varying.sum()), int(varying.sum()), len(counts))
