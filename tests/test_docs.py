@@ -121,7 +121,7 @@ def test_options_of_the_command_are_those_of_render() -> None:
         "checkpoint_every",
         "fireflies",
         "quiet",
-        *("camera", "variant", "prim", "purpose"),  # of stages
+        *("camera", "product", "variant", "prim", "purpose"),  # of stages
     }
     for action in parser._actions:
         if action.dest in of_files or action.dest in ("verbose", "messages"):

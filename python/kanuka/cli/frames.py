@@ -41,9 +41,23 @@ class Frame:
     source: bool = False  # of a texture of the file, which is looked for under the display's name
     of_several: bool = False
     written: set[Path] = field(default_factory=set)  # of those before it
+    products: tuple = ()  # of a stage: kanuka.usd.Product
+    of_several_products: bool = False  # its frame is rendered more than once
+
+    @property
+    def of_shot(self) -> tuple:
+        """What the same picture has in each frame."""
+        return self.source, tuple(product.path for product in self.products)
 
     def file(self, path: Path | None) -> Path | None:
+        """What belongs to this render alone: the frame's number and the first product's name are in its name."""
+        if path and self.of_several_products:
+            path = path.with_name(f"{path.stem}.{self.products[0].path.rsplit('/', 1)[-1]}{path.suffix}")
         return numbered(path, self) if path and self.of_several else path
+
+    def title(self) -> str:
+        products = ", ".join(product.path for product in self.products) if self.of_several_products else ""
+        return ", ".join(filter(None, (f"frame {self.number}" if self.of_several else "", products)))
 
 
 def frames(choice: str | list[range], scenes: list[str]) -> list[Frame]:

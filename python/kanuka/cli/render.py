@@ -11,7 +11,7 @@ from pathlib import Path
 import kanuka
 
 from . import arguments as types
-from . import exit_codes, files, fireflies, frames, messages, scenes, statistics
+from . import exit_codes, files, fireflies, frames, messages, products, scenes, statistics
 from .exit_codes import ExitCode
 from .progress import ProgressBar, duration
 from .shader_cache import size
@@ -24,6 +24,7 @@ examples:
   kanuka render options.rib scene.rib
   kanuka render walk.rib --frame all -o walk.####.exr
   kanuka render shot.usd --camera /shot/cam --frame 1-24
+  kanuka render shot.usd --product /Render/beauty
   kanuka render ball.obj                         on a neutral stage; .ply .stl .gltf .glb too
   kanuka render scene.rib --store ~/pages              # again, with other lights: nothing is diced or shaded
   kanuka render scene.rib --checkpoint scene.state     # stopped? the same command goes on
@@ -56,7 +57,8 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "--output",
         type=Path,
         metavar="FILE.exr",
-        help="the picture to write, .exr or .png; default: the file of the scene's Display, or SCENE.exr",
+        help="the picture to write, .exr or .png; default: the file of the scene's Display, or those of the stage's "
+        "products, or SCENE.exr",
     )
     parser.add_argument("--frame", type=frames.chosen, metavar="N", help=frames.HELP)
     parser.add_argument(
@@ -152,9 +154,9 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.parser.error("--together: a checkpoint is of one frame; render them one by one")
     interruption = Interruption()
     try:
-        if arguments.frame is None:
-            return render(arguments, frames.Frame(), started, interruption)
-        wanted = scenes.frames_of(arguments.frame, arguments.scenes)
+        asked = arguments.frame is not None
+        wanted = scenes.frames_of(arguments.frame, arguments.scenes) if asked else [frames.Frame()]
+        wanted = products.pictures(arguments, wanted)
         if len(wanted) == 1:
             return render(arguments, wanted[0], started, interruption)
         return render_frames(arguments, wanted, interruption)
@@ -166,15 +168,24 @@ def run(arguments: argparse.Namespace) -> int:
 def render_frames(arguments: argparse.Namespace, wanted: list[frames.Frame], interruption: Interruption) -> int:
     """One after another; an error in one does not keep the others from being rendered."""
     worst = ExitCode.OK
-    shot = Shot([load(arguments, f).camera for f in wanted if not f.source]) if arguments.together else None
+    shots = shots_of(arguments, wanted) if arguments.together else {}
     for k, frame in enumerate(wanted):
         if not arguments.quiet:
-            print(f"frame {frame.number} ({k + 1} of {len(wanted)})", file=sys.stderr)
-        code = render(arguments, frame, time.monotonic(), interruption, shot)
+            print(f"{frame.title()} ({k + 1} of {len(wanted)})", file=sys.stderr)
+        code = render(arguments, frame, time.monotonic(), interruption, shots.get(frame.of_shot))
         if code not in (ExitCode.OK, ExitCode.ERRORS):
             return code
         worst = worst or code
     return worst
+
+
+def shots_of(arguments: argparse.Namespace, wanted: list[frames.Frame]) -> dict[tuple, Shot]:
+    """One for each picture that a stage's products ask for in every frame; none for what textures are made of."""
+    cameras: dict[tuple, list[kanuka.Camera]] = {}
+    for frame in wanted:
+        if not frame.source:
+            cameras.setdefault(frame.of_shot, []).append(load(arguments, frame).camera)
+    return {key: Shot(of_frames) for key, of_frames in cameras.items()}
 
 
 class Shot:
@@ -213,15 +224,14 @@ def render(
 
     options = options_of(arguments, frame)
     named = None if frame.source else arguments.output
-    output = frame.file(named) or default_output(arguments.scenes[-1], scene)
-    if output in frame.written:  # frames whose displays have one name
-        output = frames.numbered(output, frame)
-    check_picture(output)
-    frame.written.add(output)
+    outputs = products.outputs(frame, arguments.aov) or {default_output(arguments.scenes[-1], scene): None}
+    if named:
+        outputs = {frame.file(named): next(iter(outputs.values()))}
+    outputs = {new_file(path, frame): layers for path, layers in outputs.items()}
     options |= {
         "threads": arguments.threads,
         "shading_rate": arguments.shading_rate,
-        "aovs": arguments.aov,
+        "aovs": [*arguments.aov, *(name for product in frame.products for name in product.aovs)],
         "lanes": arguments.lanes,
         "store": arguments.store,
         "store_mode": arguments.store_mode,
@@ -236,12 +246,14 @@ def render(
         picture = kanuka.render(scene, progress=bar.update, **options)
     bar.finish()
 
-    if picture.cancelled:
-        output = output.with_suffix(".partial.exr")
-    written = write(picture, output, arguments.png and not picture.cancelled and not frame.source)
+    written = []
+    for output, layers in outputs.items():
+        if picture.cancelled:
+            output = output.with_suffix(".partial.exr")
+        written += write(picture, output, arguments.png and not picture.cancelled and not frame.source, layers)
     if not picture.cancelled:
         folder = named.parent if named else Path()
-        written += write_added(picture, scene, folder, frame, output)
+        written += write_added(picture, scene, folder, frame, next(iter(outputs)))
     total = time.monotonic() - started
     if arguments.stats:
         statistics.write(frame.file(arguments.stats), picture, total)
@@ -264,7 +276,8 @@ def render(
 def load(arguments: argparse.Namespace, frame: frames.Frame) -> kanuka.Scene:
     file = arguments.scenes[-1]
     if scenes.is_read_whole(file):
-        return scenes.load(file, arguments, None if arguments.frame is None else frame.number)
+        number = None if arguments.frame is None else frame.number
+        return scenes.load(file, arguments, number, [product.path for product in frame.products])
     return kanuka.load(
         file,
         before=arguments.scenes[:-1],
@@ -314,13 +327,25 @@ def options_of(arguments: argparse.Namespace, frame: frames.Frame) -> dict[str, 
     return options
 
 
-def write(picture: kanuka.Picture, output: Path, png: bool) -> list[Path]:
+def write(picture: kanuka.Picture, output: Path, png: bool, layers: list[str] | None) -> list[Path]:
+    """With those of `layers` that it has, or all; what it has not was told. A PNG is the picture's colour."""
+    some = [name for name in layers or () if name in picture]
+    layers = some if some and output.suffix == ".exr" else None
     written = [output]
-    picture.write(output)
+    picture.write(output, layers=layers)
     if png and output.suffix == ".exr":
         written.append(output.with_suffix(".png"))
         picture.write(written[-1])
     return written
+
+
+def new_file(path: Path, frame: frames.Frame) -> Path:
+    """Not one that was written before: frames whose displays have one name."""
+    if path in frame.written:
+        path = frames.numbered(path, frame)
+    check_picture(path)
+    frame.written.add(path)
+    return path
 
 
 def file_displays(scene: kanuka.Scene) -> list[dict]:

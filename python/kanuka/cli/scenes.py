@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 import kanuka
@@ -15,19 +16,19 @@ SUFFIXES = (".gz", ".rib", *usd.SUFFIXES, *models.SUFFIXES)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """How stages are read, for render and info alike."""
-    stage = parser.add_argument_group("USD stages", "see docs/usd.md")
+    """How stages are read."""
+    stage = add_choices(parser)
     stage.add_argument(
         "--camera",
         default="",
         metavar="PRIM",
-        help="path or name; default: its settings', else the first",
+        help="path or name; default: its product's or settings', else the first",
     )
     stage.add_argument(
-        "--variant", action="append", default=[], metavar="PRIM{SET}=NAME", help="choose a variant; repeatable"
-    )
-    stage.add_argument(
-        "--prim", action="append", default=[], metavar="PATH", help="read this prim and what is below; repeatable"
+        "--product",
+        default="",
+        metavar="PRIM",
+        help="path or name of the RenderProduct to make; default: all of its settings', with -o the first",
     )
     stage.add_argument(
         "--purpose",
@@ -37,14 +38,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_choices(parser: argparse.ArgumentParser):
+    """Which parts of a stage, for all that read one."""
+    stage = parser.add_argument_group("USD stages", "see docs/usd.md")
+    stage.add_argument(
+        "--variant", action="append", default=[], metavar="PRIM{SET}=NAME", help="choose a variant; repeatable"
+    )
+    stage.add_argument(
+        "--prim", action="append", default=[], metavar="PATH", help="read this prim and what is below; repeatable"
+    )
+    return stage
+
+
 def check(arguments: argparse.Namespace, paths: list[str]) -> None:
     for path in paths:
         files.check_input(path, WHAT)
     stages, alone = [path for path in paths if usd.is_stage(path)], [path for path in paths if is_read_whole(path)]
     if alone and len(paths) > 1:
         arguments.parser.error(f"{alone[0]}: a stage or a model is rendered by itself, not with other files")
-    if not stages and (arguments.camera or arguments.variant or arguments.prim or arguments.purpose):
-        arguments.parser.error("--camera, --variant, --prim and --purpose are for USD stages")
+    for option in ("camera", "product", "variant", "prim", "purpose"):
+        if getattr(arguments, option, None) and not stages:
+            arguments.parser.error(f"--{option} is for USD stages")
     for choice in arguments.variant:
         if "=" not in choice:
             arguments.parser.error(f'--variant: expected PRIM{{SET}}=NAME, got "{choice}"')
@@ -55,21 +69,34 @@ def is_read_whole(path: str) -> bool:
     return usd.is_stage(path) or models.is_model(path)
 
 
-def load(path: str, arguments: argparse.Namespace, number: int | None) -> kanuka.Scene:
+def variants(arguments: argparse.Namespace) -> dict[str, str]:
+    return dict(choice.rsplit("=", 1) for choice in arguments.variant)
+
+
+def load(path: str, arguments: argparse.Namespace, number: int | None, products: Sequence[str] = ()) -> kanuka.Scene:
+    """`products`, by path, go over the one that the arguments have."""
     resolution = getattr(arguments, "resolution", None)
     if models.is_model(path):
         return models.load(path, resolution=resolution or (960, 540), journal=kanuka.Journal())
     return usd.load(
         path,
-        frame=number,
-        camera=arguments.camera,
-        variants=dict(choice.rsplit("=", 1) for choice in arguments.variant),
-        mask=arguments.prim,
-        purposes=arguments.purpose or (),
+        **choices(arguments, number) | ({"product": products} if products else {}),
         resolution=resolution,
         color_space=getattr(arguments, "color_space", None) or "",
         journal=kanuka.Journal(),
     )
+
+
+def choices(arguments: argparse.Namespace, number: int | None) -> dict:
+    """What of a stage is read, as kanuka.usd.load() takes it."""
+    return {
+        "frame": number,
+        "camera": arguments.camera,
+        "product": arguments.product,
+        "variants": variants(arguments),
+        "mask": arguments.prim,
+        "purposes": arguments.purpose or (),
+    }
 
 
 def frames_of(choice: str | list[range], scenes: list[str]) -> list[frames.Frame]:

@@ -9,16 +9,18 @@ from pxr import Usd, UsdGeom
 
 import kanuka
 
+from .settings import Settings
+
 DEFAULT_WIDTH = 960
 DEFAULT_ASPECT = 16 / 9
 TENTH = 0.1  # apertures and focal lengths are in tenths of the stage's unit
 
 
 def camera_of(
-    prim: Usd.Prim, world_from_camera: np.ndarray, time: Usd.TimeCode, aspect: float, depth_of_field: bool = True
+    prim: Usd.Prim, world_from_camera: np.ndarray, time: Usd.TimeCode, aspect: float, settings_of_stage: Settings
 ) -> kanuka.Camera:
-    """As it is at one time; `aspect` is the picture's width by its height. Where the aperture has another, the picture
-    shows all of it and more ("expandAperture" of UsdRender)."""
+    """As it is at one time; `aspect` is the picture's width by its height. Where the aperture has another, the settings
+    say which of its sides gives way."""
     schema = UsdGeom.Camera(prim)
 
     def value(attribute: Usd.Attribute, default: float) -> float:
@@ -28,7 +30,8 @@ def camera_of(
     width = max(value(schema.GetHorizontalApertureAttr(), 20.955), 1e-6)
     height = max(value(schema.GetVerticalApertureAttr(), 15.2908), 1e-6)
     right, up = value(schema.GetHorizontalApertureOffsetAttr(), 0), value(schema.GetVerticalApertureOffsetAttr(), 0)
-    if width / height < aspect:
+    narrow, policy = width / height < aspect, settings_of_stage.conform
+    if policy == "adjustApertureWidth" or (policy != "adjustApertureHeight" and narrow != (policy == "cropAperture")):
         width = height * aspect
     else:
         height = width / aspect
@@ -57,7 +60,7 @@ def camera_of(
             (up + height / 2) / unit,
         )
     f_stop, focus = value(schema.GetFStopAttr(), 0), value(schema.GetFocusDistanceAttr(), 0)
-    if depth_of_field and f_stop > 0 and focus > 0:
+    if settings_of_stage.depth_of_field and f_stop > 0 and focus > 0:
         settings |= {"f_stop": f_stop, "focal_length": focal_length * TENTH, "focal_distance": focus}
     return kanuka.Camera.from_matrix(unscaled(world_from_camera), **settings)
 

@@ -15,6 +15,7 @@ from .arrays import primvar, rows, sampled, whole
 from .linking import Links
 from .materials import Made, Materials
 from .mesh_lights import INDEPENDENT, TINTED, Glow, MeshLights
+from .render_vars import Shown
 from .stage import Say
 from .subdivision import area_of
 
@@ -37,6 +38,7 @@ class Shapes:
     times: list[Usd.TimeCode]
     links: Links
     mesh_lights: MeshLights
+    shown: Sequence[Shown] = ()
 
     def add(self, place: kanuka.Scene | kanuka.Group, prim: Usd.Prim, matrix: np.ndarray) -> bool:
         """False: not a shape that Kanuka has."""
@@ -77,6 +79,13 @@ class Shapes:
                 found |= values
         return found
 
+    def layers(self, prim: Usd.Prim) -> dict[str, np.ndarray]:
+        """Primvars that layers of the picture show."""
+        found: dict[str, np.ndarray] = {}
+        for shown in self.shown:
+            found |= shown.of(prim, self.times[0])
+        return found
+
 
 # ---- meshes ----------------------------------------------------------------------------------------------------------
 
@@ -103,9 +112,9 @@ def add_mesh(shapes: Shapes, place, prim: Usd.Prim, matrix: np.ndarray) -> None:
     first, place_of = points if points.ndim == 2 else points[0], matrix if matrix.ndim == 2 else matrix[0]
     glow = shapes.mesh_lights.of(prim, time, lambda: area_of(mesh, time, first, faces, counts, place_of[:3, :3]))
     parts = subsets(shapes, prim, len(counts), glow)
-    primvars = shapes.primvars(prim, [made for made, _ in parts])
+    primvars, layers = shapes.primvars(prim, [made for made, _ in parts]), shapes.layers(prim)
     for made, mask in parts:
-        mine = {key: values for key, values in primvars.items() if made.reads(key.split()[-1])}
+        mine = {key: values for key, values in primvars.items() if made.reads(key.split()[-1])} | layers
         if glow:
             looks["area_light"] = glow.area_light(made.shines)
         if scheme in SCHEMES and not (scheme == "loop" and (counts != 3).any()):
@@ -316,7 +325,7 @@ def add_curves(shapes: Shapes, place, prim: Usd.Prim, matrix: np.ndarray) -> Non
     wrap = curves.GetWrapAttr().Get(time)
     widths = widths_of(prim, curves.GetWidthsAttr(), time, 1.0)
     made = shapes.material(prim)
-    primvars = shapes.primvars(prim, [made])
+    primvars = shapes.primvars(prim, [made]) | shapes.layers(prim)
     if wrap == UsdGeom.Tokens.pinned and basis in ("b-spline", "catmull-rom"):
         points, counts, widths = pinned(points, counts, widths, basis)
         primvars = {k: v for k, v in primvars.items() if k.split()[0] in ("constant", "uniform")}
@@ -361,7 +370,7 @@ def add_points(shapes: Shapes, place, prim: Usd.Prim, matrix: np.ndarray) -> Non
     place.add_points(
         points,
         widths=widths_of(prim, cloud.GetWidthsAttr(), time, 1.0),
-        primvars=shapes.primvars(prim, [made]),
+        primvars=shapes.primvars(prim, [made]) | shapes.layers(prim),
         **(shapes.looks(prim, matrix) | {"material": made.material}),
     )
 

@@ -8,6 +8,7 @@ from pxr import Usd, UsdGeom, UsdShade
 
 import kanuka
 from kanuka.looks.files import Files
+from kanuka.looks.material import MadeMaterial
 from kanuka.looks.rsl import Stage, Value, Writer, halves, primvar_name
 from kanuka.looks.surface import Surface, text_of
 
@@ -39,7 +40,7 @@ class Made:
 
     def with_values(self, values: dict[str, object]) -> kanuka.Material:
         """For what has no primvars of its own: with values in their place."""
-        return kanuka.Material(self.shader, parameters=self.parameters | values)
+        return MadeMaterial(self.shader, self.parameters | values)
 
 
 class Materials:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-from pxr import Gf, Usd, UsdGeom, UsdLux, UsdSkel
+from pxr import Gf, Usd, UsdGeom, UsdLux, UsdRender, UsdSkel
 
 import kanuka
 from kanuka import standins
@@ -20,11 +20,14 @@ from .lights import ADDERS, Light, portals, stage_lights
 from .linking import Links
 from .materials import Materials
 from .mesh_lights import MeshLights
+from .render_products import chosen as chosen_products
+from .render_products import product_of
+from .render_vars import Shown
 from .settings import Settings, settings_of
 from .shaped_lights import MEMBERS
 from .shaping import Shapings
 from .spaces import rendering_space
-from .stage import Gathered, Say, input_error, open_stage
+from .stage import Gathered, Say, first_frame, input_error, open_stage
 from .transforms import Transforms, stage_matrix
 
 PURPOSES = ("default", "render")
@@ -44,6 +47,7 @@ class Reader:
     say: Say
     times: list[Usd.TimeCode]
     purposes: Sequence[str] = PURPOSES
+    shown: Sequence[Shown] = ()
     lights: int = 0
     _groups: dict[tuple, kanuka.Group] = field(default_factory=dict)
     _on_the_way: set[str] = field(default_factory=set)
@@ -59,7 +63,7 @@ class Reader:
         self.mesh_lights = MeshLights(lights, self.shapings, self.say)
         self.links = Links(lights, self.times[0], self.say)
         light_limits.tell(lights, self.times[0], self.say, self.gathered)
-        self.shapes = Shapes(self.materials, self.say, self.times, self.links, self.mesh_lights)
+        self.shapes = Shapes(self.materials, self.say, self.times, self.links, self.mesh_lights, self.shown)
         self.transforms = Transforms(self.times)
         self.instanced = InstancedLights()
         self.world = stage_matrix(self.stage)
@@ -256,24 +260,31 @@ def read(
     purposes: Sequence[str],
     resolution: tuple[int, int] | None = None,
     color_space: str = "",
+    product: Sequence[str] = (),
+    moving: Callable[[list[kanuka.Camera]], object] = kanuka.Camera.moving,
 ) -> None:
-    """Into an empty scene: the stage at a frame (None: its first), seen by `camera` (empty: its first one)."""
-    stage = open_stage(path, say, variants, mask)
-    time = frame if frame is not None else (stage.GetStartTimeCode() if stage.HasAuthoredTimeCodeRange() else 0.0)
+    """Into an empty scene: the stage at a frame (None: its first), seen by `camera` (empty: its first one), with the
+    settings of the first `product` and what all of them show."""
+    stage = open_stage(path, say, variants, mask, product)
+    time = first_frame(stage) if frame is None else frame
     settings = settings_of(stage, say)
-    settings.resolution = resolution or settings.resolution
     scene.options.color_space = rendering_space(stage, color_space, say)
-    chosen = find_camera(stage, camera or settings.camera, path)
+    wanted = chosen_products(stage, settings, product, say, path)
+    made = [product_of(prim, settings, time, say) for prim in (wanted if product else wanted[:1])]
+    settings = made[0].settings if made else settings
+    settings = replace(settings, resolution=resolution or settings.resolution)
+    chosen = find_camera(stage, camera, settings.camera, path, say)
     opened, closed = shutter(chosen, time) if settings.motion_blur else (0.0, 0.0)
     times = [Usd.TimeCode(time + opened)] + ([Usd.TimeCode(time + closed)] if closed > opened else [])
     pose(stage, times)
-    reader = Reader(stage, scene, say, times, tuple(purposes or settings.purposes or PURPOSES))
+    shown = tuple(dict.fromkeys(each for one in made for each in one.shown))
+    reader = Reader(stage, scene, say, times, tuple(purposes or settings.purposes or PURPOSES), shown)
     if len(times) > 1:
         scene.options.shutter = (0, 1)
     scene.options.shader_path = [*scene.options.shader_path, str(reader.files.folder)]
     scene.options.texture_path = [str(Path(path).resolve().parent)]
     reader.read()
-    settle(scene, stage, reader, chosen, settings, time, say)
+    settle(scene, stage, reader, chosen, settings, time, say, moving)
 
 
 def pose(stage: Usd.Stage, times: list[Usd.TimeCode]) -> None:
@@ -284,14 +295,17 @@ def pose(stage: Usd.Stage, times: list[Usd.TimeCode]) -> None:
         UsdSkel.BakeSkinning(stage.Traverse(), Gf.Interval(times[0].GetValue(), times[-1].GetValue()))
 
 
-def find_camera(stage: Usd.Stage, wanted: str, path: str) -> Usd.Prim | None:
+def find_camera(stage: Usd.Stage, wanted: str, usual: str, path: str, say: Say) -> Usd.Prim | None:
+    """The one that is wanted, else that of the settings, else the first."""
     everyone = [p for p in stage.Traverse(Usd.TraverseInstanceProxies()) if p.IsA(UsdGeom.Camera)]
-    if wanted:
+    for name in filter(None, (wanted, usual)):
         for prim in everyone:
-            if str(prim.GetPath()) == wanted or prim.GetName() == wanted:
+            if name in (str(prim.GetPath()), prim.GetName()):
                 return prim
         names = ", ".join(str(p.GetPath()) for p in everyone) or "none"
-        raise input_error(f'there is no camera "{wanted}"; it has {names}', path)
+        if wanted:
+            raise input_error(f'there is no camera "{wanted}"; it has {names}', path)
+        say("warning", f"{usual}: the settings' camera is not there; the stage has {names}")
     return everyone[0] if everyone else None
 
 
@@ -312,6 +326,7 @@ def settle(
     settings: Settings,
     time: float,
     say: Say,
+    moving: Callable[[list[kanuka.Camera]], object],
 ) -> None:
     """Camera, picture and light, where the stage has none as well."""
     world = reader.world
@@ -331,12 +346,14 @@ def settle(
         scene.resolution = settings.resolution or (cameras.DEFAULT_WIDTH, height)
         placed = world @ reader.transforms.within(camera, stage.GetPseudoRoot())
         size = scene.resolution
+        if settings.conform == UsdRender.Tokens.adjustPixelAspectRatio:
+            settings = replace(settings, pixel_aspect=aspect * size[1] / size[0])
         slices = [placed] if placed.ndim == 2 else list(placed)
         made = [
-            cameras.camera_of(camera, matrix, at, size[0] / size[1] * settings.pixel_aspect, settings.depth_of_field)
+            cameras.camera_of(camera, matrix, at, size[0] / size[1] * settings.pixel_aspect, settings)
             for matrix, at in zip(slices, reader.times, strict=False)
         ]
-        scene.camera = made[0] if len(made) == 1 else kanuka.Camera.moving(made)
+        scene.camera = made[0] if len(made) == 1 else moving(made)
         scene.options.exposure_gain = float(schema.ComputeLinearExposureScale(reader.times[0]))
     else:
         box = UsdGeom.BBoxCache(reader.times[0], [*reader.purposes], useExtentsHint=True)

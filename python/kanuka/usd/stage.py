@@ -66,8 +66,17 @@ def require() -> None:
         raise input_error(f"reading USD needs the package usd-exchange ({error}): {INSTALL}") from None
 
 
-def open_stage(path: str, say: Say, variants: Mapping[str, str], mask: Sequence[str]):
-    """The stage, composed; `variants` is {"/prim{set}": "variant"}. Errors of composition are told one by one."""
+def open_stage(
+    path: str,
+    say: Say,
+    variants: Mapping[str, str],
+    mask: Sequence[str],
+    products: Sequence[str] = (),
+    whole: bool = True,
+):
+    """The stage, composed; `variants` is {"/prim{set}": "variant"}. With a mask, or not `whole`: its prims and
+    `products` alone, and the settings, with the cameras, products and vars that these name. Errors of composition are
+    told one by one."""
     from pxr import Sdf, Tf, Usd, UsdUtils
 
     delegate = UsdUtils.CoalescingDiagnosticDelegate()
@@ -81,8 +90,8 @@ def open_stage(path: str, say: Say, variants: Mapping[str, str], mask: Sequence[
         layer = Sdf.Layer.FindOrOpen(path)
         if layer is None:
             raise input_error("no stage that USD can read", path)
-        if mask:
-            stage = Usd.Stage.OpenMasked(layer, session, Usd.StagePopulationMask(list(mask)))
+        if mask or not whole:
+            stage = masked(layer, session, [*mask, *(p for p in products if p.startswith("/"))])
         else:
             stage = Usd.Stage.Open(layer, session)
     except Tf.ErrorException as error:
@@ -92,6 +101,21 @@ def open_stage(path: str, say: Say, variants: Mapping[str, str], mask: Sequence[
         del delegate
     for text in dict.fromkeys(filter(None, told)):
         say("warning", one_line(text))
+    return stage
+
+
+def first_frame(stage) -> float:
+    return stage.GetStartTimeCode() if stage.HasAuthoredTimeCodeRange() else 0.0
+
+
+def masked(layer, session, paths: list[str]):
+    from pxr import Sdf, Usd, UsdRender
+
+    settings = layer.pseudoRoot.GetInfo("renderSettingsPrimPath") if layer.pseudoRoot else ""
+    if settings and Sdf.Path.IsValidPathString(settings)[0] and Sdf.Path(settings).IsAbsoluteRootOrPrimPath():
+        paths = [*paths, settings]
+    stage = Usd.Stage.OpenMasked(layer, session, Usd.StagePopulationMask(paths))
+    stage.ExpandPopulationMask(Usd.PrimDefaultPredicate, lambda named: named.GetPrim().IsA(UsdRender.SettingsBase))
     return stage
 
 
