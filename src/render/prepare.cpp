@@ -8,7 +8,9 @@
 #include "grid/word_layout.h"
 #include "render/budget.h"
 #include "render/emitters.h"
+#include "scene/counts.h"
 #include "scene/digest.h"
+#include "scene/summary.h"
 
 namespace kanuka::render {
 namespace {
@@ -166,7 +168,8 @@ dice::DiceTarget Preparer::target_of(const scene::Primitive& primitive, const sh
     // What shines for the camera alone is not asked for light.
     target.polygons = material.program().emits() &&
                       (!m_request.classic || (primitive.attributes && primitive.attributes->area_light));
-    target.finer = for_its_light(primitive, frame);
+    if (target.polygons)
+        target.finer = for_its_light(primitive, frame);
     return target;
 }
 
@@ -199,17 +202,47 @@ void Preparer::fill(const scene::Primitive& primitive, const scene::Volume& volu
     }
 }
 
-// A lamp of a pixel would be a polygon of few corners, inscribed in its outline: a square for a disk,
-// which has 2 / pi of its light. So curved lamps have a least number of cells across, wherever they
-// stand.
+namespace {
+
+// How large a lamp with curves is, and how many cells it wants across. None: it has no curves, or is diced by
+// other rules, or has as many faces, each of which is a cell at least.
+struct Curved {
+    float size, across;
+};
+std::optional<Curved> curved(const scene::Primitive& primitive) {
+    if (const auto* quadric = std::get_if<scene::Quadric>(&primitive.geometry)) {
+        float size = 0; // angles are arguments too, and of those that matter none is larger than lengths
+        for (size_t i = 0; i + 1 < quadric->arguments.size(); i++)
+            size = std::max(size, std::abs(quadric->arguments[i]));
+        return Curved{size, 24};
+    }
+    constexpr float Across = 16; // a bulb of six faces has 1 % less area than a round one
+    double faces = 0;
+    if (const auto* mesh = std::get_if<scene::SubdivisionMesh>(&primitive.geometry)) {
+        if (mesh->scheme != "bilinear")
+            faces = double(mesh->vertices_per_face.size());
+    } else if (const auto* patches = std::get_if<scene::PatchMesh>(&primitive.geometry)) {
+        if (patches->cubic)
+            faces = double(scene::primvar_counts(primitive.geometry, 0).uniform);
+    } else if (std::holds_alternative<scene::NuPatch>(primitive.geometry)) {
+        faces = double(scene::primvar_counts(primitive.geometry, 0).uniform);
+    }
+    const Bounds3f bounds = scene::object_bounds(primitive);
+    if (!(faces > 0 && faces < double(Across * Across)) || bounds.empty())
+        return std::nullopt;
+    const Vec3f extent = bounds.hi - bounds.lo;
+    return Curved{0.5f * max(max(extent.x, extent.y), extent.z), Across};
+}
+
+} // namespace
+
+// A lamp of a pixel would be a polygon of few corners, inscribed in its outline: a square for a disk, which
+// has 2 / pi of its light. So curved lamps have a least number of cells across, wherever they stand.
 float Preparer::for_its_light(const scene::Primitive& primitive, const PageFrame& frame) const {
-    constexpr float Across = 24, OutOfThePicture = 9; // coarser there: Density
-    const auto* quadric = std::get_if<scene::Quadric>(&primitive.geometry);
-    if (!quadric || !primitive.attributes || !primitive.attributes->area_light)
+    constexpr float OutOfThePicture = 9; // coarser there: Density
+    const std::optional<Curved> lamp = curved(primitive);
+    if (!lamp)
         return 1;
-    float size = 0; // angles are arguments too, and of those that matter none is larger than lengths
-    for (size_t i = 0; i + 1 < quadric->arguments.size(); i++)
-        size = std::max(size, std::abs(quadric->arguments[i]));
     const float scale = std::cbrt(std::abs(float(frame.page_from_object.determinant3())));
     const Vec3f eye = frame.cameras.empty() ? Vec3f(0) : frame.cameras[0].point({0, 0, 0});
     const float distance = std::max(length(frame.page_from_object.point({0, 0, 0}) - eye), 1e-6f);
@@ -217,8 +250,9 @@ float Preparer::for_its_light(const scene::Primitive& primitive, const PageFrame
     const float rate = frame.pixels_per_unit > 0                       ? frame.pixels_per_unit
                        : camera.projection == Projection::Orthographic ? camera.finest_pixels()
                                                                        : camera.finest_pixels() / distance;
-    const float pixels = 2 * size * scale * rate / OutOfThePicture;
-    return std::clamp(Across / std::max(pixels, 1e-6f), 1.0f, 1e4f);
+    const bool in_the_picture = frame.border == dice::DicingCamera::Border::Within && !frame.cameras.empty();
+    const float pixels = 2 * lamp->size * scale * rate / (in_the_picture ? 1 : OutOfThePicture);
+    return std::clamp(lamp->across / std::max(pixels, 1e-6f), 1.0f, 1e4f);
 }
 
 // A moving thing that the camera sees is seen as if the camera moved the other way. `instead_from`: as
