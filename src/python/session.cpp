@@ -3,11 +3,8 @@
 
 #include <nanobind/stl/filesystem.h>
 
-#include "base/byte_size.h"
-#include "python/keywords.h"
-#include "python/parameters.h"
+#include "python/render_request.h"
 #include "python/supervisor.h"
-#include "render/aovs.h"
 #include "render/session.h"
 
 namespace kanuka::python {
@@ -16,138 +13,6 @@ namespace {
 
 std::string standard_shaders() {
     return nb::cast<std::string>(nb::module_::import_("kanuka.paths").attr("standard_shaders")());
-}
-
-// ---- render(): the one declaration of its arguments
-// --------------------------------------------------------
-
-struct Request {
-    render::Overrides overrides;
-    std::optional<std::filesystem::path> store; // none = the environment's
-    std::string store_mode, store_size;
-    nb::object progress = nb::none();
-    std::shared_ptr<Journal> journal;
-    std::vector<Camera> shot;
-};
-
-// To a member of the overrides; None leaves the scene's.
-template <auto Member>
-void over(Request& r, nb::handle value, const char* name) {
-    r.overrides.*Member = argument<std::remove_cvref_t<decltype(r.overrides.*Member)>>(value, name);
-}
-
-using O = render::Overrides;
-
-void check_layer(const std::string& text, const std::string& name) {
-    try {
-        render::check_layer(text);
-    } catch (const Error& error) {
-        throw nb::value_error((name + ": " + error.what()).c_str());
-    }
-}
-void over_aovs(Request& r, nb::handle value, const char* name) {
-    over<&O::aovs>(r, value, name);
-    for (const std::string& text : r.overrides.aovs)
-        check_layer(text, name);
-}
-// Of an option, over the scene's; None leaves that.
-void over_option(Request& r, nb::handle value, const char* name) {
-    const scene::OptionParameter* row =
-        scene::find_option(name == std::string_view("progressions") ? "samples" : name);
-    if (!value.is_none())
-        r.overrides.options.set(row->name, setting(*row, value, name));
-}
-
-template <class T>
-T or_else(nb::handle value, const char* name, T none) {
-    return value.is_none() ? none : argument<T>(value, name);
-}
-
-// What arguments say of the store goes over what the environment says.
-store::DiskStore::Settings store_settings(const Request& r) {
-    store::DiskStore::Settings settings = store::store_settings_of_environment();
-    if (r.store)
-        settings.folder = r.store->string();
-    if (!r.store_mode.empty())
-        settings.writes = r.store_mode == "write";
-    if (!r.store_size.empty())
-        settings.most_bytes = *parse_byte_size(r.store_size);
-    return settings;
-}
-
-constexpr Keyword<Request> OwnKeywords[] = {
-    {"progressions", "int | None", "None", "paths a pixel", "None = the scene's samples, else 64",
-     over_option},
-    {"threads", "int | None", "None", "", "None = all there are; the picture is the same for any number",
-     over<&O::threads>},
-    {"shading_rate", "float | None", "None", "", "multiplies every object's micropolygon area",
-     over<&O::shading_rate>},
-    {"aovs", "Sequence[str]", "()", "",
-     "layers beside those that the scene's displays name: output parameters of surface shaders, variables of "
-     "objects (Pref is the reference position), and light path expressions as \"lpe:C<RD>L\"",
-     over_aovs},
-    {"lanes", "int", "0", "1, 8 or 16", "SIMD lanes; 0 = the widest. The picture is the same",
-     over<&O::lanes>},
-    {"store", "str | os.PathLike | None", "None", "",
-     "folder that keeps what is diced and shaded for later renders, of many hosts; None = KANUKA_STORE, \"\" "
-     "= "
-     "none",
-     [](Request& r, nb::handle value, const char* name) {
-         if (!value.is_none())
-             r.store = argument<std::filesystem::path>(value, name);
-     }},
-    {"store_mode", "str | None", "None", "read or write",
-     "read: nothing is added; None = KANUKA_STORE_MODE, else write",
-     [](Request& r, nb::handle value, const char* name) {
-         r.store_mode = or_else<std::string>(value, name, "");
-         if (!value.is_none() && r.store_mode != "read" && r.store_mode != "write")
-             throw nb::value_error(
-                 (std::string(name) + ": expected \"read\" or \"write\", got \"" + r.store_mode + "\"")
-                     .c_str());
-     }},
-    {"store_size", "str | None", "None", "as 500M or 20G",
-     "of the folder: what was not used for longest goes; None = KANUKA_STORE_SIZE, else 20G",
-     [](Request& r, nb::handle value, const char* name) {
-         r.store_size = or_else<std::string>(value, name, "");
-         if (!value.is_none() && !parse_byte_size(r.store_size))
-             throw nb::value_error(
-                 (std::string(name) + ": expected a size as 500M or 20G, got \"" + r.store_size + "\"")
-                     .c_str());
-     }},
-    {"progress", "Callable[[str, float], object] | None", "None", "",
-     "called with the phase and its fraction, on the calling thread",
-     [](Request& r, nb::handle value, const char* name) {
-         if (!value.is_none() && !PyCallable_Check(value.ptr()))
-             wrong_argument(name, "a callable or None", value);
-         r.progress = nb::borrow(value);
-     }},
-    {"shot", "Sequence[Camera]", "()", "",
-     "cameras of all frames that a session renders, one after the other: what stands still is diced for all",
-     [](Request& r, nb::handle value, const char* name) {
-         r.shot = argument<std::vector<Camera>>(value, name);
-     }},
-    {"journal", "Journal | None", "None", "", "takes the messages, which are warnings else",
-     [](Request& r, nb::handle value, const char* name) {
-         r.journal = argument<std::shared_ptr<Journal>>(value, name, true);
-     }},
-};
-
-// The call's own, then every option of a scene.
-std::span<const Keyword<Request>> render_keywords() {
-    static std::vector<std::string> types; // nothing moves once it is filled
-    static const std::vector<Keyword<Request>> all = [] {
-        const auto options = scene::option_parameters();
-        types.reserve(options.size());
-        std::vector<Keyword<Request>> table(std::begin(OwnKeywords), std::end(OwnKeywords));
-        for (const scene::OptionParameter& row : options) {
-            if (row.name == std::string_view("samples")) // progressions
-                continue;
-            types.push_back(annotation(row, false) + " | None");
-            table.push_back({row.name, types.back().c_str(), "None", row.unit, row.about, over_option});
-        }
-        return table;
-    }();
-    return all;
 }
 
 // While it lives, nothing may change the scene.
@@ -169,7 +34,7 @@ class Session {
     Session(std::shared_ptr<Scene> scene, render::Session::Keep keep, std::optional<uint64_t> page_memory,
             const char* call, const nb::kwargs& keywords)
         : m_scene(std::move(scene)), m_page_memory(page_memory), m_call(call), m_keywords(keywords) {
-        const Request request = take(m_keywords);
+        const RenderRequest request = take(m_keywords);
         m_messages.emplace(request.journal);
         Journal& journal = *m_messages->journal;
         m_session =
@@ -211,7 +76,7 @@ class Session {
         const std::shared_ptr<Stats> stats_before = std::exchange(m_stats, std::make_shared<Stats>());
         if (scene)
             m_scene = std::move(scene);
-        Request request;
+        RenderRequest request;
         try {
             request = take(all);
         } catch (...) {
@@ -281,14 +146,14 @@ class Session {
     const Stats& stats() const { return *m_stats; }
 
   private:
-    Request take(const nb::kwargs& keywords) {
-        Request request;
+    RenderRequest take(const nb::kwargs& keywords) {
+        RenderRequest request;
         take_keywords(request, render_keywords(), m_call, keywords);
         render::Overrides& overrides = request.overrides;
         overrides.standard_shaders = standard_shaders();
         overrides.delayed = m_scene->delayed.get();
         overrides.page_memory = m_page_memory;
-        overrides.store = store_settings(request);
+        overrides.store = request.store_settings();
         m_scene->scene.options = m_scene->options; // Python may write its own while the picture is made
         scene::Options options = m_scene->options;
         overrides.options.apply(options);
@@ -367,7 +232,7 @@ void init_session(Session* self, std::shared_ptr<Scene> scene, const nb::kwargs&
 
 Picture render(std::shared_ptr<Scene> scene, const nb::kwargs& keywords) {
     check_idle(*scene);
-    Request of_call;
+    RenderRequest of_call;
     take_keywords(of_call, render_keywords(), "render", keywords);
     Session session(std::move(scene), render::Session::Keep::Nothing, std::nullopt, "render", keywords);
     Picture picture = session.whole_picture(of_call.progress);

@@ -1,0 +1,27 @@
+// What render() and sessions take: the one declaration of their arguments.
+#pragma once
+
+#include "python/keywords.h"
+#include "render/session.h"
+
+namespace kanuka::python {
+
+struct RenderRequest {
+    render::Overrides overrides;
+    std::optional<std::filesystem::path> store; // none = the environment's
+    std::string store_mode, store_size;
+    nb::object progress = nb::none();
+    std::shared_ptr<Journal> journal;
+    std::vector<Camera> shot;
+
+    // What arguments say of the store goes over what the environment says.
+    store::DiskStore::Settings store_settings() const;
+};
+
+// The calls' own, then every option of a scene.
+std::span<const Keyword<RenderRequest>> render_keywords();
+
+// Throws nb::value_error, with the argument's name, where a layer's name is no light path expression.
+void check_layer(const std::string& text, const std::string& name);
+
+} // namespace kanuka::python
