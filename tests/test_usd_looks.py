@@ -184,6 +184,32 @@ def test_materialx_graphs_are_evaluated(tmp_path: Path):
     assert rgb == pytest.approx([0.375, 0.25, 0.125], abs=0.02)
 
 
+def test_the_surface_of_the_best_context_is_read(tmp_path: Path):
+    """A material with a MaterialX surface and a preview for everyone else: one is blue, the other red."""
+    both = """
+def Material "matte" {
+    token outputs:surface.connect = </matte/preview.outputs:surface>
+    token outputs:mtlx:surface.connect = </matte/best.outputs:out>
+    def Shader "preview" {
+        uniform token info:id = "UsdPreviewSurface"
+        color3f inputs:diffuseColor = (1, 0, 0)
+        token outputs:surface
+    }
+    def Shader "best" {
+        uniform token info:id = "ND_standard_surface_surfaceshader"
+        color3f inputs:base_color = (0, 0, 1)
+        float inputs:specular = 0
+        token outputs:out
+    }
+}
+"""
+    shown = picture(read(stage(tmp_path, CAMERA, both, SUN, FLOOR.replace("EXTRA", "")))[0]).mean((0, 1))
+    assert shown[2] > 0.1 > 10 * shown[0]
+    unreadable = both.replace("ND_standard_surface_surfaceshader", "ND_nobody_has_it")  # then the other is
+    shown = picture(read(stage(tmp_path, CAMERA, unreadable, SUN, FLOOR.replace("EXTRA", "")))[0]).mean((0, 1))
+    assert shown[0] > 0.1 > 10 * shown[2]
+
+
 def test_a_standard_surfaces_base_is_whole_where_it_is_not_set(tmp_path: Path):
     """MaterialX's nodedef 1.0.1: base is 1, base_color 0.8."""
     connected = "color3f inputs:base_color.connect = </matte/mix.outputs:out>"

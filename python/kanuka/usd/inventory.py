@@ -12,7 +12,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdShade
 from kanuka.looks.files import Files
 
 from .geometry import ADDERS
-from .materials import CONTEXTS, SURFACES, Materials
+from .materials import SURFACES, Materials, identifier_of, surfaces_of
 from .render_products import chosen, product_of
 from .scene import QUIET
 from .settings import settings_of
@@ -203,11 +203,7 @@ def materials(held: Inventory) -> list[dict]:
 
 def surface_of(material: UsdShade.Material) -> str:
     """The one that is read, else the first that there is."""
-    seen = []
-    for context in CONTEXTS:
-        shader, _, _ = material.ComputeSurfaceSource(context)
-        if shader and shader.GetIdAttr() and (identifier := shader.GetIdAttr().Get()):
-            seen.append(str(identifier))
+    seen = [identifier_of(shader) for shader in surfaces_of(material)]
     return next((each for each in seen if each in SURFACES), seen[0] if seen else "")
 
 

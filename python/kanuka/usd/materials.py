@@ -43,6 +43,22 @@ class Made:
         return MadeMaterial(self.shader, self.parameters | values)
 
 
+def surfaces_of(material: UsdShade.Material) -> list[UsdShade.Shader]:
+    """Its surfaces in the contexts that are read, the best first. Asked for a context that it has none of, USD answers
+    with the one that is for all."""
+    found = []
+    for context in CONTEXTS:
+        output = material.GetSurfaceOutput(context)
+        if output and output.HasConnectedSource():
+            shader, _, _ = material.ComputeSurfaceSource(context)
+            found += [shader] if shader else []
+    return found
+
+
+def identifier_of(shader: UsdShade.Shader) -> str:
+    return str(shader.GetIdAttr().Get() if shader.GetIdAttr() else None)
+
+
 class Materials:
     def __init__(self, say: Say, files: Files, time: Usd.TimeCode, rendered: str = "rec709") -> None:
         self._say, self._files, self._time = say, files, time
@@ -103,16 +119,11 @@ class Materials:
         return self._finished(writer, surface, shading, displacing, uv)
 
     def _surface(self, material: UsdShade.Material) -> UsdShade.Shader | None:
-        seen = []
-        for context in CONTEXTS:
-            shader, _, _ = material.ComputeSurfaceSource(context)
-            if not shader:
-                continue
-            identifier = shader.GetIdAttr().Get() if shader.GetIdAttr() else None
-            if identifier in SURFACES:
+        shaders = surfaces_of(material)
+        for shader in shaders:
+            if identifier_of(shader) in SURFACES:
                 return shader
-            seen.append(str(identifier))
-        named = ", ".join(dict.fromkeys(seen)) or "none"
+        named = ", ".join(dict.fromkeys(map(identifier_of, shaders))) or "none"
         self._say(
             "warning",
             f"{material.GetPath()}: no surface that can be read (it has {named}; there are {', '.join(SURFACES)}). "
