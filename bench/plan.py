@@ -22,6 +22,7 @@ import side_by_side
 import stages
 import storing
 import triple
+import usd_scenes
 from settings import Found, Say, Settings
 
 
@@ -56,6 +57,7 @@ def parts(peers: list[str] | None = None) -> list[Part]:
             "terrain": 590,
             "forest": 300,
             "still-life": 600,
+            **dict.fromkeys(usd_scenes.there(), 600),
         }.items()
     ]
     made += [

@@ -113,6 +113,7 @@ class Scene:
     panel: Panel | None = None
     band: tuple[float, float] | None = None  # light is cut to these wavelengths, nm; for spectral renderers
     depth: int = DEPTH
+    stage: Path | None = None  # USD: in place of all that, but for resolution, samples and depth
 
 
 # ---- shapes ---------------------------------------------------------------------------------------------------------
@@ -360,9 +361,10 @@ def chain(n: int) -> tuple[Color, list[Link]]:
 
 def make_all() -> dict[str, tuple[Callable[[int], Scene], int]]:
     import still_life  # which takes its shapes from here
+    import usd_scenes
     import validation
 
-    return MAKERS | still_life.MAKERS | validation.MAKERS
+    return MAKERS | still_life.MAKERS | validation.MAKERS | usd_scenes.MAKERS
 
 
 MAKERS: dict[str, tuple[Callable[[int], Scene], int]] = {  # with the usual n

@@ -9,6 +9,7 @@ import numpy as np
 
 import peers
 import scenes
+import usd_scenes
 from pictures import Estimate, relative_error
 from settings import Found, Say, Settings
 
@@ -19,6 +20,7 @@ SCENES = {
     "forest": ("mitsuba-scalar-spectral", "cycles", "luxcore"),
     "still-life": ("mitsuba-llvm-spectral", "mitsuba-llvm-rgb", "cycles", "luxcore"),
 }
+SCENES |= {name: ("cycles",) for name in usd_scenes.there()}  # by its own reader of USD
 SAMPLERS = ("independent", "stratified", "multijitter", "orthogonal", "ldsampler")  # Mitsuba's: the best counts
 SAMPLER_SIZE = 0.25  # of the picture's sides, where samplers are tried
 FIGURES = ("load_s", "build_s", "first_picture_s", "render_s", "error", "error_x_time", "peak_bytes")

@@ -199,6 +199,10 @@ def environment(path: Path) -> None:
 
 
 def build(scene: scenes.Scene) -> None:
+    if scene.stage:
+        bpy.ops.wm.usd_import(filepath=str(scene.stage))
+        bpy.context.scene.camera = next(each for each in bpy.data.objects if each.type == "CAMERA")
+        return
     place = bpy.context.scene.collection.objects.link
     for mesh in scene.meshes:
         place(mesh_object(mesh))

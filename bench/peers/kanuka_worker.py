@@ -82,6 +82,13 @@ def material(scene: kanuka.Scene, mesh: scenes.Mesh) -> kanuka.Material:
 
 
 def build(made: scenes.Scene) -> kanuka.Scene:
+    if made.stage:
+        import kanuka.usd
+
+        scene = kanuka.usd.load(made.stage, resolution=made.resolution, journal=kanuka.Journal())
+        scene.options.max_depth = made.depth
+        scene.options.exposure_gain = 1
+        return scene
     scene = kanuka.Scene()
     scene.resolution = made.resolution
     scene.options.max_depth = made.depth
