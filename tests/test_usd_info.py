@@ -33,7 +33,7 @@ def Xform "forest" {
 class Xform "tree" {
     def Cylinder "trunk" {}
     def Mesh "leaves" {}
-    def NurbsPatch "bark" {}
+    def Volume "bark" {}
 }
 def Xform "car" (
     variants = {
@@ -102,7 +102,7 @@ def test_a_summary_has_all_that_a_stage_holds(tmp_path: Path) -> None:
     assert trees == {
         "count": 2,
         "first": "/forest/a",
-        "holds": {"Cylinder": 1, "Mesh": 1, "NurbsPatch": 1},
+        "holds": {"Cylinder": 1, "Mesh": 1, "Volume": 1},
     }
     herbs = {"/forest/herbs/moss": 1, "/forest/herbs/fern": 3}
     assert found["point_instancers"] == [{"path": "/forest/herbs", "count": 5, "prototypes": herbs}]
@@ -123,7 +123,7 @@ def test_a_summary_has_all_that_a_stage_holds(tmp_path: Path) -> None:
     assert found["products"] == [product]
     variant = {"path": "/car", "set": "paint", "chosen": "red", "choices": ["blue", "red"]}
     assert found["variants"] == [variant]
-    assert found["unread"] == {"NurbsPatch": {"count": 1, "first": "/forest/a/bark"}}
+    assert found["unread"] == {"Volume": {"count": 1, "first": "/forest/a/bark"}}
     blue = kanuka.usd.summary(made(tmp_path), variants={"/car{paint}": "blue"}, mask=["/car"])
     assert blue["variants"][0]["chosen"] == "blue" and "Sphere" not in blue["prims"]
 
@@ -184,7 +184,7 @@ def test_the_command_shows_a_stage(kanuka_command, tmp_path: Path) -> None:
         "settings /Render/settings: 32 × 18, /cam",
         "├─ floor Mesh",
         "│ ├─ a Xform, an instance",
-        "/forest/a 2 of one prototype, which holds 3: 1 Cylinder, 1 Mesh, 1 NurbsPatch",
+        "/forest/a 2 of one prototype, which holds 3: 1 Cylinder, 1 Mesh, 1 Volume",
         "/forest/herbs 5: 1 of /forest/herbs/moss, 3 of /forest/herbs/fern",
         "/strange ArnoldToon",
         "/sun DistantLight: 2, color 1, 1, 1",
@@ -192,7 +192,7 @@ def test_the_command_shows_a_stage(kanuka_command, tmp_path: Path) -> None:
         "/Render/p p.exr: 32 × 18, /cam; Z",
         "/car{paint} red of blue, red",
         "/textured/t.inputs:file ./lost.png",
-        "NurbsPatch 1, the first is /forest/a/bark",
+        "Volume 1, the first is /forest/a/bark",
     ):
         assert line in lines, line
     done = kanuka_command("info", path, "--json", "--depth", "1", "--prim", "/forest", "--variant", "/car{paint}=blue")

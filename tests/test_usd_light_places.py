@@ -194,10 +194,10 @@ MATCHING = EXPRESSION + 'uniform pathExpression collection:lightLink:membershipE
         (TILES, EXCLUDED % "[</a>, </c/top>]", "bd", 3),  # of as a whole and by the shape: told apart, if for nothing
         (TILES, INCLUDED % "</b/top>", "b", 2),
         (TILES, MATCHING % "/b// + /d//", "bd", 2),
-        (OF_TWO, EXCLUDED % "</first>", "cd", 3),
-        (OF_TWO, INCLUDED % "</first>", "ab", 3),
-        (OF_TWO, INCLUDED % "</second/tile>", "cd", 3),
-        (OF_TWO, MATCHING % "/first//", "ab", 3),
+        (OF_TWO, EXCLUDED % "</first>", "cd", 2),
+        (OF_TWO, INCLUDED % "</first>", "ab", 2),
+        (OF_TWO, INCLUDED % "</second/tile>", "cd", 2),
+        (OF_TWO, MATCHING % "/first//", "ab", 2),
     ],
 )
 def test_what_is_instanced_is_linked_where_it_is_placed(

@@ -28,16 +28,9 @@ def whole(values: object) -> np.ndarray:
     return np.asarray(values if values is not None else (), dtype=np.int32).reshape(-1)
 
 
-def sampled(attribute: Usd.Attribute, times: list[Usd.TimeCode], width: int) -> np.ndarray | None:
-    """(N, width), or (T, N, width) where the attribute moves; None if it has no value. What changes its number of rows
-    while the shutter is open is as at the first time."""
-    values = [attribute.Get(time) for time in (times if attribute.ValueMightBeTimeVarying() else times[:1])]
-    if values[0] is None:
-        return None
-    arrays = [rows(v, width) for v in values if v is not None]
-    if len(arrays) == 1 or any(a.shape != arrays[0].shape for a in arrays):
-        return arrays[0]
-    return arrays[0] if all(np.array_equal(a, arrays[0]) for a in arrays[1:]) else np.stack(arrays)
+def class_of(interpolation: str) -> str:
+    """The storage class; empty where USD has no such interpolation."""
+    return _CLASSES.get(interpolation, "")
 
 
 def primvar(found: UsdGeom.Primvar, name: str, kind: str, time: Usd.TimeCode) -> dict[str, np.ndarray]:
@@ -51,7 +44,7 @@ def primvar(found: UsdGeom.Primvar, name: str, kind: str, time: Usd.TimeCode) ->
         array = np.asarray(values, dtype=np.float32)
     except (TypeError, ValueError):  # texts
         return {}
-    if not found.GetTypeName().isArray:
+    if not type(values).__name__.endswith("Array"):  # of Vt
         array = array.reshape(1, -1)
     array = array.reshape(len(array), -1)
     if (size := found.GetElementSize()) > 1 and len(array) % size == 0:

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pxr import Usd, UsdGeom, UsdLux
+from pxr import Usd
 
-from .linking import is_geometry
 from .shaped_lights import MEMBERS
 from .stage import silent
 
 if TYPE_CHECKING:
-    from .scene import Reader
+    from .reader import Reader
 
 MOST = 10_000  # of a scene
 
@@ -24,31 +22,14 @@ class InstancedLights:
     """Has no reader of its own, which holds it: the stage would outlive both."""
 
     def __init__(self) -> None:
-        self._without: set[str] = set()  # prototypes
         self._told: set[str] = set()
-        self._on_the_way: set[str] = set()
         self._full = False
         self.number = 0
 
-    def add_instance(self, reader: Reader, instance: Usd.Prim, matrix: np.ndarray) -> None:
-        """Of a prim that is instanced natively, at a matrix of the scene."""
-        key = str(instance.GetPrototype().GetPath())
-        if key in self._without:
-            return
-        found = self._below(reader, instance)
-        if not found:
-            self._without.add(key)
-        self._place(reader, found, matrix[None])
-
-    def add_prototype(self, reader: Reader, prototype: Usd.Prim, matrices: Callable[[], np.ndarray]) -> None:
-        """Of what an instancer places, (N, 4, 4)."""
-        if found := self._below(reader, prototype):
-            self._place(reader, found, matrices())
-
-    def _place(self, reader: Reader, found: Places, outer: np.ndarray) -> None:
-        for prim, inner in found:
+    def add(self, reader: Reader, found: Places) -> None:
+        """At matrices of the scene."""
+        for prim, matrices in found:
             room = MOST - self.number
-            matrices = products(outer, inner, room + 1)
             if len(matrices) > room and not self._full:
                 self._full = True
                 rest = "it and those after it are left out"
@@ -66,32 +47,12 @@ class InstancedLights:
         self._told.add(key)
         return not known
 
-    def _below(self, reader: Reader, top: Usd.Prim) -> Places:
-        """Lights in it, with matrices to its space. One that holds itself, which is told elsewhere, ends there."""
-        key = str(top.GetPath())
-        if key in self._on_the_way:
-            return []
-        self._on_the_way.add(key)
-        found: Places = []
-        prims = iter(Usd.PrimRange(top, Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)))
-        for prim in prims:
-            if not reader.shows(prim):
-                prims.PruneChildren()
-            elif prim.IsA(UsdGeom.PointInstancer):
-                prims.PruneChildren()
-                outer = at_start(reader.transforms.within(prim, top))
-                for inner, matrices, mine in reader.placements(UsdGeom.PointInstancer(prim), silent):
-                    places = outer @ matrices[mine[: MOST + 1]]
-                    found += [(light, products(places, own, MOST + 1)) for light, own in self._below(reader, inner)]
-            elif prim.HasAPI(UsdLux.LightAPI) and not is_geometry(prim):
-                found.append((prim, at_start(reader.transforms.within(prim, top))[None]))
-        self._on_the_way.discard(key)
-        return found
 
-
-def at_start(matrices: np.ndarray) -> np.ndarray:
-    """Of those of the shutter: lights stand still."""
-    return matrices if matrices.ndim == 2 else matrices[0]
+def whole_matrices(matrices: np.ndarray) -> np.ndarray:
+    """(N, 4, 4) of (N, 3, 4)."""
+    made = np.zeros((len(matrices), 4, 4))
+    made[:, :3], made[:, 3, 3] = matrices, 1
+    return made
 
 
 def products(outer: np.ndarray, inner: np.ndarray, most: int) -> np.ndarray:

@@ -11,10 +11,10 @@ from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdShade
 
 from kanuka.looks.files import Files
 
-from .geometry import ADDERS
+from .adders import ADDERS
 from .materials import SURFACES, Materials, identifier_of, surfaces_of
+from .reader import CLOSED, OPEN
 from .render_products import chosen, product_of
-from .scene import QUIET
 from .settings import settings_of
 from .stage import Say
 
@@ -84,7 +84,7 @@ class Inventory:
                 return mine
         if prim.HasAPI(UsdLux.LightAPI) and kind != "Mesh":
             return self.lights
-        if kind and kind not in QUIET and kind not in ADDERS:
+        if kind not in CLOSED and kind not in OPEN and kind not in ADDERS:
             self.unread[kind] = Tally()
         return None
 

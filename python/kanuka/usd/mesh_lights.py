@@ -10,6 +10,7 @@ from pxr import Usd, UsdGeom, UsdLux
 import kanuka
 
 from .lights import emission
+from .linking import name_of
 from .shaping import Shapings
 from .stage import Say, silent
 
@@ -44,14 +45,14 @@ class MeshLights:
     def _name(self, light: Usd.Prim) -> None:
         stage, targets = light.GetStage(), light.GetRelationship("geometry").GetForwardedTargets()
         meshes = [path for path in targets if (found := stage.GetPrimAtPath(path)) and found.IsA(UsdGeom.Mesh)]
-        self._named |= {str(path): light for path in meshes}
+        self._named |= {name_of(stage.GetPrimAtPath(path)): light for path in meshes}
         if len(meshes) != len(targets) or not targets:
             others = ", ".join(str(path) for path in targets if path not in meshes) or "nothing"
             self._say("warning", f"{light.GetPath()}: its geometry is {others}: only meshes shine")
 
     def of(self, prim: Usd.Prim, time: Usd.TimeCode, area: Callable[[], float]) -> Glow | None:
         """area() is that of the mesh in the world. None: it is no light, or a bad one, which is told."""
-        light = self._named.get(str(prim.GetPath()), prim)
+        light = self._named.get(name_of(prim), prim) if self._named else prim
         if not light.HasAPI(UsdLux.LightAPI):
             return None
         self.number += 1
@@ -63,7 +64,7 @@ class MeshLights:
                 if not surface > 0:
                     raise ValueError("inputs:normalize is on, but its mesh has no area")
                 amount = amount / surface
-                self.last_normalized = str(light.GetPath())
+                self.last_normalized = name_of(light)
             if self._shapings.of(light, silent).shapes:
                 self._say("warning", f"{light.GetPath()}: shaping has no effect on meshes: it shines as without")
         except ValueError as error:
@@ -72,4 +73,4 @@ class MeshLights:
         if light.HasAttribute("inputs:texture:file"):
             self._say("warning", f"{light.GetPath()}: pictures of meshes that shine are not read; it shines evenly")
         mode = str(api.GetMaterialSyncModeAttr().Get(time))
-        return Glow(str(light.GetPath()), tuple(float(x) for x in amount), mode)
+        return Glow(name_of(light), tuple(float(x) for x in amount), mode)

@@ -54,11 +54,8 @@ class Shown:
     def variables(self) -> tuple[str, ...]:
         return (f"{self.layer}.X", f"{self.layer}.Y") if self.kind == "float2" else (self.layer,)
 
-    def of(self, prim: Usd.Prim, time: Usd.TimeCode) -> dict[str, np.ndarray]:
-        """Its values on a prim, as primvars of what is added to a scene."""
-        found = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(self.primvar)
-        if not found or not found.HasValue():
-            return {}
+    def values(self, found: UsdGeom.Primvar, time: Usd.TimeCode) -> dict[str, np.ndarray]:
+        """As primvars of what is added to a scene."""
         values = primvar(found, self.layer, self.kind, time)
         storage_and_kind = [key.rsplit(" ", 1)[0] for key in values]
         named = zip(storage_and_kind, self.variables, values.values(), strict=False)

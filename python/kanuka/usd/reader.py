@@ -1,0 +1,310 @@
+"""Reads what is in a stage: walks its prims once, in order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
+
+import kanuka
+from kanuka.looks.files import Files
+
+from . import draw_modes, light_limits, volumes
+from .adders import ADDERS
+from .geometry import Shapes
+from .instanced_lights import MOST, InstancedLights, Places, products, whole_matrices
+from .instances import Instancer
+from .items import IDENTITY, Above, Item, above_of, bindings_of, handed_down, moved
+from .lights import ADDERS as LIGHTS
+from .lights import Light, portals, stage_lights
+from .linking import Links
+from .materials import Materials
+from .mesh_lights import MeshLights
+from .motion import Shutter
+from .render_vars import Shown
+from .shaped_lights import MEMBERS
+from .shaping import Shapings
+from .stage import Gathered, Say
+from .transforms import Transforms, at_start, stage_matrix
+
+PURPOSES = ("default", "render")
+# Prims that are read elsewhere, with all that is below them.
+CLOSED = frozenset({"Material", "Shader", "NodeGraph", "GeomSubset", "LightFilter", "SpatialAudio"}) | frozenset(
+    {"RenderSettings", "RenderProduct", "RenderVar", "SkelAnimation", "BlendShape"} | volumes.FIELDS
+)
+# Those that hold others, or are read elsewhere.
+OPEN = frozenset({"", "Xform", "Scope", "Camera", "SkelRoot", "Skeleton", "GeometryLight"})
+BATCH = 256  # shapes that are added together
+PROXIES = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
+LOOSE = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded)
+
+
+@dataclass
+class Held:
+    """A group of what is at and below a prim, with its lights, which groups of Kanuka's have not. `normalized`: a light
+    in it whose brightness goes by the area of its mesh."""
+
+    group: kanuka.Group
+    path: Sdf.Path
+    lights: Places
+    normalized: str
+
+
+@dataclass
+class Instances:
+    """Of a group: (N, 3, 4), or (T, N, 3, 4) of what moves. `path`: that of the prim that is instanced, natively; empty
+    where an instancer places its prototype."""
+
+    held: Held
+    matrices: np.ndarray
+    path: Sdf.Path = Sdf.Path.emptyPath
+
+
+@dataclass
+class Found:
+    """What is below a prim, in the order of the stage."""
+
+    items: list[Item] = field(default_factory=list)
+    lights: Places = field(default_factory=list)
+    instances: list[Instances] = field(default_factory=list)
+    models: list[Item] = field(default_factory=list)  # that are drawn in another way
+
+
+@dataclass
+class Family:
+    """Groups of a prototype. They differ by what they inherit: by values of primvars that their materials ask for."""
+
+    asked: set[str] = field(default_factory=set)
+    groups: dict[tuple, Held] = field(default_factory=dict)
+
+
+@dataclass
+class Reader:
+    """Reads a stage into a scene. Prims of groups (prototypes) are in the space of the prototype."""
+
+    stage: Usd.Stage
+    scene: kanuka.Scene
+    say: Say
+    shutter: Shutter
+    purposes: Sequence[str] = PURPOSES
+    shown: Sequence[Shown] = ()
+    lights: int = 0
+    volumes: list[Usd.Prim] = field(default_factory=list)
+    _families: dict[tuple, Family] = field(default_factory=dict)
+    _on_the_way: set[Sdf.Path] = field(default_factory=set)
+    gathered: Gathered = field(default_factory=Gathered)
+
+    def __post_init__(self) -> None:
+        self.files = Files()
+        frame, lights = self.shutter.frame, stage_lights(self.stage)
+        self.materials = Materials(self.say, self.files, frame, self.scene.options.color_space)
+        self.portals = portals(lights)
+        self.shapings = Shapings(frame, self.files)
+        self.mesh_lights = MeshLights(lights, self.shapings, self.say)
+        self.links = Links(lights, frame, self.say)
+        light_limits.tell(lights, frame, self.say, self.gathered)
+        self.shapes = Shapes(
+            self.materials, self.say, self.shutter, self.links, self.mesh_lights, self.gathered, ADDERS, self.shown
+        )
+        self.transforms = Transforms(frame, self.shutter.times)
+        self.instanced = InstancedLights()
+        self.world = stage_matrix(self.stage)
+        self.draw_modes = draw_modes.DrawModes(self.shapes, str(UsdGeom.GetStageUpAxis(self.stage)))
+
+    def read(self) -> None:
+        root = Above(matrices=(Gf.Matrix4d(self.world.T),))
+        self.fill(self.scene, self.collect(self.stage.GetPseudoRoot(), root, self.scene))
+        if self.volumes:
+            self.say("warning", volumes.told(self.volumes, self.shutter.frame))
+        self.gathered.tell(self.say)
+
+    def fill(self, place: kanuka.Scene | kanuka.Group, found: Found) -> None:
+        self.shapes.add(place, found.items)
+        for model in found.models:
+            self.draw_modes.draw(place, model)
+        for each in found.instances:
+            self.add_instances(place, each)
+        if place is self.scene:  # lights of groups are added with their instances
+            for prim, matrices in found.lights:
+                self.add_light(prim, matrices[0], self.say)
+            for each in found.instances:
+                self.instanced.add(self, lights_of(each))
+
+    def add_instances(self, place: kanuka.Scene | kanuka.Group, each: Instances) -> None:
+        place.add_instances(each.held.group, each.matrices)
+        if each.held.normalized and (np.abs(np.linalg.det(each.matrices[..., :3]) - 1) > 1e-3).any():
+            text = "normalize divides by the area of its mesh in the prototype, whose instances are scaled"
+            self.gathered.note(text, each.held.normalized)
+
+    def unknown(self, kind: str, prim: Usd.Prim) -> None:
+        self.gathered.note(f"prims of type {kind} are not read yet", str(prim.GetPath()))
+
+    # ---- the walk
+
+    def collect(self, top: Usd.Prim, root: Above, place: kanuka.Scene | None = None) -> Found:
+        """All that is at and below `top`. The matrix of `top` itself is in `root` already. Groups of what is instanced
+        below are made on the way: a group holds instances of groups made before it. With a place what is found goes
+        there on the way too, and only the rest comes back: less waits in memory."""
+        found = Found()
+        waiting, inside = [(top, root)], False
+        usual = top.IsPseudoRoot() or (top.IsDefined() and not top.IsAbstract())
+        while waiting:
+            prim, above = waiting.pop()
+            kind = prim.GetTypeName()
+            if kind in CLOSED:
+                continue
+            names = frozenset(prim.GetAuthoredPropertyNames())
+            if "visibility" in names and self.hidden(prim):
+                continue
+            here = self.enter(prim, names, above, root if inside else None)
+            if here.draw_mode != draw_modes.DEFAULT and draw_modes.applies(prim, names):
+                if self.shows(here):
+                    found.models.append(self.item(prim, kind, names, here))
+                continue
+            if inside and prim.IsInstance():
+                self.place_instance(found, prim, names, here)
+                continue
+            inside = True
+            if kind == "PointInstancer":
+                if self.shows(here):
+                    self.place_instancer(found, prim, here, (top, root))
+                continue
+            children = prim.GetFilteredChildren(PROXIES) if usual else loose_children(prim)
+            if self.shows(here):
+                self.meet(found, prim, kind, names, here, bool(children))
+            if place is not None and len(found.items) >= BATCH:
+                self.fill(place, found)
+                found = Found()
+            if children:
+                here = handed_down(prim, names, here)
+                waiting.extend((child, here) for child in reversed(children))
+        return found
+
+    def shows(self, here: Above) -> bool:
+        return (here.purpose or "default") in self.purposes
+
+    def item(self, prim: Usd.Prim, kind: str, names: frozenset[str], here: Above, children: bool = False) -> Item:
+        return Item(prim, str(prim.GetPath()), kind, names, here.columns, here, children)
+
+    def hidden(self, prim: Usd.Prim) -> bool:
+        return prim.GetAttribute("visibility").Get(self.shutter.frame) == UsdGeom.Tokens.invisible
+
+    def enter(self, prim: Usd.Prim, names: frozenset[str], above: Above, root: Above | None) -> Above:
+        """What a prim inherits, with its own; what is handed_down() is not yet in it. `root`: what prims that reset the
+        stack of transformations are relative to; None: the prim stands where it is."""
+        matrices, purpose, draw_mode = above.matrices, above.purpose, above.draw_mode
+        if root is not None and "xformOpOrder" in names:
+            steps, resets = self.transforms.steps(prim)
+            matrices = moved(steps, root.matrices if resets else above.matrices)
+        if "purpose" in names:
+            purpose = str(prim.GetAttribute("purpose").Get())
+        if "model:drawMode" in names:
+            mode = str(prim.GetAttribute("model:drawMode").Get())
+            draw_mode = draw_mode if mode == draw_modes.INHERITED else mode
+        return Above(matrices, purpose, draw_mode, above.primvars, above.bindings)
+
+    def meet(self, found: Found, prim: Usd.Prim, kind: str, names, here: Above, children: bool) -> None:
+        if kind in OPEN:
+            return
+        light = prim.HasAPI(UsdLux.LightAPI)
+        if kind in ADDERS:
+            if light and kind != "Mesh":
+                self.say("warning", f"{prim.GetPath()}: of shapes only meshes are lights: it does not shine")
+            found.items.append(self.item(prim, kind, names, here, children))
+        elif kind == "Volume":
+            self.volumes.append(prim)
+        elif light:
+            found.lights.append((prim, at_start(here.columns)[None]))
+        elif not kind.endswith("LightFilter"):
+            self.unknown(kind, prim)
+
+    def add_light(self, prim: Usd.Prim, matrix: np.ndarray, say: Say, members: int = MEMBERS) -> None:
+        kind, path = str(prim.GetTypeName()), str(prim.GetPath())
+        if kind == "PortalLight" and path not in self.portals:
+            return
+        if kind not in LIGHTS:
+            self.unknown(kind, prim)
+            return
+        solid, frame = not self.links.chooses_shadows(prim), self.shutter.frame
+        try:
+            LIGHTS[kind](Light(self.scene, prim, matrix, frame, self.files, self.shapings, say, solid, members))
+        except ValueError as error:
+            say("error", f"{path}: {error}. It is left out")
+        self.lights += 1
+
+    # ---- instances
+
+    def place_instance(self, found: Found, prim: Usd.Prim, names: frozenset[str], here: Above) -> None:
+        inherited = handed_down(prim, names, here)
+        key = (prim.GetPrototype().GetPath(), here.purpose, here.draw_mode, bindings_of(inherited))
+        held = self.group_of(key, prim, self.links.path_of(prim), here._replace(matrices=(IDENTITY,)), inherited)
+        found.instances.append(Instances(held, here.columns[..., None, :3, :], prim.GetPath()))
+
+    def place_instancer(self, found: Found, prim: Usd.Prim, here: Above, root: tuple[Usd.Prim, Above]) -> None:
+        # What prototypes hold is made first: places of many take much memory.
+        for placed in Instancer(prim, here, root, self.shutter, self.transforms, self.say).placed():
+            if (held := self.prototype_group(placed.prototype, prim)) is not None:
+                found.instances.append(Instances(held, placed.matrices))
+
+    def prototype_group(self, prim: Usd.Prim, instancer: Usd.Prim) -> Held | None:
+        """None: it is in itself."""
+        path = prim.GetPath()
+        if path in self._on_the_way:
+            self.say("error", f"{path}: the prototype is in itself. It is left out there")
+            return None
+        above = above_of(prim)
+        self._on_the_way.add(path)
+        held = self.group_of(("prototype", path), prim, self.links.path_in(instancer, prim), above, above)
+        self._on_the_way.discard(path)
+        return held
+
+    def group_of(self, key: tuple, prim: Usd.Prim, at: Sdf.Path, above: Above, inherited: Above) -> Held:
+        """What a prototype holds, added once for each way in which it is linked with lights, being `at` a path, and for
+        each set of values that its prims inherit."""
+        family = self._families.setdefault((*key, self.links.signature(at, prim)), Family())
+        if (values := family_values(family, inherited, self.shutter.frame)) not in family.groups:
+            outside, self.shapes.asked = self.shapes.asked, set()
+            held = self.hold(prim, at, above)
+            family.asked |= self.shapes.asked
+            family.groups[family_values(family, inherited, self.shutter.frame)] = held
+            self.shapes.asked |= outside
+            return held
+        self.shapes.asked |= family.asked
+        return family.groups[values]
+
+    def hold(self, prim: Usd.Prim, at: Sdf.Path, above: Above) -> Held:
+        with self.links.placed(prim.GetPath(), at):
+            found = self.collect(prim, above)
+            group = self.scene.add_group(str(prim.GetPath()))
+            self.mesh_lights.last_normalized = ""
+            self.fill(group, found)
+        inside = [light for each in found.instances for light in lights_of(each)]
+        return Held(group, prim.GetPath(), found.lights + inside, self.mesh_lights.last_normalized)
+
+
+def lights_of(each: Instances) -> Places:
+    """Those in instances. They are called as where they are: below the prim that is instanced."""
+    held = each.held
+    if not held.lights:
+        return []
+    matrices = each.matrices if each.matrices.ndim == 3 else each.matrices[0]
+    outer = whole_matrices(matrices[: MOST + 1])
+    stage, path = held.lights[0][0].GetStage(), each.path or held.path
+    return [
+        (stage.GetPrimAtPath(prim.GetPath().ReplacePrefix(held.path, path)), products(outer, inner, MOST + 1))
+        for prim, inner in held.lights
+    ]
+
+
+def loose_children(prim: Usd.Prim) -> list[Usd.Prim]:
+    """Of prototypes that are below a class or an over, so that nothing else renders them (UsdGeomPointInstancer)."""
+    found = prim.GetFilteredChildren(LOOSE)
+    return [child for child in found if child.GetSpecifier() == Sdf.SpecifierDef]
+
+
+def family_values(family: Family, above: Above, frame: Usd.TimeCode) -> tuple:
+    """Of the primvars that its materials ask for, those that are inherited."""
+    asked = [p for p in above.primvars if p.GetPrimvarName() in family.asked]
+    return tuple(sorted((str(p.GetPrimvarName()), str(p.ComputeFlattened(frame))) for p in asked))
