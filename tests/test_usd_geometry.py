@@ -65,7 +65,7 @@ def test_capsules_are_smooth_and_closed(tmp_path: Path):
     from_above(scene).resolution = 33, 33
     picture = kanuka.render(scene, progressions=4, threads=1, journal=kanuka.Journal())
     n, p = picture["N"], picture["P"]
-    assert geometry(scene) == {"polygon mesh": 1}
+    assert geometry(scene) == {"nu patch": 1}
     middle_z, tilt = p[:, 16, 2], n[:, 16, 2] / np.maximum(np.linalg.norm(n[:, 16], axis=1), 1e-9)
     sine = 0.5  # (0.5 - 0.2) / 0.6
     between = (middle_z > -0.3 + 0.5 * sine) & (middle_z < 0.3 + 0.2 * sine) & (picture["alpha"][:, 16] == 1)

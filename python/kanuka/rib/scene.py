@@ -112,6 +112,39 @@ class RibPlace:
         primvars["constant string type"] = shape
         return self._add(shapes.shape("Points", (), at, normals, primvars, classes, looks.get("times")), looks)
 
+    def add_nurbs(
+        self,
+        points,
+        u_knots,
+        v_knots,
+        *,
+        u_range=None,
+        v_range=None,
+        trim=(),
+        trim_outside=False,
+        normals=None,
+        uv=None,
+        primvars=None,
+        **looks,
+    ) -> int:
+        primvars = dict(primvars or {})
+        given = {"trim": trim, "trim_outside": trim_outside, "normals": normals, "uv": uv, "primvars": primvars}
+        kanuka.Scene().add_nurbs(points, u_knots, v_knots, u_range=u_range, v_range=v_range, **given, **looks)
+        lattices = shapes.slices(points, 3)
+        nv, nu, width = lattices[0].shape
+        u, u_ends, u_spans = shapes.direction_of(nu, u_knots, u_range)
+        v, v_ends, v_spans = shapes.direction_of(nv, v_knots, v_range)
+        classes = shapes.Counts(nu * nv, u_ends * v_ends, u_ends * v_ends, u_spans * v_spans)
+        if uv is not None:
+            uv = np.asarray(uv, dtype=np.float32)
+            primvars = {classes.declared("st", uv, "float[2]"): uv} | primvars
+        at = [lattice.reshape(-1, width) for lattice in lattices]
+        made = shapes.shape("NuPatch", (*u, *v), at, normals, primvars, classes, looks.get("times"))
+        if len(trim):
+            sense = request("Attribute", "trimcurve", parameters={"string sense": "outside"}) if trim_outside else b""
+            made = sense + shapes.trim_curves(trim) + made
+        return self._add(made, looks)
+
     def add_instances(self, group: RibGroup, transforms, times=None) -> None:
         self._requests.append(instances(group.handle, np.asarray(transforms), times))
 

@@ -43,8 +43,8 @@ def shape(
     counts: Counts,
     times: Sequence[float] | None,
 ) -> bytes:
-    """A request for each time that the points are given for. RIB counts points by the faces' indices: those that none
-    has are left out."""
+    """A request for each time that the points are given for; those with four numbers are homogeneous. RIB counts points
+    by the faces' indices: those that none has are left out."""
     bent = slices(normals) if normals is not None else []
     used = counts.of["vertex"]
     common: dict[str, Value] = {}
@@ -58,7 +58,7 @@ def shape(
         common[declared] = array[:used] if whole and used < len(array) else array
     made = []
     for k, at in enumerate(points):
-        own: dict[str, Value] = {"P": at[:used]}
+        own: dict[str, Value] = {"P" if at.shape[-1] == 3 else "Pw": at[:used]}
         if bent:
             n = bent[min(k, len(bent) - 1)]
             key = Counts(len(at), *list(counts.of.values())[1:4]).declared("normal N", n)
@@ -112,3 +112,31 @@ def curve_counts(counts: np.ndarray, points: int, basis: str, periodic: bool) ->
     else:
         varying = (counts - 4) // STEPS[basis] + 2
     return Counts(points, int(varying.sum()), int(varying.sum()), len(counts))
+
+
+def trim_curves(loops: Sequence[Sequence[tuple[object, object]]]) -> bytes:
+    """Loops of curves (points, knots), as TrimCurve has them. A curve's range is all that its knots define."""
+    curves = [
+        (np.asarray(at, dtype=float), np.asarray(knots, dtype=np.float32)) for loop in loops for at, knots in loop
+    ]
+    numbers = [len(at) for at, _ in curves]
+    orders = [len(knots) - len(at) for at, knots in curves]
+    points = np.concatenate([np.column_stack([at, np.ones((len(at), 3 - at.shape[1]))]) for at, _ in curves])
+    return request(
+        "TrimCurve",
+        np.array([len(loop) for loop in loops], np.int32),
+        np.array(orders, np.int32),
+        np.concatenate([knots for _, knots in curves]),
+        np.array([knots[order - 1] for (_, knots), order in zip(curves, orders, strict=True)]),
+        np.array([knots[number] for (_, knots), number in zip(curves, numbers, strict=True)]),
+        np.array(numbers, np.int32),
+        *points.T,
+    )
+
+
+def direction_of(count: int, knots: object, part: tuple[float, float] | None) -> tuple[tuple, int, int]:
+    """Of a NuPatch: number of points, order, knots and range; with the numbers of varying and of uniform values."""
+    knots = np.asarray(knots, dtype=np.float32)
+    order = len(knots) - count
+    low, high = part if part is not None else (knots[order - 1], knots[count])
+    return (count, order, knots, float(low), float(high)), count - order + 2, count - order + 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from . import curves, meshes, solids, splines
+from . import curves, meshes, patches, solids, splines
 
 ADDERS: dict[str, Callable] = {
     "Mesh": meshes.add_mesh,
@@ -20,6 +20,6 @@ ADDERS: dict[str, Callable] = {
     "BasisCurves": curves.add_basis_curves,
     "HermiteCurves": curves.add_hermite_curves,
     "NurbsCurves": splines.add_nurbs_curves,
-    "NurbsPatch": splines.add_nurbs_patch,
+    "NurbsPatch": patches.add_nurbs_patch,
     "Points": curves.add_points,
 }

@@ -8,7 +8,6 @@ import numpy as np
 
 from .geometry import Shapes, shown
 from .items import Item
-from .nurbs import Direction, grid, homogeneous
 
 # From the z axis, about which quadrics lie, to USD's axis.
 AXES = {
@@ -80,16 +79,15 @@ def add_cone(shapes: Shapes, place, item: Item) -> None:
 # A circle, as four quarters of a rational curve of order 3 (The NURBS Book, example 7.2).
 CIRCLE = np.array([(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)])
 CIRCLE_WEIGHTS = np.array([1, math.sqrt(0.5)] * 4 + [1])
-AROUND = Direction(3, 9, np.array([0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4], dtype=float), 0, 4)
+AROUND = np.repeat([0.0, 1, 2, 3, 4], [3, 2, 2, 2, 3])
 
 
-def add_revolved(place, profile: np.ndarray, weights: np.ndarray, along: Direction, looks: dict[str, object]) -> None:
-    """A profile (radius, z) turned about the axis; it faces outwards where z grows."""
-    rings = profile[:, None, :1] * CIRCLE
-    points = np.concatenate([rings, np.broadcast_to(profile[:, None, 1:], (*rings.shape[:2], 1))], axis=-1)
-    every = (weights[:, None] * CIRCLE_WEIGHTS).reshape(-1)
-    made = grid(AROUND, along, homogeneous(points.reshape(-1, 3), every).reshape(*points.shape[:2], 4))
-    place.add_mesh(made.points, made.faces, normals=made.normals, **looks)
+def add_revolved(place, profile: np.ndarray, knots: np.ndarray, looks: dict[str, object]) -> None:
+    """A profile (radius, z, weight; the first two times it) turned about the axis; it faces outwards where z grows."""
+    points = np.empty((len(profile), len(CIRCLE), 4))
+    points[..., :2] = profile[:, None, :1] * (CIRCLE * CIRCLE_WEIGHTS[:, None])
+    points[..., 2:] = profile[:, None, 1:] * CIRCLE_WEIGHTS[:, None]
+    place.add_nurbs(points, AROUND, knots, **looks)
 
 
 def add_capsule(shapes: Shapes, place, item: Item) -> None:
@@ -115,8 +113,7 @@ def capsule(shapes: Shapes, place, item: Item, bottom: float, top: float) -> Non
     upper = arc(top, height / 2, latitude, math.pi / 2)
     middle = (lower[-1] + upper[0]) / 2  # the tangent, as a curve of the arcs' order
     profile = np.concatenate([lower, middle[None], upper])
-    along = Direction(3, 11, np.repeat([0.0, 1, 2, 3, 4, 5], [3, 2, 2, 2, 2, 3]), 0, 5)
-    add_revolved(place, profile[:, :2] / profile[:, 2:], profile[:, 2], along, looks)
+    add_revolved(place, profile, np.repeat([0.0, 1, 2, 3, 4, 5], [3, 2, 2, 2, 2, 3]), looks)
 
 
 def arc(radius: float, z: float, first: float, last: float) -> np.ndarray:
@@ -133,8 +130,7 @@ def add_cylinder_1(shapes: Shapes, place, item: Item) -> None:
     half, looks = number(shapes, item, "height") / 2, solid(shapes, item)
     if not (bottom >= 0 and top >= 0 and half > 0 and bottom + top > 0):
         raise ValueError(f"radii of {bottom:g} and {top:g} and a height of {2 * half:g}")
-    along = Direction(2, 2, np.array([0.0, 0, 1, 1]), 0, 1)
-    add_revolved(place, np.array([(bottom, -half), (top, half)]), np.ones(2), along, looks)
+    add_revolved(place, np.array([(bottom, -half, 1), (top, half, 1)]), np.array([0.0, 0, 1, 1]), looks)
     if top > 0:
         place.add_disk(top, **shifted(looks, half))
     if bottom > 0:

@@ -1,20 +1,16 @@
-"""NurbsCurves and NurbsPatch. They are evaluated here: curves as cubic Bézier curves, patches as fine meshes. What the
-two functions at the end hand over is all that a call of the core would take instead."""
+"""NurbsCurves, which become cubic Bézier curves; and what NurbsPatch reads alike."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from pxr import UsdGeom
-
-from kanuka.looks.rsl import halves
 
 from .arrays import whole
 from .curves import counts_of, strands
-from .geometry import ST, Shapes, shown
-from .items import Item, primvar_of
-from .nurbs import Direction, Grid, between, bezier, grid, homogeneous, samples_of
+from .geometry import Shapes, shown
+from .items import Item
+from .nurbs import Direction, between, bezier, homogeneous, samples_of
 
 
 def doubles(item: Item, name: str, frame, width: int = 1) -> np.ndarray | None:
@@ -42,9 +38,6 @@ def direction(order: int, count: int, knots: np.ndarray, bounds: np.ndarray | No
     if bounds is not None:
         low, high = max(low, bounds[0]), min(high, bounds[1])
     return Direction(order, count, knots, float(low), float(high))
-
-
-# ---- curves
 
 
 @dataclass
@@ -157,75 +150,3 @@ def add_nurbs_curves(shapes: Shapes, place, item: Item) -> None:
                 f"{item.path}: {len(values)} values of {shown(rest)} fit nothing of its curves",
             )
     place.add_curves(pieces.of_vertices(points, weights), pieces.counts, basis="bezier", primvars=converted, **looks)
-
-
-# ---- patches
-
-
-def patch_direction(item: Item, frame, name: str) -> Direction:
-    order, count = item.value(f"{name}Order", frame), item.value(f"{name}VertexCount", frame)
-    knots, bounds = doubles(item, f"{name}Knots", frame), item.value(f"{name}Range", frame)
-    if order is None or count is None or knots is None:
-        raise ValueError(f"no {name}Order, {name}VertexCount or {name}Knots")
-    try:
-        return direction(int(order), int(count), knots[:, 0], None if bounds is None else np.array(bounds))
-    except ValueError as error:
-        raise ValueError(f"{name}: {error}") from None
-
-
-def add_nurbs_patch(shapes: Shapes, place, item: Item) -> None:
-    frame = shapes.shutter.frame
-    points = shapes.shutter.points(item, shapes.say)
-    if points is None or not points.shape[-2]:
-        return
-    u, v = (patch_direction(item, frame, name) for name in "uv")
-    if points.shape[-2] != u.count * v.count:
-        raise ValueError(f"{points.shape[-2]} points; it has {u.count} by {v.count} vertices")
-    if not np.isfinite(points).all():
-        raise ValueError("some of its points are no numbers")
-    if (trims := item.value("trimCurve:counts", frame)) is not None and len(trims):
-        shapes.gathered.note("trim curves have no effect; all of the surface is there", item.path)
-    weights = weights_of(item, frame, u.count * v.count)
-    # The vertices are u fastest, as RenderMan's and USD's imaging have them.
-    cage = homogeneous(points, weights).reshape(*points.shape[:-2], v.count, u.count, 4)
-    made_grid = grid(u, v, cage)
-    made = shapes.material_of(item)
-    primvars = patch_primvars(shapes, item, u, v, made_grid, shapes.primvars(item, [made]) | shapes.layers(item))
-    for name, (ours, kind) in made.primvars.items():
-        if name == "st" and kind == "float2" and primvar_of(item, *ST) is None:
-            for half, d, at in zip(halves(ours), (u, v), np.meshgrid(made_grid.u, made_grid.v), strict=True):
-                primvars[f"vertex float {half}"] = (at.reshape(-1, 1) - d.low) / (d.high - d.low)
-    looks, normals = shapes.looks(item, made), made_grid.normals
-    if item.value("orientation", frame) == UsdGeom.Tokens.leftHanded:
-        looks["reverse_orientation"], normals = True, -normals
-    place.add_mesh(made_grid.points, made_grid.faces, normals=normals, primvars=primvars, **looks)
-
-
-def patch_primvars(
-    shapes: Shapes, item: Item, u: Direction, v: Direction, made: Grid, primvars: dict[str, np.ndarray]
-) -> dict[str, np.ndarray]:
-    """As RenderMan has them: `vertex` of each vertex; `varying` of the corners of spans, empty ones as well; `uniform`
-    of each span."""
-    along, up = u.count - u.order + 1, v.count - v.order + 1
-    found = {}
-    for key, values in primvars.items():
-        storage, _, rest = key.partition(" ")
-        if storage == "constant":
-            found[key] = values
-        elif storage == "vertex" and len(values) == u.count * v.count:
-            found[key] = made.values(values)
-        elif storage in ("varying", "facevarying") and len(values) == (along + 1) * (up + 1):
-            corners = between(u, values.reshape(up + 1, along + 1, -1), made.u)
-            found[f"vertex {rest}"] = between(v, corners, made.v, axis=0).reshape(-1, values.shape[-1])
-        elif storage == "uniform" and len(values) == along * up:
-            spans = [
-                np.clip(np.searchsorted(d.knots[d.order - 1 : d.count + 1], (at[:-1] + at[1:]) / 2) - 1, 0, n - 1)
-                for d, at, n in ((u, made.u, along), (v, made.v, up))
-            ]
-            found[key] = values[(spans[1][:, None] * along + spans[0]).reshape(-1)]
-        else:
-            shapes.say(
-                "warning",
-                f"{item.path}: {len(values)} values of {shown(rest)} fit nothing of the patch",
-            )
-    return found
