@@ -13,6 +13,7 @@ from kanuka.looks.files import Files
 
 from . import draw_modes, light_limits, volumes
 from .adders import ADDERS
+from .bounds import Measured
 from .geometry import Shapes
 from .instanced_lights import MOST, InstancedLights, Places, products, whole_matrices
 from .instances import Instancer
@@ -36,6 +37,7 @@ CLOSED = frozenset({"Material", "Shader", "NodeGraph", "GeomSubset", "LightFilte
 )
 # Those that hold others, or are read elsewhere.
 OPEN = frozenset({"", "Xform", "Scope", "Camera", "SkelRoot", "Skeleton", "GeometryLight"})
+Place = kanuka.Scene | kanuka.Group | Measured
 BATCH = 256  # shapes that are added together
 PROXIES = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 LOOSE = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded)
@@ -46,7 +48,7 @@ class Held:
     """A group of what is at and below a prim, with its lights, which groups of Kanuka's have not. `normalized`: a light
     in it whose brightness goes by the area of its mesh."""
 
-    group: kanuka.Group
+    group: kanuka.Group | Measured
     path: Sdf.Path
     lights: Places
     normalized: str
@@ -90,6 +92,7 @@ class Reader:
     shutter: Shutter
     purposes: Sequence[str] = PURPOSES
     shown: Sequence[Shown] = ()
+    measured: bool = False  # whether it is to be known how large all is
     lights: int = 0
     volumes: list[Usd.Prim] = field(default_factory=list)
     _families: dict[tuple, Family] = field(default_factory=dict)
@@ -98,6 +101,7 @@ class Reader:
 
     def __post_init__(self) -> None:
         self.files = Files()
+        self.whole = Measured(self.scene) if self.measured else self.scene
         frame, lights = self.shutter.frame, stage_lights(self.stage)
         self.materials = Materials(self.say, self.files, frame, self.scene.options.color_space)
         self.portals = portals(lights)
@@ -115,24 +119,24 @@ class Reader:
 
     def read(self) -> None:
         root = Above(matrices=(Gf.Matrix4d(self.world.T),))
-        self.fill(self.scene, self.collect(self.stage.GetPseudoRoot(), root, self.scene))
+        self.fill(self.whole, self.collect(self.stage.GetPseudoRoot(), root, self.whole))
         if self.volumes:
             self.say("warning", volumes.told(self.volumes, self.shutter.frame))
         self.gathered.tell(self.say)
 
-    def fill(self, place: kanuka.Scene | kanuka.Group, found: Found) -> None:
+    def fill(self, place: Place, found: Found) -> None:
         self.shapes.add(place, found.items)
         for model in found.models:
             self.draw_modes.draw(place, model)
         for each in found.instances:
             self.add_instances(place, each)
-        if place is self.scene:  # lights of groups are added with their instances
+        if place is self.whole:  # lights of groups are added with their instances
             for prim, matrices in found.lights:
                 self.add_light(prim, matrices[0], self.say)
             for each in found.instances:
                 self.instanced.add(self, lights_of(each))
 
-    def add_instances(self, place: kanuka.Scene | kanuka.Group, each: Instances) -> None:
+    def add_instances(self, place: Place, each: Instances) -> None:
         place.add_instances(each.held.group, each.matrices)
         if each.held.normalized and (np.abs(np.linalg.det(each.matrices[..., :3]) - 1) > 1e-3).any():
             text = "normalize divides by the area of its mesh in the prototype, whose instances are scaled"
@@ -143,7 +147,7 @@ class Reader:
 
     # ---- the walk
 
-    def collect(self, top: Usd.Prim, root: Above, place: kanuka.Scene | None = None) -> Found:
+    def collect(self, top: Usd.Prim, root: Above, place: Place | None = None) -> Found:
         """All that is at and below `top`. The matrix of `top` itself is in `root` already. Groups of what is instanced
         below are made on the way: a group holds instances of groups made before it. With a place what is found goes
         there on the way too, and only the rest comes back: less waits in memory."""
@@ -277,7 +281,7 @@ class Reader:
     def hold(self, prim: Usd.Prim, at: Sdf.Path, above: Above) -> Held:
         with self.links.placed(prim.GetPath(), at):
             found = self.collect(prim, above)
-            group = self.scene.add_group(str(prim.GetPath()))
+            group = self.whole.add_group(str(prim.GetPath()))
             self.mesh_lights.last_normalized = ""
             self.fill(group, found)
         inside = [light for each in found.instances for light in lights_of(each)]

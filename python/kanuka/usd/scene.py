@@ -21,6 +21,7 @@ from .settings import Settings, settings_of
 from .skins import pose
 from .spaces import rendering_space
 from .stage import Say, first_frame, input_error, open_stage
+from .transforms import Transforms
 
 
 def read(
@@ -54,13 +55,17 @@ def read(
     shot = Shutter(Usd.TimeCode(time if closed > opened else time + opened), tuple(Usd.TimeCode(t) for t in times))
     pose(stage, shot, say)
     shown = tuple(dict.fromkeys(each for one in made for each in one.shown))
-    reader = Reader(stage, scene, say, shot, tuple(purposes or settings.purposes or PURPOSES), shown)
+    if chosen is not None and is_flat(chosen, shot):
+        say("error", f"{chosen.GetPath()}: it is scaled to nothing; the stage is seen from the front instead")
+        chosen = None
+    shows = tuple(purposes or settings.purposes or PURPOSES)
+    reader = Reader(stage, scene, say, shot, shows, shown, measured=chosen is None)
     if len(times) > 1:
         scene.options.shutter = (0, 1)
     scene.options.shader_path = [*scene.options.shader_path, str(reader.files.folder)]
     scene.options.texture_path = [str(Path(path).resolve().parent)]
     reader.read()
-    settle(scene, stage, reader, chosen, settings, time, say, moving)
+    settle(scene, reader, chosen, settings, time, moving)
 
 
 def find_camera(stage: Usd.Stage, wanted: str, usual: str, path: str, say: Say) -> Usd.Prim | None:
@@ -86,58 +91,70 @@ def shutter(camera: Usd.Prim | None, time: float) -> tuple[float, float]:
     return float(opened or 0), float(closed or 0)
 
 
+def is_flat(camera: Usd.Prim, shot: Shutter) -> bool:
+    matrices = Transforms(shot.frame, shot.times).within(camera, camera.GetStage().GetPseudoRoot())
+    return not (np.abs(np.linalg.det(matrices)) > 1e-12).all()
+
+
 def settle(
     scene: kanuka.Scene,
-    stage: Usd.Stage,
     reader: Reader,
     camera: Usd.Prim | None,
     settings: Settings,
     time: float,
-    say: Say,
     moving: Callable[[list[kanuka.Camera]], object],
 ) -> None:
     """Camera, picture and light, where the stage has none as well."""
-    world = reader.world
     if camera is not None:
-        matrices = reader.transforms.within(camera, stage.GetPseudoRoot())
-        if not (np.abs(np.linalg.det(matrices)) > 1e-12).all():
-            say("error", f"{camera.GetPath()}: it is scaled to nothing; the stage is seen from the front instead")
-            camera = None
-    if camera is not None:
-        schema = UsdGeom.Camera(camera)
-        across, up = schema.GetHorizontalApertureAttr().Get(time), schema.GetVerticalApertureAttr().Get(time)
-        aspect = across / up if across > 0 and up > 0 else 0
-        if not 1 / 64 <= aspect <= 64:
-            say("warning", f"{camera.GetPath()}: apertures of {across:g} by {up:g} make no picture; 16 by 9 stands in")
-            aspect = cameras.DEFAULT_ASPECT
-        height = max(1, round(cameras.DEFAULT_WIDTH / aspect))
-        scene.resolution = settings.resolution or (cameras.DEFAULT_WIDTH, height)
-        placed = world @ reader.transforms.within(camera, stage.GetPseudoRoot())
-        size = scene.resolution
-        if settings.conform == UsdRender.Tokens.adjustPixelAspectRatio:
-            settings = replace(settings, pixel_aspect=aspect * size[1] / size[0])
-        slices = [placed] if placed.ndim == 2 else list(placed)
-        made = [
-            cameras.camera_of(camera, matrix, at, size[0] / size[1] * settings.pixel_aspect, settings)
-            for matrix, at in zip(slices, reader.shutter.times, strict=False)
-        ]
-        scene.camera = made[0] if len(made) == 1 else moving(made)
-        scene.options.exposure_gain = float(schema.ComputeLinearExposureScale(reader.shutter.frame))
+        settings = look_through(scene, reader, camera, settings, time, moving)
     else:
-        box = UsdGeom.BBoxCache(reader.shutter.frame, [*reader.purposes], useExtentsHint=True)
-        bounds = box.ComputeWorldBound(stage.GetPseudoRoot()).ComputeAlignedRange()
-        scene.resolution = settings.resolution or (cameras.DEFAULT_WIDTH, 540)
-        if bounds.IsEmpty():
-            say("warning", "the stage has nothing to look at")
-            scene.camera = kanuka.Camera((0, 0, 5), (0, 0, 0))
-        else:
-            corners = np.array([bounds.GetCorner(i) for i in range(8)]) @ world[:3, :3].T + world[:3, 3]
-            width, height = scene.resolution
-            scene.camera = standins.camera(corners, width / height * settings.pixel_aspect)
-            say("info", "the stage has no camera: it is seen from the front, so that all of it is in the picture")
+        look_from_front(scene, reader, settings)
     scene.options.pixel_aspect = settings.pixel_aspect
     if settings.crop:
         scene.options.crop = settings.crop
     if not reader.lights and not reader.mesh_lights.number:
         standins.lights(scene)
-        say("info", "the stage has no lights: it is lit by a white sky and a sun")
+        reader.say("info", "the stage has no lights: it is lit by a white sky and a sun")
+
+
+def look_through(
+    scene: kanuka.Scene,
+    reader: Reader,
+    camera: Usd.Prim,
+    settings: Settings,
+    time: float,
+    moving: Callable[[list[kanuka.Camera]], object],
+) -> Settings:
+    """Returns the settings as they are with the camera's aperture."""
+    schema, path = UsdGeom.Camera(camera), camera.GetPath()
+    across, up = schema.GetHorizontalApertureAttr().Get(time), schema.GetVerticalApertureAttr().Get(time)
+    aspect = across / up if across > 0 and up > 0 else 0
+    if not 1 / 64 <= aspect <= 64:
+        reader.say("warning", f"{path}: apertures of {across:g} by {up:g} make no picture; 16 by 9 stands in")
+        aspect = cameras.DEFAULT_ASPECT
+    height = max(1, round(cameras.DEFAULT_WIDTH / aspect))
+    scene.resolution = settings.resolution or (cameras.DEFAULT_WIDTH, height)
+    size = scene.resolution
+    if settings.conform == UsdRender.Tokens.adjustPixelAspectRatio:
+        settings = replace(settings, pixel_aspect=aspect * size[1] / size[0])
+    placed = reader.world @ reader.transforms.within(camera, reader.stage.GetPseudoRoot())
+    slices = [placed] if placed.ndim == 2 else list(placed)
+    made = [
+        cameras.camera_of(camera, matrix, at, size[0] / size[1] * settings.pixel_aspect, settings)
+        for matrix, at in zip(slices, reader.shutter.times, strict=False)
+    ]
+    scene.camera = made[0] if len(made) == 1 else moving(made)
+    scene.options.exposure_gain = float(schema.ComputeLinearExposureScale(reader.shutter.frame))
+    return settings
+
+
+def look_from_front(scene: kanuka.Scene, reader: Reader, settings: Settings) -> None:
+    scene.resolution = settings.resolution or (cameras.DEFAULT_WIDTH, 540)
+    corners = reader.whole.corners()
+    if corners is None:
+        reader.say("warning", "the stage has nothing to look at")
+        scene.camera = kanuka.Camera((0, 0, 5), (0, 0, 0))
+        return
+    width, height = scene.resolution
+    scene.camera = standins.camera(corners, width / height * settings.pixel_aspect)
+    reader.say("info", "the stage has no camera: it is seen from the front, so that all of it is in the picture")
