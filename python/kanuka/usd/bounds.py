@@ -64,12 +64,14 @@ def placed(box: Box, matrices: np.ndarray) -> Box:
     """Of a box at all of some matrices, (…, 3 or 4, 4)."""
     if not np.isfinite(box).all():
         return EMPTY
-    rows, found = matrices.reshape(-1, *matrices.shape[-2:]), EMPTY
-    middle, half = box.mean(0), (box[1] - box[0]) / 2
-    for first in range(0, len(rows), STEP):
-        some = rows[first : first + STEP, :3]
-        centers, reach = some[..., :3] @ middle + some[..., 3], np.abs(some[..., :3]) @ half
-        found = joined(found, np.array([(centers - reach).min(0), (centers + reach).max(0)]))
+    every, found = matrices.reshape(-1, *matrices.shape[-2:]), EMPTY
+    # Of the matrices' own precision: as a product of one array by a vector it is fast.
+    middle = np.append(box.mean(0), 1).astype(every.dtype)
+    half = np.append((box[1] - box[0]) / 2, 0).astype(every.dtype)
+    for first in range(0, len(every), STEP):
+        rows = every[first : first + STEP, :3].reshape(-1, 4)
+        centers, reach = (rows @ middle).reshape(-1, 3), (np.abs(rows) @ half).reshape(-1, 3)
+        found = joined(found, np.array([(centers - reach).min(0), (centers + reach).max(0)], dtype=float))
     return found
 
 
