@@ -84,6 +84,28 @@ def PointInstancer "outer" {
     same(found, from_points([(-1.3, 2, -0.5), (-0.7, 2, -0.5), (0.4, 3, 0.5), (1.6, 3, 0.5)], 1))
 
 
+def test_places_that_are_no_numbers_have_no_lights(tmp_path: Path) -> None:
+    """In an instancer of an instancer, beside a lamp that shines."""
+    text = """
+def PointInstancer "outer" {
+    rel prototypes = </outer/inner>
+    int[] protoIndices = [0]
+    point3f[] positions = [(0, 1, 0)]
+    def PointInstancer "inner" {
+        rel prototypes = </outer/inner/post>
+        int[] protoIndices = [0]
+        point3f[] positions = [(nan, 0, 0)]
+        def Xform "post" (instanceable = true
+            inherits = </_post>) {
+        }
+    }
+}
+"""
+    found, told = shone(tmp_path, LAMP.replace("BODY", ""), text, instance("a", ""), samples=256)
+    assert told == ["/outer/inner: 1 places are no numbers. Those are left out"]
+    same(found, from_points([(0, 2, 0)], 1000 * math.pi * 0.0004))
+
+
 def test_no_more_lights_in_instances_than_are_bearable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("kanuka.usd.instanced_lights.MOST", 3)
     text = """

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pxr import Usd
+from pxr import Sdf, Usd
 
 from .shaped_lights import MEMBERS
 from .stage import silent
@@ -48,11 +48,19 @@ class InstancedLights:
         return not known
 
 
-def whole_matrices(matrices: np.ndarray) -> np.ndarray:
-    """(N, 4, 4) of (N, 3, 4)."""
-    made = np.zeros((len(matrices), 4, 4))
-    made[:, :3], made[:, 3, 3] = matrices, 1
-    return made
+def instanced(lights: Places, matrices: np.ndarray, path: Sdf.Path, at: Sdf.Path) -> Places:
+    """Those of a group, (N, 3, 4) or (T, N, 3, 4) being its instances' matrices. Lights stand still. Their prims are
+    those below `at`, where `path` is what the group was made of."""
+    if not lights or not matrices.size:
+        return []
+    still = (matrices if matrices.ndim == 3 else matrices[0])[: MOST + 1]
+    outer = np.zeros((len(still), 4, 4))
+    outer[:, :3], outer[:, 3, 3] = still, 1
+    stage = lights[0][0].GetStage()
+    return [
+        (stage.GetPrimAtPath(prim.GetPath().ReplacePrefix(path, at)), products(outer, inner, MOST + 1))
+        for prim, inner in lights
+    ]
 
 
 def products(outer: np.ndarray, inner: np.ndarray, most: int) -> np.ndarray:

@@ -15,7 +15,7 @@ from . import draw_modes, light_limits, volumes
 from .adders import ADDERS
 from .bounds import Measured
 from .geometry import Shapes
-from .instanced_lights import MOST, InstancedLights, Places, products, whole_matrices
+from .instanced_lights import InstancedLights, Places, instanced
 from .instances import Instancer
 from .items import IDENTITY, Above, Item, above_of, bindings_of, handed_down, moved
 from .lights import ADDERS as LIGHTS
@@ -62,6 +62,9 @@ class Instances:
     held: Held
     matrices: np.ndarray
     path: Sdf.Path = Sdf.Path.emptyPath
+
+    def lights(self) -> Places:
+        return instanced(self.held.lights, self.matrices, self.held.path, self.path or self.held.path)
 
 
 @dataclass
@@ -134,7 +137,7 @@ class Reader:
             for prim, matrices in found.lights:
                 self.add_light(prim, matrices[0], self.say)
             for each in found.instances:
-                self.instanced.add(self, lights_of(each))
+                self.instanced.add(self, each.lights())
 
     def add_instances(self, place: Place, each: Instances) -> None:
         place.add_instances(each.held.group, each.matrices)
@@ -284,22 +287,8 @@ class Reader:
             group = self.whole.add_group(str(prim.GetPath()))
             self.mesh_lights.last_normalized = ""
             self.fill(group, found)
-        inside = [light for each in found.instances for light in lights_of(each)]
+        inside = [light for each in found.instances for light in each.lights()]
         return Held(group, prim.GetPath(), found.lights + inside, self.mesh_lights.last_normalized)
-
-
-def lights_of(each: Instances) -> Places:
-    """Those in instances. They are called as where they are: below the prim that is instanced."""
-    held = each.held
-    if not held.lights:
-        return []
-    matrices = each.matrices if each.matrices.ndim == 3 else each.matrices[0]
-    outer = whole_matrices(matrices[: MOST + 1])
-    stage, path = held.lights[0][0].GetStage(), each.path or held.path
-    return [
-        (stage.GetPrimAtPath(prim.GetPath().ReplacePrefix(held.path, path)), products(outer, inner, MOST + 1))
-        for prim, inner in held.lights
-    ]
 
 
 def loose_children(prim: Usd.Prim) -> list[Usd.Prim]:
