@@ -193,16 +193,15 @@ DOUBLED = DOUBLED.replace("[0, 0, 1, 3, 3]", "[0, 0, 0, 1, 1, 2, 2, 2]").replace
     "[(-1, 0, 1), (0, 0, 1), (1, 0, 1), (-1, 0, -1), (0, 0, -1), (1, 0, -1)]",
     listed([(x, 0, z) for z in (1, -1) for x in (-1, -0.5, 0, 0.5, 1)]),
 )
-LATER = pytest.mark.xfail(reason="spans of no length, and parts of spans, are counted in another way", strict=True)
 
 
 @pytest.mark.parametrize(
     ("sheet", "reds", "storage", "more", "expected"),
     [
         (DOUBLED, (0.1, 0.3, 0.5, 0.7, 0.9) * 2, "vertex", "", [0.2, 0.4, 0.6, 0.8]),
-        pytest.param(DOUBLED, (0.2, 0.4, 0.7), "uniform", "", [0.2, 0.2, 0.7, 0.7], marks=LATER),
-        pytest.param(DOUBLED, (0.1, 0.5, 0.5, 0.9) * 2, "varying", "", [0.2, 0.4, 0.6, 0.8], marks=LATER),
-        pytest.param(SHEET, (0.1, 0.5, 0.9) * 2, "varying", "double2 uRange = (0, 2)", [0.2, 0.4, 0.6, 0], marks=LATER),
+        (DOUBLED, (0.2, 0.4, 0.7), "uniform", "", [0.2, 0.2, 0.7, 0.7]),
+        (DOUBLED, (0.1, 0.5, 0.5, 0.9) * 2, "varying", "", [0.2, 0.4, 0.6, 0.8]),
+        (SHEET, (0.1, 0.5, 0.9) * 2, "varying", "double2 uRange = (0, 2)", [0.2, 0.4, 0.6, 0]),
     ],
 )
 def test_primvars_go_over_spans_of_all_lengths(

@@ -75,8 +75,9 @@ TEST(BadInput, KnotSpansBesideAreKept) {
             pw.insert(pw.end(), {float(i), float(j), float(i * j % 3), 1 + 0.1f * float((i + j) % 2)});
     // Spans between 3, 4, 5, 6, 7, 8: the last of their knots, for each.
     const std::vector<int> last_u{3, 4, 6, 7, 8}, last_v{2, 3, 4, 5};
-    for (size_t f = 0; f < last_u.size() * last_v.size(); f++)
-        uniform.push_back(float(f));
+    for (size_t j = 0; j < last_v.size(); j++) // one for the empty span between 5 and 5, too
+        for (float f : {0.0f, 1.0f, -1.0f, 2.0f, 3.0f, 4.0f})
+            uniform.push_back(f < 0 ? f : float(j * last_u.size()) + f);
     for (const size_t component : {0u, 2u, 3u})
         for (const float bad : {NAN, INFINITY, 1e30f}) {
             std::vector<float> broken = pw;
@@ -104,7 +105,7 @@ TEST(BadInput, KnotSpansBesideAreKept) {
                 << journal.entries()[0].message;
             ASSERT_EQ(s->faces(), int(left.size()));
             for (size_t f = 0; f < left.size(); f++) {
-                EXPECT_EQ(s->uniform_index(int(f)), left[f]);
+                EXPECT_EQ(uniform[size_t(s->uniform_index(int(f)))], float(left[f]));
                 const grid::Grid a = evaluate(*s, int(f), {0, 0.5f, 1}, {0, 1}),
                                  b = evaluate(*whole, left[f], {0, 0.5f, 1}, {0, 1});
                 EXPECT_EQ(a.P, b.P);

@@ -145,18 +145,19 @@ void expect_nurbs(const scene::NuPatch& patch, bool rational, const Transform& m
     const std::vector<float> ku(patch.u_knots.begin(), patch.u_knots.end()),
         kv(patch.v_knots.begin(), patch.v_knots.end());
     struct Span {
-        int knot, segment;
-        double from, to;
+        int knot, segment;            // of all intervals, also of those of no length: RISpec, NuPatch
+        double from, to, first, last; // the last two: of the whole interval
     };
     const auto spans = [](const std::vector<float>& k, int count, int order, double lo, double hi,
                           int& segments) {
         std::vector<Span> all;
         segments = 0;
         for (int i = order - 1; i < count; i++) {
-            const double a = std::max(lo, double(k[size_t(i)])), b = std::min(hi, double(k[size_t(i + 1)]));
+            const double first = double(k[size_t(i)]), last = double(k[size_t(i + 1)]);
+            const double a = std::max(lo, first), b = std::min(hi, last);
             if (b > a)
-                all.push_back({i, segments, a, b});
-            segments += k[size_t(i + 1)] > k[size_t(i)];
+                all.push_back({i, segments, a, b, first, last});
+            segments++;
         }
         return all;
     };
@@ -214,7 +215,10 @@ void expect_nurbs(const scene::NuPatch& patch, bool rational, const Transform& m
                           return double(
                               varying[size_t((b.segment + dj) * (segments_u + 1) + a.segment + di)]);
                       };
-                      return linear(at(0, 0), at(1, 0), at(0, 1), at(1, 1), u, v);
+                      const auto of_whole = [](const Span& s, double t) {
+                          return (s.from + (s.to - s.from) * t - s.first) / (s.last - s.first);
+                      };
+                      return linear(at(0, 0), at(1, 0), at(0, 1), at(1, 1), of_whole(a, u), of_whole(b, v));
                   }};
         expect_face(*surface, f, e, "NURBS");
         // By parameters of the whole, as trim curves ask.

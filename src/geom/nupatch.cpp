@@ -10,7 +10,9 @@ constexpr int MaxOrder = 32;
 struct Span {
     int knot;        // basis functions knot - order + 1 … knot are non-zero here
     double from, to; // parameters
-    int segment;     // counted over all knot intervals that have a length, for varying and uniform data
+    int segment;     // counted over all knot intervals, also those of no length, for varying and uniform data
+    // Part of the knot interval that the range leaves: varying data are of all of it.
+    double first = 0, last = 1;
 };
 
 // One direction: order, knots and the spans that lie inside [lo, hi].
@@ -43,10 +45,11 @@ struct Direction {
             if (!(knots[i + 1] > knots[i]))
                 continue;
             const double a = std::max(lo, knots[i]), b = std::min(hi, knots[i + 1]);
+            const double length = knots[i + 1] - knots[i];
             if (b > a)
-                spans.push_back({i, a, b, segments});
-            segments++;
+                spans.push_back({i, a, b, i - (order - 1), (a - knots[i]) / length, (b - knots[i]) / length});
         }
+        segments = count - order + 1;
         return {};
     }
 
@@ -159,8 +162,8 @@ class NurbsSurface : public Surface {
     void shape(int face, Line u, Line v, Lattice out) const override {
         Weights wu(m_u.order, u.count), wv(m_v.order, v.count), lu(2, u.count), lv(2, v.count);
         shape_points(span_u(face), span_v(face), u, v, out, wu, wv);
-        linear_weights(u, lu);
-        linear_weights(v, lv);
+        linear_weights(span_u(face), u, lu);
+        linear_weights(span_v(face), v, lv);
         std::vector<float> q(size_t(m_u.order) * m_v.order + 4);
         const int columns = m_u.segments + 1;
         for (const Primvar& p : m_primvars.list)
@@ -183,6 +186,12 @@ class NurbsSurface : public Surface {
     }
 
   private:
+    static void linear_weights(const Span& span, Line t, Weights& w) {
+        std::vector<float> within(size_t(t.count));
+        for (int i = 0; i < t.count; i++)
+            within[size_t(i)] = float(span.first + (span.last - span.first) * double(t[i]));
+        geom::linear_weights({within.data(), t.count}, w);
+    }
     const Span& span_u(int face) const { return m_u.spans[m_finite.in_lattice(face) % m_u.spans.size()]; }
     const Span& span_v(int face) const { return m_v.spans[m_finite.in_lattice(face) / m_u.spans.size()]; }
     size_t vertex(const Span& a, const Span& b, int k) const {
