@@ -22,7 +22,7 @@ from usd_shapes import (
     mesh,
     same,
 )
-from usd_stages import CAMERA, SUN, read, stage
+from usd_stages import CAMERA, FLOOR, MATTE, SUN, read, stage
 
 # ---- solids, and rarer shapes
 
@@ -319,3 +319,9 @@ def test_prototypes_may_be_where_nothing_else_renders_them(tmp_path: Path, kind:
     assert told == []
     assert geometry(scene) == {"polygon mesh": 2 if kind == "def" else 1}
     assert alpha(scene).mean() == pytest.approx(0.125, abs=0.01)
+
+
+def test_normals_of_other_types_are_no_reason_to_leave_a_mesh_out(tmp_path: Path):
+    for normals in ("double normals = 7", "int normals = 7", "float3 normals = (0, 1, 0)"):
+        scene, told = read(stage(tmp_path, CAMERA, MATTE, SUN, FLOOR.replace("EXTRA", normals)))
+        assert told == [] and scene.summary()["primitives"] == {"polygon mesh": 1}, normals

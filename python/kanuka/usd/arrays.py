@@ -17,6 +17,11 @@ _CLASSES = {
 }
 
 
+def is_list(values: object) -> bool:
+    """Whether there is something in it; an attribute of another type than its schema's may hold a number alone."""
+    return hasattr(values, "__len__") and len(values) > 0
+
+
 def rows(values: object, width: int) -> np.ndarray:
     """(N, width) float32; shares the values' memory where it can."""
     array = np.asarray(values, dtype=np.float32)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from pxr import UsdGeom
 
-from .arrays import class_of, primvar, rows, whole
+from .arrays import class_of, is_list, primvar, rows, whole
 from .geometry import Shapes
 from .items import Item, primvar_of
 
@@ -31,7 +31,7 @@ def detail(shapes: Shapes, item: Item, name: str, kind: str) -> tuple[str, np.nd
         for key, values in primvar(found, "it", kind, frame).items():
             return key.split()[0], values
     values = item.value(name, frame)
-    if values is None or not len(values):
+    if not is_list(values):
         return None
     authored = item.prim.GetAttribute(name).GetMetadata("interpolation")
     return class_of(authored or ""), rows(values, 1 if kind == "float" else 3)

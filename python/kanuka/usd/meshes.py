@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from pxr import UsdGeom, UsdShade
 
-from .arrays import primvar, rows, whole
+from .arrays import is_list, primvar, rows, whole
 from .geometry import Shapes
 from .items import Item, primvar_of
 from .materials import Made
@@ -206,7 +206,7 @@ def normals_of(item: Item, frame) -> tuple[str, np.ndarray] | None:
             return key.split()[0], values
         return None
     values = item.value("normals", frame)
-    if values is None or not len(values):
+    if not is_list(values):
         return None
     interpolation = str(UsdGeom.PointBased(item.prim).GetNormalsInterpolation())
     return {"faceVarying": "facevarying"}.get(interpolation, interpolation), rows(values, 3)
