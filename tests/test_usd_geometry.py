@@ -324,4 +324,5 @@ def test_prototypes_may_be_where_nothing_else_renders_them(tmp_path: Path, kind:
 def test_normals_of_other_types_are_no_reason_to_leave_a_mesh_out(tmp_path: Path):
     for normals in ("double normals = 7", "int normals = 7", "float3 normals = (0, 1, 0)"):
         scene, told = read(stage(tmp_path, CAMERA, MATTE, SUN, FLOOR.replace("EXTRA", normals)))
-        assert told == [] and scene.summary()["primitives"] == {"polygon mesh": 1}, normals
+        assert scene.summary()["primitives"] == {"polygon mesh": 1}, normals
+        assert all("have no effect" in message for message in told)  # one normal for four corners
