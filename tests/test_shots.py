@@ -158,3 +158,37 @@ def test_each_scene_has_its_own_journal() -> None:
     session.picture()
     assert not first.messages
     assert any("nobody_has_written_it" in m.message for m in second.messages)
+
+
+def test_frames_of_a_stage_go_together(kanuka_command, tmp_path: Path) -> None:
+    (tmp_path / "shot.usda").write_text(
+        """#usda 1.0
+(
+    upAxis = "Y"
+    startTimeCode = 1
+    endTimeCode = 3
+)
+def Sphere "ball"
+{
+    color3f[] primvars:displayColor = [(0.8, 0.3, 0.1)]
+}
+def DistantLight "sun"
+{
+    float inputs:intensity = 3
+    bool inputs:normalize = 1
+}
+def Camera "cam"
+{
+    float focalLength = 30
+    double3 xformOp:translate.timeSamples = { 1: (0, 0, 6), 3: (0.4, 0, 6) }
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+"""
+    )
+    arguments = ("--resolution", "48x32", "--progressions", 8, "--frame", "1-3", "--stats", "s.json")
+    result = kanuka_command("render", tmp_path / "shot.usda", *arguments, "-o", "a.exr", "--together", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    counts = [json.loads((tmp_path / f"s.{n:04d}.json").read_text())["count"] for n in (1, 2, 3)]
+    assert [count["primitives_kept"] for count in counts] == [0, 1, 1]
+    pictures = [kanuka.read(tmp_path / f"a.{n:04d}.exr")["rgb"] for n in (1, 2, 3)]
+    assert not np.array_equal(pictures[0], pictures[2])
