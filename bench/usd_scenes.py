@@ -87,7 +87,7 @@ def staged(name: str, text: str, resolution: tuple[int, int]) -> Scene:
         raise FileNotFoundError(f"{name}: KANUKA_USD_ASSETS names no folder with {ASSETS[name]}")
     stage = cache_folder() / f"{name}.usda"
     stage.write_text(text.format(asset=path))
-    return Scene(name, resolution, 32, Camera((0, 0, 1), (0, 0, 0), 40), stage=stage)
+    return Scene(name, resolution, 16, Camera((0, 0, 1), (0, 0, 0), 40), stage=stage)
 
 
 MAKERS: dict[str, tuple[Callable[[int], Scene], int]] = {
