@@ -83,9 +83,9 @@ def material(scene: kanuka.Scene, mesh: scenes.Mesh) -> kanuka.Material:
 
 def build(made: scenes.Scene) -> kanuka.Scene:
     if made.stage:
-        import kanuka.usd
+        from kanuka import usd
 
-        scene = kanuka.usd.load(made.stage, resolution=made.resolution, journal=kanuka.Journal())
+        scene = usd.load(made.stage, resolution=made.resolution, journal=kanuka.Journal())
         scene.options.max_depth = made.depth
         scene.options.exposure_gain = 1
         return scene
