@@ -133,6 +133,21 @@ def test_a_session_takes_another_scene() -> None:
     assert session.kept["hierarchies_kept"] == 1
 
 
+def test_what_a_kept_hierarchy_was_made_of_may_go() -> None:
+    """Where nothing moves, the camera neither, the next scene has the hierarchy of the one before, which is gone."""
+    wanted = np.asarray(kanuka.render(made(1, 400), progressions=2)["rgb"])
+    session = kanuka.Session(made(1, 400), progressions=2)
+    session.prepare()
+    for _ in range(3):
+        session.update(made(1, 400))
+        gc.collect()
+        rubbish = [np.full((400, 3, 4), np.nan, np.float32) for _ in range(50)]  # where the places were
+        session.advance()
+        assert session.kept["hierarchies_kept"] == 1
+        assert np.array_equal(session.picture()["rgb"], wanted)
+        del rubbish
+
+
 def test_a_scene_that_is_refused_changes_nothing() -> None:
     session = kanuka.Session(made(1), progressions=2)
     session.advance()

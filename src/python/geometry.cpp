@@ -53,38 +53,26 @@ Faces read_faces(nb::handle faces, nb::handle counts, size_t points) {
     return result;
 }
 
-struct MeshPrimvars {
-    nb::handle normals, uv;
-    nb::dict primvars;
-    nb::list points = {}; // at every time
-    nb::handle times = {};
-};
-
-void add_primvars(scene::Primitive& primitive, const MeshPrimvars& given, size_t points, const Faces& faces) {
+// Of a mesh, whose faces say how many values there are.
+void add_mesh_primvars(scene::Primitive& primitive, const PointPrimvars& given, size_t points,
+                       const Faces& faces, nb::handle times) {
     const DetailCount counts[] = {{Detail::Vertex, points},
                                   {Detail::Varying, points},
                                   {Detail::FaceVarying, faces.vertices.size()},
                                   {Detail::Uniform, faces.count},
                                   {Detail::Constant, 1}};
-    if (!given.normals.is_none())
-        primitive.primvars.set(primvar("normal N", slices(given.normals, 2)[0], counts, "normals"));
-    if (!given.uv.is_none())
-        primitive.primvars.set(primvar("float[2] st", given.uv, counts, "uv"));
-    for (auto [key, value] : given.primvars)
-        primitive.primvars.set(primvar(argument<std::string>(key, "primvars: a name"), value, counts));
-    add_shapes(primitive, given.points, given.normals, counts, given.times);
+    add_primvars(primitive, given, counts, times);
 }
 
-int add_mesh(Place place, nb::handle points, nb::handle faces, nb::handle counts, MeshPrimvars given,
+int add_mesh(Place place, nb::handle points, nb::handle faces, nb::handle counts, PointPrimvars given,
              const Looks& looks) {
     scene::Primitive primitive;
     given.points = slices(points, 2);
-    given.times = looks.times;
     primitive.primvars.set(positions(given.points[0]));
     const size_t vertices = primitive.primvars.values[0].items();
     const Faces f = read_faces(faces, counts, vertices);
     primitive.geometry = scene::PolygonMesh{{}, f.corners, f.vertices};
-    add_primvars(primitive, given, vertices, f);
+    add_mesh_primvars(primitive, given, vertices, f, looks.times);
     return add(place, std::move(primitive), looks);
 }
 
@@ -114,20 +102,19 @@ std::vector<scene::SubdivisionMesh::Tag> tags(const Creases& creases) {
 }
 
 int add_subdivision(Place place, nb::handle points, nb::handle faces, nb::handle counts,
-                    const std::string& scheme, const Creases& creases, MeshPrimvars given,
+                    const std::string& scheme, const Creases& creases, PointPrimvars given,
                     const Looks& looks) {
     if (scheme != "catmull-clark" && scheme != "loop" && scheme != "bilinear")
         throw nb::value_error("scheme: expected \"catmull-clark\", \"loop\" or \"bilinear\"");
     scene::Primitive primitive;
     given.points = slices(points, 2);
-    given.times = looks.times;
     primitive.primvars.set(positions(given.points[0]));
     const size_t vertices = primitive.primvars.values[0].items();
     Faces f = read_faces(faces, counts, vertices);
     if (f.corners.empty())
         f.corners = std::vector<int32_t>(f.count, 3);
     primitive.geometry = scene::SubdivisionMesh{scheme, f.corners, f.vertices, tags(creases)};
-    add_primvars(primitive, given, vertices, f);
+    add_mesh_primvars(primitive, given, vertices, f, looks.times);
     return add(place, std::move(primitive), looks);
 }
 
@@ -143,8 +130,8 @@ void bind_mesh(nb::class_<Owner>& c) {
         c, "add_mesh",
         [](Owner& owner, nb::handle points, nb::handle faces, nb::handle counts, nb::handle normals,
            nb::handle uv, nb::dict primvars, const nb::kwargs& looks) {
-            return add_mesh(place(owner), points, faces, counts, {normals, uv, primvars},
-                            looks_of("add_mesh", looks));
+            return add_mesh(place(owner), points, faces, counts,
+                            {{}, false, nb::none(), normals, uv, primvars}, looks_of("add_mesh", looks));
         },
         nb::arg("points"), nb::arg("faces"), nb::arg("counts") = nb::none(), nb::kw_only(),
         nb::arg("normals") = nb::none(), nb::arg("uv") = nb::none(), nb::arg("primvars") = nb::dict(),
@@ -185,7 +172,7 @@ void bind_subdivision(nb::class_<Owner>& c) {
             return add_subdivision(
                 place(owner), points, faces, counts, scheme,
                 {creases, crease_sharpness, corners, holes, corner_sharpness, interpolate_boundary},
-                {normals, uv, primvars}, looks_of("add_subdivision", looks));
+                {{}, false, nb::none(), normals, uv, primvars}, looks_of("add_subdivision", looks));
         },
         nb::arg("points"), nb::arg("faces"), nb::arg("counts") = nb::none(), nb::kw_only(),
         nb::arg("normals") = nb::none(), nb::arg("uv") = nb::none(), nb::arg("primvars") = nb::dict(),

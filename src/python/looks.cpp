@@ -215,6 +215,12 @@ int add(Place place, scene::Geometry geometry, const PointPrimvars& given, const
                                   {Detail::FaceVarying, n.face_varying},
                                   {Detail::Uniform, n.uniform},
                                   {Detail::Constant, 1}};
+    add_primvars(primitive, given, counts, looks.times);
+    return add(place, std::move(primitive), looks);
+}
+
+void add_primvars(scene::Primitive& primitive, const PointPrimvars& given,
+                  std::span<const DetailCount> counts, nb::handle times) {
     if (!given.widths.is_none())
         primitive.primvars.set(primvar("float width", given.widths, counts, "widths"));
     if (!given.normals.is_none())
@@ -223,8 +229,7 @@ int add(Place place, scene::Geometry geometry, const PointPrimvars& given, const
         primitive.primvars.set(primvar("float[2] st", given.uv, counts, "uv"));
     for (auto [key, value] : given.primvars)
         primitive.primvars.set(primvar(argument<std::string>(key, "primvars: a name"), value, counts));
-    add_shapes(primitive, given.points, given.normals, counts, looks.times);
-    return add(place, std::move(primitive), looks);
+    add_shapes(primitive, given.points, given.normals, counts, times);
 }
 
 void add_shapes(scene::Primitive& primitive, nb::list points, nb::handle normals,

@@ -57,5 +57,8 @@ struct PointPrimvars {
     nb::dict primvars;
 };
 int add(Place place, scene::Geometry geometry, const PointPrimvars& given, const Looks& looks);
+// All of them but the points of the first time, which the primitive has.
+void add_primvars(scene::Primitive& primitive, const PointPrimvars& given,
+                  std::span<const DetailCount> counts, nb::handle times);
 
 } // namespace kanuka::python

@@ -139,7 +139,6 @@ class Session::Impl {
     }
     void begin(const scene::Scene& scene, const Overrides& overrides, Journal& journal, Stats& stats) {
         m_making.reset();
-        m_kept.forget_hierarchy(); // its places are those of the scene before
         m_scene = &scene, m_journal = &journal;
         begin(overrides, stats);
     }

@@ -18,11 +18,6 @@ struct Kept {
     std::unique_ptr<Geometry> geometry;
     std::unique_ptr<bvh::Scene> bvh;
     Digest of_bvh; // of the geometry, and how it was built; null = none is kept
-
-    void forget_hierarchy() {
-        bvh.reset(), geometry.reset();
-        of_bvh = {};
-    }
 };
 
 class World {
