@@ -254,3 +254,16 @@ def test_every_option_is_set_and_read_back() -> None:
         assert getattr(scene.options, name) == value, name
         with pytest.raises((TypeError, ValueError), match=name):
             setattr(scene.options, name, object())
+
+
+def test_bounds_are_of_all_that_is_there() -> None:
+    scene = kanuka.Scene()
+    assert scene.bounds() is None
+    scene.add_sphere(2, transform=np.diag([1, 1, 3, 1]))
+    assert scene.bounds() == ((-2, -2, -6), (2, 2, 6))
+    group = scene.add_group("ball")
+    group.add_sphere(1)
+    places = np.tile(np.eye(3, 4, dtype=np.float32), (2, 1, 1))
+    places[:, 0, 3] = 10, 20
+    scene.add_instances(group, places)
+    assert scene.bounds() == ((-2, -2, -6), (21, 2, 6))

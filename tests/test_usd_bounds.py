@@ -161,26 +161,6 @@ def test_stages_that_stand_on_z_are_turned_first(tmp_path: Path):
     assert place_of(scene) == pytest.approx(fitted((-1.25, -0.25, -2.25), (1.25, 0.25, 0.25)), abs=1e-4)
 
 
-def test_boxes_turn_with_their_instances():
-    """By 45 degrees about z a square's box is √2 as wide; a diagonal of the box, whatever the matrices do."""
-    from kanuka.usd.bounds import EMPTY, Measured, placed
-
-    box = np.array([[-1, -1, -1], [1, 1, 1]], dtype=float)
-    c = np.sqrt(0.5)
-    turned = np.array([[c, -c, 0, 5], [c, c, 0, 0], [0, 0, 1, 0]])
-    assert placed(box, turned[None]) == pytest.approx(np.array([[5 - 2 * c, -2 * c, -1], [5 + 2 * c, 2 * c, 1]]))
-    many = np.zeros((200_000, 3, 4), dtype=np.float32)
-    many[:, (0, 1, 2), (0, 1, 2)] = 0.5
-    many[:, 0, 3] = np.arange(200_000)
-    assert placed(box, many) == pytest.approx(np.array([[-0.5, -0.5, -0.5], [199_999.5, 0.5, 0.5]]))
-    moving = np.stack([turned, turned + np.eye(3, 4, 3)])
-    assert placed(box, moving[:, None])[1, 0] == pytest.approx(6 + 2 * c)
-    assert np.array_equal(placed(EMPTY, many), EMPTY)
-    nothing = Measured(kanuka.Scene())
-    nothing.add_instances(nothing.add_group("empty"), many[:1])
-    assert nothing.corners() is None
-
-
 def test_a_stage_of_nothing_is_told(tmp_path: Path):
     for text in ("", 'def Points "p" {\npoint3f[] points = []\n}\n'):
         scene, told = read(stage(tmp_path, SUN, text))

@@ -71,8 +71,8 @@ def _show(scene, path: str | os.PathLike, resolution: tuple[int, int], journal: 
     corners = add_file(scene, path, journal=journal)
     scene.resolution = resolution
     standins.lights(scene)
-    scene.camera = standins.camera(corners, resolution[0] / resolution[1])
     low, high = corners.min(0), corners.max(0)
+    scene.camera = standins.camera((low, high), resolution[0] / resolution[1])
     middle, reach = (low + high) / 2, 40 * float(np.linalg.norm(high - low) or 1)
     x, z = middle[0] + reach * np.array([-1, 1, 1, -1]), middle[2] + reach * np.array([1, 1, -1, -1])
     ground = np.stack([x, np.full(4, low[1]), z], 1).astype(np.float32)

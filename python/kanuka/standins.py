@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 import kanuka
 
@@ -15,9 +16,11 @@ def lights(scene: kanuka.Scene) -> None:
     scene.add_light("distant", amount=1.6, direction=(-0.5, -1, -0.7), angle=2, name="sun of a scene without lights")
 
 
-def camera(corners: np.ndarray, aspect: float, fov: float = 35) -> kanuka.Camera:
-    """From the front, a little above, as near as a box's corners, (8, 3), allow; `fov` is that of the height."""
-    middle = (corners.min(0) + corners.max(0)) / 2
+def camera(bounds: ArrayLike, aspect: float, fov: float = 35) -> kanuka.Camera:
+    """From the front, a little above, as near as all of a box allows. `bounds`: its lowest and highest corner; `fov`
+    is that of the height."""
+    corners = np.stack(np.meshgrid(*np.transpose(bounds), indexing="ij"), axis=-1).reshape(-1, 3)
+    middle = np.mean(bounds, axis=0)
     back = np.array([0.3, 0.35, 1.0])
     back /= np.linalg.norm(back)
     right = np.cross([0, 1, 0], back)

@@ -9,6 +9,7 @@
 #include "python/lights.h"
 #include "python/parameters.h"
 #include "python/values.h"
+#include "scene/bounds.h"
 #include "scene/counts.h"
 #include "scene/display_layers.h"
 #include "scene/schema/attributes.h"
@@ -196,6 +197,12 @@ void bind_group(nb::class_<Group>& group) {
                 "None) -> Node"));
 }
 
+constexpr const char* BoundsDoc =
+    "Lowest and highest corner of the box around all that is in the scene, at all times, in world space; "
+    "None: there is nothing.\n\n"
+    "Of control points, which surfaces stay within, as wide as curves and points are. Displacement, blobbies "
+    "and what procedurals will make do not count.";
+
 void bind_class(nb::class_<Scene>& scene) {
     scene.def(nb::init<>());
     scene.def_prop_ro("options", [](std::shared_ptr<Scene> s) { return Options{s}; });
@@ -234,6 +241,17 @@ void bind_class(nb::class_<Scene>& scene) {
         nb::arg("group"), nb::arg("transforms"), nb::arg("times") = nb::none(), InstancesDoc,
         nb::sig("def add_instances(self, group: Group, transforms: ArrayLike, times: Sequence[float] | "
                 "None = None) -> Node"));
+    scene.def(
+        "bounds",
+        [](const Scene& s) -> nb::object {
+            const Bounds3f b = scene::bounds(s.scene);
+            if (b.empty())
+                return nb::none();
+            return nb::make_tuple(nb::make_tuple(b.lo.x, b.lo.y, b.lo.z),
+                                  nb::make_tuple(b.hi.x, b.hi.y, b.hi.z));
+        },
+        BoundsDoc,
+        nb::sig("def bounds(self) -> tuple[tuple[float, float, float], tuple[float, float, float]] | None"));
     scene.def("summary", &summary, "Counts and names of what is in the scene.",
               nb::sig("def summary(self) -> dict[str, object]"));
 }

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "scene/summary.h"
+#include "scene/bounds.h"
 
 namespace kanuka::render {
 namespace {

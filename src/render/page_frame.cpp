@@ -4,7 +4,7 @@
 #include <cmath>
 #include <functional>
 
-#include "scene/summary.h"
+#include "scene/bounds.h"
 
 namespace kanuka::render {
 namespace {

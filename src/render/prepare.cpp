@@ -8,9 +8,9 @@
 #include "grid/word_layout.h"
 #include "render/budget.h"
 #include "render/emitters.h"
+#include "scene/bounds.h"
 #include "scene/counts.h"
 #include "scene/digest.h"
-#include "scene/summary.h"
 
 namespace kanuka::render {
 namespace {

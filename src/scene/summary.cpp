@@ -4,84 +4,12 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "scene/bounds.h"
 #include "scene/counts.h"
 
 namespace kanuka::scene {
 
 namespace {
-
-Bounds3f quadric_bounds(const Quadric& q) {
-    const auto& a = q.arguments;
-    const auto at = [&](size_t i) { return i < a.size() ? a[i] : 0.0f; };
-    Bounds3f b;
-    const auto box = [&](float radius, float z0, float z1) {
-        radius = std::abs(radius);
-        b.extend(Vec3f(-radius, -radius, min(z0, z1)));
-        b.extend(Vec3f(radius, radius, max(z0, z1)));
-    };
-    switch (q.kind) {
-    case Quadric::Kind::Sphere:
-    case Quadric::Kind::Cylinder:
-        box(at(0), at(1), at(2));
-        break;
-    case Quadric::Kind::Cone:
-        box(at(1), 0, at(0));
-        break;
-    case Quadric::Kind::Hyperboloid:
-        box(max(std::hypot(at(0), at(1)), std::hypot(at(3), at(4))), at(2), at(5));
-        break;
-    case Quadric::Kind::Paraboloid:
-        box(at(0), at(1), at(2));
-        break;
-    case Quadric::Kind::Disk:
-        box(at(1), at(0), at(0));
-        break;
-    case Quadric::Kind::Torus:
-        box(at(0) + at(1), -at(1), at(1));
-        break;
-    }
-    return b;
-}
-
-Bounds3f transformed(const Transform& t, const Bounds3f& b) {
-    Bounds3f r;
-    if (b.empty())
-        return r;
-    for (int i = 0; i < 8; i++)
-        r.extend(t.point({i & 1 ? b.hi.x : b.lo.x, i & 2 ? b.hi.y : b.lo.y, i & 4 ? b.hi.z : b.lo.z}));
-    return r;
-}
-
-} // namespace
-
-Bounds3f object_bounds(const Primitive& p) {
-    if (const auto* v = std::get_if<Volume>(&p.geometry))
-        return {{v->bound[0], v->bound[2], v->bound[4]}, {v->bound[1], v->bound[3], v->bound[5]}};
-    if (const auto* q = std::get_if<Quadric>(&p.geometry))
-        return quadric_bounds(*q);
-    Bounds3f b;
-    if (const Value* v = p.primvars.find("P"))
-        for (size_t i = 0; i + 2 < v->floats.size(); i += 3)
-            b.extend(Vec3f(v->floats[i], v->floats[i + 1], v->floats[i + 2]));
-    else if (const Value* w = p.primvars.find("Pw"))
-        for (size_t i = 0; i + 3 < w->floats.size(); i += 4)
-            if (w->floats[i + 3] != 0)
-                b.extend(Vec3f(w->floats[i], w->floats[i + 1], w->floats[i + 2]) / w->floats[i + 3]);
-    return b;
-}
-
-Bounds3f world_bounds(const Primitive& primitive) {
-    return transformed(primitive.world_from_object, object_bounds(primitive));
-}
-
-namespace {
-
-Transform from_3x4(const float* rows) {
-    Transform t;
-    for (size_t i = 0; i < 12; i++)
-        t.m[i / 4][i % 4] = double(rows[i]);
-    return t;
-}
 
 struct Collector {
     Summary& s;
@@ -153,40 +81,29 @@ Summary summarize(const Scene& scene) {
     s.primitives = scene.primitives.size();
     s.groups = scene.groups.size();
     s.lights = scene.lights.size();
+    s.bounds = bounds(scene);
     Collector collect{s, {}};
-    for (const Primitive& p : scene.primitives) {
+    for (const Primitive& p : scene.primitives)
         collect.count(p);
-        s.bounds.extend(transformed(p.world_from_object, object_bounds(p)));
-        if (p.motion)
-            for (const TransformKey& k : p.motion->places)
-                s.bounds.extend(transformed(k.transform, object_bounds(p)));
-    }
-    // Children have lower indices than their parents: one pass up gives every group's bounds and size.
-    std::vector<Bounds3f> bounds(scene.groups.size());
+    // Children have lower indices than their parents: one pass up gives every group's size.
     std::vector<size_t> sizes(scene.groups.size());
-    const auto add = [&](const Group::Instances& instances, Bounds3f& to, size_t& size, size_t below) {
-        if (instances.group < 0 || size_t(instances.group) >= below)
-            return;
-        for (size_t i = 0; i < instances.transforms.size() / 12; i++) // at all times
-            to.extend(
-                transformed(from_3x4(instances.transforms.data() + 12 * i), bounds[size_t(instances.group)]));
-        size += instances.count() * sizes[size_t(instances.group)];
+    const auto add = [&](const Group::Instances& instances, size_t& size, size_t below) {
+        if (instances.group >= 0 && size_t(instances.group) < below)
+            size += instances.count() * sizes[size_t(instances.group)];
     };
     for (size_t g = 0; g < scene.groups.size(); g++) {
         const Group& group = scene.groups[g];
         s.group_primitives += group.primitives.size();
         sizes[g] = group.primitives.size();
-        for (const Primitive& p : group.primitives) {
+        for (const Primitive& p : group.primitives)
             collect.count(p);
-            bounds[g].extend(transformed(p.world_from_object, object_bounds(p)));
-        }
         for (const Group::Instances& instances : group.instances)
-            add(instances, bounds[g], sizes[g], g);
+            add(instances, sizes[g], g);
     }
     for (const Group::Instances& instances : scene.instances) {
         s.instances += instances.count();
         s.moving_instances += instances.moves() ? instances.count() : 0;
-        add(instances, s.bounds, s.instanced_primitives, scene.groups.size());
+        add(instances, s.instanced_primitives, scene.groups.size());
     }
     s.attribute_states = collect.states.size();
     for (const ShaderRef& light : scene.light_shaders)

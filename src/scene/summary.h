@@ -19,9 +19,7 @@ struct Summary {
     std::map<std::string, size_t> by_kind; // all declared primitives, groups' included
     size_t control_points = 0, faces = 0, curves = 0;
     size_t value_bytes = 0; // of all primvars and indices
-    // Of control points (quadrics: their box), world space; exact hulls are the dicer's business. Empty =
-    // nothing there.
-    Bounds3f bounds;
+    Bounds3f bounds; // scene/bounds.h
     std::map<std::string, size_t> surfaces, displacements, interiors; // shader name → primitives that use it
     std::map<std::string, size_t> light_shaders;
     size_t lights = 0, area_light_primitives = 0;
@@ -31,8 +29,6 @@ struct Summary {
     Camera camera;
 };
 
-Bounds3f object_bounds(const Primitive& primitive); // of its control points; empty: it has none
-Bounds3f world_bounds(const Primitive& primitive);
 Summary summarize(const Scene& scene);
 std::string to_json(const Summary& summary, int indent = 2);
 std::string to_text(const Summary& summary); // for people, ending in a newline

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "geom/surface.h"
-#include "scene/summary.h"
+#include "scene/bounds.h"
 
 namespace kanuka::shade {
 
@@ -91,7 +91,7 @@ std::map<std::string, Spread> spread_lights(const scene::Scene& scene, Vec3f& li
         if (!p.attributes || !p.attributes->area_light)
             bounds.extend(scene::world_bounds(p));
     if (!scene.instances.empty() || bounds.empty())
-        bounds.extend(scene::summarize(scene).bounds);
+        bounds.extend(scene::bounds(scene));
     lit = bounds.empty() ? Vec3f(0, 0, 0) : bounds.center();
     return all;
 }

@@ -8,6 +8,7 @@ import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import IO
 
 import numpy as np
 
@@ -261,16 +262,25 @@ class RibScene(RibPlace):
 
     # ---- the file
 
+    def bounds(self) -> tuple | None:
+        """As of kanuka.Scene, which reads it."""
+        with tempfile.NamedTemporaryFile(suffix=".rib") as file:
+            self._put(file)
+            return kanuka.load(file.name, journal=kanuka.Journal()).bounds()
+
     def write(self, path: str | os.PathLike, *, binary: bool = False, packing: str = "auto") -> kanuka.Journal:
         """The RIB, and the shaders that it names in the folder NAME_shaders. What could not be is in the journal."""
         target = Path(path)
         folder = target.with_name(f"{target.name.split('.')[0]}_shaders")
         self._copy_shaders(folder)
         with tempfile.NamedTemporaryFile(suffix=".rib") as file:
-            for part in self.requests(folder.name, target.name.split(".")[0]):
-                file.write(part)
-            file.flush()
+            self._put(file, folder.name, target.name.split(".")[0])
             return kanuka.convert_rib(file.name, os.fspath(path), binary=binary, packing=packing)
+
+    def _put(self, file: IO[bytes], folder: str = "", name: str = "") -> None:
+        for part in self.requests(folder, name):
+            file.write(part)
+        file.flush()
 
     def _copy_shaders(self, folder: Path) -> None:
         found = [Path(place) / f"{name}.sl" for name in sorted(self._shaders) for place in self.options.shader_path]

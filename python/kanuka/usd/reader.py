@@ -13,7 +13,6 @@ from kanuka.looks.files import Files
 
 from . import draw_modes, light_limits, volumes
 from .adders import ADDERS
-from .bounds import Measured
 from .geometry import Shapes
 from .instanced_lights import InstancedLights, Places, instanced
 from .instances import Instancer
@@ -37,7 +36,7 @@ CLOSED = frozenset({"Material", "Shader", "NodeGraph", "GeomSubset", "LightFilte
 )
 # Those that hold others, or are read elsewhere.
 OPEN = frozenset({"", "Xform", "Scope", "Camera", "SkelRoot", "Skeleton", "GeometryLight"})
-Place = kanuka.Scene | kanuka.Group | Measured
+Place = kanuka.Scene | kanuka.Group
 BATCH = 256  # shapes that are added together
 PROXIES = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 LOOSE = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded)
@@ -48,7 +47,7 @@ class Held:
     """A group of what is at and below a prim, with its lights, which groups of Kanuka's have not. `normalized`: a light
     in it whose brightness goes by the area of its mesh."""
 
-    group: kanuka.Group | Measured
+    group: kanuka.Group
     path: Sdf.Path
     lights: Places
     normalized: str
@@ -95,7 +94,6 @@ class Reader:
     shutter: Shutter
     purposes: Sequence[str] = PURPOSES
     shown: Sequence[Shown] = ()
-    measured: bool = False  # whether it is to be known how large all is
     lights: int = 0
     volumes: list[Usd.Prim] = field(default_factory=list)
     _families: dict[tuple, Family] = field(default_factory=dict)
@@ -104,7 +102,6 @@ class Reader:
 
     def __post_init__(self) -> None:
         self.files = Files()
-        self.whole = Measured(self.scene) if self.measured else self.scene
         frame, lights = self.shutter.frame, stage_lights(self.stage)
         self.materials = Materials(self.say, self.files, frame, self.scene.options.color_space)
         self.portals = portals(lights)
@@ -122,7 +119,7 @@ class Reader:
 
     def read(self) -> None:
         root = Above(matrices=(Gf.Matrix4d(self.world.T),))
-        self.fill(self.whole, self.collect(self.stage.GetPseudoRoot(), root, self.whole))
+        self.fill(self.scene, self.collect(self.stage.GetPseudoRoot(), root, self.scene))
         if self.volumes:
             self.say("warning", volumes.told(self.volumes, self.shutter.frame))
         self.gathered.tell(self.say)
@@ -133,7 +130,7 @@ class Reader:
             self.draw_modes.draw(place, model)
         for each in found.instances:
             self.add_instances(place, each)
-        if place is self.whole:  # lights of groups are added with their instances
+        if place is self.scene:  # lights of groups are added with their instances
             for prim, matrices in found.lights:
                 self.add_light(prim, matrices[0], self.say)
             for each in found.instances:
@@ -284,7 +281,7 @@ class Reader:
     def hold(self, prim: Usd.Prim, at: Sdf.Path, above: Above) -> Held:
         with self.links.placed(prim.GetPath(), at):
             found = self.collect(prim, above)
-            group = self.whole.add_group(str(prim.GetPath()))
+            group = self.scene.add_group(str(prim.GetPath()))
             self.mesh_lights.last_normalized = ""
             self.fill(group, found)
         inside = [light for each in found.instances for light in each.lights()]

@@ -59,7 +59,7 @@ def read(
         say("error", f"{chosen.GetPath()}: it is scaled to nothing; the stage is seen from the front instead")
         chosen = None
     shows = tuple(purposes or settings.purposes or PURPOSES)
-    reader = Reader(stage, scene, say, shot, shows, shown, measured=chosen is None)
+    reader = Reader(stage, scene, say, shot, shows, shown)
     if len(times) > 1:
         scene.options.shutter = (0, 1)
     scene.options.shader_path = [*scene.options.shader_path, str(reader.files.folder)]
@@ -150,11 +150,11 @@ def look_through(
 
 def look_from_front(scene: kanuka.Scene, reader: Reader, settings: Settings) -> None:
     scene.resolution = settings.resolution or (cameras.DEFAULT_WIDTH, 540)
-    corners = reader.whole.corners()
-    if corners is None:
+    bounds = scene.bounds()
+    if bounds is None:
         reader.say("warning", "the stage has nothing to look at")
         scene.camera = kanuka.Camera((0, 0, 5), (0, 0, 0))
         return
     width, height = scene.resolution
-    scene.camera = standins.camera(corners, width / height * settings.pixel_aspect)
+    scene.camera = standins.camera(bounds, width / height * settings.pixel_aspect)
     reader.say("info", "the stage has no camera: it is seen from the front, so that all of it is in the picture")
