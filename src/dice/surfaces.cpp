@@ -58,14 +58,17 @@ bool reads_texture(const DiceTarget& target) {
     return target.displacing.texture || target.shading.texture;
 }
 
-// Many pieces of hardly more than a micropolygon are a mesh already finer than the rate. Very many small ones
-// go the same way, since a grid of its own costs each of them some two kilobytes.
+// Many small pieces become one mesh. A grid of its own costs each of them some two kilobytes, and a vertex on
+// every side that its neighbour has as well: at 3 x 3 cells a mesh has 0.6 of the vertices to shade. From 4 x
+// 4 cells on grids win, since flat ones are traced coarser. Vertices of meshes are not moved outwards
+// (outline.h), so long micropolygons stay grids, but where they hardly divide their pieces or these are very
+// many.
 bool is_merged(const Splitter& splitter, const RateRule& rule) {
     constexpr double Many = 256, VeryMany = 200000;
-    constexpr double FinerThanRate = 1.5, Small = 6; // micropolygons a piece
+    constexpr double FinerThanRate = 1.5, Few = 6, Some = 12; // micropolygons a piece
     const double pieces = double(splitter.pieces.size()), each = splitter.cells() / std::max(1.0, pieces);
-    return !rule.shape_only &&
-           ((pieces >= Many && each < FinerThanRate) || (pieces >= VeryMany && each < Small));
+    const double most = !rule.is_coarse() ? Some : pieces >= VeryMany ? Few : FinerThanRate;
+    return !rule.shape_only && pieces >= Many && each < most;
 }
 
 // Bytes and vertices that the pieces become at all steps.
