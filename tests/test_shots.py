@@ -67,10 +67,30 @@ def test_a_frame_has_the_same_bits_alone_and_after_others() -> None:
             session.update(scene)
             session.prepare()
             assert session.kept["primitives_kept"] == session.kept["primitives"] == 2
+            assert session.kept["hierarchies_kept"] == 1
         session.advance()
         after_others.append(np.asarray(session.picture()["rgb"]))
     for k, picture in enumerate(after_others):
         assert np.array_equal(kanuka.render(made(1, aside=0.1 * k), shot=cameras, progressions=2)["rgb"], picture)
+
+
+@pytest.mark.parametrize("away", [0, 1e5])
+def test_depth_and_positions_are_those_of_the_camera_and_the_world(away: float) -> None:
+    """In all frames, though render space has one origin. A wall at z = 0 that the camera walks along and away from;
+    all of it may be far from the world's origin."""
+    scene = kanuka.Scene()
+    scene.resolution = 33, 33
+    wall = np.array([[-50, -50, 0], [50, -50, 0], [50, 50, 0], [-50, 50, 0]], np.float32)
+    place = np.eye(4)
+    place[0, 3] = away
+    scene.add_mesh(wall, np.array([[0, 1, 2, 3]], np.int32), transform=place)
+    cameras = [kanuka.Camera((away + k, 0, 4 + k), (away + k, 0, 0), fov=40) for k in range(6)]
+    for k, camera in enumerate(cameras):
+        scene.camera = camera
+        picture = kanuka.render(scene, shot=cameras, progressions=4, integrator="facing")
+        assert np.asarray(picture["Z"]) == pytest.approx(4 + k, abs=1e-4)
+        x, y, z = np.asarray(picture["P"])[16, 16]
+        assert (x, y, z) == pytest.approx((away + k, 0, 0), abs=0.02 + 1e-7 * away)
 
 
 def test_what_stands_still_is_diced_for_the_nearest_camera() -> None:

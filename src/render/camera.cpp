@@ -1,5 +1,6 @@
 #include "render/camera.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace kanuka::render {
@@ -66,23 +67,70 @@ void place_pixels(const transport::CameraView& v, dice::DicingCamera& d) {
     }
 }
 
-} // namespace
-
-PlacedCamera place_camera(const scene::Camera& c, const scene::Options& o, const Shutter& shutter) {
-    PlacedCamera out;
-    // The camera itself goes linearly and turns evenly, not the world about it.
+// world_from_camera at times from 0 to 1. The camera itself goes linearly and turns evenly, not the world
+// about it.
+std::vector<TransformKey> keys_of(const scene::Camera& c, const Shutter& shutter) {
     std::vector<TransformKey> keys;
     for (const TransformKey& k : c.motion)
         keys.push_back({shutter.fraction(k.time), k.transform.inverse()});
     if (keys.empty())
         keys.push_back({0, c.camera_from_world.inverse()});
-    const MotionPath still_world_from_camera(keys);
-    const Transform world_from_camera =
-        keys.size() == 1 ? keys[0].transform : still_world_from_camera.at(0.0);
-    out.eye = {world_from_camera.m[0][3], world_from_camera.m[1][3], world_from_camera.m[2][3]};
-    out.render_from_world = Transform::translate(-out.eye[0], -out.eye[1], -out.eye[2]);
+    return keys;
+}
+
+Transform at_the_opening(const std::vector<TransformKey>& keys) {
+    return keys.size() == 1 ? keys[0].transform : MotionPath(keys).at(0.0);
+}
+
+double distance(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+    return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+}
+
+} // namespace
+
+std::array<double, 3> eye_of(const scene::Camera& c, const Shutter& shutter) {
+    const Transform world_from_camera = at_the_opening(keys_of(c, shutter));
+    return {world_from_camera.m[0][3], world_from_camera.m[1][3], world_from_camera.m[2][3]};
+}
+
+std::array<double, 3> origin_of_shot(std::span<const std::array<double, 3>> eyes, std::array<double, 3> eye) {
+    constexpr double Steps = 64;
+    std::vector<double> steps;
+    for (size_t i = 1; i < eyes.size(); i++)
+        steps.push_back(distance(eyes[i - 1], eyes[i]));
+    if (steps.empty())
+        return eye;
+    std::ranges::nth_element(steps, steps.begin() + long(steps.size() / 2));
+    const double reach = Steps * steps[steps.size() / 2];
+    // Runs of frames, each no longer than that to either side of its middle one.
+    std::array<double, 3> nearest = eye;
+    double least = reach;
+    for (size_t begin = 0; begin < eyes.size();) {
+        size_t end = begin + 1;
+        const auto middle = [&](size_t last) { return eyes[begin + (last - begin) / 2]; };
+        const auto holds = [&](size_t last) {
+            return std::all_of(eyes.begin() + long(begin), eyes.begin() + long(last),
+                               [&](const auto& e) { return distance(e, middle(last)) <= reach; });
+        };
+        while (end < eyes.size() && holds(end + 1))
+            end++;
+        if (const double away = distance(eye, middle(end)); away <= least)
+            least = away, nearest = middle(end);
+        begin = end;
+    }
+    return nearest;
+}
+
+PlacedCamera place_camera(const scene::Camera& c, const scene::Options& o, const Shutter& shutter,
+                          const std::array<double, 3>& origin) {
+    PlacedCamera out;
+    const std::vector<TransformKey> keys = keys_of(c, shutter);
+    const Transform world_from_camera = at_the_opening(keys);
+    out.origin = origin;
+    out.render_from_world = Transform::translate(-origin[0], -origin[1], -origin[2]);
     const Transform render_from_camera = out.render_from_world * world_from_camera;
     out.camera_from_render = render_from_camera.inverse();
+    out.eye = render_from_camera.point({0, 0, 0});
     out.forward = normalize(Vec3f{float(render_from_camera.m[0][2]), float(render_from_camera.m[1][2]),
                                   float(render_from_camera.m[2][2])});
     transport::CameraView& v = out.view;

@@ -31,7 +31,8 @@ film::Picture develop(const Accumulator& gathered, const scene::Options& options
     for (const Out& o : outs)
         picture.channels.push_back({o.name, o.half, std::vector<float>(pixels.size())});
     const size_t first_aov = aovs.add_channels(picture, pixels.size());
-    const Transform world_from_render = Transform::translate(camera.eye[0], camera.eye[1], camera.eye[2]);
+    const Transform world_from_render =
+        Transform::translate(camera.origin[0], camera.origin[1], camera.origin[2]);
     for (int y = 0; y < picture.height; y++)
         for (int x = 0; x < picture.width; x++) {
             const size_t i = size_t(y) * size_t(picture.width) + size_t(x);
@@ -63,7 +64,8 @@ film::Picture develop(const Accumulator& gathered, const scene::Options& options
             const auto bounded = [most](float v) {
                 return std::isnan(v) ? most : std::clamp(v, -most, most);
             };
-            put(s.hits > 0 ? bounded(dot(p, camera.forward)) : std::numeric_limits<float>::infinity());
+            put(s.hits > 0 ? bounded(dot(p - camera.eye, camera.forward))
+                           : std::numeric_limits<float>::infinity());
             const Vec3f world = s.hits > 0 ? world_from_render.point(p) : Vec3f(0.0f);
             put(bounded(world.x)), put(bounded(world.y)), put(bounded(world.z));
             put(s.id);

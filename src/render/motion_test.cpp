@@ -1,6 +1,7 @@
 #include "render/motion.h"
 
 #include <gtest/gtest.h>
+#include <set>
 
 namespace kanuka::render {
 namespace {
@@ -89,15 +90,56 @@ TEST(PlaceCamera, MovesFromTheEyeWhereItOpens) {
     c.motion = {{0, Transform::translate(0, 0, -1)}, {1, Transform::translate(-2, 0, -1)}};
     c.camera_from_world = c.motion[0].transform;
     scene::Options o;
-    const PlacedCamera moving = place_camera(c, o, {0.5, 1});
-    EXPECT_DOUBLE_EQ(moving.eye[0], 1);
-    EXPECT_DOUBLE_EQ(moving.eye[2], 1);
+    const std::array<double, 3> eye = eye_of(c, {0.5, 1});
+    EXPECT_DOUBLE_EQ(eye[0], 1);
+    EXPECT_DOUBLE_EQ(eye[2], 1);
+    const PlacedCamera moving = place_camera(c, o, {0.5, 1}, eye);
     ASSERT_EQ(moving.motion.size(), 257u * 12);
     EXPECT_FLOAT_EQ(moving.motion[3], 0);
     EXPECT_FLOAT_EQ(moving.motion[128 * 12 + 3], 0.5f);
     EXPECT_FLOAT_EQ(moving.motion[256 * 12 + 3], 1);
     EXPECT_EQ(moving.dicing.also_from.size(), 4u);
-    EXPECT_TRUE(place_camera(c, o, {0.5, 0.5}).motion.empty());
+    EXPECT_TRUE(place_camera(c, o, {0.5, 0.5}, eye).motion.empty());
+}
+
+TEST(PlaceCamera, RendersAsFromItsOwnEyeFromAnyOrigin) {
+    scene::Camera c;
+    c.camera_from_world = Transform::rotate(30, 0, 1, 0) * Transform::translate(-3, -4, -5);
+    const PlacedCamera own = place_camera(c, {}, {}, eye_of(c, {})),
+                       other = place_camera(c, {}, {}, {1, 1, 1});
+    EXPECT_NEAR(length(own.eye), 0, 1e-6f);
+    EXPECT_NEAR(length(other.eye - Vec3f(2, 3, 4)), 0, 1e-6f);
+    EXPECT_NEAR(length(other.forward - own.forward), 0, 1e-6f);
+    const Vec3f seen = own.camera_from_render.point(own.render_from_world.point({7, 8, 9}));
+    EXPECT_NEAR(length(other.camera_from_render.point(other.render_from_world.point({7, 8, 9})) - seen), 0,
+                1e-5f);
+}
+
+TEST(OriginOfShot, OneForFramesThatAreNear) {
+    using Eye = std::array<double, 3>;
+    EXPECT_EQ(origin_of_shot({}, {1, 2, 3}), (Eye{1, 2, 3}));
+    std::vector<Eye> walk;
+    for (int i = 0; i < 48; i++)
+        walk.push_back({double(i), 0, 0});
+    for (const Eye& eye : walk)
+        EXPECT_EQ(origin_of_shot(walk, eye), (Eye{24, 0, 0}));
+    for (int i = 48; i < 1000; i++)
+        walk.push_back({double(i), 0, 0});
+    std::set<Eye> origins;
+    for (size_t i = 0; i < walk.size(); i += 9) {
+        const Eye origin = origin_of_shot(walk, walk[i]);
+        origins.insert(origin);
+        EXPECT_LE(std::abs(origin[0] - walk[i][0]), 64);
+    }
+    EXPECT_EQ(origins.size(), 8u); // 1000 frames, 129 each
+    // A cut to far away, and a camera that is not in the shot.
+    walk.resize(24);
+    walk.push_back({1e7, 0, 0});
+    EXPECT_EQ(origin_of_shot(walk, walk.back()), walk.back());
+    EXPECT_EQ(origin_of_shot(walk, walk.front()), (Eye{12, 0, 0}));
+    EXPECT_EQ(origin_of_shot(walk, {0, 500, 0}), (Eye{0, 500, 0}));
+    // One that stands still, and one that turns about.
+    EXPECT_EQ(origin_of_shot(std::vector<Eye>(5, {1, 2, 3}), {1, 2, 3}), (Eye{1, 2, 3}));
 }
 
 // A tangent of the picture is as many pixels across and up as it is in the picture itself, whether
@@ -108,12 +150,12 @@ TEST(PlaceCamera, PixelsThatAreNotSquare) {
     scene::Options o;
     o.width = 400, o.height = 100;
     o.pixel_aspect = 0.5f; // the picture is twice as wide as it is high: 4 tangents by 2
-    const dice::DicingCamera narrow = place_camera(c, o, {}).dicing;
+    const dice::DicingCamera narrow = place_camera(c, o, {}, {}).dicing;
     EXPECT_NEAR(narrow.pixels_per_tangent, 100, 1e-3f);
     EXPECT_NEAR(narrow.pixels_per_tangent * narrow.pixel_stretch, 50, 1e-3f);
     o.pixel_aspect = 1;
     c.screen_window = std::array<float, 4>{-2, 2, -2, 2};
-    const dice::DicingCamera stretched = place_camera(c, o, {}).dicing;
+    const dice::DicingCamera stretched = place_camera(c, o, {}, {}).dicing;
     EXPECT_NEAR(stretched.pixels_per_tangent, 100, 1e-3f);
     EXPECT_NEAR(stretched.pixels_per_tangent * stretched.pixel_stretch, 25, 1e-3f);
 }
@@ -123,10 +165,10 @@ TEST(PlaceCamera, PixelsPerRadian) {
     scene::Options o;
     o.width = 360, o.height = 180;
     c.projection = Projection::Spherical;
-    EXPECT_NEAR(place_camera(c, o, {}).dicing.pixels_per_tangent, 180 / Pi, 1e-3f);
+    EXPECT_NEAR(place_camera(c, o, {}, {}).dicing.pixels_per_tangent, 180 / Pi, 1e-3f);
     c.projection = Projection::Fisheye;
     c.fov = 180;
-    EXPECT_NEAR(place_camera(c, o, {}).dicing.pixels_per_tangent, 180 / Pi, 1e-3f);
+    EXPECT_NEAR(place_camera(c, o, {}, {}).dicing.pixels_per_tangent, 180 / Pi, 1e-3f);
 }
 
 } // namespace kanuka::render

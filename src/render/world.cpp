@@ -43,7 +43,11 @@ World::~World() {
 }
 
 void World::place_camera() {
-    m_camera = render::place_camera(m_job.camera, m_job.options, m_job.shutter());
+    std::vector<std::array<double, 3>> eyes;
+    for (const scene::Camera& each : m_job.shot)
+        eyes.push_back(eye_of(each, m_job.shutter()));
+    const std::array<double, 3> origin = origin_of_shot(eyes, eye_of(m_job.camera, m_job.shutter()));
+    m_camera = render::place_camera(m_job.camera, m_job.options, m_job.shutter(), origin);
     m_dice.camera = m_camera.dicing;
     m_dice.camera.shot = poses_of_shot();
     m_dice.shading_rate_scale = m_job.shading_rate;
@@ -61,11 +65,10 @@ std::vector<Transform> World::poses_of_shot() const {
     const size_t count = std::min(all.size(), Most);
     for (size_t i = 0; i < count; i++) {
         const size_t frame = count > 1 ? i * (all.size() - 1) / (count - 1) : 0;
-        const PlacedCamera placed = render::place_camera(all[frame], m_job.options, m_job.shutter());
-        const Transform render_from_its_own = m_camera.render_from_world * placed.render_from_world.inverse();
-        poses.push_back(render_from_its_own * placed.dicing.page_from_camera);
-        for (const Transform& at_another_time : placed.dicing.also_from)
-            poses.push_back(render_from_its_own * at_another_time);
+        const dice::DicingCamera placed =
+            render::place_camera(all[frame], m_job.options, m_job.shutter(), m_camera.origin).dicing;
+        poses.push_back(placed.page_from_camera);
+        poses.insert(poses.end(), placed.also_from.begin(), placed.also_from.end());
     }
     return poses;
 }
@@ -178,7 +181,7 @@ void World::build_bvh() {
     m_job.progress->update("build", 0);
     const int times = std::max(1, int(m_camera.motion.size() / 12));
     Digester key;
-    key(m_geometry->key, m_job.options.watertight, times, m_camera.eye);
+    key(m_geometry->key, m_job.options.watertight, times, m_camera.origin);
     for (const bvh::Scene::Plane& p : m_clips)
         key(p.point, p.normal);
     m_of_bvh = key.digest();
@@ -235,8 +238,8 @@ Bounds3f World::bounds() const {
         b.extend(m_on_demand->bounds());
     if (b.empty())
         return b;
-    const Vec3f eye{float(m_camera.eye[0]), float(m_camera.eye[1]), float(m_camera.eye[2])};
-    return {b.lo + eye, b.hi + eye};
+    const Vec3f origin{float(m_camera.origin[0]), float(m_camera.origin[1]), float(m_camera.origin[2])};
+    return {b.lo + origin, b.hi + origin};
 }
 
 // ---- procedurals that rays have met
