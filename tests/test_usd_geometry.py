@@ -9,7 +9,6 @@ import pytest
 
 import kanuka
 from usd_shapes import (
-    HELD,
     SQUARE,
     TINT,
     ZERO,
@@ -257,22 +256,6 @@ def Points "p" {
     assert told == []
     seen = alpha(from_above(scene), 40)
     assert 4 * seen[:, :20].mean() / 2 == pytest.approx(np.pi * 0.04, rel=0.05) and seen[:, 20:].max() < 0.2
-
-
-def test_rules_of_subdivision_that_have_no_effect_are_told_once(tmp_path: Path):
-    one = mesh(
-        f'{HELD}\nuniform token interpolateBoundary = "edgeOnly"\nuniform token triangleSubdivisionRule = "smooth"'
-    )
-    one = one.replace('subdivisionScheme = "none"', 'subdivisionScheme = "catmullClark"').replace(
-        "uniform token int", "token int"
-    )
-    one = one.replace("uniform token tri", "token tri")
-    scene, told = read(stage(tmp_path, CAMERA, SUN, one, one.replace('"m"', '"n"')))
-    assert told == [
-        '/m and 1 more: interpolateBoundary "edgeOnly" has no effect yet; it is taken for "edgeAndCorner"',
-        '/m and 1 more: triangleSubdivisionRule "smooth" has no effect yet; it is taken for "catmullClark"',
-    ]
-    assert geometry(scene) == {"subdivision mesh": 2}
 
 
 # ---- volumes

@@ -76,12 +76,29 @@ int add_mesh(Place place, nb::handle points, nb::handle faces, nb::handle counts
     return add(place, std::move(primitive), looks);
 }
 
+// How a surface follows its cage: OpenSubdiv's options, as tags number them.
+constexpr const char* Boundaries[] = {"none", "edge-and-corner", "edge-only"};
+constexpr const char* FaceVaryings[] = {"none",          "corners-only", "corners-plus1",
+                                        "corners-plus2", "boundaries",   "all"};
+
+template <size_t N>
+int32_t number_of(const std::string& argument, const std::string& name, const char* const (&names)[N]) {
+    std::string known;
+    for (size_t i = 0; i < N; i++) {
+        if (name == names[i])
+            return int32_t(i);
+        known += (i == 0 ? "\"" : i + 1 < N ? ", \"" : " or \"") + std::string(names[i]) + "\"";
+    }
+    throw nb::value_error((argument + ": expected " + known).c_str());
+}
+
 struct Creases {
     std::vector<std::vector<int32_t>> edges; // chains of vertices
     std::vector<float> sharpness;
     std::vector<int32_t> corners, holes;
     std::vector<float> corner_sharpness;
-    bool interpolate_boundary;
+    std::string boundary, facevarying;
+    bool smooth_triangles;
 };
 
 std::vector<scene::SubdivisionMesh::Tag> tags(const Creases& creases) {
@@ -96,8 +113,12 @@ std::vector<scene::SubdivisionMesh::Tag> tags(const Creases& creases) {
         result.push_back({"corner", creases.corners, creases.corner_sharpness, {}});
     if (!creases.holes.empty())
         result.push_back({"hole", creases.holes, {}, {}});
-    if (creases.interpolate_boundary)
-        result.push_back({"interpolateboundary", {1}, {}, {}});
+    if (const int32_t how = number_of("boundary", creases.boundary, Boundaries))
+        result.push_back({"interpolateboundary", {how}, {}, {}});
+    if (const int32_t how = number_of("facevarying", creases.facevarying, FaceVaryings); how != 2)
+        result.push_back({"facevaryinginterpolateboundary", {how}, {}, {}});
+    if (creases.smooth_triangles)
+        result.push_back({"smoothtriangles", {1}, {}, {}});
     return result;
 }
 
@@ -160,27 +181,36 @@ void bind_subdivision(nb::class_<Owner>& c) {
                                   "crease_sharpness: Sequence[float] "
                                   "= [], corners: Sequence[int] = [], corner_sharpness: Sequence[float] = "
                                   "[], holes: Sequence[int] = [], "
-                                  "interpolate_boundary: bool = True" +
+                                  "boundary: str = 'edge-and-corner', "
+                                  "facevarying: str = 'corners-plus1', smooth_triangles: bool = False" +
                                   looks_signature() + ") -> int";
     define(
         c, "add_subdivision",
         [](Owner& owner, nb::handle points, nb::handle faces, nb::handle counts, nb::handle normals,
            nb::handle uv, nb::dict primvars, std::string scheme, std::vector<std::vector<int32_t>> creases,
            std::vector<float> crease_sharpness, std::vector<int32_t> corners,
-           std::vector<float> corner_sharpness, std::vector<int32_t> holes, bool interpolate_boundary,
-           const nb::kwargs& looks) {
-            return add_subdivision(
-                place(owner), points, faces, counts, scheme,
-                {creases, crease_sharpness, corners, holes, corner_sharpness, interpolate_boundary},
-                {{}, false, nb::none(), normals, uv, primvars}, looks_of("add_subdivision", looks));
+           std::vector<float> corner_sharpness, std::vector<int32_t> holes, std::string boundary,
+           std::string facevarying, bool smooth_triangles, const nb::kwargs& looks) {
+            return add_subdivision(place(owner), points, faces, counts, scheme,
+                                   {creases, crease_sharpness, corners, holes, corner_sharpness, boundary,
+                                    facevarying, smooth_triangles},
+                                   {{}, false, nb::none(), normals, uv, primvars},
+                                   looks_of("add_subdivision", looks));
         },
         nb::arg("points"), nb::arg("faces"), nb::arg("counts") = nb::none(), nb::kw_only(),
         nb::arg("normals") = nb::none(), nb::arg("uv") = nb::none(), nb::arg("primvars") = nb::dict(),
         nb::arg("scheme") = "catmull-clark", nb::arg("creases") = nb::list(),
         nb::arg("crease_sharpness") = nb::list(), nb::arg("corners") = nb::list(),
         nb::arg("corner_sharpness") = nb::list(), nb::arg("holes") = nb::list(),
-        nb::arg("interpolate_boundary") = true, nb::arg("looks"),
-        "Adds a subdivision surface: arguments as add_mesh, and its creases as chains of vertices.",
+        nb::arg("boundary") = "edge-and-corner", nb::arg("facevarying") = "corners-plus1",
+        nb::arg("smooth_triangles") = false, nb::arg("looks"),
+        "Adds a subdivision surface: arguments as add_mesh, and its creases as chains of vertices.\n\n"
+        "As OpenSubdiv has them: `boundary` tells which border is sharp (\"none\": faces there only guide "
+        "the others; \"edge-only\",\n"
+        "\"edge-and-corner\"), `facevarying` where face-varying values go linearly (\"none\", "
+        "\"corners-only\", \"corners-plus1\",\n"
+        "\"corners-plus2\", \"boundaries\", \"all\"); `smooth_triangles` are smoother than Catmull and "
+        "Clark's.",
         nb::sig(signature.c_str()));
 }
 

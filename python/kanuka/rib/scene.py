@@ -154,7 +154,11 @@ LOOKS = frozenset(
     {"material", "transform", "area_light", "name", "shading_rate", "visible_camera", "double_sided"}
     | {"reverse_orientation", "times", "lights_off", "shadows_off"}
 )
-TAGS = ("creases", "crease_sharpness", "corners", "corner_sharpness", "holes", "interpolate_boundary")
+TAGS = frozenset({"creases", "crease_sharpness", "corners", "corner_sharpness", "holes"}) | {
+    "boundary",
+    "facevarying",
+    "smooth_triangles",
+}
 
 
 class RibGroup(RibPlace):

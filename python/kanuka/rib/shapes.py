@@ -80,6 +80,12 @@ def mesh_counts(counts: np.ndarray, faces: np.ndarray) -> Counts:
     return Counts(bound, bound, len(faces), len(counts))
 
 
+# As the tags number them, and what holds without a tag.
+BOUNDARIES = ("none", "edge-and-corner", "edge-only")
+FACE_VARYINGS = ("none", "corners-only", "corners-plus1", "corners-plus2", "boundaries", "all")
+USUAL = {"interpolateboundary": 0, "facevaryinginterpolateboundary": 2, "smoothtriangles": 0}
+
+
 def tags(settings: Mapping[str, object]) -> tuple[Value, ...]:
     """Creases, corners, holes and boundary of a subdivision surface, as SubdivisionMesh takes them."""
     chains, sharpness = list(settings.get("creases", ())), list(settings.get("crease_sharpness", ()))  # type: ignore
@@ -96,10 +102,16 @@ def tags(settings: Mapping[str, object]) -> tuple[Value, ...]:
         names.append("hole")
         sizes += [len(holes), 0]
         whole += holes
-    if settings.get("interpolate_boundary", True):
-        names.append("interpolateboundary")
-        sizes += [1, 0]
-        whole.append(1)
+    rules = {
+        "interpolateboundary": BOUNDARIES.index(settings.get("boundary", "edge-and-corner")),
+        "facevaryinginterpolateboundary": FACE_VARYINGS.index(settings.get("facevarying", "corners-plus1")),
+        "smoothtriangles": int(bool(settings.get("smooth_triangles"))),
+    }
+    for name, rule in rules.items():
+        if rule != USUAL[name]:
+            names.append(name)
+            sizes += [1, 0]
+            whole.append(rule)
     return names, np.array(sizes, np.int32), np.array(whole, np.int32), np.array(real, np.float32)
 
 

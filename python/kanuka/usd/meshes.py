@@ -133,7 +133,6 @@ def creases(item: Item, frame) -> tuple[list[list[int]], np.ndarray]:
 def add_subdivision(shapes: Shapes, place, item: Item, points, counts, faces, mask, primvars, looks) -> None:
     """What is not of the material is holes: the surface keeps its shape where materials meet."""
     frame = shapes.shutter.frame
-    tell_rules(shapes, item)
     holes = np.zeros(len(counts), dtype=bool) if mask is None else ~mask
     holes[within(item.value("holeIndices", frame), len(counts))] = True
     chains, sharpness = creases(item, frame)
@@ -149,24 +148,38 @@ def add_subdivision(shapes: Shapes, place, item: Item, points, counts, faces, ma
         corners=corners[: len(corner_sharpness)].tolist(),
         corner_sharpness=np.minimum(corner_sharpness, SHARPEST).tolist(),
         holes=np.flatnonzero(holes).tolist(),
-        interpolate_boundary=item.value("interpolateBoundary", frame) != UsdGeom.Tokens.none,
+        **rules(shapes, item),
         primvars=primvars,
         **looks,
     )
 
 
-# Attributes of subdivision, and the values that add_subdivision() has.
-RULES = {
-    "interpolateBoundary": ("none", "edgeAndCorner"),
-    "faceVaryingLinearInterpolation": ("cornersPlus1",),
-    "triangleSubdivisionRule": ("catmullClark",),
+# How a surface follows its cage: arguments of add_subdivision(), and their values by those of USD's attributes.
+RULES: dict[str, tuple[str, dict[str, object]]] = {
+    "interpolateBoundary": (
+        "boundary",
+        {"edgeAndCorner": "edge-and-corner", "edgeOnly": "edge-only", "none": "none"},
+    ),
+    "faceVaryingLinearInterpolation": (
+        "facevarying",
+        {"cornersPlus1": "corners-plus1", "cornersPlus2": "corners-plus2", "cornersOnly": "corners-only"}
+        | {name: name for name in ("none", "boundaries", "all")},
+    ),
+    "triangleSubdivisionRule": ("smooth_triangles", {"catmullClark": False, "smooth": True}),
 }
 
 
-def tell_rules(shapes: Shapes, item: Item) -> None:
-    for name, known in RULES.items():
-        if name in item.names and (value := str(item.value(name, shapes.shutter.frame))) not in known:
-            shapes.gathered.note(f'{name} "{value}" has no effect yet; it is taken for "{known[-1]}"', item.path)
+def rules(shapes: Shapes, item: Item) -> dict[str, object]:
+    found = {}
+    for name, (argument, known) in RULES.items():
+        if name in item.names:
+            value = str(item.value(name, shapes.shutter.frame))
+            if value not in known:
+                usual = next(iter(known))
+                shapes.gathered.note(f'there is no {name} "{value}"; it is taken for "{usual}"', item.path)
+                value = usual
+            found[argument] = known[value]
+    return found
 
 
 def within(indices: object, count: int) -> np.ndarray:
