@@ -12,8 +12,8 @@ import kanuka
 
 def lights(scene: kanuka.Scene) -> None:
     """A white sky and a sun."""
-    scene.add_light("environment", amount=0.6, visible_camera=False, name="sky of a scene without lights")
-    scene.add_light("distant", amount=1.6, direction=(-0.5, -1, -0.7), angle=2, name="sun of a scene without lights")
+    scene.add_light("environment", amount=0.4, visible_camera=False, name="sky of a scene without lights")
+    scene.add_light("distant", amount=1.9, direction=(-0.5, -1, -0.7), angle=2, name="sun of a scene without lights")
 
 
 def camera(bounds: ArrayLike, aspect: float, fov: float = 35) -> kanuka.Camera:
