@@ -1,4 +1,4 @@
-"""Makes docs/images/usd_scenes.png: OpenChessSet and StandardShaderBall of the USD Working Group's assets.
+"""Makes docs/images/usd_scenes.png: OpenChessSet, StandardShaderBall and Teapot of the USD Working Group's assets.
 
 KANUKA_USD_ASSETS=~/usd-wg/assets python tools/make_usd_pictures.py [SAMPLES]
 """
@@ -49,6 +49,60 @@ def RectLight "window"
     uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateXYZ"]
 }}
 """
+# A teapot, and where it stands.
+TEAPOT = """
+def "pot_{number}" (
+    references = @{assets}/Teapot/Teapot.usd@
+    variants = {{
+        string modelVariant = "{model}"
+        string shadingVariant = "{shading}"
+    }}
+)
+{{
+    double3 xformOp:translate = ({x}, 0, 0)
+    float xformOp:rotateY = -60
+    uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateY"]
+}}
+"""
+TEAPOTS = (("Fancy", "PorcelainFlowers"), ("Utah", "CeramicBlue"), ("Utah", "CeramicOrange"), ("Utah", "CeramicBlack"))
+TABLE = """#usda 1.0
+(
+    upAxis = "Y"
+    metersPerUnit = 1
+)
+def Camera "cam"
+{
+    float focalLength = 29
+    float horizontalAperture = 24
+    float verticalAperture = 6
+    float2 clippingRange = (0.01, 100)
+    matrix4d xformOp:transform = ((1, 0, 0, 0), (0, 0.9397, -0.342, 0), (0, 0.342, 0.9397, 0), (0, 1.1, 2.7, 1))
+    uniform token[] xformOpOrder = ["xformOp:transform"]
+}
+def Mesh "table"
+{
+    int[] faceVertexCounts = [4]
+    int[] faceVertexIndices = [0, 1, 2, 3]
+    point3f[] points = [(-9, 0, 9), (9, 0, 9), (9, 0, -9), (-9, 0, -9)]
+    uniform token subdivisionScheme = "none"
+    color3f[] primvars:displayColor = [(0.3, 0.27, 0.25)]
+}
+def DomeLight "sky"
+{
+    color3f inputs:color = (0.75, 0.85, 1)
+    float inputs:intensity = 0.3
+}
+def RectLight "window"
+{
+    float inputs:width = 2
+    float inputs:height = 2
+    float inputs:intensity = 9
+    color3f inputs:color = (1, 0.94, 0.85)
+    double3 xformOp:translate = (-2.5, 2.5, 1.5)
+    float3 xformOp:rotateXYZ = (-40, -59, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateXYZ"]
+}
+"""
 
 
 def rendered(scene: kanuka.Scene, samples: int) -> np.ndarray:
@@ -74,13 +128,24 @@ def ball(assets: Path, material: str, samples: int) -> np.ndarray:
     return rendered(scene, samples)
 
 
+def teapots(assets: Path, samples: int) -> np.ndarray:
+    with tempfile.TemporaryDirectory() as folder:
+        stage = Path(folder) / "table.usda"
+        pots = [
+            TEAPOT.format(assets=assets, number=i, model=model, shading=shading, x=0.55 * (i - 1.5))
+            for i, (model, shading) in enumerate(TEAPOTS)
+        ]
+        stage.write_text(TABLE + "".join(pots))
+        return rendered(kanuka.usd.load(stage, resolution=(960, 240), journal=kanuka.Journal()), samples)
+
+
 def main() -> None:
     folder = os.environ.get("KANUKA_USD_ASSETS")
     if not folder:
         sys.exit("KANUKA_USD_ASSETS: name a copy of github.com/usd-wg/assets")
     assets, samples = Path(folder).resolve() / "full_assets", int(sys.argv[1]) if len(sys.argv) > 1 else 64
     row = np.concatenate([ball(assets, material, 2 * samples) for material in BALLS], axis=1)
-    whole = np.concatenate([chess(assets, samples), row])
+    whole = np.concatenate([chess(assets, samples), row, teapots(assets, samples)])
     kanuka.Picture({"rgb": whole}).write(PICTURE)
 
 
