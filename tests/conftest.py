@@ -35,7 +35,8 @@ WorldEnd
 @pytest.fixture(scope="session", autouse=True)
 def shader_cache(tmp_path_factory: pytest.TempPathFactory) -> None:
     """Tests neither read nor fill the user's shader cache."""
-    os.environ.pop("KANUKA_STORE", None)
+    for name in ("KANUKA_STORE", "OCIO"):
+        os.environ.pop(name, None)
     os.environ["KANUKA_TEXTURE_CACHE"] = str(tmp_path_factory.mktemp("texture_cache"))
     os.environ["KANUKA_SHADER_CACHE"] = str(tmp_path_factory.mktemp("shader_cache"))
 

@@ -15,6 +15,7 @@ import kanuka.usd
 from kanuka.looks import colors
 from kanuka.looks.files import Files
 from kanuka.usd.materials import Materials
+from kanuka.usd.spaces import Spaces
 from usd_graphs import Graph, plain
 
 kanuka.usd.stage.prepare()
@@ -277,7 +278,8 @@ def compiled(text: str, path: str = "/m", rendered: str = "rec709") -> tuple[dic
 
 def of_stage(opened: Usd.Stage, path: str, rendered: str = "rec709") -> tuple[dict[str, np.ndarray], list[str]]:
     told: list[str] = []
-    materials = Materials(lambda kind, text: told.append(text), Files(), Usd.TimeCode.Default(), rendered)
+    say = lambda kind, text: told.append(text)  # noqa: E731
+    materials = Materials(say, Files(), Usd.TimeCode.Default(), Spaces(say, rendered))
     made = materials.of(UsdShade.Material.Get(opened, path))
     shader = kanuka.compile_shader(materials._files.folder / f"{made.shader}.sl")
     return {k: np.asarray(v)[2, 2] for k, v in shader.run(4, 4, plain(made))["slots"].items()}, told

@@ -129,6 +129,7 @@ def cache(which: tuple[str, str, Callable[[], str]]) -> Finding:
 
 PACKAGES = (
     ("USD stages", "usd", ("usd-exchange", "MaterialX")),
+    ("colour configurations", "usd", ("opencolorio",)),
     ("models", "models", ("trimesh", "pillow")),
 )
 

@@ -68,6 +68,10 @@ class Space:
     curve: Curve = LINEAR
     primaries: tuple[tuple[float, float], ...] = ()  # none: data
 
+    @property
+    def is_data(self) -> bool:
+        return not self.primaries
+
     def matrix(self) -> np.ndarray:
         """To XYZ under D65: (3, 3), on columns."""
         return xyz_from(self.primaries)
@@ -78,7 +82,7 @@ class Space:
 
     def converted(self, values: np.ndarray, space: str) -> np.ndarray:
         """Colours (…, 3) or (…, 4), whose alpha stays."""
-        if not self.primaries:
+        if self.is_data:
             return values
         rgb = self.curve.decoded(np.asarray(values, dtype=float)[..., :3]) @ self.rendered(space).T
         return np.concatenate([rgb, np.asarray(values)[..., 3:]], axis=-1)
@@ -159,11 +163,13 @@ CODES = (".png", ".jpg", ".jpeg", ".tga", ".bmp", ".gif", ".webp")  # files whos
 
 @dataclass(frozen=True)
 class Lookup:
-    """How a texture is read: what texture() is told, and the function that the colour then goes through."""
+    """How a texture is read: what texture() is told, the function that the colour then goes through, and the file that
+    stands for it, where that is another."""
 
     space: str
     function: str = ""
     text: str = ""
+    file: str = ""
 
 
 RAW, AUTO = Lookup("raw"), Lookup("auto")
@@ -173,14 +179,15 @@ def lookup(space: Space, rendered: str, file: str) -> Lookup:
     """texture() decodes sRGB, texel by texel, and filters then. Other curves come after the filter: where the file has
     codes they are decoded as if they were sRGB's, filtered, and put right, so that the filter has next to light: what
     is left of the error is a tenth for powers of 2.2 and 2.4, and half for 1.8."""
-    if not space.primaries:
+    if space.is_data:
         return RAW
-    if (space.curve, space.primaries) == (SRGB, PRIMARIES["rec709"]):
-        return Lookup("srgb")
     matrix, curve, lines = space.rendered(rendered), space.curve, []
+    decoded = Space("lin_rec709", LINEAR, PRIMARIES["rec709"]).rendered(rendered)  # what texture() makes of sRGB
+    if curve == SRGB and np.allclose(matrix, decoded, atol=1e-5):
+        return Lookup("srgb")
     near = curve != LINEAR and file.lower().endswith(CODES)
     if near and rendered != "rec709":  # what texture() decodes it converts
-        lines.append(f"c = {times(np.linalg.inv(named('lin_rec709').rendered(rendered)))};")
+        lines.append(f"c = {times(np.linalg.inv(decoded))};")
     if near and curve != SRGB:
         lines.append(f"c = color({', '.join(SRGB_CODE.format(v=f'comp(c, {i})') for i in range(3))});")
     if curve != LINEAR and not (near and curve == SRGB):

@@ -20,18 +20,21 @@ def _temporary() -> tempfile.TemporaryDirectory:
     return tempfile.TemporaryDirectory(prefix="kanuka-usd-", ignore_cleanup_errors=True)
 
 
-def folder() -> Path:
-    """Until the program ends where there is no cache: scenes are rendered after they are read."""
-    shaders = kanuka.shader_cache_folder()
-    if shaders:
-        kept = Path(shaders).parent / "usd"
-        try:
-            kept.mkdir(parents=True, exist_ok=True)
-            if os.access(kept, os.W_OK):
-                return kept
-        except OSError:
-            pass
+def writable(kept: Path) -> Path:
+    """Of a cache; one that lasts until the program ends where nothing can be kept: scenes are rendered after they are
+    read."""
+    try:
+        kept.mkdir(parents=True, exist_ok=True)
+        if os.access(kept, os.W_OK):
+            return kept
+    except OSError:
+        pass
     return Path(_temporary().name)
+
+
+def folder() -> Path:
+    shaders = kanuka.shader_cache_folder()
+    return writable(Path(shaders).parent / "usd") if shaders else Path(_temporary().name)
 
 
 def write(path: Path, data: bytes) -> None:

@@ -11,12 +11,14 @@ from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdShade
 
 from kanuka.looks.files import Files
 
+from . import color_config
 from .adders import ADDERS
 from .materials import SURFACES, Materials, identifier_of, surfaces_of
 from .reader import CLOSED, OPEN
 from .render_products import chosen, product_of
 from .settings import settings_of
-from .stage import Say
+from .spaces import Spaces, rendering_space
+from .stage import Say, silent
 
 WIDTH = 16  # children of one prim that are named; the others are counted
 MATERIALS = 256  # that are looked into: each becomes a shader
@@ -140,7 +142,7 @@ def inventory(stage: Usd.Stage, time: float, depth: int | None, say: Say, file: 
     tree = held.tree(stage.GetPseudoRoot(), fitting(stage) if depth is None else depth)
     in_stage = dict(held.counts.most_common())
     prototypes = list(held.prototypes())
-    settings = settings_of(stage, say)
+    settings, config = settings_of(stage, say), color_config.chosen(stage, say)
     products = [product_of(prim, settings, time, say) for prim in chosen(stage, settings, (), say, file)]
     ranged = stage.HasAuthoredTimeCodeRange()
     return {
@@ -152,7 +154,7 @@ def inventory(stage: Usd.Stage, time: float, depth: int | None, say: Say, file: 
         "tree": tree,
         "instances": [asdict(held.instances[each["key"]]) | {"holds": each["holds"]} for each in prototypes],
         "point_instancers": [instancer(held, prim) for prim in held.instancers],
-        "materials": materials(held),
+        "materials": materials(held, config),
         "lights": [light(held, prim) for prim in held.lights],
         "cameras": [camera(held, prim) for prim in held.cameras],
         "settings": asdict(settings) | {"path": str(stage.GetMetadata("renderSettingsPrimPath") or "")},
@@ -183,10 +185,15 @@ def instancer(held: Inventory, prim: Usd.Prim) -> dict:
     return {"path": held.path(prim), "count": len(indices), "prototypes": prototypes}
 
 
-def materials(held: Inventory) -> list[dict]:
+def materials(held: Inventory, config: color_config.Configuration | None) -> list[dict]:
     """What is not read of a material is what its reader tells."""
     told: list[str] = []
-    reader = Materials(lambda severity, text: told.append(text), Files(), held.time)
+
+    def say(severity: str, text: str) -> None:
+        told.append(text)
+
+    spaces = Spaces(say, rendering_space(held.stage, "", silent, config), config, converts=False)
+    reader = Materials(say, Files(), held.time, spaces)
     found = []
     for k, prim in enumerate(held.materials):
         material = UsdShade.Material(prim)

@@ -60,11 +60,11 @@ def identifier_of(shader: UsdShade.Shader) -> str:
 
 
 class Materials:
-    def __init__(self, say: Say, files: Files, time: Usd.TimeCode, rendered: str = "rec709") -> None:
+    def __init__(self, say: Say, files: Files, time: Usd.TimeCode, spaces: Spaces | None = None) -> None:
         self._say, self._files, self._time = say, files, time
         self._made: dict[object, Made | None] = {}
         self._plain: Made | None = None
-        self._spaces = Spaces(say, rendered)
+        self._spaces = spaces or Spaces(say)
         self._dark: Made | None = None
 
     def of(self, material: UsdShade.Material, glow: tuple[float, ...] | None = None) -> Made | None:

@@ -9,6 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from pxr import Sdf, Usd, UsdShade
 
+from kanuka.looks import colors
 from kanuka.looks.colors import AUTO, RAW, Lookup
 from kanuka.looks.files import Files
 from kanuka.looks.rsl import MATRICES, SIZES, Corners, Stage, Value, Writer, numbers_of, of_numbers
@@ -33,6 +34,7 @@ _KINDS = {
     "string": "string",
     "token": "string",
 }
+UV_TEXTURES = ("raw", "sRGB")  # words of UsdUVTexture's own, which no configuration changes
 
 # A node's function: what one of its outputs gives, with the statements that it needs written to the stage; None where
 # it has nothing to give, and the default of whoever reads it stands.
@@ -269,16 +271,18 @@ class UsdNode(Node):
     def named_lookup(self, name: str, by: str, file: str) -> Lookup:
         attribute, spaces = self._source(name), self.network.spaces
         said, named = self._source(by), str(self.constant(by, "auto") or "auto")
+        if said and named in UV_TEXTURES:
+            return spaces.lookup(file, colors.named(named))
         if said and named != "auto":
             return spaces.lookup(file, spaces.named(named, said))
         # What prims say of all their attributes is not meant for pictures that say "auto" themselves.
-        return spaces.lookup(file, spaces.of(attribute, inherits=False)) if attribute else AUTO
+        return spaces.lookup(file, spaces.of_file(attribute, file, inherits=False)) if attribute else AUTO
 
     def lookup(self, name: str, file: str, kind: str) -> Lookup:
         attribute, spaces = self._source(name), self.network.spaces
         if kind not in ("color", "color4"):
             return RAW
-        return spaces.lookup(file, spaces.of(attribute)) if attribute else AUTO
+        return spaces.lookup(file, spaces.of_file(attribute, file)) if attribute else AUTO
 
 
 class LibraryNode(Node):
@@ -401,7 +405,7 @@ def texture(
     """A picture at st, whose t grows upwards: the colour, or one channel."""
     if isinstance(st, Value):
         network.uv = st
-    writer = network.writer
+    writer, file = network.writer, look.file or file
     if not look.function or channel == 3:
         return writer.texture(stage, file, st, wrap, look.space, channel, fill, network.blur)
     writer.functions[look.function] = look.text

@@ -26,6 +26,7 @@ from .motion import Shutter
 from .render_vars import Shown
 from .shaped_lights import MEMBERS
 from .shaping import Shapings
+from .spaces import Spaces
 from .stage import Gathered, Say
 from .transforms import Transforms, at_start, stage_matrix
 
@@ -92,6 +93,7 @@ class Reader:
     scene: kanuka.Scene
     say: Say
     shutter: Shutter
+    spaces: Spaces
     purposes: Sequence[str] = PURPOSES
     shown: Sequence[Shown] = ()
     lights: int = 0
@@ -103,7 +105,7 @@ class Reader:
     def __post_init__(self) -> None:
         self.files = Files()
         frame, lights = self.shutter.frame, stage_lights(self.stage)
-        self.materials = Materials(self.say, self.files, frame, self.scene.options.color_space)
+        self.materials = Materials(self.say, self.files, frame, self.spaces)
         self.portals = portals(lights)
         self.shapings = Shapings(frame, self.files)
         self.mesh_lights = MeshLights(lights, self.shapings, self.say)

@@ -12,14 +12,14 @@ from pxr import Usd, UsdGeom, UsdRender
 import kanuka
 from kanuka import standins
 
-from . import cameras
+from . import cameras, color_config
 from .motion import Shutter
 from .reader import PURPOSES, Reader
 from .render_products import chosen as chosen_products
 from .render_products import product_of
 from .settings import Settings, settings_of
 from .skins import pose
-from .spaces import rendering_space
+from .spaces import Spaces, rendering_space
 from .stage import Say, first_frame, input_error, open_stage
 from .transforms import Transforms
 
@@ -44,7 +44,8 @@ def read(
     stage = open_stage(path, say, variants, mask, product)
     time = first_frame(stage) if frame is None else frame
     settings = settings_of(stage, say)
-    scene.options.color_space = rendering_space(stage, color_space, say)
+    config = color_config.chosen(stage, say)
+    scene.options.color_space = rendering_space(stage, color_space, say, config)
     wanted = chosen_products(stage, settings, product, say, path)
     made = [product_of(prim, settings, time, say) for prim in (wanted if product else wanted[:1])]
     settings = made[0].settings if made else settings
@@ -59,7 +60,8 @@ def read(
         say("error", f"{chosen.GetPath()}: it is scaled to nothing; the stage is seen from the front instead")
         chosen = None
     shows = tuple(purposes or settings.purposes or PURPOSES)
-    reader = Reader(stage, scene, say, shot, shows, shown)
+    spaces = Spaces(say, scene.options.color_space, config)
+    reader = Reader(stage, scene, say, shot, spaces, shows, shown)
     if len(times) > 1:
         scene.options.shutter = (0, 1)
     scene.options.shader_path = [*scene.options.shader_path, str(reader.files.folder)]

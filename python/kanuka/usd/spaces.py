@@ -1,31 +1,52 @@
-"""Colour spaces of a stage's attributes: their own, their MaterialX document's, their prims' (UsdColorSpaceAPI), and
-those that prims define (UsdColorSpaceDefinitionAPI)."""
+"""Colour spaces of a stage's attributes: their own, their MaterialX document's, their prims' (UsdColorSpaceAPI).
+
+Names are those that prims define (UsdColorSpaceDefinitionAPI), else those of a configuration, else those built in.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 from pxr import Usd, UsdRender
 
+import kanuka
 from kanuka.looks import colors
 from kanuka.looks.colors import Lookup, Space
 
+from .color_config import LINEAR_ROLE, Configuration, Configured
 from .stage import Say, input_error
+
+AUTO = "auto"
 
 
 class Spaces:
-    """`rendered`: the space that Kanuka renders in."""
+    """`rendered`: the space that Kanuka renders in. `converts`: whether pictures are made that stand for others."""
 
-    def __init__(self, say: Say, rendered: str = "rec709") -> None:
-        self._say, self.rendered = say, rendered
+    def __init__(
+        self, say: Say, rendered: str = "rec709", config: Configuration | None = None, *, converts: bool = True
+    ) -> None:
+        self._say, self.rendered, self._config, self._converts = say, rendered, config, converts
         self._told: set[tuple[str, str]] = set()
 
     def of(self, attribute: Usd.Attribute, inherits: bool = True) -> Space | None:
         """None: nothing says one, or one that nobody knows, which is told."""
         name = attribute.GetColorSpace() or (inherited(attribute) if inherits else "")
-        return self.named(name, attribute) if name and name.lower() != "auto" else None
+        return self.named(name, attribute) if name and name.lower() != AUTO else None
+
+    def of_file(self, attribute: Usd.Attribute, file: str, inherits: bool = True) -> Space | None:
+        """Of a picture. Rules of a configuration are for those that say "auto": what nothing is said of is as its file
+        has it."""
+        if self._config and attribute.GetColorSpace().lower() == AUTO:
+            return self.named(self._config.of_file(file), attribute)
+        return self.of(attribute, inherits)
 
     def named(self, name: str, attribute: Usd.Attribute) -> Space | None:
-        found = self._defined(name, attribute.GetPrim()) or colors.named(name)
+        found = self._defined(name, attribute.GetPrim())
+        try:
+            found = found or (self._config.named(name, self.rendered) if self._config else None)
+        except ValueError as error:
+            self._tell(name, f'{attribute.GetPath()}: values of "{name}" cannot be converted ({error}); they stay')
+            return None
+        found = found or colors.named(name)
         if found is None:
             self._tell(name, f'{attribute.GetPath()}: there is no colour space "{name}"; it is taken for none')
         return found
@@ -37,7 +58,13 @@ class Spaces:
         return tuple(float(x) for x in space.converted(np.array(value, dtype=float), self.rendered))
 
     def lookup(self, file: str, space: Space | None) -> Lookup:
-        return colors.lookup(space, self.rendered, file) if space else colors.AUTO
+        if not isinstance(space, Configured) or space.fits(file):
+            return colors.lookup(space, self.rendered, file) if space else colors.AUTO
+        try:
+            return Lookup("raw", file=space.picture(file)) if self._converts else colors.RAW
+        except (kanuka.Error, OSError, ValueError) as error:
+            self._tell(file, f"{file}: it is not converted ({error})")
+            return colors.AUTO
 
     def _defined(self, name: str, prim: Usd.Prim) -> Space | None:
         """By the prim or the nearest above it."""
@@ -67,26 +94,26 @@ class Spaces:
             self._say("warning", text)
 
 
-def rendering_space(stage: Usd.Stage, wanted: str, say: Say) -> str:
-    """What to render in, of Kanuka's spaces: as it is wanted, or by the stage's settings, or Rec. 709."""
-    if stage.GetColorConfiguration().path:
-        say(
-            "info",
-            f"{stage.GetColorConfiguration().path}: configurations of OpenColorIO are not read; spaces are known "
-            "by name",
-        )
+def rendering_space(stage: Usd.Stage, wanted: str, say: Say, config: Configuration | None = None) -> str:
+    """What to render in, of Kanuka's spaces: as it is wanted, or by the stage's settings, or by the configuration, or
+    Rec. 709."""
     if wanted and wanted not in colors.RENDERED:
         raise input_error(f'color_space "{wanted}": there are {", ".join(colors.RENDERED)}')
     if wanted:
         return wanted
     settings = UsdRender.Settings.GetStageRenderSettings(stage)
-    name = (settings.GetRenderingColorSpaceAttr().Get() or "") if settings else ""
-    found = colors.named(name) if name else None
+    name = str(settings.GetRenderingColorSpaceAttr().Get() or "") if settings else ""
+    asked = str(settings.GetPath()) if name else config.path if config else ""
+    name = name or (LINEAR_ROLE if config and config.is_anchored else "")
+    if not name:
+        return "rec709"
+    if config and (ours := config.rendered(name)):
+        return ours
+    found = colors.named(name)
     for ours, primaries in colors.RENDERED.items():
         if found and found.primaries == colors.PRIMARIES[primaries]:
             return ours
-    if name:
-        say("warning", f'{settings.GetPath()}: nothing is rendered in "{name}"; there are {", ".join(colors.RENDERED)}')
+    say("warning", f'{asked}: nothing is rendered in "{name}"; there are {", ".join(colors.RENDERED)}')
     return "rec709"
 
 

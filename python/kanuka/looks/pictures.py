@@ -1,0 +1,142 @@
+"""Pictures that are made of others, once: in another colour space, or of an environment in another layout.
+
+They lie in the texture cache under names that their contents give, as tiled files of half floats.
+"""
+
+from __future__ import annotations
+
+import glob
+import hashlib
+import os
+import struct
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+
+import kanuka
+
+from .colors import SRGB
+from .files import writable
+
+SUFFIX = ".tiled.exr"  # by which the texture cache knows what is its own
+DECODED = b"kanuka:rec709\0int\0"  # in the head of a texture whose picture had sRGB's codes
+HALF_MAX = 65504.0
+DAY = 24 * 3600
+TILE = "<UDIM>"
+
+# Of (height, width, 3) numbers as a file has them, and whether these are sRGB's codes.
+Make: TypeAlias = "Callable[[np.ndarray, bool], np.ndarray]"
+
+
+def folder() -> Path:
+    return writable(Path(kanuka.texture_cache_folder()))
+
+
+def made_of(file: str, key: str, make: Make, *, latlong: bool = False) -> str:
+    """The picture that is made of a file, or of the tiles "a.<UDIM>.png", where `key` says all that it depends on
+    beside the file. `latlong`: what is made is an environment by latitude and longitude.
+    Raises kanuka.Error, OSError or ValueError where the file cannot be read."""
+    head, tile, tail = file.partition(TILE)
+    if not tile:
+        return _made(file, _name(file, key), make, latlong)
+    tiles = sorted(glob.glob(f"{glob.escape(head)}[0-9][0-9][0-9][0-9]{glob.escape(tail)}"))
+    names = [_name(each, key) for each in tiles]
+    together = hashlib.sha256("".join(names).encode()).hexdigest()[:16]
+    for each in tiles:
+        number = each[len(head) : len(head) + 4]
+        _made(each, f"{Path(head).name}{together}.{number}", make, latlong)
+    return str(folder() / f"{Path(head).name}{together}.{TILE}{SUFFIX}")
+
+
+def _name(file: str, key: str) -> str:
+    with open(file, "rb") as data:
+        digest = hashlib.file_digest(data, "sha256")
+    digest.update(key.encode())
+    return f"{Path(file).stem}.{digest.hexdigest()[:24]}"
+
+
+def _made(file: str, name: str, make: Make, latlong: bool) -> str:
+    path = folder() / (name + SUFFIX)
+    if path.exists():
+        # Those not used for longest go first. What renders know a texture by includes its date: not at every use.
+        if time.time() - path.stat().st_mtime > DAY:
+            path.touch()
+        return str(path)
+    with tempfile.TemporaryDirectory(prefix="kanuka-picture-") as own:
+        layers, codes, wraps = read(file, own)
+        colors = make(layers[..., :3], codes)
+        half = os.path.join(own, "half.exr")
+        write_half(half, np.concatenate([colors, layers[..., 3:]], axis=-1) if layers.shape[2] == 4 else colors)
+        kanuka.make_texture([half], str(path), latlong=latlong, wrap=wraps)
+    return str(path)
+
+
+def read(file: str, own: str) -> tuple[np.ndarray, bool, tuple[str, str]]:
+    """(height, width, 3 or 4) of any file that textures are read from: its numbers as they are, whether they are sRGB's
+    codes, and how it wraps. Of what is no EXR the core makes a texture first, in the folder `own`, where codes are
+    decoded."""
+    codes = False
+    if file.lower().endswith(".exr"):
+        picture = kanuka.read(file)
+        if picture.full_size != (picture.width, picture.height) or picture.offset != (0, 0):
+            raise ValueError(f"{file}: it shows another part of its canvas than all of it")
+    else:
+        texture = os.path.join(own, "whole.exr")
+        kanuka.make_texture([file], texture)
+        picture = kanuka.read(texture)
+        with open(texture, "rb") as head:
+            codes = DECODED in head.read(1 << 16)
+    layers = [name for name in picture if name != "alpha"]
+    numbers = picture["rgb" if "rgb" in picture else layers[0]].reshape(picture.height, picture.width, -1)
+    if numbers.shape[2] < 3:
+        numbers = np.repeat(numbers[..., :1], 3, axis=2)
+    if "alpha" in picture:
+        numbers = np.concatenate([numbers, picture["alpha"][..., None]], axis=2)
+    wraps = picture.metadata.get("wrapmodes", "").split(",")
+    known = len(wraps) == 2 and set(wraps) <= {"black", "clamp", "periodic", "mirror"}
+    return (coded(numbers) if codes else numbers), codes, (wraps[0], wraps[1]) if known else ("periodic", "periodic")
+
+
+def coded(light: np.ndarray) -> np.ndarray:
+    """The codes that were decoded to half floats: exactly those of 8 bits, others as near as halfs are."""
+    rgb = np.maximum(light[..., :3], 0)
+    found = np.where(rgb <= SRGB.knee / SRGB.slope, SRGB.slope * rgb, 1.055 * rgb ** (1 / SRGB.gamma) - SRGB.bias)
+    steps = np.round(found * 255)
+    if np.abs(found * 255 - steps).max(initial=0) < 0.1:
+        found = steps / 255
+    return np.concatenate([found, light[..., 3:]], axis=2).astype(np.float32)
+
+
+def write_half(path: str, pixels: np.ndarray) -> None:
+    """OpenEXR File Layout, "Scan lines", without compression: a head of attributes, where each line is, the lines; of
+    each its number, its bytes, and channel by channel in the order of the alphabet."""
+    height, width, count = pixels.shape
+    finite = np.nan_to_num(pixels, nan=0.0, posinf=HALF_MAX, neginf=-HALF_MAX)
+    halfs = np.clip(finite, -HALF_MAX, HALF_MAX).astype("<f2")[..., ::-1]  # A B G R
+    channels = b"".join(name + b"\0" + struct.pack("<i4xii", 1, 1, 1) for name in (b"A", b"B", b"G", b"R")[4 - count :])
+    window = struct.pack("<4i", 0, 0, width - 1, height - 1)
+    attributes = (
+        ("channels", "chlist", channels + b"\0"),
+        ("compression", "compression", b"\0"),
+        ("dataWindow", "box2i", window),
+        ("displayWindow", "box2i", window),
+        ("lineOrder", "lineOrder", b"\0"),
+        ("pixelAspectRatio", "float", struct.pack("<f", 1)),
+        ("screenWindowCenter", "v2f", struct.pack("<2f", 0, 0)),
+        ("screenWindowWidth", "float", struct.pack("<f", 1)),
+    )
+    head = b"\x76\x2f\x31\x01\x02\0\0\0" + b"".join(
+        f"{name}\0{kind}\0".encode() + struct.pack("<i", len(data)) + data for name, kind, data in attributes
+    )
+    lines = np.empty(height, dtype=[("y", "<i4"), ("bytes", "<i4"), ("data", "<f2", (count, width))])
+    lines["y"], lines["bytes"] = np.arange(height), 2 * count * width
+    lines["data"] = halfs.transpose(0, 2, 1)
+    start = len(head) + 1 + 8 * height
+    with open(path, "wb") as file:
+        file.write(head + b"\0")
+        file.write((start + lines.itemsize * np.arange(height)).astype("<u8").tobytes())
+        file.write(lines.tobytes())
